@@ -1,0 +1,18 @@
+# Everything the project links, from Debian's packages (third_party_notes.md).
+find_package(Threads REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(glog REQUIRED)
+find_package(gflags REQUIRED COMPONENTS shared)
+find_package(Ceres 2.1 REQUIRED COMPONENTS SuiteSparse)
+find_package(tomlplusplus REQUIRED)
+find_package(simdjson REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(yaml-cpp REQUIRED)
+find_package(fmt REQUIRED)
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(matio REQUIRED IMPORTED_TARGET matio)
+
+if(KINEGRAPH_TESTS)
+  find_package(GTest REQUIRED)
+  find_package(benchmark REQUIRED)
+endif()

@@ -1,0 +1,47 @@
+# One library a folder: every .cc and .h of the folder, and the folders it may
+# use. A folder that includes what it does not name here fails to link.
+#
+#   kinegraph_library(core/geometry DEPENDS core/base LINKS Eigen3::Eigen)
+#
+# makes the target kinegraph_core_geometry, exported as kinegraph::core_geometry.
+
+set(KINEGRAPH_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+    -Woverloaded-virtual -Wconversion-null)
+if(KINEGRAPH_WARNINGS_AS_ERRORS)
+  list(APPEND KINEGRAPH_WARNINGS -Werror)
+endif()
+
+function(kinegraph_compile_settings target)
+  target_compile_features(${target} PUBLIC cxx_std_17)
+  target_compile_options(${target} PRIVATE ${KINEGRAPH_WARNINGS})
+  # NaN-filled Eigen memory in debug builds shows what was never written.
+  target_compile_definitions(${target} PRIVATE
+    $<$<CONFIG:Debug>:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
+endfunction()
+
+function(kinegraph_library folder)
+  cmake_parse_arguments(ARG "" "" "DEPENDS;LINKS;PRIVATE_LINKS" ${ARGN})
+  string(REPLACE "/" "_" name ${folder})
+  set(target kinegraph_${name})
+  file(GLOB sources CONFIGURE_DEPENDS
+    ${PROJECT_SOURCE_DIR}/${folder}/*.cc ${PROJECT_SOURCE_DIR}/${folder}/*.h)
+  if(NOT sources)  # a room not furnished yet
+    add_library(${target} INTERFACE)
+    add_library(kinegraph::${name} ALIAS ${target})
+    return()
+  endif()
+  add_library(${target} STATIC ${sources})
+  set_target_properties(${target} PROPERTIES LINKER_LANGUAGE CXX
+    EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
+  add_library(kinegraph::${name} ALIAS ${target})
+  target_include_directories(${target} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+    $<INSTALL_INTERFACE:include/kinegraph>)
+  kinegraph_compile_settings(${target})
+  foreach(dependency ${ARG_DEPENDS})
+    string(REPLACE "/" "_" dependency_name ${dependency})
+    target_link_libraries(${target} PUBLIC kinegraph::${dependency_name})
+  endforeach()
+  target_link_libraries(${target} PUBLIC ${ARG_LINKS} PRIVATE ${ARG_PRIVATE_LINKS})
+  set_property(GLOBAL APPEND PROPERTY KINEGRAPH_LIBRARIES ${target})
+endfunction()

@@ -1,0 +1,118 @@
+// How a struct of options tells its keys, units and limits.
+//
+// An options struct is plain: a default and a unit beside each field. Its
+// `void Describe(OptionVisitor&)` names every field once. Visitors then read a
+// TOML file into it, write its effective values into a result, list the keys
+// for the documentation, or check it. So the default lives in the struct alone,
+// and key and limits in Describe alone.
+#ifndef KINEGRAPH_CORE_BASE_OPTIONS_H_
+#define KINEGRAPH_CORE_BASE_OPTIONS_H_
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace kinegraph {
+
+// Closed range of a number; `above` excludes the lower end.
+struct Limits {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool above = false;
+
+  bool Contains(double value) const;  // false for NaN
+  std::string ToString() const;       // "> 0", "0 .. 1"
+};
+
+inline Limits Positive() {
+  return {0.0, std::numeric_limits<double>::max(), true};
+}
+inline Limits NonNegative() {
+  return {0.0, std::numeric_limits<double>::max(), false};
+}
+inline Limits Between(double low, double high) { return {low, high, false}; }
+
+class OptionVisitor {
+ public:
+  virtual ~OptionVisitor() = default;
+
+  // Keys between Enter and Leave belong to the table `name`; tables nest.
+  virtual void Enter(const std::string& name) = 0;
+  virtual void Leave() = 0;
+
+  // `unit` is empty for pure numbers; `help` is one short sentence.
+  virtual void Number(const std::string& key, double* value,
+                      const Limits& limits, const std::string& unit,
+                      const std::string& help) = 0;
+  virtual void Integer(const std::string& key, int64_t* value,
+                       const Limits& limits, const std::string& unit,
+                       const std::string& help) = 0;
+  virtual void Boolean(const std::string& key, bool* value,
+                       const std::string& help) = 0;
+  virtual void Text(const std::string& key, std::string* value,
+                    const std::string& help) = 0;
+  virtual void TextList(const std::string& key, std::vector<std::string>* value,
+                        const std::string& help) = 0;
+  virtual void NumberList(const std::string& key, std::vector<double>* value,
+                          const Limits& limits, const std::string& unit,
+                          const std::string& help) = 0;
+  // `value` is an index into `names`.
+  virtual void ChoiceIndex(const std::string& key, int* value,
+                           const std::vector<std::string>& names,
+                           const std::string& help) = 0;
+
+  // An enum whose values are 0, 1, 2, ... in the order of `names`.
+  template <typename Enum>
+  void Choice(const std::string& key, Enum* value,
+              const std::vector<std::string>& names, const std::string& help) {
+    int index = static_cast<int>(*value);
+    ChoiceIndex(key, &index, names, help);
+    *value = static_cast<Enum>(index);
+  }
+};
+
+// Throws OptionError naming key, value and allowed range when a field is
+// outside its limits. For options made in code.
+template <typename Options>
+void CheckOptions(const Options& options);
+
+// Implementation of CheckOptions: compares every field with its limits.
+class OptionChecker : public OptionVisitor {
+ public:
+  void Enter(const std::string& name) override;
+  void Leave() override;
+  void Number(const std::string& key, double* value, const Limits& limits,
+              const std::string& unit, const std::string& help) override;
+  void Integer(const std::string& key, int64_t* value, const Limits& limits,
+               const std::string& unit, const std::string& help) override;
+  void Boolean(const std::string&, bool*, const std::string&) override {}
+  void Text(const std::string&, std::string*, const std::string&) override {}
+  void TextList(const std::string&, std::vector<std::string>*,
+                const std::string&) override {}
+  void NumberList(const std::string& key, std::vector<double>* value,
+                  const Limits& limits, const std::string& unit,
+                  const std::string& help) override;
+  void ChoiceIndex(const std::string& key, int* value,
+                   const std::vector<std::string>& names,
+                   const std::string& help) override;
+
+ private:
+  std::string Path(const std::string& key) const;
+  std::vector<std::string> tables_;
+};
+
+template <typename Options>
+void CheckOptions(const Options& options) {
+  Options copy = options;
+  OptionChecker checker;
+  copy.Describe(checker);
+}
+
+// "a.b.key" of a key inside nested tables.
+std::string JoinKey(const std::vector<std::string>& tables,
+                    const std::string& key);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_BASE_OPTIONS_H_

@@ -1,0 +1,63 @@
+// What detectors saw: 2D poses in the views of one frame.
+#ifndef KINEGRAPH_CORE_DATA_DETECTION_H_
+#define KINEGRAPH_CORE_DATA_DETECTION_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// One joint in one image. When `found` is false nothing else has a meaning:
+// the joint is not a measurement and takes no part anywhere.
+struct Keypoint {
+  Eigen::Vector2d px = Eigen::Vector2d::Zero();  // raw (distorted) pixels
+  double confidence = 0.0;  // as the detector gives it; may exceed 1
+  bool found = false;
+};
+
+// One person in one image, as a detector grouped them.
+struct Detection {
+  std::vector<Keypoint> joints;  // in the order of the sequence's skeleton
+  int index_in_file = 0;         // counts from zero within its view and frame
+};
+
+// All people seen by one camera at one time.
+struct ViewDetections {
+  TimeNs capture_time = 0;  // this camera's own clock, offset included
+  std::vector<Detection> detections;
+};
+
+// All views of one frame, in the order of the sequence's view names.
+struct DetectionFrame {
+  int64_t frame = 0;
+  TimeNs time = 0;
+  std::vector<ViewDetections> views;
+};
+
+// What holds for a whole take.
+struct DetectionHeader {
+  Skeleton skeleton;
+  std::vector<std::string> view_names;
+  double frame_rate_hz = 0.0;  // 0: no file tells it
+};
+
+struct DetectionSequence {
+  DetectionHeader header;
+  std::vector<DetectionFrame> frames;  // ascending
+};
+
+// Number of found joints.
+int CountFound(const Detection& detection);
+
+// `detection` in another skeleton; `map` as MapByName(from, to) gives it.
+// Joints the source does not have are not found.
+Detection Convert(const Detection& detection, const std::vector<int>& map);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_DATA_DETECTION_H_

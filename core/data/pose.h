@@ -1,0 +1,78 @@
+// 3D poses and tracks: what the system answers.
+#ifndef KINEGRAPH_CORE_DATA_POSE_H_
+#define KINEGRAPH_CORE_DATA_POSE_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/base/time.h"
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+enum class JointStatus : uint8_t {
+  kMissing,   // no position: never supported by two views in its track
+  kInferred,  // a position that at most one view supports in this frame
+  kObserved,  // two or more inlier views in this frame
+};
+const char* ToString(JointStatus status);
+
+// `position_m` has a meaning unless the status is kMissing.
+struct Joint3d {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // world
+  JointStatus status = JointStatus::kMissing;
+
+  bool present() const { return status != JointStatus::kMissing; }
+};
+
+using Pose3d = std::vector<Joint3d>;
+
+// Number of joints that have a position.
+int CountPresent(const Pose3d& pose);
+
+// What one view contributed to a person in one frame.
+struct ViewMatch {
+  int view_idx = 0;
+  int detection_idx = 0;  // index_in_file of the matched detection
+  // One a joint: how much it counted, 0 (rejected) to 1; nullopt when the view
+  // did not measure the joint.
+  std::vector<std::optional<double>> weights;
+};
+
+// One person in one frame, as written. Vectors besides `joints` may be empty,
+// else they have one entry a joint.
+struct PersonPose {
+  TrackId id;
+  Pose3d joints;
+  std::vector<int> inlier_views;                            // of this frame
+  std::vector<std::optional<Eigen::Matrix3d>> covariances;  // m^2
+  std::vector<ViewMatch> matches;
+  double score = 0.0;  // mean confidence of the matched joints
+};
+
+struct TrackFrame {
+  int64_t frame = 0;
+  TimeNs time = 0;
+  std::vector<PersonPose> people;
+};
+
+struct TrackHeader {
+  Skeleton skeleton;
+  std::string mode;                     // "paper", "graph" or a source's name
+  double frame_rate_hz = 0.0;           // 0: not known
+  std::vector<std::string> view_names;  // names the matches' views
+  std::string config_json = "{}";       // the effective configuration
+};
+
+struct TrackSequence {
+  TrackHeader header;
+  std::vector<TrackFrame> frames;  // ascending
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_DATA_POSE_H_

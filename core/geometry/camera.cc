@@ -1,0 +1,108 @@
+#include "core/geometry/camera.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+namespace {
+
+// Raises the reason why a calibration cannot be used.
+void CheckParameters(const CameraParameters& p) {
+  if (!p.K.allFinite()) throw OptionError("K", "not all numbers are finite");
+  if (!p.R.allFinite()) throw OptionError("R", "not all numbers are finite");
+  if (!p.t.allFinite()) throw OptionError("t", "not all numbers are finite");
+  if (p.width_px < 0 || p.height_px < 0) {
+    throw OptionError("image_size", "found " + std::to_string(p.width_px) +
+                                        " x " + std::to_string(p.height_px) +
+                                        " px, expected no negative size");
+  }
+  constexpr double kRounding = 1e-6;  // of files that print six digits
+  if (!(p.K(0, 0) > 0.0) || !(p.K(1, 1) > 0.0)) {
+    throw OptionError("K", "singular or mirrored: focal lengths must be > 0");
+  }
+  const double scale = kRounding * p.K(0, 0);
+  const bool triangular = std::abs(p.K(1, 0)) <= scale &&
+                          std::abs(p.K(2, 0)) <= kRounding &&
+                          std::abs(p.K(2, 1)) <= kRounding &&
+                          std::abs(p.K(2, 2) - 1.0) <= kRounding;
+  if (!triangular) {
+    throw OptionError("K", "expected [fx s cx; 0 fy cy; 0 0 1]");
+  }
+  const Eigen::Matrix3d gram = p.R * p.R.transpose();
+  const double deviation =
+      (gram - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  constexpr double kRotationTolerance = 1e-3;  // hand-rounded files
+  if (!(deviation <= kRotationTolerance) || p.R.determinant() <= 0.0) {
+    throw OptionError("R",
+                      "not a rotation (R R^T differs from the identity by " +
+                          std::to_string(deviation) + ", determinant " +
+                          std::to_string(p.R.determinant()) + ")");
+  }
+}
+
+// Nearest rotation, where rounding in the file left more than double
+// precision's; exact rotations stay as they are, bit for bit.
+Eigen::Matrix3d Orthonormal(const Eigen::Matrix3d& R) {
+  const Eigen::Matrix3d gram = R * R.transpose();
+  if ((gram - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-9) {
+    return R;
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(
+      R, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return svd.matrixU() * svd.matrixV().transpose();
+}
+
+}  // namespace
+
+Camera::Camera(CameraParameters parameters)
+    : parameters_(std::move(parameters)) {
+  CheckParameters(parameters_);
+  parameters_.R = Orthonormal(parameters_.R);
+  P_.leftCols<3>() = parameters_.K * parameters_.R;
+  P_.col(3) = parameters_.K * parameters_.t;
+  centre_ = -parameters_.R.transpose() * parameters_.t;
+  K_inverse_ = parameters_.K.inverse();
+  KR_inverse_ = parameters_.R.transpose() * K_inverse_;
+}
+
+std::optional<Eigen::Vector2d> Camera::Project(
+    const Eigen::Vector3d& point_in_world, Matrix23d* jacobian) const {
+  const Eigen::Vector3d in_camera = R() * point_in_world + t();
+  if (!(in_camera.z() > 0.0)) return std::nullopt;
+  const double inverse_z = 1.0 / in_camera.z();
+  const Eigen::Vector2d ideal = in_camera.head<2>() * inverse_z;
+  Eigen::Vector2d distorted = ideal;
+  Eigen::Matrix2d d_lens = Eigen::Matrix2d::Identity();
+  if (lens() != nullptr) {
+    if (!lens()->InDomain(ideal)) return std::nullopt;
+    distorted = lens()->Distort(ideal, jacobian == nullptr ? nullptr : &d_lens);
+  }
+  const auto k = K().topLeftCorner<2, 2>();
+  if (jacobian != nullptr) {
+    Matrix23d d_ideal;  // by the point in the camera frame
+    d_ideal << inverse_z, 0.0, -ideal.x() * inverse_z, 0.0, inverse_z,
+        -ideal.y() * inverse_z;
+    *jacobian = k * d_lens * d_ideal * R();
+  }
+  const Eigen::Vector2d px = k * distorted + K().block<2, 1>(0, 2);
+  if (!px.allFinite()) return std::nullopt;
+  return px;
+}
+
+std::optional<Eigen::Vector2d> Camera::Undistort(
+    const Eigen::Vector2d& raw_px) const {
+  if (lens() == nullptr) return raw_px;
+  const Eigen::Vector2d distorted =
+      (K_inverse_ * Eigen::Vector3d(raw_px.x(), raw_px.y(), 1.0)).head<2>();
+  const std::optional<Eigen::Vector2d> ideal = lens()->Undistort(distorted);
+  if (!ideal.has_value()) return std::nullopt;
+  return K().topLeftCorner<2, 2>() * *ideal + K().block<2, 1>(0, 2);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,88 @@
+// A calibrated camera: world -> camera -> lens -> pixels.
+#ifndef KINEGRAPH_CORE_GEOMETRY_CAMERA_H_
+#define KINEGRAPH_CORE_GEOMETRY_CAMERA_H_
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/geometry/lens.h"
+
+namespace kinegraph {
+
+using Matrix34d = Eigen::Matrix<double, 3, 4>;
+using Matrix23d = Eigen::Matrix<double, 2, 3>;
+
+// What a calibration file says of one camera.
+struct CameraParameters {
+  std::string name;
+  int width_px = 0;  // 0: not known
+  int height_px = 0;
+  Eigen::Matrix3d K = Eigen::Matrix3d::Identity();  // pixels
+  std::shared_ptr<const Lens> lens;                 // null: ideal pinhole
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // cam_from_world
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();      // cam_from_world, metres
+};
+
+// Immutable; a value that may be shared between threads.
+class Camera {
+ public:
+  // Throws OptionError when K is singular or not an upper-triangular matrix
+  // with positive focal lengths and K(2,2) = 1 (all within 1e-6), R is not a
+  // rotation within 1e-3 (files round; it is then made orthonormal), the size
+  // is negative, or a number is not finite.
+  explicit Camera(CameraParameters parameters);
+
+  const std::string& name() const { return parameters_.name; }
+  int width_px() const { return parameters_.width_px; }
+  int height_px() const { return parameters_.height_px; }
+  const Eigen::Matrix3d& K() const { return parameters_.K; }
+  const Eigen::Matrix3d& R() const { return parameters_.R; }
+  const Eigen::Vector3d& t() const { return parameters_.t; }
+  const std::shared_ptr<const Lens>& lens() const { return parameters_.lens; }
+  const CameraParameters& parameters() const { return parameters_; }
+  // P = K [R | t]: world [m] to ideal (undistorted) pixels, homogeneous.
+  const Matrix34d& P() const { return P_; }
+  // Position of the camera in the world [m].
+  const Eigen::Vector3d& centre() const { return centre_; }
+  // Mean of the two focal lengths [px].
+  double focal_px() const { return 0.5 * (K()(0, 0) + K()(1, 1)); }
+
+  // Depth along the optical axis [m]; not positive behind the camera.
+  double Depth(const Eigen::Vector3d& point_in_world) const {
+    return parameters_.R.row(2).dot(point_in_world) + parameters_.t.z();
+  }
+
+  // Raw pixel of a world point; nullopt when it is not in front of the camera
+  // or outside the region in which the lens is one-to-one. `jacobian`, if not
+  // null, receives d pixel / d point (2x3, px/m).
+  std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_in_world,
+                                         Matrix23d* jacobian = nullptr) const;
+
+  // Ideal pixel (as of a pinhole with the same K) of a raw one; nullopt where
+  // the lens cannot be inverted.
+  std::optional<Eigen::Vector2d> Undistort(const Eigen::Vector2d& raw_px) const;
+
+  // Unit direction in the world of the ray through an ideal pixel; the ray
+  // starts at centre() (paper Eq. 3).
+  Eigen::Vector3d RayDirection(const Eigen::Vector2d& ideal_px) const {
+    return (KR_inverse_ * Eigen::Vector3d(ideal_px.x(), ideal_px.y(), 1.0))
+        .normalized();
+  }
+
+ private:
+  CameraParameters parameters_;
+  Matrix34d P_;
+  Eigen::Vector3d centre_;
+  Eigen::Matrix3d K_inverse_;
+  Eigen::Matrix3d KR_inverse_;
+};
+
+// The cameras of a scene, in the order of the views.
+using CameraRig = std::vector<Camera>;
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_GEOMETRY_CAMERA_H_

@@ -1,0 +1,322 @@
+#include "core/skeleton/skeleton.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+namespace {
+
+using Names = std::vector<std::string>;
+using NamedBones = std::vector<std::pair<std::string, std::string>>;
+
+Skeleton Make(const std::string& name, const Names& joints,
+              const NamedBones& named_bones) {
+  std::vector<Bone> bones;
+  for (const auto& [a, b] : named_bones) {
+    const auto a_at = std::find(joints.begin(), joints.end(), a);
+    const auto b_at = std::find(joints.begin(), joints.end(), b);
+    bones.push_back({static_cast<int>(a_at - joints.begin()),
+                     static_cast<int>(b_at - joints.begin())});
+  }
+  return Skeleton(name, joints, std::move(bones));
+}
+
+NamedBones Limbs() {
+  NamedBones bones;
+  for (const std::string side : {"l_", "r_"}) {
+    bones.emplace_back(side + "shoulder", side + "elbow");
+    bones.emplace_back(side + "elbow", side + "wrist");
+    bones.emplace_back(side + "hip", side + "knee");
+    bones.emplace_back(side + "knee", side + "ankle");
+  }
+  return bones;
+}
+
+NamedBones Join(NamedBones bones, const NamedBones& more) {
+  bones.insert(bones.end(), more.begin(), more.end());
+  return bones;
+}
+
+const NamedBones& Girdles() {
+  static const NamedBones kBones = {{"l_shoulder", "r_shoulder"},
+                                    {"l_hip", "r_hip"},
+                                    {"l_shoulder", "l_hip"},
+                                    {"r_shoulder", "r_hip"}};
+  return kBones;
+}
+
+const NamedBones& Face() {
+  static const NamedBones kBones = {{"nose", "l_eye"},
+                                    {"nose", "r_eye"},
+                                    {"l_eye", "l_ear"},
+                                    {"r_eye", "r_ear"}};
+  return kBones;
+}
+
+// Trunk of skeletons that have a neck and the middle of the hips.
+const NamedBones& Spine() {
+  static const NamedBones kBones = {
+      {"neck", "l_shoulder"}, {"neck", "r_shoulder"}, {"neck", "mid_hip"},
+      {"mid_hip", "l_hip"},   {"mid_hip", "r_hip"},   {"neck", "nose"}};
+  return kBones;
+}
+
+const NamedBones& Feet() {
+  static const NamedBones kBones = {
+      {"l_ankle", "l_big_toe"},   {"l_ankle", "l_small_toe"},
+      {"l_ankle", "l_heel"},      {"r_ankle", "r_big_toe"},
+      {"r_ankle", "r_small_toe"}, {"r_ankle", "r_heel"}};
+  return kBones;
+}
+
+bool StartsWith(const std::string& text, const std::string& start) {
+  return text.compare(0, start.size(), start) == 0;
+}
+
+const Names& Coco17Joints() {
+  static const Names kJoints = {
+      "nose",       "l_eye",   "r_eye",   "l_ear",   "r_ear",   "l_shoulder",
+      "r_shoulder", "l_elbow", "r_elbow", "l_wrist", "r_wrist", "l_hip",
+      "r_hip",      "l_knee",  "r_knee",  "l_ankle", "r_ankle"};
+  return kJoints;
+}
+
+}  // namespace
+
+const char* ToString(JointClass joint_class) {
+  static constexpr std::array<const char*, kJointClassCount> kNames = {
+      "head", "trunk", "shoulder", "elbow", "wrist",
+      "hip",  "knee",  "ankle",    "foot",  "other"};
+  return kNames[static_cast<size_t>(joint_class)];
+}
+
+JointClass ClassOfJoint(const std::string& joint_name) {
+  const bool sided =
+      StartsWith(joint_name, "l_") || StartsWith(joint_name, "r_");
+  const std::string part = sided ? joint_name.substr(2) : joint_name;
+  if (part == "nose" || part == "eye" || part == "ear" || part == "head_top" ||
+      part == "head_bottom") {
+    return JointClass::kHead;
+  }
+  if (part == "neck" || part == "mid_hip") return JointClass::kTrunk;
+  if (part == "shoulder") return JointClass::kShoulder;
+  if (part == "elbow") return JointClass::kElbow;
+  if (part == "wrist") return JointClass::kWrist;
+  if (part == "hip") return JointClass::kHip;
+  if (part == "knee") return JointClass::kKnee;
+  if (part == "ankle") return JointClass::kAnkle;
+  if (part == "heel" || part == "big_toe" || part == "small_toe") {
+    return JointClass::kFoot;
+  }
+  return JointClass::kOther;
+}
+
+Skeleton::Skeleton(std::string name, std::vector<std::string> joints,
+                   std::vector<Bone> bones)
+    : name_(std::move(name)),
+      joints_(std::move(joints)),
+      bones_(std::move(bones)) {
+  const int count = joint_count();
+  if (count == 0) throw OptionError("joints", "a skeleton needs joints");
+  for (int j = 0; j < count; ++j) {
+    if (joints_[j].empty()) {
+      throw OptionError("joints",
+                        "joint " + std::to_string(j) + " has no name");
+    }
+    if (IndexOf(joints_[j]) != j) {
+      throw OptionError("joints", "'" + joints_[j] + "' stands there twice");
+    }
+  }
+  for (const Bone& bone : bones_) {
+    const bool inside = bone.a >= 0 && bone.a < count && bone.b >= 0 &&
+                        bone.b < count && bone.a != bone.b;
+    if (!inside) {
+      throw OptionError("bones", "[" + std::to_string(bone.a) + ", " +
+                                     std::to_string(bone.b) +
+                                     "] does not join two of the " +
+                                     std::to_string(count) + " joints");
+    }
+  }
+  mirror_.resize(joints_.size());
+  classes_.resize(joints_.size());
+  for (int j = 0; j < count; ++j) {
+    int partner = -1;
+    if (StartsWith(joints_[j], "l_")) {
+      partner = IndexOf("r_" + joints_[j].substr(2));
+    } else if (StartsWith(joints_[j], "r_")) {
+      partner = IndexOf("l_" + joints_[j].substr(2));
+    }
+    mirror_[j] = partner < 0 ? j : partner;
+    classes_[j] = ClassOfJoint(joints_[j]);
+  }
+  for (const std::string& joint : Coco17Joints()) {
+    const int index = IndexOf(joint);
+    if (index >= 0) association_joints_.push_back(index);
+  }
+  if (association_joints_.size() < (Coco17Joints().size() + 1) / 2) {
+    association_joints_.resize(joints_.size());
+    for (int j = 0; j < count; ++j) association_joints_[j] = j;
+  }
+}
+
+int Skeleton::IndexOf(const std::string& joint_name) const {
+  const auto at = std::find(joints_.begin(), joints_.end(), joint_name);
+  return at == joints_.end() ? -1 : static_cast<int>(at - joints_.begin());
+}
+
+bool operator==(const Skeleton& a, const Skeleton& b) {
+  return a.name() == b.name() && a.joints() == b.joints();
+}
+
+const Skeleton& Coco17() {
+  static const Skeleton kSkeleton =
+      Make("coco17", Coco17Joints(),
+           Join(Join(Join(Limbs(), Girdles()), Face()),
+                {{"l_ear", "l_shoulder"}, {"r_ear", "r_shoulder"}}));
+  return kSkeleton;
+}
+
+const Skeleton& Body25() {
+  static const Skeleton kSkeleton =
+      Make("body25",
+           {"nose",        "neck",    "r_shoulder", "r_elbow",     "r_wrist",
+            "l_shoulder",  "l_elbow", "l_wrist",    "mid_hip",     "r_hip",
+            "r_knee",      "r_ankle", "l_hip",      "l_knee",      "l_ankle",
+            "r_eye",       "l_eye",   "r_ear",      "l_ear",       "l_big_toe",
+            "l_small_toe", "l_heel",  "r_big_toe",  "r_small_toe", "r_heel"},
+           Join(Join(Join(Limbs(), Spine()), Face()), Feet()));
+  return kSkeleton;
+}
+
+const Skeleton& Body25B() {
+  static const Skeleton kSkeleton = [] {
+    Names joints = Coco17Joints();
+    for (const char* joint : {"neck", "head_top", "l_big_toe", "l_small_toe",
+                              "l_heel", "r_big_toe", "r_small_toe", "r_heel"}) {
+      joints.emplace_back(joint);
+    }
+    return Make("body25b", joints,
+                Join(Join(Join(Join(Limbs(), Girdles()), Face()), Feet()),
+                     {{"neck", "head_top"}, {"neck", "nose"}}));
+  }();
+  return kSkeleton;
+}
+
+const Skeleton& Coco18() {
+  static const Skeleton kSkeleton =
+      Make("coco18",
+           {"nose", "neck", "r_shoulder", "r_elbow", "r_wrist", "l_shoulder",
+            "l_elbow", "l_wrist", "r_hip", "r_knee", "r_ankle", "l_hip",
+            "l_knee", "l_ankle", "r_eye", "l_eye", "r_ear", "l_ear"},
+           Join(Join(Limbs(), Face()), {{"neck", "l_shoulder"},
+                                        {"neck", "r_shoulder"},
+                                        {"neck", "l_hip"},
+                                        {"neck", "r_hip"},
+                                        {"neck", "nose"}}));
+  return kSkeleton;
+}
+
+namespace {
+
+Names Tum14Joints() {
+  return {"r_ankle", "r_knee",  "r_hip",       "l_hip",      "l_knee",
+          "l_ankle", "r_wrist", "r_elbow",     "r_shoulder", "l_shoulder",
+          "l_elbow", "l_wrist", "head_bottom", "head_top"};
+}
+
+NamedBones Tum14Bones() {
+  return Join(Join(Limbs(), Girdles()), {{"head_bottom", "head_top"},
+                                         {"head_bottom", "l_shoulder"},
+                                         {"head_bottom", "r_shoulder"}});
+}
+
+Names Panoptic15Joints() {
+  return {"neck",    "nose",    "mid_hip", "l_shoulder", "l_elbow",
+          "l_wrist", "l_hip",   "l_knee",  "l_ankle",    "r_shoulder",
+          "r_elbow", "r_wrist", "r_hip",   "r_knee",     "r_ankle"};
+}
+
+}  // namespace
+
+const Skeleton& Tum14() {
+  static const Skeleton kSkeleton = Make("tum14", Tum14Joints(), Tum14Bones());
+  return kSkeleton;
+}
+
+const Skeleton& Tum15() {
+  static const Skeleton kSkeleton = [] {
+    Names joints = Tum14Joints();
+    joints.emplace_back("mid_hip");
+    return Make(
+        "tum15", joints,
+        Join(Tum14Bones(), {{"mid_hip", "l_hip"}, {"mid_hip", "r_hip"}}));
+  }();
+  return kSkeleton;
+}
+
+const Skeleton& Panoptic15() {
+  static const Skeleton kSkeleton =
+      Make("panoptic15", Panoptic15Joints(), Join(Limbs(), Spine()));
+  return kSkeleton;
+}
+
+const Skeleton& Panoptic19() {
+  static const Skeleton kSkeleton = [] {
+    Names joints = Panoptic15Joints();
+    for (const char* joint : {"l_eye", "l_ear", "r_eye", "r_ear"}) {
+      joints.emplace_back(joint);
+    }
+    return Make("panoptic19", joints, Join(Join(Limbs(), Spine()), Face()));
+  }();
+  return kSkeleton;
+}
+
+const Skeleton& FourDA19() {
+  static const Skeleton kSkeleton = Make(
+      "4da19",
+      {"mid_hip", "neck", "r_hip", "l_hip", "nose", "r_shoulder", "l_shoulder",
+       "r_knee", "l_knee", "r_ear", "l_ear", "r_elbow", "l_elbow", "r_ankle",
+       "l_ankle", "r_wrist", "l_wrist", "l_big_toe", "r_big_toe"},
+      Join(Join(Limbs(), Spine()), {{"nose", "l_ear"},
+                                    {"nose", "r_ear"},
+                                    {"l_ankle", "l_big_toe"},
+                                    {"r_ankle", "r_big_toe"}}));
+  return kSkeleton;
+}
+
+namespace {
+
+const std::vector<const Skeleton*>& BuiltIn() {
+  static const std::vector<const Skeleton*> kAll = {
+      &Coco17(), &Body25(),     &Body25B(),    &Coco18(),  &Tum14(),
+      &Tum15(),  &Panoptic15(), &Panoptic19(), &FourDA19()};
+  return kAll;
+}
+
+}  // namespace
+
+const Skeleton* FindSkeleton(const std::string& name) {
+  for (const Skeleton* skeleton : BuiltIn()) {
+    if (skeleton->name() == name) return skeleton;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> SkeletonNames() {
+  std::vector<std::string> names;
+  for (const Skeleton* skeleton : BuiltIn()) names.push_back(skeleton->name());
+  return names;
+}
+
+std::vector<int> MapByName(const Skeleton& from, const Skeleton& to) {
+  std::vector<int> map;
+  map.reserve(to.joints().size());
+  for (const std::string& joint : to.joints())
+    map.push_back(from.IndexOf(joint));
+  return map;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,94 @@
+// Joints, bones and mirror pairs of a body model, by the field's names.
+#ifndef KINEGRAPH_CORE_SKELETON_SKELETON_H_
+#define KINEGRAPH_CORE_SKELETON_SKELETON_H_
+
+#include <string>
+#include <vector>
+
+namespace kinegraph {
+
+// Classes of joints that share noise figures.
+enum class JointClass {
+  kHead,   // nose, eyes, ears, top and bottom of the head
+  kTrunk,  // neck, mid-hip
+  kShoulder,
+  kElbow,
+  kWrist,
+  kHip,
+  kKnee,
+  kAnkle,
+  kFoot,   // heels and toes
+  kOther,  // fingers and joints with names of their own
+};
+inline constexpr int kJointClassCount = 10;
+const char* ToString(JointClass joint_class);
+
+// Class by joint name; "l_" and "r_" do not matter.
+JointClass ClassOfJoint(const std::string& joint_name);
+
+struct Bone {
+  int a = 0;  // joint indices
+  int b = 0;
+};
+
+class Skeleton {
+ public:
+  Skeleton() = default;
+  // Mirror partners follow from names ("l_x" and "r_x"). Throws OptionError for
+  // an empty or repeated joint name or a bone that leaves the joints.
+  Skeleton(std::string name, std::vector<std::string> joints,
+           std::vector<Bone> bones);
+
+  const std::string& name() const { return name_; }
+  int joint_count() const { return static_cast<int>(joints_.size()); }
+  const std::vector<std::string>& joints() const { return joints_; }
+  const std::vector<Bone>& bones() const { return bones_; }
+  // Index of the joint on the other side; the joint itself when central.
+  int mirror(int joint_idx) const { return mirror_[joint_idx]; }
+  JointClass joint_class(int joint_idx) const { return classes_[joint_idx]; }
+  // -1 when there is no such joint.
+  int IndexOf(const std::string& joint_name) const;
+
+  // The joints that association compares: those of COCO-17 by name, so that
+  // feet and hands do not outvote the body; all joints of a skeleton that
+  // shares fewer than half of COCO-17's.
+  const std::vector<int>& association_joints() const {
+    return association_joints_;
+  }
+
+ private:
+  std::string name_;
+  std::vector<std::string> joints_;
+  std::vector<Bone> bones_;
+  std::vector<int> mirror_;
+  std::vector<JointClass> classes_;
+  std::vector<int> association_joints_;
+};
+
+bool operator==(const Skeleton& a, const Skeleton& b);
+inline bool operator!=(const Skeleton& a, const Skeleton& b) {
+  return !(a == b);
+}
+
+// Built-in skeletons. Left and right are the person's own.
+const Skeleton& Coco17();
+const Skeleton& Body25();      // OpenPose
+const Skeleton& Body25B();     // OpenPose, unmarked in its files
+const Skeleton& Coco18();      // OpenPose's 18-joint COCO layout
+const Skeleton& Tum14();       // Campus and Shelf ground truth
+const Skeleton& Panoptic19();  // CMU Panoptic
+const Skeleton& Panoptic15();  // its first fifteen joints (SMAP)
+const Skeleton& FourDA19();    // 4D association's result
+const Skeleton& Tum15();       // Tum14 and mid_hip (4D association's gt.txt)
+
+// nullptr when no built-in skeleton has that name.
+const Skeleton* FindSkeleton(const std::string& name);
+// Names of the built-in skeletons, for messages and documentation.
+std::vector<std::string> SkeletonNames();
+
+// For each joint of `to` the joint of `from` with the same name, or -1.
+std::vector<int> MapByName(const Skeleton& from, const Skeleton& to);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_SKELETON_SKELETON_H_
