@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,10 @@ class OptionVisitor {
   virtual void NumberList(const std::string& key, std::vector<double>* value,
                           const Limits& limits, const std::string& unit,
                           const std::string& help) = 0;
+  // A table of texts, such as [cameras.map].
+  virtual void TextMap(const std::string& key,
+                       std::map<std::string, std::string>* value,
+                       const std::string& help) = 0;
   // `value` is an index into `names`.
   virtual void ChoiceIndex(const std::string& key, int* value,
                            const std::vector<std::string>& names,
@@ -93,6 +98,8 @@ class OptionChecker : public OptionVisitor {
   void NumberList(const std::string& key, std::vector<double>* value,
                   const Limits& limits, const std::string& unit,
                   const std::string& help) override;
+  void TextMap(const std::string&, std::map<std::string, std::string>*,
+               const std::string&) override {}
   void ChoiceIndex(const std::string& key, int* value,
                    const std::vector<std::string>& names,
                    const std::string& help) override;
