@@ -1,0 +1,43 @@
+// The linear assignment problem, rectangular.
+#ifndef KINEGRAPH_CORE_ASSIGNMENT_HUNGARIAN_H_
+#define KINEGRAPH_CORE_ASSIGNMENT_HUNGARIAN_H_
+
+#include <vector>
+
+#include "core/base/span.h"
+
+namespace kinegraph {
+
+// The Hungarian algorithm (Kuhn 1955) in its form by shortest augmenting paths
+// with dual potentials (Jonker and Volgenant 1987): O(n^2 m) for the smaller
+// side n and the larger m. An object keeps its memory between calls.
+//
+// Of several best assignments the same one is given on every machine: ties in
+// the search for the next column go to the lowest index.
+class HungarianSolver {
+ public:
+  // `cost` is row-major, rows x cols, all finite (anything else throws
+  // std::invalid_argument). Every row is assigned when rows <= cols, every
+  // column otherwise. (*col_of_row)[r] is the column of row r, or -1.
+  void Minimise(Span<double> cost, int rows, int cols,
+                std::vector<int>* col_of_row);
+  // The same for the largest total.
+  void Maximise(Span<double> gain, int rows, int cols,
+                std::vector<int>* col_of_row);
+
+ private:
+  void Solve(int rows, int cols);
+
+  // The problem with the smaller side as rows.
+  std::vector<double> cost_;
+  std::vector<double> row_potential_;
+  std::vector<double> col_potential_;
+  std::vector<double> path_cost_;
+  std::vector<int> row_of_col_;
+  std::vector<int> predecessor_;
+  std::vector<char> visited_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_ASSIGNMENT_HUNGARIAN_H_

@@ -1,0 +1,153 @@
+#include "core/assignment/hungarian.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <vector>
+
+#include "core/base/random.h"
+
+namespace kinegraph {
+namespace {
+
+struct Problem {
+  int rows;
+  int cols;
+  std::vector<double> cost;
+};
+
+double Total(const Problem& problem, const std::vector<int>& col_of_row) {
+  double total = 0.0;
+  for (int r = 0; r < problem.rows; ++r) {
+    if (col_of_row[r] >= 0) {
+      total += problem.cost[r * problem.cols + col_of_row[r]];
+    }
+  }
+  return total;
+}
+
+// The least total over all permutations of the larger side.
+double BruteForceMinimum(const Problem& problem) {
+  const int n = std::min(problem.rows, problem.cols);
+  const int m = std::max(problem.rows, problem.cols);
+  std::vector<int> order(m);
+  std::iota(order.begin(), order.end(), 0);
+  double best = std::numeric_limits<double>::infinity();
+  do {
+    double total = 0.0;
+    for (int i = 0; i < n; ++i) {
+      const int r = problem.rows <= problem.cols ? i : order[i];
+      const int c = problem.rows <= problem.cols ? order[i] : i;
+      total += problem.cost[r * problem.cols + c];
+    }
+    best = std::min(best, total);
+  } while (std::next_permutation(order.begin(), order.end()));
+  return best;
+}
+
+void ExpectOneToOne(const Problem& problem, const std::vector<int>& result) {
+  std::vector<int> used(problem.cols, 0);
+  int assigned = 0;
+  for (const int c : result) {
+    if (c < 0) continue;
+    ASSERT_LT(c, problem.cols);
+    EXPECT_EQ(used[c]++, 0) << "column " << c << " is given twice";
+    ++assigned;
+  }
+  EXPECT_EQ(assigned, std::min(problem.rows, problem.cols));
+}
+
+TEST(HungarianTest, EqualsBruteForceOnRandomRectangles) {
+  Random random(7);
+  HungarianSolver solver;
+  std::vector<int> result;
+  for (int round = 0; round < 400; ++round) {
+    Problem problem{static_cast<int>(1 + random.Index(6)),
+                    static_cast<int>(1 + random.Index(6)),
+                    {}};
+    for (int i = 0; i < problem.rows * problem.cols; ++i) {
+      // Half of the rounds have many ties and exact arithmetic.
+      problem.cost.push_back(round % 2 == 0
+                                 ? static_cast<double>(random.Index(4))
+                                 : random.Uniform(-5.0, 5.0));
+    }
+    solver.Minimise(problem.cost, problem.rows, problem.cols, &result);
+    ExpectOneToOne(problem, result);
+    // Sums of at most six numbers below 5: rounding stays below 1e-13.
+    EXPECT_NEAR(Total(problem, result), BruteForceMinimum(problem), 1e-13);
+
+    Problem negative = problem;
+    for (double& c : negative.cost) c = -c;
+    solver.Maximise(problem.cost, problem.rows, problem.cols, &result);
+    EXPECT_NEAR(Total(negative, result), BruteForceMinimum(negative), 1e-13);
+  }
+}
+
+TEST(HungarianTest, SmallExampleByHand) {
+  // The diagonal costs 1 + 3 = 4; crossing costs 2 + 0 = 2.
+  HungarianSolver solver;
+  std::vector<int> result;
+  solver.Minimise(std::vector<double>{1, 2, 0, 3}, 2, 2, &result);
+  EXPECT_EQ(result, (std::vector<int>{1, 0}));
+}
+
+TEST(HungarianTest, AllTiesGoToTheLowestIndices) {
+  HungarianSolver solver;
+  std::vector<int> result;
+  solver.Minimise(std::vector<double>(9, 1.0), 3, 3, &result);
+  EXPECT_EQ(result, (std::vector<int>{0, 1, 2}));
+}
+
+TEST(HungarianTest, EmptySides) {
+  HungarianSolver solver;
+  std::vector<int> result = {5};
+  solver.Minimise({}, 0, 4, &result);
+  EXPECT_TRUE(result.empty());
+  solver.Minimise({}, 2, 0, &result);
+  EXPECT_EQ(result, (std::vector<int>{-1, -1}));
+}
+
+TEST(HungarianTest, RefusesWhatIsNotAMatrixOfNumbers) {
+  HungarianSolver solver;
+  std::vector<int> result;
+  const double nan = std::nan("");
+  EXPECT_THROW(solver.Minimise(std::vector<double>{1, nan}, 1, 2, &result),
+               std::invalid_argument);
+  EXPECT_THROW(solver.Minimise(std::vector<double>{1, 2, 3}, 2, 2, &result),
+               std::invalid_argument);
+}
+
+TEST(HungarianTest, LargeProblemMeetsItsDualBound) {
+  // A feasible dual (reduced costs not negative) with equal value proves the
+  // optimum; here the optimum is known by construction: c_ij = u_i + v_j +
+  // slack, slack 0 on one permutation.
+  constexpr int kSize = 120;
+  Random random(11);
+  std::vector<int> permutation(kSize);
+  std::iota(permutation.begin(), permutation.end(), 0);
+  for (int i = kSize - 1; i > 0; --i) {
+    std::swap(permutation[i], permutation[random.Index(i + 1)]);
+  }
+  std::vector<double> u(kSize);
+  std::vector<double> v(kSize);
+  for (double& x : u) x = random.Uniform(-10, 10);
+  for (double& x : v) x = random.Uniform(-10, 10);
+  std::vector<double> cost(kSize * kSize);
+  for (int r = 0; r < kSize; ++r) {
+    for (int c = 0; c < kSize; ++c) {
+      const double slack = permutation[r] == c ? 0.0 : random.Uniform(0.1, 5.0);
+      cost[r * kSize + c] = u[r] + v[c] + slack;
+    }
+  }
+  HungarianSolver solver;
+  std::vector<int> result;
+  solver.Minimise(cost, kSize, kSize, &result);
+  EXPECT_EQ(result, permutation);
+}
+
+}  // namespace
+}  // namespace kinegraph
