@@ -74,11 +74,24 @@ Interval BlockBootstrap(
     const std::vector<int64_t>& series_lengths,
     const std::function<double(const DrawCounts&)>& statistic,
     const BootstrapOptions& options) {
+  return BlockBootstrapAll(
+      series_lengths, 1,
+      [&statistic](const DrawCounts& counts) {
+        return std::vector<double>{statistic(counts)};
+      },
+      options)[0];
+}
+
+std::vector<Interval> BlockBootstrapAll(
+    const std::vector<int64_t>& series_lengths, size_t score_count,
+    const std::function<std::vector<double>(const DrawCounts&)>& statistic,
+    const BootstrapOptions& options) {
+  std::vector<Interval> intervals(score_count);
   Random random(static_cast<uint64_t>(options.seed));
   DrawCounts counts(static_cast<size_t>(std::accumulate(
       series_lengths.begin(), series_lengths.end(), int64_t{0})));
-  std::vector<double> values;
-  if (counts.empty()) return {};
+  if (counts.empty()) return intervals;
+  std::vector<std::vector<double>> values(score_count);
   for (int64_t resample = 0; resample < options.resamples; ++resample) {
     std::fill(counts.begin(), counts.end(), 0);
     int64_t* series_counts = counts.data();
@@ -86,12 +99,17 @@ Interval BlockBootstrap(
       DrawSeries(length, options.block_length, random, series_counts);
       series_counts += length;
     }
-    const double value = statistic(counts);
-    if (!std::isnan(value)) values.push_back(value);
+    const std::vector<double> scores = statistic(counts);
+    for (size_t i = 0; i < score_count; ++i) {
+      if (!std::isnan(scores[i])) values[i].push_back(scores[i]);
+    }
   }
   const double tail = 0.5 * (1.0 - options.confidence);
-  return {Quantile(values, tail), Quantile(values, 1.0 - tail),
-          StandardDeviation(values)};
+  for (size_t i = 0; i < score_count; ++i) {
+    intervals[i] = {Quantile(values[i], tail), Quantile(values[i], 1.0 - tail),
+                    StandardDeviation(values[i])};
+  }
+  return intervals;
 }
 
 double MeanOfRatios(const std::vector<RatioSeries>& series) {

@@ -8,6 +8,7 @@
 #ifndef KINEGRAPH_CORE_EVALUATION_BOOTSTRAP_H_
 #define KINEGRAPH_CORE_EVALUATION_BOOTSTRAP_H_
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -46,6 +47,13 @@ using DrawCounts = std::vector<int64_t>;
 Interval BlockBootstrap(
     const std::vector<int64_t>& series_lengths,
     const std::function<double(const DrawCounts&)>& statistic,
+    const BootstrapOptions& options = {});
+
+// The same for several scores that are computed together; each statistic call
+// gives as many values as there are scores.
+std::vector<Interval> BlockBootstrapAll(
+    const std::vector<int64_t>& series_lengths, size_t score_count,
+    const std::function<std::vector<double>(const DrawCounts&)>& statistic,
     const BootstrapOptions& options = {});
 
 // Units that add up: the score is sum / weight over the drawn units, as a

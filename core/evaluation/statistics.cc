@@ -58,21 +58,16 @@ double Quantile(std::vector<double> values, double q) {
                      rank.between);
 }
 
-double WeightedQuantile(const std::vector<double>& ascending,
-                        const std::vector<int64_t>& weights, double q) {
-  const int64_t count =
-      std::accumulate(weights.begin(), weights.end(), int64_t{0});
-  if (count == 0) return kNaN;
-  const Rank rank(count, q);
-  int64_t passed = 0;
-  size_t i = 0;
-  while (passed + weights[i] <= rank.below) passed += weights[i++];
-  const double low = ascending[i];
-  if (rank.between == 0.0 || passed + weights[i] > rank.below + 1) return low;
-  do {
-    ++i;
-  } while (weights[i] == 0);
-  return Interpolate(low, ascending[i], rank.between);
+double QuantileOfRepeated(const std::vector<double>& ascending,
+                          const std::vector<int64_t>& upto, double q) {
+  if (upto.empty() || upto.back() == 0) return kNaN;
+  const Rank rank(upto.back(), q);
+  const auto value = [&](int64_t place) {
+    const auto at = std::upper_bound(upto.begin(), upto.end(), place);
+    return ascending[at - upto.begin()];
+  };
+  if (rank.between == 0.0) return value(rank.below);
+  return Interpolate(value(rank.below), value(rank.below + 1), rank.between);
 }
 
 }  // namespace kinegraph

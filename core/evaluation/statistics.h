@@ -34,10 +34,11 @@ double StandardDeviation(const std::vector<double>& values);
 // Quantile `q` in 0..1 with linear interpolation between order statistics, so
 // that 0 gives the least and 1 the greatest value; NaN for no values.
 double Quantile(std::vector<double> values, double q);
-// The same of values that are ascending already, value i taken weights[i]
-// times. Equal to Quantile of the repeated values.
-double WeightedQuantile(const std::vector<double>& ascending,
-                        const std::vector<int64_t>& weights, double q);
+// The same of values that are ascending already and repeated: `upto`[i] is how
+// often values 0 .. i were taken together. Equal to Quantile of the repeated
+// values, without a copy.
+double QuantileOfRepeated(const std::vector<double>& ascending,
+                          const std::vector<int64_t>& upto, double q);
 
 }  // namespace kinegraph
 

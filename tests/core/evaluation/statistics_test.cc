@@ -37,16 +37,16 @@ TEST(QuantileTest, InterpolatesBetweenOrderStatistics) {
   EXPECT_TRUE(std::isnan(Quantile({}, 0.5)));
 }
 
-TEST(WeightedQuantileTest, EqualsTheQuantileOfRepeatedValues) {
+TEST(QuantileOfRepeatedTest, EqualsTheQuantileOfRepeatedValues) {
   const std::vector<double> values = {1.0, 2.0, 4.0, 8.0};
-  const std::vector<int64_t> weights = {2, 0, 3, 1};
+  const std::vector<int64_t> upto = {2, 2, 5, 6};
   const std::vector<double> repeated = {1.0, 1.0, 4.0, 4.0, 4.0, 8.0};
   for (const double q : {0.0, 0.1, 0.2, 0.3, 0.5, 0.77, 0.9, 0.99, 1.0}) {
-    EXPECT_DOUBLE_EQ(WeightedQuantile(values, weights, q),
-                     Quantile(repeated, q))
+    EXPECT_DOUBLE_EQ(QuantileOfRepeated(values, upto, q), Quantile(repeated, q))
         << q;
   }
-  EXPECT_TRUE(std::isnan(WeightedQuantile(values, {0, 0, 0, 0}, 0.5)));
+  EXPECT_TRUE(std::isnan(QuantileOfRepeated(values, {0, 0, 0, 0}, 0.5)));
+  EXPECT_TRUE(std::isnan(QuantileOfRepeated({}, {}, 0.5)));
 }
 
 }  // namespace
