@@ -4,6 +4,7 @@
 #define KINEGRAPH_CORE_DATA_OBSERVATION_H_
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "core/base/time.h"
@@ -11,6 +12,9 @@
 #include "core/geometry/camera.h"
 
 namespace kinegraph {
+
+// What the joints filter said of a joint in one view.
+enum class FilterVerdict : uint8_t { kUnmeasured, kKept, kRemoved };
 
 struct Observation {
   int view_idx = 0;

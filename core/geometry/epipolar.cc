@@ -23,9 +23,11 @@ EpipolarGeometry::EpipolarGeometry(const CameraRig& cameras)
   }
 }
 
-double EpipolarGeometry::Distance(int view_a, const Eigen::Vector2d& a_px,
-                                  int view_b,
-                                  const Eigen::Vector2d& b_px) const {
+double EpipolarGeometry::WeightedDistance(int view_a,
+                                          const Eigen::Vector2d& a_px,
+                                          double weight_a, int view_b,
+                                          const Eigen::Vector2d& b_px,
+                                          double weight_b) const {
   // Written out: this is the innermost loop of filter and initialisation.
   const double* f = fundamental_[view_a * view_count_ + view_b].data();
   const double ax = a_px.x();
@@ -44,10 +46,12 @@ double EpipolarGeometry::Distance(int view_a, const Eigen::Vector2d& a_px,
   const double norm_b = in_b_x * in_b_x + in_b_y * in_b_y;
   const double norm_a = in_a_x * in_a_x + in_a_y * in_a_y;
   if (!(norm_a > 0.0) || !(norm_b > 0.0)) return 0.0;
-  // residual (1/|l_a| + 1/|l_b|) / 2 with one division.
+  // residual (weight_a / |l_a| + weight_b / |l_b|) / 2 with one division: l_a
+  // lies in view a and is met by a.
   const double length_a = std::sqrt(norm_a);
   const double length_b = std::sqrt(norm_b);
-  return 0.5 * residual * (length_a + length_b) / (length_a * length_b);
+  return 0.5 * residual * (weight_a * length_b + weight_b * length_a) /
+         (length_a * length_b);
 }
 
 }  // namespace kinegraph

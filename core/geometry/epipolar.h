@@ -23,7 +23,15 @@ class EpipolarGeometry {
   // the other (paper Eq. 2), from ideal pixels. Zero where the lines are not
   // defined (a point on the epipole): nothing speaks against the pair.
   double Distance(int view_a, const Eigen::Vector2d& a_px, int view_b,
-                  const Eigen::Vector2d& b_px) const;
+                  const Eigen::Vector2d& b_px) const {
+    return WeightedDistance(view_a, a_px, 1.0, view_b, b_px, 1.0);
+  }
+
+  // (weight_a d_a + weight_b d_b) / 2 with d_a the distance of a from the line
+  // of b [px]; the weights are not normalised.
+  double WeightedDistance(int view_a, const Eigen::Vector2d& a_px,
+                          double weight_a, int view_b,
+                          const Eigen::Vector2d& b_px, double weight_b) const;
 
  private:
   int view_count_;

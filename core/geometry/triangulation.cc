@@ -1,100 +1,126 @@
 #include "core/geometry/triangulation.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 
 namespace kinegraph {
 namespace {
 
-// Eigenvector of the smallest eigenvalue of a symmetric positive semi-definite
-// matrix, by inverse iteration: it gains a factor lambda_3 / lambda_4 in each
-// step, usually a thousand, where the general solver takes ten times as long.
-// Returns false when it does not settle (two nearly equal eigenvalues).
-bool InverseIteration(const Eigen::Matrix4d& m, Eigen::Vector4d* eigenvector) {
-  // Cholesky factor; the shift keeps it defined for exact measurements.
-  const double shift = 1e-15 * m.trace();
-  double l[4][4];
-  double inverse_diagonal[4];
+// The rows of A, kept small by orthogonal reduction: |A X| depends on R of
+// A = Q R alone. The normal matrix would square the condition, and a point seen
+// by one new view and one three frames old has weights 1 and e^-15.
+class RowReducer {
+ public:
+  // Appends `weight` times the unit vector along (pixel p3 - p_axis).
+  void Add(const Matrix34d& P, double pixel, int axis, double weight) {
+    if (rows_ == kCapacity) Reduce();
+    double row[4];
+    double norm_squared = 0.0;
+    for (int k = 0; k < 4; ++k) {
+      row[k] = pixel * P(2, k) - P(axis, k);
+      norm_squared += row[k] * row[k];
+    }
+    const double scale = weight / std::sqrt(norm_squared);
+    for (int k = 0; k < 4; ++k) columns_[k][rows_] = row[k] * scale;
+    ++rows_;
+  }
+
+  // Leaves the upper-triangular R in the first four rows (Householder).
+  void Reduce() {
+    for (; rows_ < 4; ++rows_) {
+      for (auto& column : columns_) column[rows_] = 0.0;
+    }
+    for (int k = 0; k < 4; ++k) {
+      double* pivot = columns_[k];
+      double norm_squared = 0.0;
+      for (int r = k; r < rows_; ++r) norm_squared += pivot[r] * pivot[r];
+      if (norm_squared == 0.0) continue;
+      const double norm = std::sqrt(norm_squared);
+      const double alpha = pivot[k] > 0.0 ? -norm : norm;
+      // Reflector v = pivot - alpha e_k; v^T v = 2 (norm^2 - alpha pivot_k).
+      const double scale = 1.0 / (norm_squared - alpha * pivot[k]);
+      pivot[k] -= alpha;
+      for (int c = k + 1; c < 4; ++c) {
+        double* column = columns_[c];
+        double dot = 0.0;
+        for (int r = k; r < rows_; ++r) dot += pivot[r] * column[r];
+        dot *= scale;
+        for (int r = k; r < rows_; ++r) column[r] -= dot * pivot[r];
+      }
+      pivot[k] = alpha;
+      for (int r = k + 1; r < rows_; ++r) pivot[r] = 0.0;
+    }
+    rows_ = 4;
+  }
+
+  double R(int row, int col) const { return columns_[col][row]; }
+
+ private:
+  static constexpr int kCapacity = 32;
+  double columns_[4][kCapacity];
+  int rows_ = 0;
+};
+
+// Right singular vector of the smallest singular value of upper-triangular R:
+// the dominant eigenvector of G = (R^T R)^-1, by squaring G until it has rank
+// one. Each squaring doubles the digits; noise gives two or three. Returns
+// false when the two smallest singular values are nearly equal, or R is
+// singular.
+bool SmallestSingularVector(const RowReducer& rows, Eigen::Vector4d* vector) {
+  // S = R^-1, upper triangular.
+  Eigen::Matrix4d S = Eigen::Matrix4d::Zero();
+  double largest = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    largest = std::max(largest, std::abs(rows.R(k, k)));
+  }
+  for (int c = 0; c < 4; ++c) {
+    if (!(std::abs(rows.R(c, c)) > 1e-15 * largest)) return false;
+    S(c, c) = 1.0 / rows.R(c, c);
+    for (int r = c - 1; r >= 0; --r) {
+      double sum = 0.0;
+      for (int k = r + 1; k <= c; ++k) sum += rows.R(r, k) * S(k, c);
+      S(r, c) = -sum * S(r, r);
+    }
+  }
+  Eigen::Matrix4d G;
   for (int r = 0; r < 4; ++r) {
     for (int c = 0; c <= r; ++c) {
-      double sum = m(r, c);
-      if (r == c) sum += shift;
-      for (int k = 0; k < c; ++k) sum -= l[r][k] * l[c][k];
-      if (r == c) {
-        if (!(sum > 0.0)) return false;
-        l[r][r] = std::sqrt(sum);
-        inverse_diagonal[r] = 1.0 / l[r][r];
-      } else {
-        l[r][c] = sum * inverse_diagonal[c];
-      }
+      double sum = 0.0;
+      for (int k = r; k < 4; ++k) sum += S(r, k) * S(c, k);
+      G(r, c) = sum;
+      G(c, r) = sum;
     }
   }
-  // The last pivot belongs to the weakest direction, so the last row of the
-  // inverse factor is a good start: solve L^T x = e4.
-  double x[4] = {0.0, 0.0, 0.0, 1.0};
-  for (int r = 2; r >= 0; --r) {
-    double sum = 0.0;
-    for (int k = r + 1; k < 4; ++k) sum -= l[k][r] * x[k];
-    x[r] = sum * inverse_diagonal[r];
-  }
-  const auto normalise = [](double* v) {
-    const double norm =
-        std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + v[3] * v[3]);
-    const double scale = 1.0 / norm;
-    for (int i = 0; i < 4; ++i) v[i] *= scale;
-  };
-  // With e4 the first three entries above were solved for L(4,4) = 1.
-  normalise(x);
-  constexpr int kMaxIterations = 12;
-  constexpr double kSettled = 1e-26;  // squared change: 1e-13 of a unit vector
-  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    double y[4];
-    for (int r = 0; r < 4; ++r) {
-      double sum = x[r];
-      for (int k = 0; k < r; ++k) sum -= l[r][k] * y[k];
-      y[r] = sum * inverse_diagonal[r];
-    }
-    for (int r = 3; r >= 0; --r) {
-      double sum = y[r];
-      for (int k = r + 1; k < 4; ++k) sum -= l[k][r] * y[k];
-      y[r] = sum * inverse_diagonal[r];
-    }
-    normalise(y);
-    double change = 0.0;
-    for (int i = 0; i < 4; ++i) {
-      change += (y[i] - x[i]) * (y[i] - x[i]);
-      x[i] = y[i];
-    }
-    if (!(change >= 0.0)) return false;
-    if (change < kSettled) {
-      *eigenvector << x[0], x[1], x[2], x[3];
+  constexpr int kMaxSquarings = 7;
+  for (int squaring = 0; squaring < kMaxSquarings; ++squaring) {
+    G *= 1.0 / G.trace();
+    // trace - Frobenius norm is the share of the other eigenvalues: 1e-15 of it
+    // leaves an error of the same size in the direction.
+    const double others = 1.0 - std::sqrt(G.squaredNorm());
+    if (!std::isfinite(others)) return false;
+    const bool settled = others < 1e-15;
+    if (settled) {
+      Eigen::Index column = 0;
+      G.diagonal().maxCoeff(&column);
+      *vector = G.col(column).normalized();
       return true;
     }
+    G = (G * G).eval();
   }
   return false;
 }
 
-Eigen::Vector4d SmallestEigenvector(const Eigen::Matrix4d& m) {
-  Eigen::Vector4d eigenvector;
-  if (InverseIteration(m, &eigenvector)) return eigenvector;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(m);
-  return solver.eigenvectors().col(0);
-}
-
-// Adds the squared, weighted unit row (u p3 - p) to the normal matrix.
-void AddRow(const Matrix34d& P, double pixel, int axis, double weight_squared,
-            Eigen::Matrix4d* normal) {
-  double row[4];
-  double norm_squared = 0.0;
-  for (int k = 0; k < 4; ++k) {
-    row[k] = pixel * P(2, k) - P(axis, k);
-    norm_squared += row[k] * row[k];
+Eigen::Vector4d Solve(RowReducer* rows) {
+  rows->Reduce();
+  Eigen::Vector4d vector;
+  if (SmallestSingularVector(*rows, &vector)) return vector;
+  Eigen::Matrix4d R = Eigen::Matrix4d::Zero();
+  for (int r = 0; r < 4; ++r) {
+    for (int c = r; c < 4; ++c) R(r, c) = rows->R(r, c);
   }
-  const double scale = weight_squared / norm_squared;
-  for (int c = 0; c < 4; ++c) {
-    const double scaled = row[c] * scale;
-    for (int r = c; r < 4; ++r) (*normal)(r, c) += row[r] * scaled;
-  }
+  const Eigen::JacobiSVD<Eigen::Matrix4d> svd(R, Eigen::ComputeFullV);
+  return svd.matrixV().col(3);
 }
 
 // Whether two rays from the cameras to the point differ by the least angle.
@@ -138,7 +164,7 @@ const char* ToString(TriangulationStatus status) {
 TriangulationResult TriangulateDlt(Span<PointMeasurement> measurements,
                                    double min_angle_rad) {
   TriangulationResult result;
-  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  RowReducer rows;
   int used = 0;
   for (const PointMeasurement& m : measurements) {
     if (!std::isfinite(m.ideal_px.x()) || !std::isfinite(m.ideal_px.y()) ||
@@ -148,14 +174,11 @@ TriangulationResult TriangulateDlt(Span<PointMeasurement> measurements,
     }
     if (!(m.weight > 0.0)) continue;
     ++used;
-    const double weight_squared = m.weight * m.weight;
-    AddRow(m.camera->P(), m.ideal_px.x(), 0, weight_squared, &normal);
-    AddRow(m.camera->P(), m.ideal_px.y(), 1, weight_squared, &normal);
+    rows.Add(m.camera->P(), m.ideal_px.x(), 0, m.weight);
+    rows.Add(m.camera->P(), m.ideal_px.y(), 1, m.weight);
   }
   if (used < 2) return result;
-  normal.triangularView<Eigen::StrictlyUpper>() =
-      normal.transpose().triangularView<Eigen::StrictlyUpper>();
-  const Eigen::Vector4d homogeneous = SmallestEigenvector(normal);
+  const Eigen::Vector4d homogeneous = Solve(&rows);
   result.point_m = homogeneous.head<3>() / homogeneous(3);
   if (!result.point_m.allFinite()) {
     // A direction, not a point: the rays meet at infinity.
