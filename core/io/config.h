@@ -48,7 +48,8 @@ class ConfigFile {
   }
 
   // The tables [skeletons.NAME] with joints = ["a", "b", ...] and
-  // bones = [["a", "b"], ...], by name.
+  // bones = [["a", "b"], ...], in the order of their names. A built-in
+  // skeleton's name is refused.
   std::vector<Skeleton> ReadSkeletons();
 
   // Throws for the first key that nothing read asked for, naming the nearest
@@ -71,7 +72,7 @@ class ConfigFile {
   std::unique_ptr<Impl> impl_;
 };
 
-// The skeleton of that name, the user's first. Throws InputError listing the
+// The built-in or user's skeleton of that name. Throws InputError listing the
 // known names.
 Skeleton ResolveSkeleton(const std::string& name,
                          const std::vector<Skeleton>& user_skeletons);

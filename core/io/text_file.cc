@@ -7,11 +7,15 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 
 #include "core/base/error.h"
 
 namespace kinegraph {
 namespace {
+
+namespace fs = std::filesystem;
 
 // Closes a file descriptor when it goes out of scope.
 struct Descriptor {
@@ -62,6 +66,30 @@ std::string ReadTextFile(const std::string& path, size_t max_bytes) {
   }
   text.resize(length);
   return text;
+}
+
+bool IsFolder(const std::string& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
+bool IsFile(const std::string& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored) && !IsFolder(path);
+}
+
+std::vector<std::string> ListFolder(const std::string& path) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(path, error), end; !error && entry != end;
+       entry.increment(error)) {
+    names.push_back(entry->path().filename().string());
+  }
+  if (error) {
+    throw InputError(path, "", "cannot be listed: " + error.message());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 }  // namespace kinegraph
