@@ -191,9 +191,8 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
 const TrackFrame* PredictedFrame(const TrackSequence& tracks,
                                  const TrackFrame& true_frame,
                                  const PcpProtocol& protocol) {
-  if (protocol.max_time_gap_s <= 0.0) {
-    return FindFrame(tracks, true_frame.frame);
-  }
+  const TrackFrame* same = FindFrame(tracks, true_frame.frame);
+  if (same != nullptr || protocol.max_time_gap_s <= 0.0) return same;
   return FindNearestInTime(tracks, true_frame.time,
                            FromSeconds(protocol.max_time_gap_s));
 }
