@@ -162,7 +162,7 @@ const char* ToString(TriangulationStatus status) {
 }
 
 TriangulationResult TriangulateDlt(Span<PointMeasurement> measurements,
-                                   double min_angle_rad) {
+                                   const TriangulationOptions& options) {
   TriangulationResult result;
   RowReducer rows;
   int used = 0;
@@ -186,11 +186,12 @@ TriangulationResult TriangulateDlt(Span<PointMeasurement> measurements,
                                             : TriangulationStatus::kNotFinite;
     return result;
   }
-  if (!HasParallax(measurements, result.point_m, min_angle_rad)) {
+  if (!HasParallax(measurements, result.point_m, options.min_angle_rad)) {
     result.status = TriangulationStatus::kParallelRays;
     return result;
   }
   for (const PointMeasurement& m : measurements) {
+    if (!options.require_in_front) break;
     if (m.weight > 0.0 && !(m.camera->Depth(result.point_m) > 0.0)) {
       result.status = TriangulationStatus::kBehindCamera;
       return result;

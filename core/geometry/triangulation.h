@@ -30,12 +30,16 @@ struct TriangulationResult {
   bool ok() const { return status == TriangulationStatus::kOk; }
 };
 
+struct TriangulationOptions {
+  double min_angle_rad = 1e-4;   // least angle between two rays at the point
+  bool require_in_front = true;  // of every camera that measured it
+};
+
 // Direct linear transformation: the unit vector X that minimises |A X|, where
 // each view gives two rows u p3 - p1 and v p3 - p2 (Hartley and Zisserman,
 // section 12.2), each row made a unit vector and multiplied by the weight.
-// `min_angle_rad` is the least angle between two rays at the point.
 TriangulationResult TriangulateDlt(Span<PointMeasurement> measurements,
-                                   double min_angle_rad = 1e-4);
+                                   const TriangulationOptions& options = {});
 
 }  // namespace kinegraph
 

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -41,7 +42,9 @@ void AsNumbers(JsonValue value, std::string_view key, size_t count,
                double* numbers);
 void AsNumbers(const JsonArray& array, std::string_view key, size_t count,
                double* numbers);
-// "object", "array", "null", ... for messages.
+// Name of the value that is the whole text, as a key.
+inline constexpr std::string_view kOutermost = "the outermost value";
+// "an object", "an array", "null", ... for messages.
 const char* TypeName(JsonValue value);
 
 // Frame numbers and identities. Large enough for any take, small enough that

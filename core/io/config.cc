@@ -528,17 +528,14 @@ namespace {
 std::vector<Bone> ReadBones(const JsonField& field,
                             const std::vector<std::string>& joints) {
   std::vector<Bone> bones;
-  for (const JsonField& element : field.Elements("bone")) {
+  for (const JsonField& bone : field.Elements(field.where() + ": bone")) {
     const auto index = [&](const JsonField& end) {
       const auto at = std::find(joints.begin(), joints.end(), end.Text());
       if (at == joints.end()) end.FailExpected("one of the joints");
       return static_cast<int>(at - joints.begin());
     };
-    const std::string where = field.where() + ": " + element.where();
-    const std::vector<JsonField> ends = element.Elements(where + ": end");
-    if (ends.size() != 2) {
-      element.Named(where).FailExpected("the names of two joints");
-    }
+    const std::vector<JsonField> ends = bone.Elements(bone.where() + ": end");
+    if (ends.size() != 2) bone.FailExpected("the names of two joints");
     bones.push_back({index(ends[0]), index(ends[1])});
   }
   return bones;

@@ -18,12 +18,14 @@ class CocoReader {
 
   void ReadFile(const std::string& path, size_t view_idx) {
     const JsonValue root = parser_.Parse(path);
+    const JsonArray entries = Located(
+        path, [] { return ""; }, [&] { return AsArray(root, kOutermost); });
     size_t place = 0;
     Located(
         path, [&] { return "entry " + std::to_string(place); },
         [&] {
-          for (const JsonValue entry : AsArray(root, "the outermost value")) {
-            ReadEntry(AsObject(entry, "the entry"), view_idx);
+          for (const JsonValue entry : entries) {
+            ReadEntry(AsObject(entry, "a detection"), view_idx);
             ++place;
           }
         });

@@ -46,8 +46,8 @@ void ReadPose(const JsonObject& pose, ZeroConfidence zero_confidence,
 std::unique_ptr<DetectionSource> Read(JsonValue root,
                                       const DetectionReadOptions& options,
                                       std::string* place) {
-  const JsonObject frames = AsObject(
-      Required(AsObject(root, "the outermost value"), "frames"), "frames");
+  const JsonObject frames =
+      AsObject(Required(AsObject(root, kOutermost), "frames"), "frames");
   DetectionHeader header;
   header.skeleton = options.skeleton.value_or(Tum14());
   header.frame_rate_hz =

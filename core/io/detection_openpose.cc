@@ -80,21 +80,15 @@ std::vector<std::string> ListViews(const std::string& path) {
   return names;
 }
 
-// Layouts that the number of joints tells apart. BODY_25B looks like BODY_25.
-const Skeleton& ByJointCount(size_t joint_count) {
-  switch (joint_count) {
-    case 25:
-      return Body25();
-    case 18:
-      return Coco18();
-    case 17:
-      return Coco17();
-    default:
-      throw InputError(std::string(kKeypoints) + ": found " +
-                       std::to_string(joint_count) +
-                       " joints, expected 25 (BODY_25), 18 or 17 (COCO); "
-                       "detections.skeleton names others");
+// Layouts that the count of numbers tells apart. BODY_25B looks like BODY_25.
+const Skeleton& ByNumberCount(size_t number_count) {
+  for (const Skeleton* skeleton : {&Body25(), &Coco18(), &Coco17()}) {
+    if (number_count == 3 * skeleton->joints().size()) return *skeleton;
   }
+  throw InputError(std::string(kKeypoints) + ": found " +
+                   std::to_string(number_count) +
+                   " numbers, expected 75 (BODY_25), 54 or 51 (COCO); "
+                   "detections.skeleton names other skeletons");
 }
 
 class OpenPoseSource : public DetectionSource {
@@ -176,27 +170,29 @@ class OpenPoseSource : public DetectionSource {
   }
 
   const Skeleton* SkeletonOf(const std::string& path) {
-    const JsonObject root = ParseRoot(path);
+    const JsonArray people = ParsePeople(path);
     const Skeleton* skeleton = nullptr;
     Located(
         path, [] { return ""; },
         [&] {
-          for (const JsonValue person :
-               AsArray(Required(root, "people"), "people")) {
+          for (const JsonValue person : people) {
             const size_t count = Keypoints(person).size();
             if (count == 0) continue;
-            skeleton = &ByJointCount(count % 3 == 0 ? count / 3 : 0);
+            skeleton = &ByNumberCount(count);
             return;
           }
         });
     return skeleton;
   }
 
-  JsonObject ParseRoot(const std::string& path) {
+  JsonArray ParsePeople(const std::string& path) {
     const JsonValue root = parser_.Parse(path);
     return Located(
         path, [] { return ""; },
-        [&] { return AsObject(root, "the outermost value"); });
+        [&] {
+          return AsArray(Required(AsObject(root, kOutermost), "people"),
+                         "people");
+        });
   }
 
   static JsonArray Keypoints(JsonValue person) {
@@ -205,14 +201,13 @@ class OpenPoseSource : public DetectionSource {
   }
 
   void ReadView(const std::string& path, std::vector<Detection>* detections) {
-    const JsonObject root = ParseRoot(path);
+    const JsonArray people = ParsePeople(path);
+    detections->resize(people.size());
     int place = 0;
     size_t count = 0;
     Located(
         path, [&] { return "people[" + std::to_string(place) + "]"; },
         [&] {
-          const JsonArray people = AsArray(Required(root, "people"), "people");
-          detections->resize(people.size());
           for (const JsonValue person : people) {
             if (ReadPerson(person, &(*detections)[count])) {
               (*detections)[count++].index_in_file = place;

@@ -51,8 +51,7 @@ std::unique_ptr<DetectionSource> OpenSmap(const std::string& path,
         file, [] { return "3d_pairs"; },
         [&] {
           const JsonObject pairs = AsObject(
-              Required(AsObject(root, "the outermost value"), "3d_pairs"),
-              "3d_pairs");
+              Required(AsObject(root, kOutermost), "3d_pairs"), "3d_pairs");
           for (const JsonValue person :
                AsArray(Required(pairs, "pred_2d"), "pred_2d")) {
             ReadPerson(person, options.zero_confidence,

@@ -70,7 +70,7 @@ HeldOutSet ReadHeldOutSet(const std::string& path,
   return Located(
       path, [&] { return place; },
       [&] {
-        const JsonObject root = AsObject(value, "the outermost value");
+        const JsonObject root = AsObject(value, kOutermost);
         HeldOutSet set;
         set.min_confidence = ReadLimit(root, "confidence_at_least");
         set.cap_px = ReadLimit(root, "cap_px");

@@ -47,10 +47,10 @@ class JsonField {
   // The member of an object; Find gives nullopt, At fails, when it is missing.
   std::optional<JsonField> Find(const std::string& key) const;
   JsonField At(const std::string& key) const;
-  // Members in file order, named "`kind` 'key'" in messages.
+  // Members in file order; messages call them "`kind` 'key'".
   struct Member;
   std::vector<Member> Members(const std::string& kind) const;
-  // Elements of an array, named "`kind` 0" in messages.
+  // Elements of an array; messages call them "`kind` 0".
   std::vector<JsonField> Elements(const std::string& kind) const;
 
   std::string Text() const;

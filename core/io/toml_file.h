@@ -10,8 +10,8 @@
 
 namespace kinegraph {
 
-// Throws InputError naming `file` and line for a syntax error or a repeated
-// key.
+// Throws InputError naming `file` and line for a syntax error, a repeated
+// key or nesting that no sensible file has.
 toml::table ParseToml(const std::string& text, const std::string& file);
 
 // The same values as JSON, tables in the order of the file (toml++ sorts them

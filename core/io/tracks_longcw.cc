@@ -80,12 +80,14 @@ class Reader {
   // Runs `visit(frame, poses)` on each entry; errors name the entry.
   template <typename Visit>
   void ForEachFrame(JsonValue root, const Visit& visit) const {
+    const JsonArray frames = Located(
+        path_, [] { return ""; }, [&] { return AsArray(root, kOutermost); });
     size_t index = 0;
     Located(
         path_, [&] { return "entry " + std::to_string(index); },
         [&] {
-          for (const JsonValue value : AsArray(root, "the outermost value")) {
-            const JsonObject frame = AsObject(value, "the frame");
+          for (const JsonValue value : frames) {
+            const JsonObject frame = AsObject(value, "a frame");
             visit(frame, AsArray(Required(frame, "poses"), "poses"));
             ++index;
           }

@@ -39,8 +39,8 @@ void ReadFile(JsonValue root, int64_t frame, TrackCollector* collector) {
   if (!collector->Touch(frame)->people.empty()) {
     throw InputError("frame " + std::to_string(frame) + " stands there twice");
   }
-  const JsonArray bodies = AsArray(
-      Required(AsObject(root, "the outermost value"), "bodies"), "bodies");
+  const JsonArray bodies =
+      AsArray(Required(AsObject(root, kOutermost), "bodies"), "bodies");
   for (const JsonValue value : bodies) {
     const JsonObject body = AsObject(value, "bodies");
     const TrackId id(AsId(Required(body, "id"), "id"));

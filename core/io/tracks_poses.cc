@@ -90,9 +90,7 @@ TrackSequence ReadPoses(const std::string& path,
   std::string place;
   return Located(
       path, [&] { return place; },
-      [&] {
-        return Read(AsObject(root, "the outermost value"), options, &place);
-      });
+      [&] { return Read(AsObject(root, kOutermost), options, &place); });
 }
 
 }  // namespace kinegraph

@@ -18,6 +18,8 @@ void ReconstructionOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("max_lost_share", &max_lost_share, Between(0.0, 1.0),
                  "share of joints",
                  "an update that loses more of the joints seen fails");
+  visitor.Boolean("require_in_front", &require_in_front,
+                  "a joint behind a camera that measured it is refused");
 }
 
 bool Reconstructor::Update(Span<UsedView> views, const Pose3d& predicted,
@@ -61,6 +63,8 @@ void Reconstructor::Run(Span<UsedView> views, double alpha_px,
             : std::exp(-options_.lambda_t_per_frame * views[v].age_frames);
   }
   const bool initial = predicted == nullptr;
+  TriangulationOptions triangulation_options;
+  triangulation_options.require_in_front = options_.require_in_front;
   for (size_t j = 0; j < joint_count; ++j) {
     measured_.clear();
     rays_.clear();
@@ -94,7 +98,8 @@ void Reconstructor::Run(Span<UsedView> views, double alpha_px,
     }
     reconstruction->fresh_inlier_views[j] = fresh_kept;
     Joint3d& joint = reconstruction->pose[j];
-    const TriangulationResult triangulation = TriangulateDlt(measurements_);
+    const TriangulationResult triangulation =
+        TriangulateDlt(measurements_, triangulation_options);
     if (triangulation.ok()) {
       reconstruction->triangulated[j] = 1;
       joint.position_m = triangulation.point_m;

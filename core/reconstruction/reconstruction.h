@@ -26,6 +26,10 @@ struct ReconstructionOptions {
   // frame is left with fewer than two views.
   double max_lost_share = 1.0 / 3.0;
 
+  // A joint behind a camera that measured it is no joint. The authors' code
+  // does not ask.
+  bool require_in_front = true;
+
   void Describe(OptionVisitor& visitor);
 };
 
