@@ -231,6 +231,14 @@ const char* ToString(PcpGroup group) {
   return kNames[static_cast<size_t>(group)];
 }
 
+const char* ToString(EndpointRule rule) {
+  return rule == EndpointRule::kMean ? "mean" : "each";
+}
+
+const char* ToString(PersonMatching matching) {
+  return matching == PersonMatching::kNearest ? "nearest" : "one_to_one";
+}
+
 PcpProtocol ShelfProtocol() {
   PcpProtocol protocol;
   protocol.name = "shelf";

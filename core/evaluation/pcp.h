@@ -54,6 +54,9 @@ enum class PersonMatching {
   kOneToOne,
 };
 
+const char* ToString(EndpointRule rule);        // "mean", "each"
+const char* ToString(PersonMatching matching);  // "nearest", "one_to_one"
+
 struct PcpProtocol {
   std::string name;
   std::vector<FrameRange> frames;  // of the ground truth; none: all
