@@ -25,7 +25,7 @@ Matrix3d RotZ(double a) { return RotationAbout(Vector3d::UnitZ(), a); }
 // and smoothly held below it above, so that the knee never snaps straight.
 double ReachableDistance(double wanted_m, double leg_m) {
   const double limit = 0.999 * leg_m;
-  const double softness = 0.012 * leg_m;
+  const double softness = 0.035 * leg_m;
   const double bend_from = limit - softness;
   if (wanted_m <= bend_from) return wanted_m;
   return limit - softness * std::exp(-(wanted_m - bend_from) / softness);

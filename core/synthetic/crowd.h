@@ -14,7 +14,7 @@ namespace kinegraph {
 
 struct CrowdOptions {
   double area_radius_m = 3.0;     // people walk inside this circle
-  double walking_speed_ms = 1.2;  // mean over people
+  double walking_speed_ms = 1.1;  // mean over people
   double min_distance_m = 0.55;   // closest that two people pass (centres)
   // After each walk the next deed is drawn with these weights.
   double walking = 0.55;

@@ -13,7 +13,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kSwingShare = 0.8;      // of a step's period
+constexpr double kSwingShare = 0.85;     // of a step's period
 constexpr double kHeelRiseTime = 0.22;   // before the foot leaves the ground
 constexpr double kFootFlatTime = 0.13;   // after the heel strikes
 constexpr double kStepThreshold = 0.05;  // smaller displacements are borne [m]
@@ -180,7 +180,7 @@ FootPosture PersonMotion::FootAt(double time_s, int side) const {
     const double t0 = step.swing.begin_s;
     const double t1 = step.swing.end_s;
     const double size = std::clamp(step.length_m / 1.3, 0.0, 1.1);
-    toes_down += 0.75 * size *
+    toes_down += 0.6 * size *
                  SmoothBump(time_s, t0 - kHeelRiseTime, t0 + 0.08 * (t1 - t0),
                             t0 + 0.62 * (t1 - t0));
     toes_up +=
@@ -195,7 +195,7 @@ FootPosture PersonMotion::FootAt(double time_s, int side) const {
 
   // The foot rolls over the ball with the toes down and over the heel with the
   // toes up; the ankle moves accordingly.
-  const double ball = 0.55 * shape_.foot_length;
+  const double ball = 0.68 * shape_.foot_length;
   const double heel = 0.2 * shape_.foot_length;
   const double height = shape_.ankle_height;
   const double forward =
@@ -262,7 +262,7 @@ Posture PersonMotion::PostureAt(double time_s) const {
   // The pelvis sinks when the feet are apart (inverted pendulum), moves over
   // the standing foot, and sways a little.
   const double half = 0.5 * apart.norm();
-  const double upright = 0.993 * shape_.leg() + shape_.ankle_height -
+  const double upright = 0.98 * shape_.leg() + shape_.ankle_height -
                          0.42 * half * half / shape_.leg();
   const double raised =
       posture.feet[kLeft].ankle_m.z() - posture.feet[kRight].ankle_m.z();
