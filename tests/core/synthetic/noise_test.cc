@@ -39,7 +39,6 @@ const Scene& StandingScene() {
     options.seed = 4;
     options.people = 4;
     options.duration_s = 80.0;
-    options.motion = CrowdOptions();
     options.motion.walking = 0.0;
     options.motion.turning = 0.0;
     options.motion.sitting = 0.0;
@@ -325,8 +324,6 @@ TEST(Noise, CorrelatedNoiseHasItsSharesAndTime) {
     scene_options.people = 4;
     scene_options.duration_s = 40.0;
     scene_options.frame_rate_hz = rate;
-    scene_options.motion =
-        StandingScene().people.empty() ? CrowdOptions() : CrowdOptions();
     scene_options.motion.visitors = 0.0;
     scene_options.motion.area_radius_m = 1.5;
     const Scene scene = MakeScene(scene_options);
