@@ -94,6 +94,7 @@ FrameRecord Assembler::Append(const EstimatorFrame& frame,
       prior.x0.setZero();
       prior.x0.head<3>() = centre_;
       prior.b.setZero();
+      prior.A_stated = prior.A;
     }
   }
   for (const FreshView& view : frame.views) {

@@ -26,7 +26,7 @@ class CeresBuilder {
   }
 
   void AddJoint(JointChain* chain) {
-    if (person_->prior.A.size() == 0) {
+    if (person_->prior.empty()) {
       const StatePrior& prior = chain->prior;
       problem_.AddResidualBlock(
           MarginalPriorFactor::Create(prior.A, prior.x0, prior.b), nullptr,
@@ -50,7 +50,7 @@ class CeresBuilder {
 
   void AddPersonPrior() {
     const PersonPrior& prior = person_->prior;
-    if (prior.A.size() == 0) return;
+    if (prior.empty()) return;
     std::vector<double*> blocks;
     for (JointChain& chain : person_->joints) {
       blocks.push_back(chain.states[0].data());
@@ -72,10 +72,10 @@ class CeresBuilder {
     options.num_threads = 1;
     options.logging_type = ceres::SILENT;
     options.max_num_iterations = stage_.max_iterations;
-    // Ceres' tolerances are relative; positions are metres, so a relative step
-    // of a tenth of ours is safely below it.
+    // Ceres' tolerances are relative. Positions are metres, so a hundredth of
+    // our step is safe; the cost changes with the square of a step.
     options.parameter_tolerance = 1e-2 * step_tolerance_m;
-    options.function_tolerance = 1e-5 * step_tolerance_m;
+    options.function_tolerance = step_tolerance_m * step_tolerance_m;
     options.gradient_tolerance = 1e-12;
     options.initial_trust_region_radius = 1e12;  // nearly Gauss-Newton
     options.max_trust_region_radius = 1e16;
@@ -139,7 +139,7 @@ void Merge(const SolveReport& part, SolveReport* whole) {
 SolveReport RunStage(const SolveStage& stage, double step_tolerance_m,
                      PersonProblem* problem) {
   SolveReport report;
-  if (problem->bones.empty() && problem->prior.A.size() == 0) {
+  if (problem->bones.empty() && problem->prior.empty()) {
     for (JointChain& chain : problem->joints) {
       CeresBuilder builder(problem, stage);
       builder.AddJoint(&chain);

@@ -16,7 +16,21 @@ double LargestMove(const std::vector<State>& step) {
   return largest;
 }
 
+// Where the last step still moved a state this far there is no estimate to
+// speak of: the frame's measurements count nothing, and status and covariance
+// say so.
+constexpr double kUnsettled = 0.05;  // m
+
 }  // namespace
+
+void ChainSolver::DoubtUnsettledFrames(const JointChain& chain) {
+  for (size_t k = 0; k < step_.size(); ++k) {
+    if (step_[k].head<3>().cwiseAbs().maxCoeff() < kUnsettled) continue;
+    for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+      linear_.weights[m] = 0.0;
+    }
+  }
+}
 
 bool ChainSolver::RunStage(const std::vector<TimeNs>& times,
                            const SolveStage& stage, double step_tolerance_m,
@@ -73,6 +87,7 @@ SolveReport ChainSolver::Solve(const std::vector<TimeNs>& times,
       break;
     }
   }
+  if (report.finite && !report.converged) DoubtUnsettledFrames(*chain);
   for (size_t m = 0; m < chain->measurements.size(); ++m) {
     chain->measurements[m].weight = report.finite ? linear_.weights[m] : 0.0;
   }

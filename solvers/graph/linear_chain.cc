@@ -160,7 +160,8 @@ void LineariseInformation(const std::vector<TimeNs>& times,
   linear->Resize(times.size(), chain.measurements.size());
   for (Matrix6d& block : linear->diagonal) block.setZero();
   if (use_prior) {
-    linear->diagonal[0].noalias() += chain.prior.A.transpose() * chain.prior.A;
+    linear->diagonal[0].noalias() +=
+        chain.prior.A_stated.transpose() * chain.prior.A_stated;
   }
   for (size_t k = 0; k < times.size(); ++k) {
     if (k + 1 < times.size()) {

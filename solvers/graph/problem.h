@@ -38,6 +38,10 @@ struct StatePrior {
   Matrix6d A = Matrix6d::Identity();
   State x0 = State::Zero();
   State b = State::Zero();
+  // Square root of the information that covariances state: as A, but with
+  // every observation times the correction of its loss
+  // (InformationCorrection).
+  Matrix6d A_stated = Matrix6d::Identity();
 };
 
 // Gaussian on the first states of all joints below each other.
@@ -45,6 +49,9 @@ struct PersonPrior {
   Eigen::MatrixXd A;
   Eigen::VectorXd x0;
   Eigen::VectorXd b;
+  Eigen::MatrixXd A_stated;
+
+  bool empty() const { return A.size() == 0; }
 };
 
 struct JointChain {
