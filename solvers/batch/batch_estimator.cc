@@ -1,12 +1,14 @@
 #include "solvers/batch/batch_estimator.h"
 
-#include <cmath>
+#include <algorithm>
 #include <iterator>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "solvers/graph/assembler.h"
+#include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/graph/person_solver.h"
@@ -81,8 +83,11 @@ class BatchEstimator final : public Estimator {
   int joint_count() const { return scene_.skeleton.joint_count(); }
   void SolveAll();
   void RescaleNoise(const SolveSchedule& first_stage);
+  void AddBones();
   void WriteFinals();
-  void WriteFinalsOf(int joint_idx);
+  void WriteFinalsOf(int joint_idx, const std::vector<int>& inliers,
+                     bool ever_two, const std::vector<Matrix6d>& covariances);
+  std::vector<int> InliersOf(int joint_idx) const;
 
   const SceneModel scene_;
   const GraphOptions options_;
@@ -139,6 +144,7 @@ void BatchEstimator::SolveAll() {
   for (int j = 0; j < joint_count(); ++j) {
     solver_.SolveJoint(rest, j, &problem_);
   }
+  if (options_.bones) AddBones();
 }
 
 void BatchEstimator::RescaleNoise(const SolveSchedule& first_stage) {
@@ -154,31 +160,83 @@ void BatchEstimator::RescaleNoise(const SolveSchedule& first_stage) {
   ScaleSigmas(EstimateNoiseScale(std::move(squares)), &problem_);
 }
 
+std::vector<int> BatchEstimator::InliersOf(int joint_idx) const {
+  std::vector<int> inliers(records_.size());
+  for (size_t k = 0; k < inliers.size(); ++k) {
+    inliers[k] =
+        CountInliers(problem_.joints[joint_idx], k, options_.inlier_weight);
+  }
+  return inliers;
+}
+
+bool EverTwo(const std::vector<int>& inliers) {
+  return std::any_of(inliers.begin(), inliers.end(),
+                     [](int count) { return count >= 2; });
+}
+
+// Bones between joints that two views have placed, as long as the estimates
+// without bones say.
+void BatchEstimator::AddBones() {
+  BoneLengths lengths(scene_.skeleton);
+  std::vector<std::vector<int>> inliers;
+  for (int j = 0; j < joint_count(); ++j) inliers.push_back(InliersOf(j));
+  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  for (size_t i = 0; i < bones.size(); ++i) {
+    for (size_t k = 0; k < records_.size(); ++k) {
+      if (inliers[bones[i].a][k] < 2 || inliers[bones[i].b][k] < 2) continue;
+      const double distance_m =
+          (problem_.joints[bones[i].a].states[k].head<3>() -
+           problem_.joints[bones[i].b].states[k].head<3>())
+              .norm();
+      lengths.Add(static_cast<int>(i), distance_m, 1.0 / scene_.frame_rate_hz);
+    }
+  }
+  for (size_t i = 0; i < bones.size(); ++i) {
+    const std::optional<double> length_m = lengths.Length(static_cast<int>(i));
+    if (!length_m.has_value()) continue;
+    if (!EverTwo(inliers[bones[i].a]) || !EverTwo(inliers[bones[i].b])) {
+      continue;
+    }
+    problem_.bones.push_back(
+        {bones[i].a, bones[i].b, *length_m, options_.bone_sigma_m});
+  }
+  solver_.SolveBones(&problem_);
+}
+
 void BatchEstimator::WriteFinals() {
   finals_.clear();
   finals_.reserve(records_.size());
   for (const FrameRecord& record : records_) {
     finals_.push_back(PoseOf(record, joint_count(), options_.covariance));
   }
-  for (int j = 0; j < joint_count(); ++j) WriteFinalsOf(j);
+  static const std::vector<Matrix6d> kNone;
+  const bool coupled = !problem_.bones.empty();
+  std::vector<std::vector<Matrix6d>> together;
+  if (coupled && options_.covariance) {
+    together = solver_.BoneCovariances(problem_, records_.size());
+  }
+  for (int j = 0; j < joint_count(); ++j) {
+    const std::vector<int> inliers = InliersOf(j);
+    const bool ever_two = EverTwo(inliers);
+    if (!options_.covariance || !ever_two) {
+      WriteFinalsOf(j, inliers, ever_two, kNone);
+    } else if (coupled) {
+      WriteFinalsOf(j, inliers, ever_two, together[j]);
+    } else {
+      WriteFinalsOf(
+          j, inliers, ever_two,
+          solver_.JointCovariances(problem_, j, solver_.correction()));
+    }
+  }
 }
 
-void BatchEstimator::WriteFinalsOf(int joint_idx) {
+void BatchEstimator::WriteFinalsOf(int joint_idx,
+                                   const std::vector<int>& inliers,
+                                   bool ever_two,
+                                   const std::vector<Matrix6d>& covariances) {
   const JointChain& chain = problem_.joints[joint_idx];
-  const size_t count = records_.size();
-  std::vector<int> inliers(count);
-  bool ever_two = false;
-  for (size_t k = 0; k < count; ++k) {
-    inliers[k] = CountInliers(chain, k, options_.inlier_weight);
-    ever_two = ever_two || inliers[k] >= 2;
-  }
   const std::vector<double> nearest = SecondsToSupport(problem_.times, inliers);
-  static const std::vector<Matrix6d> kNone;
-  const std::vector<Matrix6d>& covariances =
-      options_.covariance && ever_two
-          ? solver_.JointCovariances(problem_, joint_idx, solver_.correction())
-          : kNone;
-  for (size_t k = 0; k < count; ++k) {
+  for (size_t k = 0; k < records_.size(); ++k) {
     const JointStatus status =
         StatusOf(inliers[k], ever_two, nearest[k], options_.bridging_limit_s);
     Eigen::Matrix3d covariance;

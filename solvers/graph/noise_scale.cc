@@ -53,7 +53,7 @@ double EstimateNoiseScale(std::vector<double> squares) {
     variance = sum / count / mean_within;
   }
   // As if this many residuals of scale 1 had been seen before.
-  constexpr double kPriorCount = 100.0;
+  constexpr double kPriorCount = 20.0;
   const double count = static_cast<double>(squares.size());
   variance = (count * variance + kPriorCount) / (count + kPriorCount);
   return std::clamp(std::sqrt(variance), 0.25, 4.0);

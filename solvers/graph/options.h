@@ -50,7 +50,7 @@ struct GraphOptions {
   // information of each observation is scaled, after the loss, by
   // information_scale (1 - rho) / (1 + rho), rho = exp(-dt / tau).
   double correlation_time_s = 0.1;
-  double information_scale = 1.0;
+  double information_scale = 1.5;
   // One factor on all sigmas of a person, from the residuals (batch).
   bool estimate_noise_scale = true;
 

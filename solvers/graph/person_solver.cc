@@ -60,6 +60,35 @@ void PersonSolver::SolveJoint(const SolveSchedule& schedule, int joint_idx,
   }
 }
 
+void PersonSolver::SolveBones(PersonProblem* problem) {
+  if (problem->bones.empty() && problem->prior.empty()) return;
+  SolveSchedule last = schedule_;
+  last.stages.erase(last.stages.begin(), last.stages.end() - 1);
+  PersonProblem coupled = *problem;
+  const SolveReport report = solver_ == GraphSolver::kCeres
+                                 ? SolveWithCeres(last, &coupled)
+                                 : bone_solver_.Solve(last, &coupled);
+  bool finite = report.finite;
+  for (const JointChain& chain : coupled.joints) {
+    finite = finite && AllFinite(chain.states);
+  }
+  if (!finite) {
+    LOG(WARNING) << "bones: the solver found no finite estimate";
+    return;
+  }
+  *problem = std::move(coupled);
+}
+
+std::vector<std::vector<Matrix6d>> PersonSolver::BoneCovariances(
+    const PersonProblem& problem, size_t frame_end) const {
+  std::vector<std::vector<Matrix6d>> covariances;
+  if (!PersonCovariances(problem, correction_, frame_end, &covariances)) {
+    LOG(WARNING) << "bones: no covariance";
+    covariances.assign(problem.joints.size(), {});
+  }
+  return covariances;
+}
+
 const std::vector<Matrix6d>& PersonSolver::JointCovariances(
     const PersonProblem& problem, int joint_idx, double correction) {
   if (!chain_solver_.Covariances(problem.times, problem.joints[joint_idx],

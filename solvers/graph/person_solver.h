@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "solvers/graph/bone_solver.h"
 #include "solvers/graph/chain_solver.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
@@ -26,6 +27,16 @@ class PersonSolver {
   void SolveJoint(const SolveSchedule& schedule, int joint_idx,
                   PersonProblem* problem);
 
+  // Couples the joints by the problem's bones, from the estimates that the
+  // joints have alone and under the last stage's loss. Where that finds nothing
+  // finite those estimates stay.
+  void SolveBones(PersonProblem* problem);
+
+  // Covariances of the frames before `frame_end` of all joints, bones included;
+  // [joint][frame], empty where there are none.
+  std::vector<std::vector<Matrix6d>> BoneCovariances(
+      const PersonProblem& problem, size_t frame_end) const;
+
   // Covariances of all frames of a joint; empty where there are none. Valid
   // until the next call.
   const std::vector<Matrix6d>& JointCovariances(const PersonProblem& problem,
@@ -37,6 +48,7 @@ class PersonSolver {
   SolveSchedule schedule_;
   double correction_;
   ChainSolver chain_solver_;
+  BoneSolver bone_solver_;
   std::vector<State> start_;
   std::vector<Matrix6d> covariances_;
 };

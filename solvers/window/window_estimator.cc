@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "solvers/graph/assembler.h"
+#include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/marginalise_frame.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/graph/person_solver.h"
@@ -28,6 +30,7 @@ class WindowEstimator final : public Estimator {
         assembler_(scene_, options_),
         solver_(options_),
         problem_(assembler_.EmptyProblem()),
+        bone_lengths_(scene_.skeleton),
         supports_(scene_.skeleton.joint_count()),
         last_states_(scene_.skeleton.joint_count(), State::Zero()) {}
 
@@ -46,7 +49,9 @@ class WindowEstimator final : public Estimator {
   void DropFinalFrames();
   void SolveMeasuredJoints();
   void UpdateLast();
-  void EmitDue(bool all);
+  void SolveBones();
+  void LearnBoneLengths();
+  size_t DueEnd() const;
   void Emit(size_t end);
   JointStatus StatusAt(size_t k, int joint_idx, int* inliers) const;
 
@@ -55,6 +60,7 @@ class WindowEstimator final : public Estimator {
   Assembler assembler_;
   PersonSolver solver_;
   PersonProblem problem_;
+  BoneLengths bone_lengths_;
   std::vector<FrameRecord> records_;    // as problem_.times
   std::vector<JointSupport> supports_;  // by frames that left the window
   size_t final_count_ = 0;              // of records_, already emitted
@@ -70,8 +76,10 @@ void WindowEstimator::Add(const EstimatorFrame& frame) {
   DropFinalFrames();
   PlaceAnew(placed_anew);
   SolveMeasuredJoints();
+  if (options_.bones) SolveBones();
   UpdateLast();
-  EmitDue(false);
+  const size_t end = DueEnd();
+  if (end > final_count_) Emit(end);
 }
 
 // A new state starts where the motion leads. Returns the joints of which that
@@ -171,15 +179,55 @@ void WindowEstimator::Predict(TimeNs time, Pose3d* pose) const {
   }
 }
 
-void WindowEstimator::EmitDue(bool all) {
+// End of the frames that are old enough to be final.
+size_t WindowEstimator::DueEnd() const {
   // Half a millisecond of slack: frame times are rounded to nanoseconds.
   const TimeNs lag = FromSeconds(options_.lag_s) - FromSeconds(5e-4);
   size_t end = final_count_;
   while (end < records_.size() &&
-         (all || problem_.times.back() - problem_.times[end] >= lag)) {
+         problem_.times.back() - problem_.times[end] >= lag) {
     ++end;
   }
-  if (end > final_count_) Emit(end);
+  return end;
+}
+
+// Lengths are learnt from estimates without bones, or they would confirm
+// themselves, of frames that are about to become final.
+void WindowEstimator::LearnBoneLengths() {
+  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  const size_t end = DueEnd();
+  for (size_t k = final_count_; k < end; ++k) {
+    for (size_t i = 0; i < bones.size(); ++i) {
+      const JointChain& a = problem_.joints[bones[i].a];
+      const JointChain& b = problem_.joints[bones[i].b];
+      if (CountInliers(a, k, options_.inlier_weight) < 2) continue;
+      if (CountInliers(b, k, options_.inlier_weight) < 2) continue;
+      bone_lengths_.Add(static_cast<int>(i),
+                        (a.states[k].head<3>() - b.states[k].head<3>()).norm(),
+                        1.0 / scene_.frame_rate_hz);
+    }
+  }
+}
+
+void WindowEstimator::SolveBones() {
+  LearnBoneLengths();
+  std::vector<bool> placed(joint_count());
+  for (int j = 0; j < joint_count(); ++j) {
+    int inliers = 0;
+    placed[j] = StatusAt(newest(), j, &inliers) != JointStatus::kMissing;
+  }
+  problem_.bones.clear();
+  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  for (size_t i = 0; i < bones.size(); ++i) {
+    const std::optional<double> length_m =
+        bone_lengths_.Length(static_cast<int>(i));
+    if (!length_m.has_value() || !placed[bones[i].a] || !placed[bones[i].b]) {
+      continue;
+    }
+    problem_.bones.push_back(
+        {bones[i].a, bones[i].b, *length_m, options_.bone_sigma_m});
+  }
+  solver_.SolveBones(&problem_);
 }
 
 // Makes the frames final_count_ .. end - 1 final.
@@ -188,11 +236,18 @@ void WindowEstimator::Emit(size_t end) {
   for (size_t k = final_count_; k < end; ++k) {
     finals_.push_back(PoseOf(records_[k], joint_count(), options_.covariance));
   }
+  const bool coupled = !problem_.bones.empty() || !problem_.prior.empty();
+  std::vector<std::vector<Matrix6d>> together;
+  if (options_.covariance && coupled) {
+    together = solver_.BoneCovariances(problem_, end);
+  }
   for (int j = 0; j < joint_count(); ++j) {
-    const std::vector<Matrix6d>* covariances =
-        options_.covariance
-            ? &solver_.JointCovariances(problem_, j, solver_.correction())
-            : nullptr;
+    const std::vector<Matrix6d>* covariances = nullptr;
+    if (options_.covariance) {
+      covariances = coupled ? &together[j]
+                            : &solver_.JointCovariances(problem_, j,
+                                                        solver_.correction());
+    }
     for (size_t k = final_count_; k < end; ++k) {
       int inliers = 0;
       const JointStatus status = StatusAt(k, j, &inliers);
@@ -212,7 +267,9 @@ void WindowEstimator::TakeFinals(std::vector<FinalPose>* finals) {
   finals_.clear();
 }
 
-void WindowEstimator::Finish() { EmitDue(true); }
+void WindowEstimator::Finish() {
+  if (final_count_ < records_.size()) Emit(records_.size());
+}
 
 }  // namespace
 

@@ -55,9 +55,6 @@ SolveSchedule Exact(LossKind loss, double scale) {
   SolveSchedule schedule;
   schedule.step_tolerance_m = 1e-11;
   schedule.stages.push_back({LossKind::kHuber, 1.5, 300});
-  // Twice: Ceres shrinks its trust region when rounding of the cost hides the
-  // progress of a step, and so stops a little early; a restart opens it again.
-  schedule.stages.push_back({loss, scale, 300});
   schedule.stages.push_back({loss, scale, 300});
   return schedule;
 }
@@ -72,23 +69,42 @@ TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
        {LossKind::kNone, LossKind::kHuber, LossKind::kCauchy,
         LossKind::kGemanMcClure, LossKind::kTukey}) {
     const SolveSchedule schedule = Exact(loss, 3.0);
+    SolveSchedule last = schedule;
+    last.stages.erase(last.stages.begin());
     PersonProblem by_ceres = problem_;
     SolveWithCeres(schedule, &by_ceres);
+    // Ceres stops where rounding hides the progress of the cost, a part in
+    // 1e16 of about 1e3 under a curvature of 1e3 / m^2 and more: 1e-8 m, and
+    // ten times that where reweighting converges slowly.
+    PersonProblem from_ours = problem_;
     ChainSolver solver;
     for (size_t j = 0; j < problem_.joints.size(); ++j) {
       JointChain chain = problem_.joints[j];
       const SolveReport report = solver.Solve(problem_.times, schedule, &chain);
       EXPECT_TRUE(report.finite);
+      EXPECT_TRUE(report.converged) << report.iterations;
       for (size_t k = 0; k < chain.states.size(); ++k) {
         EXPECT_LT(
             (chain.states[k] - by_ceres.joints[j].states[k]).head<3>().norm(),
-            1e-8)
+            1e-7)
             << LossNames()[static_cast<int>(loss)] << " joint " << j
             << " frame " << k;
       }
       for (size_t m = 0; m < chain.measurements.size(); ++m) {
         EXPECT_NEAR(chain.measurements[m].weight,
-                    by_ceres.joints[j].measurements[m].weight, 1e-6);
+                    by_ceres.joints[j].measurements[m].weight, 1e-5);
+      }
+      from_ours.joints[j] = chain;
+    }
+    // Started at our minimum, Ceres finds nothing better.
+    const PersonProblem ours = from_ours;
+    SolveWithCeres(last, &from_ours);
+    for (size_t j = 0; j < ours.joints.size(); ++j) {
+      for (size_t k = 0; k < ours.times.size(); ++k) {
+        EXPECT_LT((ours.joints[j].states[k] - from_ours.joints[j].states[k])
+                      .head<3>()
+                      .norm(),
+                  1e-8);
       }
     }
   }
