@@ -12,15 +12,12 @@
 #include <vector>
 
 #include "core/base/time.h"
-#include "core/data/detection.h"
+#include "core/data/observation.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 #include "core/skeleton/skeleton.h"
 
 namespace kinegraph {
-
-// What the joints filter said of a measured joint.
-enum class FilterVerdict : uint8_t { kUnmeasured, kKept, kRemoved };
 
 // A detection matched in this very frame (never a re-used older one).
 struct FreshView {
@@ -37,11 +34,13 @@ struct EstimatorFrame {
   int64_t frame = 0;
   TimeNs time = 0;
   std::vector<FreshView> views;  // may be empty
-  // DLT after the joints filter. Any joint may be missing; kObserved joints
-  // were triangulated, kInferred ones predicted. Valid only if `has_initial`;
-  // without it the update failed, or nothing was matched.
+  // DLT after the joints filter. Any joint may be missing. kObserved joints
+  // were triangulated with two or more views of this frame, kInferred ones with
+  // older views, or predicted. Valid only if `has_initial`; without it the
+  // update failed, or nothing was matched.
   bool has_initial = false;
   Pose3d initial;
+  std::vector<char> triangulated;  // one a joint: by DLT, not predicted
   // Inlier views of each joint in this frame, by the joints filter.
   std::vector<int> inlier_views;
 };
@@ -58,6 +57,8 @@ struct SceneModel {
   CameraRig cameras;
   Skeleton skeleton;  // of the tracks
   double frame_rate_hz = 0.0;
+  // Finals carry what each view contributed (PersonPose::matches).
+  bool keep_observations = false;
 };
 
 class Estimator {
@@ -81,6 +82,12 @@ class Estimator {
   // Makes all that is left final. Nothing may be added afterwards.
   virtual void Finish() = 0;
 };
+
+// What `frame` says of its views, for a final pose: inlier views by the joints
+// filter, and the score; with `matches`, each view's detection with weight 1
+// for joints that the filter kept and 0 for those it removed.
+void DescribeViews(const EstimatorFrame& frame, bool matches,
+                   PersonPose* person);
 
 using EstimatorFactory =
     std::function<std::unique_ptr<Estimator>(const SceneModel& scene)>;

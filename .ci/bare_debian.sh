@@ -1,0 +1,69 @@
+#!/bin/bash
+# Runs a command of a fresh clone in a bare Debian 12: nothing but what
+# debootstrap's smallest variant has. Needs root and debootstrap.
+#
+#   .ci/bare_debian.sh [FOLDER [COMMAND...]]     default: ./kinegraph test
+#
+# FOLDER (default: a temporary one) receives the root and is removed at the end,
+# or kept with KEEP=1; it must not exist or be empty. Mirror and proxy are those
+# of this machine's apt. Commits only: what is not committed is not tried.
+set -euo pipefail
+project=$(cd -P "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
+
+fail() {
+  printf 'bare_debian: error: %s\n' "$*" >&2
+  exit 1
+}
+
+((EUID == 0)) || fail "must run as root"
+command -v debootstrap >/dev/null || fail "debootstrap is not installed"
+
+# A blank in the path, because somebody will have one.
+readonly inside="/root/a clone"
+
+# In a mount namespace of its own, so that no mount can outlive this script.
+if [[ ${1:-} == --in-namespace ]]; then
+  root=$2
+  shift 2
+  mount -t proc proc "$root/proc"
+  mount --rbind /dev "$root/dev"
+  environment=(PATH=/usr/bin:/bin HOME=/root)
+  for name in http_proxy https_proxy no_proxy; do
+    if [[ -n ${!name:-} ]]; then environment+=("$name=${!name}"); fi
+  done
+  # shellcheck disable=SC2016  # expanded by the inner shell
+  exec chroot "$root" /usr/bin/env -i "${environment[@]}" \
+    /bin/bash -c 'cd "$1" && shift && exec "$@"' bash "$inside" "$@" </dev/null
+fi
+
+folder=${1:-$(mktemp -d)}
+shift $(($# > 0 ? 1 : 0))
+(($# > 0)) || set -- ./kinegraph test
+mkdir -p "$folder"
+folder=$(cd -P "$folder" && pwd)
+[[ -z $(ls -A "$folder") ]] || fail "$folder is not empty"
+if [[ -z ${KEEP:-} ]]; then trap 'rm -rf --one-file-system "$folder"' EXIT; fi
+
+# shellcheck disable=SC2016  # apt expands it
+mirror=$(apt-get indextargets --format '$(CODENAME) $(REPO_URI)' \
+  'Created-By: Packages' | awk '$1 == "bookworm" { print $2; exit }')
+mirror=${mirror:-http://deb.debian.org/debian}
+echo "bare_debian: debootstrap from $mirror into $folder"
+debootstrap --variant=minbase bookworm "$folder" "$mirror" \
+  >"$folder.log" 2>&1 || {
+  tail -20 "$folder.log" >&2
+  fail "debootstrap failed, see $folder.log"
+}
+rm -f "$folder.log"
+apt-config dump | grep -E '^Acquire::(https?::Proxy|Check-Valid-Until|Check-Date) ' \
+  >"$folder/etc/apt/apt.conf.d/90host" || true
+cp /etc/resolv.conf "$folder/etc/resolv.conf"
+
+git clone -q --no-hardlinks "$project" "$folder$inside"
+echo "bare_debian: $* (commit $(git -C "$project" rev-parse --short HEAD))"
+start=$SECONDS
+outcome=0
+unshare --mount "$project/.ci/bare_debian.sh" --in-namespace "$folder" "$@" ||
+  outcome=$?
+echo "bare_debian: exit $outcome after $((SECONDS - start)) s"
+exit "$outcome"

@@ -1,0 +1,355 @@
+#include "apps/common/app.h"
+
+#include <fcntl.h>
+#include <gflags/gflags.h>
+#include <glog/logging.h>
+#include <glog/vlog_is_on.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <iostream>
+#include <iterator>
+#include <new>
+#include <set>
+#include <system_error>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr size_t kMaxErrorLength = 2000;  // characters
+
+std::string ProgramName(const AppInfo& info) {
+  return "kinegraph-" + info.command;
+}
+
+// Flags defined in a source file of apps/. glog and gflags bring some forty of
+// their own, which are none of the command's.
+bool IsOwnFlag(const gflags::CommandLineFlagInfo& flag) {
+  const std::string path = "/" + flag.filename;
+  return path.find("/apps/") != std::string::npos;
+}
+
+// glog's flags that make VLOG speak.
+bool IsDiagnosisFlag(const std::string& name) {
+  return name == "v" || name == "vmodule";
+}
+
+bool FindFlag(const std::string& name, gflags::CommandLineFlagInfo* flag) {
+  return gflags::GetCommandLineFlagInfo(name.c_str(), flag) &&
+         (IsOwnFlag(*flag) || IsDiagnosisFlag(name));
+}
+
+std::vector<gflags::CommandLineFlagInfo> OwnFlags() {
+  std::vector<gflags::CommandLineFlagInfo> all;
+  gflags::GetAllFlags(&all);
+  std::vector<gflags::CommandLineFlagInfo> own;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(own), IsOwnFlag);
+  return own;
+}
+
+// Number of characters to insert, delete or replace between two words.
+size_t EditDistance(const std::string& a, const std::string& b) {
+  std::vector<size_t> row(b.size() + 1);
+  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (size_t i = 1; i <= a.size(); ++i) {
+    size_t diagonal = row[0];
+    row[0] = i;
+    for (size_t j = 1; j <= b.size(); ++j) {
+      const size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+    }
+  }
+  return row.back();
+}
+
+InputError UnknownFlag(const std::string& name) {
+  const std::string shown = "unknown flag --" + Printable(name);
+  constexpr size_t kFarthest = 2;
+  std::string nearest;
+  size_t least = kFarthest + 1;
+  for (const gflags::CommandLineFlagInfo& flag : OwnFlags()) {
+    const size_t distance = EditDistance(name.substr(0, 100), flag.name);
+    if (distance >= least) continue;
+    least = distance;
+    nearest = flag.name;
+  }
+  if (nearest.empty()) return InputError(shown + "; --help lists the flags");
+  return InputError(shown + "; did you mean --" + nearest + "?");
+}
+
+std::string TypeName(const gflags::CommandLineFlagInfo& flag) {
+  if (flag.type == "string") return "text";
+  if (flag.type == "double") return "number";
+  if (flag.type == "bool") return "true or false";
+  return flag.type[0] == 'u' ? "integer >= 0" : "integer";
+}
+
+// Walks the arguments once.
+class CommandLineParser {
+ public:
+  explicit CommandLineParser(const std::vector<std::string>& arguments)
+      : arguments_(arguments) {}
+
+  CommandLineRequest Parse() {
+    while (next_ < arguments_.size()) {
+      const std::string& argument = arguments_[next_++];
+      if (argument == "--help" || argument == "-h") {
+        return CommandLineRequest::kHelp;
+      }
+      if (argument == "--version") return CommandLineRequest::kVersion;
+      if (argument == "--") break;
+      if (argument.rfind("--", 0) != 0) throw Stray(argument);
+      ParseFlag(argument.substr(2));
+    }
+    if (next_ < arguments_.size()) throw Stray(arguments_[next_]);
+    return CommandLineRequest::kRun;
+  }
+
+ private:
+  static InputError Stray(const std::string& argument) {
+    return InputError("found '" + Printable(argument) +
+                      "', expected a flag such as --name=value");
+  }
+
+  void ParseFlag(const std::string& text) {
+    const size_t equals = text.find('=');
+    const bool has_value = equals != std::string::npos;
+    const std::string name = text.substr(0, equals);
+    gflags::CommandLineFlagInfo flag;
+    if (FindFlag(name, &flag)) {
+      if (has_value) return Set(flag, text.substr(equals + 1));
+      return Set(flag, flag.type == "bool" ? "true" : NextValue(flag));
+    }
+    const bool negated = name.rfind("no", 0) == 0 &&
+                         FindFlag(name.substr(2), &flag) && flag.type == "bool";
+    if (!negated) throw UnknownFlag(name);
+    if (has_value) throw InputError("--" + name + " takes no value");
+    Set(flag, "false");
+  }
+
+  // The argument after a flag without "=". Another flag there means that the
+  // value was forgotten.
+  std::string NextValue(const gflags::CommandLineFlagInfo& flag) {
+    if (next_ == arguments_.size()) {
+      throw InputError("--" + flag.name + ": a value is missing");
+    }
+    const std::string& value = arguments_[next_];
+    if (value.rfind("--", 0) == 0) {
+      throw InputError(
+          "--" + flag.name + ": expected a value, found the flag " +
+          Printable(value) + "; write --" + flag.name + "=VALUE if it is one");
+    }
+    ++next_;
+    return value;
+  }
+
+  void Set(const gflags::CommandLineFlagInfo& flag, const std::string& value) {
+    if (!seen_.insert(flag.name).second) {
+      throw InputError("--" + flag.name + " is given more than once");
+    }
+    if (gflags::SetCommandLineOption(flag.name.c_str(), value.c_str())
+            .empty()) {
+      throw InputError("--" + flag.name + ": found '" + Printable(value) +
+                       "', expected " + TypeName(flag) +
+                       (flag.has_validator_fn ? " within its limits" : ""));
+    }
+  }
+
+  const std::vector<std::string>& arguments_;
+  size_t next_ = 0;
+  std::set<std::string> seen_;
+};
+
+// A standard stream that was closed by the caller would give its number to the
+// next file opened, and messages would end inside a result. Opened the wrong
+// way round, so that using it still fails.
+void OccupyStandardStreams() {
+  for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd) {
+    if (fcntl(fd, F_GETFD) != -1 || errno != EBADF) continue;
+    // The lowest free number is this one.
+    const int mode = fd == STDIN_FILENO ? O_WRONLY : O_RDONLY;
+    if (open("/dev/null", mode) < 0) return;
+  }
+}
+
+#ifdef NDEBUG
+[[noreturn]] void LeaveAfterFailedCheck() { std::_Exit(kExitFailure); }
+#endif
+
+void InitLogging(const AppInfo& info) {
+  const bool diagnosis = FLAGS_v > 0 || !FLAGS_vmodule.empty();
+  FLAGS_logtostderr = true;  // never a log file
+  FLAGS_minloglevel = diagnosis ? google::GLOG_INFO : google::GLOG_FATAL;
+  if (google::IsGoogleLoggingInitialized()) return;
+  static const std::string program = ProgramName(info);  // glog keeps a pointer
+  google::InitGoogleLogging(program.c_str());
+#ifdef NDEBUG
+  // A debug build aborts, so that a debugger or a core file shows the place.
+  google::InstallFailureFunction(&LeaveAfterFailedCheck);
+#endif
+}
+
+// The other end of a pipe was closed, as `| head` does.
+bool ReaderOfStdoutIsGone() {
+  pollfd stream = {STDOUT_FILENO, POLLOUT, 0};
+  return poll(&stream, 1, 0) == 1 && (stream.revents & POLLERR) != 0;
+}
+
+// Throws if what was printed did not arrive.
+void FinishStdout() {
+  errno = 0;
+  std::cout.flush();
+  const bool failed =
+      std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout.good();
+  if (!failed || ReaderOfStdoutIsGone()) return;
+  const std::string reason =
+      errno != 0 ? std::strerror(errno) : "output was lost";
+  throw std::runtime_error("standard output: " + reason);
+}
+
+void Run(int argc, char** argv, const AppInfo& info,
+         const std::function<void()>& body) {
+  // argc is 0 when a program is started without even its own name.
+  const std::vector<std::string> arguments(argv + std::min(argc, 1),
+                                           argv + argc);
+  switch (ParseCommandLine(arguments)) {
+    case CommandLineRequest::kHelp:
+      std::cout << HelpText(info);
+      break;
+    case CommandLineRequest::kVersion:
+      std::cout << ProgramName(info) << " " << KINEGRAPH_VERSION << "\n";
+      break;
+    case CommandLineRequest::kRun:
+      InitLogging(info);
+      body();
+      break;
+  }
+  FinishStdout();
+}
+
+// Prints the line and passes the exit code on.
+int Fail(const AppInfo& info, const std::string& message, int exit_code) {
+  std::cout.flush();  // what was printed before comes before
+  std::fflush(stdout);
+  const std::string line = ProgramName(info) +
+                           ": error: " + Printable(message, kMaxErrorLength) +
+                           "\n";
+  std::fputs(line.c_str(), stderr);
+  return exit_code;
+}
+
+std::vector<std::string> Split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  size_t begin = 0;
+  while (true) {
+    const size_t end = text.find(separator, begin);
+    parts.push_back(text.substr(begin, end - begin));
+    if (end == std::string::npos) return parts;
+    begin = end + 1;
+  }
+}
+
+bool ParseInteger(const std::string& text, int64_t* value) {
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, *value);
+  return error == std::errc() && stop == end;
+}
+
+FrameRange ParseFrameRange(const std::string& text, const std::string& flag) {
+  const std::vector<std::string> ends = Split(text, ':');
+  FrameRange range;
+  if (ends.size() != 2 || !ParseInteger(ends[0], &range.begin) ||
+      !ParseInteger(ends[1], &range.end) || range.begin >= range.end) {
+    throw InputError("--" + flag + ": found '" + Printable(text) +
+                     "', expected A:B with A < B (A is included, B is not)");
+  }
+  return range;
+}
+
+}  // namespace
+
+int RunApp(int argc, char** argv, const AppInfo& info,
+           const std::function<void()>& body) {
+  OccupyStandardStreams();
+  // A reader that leaves must not end the program half way through a file.
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    Run(argc, argv, info, body);
+    return kExitDone;
+  } catch (const InputError& error) {
+    return Fail(info, error.what(), kExitBadInput);
+  } catch (const OptionError& error) {
+    return Fail(info, error.what(), kExitBadInput);
+  } catch (const std::bad_alloc&) {
+    return Fail(info, "out of memory", kExitFailure);
+  } catch (const std::exception& error) {
+    return Fail(info, error.what(), kExitFailure);
+  } catch (...) {
+    return Fail(info, "unknown error", kExitFailure);
+  }
+}
+
+void RequireFlag(const std::string& name, const std::string& value) {
+  if (value.empty()) throw InputError("--" + name + " is required");
+}
+
+CommandLineRequest ParseCommandLine(const std::vector<std::string>& arguments) {
+  return CommandLineParser(arguments).Parse();
+}
+
+std::string HelpText(const AppInfo& info) {
+  std::string text = ProgramName(info) + ": " + info.summary +
+                     "\n\nUsage: " + ProgramName(info) + " " + info.usage +
+                     "\n\nFlags:\n";
+  for (const gflags::CommandLineFlagInfo& flag : OwnFlags()) {
+    const std::string quote = flag.type == "string" ? "\"" : "";
+    text += "  --" + flag.name + "  (" + TypeName(flag) + ", default " + quote +
+            flag.default_value + quote + ")\n      " + flag.description + "\n";
+  }
+  text +=
+      "  --help\n      print this and leave\n"
+      "  --version\n      print the version and leave\n"
+      "  --v  (integer, default 0)\n      diagnosis on stderr, more with a "
+      "larger number\n";
+  return text;
+}
+
+std::vector<FrameRange> ParseFrameRanges(const std::string& text,
+                                         const std::string& flag) {
+  std::vector<FrameRange> ranges;
+  for (const std::string& part : ParseList(text, flag)) {
+    const FrameRange range = ParseFrameRange(part, flag);
+    if (!ranges.empty() && range.begin < ranges.back().end) {
+      throw InputError("--" + flag + ": '" + Printable(part) +
+                       "' must begin after the range before it ends");
+    }
+    ranges.push_back(range);
+  }
+  return ranges;
+}
+
+std::vector<std::string> ParseList(const std::string& text,
+                                   const std::string& flag) {
+  if (text.empty()) return {};
+  std::vector<std::string> parts = Split(text, ',');
+  for (const std::string& part : parts) {
+    if (part.empty()) {
+      throw InputError("--" + flag + ": an empty part in '" + Printable(text) +
+                       "'");
+    }
+  }
+  return parts;
+}
+
+}  // namespace kinegraph

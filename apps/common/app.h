@@ -1,0 +1,78 @@
+// What every command shares: flags, exit codes, the one line of an error.
+//
+//   DEFINE_string(cameras, "", "calibration file");
+//
+//   int main(int argc, char** argv) {
+//     return kinegraph::RunApp(
+//         argc, argv,
+//         {"track", "2D detections to 3D tracks", "--cameras=F --out=F.jsonl"},
+//         [] {
+//           kinegraph::RequireFlag("cameras", FLAGS_cameras);
+//           ...
+//         });
+//   }
+//
+// Flags are defined with gflags but parsed here: gflags' own parser leaves with
+// exit code 1 for --help and for an unknown flag, lists the flags of every
+// library, and silently takes the last of a repeated flag.
+#ifndef KINEGRAPH_APPS_COMMON_APP_H_
+#define KINEGRAPH_APPS_COMMON_APP_H_
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/base/frame_range.h"
+
+namespace kinegraph {
+
+// Exit codes of every command.
+inline constexpr int kExitDone = 0;
+inline constexpr int kExitFailure = 1;   // anything but the user's input
+inline constexpr int kExitBadInput = 2;  // bad usage or bad input
+
+struct AppInfo {
+  std::string command;  // "track" for kinegraph-track
+  std::string summary;  // one line
+  std::string usage;    // the flags as one types them, one line or several
+};
+
+// Parses the flags, runs `body` and returns the exit code for main.
+//   --help, --version            printed on stdout, 0
+//   InputError, OptionError      2
+//   any other exception          1
+//   stdout could not be written  1 (0 if its reader merely stopped reading)
+// An error is one line on stderr: "kinegraph-track: error: ...".
+// Logging is silent but for failed CHECKs; --v=N shows VLOG on stderr.
+int RunApp(int argc, char** argv, const AppInfo& info,
+           const std::function<void()>& body);
+
+// Throws InputError when the flag --`name` was not given.
+void RequireFlag(const std::string& name, const std::string& value);
+
+// What a command line asks for.
+enum class CommandLineRequest { kRun, kHelp, kVersion };
+
+// Sets the gflags of the files in apps/ (and glog's --v and --vmodule) from
+// --name=value, --name value, --name and --noname (booleans); "--" ends them.
+// Throws InputError for an unknown or repeated flag, a value that its type or
+// validator refuses, and for anything that is not a flag. RunApp calls it.
+CommandLineRequest ParseCommandLine(const std::vector<std::string>& arguments);
+
+// What --help prints: the command's own flags with type and default.
+std::string HelpText(const AppInfo& info);
+
+// "300:400,450:460", ascending and apart; no text gives no range, which means
+// every frame. Throws InputError naming --`flag`.
+std::vector<FrameRange> ParseFrameRanges(const std::string& text,
+                                         const std::string& flag = "frames");
+
+// "a,b,c" without empty parts; no text gives no part. Throws InputError naming
+// --`flag` for an empty part.
+std::vector<std::string> ParseList(const std::string& text,
+                                   const std::string& flag);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMMON_APP_H_

@@ -1,0 +1,228 @@
+#include "apps/common/track_run.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/io/view_pairing.h"
+
+namespace kinegraph {
+namespace {
+
+bool IsNamed(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// Views that stay when the cameras named in `without` are left out, by the
+// name of the view or of its camera.
+std::vector<int> RemainingViews(const std::vector<std::string>& without,
+                                const std::vector<std::string>& view_names,
+                                const CameraRig& paired) {
+  for (const std::string& name : without) {
+    const bool known =
+        IsNamed(view_names, name) ||
+        std::any_of(paired.begin(), paired.end(),
+                    [&](const Camera& c) { return c.name() == name; });
+    if (!known) {
+      throw InputError("--without_cameras: no view or camera is named '" +
+                       name + "'");
+    }
+  }
+  std::vector<int> remaining;
+  for (size_t v = 0; v < view_names.size(); ++v) {
+    if (IsNamed(without, view_names[v])) continue;
+    if (IsNamed(without, paired[v].name())) continue;
+    remaining.push_back(static_cast<int>(v));
+  }
+  if (remaining.empty()) {
+    throw InputError("--without_cameras: leaves no camera at all");
+  }
+  return remaining;
+}
+
+// `frame` with the used views alone; moves them.
+void KeepViews(const std::vector<int>& used, DetectionFrame* frame,
+               DetectionFrame* kept) {
+  kept->frame = frame->frame;
+  kept->time = frame->time;
+  kept->views.resize(used.size());
+  for (size_t v = 0; v < used.size(); ++v) {
+    std::swap(kept->views[v], frame->views[used[v]]);
+  }
+}
+
+// `frame` as it would have been seen `frames_earlier` frames ago.
+DetectionFrame Earlier(const DetectionFrame& frame, int64_t frames_earlier,
+                       const FrameClock& clock) {
+  DetectionFrame earlier = frame;
+  const TimeNs shift = clock.TimeOf(frames_earlier);
+  earlier.frame -= frames_earlier;
+  earlier.time -= shift;
+  for (ViewDetections& view : earlier.views) view.capture_time -= shift;
+  return earlier;
+}
+
+}  // namespace
+
+void InputOptions::Describe(OptionVisitor& visitor) {
+  visitor.Number("frame_rate", &frame_rate_hz, NonNegative(), "Hz",
+                 "nominal frame rate; 0: the files tell it");
+  visitor.Integer("repeat_first_frame", &repeat_first_frame, Between(0, 1000),
+                  "frames", "feeds the first frame so often before the take");
+}
+
+void OutputOptions::Describe(OptionVisitor& visitor) {
+  visitor.Boolean("observations", &observations,
+                  "write each person's matches and weights too");
+}
+
+void RunOptions::Describe(OptionVisitor& visitor) {
+  visitor.Text("skeleton", &skeleton, "of the tracks; empty: the detections'");
+  estimators.Describe(visitor);
+  visitor.Enter("input");
+  input.Describe(visitor);
+  visitor.Leave();
+  visitor.Enter("cameras");
+  cameras.Describe(visitor);
+  visitor.Leave();
+  visitor.Enter("detections");
+  detections.Describe(visitor);
+  visitor.Leave();
+  tracker.Describe(visitor);
+  visitor.Enter("output");
+  output.Describe(visitor);
+  visitor.Leave();
+}
+
+RunOptions ReadRunOptions(const std::string& config_path,
+                          const std::string& set, const std::string& mode) {
+  ConfigFile config = ConfigFile::Read(config_path);
+  if (!set.empty()) config.Override(set, "--set");
+  if (!mode.empty()) config.Override("mode=" + mode, "--mode");
+  RunOptions options;
+  config.Apply(&options);
+  options.user_skeletons = config.ReadSkeletons();
+  config.RejectUnknown();
+  if (!options.detections.skeleton_name.empty()) {
+    options.detections.skeleton = ResolveSkeleton(
+        options.detections.skeleton_name, options.user_skeletons);
+  }
+  return options;
+}
+
+bool MemorySource::Next(DetectionFrame* frame) {
+  if (next_ == sequence_->frames.size()) return false;
+  *frame = sequence_->frames[next_++];
+  return true;
+}
+
+DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {
+  DetectionReadOptions read = options.detections;
+  read.frame_rate_hz = options.input.frame_rate_hz;
+  return read;
+}
+
+RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
+                      const DetectionHeader& detections) {
+  RunScene scene;
+  const CameraRig paired = CamerasOfViews(detections.view_names,
+                                          request.cameras, options.cameras.map);
+  scene.used_views =
+      RemainingViews(request.without_cameras, detections.view_names, paired);
+  for (const int v : scene.used_views) {
+    scene.model.cameras.push_back(paired[v]);
+    scene.view_names.push_back(detections.view_names[v]);
+  }
+  scene.model.skeleton =
+      options.skeleton.empty()
+          ? detections.skeleton
+          : ResolveSkeleton(options.skeleton, options.user_skeletons);
+  scene.model.frame_rate_hz = detections.frame_rate_hz;
+  if (!(scene.model.frame_rate_hz > 0.0)) {
+    throw OptionError("input.frame_rate",
+                      "not given, and the detections do not tell it [Hz]");
+  }
+  scene.model.keep_observations = options.output.observations;
+  const std::vector<int> map =
+      MapByName(detections.skeleton, scene.model.skeleton);
+  if (std::all_of(map.begin(), map.end(), [](int j) { return j < 0; })) {
+    throw OptionError("skeleton",
+                      "'" + scene.model.skeleton.name() +
+                          "' shares no joint with the detections' '" +
+                          detections.skeleton.name() + "'");
+  }
+  scene.header.skeleton = scene.model.skeleton;
+  scene.header.mode =
+      options.estimators.mode == Mode::kPaper ? "paper" : "graph";
+  scene.header.frame_rate_hz = scene.model.frame_rate_hz;
+  scene.header.view_names = scene.view_names;
+  scene.header.config_json = EffectiveConfigJson(options);
+  return scene;
+}
+
+RunSummary RunTracking(const RunOptions& options, const RunRequest& request,
+                       const RunScene& scene, DetectionSource* source,
+                       const std::function<void(const TrackFrame&)>& write,
+                       const std::function<void(int64_t)>& progress,
+                       StageTimes* stage_times) {
+  EstimatorPair estimators = MakeEstimators(options.estimators);
+  Tracker tracker(scene.model, source->header().skeleton, options.tracker,
+                  std::move(estimators.feedback), std::move(estimators.output));
+  tracker.set_threads(request.threads);
+  tracker.set_stage_times(stage_times);
+  const FrameClock clock(scene.model.frame_rate_hz);
+
+  RunSummary summary;
+  std::set<TrackId> people;
+  bool first = true;
+  int64_t first_frame = 0;
+  std::vector<TrackFrame> finished;
+  const auto flush = [&] {
+    for (const TrackFrame& frame : finished) {
+      if (frame.frame < first_frame) continue;  // a warm-up
+      ++summary.frames;
+      summary.person_frames += static_cast<int64_t>(frame.people.size());
+      for (const PersonPose& person : frame.people) people.insert(person.id);
+      write(frame);
+    }
+    finished.clear();
+  };
+
+  int64_t frames_read = 0;
+  DetectionFrame all_views;
+  DetectionFrame frame;
+  while (source->Next(&all_views)) {
+    ++frames_read;
+    if (progress) progress(frames_read);
+    if (!ContainsFrame(request.frames, all_views.frame)) continue;
+    KeepViews(scene.used_views, &all_views, &frame);
+    if (first) {
+      first = false;
+      first_frame = frame.frame;
+      for (int64_t k = options.input.repeat_first_frame; k > 0; --k) {
+        tracker.Process(Earlier(frame, k, clock), &finished);
+      }
+    }
+    tracker.Process(frame, &finished);
+    flush();
+  }
+  tracker.Finish(&finished);
+  flush();
+  summary.people = static_cast<int64_t>(people.size());
+  return summary;
+}
+
+TrackSequence TrackSequenceOf(const RunOptions& options,
+                              const RunRequest& request,
+                              const DetectionSequence& detections) {
+  MemorySource source(detections);
+  const RunScene scene = PrepareScene(options, request, detections.header);
+  TrackSequence tracks;
+  tracks.header = scene.header;
+  RunTracking(options, request, scene, &source,
+              [&](const TrackFrame& frame) { tracks.frames.push_back(frame); });
+  return tracks;
+}
+
+}  // namespace kinegraph

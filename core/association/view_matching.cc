@@ -1,0 +1,31 @@
+#include "core/association/view_matching.h"
+
+#include <algorithm>
+
+namespace kinegraph {
+
+void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
+                        Span<Observation> observations, const Camera& camera,
+                        std::vector<int>* match) {
+  const size_t cols = observations.size();
+  affinities_.resize(targets.size() * cols);
+  for (size_t row = 0; row < targets.size(); ++row) {
+    if (cols == 0) break;
+    ProjectPose(*targets[row].pose, camera, joints_, &projected_);
+    for (size_t col = 0; col < cols; ++col) {
+      // A pair that may not match must not take part in the bargain either: a
+      // negative (body-aware) affinity counts as none.
+      affinities_[row * cols + col] =
+          std::max(0.0, Affinity(observations[col], projected_,
+                                 targets[row].age_frames, joints_, options_));
+    }
+  }
+  solver_.Maximise(affinities_, static_cast<int>(targets.size()),
+                   static_cast<int>(cols), match);
+  for (size_t row = 0; row < targets.size(); ++row) {
+    int& col = (*match)[row];
+    if (col >= 0 && !(affinities_[row * cols + col] > 0.0)) col = -1;
+  }
+}
+
+}  // namespace kinegraph

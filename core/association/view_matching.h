@@ -1,0 +1,45 @@
+// One view's detections given to the people known so far.
+#ifndef KINEGRAPH_CORE_ASSOCIATION_VIEW_MATCHING_H_
+#define KINEGRAPH_CORE_ASSOCIATION_VIEW_MATCHING_H_
+
+#include <vector>
+
+#include "core/assignment/hungarian.h"
+#include "core/association/affinity.h"
+#include "core/base/span.h"
+
+namespace kinegraph {
+
+// A person as association sees them: the last stored pose and its age.
+struct AssociationTarget {
+  const Pose3d* pose = nullptr;
+  double age_frames = 0.0;  // > 0
+};
+
+// Matches the observations of one view with targets: an affinity matrix and
+// the assignment of the largest total. Keeps its memory between calls.
+class ViewMatcher {
+ public:
+  ViewMatcher(const AssociationOptions& options, std::vector<int> joints)
+      : options_(options), joints_(std::move(joints)) {}
+
+  // (*match)[target] is the index of its observation, or -1. A pair is a match
+  // only if its affinity is > 0, with no tolerance.
+  void Match(const std::vector<AssociationTarget>& targets,
+             Span<Observation> observations, const Camera& camera,
+             std::vector<int>* match);
+
+  // Affinities of the last call, row-major targets x observations.
+  const std::vector<double>& affinities() const { return affinities_; }
+
+ private:
+  AssociationOptions options_;
+  std::vector<int> joints_;
+  HungarianSolver solver_;
+  ProjectedPose projected_;
+  std::vector<double> affinities_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_ASSOCIATION_VIEW_MATCHING_H_

@@ -1,0 +1,17 @@
+// Independent pieces of work on several threads.
+#ifndef KINEGRAPH_CORE_BASE_PARALLEL_H_
+#define KINEGRAPH_CORE_BASE_PARALLEL_H_
+
+#include <functional>
+
+namespace kinegraph {
+
+// Calls work(0) .. work(count - 1), each once, on up to `threads` threads. The
+// pieces must not touch each other's data, so the result is the same for any
+// number of threads. The exception of the lowest piece that threw is thrown
+// again here, after all have ended.
+void ParallelFor(int threads, int count, const std::function<void(int)>& work);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_BASE_PARALLEL_H_

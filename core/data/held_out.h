@@ -1,0 +1,29 @@
+// The fixed set of detections that held-out-camera errors are computed on.
+#ifndef KINEGRAPH_CORE_DATA_HELD_OUT_H_
+#define KINEGRAPH_CORE_DATA_HELD_OUT_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/ids.h"
+
+namespace kinegraph {
+
+struct HeldOutDetection {
+  int64_t frame = 0;
+  std::string view_name;
+  int detection_idx = 0;  // index_in_file
+  TrackId person;         // of the reference tracks
+};
+
+struct HeldOutSet {
+  double min_confidence = 0.3;  // of the joints that are scored
+  double cap_px = 100.0;        // error of a joint without prediction
+  double pairing_gate_m = 0.5;  // between a run's and the reference's people
+  std::vector<HeldOutDetection> detections;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_DATA_HELD_OUT_H_

@@ -1,0 +1,146 @@
+#include "core/evaluation/bootstrap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+
+#include "core/base/error.h"
+#include "core/base/random.h"
+#include "core/evaluation/statistics.h"
+
+namespace kinegraph {
+namespace {
+
+int64_t BlockLength(int64_t series_length, int64_t wanted) {
+  if (series_length > wanted) return wanted;
+  return std::max<int64_t>(1, (series_length + 1) / 2);
+}
+
+// Draws as many units as the series has, in blocks on a ring.
+void DrawSeries(int64_t length, int64_t block_length, Random& random,
+                int64_t* counts) {
+  const int64_t block = BlockLength(length, block_length);
+  for (int64_t drawn = 0; drawn < length;) {
+    const int64_t start = random.Index(length);
+    const int64_t end = std::min(length, drawn + block);
+    for (int64_t i = start; drawn < end; ++i, ++drawn) ++counts[i % length];
+  }
+}
+
+std::vector<int64_t> Lengths(const std::vector<RatioSeries>& series) {
+  std::vector<int64_t> lengths;
+  lengths.reserve(series.size());
+  for (const RatioSeries& units : series) {
+    lengths.push_back(static_cast<int64_t>(units.size()));
+  }
+  return lengths;
+}
+
+double MeanOfRatios(const std::vector<RatioSeries>& series,
+                    const DrawCounts& counts) {
+  double total = 0.0;
+  int with_weight = 0;
+  size_t next = 0;
+  for (const RatioSeries& units : series) {
+    RatioUnit pooled;
+    for (const RatioUnit& unit : units) {
+      const double times = static_cast<double>(counts[next++]);
+      pooled.sum += times * unit.sum;
+      pooled.weight += times * unit.weight;
+    }
+    if (pooled.weight <= 0.0) continue;
+    total += pooled.sum / pooled.weight;
+    ++with_weight;
+  }
+  if (with_weight == 0) return std::numeric_limits<double>::quiet_NaN();
+  return total / with_weight;
+}
+
+}  // namespace
+
+void BootstrapOptions::Describe(OptionVisitor& visitor) {
+  visitor.Integer("block_length", &block_length, Between(1, 1e9), "frames",
+                  "Frames drawn together, because neighbours are alike.");
+  visitor.Integer("resamples", &resamples, Between(1, 1e6), "",
+                  "How often the score is computed anew.");
+  visitor.Number("confidence", &confidence, Between(0.0, 1.0), "",
+                 "Share of the resamples inside the interval.");
+  visitor.Integer("seed", &seed, Between(0, 9e15), "",
+                  "Seed of the random numbers.");
+}
+
+Interval BlockBootstrap(
+    const std::vector<int64_t>& series_lengths,
+    const std::function<double(const DrawCounts&)>& statistic,
+    const BootstrapOptions& options) {
+  return BlockBootstrapAll(
+      series_lengths, 1,
+      [&statistic](const DrawCounts& counts) {
+        return std::vector<double>{statistic(counts)};
+      },
+      options)[0];
+}
+
+std::vector<Interval> BlockBootstrapAll(
+    const std::vector<int64_t>& series_lengths, size_t score_count,
+    const std::function<std::vector<double>(const DrawCounts&)>& statistic,
+    const BootstrapOptions& options) {
+  std::vector<Interval> intervals(score_count);
+  Random random(static_cast<uint64_t>(options.seed));
+  DrawCounts counts(static_cast<size_t>(std::accumulate(
+      series_lengths.begin(), series_lengths.end(), int64_t{0})));
+  if (counts.empty()) return intervals;
+  std::vector<std::vector<double>> values(score_count);
+  for (int64_t resample = 0; resample < options.resamples; ++resample) {
+    std::fill(counts.begin(), counts.end(), 0);
+    int64_t* series_counts = counts.data();
+    for (const int64_t length : series_lengths) {
+      DrawSeries(length, options.block_length, random, series_counts);
+      series_counts += length;
+    }
+    const std::vector<double> scores = statistic(counts);
+    for (size_t i = 0; i < score_count; ++i) {
+      if (!std::isnan(scores[i])) values[i].push_back(scores[i]);
+    }
+  }
+  const double tail = 0.5 * (1.0 - options.confidence);
+  for (size_t i = 0; i < score_count; ++i) {
+    intervals[i] = {Quantile(values[i], tail), Quantile(values[i], 1.0 - tail),
+                    StandardDeviation(values[i])};
+  }
+  return intervals;
+}
+
+double MeanOfRatios(const std::vector<RatioSeries>& series) {
+  size_t units = 0;
+  for (const RatioSeries& one : series) units += one.size();
+  return MeanOfRatios(series, DrawCounts(units, 1));
+}
+
+Interval MeanOfRatiosInterval(const std::vector<RatioSeries>& series,
+                              const BootstrapOptions& options) {
+  return BlockBootstrap(
+      Lengths(series),
+      [&series](const DrawCounts& counts) {
+        return MeanOfRatios(series, counts);
+      },
+      options);
+}
+
+Interval PairedDifferenceInterval(const std::vector<RatioSeries>& a,
+                                  const std::vector<RatioSeries>& b,
+                                  const BootstrapOptions& options) {
+  if (Lengths(a) != Lengths(b)) {
+    throw OptionError("paired difference",
+                      "the two results were not scored on the same frames");
+  }
+  return BlockBootstrap(
+      Lengths(a),
+      [&a, &b](const DrawCounts& counts) {
+        return MeanOfRatios(a, counts) - MeanOfRatios(b, counts);
+      },
+      options);
+}
+
+}  // namespace kinegraph

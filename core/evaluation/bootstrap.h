@@ -1,0 +1,79 @@
+// How sure a score is: a seeded block bootstrap.
+//
+// Errors of neighbouring frames are alike, so whole blocks of frames are drawn
+// (moving blocks: Kuensch 1989, "The jackknife and the bootstrap for general
+// stationary observations"), within each series (an actor, a take). A block
+// that runs over the end goes on at the beginning (Politis and Romano 1992), so
+// that every frame is drawn equally often, also in a short series.
+#ifndef KINEGRAPH_CORE_EVALUATION_BOOTSTRAP_H_
+#define KINEGRAPH_CORE_EVALUATION_BOOTSTRAP_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include "core/base/options.h"
+
+namespace kinegraph {
+
+struct BootstrapOptions {
+  int64_t block_length = 25;  // frames
+  int64_t resamples = 2000;
+  double confidence = 0.95;
+  int64_t seed = 1;
+
+  void Describe(OptionVisitor& visitor);
+};
+
+// All NaN when the score has no value.
+struct Interval {
+  double low = std::numeric_limits<double>::quiet_NaN();
+  double high = std::numeric_limits<double>::quiet_NaN();
+  double standard_error = std::numeric_limits<double>::quiet_NaN();
+};
+
+// How often each unit (a frame, a person-frame) was drawn; the units of all
+// series one after the other.
+using DrawCounts = std::vector<int64_t>;
+
+// The percentile interval of `statistic`. A resample in which the statistic
+// has no value (NaN) is left out. For a paired difference of two methods let
+// the statistic compute both from the same counts.
+//
+// A series no longer than a block would come out whole each time and so look
+// certain; its blocks are half its length.
+Interval BlockBootstrap(
+    const std::vector<int64_t>& series_lengths,
+    const std::function<double(const DrawCounts&)>& statistic,
+    const BootstrapOptions& options = {});
+
+// The same for several scores that are computed together; each statistic call
+// gives as many values as there are scores.
+std::vector<Interval> BlockBootstrapAll(
+    const std::vector<int64_t>& series_lengths, size_t score_count,
+    const std::function<std::vector<double>(const DrawCounts&)>& statistic,
+    const BootstrapOptions& options = {});
+
+// Units that add up: the score is sum / weight over the drawn units, as a
+// share or a mean is.
+struct RatioUnit {
+  double sum = 0.0;
+  double weight = 0.0;
+};
+using RatioSeries = std::vector<RatioUnit>;
+
+// Mean over the series of their ratios; series without weight are left out.
+double MeanOfRatios(const std::vector<RatioSeries>& series);
+Interval MeanOfRatiosInterval(const std::vector<RatioSeries>& series,
+                              const BootstrapOptions& options = {});
+// Interval of MeanOfRatios(a) - MeanOfRatios(b), the same units drawn of both.
+// Throws OptionError when a and b differ in shape.
+Interval PairedDifferenceInterval(const std::vector<RatioSeries>& a,
+                                  const std::vector<RatioSeries>& b,
+                                  const BootstrapOptions& options = {});
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_EVALUATION_BOOTSTRAP_H_

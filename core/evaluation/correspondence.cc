@@ -1,0 +1,157 @@
+#include "core/evaluation/correspondence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <iterator>
+
+#include "core/assignment/hungarian.h"
+
+namespace kinegraph {
+namespace {
+
+bool IsBodyJoint(JointClass joint_class) {
+  switch (joint_class) {
+    case JointClass::kShoulder:
+    case JointClass::kElbow:
+    case JointClass::kWrist:
+    case JointClass::kHip:
+    case JointClass::kKnee:
+    case JointClass::kAnkle:
+      return true;
+    default:
+      return false;
+  }
+}
+
+template <typename Value, typename Key>
+auto LowerBound(const TrackSequence& tracks, Value value, Key key) {
+  return std::lower_bound(
+      tracks.frames.begin(), tracks.frames.end(), value,
+      [key](const TrackFrame& frame, Value v) { return frame.*key < v; });
+}
+
+}  // namespace
+
+const TrackFrame* FindFrame(const TrackSequence& tracks, int64_t frame) {
+  const auto at = LowerBound(tracks, frame, &TrackFrame::frame);
+  if (at == tracks.frames.end() || at->frame != frame) return nullptr;
+  return &*at;
+}
+
+const TrackFrame* FindNearestInTime(const TrackSequence& tracks, TimeNs time,
+                                    TimeNs max_gap) {
+  const auto later = LowerBound(tracks, time, &TrackFrame::time);
+  const TrackFrame* nearest = nullptr;
+  TimeNs least_gap = max_gap;
+  const auto consider = [&](const TrackFrame& frame) {
+    const TimeNs gap = std::abs(frame.time - time);
+    if (gap > least_gap || (nearest != nullptr && gap == least_gap)) return;
+    nearest = &frame;
+    least_gap = gap;
+  };
+  if (later != tracks.frames.begin()) consider(*std::prev(later));
+  if (later != tracks.frames.end()) consider(*later);
+  return nearest;
+}
+
+JointPairs CommonJoints(const Skeleton& a, const Skeleton& b) {
+  JointPairs pairs;
+  const std::vector<int> b_of_a = MapByName(b, a);
+  for (int joint = 0; joint < a.joint_count(); ++joint) {
+    if (b_of_a[joint] >= 0) pairs.push_back({joint, b_of_a[joint]});
+  }
+  return pairs;
+}
+
+JointPairs CommonBodyJoints(const Skeleton& a, const Skeleton& b) {
+  const JointPairs common = CommonJoints(a, b);
+  JointPairs body;
+  for (const JointPair& pair : common) {
+    if (IsBodyJoint(a.joint_class(pair.a))) body.push_back(pair);
+  }
+  return body.empty() ? common : body;
+}
+
+std::optional<double> MeanDistance(const Pose3d& a, const Pose3d& b,
+                                   const JointPairs& joints) {
+  double sum = 0.0;
+  int count = 0;
+  for (const JointPair& joint : joints) {
+    const Joint3d& one = a[joint.a];
+    const Joint3d& other = b[joint.b];
+    if (!one.present() || !other.present()) continue;
+    sum += (one.position_m - other.position_m).norm();
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+std::vector<CostPair> MatchOneToOne(const Eigen::MatrixXd& cost, double gate) {
+  const int rows = static_cast<int>(cost.rows());
+  const int columns = static_cast<int>(cost.cols());
+  const auto allowed = [&](int r, int c) {
+    return std::isfinite(cost(r, c)) && cost(r, c) <= gate;
+  };
+  // One forbidden pair costs more than all allowed ones together can differ,
+  // so a best assignment holds as few forbidden pairs as possible.
+  double forbidden = 1.0;
+  for (int r = 0; r < rows; ++r) {
+    for (int c = 0; c < columns; ++c) {
+      if (allowed(r, c)) forbidden += std::abs(cost(r, c));
+    }
+  }
+  std::vector<double> entries;
+  entries.reserve(static_cast<size_t>(rows) * columns);
+  for (int r = 0; r < rows; ++r) {
+    for (int c = 0; c < columns; ++c) {
+      entries.push_back(allowed(r, c) ? cost(r, c) : forbidden);
+    }
+  }
+  std::vector<int> column_of_row;
+  HungarianSolver().Minimise(entries, rows, columns, &column_of_row);
+  std::vector<CostPair> pairs;
+  for (int r = 0; r < rows; ++r) {
+    const int c = column_of_row[r];
+    if (c >= 0 && allowed(r, c)) pairs.push_back({r, c, cost(r, c)});
+  }
+  return pairs;
+}
+
+Eigen::MatrixXd PersonDistances(const std::vector<PersonPose>& a,
+                                const std::vector<PersonPose>& b,
+                                const JointPairs& joints) {
+  Eigen::MatrixXd distances(a.size(), b.size());
+  for (size_t i = 0; i < a.size(); ++i) {
+    for (size_t k = 0; k < b.size(); ++k) {
+      distances(i, k) = MeanDistance(a[i].joints, b[k].joints, joints)
+                            .value_or(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+  return distances;
+}
+
+std::vector<PersonPair> PairPeople(const TrackSequence& truth,
+                                   const TrackSequence& tracks,
+                                   const JointPairs& joints, double gate_m,
+                                   const std::vector<FrameRange>& ranges) {
+  std::vector<PersonPair> pairs;
+  for (const TrackFrame& true_frame : truth.frames) {
+    if (!ContainsFrame(ranges, true_frame.frame)) continue;
+    const size_t first = pairs.size();
+    for (const PersonPose& person : true_frame.people) {
+      pairs.push_back({true_frame.frame, &person, nullptr});
+    }
+    const TrackFrame* frame = FindFrame(tracks, true_frame.frame);
+    if (frame == nullptr) continue;
+    for (const CostPair& pair : MatchOneToOne(
+             PersonDistances(true_frame.people, frame->people, joints),
+             gate_m)) {
+      pairs[first + pair.row].found = &frame->people[pair.column];
+    }
+  }
+  return pairs;
+}
+
+}  // namespace kinegraph

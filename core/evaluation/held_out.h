@@ -1,0 +1,98 @@
+// Held-out-camera error: how well tracks made without a camera predict what
+// that camera saw. It needs no ground truth and cannot be won by smoothing.
+#ifndef KINEGRAPH_CORE_EVALUATION_HELD_OUT_H_
+#define KINEGRAPH_CORE_EVALUATION_HELD_OUT_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/data/held_out.h"
+#include "core/data/pose.h"
+#include "core/evaluation/bootstrap.h"
+#include "core/evaluation/statistics.h"
+#include "core/geometry/camera.h"
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// One detection of the scored set.
+struct HeldOutPerson {
+  int64_t frame = 0;
+  int view_idx = 0;
+  bool paired = false;  // the run has this person
+};
+
+// One joint of such a detection.
+struct HeldOutJoint {
+  size_t person_idx = 0;  // in HeldOutScores::people
+  JointClass joint_class = JointClass::kOther;
+  double error_px = 0.0;  // capped; the cap itself without a prediction
+  bool predicted = false;
+};
+
+// Errors of one or several cameras.
+struct HeldOutScores {
+  std::vector<HeldOutPerson> people;
+  std::vector<HeldOutJoint> joints;
+};
+
+// The scored set where none is given: every detection that `reference` (tracks
+// of all cameras, with their matches) was made from. `cap_px` is for the caller
+// to choose: 10 % of the image width.
+HeldOutSet MakeHeldOutSet(const TrackSequence& reference, double cap_px);
+
+// Scores `run`, made without the camera of view `view_idx`, on that view's part
+// of the set and appends to `scores`. Scored are the joints that detections and
+// `reference` both name, with the set's least confidence; so feet that only
+// some skeletons have do not change the set. The people of the run are paired
+// one-to-one with those of the reference by mean distance over the twelve body
+// joints. A prediction farther away than the cap is as good as none. Throws
+// InputError when the set names a frame, detection or person
+// that is not there.
+void ScoreHeldOutCamera(const HeldOutSet& set,
+                        const DetectionSequence& detections, int view_idx,
+                        const Camera& camera, const TrackSequence& reference,
+                        const TrackSequence& run, HeldOutScores* scores);
+
+// The figures that are printed, in this order.
+enum class HeldOutFigure { kMedian, kP90, kP97, kMeanTruncated };
+inline constexpr int kHeldOutFigureCount = 4;
+// Errors count at most this much in kMeanTruncated [px].
+inline constexpr double kHeldOutTruncationPx = 30.0;
+
+struct HeldOutSummary {
+  double figures_px[kHeldOutFigureCount] = {};  // NaN: nothing scored
+  Interval intervals_px[kHeldOutFigureCount];
+  Share predicted;  // joints, within the cap
+  Share paired;     // detections with a selected joint
+
+  double figure_px(HeldOutFigure figure) const {
+    return figures_px[static_cast<int>(figure)];
+  }
+};
+
+using HeldOutFilter =
+    std::function<bool(const HeldOutPerson&, const HeldOutJoint&)>;
+HeldOutFilter AllJoints();
+HeldOutFilter JointsOfClass(JointClass joint_class);
+HeldOutFilter JointsOfView(int view_idx);
+HeldOutFilter JointsWithoutFace();
+
+// Blocks of frames are drawn with all their cameras and people together.
+HeldOutSummary SummariseHeldOut(const HeldOutScores& scores,
+                                const HeldOutFilter& filter,
+                                const BootstrapOptions& options = {});
+
+// Interval of figure(a) / figure(b), the same frames drawn of both. Throws
+// OptionError when the two were not scored on the same joints.
+Interval HeldOutRatioInterval(const HeldOutScores& a, const HeldOutScores& b,
+                              HeldOutFigure figure,
+                              const BootstrapOptions& options = {});
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_EVALUATION_HELD_OUT_H_

@@ -1,0 +1,76 @@
+// Mean per joint position error (MPJPE), raw and with the difference of
+// definition removed.
+//
+// A detector's joints and an annotation's differ by some constant centimetres
+// (hips most of all). One constant offset per joint in the body's own frame
+// (right, forward, up), the same for all people, is that difference; what is
+// left is error.
+#ifndef KINEGRAPH_CORE_EVALUATION_MPJPE_H_
+#define KINEGRAPH_CORE_EVALUATION_MPJPE_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/frame_range.h"
+#include "core/data/pose.h"
+#include "core/evaluation/bootstrap.h"
+#include "core/evaluation/correspondence.h"
+#include "core/evaluation/statistics.h"
+
+namespace kinegraph {
+
+struct MpjpeOptions {
+  std::vector<FrameRange> frames;  // of the ground truth; none: all
+  double gate_m = kPersonGateM;    // one-to-one, by mean distance
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // in the world
+};
+
+struct JointError {
+  std::string joint;
+  int64_t count = 0;
+  double raw_m = 0.0;
+  // Found minus true in the body frame (right, forward, up), the median of
+  // each.
+  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
+  double bias_removed_m = 0.0;
+};
+
+// The errors of one true person in one frame, summed over its joints [m].
+struct PersonError {
+  int64_t frame = 0;
+  int64_t actor = 0;
+  int joint_count = 0;  // compared; 0 when nobody was found
+  double raw_m = 0.0;
+  double bias_removed_m = 0.0;
+};
+
+struct MpjpeResult {
+  double raw_m = 0.0;           // mean over all compared joints; NaN: none
+  double bias_removed_m = 0.0;  // the same after the offsets
+  Interval raw_interval;        // blocks drawn within each actor
+  Interval bias_removed_interval;
+  std::vector<JointError> joints;   // of the same name, in the truth's order
+  std::vector<PersonError> people;  // by actor, then by frame
+  Share found;                      // true person-frames with a counterpart
+  Share joints_found;               // joints of those that the counterpart has
+};
+
+// The body frame in world axes: columns right, forward, up. nullopt when the
+// pose lacks shoulders and hips or lies flat.
+std::optional<Eigen::Matrix3d> BodyFrame(const Pose3d& pose,
+                                         const Skeleton& skeleton,
+                                         const Eigen::Vector3d& up);
+
+// Joints are compared by name. A true person without a body frame counts raw
+// only.
+MpjpeResult EvaluateMpjpe(const TrackSequence& truth,
+                          const TrackSequence& tracks,
+                          const MpjpeOptions& options = {},
+                          const BootstrapOptions& bootstrap = {});
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_EVALUATION_MPJPE_H_

@@ -1,0 +1,166 @@
+#include "core/evaluation/panoptic.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "core/evaluation/correspondence.h"
+#include "core/evaluation/head_conversion.h"
+
+namespace kinegraph {
+namespace {
+
+// A pose in the order of Panoptic15.
+class Panoptic15Converter {
+ public:
+  explicit Panoptic15Converter(const Skeleton& from)
+      : source_(MapByName(from, Panoptic15())) {}
+
+  Pose3d operator()(const Pose3d& pose) const {
+    Pose3d converted(source_.size());
+    for (size_t j = 0; j < source_.size(); ++j) {
+      if (source_[j] >= 0) converted[j] = pose[source_[j]];
+    }
+    FillMiddle("neck", "l_shoulder", "r_shoulder", &converted);
+    FillMiddle("mid_hip", "l_hip", "r_hip", &converted);
+    return converted;
+  }
+
+ private:
+  // Only where the skeleton has no such joint; one that was not found stays
+  // missing.
+  void FillMiddle(const char* middle, const char* a, const char* b,
+                  Pose3d* pose) const {
+    const int joint = Panoptic15().IndexOf(middle);
+    if (source_[joint] >= 0) return;
+    (*pose)[joint] = Middle((*pose)[Panoptic15().IndexOf(a)],
+                            (*pose)[Panoptic15().IndexOf(b)]);
+  }
+
+  std::vector<int> source_;
+};
+
+// A found pose and the true person it takes.
+struct Candidate {
+  double error_m = 0.0;
+  double score = 0.0;
+  int64_t true_person = 0;  // counted over all frames
+};
+
+std::vector<Pose3d> TruePeople(const TrackFrame& frame,
+                               const Panoptic15Converter& convert) {
+  static const int kRoot = Panoptic15().IndexOf("mid_hip");
+  std::vector<Pose3d> people;
+  for (const PersonPose& person : frame.people) {
+    Pose3d pose = convert(person.joints);
+    if (pose[kRoot].present()) people.push_back(std::move(pose));
+  }
+  return people;
+}
+
+// The nearest true person; nullopt when there is none to compare with.
+std::optional<Candidate> Take(const Pose3d& found,
+                              const std::vector<Pose3d>& true_people,
+                              int64_t first_person, const JointPairs& joints,
+                              Share* compared) {
+  std::optional<Candidate> nearest;
+  const Pose3d* taken = nullptr;
+  for (size_t i = 0; i < true_people.size(); ++i) {
+    const auto distance = MeanDistance(true_people[i], found, joints);
+    if (!distance || (nearest && *distance >= nearest->error_m)) continue;
+    nearest = Candidate{*distance, 0.0, first_person + static_cast<int64_t>(i)};
+    taken = &true_people[i];
+  }
+  for (size_t j = 0; taken != nullptr && j < found.size(); ++j) {
+    if ((*taken)[j].present()) compared->Add(found[j].present());
+  }
+  return nearest;
+}
+
+// Marks per candidate, in order: it is the first within the threshold that
+// takes its true person.
+std::vector<bool> FirstWithin(const std::vector<Candidate>& candidates,
+                              int64_t true_people, double threshold_m) {
+  std::vector<bool> taken(static_cast<size_t>(true_people), false);
+  std::vector<bool> first;
+  for (const Candidate& candidate : candidates) {
+    const bool is_first = candidate.error_m < threshold_m &&
+                          !taken[static_cast<size_t>(candidate.true_person)];
+    if (is_first) taken[static_cast<size_t>(candidate.true_person)] = true;
+    first.push_back(is_first);
+  }
+  return first;
+}
+
+double AveragePrecision(const std::vector<bool>& right, int64_t true_people) {
+  if (true_people == 0) return std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> precision;
+  int64_t count = 0;
+  for (size_t i = 0; i < right.size(); ++i) {
+    count += right[i] ? 1 : 0;
+    precision.push_back(static_cast<double>(count) /
+                        static_cast<double>(i + 1));
+  }
+  for (size_t i = precision.size(); i > 1; --i) {
+    precision[i - 2] = std::max(precision[i - 2], precision[i - 1]);
+  }
+  double sum = 0.0;
+  for (size_t i = 0; i < right.size(); ++i) {
+    if (right[i]) sum += precision[i];
+  }
+  return sum / static_cast<double>(true_people);
+}
+
+}  // namespace
+
+PanopticResult EvaluatePanoptic(const TrackSequence& truth,
+                                const TrackSequence& tracks,
+                                const PanopticOptions& options) {
+  const Panoptic15Converter convert_truth(truth.header.skeleton);
+  const Panoptic15Converter convert_found(tracks.header.skeleton);
+  const JointPairs joints = CommonJoints(Panoptic15(), Panoptic15());
+  PanopticResult result;
+  std::vector<Candidate> candidates;
+  int64_t true_people = 0;
+  for (const TrackFrame& true_frame : truth.frames) {
+    if (!ContainsFrame(options.frames, true_frame.frame)) continue;
+    const std::vector<Pose3d> people = TruePeople(true_frame, convert_truth);
+    if (people.empty()) continue;
+    if (const TrackFrame* frame = FindFrame(tracks, true_frame.frame)) {
+      for (const PersonPose& person : frame->people) {
+        auto candidate = Take(convert_found(person.joints), people, true_people,
+                              joints, &result.joints_compared);
+        ++result.found_person_frames;
+        if (!candidate) {  // no joint to compare: a false positive
+          candidate = Candidate{std::numeric_limits<double>::infinity(), 0.0,
+                                true_people};
+        }
+        candidate->score = person.score;
+        candidates.push_back(*candidate);
+      }
+    }
+    true_people += static_cast<int64_t>(people.size());
+  }
+  std::stable_sort(
+      candidates.begin(), candidates.end(),
+      [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+
+  for (const double threshold_m : options.thresholds_m) {
+    const std::vector<bool> right =
+        FirstWithin(candidates, true_people, threshold_m);
+    result.average_precision.push_back(AveragePrecision(right, true_people));
+    result.recall.push_back(
+        {std::count(right.begin(), right.end(), true), true_people});
+  }
+  std::vector<double> errors;
+  const std::vector<bool> within =
+      FirstWithin(candidates, true_people, options.recall_threshold_m);
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    if (within[i]) errors.push_back(candidates[i].error_m);
+  }
+  result.mpjpe_m = Mean(errors);
+  result.recall_at_limit = {static_cast<int64_t>(errors.size()), true_people};
+  return result;
+}
+
+}  // namespace kinegraph

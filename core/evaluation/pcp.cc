@@ -1,0 +1,395 @@
+#include "core/evaluation/pcp.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/base/time.h"
+
+namespace kinegraph {
+namespace {
+
+// Index of the middle of the hips, appended to the joints of Tum14.
+constexpr int kMidHip = 14;
+
+struct PartDefinition {
+  const char* name;
+  PcpGroup group;
+  int first;  // joints of Tum14, or kMidHip
+  int second;
+};
+
+constexpr std::array<PartDefinition, kPcpPartCount> kParts = {{
+    {"r_lower_leg", PcpGroup::kLowerLegs, 0, 1},
+    {"r_upper_leg", PcpGroup::kUpperLegs, 1, 2},
+    {"l_upper_leg", PcpGroup::kUpperLegs, 4, 3},
+    {"l_lower_leg", PcpGroup::kLowerLegs, 5, 4},
+    {"r_lower_arm", PcpGroup::kLowerArms, 6, 7},
+    {"r_upper_arm", PcpGroup::kUpperArms, 7, 8},
+    {"l_upper_arm", PcpGroup::kUpperArms, 10, 9},
+    {"l_lower_arm", PcpGroup::kLowerArms, 11, 10},
+    {"head", PcpGroup::kHead, 12, 13},
+    {"torso", PcpGroup::kTorso, kMidHip, 12},
+}};
+
+bool InGroup(int part, PcpGroup group) {
+  return group == PcpGroup::kTotal || kParts[part].group == group;
+}
+
+// The 14 joints and the middle of the hips.
+class PcpPoseMaker {
+ public:
+  PcpPoseMaker(const Skeleton& from, const PcpProtocol& protocol)
+      : to_tum14_(from, protocol.head) {
+    if (protocol.mid_hip_is_a_joint) mid_hip_ = from.IndexOf("mid_hip");
+  }
+
+  Pose3d operator()(const Pose3d& pose) const {
+    static const int kRightHip = Tum14().IndexOf("r_hip");
+    static const int kLeftHip = Tum14().IndexOf("l_hip");
+    Pose3d converted = to_tum14_(pose);
+    converted.push_back(
+        mid_hip_ >= 0 ? pose[mid_hip_]
+                      : Middle(converted[kRightHip], converted[kLeftHip]));
+    return converted;
+  }
+
+ private:
+  Tum14Converter to_tum14_;
+  int mid_hip_ = -1;
+};
+
+std::vector<PersonPose> ConvertPeople(const std::vector<PersonPose>& people,
+                                      const PcpPoseMaker& make_pose) {
+  std::vector<PersonPose> converted;
+  converted.reserve(people.size());
+  for (const PersonPose& person : people) {
+    PersonPose one;
+    one.id = person.id;
+    one.joints = make_pose(person.joints);
+    converted.push_back(std::move(one));
+  }
+  return converted;
+}
+
+// The joints by which people are matched.
+JointPairs MatchingJoints(const PcpProtocol& protocol) {
+  JointPairs joints;
+  const int count = protocol.mid_hip_is_a_joint ? kMidHip + 1 : kMidHip;
+  for (int joint = 0; joint < count; ++joint) joints.push_back({joint, joint});
+  return joints;
+}
+
+std::optional<double> MeanSquaredDistance(const Pose3d& a, const Pose3d& b,
+                                          const JointPairs& joints) {
+  double sum = 0.0;
+  int count = 0;
+  for (const JointPair& joint : joints) {
+    if (!a[joint.a].present() || !b[joint.b].present()) continue;
+    sum += (a[joint.a].position_m - b[joint.b].position_m).squaredNorm();
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+const PersonPose* Nearest(const PersonPose& truth,
+                          const std::vector<PersonPose>& found,
+                          const JointPairs& joints) {
+  const PersonPose* nearest = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const PersonPose& candidate : found) {
+    const std::optional<double> distance =
+        MeanSquaredDistance(truth.joints, candidate.joints, joints);
+    if (!distance || *distance >= least) continue;
+    least = *distance;
+    nearest = &candidate;
+  }
+  return nearest;
+}
+
+// The prediction of each true person, or nullptr.
+std::vector<const PersonPose*> MatchPeople(const std::vector<PersonPose>& truth,
+                                           const std::vector<PersonPose>& found,
+                                           const PcpProtocol& protocol) {
+  const JointPairs joints = MatchingJoints(protocol);
+  std::vector<const PersonPose*> matches(truth.size(), nullptr);
+  if (protocol.matching == PersonMatching::kNearest) {
+    for (size_t i = 0; i < truth.size(); ++i) {
+      matches[i] = Nearest(truth[i], found, joints);
+    }
+    return matches;
+  }
+  for (const CostPair& pair :
+       MatchOneToOne(PersonDistances(truth, found, joints), protocol.gate_m)) {
+    matches[pair.row] = &found[pair.column];
+  }
+  return matches;
+}
+
+std::optional<double> JointError(const Pose3d& truth, const Pose3d* found,
+                                 int joint) {
+  if (found == nullptr || !(*found)[joint].present()) return std::nullopt;
+  return (truth[joint].position_m - (*found)[joint].position_m).norm();
+}
+
+bool Within(double error_m, double length_m, const PcpProtocol& protocol) {
+  const double limit_m = protocol.tolerance * length_m;
+  return protocol.strictly_less ? error_m < limit_m : error_m <= limit_m;
+}
+
+bool IsRight(const std::optional<double>& first_error_m,
+             const std::optional<double>& second_error_m, double length_m,
+             const PcpProtocol& protocol) {
+  if (!first_error_m || !second_error_m) return false;
+  if (protocol.endpoints == EndpointRule::kMean) {
+    return Within(0.5 * (*first_error_m + *second_error_m), length_m, protocol);
+  }
+  return Within(*first_error_m, length_m, protocol) &&
+         Within(*second_error_m, length_m, protocol);
+}
+
+// Scores the parts of one person; lost ones are appended to `lost`.
+PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
+                           const PersonPose* found, const PcpProtocol& protocol,
+                           std::vector<LostPart>* lost) {
+  PcpPersonFrame scored;
+  scored.frame = frame;
+  scored.actor = truth.id.value();
+  if (found != nullptr) scored.predicted = found->id;
+  const Pose3d* pose = found == nullptr ? nullptr : &found->joints;
+  for (int part = 0; part < kPcpPartCount; ++part) {
+    const int first = kParts[part].first;
+    const int second = kParts[part].second;
+    if (!truth.joints[first].present() || !truth.joints[second].present()) {
+      continue;
+    }
+    LostPart maybe_lost;
+    maybe_lost.frame = frame;
+    maybe_lost.actor = scored.actor;
+    maybe_lost.part = part;
+    maybe_lost.predicted = scored.predicted;
+    maybe_lost.length_m =
+        (truth.joints[first].position_m - truth.joints[second].position_m)
+            .norm();
+    maybe_lost.first_error_m = JointError(truth.joints, pose, first);
+    maybe_lost.second_error_m = JointError(truth.joints, pose, second);
+    if (IsRight(maybe_lost.first_error_m, maybe_lost.second_error_m,
+                maybe_lost.length_m, protocol)) {
+      scored.parts[part] = PartVerdict::kRight;
+    } else {
+      scored.parts[part] = PartVerdict::kWrong;
+      lost->push_back(maybe_lost);
+    }
+  }
+  return scored;
+}
+
+const TrackFrame* PredictedFrame(const TrackSequence& tracks,
+                                 const TrackFrame& true_frame,
+                                 const PcpProtocol& protocol) {
+  const TrackFrame* same = FindFrame(tracks, true_frame.frame);
+  if (same != nullptr || protocol.max_time_gap_s <= 0.0) return same;
+  return FindNearestInTime(tracks, true_frame.time,
+                           FromSeconds(protocol.max_time_gap_s));
+}
+
+template <typename T>
+void SortByActorAndFrame(std::vector<T>* values) {
+  std::stable_sort(values->begin(), values->end(), [](const T& a, const T& b) {
+    return a.actor != b.actor ? a.actor < b.actor : a.frame < b.frame;
+  });
+}
+
+// Each actor's person-frames as units of a percentage.
+std::vector<RatioSeries> Series(const PcpResult& result,
+                                const std::vector<int64_t>& actors,
+                                PcpGroup group) {
+  std::vector<RatioSeries> series(actors.size());
+  for (const PcpPersonFrame& person : result.person_frames) {
+    const auto at = std::find(actors.begin(), actors.end(), person.actor);
+    if (at == actors.end()) continue;
+    const Share share = person.Count(group);
+    series[at - actors.begin()].push_back(
+        {100.0 * static_cast<double>(share.count),
+         static_cast<double>(share.total)});
+  }
+  return series;
+}
+
+}  // namespace
+
+const char* PcpPartName(int part) { return kParts[part].name; }
+
+const char* ToString(PcpGroup group) {
+  static constexpr std::array<const char*, kPcpGroups.size()> kNames = {
+      "head",       "torso",      "upper arms", "lower arms",
+      "upper legs", "lower legs", "total"};
+  return kNames[static_cast<size_t>(group)];
+}
+
+const char* ToString(EndpointRule rule) {
+  return rule == EndpointRule::kMean ? "mean" : "each";
+}
+
+const char* ToString(PersonMatching matching) {
+  return matching == PersonMatching::kNearest ? "nearest" : "one_to_one";
+}
+
+PcpProtocol ShelfProtocol() {
+  PcpProtocol protocol;
+  protocol.name = "shelf";
+  protocol.frames = {{300, 601}};
+  return protocol;
+}
+
+PcpProtocol CampusProtocol() {
+  PcpProtocol protocol;
+  protocol.name = "campus";
+  protocol.frames = {{350, 471}, {650, 751}};
+  protocol.max_time_gap_s = 0.1;
+  return protocol;
+}
+
+PcpProtocol CampusExtendedProtocol() {
+  PcpProtocol protocol = CampusProtocol();
+  protocol.name = "campus_extended";
+  protocol.frames = {{350, 751}};
+  return protocol;
+}
+
+PcpProtocol FourDAssociationProtocol() {
+  PcpProtocol protocol = ShelfProtocol();
+  protocol.name = "4d_association";
+  protocol.head = HeadConversion::k4d;
+  protocol.strictly_less = true;
+  protocol.matching = PersonMatching::kOneToOne;
+  protocol.gate_m = kNoGate;
+  protocol.mid_hip_is_a_joint = true;
+  protocol.skip_unmatched = true;
+  protocol.stored_zeros_are_positions = true;
+  return protocol;
+}
+
+std::optional<PcpProtocol> PcpProtocolByName(const std::string& name) {
+  for (PcpProtocol (*make)() :
+       {ShelfProtocol, CampusProtocol, CampusExtendedProtocol,
+        FourDAssociationProtocol}) {
+    PcpProtocol protocol = make();
+    if (protocol.name == name) return protocol;
+  }
+  return std::nullopt;
+}
+
+Share PcpPersonFrame::Count(PcpGroup group) const {
+  Share share;
+  for (int part = 0; part < kPcpPartCount; ++part) {
+    if (InGroup(part, group) && parts[part] != PartVerdict::kNotCounted) {
+      share.Add(parts[part] == PartVerdict::kRight);
+    }
+  }
+  return share;
+}
+
+std::vector<int64_t> PcpResult::Actors() const {
+  std::set<int64_t> actors;
+  for (const PcpPersonFrame& person : person_frames) {
+    actors.insert(person.actor);
+  }
+  return {actors.begin(), actors.end()};
+}
+
+std::vector<int64_t> PcpResult::HeadlineActors() const {
+  const std::vector<int64_t>& wanted = protocol.headline_actors;
+  if (wanted.empty()) return Actors();
+  std::vector<int64_t> actors;
+  for (const int64_t actor : Actors()) {
+    if (std::find(wanted.begin(), wanted.end(), actor) != wanted.end()) {
+      actors.push_back(actor);
+    }
+  }
+  return actors;
+}
+
+PcpResult EvaluatePcp(const TrackSequence& truth, const TrackSequence& tracks,
+                      const PcpProtocol& protocol) {
+  const PcpPoseMaker make_true_pose(truth.header.skeleton, protocol);
+  const PcpPoseMaker make_found_pose(tracks.header.skeleton, protocol);
+  PcpResult result;
+  result.protocol = protocol;
+  for (const TrackFrame& true_frame : truth.frames) {
+    if (!ContainsFrame(protocol.frames, true_frame.frame)) continue;
+    const std::vector<PersonPose> true_people =
+        ConvertPeople(true_frame.people, make_true_pose);
+    std::vector<PersonPose> found_people;
+    if (const TrackFrame* frame =
+            PredictedFrame(tracks, true_frame, protocol)) {
+      found_people = ConvertPeople(frame->people, make_found_pose);
+    }
+    const std::vector<const PersonPose*> matches =
+        MatchPeople(true_people, found_people, protocol);
+    for (size_t i = 0; i < true_people.size(); ++i) {
+      if (matches[i] == nullptr && protocol.skip_unmatched) continue;
+      result.person_frames.push_back(ScorePerson(true_frame.frame,
+                                                 true_people[i], matches[i],
+                                                 protocol, &result.lost));
+    }
+  }
+  SortByActorAndFrame(&result.person_frames);
+  SortByActorAndFrame(&result.lost);
+  return result;
+}
+
+Share CountParts(const PcpResult& result, int64_t actor, PcpGroup group) {
+  Share share;
+  for (const PcpPersonFrame& person : result.person_frames) {
+    if (person.actor == actor) share += person.Count(group);
+  }
+  return share;
+}
+
+Share PooledParts(const PcpResult& result, PcpGroup group) {
+  Share share;
+  for (const int64_t actor : result.HeadlineActors()) {
+    share += CountParts(result, actor, group);
+  }
+  return share;
+}
+
+double MeanOfActors(const PcpResult& result, PcpGroup group) {
+  return MeanOfRatios(Series(result, result.HeadlineActors(), group));
+}
+
+Interval ActorInterval(const PcpResult& result, int64_t actor, PcpGroup group,
+                       const BootstrapOptions& options) {
+  return MeanOfRatiosInterval(Series(result, {actor}, group), options);
+}
+
+Interval MeanOfActorsInterval(const PcpResult& result, PcpGroup group,
+                              const BootstrapOptions& options) {
+  return MeanOfRatiosInterval(Series(result, result.HeadlineActors(), group),
+                              options);
+}
+
+Interval MeanOfActorsDifference(const PcpResult& a, const PcpResult& b,
+                                PcpGroup group,
+                                const BootstrapOptions& options) {
+  const auto same_person_frame = [](const PcpPersonFrame& one,
+                                    const PcpPersonFrame& other) {
+    return one.actor == other.actor && one.frame == other.frame;
+  };
+  if (!std::equal(a.person_frames.begin(), a.person_frames.end(),
+                  b.person_frames.begin(), b.person_frames.end(),
+                  same_person_frame)) {
+    throw OptionError("paired difference",
+                      "the two results were not scored on the same frames");
+  }
+  return PairedDifferenceInterval(Series(a, a.HeadlineActors(), group),
+                                  Series(b, b.HeadlineActors(), group),
+                                  options);
+}
+
+}  // namespace kinegraph

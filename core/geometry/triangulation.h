@@ -1,0 +1,46 @@
+// One point from several views.
+#ifndef KINEGRAPH_CORE_GEOMETRY_TRIANGULATION_H_
+#define KINEGRAPH_CORE_GEOMETRY_TRIANGULATION_H_
+
+#include <Eigen/Core>
+
+#include "core/base/span.h"
+#include "core/geometry/camera.h"
+
+namespace kinegraph {
+
+enum class TriangulationStatus {
+  kOk,
+  kTooFewViews,   // fewer than two measurements with a positive weight
+  kNotFinite,     // a measurement or the solution is not a number
+  kParallelRays,  // no two rays differ by the least angle asked for
+  kBehindCamera,  // the point is behind a camera that claims to see it
+};
+const char* ToString(TriangulationStatus status);
+
+struct PointMeasurement {
+  const Camera* camera = nullptr;
+  Eigen::Vector2d ideal_px = Eigen::Vector2d::Zero();
+  double weight = 1.0;  // of the equation; its square weighs the residual
+};
+
+struct TriangulationResult {
+  TriangulationStatus status = TriangulationStatus::kTooFewViews;
+  Eigen::Vector3d point_m = Eigen::Vector3d::Zero();  // valid when kOk
+  bool ok() const { return status == TriangulationStatus::kOk; }
+};
+
+struct TriangulationOptions {
+  double min_angle_rad = 1e-4;   // least angle between two rays at the point
+  bool require_in_front = true;  // of every camera that measured it
+};
+
+// Direct linear transformation: the unit vector X that minimises |A X|, where
+// each view gives two rows u p3 - p1 and v p3 - p2 (Hartley and Zisserman,
+// section 12.2), each row made a unit vector and multiplied by the weight.
+TriangulationResult TriangulateDlt(Span<PointMeasurement> measurements,
+                                   const TriangulationOptions& options = {});
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_GEOMETRY_TRIANGULATION_H_

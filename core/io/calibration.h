@@ -1,0 +1,61 @@
+// Reading and writing calibrations. Whatever a file's conventions, a Camera
+// has pixels, metres and cam_from_world.
+#ifndef KINEGRAPH_CORE_IO_CALIBRATION_H_
+#define KINEGRAPH_CORE_IO_CALIBRATION_H_
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/base/options.h"
+#include "core/geometry/camera.h"
+
+namespace kinegraph {
+
+enum class CalibrationFormat {
+  kAuto,       // by content
+  kKinegraph,  // our cameras.json
+  kKrt,        // {"0": {"K": [9], "RT": [12], "imgSize": [w, h]}, ...}
+  kVoxelpose,  // {"0": {"R", "T", "fx", "fy", "cx", "cy", "k", "p"}, ...}
+  kLongcw,     // {"cameras": {"Camera0": {"K", "Tw", "dist_coeffs"}, ...}}
+  kPanoptic,   // {"cameras": [{"name", "K", "distCoef", "R", "t"}, ...]}
+  kPose2sim,   // Pose2Sim's and Anipose's TOML
+  kTum,        // P*.txt, 3x4 projection matrices
+  kOpencv,     // YAML with camera_matrix and a pose, a file a camera
+  kEasymocap,  // intri.yml and extri.yml
+};
+const std::vector<std::string>& CalibrationFormatNames();
+
+enum class LengthUnit {
+  kAuto,  // the format's own
+  kMetre,
+  kCentimetre,
+  kMillimetre,
+};
+
+// Options of reading cameras; the owner enters the table "cameras".
+struct CameraReadOptions {
+  CalibrationFormat format = CalibrationFormat::kAuto;
+  // Unit of the file's lengths. The formats' own: m, but mm for VoxelPose and
+  // cm for longcw and Panoptic.
+  LengthUnit unit = LengthUnit::kAuto;
+  std::vector<double> image_size;  // px: width, height; empty: the file's
+  bool ignore_distortion = false;
+  std::vector<std::string> use;            // names; empty: all
+  std::map<std::string, std::string> map;  // view -> camera
+
+  void Describe(OptionVisitor& visitor);
+};
+
+// The cameras of a file (or of a folder, for formats of several files) in the
+// order of the file, or in that of `options.use`. Throws InputError naming file
+// and camera or key, OptionError for a wrong `options.image_size`.
+CameraRig ReadCameras(const std::string& path,
+                      const CameraReadOptions& options = {});
+
+// Writes our own format, which reads back to the same bits.
+void WriteCameras(const std::string& path, const CameraRig& cameras);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_CALIBRATION_H_

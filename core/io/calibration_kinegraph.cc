@@ -1,0 +1,98 @@
+// Our own cameras.json:
+//   {"kinegraph_cameras": 1, "units": {"length": "m"}, "cameras": [
+//     {"name": "cam0", "image_size": [w, h] or null, "model": "opencv5",
+//      "K": 3x3 px, "distortion": [k1, k2, p1, p2, k3],
+//      "cam_from_world": {"R": 3x3, "t": [x, y, z]}}, ...]}
+#include "core/base/error.h"
+#include "core/io/atomic_file.h"
+#include "core/io/calibration_formats.h"
+
+namespace kinegraph {
+namespace {
+
+template <typename Matrix>
+Json RowsOf(const Matrix& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    Json row = Json::array();
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
+      row.push_back(matrix(r, c));
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Json ToJson(const Camera& camera) {
+  const bool has_size = camera.width_px() > 0 && camera.height_px() > 0;
+  const bool has_lens = camera.lens() != nullptr;
+  const Eigen::Vector3d& t = camera.t();
+  Json json;
+  json["name"] = camera.name();
+  json["image_size"] =
+      has_size ? Json({camera.width_px(), camera.height_px()}) : Json(nullptr);
+  json["model"] = has_lens ? camera.lens()->model() : "pinhole";
+  json["K"] = RowsOf(camera.K());
+  json["distortion"] =
+      has_lens ? Json(camera.lens()->parameters()) : Json::array();
+  json["cam_from_world"] = {{"R", RowsOf(camera.R())},
+                            {"t", {t.x(), t.y(), t.z()}}};
+  return json;
+}
+
+CameraRecord ReadCamera(const JsonField& field) {
+  CameraRecord record;
+  record.file = field.file();
+  record.name = field.At("name").Text();
+  const JsonField camera =
+      field.Named("camera '" + Printable(record.name) + "'");
+  const auto size = camera.Find("image_size");
+  if (size.has_value() && !size->value().is_null()) {
+    ReadImageSize(*size, &record);
+  }
+  record.K = ToMatrix3(camera.At("K").Matrix(3, 3));
+  if (const auto model = camera.Find("model"))
+    record.lens_model = model->Text();
+  if (const auto lens = camera.Find("distortion")) {
+    record.distortion = lens->Numbers();
+  }
+  const JsonField pose = camera.At("cam_from_world");
+  record.R = ToMatrix3(pose.At("R").Matrix(3, 3));
+  record.t = ToVector3(pose.At("t").Matrix(3, 1));
+  return record;
+}
+
+}  // namespace
+
+CalibrationFile ReadKinegraphCameras(const JsonField& root) {
+  const JsonField version = root.At("kinegraph_cameras");
+  if (version.Integer() != 1) version.FailExpected("version 1");
+  if (const auto units = root.Find("units")) {
+    const JsonField length = units->At("length");
+    if (length.Text() != "m") length.FailExpected("'m'");
+  }
+  CalibrationFile file;
+  file.states_unit = true;
+  for (const JsonField& camera : root.At("cameras").Elements("camera")) {
+    file.cameras.push_back(ReadCamera(camera));
+  }
+  return file;
+}
+
+void WriteCameras(const std::string& path, const CameraRig& cameras) {
+  AtomicFile file(path);
+  file.Write(
+      "{\"kinegraph_cameras\": 1, \"units\": {\"length\": \"m\"}, "
+      "\"cameras\": [");
+  const char* separator = "\n";
+  for (const Camera& camera : cameras) {
+    // A name that is not UTF-8 is written with replacement characters.
+    file.Write(separator + ToJson(camera).dump(-1, ' ', false,
+                                               Json::error_handler_t::replace));
+    separator = ",\n";
+  }
+  file.Write("\n]}\n");
+  file.Commit();
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,29 @@
+// {"0": {"K": 3x3 row-major, "RT": 3x4 row-major, "imgSize": [w, h]}, ...} as
+// 4D association writes it: x_cam = R X + t, metres, pixels. A lens may be
+// given as "distCoeff".
+#include "core/io/calibration_formats.h"
+
+namespace kinegraph {
+
+CalibrationFile ReadKrtCameras(const JsonField& root) {
+  CalibrationFile file;
+  for (const auto& [name, camera] : root.Members("camera")) {
+    CameraRecord record;
+    record.file = root.file();
+    record.name = name;
+    record.K = ToMatrix3(camera.At("K").Matrix(3, 3));
+    const std::vector<double> numbers = camera.At("RT").Matrix(3, 4);
+    const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rt(
+        numbers.data());
+    record.R = rt.leftCols<3>();
+    record.t = rt.col(3);
+    if (const auto size = camera.Find("imgSize")) ReadImageSize(*size, &record);
+    if (const auto lens = camera.Find("distCoeff")) {
+      record.distortion = lens->Numbers();
+    }
+    file.cameras.push_back(record);
+  }
+  return file;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,169 @@
+// Projection matrices P0.txt, P1.txt, ... as TUM publishes them for Campus and
+// Shelf: 3x4 numbers separated by spaces or commas, metres. P is known up to
+// scale and sign.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/io/calibration_formats.h"
+#include "core/io/text_file.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSeparators = " \t\r\n,;";
+
+// The words of a text; at most `limit` of them.
+std::vector<std::string> Split(const std::string& text, size_t limit) {
+  std::vector<std::string> words;
+  size_t begin = text.find_first_not_of(kSeparators);
+  while (begin != std::string::npos && words.size() < limit) {
+    const size_t end = text.find_first_of(kSeparators, begin);
+    words.push_back(text.substr(begin, end - begin));
+    begin = text.find_first_not_of(kSeparators, end);
+  }
+  return words;
+}
+
+// False for anything but one number; infinities and NaN are left to the caller.
+bool ParseNumber(const std::string& word, double* number) {
+  const char* begin = word.data();
+  const char* const end = begin + word.size();
+  if (begin != end && *begin == '+') ++begin;
+  const auto [stop, status] = std::from_chars(begin, end, *number);
+  return status == std::errc() && stop == end;
+}
+
+Eigen::Matrix<double, 3, 4> ReadProjection(const std::string& path) {
+  constexpr size_t kCount = 12;
+  const std::vector<std::string> words =
+      Split(ReadTextFile(path, kMaxSmallFileBytes), kCount + 1);
+  if (words.size() != kCount) {
+    throw InputError(
+        path, "",
+        "found " +
+            (words.size() > kCount ? "more than " + std::to_string(kCount)
+                                   : std::to_string(words.size())) +
+            " numbers, expected a 3 x 4 projection matrix");
+  }
+  Eigen::Matrix<double, 3, 4> P;
+  for (size_t i = 0; i < kCount; ++i) {
+    double number = 0.0;
+    if (!ParseNumber(words[i], &number) || !std::isfinite(number)) {
+      throw InputError(
+          path, "number " + std::to_string(i + 1),
+          "found '" + Printable(words[i]) + "', expected a finite number");
+    }
+    P(static_cast<int>(i / 4), static_cast<int>(i % 4)) = number;
+  }
+  return P;
+}
+
+// P = s K [R | t] with K upper triangular, its diagonal positive and
+// K(2,2) = 1, and det R = +1, which fixes the sign of s (Hartley and Zisserman,
+// Multiple View Geometry, section 6.2.4). The RQ decomposition comes from the
+// QR decomposition of the matrix with rows and columns reversed.
+void Decompose(const Eigen::Matrix<double, 3, 4>& P, CameraRecord* record) {
+  const Eigen::Matrix3d M = P.leftCols<3>();
+  const double largest = M.cwiseAbs().maxCoeff();
+  const double determinant = (M / largest).determinant();
+  // Pixels per unit of M's last row: a determinant this small is rounding.
+  if (!(largest > 0.0) || !(std::abs(determinant) > 1e-12)) {
+    throw InputError(record->file, "",
+                     "the left 3 x 3 part of the projection is singular");
+  }
+  const double sign = determinant < 0.0 ? -1.0 : 1.0;
+  Eigen::Matrix3d reversal;
+  reversal << 0, 0, 1, 0, 1, 0, 1, 0, 0;
+  const Eigen::Matrix3d flipped = (reversal * (sign * M)).transpose();
+  const Eigen::HouseholderQR<Eigen::Matrix3d> qr(flipped);
+  const Eigen::Matrix3d upper =
+      qr.matrixQR().triangularView<Eigen::Upper>().toDenseMatrix();
+  const Eigen::Matrix3d Q = qr.householderQ();
+  Eigen::Matrix3d K = reversal * upper.transpose() * reversal;
+  Eigen::Matrix3d R = reversal * Q.transpose();
+  for (int i = 0; i < 3; ++i) {
+    if (K(i, i) < 0.0) {
+      K.col(i) = -K.col(i);
+      R.row(i) = -R.row(i);
+    }
+  }
+  record->t = K.triangularView<Eigen::Upper>().solve(sign * P.col(3));
+  record->K = K / K(2, 2);
+  record->R = R;
+}
+
+// "P12.txt" -> 12, as text without leading zeros; empty when it is no such
+// name.
+std::string NumberOf(const std::string& file_name) {
+  constexpr const char* kDigits = "0123456789";
+  const std::string end = ".txt";
+  if (file_name.size() < end.size() + 2 || file_name[0] != 'P' ||
+      file_name.substr(file_name.size() - end.size()) != end) {
+    return {};
+  }
+  std::string number = file_name.substr(1, file_name.size() - 1 - end.size());
+  if (number.find_first_not_of(kDigits) != std::string::npos) return {};
+  number.erase(0, std::min(number.find_first_not_of('0'), number.size() - 1));
+  return number;
+}
+
+CameraRecord ReadCamera(const fs::path& path) {
+  CameraRecord record;
+  record.file = path.string();
+  record.name = path.stem().string();
+  Decompose(ReadProjection(record.file), &record);
+  return record;
+}
+
+}  // namespace
+
+bool IsNumberTable(const std::string& text) {
+  constexpr size_t kEnough = 64;  // words; the reader counts exactly
+  const std::vector<std::string> words = Split(text, kEnough);
+  double number = 0.0;
+  return !words.empty() &&
+         std::all_of(words.begin(), words.end(), [&](const auto& word) {
+           return ParseNumber(word, &number);
+         });
+}
+
+std::vector<std::string> ListTumFiles(const std::string& folder) {
+  std::vector<std::pair<std::string, std::string>> numbered;
+  for (const std::string& name : ListFolder(folder)) {
+    const std::string number = NumberOf(name);
+    if (!number.empty()) numbered.emplace_back(number, name);
+  }
+  std::sort(numbered.begin(), numbered.end(), [](const auto& a, const auto& b) {
+    if (a.first.size() != b.first.size()) {
+      return a.first.size() < b.first.size();
+    }
+    return a < b;
+  });
+  std::vector<std::string> names;
+  for (const auto& entry : numbered) names.push_back(entry.second);
+  return names;
+}
+
+CalibrationFile ReadTumCameras(const std::string& path) {
+  CalibrationFile file;
+  if (!IsFolder(path)) {
+    file.cameras.push_back(ReadCamera(path));
+    return file;
+  }
+  for (const std::string& name : ListTumFiles(path)) {
+    file.cameras.push_back(ReadCamera(fs::path(path) / name));
+  }
+  if (file.cameras.empty()) {
+    throw InputError(path, "", "has no files P0.txt, P1.txt, ...");
+  }
+  return file;
+}
+
+}  // namespace kinegraph

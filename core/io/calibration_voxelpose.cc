@@ -1,0 +1,32 @@
+// VoxelPose's JSON: {"0": {"R": 3x3, "T": 3x1, "fx", "fy", "cx", "cy",
+// "k": 3x1, "p": 2x1}, ...}, millimetres. T is the camera's centre:
+// x_cam = R (X - T). Radial k1 k2 k3 and tangential p1 p2.
+#include "core/io/calibration_formats.h"
+
+namespace kinegraph {
+
+CalibrationFile ReadVoxelposeCameras(const JsonField& root) {
+  CalibrationFile file;
+  file.unit = LengthUnit::kMillimetre;
+  for (const auto& [name, camera] : root.Members("camera")) {
+    CameraRecord record;
+    record.file = root.file();
+    record.name = name;
+    record.K << camera.At("fx").Number(), 0.0, camera.At("cx").Number(),  //
+        0.0, camera.At("fy").Number(), camera.At("cy").Number(),          //
+        0.0, 0.0, 1.0;
+    record.R = ToMatrix3(camera.At("R").Matrix(3, 3));
+    record.centre = ToVector3(camera.At("T").Matrix(3, 1));
+    const auto radial = camera.Find("k");
+    const auto tangential = camera.Find("p");
+    if (radial.has_value() || tangential.has_value()) {
+      const std::vector<double> k = camera.At("k").Matrix(3, 1);
+      const std::vector<double> p = camera.At("p").Matrix(2, 1);
+      record.distortion = {k[0], k[1], p[0], p[1], k[2]};
+    }
+    file.cameras.push_back(record);
+  }
+  return file;
+}
+
+}  // namespace kinegraph

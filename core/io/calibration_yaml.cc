@@ -1,0 +1,216 @@
+// YAML calibrations.
+//
+// EasyMocap: intri.yml with `names` and, a camera, K_NAME (3x3 px), dist_NAME
+// or D_NAME (k1 k2 p1 p2 k3) and perhaps W_NAME, H_NAME; extri.yml with R_NAME
+// (Rodrigues vector) or Rot_NAME (3x3) and T_NAME: x_cam = R X + T, metres.
+//
+// OpenCV, a file a camera: camera_matrix, distortion_coefficients, image_width,
+// image_height as OpenCV's calibration program and ROS write them. Neither
+// writes a pose; it is read from rvec (or R, vector or matrix) and tvec (or T):
+// x_cam = R X + T, metres. The camera's name is camera_name or the file's.
+#include <algorithm>
+#include <filesystem>
+
+#include "core/base/error.h"
+#include "core/io/calibration_formats.h"
+#include "core/io/text_file.h"
+#include "core/io/yaml_file.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+Json ReadYaml(const fs::path& path) {
+  // Four thousand cameras; the parser is slow.
+  constexpr size_t kMaxBytes = size_t{4} << 20;
+  return ParseYaml(ReadTextFile(path.string(), kMaxBytes), path.string());
+}
+
+bool IsYamlName(const std::string& name) {
+  const std::string extension = fs::path(name).extension().string();
+  return extension == ".yml" || extension == ".yaml";
+}
+
+std::vector<std::string> ListYamlFiles(const std::string& folder) {
+  std::vector<std::string> names = ListFolder(folder);
+  names.erase(
+      std::remove_if(names.begin(), names.end(),
+                     [](const std::string& name) { return !IsYamlName(name); }),
+      names.end());
+  return names;
+}
+
+// The first of several spellings of a key that an object has.
+std::optional<JsonField> FindAny(const JsonField& object,
+                                 const std::vector<std::string>& keys) {
+  for (const std::string& key : keys) {
+    if (auto field = object.Find(key)) return field;
+  }
+  return std::nullopt;
+}
+
+JsonField AtAny(const JsonField& object, const std::vector<std::string>& keys) {
+  if (auto field = FindAny(object, keys)) return *std::move(field);
+  std::string all;
+  for (const std::string& key : keys) {
+    all += (all.empty() ? "'" : " or '") + key + "'";
+  }
+  object.Fail("has no key " + all);
+}
+
+// A rotation as a Rodrigues vector or a matrix.
+Eigen::Matrix3d ReadRotation(const JsonField& field) {
+  const bool nested = field.value().is_array() && field.value().size() == 3 &&
+                      field.value().front().is_array();
+  if (nested && field.value().front().size() == 3) {
+    return ToMatrix3(field.Matrix(3, 3));
+  }
+  return RotationOf(ToVector3(field.Matrix(3, 1)));
+}
+
+// ---- EasyMocap ----
+
+struct EasymocapFiles {
+  fs::path intrinsic;
+  fs::path extrinsic;
+};
+
+EasymocapFiles FindEasymocapFiles(const fs::path& path) {
+  const bool folder = IsFolder(path.string());
+  for (const char* extension : {".yml", ".yaml"}) {
+    const std::string intri = std::string("intri") + extension;
+    const std::string extri = std::string("extri") + extension;
+    const std::string name = path.filename().string();
+    if (!folder && name != intri && name != extri) continue;
+    const fs::path parent = folder ? path : path.parent_path();
+    if (!folder || IsFile((parent / intri).string())) {
+      return {parent / intri, parent / extri};
+    }
+  }
+  if (folder) {
+    throw InputError(path.string(), "", "has no intri.yml");
+  }
+  return {path, path};  // one file with the content of both
+}
+
+// A name in `names`: a text, or a number without quotes.
+std::string NameOf(const JsonField& field) {
+  if (field.value().is_number()) return std::to_string(field.Integer());
+  return field.Text();
+}
+
+Eigen::Matrix3d ReadEasymocapRotation(const JsonField& extrinsic,
+                                      const std::string& name) {
+  const auto vector = extrinsic.Find("R_" + name);
+  const auto matrix = extrinsic.Find("Rot_" + name);
+  if (!vector.has_value()) {
+    return ToMatrix3(
+        AtAny(extrinsic, {"R_" + name, "Rot_" + name}).Matrix(3, 3));
+  }
+  const Eigen::Matrix3d R = ReadRotation(*vector);
+  // Written with six decimals; further apart they are two different poses.
+  constexpr double kRounding = 1e-3;
+  if (matrix.has_value() &&
+      (R - ToMatrix3(matrix->Matrix(3, 3))).cwiseAbs().maxCoeff() > kRounding) {
+    matrix->Fail("is not the rotation of R_" + name);
+  }
+  return R;
+}
+
+}  // namespace
+
+CalibrationFile ReadEasymocapCameras(const std::string& path) {
+  const EasymocapFiles files = FindEasymocapFiles(path);
+  const Json intrinsic_json = ReadYaml(files.intrinsic);
+  const bool one_file = files.intrinsic == files.extrinsic;
+  const Json extrinsic_json =
+      one_file ? intrinsic_json : ReadYaml(files.extrinsic);
+  const JsonField intrinsic(intrinsic_json, files.intrinsic.string());
+  const JsonField extrinsic(extrinsic_json, files.extrinsic.string());
+  CalibrationFile file;
+  for (const JsonField& element : intrinsic.At("names").Elements("name")) {
+    CameraRecord record;
+    record.file = path;
+    const std::string name = NameOf(element);
+    record.name = name;
+    record.K = ToMatrix3(intrinsic.At("K_" + name).Matrix(3, 3));
+    if (const auto lens = FindAny(intrinsic, {"dist_" + name, "D_" + name})) {
+      record.distortion = lens->Numbers();
+    }
+    const auto width = intrinsic.Find("W_" + name);
+    const auto height = intrinsic.Find("H_" + name);
+    if (width.has_value() && height.has_value()) {
+      record.width_px = width->Integer();
+      record.height_px = height->Integer();
+    }
+    record.R = ReadEasymocapRotation(extrinsic, name);
+    record.t = ToVector3(extrinsic.At("T_" + name).Matrix(3, 1));
+    file.cameras.push_back(record);
+  }
+  return file;
+}
+
+namespace {
+
+// ---- OpenCV ----
+
+CameraRecord ReadOpencvCamera(const fs::path& path) {
+  const Json json = ReadYaml(path);
+  const JsonField root(json, path.string());
+  CameraRecord record;
+  record.file = path.string();
+  const auto name = root.Find("camera_name");
+  record.name = name.has_value() ? NameOf(*name) : path.stem().string();
+  record.K = ToMatrix3(AtAny(root, {"camera_matrix", "K"}).Matrix(3, 3));
+  const auto model = root.Find("distortion_model");
+  if (model.has_value() && model->Text() != "plumb_bob") {
+    model->FailExpected("'plumb_bob', the five coefficients of OpenCV");
+  }
+  if (const auto lens = FindAny(root, {"distortion_coefficients", "D"})) {
+    record.distortion = lens->Numbers();
+  }
+  const auto width = root.Find("image_width");
+  const auto height = root.Find("image_height");
+  if (width.has_value() && height.has_value()) {
+    record.width_px = width->Integer();
+    record.height_px = height->Integer();
+  }
+  record.R = ReadRotation(AtAny(root, {"rvec", "R"}));
+  record.t = ToVector3(AtAny(root, {"tvec", "T"}).Matrix(3, 1));
+  return record;
+}
+
+}  // namespace
+
+CalibrationFile ReadOpencvCameras(const std::string& path) {
+  CalibrationFile file;
+  if (!IsFolder(path)) {
+    file.cameras.push_back(ReadOpencvCamera(path));
+    return file;
+  }
+  for (const std::string& name : ListYamlFiles(path)) {
+    file.cameras.push_back(ReadOpencvCamera(fs::path(path) / name));
+  }
+  if (file.cameras.empty()) throw InputError(path, "", "has no YAML files");
+  return file;
+}
+
+CalibrationFormat DetectYamlFormat(const std::string& path) {
+  if (IsFolder(path)) {
+    const std::vector<std::string> names = ListYamlFiles(path);
+    for (const char* name : {"intri.yml", "intri.yaml"}) {
+      if (std::binary_search(names.begin(), names.end(), name)) {
+        return CalibrationFormat::kEasymocap;
+      }
+    }
+    return names.empty() ? CalibrationFormat::kAuto
+                         : CalibrationFormat::kOpencv;
+  }
+  const Json json = ReadYaml(path);
+  if (json.contains("names")) return CalibrationFormat::kEasymocap;
+  if (json.contains("camera_matrix")) return CalibrationFormat::kOpencv;
+  return CalibrationFormat::kAuto;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,61 @@
+// The detection formats, one function each, and what they share. Only
+// core/io/detection*.cc includes this header.
+#ifndef KINEGRAPH_CORE_IO_DETECTION_FORMATS_H_
+#define KINEGRAPH_CORE_IO_DETECTION_FORMATS_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/io/detection_source.h"
+
+namespace kinegraph {
+
+// The options of all formats are checked; `skeleton` is set when either the
+// value or a name was given.
+std::unique_ptr<DetectionSource> OpenKinegraphDetections(
+    const std::string& path, const DetectionReadOptions& options);
+std::unique_ptr<DetectionSource> OpenOpenPose(
+    const std::string& path, const DetectionReadOptions& options);
+std::unique_ptr<DetectionSource> OpenCocoResults(
+    const std::string& path, const DetectionReadOptions& options);
+std::unique_ptr<DetectionSource> OpenLongcwDetections(
+    const std::string& path, const DetectionReadOptions& options);
+std::unique_ptr<DetectionSource> OpenSmap(const std::string& path,
+                                          const DetectionReadOptions& options);
+
+// What a file stores as x, y, confidence. NaN, also as confidence, is no
+// measurement.
+Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
+                      ZeroConfidence zero_confidence);
+
+// The view files of a folder in natural order (".json", without truth.json), or
+// the one file that `path` is: pairs of view name (the file name without its
+// extension) and path. Throws InputError when there is none.
+std::vector<std::pair<std::string, std::string>> ListViewFiles(
+    const std::string& path);
+
+// Collects detections of formats whose files hold a whole take, in any order
+// of frames, and hands them out frame by frame.
+class DetectionCollector {
+ public:
+  explicit DetectionCollector(DetectionHeader header)
+      : header_(std::move(header)) {}
+  // The place of a new detection, its index_in_file set.
+  Detection* Add(int64_t frame, size_t view_idx);
+  // Makes sure that the frame is there even if nobody was seen.
+  DetectionFrame* Touch(int64_t frame);
+  std::unique_ptr<DetectionSource> Finish();
+
+ private:
+  DetectionHeader header_;
+  std::map<int64_t, DetectionFrame> frames_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_DETECTION_FORMATS_H_

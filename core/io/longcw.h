@@ -1,0 +1,33 @@
+// What longcw's files of detections and of poses share.
+#ifndef KINEGRAPH_CORE_IO_LONGCW_H_
+#define KINEGRAPH_CORE_IO_LONGCW_H_
+
+#include <cmath>
+#include <cstdint>
+
+#include "core/io/bulk_json.h"
+
+namespace kinegraph {
+
+// Its files give seconds, not frames; Campus, the set that comes in this
+// format, has 25 frames a second.
+inline constexpr double kLongcwFrameRateHz = 25.0;
+
+struct LongcwTime {
+  int64_t frame = 0;
+  TimeNs time = 0;
+};
+
+// The frame nearest to a timestamp. Throws InputError without a file.
+inline LongcwTime ReadLongcwTime(JsonValue value, double frame_rate_hz) {
+  const TimeNs time = AsTime(value, "timestamp");
+  const double frame = std::round(ToSeconds(time) * frame_rate_hz);
+  if (frame < 0.0 || frame > static_cast<double>(kMaxFrame)) {
+    throw InputError("timestamp: is negative or too large");
+  }
+  return {static_cast<int64_t>(frame), time};
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_LONGCW_H_

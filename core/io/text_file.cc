@@ -1,0 +1,101 @@
+#include "core/io/text_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Closes a file descriptor when it goes out of scope.
+struct Descriptor {
+  explicit Descriptor(int opened) : value(opened) {}
+  ~Descriptor() {
+    if (value >= 0) close(value);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  const int value;
+};
+
+[[noreturn]] void FailToRead(const std::string& path) {
+  throw InputError(path, "",
+                   std::string("cannot be read: ") + std::strerror(errno));
+}
+
+}  // namespace
+
+std::string ReadTextFile(const std::string& path, size_t max_bytes) {
+  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.value < 0) FailToRead(path);
+  struct stat status {};
+  if (fstat(file.value, &status) != 0) FailToRead(path);
+  if (S_ISDIR(status.st_mode)) {
+    throw InputError(path, "", "is a folder, expected a file");
+  }
+  // The size is a hint only: pipes have none, and files grow.
+  constexpr size_t kStep = 1 << 16;
+  std::string text;
+  if (status.st_size > 0) {
+    text.reserve(std::min(static_cast<size_t>(status.st_size), max_bytes) + 1);
+  }
+  size_t length = 0;
+  while (true) {
+    text.resize(std::max(text.capacity(), length + kStep));
+    const ssize_t got =
+        read(file.value, text.data() + length, text.size() - length);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) FailToRead(path);
+    if (got == 0) break;
+    length += static_cast<size_t>(got);
+    if (length > max_bytes) {
+      throw InputError(path, "",
+                       "is larger than " + std::to_string(max_bytes >> 20) +
+                           " MiB, more than such a file can need");
+    }
+  }
+  text.resize(length);
+  return text;
+}
+
+bool IsFolder(const std::string& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
+bool IsFile(const std::string& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored) && !IsFolder(path);
+}
+
+void MakeFolder(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw InputError(path, "", "cannot be made: " + error.message());
+}
+
+std::vector<std::string> ListFolder(const std::string& path) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(path, error), end; !error && entry != end;
+       entry.increment(error)) {
+    names.push_back(entry->path().filename().string());
+  }
+  if (error) {
+    throw InputError(path, "", "cannot be listed: " + error.message());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace kinegraph

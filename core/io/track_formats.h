@@ -1,0 +1,52 @@
+// The track formats, one function each, and what they share. Only
+// core/io/track*.cc includes this header.
+#ifndef KINEGRAPH_CORE_IO_TRACK_FORMATS_H_
+#define KINEGRAPH_CORE_IO_TRACK_FORMATS_H_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "core/io/tracks.h"
+
+namespace kinegraph {
+
+std::unique_ptr<TrackSource> OpenKinegraphTracks(
+    const std::string& path, const TrackReadOptions& options);
+TrackSequence ReadTumTracks(const std::string& path,
+                            const TrackReadOptions& options);
+TrackSequence ReadFourDAssociation(const std::string& path,
+                                   const TrackReadOptions& options);
+TrackSequence ReadLongcwTracks(const std::string& path,
+                               const TrackReadOptions& options);
+TrackSequence ReadPoses(const std::string& path,
+                        const TrackReadOptions& options);
+TrackSequence ReadPanoptic(const std::string& path,
+                           const TrackReadOptions& options);
+
+// What a file gives as a position.
+inline Joint3d ObservedJoint(double x_m, double y_m, double z_m) {
+  return {{x_m, y_m, z_m}, JointStatus::kObserved};
+}
+
+// Collects people in any order of frames.
+class TrackCollector {
+ public:
+  explicit TrackCollector(TrackHeader header) : header_(std::move(header)) {}
+  const TrackHeader& header() const { return header_; }
+  // Makes sure that the frame is there even if nobody is in it.
+  TrackFrame* Touch(int64_t frame);
+  // Throws InputError without a file when the frame has this person already.
+  PersonPose* Add(int64_t frame, TrackId id);
+  TrackSequence Finish();
+
+ private:
+  TrackHeader header_;
+  std::map<int64_t, TrackFrame> frames_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TRACK_FORMATS_H_

@@ -1,0 +1,214 @@
+#include "core/reconstruction/initialisation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace kinegraph {
+namespace {
+
+// `joints_of_17` as a number of `count` joints.
+double ScaledJoints(double joints_of_17, size_t count) {
+  return joints_of_17 / 17.0 * static_cast<double>(count);
+}
+
+// Paper, section 3.3: E = sum over joints of 1 - distance / alpha, summed over
+// the joints both have, averaged over the group's views.
+class AffinitySumRule final : public GroupingRule {
+ public:
+  AffinitySumRule(const InitialisationOptions& options,
+                  const EpipolarGeometry& epipolar, std::vector<int> joints)
+      : alpha_px_(options.alpha_group_px),
+        min_common_(ScaledJoints(options.min_common_joints, joints.size())),
+        epipolar_(&epipolar),
+        joints_(std::move(joints)) {}
+
+  double Gain(const ObservationGroup& group,
+              const Observation& detection) const override {
+    double total = 0.0;
+    int views = 0;
+    for (const Observation* member : group) {
+      double sum = 0.0;
+      int common = 0;
+      for (const int j : joints_) {
+        if (!member->joints[j].found || !detection.joints[j].found) continue;
+        ++common;
+        sum += 1.0 - epipolar_->Distance(member->view_idx, member->ideal_px[j],
+                                         detection.view_idx,
+                                         detection.ideal_px[j]) /
+                         alpha_px_;
+      }
+      if (common == 0 || common < min_common_ - kRounding) continue;
+      total += sum;
+      ++views;
+    }
+    // What may not be joined must not take part in the bargain either.
+    return views == 0 ? 0.0 : std::max(0.0, total / views);
+  }
+
+  bool Accept(const ObservationGroup&, const Observation&,
+              double gain) const override {
+    return gain > 0.0;
+  }
+
+ private:
+  static constexpr double kRounding = 1e-9;
+
+  double alpha_px_;
+  double min_common_;
+  const EpipolarGeometry* epipolar_;
+  std::vector<int> joints_;
+};
+
+// The authors' code: mean over member views of the mean over joints of the
+// confidence-weighted epipolar distance, divided by a threshold; minimised.
+class WeightedDistanceRule final : public GroupingRule {
+ public:
+  WeightedDistanceRule(const InitialisationOptions& options,
+                       const EpipolarGeometry& epipolar,
+                       std::vector<int> joints)
+      : alpha_px_(options.alpha_group_px),
+        veto_confidence_(options.veto_confidence),
+        epipolar_(&epipolar),
+        joints_(std::move(joints)) {}
+
+  double Gain(const ObservationGroup& group,
+              const Observation& detection) const override {
+    double total = 0.0;
+    for (const Observation* member : group) total += Cost(*member, detection);
+    return -total / static_cast<double>(group.size());
+  }
+
+  bool Accept(const ObservationGroup& group, const Observation& detection,
+              double) const override {
+    if (!(detection.mean_confidence > veto_confidence_)) return true;
+    return std::none_of(group.begin(), group.end(), [&](const auto* member) {
+      return Cost(*member, detection) > 1.0;
+    });
+  }
+
+ private:
+  // Two poses without a common joint cost as much as a clear contradiction.
+  static constexpr double kNothingInCommon = 1e6;
+
+  double Cost(const Observation& a, const Observation& b) const {
+    double sum = 0.0;
+    int common = 0;
+    for (const int j : joints_) {
+      if (!a.joints[j].found || !b.joints[j].found) continue;
+      ++common;
+      sum += epipolar_->WeightedDistance(a.view_idx, a.ideal_px[j],
+                                         a.joints[j].confidence, b.view_idx,
+                                         b.ideal_px[j], b.joints[j].confidence);
+    }
+    return common == 0 ? kNothingInCommon : sum / common / alpha_px_;
+  }
+
+  double alpha_px_;
+  double veto_confidence_;
+  const EpipolarGeometry* epipolar_;
+  std::vector<int> joints_;
+};
+
+}  // namespace
+
+void InitialisationOptions::Describe(OptionVisitor& visitor) {
+  visitor.Choice("rule", &rule, {"affinity_sum", "weighted_distance"},
+                 "the paper's text or the authors' code");
+  visitor.Number("alpha_group", &alpha_group_px, Positive(), "px",
+                 "epipolar distance scale when views are grouped");
+  visitor.Number("alpha_filter", &alpha_filter_px, Positive(), "px",
+                 "alpha_epi of the joints filter at initialisation");
+  visitor.Number("min_confidence", &min_confidence, Between(-1.0, 1e6), "",
+                 "mean confidence that a detection must exceed");
+  visitor.Number("veto_confidence", &veto_confidence, Between(-1.0, 1e6), "",
+                 "weighted_distance: only surer detections are vetoed");
+  visitor.Number("min_common_joints", &min_common_joints, Between(0.0, 17.0),
+                 "joints of 17", "affinity_sum: joints a pair must share");
+  visitor.Number("min_joints", &min_joints, Between(0.0, 17.0), "joints of 17",
+                 "triangulated joints that a new person must have");
+}
+
+std::unique_ptr<GroupingRule> MakeGroupingRule(
+    const InitialisationOptions& options, const EpipolarGeometry& epipolar,
+    std::vector<int> joints) {
+  if (options.rule == InitialisationRule::kAffinitySum) {
+    return std::make_unique<AffinitySumRule>(options, epipolar,
+                                             std::move(joints));
+  }
+  return std::make_unique<WeightedDistanceRule>(options, epipolar,
+                                                std::move(joints));
+}
+
+Initialiser::Initialiser(const InitialisationOptions& options,
+                         const EpipolarGeometry& epipolar,
+                         Reconstructor* reconstructor, std::vector<int> joints)
+    : options_(options),
+      reconstructor_(reconstructor),
+      joints_(joints),
+      rule_(MakeGroupingRule(options, epipolar, std::move(joints))) {}
+
+void Initialiser::AssignView(const ObservationGroup& detections) {
+  const size_t cols = detections.size();
+  gains_.resize(groups_.size() * cols);
+  for (size_t g = 0; g < groups_.size(); ++g) {
+    for (size_t d = 0; d < cols; ++d) {
+      gains_[g * cols + d] = rule_->Gain(groups_[g], *detections[d]);
+    }
+  }
+  const size_t group_count = groups_.size();
+  solver_.Maximise(gains_, static_cast<int>(group_count),
+                   static_cast<int>(cols), &detection_of_group_);
+  std::vector<char> joined(cols, 0);
+  for (size_t g = 0; g < group_count; ++g) {
+    const int d = detection_of_group_[g];
+    if (d < 0) continue;
+    // No second choice: a refused pair leaves both alone.
+    if (!rule_->Accept(groups_[g], *detections[d], gains_[g * cols + d])) {
+      continue;
+    }
+    groups_[g].push_back(detections[d]);
+    joined[d] = 1;
+  }
+  for (size_t d = 0; d < cols; ++d) {
+    if (!joined[d]) groups_.push_back({detections[d]});
+  }
+}
+
+void Initialiser::GroupViews(const std::vector<ObservationGroup>& unmatched) {
+  groups_.clear();
+  for (const ObservationGroup& detections : unmatched) {
+    eligible_.clear();
+    for (const Observation* detection : detections) {
+      if (detection->mean_confidence > options_.min_confidence) {
+        eligible_.push_back(detection);
+      }
+    }
+    if (!eligible_.empty()) AssignView(eligible_);
+  }
+}
+
+void Initialiser::Run(const std::vector<ObservationGroup>& unmatched,
+                      std::vector<NewPerson>* people) {
+  people->clear();
+  GroupViews(unmatched);
+  const double needed = ScaledJoints(options_.min_joints, joints_.size());
+  std::vector<UsedView> views;
+  for (ObservationGroup& group : groups_) {
+    if (group.size() < 2) continue;
+    views.clear();
+    for (const Observation* member : group) views.push_back({member, 0.0});
+    NewPerson person;
+    reconstructor_->Initialise(views, options_.alpha_filter_px,
+                               &person.reconstruction);
+    int triangulated = 0;
+    for (const int j : joints_) {
+      triangulated += person.reconstruction.triangulated[j];
+    }
+    if (triangulated == 0 || triangulated < needed - 1e-9) continue;
+    person.members = std::move(group);
+    people->push_back(std::move(person));
+  }
+}
+
+}  // namespace kinegraph

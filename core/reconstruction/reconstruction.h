@@ -1,0 +1,94 @@
+// A person's 3D pose from the 2D poses that were matched to them.
+#ifndef KINEGRAPH_CORE_RECONSTRUCTION_RECONSTRUCTION_H_
+#define KINEGRAPH_CORE_RECONSTRUCTION_RECONSTRUCTION_H_
+
+#include <vector>
+
+#include "core/base/options.h"
+#include "core/base/span.h"
+#include "core/data/observation.h"
+#include "core/data/pose.h"
+#include "core/geometry/camera.h"
+#include "core/geometry/epipolar.h"
+#include "core/geometry/triangulation.h"
+#include "core/reconstruction/joints_filter.h"
+
+namespace kinegraph {
+
+struct ReconstructionOptions {
+  // The newest 2D pose of each view counts while it is younger than this.
+  double tau_frames = 3.0;
+  double lambda_t_per_frame = 5.0;  // DLT rows weigh exp(-lambda_t age)
+  bool joints_filter = true;
+  double alpha_epi_px = 60.0;
+  ConflictOrder conflict_order = ConflictOrder::kView;
+  // The update fails when more than this share of the joints seen in this
+  // frame is left with fewer than two views.
+  double max_lost_share = 1.0 / 3.0;
+
+  // A joint behind a camera that measured it is no joint. The authors' code
+  // does not ask.
+  bool require_in_front = true;
+
+  void Describe(OptionVisitor& visitor);
+};
+
+// A 2D pose that takes part in a reconstruction.
+struct UsedView {
+  const Observation* observation = nullptr;
+  double age_frames = 0.0;  // 0: seen in this frame
+  bool fresh() const { return age_frames == 0.0; }
+};
+
+struct Reconstruction {
+  // kObserved: triangulated with two or more views of this frame. kInferred:
+  // triangulated with older views, or the prediction. kMissing: neither.
+  Pose3d pose;
+  std::vector<char> triangulated;       // one a joint
+  std::vector<int> fresh_inlier_views;  // one a joint
+  std::vector<FilterVerdict> verdicts;  // [view * joints + joint]
+  int seen_joints = 0;  // joints measured in at least one view of this frame
+  int lost_joints = 0;  // of these, those left without a triangulation
+};
+
+// Joints filter, then weighted DLT, joint by joint. Keeps its memory between
+// calls; not for two threads at once.
+class Reconstructor {
+ public:
+  // `cameras` and `epipolar` must outlive the object.
+  Reconstructor(const CameraRig& cameras, const EpipolarGeometry& epipolar,
+                const ReconstructionOptions& options)
+      : cameras_(&cameras), filter_(cameras, epipolar), options_(options) {}
+
+  // With a prediction, which decides conflicts and stands in for joints with
+  // fewer than two views. Views in the order in which they joined the track.
+  // Returns false when the update fails: fewer than two views, or too many
+  // joints lost (`reconstruction` then tells what was found).
+  bool Update(Span<UsedView> views, const Pose3d& predicted,
+              Reconstruction* reconstruction);
+
+  // Without a prediction: the initialisation rule of the filter with its own
+  // threshold [px]. Joints with fewer than two views are missing.
+  void Initialise(Span<UsedView> views, double alpha_px,
+                  Reconstruction* reconstruction);
+
+ private:
+  void Run(Span<UsedView> views, double alpha_px, const Pose3d* predicted,
+           Reconstruction* reconstruction);
+  // Without the filter: every measured joint the detector believes in.
+  void KeepConfident(Span<UsedView> views, int joint_idx);
+
+  const CameraRig* cameras_;
+  JointsFilter filter_;
+  ReconstructionOptions options_;
+  // Scratch: the views that measured the joint at hand.
+  std::vector<int> measured_;
+  std::vector<JointRay> rays_;
+  std::vector<char> kept_;
+  std::vector<double> view_weights_;
+  std::vector<PointMeasurement> measurements_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_RECONSTRUCTION_RECONSTRUCTION_H_

@@ -1,0 +1,86 @@
+#include "core/tracking/track.h"
+
+#include <algorithm>
+
+namespace kinegraph {
+
+void ViewMemory::Store(const Observation& observation, TimeNs frame_time) {
+  const auto at =
+      std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
+        return entry.observation.view_idx == observation.view_idx;
+      });
+  Entry& entry = at == entries_.end() ? entries_.emplace_back() : *at;
+  entry.frame_time = frame_time;
+  entry.observation = observation;
+}
+
+TrackLife::TrackLife(const TrackLifeOptions& options, const FrameClock& clock,
+                     TimeNs birth_time)
+    : confirm_hits_(options.confirm_hits),
+      max_age_frames_(options.max_age_frames),
+      clock_(clock),
+      last_update_(birth_time) {
+  ConfirmIfDue();
+}
+
+void TrackLife::ConfirmIfDue() {
+  if (state_ == TrackState::kTentative && hits_ >= confirm_hits_) {
+    state_ = TrackState::kConfirmed;
+  }
+}
+
+void TrackLife::Step(TimeNs time, bool matched, bool updated) {
+  if (updated) {
+    ++hits_;
+    last_update_ = time;
+    ConfirmIfDue();
+    return;
+  }
+  const bool lost = state_ == TrackState::kTentative && !matched;
+  const bool stale = !clock_.Less(time - last_update_, max_age_frames_);
+  if (lost || stale) state_ = TrackState::kDeleted;
+}
+
+void WriteGate::Settle(Verdict waiting, Verdict verdict) {
+  std::replace(verdicts_.begin(), verdicts_.end(), waiting, verdict);
+}
+
+void WriteGate::Step(TimeNs time, TrackState state, bool updated) {
+  if (state == TrackState::kConfirmed) {
+    if (!was_confirmed_) {
+      Settle(Verdict::kTentative, backfill_ ? Verdict::kWrite : Verdict::kDrop);
+      was_confirmed_ = true;
+    }
+    if (updated) {
+      // Half a frame of slack: a gap of exactly max_gap frames is bridged.
+      const bool bridged =
+          max_gap_frames_ > 0.0 &&
+          clock_.Less(time - last_update_, max_gap_frames_ + 2.0);
+      Settle(Verdict::kGap, bridged ? Verdict::kWrite : Verdict::kDrop);
+      last_update_ = time;
+      verdicts_.push_back(Verdict::kWrite);
+      return;
+    }
+    verdicts_.push_back(max_gap_frames_ > 0.0 ? Verdict::kGap : Verdict::kDrop);
+    return;
+  }
+  if (updated) last_update_ = time;
+  const bool waits = backfill_ && updated && state == TrackState::kTentative;
+  verdicts_.push_back(waits ? Verdict::kTentative : Verdict::kDrop);
+}
+
+void WriteGate::Close() {
+  Settle(Verdict::kTentative, Verdict::kDrop);
+  Settle(Verdict::kGap, Verdict::kDrop);
+}
+
+bool WriteGate::Pop(bool* write) {
+  if (verdicts_.empty()) return false;
+  const Verdict oldest = verdicts_.front();
+  if (oldest == Verdict::kTentative || oldest == Verdict::kGap) return false;
+  *write = oldest == Verdict::kWrite;
+  verdicts_.pop_front();
+  return true;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,112 @@
+// One person as the tracker follows them.
+#ifndef KINEGRAPH_CORE_TRACKING_TRACK_H_
+#define KINEGRAPH_CORE_TRACKING_TRACK_H_
+
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/base/time.h"
+#include "core/data/observation.h"
+#include "core/tracking/estimator.h"
+#include "core/tracking/options.h"
+
+namespace kinegraph {
+
+// The newest 2D pose of each view, in the order in which views first joined
+// the track. A view keeps its place when it is matched again or back after a
+// pause: the joints filter walks conflicts in this order.
+class ViewMemory {
+ public:
+  struct Entry {
+    TimeNs frame_time = 0;
+    Observation observation;
+  };
+
+  void Store(const Observation& observation, TimeNs frame_time);
+  const std::vector<Entry>& entries() const { return entries_; }
+
+ private:
+  std::vector<Entry> entries_;
+};
+
+enum class TrackState { kTentative, kConfirmed, kDeleted };
+
+// Track life (design/algorithm.md, section 6): confirmed at a number of hits;
+// a tentative track without a match is deleted at once, any track when its last
+// update is too old. Misses do not reset hits.
+class TrackLife {
+ public:
+  TrackLife(const TrackLifeOptions& options, const FrameClock& clock,
+            TimeNs birth_time);
+
+  // Tells of one frame: matched in any view, and whether the update succeeded.
+  void Step(TimeNs time, bool matched, bool updated);
+
+  TrackState state() const { return state_; }
+  int64_t hits() const { return hits_; }
+  TimeNs last_update() const { return last_update_; }
+
+ private:
+  void ConfirmIfDue();
+
+  int64_t confirm_hits_;
+  double max_age_frames_;
+  FrameClock clock_;
+  TrackState state_ = TrackState::kTentative;
+  int64_t hits_ = 1;  // birth is the first
+  TimeNs last_update_;
+};
+
+// Which frames of a track are written. Tentative frames wait for confirmation
+// (or are dropped), gaps wait for the update that closes them.
+class WriteGate {
+ public:
+  WriteGate(const TrackLifeOptions& options, const FrameClock& clock)
+      : backfill_(options.backfill),
+        max_gap_frames_(options.max_gap_frames),
+        clock_(clock) {}
+
+  // Tells of the frame after TrackLife::Step.
+  void Step(TimeNs time, TrackState state, bool updated);
+  // The track is gone: what still waits is dropped.
+  void Close();
+
+  // Takes the verdict on the oldest frame not yet taken. False while it waits.
+  bool Pop(bool* write);
+
+ private:
+  enum class Verdict { kWrite, kDrop, kTentative, kGap };
+  void Settle(Verdict waiting, Verdict verdict);
+
+  bool backfill_;
+  double max_gap_frames_;
+  FrameClock clock_;
+  bool was_confirmed_ = false;
+  TimeNs last_update_ = 0;
+  std::deque<Verdict> verdicts_;
+};
+
+struct Track {
+  Track(TrackId track_id, TrackLife track_life, WriteGate write_gate)
+      : id(track_id), life(track_life), gate(std::move(write_gate)) {}
+
+  TrackId id;
+  TrackLife life;
+  WriteGate gate;
+  ViewMemory memory;
+  std::unique_ptr<Estimator> feedback;  // serves association
+  std::unique_ptr<Estimator> output;  // null: the feedback's finals are written
+
+  Estimator& writer() { return output != nullptr ? *output : *feedback; }
+
+  // This frame's work, kept to reuse its memory.
+  EstimatorFrame frame;
+  bool matched = false;
+  std::deque<FinalPose> finals;  // final, but the gate has not decided yet
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_TRACKING_TRACK_H_

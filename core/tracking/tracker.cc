@@ -1,0 +1,284 @@
+#include "core/tracking/tracker.h"
+
+#include <algorithm>
+#include <chrono>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+
+namespace kinegraph {
+namespace {
+
+int64_t NowNs() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+// Adds the time until it dies to a stage; without stage times does nothing.
+class StageTimer {
+ public:
+  StageTimer(StageTimes* times, int64_t StageTimes::*stage)
+      : total_(times == nullptr ? nullptr : &(times->*stage)),
+        start_(total_ == nullptr ? 0 : NowNs()) {}
+  ~StageTimer() {
+    if (total_ != nullptr) *total_ += NowNs() - start_;
+  }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+ private:
+  int64_t* total_;
+  int64_t start_;
+};
+
+const TrackerOptions& Checked(const TrackerOptions& options) {
+  CheckOptions(options);
+  return options;
+}
+
+SceneModel Checked(SceneModel scene) {
+  if (scene.cameras.empty()) {
+    throw OptionError("cameras", "a scene needs at least one camera");
+  }
+  if (!(scene.frame_rate_hz > 0.0)) {
+    throw OptionError("input.frame_rate", "not given, and no file tells it");
+  }
+  return scene;
+}
+
+// The estimator's view of the observations matched in this frame.
+void FillFreshViews(const std::vector<UsedView>& used,
+                    const Reconstruction& reconstruction,
+                    EstimatorFrame* frame) {
+  const size_t joints = reconstruction.pose.size();
+  size_t count = 0;
+  for (size_t v = 0; v < used.size(); ++v) {
+    if (!used[v].fresh()) continue;
+    if (count == frame->views.size()) frame->views.emplace_back();
+    FreshView& view = frame->views[count++];
+    view.view_idx = used[v].observation->view_idx;
+    view.capture_time = used[v].observation->capture_time;
+    view.detection_idx = used[v].observation->detection_idx;
+    view.joints = &used[v].observation->joints;
+    const auto verdicts =
+        reconstruction.verdicts.begin() + static_cast<long>(v * joints);
+    view.verdicts.assign(verdicts, verdicts + static_cast<long>(joints));
+  }
+  frame->views.resize(count);
+}
+
+}  // namespace
+
+Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
+                 const TrackerOptions& options, EstimatorFactory feedback,
+                 EstimatorFactory output)
+    : scene_(Checked(std::move(scene))),
+      options_(Checked(options)),
+      make_feedback_(std::move(feedback)),
+      make_output_(std::move(output)),
+      clock_(scene_.frame_rate_hz),
+      epipolar_(scene_.cameras),
+      joint_map_(MapByName(detection_skeleton, scene_.skeleton)),
+      matcher_(options_.association, scene_.skeleton.association_joints()),
+      reconstructor_(scene_.cameras, epipolar_, options_.reconstruction),
+      initialiser_(options_.initialisation, epipolar_, &reconstructor_,
+                   scene_.skeleton.association_joints()),
+      observations_(scene_.cameras.size()),
+      observation_counts_(scene_.cameras.size(), 0),
+      unmatched_(scene_.cameras.size()),
+      matches_(scene_.cameras.size()) {}
+
+Tracker::~Tracker() = default;
+
+void Tracker::Process(const DetectionFrame& frame,
+                      std::vector<TrackFrame>* finished) {
+  if (frame.views.size() != scene_.cameras.size()) {
+    throw OptionError("frame " + std::to_string(frame.frame),
+                      "found " + std::to_string(frame.views.size()) +
+                          " views, expected one for each of the " +
+                          std::to_string(scene_.cameras.size()) + " cameras");
+  }
+  Prepare(frame);
+  Associate(frame);
+  Reconstruct(frame);
+  Estimate();
+  StepLives(frame.time);
+  StartNewPeople(frame);
+  const StageTimer timer(stage_times_, &StageTimes::output_ns);
+  HandOver(false);
+  assembler_.TakeComplete(finished);
+}
+
+void Tracker::Prepare(const DetectionFrame& frame) {
+  const StageTimer timer(stage_times_, &StageTimes::preparation_ns);
+  for (size_t v = 0; v < frame.views.size(); ++v) {
+    std::vector<Observation>& observations = observations_[v];
+    size_t count = 0;
+    for (const Detection& detection : frame.views[v].detections) {
+      if (count == observations.size()) observations.emplace_back();
+      MakeObservation(detection, joint_map_, scene_.cameras[v],
+                      static_cast<int>(v), frame.views[v].capture_time,
+                      &observations[count]);
+      if (observations[count].found_count >= options_.life.min_found_joints) {
+        ++count;
+      }
+    }
+    observation_counts_[v] = count;
+  }
+}
+
+void Tracker::Associate(const DetectionFrame& frame) {
+  const StageTimer timer(stage_times_, &StageTimes::association_ns);
+  targets_.clear();
+  for (const auto& track : tracks_) {
+    targets_.push_back(
+        {&track->feedback->Last(),
+         clock_.Frames(frame.time - track->feedback->LastTime())});
+    track->matched = false;
+  }
+  for (size_t v = 0; v < observations_.size(); ++v) {
+    const Span<Observation> observations(observations_[v].data(),
+                                         observation_counts_[v]);
+    matcher_.Match(targets_, observations, scene_.cameras[v], &matches_[v]);
+    unmatched_[v].clear();
+    for (const Observation& observation : observations) {
+      unmatched_[v].push_back(&observation);
+    }
+    for (size_t t = 0; t < tracks_.size(); ++t) {
+      const int match = matches_[v][t];
+      if (match < 0) continue;
+      // The detection leaves the pool and is remembered also if the update
+      // then fails.
+      tracks_[t]->matched = true;
+      tracks_[t]->memory.Store(observations[match], frame.time);
+      unmatched_[v][match] = nullptr;
+    }
+    unmatched_[v].erase(
+        std::remove(unmatched_[v].begin(), unmatched_[v].end(), nullptr),
+        unmatched_[v].end());
+  }
+}
+
+void Tracker::Reconstruct(const DetectionFrame& frame) {
+  const StageTimer timer(stage_times_, &StageTimes::reconstruction_ns);
+  for (const auto& track : tracks_) {
+    EstimatorFrame& work = track->frame;
+    work.frame = frame.frame;
+    work.time = frame.time;
+    work.has_initial = false;
+    work.views.clear();
+    work.inlier_views.assign(scene_.skeleton.joint_count(), 0);
+    if (!track->matched) continue;
+    used_views_.clear();
+    for (const ViewMemory::Entry& entry : track->memory.entries()) {
+      const TimeNs age = frame.time - entry.frame_time;
+      if (!clock_.Less(age, options_.reconstruction.tau_frames)) continue;
+      used_views_.push_back({&entry.observation, clock_.Frames(age)});
+    }
+    track->feedback->Predict(frame.time, &predicted_);
+    work.has_initial =
+        reconstructor_.Update(used_views_, predicted_, &reconstruction_);
+    FillFreshViews(used_views_, reconstruction_, &work);
+    work.inlier_views = reconstruction_.fresh_inlier_views;
+    work.triangulated = reconstruction_.triangulated;
+    if (work.has_initial) work.initial = reconstruction_.pose;
+  }
+}
+
+void Tracker::Estimate() {
+  const StageTimer timer(stage_times_, &StageTimes::estimation_ns);
+  ParallelFor(threads_, static_cast<int>(tracks_.size()), [&](int t) {
+    Track& track = *tracks_[t];
+    track.feedback->Add(track.frame);
+    if (track.output != nullptr) track.output->Add(track.frame);
+  });
+}
+
+void Tracker::StepLives(TimeNs time) {
+  for (const auto& track : tracks_) {
+    const bool updated = track->frame.has_initial;
+    track->life.Step(time, track->matched, updated);
+    track->gate.Step(time, track->life.state(), updated);
+  }
+}
+
+void Tracker::StartNewPeople(const DetectionFrame& frame) {
+  const StageTimer timer(stage_times_, &StageTimes::initialisation_ns);
+  initialiser_.Run(unmatched_, &new_people_);
+  assembler_.BeginFrame(frame.frame, frame.time);
+  for (size_t t = 0; t < tracks_.size(); ++t) assembler_.Join();
+  for (const NewPerson& person : new_people_) StartTrack(person, frame);
+}
+
+void Tracker::StartTrack(const NewPerson& person, const DetectionFrame& frame) {
+  auto track = std::make_unique<Track>(
+      TrackId(next_id_++), TrackLife(options_.life, clock_, frame.time),
+      WriteGate(options_.life, clock_));
+  // The whole 2D poses are remembered, joints the filter removed included.
+  used_views_.clear();
+  for (const Observation* member : person.members) {
+    track->memory.Store(*member, frame.time);
+    used_views_.push_back({member, 0.0});
+  }
+  EstimatorFrame& work = track->frame;
+  work.frame = frame.frame;
+  work.time = frame.time;
+  work.has_initial = true;
+  work.initial = person.reconstruction.pose;
+  work.inlier_views = person.reconstruction.fresh_inlier_views;
+  work.triangulated = person.reconstruction.triangulated;
+  FillFreshViews(used_views_, person.reconstruction, &work);
+  track->feedback = make_feedback_(scene_);
+  track->feedback->Add(work);
+  if (make_output_ != nullptr) {
+    track->output = make_output_(scene_);
+    track->output->Add(work);
+  }
+  track->gate.Step(frame.time, track->life.state(), true);
+  assembler_.Join();
+  tracks_.push_back(std::move(track));
+}
+
+// Hands finals to the assembler, and parts with tracks whose life has ended
+// (`all`: with every track).
+void Tracker::HandOver(bool all) {
+  const auto ends = [&](const Track& track) {
+    return all || track.life.state() == TrackState::kDeleted;
+  };
+  ParallelFor(threads_, static_cast<int>(tracks_.size()), [&](int t) {
+    if (ends(*tracks_[t])) tracks_[t]->writer().Finish();
+  });
+  for (const auto& track : tracks_) {
+    if (ends(*track)) track->gate.Close();
+    HandOver(track.get());
+  }
+  tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(),
+                               [&](const auto& track) { return ends(*track); }),
+                tracks_.end());
+}
+
+void Tracker::HandOver(Track* track) {
+  finals_.clear();
+  track->writer().TakeFinals(&finals_);
+  for (FinalPose& final_pose : finals_) {
+    track->finals.push_back(std::move(final_pose));
+  }
+  bool write = false;
+  while (!track->finals.empty() && track->gate.Pop(&write)) {
+    FinalPose& oldest = track->finals.front();
+    write = write && CountPresent(oldest.person.joints) > 0;
+    oldest.person.id = track->id;
+    assembler_.Resolve(oldest.frame, write ? &oldest.person : nullptr);
+    track->finals.pop_front();
+  }
+}
+
+void Tracker::Finish(std::vector<TrackFrame>* finished) {
+  HandOver(true);
+  assembler_.TakeComplete(finished);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,102 @@
+// The front end: calls the stages in order and owns no maths.
+#ifndef KINEGRAPH_CORE_TRACKING_TRACKER_H_
+#define KINEGRAPH_CORE_TRACKING_TRACKER_H_
+
+#include <memory>
+#include <vector>
+
+#include "core/association/view_matching.h"
+#include "core/data/detection.h"
+#include "core/data/pose.h"
+#include "core/reconstruction/initialisation.h"
+#include "core/reconstruction/reconstruction.h"
+#include "core/tracking/estimator.h"
+#include "core/tracking/frame_assembler.h"
+#include "core/tracking/options.h"
+#include "core/tracking/track.h"
+
+namespace kinegraph {
+
+// Time spent in each stage since the object was made [ns], as in the paper's
+// table of runtimes.
+struct StageTimes {
+  int64_t preparation_ns = 0;     // skeleton conversion, undistortion
+  int64_t association_ns = 0;     // projection, affinity, assignment
+  int64_t reconstruction_ns = 0;  // joints filter, DLT
+  int64_t estimation_ns = 0;      // smoothing, motion model
+  int64_t initialisation_ns = 0;
+  int64_t output_ns = 0;
+};
+
+class Tracker {
+ public:
+  // `detection_skeleton` is that of the frames to come; `scene.cameras` has a
+  // camera for each of their views, in the same order. With `output` empty the
+  // feedback estimator's poses are written. Throws OptionError for options out
+  // of range.
+  Tracker(SceneModel scene, const Skeleton& detection_skeleton,
+          const TrackerOptions& options, EstimatorFactory feedback,
+          EstimatorFactory output = nullptr);
+  ~Tracker();
+  Tracker(const Tracker&) = delete;
+  Tracker& operator=(const Tracker&) = delete;
+
+  // The next frame, in ascending time. Frames that became complete are added
+  // to `finished`.
+  void Process(const DetectionFrame& frame, std::vector<TrackFrame>* finished);
+  // No more frames: everything left becomes final.
+  void Finish(std::vector<TrackFrame>* finished);
+
+  // People known now, tentative ones included.
+  size_t track_count() const { return tracks_.size(); }
+  int64_t people_so_far() const { return next_id_; }
+  // Null (the default) to measure nothing.
+  void set_stage_times(StageTimes* times) { stage_times_ = times; }
+  // Threads for the estimators; results do not depend on it.
+  void set_threads(int threads) { threads_ = threads; }
+
+ private:
+  void Prepare(const DetectionFrame& frame);
+  void Associate(const DetectionFrame& frame);
+  void Reconstruct(const DetectionFrame& frame);
+  void Estimate();
+  void StepLives(TimeNs time);
+  void StartNewPeople(const DetectionFrame& frame);
+  void StartTrack(const NewPerson& person, const DetectionFrame& frame);
+  void HandOver(bool all);
+  void HandOver(Track* track);
+
+  SceneModel scene_;
+  TrackerOptions options_;
+  EstimatorFactory make_feedback_;
+  EstimatorFactory make_output_;
+  FrameClock clock_;
+  EpipolarGeometry epipolar_;
+  std::vector<int> joint_map_;  // detections' skeleton -> tracks' skeleton
+  ViewMatcher matcher_;
+  Reconstructor reconstructor_;
+  Initialiser initialiser_;
+
+  std::vector<std::unique_ptr<Track>> tracks_;
+  int64_t next_id_ = 0;
+  int threads_ = 1;
+  StageTimes* stage_times_ = nullptr;
+  FrameAssembler assembler_;
+
+  // This frame's work, kept to reuse its memory.
+  std::vector<std::vector<Observation>> observations_;  // [view]
+  std::vector<size_t> observation_counts_;              // [view]
+  std::vector<ObservationGroup> unmatched_;             // [view]
+  std::vector<AssociationTarget> targets_;
+  std::vector<int> match_;
+  std::vector<std::vector<int>> matches_;  // [view][track]
+  std::vector<UsedView> used_views_;
+  Pose3d predicted_;
+  Reconstruction reconstruction_;
+  std::vector<NewPerson> new_people_;
+  std::vector<FinalPose> finals_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_TRACKING_TRACKER_H_

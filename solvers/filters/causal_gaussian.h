@@ -1,0 +1,48 @@
+// The paper's estimator: a causal Gaussian over the stored poses and a mean
+// velocity (section 3.3, "Temporal information to smooth").
+#ifndef KINEGRAPH_SOLVERS_FILTERS_CAUSAL_GAUSSIAN_H_
+#define KINEGRAPH_SOLVERS_FILTERS_CAUSAL_GAUSSIAN_H_
+
+#include <memory>
+#include <vector>
+
+#include "core/base/options.h"
+#include "core/tracking/estimator.h"
+
+namespace kinegraph {
+
+enum class VelocityRule {
+  kOverTime,   // mean of the last differences over the real time between them
+  kPerUpdate,  // the authors' code: per stored pose, whatever the gap
+};
+
+struct CausalGaussianOptions {
+  bool smooth = true;
+  double sigma_frames = 0.3;        // stored poses
+  double wrist_sigma_frames = 0.8;  // wrists alone, not elbows
+  double history_frames = 10.0;     // older stored poses are dropped
+  int64_t velocity_differences = 5;
+  VelocityRule velocity = VelocityRule::kOverTime;
+  // A joint that is not triangulated moves on with its own velocity for so
+  // long, then with the mean velocity of the joints that are. 0: for ever.
+  double hold_frames = 10.0;
+
+  // Table [gaussian].
+  void Describe(OptionVisitor& visitor);
+};
+
+// Weights of a causal Gaussian: entry k belongs to the pose k places before the
+// newest, for a list of `length` poses. The kernel has radius
+// int(4 sigma + 0.5), is normalised, and the list is continued by half-sample
+// symmetric reflection (d c b a | a b c d | d c b a).
+std::vector<double> CausalGaussianWeights(double sigma, int length);
+
+// Stored poses are the smoothed ones, so the filter is recursive. The pose at
+// birth is stored as it is. A frame without an initial pose stores nothing: its
+// final is empty. Finals come at once.
+std::unique_ptr<Estimator> MakeCausalGaussian(
+    const SceneModel& scene, const CausalGaussianOptions& options);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_FILTERS_CAUSAL_GAUSSIAN_H_

@@ -1,0 +1,335 @@
+#include "apps/common/app.h"
+
+#include <fcntl.h>
+#include <gflags/gflags.h>
+#include <glog/logging.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+
+DEFINE_string(test_out, "out.jsonl", "where the result goes");
+DEFINE_int32(test_threads, 1, "threads at work");
+DEFINE_uint64(test_seed, 0, "seed");
+DEFINE_double(test_ratio, 0.5, "a ratio");
+DEFINE_bool(test_loud, false, "talk");
+
+namespace kinegraph {
+namespace {
+
+using ::testing::ExitedWithCode;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// The message of the InputError that a command line causes; "" without one.
+std::string Refusal(const std::vector<std::string>& arguments) {
+  try {
+    ParseCommandLine(arguments);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// Flags are global: each test gets them back as they were.
+class CommandLine : public ::testing::Test {
+ private:
+  gflags::FlagSaver saver_;
+};
+
+TEST_F(CommandLine, ReadsEveryWayToWriteAFlag) {
+  EXPECT_EQ(ParseCommandLine({"--test_out=a=b", "--test_threads", "3",
+                              "--test_loud", "--test_ratio", "-0.25", "--"}),
+            CommandLineRequest::kRun);
+  EXPECT_EQ(FLAGS_test_out, "a=b");
+  EXPECT_EQ(FLAGS_test_threads, 3);
+  EXPECT_TRUE(FLAGS_test_loud);
+  EXPECT_EQ(FLAGS_test_ratio, -0.25);
+}
+
+TEST_F(CommandLine, SwitchesABooleanOff) {
+  FLAGS_test_loud = true;
+  ParseCommandLine({"--notest_loud"});
+  EXPECT_FALSE(FLAGS_test_loud);
+  ParseCommandLine({"--test_loud=true"});
+  EXPECT_TRUE(FLAGS_test_loud);
+}
+
+TEST_F(CommandLine, TakesAnEmptyText) {
+  ParseCommandLine({"--test_out="});
+  EXPECT_EQ(FLAGS_test_out, "");
+}
+
+TEST_F(CommandLine, AsksForHelpAndVersion) {
+  EXPECT_EQ(ParseCommandLine({"--test_threads=2", "--help", "stray"}),
+            CommandLineRequest::kHelp);
+  EXPECT_EQ(ParseCommandLine({"-h"}), CommandLineRequest::kHelp);
+  EXPECT_EQ(ParseCommandLine({"--version"}), CommandLineRequest::kVersion);
+}
+
+TEST_F(CommandLine, RefusesUnknownFlagsAndNamesTheNearest) {
+  EXPECT_THAT(Refusal({"--tset_out=x"}), HasSubstr("did you mean --test_out?"));
+  EXPECT_THAT(Refusal({"--elephant"}), HasSubstr("unknown flag --elephant"));
+  EXPECT_THAT(Refusal({"--elephant"}), Not(HasSubstr("did you mean")));
+  // Flags of the libraries are not the command's.
+  EXPECT_THAT(Refusal({"--flagfile=x"}), HasSubstr("unknown flag --flagfile"));
+  EXPECT_THAT(Refusal({"--log_dir=x"}), HasSubstr("unknown flag --log_dir"));
+  EXPECT_THAT(Refusal({"--notest_out"}), HasSubstr("unknown flag"));
+}
+
+TEST_F(CommandLine, RefusesBadValuesNamingWhatWasFoundAndExpected) {
+  EXPECT_EQ(Refusal({"--test_threads=two"}),
+            "--test_threads: found 'two', expected integer");
+  EXPECT_EQ(Refusal({"--test_threads=99999999999"}),
+            "--test_threads: found '99999999999', expected integer");
+  EXPECT_EQ(Refusal({"--test_seed=-1"}),
+            "--test_seed: found '-1', expected integer >= 0");
+  EXPECT_EQ(Refusal({"--test_ratio=1.5x"}),
+            "--test_ratio: found '1.5x', expected number");
+  EXPECT_EQ(Refusal({"--test_loud=maybe"}),
+            "--test_loud: found 'maybe', expected true or false");
+  EXPECT_EQ(Refusal({"--notest_loud=true"}), "--notest_loud takes no value");
+}
+
+TEST_F(CommandLine, RefusesAFlagGivenTwice) {
+  EXPECT_EQ(Refusal({"--test_out=a", "--test_out", "a"}),
+            "--test_out is given more than once");
+  EXPECT_EQ(Refusal({"--test_loud", "--notest_loud"}),
+            "--test_loud is given more than once");
+}
+
+TEST_F(CommandLine, RefusesAForgottenValue) {
+  EXPECT_EQ(Refusal({"--test_out"}), "--test_out: a value is missing");
+  EXPECT_THAT(Refusal({"--test_out", "--test_threads=2"}),
+              HasSubstr("found the flag --test_threads=2"));
+}
+
+TEST_F(CommandLine, RefusesWhatIsNoFlag) {
+  for (const std::string stray : {"file.json", "-", "-test_out", ""}) {
+    EXPECT_THAT(Refusal({stray}), HasSubstr("found '" + stray + "'"));
+  }
+  EXPECT_THAT(Refusal({"--", "--test_out=a"}), HasSubstr("--test_out=a"));
+  // A boolean takes no second argument.
+  EXPECT_THAT(Refusal({"--test_loud", "true"}), HasSubstr("found 'true'"));
+}
+
+TEST_F(CommandLine, StaysOnOneLineWhateverIsTyped) {
+  EXPECT_THAT(Refusal({"--a\nb"}), Not(HasSubstr("\n")));
+  EXPECT_THAT(Refusal({"a\nb"}), Not(HasSubstr("\n")));
+  EXPECT_THAT(Refusal({"--test_threads=1\n2"}), Not(HasSubstr("\n")));
+}
+
+TEST_F(CommandLine, HelpListsTheCommandsOwnFlagsAlone) {
+  const std::string help = HelpText({"walk", "walks about", "--test_out=F"});
+  EXPECT_THAT(help, HasSubstr("kinegraph-walk: walks about\n"));
+  EXPECT_THAT(help, HasSubstr("Usage: kinegraph-walk --test_out=F\n"));
+  EXPECT_THAT(help, HasSubstr("--test_out  (text, default \"out.jsonl\")\n"
+                              "      where the result goes\n"));
+  EXPECT_THAT(help, HasSubstr("--test_threads  (integer, default 1)\n"));
+  EXPECT_THAT(help, Not(HasSubstr("logtostderr")));
+  EXPECT_THAT(help, Not(HasSubstr("flagfile")));
+}
+
+TEST(RequireFlag, WantsSomething) {
+  EXPECT_NO_THROW(RequireFlag("cameras", "a.json"));
+  EXPECT_THROW(RequireFlag("cameras", ""), InputError);
+}
+
+// ---- Whole runs, each in a process of its own -------------------------------
+
+[[noreturn]] void RunAndLeave(std::vector<std::string> arguments,
+                              const std::function<void()>& body) {
+  arguments.insert(arguments.begin(), "program");
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  const int argc = static_cast<int>(argv.size());
+  argv.push_back(nullptr);
+  std::exit(
+      RunApp(argc, argv.data(), {"walk", "walks about", "--flags"}, body));
+}
+
+void ReplaceStdout(int fd) {
+  std::cout.flush();
+  std::fflush(stdout);
+  dup2(fd, STDOUT_FILENO);
+}
+
+// What a run prints on stdout is compared on stderr, where EXPECT_EXIT looks.
+void RunWithStdoutShown(const std::vector<std::string>& arguments) {
+  ReplaceStdout(STDERR_FILENO);
+  RunAndLeave(arguments, [] { std::cout << "walked " << FLAGS_test_threads; });
+}
+
+// The whole of stderr is this one line.
+std::string ErrorLine(const std::string& message) {
+  return "^kinegraph-walk: error: " + message + "\n$";
+}
+
+TEST(RunAppDeathTest, RunsTheBodyWithItsFlags) {
+  EXPECT_EXIT(RunWithStdoutShown({"--test_threads=4"}),
+              ExitedWithCode(kExitDone), "^walked 4$");
+}
+
+TEST(RunAppDeathTest, PrintsHelpAndVersionWithoutRunning) {
+  EXPECT_EXIT(RunWithStdoutShown({"--help"}), ExitedWithCode(kExitDone),
+              "^kinegraph-walk: walks about\n");
+  EXPECT_EXIT(RunWithStdoutShown({"--version"}), ExitedWithCode(kExitDone),
+              "^kinegraph-walk [0-9]+\\.[0-9]+\\.[0-9]+\n$");
+}
+
+TEST(RunAppDeathTest, BadInputLeavesWithTwo) {
+  const auto nothing = [] {};
+  EXPECT_EXIT(RunAndLeave({"--no_such_flag"}, nothing),
+              ExitedWithCode(kExitBadInput),
+              ErrorLine("unknown flag --no_such_flag.*"));
+  EXPECT_EXIT(
+      RunAndLeave({}, [] { throw InputError("a.json", "line 3", "not so"); }),
+      ExitedWithCode(kExitBadInput), ErrorLine("a.json: line 3: not so"));
+  EXPECT_EXIT(
+      RunAndLeave({}, [] { throw OptionError("graph.lag_s", "too long"); }),
+      ExitedWithCode(kExitBadInput), ErrorLine("graph.lag_s: too long"));
+}
+
+TEST(RunAppDeathTest, AnythingElseLeavesWithOne) {
+  EXPECT_EXIT(RunAndLeave({}, [] { throw std::bad_alloc(); }),
+              ExitedWithCode(kExitFailure), ErrorLine("out of memory"));
+  EXPECT_EXIT(RunAndLeave({}, [] { throw std::runtime_error("two\nlines"); }),
+              ExitedWithCode(kExitFailure), ErrorLine("two\\?lines"));
+  EXPECT_EXIT(RunAndLeave({}, [] { throw 7; }), ExitedWithCode(kExitFailure),
+              ErrorLine("unknown error"));
+}
+
+TEST(RunAppDeathTest, LogsNothingUnlessAsked) {
+  const auto body = [] {
+    LOG(INFO) << "information";
+    LOG(WARNING) << "warning";
+    LOG(ERROR) << "mistake";
+    VLOG(1) << "diagnosis";
+  };
+  EXPECT_EXIT(RunAndLeave({}, body), ExitedWithCode(kExitDone), "^$");
+  EXPECT_EXIT(RunAndLeave({"--v=1"}, body), ExitedWithCode(kExitDone),
+              "diagnosis");
+}
+
+TEST(RunAppDeathTest, AFailedCheckSaysWhere) {
+  const auto body = [] { CHECK_EQ(1, 2) << "the reason"; };
+#ifdef NDEBUG
+  EXPECT_EXIT(RunAndLeave({}, body), ExitedWithCode(kExitFailure),
+              "app_test.cc.*the reason");
+#else
+  EXPECT_EXIT(RunAndLeave({}, body), ::testing::KilledBySignal(SIGABRT),
+              "app_test.cc.*the reason");
+#endif
+}
+
+// More than any buffer of a pipe holds.
+void PrintMuch() {
+  for (int i = 0; i < 100000; ++i) std::cout << "a line of text\n";
+}
+
+TEST(RunAppDeathTest, LostOutputIsAnError) {
+  EXPECT_EXIT(
+      {
+        ReplaceStdout(open("/dev/full", O_WRONLY));
+        RunAndLeave({}, PrintMuch);
+      },
+      ExitedWithCode(kExitFailure), ErrorLine("standard output: .*"));
+  EXPECT_EXIT(
+      {
+        ReplaceStdout(open("/dev/full", O_WRONLY));
+        RunAndLeave({"--help"}, PrintMuch);
+      },
+      ExitedWithCode(kExitFailure), ErrorLine("standard output: No space.*"));
+  EXPECT_EXIT(
+      {
+        std::fflush(stdout);
+        close(STDOUT_FILENO);
+        RunAndLeave({}, PrintMuch);
+      },
+      ExitedWithCode(kExitFailure), ErrorLine("standard output: .*"));
+}
+
+TEST(RunAppDeathTest, AReaderThatStopsIsNoError) {
+  EXPECT_EXIT(
+      {
+        int ends[2];
+        if (pipe(ends) != 0) std::exit(99);
+        close(ends[0]);
+        ReplaceStdout(ends[1]);
+        RunAndLeave({}, PrintMuch);
+      },
+      ExitedWithCode(kExitDone), "^$");
+}
+
+// A file opened by the body must not become standard output.
+TEST(RunAppDeathTest, KeepsTheNumbersOfClosedStreams) {
+  EXPECT_EXIT(
+      {
+        close(STDIN_FILENO);
+        RunAndLeave({}, [] {
+          if (open("/dev/zero", O_RDONLY) == STDIN_FILENO) std::exit(99);
+        });
+      },
+      ExitedWithCode(kExitDone), "^$");
+}
+
+// ---- Frame ranges and lists -------------------------------------------------
+
+TEST(ParseFrameRanges, IncludesTheFirstAndExcludesTheLast) {
+  const auto ranges = ParseFrameRanges("300:400,450:460");
+  ASSERT_EQ(ranges.size(), 2u);
+  EXPECT_EQ(ranges[0].begin, 300);
+  EXPECT_EQ(ranges[0].end, 400);
+  EXPECT_FALSE(ContainsFrame(ranges, 299));
+  EXPECT_TRUE(ContainsFrame(ranges, 300));
+  EXPECT_TRUE(ContainsFrame(ranges, 399));
+  EXPECT_FALSE(ContainsFrame(ranges, 400));
+  EXPECT_TRUE(ContainsFrame(ranges, 459));
+  EXPECT_FALSE(ContainsFrame(ranges, 460));
+}
+
+TEST(ParseFrameRanges, NoTextIsEveryFrame) {
+  EXPECT_TRUE(ParseFrameRanges("").empty());
+  EXPECT_TRUE(ContainsFrame({}, -1));
+}
+
+TEST(ParseFrameRanges, RefusesWhatIsNoRange) {
+  for (const std::string text :
+       {"300", "300:", ":400", "a:b", "1:2:3", "400:300", "300:300", "1:2,",
+        ",1:2", " 1:2", "+1:2", "1:99999999999999999999", "1.5:2", "1:2;3:4"}) {
+    EXPECT_THROW(ParseFrameRanges(text), InputError) << text;
+  }
+  // A frame in two ranges would count twice.
+  EXPECT_THROW(ParseFrameRanges("1:5,4:8"), InputError);
+  EXPECT_THROW(ParseFrameRanges("5:8,1:3"), InputError);
+  EXPECT_EQ(ParseFrameRanges("1:5,5:8").size(), 2u);
+}
+
+TEST(ParseFrameRanges, NamesTheFlag) {
+  try {
+    ParseFrameRanges("x", "eval_frames");
+    FAIL() << "expected InputError";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("--eval_frames: found 'x'"));
+  }
+}
+
+TEST(ParseList, SplitsAtCommas) {
+  EXPECT_EQ(ParseList("a,b c,d", "x"),
+            (std::vector<std::string>{"a", "b c", "d"}));
+  EXPECT_TRUE(ParseList("", "x").empty());
+  EXPECT_THROW(ParseList("a,,b", "x"), InputError);
+  EXPECT_THROW(ParseList(",", "x"), InputError);
+}
+
+}  // namespace
+}  // namespace kinegraph

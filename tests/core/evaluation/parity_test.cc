@@ -1,0 +1,93 @@
+#include "core/evaluation/parity.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/core/evaluation/people.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::Frame;
+using testing::Moved;
+using testing::Person;
+using testing::StandingTum14;
+using testing::Tracks;
+
+TEST(ParityTest, AResultEqualsItself) {
+  const TrackSequence tracks = Tracks(
+      {Frame(0, {Person(0, StandingTum14()), Person(1, StandingTum14(3.0))})});
+  const ParityResult result = EvaluateParity(tracks, tracks);
+  EXPECT_EQ(result.near.count, 28);
+  EXPECT_EQ(result.very_near.count, 28);
+  EXPECT_EQ(result.near.total, 28);
+  EXPECT_EQ(result.worst.distance_m, 0.0);
+  EXPECT_TRUE(result.identities_one_to_one);
+  EXPECT_EQ(result.paired_person_frames, 2);
+}
+
+TEST(ParityTest, SharesByDistance) {
+  const TrackSequence reference =
+      Tracks({Frame(4, {Person(9, StandingTum14())})});
+  Pose3d pose = StandingTum14();
+  pose[3].position_m.y() += 5e-4;
+  pose[7].position_m.y() += 0.5;
+  const ParityResult result =
+      EvaluateParity(reference, Tracks({Frame(4, {Person(2, pose)})}));
+  EXPECT_EQ(result.near.count, 13);
+  EXPECT_EQ(result.very_near.count, 12);
+  EXPECT_EQ(result.worst.distance_m, 0.5);
+  EXPECT_EQ(result.worst.joint, 7);
+  EXPECT_EQ(result.worst.frame, 4);
+  EXPECT_EQ(result.worst.id, TrackId(9));
+}
+
+TEST(ParityTest, LeavingOutIsNotFree) {
+  const TrackSequence reference = Tracks(
+      {Frame(0, {Person(0, StandingTum14()), Person(1, StandingTum14(3.0))}),
+       Frame(1, {Person(0, StandingTum14())})});
+  Pose3d pose = StandingTum14();
+  pose[0] = Joint3d{};
+  const ParityResult result = EvaluateParity(
+      reference, Tracks({Frame(0, {Person(0, pose)}),
+                         Frame(2, {Person(0, StandingTum14())})}));
+  EXPECT_EQ(result.near.count, 13);
+  EXPECT_EQ(result.near.total, 4 * 14);
+  EXPECT_EQ(result.joints_missing, 1 + 14 + 14);
+  EXPECT_EQ(result.joints_extra, 14);
+  EXPECT_EQ(result.reference_person_frames, 3);
+  EXPECT_EQ(result.person_frames, 2);
+  EXPECT_EQ(result.paired_person_frames, 1);
+}
+
+TEST(ParityTest, NumbersOfIdentitiesMayDifferButMustNotChange) {
+  const auto reference = [] {
+    return Tracks({Frame(0, {Person(0, StandingTum14())}),
+                   Frame(1, {Person(0, StandingTum14())})});
+  };
+  const TrackSequence renamed =
+      Tracks({Frame(0, {Person(5, StandingTum14())}),
+              Frame(1, {Person(5, StandingTum14())})});
+  const TrackSequence broken = Tracks({Frame(0, {Person(5, StandingTum14())}),
+                                       Frame(1, {Person(6, StandingTum14())})});
+  EXPECT_TRUE(EvaluateParity(reference(), renamed).identities_one_to_one);
+  EXPECT_FALSE(EvaluateParity(reference(), broken).identities_one_to_one);
+  EXPECT_FALSE(EvaluateParity(broken, reference()).identities_one_to_one);
+  EXPECT_EQ(EvaluateParity(reference(), broken).identities, 2);
+}
+
+TEST(ParityTest, OnlyTheAskedFrames) {
+  const TrackSequence tracks = Tracks({Frame(0, {Person(0, StandingTum14())}),
+                                       Frame(1, {Person(0, StandingTum14())})});
+  ParityOptions options;
+  options.frames = {{1, 2}};
+  EXPECT_EQ(EvaluateParity(tracks, tracks, options).near.total, 14);
+}
+
+TEST(ParityTest, NothingAtAll) {
+  const ParityResult result = EvaluateParity(Tracks({}), Tracks({}));
+  EXPECT_EQ(result.near.total, 0);
+  EXPECT_TRUE(result.identities_one_to_one);
+}
+
+}  // namespace
+}  // namespace kinegraph

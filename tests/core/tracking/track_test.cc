@@ -1,0 +1,127 @@
+#include "core/tracking/track.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/support/rig.h"
+
+namespace kinegraph {
+namespace {
+
+const FrameClock kClock(25.0);
+constexpr TimeNs kFrame = 40'000'000;
+
+TrackLife Born(const TrackLifeOptions& options = {}) {
+  return TrackLife(options, kClock, 0);
+}
+
+TEST(TrackLifeTest, ConfirmedAtTheThirdHit) {
+  TrackLife life = Born();
+  EXPECT_EQ(life.state(), TrackState::kTentative);
+  life.Step(1 * kFrame, true, true);
+  EXPECT_EQ(life.state(), TrackState::kTentative);
+  life.Step(2 * kFrame, true, true);
+  EXPECT_EQ(life.state(), TrackState::kConfirmed);
+  EXPECT_EQ(life.hits(), 3);
+}
+
+TEST(TrackLifeTest, MissesDoNotResetHits) {
+  TrackLife life = Born();
+  life.Step(1 * kFrame, true, true);
+  life.Step(2 * kFrame, true, false);  // matched, but the update failed
+  EXPECT_EQ(life.state(), TrackState::kTentative);
+  life.Step(3 * kFrame, true, true);
+  EXPECT_EQ(life.state(), TrackState::kConfirmed);
+}
+
+TEST(TrackLifeTest, ATentativeTrackWithoutAMatchIsDeletedAtOnce) {
+  TrackLife life = Born();
+  life.Step(1 * kFrame, false, false);
+  EXPECT_EQ(life.state(), TrackState::kDeleted);
+}
+
+// Frames after the last update until a confirmed track is deleted.
+int FramesUntilDeleted(TimeNs jitter) {
+  TrackLife life = Born();
+  life.Step(1 * kFrame, true, true);
+  life.Step(2 * kFrame, true, true);
+  for (int frame = 1; frame < 100; ++frame) {
+    life.Step((2 + frame) * kFrame + jitter, false, false);
+    if (life.state() == TrackState::kDeleted) return frame;
+  }
+  return -1;
+}
+
+TEST(TrackLifeTest, DeletedExactlyTenFramesAfterTheLastUpdate) {
+  EXPECT_EQ(FramesUntilDeleted(0), 10);
+  EXPECT_EQ(FramesUntilDeleted(kFrame / 3), 10) << "a clock that is late";
+  EXPECT_EQ(FramesUntilDeleted(-kFrame / 3), 10) << "a clock that is early";
+}
+
+// Steps a gate through a life: 'u' updated, 'm' matched without update, '.'
+// nothing. Returns what is written: 'w', '-', or '?' while undecided; '!' for
+// a deleted track's end.
+std::string Write(const TrackLifeOptions& options, const std::string& story) {
+  TrackLife life(options, kClock, 0);
+  WriteGate gate(options, kClock);
+  gate.Step(0, life.state(), true);
+  TimeNs time = 0;
+  for (const char c : story) {
+    time += kFrame;
+    life.Step(time, c != '.', c == 'u');
+    gate.Step(time, life.state(), c == 'u');
+    if (life.state() == TrackState::kDeleted) {
+      gate.Close();
+      break;
+    }
+  }
+  std::string written;
+  bool write = false;
+  while (gate.Pop(&write)) written += write ? 'w' : '-';
+  while (written.size() < story.size() + 1) written += '?';
+  return written;
+}
+
+TEST(WriteGateTest, ThePaperWritesConfirmedAndUpdatedFrames) {
+  EXPECT_EQ(Write({}, "uuu.muu"), "--ww--ww");
+}
+
+TEST(WriteGateTest, BackfillWaitsForConfirmation) {
+  TrackLifeOptions options;
+  options.backfill = true;
+  EXPECT_EQ(Write(options, "u"), "??");
+  EXPECT_EQ(Write(options, "umuu"), "ww-ww");
+  // Deleted before it was confirmed: nothing is written.
+  EXPECT_EQ(Write(options, "u."), "---");
+}
+
+TEST(WriteGateTest, GapsAreBridgedUpToTheirLimit) {
+  TrackLifeOptions options;
+  options.max_gap_frames = 3.0;
+  EXPECT_EQ(Write(options, "uuu..."), "--ww???");
+  EXPECT_EQ(Write(options, "uuu...u"), "--wwwwww");
+  EXPECT_EQ(Write(options, "uuu....u"), "--ww----w");
+  // The end of a life is no gap.
+  EXPECT_EQ(Write(options, "uuu.........."), "--ww----------");
+}
+
+TEST(ViewMemoryTest, AViewKeepsItsPlace) {
+  const CameraRig cameras = testing::RingOfCameras(3);
+  const Pose3d pose = testing::StandingPerson(0, 0);
+  ViewMemory memory;
+  memory.Store(testing::Observe(pose, cameras, 2, 0), 0);
+  memory.Store(testing::Observe(pose, cameras, 0, 1), 0);
+  memory.Store(testing::Observe(pose, cameras, 1, 2), 1 * kFrame);
+  memory.Store(testing::Observe(pose, cameras, 2, 3), 9 * kFrame);
+  ASSERT_EQ(memory.entries().size(), 3u);
+  EXPECT_EQ(memory.entries()[0].observation.view_idx, 2);
+  EXPECT_EQ(memory.entries()[0].observation.detection_idx, 3);
+  EXPECT_EQ(memory.entries()[0].frame_time, 9 * kFrame);
+  EXPECT_EQ(memory.entries()[1].observation.view_idx, 0);
+  EXPECT_EQ(memory.entries()[2].observation.view_idx, 1);
+}
+
+}  // namespace
+}  // namespace kinegraph

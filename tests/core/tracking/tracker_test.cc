@@ -1,0 +1,199 @@
+#include "core/tracking/tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+#include <vector>
+
+#include "core/base/error.h"
+#include "solvers/filters/causal_gaussian.h"
+#include "tests/support/rig.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kFrameRate = 25.0;
+
+class TrackerTest : public ::testing::Test {
+ protected:
+  // A person walking along y at 1 m/s, and one standing still.
+  static Pose3d Walker(int frame) {
+    return testing::StandingPerson(-0.8, -1.0 + frame / kFrameRate);
+  }
+  static Pose3d Stander() { return testing::StandingPerson(1.0, 0.2); }
+
+  SceneModel Scene() const { return {cameras_, Coco17(), kFrameRate, false}; }
+
+  std::unique_ptr<Tracker> Make(const TrackerOptions& options = {}) const {
+    CausalGaussianOptions gaussian;
+    gaussian.smooth = false;
+    return std::make_unique<Tracker>(
+        Scene(), Coco17(), options, [gaussian](const SceneModel& scene) {
+          return MakeCausalGaussian(scene, gaussian);
+        });
+  }
+
+  DetectionFrame See(int frame, const std::vector<Pose3d>& people) const {
+    DetectionFrame seen;
+    seen.frame = frame;
+    seen.time = FrameClock(kFrameRate).TimeOf(frame);
+    for (const Camera& camera : cameras_) {
+      ViewDetections& view = seen.views.emplace_back();
+      view.capture_time = seen.time;
+      for (const Pose3d& person : people) {
+        view.detections.push_back(testing::Project(person, camera));
+        view.detections.back().index_in_file =
+            static_cast<int>(view.detections.size()) - 1;
+      }
+    }
+    return seen;
+  }
+
+  CameraRig cameras_ = testing::RingOfCameras(5);
+};
+
+TEST_F(TrackerTest, ExactDetectionsGiveExactTracks) {
+  const auto tracker = Make();
+  std::vector<TrackFrame> frames;
+  for (int f = 0; f < 40; ++f) {
+    tracker->Process(See(f, {Walker(f), Stander()}), &frames);
+  }
+  tracker->Finish(&frames);
+  ASSERT_EQ(frames.size(), 40u);
+  std::set<TrackId> ids;
+  for (int f = 0; f < 40; ++f) {
+    // Confirmed at the third hit: frames 0 and 1 have no output.
+    ASSERT_EQ(frames[f].people.size(), f < 2 ? 0u : 2u) << "frame " << f;
+    for (const PersonPose& person : frames[f].people) {
+      ids.insert(person.id);
+      const bool walks = person.joints[0].position_m.x() < 0.0;
+      const Pose3d truth = walks ? Walker(f) : Stander();
+      for (int j = 0; j < 17; ++j) {
+        EXPECT_LT((person.joints[j].position_m - truth[j].position_m).norm(),
+                  1e-9);
+        EXPECT_EQ(person.joints[j].status, JointStatus::kObserved);
+      }
+    }
+  }
+  EXPECT_EQ(ids.size(), 2u);
+}
+
+TEST_F(TrackerTest, IdentitiesAreNotUsedAgain) {
+  const auto tracker = Make();
+  std::vector<TrackFrame> frames;
+  std::set<TrackId> ids;
+  int f = 0;
+  for (int visit = 0; visit < 2; ++visit) {
+    for (int k = 0; k < 6; ++k)
+      tracker->Process(See(f++, {Stander()}), &frames);
+    for (int k = 0; k < 15; ++k) tracker->Process(See(f++, {}), &frames);
+    EXPECT_EQ(tracker->track_count(), 0u);
+  }
+  tracker->Finish(&frames);
+  for (const TrackFrame& frame : frames) {
+    for (const PersonPose& person : frame.people) ids.insert(person.id);
+  }
+  EXPECT_EQ(ids, (std::set<TrackId>{TrackId(0), TrackId(1)}));
+}
+
+TEST_F(TrackerTest, ATrackSurvivesNineMissedFramesNotTen) {
+  for (const int missed : {9, 10}) {
+    const auto tracker = Make();
+    std::vector<TrackFrame> frames;
+    int f = 0;
+    for (; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames);
+    for (int k = 0; k < missed; ++k, ++f) tracker->Process(See(f, {}), &frames);
+    tracker->Process(See(f, {Stander()}), &frames);
+    EXPECT_EQ(tracker->people_so_far(), missed == 9 ? 1 : 2);
+  }
+}
+
+TEST_F(TrackerTest, AMatchedDetectionStartsNobodyEvenIfTheUpdateFails) {
+  const auto tracker = Make();
+  std::vector<TrackFrame> frames;
+  for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames);
+  // Only one view sees the person, for four frames: older views are too old
+  // by then and the update fails; nobody new appears.
+  for (int f = 5; f < 9; ++f) {
+    DetectionFrame seen = See(f, {Stander()});
+    for (size_t v = 1; v < seen.views.size(); ++v) {
+      seen.views[v].detections.clear();
+    }
+    tracker->Process(seen, &frames);
+  }
+  tracker->Finish(&frames);
+  EXPECT_EQ(tracker->people_so_far(), 1);
+  // Ages 0..2 count: frames 5 and 6 still find older views.
+  EXPECT_EQ(frames[5].people.size(), 1u);
+  EXPECT_EQ(frames[6].people.size(), 1u);
+  EXPECT_EQ(frames[7].people.size(), 0u);
+  for (const Joint3d& joint : frames[5].people[0].joints) {
+    EXPECT_EQ(joint.status, JointStatus::kInferred)
+        << "one view of the frame is no observation";
+  }
+}
+
+TEST_F(TrackerTest, FragmentsAreNoise) {
+  const auto tracker = Make();
+  std::vector<TrackFrame> frames;
+  DetectionFrame seen = See(0, {Stander()});
+  for (ViewDetections& view : seen.views) {
+    for (size_t j = 4; j < 17; ++j) view.detections[0].joints[j].found = false;
+  }
+  tracker->Process(seen, &frames);
+  EXPECT_EQ(tracker->people_so_far(), 0);
+}
+
+TEST_F(TrackerTest, AFrameWithoutAnythingIsWrittenEmpty) {
+  const auto tracker = Make();
+  std::vector<TrackFrame> frames;
+  tracker->Process(See(3, {}), &frames);
+  ASSERT_EQ(frames.size(), 1u);
+  EXPECT_EQ(frames[0].frame, 3);
+  EXPECT_TRUE(frames[0].people.empty());
+}
+
+TEST_F(TrackerTest, ThreadsDoNotChangeABit) {
+  std::vector<std::vector<TrackFrame>> results;
+  for (const int threads : {1, 4}) {
+    const auto tracker = Make();
+    tracker->set_threads(threads);
+    std::vector<TrackFrame>& frames = results.emplace_back();
+    for (int f = 0; f < 20; ++f) {
+      tracker->Process(See(f, {Walker(f), Stander()}), &frames);
+    }
+    tracker->Finish(&frames);
+  }
+  ASSERT_EQ(results[0].size(), results[1].size());
+  for (size_t f = 0; f < results[0].size(); ++f) {
+    ASSERT_EQ(results[0][f].people.size(), results[1][f].people.size());
+    for (size_t p = 0; p < results[0][f].people.size(); ++p) {
+      for (int j = 0; j < 17; ++j) {
+        EXPECT_EQ(results[0][f].people[p].joints[j].position_m,
+                  results[1][f].people[p].joints[j].position_m);
+      }
+    }
+  }
+}
+
+TEST_F(TrackerTest, RefusesWhatDoesNotFit) {
+  TrackerOptions wrong;
+  wrong.reconstruction.tau_frames = -1.0;
+  EXPECT_THROW(Make(wrong), OptionError);
+  SceneModel no_rate = Scene();
+  no_rate.frame_rate_hz = 0.0;
+  EXPECT_THROW(Tracker(no_rate, Coco17(), {},
+                       [](const SceneModel& scene) {
+                         return MakeCausalGaussian(scene, {});
+                       }),
+               OptionError);
+  const auto tracker = Make();
+  DetectionFrame frame = See(0, {});
+  frame.views.pop_back();
+  std::vector<TrackFrame> frames;
+  EXPECT_THROW(tracker->Process(frame, &frames), OptionError);
+}
+
+}  // namespace
+}  // namespace kinegraph

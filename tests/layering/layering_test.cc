@@ -1,0 +1,325 @@
+// The rules of who may use what, asserted on the sources themselves.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/test_data.h"
+
+namespace kinegraph::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+// base <- skeleton, geometry, assignment <- data <- {io, association,
+// reconstruction, evaluation, synthetic} <- tracking <- solvers <- apps.
+// A folder includes itself and lower ranks; folders of one rank do not include
+// each other.
+const std::map<std::string, int>& Ranks() {
+  static const std::map<std::string, int> ranks = {{"core/base", 0},
+                                                   {"core/skeleton", 1},
+                                                   {"core/geometry", 1},
+                                                   {"core/assignment", 1},
+                                                   {"core/data", 2},
+                                                   {"core/io", 3},
+                                                   {"core/association", 3},
+                                                   {"core/reconstruction", 3},
+                                                   {"core/evaluation", 3},
+                                                   {"core/synthetic", 3},
+                                                   {"core/tracking", 4},
+                                                   {"solvers", 5},
+                                                   {"apps", 6}};
+  return ranks;
+}
+
+// "core/geometry" of "core/geometry/camera.h"; solvers and apps count as one
+// each.
+std::string FolderOf(const std::string& path) {
+  const size_t first = path.find('/');
+  const std::string top = path.substr(0, first);
+  if (top != "core" || first == std::string::npos) return top;
+  return path.substr(0, path.find('/', first + 1));
+}
+
+bool StartsWith(const std::string& text, const std::string& beginning) {
+  return text.rfind(beginning, 0) == 0;
+}
+
+// What only some folders may contain.
+struct Reserved {
+  std::regex pattern;
+  std::vector<std::string> allowed_below;
+  std::string rule;
+};
+
+const std::vector<Reserved>& ReservedIncludes() {
+  static const std::vector<Reserved> reserved = {
+      {std::regex("(ceres|suitesparse)/.*|cholmod.*\\.h|umfpack\\.h|"
+                  "SuiteSparse.*"),
+       {"solvers"},
+       "Ceres and SuiteSparse are seen by solvers alone"},
+      {std::regex("gflags/.*"), {"apps"}, "gflags is for apps alone"},
+      {std::regex("toml\\+\\+/.*|toml\\.hpp|simdjson.*|yaml-cpp/.*|matio.*"),
+       {"core/io"},
+       "format libraries are for core/io alone"},
+      {std::regex("nlohmann/.*"),
+       {"core/io", "apps"},
+       "JSON is read by core/io alone, and written by it and by commands"},
+      {std::regex("fstream|filesystem"),
+       {"core/io"},
+       "files are touched by core/io alone"},
+      {std::regex("iostream"), {"apps"}, "the library does not print"},
+  };
+  return reserved;
+}
+
+const std::vector<Reserved>& ReservedWords() {
+  static const std::vector<Reserved> reserved = {
+      {std::regex("\\b(FLAGS_\\w+|(DEFINE|DECLARE)_"
+                  "(bool|int32|uint32|int64|uint64|double|string)\\b)"),
+       {"apps"},
+       "flags are for apps alone"},
+      {std::regex("\\b(fopen|freopen)\\s*\\("),
+       {"core/io"},
+       "files are touched by core/io alone"},
+      {std::regex("\\bstd::(cout|cerr)\\b|\\b(printf|puts|fprintf)\\s*\\("),
+       {"apps"},
+       "the library does not print"},
+      {std::regex("\\brandom_device\\b"), {}, "every random number is seeded"},
+  };
+  return reserved;
+}
+
+bool IsAllowed(const Reserved& reserved, const std::string& folder) {
+  for (const std::string& allowed : reserved.allowed_below) {
+    if (folder == allowed) return true;
+  }
+  return false;
+}
+
+// The rule that including `included` from a file of `folder` breaks; empty
+// when it breaks none.
+std::string BrokenByInclude(const std::string& folder,
+                            const std::string& included) {
+  for (const Reserved& reserved : ReservedIncludes()) {
+    if (std::regex_match(included, reserved.pattern) &&
+        !IsAllowed(reserved, folder)) {
+      return reserved.rule;
+    }
+  }
+  const std::string other = FolderOf(included);
+  if (StartsWith(included, "tests/")) return "tests are used by tests alone";
+  const auto rank = Ranks().find(folder);
+  const auto other_rank = Ranks().find(other);
+  if (other_rank == Ranks().end() || other == folder) return "";
+  if (rank->second > other_rank->second) return "";
+  return folder + " may not use " + other + ": dependencies go downwards";
+}
+
+std::string BrokenByWords(const std::string& folder, const std::string& line) {
+  for (const Reserved& reserved : ReservedWords()) {
+    if (std::regex_search(line, reserved.pattern) &&
+        !IsAllowed(reserved, folder)) {
+      return reserved.rule;
+    }
+  }
+  return "";
+}
+
+// Every broken rule of one source as "path:line: rule: the line".
+std::vector<std::string> Violations(const std::string& path,
+                                    const std::string& source) {
+  static const std::regex kInclude(
+      "^\\s*#\\s*include\\s*[<\"]([^>\"]+)[>\"].*");
+  const std::string folder = FolderOf(path);
+  std::vector<std::string> found;
+  if (Ranks().count(folder) == 0) {
+    return {path + ": the folder is not in the list of layers"};
+  }
+  std::istringstream lines(source);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    // What a comment says is no use of anything.
+    const std::string code = line.substr(0, line.find("//"));
+    std::smatch match;
+    const std::string rule = std::regex_match(line, match, kInclude)
+                                 ? BrokenByInclude(folder, match[1])
+                                 : BrokenByWords(folder, code);
+    if (rule.empty()) continue;
+    found.push_back(path + ":" + std::to_string(number) + ": " + rule + ": " +
+                    line);
+  }
+  return found;
+}
+
+std::string ReadAll(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream content;
+  content << stream.rdbuf();
+  return content.str();
+}
+
+struct TreeReport {
+  std::set<std::string> folders;  // in which sources were read
+  std::vector<std::string> violations;
+};
+
+TreeReport CheckTree(const fs::path& root) {
+  TreeReport report;
+  for (const std::string top : {"core", "solvers", "apps"}) {
+    if (!fs::exists(root / top)) continue;
+    for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
+      const fs::path extension = entry.path().extension();
+      if (extension != ".h" && extension != ".cc") continue;
+      const std::string path =
+          entry.path().lexically_relative(root).generic_string();
+      report.folders.insert(FolderOf(path));
+      for (std::string& found : Violations(path, ReadAll(entry.path()))) {
+        report.violations.push_back(std::move(found));
+      }
+    }
+  }
+  return report;
+}
+
+TEST(Layering, TheSourcesKeepTheRules) {
+  const TreeReport report = CheckTree(ProjectFile(""));
+  // These folders have stood from the beginning: they were really read.
+  for (const std::string folder : {"core/base", "core/data", "apps"}) {
+    EXPECT_EQ(report.folders.count(folder), 1u) << folder;
+  }
+  for (const std::string& violation : report.violations) {
+    ADD_FAILURE() << violation;
+  }
+}
+
+// Debian's libceres is built without wide vectors. Eigen aligns differently
+// with them, and memory handed across the boundary is then freed wrongly.
+TEST(Layering, NoBuildFileAsksForTheMachinesOwnInstructions) {
+  std::vector<fs::path> files = {ProjectFile("CMakeLists.txt"),
+                                 ProjectFile("CMakePresets.json"),
+                                 ProjectFile("kinegraph")};
+  for (const std::string top : {"cmake", "core", "solvers", "apps"}) {
+    for (const auto& entry :
+         fs::recursive_directory_iterator(ProjectFile(top))) {
+      const fs::path& path = entry.path();
+      if (path.filename() == "CMakeLists.txt" || path.extension() == ".cmake") {
+        files.push_back(path);
+      }
+    }
+  }
+  ASSERT_GE(files.size(), 6u);
+  for (const fs::path& file : files) {
+    const std::string content = ReadAll(file);
+    ASSERT_FALSE(content.empty()) << file;
+    EXPECT_EQ(content.find("-march="), std::string::npos) << file;
+    EXPECT_EQ(content.find("-mavx"), std::string::npos) << file;
+  }
+}
+
+// ---- The test of the test --------------------------------------------------
+
+struct WrongLine {
+  std::string path;
+  std::string line;
+  std::string part_of_message;
+};
+
+std::ostream& operator<<(std::ostream& out, const WrongLine& wrong) {
+  return out << wrong.path << " with " << wrong.line;
+}
+
+class LayeringFinds : public ::testing::TestWithParam<WrongLine> {};
+
+TEST_P(LayeringFinds, AWrongLine) {
+  const WrongLine& wrong = GetParam();
+  const std::string source =
+      "// A fine comment.\n#include <vector>\n" + wrong.line + "\nint x = 0;\n";
+  const std::vector<std::string> found = Violations(wrong.path, source);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].rfind(wrong.path + ":3: ", 0), 0u) << found[0];
+  EXPECT_NE(found[0].find(wrong.part_of_message), std::string::npos)
+      << found[0];
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    EachRule, LayeringFinds,
+    ::testing::Values(
+        WrongLine{"core/data/x.h", "#include <ceres/ceres.h>", "Ceres"},
+        WrongLine{"apps/x.cc", "#include \"ceres/problem.h\"", "Ceres"},
+        WrongLine{"core/data/x.h", "#include <gflags/gflags.h>", "gflags"},
+        WrongLine{"solvers/window/x.cc", "  if (FLAGS_threads > 1) {", "flags"},
+        WrongLine{"core/io/x.cc", "DEFINE_string(a, \"\", \"\");", "flags"},
+        WrongLine{"core/io/x.cc", "DECLARE_bool(a);", "flags"},
+        WrongLine{"core/evaluation/x.cc", "#include <fstream>", "files"},
+        WrongLine{"apps/x.cc", "#include <filesystem>", "files"},
+        WrongLine{"solvers/x.cc", "  FILE* file = fopen(name, \"r\");",
+                  "files"},
+        WrongLine{"core/data/x.cc", "#include <toml++/toml.h>", "format"},
+        WrongLine{"core/tracking/x.cc", "#include \"simdjson.h\"", "format"},
+        WrongLine{"apps/x.cc", "#include <nlohmann/json.hpp>", "format"},
+        WrongLine{"core/synthetic/x.cc", "#include <yaml-cpp/yaml.h>",
+                  "format"},
+        WrongLine{"core/evaluation/x.cc", "#include <matio.h>", "format"},
+        WrongLine{"core/data/x.cc", "#include <iostream>", "print"},
+        WrongLine{"core/data/x.cc", "  std::printf(\"%d\", x);", "print"},
+        WrongLine{"core/data/x.cc", "std::random_device d;", "seeded"},
+        WrongLine{"core/association/x.h", "#include \"core/io/y.h\"",
+                  "core/association may not use core/io"},
+        WrongLine{"core/io/x.h", "#include \"core/evaluation/y.h\"",
+                  "core/io may not use core/evaluation"},
+        WrongLine{"core/base/x.h", "#include \"core/data/y.h\"", "downwards"},
+        WrongLine{"core/geometry/x.h", "#include \"core/skeleton/y.h\"",
+                  "downwards"},
+        WrongLine{"core/tracking/x.h", "# include \"solvers/window/y.h\"",
+                  "downwards"},
+        WrongLine{"solvers/batch/x.h", "#include \"apps/common/app.h\"",
+                  "downwards"},
+        WrongLine{"core/data/x.h", "#include \"tests/support/y.h\"", "tests"}));
+
+TEST(Layering, AllowsWhatTheRulesAllow) {
+  EXPECT_TRUE(Violations("core/io/x.cc",
+                         "#include <filesystem>\n#include \"simdjson.h\"\n"
+                         "#include \"core/data/pose.h\"\n"
+                         "#include \"core/io/y.h\"\n"
+                         "  std::snprintf(text, 3, \"%d\", 1);\n")
+                  .empty());
+  EXPECT_TRUE(Violations("solvers/window/x.cc",
+                         "#include <ceres/ceres.h>\n"
+                         "#include \"core/tracking/estimator.h\"\n"
+                         "#include \"solvers/factors/y.h\"\n")
+                  .empty());
+  EXPECT_TRUE(Violations("apps/track.cc",
+                         "#include <gflags/gflags.h>\n"
+                         "#include \"solvers/factory.h\"\n"
+                         "DEFINE_string(out, \"\", \"\");\n")
+                  .empty());
+  EXPECT_TRUE(Violations("core/data/x.h", "// FLAGS_x is not used\n").empty());
+}
+
+TEST(Layering, FindsAWrongLineInATree) {
+  TemporaryFolder folder;
+  folder.Write("core/base/good.h", "#include <vector>\n");
+  folder.Write("core/base/bad.h", "int x;\n#include \"core/io/reader.h\"\n");
+  folder.Write("core/new_folder/file.cc", "int y;\n");
+  const TreeReport report = CheckTree(folder.path());
+  ASSERT_EQ(report.violations.size(), 2u);
+  const std::set<std::string> found(report.violations.begin(),
+                                    report.violations.end());
+  EXPECT_EQ(found.count("core/base/bad.h:2: core/base may not use core/io: "
+                        "dependencies go downwards: "
+                        "#include \"core/io/reader.h\""),
+            1u);
+  EXPECT_EQ(found.count("core/new_folder/file.cc: the folder is not in the "
+                        "list of layers"),
+            1u);
+}
+
+}  // namespace
+}  // namespace kinegraph::testing

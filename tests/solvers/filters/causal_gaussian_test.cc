@@ -1,0 +1,225 @@
+#include "solvers/filters/causal_gaussian.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "tests/support/rig.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr TimeNs kFrame = 40'000'000;  // 25 Hz
+
+TEST(CausalGaussianWeightsTest, AreThoseMeasuredOnTheReference) {
+  // Newest to oldest, as scipy.ndimage.gaussian_filter1d(mode='reflect') weighs
+  // the last sample; design/algorithm.md section 4, four digits.
+  const auto expect = [](double sigma, const std::vector<double>& expected) {
+    const std::vector<double> weights = CausalGaussianWeights(sigma, 10);
+    ASSERT_EQ(weights.size(), expected.size());
+    for (size_t k = 0; k < expected.size(); ++k) {
+      EXPECT_NEAR(weights[k], expected[k], 5e-5) << "sigma " << sigma;
+    }
+  };
+  expect(0.3, {0.9962, 0.0038});
+  expect(0.6, {0.8293, 0.1681, 0.0026});
+  expect(0.8, {0.7270, 0.2502, 0.0224, 0.0004});
+}
+
+TEST(CausalGaussianWeightsTest, ShortListsAreReflectedAgain) {
+  // One pose: all weight is its own. Two poses a b, sigma 0.8, radius 3:
+  // places -2..4 of the continued list are  b a | a b | b a a: newest = b at
+  // place 1 has k = 0, +1 and -3; a has k = -1, -2, +2, +3.
+  ASSERT_EQ(CausalGaussianWeights(0.8, 1).size(), 1u);
+  EXPECT_NEAR(CausalGaussianWeights(0.8, 1)[0], 1.0, 1e-15);
+  const auto g = [](int k) { return std::exp(-k * k / (2 * 0.8 * 0.8)); };
+  const double total = g(0) + 2 * (g(1) + g(2) + g(3));
+  const std::vector<double> weights = CausalGaussianWeights(0.8, 2);
+  ASSERT_EQ(weights.size(), 2u);
+  EXPECT_NEAR(weights[0], (g(0) + g(1) + g(3)) / total, 1e-15);
+  EXPECT_NEAR(weights[1], (g(1) + 2 * g(2) + g(3)) / total, 1e-15);
+}
+
+TEST(CausalGaussianWeightsTest, SumToOne) {
+  for (const double sigma : {0.3, 0.6, 0.8, 2.0, 5.0}) {
+    for (int length = 1; length < 15; ++length) {
+      const auto weights = CausalGaussianWeights(sigma, length);
+      EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.0), 1.0,
+                  1e-14);
+    }
+  }
+}
+
+class CausalGaussianTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<Estimator> Make(const CausalGaussianOptions& options) const {
+    return MakeCausalGaussian(
+        {testing::RingOfCameras(2), Coco17(), 25.0, false}, options);
+  }
+
+  // A frame whose joints are all at x = `x_m`.
+  static EstimatorFrame At(int frame, double x_m) {
+    EstimatorFrame in;
+    in.frame = frame;
+    in.time = frame * kFrame;
+    in.has_initial = true;
+    in.initial.resize(17);
+    for (Joint3d& joint : in.initial) {
+      joint.position_m = {x_m, 0.0, 1.0};
+      joint.status = JointStatus::kObserved;
+    }
+    in.triangulated.assign(17, 1);
+    in.inlier_views.assign(17, 3);
+    return in;
+  }
+
+  static EstimatorFrame Failed(int frame) {
+    EstimatorFrame in;
+    in.frame = frame;
+    in.time = frame * kFrame;
+    return in;
+  }
+
+  static double PredictX(const Estimator& estimator, double frame, int joint) {
+    Pose3d pose;
+    estimator.Predict(static_cast<TimeNs>(frame * kFrame), &pose);
+    return pose[joint].position_m.x();
+  }
+};
+
+TEST_F(CausalGaussianTest, BirthIsNotSmoothedAndTheFilterIsRecursive) {
+  CausalGaussianOptions options;
+  options.sigma_frames = 0.6;
+  const auto estimator = Make(options);
+  estimator->Add(At(0, 0.0));
+  EXPECT_EQ(estimator->Last()[0].position_m.x(), 0.0);
+  estimator->Add(At(1, 1.0));
+  const double w1 = CausalGaussianWeights(0.6, 2)[0];
+  EXPECT_NEAR(estimator->Last()[0].position_m.x(), w1, 1e-15);
+  estimator->Add(At(2, 1.0));
+  const auto w = CausalGaussianWeights(0.6, 3);
+  EXPECT_NEAR(estimator->Last()[0].position_m.x(), w[0] + w[1] * w1, 1e-15)
+      << "the pose before is the smoothed one";
+}
+
+TEST_F(CausalGaussianTest, WristsHaveTheirOwnSigma) {
+  const auto estimator = Make({});  // 0.3 and 0.8
+  estimator->Add(At(0, 0.0));
+  estimator->Add(At(1, 1.0));
+  for (int j = 0; j < 17; ++j) {
+    const double sigma = j == 9 || j == 10 ? 0.8 : 0.3;
+    EXPECT_NEAR(estimator->Last()[j].position_m.x(),
+                CausalGaussianWeights(sigma, 2)[0], 1e-15)
+        << "joint " << j;
+  }
+}
+
+TEST_F(CausalGaussianTest, VelocityIsTheMeanOfFiveDifferences) {
+  CausalGaussianOptions options;
+  options.smooth = false;
+  const auto estimator = Make(options);
+  // 0, 1, 4, 9, 16, 25, 36: the last five differences are 3, 5, 7, 9, 11.
+  for (int f = 0; f < 7; ++f) estimator->Add(At(f, f * f));
+  EXPECT_NEAR(PredictX(*estimator, 7, 0), 36.0 + 7.0, 1e-12);
+  EXPECT_NEAR(PredictX(*estimator, 9, 0), 36.0 + 3 * 7.0, 1e-12);
+}
+
+TEST_F(CausalGaussianTest, ConstantVelocityAcrossAGap) {
+  // 1 m per frame; two frames in between failed.
+  for (const bool per_update : {false, true}) {
+    CausalGaussianOptions options;
+    options.smooth = false;
+    options.velocity =
+        per_update ? VelocityRule::kPerUpdate : VelocityRule::kOverTime;
+    const auto estimator = Make(options);
+    estimator->Add(At(0, 0.0));
+    estimator->Add(At(1, 1.0));
+    estimator->Add(Failed(2));
+    estimator->Add(Failed(3));
+    estimator->Add(At(4, 4.0));
+    // Over time 4 m in 4 frames; per stored pose (1 + 3) / 2 = 2 m.
+    EXPECT_NEAR(PredictX(*estimator, 5, 0), per_update ? 6.0 : 5.0, 1e-12);
+  }
+}
+
+TEST_F(CausalGaussianTest, AFailedFrameStoresNothingAndWritesNothing) {
+  const auto estimator = Make({});
+  estimator->Add(At(0, 0.5));
+  estimator->Add(Failed(1));
+  EXPECT_EQ(estimator->LastTime(), 0);
+  std::vector<FinalPose> finals;
+  estimator->TakeFinals(&finals);
+  ASSERT_EQ(finals.size(), 2u);
+  EXPECT_EQ(finals[0].person.joints.size(), 17u);
+  EXPECT_TRUE(finals[1].person.joints.empty());
+  finals.clear();
+  estimator->TakeFinals(&finals);
+  EXPECT_TRUE(finals.empty()) << "each final is given once";
+}
+
+TEST_F(CausalGaussianTest, HistoryIsCutByAtMostOnePoseAnUpdate) {
+  // Stored at frames 0..3, then at 12: frame 0 is 12 frames old and goes, 1 is
+  // 11 old and stays this time. At exactly ten frames a pose stays.
+  CausalGaussianOptions options;
+  options.sigma_frames = 5.0;  // reaches over the whole list
+  options.wrist_sigma_frames = 5.0;
+  const auto estimator = Make(options);
+  std::vector<double> stored = {0.0};
+  estimator->Add(At(0, 0.0));
+  for (int f = 1; f < 4; ++f) {
+    estimator->Add(At(f, 0.0));
+    stored.push_back(0.0);
+  }
+  estimator->Add(At(10, 1.0));  // frame 0 is exactly ten old: five poses
+  const double at_ten = estimator->Last()[0].position_m.x();
+  EXPECT_NEAR(at_ten, CausalGaussianWeights(5.0, 5)[0], 1e-12);
+  estimator->Add(At(12, 1.0));  // 0 goes, 1 (eleven old) stays: five again
+  const auto w = CausalGaussianWeights(5.0, 5);
+  EXPECT_NEAR(estimator->Last()[0].position_m.x(), w[0] + w[1] * at_ten, 1e-12);
+}
+
+TEST_F(CausalGaussianTest, AnUnseenJointIsHeldThenFollowsTheBody) {
+  CausalGaussianOptions options;
+  options.smooth = false;
+  options.hold_frames = 3.0;
+  const auto estimator = Make(options);
+  // The body moves 1 cm a frame; joint 9 moves 10 cm a frame, then is unseen
+  // and takes the prediction each time.
+  double wrist = 0.0;
+  for (int f = 0; f < 6; ++f) {
+    EstimatorFrame in = At(f, 0.01 * f);
+    wrist = 0.1 * f;
+    in.initial[9].position_m.x() = wrist;
+    estimator->Add(in);
+  }
+  for (int f = 6; f < 20; ++f) {
+    const double expected = f <= 8 ? wrist + 0.1 : wrist + 0.01;
+    EXPECT_NEAR(PredictX(*estimator, f, 9), expected, 1e-12) << "frame " << f;
+    Pose3d predicted;
+    estimator->Predict(f * kFrame, &predicted);
+    EXPECT_EQ(predicted[9].status, JointStatus::kInferred);
+    EstimatorFrame in = At(f, 0.01 * f);
+    in.initial[9] = predicted[9];
+    in.triangulated[9] = 0;
+    estimator->Add(in);
+    wrist = expected;
+  }
+}
+
+TEST_F(CausalGaussianTest, AJointThatAppearsLaterIsSmoothedOverItsOwnPast) {
+  CausalGaussianOptions options;
+  options.sigma_frames = 0.6;
+  const auto estimator = Make(options);
+  EstimatorFrame without = At(0, 0.0);
+  without.initial[3].status = JointStatus::kMissing;
+  without.triangulated[3] = 0;
+  estimator->Add(without);
+  EXPECT_FALSE(estimator->Last()[3].present());
+  estimator->Add(At(1, 2.0));
+  EXPECT_NEAR(estimator->Last()[3].position_m.x(), 2.0, 1e-15);
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,32 @@
+// A ring of cameras and a standing person, for tests of the front end.
+#ifndef KINEGRAPH_TESTS_SUPPORT_RIG_H_
+#define KINEGRAPH_TESTS_SUPPORT_RIG_H_
+
+#include <vector>
+
+#include "core/data/observation.h"
+#include "core/data/pose.h"
+#include "core/geometry/camera.h"
+
+namespace kinegraph::testing {
+
+// `count` cameras (1000 px focal length, 1920 x 1080) evenly on a circle of
+// `radius_m`, 2 m high, looking at (0, 0, 1). `distortion` as MakeLens takes
+// it for "opencv5".
+CameraRig RingOfCameras(int count, double radius_m = 5.0,
+                        const std::vector<double>& distortion = {});
+
+// A person in COCO-17 standing at (x, y), facing +y, all joints observed.
+Pose3d StandingPerson(double x_m, double y_m);
+
+// What a camera sees of a pose: exact projections, confidence 1; joints that
+// it cannot see are not found.
+Detection Project(const Pose3d& pose, const Camera& camera);
+
+// The same, ready for geometry.
+Observation Observe(const Pose3d& pose, const CameraRig& cameras, int view_idx,
+                    int detection_idx = 0);
+
+}  // namespace kinegraph::testing
+
+#endif  // KINEGRAPH_TESTS_SUPPORT_RIG_H_
