@@ -17,6 +17,7 @@ class BatchEstimatorTest : public ::testing::Test {
     scene_.cameras = testing::RingOfCameras(5, 5.0, 1000.0);
     scene_.skeleton = testing::SmallSkeleton();
     scene_.frame_rate_hz = 25.0;
+    scene_.keep_observations = true;
   }
 
   SimulatedTake Simulate(int frames, const SimulatedNoise& noise) {
