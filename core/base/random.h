@@ -24,12 +24,13 @@ class Random {
   bool Chance(double probability) { return Uniform() < probability; }
   // Student's t with `degrees_of_freedom` > 0 (not scaled to unit variance).
   double StudentT(double degrees_of_freedom);
+  // Gamma distribution with `shape` > 0 and scale 1, after Marsaglia and Tsang
+  // (2000).
+  double Gamma(double shape);
   // A seed for an independent stream.
   uint64_t Fork() { return engine_(); }
 
  private:
-  double Gamma(double shape);  // scale 1, Marsaglia and Tsang (2000)
-
   std::mt19937_64 engine_;
   double spare_ = 0.0;
   bool has_spare_ = false;

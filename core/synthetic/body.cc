@@ -1,0 +1,257 @@
+#include "core/synthetic/body.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Matrix3d RotationAbout(const Vector3d& axis, double angle_rad) {
+  return Eigen::AngleAxisd(angle_rad, axis).toRotationMatrix();
+}
+Matrix3d RotX(double a) { return RotationAbout(Vector3d::UnitX(), a); }
+Matrix3d RotY(double a) { return RotationAbout(Vector3d::UnitY(), a); }
+Matrix3d RotZ(double a) { return RotationAbout(Vector3d::UnitZ(), a); }
+
+// Distance hip to ankle for a wanted one: equal well below the leg's length,
+// and smoothly held below it above, so that the knee never snaps straight.
+double ReachableDistance(double wanted_m, double leg_m) {
+  const double limit = 0.999 * leg_m;
+  const double softness = 0.035 * leg_m;
+  const double bend_from = limit - softness;
+  if (wanted_m <= bend_from) return wanted_m;
+  return limit - softness * std::exp(-(wanted_m - bend_from) / softness);
+}
+
+// Rotation whose z axis points from `low` to `high` and whose x axis lies in
+// the plane of `forward`.
+Matrix3d AlongBone(const Vector3d& low, const Vector3d& high,
+                   const Vector3d& forward) {
+  const Vector3d z = (high - low).normalized();
+  const Vector3d y = z.cross(forward).normalized();
+  Matrix3d R;
+  R << y.cross(z), y, z;
+  return R;
+}
+
+// Two bones from hip to ankle; the knee bends towards `forward`.
+void PlaceLeg(const BodyShape& shape, int side, const Vector3d& forward,
+              const FootPosture& foot, BodyPose* pose) {
+  const SegmentPose& pelvis = (*pose)[static_cast<size_t>(Segment::kPelvis)];
+  const Vector3d hip =
+      pelvis.origin_m +
+      pelvis.R * Vector3d(0.0, SignOf(side) * shape.hip_half_width, 0.0);
+  const Vector3d to_ankle = foot.ankle_m - hip;
+  const double wanted = to_ankle.norm();
+  const Vector3d axis = to_ankle / wanted;
+  // A knee bends to about 150 degrees, which bounds the distance from below.
+  const double distance =
+      std::max(ReachableDistance(wanted, shape.leg()), 0.27 * shape.leg());
+  const double along = (distance * distance + shape.thigh * shape.thigh -
+                        shape.shank * shape.shank) /
+                       (2.0 * distance);
+  const double aside =
+      std::sqrt(std::max(0.0, shape.thigh * shape.thigh - along * along));
+  const Vector3d bend = (forward - axis * axis.dot(forward)).normalized();
+  const Vector3d knee = hip + along * axis + aside * bend;
+  const Vector3d ankle = hip + distance * axis;
+
+  auto set = [&](Segment part, const Vector3d& origin, const Matrix3d& R) {
+    (*pose)[static_cast<size_t>(Sided(part, side))] = {R, origin};
+  };
+  set(Segment::kThigh, hip, AlongBone(knee, hip, forward));
+  set(Segment::kShank, knee, AlongBone(ankle, knee, forward));
+  set(Segment::kFoot, ankle, RotZ(foot.yaw) * RotY(foot.pitch));
+}
+
+void PlaceArm(const BodyShape& shape, int side, const ArmPosture& arm,
+              BodyPose* pose) {
+  const SegmentPose& thorax = (*pose)[static_cast<size_t>(Segment::kThorax)];
+  const double sign = SignOf(side);
+  const Vector3d shoulder =
+      thorax.origin_m + thorax.R * Vector3d(0.0,
+                                            sign * shape.shoulder_half_width,
+                                            shape.shoulder_height);
+  const Matrix3d R_upper = thorax.R * RotY(-arm.flexion) *
+                           RotX(sign * arm.abduction) *
+                           RotZ(-sign * arm.rotation);
+  const Vector3d elbow =
+      shoulder + R_upper * Vector3d(0.0, 0.0, -shape.upper_arm);
+  (*pose)[static_cast<size_t>(Sided(Segment::kUpperArm, side))] = {R_upper,
+                                                                   shoulder};
+  (*pose)[static_cast<size_t>(Sided(Segment::kForearm, side))] = {
+      R_upper * RotY(-arm.elbow), elbow};
+}
+
+using NamedPoints = std::map<std::string, BodyPoint>;
+
+void AddCentralPoints(const BodyShape& shape, NamedPoints* points) {
+  const double h = shape.stature;
+  auto& p = *points;
+  p["mid_hip"] = {Segment::kPelvis, Vector3d::Zero()};
+  p["neck"] = {Segment::kThorax, {0.0, 0.0, shape.neck_height}};
+  p["head_bottom"] = {Segment::kHead, {0.006 * h, 0.0, 0.02 * h}};
+  p["head_top"] = {Segment::kHead, {0.012 * h, 0.0, shape.head_height}};
+  p["nose"] = {Segment::kHead, {0.068 * h, 0.0, 0.076 * h}};
+}
+
+void AddSidedPoints(const BodyShape& shape, int side, NamedPoints* points) {
+  const double h = shape.stature;
+  const double y = SignOf(side);
+  const double foot = shape.foot_length;
+  const double sole = -shape.ankle_height;
+  const std::string prefix = side == kLeft ? "l_" : "r_";
+  auto add = [&](const std::string& name, Segment segment,
+                 const Vector3d& offset) {
+    (*points)[prefix + name] = {segment, offset};
+  };
+  auto sided = [&](Segment part) { return Sided(part, side); };
+  add("eye", Segment::kHead, {0.056 * h, y * 0.018 * h, 0.095 * h});
+  add("ear", Segment::kHead, {0.008 * h, y * 0.043 * h, 0.090 * h});
+  add("shoulder", sided(Segment::kUpperArm), Vector3d::Zero());
+  add("elbow", sided(Segment::kForearm), Vector3d::Zero());
+  add("wrist", sided(Segment::kForearm), {0.0, 0.0, -shape.forearm});
+  add("hip", Segment::kPelvis, {0.0, y * shape.hip_half_width, 0.0});
+  add("knee", sided(Segment::kShank), Vector3d::Zero());
+  add("ankle", sided(Segment::kFoot), Vector3d::Zero());
+  add("heel", sided(Segment::kFoot), {-0.22 * foot, 0.0, 0.6 * sole});
+  add("big_toe", sided(Segment::kFoot), {0.72 * foot, -y * 0.12 * foot, sole});
+  add("small_toe", sided(Segment::kFoot), {0.6 * foot, y * 0.2 * foot, sole});
+}
+
+// "face_12" with prefix "face_" is 12.
+std::optional<int> NumberAfter(const std::string& prefix,
+                               const std::string& name) {
+  if (name.compare(0, prefix.size(), prefix) != 0) return std::nullopt;
+  const std::string digits = name.substr(prefix.size());
+  const bool number = !digits.empty() && digits.size() < 4 &&
+                      std::all_of(digits.begin(), digits.end(),
+                                  [](char c) { return c >= '0' && c <= '9'; });
+  if (!number) return std::nullopt;
+  return std::stoi(digits);
+}
+
+// Point of a whole-body skeleton: spread over the front of the head or over
+// the five fingers of a hand (0 is its root, then four points a finger).
+std::optional<BodyPoint> WholeBodyPoint(const BodyShape& shape,
+                                        const std::string& name) {
+  const double h = shape.stature;
+  if (const auto face = NumberAfter("face_", name)) {
+    constexpr double kGoldenAngle = 2.399963229728653;
+    const double radius = std::sqrt((*face % 68 + 0.5) / 68.0);
+    const double angle = *face * kGoldenAngle;
+    return BodyPoint{Segment::kHead,
+                     {(0.064 - 0.03 * radius * radius) * h,
+                      0.04 * h * radius * std::cos(angle),
+                      (0.085 + 0.05 * radius * std::sin(angle)) * h}};
+  }
+  for (const int side : {kLeft, kRight}) {
+    const auto hand = NumberAfter(side == kLeft ? "l_hand_" : "r_hand_", name);
+    if (!hand) continue;
+    const int point = *hand % 21;
+    const int finger = (point + 3) / 4;  // 0: root, 1: thumb ... 5
+    const int knuckle = point == 0 ? 0 : (point - 1) % 4 + 1;
+    const double reach = point == 0 ? 0.0 : (0.03 + 0.015 * knuckle) * h;
+    const double spread = point == 0 ? 0.0 : 0.25 * (finger - 3);
+    return BodyPoint{Sided(Segment::kForearm, side),
+                     {-reach * std::sin(spread), 0.0,
+                      -shape.forearm - reach * std::cos(spread)}};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+BodyShape MakeBodyShape(double stature_m, double leg_share) {
+  const double h = stature_m;
+  BodyShape shape;
+  shape.stature = h;
+  shape.thigh = 0.245 * leg_share * h;
+  shape.shank = 0.246 * leg_share * h;
+  shape.ankle_height = 0.039 * h;
+  shape.hip_half_width = 0.05 * h;
+  shape.foot_length = 0.152 * h;
+  shape.head_height = 0.165 * h;
+  // The trunk takes what the legs leave of the stature.
+  const double hips = shape.leg() + shape.ankle_height;
+  shape.neck_height = h - shape.head_height - hips;
+  shape.shoulder_height = shape.neck_height - 0.02 * h;
+  shape.shoulder_half_width = 0.108 * h;
+  shape.upper_arm = 0.186 * h;
+  shape.forearm = 0.146 * h;
+  return shape;
+}
+
+BodyPose PlaceBody(const BodyShape& shape, const Posture& posture) {
+  BodyPose pose;
+  auto at = [&](Segment segment) -> SegmentPose& {
+    return pose[static_cast<size_t>(segment)];
+  };
+  const Matrix3d R_heading = RotZ(posture.heading);
+  at(Segment::kPelvis) = {R_heading * RotY(posture.lean), posture.pelvis_m};
+  at(Segment::kThorax) = {at(Segment::kPelvis).R * RotZ(posture.twist),
+                          posture.pelvis_m};
+  const SegmentPose& thorax = at(Segment::kThorax);
+  at(Segment::kHead) = {
+      thorax.R * RotZ(posture.head_yaw) * RotY(posture.head_pitch),
+      thorax.origin_m + thorax.R * Vector3d(0.0, 0.0, shape.neck_height)};
+  for (const int side : {kLeft, kRight}) {
+    PlaceArm(shape, side, posture.arms[side], &pose);
+    PlaceLeg(shape, side, R_heading.col(0), posture.feet[side], &pose);
+  }
+  return pose;
+}
+
+std::vector<BodyPoint> PointsOf(const BodyShape& shape,
+                                const Skeleton& skeleton) {
+  NamedPoints known;
+  AddCentralPoints(shape, &known);
+  for (const int side : {kLeft, kRight}) AddSidedPoints(shape, side, &known);
+  std::vector<BodyPoint> points;
+  for (const std::string& joint : skeleton.joints()) {
+    const auto at = known.find(joint);
+    if (at != known.end()) {
+      points.push_back(at->second);
+    } else if (const auto extra = WholeBodyPoint(shape, joint)) {
+      points.push_back(*extra);
+    } else {
+      throw OptionError("skeleton", "a synthetic body has no joint '" +
+                                        Printable(joint) + "'");
+    }
+  }
+  return points;
+}
+
+std::vector<Capsule> CapsulesOf(const BodyShape& shape) {
+  const double h = shape.stature;
+  std::vector<Capsule> capsules = {
+      {{Segment::kPelvis, Vector3d::Zero()},
+       {Segment::kThorax, {0.0, 0.0, 0.8 * shape.neck_height}},
+       0.085 * h},
+      {{Segment::kHead, {0.0, 0.0, 0.06 * h}},
+       {Segment::kHead, {0.01 * h, 0.0, 0.11 * h}},
+       0.05 * h}};
+  for (const int side : {kLeft, kRight}) {
+    auto bone = [&](Segment part, double length, double radius) {
+      const Segment segment = Sided(part, side);
+      capsules.push_back({{segment, Vector3d::Zero()},
+                          {segment, {0.0, 0.0, -length}},
+                          radius});
+    };
+    bone(Segment::kUpperArm, shape.upper_arm, 0.026 * h);
+    bone(Segment::kForearm, shape.forearm, 0.022 * h);
+    bone(Segment::kThigh, shape.thigh, 0.04 * h);
+    bone(Segment::kShank, shape.shank, 0.03 * h);
+  }
+  return capsules;
+}
+
+}  // namespace kinegraph

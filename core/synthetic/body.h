@@ -1,0 +1,132 @@
+// The articulated body of a synthetic person: rigid segments of constant size
+// and the posture that places them.
+//
+// Frames: x forward, y to the person's left, z up when standing upright.
+#ifndef KINEGRAPH_CORE_SYNTHETIC_BODY_H_
+#define KINEGRAPH_CORE_SYNTHETIC_BODY_H_
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// Sided things come left first.
+enum Side { kLeft = 0, kRight = 1 };
+
+// +1 on the left, -1 on the right: the sign of y.
+inline double SignOf(int side) { return side == kLeft ? 1.0 : -1.0; }
+
+// Rigid parts. A sided one is found by Sided(part, side).
+enum class Segment {
+  kPelvis,  // origin: middle of the hip joints
+  kThorax,  // same origin; turns about the spine
+  kHead,    // origin: neck
+  kUpperArm,
+  kRightUpperArm,
+  kForearm,  // with the hand
+  kRightForearm,
+  kThigh,
+  kRightThigh,
+  kShank,
+  kRightShank,
+  kFoot,
+  kRightFoot,
+};
+inline constexpr int kSegmentCount = 13;
+
+inline Segment Sided(Segment left, int side) {
+  return static_cast<Segment>(static_cast<int>(left) + side);
+}
+
+// Lengths of one person [m]. The two sides are equal.
+struct BodyShape {
+  double stature = 1.72;
+  double thigh = 0.0;
+  double shank = 0.0;
+  double ankle_height = 0.0;
+  double hip_half_width = 0.0;
+  double neck_height = 0.0;      // above the hips
+  double shoulder_height = 0.0;  // above the hips
+  double shoulder_half_width = 0.0;
+  double upper_arm = 0.0;
+  double forearm = 0.0;
+  double foot_length = 0.0;
+  double head_height = 0.0;  // neck to top
+
+  double leg() const { return thigh + shank; }
+};
+
+// Segment lengths as shares of the stature, after Drillis and Contini (1966) in
+// Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1; widths
+// are those of the joint centres. `leg_share` scales the legs (1: average).
+BodyShape MakeBodyShape(double stature_m, double leg_share);
+
+struct ArmPosture {
+  double flexion = 0.0;    // upper arm forward of hanging [rad]
+  double abduction = 0.0;  // upper arm away from the trunk [rad]
+  double rotation = 0.0;   // upper arm about its axis, forearm inwards [rad]
+  double elbow = 0.0;      // 0: straight [rad]
+};
+
+struct FootPosture {
+  Eigen::Vector3d ankle_m = Eigen::Vector3d::Zero();  // wanted, world
+  double yaw = 0.0;    // direction of the toes about world z [rad]
+  double pitch = 0.0;  // toes down is positive [rad]
+};
+
+// Everything that moves.
+struct Posture {
+  Eigen::Vector3d pelvis_m = Eigen::Vector3d::Zero();  // world
+  double heading = 0.0;     // of the pelvis about world z [rad]
+  double lean = 0.0;        // trunk forward about the hip axis [rad]
+  double twist = 0.0;       // thorax against pelvis about the spine [rad]
+  double head_yaw = 0.0;    // to the left [rad]
+  double head_pitch = 0.0;  // downwards [rad]
+  std::array<ArmPosture, 2> arms;
+  std::array<FootPosture, 2> feet;
+};
+
+struct SegmentPose {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // world_from_segment
+  Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();
+};
+using BodyPose = std::array<SegmentPose, kSegmentCount>;
+
+// Places all segments. The knees follow from the wanted ankles; an ankle that
+// the leg does not reach comes as near as it smoothly can.
+BodyPose PlaceBody(const BodyShape& shape, const Posture& posture);
+
+// A point fixed to a segment.
+struct BodyPoint {
+  Segment segment = Segment::kPelvis;
+  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
+};
+
+inline Eigen::Vector3d PositionOf(const BodyPoint& point,
+                                  const BodyPose& pose) {
+  const SegmentPose& segment = pose[static_cast<size_t>(point.segment)];
+  return segment.origin_m + segment.R * point.offset_m;
+}
+
+// One point a joint of the skeleton, found by the joint's name. Throws
+// OptionError("skeleton", ...) when a name is not known; face_N and l_hand_N,
+// r_hand_N (whole-body skeletons) are points on the head and the hands.
+std::vector<BodyPoint> PointsOf(const BodyShape& shape,
+                                const Skeleton& skeleton);
+
+// A body part that hides what is behind it: all within `radius_m` of the line
+// between two points.
+struct Capsule {
+  BodyPoint a;
+  BodyPoint b;
+  double radius_m = 0.0;
+};
+std::vector<Capsule> CapsulesOf(const BodyShape& shape);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_SYNTHETIC_BODY_H_

@@ -1,0 +1,66 @@
+// Who goes where: several people walk, stop, turn, sit and pass each other on a
+// round area. A simulation decides before anything is seen; its trajectories
+// are smoothed and can then be evaluated at any time.
+#ifndef KINEGRAPH_CORE_SYNTHETIC_CROWD_H_
+#define KINEGRAPH_CORE_SYNTHETIC_CROWD_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/options.h"
+#include "core/synthetic/spline.h"
+
+namespace kinegraph {
+
+struct CrowdOptions {
+  double area_radius_m = 3.0;     // people walk inside this circle
+  double walking_speed_ms = 1.1;  // mean over people
+  double min_distance_m = 0.55;   // closest that two people pass (centres)
+  // After each walk the next deed is drawn with these weights.
+  double walking = 0.55;
+  double standing = 0.2;
+  double turning = 0.1;
+  double sitting = 0.15;
+  double arm_motion = 0.3;  // share of time with a gesture
+  double visitors = 0.3;    // share of people who come and go
+  double crossing = 0.7;    // share of walks led through the middle
+
+  void Describe(OptionVisitor& visitor);
+};
+
+struct TimeSpan {
+  double begin_s = 0.0;
+  double end_s = 0.0;
+};
+
+enum class GestureKind { kRaise, kWave, kReach, kPhone, kHandOnHip };
+inline constexpr int kGestureKindCount = 5;
+
+struct Gesture {
+  TimeSpan span;
+  int side = 0;
+  GestureKind kind = GestureKind::kRaise;
+};
+
+// Plan of one person.
+struct Itinerary {
+  UniformSpline path;             // x [m], y [m], heading [rad, unwrapped]
+  std::vector<TimeSpan> present;  // where empty or outside: not in the scene
+  std::vector<TimeSpan> seated;   // from beginning to sit to standing again
+  std::vector<Gesture> gestures;
+};
+
+// Time that a person takes to sit down and to stand up [s].
+inline constexpr double kSitDownTime = 1.6;
+// Distance that the pelvis moves back onto the seat [m].
+inline constexpr double kSeatDistance = 0.38;
+// How far outside the area people appear and vanish [m].
+inline constexpr double kOuterMargin = 0.8;
+
+// `span` is simulated. Same seed, same plans.
+std::vector<Itinerary> SimulateCrowd(const CrowdOptions& options, int people,
+                                     TimeSpan span, uint64_t seed);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_SYNTHETIC_CROWD_H_

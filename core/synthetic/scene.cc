@@ -1,0 +1,231 @@
+#include "core/synthetic/scene.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/random.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kPi = 3.14159265358979323846;
+
+// cam_from_world rotation of a camera at `centre` that looks at `target`; the
+// world's z stays up in the image.
+Matrix3d LookAt(const Vector3d& centre, const Vector3d& target) {
+  const Vector3d z = (target - centre).normalized();
+  const Vector3d x = z.cross(Vector3d::UnitZ()).normalized();
+  Matrix3d R;
+  R << x.transpose(), z.cross(x).transpose(), z.transpose();
+  return R;
+}
+
+void CheckCamerasOutside(const SceneOptions& options) {
+  constexpr double kClearance = 0.5;
+  const double least = options.motion.area_radius_m + kOuterMargin + kClearance;
+  if (options.cameras.radius_m < least) {
+    throw OptionError("cameras.radius",
+                      "found " + std::to_string(options.cameras.radius_m) +
+                          ", people come as far as " +
+                          std::to_string(least - kClearance) +
+                          " m: expected at least " + std::to_string(least));
+  }
+}
+
+const Skeleton& SkeletonNamed(const std::string& name) {
+  const Skeleton* skeleton = FindSkeleton(name);
+  if (skeleton != nullptr) return *skeleton;
+  std::string known;
+  for (const std::string& other : SkeletonNames()) {
+    known += (known.empty() ? "" : ", ") + other;
+  }
+  throw OptionError("skeleton",
+                    "found '" + Printable(name) + "', known are " + known);
+}
+
+BodyShape RandomShape(const SceneOptions& options, Random* random) {
+  const double stature =
+      std::clamp(random->Normal(options.stature_m, options.stature_sigma_m),
+                 options.stature_m - 2.5 * options.stature_sigma_m,
+                 options.stature_m + 2.5 * options.stature_sigma_m);
+  const double leg_share = std::clamp(random->Normal(1.0, 0.015), 0.96, 1.04);
+  return MakeBodyShape(stature, leg_share);
+}
+
+PersonPose TruePerson(int id, Pose3d joints, size_t views) {
+  PersonPose person;
+  person.id = TrackId(id);
+  person.inlier_views.assign(joints.size(), static_cast<int>(views));
+  person.joints = std::move(joints);
+  person.score = 1.0;
+  return person;
+}
+
+TrackHeader TruthHeader(const Scene& scene) {
+  TrackHeader header;
+  header.skeleton = scene.skeleton;
+  header.mode = "truth";
+  header.frame_rate_hz = scene.frame_rate_hz;
+  for (const Camera& camera : scene.cameras) {
+    header.view_names.push_back(camera.name());
+  }
+  return header;
+}
+
+}  // namespace
+
+void RingOptions::Describe(OptionVisitor& visitor) {
+  visitor.Integer("count", &count, Between(2, 32), "", "number of cameras");
+  visitor.Number("radius", &radius_m, Between(1.0, 1000.0), "m",
+                 "of the ring on which they stand");
+  visitor.Number("height", &height_m, Between(0.0, 100.0), "m",
+                 "above the floor");
+  visitor.Number("target_height", &target_height_m, Between(0.0, 10.0), "m",
+                 "height of the point in the middle that they look at");
+  visitor.Number("arc", &arc_deg, Between(10.0, 360.0), "deg",
+                 "part of the ring that is used");
+  visitor.Integer("width", &width_px, Between(16, 16384), "px", "of the image");
+  visitor.Integer("image_height", &height_px, Between(16, 16384), "px",
+                  "of the image");
+  visitor.Number("focal", &focal_px, Positive(), "px", "focal length");
+  visitor.NumberList("distortion", &distortion, Between(-10.0, 10.0), "",
+                     "k1 k2 p1 p2 k3 of OpenCV's model; empty: none");
+}
+
+void SceneOptions::Describe(OptionVisitor& visitor) {
+  visitor.Integer("seed", &seed, Between(0, 9e15), "", "same seed, same scene");
+  visitor.Integer("people", &people, Between(1, 100), "", "in the scene");
+  visitor.Number("duration", &duration_s, Between(0.04, 36000.0), "s",
+                 "of the take");
+  visitor.Number("frame_rate", &frame_rate_hz, Between(1.0, 1000.0), "Hz",
+                 "frames a second");
+  visitor.Text("skeleton", &skeleton, "name of a built-in skeleton");
+  visitor.Number("stature", &stature_m, Between(1.2, 2.2), "m",
+                 "mean height of the people");
+  visitor.Number("stature_sigma", &stature_sigma_m, Between(0.0, 0.15), "m",
+                 "spread of their heights");
+  visitor.Number("trunk_flexibility", &trunk_flexibility, Between(0.0, 2.0), "",
+                 "turning of thorax and head; 0: trunk and head are rigid");
+  visitor.Enter("motion");
+  motion.Describe(visitor);
+  visitor.Leave();
+  visitor.Enter("cameras");
+  cameras.Describe(visitor);
+  visitor.Leave();
+}
+
+CameraRig MakeRing(const RingOptions& options) {
+  CheckOptions(options);
+  CameraRig rig;
+  const auto lens = MakeLens("opencv5", options.distortion);
+  // Two cameras that face each other see no depth, so a pair stands at a right
+  // angle.
+  const double arc = options.arc_deg * kPi / 180.0;
+  const bool closed = options.arc_deg >= 360.0;
+  const auto gaps =
+      static_cast<double>(closed ? options.count : options.count - 1);
+  const double spacing =
+      options.count == 2 ? std::min(arc / gaps, 0.5 * kPi) : arc / gaps;
+  for (int64_t i = 0; i < options.count; ++i) {
+    const double angle = spacing * static_cast<double>(i);
+    const Vector3d centre(options.radius_m * std::cos(angle),
+                          options.radius_m * std::sin(angle), options.height_m);
+    CameraParameters camera;
+    camera.name = "cam" + std::to_string(i);
+    camera.width_px = static_cast<int>(options.width_px);
+    camera.height_px = static_cast<int>(options.height_px);
+    camera.K << options.focal_px, 0.0,
+        0.5 * static_cast<double>(options.width_px), 0.0, options.focal_px,
+        0.5 * static_cast<double>(options.height_px), 0.0, 0.0, 1.0;
+    camera.lens = lens;
+    camera.R = LookAt(centre, {0.0, 0.0, options.target_height_m});
+    camera.t = -camera.R * centre;
+    rig.emplace_back(std::move(camera));
+  }
+  return rig;
+}
+
+Scene MakeScene(const SceneOptions& options) {
+  return MakeScene(options, SkeletonNamed(options.skeleton));
+}
+
+Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton) {
+  CheckOptions(options);
+  CheckCamerasOutside(options);
+  Scene scene;
+  scene.cameras = MakeRing(options.cameras);
+  scene.skeleton = skeleton;
+  scene.frame_rate_hz = options.frame_rate_hz;
+
+  Random random(static_cast<uint64_t>(options.seed));
+  const TimeSpan span = {-kSceneMargin, options.duration_s + kSceneMargin};
+  std::vector<Itinerary> itineraries = SimulateCrowd(
+      options.motion, static_cast<int>(options.people), span, random.Fork());
+  for (Itinerary& itinerary : itineraries) {
+    const BodyShape shape = RandomShape(options, &random);
+    scene.people.push_back(
+        {PersonMotion(shape, std::move(itinerary), span,
+                      options.trunk_flexibility, random.Fork()),
+         PointsOf(shape, skeleton)});
+  }
+
+  const FrameClock clock(options.frame_rate_hz);
+  const auto frames = std::max<int64_t>(
+      1, std::llround(options.duration_s * options.frame_rate_hz));
+  for (int64_t frame = 0; frame < frames; ++frame) {
+    scene.times.push_back(clock.TimeOf(frame));
+    std::vector<Pose3d> poses;
+    for (const ScenePerson& person : scene.people) {
+      poses.push_back(PersonAt(person, scene.times.back()));
+    }
+    scene.poses.push_back(std::move(poses));
+  }
+  return scene;
+}
+
+Pose3d PersonAt(const ScenePerson& person, TimeNs time) {
+  const double time_s = ToSeconds(time);
+  if (!person.motion.PresentAt(time_s)) return {};
+  const BodyPose body = person.motion.PoseAt(time_s);
+  Pose3d pose;
+  pose.reserve(person.joints.size());
+  for (const BodyPoint& joint : person.joints) {
+    pose.push_back({PositionOf(joint, body), JointStatus::kObserved});
+  }
+  return pose;
+}
+
+TrackSequence TruthOf(const Scene& scene) {
+  std::vector<FrameTime> frames;
+  for (size_t i = 0; i < scene.times.size(); ++i) {
+    frames.push_back({static_cast<int64_t>(i), scene.times[i]});
+  }
+  return TruthAt(scene, frames);
+}
+
+TrackSequence TruthAt(const Scene& scene,
+                      const std::vector<FrameTime>& frames) {
+  TrackSequence truth;
+  truth.header = TruthHeader(scene);
+  for (const FrameTime& at : frames) {
+    TrackFrame frame;
+    frame.frame = at.frame;
+    frame.time = at.time;
+    for (size_t i = 0; i < scene.people.size(); ++i) {
+      Pose3d pose = PersonAt(scene.people[i], at.time);
+      if (pose.empty()) continue;
+      frame.people.push_back(TruePerson(static_cast<int>(i), std::move(pose),
+                                        scene.cameras.size()));
+    }
+    truth.frames.push_back(std::move(frame));
+  }
+  return truth;
+}
+
+}  // namespace kinegraph

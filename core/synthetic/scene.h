@@ -1,0 +1,98 @@
+// A synthetic scene: cameras around an area and people moving in it, with the
+// exact truth. What detectors make of it is the business of noise.h.
+#ifndef KINEGRAPH_CORE_SYNTHETIC_SCENE_H_
+#define KINEGRAPH_CORE_SYNTHETIC_SCENE_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/options.h"
+#include "core/base/time.h"
+#include "core/data/pose.h"
+#include "core/geometry/camera.h"
+#include "core/skeleton/skeleton.h"
+#include "core/synthetic/body.h"
+#include "core/synthetic/crowd.h"
+#include "core/synthetic/motion.h"
+
+namespace kinegraph {
+
+// Cameras cam0, cam1, ... stand on a ring and look at its middle.
+struct RingOptions {
+  int64_t count = 5;
+  double radius_m = 6.5;
+  double height_m = 2.6;
+  double target_height_m = 0.9;  // the point looked at, above the middle
+  double arc_deg = 360.0;        // the ring's part that is used
+  int64_t width_px = 1280;
+  int64_t height_px = 720;
+  double focal_px = 800.0;
+  std::vector<double> distortion;  // k1 k2 p1 p2 k3 of OpenCV; empty: none
+
+  void Describe(OptionVisitor& visitor);
+};
+
+// Table [scene].
+struct SceneOptions {
+  int64_t seed = 1;
+  int64_t people = 4;
+  double duration_s = 20.0;
+  double frame_rate_hz = 25.0;
+  std::string skeleton = "coco17";
+  double stature_m = 1.72;        // mean
+  double stature_sigma_m = 0.09;  // over people
+  // Turning of thorax and head against the pelvis, as a share of what people
+  // do. At 0 every bone of every skeleton keeps its length; else those that
+  // cross the spine or the neck (shoulder to hip, ear to shoulder) breathe by
+  // millimetres to centimetres, as in real people.
+  double trunk_flexibility = 0.0;
+  CrowdOptions motion;
+  RingOptions cameras;
+
+  void Describe(OptionVisitor& visitor);
+};
+
+// A person and the points of the skeleton on them.
+struct ScenePerson {
+  PersonMotion motion;
+  std::vector<BodyPoint> joints;
+};
+
+struct Scene {
+  CameraRig cameras;
+  Skeleton skeleton;
+  double frame_rate_hz = 0.0;
+  std::vector<TimeNs> times;  // of frames 0, 1, 2, ...
+  std::vector<ScenePerson> people;
+  // poses[frame][person]; empty while the person is not in the scene.
+  std::vector<std::vector<Pose3d>> poses;
+};
+
+// How far outside the scene's time its motion is defined [s]: clock offsets and
+// jitter may reach that far.
+inline constexpr double kSceneMargin = 2.0;
+
+// Throws OptionError for options outside their limits, an unknown skeleton or
+// joint, or cameras inside the area.
+Scene MakeScene(const SceneOptions& options);
+// The same with a skeleton of one's own; `options.skeleton` is not looked at.
+Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton);
+
+CameraRig MakeRing(const RingOptions& options);
+
+// Pose of a person at any moment of the scene; empty when not in it.
+Pose3d PersonAt(const ScenePerson& person, TimeNs time);
+
+// The truth as tracks: all joints observed, person i has id i.
+TrackSequence TruthOf(const Scene& scene);
+// The truth of some frames at times of their own.
+struct FrameTime {
+  int64_t frame = 0;
+  TimeNs time = 0;
+};
+TrackSequence TruthAt(const Scene& scene, const std::vector<FrameTime>& frames);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_SYNTHETIC_SCENE_H_

@@ -1,0 +1,152 @@
+#include "core/synthetic/body.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector3d;
+
+Posture Standing(const BodyShape& shape) {
+  Posture posture;
+  posture.pelvis_m = {0.0, 0.0, 0.96 * shape.leg() + shape.ankle_height};
+  for (const int side : {kLeft, kRight}) {
+    posture.feet[side].ankle_m = {0.0, SignOf(side) * shape.hip_half_width,
+                                  shape.ankle_height};
+  }
+  return posture;
+}
+
+std::vector<Vector3d> Joints(const BodyShape& shape, const Skeleton& skeleton,
+                             const Posture& posture) {
+  const BodyPose pose = PlaceBody(shape, posture);
+  std::vector<Vector3d> joints;
+  for (const BodyPoint& point : PointsOf(shape, skeleton)) {
+    joints.push_back(PositionOf(point, pose));
+  }
+  return joints;
+}
+
+TEST(Body, StandsUprightWithLeftOnTheLeft) {
+  const BodyShape shape = MakeBodyShape(1.75, 1.0);
+  const Skeleton& skeleton = Body25B();
+  const auto joints = Joints(shape, skeleton, Standing(shape));
+  auto at = [&](const char* name) { return joints[skeleton.IndexOf(name)]; };
+  // Forward is x, left is y; the person is as tall as asked but for the slight
+  // bend of the knees (4 % of the legs).
+  EXPECT_NEAR(at("head_top").z(), 1.75, 0.04 * shape.leg() + 1e-9);
+  EXPECT_GT(at("l_shoulder").y(), 0.1);
+  EXPECT_LT(at("r_shoulder").y(), -0.1);
+  EXPECT_GT(at("nose").x(), at("l_ear").x());
+  EXPECT_GT(at("l_big_toe").x(), at("l_heel").x());
+  EXPECT_GT(at("l_knee").x(), at("l_hip").x()) << "knees bend forwards";
+  EXPECT_LT(at("l_big_toe").y(), at("l_small_toe").y()) << "big toe inside";
+  EXPECT_NEAR(at("l_big_toe").z(), 0.0, 1e-12) << "toes on the floor";
+  EXPECT_LT(at("l_wrist").z(), at("l_elbow").z()) << "arms hang";
+}
+
+TEST(Body, MirroredPostureGivesMirroredJoints) {
+  const BodyShape shape = MakeBodyShape(1.6, 1.02);
+  Posture posture = Standing(shape);
+  posture.arms[kLeft] = {0.7, 0.4, 0.2, 1.1};
+  posture.arms[kRight] = {-0.2, 0.1, 0.0, 0.3};
+  posture.feet[kLeft].ankle_m += Vector3d(0.3, 0.02, 0.1);
+  posture.feet[kLeft].pitch = 0.4;
+  posture.twist = 0.2;
+  Posture mirrored = posture;
+  std::swap(mirrored.arms[kLeft], mirrored.arms[kRight]);
+  std::swap(mirrored.feet[kLeft], mirrored.feet[kRight]);
+  mirrored.twist = -posture.twist;
+  for (FootPosture& foot : mirrored.feet) foot.ankle_m.y() *= -1.0;
+  const Skeleton& skeleton = Body25();
+  const auto joints = Joints(shape, skeleton, posture);
+  const auto others = Joints(shape, skeleton, mirrored);
+  for (int j = 0; j < skeleton.joint_count(); ++j) {
+    Vector3d expected = joints[skeleton.mirror(j)];
+    expected.y() *= -1.0;
+    EXPECT_LT((others[j] - expected).norm(), 1e-12) << skeleton.joints()[j];
+  }
+}
+
+TEST(Body, ArmAnglesTurnAsTheirNamesSay) {
+  const BodyShape shape = MakeBodyShape(1.75, 1.0);
+  const Skeleton& skeleton = Coco17();
+  Posture posture = Standing(shape);
+  posture.arms[kLeft].flexion = M_PI / 2;     // straight ahead
+  posture.arms[kRight].abduction = M_PI / 2;  // straight aside
+  const auto joints = Joints(shape, skeleton, posture);
+  auto at = [&](const char* name) { return joints[skeleton.IndexOf(name)]; };
+  const double arm = shape.upper_arm + shape.forearm;
+  const Vector3d ahead = at("l_wrist") - at("l_shoulder");
+  EXPECT_LT((ahead - Vector3d(arm, 0.0, 0.0)).norm(), 1e-12);
+  const Vector3d aside = at("r_wrist") - at("r_shoulder");
+  EXPECT_LT((aside - Vector3d(0.0, -arm, 0.0)).norm(), 1e-12);
+}
+
+TEST(Body, FeetAreWhereWantedWithinReachAndLegsKeepTheirLength) {
+  const BodyShape shape = MakeBodyShape(1.8, 0.98);
+  const Skeleton& skeleton = Coco17();
+  for (const double forward : {0.0, 0.2, 0.4, 0.8, 3.0}) {
+    Posture posture = Standing(shape);
+    posture.feet[kLeft].ankle_m.x() = forward;
+    const auto joints = Joints(shape, skeleton, posture);
+    const Vector3d hip = joints[skeleton.IndexOf("l_hip")];
+    const Vector3d knee = joints[skeleton.IndexOf("l_knee")];
+    const Vector3d ankle = joints[skeleton.IndexOf("l_ankle")];
+    EXPECT_NEAR((hip - knee).norm(), shape.thigh, 1e-12);
+    EXPECT_NEAR((knee - ankle).norm(), shape.shank, 1e-12);
+    const Vector3d wanted = posture.feet[kLeft].ankle_m;
+    if ((wanted - hip).norm() < 0.96 * shape.leg()) {
+      EXPECT_LT((ankle - wanted).norm(), 1e-12);
+    } else {
+      EXPECT_LT((ankle - hip).norm(), shape.leg());
+    }
+  }
+}
+
+TEST(Body, KnowsTheJointsOfAllBuiltInSkeletons) {
+  const BodyShape shape = MakeBodyShape(1.7, 1.0);
+  for (const std::string& name : SkeletonNames()) {
+    const Skeleton& skeleton = *FindSkeleton(name);
+    const auto points = PointsOf(shape, skeleton);
+    EXPECT_EQ(points.size(), skeleton.joints().size()) << name;
+  }
+}
+
+TEST(Body, PlacesWholeBodyPointsOnHeadAndHands) {
+  const BodyShape shape = MakeBodyShape(1.7, 1.0);
+  std::vector<std::string> names = {"nose", "l_wrist", "r_wrist"};
+  for (int i = 0; i < 68; ++i) names.push_back("face_" + std::to_string(i));
+  for (int i = 0; i < 21; ++i) names.push_back("l_hand_" + std::to_string(i));
+  for (int i = 0; i < 21; ++i) names.push_back("r_hand_" + std::to_string(i));
+  const Skeleton skeleton("whole", names, {});
+  const auto joints = Joints(shape, skeleton, Standing(shape));
+  for (size_t j = 3; j < joints.size(); ++j) {
+    const int near = j < 71 ? 0 : (j < 92 ? 1 : 2);
+    // A face is within 15 cm of the nose, a hand within 20 cm of its wrist.
+    EXPECT_LT((joints[j] - joints[near]).norm(), near == 0 ? 0.15 : 0.2)
+        << names[j];
+    for (size_t k = 3; k < j; ++k) {
+      EXPECT_GT((joints[j] - joints[k]).norm(), 1e-4)
+          << names[j] << " and " << names[k];
+    }
+  }
+}
+
+TEST(Body, NamesTheJointItDoesNotHave) {
+  const Skeleton skeleton("mine", {"nose", "tail"}, {});
+  try {
+    PointsOf(MakeBodyShape(1.7, 1.0), skeleton);
+    FAIL() << "no error";
+  } catch (const OptionError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("'tail'"));
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

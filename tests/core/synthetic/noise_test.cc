@@ -1,0 +1,886 @@
+#include "core/synthetic/noise.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector2d;
+
+const Scene& TestScene() {
+  static const Scene kScene = [] {
+    SceneOptions options;
+    options.seed = 21;
+    options.people = 5;
+    options.duration_s = 24.0;
+    options.motion.visitors = 0.4;
+    options.cameras.count = 5;
+    options.cameras.distortion = {-0.2, 0.05, 0.001, -0.002, 0.01};
+    return MakeScene(options);
+  }();
+  return kScene;
+}
+
+// People that stand before all cameras all the time.
+const Scene& StandingScene() {
+  static const Scene kScene = [] {
+    SceneOptions options;
+    options.seed = 4;
+    options.people = 4;
+    options.duration_s = 80.0;
+    options.motion.walking = 0.0;
+    options.motion.turning = 0.0;
+    options.motion.sitting = 0.0;
+    options.motion.standing = 1.0;
+    options.motion.visitors = 0.0;
+    options.motion.area_radius_m = 1.5;
+    options.cameras.count = 4;
+    return MakeScene(options);
+  }();
+  return kScene;
+}
+
+bool Inside(const Camera& camera, const Vector2d& px) {
+  return px.x() >= 0.0 && px.y() >= 0.0 && px.x() < camera.width_px() &&
+         px.y() < camera.height_px();
+}
+
+// One joint of one true person in one image.
+struct Sample {
+  size_t frame;
+  size_t view;
+  int person;
+  int joint;
+  Vector2d truth;
+  const Keypoint* found;  // null: no detection of the person or not found
+  const DetectionTruth* label;
+};
+
+// Every joint of every person whose projection lies in the image, with what
+// was found of it.
+void ForEachJoint(const Scene& scene, const DetectionSequence& sequence,
+                  const ObservationTruth& truth,
+                  const std::function<void(const Sample&)>& visit) {
+  for (size_t f = 0; f < sequence.frames.size(); ++f) {
+    const DetectionFrame& frame = sequence.frames[f];
+    const auto& poses = scene.poses[static_cast<size_t>(frame.frame)];
+    for (size_t v = 0; v < frame.views.size(); ++v) {
+      for (size_t i = 0; i < poses.size(); ++i) {
+        const auto& labels = truth.frames[f][v];
+        const auto at = std::find_if(
+            labels.begin(), labels.end(), [&](const DetectionTruth& label) {
+              return label.person == static_cast<int>(i);
+            });
+        for (size_t j = 0; j < poses[i].size(); ++j) {
+          const auto px = scene.cameras[v].Project(poses[i][j].position_m);
+          if (!px.has_value() || !Inside(scene.cameras[v], *px)) continue;
+          Sample sample{
+              f,       v,      static_cast<int>(i), static_cast<int>(j), *px,
+              nullptr, nullptr};
+          if (at != labels.end()) {
+            sample.label = &*at;
+            const Keypoint& keypoint =
+                frame.views[v].detections[at - labels.begin()].joints[j];
+            if (keypoint.found) sample.found = &keypoint;
+          }
+          visit(sample);
+        }
+      }
+    }
+  }
+}
+
+TEST(Noise, WithoutAnyItIsTheExactProjectionOfAllJointsInTheImages) {
+  const Scene& scene = TestScene();
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(scene, NoiseOptions(), &truth);
+  ASSERT_EQ(seen.frames.size(), scene.times.size());
+  EXPECT_EQ(seen.header.view_names.size(), 5u);
+  EXPECT_EQ(seen.header.skeleton, scene.skeleton);
+  int64_t joints = 0;
+  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+    ASSERT_NE(sample.found, nullptr);
+    ASSERT_EQ(sample.found->px, sample.truth);  // the same bits
+    ASSERT_EQ(sample.found->confidence, 1.0);
+    ++joints;
+  });
+  EXPECT_GT(joints, 100000);
+  // And nothing else: every found joint was visited.
+  int64_t found = 0;
+  for (const DetectionFrame& frame : seen.frames) {
+    EXPECT_EQ(frame.time, scene.times[static_cast<size_t>(frame.frame)]);
+    for (const ViewDetections& view : frame.views) {
+      EXPECT_EQ(view.capture_time, frame.time);
+      for (const Detection& detection : view.detections) {
+        found += CountFound(detection);
+      }
+    }
+  }
+  EXPECT_EQ(found, joints);
+}
+
+TEST(Noise, OrderOfDetectionsIsShuffledAndIndexed) {
+  const DetectionSequence seen = Observe(TestScene(), NoiseOptions(), nullptr);
+  ObservationTruth truth;
+  Observe(TestScene(), NoiseOptions(), &truth);
+  int first_is_zero = 0;
+  int full = 0;
+  for (size_t f = 0; f < seen.frames.size(); ++f) {
+    for (size_t v = 0; v < seen.frames[f].views.size(); ++v) {
+      const auto& detections = seen.frames[f].views[v].detections;
+      for (size_t d = 0; d < detections.size(); ++d) {
+        EXPECT_EQ(detections[d].index_in_file, static_cast<int>(d));
+      }
+      const auto& labels = truth.frames[f][v];
+      const bool has_zero =
+          std::any_of(labels.begin(), labels.end(),
+                      [](const auto& label) { return label.person == 0; });
+      if (labels.size() < 3 || !has_zero) continue;
+      ++full;
+      first_is_zero += labels[0].person == 0 ? 1 : 0;
+    }
+  }
+  // Each of three to five is first equally often: between 1/5 and 1/3.
+  ASSERT_GT(full, 500);
+  EXPECT_GT(first_is_zero, 0.2 * full - 5.0 * std::sqrt(0.16 * full));
+  EXPECT_LT(first_is_zero, full / 3.0 + 5.0 * std::sqrt(0.23 * full));
+}
+
+bool Equal(const DetectionSequence& a, const DetectionSequence& b) {
+  if (a.frames.size() != b.frames.size()) return false;
+  for (size_t f = 0; f < a.frames.size(); ++f) {
+    if (a.frames[f].frame != b.frames[f].frame ||
+        a.frames[f].time != b.frames[f].time) {
+      return false;
+    }
+    for (size_t v = 0; v < a.frames[f].views.size(); ++v) {
+      const auto& da = a.frames[f].views[v].detections;
+      const auto& db = b.frames[f].views[v].detections;
+      if (da.size() != db.size()) return false;
+      for (size_t d = 0; d < da.size(); ++d) {
+        for (size_t j = 0; j < da[d].joints.size(); ++j) {
+          const Keypoint& ja = da[d].joints[j];
+          const Keypoint& jb = db[d].joints[j];
+          if (ja.found != jb.found) return false;
+          if (ja.found && (ja.px != jb.px || ja.confidence != jb.confidence)) {
+            return false;
+          }
+        }
+      }
+    }
+  }
+  return true;
+}
+
+NoiseOptions Everything() {
+  NoiseOptions options;
+  options.joints.sigma_px = 3.0;
+  options.joints.student_dof = 4.0;
+  options.joints.static_share = 0.3;
+  options.joints.white_share = 0.1;
+  options.joints.correlation_time_s = 0.2;
+  options.joints.outlier_rate = 0.05;
+  options.joints.outlier_burst_s = 0.2;
+  options.joints.outlier_on_other = 0.3;
+  options.joints.missing_rate = 0.1;
+  options.joints.missing_burst_s = 0.2;
+  options.joints.hidden_missing_rate = 0.5;
+  options.joints.hidden_noise_factor = 2.0;
+  options.confidence = 0.8;
+  options.confidence_sigma = 0.1;
+  options.noise_spread = 0.3;
+  options.missed_rate = 0.05;
+  options.missed_burst_s = 0.3;
+  options.hidden_missed_rate = 0.7;
+  options.false_people = 0.3;
+  options.swap_whole_rate = 0.02;
+  options.swap_arm_rate = 0.02;
+  options.swap_leg_rate = 0.02;
+  options.fragment_rate = 0.03;
+  options.double_rate = 0.03;
+  options.dropped_frame_rate = 0.03;
+  options.dropped_view_rate = 0.02;
+  options.clock_offset_s = {0.0, 0.01, -0.02};
+  options.time_jitter_s = 0.002;
+  return options;
+}
+
+TEST(Noise, SameSeedSameBitsOtherSeedOthers) {
+  NoiseOptions options = Everything();
+  const DetectionSequence a = Observe(TestScene(), options, nullptr);
+  EXPECT_TRUE(Equal(a, Observe(TestScene(), options, nullptr)));
+  options.seed = 2;
+  EXPECT_FALSE(Equal(a, Observe(TestScene(), options, nullptr)));
+}
+
+// What one kind of noise draws does not depend on the others: outliers added
+// to a take leave all other joints as they were.
+TEST(Noise, KindsOfNoiseDoNotDisturbEachOther) {
+  NoiseOptions options;
+  options.joints.sigma_px = 2.0;
+  options.joints.missing_rate = 0.1;
+  ObservationTruth truth;
+  const DetectionSequence plain = Observe(TestScene(), options, &truth);
+  options.joints.outlier_rate = 0.1;
+  ObservationTruth with_truth;
+  const DetectionSequence with = Observe(TestScene(), options, &with_truth);
+  int64_t same = 0;
+  int64_t wrong = 0;
+  for (size_t f = 0; f < plain.frames.size(); ++f) {
+    for (size_t v = 0; v < plain.frames[f].views.size(); ++v) {
+      const auto& a = plain.frames[f].views[v].detections;
+      const auto& b = with.frames[f].views[v].detections;
+      ASSERT_EQ(a.size(), b.size());
+      for (size_t d = 0; d < a.size(); ++d) {
+        const auto& outliers = with_truth.frames[f][v][d].outliers;
+        for (size_t j = 0; j < a[d].joints.size(); ++j) {
+          ASSERT_EQ(a[d].joints[j].found, b[d].joints[j].found);
+          if (!a[d].joints[j].found) continue;
+          const bool outlier = std::count(outliers.begin(), outliers.end(),
+                                          static_cast<int>(j)) > 0;
+          ASSERT_EQ(a[d].joints[j].px != b[d].joints[j].px, outlier);
+          (outlier ? wrong : same) += 1;
+        }
+      }
+    }
+  }
+  EXPECT_GT(same, 0);
+  EXPECT_GT(wrong, 0);
+}
+
+// Errors of each (person, view, joint) over time; NaN where not found.
+using Series = std::map<std::array<int, 3>, std::vector<Vector2d>>;
+
+Series ErrorSeries(const Scene& scene, const NoiseOptions& options) {
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(scene, options, &truth);
+  Series series;
+  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+    auto& errors =
+        series[{sample.person, static_cast<int>(sample.view), sample.joint}];
+    if (sample.found != nullptr) {
+      errors.push_back(sample.found->px - sample.truth);
+    }
+  });
+  return series;
+}
+
+TEST(Noise, WhitePixelNoiseHasItsSigma) {
+  NoiseOptions options;
+  options.joints.sigma_px = 4.0;
+  double squares = 0.0;
+  double products = 0.0;
+  double n = 0.0;
+  for (const auto& [key, errors] : ErrorSeries(TestScene(), options)) {
+    for (size_t k = 0; k < errors.size(); ++k) {
+      squares += errors[k].squaredNorm();
+      n += 2.0;
+      if (k > 0) products += errors[k].dot(errors[k - 1]);
+    }
+  }
+  // The variance of n squares of a Gaussian is 2 sigma^4 / n, that of n
+  // products of independent ones sigma^4 / n. Five standard deviations.
+  EXPECT_NEAR(squares / n, 16.0, 5.0 * 16.0 * std::sqrt(2.0 / n));
+  EXPECT_NEAR(products / n, 0.0, 5.0 * 16.0 / std::sqrt(n));
+}
+
+TEST(Noise, PixelNoiseFallsWithDepth) {
+  NoiseOptions options;
+  options.joints.sigma_px = 5.0;
+  options.joints.reference_depth_m = 4.0;
+  const Scene& scene = TestScene();
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(scene, options, &truth);
+  double normalised = 0.0;
+  double n = 0.0;
+  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+    if (sample.found == nullptr) return;
+    const auto& pose =
+        scene.poses[seen.frames[sample.frame].frame][sample.person];
+    const double depth =
+        scene.cameras[sample.view].Depth(pose[sample.joint].position_m);
+    normalised +=
+        ((sample.found->px - sample.truth) * depth / (4.0 * 5.0)).squaredNorm();
+    n += 2.0;
+  });
+  EXPECT_NEAR(normalised / n, 1.0, 5.0 * std::sqrt(2.0 / n));
+}
+
+// Correlation at lag k: static + slow exp(-k dt / tau).
+TEST(Noise, CorrelatedNoiseHasItsSharesAndTime) {
+  for (const double rate : {25.0, 100.0}) {
+    SceneOptions scene_options;
+    scene_options.people = 4;
+    scene_options.duration_s = 40.0;
+    scene_options.frame_rate_hz = rate;
+    scene_options.motion.visitors = 0.0;
+    scene_options.motion.area_radius_m = 1.5;
+    const Scene scene = MakeScene(scene_options);
+    NoiseOptions options;
+    options.joints.sigma_px = 3.0;
+    options.joints.static_share = 0.3;
+    options.joints.white_share = 0.2;
+    options.joints.correlation_time_s = 0.16;
+    const Series series = ErrorSeries(scene, options);
+    const int step = static_cast<int>(std::lround(rate / 25.0));
+    for (const int lag : {1, 4}) {
+      double products = 0.0;
+      double n = 0.0;
+      for (const auto& [key, errors] : series) {
+        if (errors.size() < scene.times.size()) continue;  // left the image
+        for (size_t k = lag * step; k < errors.size(); ++k) {
+          products += errors[k].dot(errors[k - lag * step]) / 9.0;
+          n += 2.0;
+        }
+      }
+      const double series_count =
+          n / 2.0 / static_cast<double>(scene.times.size() - lag * step);
+      ASSERT_GT(series_count, 100);
+      const double expected = 0.3 + 0.5 * std::exp(-lag * 0.04 / 0.16);
+      // Error: the static part is one draw a series and axis, 0.3 times the
+      // spread sqrt(2) of a squared Gaussian; the rest has about 40 s / 0.16 s
+      // independent values a series, whose products spread by less than
+      // 1 + 2 sqrt(0.3).
+      const double draws = 2.0 * series_count;
+      const double sigma =
+          std::sqrt(0.09 * 2.0 / draws + 2.1 * 2.1 * 2.0 * 0.16 / 40.0 / draws);
+      EXPECT_NEAR(products / n, expected, 5.0 * sigma)
+          << "lag of " << lag * 0.04 << " s at " << rate << " Hz";
+    }
+  }
+}
+
+TEST(Noise, StudentTailsAtTheSameSigma) {
+  NoiseOptions options;
+  options.joints.sigma_px = 3.0;
+  options.joints.student_dof = 5.0;
+  int64_t beyond = 0;
+  int64_t n = 0;
+  for (const auto& [key, errors] : ErrorSeries(TestScene(), options)) {
+    for (const Vector2d& error : errors) {
+      // 5 % of a t with 5 degrees of freedom lie beyond 2.5706 (tables), whose
+      // standard deviation is sqrt(5/3).
+      const double limit = 2.5706 / std::sqrt(5.0 / 3.0) * 3.0;
+      beyond += std::abs(error.x()) > limit ? 1 : 0;
+      beyond += std::abs(error.y()) > limit ? 1 : 0;
+      n += 2;
+    }
+  }
+  // Both axes share a scale, so pairs count half.
+  const double nd = static_cast<double>(n);
+  EXPECT_NEAR(static_cast<double>(beyond), 0.05 * nd,
+              5.0 * std::sqrt(2.0 * 0.05 * 0.95 * nd));
+}
+
+TEST(Noise, OutliersHaveTheirRateSizeAndFlag) {
+  for (const double burst_s : {0.0, 0.2}) {
+    NoiseOptions options;
+    options.joints.sigma_px = 1.0;
+    options.joints.outlier_rate = 0.1;
+    options.joints.outlier_burst_s = burst_s;
+    const Scene& scene = TestScene();
+    ObservationTruth truth;
+    const DetectionSequence seen = Observe(scene, options, &truth);
+    int64_t n = 0;
+    int64_t far = 0;
+    ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+      ASSERT_NE(sample.found, nullptr);
+      const auto& outliers = sample.label->outliers;
+      const bool flagged =
+          std::count(outliers.begin(), outliers.end(), sample.joint) > 0;
+      const double error = (sample.found->px - sample.truth).norm();
+      // Gaussian noise of 1 px beside it: below 7 px in all but 2e-11.
+      ASSERT_EQ(error > 15.0, flagged);
+      if (flagged) {
+        ASSERT_GT(error, 30.0 - 7.0);
+        ASSERT_LT(error, 200.0 + 7.0);
+      }
+      ++n;
+      far += flagged ? 1 : 0;
+    });
+    const double frames = burst_s > 0.0 ? 5.0 : 1.0;
+    const double nd = static_cast<double>(n);
+    EXPECT_NEAR(static_cast<double>(far), 0.1 * nd,
+                5.0 * std::sqrt(0.1 * nd * frames));
+  }
+}
+
+TEST(Noise, OutlierBurstsLastFiveFramesAtTheSamePlace) {
+  NoiseOptions options;
+  options.joints.outlier_rate = 0.1;
+  options.joints.outlier_burst_s = 0.2;
+  const Series series = ErrorSeries(StandingScene(), options);
+  std::map<int, int> lengths;
+  for (const auto& [key, errors] : series) {
+    int run = 0;
+    for (size_t k = 1; k < errors.size(); ++k) {
+      // People stand: the displacement repeats to rounding unless it flips at
+      // the image's border.
+      const bool same =
+          errors[k].norm() > 1.0 && (errors[k] - errors[k - 1]).norm() < 1e-6;
+      if (same) ++run;
+      if (!same && run > 0) {
+        ++lengths[run + 1];
+        run = 0;
+      }
+    }
+  }
+  int five = 0;
+  int all = 0;
+  for (const auto& [length, count] : lengths) {
+    all += count;
+    if (length == 5) five += count;
+  }
+  // Others: cut by the ends of the take or by the border.
+  ASSERT_GT(all, 1000);
+  EXPECT_GT(five, 0.97 * all);
+}
+
+TEST(Noise, OutliersOnAnotherPersonLieThere) {
+  NoiseOptions options;
+  options.joints.outlier_rate = 0.2;
+  options.joints.outlier_on_other = 1.0;
+  const Scene& scene = StandingScene();
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(scene, options, &truth);
+  int64_t on_other = 0;
+  int64_t outliers = 0;
+  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+    const auto& flagged = sample.label->outliers;
+    if (std::count(flagged.begin(), flagged.end(), sample.joint) == 0) return;
+    ++outliers;
+    const auto& poses = scene.poses[seen.frames[sample.frame].frame];
+    for (size_t i = 0; i < poses.size(); ++i) {
+      if (static_cast<int>(i) == sample.person || poses[i].empty()) continue;
+      const auto px =
+          scene.cameras[sample.view].Project(poses[i][sample.joint].position_m);
+      if (px.has_value() && (*px - sample.found->px).norm() < 1e-9) ++on_other;
+    }
+  });
+  // One of four draws meets the person's own self; the rest lie on others,
+  // where those are in the image.
+  EXPECT_GT(on_other, 0.65 * static_cast<double>(outliers));
+}
+
+TEST(Noise, JointsAreMissingAtTheirRateInBursts) {
+  for (const double burst_s : {0.0, 0.32}) {
+    NoiseOptions options;
+    options.joints.missing_rate = 0.15;
+    options.joints.missing_burst_s = burst_s;
+    ObservationTruth truth;
+    const DetectionSequence seen = Observe(TestScene(), options, &truth);
+    double n = 0.0;
+    double missing = 0.0;
+    ForEachJoint(TestScene(), seen, truth, [&](const Sample& sample) {
+      n += 1.0;
+      missing += sample.found == nullptr ? 1.0 : 0.0;
+    });
+    // A Markov chain with mean burst L and rate r has a variance inflated by
+    // (2 - q) / q, q = 1 / (L (1 - r)).
+    const double length = std::max(1.0 / 0.85, burst_s * 25.0);
+    const double q = 1.0 / (length * 0.85);
+    EXPECT_NEAR(missing / n, 0.15,
+                5.0 * std::sqrt(0.15 * 0.85 / n * (2.0 - q) / q));
+  }
+}
+
+TEST(Noise, HiddenJointsAreMissingAndNoisier) {
+  // All that another body hides is missing: what remains is a subset, and the
+  // rest is found.
+  NoiseOptions hide;
+  hide.joints.hidden_missing_rate = 1.0;
+  ObservationTruth truth;
+  const Scene& scene = TestScene();
+  const DetectionSequence seen = Observe(scene, hide, &truth);
+  std::set<std::array<size_t, 4>> hidden;
+  int64_t all = 0;
+  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+    ++all;
+    if (sample.found == nullptr) {
+      hidden.insert({sample.frame, sample.view,
+                     static_cast<size_t>(sample.person),
+                     static_cast<size_t>(sample.joint)});
+    }
+  });
+  const double share =
+      static_cast<double>(hidden.size()) / static_cast<double>(all);
+  // Five people on a circle of 3 m: some are before others, most are not.
+  EXPECT_GT(share, 0.02);
+  EXPECT_LT(share, 0.35);
+
+  NoiseOptions blur;
+  blur.joints.sigma_px = 2.0;
+  blur.joints.hidden_noise_factor = 5.0;
+  const DetectionSequence blurred = Observe(scene, blur, &truth);
+  double squares[2] = {0.0, 0.0};
+  double n[2] = {0.0, 0.0};
+  ForEachJoint(scene, blurred, truth, [&](const Sample& sample) {
+    ASSERT_NE(sample.found, nullptr);
+    const bool behind = hidden.count({sample.frame, sample.view,
+                                      static_cast<size_t>(sample.person),
+                                      static_cast<size_t>(sample.joint)}) > 0;
+    squares[behind] += (sample.found->px - sample.truth).squaredNorm();
+    n[behind] += 2.0;
+    ASSERT_EQ(sample.found->confidence, behind ? 0.9 : 1.0);
+  });
+  EXPECT_NEAR(squares[0] / n[0], 4.0, 5.0 * 4.0 * std::sqrt(2.0 / n[0]));
+  EXPECT_NEAR(squares[1] / n[1], 100.0, 5.0 * 100.0 * std::sqrt(2.0 / n[1]));
+}
+
+TEST(Noise, JointsAreFoundByAzimuth) {
+  // The nose is found from the front half only.
+  NoiseOptions options;
+  options.found_by_azimuth["nose"] = {0.0, 1.0, 1.0, 0.0};
+  const Scene& scene = TestScene();
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(scene, options, &truth);
+  int64_t front = 0;
+  int64_t back = 0;
+  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+    if (sample.joint != 0) {
+      ASSERT_NE(sample.found, nullptr);
+      return;
+    }
+    const Pose3d& pose =
+        scene.poses[seen.frames[sample.frame].frame][sample.person];
+    const auto at = [&](const char* name) {
+      return pose[scene.skeleton.IndexOf(name)].position_m;
+    };
+    // Forward is left to right shoulder turned by 90 degrees about up.
+    const Eigen::Vector3d across = at("l_shoulder") - at("r_shoulder");
+    const Eigen::Vector3d up = 0.5 * (at("l_shoulder") + at("r_shoulder")) -
+                               0.5 * (at("l_hip") + at("r_hip"));
+    const Eigen::Vector3d forward = across.cross(up);
+    const Eigen::Vector3d to_camera =
+        scene.cameras[sample.view].centre() - 0.5 * (at("l_hip") + at("r_hip"));
+    const bool in_front = forward.dot(to_camera) > 0.0;
+    ASSERT_EQ(sample.found != nullptr, in_front);
+    (in_front ? front : back) += 1;
+  });
+  EXPECT_GT(front, 500);
+  EXPECT_GT(back, 500);
+}
+
+TEST(Noise, ConfidenceTellsTheNoise) {
+  NoiseOptions options;
+  options.joints.sigma_px = 3.0;
+  options.confidence = 0.4;
+  options.noise_spread = 0.3;
+  const Scene& scene = TestScene();
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(scene, options, &truth);
+  double normalised = 0.0;
+  double squares = 0.0;
+  double n = 0.0;
+  double all = 0.0;
+  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+    const double c = sample.found->confidence;
+    squares += (sample.found->px - sample.truth).squaredNorm();
+    all += 2.0;
+    if (c >= 1.0 || c <= 0.05) return;  // clamped
+    // sigma^2 = 9 * 0.4 / c.
+    normalised +=
+        (sample.found->px - sample.truth).squaredNorm() * c / (9.0 * 0.4);
+    n += 2.0;
+  });
+  EXPECT_NEAR(normalised / n, 1.0, 5.0 * std::sqrt(2.0 / n));
+  // The mean square stays that of sigma_px. Its spread: E f^4 = exp(4 s^2) for
+  // the factor f, so the variance of a squared error is 3 exp(4 s^2) - 1; both
+  // axes share f, hence twice that.
+  const double variance = 2.0 * (3.0 * std::exp(4.0 * 0.09) - 1.0);
+  EXPECT_NEAR(squares / all, 9.0, 5.0 * 9.0 * std::sqrt(variance / all));
+}
+
+TEST(Noise, MissedPeopleFalsePeopleFragmentsAndDoublesAreTold) {
+  NoiseOptions options;
+  options.missed_rate = 0.1;
+  options.missed_burst_s = 0.2;
+  options.false_people = 0.5;
+  options.fragment_rate = 0.05;
+  options.double_rate = 0.04;
+  const Scene& scene = StandingScene();
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(scene, options, &truth);
+  double person_views = 0.0;
+  double missed = 0.0;
+  double split = 0.0;
+  double twice = 0.0;
+  double nobody = 0.0;
+  double images = 0.0;
+  for (size_t f = 0; f < seen.frames.size(); ++f) {
+    for (size_t v = 0; v < seen.frames[f].views.size(); ++v) {
+      images += 1.0;
+      const auto& labels = truth.frames[f][v];
+      const auto& detections = seen.frames[f].views[v].detections;
+      ASSERT_EQ(labels.size(), detections.size());
+      std::map<int, std::vector<DetectionKind>> kinds;
+      for (size_t d = 0; d < labels.size(); ++d) {
+        const DetectionTruth& label = labels[d];
+        if (label.kind == DetectionKind::kFalse) {
+          EXPECT_EQ(label.person, -1);
+          EXPECT_EQ(NoteOf(label), "false_positive");
+          EXPECT_GE(CountFound(detections[d]), 3);
+          nobody += 1.0;
+        } else {
+          kinds[label.person].push_back(label.kind);
+        }
+        const bool legs = label.kind == DetectionKind::kLowerPart;
+        const bool head = label.kind == DetectionKind::kUpperPart;
+        if (legs || head) {
+          EXPECT_EQ(NoteOf(label), legs ? "fragment_lower" : "fragment_upper");
+          const auto& s = scene.skeleton;
+          EXPECT_EQ(detections[d].joints[s.IndexOf("nose")].found, head);
+          EXPECT_EQ(detections[d].joints[s.IndexOf("l_hip")].found, legs);
+        }
+      }
+      for (int i = 0; i < 4; ++i) {
+        person_views += 1.0;
+        const auto& of = kinds[i];
+        missed += of.empty() ? 1.0 : 0.0;
+        const bool is_split =
+            std::count(of.begin(), of.end(), DetectionKind::kUpperPart) == 1 &&
+            std::count(of.begin(), of.end(), DetectionKind::kLowerPart) == 1;
+        split += is_split ? 1.0 : 0.0;
+        const bool is_twice =
+            std::count(of.begin(), of.end(), DetectionKind::kDouble) == 1;
+        twice += is_twice ? 1.0 : 0.0;
+        EXPECT_EQ(of.size(),
+                  of.empty() ? 0u : (is_split || is_twice ? 2u : 1u));
+      }
+    }
+  }
+  const double q = 1.0 / (5.0 * 0.9);
+  EXPECT_NEAR(missed / person_views, 0.1,
+              5.0 * std::sqrt(0.09 / person_views * (2.0 - q) / q));
+  EXPECT_NEAR(split / person_views, 0.9 * 0.05,
+              5.0 * std::sqrt(0.045 / person_views));
+  EXPECT_NEAR(twice / person_views, 0.9 * 0.95 * 0.04,
+              5.0 * std::sqrt(0.034 / person_views));
+  // Poisson with a mean life of 6 frames: variance inflated by up to 2 * 6.
+  EXPECT_NEAR(nobody / images, 0.5, 5.0 * std::sqrt(0.5 * 12.0 / images));
+}
+
+TEST(Noise, SwapsExchangeSidesAndAreTold) {
+  NoiseOptions options;
+  options.swap_whole_rate = 0.05;
+  options.swap_arm_rate = 0.06;
+  options.swap_leg_rate = 0.07;
+  const Scene& scene = StandingScene();
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(scene, options, &truth);
+  std::map<Swap, double> counts;
+  double n = 0.0;
+  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+    const JointClass c = scene.skeleton.joint_class(sample.joint);
+    const Swap swap = sample.label->swap;
+    if (sample.joint == 0) {
+      n += 1.0;
+      counts[swap] += 1.0;
+    }
+    const bool arm = c == JointClass::kElbow || c == JointClass::kWrist;
+    const bool leg = c == JointClass::kKnee || c == JointClass::kAnkle;
+    const bool exchanged = swap == Swap::kWhole ||
+                           (swap == Swap::kArm && arm) ||
+                           (swap == Swap::kLeg && leg);
+    const int source =
+        exchanged ? scene.skeleton.mirror(sample.joint) : sample.joint;
+    const Pose3d& pose =
+        scene.poses[seen.frames[sample.frame].frame][sample.person];
+    const auto px = scene.cameras[sample.view].Project(pose[source].position_m);
+    ASSERT_NE(sample.found, nullptr);
+    ASSERT_EQ(sample.found->px, *px);
+  });
+  auto expect = [&](Swap swap, double rate) {
+    EXPECT_NEAR(counts[swap] / n, rate, 5.0 * std::sqrt(rate / n));
+  };
+  expect(Swap::kWhole, 0.05);
+  expect(Swap::kArm, 0.95 * 0.06);
+  expect(Swap::kLeg, 0.95 * 0.94 * 0.07);
+  EXPECT_EQ(NoteOf({0, DetectionKind::kPerson, Swap::kArm, {}}), "swap_arm");
+  EXPECT_EQ(NoteOf({0, DetectionKind::kUpperPart, Swap::kWhole, {}}),
+            "swap_whole+fragment_upper");
+}
+
+TEST(Noise, ClockOffsetSamplesTheMotionAtItsTime) {
+  const Scene& scene = TestScene();
+  NoiseOptions options;
+  options.clock_offset_s = {0.0, 0.35, -0.4};
+  for (const bool told : {true, false}) {
+    options.tell_times = told;
+    ObservationTruth truth;
+    const DetectionSequence seen = Observe(scene, options, &truth);
+    double moved = 0.0;
+    for (size_t f = 0; f < seen.frames.size(); ++f) {
+      const TimeNs beat = scene.times[f];
+      EXPECT_EQ(seen.frames[f].time, beat);
+      for (size_t v = 0; v < seen.frames[f].views.size(); ++v) {
+        const ViewDetections& view = seen.frames[f].views[v];
+        const TimeNs offset = v == 1 ? 350000000 : (v == 2 ? -400000000 : 0);
+        EXPECT_EQ(view.capture_time, told ? beat + offset : beat);
+        for (size_t d = 0; d < view.detections.size(); ++d) {
+          const int person = truth.frames[f][v][d].person;
+          const Pose3d pose = PersonAt(scene.people[person], beat + offset);
+          for (size_t j = 0; j < pose.size(); ++j) {
+            if (!view.detections[d].joints[j].found) continue;
+            const auto px = scene.cameras[v].Project(pose[j].position_m);
+            ASSERT_TRUE(px.has_value());
+            ASSERT_EQ(view.detections[d].joints[j].px, *px);
+            const Pose3d& then = scene.poses[f][person];
+            if (v > 0 && !then.empty()) {
+              moved = std::max(
+                  moved, (then[j].position_m - pose[j].position_m).norm());
+            }
+          }
+        }
+      }
+    }
+    EXPECT_GT(moved, 0.3) << "the offset matters";
+  }
+}
+
+TEST(Noise, DroppedFramesAreAbsentAndTheOthersKeepTheirTimes) {
+  const Scene& scene = TestScene();
+  NoiseOptions options;
+  options.joints.sigma_px = 1.0;
+  const DetectionSequence all = Observe(scene, options, nullptr);
+  options.dropped_frame_rate = 0.2;
+  options.drop_burst_s = 0.12;
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(scene, options, &truth);
+  ASSERT_EQ(truth.frames.size(), seen.frames.size());
+  const double n = static_cast<double>(scene.times.size());
+  const double q = 1.0 / (3.0 * 0.8);
+  EXPECT_NEAR(static_cast<double>(seen.frames.size()) / n, 0.8,
+              5.0 * std::sqrt(0.16 / n * (2.0 - q) / q));
+  int64_t last = -1;
+  for (const DetectionFrame& frame : seen.frames) {
+    EXPECT_GT(frame.frame, last);
+    last = frame.frame;
+    const auto index = static_cast<size_t>(frame.frame);
+    EXPECT_EQ(frame.time, scene.times[index]);
+    // What is left is what it was without drops.
+    for (size_t v = 0; v < frame.views.size(); ++v) {
+      const auto& a = frame.views[v].detections;
+      const auto& b = all.frames[index].views[v].detections;
+      ASSERT_EQ(a.size(), b.size());
+      for (size_t d = 0; d < a.size(); ++d) {
+        for (size_t j = 0; j < a[d].joints.size(); ++j) {
+          ASSERT_EQ(a[d].joints[j].px, b[d].joints[j].px);
+        }
+      }
+    }
+  }
+  const TrackSequence tracks = TruthFor(scene, seen);
+  ASSERT_EQ(tracks.frames.size(), seen.frames.size());
+  EXPECT_EQ(tracks.frames.back().frame, seen.frames.back().frame);
+}
+
+TEST(Noise, DroppedViewsHaveNoDetections) {
+  NoiseOptions options;
+  options.dropped_view_rate = 0.1;
+  const DetectionSequence seen = Observe(StandingScene(), options, nullptr);
+  double empty = 0.0;
+  double n = 0.0;
+  for (const DetectionFrame& frame : seen.frames) {
+    ASSERT_EQ(frame.views.size(), 4u);
+    for (const ViewDetections& view : frame.views) {
+      n += 1.0;
+      empty += view.detections.empty() ? 1.0 : 0.0;
+    }
+  }
+  EXPECT_NEAR(empty / n, 0.1, 5.0 * std::sqrt(0.09 / n));
+}
+
+TEST(Noise, JitteredFramesTellTheirTimesAndTruthFollows) {
+  const Scene& scene = TestScene();
+  NoiseOptions options;
+  options.time_jitter_s = 0.005;
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(scene, options, &truth);
+  const TrackSequence tracks = TruthFor(scene, seen);
+  double squares = 0.0;
+  for (size_t f = 0; f < seen.frames.size(); ++f) {
+    const double jitter = ToSeconds(seen.frames[f].time - scene.times[f]);
+    squares += jitter * jitter;
+    if (f > 0) {
+      EXPECT_GT(seen.frames[f].time, seen.frames[f - 1].time);
+    }
+    for (const PersonPose& person : tracks.frames[f].people) {
+      for (size_t v = 0; v < scene.cameras.size(); ++v) {
+        const auto& labels = truth.frames[f][v];
+        for (size_t d = 0; d < labels.size(); ++d) {
+          if (labels[d].person != person.id.value()) continue;
+          const auto& joints = seen.frames[f].views[v].detections[d].joints;
+          for (size_t j = 0; j < joints.size(); ++j) {
+            if (!joints[j].found) continue;
+            ASSERT_EQ(joints[j].px,
+                      *scene.cameras[v].Project(person.joints[j].position_m));
+          }
+        }
+      }
+    }
+  }
+  const double n = static_cast<double>(seen.frames.size());
+  EXPECT_NEAR(squares / n, 0.005 * 0.005,
+              5.0 * 0.005 * 0.005 * std::sqrt(2.0 / n));
+}
+
+TEST(Noise, ClassesHaveFiguresOfTheirOwn) {
+  NoiseOptions options;
+  options.joints.sigma_px = 1.0;
+  options.by_class[JointClass::kWrist].sigma_px = 6.0;
+  const Scene& scene = TestScene();
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(scene, options, &truth);
+  double squares[2] = {0.0, 0.0};
+  double n[2] = {0.0, 0.0};
+  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+    const bool wrist =
+        scene.skeleton.joint_class(sample.joint) == JointClass::kWrist;
+    squares[wrist] += (sample.found->px - sample.truth).squaredNorm();
+    n[wrist] += 2.0;
+  });
+  EXPECT_NEAR(squares[0] / n[0], 1.0, 5.0 * std::sqrt(2.0 / n[0]));
+  EXPECT_NEAR(squares[1] / n[1], 36.0, 5.0 * 36.0 * std::sqrt(2.0 / n[1]));
+}
+
+TEST(Noise, SayWhatIsWrongWithOptions) {
+  const auto message = [](const NoiseOptions& options) -> std::string {
+    try {
+      Observe(TestScene(), options, nullptr);
+    } catch (const OptionError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  NoiseOptions options;
+  options.joints.static_share = 0.7;
+  options.joints.white_share = 0.7;
+  EXPECT_THAT(message(options), ::testing::HasSubstr("static_share"));
+  options = NoiseOptions();
+  options.joints.student_dof = 1.5;
+  EXPECT_THAT(message(options), ::testing::HasSubstr("student_dof"));
+  options = NoiseOptions();
+  options.clock_offset_s.assign(6, 0.0);
+  EXPECT_THAT(message(options), ::testing::HasSubstr("clock_offset"));
+  options = NoiseOptions();
+  options.missed_rate = 1.5;
+  EXPECT_THAT(message(options), ::testing::HasSubstr("missed_rate"));
+  options = NoiseOptions();
+  options.joints.outlier_min_px = 300.0;
+  EXPECT_THAT(message(options), ::testing::HasSubstr("outlier_min"));
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,387 @@
+#include "core/synthetic/scene.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+SceneOptions Options(int64_t seed, int64_t people) {
+  SceneOptions options;
+  options.seed = seed;
+  options.people = people;
+  options.duration_s = 30.0;
+  options.motion.sitting = 0.3;
+  return options;
+}
+
+// Largest deviation of any bone of any person from its length in the person's
+// first frame [m].
+double BoneSpread(const Scene& scene) {
+  double worst = 0.0;
+  for (size_t i = 0; i < scene.people.size(); ++i) {
+    std::vector<double> lengths;
+    for (const auto& poses : scene.poses) {
+      const Pose3d& pose = poses[i];
+      if (pose.empty()) continue;
+      std::vector<double> now;
+      for (const Bone& bone : scene.skeleton.bones()) {
+        now.push_back(
+            (pose[bone.a].position_m - pose[bone.b].position_m).norm());
+      }
+      if (lengths.empty()) lengths = now;
+      for (size_t b = 0; b < now.size(); ++b) {
+        worst = std::max(worst, std::abs(now[b] - lengths[b]));
+      }
+    }
+  }
+  return worst;
+}
+
+TEST(Scene, BonesKeepTheirLength) {
+  for (const char* skeleton : {"coco17", "body25", "body25b", "panoptic19"}) {
+    SceneOptions options = Options(3, 4);
+    options.skeleton = skeleton;
+    EXPECT_LT(BoneSpread(MakeScene(options)), 1e-12) << skeleton;
+  }
+}
+
+TEST(Scene, FlexibleTrunkMovesOnlyWhatCrossesSpineAndNeck) {
+  SceneOptions options = Options(3, 3);
+  options.trunk_flexibility = 1.0;
+  options.skeleton = "body25";  // no bone crosses the spine but on its axis
+  EXPECT_LT(BoneSpread(MakeScene(options)), 1e-12);
+  options.skeleton = "coco17";  // shoulder to hip, ear to shoulder
+  const double spread = BoneSpread(MakeScene(options));
+  EXPECT_GT(spread, 1e-3);
+  EXPECT_LT(spread, 0.15);
+}
+
+TEST(Scene, SidesAreEqual) {
+  const Scene scene = MakeScene(Options(5, 3));
+  const Skeleton& s = scene.skeleton;
+  auto length = [&](const Pose3d& pose, const char* a, const char* b) {
+    return (pose[s.IndexOf(a)].position_m - pose[s.IndexOf(b)].position_m)
+        .norm();
+  };
+  for (const Pose3d& pose : scene.poses[0]) {
+    if (pose.empty()) continue;
+    EXPECT_NEAR(length(pose, "l_hip", "l_knee"),
+                length(pose, "r_hip", "r_knee"), 1e-12);
+    EXPECT_NEAR(length(pose, "l_elbow", "l_wrist"),
+                length(pose, "r_elbow", "r_wrist"), 1e-12);
+  }
+}
+
+// Greatest speed and acceleration by joint class, at 100 Hz.
+TEST(Scene, MovesWithinHumanLimits) {
+  // Walking and gestures. Trunk: a walker's centre of mass stays below 2 m/s^2
+  // in the mean and swings by a few; sitting down adds some. Feet: the swing
+  // foot of a brisk walk runs at 4-6 m/s, and turns round at 5-8 g.
+  struct Limit {
+    const char* joint;
+    double speed_ms;
+    double acceleration_ms2;
+  };
+  const Limit limits[] = {{"mid_hip", 2.5, 20.0}, {"neck", 2.5, 25.0},
+                          {"nose", 3.0, 30.0},    {"l_elbow", 5.0, 50.0},
+                          {"l_wrist", 8.0, 80.0}, {"r_knee", 6.0, 100.0},
+                          {"r_ankle", 8.0, 120.0}};
+  for (const int64_t seed : {1, 2, 3}) {
+    SceneOptions options = Options(seed, 6);
+    options.skeleton = "body25";
+    options.frame_rate_hz = 100.0;
+    options.trunk_flexibility = 1.0;
+    const Scene scene = MakeScene(options);
+    const double dt = 0.01;
+    for (const Limit& limit : limits) {
+      const int j = scene.skeleton.IndexOf(limit.joint);
+      double speed = 0.0;
+      double acceleration = 0.0;
+      for (size_t k = 1; k + 1 < scene.poses.size(); ++k) {
+        for (size_t i = 0; i < scene.people.size(); ++i) {
+          const Pose3d& a = scene.poses[k - 1][i];
+          const Pose3d& b = scene.poses[k][i];
+          const Pose3d& c = scene.poses[k + 1][i];
+          if (a.empty() || b.empty() || c.empty()) continue;
+          const Vector3d v = (c[j].position_m - a[j].position_m) / (2.0 * dt);
+          const Vector3d acc =
+              (c[j].position_m - 2.0 * b[j].position_m + a[j].position_m) /
+              (dt * dt);
+          speed = std::max(speed, v.norm());
+          acceleration = std::max(acceleration, acc.norm());
+        }
+      }
+      EXPECT_LT(speed, limit.speed_ms) << limit.joint << " seed " << seed;
+      EXPECT_LT(acceleration, limit.acceleration_ms2)
+          << limit.joint << " seed " << seed;
+      EXPECT_GT(speed, 0.5) << limit.joint << " hardly moves";
+    }
+  }
+}
+
+TEST(Scene, StandingFeetStayOnTheGround) {
+  SceneOptions options = Options(4, 4);
+  options.skeleton = "body25";
+  const Scene scene = MakeScene(options);
+  for (const auto& poses : scene.poses) {
+    for (const Pose3d& pose : poses) {
+      if (pose.empty()) continue;
+      double lowest_ankle = 1e9;
+      for (const char* name : {"l_ankle", "r_ankle"}) {
+        const double z = pose[scene.skeleton.IndexOf(name)].position_m.z();
+        EXPECT_GT(z, 0.04) << "an ankle is some 6 cm above the sole";
+        lowest_ankle = std::min(lowest_ankle, z);
+      }
+      // One foot at least carries; at push-off its ankle is up to 0.68 of a
+      // foot's length (0.26 m) times sin 0.66 rad higher.
+      EXPECT_LT(lowest_ankle, 0.22);
+      for (const char* name : {"l_big_toe", "r_big_toe", "l_heel", "r_heel"}) {
+        // Toes are stiff here and roll over the ball: a centimetre or two
+        // below the floor is what that costs.
+        EXPECT_GT(pose[scene.skeleton.IndexOf(name)].position_m.z(), -0.02);
+      }
+    }
+  }
+}
+
+TEST(Scene, PlantedFeetDoNotSlide) {
+  const Scene scene = MakeScene(Options(6, 2));
+  int checked = 0;
+  for (const ScenePerson& person : scene.people) {
+    for (const int side : {kLeft, kRight}) {
+      const auto& steps = person.motion.steps()[side];
+      for (size_t k = 0; k + 1 < steps.size(); ++k) {
+        // Between the end of the heel's roll and the rise of the heel.
+        const double from = steps[k].swing.end_s + 0.15;
+        const double to = steps[k + 1].swing.begin_s - 0.25;
+        EXPECT_GE(steps[k + 1].swing.begin_s, steps[k].swing.end_s);
+        if (to <= from) continue;
+        const Vector3d a = person.motion.PostureAt(from).feet[side].ankle_m;
+        const Vector3d b = person.motion.PostureAt(to).feet[side].ankle_m;
+        EXPECT_LT((a - b).norm(), 1e-12);
+        ++checked;
+      }
+    }
+  }
+  EXPECT_GT(checked, 10);
+}
+
+TEST(Scene, PeoplePassAtADistance) {
+  for (const int64_t seed : {1, 2, 3, 4}) {
+    SceneOptions options = Options(seed, 8);
+    options.skeleton = "body25";
+    const Scene scene = MakeScene(options);
+    const int hip = scene.skeleton.IndexOf("mid_hip");
+    const int neck = scene.skeleton.IndexOf("neck");
+    double closest = 1e9;
+    int near = 0;
+    for (const auto& poses : scene.poses) {
+      for (size_t i = 0; i < poses.size(); ++i) {
+        for (size_t k = i + 1; k < poses.size(); ++k) {
+          if (poses[i].empty() || poses[k].empty()) continue;
+          for (const int joint : {hip, neck}) {
+            const Vector2d gap =
+                (poses[i][joint].position_m - poses[k][joint].position_m)
+                    .head<2>();
+            closest = std::min(closest, gap.norm());
+            near += gap.norm() < 1.0 ? 1 : 0;
+          }
+        }
+      }
+    }
+    // Centres keep 0.55 m; smoothing of the paths, sway of the pelvis and
+    // leaning to sit down may take 0.25 m of it. Trunks are 0.15 m thick.
+    EXPECT_GT(closest, 0.30) << "seed " << seed;
+    EXPECT_GT(near, 20) << "people do meet, seed " << seed;
+  }
+}
+
+TEST(Scene, PeopleWalkSitGestureComeAndGo) {
+  SceneOptions options = Options(2, 12);
+  options.motion.area_radius_m = 5.0;
+  options.cameras.radius_m = 9.0;
+  options.motion.visitors = 0.5;
+  const Scene scene = MakeScene(options);
+  double seats = 0.0;
+  double gestures = 0.0;
+  int changes = 0;
+  for (const ScenePerson& person : scene.people) {
+    const Itinerary& plan = person.motion.itinerary();
+    seats += static_cast<double>(plan.seated.size());
+    gestures += static_cast<double>(plan.gestures.size());
+    for (const TimeSpan& span : plan.present) {
+      changes += span.begin_s > 0.0 ? 1 : 0;
+      changes += span.end_s < options.duration_s ? 1 : 0;
+      // Who comes or goes does so at the edge.
+      if (span.begin_s > 0.0) {
+        EXPECT_GT(plan.path.At(span.begin_s).head<2>().norm(), 5.0);
+      }
+    }
+  }
+  EXPECT_GT(seats, 2);
+  EXPECT_GT(gestures, 12);
+  EXPECT_GT(changes, 3);
+  const int hip = scene.skeleton.IndexOf("l_hip");
+  double lowest = 1e9;
+  double distance = 0.0;
+  for (size_t k = 1; k < scene.poses.size(); ++k) {
+    for (size_t i = 0; i < scene.people.size(); ++i) {
+      const Pose3d& pose = scene.poses[k][i];
+      if (pose.empty() || scene.poses[k - 1][i].empty()) continue;
+      lowest = std::min(lowest, pose[hip].position_m.z());
+      distance +=
+          (pose[hip].position_m - scene.poses[k - 1][i][hip].position_m).norm();
+    }
+  }
+  EXPECT_LT(lowest, 0.62) << "somebody sits";
+  EXPECT_GT(distance / 12.0, 8.0) << "they walk around, metres in 30 s";
+}
+
+TEST(Scene, SameSeedSameBitsOtherSeedOtherScene) {
+  const Scene a = MakeScene(Options(9, 3));
+  const Scene b = MakeScene(Options(9, 3));
+  const Scene c = MakeScene(Options(10, 3));
+  ASSERT_EQ(a.poses.size(), b.poses.size());
+  bool differs = false;
+  for (size_t k = 0; k < a.poses.size(); ++k) {
+    for (size_t i = 0; i < a.people.size(); ++i) {
+      ASSERT_EQ(a.poses[k][i].size(), b.poses[k][i].size());
+      for (size_t j = 0; j < a.poses[k][i].size(); ++j) {
+        ASSERT_EQ(a.poses[k][i][j].position_m, b.poses[k][i][j].position_m);
+      }
+      if (a.poses[k][i].size() != c.poses[k][i].size() ||
+          (!a.poses[k][i].empty() &&
+           a.poses[k][i][0].position_m != c.poses[k][i][0].position_m)) {
+        differs = true;
+      }
+    }
+  }
+  EXPECT_TRUE(differs);
+}
+
+TEST(Scene, FrameRateSamplesTheSameMotion) {
+  SceneOptions options = Options(12, 3);
+  const Scene slow = MakeScene(options);
+  options.frame_rate_hz = 100.0;
+  const Scene fast = MakeScene(options);
+  ASSERT_EQ(fast.times.size(), 4 * slow.times.size());
+  for (size_t k = 0; k < slow.times.size(); ++k) {
+    ASSERT_EQ(slow.times[k], fast.times[4 * k]);
+    for (size_t i = 0; i < slow.people.size(); ++i) {
+      ASSERT_EQ(slow.poses[k][i].empty(), fast.poses[4 * k][i].empty());
+      if (slow.poses[k][i].empty()) continue;
+      EXPECT_EQ(slow.poses[k][i][3].position_m,
+                fast.poses[4 * k][i][3].position_m);
+    }
+  }
+}
+
+TEST(Scene, CamerasSeeTheWholeArea) {
+  for (const int64_t count : {2, 3, 5, 8, 32}) {
+    SceneOptions options = Options(1, 5);
+    options.cameras.count = count;
+    options.cameras.distortion = {-0.1, 0.02, 0.001, -0.001, 0.0};
+    const Scene scene = MakeScene(options);
+    ASSERT_EQ(scene.cameras.size(), static_cast<size_t>(count));
+    EXPECT_EQ(scene.cameras[1].name(), "cam1");
+    int64_t inside = 0;
+    int64_t all = 0;
+    for (const auto& poses : scene.poses) {
+      for (const Pose3d& pose : poses) {
+        for (const Joint3d& joint : pose) {
+          for (const Camera& camera : scene.cameras) {
+            const auto px = camera.Project(joint.position_m);
+            ++all;
+            inside += px.has_value() && px->x() >= 0 && px->y() >= 0 &&
+                              px->x() < camera.width_px() &&
+                              px->y() < camera.height_px()
+                          ? 1
+                          : 0;
+          }
+        }
+      }
+    }
+    EXPECT_GT(static_cast<double>(inside), 0.9 * static_cast<double>(all))
+        << count << " cameras";
+  }
+}
+
+TEST(Scene, CamerasStandUprightOnTheirRing) {
+  RingOptions options;
+  options.count = 6;
+  const CameraRig rig = MakeRing(options);
+  for (const Camera& camera : rig) {
+    EXPECT_NEAR(camera.centre().head<2>().norm(), options.radius_m, 1e-12);
+    EXPECT_NEAR(camera.centre().z(), options.height_m, 1e-12);
+    // The point looked at is the image's centre; what is higher is above.
+    const auto centre = camera.Project({0.0, 0.0, options.target_height_m});
+    ASSERT_TRUE(centre.has_value());
+    EXPECT_LT((*centre - Vector2d(640.0, 360.0)).norm(), 1e-9);
+    EXPECT_LT(camera.Project({0.0, 0.0, 1.8})->y(), 360.0);
+  }
+  // Two cameras do not face each other.
+  options.count = 2;
+  const CameraRig pair = MakeRing(options);
+  const Vector3d a = pair[0].RayDirection({640.0, 360.0});
+  const Vector3d b = pair[1].RayDirection({640.0, 360.0});
+  EXPECT_LT(std::abs(a.dot(b)), 0.5);
+}
+
+TEST(Scene, TruthHasAllPeopleAtTheirTimes) {
+  const Scene scene = MakeScene(Options(2, 4));
+  const TrackSequence truth = TruthOf(scene);
+  ASSERT_EQ(truth.frames.size(), scene.times.size());
+  EXPECT_EQ(truth.header.skeleton, scene.skeleton);
+  EXPECT_EQ(truth.header.frame_rate_hz, 25.0);
+  for (size_t k = 0; k < truth.frames.size(); ++k) {
+    EXPECT_EQ(truth.frames[k].frame, static_cast<int64_t>(k));
+    EXPECT_EQ(truth.frames[k].time, scene.times[k]);
+    size_t present = 0;
+    for (const Pose3d& pose : scene.poses[k]) present += pose.empty() ? 0 : 1;
+    ASSERT_EQ(truth.frames[k].people.size(), present);
+    for (const PersonPose& person : truth.frames[k].people) {
+      const Pose3d& pose = scene.poses[k][person.id.value()];
+      ASSERT_EQ(CountPresent(person.joints), scene.skeleton.joint_count());
+      EXPECT_EQ(person.joints[0].position_m, pose[0].position_m);
+    }
+  }
+}
+
+TEST(Scene, SayWhatIsWrongWithOptions) {
+  const auto message = [](const SceneOptions& options) -> std::string {
+    try {
+      MakeScene(options);
+    } catch (const OptionError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  SceneOptions options;
+  options.people = 0;
+  EXPECT_THAT(message(options), ::testing::HasSubstr("people: found 0"));
+  options = SceneOptions();
+  options.skeleton = "octopus";
+  EXPECT_THAT(message(options), ::testing::HasSubstr("octopus"));
+  options = SceneOptions();
+  options.cameras.count = 33;
+  EXPECT_THAT(message(options), ::testing::HasSubstr("cameras.count"));
+  options = SceneOptions();
+  options.cameras.radius_m = 3.5;
+  EXPECT_THAT(message(options), ::testing::HasSubstr("cameras.radius"));
+  options = SceneOptions();
+  options.cameras.distortion = {0.1, 0.1, 0.1};
+  EXPECT_THAT(message(options), ::testing::HasSubstr("distortion"));
+}
+
+}  // namespace
+}  // namespace kinegraph
