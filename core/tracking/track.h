@@ -41,6 +41,11 @@ class TrackLife {
   TrackLife(const TrackLifeOptions& options, const FrameClock& clock,
             TimeNs birth_time);
 
+  // A new frame begins. A track whose last update is longer ago than its age
+  // allows is deleted before it can match anything: where frames were dropped
+  // or cut out, its gate would by now be as wide as the image.
+  void BeginFrame(TimeNs time);
+
   // Tells of one frame: matched in any view, and whether the update succeeded.
   void Step(TimeNs time, bool matched, bool updated);
 

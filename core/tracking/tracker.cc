@@ -95,12 +95,10 @@ Tracker::~Tracker() = default;
 
 void Tracker::Process(const DetectionFrame& frame,
                       std::vector<TrackFrame>* finished) {
-  if (frame.views.size() != scene_.cameras.size()) {
-    throw OptionError("frame " + std::to_string(frame.frame),
-                      "found " + std::to_string(frame.views.size()) +
-                          " views, expected one for each of the " +
-                          std::to_string(scene_.cameras.size()) + " cameras");
-  }
+  CheckFrame(frame);
+  last_frame_ = frame.frame;
+  last_time_ = frame.time;
+  ForgetStale(frame.time);
   Prepare(frame);
   Associate(frame);
   Reconstruct(frame);
@@ -110,6 +108,38 @@ void Tracker::Process(const DetectionFrame& frame,
   const StageTimer timer(stage_times_, &StageTimes::output_ns);
   HandOver(false);
   assembler_.TakeComplete(finished);
+}
+
+void Tracker::CheckFrame(const DetectionFrame& frame) const {
+  const std::string name = "frame " + std::to_string(frame.frame);
+  if (frame.views.size() != scene_.cameras.size()) {
+    throw OptionError(name, "found " + std::to_string(frame.views.size()) +
+                                " views, expected one for each of the " +
+                                std::to_string(scene_.cameras.size()) +
+                                " cameras");
+  }
+  if (!last_frame_.has_value()) return;
+  if (frame.frame <= *last_frame_) {
+    throw InputError(name + " comes after frame " +
+                     std::to_string(*last_frame_) +
+                     ", expected frames to ascend");
+  }
+  if (frame.time <= last_time_) {
+    throw InputError(name + ": found a time of " +
+                     std::to_string(ToSeconds(frame.time)) + " s after " +
+                     std::to_string(ToSeconds(last_time_)) +
+                     " s, expected times to ascend");
+  }
+}
+
+// Parts with tracks that are too old to be matched in a frame at `time`.
+void Tracker::ForgetStale(TimeNs time) {
+  bool any = false;
+  for (const auto& track : tracks_) {
+    track->life.BeginFrame(time);
+    any = any || track->life.state() == TrackState::kDeleted;
+  }
+  if (any) HandOver(false);
 }
 
 void Tracker::Prepare(const DetectionFrame& frame) {
