@@ -5,7 +5,9 @@
 namespace kinegraph {
 
 void ReconstructionOptions::Describe(OptionVisitor& visitor) {
-  visitor.Number("tau", &tau_frames, Positive(), "frames",
+  // With the half frame of slack of FrameClock::Less, a view of this very frame
+  // would not count below 1.
+  visitor.Number("tau", &tau_frames, Between(1.0, 1e6), "frames",
                  "a view's newest 2D pose counts while younger than this");
   visitor.Number("lambda_t", &lambda_t_per_frame, NonNegative(), "1/frame",
                  "decay of an older view's weight in the DLT");
