@@ -193,6 +193,11 @@ RunSummary RunTracking(const RunOptions& options, const RunRequest& request,
   DetectionFrame all_views;
   DetectionFrame frame;
   while (source->Next(&all_views)) {
+    // Frames ascend: nothing that is asked for can follow.
+    if (!request.frames.empty() &&
+        all_views.frame >= request.frames.back().end) {
+      break;
+    }
     ++frames_read;
     if (progress) progress(frames_read);
     if (!ContainsFrame(request.frames, all_views.frame)) continue;
