@@ -33,9 +33,9 @@ class ViewMemory {
 
 enum class TrackState { kTentative, kConfirmed, kDeleted };
 
-// Track life (design/algorithm.md, section 6): confirmed at a number of hits;
-// a tentative track without a match is deleted at once, any track when its last
-// update is too old. Misses do not reset hits.
+// Track life, after the authors' code (the paper is silent): confirmed at a
+// number of hits; a tentative track without a match is deleted at once, any
+// track when its last update is too old. Misses do not reset hits.
 class TrackLife {
  public:
   TrackLife(const TrackLifeOptions& options, const FrameClock& clock,
