@@ -339,13 +339,6 @@ std::vector<FrameRange> ParseFrameRanges(const std::string& text,
   return ranges;
 }
 
-bool ContainsFrame(const std::vector<FrameRange>& ranges, int64_t frame) {
-  return ranges.empty() || std::any_of(ranges.begin(), ranges.end(),
-                                       [frame](const FrameRange& range) {
-                                         return range.Contains(frame);
-                                       });
-}
-
 std::vector<std::string> ParseList(const std::string& text,
                                    const std::string& flag) {
   if (text.empty()) return {};

@@ -23,6 +23,8 @@
 #include <string>
 #include <vector>
 
+#include "core/base/frame_range.h"
+
 namespace kinegraph {
 
 // Exit codes of every command.
@@ -61,21 +63,10 @@ CommandLineRequest ParseCommandLine(const std::vector<std::string>& arguments);
 // What --help prints: the command's own flags with type and default.
 std::string HelpText(const AppInfo& info);
 
-// Frames begin .. end - 1.
-struct FrameRange {
-  int64_t begin = 0;
-  int64_t end = 0;
-
-  bool Contains(int64_t frame) const { return frame >= begin && frame < end; }
-};
-
 // "300:400,450:460", ascending and apart; no text gives no range, which means
 // every frame. Throws InputError naming --`flag`.
 std::vector<FrameRange> ParseFrameRanges(const std::string& text,
                                          const std::string& flag = "frames");
-
-// Whether `ranges` hold the frame; no range at all holds every frame.
-bool ContainsFrame(const std::vector<FrameRange>& ranges, int64_t frame);
 
 // "a,b,c" without empty parts; no text gives no part. Throws InputError naming
 // --`flag` for an empty part.

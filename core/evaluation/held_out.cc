@@ -217,8 +217,9 @@ void ScoreHeldOutCamera(const HeldOutSet& set,
       score.joint_class = detected.joint_class(joint);
       score.error_px = set.cap_px;
       if (const auto pixel = Predict(person, run_joint[joint], camera)) {
-        score.predicted = true;
-        score.error_px = std::min(set.cap_px, (*pixel - keypoint.px).norm());
+        const double error_px = (*pixel - keypoint.px).norm();
+        score.predicted = error_px < set.cap_px;
+        score.error_px = std::min(set.cap_px, error_px);
       }
       scores->joints.push_back(score);
     }

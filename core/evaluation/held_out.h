@@ -50,7 +50,8 @@ HeldOutSet MakeHeldOutSet(const TrackSequence& reference, double cap_px);
 // `reference` both name, with the set's least confidence; so feet that only
 // some skeletons have do not change the set. The people of the run are paired
 // one-to-one with those of the reference by mean distance over the twelve body
-// joints. Throws InputError when the set names a frame, detection or person
+// joints. A prediction farther away than the cap is as good as none. Throws
+// InputError when the set names a frame, detection or person
 // that is not there.
 void ScoreHeldOutCamera(const HeldOutSet& set,
                         const DetectionSequence& detections, int view_idx,
@@ -66,7 +67,7 @@ inline constexpr double kHeldOutTruncationPx = 30.0;
 struct HeldOutSummary {
   double figures_px[kHeldOutFigureCount] = {};  // NaN: nothing scored
   Interval intervals_px[kHeldOutFigureCount];
-  Share predicted;  // joints
+  Share predicted;  // joints, within the cap
   Share paired;     // detections with a selected joint
 
   double figure_px(HeldOutFigure figure) const {

@@ -1,12 +1,53 @@
 #include "core/evaluation/motion.h"
 
+#include <array>
 #include <map>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
 
 namespace kinegraph {
 namespace {
+
+// The joints and bones that are looked at, as indices.
+struct Scope {
+  std::vector<int> joints;
+  std::vector<Bone> bones;
+};
+
+// Limbs, girdles and sides.
+constexpr std::array<std::pair<const char*, const char*>, 12> kBodyBones = {{
+    {"l_shoulder", "l_elbow"},
+    {"r_shoulder", "r_elbow"},
+    {"l_elbow", "l_wrist"},
+    {"r_elbow", "r_wrist"},
+    {"l_hip", "l_knee"},
+    {"r_hip", "r_knee"},
+    {"l_knee", "l_ankle"},
+    {"r_knee", "r_ankle"},
+    {"l_shoulder", "r_shoulder"},
+    {"l_hip", "r_hip"},
+    {"l_shoulder", "l_hip"},
+    {"r_shoulder", "r_hip"},
+}};
+
+Scope MakeScope(const Skeleton& skeleton, MotionScope wanted) {
+  Scope scope;
+  if (wanted == MotionScope::kBody) {
+    for (const JointPair& pair : CommonBodyJoints(skeleton, skeleton)) {
+      scope.joints.push_back(pair.a);
+    }
+    for (const auto& [a, b] : kBodyBones) {
+      const Bone bone = {skeleton.IndexOf(a), skeleton.IndexOf(b)};
+      if (bone.a >= 0 && bone.b >= 0) scope.bones.push_back(bone);
+    }
+    return scope;
+  }
+  for (int j = 0; j < skeleton.joint_count(); ++j) scope.joints.push_back(j);
+  scope.bones = skeleton.bones();
+  return scope;
+}
 
 struct PersonAt {
   int64_t frame = 0;
@@ -28,12 +69,13 @@ People ByIdentity(const TrackSequence& tracks,
 
 // Sum over the joints of the second differences [m], and their number.
 RatioUnit SecondDifferences(const Pose3d& before, const Pose3d& now,
-                            const Pose3d& after) {
+                            const Pose3d& after,
+                            const std::vector<int>& joints) {
   const auto observed = [](const Joint3d& joint) {
     return joint.status == JointStatus::kObserved;
   };
   RatioUnit unit;
-  for (size_t j = 0; j < now.size(); ++j) {
+  for (const int j : joints) {
     if (!observed(before[j]) || !observed(now[j]) || !observed(after[j])) {
       continue;
     }
@@ -45,7 +87,8 @@ RatioUnit SecondDifferences(const Pose3d& before, const Pose3d& now,
   return unit;
 }
 
-RatioSeries Accelerations(const std::vector<PersonAt>& person, double scale) {
+RatioSeries Accelerations(const std::vector<PersonAt>& person,
+                          const std::vector<int>& joints, double scale) {
   RatioSeries series;
   for (size_t k = 1; k + 1 < person.size(); ++k) {
     if (person[k].frame - person[k - 1].frame != 1 ||
@@ -53,7 +96,7 @@ RatioSeries Accelerations(const std::vector<PersonAt>& person, double scale) {
       continue;
     }
     RatioUnit unit = SecondDifferences(*person[k - 1].pose, *person[k].pose,
-                                       *person[k + 1].pose);
+                                       *person[k + 1].pose, joints);
     unit.sum *= scale;
     series.push_back(unit);
   }
@@ -74,13 +117,14 @@ double PooledMean(const std::vector<RatioSeries>& people,
   return pooled.sum / pooled.weight;  // NaN for 0 / 0
 }
 
-void AddAcceleration(const People& people, double frame_rate_hz,
-                     const BootstrapOptions& options, MotionResult* result) {
+void AddAcceleration(const People& people, const std::vector<int>& joints,
+                     double frame_rate_hz, const BootstrapOptions& options,
+                     MotionResult* result) {
   std::vector<RatioSeries> all;
   std::vector<int64_t> lengths;
   int64_t units = 0;
   for (const auto& [id, person] : people) {
-    all.push_back(Accelerations(person, frame_rate_hz * frame_rate_hz));
+    all.push_back(Accelerations(person, joints, frame_rate_hz * frame_rate_hz));
     lengths.push_back(static_cast<int64_t>(all.back().size()));
     units += lengths.back();
     for (const RatioUnit& unit : all.back()) {
@@ -116,15 +160,16 @@ void AddBoneSpread(const People& people, const std::vector<Bone>& bones,
 }  // namespace
 
 MotionResult EvaluateMotion(const TrackSequence& tracks, double frame_rate_hz,
-                            const std::vector<FrameRange>& frames,
-                            const BootstrapOptions& options) {
+                            const MotionOptions& options,
+                            const BootstrapOptions& bootstrap) {
   if (!(frame_rate_hz > 0.0)) {
     throw OptionError("frame rate", "must be known for an acceleration");
   }
-  const People people = ByIdentity(tracks, frames);
+  const Scope scope = MakeScope(tracks.header.skeleton, options.scope);
+  const People people = ByIdentity(tracks, options.frames);
   MotionResult result;
-  AddAcceleration(people, frame_rate_hz, options, &result);
-  AddBoneSpread(people, tracks.header.skeleton.bones(), &result);
+  AddAcceleration(people, scope.joints, frame_rate_hz, bootstrap, &result);
+  AddBoneSpread(people, scope.bones, &result);
   return result;
 }
 

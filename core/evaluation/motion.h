@@ -13,6 +13,20 @@
 
 namespace kinegraph {
 
+// Of which joints and bones a motion is judged.
+enum class MotionScope {
+  // Shoulders, elbows, wrists, hips, knees and ankles, and the twelve bones
+  // between them: the same for every skeleton that has them.
+  kBody,
+  // All joints and bones of the skeleton, face and feet too.
+  kAll,
+};
+
+struct MotionOptions {
+  MotionScope scope = MotionScope::kBody;
+  std::vector<FrameRange> frames;  // none: all
+};
+
 struct MotionResult {
   // Mean of |p(k+1) - 2 p(k) + p(k-1)| rate^2 over joints that are observed in
   // three frames of consecutive numbers [m/s^2]; NaN when there are none.
@@ -27,8 +41,8 @@ struct MotionResult {
 
 // `frame_rate_hz` > 0, else OptionError.
 MotionResult EvaluateMotion(const TrackSequence& tracks, double frame_rate_hz,
-                            const std::vector<FrameRange>& frames = {},
-                            const BootstrapOptions& options = {});
+                            const MotionOptions& options = {},
+                            const BootstrapOptions& bootstrap = {});
 
 // Share of the true person-frames with an output pose within 0.5 m (mean over
 // the joints of the same name).

@@ -191,9 +191,8 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
 const TrackFrame* PredictedFrame(const TrackSequence& tracks,
                                  const TrackFrame& true_frame,
                                  const PcpProtocol& protocol) {
-  if (protocol.max_time_gap_s <= 0.0) {
-    return FindFrame(tracks, true_frame.frame);
-  }
+  const TrackFrame* same = FindFrame(tracks, true_frame.frame);
+  if (same != nullptr || protocol.max_time_gap_s <= 0.0) return same;
   return FindNearestInTime(tracks, true_frame.time,
                            FromSeconds(protocol.max_time_gap_s));
 }
@@ -230,6 +229,14 @@ const char* ToString(PcpGroup group) {
       "head",       "torso",      "upper arms", "lower arms",
       "upper legs", "lower legs", "total"};
   return kNames[static_cast<size_t>(group)];
+}
+
+const char* ToString(EndpointRule rule) {
+  return rule == EndpointRule::kMean ? "mean" : "each";
+}
+
+const char* ToString(PersonMatching matching) {
+  return matching == PersonMatching::kNearest ? "nearest" : "one_to_one";
 }
 
 PcpProtocol ShelfProtocol() {

@@ -54,11 +54,14 @@ enum class PersonMatching {
   kOneToOne,
 };
 
+const char* ToString(EndpointRule rule);        // "mean", "each"
+const char* ToString(PersonMatching matching);  // "nearest", "one_to_one"
+
 struct PcpProtocol {
   std::string name;
   std::vector<FrameRange> frames;  // of the ground truth; none: all
-  // 0: the prediction of the same frame number. Above: of the frame nearest in
-  // time, at most this far away [s].
+  // Where the result has no frame of this number: the frame nearest in time
+  // stands for it, at most this far away [s]. 0: nobody was found.
   double max_time_gap_s = 0.0;
   HeadConversion head = HeadConversion::kChu;
   EndpointRule endpoints = EndpointRule::kMean;
@@ -80,7 +83,8 @@ struct PcpProtocol {
 
 // Frames 300..600, chu head, mean rule, nearest.
 PcpProtocol ShelfProtocol();
-// Frames 350..470 and 650..750, in the result's frame nearest in time.
+// Frames 350..470 and 650..750; a frame that the result does not have is the
+// nearest one in time, at most 0.1 s away.
 PcpProtocol CampusProtocol();
 // Frames 350..750.
 PcpProtocol CampusExtendedProtocol();

@@ -86,6 +86,12 @@ auto Located(const std::string& file, const Place& place, const Read& read) {
   }
 }
 
+template <typename Read>
+auto Located(const std::string& file, const Read& read) {
+  return Located(
+      file, [] { return ""; }, read);
+}
+
 // Whole files.
 class JsonFileParser {
  public:

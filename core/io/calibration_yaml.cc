@@ -22,8 +22,9 @@ namespace {
 namespace fs = std::filesystem;
 
 Json ReadYaml(const fs::path& path) {
-  return ParseYaml(ReadTextFile(path.string(), kMaxSmallFileBytes),
-                   path.string());
+  // Four thousand cameras; the parser is slow.
+  constexpr size_t kMaxBytes = size_t{4} << 20;
+  return ParseYaml(ReadTextFile(path.string(), kMaxBytes), path.string());
 }
 
 bool IsYamlName(const std::string& name) {

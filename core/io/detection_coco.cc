@@ -18,8 +18,8 @@ class CocoReader {
 
   void ReadFile(const std::string& path, size_t view_idx) {
     const JsonValue root = parser_.Parse(path);
-    const JsonArray entries = Located(
-        path, [] { return ""; }, [&] { return AsArray(root, kOutermost); });
+    const JsonArray entries =
+        Located(path, [&] { return AsArray(root, kOutermost); });
     size_t place = 0;
     Located(
         path, [&] { return "entry " + std::to_string(place); },

@@ -172,27 +172,22 @@ class OpenPoseSource : public DetectionSource {
   const Skeleton* SkeletonOf(const std::string& path) {
     const JsonArray people = ParsePeople(path);
     const Skeleton* skeleton = nullptr;
-    Located(
-        path, [] { return ""; },
-        [&] {
-          for (const JsonValue person : people) {
-            const size_t count = Keypoints(person).size();
-            if (count == 0) continue;
-            skeleton = &ByNumberCount(count);
-            return;
-          }
-        });
+    Located(path, [&] {
+      for (const JsonValue person : people) {
+        const size_t count = Keypoints(person).size();
+        if (count == 0) continue;
+        skeleton = &ByNumberCount(count);
+        return;
+      }
+    });
     return skeleton;
   }
 
   JsonArray ParsePeople(const std::string& path) {
     const JsonValue root = parser_.Parse(path);
-    return Located(
-        path, [] { return ""; },
-        [&] {
-          return AsArray(Required(AsObject(root, kOutermost), "people"),
-                         "people");
-        });
+    return Located(path, [&] {
+      return AsArray(Required(AsObject(root, kOutermost), "people"), "people");
+    });
   }
 
   static JsonArray Keypoints(JsonValue person) {

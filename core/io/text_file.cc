@@ -78,6 +78,12 @@ bool IsFile(const std::string& path) {
   return fs::exists(path, ignored) && !IsFolder(path);
 }
 
+void MakeFolder(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw InputError(path, "", "cannot be made: " + error.message());
+}
+
 std::vector<std::string> ListFolder(const std::string& path) {
   std::vector<std::string> names;
   std::error_code error;

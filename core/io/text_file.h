@@ -19,6 +19,10 @@ std::string ReadTextFile(const std::string& path,
 bool IsFolder(const std::string& path);
 bool IsFile(const std::string& path);
 
+// Makes a folder and those above it. Throws InputError naming it when it cannot
+// be made.
+void MakeFolder(const std::string& path);
+
 // Names of the files and folders in a folder, sorted as text. Throws InputError
 // naming the folder when it cannot be listed.
 std::vector<std::string> ListFolder(const std::string& path);

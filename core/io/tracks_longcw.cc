@@ -80,8 +80,8 @@ class Reader {
   // Runs `visit(frame, poses)` on each entry; errors name the entry.
   template <typename Visit>
   void ForEachFrame(JsonValue root, const Visit& visit) const {
-    const JsonArray frames = Located(
-        path_, [] { return ""; }, [&] { return AsArray(root, kOutermost); });
+    const JsonArray frames =
+        Located(path_, [&] { return AsArray(root, kOutermost); });
     size_t index = 0;
     Located(
         path_, [&] { return "entry " + std::to_string(index); },

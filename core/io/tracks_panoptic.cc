@@ -77,8 +77,7 @@ TrackSequence ReadPanoptic(const std::string& path,
       throw InputError(file, "", "the file name holds no frame number");
     }
     const JsonValue root = parser.Parse(file);
-    Located(
-        file, [] { return ""; }, [&] { ReadFile(root, *frame, &collector); });
+    Located(file, [&] { ReadFile(root, *frame, &collector); });
   }
   return collector.Finish();
 }

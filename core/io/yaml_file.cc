@@ -94,6 +94,21 @@ class YamlConverter {
   int count_ = 0;
 };
 
+// The parser takes a second for each million open brackets before it refuses
+// them. Brackets in texts count too; no calibration has that many.
+void RefuseDeepBrackets(const std::string& text, const std::string& file) {
+  int depth = 0;
+  for (const char c : text) {
+    if (c == '[' || c == '{') ++depth;
+    if ((c == ']' || c == '}') && depth > 0) --depth;
+    if (depth > kMaxJsonDepth) {
+      throw InputError(
+          file, "",
+          "is nested deeper than " + std::to_string(kMaxJsonDepth) + " levels");
+    }
+  }
+}
+
 // OpenCV writes "%YAML:1.0", which YAML does not know. The line stays, empty,
 // so that line numbers are the file's.
 std::string WithoutDirective(const std::string& text) {
@@ -105,6 +120,7 @@ std::string WithoutDirective(const std::string& text) {
 }  // namespace
 
 Json ParseYaml(const std::string& text, const std::string& file) {
+  RefuseDeepBrackets(text, file);
   std::vector<YAML::Node> documents;
   try {
     documents = YAML::LoadAll(WithoutDirective(text));

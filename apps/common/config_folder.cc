@@ -1,0 +1,42 @@
+#include "apps/common/config_folder.h"
+
+#include <unistd.h>
+
+#include <climits>
+#include <cstddef>
+
+#include "core/base/error.h"
+#include "core/io/text_file.h"
+
+namespace kinegraph {
+namespace {
+
+// "/usr/bin" of "/usr/bin/kinegraph-track"; empty for "/usr".
+std::string Parent(const std::string& path) {
+  const size_t slash = path.find_last_of('/');
+  return slash == std::string::npos ? "" : path.substr(0, slash);
+}
+
+std::string ProgramPath() {
+  char buffer[PATH_MAX];
+  const ssize_t length = readlink("/proc/self/exe", buffer, sizeof(buffer));
+  return length > 0 ? std::string(buffer, static_cast<size_t>(length)) : "";
+}
+
+}  // namespace
+
+std::string ProjectConfig(const std::string& name) {
+  std::string folder = Parent(ProgramPath());
+  const std::string installed =
+      Parent(folder) + "/share/kinegraph/configs/" + name;
+  if (IsFile(installed)) return installed;
+  // build/apps, build/tests/benchmarks: the project's root is further up.
+  for (; !folder.empty(); folder = Parent(folder)) {
+    const std::string candidate = folder + "/configs/" + name;
+    if (IsFile(candidate)) return candidate;
+  }
+  throw InputError("configs/" + name, "",
+                   "not found beside the program or above it");
+}
+
+}  // namespace kinegraph

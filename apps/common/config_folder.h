@@ -1,0 +1,16 @@
+// Where the project's configurations are.
+#ifndef KINEGRAPH_APPS_COMMON_CONFIG_FOLDER_H_
+#define KINEGRAPH_APPS_COMMON_CONFIG_FOLDER_H_
+
+#include <string>
+
+namespace kinegraph {
+
+// Path of configs/`name` ("paper/shelf.toml"): beside an installed program
+// (../share/kinegraph/configs) or above one in the build folder. Throws
+// InputError when it is in none of these places.
+std::string ProjectConfig(const std::string& name);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMMON_CONFIG_FOLDER_H_

@@ -1,0 +1,474 @@
+#include "apps/common/evaluation_output.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "apps/common/table.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kMmPerM = 1000.0;
+
+Json ToJson(const Share& share) {
+  return {{"count", share.count},
+          {"total", share.total},
+          {"percent", share.percent()}};
+}
+
+template <typename Number>
+Json ToJson(const std::optional<Number>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+Json IdToJson(const std::optional<TrackId>& id) {
+  return id ? Json(id->value()) : Json(nullptr);
+}
+
+std::string ActorList(const std::vector<int64_t>& actors) {
+  std::string list;
+  for (const int64_t actor : actors) {
+    list += (list.empty() ? "" : ", ") + std::to_string(actor);
+  }
+  return list;
+}
+
+std::string FramesText(const std::vector<FrameRange>& ranges) {
+  if (ranges.empty()) return "all";
+  std::string text;
+  for (const FrameRange& range : ranges) {
+    text += (text.empty() ? "" : ",") + std::to_string(range.begin) + ":" +
+            std::to_string(range.end);
+  }
+  return text;
+}
+
+std::string WithInterval(double value, const Interval& interval, int decimals) {
+  return Fixed(value, decimals) + " " + IntervalCell(interval, decimals);
+}
+
+// ---- PCP
+
+Json ToJson(const PcpProtocol& protocol) {
+  Json frames = Json::array();
+  for (const FrameRange& range : protocol.frames) {
+    frames.push_back({range.begin, range.end});
+  }
+  return {{"name", protocol.name},
+          {"frames", frames},
+          {"head", ToString(protocol.head)},
+          {"endpoints", ToString(protocol.endpoints)},
+          {"matching", ToString(protocol.matching)},
+          {"tolerance", protocol.tolerance},
+          {"strictly_less", protocol.strictly_less},
+          {"headline_actors", protocol.headline_actors}};
+}
+
+std::string PcpHeading(const PcpProtocol& protocol) {
+  return "PCP, protocol " + protocol.name + ": head " +
+         ToString(protocol.head) + ", endpoints " +
+         ToString(protocol.endpoints) +
+         (protocol.strictly_less ? " (strictly less)" : "") + ", matching " +
+         ToString(protocol.matching) + ", frames " +
+         FramesText(protocol.frames) + "\n";
+}
+
+std::string PcpTable(const PcpResult& result,
+                     const std::map<PcpGroup, Interval>& mean_intervals,
+                     const std::map<int64_t, Interval>& actor_intervals) {
+  const std::vector<int64_t> actors = result.Actors();
+  const std::string headline = ActorList(result.HeadlineActors());
+  std::vector<std::string> header = {"part, % (right/all)"};
+  for (const int64_t actor : actors) {
+    header.push_back("actor " + std::to_string(actor));
+  }
+  header.push_back("mean of " + headline + " [interval]");
+  header.push_back("pooled " + headline);
+  Table table(header);
+  for (const PcpGroup group : kPcpGroups) {
+    std::vector<std::string> row = {ToString(group)};
+    for (const int64_t actor : actors) {
+      row.push_back(PercentCell(CountParts(result, actor, group)));
+    }
+    row.push_back(
+        WithInterval(MeanOfActors(result, group), mean_intervals.at(group), 2));
+    row.push_back(PercentCell(PooledParts(result, group)));
+    table.AddRow(row);
+  }
+  std::vector<std::string> row = {"interval of total"};
+  for (const int64_t actor : actors) {
+    row.push_back(IntervalCell(actor_intervals.at(actor), 2));
+  }
+  table.AddRow(row);
+  return table.ToString();
+}
+
+// How many parts of each kind every actor lost.
+std::string LostTally(const PcpResult& result) {
+  const std::vector<int64_t> actors = result.Actors();
+  std::map<std::pair<int, int64_t>, int64_t> lost;
+  std::map<int64_t, int64_t> without_prediction;
+  for (const LostPart& part : result.lost) {
+    ++lost[{part.part, part.actor}];
+    if (!part.predicted) ++without_prediction[part.actor];
+  }
+  std::vector<std::string> header = {"lost parts"};
+  for (const int64_t actor : actors) {
+    header.push_back("actor " + std::to_string(actor));
+  }
+  Table table(header);
+  for (int part = 0; part < kPcpPartCount; ++part) {
+    std::vector<std::string> row = {PcpPartName(part)};
+    for (const int64_t actor : actors) {
+      row.push_back(std::to_string(lost[{part, actor}]));
+    }
+    table.AddRow(row);
+  }
+  std::vector<std::string> row = {"of these, nobody found"};
+  for (const int64_t actor : actors) {
+    row.push_back(std::to_string(without_prediction[actor]));
+  }
+  table.AddRow(row);
+  return table.ToString();
+}
+
+std::string LostList(const PcpResult& result) {
+  Table table({"part", "actor", "frame", "found as", "length m", "limit m",
+               "error of first end m", "of second end m"});
+  const auto error = [](const std::optional<double>& value) {
+    return value ? Fixed(*value, 3) : std::string("-");
+  };
+  for (const LostPart& lost : result.lost) {
+    table.AddRow(
+        {PcpPartName(lost.part), std::to_string(lost.actor),
+         std::to_string(lost.frame),
+         lost.predicted ? std::to_string(lost.predicted->value()) : "nobody",
+         Fixed(lost.length_m, 3),
+         Fixed(result.protocol.tolerance * lost.length_m, 3),
+         error(lost.first_error_m), error(lost.second_error_m)});
+  }
+  return table.ToString();
+}
+
+Json PcpJson(const PcpResult& result,
+             const std::map<PcpGroup, Interval>& mean_intervals,
+             const std::map<int64_t, Interval>& actor_intervals) {
+  Json json = {{"protocol", ToJson(result.protocol)}};
+  json["actors"] = Json::array();
+  for (const int64_t actor : result.Actors()) {
+    Json parts = Json::object();
+    for (const PcpGroup group : kPcpGroups) {
+      parts[ToString(group)] = ToJson(CountParts(result, actor, group));
+    }
+    json["actors"].push_back(
+        {{"actor", actor},
+         {"parts", parts},
+         {"interval_of_total", ToJson(actor_intervals.at(actor))}});
+  }
+  for (const PcpGroup group : kPcpGroups) {
+    json["mean_of_actors"][ToString(group)] = {
+        {"percent", MeanOfActors(result, group)},
+        {"interval", ToJson(mean_intervals.at(group))}};
+    json["pooled"][ToString(group)] = ToJson(PooledParts(result, group));
+  }
+  json["lost"] = Json::array();
+  for (const LostPart& lost : result.lost) {
+    json["lost"].push_back({{"frame", lost.frame},
+                            {"actor", lost.actor},
+                            {"part", PcpPartName(lost.part)},
+                            {"found", IdToJson(lost.predicted)},
+                            {"length_m", lost.length_m},
+                            {"first_error_m", ToJson(lost.first_error_m)},
+                            {"second_error_m", ToJson(lost.second_error_m)}});
+  }
+  json["person_frames"] = Json::array();
+  for (const PcpPersonFrame& person : result.person_frames) {
+    const Share share = person.Count(PcpGroup::kTotal);
+    json["person_frames"].push_back({{"frame", person.frame},
+                                     {"actor", person.actor},
+                                     {"found", IdToJson(person.predicted)},
+                                     {"right", share.count},
+                                     {"total", share.total}});
+  }
+  return json;
+}
+
+// ---- Held-out cameras
+
+constexpr std::array<const char*, kHeldOutFigureCount> kFigureKeys = {
+    "median_px", "p90_px", "p97_px", "mean_truncated_px"};
+
+struct HeldOutRow {
+  std::string kind;  // "all", "without face", "class", "view"
+  std::string name;
+  HeldOutFilter filter;
+};
+
+std::vector<HeldOutRow> HeldOutRows(
+    const std::vector<std::string>& view_names) {
+  std::vector<HeldOutRow> rows = {
+      {"all", "all joints", AllJoints()},
+      {"without_face", "without the face", JointsWithoutFace()}};
+  for (int i = 0; i < kJointClassCount; ++i) {
+    const auto joint_class = static_cast<JointClass>(i);
+    rows.push_back(
+        {"class", ToString(joint_class), JointsOfClass(joint_class)});
+  }
+  for (size_t view = 0; view < view_names.size(); ++view) {
+    rows.push_back(
+        {"view", view_names[view], JointsOfView(static_cast<int>(view))});
+  }
+  return rows;
+}
+
+Json ToJson(const HeldOutRow& row, const HeldOutSummary& summary) {
+  Json json = {{"kind", row.kind}, {"name", row.name}};
+  for (int i = 0; i < kHeldOutFigureCount; ++i) {
+    json[kFigureKeys[i]] = {{"value", summary.figures_px[i]},
+                            {"interval", ToJson(summary.intervals_px[i])}};
+  }
+  json["joints_predicted"] = ToJson(summary.predicted);
+  json["detections_paired"] = ToJson(summary.paired);
+  return json;
+}
+
+std::string Count(int64_t value) { return std::to_string(value); }
+
+}  // namespace
+
+std::string PercentCell(const Share& share) {
+  return Fixed(share.percent(), 2) + " (" + std::to_string(share.count) + "/" +
+         std::to_string(share.total) + ")";
+}
+
+std::string IntervalCell(const Interval& interval, int decimals) {
+  return "[" + Fixed(interval.low, decimals) + ", " +
+         Fixed(interval.high, decimals) + "]";
+}
+
+Json ToJson(const Interval& interval) {
+  return {{"low", interval.low},
+          {"high", interval.high},
+          {"standard_error", interval.standard_error}};
+}
+
+EvaluationOutput DescribePcp(const PcpResult& result, bool list_lost,
+                             const BootstrapOptions& bootstrap) {
+  std::map<PcpGroup, Interval> mean_intervals;
+  for (const PcpGroup group : kPcpGroups) {
+    mean_intervals[group] = MeanOfActorsInterval(result, group, bootstrap);
+  }
+  std::map<int64_t, Interval> actor_intervals;
+  for (const int64_t actor : result.Actors()) {
+    actor_intervals[actor] =
+        ActorInterval(result, actor, PcpGroup::kTotal, bootstrap);
+  }
+  EvaluationOutput output;
+  output.text = PcpHeading(result.protocol) +
+                PcpTable(result, mean_intervals, actor_intervals) + "\n" +
+                LostTally(result);
+  if (list_lost) {
+    output.text += "\n" + LostList(result);
+  } else if (!result.lost.empty()) {
+    output.text += "(--lost lists them)\n";
+  }
+  output.json = PcpJson(result, mean_intervals, actor_intervals);
+  return output;
+}
+
+EvaluationOutput DescribeParity(const ParityResult& result,
+                                const ParityOptions& options,
+                                const Skeleton& reference_skeleton) {
+  Table table({"parity", "value"});
+  const auto within = [](double distance_m) {
+    return "joints within " + Fixed(distance_m * kMmPerM, 2) + " mm, %";
+  };
+  const auto exactly = [](const Share& share) {  // 99.99 matters here
+    return Fixed(share.percent(), 4) + " (" + Count(share.count) + "/" +
+           Count(share.total) + ")";
+  };
+  table.AddRow({within(options.near_m), exactly(result.near)});
+  table.AddRow({within(options.very_near_m), exactly(result.very_near)});
+  table.AddRow({"joints missing", Count(result.joints_missing)});
+  table.AddRow({"joints too many", Count(result.joints_extra)});
+  const std::string worst_joint =
+      result.worst.distance_m > 0.0
+          ? reference_skeleton.joints()[result.worst.joint]
+          : "";
+  table.AddRow({"worst distance, mm",
+                Fixed(result.worst.distance_m * kMmPerM, 4) +
+                    (worst_joint.empty()
+                         ? ""
+                         : " (" + worst_joint + ", person " +
+                               Count(result.worst.id.value()) + ", frame " +
+                               Count(result.worst.frame) + ")")});
+  table.AddRow(
+      {"identities one-to-one", result.identities_one_to_one ? "yes" : "no"});
+  table.AddRow({"identities", Count(result.identities) + " against " +
+                                  Count(result.reference_identities)});
+  table.AddRow({"person-frames", Count(result.person_frames) + " against " +
+                                     Count(result.reference_person_frames) +
+                                     ", paired " +
+                                     Count(result.paired_person_frames)});
+  Json worst = {{"distance_m", result.worst.distance_m}};
+  if (!worst_joint.empty()) {
+    worst["joint"] = worst_joint;
+    worst["person"] = result.worst.id.value();
+    worst["frame"] = result.worst.frame;
+  }
+  return {table.ToString(),
+          {{"near_m", options.near_m},
+           {"near", ToJson(result.near)},
+           {"very_near_m", options.very_near_m},
+           {"very_near", ToJson(result.very_near)},
+           {"joints_missing", result.joints_missing},
+           {"joints_extra", result.joints_extra},
+           {"worst", worst},
+           {"identities_one_to_one", result.identities_one_to_one},
+           {"identities", result.identities},
+           {"reference_identities", result.reference_identities},
+           {"person_frames", result.person_frames},
+           {"reference_person_frames", result.reference_person_frames},
+           {"paired_person_frames", result.paired_person_frames}}};
+}
+
+EvaluationOutput DescribeMpjpe(const MpjpeResult& result) {
+  const auto mm = [](double metres) { return Fixed(metres * kMmPerM, 1); };
+  const auto scaled = [](Interval interval) {
+    interval.low *= kMmPerM;
+    interval.high *= kMmPerM;
+    return IntervalCell(interval, 1);
+  };
+  Table table({"MPJPE, mm", "joints", "raw", "bias removed", "offset right",
+               "forward", "up"});
+  Json joints = Json::array();
+  for (const JointError& joint : result.joints) {
+    table.AddRow({joint.joint, Count(joint.count), mm(joint.raw_m),
+                  mm(joint.bias_removed_m), mm(joint.offset_m.x()),
+                  mm(joint.offset_m.y()), mm(joint.offset_m.z())});
+    joints.push_back(
+        {{"joint", joint.joint},
+         {"count", joint.count},
+         {"raw_m", joint.raw_m},
+         {"bias_removed_m", joint.bias_removed_m},
+         {"offset_m",
+          {joint.offset_m.x(), joint.offset_m.y(), joint.offset_m.z()}}});
+  }
+  table.AddRow({"all", Count(result.joints_found.count), mm(result.raw_m),
+                mm(result.bias_removed_m)});
+  table.AddRow({"interval", "", scaled(result.raw_interval),
+                scaled(result.bias_removed_interval)});
+  return {table.ToString() + "people found, %: " + PercentCell(result.found) +
+              "\ntheir joints found, %: " + PercentCell(result.joints_found) +
+              "\n",
+          {{"raw_m", result.raw_m},
+           {"raw_interval_m", ToJson(result.raw_interval)},
+           {"bias_removed_m", result.bias_removed_m},
+           {"bias_removed_interval_m", ToJson(result.bias_removed_interval)},
+           {"joints", joints},
+           {"people_found", ToJson(result.found)},
+           {"joints_found", ToJson(result.joints_found)}}};
+}
+
+EvaluationOutput DescribeIdentity(const IdentityResult& result) {
+  Table table({"identity", "value"});
+  table.AddRow({"switches", Count(result.switches)});
+  table.AddRow({"fragments", Count(result.fragments)});
+  table.AddRow({"MOTA, %", Fixed(100.0 * result.Mota(), 2)});
+  table.AddRow({"IDF1, %", Fixed(100.0 * result.Idf1(), 2)});
+  table.AddRow({"misses", Count(result.misses)});
+  table.AddRow({"false positives", Count(result.false_positives)});
+  table.AddRow({"matches", Count(result.matches)});
+  table.AddRow({"identities", Count(result.identities) + " for " +
+                                  Count(result.true_people) + " people"});
+  table.AddRow({"person-frames", Count(result.found_person_frames) + " for " +
+                                     Count(result.true_person_frames)});
+  return {table.ToString(),
+          {{"switches", result.switches},
+           {"fragments", result.fragments},
+           {"mota", result.Mota()},
+           {"idf1", result.Idf1()},
+           {"misses", result.misses},
+           {"false_positives", result.false_positives},
+           {"matches", result.matches},
+           {"identity_true_positives", result.identity_true_positives},
+           {"identities", result.identities},
+           {"true_people", result.true_people},
+           {"found_person_frames", result.found_person_frames},
+           {"true_person_frames", result.true_person_frames}}};
+}
+
+EvaluationOutput DescribePanoptic(const PanopticResult& result,
+                                  const PanopticOptions& options) {
+  Table table({"threshold, mm", "AP, %", "recall, %"});
+  Json thresholds = Json::array();
+  for (size_t i = 0; i < options.thresholds_m.size(); ++i) {
+    const double threshold_m = options.thresholds_m[i];
+    table.AddRow({Fixed(threshold_m * kMmPerM, 0),
+                  Fixed(100.0 * result.average_precision[i], 2),
+                  PercentCell(result.recall[i])});
+    thresholds.push_back({{"threshold_m", threshold_m},
+                          {"average_precision", result.average_precision[i]},
+                          {"recall", ToJson(result.recall[i])}});
+  }
+  table.AddRow({Fixed(options.recall_threshold_m * kMmPerM, 0), "",
+                PercentCell(result.recall_at_limit)});
+  return {
+      table.ToString() + "MPJPE, mm: " + Fixed(result.mpjpe_m * kMmPerM, 2) +
+          "\njoints compared, %: " + PercentCell(result.joints_compared) + "\n",
+      {{"thresholds", thresholds},
+       {"recall_at_limit", ToJson(result.recall_at_limit)},
+       {"mpjpe_m", result.mpjpe_m},
+       {"joints_compared", ToJson(result.joints_compared)},
+       {"found_person_frames", result.found_person_frames}}};
+}
+
+EvaluationOutput DescribeMotion(const MotionResult& result) {
+  return {"acceleration, m/s^2: " +
+              WithInterval(result.acceleration_m_s2,
+                           result.acceleration_interval, 2) +
+              " (" + Count(result.acceleration_count) + " joints)\n" +
+              "bone-length spread, mm: " +
+              Fixed(result.bone_length_spread_m * kMmPerM, 2) + " (" +
+              Count(result.bone_count) + " bones)\n",
+          {{"acceleration_m_s2", result.acceleration_m_s2},
+           {"acceleration_interval_m_s2", ToJson(result.acceleration_interval)},
+           {"acceleration_count", result.acceleration_count},
+           {"bone_length_spread_m", result.bone_length_spread_m},
+           {"bone_count", result.bone_count}}};
+}
+
+EvaluationOutput DescribeCoverage(const Share& covered) {
+  return {"true person-frames covered, %: " + PercentCell(covered) + "\n",
+          ToJson(covered)};
+}
+
+EvaluationOutput DescribeHeldOut(const HeldOutScores& scores,
+                                 const std::vector<std::string>& view_names,
+                                 const BootstrapOptions& bootstrap) {
+  Table table({"held-out error, px", "median", "p90", "p97",
+               "mean of min(error, " + Fixed(kHeldOutTruncationPx, 0) + ")",
+               "joints predicted, %", "detections paired, %"});
+  Json rows = Json::array();
+  for (const HeldOutRow& row : HeldOutRows(view_names)) {
+    const HeldOutSummary summary =
+        SummariseHeldOut(scores, row.filter, bootstrap);
+    if (summary.predicted.total == 0) continue;
+    std::vector<std::string> cells = {row.name};
+    for (int i = 0; i < kHeldOutFigureCount; ++i) {
+      cells.push_back(
+          WithInterval(summary.figures_px[i], summary.intervals_px[i], 2));
+    }
+    cells.push_back(PercentCell(summary.predicted));
+    cells.push_back(PercentCell(summary.paired));
+    table.AddRow(cells);
+    rows.push_back(ToJson(row, summary));
+  }
+  return {table.ToString(), {{"rows", rows}}};
+}
+
+}  // namespace kinegraph

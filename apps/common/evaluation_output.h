@@ -1,0 +1,51 @@
+// Results of core/evaluation as tables for people and as JSON for scripts.
+#ifndef KINEGRAPH_APPS_COMMON_EVALUATION_OUTPUT_H_
+#define KINEGRAPH_APPS_COMMON_EVALUATION_OUTPUT_H_
+
+#include <string>
+#include <vector>
+
+#include "core/evaluation/held_out.h"
+#include "core/evaluation/identity.h"
+#include "core/evaluation/motion.h"
+#include "core/evaluation/mpjpe.h"
+#include "core/evaluation/panoptic.h"
+#include "core/evaluation/parity.h"
+#include "core/evaluation/pcp.h"
+#include "core/io/json.h"
+
+namespace kinegraph {
+
+// The same result twice. In JSON lengths are metres or pixels as the key says,
+// shares counts with their percentage; a value that does not exist is null.
+struct EvaluationOutput {
+  std::string text;
+  Json json;
+};
+
+// Counts stand beside percentages, intervals beside the headline. `list_lost`
+// adds every lost part to the text (the JSON has them always).
+EvaluationOutput DescribePcp(const PcpResult& result, bool list_lost,
+                             const BootstrapOptions& bootstrap = {});
+EvaluationOutput DescribeParity(const ParityResult& result,
+                                const ParityOptions& options,
+                                const Skeleton& reference_skeleton);
+EvaluationOutput DescribeMpjpe(const MpjpeResult& result);
+EvaluationOutput DescribeIdentity(const IdentityResult& result);
+EvaluationOutput DescribePanoptic(const PanopticResult& result,
+                                  const PanopticOptions& options);
+EvaluationOutput DescribeMotion(const MotionResult& result);
+EvaluationOutput DescribeCoverage(const Share& covered);
+// All joints, those without the face, each joint class and each view.
+EvaluationOutput DescribeHeldOut(const HeldOutScores& scores,
+                                 const std::vector<std::string>& view_names,
+                                 const BootstrapOptions& bootstrap = {});
+
+// Pieces that other tables share.
+std::string PercentCell(const Share& share);  // "99.71 (2782/2790)"
+std::string IntervalCell(const Interval& interval, int decimals);  // "[1, 2]"
+Json ToJson(const Interval& interval);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMMON_EVALUATION_OUTPUT_H_

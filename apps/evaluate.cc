@@ -1,0 +1,442 @@
+// kinegraph-evaluate: tracks against a ground truth, another result, or what a
+// camera saw that was left out.
+#include <gflags/gflags.h>
+
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/common/app.h"
+#include "apps/common/evaluation_output.h"
+#include "apps/common/progress.h"
+#include "apps/common/track_run.h"
+#include "core/base/error.h"
+#include "core/io/atomic_file.h"
+#include "core/io/calibration.h"
+#include "core/io/detection_source.h"
+#include "core/io/held_out_set.h"
+#include "core/io/tracks.h"
+#include "core/io/view_pairing.h"
+
+DEFINE_string(tracks, "", "tracks to evaluate");
+DEFINE_string(ground_truth, "", "what to compare with: a file or a folder");
+DEFINE_string(protocol, "",
+              "shelf, campus, campus_extended, 4d_association, panoptic, "
+              "mpjpe, identity, parity or held_out_camera");
+DEFINE_string(head, "",
+              "PCP: chu, mvpose, voxelpose, 4d or raw; empty: the protocol's");
+DEFINE_string(endpoints, "", "PCP: mean or each; empty: the protocol's");
+DEFINE_string(matching, "",
+              "PCP: nearest or one_to_one; empty: the protocol's");
+DEFINE_string(frames, "",
+              "A:B,... includes A and excludes B; empty: the protocol's");
+DEFINE_bool(lost, false, "PCP: list every lost part");
+DEFINE_string(cameras, "", "held_out_camera: calibration file or folder");
+DEFINE_string(detections, "", "held_out_camera: 2D detections");
+DEFINE_string(config, "", "held_out_camera: configuration (TOML)");
+DEFINE_string(mode, "", "held_out_camera: paper or graph");
+DEFINE_string(set, "", "held_out_camera: keys to change: key=value;...");
+DEFINE_string(held_out_set, "",
+              "held_out_camera: detections to score; empty: those that the "
+              "reference was made from");
+DEFINE_string(reference, "",
+              "held_out_camera: tracks of all cameras that name the people; "
+              "empty: tracked in paper mode");
+DEFINE_string(runs, "",
+              "held_out_camera: tracks to score instead of tracking, made "
+              "without the first view, without the second, ...");
+DEFINE_string(json, "", "file to write the result to");
+
+namespace kinegraph {
+namespace {
+
+constexpr const char* kHeldOutCamera = "held_out_camera";
+
+// ---- Flags
+
+struct NamedFlag {
+  const char* name;
+  const std::string* value;
+};
+
+// A flag that a protocol does not use would be ignored in silence.
+void RefuseFlags(const std::vector<NamedFlag>& flags) {
+  for (const NamedFlag& flag : flags) {
+    if (flag.value->empty()) continue;
+    throw InputError("--" + std::string(flag.name) +
+                     " has no meaning with --protocol=" + FLAGS_protocol);
+  }
+}
+
+void RefusePcpFlags() {
+  RefuseFlags({{"head", &FLAGS_head},
+               {"endpoints", &FLAGS_endpoints},
+               {"matching", &FLAGS_matching}});
+  if (FLAGS_lost) {
+    throw InputError("--lost has no meaning with --protocol=" + FLAGS_protocol);
+  }
+}
+
+void RefuseHeldOutFlags() {
+  RefuseFlags({{"cameras", &FLAGS_cameras},
+               {"detections", &FLAGS_detections},
+               {"config", &FLAGS_config},
+               {"mode", &FLAGS_mode},
+               {"set", &FLAGS_set},
+               {"held_out_set", &FLAGS_held_out_set},
+               {"reference", &FLAGS_reference},
+               {"runs", &FLAGS_runs}});
+}
+
+[[noreturn]] void FailFlag(const std::string& flag, const std::string& found,
+                           const std::string& expected) {
+  throw InputError("--" + flag + ": found '" + Printable(found) +
+                   "', expected " + expected);
+}
+
+std::vector<FrameRange> Frames() { return ParseFrameRanges(FLAGS_frames); }
+
+void ApplyPcpFlags(PcpProtocol* protocol) {
+  const bool campus = protocol->name.rfind("campus", 0) == 0;
+  if (!FLAGS_head.empty()) {
+    const auto head = HeadConversionByName(FLAGS_head, campus);
+    if (!head) {
+      FailFlag("head", FLAGS_head, "chu, mvpose, voxelpose, 4d or raw");
+    }
+    protocol->head = *head;
+  }
+  if (FLAGS_endpoints == ToString(EndpointRule::kMean)) {
+    protocol->endpoints = EndpointRule::kMean;
+  } else if (FLAGS_endpoints == ToString(EndpointRule::kEach)) {
+    protocol->endpoints = EndpointRule::kEach;
+  } else if (!FLAGS_endpoints.empty()) {
+    FailFlag("endpoints", FLAGS_endpoints, "mean or each");
+  }
+  if (FLAGS_matching == ToString(PersonMatching::kNearest)) {
+    protocol->matching = PersonMatching::kNearest;
+  } else if (FLAGS_matching == ToString(PersonMatching::kOneToOne)) {
+    protocol->matching = PersonMatching::kOneToOne;
+  } else if (!FLAGS_matching.empty()) {
+    FailFlag("matching", FLAGS_matching, "nearest or one_to_one");
+  }
+  if (!FLAGS_frames.empty()) protocol->frames = Frames();
+}
+
+// ---- Output
+
+void Finish(const EvaluationOutput& output) {
+  std::fputs(output.text.c_str(), stdout);
+  if (FLAGS_json.empty()) return;
+  Json json = {{"protocol", FLAGS_protocol}};
+  if (!FLAGS_tracks.empty()) json["tracks"] = FLAGS_tracks;
+  if (!FLAGS_ground_truth.empty()) json["ground_truth"] = FLAGS_ground_truth;
+  if (!FLAGS_runs.empty()) json["runs"] = ParseList(FLAGS_runs, "runs");
+  json["result"] = output.json;
+  AtomicFile file(FLAGS_json);
+  file.Write(json.dump(1) + "\n");
+  file.Commit();
+}
+
+void Append(const std::string& key, const EvaluationOutput& more,
+            EvaluationOutput* output) {
+  output->text += "\n" + more.text;
+  output->json[key] = more.json;
+}
+
+// ---- Against a ground truth
+
+// Tracks and what they are compared with.
+struct Compared {
+  TrackSequence truth;
+  TrackSequence tracks;
+};
+
+Compared ReadBoth(const TrackReadOptions& options = {}) {
+  RequireFlag("tracks", FLAGS_tracks);
+  RequireFlag("ground_truth", FLAGS_ground_truth);
+  return {ReadTracks(FLAGS_ground_truth, options),
+          ReadTracks(FLAGS_tracks, options)};
+}
+
+// A wrong pair of files or of frames shall not pass for a bad score.
+void RequireTruth(const Compared& compared,
+                  const std::vector<FrameRange>& frames) {
+  for (const TrackFrame& frame : compared.truth.frames) {
+    if (!frame.people.empty() && ContainsFrame(frames, frame.frame)) return;
+  }
+  throw InputError(FLAGS_ground_truth, "",
+                   "nobody is annotated in the frames asked for");
+}
+
+// What can be said of a motion with and without a ground truth.
+void AppendMotion(const Compared& compared,
+                  const std::vector<FrameRange>& frames,
+                  EvaluationOutput* output) {
+  Append("coverage",
+         DescribeCoverage(
+             EvaluateCoverage(compared.truth, compared.tracks, frames)),
+         output);
+  const double frame_rate_hz = compared.tracks.header.frame_rate_hz;
+  if (frame_rate_hz <= 0.0) {
+    output->text += "(no acceleration: the tracks do not tell a frame rate)\n";
+    return;
+  }
+  MotionOptions options;
+  options.frames = frames;
+  const EvaluationOutput motion =
+      DescribeMotion(EvaluateMotion(compared.tracks, frame_rate_hz, options));
+  output->text += motion.text;
+  output->json["motion"] = motion.json;
+}
+
+void RunPcp(PcpProtocol protocol) {
+  ApplyPcpFlags(&protocol);
+  TrackReadOptions options;
+  if (protocol.stored_zeros_are_positions) {
+    options.stored_zeros = StoredZeros::kKeep;
+  }
+  const Compared compared = ReadBoth(options);
+  RequireTruth(compared, protocol.frames);
+  EvaluationOutput output = DescribePcp(
+      EvaluatePcp(compared.truth, compared.tracks, protocol), FLAGS_lost);
+  AppendMotion(compared, protocol.frames, &output);
+  Finish(output);
+}
+
+void RunParity() {
+  const Compared compared = ReadBoth();
+  ParityOptions options;
+  options.frames = Frames();
+  Finish(
+      DescribeParity(EvaluateParity(compared.truth, compared.tracks, options),
+                     options, compared.truth.header.skeleton));
+}
+
+void RunMpjpe() {
+  const Compared compared = ReadBoth();
+  MpjpeOptions options;
+  options.frames = Frames();
+  RequireTruth(compared, options.frames);
+  // In the world of CMU Panoptic y points down.
+  const std::string& skeleton = compared.truth.header.skeleton.name();
+  if (skeleton == Panoptic19().name() || skeleton == Panoptic15().name()) {
+    options.up = -Eigen::Vector3d::UnitY();
+  }
+  EvaluationOutput output =
+      DescribeMpjpe(EvaluateMpjpe(compared.truth, compared.tracks, options));
+  AppendMotion(compared, options.frames, &output);
+  Finish(output);
+}
+
+void RunIdentity() {
+  const Compared compared = ReadBoth();
+  IdentityOptions options;
+  options.frames = Frames();
+  RequireTruth(compared, options.frames);
+  Finish(DescribeIdentity(
+      EvaluateIdentity(compared.truth, compared.tracks, options)));
+}
+
+void RunPanoptic() {
+  const Compared compared = ReadBoth();
+  PanopticOptions options;
+  options.frames = Frames();
+  RequireTruth(compared, options.frames);
+  EvaluationOutput output = DescribePanoptic(
+      EvaluatePanoptic(compared.truth, compared.tracks, options), options);
+  AppendMotion(compared, options.frames, &output);
+  Finish(output);
+}
+
+// ---- Held-out cameras
+
+// Everything that is scored with, whoever made the runs.
+struct HeldOutInput {
+  RunOptions options;
+  CameraRig rig;      // as the file has them
+  CameraRig cameras;  // in the order of the views
+  DetectionSequence detections;
+
+  const std::vector<std::string>& views() const {
+    return detections.header.view_names;
+  }
+};
+
+HeldOutInput ReadHeldOutInput() {
+  RequireFlag("cameras", FLAGS_cameras);
+  RequireFlag("detections", FLAGS_detections);
+  HeldOutInput input;
+  if (!FLAGS_config.empty()) {
+    input.options = ReadRunOptions(FLAGS_config, FLAGS_set, FLAGS_mode);
+  }
+  input.rig = ReadCameras(FLAGS_cameras, input.options.cameras);
+  input.detections =
+      ReadDetections(FLAGS_detections, DetectionOptionsOf(input.options));
+  input.cameras =
+      CamerasOfViews(input.views(), input.rig, input.options.cameras.map);
+  return input;
+}
+
+// Tracks with every view but `without` (none: -1).
+TrackSequence Track(const RunOptions& options, const HeldOutInput& input,
+                    int without) {
+  RunRequest request;
+  request.cameras = input.rig;
+  request.frames = Frames();
+  if (without >= 0) request.without_cameras = {input.views()[without]};
+  return TrackSequenceOf(options, request, input.detections);
+}
+
+// The tracks that name the people of the scored set.
+TrackSequence ReadOrTrackReference(const HeldOutInput& input) {
+  if (!FLAGS_reference.empty()) return ReadTracks(FLAGS_reference);
+  if (!FLAGS_held_out_set.empty()) {
+    throw InputError(
+        "--reference is required with --held_out_set: the tracks whose people "
+        "the set names");
+  }
+  RequireFlag("config", FLAGS_config);
+  RunOptions options = ReadRunOptions(FLAGS_config, FLAGS_set, "paper");
+  options.output.observations = true;  // whom each detection belongs to
+  return Track(options, input, -1);
+}
+
+// Also the cap of each camera: that of the set, or a tenth of the image width.
+struct ScoredSet {
+  HeldOutSet set;
+  bool cap_by_width = false;
+};
+
+ScoredSet ReadOrMakeSet(const HeldOutInput& input,
+                        const TrackSequence& reference) {
+  ScoredSet scored;
+  if (!FLAGS_held_out_set.empty()) {
+    scored.set = ReadHeldOutSet(FLAGS_held_out_set, input.views());
+  } else {
+    scored.set = MakeHeldOutSet(reference, 0.0);
+    scored.cap_by_width = true;
+  }
+  const std::vector<FrameRange> frames = Frames();
+  std::vector<HeldOutDetection> kept;
+  for (const HeldOutDetection& detection : scored.set.detections) {
+    if (ContainsFrame(frames, detection.frame)) kept.push_back(detection);
+  }
+  scored.set.detections = std::move(kept);
+  if (scored.set.detections.empty()) {
+    throw InputError(
+        "held-out set: no detection to score" +
+        std::string(FLAGS_held_out_set.empty()
+                        ? "; does --reference hold matches (track it with "
+                          "output.observations = true)?"
+                        : " in the frames asked for"));
+  }
+  return scored;
+}
+
+double CapOf(const ScoredSet& scored, const Camera& camera) {
+  if (!scored.cap_by_width) return scored.set.cap_px;
+  if (camera.width_px() <= 0) {
+    throw InputError(FLAGS_cameras, "camera '" + camera.name() + "'",
+                     "no image size, which bounds the held-out error "
+                     "(cameras.image_size)");
+  }
+  return 0.1 * camera.width_px();
+}
+
+// The runs without each view in turn: read, or tracked.
+class HeldOutRuns {
+ public:
+  explicit HeldOutRuns(const HeldOutInput& input)
+      : input_(input), files_(ParseList(FLAGS_runs, "runs")) {
+    if (files_.empty()) {
+      RequireFlag("config", FLAGS_config);
+    } else if (files_.size() != input.views().size()) {
+      throw InputError("--runs: found " + std::to_string(files_.size()) +
+                       " files, expected one for each of the " +
+                       std::to_string(input.views().size()) + " views");
+    }
+  }
+
+  TrackSequence Get(int view) const {
+    if (!files_.empty()) return ReadTracks(files_[view]);
+    return Track(input_.options, input_, view);
+  }
+
+ private:
+  const HeldOutInput& input_;
+  std::vector<std::string> files_;
+};
+
+void RunHeldOut() {
+  RefuseFlags(
+      {{"tracks", &FLAGS_tracks}, {"ground_truth", &FLAGS_ground_truth}});
+  const HeldOutInput input = ReadHeldOutInput();
+  const HeldOutRuns runs(input);
+  const TrackSequence reference = ReadOrTrackReference(input);
+  ScoredSet scored = ReadOrMakeSet(input, reference);
+  HeldOutScores scores;
+  std::vector<double> caps_px;
+  {
+    const int views = static_cast<int>(input.views().size());
+    Progress progress("leaving out cameras", views);
+    for (int view = 0; view < views; ++view) {
+      const Camera& camera = input.cameras[view];
+      scored.set.cap_px = CapOf(scored, camera);
+      caps_px.push_back(scored.set.cap_px);
+      ScoreHeldOutCamera(scored.set, input.detections, view, camera, reference,
+                         runs.Get(view), &scores);
+      progress.Set(view + 1);
+    }
+  }
+  EvaluationOutput output = DescribeHeldOut(scores, input.views());
+  output.json["min_confidence"] = scored.set.min_confidence;
+  output.json["pairing_gate_m"] = scored.set.pairing_gate_m;
+  output.json["cap_px"] = caps_px;
+  if (FLAGS_runs.empty()) {
+    output.json["config"] = Json::parse(EffectiveConfigJson(input.options));
+  }
+  Finish(output);
+}
+
+void RunEvaluate() {
+  RequireFlag("protocol", FLAGS_protocol);
+  if (FLAGS_protocol == kHeldOutCamera) {
+    RefusePcpFlags();
+    RunHeldOut();
+    return;
+  }
+  RefuseHeldOutFlags();
+  if (const auto protocol = PcpProtocolByName(FLAGS_protocol)) {
+    RunPcp(*protocol);
+    return;
+  }
+  RefusePcpFlags();
+  if (FLAGS_protocol == "parity") {
+    RunParity();
+  } else if (FLAGS_protocol == "mpjpe") {
+    RunMpjpe();
+  } else if (FLAGS_protocol == "identity") {
+    RunIdentity();
+  } else if (FLAGS_protocol == "panoptic") {
+    RunPanoptic();
+  } else {
+    FailFlag("protocol", FLAGS_protocol,
+             "shelf, campus, campus_extended, 4d_association, panoptic, mpjpe, "
+             "identity, parity or held_out_camera");
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+int main(int argc, char** argv) {
+  return kinegraph::RunApp(
+      argc, argv,
+      {"evaluate", "scores tracks",
+       "--protocol=NAME --tracks=F --ground_truth=PATH\n"
+       "       kinegraph-evaluate --protocol=held_out_camera --cameras=F "
+       "--detections=PATH --config=F"},
+      kinegraph::RunEvaluate);
+}

@@ -1,0 +1,127 @@
+#include "apps/tables/ablation.h"
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+#include "apps/common/table.h"
+
+namespace kinegraph {
+namespace {
+
+std::string NameOf(const AblationCell& cell) {
+  const std::string affinity =
+      cell.affinity == AffinityKind::kPart ? "part-aware" : "body-aware";
+  return affinity + (cell.joints_filter ? ", joints filter" : ", no filter");
+}
+
+std::string Percent(const Share& share) {
+  return Fixed(share.percent(), 2) + " (" + std::to_string(share.count) + "/" +
+         std::to_string(share.total) + ")";
+}
+
+std::string Range(const Interval& interval) {
+  return Fixed(interval.low, 2) + " .. " + Fixed(interval.high, 2);
+}
+
+}  // namespace
+
+std::vector<AblationCell> RunAblation(const LoadedDataset& loaded) {
+  std::vector<AblationCell> cells;
+  for (const AffinityKind affinity :
+       {AffinityKind::kBody, AffinityKind::kPart}) {
+    for (const bool joints_filter : {false, true}) {
+      RunOptions options = loaded.options;
+      options.tracker.association.affinity = affinity;
+      options.tracker.reconstruction.joints_filter = joints_filter;
+      const TrackSequence tracks =
+          TrackSequenceOf(options, loaded.request, loaded.detections);
+      AblationCell cell;
+      cell.affinity = affinity;
+      cell.joints_filter = joints_filter;
+      cell.pcp = EvaluatePcp(loaded.truth, tracks, loaded.dataset.protocol);
+      IdentityOptions identity;
+      identity.frames = loaded.dataset.protocol.frames;
+      cell.identity = EvaluateIdentity(loaded.truth, tracks, identity);
+      if (!cells.empty()) {
+        const PcpResult& baseline = cells.front().pcp;
+        cell.difference = MeanOfActors(cell.pcp, PcpGroup::kTotal) -
+                          MeanOfActors(baseline, PcpGroup::kTotal);
+        cell.difference_interval =
+            MeanOfActorsDifference(cell.pcp, baseline, PcpGroup::kTotal);
+      }
+      cells.push_back(std::move(cell));
+    }
+  }
+  return cells;
+}
+
+std::string AblationMarkdown(const LoadedDataset& loaded,
+                             const std::vector<AblationCell>& cells) {
+  std::vector<std::string> header = {"front end"};
+  for (const int64_t actor : cells.front().pcp.HeadlineActors()) {
+    header.push_back("actor " + std::to_string(actor));
+  }
+  for (const char* column :
+       {"mean", "95 % interval", "lower arms", "torso", "against the baseline",
+        "95 % interval of the difference", "identities", "switches"}) {
+    header.emplace_back(column);
+  }
+  Table table(std::move(header));
+  for (const AblationCell& cell : cells) {
+    std::vector<std::string> row = {NameOf(cell)};
+    for (const int64_t actor : cell.pcp.HeadlineActors()) {
+      row.push_back(Percent(CountParts(cell.pcp, actor, PcpGroup::kTotal)));
+    }
+    row.push_back(Fixed(MeanOfActors(cell.pcp, PcpGroup::kTotal), 2));
+    row.push_back(Range(MeanOfActorsInterval(cell.pcp, PcpGroup::kTotal)));
+    row.push_back(Fixed(MeanOfActors(cell.pcp, PcpGroup::kLowerArms), 2));
+    row.push_back(Fixed(MeanOfActors(cell.pcp, PcpGroup::kTorso), 2));
+    const bool baseline = &cell == &cells.front();
+    row.push_back(baseline ? "-" : Fixed(cell.difference, 2));
+    row.push_back(baseline ? "-" : Range(cell.difference_interval));
+    row.push_back(std::to_string(cell.identity.identities));
+    row.push_back(std::to_string(cell.identity.switches));
+    table.AddRow(std::move(row));
+  }
+  return "### " + loaded.dataset.name +
+         "\n\nDetections: " + loaded.dataset.detections_note +
+         ". Configuration: `configs/" + loaded.dataset.config +
+         "`. PCP in %, head conversion `" +
+         ToString(loaded.dataset.protocol.head) +
+         "`, mean rule, counts beside.\n\n" +
+         table.ToString(TableStyle::kMarkdown) + "\n";
+}
+
+std::string AblationJson(const LoadedDataset& loaded,
+                         const std::vector<AblationCell>& cells) {
+  nlohmann::ordered_json out;
+  out["dataset"] = loaded.dataset.name;
+  out["detections"] = loaded.dataset.detections_note;
+  out["config"] = loaded.dataset.config;
+  for (const AblationCell& cell : cells) {
+    nlohmann::ordered_json row;
+    row["affinity"] = cell.affinity == AffinityKind::kPart ? "part" : "body";
+    row["joints_filter"] = cell.joints_filter;
+    for (const int64_t actor : cell.pcp.Actors()) {
+      const Share share = CountParts(cell.pcp, actor, PcpGroup::kTotal);
+      row["actors"][std::to_string(actor)] = {{"right", share.count},
+                                              {"parts", share.total},
+                                              {"percent", share.percent()}};
+    }
+    for (const PcpGroup group : kPcpGroups) {
+      row["mean_of_actors"][ToString(group)] = MeanOfActors(cell.pcp, group);
+    }
+    const Interval mean = MeanOfActorsInterval(cell.pcp, PcpGroup::kTotal);
+    row["mean_interval"] = {mean.low, mean.high};
+    row["difference"] = cell.difference;
+    row["difference_interval"] = {cell.difference_interval.low,
+                                  cell.difference_interval.high};
+    row["identities"] = cell.identity.identities;
+    row["switches"] = cell.identity.switches;
+    out["cells"].push_back(std::move(row));
+  }
+  return out.dump(1);
+}
+
+}  // namespace kinegraph

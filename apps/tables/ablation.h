@@ -1,0 +1,38 @@
+// The paper's ablation: part-aware or body-aware affinity, with or without the
+// joints filter.
+#ifndef KINEGRAPH_APPS_TABLES_ABLATION_H_
+#define KINEGRAPH_APPS_TABLES_ABLATION_H_
+
+#include <string>
+#include <vector>
+
+#include "apps/tables/dataset.h"
+#include "core/evaluation/identity.h"
+#include "core/evaluation/pcp.h"
+
+namespace kinegraph {
+
+struct AblationCell {
+  AffinityKind affinity = AffinityKind::kBody;
+  bool joints_filter = false;
+  PcpResult pcp;
+  IdentityResult identity;  // of the scored frames
+  // Of the mean of actors against the baseline (body-aware, no filter), on the
+  // same frames; zero for the baseline itself.
+  double difference = 0.0;
+  Interval difference_interval;
+};
+
+// The four cells; the baseline (body-aware without filter) first, the whole
+// paper last. "Without" means the update's filter: initialisation keeps its
+// own.
+std::vector<AblationCell> RunAblation(const LoadedDataset& loaded);
+
+std::string AblationMarkdown(const LoadedDataset& loaded,
+                             const std::vector<AblationCell>& cells);
+std::string AblationJson(const LoadedDataset& loaded,
+                         const std::vector<AblationCell>& cells);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_TABLES_ABLATION_H_

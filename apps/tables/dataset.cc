@@ -1,0 +1,71 @@
+#include "apps/tables/dataset.h"
+
+#include "apps/common/config_folder.h"
+#include "core/io/calibration.h"
+#include "core/io/detection_source.h"
+#include "core/io/tracks.h"
+
+namespace kinegraph {
+namespace {
+
+Dataset Shelf(const std::string& name, const std::string& note,
+              const std::string& detections, const std::string& config,
+              const std::string& set) {
+  Dataset dataset;
+  dataset.name = "Shelf, " + name;
+  dataset.detections_note = note;
+  dataset.cameras = "shelf/calibration.json";
+  dataset.detections = detections;
+  dataset.ground_truth = "shelf/tum/actorsGT.mat";
+  dataset.config = config;
+  dataset.set = set;
+  dataset.protocol = ShelfProtocol();
+  return dataset;
+}
+
+Dataset Campus(const std::string& level) {
+  Dataset dataset;
+  dataset.name = "Campus, modelled " + level;
+  dataset.detections_note =
+      "modelled noise (" + level + ") on the annotation, no detector's output";
+  dataset.cameras = "campus/calibration.json";
+  dataset.detections = "campus/detections_modelled/" + level;
+  dataset.ground_truth = "campus/annotation_3d.json";
+  dataset.config = "paper/campus.toml";
+  dataset.protocol = CampusProtocol();
+  return dataset;
+}
+
+}  // namespace
+
+std::vector<Dataset> BenchmarkDatasets() {
+  return {
+      Shelf("filled",
+            "OpenPose with missing joints filled in (confidence 0), as fed to "
+            "the authors' code; warmed up with three frames",
+            "shelf/reference/filled_coco17", "paper/shelf_authors_code.toml",
+            "input.repeat_first_frame=3"),
+      Shelf("real", "OpenPose as it is, frames 300..600 only",
+            "shelf/detections/openpose", "paper/shelf.toml", ""),
+      Campus("clean"),
+      Campus("typical"),
+      Campus("hard"),
+  };
+}
+
+LoadedDataset LoadDataset(const Dataset& dataset,
+                          const std::string& data_folder) {
+  LoadedDataset loaded;
+  loaded.dataset = dataset;
+  loaded.options =
+      ReadRunOptions(ProjectConfig(dataset.config), dataset.set, "");
+  const std::string root = data_folder + "/";
+  loaded.request.cameras =
+      ReadCameras(root + dataset.cameras, loaded.options.cameras);
+  loaded.detections = ReadDetections(root + dataset.detections,
+                                     DetectionOptionsOf(loaded.options));
+  loaded.truth = ReadTracks(root + dataset.ground_truth);
+  return loaded;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,47 @@
+// The takes on which tables are made, by their places below the data folder.
+#ifndef KINEGRAPH_APPS_TABLES_DATASET_H_
+#define KINEGRAPH_APPS_TABLES_DATASET_H_
+
+#include <string>
+#include <vector>
+
+#include "apps/common/track_run.h"
+#include "core/data/detection.h"
+#include "core/data/pose.h"
+#include "core/evaluation/pcp.h"
+
+namespace kinegraph {
+
+struct Dataset {
+  std::string name;  // "Shelf, filled"
+  // What the detections are: printed with every table made from them.
+  std::string detections_note;
+  std::string cameras;  // paths below the data folder
+  std::string detections;
+  std::string ground_truth;
+  std::string config;  // below configs/
+  std::string set;     // as --set takes it
+  PcpProtocol protocol;
+};
+
+// Shelf with the reference's filled detections (the authors' configuration,
+// warmed up as they do) and with real ones (the paper's text), Campus with
+// three levels of modelled noise.
+std::vector<Dataset> BenchmarkDatasets();
+
+// A dataset read into memory.
+struct LoadedDataset {
+  Dataset dataset;
+  RunOptions options;
+  RunRequest request;
+  DetectionSequence detections;
+  TrackSequence truth;
+};
+
+// Throws InputError naming what is missing below `data_folder`.
+LoadedDataset LoadDataset(const Dataset& dataset,
+                          const std::string& data_folder);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_TABLES_DATASET_H_

@@ -1,0 +1,104 @@
+// Paper mode on the real Shelf take: parity with the authors' code, and the
+// figures on raw detections.
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+
+#include "apps/tables/dataset.h"
+#include "core/evaluation/identity.h"
+#include "core/evaluation/parity.h"
+#include "core/evaluation/pcp.h"
+#include "core/io/tracks.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+struct ParityCase {
+  const char* name;
+  const char* set;
+  const char* reference;
+};
+
+class PaperParityTest : public ::testing::TestWithParam<ParityCase> {};
+
+TEST_P(PaperParityTest, EqualsTheAuthorsCode) {
+  KINEGRAPH_DATA_OR_SKIP(data, "shelf/reference");
+  Dataset shelf = BenchmarkDatasets().front();  // filled detections
+  shelf.set = GetParam().set;
+  const LoadedDataset loaded =
+      LoadDataset(shelf, testing::FindData("")->string());
+  const TrackSequence ours =
+      TrackSequenceOf(loaded.options, loaded.request, loaded.detections);
+  const TrackSequence reference = ReadTracks(data + "/" + GetParam().reference);
+
+  const ParityResult parity = EvaluateParity(reference, ours);
+  EXPECT_EQ(parity.person_frames, parity.reference_person_frames);
+  EXPECT_EQ(parity.identities, parity.reference_identities);
+  EXPECT_TRUE(parity.identities_one_to_one);
+  // The reference computed with 32-bit cameras; all joints were seen to agree
+  // within 0.13 mm, and within 0.002 mm but for three poses far outside.
+  EXPECT_GE(parity.near.fraction(), 0.9999)
+      << "worst " << parity.worst.distance_m << " m in frame "
+      << parity.worst.frame;
+  EXPECT_LT(parity.worst.distance_m, 1e-3);
+
+  for (const HeadConversion head :
+       {HeadConversion::kChu, HeadConversion::kMvpose,
+        HeadConversion::kVoxelposeShelf, HeadConversion::kRaw}) {
+    for (const EndpointRule rule : {EndpointRule::kMean, EndpointRule::kEach}) {
+      PcpProtocol protocol = ShelfProtocol();
+      protocol.head = head;
+      protocol.endpoints = rule;
+      const PcpResult a = EvaluatePcp(loaded.truth, ours, protocol);
+      const PcpResult b = EvaluatePcp(loaded.truth, reference, protocol);
+      for (const int64_t actor : b.Actors()) {
+        for (const PcpGroup group : kPcpGroups) {
+          EXPECT_EQ(CountParts(a, actor, group).count,
+                    CountParts(b, actor, group).count)
+              << ToString(head) << ", actor " << actor << ", "
+              << ToString(group);
+        }
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Shelf, PaperParityTest,
+    ::testing::Values(
+        ParityCase{"cold", "", "paper_code_shelf.json"},
+        ParityCase{"warm", "input.repeat_first_frame=3",
+                   "paper_code_shelf_warm3.json"},
+        ParityCase{"warm_without_filter",
+                   "input.repeat_first_frame=3;reconstruction.joints_filter="
+                   "false",
+                   "paper_code_shelf_warm3_nojf_conf.json"}),
+    [](const ::testing::TestParamInfo<ParityCase>& test) {
+      return std::string(test.param.name);
+    });
+
+TEST(PaperModeTest, RawShelfDetections) {
+  KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
+  const LoadedDataset loaded =
+      LoadDataset(BenchmarkDatasets()[1], testing::FindData("")->string());
+  ASSERT_FALSE(loaded.options.tracker.life.backfill);
+  const TrackSequence tracks =
+      TrackSequenceOf(loaded.options, loaded.request, loaded.detections);
+  const PcpResult pcp =
+      EvaluatePcp(loaded.truth, tracks, loaded.dataset.protocol);
+  // A regression bar: 96.05 was seen; the authors' code falls to 71.0 here.
+  EXPECT_GE(MeanOfActors(pcp, PcpGroup::kTotal), 96.0);
+  std::set<TrackId> ids;
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) ids.insert(person.id);
+  }
+  EXPECT_LE(ids.size(), 6u);
+  IdentityOptions options;
+  options.frames = loaded.dataset.protocol.frames;
+  EXPECT_EQ(EvaluateIdentity(loaded.truth, tracks, options).switches, 0);
+}
+
+}  // namespace
+}  // namespace kinegraph

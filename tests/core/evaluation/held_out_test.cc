@@ -1,0 +1,237 @@
+#include "core/evaluation/held_out.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "tests/core/evaluation/people.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector3d;
+using testing::Frame;
+using testing::Moved;
+using testing::Person;
+using testing::StandingTum14;
+using testing::Tracks;
+
+// Looks along +y from 4 m behind the origin: 100 px a metre at the origin.
+Camera MakeCamera() {
+  CameraParameters parameters;
+  parameters.name = "cam0";
+  parameters.K << 400, 0, 500, 0, 400, 500, 0, 0, 1;
+  parameters.R << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  parameters.t = Vector3d(0, 0, 4);
+  return Camera(parameters);
+}
+
+Detection Project(const Pose3d& pose, const Camera& camera) {
+  Detection detection;
+  for (const Joint3d& joint : pose) {
+    detection.joints.push_back({*camera.Project(joint.position_m), 0.9, true});
+  }
+  return detection;
+}
+
+// One person at the origin in frames 0 and 1, seen exactly.
+struct Scene {
+  Camera camera = MakeCamera();
+  DetectionSequence detections;
+  TrackSequence reference;
+  HeldOutSet set;
+
+  Scene() {
+    detections.header.skeleton = Tum14();
+    detections.header.view_names = {"cam1", "cam0"};
+    for (int frame = 0; frame < 2; ++frame) {
+      DetectionFrame one;
+      one.frame = frame;
+      one.views.resize(2);
+      one.views[1].detections = {Project(StandingTum14(), camera)};
+      detections.frames.push_back(one);
+      set.detections.push_back({frame, "cam0", 0, TrackId(3)});
+    }
+    reference = Tracks({Frame(0, {Person(3, StandingTum14())}),
+                        Frame(1, {Person(3, StandingTum14())})});
+  }
+
+  HeldOutScores Score(const TrackSequence& run) const {
+    HeldOutScores scores;
+    ScoreHeldOutCamera(set, detections, 1, camera, reference, run, &scores);
+    return scores;
+  }
+};
+
+TrackSequence BothFrames(const Pose3d& pose) {
+  return Tracks({Frame(0, {Person(8, pose)}), Frame(1, {Person(8, pose)})});
+}
+
+HeldOutSummary Summarise(const HeldOutScores& scores) {
+  return SummariseHeldOut(scores, AllJoints());
+}
+
+TEST(HeldOutTest, PerfectRunHasNoError) {
+  const HeldOutScores scores = Scene().Score(BothFrames(StandingTum14()));
+  const HeldOutSummary summary = Summarise(scores);
+  EXPECT_EQ(scores.joints.size(), 28u);
+  EXPECT_EQ(summary.figure_px(HeldOutFigure::kP97), 0.0);
+  EXPECT_EQ(summary.predicted.count, 28);
+  EXPECT_EQ(summary.paired.count, 2);
+  EXPECT_EQ(summary.paired.total, 2);
+}
+
+TEST(HeldOutTest, ErrorIsThePixelDistance) {
+  // 0.1 m to the right at 4 m with f = 400 px: 10 px.
+  const HeldOutSummary summary =
+      Summarise(Scene().Score(BothFrames(Moved(StandingTum14(), 0.1))));
+  for (const double figure : summary.figures_px) EXPECT_NEAR(figure, 10, 1e-9);
+}
+
+TEST(HeldOutTest, ErrorsAreCappedAndTruncated) {
+  Scene scene;
+  Pose3d pose = StandingTum14();
+  pose[6].position_m.x() += 3.0;  // 300 px
+  const HeldOutScores scores = scene.Score(BothFrames(pose));
+  EXPECT_EQ(scores.joints[6].error_px, scene.set.cap_px);
+  EXPECT_FALSE(scores.joints[6].predicted);
+  EXPECT_TRUE(scores.joints[5].predicted);
+  // One of 14 joints counts 30 px, the others nothing.
+  EXPECT_NEAR(Summarise(scores).figure_px(HeldOutFigure::kMeanTruncated),
+              30.0 / 14.0, 1e-12);
+}
+
+TEST(HeldOutTest, WithoutAPersonEveryJointCostsTheCap) {
+  const HeldOutSummary summary =
+      Summarise(Scene().Score(Tracks({Frame(0, {})})));  // frame 1 not there
+  EXPECT_EQ(summary.figure_px(HeldOutFigure::kMedian), 100.0);
+  EXPECT_EQ(summary.predicted.count, 0);
+  EXPECT_EQ(summary.predicted.total, 28);
+  EXPECT_EQ(summary.paired.count, 0);
+  EXPECT_EQ(summary.paired.total, 2);
+}
+
+TEST(HeldOutTest, MissingJointsAndJointsOfOtherSkeletonsCostTheCap) {
+  const Skeleton body("body", {"r_ankle", "l_ankle", "r_hip", "l_hip"}, {});
+  const Pose3d truth = StandingTum14();
+  const Pose3d pose = {truth[0], truth[5], truth[2], Joint3d{}};
+  const HeldOutScores scores =
+      Scene().Score(Tracks({Frame(0, {Person(8, pose)})}, body));
+  int predicted = 0;
+  for (size_t i = 0; i < 14; ++i) predicted += scores.joints[i].predicted;
+  EXPECT_EQ(predicted, 3);
+  EXPECT_EQ(scores.joints[3].error_px, 100.0);   // l_hip, missing
+  EXPECT_EQ(scores.joints[13].error_px, 100.0);  // no such joint
+}
+
+TEST(HeldOutTest, BehindTheCameraIsNoPrediction) {
+  Scene scene;
+  Pose3d pose = StandingTum14();
+  pose[0].position_m.y() = -5.0;
+  const HeldOutScores scores = scene.Score(BothFrames(pose));
+  EXPECT_FALSE(scores.joints[0].predicted);
+  EXPECT_EQ(scores.joints[0].error_px, 100.0);
+}
+
+TEST(HeldOutTest, PairsWithinTheGateOnly) {
+  Scene scene;
+  // Exact in binary, so that the mean distance is the gate itself.
+  EXPECT_TRUE(
+      scene.Score(BothFrames(StandingTum14(0.0, 0.5))).people[0].paired);
+  EXPECT_FALSE(
+      scene.Score(BothFrames(StandingTum14(0.0, 0.5625))).people[0].paired);
+}
+
+TEST(HeldOutTest, PairsByTheBodyNotTheHead) {
+  Pose3d pose = StandingTum14();
+  pose[12].position_m.x() += 50.0;  // would move the mean of 14 by 3.6 m
+  EXPECT_TRUE(Scene().Score(BothFrames(pose)).people[0].paired);
+}
+
+TEST(HeldOutTest, PairsOneToOne) {
+  Scene scene;
+  // A second person of the reference next to the first takes the run's only
+  // pose, because it is nearer.
+  scene.reference.frames[0].people.push_back(
+      Person(4, StandingTum14(0.0, 0.25)));
+  const HeldOutScores scores =
+      scene.Score(BothFrames(StandingTum14(0.0, 0.1875)));
+  EXPECT_FALSE(scores.people[0].paired);
+  EXPECT_TRUE(scores.people[1].paired);
+}
+
+TEST(HeldOutTest, OnlyConfidentJointsAreScored) {
+  Scene scene;
+  Detection& detection = scene.detections.frames[0].views[1].detections[0];
+  detection.joints[0].confidence = 0.3;  // the least that counts
+  detection.joints[1].confidence = 0.2999;
+  detection.joints[2].found = false;
+  EXPECT_EQ(scene.Score(BothFrames(StandingTum14())).joints.size(), 26u);
+}
+
+TEST(HeldOutTest, JointsThatTheReferenceDoesNotNameAreNotScored) {
+  Scene scene;
+  std::vector<std::string> names = Tum14().joints();
+  names[0] = "r_toe_ring";
+  scene.detections.header.skeleton = Skeleton("odd", names, {});
+  EXPECT_EQ(scene.Score(BothFrames(StandingTum14())).joints.size(), 26u);
+}
+
+TEST(HeldOutTest, ASetThatDoesNotFitIsRefused) {
+  Scene scene;
+  scene.set.detections[1].detection_idx = 1;
+  EXPECT_THROW(scene.Score(BothFrames(StandingTum14())), InputError);
+  scene.set.detections[1] = {1, "cam0", 0, TrackId(77)};
+  EXPECT_THROW(scene.Score(BothFrames(StandingTum14())), InputError);
+  scene.set.detections[1] = {99, "cam0", 0, TrackId(3)};
+  EXPECT_THROW(scene.Score(BothFrames(StandingTum14())), InputError);
+  scene.set.detections[1] = {99, "cam1", 0, TrackId(3)};  // another camera's
+  EXPECT_NO_THROW(scene.Score(BothFrames(StandingTum14())));
+}
+
+TEST(HeldOutTest, FiltersByClassAndView) {
+  HeldOutScores scores = Scene().Score(BothFrames(StandingTum14()));
+  EXPECT_EQ(SummariseHeldOut(scores, JointsOfClass(JointClass::kKnee))
+                .predicted.total,
+            4);
+  EXPECT_EQ(SummariseHeldOut(scores, JointsWithoutFace()).predicted.total, 24);
+  EXPECT_EQ(SummariseHeldOut(scores, JointsOfView(1)).predicted.total, 28);
+  const HeldOutSummary nothing = SummariseHeldOut(scores, JointsOfView(0));
+  EXPECT_EQ(nothing.predicted.total, 0);
+  EXPECT_EQ(nothing.paired.total, 0);
+  EXPECT_TRUE(std::isnan(nothing.figure_px(HeldOutFigure::kMedian)));
+  EXPECT_TRUE(std::isnan(nothing.intervals_px[0].low));
+}
+
+TEST(HeldOutTest, RatioOfTwoRuns) {
+  Scene scene;
+  const HeldOutScores good = scene.Score(BothFrames(StandingTum14(0.125)));
+  const HeldOutScores bad = scene.Score(BothFrames(StandingTum14(0.25)));
+  const Interval ratio =
+      HeldOutRatioInterval(good, bad, HeldOutFigure::kMeanTruncated);
+  // 12.5 px against 25 px in both frames, whatever is drawn.
+  EXPECT_NEAR(ratio.low, 0.5, 1e-12);
+  EXPECT_NEAR(ratio.high, 0.5, 1e-12);
+  EXPECT_THROW(
+      HeldOutRatioInterval(good, HeldOutScores{}, HeldOutFigure::kMedian),
+      OptionError);
+}
+
+TEST(HeldOutTest, SetFromTheMatchesOfTracks) {
+  TrackSequence reference = Tracks({Frame(5, {Person(3, StandingTum14())})});
+  reference.header.view_names = {"a", "b"};
+  ViewMatch match;
+  match.view_idx = 1;
+  match.detection_idx = 4;
+  reference.frames[0].people[0].matches = {match};
+  const HeldOutSet set = MakeHeldOutSet(reference, 192.0);
+  ASSERT_EQ(set.detections.size(), 1u);
+  EXPECT_EQ(set.detections[0].view_name, "b");
+  EXPECT_EQ(set.detections[0].detection_idx, 4);
+  EXPECT_EQ(set.detections[0].person, TrackId(3));
+  EXPECT_EQ(set.cap_px, 192.0);
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,420 @@
+// Published and independently computed figures on the real data.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "core/data/held_out.h"
+#include "core/evaluation/held_out.h"
+#include "core/evaluation/motion.h"
+#include "core/evaluation/mpjpe.h"
+#include "core/evaluation/parity.h"
+#include "core/evaluation/pcp.h"
+#include "core/io/calibration.h"
+#include "core/io/detection_source.h"
+#include "core/io/held_out_set.h"
+#include "core/io/tracks.h"
+#include "core/io/view_pairing.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+// Published figures have two decimals: half a unit of the last, and a rounding
+// of a double on top.
+constexpr double kTwoDecimals = 0.005 + 1e-9;
+constexpr double kOneDecimal = 0.05 + 1e-9;
+
+constexpr double kNone = -1.0;  // a cell that the table leaves empty
+
+// Actors 0..3, mean of 0-2, the same for the strict rule.
+struct Row {
+  HeadConversion head;
+  PcpGroup group;
+  std::array<double, 4> actors;
+  double mean;
+  double strict_mean;
+};
+
+struct Table {
+  const char* file;
+  std::vector<Row> rows;
+};
+
+constexpr auto kChu = HeadConversion::kChu;
+constexpr auto kMvpose = HeadConversion::kMvpose;
+constexpr auto kVoxelpose = HeadConversion::kVoxelposeShelf;
+constexpr auto kRaw = HeadConversion::kRaw;
+
+// data/shelf/reference/README.md.
+const std::vector<Table>& ReferenceTables() {
+  static const std::vector<Table> kTables = {
+      {"paper_code_shelf.json",
+       {{kChu, PcpGroup::kHead, {98.57, 100, 95.65, 84.85}, 98.07, kNone},
+        {kChu, PcpGroup::kTorso, {99.28, 100, 98.76, 87.88}, 99.35, kNone},
+        {kChu, PcpGroup::kUpperArms, {99.10, 100, 93.17, 86.36}, 97.42, kNone},
+        {kChu,
+         PcpGroup::kLowerArms,
+         {98.39, 71.62, 95.34, 66.67},
+         88.45,
+         kNone},
+        {kChu, PcpGroup::kUpperLegs, {99.28, 100, 98.76, 87.88}, 99.35, kNone},
+        {kChu, PcpGroup::kLowerLegs, {99.28, 100, 98.76, 81.82}, 99.35, kNone},
+        {kChu, PcpGroup::kTotal, {99.00, 94.32, 96.65, 81.82}, 96.66, 92.59},
+        {kMvpose, PcpGroup::kHead, {87.46, 91.89, 96.89, 81.82}, 92.08, kNone},
+        {kMvpose, PcpGroup::kTotal, {97.89, 93.51, 96.77, 81.52}, 96.06, 92.24},
+        {kVoxelpose,
+         PcpGroup::kHead,
+         {90.32, 89.19, 97.52, 75.76},
+         92.34,
+         kNone},
+        {kVoxelpose,
+         PcpGroup::kTotal,
+         {98.17, 93.24, 96.83, 80.91},
+         96.08,
+         91.73},
+        {kRaw, PcpGroup::kHead, {6.09, 0.00, 11.18, 15.15}, 5.76, kNone},
+        {kRaw, PcpGroup::kTotal, {89.75, 84.32, 88.20, 74.85}, 87.42, 84.39}}},
+      {"paper_code_shelf_warm3.json",
+       {{kChu, PcpGroup::kHead, {99.28, 100, 96.89, 84.85}, 98.73, kNone},
+        {kChu, PcpGroup::kTorso, {100, 100, 100, 87.88}, 100, kNone},
+        {kChu, PcpGroup::kUpperArms, {99.82, 100, 93.79, 86.36}, 97.87, kNone},
+        {kChu,
+         PcpGroup::kLowerArms,
+         {99.10, 71.62, 95.96, 66.67},
+         88.90,
+         kNone},
+        {kChu, PcpGroup::kUpperLegs, {100, 100, 100, 87.88}, 100, kNone},
+        {kChu, PcpGroup::kLowerLegs, {100, 100, 100, 81.82}, 100, kNone},
+        {kChu, PcpGroup::kTotal, {99.71, 94.32, 97.64, 81.82}, 97.23, 93.14},
+        {kMvpose, PcpGroup::kHead, {88.17, 91.89, 98.14, 81.82}, 92.73, kNone},
+        {kMvpose, PcpGroup::kTotal, {98.60, 93.51, 97.76, 81.52}, 96.63, 92.80},
+        {kVoxelpose,
+         PcpGroup::kHead,
+         {91.04, 89.19, 98.76, 75.76},
+         93.00,
+         kNone},
+        {kVoxelpose,
+         PcpGroup::kTotal,
+         {98.89, 93.24, 97.83, 80.91},
+         96.65,
+         92.29},
+        {kRaw, PcpGroup::kHead, {6.09, 0.00, 11.18, 15.15}, 5.76, kNone},
+        {kRaw, PcpGroup::kTotal, {90.39, 84.32, 89.07, 74.85}, 87.93, 84.89}}},
+      {"paper_code_shelf_warm3_nojf_conf.json",
+       {{kChu, PcpGroup::kHead, {96.77, 86.49, 97.52, 81.82}, 93.59, kNone},
+        {kChu, PcpGroup::kTorso, {100, 100, 100, 87.88}, 100, kNone},
+        {kChu, PcpGroup::kUpperArms, {99.64, 100, 93.48, 86.36}, 97.71, kNone},
+        {kChu,
+         PcpGroup::kLowerArms,
+         {98.39, 70.27, 95.34, 69.70},
+         88.00,
+         kNone},
+        {kChu, PcpGroup::kUpperLegs, {99.82, 100, 100, 83.33}, 99.94, kNone},
+        {kChu, PcpGroup::kLowerLegs, {100, 100, 100, 74.24}, 100, kNone},
+        {kChu, PcpGroup::kTotal, {99.25, 92.70, 97.52, 79.70}, 96.49, 92.57},
+        {kMvpose, PcpGroup::kHead, {79.93, 56.76, 98.14, 72.73}, 78.27, kNone},
+        {kMvpose, PcpGroup::kTotal, {97.56, 89.73, 97.58, 78.79}, 94.96, 91.75},
+        {kVoxelpose,
+         PcpGroup::kHead,
+         {96.06, 91.89, 98.76, 84.85},
+         95.57,
+         kNone},
+        {kVoxelpose,
+         PcpGroup::kTotal,
+         {99.18, 93.24, 97.64, 80.00},
+         96.69,
+         93.01},
+        {kRaw, PcpGroup::kHead, {3.23, 0.00, 14.91, 3.03}, 6.04, kNone},
+        {kRaw, PcpGroup::kTotal, {89.89, 84.05, 89.25, 71.82}, 87.73, 85.50}}},
+  };
+  return kTables;
+}
+
+PcpResult Evaluate(const TrackSequence& truth, const TrackSequence& tracks,
+                   HeadConversion head, EndpointRule endpoints) {
+  PcpProtocol protocol = ShelfProtocol();
+  protocol.head = head;
+  protocol.endpoints = endpoints;
+  return EvaluatePcp(truth, tracks, protocol);
+}
+
+void ExpectRow(const TrackSequence& truth, const TrackSequence& tracks,
+               const Row& row) {
+  SCOPED_TRACE(std::string(ToString(row.head)) + ", " + ToString(row.group));
+  const PcpResult result =
+      Evaluate(truth, tracks, row.head, EndpointRule::kMean);
+  for (int actor = 0; actor < 4; ++actor) {
+    EXPECT_NEAR(CountParts(result, actor, row.group).percent(),
+                row.actors[actor], kTwoDecimals)
+        << "actor " << actor;
+  }
+  EXPECT_NEAR(MeanOfActors(result, row.group), row.mean, kTwoDecimals);
+  if (row.strict_mean == kNone) return;
+  EXPECT_NEAR(
+      MeanOfActors(Evaluate(truth, tracks, row.head, EndpointRule::kEach),
+                   row.group),
+      row.strict_mean, kTwoDecimals);
+}
+
+TEST(KnownAnswersTest, AuthorsCodeOnShelf) {
+  KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
+  const TrackSequence truth = ReadTracks(folder + "/raw/gt.txt");
+  for (const Table& table : ReferenceTables()) {
+    SCOPED_TRACE(table.file);
+    const TrackSequence tracks =
+        ReadTracks(folder + "/reference/" + table.file);
+    for (const Row& row : table.rows) ExpectRow(truth, tracks, row);
+    // "Under the other conventions the parts other than head are the same."
+    for (const HeadConversion head : {kMvpose, kVoxelpose, kRaw}) {
+      const PcpResult chu = Evaluate(truth, tracks, kChu, EndpointRule::kMean);
+      const PcpResult other =
+          Evaluate(truth, tracks, head, EndpointRule::kMean);
+      for (const PcpGroup group :
+           {PcpGroup::kTorso, PcpGroup::kUpperArms, PcpGroup::kLowerArms,
+            PcpGroup::kUpperLegs, PcpGroup::kLowerLegs}) {
+        EXPECT_EQ(PooledParts(chu, group).count,
+                  PooledParts(other, group).count);
+      }
+    }
+  }
+}
+
+TEST(KnownAnswersTest, ShelfHasTheAnnotatedFramesOfItsPublications) {
+  KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
+  for (const char* file : {"/raw/gt.txt", "/tum/actorsGT.mat"}) {
+    SCOPED_TRACE(file);
+    const TrackSequence truth = ReadTracks(folder + file);
+    const PcpResult result = Evaluate(truth, truth, kChu, EndpointRule::kMean);
+    EXPECT_EQ(CountParts(result, 0, PcpGroup::kTotal).total, 2790);
+    EXPECT_EQ(CountParts(result, 1, PcpGroup::kTotal).total, 370);
+    EXPECT_EQ(CountParts(result, 2, PcpGroup::kTotal).total, 1610);
+    EXPECT_EQ(CountParts(result, 3, PcpGroup::kTotal).total, 330);
+    EXPECT_EQ(MeanOfActors(result, PcpGroup::kTotal), 100.0);
+  }
+}
+
+TEST(KnownAnswersTest, FourDAssociationByItsOwnRules) {
+  KINEGRAPH_DATA_OR_SKIP(folder, "shelf/raw");
+  TrackReadOptions options;
+  options.stored_zeros = StoredZeros::kKeep;
+  const TrackSequence truth = ReadTracks(folder + "/gt.txt", options);
+  const std::array<std::pair<const char*, std::array<double, 4>>, 2> answers = {
+      {{"/skel.txt", {99.75, 91.35, 97.70, 96.27}},
+       {"/skel_202006.txt", {99.64, 96.22, 97.89, 97.92}}}};
+  for (const auto& [file, answer] : answers) {
+    SCOPED_TRACE(file);
+    const PcpResult result = EvaluatePcp(
+        truth, ReadTracks(folder + file, options), FourDAssociationProtocol());
+    for (int actor = 0; actor < 3; ++actor) {
+      EXPECT_NEAR(CountParts(result, actor, PcpGroup::kTotal).percent(),
+                  answer[actor], kTwoDecimals);
+    }
+    EXPECT_NEAR(MeanOfActors(result, PcpGroup::kTotal), answer[3],
+                kTwoDecimals);
+  }
+}
+
+TEST(KnownAnswersTest, CrossViewTrackingOnCampus) {
+  KINEGRAPH_DATA_OR_SKIP(folder, "campus");
+  const TrackSequence truth = ReadTracks(folder + "/annotation_3d.json");
+  const TrackSequence tracks = ReadTracks(folder + "/result_3d.json");
+  const PcpResult result = EvaluatePcp(truth, tracks, CampusProtocol());
+  const std::array<int64_t, 3> person_frames = {49, 189, 138};
+  const std::array<double, 3> total = {97.14, 94.13, 98.62};
+  const std::array<double, 3> lower_arms = {89.8, 70.6, 93.5};
+  const std::array<double, 3> head = {100.0, 100.0, 99.3};
+  for (int actor = 0; actor < 3; ++actor) {
+    EXPECT_EQ(CountParts(result, actor, PcpGroup::kHead).total,
+              person_frames[actor]);
+    EXPECT_NEAR(CountParts(result, actor, PcpGroup::kTotal).percent(),
+                total[actor], kTwoDecimals);
+    EXPECT_NEAR(CountParts(result, actor, PcpGroup::kLowerArms).percent(),
+                lower_arms[actor], kOneDecimal);
+    EXPECT_NEAR(CountParts(result, actor, PcpGroup::kHead).percent(),
+                head[actor], kOneDecimal);
+  }
+}
+
+// data/shelf/peers/README.md: PCP mean (actors) and strict mean.
+TEST(KnownAnswersTest, PeersOnShelf) {
+  KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
+  const TrackSequence truth = ReadTracks(folder + "/raw/gt.txt");
+  struct Peer {
+    const char* file;
+    std::array<double, 3> actors;
+    double mean;
+    double strict;  // one decimal
+  };
+  // The table gives no strict figure for Pose2Sim.
+  for (const Peer& peer :
+       {Peer{"4da_linux_O3_SKEL19.json", {98.75, 94.86, 98.45}, 97.35, 92.1},
+        Peer{"p2s_multi.json", {98.39, 93.51, 98.39}, 96.76, kNone}}) {
+    SCOPED_TRACE(peer.file);
+    const TrackSequence tracks = ReadTracks(folder + "/peers/" + peer.file);
+    const PcpResult result = Evaluate(truth, tracks, kChu, EndpointRule::kMean);
+    for (int actor = 0; actor < 3; ++actor) {
+      EXPECT_NEAR(CountParts(result, actor, PcpGroup::kTotal).percent(),
+                  peer.actors[actor], kTwoDecimals);
+    }
+    EXPECT_NEAR(MeanOfActors(result, PcpGroup::kTotal), peer.mean,
+                kTwoDecimals);
+    if (peer.strict == kNone) continue;
+    EXPECT_NEAR(MeanOfActors(Evaluate(truth, tracks, kChu, EndpointRule::kEach),
+                             PcpGroup::kTotal),
+                peer.strict, kOneDecimal);
+  }
+}
+
+// The tools for one person, on actor 0: PCP of both rules with two decimals,
+// acceleration [mm/frame^2] with the decimals given, bone spread and error [mm]
+// with one.
+TEST(KnownAnswersTest, SinglePersonPeersOnShelf) {
+  KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
+  const TrackSequence truth = ReadTracks(folder + "/raw/gt.txt");
+  struct Peer {
+    const char* file;
+    double mean;
+    double strict;
+    double acceleration_mm;
+    double last_digit_mm;
+    double spread_mm;
+    double error_mm;
+  };
+  for (const Peer& peer :
+       {Peer{"anipose_triangulate", 99.35, 95.77, 23.6, .1, 16.6, 52.7},
+        Peer{"anipose_optim_default_bones", 99.57, 96.34, 2.44, .01, 3.9, 50.4},
+        Peer{"anipose_optim_c03_program_config_scores", 99.43, 95.70, 2.97, .01,
+             2.2, 47.5},
+        Peer{"p2s_tri_raw", 99.18, 95.66, 17.2, .1, 13.1, 48.7},
+        Peer{"p2s_hampel_butterworth", 99.50, 95.91, 5.2, .1, 11.6, 48.0},
+        Peer{"p2s_hampel_kalman", 99.53, 96.06, 3.17, .01, 11.2, 47.8},
+        Peer{"p2s_hampel_gcv_spline", 99.57, 96.02, 5.39, .01, 11.4, 47.9},
+        Peer{"p2s_hampel_one_euro", 99.53, 96.24, 3.62, .01, 10.7, 47.6}}) {
+    SCOPED_TRACE(peer.file);
+    const TrackSequence tracks =
+        ReadTracks(folder + "/peers/" + peer.file + ".json");
+    EXPECT_NEAR(CountParts(Evaluate(truth, tracks, kChu, EndpointRule::kMean),
+                           0, PcpGroup::kTotal)
+                    .percent(),
+                peer.mean, kTwoDecimals);
+    EXPECT_NEAR(CountParts(Evaluate(truth, tracks, kChu, EndpointRule::kEach),
+                           0, PcpGroup::kTotal)
+                    .percent(),
+                peer.strict, kTwoDecimals);
+    const MotionResult motion = EvaluateMotion(tracks, 1.0);  // per frame
+    EXPECT_NEAR(1000.0 * motion.acceleration_m_s2, peer.acceleration_mm,
+                0.5 * peer.last_digit_mm + 1e-9);
+    EXPECT_NEAR(1000.0 * motion.bone_length_spread_m, peer.spread_mm,
+                kOneDecimal);
+    EXPECT_NEAR(1000.0 * EvaluateMpjpe(truth, tracks).raw_m, peer.error_mm,
+                kOneDecimal);
+  }
+}
+
+class HeldOutKnownAnswersTest : public ::testing::Test {
+ protected:
+  // The authors' five runs, each without one camera.
+  HeldOutScores ScoreAuthors(const std::string& folder) {
+    const std::string reference_folder = folder + "/reference/";
+    const TrackSequence reference =
+        ReadTracks(reference_folder + "paper_code_shelf_warm3.json");
+    const DetectionSequence detections =
+        ReadDetections(folder + "/detections/openpose");
+    const std::vector<std::string>& views = detections.header.view_names;
+    const CameraRig cameras =
+        CamerasOfViews(views, ReadCameras(folder + "/calibration.json"));
+    const HeldOutSet set =
+        ReadHeldOutSet(reference_folder + "held_out_set.json", views);
+    HeldOutScores scores;
+    for (int view = 0; view < 5; ++view) {
+      const TrackSequence run =
+          ReadTracks(reference_folder + "paper_code_shelf_without_cam" +
+                     std::to_string(view) + ".json");
+      ScoreHeldOutCamera(set, detections, view, cameras[view], reference, run,
+                         &scores);
+    }
+    return scores;
+  }
+};
+
+TEST_F(HeldOutKnownAnswersTest, AuthorsRuns) {
+  KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
+  const HeldOutScores scores = ScoreAuthors(folder);
+  EXPECT_EQ(scores.people.size(), 3642u);
+  EXPECT_EQ(scores.joints.size(), 49594u);
+  const HeldOutSummary all = SummariseHeldOut(scores, AllJoints());
+  EXPECT_NEAR(all.figure_px(HeldOutFigure::kMedian), 11.01, kTwoDecimals);
+  EXPECT_NEAR(all.figure_px(HeldOutFigure::kP90), 45.7, kOneDecimal);
+  EXPECT_NEAR(all.figure_px(HeldOutFigure::kMeanTruncated), 13.77,
+              kTwoDecimals);
+  EXPECT_NEAR(all.predicted.percent(), 93.0, kOneDecimal);
+  EXPECT_NEAR(all.paired.percent(), 93.9, kOneDecimal);
+  for (const HeldOutFigure figure :
+       {HeldOutFigure::kMedian, HeldOutFigure::kP90,
+        HeldOutFigure::kMeanTruncated}) {
+    const Interval& interval = all.intervals_px[static_cast<int>(figure)];
+    EXPECT_LT(interval.low, all.figure_px(figure));
+    EXPECT_GT(interval.high, all.figure_px(figure));
+  }
+
+  BootstrapOptions few;
+  few.resamples = 10;
+  const HeldOutSummary body =
+      SummariseHeldOut(scores, JointsWithoutFace(), few);
+  EXPECT_NEAR(body.figure_px(HeldOutFigure::kMedian), 10.72, kTwoDecimals);
+  EXPECT_NEAR(body.figure_px(HeldOutFigure::kP90), 45.7, kOneDecimal);
+  EXPECT_NEAR(body.figure_px(HeldOutFigure::kMeanTruncated), 13.54,
+              kTwoDecimals);
+
+  // Median with one decimal, 90th percentile with none.
+  struct ClassAnswer {
+    std::vector<JointClass> classes;
+    double median_px;
+    double p90_px;
+  };
+  const std::vector<ClassAnswer> answers = {
+      {{JointClass::kElbow}, 8.3, 56.0},
+      {{JointClass::kWrist}, 10.3, 85.0},
+      {{JointClass::kKnee}, 12.0, 40.0},
+      {{JointClass::kAnkle}, 9.2, 54.0},
+      {{JointClass::kShoulder, JointClass::kHip}, 12.2, 36.0},
+      {{JointClass::kHead}, 12.1, 46.0},
+  };
+  for (const ClassAnswer& answer : answers) {
+    SCOPED_TRACE(ToString(answer.classes[0]));
+    const HeldOutSummary summary = SummariseHeldOut(
+        scores,
+        [&answer](const HeldOutPerson&, const HeldOutJoint& joint) {
+          for (const JointClass one : answer.classes) {
+            if (joint.joint_class == one) return true;
+          }
+          return false;
+        },
+        few);
+    EXPECT_NEAR(summary.figure_px(HeldOutFigure::kMedian), answer.median_px,
+                kOneDecimal);
+    EXPECT_NEAR(summary.figure_px(HeldOutFigure::kP90), answer.p90_px,
+                0.5 + 1e-9);
+  }
+}
+
+TEST(KnownAnswersTest, AReferenceHasParityWithItself) {
+  KINEGRAPH_DATA_OR_SKIP(folder, "shelf/reference");
+  const TrackSequence cold = ReadTracks(folder + "/paper_code_shelf.json");
+  const TrackSequence warm =
+      ReadTracks(folder + "/paper_code_shelf_warm3.json");
+  const ParityResult same = EvaluateParity(cold, cold);
+  EXPECT_EQ(same.near.fraction(), 1.0);
+  EXPECT_EQ(same.person_frames, 816);
+  // Warm starts two frames earlier with two people and differs little after.
+  const ParityResult other = EvaluateParity(cold, warm);
+  EXPECT_EQ(other.person_frames, 820);
+  EXPECT_EQ(other.paired_person_frames, 816);
+  EXPECT_LT(other.near.fraction(), 1.0);
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,105 @@
+#include "core/evaluation/mpjpe.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "tests/core/evaluation/people.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector3d;
+using testing::Frame;
+using testing::Moved;
+using testing::Person;
+using testing::StandingTum14;
+using testing::Tracks;
+
+Pose3d Turned(Pose3d pose, double angle_rad) {
+  const Eigen::AngleAxisd turn(angle_rad, Vector3d::UnitZ());
+  for (Joint3d& joint : pose) joint.position_m = turn * joint.position_m;
+  return pose;
+}
+
+TEST(BodyFrameTest, IsRightForwardUp) {
+  const auto body = BodyFrame(StandingTum14(), Tum14(), Vector3d::UnitZ());
+  ASSERT_TRUE(body.has_value());
+  EXPECT_TRUE(body->isApprox(Eigen::Matrix3d::Identity(), 1e-15));
+  const auto turned =
+      BodyFrame(Turned(StandingTum14(), 1.0), Tum14(), Vector3d::UnitZ());
+  EXPECT_NEAR(turned->determinant(), 1.0, 1e-14);
+  EXPECT_NEAR(turned->col(0).x(), std::cos(1.0), 1e-14);
+  EXPECT_FALSE(BodyFrame(Pose3d(14), Tum14(), Vector3d::UnitZ()).has_value());
+  // Lying on the side: right is up.
+  EXPECT_FALSE(
+      BodyFrame(StandingTum14(), Tum14(), Vector3d::UnitX()).has_value());
+}
+
+TEST(MpjpeTest, RawIsTheMeanDistance) {
+  const TrackSequence truth = Tracks({Frame(0, {Person(0, StandingTum14())})});
+  Pose3d pose = StandingTum14();
+  pose[0].position_m.y() += 0.7;
+  const MpjpeResult result =
+      EvaluateMpjpe(truth, Tracks({Frame(0, {Person(4, pose)})}));
+  EXPECT_NEAR(result.raw_m, 0.7 / 14, 1e-15);
+  EXPECT_NEAR(result.joints[0].raw_m, 0.7, 1e-15);
+  EXPECT_EQ(result.joints[0].joint, "r_ankle");
+  EXPECT_EQ(result.joints[1].raw_m, 0.0);
+  EXPECT_EQ(result.found.count, 1);
+}
+
+TEST(MpjpeTest, AConstantBodyFrameOffsetIsRemoved) {
+  // Two people who turn; hips 5 cm too far forward, ankles 3 cm too high.
+  std::vector<TrackFrame> truth;
+  std::vector<TrackFrame> found;
+  for (int k = 0; k < 8; ++k) {
+    Pose3d shifted = StandingTum14();
+    for (const int hip : {2, 3}) shifted[hip].position_m.y() += 0.05;
+    for (const int ankle : {0, 5}) shifted[ankle].position_m.z() += 0.03;
+    truth.push_back(
+        Frame(k, {Person(0, Turned(StandingTum14(), 0.7 * k)),
+                  Person(1, Moved(Turned(StandingTum14(), -0.4 * k), 5.0))}));
+    found.push_back(
+        Frame(k, {Person(8, Turned(shifted, 0.7 * k)),
+                  Person(9, Moved(Turned(shifted, -0.4 * k), 5.0))}));
+  }
+  const MpjpeResult result = EvaluateMpjpe(Tracks(truth), Tracks(found));
+  EXPECT_NEAR(result.raw_m, (2 * 0.05 + 2 * 0.03) / 14, 1e-12);
+  EXPECT_NEAR(result.bias_removed_m, 0.0, 1e-12);
+  EXPECT_LT((result.joints[2].offset_m - Vector3d(0, 0.05, 0)).norm(), 1e-12);
+  EXPECT_LT((result.joints[0].offset_m - Vector3d(0, 0, 0.03)).norm(), 1e-12);
+  EXPECT_NEAR(result.raw_interval.low, result.raw_m, 1e-12);
+}
+
+TEST(MpjpeTest, LostPeopleAndJointsAreCountedNotAveraged) {
+  const TrackSequence truth = Tracks(
+      {Frame(0, {Person(0, StandingTum14()), Person(1, StandingTum14(4.0))}),
+       Frame(1, {Person(0, StandingTum14())})});
+  Pose3d pose = StandingTum14();
+  pose[6] = Joint3d{};
+  const MpjpeResult result =
+      EvaluateMpjpe(truth, Tracks({Frame(0, {Person(8, pose)})}));
+  EXPECT_EQ(result.raw_m, 0.0);
+  EXPECT_EQ(result.found.count, 1);
+  EXPECT_EQ(result.found.total, 3);
+  EXPECT_EQ(result.joints_found.count, 13);
+  EXPECT_EQ(result.joints_found.total, 14);
+  ASSERT_EQ(result.people.size(), 3u);
+  EXPECT_EQ(result.people[1].frame, 1);  // by actor, then by frame
+  EXPECT_EQ(result.people[2].actor, 1);
+  EXPECT_EQ(result.people[2].joint_count, 0);
+}
+
+TEST(MpjpeTest, NothingToCompare) {
+  EXPECT_TRUE(std::isnan(EvaluateMpjpe(Tracks({}), Tracks({})).raw_m));
+  const MpjpeResult result =
+      EvaluateMpjpe(Tracks({Frame(0, {Person(0, StandingTum14())})}),
+                    Tracks({Frame(0, {Person(0, StandingTum14(9.0))})}));
+  EXPECT_TRUE(std::isnan(result.bias_removed_m));
+  EXPECT_EQ(result.found.total, 1);
+}
+
+}  // namespace
+}  // namespace kinegraph
