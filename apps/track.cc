@@ -22,11 +22,16 @@ DEFINE_string(frames, "", "frames to use: A:B includes A and excludes B");
 DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
 DEFINE_int32(threads, 1, "threads for the estimators; the result is the same");
 DEFINE_string(out, "", "tracks to write (JSON Lines)");
+DEFINE_bool(keys, false, "list the keys of a configuration and leave");
 
 namespace kinegraph {
 namespace {
 
 void RunTrack() {
+  if (FLAGS_keys) {
+    std::fputs(ConfigReference<RunOptions>().c_str(), stdout);
+    return;
+  }
   RequireFlag("cameras", FLAGS_cameras);
   RequireFlag("detections", FLAGS_detections);
   RequireFlag("config", FLAGS_config);

@@ -5,19 +5,30 @@
 #include "core/base/options.h"
 #include "core/tracking/estimator.h"
 #include "solvers/filters/causal_gaussian.h"
+#include "solvers/graph/options.h"
 
 namespace kinegraph {
 
 enum class Mode {
   kPaper,  // the paper's causal Gaussian in both roles
-  kGraph,  // the factor graph
+  kGraph,  // the factor graph: the two kinds below
 };
+const char* ToString(Mode mode);
+
+// Estimators that can serve association: they must be causal.
+enum class FeedbackKind { kGaussian, kWindow };
+// Estimators that can be written.
+enum class OutputKind { kWindow, kBatch, kGaussian };
 
 struct EstimatorOptions {
   Mode mode = Mode::kPaper;
+  // In graph mode; paper mode is the Gaussian alone, whatever they say.
+  FeedbackKind feedback = FeedbackKind::kGaussian;
+  OutputKind output = OutputKind::kWindow;
   CausalGaussianOptions gaussian;
+  GraphOptions graph;
 
-  // Key "mode", table [gaussian].
+  // Keys mode, tracking.feedback, output.estimator; tables [gaussian], [graph].
   void Describe(OptionVisitor& visitor);
 };
 
@@ -28,7 +39,6 @@ struct EstimatorPair {
   EstimatorFactory output;
 };
 
-// Throws OptionError for a pair that does not exist.
 EstimatorPair MakeEstimators(const EstimatorOptions& options);
 
 }  // namespace kinegraph

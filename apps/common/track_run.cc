@@ -153,8 +153,7 @@ RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
                           detections.skeleton.name() + "'");
   }
   scene.header.skeleton = scene.model.skeleton;
-  scene.header.mode =
-      options.estimators.mode == Mode::kPaper ? "paper" : "graph";
+  scene.header.mode = ToString(options.estimators.mode);
   scene.header.frame_rate_hz = scene.model.frame_rate_hz;
   scene.header.view_names = scene.view_names;
   scene.header.config_json = EffectiveConfigJson(options);

@@ -21,6 +21,7 @@ constexpr size_t kMaxLineBytes = size_t{64} << 20;
 constexpr size_t kMaxFileBytes = size_t{2} << 30;
 constexpr size_t kPeekBytes = size_t{64} << 10;
 constexpr int kMaxPeekDepth = 256;
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
 [[noreturn]] void FailToRead(const std::string& path) {
   throw InputError(path, "",
@@ -288,9 +289,12 @@ JsonValue JsonFileParser::Parse(const std::string& path) {
     }
     capacity *= 2;
   }
+  // Some editors put a byte order mark in front.
+  const std::string_view text(buffer_.data(), length);
+  const size_t mark = text.substr(0, 3) == kByteOrderMark ? 3 : 0;
   JsonValue value;
   const simdjson::error_code error =
-      parser_.parse(buffer_.data(), length, false).get(value);
+      parser_.parse(buffer_.data() + mark, length - mark, false).get(value);
   if (error) throw InputError(path, "", Explain(error));
   return value;
 }
@@ -347,6 +351,10 @@ bool JsonLineReader::NextLine() {
 
 bool JsonLineReader::Next(JsonValue* value) {
   while (NextLine()) {
+    if (line_number_ == 1 && line().substr(0, 3) == kByteOrderMark) {
+      begin_ += kByteOrderMark.size();
+      length_ -= kByteOrderMark.size();
+    }
     if (line().find_first_not_of(" \t\r") == std::string_view::npos) continue;
     // What follows the line in the buffer serves as simdjson's padding.
     const simdjson::error_code error =
@@ -357,6 +365,22 @@ bool JsonLineReader::Next(JsonValue* value) {
   return false;
 }
 
+int64_t JsonLineReader::CountLines() const {
+  const Descriptor file(path_);
+  struct stat status {};
+  if (fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) return -1;
+  std::vector<char> text(kPeekBytes);
+  int64_t count = 0;
+  char last = '\n';
+  while (const size_t length =
+             ReadFully(path_, file.get(), text.data(), text.size())) {
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(length);
+    count += std::count(text.begin(), end, '\n');
+    last = *(end - 1);
+  }
+  return count + (last == '\n' ? 0 : 1);  // the last may lack its newline
+}
+
 bool JsonHead::Has(std::string_view key) const {
   return std::find(keys.begin(), keys.end(), key) != keys.end();
 }
@@ -365,6 +389,7 @@ JsonHead PeekJson(const std::string& path) {
   const Descriptor file(path);
   std::string text(kPeekBytes, '\0');
   text.resize(ReadFully(path, file.get(), text.data(), text.size()));
+  if (text.compare(0, 3, kByteOrderMark) == 0) text.erase(0, 3);
   const size_t first = text.find_first_not_of(" \t\r\n");
   JsonHead head;
   if (first == std::string::npos) return head;

@@ -115,6 +115,8 @@ class JsonLineReader {
   std::string_view line() const { return {buffer_.data() + begin_, length_}; }
   std::string Place() const { return "line " + std::to_string(line_number_); }
   const std::string& path() const { return path_; }
+  // Lines of the whole file, read once more; -1 when it is a pipe.
+  int64_t CountLines() const;
 
  private:
   bool NextLine();

@@ -25,6 +25,10 @@ class KinegraphSource : public DetectionSource {
   }
 
   const DetectionHeader& header() const override { return header_; }
+  int64_t frame_count() const override {
+    const int64_t lines = lines_.CountLines();
+    return lines < 0 ? -1 : lines - 1;
+  }
 
   bool Next(DetectionFrame* frame) override {
     JsonValue line;

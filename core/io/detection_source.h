@@ -58,6 +58,7 @@ class DetectionSource {
   // allocations.
   virtual bool Next(DetectionFrame* frame) = 0;
   // Number of frames in all, for progress; -1 when only reading would tell.
+  // May go through the file once more (our own format), so ask it once.
   virtual int64_t frame_count() const { return -1; }
 };
 

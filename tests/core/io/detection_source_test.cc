@@ -6,8 +6,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
+#include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <sstream>
 #include <string>
 
 #include "core/base/error.h"
@@ -299,6 +301,7 @@ TEST(DetectionWriter, KeepsEveryBit) {
   WriteDetections(path, sequence);
   const DetectionSequence read = ReadDetections(path);
   ExpectSame(sequence, read);
+  EXPECT_EQ(OpenDetections(path)->frame_count(), 2);
   EXPECT_TRUE(
       std::signbit(read.frames[0].views[1].detections[0].joints[0].px.x()));
 }
@@ -364,6 +367,19 @@ TEST(ReadDetections, OpenPoseViewsMayMissFrames) {
   ASSERT_EQ(sequence.frames.size(), 2u);
   EXPECT_EQ(sequence.frames[0].frame, 1);
   EXPECT_EQ(sequence.frames[1].frame, 3);
+}
+
+TEST(ReadDetections, ByteOrderMarkIsPassedOver) {
+  const TemporaryFolder folder;
+  const std::string mark = "\xef\xbb\xbf";
+  const std::string coco = folder.Write("coco.json", mark + "[]");
+  EXPECT_TRUE(ReadDetections(coco).frames.empty());
+  const std::string ours = folder.path() / "ours.jsonl";
+  WriteDetections(ours, OddSequence());
+  std::ostringstream text;
+  text << std::ifstream(ours, std::ios::binary).rdbuf();
+  const std::string marked = folder.Write("marked.jsonl", mark + text.str());
+  ExpectSame(ReadDetections(ours), ReadDetections(marked));
 }
 
 TEST(DetectionReadOptions, DescribeNamesTheKeysOfTheContract) {

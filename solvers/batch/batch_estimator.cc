@@ -1,0 +1,258 @@
+#include "solvers/batch/batch_estimator.h"
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "solvers/graph/assembler.h"
+#include "solvers/graph/bone_lengths.h"
+#include "solvers/graph/noise_scale.h"
+#include "solvers/graph/outcome.h"
+#include "solvers/graph/person_solver.h"
+
+namespace kinegraph {
+namespace {
+
+// Starts between triangulated frames lie on the line between them, those
+// before the first and after the last stay where it was.
+void InterpolateStarts(const std::vector<FrameRecord>& records, int joint_idx,
+                       const std::vector<TimeNs>& times, JointChain* chain) {
+  const size_t count = records.size();
+  size_t previous = count;  // none yet
+  for (size_t k = 0; k < count; ++k) {
+    if (!records[k].triangulated[joint_idx]) continue;
+    const Eigen::Vector3d to = chain->states[k].head<3>();
+    const Eigen::Vector3d from =
+        previous == count ? to
+                          : Eigen::Vector3d(chain->states[previous].head<3>());
+    for (size_t i = previous == count ? 0 : previous + 1; i < k; ++i) {
+      const double share = previous == count
+                               ? 0.0
+                               : ToSeconds(times[i] - times[previous]) /
+                                     ToSeconds(times[k] - times[previous]);
+      chain->states[i].head<3>() = from + share * (to - from);
+    }
+    previous = k;
+  }
+  if (previous == count) return;  // all stand at the person's centre
+  for (size_t i = previous + 1; i < count; ++i) {
+    chain->states[i].head<3>() = chain->states[previous].head<3>();
+  }
+}
+
+// Time to the nearest frame with an inlier view, for every frame [s].
+std::vector<double> SecondsToSupport(const std::vector<TimeNs>& times,
+                                     const std::vector<int>& inliers) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  std::vector<double> nearest(times.size(), kFar);
+  double since = kFar;
+  for (size_t k = 0; k < times.size(); ++k) {
+    if (k > 0) since += ToSeconds(times[k] - times[k - 1]);
+    if (inliers[k] > 0) since = 0.0;
+    nearest[k] = since;
+  }
+  double until = kFar;
+  for (size_t k = times.size(); k-- > 0;) {
+    if (k + 1 < times.size()) until += ToSeconds(times[k + 1] - times[k]);
+    if (inliers[k] > 0) until = 0.0;
+    nearest[k] = std::min(nearest[k], until);
+  }
+  return nearest;
+}
+
+class BatchEstimator final : public Estimator {
+ public:
+  BatchEstimator(const SceneModel& scene, const GraphOptions& options)
+      : scene_(scene),
+        options_(options),
+        assembler_(scene_, options_),
+        solver_(options_),
+        problem_(assembler_.EmptyProblem()) {}
+
+  void Add(const EstimatorFrame& frame) override;
+  const Pose3d& Last() const override { return last_; }
+  TimeNs LastTime() const override { return last_time_; }
+  void Predict(TimeNs time, Pose3d* pose) const override;
+  void TakeFinals(std::vector<FinalPose>* finals) override;
+  void Finish() override;
+
+ private:
+  int joint_count() const { return scene_.skeleton.joint_count(); }
+  void SolveAll();
+  void RescaleNoise(const SolveSchedule& first_stage);
+  void AddBones();
+  void WriteFinals();
+  void WriteFinalsOf(int joint_idx, const std::vector<int>& inliers,
+                     bool ever_two, const std::vector<Matrix6d>& covariances);
+  std::vector<int> InliersOf(int joint_idx) const;
+
+  const SceneModel scene_;
+  const GraphOptions options_;
+  Assembler assembler_;
+  PersonSolver solver_;
+  PersonProblem problem_;
+  std::vector<FrameRecord> records_;
+  std::vector<FinalPose> finals_;
+  Pose3d last_;
+  TimeNs last_time_ = 0;
+};
+
+void BatchEstimator::Add(const EstimatorFrame& frame) {
+  records_.push_back(assembler_.Append(frame, &problem_));
+  if (frame.has_initial || records_.size() == 1) {
+    last_ = frame.initial;
+    last_.resize(joint_count());
+    last_time_ = frame.time;
+  }
+}
+
+void BatchEstimator::Predict(TimeNs, Pose3d* pose) const {
+  *pose = last_;
+  for (Joint3d& joint : *pose) {
+    if (joint.present()) joint.status = JointStatus::kInferred;
+  }
+}
+
+void BatchEstimator::TakeFinals(std::vector<FinalPose>* finals) {
+  std::move(finals_.begin(), finals_.end(), std::back_inserter(*finals));
+  finals_.clear();
+}
+
+void BatchEstimator::Finish() {
+  if (records_.empty()) return;
+  SolveAll();
+  WriteFinals();
+  problem_ = assembler_.EmptyProblem();
+  records_.clear();
+}
+
+void BatchEstimator::SolveAll() {
+  for (int j = 0; j < joint_count(); ++j) {
+    InterpolateStarts(records_, j, problem_.times, &problem_.joints[j]);
+  }
+  SolveSchedule first = solver_.schedule();
+  SolveSchedule rest = first;
+  if (options_.estimate_noise_scale) {
+    // The first stage is convex: its residuals do not depend on the start.
+    first.stages.resize(1);
+    if (rest.stages.size() > 1) rest.stages.erase(rest.stages.begin());
+    RescaleNoise(first);
+  }
+  for (int j = 0; j < joint_count(); ++j) {
+    solver_.SolveJoint(rest, j, &problem_);
+  }
+  if (options_.bones) AddBones();
+}
+
+void BatchEstimator::RescaleNoise(const SolveSchedule& first_stage) {
+  const SolveStage& stage = first_stage.stages.front();
+  const double correction = InformationCorrection(stage.loss, stage.scale);
+  std::vector<double> squares;
+  for (int j = 0; j < joint_count(); ++j) {
+    solver_.SolveJoint(first_stage, j, &problem_);
+    const auto& covariances = solver_.JointCovariances(problem_, j, correction);
+    if (covariances.empty()) continue;
+    CollectSquares(problem_.joints[j], covariances, &squares);
+  }
+  ScaleSigmas(EstimateNoiseScale(std::move(squares)), &problem_);
+}
+
+std::vector<int> BatchEstimator::InliersOf(int joint_idx) const {
+  std::vector<int> inliers(records_.size());
+  for (size_t k = 0; k < inliers.size(); ++k) {
+    inliers[k] =
+        CountInliers(problem_.joints[joint_idx], k, options_.inlier_weight);
+  }
+  return inliers;
+}
+
+bool EverTwo(const std::vector<int>& inliers) {
+  return std::any_of(inliers.begin(), inliers.end(),
+                     [](int count) { return count >= 2; });
+}
+
+// Bones between joints that two views have placed, as long as the estimates
+// without bones say.
+void BatchEstimator::AddBones() {
+  BoneLengths lengths(scene_.skeleton);
+  std::vector<std::vector<int>> inliers;
+  for (int j = 0; j < joint_count(); ++j) inliers.push_back(InliersOf(j));
+  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  for (size_t i = 0; i < bones.size(); ++i) {
+    for (size_t k = 0; k < records_.size(); ++k) {
+      if (inliers[bones[i].a][k] < 2 || inliers[bones[i].b][k] < 2) continue;
+      const double distance_m =
+          (problem_.joints[bones[i].a].states[k].head<3>() -
+           problem_.joints[bones[i].b].states[k].head<3>())
+              .norm();
+      lengths.Add(static_cast<int>(i), distance_m, 1.0 / scene_.frame_rate_hz);
+    }
+  }
+  for (size_t i = 0; i < bones.size(); ++i) {
+    const std::optional<double> length_m = lengths.Length(static_cast<int>(i));
+    if (!length_m.has_value()) continue;
+    if (!EverTwo(inliers[bones[i].a]) || !EverTwo(inliers[bones[i].b])) {
+      continue;
+    }
+    problem_.bones.push_back(
+        {bones[i].a, bones[i].b, *length_m, options_.bone_sigma_m});
+  }
+  solver_.SolveBones(&problem_);
+}
+
+void BatchEstimator::WriteFinals() {
+  finals_.clear();
+  finals_.reserve(records_.size());
+  for (const FrameRecord& record : records_) {
+    finals_.push_back(PoseOf(record, joint_count(), options_.covariance));
+  }
+  static const std::vector<Matrix6d> kNone;
+  const bool coupled = !problem_.bones.empty();
+  std::vector<std::vector<Matrix6d>> together;
+  if (coupled && options_.covariance) {
+    together = solver_.BoneCovariances(problem_, records_.size());
+  }
+  for (int j = 0; j < joint_count(); ++j) {
+    const std::vector<int> inliers = InliersOf(j);
+    const bool ever_two = EverTwo(inliers);
+    if (!options_.covariance || !ever_two) {
+      WriteFinalsOf(j, inliers, ever_two, kNone);
+    } else if (coupled) {
+      WriteFinalsOf(j, inliers, ever_two, together[j]);
+    } else {
+      WriteFinalsOf(
+          j, inliers, ever_two,
+          solver_.JointCovariances(problem_, j, solver_.correction()));
+    }
+  }
+}
+
+void BatchEstimator::WriteFinalsOf(int joint_idx,
+                                   const std::vector<int>& inliers,
+                                   bool ever_two,
+                                   const std::vector<Matrix6d>& covariances) {
+  const JointChain& chain = problem_.joints[joint_idx];
+  const std::vector<double> nearest = SecondsToSupport(problem_.times, inliers);
+  for (size_t k = 0; k < records_.size(); ++k) {
+    const JointStatus status =
+        StatusOf(inliers[k], ever_two, nearest[k], options_.bridging_limit_s);
+    Eigen::Matrix3d covariance;
+    const bool known = k < covariances.size();
+    if (known) covariance = covariances[k].topLeftCorner<3, 3>();
+    WriteJoint(chain, k, joint_idx, status, inliers[k],
+               known ? &covariance : nullptr, &finals_[k].person);
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Estimator> MakeBatchEstimator(const SceneModel& scene,
+                                              const GraphOptions& options) {
+  CheckOptions(options);
+  return std::make_unique<BatchEstimator>(scene, options);
+}
+
+}  // namespace kinegraph

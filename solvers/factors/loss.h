@@ -1,0 +1,49 @@
+// Robust losses by name, free of any solver.
+//
+// A loss rho turns the squared norm s of a whitened residual (dimensionless)
+// into a cost 0.5 rho(s). All have rho(s) = s + O(s^2) near zero, so `scale` c
+// is in sigmas:
+//   none           s
+//   huber          s up to c^2, then 2 c sqrt(s) - c^2
+//   cauchy         c^2 log(1 + s / c^2)
+//   geman_mcclure  c^2 s / (c^2 + s)
+//   tukey          c^2 / 3 (1 - (1 - s / c^2)^3) up to c^2, then c^2 / 3
+#ifndef KINEGRAPH_SOLVERS_FACTORS_LOSS_H_
+#define KINEGRAPH_SOLVERS_FACTORS_LOSS_H_
+
+#include <string>
+#include <vector>
+
+namespace kinegraph {
+
+enum class LossKind { kNone, kHuber, kCauchy, kGemanMcClure, kTukey };
+
+// Names in the order of the enum.
+const std::vector<std::string>& LossNames();
+
+struct LossValue {
+  double rho = 0.0;
+  double first = 1.0;   // d rho / d s: the weight of an observation, 0 .. 1
+  double second = 0.0;  // d^2 rho / d s^2, never positive
+};
+
+// `scale` > 0 [sigmas], `s` >= 0.
+LossValue EvaluateLoss(LossKind kind, double scale, double s);
+
+// A loss that is not convex can lock good observations out when it starts from
+// a bad value; it needs a schedule that begins with a convex one.
+inline bool IsConvex(LossKind kind) {
+  return kind == LossKind::kNone || kind == LossKind::kHuber;
+}
+
+// How much information one observation really gives under a loss, over the
+// weight the loss shows: for 2-vectors r ~ N(0, I), w = rho'(r'r), psi = w r,
+//   [E dpsi/dr]^2 / E[psi psi'] / E[w]
+// (the sandwich formula of M-estimators: Huber and Ronchetti, Robust
+// Statistics, ch. 6, over what J'WJ claims). 1 for no loss; above 1 for
+// redescending ones, whose J'WJ claims too little.
+double InformationCorrection(LossKind kind, double scale);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_FACTORS_LOSS_H_

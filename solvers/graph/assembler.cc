@@ -1,0 +1,139 @@
+#include "solvers/graph/assembler.h"
+
+#include <glog/logging.h>
+
+#include <cmath>
+#include <limits>
+
+#include "solvers/graph/noise_model.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr TimeNs kNever = std::numeric_limits<TimeNs>::min();
+
+bool Measured(const Keypoint& joint) {
+  return joint.found && joint.px.allFinite() && std::isfinite(joint.confidence);
+}
+
+double MeanConfidence(const std::vector<FreshView>& views) {
+  double sum = 0.0;
+  int count = 0;
+  for (const FreshView& view : views) {
+    for (const Keypoint& joint : *view.joints) {
+      if (!Measured(joint)) continue;
+      sum += joint.confidence;
+      ++count;
+    }
+  }
+  return count > 0 ? sum / count : 0.0;
+}
+
+bool Triangulated(const EstimatorFrame& frame, size_t joint) {
+  return frame.has_initial && joint < frame.initial.size() &&
+         frame.initial[joint].status == JointStatus::kObserved &&
+         frame.initial[joint].position_m.allFinite();
+}
+
+}  // namespace
+
+Assembler::Assembler(const SceneModel& scene, const GraphOptions& options)
+    : scene_(scene),
+      options_(options),
+      last_measured_(scene.cameras.size() * scene.skeleton.joint_count(),
+                     kNever) {}
+
+PersonProblem Assembler::EmptyProblem() const {
+  PersonProblem problem;
+  problem.joints.resize(scene_.skeleton.joint_count());
+  for (int j = 0; j < scene_.skeleton.joint_count(); ++j) {
+    const int joint_class = static_cast<int>(scene_.skeleton.joint_class(j));
+    problem.joints[j].process_noise = options_.process_noise[joint_class];
+  }
+  return problem;
+}
+
+void Assembler::UpdateCentre(const EstimatorFrame& frame) {
+  if (!frame.has_initial) return;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (const Joint3d& joint : frame.initial) {
+    if (!joint.present() || !joint.position_m.allFinite()) continue;
+    sum += joint.position_m;
+    ++count;
+  }
+  if (count > 0) centre_ = sum / count;
+}
+
+FrameRecord Assembler::Append(const EstimatorFrame& frame,
+                              PersonProblem* problem) {
+  CHECK(problem->times.empty() || frame.time > problem->times.back());
+  UpdateCentre(frame);
+  FrameRecord record;
+  record.frame = frame.frame;
+  record.time = frame.time;
+  record.score = MeanConfidence(frame.views);
+  record.triangulated.resize(problem->joints.size());
+
+  const bool birth = problem->times.empty();
+  problem->times.push_back(frame.time);
+  for (size_t j = 0; j < problem->joints.size(); ++j) {
+    JointChain& chain = problem->joints[j];
+    record.triangulated[j] = Triangulated(frame, j);
+    State state = State::Zero();
+    state.head<3>() =
+        record.triangulated[j] ? frame.initial[j].position_m : centre_;
+    chain.states.push_back(state);
+    if (birth) {
+      StatePrior& prior = chain.prior;
+      prior.A.setZero();
+      prior.A.diagonal().head<3>().setConstant(1.0 /
+                                               options_.birth_position_sigma_m);
+      prior.A.diagonal().tail<3>().setConstant(
+          1.0 / options_.birth_velocity_sigma_mps);
+      prior.x0.setZero();
+      prior.x0.head<3>() = centre_;
+      prior.b.setZero();
+      prior.A_stated = prior.A;
+    }
+  }
+  for (const FreshView& view : frame.views) {
+    const int slot = static_cast<int>(record.views.size());
+    record.views.push_back({view.view_idx, view.detection_idx});
+    AppendView(frame, view, slot, problem);
+  }
+  for (JointChain& chain : problem->joints) {
+    chain.first.push_back(static_cast<int32_t>(chain.measurements.size()));
+  }
+  return record;
+}
+
+void Assembler::AppendView(const EstimatorFrame& frame, const FreshView& view,
+                           int slot, PersonProblem* problem) {
+  const Camera& camera = scene_.cameras[view.view_idx];
+  constexpr double kNearestDepth = 0.1;  // m
+  const double depth_m = camera.Depth(centre_);
+  if (!(depth_m > kNearestDepth)) return;
+  const size_t joint_count = problem->joints.size();
+  for (size_t j = 0; j < joint_count && j < view.joints->size(); ++j) {
+    const Keypoint& joint = (*view.joints)[j];
+    if (!Measured(joint)) continue;
+    PixelMeasurement measurement;
+    measurement.px = joint.px;
+    measurement.camera = &camera;
+    measurement.view_slot = slot;
+    measurement.offset_s = ToSeconds(view.capture_time - frame.time);
+    measurement.sigma_px =
+        PixelSigma(options_, scene_.skeleton.joint_class(static_cast<int>(j)),
+                   joint.confidence, depth_m, camera.focal_px());
+    TimeNs& last = last_measured_[view.view_idx * joint_count + j];
+    const double since_s = last == kNever
+                               ? std::numeric_limits<double>::infinity()
+                               : ToSeconds(frame.time - last);
+    measurement.information = InformationScale(options_, since_s);
+    last = frame.time;
+    problem->joints[j].measurements.push_back(measurement);
+  }
+}
+
+}  // namespace kinegraph

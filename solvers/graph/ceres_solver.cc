@@ -1,0 +1,178 @@
+#include "solvers/graph/ceres_solver.h"
+
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include <optional>
+
+#include "solvers/factors/bone_length_factor.h"
+#include "solvers/factors/ceres_loss.h"
+#include "solvers/factors/constant_velocity_factor.h"
+#include "solvers/factors/marginal_prior_factor.h"
+#include "solvers/factors/reprojection_factor.h"
+
+namespace kinegraph {
+namespace {
+
+// Builds one Ceres problem over all or one of a person's joints. The states
+// are Ceres' parameter blocks: they must not move while it lives.
+class CeresBuilder {
+ public:
+  CeresBuilder(PersonProblem* person, const SolveStage& stage)
+      : person_(person), stage_(stage) {
+    ceres::Problem::Options options;
+    options.disable_all_safety_checks = true;  // our own blocks, no repeats
+    problem_ = ceres::Problem(options);
+  }
+
+  void AddJoint(JointChain* chain) {
+    if (person_->prior.empty()) {
+      const StatePrior& prior = chain->prior;
+      problem_.AddResidualBlock(
+          MarginalPriorFactor::Create(prior.A, prior.x0, prior.b), nullptr,
+          chain->states[0].data());
+    }
+    for (size_t k = 0; k < chain->states.size(); ++k) {
+      AddFrame(chain, k);
+    }
+  }
+
+  void AddBones() {
+    for (const BoneConstraint& bone : person_->bones) {
+      for (size_t k = 0; k < person_->times.size(); ++k) {
+        problem_.AddResidualBlock(
+            BoneLengthFactor::Create(bone.length_m, bone.sigma_m), nullptr,
+            person_->joints[bone.a].states[k].data(),
+            person_->joints[bone.b].states[k].data());
+      }
+    }
+  }
+
+  void AddPersonPrior() {
+    const PersonPrior& prior = person_->prior;
+    if (prior.empty()) return;
+    std::vector<double*> blocks;
+    for (JointChain& chain : person_->joints) {
+      blocks.push_back(chain.states[0].data());
+    }
+    problem_.AddResidualBlock(
+        MarginalPriorFactor::Create(prior.A, prior.x0, prior.b), nullptr,
+        blocks);
+  }
+
+  SolveReport Solve(double step_tolerance_m) {
+    ceres::Solver::Options options;
+    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    // Measured: in windows Eigen's is faster than SuiteSparse's; over whole
+    // takes with bones SuiteSparse's ordering wins (docs of the benchmark).
+    constexpr int kManyBlocks = 2000;
+    options.sparse_linear_algebra_library_type =
+        problem_.NumParameterBlocks() > kManyBlocks ? ceres::SUITE_SPARSE
+                                                    : ceres::EIGEN_SPARSE;
+    options.num_threads = 1;
+    options.logging_type = ceres::SILENT;
+    options.max_num_iterations = stage_.max_iterations;
+    // Ceres' tolerances are relative. Positions are metres, so a hundredth of
+    // our step is safe; the cost changes with the square of a step.
+    options.parameter_tolerance = 1e-2 * step_tolerance_m;
+    options.function_tolerance = step_tolerance_m * step_tolerance_m;
+    options.gradient_tolerance = 1e-12;
+    options.initial_trust_region_radius = 1e12;  // nearly Gauss-Newton
+    options.max_trust_region_radius = 1e16;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem_, &summary);
+    SolveReport report;
+    report.finite = summary.IsSolutionUsable();
+    report.converged = summary.termination_type == ceres::CONVERGENCE;
+    report.iterations = static_cast<int>(summary.iterations.size());
+    return report;
+  }
+
+ private:
+  void AddFrame(JointChain* chain, size_t k) {
+    if (k + 1 < chain->states.size()) {
+      const double dt_s = ToSeconds(person_->times[k + 1] - person_->times[k]);
+      problem_.AddResidualBlock(
+          ConstantVelocityFactor::Create(dt_s, chain->process_noise), nullptr,
+          chain->states[k].data(), chain->states[k + 1].data());
+    }
+    for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
+      const PixelMeasurement& measurement = chain->measurements[m];
+      if (measurement.gated) continue;
+      problem_.AddResidualBlock(
+          ReprojectionFactor::Create(measurement.camera, measurement.px,
+                                     measurement.sigma_px,
+                                     measurement.offset_s),
+          MakeCeresLoss(stage_.loss, stage_.scale, measurement.information),
+          chain->states[k].data());
+    }
+  }
+
+  PersonProblem* person_;
+  SolveStage stage_;
+  ceres::Problem problem_;
+};
+
+void StoreWeights(const SolveStage& stage, JointChain* chain) {
+  for (size_t k = 0; k < chain->states.size(); ++k) {
+    const State& state = chain->states[k];
+    for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
+      PixelMeasurement& measurement = chain->measurements[m];
+      measurement.weight = 0.0;
+      if (measurement.gated) continue;
+      const std::optional<Eigen::Vector2d> image = measurement.camera->Project(
+          state.head<3>() + measurement.offset_s * state.tail<3>());
+      if (!image.has_value()) continue;
+      const double s = (*image - measurement.px).squaredNorm() /
+                       (measurement.sigma_px * measurement.sigma_px);
+      measurement.weight = EvaluateLoss(stage.loss, stage.scale, s).first;
+    }
+  }
+}
+
+void Merge(const SolveReport& part, SolveReport* whole) {
+  whole->finite = whole->finite && part.finite;
+  whole->converged = whole->converged && part.converged;
+  whole->iterations += part.iterations;
+}
+
+SolveReport RunStage(const SolveStage& stage, double step_tolerance_m,
+                     PersonProblem* problem) {
+  SolveReport report;
+  if (problem->bones.empty() && problem->prior.empty()) {
+    for (JointChain& chain : problem->joints) {
+      CeresBuilder builder(problem, stage);
+      builder.AddJoint(&chain);
+      Merge(builder.Solve(step_tolerance_m), &report);
+    }
+    return report;
+  }
+  CeresBuilder builder(problem, stage);
+  for (JointChain& chain : problem->joints) builder.AddJoint(&chain);
+  builder.AddBones();
+  builder.AddPersonPrior();
+  Merge(builder.Solve(step_tolerance_m), &report);
+  return report;
+}
+
+}  // namespace
+
+SolveReport SolveWithCeres(const SolveSchedule& schedule,
+                           PersonProblem* problem) {
+  SolveReport report;
+  if (problem->times.empty()) return report;
+  for (const SolveStage& stage : schedule.stages) {
+    const SolveReport part =
+        RunStage(stage, schedule.step_tolerance_m, problem);
+    report.finite = report.finite && part.finite;
+    report.converged = part.converged;
+    report.iterations += part.iterations;
+  }
+  if (schedule.stages.empty()) return report;
+  for (JointChain& chain : problem->joints) {
+    StoreWeights(schedule.stages.back(), &chain);
+  }
+  return report;
+}
+
+}  // namespace kinegraph

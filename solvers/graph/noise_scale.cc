@@ -1,0 +1,70 @@
+#include "solvers/graph/noise_scale.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace kinegraph {
+
+void CollectSquares(const JointChain& chain,
+                    const std::vector<Matrix6d>& covariances,
+                    std::vector<double>* squares) {
+  for (size_t k = 0; k < chain.states.size(); ++k) {
+    const State& state = chain.states[k];
+    const Eigen::Matrix3d covariance = covariances[k].topLeftCorner<3, 3>();
+    for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+      const PixelMeasurement& measurement = chain.measurements[m];
+      if (measurement.gated) continue;
+      Matrix23d by_point;
+      const std::optional<Eigen::Vector2d> image = measurement.camera->Project(
+          state.head<3>() + measurement.offset_s * state.tail<3>(), &by_point);
+      if (!image.has_value()) continue;
+      const double variance = measurement.sigma_px * measurement.sigma_px;
+      const double explained =
+          (by_point * covariance * by_point.transpose()).trace() / variance;
+      // A view that alone decides where the joint is tells nothing of noise.
+      const double left = 1.0 - 0.5 * explained;
+      if (left < 0.3) continue;
+      squares->push_back((*image - measurement.px).squaredNorm() / variance /
+                         left);
+    }
+  }
+}
+
+double EstimateNoiseScale(std::vector<double> squares) {
+  if (squares.empty()) return 1.0;
+  // |r|^2 of a standard normal 2-vector is exponential with mean 2.
+  const double kMedian = 2.0 * std::log(2.0);
+  constexpr double kGate = 9.0;
+  const double tail = std::exp(-0.5 * kGate);
+  const double mean_within = 2.0 - kGate * tail / (1.0 - tail);
+  const auto middle = squares.begin() + squares.size() / 2;
+  std::nth_element(squares.begin(), middle, squares.end());
+  double variance = *middle / kMedian;
+  for (int iteration = 0; iteration < 10; ++iteration) {
+    double sum = 0.0;
+    double count = 0.0;
+    for (const double s : squares) {
+      if (s > kGate * variance) continue;
+      sum += s;
+      count += 1.0;
+    }
+    if (count == 0.0) break;
+    variance = sum / count / mean_within;
+  }
+  // As if this many residuals of scale 1 had been seen before.
+  constexpr double kPriorCount = 20.0;
+  const double count = static_cast<double>(squares.size());
+  variance = (count * variance + kPriorCount) / (count + kPriorCount);
+  return std::clamp(std::sqrt(variance), 0.25, 4.0);
+}
+
+void ScaleSigmas(double scale, PersonProblem* problem) {
+  for (JointChain& chain : problem->joints) {
+    for (PixelMeasurement& measurement : chain.measurements) {
+      measurement.sigma_px *= scale;
+    }
+  }
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,70 @@
+#include "solvers/graph/options.h"
+
+#include <string>
+
+namespace kinegraph {
+namespace {
+
+void DescribeTable(OptionVisitor& visitor, const std::string& name,
+                   JointClassTable* table, const std::string& unit,
+                   const std::string& help) {
+  visitor.Enter(name);
+  for (int i = 0; i < kJointClassCount; ++i) {
+    visitor.Number(ToString(static_cast<JointClass>(i)), &(*table)[i],
+                   Positive(), unit, help);
+  }
+  visitor.Leave();
+}
+
+}  // namespace
+
+void GraphOptions::Describe(OptionVisitor& visitor) {
+  visitor.Enter("graph");
+  visitor.Number("lag_s", &lag_s, Between(0.0, 60.0), "s",
+                 "How long the window keeps a frame before it is final.");
+  visitor.Choice("loss", &loss, LossNames(),
+                 "Robust loss of the reprojections.");
+  visitor.Number("loss_scale", &loss_scale, Positive(), "sigmas",
+                 "Where the loss starts to doubt an observation.");
+  visitor.NumberList("stages", &stages, Positive(), "",
+                     "Multiples of loss_scale that a non-convex loss runs "
+                     "through after a Huber stage.");
+  visitor.Number("inlier_weight", &inlier_weight, Between(0.0, 1.0), "",
+                 "Weight from which a view counts as an inlier.");
+  DescribeTable(visitor, "process_noise", &process_noise, "m^2/s^3",
+                "Power of the white noise on acceleration.");
+  DescribeTable(visitor, "sigma_px", &sigma_px, "px",
+                "Detector error at 4 m, focal length 1000 px, confidence 1.");
+  visitor.Number("min_sigma_px", &min_sigma_px, Positive(), "px",
+                 "Smallest detector error.");
+  visitor.Number("confidence_power", &confidence_power, Between(0.0, 4.0), "",
+                 "The detector error grows with confidence^-power.");
+  visitor.Number("min_confidence", &min_confidence, Limits{0.0, 1.0, true}, "",
+                 "Lower confidences count as this.");
+  visitor.Number("correlation_time_s", &correlation_time_s, Between(0.0, 60.0),
+                 "s", "How long detector errors last; 0: white noise.");
+  visitor.Number("information_scale", &information_scale, Positive(), "",
+                 "Factor on the information of every observation.");
+  visitor.Boolean("estimate_noise_scale", &estimate_noise_scale,
+                  "Estimate one factor on all sigmas of a person (batch).");
+  visitor.Number("birth_position_sigma_m", &birth_position_sigma_m, Positive(),
+                 "m", "Spread of the joints around the person's centre.");
+  visitor.Number("birth_velocity_sigma_mps", &birth_velocity_sigma_mps,
+                 Positive(), "m/s", "Spread of the joints' first velocity.");
+  visitor.Boolean("bones", &bones, "Use bone-length factors.");
+  visitor.Number("bone_sigma_m", &bone_sigma_m, Positive(), "m",
+                 "How far a bone's length may vary.");
+  visitor.Number("bridging_limit_s", &bridging_limit_s, NonNegative(), "s",
+                 "How long a joint is written without a supporting view.");
+  visitor.Boolean("covariance", &covariance,
+                  "Compute a covariance of every joint and frame.");
+  visitor.Choice("solver", &solver, {"chain", "ceres"},
+                 "Block-tridiagonal sweeps or Ceres.");
+  visitor.Integer("max_iterations", &max_iterations, Between(1.0, 1000.0), "",
+                  "Iterations of the last stage.");
+  visitor.Number("step_tolerance_m", &step_tolerance_m, Positive(), "m",
+                 "Converged when no joint moves farther.");
+  visitor.Leave();
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,76 @@
+// Options of the factor-graph estimators, table [graph]. Free of any solver.
+#ifndef KINEGRAPH_SOLVERS_GRAPH_OPTIONS_H_
+#define KINEGRAPH_SOLVERS_GRAPH_OPTIONS_H_
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/base/options.h"
+#include "core/skeleton/skeleton.h"
+#include "solvers/factors/loss.h"
+
+namespace kinegraph {
+
+// A number for each class of joints, in the order of JointClass.
+using JointClassTable = std::array<double, kJointClassCount>;
+
+// Who finds the minimum. Both minimise the same factors.
+enum class GraphSolver {
+  kChain,  // block-tridiagonal sweeps; bones by conjugate gradients on top
+  kCeres,  // the reference: Ceres with sparse normal equations
+};
+
+struct GraphOptions {
+  // The window keeps states this long before they become final [s]; 0.4 s are
+  // 10 frames at 25 Hz.
+  double lag_s = 0.4;
+
+  LossKind loss = LossKind::kGemanMcClure;
+  double loss_scale = 3.0;  // sigmas
+  // Multiples of loss_scale that a loss that is not convex runs through after a
+  // Huber stage; the last should be 1.
+  std::vector<double> stages = {2.0, 1.0};
+  // Weight above which a view counts as an inlier (0.25: three sigmas under
+  // Geman-McClure with loss_scale 3).
+  double inlier_weight = 0.25;
+
+  // Power of the white noise on acceleration [m^2/s^3].
+  //   head trunk shoulder elbow wrist hip knee ankle foot other
+  JointClassTable process_noise = {1.0, 0.5, 0.7, 2.0, 3.0,
+                                   0.5, 1.0, 5.0, 5.0, 3.0};
+  // Detector error of a confidence of 1 [px] at a depth of 4 m with a focal
+  // length of 1000 px. It scales with the size of the person in the image.
+  JointClassTable sigma_px = {6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0};
+  double min_sigma_px = 1.0;      // no detector is better than this [px]
+  double confidence_power = 0.5;  // sigma grows with confidence^-power
+  double min_confidence = 0.05;   // lower ones count as this
+
+  // Detector errors last: e-folding time [s], 0 for white noise. The
+  // information of each observation is scaled, after the loss, by
+  // information_scale (1 - rho) / (1 + rho), rho = exp(-dt / tau).
+  double correlation_time_s = 0.1;
+  double information_scale = 1.5;
+  // One factor on all sigmas of a person, from the residuals (batch).
+  bool estimate_noise_scale = true;
+
+  double birth_position_sigma_m = 1.0;
+  double birth_velocity_sigma_mps = 3.0;
+
+  bool bones = false;
+  double bone_sigma_m = 0.02;
+
+  // A joint is written for at most this long without a supporting view [s].
+  double bridging_limit_s = 0.5;
+  bool covariance = true;
+
+  GraphSolver solver = GraphSolver::kChain;
+  int64_t max_iterations = 10;     // of the last stage; earlier ones take three
+  double step_tolerance_m = 1e-5;  // converged when no joint moves farther
+
+  void Describe(OptionVisitor& visitor);
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_GRAPH_OPTIONS_H_

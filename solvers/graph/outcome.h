@@ -1,0 +1,43 @@
+// From estimates and weights to poses as they are written.
+#ifndef KINEGRAPH_SOLVERS_GRAPH_OUTCOME_H_
+#define KINEGRAPH_SOLVERS_GRAPH_OUTCOME_H_
+
+#include <vector>
+
+#include "core/tracking/estimator.h"
+#include "solvers/graph/assembler.h"
+#include "solvers/graph/options.h"
+#include "solvers/graph/problem.h"
+
+namespace kinegraph {
+
+// Views of the chain's frame `k` whose weight makes them inliers.
+int CountInliers(const JointChain& chain, size_t k, double inlier_weight);
+
+// What views have said of one joint so far.
+struct JointSupport {
+  bool by_two_views = false;  // in any frame of the track
+  bool by_one_view = false;
+  TimeNs last_time = 0;  // of the last frame with an inlier view
+};
+
+// Takes notice of a frame with that many inlier views.
+void Extend(TimeNs time, int inlier_views, JointSupport* support);
+
+// observed: two or more inlier views; inferred: one or none, while the nearest
+// frame with an inlier view is within the bridging limit; missing otherwise,
+// and where no two views ever agreed.
+JointStatus StatusOf(int inlier_views, bool ever_two_views,
+                     double nearest_support_s, double bridging_limit_s);
+
+// A final pose with everything but joints, views and covariances filled in.
+FinalPose PoseOf(const FrameRecord& record, int joint_count, bool covariances);
+
+// Writes joint `joint_idx` of the problem's frame `k` into the pose.
+void WriteJoint(const JointChain& chain, size_t k, int joint_idx,
+                JointStatus status, int inlier_views,
+                const Eigen::Matrix3d* covariance, PersonPose* pose);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_GRAPH_OUTCOME_H_

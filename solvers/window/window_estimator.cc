@@ -1,0 +1,282 @@
+#include "solvers/window/window_estimator.h"
+
+#include <algorithm>
+#include <iterator>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "solvers/graph/assembler.h"
+#include "solvers/graph/bone_lengths.h"
+#include "solvers/graph/marginalise_frame.h"
+#include "solvers/graph/outcome.h"
+#include "solvers/graph/person_solver.h"
+
+namespace kinegraph {
+namespace {
+
+State Advance(const State& state, double dt_s) {
+  State advanced = state;
+  advanced.head<3>() += dt_s * state.tail<3>();
+  return advanced;
+}
+
+class WindowEstimator final : public Estimator {
+ public:
+  WindowEstimator(const SceneModel& scene, const GraphOptions& options)
+      : scene_(scene),
+        options_(options),
+        assembler_(scene_, options_),
+        solver_(options_),
+        problem_(assembler_.EmptyProblem()),
+        bone_lengths_(scene_.skeleton),
+        supports_(scene_.skeleton.joint_count()),
+        last_states_(scene_.skeleton.joint_count(), State::Zero()) {}
+
+  void Add(const EstimatorFrame& frame) override;
+  const Pose3d& Last() const override { return last_; }
+  TimeNs LastTime() const override { return last_time_; }
+  void Predict(TimeNs time, Pose3d* pose) const override;
+  void TakeFinals(std::vector<FinalPose>* finals) override;
+  void Finish() override;
+
+ private:
+  int joint_count() const { return scene_.skeleton.joint_count(); }
+  size_t newest() const { return records_.size() - 1; }
+  std::vector<bool> StartNewStates();
+  void PlaceAnew(const std::vector<bool>& joints);
+  void DropFinalFrames();
+  void SolveMeasuredJoints();
+  void UpdateLast();
+  void SolveBones();
+  void LearnBoneLengths();
+  size_t DueEnd() const;
+  void Emit(size_t end);
+  JointStatus StatusAt(size_t k, int joint_idx, int* inliers) const;
+
+  const SceneModel scene_;
+  const GraphOptions options_;
+  Assembler assembler_;
+  PersonSolver solver_;
+  PersonProblem problem_;
+  BoneLengths bone_lengths_;
+  std::vector<FrameRecord> records_;    // as problem_.times
+  std::vector<JointSupport> supports_;  // by frames that left the window
+  size_t final_count_ = 0;              // of records_, already emitted
+  std::vector<FinalPose> finals_;
+  Pose3d last_;
+  std::vector<State> last_states_;
+  TimeNs last_time_ = 0;
+};
+
+void WindowEstimator::Add(const EstimatorFrame& frame) {
+  records_.push_back(assembler_.Append(frame, &problem_));
+  const std::vector<bool> placed_anew = StartNewStates();
+  DropFinalFrames();
+  PlaceAnew(placed_anew);
+  SolveMeasuredJoints();
+  if (options_.bones) SolveBones();
+  UpdateLast();
+  const size_t end = DueEnd();
+  if (end > final_count_) Emit(end);
+}
+
+// A new state starts where the motion leads. Returns the joints of which that
+// means nothing: no two views have placed them, and this frame does.
+std::vector<bool> WindowEstimator::StartNewStates() {
+  std::vector<bool> placed_anew(joint_count(), false);
+  if (records_.size() < 2) return placed_anew;
+  const size_t k = newest();
+  const double dt_s = ToSeconds(problem_.times[k] - problem_.times[k - 1]);
+  for (int j = 0; j < joint_count(); ++j) {
+    JointChain& chain = problem_.joints[j];
+    int inliers = 0;
+    placed_anew[j] = records_[k].triangulated[j] &&
+                     StatusAt(k - 1, j, &inliers) == JointStatus::kMissing;
+    if (!placed_anew[j]) {
+      chain.states[k] = Advance(chain.states[k - 1], dt_s);
+    }
+  }
+  return placed_anew;
+}
+
+void WindowEstimator::PlaceAnew(const std::vector<bool>& joints) {
+  for (int j = 0; j < joint_count(); ++j) {
+    if (!joints[j]) continue;
+    JointChain& chain = problem_.joints[j];
+    const State start = chain.states.back();
+    std::fill(chain.states.begin(), chain.states.end(), start);
+  }
+}
+
+void WindowEstimator::DropFinalFrames() {
+  for (; final_count_ > 0; --final_count_) {
+    for (int j = 0; j < joint_count(); ++j) {
+      Extend(problem_.times[0],
+             CountInliers(problem_.joints[j], 0, options_.inlier_weight),
+             &supports_[j]);
+    }
+    DropFirstFrame(solver_.correction(), &problem_);
+    records_.erase(records_.begin());
+  }
+}
+
+// A joint that was not measured anew already is at its minimum: its new state
+// adds no cost.
+void WindowEstimator::SolveMeasuredJoints() {
+  const size_t k = newest();
+  for (int j = 0; j < joint_count(); ++j) {
+    const JointChain& chain = problem_.joints[j];
+    if (chain.first[k] == chain.first[k + 1]) continue;
+    solver_.SolveJoint(solver_.schedule(), j, &problem_);
+  }
+}
+
+JointStatus WindowEstimator::StatusAt(size_t k, int joint_idx,
+                                      int* inliers) const {
+  const JointChain& chain = problem_.joints[joint_idx];
+  JointSupport support = supports_[joint_idx];
+  double nearest_s = std::numeric_limits<double>::infinity();
+  if (support.by_one_view) {
+    nearest_s = ToSeconds(problem_.times[k] - support.last_time);
+  }
+  *inliers = 0;
+  for (size_t i = 0; i + 1 < chain.first.size(); ++i) {
+    const int count = CountInliers(chain, i, options_.inlier_weight);
+    if (i == k) *inliers = count;
+    if (count == 0) continue;
+    Extend(problem_.times[i], count, &support);
+    const TimeNs away = problem_.times[k] - problem_.times[i];
+    nearest_s = std::min(nearest_s, ToSeconds(away < 0 ? -away : away));
+  }
+  return StatusOf(*inliers, support.by_two_views, nearest_s,
+                  options_.bridging_limit_s);
+}
+
+void WindowEstimator::UpdateLast() {
+  const bool birth = last_.empty();
+  if (!birth && records_.back().views.empty()) return;
+  const size_t k = newest();
+  last_.resize(joint_count());
+  last_time_ = records_.back().time;
+  for (int j = 0; j < joint_count(); ++j) {
+    int inliers = 0;
+    last_states_[j] = problem_.joints[j].states[k];
+    last_[j].position_m = last_states_[j].head<3>();
+    last_[j].status = StatusAt(k, j, &inliers);
+  }
+}
+
+void WindowEstimator::Predict(TimeNs time, Pose3d* pose) const {
+  *pose = last_;
+  const double dt_s = ToSeconds(time - last_time_);
+  for (size_t j = 0; j < pose->size(); ++j) {
+    Joint3d& joint = (*pose)[j];
+    if (!joint.present()) continue;
+    joint.position_m = Advance(last_states_[j], dt_s).head<3>();
+    joint.status = JointStatus::kInferred;
+  }
+}
+
+// End of the frames that are old enough to be final.
+size_t WindowEstimator::DueEnd() const {
+  // Half a millisecond of slack: frame times are rounded to nanoseconds.
+  const TimeNs lag = FromSeconds(options_.lag_s) - FromSeconds(5e-4);
+  size_t end = final_count_;
+  while (end < records_.size() &&
+         problem_.times.back() - problem_.times[end] >= lag) {
+    ++end;
+  }
+  return end;
+}
+
+// Lengths are learnt from estimates without bones, or they would confirm
+// themselves, of frames that are about to become final.
+void WindowEstimator::LearnBoneLengths() {
+  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  const size_t end = DueEnd();
+  for (size_t k = final_count_; k < end; ++k) {
+    for (size_t i = 0; i < bones.size(); ++i) {
+      const JointChain& a = problem_.joints[bones[i].a];
+      const JointChain& b = problem_.joints[bones[i].b];
+      if (CountInliers(a, k, options_.inlier_weight) < 2) continue;
+      if (CountInliers(b, k, options_.inlier_weight) < 2) continue;
+      bone_lengths_.Add(static_cast<int>(i),
+                        (a.states[k].head<3>() - b.states[k].head<3>()).norm(),
+                        1.0 / scene_.frame_rate_hz);
+    }
+  }
+}
+
+void WindowEstimator::SolveBones() {
+  LearnBoneLengths();
+  std::vector<bool> placed(joint_count());
+  for (int j = 0; j < joint_count(); ++j) {
+    int inliers = 0;
+    placed[j] = StatusAt(newest(), j, &inliers) != JointStatus::kMissing;
+  }
+  problem_.bones.clear();
+  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  for (size_t i = 0; i < bones.size(); ++i) {
+    const std::optional<double> length_m =
+        bone_lengths_.Length(static_cast<int>(i));
+    if (!length_m.has_value() || !placed[bones[i].a] || !placed[bones[i].b]) {
+      continue;
+    }
+    problem_.bones.push_back(
+        {bones[i].a, bones[i].b, *length_m, options_.bone_sigma_m});
+  }
+  solver_.SolveBones(&problem_);
+}
+
+// Makes the frames final_count_ .. end - 1 final.
+void WindowEstimator::Emit(size_t end) {
+  const size_t offset = finals_.size();
+  for (size_t k = final_count_; k < end; ++k) {
+    finals_.push_back(PoseOf(records_[k], joint_count(), options_.covariance));
+  }
+  const bool coupled = !problem_.bones.empty() || !problem_.prior.empty();
+  std::vector<std::vector<Matrix6d>> together;
+  if (options_.covariance && coupled) {
+    together = solver_.BoneCovariances(problem_, end);
+  }
+  for (int j = 0; j < joint_count(); ++j) {
+    const std::vector<Matrix6d>* covariances = nullptr;
+    if (options_.covariance) {
+      covariances = coupled ? &together[j]
+                            : &solver_.JointCovariances(problem_, j,
+                                                        solver_.correction());
+    }
+    for (size_t k = final_count_; k < end; ++k) {
+      int inliers = 0;
+      const JointStatus status = StatusAt(k, j, &inliers);
+      Eigen::Matrix3d covariance;
+      const bool known = covariances != nullptr && k < covariances->size();
+      if (known) covariance = (*covariances)[k].topLeftCorner<3, 3>();
+      WriteJoint(problem_.joints[j], k, j, status, inliers,
+                 known ? &covariance : nullptr,
+                 &finals_[offset + k - final_count_].person);
+    }
+  }
+  final_count_ = end;
+}
+
+void WindowEstimator::TakeFinals(std::vector<FinalPose>* finals) {
+  std::move(finals_.begin(), finals_.end(), std::back_inserter(*finals));
+  finals_.clear();
+}
+
+void WindowEstimator::Finish() {
+  if (final_count_ < records_.size()) Emit(records_.size());
+}
+
+}  // namespace
+
+std::unique_ptr<Estimator> MakeWindowEstimator(const SceneModel& scene,
+                                               const GraphOptions& options) {
+  CheckOptions(options);
+  return std::make_unique<WindowEstimator>(scene, options);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,22 @@
+// The newest frames in a sliding window: final after a fixed lag.
+#ifndef KINEGRAPH_SOLVERS_WINDOW_WINDOW_ESTIMATOR_H_
+#define KINEGRAPH_SOLVERS_WINDOW_WINDOW_ESTIMATOR_H_
+
+#include <memory>
+
+#include "core/tracking/estimator.h"
+#include "solvers/graph/options.h"
+
+namespace kinegraph {
+
+// Every Add solves the window anew, with the whole convexity schedule. A frame
+// that is graph.lag_s older than the newest becomes final, and is marginalised
+// into a prior on its successor when the next frame comes. Memory does not grow
+// with the length of the track. Last() is the estimate at the newest frame in
+// which a view measured anything. Throws OptionError for bad options.
+std::unique_ptr<Estimator> MakeWindowEstimator(const SceneModel& scene,
+                                               const GraphOptions& options);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_WINDOW_WINDOW_ESTIMATOR_H_

@@ -1,0 +1,261 @@
+// Whatever goes wrong, an estimator answers finite poses whose status and
+// covariance say what they are worth.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+
+#include "solvers/batch/batch_estimator.h"
+#include "solvers/window/window_estimator.h"
+#include "tests/support/simulated_person.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::SimulatedNoise;
+using testing::SimulatedTake;
+
+struct Case {
+  std::string name;
+  std::function<std::unique_ptr<Estimator>(const SceneModel&)> make;
+};
+
+std::ostream& operator<<(std::ostream& out, const Case& c) {
+  return out << c.name;
+}
+
+Case Of(const std::string& name, bool batch, GraphSolver solver) {
+  GraphOptions options;
+  options.solver = solver;
+  return {name, [=](const SceneModel& scene) {
+            return batch ? MakeBatchEstimator(scene, options)
+                         : MakeWindowEstimator(scene, options);
+          }};
+}
+
+class Graceful : public ::testing::TestWithParam<Case> {
+ protected:
+  void SetUp() override {
+    scene_.cameras = testing::RingOfCameras(5, 5.0, 1000.0, true);
+    scene_.skeleton = testing::SmallSkeleton();
+    scene_.frame_rate_hz = 25.0;
+  }
+
+  void Make(size_t frames, const SimulatedNoise& noise = SimulatedNoise()) {
+    Random random(41);
+    take_ = testing::Simulate(
+        scene_, GraphOptions(),
+        testing::WalkingMotion(scene_, static_cast<int>(frames)), noise,
+        Eigen::Vector3d::Zero(), &random);
+  }
+
+  std::vector<FinalPose> Run() {
+    const auto estimator = GetParam().make(scene_);
+    std::vector<FinalPose> finals = testing::Run(estimator.get(), take_.frames);
+    EXPECT_EQ(finals.size(), take_.frames.size());
+    for (const FinalPose& pose : finals) ExpectSound(pose.person);
+    return finals;
+  }
+
+  // Finite positions, positive definite covariances where there is a position.
+  static void ExpectSound(const PersonPose& person) {
+    for (size_t j = 0; j < person.joints.size(); ++j) {
+      if (!person.joints[j].present()) {
+        EXPECT_FALSE(person.covariances[j].has_value());
+        continue;
+      }
+      EXPECT_TRUE(person.joints[j].position_m.allFinite());
+      ASSERT_TRUE(person.covariances[j].has_value());
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(
+          *person.covariances[j]);
+      EXPECT_GT(eigen.eigenvalues().minCoeff(), 0.0);
+      EXPECT_TRUE(std::isfinite(eigen.eigenvalues().maxCoeff()));
+    }
+    for (const ViewMatch& match : person.matches) {
+      for (const auto& weight : match.weights) {
+        if (weight.has_value()) {
+          EXPECT_GE(*weight, 0.0);
+          EXPECT_LE(*weight, 1.0);
+        }
+      }
+    }
+  }
+
+  static int Count(const std::vector<FinalPose>& finals, JointStatus status) {
+    int count = 0;
+    for (const FinalPose& pose : finals) {
+      for (const Joint3d& joint : pose.person.joints) {
+        count += joint.status == status;
+      }
+    }
+    return count;
+  }
+
+  void KeepCameras(int count) {
+    for (EstimatorFrame& frame : take_.frames) frame.views.resize(count);
+  }
+
+  SceneModel scene_;
+  SimulatedTake take_;
+};
+
+TEST_P(Graceful, OneCamera) {
+  Make(40);
+  KeepCameras(1);
+  const auto finals = Run();
+  EXPECT_EQ(Count(finals, JointStatus::kMissing), 120);
+}
+
+TEST_P(Graceful, TwoCameras) {
+  Make(40);
+  KeepCameras(2);
+  const auto finals = Run();
+  EXPECT_GT(Count(finals, JointStatus::kObserved), 100);
+  EXPECT_LT(testing::RootMeanSquare(take_.truth, finals), 0.06);
+}
+
+TEST_P(Graceful, NothingButTheFirstFrame) {
+  Make(1);
+  Run();
+  Make(20);
+  for (size_t k = 1; k < 20; ++k) take_.frames[k].views.clear();
+  const auto finals = Run();
+  // The first frame is known, half a second is bridged, no more.
+  EXPECT_NE(finals[0].person.joints[0].status, JointStatus::kMissing);
+  EXPECT_EQ(finals[19].person.joints[0].status, JointStatus::kMissing);
+}
+
+TEST_P(Graceful, NoDetectionAtAll) {
+  Make(20);
+  for (EstimatorFrame& frame : take_.frames) frame.views.clear();
+  EXPECT_EQ(Count(Run(), JointStatus::kMissing), 60);
+}
+
+TEST_P(Graceful, NoInitialPoseAtAll) {
+  Make(20);
+  for (EstimatorFrame& frame : take_.frames) {
+    frame.has_initial = false;
+    frame.initial.clear();
+  }
+  const auto finals = Run();
+  EXPECT_LT(testing::RootMeanSquare(take_.truth, finals), 0.1);
+}
+
+TEST_P(Graceful, LeavingAndComingBack) {
+  Make(100);
+  for (size_t k = 30; k < 70; ++k) {
+    take_.frames[k].views.clear();
+    take_.frames[k].has_initial = false;
+  }
+  const auto finals = Run();
+  EXPECT_EQ(finals[20].person.joints[0].status, JointStatus::kObserved);
+  EXPECT_EQ(finals[35].person.joints[0].status, JointStatus::kInferred);
+  EXPECT_EQ(finals[50].person.joints[0].status, JointStatus::kMissing);
+  EXPECT_EQ(finals[90].person.joints[0].status, JointStatus::kObserved);
+  // The covariance grows away from the last observation.
+  EXPECT_GT(finals[38].person.covariances[0]->trace(),
+            finals[32].person.covariances[0]->trace());
+  EXPECT_LT(testing::RootMeanSquare(take_.truth, finals, 75), 0.05);
+}
+
+TEST_P(Graceful, OneCameraTurnedByThreeDegrees) {
+  Make(80);
+  const double clean_m = testing::RootMeanSquare(take_.truth, Run());
+  CameraParameters turned = scene_.cameras[1].parameters();
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(3.0 * 3.14159265 / 180.0, Eigen::Vector3d::UnitY())
+          .toRotationMatrix();
+  turned.R = turn * turned.R;
+  turned.t = turn * turned.t;
+  scene_.cameras[1] = Camera(turned);
+  const auto finals = Run();
+  // Four of five cameras remain, and a little of the fifth's pull.
+  EXPECT_LT(testing::RootMeanSquare(take_.truth, finals), 1.5 * clean_m);
+  double weight = 0.0;
+  double count = 0.0;
+  for (const FinalPose& pose : finals) {
+    for (const auto& joint : pose.person.matches[1].weights) {
+      weight += joint.value_or(0.0);
+      count += joint.has_value();
+    }
+  }
+  EXPECT_LT(weight / count, 0.25);
+}
+
+TEST_P(Graceful, AllDetectionsAreOutliers) {
+  SimulatedNoise noise;
+  noise.outliers = 1.0;
+  noise.outlier_low_px = 100.0;
+  noise.outlier_high_px = 2000.0;
+  Make(60, noise);
+  const auto finals = Run();
+  // Hardly anything agrees, and the status says so.
+  EXPECT_LT(Count(finals, JointStatus::kObserved), 60);
+}
+
+TEST_P(Graceful, NumbersThatAreNone) {
+  Make(30);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  take_.keypoints[3][0][0].px.x() = nan;
+  take_.keypoints[4][1][1].px.y() = inf;
+  take_.keypoints[5][2][2].confidence = nan;
+  take_.keypoints[6][2][2].px.x() = 1e300;
+  take_.keypoints[7][3][0].px.x() = -1e150;
+  take_.frames[8].initial[0].position_m.x() = nan;
+  take_.frames[9].initial[1].position_m *= 1e200;
+  take_.frames[10].initial[2].position_m = scene_.cameras[0].centre() * 3.0;
+  Run();
+}
+
+TEST_P(Graceful, InitialPosesFarOff) {
+  Make(60);
+  Random random(42);
+  for (EstimatorFrame& frame : take_.frames) {
+    for (Joint3d& joint : frame.initial) {
+      joint.position_m.x() += random.Normal(0.0, 1.0);
+    }
+  }
+  EXPECT_LT(testing::RootMeanSquare(take_.truth, Run()), 0.05);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Estimators, Graceful,
+    ::testing::Values(Of("batch_chain", true, GraphSolver::kChain),
+                      Of("window_chain", false, GraphSolver::kChain),
+                      Of("batch_ceres", true, GraphSolver::kCeres),
+                      Of("window_ceres", false, GraphSolver::kCeres)),
+    [](const auto& test) { return test.param.name; });
+
+TEST(GracefulOptions, ASolverThatMayNotConverge) {
+  SceneModel scene;
+  scene.cameras = testing::RingOfCameras(5, 5.0, 1000.0);
+  scene.skeleton = testing::SmallSkeleton();
+  scene.frame_rate_hz = 25.0;
+  GraphOptions options;
+  options.max_iterations = 1;
+  options.loss = LossKind::kHuber;
+  options.estimate_noise_scale = false;
+  Random random(43);
+  SimulatedTake take =
+      testing::Simulate(scene, options, testing::WalkingMotion(scene, 30),
+                        SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
+  // Starts a metre off: one step cannot settle.
+  for (EstimatorFrame& frame : take.frames) {
+    for (Joint3d& joint : frame.initial) joint.position_m.x() += 1.0;
+  }
+  const auto batch = MakeBatchEstimator(scene, options);
+  for (const FinalPose& pose : testing::Run(batch.get(), take.frames)) {
+    for (const Joint3d& joint : pose.person.joints) {
+      EXPECT_TRUE(joint.position_m.allFinite());
+      EXPECT_NE(joint.status, JointStatus::kObserved);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

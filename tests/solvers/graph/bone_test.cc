@@ -1,0 +1,234 @@
+#include <ceres/covariance.h>
+#include <ceres/problem.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "solvers/batch/batch_estimator.h"
+#include "solvers/graph/assembler.h"
+#include "solvers/graph/bone_lengths.h"
+#include "solvers/graph/bone_solver.h"
+#include "solvers/graph/ceres_solver.h"
+#include "solvers/graph/marginalise_frame.h"
+#include "solvers/graph/person_system.h"
+#include "solvers/window/window_estimator.h"
+#include "tests/support/simulated_person.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::SimulatedNoise;
+using testing::SimulatedTake;
+
+class BoneTest : public ::testing::Test {
+ protected:
+  void Make(int cameras, int frames, const SimulatedNoise& noise) {
+    scene_.cameras = testing::RingOfCameras(cameras, 5.0, 1000.0);
+    scene_.skeleton = testing::SmallSkeleton();
+    scene_.frame_rate_hz = 25.0;
+    Random random(51);
+    take_ = testing::Simulate(scene_, options_,
+                              testing::WalkingMotion(scene_, frames), noise,
+                              Eigen::Vector3d::Zero(), &random);
+    Assembler assembler(scene_, options_);
+    problem_ = assembler.EmptyProblem();
+    for (const EstimatorFrame& frame : take_.frames) {
+      assembler.Append(frame, &problem_);
+    }
+    for (JointChain& chain : problem_.joints) GateMeasurements(&chain);
+    for (const Bone& bone : scene_.skeleton.bones()) {
+      problem_.bones.push_back(
+          {bone.a, bone.b, TrueLength(bone), options_.bone_sigma_m});
+    }
+  }
+
+  double TrueLength(const Bone& bone) const {
+    return (take_.truth[bone.a][0] - take_.truth[bone.b][0]).head<3>().norm();
+  }
+
+  SceneModel scene_;
+  GraphOptions options_;
+  SimulatedTake take_;
+  PersonProblem problem_;
+};
+
+SolveSchedule Exact(LossKind loss) {
+  SolveSchedule schedule;
+  schedule.step_tolerance_m = 1e-11;
+  schedule.stages.push_back({LossKind::kHuber, 1.5, 300});
+  schedule.stages.push_back({loss, 3.0, 300});
+  return schedule;
+}
+
+void ExpectSameStates(const PersonProblem& a, const PersonProblem& b,
+                      double tolerance_m) {
+  for (size_t j = 0; j < a.joints.size(); ++j) {
+    for (size_t k = 0; k < a.times.size(); ++k) {
+      EXPECT_LT(
+          (a.joints[j].states[k] - b.joints[j].states[k]).head<3>().norm(),
+          tolerance_m)
+          << "joint " << j << " frame " << k;
+    }
+  }
+}
+
+// The whole person's information, frame by frame, inverted densely.
+Eigen::MatrixXd DenseCovariance(const PersonProblem& problem) {
+  PersonSystem system;
+  PersonStates states;
+  PersonStates unit;
+  PersonStates column;
+  for (const JointChain& chain : problem.joints) {
+    states.push_back(chain.states);
+    unit.emplace_back(chain.states.size(), State::Zero());
+    column.emplace_back(chain.states.size(), State::Zero());
+    system.chains.emplace_back();
+    LineariseMotion(problem.times, chain.process_noise, &system.chains.back());
+  }
+  EXPECT_TRUE(Linearise(problem, states, {LossKind::kNone, 1.0, 1}, &system));
+  const size_t joints = states.size();
+  const auto size =
+      static_cast<Eigen::Index>(joints * problem.times.size() * kStateSize);
+  Eigen::MatrixXd information(size, size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const Eigen::Index frame = i / static_cast<Eigen::Index>(joints * 6);
+    const Eigen::Index joint = i / 6 % static_cast<Eigen::Index>(joints);
+    unit[joint][frame](i % 6) = 1.0;
+    Multiply(problem, system, 0.0, unit, &column);
+    unit[joint][frame](i % 6) = 0.0;
+    for (Eigen::Index row = 0; row < size; ++row) {
+      information(row, i) =
+          column[row / 6 % joints][row / (joints * 6)](row % 6);
+    }
+  }
+  EXPECT_LT((information - information.transpose()).norm(),
+            1e-9 * information.norm());
+  return information.inverse();
+}
+
+TEST_F(BoneTest, FindsTheMinimumThatCeresFinds) {
+  SimulatedNoise noise;
+  noise.outliers = 0.1;
+  noise.missing = 0.2;
+  Make(4, 30, noise);
+  for (const LossKind loss : {LossKind::kNone, LossKind::kGemanMcClure}) {
+    PersonProblem by_ceres = problem_;
+    PersonProblem own = problem_;
+    const SolveSchedule schedule = Exact(loss);
+    EXPECT_TRUE(SolveWithCeres(schedule, &by_ceres).finite);
+    BoneSolver solver;
+    EXPECT_TRUE(solver.Solve(schedule, &own).finite);
+    // The tolerances are explained in chain_solver_test.cc.
+    ExpectSameStates(own, by_ceres, 3e-7);
+    PersonProblem from_ours = own;
+    SolveSchedule last = schedule;
+    last.stages.erase(last.stages.begin());
+    SolveWithCeres(last, &from_ours);
+    ExpectSameStates(own, from_ours, 1e-8);
+  }
+}
+
+TEST_F(BoneTest, CovariancesAreBlocksOfTheDenseInverse) {
+  // More frames than one stretch of factors holds.
+  Make(3, 70, SimulatedNoise());
+  BoneSolver solver;
+  solver.Solve(Exact(LossKind::kNone), &problem_);
+  std::vector<std::vector<Matrix6d>> covariances;
+  ASSERT_TRUE(PersonCovariances(problem_, 1.0, 70, &covariances));
+  const Eigen::MatrixXd dense = DenseCovariance(problem_);
+  for (size_t j = 0; j < 3; ++j) {
+    for (size_t k = 0; k < 70; ++k) {
+      const Eigen::Index at = 6 * (3 * k + j);
+      const Matrix6d expected = dense.block<6, 6>(at, at);
+      EXPECT_LT((covariances[j][k] - expected).norm(), 1e-7 * expected.norm())
+          << j << " " << k;
+    }
+  }
+}
+
+TEST_F(BoneTest, MarginalisingKeepsValuesAndCovariances) {
+  Make(3, 10, SimulatedNoise());
+  BoneSolver solver;
+  const SolveSchedule schedule = Exact(LossKind::kNone);
+  solver.Solve(schedule, &problem_);
+  const Eigen::MatrixXd before = DenseCovariance(problem_);
+  PersonProblem rest = problem_;
+  for (int dropped = 1; dropped <= 3; ++dropped) {
+    DropFirstFrame(1.0, &rest);
+    const Eigen::MatrixXd after = DenseCovariance(rest);
+    EXPECT_LT(
+        (after - before.bottomRightCorner(after.rows(), after.rows())).norm(),
+        1e-7 * before.norm());
+  }
+  PersonProblem again = rest;
+  solver.Solve(schedule, &again);
+  ExpectSameStates(again, rest, 1e-8);
+  PersonProblem by_ceres = rest;
+  SolveWithCeres(schedule, &by_ceres);
+  ExpectSameStates(by_ceres, rest, 1e-8);
+}
+
+TEST(BoneLengths, MedianOfBothSidesDrawnToThePopulation) {
+  const Skeleton skeleton("legs", {"l_knee", "l_ankle", "r_knee", "r_ankle"},
+                          {{0, 1}, {2, 3}});
+  BoneLengths lengths(skeleton);
+  ASSERT_TRUE(lengths.Length(0).has_value());
+  EXPECT_DOUBLE_EQ(*lengths.Length(0), 0.246 * 1.70);
+  for (int i = 0; i < 500; ++i) lengths.Add(0, 0.361, 0.04);
+  for (int i = 0; i < 500; ++i) lengths.Add(1, 0.381, 0.04);
+  // 40 s weigh 200 looks of 4 cm against one of 6 cm: half the way between the
+  // sides, but for 0.2 mm and the bins of 2 mm.
+  EXPECT_NEAR(*lengths.Length(0), 0.371, 0.012);
+  EXPECT_EQ(lengths.Length(0), lengths.Length(1));
+  lengths.Add(0, 0.37, 1.0);
+  EXPECT_NEAR(*lengths.Length(1), 0.371, 0.002);
+}
+
+TEST(BoneLengths, UnknownBonesNeedToBeSeen) {
+  BoneLengths lengths(Skeleton("face", {"nose", "chin"}, {{0, 1}}));
+  EXPECT_FALSE(lengths.Length(0).has_value());
+  lengths.Add(0, 0.1, 2.0);
+  EXPECT_NEAR(*lengths.Length(0), 0.1, 0.002);
+}
+
+// Bones steady both estimators: lengths vary less, and errors shrink.
+TEST_F(BoneTest, EstimatorsGainFromBones) {
+  SimulatedNoise noise;
+  noise.correlation_time_s = 0.1;
+  noise.missing = 0.3;
+  Make(3, 250, noise);
+  for (const bool batch : {true, false}) {
+    double rmse_m[2];
+    double spread_m[2];
+    for (const bool bones : {false, true}) {
+      GraphOptions options;
+      options.bones = bones;
+      const auto estimator = batch ? MakeBatchEstimator(scene_, options)
+                                   : MakeWindowEstimator(scene_, options);
+      const auto finals = testing::Run(estimator.get(), take_.frames);
+      rmse_m[bones] = testing::RootMeanSquare(take_.truth, finals, 100);
+      double sum = 0.0;
+      double squares = 0.0;
+      double count = 0.0;
+      for (size_t k = 100; k < finals.size(); ++k) {
+        const PersonPose& person = finals[k].person;
+        if (!person.joints[0].present() || !person.joints[1].present()) {
+          continue;
+        }
+        EXPECT_TRUE(person.covariances[0].has_value());
+        const double length =
+            (person.joints[0].position_m - person.joints[1].position_m).norm();
+        sum += length;
+        squares += length * length;
+        count += 1.0;
+      }
+      spread_m[bones] =
+          std::sqrt(squares / count - sum / count * (sum / count));
+    }
+    EXPECT_LT(rmse_m[1], rmse_m[0]);
+    EXPECT_LT(spread_m[1], 0.7 * spread_m[0]);
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,295 @@
+#include "solvers/graph/chain_solver.h"
+
+#include <ceres/covariance.h>
+#include <ceres/problem.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "solvers/factors/ceres_loss.h"
+#include "solvers/factors/constant_velocity_factor.h"
+#include "solvers/factors/marginal_prior_factor.h"
+#include "solvers/factors/reprojection_factor.h"
+#include "solvers/graph/assembler.h"
+#include "solvers/graph/ceres_solver.h"
+#include "solvers/graph/marginalise_frame.h"
+#include "tests/support/simulated_person.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::SimulatedNoise;
+using testing::SimulatedTake;
+
+// A take of one arm as a problem, from a poor start.
+class ChainSolverTest : public ::testing::Test {
+ protected:
+  void Make(int cameras, int frames, const SimulatedNoise& noise) {
+    scene_.cameras = testing::RingOfCameras(cameras, 5.0, 1000.0, true);
+    scene_.skeleton = testing::SmallSkeleton();
+    scene_.frame_rate_hz = 25.0;
+    Random random(17);
+    take_ = testing::Simulate(scene_, options_,
+                              testing::WalkingMotion(scene_, frames), noise,
+                              Eigen::Vector3d::Zero(), &random);
+    Assembler assembler(scene_, options_);
+    problem_ = assembler.EmptyProblem();
+    for (EstimatorFrame& frame : take_.frames) {
+      // Some cameras a little late.
+      for (FreshView& view : frame.views) {
+        view.capture_time += view.view_idx * 2'000'000;
+      }
+      assembler.Append(frame, &problem_);
+    }
+    for (JointChain& chain : problem_.joints) GateMeasurements(&chain);
+  }
+
+  SceneModel scene_;
+  GraphOptions options_;
+  SimulatedTake take_;
+  PersonProblem problem_;
+};
+
+SolveSchedule Exact(LossKind loss, double scale) {
+  // Far more than needed: both solvers are to reach the minimum itself.
+  SolveSchedule schedule;
+  schedule.step_tolerance_m = 1e-11;
+  schedule.stages.push_back({LossKind::kHuber, 1.5, 300});
+  schedule.stages.push_back({loss, scale, 300});
+  return schedule;
+}
+
+TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
+  SimulatedNoise noise;
+  noise.outliers = 0.1;
+  noise.missing = 0.1;
+  noise.confidence_low = 0.3;
+  Make(5, 40, noise);
+  for (const LossKind loss :
+       {LossKind::kNone, LossKind::kHuber, LossKind::kCauchy,
+        LossKind::kGemanMcClure, LossKind::kTukey}) {
+    const SolveSchedule schedule = Exact(loss, 3.0);
+    SolveSchedule last = schedule;
+    last.stages.erase(last.stages.begin());
+    PersonProblem by_ceres = problem_;
+    SolveWithCeres(schedule, &by_ceres);
+    // Ceres stops where rounding hides the progress of the cost, a part in
+    // 1e16 of about 1e3 under a curvature of 1e3 / m^2 and more: 1e-8 m, and
+    // ten times that where reweighting converges slowly.
+    PersonProblem from_ours = problem_;
+    ChainSolver solver;
+    for (size_t j = 0; j < problem_.joints.size(); ++j) {
+      JointChain chain = problem_.joints[j];
+      const SolveReport report = solver.Solve(problem_.times, schedule, &chain);
+      EXPECT_TRUE(report.finite);
+      EXPECT_TRUE(report.converged) << report.iterations;
+      for (size_t k = 0; k < chain.states.size(); ++k) {
+        EXPECT_LT(
+            (chain.states[k] - by_ceres.joints[j].states[k]).head<3>().norm(),
+            1e-7)
+            << LossNames()[static_cast<int>(loss)] << " joint " << j
+            << " frame " << k;
+      }
+      for (size_t m = 0; m < chain.measurements.size(); ++m) {
+        EXPECT_NEAR(chain.measurements[m].weight,
+                    by_ceres.joints[j].measurements[m].weight, 1e-5);
+      }
+      from_ours.joints[j] = chain;
+    }
+    // Started at our minimum, Ceres finds nothing better.
+    const PersonProblem ours = from_ours;
+    SolveWithCeres(last, &from_ours);
+    for (size_t j = 0; j < ours.joints.size(); ++j) {
+      for (size_t k = 0; k < ours.times.size(); ++k) {
+        EXPECT_LT((ours.joints[j].states[k] - from_ours.joints[j].states[k])
+                      .head<3>()
+                      .norm(),
+                  1e-8);
+      }
+    }
+  }
+}
+
+// The whole information matrix, inverted densely.
+Eigen::MatrixXd DenseCovariance(const std::vector<TimeNs>& times,
+                                const JointChain& chain, double correction) {
+  LinearChain linear;
+  LineariseMotion(times, chain.process_noise, &linear);
+  LineariseInformation(times, chain, correction, true, &linear);
+  const Eigen::Index size = kStateSize * times.size();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
+  for (size_t k = 0; k < times.size(); ++k) {
+    const Eigen::Index at = kStateSize * k;
+    information.block<6, 6>(at, at) = linear.diagonal[k];
+    if (k + 1 == times.size()) break;
+    information.block<6, 6>(at, at + 6) = linear.upper[k];
+    information.block<6, 6>(at + 6, at) = linear.upper[k].transpose();
+  }
+  return information.inverse();
+}
+
+TEST_F(ChainSolverTest, CovariancesAreBlocksOfTheDenseInverse) {
+  SimulatedNoise noise;
+  noise.missing = 0.3;
+  Make(3, 25, noise);
+  JointChain& chain = problem_.joints[0];
+  ChainSolver solver;
+  solver.Solve(problem_.times, Exact(LossKind::kGemanMcClure, 3.0), &chain);
+  std::vector<Matrix6d> covariances;
+  ASSERT_TRUE(solver.Covariances(problem_.times, chain, 1.1, &covariances));
+  const Eigen::MatrixXd dense = DenseCovariance(problem_.times, chain, 1.1);
+  for (size_t k = 0; k < covariances.size(); ++k) {
+    const Matrix6d expected = dense.block<6, 6>(6 * k, 6 * k);
+    // The information's condition is about 1e7: 1e-16 of that, with room.
+    EXPECT_LT((covariances[k] - expected).norm(), 1e-8 * expected.norm());
+  }
+}
+
+TEST_F(ChainSolverTest, CovariancesAreThoseOfCeres) {
+  Make(3, 12, SimulatedNoise());
+  JointChain& chain = problem_.joints[1];
+  ChainSolver solver;
+  solver.Solve(problem_.times, Exact(LossKind::kNone, 1.0), &chain);
+  std::vector<Matrix6d> covariances;
+  ASSERT_TRUE(solver.Covariances(problem_.times, chain, 1.0, &covariances));
+
+  ceres::Problem ceres_problem;
+  ceres_problem.AddResidualBlock(
+      MarginalPriorFactor::Create(chain.prior.A, chain.prior.x0, chain.prior.b),
+      nullptr, chain.states[0].data());
+  for (size_t k = 0; k < chain.states.size(); ++k) {
+    if (k + 1 < chain.states.size()) {
+      ceres_problem.AddResidualBlock(
+          ConstantVelocityFactor::Create(
+              ToSeconds(problem_.times[k + 1] - problem_.times[k]),
+              chain.process_noise),
+          nullptr, chain.states[k].data(), chain.states[k + 1].data());
+    }
+    for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+      const PixelMeasurement& measurement = chain.measurements[m];
+      ceres_problem.AddResidualBlock(
+          ReprojectionFactor::Create(measurement.camera, measurement.px,
+                                     measurement.sigma_px,
+                                     measurement.offset_s),
+          MakeCeresLoss(LossKind::kNone, 1.0, measurement.information),
+          chain.states[k].data());
+    }
+  }
+  ceres::Covariance::Options options;
+  options.num_threads = 1;
+  ceres::Covariance reference(options);
+  std::vector<const double*> blocks;
+  for (const State& state : chain.states) blocks.push_back(state.data());
+  ASSERT_TRUE(reference.Compute(blocks, &ceres_problem));
+  for (size_t k = 0; k < covariances.size(); ++k) {
+    Eigen::Matrix<double, 6, 6, Eigen::RowMajor> expected;
+    ASSERT_TRUE(
+        reference.GetCovarianceBlock(blocks[k], blocks[k], expected.data()));
+    EXPECT_LT((covariances[k] - expected).norm(), 1e-8 * expected.norm());
+  }
+}
+
+TEST_F(ChainSolverTest, FullRankWithNoViewAndWithOne) {
+  for (const int views : {0, 1}) {
+    Make(views == 0 ? 1 : views, 20, SimulatedNoise());
+    JointChain& chain = problem_.joints[0];
+    if (views == 0) {
+      chain.measurements.clear();
+      chain.first.assign(chain.states.size() + 1, 0);
+    }
+    ChainSolver solver;
+    const SolveReport report = solver.Solve(
+        problem_.times, Exact(LossKind::kGemanMcClure, 3.0), &chain);
+    EXPECT_TRUE(report.finite);
+    const Eigen::MatrixXd dense = DenseCovariance(problem_.times, chain, 1.0);
+    EXPECT_TRUE(dense.allFinite());
+    std::vector<Matrix6d> covariances;
+    ASSERT_TRUE(solver.Covariances(problem_.times, chain, 1.0, &covariances));
+    for (size_t k = 0; k < covariances.size(); ++k) {
+      const Matrix6d expected = dense.block<6, 6>(6 * k, 6 * k);
+      EXPECT_LT((covariances[k] - expected).norm(), 1e-7 * expected.norm());
+    }
+    if (views == 0) {
+      // Birth alone: sigma^2 + (3 m/s * t)^2 + q t^3 / 3 along each axis.
+      const double t = ToSeconds(problem_.times.back());
+      EXPECT_NEAR(covariances.back()(0, 0),
+                  1.0 + 9.0 * t * t + chain.process_noise * t * t * t / 3.0,
+                  1e-6);
+    }
+  }
+}
+
+TEST_F(ChainSolverTest, CovarianceGrowsIntoAGapAndFallsAgain) {
+  Make(5, 40, SimulatedNoise());
+  JointChain& chain = problem_.joints[0];
+  ChainSolver solver;
+  solver.Solve(problem_.times, Exact(LossKind::kNone, 1.0), &chain);
+  for (int32_t m = chain.first[12]; m < chain.first[28]; ++m) {
+    chain.measurements[m].weight = 0.0;  // frames 12 .. 27 were not seen
+  }
+  std::vector<Matrix6d> covariances;
+  ASSERT_TRUE(solver.Covariances(problem_.times, chain, 1.0, &covariances));
+  const auto spread = [&](size_t k) {
+    return covariances[k].topLeftCorner<3, 3>().trace();
+  };
+  for (size_t k = 11; k < 19; ++k) EXPECT_GT(spread(k + 1), spread(k)) << k;
+  for (size_t k = 20; k < 28; ++k) EXPECT_LT(spread(k + 1), spread(k)) << k;
+}
+
+TEST_F(ChainSolverTest, MarginalisingKeepsValuesAndCovariances) {
+  SimulatedNoise noise;
+  noise.outliers = 0.1;
+  Make(4, 15, noise);
+  JointChain chain = problem_.joints[2];
+  ChainSolver solver;
+  const SolveSchedule schedule = Exact(LossKind::kGemanMcClure, 3.0);
+  solver.Solve(problem_.times, schedule, &chain);
+  // The whole problem, linear at the minimum and with its weights: what is
+  // marginalised is that.
+  const Eigen::MatrixXd stated = DenseCovariance(problem_.times, chain, 1.1);
+  PersonProblem rest;
+  rest.times = problem_.times;
+  rest.joints.push_back(chain);
+  for (int dropped = 1; dropped <= 5; ++dropped) {
+    DropFirstFrame(1.1, &rest);
+    JointChain& kept = rest.joints[0];
+    const Eigen::MatrixXd after = DenseCovariance(rest.times, kept, 1.1);
+    const Eigen::Index size = after.rows();
+    EXPECT_LT((after - stated.bottomRightCorner(size, size)).norm(),
+              1e-8 * stated.norm())
+        << dropped;
+    // The gradient of the rest is still zero: solving again moves nothing.
+    JointChain again = kept;
+    SolveSchedule last = schedule;
+    last.stages.erase(last.stages.begin(), last.stages.end() - 1);
+    solver.Solve(rest.times, last, &again);
+    for (size_t k = 0; k < again.states.size(); ++k) {
+      EXPECT_LT((again.states[k] - kept.states[k]).head<3>().norm(), 1e-8);
+    }
+    // The prior's square root is upper triangular.
+    EXPECT_TRUE(kept.prior.A.isUpperTriangular(0.0));
+  }
+}
+
+TEST_F(ChainSolverTest, StartsBehindACameraAreGated) {
+  Make(5, 10, SimulatedNoise());
+  JointChain& chain = problem_.joints[0];
+  for (State& state : chain.states) {
+    state.head<3>() = 20.0 * scene_.cameras[0].centre();
+  }
+  GateMeasurements(&chain);
+  int gated = 0;
+  for (const PixelMeasurement& m : chain.measurements) gated += m.gated;
+  EXPECT_GE(gated, 10);
+  ChainSolver solver;
+  const SolveReport report =
+      solver.Solve(problem_.times, Exact(LossKind::kGemanMcClure, 3.0), &chain);
+  EXPECT_TRUE(report.finite);
+  for (const State& state : chain.states) EXPECT_TRUE(state.allFinite());
+  for (const PixelMeasurement& m : chain.measurements) {
+    EXPECT_TRUE(!m.gated || m.weight == 0.0);
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,232 @@
+#include "solvers/window/window_estimator.h"
+
+#include <gtest/gtest.h>
+
+#include "solvers/batch/batch_estimator.h"
+#include "tests/support/simulated_person.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::SimulatedNoise;
+using testing::SimulatedTake;
+
+SceneModel MakeScene(double frame_rate_hz, bool affine) {
+  SceneModel scene;
+  scene.cameras = affine ? testing::RingOfCameras(5, 1e8, 2.5e10)
+                         : testing::RingOfCameras(5, 5.0, 1000.0, true);
+  scene.skeleton = testing::SmallSkeleton();
+  scene.frame_rate_hz = frame_rate_hz;
+  return scene;
+}
+
+// Final poses of the batch over the first `count` frames.
+std::vector<FinalPose> BatchOver(const SceneModel& scene,
+                                 const GraphOptions& options,
+                                 const SimulatedTake& take, size_t count) {
+  const auto batch = MakeBatchEstimator(scene, options);
+  return testing::Run(batch.get(),
+                      {take.frames.begin(), take.frames.begin() + count});
+}
+
+GraphOptions LinearOptions() {
+  GraphOptions options;
+  options.loss = LossKind::kNone;
+  options.estimate_noise_scale = false;
+  options.step_tolerance_m = 1e-12;
+  options.max_iterations = 5;
+  // Whatever the length of a gap, a position is written and compared.
+  options.bridging_limit_s = 60.0;
+  return options;
+}
+
+// Exactly affine cameras, no loss, no bones: everything is linear, and after
+// every frame the window knows what a batch over the frames so far knows.
+TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
+  const SceneModel scene = MakeScene(25.0, true);
+  for (const double lag_s : {0.0, 0.12, 0.4}) {
+    GraphOptions options = LinearOptions();
+    options.lag_s = lag_s;
+    SimulatedNoise noise;
+    noise.missing = 0.3;
+    Random random(31);
+    SimulatedTake take =
+        testing::Simulate(scene, options, testing::WalkingMotion(scene, 40),
+                          noise, Eigen::Vector3d::Zero(), &random);
+    // A gap in all views, a frame that was dropped, a view that comes late.
+    for (size_t k = 10; k < 16; ++k) take.frames[k].views.clear();
+    take.frames.erase(take.frames.begin() + 25);
+    take.keypoints.erase(take.keypoints.begin() + 25);
+    take.Connect();
+
+    const auto window = MakeWindowEstimator(scene, options);
+    size_t next = 0;
+    for (size_t k = 0; k < take.frames.size(); ++k) {
+      window->Add(take.frames[k]);
+      const std::vector<FinalPose> batch =
+          BatchOver(scene, options, take, k + 1);
+      // The newest pose.
+      if (!take.frames[k].views.empty()) {
+        ASSERT_EQ(window->LastTime(), take.frames[k].time);
+        for (size_t j = 0; j < 3; ++j) {
+          const Joint3d& joint = batch[k].person.joints[j];
+          EXPECT_EQ(window->Last()[j].status, joint.status);
+          if (!joint.present()) continue;
+          // Far cameras: 1e-16 of 1e8 m over 1e8 is no error, but the
+          // solution of a system of condition 1e7 is: 1e-16 * 1e7, with room.
+          EXPECT_LT((window->Last()[j].position_m - joint.position_m).norm(),
+                    1e-8);
+        }
+      }
+      // What became final now.
+      std::vector<FinalPose> finals;
+      window->TakeFinals(&finals);
+      for (const FinalPose& final : finals) {
+        const FinalPose& expected = batch[next++];
+        EXPECT_EQ(final.frame, expected.frame);
+        for (size_t j = 0; j < 3; ++j) {
+          EXPECT_EQ(final.person.joints[j].status,
+                    expected.person.joints[j].status);
+          if (!expected.person.joints[j].present()) continue;
+          EXPECT_LT((final.person.joints[j].position_m -
+                     expected.person.joints[j].position_m)
+                        .norm(),
+                    1e-8);
+          const Eigen::Matrix3d& covariance = *final.person.covariances[j];
+          const Eigen::Matrix3d& reference = *expected.person.covariances[j];
+          EXPECT_LT((covariance - reference).norm(), 1e-8);
+          EXPECT_LT((covariance - reference).norm(), 1e-6 * reference.norm());
+        }
+      }
+      const auto lag_frames = static_cast<size_t>(lag_s * 25.0 + 0.5);
+      if (k < 20) {
+        EXPECT_EQ(next, k < lag_frames ? 0 : k - lag_frames + 1);
+      }
+    }
+    window->Finish();
+    std::vector<FinalPose> rest;
+    window->TakeFinals(&rest);
+    EXPECT_EQ(next + rest.size(), take.frames.size());
+  }
+}
+
+TEST(WindowEstimator, RobustWindowStaysCloseToBatch) {
+  const SceneModel scene = MakeScene(25.0, false);
+  GraphOptions options;
+  options.estimate_noise_scale = false;
+  SimulatedNoise noise;
+  noise.outliers = 0.1;
+  noise.outlier_burst = 5;
+  Random random(32);
+  const SimulatedTake take =
+      testing::Simulate(scene, options, testing::WalkingMotion(scene, 200),
+                        noise, Eigen::Vector3d::Zero(), &random);
+  const auto window = MakeWindowEstimator(scene, options);
+  const auto finals = testing::Run(window.get(), take.frames);
+  const auto batch = BatchOver(scene, options, take, take.frames.size());
+  ASSERT_EQ(finals.size(), batch.size());
+  std::vector<double> distances;
+  for (size_t k = 0; k < batch.size(); ++k) {
+    for (size_t j = 0; j < 3; ++j) {
+      if (batch[k].person.joints[j].status != JointStatus::kObserved) continue;
+      distances.push_back((batch[k].person.joints[j].position_m -
+                           finals[k].person.joints[j].position_m)
+                              .norm());
+    }
+  }
+  std::sort(distances.begin(), distances.end());
+  // The issue's own limits at ten frames of lag.
+  EXPECT_LT(distances[distances.size() / 2], 0.2e-3);
+  EXPECT_LT(distances[distances.size() * 95 / 100], 4e-3);
+}
+
+TEST(WindowEstimator, LastAndPredictAreCausal) {
+  const SceneModel scene = MakeScene(25.0, false);
+  GraphOptions options;
+  Random random(33);
+  SimulatedTake take =
+      testing::Simulate(scene, options, testing::WalkingMotion(scene, 60),
+                        SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
+  for (size_t k = 50; k < 60; ++k) take.frames[k].views.clear();
+  const auto window = MakeWindowEstimator(scene, options);
+  EXPECT_TRUE(window->Last().empty());
+  for (size_t k = 0; k < 60; ++k) {
+    window->Add(take.frames[k]);
+    const size_t seen = std::min<size_t>(k, 49);
+    EXPECT_EQ(window->LastTime(), take.frames[seen].time);
+    if (k < 10) continue;
+    for (size_t j = 0; j < 3; ++j) {
+      // 24 mm a view and axis, five views, and time: well below 5 cm.
+      EXPECT_LT(
+          (window->Last()[j].position_m - take.truth[j][seen].head<3>()).norm(),
+          0.08);
+    }
+  }
+  Pose3d pose;
+  window->Predict(take.frames[52].time, &pose);
+  for (size_t j = 0; j < 3; ++j) {
+    EXPECT_EQ(pose[j].status, JointStatus::kInferred);
+    // Three frames ahead: the velocity is known to about 0.5 m/s.
+    EXPECT_LT((pose[j].position_m - take.truth[j][52].head<3>()).norm(), 0.2);
+  }
+}
+
+TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
+  const SceneModel scene = MakeScene(25.0, false);
+  GraphOptions options;
+  Random random(34);
+  SimulatedTake take =
+      testing::Simulate(scene, options, testing::WalkingMotion(scene, 60),
+                        SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
+  for (size_t k = 0; k < 60; ++k) {
+    for (size_t c = 0; c < 5; ++c) {
+      take.keypoints[k][c][0].found = false;              // never
+      if (c > 0) take.keypoints[k][c][1].found = false;   // one view only
+      if (k < 30) take.keypoints[k][c][2].found = false;  // late
+    }
+    take.frames[k].initial[0].status = JointStatus::kMissing;
+    take.frames[k].initial[1].status = JointStatus::kMissing;
+    if (k < 30) take.frames[k].initial[2].status = JointStatus::kMissing;
+  }
+  const auto window = MakeWindowEstimator(scene, options);
+  const auto finals = testing::Run(window.get(), take.frames);
+  ASSERT_EQ(finals.size(), 60u);
+  for (size_t k = 0; k < 60; ++k) {
+    EXPECT_EQ(finals[k].person.joints[0].status, JointStatus::kMissing);
+    EXPECT_EQ(finals[k].person.joints[1].status, JointStatus::kMissing);
+    EXPECT_FALSE(finals[k].person.covariances[0].has_value());
+  }
+  EXPECT_EQ(finals[10].person.joints[2].status, JointStatus::kMissing);
+  // Within the lag before it was first seen the window knows it already.
+  EXPECT_EQ(finals[25].person.joints[2].status, JointStatus::kInferred);
+  EXPECT_EQ(finals[45].person.joints[2].status, JointStatus::kObserved);
+  EXPECT_LT(
+      (finals[45].person.joints[2].position_m - take.truth[2][45].head<3>())
+          .norm(),
+      0.08);
+}
+
+TEST(WindowEstimator, SameInputSameBits) {
+  const SceneModel scene = MakeScene(25.0, false);
+  GraphOptions options;
+  SimulatedNoise noise;
+  noise.outliers = 0.1;
+  Random random(35);
+  const SimulatedTake take =
+      testing::Simulate(scene, options, testing::WalkingMotion(scene, 50),
+                        noise, Eigen::Vector3d::Zero(), &random);
+  const auto first = MakeWindowEstimator(scene, options);
+  const auto second = MakeWindowEstimator(scene, options);
+  const auto a = testing::Run(first.get(), take.frames);
+  const auto b = testing::Run(second.get(), take.frames);
+  for (size_t k = 0; k < a.size(); ++k) {
+    for (size_t j = 0; j < 3; ++j) {
+      EXPECT_EQ(a[k].person.joints[j].position_m,
+                b[k].person.joints[j].position_m);
+      EXPECT_EQ(a[k].person.covariances[j], b[k].person.covariances[j]);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

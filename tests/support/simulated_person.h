@@ -1,0 +1,84 @@
+// A small simulated world for the estimators: a ring of cameras, one person
+// whose joints move as the motion prior says, and detections with noise that a
+// test chooses.
+#ifndef KINEGRAPH_TESTS_SUPPORT_SIMULATED_PERSON_H_
+#define KINEGRAPH_TESTS_SUPPORT_SIMULATED_PERSON_H_
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/base/random.h"
+#include "core/tracking/estimator.h"
+#include "solvers/factors/state.h"
+#include "solvers/graph/options.h"
+
+namespace kinegraph::testing {
+
+// `count` cameras around the origin at height 1 m, looking at it; images of
+// 2000 x 2000 px. With a radius and focal length of 1e8 the camera is affine to
+// within 1e-8 of the picture's size.
+CameraRig RingOfCameras(int count, double radius_m, double focal_px,
+                        bool with_lens = false);
+
+// A shoulder, an elbow and a wrist, two bones.
+Skeleton SmallSkeleton();
+
+struct SimulatedNoise {
+  double sigma_scale = 1.0;  // times the noise model's sigma
+  double correlation_time_s = 0.0;
+  double missing = 0.0;          // probability of a joint not being found
+  double outliers = 0.0;         // share of gross outliers
+  int outlier_burst = 1;         // frames that an outlier lasts
+  double outlier_low_px = 30.0;  // its size, in a direction that it keeps
+  double outlier_high_px = 200.0;
+  double confidence_low = 1.0;  // uniform between these
+  double confidence_high = 1.0;
+  // Without: only the first frame has an initial pose, all joints predicted at
+  // `centre`, so that estimator and simulation agree on priors and sigmas.
+  bool initial_poses = true;
+};
+
+struct SimulatedTake {
+  // By joint and frame.
+  std::vector<std::vector<State>> truth;
+  // Detections that `frames` point to, by frame and view.
+  std::vector<std::vector<std::vector<Keypoint>>> keypoints;
+  std::vector<EstimatorFrame> frames;
+
+  // Points `frames` at `keypoints` again, after either was edited or copied.
+  void Connect();
+};
+
+// Motion drawn from the very priors of `options`: birth around `centre`, white
+// noise on acceleration. By joint and frame.
+std::vector<std::vector<State>> MotionFromPrior(const SceneModel& scene,
+                                                const GraphOptions& options,
+                                                const Eigen::Vector3d& centre,
+                                                int frame_count,
+                                                Random* random);
+
+// A rigid body that walks a circle of 1 m at 1 m/s and bounces: bone lengths
+// are constant. By joint and frame.
+std::vector<std::vector<State>> WalkingMotion(const SceneModel& scene,
+                                              int frame_count);
+
+// Detections of that motion in every camera; sigmas follow the noise model of
+// `options`. The initial pose is the least-squares point of all rays, outliers
+// included: worse than any front end's.
+SimulatedTake Simulate(const SceneModel& scene, const GraphOptions& options,
+                       std::vector<std::vector<State>> truth,
+                       const SimulatedNoise& noise,
+                       const Eigen::Vector3d& centre, Random* random);
+
+// Runs all frames through an estimator and returns its finals.
+std::vector<FinalPose> Run(Estimator* estimator,
+                           const std::vector<EstimatorFrame>& frames);
+
+// Root mean square 3D error over present joints of frames from `first` on [m].
+double RootMeanSquare(const std::vector<std::vector<State>>& truth,
+                      const std::vector<FinalPose>& finals, size_t first = 0);
+
+}  // namespace kinegraph::testing
+
+#endif  // KINEGRAPH_TESTS_SUPPORT_SIMULATED_PERSON_H_
