@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
+#include <map>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include "apps/common/app.h"
@@ -16,6 +15,7 @@
 #include "core/io/config.h"
 #include "core/io/detection_writer.h"
 #include "core/io/noise_model.h"
+#include "core/io/text_file.h"
 #include "core/io/track_writer.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
@@ -26,8 +26,6 @@ DEFINE_string(out, "", "folder for the four files; made if missing");
 
 namespace kinegraph {
 namespace {
-
-namespace fs = std::filesystem;
 
 // Table [noise.model]: measured figures in place of the joints' own keys, each
 // kind scaled by a factor.
@@ -225,15 +223,23 @@ class JointKeyChecker : public OptionChecker {
   const ConfigFile& config_;
 };
 
+// A path as a file names it: absolute, or from the file's own folder.
+std::string Beside(const std::string& file, const std::string& path) {
+  const size_t slash = file.rfind('/');
+  if (path[0] == '/' || slash == std::string::npos) return path;
+  return file.substr(0, slash + 1) + path;
+}
+
 struct Configuration {
+  ConfigFile file;  // says where a key is set
   SynthesizeOptions options;
   Skeleton skeleton;
 };
 
 Configuration ReadConfiguration() {
-  ConfigFile config = ConfigFile::Read(FLAGS_config);
+  Configuration read = {ConfigFile::Read(FLAGS_config), {}, {}};
+  ConfigFile& config = read.file;
   if (!FLAGS_set.empty()) config.Override(FLAGS_set, "--set");
-  Configuration read;
   SynthesizeOptions& options = read.options;
   config.Apply(&options);
   const std::vector<Skeleton> skeletons = config.ReadSkeletons();
@@ -241,9 +247,8 @@ Configuration ReadConfiguration() {
   if (!options.model.file.empty()) {
     JointKeyChecker checker(config);
     options.noise.joints.Describe(checker);
-    const fs::path path =
-        fs::path(FLAGS_config).parent_path() / options.model.file;
-    ApplyModel(ReadNoiseModel(path.string()), path.string(), options.model,
+    const std::string path = Beside(FLAGS_config, options.model.file);
+    ApplyModel(ReadNoiseModel(path), path, options.model,
                options.scene.cameras.focal_px, &options.noise);
     config.Apply(&options);  // keys of the file win
   }
@@ -331,16 +336,6 @@ void WriteSceneFile(const std::string& path, const Configuration& read,
   file.Commit();
 }
 
-void MakeFolder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (!fs::is_directory(folder)) {
-    throw InputError(folder.string(), "",
-                     "cannot make this folder" +
-                         (error ? ": " + error.message() : std::string()));
-  }
-}
-
 int64_t CountDetections(const DetectionSequence& sequence) {
   int64_t count = 0;
   for (const DetectionFrame& frame : sequence.frames) {
@@ -359,7 +354,8 @@ void RunSynthesize() {
     try {
       return MakeScene(read.options.scene, read.skeleton);
     } catch (const OptionError& error) {
-      throw InputError(FLAGS_config, "scene." + error.key(), error.message());
+      throw read.file.Locate(
+          OptionError("scene." + error.key(), error.message()));
     }
   }();
   ObservationTruth observation_truth;
@@ -367,18 +363,19 @@ void RunSynthesize() {
     try {
       return Observe(scene, read.options.noise, &observation_truth);
     } catch (const OptionError& error) {
-      throw InputError(FLAGS_config, "noise." + error.key(), error.message());
+      throw read.file.Locate(
+          OptionError("noise." + error.key(), error.message()));
     }
   }();
   TrackSequence truth = TruthFor(scene, detections);
   truth.header.config_json = EffectiveConfigJson(read.options);
 
-  const fs::path folder = FLAGS_out;
-  MakeFolder(folder);
-  WriteCameras((folder / "cameras.json").string(), scene.cameras);
-  WriteDetections((folder / "detections.jsonl").string(), detections);
-  WriteTracks((folder / "truth.jsonl").string(), truth);
-  WriteSceneFile((folder / "scene.json").string(), read, scene, detections,
+  MakeFolder(FLAGS_out);
+  const std::string folder = FLAGS_out + "/";
+  WriteCameras(folder + "cameras.json", scene.cameras);
+  WriteDetections(folder + "detections.jsonl", detections);
+  WriteTracks(folder + "truth.jsonl", truth);
+  WriteSceneFile(folder + "scene.json", read, scene, detections,
                  observation_truth);
   std::printf(
       "%zu frames, %zu cameras, %zu people, %lld detections -> %s\n",
