@@ -242,9 +242,6 @@ TEST_F(TrackerTest, RefusesWhatDoesNotFit) {
   frame.views.pop_back();
   std::vector<TrackFrame> frames;
   EXPECT_THROW(tracker->Process(frame, &frames), OptionError);
-  tracker->Process(See(4, {}), &frames);
-  EXPECT_THROW(tracker->Process(See(4, {}), &frames), OptionError)
-      << "the same time again";
 }
 
 TEST_F(TrackerTest, RefusesFramesAndTimesThatDoNotAscend) {
