@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -226,14 +227,15 @@ class JointKeyChecker : public OptionChecker {
 };
 
 struct Configuration {
+  ConfigFile file;  // says where a key is set
   SynthesizeOptions options;
   Skeleton skeleton;
 };
 
 Configuration ReadConfiguration() {
-  ConfigFile config = ConfigFile::Read(FLAGS_config);
+  Configuration read = {ConfigFile::Read(FLAGS_config), {}, {}};
+  ConfigFile& config = read.file;
   if (!FLAGS_set.empty()) config.Override(FLAGS_set, "--set");
-  Configuration read;
   SynthesizeOptions& options = read.options;
   config.Apply(&options);
   const std::vector<Skeleton> skeletons = config.ReadSkeletons();
@@ -359,7 +361,8 @@ void RunSynthesize() {
     try {
       return MakeScene(read.options.scene, read.skeleton);
     } catch (const OptionError& error) {
-      throw InputError(FLAGS_config, "scene." + error.key(), error.message());
+      throw read.file.Locate(
+          OptionError("scene." + error.key(), error.message()));
     }
   }();
   ObservationTruth observation_truth;
@@ -367,7 +370,8 @@ void RunSynthesize() {
     try {
       return Observe(scene, read.options.noise, &observation_truth);
     } catch (const OptionError& error) {
-      throw InputError(FLAGS_config, "noise." + error.key(), error.message());
+      throw read.file.Locate(
+          OptionError("noise." + error.key(), error.message()));
     }
   }();
   TrackSequence truth = TruthFor(scene, detections);

@@ -186,7 +186,7 @@ void JointNoise::Describe(OptionVisitor& visitor) {
   visitor.Number("outlier_max", &outlier_max_px, NonNegative(), "px",
                  "greatest distance of an outlier");
   visitor.Number("outlier_on_other", &outlier_on_other, Between(0.0, 1.0), "",
-                 "share of outliers on another person's same joint");
+                 "share of outliers on the same joint of a person nearby");
   visitor.Number("missing_rate", &missing_rate, Between(0.0, 1.0), "",
                  "share of joints that are not found");
   visitor.Number("missing_burst", &missing_burst_s, Between(0.0, 1e6), "s",

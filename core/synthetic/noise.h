@@ -33,7 +33,7 @@ struct JointNoise {
   double outlier_burst_s = 0.0;   // exact length; 0: each one by itself
   double outlier_min_px = 30.0;   // distance from the truth, uniform, in a
   double outlier_max_px = 200.0;  // direction that stays for the burst
-  double outlier_on_other = 0.0;  // share put on another person's same joint
+  double outlier_on_other = 0.0;  // share on the same joint of a near person
 
   double missing_rate = 0.0;
   double missing_burst_s = 0.0;      // mean length; 0: each by itself

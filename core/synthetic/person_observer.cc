@@ -131,6 +131,30 @@ PersonObserver::Displacement PersonObserver::PixelNoise(
   return displacement;
 }
 
+// Whose same joint is nearest in the image, at most as far as the person is
+// large there: detectors confuse people that overlap or stand side by side.
+int PersonObserver::NearestOther(int joint,
+                                 const std::vector<PersonSight>& sights) const {
+  const std::vector<JointSight>& own = sights[person_].joints;
+  if (!own[joint].in_image) return -1;
+  double nearest = 0.0;
+  for (const JointSight& other : own) {
+    if (!other.in_image) continue;
+    nearest = std::max(nearest, (other.px - own[joint].px).norm());
+  }
+  int person = -1;
+  for (int i = 0; i < static_cast<int>(sights.size()); ++i) {
+    if (i == person_ || !sights[i].present) continue;
+    const JointSight& other = sights[i].joints[joint];
+    if (!other.in_image) continue;
+    const double distance = (other.px - own[joint].px).norm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    person = i;
+  }
+  return person;
+}
+
 bool PersonObserver::Outlier(int joint, const std::vector<PersonSight>& sights,
                              Vector2d* px) {
   const JointNoise& noise = options_.Of(skeleton_.joint_class(joint));
@@ -147,9 +171,7 @@ bool PersonObserver::Outlier(int joint, const std::vector<PersonSight>& sights,
         outliers_.Uniform(noise.outlier_min_px, noise.outlier_max_px) *
         Vector2d(std::cos(angle), std::sin(angle));
     const bool on_other = outliers_.Chance(noise.outlier_on_other);
-    const auto other =
-        static_cast<int>(outliers_.Index(static_cast<int64_t>(sights.size())));
-    state.other = on_other && other != person_ ? other : -1;
+    state.other = on_other ? NearestOther(joint, sights) : -1;
   }
   if (!on) return false;
   if (state.other >= 0) {

@@ -49,6 +49,7 @@ class PersonObserver {
   double DepthScale(const JointNoise& noise, const JointSight& sight) const;
   bool Misses(int joint, const PersonSight& person);
   Displacement PixelNoise(int joint, const JointSight& sight);
+  int NearestOther(int joint, const std::vector<PersonSight>& sights) const;
   // Whether the joint is an outlier; moves `px` then.
   bool Outlier(int joint, const std::vector<PersonSight>& sights,
                Eigen::Vector2d* px);

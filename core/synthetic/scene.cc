@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <utility>
 
 #include "core/base/error.h"
@@ -30,11 +31,11 @@ void CheckCamerasOutside(const SceneOptions& options) {
   constexpr double kClearance = 0.5;
   const double least = options.motion.area_radius_m + kOuterMargin + kClearance;
   if (options.cameras.radius_m < least) {
-    throw OptionError("cameras.radius",
-                      "found " + std::to_string(options.cameras.radius_m) +
-                          ", people come as far as " +
-                          std::to_string(least - kClearance) +
-                          " m: expected at least " + std::to_string(least));
+    std::ostringstream message;
+    message << "found " << options.cameras.radius_m << ", expected at least "
+            << least << ": people come as far as " << least - kClearance
+            << " m";
+    throw OptionError("cameras.radius", message.str());
   }
 }
 
@@ -90,7 +91,8 @@ void RingOptions::Describe(OptionVisitor& visitor) {
                  "height of the point in the middle that they look at");
   visitor.Number("arc", &arc_deg, Between(10.0, 360.0), "deg",
                  "part of the ring that is used");
-  visitor.Integer("width", &width_px, Between(16, 16384), "px", "of the image");
+  visitor.Integer("image_width", &width_px, Between(16, 16384), "px",
+                  "of the image");
   visitor.Integer("image_height", &height_px, Between(16, 16384), "px",
                   "of the image");
   visitor.Number("focal", &focal_px, Positive(), "px", "focal length");

@@ -468,9 +468,9 @@ TEST(Noise, OutliersOnAnotherPersonLieThere) {
       if (px.has_value() && (*px - sample.found->px).norm() < 1e-9) ++on_other;
     }
   });
-  // One of four draws meets the person's own self; the rest lie on others,
-  // where those are in the image.
-  EXPECT_GT(on_other, 0.65 * static_cast<double>(outliers));
+  // All, but where nobody is within a person's size in the image. Four people
+  // on a circle of 1.5 m mostly have a neighbour there.
+  EXPECT_GT(on_other, 0.5 * static_cast<double>(outliers));
 }
 
 TEST(Noise, JointsAreMissingAtTheirRateInBursts) {
