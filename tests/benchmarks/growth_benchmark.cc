@@ -1,0 +1,241 @@
+// How the time of a paper-mode frame grows with cameras, people and joints, on
+// synthetic scenes in memory, on one core:
+//
+//   build/tests/benchmarks/growth_benchmark
+//
+// An iteration tracks a take of one second; its time is the processor time of
+// the frames after everybody was found, so that a busy machine disturbs little.
+// Of the iterations the fastest counts. A table then sets the measured times
+// against
+//
+//   a cameras people^2 + b cameras^2 people
+//
+// (every track meets every detection of every view; every pair of views meets
+// in the joints filter). a and b are fitted, for each number of joints, to the
+// small sizes alone, by least squares of the relative error.
+#include <benchmark/benchmark.h>
+#include <time.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/common/table.h"
+#include "apps/common/track_run.h"
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr int kWarmUpFrames = 5;
+
+struct Size {
+  int joints = 0;
+  int cameras = 0;
+  int people = 0;
+};
+bool operator<(const Size& a, const Size& b) {
+  return std::array{a.joints, a.cameras, a.people} <
+         std::array{b.joints, b.cameras, b.people};
+}
+
+// Fastest time of a frame [us].
+std::map<Size, double>& Measured() {
+  static std::map<Size, double> measured;
+  return measured;
+}
+
+// COCO-WholeBody's layout by the names of the synthetic body: COCO-17, six
+// points of the feet, 68 of the face and 21 of each hand.
+Skeleton WholeBody() {
+  std::vector<std::string> joints = Coco17().joints();
+  for (const char* side : {"l_", "r_"}) {
+    for (const char* foot : {"big_toe", "small_toe", "heel"}) {
+      joints.push_back(std::string(side) + foot);
+    }
+  }
+  const auto add = [&joints](const std::string& prefix, int count) {
+    for (int i = 0; i < count; ++i)
+      joints.push_back(prefix + std::to_string(i));
+  };
+  add("face_", 68);
+  add("l_hand_", 21);
+  add("r_hand_", 21);
+  return Skeleton("whole_body_133", joints, Coco17().bones());
+}
+
+Skeleton SkeletonOf(int joints) {
+  if (joints == Coco17().joint_count()) return Coco17();
+  if (joints == Body25().joint_count()) return Body25();
+  return WholeBody();
+}
+
+// The same ground for all sizes; 20 people have room, 32 cameras stand apart.
+Scene MakeSceneOf(const Size& size) {
+  SceneOptions options;
+  options.seed = 17;
+  options.people = size.people;
+  options.duration_s = 1.2;
+  options.motion.area_radius_m = 4.0;
+  options.motion.visitors = 0.0;
+  options.cameras.count = size.cameras;
+  options.cameras.radius_m = 9.0;
+  options.cameras.distortion = {-0.1, 0.02, 0.0, 0.0, 0.0};
+  return MakeScene(options, SkeletonOf(size.joints));
+}
+
+// Enough noise that the joints filter finds conflicts to settle.
+DetectionSequence DetectionsOf(const Scene& scene) {
+  NoiseOptions noise;
+  noise.seed = 5;
+  noise.joints.sigma_px = 3.0;
+  noise.joints.outlier_rate = 0.02;
+  noise.joints.outlier_max_px = 120.0;
+  noise.joints.missing_rate = 0.05;
+  return Observe(scene, noise, nullptr);
+}
+
+double ProcessorSeconds() {
+  timespec now = {};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) +
+         1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+void Frame(benchmark::State& state) {
+  const Size size = {static_cast<int>(state.range(0)),
+                     static_cast<int>(state.range(1)),
+                     static_cast<int>(state.range(2))};
+  const Scene scene = MakeSceneOf(size);
+  const DetectionSequence detections = DetectionsOf(scene);
+  const SceneModel model = {scene.cameras, scene.skeleton, scene.frame_rate_hz,
+                            false};
+  const auto timed_frames =
+      static_cast<double>(detections.frames.size() - kWarmUpFrames);
+  double fastest_us = 1e12;
+  size_t tracked = 0;
+  StageTimes stages;
+  for (auto _ : state) {
+    EstimatorPair estimators = MakeEstimators(EstimatorOptions());
+    Tracker tracker(model, scene.skeleton, TrackerOptions(),
+                    estimators.feedback, estimators.output);
+    std::vector<TrackFrame> finished;
+    double start_s = 0.0;
+    for (size_t f = 0; f < detections.frames.size(); ++f) {
+      if (f == kWarmUpFrames) {
+        tracker.set_stage_times(&stages);
+        start_s = ProcessorSeconds();
+      }
+      finished.clear();
+      tracker.Process(detections.frames[f], &finished);
+      benchmark::DoNotOptimize(finished.data());
+    }
+    const double seconds = ProcessorSeconds() - start_s;
+    state.SetIterationTime(seconds);
+    fastest_us = std::min(fastest_us, 1e6 * seconds / timed_frames);
+    tracked = tracker.track_count();
+  }
+  Measured()[size] = fastest_us;
+  const auto counter = [&](const char* name, int64_t nanoseconds) {
+    state.counters[name] =
+        1e-3 * static_cast<double>(nanoseconds) /
+        (timed_frames * static_cast<double>(state.iterations()));
+  };
+  state.counters["us_per_frame"] = fastest_us;
+  state.counters["tracked"] = static_cast<double>(tracked);
+  counter("1_prepare", stages.preparation_ns);
+  counter("2_associate", stages.association_ns);
+  counter("3_reconstruct", stages.reconstruction_ns);
+  counter("4_smooth", stages.estimation_ns);
+  counter("5_initialise", stages.initialisation_ns);
+  counter("6_output", stages.output_ns);
+}
+
+BENCHMARK(Frame)
+    ->ArgNames({"joints", "cameras", "people"})
+    ->ArgsProduct({{17, 25, 133}, {4, 8, 16, 32}, {1, 2, 5, 10, 20}})
+    ->UseManualTime()
+    ->Iterations(5)
+    ->Unit(benchmark::kMillisecond);
+
+// ---- The model
+
+struct Growth {
+  double a = 0.0;
+  double b = 0.0;
+
+  double Predict(const Size& size) const {
+    const double c = size.cameras;
+    const double p = size.people;
+    return a * c * p * p + b * c * c * p;
+  }
+};
+
+bool IsSmall(const Size& size) { return size.cameras <= 8 && size.people <= 5; }
+
+// Least squares of (model - measured) / measured over the small sizes, both
+// coefficients at least 0.
+Growth Fit(const std::map<Size, double>& measured) {
+  double xx = 0.0, xy = 0.0, yy = 0.0, x = 0.0, y = 0.0;
+  for (const auto& [size, us] : measured) {
+    if (!IsSmall(size)) continue;
+    const double u = Growth{1.0, 0.0}.Predict(size) / us;
+    const double v = Growth{0.0, 1.0}.Predict(size) / us;
+    xx += u * u;
+    xy += u * v;
+    yy += v * v;
+    x += u;
+    y += v;
+  }
+  const double determinant = xx * yy - xy * xy;
+  Growth growth = {(x * yy - y * xy) / determinant,
+                   (y * xx - x * xy) / determinant};
+  if (growth.a < 0.0) growth = {0.0, y / yy};
+  if (growth.b < 0.0) growth = {x / xx, 0.0};
+  return growth;
+}
+
+void PrintGrowth(int joints, const std::map<Size, double>& measured) {
+  const Growth growth = Fit(measured);
+  std::printf(
+      "\n%d joints: %.3f us cameras people^2 + %.3f us cameras^2 "
+      "people, fitted to at most 8 cameras and 5 people\n",
+      joints, growth.a, growth.b);
+  Table table(
+      {"cameras", "people", "measured us", "model us", "measured / model", ""});
+  double worst = 0.0;
+  for (const auto& [size, us] : measured) {
+    const double ratio = us / growth.Predict(size);
+    if (!IsSmall(size)) worst = std::max(worst, ratio);
+    table.AddRow({std::to_string(size.cameras), std::to_string(size.people),
+                  Fixed(us, 1), Fixed(growth.Predict(size), 1), Fixed(ratio, 2),
+                  IsSmall(size) ? "fitted" : "predicted"});
+  }
+  std::printf("%slargest measured / model beyond the fit: %.2f\n",
+              table.ToString().c_str(), worst);
+}
+
+void PrintAll() {
+  std::map<int, std::map<Size, double>> by_joints;
+  for (const auto& [size, us] : Measured()) by_joints[size.joints][size] = us;
+  for (const auto& [joints, measured] : by_joints) {
+    PrintGrowth(joints, measured);
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  kinegraph::PrintAll();
+  return 0;
+}
