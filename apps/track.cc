@@ -47,16 +47,23 @@ void RunTrack() {
   request.without_cameras = ParseList(FLAGS_without_cameras, "without_cameras");
   request.threads = FLAGS_threads;
   request.cameras = ReadCameras(FLAGS_cameras, options.cameras);
-  const std::unique_ptr<DetectionSource> source =
-      OpenDetections(FLAGS_detections, DetectionOptionsOf(options));
+  const auto open = [&] {
+    return OpenDetections(FLAGS_detections, DetectionOptionsOf(options));
+  };
+  std::unique_ptr<DetectionSource> source = open();
   const RunScene scene = PrepareScene(options, request, source->header());
+  const int64_t frame_count = std::max<int64_t>(0, source->frame_count());
+  // The first pass takes the source that is open already.
+  const SourceOpener open_source = [&] {
+    return source != nullptr ? std::move(source) : open();
+  };
 
   TrackWriter writer(FLAGS_out, scene.header, {options.output.observations});
   RunSummary summary;
   {
-    Progress progress("tracking", std::max<int64_t>(0, source->frame_count()));
+    Progress progress("tracking", frame_count * PassCount(options));
     summary = RunTracking(
-        options, request, scene, source.get(),
+        options, request, scene, open_source,
         [&](const TrackFrame& frame) { writer.Write(frame); },
         [&](int64_t frames_read) { progress.Set(frames_read); });
   }

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <set>
+#include <stdexcept>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/io/view_pairing.h"
+#include "core/tracking/second_pass.h"
 
 namespace kinegraph {
 namespace {
@@ -104,6 +106,12 @@ RunOptions ReadRunOptions(const std::string& config_path,
   config.Apply(&options);
   options.user_skeletons = config.ReadSkeletons();
   config.RejectUnknown();
+  if (options.estimators.mode == Mode::kPaper) {
+    // Paper mode never backfills, re-associates or extrapolates.
+    options.tracker.life.backfill = false;
+    options.tracker.life.max_gap_frames = 0.0;
+    options.tracker.life.second_pass = false;
+  }
   if (!options.detections.skeleton_name.empty()) {
     options.detections.skeleton = ResolveSkeleton(
         options.detections.skeleton_name, options.user_skeletons);
@@ -160,42 +168,68 @@ RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
   return scene;
 }
 
-RunSummary RunTracking(const RunOptions& options, const RunRequest& request,
-                       const RunScene& scene, DetectionSource* source,
-                       const std::function<void(const TrackFrame&)>& write,
-                       const std::function<void(int64_t)>& progress,
-                       StageTimes* stage_times) {
+int PassCount(const RunOptions& options) {
+  return options.tracker.life.second_pass ? 2 : 1;
+}
+
+namespace {
+
+// Reads the frames of a run: wanted ones, with the used views alone.
+class RunFrames {
+ public:
+  RunFrames(const RunRequest& request, const RunScene& scene,
+            const SourceOpener& open_source,
+            const std::function<void(int64_t)>& progress, int64_t* frames_read)
+      : request_(request),
+        scene_(scene),
+        source_(open_source()),
+        progress_(progress),
+        frames_read_(frames_read) {}
+
+  bool Next(DetectionFrame* frame) {
+    while (source_->Next(&all_views_)) {
+      ++*frames_read_;
+      if (progress_) progress_(*frames_read_);
+      if (!ContainsFrame(request_.frames, all_views_.frame)) continue;
+      KeepViews(scene_.used_views, &all_views_, frame);
+      return true;
+    }
+    return false;
+  }
+  const Skeleton& skeleton() const { return source_->header().skeleton; }
+
+ private:
+  const RunRequest& request_;
+  const RunScene& scene_;
+  std::unique_ptr<DetectionSource> source_;
+  const std::function<void(int64_t)>& progress_;
+  int64_t* frames_read_;
+  DetectionFrame all_views_;
+};
+
+using FrameSink = std::function<void(TrackFrame&&)>;
+
+// The tracker over the whole take, its warm-up left out of what is written.
+void FirstPass(const RunOptions& options, const RunRequest& request,
+               const RunScene& scene, RunFrames* frames, StageTimes* times,
+               const FrameSink& write) {
   EstimatorPair estimators = MakeEstimators(options.estimators);
-  Tracker tracker(scene.model, source->header().skeleton, options.tracker,
+  Tracker tracker(scene.model, frames->skeleton(), options.tracker,
                   std::move(estimators.feedback), std::move(estimators.output));
   tracker.set_threads(request.threads);
-  tracker.set_stage_times(stage_times);
+  tracker.set_stage_times(times);
   const FrameClock clock(scene.model.frame_rate_hz);
-
-  RunSummary summary;
-  std::set<TrackId> people;
   bool first = true;
   int64_t first_frame = 0;
   std::vector<TrackFrame> finished;
   const auto flush = [&] {
-    for (const TrackFrame& frame : finished) {
-      if (frame.frame < first_frame) continue;  // a warm-up
-      ++summary.frames;
-      summary.person_frames += static_cast<int64_t>(frame.people.size());
-      for (const PersonPose& person : frame.people) people.insert(person.id);
-      write(frame);
+    for (TrackFrame& frame : finished) {
+      if (frame.frame >= first_frame) write(std::move(frame));
     }
     finished.clear();
   };
-
-  int64_t frames_read = 0;
-  DetectionFrame all_views;
   DetectionFrame frame;
-  while (source->Next(&all_views)) {
-    ++frames_read;
-    if (progress) progress(frames_read);
-    if (!ContainsFrame(request.frames, all_views.frame)) continue;
-    KeepViews(scene.used_views, &all_views, &frame);
+  while (frames->Next(&frame)) {
     if (first) {
       first = false;
       first_frame = frame.frame;
@@ -208,6 +242,48 @@ RunSummary RunTracking(const RunOptions& options, const RunRequest& request,
   }
   tracker.Finish(&finished);
   flush();
+}
+
+}  // namespace
+
+RunSummary RunTracking(const RunOptions& options, const RunRequest& request,
+                       const RunScene& scene, const SourceOpener& open_source,
+                       const std::function<void(const TrackFrame&)>& write,
+                       const std::function<void(int64_t)>& progress,
+                       StageTimes* stage_times) {
+  RunSummary summary;
+  std::set<TrackId> people;
+  const auto count_and_write = [&](const TrackFrame& frame) {
+    ++summary.frames;
+    summary.person_frames += static_cast<int64_t>(frame.people.size());
+    for (const PersonPose& person : frame.people) people.insert(person.id);
+    write(frame);
+  };
+  int64_t frames_read = 0;
+  RunFrames frames(request, scene, open_source, progress, &frames_read);
+  if (!options.tracker.life.second_pass) {
+    FirstPass(options, request, scene, &frames, stage_times, count_and_write);
+  } else {
+    std::vector<TrackFrame> first_pass;
+    FirstPass(
+        options, request, scene, &frames, stage_times,
+        [&](TrackFrame&& frame) { first_pass.push_back(std::move(frame)); });
+    RunFrames again(request, scene, open_source, progress, &frames_read);
+    EstimatorPair estimators = MakeEstimators(options.estimators);
+    SecondPass second(
+        scene.model, again.skeleton(), options.tracker,
+        estimators.output ? estimators.output : estimators.feedback);
+    DetectionFrame frame;
+    for (const TrackFrame& tracked : first_pass) {
+      if (!again.Next(&frame) || frame.frame != tracked.frame) {
+        throw std::runtime_error("the detections changed between two passes");
+      }
+      second.Process(frame, tracked);
+    }
+    for (const TrackFrame& done : second.Finish(request.threads)) {
+      count_and_write(done);
+    }
+  }
   summary.people = static_cast<int64_t>(people.size());
   return summary;
 }
@@ -215,12 +291,13 @@ RunSummary RunTracking(const RunOptions& options, const RunRequest& request,
 TrackSequence TrackSequenceOf(const RunOptions& options,
                               const RunRequest& request,
                               const DetectionSequence& detections) {
-  MemorySource source(detections);
   const RunScene scene = PrepareScene(options, request, detections.header);
   TrackSequence tracks;
   tracks.header = scene.header;
-  RunTracking(options, request, scene, &source,
-              [&](const TrackFrame& frame) { tracks.frames.push_back(frame); });
+  RunTracking(
+      options, request, scene,
+      [&] { return std::make_unique<MemorySource>(detections); },
+      [&](const TrackFrame& frame) { tracks.frames.push_back(frame); });
   return tracks;
 }
 

@@ -94,6 +94,9 @@ RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
 // in from the other tables.
 DetectionReadOptions DetectionOptionsOf(const RunOptions& options);
 
+// Opens the detections, once for each pass.
+using SourceOpener = std::function<std::unique_ptr<DetectionSource>()>;
+
 // Counts of a run, for its closing line.
 struct RunSummary {
   int64_t frames = 0;
@@ -102,12 +105,15 @@ struct RunSummary {
 };
 
 // Tracks all frames of the source; `write` gets each finished frame in order,
-// `progress` the number of frames read so far (may be null).
+// `progress` the number of frames read so far, over both passes if there are
+// two (may be null).
 RunSummary RunTracking(const RunOptions& options, const RunRequest& request,
-                       const RunScene& scene, DetectionSource* source,
+                       const RunScene& scene, const SourceOpener& open_source,
                        const std::function<void(const TrackFrame&)>& write,
                        const std::function<void(int64_t)>& progress = nullptr,
                        StageTimes* stage_times = nullptr);
+// How often RunTracking reads the take.
+int PassCount(const RunOptions& options);
 
 // The same for detections in memory, giving the whole result.
 TrackSequence TrackSequenceOf(const RunOptions& options,

@@ -13,6 +13,8 @@ void TrackLifeOptions::Describe(OptionVisitor& visitor) {
                   "write a track's frames before it was confirmed as well");
   visitor.Number("max_gap", &max_gap_frames, NonNegative(), "frames",
                  "gaps up to this are written as the estimator bridges them");
+  visitor.Boolean("second_pass", &second_pass,
+                  "offline: associate again with the smoothed tracks");
 }
 
 void TrackerOptions::Describe(OptionVisitor& visitor) {

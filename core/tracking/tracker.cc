@@ -49,27 +49,6 @@ SceneModel Checked(SceneModel scene) {
   return scene;
 }
 
-// The estimator's view of the observations matched in this frame.
-void FillFreshViews(const std::vector<UsedView>& used,
-                    const Reconstruction& reconstruction,
-                    EstimatorFrame* frame) {
-  const size_t joints = reconstruction.pose.size();
-  size_t count = 0;
-  for (size_t v = 0; v < used.size(); ++v) {
-    if (!used[v].fresh()) continue;
-    if (count == frame->views.size()) frame->views.emplace_back();
-    FreshView& view = frame->views[count++];
-    view.view_idx = used[v].observation->view_idx;
-    view.capture_time = used[v].observation->capture_time;
-    view.detection_idx = used[v].observation->detection_idx;
-    view.joints = &used[v].observation->joints;
-    const auto verdicts =
-        reconstruction.verdicts.begin() + static_cast<long>(v * joints);
-    view.verdicts.assign(verdicts, verdicts + static_cast<long>(joints));
-  }
-  frame->views.resize(count);
-}
-
 }  // namespace
 
 Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
@@ -81,13 +60,12 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
       make_output_(std::move(output)),
       clock_(scene_.frame_rate_hz),
       epipolar_(scene_.cameras),
-      joint_map_(MapByName(detection_skeleton, scene_.skeleton)),
+      observations_(scene_.cameras, detection_skeleton, scene_.skeleton,
+                    options_.life.min_found_joints),
       matcher_(options_.association, scene_.skeleton.association_joints()),
       reconstructor_(scene_.cameras, epipolar_, options_.reconstruction),
       initialiser_(options_.initialisation, epipolar_, &reconstructor_,
                    scene_.skeleton.association_joints()),
-      observations_(scene_.cameras.size()),
-      observation_counts_(scene_.cameras.size(), 0),
       unmatched_(scene_.cameras.size()),
       matches_(scene_.cameras.size()) {}
 
@@ -95,12 +73,12 @@ Tracker::~Tracker() = default;
 
 void Tracker::Process(const DetectionFrame& frame,
                       std::vector<TrackFrame>* finished) {
-  if (frame.views.size() != scene_.cameras.size()) {
+  if (frames_seen_ && frame.time <= last_time_) {
     throw OptionError("frame " + std::to_string(frame.frame),
-                      "found " + std::to_string(frame.views.size()) +
-                          " views, expected one for each of the " +
-                          std::to_string(scene_.cameras.size()) + " cameras");
+                      "its time is not after that of the frame before");
   }
+  frames_seen_ = true;
+  last_time_ = frame.time;
   Prepare(frame);
   Associate(frame);
   Reconstruct(frame);
@@ -114,20 +92,7 @@ void Tracker::Process(const DetectionFrame& frame,
 
 void Tracker::Prepare(const DetectionFrame& frame) {
   const StageTimer timer(stage_times_, &StageTimes::preparation_ns);
-  for (size_t v = 0; v < frame.views.size(); ++v) {
-    std::vector<Observation>& observations = observations_[v];
-    size_t count = 0;
-    for (const Detection& detection : frame.views[v].detections) {
-      if (count == observations.size()) observations.emplace_back();
-      MakeObservation(detection, joint_map_, scene_.cameras[v],
-                      static_cast<int>(v), frame.views[v].capture_time,
-                      &observations[count]);
-      if (observations[count].found_count >= options_.life.min_found_joints) {
-        ++count;
-      }
-    }
-    observation_counts_[v] = count;
-  }
+  observations_.Prepare(frame);
 }
 
 void Tracker::Associate(const DetectionFrame& frame) {
@@ -139,9 +104,8 @@ void Tracker::Associate(const DetectionFrame& frame) {
          clock_.Frames(frame.time - track->feedback->LastTime())});
     track->matched = false;
   }
-  for (size_t v = 0; v < observations_.size(); ++v) {
-    const Span<Observation> observations(observations_[v].data(),
-                                         observation_counts_[v]);
+  for (size_t v = 0; v < observations_.view_count(); ++v) {
+    const Span<Observation> observations = observations_.OfView(v);
     matcher_.Match(targets_, observations, scene_.cameras[v], &matches_[v]);
     unmatched_[v].clear();
     for (const Observation& observation : observations) {
@@ -179,12 +143,9 @@ void Tracker::Reconstruct(const DetectionFrame& frame) {
       used_views_.push_back({&entry.observation, clock_.Frames(age)});
     }
     track->feedback->Predict(frame.time, &predicted_);
-    work.has_initial =
+    const bool succeeded =
         reconstructor_.Update(used_views_, predicted_, &reconstruction_);
-    FillFreshViews(used_views_, reconstruction_, &work);
-    work.inlier_views = reconstruction_.fresh_inlier_views;
-    work.triangulated = reconstruction_.triangulated;
-    if (work.has_initial) work.initial = reconstruction_.pose;
+    FillEstimatorFrame(used_views_, reconstruction_, succeeded, &work);
   }
 }
 
@@ -226,11 +187,7 @@ void Tracker::StartTrack(const NewPerson& person, const DetectionFrame& frame) {
   EstimatorFrame& work = track->frame;
   work.frame = frame.frame;
   work.time = frame.time;
-  work.has_initial = true;
-  work.initial = person.reconstruction.pose;
-  work.inlier_views = person.reconstruction.fresh_inlier_views;
-  work.triangulated = person.reconstruction.triangulated;
-  FillFreshViews(used_views_, person.reconstruction, &work);
+  FillEstimatorFrame(used_views_, person.reconstruction, true, &work);
   track->feedback = make_feedback_(scene_);
   track->feedback->Add(work);
   if (make_output_ != nullptr) {

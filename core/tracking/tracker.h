@@ -12,6 +12,7 @@
 #include "core/reconstruction/reconstruction.h"
 #include "core/tracking/estimator.h"
 #include "core/tracking/frame_assembler.h"
+#include "core/tracking/frame_observations.h"
 #include "core/tracking/options.h"
 #include "core/tracking/track.h"
 
@@ -41,8 +42,9 @@ class Tracker {
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
 
-  // The next frame, in ascending time. Frames that became complete are added
-  // to `finished`.
+  // The next frame. Frames that became complete are added to `finished`. Throws
+  // OptionError when its time is not after the last one's, or it has not one
+  // view for each camera.
   void Process(const DetectionFrame& frame, std::vector<TrackFrame>* finished);
   // No more frames: everything left becomes final.
   void Finish(std::vector<TrackFrame>* finished);
@@ -72,7 +74,7 @@ class Tracker {
   EstimatorFactory make_output_;
   FrameClock clock_;
   EpipolarGeometry epipolar_;
-  std::vector<int> joint_map_;  // detections' skeleton -> tracks' skeleton
+  FrameObservations observations_;
   ViewMatcher matcher_;
   Reconstructor reconstructor_;
   Initialiser initialiser_;
@@ -82,11 +84,11 @@ class Tracker {
   int threads_ = 1;
   StageTimes* stage_times_ = nullptr;
   FrameAssembler assembler_;
+  bool frames_seen_ = false;
+  TimeNs last_time_ = 0;
 
   // This frame's work, kept to reuse its memory.
-  std::vector<std::vector<Observation>> observations_;  // [view]
-  std::vector<size_t> observation_counts_;              // [view]
-  std::vector<ObservationGroup> unmatched_;             // [view]
+  std::vector<ObservationGroup> unmatched_;  // [view]
   std::vector<AssociationTarget> targets_;
   std::vector<int> match_;
   std::vector<std::vector<int>> matches_;  // [view][track]

@@ -207,7 +207,8 @@ void BatchEstimator::WriteFinals() {
   finals_.clear();
   finals_.reserve(records_.size());
   for (const FrameRecord& record : records_) {
-    finals_.push_back(PoseOf(record, joint_count(), options_.covariance));
+    finals_.push_back(PoseOf(record, joint_count(), scene_.keep_observations,
+                             options_.covariance));
   }
   static const std::vector<Matrix6d> kNone;
   const bool coupled = !problem_.bones.empty();

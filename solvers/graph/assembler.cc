@@ -30,9 +30,11 @@ double MeanConfidence(const std::vector<FreshView>& views) {
 }
 
 bool Triangulated(const EstimatorFrame& frame, size_t joint) {
-  return frame.has_initial && joint < frame.initial.size() &&
-         frame.initial[joint].status == JointStatus::kObserved &&
-         frame.initial[joint].position_m.allFinite();
+  if (!frame.has_initial || joint >= frame.initial.size()) return false;
+  const Joint3d& initial = frame.initial[joint];
+  if (!initial.present() || !initial.position_m.allFinite()) return false;
+  return frame.triangulated.empty() ? initial.status == JointStatus::kObserved
+                                    : frame.triangulated[joint] != 0;
 }
 
 }  // namespace

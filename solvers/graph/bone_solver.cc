@@ -53,7 +53,7 @@ bool BoneSolver::Precondition(double damping) {
 
 void BoneSolver::SolveLinear(const PersonProblem& problem, double damping) {
   // Gauss-Newton corrects what is left, so the systems need not be exact.
-  constexpr double kRelative = 1e-5;  // of the residual, in the chains' norm
+  constexpr double kRelative = 1e-3;  // of the residual, in the chains' norm
   constexpr int kMaxIterations = 100;
   for (size_t j = 0; j < step_.size(); ++j) {
     for (size_t k = 0; k < step_[j].size(); ++k) {

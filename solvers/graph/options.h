@@ -66,7 +66,7 @@ struct GraphOptions {
 
   GraphSolver solver = GraphSolver::kChain;
   int64_t max_iterations = 10;     // of the last stage; earlier ones take three
-  double step_tolerance_m = 1e-5;  // converged when no joint moves farther
+  double step_tolerance_m = 3e-5;  // converged when no joint moves farther
 
   void Describe(OptionVisitor& visitor);
 };

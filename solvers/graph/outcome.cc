@@ -30,7 +30,8 @@ JointStatus StatusOf(int inlier_views, bool ever_two_views,
                                                         : JointStatus::kMissing;
 }
 
-FinalPose PoseOf(const FrameRecord& record, int joint_count, bool covariances) {
+FinalPose PoseOf(const FrameRecord& record, int joint_count, bool matches,
+                 bool covariances) {
   FinalPose pose;
   pose.frame = record.frame;
   pose.time = record.time;
@@ -39,6 +40,7 @@ FinalPose PoseOf(const FrameRecord& record, int joint_count, bool covariances) {
   person.joints.resize(joint_count);
   person.inlier_views.assign(joint_count, 0);
   if (covariances) person.covariances.resize(joint_count);
+  if (!matches) return pose;
   for (const FrameRecord::View& view : record.views) {
     ViewMatch match;
     match.view_idx = view.view_idx;
@@ -59,6 +61,7 @@ void WriteJoint(const JointChain& chain, size_t k, int joint_idx,
     joint.position_m = chain.states[k].head<3>();
     if (covariance != nullptr) pose->covariances[joint_idx] = *covariance;
   }
+  if (pose->matches.empty()) return;
   for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
     const PixelMeasurement& measurement = chain.measurements[m];
     pose->matches[measurement.view_slot].weights[joint_idx] =

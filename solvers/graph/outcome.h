@@ -30,8 +30,10 @@ void Extend(TimeNs time, int inlier_views, JointSupport* support);
 JointStatus StatusOf(int inlier_views, bool ever_two_views,
                      double nearest_support_s, double bridging_limit_s);
 
-// A final pose with everything but joints, views and covariances filled in.
-FinalPose PoseOf(const FrameRecord& record, int joint_count, bool covariances);
+// A final pose with everything but joints, weights and covariances filled in.
+// `matches`: it lists the frame's views (SceneModel::keep_observations).
+FinalPose PoseOf(const FrameRecord& record, int joint_count, bool matches,
+                 bool covariances);
 
 // Writes joint `joint_idx` of the problem's frame `k` into the pose.
 void WriteJoint(const JointChain& chain, size_t k, int joint_idx,

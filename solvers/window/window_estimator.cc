@@ -234,7 +234,8 @@ void WindowEstimator::SolveBones() {
 void WindowEstimator::Emit(size_t end) {
   const size_t offset = finals_.size();
   for (size_t k = final_count_; k < end; ++k) {
-    finals_.push_back(PoseOf(records_[k], joint_count(), options_.covariance));
+    finals_.push_back(PoseOf(records_[k], joint_count(),
+                             scene_.keep_observations, options_.covariance));
   }
   const bool coupled = !problem_.bones.empty() || !problem_.prior.empty();
   std::vector<std::vector<Matrix6d>> together;

@@ -189,10 +189,13 @@ TEST_F(TrackerTest, RefusesWhatDoesNotFit) {
                        }),
                OptionError);
   const auto tracker = Make();
-  DetectionFrame frame = See(0, {});
+  DetectionFrame frame = See(1, {});
   frame.views.pop_back();
   std::vector<TrackFrame> frames;
   EXPECT_THROW(tracker->Process(frame, &frames), OptionError);
+  tracker->Process(See(4, {}), &frames);
+  EXPECT_THROW(tracker->Process(See(4, {}), &frames), OptionError)
+      << "the same time again";
 }
 
 }  // namespace

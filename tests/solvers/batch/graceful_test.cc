@@ -43,6 +43,7 @@ class Graceful : public ::testing::TestWithParam<Case> {
     scene_.cameras = testing::RingOfCameras(5, 5.0, 1000.0, true);
     scene_.skeleton = testing::SmallSkeleton();
     scene_.frame_rate_hz = 25.0;
+    scene_.keep_observations = true;
   }
 
   void Make(size_t frames, const SimulatedNoise& noise = SimulatedNoise()) {

@@ -1,0 +1,64 @@
+#include "core/tracking/frame_observations.h"
+
+#include <string>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+
+FrameObservations::FrameObservations(const CameraRig& cameras,
+                                     const Skeleton& detections,
+                                     const Skeleton& tracks,
+                                     int64_t min_found_joints)
+    : cameras_(&cameras),
+      joint_map_(MapByName(detections, tracks)),
+      min_found_joints_(min_found_joints),
+      observations_(cameras.size()),
+      counts_(cameras.size(), 0) {}
+
+void FrameObservations::Prepare(const DetectionFrame& frame) {
+  if (frame.views.size() != cameras_->size()) {
+    throw OptionError("frame " + std::to_string(frame.frame),
+                      "found " + std::to_string(frame.views.size()) +
+                          " views, expected one for each of the " +
+                          std::to_string(cameras_->size()) + " cameras");
+  }
+  for (size_t v = 0; v < frame.views.size(); ++v) {
+    std::vector<Observation>& observations = observations_[v];
+    size_t count = 0;
+    for (const Detection& detection : frame.views[v].detections) {
+      if (count == observations.size()) observations.emplace_back();
+      MakeObservation(detection, joint_map_, (*cameras_)[v],
+                      static_cast<int>(v), frame.views[v].capture_time,
+                      &observations[count]);
+      if (observations[count].found_count >= min_found_joints_) ++count;
+    }
+    counts_[v] = count;
+  }
+}
+
+void FillEstimatorFrame(const std::vector<UsedView>& used,
+                        const Reconstruction& reconstruction, bool succeeded,
+                        EstimatorFrame* frame) {
+  const size_t joints = reconstruction.pose.size();
+  size_t count = 0;
+  for (size_t v = 0; v < used.size(); ++v) {
+    if (!used[v].fresh()) continue;
+    if (count == frame->views.size()) frame->views.emplace_back();
+    FreshView& view = frame->views[count++];
+    view.view_idx = used[v].observation->view_idx;
+    view.capture_time = used[v].observation->capture_time;
+    view.detection_idx = used[v].observation->detection_idx;
+    view.joints = &used[v].observation->joints;
+    const auto verdicts =
+        reconstruction.verdicts.begin() + static_cast<long>(v * joints);
+    view.verdicts.assign(verdicts, verdicts + static_cast<long>(joints));
+  }
+  frame->views.resize(count);
+  frame->inlier_views = reconstruction.fresh_inlier_views;
+  frame->triangulated = reconstruction.triangulated;
+  frame->has_initial = succeeded;
+  if (succeeded) frame->initial = reconstruction.pose;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,54 @@
+// The detections of one frame made ready, and handed on to estimators: what the
+// tracker and the second pass share.
+#ifndef KINEGRAPH_CORE_TRACKING_FRAME_OBSERVATIONS_H_
+#define KINEGRAPH_CORE_TRACKING_FRAME_OBSERVATIONS_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/span.h"
+#include "core/data/detection.h"
+#include "core/data/observation.h"
+#include "core/geometry/camera.h"
+#include "core/reconstruction/reconstruction.h"
+#include "core/skeleton/skeleton.h"
+#include "core/tracking/estimator.h"
+
+namespace kinegraph {
+
+// Observations of each view of a frame, in the skeleton of the tracks. Keeps
+// its memory between frames.
+class FrameObservations {
+ public:
+  // `cameras` must outlive the object. Detections with fewer found joints than
+  // `min_found_joints` are left out.
+  FrameObservations(const CameraRig& cameras, const Skeleton& detections,
+                    const Skeleton& tracks, int64_t min_found_joints);
+
+  // Throws OptionError when the frame has not one view for each camera.
+  void Prepare(const DetectionFrame& frame);
+
+  size_t view_count() const { return observations_.size(); }
+  // Valid until the next Prepare.
+  Span<Observation> OfView(size_t view_idx) const {
+    return {observations_[view_idx].data(), counts_[view_idx]};
+  }
+
+ private:
+  const CameraRig* cameras_;
+  std::vector<int> joint_map_;
+  int64_t min_found_joints_;
+  std::vector<std::vector<Observation>> observations_;  // [view]
+  std::vector<size_t> counts_;                          // [view]
+};
+
+// Writes what a reconstruction says into an estimator's frame: the fresh views
+// with their verdicts, inlier views, and the pose if `succeeded`. The frame's
+// number and time are the caller's.
+void FillEstimatorFrame(const std::vector<UsedView>& used,
+                        const Reconstruction& reconstruction, bool succeeded,
+                        EstimatorFrame* frame);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_TRACKING_FRAME_OBSERVATIONS_H_

@@ -1,0 +1,136 @@
+#include "solvers/batch/batch_estimator.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "tests/support/simulated_person.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::SimulatedNoise;
+using testing::SimulatedTake;
+
+class BatchEstimatorTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    scene_.cameras = testing::RingOfCameras(5, 5.0, 1000.0);
+    scene_.skeleton = testing::SmallSkeleton();
+    scene_.frame_rate_hz = 25.0;
+    scene_.keep_observations = true;
+  }
+
+  SimulatedTake Simulate(int frames, const SimulatedNoise& noise) {
+    Random random(81);
+    return testing::Simulate(scene_, options_,
+                             testing::WalkingMotion(scene_, frames), noise,
+                             Eigen::Vector3d::Zero(), &random);
+  }
+
+  std::vector<FinalPose> Run(const SimulatedTake& take) {
+    const auto batch = MakeBatchEstimator(scene_, options_);
+    return testing::Run(batch.get(), take.frames);
+  }
+
+  SceneModel scene_;
+  GraphOptions options_;
+};
+
+TEST_F(BatchEstimatorTest, TruthInTruthOut) {
+  SimulatedNoise noise;
+  noise.sigma_scale = 0.0;
+  options_.estimate_noise_scale = false;
+  options_.sigma_px.fill(0.1);
+  options_.min_sigma_px = 0.1;
+  const SimulatedTake take = Simulate(60, noise);
+  // 0.1 px are 0.5 mm at 5 m, and five views see the joint: what the motion
+  // prior's pull may cost where the motion is not of constant velocity.
+  EXPECT_LT(testing::RootMeanSquare(take.truth, Run(take)), 0.5e-3);
+}
+
+TEST_F(BatchEstimatorTest, KeepsFramesMatchesWeightsAndScore) {
+  SimulatedTake take = Simulate(40, SimulatedNoise());
+  for (size_t k = 0; k < 40; ++k) {
+    take.frames[k].frame = 300 + static_cast<int64_t>(k);
+    take.frames[k].views[2].detection_idx = 7;
+  }
+  take.keypoints[20][1][0].px.x() += 150.0;  // an outlier
+  take.keypoints[20][3][0].found = false;    // not measured
+  for (auto& joint : take.keypoints[20][4]) joint.confidence = 0.5;
+  const auto finals = Run(take);
+  ASSERT_EQ(finals.size(), 40u);
+  const FinalPose& pose = finals[20];
+  EXPECT_EQ(pose.frame, 320);
+  EXPECT_EQ(pose.time, take.frames[20].time);
+  ASSERT_EQ(pose.person.matches.size(), 5u);
+  EXPECT_EQ(pose.person.matches[2].view_idx, 2);
+  EXPECT_EQ(pose.person.matches[2].detection_idx, 7);
+  EXPECT_LT(*pose.person.matches[1].weights[0], 0.01);
+  EXPECT_GT(*pose.person.matches[0].weights[0], 0.25);
+  EXPECT_FALSE(pose.person.matches[3].weights[0].has_value());
+  EXPECT_EQ(pose.person.inlier_views[0], 3);
+  EXPECT_EQ(pose.person.joints[0].status, JointStatus::kObserved);
+  // 14 joints found, three of them at one half.
+  EXPECT_NEAR(pose.person.score, (11.0 + 1.5) / 14.0, 1e-12);
+}
+
+TEST_F(BatchEstimatorTest, UsesEachCamerasOwnClock) {
+  SimulatedNoise noise;
+  noise.sigma_scale = 0.0;
+  SimulatedTake take = Simulate(60, noise);
+  // Camera 0 looks 20 ms late, and sees where the joints are then.
+  for (size_t k = 0; k < 60; ++k) {
+    take.frames[k].views[0].capture_time += 20'000'000;
+    for (size_t j = 0; j < 3; ++j) {
+      const State& state = take.truth[j][k];
+      take.keypoints[k][0][j].px =
+          *scene_.cameras[0].Project(state.head<3>() + 0.02 * state.tail<3>());
+    }
+  }
+  const double right_m = testing::RootMeanSquare(take.truth, Run(take));
+  for (EstimatorFrame& frame : take.frames) {
+    frame.views[0].capture_time = frame.time;
+  }
+  const double wrong_m = testing::RootMeanSquare(take.truth, Run(take));
+  EXPECT_LT(right_m, 4e-3);
+  EXPECT_GT(wrong_m, 1.3 * right_m);
+}
+
+TEST_F(BatchEstimatorTest, BridgesShortGapsOnly) {
+  SimulatedTake take = Simulate(120, SimulatedNoise());
+  for (size_t k = 30; k < 40; ++k) take.frames[k].views.clear();
+  for (size_t k = 60; k < 100; ++k) take.frames[k].views.clear();
+  const auto finals = Run(take);
+  for (size_t k = 30; k < 40; ++k) {
+    EXPECT_EQ(finals[k].person.joints[1].status, JointStatus::kInferred);
+    EXPECT_LT(
+        (finals[k].person.joints[1].position_m - take.truth[1][k].head<3>())
+            .norm(),
+        0.1);
+  }
+  // Half a second from either end: frames 60 .. 71 and 88 .. 99.
+  EXPECT_EQ(finals[70].person.joints[1].status, JointStatus::kInferred);
+  EXPECT_EQ(finals[80].person.joints[1].status, JointStatus::kMissing);
+  EXPECT_EQ(finals[90].person.joints[1].status, JointStatus::kInferred);
+}
+
+TEST_F(BatchEstimatorTest, LossesByName) {
+  SimulatedNoise noise;
+  noise.outliers = 0.1;
+  const SimulatedTake take = Simulate(80, noise);
+  options_.loss = LossKind::kNone;
+  const double none_m = testing::RootMeanSquare(take.truth, Run(take));
+  for (const LossKind loss : {LossKind::kHuber, LossKind::kCauchy,
+                              LossKind::kGemanMcClure, LossKind::kTukey}) {
+    options_.loss = loss;
+    EXPECT_LT(testing::RootMeanSquare(take.truth, Run(take)), 0.6 * none_m);
+  }
+}
+
+TEST_F(BatchEstimatorTest, RefusesBadOptions) {
+  options_.bone_sigma_m = -1.0;
+  EXPECT_THROW(MakeBatchEstimator(scene_, options_), OptionError);
+}
+
+}  // namespace
+}  // namespace kinegraph
