@@ -3,7 +3,6 @@
 #include <gflags/gflags.h>
 
 #include <cstdio>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -28,8 +27,6 @@ DEFINE_string(set, "", "keys of the scene to change: key=value;key=value");
 
 namespace kinegraph {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double kMmPerM = 1000.0;
 
@@ -186,14 +183,14 @@ void RunDemo() {
   std::vector<Scores> scores;
   for (const Mode& mode : kModes) {
     const TrackSequence tracks = Track(mode, take);
-    track_files.push_back((fs::path(FLAGS_out) / mode.file).string());
+    track_files.push_back(FLAGS_out + "/" + mode.file);
     WriteTracks(track_files.back(), tracks);
     scores.push_back(ScoresOf(take.truth, tracks));
   }
   const Table table = ScoreTable(
       scores, EvaluateMotion(take.truth, take.truth.header.frame_rate_hz),
       static_cast<int64_t>(take.scene.people.size()));
-  const std::string score_file = (fs::path(FLAGS_out) / "scores.md").string();
+  const std::string score_file = FLAGS_out + "/scores.md";
   WriteText(score_file, table.ToString(TableStyle::kMarkdown) + "\n" + kLegend);
   std::printf("\n%s\n%s", table.ToString().c_str(), kLegend);
   PrintFiles(files, track_files, score_file);

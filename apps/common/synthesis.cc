@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <map>
-#include <system_error>
 
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
@@ -13,12 +11,11 @@
 #include "core/io/config.h"
 #include "core/io/detection_writer.h"
 #include "core/io/noise_model.h"
+#include "core/io/text_file.h"
 #include "core/io/track_writer.h"
 
 namespace kinegraph {
 namespace {
-
-namespace fs = std::filesystem;
 
 // The figures of classes measured apart, for scene.json.
 struct ClassFigures {
@@ -164,6 +161,13 @@ class JointKeyChecker : public OptionChecker {
   const ConfigFile& config_;
 };
 
+// A path as a file names it: absolute, or from the file's own folder.
+std::string Beside(const std::string& file, const std::string& path) {
+  const size_t slash = file.rfind('/');
+  if (path[0] == '/' || slash == std::string::npos) return path;
+  return file.substr(0, slash + 1) + path;
+}
+
 struct Configuration {
   ConfigFile file;  // says where a key is set
   SynthesisOptions options;
@@ -182,8 +186,7 @@ Configuration ReadConfiguration(const std::string& path,
   if (!options.model.file.empty()) {
     JointKeyChecker checker(config);
     options.noise.joints.Describe(checker);
-    const std::string model =
-        (fs::path(path).parent_path() / options.model.file).string();
+    const std::string model = Beside(path, options.model.file);
     ApplyModel(ReadNoiseModel(model), model, options.model,
                options.scene.cameras.focal_px, &options.noise);
     config.Apply(&options);  // keys of the file win
@@ -271,16 +274,6 @@ void WriteSceneFile(const std::string& path, const SyntheticTake& take) {
   file.Commit();
 }
 
-void MakeFolder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (!fs::is_directory(folder)) {
-    throw InputError(folder.string(), "",
-                     "cannot make this folder" +
-                         (error ? ": " + error.message() : std::string()));
-  }
-}
-
 }  // namespace
 
 void NoiseModelOptions::Describe(OptionVisitor& visitor) {
@@ -340,7 +333,7 @@ SyntheticTake MakeTake(const std::string& config_path, const std::string& set) {
 TakeFiles WriteTake(const SyntheticTake& take, const std::string& folder) {
   MakeFolder(folder);
   const auto in_folder = [&folder](const char* name) {
-    return (fs::path(folder) / name).string();
+    return folder + "/" + name;
   };
   const TakeFiles files = {in_folder("cameras.json"),
                            in_folder("detections.jsonl"),
