@@ -2,7 +2,9 @@
 // its truth.
 #include <gflags/gflags.h>
 
+#include <cstdint>
 #include <cstdio>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -47,14 +49,15 @@ TrackSequence Track(const Mode& mode, const SyntheticTake& take) {
   const RunOptions options = ReadRunOptions(ProjectConfig(mode.config), "", "");
   RunRequest request;
   request.cameras = take.scene.cameras;
-  MemorySource source(take.detections);
   const RunScene scene = PrepareScene(options, request, take.detections.header);
   TrackSequence tracks;
   tracks.header = scene.header;
-  Progress progress(std::string("tracking: ") + mode.title,
-                    source.frame_count());
+  Progress progress(
+      std::string("tracking: ") + mode.title,
+      PassCount(options) * static_cast<int64_t>(take.detections.frames.size()));
   RunTracking(
-      options, request, scene, &source,
+      options, request, scene,
+      [&] { return std::make_unique<MemorySource>(take.detections); },
       [&](const TrackFrame& frame) { tracks.frames.push_back(frame); },
       [&](int64_t frames_read) { progress.Set(frames_read); });
   return tracks;
