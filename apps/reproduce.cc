@@ -41,6 +41,7 @@ void RunReproduce() {
     throw InputError("--table: found '" + FLAGS_table +
                      "', this version has ablation");
   }
+  MakeFolder(FLAGS_out);  // before the work, so that a wrong place costs none
   const std::vector<Dataset> datasets = BenchmarkDatasets();
   std::string markdown = kAblationText;
   std::string json = "{\"ablation\": [\n";
@@ -56,7 +57,6 @@ void RunReproduce() {
     }
   }
   json += "\n]}\n";
-  MakeFolder(FLAGS_out);
   WriteFile(FLAGS_out + "/reproduce.json", json);
   WriteFile(FLAGS_out + "/reproduce.md", markdown);
   std::fputs(markdown.c_str(), stdout);

@@ -52,6 +52,12 @@ void RunTrack() {
   };
   std::unique_ptr<DetectionSource> source = open();
   const RunScene scene = PrepareScene(options, request, source->header());
+  if (scene.used_views.size() < 2) {
+    std::fputs(
+        "kinegraph-track: warning: one view alone cannot be "
+        "triangulated; nobody will be found\n",
+        stderr);
+  }
   const int64_t frame_count = std::max<int64_t>(0, source->frame_count());
   // The first pass takes the source that is open already.
   const SourceOpener open_source = [&] {

@@ -21,6 +21,7 @@
 #include <set>
 #include <system_error>
 
+#include "core/base/edit_distance.h"
 #include "core/base/error.h"
 
 namespace kinegraph {
@@ -55,22 +56,6 @@ std::vector<gflags::CommandLineFlagInfo> OwnFlags() {
   std::vector<gflags::CommandLineFlagInfo> own;
   std::copy_if(all.begin(), all.end(), std::back_inserter(own), IsOwnFlag);
   return own;
-}
-
-// Number of characters to insert, delete or replace between two words.
-size_t EditDistance(const std::string& a, const std::string& b) {
-  std::vector<size_t> row(b.size() + 1);
-  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (size_t i = 1; i <= a.size(); ++i) {
-    size_t diagonal = row[0];
-    row[0] = i;
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
-    }
-  }
-  return row.back();
 }
 
 InputError UnknownFlag(const std::string& name) {

@@ -1,6 +1,7 @@
 #include "apps/common/track_run.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -16,31 +17,54 @@ bool IsNamed(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// Views that stay when the cameras named in `without` are left out, by the
-// name of the view or of its camera.
-std::vector<int> RemainingViews(const std::vector<std::string>& without,
-                                const std::vector<std::string>& view_names,
-                                const CameraRig& paired) {
+// The views of a run, each with its camera: those named in `without` (by the
+// name of the view or of its camera) are left out, and where `cameras.use`
+// chose cameras, the views of the others.
+struct UsedViews {
+  std::vector<int> views;  // indices into the detections' views
+  CameraRig cameras;
+};
+
+UsedViews ChooseViews(const RunOptions& options, const RunRequest& request,
+                      const std::vector<std::string>& view_names) {
+  const std::vector<std::string>& without = request.without_cameras;
+  std::vector<int> candidates;
+  std::vector<std::string> names;
+  std::map<std::string, std::string> map = options.cameras.map;
+  for (size_t v = 0; v < view_names.size(); ++v) {
+    if (IsNamed(without, view_names[v])) {
+      map.erase(view_names[v]);
+      continue;
+    }
+    candidates.push_back(static_cast<int>(v));
+    names.push_back(view_names[v]);
+  }
+  const std::vector<int> cameras = PairViewsWithCameras(
+      names, request.cameras, map,
+      options.cameras.use.empty() ? UnpairedViews::kRefuse
+                                  : UnpairedViews::kLeaveOut);
+  UsedViews used;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    if (cameras[i] < 0) continue;
+    const Camera& camera = request.cameras[static_cast<size_t>(cameras[i])];
+    if (IsNamed(without, camera.name())) continue;
+    used.views.push_back(candidates[i]);
+    used.cameras.push_back(camera);
+  }
   for (const std::string& name : without) {
     const bool known =
         IsNamed(view_names, name) ||
-        std::any_of(paired.begin(), paired.end(),
+        std::any_of(request.cameras.begin(), request.cameras.end(),
                     [&](const Camera& c) { return c.name() == name; });
     if (!known) {
       throw InputError("--without_cameras: no view or camera is named '" +
-                       name + "'");
+                       Printable(name) + "'");
     }
   }
-  std::vector<int> remaining;
-  for (size_t v = 0; v < view_names.size(); ++v) {
-    if (IsNamed(without, view_names[v])) continue;
-    if (IsNamed(without, paired[v].name())) continue;
-    remaining.push_back(static_cast<int>(v));
+  if (used.views.empty()) {
+    throw InputError("no view is left that has a camera");
   }
-  if (remaining.empty()) {
-    throw InputError("--without_cameras: leaves no camera at all");
-  }
-  return remaining;
+  return used;
 }
 
 // `frame` with the used views alone; moves them.
@@ -134,12 +158,10 @@ DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {
 RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
                       const DetectionHeader& detections) {
   RunScene scene;
-  const CameraRig paired = CamerasOfViews(detections.view_names,
-                                          request.cameras, options.cameras.map);
-  scene.used_views =
-      RemainingViews(request.without_cameras, detections.view_names, paired);
+  UsedViews used = ChooseViews(options, request, detections.view_names);
+  scene.used_views = std::move(used.views);
+  scene.model.cameras = std::move(used.cameras);
   for (const int v : scene.used_views) {
-    scene.model.cameras.push_back(paired[v]);
     scene.view_names.push_back(detections.view_names[v]);
   }
   scene.model.skeleton =
@@ -188,6 +210,11 @@ class RunFrames {
 
   bool Next(DetectionFrame* frame) {
     while (source_->Next(&all_views_)) {
+      // Frames ascend: nothing that is asked for can follow.
+      if (!request_.frames.empty() &&
+          all_views_.frame >= request_.frames.back().end) {
+        return false;
+      }
       ++*frames_read_;
       if (progress_) progress_(*frames_read_);
       if (!ContainsFrame(request_.frames, all_views_.frame)) continue;

@@ -73,7 +73,7 @@ class MemorySource final : public DetectionSource {
 struct RunRequest {
   CameraRig cameras;                         // as the calibration file has them
   std::vector<std::string> without_cameras;  // names of views or cameras
-  std::vector<FrameRange> frames;            // empty: all
+  std::vector<FrameRange> frames;            // ascending; empty: all
   int threads = 1;
 };
 

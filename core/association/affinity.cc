@@ -15,16 +15,8 @@ void AssociationOptions::Describe(OptionVisitor& visitor) {
                  "decay of the affinity with the age of the 3D pose (Eq. 1)");
   visitor.Number("epsilon", &epsilon_joints, Between(0.0, 17.0), "joints of 17",
                  "share of the common joints that must be positive");
-  visitor.Integer("min_common_joints", &min_common_joints, Between(1, 1000),
-                  "joints", "fewer common joints are no match");
-}
-
-int RequiredJoints(double epsilon_joints, int common) {
-  constexpr double kCocoJoints = 17.0;
-  // 11 / 17 * 17 must stay 11 whatever the rounding.
-  constexpr double kSlack = 1e-9;
-  return static_cast<int>(
-      std::ceil(epsilon_joints / kCocoJoints * common - kSlack));
+  visitor.Number("min_common_joints", &min_common_joints, Between(0.0, 17.0),
+                 "joints of 17", "fewer common joints are no match");
 }
 
 void ProjectPose(const Pose3d& pose, const Camera& camera,
@@ -61,11 +53,14 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
       positive_sum += affinity;
     }
   }
-  if (common < options.min_common_joints) return 0.0;
+  if (common == 0 ||
+      common < ScaledJoints(options.min_common_joints, joints.size())) {
+    return 0.0;
+  }
   const double decay = std::exp(-options.lambda_a_per_frame * age_frames);
   if (options.affinity == AffinityKind::kBody) return sum / common * decay;
-  if (positive == 0 ||
-      positive < RequiredJoints(options.epsilon_joints, common)) {
+  if (positive == 0 || positive < ScaledJoints(options.epsilon_joints,
+                                               static_cast<size_t>(common))) {
     return 0.0;
   }
   return positive_sum / positive * decay;

@@ -24,15 +24,11 @@ struct AssociationOptions {
   // Joints of 17 that must have a positive affinity. Where joints are missing
   // the same share of the joints that both poses have.
   double epsilon_joints = 10.0;
-  // Fewer common joints than this are no match at all.
-  int64_t min_common_joints = 6;
+  // Of 17; fewer common joints than this are no match at all.
+  double min_common_joints = 6.0;
 
   void Describe(OptionVisitor& visitor);
 };
-
-// Number of positive joints asked for when `common` joints can be compared:
-// epsilon's share of 17, rounded up.
-int RequiredJoints(double epsilon_joints, int common);
 
 // A 3D pose projected into one view.
 struct ProjectedPose {

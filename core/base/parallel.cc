@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -27,7 +28,11 @@ void ParallelFor(int threads, int count, const std::function<void(int)>& work) {
   std::vector<std::thread> others;
   const int extra = std::min(threads, count) - 1;
   others.reserve(extra);
-  for (int i = 0; i < extra; ++i) others.emplace_back(run);
+  try {
+    for (int i = 0; i < extra; ++i) others.emplace_back(run);
+  } catch (const std::system_error&) {
+    // The system gives no more threads: those there are do the work.
+  }
   run();
   for (std::thread& other : others) other.join();
   for (const std::exception_ptr& error : errors) {

@@ -24,15 +24,19 @@ struct Observation {
   std::vector<Keypoint> joints;
   // One a joint, for epipolar distance and DLT; valid where the joint is found.
   std::vector<Eigen::Vector2d> ideal_px;
+  // Over the joints that count (Skeleton::association_joints), so that feet and
+  // hands do not outvote the body.
   int found_count = 0;
-  double mean_confidence = 0.0;  // over the found joints; 0 when there are none
+  double mean_confidence = 0.0;  // of the found ones; 0 when there are none
 };
 
 // Fills `observation` (reusing its memory) from a detection seen by `camera`.
-// `map` as MapByName(detections' skeleton, tracks' skeleton) gives it. A joint
-// whose pixel the lens cannot explain counts as not found.
+// `map` as MapByName(detections' skeleton, tracks' skeleton) gives it;
+// `counted` are the joints that count. A joint whose pixel the lens cannot
+// explain is not found.
 void MakeObservation(const Detection& detection, const std::vector<int>& map,
-                     const Camera& camera, int view_idx, TimeNs capture_time,
+                     const std::vector<int>& counted, const Camera& camera,
+                     int view_idx, TimeNs capture_time,
                      Observation* observation);
 
 }  // namespace kinegraph

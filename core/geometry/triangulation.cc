@@ -123,15 +123,20 @@ Eigen::Vector4d Solve(RowReducer* rows) {
   return svd.matrixV().col(3);
 }
 
-// Whether two rays from the cameras to the point differ by the least angle.
+// Whether two rays from the cameras to the point differ by the least angle. At
+// least one measurement has a positive weight.
 bool HasParallax(Span<PointMeasurement> measurements,
                  const Eigen::Vector3d& point, double min_angle_rad) {
   // An angle to the first ray is enough: if all are below half of the least
   // angle, no two reach it; between half and whole the answer errs by at most
   // a factor of two, which a threshold of this kind can bear.
-  const Eigen::Vector3d first = point - measurements[0].camera->centre();
+  // Measurements without weight did not make the point and say nothing of it.
+  size_t i = 0;
+  while (!(measurements[i].weight > 0.0)) ++i;
+  const Eigen::Vector3d first = point - measurements[i].camera->centre();
   const double sin_squared_limit = min_angle_rad * min_angle_rad;
-  for (size_t i = 1; i < measurements.size(); ++i) {
+  for (++i; i < measurements.size(); ++i) {
+    if (!(measurements[i].weight > 0.0)) continue;
     const Eigen::Vector3d other = point - measurements[i].camera->centre();
     const double cross_squared = first.squaredNorm() * other.squaredNorm() -
                                  first.dot(other) * first.dot(other);

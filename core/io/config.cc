@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "core/base/edit_distance.h"
 #include "core/io/text_file.h"
 #include "core/io/toml_file.h"
 
@@ -65,22 +66,6 @@ std::optional<Number> ParseNumber(const std::string& text) {
   const auto [stop, status] = std::from_chars(begin, end, number);
   if (status != std::errc() || stop != end) return std::nullopt;
   return number;
-}
-
-// Levenshtein's distance: insertions, deletions and replacements.
-size_t EditDistance(const std::string& a, const std::string& b) {
-  std::vector<size_t> row(b.size() + 1);
-  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (size_t i = 1; i <= a.size(); ++i) {
-    size_t diagonal = row[0];
-    row[0] = i;
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row[b.size()];
 }
 
 std::string LastPart(const std::string& key) {

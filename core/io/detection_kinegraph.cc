@@ -4,6 +4,7 @@
 // [[x, y, c] or null, ...]}, ...]}, "capture_times": {"cam0": 12.001}}.
 // capture_times names only views whose clock is not the frame's.
 #include <algorithm>
+#include <optional>
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
@@ -143,7 +144,12 @@ class KinegraphSource : public DetectionSource {
     last_frame_ = frame->frame;
     if (!keys.Has(1)) {
       frame->time = TimeOfFrame(frame->frame, header_.frame_rate_hz);
+    } else if (last_time_.has_value() && frame->time <= *last_time_) {
+      throw InputError("time: found " + std::to_string(ToSeconds(frame->time)) +
+                       " after " + std::to_string(ToSeconds(*last_time_)) +
+                       ", expected times to ascend");
     }
+    last_time_ = frame->time;
     for (ViewDetections& view : frame->views) view.capture_time = frame->time;
     if (keys.Has(3)) {
       for (const auto field : capture_times) {
@@ -197,6 +203,7 @@ class KinegraphSource : public DetectionSource {
   JsonLineReader lines_;
   DetectionHeader header_;
   int64_t last_frame_ = -1;
+  std::optional<TimeNs> last_time_;
   std::vector<bool> seen_views_;
 };
 

@@ -49,7 +49,8 @@ int IndexOf(const std::vector<std::string>& names, const std::string& name) {
 }
 
 int CameraByNumber(const std::string& view,
-                   const std::vector<std::string>& cameras) {
+                   const std::vector<std::string>& cameras,
+                   UnpairedViews unpaired) {
   const std::optional<std::string> number = LastInteger(view);
   std::vector<std::string> candidates;
   if (number.has_value()) {
@@ -58,6 +59,7 @@ int CameraByNumber(const std::string& view,
     }
   }
   if (candidates.size() == 1) return IndexOf(cameras, candidates.front());
+  if (candidates.empty() && unpaired == UnpairedViews::kLeaveOut) return kNone;
   if (candidates.empty()) {
     throw InputError("view '" + Printable(view) +
                      "' has no camera of the same name or number among " +
@@ -89,7 +91,7 @@ void CheckMap(const std::vector<std::string>& views,
 
 std::vector<int> PairViewsWithCameras(
     const std::vector<std::string>& view_names, const CameraRig& cameras,
-    const std::map<std::string, std::string>& map) {
+    const std::map<std::string, std::string>& map, UnpairedViews unpaired) {
   const std::vector<std::string> camera_names = NamesOf(cameras);
   CheckMap(view_names, camera_names, map);
   std::vector<int> camera_of_view;
@@ -99,7 +101,13 @@ std::vector<int> PairViewsWithCameras(
     const auto mapped = map.find(view);
     int camera =
         IndexOf(camera_names, mapped == map.end() ? view : mapped->second);
-    if (camera == kNone) camera = CameraByNumber(view, camera_names);
+    if (camera == kNone) {
+      camera = CameraByNumber(view, camera_names, unpaired);
+    }
+    if (camera == kNone) {
+      camera_of_view.push_back(kNone);
+      continue;
+    }
     int& owner = view_of_camera[static_cast<size_t>(camera)];
     if (owner != kNone) {
       throw InputError(

@@ -7,11 +7,6 @@
 namespace kinegraph {
 namespace {
 
-// `joints_of_17` as a number of `count` joints.
-double ScaledJoints(double joints_of_17, size_t count) {
-  return joints_of_17 / 17.0 * static_cast<double>(count);
-}
-
 // Paper, section 3.3: E = sum over joints of 1 - distance / alpha, summed over
 // the joints both have, averaged over the group's views.
 class AffinitySumRule final : public GroupingRule {
@@ -38,7 +33,7 @@ class AffinitySumRule final : public GroupingRule {
                                          detection.ideal_px[j]) /
                          alpha_px_;
       }
-      if (common == 0 || common < min_common_ - kRounding) continue;
+      if (common == 0 || common < min_common_) continue;
       total += sum;
       ++views;
     }
@@ -52,10 +47,8 @@ class AffinitySumRule final : public GroupingRule {
   }
 
  private:
-  static constexpr double kRounding = 1e-9;
-
   double alpha_px_;
-  double min_common_;
+  int min_common_;
   const EpipolarGeometry* epipolar_;
   std::vector<int> joints_;
 };
@@ -192,7 +185,7 @@ void Initialiser::Run(const std::vector<ObservationGroup>& unmatched,
                       std::vector<NewPerson>* people) {
   people->clear();
   GroupViews(unmatched);
-  const double needed = ScaledJoints(options_.min_joints, joints_.size());
+  const int needed = ScaledJoints(options_.min_joints, joints_.size());
   std::vector<UsedView> views;
   for (ObservationGroup& group : groups_) {
     if (group.size() < 2) continue;
@@ -205,7 +198,7 @@ void Initialiser::Run(const std::vector<ObservationGroup>& unmatched,
     for (const int j : joints_) {
       triangulated += person.reconstruction.triangulated[j];
     }
-    if (triangulated == 0 || triangulated < needed - 1e-9) continue;
+    if (triangulated == 0 || triangulated < needed) continue;
     person.members = std::move(group);
     people->push_back(std::move(person));
   }

@@ -5,7 +5,9 @@
 namespace kinegraph {
 
 void ReconstructionOptions::Describe(OptionVisitor& visitor) {
-  visitor.Number("tau", &tau_frames, Positive(), "frames",
+  // With the half frame of slack of FrameClock::Less, a view of this very frame
+  // would not count below 1.
+  visitor.Number("tau", &tau_frames, Between(1.0, 1e6), "frames",
                  "a view's newest 2D pose counts while younger than this");
   visitor.Number("lambda_t", &lambda_t_per_frame, NonNegative(), "1/frame",
                  "decay of an older view's weight in the DLT");
@@ -20,6 +22,17 @@ void ReconstructionOptions::Describe(OptionVisitor& visitor) {
                  "an update that loses more of the joints seen fails");
   visitor.Boolean("require_in_front", &require_in_front,
                   "a joint behind a camera that measured it is refused");
+}
+
+Reconstructor::Reconstructor(const CameraRig& cameras,
+                             const EpipolarGeometry& epipolar,
+                             const ReconstructionOptions& options,
+                             const Skeleton& skeleton)
+    : cameras_(&cameras),
+      filter_(cameras, epipolar),
+      options_(options),
+      counts_(skeleton.joints().size(), 0) {
+  for (const int j : skeleton.association_joints()) counts_[j] = 1;
 }
 
 bool Reconstructor::Update(Span<UsedView> views, const Pose3d& predicted,
@@ -109,8 +122,9 @@ void Reconstructor::Run(Span<UsedView> views, double alpha_px,
       joint.position_m = (*predicted)[j].position_m;
       joint.status = JointStatus::kInferred;
     }
-    reconstruction->seen_joints += seen;
-    reconstruction->lost_joints += seen && !triangulation.ok();
+    if (!counts_[j] || !seen) continue;
+    ++reconstruction->seen_joints;
+    if (!triangulation.ok()) ++reconstruction->lost_joints;
   }
 }
 

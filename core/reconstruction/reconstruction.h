@@ -47,18 +47,20 @@ struct Reconstruction {
   std::vector<char> triangulated;       // one a joint
   std::vector<int> fresh_inlier_views;  // one a joint
   std::vector<FilterVerdict> verdicts;  // [view * joints + joint]
-  int seen_joints = 0;  // joints measured in at least one view of this frame
-  int lost_joints = 0;  // of these, those left without a triangulation
+  // Of the joints that count: measured in at least one view of this frame, and
+  // of these left without a triangulation.
+  int seen_joints = 0;
+  int lost_joints = 0;
 };
 
 // Joints filter, then weighted DLT, joint by joint. Keeps its memory between
 // calls; not for two threads at once.
 class Reconstructor {
  public:
-  // `cameras` and `epipolar` must outlive the object.
+  // `cameras` and `epipolar` must outlive the object. `skeleton` is that of the
+  // observations; its association joints count.
   Reconstructor(const CameraRig& cameras, const EpipolarGeometry& epipolar,
-                const ReconstructionOptions& options)
-      : cameras_(&cameras), filter_(cameras, epipolar), options_(options) {}
+                const ReconstructionOptions& options, const Skeleton& skeleton);
 
   // With a prediction, which decides conflicts and stands in for joints with
   // fewer than two views. Views in the order in which they joined the track.
@@ -81,6 +83,7 @@ class Reconstructor {
   const CameraRig* cameras_;
   JointsFilter filter_;
   ReconstructionOptions options_;
+  std::vector<char> counts_;  // one a joint
   // Scratch: the views that measured the joint at hand.
   std::vector<int> measured_;
   std::vector<JointRay> rays_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "core/base/error.h"
@@ -309,6 +310,15 @@ std::vector<std::string> SkeletonNames() {
   std::vector<std::string> names;
   for (const Skeleton* skeleton : BuiltIn()) names.push_back(skeleton->name());
   return names;
+}
+
+int ScaledJoints(double joints_of_17, size_t count) {
+  // 11 / 17 * 17 must stay 11 whatever the rounding.
+  constexpr double kSlack = 1e-9;
+  const double joints = joints_of_17 /
+                        static_cast<double>(Coco17Joints().size()) *
+                        static_cast<double>(count);
+  return static_cast<int>(std::ceil(joints - kSlack));
 }
 
 std::vector<int> MapByName(const Skeleton& from, const Skeleton& to) {

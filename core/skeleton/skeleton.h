@@ -2,6 +2,7 @@
 #ifndef KINEGRAPH_CORE_SKELETON_SKELETON_H_
 #define KINEGRAPH_CORE_SKELETON_SKELETON_H_
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -85,6 +86,10 @@ const Skeleton& Tum15();       // Tum14 and mid_hip (4D association's gt.txt)
 const Skeleton* FindSkeleton(const std::string& name);
 // Names of the built-in skeletons, for messages and documentation.
 std::vector<std::string> SkeletonNames();
+
+// A number of joints given for COCO-17, as the paper gives them, for `count`
+// joints: the same share, rounded up.
+int ScaledJoints(double joints_of_17, size_t count);
 
 // For each joint of `to` the joint of `from` with the same name, or -1.
 std::vector<int> MapByName(const Skeleton& from, const Skeleton& to);

@@ -230,6 +230,27 @@ std::vector<BodyPoint> PointsOf(const BodyShape& shape,
   return points;
 }
 
+Skeleton WholeBody133() {
+  std::vector<std::string> joints = Coco17().joints();
+  std::vector<Bone> bones = Coco17().bones();
+  for (const std::string side : {"l_", "r_"}) {
+    const int ankle = Coco17().IndexOf(side + "ankle");
+    for (const char* part : {"big_toe", "small_toe", "heel"}) {
+      bones.push_back({ankle, static_cast<int>(joints.size())});
+      joints.push_back(side + part);
+    }
+  }
+  auto add = [&](const std::string& prefix, int count) {
+    for (int i = 0; i < count; ++i) {
+      joints.push_back(prefix + std::to_string(i));
+    }
+  };
+  add("face_", 68);
+  add("l_hand_", 21);
+  add("r_hand_", 21);
+  return Skeleton("wholebody133", joints, bones);
+}
+
 std::vector<Capsule> CapsulesOf(const BodyShape& shape) {
   const double h = shape.stature;
   std::vector<Capsule> capsules = {

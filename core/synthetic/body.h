@@ -118,6 +118,10 @@ inline Eigen::Vector3d PositionOf(const BodyPoint& point,
 std::vector<BodyPoint> PointsOf(const BodyShape& shape,
                                 const Skeleton& skeleton);
 
+// The layout of COCO-WholeBody: coco17, six foot joints, 68 of the face and 21
+// of each hand, 133 in all; bones as far as the feet.
+Skeleton WholeBody133();
+
 // A body part that hides what is behind it: all within `radius_m` of the line
 // between two points.
 struct Capsule {

@@ -1,5 +1,6 @@
 #include "core/tracking/frame_observations.h"
 
+#include <algorithm>
 #include <string>
 
 #include "core/base/error.h"
@@ -9,10 +10,12 @@ namespace kinegraph {
 FrameObservations::FrameObservations(const CameraRig& cameras,
                                      const Skeleton& detections,
                                      const Skeleton& tracks,
-                                     int64_t min_found_joints)
+                                     double min_found_joints)
     : cameras_(&cameras),
       joint_map_(MapByName(detections, tracks)),
-      min_found_joints_(min_found_joints),
+      counted_joints_(tracks.association_joints()),
+      min_found_joints_(
+          std::max(1, ScaledJoints(min_found_joints, counted_joints_.size()))),
       observations_(cameras.size()),
       counts_(cameras.size(), 0) {}
 
@@ -28,7 +31,7 @@ void FrameObservations::Prepare(const DetectionFrame& frame) {
     size_t count = 0;
     for (const Detection& detection : frame.views[v].detections) {
       if (count == observations.size()) observations.emplace_back();
-      MakeObservation(detection, joint_map_, (*cameras_)[v],
+      MakeObservation(detection, joint_map_, counted_joints_, (*cameras_)[v],
                       static_cast<int>(v), frame.views[v].capture_time,
                       &observations[count]);
       if (observations[count].found_count >= min_found_joints_) ++count;

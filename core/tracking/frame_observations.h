@@ -21,9 +21,9 @@ namespace kinegraph {
 class FrameObservations {
  public:
   // `cameras` must outlive the object. Detections with fewer found joints than
-  // `min_found_joints` are left out.
+  // `min_found_joints` of 17 are left out.
   FrameObservations(const CameraRig& cameras, const Skeleton& detections,
-                    const Skeleton& tracks, int64_t min_found_joints);
+                    const Skeleton& tracks, double min_found_joints);
 
   // Throws OptionError when the frame has not one view for each camera.
   void Prepare(const DetectionFrame& frame);
@@ -37,7 +37,8 @@ class FrameObservations {
  private:
   const CameraRig* cameras_;
   std::vector<int> joint_map_;
-  int64_t min_found_joints_;
+  std::vector<int> counted_joints_;
+  int min_found_joints_;
   std::vector<std::vector<Observation>> observations_;  // [view]
   std::vector<size_t> counts_;                          // [view]
 };

@@ -7,8 +7,8 @@ void TrackLifeOptions::Describe(OptionVisitor& visitor) {
                   "successful updates, birth included, before a track counts");
   visitor.Number("max_age", &max_age_frames, Positive(), "frames",
                  "a track without an update is deleted after this");
-  visitor.Integer("min_found_joints", &min_found_joints, Between(1, 1000),
-                  "joints", "detections with fewer found joints are noise");
+  visitor.Number("min_found_joints", &min_found_joints, Between(0.0, 17.0),
+                 "joints of 17", "detections with fewer are noise");
   visitor.Boolean("backfill", &backfill,
                   "write a track's frames before it was confirmed as well");
   visitor.Number("max_gap", &max_gap_frames, NonNegative(), "frames",

@@ -14,7 +14,7 @@ struct TrackLifeOptions {
   int64_t confirm_hits = 3;      // successful updates, birth included
   double max_age_frames = 10.0;  // deleted this long after the last update
   // Detections with fewer found joints are noise and never looked at.
-  int64_t min_found_joints = 5;
+  double min_found_joints = 5.0;  // of 17
   // Also write the frames of a track before it was confirmed, once it is.
   bool backfill = false;
   // Write confirmed frames without an update when an update follows within

@@ -19,7 +19,8 @@ SecondPass::SecondPass(SceneModel scene, const Skeleton& detection_skeleton,
       observations_(scene_.cameras, detection_skeleton, scene_.skeleton,
                     options_.life.min_found_joints),
       matcher_(options_.association, scene_.skeleton.association_joints()),
-      reconstructor_(scene_.cameras, epipolar_, options_.reconstruction),
+      reconstructor_(scene_.cameras, epipolar_, options_.reconstruction,
+                     scene_.skeleton),
       matches_(scene_.cameras.size()) {}
 
 void SecondPass::Process(const DetectionFrame& frame,

@@ -29,6 +29,14 @@ void TrackLife::ConfirmIfDue() {
   }
 }
 
+void TrackLife::BeginFrame(TimeNs time) {
+  // Of consecutive frames, Step deletes at an age of max_age and so leaves
+  // nothing to do here.
+  if (!clock_.Less(time - last_update_, max_age_frames_ + 1.0)) {
+    state_ = TrackState::kDeleted;
+  }
+}
+
 void TrackLife::Step(TimeNs time, bool matched, bool updated) {
   if (updated) {
     ++hits_;

@@ -33,13 +33,18 @@ class ViewMemory {
 
 enum class TrackState { kTentative, kConfirmed, kDeleted };
 
-// Track life (design/algorithm.md, section 6): confirmed at a number of hits;
-// a tentative track without a match is deleted at once, any track when its last
-// update is too old. Misses do not reset hits.
+// Track life, after the authors' code (the paper is silent): confirmed at a
+// number of hits; a tentative track without a match is deleted at once, any
+// track when its last update is too old. Misses do not reset hits.
 class TrackLife {
  public:
   TrackLife(const TrackLifeOptions& options, const FrameClock& clock,
             TimeNs birth_time);
+
+  // A new frame begins. A track whose last update is longer ago than its age
+  // allows is deleted before it can match anything: where frames were dropped
+  // or cut out, its gate would by now be as wide as the image.
+  void BeginFrame(TimeNs time);
 
   // Tells of one frame: matched in any view, and whether the update succeeded.
   void Step(TimeNs time, bool matched, bool updated);

@@ -46,6 +46,12 @@ SceneModel Checked(SceneModel scene) {
   if (!(scene.frame_rate_hz > 0.0)) {
     throw OptionError("input.frame_rate", "not given, and no file tells it");
   }
+  const Limits sensible = Between(1e-3, 1e5);  // time-lapse to high speed
+  if (!sensible.Contains(scene.frame_rate_hz)) {
+    throw OptionError("input.frame_rate",
+                      "found " + std::to_string(scene.frame_rate_hz) +
+                          " Hz, allowed " + sensible.ToString());
+  }
   return scene;
 }
 
@@ -63,7 +69,8 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
       observations_(scene_.cameras, detection_skeleton, scene_.skeleton,
                     options_.life.min_found_joints),
       matcher_(options_.association, scene_.skeleton.association_joints()),
-      reconstructor_(scene_.cameras, epipolar_, options_.reconstruction),
+      reconstructor_(scene_.cameras, epipolar_, options_.reconstruction,
+                     scene_.skeleton),
       initialiser_(options_.initialisation, epipolar_, &reconstructor_,
                    scene_.skeleton.association_joints()),
       unmatched_(scene_.cameras.size()),
@@ -73,12 +80,10 @@ Tracker::~Tracker() = default;
 
 void Tracker::Process(const DetectionFrame& frame,
                       std::vector<TrackFrame>* finished) {
-  if (frames_seen_ && frame.time <= last_time_) {
-    throw OptionError("frame " + std::to_string(frame.frame),
-                      "its time is not after that of the frame before");
-  }
-  frames_seen_ = true;
+  CheckFrame(frame);
+  last_frame_ = frame.frame;
   last_time_ = frame.time;
+  ForgetStale(frame.time);
   Prepare(frame);
   Associate(frame);
   Reconstruct(frame);
@@ -88,6 +93,32 @@ void Tracker::Process(const DetectionFrame& frame,
   const StageTimer timer(stage_times_, &StageTimes::output_ns);
   HandOver(false);
   assembler_.TakeComplete(finished);
+}
+
+void Tracker::CheckFrame(const DetectionFrame& frame) const {
+  const std::string name = "frame " + std::to_string(frame.frame);
+  if (!last_frame_.has_value()) return;
+  if (frame.frame <= *last_frame_) {
+    throw InputError(name + " comes after frame " +
+                     std::to_string(*last_frame_) +
+                     ", expected frames to ascend");
+  }
+  if (frame.time <= last_time_) {
+    throw InputError(name + ": found a time of " +
+                     std::to_string(ToSeconds(frame.time)) + " s after " +
+                     std::to_string(ToSeconds(last_time_)) +
+                     " s, expected times to ascend");
+  }
+}
+
+// Parts with tracks that are too old to be matched in a frame at `time`.
+void Tracker::ForgetStale(TimeNs time) {
+  bool any = false;
+  for (const auto& track : tracks_) {
+    track->life.BeginFrame(time);
+    any = any || track->life.state() == TrackState::kDeleted;
+  }
+  if (any) HandOver(false);
 }
 
 void Tracker::Prepare(const DetectionFrame& frame) {

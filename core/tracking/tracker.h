@@ -3,6 +3,7 @@
 #define KINEGRAPH_CORE_TRACKING_TRACKER_H_
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/association/view_matching.h"
@@ -42,9 +43,9 @@ class Tracker {
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
 
-  // The next frame. Frames that became complete are added to `finished`. Throws
-  // OptionError when its time is not after the last one's, or it has not one
-  // view for each camera.
+  // The next frame. Frames that became complete are added to `finished`.
+  // Throws InputError when frame number or time does not ascend, OptionError
+  // when there is not one view a camera.
   void Process(const DetectionFrame& frame, std::vector<TrackFrame>* finished);
   // No more frames: everything left becomes final.
   void Finish(std::vector<TrackFrame>* finished);
@@ -58,6 +59,8 @@ class Tracker {
   void set_threads(int threads) { threads_ = threads; }
 
  private:
+  void CheckFrame(const DetectionFrame& frame) const;
+  void ForgetStale(TimeNs time);
   void Prepare(const DetectionFrame& frame);
   void Associate(const DetectionFrame& frame);
   void Reconstruct(const DetectionFrame& frame);
@@ -81,16 +84,15 @@ class Tracker {
 
   std::vector<std::unique_ptr<Track>> tracks_;
   int64_t next_id_ = 0;
+  std::optional<int64_t> last_frame_;
+  TimeNs last_time_ = 0;  // of last_frame_
   int threads_ = 1;
   StageTimes* stage_times_ = nullptr;
   FrameAssembler assembler_;
-  bool frames_seen_ = false;
-  TimeNs last_time_ = 0;
 
   // This frame's work, kept to reuse its memory.
   std::vector<ObservationGroup> unmatched_;  // [view]
   std::vector<AssociationTarget> targets_;
-  std::vector<int> match_;
   std::vector<std::vector<int>> matches_;  // [view][track]
   std::vector<UsedView> used_views_;
   Pose3d predicted_;

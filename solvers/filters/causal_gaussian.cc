@@ -151,17 +151,18 @@ class CausalGaussian final : public Estimator {
         static_cast<int>(options_.velocity_differences), length - 1);
     if (differences < 1) return;
     const StoredPose& newest = stored_.back();
-    const StoredPose& oldest = stored_[length - 1 - differences];
-    const double span = options_.velocity == VelocityRule::kOverTime
-                            ? ToSeconds(newest.time - oldest.time)
-                            : differences;
     Eigen::Vector3d body = Eigen::Vector3d::Zero();
     int moving = 0;
     for (int j = 0; j < joint_count_; ++j) {
-      if (!newest.pose[j].present() || !oldest.pose[j].present()) {
-        velocity_[j].setZero();
-        continue;
-      }
+      // A joint that appeared lately has fewer differences.
+      int back = differences;
+      while (back > 0 && !stored_[length - 1 - back].pose[j].present()) --back;
+      velocity_[j].setZero();
+      if (back == 0 || !newest.pose[j].present()) continue;
+      const StoredPose& oldest = stored_[length - 1 - back];
+      const double span = options_.velocity == VelocityRule::kOverTime
+                              ? ToSeconds(newest.time - oldest.time)
+                              : back;
       velocity_[j] =
           (newest.pose[j].position_m - oldest.pose[j].position_m) / span;
       if (last_triangulated_[j] != newest.time) continue;

@@ -71,7 +71,7 @@ Observation Observe(const Pose3d& pose, const CameraRig& cameras, int view_idx,
   std::vector<int> same(pose.size());
   std::iota(same.begin(), same.end(), 0);
   Observation observation;
-  MakeObservation(detection, same, cameras[view_idx], view_idx, 0,
+  MakeObservation(detection, same, same, cameras[view_idx], view_idx, 0,
                   &observation);
   return observation;
 }

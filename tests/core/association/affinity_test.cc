@@ -114,14 +114,6 @@ TEST(AffinityTest, BodyAwareIsTheMeanOverAllJoints) {
       -1.0 / 17.0 * std::exp(-3.0), 1e-16);
 }
 
-TEST(AffinityTest, RequiredJointsRoundUp) {
-  EXPECT_EQ(RequiredJoints(11.0, 17), 11);
-  EXPECT_EQ(RequiredJoints(10.0, 17), 10);
-  EXPECT_EQ(RequiredJoints(14.0, 17), 14);
-  EXPECT_EQ(RequiredJoints(11.0, 12), 8);  // 7.76
-  EXPECT_EQ(RequiredJoints(0.0, 17), 0);
-}
-
 TEST(AffinityTest, OptionsOutOfRangeAreNamed) {
   AssociationOptions options;
   options.alpha_2d_px_per_frame = 0.0;

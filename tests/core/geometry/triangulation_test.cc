@@ -78,6 +78,20 @@ TEST(TriangulationTest, EqualsSingularValueDecompositionUnderNoise) {
   }
 }
 
+TEST(TriangulationTest, NoViewIsLostAmongMany) {
+  // Noise tells the views apart: one that took no part would move the point by
+  // a share of it, millimetres.
+  Random random(6);
+  for (const int views : {15, 16, 17, 30, 31, 32, 33, 64, 65, 100}) {
+    const CameraRig cameras = testing::RingOfCameras(views, 4.0);
+    const auto measurements = Measure(cameras, {0.3, 0.2, 1.1}, 20.0, &random);
+    const auto result = TriangulateDlt(measurements);
+    ASSERT_TRUE(result.ok()) << views << " views";
+    EXPECT_LT((result.point_m - BySvd(measurements)).norm(), 1e-9)
+        << views << " views";
+  }
+}
+
 TEST(TriangulationTest, KeepsItsDigitsWithOneFreshAndOneOldView) {
   // Weights 1 and exp(-15): the squared condition would leave three digits.
   Random random(3);
@@ -142,6 +156,14 @@ TEST(TriangulationTest, SaysWhyItFails) {
   // One camera twice: the rays are the same line.
   const std::vector<PointMeasurement> twice = {exact[0], exact[0]};
   EXPECT_EQ(TriangulateDlt(twice).status, TriangulationStatus::kParallelRays);
+
+  // A view without weight adds no parallax to them.
+  auto third = exact[1];
+  third.weight = 0.0;
+  EXPECT_EQ(TriangulateDlt(
+                std::vector<PointMeasurement>{third, exact[0], exact[0], third})
+                .status,
+            TriangulationStatus::kParallelRays);
 
   // Rays that meet behind both cameras: the stereo pair with its images
   // exchanged.

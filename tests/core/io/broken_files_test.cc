@@ -379,6 +379,8 @@ std::vector<Case> DetectionCases() {
               "line 3: frame: found 1 after 1"),
       OneFile("ours: frames descend", kind, Detections() + DetectionLine("0"),
               "found 0 after 1"),
+      OneFile("ours: time twice", kind, Detections() + DetectionLine("2"),
+              "line 3: time: found 0.040000 after 0.040000"),
       OneFile("ours: negative frame", kind,
               line("\"frame\": 1", "\"frame\": -1"), "line 2: frame: found -1"),
       OneFile("ours: key twice", kind,

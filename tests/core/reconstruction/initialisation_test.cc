@@ -48,7 +48,8 @@ class InitialisationTest : public ::testing::Test {
 
   CameraRig cameras_ = testing::RingOfCameras(4);
   EpipolarGeometry epipolar_{cameras_};
-  Reconstructor reconstructor_{cameras_, epipolar_, ReconstructionOptions()};
+  Reconstructor reconstructor_{cameras_, epipolar_, ReconstructionOptions(),
+                               Coco17()};
   Pose3d ann_ = testing::StandingPerson(-0.9, 0.3);
   Pose3d bob_ = testing::StandingPerson(0.8, -0.7);
   std::vector<Observation> seen_;
@@ -91,7 +92,11 @@ TEST_F(InitialisationTest, EpipolarContradictionIsNotJoined) {
   Observation high = seen_[1];
   for (Eigen::Vector2d& px : high.ideal_px) px.y() -= 200.0;
   unmatched[1] = {&high};
-  EXPECT_TRUE(Run(InitialisationOptions(), unmatched).empty());
+  InitialisationOptions options;
+  options.alpha_filter_px = 1e6;  // the joints filter must not decide this
+  EXPECT_TRUE(Run(options, unmatched).empty());
+  options.alpha_group_px = 1e6;
+  EXPECT_EQ(Run(options, unmatched).size(), 1u) << "nothing else parts them";
 }
 
 TEST_F(InitialisationTest, TheSumAsksForEnoughCommonJoints) {
@@ -173,14 +178,19 @@ TEST_F(WeightedDistanceTest, AnyMemberVetoesASureDetectionOnly) {
   EXPECT_TRUE(rule->Accept(group, seen_[2], 0.0)) << "not above 0.5";
 }
 
-TEST_F(WeightedDistanceTest, AVetoedPairHasNoSecondChoice) {
+TEST_F(WeightedDistanceTest, AVetoPartsAPairThatTheAssignmentChose) {
   // View 0 sees Ann; view 1 sees one person 400 px off. The assignment must
-  // choose the pair, the veto parts it, and nobody is left to join.
+  // choose the pair, and only the veto parts it.
   auto unmatched = See({ann_});
   unmatched[2].clear();
   unmatched[3].clear();
   for (Eigen::Vector2d& px : seen_[1].ideal_px) px.y() += 400.0;
-  EXPECT_TRUE(Run(AuthorsCode(), unmatched).empty());
+  InitialisationOptions options = AuthorsCode();
+  options.alpha_filter_px = 1e6;  // the joints filter must not decide this
+  options.min_joints = 1.0;
+  EXPECT_TRUE(Run(options, unmatched).empty());
+  options.veto_confidence = 2.0;  // no detection is so sure
+  EXPECT_EQ(Run(options, unmatched).size(), 1u);
 }
 
 }  // namespace

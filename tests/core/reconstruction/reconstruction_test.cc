@@ -26,7 +26,7 @@ class ReconstructionTest : public ::testing::Test {
   }
 
   Reconstructor Make(const ReconstructionOptions& options = {}) const {
-    return Reconstructor(cameras_, epipolar_, options);
+    return Reconstructor(cameras_, epipolar_, options, Coco17());
   }
 
   // Lets joint `j` be seen by `views` alone.

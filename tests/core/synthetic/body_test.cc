@@ -120,20 +120,21 @@ TEST(Body, KnowsTheJointsOfAllBuiltInSkeletons) {
 
 TEST(Body, PlacesWholeBodyPointsOnHeadAndHands) {
   const BodyShape shape = MakeBodyShape(1.7, 1.0);
-  std::vector<std::string> names = {"nose", "l_wrist", "r_wrist"};
-  for (int i = 0; i < 68; ++i) names.push_back("face_" + std::to_string(i));
-  for (int i = 0; i < 21; ++i) names.push_back("l_hand_" + std::to_string(i));
-  for (int i = 0; i < 21; ++i) names.push_back("r_hand_" + std::to_string(i));
-  const Skeleton skeleton("whole", names, {});
+  const Skeleton skeleton = WholeBody133();
+  ASSERT_EQ(skeleton.joint_count(), 133);
+  EXPECT_EQ(skeleton.association_joints().size(), 17u);
   const auto joints = Joints(shape, skeleton, Standing(shape));
-  for (size_t j = 3; j < joints.size(); ++j) {
-    const int near = j < 71 ? 0 : (j < 92 ? 1 : 2);
+  for (int j = 23; j < 133; ++j) {
+    const std::string& name = skeleton.joints()[j];
+    const bool face = j < 91;
+    const char* centre = face ? "nose" : (j < 112 ? "l_wrist" : "r_wrist");
     // A face is within 15 cm of the nose, a hand within 20 cm of its wrist.
-    EXPECT_LT((joints[j] - joints[near]).norm(), near == 0 ? 0.15 : 0.2)
-        << names[j];
-    for (size_t k = 3; k < j; ++k) {
+    EXPECT_LT((joints[j] - joints[skeleton.IndexOf(centre)]).norm(),
+              face ? 0.15 : 0.2)
+        << name;
+    for (int k = 23; k < j; ++k) {
       EXPECT_GT((joints[j] - joints[k]).norm(), 1e-4)
-          << names[j] << " and " << names[k];
+          << name << " and " << skeleton.joints()[k];
     }
   }
 }

@@ -60,6 +60,16 @@ TEST(TrackLifeTest, DeletedExactlyTenFramesAfterTheLastUpdate) {
   EXPECT_EQ(FramesUntilDeleted(-kFrame / 3), 10) << "a clock that is early";
 }
 
+TEST(TrackLifeTest, TooOldBeforeAFrameBegins) {
+  for (const TimeNs jitter : {-kFrame / 3, TimeNs{0}, kFrame / 3}) {
+    TrackLife life = Born();
+    life.BeginFrame(10 * kFrame + jitter);
+    EXPECT_NE(life.state(), TrackState::kDeleted) << "may still be matched";
+    life.BeginFrame(11 * kFrame + jitter);
+    EXPECT_EQ(life.state(), TrackState::kDeleted);
+  }
+}
+
 // Steps a gate through a life: 'u' updated, 'm' matched without update, '.'
 // nothing. Returns what is written: 'w', '-', or '?' while undecided; '!' for
 // a deleted track's end.

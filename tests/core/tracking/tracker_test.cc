@@ -109,12 +109,61 @@ TEST_F(TrackerTest, ATrackSurvivesNineMissedFramesNotTen) {
   }
 }
 
+TEST_F(TrackerTest, ADroppedStretchLongerThanALifeEndsEveryTrack) {
+  // Frames that are not there at all: a track of age 10 may still be matched,
+  // an older one not, although its gate has grown past the whole image.
+  for (const int age : {10, 11, 200}) {
+    const auto tracker = Make();
+    std::vector<TrackFrame> frames;
+    for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames);
+    const Pose3d elsewhere = testing::StandingPerson(-1.0, -0.8);
+    tracker->Process(See(4 + age, {age == 10 ? Stander() : elsewhere}),
+                     &frames);
+    tracker->Finish(&frames);
+    ASSERT_EQ(frames.size(), 6u);
+    EXPECT_EQ(tracker->people_so_far(), age == 10 ? 1 : 2) << "age " << age;
+    EXPECT_EQ(frames[4].people.size(), 1u);
+    // Somebody new is not confirmed yet.
+    EXPECT_EQ(frames[5].people.size(), age == 10 ? 1u : 0u) << "age " << age;
+  }
+}
+
 TEST_F(TrackerTest, AMatchedDetectionStartsNobodyEvenIfTheUpdateFails) {
+  TrackerOptions options;
+  options.reconstruction.alpha_epi_px = 2.0;
+  // Two views that contradict each other by more than the update bears and
+  // less than initialisation does.
+  const auto contradiction = [&](int frame) {
+    DetectionFrame seen = See(frame, {Stander()});
+    for (size_t v = 2; v < seen.views.size(); ++v) {
+      seen.views[v].detections.clear();
+    }
+    for (Keypoint& joint : seen.views[1].detections[0].joints) {
+      joint.px.y() += 15.0;
+    }
+    return seen;
+  };
+  std::vector<TrackFrame> frames;
+  const auto nobody_known = Make(options);
+  nobody_known->Process(contradiction(8), &frames);
+  EXPECT_EQ(nobody_known->people_so_far(), 1) << "they could start somebody";
+
+  frames.clear();
+  const auto tracker = Make(options);
+  for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames);
+  for (int f = 5; f < 8; ++f) tracker->Process(See(f, {}), &frames);
+  tracker->Process(contradiction(8), &frames);
+  tracker->Finish(&frames);
+  EXPECT_TRUE(frames[8].people.empty()) << "the update failed";
+  EXPECT_EQ(tracker->people_so_far(), 1);
+}
+
+TEST_F(TrackerTest, OneViewGoesOnWhileOlderOnesCount) {
   const auto tracker = Make();
   std::vector<TrackFrame> frames;
   for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames);
   // Only one view sees the person, for four frames: older views are too old
-  // by then and the update fails; nobody new appears.
+  // by then and the update fails.
   for (int f = 5; f < 9; ++f) {
     DetectionFrame seen = See(f, {Stander()});
     for (size_t v = 1; v < seen.views.size(); ++v) {
@@ -196,6 +245,17 @@ TEST_F(TrackerTest, RefusesWhatDoesNotFit) {
   tracker->Process(See(4, {}), &frames);
   EXPECT_THROW(tracker->Process(See(4, {}), &frames), OptionError)
       << "the same time again";
+}
+
+TEST_F(TrackerTest, RefusesFramesAndTimesThatDoNotAscend) {
+  const auto tracker = Make();
+  std::vector<TrackFrame> frames;
+  tracker->Process(See(5, {Stander()}), &frames);
+  EXPECT_THROW(tracker->Process(See(5, {}), &frames), InputError);
+  DetectionFrame same_time = See(6, {Stander()});
+  same_time.time = FrameClock(kFrameRate).TimeOf(5);
+  EXPECT_THROW(tracker->Process(same_time, &frames), InputError);
+  EXPECT_NO_THROW(tracker->Process(See(6, {Stander()}), &frames));
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ constexpr TimeNs kFrame = 40'000'000;  // 25 Hz
 
 TEST(CausalGaussianWeightsTest, AreThoseMeasuredOnTheReference) {
   // Newest to oldest, as scipy.ndimage.gaussian_filter1d(mode='reflect') weighs
-  // the last sample; design/algorithm.md section 4, four digits.
+  // the last sample, to four digits.
   const auto expect = [](double sigma, const std::vector<double>& expected) {
     const std::vector<double> weights = CausalGaussianWeights(sigma, 10);
     ASSERT_EQ(weights.size(), expected.size());
