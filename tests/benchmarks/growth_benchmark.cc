@@ -27,6 +27,7 @@
 
 #include "apps/common/table.h"
 #include "apps/common/track_run.h"
+#include "core/synthetic/body.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
 
@@ -55,29 +56,10 @@ std::map<Size, Times>& Measured() {
   return measured;
 }
 
-// COCO-WholeBody's layout by the names of the synthetic body: COCO-17, six
-// points of the feet, 68 of the face and 21 of each hand.
-Skeleton WholeBody() {
-  std::vector<std::string> joints = Coco17().joints();
-  for (const char* side : {"l_", "r_"}) {
-    for (const char* foot : {"big_toe", "small_toe", "heel"}) {
-      joints.push_back(std::string(side) + foot);
-    }
-  }
-  const auto add = [&joints](const std::string& prefix, int count) {
-    for (int i = 0; i < count; ++i)
-      joints.push_back(prefix + std::to_string(i));
-  };
-  add("face_", 68);
-  add("l_hand_", 21);
-  add("r_hand_", 21);
-  return Skeleton("whole_body_133", joints, Coco17().bones());
-}
-
 Skeleton SkeletonOf(int joints) {
   if (joints == Coco17().joint_count()) return Coco17();
   if (joints == Body25().joint_count()) return Body25();
-  return WholeBody();
+  return WholeBody133();
 }
 
 // The same ground for all sizes; 20 people have room, 32 cameras stand apart.
