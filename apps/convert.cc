@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "apps/common/app.h"
-#include "apps/common/track_run.h"
 #include "core/base/error.h"
 #include "core/io/calibration.h"
 #include "core/io/calibration_writer.h"
@@ -282,7 +281,10 @@ class CountingSource final : public DetectionSource {
   size_t frame_count_ = 0;
 };
 
-void WriteOwnDetections(DetectionSource* source) {
+void WriteOwnDetections(DetectionSource* source, Losses* losses) {
+  if (!(source->header().frame_rate_hz > 0.0)) {
+    losses->push_back("the frame rate is not known (--frame_rate=HZ)");
+  }
   DetectionWriter writer(FLAGS_out, source->header());
   DetectionFrame frame;
   while (source->Next(&frame)) writer.Write(frame);
@@ -302,7 +304,7 @@ std::string ConvertDetections(const ConvertOptions& options, Losses* losses) {
   } else if (FLAGS_to == "coco") {
     WriteCocoResults(FLAGS_out, &source, losses);
   } else {
-    WriteOwnDetections(&source);
+    WriteOwnDetections(&source, losses);
   }
   return Count(source.frames(), "frames of ") +
          Count(source.header().view_names.size(), "views");
@@ -324,6 +326,9 @@ std::string ConvertTracks(const ConvertOptions&, Losses* losses) {
   } else if (FLAGS_to == "poses") {
     WriteTracksPoses(FLAGS_out, tracks, losses);
   } else {
+    if (!(tracks.header.frame_rate_hz > 0.0)) {
+      losses->push_back("the frame rate is not known (--frame_rate=HZ)");
+    }
     // The header has views only when the input had observations.
     WriteTracks(FLAGS_out, tracks, {!tracks.header.view_names.empty()});
   }

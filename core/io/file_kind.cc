@@ -71,8 +71,22 @@ FileKind KindOfNumbers(const std::string& path) {
   return words == 12 ? FileKind::kCalibration : FileKind::kTracks;
 }
 
+// TOML or YAML: a comment, a directive, or the name of a table, which no array
+// of ours begins like.
+bool LooksLikeTomlOrYaml(const std::string& text) {
+  constexpr const char* kSpaces = " \t\r\n";
+  const size_t first = text.find_first_not_of(kSpaces);
+  if (first == std::string::npos) return false;
+  if (text[first] == '#' || text[first] == '%') return true;
+  if (text[first] != '[') return false;
+  const size_t second = text.find_first_not_of(kSpaces, first + 1);
+  return second != std::string::npos && text[second] != '{' &&
+         text[second] != ']';
+}
+
 FileKind KindOfFile(const std::string& path) {
-  if (HasExtension(path, {".toml", ".yml", ".yaml"})) {
+  if (HasExtension(path, {".toml", ".yml", ".yaml"}) ||
+      LooksLikeTomlOrYaml(Beginning(path))) {
     return FileKind::kCalibration;
   }
   const JsonHead head = PeekJson(path);
@@ -93,7 +107,10 @@ FileKind KindOfFolder(const std::string& path) {
     const std::string inside = path + "/" + name;
     if (name.front() == '.') continue;
     if (IsFolder(inside)) return FileKind::kDetections;  // one a view
-    if (HasExtension(name, {".json"})) return KindOfFile(inside);
+    if (!HasExtension(name, {".json"})) continue;
+    // No tracks in a folder are arrays; COCO's may be empty.
+    return PeekJson(inside).kind == '[' ? FileKind::kDetections
+                                        : KindOfFile(inside);
   }
   FailUnknown(path);
 }

@@ -16,7 +16,7 @@ namespace kinegraph {
 
 // Tidy CSV, one row a joint: frame,time_s,id,joint,x_m,y_m,z_m,status; `views`
 // and the six columns cov_xx_m2 .. cov_zz_m2 follow when anybody has them. The
-// cells of what is missing are empty.
+// cells of what is missing are empty, those of times when none is known.
 void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
                     Losses* losses);
 
@@ -33,7 +33,7 @@ void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
 //   covariance  float64 [F, P, J, 3, 3]  m^2; NaN where there is none; if any
 //   ids         int64   [P]
 //   frames      int64   [F]
-//   times       float64 [F]              s
+//   times       float64 [F]              s; NaN when they are not known
 //   frame_rate  float64 []               Hz; NaN when it is not known
 //   joints      <U      [J]              names
 //   bones       int32   [B, 2]           indices into joints

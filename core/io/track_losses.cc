@@ -2,17 +2,14 @@
 
 #include <algorithm>
 
-#include "core/io/bulk_json.h"
-
 namespace kinegraph {
 
 TrackContents ContentsOf(const TrackSequence& tracks) {
   TrackContents contents;
+  contents.has_clock = tracks.header.frame_rate_hz > 0.0;
   for (const TrackFrame& frame : tracks.frames) {
     if (frame.people.empty()) ++contents.empty_frames;
-    if (frame.time != TimeOfFrame(frame.frame, tracks.header.frame_rate_hz)) {
-      contents.has_own_times = true;
-    }
+    if (frame.time != 0) contents.has_clock = true;
     for (const PersonPose& person : frame.people) {
       if (!person.inlier_views.empty()) contents.has_views = true;
       if (!person.matches.empty()) contents.has_matches = true;
@@ -29,6 +26,18 @@ TrackContents ContentsOf(const TrackSequence& tracks) {
     }
   }
   return contents;
+}
+
+std::vector<int64_t> IdsOf(const TrackSequence& tracks) {
+  std::vector<int64_t> ids;
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      ids.push_back(person.id.value());
+    }
+  }
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  return ids;
 }
 
 }  // namespace kinegraph

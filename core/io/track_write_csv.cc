@@ -53,7 +53,7 @@ class CsvWriter {
     const Joint3d& joint = person.joints[j];
     out_.Integer(frame.frame);
     out_.Text(",");
-    out_.Seconds(frame.time);
+    if (contents_.has_clock) out_.Seconds(frame.time);
     out_.Text(",");
     out_.Integer(person.id.value());
     out_.Text(",");
@@ -103,6 +103,7 @@ void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
   writer.Commit();
   losses->push_back("bones, frame rate and configuration are not kept");
   const TrackContents& contents = writer.contents();
+  if (!contents.has_clock) losses->push_back(kNoClock);
   if (contents.has_matches) losses->push_back("matches are not kept");
   if (contents.empty_frames > 0) {
     losses->push_back(std::to_string(contents.empty_frames) +

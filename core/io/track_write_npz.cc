@@ -13,18 +13,6 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-std::vector<int64_t> IdsOf(const TrackSequence& tracks) {
-  std::vector<int64_t> ids;
-  for (const TrackFrame& frame : tracks.frames) {
-    for (const PersonPose& person : frame.people) {
-      ids.push_back(person.id.value());
-    }
-  }
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  return ids;
-}
-
 // The arrays of one take. Each is made, written and forgotten in turn.
 class Arrays {
  public:
@@ -125,12 +113,12 @@ void CheckSize(const std::string& path, const std::vector<size_t>& shape,
                        "does not hold; take fewer frames or CSV");
 }
 
-void AddClock(const TrackSequence& tracks, NpzFile* file) {
+void AddClock(const TrackSequence& tracks, bool has_clock, NpzFile* file) {
   std::vector<int64_t> frames;
   std::vector<double> times;
   for (const TrackFrame& frame : tracks.frames) {
     frames.push_back(frame.frame);
-    times.push_back(ToSeconds(frame.time));
+    times.push_back(has_clock ? ToSeconds(frame.time) : kNaN);
   }
   const double rate = tracks.header.frame_rate_hz;
   file->Add("frames", {frames.size()}, frames);
@@ -164,10 +152,11 @@ void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
     file.Add("covariance", arrays.Shape({3, 3}), arrays.Covariances());
   }
   file.Add("ids", {arrays.ids().size()}, arrays.ids());
-  AddClock(tracks, &file);
+  AddClock(tracks, contents.has_clock, &file);
   AddSkeleton(tracks.header.skeleton, &file);
   file.Commit();
   losses->push_back("the configuration is not kept");
+  if (!contents.has_clock) losses->push_back(kNoClock);
   if (contents.has_matches) losses->push_back("matches are not kept");
 }
 

@@ -126,16 +126,6 @@ void WritePersonFile(const std::string& path, const std::string& name,
   file.Commit();
 }
 
-std::vector<TrackId> IdsOf(const TrackSequence& tracks) {
-  std::vector<TrackId> ids;
-  for (const TrackFrame& frame : tracks.frames) {
-    for (const PersonPose& person : frame.people) ids.push_back(person.id);
-  }
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-  return ids;
-}
-
 void NoteLosses(const TrackSequence& tracks, size_t row_count, Losses* losses) {
   const TrackContents contents = ContentsOf(tracks);
   losses->push_back("bones and configuration are not kept");
@@ -195,15 +185,15 @@ void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
         "(--frame_rate=HZ)");
   }
   CheckMarkerNames(tracks.header.skeleton);
-  const std::vector<TrackId> ids = IdsOf(tracks);
+  const std::vector<int64_t> ids = IdsOf(tracks);
   if (ids.empty()) {
     throw InputError("the tracks have nobody in them, nothing to write");
   }
   const std::vector<Row> rows = MakeRows(tracks);
   AtomicFolder folder(path);
-  for (const TrackId id : ids) {
-    const std::string name = "person_" + std::to_string(id.value()) + ".trc";
-    WritePersonFile(folder.PathOf(name), name, id, tracks, rows, axes);
+  for (const int64_t id : ids) {
+    const std::string name = "person_" + std::to_string(id) + ".trc";
+    WritePersonFile(folder.PathOf(name), name, TrackId(id), tracks, rows, axes);
   }
   folder.Commit();
   NoteLosses(tracks, rows.size(), losses);

@@ -162,7 +162,7 @@ TEST(TrackExport, CsvQuotesJointNames) {
   WriteTracksCsv(path, tracks, &losses);
   EXPECT_EQ(ReadTextFile(path),
             "frame,time_s,id,joint,x_m,y_m,z_m,status\n"
-            "0,0,1,\"a,b\",,,,missing\n0,0,1,\"c\"\"d\",,,,missing\n");
+            "0,,1,\"a,b\",,,,missing\n0,,1,\"c\"\"d\",,,,missing\n");
 }
 
 // ---- {"poses"} ----
@@ -449,7 +449,7 @@ import numpy as np
 a = np.load(')" + npz + R"(', allow_pickle=False)
 assert a['positions'].shape == (2, 0, 3, 3)
 assert a['bones'].shape == (0, 2)
-assert np.isnan(a['frame_rate'])
+assert np.isnan(a['frame_rate']) and np.isnan(a['times']).all()
 assert a['joints'].tolist() == ['\u819d', '\U0001F642 b', '\ufffd']
 assert str(a['skeleton']) == 'k\u00f6rper'
 assert 'covariance' not in a.files and 'views' not in a.files
