@@ -6,22 +6,10 @@
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
 namespace {
-
-template <typename Matrix>
-Json RowsOf(const Matrix& matrix) {
-  Json rows = Json::array();
-  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
-    Json row = Json::array();
-    for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
-      row.push_back(matrix(r, c));
-    }
-    rows.push_back(row);
-  }
-  return rows;
-}
 
 Json ToJson(const Camera& camera) {
   const bool has_size = camera.width_px() > 0 && camera.height_px() > 0;
@@ -32,10 +20,10 @@ Json ToJson(const Camera& camera) {
   json["image_size"] =
       has_size ? Json({camera.width_px(), camera.height_px()}) : Json(nullptr);
   json["model"] = has_lens ? camera.lens()->model() : "pinhole";
-  json["K"] = RowsOf(camera.K());
+  json["K"] = JsonRows(camera.K());
   json["distortion"] =
       has_lens ? Json(camera.lens()->parameters()) : Json::array();
-  json["cam_from_world"] = {{"R", RowsOf(camera.R())},
+  json["cam_from_world"] = {{"R", JsonRows(camera.R())},
                             {"t", {t.x(), t.y(), t.z()}}};
   return json;
 }

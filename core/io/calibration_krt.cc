@@ -2,6 +2,7 @@
 // 4D association writes it: x_cam = R X + t, metres, pixels. A lens may be
 // given as "distCoeff".
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
 
@@ -24,6 +25,23 @@ CalibrationFile ReadKrtCameras(const JsonField& root) {
     file.cameras.push_back(record);
   }
   return file;
+}
+
+std::string KrtCamerasText(const CameraRig& cameras) {
+  Json json = Json::object();
+  for (const Camera& camera : cameras) {
+    Eigen::Matrix<double, 3, 4> rt;
+    rt << camera.R(), camera.t();
+    Json entry = {{"K", JsonFlat(camera.K())}, {"RT", JsonFlat(rt)}};
+    if (HasSize(camera)) {
+      entry["imgSize"] = {camera.width_px(), camera.height_px()};
+    }
+    if (camera.lens() != nullptr) {
+      entry["distCoeff"] = JsonFlat(OpenCvCoefficients(camera));
+    }
+    json[camera.name()] = entry;
+  }
+  return JsonLines(json);
 }
 
 }  // namespace kinegraph

@@ -3,6 +3,7 @@
 // x_cam = R X + t, centimetres.
 #include "core/base/error.h"
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
 
@@ -27,6 +28,24 @@ CalibrationFile ReadPanopticCameras(const JsonField& root) {
     file.cameras.push_back(record);
   }
   return file;
+}
+
+std::string PanopticCamerasText(const CameraRig& cameras) {
+  constexpr double kCentimetresPerMetre = 100.0;
+  Json list = Json::array();
+  for (const Camera& camera : cameras) {
+    const Eigen::Vector3d t_cm = kCentimetresPerMetre * camera.t();
+    Json entry = {{"name", camera.name()}, {"type", "hd"}};
+    if (HasSize(camera)) {
+      entry["resolution"] = {camera.width_px(), camera.height_px()};
+    }
+    entry["K"] = JsonRows(camera.K());
+    entry["distCoef"] = JsonFlat(OpenCvCoefficients(camera));
+    entry["R"] = JsonRows(camera.R());
+    entry["t"] = JsonRows(t_cm);
+    list.push_back(entry);
+  }
+  return JsonLines(Json{{"cameras", list}});
 }
 
 }  // namespace kinegraph

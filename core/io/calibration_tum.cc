@@ -9,7 +9,10 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/io/atomic_file.h"
+#include "core/io/atomic_folder.h"
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_write_formats.h"
 #include "core/io/text_file.h"
 
 namespace kinegraph {
@@ -164,6 +167,37 @@ CalibrationFile ReadTumCameras(const std::string& path) {
     throw InputError(path, "", "has no files P0.txt, P1.txt, ...");
   }
   return file;
+}
+
+void WriteTumCameras(const std::string& path, const CameraRig& cameras,
+                     Losses* losses) {
+  AtomicFolder folder(path);
+  bool has_size = false;
+  bool renames = false;
+  for (size_t c = 0; c < cameras.size(); ++c) {
+    const Camera& camera = cameras[c];
+    if (camera.lens() != nullptr) {
+      throw CannotWrite(camera,
+                        "has a lens, which a projection matrix cannot say "
+                        "(cameras.ignore_distortion = true leaves it out)");
+    }
+    const std::string name = "P" + std::to_string(c);
+    AtomicFile file(folder.PathOf(name + ".txt"));
+    for (int r = 0; r < 3; ++r) {
+      for (int k = 0; k < 4; ++k) {
+        file.Write(DecimalText(camera.P()(r, k)) + (k < 3 ? "," : "\n"));
+      }
+    }
+    file.Commit();
+    has_size = has_size || HasSize(camera);
+    renames = renames || camera.name() != name;
+  }
+  folder.Commit();
+  if (has_size) losses->push_back("image sizes are not kept");
+  if (renames) {
+    losses->push_back(
+        "cameras are named P0, P1, ... in the order of the input");
+  }
 }
 
 }  // namespace kinegraph

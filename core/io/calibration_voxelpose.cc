@@ -2,6 +2,7 @@
 // "k": 3x1, "p": 2x1}, ...}, millimetres. T is the camera's centre:
 // x_cam = R (X - T). Radial k1 k2 k3 and tangential p1 p2.
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
 
@@ -27,6 +28,33 @@ CalibrationFile ReadVoxelposeCameras(const JsonField& root) {
     file.cameras.push_back(record);
   }
   return file;
+}
+
+std::string VoxelposeCamerasText(const CameraRig& cameras, Losses* losses) {
+  constexpr double kMillimetresPerMetre = 1000.0;
+  Json json = Json::object();
+  bool has_size = false;
+  for (const Camera& camera : cameras) {
+    const Eigen::Matrix3d& K = camera.K();
+    if (K(0, 1) != 0.0) {
+      throw CannotWrite(camera, "a skewed K cannot be said in this format");
+    }
+    const auto lens = OpenCvCoefficients(camera);
+    const Eigen::Vector3d radial(lens[0], lens[1], lens[4]);
+    const Eigen::Vector2d tangential(lens[2], lens[3]);
+    const Eigen::Vector3d centre_mm = kMillimetresPerMetre * camera.centre();
+    json[camera.name()] = {{"R", JsonRows(camera.R())},
+                           {"T", JsonRows(centre_mm)},
+                           {"fx", K(0, 0)},
+                           {"fy", K(1, 1)},
+                           {"cx", K(0, 2)},
+                           {"cy", K(1, 2)},
+                           {"k", JsonRows(radial)},
+                           {"p", JsonRows(tangential)}};
+    has_size = has_size || HasSize(camera);
+  }
+  if (has_size) losses->push_back("image sizes are not kept");
+  return JsonLines(json);
 }
 
 }  // namespace kinegraph

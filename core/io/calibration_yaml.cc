@@ -12,7 +12,10 @@
 #include <filesystem>
 
 #include "core/base/error.h"
+#include "core/io/atomic_file.h"
+#include "core/io/atomic_folder.h"
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_write_formats.h"
 #include "core/io/text_file.h"
 #include "core/io/yaml_file.h"
 
@@ -211,6 +214,66 @@ CalibrationFormat DetectYamlFormat(const std::string& path) {
   if (json.contains("names")) return CalibrationFormat::kEasymocap;
   if (json.contains("camera_matrix")) return CalibrationFormat::kOpencv;
   return CalibrationFormat::kAuto;
+}
+
+// ---- Writing EasyMocap's ----
+
+namespace {
+
+// OpenCV's FileStorage, which EasyMocap reads with, takes no other characters
+// in a key.
+void CheckKeyName(const Camera& camera) {
+  for (const char c : camera.name()) {
+    const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') ||
+                       (c >= 'A' && c <= 'Z') || c == '_' || c == '-';
+    if (!plain) {
+      throw CannotWrite(camera,
+                        "the name cannot stand in a key of OpenCV's YAML, "
+                        "expected letters, digits, '_' and '-'");
+    }
+  }
+}
+
+template <typename Matrix>
+std::string OpencvMatrix(const std::string& key, const Matrix& matrix) {
+  return key + ": !!opencv-matrix\n  rows: " + std::to_string(matrix.rows()) +
+         "\n  cols: " + std::to_string(matrix.cols()) +
+         "\n  dt: d\n  data: " + DecimalList(matrix) + "\n";
+}
+
+void WriteYaml(const std::string& path, const std::string& names,
+               const std::string& cameras) {
+  AtomicFile file(path);
+  file.Write("%YAML:1.0\n---\nnames:\n" + names + cameras);
+  file.Commit();
+}
+
+}  // namespace
+
+void WriteEasymocapCameras(const std::string& path, const CameraRig& cameras) {
+  std::string names;
+  std::string intrinsic;
+  std::string extrinsic;
+  for (const Camera& camera : cameras) {
+    CheckKeyName(camera);
+    const std::string& name = camera.name();
+    names += "  - \"" + name + "\"\n";
+    intrinsic += OpencvMatrix("K_" + name, camera.K());
+    intrinsic +=
+        OpencvMatrix("dist_" + name, OpenCvCoefficients(camera).transpose());
+    if (HasSize(camera)) {
+      intrinsic += "H_" + name + ": " + std::to_string(camera.height_px()) +
+                   "\nW_" + name + ": " + std::to_string(camera.width_px()) +
+                   "\n";
+    }
+    extrinsic += OpencvMatrix("R_" + name, RotationVector(camera.R()));
+    extrinsic += OpencvMatrix("Rot_" + name, camera.R());
+    extrinsic += OpencvMatrix("T_" + name, camera.t());
+  }
+  AtomicFolder folder(path);
+  WriteYaml(folder.PathOf("intri.yml"), names, intrinsic);
+  WriteYaml(folder.PathOf("extri.yml"), names, extrinsic);
+  folder.Commit();
 }
 
 }  // namespace kinegraph

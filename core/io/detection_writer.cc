@@ -13,7 +13,9 @@ namespace kinegraph {
 class DetectionWriter::Impl {
  public:
   Impl(const std::string& path, const DetectionHeader& header)
-      : file_(path), joint_count_(header.skeleton.joints().size()) {
+      : file_(path),
+        joint_count_(header.skeleton.joints().size()),
+        has_clock_(header.frame_rate_hz > 0.0) {
     for (const std::string& name : header.view_names) {
       views_.push_back(JsonText(name));
     }
@@ -29,8 +31,12 @@ class DetectionWriter::Impl {
     last_frame_ = frame.frame;
     out_.Text("{\"frame\": ");
     out_.Integer(frame.frame);
-    out_.Text(", \"time\": ");
-    out_.Seconds(frame.time);
+    // Without a clock all times are 0; left out, a reader that is told the
+    // frame rate can fill them in.
+    if (has_clock_ || frame.time != 0) {
+      out_.Text(", \"time\": ");
+      out_.Seconds(frame.time);
+    }
     out_.Text(", \"views\": {");
     for (size_t v = 0; v < views_.size(); ++v) {
       out_.Text(v == 0 ? "" : ", ");
@@ -122,6 +128,7 @@ class DetectionWriter::Impl {
 
   AtomicFile file_;
   const size_t joint_count_;
+  const bool has_clock_;
   std::vector<std::string> views_;  // quoted
   int64_t last_frame_ = -1;
   JsonOutput out_;

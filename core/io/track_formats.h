@@ -26,6 +26,9 @@ TrackSequence ReadPoses(const std::string& path,
 TrackSequence ReadPanoptic(const std::string& path,
                            const TrackReadOptions& options);
 
+// Skeleton that a {"poses"} file with so many joints is taken to have, or null.
+const Skeleton* SkeletonOfPoses(size_t joint_count);
+
 // What a file gives as a position.
 inline Joint3d ObservedJoint(double x_m, double y_m, double z_m) {
   return {{x_m, y_m, z_m}, JointStatus::kObserved};

@@ -9,10 +9,7 @@ namespace kinegraph {
 namespace {
 
 const Skeleton& ByJointCount(size_t joint_count) {
-  for (const Skeleton* skeleton :
-       {&Coco17(), &Tum14(), &Tum15(), &FourDA19(), &Body25()}) {
-    if (joint_count == skeleton->joints().size()) return *skeleton;
-  }
+  if (const Skeleton* skeleton = SkeletonOfPoses(joint_count)) return *skeleton;
   throw InputError("joints: found " + std::to_string(joint_count) +
                    ", expected 17 (COCO), 14, 15, 19 or 25");
 }
@@ -82,6 +79,14 @@ TrackSequence Read(const JsonObject& root, const TrackReadOptions& options,
 }
 
 }  // namespace
+
+const Skeleton* SkeletonOfPoses(size_t joint_count) {
+  for (const Skeleton* skeleton :
+       {&Coco17(), &Tum14(), &Tum15(), &FourDA19(), &Body25()}) {
+    if (joint_count == skeleton->joints().size()) return skeleton;
+  }
+  return nullptr;
+}
 
 TrackSequence ReadPoses(const std::string& path,
                         const TrackReadOptions& options) {

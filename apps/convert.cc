@@ -1,0 +1,378 @@
+// kinegraph-convert: calibrations, detections and tracks between formats.
+#include <gflags/gflags.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "apps/common/app.h"
+#include "core/base/error.h"
+#include "core/io/calibration.h"
+#include "core/io/calibration_writer.h"
+#include "core/io/config.h"
+#include "core/io/detection_export.h"
+#include "core/io/detection_source.h"
+#include "core/io/detection_writer.h"
+#include "core/io/file_kind.h"
+#include "core/io/track_export.h"
+#include "core/io/track_writer.h"
+#include "core/io/tracks.h"
+
+DEFINE_string(from, "auto", "format of the input; auto tells it by content");
+DEFINE_string(to, "", "format of the result");
+DEFINE_string(in, "", "file or folder to read");
+DEFINE_string(out, "", "file, or folder for formats of several files");
+DEFINE_string(skeleton, "", "skeleton of the input where it does not tell");
+DEFINE_double(frame_rate, 0.0, "frame rate [Hz] where the input does not tell");
+DEFINE_string(unit, "", "unit of a calibration: m, cm or mm");
+DEFINE_string(image_size, "",
+              "image size [px] of a calibration that does not tell: W,H");
+DEFINE_string(axes, "y,z,x",
+              "world axes that a TRC file's X,Y,Z are, such as x,-z,y");
+DEFINE_string(set, "", "keys of reading: cameras.KEY=value;detections.KEY=...");
+DEFINE_bool(formats, false, "list the formats and leave");
+
+namespace kinegraph {
+namespace {
+
+// A format's name in one kind. `read` and `write` are -1 or the value of the
+// kind's enum.
+struct Format {
+  FileKind kind;
+  const char* name;
+  bool readable;
+  bool writable;
+  const char* layout;
+};
+
+constexpr FileKind kCalibration = FileKind::kCalibration;
+constexpr FileKind kDetections = FileKind::kDetections;
+constexpr FileKind kTracks = FileKind::kTracks;
+
+// Within a kind, formats that can be read stand in the order of the kind's
+// enum, so that the place of a format among them is its value less one.
+const std::vector<Format>& Formats() {
+  static const std::vector<Format> kFormats = {
+      {kCalibration, "kinegraph", true, true, "cameras.json"},
+      {kCalibration, "krt", true, true, "JSON: K and RT of each camera"},
+      {kCalibration, "voxelpose", true, true, "JSON, mm"},
+      {kCalibration, "longcw", true, false, "JSON, cm"},
+      {kCalibration, "panoptic", true, true, "CMU Panoptic's JSON, cm"},
+      {kCalibration, "pose2sim", true, true, "Pose2Sim's and Anipose's TOML"},
+      {kCalibration, "tum", true, true, "a folder of P0.txt, P1.txt, ..."},
+      {kCalibration, "opencv", true, false, "YAML, a file a camera"},
+      {kCalibration, "easymocap", true, true, "intri.yml and extri.yml"},
+      {kDetections, "kinegraph", true, true, "JSON Lines"},
+      {kDetections, "openpose", true, true, "a folder a view, a file a frame"},
+      {kDetections, "coco", true, true, "COCO results, a file a view"},
+      {kDetections, "longcw", true, false, "annotation_2d.json"},
+      {kDetections, "smap", true, false, "a file a view"},
+      {kTracks, "kinegraph", true, true, "JSON Lines"},
+      {kTracks, "tum", true, false, "actorsGT.mat"},
+      {kTracks, "4da", true, false, "4D association's gt.txt, skel.txt"},
+      {kTracks, "longcw", true, false, "annotation_3d.json, result_3d.json"},
+      {kTracks, "poses", true, true, "JSON: {\"poses\": [...]}"},
+      {kTracks, "panoptic", true, false, "body3DScene_*.json"},
+      {kTracks, "csv", false, true, "one row a joint"},
+      {kTracks, "trc", false, true, "a folder, a file a person"},
+      {kTracks, "npz", false, true, "NumPy's arrays"}};
+  return kFormats;
+}
+
+using Wanted = std::function<bool(const Format&)>;
+
+bool IsReadable(const Format& format) { return format.readable; }
+bool IsWritable(const Format& format) { return format.writable; }
+
+// The kinds in which a format of that name is there.
+std::vector<FileKind> KindsOf(const std::string& name, const Wanted& wanted) {
+  std::vector<FileKind> kinds;
+  for (const Format& format : Formats()) {
+    if (format.name == name && wanted(format)) kinds.push_back(format.kind);
+  }
+  return kinds;
+}
+
+std::string NamesOf(const Wanted& wanted) {
+  std::vector<std::string> names;
+  std::string text;
+  for (const Format& format : Formats()) {
+    if (!wanted(format)) continue;
+    if (std::count(names.begin(), names.end(), format.name) > 0) continue;
+    names.emplace_back(format.name);
+    text += (text.empty() ? "" : ", ") + names.back();
+  }
+  return text;
+}
+
+std::string TextOf(const std::vector<FileKind>& kinds) {
+  std::string text;
+  for (const FileKind kind : kinds) {
+    text += (text.empty() ? "" : " or ") + std::string(ToString(kind));
+  }
+  return text;
+}
+
+// Kinds of the format that --`flag` names; throws when nothing of that name can
+// be read or written (`verb`).
+std::vector<FileKind> RequireKinds(const std::string& flag,
+                                   const std::string& name,
+                                   const std::string& verb,
+                                   const Wanted& wanted) {
+  const std::vector<FileKind> kinds = KindsOf(name, wanted);
+  if (!kinds.empty()) return kinds;
+  const bool known = !KindsOf(name, [](const Format&) { return true; }).empty();
+  throw InputError("--" + flag + ": '" + Printable(name) + "' " +
+                   (known ? "cannot be " + verb : "is no format") +
+                   ", expected " + (flag == "from" ? "auto, " : "") +
+                   NamesOf(wanted));
+}
+
+// What is to be converted: it follows from the two formats, and from the
+// input's content where several kinds are left.
+FileKind ChooseKind() {
+  const std::vector<FileKind> to =
+      RequireKinds("to", FLAGS_to, "written", IsWritable);
+  std::vector<FileKind> from = {kCalibration, kDetections, kTracks};
+  if (FLAGS_from != "auto") {
+    from = RequireKinds("from", FLAGS_from, "read", IsReadable);
+  }
+  std::vector<FileKind> both;
+  std::copy_if(from.begin(), from.end(), std::back_inserter(both),
+               [&to](FileKind kind) {
+                 return std::count(to.begin(), to.end(), kind) > 0;
+               });
+  if (both.size() == 1 && FLAGS_from != "auto") return both.front();
+  if (both.empty()) {
+    throw InputError("--from=" + FLAGS_from + " is of " + TextOf(from) +
+                     ", --to=" + FLAGS_to + " of " + TextOf(to));
+  }
+  const FileKind kind = RecogniseKind(FLAGS_in);
+  if (std::count(both.begin(), both.end(), kind) == 0) {
+    throw InputError(FLAGS_in, "",
+                     "holds " + std::string(ToString(kind)) +
+                         ", --to=" + FLAGS_to + " is of " + TextOf(both));
+  }
+  return kind;
+}
+
+// The value of --from in the enum of its kind; 0 is kAuto.
+template <typename Enum>
+Enum FormatToRead(FileKind kind) {
+  int value = 0;
+  if (FLAGS_from == "auto") return static_cast<Enum>(value);
+  for (const Format& format : Formats()) {
+    if (format.kind != kind || !format.readable) continue;
+    ++value;
+    if (format.name == FLAGS_from) break;
+  }
+  return static_cast<Enum>(value);
+}
+
+CalibrationFormat CalibrationFormatToWrite() {
+  const std::vector<std::string>& names = CalibrationFormatNames();
+  return static_cast<CalibrationFormat>(
+      std::find(names.begin(), names.end(), FLAGS_to) - names.begin());
+}
+
+// Everything that reading can be told.
+struct ConvertOptions {
+  CameraReadOptions cameras;
+  DetectionReadOptions detections;
+
+  void Describe(OptionVisitor& visitor) {
+    visitor.Enter("cameras");
+    cameras.Describe(visitor);
+    visitor.Leave();
+    visitor.Enter("detections");
+    detections.Describe(visitor);
+    visitor.Leave();
+  }
+};
+
+// Flags that mean nothing for what is converted are a mistake.
+void RefuseFlag(const char* name, bool given, const char* belongs_to,
+                FileKind kind) {
+  if (!given) return;
+  throw InputError("--" + std::string(name) + " belongs to " + belongs_to +
+                   ", the input holds " + ToString(kind));
+}
+
+void CheckFlags(FileKind kind) {
+  const bool is_calibration = kind == kCalibration;
+  if (!is_calibration) {
+    RefuseFlag("unit", !FLAGS_unit.empty(), "calibrations", kind);
+    RefuseFlag("image_size", !FLAGS_image_size.empty(), "calibrations", kind);
+  } else {
+    RefuseFlag("skeleton", !FLAGS_skeleton.empty(), "detections and tracks",
+               kind);
+    RefuseFlag("frame_rate", FLAGS_frame_rate != 0.0, "detections and tracks",
+               kind);
+  }
+  if (FLAGS_to != "trc" &&
+      !gflags::GetCommandLineFlagInfoOrDie("axes").is_default) {
+    throw InputError("--axes belongs to --to=trc");
+  }
+  if (!(FLAGS_frame_rate >= 0.0 && FLAGS_frame_rate <= 1e6)) {
+    throw InputError("--frame_rate: expected above 0 .. 1e6 Hz");
+  }
+}
+
+ConvertOptions ReadOptions() {
+  ConfigFile config = ConfigFile::Empty();
+  if (!FLAGS_set.empty()) config.Override(FLAGS_set, "--set");
+  if (!FLAGS_unit.empty()) {
+    config.Override("cameras.unit=" + FLAGS_unit, "--unit");
+  }
+  ConvertOptions options;
+  config.Apply(&options);
+  config.RejectUnknown();
+  if (!FLAGS_image_size.empty()) {
+    for (const std::string& side : ParseList(FLAGS_image_size, "image_size")) {
+      char* end = nullptr;
+      options.cameras.image_size.push_back(std::strtod(side.c_str(), &end));
+      if (*end != '\0') options.cameras.image_size.push_back(0.0);
+    }
+  }
+  return options;
+}
+
+Skeleton SkeletonFlag() {
+  try {
+    return ResolveSkeleton(FLAGS_skeleton, {});
+  } catch (const InputError& error) {
+    throw InputError("--skeleton: " + std::string(error.what()));
+  }
+}
+
+std::string Count(size_t count, const std::string& what) {
+  return std::to_string(count) + " " + what;
+}
+
+// ---- One kind each: reads, writes, and says how much there was ----
+
+std::string ConvertCalibration(const ConvertOptions& options, Losses* losses) {
+  CameraReadOptions read = options.cameras;
+  if (FLAGS_from != "auto") {
+    read.format = FormatToRead<CalibrationFormat>(kCalibration);
+  }
+  const CameraRig cameras = ReadCameras(FLAGS_in, read);
+  WriteCalibration(FLAGS_out, CalibrationFormatToWrite(), cameras, losses);
+  return Count(cameras.size(), "cameras");
+}
+
+// Counts the frames that pass through.
+class CountingSource final : public DetectionSource {
+ public:
+  explicit CountingSource(std::unique_ptr<DetectionSource> source)
+      : source_(std::move(source)) {}
+  const DetectionHeader& header() const override { return source_->header(); }
+  bool Next(DetectionFrame* frame) override {
+    const bool has_frame = source_->Next(frame);
+    frame_count_ += has_frame ? 1 : 0;
+    return has_frame;
+  }
+  size_t frames() const { return frame_count_; }
+
+ private:
+  std::unique_ptr<DetectionSource> source_;
+  size_t frame_count_ = 0;
+};
+
+void WriteOwnDetections(DetectionSource* source, Losses* losses) {
+  if (!(source->header().frame_rate_hz > 0.0)) {
+    losses->push_back("the frame rate is not known (--frame_rate=HZ)");
+  }
+  DetectionWriter writer(FLAGS_out, source->header());
+  DetectionFrame frame;
+  while (source->Next(&frame)) writer.Write(frame);
+  writer.Commit();
+}
+
+std::string ConvertDetections(const ConvertOptions& options, Losses* losses) {
+  DetectionReadOptions read = options.detections;
+  if (FLAGS_from != "auto") {
+    read.format = FormatToRead<DetectionFormat>(kDetections);
+  }
+  if (!FLAGS_skeleton.empty()) read.skeleton = SkeletonFlag();
+  read.frame_rate_hz = FLAGS_frame_rate;
+  CountingSource source(OpenDetections(FLAGS_in, read));
+  if (FLAGS_to == "openpose") {
+    WriteOpenPose(FLAGS_out, &source, losses);
+  } else if (FLAGS_to == "coco") {
+    WriteCocoResults(FLAGS_out, &source, losses);
+  } else {
+    WriteOwnDetections(&source, losses);
+  }
+  return Count(source.frames(), "frames of ") +
+         Count(source.header().view_names.size(), "views");
+}
+
+std::string ConvertTracks(const ConvertOptions&, Losses* losses) {
+  TrackReadOptions read;
+  read.format = FormatToRead<TrackFormat>(kTracks);
+  if (!FLAGS_skeleton.empty()) read.skeleton = SkeletonFlag();
+  read.frame_rate_hz = FLAGS_frame_rate;
+  const AxisMap axes = AxisMap::Parse(FLAGS_axes);
+  const TrackSequence tracks = ReadTracks(FLAGS_in, read);
+  if (FLAGS_to == "csv") {
+    WriteTracksCsv(FLAGS_out, tracks, losses);
+  } else if (FLAGS_to == "trc") {
+    WriteTracksTrc(FLAGS_out, tracks, axes, losses);
+  } else if (FLAGS_to == "npz") {
+    WriteTracksNpz(FLAGS_out, tracks, losses);
+  } else if (FLAGS_to == "poses") {
+    WriteTracksPoses(FLAGS_out, tracks, losses);
+  } else {
+    if (!(tracks.header.frame_rate_hz > 0.0)) {
+      losses->push_back("the frame rate is not known (--frame_rate=HZ)");
+    }
+    // The header has views only when the input had observations.
+    WriteTracks(FLAGS_out, tracks, {!tracks.header.view_names.empty()});
+  }
+  return Count(tracks.frames.size(), "frames");
+}
+
+void PrintFormats() {
+  for (const Format& format : Formats()) {
+    std::printf("%-13s %-10s %-15s %s\n", ToString(format.kind), format.name,
+                !format.writable   ? "read only"
+                : !format.readable ? "write only"
+                                   : "read and write",
+                format.layout);
+  }
+}
+
+void RunConvert() {
+  if (FLAGS_formats) return PrintFormats();
+  RequireFlag("from", FLAGS_from);
+  RequireFlag("to", FLAGS_to);
+  RequireFlag("in", FLAGS_in);
+  RequireFlag("out", FLAGS_out);
+  const FileKind kind = ChooseKind();
+  CheckFlags(kind);
+  const ConvertOptions options = ReadOptions();
+  Losses losses;
+  const std::string done =
+      kind == kCalibration  ? ConvertCalibration(options, &losses)
+      : kind == kDetections ? ConvertDetections(options, &losses)
+                            : ConvertTracks(options, &losses);
+  for (const std::string& loss : losses) {
+    std::fprintf(stderr, "kinegraph-convert: note: %s\n",
+                 Printable(loss, 500).c_str());
+  }
+  std::printf("%s -> %s\n", done.c_str(), FLAGS_out.c_str());
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+int main(int argc, char** argv) {
+  return kinegraph::RunApp(
+      argc, argv,
+      {"convert", "calibrations, detections and tracks between formats",
+       "--from=FORMAT --to=FORMAT --in=PATH --out=PATH"},
+      kinegraph::RunConvert);
+}

@@ -1,0 +1,75 @@
+#include "core/io/atomic_folder.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <system_error>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string WithoutTrailingSlashes(std::string path) {
+  while (path.size() > 1 && path.back() == '/') path.pop_back();
+  return path;
+}
+
+}  // namespace
+
+AtomicFolder::AtomicFolder(const std::string& path)
+    : target_(WithoutTrailingSlashes(path)) {
+  if (path.empty()) throw InputError("an output folder has an empty name");
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(target_, error)) &&
+      !(fs::is_directory(fs::symlink_status(target_, error)) &&
+        fs::is_empty(target_, error) && !error)) {
+    throw InputError(path, "",
+                     "is there already, expected the name of a new folder");
+  }
+  constexpr int kAttempts = 1000;  // leftovers of killed programs are skipped
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    temporary_ = target_ + ".partial-" + std::to_string(getpid()) + "-" +
+                 std::to_string(attempt);
+    if (mkdir(temporary_.c_str(), 0777) == 0) return;
+    if (errno != EEXIST) break;
+  }
+  throw InputError(path, "",
+                   std::string("cannot be made: ") + std::strerror(errno));
+}
+
+AtomicFolder::~AtomicFolder() {
+  if (committed_) return;
+  std::error_code ignored;
+  fs::remove_all(temporary_, ignored);
+}
+
+void AtomicFolder::Commit() {
+  if (std::rename(temporary_.c_str(), target_.c_str()) != 0) {
+    throw std::runtime_error(
+        Printable(target_ + ": cannot be made: " + std::strerror(errno), 1000));
+  }
+  committed_ = true;
+}
+
+void CheckFileName(const std::string& name, const std::string& what) {
+  constexpr size_t kLongest = 200;  // of 255, so that endings have room
+  const bool has_control = std::any_of(name.begin(), name.end(), [](char c) {
+    return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
+  });
+  if (name.empty() || name.front() == '.' || name.size() > kLongest ||
+      has_control || name.find('/') != std::string::npos) {
+    throw InputError("the " + what + " '" + Printable(name) +
+                     "' cannot be the name of a file");
+  }
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,30 @@
+// Writing 2D detections in the formats of detectors.
+#ifndef KINEGRAPH_CORE_IO_DETECTION_EXPORT_H_
+#define KINEGRAPH_CORE_IO_DETECTION_EXPORT_H_
+
+#include <string>
+
+#include "core/data/detection.h"
+#include "core/io/detection_source.h"
+#include "core/io/losses.h"
+
+namespace kinegraph {
+
+// Both write a folder, which appears when it is complete, and take the frames
+// one by one from `source`. A missing joint is 0, 0, 0. Throw InputError when
+// the folder cannot be made or a view cannot be the name of a file. What the
+// format leaves out is added to `losses`.
+
+// OpenPose's layout: VIEW/VIEW_FFFFFFFFFFFF_keypoints.json for every view and
+// frame, also where nobody was seen.
+void WriteOpenPose(const std::string& path, DetectionSource* source,
+                   Losses* losses);
+
+// COCO keypoint results, VIEW.json. The score of a person is the mean
+// confidence of the joints found, the box the one around them.
+void WriteCocoResults(const std::string& path, DetectionSource* source,
+                      Losses* losses);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_DETECTION_EXPORT_H_

@@ -1,0 +1,29 @@
+// What detectors' formats leave out of detections. For core/io alone.
+#ifndef KINEGRAPH_CORE_IO_DETECTION_LOSSES_H_
+#define KINEGRAPH_CORE_IO_DETECTION_LOSSES_H_
+
+#include <cstdint>
+
+#include "core/data/detection.h"
+#include "core/io/losses.h"
+
+namespace kinegraph {
+
+// Watches what is written by a format that stores frame numbers, x, y and
+// confidence only.
+class DetectionLossFinder {
+ public:
+  explicit DetectionLossFinder(const DetectionHeader& header);
+  void See(const DetectionFrame& frame);
+  // `told` says whether a reader recognises the skeleton by the file.
+  void Report(bool skeleton_told, Losses* losses) const;
+
+ private:
+  DetectionHeader header_;
+  int64_t zero_confidence_joints_ = 0;
+  bool own_times_ = false;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_DETECTION_LOSSES_H_

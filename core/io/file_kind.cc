@@ -1,0 +1,136 @@
+#include "core/io/file_kind.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/bulk_json.h"
+#include "core/io/calibration_formats.h"
+#include "core/io/text_file.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void FailUnknown(const std::string& path) {
+  throw InputError(path, "",
+                   "is no calibration, detections or tracks in a known format "
+                   "(--from can name one)");
+}
+
+bool HasExtension(const std::string& path,
+                  const std::vector<std::string>& extensions) {
+  const std::string own = fs::path(path).extension().string();
+  return std::find(extensions.begin(), extensions.end(), own) !=
+         extensions.end();
+}
+
+// The beginning of a file.
+std::string Beginning(const std::string& path) {
+  constexpr std::streamsize kBytes = 1 << 16;
+  std::string text(static_cast<size_t>(kBytes), '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(text.data(), kBytes);
+  text.resize(static_cast<size_t>(file.gcount()));
+  return text;
+}
+
+// COCO results name images, longcw's 3D lists timestamps.
+FileKind KindOfArray(const std::string& path) {
+  return Beginning(path).find("\"image_id\"") != std::string::npos
+             ? FileKind::kDetections
+             : FileKind::kTracks;
+}
+
+FileKind KindOfObject(const JsonHead& head) {
+  for (const char* key : {"kinegraph_detections", "people", "3d_pairs"}) {
+    if (head.Has(key)) return FileKind::kDetections;
+  }
+  if (head.Has("frames") && head.Has("image_wh")) return FileKind::kDetections;
+  for (const char* key : {"kinegraph", "poses", "bodies"}) {
+    if (head.Has(key)) return FileKind::kTracks;
+  }
+  return FileKind::kCalibration;  // names of cameras are any keys
+}
+
+// A projection matrix has twelve numbers, 4D association's files far more.
+FileKind KindOfNumbers(const std::string& path) {
+  const std::string text = Beginning(path);
+  int words = 0;
+  bool inside = false;
+  for (const char c : text) {
+    const bool separates =
+        c == ',' || c == ';' || std::isspace(static_cast<unsigned char>(c));
+    words += !separates && !inside ? 1 : 0;
+    inside = !separates;
+  }
+  return words == 12 ? FileKind::kCalibration : FileKind::kTracks;
+}
+
+// TOML or YAML: a comment, a directive, or the name of a table, which no array
+// of ours begins like.
+bool LooksLikeTomlOrYaml(const std::string& text) {
+  constexpr const char* kSpaces = " \t\r\n";
+  const size_t first = text.find_first_not_of(kSpaces);
+  if (first == std::string::npos) return false;
+  if (text[first] == '#' || text[first] == '%') return true;
+  if (text[first] != '[') return false;
+  const size_t second = text.find_first_not_of(kSpaces, first + 1);
+  return second != std::string::npos && text[second] != '{' &&
+         text[second] != ']';
+}
+
+FileKind KindOfFile(const std::string& path) {
+  if (HasExtension(path, {".toml", ".yml", ".yaml"}) ||
+      LooksLikeTomlOrYaml(Beginning(path))) {
+    return FileKind::kCalibration;
+  }
+  const JsonHead head = PeekJson(path);
+  if (head.kind == '{') return KindOfObject(head);
+  if (head.kind == 'M') return FileKind::kTracks;  // "MATLAB 5.0 MAT-file"
+  if (head.kind == '[') return KindOfArray(path);
+  if (IsNumberTable(Beginning(path).substr(0, 200))) return KindOfNumbers(path);
+  FailUnknown(path);
+}
+
+FileKind KindOfFolder(const std::string& path) {
+  if (!ListTumFiles(path).empty()) return FileKind::kCalibration;
+  const std::vector<std::string> names = ListFolder(path);
+  for (const std::string& name : names) {
+    if (HasExtension(name, {".yml", ".yaml"})) return FileKind::kCalibration;
+  }
+  for (const std::string& name : names) {
+    const std::string inside = path + "/" + name;
+    if (name.front() == '.') continue;
+    if (IsFolder(inside)) return FileKind::kDetections;  // one a view
+    if (!HasExtension(name, {".json"})) continue;
+    // No tracks in a folder are arrays; COCO's may be empty.
+    return PeekJson(inside).kind == '[' ? FileKind::kDetections
+                                        : KindOfFile(inside);
+  }
+  FailUnknown(path);
+}
+
+}  // namespace
+
+const char* ToString(FileKind kind) {
+  switch (kind) {
+    case FileKind::kCalibration:
+      return "calibrations";
+    case FileKind::kDetections:
+      return "detections";
+    case FileKind::kTracks:
+      return "tracks";
+  }
+  return "";
+}
+
+FileKind RecogniseKind(const std::string& path) {
+  return IsFolder(path) ? KindOfFolder(path) : KindOfFile(path);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,19 @@
+// Whether a file holds a calibration, detections or tracks.
+#ifndef KINEGRAPH_CORE_IO_FILE_KIND_H_
+#define KINEGRAPH_CORE_IO_FILE_KIND_H_
+
+#include <string>
+
+namespace kinegraph {
+
+enum class FileKind { kCalibration, kDetections, kTracks };
+const char* ToString(FileKind kind);
+
+// By content, for formats that ReadCameras, OpenDetections or ReadTracks
+// recognise. A guess, meant for choosing among them: they check what they read.
+// Throws InputError when the file cannot be read or looks like none of them.
+FileKind RecogniseKind(const std::string& path);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_FILE_KIND_H_

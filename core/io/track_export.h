@@ -1,0 +1,68 @@
+// Writing 3D tracks in formats of other programs.
+#ifndef KINEGRAPH_CORE_IO_TRACK_EXPORT_H_
+#define KINEGRAPH_CORE_IO_TRACK_EXPORT_H_
+
+#include <array>
+#include <string>
+
+#include "core/data/pose.h"
+#include "core/io/losses.h"
+
+namespace kinegraph {
+
+// All throw InputError when the result cannot be made or the tracks do not fit
+// the format; what is left out is added to `losses`. Numbers are written so
+// that they read back bit for bit.
+
+// Tidy CSV, one row a joint: frame,time_s,id,joint,x_m,y_m,z_m,status; `views`
+// and the six columns cov_xx_m2 .. cov_zz_m2 follow when anybody has them. The
+// cells of what is missing are empty, those of times when none is known.
+void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
+                    Losses* losses);
+
+// {"unit": "m", "poses": [{"frame", "id", "joints": [[x, y, z] or null]}]}.
+void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
+                      Losses* losses);
+
+// NumPy's .npz, an uncompressed archive of arrays; F frames, P people, J
+// joints, dense over all of them:
+//   positions   float64 [F, P, J, 3]     m; NaN where there is none
+//   status      int8    [F, P, J]        2 observed, 1 inferred, 0 missing;
+//                                        -1 where the person is not there
+//   views       int16   [F, P, J]        inlier views, -1 unknown; if any
+//   covariance  float64 [F, P, J, 3, 3]  m^2; NaN where there is none; if any
+//   ids         int64   [P]
+//   frames      int64   [F]
+//   times       float64 [F]              s; NaN when they are not known
+//   frame_rate  float64 []               Hz; NaN when it is not known
+//   joints      <U      [J]              names
+//   bones       int32   [B, 2]           indices into joints
+//   skeleton    <U      []               name
+void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
+                    Losses* losses);
+
+// Axes of a TRC file: each is an axis of the world with a sign.
+struct AxisMap {
+  std::array<int, 3> axis = {1, 2, 0};
+  std::array<double, 3> sign = {1.0, 1.0, 1.0};
+
+  // "y,z,x" (the default: from z up to y up), "x,-z,y". Throws InputError for
+  // anything but three different axes that keep left and right apart.
+  static AxisMap Parse(const std::string& text);
+
+  Eigen::Vector3d Apply(const Eigen::Vector3d& world) const {
+    return {sign[0] * world[axis[0]], sign[1] * world[axis[1]],
+            sign[2] * world[axis[2]]};
+  }
+};
+
+// TRC as OpenSim and Pose2Sim read it, a file a person: PATH/person_ID.trc.
+// All files have a row for every frame of the take, Frame# from 1 and the time
+// of the tracks; the header's OrigDataStartFrame is the first frame's number. A
+// marker without position has empty cells. Needs a frame rate.
+void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
+                    const AxisMap& axes, Losses* losses);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TRACK_EXPORT_H_

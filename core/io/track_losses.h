@@ -1,0 +1,32 @@
+// What tracks have, and so what a format leaves out. For core/io alone.
+#ifndef KINEGRAPH_CORE_IO_TRACK_LOSSES_H_
+#define KINEGRAPH_CORE_IO_TRACK_LOSSES_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "core/data/pose.h"
+
+namespace kinegraph {
+
+// What a take has besides positions.
+struct TrackContents {
+  bool has_covariances = false;
+  bool has_views = false;     // counts of inlier views
+  bool has_matches = false;   // matches, weights and scores
+  bool has_inferred = false;  // joints with that status
+  // Some frame has another time than 0, or the frame rate is known.
+  bool has_clock = false;
+  int64_t empty_frames = 0;  // nobody in them
+};
+TrackContents ContentsOf(const TrackSequence& tracks);
+
+inline constexpr const char* kNoClock =
+    "times are not known and left out (--frame_rate=HZ)";
+
+// Everybody in the take, ascending.
+std::vector<int64_t> IdsOf(const TrackSequence& tracks);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TRACK_LOSSES_H_

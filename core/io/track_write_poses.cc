@@ -1,0 +1,81 @@
+// {"unit": "m", "poses": [{"frame", "id", "joints": [[x, y, z] or null]}]}.
+#include "core/io/atomic_file.h"
+#include "core/io/json_output.h"
+#include "core/io/track_export.h"
+#include "core/io/track_formats.h"
+#include "core/io/track_losses.h"
+
+namespace kinegraph {
+namespace {
+
+void WriteJoints(const Pose3d& joints, JsonOutput* out) {
+  const char* separator = "";
+  for (const Joint3d& joint : joints) {
+    out->Text(separator);
+    separator = ", ";
+    if (!joint.present()) {
+      out->Text("null");
+      continue;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      out->Text(axis == 0 ? "[" : ", ");
+      out->Number(joint.position_m[axis]);
+    }
+    out->Text("]");
+  }
+}
+
+void NoteLosses(const TrackSequence& tracks, Losses* losses) {
+  const TrackContents contents = ContentsOf(tracks);
+  losses->push_back(
+      "times, frame rate, bones, names of joints and configuration are not "
+      "kept");
+  if (contents.has_inferred) {
+    losses->push_back("inferred joints read back as observed");
+  }
+  if (contents.has_covariances) losses->push_back("covariances are not kept");
+  if (contents.has_views || contents.has_matches) {
+    losses->push_back("counts of views and matches are not kept");
+  }
+  if (contents.empty_frames > 0) {
+    losses->push_back(std::to_string(contents.empty_frames) +
+                      " frames with nobody in them are not kept");
+  }
+  const Skeleton* told = SkeletonOfPoses(
+      static_cast<size_t>(tracks.header.skeleton.joint_count()));
+  if (told == nullptr || *told != tracks.header.skeleton) {
+    losses->push_back("the file does not tell the skeleton '" +
+                      tracks.header.skeleton.name() +
+                      "': name it when reading (--skeleton)");
+  }
+}
+
+}  // namespace
+
+void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
+                      Losses* losses) {
+  AtomicFile file(path);
+  file.Write("{\"unit\": \"m\", \"poses\": [");
+  JsonOutput out;
+  const char* separator = "\n";
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      out.Text(separator);
+      separator = ",\n";
+      out.Text("{\"frame\": ");
+      out.Integer(frame.frame);
+      out.Text(", \"id\": ");
+      out.Integer(person.id.value());
+      out.Text(", \"joints\": [");
+      WriteJoints(person.joints, &out);
+      out.Text("]}");
+    }
+    file.Write(out.text().data(), out.text().size());
+    out.Clear();
+  }
+  file.Write("\n]}\n");
+  file.Commit();
+  NoteLosses(tracks, losses);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,202 @@
+// TRC, the marker format of OpenSim and Pose2Sim: tab-separated, five header
+// lines, then a row a frame. The layout is that of the files Pose2Sim writes.
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/atomic_file.h"
+#include "core/io/atomic_folder.h"
+#include "core/io/json_output.h"
+#include "core/io/track_export.h"
+#include "core/io/track_losses.h"
+
+namespace kinegraph {
+namespace {
+
+// A row of the file: what the tracks say of a frame, or nothing.
+struct Row {
+  double time_s = 0.0;
+  const TrackFrame* frame = nullptr;
+};
+
+// A row for every frame number from the first to the last. The times of frames
+// that the tracks do not have lie evenly between their neighbours'.
+std::vector<Row> MakeRows(const TrackSequence& tracks) {
+  constexpr int64_t kMaxRows = 10'000'000;
+  std::vector<Row> rows;
+  if (tracks.frames.empty()) return rows;
+  const int64_t first = tracks.frames.front().frame;
+  const int64_t count = tracks.frames.back().frame - first + 1;
+  if (count > kMaxRows) {
+    throw InputError("the tracks span " + std::to_string(count) +
+                     " frames, a TRC file may have " +
+                     std::to_string(kMaxRows));
+  }
+  rows.resize(static_cast<size_t>(count));
+  size_t last = 0;
+  for (const TrackFrame& frame : tracks.frames) {
+    const auto row = static_cast<size_t>(frame.frame - first);
+    rows[row] = {ToSeconds(frame.time), &frame};
+    for (size_t r = last + 1; r < row; ++r) {
+      const double share =
+          static_cast<double>(r - last) / static_cast<double>(row - last);
+      rows[r].time_s =
+          rows[last].time_s + share * (rows[row].time_s - rows[last].time_s);
+    }
+    last = row;
+  }
+  return rows;
+}
+
+void CheckMarkerNames(const Skeleton& skeleton) {
+  for (const std::string& joint : skeleton.joints()) {
+    if (joint.find_first_of("\t\r\n") != std::string::npos) {
+      throw InputError("the joint '" + Printable(joint) +
+                       "' cannot be the name of a TRC marker");
+    }
+  }
+}
+
+std::string HeaderText(const std::string& file_name,
+                       const TrackSequence& tracks, size_t row_count) {
+  const std::vector<std::string>& joints = tracks.header.skeleton.joints();
+  const double rate = tracks.header.frame_rate_hz;
+  const int64_t start = tracks.frames.empty() ? 0 : tracks.frames.front().frame;
+  std::string text =
+      "PathFileType\t4\t(X/Y/Z)\t" + file_name +
+      "\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\t"
+      "OrigDataStartFrame\tOrigNumFrames\n";
+  text += fmt::format("{}\t{}\t{}\t{}\tm\t{}\t{}\t{}\n", rate, rate, row_count,
+                      joints.size(), rate, start, row_count);
+  text += "Frame#\tTime";
+  for (size_t j = 0; j < joints.size(); ++j) {
+    text += (j == 0 ? "\t" : "\t\t\t") + joints[j];
+  }
+  text += "\t\t\n\t";
+  for (size_t j = 1; j <= joints.size(); ++j) {
+    text += fmt::format("\tX{}\tY{}\tZ{}", j, j, j);
+  }
+  return text + "\n";
+}
+
+const PersonPose* FindPerson(const TrackFrame* frame, TrackId id) {
+  if (frame == nullptr) return nullptr;
+  const auto at =
+      std::find_if(frame->people.begin(), frame->people.end(),
+                   [id](const PersonPose& person) { return person.id == id; });
+  return at == frame->people.end() ? nullptr : &*at;
+}
+
+void WriteMarkers(const PersonPose* person, size_t joint_count,
+                  const AxisMap& axes, JsonOutput* out) {
+  for (size_t j = 0; j < joint_count; ++j) {
+    if (person == nullptr || !person->joints[j].present()) {
+      out->Text("\t\t\t");
+      continue;
+    }
+    const Eigen::Vector3d marker = axes.Apply(person->joints[j].position_m);
+    for (int axis = 0; axis < 3; ++axis) {
+      out->Text("\t");
+      out->Number(marker[axis]);
+    }
+  }
+}
+
+void WritePersonFile(const std::string& path, const std::string& name,
+                     TrackId id, const TrackSequence& tracks,
+                     const std::vector<Row>& rows, const AxisMap& axes) {
+  AtomicFile file(path);
+  file.Write(HeaderText(name, tracks, rows.size()));
+  const auto joint_count =
+      static_cast<size_t>(tracks.header.skeleton.joint_count());
+  JsonOutput out;
+  for (size_t r = 0; r < rows.size(); ++r) {
+    out.Integer(static_cast<int64_t>(r) + 1);
+    out.Text("\t");
+    out.Number(rows[r].time_s);
+    WriteMarkers(FindPerson(rows[r].frame, id), joint_count, axes, &out);
+    out.Text("\n");
+    file.Write(out.text().data(), out.text().size());
+    out.Clear();
+  }
+  file.Commit();
+}
+
+void NoteLosses(const TrackSequence& tracks, size_t row_count, Losses* losses) {
+  const TrackContents contents = ContentsOf(tracks);
+  losses->push_back("bones and configuration are not kept");
+  if (contents.has_inferred) {
+    losses->push_back("inferred joints are written like observed ones");
+  }
+  if (contents.has_covariances) losses->push_back("covariances are not kept");
+  if (contents.has_views || contents.has_matches) {
+    losses->push_back("counts of views and matches are not kept");
+  }
+  if (row_count > tracks.frames.size()) {
+    losses->push_back(std::to_string(row_count - tracks.frames.size()) +
+                      " frames that the input leaves out have empty rows");
+  }
+}
+
+}  // namespace
+
+AxisMap AxisMap::Parse(const std::string& text) {
+  const auto fail = [&text](const std::string& expected) {
+    return InputError("--axes: found '" + Printable(text) + "', expected " +
+                      expected);
+  };
+  AxisMap map;
+  size_t next = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    if (i > 0 && (next >= text.size() || text[next++] != ',')) {
+      throw fail("three axes such as y,z,x");
+    }
+    map.sign[i] = 1.0;
+    if (next < text.size() && text[next] == '-') {
+      map.sign[i] = -1.0;
+      ++next;
+    }
+    if (next >= text.size() || text[next] < 'x' || text[next] > 'z') {
+      throw fail("three axes such as y,z,x");
+    }
+    map.axis[i] = text[next++] - 'x';
+  }
+  if (next != text.size()) throw fail("three axes such as y,z,x");
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const auto at = static_cast<size_t>(i);
+    matrix(i, map.axis[at]) = map.sign[at];
+  }
+  if (matrix.determinant() != 1.0) {
+    throw fail("each axis once, and no mirror image such as x,z,y");
+  }
+  return map;
+}
+
+void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
+                    const AxisMap& axes, Losses* losses) {
+  if (!(tracks.header.frame_rate_hz > 0.0)) {
+    throw InputError(
+        "TRC needs a frame rate, which the input does not tell "
+        "(--frame_rate=HZ)");
+  }
+  CheckMarkerNames(tracks.header.skeleton);
+  const std::vector<int64_t> ids = IdsOf(tracks);
+  if (ids.empty()) {
+    throw InputError("the tracks have nobody in them, nothing to write");
+  }
+  const std::vector<Row> rows = MakeRows(tracks);
+  AtomicFolder folder(path);
+  for (const int64_t id : ids) {
+    const std::string name = "person_" + std::to_string(id) + ".trc";
+    WritePersonFile(folder.PathOf(name), name, TrackId(id), tracks, rows, axes);
+  }
+  folder.Commit();
+  NoteLosses(tracks, rows.size(), losses);
+}
+
+}  // namespace kinegraph

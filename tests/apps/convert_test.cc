@@ -1,0 +1,251 @@
+// kinegraph-convert itself: which formats go together, exit codes, files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "core/io/calibration.h"
+#include "core/io/detection_source.h"
+#include "core/io/detection_writer.h"
+#include "core/io/text_file.h"
+#include "core/io/track_writer.h"
+#include "core/io/tracks.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::BuildFile;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::TemporaryFolder;
+
+struct Outcome {
+  int exit_code = -1;
+  std::string errors;
+};
+
+Outcome Convert(const TemporaryFolder& folder, const std::string& arguments) {
+  const std::string errors = folder.path() / "stderr.txt";
+  const int status = std::system((BuildFile("apps/kinegraph-convert").string() +
+                                  " " + arguments + " > /dev/null 2> " + errors)
+                                     .c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadTextFile(errors)};
+}
+
+// A small take in our own formats.
+struct Take {
+  explicit Take(const TemporaryFolder& folder)
+      : cameras(folder.path() / "cameras.json"),
+        detections(folder.path() / "detections.jsonl"),
+        tracks(folder.path() / "tracks.jsonl") {
+    CameraParameters parameters;
+    parameters.name = "cam0";
+    parameters.width_px = 640;
+    parameters.height_px = 480;
+    parameters.K << 500, 0, 320, 0, 500, 240, 0, 0, 1;
+    parameters.t = {0.1, 0.2, 3.0};
+    WriteCameras(cameras, {Camera(parameters)});
+    DetectionSequence seen;
+    seen.header.skeleton = Coco17();
+    seen.header.view_names = {"cam0"};
+    TrackSequence found;
+    found.header.skeleton = Coco17();
+    found.header.frame_rate_hz = 25.0;
+    for (int64_t f = 1; f < 4; ++f) {
+      DetectionFrame frame;
+      frame.frame = f;
+      frame.views.resize(1);
+      Detection detection;
+      detection.joints.assign(17, {{1.5, 2.5}, 0.5, true});
+      frame.views[0].detections = {detection};
+      seen.frames.push_back(frame);
+      TrackFrame poses;
+      poses.frame = f;
+      poses.time = f * 40'000'000;
+      poses.people.resize(1);
+      poses.people[0].id = TrackId(0);
+      poses.people[0].joints.assign(17, {{1, 2, 3}, JointStatus::kObserved});
+      found.frames.push_back(poses);
+    }
+    WriteDetections(detections, seen);
+    WriteTracks(tracks, found);
+  }
+
+  std::string cameras;
+  std::string detections;
+  std::string tracks;
+};
+
+TEST(Convert, EveryWritableFormatFromOurOwn) {
+  const TemporaryFolder folder;
+  const Take take(folder);
+  const std::multimap<std::string, std::string> formats = {
+      {take.cameras, "kinegraph"},   {take.cameras, "krt"},
+      {take.cameras, "voxelpose"},   {take.cameras, "panoptic"},
+      {take.cameras, "pose2sim"},    {take.cameras, "tum"},
+      {take.cameras, "easymocap"},   {take.detections, "kinegraph"},
+      {take.detections, "openpose"}, {take.detections, "coco"},
+      {take.tracks, "kinegraph"},    {take.tracks, "poses"},
+      {take.tracks, "csv"},          {take.tracks, "trc"},
+      {take.tracks, "npz"}};
+  int number = 0;
+  for (const auto& [in, to] : formats) {
+    for (const char* from : {"auto", "kinegraph"}) {
+      const std::string out = folder.path() / std::to_string(number++);
+      const Outcome outcome =
+          Convert(folder, "--from=" + std::string(from) + " --to=" + to +
+                              " --in=" + in + " --out=" + out);
+      EXPECT_EQ(outcome.exit_code, 0) << to << ": " << outcome.errors;
+      EXPECT_TRUE(fs::exists(out)) << to;
+      EXPECT_THAT(outcome.errors, Not(HasSubstr("error")));
+      if (to == "csv" || to == "trc" || to == "npz") continue;
+      // And back, told by content.
+      const Outcome back = Convert(
+          folder, "--to=kinegraph --in=" + out + " --out=" + out + ".back");
+      EXPECT_EQ(back.exit_code, 0) << to << ": " << back.errors;
+    }
+  }
+}
+
+TEST(Convert, OwnFormatsComeBackByteForByte) {
+  const TemporaryFolder folder;
+  const Take take(folder);
+  for (const std::string& in : {take.cameras, take.detections, take.tracks}) {
+    const std::string out = in + ".again";
+    ASSERT_EQ(Convert(folder, "--to=kinegraph --in=" + in + " --out=" + out)
+                  .exit_code,
+              0);
+    EXPECT_EQ(ReadTextFile(in), ReadTextFile(out));
+  }
+}
+
+TEST(Convert, FlagsTellWhatTheInputDoesNot) {
+  const TemporaryFolder folder;
+  const std::string krt =
+      folder.Write("krt.json",
+                   R"({"a": {"K": [500,0,320,0,500,240,0,0,1],
+                "RT": [1,0,0,100,0,1,0,0,0,0,1,300]}})");
+  const std::string cameras = folder.path() / "cameras.json";
+  ASSERT_EQ(Convert(folder,
+                    "--from=krt --to=kinegraph --unit=cm "
+                    "--image_size=640,480 --in=" +
+                        krt + " --out=" + cameras)
+                .exit_code,
+            0);
+  const CameraRig rig = ReadCameras(cameras);
+  EXPECT_EQ(rig[0].t(), Eigen::Vector3d(1, 0, 3));
+  EXPECT_EQ(rig[0].width_px(), 640);
+  EXPECT_EQ(rig[0].height_px(), 480);
+  const Take take(folder);
+  const std::string coco = folder.path() / "coco";
+  ASSERT_EQ(
+      Convert(folder, "--to=coco --in=" + take.detections + " --out=" + coco)
+          .exit_code,
+      0);
+  const std::string own = folder.path() / "own.jsonl";
+  ASSERT_EQ(Convert(folder, "--to=kinegraph --frame_rate=50 --in=" + coco +
+                                " --out=" + own)
+                .exit_code,
+            0);
+  EXPECT_EQ(ReadDetections(own).header.frame_rate_hz, 50.0);
+}
+
+TEST(Convert, BadUsageIsOneLineAndExitTwo) {
+  const TemporaryFolder folder;
+  const Take take(folder);
+  const std::string out = folder.path() / "out";
+  const std::string scrap = folder.Write("scrap.bin", "no format at all");
+  const std::string lens = folder.Write(
+      "lens.json",
+      R"({"a": {"K": [500,0,320,0,500,240,0,0,1], "distCoeff": [0.1,0,0,0,0],
+                "RT": [1,0,0,0,0,1,0,0,0,0,1,3]}})");
+  const std::multimap<std::string, std::string> cases = {
+      {"--in=" + take.tracks + " --out=" + out, "--to is required"},
+      {"--to=csv --out=" + out, "--in is required"},
+      {"--to=csv --in=" + take.tracks, "--out is required"},
+      {"--to=bvh --in=" + take.tracks + " --out=" + out, "is no format"},
+      {"--to=smap --in=" + take.tracks + " --out=" + out,
+       "'smap' cannot be written"},
+      {"--from=csv --to=kinegraph --in=" + take.tracks + " --out=" + out,
+       "'csv' cannot be read"},
+      {"--from=openpose --to=trc --in=" + take.tracks + " --out=" + out,
+       "--from=openpose is of detections, --to=trc of tracks"},
+      {"--to=csv --in=" + take.cameras + " --out=" + out,
+       "holds calibrations, --to=csv is of tracks"},
+      {"--to=krt --in=" + take.tracks + " --out=" + out,
+       "holds tracks, --to=krt is of calibrations"},
+      {"--to=kinegraph --in=" + scrap + " --out=" + out, "scrap.bin"},
+      {"--to=kinegraph --in=missing.json --out=" + out, "missing.json"},
+      {"--from=krt --to=tum --in=" + lens + " --out=" + out, "has a lens"},
+      {"--to=csv --unit=cm --in=" + take.tracks + " --out=" + out,
+       "--unit belongs to calibrations"},
+      {"--to=krt --skeleton=coco17 --in=" + take.cameras + " --out=" + out,
+       "--skeleton belongs to"},
+      {"--to=csv --axes=x,y,z --in=" + take.tracks + " --out=" + out,
+       "--axes belongs to"},
+      {"--to=trc --axes=x,z,y --in=" + take.tracks + " --out=" + out,
+       "mirror image"},
+      {"--to=poses --skeleton=octopus --in=" + take.tracks + " --out=" + out,
+       "--skeleton"},
+      {"--to=krt --set=cameras.unitt=cm --in=" + take.cameras + " --out=" + out,
+       "cameras.unit"},
+      {"--to=krt --image_size=640 --in=" + take.cameras + " --out=" + out,
+       "image_size"},
+      {"--to=csv --in=" + take.tracks + " --out=/nowhere/out", "/nowhere/out"},
+      {"--to=trc --in=" + take.tracks + " --out=" + folder.path().string(),
+       "is there already"}};
+  for (const auto& [arguments, expected] : cases) {
+    const Outcome outcome = Convert(folder, arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_THAT(outcome.errors, HasSubstr(expected)) << arguments;
+    EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1)
+        << outcome.errors;
+    EXPECT_FALSE(fs::exists(out)) << arguments;
+  }
+  for (const auto& entry : fs::directory_iterator(folder.path())) {
+    EXPECT_THAT(entry.path().string(), Not(HasSubstr(".partial")));
+  }
+}
+
+TEST(Convert, RealFilesAreToldByContent) {
+  KINEGRAPH_DATA_OR_SKIP(data, "campus/annotation_3d.json");
+  const std::string root = fs::path(data).parent_path().parent_path();
+  const TemporaryFolder folder;
+  const std::multimap<std::string, std::string> cases = {
+      {"shelf/calibration.json", "krt"},
+      {"shelf/calibration_voxelpose.json", "easymocap"},
+      {"shelf/tum", "pose2sim"},
+      {"campus/calibration.json --image_size=360,288 "
+       "--set=cameras.ignore_distortion=true",
+       "tum"},
+      {"panoptic/calibration_160422_ultimatum1.json", "voxelpose"},
+      {"pose2sim/calibration/Calib.toml", "kinegraph"},
+      {"pose2sim/single/pose --skeleton=body25b --frame_rate=60", "kinegraph"},
+      {"campus/detections_modelled/clean", "openpose"},
+      {"campus/annotation_2d.json", "coco"},
+      {"panoptic/detections", "kinegraph"},
+      {"campus/annotation_3d.json", "csv"},
+      {"campus/result_3d.json", "npz"},
+      {"shelf/tum/actorsGT.mat --frame_rate=25", "trc"},
+      {"shelf/raw/gt.txt", "kinegraph"},
+      {"shelf/reference/paper_code_shelf.json", "csv"},
+      {"panoptic/body3DScene_00010600.json", "poses"}};
+  int number = 0;
+  for (const auto& [in, to] : cases) {
+    const std::string out = folder.path() / std::to_string(number++);
+    const Outcome outcome = Convert(
+        folder, "--to=" + to + " --in=" + root + "/" + in + " --out=" + out);
+    EXPECT_EQ(outcome.exit_code, 0) << in << ": " << outcome.errors;
+    EXPECT_TRUE(fs::exists(out)) << in;
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

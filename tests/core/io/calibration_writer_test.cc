@@ -1,0 +1,248 @@
+#include "core/io/calibration_writer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <string>
+
+#include "core/base/random.h"
+#include "core/io/text_file.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using ::testing::IsEmpty;
+using testing::TemporaryFolder;
+
+enum class WithLens { kNo, kYes };
+
+// Cameras all round a place, with numbers of all digits.
+CameraRig RandomRig(WithLens with_lens) {
+  Random random(3);
+  CameraRig cameras;
+  for (int c = 0; c < 12; ++c) {
+    CameraParameters parameters;
+    parameters.name = "cam-" + std::to_string(11 - c);
+    parameters.width_px = 1920 - c;
+    parameters.height_px = 1080 + c;
+    parameters.K << random.Uniform(500.0, 2000.0), 0.0,
+        random.Uniform(400.0, 900.0), 0.0, random.Uniform(500.0, 2000.0),
+        random.Uniform(400.0, 900.0), 0.0, 0.0, 1.0;
+    const Eigen::Vector3d axis(random.Normal(), random.Normal(),
+                               random.Normal());
+    parameters.R =
+        Eigen::AngleAxisd(random.Uniform(0.0, 3.14159), axis.normalized())
+            .toRotationMatrix();
+    parameters.t = {random.Normal(), random.Normal(), random.Uniform(1.0, 9.0)};
+    if (with_lens == WithLens::kYes) {
+      const double k3 = c % 2 == 0 ? 0.0 : 0.01 * random.Normal();
+      parameters.lens =
+          MakeLens("opencv5", {0.1 * random.Normal(), 0.01 * random.Normal(),
+                               1e-5 * random.Normal(), 1e-3, k3});
+    }
+    cameras.emplace_back(parameters);
+  }
+  return cameras;
+}
+
+std::vector<double> LensOf(const Camera& camera) {
+  return camera.lens() == nullptr ? std::vector<double>()
+                                  : camera.lens()->parameters();
+}
+
+// `tolerance` is relative to the largest number of K, R and t alike.
+void ExpectSameCameras(const CameraRig& a, const CameraRig& b,
+                       double tolerance) {
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t c = 0; c < a.size(); ++c) {
+    const double K_scale = a[c].K().cwiseAbs().maxCoeff();
+    EXPECT_LE((a[c].K() - b[c].K()).cwiseAbs().maxCoeff(), tolerance * K_scale);
+    EXPECT_LE((a[c].R() - b[c].R()).cwiseAbs().maxCoeff(), tolerance);
+    EXPECT_LE((a[c].t() - b[c].t()).norm(), tolerance * (1.0 + a[c].t().norm()))
+        << a[c].name();
+    EXPECT_EQ(LensOf(a[c]), LensOf(b[c])) << a[c].name();
+  }
+}
+
+std::vector<std::string> NamesOf(const CameraRig& cameras) {
+  std::vector<std::string> names;
+  for (const Camera& camera : cameras) names.push_back(camera.name());
+  return names;
+}
+
+struct Case {
+  CalibrationFormat format;
+  double tolerance;
+  bool keeps_size;
+  bool keeps_lens;
+};
+
+// The unit roundoff times the operations on the way, with room: a change of
+// unit is two roundings; centre and rotation vector are a dozen; the
+// decomposition of a projection matrix some fifty, times the condition of K.
+constexpr double kExact = 0.0;
+constexpr double kUnit = 4e-16;
+constexpr double kRotated = 1e-14;
+constexpr double kDecomposed = 1e-11;
+
+class RoundTrip : public ::testing::TestWithParam<Case> {};
+
+TEST_P(RoundTrip, ReadsBack) {
+  const Case& format = GetParam();
+  const CameraRig cameras =
+      RandomRig(format.keeps_lens ? WithLens::kYes : WithLens::kNo);
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "result";
+  Losses losses;
+  WriteCalibration(path, format.format, cameras, &losses);
+  for (const CalibrationFormat read :
+       {CalibrationFormat::kAuto, format.format}) {
+    CameraReadOptions options;
+    options.format = read;
+    const CameraRig again = ReadCameras(path, options);
+    ExpectSameCameras(cameras, again, format.tolerance);
+    if (format.format != CalibrationFormat::kTum) {
+      EXPECT_EQ(NamesOf(cameras), NamesOf(again));
+    }
+    for (size_t c = 0; c < again.size(); ++c) {
+      EXPECT_EQ(again[c].width_px(),
+                format.keeps_size ? cameras[c].width_px() : 0);
+      EXPECT_EQ(again[c].height_px(),
+                format.keeps_size ? cameras[c].height_px() : 0);
+    }
+  }
+  EXPECT_EQ(losses.empty(), format.keeps_size) << "what is lost is said";
+  EXPECT_EQ(ListFolder(folder.path().string()).size(), 1u)
+      << "nothing is left beside the result";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Formats, RoundTrip,
+    ::testing::Values(
+        Case{CalibrationFormat::kKinegraph, kExact, true, true},
+        Case{CalibrationFormat::kKrt, kExact, true, true},
+        Case{CalibrationFormat::kPanoptic, kUnit, true, true},
+        Case{CalibrationFormat::kVoxelpose, kRotated, false, true},
+        Case{CalibrationFormat::kPose2sim, kRotated, true, true},
+        Case{CalibrationFormat::kEasymocap, kRotated, true, true},
+        Case{CalibrationFormat::kTum, kDecomposed, false, false}));
+
+// Rotations by nothing, by half a turn and by very little.
+TEST(CalibrationWriter, KeepsSpecialRotations) {
+  CameraRig cameras;
+  for (const double angle : {0.0, M_PI, 1e-9}) {
+    CameraParameters parameters;
+    parameters.name = std::to_string(cameras.size());
+    parameters.R = Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 2, -2) / 3.0)
+                       .toRotationMatrix();
+    cameras.emplace_back(parameters);
+  }
+  const TemporaryFolder folder;
+  Losses losses;
+  for (const CalibrationFormat format :
+       {CalibrationFormat::kPose2sim, CalibrationFormat::kEasymocap}) {
+    const std::string path = folder.path() / std::to_string(losses.size());
+    WriteCalibration(path, format, cameras, &losses);
+    ExpectSameCameras(cameras, ReadCameras(path), kRotated);
+  }
+  EXPECT_EQ(losses.size(), 2u) << "no image size is known";
+}
+
+TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "result";
+  const auto error_of = [&](CalibrationFormat format, const CameraRig& rig) {
+    Losses losses;
+    return InputErrorOf([&] { WriteCalibration(path, format, rig, &losses); });
+  };
+  EXPECT_THAT(error_of(CalibrationFormat::kTum, RandomRig(WithLens::kYes)),
+              HasSubstr("camera 'cam-11': has a lens"));
+  CameraParameters parameters;
+  parameters.name = "a b";
+  EXPECT_THAT(error_of(CalibrationFormat::kEasymocap, {Camera(parameters)}),
+              HasSubstr("camera 'a b': the name"));
+  parameters.K(0, 1) = 0.5;
+  EXPECT_THAT(error_of(CalibrationFormat::kVoxelpose, {Camera(parameters)}),
+              HasSubstr("a skewed K"));
+  EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty())
+      << "nothing half-written is left";
+}
+
+TEST(CalibrationWriter, NeverReplacesAFolderWithFiles) {
+  const TemporaryFolder folder;
+  folder.Write("mine.txt", "keep");
+  Losses losses;
+  EXPECT_THAT(InputErrorOf([&] {
+                WriteCalibration(folder.path().string(),
+                                 CalibrationFormat::kTum,
+                                 RandomRig(WithLens::kNo), &losses);
+              }),
+              HasSubstr("is there already"));
+  EXPECT_THAT(ListFolder(folder.path().string()), ElementsAre("mine.txt"));
+}
+
+// Numbers that TOML readers would take for integers, and odd names.
+TEST(CalibrationWriter, TomlHasDecimalsAndEscapes) {
+  CameraParameters parameters;
+  parameters.name = "a \"b\" \\ [c]";
+  parameters.K << 1000, 0, 500, 0, 1000, 400, 0, 0, 1;
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "calib.toml";
+  Losses losses;
+  WriteCalibration(path, CalibrationFormat::kPose2sim, {Camera(parameters)},
+                   &losses);
+  EXPECT_THAT(ReadTextFile(path),
+              HasSubstr("matrix = [[1000.0, 0.0, 500.0], [0.0, 1000.0, 400.0], "
+                        "[0.0, 0.0, 1.0]]"));
+  EXPECT_EQ(ReadCameras(path).front().name(), parameters.name);
+}
+
+// Real cameras through every format and back: the rounding of the formats is
+// far below a thousandth of a pixel.
+TEST(CalibrationWriter, ShelfThroughEveryFormat) {
+  KINEGRAPH_DATA_OR_SKIP(path, "shelf/calibration.json");
+  const CameraRig shelf = ReadCameras(path);
+  const TemporaryFolder folder;
+  for (const CalibrationFormat format : WritableCalibrationFormats()) {
+    const std::string result =
+        folder.path() / std::to_string(static_cast<int>(format));
+    Losses losses;
+    WriteCalibration(result, format, shelf, &losses);
+    const CameraRig again = ReadCameras(result);
+    ExpectSameCameras(shelf, again, kDecomposed);
+    const Eigen::Vector3d point(0.3, -0.4, 1.2);
+    for (size_t c = 0; c < shelf.size(); ++c) {
+      EXPECT_LT((*shelf[c].Project(point) - *again[c].Project(point)).norm(),
+                1e-8);
+    }
+  }
+}
+
+// 31 HD cameras with lenses.
+TEST(CalibrationWriter, PanopticThroughEveryFormatWithLens) {
+  KINEGRAPH_DATA_OR_SKIP(path, "panoptic/calibration_160422_ultimatum1.json");
+  const CameraRig panoptic = ReadCameras(path);
+  const TemporaryFolder folder;
+  for (const CalibrationFormat format : WritableCalibrationFormats()) {
+    if (format == CalibrationFormat::kTum) continue;
+    const std::string result =
+        folder.path() / std::to_string(static_cast<int>(format));
+    Losses losses;
+    WriteCalibration(result, format, panoptic, &losses);
+    // The file rounds R to ten digits, so that it is a rotation only to 1e-10;
+    // a rotation vector gives the one beside it.
+    constexpr double kRoundedFile = 1e-9;
+    ExpectSameCameras(panoptic, ReadCameras(result), kRoundedFile);
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph
