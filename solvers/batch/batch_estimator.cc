@@ -155,7 +155,8 @@ void BatchEstimator::RescaleNoise(const SolveSchedule& first_stage) {
     solver_.SolveJoint(first_stage, j, &problem_);
     const auto& covariances = solver_.JointCovariances(problem_, j, correction);
     if (covariances.empty()) continue;
-    CollectSquares(problem_.joints[j], covariances, &squares);
+    CollectSquares(problem_.joints[j], covariances, 0, records_.size(),
+                   &squares);
   }
   ScaleSigmas(EstimateNoiseScale(std::move(squares)), &problem_);
 }

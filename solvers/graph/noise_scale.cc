@@ -7,9 +7,9 @@
 namespace kinegraph {
 
 void CollectSquares(const JointChain& chain,
-                    const std::vector<Matrix6d>& covariances,
-                    std::vector<double>* squares) {
-  for (size_t k = 0; k < chain.states.size(); ++k) {
+                    const std::vector<Matrix6d>& covariances, size_t begin,
+                    size_t end, std::vector<double>* squares) {
+  for (size_t k = begin; k < end; ++k) {
     const State& state = chain.states[k];
     const Eigen::Matrix3d covariance = covariances[k].topLeftCorner<3, 3>();
     for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
@@ -65,6 +65,25 @@ void ScaleSigmas(double scale, PersonProblem* problem) {
       measurement.sigma_px *= scale;
     }
   }
+}
+
+bool CausalNoiseScale::Wants() {
+  constexpr int64_t kStride = 5;  // frames
+  return asked_++ % kStride == 0;
+}
+
+void CausalNoiseScale::Add(const std::vector<double>& squares, double applied) {
+  constexpr size_t kCapacity = 4000;  // a minute at 17 joints, 4 views, 25 Hz
+  for (const double square : squares) {
+    const double unscaled = square * applied * applied;
+    if (squares_.size() < kCapacity) {
+      squares_.push_back(unscaled);
+    } else {
+      squares_[next_] = unscaled;
+      next_ = (next_ + 1) % kCapacity;
+    }
+  }
+  scale_ = EstimateNoiseScale(squares_);
 }
 
 }  // namespace kinegraph

@@ -2,18 +2,21 @@
 #ifndef KINEGRAPH_SOLVERS_GRAPH_NOISE_SCALE_H_
 #define KINEGRAPH_SOLVERS_GRAPH_NOISE_SCALE_H_
 
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "solvers/graph/problem.h"
 
 namespace kinegraph {
 
-// Squared whitened residuals |r|^2 of a chain at its states, each divided by
-// the share 1 - trace(J C J') / 2 that the estimate's own error leaves of it
-// (C: covariances of the states). Appended to `squares`.
+// Squared whitened residuals |r|^2 of a chain's frames `begin` .. `end` - 1 at
+// its states, each divided by the share 1 - trace(J C J') / 2 that the
+// estimate's own error leaves of it (C: covariances of the states). Appended to
+// `squares`.
 void CollectSquares(const JointChain& chain,
-                    const std::vector<Matrix6d>& covariances,
-                    std::vector<double>* squares);
+                    const std::vector<Matrix6d>& covariances, size_t begin,
+                    size_t end, std::vector<double>* squares);
 
 // The scale at which `squares` are those of standard normal 2-vectors, outliers
 // aside: starts at the median and then takes the mean of those within three
@@ -22,6 +25,26 @@ double EstimateNoiseScale(std::vector<double> squares);
 
 // Multiplies all sigmas.
 void ScaleSigmas(double scale, PersonProblem* problem);
+
+// The scale as far as frames that left a window tell it. Keeps a bounded number
+// of the newest residuals.
+class CausalNoiseScale {
+ public:
+  double scale() const { return scale_; }
+
+  // Whether the next final frame should be added: one in a few. Errors of
+  // neighbouring frames are alike, so that tells nearly as much as all.
+  bool Wants();
+  // `squares` as CollectSquares gives them of sigmas that hold the factor
+  // `applied` already.
+  void Add(const std::vector<double>& squares, double applied);
+
+ private:
+  std::vector<double> squares_;  // of unscaled sigmas; a ring when full
+  size_t next_ = 0;
+  int64_t asked_ = 0;
+  double scale_ = 1.0;
+};
 
 }  // namespace kinegraph
 

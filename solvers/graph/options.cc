@@ -46,7 +46,7 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("information_scale", &information_scale, Positive(), "",
                  "Factor on the information of every observation.");
   visitor.Boolean("estimate_noise_scale", &estimate_noise_scale,
-                  "Estimate one factor on all sigmas of a person (batch).");
+                  "Estimate one factor on all sigmas of a person.");
   visitor.Number("birth_position_sigma_m", &birth_position_sigma_m, Positive(),
                  "m", "Spread of the joints around the person's centre.");
   visitor.Number("birth_velocity_sigma_mps", &birth_velocity_sigma_mps,

@@ -51,7 +51,8 @@ struct GraphOptions {
   // information_scale (1 - rho) / (1 + rho), rho = exp(-dt / tau).
   double correlation_time_s = 0.1;
   double information_scale = 1.5;
-  // One factor on all sigmas of a person, from the residuals (batch).
+  // One factor on all sigmas of a person, from the residuals: of the whole take
+  // (batch), or of what became final so far (window).
   bool estimate_noise_scale = true;
 
   double birth_position_sigma_m = 1.0;

@@ -1,6 +1,7 @@
 #include "solvers/window/window_estimator.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/marginalise_frame.h"
+#include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/graph/person_solver.h"
 
@@ -52,6 +54,7 @@ class WindowEstimator final : public Estimator {
   void SolveBones();
   void LearnBoneLengths();
   size_t DueEnd() const;
+  void LearnNoiseScale(const std::vector<double>& squares);
   void Emit(size_t end);
   JointStatus StatusAt(size_t k, int joint_idx, int* inliers) const;
 
@@ -61,6 +64,9 @@ class WindowEstimator final : public Estimator {
   PersonSolver solver_;
   PersonProblem problem_;
   BoneLengths bone_lengths_;
+  CausalNoiseScale learnt_scale_;
+  double noise_scale_ = 1.0;            // the factor in the problem's sigmas
+  bool scale_changed_ = false;          // since the last solve
   std::vector<FrameRecord> records_;    // as problem_.times
   std::vector<JointSupport> supports_;  // by frames that left the window
   size_t final_count_ = 0;              // of records_, already emitted
@@ -72,6 +78,12 @@ class WindowEstimator final : public Estimator {
 
 void WindowEstimator::Add(const EstimatorFrame& frame) {
   records_.push_back(assembler_.Append(frame, &problem_));
+  for (JointChain& chain : problem_.joints) {
+    for (auto m = chain.measurements.begin() + chain.first[newest()];
+         m != chain.measurements.end(); ++m) {
+      m->sigma_px *= noise_scale_;
+    }
+  }
   const std::vector<bool> placed_anew = StartNewStates();
   DropFinalFrames();
   PlaceAnew(placed_anew);
@@ -128,9 +140,21 @@ void WindowEstimator::SolveMeasuredJoints() {
   const size_t k = newest();
   for (int j = 0; j < joint_count(); ++j) {
     const JointChain& chain = problem_.joints[j];
-    if (chain.first[k] == chain.first[k + 1]) continue;
+    if (chain.first[k] == chain.first[k + 1] && !scale_changed_) continue;
     solver_.SolveJoint(solver_.schedule(), j, &problem_);
   }
+  scale_changed_ = false;
+}
+
+// Sigmas of a window change all at once and seldom.
+void WindowEstimator::LearnNoiseScale(const std::vector<double>& squares) {
+  constexpr double kWorthIt = 0.02;
+  learnt_scale_.Add(squares, noise_scale_);
+  const double change = learnt_scale_.scale() / noise_scale_;
+  if (std::abs(change - 1.0) < kWorthIt) return;
+  ScaleSigmas(change, &problem_);
+  noise_scale_ *= change;
+  scale_changed_ = true;
 }
 
 JointStatus WindowEstimator::StatusAt(size_t k, int joint_idx,
@@ -238,22 +262,28 @@ void WindowEstimator::Emit(size_t end) {
                              scene_.keep_observations, options_.covariance));
   }
   const bool coupled = !problem_.bones.empty() || !problem_.prior.empty();
+  const bool learns = options_.estimate_noise_scale && learnt_scale_.Wants();
+  std::vector<double> squares;
   std::vector<std::vector<Matrix6d>> together;
-  if (options_.covariance && coupled) {
+  if ((options_.covariance || learns) && coupled) {
     together = solver_.BoneCovariances(problem_, end);
   }
   for (int j = 0; j < joint_count(); ++j) {
     const std::vector<Matrix6d>* covariances = nullptr;
-    if (options_.covariance) {
+    if (options_.covariance || learns) {
       covariances = coupled ? &together[j]
                             : &solver_.JointCovariances(problem_, j,
                                                         solver_.correction());
+    }
+    if (learns && covariances->size() >= end) {
+      CollectSquares(problem_.joints[j], *covariances, final_count_, end,
+                     &squares);
     }
     for (size_t k = final_count_; k < end; ++k) {
       int inliers = 0;
       const JointStatus status = StatusAt(k, j, &inliers);
       Eigen::Matrix3d covariance;
-      const bool known = covariances != nullptr && k < covariances->size();
+      const bool known = options_.covariance && k < covariances->size();
       if (known) covariance = (*covariances)[k].topLeftCorner<3, 3>();
       WriteJoint(problem_.joints[j], k, j, status, inliers,
                  known ? &covariance : nullptr,
@@ -261,6 +291,7 @@ void WindowEstimator::Emit(size_t end) {
     }
   }
   final_count_ = end;
+  if (learns) LearnNoiseScale(squares);
 }
 
 void WindowEstimator::TakeFinals(std::vector<FinalPose>* finals) {

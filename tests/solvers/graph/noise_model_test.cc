@@ -68,6 +68,26 @@ TEST(NoiseScale, MedianAndTrimmedMeanIgnoreOutliers) {
   EXPECT_NEAR(EstimateNoiseScale({8.0}), 1.0, 0.1);  // one says little
 }
 
+TEST(NoiseScale, CausalOneForgetsWhatIsOld) {
+  Random random(72);
+  CausalNoiseScale learnt;
+  double applied = 1.0;
+  for (const double scale : {2.0, 0.5}) {
+    // 4000 residuals are kept, 10000 come: 0.8 % of the scale; four of them.
+    for (int frame = 0; frame < 200; ++frame) {
+      std::vector<double> squares;
+      for (int i = 0; i < 50; ++i) {
+        const double x = scale / applied * random.Normal();
+        const double y = scale / applied * random.Normal();
+        squares.push_back(x * x + y * y);
+      }
+      learnt.Add(squares, applied);
+      applied = learnt.scale();
+    }
+    EXPECT_NEAR(learnt.scale() / scale, 1.0, 0.035);
+  }
+}
+
 TEST(Schedule, StartsConvexAndEndsWithTheLossItself) {
   GraphOptions options;
   options.loss = LossKind::kTukey;
