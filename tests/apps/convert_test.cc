@@ -158,6 +158,21 @@ TEST(Convert, FlagsTellWhatTheInputDoesNot) {
   EXPECT_EQ(ReadDetections(own).header.frame_rate_hz, 50.0);
 }
 
+TEST(Convert, FirstFrameOf4DAssociation) {
+  const TemporaryFolder folder;
+  const std::string in = folder.Write("skel.txt", "15 2\n0\n0\n");
+  const std::string out = folder.path() / "own.jsonl";
+  const Outcome outcome = Convert(folder,
+                                  "--from=4da --to=kinegraph --frame_rate=25 "
+                                  "--set=tracks.first_frame=7 --in=" +
+                                      in + " --out=" + out);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const TrackSequence tracks = ReadTracks(out);
+  ASSERT_EQ(tracks.frames.size(), 2u);
+  EXPECT_EQ(tracks.frames[0].frame, 7);
+  EXPECT_EQ(tracks.frames[1].time, 320'000'000);
+}
+
 TEST(Convert, BadUsageIsOneLineAndExitTwo) {
   const TemporaryFolder folder;
   const Take take(folder);
