@@ -402,6 +402,12 @@ JsonHead PeekJson(const std::string& path) {
   return head;
 }
 
+bool IsPipe(const std::string& path) {
+  struct stat status {};
+  return stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) &&
+         !S_ISDIR(status.st_mode);
+}
+
 std::string RawObject(std::string_view line, std::string_view key) {
   const simdjson::padded_string padded(line);
   simdjson::ondemand::parser parser;

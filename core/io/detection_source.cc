@@ -50,6 +50,7 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
 }
 
 DetectionFormat RecogniseFile(const std::string& path) {
+  if (IsPipe(path)) return DetectionFormat::kKinegraph;
   const JsonHead head = PeekJson(path);
   if (head.kind == '[') return DetectionFormat::kCoco;
   if (head.Has("kinegraph_detections")) return DetectionFormat::kKinegraph;

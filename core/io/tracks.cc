@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 TrackFormat Recognise(const std::string& path) {
   std::error_code ignored;
   if (fs::is_directory(path, ignored)) return TrackFormat::kPanoptic;
+  if (IsPipe(path)) return TrackFormat::kKinegraph;
   const JsonHead head = PeekJson(path);
   if (head.kind == 'M') return TrackFormat::kTum;  // "MATLAB 5.0 MAT-file"
   if (std::isdigit(static_cast<unsigned char>(head.kind)) != 0) {

@@ -19,8 +19,8 @@
 
 namespace kinegraph {
 
-// Time spent in each stage since the object was made [ns], as in the paper's
-// table of runtimes.
+// Processor time that the calling thread spent in each stage since the object
+// was made [ns]; the stages are those of the paper's table of runtimes.
 struct StageTimes {
   int64_t preparation_ns = 0;     // skeleton conversion, undistortion
   int64_t association_ns = 0;     // projection, affinity, assignment

@@ -130,6 +130,9 @@ SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
   for (PersonStates* states : {&states_, &step_, &residual_, &product_}) {
     Resize(joints, frames, states);
   }
+  for (std::vector<State>& joint : step_) {
+    std::fill(joint.begin(), joint.end(), State::Zero());
+  }
   system_.chains.resize(joints);
   trial_.chains.resize(joints);
   system_.prior_coupling.resize(0, 0);
@@ -149,6 +152,10 @@ SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
   for (size_t j = 0; j < joints; ++j) {
     JointChain& chain = problem->joints[j];
     chain.states = states_[j];
+    if (!report.converged) {
+      report.unsettled +=
+          DoubtUnsettled(step_[j], chain, &system_.chains[j].weights);
+    }
     for (size_t m = 0; m < chain.measurements.size(); ++m) {
       chain.measurements[m].weight = system_.chains[j].weights[m];
     }

@@ -16,21 +16,7 @@ double LargestMove(const std::vector<State>& step) {
   return largest;
 }
 
-// Where the last step still moved a state this far there is no estimate to
-// speak of: the frame's measurements count nothing, and status and covariance
-// say so.
-constexpr double kUnsettled = 0.05;  // m
-
 }  // namespace
-
-void ChainSolver::DoubtUnsettledFrames(const JointChain& chain) {
-  for (size_t k = 0; k < step_.size(); ++k) {
-    if (step_[k].head<3>().cwiseAbs().maxCoeff() < kUnsettled) continue;
-    for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
-      linear_.weights[m] = 0.0;
-    }
-  }
-}
 
 bool ChainSolver::RunStage(const std::vector<TimeNs>& times,
                            const SolveStage& stage, double step_tolerance_m,
@@ -47,7 +33,6 @@ bool ChainSolver::RunStage(const std::vector<TimeNs>& times,
       if (!damping.Raise()) break;
       continue;
     }
-    step_.resize(count);
     for (size_t k = 0; k < count; ++k) step_[k] = -linear_.gradient[k];
     factor_.Solve(&step_);
     candidate_.resize(count);
@@ -80,6 +65,7 @@ SolveReport ChainSolver::Solve(const std::vector<TimeNs>& times,
                                JointChain* chain) {
   SolveReport report;
   if (chain->states.empty()) return report;
+  step_.assign(chain->states.size(), State::Zero());
   LineariseMotion(times, chain->process_noise, &linear_);
   for (const SolveStage& stage : schedule.stages) {
     if (!RunStage(times, stage, schedule.step_tolerance_m, chain, &report)) {
@@ -87,7 +73,9 @@ SolveReport ChainSolver::Solve(const std::vector<TimeNs>& times,
       break;
     }
   }
-  if (report.finite && !report.converged) DoubtUnsettledFrames(*chain);
+  if (report.finite && !report.converged) {
+    report.unsettled = DoubtUnsettled(step_, *chain, &linear_.weights);
+  }
   for (size_t m = 0; m < chain->measurements.size(); ++m) {
     chain->measurements[m].weight = report.finite ? linear_.weights[m] : 0.0;
   }

@@ -31,7 +31,6 @@ class ChainSolver {
   bool RunStage(const std::vector<TimeNs>& times, const SolveStage& stage,
                 double step_tolerance_m, JointChain* chain,
                 SolveReport* report);
-  void DoubtUnsettledFrames(const JointChain& chain);
 
   LinearChain linear_;
   LinearChain trial_;

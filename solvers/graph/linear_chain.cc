@@ -1,5 +1,6 @@
 #include "solvers/graph/linear_chain.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -186,6 +187,20 @@ void LineariseInformation(const std::vector<TimeNs>& times,
                           measurement.offset_s, &linear->diagonal[k]);
     }
   }
+}
+
+int DoubtUnsettled(const std::vector<State>& step, const JointChain& chain,
+                   std::vector<double>* weights) {
+  constexpr double kUnsettled = 0.05;  // m
+  int count = 0;
+  for (size_t k = 0; k < step.size(); ++k) {
+    // Written so that a move that is no number counts too.
+    if (step[k].head<3>().cwiseAbs().maxCoeff() < kUnsettled) continue;
+    ++count;
+    std::fill(weights->begin() + chain.first[k],
+              weights->begin() + chain.first[k + 1], 0.0);
+  }
+  return count;
 }
 
 }  // namespace kinegraph

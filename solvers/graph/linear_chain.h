@@ -37,6 +37,12 @@ void LineariseInformation(const std::vector<TimeNs>& times,
                           const JointChain& chain, double correction,
                           bool use_prior, LinearChain* linear);
 
+// A solve ended before it converged, with `step` as its last. Where that still
+// moved a state by more than 5 cm there is no estimate to speak of: weights of
+// that frame's measurements become 0. Returns the number of such frames.
+int DoubtUnsettled(const std::vector<State>& step, const JointChain& chain,
+                   std::vector<double>* weights);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_SOLVERS_GRAPH_LINEAR_CHAIN_H_

@@ -2,6 +2,7 @@
 
 #include <glog/logging.h>
 
+#include <string>
 #include <utility>
 
 #include "solvers/graph/ceres_solver.h"
@@ -29,6 +30,20 @@ SolveReport SolveOneWithCeres(const SolveSchedule& schedule,
   return report;
 }
 
+// Reweighting may creep for longer than it is worth; a state that still moves
+// far is another matter.
+void LogUnsettled(const std::string& what, const SolveReport& report) {
+  if (report.converged) return;
+  if (report.unsettled > 0) {
+    LOG(WARNING) << what << ": not settled after " << report.iterations
+                 << " iterations, " << report.unsettled
+                 << " states are not to be trusted";
+  } else {
+    VLOG(1) << what << ": not settled after " << report.iterations
+            << " iterations";
+  }
+}
+
 }  // namespace
 
 PersonSolver::PersonSolver(const GraphOptions& options)
@@ -47,9 +62,7 @@ void PersonSolver::SolveJoint(const SolveSchedule& schedule, int joint_idx,
           ? SolveOneWithCeres(schedule, problem->times, &chain)
           : chain_solver_.Solve(problem->times, schedule, &chain);
   if (report.finite && AllFinite(chain.states)) {
-    VLOG_IF(1, !report.converged)
-        << "joint " << joint_idx << ": not settled after " << report.iterations
-        << " iterations";
+    LogUnsettled("joint " + std::to_string(joint_idx), report);
     return;
   }
   LOG(WARNING) << "joint " << joint_idx
@@ -74,8 +87,11 @@ void PersonSolver::SolveBones(PersonProblem* problem) {
   }
   if (!finite) {
     LOG(WARNING) << "bones: the solver found no finite estimate";
+    // Covariances must not count what the estimates did not.
+    problem->bones.clear();
     return;
   }
+  LogUnsettled("bones", report);
   *problem = std::move(coupled);
 }
 

@@ -29,7 +29,7 @@ class PersonSolver {
 
   // Couples the joints by the problem's bones, from the estimates that the
   // joints have alone and under the last stage's loss. Where that finds nothing
-  // finite those estimates stay.
+  // finite those estimates stay and the problem's bones are dropped.
   void SolveBones(PersonProblem* problem);
 
   // Covariances of the frames before `frame_end` of all joints, bones included;

@@ -95,6 +95,9 @@ struct SolveReport {
   bool finite = true;     // false: the start was kept
   bool converged = true;  // in the last stage
   int iterations = 0;
+  // States of one joint in one frame that were still far from settled: their
+  // measurements got no weight, so that status and covariance say so.
+  int unsettled = 0;
 };
 
 // Marks the measurements that the current states cannot be projected to.

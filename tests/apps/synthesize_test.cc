@@ -1,54 +1,32 @@
 // The program itself: files in, files out.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <map>
-#include <sstream>
 #include <string>
 
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
 #include "core/io/tracks.h"
+#include "tests/support/program.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::BuildFile;
+using testing::ContentOf;
+using testing::ProgramOutcome;
 using testing::ProjectFile;
+using testing::RunProgram;
 using testing::TemporaryFolder;
 
-struct Outcome {
-  int exit_code = -1;
-  std::string errors;
-};
-
-std::string ContentOf(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream content;
-  content << file.rdbuf();
-  return content.str();
-}
-
-Outcome RunProgram(const TemporaryFolder& folder, const std::string& program,
-                   const std::string& arguments) {
-  const fs::path errors = folder.path() / "stderr.txt";
-  const std::string line = BuildFile("apps/kinegraph-" + program).string() +
-                           " " + arguments + " > /dev/null 2> " +
-                           errors.string();
-  const int status = std::system(line.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ContentOf(errors)};
-}
-
-Outcome Synthesize(const TemporaryFolder& folder, const std::string& config,
-                   const std::string& out, const std::string& set = "") {
-  return RunProgram(folder, "synthesize",
+ProgramOutcome Synthesize(const TemporaryFolder& folder,
+                          const std::string& config, const std::string& out,
+                          const std::string& set = "") {
+  return RunProgram("synthesize",
                     "--config=" + config +
                         " --out=" + (folder.path() / out).string() +
                         (set.empty() ? "" : " '--set=" + set + "'"));
@@ -63,7 +41,7 @@ TEST_P(ConfigFiles, MakeWhatTheReadersRead) {
   const TemporaryFolder folder;
   const std::string config =
       ProjectFile(std::string("configs/synthetic/") + GetParam()).string();
-  const Outcome outcome =
+  const ProgramOutcome outcome =
       Synthesize(folder, config, "new/scene", "scene.duration=1");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
   EXPECT_EQ(outcome.errors, "");
@@ -128,7 +106,7 @@ TEST(Synthesize, BadInputIsOneLineAndExitTwo) {
       {"[scene\n", ""}};
   for (const auto& [text, expected] : cases) {
     const std::string config = folder.Write("bad.toml", text);
-    const Outcome outcome = Synthesize(folder, config, "out");
+    const ProgramOutcome outcome = Synthesize(folder, config, "out");
     EXPECT_EQ(outcome.exit_code, 2) << text;
     EXPECT_THAT(outcome.errors, ::testing::HasSubstr(expected)) << text;
     EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1)
@@ -148,7 +126,7 @@ TEST(Synthesize, MeasuredFiguresComeFromTheModelFile) {
                    "[scene]\nduration = 2\n[noise]\nfalse_people = 0.0\n"
                    "[noise.model]\nmissing = 0.5\nfile = \"" +
                        fs::absolute(path).string() + "\"\n");
-  const Outcome outcome = Synthesize(folder, config, "out");
+  const ProgramOutcome outcome = Synthesize(folder, config, "out");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
   const std::string scene = ContentOf(folder.path() / "out/scene.json");
   EXPECT_THAT(scene, ::testing::HasSubstr("\"wrist\""));
@@ -177,11 +155,10 @@ TEST(Synthesize, ExactDetectionsAreTrackedExactly) {
       "[association]\nalpha_2d = 100.0\n[reconstruction]\nalpha_epi = 30.0\n");
   const std::string scene = (folder.path() / "scene").string();
   const std::string tracks_path = (folder.path() / "tracks.jsonl").string();
-  const Outcome outcome =
-      RunProgram(folder, "track",
-                 "--cameras=" + scene + "/cameras.json --detections=" + scene +
-                     "/detections.jsonl --config=" + track_config +
-                     " --out=" + tracks_path);
+  const ProgramOutcome outcome = RunProgram(
+      "track", "--cameras=" + scene + "/cameras.json --detections=" + scene +
+                   "/detections.jsonl --config=" + track_config +
+                   " --out=" + tracks_path);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
   const DetectionSequence detections =
       ReadDetections(scene + "/detections.jsonl");

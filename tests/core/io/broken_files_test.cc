@@ -612,6 +612,8 @@ std::vector<Case> HeldOutCases() {
 }
 
 void Check(const std::vector<Case>& cases) {
+  ::testing::Test::RecordProperty("broken_files",
+                                  static_cast<int>(cases.size()));
   for (const Case& broken : cases) {
     SCOPED_TRACE(broken.name);
     const TemporaryFolder folder;

@@ -4,6 +4,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>  // mkfifo
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <thread>
 
 #include "core/base/error.h"
 #include "core/io/detection_writer.h"
@@ -380,6 +382,20 @@ TEST(ReadDetections, ByteOrderMarkIsPassedOver) {
   text << std::ifstream(ours, std::ios::binary).rdbuf();
   const std::string marked = folder.Write("marked.jsonl", mark + text.str());
   ExpectSame(ReadDetections(ours), ReadDetections(marked));
+}
+
+TEST(ReadDetections, OursFromAPipe) {
+  const TemporaryFolder folder;
+  const std::string ours = folder.path() / "ours.jsonl";
+  const std::string pipe = folder.path() / "pipe";
+  WriteDetections(ours, OddSequence());
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::thread writer([&] {
+    std::ofstream(pipe, std::ios::binary)
+        << std::ifstream(ours, std::ios::binary).rdbuf();
+  });
+  ExpectSame(OddSequence(), ReadDetections(pipe));
+  writer.join();
 }
 
 TEST(DetectionReadOptions, DescribeNamesTheKeysOfTheContract) {

@@ -1,5 +1,6 @@
 // Whatever goes wrong, an estimator answers finite poses whose status and
 // covariance say what they are worth.
+#include <glog/logging.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -10,6 +11,8 @@
 #include <string>
 
 #include "solvers/batch/batch_estimator.h"
+#include "solvers/graph/assembler.h"
+#include "solvers/graph/bone_solver.h"
 #include "solvers/window/window_estimator.h"
 #include "tests/support/simulated_person.h"
 
@@ -28,9 +31,10 @@ std::ostream& operator<<(std::ostream& out, const Case& c) {
   return out << c.name;
 }
 
-Case Of(const std::string& name, bool batch, GraphSolver solver) {
+Case Of(const std::string& name, bool batch, GraphSolver solver, bool bones) {
   GraphOptions options;
   options.solver = solver;
+  options.bones = bones;
   return {name, [=](const SceneModel& scene) {
             return batch ? MakeBatchEstimator(scene, options)
                          : MakeWindowEstimator(scene, options);
@@ -226,13 +230,35 @@ TEST_P(Graceful, InitialPosesFarOff) {
 
 INSTANTIATE_TEST_SUITE_P(
     Estimators, Graceful,
-    ::testing::Values(Of("batch_chain", true, GraphSolver::kChain),
-                      Of("window_chain", false, GraphSolver::kChain),
-                      Of("batch_ceres", true, GraphSolver::kCeres),
-                      Of("window_ceres", false, GraphSolver::kCeres)),
+    ::testing::Values(
+        Of("batch_chain", true, GraphSolver::kChain, false),
+        Of("window_chain", false, GraphSolver::kChain, false),
+        Of("batch_ceres", true, GraphSolver::kCeres, false),
+        Of("window_ceres", false, GraphSolver::kCeres, false),
+        Of("batch_chain_bones", true, GraphSolver::kChain, true),
+        Of("window_chain_bones", false, GraphSolver::kChain, true),
+        Of("batch_ceres_bones", true, GraphSolver::kCeres, true),
+        Of("window_ceres_bones", false, GraphSolver::kCeres, true)),
     [](const auto& test) { return test.param.name; });
 
-TEST(GracefulOptions, ASolverThatMayNotConverge) {
+// Counts the warnings of a scope.
+class WarningCounter final : public google::LogSink {
+ public:
+  WarningCounter() { google::AddLogSink(this); }
+  ~WarningCounter() override { google::RemoveLogSink(this); }
+  void send(google::LogSeverity severity, const char*, const char*, int,
+            const struct ::tm*, const char*, size_t) override {
+    if (severity >= google::GLOG_WARNING) ++count_;
+  }
+  int count() const { return count_; }
+
+ private:
+  int count_ = 0;
+};
+
+class GracefulOptions : public ::testing::TestWithParam<bool> {};
+
+TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
   SceneModel scene;
   scene.cameras = testing::RingOfCameras(5, 5.0, 1000.0);
   scene.skeleton = testing::SmallSkeleton();
@@ -241,6 +267,7 @@ TEST(GracefulOptions, ASolverThatMayNotConverge) {
   options.max_iterations = 1;
   options.loss = LossKind::kHuber;
   options.estimate_noise_scale = false;
+  options.bones = GetParam();
   Random random(43);
   SimulatedTake take =
       testing::Simulate(scene, options, testing::WalkingMotion(scene, 30),
@@ -249,6 +276,7 @@ TEST(GracefulOptions, ASolverThatMayNotConverge) {
   for (EstimatorFrame& frame : take.frames) {
     for (Joint3d& joint : frame.initial) joint.position_m.x() += 1.0;
   }
+  WarningCounter warnings;
   const auto batch = MakeBatchEstimator(scene, options);
   for (const FinalPose& pose : testing::Run(batch.get(), take.frames)) {
     for (const Joint3d& joint : pose.person.joints) {
@@ -256,6 +284,43 @@ TEST(GracefulOptions, ASolverThatMayNotConverge) {
       EXPECT_NE(joint.status, JointStatus::kObserved);
     }
   }
+  EXPECT_GT(warnings.count(), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Bones, GracefulOptions, ::testing::Bool());
+
+// Lengths that no pose can have: the bone solver has to give up somewhere.
+TEST(BoneSolverTest, SaysWhereItDidNotSettle) {
+  SceneModel scene;
+  scene.cameras = testing::RingOfCameras(5, 5.0, 1000.0);
+  scene.skeleton = testing::SmallSkeleton();
+  scene.frame_rate_hz = 25.0;
+  GraphOptions options;
+  options.bone_sigma_m = 1e-4;
+  Random random(44);
+  SimulatedTake take =
+      testing::Simulate(scene, options, testing::WalkingMotion(scene, 20),
+                        SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
+  Assembler assembler(scene, options);
+  PersonProblem problem = assembler.EmptyProblem();
+  for (const EstimatorFrame& frame : take.frames) {
+    assembler.Append(frame, &problem);
+  }
+  problem.bones.push_back({0, 1, 1.4, options.bone_sigma_m});
+  SolveSchedule schedule;
+  schedule.stages = {{LossKind::kHuber, 1.5, 1}};
+  const SolveReport report = BoneSolver().Solve(schedule, &problem);
+  EXPECT_TRUE(report.finite);
+  EXPECT_FALSE(report.converged);
+  EXPECT_GT(report.unsettled, 0);
+  int rejected = 0;
+  for (const JointChain& chain : problem.joints) {
+    for (const State& state : chain.states) EXPECT_TRUE(state.allFinite());
+    for (const PixelMeasurement& m : chain.measurements) {
+      rejected += m.weight == 0.0;
+    }
+  }
+  EXPECT_GT(rejected, 0);
 }
 
 }  // namespace

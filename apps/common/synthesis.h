@@ -1,0 +1,71 @@
+// A synthetic take, from its configuration to its files: shared by the commands
+// that make one.
+#ifndef KINEGRAPH_APPS_COMMON_SYNTHESIS_H_
+#define KINEGRAPH_APPS_COMMON_SYNTHESIS_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/options.h"
+#include "core/data/detection.h"
+#include "core/data/pose.h"
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+
+namespace kinegraph {
+
+// Table [noise.model]: measured figures in place of the joints' own keys, each
+// kind scaled by a factor.
+struct NoiseModelOptions {
+  std::string file;  // relative to the configuration's folder; empty: none
+  double noise = 1.0;
+  double floor_px = 0.0;
+  double outliers = 1.0;
+  double missing = 1.0;
+  double missed = 1.0;
+  double swaps = 1.0;
+  double false_people = 1.0;
+  double fragments = 1.0;
+
+  void Describe(OptionVisitor& visitor);
+};
+
+// A whole configuration.
+struct SynthesisOptions {
+  SceneOptions scene;
+  NoiseOptions noise;
+  NoiseModelOptions model;
+
+  void Describe(OptionVisitor& visitor);
+};
+
+// A scene, what detectors made of it, and the truth about both.
+struct SyntheticTake {
+  SynthesisOptions options;
+  Scene scene;
+  DetectionSequence detections;
+  ObservationTruth labels;
+  TrackSequence truth;  // at the frames and times of the detections
+};
+
+// Makes the take of a configuration (TOML) with what the command line changes
+// in it (`set` as --set takes it). Throws InputError naming file, line and key.
+SyntheticTake MakeTake(const std::string& config_path, const std::string& set);
+
+// The files of a take in its folder.
+struct TakeFiles {
+  std::string cameras;     // cameras.json
+  std::string detections;  // detections.jsonl
+  std::string truth;       // truth.jsonl: tracks
+  std::string scene;       // scene.json: what stands behind each detection
+};
+
+// Writes the four files and returns their paths; the folder is made if missing.
+TakeFiles WriteTake(const SyntheticTake& take, const std::string& folder);
+
+int64_t CountDetections(const DetectionSequence& sequence);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMMON_SYNTHESIS_H_

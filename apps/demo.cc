@@ -1,0 +1,212 @@
+// kinegraph-demo: a synthetic scene, tracked in every mode and scored against
+// its truth.
+#include <gflags/gflags.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/common/app.h"
+#include "apps/common/config_folder.h"
+#include "apps/common/evaluation_output.h"
+#include "apps/common/progress.h"
+#include "apps/common/synthesis.h"
+#include "apps/common/table.h"
+#include "apps/common/track_run.h"
+#include "core/evaluation/identity.h"
+#include "core/evaluation/motion.h"
+#include "core/evaluation/mpjpe.h"
+#include "core/evaluation/parity.h"
+#include "core/io/atomic_file.h"
+#include "core/io/track_writer.h"
+
+DEFINE_string(out, "out/demo", "folder for all files; made if missing");
+DEFINE_string(config, "",
+              "scene and noise (TOML); empty: configs/synthetic/demo.toml");
+DEFINE_string(set, "", "keys of the scene to change: key=value;key=value");
+
+namespace kinegraph {
+namespace {
+
+constexpr double kMmPerM = 1000.0;
+
+// One way of tracking.
+struct Mode {
+  const char* title;
+  const char* config;  // in configs/
+  const char* file;    // of its tracks
+};
+
+constexpr Mode kModes[] = {
+    {"paper", "synthetic/track_paper.toml", "tracks_paper.jsonl"},
+    {"graph, window", "synthetic/track_window.toml", "tracks_window.jsonl"},
+    {"graph, batch, bones", "synthetic/track_batch.toml", "tracks_batch.jsonl"},
+};
+
+TrackSequence Track(const Mode& mode, const SyntheticTake& take) {
+  const RunOptions options = ReadRunOptions(ProjectConfig(mode.config), "", "");
+  RunRequest request;
+  request.cameras = take.scene.cameras;
+  const RunScene scene = PrepareScene(options, request, take.detections.header);
+  TrackSequence tracks;
+  tracks.header = scene.header;
+  Progress progress(
+      std::string("tracking: ") + mode.title,
+      PassCount(options) * static_cast<int64_t>(take.detections.frames.size()));
+  RunTracking(
+      options, request, scene,
+      [&] { return std::make_unique<MemorySource>(take.detections); },
+      [&](const TrackFrame& frame) { tracks.frames.push_back(frame); },
+      [&](int64_t frames_read) { progress.Set(frames_read); });
+  return tracks;
+}
+
+// ---- Scores
+
+struct Scores {
+  MpjpeResult error;
+  ParityResult joints;  // near: 50 mm, very near: 25 mm
+  Share covered;
+  IdentityResult identity;
+  MotionResult motion;
+};
+
+Scores ScoresOf(const TrackSequence& truth, const TrackSequence& tracks) {
+  ParityOptions joints;
+  joints.near_m = 0.050;
+  joints.very_near_m = 0.025;
+  return {EvaluateMpjpe(truth, tracks), EvaluateParity(truth, tracks, joints),
+          EvaluateCoverage(truth, tracks), EvaluateIdentity(truth, tracks),
+          EvaluateMotion(tracks, truth.header.frame_rate_hz)};
+}
+
+// What IDF1 is made of: frames explained, of the mean of true and found.
+Share Idf1Of(const IdentityResult& identity) {
+  return {2 * identity.identity_true_positives,
+          identity.true_person_frames + identity.found_person_frames};
+}
+
+// A row for each measure, a column for each mode.
+Table ScoreTable(const std::vector<Scores>& all, const MotionResult& truth,
+                 int64_t true_people) {
+  std::vector<std::string> header = {"against the truth"};
+  for (const Mode& mode : kModes) header.push_back(mode.title);
+  Table table(header);
+  const auto add = [&](const std::string& label, const auto& cell) {
+    std::vector<std::string> row = {label};
+    for (const Scores& scores : all) row.push_back(cell(scores));
+    table.AddRow(row);
+  };
+  add("mean joint error (MPJPE), mm",
+      [](const Scores& s) { return Fixed(kMmPerM * s.error.raw_m, 1); });
+  add("joints within 25 mm, %",
+      [](const Scores& s) { return PercentCell(s.joints.very_near); });
+  add("joints within 50 mm, %",
+      [](const Scores& s) { return PercentCell(s.joints.near); });
+  add("people found (coverage), %",
+      [](const Scores& s) { return PercentCell(s.covered); });
+  add("identities (people: " + std::to_string(true_people) + ")",
+      [](const Scores& s) { return std::to_string(s.identity.identities); });
+  add("identity switches",
+      [](const Scores& s) { return std::to_string(s.identity.switches); });
+  add("IDF1, %",
+      [](const Scores& s) { return PercentCell(Idf1Of(s.identity)); });
+  add("acceleration / the truth's", [&truth](const Scores& s) {
+    return Fixed(s.motion.acceleration_m_s2 / truth.acceleration_m_s2, 2);
+  });
+  add("bone-length spread, mm (truth: " +
+          Fixed(kMmPerM * truth.bone_length_spread_m, 1) + ")",
+      [](const Scores& s) {
+        return Fixed(kMmPerM * s.motion.bone_length_spread_m, 1);
+      });
+  return table;
+}
+
+// How the shares count.
+constexpr const char kLegend[] =
+    "Joints within: of all joints that the truth or the result has, so misses "
+    "and\nfalse people count as wrong. Found: within 0.5 m, mean over joints. "
+    "In brackets\nthe counts: person-frames, or joints of them.\n";
+
+// ---- Files
+
+void WriteText(const std::string& path, const std::string& text) {
+  AtomicFile file(path);
+  file.Write(text);
+  file.Commit();
+}
+
+void PrintFiles(const TakeFiles& take, const std::vector<std::string>& tracks,
+                const std::string& scores) {
+  const auto print = [](const std::string& path, const char* meaning) {
+    std::printf("  %-36s %s\n", path.c_str(), meaning);
+  };
+  std::printf("\nWritten:\n");
+  print(take.cameras, "calibration");
+  print(take.detections, "2D detections, the input");
+  print(take.truth, "true 3D motion, a tracks file");
+  print(take.scene, "what stands behind each detection");
+  for (size_t i = 0; i < tracks.size(); ++i) {
+    print(tracks[i], kModes[i].title);
+  }
+  print(scores, "the table above");
+}
+
+void PrintNext(const TakeFiles& take, const std::vector<std::string>& tracks) {
+  std::printf(
+      "\nNext, joint by joint:\n"
+      "  ./kinegraph evaluate --protocol=mpjpe --tracks=%s \\\n"
+      "    --ground_truth=%s\n"
+      "A scene of your own (keys: configs/synthetic):\n"
+      "  ./kinegraph synthesize --config=configs/synthetic/hard.toml "
+      "--out=out/hard\n"
+      "Your cameras and detections (formats: docs/inputs.md):\n"
+      "  ./kinegraph track --cameras=%s \\\n"
+      "    --detections=%s \\\n"
+      "    --config=configs/synthetic/track_window.toml --out=tracks.jsonl\n",
+      tracks.back().c_str(), take.truth.c_str(), take.cameras.c_str(),
+      take.detections.c_str());
+}
+
+void RunDemo() {
+  const std::string config = FLAGS_config.empty()
+                                 ? ProjectConfig("synthetic/demo.toml")
+                                 : FLAGS_config;
+  const SyntheticTake take = MakeTake(config, FLAGS_set);
+  const TakeFiles files = WriteTake(take, FLAGS_out);
+  std::printf("%zu people, %zu cameras, %zu frames at %g Hz, %lld detections\n",
+              take.scene.people.size(), take.scene.cameras.size(),
+              take.detections.frames.size(), take.scene.frame_rate_hz,
+              static_cast<long long>(CountDetections(take.detections)));
+  std::fflush(stdout);
+
+  std::vector<std::string> track_files;
+  std::vector<Scores> scores;
+  for (const Mode& mode : kModes) {
+    const TrackSequence tracks = Track(mode, take);
+    track_files.push_back(FLAGS_out + "/" + mode.file);
+    WriteTracks(track_files.back(), tracks);
+    scores.push_back(ScoresOf(take.truth, tracks));
+  }
+  const Table table = ScoreTable(
+      scores, EvaluateMotion(take.truth, take.truth.header.frame_rate_hz),
+      static_cast<int64_t>(take.scene.people.size()));
+  const std::string score_file = FLAGS_out + "/scores.md";
+  WriteText(score_file, table.ToString(TableStyle::kMarkdown) + "\n" + kLegend);
+  std::printf("\n%s\n%s", table.ToString().c_str(), kLegend);
+  PrintFiles(files, track_files, score_file);
+  PrintNext(files, track_files);
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+int main(int argc, char** argv) {
+  return kinegraph::RunApp(
+      argc, argv,
+      {"demo", "a synthetic scene, tracked in every mode and scored",
+       "[--out=DIR]"},
+      kinegraph::RunDemo);
+}

@@ -1,0 +1,150 @@
+// Graph mode against paper mode on real Shelf detections and on Campus with
+// modelled noise. Its parameters are the defaults in code, which were not
+// chosen on these figures.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "apps/common/config_folder.h"
+#include "apps/tables/dataset.h"
+#include "core/evaluation/held_out.h"
+#include "core/evaluation/motion.h"
+#include "core/evaluation/mpjpe.h"
+#include "core/evaluation/pcp.h"
+#include "tests/support/shelf.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+RunOptions Paper() {
+  return ReadRunOptions(ProjectConfig("paper/shelf.toml"), "", "");
+}
+
+RunOptions Offline() {
+  return ReadRunOptions(ProjectConfig("graph/offline.toml"), "", "");
+}
+
+void RecordRatio(const char* name, double ratio, const Interval& interval) {
+  ::testing::Test::RecordProperty(name, std::to_string(ratio));
+  ::testing::Test::RecordProperty(
+      std::string(name) + "_interval",
+      std::to_string(interval.low) + " .. " + std::to_string(interval.high));
+}
+
+// Required: 0.88 and 0.80 of paper mode, 96 % of the detections paired. Seen:
+// 0.813, 0.623 and 98.6 %.
+TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
+  KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
+  const testing::ShelfTake take =
+      testing::LoadRawShelf(testing::FindData("")->string());
+  const HeldOutScores paper = testing::ScoreHeldOutCameras(take, Paper());
+  const HeldOutScores graph = testing::ScoreHeldOutCameras(take, Offline());
+  const HeldOutSummary of_paper = SummariseHeldOut(paper, AllJoints());
+  const HeldOutSummary of_graph = SummariseHeldOut(graph, AllJoints());
+  const auto ratio = [&](HeldOutFigure figure) {
+    return of_graph.figure_px(figure) / of_paper.figure_px(figure);
+  };
+  const Interval mean =
+      HeldOutRatioInterval(graph, paper, HeldOutFigure::kMeanTruncated);
+  const Interval p90 = HeldOutRatioInterval(graph, paper, HeldOutFigure::kP90);
+  RecordRatio("mean_ratio", ratio(HeldOutFigure::kMeanTruncated), mean);
+  RecordRatio("p90_ratio", ratio(HeldOutFigure::kP90), p90);
+  EXPECT_LE(ratio(HeldOutFigure::kMeanTruncated), 0.88);
+  EXPECT_LE(ratio(HeldOutFigure::kP90), 0.80);
+  EXPECT_GE(of_graph.paired.percent(), 96.0);
+  // The same frames drawn of both: better beyond chance.
+  EXPECT_LT(mean.high, 1.0);
+  EXPECT_LT(p90.high, 1.0);
+}
+
+TEST(GraphModeTest, MovesSmoothlyAndKeepsWhatTheAnnotationSays) {
+  KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
+  const testing::ShelfTake take =
+      testing::LoadRawShelf(testing::FindData("")->string());
+  const TrackSequence paper = testing::Track(take, Paper());
+  const TrackSequence graph = testing::Track(take, Offline());
+
+  MotionOptions motion;
+  motion.frames = ShelfProtocol().frames;
+  const MotionResult moves_paper = EvaluateMotion(paper, 25.0, motion);
+  const MotionResult moves_graph = EvaluateMotion(graph, 25.0, motion);
+  // Required: a quarter. Seen: 2.10 against 15.41 m/s^2.
+  EXPECT_LE(moves_graph.acceleration_m_s2,
+            0.25 * moves_paper.acceleration_m_s2);
+  EXPECT_LE(moves_graph.bone_length_spread_m, 0.007);  // seen: 0.0034
+
+  // Seen: 37.7 against 42.4 mm.
+  MpjpeOptions mpjpe;
+  mpjpe.frames = motion.frames;
+  EXPECT_LE(EvaluateMpjpe(take.truth, graph, mpjpe).bias_removed_m,
+            0.92 * EvaluateMpjpe(take.truth, paper, mpjpe).bias_removed_m);
+
+  for (const EndpointRule rule : {EndpointRule::kMean, EndpointRule::kEach}) {
+    PcpProtocol protocol = ShelfProtocol();
+    protocol.endpoints = rule;
+    const Interval difference = MeanOfActorsDifference(
+        EvaluatePcp(take.truth, graph, protocol),
+        EvaluatePcp(take.truth, paper, protocol), PcpGroup::kTotal);
+    RecordProperty(std::string("pcp_difference_") + ToString(rule),
+                   std::to_string(difference.low) + " .. " +
+                       std::to_string(difference.high));
+    // Not worse beyond chance: the interval does not lie below zero.
+    EXPECT_GE(difference.high, 0.0) << ToString(rule);
+  }
+}
+
+struct CampusCase {
+  const char* name;
+  const char* set;  // as --set takes it, over configs/graph/campus.toml
+};
+
+class GraphOnCampusTest : public ::testing::TestWithParam<CampusCase> {};
+
+// Modelled noise on the annotation, no detector's output.
+TEST_P(GraphOnCampusTest, FindsMorePartsThanPaperMode) {
+  KINEGRAPH_DATA_OR_SKIP(data, "campus/detections_modelled");
+  for (const Dataset& dataset : BenchmarkDatasets()) {
+    if (dataset.name.rfind("Campus, ", 0) != 0) continue;
+    const LoadedDataset loaded =
+        LoadDataset(dataset, testing::FindData("")->string());
+    const RunOptions options =
+        ReadRunOptions(ProjectConfig("graph/campus.toml"), GetParam().set, "");
+    const auto score = [&](const RunOptions& run) {
+      return EvaluatePcp(
+          loaded.truth, TrackSequenceOf(run, loaded.request, loaded.detections),
+          dataset.protocol);
+    };
+    const PcpResult paper = score(loaded.options);
+    const PcpResult graph = score(options);
+    const Interval difference =
+        MeanOfActorsDifference(graph, paper, PcpGroup::kTotal);
+    const std::string seen =
+        dataset.name + ": " +
+        std::to_string(MeanOfActors(graph, PcpGroup::kTotal)) + " against " +
+        std::to_string(MeanOfActors(paper, PcpGroup::kTotal)) +
+        ", difference " + std::to_string(difference.low) + " .. " +
+        std::to_string(difference.high);
+    SCOPED_TRACE(seen);
+    EXPECT_GT(MeanOfActors(graph, PcpGroup::kTotal),
+              MeanOfActors(paper, PcpGroup::kTotal));
+    const bool clean = dataset.name.find("clean") != std::string::npos;
+    if (!clean) {
+      EXPECT_GT(difference.low, 0.0);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Campus, GraphOnCampusTest,
+    ::testing::Values(
+        CampusCase{"window", ""},
+        CampusCase{"batch",
+                   "output.estimator=batch;graph.bones=true;tracking.backfill="
+                   "true;tracking.second_pass=true"}),
+    [](const ::testing::TestParamInfo<CampusCase>& test) {
+      return std::string(test.param.name);
+    });
+
+}  // namespace
+}  // namespace kinegraph

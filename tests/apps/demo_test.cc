@@ -1,0 +1,149 @@
+// The demo as a newcomer meets it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/io/calibration.h"
+#include "core/io/detection_source.h"
+#include "core/io/tracks.h"
+#include "tests/support/program.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ContentOf;
+using ::testing::HasSubstr;
+using testing::ProgramOutcome;
+using testing::RunProgram;
+using testing::TemporaryFolder;
+
+// Numbers of a Markdown row by its label, counts in brackets left out.
+std::map<std::string, std::vector<double>> RowsOf(const std::string& table) {
+  std::map<std::string, std::vector<double>> rows;
+  std::istringstream lines(table);
+  std::string line;
+  while (std::getline(lines, line) && !line.empty()) {
+    std::istringstream cells(line);
+    std::string cell;
+    std::getline(cells, cell, '|');
+    std::getline(cells, cell, '|');
+    const std::string label = cell.substr(1, cell.find_last_not_of(' '));
+    while (std::getline(cells, cell, '|')) {
+      std::istringstream words(cell);
+      double number = NAN;
+      if (words >> number) rows[label].push_back(number);
+    }
+  }
+  return rows;
+}
+
+class DemoTest : public ::testing::Test {
+ protected:
+  ProgramOutcome Run(const std::string& flags) const {
+    return RunProgram("demo", flags + " --out='" + out_.string() + "'");
+  }
+
+  const TemporaryFolder folder_;
+  const fs::path out_ = folder_.path() / "new/demo";
+};
+
+TEST_F(DemoTest, TracksInEveryModeAndScores) {
+  const ProgramOutcome outcome = Run("--set=scene.duration=3");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_EQ(outcome.errors, "");
+
+  // What it says it wrote is what is there.
+  std::set<std::string> there;
+  for (const auto& entry : fs::directory_iterator(out_)) {
+    there.insert(entry.path().filename().string());
+    EXPECT_THAT(outcome.output, HasSubstr("  " + entry.path().string()));
+  }
+  EXPECT_EQ(there, (std::set<std::string>{
+                       "cameras.json", "detections.jsonl", "truth.jsonl",
+                       "scene.json", "scores.md", "tracks_paper.jsonl",
+                       "tracks_window.jsonl", "tracks_batch.jsonl"}));
+
+  const size_t cameras = ReadCameras((out_ / "cameras.json").string()).size();
+  const DetectionSequence detections =
+      ReadDetections((out_ / "detections.jsonl").string());
+  EXPECT_EQ(detections.header.view_names.size(), cameras);
+  const TrackSequence truth = ReadTracks((out_ / "truth.jsonl").string());
+  for (const char* name : {"paper", "window", "batch"}) {
+    const std::string file = std::string("tracks_") + name + ".jsonl";
+    const TrackSequence tracks = ReadTracks((out_ / file).string());
+    ASSERT_EQ(tracks.frames.size(), truth.frames.size()) << name;
+    EXPECT_EQ(tracks.header.mode,
+              std::string(name) == "paper" ? "paper" : "graph");
+    size_t poses = 0;
+    for (const TrackFrame& frame : tracks.frames) poses += frame.people.size();
+    EXPECT_GT(poses, tracks.frames.size()) << name;
+  }
+
+  const auto rows = RowsOf(ContentOf(out_ / "scores.md"));
+  EXPECT_GE(rows.size(), 9u);
+  for (const auto& [label, numbers] : rows) {
+    ASSERT_EQ(numbers.size(), 3u) << label;
+    for (const double number : numbers) {
+      EXPECT_TRUE(std::isfinite(number)) << label;
+      if (label.find('%') != std::string::npos) {
+        EXPECT_GE(number, 0.0) << label;
+        EXPECT_LE(number, 100.0) << label;
+      }
+    }
+  }
+  // Somebody is found, and about where they are.
+  for (const double percent : rows.at("people found (coverage), %")) {
+    EXPECT_GT(percent, 50.0);
+  }
+  for (const double error_mm : rows.at("mean joint error (MPJPE), mm")) {
+    EXPECT_GT(error_mm, 0.0);
+    EXPECT_LT(error_mm, 100.0);
+  }
+  // stdout has the same table.
+  EXPECT_THAT(outcome.output, HasSubstr("identity switches"));
+}
+
+TEST_F(DemoTest, SameFilesEachTime) {
+  ASSERT_EQ(Run("--set=scene.duration=1").exit_code, 0);
+  std::map<std::string, std::string> first;
+  for (const auto& entry : fs::directory_iterator(out_)) {
+    first[entry.path().filename().string()] = ContentOf(entry.path());
+  }
+  // Over the files of the first time.
+  ASSERT_EQ(Run("--set=scene.duration=1").exit_code, 0);
+  for (const auto& [name, content] : first) {
+    EXPECT_FALSE(content.empty()) << name;
+    EXPECT_EQ(content, ContentOf(out_ / name)) << name;
+  }
+}
+
+TEST_F(DemoTest, BadInputIsOneLineAndExitTwo) {
+  for (const std::string& flags :
+       {std::string("--set=scene.peeple=3"),
+        std::string("--set=scene.people=0"), std::string("--config=/none.toml"),
+        std::string("--no_such_flag")}) {
+    const ProgramOutcome outcome = Run(flags);
+    EXPECT_EQ(outcome.exit_code, 2) << flags;
+    EXPECT_EQ(outcome.output, "") << flags;
+    EXPECT_THAT(outcome.errors, ::testing::MatchesRegex("kinegraph-demo: "
+                                                        "error: [^\n]+\n"));
+    EXPECT_FALSE(fs::exists(out_)) << flags;
+  }
+  folder_.Write("file", "");
+  const ProgramOutcome outcome =
+      RunProgram("demo", "--set=scene.duration=1 --out='" +
+                             (folder_.path() / "file").string() + "'");
+  EXPECT_EQ(outcome.exit_code, 2) << "a file is no folder";
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,107 @@
+// How far the window's final poses are from the batch's, by lag, on the real
+// Shelf take: the price of answering early. Prints a Markdown table.
+//
+//   build/tests/benchmarks/lag_accuracy [bones]
+//
+// Both are fed by the same association (causal Gaussian feedback, one pass).
+// The first table leaves estimate_noise_scale off, so that both minimise the
+// same cost; the second is the default.
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/common/config_folder.h"
+#include "core/evaluation/held_out.h"
+#include "core/evaluation/statistics.h"
+#include "tests/support/shelf.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kFrameRate = 25.0;  // Hz, of Shelf
+
+// Distances of joints that both observed [m].
+std::vector<double> Distances(const TrackSequence& a, const TrackSequence& b) {
+  std::map<std::pair<int64_t, TrackId>, const PersonPose*> poses;
+  for (const TrackFrame& frame : a.frames) {
+    for (const PersonPose& person : frame.people) {
+      poses[{frame.frame, person.id}] = &person;
+    }
+  }
+  std::vector<double> distances;
+  for (const TrackFrame& frame : b.frames) {
+    for (const PersonPose& person : frame.people) {
+      const auto other = poses.find({frame.frame, person.id});
+      if (other == poses.end()) continue;
+      for (size_t j = 0; j < person.joints.size(); ++j) {
+        const Joint3d& here = person.joints[j];
+        const Joint3d& there = other->second->joints[j];
+        if (here.status != JointStatus::kObserved) continue;
+        if (there.status != JointStatus::kObserved) continue;
+        distances.push_back((here.position_m - there.position_m).norm());
+      }
+    }
+  }
+  return distances;
+}
+
+double MeanError(const testing::ShelfTake& take, const RunOptions& options) {
+  return SummariseHeldOut(testing::ScoreHeldOutCameras(take, options),
+                          AllJoints(), {25, 1, 0.95, 1})
+      .figure_px(HeldOutFigure::kMeanTruncated);
+}
+
+void PrintTable(const testing::ShelfTake& take, RunOptions options) {
+  options.estimators.output = OutputKind::kBatch;
+  const TrackSequence batch = testing::Track(take, options);
+  const double batch_px = MeanError(take, options);
+  std::printf(
+      "| lag, frames | median, mm | 95th, mm | 99th, mm | joints | held-out "
+      "mean of min(error, 30), px | to batch |\n|---|---|---|---|---|---|---|"
+      "\n");
+  options.estimators.output = OutputKind::kWindow;
+  for (const int lag : {0, 3, 5, 10, 20, 30}) {
+    options.estimators.graph.lag_s = lag / kFrameRate;
+    const std::vector<double> m =
+        Distances(batch, testing::Track(take, options));
+    const double px = MeanError(take, options);
+    std::printf("| %d | %.3f | %.2f | %.2f | %zu | %.3f | %+.2f %% |\n", lag,
+                1e3 * Quantile(m, 0.5), 1e3 * Quantile(m, 0.95),
+                1e3 * Quantile(m, 0.99), m.size(), px,
+                100.0 * (px / batch_px - 1.0));
+    std::fflush(stdout);
+  }
+  std::printf("| batch | | | | | %.3f | |\n", batch_px);
+}
+
+int Main(bool bones) {
+  const auto data = testing::FindData("shelf");
+  if (!data.has_value()) {
+    std::fprintf(stderr, "needs real data (set KINEGRAPH_DATA)\n");
+    return 1;
+  }
+  const testing::ShelfTake take =
+      testing::LoadRawShelf(data->parent_path().string());
+  RunOptions options =
+      ReadRunOptions(ProjectConfig("graph/shelf.toml"), "", "");
+  options.estimators.graph.bones = bones;
+  options.estimators.graph.covariance = false;
+  for (const bool scale : {false, true}) {
+    std::printf("\n%s bones, noise scale %s\n\n", bones ? "with" : "without",
+                scale ? "estimated" : "1");
+    options.estimators.graph.estimate_noise_scale = scale;
+    PrintTable(take, options);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+int main(int argc, char** argv) {
+  return kinegraph::Main(argc > 1 && std::strcmp(argv[1], "bones") == 0);
+}

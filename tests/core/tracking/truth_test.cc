@@ -1,0 +1,276 @@
+// Truth in, truth out, through the whole front end: synthetic detections are
+// tracked, and what comes out is compared with the scene.
+#include <gtest/gtest.h>
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+#include "core/tracking/tracker.h"
+#include "solvers/factory.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// People stay where every camera sees all of them, so that no joint is
+// triangulated with a view of an earlier frame.
+Scene SmallScene(std::vector<double> distortion) {
+  SceneOptions options;
+  options.seed = 23;
+  options.people = 3;
+  options.duration_s = 8.0;
+  options.skeleton = "body25";
+  options.motion.area_radius_m = 1.6;
+  options.motion.visitors = 0.0;
+  options.cameras.count = 5;
+  options.cameras.distortion = std::move(distortion);
+  return MakeScene(options);
+}
+
+const std::vector<double>& Distortion() {
+  static const std::vector<double> distortion = {-0.2, 0.06, 0.001, -0.002,
+                                                 -0.005};
+  return distortion;
+}
+
+// The triangulation as it is: nothing smoothed, no view filtered out.
+struct PlainOptions {
+  EstimatorOptions estimators;
+  TrackerOptions tracker;
+
+  PlainOptions() {
+    estimators.gaussian.smooth = false;
+    tracker.reconstruction.joints_filter = false;
+    tracker.initialisation.alpha_filter_px = 1e6;
+    // People are followed from the last pose: 3 m/s at 4 m depth are 24 px in a
+    // frame, and 4 px of noise come on top.
+    tracker.association.alpha_2d_px_per_frame = 100.0;
+  }
+};
+
+std::vector<TrackFrame> TrackAll(const Scene& scene,
+                                 const DetectionSequence& detections,
+                                 const PlainOptions& options) {
+  EstimatorPair estimators = MakeEstimators(options.estimators);
+  Tracker tracker({scene.cameras, scene.skeleton, scene.frame_rate_hz, false},
+                  detections.header.skeleton, options.tracker,
+                  estimators.feedback, estimators.output);
+  std::vector<TrackFrame> frames;
+  for (const DetectionFrame& frame : detections.frames) {
+    tracker.Process(frame, &frames);
+  }
+  tracker.Finish(&frames);
+  return frames;
+}
+
+double MeanDistanceOf(const Pose3d& a, const Pose3d& b) {
+  double sum = 0.0;
+  for (size_t j = 0; j < a.size(); ++j) {
+    sum += (a[j].position_m - b[j].position_m).norm();
+  }
+  return sum / static_cast<double>(a.size());
+}
+
+// The true pose that a tracked one is nearest to, at the frame's own time.
+const Pose3d& NearestTruth(const TrackFrame& truth, const Pose3d& pose) {
+  const Pose3d* nearest = &truth.people.front().joints;
+  for (const PersonPose& person : truth.people) {
+    if (MeanDistanceOf(person.joints, pose) < MeanDistanceOf(*nearest, pose)) {
+      nearest = &person.joints;
+    }
+  }
+  return *nearest;
+}
+
+struct JointError {
+  Vector3d truth_m;
+  Vector3d error_m;
+};
+
+// Errors of all joints that every camera supports.
+std::vector<JointError> ErrorsOf(const Scene& scene,
+                                 const DetectionSequence& detections,
+                                 const std::vector<TrackFrame>& tracks) {
+  const TrackSequence truth = TruthFor(scene, detections);
+  const int all = static_cast<int>(scene.cameras.size());
+  std::vector<JointError> errors;
+  EXPECT_EQ(tracks.size(), truth.frames.size());
+  if (tracks.size() != truth.frames.size()) return errors;
+  for (size_t f = 0; f < tracks.size(); ++f) {
+    for (const PersonPose& person : tracks[f].people) {
+      const Pose3d& pose = NearestTruth(truth.frames[f], person.joints);
+      for (size_t j = 0; j < pose.size(); ++j) {
+        if (person.inlier_views[j] != all) continue;
+        errors.push_back({pose[j].position_m,
+                          person.joints[j].position_m - pose[j].position_m});
+      }
+    }
+  }
+  return errors;
+}
+
+double RootMeanSquareOf(const std::vector<JointError>& errors) {
+  double sum = 0.0;
+  for (const JointError& joint : errors) sum += joint.error_m.squaredNorm();
+  return std::sqrt(sum / static_cast<double>(errors.size()));
+}
+
+TEST(TruthTest, ExactDetectionsOfDistortingCamerasGiveTheSceneBack) {
+  const Scene scene = SmallScene(Distortion());
+  PlainOptions options;
+  options.tracker.reconstruction.joints_filter = true;
+  const DetectionSequence detections = Observe(scene, NoiseOptions(), nullptr);
+  const std::vector<JointError> errors =
+      ErrorsOf(scene, detections, TrackAll(scene, detections, options));
+  // 3 people, 200 frames less the two before confirmation, 25 joints.
+  EXPECT_GT(errors.size(), 3u * 198u * 25u * 9u / 10u);
+  // The lens is inverted to 1e-7 of the focal length at worst: 1e-6 m at 10 m.
+  double worst_m = 0.0;
+  for (const JointError& joint : errors) {
+    worst_m = std::max(worst_m, joint.error_m.norm());
+  }
+  EXPECT_LT(worst_m, 1e-6);
+}
+
+// First-order covariances of a point for white noise of 1 px in each view.
+struct PointCovariance {
+  Matrix3d bound;  // (J'J)^-1: no unbiased estimate is better
+  Matrix3d dlt;
+};
+
+// A DLT row, made a unit vector, is the reprojection residual times depth over
+// the row's length. So the DLT is least squares with these weights W, which
+// noise knows nothing of: covariance H J'WWJ H with H = (J'WJ)^-1.
+PointCovariance CovarianceAt(const CameraRig& cameras, const Vector3d& point) {
+  Matrix3d plain = Matrix3d::Zero();
+  Matrix3d weighted = Matrix3d::Zero();
+  Matrix3d twice_weighted = Matrix3d::Zero();
+  for (const Camera& camera : cameras) {
+    Matrix23d jacobian;
+    const auto px = camera.Project(point, &jacobian);
+    if (!px.has_value()) continue;
+    for (int axis = 0; axis < 2; ++axis) {
+      const Eigen::RowVector4d row =
+          (*px)[axis] * camera.P().row(2) - camera.P().row(axis);
+      const double root_weight = camera.Depth(point) / row.norm();
+      const double weight = root_weight * root_weight;
+      const Matrix3d outer =
+          jacobian.row(axis).transpose() * jacobian.row(axis);
+      plain += outer;
+      weighted += weight * outer;
+      twice_weighted += weight * weight * outer;
+    }
+  }
+  const Matrix3d inverse = weighted.inverse();
+  return {plain.inverse(), inverse * twice_weighted * inverse};
+}
+
+TEST(TruthTest, ErrorGrowsWithPixelNoiseAsTriangulationPredicts) {
+  const Scene scene = SmallScene({});
+  double last_rms_m = 0.0;
+  for (const double sigma_px : {0.5, 1.0, 2.0, 4.0}) {
+    NoiseOptions noise;
+    noise.joints.sigma_px = sigma_px;
+    const DetectionSequence detections = Observe(scene, noise, nullptr);
+    const std::vector<JointError> errors =
+        ErrorsOf(scene, detections, TrackAll(scene, detections, {}));
+    ASSERT_GT(errors.size(), 10000u);
+    double squared = 0.0;
+    double predicted = 0.0;
+    double bound = 0.0;
+    double variance = 0.0;  // of `squared`: 2 tr(S^2) for each joint
+    for (const JointError& joint : errors) {
+      PointCovariance unit = CovarianceAt(scene.cameras, joint.truth_m);
+      const Matrix3d covariance = sigma_px * sigma_px * unit.dlt;
+      squared += joint.error_m.squaredNorm();
+      predicted += covariance.trace();
+      bound += sigma_px * sigma_px * unit.bound.trace();
+      variance += 2.0 * (covariance * covariance).trace();
+    }
+    // Five standard deviations of the sum (the errors are independent), and
+    // the second order of the projection: noise of sigma / focal length, in
+    // all 1e-2 of the covariance at 4 px.
+    const double tolerance =
+        5.0 * std::sqrt(variance) / predicted + 0.0025 * sigma_px;
+    EXPECT_NEAR(squared / predicted, 1.0, tolerance) << sigma_px << " px";
+    // J'J is the bound, and the DLT is near it: its weights differ from 1 by
+    // the ratio of depths alone.
+    EXPECT_GT(squared / bound, 1.0 - tolerance) << sigma_px << " px";
+    EXPECT_LT(squared / bound, 1.25) << sigma_px << " px";
+    const double rms_m = RootMeanSquareOf(errors);
+    if (last_rms_m > 0.0) {
+      // Linear: each sigma is twice the one before; both have the tolerance.
+      EXPECT_NEAR(rms_m / last_rms_m, 2.0, 2.0 * tolerance) << sigma_px;
+    }
+    last_rms_m = rms_m;
+  }
+}
+
+TEST(TruthTest, DroppedFramesAndJitterEndUpInTheTimes) {
+  const Scene scene = SmallScene(Distortion());
+  NoiseOptions noise;
+  noise.dropped_frame_rate = 0.15;
+  noise.time_jitter_s = 0.004;
+  const DetectionSequence detections = Observe(scene, noise, nullptr);
+  ASSERT_LT(detections.frames.size(), scene.times.size());
+  const std::vector<TrackFrame> tracks = TrackAll(scene, detections, {});
+  ASSERT_EQ(tracks.size(), detections.frames.size());
+  int off_beat = 0;
+  for (size_t f = 0; f < tracks.size(); ++f) {
+    EXPECT_EQ(tracks[f].frame, detections.frames[f].frame);
+    EXPECT_EQ(tracks[f].time, detections.frames[f].time);
+    off_beat +=
+        tracks[f].time != scene.times[static_cast<size_t>(tracks[f].frame)];
+  }
+  EXPECT_GT(off_beat, static_cast<int>(tracks.size() / 2));
+  // At those very times the poses are exact.
+  const std::vector<JointError> errors = ErrorsOf(scene, detections, tracks);
+  ASSERT_GT(errors.size(), 5000u);
+  for (const JointError& joint : errors) {
+    ASSERT_LT(joint.error_m.norm(), 1e-6);
+  }
+}
+
+// Cameras that look 20 ms before or after the beat: a pose belongs to its
+// `time` if the detections tell when each camera looked.
+TEST(TruthTest, ToldClockOffsetsAreUndoneAtTheFramesTime) {
+  const Scene scene = SmallScene({});
+  PlainOptions options;
+  options.estimators.mode = Mode::kGraph;
+  options.estimators.output = OutputKind::kWindow;
+  // These detections are exact: hardly any smoothing.
+  options.estimators.graph.sigma_px.fill(0.5);
+  options.estimators.graph.min_sigma_px = 0.5;
+  const auto rms_m = [&](double offset_s, bool told) {
+    NoiseOptions noise;
+    noise.clock_offset_s = {offset_s, -offset_s, offset_s, -offset_s, offset_s};
+    noise.tell_times = told;
+    const DetectionSequence detections = Observe(scene, noise, nullptr);
+    const std::vector<TrackFrame> tracks = TrackAll(scene, detections, options);
+    EXPECT_EQ(tracks.size(), scene.times.size());
+    for (size_t f = 0; f < tracks.size(); ++f) {
+      EXPECT_EQ(tracks[f].time, scene.times[f]);
+    }
+    const std::vector<JointError> errors = ErrorsOf(scene, detections, tracks);
+    EXPECT_GT(errors.size(), 5000u);
+    return RootMeanSquareOf(errors);
+  };
+  const double without_m = rms_m(0.0, true);
+  const double told_m = rms_m(0.02, true);
+  const double untold_m = rms_m(0.02, false);
+  // Untold, an offset moves each ray by 20 ms of the motion. Told, only the
+  // change of velocity within 20 ms is left: a t^2 / 2 = 2 mm at 10 m/s^2 for
+  // each ray, averaged over five cameras about 1 mm.
+  EXPECT_LT(told_m, without_m + 0.001);
+  EXPECT_LT(told_m, 0.5 * untold_m);
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,25 @@
+// Runs the commands as their users do.
+#ifndef KINEGRAPH_TESTS_SUPPORT_PROGRAM_H_
+#define KINEGRAPH_TESTS_SUPPORT_PROGRAM_H_
+
+#include <filesystem>
+#include <string>
+
+namespace kinegraph::testing {
+
+struct ProgramOutcome {
+  int exit_code = -1;  // -1: did not come to an end by itself
+  std::string output;  // on stdout
+  std::string errors;  // on stderr
+};
+
+// kinegraph-`command` of this build, its arguments as a shell takes them.
+ProgramOutcome RunProgram(const std::string& command,
+                          const std::string& arguments);
+
+// All bytes of a file; empty when it is not there.
+std::string ContentOf(const std::filesystem::path& path);
+
+}  // namespace kinegraph::testing
+
+#endif  // KINEGRAPH_TESTS_SUPPORT_PROGRAM_H_
