@@ -31,7 +31,9 @@ DEFINE_string(image_size, "",
               "image size [px] of a calibration that does not tell: W,H");
 DEFINE_string(axes, "y,z,x",
               "world axes that a TRC file's X,Y,Z are, such as x,-z,y");
-DEFINE_string(set, "", "keys of reading: cameras.KEY=value;detections.KEY=...");
+DEFINE_string(set, "",
+              "keys of reading: cameras.KEY=value;detections.KEY=value;"
+              "tracks.first_frame=N");
 DEFINE_bool(formats, false, "list the formats and leave");
 
 namespace kinegraph {
@@ -181,6 +183,7 @@ CalibrationFormat CalibrationFormatToWrite() {
 struct ConvertOptions {
   CameraReadOptions cameras;
   DetectionReadOptions detections;
+  int64_t first_frame = TrackReadOptions().first_frame;
 
   void Describe(OptionVisitor& visitor) {
     visitor.Enter("cameras");
@@ -188,6 +191,10 @@ struct ConvertOptions {
     visitor.Leave();
     visitor.Enter("detections");
     detections.Describe(visitor);
+    visitor.Leave();
+    visitor.Enter("tracks");
+    visitor.Integer("first_frame", &first_frame, NonNegative(), "",
+                    "Frame of the first entry of 4D association's files.");
     visitor.Leave();
   }
 };
@@ -310,11 +317,12 @@ std::string ConvertDetections(const ConvertOptions& options, Losses* losses) {
          Count(source.header().view_names.size(), "views");
 }
 
-std::string ConvertTracks(const ConvertOptions&, Losses* losses) {
+std::string ConvertTracks(const ConvertOptions& options, Losses* losses) {
   TrackReadOptions read;
   read.format = FormatToRead<TrackFormat>(kTracks);
   if (!FLAGS_skeleton.empty()) read.skeleton = SkeletonFlag();
   read.frame_rate_hz = FLAGS_frame_rate;
+  read.first_frame = options.first_frame;
   const AxisMap axes = AxisMap::Parse(FLAGS_axes);
   const TrackSequence tracks = ReadTracks(FLAGS_in, read);
   if (FLAGS_to == "csv") {

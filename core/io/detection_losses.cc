@@ -15,7 +15,9 @@ void DetectionLossFinder::See(const DetectionFrame& frame) {
   own_times_ = own_times_ || frame.time != regular;
   for (const ViewDetections& view : frame.views) {
     own_times_ = own_times_ || view.capture_time != frame.time;
+    int place = 0;
     for (const Detection& detection : view.detections) {
+      moved_ += detection.index_in_file != place++ ? 1 : 0;
       zero_confidence_joints_ +=
           std::count_if(detection.joints.begin(), detection.joints.end(),
                         [](const Keypoint& joint) {
@@ -41,6 +43,11 @@ void DetectionLossFinder::Report(bool skeleton_told, Losses* losses) const {
     losses->push_back(std::to_string(zero_confidence_joints_) +
                       " joints with confidence 0 read as missing unless "
                       "detections.zero_confidence = \"position\"");
+  }
+  if (moved_ > 0) {
+    losses->push_back("people without joints are left out, so that " +
+                      std::to_string(moved_) +
+                      " detections get another index in their frame");
   }
   if (!std::is_sorted(header_.view_names.begin(), header_.view_names.end(),
                       NaturalLess)) {

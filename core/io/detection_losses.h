@@ -21,6 +21,7 @@ class DetectionLossFinder {
  private:
   DetectionHeader header_;
   int64_t zero_confidence_joints_ = 0;
+  int64_t moved_ = 0;  // detections whose index in the frame changes
   bool own_times_ = false;
 };
 

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <sstream>
 #include <string>
 
 #include "core/io/calibration.h"
@@ -157,6 +158,21 @@ TEST(Convert, FlagsTellWhatTheInputDoesNot) {
   EXPECT_EQ(ReadDetections(own).header.frame_rate_hz, 50.0);
 }
 
+TEST(Convert, FirstFrameOf4DAssociation) {
+  const TemporaryFolder folder;
+  const std::string in = folder.Write("skel.txt", "15 2\n0\n0\n");
+  const std::string out = folder.path() / "own.jsonl";
+  const Outcome outcome = Convert(folder,
+                                  "--from=4da --to=kinegraph --frame_rate=25 "
+                                  "--set=tracks.first_frame=7 --in=" +
+                                      in + " --out=" + out);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const TrackSequence tracks = ReadTracks(out);
+  ASSERT_EQ(tracks.frames.size(), 2u);
+  EXPECT_EQ(tracks.frames[0].frame, 7);
+  EXPECT_EQ(tracks.frames[1].time, 320'000'000);
+}
+
 TEST(Convert, BadUsageIsOneLineAndExitTwo) {
   const TemporaryFolder folder;
   const Take take(folder);
@@ -214,6 +230,31 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
   }
 }
 
+TEST(Convert, ThePageNamesEveryFormatAndFlag) {
+  const std::string page =
+      ReadTextFile(testing::ProjectFile("docs/convert.md").string());
+  const TemporaryFolder folder;
+  const std::string program = BuildFile("apps/kinegraph-convert");
+  const std::string out = folder.path() / "formats.txt";
+  ASSERT_EQ(std::system((program + " --formats > " + out).c_str()), 0);
+  std::istringstream lines(ReadTextFile(out));
+  int count = 0;
+  std::string line;
+  while (std::getline(lines, line)) {
+    std::istringstream words(line);
+    std::string kind;
+    std::string format;
+    words >> kind >> format;
+    EXPECT_THAT(page, HasSubstr("`" + format + "`"));
+    ++count;
+  }
+  EXPECT_EQ(count, 23);
+  for (const char* flag : {"unit", "image_size", "skeleton", "frame_rate",
+                           "axes", "set", "formats"}) {
+    EXPECT_THAT(page, HasSubstr("--" + std::string(flag)));
+  }
+}
+
 TEST(Convert, RealFilesAreToldByContent) {
   KINEGRAPH_DATA_OR_SKIP(data, "campus/annotation_3d.json");
   const std::string root = fs::path(data).parent_path().parent_path();
@@ -222,6 +263,7 @@ TEST(Convert, RealFilesAreToldByContent) {
       {"shelf/calibration.json", "krt"},
       {"shelf/calibration_voxelpose.json", "easymocap"},
       {"shelf/tum", "pose2sim"},
+      {"campus/tum", "voxelpose"},
       {"campus/calibration.json --image_size=360,288 "
        "--set=cameras.ignore_distortion=true",
        "tum"},

@@ -76,7 +76,7 @@ TEST_P(DocsCommandsTest, Run) {
 
 INSTANTIATE_TEST_SUITE_P(Pages, DocsCommandsTest,
                          ::testing::Values("README.md", "docs/paper_mode.md",
-                                           "docs/inputs.md"),
+                                           "docs/inputs.md", "docs/convert.md"),
                          [](const ::testing::TestParamInfo<const char*>& page) {
                            std::string name = page.param;
                            for (char& c : name) {

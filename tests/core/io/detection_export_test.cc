@@ -178,11 +178,13 @@ TEST(DetectionExport, SaysWhatIsLost) {
   sequence.frames[0].views[1].capture_time = 5;
   sequence.frames[0].views[0].detections[0].joints[0] = {{1, 2}, 0.0, true};
   const TemporaryFolder folder;
+  sequence.frames[3].views[0].detections[0].index_in_file = 100;
   const Losses losses = Write(WriteOpenPose, folder.path() / "a", sequence);
   EXPECT_THAT(losses, Contains(HasSubstr("times other than")));
   EXPECT_THAT(losses, Contains(HasSubstr("the skeleton 'body25b'")));
   EXPECT_THAT(losses, Contains(HasSubstr("1 joints with confidence 0")));
   EXPECT_THAT(losses, Contains(HasSubstr("order of their names")));
+  EXPECT_THAT(losses, Contains(HasSubstr("1 detections get another index")));
 }
 
 TEST(DetectionExport, RefusesViewsThatAreNoFileNames) {
