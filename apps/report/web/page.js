@@ -14,6 +14,8 @@
 
   const OBSERVED = 2, INFERRED = 1, MISSING = 0;
   const NO_VALUE = 65535, NO_WEIGHT = 255;
+  // A robust loss never weighs a joint with nothing: less than a tenth (of 200).
+  const REJECTED = 20;
   const frameNumbers = decode(data.frames, Int32Array);
   const times = decode(data.times, Float64Array);
   const frameCount = frameNumbers.length;
@@ -450,7 +452,7 @@
     byId('views').hidden = false;
     byId('view-legend').textContent = detections
       ? 'Thin: detections (circles are joints that were found; dashed means matched to nobody). Thick: 3D poses seen by the camera. '
-        + 'Cross: joint rejected by the joints filter or the loss. Square: joint that the detector did not find. '
+        + 'Cross: joint that the joints filter rejected or the loss weighs with less than a tenth. Square: joint that the detector did not find. '
         + (results.some((r) => r.match && hasWeights(r)) ? '' : 'The tracks name no matches: each person is paired with the nearest detection.')
       : 'The 3D poses as each camera would see them.';
     data.cameras.forEach((camera, v) => {
@@ -602,7 +604,7 @@
   function jointVerdict(owner, view, j) {
     const own = ownJoint(owner.result, j), J = owner.result.joints.length;
     if (own < 0) return 'kept';
-    return owner.result.weight[(owner.result.extra[owner.p] * viewCount + view) * J + own] === 0 ? 'rejected' : 'kept';
+    return owner.result.weight[(owner.result.extra[owner.p] * viewCount + view) * J + own] < REJECTED ? 'rejected' : 'kept';
   }
 
   // A joint that the detector did not find, where the 3D pose puts it.
