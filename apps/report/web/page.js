@@ -579,7 +579,7 @@
       }
       drawOwner(pen, panel, owner, base, px);
     }
-    return total + ' detections, ' + matched + ' matched, ' + rejected + ' joints rejected, ' + missing + ' not found';
+    return 'detections ' + total + ', matched ' + matched + '; joints rejected ' + rejected + ', not found ' + missing;
   }
 
   function drawOwner(pen, panel, owner, base, px) {
@@ -781,11 +781,12 @@
     const chart = new Chart('Who is tracked, by how many views', Math.max(1, shown.length) * rowHeight + 2, (pen, width) => {
       shown.forEach((row, i) => {
         pen.fillStyle = colourOf(row.result, row.person);
-        const bar = Math.max(0.75, width / frameCount);
+        const scale = width / frameCount;
         row.result.ofPerson[row.person].forEach((p) => {
           pen.globalAlpha = row.result.truth ? 0.5 : 0.2 + 0.8 * Math.min(1, meanViews(row.result, p) / mostViews);
           const h = row.result.index === 0 ? rowHeight - 3 : rowHeight * 0.45;
-          pen.fillRect(row.result.frame[p] / frameCount * width, i * rowHeight + (rowHeight - h) / 2, bar, h);
+          const x = Math.floor(row.result.frame[p] * scale), end = Math.floor((row.result.frame[p] + 1) * scale);
+          pen.fillRect(x, i * rowHeight + (rowHeight - h) / 2, Math.max(1, end - x), h);
         });
         pen.globalAlpha = 1;
         if (rowHeight < 12) return;
