@@ -1,0 +1,33 @@
+# Writes a source file with the page's sources as string literals.
+#
+#   cmake -D OUT=assets.cc -D WEB=apps/report/web -D THREE=/usr/share/javascript/three
+#     -P embed.cmake
+function(embed name path)
+  file(READ ${path} content)
+  # Compilers limit the length of one literal; pieces side by side are joined.
+  string(LENGTH "${content}" length)
+  set(literal "")
+  set(at 0)
+  while(at LESS length)
+    string(SUBSTRING "${content}" ${at} 15000 piece)
+    string(APPEND literal "\n    R\"kgweb(${piece})kgweb\"")
+    math(EXPR at "${at} + 15000")
+  endwhile()
+  file(APPEND ${OUT}.part "const char* const ${name} =${literal};\n")
+endfunction()
+
+file(WRITE ${OUT}.part "// Made by apps/report/embed.cmake.
+#include \"apps/report/assets.h\"
+
+namespace kinegraph::assets {
+
+")
+embed(kPageHtml ${WEB}/page.html)
+embed(kPageCss ${WEB}/page.css)
+embed(kPageJs ${WEB}/page.js)
+embed(kThreeJs ${THREE}/three.min.js)
+embed(kOrbitControlsJs ${THREE}/examples/js/controls/OrbitControls.js)
+file(APPEND ${OUT}.part "
+}  // namespace kinegraph::assets
+")
+file(RENAME ${OUT}.part ${OUT})

@@ -1,0 +1,28 @@
+// Which way is up, and where the floor is.
+#ifndef KINEGRAPH_APPS_REPORT_GROUND_H_
+#define KINEGRAPH_APPS_REPORT_GROUND_H_
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+
+#include "core/data/pose.h"
+#include "core/geometry/camera.h"
+
+namespace kinegraph {
+
+// "x", "-z" and so on; nullopt for "auto". Throws InputError naming --up.
+std::optional<Eigen::Vector3d> ParseUp(const std::string& text);
+
+// People stand: the mean direction from ankles to shoulders, else the cameras'
+// mean upward direction, else z. Snapped to a world axis within 25 degrees.
+Eigen::Vector3d UpDirection(const TrackSequence& tracks,
+                            const CameraRig& cameras);
+
+// Height of the floor along `up` [m]: what one in fifty of the poses' lowest
+// joints stays below, less the height of an ankle.
+double FloorHeight(const TrackSequence& tracks, const Eigen::Vector3d& up);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_REPORT_GROUND_H_

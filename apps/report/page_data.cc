@@ -1,0 +1,576 @@
+#include "apps/report/page_data.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <utility>
+
+#include "apps/report/encoding.h"
+#include "apps/report/ground.h"
+#include "apps/report/moments.h"
+#include "apps/report/pairing.h"
+#include "core/base/error.h"
+#include "core/io/json.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kQuantumM = 1e-4;
+constexpr double kResidualQuantumPx = 0.1;
+constexpr double kDifferenceQuantumM = 1e-3;
+constexpr uint16_t kNoValue16 = 65535;
+constexpr uint8_t kNoWeight = 255;
+constexpr double kWeightSteps = 200.0;
+constexpr size_t kMomentsOfAKind = 8;
+constexpr size_t kMaxStartsAndEnds = 60;
+constexpr int kMaxExtrasStride = 64;
+constexpr double kFallbackRateHz = 25.0;
+
+// The frames of all results, each once. Ground truth may go on for longer than
+// the tracks; only what lies within their span is shown.
+std::map<int64_t, TimeNs> ClockOf(const PageInput& input) {
+  std::map<int64_t, TimeNs> clock;
+  for (const PageResult& result : input.results) {
+    if (result.role != ResultRole::kTracks) continue;
+    for (const TrackFrame& frame : result.tracks.frames) {
+      clock.emplace(frame.frame, frame.time);
+    }
+  }
+  return clock;
+}
+
+// A clock that stands still is replaced by an assumed rate.
+void RepairTimes(std::map<int64_t, TimeNs>* clock) {
+  TimeNs last = 0;
+  bool ascends = true;
+  for (auto at = clock->begin(); at != clock->end(); ++at) {
+    ascends = ascends && (at == clock->begin() || at->second > last);
+    last = at->second;
+  }
+  if (ascends) return;
+  for (auto& [frame, time] : *clock) {
+    time = FromSeconds(static_cast<double>(frame) / kFallbackRateHz);
+  }
+}
+
+Json ToJson(const Skeleton& skeleton) {
+  Json bones = Json::array();
+  for (const Bone& bone : skeleton.bones()) bones.push_back({bone.a, bone.b});
+  return {{"joints", skeleton.joints()}, {"bones", bones}};
+}
+
+template <typename Derived>
+Json Numbers(const Eigen::DenseBase<Derived>& matrix) {
+  Json numbers = Json::array();
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
+      numbers.push_back(matrix(r, c));
+    }
+  }
+  return numbers;
+}
+
+Json ToJson(const Camera& camera, const std::string& view) {
+  Json json = {
+      {"name", camera.name()},      {"view", view},
+      {"width", camera.width_px()}, {"height", camera.height_px()},
+      {"K", Numbers(camera.K())},   {"R", Numbers(camera.R())},
+      {"t", Numbers(camera.t())},   {"centre", Numbers(camera.centre())},
+      {"model", "pinhole"},         {"distortion", Json::array()}};
+  if (camera.lens() != nullptr) {
+    json["model"] = camera.lens()->model();
+    json["distortion"] = camera.lens()->parameters();
+  }
+  return json;
+}
+
+// Colours by identity: 0, 1, 2 in order of first appearance; an identity of a
+// later result takes the colour of the one that it is nearest to most often.
+class Colours {
+ public:
+  // `lead` is null for the result that leads.
+  Colours(const TrackSequence& tracks, const TrackSequence* lead,
+          const Colours* lead_colours) {
+    std::map<TrackId, std::map<TrackId, int>> votes;
+    if (lead != nullptr) votes = Votes(tracks, *lead);
+    int next = lead_colours == nullptr
+                   ? 0
+                   : static_cast<int>(lead_colours->colour_.size());
+    for (const TrackFrame& frame : tracks.frames) {
+      for (const PersonPose& person : frame.people) {
+        if (colour_.count(person.id) > 0) continue;
+        ids_.push_back(person.id);
+        const auto& of_person = votes[person.id];
+        const auto best = std::max_element(
+            of_person.begin(), of_person.end(),
+            [](const auto& a, const auto& b) { return a.second < b.second; });
+        colour_[person.id] = best == of_person.end()
+                                 ? next++
+                                 : lead_colours->colour_.at(best->first);
+      }
+    }
+  }
+
+  const std::vector<TrackId>& ids() const { return ids_; }
+  int ColourOf(TrackId id) const { return colour_.at(id); }
+
+ private:
+  static std::map<TrackId, std::map<TrackId, int>> Votes(
+      const TrackSequence& tracks, const TrackSequence& lead);
+
+  std::vector<TrackId> ids_;  // in order of first appearance
+  std::map<TrackId, int> colour_;
+};
+
+std::optional<Eigen::Vector3d> Middle(const Pose3d& pose) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const int count = CountPresent(pose);
+  for (const Joint3d& joint : pose) {
+    if (joint.present()) sum += joint.position_m;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+std::map<TrackId, std::map<TrackId, int>> Colours::Votes(
+    const TrackSequence& tracks, const TrackSequence& lead) {
+  constexpr double kGateM = 0.5;
+  std::map<int64_t, const TrackFrame*> lead_frames;
+  for (const TrackFrame& frame : lead.frames) lead_frames[frame.frame] = &frame;
+  std::map<TrackId, std::map<TrackId, int>> votes;
+  for (const TrackFrame& frame : tracks.frames) {
+    const auto at = lead_frames.find(frame.frame);
+    if (at == lead_frames.end()) continue;
+    for (const PersonPose& person : frame.people) {
+      const auto here = Middle(person.joints);
+      double nearest = kGateM;
+      std::optional<TrackId> same;
+      for (const PersonPose& other : at->second->people) {
+        const auto there = Middle(other.joints);
+        if (!here.has_value() || !there.has_value()) continue;
+        const double distance = (*here - *there).norm();
+        if (distance >= nearest) continue;
+        nearest = distance;
+        same = other.id;
+      }
+      if (same.has_value()) ++votes[person.id][*same];
+    }
+  }
+  return votes;
+}
+
+// The arrays of one result. "Extras" are there only for frames on the extras'
+// stride: matches with weights, and covariances.
+struct ResultArrays {
+  std::vector<uint32_t> frame;       // on the page's clock
+  std::vector<uint16_t> person;      // index into the ids
+  std::vector<int32_t> root;         // 3 a pose, quanta
+  std::vector<int16_t> joints;       // 3 a joint, quanta from the root
+  std::vector<uint8_t> status;       // a joint: status + 4 * inlier views
+  std::vector<uint16_t> residual;    // a view
+  std::vector<uint16_t> difference;  // a pose
+  std::vector<int16_t> match;        // a view (extras)
+  std::vector<uint8_t> weight;       // a joint of a view (extras)
+  std::vector<int16_t> covariance;   // 6 a joint (extras)
+};
+
+double LargestReach(const TrackSequence& tracks) {
+  double reach = 0.0;
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      const auto middle = Middle(person.joints);
+      for (const Joint3d& joint : person.joints) {
+        if (!joint.present()) continue;
+        reach =
+            std::max(reach, (joint.position_m - *middle).cwiseAbs().maxCoeff());
+      }
+    }
+  }
+  return reach;
+}
+
+class PageMaker {
+ public:
+  PageMaker(const PageInput& input, const PageOptions& options)
+      : input_(input), options_(options), clock_(ClockOf(input)) {
+    if (clock_.empty()) {
+      throw InputError("--tracks: there is no frame to show");
+    }
+    RepairTimes(&clock_);
+    if (input.detections.has_value()) {
+      for (const DetectionFrame& frame : input.detections->frames) {
+        detections_[frame.frame] = &frame;
+      }
+    }
+  }
+
+  PageData Make();
+
+ private:
+  void ChooseStrides();
+  bool HasExtras(size_t clock_idx) const {
+    return clock_idx % static_cast<size_t>(data_.extras_stride) == 0;
+  }
+  Json ResultJson(size_t r);
+  void AddPose(const PersonPose& person, uint32_t clock_idx, double quantum,
+               ResultArrays* arrays) const;
+  void AddExtras(const PersonPose& person, const std::vector<ViewPair>& pairs,
+                 const DetectionPairing* pairing, ResultArrays* arrays) const;
+  void AddCovariances(const PersonPose& person, double quantum,
+                      ResultArrays* arrays) const;
+  void AddMoments(size_t r, std::vector<Moment> moments);
+  Json DetectionsJson() const;
+  size_t view_count() const {
+    return input_.detections.has_value() ? input_.cameras.size() : 0;
+  }
+
+  const PageInput& input_;
+  const PageOptions& options_;
+  std::map<int64_t, TimeNs> clock_;
+  std::map<int64_t, const DetectionFrame*> detections_;
+  std::map<int64_t, uint32_t> index_;  // of the frames that are kept
+  std::vector<Colours> colours_;
+  Json moments_ = Json::array();
+  PageData data_;
+};
+
+// Sizes in bytes before Base64, which adds a third.
+void PageMaker::ChooseStrides() {
+  double poses = 0.0;
+  double extras = 0.0;
+  for (const PageResult& result : input_.results) {
+    const auto joints =
+        static_cast<double>(result.tracks.header.skeleton.joint_count());
+    const auto views = static_cast<double>(view_count());
+    for (const TrackFrame& frame : result.tracks.frames) {
+      if (clock_.count(frame.frame) == 0) continue;
+      const auto people = static_cast<double>(frame.people.size());
+      poses += people * (20.0 + 7.0 * joints + 2.0 * views);
+      extras += people * views * (2.0 + joints);
+      if (options_.with_covariance) extras += people * 12.0 * joints;
+    }
+  }
+  for (const auto& [number, frame] : detections_) {
+    if (clock_.count(number) == 0) continue;
+    for (const ViewDetections& view : frame->views) {
+      for (const Detection& detection : view.detections) {
+        extras += 5.0 * static_cast<double>(detection.joints.size());
+      }
+    }
+  }
+  const double budget = 0.75 * static_cast<double>(options_.max_bytes);
+  const double left = std::max(budget - poses, budget / 8.0);
+  data_.extras_stride = static_cast<int>(
+      std::clamp(std::ceil(extras / left), 1.0, double{kMaxExtrasStride}));
+  const double rest = poses + extras / data_.extras_stride;
+  data_.frame_stride =
+      static_cast<int>(std::max(1.0, std::ceil(rest / budget)));
+}
+
+void PageMaker::AddPose(const PersonPose& person, uint32_t clock_idx,
+                        double quantum, ResultArrays* arrays) const {
+  const Eigen::Vector3d middle =
+      Middle(person.joints).value_or(Eigen::Vector3d::Zero());
+  Eigen::Vector3d root_m;
+  for (int k = 0; k < 3; ++k) {
+    const auto root = Quantise<int32_t>(middle[k], kQuantumM);
+    arrays->root.push_back(root);
+    root_m[k] = root * kQuantumM;
+  }
+  arrays->frame.push_back(clock_idx);
+  for (size_t j = 0; j < person.joints.size(); ++j) {
+    const Joint3d& joint = person.joints[j];
+    const Eigen::Vector3d offset =
+        joint.present() ? Eigen::Vector3d(joint.position_m - root_m)
+                        : Eigen::Vector3d::Zero();
+    for (int k = 0; k < 3; ++k) {
+      arrays->joints.push_back(Quantise<int16_t>(offset[k], quantum));
+    }
+    const int views = j < person.inlier_views.size()
+                          ? std::min(person.inlier_views[j], 63)
+                          : 0;
+    arrays->status.push_back(
+        static_cast<uint8_t>(static_cast<int>(joint.status) + 4 * views));
+  }
+}
+
+void PageMaker::AddExtras(const PersonPose& person,
+                          const std::vector<ViewPair>& pairs,
+                          const DetectionPairing* pairing,
+                          ResultArrays* arrays) const {
+  const size_t joint_count = person.joints.size();
+  const size_t at = arrays->weight.size();
+  arrays->weight.resize(at + view_count() * joint_count, kNoWeight);
+  for (const ViewPair& pair : pairs) {
+    arrays->match.push_back(static_cast<int16_t>(pair.detection));
+  }
+  for (const ViewMatch& match : person.matches) {
+    const int view = pairing->ViewOf(match.view_idx);
+    if (view < 0) continue;
+    for (size_t j = 0; j < match.weights.size(); ++j) {
+      if (!match.weights[j].has_value()) continue;
+      const double weight = std::clamp(*match.weights[j], 0.0, 1.0);
+      // Whatever counts a little is not shown as rejected.
+      arrays->weight[at + static_cast<size_t>(view) * joint_count + j] =
+          static_cast<uint8_t>(std::ceil(weight * kWeightSteps));
+    }
+  }
+}
+
+// The lower Cholesky factor maps the unit sphere to the one-sigma ellipsoid.
+void PageMaker::AddCovariances(const PersonPose& person, double quantum,
+                               ResultArrays* arrays) const {
+  for (size_t j = 0; j < person.joints.size(); ++j) {
+    Eigen::Matrix3d factor = Eigen::Matrix3d::Zero();
+    if (j < person.covariances.size() && person.covariances[j].has_value()) {
+      const Eigen::LLT<Eigen::Matrix3d> llt(*person.covariances[j]);
+      if (llt.info() == Eigen::Success) factor = llt.matrixL();
+    }
+    for (const auto& [row, column] :
+         {std::pair{0, 0}, {1, 0}, {1, 1}, {2, 0}, {2, 1}, {2, 2}}) {
+      arrays->covariance.push_back(
+          Quantise<int16_t>(factor(row, column), quantum));
+    }
+  }
+}
+
+// A moment is shown on the kept frame nearest before it.
+void PageMaker::AddMoments(size_t r, std::vector<Moment> moments) {
+  for (const Moment& moment : moments) {
+    if (clock_.count(moment.frame) == 0) continue;
+    const auto after = index_.upper_bound(moment.frame);
+    const uint32_t at = std::prev(after)->second;
+    moments_.push_back({{"kind", ToString(moment.kind)},
+                        {"at", at},
+                        {"frame", moment.frame},
+                        {"result", r},
+                        {"id", std::to_string(moment.id.value())},
+                        {"value", moment.value},
+                        {"detail", moment.detail}});
+  }
+}
+
+Json PageMaker::ResultJson(size_t r) {
+  const PageResult& result = input_.results[r];
+  const TrackHeader& header = result.tracks.header;
+  const bool is_tracks = result.role == ResultRole::kTracks;
+  colours_.emplace_back(result.tracks,
+                        r == 0 ? nullptr : &input_.results[0].tracks,
+                        r == 0 ? nullptr : &colours_[0]);
+  const Colours& colours = colours_.back();
+  std::map<TrackId, uint16_t> person_of;
+  Json ids = Json::array();
+  Json colour_list = Json::array();
+  for (const TrackId id : colours.ids()) {
+    person_of[id] = static_cast<uint16_t>(ids.size());
+    ids.push_back(std::to_string(id.value()));
+    colour_list.push_back(colours.ColourOf(id));
+  }
+  const double quantum =
+      std::max(kQuantumM, LargestReach(result.tracks) / 32000.0);
+  std::optional<DetectionPairing> pairing;
+  if (input_.detections.has_value()) {
+    pairing.emplace(header, input_.detections->header, input_.cameras);
+  }
+  std::vector<std::vector<double>> differences;
+  if (input_.results.size() > 1) {
+    differences =
+        DifferencesTo(input_.results[r == 0 ? 1 : 0].tracks, result.tracks);
+  }
+
+  ResultArrays arrays;
+  std::vector<Moment> residuals;
+  std::vector<Moment> apart;
+  for (size_t f = 0; f < result.tracks.frames.size(); ++f) {
+    const TrackFrame& frame = result.tracks.frames[f];
+    const auto clock_at = clock_.find(frame.frame);
+    if (clock_at == clock_.end()) continue;
+    std::vector<std::vector<ViewPair>> pairs(
+        frame.people.size(), std::vector<ViewPair>(view_count()));
+    const auto seen = detections_.find(frame.frame);
+    if (pairing.has_value() && seen != detections_.end()) {
+      pairs = pairing->Pair(frame, *seen->second);
+    }
+    const auto kept = index_.find(frame.frame);
+    for (size_t p = 0; p < frame.people.size(); ++p) {
+      const PersonPose& person = frame.people[p];
+      Moment worst{MomentKind::kResidual,
+                   frame.frame,
+                   clock_at->second,
+                   person.id,
+                   0.0,
+                   ""};
+      for (size_t v = 0; v < view_count(); ++v) {
+        const double residual = pairs[p][v].residual_px.value_or(0.0);
+        if (residual <= worst.value) continue;
+        worst.value = residual;
+        worst.detail = input_.detections->header.view_names[v];
+      }
+      if (worst.value > 0.0) residuals.push_back(std::move(worst));
+      const double difference = differences.empty() ? -1.0 : differences[f][p];
+      if (difference > 0.0) {
+        apart.push_back({MomentKind::kDifference, frame.frame, clock_at->second,
+                         person.id, difference, ""});
+      }
+      if (kept == index_.end()) continue;
+      AddPose(person, kept->second, quantum, &arrays);
+      arrays.person.push_back(person_of.at(person.id));
+      for (const ViewPair& pair : pairs[p]) {
+        arrays.residual.push_back(
+            pair.residual_px.has_value()
+                ? std::min<uint16_t>(
+                      Quantise<uint16_t>(*pair.residual_px, kResidualQuantumPx),
+                      kNoValue16 - 1)
+                : kNoValue16);
+      }
+      if (!differences.empty()) {
+        arrays.difference.push_back(
+            difference < 0.0
+                ? kNoValue16
+                : Quantise<uint16_t>(difference, kDifferenceQuantumM));
+      }
+      if (!HasExtras(kept->second)) continue;
+      if (pairing.has_value()) {
+        AddExtras(person, pairs[p], &*pairing, &arrays);
+      }
+      if (options_.with_covariance) {
+        AddCovariances(person, kQuantumM, &arrays);
+      }
+    }
+  }
+  data_.poses += arrays.frame.size();
+
+  if (is_tracks) {
+    AddMoments(r, Largest(std::move(residuals), kMomentsOfAKind));
+    AddMoments(r, Largest(SpeedJumps(result.tracks), kMomentsOfAKind));
+    AddMoments(r, Largest(BoneDeviations(result.tracks), kMomentsOfAKind));
+    std::vector<Moment> lives = StartsAndEnds(result.tracks);
+    if (lives.size() > kMaxStartsAndEnds) lives.resize(kMaxStartsAndEnds);
+    AddMoments(r, std::move(lives));
+    if (r == 0) AddMoments(r, Largest(std::move(apart), kMomentsOfAKind));
+  }
+
+  Json json = {{"label", result.label},
+               {"role", is_tracks ? "tracks" : "truth"},
+               {"mode", header.mode},
+               {"skeleton", ToJson(header.skeleton)},
+               {"ids", ids},
+               {"colours", colour_list},
+               {"rootQuantum", kQuantumM},
+               {"quantum", quantum},
+               {"frame", Base64(arrays.frame)},
+               {"person", Base64(arrays.person)},
+               {"root", Base64(arrays.root)},
+               {"joints", Base64(arrays.joints)},
+               {"status", Base64(arrays.status)}};
+  if (!arrays.residual.empty()) json["residual"] = Base64(arrays.residual);
+  if (!arrays.difference.empty()) {
+    json["difference"] = Base64(arrays.difference);
+  }
+  if (!arrays.match.empty()) {
+    json["match"] = Base64(arrays.match);
+    json["weight"] = Base64(arrays.weight);
+  }
+  const bool has_covariance =
+      std::any_of(arrays.covariance.begin(), arrays.covariance.end(),
+                  [](int16_t value) { return value != 0; });
+  if (has_covariance) json["covariance"] = Base64(arrays.covariance);
+  return json;
+}
+
+Json PageMaker::DetectionsJson() const {
+  const DetectionHeader& header = input_.detections->header;
+  double largest = 1.0;
+  for (const auto& [number, frame] : detections_) {
+    for (const ViewDetections& view : frame->views) {
+      for (const Detection& detection : view.detections) {
+        for (const Keypoint& joint : detection.joints) {
+          if (joint.found) largest = std::max(largest, joint.px.maxCoeff());
+        }
+      }
+    }
+  }
+  // Pixels outside the image to the left or above are shown at its edge.
+  const double quantum = std::max(0.1, largest / 65000.0);
+  std::vector<uint16_t> counts;
+  std::vector<uint16_t> xy;
+  std::vector<uint8_t> confidence;
+  for (const auto& [number, idx] : index_) {
+    const auto at = detections_.find(number);
+    for (size_t v = 0; v < input_.cameras.size(); ++v) {
+      counts.push_back(0);
+      if (!HasExtras(idx) || at == detections_.end()) continue;
+      for (const Detection& detection : at->second->views[v].detections) {
+        ++counts.back();
+        for (const Keypoint& joint : detection.joints) {
+          xy.push_back(Quantise<uint16_t>(joint.px.x(), quantum));
+          xy.push_back(Quantise<uint16_t>(joint.px.y(), quantum));
+          confidence.push_back(
+              joint.found ? static_cast<uint8_t>(std::clamp(
+                                1.0 + 254.0 * joint.confidence, 1.0, 255.0))
+                          : uint8_t{0});
+        }
+      }
+    }
+  }
+  return {{"skeleton", ToJson(header.skeleton)},
+          {"quantum", quantum},
+          {"counts", Base64(counts)},
+          {"xy", Base64(xy)},
+          {"confidence", Base64(confidence)}};
+}
+
+PageData PageMaker::Make() {
+  ChooseStrides();
+  std::vector<int32_t> numbers;
+  std::vector<double> times_s;
+  size_t position = 0;
+  for (const auto& [number, time] : clock_) {
+    if (position++ % static_cast<size_t>(data_.frame_stride) != 0) continue;
+    index_[number] = static_cast<uint32_t>(numbers.size());
+    numbers.push_back(static_cast<int32_t>(number));
+    times_s.push_back(ToSeconds(time));
+  }
+  data_.frames = numbers.size();
+
+  const TrackSequence& lead = input_.results[0].tracks;
+  const Eigen::Vector3d up = options_.up.has_value()
+                                 ? *options_.up
+                                 : UpDirection(lead, input_.cameras);
+  Json page = {{"title", input_.title},
+               {"frames", Base64(numbers)},
+               {"times", Base64(times_s)},
+               {"up", Numbers(up)},
+               {"floor", FloorHeight(lead, up)},
+               {"frameStride", data_.frame_stride},
+               {"extrasStride", data_.extras_stride},
+               {"cameras", Json::array()},
+               {"results", Json::array()}};
+  for (size_t v = 0; v < input_.cameras.size(); ++v) {
+    const Camera& camera = input_.cameras[v];
+    page["cameras"].push_back(
+        ToJson(camera, input_.detections.has_value()
+                           ? input_.detections->header.view_names[v]
+                           : camera.name()));
+  }
+  colours_.reserve(input_.results.size());
+  for (size_t r = 0; r < input_.results.size(); ++r) {
+    page["results"].push_back(ResultJson(r));
+  }
+  if (input_.detections.has_value()) page["detections"] = DetectionsJson();
+  page["moments"] = moments_;
+  data_.moments = moments_.size();
+  data_.json = WithoutAngleBrackets(
+      page.dump(-1, ' ', false, Json::error_handler_t::replace));
+  return std::move(data_);
+}
+
+}  // namespace
+
+PageData MakePageData(const PageInput& input, const PageOptions& options) {
+  return PageMaker(input, options).Make();
+}
+
+}  // namespace kinegraph

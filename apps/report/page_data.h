@@ -1,0 +1,54 @@
+// What the page of `report` shows, and its encoding: numbers quantised into
+// small integers, so that long takes stay small.
+#ifndef KINEGRAPH_APPS_REPORT_PAGE_DATA_H_
+#define KINEGRAPH_APPS_REPORT_PAGE_DATA_H_
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/data/pose.h"
+#include "core/geometry/camera.h"
+
+namespace kinegraph {
+
+enum class ResultRole { kTracks, kGroundTruth };
+
+struct PageResult {
+  std::string label;  // shown as it is, never as markup
+  ResultRole role = ResultRole::kTracks;
+  TrackSequence tracks;
+};
+
+struct PageInput {
+  std::string title;
+  std::vector<PageResult> results;  // one or more; the first leads
+  CameraRig cameras;                // in the order of the detections' views
+  std::optional<DetectionSequence> detections;  // needs cameras
+};
+
+struct PageOptions {
+  bool with_covariance = false;
+  std::optional<Eigen::Vector3d> up;  // unit; nullopt: from people or cameras
+  size_t max_bytes = 50000000;        // of the data; more is decimated
+};
+
+// The encoded data and what was left out to keep it small.
+struct PageData {
+  std::string json;       // safe inside a <script> element
+  size_t frames = 0;      // on the page's clock
+  size_t poses = 0;       // of all results
+  int frame_stride = 1;   // 2: every second frame is kept
+  int extras_stride = 1;  // the same for detections, weights and covariances
+  size_t moments = 0;
+};
+
+// Throws InputError when there is no frame to show.
+PageData MakePageData(const PageInput& input, const PageOptions& options = {});
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_REPORT_PAGE_DATA_H_

@@ -1,0 +1,48 @@
+// Which detections a result's people belong to, and how far off they are.
+#ifndef KINEGRAPH_APPS_REPORT_PAIRING_H_
+#define KINEGRAPH_APPS_REPORT_PAIRING_H_
+
+#include <optional>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/data/pose.h"
+#include "core/geometry/camera.h"
+
+namespace kinegraph {
+
+// One person in one view.
+struct ViewPair {
+  int detection = -1;                 // position in the view's list; -1: none
+  std::optional<double> residual_px;  // mean over the joints that counted
+};
+
+// Pairs the people of a frame with its detections: by the tracks' own matches
+// where they have them, else each with the nearest by mean pixel distance.
+class DetectionPairing {
+ public:
+  // `cameras` are in the order of the detections' views.
+  DetectionPairing(const TrackHeader& tracks, const DetectionHeader& detections,
+                   const CameraRig& cameras);
+
+  // [person][view].
+  std::vector<std::vector<ViewPair>> Pair(const TrackFrame& tracks,
+                                          const DetectionFrame& seen) const;
+  // The page's view of a view of the tracks; -1: the detections lack it.
+  int ViewOf(int track_view) const { return view_of_track_view_[track_view]; }
+
+ private:
+  std::optional<double> Residual(const PersonPose& person,
+                                 const Detection& detection,
+                                 const ViewMatch* match, int view) const;
+  void PairNearest(const TrackFrame& tracks, const ViewDetections& seen,
+                   int view, std::vector<std::vector<ViewPair>>* pairs) const;
+
+  const CameraRig& cameras_;
+  std::vector<int> joint_map_;  // the tracks' joint -> the detections'
+  std::vector<int> view_of_track_view_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_REPORT_PAIRING_H_

@@ -1,0 +1,1024 @@
+'use strict';
+(function () {
+  // ---- Data -----------------------------------------------------------------
+
+  const data = JSON.parse(document.getElementById('data').textContent);
+  const byId = (id) => document.getElementById(id);
+
+  function decode(text, Type) {
+    const raw = atob(text || '');
+    const bytes = new Uint8Array(raw.length);
+    for (let i = 0; i < raw.length; ++i) bytes[i] = raw.charCodeAt(i);
+    return new Type(bytes.buffer);
+  }
+
+  const OBSERVED = 2, INFERRED = 1, MISSING = 0;
+  const NO_VALUE = 65535, NO_WEIGHT = 255;
+  // A robust loss never weighs a joint with nothing: less than a tenth (of 200).
+  const REJECTED = 20;
+  const frameNumbers = decode(data.frames, Int32Array);
+  const times = decode(data.times, Float64Array);
+  const frameCount = frameNumbers.length;
+  const viewCount = data.detections ? data.cameras.length : 0;
+  // Okabe and Ito's colours, told apart with any kind of colour vision.
+  const PALETTE = ['#0072b2', '#e69f00', '#009e73', '#d55e00', '#56b4e9', '#cc79a7', '#b8a800', '#7a6a9b'];
+
+  function loadResult(source, index) {
+    const result = {
+      index: index, label: source.label, truth: source.role === 'truth', mode: source.mode,
+      ids: source.ids, colours: source.colours, joints: source.skeleton.joints, bones: source.skeleton.bones,
+      frame: decode(source.frame, Uint32Array), person: decode(source.person, Uint16Array),
+      status: decode(source.status, Uint8Array),
+      residual: source.residual ? decode(source.residual, Uint16Array) : null,
+      difference: source.difference ? decode(source.difference, Uint16Array) : null,
+      match: source.match ? decode(source.match, Int16Array) : null,
+      weight: source.weight ? decode(source.weight, Uint8Array) : null,
+      covariance: source.covariance ? decode(source.covariance, Int16Array) : null,
+      rootQuantum: source.rootQuantum, visible: true
+    };
+    const root = decode(source.root, Int32Array), offset = decode(source.joints, Int16Array);
+    const count = result.frame.length, J = result.joints.length;
+    result.xyz = new Float32Array(count * J * 3);
+    for (let p = 0; p < count; ++p) {
+      for (let i = 0; i < J * 3; ++i) {
+        result.xyz[p * J * 3 + i] = root[p * 3 + i % 3] * source.rootQuantum + offset[p * J * 3 + i] * source.quantum;
+      }
+    }
+    // Poses of a frame lie together: start[f] to start[f + 1].
+    result.start = new Uint32Array(frameCount + 1);
+    for (let p = 0; p < count; ++p) result.start[result.frame[p] + 1]++;
+    for (let f = 0; f < frameCount; ++f) result.start[f + 1] += result.start[f];
+    // Extras are stored for some poses only.
+    result.extra = new Int32Array(count);
+    let stored = 0;
+    for (let p = 0; p < count; ++p) {
+      result.extra[p] = result.frame[p] % data.extrasStride === 0 ? stored++ : -1;
+    }
+    result.ofPerson = result.ids.map(() => []);
+    for (let p = 0; p < count; ++p) result.ofPerson[result.person[p]].push(p);
+    return result;
+  }
+
+  const results = data.results.map(loadResult);
+
+  function loadDetections(source) {
+    if (!source) return null;
+    const counts = decode(source.counts, Uint16Array);
+    const start = new Uint32Array(counts.length + 1);
+    for (let i = 0; i < counts.length; ++i) start[i + 1] = start[i] + counts[i];
+    return {
+      joints: source.skeleton.joints, bones: source.skeleton.bones, quantum: source.quantum, start: start,
+      xy: decode(source.xy, Uint16Array), confidence: decode(source.confidence, Uint8Array)
+    };
+  }
+  const detections = loadDetections(data.detections);
+
+  function colourOf(result, person) {
+    if (result.truth) return dark() ? '#d5dce5' : '#333b46';
+    return PALETTE[result.colours[person] % PALETTE.length];
+  }
+
+  function nameOf(result, person) {
+    return (result.truth ? 'truth ' : '') + result.ids[person];
+  }
+
+  function dark() { return document.documentElement.classList.contains('dark'); }
+
+  function element(tag, properties, children) {
+    const node = Object.assign(document.createElement(tag), properties || {});
+    (children || []).forEach((child) => node.append(child));
+    return node;
+  }
+
+  // ---- 3D scene -------------------------------------------------------------
+
+  const up = new THREE.Vector3().fromArray(data.up);
+  const scratch = {
+    a: new THREE.Vector3(), b: new THREE.Vector3(), direction: new THREE.Vector3(),
+    matrix: new THREE.Matrix4(), turn: new THREE.Quaternion(), scale: new THREE.Vector3(), y: new THREE.Vector3(0, 1, 0)
+  };
+
+  function extent() {
+    const box = new THREE.Box3();
+    results.forEach((result) => {
+      const J = result.joints.length;
+      const step = Math.max(1, Math.floor(result.frame.length / 3000));
+      for (let p = 0; p < result.frame.length; p += step) {
+        for (let j = 0; j < J; ++j) {
+          if ((result.status[p * J + j] & 3) === MISSING) continue;
+          box.expandByPoint(scratch.a.fromArray(result.xyz, (p * J + j) * 3));
+        }
+      }
+    });
+    if (box.isEmpty()) box.set(new THREE.Vector3(-1, -1, -1), new THREE.Vector3(1, 1, 1));
+    return box;
+  }
+  const people = extent();
+  const middle = people.getCenter(new THREE.Vector3());
+  const reach = Math.min(30, Math.max(2, people.getSize(new THREE.Vector3()).length() / 2));
+
+  class Scene {
+    constructor(canvas) {
+      this.canvas = canvas;
+      const context = canvas.getContext('webgl2', { antialias: true, alpha: true });
+      if (!context) throw new Error('no WebGL 2');
+      this.renderer = new THREE.WebGLRenderer({ canvas: canvas, context: context, antialias: true, alpha: true });
+      this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
+      this.scene = new THREE.Scene();
+      this.camera = new THREE.PerspectiveCamera(45, 1, 0.05, 500);
+      this.camera.up.copy(up);
+      this.controls = new THREE.OrbitControls(this.camera, canvas);
+      this.controls.enableKeys = false;
+      this.controls.addEventListener('change', () => { this.dirty = true; });
+      this.scene.add(new THREE.AmbientLight(0xffffff, 0.65));
+      this.light = new THREE.DirectionalLight(0xffffff, 0.55);
+      this.scene.add(this.light);
+      this.ball = new THREE.IcosahedronBufferGeometry(1, 2);
+      this.gem = new THREE.OctahedronBufferGeometry(1, 0);
+      this.rod = new THREE.CylinderBufferGeometry(1, 1, 1, 8, 1, true);
+      this.bodies = results.map(() => []);
+      this.frusta = [];
+      this.addFloor();
+      this.addCameras();
+      this.home();
+      this.dirty = true;
+    }
+
+    home() {
+      const right = new THREE.Vector3(1, 0, 0);
+      if (Math.abs(up.x) > 0.9) right.set(0, 1, 0);
+      const forward = new THREE.Vector3().crossVectors(up, right).normalize();
+      right.crossVectors(forward, up).normalize();
+      // From the cameras' side when there are cameras, else from the front.
+      const away = new THREE.Vector3();
+      data.cameras.forEach((camera) => away.add(scratch.a.fromArray(camera.centre).sub(middle)));
+      away.addScaledVector(up, -away.dot(up));
+      if (away.length() < 0.3) away.copy(right).addScaledVector(forward, 0.6);
+      away.normalize();
+      this.controls.target.copy(middle);
+      this.camera.position.copy(middle).addScaledVector(away, reach * 1.9).addScaledVector(up, reach * 1.05);
+      this.controls.update();
+    }
+
+    addFloor() {
+      const size = Math.ceil(reach * 1.6) * 2;
+      this.floor = new THREE.GridHelper(size, size, 0x8090a0, 0x8090a0);
+      this.floor.material.transparent = true;
+      this.floor.material.opacity = 0.32;
+      this.floor.material.depthWrite = false;
+      this.floor.quaternion.setFromUnitVectors(scratch.y, up);
+      this.floor.position.copy(middle).addScaledVector(up, data.floor - middle.dot(up));
+      this.scene.add(this.floor);
+    }
+
+    addCameras() {
+      this.cameraGroup = new THREE.Group();
+      this.cameraMaterial = new THREE.LineBasicMaterial({ color: 0x7b8794 });
+      const depth = Math.min(0.6, reach * 0.12);
+      data.cameras.forEach((camera) => {
+        const width = camera.width || 2 * camera.K[2], height = camera.height || 2 * camera.K[5];
+        const corner = (u, v) => {
+          const x = (u - camera.K[2]) / camera.K[0] * depth, y = (v - camera.K[5]) / camera.K[4] * depth;
+          const c = [x - camera.t[0], y - camera.t[1], depth - camera.t[2]], R = camera.R;
+          return new THREE.Vector3(R[0] * c[0] + R[3] * c[1] + R[6] * c[2], R[1] * c[0] + R[4] * c[1] + R[7] * c[2], R[2] * c[0] + R[5] * c[1] + R[8] * c[2]);
+        };
+        const apex = new THREE.Vector3().fromArray(camera.centre);
+        const corners = [corner(0, 0), corner(width, 0), corner(width, height), corner(0, height)];
+        const points = [];
+        corners.forEach((c, i) => points.push(apex, c, c, corners[(i + 1) % 4]));
+        this.cameraGroup.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points), this.cameraMaterial));
+        this.frusta.push(apex);
+      });
+      this.scene.add(this.cameraGroup);
+    }
+
+    // Meshes of one person: joints and bones, observed and inferred apart.
+    body(result, person) {
+      const made = this.bodies[result.index];
+      if (made[person]) return made[person];
+      const solid = new THREE.MeshLambertMaterial({ color: colourOf(result, person) });
+      const faint = new THREE.MeshLambertMaterial({ color: colourOf(result, person), transparent: true, opacity: 0.3, depthWrite: false });
+      const shape = result.index === 0 ? this.ball : this.gem;
+      const mesh = (geometry, material, count) => {
+        const instanced = new THREE.InstancedMesh(geometry, material, Math.max(1, count));
+        instanced.frustumCulled = false;
+        this.scene.add(instanced);
+        return instanced;
+      };
+      const J = result.joints.length, B = result.bones.length;
+      const body = {
+        solid: solid, faint: faint,
+        joints: mesh(shape, solid, J), inferredJoints: mesh(shape, faint, J),
+        bones: mesh(this.rod, solid, B), inferredBones: mesh(this.rod, faint, B), ellipsoids: null
+      };
+      const trail = new THREE.BufferGeometry();
+      trail.setAttribute('position', new THREE.BufferAttribute(new Float32Array(3 * TRAIL_POINTS), 3));
+      body.trailMaterial = new THREE.LineBasicMaterial({ color: colourOf(result, person), transparent: true, opacity: 0.7 });
+      body.trail = new THREE.Line(trail, body.trailMaterial);
+      body.trail.frustumCulled = false;
+      this.scene.add(body.trail);
+      body.meshes = [body.joints, body.inferredJoints, body.bones, body.inferredBones];
+      made[person] = body;
+      return body;
+    }
+
+    hideBody(body) {
+      body.meshes.forEach((mesh) => { mesh.visible = false; });
+      body.trail.visible = false;
+      if (body.ellipsoids) body.ellipsoids.visible = false;
+    }
+
+    poseBody(result, p) {
+      const body = this.body(result, result.person[p]);
+      const J = result.joints.length, xyz = result.xyz, base = p * J;
+      const thickness = result.index === 0 ? 1 : 0.45;
+      let observed = 0, inferred = 0;
+      for (let j = 0; j < J; ++j) {
+        const status = result.status[base + j] & 3;
+        if (status === MISSING) continue;
+        const size = (result.index === 0 ? 0.032 : 0.026) * (status === INFERRED ? 0.8 : 1);
+        scratch.matrix.makeScale(size, size, size).setPosition(xyz[(base + j) * 3], xyz[(base + j) * 3 + 1], xyz[(base + j) * 3 + 2]);
+        if (status === OBSERVED) body.joints.setMatrixAt(observed++, scratch.matrix);
+        else body.inferredJoints.setMatrixAt(inferred++, scratch.matrix);
+      }
+      body.joints.count = observed;
+      body.inferredJoints.count = inferred;
+      observed = inferred = 0;
+      for (const [a, b] of result.bones) {
+        const status = Math.min(result.status[base + a] & 3, result.status[base + b] & 3);
+        if (status === MISSING) continue;
+        scratch.a.fromArray(xyz, (base + a) * 3);
+        scratch.b.fromArray(xyz, (base + b) * 3);
+        const length = scratch.direction.subVectors(scratch.b, scratch.a).length();
+        if (length < 1e-6) continue;
+        scratch.turn.setFromUnitVectors(scratch.y, scratch.direction.divideScalar(length));
+        scratch.a.add(scratch.b).multiplyScalar(0.5);
+        scratch.matrix.compose(scratch.a, scratch.turn, scratch.scale.set(0.019 * thickness, length, 0.019 * thickness));
+        if (status === OBSERVED) body.bones.setMatrixAt(observed++, scratch.matrix);
+        else body.inferredBones.setMatrixAt(inferred++, scratch.matrix);
+      }
+      body.bones.count = observed;
+      body.inferredBones.count = inferred;
+      body.meshes.forEach((mesh) => { mesh.visible = mesh.count > 0; mesh.instanceMatrix.needsUpdate = true; });
+      this.poseTrail(result, p, body);
+      this.poseEllipsoids(result, p, body);
+    }
+
+    poseTrail(result, p, body) {
+      body.trail.visible = show.trails;
+      if (!show.trails) return;
+      const history = result.ofPerson[result.person[p]];
+      const position = body.trail.geometry.attributes.position;
+      let at = lowerBound(history, p), count = 0;
+      const last = times[result.frame[p]];
+      for (; at >= 0 && count < TRAIL_POINTS && last - times[result.frame[history[at]]] < TRAIL_SECONDS; --at) {
+        const c = footOf(result, history[at]);
+        if (!c) continue;
+        position.array.set(c, 3 * count++);
+      }
+      body.trail.geometry.setDrawRange(0, count);
+      position.needsUpdate = true;
+    }
+
+    poseEllipsoids(result, p, body) {
+      const wanted = show.ellipsoids && result.covariance && result.extra[p] >= 0;
+      if (!wanted) {
+        if (body.ellipsoids) body.ellipsoids.visible = false;
+        return;
+      }
+      const J = result.joints.length;
+      if (!body.ellipsoids) {
+        const material = new THREE.MeshLambertMaterial({ color: colourOf(result, result.person[p]), transparent: true, opacity: 0.28, depthWrite: false });
+        body.ellipsoids = new THREE.InstancedMesh(this.ball, material, J);
+        body.ellipsoids.frustumCulled = false;
+        this.scene.add(body.ellipsoids);
+      }
+      let count = 0;
+      for (let j = 0; j < J; ++j) {
+        if ((result.status[p * J + j] & 3) === MISSING) continue;
+        const at = (result.extra[p] * J + j) * 6, L = result.covariance, k = 2 * result.rootQuantum;
+        if (L[at] === 0 && L[at + 2] === 0) continue;
+        const x = (p * J + j) * 3;
+        scratch.matrix.set(
+          k * L[at], 0, 0, result.xyz[x],
+          k * L[at + 1], k * L[at + 2], 0, result.xyz[x + 1],
+          k * L[at + 3], k * L[at + 4], k * L[at + 5], result.xyz[x + 2], 0, 0, 0, 1);
+        body.ellipsoids.setMatrixAt(count++, scratch.matrix);
+      }
+      body.ellipsoids.count = count;
+      body.ellipsoids.visible = count > 0;
+      body.ellipsoids.instanceMatrix.needsUpdate = true;
+    }
+
+    setFrame(f) {
+      this.bodies.forEach((made) => made.forEach((body) => body && this.hideBody(body)));
+      results.forEach((result) => {
+        if (!result.visible) return;
+        for (let p = result.start[f]; p < result.start[f + 1]; ++p) this.poseBody(result, p);
+      });
+      this.floor.visible = show.floor;
+      this.cameraGroup.visible = show.cameras;
+      this.dirty = true;
+    }
+
+    recolour() {
+      this.bodies.forEach((made, r) => made.forEach((body, person) => {
+        if (!body) return;
+        const colour = colourOf(results[r], person);
+        [body.solid, body.faint, body.trailMaterial].forEach((material) => material.color.set(colour));
+      }));
+      this.dirty = true;
+    }
+
+    resize() {
+      const width = this.canvas.parentElement.clientWidth, height = this.canvas.parentElement.clientHeight;
+      this.renderer.setSize(width, height, false);
+      this.camera.aspect = width / Math.max(1, height);
+      this.camera.updateProjectionMatrix();
+      this.dirty = true;
+    }
+
+    render() {
+      if (!this.dirty) return;
+      this.dirty = false;
+      this.light.position.copy(this.camera.position).addScaledVector(up, reach);
+      this.renderer.render(this.scene, this.camera);
+      placeLabels(this);
+    }
+  }
+
+  const TRAIL_POINTS = 128, TRAIL_SECONDS = 2;
+  const show = { trails: true, labels: true, cameras: true, floor: true, ellipsoids: false };
+
+  // Largest index whose value is not above `value`.
+  function lowerBound(list, value) {
+    let low = 0, high = list.length - 1;
+    while (low < high) {
+      const mid = (low + high + 1) >> 1;
+      if (list[mid] <= value) low = mid; else high = mid - 1;
+    }
+    return low;
+  }
+
+  // Where a person stands: the mean of the joints, dropped to the floor.
+  const footBuffer = [0, 0, 0];
+  function footOf(result, p) {
+    const J = result.joints.length;
+    let x = 0, y = 0, z = 0, n = 0;
+    for (let j = 0; j < J; ++j) {
+      if ((result.status[p * J + j] & 3) === MISSING) continue;
+      const at = (p * J + j) * 3;
+      x += result.xyz[at]; y += result.xyz[at + 1]; z += result.xyz[at + 2];
+      ++n;
+    }
+    if (n === 0) return null;
+    x /= n; y /= n; z /= n;
+    const drop = data.floor + 0.01 - (x * up.x + y * up.y + z * up.z);
+    footBuffer[0] = x + drop * up.x; footBuffer[1] = y + drop * up.y; footBuffer[2] = z + drop * up.z;
+    return footBuffer;
+  }
+
+  // ---- Labels over the 3D view ------------------------------------------------
+
+  const labelPool = [];
+  function placeLabels(view) {
+    let used = 0;
+    const width = view.canvas.clientWidth, height = view.canvas.clientHeight;
+    const put = (point, text, colour, className) => {
+      scratch.b.copy(point).project(view.camera);
+      if (scratch.b.z > 1 || Math.abs(scratch.b.x) > 1 || Math.abs(scratch.b.y) > 1) return;
+      if (!labelPool[used]) labelPool.push(byId('labels').appendChild(document.createElement('span')));
+      const label = labelPool[used++];
+      if (label.textContent !== text) label.textContent = text;
+      label.className = className;
+      label.style.color = colour;
+      label.style.transform = 'translate(-50%, -100%) translate(' + ((scratch.b.x + 1) / 2 * width).toFixed(1) + 'px,' + ((1 - scratch.b.y) / 2 * height).toFixed(1) + 'px)';
+      label.hidden = false;
+    };
+    if (show.labels) {
+      if (show.cameras) data.cameras.forEach((camera, c) => put(view.frusta[c], camera.view, '', 'camera'));
+      const result = results.find((r) => r.visible);
+      if (result) {
+        for (let p = result.start[state.frame]; p < result.start[state.frame + 1]; ++p) {
+          put(headOf(result, p), nameOf(result, result.person[p]), colourOf(result, result.person[p]), '');
+        }
+      }
+    }
+    for (let i = used; i < labelPool.length; ++i) labelPool[i].hidden = true;
+  }
+
+  function headOf(result, p) {
+    const J = result.joints.length;
+    let best = -Infinity;
+    for (let j = 0; j < J; ++j) {
+      if ((result.status[p * J + j] & 3) === MISSING) continue;
+      scratch.b.fromArray(result.xyz, (p * J + j) * 3);
+      const height = scratch.b.dot(up);
+      if (height > best) { best = height; scratch.a.copy(scratch.b); }
+    }
+    return scratch.a.addScaledVector(up, 0.14);
+  }
+
+  // ---- Camera panels ----------------------------------------------------------
+
+  function lensLimit(k) {
+    // First squared radius where the radial polynomial turns back.
+    for (let s = 0; s < 25; s += 0.01) {
+      if (1 + 3 * k[0] * s + 5 * k[1] * s * s + 7 * k[4] * s * s * s <= 0) return s;
+    }
+    return Infinity;
+  }
+
+  function project(camera, x, y, z) {
+    const R = camera.R, t = camera.t, K = camera.K;
+    const depth = R[6] * x + R[7] * y + R[8] * z + t[2];
+    if (depth <= 1e-6) return null;
+    let u = (R[0] * x + R[1] * y + R[2] * z + t[0]) / depth, v = (R[3] * x + R[4] * y + R[5] * z + t[1]) / depth;
+    if (camera.model === 'opencv5') {
+      const k = camera.distortion, s = u * u + v * v;
+      if (camera.limit === undefined) camera.limit = lensLimit(k);
+      if (s >= camera.limit) return null;
+      const radial = 1 + s * (k[0] + s * (k[1] + s * k[4]));
+      const du = u * radial + 2 * k[2] * u * v + k[3] * (s + 2 * u * u);
+      v = v * radial + k[2] * (s + 2 * v * v) + 2 * k[3] * u * v;
+      u = du;
+    }
+    return [K[0] * u + K[1] * v + K[2], K[4] * v + K[5]];
+  }
+
+  const panels = [];
+  function makePanels() {
+    if (data.cameras.length === 0) return;
+    byId('views').hidden = false;
+    byId('view-legend').textContent = detections
+      ? 'Thin: detections (circles are joints that were found; dashed means matched to nobody). Thick: 3D poses seen by the camera. '
+        + 'Cross: joint that the joints filter rejected or the loss weighs with less than a tenth. Square: joint that the detector did not find. '
+        + (results.some((r) => r.match && hasWeights(r)) ? '' : 'The tracks name no matches: each person is paired with the nearest detection.')
+      : 'The 3D poses as each camera would see them.';
+    data.cameras.forEach((camera, v) => {
+      const canvas = element('canvas');
+      const width = camera.width || 2 * camera.K[2], height = camera.height || 2 * camera.K[5];
+      const facts = element('span');
+      byId('panels').append(element('figure', {}, [canvas, element('figcaption', {}, [element('b', { textContent: camera.view }), facts])]));
+      panels.push({ camera: camera, view: v, canvas: canvas, facts: facts, width: width, height: height, seen: true });
+    });
+    if ('IntersectionObserver' in window) {
+      const observer = new IntersectionObserver((entries) => entries.forEach((entry) => {
+        const panel = panels.find((one) => one.canvas === entry.target);
+        panel.seen = entry.isIntersecting;
+        if (panel.seen) drawPanel(panel, state.frame);
+      }));
+      panels.forEach((panel) => observer.observe(panel.canvas));
+    }
+  }
+
+  function hasWeights(result) { return result.weight.some((w) => w !== NO_WEIGHT); }
+
+  function sizePanels() {
+    panels.forEach((panel) => {
+      const width = panel.canvas.clientWidth || 300, ratio = Math.min(2, window.devicePixelRatio || 1);
+      panel.canvas.width = Math.round(width * ratio);
+      panel.canvas.height = Math.round(width * ratio * panel.height / panel.width);
+      panel.scale = panel.canvas.width / panel.width;
+      panel.unit = ratio;
+    });
+  }
+
+  // Who a detection of this view and frame belongs to.
+  function ownersIn(view, f) {
+    const owners = new Map();
+    results.slice().reverse().forEach((result) => {
+      if (!result.match || !result.visible) return;
+      for (let p = result.start[f]; p < result.start[f + 1]; ++p) {
+        if (result.extra[p] < 0) continue;
+        const d = result.match[result.extra[p] * viewCount + view];
+        if (d >= 0) owners.set(d, { result: result, p: p });
+      }
+    });
+    return owners;
+  }
+
+  function drawPanel(panel, f) {
+    const pen = panel.canvas.getContext('2d');
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.clearRect(0, 0, panel.canvas.width, panel.canvas.height);
+    pen.setTransform(panel.scale, 0, 0, panel.scale, 0, 0);
+    const px = panel.unit / panel.scale;  // one screen pixel in image pixels
+    results.forEach((result) => { if (result.visible) drawReprojections(pen, panel, result, f, px); });
+    panel.facts.textContent = detections ? drawDetections(pen, panel, f, px) : '';
+  }
+
+  function drawReprojections(pen, panel, result, f, px) {
+    const J = result.joints.length;
+    pen.lineCap = 'round';
+    pen.setLineDash([]);
+    for (let p = result.start[f]; p < result.start[f + 1]; ++p) {
+      const points = [];
+      for (let j = 0; j < J; ++j) {
+        const at = (p * J + j) * 3;
+        points.push((result.status[p * J + j] & 3) === MISSING ? null : project(panel.camera, result.xyz[at], result.xyz[at + 1], result.xyz[at + 2]));
+      }
+      pen.strokeStyle = colourOf(result, result.person[p]);
+      for (const [a, b] of result.bones) {
+        if (!points[a] || !points[b]) continue;
+        const inferred = Math.min(result.status[p * J + a] & 3, result.status[p * J + b] & 3) === INFERRED;
+        pen.globalAlpha = inferred ? 0.35 : 0.8;
+        pen.lineWidth = (result.index === 0 ? 4 : 1.8) * px;
+        pen.beginPath();
+        pen.moveTo(points[a][0], points[a][1]);
+        pen.lineTo(points[b][0], points[b][1]);
+        pen.stroke();
+      }
+    }
+    pen.globalAlpha = 1;
+  }
+
+  function drawDetections(pen, panel, f, px) {
+    if (f % data.extrasStride !== 0) return 'detections of this frame were left out to save space';
+    const slot = f * viewCount + panel.view, D = detections.joints.length;
+    const owners = ownersIn(panel.view, f);
+    let matched = 0, rejected = 0, missing = 0;
+    const ink = dark() ? '#e7ebf0' : '#1b2430', bad = dark() ? '#ff8f66' : '#b3330c';
+    const total = detections.start[slot + 1] - detections.start[slot];
+    for (let d = 0; d < total; ++d) {
+      const base = (detections.start[slot] + d) * D, owner = owners.get(d);
+      const at = (j) => [detections.xy[(base + j) * 2] * detections.quantum, detections.xy[(base + j) * 2 + 1] * detections.quantum];
+      const found = (j) => detections.confidence[base + j] > 0;
+      if (owner) ++matched;
+      pen.strokeStyle = owner ? ink : (dark() ? '#9aa6b5' : '#5b6675');
+      pen.lineWidth = 1.1 * px;
+      pen.setLineDash(owner ? [] : [3 * px, 3 * px]);
+      pen.beginPath();
+      for (const [a, b] of detections.bones) {
+        if (!found(a) || !found(b)) continue;
+        pen.moveTo(...at(a));
+        pen.lineTo(...at(b));
+      }
+      pen.stroke();
+      pen.setLineDash([]);
+      for (let j = 0; j < D; ++j) {
+        const verdict = owner ? jointVerdict(owner, panel.view, j) : 'kept';
+        if (!found(j)) {
+          if (owner && drawMissing(pen, panel, owner, j, px, ink)) ++missing;
+          continue;
+        }
+        const [x, y] = at(j);
+        pen.beginPath();
+        if (verdict === 'rejected') {
+          ++rejected;
+          pen.strokeStyle = bad;
+          pen.lineWidth = 2 * px;
+          const r = 4 * px;
+          pen.moveTo(x - r, y - r); pen.lineTo(x + r, y + r); pen.moveTo(x - r, y + r); pen.lineTo(x + r, y - r);
+        } else {
+          pen.strokeStyle = owner ? ink : (dark() ? '#9aa6b5' : '#5b6675');
+          pen.lineWidth = 1.1 * px;
+          pen.arc(x, y, 2.2 * px, 0, 7);
+        }
+        pen.stroke();
+      }
+      drawOwner(pen, panel, owner, base, px);
+    }
+    return 'detections ' + total + ', matched ' + matched + '; joints rejected ' + rejected + ', not found ' + missing;
+  }
+
+  function drawOwner(pen, panel, owner, base, px) {
+    if (!owner) return;
+    let top = null;
+    for (let j = 0; j < detections.joints.length; ++j) {
+      if (!detections.confidence[base + j]) continue;
+      const x = detections.xy[(base + j) * 2] * detections.quantum, y = detections.xy[(base + j) * 2 + 1] * detections.quantum;
+      if (!top || y < top[1]) top = [x, y];
+    }
+    if (!top) return;
+    pen.font = '600 ' + 12 * px + 'px system-ui, sans-serif';
+    pen.fillStyle = colourOf(owner.result, owner.result.person[owner.p]);
+    pen.fillText(nameOf(owner.result, owner.result.person[owner.p]), top[0] + 4 * px, top[1] - 6 * px);
+  }
+
+  function ownJoint(result, j) {
+    if (!result.jointOf) result.jointOf = detections.joints.map((name) => result.joints.indexOf(name));
+    return result.jointOf[j];
+  }
+
+  function jointVerdict(owner, view, j) {
+    const own = ownJoint(owner.result, j), J = owner.result.joints.length;
+    if (own < 0) return 'kept';
+    return owner.result.weight[(owner.result.extra[owner.p] * viewCount + view) * J + own] < REJECTED ? 'rejected' : 'kept';
+  }
+
+  // A joint that the detector did not find, where the 3D pose puts it.
+  function drawMissing(pen, panel, owner, j, px, ink) {
+    const own = ownJoint(owner.result, j), J = owner.result.joints.length;
+    if (own < 0 || (owner.result.status[owner.p * J + own] & 3) === MISSING) return false;
+    const at = (owner.p * J + own) * 3, xyz = owner.result.xyz;
+    const point = project(panel.camera, xyz[at], xyz[at + 1], xyz[at + 2]);
+    if (!point) return false;
+    pen.strokeStyle = ink;
+    pen.lineWidth = px;
+    pen.strokeRect(point[0] - 3 * px, point[1] - 3 * px, 6 * px, 6 * px);
+    return true;
+  }
+
+  // ---- Series for the timelines -------------------------------------------------
+
+  function jointDistance(result, p, q, j) {
+    const J = result.joints.length, a = (p * J + j) * 3, b = (q * J + j) * 3, xyz = result.xyz;
+    if ((result.status[p * J + j] & 3) === MISSING || (result.status[q * J + j] & 3) === MISSING) return NaN;
+    return Math.hypot(xyz[a] - xyz[b], xyz[a + 1] - xyz[b + 1], xyz[a + 2] - xyz[b + 2]);
+  }
+
+  function perPerson(result, valueOf) {
+    return result.ids.map((id, person) => {
+      const values = new Float32Array(frameCount).fill(NaN);
+      result.ofPerson[person].forEach((p, i) => { values[result.frame[p]] = valueOf(p, i, result.ofPerson[person]); });
+      return { name: nameOf(result, person), colour: () => colourOf(result, person), values: values, thin: result.index > 0 };
+    });
+  }
+
+  function speedOf(result) {
+    return (p, i, list) => {
+      if (i === 0) return NaN;
+      const q = list[i - 1], dt = times[result.frame[p]] - times[result.frame[q]];
+      if (!(dt > 0) || dt > 0.25) return NaN;
+      let sum = 0, n = 0;
+      for (let j = 0; j < result.joints.length; ++j) {
+        const distance = jointDistance(result, p, q, j);
+        if (distance === distance) { sum += distance; ++n; }
+      }
+      return n ? sum / n / dt : NaN;
+    };
+  }
+
+  function boneLengthOf(result, bone) {
+    const J = result.joints.length, [a, b] = bone;
+    return (p) => {
+      if ((result.status[p * J + a] & 3) === MISSING || (result.status[p * J + b] & 3) === MISSING) return NaN;
+      const x = (p * J + a) * 3, y = (p * J + b) * 3, xyz = result.xyz;
+      return 100 * Math.hypot(xyz[x] - xyz[y], xyz[x + 1] - xyz[y + 1], xyz[x + 2] - xyz[y + 2]);
+    };
+  }
+
+  function meanViews(result, p) {
+    const J = result.joints.length;
+    let sum = 0, n = 0;
+    for (let j = 0; j < J; ++j) {
+      if ((result.status[p * J + j] & 3) !== MISSING) { sum += result.status[p * J + j] >> 2; ++n; }
+    }
+    return n ? sum / n : 0;
+  }
+
+  function residualSeries(result) {
+    return data.cameras.map((camera, v) => {
+      const values = new Float32Array(frameCount).fill(NaN);
+      for (let f = 0; f < frameCount; ++f) {
+        let sum = 0, n = 0;
+        for (let p = result.start[f]; p < result.start[f + 1]; ++p) {
+          const value = result.residual[p * viewCount + v];
+          if (value !== NO_VALUE) { sum += value * 0.1; ++n; }
+        }
+        if (n) values[f] = sum / n;
+      }
+      return { name: camera.view, colour: () => PALETTE[v % PALETTE.length], values: values, thin: false };
+    });
+  }
+
+  // ---- Charts ---------------------------------------------------------------------
+
+  const charts = [];
+  class Chart {
+    constructor(title, height, draw) {
+      this.head = element('div', { className: 'head' }, [element('b', { textContent: title })]);
+      this.canvas = element('canvas');
+      this.cursor = element('div', { className: 'cursor' });
+      this.plot = element('div', { className: 'plot' }, [this.canvas, this.cursor]);
+      byId('charts').append(element('div', { className: 'chart' }, [this.head, this.plot]));
+      this.height = height;
+      this.drawInto = draw;
+      const seek = (event) => {
+        const box = this.plot.getBoundingClientRect();
+        setFrame(Math.round((event.clientX - box.left) / box.width * (frameCount - 1)));
+      };
+      this.plot.addEventListener('pointerdown', (event) => { this.plot.setPointerCapture(event.pointerId); seek(event); });
+      this.plot.addEventListener('pointermove', (event) => { if (event.buttons) seek(event); });
+      charts.push(this);
+    }
+    draw() {
+      const ratio = Math.min(2, window.devicePixelRatio || 1);
+      this.width = this.plot.clientWidth || 300;
+      this.canvas.width = Math.round(this.width * ratio);
+      this.canvas.height = Math.round(this.height * ratio);
+      this.canvas.style.height = this.height + 'px';
+      const pen = this.canvas.getContext('2d');
+      pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+      this.drawInto(pen, this.width, this.height);
+    }
+    moveCursor(f) {
+      this.cursor.style.transform = 'translateX(' + (f / Math.max(1, frameCount - 1) * (this.width - 1)).toFixed(1) + 'px)';
+    }
+  }
+
+  function lineChart(title, unit, height, seriesOf) {
+    const chart = new Chart(title, height, (pen, width) => {
+      const series = seriesOf();
+      let top = 0;
+      const all = [];
+      series.forEach((one) => { for (const v of one.values) if (v === v) all.push(v); });
+      all.sort((a, b) => a - b);
+      // A few wild values must not flatten the rest: they are cut at the edge.
+      if (all.length) top = Math.min(all[all.length - 1], 2.5 * all[Math.floor(0.98 * (all.length - 1))]) * 1.05;
+      const low = chart.fromZero === false && all.length ? Math.max(0, all[Math.floor(0.02 * (all.length - 1))] * 0.85) : 0;
+      const y = (v) => height - 2 - Math.min(1, Math.max(0, (v - low) / (top - low || 1))) * (height - 6);
+      series.forEach((one) => drawSeries(pen, one, width, y));
+      pen.fillStyle = dark() ? '#9aa6b5' : '#5b6675';
+      pen.font = '11px system-ui, sans-serif';
+      pen.fillText(all.length ? top.toPrecision(2) + ' ' + unit : 'nothing to show', 2, 11);
+    });
+    return chart;
+  }
+
+  // One value a pixel column: the largest of those that fall into it.
+  function drawSeries(pen, one, width, y) {
+    pen.strokeStyle = one.colour();
+    pen.lineWidth = one.thin ? 0.8 : 1.4;
+    pen.globalAlpha = one.thin ? 0.7 : 1;
+    pen.beginPath();
+    let drawing = false;
+    const columns = Math.min(frameCount, Math.floor(width));
+    for (let c = 0; c < columns; ++c) {
+      let value = NaN;
+      const end = Math.floor((c + 1) * frameCount / columns);
+      for (let f = Math.floor(c * frameCount / columns); f < end; ++f) {
+        if (one.values[f] === one.values[f] && !(value > one.values[f])) value = one.values[f];
+      }
+      if (value !== value) { drawing = false; continue; }
+      const x = c / Math.max(1, columns - 1) * (width - 1);
+      if (drawing) pen.lineTo(x, y(value)); else { pen.moveTo(x, y(value)); pen.lineTo(x + 0.5, y(value)); }
+      drawing = true;
+    }
+    pen.stroke();
+    pen.globalAlpha = 1;
+  }
+
+  function legend(chart, series) {
+    series.slice(0, 12).forEach((one) => {
+      const line = element('i');
+      line.style.background = one.colour();
+      chart.head.append(element('span', { className: 'key' }, [line, one.name]));
+    });
+    if (series.length > 12) chart.head.append(element('span', { className: 'key', textContent: 'and ' + (series.length - 12) + ' more' }));
+  }
+
+  function presenceChart() {
+    const rows = [];
+    results.forEach((result) => result.ids.forEach((id, person) => rows.push({ result: result, person: person })));
+    const most = 40, shown = rows.slice(0, most), rowHeight = shown.length > 16 ? 8 : 15;
+    const mostViews = Math.max(1, ...results.map((result) => {
+      let m = 1;
+      for (const s of result.status) m = Math.max(m, s >> 2);
+      return m;
+    }));
+    const chart = new Chart('Who is tracked, by how many views', Math.max(1, shown.length) * rowHeight + 2, (pen, width) => {
+      shown.forEach((row, i) => {
+        pen.fillStyle = colourOf(row.result, row.person);
+        const scale = width / frameCount;
+        row.result.ofPerson[row.person].forEach((p) => {
+          pen.globalAlpha = row.result.truth ? 0.5 : 0.2 + 0.8 * Math.min(1, meanViews(row.result, p) / mostViews);
+          const h = row.result.index === 0 ? rowHeight - 3 : rowHeight * 0.45;
+          const x = Math.floor(row.result.frame[p] * scale), end = Math.floor((row.result.frame[p] + 1) * scale);
+          pen.fillRect(x, i * rowHeight + (rowHeight - h) / 2, Math.max(1, end - x), h);
+        });
+        pen.globalAlpha = 1;
+        if (rowHeight < 12) return;
+        pen.font = '600 11px system-ui, sans-serif';
+        pen.lineWidth = 3;
+        pen.strokeStyle = dark() ? '#1b212a' : '#ffffff';
+        pen.strokeText(nameOf(row.result, row.person), 3, i * rowHeight + rowHeight - 4);
+        pen.fillStyle = dark() ? '#e7ebf0' : '#1b2430';
+        pen.fillText(nameOf(row.result, row.person), 3, i * rowHeight + rowHeight - 4);
+      });
+    });
+    chart.head.append(element('span', { className: 'key', textContent: 'full colour: ' + mostViews + ' views' + (rows.length > most ? '; the first ' + most + ' of ' + rows.length : '') }));
+  }
+
+  function makeCharts() {
+    presenceChart();
+    const lead = results[0];
+    if (lead.residual) {
+      const series = residualSeries(lead);
+      legend(lineChart('Residual per camera', 'px', 90, () => series), series);
+    }
+    if (lead.difference) {
+      const series = perPerson(lead, (p) => lead.difference[p] === NO_VALUE ? NaN : lead.difference[p] * 0.1);
+      lineChart('Distance to ' + (results[1].truth ? 'the truth' : results[1].label), 'cm', 80, () => series);
+    }
+    const speed = [].concat(...results.map((result) => perPerson(result, speedOf(result))));
+    const speedChart = lineChart('Mean speed of joints', 'm/s', 80, () => speed);
+    legend(speedChart, speed);
+    if (lead.bones.length === 0) return;
+    let bones = [];
+    const choose = (b) => {
+      const names = lead.bones[b].map((j) => lead.joints[j]);
+      bones = [].concat(...results.map((result) => {
+        const own = names.map((name) => result.joints.indexOf(name));
+        return own.includes(-1) ? [] : perPerson(result, boneLengthOf(result, own));
+      }));
+    };
+    choose(0);
+    const boneChart = lineChart('Bone length', 'cm', 80, () => bones);
+    boneChart.fromZero = false;
+    const select = element('select', { id: 'bone' });
+    select.setAttribute('aria-label', 'Bone');
+    lead.bones.forEach((bone, b) => select.append(element('option', { value: b, textContent: lead.joints[bone[0]] + ' to ' + lead.joints[bone[1]] })));
+    select.addEventListener('change', () => { choose(Number(select.value)); boneChart.draw(); });
+    boneChart.head.append(select);
+  }
+
+  // ---- Worst moments ------------------------------------------------------------
+
+  const KINDS = {
+    residual: ['largest residual', (m) => m.value.toFixed(1) + ' px in ' + m.detail],
+    speed: ['speed jump', (m) => m.value.toFixed(1) + ' m/s at ' + m.detail],
+    bone: ['bone length jump', (m) => (100 * m.value).toFixed(1) + ' cm, ' + m.detail],
+    difference: ['results differ', (m) => (100 * m.value).toFixed(1) + ' cm from the other'],
+    start: ['identity appears', () => 'appears'],
+    end: ['identity is lost', () => 'is lost']
+  };
+
+  function makeMoments() {
+    const select = byId('moment-kind');
+    select.append(element('option', { value: '', textContent: 'all kinds' }));
+    Object.keys(KINDS).filter((kind) => data.moments.some((m) => m.kind === kind))
+      .forEach((kind) => select.append(element('option', { value: kind, textContent: KINDS[kind][0] })));
+    select.addEventListener('change', listMoments);
+    listMoments();
+  }
+
+  function listMoments() {
+    const kind = byId('moment-kind').value, list = byId('moments');
+    list.textContent = '';
+    data.moments.filter((m) => !kind || m.kind === kind).forEach((moment) => {
+      const result = results[moment.result], person = result.ids.indexOf(moment.id);
+      const dot = element('span', { className: 'dot' });
+      dot.style.background = colourOf(result, person);
+      const what = nameOf(result, person) + ': ' + KINDS[moment.kind][1](moment) + (result.index > 0 ? ' (' + result.label + ')' : '');
+      const button = element('button', { type: 'button' }, [dot, element('span', { className: 'what', textContent: what }), element('span', { className: 'when', textContent: String(moment.frame) })]);
+      button.title = KINDS[moment.kind][0];
+      button.dataset.at = moment.at;
+      button.addEventListener('click', () => { pause(); setFrame(moment.at); });
+      list.append(element('li', {}, [button]));
+    });
+    if (!list.firstChild) list.append(element('li', { textContent: 'none' }));
+  }
+
+  // ---- Playback -----------------------------------------------------------------
+
+  const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+  const state = { frame: 0, playing: false, speed: 1, time: times[0] || 0, lastTick: 0, scriptMs: 0 };
+  let scene = null;
+
+  function setFrame(f) {
+    state.frame = Math.max(0, Math.min(frameCount - 1, f));
+    state.time = times[state.frame];
+    update();
+  }
+
+  function update() {
+    const begin = performance.now();
+    const f = state.frame;
+    if (scene) scene.setFrame(f);
+    panels.forEach((panel) => { if (panel.seen) drawPanel(panel, f); });
+    charts.forEach((chart) => chart.moveCursor(f));
+    byId('scrub').value = f;
+    byId('clock').textContent = 'frame ' + frameNumbers[f] + ' \u00b7 ' + times[f].toFixed(2) + ' s';
+    state.scriptMs = performance.now() - begin;
+  }
+
+  function play() {
+    if (state.frame >= frameCount - 1) setFrame(0);
+    state.playing = true;
+    state.lastTick = 0;
+    byId('play').textContent = 'Pause';
+  }
+  function pause() {
+    state.playing = false;
+    byId('play').textContent = 'Play';
+  }
+
+  function tick(now) {
+    if (state.playing) {
+      const elapsed = state.lastTick ? Math.min(0.25, (now - state.lastTick) / 1000) : 0;
+      state.lastTick = now;
+      const target = state.time + elapsed * state.speed;
+      let f = state.frame;
+      while (f < frameCount - 1 && times[f + 1] <= target) ++f;
+      const moved = f !== state.frame;
+      state.frame = f;
+      state.time = target;
+      if (moved) update();
+      if (f >= frameCount - 1) pause();
+    }
+    if (scene) scene.render();
+    window.requestAnimationFrame(tick);
+  }
+
+  function changeSpeed(step) {
+    const at = Math.max(0, Math.min(SPEEDS.length - 1, SPEEDS.indexOf(state.speed) + step));
+    state.speed = SPEEDS[at];
+    byId('speed').value = String(state.speed);
+  }
+
+  function onKey(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const tag = event.target.tagName;
+    if (tag === 'SELECT' || (tag === 'BUTTON' && (event.key === ' ' || event.key === 'Enter'))) return;
+    const stride = event.shiftKey ? 10 : 1;
+    const actions = {
+      ' ': () => (state.playing ? pause() : play()),
+      ArrowLeft: () => { pause(); setFrame(state.frame - stride); },
+      ArrowRight: () => { pause(); setFrame(state.frame + stride); },
+      Home: () => { pause(); setFrame(0); },
+      End: () => { pause(); setFrame(frameCount - 1); },
+      '+': () => changeSpeed(1), '=': () => changeSpeed(1), '-': () => changeSpeed(-1)
+    };
+    if (!Object.prototype.hasOwnProperty.call(actions, event.key)) return;
+    event.preventDefault();
+    actions[event.key]();
+  }
+
+  // ---- Page ---------------------------------------------------------------------
+
+  function applyTheme(isDark) {
+    document.documentElement.classList.toggle('dark', isDark);
+    byId('theme').textContent = isDark ? 'Light' : 'Dark';
+    if (scene) scene.recolour();
+    if (panels.length) panels.forEach((panel) => drawPanel(panel, state.frame));
+    charts.forEach((chart) => chart.draw());
+    if (charts.length) listMoments();
+  }
+
+  function resize() {
+    if (scene) scene.resize();
+    sizePanels();
+    charts.forEach((chart) => chart.draw());
+    update();
+  }
+
+  function makeHeader() {
+    byId('title').textContent = data.title;
+    const seconds = times[frameCount - 1] - times[0];
+    byId('subtitle').textContent = frameCount + ' frames, ' + seconds.toFixed(1) + ' s, ' + results[0].ids.length + ' identities'
+      + (data.cameras.length ? ', ' + data.cameras.length + ' cameras' : '');
+    const notes = [];
+    if (data.frameStride > 1) notes.push('To save space this page holds one frame in ' + data.frameStride + '.');
+    if (data.extrasStride > 1) notes.push('Detections and covariances are those of one frame in ' + data.extrasStride + '.');
+    byId('notes').textContent = notes.join(' ');
+    byId('notes').hidden = notes.length === 0;
+    results.forEach((result) => {
+      const box = element('input', { type: 'checkbox', checked: true });
+      box.addEventListener('change', () => { result.visible = box.checked; update(); });
+      const style = results.length < 2 ? '' : result.truth ? ' (ground truth: thin, grey)' : result.index ? ' (thin)' : ' (thick)';
+      byId('results').append(element('label', {}, [box, ' ' + result.label, element('span', { className: 'style', textContent: style })]));
+    });
+  }
+
+  function connect() {
+    byId('scrub').max = frameCount - 1;
+    byId('scrub').addEventListener('input', () => { pause(); setFrame(Number(byId('scrub').value)); });
+    byId('play').addEventListener('click', () => (state.playing ? pause() : play()));
+    byId('step-back').addEventListener('click', () => { pause(); setFrame(state.frame - 1); });
+    byId('step-on').addEventListener('click', () => { pause(); setFrame(state.frame + 1); });
+    SPEEDS.forEach((speed) => byId('speed').append(element('option', { value: String(speed), textContent: speed + '\u00d7' })));
+    byId('speed').value = '1';
+    byId('speed').addEventListener('change', () => { state.speed = Number(byId('speed').value); });
+    ['trails', 'labels', 'cameras', 'floor', 'ellipsoids'].forEach((name) => {
+      byId('show-' + name).addEventListener('change', (event) => { show[name] = event.target.checked; update(); });
+    });
+    byId('ellipsoid-option').hidden = !results.some((result) => result.covariance);
+    byId('reset-view').addEventListener('click', () => scene && scene.home());
+    byId('theme').addEventListener('click', () => applyTheme(!dark()));
+    byId('help-button').addEventListener('click', () => {
+      byId('help').hidden = !byId('help').hidden;
+      byId('help-button').setAttribute('aria-expanded', String(!byId('help').hidden));
+    });
+    document.addEventListener('keydown', onKey);
+    window.addEventListener('resize', resize);
+  }
+
+  document.documentElement.classList.toggle('dark', window.matchMedia('(prefers-color-scheme: dark)').matches);
+  makeHeader();
+  try {
+    scene = new Scene(byId('scene'));
+  } catch (error) {
+    byId('no-webgl').hidden = false;
+  }
+  makePanels();
+  makeCharts();
+  makeMoments();
+  connect();
+  applyTheme(dark());
+  resize();
+  window.requestAnimationFrame(tick);
+  // For tests and for curious people at the console.
+  window.kinegraph = { state: state, setFrame: setFrame, play: play, pause: pause, results: results, scene: scene };
+})();

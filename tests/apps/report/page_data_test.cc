@@ -1,0 +1,208 @@
+#include "apps/report/page_data.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "apps/report/encoding.h"
+#include "apps/report/ground.h"
+#include "apps/report/moments.h"
+#include "apps/report/page.h"
+#include "core/base/error.h"
+#include "core/io/json.h"
+#include "tests/support/rig.h"
+
+namespace kinegraph {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr const char* kHostile = "</script><img src=x onerror=alert(1)>";
+
+// People who walk along x at 1 m/s, side by side.
+TrackSequence Walk(int frames, int people, double rate_hz) {
+  TrackSequence tracks;
+  tracks.header.skeleton = Coco17();
+  tracks.header.frame_rate_hz = rate_hz;
+  for (int f = 0; f < frames; ++f) {
+    TrackFrame frame;
+    frame.frame = f;
+    frame.time = FrameClock(rate_hz).TimeOf(f);
+    for (int p = 0; p < people; ++p) {
+      PersonPose person;
+      person.id = TrackId(p);
+      person.joints = testing::StandingPerson(f / rate_hz, p);
+      person.inlier_views.assign(person.joints.size(), 4);
+      frame.people.push_back(person);
+    }
+    tracks.frames.push_back(frame);
+  }
+  return tracks;
+}
+
+PageInput InputOf(TrackSequence tracks) {
+  PageInput input;
+  input.title = "a walk";
+  input.results.push_back({"walk", ResultRole::kTracks, std::move(tracks)});
+  return input;
+}
+
+template <typename Number>
+std::vector<Number> Decode(const std::string& text) {
+  const std::string alphabet =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::vector<unsigned char> bytes;
+  unsigned buffer = 0;
+  int bits = 0;
+  for (const char c : text) {
+    if (c == '=') break;
+    buffer = (buffer << 6) | static_cast<unsigned>(alphabet.find(c));
+    bits += 6;
+    if (bits < 8) continue;
+    bits -= 8;
+    bytes.push_back(static_cast<unsigned char>((buffer >> bits) & 255u));
+  }
+  std::vector<Number> numbers(bytes.size() / sizeof(Number));
+  std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(Number));
+  return numbers;
+}
+
+TEST(Encoding, Base64OfKnownTexts) {
+  const auto encode = [](const std::string& text) {
+    return Base64(reinterpret_cast<const unsigned char*>(text.data()),
+                  text.size());
+  };
+  // RFC 4648, section 10.
+  EXPECT_EQ(encode(""), "");
+  EXPECT_EQ(encode("f"), "Zg==");
+  EXPECT_EQ(encode("fo"), "Zm8=");
+  EXPECT_EQ(encode("foobar"), "Zm9vYmFy");
+}
+
+TEST(PageData, JointsComeBackWithinHalfAQuantum) {
+  const TrackSequence tracks = Walk(10, 2, 25.0);
+  const PageData data = MakePageData(InputOf(tracks));
+  EXPECT_EQ(data.frames, 10u);
+  EXPECT_EQ(data.poses, 20u);
+  const Json result = ParseJson(data.json, "page")["results"][0];
+  const auto root = Decode<int32_t>(result["root"]);
+  const auto joints = Decode<int16_t>(result["joints"]);
+  ASSERT_EQ(root.size(), 20u * 3u);
+  ASSERT_EQ(joints.size(), 20u * 17u * 3u);
+  for (size_t pose = 0; pose < 20; ++pose) {
+    const Pose3d& truth = tracks.frames[pose / 2].people[pose % 2].joints;
+    for (size_t i = 0; i < 17 * 3; ++i) {
+      const double shown =
+          root[pose * 3 + i % 3] * 1e-4 + joints[pose * 17 * 3 + i] * 1e-4;
+      // Half of 0.1 mm, and rounding of doubles.
+      EXPECT_NEAR(shown, truth[i / 3].position_m[static_cast<int>(i % 3)],
+                  0.5e-4 + 1e-9);
+    }
+  }
+}
+
+TEST(PageData, HostileNamesStayData) {
+  TrackSequence tracks = Walk(3, 1, 25.0);
+  tracks.header.skeleton = Skeleton("x", {kHostile, "<!--"}, {{0, 1}});
+  for (TrackFrame& frame : tracks.frames) frame.people[0].joints.resize(2);
+  PageInput input = InputOf(tracks);
+  input.title = input.results[0].label = kHostile;
+  const PageData data = MakePageData(input);
+  EXPECT_THAT(data.json, Not(HasSubstr("<")));
+  EXPECT_EQ(ParseJson(data.json, "page")["title"], kHostile) << "nothing lost";
+  const std::string page = MakePage(input.title, data.json);
+  EXPECT_THAT(page, Not(HasSubstr("<img")));
+  EXPECT_THAT(page, HasSubstr("<title>&lt;/script&gt;&lt;img"));
+}
+
+// The goal's own figure: 5 minutes, 6 people, 30 Hz, under 15 MB.
+TEST(PageData, LongTakeStaysSmall) {
+  const PageData data = MakePageData(InputOf(Walk(5 * 60 * 30, 6, 30.0)));
+  EXPECT_EQ(data.poses, 54000u);
+  EXPECT_EQ(data.frame_stride, 1);
+  EXPECT_LT(MakePage("walk", data.json).size(), 15000000u);
+}
+
+TEST(PageData, TooMuchIsDecimatedAndSaid) {
+  PageOptions options;
+  options.max_bytes = 20000;
+  const PageData data = MakePageData(InputOf(Walk(500, 2, 25.0)), options);
+  EXPECT_GT(data.frame_stride, 1);
+  EXPECT_EQ(data.frames,
+            static_cast<size_t>(std::ceil(500.0 / data.frame_stride)));
+  EXPECT_EQ(ParseJson(data.json, "page")["frameStride"], data.frame_stride);
+}
+
+TEST(PageData, SameInputSameBytes) {
+  const PageInput input = InputOf(Walk(20, 3, 25.0));
+  EXPECT_EQ(MakePageData(input).json, MakePageData(input).json);
+}
+
+TEST(PageData, NoFrameIsRefused) {
+  EXPECT_THROW(MakePageData(InputOf(Walk(0, 0, 25.0))), InputError);
+}
+
+TEST(PageData, ExactDetectionsHaveNoResidual) {
+  PageInput input = InputOf(Walk(4, 2, 25.0));
+  input.cameras = testing::RingOfCameras(3);
+  DetectionSequence seen;
+  seen.header.skeleton = Coco17();
+  seen.header.view_names = {"a", "b", "c"};
+  for (const TrackFrame& frame : input.results[0].tracks.frames) {
+    DetectionFrame in_frame;
+    in_frame.frame = frame.frame;
+    for (const Camera& camera : input.cameras) {
+      in_frame.views.emplace_back();
+      for (const PersonPose& person : frame.people) {
+        in_frame.views.back().detections.push_back(
+            testing::Project(person.joints, camera));
+      }
+    }
+    seen.frames.push_back(in_frame);
+  }
+  input.detections = seen;
+  const PageData data = MakePageData(input);
+  const Json page = ParseJson(data.json, "page");
+  const auto residual = Decode<uint16_t>(page["results"][0]["residual"]);
+  EXPECT_EQ(residual, std::vector<uint16_t>(4 * 2 * 3, 0));
+  const auto match = Decode<int16_t>(page["results"][0]["match"]);
+  EXPECT_EQ(match[0], 0) << "the nearest, where tracks name no matches";
+  EXPECT_EQ(match[3], 1);
+  EXPECT_EQ(Decode<uint16_t>(page["detections"]["counts"]),
+            std::vector<uint16_t>(4 * 3, 2));
+}
+
+TEST(Moments, FindTheJumpAndTheLostIdentity) {
+  TrackSequence tracks = Walk(50, 2, 25.0);
+  tracks.frames[20].people[0].joints[9].position_m.x() += 0.2;
+  for (size_t f = 40; f < 50; ++f) tracks.frames[f].people.pop_back();
+  const std::vector<Moment> speed = Largest(SpeedJumps(tracks), 3);
+  ASSERT_FALSE(speed.empty());
+  // Out and back: the largest change of velocity is 2 * 0.2 m * 25 Hz.
+  EXPECT_EQ(speed[0].frame, 21);
+  EXPECT_NEAR(speed[0].value, 10.0, 1e-6);
+  EXPECT_EQ(speed[0].detail, Coco17().joints()[9]);
+  EXPECT_EQ(Largest(BoneDeviations(tracks), 1)[0].frame, 20);
+  const std::vector<Moment> lives = StartsAndEnds(tracks);
+  ASSERT_EQ(lives.size(), 1u);
+  EXPECT_EQ(lives[0].kind, MomentKind::kEnd);
+  EXPECT_EQ(lives[0].frame, 39);
+  EXPECT_EQ(lives[0].id, TrackId(1));
+}
+
+TEST(Ground, PeopleStandUpright) {
+  EXPECT_EQ(UpDirection(Walk(2, 1, 25.0), {}), Eigen::Vector3d::UnitZ());
+  EXPECT_EQ(*ParseUp("-y"), -Eigen::Vector3d::UnitY());
+  EXPECT_FALSE(ParseUp("auto").has_value());
+  for (const char* bad : {"", "-", "w", "xy", "--x"}) {
+    EXPECT_THROW(ParseUp(bad), InputError) << bad;
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph
