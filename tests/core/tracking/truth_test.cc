@@ -245,7 +245,8 @@ TEST(TruthTest, ToldClockOffsetsAreUndoneAtTheFramesTime) {
   PlainOptions options;
   options.estimators.mode = Mode::kGraph;
   options.estimators.output = OutputKind::kWindow;
-  // These detections are exact: hardly any smoothing.
+  // These detections are exact: hardly any smoothing, and no noise to learn.
+  options.estimators.graph.estimate_noise_scale = false;
   options.estimators.graph.sigma_px.fill(0.5);
   options.estimators.graph.min_sigma_px = 0.5;
   const auto rms_m = [&](double offset_s, bool told) {
