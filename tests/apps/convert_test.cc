@@ -34,9 +34,10 @@ struct Outcome {
 
 Outcome Convert(const TemporaryFolder& folder, const std::string& arguments) {
   const std::string errors = folder.path() / "stderr.txt";
-  const int status = std::system((BuildFile("apps/kinegraph-convert").string() +
-                                  " " + arguments + " > /dev/null 2> " + errors)
-                                     .c_str());
+  const int status =
+      std::system(("'" + BuildFile("apps/kinegraph-convert").string() + "' " +
+                   arguments + " > /dev/null 2> " + errors)
+                      .c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadTextFile(errors)};
 }
 
@@ -236,7 +237,7 @@ TEST(Convert, ThePageNamesEveryFormatAndFlag) {
   const TemporaryFolder folder;
   const std::string program = BuildFile("apps/kinegraph-convert");
   const std::string out = folder.path() / "formats.txt";
-  ASSERT_EQ(std::system((program + " --formats > " + out).c_str()), 0);
+  ASSERT_EQ(std::system(("'" + program + "' --formats > " + out).c_str()), 0);
   std::istringstream lines(ReadTextFile(out));
   int count = 0;
   std::string line;

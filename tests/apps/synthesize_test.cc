@@ -27,8 +27,8 @@ ProgramOutcome Synthesize(const TemporaryFolder& folder,
                           const std::string& config, const std::string& out,
                           const std::string& set = "") {
   return RunProgram("synthesize",
-                    "--config=" + config +
-                        " --out=" + (folder.path() / out).string() +
+                    "'--config=" + config +
+                        "' '--out=" + (folder.path() / out).string() + "'" +
                         (set.empty() ? "" : " '--set=" + set + "'"));
 }
 
