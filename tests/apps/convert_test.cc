@@ -284,7 +284,7 @@ TEST(Convert, RealFilesAreToldByContent) {
   for (const auto& [in, to] : cases) {
     const std::string out = folder.path() / std::to_string(number++);
     const Outcome outcome = Convert(
-        folder, "--to=" + to + " --in=" + root + "/" + in + " --out=" + out);
+        folder, "--to=" + to + " --in='" + root + "'/" + in + " --out=" + out);
     EXPECT_EQ(outcome.exit_code, 0) << in << ": " << outcome.errors;
     EXPECT_TRUE(fs::exists(out)) << in;
   }
