@@ -181,7 +181,7 @@ void BatchEstimator::AddBones() {
   BoneLengths lengths(scene_.skeleton);
   std::vector<std::vector<int>> inliers;
   for (int j = 0; j < joint_count(); ++j) inliers.push_back(InliersOf(j));
-  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  const std::vector<Bone>& bones = lengths.bones();
   for (size_t i = 0; i < bones.size(); ++i) {
     for (size_t k = 0; k < records_.size(); ++k) {
       if (inliers[bones[i].a][k] < 2 || inliers[bones[i].b][k] < 2) continue;

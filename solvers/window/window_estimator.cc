@@ -218,7 +218,7 @@ size_t WindowEstimator::DueEnd() const {
 // Lengths are learnt from estimates without bones, or they would confirm
 // themselves, of frames that are about to become final.
 void WindowEstimator::LearnBoneLengths() {
-  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  const std::vector<Bone>& bones = bone_lengths_.bones();
   const size_t end = DueEnd();
   for (size_t k = final_count_; k < end; ++k) {
     for (size_t i = 0; i < bones.size(); ++i) {
@@ -241,7 +241,7 @@ void WindowEstimator::SolveBones() {
     placed[j] = StatusAt(newest(), j, &inliers) != JointStatus::kMissing;
   }
   problem_.bones.clear();
-  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  const std::vector<Bone>& bones = bone_lengths_.bones();
   for (size_t i = 0; i < bones.size(); ++i) {
     const std::optional<double> length_m =
         bone_lengths_.Length(static_cast<int>(i));

@@ -184,6 +184,29 @@ TEST(BoneLengths, MedianOfBothSidesDrawnToThePopulation) {
   EXPECT_NEAR(*lengths.Length(1), 0.371, 0.002);
 }
 
+TEST(BoneLengths, TheHeadIsRigid) {
+  // 17 joints have 18 bones of their own, four of them in the face; of the ten
+  // pairs of its five joints six are missing.
+  const std::vector<Bone> pairs = RigidPairs(Coco17());
+  EXPECT_EQ(pairs.size(), Coco17().bones().size() + 6);
+  BoneLengths lengths(Coco17());
+  EXPECT_EQ(lengths.bones().size(), pairs.size());
+  // Nose to left ear and nose to right ear are mirrors: they share a length.
+  const auto find = [&](int a, int b) {
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      if (pairs[i].a == a && pairs[i].b == b) return static_cast<int>(i);
+    }
+    return -1;
+  };
+  const int left = find(0, 3);
+  const int right = find(0, 4);
+  ASSERT_GE(left, 0);
+  ASSERT_GE(right, 0);
+  lengths.Add(left, 0.15, 2.0);
+  ASSERT_TRUE(lengths.Length(right).has_value());
+  EXPECT_NEAR(*lengths.Length(right), 0.15, 2e-3);  // a bin
+}
+
 TEST(BoneLengths, UnknownBonesNeedToBeSeen) {
   BoneLengths lengths(Skeleton("face", {"nose", "chin"}, {{0, 1}}));
   EXPECT_FALSE(lengths.Length(0).has_value());
