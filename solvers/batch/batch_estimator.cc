@@ -125,6 +125,7 @@ void BatchEstimator::Finish() {
   if (records_.empty()) return;
   SolveAll();
   WriteFinals();
+  solver_.LogTroubles(records_.front().frame, records_.back().frame);
   problem_ = assembler_.EmptyProblem();
   records_.clear();
 }
@@ -138,6 +139,7 @@ void BatchEstimator::SolveAll() {
   if (options_.estimate_noise_scale) {
     // The first stage is convex: its residuals do not depend on the start.
     first.stages.resize(1);
+    first.doubt_unsettled = false;
     if (rest.stages.size() > 1) rest.stages.erase(rest.stages.begin());
     RescaleNoise(first);
   }

@@ -39,13 +39,13 @@ struct GraphOptions {
   // on Shelf is flat over a decade, and best here in both folds of frames
   // (docs/graph_mode.md).
   //   head trunk shoulder elbow wrist hip knee ankle foot other
-  JointClassTable process_noise = {3.0, 1.5, 2.0,  6.0,  9.0,
-                                   1.5, 3.0, 15.0, 15.0, 9.0};
+  JointClassTable process_noise = {2.0, 1.0, 1.4,  4.0,  6.0,
+                                   1.0, 2.0, 10.0, 10.0, 6.0};
   // Detector error of a confidence of 1 [px] at a depth of 4 m with a focal
   // length of 1000 px. It scales with the size of the person in the image.
   JointClassTable sigma_px = {6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0};
   double min_sigma_px = 1.0;      // no detector is better than this [px]
-  double confidence_power = 1.0;  // sigma grows with confidence^-power
+  double confidence_power = 0.5;  // sigma grows with confidence^-power
   double min_confidence = 0.05;   // lower ones count as this
 
   // Detector errors last: e-folding time [s], 0 for white noise. The

@@ -69,6 +69,7 @@ class WindowEstimator final : public Estimator {
   bool scale_changed_ = false;          // since the last solve
   std::vector<FrameRecord> records_;    // as problem_.times
   std::vector<JointSupport> supports_;  // by frames that left the window
+  int64_t first_frame_ = 0;             // of the person
   size_t final_count_ = 0;              // of records_, already emitted
   std::vector<FinalPose> finals_;
   Pose3d last_;
@@ -77,6 +78,7 @@ class WindowEstimator final : public Estimator {
 };
 
 void WindowEstimator::Add(const EstimatorFrame& frame) {
+  if (records_.empty()) first_frame_ = frame.frame;
   records_.push_back(assembler_.Append(frame, &problem_));
   for (JointChain& chain : problem_.joints) {
     for (auto m = chain.measurements.begin() + chain.first[newest()];
@@ -301,6 +303,9 @@ void WindowEstimator::TakeFinals(std::vector<FinalPose>* finals) {
 
 void WindowEstimator::Finish() {
   if (final_count_ < records_.size()) Emit(records_.size());
+  if (!records_.empty()) {
+    solver_.LogTroubles(first_frame_, records_.back().frame);
+  }
 }
 
 }  // namespace

@@ -99,7 +99,7 @@ HeldOutScores ScoreCandidate(const testing::ShelfTake& take,
 
 std::vector<Candidate> Candidates(bool bones) {
   std::vector<Candidate> candidates;
-  for (const double q : {0.17, 0.33, 0.67, 1.0, 2.0}) {
+  for (const double q : {0.25, 0.5, 1.0, 2.0, 4.0}) {
     for (const double c : {2.0, 2.5, 3.0, 4.0}) {
       for (const double power : {0.5, 1.0}) {
         candidates.push_back({q, c, power, 0.02});
@@ -108,11 +108,9 @@ std::vector<Candidate> Candidates(bool bones) {
   }
   if (!bones) return candidates;
   candidates.clear();
-  for (const double q : {0.33, 1.0, 2.0}) {
-    for (const double power : {0.5, 1.0}) {
-      for (const double bone : {0.01, 0.02, 0.04}) {
-        candidates.push_back({q, 3.0, power, bone});
-      }
+  for (const double q : {0.5, 1.0, 2.0}) {
+    for (const double bone : {0.01, 0.02, 0.04}) {
+      candidates.push_back({q, 3.0, 0.5, bone});
     }
   }
   return candidates;

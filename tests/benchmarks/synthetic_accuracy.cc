@@ -1,10 +1,11 @@
 // Accuracy and honesty on synthetic scenes: what is found, how far off it is,
 // and whether the stated covariances cover the errors. Prints Markdown.
 //
-//   build/tests/benchmarks/synthetic_accuracy [SET [SEEDS]]
+//   build/tests/benchmarks/synthetic_accuracy [SCENE [SEEDS]]
 //
-// SET changes the graph's options, as --set takes it. Each scene is made with
-// so many seeds (default 3) and all are pooled.
+// SCENE is a file of configs/synthetic without its ending (default: all). Each
+// scene is made with so many seeds (default 3) and all are pooled.
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -42,17 +43,19 @@ void PrintRow(const std::string& scene, const std::string& estimator,
               estimator.c_str(), status, pool.count,
               1e3 * std::sqrt(pool.squared / pool.count), pool.inside.percent(),
               pool.nees / static_cast<double>(pool.inside.total));
+  std::fflush(stdout);
 }
 
-int Main(const std::string& set, int seeds) {
+int Main(const std::string& only, int seeds) {
   std::printf(
       "| scene | estimator | joints | count | RMSE, mm | in 95 %% ellipsoid, "
       "%% | NEES / 3 |\n|---|---|---|---|---|---|---|\n");
   for (const std::string scene : {"hard", "demo", "correlated_25hz",
                                   "correlated_60hz", "correlated_120hz"}) {
+    if (!only.empty() && scene != only) continue;
     for (const std::string estimator : {"paper", "window", "batch"}) {
       const RunOptions options = ReadRunOptions(
-          ProjectConfig("synthetic/track_" + estimator + ".toml"), set, "");
+          ProjectConfig("synthetic/track_" + estimator + ".toml"), "", "");
       Pool observed;
       Pool inferred;
       for (int seed = 1; seed <= seeds; ++seed) {
@@ -69,7 +72,6 @@ int Main(const std::string& set, int seeds) {
       }
       PrintRow(scene, estimator, "observed", observed);
       PrintRow(scene, estimator, "inferred", inferred);
-      std::fflush(stdout);
     }
   }
   return 0;

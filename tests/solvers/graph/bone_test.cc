@@ -168,6 +168,33 @@ TEST_F(BoneTest, MarginalisingKeepsValuesAndCovariances) {
   ExpectSameStates(by_ceres, rest, 1e-8);
 }
 
+// What is stated knows the loss' correction also for frames that are gone.
+TEST_F(BoneTest, MarginalisingKeepsStatedCovariances) {
+  constexpr size_t kFrames = 10;
+  constexpr double kCorrection = 1.3;
+  Make(3, kFrames, SimulatedNoise());
+  BoneSolver solver;
+  solver.Solve(Exact(LossKind::kGemanMcClure), &problem_);
+  std::vector<std::vector<Matrix6d>> before;
+  ASSERT_TRUE(PersonCovariances(problem_, kCorrection, kFrames, &before));
+  PersonProblem rest = problem_;
+  for (size_t dropped = 1; dropped <= 3; ++dropped) {
+    DropFirstFrame(kCorrection, &rest);
+    std::vector<std::vector<Matrix6d>> after;
+    ASSERT_TRUE(
+        PersonCovariances(rest, kCorrection, kFrames - dropped, &after));
+    for (size_t j = 0; j < after.size(); ++j) {
+      for (size_t k = 0; k < after[j].size(); ++k) {
+        const Matrix6d& expected = before[j][k + dropped];
+        // Squaring rows loses half of the sixteen digits; the information of
+        // positions over that of velocities is below 1e3.
+        EXPECT_LT((after[j][k] - expected).norm(), 1e-6 * expected.norm())
+            << dropped << " " << j << " " << k;
+      }
+    }
+  }
+}
+
 TEST(BoneLengths, MedianOfBothSidesDrawnToThePopulation) {
   const Skeleton skeleton("legs", {"l_knee", "l_ankle", "r_knee", "r_ankle"},
                           {{0, 1}, {2, 3}});
