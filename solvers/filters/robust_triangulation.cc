@@ -96,8 +96,7 @@ void RobustTriangulationOptions::Describe(OptionVisitor& visitor) {
 
 RobustTriangulator::RobustTriangulator(
     const RobustTriangulationOptions& options)
-    : options_(options),
-      correction_(InformationCorrection(options.loss, options.loss_scale)) {
+    : options_(options) {
   CheckOptions(options);
 }
 
@@ -133,7 +132,7 @@ std::optional<RobustPoint> RobustTriangulator::Triangulate(
     if (weight >= options_.inlier_weight) ++point.inlier_views;
   }
   if (point.inlier_views < 2) return std::nullopt;
-  point.covariance_m2 = inverse / correction_;
+  point.covariance_m2 = inverse;
   point.weights = std::move(here.weights);
   return point;
 }
