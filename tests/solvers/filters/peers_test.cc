@@ -127,7 +127,7 @@ TEST_F(PeersTest, ButterworthIsPose2Sims) {
   EXPECT_EQ(same.size(), 13u * 301u * 3u);
   EXPECT_LT(same.back(), 1e-13);  // rounding of metres
   // The corrected cut-off, ours by default, smooths less: 6 Hz after both
-  // passes are 7.2 Hz of each.
+  // passes are 6.9 Hz of each.
   options.correct_cutoff = true;
   const auto corrected =
       Differences(folder, "p2s_hampel_butterworth", 0, [&](const Samples& x) {
@@ -168,8 +168,8 @@ TEST_F(PeersTest, RtsIsPose2SimsKalman) {
   // Its trust ratio of 500 is the standard deviation of a step of acceleration
   // [1/s^2] over that of a measurement, any measurement. White noise on jerk of
   // the same variance a frame has the power (500 r)^2 / dt. Between the two
-  // kinds of noise lie some micrometres; at the start it takes its velocity for
-  // metres a frame.
+  // kinds of noise lie some micrometres (median 3.5, at most 170); at the start,
+  // where it takes metres a frame for its velocity, 8 mm.
   const double sigma_m = 0.02;
   PointModel model;
   model.derivatives = 3;
@@ -343,14 +343,14 @@ TEST(PeersChainTest, FromDetectionsToMotion) {
   //   p2s_tri_raw           17.2 13.1 48.7 | 15.6 12.0 48.4 | 3.0  robust
   //   anipose_triangulate   23.6 16.6 52.7 | 20.1 14.9 51.3 | 1.4  raw_dlt
   //   What the filters do is equal (PeersTest); their points are not, nor are
-  //   cut-off (7.2 against 6 Hz), lambda (a joint, not a coordinate), noise
+  //   cut-off (6.9 against 6 Hz), lambda (a joint, not a coordinate), noise
   //   (covariance by triangulation) and no outlier filter before.
   //   butterworth            5.2 11.6 48.0 |  8.4 13.7 50.7 | 5.2
   //   kalman                 3.2 11.2 47.8 |  3.0 12.5 49.9 | 5.8  rts
   //   gcv_spline             5.4 11.4 47.9 |  4.5 12.9 50.3 | 5.7
   //   Ours is causal and lags, theirs runs both ways.
   //   one_euro               3.6 10.7 47.6 |  6.1 12.2 51.6 | 14.6
-  //   Bones of constant length in both; theirs have no velocity.
+  //   Smooth in time and of nearly constant bone lengths, both.
   //   optim_default_bones    2.4  3.9 50.4 |  2.3  3.6 47.7 | 10.1 batch
   //   optim_c03              3.0  2.2 47.5 |  2.3  3.6 47.7 | 5.8  batch
   // The limits leave half as much again for changes of front end and graph.
