@@ -1,5 +1,10 @@
 #include "solvers/factory.h"
 
+#include <glog/logging.h>
+
+#include <functional>
+#include <utility>
+
 #include "solvers/batch/batch_estimator.h"
 #include "solvers/window/window_estimator.h"
 
@@ -24,6 +29,19 @@ EstimatorFactory Batch(const GraphOptions& options) {
   };
 }
 
+// A filter over the points of one kind. `make_filter` gets the frame rate [Hz].
+EstimatorFactory Offline(const EstimatorOptions& options, PointKind points,
+                         bool covariances,
+                         std::function<SegmentFilter(double)> make_filter) {
+  return [=, filters = options.filters, noise = options.graph,
+          make_filter = std::move(make_filter)](const SceneModel& scene) {
+    return MakeOfflineFilter(scene, filters.segments,
+                             JointPoints(scene, points, covariances,
+                                         filters.robust_triangulation, noise),
+                             make_filter(scene.frame_rate_hz));
+  };
+}
+
 // Whether one estimator can serve both roles.
 bool SameEstimator(FeedbackKind feedback, OutputKind output) {
   return (feedback == FeedbackKind::kGaussian &&
@@ -37,6 +55,23 @@ const char* ToString(Mode mode) {
   return mode == Mode::kPaper ? "paper" : "graph";
 }
 
+const std::vector<std::string>& OutputNames() {
+  static const std::vector<std::string> kNames = {"window",
+                                                  "batch",
+                                                  "gaussian",
+                                                  "raw_dlt",
+                                                  "robust_triangulation",
+                                                  "centred_gaussian",
+                                                  "hampel_median",
+                                                  "one_euro",
+                                                  "butterworth",
+                                                  "savitzky_golay",
+                                                  "smoothing_spline",
+                                                  "kalman",
+                                                  "rts"};
+  return kNames;
+}
+
 void EstimatorOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("mode", &mode, {"paper", "graph"},
                  "the pair of estimators: the paper's, or the factor graph");
@@ -45,13 +80,86 @@ void EstimatorOptions::Describe(OptionVisitor& visitor) {
                  "graph mode: the estimator that serves association");
   visitor.Leave();
   visitor.Enter("output");
-  visitor.Choice("estimator", &output, {"window", "batch", "gaussian"},
+  visitor.Choice("estimator", &output, OutputNames(),
                  "graph mode: the estimator that is written");
   visitor.Leave();
   visitor.Enter("gaussian");
   gaussian.Describe(visitor);
   visitor.Leave();
   graph.Describe(visitor);
+  filters.Describe(visitor);
+}
+
+bool IsCausal(OutputKind kind, const EstimatorOptions& options) {
+  switch (kind) {
+    case OutputKind::kGaussian:
+    case OutputKind::kRawDlt:
+    case OutputKind::kRobustTriangulation:
+    case OutputKind::kOneEuro:
+    case OutputKind::kKalman:
+      return true;
+    case OutputKind::kHampelMedian:
+      return options.filters.hampel_median.side == WindowSide::kTrailing;
+    default:
+      return false;
+  }
+}
+
+EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options) {
+  const FilterOptions& filters = options.filters;
+  CheckOptions(filters);
+  const bool covariances =
+      (kind == OutputKind::kKalman || kind == OutputKind::kRts) &&
+      filters.kalman.measurement == MeasurementNoise::kTriangulation;
+  const auto smooth = [&](std::function<SegmentFilter(double)> make_filter) {
+    return Offline(options, filters.points, covariances,
+                   std::move(make_filter));
+  };
+  switch (kind) {
+    case OutputKind::kWindow:
+      return Window(options.graph);
+    case OutputKind::kBatch:
+      return Batch(options.graph);
+    case OutputKind::kGaussian:
+      return Gaussian(options.gaussian);
+    case OutputKind::kRawDlt:
+      return Offline(options, PointKind::kDlt, false,
+                     [](double) { return PointsAsTheyAre(false); });
+    case OutputKind::kRobustTriangulation:
+      return Offline(options, PointKind::kRobust, true,
+                     [](double) { return PointsAsTheyAre(true); });
+    case OutputKind::kCentredGaussian:
+      return smooth([filters](double) {
+        return CentredGaussianFilter(filters.centred_gaussian);
+      });
+    case OutputKind::kHampelMedian:
+      return smooth([filters](double) {
+        return HampelMedianFilter(filters.hampel_median);
+      });
+    case OutputKind::kOneEuro:
+      return smooth(
+          [filters](double) { return OneEuroFilter(filters.one_euro); });
+    case OutputKind::kButterworth:
+      return smooth([filters](double rate_hz) {
+        return ButterworthFilter(filters.butterworth, rate_hz);
+      });
+    case OutputKind::kSavitzkyGolay:
+      return smooth([filters](double rate_hz) {
+        return SavitzkyGolayFilter(filters.savitzky_golay, rate_hz);
+      });
+    case OutputKind::kSmoothingSpline:
+      return smooth([filters](double rate_hz) {
+        return SmoothingSplineFilter(filters.smoothing_spline, rate_hz);
+      });
+    case OutputKind::kKalman:
+      return smooth(
+          [filters](double) { return KalmanPointFilter(filters.kalman); });
+    case OutputKind::kRts:
+      return smooth(
+          [filters](double) { return RtsPointSmoother(filters.kalman); });
+  }
+  LOG(FATAL) << "unknown estimator";
+  return nullptr;
 }
 
 EstimatorPair MakeEstimators(const EstimatorOptions& options) {
@@ -61,17 +169,8 @@ EstimatorPair MakeEstimators(const EstimatorOptions& options) {
   pair.feedback = options.feedback == FeedbackKind::kWindow
                       ? Window(options.graph)
                       : Gaussian(options.gaussian);
-  if (SameEstimator(options.feedback, options.output)) return pair;
-  switch (options.output) {
-    case OutputKind::kWindow:
-      pair.output = Window(options.graph);
-      break;
-    case OutputKind::kBatch:
-      pair.output = Batch(options.graph);
-      break;
-    case OutputKind::kGaussian:
-      pair.output = Gaussian(options.gaussian);
-      break;
+  if (!SameEstimator(options.feedback, options.output)) {
+    pair.output = MakeOutput(options.output, options);
   }
   return pair;
 }

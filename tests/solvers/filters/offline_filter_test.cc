@@ -1,0 +1,281 @@
+#include "solvers/filters/offline_filter.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "solvers/factory.h"
+#include "tests/support/rig.h"
+#include "tests/support/simulated_person.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr TimeNs kFrame = 40'000'000;  // 25 Hz
+
+SceneModel Scene() {
+  return {testing::RingOfCameras(3), Coco17(), 25.0, false};
+}
+
+// All joints at x = `x_m`, seen by three views.
+EstimatorFrame At(int frame, double x_m) {
+  EstimatorFrame in;
+  in.frame = frame;
+  in.time = frame * kFrame;
+  in.has_initial = true;
+  in.initial.resize(17);
+  for (Joint3d& joint : in.initial) {
+    joint.position_m = {x_m, 2.0 * x_m, 1.0};
+    joint.status = JointStatus::kObserved;
+  }
+  in.triangulated.assign(17, 1);
+  in.inlier_views.assign(17, 3);
+  return in;
+}
+
+EstimatorFrame Failed(int frame) {
+  EstimatorFrame in;
+  in.frame = frame;
+  in.time = frame * kFrame;
+  in.inlier_views.assign(17, 0);
+  return in;
+}
+
+SegmentFilter Raw() { return PointsAsTheyAre(false); }
+
+JointPoints Points() { return {Scene(), PointKind::kDlt, false, {}, {}}; }
+
+std::vector<FinalPose> RunRaw(const std::vector<EstimatorFrame>& frames,
+                              double max_gap_s) {
+  const auto estimator =
+      MakeOfflineFilter(Scene(), {max_gap_s}, Points(), Raw());
+  return testing::Run(estimator.get(), frames);
+}
+
+TEST(OfflineFilterTest, BridgesShortGapsAndMarksThem) {
+  // Frames 2 and 3 failed; in frame 5 joint 3 was predicted, in frame 6
+  // triangulated with an older view.
+  std::vector<EstimatorFrame> frames = {At(0, 0.0), At(1, 1.0), Failed(2),
+                                        Failed(3),  At(4, 4.0), At(5, 7.0),
+                                        At(6, 9.0), At(7, 7.0)};
+  frames[5].triangulated[3] = 0;
+  frames[5].inlier_views[3] = 0;
+  frames[6].inlier_views[3] = 1;
+  const auto finals = RunRaw(frames, 0.12);
+  ASSERT_EQ(finals.size(), 8u);
+  const double other[] = {0.0, 1.0, 2.0, 3.0, 4.0, 7.0, 9.0, 7.0};
+  const double third[] = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0};
+  for (int k = 0; k < 8; ++k) {
+    EXPECT_EQ(finals[k].frame, k);
+    for (int j = 0; j < 17; ++j) {
+      const Joint3d& joint = finals[k].person.joints[j];
+      const bool bridged = k == 2 || k == 3 || (j == 3 && (k == 5 || k == 6));
+      EXPECT_EQ(joint.status,
+                bridged ? JointStatus::kInferred : JointStatus::kObserved)
+          << k << " " << j;
+      EXPECT_NEAR(joint.position_m.x(), j == 3 ? third[k] : other[k], 1e-12);
+      EXPECT_NEAR(joint.position_m.y(), 2.0 * joint.position_m.x(), 1e-12);
+    }
+  }
+}
+
+TEST(OfflineFilterTest, LongGapsPartTheSignal) {
+  std::vector<EstimatorFrame> frames = {At(0, 0.0), At(1, 1.0), Failed(2),
+                                        Failed(3),  Failed(4),  At(5, 5.0)};
+  std::vector<size_t> lengths;
+  const auto estimator =
+      MakeOfflineFilter(Scene(), {0.12}, Points(),
+                        [&](const JointSegment& segment) -> SegmentEstimate {
+                          lengths.push_back(segment.times_s.size());
+                          return {segment.positions_m, {}};
+                        });
+  const auto finals = testing::Run(estimator.get(), frames);
+  EXPECT_EQ(lengths.size(), 2u * 17u);
+  EXPECT_EQ(lengths[0], 2u);
+  EXPECT_EQ(lengths[1], 1u);
+  for (int k = 0; k < 6; ++k) {
+    EXPECT_EQ(finals[k].person.joints[0].present(), k < 2 || k == 5) << k;
+  }
+}
+
+TEST(OfflineFilterTest, NothingBeforeTheFirstOrAfterTheLastSample) {
+  std::vector<EstimatorFrame> frames = {At(0, 0.0), At(1, 1.0), At(2, 2.0),
+                                        Failed(3)};
+  frames[0].inlier_views[5] = 0;
+  frames[2].inlier_views[6] = 1;
+  const auto finals = RunRaw(frames, 10.0);
+  EXPECT_FALSE(finals[0].person.joints[5].present());
+  EXPECT_TRUE(finals[0].person.joints[6].present());
+  EXPECT_FALSE(finals[2].person.joints[6].present());
+  EXPECT_TRUE(finals[2].person.joints[5].present());
+  EXPECT_FALSE(finals[3].person.joints[0].present());
+}
+
+// A walk of two seconds seen by four cameras, joints missing here and there so
+// that some frames have a joint in fewer than two views.
+class EveryStrategyTest : public ::testing::TestWithParam<int> {
+ protected:
+  OutputKind kind() const { return static_cast<OutputKind>(GetParam()); }
+  // Window and batch have rules of their own.
+  bool IsFilter() const {
+    return kind() != OutputKind::kWindow && kind() != OutputKind::kBatch &&
+           kind() != OutputKind::kGaussian;
+  }
+
+  std::vector<FinalPose> Estimate(
+      const std::vector<EstimatorFrame>& frames) const {
+    const auto estimator = MakeOutput(kind(), options_)(scene_);
+    return testing::Run(estimator.get(), frames);
+  }
+
+  testing::SimulatedTake Walk(double outliers) const {
+    testing::SimulatedNoise noise;
+    noise.missing = 0.4;
+    noise.outliers = outliers;
+    Random random(5);
+    testing::SimulatedTake take = testing::Simulate(
+        scene_, options_.graph, testing::WalkingMotion(scene_, 50), noise,
+        Eigen::Vector3d::Zero(), &random);
+    for (EstimatorFrame& frame : take.frames) {
+      for (const Joint3d& joint : frame.initial) {
+        frame.triangulated.push_back(joint.present());
+        frame.inlier_views.push_back(joint.present() ? 2 : 0);
+      }
+    }
+    return take;
+  }
+
+  const SceneModel scene_{testing::RingOfCameras(4, 5.0, 1000.0),
+                          testing::SmallSkeleton(), 25.0, true};
+  EstimatorOptions options_;
+};
+
+TEST_P(EveryStrategyTest, FillsTheSameFramesAndNothingElse) {
+  const testing::SimulatedTake take = Walk(0.0);
+  const auto finals = Estimate(take.frames);
+  ASSERT_EQ(finals.size(), take.frames.size());
+  const bool gives_covariances = kind() == OutputKind::kKalman ||
+                                 kind() == OutputKind::kRts ||
+                                 kind() == OutputKind::kRobustTriangulation;
+  int bridged = 0;
+  for (size_t k = 0; k < finals.size(); ++k) {
+    const PersonPose& person = finals[k].person;
+    EXPECT_EQ(finals[k].frame, take.frames[k].frame);
+    EXPECT_EQ(person.matches.size(), take.frames[k].views.size());
+    for (size_t j = 0; j < person.joints.size(); ++j) {
+      const Joint3d& joint = person.joints[j];
+      if (!joint.present()) continue;
+      EXPECT_TRUE(joint.position_m.allFinite());
+      bridged += joint.status == JointStatus::kInferred ? 1 : 0;
+      if (!IsFilter()) continue;
+      // What the initial poses say: nearest point of two or more rays.
+      if (kind() != OutputKind::kRobustTriangulation) {
+        EXPECT_EQ(joint.status == JointStatus::kObserved,
+                  take.frames[k].initial[j].present());
+      }
+      const bool has_covariance =
+          j < person.covariances.size() && person.covariances[j].has_value();
+      const bool expected =
+          gives_covariances && (joint.status == JointStatus::kObserved ||
+                                kind() != OutputKind::kRobustTriangulation);
+      EXPECT_EQ(has_covariance, expected) << k << " " << j;
+      if (has_covariance) {
+        EXPECT_GT(person.covariances[j]->ldlt().vectorD().minCoeff(), 0.0);
+      }
+    }
+  }
+  EXPECT_TRUE(bridged > 5 || !IsFilter());
+}
+
+TEST_P(EveryStrategyTest, CausalOnesDoNotKnowTheFuture) {
+  testing::SimulatedTake take = Walk(0.0);
+  const auto whole = Estimate(take.frames);
+  take.frames.resize(30);
+  const auto part = Estimate(take.frames);
+  bool same = true;
+  for (size_t k = 0; k < part.size(); ++k) {
+    for (size_t j = 0; j < part[k].person.joints.size(); ++j) {
+      const Joint3d& joint = part[k].person.joints[j];
+      if (joint.status != JointStatus::kObserved) continue;
+      same = same && joint.position_m == whole[k].person.joints[j].position_m;
+    }
+  }
+  EXPECT_EQ(same, IsCausal(kind(), options_));
+}
+
+TEST_P(EveryStrategyTest, IsNearTheTruth) {
+  // Median and Gaussian flatten the bounce of 3 cm, causal ones lag by some
+  // hundredths of a second at 1 m/s; nothing is farther than the raw points.
+  const testing::SimulatedTake take = Walk(0.0);
+  EXPECT_LT(testing::RootMeanSquare(take.truth, Estimate(take.frames)), 0.08);
+}
+
+std::string NameOf(const ::testing::TestParamInfo<int>& info) {
+  return OutputNames()[static_cast<size_t>(info.param)];
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, EveryStrategyTest,
+    ::testing::Range(0, static_cast<int>(OutputNames().size())), NameOf);
+
+TEST(RobustPointsTest, SurviveWhatSpoilsTheInitialPose) {
+  // Five views, one observation in ten off by 30 to 200 px, and an initial
+  // pose that is the least-squares point of all rays.
+  const SceneModel scene{testing::RingOfCameras(5, 5.0, 1000.0),
+                         testing::SmallSkeleton(), 25.0, true};
+  EstimatorOptions options;
+  const auto rms = [&](double outliers, OutputKind kind) {
+    testing::SimulatedNoise noise;
+    noise.outliers = outliers;
+    Random random(9);
+    const testing::SimulatedTake take = testing::Simulate(
+        scene, options.graph, testing::WalkingMotion(scene, 200), noise,
+        Eigen::Vector3d::Zero(), &random);
+    const auto estimator = MakeOutput(kind, options)(scene);
+    return testing::RootMeanSquare(take.truth,
+                                   testing::Run(estimator.get(), take.frames));
+  };
+  const double clean_m = rms(0.0, OutputKind::kRobustTriangulation);
+  // One joint in twelve has two or more outliers among its five views, and
+  // those of 30 px, six sigmas, still pull a little.
+  EXPECT_LT(rms(0.1, OutputKind::kRobustTriangulation), 2.5 * clean_m);
+  EXPECT_GT(rms(0.1, OutputKind::kRawDlt), 3.0 * clean_m);
+  // As points of a filter they keep the gain.
+  options.filters.points = PointKind::kRobust;
+  EXPECT_LT(rms(0.1, OutputKind::kRts), clean_m);
+}
+
+TEST(OfflineFilterTest, RefusalsNameTheEstimator) {
+  std::vector<EstimatorFrame> frames = {At(0, 0.0), At(1, 1.0), At(3, 2.0)};
+  EstimatorOptions options;
+  for (const OutputKind kind :
+       {OutputKind::kButterworth, OutputKind::kSavitzkyGolay}) {
+    const auto estimator = MakeOutput(kind, options)(Scene());
+    for (const EstimatorFrame& frame : frames) estimator->Add(frame);
+    EXPECT_THROW(estimator->Finish(), InputError);
+  }
+  // The other filters take time as it is, and a gap that parts the signal is
+  // no unevenness.
+  for (const OutputKind kind :
+       {OutputKind::kRawDlt, OutputKind::kCentredGaussian,
+        OutputKind::kHampelMedian, OutputKind::kOneEuro,
+        OutputKind::kSmoothingSpline}) {
+    const auto estimator = MakeOutput(kind, options)(Scene());
+    EXPECT_EQ(testing::Run(estimator.get(), frames).size(), 3u);
+  }
+  options.filters.segments.max_gap_s = 0.05;
+  const auto estimator = MakeOutput(OutputKind::kButterworth, options)(Scene());
+  EXPECT_EQ(testing::Run(estimator.get(), frames).size(), 3u);
+  // Options that no frame rate can serve.
+  options.filters.butterworth.cutoff_hz = 12.5;
+  EXPECT_THROW(MakeOutput(OutputKind::kButterworth, options)(Scene()),
+               OptionError);
+  options.filters.butterworth.cutoff_hz = -1.0;
+  EXPECT_THROW(MakeOutput(OutputKind::kRawDlt, options), OptionError);
+}
+
+}  // namespace
+}  // namespace kinegraph
