@@ -1,5 +1,10 @@
 #include "solvers/factory.h"
 
+#include <glog/logging.h>
+
+#include <functional>
+#include <utility>
+
 #include "solvers/batch/batch_estimator.h"
 #include "solvers/window/window_estimator.h"
 
@@ -24,6 +29,15 @@ EstimatorFactory Batch(const GraphOptions& options) {
   };
 }
 
+// `make_filter` gets the frame rate [Hz].
+EstimatorFactory Offline(const FilterOptions& options,
+                         std::function<SegmentFilter(double)> make_filter) {
+  return [segments = options.segments,
+          make_filter = std::move(make_filter)](const SceneModel& scene) {
+    return MakeOfflineFilter(scene, segments, make_filter(scene.frame_rate_hz));
+  };
+}
+
 // Whether one estimator can serve both roles.
 bool SameEstimator(FeedbackKind feedback, OutputKind output) {
   return (feedback == FeedbackKind::kGaussian &&
@@ -37,6 +51,17 @@ const char* ToString(Mode mode) {
   return mode == Mode::kPaper ? "paper" : "graph";
 }
 
+const std::vector<std::string>& OutputNames() {
+  static const std::vector<std::string> kNames = {
+      "window",           "batch",      "gaussian", "raw_dlt",
+      "centred_gaussian", "butterworth"};
+  return kNames;
+}
+
+bool IsCausal(OutputKind kind) {
+  return kind == OutputKind::kGaussian || kind == OutputKind::kRawDlt;
+}
+
 void EstimatorOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("mode", &mode, {"paper", "graph"},
                  "the pair of estimators: the paper's, or the factor graph");
@@ -45,13 +70,39 @@ void EstimatorOptions::Describe(OptionVisitor& visitor) {
                  "graph mode: the estimator that serves association");
   visitor.Leave();
   visitor.Enter("output");
-  visitor.Choice("estimator", &output, {"window", "batch", "gaussian"},
+  visitor.Choice("estimator", &output, OutputNames(),
                  "graph mode: the estimator that is written");
   visitor.Leave();
   visitor.Enter("gaussian");
   gaussian.Describe(visitor);
   visitor.Leave();
   graph.Describe(visitor);
+  filters.Describe(visitor);
+}
+
+EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options) {
+  const FilterOptions& filters = options.filters;
+  CheckOptions(filters);
+  switch (kind) {
+    case OutputKind::kWindow:
+      return Window(options.graph);
+    case OutputKind::kBatch:
+      return Batch(options.graph);
+    case OutputKind::kGaussian:
+      return Gaussian(options.gaussian);
+    case OutputKind::kRawDlt:
+      return Offline(filters, [](double) { return RawFilter(); });
+    case OutputKind::kCentredGaussian:
+      return Offline(filters, [o = filters.centred_gaussian](double) {
+        return CentredGaussianFilter(o);
+      });
+    case OutputKind::kButterworth:
+      return Offline(filters, [o = filters.butterworth](double rate_hz) {
+        return ButterworthFilter(o, rate_hz);
+      });
+  }
+  LOG(FATAL) << "unknown estimator";
+  return nullptr;
 }
 
 EstimatorPair MakeEstimators(const EstimatorOptions& options) {
@@ -61,17 +112,8 @@ EstimatorPair MakeEstimators(const EstimatorOptions& options) {
   pair.feedback = options.feedback == FeedbackKind::kWindow
                       ? Window(options.graph)
                       : Gaussian(options.gaussian);
-  if (SameEstimator(options.feedback, options.output)) return pair;
-  switch (options.output) {
-    case OutputKind::kWindow:
-      pair.output = Window(options.graph);
-      break;
-    case OutputKind::kBatch:
-      pair.output = Batch(options.graph);
-      break;
-    case OutputKind::kGaussian:
-      pair.output = Gaussian(options.gaussian);
-      break;
+  if (!SameEstimator(options.feedback, options.output)) {
+    pair.output = MakeOutput(options.output, options);
   }
   return pair;
 }

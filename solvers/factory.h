@@ -2,9 +2,13 @@
 #ifndef KINEGRAPH_SOLVERS_FACTORY_H_
 #define KINEGRAPH_SOLVERS_FACTORY_H_
 
+#include <string>
+#include <vector>
+
 #include "core/base/options.h"
 #include "core/tracking/estimator.h"
 #include "solvers/filters/causal_gaussian.h"
+#include "solvers/filters/segment_filters.h"
 #include "solvers/graph/options.h"
 
 namespace kinegraph {
@@ -18,7 +22,19 @@ const char* ToString(Mode mode);
 // Estimators that can serve association: they must be causal.
 enum class FeedbackKind { kGaussian, kWindow };
 // Estimators that can be written.
-enum class OutputKind { kWindow, kBatch, kGaussian };
+enum class OutputKind {
+  kWindow,
+  kBatch,
+  kGaussian,
+  // Classical smoothers (solvers/filters/segment_filters.h).
+  kRawDlt,
+  kCentredGaussian,
+  kButterworth,
+};
+// Names in the order of the enum, as output.estimator takes them.
+const std::vector<std::string>& OutputNames();
+// Whether a pose that is written depends on nothing that came after its frame.
+bool IsCausal(OutputKind kind);
 
 struct EstimatorOptions {
   Mode mode = Mode::kPaper;
@@ -27,10 +43,15 @@ struct EstimatorOptions {
   OutputKind output = OutputKind::kWindow;
   CausalGaussianOptions gaussian;
   GraphOptions graph;
+  FilterOptions filters;
 
-  // Keys mode, tracking.feedback, output.estimator; tables [gaussian], [graph].
+  // Keys mode, tracking.feedback, output.estimator; tables [gaussian], [graph],
+  // [filters].
   void Describe(OptionVisitor& visitor);
 };
+
+// One strategy alone, whatever mode and roles say.
+EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options);
 
 // Factories of the two roles. An empty `output` means that the feedback
 // estimator's own poses are written.

@@ -1,0 +1,37 @@
+// One joint of one person between two gaps: what every offline filter works on.
+#ifndef KINEGRAPH_SOLVERS_FILTERS_JOINT_SEGMENT_H_
+#define KINEGRAPH_SOLVERS_FILTERS_JOINT_SEGMENT_H_
+
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// One row a time, one column a coordinate.
+using Samples = Eigen::MatrixXd;
+
+// Entries are frames, from the first that sampled the joint to the last; both
+// ends are samples.
+struct JointSegment {
+  std::vector<double> times_s;  // ascending
+  Samples positions_m;          // n x 3, world; linear between samples
+  std::vector<char> sampled;    // else bridged
+  // Of the samples [m^2]; one a frame, identity where it was not sampled.
+  std::vector<Eigen::Matrix3d> covariances_m2;
+  JointClass joint_class = JointClass::kOther;
+};
+
+struct SegmentEstimate {
+  Samples positions_m;  // n x 3
+  // One a frame [m^2]; empty for methods that give none.
+  std::vector<Eigen::Matrix3d> covariances_m2;
+};
+
+using SegmentFilter = std::function<SegmentEstimate(const JointSegment&)>;
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_FILTERS_JOINT_SEGMENT_H_

@@ -1,0 +1,171 @@
+#include "solvers/filters/offline_filter.h"
+
+#include <glog/logging.h>
+
+#include <iterator>
+#include <utility>
+#include <vector>
+
+namespace kinegraph {
+namespace {
+
+// Sampled in this frame, by two or more of its own views.
+bool IsSampled(const EstimatorFrame& frame, size_t joint_idx) {
+  if (!frame.has_initial || joint_idx >= frame.initial.size()) return false;
+  const Joint3d& joint = frame.initial[joint_idx];
+  if (!joint.present() || !joint.position_m.allFinite()) return false;
+  if (!frame.triangulated.empty() && !frame.triangulated[joint_idx]) {
+    return false;
+  }
+  return frame.inlier_views.empty() ? joint.status == JointStatus::kObserved
+                                    : frame.inlier_views[joint_idx] >= 2;
+}
+
+class OfflineFilter final : public Estimator {
+ public:
+  OfflineFilter(const SceneModel& scene, const OfflineFilterOptions& options,
+                SegmentFilter filter)
+      : scene_(scene),
+        filter_(std::move(filter)),
+        // Half a frame of slack, as FrameClock gives.
+        max_gap_s_(options.max_gap_s + 0.5 / scene.frame_rate_hz),
+        samples_(scene.skeleton.joint_count()) {}
+
+  void Add(const EstimatorFrame& frame) override;
+  const Pose3d& Last() const override { return last_; }
+  TimeNs LastTime() const override { return last_time_; }
+  void Predict(TimeNs time, Pose3d* pose) const override;
+  void TakeFinals(std::vector<FinalPose>* finals) override;
+  void Finish() override;
+
+ private:
+  struct Sample {
+    size_t frame_idx = 0;  // into collected_
+    Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  };
+
+  void FilterJoint(size_t joint_idx);
+  JointSegment Segment(const std::vector<Sample>& samples, size_t first,
+                       size_t last) const;
+  double SecondsAt(size_t frame_idx) const {
+    return ToSeconds(collected_[frame_idx].time - collected_.front().time);
+  }
+
+  const SceneModel scene_;
+  const SegmentFilter filter_;
+  const double max_gap_s_;
+  std::vector<FinalPose> collected_;          // one a frame
+  std::vector<std::vector<Sample>> samples_;  // by joint
+  std::vector<FinalPose> finals_;
+  Pose3d last_;
+  TimeNs last_time_ = 0;
+};
+
+void OfflineFilter::Add(const EstimatorFrame& frame) {
+  CHECK(collected_.empty() || frame.time > collected_.back().time);
+  FinalPose& collected = collected_.emplace_back();
+  collected.frame = frame.frame;
+  collected.time = frame.time;
+  DescribeViews(frame, scene_.keep_observations, &collected.person);
+  collected.person.joints.resize(samples_.size());
+  for (size_t j = 0; j < samples_.size(); ++j) {
+    if (!IsSampled(frame, j)) continue;
+    samples_[j].push_back({collected_.size() - 1, frame.initial[j].position_m});
+  }
+  if (frame.has_initial) {
+    last_ = frame.initial;
+    last_time_ = frame.time;
+  }
+}
+
+void OfflineFilter::Predict(TimeNs, Pose3d* pose) const {
+  *pose = last_;
+  for (Joint3d& joint : *pose) {
+    if (joint.present()) joint.status = JointStatus::kInferred;
+  }
+}
+
+void OfflineFilter::TakeFinals(std::vector<FinalPose>* finals) {
+  std::move(finals_.begin(), finals_.end(), std::back_inserter(*finals));
+  finals_.clear();
+}
+
+void OfflineFilter::Finish() {
+  for (size_t j = 0; j < samples_.size(); ++j) FilterJoint(j);
+  finals_ = std::move(collected_);
+  collected_.clear();
+}
+
+void OfflineFilter::FilterJoint(size_t joint_idx) {
+  const std::vector<Sample>& samples = samples_[joint_idx];
+  for (size_t first = 0, next = 0; first < samples.size(); first = next) {
+    next = first + 1;
+    while (next < samples.size() &&
+           SecondsAt(samples[next].frame_idx) -
+                   SecondsAt(samples[next - 1].frame_idx) <=
+               max_gap_s_) {
+      ++next;
+    }
+    JointSegment segment = Segment(samples, first, next - 1);
+    segment.joint_class =
+        scene_.skeleton.joint_class(static_cast<int>(joint_idx));
+    const SegmentEstimate estimate = filter_(segment);
+    for (size_t i = 0; i < segment.times_s.size(); ++i) {
+      PersonPose& person = collected_[samples[first].frame_idx + i].person;
+      Joint3d& joint = person.joints[joint_idx];
+      joint.position_m =
+          estimate.positions_m.row(static_cast<Eigen::Index>(i)).transpose();
+      joint.status =
+          segment.sampled[i] ? JointStatus::kObserved : JointStatus::kInferred;
+      if (estimate.covariances_m2.empty()) continue;
+      person.covariances.resize(samples_.size());
+      person.covariances[joint_idx] = estimate.covariances_m2[i];
+    }
+  }
+}
+
+// The frames from sample `first` to sample `last`.
+JointSegment OfflineFilter::Segment(const std::vector<Sample>& samples,
+                                    size_t first, size_t last) const {
+  const size_t begin = samples[first].frame_idx;
+  const size_t count = samples[last].frame_idx - begin + 1;
+  JointSegment segment;
+  segment.times_s.resize(count);
+  segment.positions_m.resize(static_cast<Eigen::Index>(count), 3);
+  segment.sampled.assign(count, 0);
+  for (size_t i = 0; i < count; ++i) segment.times_s[i] = SecondsAt(begin + i);
+  for (size_t s = first; s <= last; ++s) {
+    const Sample& from = samples[s];
+    segment.sampled[from.frame_idx - begin] = 1;
+    const size_t end =
+        s == last ? from.frame_idx + 1 : samples[s + 1].frame_idx;
+    for (size_t k = from.frame_idx; k < end; ++k) {
+      Eigen::Vector3d position_m = from.position_m;
+      if (k > from.frame_idx) {
+        const Sample& to = samples[s + 1];
+        const double share = (SecondsAt(k) - SecondsAt(from.frame_idx)) /
+                             (SecondsAt(end) - SecondsAt(from.frame_idx));
+        position_m += share * (to.position_m - from.position_m);
+      }
+      segment.positions_m.row(static_cast<Eigen::Index>(k - begin)) =
+          position_m.transpose();
+    }
+  }
+  return segment;
+}
+
+}  // namespace
+
+void OfflineFilterOptions::Describe(OptionVisitor& visitor) {
+  visitor.Number("max_gap", &max_gap_s, NonNegative(), "s",
+                 "a joint is bridged between samples no farther apart");
+}
+
+std::unique_ptr<Estimator> MakeOfflineFilter(
+    const SceneModel& scene, const OfflineFilterOptions& options,
+    SegmentFilter filter) {
+  CheckOptions(options);
+  return std::make_unique<OfflineFilter>(scene, options, std::move(filter));
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,42 @@
+// The classical smoothers, behind the interface of every estimator.
+#ifndef KINEGRAPH_SOLVERS_FILTERS_OFFLINE_FILTER_H_
+#define KINEGRAPH_SOLVERS_FILTERS_OFFLINE_FILTER_H_
+
+#include <memory>
+
+#include "core/base/options.h"
+#include "core/tracking/estimator.h"
+#include "solvers/filters/joint_segment.h"
+
+namespace kinegraph {
+
+// How samples become signals, alike for every filter.
+struct OfflineFilterOptions {
+  // Longest time between two samples of a joint that is bridged [s]: what
+  // graph.bridging_limit_s allows from both sides.
+  double max_gap_s = 1.0;
+
+  // Into the table [filters].
+  void Describe(OptionVisitor& visitor);
+};
+
+// Collects a person's whole life, filters each joint alone in Finish(), and
+// every final pose comes then. A sample of a joint is its triangulation from
+// two or more views of one frame; one with older views is none.
+//
+// Gaps are treated alike for every filter: between two samples at most
+// `max_gap_s` apart the joint is bridged and inferred; a longer gap parts the
+// signal into segments that know nothing of each other, and the joint is
+// missing in it, as before its first and after its last sample. Bridged
+// positions are linear between the samples before anything is filtered.
+//
+// Last() is the newest initial pose and Predict() holds it: not meant to serve
+// association. Throws OptionError for bad options; Finish() passes on what
+// `filter` throws.
+std::unique_ptr<Estimator> MakeOfflineFilter(
+    const SceneModel& scene, const OfflineFilterOptions& options,
+    SegmentFilter filter);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_FILTERS_OFFLINE_FILTER_H_

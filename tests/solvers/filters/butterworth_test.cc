@@ -1,0 +1,178 @@
+#include "solvers/filters/butterworth.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "solvers/filters/segment_filters.h"
+
+namespace kinegraph {
+namespace {
+
+// Known answers: scipy 1.10.1, numpy 1.24.2; import numpy as np and
+// from scipy import signal.
+
+TEST(ButterworthTest, CoefficientsAreScipys) {
+  // signal.butter(2, 6, fs=25)
+  const auto two = ButterworthLowPass(2, 6.0, 25.0);
+  ASSERT_EQ(two.size(), 1u);
+  EXPECT_NEAR(two[0].b0, 0.2747268510356349, 1e-15);
+  EXPECT_NEAR(two[0].b1, 0.5494537020712698, 1e-15);
+  EXPECT_NEAR(two[0].b2, 0.2747268510356349, 1e-15);
+  EXPECT_NEAR(two[0].a1, -0.07362384638497856, 1e-15);
+  EXPECT_NEAR(two[0].a2, 0.17253125052751803, 1e-15);
+  // signal.butter(4, 6, fs=60, output='sos'): the same pairs of poles, in
+  // another order, the gain all in the first.
+  const auto four = ButterworthLowPass(4, 6.0, 60.0);
+  ASSERT_EQ(four.size(), 2u);
+  EXPECT_NEAR(four[1].a1, -1.0485995763626117, 1e-14);
+  EXPECT_NEAR(four[1].a2, 0.2961403575616696, 1e-14);
+  EXPECT_NEAR(four[0].a1, -1.320913430819426, 1e-14);
+  EXPECT_NEAR(four[0].a2, 0.6327387928852762, 1e-14);
+  EXPECT_NEAR(four[0].b0 * four[1].b0, 0.004824343357716231, 1e-15);
+  // signal.butter(3, 3, fs=25, output='sos')
+  const auto three = ButterworthLowPass(3, 3.0, 25.0);
+  ASSERT_EQ(three.size(), 2u);
+  EXPECT_NEAR(three[0].a1, -1.0861699924155113, 1e-14);
+  EXPECT_NEAR(three[0].a2, 0.4900092425892617, 1e-14);
+  EXPECT_NEAR(three[1].a1, -0.4327386422474259, 1e-14);
+  EXPECT_NEAR(three[0].b0 * three[1].b0, 0.02863530017091789, 1e-15);
+}
+
+TEST(ButterworthTest, ImpulseAndStepAreScipys) {
+  // b, a = signal.butter(2, 3, fs=25)
+  // x = np.zeros(31); x[15] = 1; signal.filtfilt(b, a, x)[15:25]
+  const std::vector<double> impulse = {
+      0.25439855172542125,   0.21627620593154484,   0.1323638357374209,
+      0.05484324650832417,   0.007859997870717339,  -0.011345391539929724,
+      -0.013878427731970457, -0.009689847956180747, -0.004694313952237661,
+      -0.0012428965675226396};
+  const auto sections = ButterworthLowPass(2, 3.0, 25.0);
+  Samples values = Samples::Zero(31, 1);
+  values(15, 0) = 1.0;
+  Samples filtered = FiltFilt(sections, values, 9);
+  for (int k = 0; k < 10; ++k) {
+    EXPECT_NEAR(filtered(15 + k, 0), impulse[k], 1e-14) << k;
+    // The ends, 15 samples away, cut tails that are below 1e-4 there.
+    EXPECT_NEAR(filtered(15 - k, 0), impulse[k], 1e-4) << "no phase, at " << k;
+  }
+  // x = np.zeros(31); x[15:] = 1; signal.filtfilt(b, a, x)[8:23]
+  const std::vector<double> step = {
+      -0.013318742678006923, -0.02719717029200913, -0.03854256181790355,
+      -0.030682563974154736, 0.024160682502949338, 0.15652451821877114,
+      0.37280072413864973,   0.627199275857317,    0.8434754817707959,
+      0.9758393174765936,    1.0306825639475232,   1.0385425618035324,
+      1.0271971703296008,    1.0133187428264288,   1.0036288953269357};
+  values.setZero();
+  values.bottomRows(16).setOnes();
+  filtered = FiltFilt(sections, values, 9);
+  for (int k = 0; k < 15; ++k) {
+    EXPECT_NEAR(filtered(8 + k, 0), step[k], 1e-14) << k;
+  }
+}
+
+TEST(ButterworthTest, EdgesAreScipys) {
+  // k = np.arange(30); x = np.sin(0.3 * k) + 0.1 * k + 0.05 * (-1.0) ** k
+  // b, a = signal.butter(2, 3, fs=25); signal.filtfilt(b, a, x)[[0,1,15,28,29]]
+  Samples values(30, 1);
+  for (int k = 0; k < 30; ++k) {
+    values(k, 0) = std::sin(0.3 * k) + 0.1 * k + (k % 2 == 0 ? 0.05 : -0.05);
+  }
+  const int places[] = {0, 1, 15, 28, 29};
+  const double two[] = {0.049030042131057286, 0.41342134599294955,
+                        0.5427299168841767, 3.584898195889903,
+                        3.509917261597823};
+  Samples filtered = FiltFilt(ButterworthLowPass(2, 3.0, 25.0), values, 9);
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_NEAR(filtered(places[i], 0), two[i], 1e-13) << places[i];
+  }
+  // The same with butter(3, 3, fs=25), whose padding is 12.
+  const double three[] = {0.05086521532429783, 0.4207684664236889,
+                          0.5258410308124174, 3.5980078604170975,
+                          3.510063379916514};
+  filtered = FiltFilt(ButterworthLowPass(3, 3.0, 25.0), values, 12);
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_NEAR(filtered(places[i], 0), three[i], 1e-13) << places[i];
+  }
+}
+
+// Amplitude of a cosine of that frequency in the middle of a long signal.
+double Gain(const ButterworthOptions& options, double frequency_hz,
+            double rate_hz) {
+  constexpr int kCount = 2001;
+  Samples values(kCount, 1);
+  for (int k = 0; k < kCount; ++k) {
+    values(k, 0) = std::cos(2.0 * M_PI * frequency_hz * (k - 1000) / rate_hz);
+  }
+  return ZeroPhaseButterworth(options, rate_hz, values)(1000, 0);
+}
+
+TEST(ButterworthTest, FrequencyResponseIsTheClosedForm) {
+  // Two passes of order n: 1 / (1 + (tan(pi f / r) / tan(pi fc / r))^2n).
+  for (const int order : {1, 2, 3, 4}) {
+    for (const double rate_hz : {25.0, 60.0, 120.0}) {
+      ButterworthOptions options;
+      options.order = order;
+      options.cutoff_hz = 6.0;
+      options.correct_cutoff = false;
+      for (const double f : {0.5, 3.0, 6.0, 9.0}) {
+        const double ratio =
+            std::tan(M_PI * f / rate_hz) / std::tan(M_PI * 6.0 / rate_hz);
+        EXPECT_NEAR(Gain(options, f, rate_hz),
+                    1.0 / (1.0 + std::pow(ratio, 2 * order)), 1e-9)
+            << order << " " << rate_hz << " " << f;
+      }
+      options.correct_cutoff = true;
+      EXPECT_NEAR(Gain(options, 6.0, rate_hz), std::sqrt(0.5), 1e-9);
+    }
+  }
+}
+
+TEST(ButterworthTest, CorrectionIsWintersFarBelowTheFrameRate) {
+  // Winter gives 0.802 for two passes of order two; prewarping vanishes where
+  // the frame rate is high.
+  EXPECT_NEAR(6.0 / TwoPassCutoff(2, 6.0, 1e5), 0.802, 5e-4);
+}
+
+TEST(ButterworthTest, StraightLinesAndShortSignalsPass) {
+  // Odd reflection continues a line, so the ends do not bend; shorter signals
+  // than the padding take as much as there is.
+  for (const int count : {1, 2, 3, 9, 10, 50}) {
+    Samples values(count, 2);
+    for (int k = 0; k < count; ++k) values.row(k) << 1.0 + 0.2 * k, -3.0;
+    const Samples filtered = ZeroPhaseButterworth({}, 25.0, values);
+    ASSERT_EQ(filtered.rows(), count);
+    EXPECT_TRUE(filtered.allFinite());
+    EXPECT_NEAR((filtered.col(1).array() + 3.0).abs().maxCoeff(), 0.0, 1e-14);
+    // A pass starts at rest, a line does not: what that bends dies away within
+    // the padding of 9, with poles of modulus 0.4 to 0.4^9 = 3e-4.
+    if (count < 10) continue;
+    EXPECT_LT((filtered - values).cwiseAbs().maxCoeff(), 1e-3) << count;
+  }
+}
+
+TEST(ButterworthTest, RefusesWhatItCannotDo) {
+  JointSegment segment;
+  segment.times_s = {0.0, 0.04, 0.08, 0.16, 0.2};  // frame 3 is missing
+  segment.positions_m = Samples::Zero(5, 3);
+  const SegmentFilter filter = ButterworthFilter({}, 25.0);
+  try {
+    filter(segment);
+    FAIL() << "a dropped frame was accepted";
+  } catch (const std::exception& error) {
+    EXPECT_STREQ(error.what(),
+                 "output.estimator 'butterworth' needs uniform time, found a "
+                 "step of 0.0800 s at 0.0800 s where a frame is 0.0400 s "
+                 "(allowed: half a frame more or less)");
+  }
+  // A clock that jitters by up to half a frame is good enough.
+  segment.times_s = {0.0, 0.055, 0.08, 0.135, 0.16};
+  EXPECT_NO_THROW(filter(segment));
+  ButterworthOptions fast;
+  fast.cutoff_hz = 12.5;
+  EXPECT_THROW(ButterworthFilter(fast, 25.0), std::exception);
+}
+
+}  // namespace
+}  // namespace kinegraph
