@@ -29,12 +29,16 @@ EstimatorFactory Batch(const GraphOptions& options) {
   };
 }
 
-// `make_filter` gets the frame rate [Hz].
-EstimatorFactory Offline(const FilterOptions& options,
+// A filter over the points of one kind. `make_filter` gets the frame rate [Hz].
+EstimatorFactory Offline(const EstimatorOptions& options, PointKind points,
+                         bool covariances,
                          std::function<SegmentFilter(double)> make_filter) {
-  return [segments = options.segments,
+  return [=, filters = options.filters, noise = options.graph,
           make_filter = std::move(make_filter)](const SceneModel& scene) {
-    return MakeOfflineFilter(scene, segments, make_filter(scene.frame_rate_hz));
+    return MakeOfflineFilter(scene, filters.segments,
+                             JointPoints(scene, points, covariances,
+                                         filters.robust_triangulation, noise),
+                             make_filter(scene.frame_rate_hz));
   };
 }
 
@@ -52,14 +56,20 @@ const char* ToString(Mode mode) {
 }
 
 const std::vector<std::string>& OutputNames() {
-  static const std::vector<std::string> kNames = {
-      "window",           "batch",      "gaussian", "raw_dlt",
-      "centred_gaussian", "butterworth"};
+  static const std::vector<std::string> kNames = {"window",
+                                                  "batch",
+                                                  "gaussian",
+                                                  "raw_dlt",
+                                                  "robust_triangulation",
+                                                  "centred_gaussian",
+                                                  "hampel_median",
+                                                  "one_euro",
+                                                  "butterworth",
+                                                  "savitzky_golay",
+                                                  "smoothing_spline",
+                                                  "kalman",
+                                                  "rts"};
   return kNames;
-}
-
-bool IsCausal(OutputKind kind) {
-  return kind == OutputKind::kGaussian || kind == OutputKind::kRawDlt;
 }
 
 void EstimatorOptions::Describe(OptionVisitor& visitor) {
@@ -80,9 +90,31 @@ void EstimatorOptions::Describe(OptionVisitor& visitor) {
   filters.Describe(visitor);
 }
 
+bool IsCausal(OutputKind kind, const EstimatorOptions& options) {
+  switch (kind) {
+    case OutputKind::kGaussian:
+    case OutputKind::kRawDlt:
+    case OutputKind::kRobustTriangulation:
+    case OutputKind::kOneEuro:
+    case OutputKind::kKalman:
+      return true;
+    case OutputKind::kHampelMedian:
+      return options.filters.hampel_median.side == WindowSide::kTrailing;
+    default:
+      return false;
+  }
+}
+
 EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options) {
   const FilterOptions& filters = options.filters;
   CheckOptions(filters);
+  const bool covariances =
+      (kind == OutputKind::kKalman || kind == OutputKind::kRts) &&
+      filters.kalman.measurement == MeasurementNoise::kTriangulation;
+  const auto smooth = [&](std::function<SegmentFilter(double)> make_filter) {
+    return Offline(options, filters.points, covariances,
+                   std::move(make_filter));
+  };
   switch (kind) {
     case OutputKind::kWindow:
       return Window(options.graph);
@@ -91,15 +123,40 @@ EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options) {
     case OutputKind::kGaussian:
       return Gaussian(options.gaussian);
     case OutputKind::kRawDlt:
-      return Offline(filters, [](double) { return RawFilter(); });
+      return Offline(options, PointKind::kDlt, false,
+                     [](double) { return PointsAsTheyAre(false); });
+    case OutputKind::kRobustTriangulation:
+      return Offline(options, PointKind::kRobust, true,
+                     [](double) { return PointsAsTheyAre(true); });
     case OutputKind::kCentredGaussian:
-      return Offline(filters, [o = filters.centred_gaussian](double) {
-        return CentredGaussianFilter(o);
+      return smooth([filters](double) {
+        return CentredGaussianFilter(filters.centred_gaussian);
       });
+    case OutputKind::kHampelMedian:
+      return smooth([filters](double) {
+        return HampelMedianFilter(filters.hampel_median);
+      });
+    case OutputKind::kOneEuro:
+      return smooth(
+          [filters](double) { return OneEuroFilter(filters.one_euro); });
     case OutputKind::kButterworth:
-      return Offline(filters, [o = filters.butterworth](double rate_hz) {
-        return ButterworthFilter(o, rate_hz);
+      return smooth([filters](double rate_hz) {
+        return ButterworthFilter(filters.butterworth, rate_hz);
       });
+    case OutputKind::kSavitzkyGolay:
+      return smooth([filters](double rate_hz) {
+        return SavitzkyGolayFilter(filters.savitzky_golay, rate_hz);
+      });
+    case OutputKind::kSmoothingSpline:
+      return smooth([filters](double rate_hz) {
+        return SmoothingSplineFilter(filters.smoothing_spline, rate_hz);
+      });
+    case OutputKind::kKalman:
+      return smooth(
+          [filters](double) { return KalmanPointFilter(filters.kalman); });
+    case OutputKind::kRts:
+      return smooth(
+          [filters](double) { return RtsPointSmoother(filters.kalman); });
   }
   LOG(FATAL) << "unknown estimator";
   return nullptr;

@@ -28,13 +28,18 @@ enum class OutputKind {
   kGaussian,
   // Classical smoothers (solvers/filters/segment_filters.h).
   kRawDlt,
+  kRobustTriangulation,
   kCentredGaussian,
+  kHampelMedian,
+  kOneEuro,
   kButterworth,
+  kSavitzkyGolay,
+  kSmoothingSpline,
+  kKalman,
+  kRts,
 };
 // Names in the order of the enum, as output.estimator takes them.
 const std::vector<std::string>& OutputNames();
-// Whether a pose that is written depends on nothing that came after its frame.
-bool IsCausal(OutputKind kind);
 
 struct EstimatorOptions {
   Mode mode = Mode::kPaper;
@@ -49,6 +54,10 @@ struct EstimatorOptions {
   // [filters].
   void Describe(OptionVisitor& visitor);
 };
+
+// Whether a pose depends on nothing that came after its frame. (Of a filter,
+// which joints of a bridged gap are written is known afterwards only.)
+bool IsCausal(OutputKind kind, const EstimatorOptions& options);
 
 // One strategy alone, whatever mode and roles say.
 EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options);

@@ -34,6 +34,8 @@ void RunThrough(const std::vector<FilterSection>& sections,
 void ButterworthOptions::Describe(OptionVisitor& visitor) {
   visitor.Integer("order", &order, Between(1, 8), "",
                   "of each of the two passes");
+  visitor.Choice("choice", &choice, {"fixed", "residual_analysis"},
+                 "of the cut-off, the latter for each joint alone");
   visitor.Number("cutoff", &cutoff_hz, Positive(), "Hz",
                  "below half the frame rate");
   visitor.Boolean("correct_cutoff", &correct_cutoff,
@@ -89,12 +91,54 @@ Samples FiltFilt(const std::vector<FilterSection>& sections,
   return filtered;
 }
 
+double ResidualAnalysisCutoff(const ButterworthOptions& options, double rate_hz,
+                              const Samples& values) {
+  constexpr int kCandidates = 45;
+  constexpr int kLineFrom = 25;
+  ButterworthOptions tried = options;
+  tried.choice = CutoffChoice::kFixed;
+  std::vector<double> cutoffs;
+  std::vector<double> residuals;
+  for (int k = 1; k <= kCandidates; ++k) {
+    tried.cutoff_hz = 0.01 * k * rate_hz;
+    cutoffs.push_back(tried.cutoff_hz);
+    const Samples rest = values - ZeroPhaseButterworth(tried, rate_hz, values);
+    residuals.push_back(
+        std::sqrt(rest.squaredNorm() / static_cast<double>(values.rows())));
+  }
+  double mean_x = 0.0;
+  double mean_y = 0.0;
+  const int count = kCandidates - kLineFrom + 1;
+  for (int k = kLineFrom - 1; k < kCandidates; ++k) {
+    mean_x += cutoffs[k] / count;
+    mean_y += residuals[k] / count;
+  }
+  double xx = 0.0;
+  double xy = 0.0;
+  for (int k = kLineFrom - 1; k < kCandidates; ++k) {
+    xx += (cutoffs[k] - mean_x) * (cutoffs[k] - mean_x);
+    xy += (cutoffs[k] - mean_x) * (residuals[k] - mean_y);
+  }
+  const double noise = mean_y - xy / xx * mean_x;
+  for (int k = 0; k < kCandidates; ++k) {
+    if (residuals[k] > noise) continue;
+    if (k == 0) return cutoffs[0];
+    const double share =
+        (residuals[k - 1] - noise) / (residuals[k - 1] - residuals[k]);
+    return cutoffs[k - 1] + share * (cutoffs[k] - cutoffs[k - 1]);
+  }
+  return cutoffs.back();
+}
+
 Samples ZeroPhaseButterworth(const ButterworthOptions& options, double rate_hz,
                              const Samples& values) {
   const int order = static_cast<int>(options.order);
-  const double cutoff_hz =
-      options.correct_cutoff ? TwoPassCutoff(order, options.cutoff_hz, rate_hz)
-                             : options.cutoff_hz;
+  double cutoff_hz = options.choice == CutoffChoice::kResidualAnalysis
+                         ? ResidualAnalysisCutoff(options, rate_hz, values)
+                         : options.cutoff_hz;
+  if (options.correct_cutoff) {
+    cutoff_hz = TwoPassCutoff(order, cutoff_hz, rate_hz);
+  }
   return FiltFilt(ButterworthLowPass(order, cutoff_hz, rate_hz), values,
                   3 * (order + 1));
 }

@@ -10,9 +10,12 @@
 
 namespace kinegraph {
 
+enum class CutoffChoice { kFixed, kResidualAnalysis };
+
 struct ButterworthOptions {
-  int64_t order = 2;       // of each of the two passes
-  double cutoff_hz = 6.0;  // below half the frame rate
+  int64_t order = 2;  // of each of the two passes
+  CutoffChoice choice = CutoffChoice::kFixed;
+  double cutoff_hz = 6.0;  // below half the frame rate; choice "fixed"
   // The cut-off is where both passes together have half the power; without,
   // where each of them has, as most programs take it.
   bool correct_cutoff = true;
@@ -52,7 +55,18 @@ double TwoPassCutoff(int order, double cutoff_hz, double rate_hz);
 Samples FiltFilt(const std::vector<FilterSection>& sections,
                  const Samples& values, int padding);
 
-// The whole of it: design, correction and padding by scipy's rule.
+// Residual analysis (Winter, section 3.4.4.3), made a rule: the root mean
+// square R of what a cut-off takes away, all columns together, falls on a
+// straight line over the cut-off where only noise is left to take. The line is
+// fitted to the cut-offs from one quarter to 0.45 of the rate; its value at
+// zero is the noise, and the answer is the lowest cut-off whose R is not above
+// it, between candidates by interpolation. Candidates: every hundredth of the
+// rate up to 0.45 of it. [Hz]
+double ResidualAnalysisCutoff(const ButterworthOptions& options, double rate_hz,
+                              const Samples& values);
+
+// The whole of it: choice of the cut-off, correction, and padding by scipy's
+// rule.
 Samples ZeroPhaseButterworth(const ButterworthOptions& options, double rate_hz,
                              const Samples& values);
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "core/skeleton/skeleton.h"
@@ -19,7 +20,8 @@ struct JointSegment {
   std::vector<double> times_s;  // ascending
   Samples positions_m;          // n x 3, world; linear between samples
   std::vector<char> sampled;    // else bridged
-  // Of the samples [m^2]; one a frame, identity where it was not sampled.
+  // Of the samples [m^2]; one a frame, without meaning where not sampled or not
+  // asked for.
   std::vector<Eigen::Matrix3d> covariances_m2;
   JointClass joint_class = JointClass::kOther;
 };
@@ -27,7 +29,7 @@ struct JointSegment {
 struct SegmentEstimate {
   Samples positions_m;  // n x 3
   // One a frame [m^2]; empty for methods that give none.
-  std::vector<Eigen::Matrix3d> covariances_m2;
+  std::vector<std::optional<Eigen::Matrix3d>> covariances_m2;
 };
 
 using SegmentFilter = std::function<SegmentEstimate(const JointSegment&)>;

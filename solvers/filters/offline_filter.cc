@@ -3,29 +3,19 @@
 #include <glog/logging.h>
 
 #include <iterator>
+#include <optional>
 #include <utility>
 #include <vector>
 
 namespace kinegraph {
 namespace {
 
-// Sampled in this frame, by two or more of its own views.
-bool IsSampled(const EstimatorFrame& frame, size_t joint_idx) {
-  if (!frame.has_initial || joint_idx >= frame.initial.size()) return false;
-  const Joint3d& joint = frame.initial[joint_idx];
-  if (!joint.present() || !joint.position_m.allFinite()) return false;
-  if (!frame.triangulated.empty() && !frame.triangulated[joint_idx]) {
-    return false;
-  }
-  return frame.inlier_views.empty() ? joint.status == JointStatus::kObserved
-                                    : frame.inlier_views[joint_idx] >= 2;
-}
-
 class OfflineFilter final : public Estimator {
  public:
   OfflineFilter(const SceneModel& scene, const OfflineFilterOptions& options,
-                SegmentFilter filter)
+                JointPoints points, SegmentFilter filter)
       : scene_(scene),
+        point_source_(std::move(points)),
         filter_(std::move(filter)),
         // Half a frame of slack, as FrameClock gives.
         max_gap_s_(options.max_gap_s + 0.5 / scene.frame_rate_hz),
@@ -41,7 +31,7 @@ class OfflineFilter final : public Estimator {
  private:
   struct Sample {
     size_t frame_idx = 0;  // into collected_
-    Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+    JointPoint point;
   };
 
   void FilterJoint(size_t joint_idx);
@@ -52,11 +42,13 @@ class OfflineFilter final : public Estimator {
   }
 
   const SceneModel scene_;
+  JointPoints point_source_;
   const SegmentFilter filter_;
   const double max_gap_s_;
   std::vector<FinalPose> collected_;          // one a frame
   std::vector<std::vector<Sample>> samples_;  // by joint
   std::vector<FinalPose> finals_;
+  std::vector<std::optional<JointPoint>> points_;  // scratch
   Pose3d last_;
   TimeNs last_time_ = 0;
 };
@@ -68,9 +60,9 @@ void OfflineFilter::Add(const EstimatorFrame& frame) {
   collected.time = frame.time;
   DescribeViews(frame, scene_.keep_observations, &collected.person);
   collected.person.joints.resize(samples_.size());
+  point_source_.Find(frame, &points_, &collected.person);
   for (size_t j = 0; j < samples_.size(); ++j) {
-    if (!IsSampled(frame, j)) continue;
-    samples_[j].push_back({collected_.size() - 1, frame.initial[j].position_m});
+    if (points_[j]) samples_[j].push_back({collected_.size() - 1, *points_[j]});
   }
   if (frame.has_initial) {
     last_ = frame.initial;
@@ -133,19 +125,21 @@ JointSegment OfflineFilter::Segment(const std::vector<Sample>& samples,
   segment.times_s.resize(count);
   segment.positions_m.resize(static_cast<Eigen::Index>(count), 3);
   segment.sampled.assign(count, 0);
+  segment.covariances_m2.assign(count, Eigen::Matrix3d::Identity());
   for (size_t i = 0; i < count; ++i) segment.times_s[i] = SecondsAt(begin + i);
   for (size_t s = first; s <= last; ++s) {
     const Sample& from = samples[s];
     segment.sampled[from.frame_idx - begin] = 1;
+    segment.covariances_m2[from.frame_idx - begin] = from.point.covariance_m2;
     const size_t end =
         s == last ? from.frame_idx + 1 : samples[s + 1].frame_idx;
     for (size_t k = from.frame_idx; k < end; ++k) {
-      Eigen::Vector3d position_m = from.position_m;
+      Eigen::Vector3d position_m = from.point.position_m;
       if (k > from.frame_idx) {
         const Sample& to = samples[s + 1];
         const double share = (SecondsAt(k) - SecondsAt(from.frame_idx)) /
                              (SecondsAt(end) - SecondsAt(from.frame_idx));
-        position_m += share * (to.position_m - from.position_m);
+        position_m += share * (to.point.position_m - from.point.position_m);
       }
       segment.positions_m.row(static_cast<Eigen::Index>(k - begin)) =
           position_m.transpose();
@@ -163,9 +157,10 @@ void OfflineFilterOptions::Describe(OptionVisitor& visitor) {
 
 std::unique_ptr<Estimator> MakeOfflineFilter(
     const SceneModel& scene, const OfflineFilterOptions& options,
-    SegmentFilter filter) {
+    JointPoints points, SegmentFilter filter) {
   CheckOptions(options);
-  return std::make_unique<OfflineFilter>(scene, options, std::move(filter));
+  return std::make_unique<OfflineFilter>(scene, options, std::move(points),
+                                         std::move(filter));
 }
 
 }  // namespace kinegraph

@@ -6,6 +6,7 @@
 
 #include "core/base/options.h"
 #include "core/tracking/estimator.h"
+#include "solvers/filters/joint_points.h"
 #include "solvers/filters/joint_segment.h"
 
 namespace kinegraph {
@@ -21,21 +22,22 @@ struct OfflineFilterOptions {
 };
 
 // Collects a person's whole life, filters each joint alone in Finish(), and
-// every final pose comes then. A sample of a joint is its triangulation from
-// two or more views of one frame; one with older views is none.
+// every final pose comes then. Samples of a joint are its points as JointPoints
+// finds them.
 //
 // Gaps are treated alike for every filter: between two samples at most
 // `max_gap_s` apart the joint is bridged and inferred; a longer gap parts the
 // signal into segments that know nothing of each other, and the joint is
 // missing in it, as before its first and after its last sample. Bridged
-// positions are linear between the samples before anything is filtered.
+// positions are linear between the samples before anything is filtered; a
+// filter that does without them uses the samples alone.
 //
 // Last() is the newest initial pose and Predict() holds it: not meant to serve
 // association. Throws OptionError for bad options; Finish() passes on what
 // `filter` throws.
 std::unique_ptr<Estimator> MakeOfflineFilter(
     const SceneModel& scene, const OfflineFilterOptions& options,
-    SegmentFilter filter);
+    JointPoints points, SegmentFilter filter);
 
 }  // namespace kinegraph
 

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "core/base/error.h"
 #include "solvers/filters/uniform_time.h"
@@ -19,23 +20,94 @@ void RequireBelowNyquist(const std::string& key, double frequency_hz,
   throw OptionError(key, text);
 }
 
+// Rows of the samples, and their times.
+struct SampledRows {
+  std::vector<double> times_s;
+  Samples values;
+};
+
+SampledRows SamplesOf(const JointSegment& segment) {
+  SampledRows rows;
+  rows.values.resize(segment.positions_m.rows(), segment.positions_m.cols());
+  Eigen::Index count = 0;
+  for (size_t i = 0; i < segment.times_s.size(); ++i) {
+    if (!segment.sampled[i]) continue;
+    rows.times_s.push_back(segment.times_s[i]);
+    rows.values.row(count++) =
+        segment.positions_m.row(static_cast<Eigen::Index>(i));
+  }
+  rows.values.conservativeResize(count, Eigen::NoChange);
+  return rows;
+}
+
+// Back to all frames; those between samples hold the last value.
+Samples Hold(const JointSegment& segment, const Samples& values) {
+  Samples held(segment.positions_m.rows(), values.cols());
+  Eigen::Index next = 0;
+  for (Eigen::Index i = 0; i < held.rows(); ++i) {
+    if (segment.sampled[static_cast<size_t>(i)]) ++next;
+    held.row(i) = values.row(next - 1);
+  }
+  return held;
+}
+
+// `segment` with the class's constant for every sample's covariance.
+JointSegment WithConstantNoise(const KalmanOptions& options,
+                               JointSegment segment) {
+  const double sigma_m = options.sigma_m[static_cast<int>(segment.joint_class)];
+  for (Eigen::Matrix3d& covariance : segment.covariances_m2) {
+    covariance = sigma_m * sigma_m * Eigen::Matrix3d::Identity();
+  }
+  return segment;
+}
+
+SegmentFilter StateSpace(const KalmanOptions& options, bool smooth) {
+  return [options, smooth](const JointSegment& segment) {
+    const PointModel model = ModelOf(options, segment.joint_class);
+    const auto run = smooth ? RtsSmoother : KalmanFilter;
+    return options.measurement == MeasurementNoise::kConstant
+               ? run(model, WithConstantNoise(options, segment))
+               : run(model, segment);
+  };
+}
+
+template <typename Options>
+void DescribeIn(OptionVisitor& visitor, const std::string& table,
+                Options* options) {
+  visitor.Enter(table);
+  options->Describe(visitor);
+  visitor.Leave();
+}
+
 }  // namespace
 
 void FilterOptions::Describe(OptionVisitor& visitor) {
   visitor.Enter("filters");
+  visitor.Choice("points", &points, {"dlt", "robust"},
+                 "what filters smooth: the initial pose's joints, or robust "
+                 "triangulation");
   segments.Describe(visitor);
-  visitor.Enter("centred_gaussian");
-  centred_gaussian.Describe(visitor);
-  visitor.Leave();
-  visitor.Enter("butterworth");
-  butterworth.Describe(visitor);
-  visitor.Leave();
+  DescribeIn(visitor, "robust_triangulation", &robust_triangulation);
+  DescribeIn(visitor, "centred_gaussian", &centred_gaussian);
+  DescribeIn(visitor, "hampel_median", &hampel_median);
+  DescribeIn(visitor, "one_euro", &one_euro);
+  DescribeIn(visitor, "butterworth", &butterworth);
+  DescribeIn(visitor, "savitzky_golay", &savitzky_golay);
+  DescribeIn(visitor, "smoothing_spline", &smoothing_spline);
+  DescribeIn(visitor, "kalman", &kalman);
   visitor.Leave();
 }
 
-SegmentFilter RawFilter() {
-  return [](const JointSegment& segment) -> SegmentEstimate {
-    return {segment.positions_m, {}};
+SegmentFilter PointsAsTheyAre(bool with_covariances) {
+  return [with_covariances](const JointSegment& segment) {
+    SegmentEstimate estimate{segment.positions_m, {}};
+    if (!with_covariances) return estimate;
+    estimate.covariances_m2.resize(segment.times_s.size());
+    for (size_t i = 0; i < segment.times_s.size(); ++i) {
+      if (!segment.sampled[i]) continue;
+      estimate.covariances_m2[i] = segment.covariances_m2[i];
+    }
+    return estimate;
   };
 }
 
@@ -47,13 +119,72 @@ SegmentFilter CentredGaussianFilter(const CentredGaussianOptions& options) {
   };
 }
 
+SegmentFilter HampelMedianFilter(const HampelMedianOptions& options) {
+  return [options](const JointSegment& segment) -> SegmentEstimate {
+    if (options.side == WindowSide::kCentred) {
+      return {HampelMedian(options, segment.times_s, segment.positions_m), {}};
+    }
+    const SampledRows rows = SamplesOf(segment);
+    return {Hold(segment, HampelMedian(options, rows.times_s, rows.values)),
+            {}};
+  };
+}
+
+SegmentFilter OneEuroFilter(const OneEuroOptions& options) {
+  return [options](const JointSegment& segment) -> SegmentEstimate {
+    const SampledRows rows = SamplesOf(segment);
+    return {Hold(segment, OneEuro(options, rows.times_s, rows.values)), {}};
+  };
+}
+
 SegmentFilter ButterworthFilter(const ButterworthOptions& options,
                                 double rate_hz) {
-  RequireBelowNyquist("filters.butterworth.cutoff", options.cutoff_hz, rate_hz);
+  if (options.choice == CutoffChoice::kFixed) {
+    RequireBelowNyquist("filters.butterworth.cutoff", options.cutoff_hz,
+                        rate_hz);
+  }
   return [options, rate_hz](const JointSegment& segment) -> SegmentEstimate {
     RequireUniformTime("butterworth", segment.times_s, rate_hz);
     return {ZeroPhaseButterworth(options, rate_hz, segment.positions_m), {}};
   };
+}
+
+SegmentFilter SavitzkyGolayFilter(const SavitzkyGolayOptions& options,
+                                  double rate_hz) {
+  const int length = SavitzkyGolayLength(options, rate_hz);
+  const int order = static_cast<int>(options.order);
+  return [=](const JointSegment& segment) -> SegmentEstimate {
+    RequireUniformTime("savitzky_golay", segment.times_s, rate_hz);
+    return {SavitzkyGolay(length, order, segment.positions_m), {}};
+  };
+}
+
+SegmentFilter SmoothingSplineFilter(const SmoothingSplineOptions& options,
+                                    double rate_hz) {
+  RequireBelowNyquist("filters.smoothing_spline.cutoff", options.cutoff_hz,
+                      rate_hz);
+  return [options](const JointSegment& segment) -> SegmentEstimate {
+    const SampledRows rows = SamplesOf(segment);
+    constexpr size_t kFewest = 5;
+    const size_t count = rows.times_s.size();
+    if (count < kFewest) return {segment.positions_m, {}};
+    const double step_s = (rows.times_s.back() - rows.times_s.front()) /
+                          static_cast<double>(count - 1);
+    const double lambda_s3 = options.choice == SmoothnessChoice::kGcv
+                                 ? ChooseLambdaByGcv(rows.times_s, rows.values)
+                                 : LambdaOfCutoff(options.cutoff_hz, step_s);
+    return {
+        SmoothingSpline(lambda_s3, rows.times_s, rows.values, segment.times_s),
+        {}};
+  };
+}
+
+SegmentFilter KalmanPointFilter(const KalmanOptions& options) {
+  return StateSpace(options, false);
+}
+
+SegmentFilter RtsPointSmoother(const KalmanOptions& options) {
+  return StateSpace(options, true);
 }
 
 }  // namespace kinegraph

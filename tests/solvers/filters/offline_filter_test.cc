@@ -41,15 +41,14 @@ EstimatorFrame Failed(int frame) {
   return in;
 }
 
-SegmentFilter Raw() {
-  return [](const JointSegment& segment) -> SegmentEstimate {
-    return {segment.positions_m, {}};
-  };
-}
+SegmentFilter Raw() { return PointsAsTheyAre(false); }
+
+JointPoints Points() { return {Scene(), PointKind::kDlt, false, {}, {}}; }
 
 std::vector<FinalPose> RunRaw(const std::vector<EstimatorFrame>& frames,
                               double max_gap_s) {
-  const auto estimator = MakeOfflineFilter(Scene(), {max_gap_s}, Raw());
+  const auto estimator =
+      MakeOfflineFilter(Scene(), {max_gap_s}, Points(), Raw());
   return testing::Run(estimator.get(), frames);
 }
 
@@ -84,11 +83,12 @@ TEST(OfflineFilterTest, LongGapsPartTheSignal) {
   std::vector<EstimatorFrame> frames = {At(0, 0.0), At(1, 1.0), Failed(2),
                                         Failed(3),  Failed(4),  At(5, 5.0)};
   std::vector<size_t> lengths;
-  const auto estimator = MakeOfflineFilter(
-      Scene(), {0.12}, [&](const JointSegment& segment) -> SegmentEstimate {
-        lengths.push_back(segment.times_s.size());
-        return {segment.positions_m, {}};
-      });
+  const auto estimator =
+      MakeOfflineFilter(Scene(), {0.12}, Points(),
+                        [&](const JointSegment& segment) -> SegmentEstimate {
+                          lengths.push_back(segment.times_s.size());
+                          return {segment.positions_m, {}};
+                        });
   const auto finals = testing::Run(estimator.get(), frames);
   EXPECT_EQ(lengths.size(), 2u * 17u);
   EXPECT_EQ(lengths[0], 2u);

@@ -1,0 +1,69 @@
+// Where the points come from that filters smooth.
+#ifndef KINEGRAPH_SOLVERS_FILTERS_JOINT_POINTS_H_
+#define KINEGRAPH_SOLVERS_FILTERS_JOINT_POINTS_H_
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/tracking/estimator.h"
+#include "solvers/filters/robust_triangulation.h"
+#include "solvers/graph/options.h"
+
+namespace kinegraph {
+
+enum class PointKind {
+  kDlt,     // the initial pose: joints filter, then DLT
+  kRobust,  // robust triangulation of the frame's own views, all of them
+};
+
+struct JointPoint {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();  // if asked for
+};
+
+// Points of one person. A joint has a point in a frame that two or more of the
+// frame's own views support: those that the joints filter kept, or those that
+// robust triangulation gives weight. Nothing comes from views of older frames.
+//
+// Sigmas in pixels follow the noise model of the factor graph (PixelSigma) at
+// the depth of the person's last initial pose.
+class JointPoints {
+ public:
+  // `covariances`: also for kDlt, from the views kept (kRobust always has
+  // them); a joint whose views leave a direction open then has no point.
+  JointPoints(const SceneModel& scene, PointKind kind, bool covariances,
+              const RobustTriangulationOptions& robust,
+              const GraphOptions& noise);
+
+  // Points of a frame, one a joint. `person` (as DescribeViews fills it) gets
+  // the robust triangulation's inlier views and weights.
+  void Find(const EstimatorFrame& frame,
+            std::vector<std::optional<JointPoint>>* points, PersonPose* person);
+
+ private:
+  void UpdateCentre(const EstimatorFrame& frame);
+  // The frame's measurements of a joint; `all` or those the filter kept.
+  // `slots` are their places among the frame's views.
+  void CollectViews(const EstimatorFrame& frame, size_t joint_idx, bool all);
+  std::optional<JointPoint> FromInitialPose(const EstimatorFrame& frame,
+                                            size_t joint_idx);
+  std::optional<JointPoint> FromViews(const EstimatorFrame& frame,
+                                      size_t joint_idx, PersonPose* person);
+
+  // All of a SceneModel's cameras and joint classes.
+  CameraRig cameras_;
+  Skeleton skeleton_;
+  PointKind kind_;
+  bool covariances_;
+  RobustTriangulator robust_;
+  GraphOptions noise_;
+  Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();  // of the person
+  // Scratch.
+  std::vector<PixelPoint> views_;
+  std::vector<size_t> slots_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_FILTERS_JOINT_POINTS_H_

@@ -1,0 +1,75 @@
+// Kalman filter and Rauch-Tung-Striebel smoother of one joint's points.
+#ifndef KINEGRAPH_SOLVERS_FILTERS_KALMAN_H_
+#define KINEGRAPH_SOLVERS_FILTERS_KALMAN_H_
+
+#include <vector>
+
+#include "core/base/options.h"
+#include "solvers/filters/joint_segment.h"
+#include "solvers/graph/options.h"
+
+namespace kinegraph {
+
+enum class MotionModel {
+  kConstantVelocity,      // white noise on acceleration
+  kConstantAcceleration,  // white noise on jerk
+};
+
+enum class MeasurementNoise {
+  kTriangulation,  // the covariance of each sample
+  kConstant,       // sigma_m of the joint's class, alike in all directions
+};
+
+struct KalmanOptions {
+  MotionModel motion = MotionModel::kConstantVelocity;
+  // Power of the white noise by class of joint, for either motion model.
+  //   head trunk shoulder elbow wrist hip knee ankle foot other
+  JointClassTable acceleration_noise = {1.0, 0.5, 0.7, 2.0, 3.0,
+                                        0.5, 1.0, 5.0, 5.0, 3.0};  // m^2/s^3
+  JointClassTable jerk_noise = {50.0, 25.0, 35.0,  100.0, 150.0,
+                                25.0, 50.0, 250.0, 250.0, 150.0};  // m^2/s^5
+  double process_noise_scale = 1.0;  // on all of them
+  MeasurementNoise measurement = MeasurementNoise::kTriangulation;
+  JointClassTable sigma_m = {0.03, 0.03, 0.03, 0.03, 0.03,
+                             0.03, 0.03, 0.03, 0.03, 0.03};
+  // What is known of a segment's first sample besides its position.
+  double start_velocity_sigma_mps = 3.0;
+  double start_acceleration_sigma_mps2 = 30.0;
+
+  // Table [filters.kalman].
+  void Describe(OptionVisitor& visitor);
+};
+
+// Linear model of a point in space with `derivatives` 2 (position, velocity)
+// or 3 (and acceleration). Between two times dt apart the state moves as
+// without noise, plus Q(dt), white noise of `power` on the next derivative
+// (Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and
+// Navigation, sections 6.2.2 and 6.2.3).
+struct PointModel {
+  int derivatives = 2;
+  double power = 1.0;                     // m^2/s^3, or m^2/s^5
+  std::vector<double> start_sigmas = {};  // of the derivatives, m/s, m/s^2
+};
+
+// F(dt) and Q(dt) of one coordinate, derivatives x derivatives.
+Eigen::MatrixXd TransitionMatrix(int derivatives, double dt_s);
+Eigen::MatrixXd ProcessNoise(int derivatives, double power, double dt_s);
+
+// Estimates of every time of the segment. The first sample, which must be
+// there, is the first state, its covariance that of the position (one-point
+// initialisation; section 5.5.3 of the same book). `covariances_m2` holds one a
+// time; times without sample are predicted, so the covariance grows in a gap.
+// The filter (Kalman 1960, Joseph's form of the update) knows what came up to
+// its time, the smoother (Rauch, Tung and Striebel 1965) the whole segment. No
+// value is rejected.
+SegmentEstimate KalmanFilter(const PointModel& model,
+                             const JointSegment& segment);
+SegmentEstimate RtsSmoother(const PointModel& model,
+                            const JointSegment& segment);
+
+// The model for a class of joints.
+PointModel ModelOf(const KalmanOptions& options, JointClass joint_class);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_FILTERS_KALMAN_H_

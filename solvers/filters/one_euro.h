@@ -1,0 +1,31 @@
+// The One-Euro filter.
+#ifndef KINEGRAPH_SOLVERS_FILTERS_ONE_EURO_H_
+#define KINEGRAPH_SOLVERS_FILTERS_ONE_EURO_H_
+
+#include <vector>
+
+#include "core/base/options.h"
+#include "solvers/filters/joint_segment.h"
+
+namespace kinegraph {
+
+struct OneEuroOptions {
+  double min_cutoff_hz = 2.0;
+  double beta_per_m = 1.0;  // the cut-off grows by so many Hz per m/s
+  double derivative_cutoff_hz = 1.0;
+
+  // Table [filters.one_euro].
+  void Describe(OptionVisitor& visitor);
+};
+
+// Exponential smoothing whose cut-off grows with the smoothed speed (Casiez,
+// Roussel and Vogel, CHI 2012, algorithm 1), column by column, by the real time
+// between two values. The first value passes. The speed is that from the last
+// filtered value to the new raw one, as in the paper; the authors' programs
+// took the last raw value until August 2023.
+Samples OneEuro(const OneEuroOptions& options,
+                const std::vector<double>& times_s, const Samples& values);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_FILTERS_ONE_EURO_H_

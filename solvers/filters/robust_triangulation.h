@@ -1,0 +1,67 @@
+// One point from several views, some of which may be wrong.
+#ifndef KINEGRAPH_SOLVERS_FILTERS_ROBUST_TRIANGULATION_H_
+#define KINEGRAPH_SOLVERS_FILTERS_ROBUST_TRIANGULATION_H_
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/base/options.h"
+#include "core/geometry/camera.h"
+#include "solvers/factors/loss.h"
+
+namespace kinegraph {
+
+// A joint in one view.
+struct PixelPoint {
+  const Camera* camera = nullptr;
+  Eigen::Vector2d px = Eigen::Vector2d::Zero();  // raw
+  double sigma_px = 1.0;
+};
+
+struct RobustTriangulationOptions {
+  LossKind loss = LossKind::kGemanMcClure;
+  double loss_scale = 3.0;      // sigmas
+  double inlier_weight = 0.25;  // views that weigh less do not support a point
+
+  // Table [filters.robust_triangulation].
+  void Describe(OptionVisitor& visitor);
+};
+
+struct RobustPoint {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
+  std::vector<double> weights;  // of each view, 0 .. 1
+  int inlier_views = 0;
+};
+
+// The point that minimises the sum of 0.5 rho(|project(X) - u|^2 / sigma^2)
+// over the views: an M-estimator on raw pixels (Hartley and Zisserman, Multiple
+// View Geometry, appendix 6.8), by Gauss-Newton with reweighting (Holland and
+// Welsch 1977). It starts from the cheapest of the DLT of all views and those
+// of every pair (as Fischler and Bolles 1981, but all pairs instead of random
+// ones), so that one wrong view among three does not decide.
+class RobustTriangulator {
+ public:
+  // Throws OptionError for bad options.
+  explicit RobustTriangulator(const RobustTriangulationOptions& options);
+
+  // nullopt when no start stands in front of its cameras or fewer than two
+  // views support the end. Covariance: the inverse of the weighted normal
+  // matrix over InformationCorrection of the loss.
+  std::optional<RobustPoint> Triangulate(
+      const std::vector<PixelPoint>& views) const;
+
+ private:
+  RobustTriangulationOptions options_;
+  double correction_;
+};
+
+// (sum J'J / sigma^2)^-1 [m^2] of a point that was triangulated from these
+// views by whatever means; nullopt when they leave a direction open.
+std::optional<Eigen::Matrix3d> TriangulationCovariance(
+    const std::vector<PixelPoint>& views, const Eigen::Vector3d& point_m);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_FILTERS_ROBUST_TRIANGULATION_H_

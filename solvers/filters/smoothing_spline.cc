@@ -1,0 +1,270 @@
+#include "solvers/filters/smoothing_spline.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace kinegraph {
+namespace {
+
+// The second derivatives g at the inner times solve (R + lambda Q'Q) g = Q'y;
+// the values are y - lambda Q g. R is tridiagonal, Q'Q pentadiagonal. Time is
+// counted in mean steps, so that the numbers stay near one.
+class SplineSystem {
+ public:
+  SplineSystem(const std::vector<double>& times_s, const Samples& values)
+      : count_(values.rows()),
+        step_s_((times_s.back() - times_s.front()) /
+                static_cast<double>(times_s.size() - 1)),
+        h_(count_ - 1) {
+    for (Eigen::Index i = 0; i + 1 < count_; ++i) {
+      const size_t k = static_cast<size_t>(i);
+      h_(i) = (times_s[k + 1] - times_s[k]) / step_s_;
+    }
+    const Eigen::Index inner = count_ - 2;
+    Qy_.resize(inner, values.cols());
+    for (Eigen::Index i = 0; i < inner; ++i) {
+      const std::array<double, 3> q = Q(i);
+      Qy_.row(i) = q[0] * values.row(i) + q[1] * values.row(i + 1) +
+                   q[2] * values.row(i + 2);
+    }
+  }
+
+  double step_s() const { return step_s_; }
+  double h(Eigen::Index i) const { return h_(i); }
+
+  // `lambda` in cubes of the mean step.
+  void Factorise(double lambda) {
+    lambda_ = lambda;
+    const Eigen::Index inner = count_ - 2;
+    d_.resize(inner);
+    l1_.setZero(inner);
+    l2_.setZero(inner);
+    for (Eigen::Index i = 0; i < inner; ++i) {
+      const std::array<double, 3> q = Q(i);
+      double diagonal = (h_(i) + h_(i + 1)) / 3.0 + lambda * Dot(q, q, 0);
+      double first = 0.0;
+      double second = 0.0;
+      if (i + 1 < inner) first = h_(i + 1) / 6.0 + lambda * Dot(q, Q(i + 1), 1);
+      if (i + 2 < inner) second = lambda * Dot(q, Q(i + 2), 2);
+      // L D L', l1_(i) and l2_(i) below d_(i).
+      if (i >= 1) {
+        diagonal -= d_(i - 1) * l1_(i - 1) * l1_(i - 1);
+        first -= d_(i - 1) * l1_(i - 1) * l2_(i - 1);
+      }
+      if (i >= 2) diagonal -= d_(i - 2) * l2_(i - 2) * l2_(i - 2);
+      d_(i) = diagonal;
+      l1_(i) = first / diagonal;
+      l2_(i) = second / diagonal;
+    }
+  }
+
+  // Second derivatives at the inner times, per squared step.
+  Samples SecondDerivatives() const {
+    Samples g = Qy_;
+    const Eigen::Index inner = g.rows();
+    for (Eigen::Index i = 0; i < inner; ++i) {
+      if (i >= 1) g.row(i) -= l1_(i - 1) * g.row(i - 1);
+      if (i >= 2) g.row(i) -= l2_(i - 2) * g.row(i - 2);
+    }
+    for (Eigen::Index i = inner - 1; i >= 0; --i) {
+      g.row(i) /= d_(i);
+      if (i + 1 < inner) g.row(i) -= l1_(i) * g.row(i + 1);
+      if (i + 2 < inner) g.row(i) -= l2_(i) * g.row(i + 2);
+    }
+    return g;
+  }
+
+  // lambda Q g: what smoothing takes from the values.
+  Samples Residuals(const Samples& g) const {
+    Samples residuals = Samples::Zero(count_, g.cols());
+    for (Eigen::Index i = 0; i < g.rows(); ++i) {
+      const std::array<double, 3> q = Q(i);
+      for (int k = 0; k < 3; ++k) {
+        residuals.row(i + k) += lambda_ * q[k] * g.row(i);
+      }
+    }
+    return residuals;
+  }
+
+  // trace(I - A) = lambda trace(B^-1 Q'Q): only the five central diagonals of
+  // B^-1 are needed, which follow from the last back to the first.
+  double TraceOfResiduals() const {
+    const Eigen::Index inner = count_ - 2;
+    double trace = 0.0;
+    // b_(i, i+k) of the two rows below, k = 0, 1, 2.
+    std::array<double, 3> next{};
+    std::array<double, 3> after{};
+    for (Eigen::Index i = inner - 1; i >= 0; --i) {
+      std::array<double, 3> row{};
+      row[2] = i + 2 < inner ? -l1_(i) * next[1] - l2_(i) * after[0] : 0.0;
+      row[1] = i + 1 < inner ? -l1_(i) * next[0] - l2_(i) * next[1] : 0.0;
+      row[0] = 1.0 / d_(i) - l1_(i) * row[1] - l2_(i) * row[2];
+      const std::array<double, 3> q = Q(i);
+      trace += row[0] * Dot(q, q, 0);
+      if (i + 1 < inner) trace += 2.0 * row[1] * Dot(q, Q(i + 1), 1);
+      if (i + 2 < inner) trace += 2.0 * row[2] * Dot(q, Q(i + 2), 2);
+      after = next;
+      next = row;
+    }
+    return lambda_ * trace;
+  }
+
+  double Gcv(double lambda) {
+    Factorise(lambda);
+    const double trace = TraceOfResiduals();
+    return static_cast<double>(count_) *
+           Residuals(SecondDerivatives()).squaredNorm() / (trace * trace);
+  }
+
+ private:
+  // Column i of Q: its entries in rows i, i + 1, i + 2.
+  std::array<double, 3> Q(Eigen::Index i) const {
+    const double before = 1.0 / h_(i);
+    const double behind = 1.0 / h_(i + 1);
+    return {before, -before - behind, behind};
+  }
+
+  // Scalar product of two columns of Q, the second `shift` to the right.
+  static double Dot(const std::array<double, 3>& a,
+                    const std::array<double, 3>& b, int shift) {
+    double sum = 0.0;
+    for (int k = shift; k < 3; ++k) sum += a[k] * b[k - shift];
+    return sum;
+  }
+
+  Eigen::Index count_;
+  double step_s_;
+  Eigen::VectorXd h_;  // steps, in mean steps
+  Samples Qy_;
+  double lambda_ = 0.0;
+  Eigen::VectorXd d_, l1_, l2_;
+};
+
+double Cube(double x) { return x * x * x; }
+
+// The natural cubic spline with values `f` and second derivatives `g` (zero at
+// both ends), straight outside.
+Samples Evaluate(const SplineSystem& system, const std::vector<double>& times_s,
+                 const Samples& f, const Samples& g,
+                 const std::vector<double>& at_s) {
+  const Eigen::Index last = f.rows() - 1;
+  Samples second = Samples::Zero(f.rows(), f.cols());
+  second.middleRows(1, last - 1) = g;
+  Samples result(static_cast<Eigen::Index>(at_s.size()), f.cols());
+  for (size_t k = 0; k < at_s.size(); ++k) {
+    const auto above =
+        std::upper_bound(times_s.begin() + 1, times_s.end() - 1, at_s[k]);
+    const Eigen::Index i = above - times_s.begin() - 1;
+    const double h = system.h(i);
+    const double t = (at_s[k] - times_s[static_cast<size_t>(i)]) /
+                     (system.step_s() * h);  // 0 .. 1 inside
+    const double inside = std::clamp(t, 0.0, 1.0);
+    const double s = 1.0 - inside;
+    Eigen::RowVectorXd value =
+        s * f.row(i) + inside * f.row(i + 1) +
+        h * h / 6.0 *
+            ((Cube(s) - s) * second.row(i) +
+             (Cube(inside) - inside) * second.row(i + 1));
+    if (t != inside) {
+      const Eigen::RowVectorXd slope =
+          f.row(i + 1) - f.row(i) +
+          h * h / 6.0 *
+              ((1.0 - 3.0 * s * s) * second.row(i) +
+               (3.0 * inside * inside - 1.0) * second.row(i + 1));
+      value += (t - inside) * slope;
+    }
+    result.row(static_cast<Eigen::Index>(k)) = value;
+  }
+  return result;
+}
+
+Samples LineThrough(const std::vector<double>& times_s, const Samples& values,
+                    const std::vector<double>& at_s) {
+  Samples result(static_cast<Eigen::Index>(at_s.size()), values.cols());
+  for (size_t k = 0; k < at_s.size(); ++k) {
+    const double share =
+        times_s.size() < 2 ? 0.0
+                           : (at_s[k] - times_s[0]) / (times_s[1] - times_s[0]);
+    result.row(static_cast<Eigen::Index>(k)) =
+        values.row(0) + share * (values.row(values.rows() - 1) - values.row(0));
+  }
+  return result;
+}
+
+}  // namespace
+
+void SmoothingSplineOptions::Describe(OptionVisitor& visitor) {
+  visitor.Choice("choice", &choice, {"gcv", "cutoff"},
+                 "how smooth: by generalised cross-validation, or the cut-off");
+  visitor.Number("cutoff", &cutoff_hz, Positive(), "Hz",
+                 "where the amplitude is halved");
+}
+
+Samples SmoothingSpline(double lambda_s3, const std::vector<double>& times_s,
+                        const Samples& values,
+                        const std::vector<double>& at_s) {
+  if (values.rows() < 3) return LineThrough(times_s, values, at_s);
+  SplineSystem system(times_s, values);
+  system.Factorise(lambda_s3 / Cube(system.step_s()));
+  const Samples g = system.SecondDerivatives();
+  const Samples f = values - system.Residuals(g);
+  return Evaluate(system, times_s, f, g, at_s);
+}
+
+double GcvScore(double lambda_s3, const std::vector<double>& times_s,
+                const Samples& values) {
+  SplineSystem system(times_s, values);
+  return system.Gcv(lambda_s3 / Cube(system.step_s()));
+}
+
+double ChooseLambdaByGcv(const std::vector<double>& times_s,
+                         const Samples& values) {
+  SplineSystem system(times_s, values);
+  const auto log_lambda = [](double cycles_per_step) {
+    return -4.0 * std::log10(2.0 * M_PI * cycles_per_step);
+  };
+  const auto score = [&](double x) { return system.Gcv(std::pow(10.0, x)); };
+  const double low = log_lambda(0.5);
+  const double high = log_lambda(1e-3);
+  constexpr double kGrid = 0.1;
+  double best = low;
+  double best_score = score(low);
+  for (double x = low + kGrid; x <= high; x += kGrid) {
+    const double here = score(x);
+    if (here < best_score) {
+      best_score = here;
+      best = x;
+    }
+  }
+  // Golden section between the neighbours.
+  constexpr double kGolden = 0.6180339887498949;
+  double a = std::max(low, best - kGrid);
+  double b = std::min(high, best + kGrid);
+  double left = b - kGolden * (b - a);
+  double right = a + kGolden * (b - a);
+  double left_score = score(left);
+  double right_score = score(right);
+  while (b - a > 1e-6) {
+    if (left_score <= right_score) {
+      b = std::exchange(right, left);
+      right_score = left_score;
+      left = b - kGolden * (b - a);
+      left_score = score(left);
+    } else {
+      a = std::exchange(left, right);
+      left_score = right_score;
+      right = a + kGolden * (b - a);
+      right_score = score(right);
+    }
+  }
+  return std::pow(10.0, 0.5 * (a + b)) * Cube(system.step_s());
+}
+
+double LambdaOfCutoff(double cutoff_hz, double step_s) {
+  const double w = 2.0 * M_PI * cutoff_hz;
+  return 1.0 / (step_s * w * w * w * w);
+}
+
+}  // namespace kinegraph
