@@ -236,11 +236,14 @@ class RunFrames {
 
 using FrameSink = std::function<void(TrackFrame&&)>;
 
+// Sees each frame that the tracker is fed, in order (may be null).
+using FedFrames = std::function<void(const DetectionFrame&)>;
+
 // The tracker over the whole take, its warm-up left out of what is written.
 void FirstPass(const RunOptions& options, const RunRequest& request,
-               const RunScene& scene, RunFrames* frames, StageTimes* times,
-               const FrameSink& write) {
-  EstimatorPair estimators = MakeEstimators(options.estimators);
+               const RunScene& scene, EstimatorPair estimators,
+               RunFrames* frames, StageTimes* times, const FrameSink& write,
+               const FedFrames& fed = nullptr) {
   Tracker tracker(scene.model, frames->skeleton(), options.tracker,
                   std::move(estimators.feedback), std::move(estimators.output));
   tracker.set_threads(request.threads);
@@ -255,16 +258,20 @@ void FirstPass(const RunOptions& options, const RunRequest& request,
     }
     finished.clear();
   };
+  const auto process = [&](const DetectionFrame& one) {
+    if (fed) fed(one);
+    tracker.Process(one, &finished);
+  };
   DetectionFrame frame;
   while (frames->Next(&frame)) {
     if (first) {
       first = false;
       first_frame = frame.frame;
       for (int64_t k = options.input.repeat_first_frame; k > 0; --k) {
-        tracker.Process(Earlier(frame, k, clock), &finished);
+        process(Earlier(frame, k, clock));
       }
     }
-    tracker.Process(frame, &finished);
+    process(frame);
     flush();
   }
   tracker.Finish(&finished);
@@ -289,12 +296,14 @@ RunSummary RunTracking(const RunOptions& options, const RunRequest& request,
   int64_t frames_read = 0;
   RunFrames frames(request, scene, open_source, progress, &frames_read);
   if (!options.tracker.life.second_pass) {
-    FirstPass(options, request, scene, &frames, stage_times, count_and_write);
+    FirstPass(options, request, scene, MakeEstimators(options.estimators),
+              &frames, stage_times, count_and_write);
   } else {
     std::vector<TrackFrame> first_pass;
-    FirstPass(
-        options, request, scene, &frames, stage_times,
-        [&](TrackFrame&& frame) { first_pass.push_back(std::move(frame)); });
+    FirstPass(options, request, scene, MakeEstimators(options.estimators),
+              &frames, stage_times, [&](TrackFrame&& frame) {
+                first_pass.push_back(std::move(frame));
+              });
     RunFrames again(request, scene, open_source, progress, &frames_read);
     EstimatorPair estimators = MakeEstimators(options.estimators);
     SecondPass second(
@@ -326,6 +335,45 @@ TrackSequence TrackSequenceOf(const RunOptions& options,
       [&] { return std::make_unique<MemorySource>(detections); },
       [&](const TrackFrame& frame) { tracks.frames.push_back(frame); });
   return tracks;
+}
+
+FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
+                         const DetectionSequence& detections) {
+  FrozenRun run;
+  run.scene = PrepareScene(options, request, detections.header);
+  run.tracks.header = run.scene.header;
+  run.detections.header = detections.header;
+  run.detections.header.view_names = run.scene.view_names;
+  EstimatorPair estimators = MakeEstimators(options.estimators);
+  MatchFreezer freezer;
+  // The estimator that is written sees every frame of a life.
+  EstimatorFactory& written =
+      estimators.output ? estimators.output : estimators.feedback;
+  written = freezer.Wrap(std::move(written));
+  int64_t frames_read = 0;
+  const std::function<void(int64_t)> no_progress;
+  const SourceOpener open_source = [&] {
+    return std::make_unique<MemorySource>(detections);
+  };
+  RunFrames frames(request, run.scene, open_source, no_progress, &frames_read);
+  FirstPass(
+      options, request, run.scene, std::move(estimators), &frames, nullptr,
+      [&](TrackFrame&& frame) {
+        run.tracks.frames.push_back(std::move(frame));
+      },
+      [&](const DetectionFrame& frame) {
+        run.detections.frames.push_back(frame);
+      });
+  if (!run.tracks.frames.empty()) {
+    run.first_frame = run.tracks.frames.front().frame;
+  }
+  run.matches =
+      freezer.Matches(options.tracker.life, run.scene.model.frame_rate_hz);
+  return run;
+}
+
+EstimatorFactory FeedbackOf(const RunOptions& options) {
+  return MakeEstimators(options.estimators).feedback;
 }
 
 }  // namespace kinegraph

@@ -13,6 +13,7 @@
 #include "core/io/config.h"
 #include "core/io/detection_source.h"
 #include "core/tracking/options.h"
+#include "core/tracking/replay.h"
 #include "core/tracking/tracker.h"
 #include "solvers/factory.h"
 
@@ -119,6 +120,24 @@ int PassCount(const RunOptions& options);
 TrackSequence TrackSequenceOf(const RunOptions& options,
                               const RunRequest& request,
                               const DetectionSequence& detections);
+
+// A run whose matches are kept (core/tracking/replay.h).
+struct FrozenRun {
+  RunScene scene;
+  // As the tracker was fed: used views alone, the warm-up before `first_frame`.
+  DetectionSequence detections;
+  int64_t first_frame = 0;  // that is written
+  FrozenMatches matches;
+  TrackSequence tracks;  // what the run itself wrote
+};
+
+// Tracks detections in memory and freezes the matches. There is one pass: a
+// second one (tracking.second_pass) is left out.
+FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
+                         const DetectionSequence& detections);
+
+// Whose prediction the joints filter uses.
+EstimatorFactory FeedbackOf(const RunOptions& options);
 
 }  // namespace kinegraph
 

@@ -57,6 +57,33 @@ double MeanOfRatios(const std::vector<RatioSeries>& series,
   return total / with_weight;
 }
 
+double PooledRatio(const std::vector<RatioSeries>& series,
+                   const DrawCounts& counts) {
+  RatioUnit pooled;
+  size_t next = 0;
+  for (const RatioSeries& one : series) {
+    for (const RatioUnit& unit : one) {
+      const auto times = static_cast<double>(counts[next++]);
+      pooled.sum += times * unit.sum;
+      pooled.weight += times * unit.weight;
+    }
+  }
+  return pooled.sum / pooled.weight;  // NaN for 0 / 0
+}
+
+size_t CountUnits(const std::vector<RatioSeries>& series) {
+  size_t units = 0;
+  for (const RatioSeries& one : series) units += one.size();
+  return units;
+}
+
+void RequireSameShape(const std::vector<RatioSeries>& a,
+                      const std::vector<RatioSeries>& b) {
+  if (Lengths(a) == Lengths(b)) return;
+  throw OptionError("paired difference",
+                    "the two results were not scored on the same frames");
+}
+
 }  // namespace
 
 void BootstrapOptions::Describe(OptionVisitor& visitor) {
@@ -113,9 +140,7 @@ std::vector<Interval> BlockBootstrapAll(
 }
 
 double MeanOfRatios(const std::vector<RatioSeries>& series) {
-  size_t units = 0;
-  for (const RatioSeries& one : series) units += one.size();
-  return MeanOfRatios(series, DrawCounts(units, 1));
+  return MeanOfRatios(series, DrawCounts(CountUnits(series), 1));
 }
 
 Interval MeanOfRatiosInterval(const std::vector<RatioSeries>& series,
@@ -131,14 +156,37 @@ Interval MeanOfRatiosInterval(const std::vector<RatioSeries>& series,
 Interval PairedDifferenceInterval(const std::vector<RatioSeries>& a,
                                   const std::vector<RatioSeries>& b,
                                   const BootstrapOptions& options) {
-  if (Lengths(a) != Lengths(b)) {
-    throw OptionError("paired difference",
-                      "the two results were not scored on the same frames");
-  }
+  RequireSameShape(a, b);
   return BlockBootstrap(
       Lengths(a),
       [&a, &b](const DrawCounts& counts) {
         return MeanOfRatios(a, counts) - MeanOfRatios(b, counts);
+      },
+      options);
+}
+
+double PooledRatio(const std::vector<RatioSeries>& series) {
+  return PooledRatio(series, DrawCounts(CountUnits(series), 1));
+}
+
+Interval PooledRatioInterval(const std::vector<RatioSeries>& series,
+                             const BootstrapOptions& options) {
+  return BlockBootstrap(
+      Lengths(series),
+      [&series](const DrawCounts& counts) {
+        return PooledRatio(series, counts);
+      },
+      options);
+}
+
+Interval PairedPooledInterval(const std::vector<RatioSeries>& a,
+                              const std::vector<RatioSeries>& b,
+                              const BootstrapOptions& options) {
+  RequireSameShape(a, b);
+  return BlockBootstrap(
+      Lengths(a),
+      [&a, &b](const DrawCounts& counts) {
+        return PooledRatio(a, counts) - PooledRatio(b, counts);
       },
       options);
 }

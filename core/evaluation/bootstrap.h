@@ -74,6 +74,17 @@ Interval PairedDifferenceInterval(const std::vector<RatioSeries>& a,
                                   const std::vector<RatioSeries>& b,
                                   const BootstrapOptions& options = {});
 
+// All units of all series together: the sum of the sums over that of the
+// weights, as a mean over joints is; NaN without weight.
+double PooledRatio(const std::vector<RatioSeries>& series);
+Interval PooledRatioInterval(const std::vector<RatioSeries>& series,
+                             const BootstrapOptions& options = {});
+// Interval of PooledRatio(a) - PooledRatio(b), the same units drawn of both.
+// Throws OptionError when a and b differ in shape.
+Interval PairedPooledInterval(const std::vector<RatioSeries>& a,
+                              const std::vector<RatioSeries>& b,
+                              const BootstrapOptions& options = {});
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_EVALUATION_BOOTSTRAP_H_

@@ -1,5 +1,6 @@
 #include "core/evaluation/held_out.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -46,8 +47,9 @@ const Detection& FindDetection(const DetectionSequence& detections,
 class PeopleOfRun {
  public:
   PeopleOfRun(const TrackSequence& reference, const TrackSequence& run,
-              double gate_m)
+              double gate_m, HeldOutRules::Pairing pairing)
       : reference_(reference),
+        pairing_(pairing),
         run_(run),
         joints_(
             CommonBodyJoints(reference.header.skeleton, run.header.skeleton)),
@@ -76,6 +78,13 @@ class PeopleOfRun {
     }
     const TrackFrame* found = FindFrame(run_, item.frame);
     if (found == nullptr) return;
+    if (pairing_ == HeldOutRules::Pairing::kById) {
+      for (const PersonPose& person : found->people) {
+        const auto at = run_of_reference_.find(person.id);
+        if (at != run_of_reference_.end()) at->second = &person;
+      }
+      return;
+    }
     for (const CostPair& pair : MatchOneToOne(
              PersonDistances(expected->people, found->people, joints_),
              gate_m_)) {
@@ -85,6 +94,7 @@ class PeopleOfRun {
   }
 
   const TrackSequence& reference_;
+  HeldOutRules::Pairing pairing_;
   const TrackSequence& run_;
   JointPairs joints_;
   double gate_m_;
@@ -98,6 +108,28 @@ std::optional<Eigen::Vector2d> Predict(const PersonPose* person, int joint,
   if (person == nullptr || joint < 0) return std::nullopt;
   if (!person->joints[joint].present()) return std::nullopt;
   return camera.Project(person->joints[joint].position_m);
+}
+
+// See HeldOutJoint; nullopt without a covariance.
+std::optional<double> NormalisedSquared(const PersonPose& person, int joint,
+                                        const Keypoint& seen,
+                                        JointClass joint_class,
+                                        const Camera& camera,
+                                        const DetectorSigma& sigma_px) {
+  if (!sigma_px || person.covariances.empty()) return std::nullopt;
+  const std::optional<Eigen::Matrix3d>& covariance = person.covariances[joint];
+  if (!covariance.has_value()) return std::nullopt;
+  const Eigen::Vector3d& point_m = person.joints[joint].position_m;
+  Matrix23d jacobian;
+  const auto pixel = camera.Project(point_m, &jacobian);
+  if (!pixel.has_value()) return std::nullopt;
+  const double sigma = sigma_px(joint_class, seen.confidence,
+                                camera.Depth(point_m), camera.focal_px());
+  const Eigen::Matrix2d predicted =
+      jacobian * *covariance * jacobian.transpose() +
+      sigma * sigma * Eigen::Matrix2d::Identity();
+  const Eigen::Vector2d residual = seen.px - *pixel;
+  return residual.dot(predicted.inverse() * residual);
 }
 
 // Joints of `detections` that `reference` names too.
@@ -154,17 +186,6 @@ class SortedErrors {
   std::vector<size_t> units_;
 };
 
-// All frames that the scores have, ascending: the units of the bootstrap.
-std::vector<int64_t> Frames(const HeldOutScores& scores) {
-  std::vector<int64_t> frames;
-  for (const HeldOutPerson& person : scores.people) {
-    frames.push_back(person.frame);
-  }
-  std::sort(frames.begin(), frames.end());
-  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
-  return frames;
-}
-
 bool SameJoints(const HeldOutScores& a, const HeldOutScores& b) {
   return std::equal(
       a.joints.begin(), a.joints.end(), b.joints.begin(), b.joints.end(),
@@ -197,13 +218,14 @@ HeldOutSet MakeHeldOutSet(const TrackSequence& reference, double cap_px) {
 void ScoreHeldOutCamera(const HeldOutSet& set,
                         const DetectionSequence& detections, int view_idx,
                         const Camera& camera, const TrackSequence& reference,
-                        const TrackSequence& run, HeldOutScores* scores) {
+                        const TrackSequence& run, HeldOutScores* scores,
+                        const HeldOutRules& rules) {
   const Skeleton& detected = detections.header.skeleton;
   const std::string& view_name = detections.header.view_names[view_idx];
   const std::vector<int> scored =
       ScoredJoints(detected, reference.header.skeleton);
   const std::vector<int> run_joint = MapByName(run.header.skeleton, detected);
-  PeopleOfRun people(reference, run, set.pairing_gate_m);
+  PeopleOfRun people(reference, run, set.pairing_gate_m, rules.pairing);
   for (const HeldOutDetection& item : set.detections) {
     if (item.view_name != view_name) continue;
     const Detection& detection = FindDetection(detections, view_idx, item);
@@ -220,6 +242,9 @@ void ScoreHeldOutCamera(const HeldOutSet& set,
         const double error_px = (*pixel - keypoint.px).norm();
         score.predicted = error_px < set.cap_px;
         score.error_px = std::min(set.cap_px, error_px);
+        score.normalised_squared =
+            NormalisedSquared(*person, run_joint[joint], keypoint,
+                              score.joint_class, camera, rules.sigma_px);
       }
       scores->joints.push_back(score);
     }
@@ -261,7 +286,7 @@ HeldOutSummary SummariseHeldOut(const HeldOutScores& scores,
   for (size_t i = 0; i < selected.size(); ++i) {
     if (selected[i]) summary.paired.Add(scores.people[i].paired);
   }
-  const std::vector<int64_t> frames = Frames(scores);
+  const std::vector<int64_t> frames = FramesOf(scores);
   const SortedErrors errors(scores, filter, frames);
   const Figures figures = errors.Compute(DrawCounts(frames.size(), 1));
   const std::vector<Interval> intervals = BlockBootstrapAll(
@@ -282,7 +307,7 @@ Interval HeldOutRatioInterval(const HeldOutScores& a, const HeldOutScores& b,
     throw OptionError("paired difference",
                       "the two runs were not scored on the same joints");
   }
-  const std::vector<int64_t> frames = Frames(a);
+  const std::vector<int64_t> frames = FramesOf(a);
   const SortedErrors errors_a(a, AllJoints(), frames);
   const SortedErrors errors_b(b, AllJoints(), frames);
   const auto index = static_cast<size_t>(figure);
@@ -293,6 +318,33 @@ Interval HeldOutRatioInterval(const HeldOutScores& a, const HeldOutScores& b,
                errors_b.Compute(counts)[index];
       },
       options);
+}
+
+// The units of the bootstrap.
+std::vector<int64_t> FramesOf(const HeldOutScores& scores) {
+  std::vector<int64_t> frames;
+  for (const HeldOutPerson& person : scores.people) {
+    frames.push_back(person.frame);
+  }
+  std::sort(frames.begin(), frames.end());
+  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+  return frames;
+}
+
+RatioSeries TruncatedErrors(const HeldOutScores& scores,
+                            const HeldOutFilter& filter) {
+  const std::vector<int64_t> frames = FramesOf(scores);
+  RatioSeries units(frames.size());
+  for (const HeldOutJoint& joint : scores.joints) {
+    const HeldOutPerson& person = scores.people[joint.person_idx];
+    if (!filter(person, joint)) continue;
+    const auto at =
+        std::lower_bound(frames.begin(), frames.end(), person.frame);
+    RatioUnit& unit = units[static_cast<size_t>(at - frames.begin())];
+    unit.sum += std::min(joint.error_px, kHeldOutTruncationPx);
+    unit.weight += 1.0;
+  }
+  return units;
 }
 
 }  // namespace kinegraph

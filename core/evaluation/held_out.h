@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,9 @@ struct HeldOutJoint {
   JointClass joint_class = JointClass::kOther;
   double error_px = 0.0;  // capped; the cap itself without a prediction
   bool predicted = false;
+  // r' (J Sigma J' + sigma^2 I)^-1 r of the residual r, where the run gives a
+  // covariance Sigma and the caller a sigma: 2 on average if both are right.
+  std::optional<double> normalised_squared;
 };
 
 // Errors of one or several cameras.
@@ -45,18 +49,32 @@ struct HeldOutScores {
 // to choose: 10 % of the image width.
 HeldOutSet MakeHeldOutSet(const TrackSequence& reference, double cap_px);
 
+// Standard deviation of one coordinate of a detected joint [px].
+using DetectorSigma =
+    std::function<double(JointClass joint_class, double confidence,
+                         double depth_m, double focal_px)>;
+
+struct HeldOutRules {
+  enum class Pairing {
+    kByDistance,  // one-to-one, by mean distance over the twelve body joints
+    kById,        // run and reference were made from the same matches
+  };
+  Pairing pairing = Pairing::kByDistance;
+  DetectorSigma sigma_px;  // empty: no normalised residuals
+};
+
 // Scores `run`, made without the camera of view `view_idx`, on that view's part
 // of the set and appends to `scores`. Scored are the joints that detections and
 // `reference` both name, with the set's least confidence; so feet that only
 // some skeletons have do not change the set. The people of the run are paired
-// one-to-one with those of the reference by mean distance over the twelve body
-// joints. A prediction farther away than the cap is as good as none. Throws
-// InputError when the set names a frame, detection or person
-// that is not there.
+// with those of the reference as `rules` say. A prediction farther away than
+// the cap is as good as none. Throws InputError when the set names a frame,
+// detection or person that is not there.
 void ScoreHeldOutCamera(const HeldOutSet& set,
                         const DetectionSequence& detections, int view_idx,
                         const Camera& camera, const TrackSequence& reference,
-                        const TrackSequence& run, HeldOutScores* scores);
+                        const TrackSequence& run, HeldOutScores* scores,
+                        const HeldOutRules& rules = {});
 
 // The figures that are printed, in this order.
 enum class HeldOutFigure { kMedian, kP90, kP97, kMeanTruncated };
@@ -92,6 +110,13 @@ HeldOutSummary SummariseHeldOut(const HeldOutScores& scores,
 Interval HeldOutRatioInterval(const HeldOutScores& a, const HeldOutScores& b,
                               HeldOutFigure figure,
                               const BootstrapOptions& options = {});
+
+// Sum and number of min(error, 30 px) of each frame that the scores have,
+// ascending: their pooled ratio is kMeanTruncated.
+RatioSeries TruncatedErrors(const HeldOutScores& scores,
+                            const HeldOutFilter& filter);
+// The frames of those units.
+std::vector<int64_t> FramesOf(const HeldOutScores& scores);
 
 }  // namespace kinegraph
 

@@ -103,39 +103,18 @@ RatioSeries Accelerations(const std::vector<PersonAt>& person,
   return series;
 }
 
-double PooledMean(const std::vector<RatioSeries>& people,
-                  const DrawCounts& counts) {
-  RatioUnit pooled;
-  size_t next = 0;
-  for (const RatioSeries& series : people) {
-    for (const RatioUnit& unit : series) {
-      const double times = static_cast<double>(counts[next++]);
-      pooled.sum += times * unit.sum;
-      pooled.weight += times * unit.weight;
-    }
-  }
-  return pooled.sum / pooled.weight;  // NaN for 0 / 0
-}
-
 void AddAcceleration(const People& people, const std::vector<int>& joints,
                      double frame_rate_hz, const BootstrapOptions& options,
                      MotionResult* result) {
   std::vector<RatioSeries> all;
-  std::vector<int64_t> lengths;
-  int64_t units = 0;
   for (const auto& [id, person] : people) {
     all.push_back(Accelerations(person, joints, frame_rate_hz * frame_rate_hz));
-    lengths.push_back(static_cast<int64_t>(all.back().size()));
-    units += lengths.back();
     for (const RatioUnit& unit : all.back()) {
       result->acceleration_count += static_cast<int64_t>(unit.weight);
     }
   }
-  result->acceleration_m_s2 = PooledMean(all, DrawCounts(units, 1));
-  result->acceleration_interval = BlockBootstrap(
-      lengths,
-      [&all](const DrawCounts& counts) { return PooledMean(all, counts); },
-      options);
+  result->acceleration_m_s2 = PooledRatio(all);
+  result->acceleration_interval = PooledRatioInterval(all, options);
 }
 
 void AddBoneSpread(const People& people, const std::vector<Bone>& bones,

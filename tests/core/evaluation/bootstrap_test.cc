@@ -169,5 +169,26 @@ TEST(PairedDifferenceTest, WantsTheSameFrames) {
                OptionError);
 }
 
+TEST(PooledRatio, AddsUpUnitsOfAllSeries) {
+  const std::vector<RatioSeries> series = {{{1.0, 1.0}, {5.0, 2.0}},
+                                           {{0.0, 0.0}, {4.0, 1.0}}};
+  EXPECT_DOUBLE_EQ(PooledRatio(series), 10.0 / 4.0);
+  EXPECT_TRUE(std::isnan(PooledRatio({})));
+}
+
+TEST(PooledRatio, PairedIntervalOfAConstantDifferenceIsThatDifference) {
+  std::vector<RatioSeries> a(1), b(1);
+  for (int k = 0; k < 200; ++k) {
+    const double value = std::sin(0.1 * k);  // far larger than the difference
+    a[0].push_back({value + 0.01, 1.0});
+    b[0].push_back({value, 1.0});
+  }
+  const Interval paired = PairedPooledInterval(a, b);
+  EXPECT_NEAR(paired.low, 0.01, 1e-12);
+  EXPECT_NEAR(paired.high, 0.01, 1e-12);
+  b[0].pop_back();
+  EXPECT_THROW(PairedPooledInterval(a, b), OptionError);
+}
+
 }  // namespace
 }  // namespace kinegraph

@@ -233,5 +233,64 @@ TEST(HeldOutTest, SetFromTheMatchesOfTracks) {
   EXPECT_EQ(set.cap_px, 192.0);
 }
 
+TEST(HeldOutTest, PairsByIdentityWhereTheMatchesAreTheSame) {
+  const Scene scene;
+  // One metre off: by distance nobody is paired.
+  const Pose3d far = Moved(StandingTum14(), 1.0);
+  const TrackSequence run =
+      Tracks({Frame(0, {Person(3, far)}), Frame(1, {Person(4, far)})});
+  HeldOutScores scores;
+  HeldOutRules rules;
+  rules.pairing = HeldOutRules::Pairing::kById;
+  ScoreHeldOutCamera(scene.set, scene.detections, 1, scene.camera,
+                     scene.reference, run, &scores, rules);
+  const HeldOutSummary summary = Summarise(scores);
+  EXPECT_EQ(summary.paired.count, 1);
+  EXPECT_EQ(summary.paired.total, 2);
+}
+
+TEST(HeldOutTest, TruncatedErrorsPoolToTheirMean) {
+  const Scene scene;
+  // 0.2 m are 20 px, 0.5 m are 50 px and count 30.
+  HeldOutScores scores =
+      scene.Score(Tracks({Frame(0, {Person(8, Moved(StandingTum14(), 0.2))}),
+                          Frame(1, {Person(8, Moved(StandingTum14(), 0.5))})}));
+  const RatioSeries units = TruncatedErrors(scores, AllJoints());
+  ASSERT_EQ(units.size(), 2u);
+  EXPECT_NEAR(units[0].sum / units[0].weight, 20.0, 1e-9);
+  EXPECT_NEAR(units[1].sum / units[1].weight, 30.0, 1e-9);
+  EXPECT_NEAR(PooledRatio({units}),
+              Summarise(scores).figure_px(HeldOutFigure::kMeanTruncated),
+              1e-12);
+}
+
+TEST(HeldOutTest, NormalisesResidualsByPredictionAndDetector) {
+  const Scene scene;
+  // 0.1 m sideways are 10 px; a sigma of 0.03 m is one of 3 px, the detector's
+  // 4 px: 10^2 / (3^2 + 4^2).
+  PersonPose person = Person(3, Moved(StandingTum14(), 0.1));
+  person.covariances.assign(
+      14, Eigen::Matrix3d(0.03 * 0.03 * Eigen::Matrix3d::Identity()));
+  HeldOutScores scores;
+  HeldOutRules rules;
+  rules.sigma_px = [](JointClass, double confidence, double depth_m,
+                      double focal_px) {
+    EXPECT_EQ(confidence, 0.9);
+    EXPECT_EQ(focal_px, 400.0);
+    EXPECT_NEAR(depth_m, 4.0, 0.5);
+    return 4.0;
+  };
+  ScoreHeldOutCamera(
+      scene.set, scene.detections, 1, scene.camera, scene.reference,
+      Tracks({Frame(0, {person}), Frame(1, {person})}), &scores, rules);
+  ASSERT_EQ(scores.joints.size(), 28u);
+  for (const HeldOutJoint& joint : scores.joints) {
+    ASSERT_TRUE(joint.normalised_squared.has_value());
+    // Joints are not all exactly 4 m away, and off the axis a step in depth is
+    // one in the image: a few per cent.
+    EXPECT_NEAR(*joint.normalised_squared, 4.0, 0.4);
+  }
+}
+
 }  // namespace
 }  // namespace kinegraph

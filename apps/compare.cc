@@ -1,0 +1,328 @@
+// kinegraph-compare: every smoothing strategy on the same frozen observations.
+#include <gflags/gflags.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/common/app.h"
+#include "apps/common/plot.h"
+#include "apps/common/track_run.h"
+#include "apps/compare/comparison.h"
+#include "apps/compare/output.h"
+#include "apps/compare/plots.h"
+#include "apps/compare/results.h"
+#include "apps/compare/shift.h"
+#include "apps/compare/strategies.h"
+#include "apps/compare/tuning.h"
+#include "core/base/error.h"
+#include "core/io/atomic_file.h"
+#include "core/io/atomic_folder.h"
+#include "core/io/calibration.h"
+#include "core/io/detection_source.h"
+#include "core/io/held_out_set.h"
+#include "core/io/tracks.h"
+
+DEFINE_string(cameras, "", "calibration file or folder");
+DEFINE_string(detections, "", "2D detections: a file or a folder");
+DEFINE_string(config, "", "configuration (TOML)");
+DEFINE_string(mode, "", "paper or graph; empty: the configuration's");
+DEFINE_string(set, "", "keys to change: key=value;...");
+DEFINE_string(frames, "", "A:B includes A and excludes B; empty: all");
+DEFINE_string(ground_truth, "", "true tracks: a file or a folder");
+DEFINE_string(protocol, "",
+              "with --ground_truth: shelf, campus, campus_extended (PCP too) "
+              "or mpjpe");
+DEFINE_string(strategies, "", "a,b,...; empty: all");
+DEFINE_string(baseline, kinegraph::kDefaultBaseline,
+              "the strategy that all others are compared with");
+DEFINE_bool(tune, false,
+            "choose every strategy's parameters by held-out error, two folds");
+DEFINE_string(folds, "",
+              "A:B,C:D; empty: the halves of the take, 25 frames between");
+DEFINE_string(parameters, "", "file of parameters, as --tune writes it");
+DEFINE_string(held_out_set, "", "score these detections only");
+DEFINE_bool(fit_shift, false,
+            "take a constant pixel shift off each camera, fitted on the other "
+            "fold");
+DEFINE_bool(plots, true, "draw the plots (needs gnuplot)");
+DEFINE_string(plot_strategies,
+              "raw_dlt,causal_gaussian,butterworth,rts_cv,batch,batch_bones",
+              "those drawn where not all fit");
+DEFINE_string(joint, "r_wrist", "whose trajectory is drawn");
+DEFINE_int32(threads, 1, "threads; the result does not depend on it");
+DEFINE_string(out, "", "folder for the results; must not hold files yet");
+
+namespace kinegraph {
+namespace {
+
+// Frames that neither fold has, between two halves.
+constexpr int64_t kGapFrames = 25;
+
+void CheckFlags() {
+  RequireFlag("cameras", FLAGS_cameras);
+  RequireFlag("detections", FLAGS_detections);
+  RequireFlag("config", FLAGS_config);
+  RequireFlag("out", FLAGS_out);
+  if (FLAGS_ground_truth.empty() != FLAGS_protocol.empty()) {
+    throw InputError("--ground_truth and --protocol belong together");
+  }
+  if (!FLAGS_protocol.empty() && FLAGS_protocol != "mpjpe" &&
+      !PcpProtocolByName(FLAGS_protocol).has_value()) {
+    throw InputError("--protocol: found '" + Printable(FLAGS_protocol) +
+                     "', expected shelf, campus, campus_extended or mpjpe");
+  }
+  if (FLAGS_tune && !FLAGS_parameters.empty()) {
+    throw InputError("--tune chooses what --parameters gives: use one of them");
+  }
+  if (FLAGS_threads < 1) {
+    throw InputError("--threads: found " + std::to_string(FLAGS_threads) +
+                     ", expected at least 1");
+  }
+}
+
+FrameRange AllFrames(const FrozenRun& run) {
+  if (run.tracks.frames.empty()) {
+    throw InputError(FLAGS_detections, "", "no frame in the frames asked for");
+  }
+  return {run.first_frame, run.tracks.frames.back().frame + 1};
+}
+
+std::vector<FrameRange> Halves(const FrameRange& all) {
+  const int64_t length = (all.end - all.begin - kGapFrames) / 2;
+  if (length < kGapFrames) {
+    throw InputError("--folds: " + std::to_string(all.end - all.begin) +
+                     " frames are too few for two folds");
+  }
+  return {{all.begin, all.begin + length}, {all.end - length, all.end}};
+}
+
+std::vector<FrameRange> FoldRanges(const FrozenRun& run,
+                                   const std::optional<ParameterFile>& file) {
+  const bool given = file.has_value() && !file->folds.empty();
+  if (!FLAGS_folds.empty()) {
+    const auto folds = ParseFrameRanges(FLAGS_folds, "folds");
+    if (folds.size() != 2) {
+      throw InputError("--folds: found " + std::to_string(folds.size()) +
+                       " ranges, expected two");
+    }
+    return folds;
+  }
+  if (given) return file->folds;
+  if (FLAGS_tune || FLAGS_fit_shift) return Halves(AllFrames(run));
+  return {AllFrames(run)};
+}
+
+// The parts of the protocol's frames that are scored.
+std::vector<FrameRange> Common(const std::vector<FrameRange>& a,
+                               const std::vector<FrameRange>& b) {
+  if (a.empty()) return b;
+  std::vector<FrameRange> common;
+  for (const FrameRange& one : a) {
+    for (const FrameRange& other : b) {
+      const FrameRange both = {std::max(one.begin, other.begin),
+                               std::min(one.end, other.end)};
+      if (both.begin < both.end) common.push_back(both);
+    }
+  }
+  return common;
+}
+
+void ReadTruth(Comparison* comparison) {
+  if (FLAGS_ground_truth.empty()) return;
+  comparison->truth = ReadTracks(FLAGS_ground_truth);
+  comparison->protocol = PcpProtocolByName(FLAGS_protocol);
+  if (!comparison->protocol.has_value()) return;
+  comparison->protocol->frames =
+      Common(comparison->protocol->frames, comparison->scored_frames());
+  if (comparison->protocol->frames.empty()) {
+    throw InputError("--protocol=" + FLAGS_protocol +
+                     ": none of its frames is scored");
+  }
+}
+
+size_t IndexOf(const std::vector<Strategy>& strategies,
+               const std::string& name) {
+  const auto at =
+      std::find_if(strategies.begin(), strategies.end(),
+                   [&name](const Strategy& s) { return s.name == name; });
+  return static_cast<size_t>(at - strategies.begin());
+}
+
+// The strategies asked for; the baseline is always among them.
+std::vector<Strategy> ReadStrategies() {
+  std::vector<Strategy> strategies =
+      ChooseStrategies(ParseList(FLAGS_strategies, "strategies"));
+  const std::vector<Strategy> baseline = ChooseStrategies({FLAGS_baseline});
+  if (IndexOf(strategies, FLAGS_baseline) == strategies.size()) {
+    strategies.insert(strategies.begin(), baseline.front());
+  }
+  return strategies;
+}
+
+void WriteFile(const std::string& path, const std::string& text) {
+  AtomicFile file(path);
+  file.Write(text);
+  file.Commit();
+}
+
+// What each fold is scored on: the detections as they are, or freed of the
+// shift that was fitted on the other fold.
+std::vector<Fold> PrepareFolds(const RunOptions& options, const FrozenRun& run,
+                               const std::vector<FrameRange>& ranges,
+                               CompareResult* result) {
+  std::vector<Fold> folds;
+  if (!FLAGS_fit_shift) {
+    const auto take = PrepareTake(run, options, run.detections, FLAGS_threads);
+    for (const FrameRange& range : ranges) folds.push_back({range, take});
+    return folds;
+  }
+  for (size_t fold = 0; fold < 2; ++fold) {
+    result->shifts_px.push_back(
+        FitShifts(run, options, ranges[1 - fold], FLAGS_threads));
+    folds.push_back(
+        {ranges[fold],
+         PrepareTake(run, options,
+                     Shifted(run.detections, result->shifts_px.back()),
+                     FLAGS_threads)});
+  }
+  return folds;
+}
+
+void Tune(const std::vector<Strategy>& strategies, CompareResult* result) {
+  const Comparison& comparison = result->comparison;
+  SharedProgress progress("tuning", PiecesOfTuning(comparison, strategies));
+  std::vector<StrategyTuning> tunings = TuneStrategies(
+      comparison, strategies, [&progress] { progress.Advance(); });
+  for (size_t s = 0; s < strategies.size(); ++s) {
+    result->strategies[s].values = tunings[s].chosen;
+    result->strategies[s].tuning = std::move(tunings[s]);
+  }
+}
+
+void Score(const std::vector<Strategy>& strategies, CompareResult* result) {
+  const Comparison& comparison = result->comparison;
+  std::vector<FoldValues> values;
+  for (const StrategyResult& one : result->strategies) {
+    values.push_back(one.values);
+  }
+  std::vector<StrategyScores> scores;
+  {
+    SharedProgress progress("scoring",
+                            PiecesOfScoring(comparison, strategies.size()));
+    scores = ScoreStrategies(comparison, strategies, values,
+                             [&progress] { progress.Advance(); });
+  }
+  const StrategyScores& baseline = scores[result->baseline_idx];
+  if (!baseline.refused.empty()) {
+    throw InputError("--baseline=" + FLAGS_baseline + ": " + baseline.refused);
+  }
+  // Lags are measured against the batch, asked for or not.
+  const size_t batch = IndexOf(strategies, kOfflineReference);
+  TrackSequence reference;
+  if (batch < strategies.size() && scores[batch].refused.empty()) {
+    reference = scores[batch].run.alike;
+  } else {
+    const Strategy strategy = ChooseStrategies({kOfflineReference}).front();
+    const StrategyValues defaults = DefaultValues(
+        strategy, comparison.rate_hz(), comparison.options.estimators);
+    reference = RunWithAll(comparison, strategy,
+                           FoldValues(comparison.folds.size(), defaults))
+                    .alike;
+  }
+  for (size_t s = 0; s < strategies.size(); ++s) {
+    AddLags(comparison, reference, &scores[s]);
+    result->strategies[s].scores = std::move(scores[s]);
+  }
+}
+
+void RunCompare() {
+  CheckFlags();
+  if (FLAGS_plots) RequirePlotTool();
+  const std::vector<Strategy> strategies = ReadStrategies();
+  AtomicFolder folder(FLAGS_out);
+  RunOptions options = ReadRunOptions(FLAGS_config, FLAGS_set, FLAGS_mode);
+  RunRequest request;
+  request.cameras = ReadCameras(FLAGS_cameras, options.cameras);
+  request.frames = ParseFrameRanges(FLAGS_frames);
+  request.threads = FLAGS_threads;
+  const DetectionSequence detections =
+      ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
+  FrozenRun run = FreezeTracking(options, request, detections);
+  const double rate_hz = run.scene.model.frame_rate_hz;
+
+  std::optional<ParameterFile> file;
+  if (!FLAGS_parameters.empty()) {
+    file = ReadParameters(FLAGS_parameters, strategies, rate_hz,
+                          options.estimators);
+  }
+  CompareResult result;
+  const std::vector<FrameRange> ranges = FoldRanges(run, file);
+  std::vector<Fold> folds = PrepareFolds(options, run, ranges, &result);
+  std::optional<HeldOutSet> set;
+  if (!FLAGS_held_out_set.empty()) {
+    set = ReadHeldOutSet(FLAGS_held_out_set, run.scene.view_names);
+  }
+  result.comparison = MakeComparison(std::move(options), std::move(run),
+                                     std::move(folds), set, FLAGS_threads);
+  ReadTruth(&result.comparison);
+  result.baseline_idx = IndexOf(strategies, FLAGS_baseline);
+  for (size_t s = 0; s < strategies.size(); ++s) {
+    StrategyResult& one = result.strategies.emplace_back();
+    one.strategy = strategies[s];
+    one.values.assign(ranges.size(),
+                      DefaultValues(strategies[s], rate_hz,
+                                    result.comparison.options.estimators));
+    if (!file.has_value()) continue;
+    for (size_t fold = 0; fold < ranges.size(); ++fold) {
+      const FoldValues& given = file->strategies[s];
+      one.values[fold] = given[std::min(fold, given.size() - 1)];
+    }
+  }
+  if (FLAGS_tune) Tune(strategies, &result);
+  Score(strategies, &result);
+  AddMeasures(&result);
+
+  WriteFile(folder.PathOf("compare.json"), CompareJson(result).dump(1) + "\n");
+  WriteFile(folder.PathOf("compare.csv"), CompareCsv(result));
+  std::string markdown = CompareMarkdown(result);
+  if (FLAGS_tune) {
+    ParameterFile chosen;
+    chosen.folds = ranges;
+    for (const StrategyResult& one : result.strategies) {
+      chosen.strategies.push_back(one.values);
+    }
+    WriteParameters(strategies, chosen, folder.PathOf("parameters.toml"));
+  }
+  if (FLAGS_plots) {
+    PlotChoice choice;
+    choice.strategies = ParseList(FLAGS_plot_strategies, "plot_strategies");
+    choice.joint = FLAGS_joint;
+    markdown += "\n## Plots\n";
+    for (const std::string& name :
+         WriteComparePlots(result, choice, folder.PathOf(""))) {
+      markdown += "\n![" + name + "](" + name + ")\n";
+    }
+  }
+  WriteFile(folder.PathOf("compare.md"), markdown);
+  // Times differ each time, all else does not.
+  WriteFile(folder.PathOf("runtime.json"), RuntimeJson(result).dump(1) + "\n");
+  folder.Commit();
+  std::printf("%s\nProcessor time:\n\n%s", markdown.c_str(),
+              RuntimeTable(result).c_str());
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+int main(int argc, char** argv) {
+  return kinegraph::RunApp(
+      argc, argv,
+      {"compare", "every smoothing strategy on the same frozen observations",
+       "--cameras=F --detections=PATH --config=F.toml\n"
+       "       [--ground_truth=PATH --protocol=NAME] [--tune] --out=DIR"},
+      kinegraph::RunCompare);
+}

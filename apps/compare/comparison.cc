@@ -1,0 +1,432 @@
+#include "apps/compare/comparison.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/evaluation/correspondence.h"
+#include "core/evaluation/lag.h"
+#include "core/evaluation/motion.h"
+#include "core/evaluation/mpjpe.h"
+#include "solvers/graph/noise_model.h"
+
+namespace kinegraph {
+namespace {
+
+// The people of the run that are written, as poses that hold nothing but their
+// matches and are present: what the held-out set and the units are made of.
+TrackSequence WrittenPeople(const FrozenRun& run,
+                            const std::vector<FrameRange>& frames) {
+  TrackSequence people;
+  people.header = run.scene.header;
+  std::map<int64_t, TrackFrame> by_frame;
+  Pose3d present(run.scene.model.skeleton.joints().size());
+  for (Joint3d& joint : present) joint.status = JointStatus::kObserved;
+  for (const FrozenPerson& person : run.matches.people) {
+    for (const FrozenFrame& frame : person.frames) {
+      if (!frame.written || frame.frame < run.first_frame) continue;
+      if (!ContainsFrame(frames, frame.frame)) continue;
+      TrackFrame& at = by_frame[frame.frame];
+      at.frame = frame.frame;
+      at.time = frame.time;
+      PersonPose& written = at.people.emplace_back();
+      written.id = person.id;
+      written.joints = present;
+      for (const FrozenDetection& detection : frame.detections) {
+        ViewMatch& match = written.matches.emplace_back();
+        match.view_idx = detection.view_idx;
+        match.detection_idx = detection.detection_idx;
+      }
+    }
+  }
+  for (auto& [number, frame] : by_frame) {
+    people.frames.push_back(std::move(frame));
+  }
+  return people;
+}
+
+// The detections of `set` that `wanted` names too.
+void Restrict(const HeldOutSet& wanted, HeldOutSet* set) {
+  std::set<std::tuple<int64_t, std::string, int>> named;
+  for (const HeldOutDetection& one : wanted.detections) {
+    named.emplace(one.frame, one.view_name, one.detection_idx);
+  }
+  set->min_confidence = wanted.min_confidence;
+  set->detections.erase(
+      std::remove_if(set->detections.begin(), set->detections.end(),
+                     [&named](const HeldOutDetection& one) {
+                       return named.count({one.frame, one.view_name,
+                                           one.detection_idx}) == 0;
+                     }),
+      set->detections.end());
+}
+
+double CapOf(const Camera& camera) {
+  if (camera.width_px() > 0) return 0.1 * camera.width_px();
+  throw InputError("cameras", "camera '" + camera.name() + "'",
+                   "no image size, which bounds the held-out error "
+                   "(cameras.image_size)");
+}
+
+// All people of one replay through one strategy.
+std::vector<ReplayOutcome> RunAll(const SceneModel& scene,
+                                  const std::vector<ReplayedPerson>& people,
+                                  const EstimatorFactory& estimator) {
+  std::vector<ReplayOutcome> outcomes;
+  for (const ReplayedPerson& person : people) {
+    outcomes.push_back(RunEstimator(scene, person, estimator));
+  }
+  return outcomes;
+}
+
+TrackSequence Assemble(const Comparison& comparison, const Fold& fold,
+                       const std::vector<ReplayedPerson>& people,
+                       std::vector<ReplayOutcome> outcomes) {
+  TrackSequence tracks;
+  tracks.header = comparison.run.scene.header;
+  tracks.frames =
+      AssembleReplay(fold.take->replay->empty_frames(), people,
+                     std::move(outcomes), comparison.run.first_frame);
+  tracks.frames.erase(
+      std::remove_if(tracks.frames.begin(), tracks.frames.end(),
+                     [&fold](const TrackFrame& frame) {
+                       return !fold.frames.Contains(frame.frame);
+                     }),
+      tracks.frames.end());
+  return tracks;
+}
+
+// Gives each joint the status of its triangulation; positions alone are kept.
+TrackSequence AlikeObserved(const TrackSequence& tracks,
+                            const std::vector<Fold>& folds) {
+  TrackSequence alike;
+  alike.header = tracks.header;
+  for (const TrackFrame& frame : tracks.frames) {
+    TrackFrame& copy = alike.frames.emplace_back();
+    copy.frame = frame.frame;
+    copy.time = frame.time;
+    for (const PersonPose& person : frame.people) {
+      PersonPose& positions = copy.people.emplace_back();
+      positions.id = person.id;
+      positions.joints = person.joints;
+    }
+  }
+  for (const Fold& fold : folds) {
+    std::map<std::pair<int64_t, int64_t>, const EstimatorFrame*> frames;
+    for (const ReplayedPerson& person : fold.take->all) {
+      for (const EstimatorFrame& frame : person.frames) {
+        frames[{frame.frame, person.id.value()}] = &frame;
+      }
+    }
+    for (TrackFrame& frame : alike.frames) {
+      if (!fold.frames.Contains(frame.frame)) continue;
+      for (PersonPose& person : frame.people) {
+        const EstimatorFrame& given =
+            *frames.at({frame.frame, person.id.value()});
+        for (size_t j = 0; j < person.joints.size(); ++j) {
+          Joint3d& joint = person.joints[j];
+          if (!joint.present()) continue;
+          const bool observed = given.has_initial && given.initial[j].status ==
+                                                         JointStatus::kObserved;
+          joint.status =
+              observed ? JointStatus::kObserved : JointStatus::kInferred;
+        }
+      }
+    }
+  }
+  return alike;
+}
+
+// Only what two views saw.
+TrackSequence ObservedAlone(TrackSequence tracks) {
+  for (TrackFrame& frame : tracks.frames) {
+    for (PersonPose& person : frame.people) {
+      for (Joint3d& joint : person.joints) {
+        if (joint.status != JointStatus::kObserved) {
+          joint.status = JointStatus::kMissing;
+        }
+      }
+    }
+  }
+  return tracks;
+}
+
+DetectorSigma SigmaOf(const GraphOptions& options) {
+  return [options](JointClass joint_class, double confidence, double depth_m,
+                   double focal_px) {
+    return PixelSigma(options, joint_class, confidence, depth_m, focal_px);
+  };
+}
+
+// One series an actor, laid out by the truth.
+std::vector<RatioSeries> ErrorSeries(const std::vector<PersonError>& people,
+                                     double PersonError::*error) {
+  std::map<int64_t, RatioSeries> actors;
+  for (const PersonError& person : people) {
+    actors[person.actor].push_back(
+        {person.*error, static_cast<double>(person.joint_count)});
+  }
+  std::vector<RatioSeries> series;
+  for (auto& [actor, units] : actors) series.push_back(std::move(units));
+  return series;
+}
+
+void AddTruth(const Comparison& comparison, const BootstrapOptions& bootstrap,
+              StrategyScores* scores) {
+  const TrackSequence& tracks = scores->run.tracks;
+  MpjpeOptions options;
+  options.frames = comparison.scored_frames();
+  BootstrapOptions none = bootstrap;
+  none.resamples = 1;  // its own intervals are not used
+  const MpjpeResult mpjpe =
+      EvaluateMpjpe(*comparison.truth, tracks, options, none);
+  scores->mpjpe = ErrorSeries(mpjpe.people, &PersonError::raw_m);
+  scores->mpjpe_bias_removed =
+      ErrorSeries(mpjpe.people, &PersonError::bias_removed_m);
+  scores->truth_consistency =
+      CovariancesAgainstTruth(*comparison.truth, tracks, options.frames);
+  if (comparison.protocol.has_value()) {
+    scores->pcp = EvaluatePcp(*comparison.truth, tracks, *comparison.protocol);
+  }
+}
+
+void AddMotion(const Comparison& comparison, StrategyScores* scores) {
+  const TrackSequence& alike = scores->run.alike;
+  const double rate_hz = comparison.rate_hz();
+  scores->acceleration = DifferenceSeries(alike, comparison.people, 2, rate_hz);
+  scores->jerk = DifferenceSeries(alike, comparison.people, 3, rate_hz);
+  scores->power = PowerSeries(alike, comparison.people, rate_hz);
+  BootstrapOptions none;
+  none.resamples = 1;
+  scores->bone_spread_m =
+      EvaluateMotion(ObservedAlone(alike), rate_hz, {}, none)
+          .bone_length_spread_m;
+  const auto joints = static_cast<int64_t>(alike.header.skeleton.joint_count());
+  for (const PersonFrames& person : comparison.people) {
+    scores->joints_possible +=
+        joints * static_cast<int64_t>(person.frames.size());
+  }
+  for (const TrackFrame& frame : alike.frames) {
+    for (const PersonPose& person : frame.people) {
+      scores->joints += CountPresent(person.joints);
+    }
+  }
+}
+
+void AddHeldOut(const Comparison& comparison, const HeldOutScores& held_out,
+                StrategyScores* scores) {
+  BootstrapOptions bootstrap = comparison.bootstrap();
+  // Quantiles cost a walk over all joints a resample.
+  constexpr int64_t kMostWork = 400'000'000;
+  const auto joints = static_cast<int64_t>(held_out.joints.size());
+  bootstrap.resamples = std::clamp<int64_t>(
+      kMostWork / std::max<int64_t>(1, joints), 200, bootstrap.resamples);
+  scores->held_out = SummariseHeldOut(held_out, AllJoints(), bootstrap);
+  scores->held_out_errors = TruncatedErrors(held_out, AllJoints());
+  for (int c = 0; c < kJointClassCount; ++c) {
+    scores->held_out_by_class.push_back(
+        TruncatedErrors(held_out, JointsOfClass(static_cast<JointClass>(c))));
+  }
+  bootstrap.resamples = 1;
+  for (size_t view = 0; view < comparison.views().size(); ++view) {
+    scores->held_out_by_view.push_back(SummariseHeldOut(
+        held_out, JointsOfView(static_cast<int>(view)), bootstrap));
+  }
+  scores->held_out_consistency = HeldOutConsistency(held_out);
+}
+
+}  // namespace
+
+std::vector<FrameRange> Comparison::scored_frames() const {
+  std::vector<FrameRange> frames;
+  for (const Fold& fold : folds) frames.push_back(fold.frames);
+  return frames;
+}
+
+BootstrapOptions Comparison::bootstrap() const {
+  BootstrapOptions blocks;
+  blocks.block_length = std::max<int64_t>(2, std::llround(rate_hz()));
+  return blocks;
+}
+
+std::shared_ptr<const PreparedTake> PrepareTake(const FrozenRun& run,
+                                                const RunOptions& options,
+                                                DetectionSequence detections,
+                                                int threads) {
+  auto take = std::make_shared<PreparedTake>();
+  take->detections = std::move(detections);
+  take->replay =
+      std::make_unique<Replay>(run.scene.model, take->detections, run.matches,
+                               options.tracker, FeedbackOf(options));
+  take->all = take->replay->Prepare(-1, threads);
+  for (size_t view = 0; view < run.scene.view_names.size(); ++view) {
+    take->without.push_back(
+        take->replay->Prepare(static_cast<int>(view), threads));
+  }
+  return take;
+}
+
+Comparison MakeComparison(RunOptions options, FrozenRun run,
+                          std::vector<Fold> folds,
+                          const std::optional<HeldOutSet>& held_out_set,
+                          int threads) {
+  Comparison comparison;
+  comparison.options = std::move(options);
+  comparison.run = std::move(run);
+  comparison.folds = std::move(folds);
+  comparison.threads = threads;
+  comparison.reference =
+      WrittenPeople(comparison.run, comparison.scored_frames());
+  comparison.people = PersonFramesOf(comparison.reference);
+  comparison.set = MakeHeldOutSet(comparison.reference, 0.0);
+  if (held_out_set.has_value()) Restrict(*held_out_set, &comparison.set);
+  if (comparison.set.detections.empty()) {
+    throw InputError(
+        "nothing to score: nobody was tracked in the frames asked for");
+  }
+  for (const Camera& camera : comparison.scene().cameras) {
+    comparison.cap_px.push_back(held_out_set.has_value() ? held_out_set->cap_px
+                                                         : CapOf(camera));
+  }
+  return comparison;
+}
+
+StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
+                       const FoldValues& values) {
+  StrategyRun run;
+  run.tracks.header = comparison.run.scene.header;
+  run.whole_take = true;
+  for (size_t f = 0; f < comparison.folds.size(); ++f) {
+    const Fold& fold = comparison.folds[f];
+    const EstimatorFactory estimator =
+        MakeStrategy(strategy, values[f], comparison.rate_hz(),
+                     comparison.options.estimators);
+    std::vector<ReplayOutcome> outcomes =
+        RunAll(comparison.scene(), fold.take->all, estimator);
+    for (const ReplayOutcome& outcome : outcomes) {
+      run.cpu_ns += outcome.cpu_ns;
+      run.person_frames += static_cast<int64_t>(outcome.finals.size());
+      if (!outcome.delay.has_value()) continue;
+      run.whole_take = false;
+      run.delay = std::max(run.delay.value_or(0), *outcome.delay);
+    }
+    TrackSequence part =
+        Assemble(comparison, fold, fold.take->all, std::move(outcomes));
+    for (TrackFrame& frame : part.frames) {
+      run.tracks.frames.push_back(std::move(frame));
+    }
+  }
+  run.alike = AlikeObserved(run.tracks, comparison.folds);
+  return run;
+}
+
+void ScoreWithout(const Comparison& comparison, const Strategy& strategy,
+                  const StrategyValues& values, const Fold& fold, size_t view,
+                  HeldOutScores* scores) {
+  const std::vector<ReplayedPerson>& people = fold.take->without[view];
+  const TrackSequence tracks =
+      Assemble(comparison, fold, people,
+               RunAll(comparison.scene(), people,
+                      MakeStrategy(strategy, values, comparison.rate_hz(),
+                                   comparison.options.estimators)));
+  HeldOutSet set = comparison.set;
+  set.cap_px = comparison.cap_px[view];
+  set.detections.erase(
+      std::remove_if(set.detections.begin(), set.detections.end(),
+                     [&fold](const HeldOutDetection& one) {
+                       return !fold.frames.Contains(one.frame);
+                     }),
+      set.detections.end());
+  HeldOutRules rules;
+  rules.pairing = HeldOutRules::Pairing::kById;
+  rules.sigma_px = SigmaOf(comparison.options.estimators.graph);
+  ScoreHeldOutCamera(set, fold.take->detections, static_cast<int>(view),
+                     comparison.scene().cameras[view], comparison.reference,
+                     tracks, scores, rules);
+}
+
+int64_t PiecesOfScoring(const Comparison& comparison, size_t strategies) {
+  // Each camera left out in each fold, the run with all, and the scores.
+  const size_t pieces = comparison.views().size() * comparison.folds.size() + 2;
+  return static_cast<int64_t>(strategies * pieces);
+}
+
+std::vector<StrategyScores> ScoreStrategies(
+    const Comparison& comparison, const std::vector<Strategy>& strategies,
+    const std::vector<FoldValues>& values, const Tick& tick) {
+  CHECK_EQ(values.size(), strategies.size());
+  std::vector<StrategyScores> all(strategies.size());
+  const size_t views = comparison.views().size();
+  const size_t folds = comparison.folds.size();
+  const size_t pieces = views * folds + 1;
+  // One after the other, so that a strategy's scores do not wait in memory.
+  for (size_t s = 0; s < strategies.size(); ++s) {
+    StrategyScores& scores = all[s];
+    std::vector<HeldOutScores> parts(views * folds);
+    try {
+      ParallelFor(comparison.threads, static_cast<int>(pieces), [&](int i) {
+        const auto piece = static_cast<size_t>(i);
+        if (piece == 0) {
+          scores.run = RunWithAll(comparison, strategies[s], values[s]);
+        } else {
+          const size_t fold = (piece - 1) / views;
+          const size_t view = (piece - 1) % views;
+          ScoreWithout(comparison, strategies[s], values[s][fold],
+                       comparison.folds[fold], view, &parts[piece - 1]);
+        }
+        if (tick) tick();
+      });
+    } catch (const InputError& error) {
+      scores.refused = error.what();
+      continue;
+    } catch (const OptionError& error) {
+      scores.refused = error.what();
+      continue;
+    }
+    HeldOutScores held_out;
+    for (const HeldOutScores& part : parts) {
+      const size_t before = held_out.people.size();
+      held_out.people.insert(held_out.people.end(), part.people.begin(),
+                             part.people.end());
+      for (HeldOutJoint joint : part.joints) {
+        joint.person_idx += before;
+        held_out.joints.push_back(joint);
+      }
+    }
+    ParallelFor(comparison.threads, 2, [&](int i) {
+      if (i == 0) {
+        AddHeldOut(comparison, held_out, &scores);
+        return;
+      }
+      AddMotion(comparison, &scores);
+      if (comparison.truth.has_value()) {
+        AddTruth(comparison, comparison.bootstrap(), &scores);
+      }
+    });
+    scores.run.tracks = TrackSequence();  // its covariances are large
+    if (tick) tick();
+  }
+  return all;
+}
+
+void AddLags(const Comparison& comparison, const TrackSequence& reference,
+             StrategyScores* scores) {
+  if (!scores->refused.empty()) return;
+  const TrackSequence& tracks = scores->run.alike;
+  LagOptions options;
+  options.frames = comparison.scored_frames();
+  scores->lag_to_batch_s =
+      EstimateLag(reference, tracks, comparison.rate_hz(), options);
+  if (!comparison.truth.has_value()) return;
+  scores->lag_to_truth_s =
+      EstimateLag(*comparison.truth, tracks, comparison.rate_hz(), options);
+}
+
+}  // namespace kinegraph

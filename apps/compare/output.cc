@@ -1,0 +1,521 @@
+#include "apps/compare/output.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include "apps/common/evaluation_output.h"
+#include "apps/common/table.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr char kHeldOut[] = "held_out_mean_px";
+
+Json NumberOrNull(double value) {
+  return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+// "12.34 [12.00, 12.70]"
+std::string WithInterval(double value, const Interval& interval, int decimals) {
+  std::string cell = Fixed(value, decimals);
+  if (!std::isnan(interval.low)) cell += " " + IntervalCell(interval, decimals);
+  return cell;
+}
+
+std::string Signed(double value, int decimals) {
+  const std::string text = Fixed(value, decimals);
+  return value > 0.0 ? "+" + text : text;
+}
+
+// The verdict as words for a figure of which less, or more, is better.
+std::string Judged(const Measure& measure) {
+  switch (measure.verdict) {
+    case Verdict::kNone:
+      return "-";
+    case Verdict::kSame:
+      return "not told apart";
+    case Verdict::kLess:
+      return measure.less_is_better ? "better" : "worse";
+    case Verdict::kMore:
+      return measure.less_is_better ? "worse" : "better";
+  }
+  return "-";
+}
+
+std::string DifferenceCell(const Measure& measure) {
+  if (measure.verdict == Verdict::kNone) return "-";
+  return Signed(measure.difference, measure.decimals) + " " +
+         IntervalCell(measure.difference_interval, measure.decimals);
+}
+
+Json MeasureJson(const Measure& measure) {
+  Json json = {{"title", measure.title}, {"unit", measure.unit}};
+  json["value"] = NumberOrNull(measure.value);
+  json["interval"] = ToJson(measure.interval);
+  json["difference_to_baseline"] = NumberOrNull(measure.difference);
+  json["difference_interval"] = ToJson(measure.difference_interval);
+  json["verdict"] = Judged(measure);
+  return json;
+}
+
+Json ValuesJson(const Strategy& strategy, const StrategyValues& values) {
+  Json json = Json::object();
+  for (size_t i = 0; i < values.size(); ++i) {
+    json[strategy.parameters[i].name] = values[i];
+  }
+  return json;
+}
+
+Json TuningJson(const Strategy& strategy, const StrategyTuning& tuning) {
+  Json json;
+  json["chosen_on"] = "the other fold, by held_out_mean_px";
+  json["same_fold_px"] = NumberOrNull(tuning.same_fold_px);
+  json["cross_px"] = NumberOrNull(tuning.cross_px);
+  json["curve"] = Json::array();
+  for (const TuningPoint& point : tuning.points) {
+    Json entry = {{"values", ValuesJson(strategy, point.values)}};
+    entry["first_px"] = NumberOrNull(point.error_px[0]);
+    entry["second_px"] = NumberOrNull(point.error_px[1]);
+    entry["pooled_px"] = NumberOrNull(point.pooled_px);
+    json["curve"].push_back(entry);
+  }
+  return json;
+}
+
+bool Tuned(const CompareResult& result) {
+  return std::any_of(
+      result.strategies.begin(), result.strategies.end(),
+      [](const StrategyResult& one) { return one.tuning.has_value(); });
+}
+
+Json FrameJson(const FrameRange& range) {
+  return {{"begin", range.begin}, {"end", range.end}};
+}
+
+// A table of chosen measures, values alone or with intervals.
+struct Column {
+  const char* key;
+  const char* header;
+  bool interval = false;
+};
+
+std::string MeasureTable(const CompareResult& result,
+                         const std::vector<Column>& columns) {
+  std::vector<std::string> header = {"strategy"};
+  for (const Column& column : columns) header.push_back(column.header);
+  Table table(header);
+  for (const StrategyResult& one : result.strategies) {
+    if (!one.scores.refused.empty()) continue;
+    std::vector<std::string> row = {one.strategy.title};
+    for (const Column& column : columns) {
+      const Measure* measure = one.Find(column.key);
+      if (measure == nullptr) {
+        row.push_back("-");
+      } else if (column.interval) {
+        row.push_back(
+            WithInterval(measure->value, measure->interval, measure->decimals));
+      } else {
+        row.push_back(Fixed(measure->value, measure->decimals));
+      }
+    }
+    table.AddRow(std::move(row));
+  }
+  return table.ToString(TableStyle::kMarkdown);
+}
+
+std::string HeldOutTable(const CompareResult& result) {
+  Table table({"strategy", "mean [px]", "against the baseline", "", "median",
+               "90th", "97th", "predicted [%]"});
+  for (const StrategyResult& one : result.strategies) {
+    if (!one.scores.refused.empty()) continue;
+    const Measure& mean = *one.Find(kHeldOut);
+    const auto value = [&one](const char* key) {
+      const Measure& measure = *one.Find(key);
+      return Fixed(measure.value, measure.decimals);
+    };
+    table.AddRow({one.strategy.title,
+                  WithInterval(mean.value, mean.interval, mean.decimals),
+                  DifferenceCell(mean), Judged(mean),
+                  value("held_out_median_px"), value("held_out_p90_px"),
+                  value("held_out_p97_px"), value("predicted_percent")});
+  }
+  return table.ToString(TableStyle::kMarkdown);
+}
+
+std::string ClassTable(const CompareResult& result) {
+  std::vector<Column> columns;
+  std::vector<std::string> keys;
+  for (int c = 0; c < kJointClassCount; ++c) {
+    keys.push_back("held_out_" +
+                   std::string(ToString(static_cast<JointClass>(c))) + "_px");
+  }
+  for (int c = 0; c < kJointClassCount; ++c) {
+    const Measure* measure = result.baseline().Find(keys[c]);
+    if (measure == nullptr || std::isnan(measure->value)) continue;
+    columns.push_back({keys[c].c_str(), ToString(static_cast<JointClass>(c))});
+  }
+  return MeasureTable(result, columns);
+}
+
+std::string MotionTable(const CompareResult& result) {
+  Table table({"strategy", "acceleration [m/s^2]", "jerk [m/s^3]",
+               "power above 6 Hz [mm^2]", "bone spread [mm]", "lag [ms]",
+               "final after", "joints given [%]"});
+  for (const StrategyResult& one : result.strategies) {
+    if (!one.scores.refused.empty()) continue;
+    const auto value = [&one](const char* key) {
+      const Measure& measure = *one.Find(key);
+      return Fixed(measure.value, measure.decimals);
+    };
+    const Measure& acceleration = *one.Find("acceleration_m_s2");
+    table.AddRow({one.strategy.title,
+                  WithInterval(acceleration.value, acceleration.interval,
+                               acceleration.decimals),
+                  value("jerk_m_s3"), value("power_above_6hz_mm2"),
+                  value("bone_spread_mm"), value("lag_to_batch_ms"),
+                  one.scores.run.whole_take ? "the whole take"
+                                            : value("final_after_ms") + " ms",
+                  value("joints_given_percent")});
+  }
+  return table.ToString(TableStyle::kMarkdown);
+}
+
+std::string TruthTable(const CompareResult& result) {
+  const bool pcp = result.baseline().Find("pcp_percent") != nullptr;
+  std::vector<std::string> header = {"strategy", "MPJPE [mm]",
+                                     "bias removed [mm]",
+                                     "against the baseline", ""};
+  if (pcp) {
+    header.insert(header.end(), {"PCP [%]", "against the baseline", ""});
+  }
+  header.push_back("lag [ms]");
+  Table table(header);
+  for (const StrategyResult& one : result.strategies) {
+    if (!one.scores.refused.empty()) continue;
+    const Measure& raw = *one.Find("mpjpe_mm");
+    const Measure& bias = *one.Find("mpjpe_bias_removed_mm");
+    std::vector<std::string> row = {
+        one.strategy.title, WithInterval(raw.value, raw.interval, raw.decimals),
+        Fixed(bias.value, bias.decimals), DifferenceCell(bias), Judged(bias)};
+    if (pcp) {
+      const Measure& share = *one.Find("pcp_percent");
+      row.insert(row.end(), {Fixed(share.value, share.decimals),
+                             DifferenceCell(share), Judged(share)});
+    }
+    row.push_back(Fixed(one.Find("lag_to_truth_ms")->value, 0));
+    table.AddRow(std::move(row));
+  }
+  return table.ToString(TableStyle::kMarkdown);
+}
+
+std::string ConsistencyTable(const CompareResult& result) {
+  const bool truth = result.comparison.truth.has_value();
+  std::vector<std::string> header = {"strategy", "held-out covered [%]",
+                                     "held-out NEES per dof"};
+  if (truth) {
+    header.insert(header.end(), {"truth covered [%]", "truth NEES per dof"});
+  }
+  Table table(header);
+  bool any = false;
+  for (const StrategyResult& one : result.strategies) {
+    if (!one.scores.refused.empty()) continue;
+    if (one.scores.held_out_consistency.covered.total == 0) continue;
+    any = true;
+    std::vector<std::string> row = {
+        one.strategy.title,
+        Fixed(one.Find("held_out_covered_percent")->value, 1),
+        Fixed(one.Find("held_out_nees_per_dof")->value, 2)};
+    if (truth) {
+      row.push_back(Fixed(one.Find("truth_covered_percent")->value, 1));
+      row.push_back(Fixed(one.Find("truth_nees_per_dof")->value, 2));
+    }
+    table.AddRow(std::move(row));
+  }
+  return any ? table.ToString(TableStyle::kMarkdown) : "";
+}
+
+std::string TuningTable(const CompareResult& result) {
+  Table table({"strategy", "first fold", "second fold",
+               "chosen on the other fold [px]", "on the same [px]"});
+  for (const StrategyResult& one : result.strategies) {
+    if (!one.tuning.has_value() || !one.scores.refused.empty()) continue;
+    table.AddRow(
+        {one.strategy.title, DescribeValues(one.strategy, one.values[0]),
+         DescribeValues(one.strategy, one.values[1]),
+         Fixed(one.tuning->cross_px, 2), Fixed(one.tuning->same_fold_px, 2)});
+  }
+  return table.ToString(TableStyle::kMarkdown);
+}
+
+std::string ValuesTable(const CompareResult& result) {
+  Table table({"strategy", "parameters"});
+  for (const StrategyResult& one : result.strategies) {
+    std::string values = DescribeValues(one.strategy, one.values[0]);
+    if (one.values.size() == 2 && one.values[1] != one.values[0]) {
+      values += "; second fold: " + DescribeValues(one.strategy, one.values[1]);
+    }
+    table.AddRow({one.strategy.title, values});
+  }
+  return table.ToString(TableStyle::kMarkdown);
+}
+
+std::string LagTable(const CompareResult& result) {
+  Table table({"window [frames]", "held-out error [px]",
+               "to batch, median [mm]", "95th [mm]", "99th [mm]"});
+  for (const LagPoint& point : result.lag_sweep) {
+    const Measure& mean = *result.strategies[point.result_idx].Find(kHeldOut);
+    table.AddRow({std::to_string(point.lag_frames),
+                  WithInterval(mean.value, mean.interval, mean.decimals),
+                  Fixed(1000.0 * point.median_m, 3),
+                  Fixed(1000.0 * point.p95_m, 2),
+                  Fixed(1000.0 * point.p99_m, 2)});
+  }
+  return table.ToString(TableStyle::kMarkdown);
+}
+
+std::string ShiftText(const CompareResult& result) {
+  std::string text;
+  const Comparison& comparison = result.comparison;
+  for (size_t fold = 0; fold < result.shifts_px.size(); ++fold) {
+    const FrameRange& frames = comparison.folds[fold].frames;
+    text += "- frames " + std::to_string(frames.begin) + ".." +
+            std::to_string(frames.end - 1) + ", fitted on the other fold:";
+    for (size_t view = 0; view < result.shifts_px[fold].size(); ++view) {
+      const Eigen::Vector2d& shift = result.shifts_px[fold][view];
+      text += (view == 0 ? " " : "; ") + comparison.views()[view] + " (" +
+              Fixed(shift.x(), 2) + ", " + Fixed(shift.y(), 2) + ") px";
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string FoldText(const Comparison& comparison) {
+  std::string text;
+  for (const Fold& fold : comparison.folds) {
+    text += (text.empty() ? "" : " and ") + std::to_string(fold.frames.begin) +
+            ".." + std::to_string(fold.frames.end - 1);
+  }
+  return text;
+}
+
+int64_t ScoredJoints(const CompareResult& result) {
+  int64_t joints = 0;
+  for (const RatioUnit& unit : result.baseline().scores.held_out_errors) {
+    joints += static_cast<int64_t>(unit.weight);
+  }
+  return joints;
+}
+
+}  // namespace
+
+std::string RankingText(const CompareResult& result) {
+  std::string better, worse, same;
+  for (const StrategyResult& one : result.strategies) {
+    if (!one.scores.refused.empty()) continue;
+    const Measure& measure = *one.Find(kHeldOut);
+    std::string* list = nullptr;
+    if (measure.verdict == Verdict::kLess) list = &better;
+    if (measure.verdict == Verdict::kMore) list = &worse;
+    if (measure.verdict == Verdict::kSame) list = &same;
+    if (list == nullptr) continue;
+    *list += (list->empty() ? "" : ", ") + one.strategy.title;
+  }
+  const auto line = [](const char* what, const std::string& names) {
+    return std::string("- ") + what + ": " + (names.empty() ? "none" : names) +
+           ".\n";
+  };
+  return "By held-out error, against " + result.baseline().strategy.title +
+         " (95 % intervals of the paired difference, one at a time: of twenty "
+         "that are alike, one may look different):\n\n" +
+         line("better", better) + line("not told apart", same) +
+         line("worse", worse);
+}
+
+Json CompareJson(const CompareResult& result) {
+  const Comparison& comparison = result.comparison;
+  Json json;
+  json["baseline"] = result.baseline().strategy.name;
+  json["frame_rate"] = comparison.rate_hz();
+  json["views"] = comparison.views();
+  json["frames"] = Json::array();
+  for (const Fold& fold : comparison.folds) {
+    json["frames"].push_back(FrameJson(fold.frames));
+  }
+  json["people"] = comparison.people.size();
+  json["held_out"] = {{"protocol", "held_out_camera_fixed_association"},
+                      {"min_confidence", comparison.set.min_confidence},
+                      {"cap_px", comparison.cap_px},
+                      {"detections", comparison.set.detections.size()},
+                      {"joints", ScoredJoints(result)}};
+  const BootstrapOptions bootstrap = comparison.bootstrap();
+  json["bootstrap"] = {{"block_frames", bootstrap.block_length},
+                       {"resamples", bootstrap.resamples},
+                       {"confidence", bootstrap.confidence},
+                       {"seed", bootstrap.seed}};
+  if (!result.shifts_px.empty()) {
+    json["shifts_px"] = Json::array();
+    for (const auto& of_fold : result.shifts_px) {
+      Json shifts = Json::array();
+      for (const Eigen::Vector2d& shift : of_fold) {
+        shifts.push_back({shift.x(), shift.y()});
+      }
+      json["shifts_px"].push_back(shifts);
+    }
+  }
+  json["strategies"] = Json::array();
+  for (const StrategyResult& one : result.strategies) {
+    Json entry = {{"name", one.strategy.name}, {"title", one.strategy.title}};
+    entry["parameters"] = Json::array();
+    for (const StrategyValues& values : one.values) {
+      entry["parameters"].push_back(ValuesJson(one.strategy, values));
+    }
+    if (!one.scores.refused.empty()) {
+      entry["refused"] = one.scores.refused;
+      json["strategies"].push_back(entry);
+      continue;
+    }
+    entry["whole_take"] = one.scores.run.whole_take;
+    Json measures = Json::object();
+    for (const Measure& measure : one.measures) {
+      measures[measure.key] = MeasureJson(measure);
+    }
+    entry["measures"] = measures;
+    Json views = Json::object();
+    for (size_t v = 0; v < comparison.views().size(); ++v) {
+      views[comparison.views()[v]] =
+          NumberOrNull(one.scores.held_out_by_view[v].figure_px(
+              HeldOutFigure::kMeanTruncated));
+    }
+    entry["held_out_mean_px_by_view"] = views;
+    if (one.tuning.has_value()) {
+      entry["tuning"] = TuningJson(one.strategy, *one.tuning);
+    }
+    json["strategies"].push_back(entry);
+  }
+  json["lag_sweep"] = Json::array();
+  for (const LagPoint& point : result.lag_sweep) {
+    json["lag_sweep"].push_back(
+        {{"lag_frames", point.lag_frames},
+         {"held_out_mean_px",
+          result.strategies[point.result_idx].Find(kHeldOut)->value},
+         {"to_batch_median_m", NumberOrNull(point.median_m)},
+         {"to_batch_p95_m", NumberOrNull(point.p95_m)},
+         {"to_batch_p99_m", NumberOrNull(point.p99_m)}});
+  }
+  json["config"] = Json::parse(EffectiveConfigJson(comparison.options));
+  return json;
+}
+
+std::string CompareCsv(const CompareResult& result) {
+  std::string csv =
+      "strategy,measure,unit,value,low,high,difference,difference_low,"
+      "difference_high,verdict\n";
+  const auto number = [](double value) {
+    if (!std::isfinite(value)) return std::string();
+    char text[40];
+    std::snprintf(text, sizeof(text), "%.10g", value);
+    return std::string(text);
+  };
+  for (const StrategyResult& one : result.strategies) {
+    for (const Measure& measure : one.measures) {
+      csv += one.strategy.name + "," + measure.key + "," + measure.unit + "," +
+             number(measure.value) + "," + number(measure.interval.low) + "," +
+             number(measure.interval.high) + "," + number(measure.difference) +
+             "," + number(measure.difference_interval.low) + "," +
+             number(measure.difference_interval.high) + "," + Judged(measure) +
+             "\n";
+    }
+  }
+  return csv;
+}
+
+std::string CompareMarkdown(const CompareResult& result) {
+  const Comparison& comparison = result.comparison;
+  std::string text = "# Smoothing strategies compared\n\n";
+  text += "Frames " + FoldText(comparison) + " at " +
+          Fixed(comparison.rate_hz(), 0) + " Hz, " +
+          std::to_string(comparison.views().size()) + " cameras, " +
+          std::to_string(comparison.people.size()) + " people, " +
+          std::to_string(ScoredJoints(result)) +
+          " scored joints. The matches of one run are frozen; every strategy "
+          "gets the same detections, joints filter and triangulation. Held-out "
+          "error: each camera is left out of the frozen matches in turn, and "
+          "what the others say is projected into it "
+          "(`held_out_camera_fixed_association`).\n\n" +
+          RankingText(result);
+  for (const StrategyResult& one : result.strategies) {
+    if (one.scores.refused.empty()) continue;
+    text += "- cannot be run here: " + one.strategy.title + " (" +
+            one.scores.refused + ").\n";
+  }
+  if (!result.shifts_px.empty()) {
+    text +=
+        "\n## Shifts\n\nA constant shift of each camera was taken off the "
+        "detections:\n\n" +
+        ShiftText(result);
+  }
+  text += "\n## Held-out error\n\n" + HeldOutTable(result);
+  text +=
+      "\n## Held-out error by joint class, mean [px]\n\n" + ClassTable(result);
+  text +=
+      "\n## Smoothness and delay\n\n" + MotionTable(result) +
+      "\nJoints that two views saw, the same for every strategy; power also "
+      "of bridged ones. Lag: against the batch, which has none.\n";
+  if (comparison.truth.has_value()) {
+    text += "\n## Against the ground truth\n\n" + TruthTable(result);
+  }
+  const std::string consistency = ConsistencyTable(result);
+  if (!consistency.empty()) {
+    text += "\n## Do the covariances tell the truth?\n\n" + consistency +
+            "\n95 % and 1 are right. Held-out residuals are normalised by "
+            "J Sigma J' + sigma^2 with the sigmas of the table [graph].\n";
+  }
+  if (!result.lag_sweep.empty()) {
+    text += "\n## The window against the batch\n\n" + LagTable(result);
+  }
+  if (Tuned(result)) {
+    text += "\n## Parameters, chosen by held-out error on two folds\n\n" +
+            TuningTable(result);
+  } else {
+    text += "\n## Parameters\n\n" + ValuesTable(result);
+  }
+  return text;
+}
+
+Json RuntimeJson(const CompareResult& result) {
+  Json json = Json::array();
+  for (const StrategyResult& one : result.strategies) {
+    if (!one.scores.refused.empty()) continue;
+    const StrategyRun& run = one.scores.run;
+    Json entry = {{"name", one.strategy.name},
+                  {"cpu_us_per_person_frame",
+                   run.person_frames == 0
+                       ? Json(nullptr)
+                       : Json(1e-3 * static_cast<double>(run.cpu_ns) /
+                              static_cast<double>(run.person_frames))}};
+    if (one.tuning.has_value()) entry["tuning_cpu_s"] = one.tuning->cpu_s;
+    json.push_back(entry);
+  }
+  return json;
+}
+
+std::string RuntimeTable(const CompareResult& result) {
+  Table table({"strategy", "us per person-frame", "tuning [s]"});
+  for (const StrategyResult& one : result.strategies) {
+    if (!one.scores.refused.empty()) continue;
+    const StrategyRun& run = one.scores.run;
+    table.AddRow(
+        {one.strategy.title,
+         Fixed(1e-3 * static_cast<double>(run.cpu_ns) /
+                   static_cast<double>(std::max<int64_t>(1, run.person_frames)),
+               1),
+         one.tuning.has_value() ? Fixed(one.tuning->cpu_s, 1) : "-"});
+  }
+  return table.ToString();
+}
+
+}  // namespace kinegraph

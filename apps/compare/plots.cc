@@ -1,0 +1,343 @@
+#include "apps/compare/plots.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "apps/common/plot.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr char kHeldOut[] = "held_out_mean_px";
+constexpr char kHeldOutLabel[] =
+    "held-out error, mean of min(error, 30 px) [px]";
+
+struct NamedPlot {
+  std::string name;
+  std::vector<Plot> panels;
+  PlotSize size;
+};
+
+std::vector<const StrategyResult*> Run(const CompareResult& result) {
+  std::vector<const StrategyResult*> run;
+  for (const StrategyResult& one : result.strategies) {
+    if (one.scores.refused.empty()) run.push_back(&one);
+  }
+  return run;
+}
+
+std::vector<const StrategyResult*> Chosen(const CompareResult& result,
+                                          const PlotChoice& choice) {
+  std::vector<const StrategyResult*> chosen;
+  for (const std::string& name : choice.strategies) {
+    for (const StrategyResult* one : Run(result)) {
+      if (one->strategy.name == name) chosen.push_back(one);
+    }
+  }
+  return chosen.empty() ? Run(result) : chosen;
+}
+
+void AddPoint(double x, double y, const Interval& interval,
+              PlotSeries* series) {
+  series->x.push_back(x);
+  series->y.push_back(y);
+  series->y_low.push_back(interval.low);
+  series->y_high.push_back(interval.high);
+}
+
+// Error against smoothness: one mark a strategy.
+NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
+  Plot plot;
+  plot.title = "Held-out error against smoothness (95 % intervals)";
+  plot.x.label = "acceleration [m/s^2]";
+  plot.x.log = true;
+  plot.y.label = kHeldOutLabel;
+  for (const StrategyResult* one : Run(result)) {
+    PlotSeries series;
+    series.name = one->strategy.title;
+    series.style = PlotStyle::kPoints;
+    const Measure& error = *one->Find(kHeldOut);
+    const Measure& acceleration = *one->Find("acceleration_m_s2");
+    AddPoint(acceleration.value, error.value, error.interval, &series);
+    series.x_low = {acceleration.interval.low};
+    series.x_high = {acceleration.interval.high};
+    plot.series.push_back(std::move(series));
+  }
+  return {"held_out_smoothness.svg", {plot}, {1000, 640}};
+}
+
+// The difference to the baseline, which alone tells a ranking.
+NamedPlot Differences(const CompareResult& result) {
+  Plot plot;
+  plot.title = "Held-out error against " + result.baseline().strategy.title +
+               " (95 % intervals of the paired difference)";
+  plot.x.label = "difference of held-out error [px]; left of 0: better";
+  plot.legend = PlotLegend::kOutside;
+  const struct {
+    Verdict verdict;
+    const char* name;
+    int colour;
+  } kKinds[] = {{Verdict::kLess, "better", 0},
+                {Verdict::kSame, "not told apart", 6},
+                {Verdict::kMore, "worse", 1},
+                {Verdict::kNone, "baseline", 3}};
+  const std::vector<const StrategyResult*> run = Run(result);
+  for (const StrategyResult* one : run) {
+    plot.y.categories.push_back(one->strategy.title);
+  }
+  for (const auto& kind : kKinds) {
+    PlotSeries series;
+    series.name = kind.name;
+    series.style = PlotStyle::kPoints;
+    series.colour = kind.colour;
+    for (size_t i = 0; i < run.size(); ++i) {
+      const Measure& error = *run[i]->Find(kHeldOut);
+      if (error.verdict != kind.verdict) continue;
+      series.x.push_back(error.difference);
+      series.y.push_back(static_cast<double>(i));
+      series.x_low.push_back(error.difference_interval.low);
+      series.x_high.push_back(error.difference_interval.high);
+    }
+    if (!series.x.empty()) plot.series.push_back(std::move(series));
+  }
+  PlotSeries zero;
+  zero.style = PlotStyle::kLine;
+  zero.colour = 6;
+  zero.dashed = true;
+  zero.x = {0.0, 0.0};
+  zero.y = {-0.6, static_cast<double>(run.size()) - 0.4};
+  plot.series.push_back(zero);
+  return {"held_out_difference.svg",
+          {plot},
+          {1000, 120 + 26 * static_cast<int>(run.size())}};
+}
+
+NamedPlot ByJointClass(const CompareResult& result, const PlotChoice& choice) {
+  Plot plot;
+  plot.title = "Held-out error by joint class (95 % intervals)";
+  plot.y.label = "mean of min(error, 30 px) [px]";
+  std::vector<std::string> keys;
+  for (int c = 0; c < kJointClassCount; ++c) {
+    const std::string name = ToString(static_cast<JointClass>(c));
+    const Measure* measure = result.baseline().Find("held_out_" + name + "_px");
+    if (measure == nullptr || std::isnan(measure->value)) continue;
+    keys.push_back(measure->key);
+    plot.x.categories.push_back(name);
+  }
+  for (const StrategyResult* one : Chosen(result, choice)) {
+    PlotSeries series;
+    series.name = one->strategy.title;
+    series.style = PlotStyle::kBars;
+    for (size_t c = 0; c < keys.size(); ++c) {
+      const Measure& measure = *one->Find(keys[c]);
+      AddPoint(static_cast<double>(c), measure.value, measure.interval,
+               &series);
+    }
+    plot.series.push_back(std::move(series));
+  }
+  return {"error_by_joint_class.svg", {plot}, {1100, 520}};
+}
+
+const Pose3d* FindPose(const TrackFrame& frame, TrackId id) {
+  for (const PersonPose& person : frame.people) {
+    if (person.id == id) return &person.joints;
+  }
+  return nullptr;
+}
+
+// The position of one joint in all frames; NaN where there is none.
+struct Trajectory {
+  std::vector<double> time_s;
+  std::vector<Eigen::Vector3d> position_m;
+};
+
+Trajectory TrajectoryOf(const TrackSequence& tracks, TrackId id, int joint) {
+  Trajectory trajectory;
+  for (const TrackFrame& frame : tracks.frames) {
+    trajectory.time_s.push_back(ToSeconds(frame.time));
+    const Pose3d* pose = FindPose(frame, id);
+    const bool present = pose != nullptr && (*pose)[joint].present();
+    trajectory.position_m.push_back(present ? (*pose)[joint].position_m
+                                            : Eigen::Vector3d::Constant(kNan));
+  }
+  return trajectory;
+}
+
+// The two seconds in which the joint goes farthest, as indices.
+std::pair<size_t, size_t> LiveliestPart(const Trajectory& trajectory,
+                                        double rate_hz) {
+  const size_t count = trajectory.position_m.size();
+  const size_t length =
+      std::min(count, static_cast<size_t>(std::lround(2.0 * rate_hz)));
+  size_t best = 0;
+  double farthest = -1.0;
+  for (size_t first = 0; first + length <= count; ++first) {
+    double way = 0.0;
+    for (size_t i = first + 1; i < first + length; ++i) {
+      const double step =
+          (trajectory.position_m[i] - trajectory.position_m[i - 1]).norm();
+      if (std::isfinite(step)) way += step;
+    }
+    if (way > farthest) {
+      farthest = way;
+      best = first;
+    }
+  }
+  return {best, best + length};
+}
+
+NamedPlot OneTrajectory(const CompareResult& result, const PlotChoice& choice) {
+  const Comparison& comparison = result.comparison;
+  const Skeleton& skeleton = comparison.scene().skeleton;
+  const int joint = std::max(0, skeleton.IndexOf(choice.joint));
+  const auto longest =
+      std::max_element(comparison.people.begin(), comparison.people.end(),
+                       [](const PersonFrames& a, const PersonFrames& b) {
+                         return a.frames.size() < b.frames.size();
+                       });
+  const std::vector<const StrategyResult*> chosen = Chosen(result, choice);
+  const Trajectory guide =
+      TrajectoryOf(chosen.back()->scores.run.alike, longest->id, joint);
+  const auto [first, last] = LiveliestPart(guide, comparison.rate_hz());
+  NamedPlot named{"trajectory.svg", {}, {1000, 900, 1}};
+  for (int axis = 0; axis < 3; ++axis) {
+    Plot plot;
+    plot.title = axis == 0 ? skeleton.joints()[joint] + " of person " +
+                                 std::to_string(longest->id.value())
+                           : "";
+    plot.x.label = axis == 2 ? "time [s]" : "";
+    plot.y.label = std::string(1, "xyz"[axis]) + " [m]";
+    if (axis > 0) plot.legend = PlotLegend::kOutside;
+    for (const StrategyResult* one : chosen) {
+      const Trajectory trajectory =
+          TrajectoryOf(one->scores.run.alike, longest->id, joint);
+      PlotSeries series;
+      series.name = one->strategy.title;
+      const bool raw = one->strategy.kind == OutputKind::kRawDlt;
+      series.style = raw ? PlotStyle::kPoints : PlotStyle::kLine;
+      for (size_t i = first; i < std::min(last, trajectory.time_s.size());
+           ++i) {
+        series.x.push_back(trajectory.time_s[i]);
+        series.y.push_back(trajectory.position_m[i](axis));
+      }
+      plot.series.push_back(std::move(series));
+    }
+    named.panels.push_back(std::move(plot));
+  }
+  return named;
+}
+
+NamedPlot LagSweep(const CompareResult& result) {
+  Plot error;
+  error.title = "Window against batch: held-out error";
+  error.x.label = "lag [frames]";
+  error.y.label = kHeldOutLabel;
+  error.legend = PlotLegend::kInside;
+  Plot distance;
+  distance.title = "Window against batch: distance";
+  distance.x.label = "lag [frames]";
+  distance.y.label = "distance [mm]";
+  distance.y.log = true;
+  distance.legend = PlotLegend::kInside;
+  PlotSeries window;
+  window.name = "window";
+  window.style = PlotStyle::kLinePoints;
+  PlotSeries median, p95, p99;
+  median.name = "median";
+  p95.name = "95th percentile";
+  p99.name = "99th percentile";
+  for (PlotSeries* series : {&median, &p95, &p99}) {
+    series->style = PlotStyle::kLinePoints;
+  }
+  for (const LagPoint& point : result.lag_sweep) {
+    const Measure& mean = *result.strategies[point.result_idx].Find(kHeldOut);
+    const auto lag = static_cast<double>(point.lag_frames);
+    AddPoint(lag, mean.value, mean.interval, &window);
+    const std::pair<PlotSeries*, double> distances[] = {
+        {&median, point.median_m}, {&p95, point.p95_m}, {&p99, point.p99_m}};
+    for (const auto& [series, value] : distances) {
+      series->x.push_back(lag);
+      series->y.push_back(1000.0 * value);
+    }
+  }
+  error.series.push_back(window);
+  for (const StrategyResult* one : Run(result)) {
+    if (one->strategy.name != kOfflineReference) continue;
+    PlotSeries batch;
+    batch.name = "batch";
+    batch.dashed = true;
+    const double value = one->Find(kHeldOut)->value;
+    batch.x = {window.x.front(), window.x.back()};
+    batch.y = {value, value};
+    error.series.push_back(batch);
+  }
+  distance.series = {median, p95, p99};
+  return {"lag_sweep.svg", {error, distance}, {1000, 420, 2}};
+}
+
+// One line a value of the second parameter, over the first.
+Plot TuningPanel(const StrategyResult& one) {
+  const std::vector<StrategyParameter>& parameters = one.strategy.parameters;
+  const StrategyParameter& first = parameters.front();
+  Plot plot;
+  plot.title = one.strategy.title;
+  plot.x.label =
+      first.name + (first.unit.empty() ? "" : " [" + first.unit + "]");
+  plot.x.log = first.log;
+  plot.y.label = "held-out error [px]";
+  plot.legend = PlotLegend::kInside;
+  std::map<double, PlotSeries> lines;
+  for (const TuningPoint& point : one.tuning->points) {
+    PlotSeries& line = lines[point.values.size() > 1 ? point.values[1] : 0.0];
+    line.x.push_back(point.values[0]);
+    line.y.push_back(point.pooled_px);
+  }
+  for (auto& [value, line] : lines) {
+    line.style = PlotStyle::kLinePoints;
+    if (parameters.size() > 1) {
+      char text[32];
+      std::snprintf(text, sizeof(text), " %.4g", value);
+      line.name = parameters[1].name + text;
+    }
+    plot.series.push_back(std::move(line));
+  }
+  return plot;
+}
+
+NamedPlot TuningCurves(const CompareResult& result) {
+  NamedPlot named{"tuning.svg", {}, {1200, 0, 3}};
+  std::vector<std::string> drawn;
+  for (const StrategyResult* one : Run(result)) {
+    if (!one->tuning.has_value() || one->strategy.parameters.empty()) continue;
+    if (!one->strategy.tuned_as.empty()) continue;
+    named.panels.push_back(TuningPanel(*one));
+  }
+  const int rows = (static_cast<int>(named.panels.size()) + 2) / 3;
+  named.size.height_px = 320 * std::max(1, rows);
+  return named;
+}
+
+}  // namespace
+
+std::vector<std::string> WriteComparePlots(const CompareResult& result,
+                                           const PlotChoice& choice,
+                                           const std::string& folder) {
+  std::vector<NamedPlot> plots = {
+      ErrorAgainstSmoothness(result), Differences(result),
+      ByJointClass(result, choice), OneTrajectory(result, choice)};
+  if (!result.lag_sweep.empty()) plots.push_back(LagSweep(result));
+  NamedPlot tuning = TuningCurves(result);
+  if (!tuning.panels.empty()) plots.push_back(std::move(tuning));
+  std::vector<std::string> names;
+  for (const NamedPlot& plot : plots) {
+    WritePlot(plot.panels, folder + "/" + plot.name, plot.size);
+    names.push_back(plot.name);
+  }
+  return names;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,307 @@
+#include "apps/compare/tuning.h"
+
+#include <glog/logging.h>
+#include <time.h>  // clock_gettime
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/io/atomic_file.h"
+#include "core/io/config.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+double ThreadCpuSeconds() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * now.tv_nsec;
+}
+
+const Strategy& TunedAs(const Strategy& strategy) {
+  if (strategy.tuned_as.empty()) return strategy;
+  const auto& all = AllStrategies();
+  const auto at = std::find_if(
+      all.begin(), all.end(),
+      [&](const Strategy& other) { return other.name == strategy.tuned_as; });
+  CHECK(at != all.end()) << strategy.tuned_as;
+  CHECK_EQ(at->parameters.size(), strategy.parameters.size());
+  return *at;
+}
+
+// Whose grids have to be walked.
+std::vector<Strategy> TunedThemselves(const std::vector<Strategy>& strategies) {
+  std::vector<Strategy> tuned;
+  for (const Strategy& strategy : strategies) {
+    const Strategy& one = TunedAs(strategy);
+    const bool known = std::any_of(
+        tuned.begin(), tuned.end(),
+        [&one](const Strategy& other) { return other.name == one.name; });
+    if (!known) tuned.push_back(one);
+  }
+  return tuned;
+}
+
+// One combination: the error in the frames of `scored`, on the take of `fold`.
+// A fold is scored on its own take; what is chosen for it is judged in the
+// other fold's frames, on the same take.
+struct Piece {
+  size_t point = 0;
+  size_t fold = 0;    // whose take
+  size_t scored = 0;  // whose frames
+  size_t view = 0;
+};
+
+size_t CountViews(const Comparison& comparison) {
+  return comparison.views().size();
+}
+
+std::vector<Piece> PiecesOf(const Comparison& comparison, size_t points) {
+  std::vector<Piece> pieces;
+  for (size_t point = 0; point < points; ++point) {
+    for (size_t fold = 0; fold < 2; ++fold) {
+      for (size_t view = 0; view < CountViews(comparison); ++view) {
+        pieces.push_back({point, fold, fold, view});
+        if (comparison.folds[0].take != comparison.folds[1].take) {
+          pieces.push_back({point, fold, 1 - fold, view});
+        }
+      }
+    }
+  }
+  return pieces;
+}
+
+// Sum and number of truncated errors.
+RatioUnit Pool(const HeldOutScores& scores) {
+  RatioUnit pooled;
+  for (const RatioUnit& unit : TruncatedErrors(scores, AllJoints())) {
+    pooled.sum += unit.sum;
+    pooled.weight += unit.weight;
+  }
+  return pooled;
+}
+
+void Add(const RatioUnit& unit, RatioUnit* sum) {
+  sum->sum += unit.sum;
+  sum->weight += unit.weight;
+}
+
+double Ratio(const RatioUnit& unit) {
+  return unit.weight > 0.0 ? unit.sum / unit.weight : kNan;
+}
+
+// The first of the least; 0 when all were refused.
+size_t Least(const std::vector<RatioUnit>& errors) {
+  size_t best = 0;
+  for (size_t i = 1; i < errors.size(); ++i) {
+    const double error = Ratio(errors[i]);
+    if (std::isnan(Ratio(errors[best])) || error < Ratio(errors[best])) {
+      best = i;
+    }
+  }
+  return best;
+}
+
+StrategyTuning Tune(const Comparison& comparison, const Strategy& strategy,
+                    const Tick& tick) {
+  const std::vector<StrategyValues> grid = strategy.parameters.empty()
+                                               ? std::vector<StrategyValues>{{}}
+                                               : GridOf(strategy);
+  const std::vector<Piece> pieces = PiecesOf(comparison, grid.size());
+  std::vector<RatioUnit> results(pieces.size());
+  std::vector<double> cpu_s(pieces.size(), 0.0);
+  std::vector<char> refused(pieces.size(), 0);
+  ParallelFor(comparison.threads, static_cast<int>(pieces.size()), [&](int i) {
+    const Piece& piece = pieces[i];
+    const double start_s = ThreadCpuSeconds();
+    try {
+      HeldOutScores scores;
+      Fold judged = comparison.folds[piece.scored];
+      judged.take = comparison.folds[piece.fold].take;
+      ScoreWithout(comparison, strategy, grid[piece.point], judged, piece.view,
+                   &scores);
+      results[i] = Pool(scores);
+    } catch (const InputError&) {
+      refused[i] = 1;
+    } catch (const OptionError&) {
+      refused[i] = 1;
+    }
+    cpu_s[i] = ThreadCpuSeconds() - start_s;
+    if (tick) tick();
+  });
+  // [take of][frames of][point]
+  std::vector<RatioUnit> errors[2][2];
+  for (auto& of_take : errors) {
+    for (auto& in_frames : of_take) in_frames.resize(grid.size());
+  }
+  const bool shared = comparison.folds[0].take == comparison.folds[1].take;
+  std::vector<char> point_refused(grid.size(), 0);
+  StrategyTuning tuning;
+  for (size_t i = 0; i < pieces.size(); ++i) {
+    const Piece& piece = pieces[i];
+    Add(results[i], &errors[piece.fold][piece.scored][piece.point]);
+    if (shared) {
+      Add(results[i], &errors[1 - piece.fold][piece.scored][piece.point]);
+    }
+    if (refused[i]) point_refused[piece.point] = 1;
+    tuning.cpu_s += cpu_s[i];
+  }
+  for (size_t point = 0; point < grid.size(); ++point) {
+    for (auto& of_take : errors) {
+      for (auto& in_frames : of_take) {
+        if (point_refused[point]) in_frames[point] = RatioUnit();
+      }
+    }
+    RatioUnit both = errors[0][0][point];
+    Add(errors[1][1][point], &both);
+    tuning.points.push_back(
+        {grid[point],
+         {Ratio(errors[0][0][point]), Ratio(errors[1][1][point])},
+         Ratio(both)});
+  }
+  RatioUnit cross, same;
+  for (size_t fold = 0; fold < 2; ++fold) {
+    const size_t chosen = Least(errors[fold][1 - fold]);
+    tuning.chosen.push_back(grid[chosen]);
+    Add(errors[fold][fold][chosen], &cross);
+    Add(errors[fold][fold][Least(errors[fold][fold])], &same);
+  }
+  tuning.cross_px = Ratio(cross);
+  tuning.same_fold_px = Ratio(same);
+  return tuning;
+}
+
+// All parameters of all strategies, for the readers and writers of options.
+struct FoldTable {
+  const std::vector<Strategy>* strategies = nullptr;
+  std::string first = "first";
+  std::string second = "second";
+  std::string frames[2];
+  std::vector<StrategyValues> values[2];
+
+  void Describe(OptionVisitor& visitor) {
+    for (int fold = 0; fold < 2; ++fold) {
+      visitor.Enter(fold == 0 ? first : second);
+      visitor.Text("frames", &frames[fold], "that are scored with these");
+      for (size_t s = 0; s < strategies->size(); ++s) {
+        const Strategy& strategy = (*strategies)[s];
+        if (strategy.parameters.empty()) continue;
+        visitor.Enter(strategy.name);
+        for (size_t i = 0; i < strategy.parameters.size(); ++i) {
+          visitor.Number(strategy.parameters[i].name, &values[fold][s][i],
+                         NonNegative(), strategy.parameters[i].unit, "");
+        }
+        visitor.Leave();
+      }
+      visitor.Leave();
+    }
+  }
+};
+
+std::string RangeText(const FrameRange& range) {
+  return std::to_string(range.begin) + ":" + std::to_string(range.end);
+}
+
+}  // namespace
+
+int64_t PiecesOfTuning(const Comparison& comparison,
+                       const std::vector<Strategy>& strategies) {
+  size_t pieces = 0;
+  for (const Strategy& strategy : TunedThemselves(strategies)) {
+    pieces += PiecesOf(comparison, GridOf(strategy).size()).size();
+  }
+  return static_cast<int64_t>(pieces);
+}
+
+std::vector<StrategyTuning> TuneStrategies(
+    const Comparison& comparison, const std::vector<Strategy>& strategies,
+    const Tick& tick) {
+  CHECK_EQ(comparison.folds.size(), 2u);
+  std::map<std::string, StrategyTuning> tuned;
+  for (const Strategy& strategy : TunedThemselves(strategies)) {
+    tuned[strategy.name] = Tune(comparison, strategy, tick);
+  }
+  std::vector<StrategyTuning> tunings;
+  for (const Strategy& strategy : strategies) {
+    tunings.push_back(tuned.at(TunedAs(strategy).name));
+  }
+  return tunings;
+}
+
+void WriteParameters(const std::vector<Strategy>& strategies,
+                     const ParameterFile& parameters, const std::string& path) {
+  std::string text =
+      "# Parameters of smoothing strategies, chosen by held-out error: those "
+      "of\n# [first] on the frames of [second], and the other way round.\n";
+  for (size_t fold = 0; fold < 2; ++fold) {
+    const std::string table = fold == 0 ? "first" : "second";
+    text += "\n[" + table + "]\nframes = \"" +
+            RangeText(parameters.folds[fold]) + "\"\n";
+    for (size_t s = 0; s < strategies.size(); ++s) {
+      if (strategies[s].parameters.empty()) continue;
+      text += "\n[" + table + "." + strategies[s].name + "]\n";
+      for (size_t i = 0; i < strategies[s].parameters.size(); ++i) {
+        char value[40];
+        std::snprintf(value, sizeof(value), "%.17g",
+                      parameters.strategies[s][fold][i]);
+        text += strategies[s].parameters[i].name + " = " + value;
+        // TOML tells integers from numbers; both are read.
+        text += strategies[s].parameters[i].unit.empty()
+                    ? "\n"
+                    : "  # " + strategies[s].parameters[i].unit + "\n";
+      }
+    }
+  }
+  AtomicFile file(path);
+  file.Write(text);
+  file.Commit();
+}
+
+ParameterFile ReadParameters(const std::string& path,
+                             const std::vector<Strategy>& strategies,
+                             double rate_hz, const EstimatorOptions& options) {
+  // All strategies are known keys, whichever were asked for.
+  FoldTable table;
+  table.strategies = &AllStrategies();
+  for (const Strategy& strategy : AllStrategies()) {
+    const StrategyValues values = DefaultValues(strategy, rate_hz, options);
+    table.values[0].push_back(values);
+    table.values[1].push_back(values);
+  }
+  ConfigFile config = ConfigFile::Read(path);
+  config.Apply(&table);
+  config.RejectUnknown();
+  ParameterFile parameters;
+  for (const std::string& frames : table.frames) {
+    if (frames.empty()) continue;
+    const std::vector<FrameRange> ranges = ParseFrameRanges(frames, "frames");
+    if (ranges.size() != 1) {
+      throw InputError(path, "key 'frames'",
+                       "found '" + Printable(frames) + "', expected one range");
+    }
+    parameters.folds.push_back(ranges.front());
+  }
+  if (parameters.folds.size() == 1) {
+    throw InputError(path, "", "frames of one fold, expected of both or none");
+  }
+  for (const Strategy& strategy : strategies) {
+    const auto at = std::find_if(
+        AllStrategies().begin(), AllStrategies().end(),
+        [&](const Strategy& other) { return other.name == strategy.name; });
+    const auto s = static_cast<size_t>(at - AllStrategies().begin());
+    FoldValues values = {table.values[0][s]};
+    if (!parameters.folds.empty()) values.push_back(table.values[1][s]);
+    parameters.strategies.push_back(std::move(values));
+  }
+  return parameters;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,58 @@
+// Parameters chosen by held-out-camera error, the same rule for every strategy:
+// what is chosen on one fold of frames is scored on the other.
+#ifndef KINEGRAPH_APPS_COMPARE_TUNING_H_
+#define KINEGRAPH_APPS_COMPARE_TUNING_H_
+
+#include <string>
+#include <vector>
+
+#include "apps/compare/comparison.h"
+#include "apps/compare/strategies.h"
+
+namespace kinegraph {
+
+// One point of a grid.
+struct TuningPoint {
+  StrategyValues values;
+  // Mean of min(error, 30 px) in the frames of each fold, as that fold is
+  // scored; NaN: refused.
+  std::vector<double> error_px;
+  double pooled_px = 0.0;  // over both
+};
+
+struct StrategyTuning {
+  std::vector<TuningPoint> points;  // in the order of GridOf
+  FoldValues chosen;                // for each fold, chosen on the other
+  double cross_px = 0.0;            // pooled over both folds
+  // The same with values chosen on the very fold they are scored on.
+  double same_fold_px = 0.0;
+  double cpu_s = 0.0;
+};
+
+// Two folds in `comparison`. Strategies that are tuned as another one take its
+// values, which are computed also when it is not among them. A strategy without
+// parameters has one point.
+std::vector<StrategyTuning> TuneStrategies(
+    const Comparison& comparison, const std::vector<Strategy>& strategies,
+    const Tick& tick = nullptr);
+int64_t PiecesOfTuning(const Comparison& comparison,
+                       const std::vector<Strategy>& strategies);
+
+// Values in a file, TOML: tables [first] and [second], the folds, in each
+//   frames = "300:438"
+// and a table a strategy with its parameters. Reads back what it wrote.
+struct ParameterFile {
+  std::vector<FrameRange> folds;       // two, or none: one set of values
+  std::vector<FoldValues> strategies;  // as those asked for
+};
+void WriteParameters(const std::vector<Strategy>& strategies,
+                     const ParameterFile& parameters, const std::string& path);
+// Values that the file does not give are the configuration's. Throws InputError
+// naming file and key.
+ParameterFile ReadParameters(const std::string& path,
+                             const std::vector<Strategy>& strategies,
+                             double rate_hz, const EstimatorOptions& options);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMPARE_TUNING_H_

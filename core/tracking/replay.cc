@@ -1,0 +1,321 @@
+#include "core/tracking/replay.h"
+
+#include <glog/logging.h>
+#include <time.h>  // clock_gettime
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/reconstruction/reconstruction.h"
+#include "core/tracking/frame_observations.h"
+#include "core/tracking/track.h"
+
+namespace kinegraph {
+
+struct MatchFreezer::Record {
+  std::vector<FrozenFrame> frames;
+  std::vector<char> updated;  // one a frame
+};
+
+namespace {
+
+int64_t ThreadCpuNs() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
+
+// Passes everything on, and remembers what was matched.
+class FreezingEstimator final : public Estimator {
+ public:
+  FreezingEstimator(std::unique_ptr<Estimator> estimator,
+                    std::shared_ptr<MatchFreezer::Record> record)
+      : estimator_(std::move(estimator)), record_(std::move(record)) {}
+
+  void Add(const EstimatorFrame& frame) override {
+    FrozenFrame& frozen = record_->frames.emplace_back();
+    frozen.frame = frame.frame;
+    frozen.time = frame.time;
+    for (const FreshView& view : frame.views) {
+      frozen.detections.push_back({view.view_idx, view.detection_idx});
+    }
+    record_->updated.push_back(frame.has_initial);
+    estimator_->Add(frame);
+  }
+  const Pose3d& Last() const override { return estimator_->Last(); }
+  TimeNs LastTime() const override { return estimator_->LastTime(); }
+  void Predict(TimeNs time, Pose3d* pose) const override {
+    estimator_->Predict(time, pose);
+  }
+  void TakeFinals(std::vector<FinalPose>* finals) override {
+    estimator_->TakeFinals(finals);
+  }
+  void Finish() override { estimator_->Finish(); }
+
+ private:
+  std::unique_ptr<Estimator> estimator_;
+  std::shared_ptr<MatchFreezer::Record> record_;
+};
+
+// Which frames the rules of track life write.
+void DecideWritten(const TrackLifeOptions& options, const FrameClock& clock,
+                   const std::vector<char>& updated,
+                   std::vector<FrozenFrame>* frames) {
+  TrackLife life(options, clock, frames->front().time);
+  WriteGate gate(options, clock);
+  for (size_t k = 0; k < frames->size(); ++k) {
+    const FrozenFrame& frame = (*frames)[k];
+    if (k > 0) life.Step(frame.time, !frame.detections.empty(), updated[k]);
+    gate.Step(frame.time, life.state(), updated[k]);
+  }
+  gate.Close();
+  for (FrozenFrame& frame : *frames) {
+    CHECK(gate.Pop(&frame.written));
+  }
+}
+
+const DetectionFrame& FindDetections(const DetectionSequence& detections,
+                                     int64_t frame) {
+  const auto at = std::lower_bound(
+      detections.frames.begin(), detections.frames.end(), frame,
+      [](const DetectionFrame& one, int64_t f) { return one.frame < f; });
+  if (at == detections.frames.end() || at->frame != frame) {
+    throw InputError("frozen matches: frame " + std::to_string(frame) +
+                     " is not among the detections");
+  }
+  return *at;
+}
+
+const Observation& FindObservation(const FrameObservations& observations,
+                                   const FrozenDetection& wanted,
+                                   int64_t frame) {
+  for (const Observation& observation :
+       observations.OfView(static_cast<size_t>(wanted.view_idx))) {
+    if (observation.detection_idx == wanted.detection_idx) return observation;
+  }
+  throw InputError("frozen matches: view " + std::to_string(wanted.view_idx) +
+                   ", frame " + std::to_string(frame) + ": no detection " +
+                   std::to_string(wanted.detection_idx));
+}
+
+int CountTriangulated(const Reconstruction& reconstruction,
+                      const std::vector<int>& joints) {
+  int count = 0;
+  for (const int j : joints) count += reconstruction.triangulated[j];
+  return count;
+}
+
+}  // namespace
+
+EstimatorFactory MatchFreezer::Wrap(EstimatorFactory estimator) {
+  return [make = std::move(estimator),
+          records = records_](const SceneModel& scene) {
+    auto record = std::make_shared<Record>();
+    records->push_back(record);
+    return std::make_unique<FreezingEstimator>(make(scene), std::move(record));
+  };
+}
+
+FrozenMatches MatchFreezer::Matches(const TrackLifeOptions& life,
+                                    double frame_rate_hz) const {
+  const FrameClock clock(frame_rate_hz);
+  FrozenMatches matches;
+  for (const std::shared_ptr<Record>& record : *records_) {
+    FrozenPerson& person = matches.people.emplace_back();
+    person.id = TrackId(static_cast<int64_t>(matches.people.size()) - 1);
+    person.frames = record->frames;
+    DecideWritten(life, clock, record->updated, &person.frames);
+  }
+  return matches;
+}
+
+Replay::Replay(SceneModel scene, const DetectionSequence& detections,
+               const FrozenMatches& matches, const TrackerOptions& options,
+               EstimatorFactory feedback)
+    : scene_(std::move(scene)),
+      matches_(matches),
+      options_(options),
+      make_feedback_(std::move(feedback)),
+      epipolar_(scene_.cameras) {
+  FrameObservations observations(scene_.cameras, detections.header.skeleton,
+                                 scene_.skeleton,
+                                 options_.life.min_found_joints);
+  // Frame by frame, so that each detection is made ready once.
+  struct Place {
+    int64_t frame;
+    size_t person, index;
+  };
+  std::vector<Place> places;
+  seen_.resize(matches_.people.size());
+  for (size_t p = 0; p < matches_.people.size(); ++p) {
+    const std::vector<FrozenFrame>& frames = matches_.people[p].frames;
+    seen_[p].resize(frames.size());
+    for (size_t k = 0; k < frames.size(); ++k) {
+      places.push_back({frames[k].frame, p, k});
+    }
+  }
+  std::stable_sort(
+      places.begin(), places.end(),
+      [](const Place& a, const Place& b) { return a.frame < b.frame; });
+  const DetectionFrame* prepared = nullptr;
+  for (const Place& place : places) {
+    const FrozenFrame& frozen =
+        matches_.people[place.person].frames[place.index];
+    if (frozen.detections.empty()) continue;
+    if (prepared == nullptr || prepared->frame != frozen.frame) {
+      prepared = &FindDetections(detections, frozen.frame);
+      observations.Prepare(*prepared);
+    }
+    for (const FrozenDetection& detection : frozen.detections) {
+      seen_[place.person][place.index].observations.push_back(
+          FindObservation(observations, detection, frozen.frame));
+    }
+  }
+  for (const DetectionFrame& frame : detections.frames) {
+    TrackFrame& empty = frames_.emplace_back();
+    empty.frame = frame.frame;
+    empty.time = frame.time;
+  }
+}
+
+ReplayedPerson Replay::PreparePerson(size_t person_idx,
+                                     int without_view) const {
+  const FrozenPerson& frozen = matches_.people[person_idx];
+  const FrameClock clock(scene_.frame_rate_hz);
+  const std::vector<int>& joints = scene_.skeleton.association_joints();
+  const int needed = std::max(
+      1, ScaledJoints(options_.initialisation.min_joints, joints.size()));
+  Reconstructor reconstructor(scene_.cameras, epipolar_,
+                              options_.reconstruction, scene_.skeleton);
+  std::unique_ptr<Estimator> feedback;
+  ViewMemory memory;
+  std::vector<UsedView> used;
+  Reconstruction reconstruction;
+  Pose3d predicted;
+  ReplayedPerson person;
+  person.id = frozen.id;
+  for (size_t k = 0; k < frozen.frames.size(); ++k) {
+    const FrozenFrame& frame = frozen.frames[k];
+    const std::vector<Observation>& seen = seen_[person_idx][k].observations;
+    EstimatorFrame work;
+    work.frame = frame.frame;
+    work.time = frame.time;
+    work.inlier_views.assign(scene_.skeleton.joint_count(), 0);
+    used.clear();
+    if (feedback == nullptr) {
+      for (const Observation& observation : seen) {
+        if (observation.view_idx == without_view) continue;
+        used.push_back({&observation, 0.0});
+      }
+      if (used.size() < 2) continue;
+      reconstructor.Initialise(used, options_.initialisation.alpha_filter_px,
+                               &reconstruction);
+      if (CountTriangulated(reconstruction, joints) < needed) continue;
+      for (const UsedView& view : used) {
+        memory.Store(*view.observation, frame.time);
+      }
+      FillEstimatorFrame(used, reconstruction, true, &work);
+      feedback = make_feedback_(scene_);
+    } else {
+      bool matched = false;
+      for (const Observation& observation : seen) {
+        if (observation.view_idx == without_view) continue;
+        memory.Store(observation, frame.time);
+        matched = true;
+      }
+      if (matched) {
+        for (const ViewMemory::Entry& entry : memory.entries()) {
+          const TimeNs age = frame.time - entry.frame_time;
+          if (!clock.Less(age, options_.reconstruction.tau_frames)) continue;
+          used.push_back({&entry.observation, clock.Frames(age)});
+        }
+        feedback->Predict(frame.time, &predicted);
+        const bool succeeded =
+            reconstructor.Update(used, predicted, &reconstruction);
+        FillEstimatorFrame(used, reconstruction, succeeded, &work);
+      }
+    }
+    // The memory's copies are overwritten later, those of the replay are not.
+    for (FreshView& view : work.views) {
+      const auto at = std::find_if(
+          seen.begin(), seen.end(), [&](const Observation& observation) {
+            return observation.view_idx == view.view_idx;
+          });
+      view.joints = &at->joints;
+    }
+    feedback->Add(work);
+    person.frames.push_back(std::move(work));
+    person.written.push_back(frame.written);
+  }
+  return person;
+}
+
+std::vector<ReplayedPerson> Replay::Prepare(int without_view,
+                                            int threads) const {
+  std::vector<ReplayedPerson> people(matches_.people.size());
+  ParallelFor(threads, static_cast<int>(people.size()), [&](int p) {
+    people[p] = PreparePerson(static_cast<size_t>(p), without_view);
+  });
+  people.erase(std::remove_if(people.begin(), people.end(),
+                              [](const ReplayedPerson& person) {
+                                return person.frames.empty();
+                              }),
+               people.end());
+  return people;
+}
+
+ReplayOutcome RunEstimator(const SceneModel& scene,
+                           const ReplayedPerson& person,
+                           const EstimatorFactory& estimator) {
+  ReplayOutcome outcome;
+  outcome.finals.reserve(person.frames.size());
+  const int64_t start_ns = ThreadCpuNs();
+  const std::unique_ptr<Estimator> one = estimator(scene);
+  for (const EstimatorFrame& frame : person.frames) {
+    one->Add(frame);
+    const size_t before = outcome.finals.size();
+    one->TakeFinals(&outcome.finals);
+    if (outcome.finals.size() == before) continue;
+    const TimeNs delay = frame.time - outcome.finals[before].time;
+    outcome.delay = std::max(outcome.delay.value_or(0), delay);
+  }
+  one->Finish();
+  one->TakeFinals(&outcome.finals);
+  outcome.cpu_ns = ThreadCpuNs() - start_ns;
+  CHECK_EQ(outcome.finals.size(), person.frames.size());
+  return outcome;
+}
+
+std::vector<TrackFrame> AssembleReplay(
+    const std::vector<TrackFrame>& frames,
+    const std::vector<ReplayedPerson>& people,
+    std::vector<ReplayOutcome> outcomes, int64_t first_frame) {
+  std::vector<TrackFrame> assembled;
+  for (const TrackFrame& frame : frames) {
+    if (frame.frame < first_frame) continue;
+    TrackFrame& empty = assembled.emplace_back();
+    empty.frame = frame.frame;
+    empty.time = frame.time;
+  }
+  for (size_t p = 0; p < people.size(); ++p) {
+    auto at = assembled.begin();
+    for (size_t k = 0; k < people[p].frames.size(); ++k) {
+      FinalPose& final_pose = outcomes[p].finals[k];
+      CHECK_EQ(final_pose.frame, people[p].frames[k].frame);
+      if (!people[p].written[k] || final_pose.frame < first_frame) continue;
+      if (CountPresent(final_pose.person.joints) == 0) continue;
+      at = std::lower_bound(
+          at, assembled.end(), final_pose.frame,
+          [](const TrackFrame& f, int64_t n) { return f.frame < n; });
+      CHECK(at != assembled.end() && at->frame == final_pose.frame);
+      final_pose.person.id = people[p].id;
+      at->people.push_back(std::move(final_pose.person));
+    }
+  }
+  return assembled;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,229 @@
+#include "core/tracking/replay.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+#include "core/tracking/tracker.h"
+#include "solvers/factory.h"
+
+namespace kinegraph {
+namespace {
+
+// A crowd with gaps, outliers, swaps and people who come and go, so that tracks
+// are born, lost, bridged and dropped before they are confirmed.
+struct Take {
+  Scene scene;
+  DetectionSequence detections;
+
+  SceneModel model() const {
+    return {scene.cameras, scene.skeleton, scene.frame_rate_hz, true};
+  }
+};
+
+Take MakeTake() {
+  SceneOptions options;
+  options.seed = 5;
+  options.people = 5;
+  options.duration_s = 6.0;
+  options.motion.area_radius_m = 2.2;
+  options.motion.visitors = 0.6;
+  options.cameras.count = 4;
+  options.cameras.distortion = {-0.1, 0.02, 0.0, 0.0, 0.0};
+  NoiseOptions noise;
+  noise.seed = 5;
+  Take take;
+  take.scene = MakeScene(options);
+  noise.missed_rate = 0.15;
+  noise.joints.missing_rate = 0.15;
+  noise.joints.outlier_rate = 0.08;
+  noise.false_people = 0.5;
+  ObservationTruth truth;
+  take.detections = Observe(take.scene, noise, &truth);
+  return take;
+}
+
+// A tracker's own output and its matches.
+struct FrozenTake {
+  std::vector<TrackFrame> frames;
+  FrozenMatches matches;
+};
+
+FrozenTake Freeze(const Take& take, const TrackerOptions& options,
+                  EstimatorPair estimators) {
+  MatchFreezer freezer;
+  EstimatorFactory& written =
+      estimators.output ? estimators.output : estimators.feedback;
+  written = freezer.Wrap(std::move(written));
+  Tracker tracker(take.model(), take.detections.header.skeleton, options,
+                  estimators.feedback, estimators.output);
+  FrozenTake frozen;
+  for (const DetectionFrame& frame : take.detections.frames) {
+    tracker.Process(frame, &frozen.frames);
+  }
+  tracker.Finish(&frozen.frames);
+  frozen.matches = freezer.Matches(options.life, take.scene.frame_rate_hz);
+  return frozen;
+}
+
+std::vector<TrackFrame> ReplayAll(const Replay& replay, int without_view,
+                                  const EstimatorFactory& estimator,
+                                  int threads = 1) {
+  const std::vector<ReplayedPerson> people =
+      replay.Prepare(without_view, threads);
+  std::vector<ReplayOutcome> outcomes;
+  for (const ReplayedPerson& person : people) {
+    outcomes.push_back(RunEstimator(replay.scene(), person, estimator));
+  }
+  return AssembleReplay(replay.empty_frames(), people, std::move(outcomes));
+}
+
+// Every bit of two results.
+void ExpectEqual(const std::vector<TrackFrame>& a,
+                 const std::vector<TrackFrame>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  int64_t joints = 0;
+  for (size_t f = 0; f < a.size(); ++f) {
+    EXPECT_EQ(a[f].frame, b[f].frame);
+    ASSERT_EQ(a[f].people.size(), b[f].people.size()) << "frame " << a[f].frame;
+    for (size_t p = 0; p < a[f].people.size(); ++p) {
+      const PersonPose& one = a[f].people[p];
+      const PersonPose& other = b[f].people[p];
+      EXPECT_EQ(one.id, other.id);
+      EXPECT_EQ(one.inlier_views, other.inlier_views);
+      EXPECT_EQ(one.score, other.score);
+      EXPECT_EQ(one.matches.size(), other.matches.size());
+      EXPECT_EQ(one.covariances == other.covariances, true);
+      for (size_t j = 0; j < one.joints.size(); ++j) {
+        EXPECT_EQ(one.joints[j].status, other.joints[j].status);
+        if (!one.joints[j].present()) continue;
+        EXPECT_EQ(one.joints[j].position_m, other.joints[j].position_m)
+            << "frame " << a[f].frame << ", joint " << j;
+        ++joints;
+      }
+    }
+  }
+  EXPECT_GT(joints, 1000);  // not two empty takes
+}
+
+EstimatorOptions Graph(OutputKind output) {
+  EstimatorOptions options;
+  options.mode = Mode::kGraph;
+  options.output = output;
+  return options;
+}
+
+TEST(Replay, GivesThePaperModeRunAgain) {
+  const Take take = MakeTake();
+  const TrackerOptions options;
+  const EstimatorPair estimators = MakeEstimators(EstimatorOptions());
+  const FrozenTake frozen = Freeze(take, options, estimators);
+  const Replay replay(take.model(), take.detections, frozen.matches, options,
+                      estimators.feedback);
+  ExpectEqual(frozen.frames, ReplayAll(replay, -1, estimators.feedback));
+}
+
+TEST(Replay, GivesTheWindowsRunAgain) {
+  const Take take = MakeTake();
+  TrackerOptions options;
+  options.life.max_gap_frames = 10.0;
+  options.life.backfill = true;
+  const EstimatorPair estimators = MakeEstimators(Graph(OutputKind::kWindow));
+  const FrozenTake frozen = Freeze(take, options, estimators);
+  const Replay replay(take.model(), take.detections, frozen.matches, options,
+                      estimators.feedback);
+  ExpectEqual(frozen.frames, ReplayAll(replay, -1, estimators.output));
+}
+
+TEST(Replay, GivesTheRunAgainWhenTheWindowServesAssociation) {
+  const Take take = MakeTake();
+  TrackerOptions options;
+  options.life.max_gap_frames = 10.0;
+  EstimatorOptions both = Graph(OutputKind::kWindow);
+  both.feedback = FeedbackKind::kWindow;
+  const EstimatorPair estimators = MakeEstimators(both);
+  const FrozenTake frozen = Freeze(take, options, estimators);
+  const Replay replay(take.model(), take.detections, frozen.matches, options,
+                      estimators.feedback);
+  ExpectEqual(frozen.frames, ReplayAll(replay, -1, estimators.feedback));
+}
+
+TEST(Replay, DoesNotDependOnThreads) {
+  const Take take = MakeTake();
+  const TrackerOptions options;
+  const EstimatorPair estimators = MakeEstimators(EstimatorOptions());
+  const FrozenTake frozen = Freeze(take, options, estimators);
+  const Replay replay(take.model(), take.detections, frozen.matches, options,
+                      estimators.feedback);
+  ExpectEqual(ReplayAll(replay, 1, estimators.feedback, 1),
+              ReplayAll(replay, 1, estimators.feedback, 3));
+}
+
+// What a camera saw must not reach a replay without it, whatever it saw.
+TEST(Replay, HasNothingFromTheCameraLeftOut) {
+  Take take = MakeTake();
+  const TrackerOptions options;
+  const EstimatorPair estimators = MakeEstimators(EstimatorOptions());
+  const FrozenTake frozen = Freeze(take, options, estimators);
+  const auto run = [&] {
+    const Replay replay(take.model(), take.detections, frozen.matches, options,
+                        estimators.feedback);
+    return ReplayAll(replay, 2,
+                     MakeEstimators(Graph(OutputKind::kBatch)).output);
+  };
+  const std::vector<TrackFrame> before = run();
+  for (DetectionFrame& frame : take.detections.frames) {
+    for (Detection& detection : frame.views[2].detections) {
+      for (Keypoint& joint : detection.joints) joint.px.x() += 300.0;
+    }
+  }
+  ExpectEqual(before, run());
+  for (const TrackFrame& frame : before) {
+    for (const PersonPose& person : frame.people) {
+      for (const ViewMatch& match : person.matches) {
+        EXPECT_NE(match.view_idx, 2);
+      }
+    }
+  }
+}
+
+TEST(Replay, TellsHowLongAnEstimatorWaits) {
+  const Take take = MakeTake();
+  const TrackerOptions options;
+  EstimatorOptions window = Graph(OutputKind::kWindow);
+  window.graph.lag_s = 0.2;  // five frames of 25 Hz
+  const EstimatorPair estimators = MakeEstimators(window);
+  const FrozenTake frozen = Freeze(take, options, estimators);
+  const Replay replay(take.model(), take.detections, frozen.matches, options,
+                      estimators.feedback);
+  for (const ReplayedPerson& person : replay.Prepare(-1, 1)) {
+    if (person.frames.size() < 20) continue;
+    const auto delay = [&](const EstimatorFactory& estimator) {
+      return RunEstimator(replay.scene(), person, estimator).delay;
+    };
+    EXPECT_EQ(delay(estimators.feedback).value(), 0);
+    EXPECT_NEAR(ToSeconds(delay(estimators.output).value()), 0.2, 1e-9);
+    EXPECT_FALSE(
+        delay(MakeEstimators(Graph(OutputKind::kBatch)).output).has_value());
+  }
+}
+
+TEST(Replay, RefusesMatchesOfAnotherTake) {
+  const Take take = MakeTake();
+  const TrackerOptions options;
+  const EstimatorPair estimators = MakeEstimators(EstimatorOptions());
+  FrozenTake frozen = Freeze(take, options, estimators);
+  for (FrozenPerson& person : frozen.matches.people) {
+    for (FrozenFrame& frame : person.frames) frame.frame += 100000;
+  }
+  EXPECT_THROW(Replay(take.model(), take.detections, frozen.matches, options,
+                      estimators.feedback),
+               InputError);
+}
+
+}  // namespace
+}  // namespace kinegraph
