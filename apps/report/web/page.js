@@ -808,9 +808,10 @@
       const series = residualSeries(lead);
       legend(lineChart('Residual per camera', 'px', 90, () => series), series);
     }
-    if (lead.difference) {
-      const series = perPerson(lead, (p) => lead.difference[p] === NO_VALUE ? NaN : lead.difference[p] * 0.1);
-      lineChart('Distance to ' + (results[1].truth ? 'the truth' : results[1].label), 'cm', 80, () => series);
+    const compared = results.filter((result) => result.difference);
+    if (compared.length) {
+      const series = [].concat(...compared.map((result) => perPerson(result, (p) => result.difference[p] === NO_VALUE ? NaN : result.difference[p] * 0.1)));
+      legend(lineChart('Distance to ' + referenceName(), 'cm', 80, () => series), series);
     }
     const speed = [].concat(...results.map((result) => perPerson(result, speedOf(result))));
     const speedChart = lineChart('Mean speed of joints', 'm/s', 80, () => speed);
@@ -834,13 +835,18 @@
     boneChart.head.append(select);
   }
 
+  // What distances are measured to.
+  function referenceName() {
+    return results.some((result) => result.truth) ? 'the truth' : results[1].label;
+  }
+
   // ---- Worst moments ------------------------------------------------------------
 
   const KINDS = {
     residual: ['largest residual', (m) => m.value.toFixed(1) + ' px in ' + m.detail],
     speed: ['speed jump', (m) => m.value.toFixed(1) + ' m/s at ' + m.detail],
     bone: ['bone length jump', (m) => (100 * m.value).toFixed(1) + ' cm, ' + m.detail],
-    difference: ['results differ', (m) => (100 * m.value).toFixed(1) + ' cm from the other'],
+    difference: [results.some((r) => r.truth) ? 'far from the truth' : 'results differ', (m) => (100 * m.value).toFixed(1) + ' cm from ' + referenceName()],
     start: ['identity appears', () => 'appears'],
     end: ['identity is lost', () => 'is lost']
   };
@@ -974,6 +980,11 @@
     if (data.extrasStride > 1) notes.push('Detections and covariances are those of one frame in ' + data.extrasStride + '.');
     byId('notes').textContent = notes.join(' ');
     byId('notes').hidden = notes.length === 0;
+    const megabytes = (bytes) => (bytes / 1e6).toFixed(1) + ' MB';
+    const sizes = [];
+    if (data.bytes.detections) sizes.push('detections ' + megabytes(data.bytes.detections));
+    if (data.bytes.covariances) sizes.push('covariances ' + megabytes(data.bytes.covariances));
+    if (sizes.length) byId('sizes').textContent = 'Of this page: ' + sizes.join(', ') + '.';
     results.forEach((result) => {
       const box = element('input', { type: 'checkbox', checked: true });
       box.addEventListener('change', () => { result.visible = box.checked; update(); });

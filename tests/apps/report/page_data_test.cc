@@ -143,6 +143,34 @@ TEST(PageData, SameInputSameBytes) {
   EXPECT_EQ(MakePageData(input).json, MakePageData(input).json);
 }
 
+// Two results and the truth: distances of both are to the truth.
+TEST(PageData, TwoResultsAreMeasuredAgainstTheTruth) {
+  PageInput input = InputOf(Walk(5, 2, 25.0));
+  for (const double shift_m : {0.1, 0.0}) {
+    TrackSequence other = Walk(5, 2, 25.0);
+    for (TrackFrame& frame : other.frames) {
+      for (PersonPose& person : frame.people) {
+        for (Joint3d& joint : person.joints) joint.position_m.z() += shift_m;
+      }
+    }
+    input.results.push_back({"other", ResultRole::kTracks, std::move(other)});
+  }
+  input.results[2].role = ResultRole::kGroundTruth;
+  const Json page = ParseJson(MakePageData(input).json, "page");
+  const auto differences = [&](int r) {
+    return Decode<uint16_t>(page["results"][r]["difference"]);
+  };
+  EXPECT_EQ(differences(0), std::vector<uint16_t>(5 * 2, 0));
+  EXPECT_EQ(differences(1), std::vector<uint16_t>(5 * 2, 100)) << "in mm";
+  EXPECT_FALSE(page["results"][2].contains("difference"));
+  // The same without truth: the first is measured against the second.
+  input.results.pop_back();
+  const Json pair = ParseJson(MakePageData(input).json, "page");
+  EXPECT_EQ(Decode<uint16_t>(pair["results"][0]["difference"]),
+            std::vector<uint16_t>(5 * 2, 100));
+  EXPECT_FALSE(pair["results"][1].contains("difference"));
+}
+
 TEST(PageData, NoFrameIsRefused) {
   EXPECT_THROW(MakePageData(InputOf(Walk(0, 0, 25.0))), InputError);
 }
