@@ -699,8 +699,20 @@
         const box = this.plot.getBoundingClientRect();
         setFrame(Math.round((event.clientX - box.left) / box.width * (frameCount - 1)));
       };
-      this.plot.addEventListener('pointerdown', (event) => { this.plot.setPointerCapture(event.pointerId); seek(event); });
-      this.plot.addEventListener('pointermove', (event) => { if (event.buttons) seek(event); });
+      // A finger may only want to scroll the page: it seeks by a tap or sideways.
+      let from = null;
+      this.plot.addEventListener('pointerdown', (event) => {
+        this.plot.setPointerCapture(event.pointerId);
+        from = event.clientX;
+        pause();
+        if (event.pointerType !== 'touch') seek(event);
+      });
+      this.plot.addEventListener('pointermove', (event) => {
+        if (from === null) return;
+        if (event.pointerType !== 'touch' || Math.abs(event.clientX - from) > 8) seek(event);
+      });
+      this.plot.addEventListener('pointerup', (event) => { if (from !== null) seek(event); from = null; });
+      this.plot.addEventListener('pointercancel', () => { from = null; });
       charts.push(this);
     }
     draw() {
@@ -880,7 +892,7 @@
   // ---- Playback -----------------------------------------------------------------
 
   const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
-  const state = { frame: 0, playing: false, speed: 1, time: times[0] || 0, lastTick: 0, scriptMs: 0 };
+  const state = { frame: 0, playing: false, speed: 1, time: times[0] || 0, lastTick: 0, scriptMs: 0, onFrame: null };
   let scene = null;
 
   function setFrame(f) {
@@ -890,14 +902,12 @@
   }
 
   function update() {
-    const begin = performance.now();
     const f = state.frame;
     if (scene) scene.setFrame(f);
     panels.forEach((panel) => { if (panel.seen) drawPanel(panel, f); });
     charts.forEach((chart) => chart.moveCursor(f));
     byId('scrub').value = f;
     byId('clock').textContent = 'frame ' + frameNumbers[f] + ' \u00b7 ' + times[f].toFixed(2) + ' s';
-    state.scriptMs = performance.now() - begin;
   }
 
   function play() {
@@ -912,6 +922,7 @@
   }
 
   function tick(now) {
+    const begin = performance.now();
     if (state.playing) {
       const elapsed = state.lastTick ? Math.min(0.25, (now - state.lastTick) / 1000) : 0;
       state.lastTick = now;
@@ -925,6 +936,8 @@
       if (f >= frameCount - 1) pause();
     }
     if (scene) scene.render();
+    state.scriptMs = performance.now() - begin;
+    if (state.onFrame) state.onFrame(state);
     window.requestAnimationFrame(tick);
   }
 
@@ -1031,5 +1044,5 @@
   resize();
   window.requestAnimationFrame(tick);
   // For tests and for curious people at the console.
-  window.kinegraph = { state: state, setFrame: setFrame, play: play, pause: pause, results: results, scene: scene };
+  window.kinegraph = { state: state, setFrame: setFrame, play: play, pause: pause, results: results, scene: scene, panels: panels };
 })();

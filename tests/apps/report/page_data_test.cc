@@ -14,6 +14,7 @@
 #include "apps/report/page.h"
 #include "core/base/error.h"
 #include "core/io/json.h"
+#include "tests/support/base64.h"
 #include "tests/support/rig.h"
 
 namespace kinegraph {
@@ -54,19 +55,7 @@ PageInput InputOf(TrackSequence tracks) {
 
 template <typename Number>
 std::vector<Number> Decode(const std::string& text) {
-  const std::string alphabet =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::vector<unsigned char> bytes;
-  unsigned buffer = 0;
-  int bits = 0;
-  for (const char c : text) {
-    if (c == '=') break;
-    buffer = (buffer << 6) | static_cast<unsigned>(alphabet.find(c));
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes.push_back(static_cast<unsigned char>((buffer >> bits) & 255u));
-  }
+  const std::string bytes = testing::FromBase64(text);
   std::vector<Number> numbers(bytes.size() / sizeof(Number));
   std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(Number));
   return numbers;
