@@ -172,6 +172,10 @@ void Browser::Note(const Json& event) {
   const std::string method = event["method"];
   const Json& parameters = event["params"];
   if (method == "Page.loadEventFired") loaded_ = true;
+  if (method == "Tracing.tracingComplete") traced_ = true;
+  if (method == "Tracing.dataCollected") {
+    for (const Json& one : parameters["value"]) trace_.push_back(one);
+  }
   if (method == "Network.requestWillBeSent") {
     requests_.push_back(parameters["request"]["url"]);
   }
@@ -281,6 +285,22 @@ void Browser::Drag(const std::vector<PagePoint>& from,
     if (at[0].x != from[0].x || at[0].y != from[0].y) TouchAt("touchMove", at);
   }
   TouchAt("touchEnd", {});
+}
+
+void Browser::StartTrace(const std::string& categories) {
+  trace_ = Json::array();
+  Call("Tracing.start",
+       {{"categories", categories}, {"transferMode", "ReportEvents"}});
+}
+
+Json Browser::StopTrace() {
+  traced_ = false;
+  Call("Tracing.end");
+  while (!traced_) {
+    const Json event = Receive();
+    if (event.contains("method")) Note(event);
+  }
+  return trace_;
 }
 
 void Browser::SaveScreenshot(const std::string& path) {

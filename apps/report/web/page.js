@@ -331,9 +331,11 @@
     }
 
     resize() {
-      const width = this.canvas.parentElement.clientWidth, height = this.canvas.parentElement.clientHeight;
-      this.renderer.setSize(width, height, false);
-      this.camera.aspect = width / Math.max(1, height);
+      // Kept, so that no picture has to ask the browser for a layout.
+      this.width = this.canvas.parentElement.clientWidth;
+      this.height = this.canvas.parentElement.clientHeight;
+      this.renderer.setSize(this.width, this.height, false);
+      this.camera.aspect = this.width / Math.max(1, this.height);
       this.camera.updateProjectionMatrix();
       this.dirty = true;
     }
@@ -383,7 +385,7 @@
   const labelPool = [];
   function placeLabels(view) {
     let used = 0;
-    const width = view.canvas.clientWidth, height = view.canvas.clientHeight;
+    const width = view.width, height = view.height;
     const put = (point, text, colour, className) => {
       scratch.b.copy(point).project(view.camera);
       if (scratch.b.z > 1 || Math.abs(scratch.b.x) > 1 || Math.abs(scratch.b.y) > 1) return;
@@ -892,7 +894,7 @@
   // ---- Playback -----------------------------------------------------------------
 
   const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
-  const state = { frame: 0, playing: false, speed: 1, time: times[0] || 0, lastTick: 0, scriptMs: 0, onFrame: null };
+  const state = { frame: 0, playing: false, speed: 1, time: times[0] || 0, lastTick: 0, pictures: 0 };
   let scene = null;
 
   function setFrame(f) {
@@ -922,7 +924,6 @@
   }
 
   function tick(now) {
-    const begin = performance.now();
     if (state.playing) {
       const elapsed = state.lastTick ? Math.min(0.25, (now - state.lastTick) / 1000) : 0;
       state.lastTick = now;
@@ -936,8 +937,7 @@
       if (f >= frameCount - 1) pause();
     }
     if (scene) scene.render();
-    state.scriptMs = performance.now() - begin;
-    if (state.onFrame) state.onFrame(state);
+    ++state.pictures;
     window.requestAnimationFrame(tick);
   }
 
