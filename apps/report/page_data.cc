@@ -392,8 +392,9 @@ Json PageMaker::ResultJson(size_t r) {
   }
   const double quantum =
       std::max(kQuantumM, LargestReach(result.tracks) / 32000.0);
+  // Nothing was ever matched with the truth.
   std::optional<DetectionPairing> pairing;
-  if (input_.detections.has_value()) {
+  if (input_.detections.has_value() && is_tracks) {
     pairing.emplace(header, input_.detections->header, input_.cameras);
   }
   std::vector<std::vector<double>> differences;
@@ -440,6 +441,7 @@ Json PageMaker::ResultJson(size_t r) {
       AddPose(person, kept->second, quantum, &arrays);
       arrays.person.push_back(person_of.at(person.id));
       for (const ViewPair& pair : pairs[p]) {
+        if (!pairing.has_value()) break;
         arrays.residual.push_back(
             pair.residual_px.has_value()
                 ? std::min<uint16_t>(

@@ -393,7 +393,7 @@
       const label = labelPool[used++];
       if (label.textContent !== text) label.textContent = text;
       label.className = className;
-      label.style.color = colour;
+      label.style.borderColor = colour || 'transparent';
       label.style.transform = 'translate(-50%, -100%) translate(' + ((scratch.b.x + 1) / 2 * width).toFixed(1) + 'px,' + ((1 - scratch.b.y) / 2 * height).toFixed(1) + 'px)';
       label.hidden = false;
     };
@@ -593,9 +593,19 @@
       if (!top || y < top[1]) top = [x, y];
     }
     if (!top) return;
+    // Its colour as a dot; the name itself has to be read on any colour.
+    const x = top[0] + 5 * px, y = top[1] - 9 * px;
+    const name = nameOf(owner.result, owner.result.person[owner.p]) + (owner.result.index > 0 ? ' (' + owner.result.label + ')' : '');
     pen.font = '600 ' + 12 * px + 'px system-ui, sans-serif';
+    pen.lineWidth = 3 * px;
+    pen.strokeStyle = dark() ? '#0d1116' : '#e9edf2';
+    pen.fillStyle = dark() ? '#e7ebf0' : '#1b2430';
+    pen.strokeText(name, x + 6 * px, y + 4 * px);
+    pen.fillText(name, x + 6 * px, y + 4 * px);
     pen.fillStyle = colourOf(owner.result, owner.result.person[owner.p]);
-    pen.fillText(nameOf(owner.result, owner.result.person[owner.p]), top[0] + 4 * px, top[1] - 6 * px);
+    pen.beginPath();
+    pen.arc(x, y, 3.5 * px, 0, 7);
+    pen.fill();
   }
 
   function ownJoint(result, j) {
@@ -634,7 +644,7 @@
     return result.ids.map((id, person) => {
       const values = new Float32Array(frameCount).fill(NaN);
       result.ofPerson[person].forEach((p, i) => { values[result.frame[p]] = valueOf(p, i, result.ofPerson[person]); });
-      return { name: nameOf(result, person), colour: () => colourOf(result, person), values: values, thin: result.index > 0 };
+      return { name: nameOf(result, person), colour: () => colourOf(result, person), values: values, thin: result.index > 0, source: result.label };
     });
   }
 
@@ -774,13 +784,21 @@
     pen.globalAlpha = 1;
   }
 
-  function legend(chart, series) {
+  // Colours of the lead; the other results have the same, drawn thin.
+  function legend(chart, all) {
+    const series = all.filter((one) => !one.thin);
     series.slice(0, 12).forEach((one) => {
       const line = element('i');
       line.style.background = one.colour();
       chart.head.append(element('span', { className: 'key' }, [line, one.name]));
     });
     if (series.length > 12) chart.head.append(element('span', { className: 'key', textContent: 'and ' + (series.length - 12) + ' more' }));
+    const others = new Set(all.filter((one) => one.thin).map((one) => one.source));
+    if (others.size) thinKey(chart, 'thin: ', others);
+  }
+
+  function thinKey(chart, prefix, names) {
+    chart.head.append(element('span', { className: 'key', textContent: prefix + Array.from(names).join(', ') }));
   }
 
   function presenceChart() {
@@ -813,6 +831,7 @@
       });
     });
     chart.head.append(element('span', { className: 'key', textContent: 'full colour: ' + mostViews + ' views' + (rows.length > most ? '; the first ' + most + ' of ' + rows.length : '') }));
+    if (results.length > 1) thinKey(chart, 'thinner: ', results.slice(1).map((result) => result.label));
   }
 
   function makeCharts() {

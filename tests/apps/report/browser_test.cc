@@ -520,7 +520,7 @@ constexpr const char* kPaleTexts = R"((() => {
     return 0.2126 * r + 0.7152 * g + 0.0722 * b;
   };
   const pale = [];
-  document.querySelectorAll('h1, h2, #subtitle, button, label, output, select, .legend, .key, .head b, figcaption, footer, .when').forEach((node) => {
+  document.querySelectorAll('h1, h2, #subtitle, button, label, output, select, .legend, .key, .head b, figcaption, footer, .when, #labels span').forEach((node) => {
     let behind = node;
     while (behind !== document.documentElement && numbers(getComputedStyle(behind).backgroundColor)[3] === 0) behind = behind.parentElement;
     const a = luminance(numbers(getComputedStyle(node).color)), b = luminance(numbers(getComputedStyle(behind).backgroundColor));
