@@ -1,0 +1,423 @@
+#include "apps/common/plot.h"
+
+#include <glog/logging.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <stdexcept>
+
+#include "core/base/error.h"
+#include "core/io/atomic_file.h"
+
+extern char** environ;
+
+namespace kinegraph {
+namespace {
+
+// Okabe and Ito's, yellow last: it is hard to see on white.
+const char* const kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                "#E69F00", "#56B4E9", "#000000", "#F0E442"};
+constexpr int kColourCount = 8;
+// gnuplot's filled circle, square, triangle, diamond and their like.
+constexpr int kMarks[] = {7, 5, 9, 13, 11, 15, 6, 4, 8, 12};
+constexpr int kMarkCount = 10;
+constexpr double kBarGroupWidth = 0.8;  // of the distance of two categories
+
+// ---- The script -------------------------------------------------------------
+
+std::string Number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof(text), "%.10g", value);
+  return text;
+}
+
+// A text in gnuplot's single quotes, in which nothing but the quote is special.
+std::string Quote(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : Printable(text, 200)) {
+    quoted += c;
+    if (c == '\'') quoted += c;
+  }
+  return quoted + "'";
+}
+
+bool Shown(const PlotAxis& axis, double value) {
+  return std::isfinite(value) && (!axis.log || value > 0.0);
+}
+
+// gnuplot refuses to choose the range of a plot without a point.
+std::string Range(const PlotAxis& axis, bool any_point, bool downwards) {
+  std::optional<double> low = axis.low;
+  std::optional<double> high = axis.high;
+  if (!any_point) {
+    low = low.value_or(1.0);
+    high = high.value_or(10.0);
+  }
+  if (!axis.categories.empty()) {
+    low = low.value_or(-0.6);
+    high = high.value_or(static_cast<double>(axis.categories.size()) - 0.4);
+  }
+  if (downwards) std::swap(low, high);
+  return "[" + (low ? Number(*low) : "*") + ":" + (high ? Number(*high) : "*") +
+         "]";
+}
+
+bool AnyPoint(const Plot& plot) {
+  for (const PlotSeries& series : plot.series) {
+    for (size_t i = 0; i < series.x.size(); ++i) {
+      if (Shown(plot.x, series.x[i]) && Shown(plot.y, series.y[i])) return true;
+    }
+  }
+  return false;
+}
+
+void SetAxis(const std::string& name, const PlotAxis& axis, bool any_point,
+             std::string* script) {
+  const bool vertical = name == "y";
+  *script += "set " + name + "label " + Quote(axis.label) + "\n";
+  *script += (axis.log ? "set logscale " : "unset logscale ") + name + "\n";
+  *script += "set " + name + "range " +
+             Range(axis, any_point, vertical && !axis.categories.empty()) +
+             "\n";
+  // Tilted names of many or long categories do not run into each other.
+  size_t letters = 0;
+  for (const std::string& category : axis.categories) {
+    letters += category.size() + 2;
+  }
+  const bool tilted = !vertical && letters > 70;
+  *script += "set " + name + "tics " +
+             (tilted ? "rotate by -35 left" : "norotate") +
+             (tilted || vertical ? "" : " center");
+  if (axis.categories.empty()) {
+    *script += " autofreq\n";
+    return;
+  }
+  *script += " (";
+  for (size_t i = 0; i < axis.categories.size(); ++i) {
+    *script += (i == 0 ? "" : ", ") + Quote(axis.categories[i]) + " " +
+               std::to_string(i);
+  }
+  *script += ")\n";
+}
+
+// A series with marks and errors in the places they are drawn at.
+class SeriesScript {
+ public:
+  // `block` is the name of its data; `bar`: its place among `bars`.
+  SeriesScript(const Plot& plot, const PlotSeries& series, std::string block,
+               int index, int bar, int bars)
+      : plot_(plot),
+        series_(series),
+        block_("$" + std::move(block)),
+        colour_(series.colour.value_or(index)),
+        mark_(kMarks[colour_ % kMarkCount]),
+        bar_width_(kBarGroupWidth / std::max(1, bars)),
+        shift_(series.style == PlotStyle::kBars
+                   ? (bar - 0.5 * (bars - 1)) * bar_width_
+                   : 0.0) {
+    const size_t count = series.x.size();
+    CHECK_EQ(series.y.size(), count) << "series " << series.name;
+    for (const auto* ends :
+         {&series.x_low, &series.x_high, &series.y_low, &series.y_high}) {
+      CHECK(ends->empty() || ends->size() == count) << "ends " << series.name;
+    }
+    CHECK(series.labels.empty() || series.labels.size() == count)
+        << "labels of " << series.name;
+  }
+
+  // Rows of x, y, x_low, x_high, y_low, y_high, label.
+  std::string Data() const {
+    std::string data = block_ + " << EOD\n";
+    for (size_t i = 0; i < series_.x.size(); ++i) {
+      const double x = series_.x[i] + shift_;
+      const double y = series_.y[i];
+      if (!Shown(plot_.x, x) || !Shown(plot_.y, y)) {
+        data += "\n";  // an empty line breaks the line
+        continue;
+      }
+      data += Number(x) + " " + Number(y) + " " +
+              End(plot_.x, series_.x_low, i, x) + " " +
+              End(plot_.x, series_.x_high, i, x) + " " +
+              End(plot_.y, series_.y_low, i, y) + " " +
+              End(plot_.y, series_.y_high, i, y) + " \"" + Label(i) + "\"\n";
+    }
+    return data + "EOD\n";
+  }
+
+  // Elements of the plot command.
+  std::vector<std::string> Elements() const {
+    std::vector<std::string> elements;
+    const std::string colour =
+        std::string(" lc rgb '") + kColours[colour_ % kColourCount] + "'";
+    const std::string title =
+        series_.name.empty() ? " notitle" : " title " + Quote(series_.name);
+    const std::string dash =
+        series_.dashed
+            ? " dt 2"
+            : " dt " + std::to_string(colour_ >= kColourCount ? 4 : 1);
+    switch (series_.style) {
+      case PlotStyle::kBars:
+        elements.push_back(block_ + " using 1:2:(" + Number(bar_width_) +
+                           ") with boxes" + colour + " fs solid 0.85 noborder" +
+                           title);
+        break;
+      case PlotStyle::kLine:
+        elements.push_back(block_ + " using 1:2 with lines lw 2" + dash +
+                           colour + title);
+        break;
+      case PlotStyle::kPoints:
+        elements.push_back(block_ + " using 1:2 with points ps 0.9 pt " +
+                           std::to_string(mark_) + colour + title);
+        break;
+      case PlotStyle::kLinePoints:
+        elements.push_back(block_ + " using 1:2 with linespoints lw 2 ps 0.8" +
+                           dash + " pt " + std::to_string(mark_) + colour +
+                           title);
+        break;
+    }
+    const std::string errors =
+        series_.style == PlotStyle::kBars ? " lc rgb '#000000'" : colour;
+    // Drawn as vectors: gnuplot's own error bars blank out their middle.
+    const std::string bar =
+        " with vectors heads size screen 0.004,90 lw 1.5" + errors + " notitle";
+    if (!series_.x_low.empty()) {
+      elements.push_back(block_ + " using 3:2:($4-$3):(0)" + bar);
+    }
+    if (!series_.y_low.empty()) {
+      elements.push_back(block_ + " using 1:5:(0):($6-$5)" + bar);
+    }
+    if (!series_.labels.empty()) {
+      elements.push_back(block_ +
+                         " using 1:2:7 with labels left offset char 0.8,0.35 "
+                         "font ',10' notitle");
+    }
+    return elements;
+  }
+
+ private:
+  static std::string End(const PlotAxis& axis, const std::vector<double>& ends,
+                         size_t i, double value) {
+    if (ends.empty() || std::isnan(ends[i])) return "NaN";
+    // The end that a log axis has no place for stops at a tenth of the value.
+    if (!Shown(axis, ends[i])) return Number(0.1 * value);
+    return Number(ends[i]);
+  }
+
+  // For gnuplot's double quotes in data, which know no escape.
+  std::string Label(size_t i) const {
+    if (series_.labels.empty()) return "";
+    std::string label = Printable(series_.labels[i]);
+    std::replace(label.begin(), label.end(), '"', '\'');
+    return label;
+  }
+
+  const Plot& plot_;
+  const PlotSeries& series_;
+  std::string block_;
+  int colour_;
+  int mark_;
+  double bar_width_;
+  double shift_;
+};
+
+// Zero, or nothing where bars go below it: gnuplot then shows zero too.
+std::optional<double> LeastBarEnd(const Plot& plot) {
+  for (const PlotSeries& series : plot.series) {
+    for (const auto* values : {&series.y, &series.y_low}) {
+      for (const double value : *values) {
+        if (value < 0.0) return std::nullopt;
+      }
+    }
+  }
+  return 0.0;
+}
+
+void AddPanel(const Plot& plot, size_t panel, std::string* script) {
+  const int bars = static_cast<int>(std::count_if(
+      plot.series.begin(), plot.series.end(),
+      [](const PlotSeries& s) { return s.style == PlotStyle::kBars; }));
+  std::vector<std::string> elements;
+  int bar = 0;
+  for (size_t s = 0; s < plot.series.size(); ++s) {
+    const SeriesScript series(
+        plot, plot.series[s],
+        "data_" + std::to_string(panel) + "_" + std::to_string(s),
+        static_cast<int>(s), bar, bars);
+    if (plot.series[s].style == PlotStyle::kBars) ++bar;
+    *script += series.Data();
+    for (std::string& element : series.Elements()) {
+      elements.push_back(std::move(element));
+    }
+  }
+  *script += "set title " + Quote(plot.title) + "\n";
+  SetAxis("x", plot.x, AnyPoint(plot), script);
+  PlotAxis y = plot.y;
+  // Bars are read by their length.
+  if (bars > 0 && !y.low && !y.log) y.low = LeastBarEnd(plot);
+  SetAxis("y", y, AnyPoint(plot), script);
+  switch (plot.legend) {
+    case PlotLegend::kNone:
+      *script += "unset key\n";
+      break;
+    case PlotLegend::kInside:
+      *script += "set key on inside top right vertical Left reverse\n";
+      break;
+    case PlotLegend::kOutside:
+      *script += "set key on outside right top vertical Left reverse\n";
+      break;
+  }
+  // gnuplot refuses an empty list.
+  if (elements.empty()) elements.push_back("NaN notitle");
+  *script += "plot ";
+  for (size_t i = 0; i < elements.size(); ++i) {
+    *script += (i == 0 ? "" : ", \\\n  ") + elements[i];
+  }
+  *script += "\n";
+}
+
+std::string Script(const std::vector<Plot>& panels, const PlotSize& size) {
+  const int count = static_cast<int>(panels.size());
+  const int columns = std::min(std::max(1, size.columns), count);
+  const int rows = (count + columns - 1) / columns;
+  std::string script =
+      "set encoding utf8\n"
+      "set terminal svg size " +
+      std::to_string(size.width_px) + "," + std::to_string(size.height_px) +
+      " dynamic noenhanced font 'sans-serif,12' background '#FFFFFF' "
+      "name 'kinegraph'\n"
+      "set border 3 lc rgb '#444444'\n"
+      "set tics nomirror out\n"
+      "set grid lc rgb '#DDDDDD' dt 1 lw 0.5\n"
+      "set bars small\n";
+  if (count > 1) {
+    script += "set multiplot layout " + std::to_string(rows) + "," +
+              std::to_string(columns) + "\n";
+  }
+  for (size_t p = 0; p < panels.size(); ++p) AddPanel(panels[p], p, &script);
+  if (count > 1) script += "unset multiplot\n";
+  return script;
+}
+
+// ---- The program ------------------------------------------------------------
+
+struct FileCloser {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, FileCloser>;
+
+// A file without a name.
+File TemporaryFile() {
+  File file(std::tmpfile());
+  if (file == nullptr) {
+    throw std::runtime_error("no temporary file for a plot: " +
+                             std::string(std::strerror(errno)));
+  }
+  return file;
+}
+
+std::string ContentOf(const File& file) {
+  std::rewind(file.get());
+  std::string content;
+  char buffer[1 << 14];
+  size_t size;
+  while ((size = std::fread(buffer, 1, sizeof(buffer), file.get())) > 0) {
+    content.append(buffer, size);
+  }
+  return content;
+}
+
+// What gnuplot prints, given `script` and no settings of the user's.
+std::string RunGnuplot(const std::string& script) {
+  const File input = TemporaryFile();
+  const File output = TemporaryFile();
+  const File errors = TemporaryFile();
+  std::fwrite(script.data(), 1, script.size(), input.get());
+  std::fflush(input.get());
+  std::rewind(input.get());
+
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, fileno(input.get()), 0);
+  posix_spawn_file_actions_adddup2(&actions, fileno(output.get()), 1);
+  posix_spawn_file_actions_adddup2(&actions, fileno(errors.get()), 2);
+  std::string program = "gnuplot";
+  std::string plain = "-d";  // no start-up files
+  std::string standard_input = "-";
+  char* const arguments[] = {program.data(), plain.data(),
+                             standard_input.data(), nullptr};
+  // gnuplot would write decimals as the locale does.
+  std::vector<char*> environment;
+  std::string locale = "LC_ALL=C.UTF-8";
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    if (std::strncmp(*entry, "LC_ALL=", 7) != 0) environment.push_back(*entry);
+  }
+  environment.push_back(locale.data());
+  environment.push_back(nullptr);
+  pid_t process = 0;
+  const int error = posix_spawnp(&process, program.c_str(), &actions, nullptr,
+                                 arguments, environment.data());
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) {
+    throw std::runtime_error(
+        "plots need gnuplot (Debian: gnuplot-nox), which cannot be started: " +
+        std::string(std::strerror(error)));
+  }
+  int status = 0;
+  while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
+  }
+  std::string complaints = ContentOf(errors);
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    throw std::runtime_error("gnuplot failed: " + Printable(complaints, 300));
+  }
+  return ContentOf(output);
+}
+
+// gnuplot's title of every picture, which a browser shows and a screen reader
+// reads, becomes that of the plot.
+std::string WithTitle(std::string svg, const std::string& title) {
+  const std::string standard = "<title>Gnuplot</title>";
+  const size_t at = svg.find(standard);
+  if (at == std::string::npos) return svg;
+  std::string escaped;
+  for (const char c : Printable(title, 200)) {
+    switch (c) {
+      case '&':
+        escaped += "&amp;";
+        break;
+      case '<':
+        escaped += "&lt;";
+        break;
+      case '>':
+        escaped += "&gt;";
+        break;
+      default:
+        escaped += c;
+    }
+  }
+  return svg.replace(at, standard.size(), "<title>" + escaped + "</title>");
+}
+
+}  // namespace
+
+std::string RenderPlot(const std::vector<Plot>& panels, const PlotSize& size) {
+  CHECK(!panels.empty());
+  return WithTitle(RunGnuplot(Script(panels, size)), panels.front().title);
+}
+
+void WritePlot(const std::vector<Plot>& panels, const std::string& path,
+               const PlotSize& size) {
+  AtomicFile file(path);
+  file.Write(RenderPlot(panels, size));
+  file.Commit();
+}
+
+void RequirePlotTool() { RunGnuplot("exit\n"); }
+
+}  // namespace kinegraph

@@ -1,0 +1,78 @@
+// Plots as SVG files, drawn by gnuplot.
+//
+//   Plot plot;
+//   plot.title = "Held-out-camera error";
+//   plot.x.label = "cut-off [Hz]";
+//   plot.y.label = "error [px]";
+//   plot.series.push_back({"Butterworth", PlotStyle::kLinePoints, {2, 4},
+//   ...}); WritePlot({plot}, folder.PathOf("tuning.svg"));
+//
+// The same description gives the same bytes. Colours are those of Okabe and Ito
+// (2008, "Color Universal Design"), which colour-blind people can tell apart;
+// series differ in marks and dashes too.
+#ifndef KINEGRAPH_APPS_COMMON_PLOT_H_
+#define KINEGRAPH_APPS_COMMON_PLOT_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kinegraph {
+
+enum class PlotStyle {
+  kLine,
+  kPoints,
+  kLinePoints,
+  kBars,  // from zero; bars of several series stand side by side
+};
+
+// Values of one kind. Anything but `x` and `y` may be empty.
+struct PlotSeries {
+  std::string name;  // in the legend
+  PlotStyle style = PlotStyle::kLine;
+  std::vector<double> x;
+  std::vector<double> y;  // as many as x; NaN breaks a line
+  // Ends of the error bars; NaN: none.
+  std::vector<double> x_low, x_high;
+  std::vector<double> y_low, y_high;
+  std::vector<std::string> labels;  // beside the points
+  std::optional<int> colour;        // index; else in order of the series
+  bool dashed = false;
+};
+
+struct PlotAxis {
+  std::string label;  // with the unit: "error [px]"
+  bool log = false;   // values that are not positive are left out
+  std::optional<double> low, high;
+  // Names of the values 0, 1, 2, ...; the y axis then counts from the top.
+  std::vector<std::string> categories;
+};
+
+enum class PlotLegend { kNone, kInside, kOutside };
+
+struct Plot {
+  std::string title;
+  PlotAxis x, y;
+  std::vector<PlotSeries> series;
+  PlotLegend legend = PlotLegend::kOutside;
+};
+
+struct PlotSize {
+  int width_px = 800;  // of the whole
+  int height_px = 500;
+  int columns = 1;  // of panels
+};
+
+// The panels of one picture, row by row, as SVG. Throws std::runtime_error in
+// one line when gnuplot is missing or fails.
+std::string RenderPlot(const std::vector<Plot>& panels,
+                       const PlotSize& size = {});
+void WritePlot(const std::vector<Plot>& panels, const std::string& path,
+               const PlotSize& size = {});
+
+// Throws the error of a missing gnuplot before any work is lost.
+void RequirePlotTool();
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMMON_PLOT_H_
