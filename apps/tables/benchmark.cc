@@ -18,6 +18,11 @@ constexpr const char* kBatchSet =
     "output.estimator=batch;graph.bones=true;tracking.backfill=true;"
     "tracking.second_pass=true";
 
+// The joints filter of Chu et al. in the front end of Chen et al.
+constexpr const char* kFilterSet = "reconstruction.joints_filter=true";
+// A usual variant: the target is projected where it was not remembered.
+constexpr const char* kProjectedSet = "association.target_2d=projected";
+
 constexpr const char* kFromReal =
     "the same OpenPose candidates (data/shelf/README.md)";
 
@@ -26,6 +31,10 @@ std::vector<Method> ShelfMethods() {
       {"paper mode, text", "paper/shelf.toml", ""},
       {"paper mode, authors' code", "paper/shelf_authors_code.toml",
        "input.repeat_first_frame=3"},
+      {"†Chen et al.", "paper/chen_shelf.toml", ""},
+      {"†Chen et al. + joints filter", "paper/chen_shelf.toml", kFilterSet},
+      {"†Chen et al., projected target", "paper/chen_shelf.toml",
+       kProjectedSet},
       {"graph mode, window", "graph/shelf.toml", ""},
       {"graph mode, batch offline", "graph/offline.toml", ""},
   };
@@ -36,6 +45,9 @@ std::vector<Method> FilledShelfMethods() {
       {"paper mode, authors' code", "paper/shelf_authors_code.toml",
        "input.repeat_first_frame=3"},
       {"paper mode, text", "paper/shelf.toml", kFilledSet},
+      {"†Chen et al.", "paper/chen_shelf.toml", kFilledSet},
+      {"†Chen et al. + joints filter", "paper/chen_shelf.toml",
+       JoinSets(kFilledSet, kFilterSet)},
   };
 }
 
@@ -43,6 +55,10 @@ std::vector<Method> CampusMethods() {
   return {
       {"paper mode, text", "paper/campus.toml", ""},
       {"paper mode, authors' code", "paper/campus_authors_code.toml", ""},
+      {"†Chen et al.", "paper/chen_campus.toml", ""},
+      {"†Chen et al. + joints filter", "paper/chen_campus.toml", kFilterSet},
+      {"†Chen et al., projected target", "paper/chen_campus.toml",
+       kProjectedSet},
       {"graph mode, window", "graph/campus.toml", ""},
       {"graph mode, batch offline", "graph/campus.toml", kBatchSet},
   };
