@@ -9,12 +9,14 @@
 
 #include "apps/common/app.h"
 #include "apps/common/machine.h"
+#include "apps/common/plot.h"
 #include "apps/common/progress.h"
 #include "apps/tables/ablation.h"
 #include "apps/tables/benchmark.h"
 #include "apps/tables/pcp_tables.h"
 #include "apps/tables/rows.h"
 #include "apps/tables/runtime.h"
+#include "apps/tables/sensitivity.h"
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/text_file.h"
@@ -23,8 +25,8 @@ DEFINE_string(data, "",
               "folder of the datasets: the developers' (data/README.md) or "
               "official downloads (docs/official_data.md)");
 DEFINE_string(table, "",
-              "campus, campus_extended, shelf, parts, ablation or runtime; "
-              "empty: every table");
+              "campus, campus_extended, shelf, parts, ablation, runtime or "
+              "sensitivity; empty: every table");
 DEFINE_string(set, "",
               "changes in every configuration, as key=value;... (what your "
               "detections need)");
@@ -33,8 +35,9 @@ DEFINE_string(out, "", "folder for reproduce.json, reproduce.md and plots");
 namespace kinegraph {
 namespace {
 
-constexpr const char* kTables[] = {"campus", "campus_extended", "shelf",
-                                   "parts",  "ablation",        "runtime"};
+constexpr const char* kTables[] = {"campus",     "campus_extended", "shelf",
+                                   "parts",      "ablation",        "runtime",
+                                   "sensitivity"};
 
 constexpr const char* kDetailsHeading =
     "# Details of the tables\n\nEvery count behind `reproduce.md`, under every "
@@ -145,6 +148,30 @@ void AddRuntime(const BenchmarkData& data, Report* report) {
                                       [&progress] { progress.Advance(); }));
 }
 
+void AddSensitivity(const BenchmarkData& data, Report* report) {
+  TableOutput all;
+  all.markdown = "## Sensitivity\n\n";
+  int64_t sweeps = 0;
+  for (const Benchmark& benchmark : data.benchmarks) {
+    sweeps += SweepCount(benchmark);
+  }
+  Progress progress("sensitivity", sweeps);
+  for (const Benchmark& benchmark : data.benchmarks) {
+    const bool shelf = benchmark.set == BenchmarkSet::kShelf;
+    const std::string name = shelf ? "shelf" : "campus";
+    const std::string figure = "sensitivity_" + name + ".svg";
+    const std::vector<Sweep> swept = RunSweeps(
+        benchmark, data.folder, FLAGS_set, [&progress] { progress.Advance(); });
+    WritePlot(SensitivityPlots(swept), FLAGS_out + "/" + figure,
+              {1350, 760, 3});
+    TableOutput one =
+        SensitivityTable(shelf ? "Shelf" : "Campus", swept, figure);
+    all.markdown += one.markdown;
+    all.json[name] = std::move(one.json);
+  }
+  report->Add("sensitivity", std::move(all));
+}
+
 // Whether a table wants the tracks of a benchmark.
 bool NeedsTracks(const Benchmark& benchmark) {
   if (Wanted("parts")) return true;
@@ -171,6 +198,7 @@ void RunReproduce() {
   RequireFlag("data", FLAGS_data);
   RequireFlag("out", FLAGS_out);
   CheckTable();
+  if (Wanted("sensitivity")) RequirePlotTool();
   MakeFolder(FLAGS_out);  // before the work, so that a wrong place costs none
   const BenchmarkData data = FindBenchmarks(FLAGS_data);
   const Machine machine = ThisMachine();
@@ -203,6 +231,7 @@ void RunReproduce() {
   if (Wanted("parts")) AddParts(tracked, &report);
   if (Wanted("ablation")) AddAblation(data, &report);
   if (Wanted("runtime")) AddRuntime(data, &report);
+  if (Wanted("sensitivity")) AddSensitivity(data, &report);
   WriteFile(FLAGS_out + "/reproduce.json", report.json.dump(1) + "\n");
   WriteFile(FLAGS_out + "/reproduce.md", report.markdown);
   if (!report.details.empty()) {
