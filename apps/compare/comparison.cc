@@ -191,7 +191,7 @@ void AddTruth(const Comparison& comparison, const BootstrapOptions& bootstrap,
   scores->mpjpe_bias_removed =
       ErrorSeries(mpjpe.people, &PersonError::bias_removed_m);
   scores->truth_consistency =
-      CovariancesAgainstTruth(*comparison.truth, tracks, options.frames);
+      EvaluateConsistency(*comparison.truth, tracks, {options.frames}).all;
   if (comparison.protocol.has_value()) {
     scores->pcp = EvaluatePcp(*comparison.truth, tracks, *comparison.protocol);
   }

@@ -2,10 +2,6 @@
 
 #include <gtest/gtest.h>
 
-<<<<<<< HEAD
-=======
-#include <Eigen/Cholesky>
->>>>>>> compare
 #include <cmath>
 
 #include "core/base/random.h"
@@ -19,7 +15,6 @@ using testing::Person;
 using testing::StandingTum14;
 using testing::Tracks;
 
-<<<<<<< HEAD
 PersonPose Stated(Pose3d joints, const Eigen::Matrix3d& covariance) {
   PersonPose person = Person(0, std::move(joints));
   person.covariances.assign(person.joints.size(), covariance);
@@ -38,14 +33,17 @@ TEST(ConsistencyTest, WorkedByHand) {
       EvaluateConsistency(Tracks({Frame(0, {Person(0, StandingTum14())})}),
                           Tracks({Frame(0, {Stated(moved, covariance)})}));
   EXPECT_EQ(result.observed.count, 12);
-  EXPECT_EQ(result.observed.inside.count, 11);
-  EXPECT_EQ(result.observed.inside.total, 12);
-  EXPECT_NEAR(result.observed.nees, (4.0 + 9.0) / 12.0 / 3.0, 1e-9);
+  EXPECT_EQ(result.observed.stated.covered.count, 11);
+  EXPECT_EQ(result.observed.stated.covered.total, 12);
+  EXPECT_NEAR(result.observed.stated.nees_per_dof, (4.0 + 9.0) / 12.0 / 3.0,
+              1e-9);
   EXPECT_NEAR(result.observed.rmse_m,
               std::sqrt((0.02 * 0.02 + 0.09 * 0.09) / 12.0), 1e-12);
   EXPECT_NEAR(result.observed.stated_rms_m, std::sqrt(11e-4), 1e-12);
   EXPECT_EQ(result.inferred.count, 1);
-  EXPECT_EQ(result.inferred.nees, 0.0);
+  EXPECT_EQ(result.inferred.stated.nees_per_dof, 0.0);
+  EXPECT_EQ(result.all.covered.total, 13);
+  EXPECT_NEAR(result.all.nees_per_dof, 13.0 / 13.0 / 3.0, 1e-9);
 }
 
 TEST(ConsistencyTest, NothingStatedOrNothingDefiniteIsNoCover) {
@@ -53,14 +51,14 @@ TEST(ConsistencyTest, NothingStatedOrNothingDefiniteIsNoCover) {
   const ConsistencyResult without = EvaluateConsistency(truth, truth);
   EXPECT_EQ(without.observed.count, 14);
   EXPECT_EQ(without.observed.rmse_m, 0.0);
-  EXPECT_EQ(without.observed.inside.total, 0);
-  EXPECT_TRUE(std::isnan(without.observed.nees));
+  EXPECT_EQ(without.observed.stated.covered.total, 0);
+  EXPECT_TRUE(std::isnan(without.observed.stated.nees_per_dof));
   const ConsistencyResult flat = EvaluateConsistency(
       truth, Tracks({Frame(
                  0, {Stated(StandingTum14(), -Eigen::Matrix3d::Identity())})}));
-  EXPECT_EQ(flat.observed.inside.count, 0);
-  EXPECT_EQ(flat.observed.inside.total, 14);
-  EXPECT_TRUE(std::isnan(flat.observed.nees));
+  EXPECT_EQ(flat.observed.stated.covered.count, 0);
+  EXPECT_EQ(flat.observed.stated.covered.total, 14);
+  EXPECT_TRUE(std::isnan(flat.observed.stated.nees_per_dof));
 }
 
 TEST(ConsistencyTest, RightCovariancesCoverWhatTheySay) {
@@ -86,51 +84,10 @@ TEST(ConsistencyTest, RightCovariancesCoverWhatTheySay) {
   EXPECT_EQ(row.count, 14 * kFrames);
   // Four standard errors: of a share of 95 %, and of a mean of chi-squares
   // (variance 6) over 3.
-  EXPECT_NEAR(row.inside.fraction(), 0.95,
+  EXPECT_NEAR(row.stated.covered.fraction(), 0.95,
               4.0 * std::sqrt(0.95 * 0.05 / kCount));
-  EXPECT_NEAR(row.nees, 1.0, 4.0 * std::sqrt(6.0 / kCount) / 3.0);
-=======
-// Errors drawn from a covariance; the tracks claim `claim` times as much.
-Consistency Claimed(double claim) {
-  Random random(4);
-  Eigen::Matrix3d covariance;
-  covariance << 4e-4, 1e-4, 0, 1e-4, 2e-4, 0, 0, 0, 9e-4;
-  const Eigen::Matrix3d root = covariance.llt().matrixL();
-  std::vector<TrackFrame> truth, found;
-  for (int k = 0; k < 300; ++k) {
-    truth.push_back(Frame(k, {Person(1, StandingTum14())}));
-    PersonPose person = Person(5, StandingTum14());
-    for (Joint3d& joint : person.joints) {
-      joint.position_m +=
-          root *
-          Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
-      person.covariances.emplace_back(claim * covariance);
-    }
-    found.push_back(Frame(k, {person}));
-  }
-  return CovariancesAgainstTruth(Tracks(truth), Tracks(found));
-}
-
-TEST(Consistency, OfATrueCovarianceIsOneAndCovers95Percent) {
-  const Consistency right = Claimed(1.0);
-  EXPECT_EQ(right.covered.total, 300 * 14);
-  // 4200 joints: standard errors 0.0034 and sqrt(2 / 3 / 4200) = 0.0126.
-  EXPECT_NEAR(right.covered.fraction(), 0.95, 3 * 0.0034);
-  EXPECT_NEAR(right.nees_per_dof, 1.0, 3 * 0.0126);
-}
-
-TEST(Consistency, ShowsWhoIsTooSure) {
-  const Consistency sure = Claimed(0.25);
-  EXPECT_NEAR(sure.nees_per_dof, 4.0, 4 * 3 * 0.0126);
-  EXPECT_LT(sure.covered.fraction(), 0.65);
-}
-
-TEST(Consistency, IsUndefinedWithoutCovariances) {
-  const TrackSequence tracks = Tracks({Frame(0, {Person(1, StandingTum14())})});
-  const Consistency none = CovariancesAgainstTruth(tracks, tracks);
-  EXPECT_EQ(none.covered.total, 0);
-  EXPECT_TRUE(std::isnan(none.nees_per_dof));
->>>>>>> compare
+  EXPECT_NEAR(row.stated.nees_per_dof, 1.0,
+              4.0 * std::sqrt(6.0 / kCount) / 3.0);
 }
 
 }  // namespace
