@@ -57,14 +57,7 @@ PersonProblem Assembler::EmptyProblem() const {
 
 void Assembler::UpdateCentre(const EstimatorFrame& frame) {
   if (!frame.has_initial) return;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int count = 0;
-  for (const Joint3d& joint : frame.initial) {
-    if (!joint.present() || !joint.position_m.allFinite()) continue;
-    sum += joint.position_m;
-    ++count;
-  }
-  if (count > 0) centre_ = sum / count;
+  centre_ = MeanPosition(frame.initial).value_or(centre_);
 }
 
 FrameRecord Assembler::Append(const EstimatorFrame& frame,

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/base/options.h"
@@ -14,6 +15,11 @@ namespace kinegraph {
 
 // A number for each class of joints, in the order of JointClass.
 using JointClassTable = std::array<double, kJointClassCount>;
+
+// A table `name` with a key for each class of joints.
+void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
+                          JointClassTable* table, const std::string& unit,
+                          const std::string& help);
 
 // Who finds the minimum. Both minimise the same factors.
 enum class GraphSolver {
