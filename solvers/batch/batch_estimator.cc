@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/error.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/noise_scale.h"
@@ -256,6 +257,12 @@ void BatchEstimator::WriteFinalsOf(int joint_idx,
 std::unique_ptr<Estimator> MakeBatchEstimator(const SceneModel& scene,
                                               const GraphOptions& options) {
   CheckOptions(options);
+  if (options.motion == MotionPrior::kJerk &&
+      (options.bones || options.solver != GraphSolver::kChain)) {
+    throw OptionError("graph.motion",
+                      "found jerk with bones or solver ceres, expected "
+                      "acceleration");
+  }
   return std::make_unique<BatchEstimator>(scene, options);
 }
 

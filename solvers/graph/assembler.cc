@@ -50,7 +50,11 @@ PersonProblem Assembler::EmptyProblem() const {
   problem.joints.resize(scene_.skeleton.joint_count());
   for (int j = 0; j < scene_.skeleton.joint_count(); ++j) {
     const int joint_class = static_cast<int>(scene_.skeleton.joint_class(j));
-    problem.joints[j].process_noise = options_.process_noise[joint_class];
+    problem.joints[j].process_noise = options_.motion == MotionPrior::kJerk
+                                          ? options_.jerk_noise[joint_class]
+                                          : options_.process_noise[joint_class];
+    problem.joints[j].birth_acceleration_sigma_mps2 =
+        options_.birth_acceleration_sigma_mps2;
   }
   return problem;
 }
@@ -79,6 +83,9 @@ FrameRecord Assembler::Append(const EstimatorFrame& frame,
     state.head<3>() =
         record.triangulated[j] ? frame.initial[j].position_m : centre_;
     chain.states.push_back(state);
+    if (options_.motion == MotionPrior::kJerk) {
+      chain.accelerations.push_back(Eigen::Vector3d::Zero());
+    }
     if (birth) {
       StatePrior& prior = chain.prior;
       prior.A.setZero();

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/error.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/marginalise_frame.h"
@@ -313,6 +314,10 @@ void WindowEstimator::Finish() {
 std::unique_ptr<Estimator> MakeWindowEstimator(const SceneModel& scene,
                                                const GraphOptions& options) {
   CheckOptions(options);
+  if (options.motion == MotionPrior::kJerk) {
+    throw OptionError("graph.motion",
+                      "found jerk for a window, expected acceleration");
+  }
   return std::make_unique<WindowEstimator>(scene, options);
 }
 
