@@ -40,8 +40,7 @@ DEFINE_bool(formats, false, "list the formats and leave");
 namespace kinegraph {
 namespace {
 
-// A format's name in one kind. `read` and `write` are -1 or the value of the
-// kind's enum.
+// A format's name in one kind.
 struct Format {
   FileKind kind;
   const char* name;

@@ -37,27 +37,12 @@ void WritePose(const Detection& detection, JsonOutput* out) {
   out->Text("]}");
 }
 
-// What a timestamp reads back as must be the frame it stands for.
-void CheckFrame(int64_t frame, TimeNs time, double frame_rate_hz) {
-  const double read = std::round(ToSeconds(time) * frame_rate_hz);
-  if (time < 0 || read != static_cast<double>(frame)) {
-    throw InputError("frame " + std::to_string(frame) + " has the time " +
-                     fmt::format("{}", ToSeconds(time)) +
-                     " s; longcw's files have no frame numbers, only times, "
-                     "and this one would be read as another frame");
-  }
-}
-
 }  // namespace
 
 void WriteLongcwDetections(const std::string& path, ImageSize size,
                            DetectionSource* source, Losses* losses) {
   const DetectionHeader header = source->header();
-  if (!(header.frame_rate_hz > 0.0)) {
-    throw InputError(
-        "longcw's files tell times, so a frame rate is needed, which the "
-        "input does not tell (--frame_rate=HZ)");
-  }
+  RequireLongcwRate(header.frame_rate_hz);
   if (size.width_px <= 0 || size.height_px <= 0) {
     throw InputError(
         "longcw's files tell the image size, which detections do not have "
@@ -74,7 +59,7 @@ void WriteLongcwDetections(const std::string& path, ImageSize size,
     finder.See(frame);
     for (size_t v = 0; v < header.view_names.size(); ++v) {
       const ViewDetections& view = frame.views[v];
-      CheckFrame(frame.frame, view.capture_time, header.frame_rate_hz);
+      RequireLongcwTime(frame.frame, view.capture_time, header.frame_rate_hz);
       out.Text(separator);
       separator = ",\n";
       const std::string& name = header.view_names[v];

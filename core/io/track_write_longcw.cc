@@ -1,7 +1,5 @@
 // longcw's annotation_3d.json: [{"timestamp": s, "poses": [{"id", "points_3d":
 // [[x, y, z] cm], "scores": [1 or 0]}]}].
-#include <cmath>
-
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/json_output.h"
@@ -45,22 +43,13 @@ void WritePose(const PersonPose& person, JsonOutput* out) {
 void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
                        Losses* losses) {
   const double rate = tracks.header.frame_rate_hz;
-  if (!(rate > 0.0)) {
-    throw InputError(
-        "longcw's files tell times, so a frame rate is needed, which the "
-        "input does not tell (--frame_rate=HZ)");
-  }
+  RequireLongcwRate(rate);
   AtomicFile file(path);
   JsonOutput out;
   out.Text("[");
   const char* separator = "\n";
   for (const TrackFrame& frame : tracks.frames) {
-    if (frame.time < 0 || std::round(ToSeconds(frame.time) * rate) !=
-                              static_cast<double>(frame.frame)) {
-      throw InputError("frame " + std::to_string(frame.frame) +
-                       ": longcw's files have no frame numbers, and by its "
-                       "time it would be read as another frame");
-    }
+    RequireLongcwTime(frame.frame, frame.time, rate);
     out.Text(separator);
     separator = ",\n";
     out.Text("{\"timestamp\": ");
