@@ -58,6 +58,7 @@ Browser::Browser(const Screen& screen) {
       "--headless",
       "--no-sandbox",
       "--disable-gpu",
+      "--disable-dev-shm-usage",  // containers have little of it
       "--enable-unsafe-swiftshader",
       "--no-first-run",
       "--disable-background-networking",

@@ -1009,6 +1009,7 @@
     byId('subtitle').textContent = frameCount + ' frames, ' + seconds.toFixed(1) + ' s, ' + results[0].ids.length + ' identities'
       + (data.cameras.length ? ', ' + data.cameras.length + ' cameras' : '');
     const notes = [];
+    if (data.assumedRate) notes.push('The files tell no times: ' + data.assumedRate + ' frames a second are assumed.');
     if (data.frameStride > 1) notes.push('To save space this page holds one frame in ' + data.frameStride + '.');
     if (data.extrasStride > 1) notes.push('Detections and covariances are those of one frame in ' + data.extrasStride + '.');
     byId('notes').textContent = notes.join(' ');

@@ -248,6 +248,15 @@ TEST(PageData, TwoResultsAreMeasuredAgainstTheTruth) {
   EXPECT_FALSE(pair["results"][1].contains("difference"));
 }
 
+TEST(PageData, AssumedRateIsSaid) {
+  PageInput input = InputOf(Walk(5, 1, 25.0));
+  EXPECT_EQ(ParseJson(MakePageData(input).json, "page")["assumedRate"], 0.0);
+  for (TrackFrame& frame : input.results[0].tracks.frames) frame.time = 0;
+  const Json page = ParseJson(MakePageData(input).json, "page");
+  EXPECT_EQ(page["assumedRate"], 25.0);
+  EXPECT_EQ(Decode<double>(page["times"])[4], 0.16);
+}
+
 TEST(PageData, NoFrameIsRefused) {
   EXPECT_THROW(MakePageData(InputOf(Walk(0, 0, 25.0))), InputError);
 }
