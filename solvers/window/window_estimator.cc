@@ -1,5 +1,7 @@
 #include "solvers/window/window_estimator.h"
 
+#include <glog/logging.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -304,6 +306,7 @@ void WindowEstimator::TakeFinals(std::vector<FinalPose>* finals) {
 
 void WindowEstimator::Finish() {
   if (final_count_ < records_.size()) Emit(records_.size());
+  VLOG(1) << "noise scale " << noise_scale_;
   if (!records_.empty()) {
     solver_.LogTroubles(first_frame_, records_.back().frame);
   }
