@@ -37,6 +37,16 @@ struct ResultFile {
 
 enum class BenchmarkSet { kShelf, kCampus };
 
+// Which estimates are held against which views (core/evaluation/
+// annotation_audit.h).
+struct AuditPlan {
+  Dataset dataset;                  // its detections bear witness
+  std::vector<Method> methods;      // estimates, also made without each camera
+  std::vector<ResultFile> results;  // estimates that are only read
+  std::vector<std::string> without_views;  // which are no witnesses
+  std::string caution;  // what this audit can tell and what it cannot
+};
+
 // One benchmark: all that is scored against one ground truth.
 struct Benchmark {
   BenchmarkSet set = BenchmarkSet::kShelf;
@@ -44,6 +54,7 @@ struct Benchmark {
   std::vector<Take> takes;
   std::vector<ResultFile> results;        // of everybody in the take
   std::vector<ResultFile> single_person;  // of actor 0 alone
+  AuditPlan audit;
 };
 
 struct BenchmarkData {

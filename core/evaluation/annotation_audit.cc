@@ -217,6 +217,9 @@ class Auditor {
                                   (truth_m[1] - seen_m[1]).norm());
     if (error_m > input_.pcp->protocol.tolerance * length_m) {
       result->refuted_by_views.insert({actor, frame, part});
+      if (witnesses.size() >= 3) {
+        result->refuted_by_three_views.insert({actor, frame, part});
+      }
     }
   }
 

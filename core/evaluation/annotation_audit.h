@@ -126,6 +126,9 @@ struct AuditResult {
   int64_t limbs_seen = 0;
   int64_t limbs_agreed = 0;
   std::set<PartKey> refuted_by_views;
+  // Those of them in which three or more views took part: of two rays an
+  // agreement is easily had.
+  std::set<PartKey> refuted_by_three_views;
 
   std::set<PartKey> Contradicted() const;
   std::set<PartKey> HeldOutConfirmed() const;

@@ -100,6 +100,14 @@ TEST_F(AnnotationAuditTest, ViewsContradictAWrongAnnotation) {
   EXPECT_EQ(result.limbs_seen, 8);
   EXPECT_EQ(result.limbs_agreed, 8);
   EXPECT_EQ(result.refuted_by_views.size(), 1u);
+  EXPECT_EQ(result.refuted_by_three_views.size(), 1u);
+}
+
+TEST_F(AnnotationAuditTest, TwoViewsRefuteButAreNotThree) {
+  for (const int view : {0, 1}) Seen(view, kWrist).found = false;
+  const AuditResult result = Audit(Raised(), StandingTum14());
+  EXPECT_EQ(result.refuted_by_views.size(), 1u);
+  EXPECT_TRUE(result.refuted_by_three_views.empty());
 }
 
 TEST_F(AnnotationAuditTest, ViewsConfirmARightAnnotation) {
