@@ -100,8 +100,9 @@ const Score& Find(const ScoredRow& row, HeadConversion head,
                        });
 }
 
-std::vector<int64_t> HeadlineActors(const std::vector<ScoredRow>& rows) {
-  return rows.front().scores.front().pcp.HeadlineActors();
+// Those of the printed columns, also where nobody annotated one of them.
+const std::vector<int64_t>& HeadlineActors(const std::vector<ScoredRow>& rows) {
+  return rows.front().scores.front().pcp.protocol.headline_actors;
 }
 
 std::string ActorName(int64_t actor) {
@@ -128,8 +129,8 @@ std::string CountsTable(const std::vector<ScoredRow>& rows, HeadConversion head,
     const Score& score = Find(row, head, rule);
     std::vector<std::string> cells = {row.row->method, DetectionsOf(*row.row)};
     for (const int64_t actor : actors) {
-      cells.push_back(
-          PercentCell(CountParts(score.pcp, actor, PcpGroup::kTotal)));
+      const Share share = CountParts(score.pcp, actor, PcpGroup::kTotal);
+      cells.push_back(share.total == 0 ? "-" : PercentCell(share));
     }
     cells.push_back(MeanCell(score));
     cells.push_back(DifferenceCell(row, score));
