@@ -2,7 +2,9 @@
 #include <gflags/gflags.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +13,7 @@
 #include "apps/common/machine.h"
 #include "apps/common/plot.h"
 #include "apps/common/progress.h"
+#include "apps/common/table.h"
 #include "apps/tables/ablation.h"
 #include "apps/tables/audit.h"
 #include "apps/tables/benchmark.h"
@@ -72,7 +75,9 @@ struct Report {
   Json json;
 
   void Add(const std::string& key, TableOutput table) {
-    markdown += table.markdown;
+    markdown += table.markdown +
+                "Remade by `./kinegraph reproduce --data=" + FLAGS_data +
+                " --table=" + key + " --out=DIR`.\n\n";
     details += table.details;
     json["tables"][key] = std::move(table.json);
   }
@@ -152,6 +157,7 @@ void AddRuntime(const BenchmarkData& data, Report* report) {
 void AddSensitivity(const BenchmarkData& data, Report* report) {
   TableOutput all;
   all.markdown = "## Sensitivity\n\n";
+  MakeFolder(FLAGS_out + "/images");
   int64_t sweeps = 0;
   for (const Benchmark& benchmark : data.benchmarks) {
     sweeps += SweepCount(benchmark);
@@ -160,7 +166,7 @@ void AddSensitivity(const BenchmarkData& data, Report* report) {
   for (const Benchmark& benchmark : data.benchmarks) {
     const bool shelf = benchmark.set == BenchmarkSet::kShelf;
     const std::string name = shelf ? "shelf" : "campus";
-    const std::string figure = "sensitivity_" + name + ".svg";
+    const std::string figure = "images/sensitivity_" + name + ".svg";
     const std::vector<Sweep> swept = RunSweeps(
         benchmark, data.folder, FLAGS_set, [&progress] { progress.Advance(); });
     WritePlot(SensitivityPlots(swept), FLAGS_out + "/" + figure,
@@ -219,13 +225,36 @@ bool NeedsTracks(const Benchmark& benchmark) {
              : Wanted("campus") || Wanted("campus_extended");
 }
 
-std::string Heading(const Machine& machine) {
+// What the whole run took.
+struct Spent {
+  double wall_s = 0.0;
+  double processor_s = 0.0;
+};
+
+class Stopwatch {
+ public:
+  Spent Read() const {
+    const std::chrono::duration<double> wall =
+        std::chrono::steady_clock::now() - start_;
+    return {wall.count(),
+            static_cast<double>(std::clock() - start_clock_) / CLOCKS_PER_SEC};
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ =
+      std::chrono::steady_clock::now();
+  std::clock_t start_clock_ = std::clock();
+};
+
+std::string Heading(const Machine& machine, const Spent& spent) {
   return "# The paper's tables beside what was measured\n\nMade by "
          "`kinegraph-reproduce` of commit " +
          machine.commit + " on " + machine.processor + " (" +
          std::to_string(machine.threads) + " processors), " + machine.system +
-         ", " + machine.compiler +
-         ". Rows \"as printed in the paper\" are Chu et al. (2021), "
+         ", " + machine.compiler + ", in " + Fixed(spent.processor_s, 0) +
+         " s of processor time (" + Fixed(spent.wall_s, 0) +
+         " s on the clock, one thread). Rows \"as printed in the paper\" are "
+         "Chu et al. (2021), "
          "Part-aware Measurement for Robust Multi-View Multi-Human 3D Pose "
          "Estimation and Tracking; every other row was measured by this "
          "command. The detections behind the printed rows are not public, so a "
@@ -242,7 +271,7 @@ void RunReproduce() {
   const BenchmarkData data = FindBenchmarks(FLAGS_data);
   const Machine machine = ThisMachine();
   Report report;
-  report.markdown = Heading(machine);
+  const Stopwatch stopwatch;
   report.json["machine"] = {{"commit", machine.commit},
                             {"processor", machine.processor},
                             {"processors", machine.threads},
@@ -272,6 +301,10 @@ void RunReproduce() {
   if (Wanted("runtime")) AddRuntime(data, &report);
   if (Wanted("sensitivity")) AddSensitivity(data, &report);
   if (Wanted("audit")) AddAudit(data, tracked, &report);
+  const Spent spent = stopwatch.Read();
+  report.json["machine"]["processor_s"] = spent.processor_s;
+  report.json["machine"]["wall_s"] = spent.wall_s;
+  report.markdown = Heading(machine, spent) + report.markdown;
   WriteFile(FLAGS_out + "/reproduce.json", report.json.dump(1) + "\n");
   WriteFile(FLAGS_out + "/reproduce.md", report.markdown);
   if (!report.details.empty()) {

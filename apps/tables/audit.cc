@@ -230,8 +230,8 @@ TableOutput AuditTable(const AuditedBenchmark& audited,
   output.json["caution"] = audited.caution;
   std::string& text = output.markdown;
   text = "### " + audited.title + "\n\nWitnesses: " + audited.detections_note +
-         ". " + audited.caution + ".\n\nCases, drawn in each view: [" + page +
-         "](" + page + ").\n\n";
+         ". " + audited.caution + ".\n\nCases, drawn in each view: `" + page +
+         "`.\n\n";
 
   const std::set<PartKey>& refuted = first.refuted_by_views;
   const PcpResult& first_pcp = audited.estimates.front().pcp;

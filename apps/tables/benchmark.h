@@ -37,6 +37,14 @@ struct ResultFile {
 
 enum class BenchmarkSet { kShelf, kCampus };
 
+// A result under the rules of its own program, which are not the benchmark's.
+struct OwnRules {
+  ResultFile result;
+  std::string ground_truth;  // below the data folder
+  PcpProtocol protocol;
+  std::string rules;  // what they are
+};
+
 // Which estimates are held against which views (core/evaluation/
 // annotation_audit.h).
 struct AuditPlan {
@@ -54,6 +62,7 @@ struct Benchmark {
   std::vector<Take> takes;
   std::vector<ResultFile> results;        // of everybody in the take
   std::vector<ResultFile> single_person;  // of actor 0 alone
+  std::vector<OwnRules> own_rules;
   AuditPlan audit;
 };
 

@@ -130,7 +130,7 @@ TEST_F(OfficialDataTest, ShelfGivesTheSameTables) {
   EXPECT_EQ(audit["views_alone"]["limbs"], 2 * 20 * 8);
   EXPECT_EQ(audit["views_alone"]["refuted"], 0);
   for (const char* file : {"reproduce.md", "details.md", "audit_shelf.html",
-                           "sensitivity_shelf.svg"}) {
+                           "images/sensitivity_shelf.svg"}) {
     EXPECT_TRUE(fs::exists(folder_.path() / "out" / file)) << file;
   }
 }
