@@ -120,10 +120,8 @@ std::string Part(const Frame& frame, const Ends<Pixel>& ends, const char* style,
 
 const Detection* FindDetection(const DetectionSequence& detections,
                                int64_t frame, const ViewEvidence& view) {
-  const auto at = std::lower_bound(
-      detections.frames.begin(), detections.frames.end(), frame,
-      [](const DetectionFrame& one, int64_t f) { return one.frame < f; });
-  if (at == detections.frames.end() || at->frame != frame) return nullptr;
+  const DetectionFrame* at = FindDetectionFrame(detections, frame);
+  if (at == nullptr) return nullptr;
   for (const Detection& one : at->views[view.view_idx].detections) {
     if (one.index_in_file == view.detection_idx) return &one;
   }

@@ -22,14 +22,6 @@ bool IsLimb(int part) {
   return group != PcpGroup::kHead && group != PcpGroup::kTorso;
 }
 
-const DetectionFrame* FindFrame(const DetectionSequence& detections,
-                                int64_t frame) {
-  const auto at = std::lower_bound(
-      detections.frames.begin(), detections.frames.end(), frame,
-      [](const DetectionFrame& one, int64_t f) { return one.frame < f; });
-  return at == detections.frames.end() || at->frame != frame ? nullptr : &*at;
-}
-
 // A part's two ends in the world.
 using WorldEnds = Ends<Eigen::Vector3d>;
 
@@ -106,11 +98,11 @@ class Auditor {
     if (frame_ == frame) return;
     frame_ = frame;
     annotated_.clear();
-    true_frame_ = kinegraph::FindFrame(*input_.truth, frame);
+    true_frame_ = FindFrame(*input_.truth, frame);
     for (const PersonPose& person : true_frame_->people) {
       annotated_[person.id.value()] = to_tum14_truth_(person.joints);
     }
-    detections_ = FindFrame(*input_.detections, frame);
+    detections_ = FindDetectionFrame(*input_.detections, frame);
   }
 
   // Mean distance [px] of a detection from an annotated person over the body

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -51,10 +52,10 @@ class AnnotationAuditTest : public ::testing::Test {
         *cameras_[view].Project(Raised()[kWrist].position_m);
   }
 
-  AuditResult Audit(const Pose3d& annotation, const Pose3d& estimate,
-                    const std::vector<TrackSequence>& held_out = {}) {
-    truth_ = Tracks({Frame(0, {Person(0, annotation)})});
-    tracks_ = Tracks({Frame(0, {Person(3, estimate)})});
+  AuditInput Input(std::vector<PersonPose> annotated,
+                   std::vector<PersonPose> estimated) {
+    truth_ = Tracks({Frame(0, std::move(annotated))});
+    tracks_ = Tracks({Frame(0, std::move(estimated))});
     pcp_ = EvaluatePcp(truth_, tracks_, protocol_);
     AuditInput input;
     input.truth = &truth_;
@@ -62,6 +63,12 @@ class AnnotationAuditTest : public ::testing::Test {
     input.pcp = &pcp_;
     input.detections = &detections_;
     input.cameras = &cameras_;
+    return input;
+  }
+
+  AuditResult Audit(const Pose3d& annotation, const Pose3d& estimate,
+                    const std::vector<TrackSequence>& held_out = {}) {
+    AuditInput input = Input({Person(0, annotation)}, {Person(3, estimate)});
     for (const TrackSequence& run : held_out) input.held_out.push_back(&run);
     return AuditAnnotation(input, options_);
   }
@@ -157,17 +164,9 @@ TEST_F(AnnotationAuditTest, TheEstimateDoesNotChooseItsWitness) {
 }
 
 TEST_F(AnnotationAuditTest, ADetectionNearerToAnotherPersonIsTheirs) {
-  truth_ = Tracks({Frame(0, {Person(0, testing::Moved(Raised(), 0.125)),
-                             Person(1, StandingTum14())})});
-  tracks_ =
-      Tracks({Frame(0, {Person(0, testing::Moved(StandingTum14(), 0.125))})});
-  pcp_ = EvaluatePcp(truth_, tracks_, protocol_);
-  AuditInput input;
-  input.truth = &truth_;
-  input.tracks = &tracks_;
-  input.pcp = &pcp_;
-  input.detections = &detections_;
-  input.cameras = &cameras_;
+  const AuditInput input = Input(
+      {Person(0, testing::Moved(Raised(), 0.125)), Person(1, StandingTum14())},
+      {Person(0, testing::Moved(StandingTum14(), 0.125))});
   const AuditResult result = AuditAnnotation(input, options_);
   for (const AuditCase& one : result.cases) {
     if (one.lost.actor != 0) continue;
@@ -201,15 +200,7 @@ TEST_F(AnnotationAuditTest, WhatHasNoDetectedEndsIsNotAuditable) {
 }
 
 TEST_F(AnnotationAuditTest, ViewsThatAreNoWitnessesAreLeftOut) {
-  truth_ = Tracks({Frame(0, {Person(0, Raised())})});
-  tracks_ = Tracks({Frame(0, {Person(0, StandingTum14())})});
-  pcp_ = EvaluatePcp(truth_, tracks_, protocol_);
-  AuditInput input;
-  input.truth = &truth_;
-  input.tracks = &tracks_;
-  input.pcp = &pcp_;
-  input.detections = &detections_;
-  input.cameras = &cameras_;
+  AuditInput input = Input({Person(0, Raised())}, {Person(0, StandingTum14())});
   input.without_views = {0, 1, 2};
   const AuditResult result = AuditAnnotation(input, options_);
   ASSERT_EQ(result.cases[0].views.size(), 1u);
