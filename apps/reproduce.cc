@@ -76,8 +76,8 @@ struct Report {
 
   void Add(const std::string& key, TableOutput table) {
     markdown += table.markdown +
-                "Remade by `./kinegraph reproduce --data=" + FLAGS_data +
-                " --table=" + key + " --out=DIR`.\n\n";
+                "Remade by `./kinegraph reproduce --data=DATA --table=" + key +
+                " --out=DIR`.\n\n";
     details += table.details;
     json["tables"][key] = std::move(table.json);
   }
@@ -133,6 +133,7 @@ void AddAblation(const BenchmarkData& data, Report* report) {
     takes += static_cast<int64_t>(benchmark.takes.size());
   }
   Progress progress("ablation", takes);
+  std::vector<FilterInChen> in_chen;
   for (const Benchmark& benchmark : data.benchmarks) {
     for (const Take& take : benchmark.takes) {
       Dataset dataset = take.dataset;
@@ -141,8 +142,16 @@ void AddAblation(const BenchmarkData& data, Report* report) {
       const std::vector<AblationCell> cells = RunAblation(loaded);
       ablation.markdown += AblationMarkdown(loaded, cells);
       ablation.json["measured"].push_back(AblationJson(loaded, cells));
+      if (auto pair = RunFilterInChen(take, data.folder, FLAGS_set)) {
+        in_chen.push_back(*std::move(pair));
+      }
       progress.Advance();
     }
+  }
+  if (!in_chen.empty()) {
+    TableOutput table = FilterInChenTable(in_chen);
+    ablation.markdown += table.markdown;
+    ablation.json["filter_in_chen"] = std::move(table.json);
   }
   report->Add("ablation", std::move(ablation));
 }

@@ -34,8 +34,8 @@ std::vector<Method> ShelfMethods() {
       {"paper mode, text", "paper/shelf.toml", ""},
       {"paper mode, text, warmed up", "paper/shelf.toml", kWarmUp},
       {"paper mode, authors' code", "paper/shelf_authors_code.toml", kWarmUp},
-      {"†Chen et al.", "paper/chen_shelf.toml", ""},
-      {"†Chen et al. + joints filter", "paper/chen_shelf.toml", kFilterSet},
+      {kChen, "paper/chen_shelf.toml", ""},
+      {kChenWithFilter, "paper/chen_shelf.toml", kFilterSet},
       {"†Chen et al., projected target", "paper/chen_shelf.toml",
        kProjectedSet},
       {"graph mode, window", "graph/shelf.toml", ""},
@@ -47,8 +47,8 @@ std::vector<Method> FilledShelfMethods() {
   return {
       {"paper mode, authors' code", "paper/shelf_authors_code.toml", kWarmUp},
       {"paper mode, text", "paper/shelf.toml", kFilledSet},
-      {"†Chen et al.", "paper/chen_shelf.toml", kFilledSet},
-      {"†Chen et al. + joints filter", "paper/chen_shelf.toml",
+      {kChen, "paper/chen_shelf.toml", kFilledSet},
+      {kChenWithFilter, "paper/chen_shelf.toml",
        JoinSets(kFilledSet, kFilterSet)},
   };
 }
@@ -57,8 +57,8 @@ std::vector<Method> CampusMethods() {
   return {
       {"paper mode, text", "paper/campus.toml", ""},
       {"paper mode, authors' code", "paper/campus_authors_code.toml", ""},
-      {"†Chen et al.", "paper/chen_campus.toml", ""},
-      {"†Chen et al. + joints filter", "paper/chen_campus.toml", kFilterSet},
+      {kChen, "paper/chen_campus.toml", ""},
+      {kChenWithFilter, "paper/chen_campus.toml", kFilterSet},
       {"†Chen et al., projected target", "paper/chen_campus.toml",
        kProjectedSet},
       {"graph mode, window", "graph/campus.toml", ""},

@@ -12,6 +12,10 @@
 
 namespace kinegraph {
 
+// Names of methods that tables look for.
+inline constexpr const char* kChen = "†Chen et al.";
+inline constexpr const char* kChenWithFilter = "†Chen et al. + joints filter";
+
 // A way from detections to tracks.
 struct Method {
   std::string name;    // "paper mode, text"
