@@ -317,6 +317,12 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
       run.whole_take = false;
       run.delay = std::max(run.delay.value_or(0), *outcome.delay);
     }
+    if (IsCausalStrategy(strategy, values[f], comparison.rate_hz(),
+                         comparison.options.estimators)) {
+      // It could answer at once, whenever this estimator does.
+      run.whole_take = false;
+      run.delay = 0;
+    }
     TrackSequence part =
         Assemble(comparison, fold, fold.take->all, std::move(outcomes));
     for (TrackFrame& frame : part.frames) {

@@ -187,6 +187,15 @@ std::vector<Strategy> MakeTable() {
   return table;
 }
 
+void Apply(const Strategy& strategy, const StrategyValues& values,
+           double rate_hz, EstimatorOptions* options) {
+  CHECK_EQ(values.size(), strategy.parameters.size()) << strategy.name;
+  if (strategy.fix) strategy.fix(rate_hz, options);
+  for (size_t i = 0; i < values.size(); ++i) {
+    strategy.parameters[i].set(values[i], options);
+  }
+}
+
 std::string Names() {
   std::string names;
   for (const Strategy& strategy : AllStrategies()) {
@@ -235,12 +244,15 @@ StrategyValues DefaultValues(const Strategy& strategy, double rate_hz,
 EstimatorFactory MakeStrategy(const Strategy& strategy,
                               const StrategyValues& values, double rate_hz,
                               EstimatorOptions options) {
-  CHECK_EQ(values.size(), strategy.parameters.size()) << strategy.name;
-  if (strategy.fix) strategy.fix(rate_hz, &options);
-  for (size_t i = 0; i < values.size(); ++i) {
-    strategy.parameters[i].set(values[i], &options);
-  }
+  Apply(strategy, values, rate_hz, &options);
   return MakeOutput(strategy.kind, options);
+}
+
+bool IsCausalStrategy(const Strategy& strategy, const StrategyValues& values,
+                      double rate_hz, const EstimatorOptions& options) {
+  EstimatorOptions own = options;
+  Apply(strategy, values, rate_hz, &own);
+  return IsCausal(strategy.kind, own);
 }
 
 std::vector<StrategyValues> GridOf(const Strategy& strategy) {
