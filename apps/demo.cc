@@ -4,8 +4,10 @@
 
 #include <cstdint>
 #include <cstdio>
+#include <iterator>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/common/app.h"
@@ -15,6 +17,8 @@
 #include "apps/common/synthesis.h"
 #include "apps/common/table.h"
 #include "apps/common/track_run.h"
+#include "apps/report/page.h"
+#include "apps/report/page_data.h"
 #include "core/evaluation/identity.h"
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
@@ -46,7 +50,9 @@ constexpr Mode kModes[] = {
 };
 
 TrackSequence Track(const Mode& mode, const SyntheticTake& take) {
-  const RunOptions options = ReadRunOptions(ProjectConfig(mode.config), "", "");
+  // With matches and weights, which the page shows.
+  const RunOptions options = ReadRunOptions(ProjectConfig(mode.config),
+                                            "output.observations=true", "");
   RunRequest request;
   request.cameras = take.scene.cameras;
   const RunScene scene = PrepareScene(options, request, take.detections.header);
@@ -130,6 +136,26 @@ constexpr const char kLegend[] =
     "and\nfalse people count as wrong. Found: within 0.5 m, mean over joints. "
     "In brackets\nthe counts: person-frames, or joints of them.\n";
 
+// ---- The page
+
+// The most accurate mode (thick) and the paper's (thin) against the truth.
+void WriteDemoPage(const SyntheticTake& take,
+                   std::vector<TrackSequence> of_modes,
+                   const std::string& path) {
+  PageInput input;
+  input.title = "kinegraph demo: a synthetic scene";
+  for (const size_t m : {std::size(kModes) - 1, size_t{0}}) {
+    input.results.push_back(
+        {kModes[m].title, ResultRole::kTracks, std::move(of_modes[m])});
+  }
+  input.results.push_back({"truth", ResultRole::kGroundTruth, take.truth});
+  input.cameras = take.scene.cameras;
+  input.detections = take.detections;
+  PageOptions options;
+  options.with_covariance = true;
+  WritePage(input.title, MakePageData(input, options).json, path);
+}
+
 // ---- Files
 
 void WriteText(const std::string& path, const std::string& text) {
@@ -139,7 +165,7 @@ void WriteText(const std::string& path, const std::string& text) {
 }
 
 void PrintFiles(const TakeFiles& take, const std::vector<std::string>& tracks,
-                const std::string& scores) {
+                const std::string& scores, const std::string& page) {
   const auto print = [](const std::string& path, const char* meaning) {
     std::printf("  %-36s %s\n", path.c_str(), meaning);
   };
@@ -152,11 +178,14 @@ void PrintFiles(const TakeFiles& take, const std::vector<std::string>& tracks,
     print(tracks[i], kModes[i].title);
   }
   print(scores, "the table above");
+  print(page, "all of it to look at; open it in a browser");
 }
 
-void PrintNext(const TakeFiles& take, const std::vector<std::string>& tracks) {
+void PrintNext(const TakeFiles& take, const std::vector<std::string>& tracks,
+               const std::string& page) {
   std::printf(
-      "\nNext, joint by joint:\n"
+      "\nNext, the page: open %s in a browser.\n"
+      "Joint by joint:\n"
       "  ./kinegraph evaluate --protocol=mpjpe --tracks=%s \\\n"
       "    --ground_truth=%s\n"
       "A scene of your own (keys: configs/synthetic):\n"
@@ -166,8 +195,8 @@ void PrintNext(const TakeFiles& take, const std::vector<std::string>& tracks) {
       "  ./kinegraph track --cameras=%s \\\n"
       "    --detections=%s \\\n"
       "    --config=configs/synthetic/track_window.toml --out=tracks.jsonl\n",
-      tracks.back().c_str(), take.truth.c_str(), take.cameras.c_str(),
-      take.detections.c_str());
+      page.c_str(), tracks.back().c_str(), take.truth.c_str(),
+      take.cameras.c_str(), take.detections.c_str());
 }
 
 void RunDemo() {
@@ -183,12 +212,13 @@ void RunDemo() {
   std::fflush(stdout);
 
   std::vector<std::string> track_files;
+  std::vector<TrackSequence> of_modes;
   std::vector<Scores> scores;
   for (const Mode& mode : kModes) {
-    const TrackSequence tracks = Track(mode, take);
+    of_modes.push_back(Track(mode, take));
     track_files.push_back(FLAGS_out + "/" + mode.file);
-    WriteTracks(track_files.back(), tracks);
-    scores.push_back(ScoresOf(take.truth, tracks));
+    WriteTracks(track_files.back(), of_modes.back(), {true});
+    scores.push_back(ScoresOf(take.truth, of_modes.back()));
   }
   const Table table = ScoreTable(
       scores, EvaluateMotion(take.truth, take.truth.header.frame_rate_hz),
@@ -196,8 +226,10 @@ void RunDemo() {
   const std::string score_file = FLAGS_out + "/scores.md";
   WriteText(score_file, table.ToString(TableStyle::kMarkdown) + "\n" + kLegend);
   std::printf("\n%s\n%s", table.ToString().c_str(), kLegend);
-  PrintFiles(files, track_files, score_file);
-  PrintNext(files, track_files);
+  const std::string page_file = FLAGS_out + "/page.html";
+  WriteDemoPage(take, std::move(of_modes), page_file);
+  PrintFiles(files, track_files, score_file, page_file);
+  PrintNext(files, track_files, page_file);
 }
 
 }  // namespace

@@ -13,7 +13,6 @@
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
 #include "core/base/error.h"
-#include "core/io/atomic_file.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
 #include "core/io/tracks.h"
@@ -45,12 +44,9 @@ std::string BaseName(const std::string& path) {
 std::vector<PageResult> ReadResults() {
   std::vector<PageResult> results;
   const std::vector<std::string> paths = ParseList(FLAGS_tracks, "tracks");
-  const size_t count = paths.size() + (FLAGS_ground_truth.empty() ? 0 : 1);
-  if (count > 2) {
-    throw InputError(
-        "--tracks: found " + std::to_string(paths.size()) +
-        (FLAGS_ground_truth.empty() ? " files" : " files beside ground truth") +
-        ", expected two results in all at most");
+  if (paths.size() > 2) {
+    throw InputError("--tracks: found " + std::to_string(paths.size()) +
+                     " files, expected one or two");
   }
   for (const std::string& path : paths) {
     results.push_back({BaseName(path), ResultRole::kTracks, ReadTracks(path)});
@@ -78,13 +74,32 @@ void ReadViews(const RunOptions& options, PageInput* input) {
                                   options.cameras.map);
 }
 
+// "1.2 MB"
+std::string Megabytes(size_t bytes) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.1f MB",
+                static_cast<double>(bytes) / 1e6);
+  return text;
+}
+
+// What the page holds beyond the poses.
+std::string Extras(const PageData& data) {
+  std::string text;
+  if (data.detection_bytes > 0) {
+    text += ", detections " + Megabytes(data.detection_bytes);
+  }
+  if (data.covariance_bytes > 0) {
+    text += ", covariances " + Megabytes(data.covariance_bytes);
+  }
+  return text;
+}
+
 void PrintSummary(const PageData& data, size_t page_bytes) {
-  constexpr double kMegabyte = 1e6;
-  std::printf(
-      "%zu frames, %zu poses, %zu moments, %.1f MB (data %.1f MB) -> %s\n",
-      data.frames, data.poses, data.moments,
-      static_cast<double>(page_bytes) / kMegabyte,
-      static_cast<double>(data.json.size()) / kMegabyte, FLAGS_out.c_str());
+  std::printf("%zu frames, %zu poses, %zu moments, %s (data %s%s) -> %s\n",
+              data.frames, data.poses, data.moments,
+              Megabytes(page_bytes).c_str(),
+              Megabytes(data.json.size()).c_str(), Extras(data).c_str(),
+              FLAGS_out.c_str());
   if (data.frame_stride > 1) {
     std::printf("decimated: one frame in %d is kept\n", data.frame_stride);
   }
@@ -112,11 +127,7 @@ void RunReport() {
   ReadViews(run_options, &input);
 
   const PageData data = MakePageData(input, page_options);
-  const std::string page = MakePage(input.title, data.json);
-  AtomicFile file(FLAGS_out);
-  file.Write(page);
-  file.Commit();
-  PrintSummary(data, page.size());
+  PrintSummary(data, WritePage(input.title, data.json, FLAGS_out));
 }
 
 }  // namespace

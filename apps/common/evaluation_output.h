@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/evaluation/consistency.h"
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/identity.h"
 #include "core/evaluation/motion.h"
@@ -35,6 +36,8 @@ EvaluationOutput DescribeIdentity(const IdentityResult& result);
 EvaluationOutput DescribePanoptic(const PanopticResult& result,
                                   const PanopticOptions& options);
 EvaluationOutput DescribeMotion(const MotionResult& result);
+// Empty text and null when no covariance is stated.
+EvaluationOutput DescribeConsistency(const ConsistencyResult& result);
 EvaluationOutput DescribeCoverage(const Share& covered);
 // All joints, those without the face, each joint class and each view.
 EvaluationOutput DescribeHeldOut(const HeldOutScores& scores,

@@ -14,7 +14,7 @@ enum class MomentKind {
   kResidual,    // px, the worst view's mean
   kSpeedJump,   // m/s, between two steps of a joint
   kBone,        // m, from the bone's median of that person
-  kDifference,  // m, mean joint distance to the other result
+  kDifference,  // m, mean joint distance to truth, or to the other result
   kStart,       // an identity appears after the first frame
   kEnd,         // an identity is gone before the last frame
 };

@@ -7,6 +7,7 @@
 
 #include "apps/report/assets.h"
 #include "apps/report/encoding.h"
+#include "core/io/atomic_file.h"
 
 namespace kinegraph {
 
@@ -31,6 +32,15 @@ std::string MakePage(const std::string& title, const std::string& data_json) {
   }
   html.append(page, done);
   return html;
+}
+
+size_t WritePage(const std::string& title, const std::string& data_json,
+                 const std::string& path) {
+  const std::string page = MakePage(title, data_json);
+  AtomicFile file(path);
+  file.Write(page);
+  file.Commit();
+  return page.size();
 }
 
 }  // namespace kinegraph

@@ -191,6 +191,16 @@ double LargestReach(const TrackSequence& tracks) {
   return reach;
 }
 
+// Bytes of the members that hold encoded arrays.
+size_t TextBytes(const Json& json, const std::vector<std::string>& keys) {
+  size_t bytes = 0;
+  for (const std::string& key : keys) {
+    const auto at = json.find(key);
+    if (at != json.end()) bytes += at->get_ref<const std::string&>().size();
+  }
+  return bytes;
+}
+
 class PageMaker {
  public:
   PageMaker(const PageInput& input, const PageOptions& options)
@@ -213,6 +223,7 @@ class PageMaker {
   bool HasExtras(size_t clock_idx) const {
     return clock_idx % static_cast<size_t>(data_.extras_stride) == 0;
   }
+  std::optional<size_t> ReferenceOf(size_t r) const;
   Json ResultJson(size_t r);
   void AddPose(const PersonPose& person, uint32_t clock_idx, double quantum,
                ResultArrays* arrays) const;
@@ -352,6 +363,17 @@ void PageMaker::AddMoments(size_t r, std::vector<Moment> moments) {
   }
 }
 
+// What a result's distances are measured to: the ground truth; without one,
+// the first result is compared with the second.
+std::optional<size_t> PageMaker::ReferenceOf(size_t r) const {
+  if (input_.results[r].role == ResultRole::kGroundTruth) return std::nullopt;
+  for (size_t other = 0; other < input_.results.size(); ++other) {
+    if (input_.results[other].role == ResultRole::kGroundTruth) return other;
+  }
+  if (r == 0 && input_.results.size() > 1) return 1;
+  return std::nullopt;
+}
+
 Json PageMaker::ResultJson(size_t r) {
   const PageResult& result = input_.results[r];
   const TrackHeader& header = result.tracks.header;
@@ -370,14 +392,15 @@ Json PageMaker::ResultJson(size_t r) {
   }
   const double quantum =
       std::max(kQuantumM, LargestReach(result.tracks) / 32000.0);
+  // Nothing was ever matched with the truth.
   std::optional<DetectionPairing> pairing;
-  if (input_.detections.has_value()) {
+  if (input_.detections.has_value() && is_tracks) {
     pairing.emplace(header, input_.detections->header, input_.cameras);
   }
   std::vector<std::vector<double>> differences;
-  if (input_.results.size() > 1) {
+  if (const auto reference = ReferenceOf(r)) {
     differences =
-        DifferencesTo(input_.results[r == 0 ? 1 : 0].tracks, result.tracks);
+        DifferencesTo(input_.results[*reference].tracks, result.tracks);
   }
 
   ResultArrays arrays;
@@ -418,6 +441,7 @@ Json PageMaker::ResultJson(size_t r) {
       AddPose(person, kept->second, quantum, &arrays);
       arrays.person.push_back(person_of.at(person.id));
       for (const ViewPair& pair : pairs[p]) {
+        if (!pairing.has_value()) break;
         arrays.residual.push_back(
             pair.residual_px.has_value()
                 ? std::min<uint16_t>(
@@ -449,7 +473,7 @@ Json PageMaker::ResultJson(size_t r) {
     std::vector<Moment> lives = StartsAndEnds(result.tracks);
     if (lives.size() > kMaxStartsAndEnds) lives.resize(kMaxStartsAndEnds);
     AddMoments(r, std::move(lives));
-    if (r == 0) AddMoments(r, Largest(std::move(apart), kMomentsOfAKind));
+    AddMoments(r, Largest(std::move(apart), kMomentsOfAKind));
   }
 
   Json json = {{"label", result.label},
@@ -472,11 +496,15 @@ Json PageMaker::ResultJson(size_t r) {
   if (!arrays.match.empty()) {
     json["match"] = Base64(arrays.match);
     json["weight"] = Base64(arrays.weight);
+    data_.detection_bytes += TextBytes(json, {"match", "weight", "residual"});
   }
   const bool has_covariance =
       std::any_of(arrays.covariance.begin(), arrays.covariance.end(),
                   [](int16_t value) { return value != 0; });
-  if (has_covariance) json["covariance"] = Base64(arrays.covariance);
+  if (has_covariance) {
+    json["covariance"] = Base64(arrays.covariance);
+    data_.covariance_bytes += TextBytes(json, {"covariance"});
+  }
   return json;
 }
 
@@ -559,8 +587,14 @@ PageData PageMaker::Make() {
   for (size_t r = 0; r < input_.results.size(); ++r) {
     page["results"].push_back(ResultJson(r));
   }
-  if (input_.detections.has_value()) page["detections"] = DetectionsJson();
+  if (input_.detections.has_value()) {
+    page["detections"] = DetectionsJson();
+    data_.detection_bytes +=
+        TextBytes(page["detections"], {"counts", "xy", "confidence"});
+  }
   page["moments"] = moments_;
+  page["bytes"] = {{"detections", data_.detection_bytes},
+                   {"covariances", data_.covariance_bytes}};
   data_.moments = moments_.size();
   data_.json = WithoutAngleBrackets(
       page.dump(-1, ' ', false, Json::error_handler_t::replace));

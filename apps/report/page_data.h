@@ -25,7 +25,7 @@ struct PageResult {
 
 struct PageInput {
   std::string title;
-  std::vector<PageResult> results;  // one or more; the first leads
+  std::vector<PageResult> results;  // one or more; the first leads, truth last
   CameraRig cameras;                // in the order of the detections' views
   std::optional<DetectionSequence> detections;  // needs cameras
 };
@@ -44,6 +44,9 @@ struct PageData {
   int frame_stride = 1;   // 2: every second frame is kept
   int extras_stride = 1;  // the same for detections, weights and covariances
   size_t moments = 0;
+  // Of `json`, what was asked for beyond the poses [bytes].
+  size_t detection_bytes = 0;  // with matches, weights and residuals
+  size_t covariance_bytes = 0;
 };
 
 // Throws InputError when there is no frame to show.

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
 #include "core/io/calibration_formats.h"
 #include "core/io/text_file.h"
+#include "core/io/track_formats.h"
 
 namespace kinegraph {
 namespace {
@@ -29,14 +29,8 @@ bool HasExtension(const std::string& path,
          extensions.end();
 }
 
-// The beginning of a file.
 std::string Beginning(const std::string& path) {
-  constexpr std::streamsize kBytes = 1 << 16;
-  std::string text(static_cast<size_t>(kBytes), '\0');
-  std::ifstream file(path, std::ios::binary);
-  file.read(text.data(), kBytes);
-  text.resize(static_cast<size_t>(file.gcount()));
-  return text;
+  return BeginningOf(path, 1 << 16);
 }
 
 // COCO results name images, longcw's 3D lists timestamps.
@@ -85,6 +79,7 @@ bool LooksLikeTomlOrYaml(const std::string& text) {
 }
 
 FileKind KindOfFile(const std::string& path) {
+  if (IsTracksExport(path)) return FileKind::kTracks;
   if (HasExtension(path, {".toml", ".yml", ".yaml"}) ||
       LooksLikeTomlOrYaml(Beginning(path))) {
     return FileKind::kCalibration;
@@ -99,6 +94,7 @@ FileKind KindOfFile(const std::string& path) {
 
 FileKind KindOfFolder(const std::string& path) {
   if (!ListTumFiles(path).empty()) return FileKind::kCalibration;
+  if (IsTracksExport(path)) return FileKind::kTracks;
   const std::vector<std::string> names = ListFolder(path);
   for (const std::string& name : names) {
     if (HasExtension(name, {".yml", ".yaml"})) return FileKind::kCalibration;

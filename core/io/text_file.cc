@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <system_error>
 
 #include "core/base/error.h"
@@ -65,6 +66,14 @@ std::string ReadTextFile(const std::string& path, size_t max_bytes) {
     }
   }
   text.resize(length);
+  return text;
+}
+
+std::string BeginningOf(const std::string& path, size_t bytes) {
+  std::string text(bytes, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(text.data(), static_cast<std::streamsize>(bytes));
+  text.resize(static_cast<size_t>(std::max<std::streamsize>(0, file.gcount())));
   return text;
 }
 

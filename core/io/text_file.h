@@ -14,6 +14,9 @@ namespace kinegraph {
 std::string ReadTextFile(const std::string& path,
                          size_t max_bytes = std::numeric_limits<size_t>::max());
 
+// At most the first `bytes`; empty when it cannot be read.
+std::string BeginningOf(const std::string& path, size_t bytes);
+
 // Whether the path leads to a folder, or to anything but a folder; false for
 // what is not there or out of reach.
 bool IsFolder(const std::string& path);

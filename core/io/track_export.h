@@ -2,10 +2,10 @@
 #ifndef KINEGRAPH_CORE_IO_TRACK_EXPORT_H_
 #define KINEGRAPH_CORE_IO_TRACK_EXPORT_H_
 
-#include <array>
 #include <string>
 
 #include "core/data/pose.h"
+#include "core/io/axis_map.h"
 #include "core/io/losses.h"
 
 namespace kinegraph {
@@ -40,21 +40,6 @@ void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
 //   skeleton    <U      []               name
 void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
                     Losses* losses);
-
-// Axes of a TRC file: each is an axis of the world with a sign.
-struct AxisMap {
-  std::array<int, 3> axis = {1, 2, 0};
-  std::array<double, 3> sign = {1.0, 1.0, 1.0};
-
-  // "y,z,x" (the default: from z up to y up), "x,-z,y". Throws InputError for
-  // anything but three different axes that keep left and right apart.
-  static AxisMap Parse(const std::string& text);
-
-  Eigen::Vector3d Apply(const Eigen::Vector3d& world) const {
-    return {sign[0] * world[axis[0]], sign[1] * world[axis[1]],
-            sign[2] * world[axis[2]]};
-  }
-};
 
 // TRC as OpenSim and Pose2Sim read it, a file a person: PATH/person_ID.trc.
 // All files have a row for every frame of the take, Frame# from 1 and the time

@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/io/tracks.h"
 
@@ -25,6 +26,24 @@ TrackSequence ReadPoses(const std::string& path,
                         const TrackReadOptions& options);
 TrackSequence ReadPanoptic(const std::string& path,
                            const TrackReadOptions& options);
+TrackSequence ReadTracksCsv(const std::string& path,
+                            const TrackReadOptions& options);
+TrackSequence ReadTracksTrc(const std::string& path,
+                            const TrackReadOptions& options);
+TrackSequence ReadTracksNpz(const std::string& path,
+                            const TrackReadOptions& options);
+
+// Names of the .trc files in a folder; none for anything else.
+std::vector<std::string> ListTrcFiles(const std::string& path);
+
+// Whether it is CSV, TRC (a folder too) or NPZ.
+bool IsTracksExport(const std::string& path);
+
+// The skeleton of a file that names its joints but no bones: the option's, else
+// a known one with the same names, else one without bones. Throws InputError
+// without a file when the option's has other joints.
+Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
+                         const TrackReadOptions& options);
 
 // Skeleton that a {"poses"} file with so many joints is taken to have, or null.
 const Skeleton* SkeletonOfPoses(size_t joint_count);

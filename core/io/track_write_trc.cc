@@ -2,7 +2,6 @@
 // lines, then a row a frame. The layout is that of the files Pose2Sim writes.
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -143,39 +142,6 @@ void NoteLosses(const TrackSequence& tracks, size_t row_count, Losses* losses) {
 }
 
 }  // namespace
-
-AxisMap AxisMap::Parse(const std::string& text) {
-  const auto fail = [&text](const std::string& expected) {
-    return InputError("--axes: found '" + Printable(text) + "', expected " +
-                      expected);
-  };
-  AxisMap map;
-  size_t next = 0;
-  for (size_t i = 0; i < 3; ++i) {
-    if (i > 0 && (next >= text.size() || text[next++] != ',')) {
-      throw fail("three axes such as y,z,x");
-    }
-    map.sign[i] = 1.0;
-    if (next < text.size() && text[next] == '-') {
-      map.sign[i] = -1.0;
-      ++next;
-    }
-    if (next >= text.size() || text[next] < 'x' || text[next] > 'z') {
-      throw fail("three axes such as y,z,x");
-    }
-    map.axis[i] = text[next++] - 'x';
-  }
-  if (next != text.size()) throw fail("three axes such as y,z,x");
-  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
-  for (int i = 0; i < 3; ++i) {
-    const auto at = static_cast<size_t>(i);
-    matrix(i, map.axis[at]) = map.sign[at];
-  }
-  if (matrix.determinant() != 1.0) {
-    throw fail("each axis once, and no mirror image such as x,z,y");
-  }
-  return map;
-}
 
 void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
                     const AxisMap& axes, Losses* losses) {

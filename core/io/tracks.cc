@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/text_file.h"
 #include "core/io/track_formats.h"
 
 namespace kinegraph {
@@ -15,10 +16,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Formats that begin with a word of their own.
+std::optional<TrackFormat> FormatOfBeginning(const std::string& text) {
+  for (const auto& [begin, format] :
+       {std::pair{"frame,time_s,id,joint,", TrackFormat::kCsv},
+        {"PathFileType", TrackFormat::kTrc},
+        {"PK\x03\x04", TrackFormat::kNpz}}) {
+    if (text.rfind(begin, 0) == 0) return format;
+  }
+  return std::nullopt;
+}
+
 TrackFormat Recognise(const std::string& path) {
   std::error_code ignored;
-  if (fs::is_directory(path, ignored)) return TrackFormat::kPanoptic;
+  if (fs::is_directory(path, ignored)) {
+    return ListTrcFiles(path).empty() ? TrackFormat::kPanoptic
+                                      : TrackFormat::kTrc;
+  }
   if (IsPipe(path)) return TrackFormat::kKinegraph;
+  if (const auto format = FormatOfBeginning(BeginningOf(path, 64))) {
+    return *format;
+  }
   const JsonHead head = PeekJson(path);
   if (head.kind == 'M') return TrackFormat::kTum;  // "MATLAB 5.0 MAT-file"
   if (std::isdigit(static_cast<unsigned char>(head.kind)) != 0) {
@@ -33,7 +51,8 @@ TrackFormat Recognise(const std::string& path) {
   }
   throw InputError(path, "",
                    "is no known format of tracks, expected ours, TUM's .mat, "
-                   "4D association's text, longcw, {\"poses\"} or Panoptic");
+                   "4D association's text, longcw, {\"poses\"}, Panoptic, "
+                   "CSV, TRC or NPZ");
 }
 
 void Check(const TrackReadOptions& options) {
@@ -66,6 +85,12 @@ TrackSequence Read(const std::string& path, TrackFormat format,
       return ReadPoses(path, options);
     case TrackFormat::kPanoptic:
       return ReadPanoptic(path, options);
+    case TrackFormat::kCsv:
+      return ReadTracksCsv(path, options);
+    case TrackFormat::kTrc:
+      return ReadTracksTrc(path, options);
+    case TrackFormat::kNpz:
+      return ReadTracksNpz(path, options);
     default:
       return ReadAll(OpenKinegraphTracks(path, options).get());
   }
@@ -108,6 +133,32 @@ TrackSequence ReadTracks(const std::string& path,
       path,
       options.format == TrackFormat::kAuto ? Recognise(path) : options.format,
       options);
+}
+
+bool IsTracksExport(const std::string& path) {
+  if (IsFolder(path)) return !ListTrcFiles(path).empty();
+  return FormatOfBeginning(BeginningOf(path, 64)).has_value();
+}
+
+Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
+                         const TrackReadOptions& options) {
+  if (options.skeleton.has_value()) {
+    if (options.skeleton->joints() != joints) {
+      throw InputError("the joints are not those of '" +
+                       Printable(options.skeleton->name()) + "'");
+    }
+    return *options.skeleton;
+  }
+  for (const Skeleton* known :
+       {&Coco17(), &Body25(), &Body25B(), &Coco18(), &Tum14(), &Tum15(),
+        &FourDA19(), &Panoptic19(), &Panoptic15()}) {
+    if (known->joints() == joints) return *known;
+  }
+  try {
+    return Skeleton("custom", joints, {});
+  } catch (const OptionError& error) {
+    throw InputError(std::string("joints: ") + error.message());
+  }
 }
 
 TrackFrame* TrackCollector::Touch(int64_t frame_number) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/data/pose.h"
+#include "core/io/axis_map.h"
 #include "core/skeleton/skeleton.h"
 
 namespace kinegraph {
@@ -20,6 +21,9 @@ enum class TrackFormat {
   kLongcw,            // annotation_3d.json, result_3d.json (centimetres)
   kPoses,             // {"poses": [{"frame", "id", "joints"}]}
   kPanoptic,          // body3DScene_*.json, one or a folder (centimetres)
+  kCsv,               // one row a joint, as WriteTracksCsv writes it
+  kTrc,               // a person's file or a folder of them
+  kNpz,               // arrays as WriteTracksNpz writes them
 };
 
 // What a joint stored as zeros (weight 0) is, in 4D association's files.
@@ -40,6 +44,7 @@ struct TrackReadOptions {
   // at 300.
   int64_t first_frame = 300;
   StoredZeros stored_zeros = StoredZeros::kMissing;
+  AxisMap trc_axes;  // of TRC files
 };
 
 class TrackSource {

@@ -125,6 +125,7 @@ void BatchEstimator::Finish() {
   if (records_.empty()) return;
   SolveAll();
   WriteFinals();
+  solver_.LogTroubles(records_.front().frame, records_.back().frame);
   problem_ = assembler_.EmptyProblem();
   records_.clear();
 }
@@ -138,6 +139,7 @@ void BatchEstimator::SolveAll() {
   if (options_.estimate_noise_scale) {
     // The first stage is convex: its residuals do not depend on the start.
     first.stages.resize(1);
+    first.doubt_unsettled = false;
     if (rest.stages.size() > 1) rest.stages.erase(rest.stages.begin());
     RescaleNoise(first);
   }
@@ -181,7 +183,7 @@ void BatchEstimator::AddBones() {
   BoneLengths lengths(scene_.skeleton);
   std::vector<std::vector<int>> inliers;
   for (int j = 0; j < joint_count(); ++j) inliers.push_back(InliersOf(j));
-  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  const std::vector<Bone>& bones = lengths.bones();
   for (size_t i = 0; i < bones.size(); ++i) {
     for (size_t k = 0; k < records_.size(); ++k) {
       if (inliers[bones[i].a][k] < 2 || inliers[bones[i].b][k] < 2) continue;

@@ -46,20 +46,38 @@ std::optional<double> PopulationLength(const std::string& joint_a,
   return std::nullopt;
 }
 
-BoneLengths::BoneLengths(const Skeleton& skeleton) {
-  const std::vector<Bone>& bones = skeleton.bones();
-  for (size_t i = 0; i < bones.size(); ++i) {
-    const int mirror_a = skeleton.mirror(bones[i].a);
-    const int mirror_b = skeleton.mirror(bones[i].b);
+std::vector<Bone> RigidPairs(const Skeleton& skeleton) {
+  std::vector<Bone> pairs = skeleton.bones();
+  std::vector<int> head;
+  for (const char* joint : {"nose", "l_eye", "r_eye", "l_ear", "r_ear"}) {
+    const int index = skeleton.IndexOf(joint);
+    if (index >= 0) head.push_back(index);
+  }
+  for (size_t i = 0; i < head.size(); ++i) {
+    for (size_t j = i + 1; j < head.size(); ++j) {
+      const bool known = std::any_of(
+          pairs.begin(), pairs.end(),
+          [&](const Bone& bone) { return SameBone(bone, head[i], head[j]); });
+      if (!known) pairs.push_back({head[i], head[j]});
+    }
+  }
+  return pairs;
+}
+
+BoneLengths::BoneLengths(const Skeleton& skeleton)
+    : bones_(RigidPairs(skeleton)) {
+  for (size_t i = 0; i < bones_.size(); ++i) {
+    const int mirror_a = skeleton.mirror(bones_[i].a);
+    const int mirror_b = skeleton.mirror(bones_[i].b);
     int group = -1;
     for (size_t other = 0; other < i; ++other) {
-      if (SameBone(bones[other], mirror_a, mirror_b)) group = group_[other];
+      if (SameBone(bones_[other], mirror_a, mirror_b)) group = group_[other];
     }
     if (group < 0) {
       group = static_cast<int>(seen_.size());
       seen_.push_back({std::vector<float>(kBinCount, 0.0f), 0.0});
-      population_m_.push_back(PopulationLength(skeleton.joints()[bones[i].a],
-                                               skeleton.joints()[bones[i].b]));
+      population_m_.push_back(PopulationLength(skeleton.joints()[bones_[i].a],
+                                               skeleton.joints()[bones_[i].b]));
     }
     group_.push_back(group);
   }

@@ -17,6 +17,10 @@ namespace kinegraph {
 std::optional<double> PopulationLength(const std::string& joint_a,
                                        const std::string& joint_b);
 
+// Pairs of joints whose distance a person keeps: the skeleton's bones, and the
+// remaining pairs of nose, eyes and ears, which one rigid head carries.
+std::vector<Bone> RigidPairs(const Skeleton& skeleton);
+
 // Collects the distances of bones' ends where both were observed, and tells
 // each bone's length: the median, shared by left and right, drawn towards the
 // population's while little has been seen. Memory does not grow: distances are
@@ -24,6 +28,9 @@ std::optional<double> PopulationLength(const std::string& joint_a,
 class BoneLengths {
  public:
   explicit BoneLengths(const Skeleton& skeleton);
+
+  // RigidPairs(skeleton); the bones of the functions below.
+  const std::vector<Bone>& bones() const { return bones_; }
 
   // A distance of the ends of bone `bone_idx` [m], seen for `duration_s`.
   void Add(int bone_idx, double distance_m, double duration_s);
@@ -41,6 +48,7 @@ class BoneLengths {
     double total_s = 0.0;
   };
 
+  std::vector<Bone> bones_;
   std::vector<int> group_;  // of each bone: bone and mirror share one
   std::vector<std::optional<double>> population_m_;  // by group
   std::vector<Seen> seen_;                           // by group

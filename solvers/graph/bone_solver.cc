@@ -152,7 +152,7 @@ SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
   for (size_t j = 0; j < joints; ++j) {
     JointChain& chain = problem->joints[j];
     chain.states = states_[j];
-    if (!report.converged) {
+    if (!report.converged && schedule.doubt_unsettled) {
       report.unsettled +=
           DoubtUnsettled(step_[j], chain, &system_.chains[j].weights);
     }

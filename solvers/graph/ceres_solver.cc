@@ -10,9 +10,40 @@
 #include "solvers/factors/constant_velocity_factor.h"
 #include "solvers/factors/marginal_prior_factor.h"
 #include "solvers/factors/reprojection_factor.h"
+#include "solvers/graph/linear_chain.h"
+#include "solvers/graph/person_system.h"
 
 namespace kinegraph {
 namespace {
+
+// Keeps the last accepted step of every joint of a person.
+class StepRecorder final : public ceres::IterationCallback {
+ public:
+  StepRecorder(const PersonProblem* person, PersonStates* step)
+      : person_(person), step_(step) {}
+
+  ceres::CallbackReturnType operator()(
+      const ceres::IterationSummary& summary) override {
+    before_.resize(person_->joints.size());
+    for (size_t j = 0; j < person_->joints.size(); ++j) {
+      const std::vector<State>& now = person_->joints[j].states;
+      if (summary.iteration > 0 && summary.step_is_successful &&
+          now != before_[j]) {
+        (*step_)[j].resize(now.size());
+        for (size_t k = 0; k < now.size(); ++k) {
+          (*step_)[j][k] = now[k] - before_[j][k];
+        }
+      }
+      before_[j] = now;
+    }
+    return ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const PersonProblem* person_;
+  PersonStates* step_;
+  PersonStates before_;
+};
 
 // Builds one Ceres problem over all or one of a person's joints. The states
 // are Ceres' parameter blocks: they must not move while it lives.
@@ -60,7 +91,9 @@ class CeresBuilder {
         blocks);
   }
 
-  SolveReport Solve(double step_tolerance_m) {
+  // `last_step` receives, by joint of the person, the last step of its states.
+  SolveReport Solve(double step_tolerance_m, PersonStates* last_step) {
+    StepRecorder recorder(person_, last_step);
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     // In windows Eigen's sparse Cholesky beats SuiteSparse's (28 against 44 ms
@@ -79,6 +112,8 @@ class CeresBuilder {
     options.gradient_tolerance = 1e-12;
     options.initial_trust_region_radius = 1e12;  // nearly Gauss-Newton
     options.max_trust_region_radius = 1e16;
+    options.update_state_every_iteration = true;
+    options.callbacks.push_back(&recorder);
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem_, &summary);
     SolveReport report;
@@ -137,13 +172,13 @@ void Merge(const SolveReport& part, SolveReport* whole) {
 }
 
 SolveReport RunStage(const SolveStage& stage, double step_tolerance_m,
-                     PersonProblem* problem) {
+                     PersonProblem* problem, PersonStates* last_step) {
   SolveReport report;
   if (problem->bones.empty() && problem->prior.empty()) {
     for (JointChain& chain : problem->joints) {
       CeresBuilder builder(problem, stage);
       builder.AddJoint(&chain);
-      Merge(builder.Solve(step_tolerance_m), &report);
+      Merge(builder.Solve(step_tolerance_m, last_step), &report);
     }
     return report;
   }
@@ -151,7 +186,7 @@ SolveReport RunStage(const SolveStage& stage, double step_tolerance_m,
   for (JointChain& chain : problem->joints) builder.AddJoint(&chain);
   builder.AddBones();
   builder.AddPersonPrior();
-  Merge(builder.Solve(step_tolerance_m), &report);
+  Merge(builder.Solve(step_tolerance_m, last_step), &report);
   return report;
 }
 
@@ -161,16 +196,27 @@ SolveReport SolveWithCeres(const SolveSchedule& schedule,
                            PersonProblem* problem) {
   SolveReport report;
   if (problem->times.empty()) return report;
+  PersonStates last_step(problem->joints.size());
   for (const SolveStage& stage : schedule.stages) {
     const SolveReport part =
-        RunStage(stage, schedule.step_tolerance_m, problem);
+        RunStage(stage, schedule.step_tolerance_m, problem, &last_step);
     report.finite = report.finite && part.finite;
     report.converged = part.converged;
     report.iterations += part.iterations;
   }
   if (schedule.stages.empty()) return report;
-  for (JointChain& chain : problem->joints) {
+  for (size_t j = 0; j < problem->joints.size(); ++j) {
+    JointChain& chain = problem->joints[j];
     StoreWeights(schedule.stages.back(), &chain);
+    if (report.converged || !schedule.doubt_unsettled) continue;
+    std::vector<double> weights;
+    for (const PixelMeasurement& measurement : chain.measurements) {
+      weights.push_back(measurement.weight);
+    }
+    report.unsettled += DoubtUnsettled(last_step[j], chain, &weights);
+    for (size_t m = 0; m < weights.size(); ++m) {
+      chain.measurements[m].weight = weights[m];
+    }
   }
   return report;
 }

@@ -73,7 +73,7 @@ SolveReport ChainSolver::Solve(const std::vector<TimeNs>& times,
       break;
     }
   }
-  if (report.finite && !report.converged) {
+  if (report.finite && !report.converged && schedule.doubt_unsettled) {
     report.unsettled = DoubtUnsettled(step_, *chain, &linear_.weights);
   }
   for (size_t m = 0; m < chain->measurements.size(); ++m) {

@@ -2,7 +2,9 @@
 
 #include <glog/logging.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "solvers/factors/bone_length_factor.h"
@@ -157,9 +159,61 @@ void AddBoneRow(const PersonProblem& problem, const BoneConstraint& bone,
   rows->jacobian.block<1, 6>(row, 6 * bone.b) = by_b.transpose();
 }
 
+// Square root of the information that the dropped frame leaves for what is
+// stated, by Schur complement: less exact than the QR of the estimate's own
+// prior, in a fraction of its time. nullopt when it is not definite.
+std::optional<Eigen::MatrixXd> StatedInformation(const PersonProblem& problem,
+                                                 double correction) {
+  const auto joint_count = static_cast<Eigen::Index>(problem.joints.size());
+  const Eigen::Index size = kStateSize * joint_count;
+  Eigen::MatrixXd first = Eigen::MatrixXd::Zero(size, size);
+  if (!problem.prior.empty()) {
+    first.noalias() =
+        problem.prior.A_stated.transpose() * problem.prior.A_stated;
+  }
+  Rows bone{Eigen::MatrixXd::Zero(1, size), Eigen::VectorXd::Zero(1)};
+  for (const BoneConstraint& constraint : problem.bones) {
+    bone.jacobian.setZero();
+    AddBoneRow(problem, constraint, 0, &bone);
+    first.noalias() += bone.jacobian.transpose() * bone.jacobian;
+  }
+  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(size, size);
+  Eigen::MatrixXd second = Eigen::MatrixXd::Zero(size, size);
+  Rows motion{Eigen::MatrixXd::Zero(12, 12), Eigen::VectorXd::Zero(12)};
+  const double dt_s = ToSeconds(problem.times[1] - problem.times[0]);
+  for (Eigen::Index j = 0; j < joint_count; ++j) {
+    const JointChain& chain = problem.joints[j];
+    auto own = first.block<6, 6>(6 * j, 6 * j);
+    if (problem.prior.empty()) {
+      own += chain.prior.A_stated.transpose() * chain.prior.A_stated;
+    }
+    for (int32_t m = 0; m < chain.first[1]; ++m) {
+      if (chain.measurements[m].gated) continue;
+      Rows pixel{Eigen::MatrixXd::Zero(2, 6), Eigen::VectorXd::Zero(2)};
+      AddMeasurement(chain.measurements[m], chain.states[0], correction, 0,
+                     &pixel);
+      own += pixel.jacobian.transpose() * pixel.jacobian;
+    }
+    AddMotion(dt_s, chain, &motion);
+    const auto by_first = motion.jacobian.block<6, 6>(6, 0);
+    const auto by_second = motion.jacobian.block<6, 6>(6, 6);
+    own += by_first.transpose() * by_first;
+    coupling.block<6, 6>(6 * j, 6 * j) = by_first.transpose() * by_second;
+    second.block<6, 6>(6 * j, 6 * j) = by_second.transpose() * by_second;
+  }
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> eliminated(first);
+  if (eliminated.info() != Eigen::Success) return std::nullopt;
+  eliminated.matrixL().solveInPlace(coupling);
+  second.selfadjointView<Eigen::Lower>().rankUpdate(coupling.transpose(), -1.0);
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> kept(second);
+  if (kept.info() != Eigen::Success) return std::nullopt;
+  return Eigen::MatrixXd(kept.matrixU());
+}
+
 }  // namespace
 
-PersonPrior MarginaliseFirstFrame(const PersonProblem& problem) {
+PersonPrior MarginaliseFirstFrame(const PersonProblem& problem,
+                                  double correction) {
   const auto joint_count = static_cast<Eigen::Index>(problem.joints.size());
   const auto bone_count = static_cast<Eigen::Index>(problem.bones.size());
   const Eigen::Index size = kStateSize * joint_count;
@@ -202,12 +256,17 @@ PersonPrior MarginaliseFirstFrame(const PersonProblem& problem) {
   prior.A = kept.A;
   prior.b = kept.b;
   prior.A_stated = prior.A;
+  if (correction != 1.0) {
+    const std::optional<Eigen::MatrixXd> stated =
+        StatedInformation(problem, correction);
+    if (stated.has_value()) prior.A_stated = *stated;
+  }
   return prior;
 }
 
 void DropFirstFrame(double correction, PersonProblem* problem) {
   if (!problem->bones.empty() || !problem->prior.empty()) {
-    problem->prior = MarginaliseFirstFrame(*problem);
+    problem->prior = MarginaliseFirstFrame(*problem, correction);
   }
   for (JointChain& chain : problem->joints) {
     chain.prior = MarginaliseFirstState(problem->times, chain, correction);

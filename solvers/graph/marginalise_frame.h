@@ -14,9 +14,9 @@ StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
                                  const JointChain& chain, double correction);
 
 // The same for all joints together, where bones couple them: a prior on their
-// second states. Its A_stated is A: the correction enters only what is still in
-// the window, so covariances are a few per cent on the large side.
-PersonPrior MarginaliseFirstFrame(const PersonProblem& problem);
+// second states.
+PersonPrior MarginaliseFirstFrame(const PersonProblem& problem,
+                                  double correction);
 
 // Replaces the first frame of every joint by such a prior; with bones, or a
 // person's prior from earlier ones, also the person's.

@@ -2,7 +2,7 @@
 
 #include <glog/logging.h>
 
-#include <string>
+#include <sstream>
 #include <utility>
 
 #include "solvers/graph/ceres_solver.h"
@@ -30,20 +30,6 @@ SolveReport SolveOneWithCeres(const SolveSchedule& schedule,
   return report;
 }
 
-// Reweighting may creep for longer than it is worth; a state that still moves
-// far is another matter.
-void LogUnsettled(const std::string& what, const SolveReport& report) {
-  if (report.converged) return;
-  if (report.unsettled > 0) {
-    LOG(WARNING) << what << ": not settled after " << report.iterations
-                 << " iterations, " << report.unsettled
-                 << " states are not to be trusted";
-  } else {
-    VLOG(1) << what << ": not settled after " << report.iterations
-            << " iterations";
-  }
-}
-
 }  // namespace
 
 PersonSolver::PersonSolver(const GraphOptions& options)
@@ -62,11 +48,11 @@ void PersonSolver::SolveJoint(const SolveSchedule& schedule, int joint_idx,
           ? SolveOneWithCeres(schedule, problem->times, &chain)
           : chain_solver_.Solve(problem->times, schedule, &chain);
   if (report.finite && AllFinite(chain.states)) {
-    LogUnsettled("joint " + std::to_string(joint_idx), report);
+    Note(report);
     return;
   }
-  LOG(WARNING) << "joint " << joint_idx
-               << ": the solver found no finite estimate";
+  ++troubles_.solves;
+  ++troubles_.not_finite;
   chain.states = start_;
   for (PixelMeasurement& measurement : chain.measurements) {
     measurement.weight = 0.0;
@@ -86,20 +72,21 @@ void PersonSolver::SolveBones(PersonProblem* problem) {
     finite = finite && AllFinite(chain.states);
   }
   if (!finite) {
-    LOG(WARNING) << "bones: the solver found no finite estimate";
+    ++troubles_.solves;
+    ++troubles_.not_finite;
     // Covariances must not count what the estimates did not.
     problem->bones.clear();
     return;
   }
-  LogUnsettled("bones", report);
+  Note(report);
   *problem = std::move(coupled);
 }
 
 std::vector<std::vector<Matrix6d>> PersonSolver::BoneCovariances(
-    const PersonProblem& problem, size_t frame_end) const {
+    const PersonProblem& problem, size_t frame_end) {
   std::vector<std::vector<Matrix6d>> covariances;
   if (!PersonCovariances(problem, correction_, frame_end, &covariances)) {
-    LOG(WARNING) << "bones: no covariance";
+    ++troubles_.no_covariance;
     covariances.assign(problem.joints.size(), {});
   }
   return covariances;
@@ -109,10 +96,37 @@ const std::vector<Matrix6d>& PersonSolver::JointCovariances(
     const PersonProblem& problem, int joint_idx, double correction) {
   if (!chain_solver_.Covariances(problem.times, problem.joints[joint_idx],
                                  correction, &covariances_)) {
-    LOG(WARNING) << "joint " << joint_idx << ": no covariance";
+    ++troubles_.no_covariance;
     covariances_.clear();
   }
   return covariances_;
+}
+
+void PersonSolver::Note(const SolveReport& report) {
+  ++troubles_.solves;
+  if (report.converged) return;
+  ++troubles_.not_converged;
+  troubles_.unsettled_states += report.unsettled;
+}
+
+void PersonSolver::LogTroubles(int64_t first_frame, int64_t last_frame) {
+  const Troubles troubles = troubles_;
+  troubles_ = Troubles();
+  std::ostringstream line;
+  line << "a person of frames " << first_frame << " to " << last_frame << ": "
+       << troubles.solves << " solves, " << troubles.not_converged
+       << " ended before they settled, " << troubles.unsettled_states
+       << " joint positions are not to be trusted, " << troubles.not_finite
+       << " solves found nothing finite, " << troubles.no_covariance
+       << " had no covariance";
+  // Reweighting may creep for longer than it is worth; a state that still
+  // moves far is another matter.
+  if (troubles.unsettled_states + troubles.not_finite + troubles.no_covariance >
+      0) {
+    LOG(WARNING) << line.str();
+  } else if (troubles.not_converged > 0) {
+    VLOG(1) << line.str();
+  }
 }
 
 }  // namespace kinegraph

@@ -2,6 +2,7 @@
 #ifndef KINEGRAPH_SOLVERS_GRAPH_PERSON_SOLVER_H_
 #define KINEGRAPH_SOLVERS_GRAPH_PERSON_SOLVER_H_
 
+#include <cstdint>
 #include <vector>
 
 #include "solvers/graph/bone_solver.h"
@@ -22,8 +23,8 @@ class PersonSolver {
   double correction() const { return correction_; }
 
   // Gates the measurements of a joint at its states and runs `schedule`. A
-  // solve that finds nothing finite keeps its start, its measurements get no
-  // weight, and the log says so.
+  // solve that finds nothing finite keeps its start, and its measurements get
+  // no weight.
   void SolveJoint(const SolveSchedule& schedule, int joint_idx,
                   PersonProblem* problem);
 
@@ -35,7 +36,7 @@ class PersonSolver {
   // Covariances of the frames before `frame_end` of all joints, bones included;
   // [joint][frame], empty where there are none.
   std::vector<std::vector<Matrix6d>> BoneCovariances(
-      const PersonProblem& problem, size_t frame_end) const;
+      const PersonProblem& problem, size_t frame_end);
 
   // Covariances of all frames of a joint; empty where there are none. Valid
   // until the next call.
@@ -43,7 +44,23 @@ class PersonSolver {
                                                 int joint_idx,
                                                 double correction);
 
+  // One line in the log that says what went wrong since the last call, if
+  // anything did, in the frames first .. last of this person.
+  void LogTroubles(int64_t first_frame, int64_t last_frame);
+
  private:
+  void Note(const SolveReport& report);
+
+  // Solves that went wrong.
+  struct Troubles {
+    int64_t solves = 0;         // of all
+    int64_t not_converged = 0;  // reached their iterations
+    int64_t unsettled_states = 0;
+    int64_t not_finite = 0;
+    int64_t no_covariance = 0;
+  };
+
+  Troubles troubles_;
   GraphSolver solver_;
   SolveSchedule schedule_;
   double correction_;

@@ -261,7 +261,10 @@ class FrameInversion {
         lower.triangularView<Eigen::Lower>().transpose().solveInPlace(gain);
         const Eigen::MatrixXd product = gain * covariance;
         covariance = Inverse(lower);
-        covariance.noalias() += product * gain.transpose();
+        // Symmetric: half of the product is enough.
+        covariance.triangularView<Eigen::Lower>() += product * gain.transpose();
+        covariance.triangularView<Eigen::StrictlyUpper>() =
+            covariance.transpose();
         Take(k + 1, covariance);
       }
     }

@@ -89,6 +89,9 @@ struct SolveStage {
 struct SolveSchedule {
   std::vector<SolveStage> stages;
   double step_tolerance_m = 1e-5;
+  // Whether states that still move far at the end lose their measurements
+  // (SolveReport::unsettled). Not for solves that only hand over a start.
+  bool doubt_unsettled = true;
 };
 
 struct SolveReport {

@@ -69,6 +69,7 @@ class WindowEstimator final : public Estimator {
   bool scale_changed_ = false;          // since the last solve
   std::vector<FrameRecord> records_;    // as problem_.times
   std::vector<JointSupport> supports_;  // by frames that left the window
+  int64_t first_frame_ = 0;             // of the person
   size_t final_count_ = 0;              // of records_, already emitted
   std::vector<FinalPose> finals_;
   Pose3d last_;
@@ -77,6 +78,7 @@ class WindowEstimator final : public Estimator {
 };
 
 void WindowEstimator::Add(const EstimatorFrame& frame) {
+  if (records_.empty()) first_frame_ = frame.frame;
   records_.push_back(assembler_.Append(frame, &problem_));
   for (JointChain& chain : problem_.joints) {
     for (auto m = chain.measurements.begin() + chain.first[newest()];
@@ -218,7 +220,7 @@ size_t WindowEstimator::DueEnd() const {
 // Lengths are learnt from estimates without bones, or they would confirm
 // themselves, of frames that are about to become final.
 void WindowEstimator::LearnBoneLengths() {
-  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  const std::vector<Bone>& bones = bone_lengths_.bones();
   const size_t end = DueEnd();
   for (size_t k = final_count_; k < end; ++k) {
     for (size_t i = 0; i < bones.size(); ++i) {
@@ -241,7 +243,7 @@ void WindowEstimator::SolveBones() {
     placed[j] = StatusAt(newest(), j, &inliers) != JointStatus::kMissing;
   }
   problem_.bones.clear();
-  const std::vector<Bone>& bones = scene_.skeleton.bones();
+  const std::vector<Bone>& bones = bone_lengths_.bones();
   for (size_t i = 0; i < bones.size(); ++i) {
     const std::optional<double> length_m =
         bone_lengths_.Length(static_cast<int>(i));
@@ -301,6 +303,9 @@ void WindowEstimator::TakeFinals(std::vector<FinalPose>* finals) {
 
 void WindowEstimator::Finish() {
   if (final_count_ < records_.size()) Emit(records_.size());
+  if (!records_.empty()) {
+    solver_.LogTroubles(first_frame_, records_.back().frame);
+  }
 }
 
 }  // namespace

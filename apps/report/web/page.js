@@ -331,9 +331,11 @@
     }
 
     resize() {
-      const width = this.canvas.parentElement.clientWidth, height = this.canvas.parentElement.clientHeight;
-      this.renderer.setSize(width, height, false);
-      this.camera.aspect = width / Math.max(1, height);
+      // Kept, so that no picture has to ask the browser for a layout.
+      this.width = this.canvas.parentElement.clientWidth;
+      this.height = this.canvas.parentElement.clientHeight;
+      this.renderer.setSize(this.width, this.height, false);
+      this.camera.aspect = this.width / Math.max(1, this.height);
       this.camera.updateProjectionMatrix();
       this.dirty = true;
     }
@@ -383,7 +385,7 @@
   const labelPool = [];
   function placeLabels(view) {
     let used = 0;
-    const width = view.canvas.clientWidth, height = view.canvas.clientHeight;
+    const width = view.width, height = view.height;
     const put = (point, text, colour, className) => {
       scratch.b.copy(point).project(view.camera);
       if (scratch.b.z > 1 || Math.abs(scratch.b.x) > 1 || Math.abs(scratch.b.y) > 1) return;
@@ -391,7 +393,7 @@
       const label = labelPool[used++];
       if (label.textContent !== text) label.textContent = text;
       label.className = className;
-      label.style.color = colour;
+      label.style.borderColor = colour || 'transparent';
       label.style.transform = 'translate(-50%, -100%) translate(' + ((scratch.b.x + 1) / 2 * width).toFixed(1) + 'px,' + ((1 - scratch.b.y) / 2 * height).toFixed(1) + 'px)';
       label.hidden = false;
     };
@@ -591,9 +593,19 @@
       if (!top || y < top[1]) top = [x, y];
     }
     if (!top) return;
+    // Its colour as a dot; the name itself has to be read on any colour.
+    const x = top[0] + 5 * px, y = top[1] - 9 * px;
+    const name = nameOf(owner.result, owner.result.person[owner.p]) + (owner.result.index > 0 ? ' (' + owner.result.label + ')' : '');
     pen.font = '600 ' + 12 * px + 'px system-ui, sans-serif';
+    pen.lineWidth = 3 * px;
+    pen.strokeStyle = dark() ? '#0d1116' : '#e9edf2';
+    pen.fillStyle = dark() ? '#e7ebf0' : '#1b2430';
+    pen.strokeText(name, x + 6 * px, y + 4 * px);
+    pen.fillText(name, x + 6 * px, y + 4 * px);
     pen.fillStyle = colourOf(owner.result, owner.result.person[owner.p]);
-    pen.fillText(nameOf(owner.result, owner.result.person[owner.p]), top[0] + 4 * px, top[1] - 6 * px);
+    pen.beginPath();
+    pen.arc(x, y, 3.5 * px, 0, 7);
+    pen.fill();
   }
 
   function ownJoint(result, j) {
@@ -632,7 +644,7 @@
     return result.ids.map((id, person) => {
       const values = new Float32Array(frameCount).fill(NaN);
       result.ofPerson[person].forEach((p, i) => { values[result.frame[p]] = valueOf(p, i, result.ofPerson[person]); });
-      return { name: nameOf(result, person), colour: () => colourOf(result, person), values: values, thin: result.index > 0 };
+      return { name: nameOf(result, person), colour: () => colourOf(result, person), values: values, thin: result.index > 0, source: result.label };
     });
   }
 
@@ -699,8 +711,20 @@
         const box = this.plot.getBoundingClientRect();
         setFrame(Math.round((event.clientX - box.left) / box.width * (frameCount - 1)));
       };
-      this.plot.addEventListener('pointerdown', (event) => { this.plot.setPointerCapture(event.pointerId); seek(event); });
-      this.plot.addEventListener('pointermove', (event) => { if (event.buttons) seek(event); });
+      // A finger may only want to scroll the page: it seeks by a tap or sideways.
+      let from = null;
+      this.plot.addEventListener('pointerdown', (event) => {
+        this.plot.setPointerCapture(event.pointerId);
+        from = event.clientX;
+        pause();
+        if (event.pointerType !== 'touch') seek(event);
+      });
+      this.plot.addEventListener('pointermove', (event) => {
+        if (from === null) return;
+        if (event.pointerType !== 'touch' || Math.abs(event.clientX - from) > 8) seek(event);
+      });
+      this.plot.addEventListener('pointerup', (event) => { if (from !== null) seek(event); from = null; });
+      this.plot.addEventListener('pointercancel', () => { from = null; });
       charts.push(this);
     }
     draw() {
@@ -760,13 +784,21 @@
     pen.globalAlpha = 1;
   }
 
-  function legend(chart, series) {
+  // Colours of the lead; the other results have the same, drawn thin.
+  function legend(chart, all) {
+    const series = all.filter((one) => !one.thin);
     series.slice(0, 12).forEach((one) => {
       const line = element('i');
       line.style.background = one.colour();
       chart.head.append(element('span', { className: 'key' }, [line, one.name]));
     });
     if (series.length > 12) chart.head.append(element('span', { className: 'key', textContent: 'and ' + (series.length - 12) + ' more' }));
+    const others = new Set(all.filter((one) => one.thin).map((one) => one.source));
+    if (others.size) thinKey(chart, 'thin: ', others);
+  }
+
+  function thinKey(chart, prefix, names) {
+    chart.head.append(element('span', { className: 'key', textContent: prefix + Array.from(names).join(', ') }));
   }
 
   function presenceChart() {
@@ -799,6 +831,7 @@
       });
     });
     chart.head.append(element('span', { className: 'key', textContent: 'full colour: ' + mostViews + ' views' + (rows.length > most ? '; the first ' + most + ' of ' + rows.length : '') }));
+    if (results.length > 1) thinKey(chart, 'thinner: ', results.slice(1).map((result) => result.label));
   }
 
   function makeCharts() {
@@ -808,9 +841,10 @@
       const series = residualSeries(lead);
       legend(lineChart('Residual per camera', 'px', 90, () => series), series);
     }
-    if (lead.difference) {
-      const series = perPerson(lead, (p) => lead.difference[p] === NO_VALUE ? NaN : lead.difference[p] * 0.1);
-      lineChart('Distance to ' + (results[1].truth ? 'the truth' : results[1].label), 'cm', 80, () => series);
+    const compared = results.filter((result) => result.difference);
+    if (compared.length) {
+      const series = [].concat(...compared.map((result) => perPerson(result, (p) => result.difference[p] === NO_VALUE ? NaN : result.difference[p] * 0.1)));
+      legend(lineChart('Distance to ' + referenceName(), 'cm', 80, () => series), series);
     }
     const speed = [].concat(...results.map((result) => perPerson(result, speedOf(result))));
     const speedChart = lineChart('Mean speed of joints', 'm/s', 80, () => speed);
@@ -834,13 +868,18 @@
     boneChart.head.append(select);
   }
 
+  // What distances are measured to.
+  function referenceName() {
+    return results.some((result) => result.truth) ? 'the truth' : results[1].label;
+  }
+
   // ---- Worst moments ------------------------------------------------------------
 
   const KINDS = {
     residual: ['largest residual', (m) => m.value.toFixed(1) + ' px in ' + m.detail],
     speed: ['speed jump', (m) => m.value.toFixed(1) + ' m/s at ' + m.detail],
     bone: ['bone length jump', (m) => (100 * m.value).toFixed(1) + ' cm, ' + m.detail],
-    difference: ['results differ', (m) => (100 * m.value).toFixed(1) + ' cm from the other'],
+    difference: [results.some((r) => r.truth) ? 'far from the truth' : 'results differ', (m) => (100 * m.value).toFixed(1) + ' cm from ' + referenceName()],
     start: ['identity appears', () => 'appears'],
     end: ['identity is lost', () => 'is lost']
   };
@@ -874,7 +913,7 @@
   // ---- Playback -----------------------------------------------------------------
 
   const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
-  const state = { frame: 0, playing: false, speed: 1, time: times[0] || 0, lastTick: 0, scriptMs: 0 };
+  const state = { frame: 0, playing: false, speed: 1, time: times[0] || 0, lastTick: 0, pictures: 0 };
   let scene = null;
 
   function setFrame(f) {
@@ -884,14 +923,12 @@
   }
 
   function update() {
-    const begin = performance.now();
     const f = state.frame;
     if (scene) scene.setFrame(f);
     panels.forEach((panel) => { if (panel.seen) drawPanel(panel, f); });
     charts.forEach((chart) => chart.moveCursor(f));
     byId('scrub').value = f;
     byId('clock').textContent = 'frame ' + frameNumbers[f] + ' \u00b7 ' + times[f].toFixed(2) + ' s';
-    state.scriptMs = performance.now() - begin;
   }
 
   function play() {
@@ -919,6 +956,7 @@
       if (f >= frameCount - 1) pause();
     }
     if (scene) scene.render();
+    ++state.pictures;
     window.requestAnimationFrame(tick);
   }
 
@@ -974,6 +1012,11 @@
     if (data.extrasStride > 1) notes.push('Detections and covariances are those of one frame in ' + data.extrasStride + '.');
     byId('notes').textContent = notes.join(' ');
     byId('notes').hidden = notes.length === 0;
+    const megabytes = (bytes) => (bytes / 1e6).toFixed(1) + ' MB';
+    const sizes = [];
+    if (data.bytes.detections) sizes.push('detections ' + megabytes(data.bytes.detections));
+    if (data.bytes.covariances) sizes.push('covariances ' + megabytes(data.bytes.covariances));
+    if (sizes.length) byId('sizes').textContent = 'Of this page: ' + sizes.join(', ') + '.';
     results.forEach((result) => {
       const box = element('input', { type: 'checkbox', checked: true });
       box.addEventListener('change', () => { result.visible = box.checked; update(); });
@@ -1020,5 +1063,5 @@
   resize();
   window.requestAnimationFrame(tick);
   // For tests and for curious people at the console.
-  window.kinegraph = { state: state, setFrame: setFrame, play: play, pause: pause, results: results, scene: scene };
+  window.kinegraph = { state: state, setFrame: setFrame, play: play, pause: pause, results: results, scene: scene, panels: panels };
 })();

@@ -1,15 +1,18 @@
-// The page in a real browser. A script joined to the page's end works it as a
-// user would and leaves its findings in the document, which Chromium prints.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
+// The page in a real browser, worked as its users do: keys, mouse and fingers,
+// on screens from a phone to a desk.
+#include "tests/support/browser.h"
 
-#include <cstdlib>
-#include <filesystem>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
-#include "core/io/json.h"
 #include "core/io/text_file.h"
 #include "tests/support/rig.h"
 #include "tests/support/test_data.h"
@@ -17,178 +20,584 @@
 namespace kinegraph {
 namespace {
 
+using testing::Browser;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::PagePoint;
+using testing::Screen;
+
 constexpr const char* kHostile = "</script><img src=x onerror='hacked=1'>";
 
-constexpr const char* kWatch = R"(<script>
-var problems = [], hacked = 0;
-window.addEventListener('error', (e) => problems.push(String(e.message)));
-document.addEventListener('securitypolicyviolation',
-                          (e) => problems.push('policy ' + e.blockedURI));
-console.error = (...words) => problems.push(words.join(' '));
-</script>)";
+constexpr Screen kDesk = {1400, 1000, 1.0, false};
+// A common phone: 390 x 844 CSS pixels, three device pixels each.
+constexpr Screen kPhone = {390, 844, 3.0, true};
+constexpr Screen kPhoneOnItsSide = {844, 390, 3.0, true};
+constexpr Screen kSmallPhone = {320, 640, 2.0, true};
+constexpr Screen kTablet = {768, 1024, 2.0, true};
 
-constexpr const char* kWork = R"(<script>
-function key(name) {
-  document.body.dispatchEvent(new KeyboardEvent('keydown', {key: name, bubbles: true, cancelable: true}));
-  return kinegraph.state.frame;
-}
-function overlaps() {
-  const parts = ['header', '#stage', 'aside section:nth-child(1)', '#moments-card', '#timelines'];
-  const boxes = parts.map((part) => document.querySelector(part).getBoundingClientRect());
-  const found = [];
-  boxes.forEach((a, i) => boxes.forEach((b, k) => {
-    const apart = a.right <= b.left + 1 || b.right <= a.left + 1 || a.bottom <= b.top + 1 || b.bottom <= a.top + 1;
-    if (i < k && !apart) found.push(parts[i] + ' ' + parts[k]);
-  }));
-  document.querySelectorAll('button, select, input, .chart, h1').forEach((node) => {
-    if (node.getBoundingClientRect().right > document.body.clientWidth + 1) found.push('outside ' + (node.id || node.textContent));
-  });
-  return found;
-}
-const found = {width: innerWidth, webgl: kinegraph.scene !== null};
-found.right = key('ArrowRight'); found.end = key('End'); found.left = key('ArrowLeft'); found.home = key('Home');
-found.none = key('q');
-const scrub = document.getElementById('scrub');
-scrub.value = '17'; scrub.dispatchEvent(new Event('input'));
-found.scrubbed = kinegraph.state.frame;
-const moment = document.querySelector('#moments button');
-moment.click();
-found.moment = [Number(moment.dataset.at), kinegraph.state.frame];
-found.title = document.getElementById('title').textContent;
-found.images = document.querySelectorAll('img').length;
-found.overlapLight = overlaps();
-const ink = () => getComputedStyle(document.body).color;
-const first = ink();
-document.getElementById('theme').click();
-found.overlapDark = overlaps();
-found.themesDiffer = first !== ink();
-document.body.style.width = '390px';
-window.dispatchEvent(new Event('resize'));
-found.overlapPhone = innerWidth <= 760 ? overlaps() : [];
-key('Home'); key(' ');
-setTimeout(() => {
-  found.played = kinegraph.state.frame;
-  key(' ');
-  found.paused = !kinegraph.state.playing;
-  found.requests = performance.getEntriesByType('resource').length;
-  found.hacked = hacked;
-  found.problems = problems;
-  const result = document.createElement('textarea');
-  result.id = 'found';
-  result.textContent = 'BEGIN' + btoa(JSON.stringify(found)) + 'END';
-  document.body.append(result);
-}, 1500);
-</script>)";
+constexpr int kFrames = 100;
+constexpr int kFirstFrame = 300;
+constexpr int kJumpFrame = 342;  // of person 0's left wrist
+constexpr size_t kLeftWrist = 9;
+constexpr size_t kRightWrist = 10;
+const Eigen::Vector3d kSigmaM(0.02, 0.03, 0.04);
+const Eigen::Vector2d kShiftPx(70.0, 0.0);  // of a detection that is rejected
 
-std::string FromBase64(const std::string& text) {
-  const std::string alphabet =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string bytes;
-  unsigned buffer = 0;
-  int bits = 0;
-  for (const char c : text) {
-    if (c == '=') break;
-    buffer = (buffer << 6) | static_cast<unsigned>(alphabet.find(c));
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes += static_cast<char>((buffer >> bits) & 255u);
-  }
-  return bytes;
-}
-
-std::string HostilePage() {
-  PageInput input;
-  input.title = kHostile;
+// Three people who walk side by side; person 2 is gone after 60 frames. Four
+// views: in view 0 a wrist of person 0 is an outlier, one of person 1 was not
+// found, and somebody is seen who is matched to nobody; view 1 misses person 2.
+struct Take {
   TrackSequence tracks;
-  tracks.header.skeleton = Coco17();
-  for (int f = 0; f < 100; ++f) {
+  DetectionSequence detections;
+  CameraRig cameras = testing::RingOfCameras(4);
+};
+
+Take MakeTake() {
+  Take take;
+  TrackHeader& header = take.tracks.header;
+  header.skeleton = Coco17();
+  header.view_names = {kHostile, "two", "three", "four"};
+  take.detections.header.skeleton = Coco17();
+  take.detections.header.view_names = header.view_names;
+  for (int f = 0; f < kFrames; ++f) {
     TrackFrame frame;
-    frame.frame = 300 + f;
+    frame.frame = kFirstFrame + f;
     frame.time = FrameClock(25.0).TimeOf(frame.frame);
+    DetectionFrame seen;
+    seen.frame = frame.frame;
+    seen.views.resize(take.cameras.size());
     for (int p = 0; p < (f < 60 ? 3 : 2); ++p) {
       PersonPose person;
       person.id = TrackId(p);
-      person.joints = testing::StandingPerson(0.02 * f, p);
+      person.joints = testing::StandingPerson(0.02 * f - 1.0, p - 1.0);
       person.joints[3].status = JointStatus::kInferred;
-      if (f == 42) person.joints[9].position_m.x() += 0.3;
+      person.inlier_views.assign(17, 3);
+      person.covariances.assign(
+          17, Eigen::Matrix3d(kSigmaM.cwiseAbs2().asDiagonal()));
+      for (int v = 0; v < 4; ++v) {
+        if (p == 2 && v == 1) continue;
+        auto& in_view = seen.views[static_cast<size_t>(v)].detections;
+        Detection detection = testing::Project(
+            person.joints, take.cameras[static_cast<size_t>(v)]);
+        detection.index_in_file = static_cast<int>(in_view.size());
+        ViewMatch match{v, detection.index_in_file, {}};
+        match.weights.assign(17, 1.0);
+        if (v == 0 && p == 0) {
+          detection.joints[kLeftWrist].px += kShiftPx;
+          match.weights[kLeftWrist] = 0.0;
+        }
+        if (v == 0 && p == 1) {
+          detection.joints[kRightWrist].found = false;
+          match.weights[kRightWrist] = std::nullopt;
+        }
+        in_view.push_back(detection);
+        person.matches.push_back(match);
+      }
+      if (frame.frame == kJumpFrame && p == 0) {
+        person.joints[kLeftWrist].position_m.x() += 0.3;
+      }
       frame.people.push_back(person);
     }
-    tracks.frames.push_back(frame);
+    Detection nobody =
+        testing::Project(testing::StandingPerson(1.5, 2.0), take.cameras[0]);
+    nobody.index_in_file = static_cast<int>(seen.views[0].detections.size());
+    seen.views[0].detections.push_back(nobody);
+    take.tracks.frames.push_back(frame);
+    take.detections.frames.push_back(seen);
   }
-  input.results.push_back({kHostile, ResultRole::kTracks, tracks});
-  input.results.push_back({"truth", ResultRole::kGroundTruth, tracks});
-  input.cameras = testing::RingOfCameras(4);
-  std::string page = MakePage(input.title, MakePageData(input).json);
-  page.insert(page.find("<meta name=\"viewport\""), kWatch);
-  return page.insert(page.rfind("</body>"), kWork);
+  return take;
 }
 
-bool HasChromium() {
-  return std::system("command -v chromium > /dev/null 2>&1") == 0;
+// The page with everything on it, and names that try to break out.
+std::string WholePage(const Take& take) {
+  PageInput input;
+  input.title = kHostile;
+  input.results.push_back({kHostile, ResultRole::kTracks, take.tracks});
+  TrackSequence hostile = take.tracks;
+  std::vector<std::string> joints = Coco17().joints();
+  joints[0] = kHostile;
+  hostile.header.skeleton = Skeleton("x", joints, Coco17().bones());
+  input.results.push_back({"second", ResultRole::kTracks, hostile});
+  input.results.push_back({"truth", ResultRole::kGroundTruth, take.tracks});
+  input.cameras = take.cameras;
+  input.detections = take.detections;
+  PageOptions options;
+  options.with_covariance = true;
+  return MakePage(input.title, MakePageData(input, options).json);
 }
 
-Json FindingsAt(const std::string& window_size) {
-  const testing::TemporaryFolder folder;
-  const std::string page = folder.Write("page.html", HostilePage());
-  const std::string out = (folder.path() / "dom.html").string();
-  const std::string line =
-      "timeout 120 chromium --headless --no-sandbox --disable-gpu "
-      "--enable-unsafe-swiftshader --disable-quic --no-first-run "
-      "--disable-background-networking --disable-component-update "
-      "--disable-sync --user-data-dir=" +
-      (folder.path() / "profile").string() + " --window-size=" + window_size +
-      " --virtual-time-budget=6000 --dump-dom file://" + page + " > " + out +
-      " 2> /dev/null";
-  const int status = std::system(line.c_str());
-  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
-  const std::string dom = ReadTextFile(out);
-  // The script's own text holds the word too; what it left comes last.
-  const size_t begin = dom.rfind("BEGIN");
-  const size_t end = dom.rfind("END</textarea>");
-  if (begin == std::string::npos || end == std::string::npos || end < begin) {
-    ADD_FAILURE() << "the page left no findings";
-    return Json::object();
+class PageInBrowser : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!Browser::IsInstalled()) {
+      GTEST_SKIP() << "needs a browser: apt-get install chromium";
+    }
   }
-  return ParseJson(FromBase64(dom.substr(begin + 5, end - begin - 5)), "page");
-}
 
-class Browser : public ::testing::TestWithParam<const char*> {};
-
-TEST_P(Browser, PageWorks) {
-  if (!HasChromium()) {
-    GTEST_SKIP() << "needs a browser: apt-get install chromium";
+  // Nothing may have gone wrong, whatever a test looked at.
+  void TearDown() override {
+    if (browser_ == nullptr) return;
+    EXPECT_THAT(browser_->problems(), IsEmpty());
+    EXPECT_THAT(browser_->requests(), ElementsAre("file://" + page_))
+        << "everything is in the file";
   }
-  const Json found = FindingsAt(GetParam());
-  ASSERT_TRUE(found.contains("problems"));
-  SCOPED_TRACE(found.dump());
-  EXPECT_EQ(found["problems"], Json::array());
-  EXPECT_EQ(found["requests"], 0) << "everything is in the file";
-  EXPECT_EQ(found["webgl"], true);
-  // Chromium makes no window narrower than 500; the script squeezes the body.
-  EXPECT_EQ(found["width"].get<int>() <= 760,
-            std::string(GetParam()) == "390,844");
-  EXPECT_EQ(found["right"], 1);
-  EXPECT_EQ(found["end"], 99);
-  EXPECT_EQ(found["left"], 98);
-  EXPECT_EQ(found["home"], 0);
-  EXPECT_EQ(found["none"], 0) << "other keys do nothing";
-  EXPECT_EQ(found["scrubbed"], 17);
-  EXPECT_EQ(found["moment"][0], found["moment"][1]);
-  EXPECT_EQ(found["moment"][0], 43) << "the jump back at frame 343";
-  EXPECT_GT(found["played"], 0);
-  EXPECT_EQ(found["paused"], true);
-  EXPECT_EQ(found["title"], kHostile);
-  EXPECT_EQ(found["images"], 0);
-  EXPECT_EQ(found["hacked"], 0);
-  EXPECT_EQ(found["themesDiffer"], true);
-  EXPECT_EQ(found["overlapLight"], Json::array());
-  EXPECT_EQ(found["overlapDark"], Json::array());
-  EXPECT_EQ(found["overlapPhone"], Json::array());
+
+  Browser& Open(const Screen& screen, bool dark = false) {
+    page_ = folder_.Write("page.html", WholePage(take_));
+    browser_ = std::make_unique<Browser>(screen);
+    browser_->PreferDark(dark);
+    browser_->Open(page_);
+    EXPECT_TRUE(browser_->WaitFor("window.kinegraph"));
+    EXPECT_EQ(browser_->Evaluate("kinegraph.scene !== null"), true) << "WebGL";
+    return *browser_;
+  }
+
+  int Frame() { return browser_->Evaluate("kinegraph.state.frame"); }
+
+  // The frame that the state, the slider, the clock, the bodies in 3D and the
+  // panels all show; -1 when they disagree.
+  int FrameEverywhere() {
+    const Json shown = browser_->Evaluate(R"((() => {
+      const f = kinegraph.state.frame, result = kinegraph.results[0];
+      const p = result.start[f], matrix = new THREE.Matrix4();
+      kinegraph.scene.bodies[0][result.person[p]].joints.getMatrixAt(0, matrix);
+      const apart = Math.abs(matrix.elements[12] - result.xyz[p * 17 * 3]);
+      return {frame: f, slider: Number(document.getElementById('scrub').value),
+              clock: document.getElementById('clock').textContent, apart: apart,
+              cursor: document.querySelector('.cursor').style.transform};
+    })())");
+    const int frame = shown["frame"];
+    char clock[64];
+    std::snprintf(clock, sizeof(clock), "frame %d \u00b7 %.2f s",
+                  kFirstFrame + frame, (kFirstFrame + frame) / 25.0);
+    const bool agree = shown["slider"] == frame && shown["clock"] == clock &&
+                       shown["apart"].get<double>() < 1e-6;
+    EXPECT_TRUE(agree) << shown;
+    return agree ? frame : -1;
+  }
+
+  // Where the 3D view's camera is: its place, what it looks at, how far.
+  Json Eye() {
+    return browser_->Evaluate(
+        "(() => { const view = kinegraph.scene;"
+        "return {at: view.camera.position.toArray(),"
+        "target: view.controls.target.toArray(),"
+        "distance: view.camera.position.distanceTo(view.controls.target)};"
+        "})()");
+  }
+
+  const testing::TemporaryFolder folder_;
+  const Take take_ = MakeTake();
+  std::string page_;
+  std::unique_ptr<Browser> browser_;
+};
+
+TEST_F(PageInBrowser, KeysLandOnTheRightFrame) {
+  Browser& browser = Open(kDesk);
+  EXPECT_EQ(FrameEverywhere(), 0);
+  const std::vector<std::tuple<const char*, bool, int>> presses = {
+      {"ArrowRight", false, 1}, {"ArrowRight", true, 11},
+      {"ArrowLeft", false, 10}, {"ArrowLeft", true, 0},
+      {"ArrowLeft", false, 0},  {"End", false, 99},
+      {"ArrowRight", true, 99}, {"ArrowLeft", false, 98},
+      {"q", false, 98},         {"Home", false, 0}};
+  for (const auto& [key, shift, frame] : presses) {
+    browser.Press(key, shift);
+    EXPECT_EQ(FrameEverywhere(), frame) << key;
+  }
+  browser.Press("+");
+  EXPECT_EQ(browser.Evaluate("kinegraph.state.speed"), 2.0);
+  browser.Press("-");
+  browser.Press("-");
+  EXPECT_EQ(browser.Evaluate("kinegraph.state.speed"), 0.5);
+  EXPECT_EQ(browser.Evaluate("document.getElementById('speed').value"), "0.5");
 }
 
-INSTANTIATE_TEST_SUITE_P(Sizes, Browser,
-                         ::testing::Values("1400,1000", "390,844"));
+TEST_F(PageInBrowser, ScrubbingLandsOnTheRightFrame) {
+  Browser& browser = Open(kDesk);
+  for (const int frame : {17, 99, 0}) {
+    browser.Evaluate(
+        "(() => { const scrub = document.getElementById('scrub');"
+        "scrub.value = " +
+        std::to_string(frame) +
+        "; scrub.dispatchEvent(new Event('input')); })()");
+    EXPECT_EQ(FrameEverywhere(), frame);
+  }
+  // In the middle of the slider, and of a timeline, lies the middle of the
+  // take: 49.5, so one of the two beside it.
+  for (const char* place : {"#scrub", ".plot"}) {
+    browser.Press("Home");
+    browser.Click(place);
+    EXPECT_NEAR(FrameEverywhere(), 49.5, 1.0) << place;
+  }
+  browser.Click("#step-on");
+  browser.Click("#step-on");
+  browser.Click("#step-back");
+  EXPECT_NEAR(FrameEverywhere(), 50.5, 1.0);
+}
+
+TEST_F(PageInBrowser, PlaybackKeepsTimeAndStopsAtTheEnd) {
+  Browser& browser = Open(kDesk);
+  const auto state = [&] {
+    return browser.Evaluate("[kinegraph.state.time, performance.now() / 1000]");
+  };
+  browser.Click("#play");
+  ASSERT_TRUE(browser.WaitFor("kinegraph.state.frame > 4"));
+  const Json first = state();
+  ASSERT_TRUE(browser.WaitFor("kinegraph.state.frame > 20"));
+  const Json second = state();
+  const double played_s = second[0].get<double>() - first[0].get<double>();
+  const double passed_s = second[1].get<double>() - first[1].get<double>();
+  // Never ahead of the clock, but for one picture (below 0.25 s); how far it
+  // may fall behind depends on the machine.
+  EXPECT_GT(played_s, 0.0);
+  EXPECT_LT(played_s, passed_s + 0.25);
+  browser.Press("Home");
+  EXPECT_EQ(browser.Evaluate("kinegraph.state.playing"), false);
+  // The button still has the focus, and Space presses it: once, not twice.
+  browser.Press(" ");
+  EXPECT_EQ(browser.Evaluate("kinegraph.state.playing"), true);
+  browser.Press("+");
+  browser.Press("+");
+  ASSERT_TRUE(browser.WaitFor("!kinegraph.state.playing"));
+  EXPECT_EQ(FrameEverywhere(), 99);
+  EXPECT_EQ(browser.Evaluate("document.getElementById('play').textContent"),
+            "Play");
+  // From the end it begins again.
+  browser.Click("#play");
+  EXPECT_LT(Frame(), 90);
+}
+
+TEST_F(PageInBrowser, ClickOnAWorstMomentJumps) {
+  Browser& browser = Open(kDesk);
+  // The largest change of velocity is the way back, a frame after the jump.
+  browser.Evaluate(
+      "(() => { const kind = document.getElementById('moment-kind');"
+      "kind.value = 'speed'; kind.dispatchEvent(new Event('change')); })()");
+  EXPECT_THAT(browser
+                  .Evaluate("document.querySelector('#moments button')"
+                            ".textContent")
+                  .get<std::string>(),
+              HasSubstr("l_wrist"));
+  browser.Click("#moments button");
+  EXPECT_EQ(FrameEverywhere(), kJumpFrame + 1 - kFirstFrame);
+  browser.Evaluate(
+      "(() => { const kind = document.getElementById('moment-kind');"
+      "kind.value = 'end'; kind.dispatchEvent(new Event('change')); })()");
+  browser.Click("#moments button");
+  EXPECT_EQ(FrameEverywhere(), 59) << "person 2 is lost";
+}
+
+TEST_F(PageInBrowser, HostileNamesStayText) {
+  Browser& browser = Open(kDesk);
+  EXPECT_EQ(browser.Evaluate("document.title"), kHostile);
+  EXPECT_EQ(browser.Evaluate("document.getElementById('title').textContent"),
+            kHostile);
+  EXPECT_EQ(browser.Evaluate("document.querySelector('figcaption b')"
+                             ".textContent"),
+            kHostile);
+  EXPECT_THAT(browser.Evaluate("document.getElementById('results').textContent")
+                  .get<std::string>(),
+              HasSubstr(kHostile));
+  browser.Press("End");
+  EXPECT_EQ(browser.Evaluate("document.querySelectorAll('img').length"), 0);
+  EXPECT_EQ(browser.Evaluate("typeof hacked"), "undefined");
+}
+
+// ---- Panels and ellipsoids
+
+// What a panel's canvas has at a point of the image: red, green, blue, alpha.
+std::string PixelAt(int view, const Eigen::Vector2d& px) {
+  return "(() => { const panel = kinegraph.panels[" + std::to_string(view) +
+         "]; return Array.from(panel.canvas.getContext('2d').getImageData("
+         "Math.round(" +
+         std::to_string(px.x()) +
+         " * panel.scale - 0.5),"
+         "Math.round(" +
+         std::to_string(px.y()) + " * panel.scale - 0.5), 1, 1).data); })()";
+}
+
+TEST_F(PageInBrowser, PanelsShowWhatWasMatchedRejectedAndMissing) {
+  Browser& browser = Open(kDesk);
+  browser.MiddleOf("#panels");
+  browser.Press("Home");
+  const auto caption = [&](int view) {
+    return browser.Evaluate("document.querySelectorAll('figcaption span')[" +
+                            std::to_string(view) + "].textContent");
+  };
+  EXPECT_EQ(caption(0),
+            "detections 4, matched 3; joints rejected 1, not found 1");
+  EXPECT_EQ(caption(1),
+            "detections 2, matched 2; joints rejected 0, not found 0");
+  EXPECT_EQ(caption(2),
+            "detections 3, matched 3; joints rejected 0, not found 0");
+
+  const auto expect_colour = [&](const Json& pixel, int r, int g, int b,
+                                 const char* what) {
+    EXPECT_NEAR(pixel[0].get<int>(), r, 12) << what << pixel;
+    EXPECT_NEAR(pixel[1].get<int>(), g, 12) << what << pixel;
+    EXPECT_NEAR(pixel[2].get<int>(), b, 12) << what << pixel;
+    EXPECT_GT(pixel[3].get<int>(), 150) << what << pixel;
+  };
+  const std::vector<PersonPose>& people = take_.tracks.frames[0].people;
+  // The rejected wrist has its cross where the detection is.
+  const auto wrist =
+      take_.cameras[0].Project(people[0].joints[kLeftWrist].position_m);
+  ASSERT_TRUE(wrist.has_value());
+  expect_colour(browser.Evaluate(PixelAt(0, *wrist + kShiftPx)), 0xb3, 0x33,
+                0x0c, "cross");
+  // Only the second result's person 2 has no detection over it in view 1; hide
+  // what else is drawn there, then the thick line has that person's colour.
+  browser.Evaluate(
+      "document.querySelectorAll('#results input').forEach((box, i) =>"
+      "{ if (i > 0) box.click(); })");
+  const auto knee =
+      take_.cameras[1].Project(0.5 * (people[2].joints[13].position_m +
+                                      people[2].joints[15].position_m));
+  ASSERT_TRUE(knee.has_value());
+  expect_colour(browser.Evaluate(PixelAt(1, *knee)), 0x00, 0x9e, 0x73,
+                "reprojected shin");
+  // Who a detection belongs to stands over it; nobody's has no name.
+  browser.Evaluate(
+      "window.names = []; window.plain = CanvasRenderingContext2D.prototype"
+      ".fillText; CanvasRenderingContext2D.prototype.fillText ="
+      "function (text) { if (this.canvas === kinegraph.panels[0].canvas)"
+      "names.push(text); plain.apply(this, arguments); }");
+  browser.Press("Home");
+  EXPECT_EQ(browser.Evaluate("names"), Json::array({"0", "1", "2"}));
+}
+
+TEST_F(PageInBrowser, EllipsoidsOnDemandHaveTwoSigma) {
+  Browser& browser = Open(kDesk);
+  const std::string ellipsoids = "kinegraph.scene.bodies[0][0].ellipsoids";
+  EXPECT_EQ(browser.Evaluate(ellipsoids + " === null"), true);
+  browser.Click("#show-ellipsoids");
+  EXPECT_EQ(browser.Evaluate(ellipsoids + ".visible"), true);
+  EXPECT_EQ(browser.Evaluate(ellipsoids + ".count"), 17);
+  const Json axes = browser.Evaluate(
+      "(() => { const m = new THREE.Matrix4();" + ellipsoids +
+      ".getMatrixAt(0, m); return [0, 5, 10].map((i) => m.elements[i]); })()");
+  for (int k = 0; k < 3; ++k) {
+    // The factors are kept to 0.1 mm, so two sigma to 0.1 mm (half up or down).
+    EXPECT_NEAR(axes[static_cast<size_t>(k)].get<double>(), 2.0 * kSigmaM[k],
+                1.01e-4);
+  }
+  browser.Click("#show-ellipsoids");
+  EXPECT_EQ(browser.Evaluate(ellipsoids + ".visible"), false);
+}
+
+TEST_F(PageInBrowser, ResultsAndLayersCanBeHidden) {
+  Browser& browser = Open(kDesk);
+  EXPECT_EQ(browser.Evaluate("kinegraph.scene.bodies[1][0].joints.visible"),
+            true);
+  browser.Click("#results label:nth-child(2) input");
+  EXPECT_EQ(browser.Evaluate("kinegraph.scene.bodies[1][0].joints.visible"),
+            false);
+  // Each frame draws again, so the checks wait for one.
+  for (const char* layer : {"floor", "cameras", "labels", "trails"}) {
+    browser.Click(std::string("#show-") + layer);
+  }
+  EXPECT_EQ(browser.Evaluate("kinegraph.scene.floor.visible"), false);
+  EXPECT_EQ(browser.Evaluate("kinegraph.scene.cameraGroup.visible"), false);
+  EXPECT_EQ(browser.Evaluate("kinegraph.scene.bodies[0][0].trail.visible"),
+            false);
+  EXPECT_TRUE(
+      browser.WaitFor("!document.querySelector('#labels span:not([hidden])')"));
+}
+
+// ---- Touch
+
+TEST_F(PageInBrowser, FingersTurnZoomAndMoveTheView) {
+  Browser& browser = Open(kPhone);
+  const PagePoint middle = browser.MiddleOf("#scene");
+  const auto beside = [&](double dx, double dy) {
+    return PagePoint{middle.x + dx, middle.y + dy};
+  };
+  const double scroll = browser.Evaluate("scrollY");
+  const Json start = Eye();
+  browser.Drag({beside(-60, 0)}, {beside(60, 20)});
+  const Json turned = Eye();
+  EXPECT_NE(turned["at"], start["at"]) << "one finger turns";
+  EXPECT_EQ(turned["target"], start["target"]);
+  EXPECT_NEAR(turned["distance"], start["distance"], 1e-6);
+  browser.Drag({beside(-20, 0), beside(20, 0)},
+               {beside(-80, 0), beside(80, 0)});
+  const Json zoomed = Eye();
+  EXPECT_LT(zoomed["distance"].get<double>(),
+            0.9 * turned["distance"].get<double>())
+      << "two fingers apart come nearer";
+  browser.Drag({beside(-40, 0), beside(40, 0)},
+               {beside(-40, 60), beside(40, 60)});
+  EXPECT_NE(Eye()["target"], zoomed["target"]) << "two side by side move";
+  EXPECT_EQ(browser.Evaluate("scrollY"), scroll) << "the page stays";
+  browser.Tap("#reset-view");
+  EXPECT_NEAR(Eye()["distance"], start["distance"], 1e-6);
+}
+
+TEST_F(PageInBrowser, FingersScrubPlayAndJump) {
+  Browser& browser = Open(kPhone);
+  browser.MiddleOf("#scene");
+  const Json slider = browser.Evaluate(
+      "(() => { const box = document.getElementById('scrub')"
+      ".getBoundingClientRect(); return [box.left, box.width,"
+      "box.top + box.height / 2]; })()");
+  const double left = slider[0];
+  const double width = slider[1];
+  const double y = slider[2];
+  browser.Drag({{left + 10.0, y}}, {{left + 0.5 * width, y}});
+  // The middle of the slider is the middle of the take; a frame is 3 pixels
+  // wide, and the thumb keeps the distance at which it was taken (10 px).
+  EXPECT_NEAR(FrameEverywhere(), 49.5, 5.0);
+  browser.Tap("#play");
+  const int from = Frame();
+  EXPECT_TRUE(
+      browser.WaitFor("kinegraph.state.frame > " + std::to_string(from + 3)));
+  browser.Tap("#play");
+  EXPECT_EQ(browser.Evaluate("kinegraph.state.playing"), false);
+  browser.Tap("#moments button");
+  EXPECT_EQ(FrameEverywhere(),
+            browser.Evaluate("Number(document.querySelector("
+                             "'#moments button').dataset.at)"));
+  // A tap on a timeline jumps; a finger that scrolls the page does not.
+  const PagePoint plot = browser.MiddleOf(".plot");
+  browser.Tap(plot);
+  EXPECT_NEAR(FrameEverywhere(), 49.5, 1.0);
+  browser.Press("Home");
+  const double before = browser.Evaluate("scrollY");
+  browser.Drag({plot}, {{plot.x, plot.y + 200.0}});
+  EXPECT_TRUE(browser.WaitFor("scrollY < " + std::to_string(before - 50.0)));
+  EXPECT_EQ(FrameEverywhere(), 0);
+}
+
+// ---- Layout
+
+// Pairs of visible things that lie over one another, things that stick out of
+// the page, and text that its box cuts off. What floats over the 3D view is
+// compared with what floats there too.
+constexpr const char* kFaults = R"((() => {
+  scrollTo(0, document.documentElement.scrollHeight);
+  const list = document.getElementById('moments').getBoundingClientRect();
+  const parts = [];
+  document.querySelectorAll('h1, h2, #subtitle, button, select, input, output,' +
+      'label, #stage, aside .card, figure, .chart, .head b, .key, .plot,' +
+      '#view-legend, figcaption b, figcaption span, footer').forEach((node) => {
+    const box = node.getBoundingClientRect();
+    let [top, bottom] = [box.top, box.bottom];
+    if (node.closest('#moments')) {
+      top = Math.max(top, list.top);
+      bottom = Math.min(bottom, list.bottom);
+    }
+    if (box.width > 0 && bottom > top) {
+      parts.push({node: node, left: box.left, right: box.right, top: top, bottom: bottom});
+    }
+  });
+  const name = (node) => node.id || node.tagName + ' ' + node.textContent.slice(0, 20);
+  const faults = [];
+  parts.forEach((a, i) => parts.slice(i + 1).forEach((b) => {
+    if (a.node.contains(b.node) || b.node.contains(a.node)) return;
+    const apart = a.right <= b.left + 1 || b.right <= a.left + 1 || a.bottom <= b.top + 1 || b.bottom <= a.top + 1;
+    if (!apart) faults.push(name(a.node) + ' over ' + name(b.node));
+  }));
+  parts.forEach((part) => {
+    if (part.left < -1 || part.right > document.documentElement.clientWidth + 1) faults.push(name(part.node) + ' outside');
+  });
+  document.querySelectorAll('button, output, h1, figcaption, .head').forEach((node) => {
+    if (node.scrollWidth > node.clientWidth + 1) faults.push(name(node) + ' cut off');
+  });
+  if (document.documentElement.scrollWidth > innerWidth) faults.push('scrolls sideways');
+  scrollTo(0, 0);
+  const bar = document.getElementById('transport').getBoundingClientRect();
+  if (bar.bottom > innerHeight + 1) faults.push('playback out of sight');
+  return faults;
+})())";
+
+// Text whose contrast with what lies behind is below 4.5 (WCAG 2.1, 1.4.3).
+constexpr const char* kPaleTexts = R"((() => {
+  const numbers = (colour) => colour.match(/[\d.]+/g).map(Number);
+  const luminance = (c) => {
+    const [r, g, b] = c.slice(0, 3).map((v) => v / 255 <= 0.03928 ? v / 255 / 12.92 : Math.pow((v / 255 + 0.055) / 1.055, 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const pale = [];
+  document.querySelectorAll('h1, h2, #subtitle, button, label, output, select, .legend, .key, .head b, figcaption, footer, .when, #labels span').forEach((node) => {
+    let behind = node;
+    while (behind !== document.documentElement && numbers(getComputedStyle(behind).backgroundColor)[3] === 0) behind = behind.parentElement;
+    const a = luminance(numbers(getComputedStyle(node).color)), b = luminance(numbers(getComputedStyle(behind).backgroundColor));
+    const contrast = (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05);
+    if (contrast < 4.5) pale.push((node.id || node.className || node.tagName) + ' ' + contrast.toFixed(2));
+  });
+  return pale;
+})())";
+
+struct LayoutCase {
+  const char* name;
+  Screen screen;
+};
+
+class PageLayout : public PageInBrowser,
+                   public ::testing::WithParamInterface<LayoutCase> {};
+
+TEST_P(PageLayout, NothingOverlapsInBothThemes) {
+  for (const bool dark : {false, true}) {
+    Browser& browser = Open(GetParam().screen, dark);
+    EXPECT_EQ(browser.Evaluate("innerWidth"), GetParam().screen.width);
+    EXPECT_EQ(browser.Evaluate("document.documentElement.classList.contains("
+                               "'dark')"),
+              dark);
+    for (const char* state : {"as it opens", "in the other theme"}) {
+      SCOPED_TRACE(state);
+      EXPECT_EQ(browser.Evaluate(kFaults), Json::array());
+      EXPECT_EQ(browser.Evaluate(kPaleTexts), Json::array());
+      browser.Click("#theme");
+    }
+    browser.Click("#help-button");
+    EXPECT_EQ(browser.Evaluate(kFaults), Json::array()) << "with help";
+    TearDown();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Screens, PageLayout,
+    ::testing::Values(LayoutCase{"desk", kDesk}, LayoutCase{"phone", kPhone},
+                      LayoutCase{"phone_on_its_side", kPhoneOnItsSide},
+                      LayoutCase{"small_phone", kSmallPhone},
+                      LayoutCase{"tablet", kTablet}),
+    [](const auto& layout) { return std::string(layout.param.name); });
+
+// The yardsticks themselves: a spoilt page must not pass.
+TEST_F(PageInBrowser, FaultsAreSeen) {
+  Browser& browser = Open(kDesk);
+  const auto spoil = [&](const std::string& style) {
+    browser.Evaluate(
+        "(() => { const style = document.createElement('style');"
+        "style.textContent = '" +
+        style +
+        "'; document.body.append(style);"
+        "})()");
+  };
+  spoil("#timelines { margin-top: -60px; } footer { color: #d0d0d0; }");
+  EXPECT_NE(browser.Evaluate(kFaults), Json::array());
+  EXPECT_NE(browser.Evaluate(kPaleTexts), Json::array());
+  browser.Evaluate("console.error('on purpose')");
+  EXPECT_EQ(browser.problems().size(), 1u);
+  browser.Evaluate("setTimeout(() => { throw new Error('thrown'); })");
+  browser.Evaluate("fetch('http://127.0.0.1:9/').catch(() => 'refused')");
+  EXPECT_GE(browser.problems().size(), 3u) << "the policy refuses any request";
+  browser_.reset();  // with the problems that TearDown() would complain about
+}
+
+TEST_F(PageInBrowser, ThingsToTapAreLargeEnoughOnAPhone) {
+  Browser& browser = Open(kPhone);
+  // 24 CSS pixels is the least that WCAG 2.2 (2.5.8) allows.
+  EXPECT_EQ(browser.Evaluate(
+                "Array.from(document.querySelectorAll('button, select, label,"
+                "#scrub')).filter((node) => !node.hidden &&"
+                "node.getBoundingClientRect().height < 24 &&"
+                "node.getBoundingClientRect().height > 0)"
+                ".map((node) => node.id || node.textContent)"),
+            Json::array());
+}
 
 }  // namespace
 }  // namespace kinegraph

@@ -14,6 +14,7 @@
 #include "apps/report/page.h"
 #include "core/base/error.h"
 #include "core/io/json.h"
+#include "tests/support/base64.h"
 #include "tests/support/rig.h"
 
 namespace kinegraph {
@@ -54,19 +55,7 @@ PageInput InputOf(TrackSequence tracks) {
 
 template <typename Number>
 std::vector<Number> Decode(const std::string& text) {
-  const std::string alphabet =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::vector<unsigned char> bytes;
-  unsigned buffer = 0;
-  int bits = 0;
-  for (const char c : text) {
-    if (c == '=') break;
-    buffer = (buffer << 6) | static_cast<unsigned>(alphabet.find(c));
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes.push_back(static_cast<unsigned char>((buffer >> bits) & 255u));
-  }
+  const std::string bytes = testing::FromBase64(text);
   std::vector<Number> numbers(bytes.size() / sizeof(Number));
   std::memcpy(numbers.data(), bytes.data(), numbers.size() * sizeof(Number));
   return numbers;
@@ -141,6 +130,34 @@ TEST(PageData, TooMuchIsDecimatedAndSaid) {
 TEST(PageData, SameInputSameBytes) {
   const PageInput input = InputOf(Walk(20, 3, 25.0));
   EXPECT_EQ(MakePageData(input).json, MakePageData(input).json);
+}
+
+// Two results and the truth: distances of both are to the truth.
+TEST(PageData, TwoResultsAreMeasuredAgainstTheTruth) {
+  PageInput input = InputOf(Walk(5, 2, 25.0));
+  for (const double shift_m : {0.1, 0.0}) {
+    TrackSequence other = Walk(5, 2, 25.0);
+    for (TrackFrame& frame : other.frames) {
+      for (PersonPose& person : frame.people) {
+        for (Joint3d& joint : person.joints) joint.position_m.z() += shift_m;
+      }
+    }
+    input.results.push_back({"other", ResultRole::kTracks, std::move(other)});
+  }
+  input.results[2].role = ResultRole::kGroundTruth;
+  const Json page = ParseJson(MakePageData(input).json, "page");
+  const auto differences = [&](int r) {
+    return Decode<uint16_t>(page["results"][r]["difference"]);
+  };
+  EXPECT_EQ(differences(0), std::vector<uint16_t>(5 * 2, 0));
+  EXPECT_EQ(differences(1), std::vector<uint16_t>(5 * 2, 100)) << "in mm";
+  EXPECT_FALSE(page["results"][2].contains("difference"));
+  // The same without truth: the first is measured against the second.
+  input.results.pop_back();
+  const Json pair = ParseJson(MakePageData(input).json, "page");
+  EXPECT_EQ(Decode<uint16_t>(pair["results"][0]["difference"]),
+            std::vector<uint16_t>(5 * 2, 100));
+  EXPECT_FALSE(pair["results"][1].contains("difference"));
 }
 
 TEST(PageData, NoFrameIsRefused) {

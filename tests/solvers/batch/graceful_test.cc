@@ -256,7 +256,9 @@ class WarningCounter final : public google::LogSink {
   int count_ = 0;
 };
 
-class GracefulOptions : public ::testing::TestWithParam<bool> {};
+// Solver, bones.
+class GracefulOptions
+    : public ::testing::TestWithParam<std::tuple<GraphSolver, bool>> {};
 
 TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
   SceneModel scene;
@@ -267,7 +269,8 @@ TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
   options.max_iterations = 1;
   options.loss = LossKind::kHuber;
   options.estimate_noise_scale = false;
-  options.bones = GetParam();
+  options.solver = std::get<0>(GetParam());
+  options.bones = std::get<1>(GetParam());
   Random random(43);
   SimulatedTake take =
       testing::Simulate(scene, options, testing::WalkingMotion(scene, 30),
@@ -284,10 +287,14 @@ TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
       EXPECT_NE(joint.status, JointStatus::kObserved);
     }
   }
-  EXPECT_GT(warnings.count(), 0);
+  EXPECT_EQ(warnings.count(), 1);  // one line a person
 }
 
-INSTANTIATE_TEST_SUITE_P(Bones, GracefulOptions, ::testing::Bool());
+INSTANTIATE_TEST_SUITE_P(
+    SolversAndBones, GracefulOptions,
+    ::testing::Combine(::testing::Values(GraphSolver::kChain,
+                                         GraphSolver::kCeres),
+                       ::testing::Bool()));
 
 // Lengths that no pose can have: the bone solver has to give up somewhere.
 TEST(BoneSolverTest, SaysWhereItDidNotSettle) {

@@ -168,6 +168,33 @@ TEST_F(BoneTest, MarginalisingKeepsValuesAndCovariances) {
   ExpectSameStates(by_ceres, rest, 1e-8);
 }
 
+// What is stated knows the loss' correction also for frames that are gone.
+TEST_F(BoneTest, MarginalisingKeepsStatedCovariances) {
+  constexpr size_t kFrames = 10;
+  constexpr double kCorrection = 1.3;
+  Make(3, kFrames, SimulatedNoise());
+  BoneSolver solver;
+  solver.Solve(Exact(LossKind::kGemanMcClure), &problem_);
+  std::vector<std::vector<Matrix6d>> before;
+  ASSERT_TRUE(PersonCovariances(problem_, kCorrection, kFrames, &before));
+  PersonProblem rest = problem_;
+  for (size_t dropped = 1; dropped <= 3; ++dropped) {
+    DropFirstFrame(kCorrection, &rest);
+    std::vector<std::vector<Matrix6d>> after;
+    ASSERT_TRUE(
+        PersonCovariances(rest, kCorrection, kFrames - dropped, &after));
+    for (size_t j = 0; j < after.size(); ++j) {
+      for (size_t k = 0; k < after[j].size(); ++k) {
+        const Matrix6d& expected = before[j][k + dropped];
+        // Squaring rows loses half of the sixteen digits; the information of
+        // positions over that of velocities is below 1e3.
+        EXPECT_LT((after[j][k] - expected).norm(), 1e-6 * expected.norm())
+            << dropped << " " << j << " " << k;
+      }
+    }
+  }
+}
+
 TEST(BoneLengths, MedianOfBothSidesDrawnToThePopulation) {
   const Skeleton skeleton("legs", {"l_knee", "l_ankle", "r_knee", "r_ankle"},
                           {{0, 1}, {2, 3}});
@@ -182,6 +209,29 @@ TEST(BoneLengths, MedianOfBothSidesDrawnToThePopulation) {
   EXPECT_EQ(lengths.Length(0), lengths.Length(1));
   lengths.Add(0, 0.37, 1.0);
   EXPECT_NEAR(*lengths.Length(1), 0.371, 0.002);
+}
+
+TEST(BoneLengths, TheHeadIsRigid) {
+  // 17 joints have 18 bones of their own, four of them in the face; of the ten
+  // pairs of its five joints six are missing.
+  const std::vector<Bone> pairs = RigidPairs(Coco17());
+  EXPECT_EQ(pairs.size(), Coco17().bones().size() + 6);
+  BoneLengths lengths(Coco17());
+  EXPECT_EQ(lengths.bones().size(), pairs.size());
+  // Nose to left ear and nose to right ear are mirrors: they share a length.
+  const auto find = [&](int a, int b) {
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      if (pairs[i].a == a && pairs[i].b == b) return static_cast<int>(i);
+    }
+    return -1;
+  };
+  const int left = find(0, 3);
+  const int right = find(0, 4);
+  ASSERT_GE(left, 0);
+  ASSERT_GE(right, 0);
+  lengths.Add(left, 0.15, 2.0);
+  ASSERT_TRUE(lengths.Length(right).has_value());
+  EXPECT_NEAR(*lengths.Length(right), 0.15, 2e-3);  // a bin
 }
 
 TEST(BoneLengths, UnknownBonesNeedToBeSeen) {

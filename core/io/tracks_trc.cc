@@ -1,0 +1,265 @@
+// TRC of OpenSim and Pose2Sim: tab-separated; the second and third line name
+// and give the header's values, the fourth names a marker over each three
+// columns, the fifth their coordinates; then a row a frame. Empty cells and NaN
+// are markers without position. One file is one person: the number after
+// "person_" (ours) or "_P" (Pose2Sim) in its name. The frame is
+// OrigDataStartFrame plus the row.
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/bulk_json.h"
+#include "core/io/names.h"
+#include "core/io/text_file.h"
+#include "core/io/track_formats.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Lines without what ends them, blank ones left out.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : rest_(text) {}
+
+  bool Next(std::vector<std::string_view>* cells) {
+    std::string_view line;
+    while (line.find_first_not_of("\t\r ") == std::string_view::npos) {
+      if (rest_.empty()) return false;
+      const size_t end = std::min(rest_.find('\n'), rest_.size());
+      line = rest_.substr(0, end);
+      rest_.remove_prefix(std::min(end + 1, rest_.size()));
+      ++number_;
+    }
+    if (line.back() == '\r') line.remove_suffix(1);
+    cells->clear();
+    for (size_t begin = 0; begin <= line.size();) {
+      const size_t end = std::min(line.find('\t', begin), line.size());
+      cells->push_back(line.substr(begin, end - begin));
+      begin = end + 1;
+    }
+    return true;
+  }
+
+  std::string Place() const { return "line " + std::to_string(number_); }
+
+ private:
+  std::string_view rest_;
+  int64_t number_ = 0;
+};
+
+// nullopt for an empty cell and NaN.
+std::optional<double> NumberOf(std::string_view cell) {
+  while (!cell.empty() && cell.front() == ' ') cell.remove_prefix(1);
+  while (!cell.empty() && cell.back() == ' ') cell.remove_suffix(1);
+  if (cell.empty()) return std::nullopt;
+  double number = 0.0;
+  const char* end = cell.data() + cell.size();
+  const auto [stop, error] = std::from_chars(cell.data(), end, number);
+  if (error != std::errc() || stop != end || std::isinf(number)) {
+    throw InputError("found '" + Printable(std::string(cell)) +
+                     "', expected a number");
+  }
+  if (std::isnan(number)) return std::nullopt;
+  return number;
+}
+
+struct Header {
+  double frame_rate_hz = 0.0;
+  double metres = 1.0;  // of a unit
+  int64_t first_frame = 0;
+  int64_t frames = 0;
+  std::vector<std::string> markers;
+};
+
+double MetresOf(std::string_view unit) {
+  for (const auto& [name, metres] :
+       {std::pair{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}}) {
+    if (unit == name) return metres;
+  }
+  throw InputError("Units: found '" + Printable(std::string(unit)) +
+                   "', expected m, cm or mm");
+}
+
+std::vector<std::string_view> NextOf(Lines* lines) {
+  std::vector<std::string_view> cells;
+  if (!lines->Next(&cells)) throw InputError("ends in its header");
+  return cells;
+}
+
+Header ReadHeader(Lines* lines) {
+  constexpr int64_t kMaxRows = 10'000'000;
+  Header header;
+  if (NextOf(lines)[0] != "PathFileType") {
+    throw InputError("does not begin with PathFileType");
+  }
+  const std::vector<std::string_view> names = NextOf(lines);
+  const std::vector<std::string_view> values = NextOf(lines);
+  const auto value = [&](const char* name) -> std::string_view {
+    for (size_t i = 0; i < names.size() && i < values.size(); ++i) {
+      if (names[i] == name) return values[i];
+    }
+    throw InputError("has no '" + std::string(name) + "'");
+  };
+  const auto number = [&](const char* name, double high) {
+    const double given = NumberOf(value(name)).value_or(-1.0);
+    if (given < 0.0 || given > high) {
+      throw InputError(std::string(name) + ": expected 0 .. " +
+                       std::to_string(static_cast<int64_t>(high)));
+    }
+    return given;
+  };
+  header.frame_rate_hz = number("DataRate", 1e6);
+  header.metres = MetresOf(value("Units"));
+  header.frames = static_cast<int64_t>(number("NumFrames", kMaxRows));
+  header.first_frame =
+      static_cast<int64_t>(number("OrigDataStartFrame", kMaxFrame));
+  const auto markers = static_cast<size_t>(number("NumMarkers", 10000.0));
+  const std::vector<std::string_view> titles = NextOf(lines);
+  for (size_t m = 0; m < markers; ++m) {
+    if (2 + 3 * m >= titles.size()) {
+      throw InputError("names fewer than " + std::to_string(markers) +
+                       " markers");
+    }
+    header.markers.emplace_back(titles[2 + 3 * m]);
+  }
+  if (NextOf(lines).size() < 3) throw InputError("expected X1, Y1, Z1, ...");
+  return header;
+}
+
+// One person's file.
+struct PersonFile {
+  std::string path;
+  TrackId id;
+};
+
+// The number after the last "person_" or "_P" in a file's name.
+std::optional<int64_t> PersonOf(const std::string& name) {
+  for (const std::string mark : {"person_", "_P"}) {
+    for (size_t at = name.rfind(mark); at != std::string::npos;
+         at = at == 0 ? std::string::npos : name.rfind(mark, at - 1)) {
+      const size_t begin = at + mark.size();
+      size_t end = begin;
+      while (end < name.size() && name[end] >= '0' && name[end] <= '9') ++end;
+      if (end > begin) return LastInteger(name.substr(begin, end - begin));
+    }
+  }
+  return std::nullopt;
+}
+
+// Ids are those of the names where every name has its own, else 0, 1, 2 in the
+// order of the names.
+std::vector<PersonFile> PersonFiles(const std::string& path) {
+  if (!IsFolder(path)) {
+    const std::string name = fs::path(path).filename().string();
+    return {{path, TrackId(PersonOf(name).value_or(0))}};
+  }
+  const std::vector<std::string> names = ListTrcFiles(path);
+  if (names.empty()) throw InputError(path, "", "has no .trc files");
+  std::vector<PersonFile> files;
+  std::set<int64_t> ids;
+  for (const std::string& name : names) {
+    const std::optional<int64_t> id = PersonOf(name);
+    if (id.has_value()) ids.insert(*id);
+    files.push_back({path + "/" + name, TrackId(id.value_or(0))});
+  }
+  if (ids.size() == files.size()) return files;
+  for (size_t i = 0; i < files.size(); ++i) {
+    files[i].id = TrackId(static_cast<int64_t>(i));
+  }
+  return files;
+}
+
+void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
+                 const AxisMap& axes, Pose3d* joints) {
+  for (size_t m = 0; m < joints->size(); ++m) {
+    Eigen::Vector3d in_file;
+    int found = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto number =
+          NumberOf(cells[2 + 3 * m + static_cast<size_t>(axis)]);
+      found += number.has_value() ? 1 : 0;
+      in_file[axis] = number.value_or(0.0) * metres;
+    }
+    if (found == 0) continue;
+    if (found < 3) throw InputError("a marker has only some coordinates");
+    (*joints)[m] = {axes.Invert(in_file), JointStatus::kObserved};
+  }
+}
+
+void ReadRows(const Header& header, TrackId id, const AxisMap& axes,
+              Lines* lines, TrackCollector* collector) {
+  std::vector<std::string_view> cells;
+  int64_t row = 0;
+  while (lines->Next(&cells)) {
+    if (cells.size() < 2 + 3 * header.markers.size()) {
+      throw InputError("found " + std::to_string(cells.size()) +
+                       " cells, expected " +
+                       std::to_string(2 + 3 * header.markers.size()));
+    }
+    const int64_t number = header.first_frame + row++;
+    TrackFrame* frame = collector->Touch(number);
+    const std::optional<double> time_s = NumberOf(cells[1]);
+    if (!time_s.has_value() || std::abs(*time_s) > 1e9) {
+      throw InputError("Time: expected seconds");
+    }
+    frame->time = FromSeconds(*time_s);
+    Pose3d joints(header.markers.size());
+    ReadMarkers(cells, header.metres, axes, &joints);
+    // All markers empty: the person is not there.
+    if (CountPresent(joints) == 0) continue;
+    collector->Add(number, id)->joints = std::move(joints);
+  }
+  if (row != header.frames) {
+    throw InputError("found " + std::to_string(row) + " rows, NumFrames says " +
+                     std::to_string(header.frames));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> ListTrcFiles(const std::string& path) {
+  std::vector<std::string> names;
+  if (!IsFolder(path)) return names;
+  for (const std::string& name : ListFolder(path)) {
+    if (name.front() != '.' && fs::path(name).extension() == ".trc") {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
+
+TrackSequence ReadTracksTrc(const std::string& path,
+                            const TrackReadOptions& options) {
+  std::optional<TrackCollector> collector;
+  for (const PersonFile& file : PersonFiles(path)) {
+    const std::string text = ReadTextFile(file.path);
+    Lines lines(text);
+    Located(
+        file.path, [&] { return lines.Place(); },
+        [&] {
+          const Header header = ReadHeader(&lines);
+          if (!collector.has_value()) {
+            TrackHeader tracks;
+            tracks.mode = "trc";
+            tracks.frame_rate_hz = options.frame_rate_hz > 0.0
+                                       ? options.frame_rate_hz
+                                       : header.frame_rate_hz;
+            tracks.skeleton = SkeletonOfNames(header.markers, options);
+            collector.emplace(std::move(tracks));
+          } else if (collector->header().skeleton.joints() != header.markers) {
+            throw InputError("has other markers than the first file");
+          }
+          ReadRows(header, file.id, options.trc_axes, &lines, &*collector);
+        });
+  }
+  return collector->Finish();
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,193 @@
+#include "solvers/filters/smoothing_spline.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "solvers/filters/segment_filters.h"
+#include "tests/support/signals.h"
+
+namespace kinegraph {
+namespace {
+
+const int kPlaces[] = {0, 1, 15, 28, 29};
+
+void ExpectPlaces(const Samples& found, const double (&expected)[5],
+                  double tolerance) {
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_NEAR(found(kPlaces[i], 0), expected[i], tolerance) << kPlaces[i];
+  }
+}
+
+// Known answers: scipy 1.10.1, from scipy.interpolate import
+// make_smoothing_spline; x, t as testing::Wiggle(30) and the times say.
+
+TEST(SmoothingSplineTest, GivenLambdaItIsScipys) {
+  // s = make_smoothing_spline(t, x, lam=1e-4); s(t[[0, 1, 15, 28, 29]]) and
+  // s([0.05, 0.5, 1.13]).
+  const Samples values = testing::Wiggle(30);
+  const auto even_s = testing::UniformTimes(30);
+  ExpectPlaces(SmoothingSpline(1e-4, even_s, values, even_s),
+               {0.05327894903997576, 0.4117218645293546, 0.5340153338821643,
+                3.643060235352621, 3.595694967893229},
+               1e-12);
+  Samples between = SmoothingSpline(1e-4, even_s, values, {0.05, 0.5, 1.13});
+  EXPECT_NEAR(between(0, 0), 0.5009763361272546, 1e-12);
+  EXPECT_NEAR(between(1, 0), 0.6855917345363307, 1e-12);
+  EXPECT_NEAR(between(2, 0), 3.63411431931116, 1e-12);
+  const auto uneven_s = testing::UnevenTimes(30);
+  ExpectPlaces(SmoothingSpline(1e-4, uneven_s, values, uneven_s),
+               {0.0359904389445469, 0.5019520537127053, 0.5333775732329449,
+                3.639794555652607, 3.601979672352631},
+               1e-12);
+  between = SmoothingSpline(1e-4, uneven_s, values, {0.05, 0.5, 1.13});
+  EXPECT_NEAR(between(0, 0), 0.4846678914697284, 1e-12);
+  EXPECT_NEAR(between(1, 0), 0.6917008021532127, 1e-12);
+  EXPECT_NEAR(between(2, 0), 3.625926554544184, 1e-12);
+}
+
+TEST(SmoothingSplineTest, GcvIsThatOfTheDenseMatrix) {
+  // A's columns: make_smoothing_spline(t, e_i, lam=l)(t), uneven t; r = x - A x
+  // 30 * (r @ r) / np.trace(np.eye(30) - A)**2
+  const Samples values = testing::Wiggle(30);
+  const auto times_s = testing::UnevenTimes(30);
+  EXPECT_NEAR(GcvScore(1e-6, times_s, values), 0.02069774534336128, 1e-12);
+  EXPECT_NEAR(GcvScore(1e-5, times_s, values), 0.01382353344239944, 1e-12);
+  EXPECT_NEAR(GcvScore(1e-4, times_s, values), 0.01129025016192495, 1e-12);
+  // scipy.optimize.minimize_scalar over log10 l, bounds -8 and -2, xatol 1e-10:
+  // l = 0.00011323759541927564. A minimum is known to the root of rounding.
+  const double lambda_s3 = ChooseLambdaByGcv(times_s, values);
+  EXPECT_NEAR(lambda_s3 / 0.00011323759541927564, 1.0, 1e-5);
+  ExpectPlaces(SmoothingSpline(lambda_s3, times_s, values, times_s),
+               {0.03905145176392938, 0.504031179781778, 0.535823323358409,
+                3.640620592591196, 3.607929756337134},
+               1e-6);
+}
+
+TEST(SmoothingSplineTest, ColumnsShareOneLambda) {
+  const auto times_s = testing::UniformTimes(30);
+  Samples values(30, 2);
+  values << testing::Wiggle(30), testing::Wiggle(30).reverse();
+  const double left = GcvScore(1e-4, times_s, values.col(0));
+  const double right = GcvScore(1e-4, times_s, values.col(1));
+  EXPECT_NEAR(GcvScore(1e-4, times_s, values), left + right, 1e-14);
+}
+
+TEST(SmoothingSplineTest, FrequencyResponse) {
+  // Of evenly spaced values without end: with c = cos w the symbols of Q'Q and
+  // R are 4 (1 - c)^2 and (2 + c) / 3, so the gain is
+  //   1 / (1 + lambda' 12 (1 - c)^2 / (2 + c)), lambda' in cubed steps,
+  // and 1 / (1 + (f / cutoff)^4) where f is small.
+  for (const double rate_hz : {25.0, 120.0}) {
+    const auto times_s = testing::UniformTimes(2001, rate_hz);
+    const double lambda_s3 = LambdaOfCutoff(3.0, 1.0 / rate_hz);
+    for (const double f : {1.0, 3.0, 6.0, 10.0}) {
+      const double c = std::cos(2.0 * M_PI * f / rate_hz);
+      const double steps = lambda_s3 * std::pow(rate_hz, 3);
+      const double expected =
+          1.0 / (1.0 + steps * 12.0 * (1.0 - c) * (1.0 - c) / (2.0 + c));
+      const double gain = testing::Gain(
+          [&](const Samples& values) {
+            return SmoothingSpline(lambda_s3, times_s, values, times_s);
+          },
+          f, rate_hz);
+      EXPECT_NEAR(gain, expected, 1e-9) << f << " Hz at " << rate_hz;
+      if (rate_hz > 100.0 && f < 4.0) {
+        EXPECT_NEAR(gain, 1.0 / (1.0 + std::pow(f / 3.0, 4)), 1e-3);
+      }
+    }
+  }
+}
+
+TEST(SmoothingSplineTest, ImpulseAndStepAreTheDenseSolution) {
+  // The cost written out for the values at the times: f = (I + lambda K)^-1 y,
+  // K = Q R^-1 Q' (Green and Silverman, section 2.1), by a dense inverse.
+  constexpr int kCount = 25;
+  const auto times_s = testing::UnevenTimes(kCount);
+  Eigen::MatrixXd Q = Eigen::MatrixXd::Zero(kCount, kCount - 2);
+  Eigen::MatrixXd R = Eigen::MatrixXd::Zero(kCount - 2, kCount - 2);
+  const auto h = [&](int i) {
+    return times_s[static_cast<size_t>(i) + 1] -
+           times_s[static_cast<size_t>(i)];
+  };
+  for (int i = 0; i + 2 < kCount; ++i) {
+    Q(i, i) = 1.0 / h(i);
+    Q(i + 1, i) = -1.0 / h(i) - 1.0 / h(i + 1);
+    Q(i + 2, i) = 1.0 / h(i + 1);
+    R(i, i) = (h(i) + h(i + 1)) / 3.0;
+    if (i + 3 < kCount) R(i, i + 1) = R(i + 1, i) = h(i + 1) / 6.0;
+  }
+  const double lambda_s3 = 3e-4;
+  const Eigen::MatrixXd A =
+      (Eigen::MatrixXd::Identity(kCount, kCount) +
+       lambda_s3 * Q * R.ldlt().solve(Q.transpose()))
+          .ldlt()
+          .solve(Eigen::MatrixXd::Identity(kCount, kCount));
+  for (const Samples& values : {Samples(testing::Impulse(kCount, 12)),
+                                Samples(testing::Impulse(kCount, 0)),
+                                Samples(testing::Step(kCount, 12))}) {
+    EXPECT_LT(
+        (SmoothingSpline(lambda_s3, times_s, values, times_s) - A * values)
+            .cwiseAbs()
+            .maxCoeff(),
+        1e-11);
+  }
+}
+
+TEST(SmoothingSplineTest, EndsAreStraightAndLimitsAreLines) {
+  const auto times_s = testing::UniformTimes(30);
+  const Samples values = testing::Wiggle(30);
+  // Outside, equal steps make equal differences.
+  const Samples outside = SmoothingSpline(1e-4, times_s, values,
+                                          {-0.2, -0.1, 0.0, 1.16, 1.26, 1.36});
+  EXPECT_NEAR(outside(0, 0) - outside(1, 0), outside(1, 0) - outside(2, 0),
+              1e-12);
+  EXPECT_NEAR(outside(4, 0) - outside(3, 0), outside(5, 0) - outside(4, 0),
+              1e-12);
+  // Without smoothing it interpolates; with endless smoothing it is the
+  // regression line, of which a line is its own.
+  EXPECT_LT((SmoothingSpline(0.0, times_s, values, times_s) - values).norm(),
+            1e-12);
+  Samples line(30, 1);
+  for (int k = 0; k < 30; ++k) line(k, 0) = 2.0 - 0.1 * k;
+  EXPECT_LT((SmoothingSpline(1.0, times_s, line, times_s) - line).norm(),
+            1e-10);
+}
+
+TEST(SmoothingSplineTest, GoesOverGapsByItself) {
+  // A parabola with frames 10 to 14 bridged by a (wrong) line: the spline sees
+  // the samples alone and follows the curve.
+  JointSegment segment;
+  segment.times_s = testing::UniformTimes(30);
+  segment.positions_m.resize(30, 3);
+  segment.sampled.assign(30, 1);
+  const auto curve = [](double t) { return 3.0 * t * t; };
+  for (int k = 0; k < 30; ++k) {
+    const bool gap = k >= 10 && k < 15;
+    segment.sampled[static_cast<size_t>(k)] = !gap;
+    const double share = (k - 9) / 6.0;
+    const double linear = (1.0 - share) * curve(0.36) + share * curve(0.6);
+    segment.positions_m.row(k).setConstant(gap ? linear : curve(0.04 * k));
+  }
+  const Samples smoothed = SmoothingSplineFilter({}, 25.0)(segment).positions_m;
+  // In the middle the line is 3 * 0.12^2 = 43 mm off.
+  EXPECT_NEAR(segment.positions_m(12, 0) - curve(0.48), 0.0432, 1e-4);
+  for (int k = 10; k < 15; ++k) {
+    EXPECT_NEAR(smoothed(k, 0), curve(0.04 * k), 2e-3) << k;
+  }
+}
+
+TEST(SmoothingSplineTest, FewSamplesStay) {
+  for (int count = 1; count < 5; ++count) {
+    JointSegment segment;
+    segment.times_s = testing::UniformTimes(count);
+    segment.positions_m = testing::Wiggle(count).replicate(1, 3);
+    segment.sampled.assign(static_cast<size_t>(count), 1);
+    EXPECT_EQ(SmoothingSplineFilter({}, 25.0)(segment).positions_m,
+              segment.positions_m);
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,104 @@
+// A headless Chromium, worked as a user works it: real keys, clicks and
+// touches, any screen. It is spoken to through a pipe in the Chrome DevTools
+// Protocol (https://chromedevtools.github.io/devtools-protocol).
+#ifndef KINEGRAPH_TESTS_SUPPORT_BROWSER_H_
+#define KINEGRAPH_TESTS_SUPPORT_BROWSER_H_
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+#include "core/io/json.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph::testing {
+
+// A screen in CSS pixels.
+struct Screen {
+  int width = 1400;
+  int height = 1000;
+  double pixel_ratio = 1.0;
+  bool is_phone = false;  // a viewport as phones have it, and touch
+};
+
+struct PagePoint {
+  double x = 0.0;  // CSS pixels from the left of the viewport
+  double y = 0.0;
+};
+
+// Every call throws std::runtime_error when the browser does not answer within
+// a minute, or when it answers with an error.
+class Browser {
+ public:
+  static bool IsInstalled();
+
+  explicit Browser(const Screen& screen = {});
+  ~Browser();
+  Browser(const Browser&) = delete;
+  Browser& operator=(const Browser&) = delete;
+
+  // "Chrome/NNN.N.N.N".
+  std::string Version();
+  // Before Open(): what the page finds as prefers-color-scheme.
+  void PreferDark(bool dark);
+  // Opens a file and waits until it has loaded.
+  void Open(const std::string& path);
+
+  // The value of a JavaScript expression; promises are waited for.
+  Json Evaluate(const std::string& expression);
+  // Waits until the expression is true; false after `timeout_s`.
+  bool WaitFor(const std::string& expression, double timeout_s = 30.0);
+
+  // The middle of the first element of a CSS selector, scrolled into view.
+  PagePoint MiddleOf(const std::string& selector);
+  void Click(PagePoint at);
+  void Click(const std::string& selector) { Click(MiddleOf(selector)); }
+  // A key by its name in KeyboardEvent.key: "ArrowRight", " ", "+".
+  void Press(const std::string& key, bool shift = false);
+  // Fingers go from one place to another, one row a finger.
+  void Drag(const std::vector<PagePoint>& from,
+            const std::vector<PagePoint>& to);
+  void Tap(PagePoint at) { Drag({at}, {at}); }
+  void Tap(const std::string& selector) { Tap(MiddleOf(selector)); }
+
+  // Records events of Chromium's own work, comma-separated categories; Stop
+  // gives them as in the Trace Event Format. An event of kind "X" has "dur",
+  // its time on the clock, and "tdur", its thread's processor time, both in
+  // microseconds.
+  void StartTrace(const std::string& categories);
+  Json StopTrace();
+
+  // The viewport as a PNG file.
+  void SaveScreenshot(const std::string& path);
+
+  // Errors and failed assertions on the console, uncaught exceptions, broken
+  // security policies. Chromium's notes on software rendering are warnings and
+  // not counted.
+  const std::vector<std::string>& problems() const { return problems_; }
+  // Every address that was asked for.
+  const std::vector<std::string>& requests() const { return requests_; }
+
+ private:
+  Json Call(const std::string& method, const Json& parameters = Json::object());
+  Json Receive();
+  void Note(const Json& event);
+  void TouchAt(const std::string& type, const std::vector<PagePoint>& points);
+
+  TemporaryFolder profile_;
+  pid_t process_ = -1;
+  int to_browser_ = -1;
+  int from_browser_ = -1;
+  std::string received_;  // of a message that is not complete yet
+  std::string session_;
+  int last_id_ = 0;
+  bool loaded_ = false;
+  bool traced_ = false;
+  Json trace_ = Json::array();
+  std::vector<std::string> problems_;
+  std::vector<std::string> requests_;
+};
+
+}  // namespace kinegraph::testing
+
+#endif  // KINEGRAPH_TESTS_SUPPORT_BROWSER_H_
