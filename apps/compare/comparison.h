@@ -120,7 +120,8 @@ struct StrategyScores {
   std::vector<RatioSeries> mpjpe, mpjpe_bias_removed;  // empty without truth
   std::optional<double> lag_to_truth_s;
   std::optional<double> lag_to_batch_s;
-  Consistency truth_consistency, held_out_consistency;
+  ConsistencyResult truth_consistency;
+  HeldOutConsistency held_out_consistency;
 
   StrategyRun run;
 };

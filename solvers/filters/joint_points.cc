@@ -22,12 +22,9 @@ void JointPoints::Find(const EstimatorFrame& frame,
   points->assign(static_cast<size_t>(skeleton_.joint_count()), std::nullopt);
   if (kind_ == PointKind::kRobust) {
     person->inlier_views.assign(points->size(), 0);
-<<<<<<< HEAD
     for (ViewMatch& match : person->matches) {
       match.weights.assign(points->size(), std::nullopt);
     }
-=======
->>>>>>> compare
   }
   for (size_t j = 0; j < points->size(); ++j) {
     (*points)[j] = kind_ == PointKind::kRobust ? FromViews(frame, j, person)
@@ -57,13 +54,9 @@ void JointPoints::CollectViews(const EstimatorFrame& frame, size_t joint_idx,
     if (joint_idx >= view.joints->size()) continue;
     const Keypoint& joint = (*view.joints)[joint_idx];
     if (!joint.found || !joint.px.allFinite()) continue;
-<<<<<<< HEAD
     const bool kept = joint_idx >= view.verdicts.size() ||
                       view.verdicts[joint_idx] == FilterVerdict::kKept;
     if (!all && !kept) continue;
-=======
-    if (!all && view.verdicts[joint_idx] != FilterVerdict::kKept) continue;
->>>>>>> compare
     const Camera& camera = cameras_[static_cast<size_t>(view.view_idx)];
     const double depth_m = camera.Depth(centre_);
     if (!(depth_m > kNearest_m)) continue;

@@ -96,12 +96,7 @@ void RobustTriangulationOptions::Describe(OptionVisitor& visitor) {
 
 RobustTriangulator::RobustTriangulator(
     const RobustTriangulationOptions& options)
-<<<<<<< HEAD
     : options_(options) {
-=======
-    : options_(options),
-      correction_(InformationCorrection(options.loss, options.loss_scale)) {
->>>>>>> compare
   CheckOptions(options);
 }
 
@@ -137,11 +132,7 @@ std::optional<RobustPoint> RobustTriangulator::Triangulate(
     if (weight >= options_.inlier_weight) ++point.inlier_views;
   }
   if (point.inlier_views < 2) return std::nullopt;
-<<<<<<< HEAD
   point.covariance_m2 = inverse;
-=======
-  point.covariance_m2 = inverse / correction_;
->>>>>>> compare
   point.weights = std::move(here.weights);
   return point;
 }

@@ -48,22 +48,14 @@ class RobustTriangulator {
 
   // nullopt when no start stands in front of its cameras or fewer than two
   // views support the end. Covariance: the inverse of the weighted normal
-<<<<<<< HEAD
   // matrix. Doubt in good views makes it an eighth too large at five views;
   // InformationCorrection of the loss, meant for many measurements of each
   // unknown, would make it a seventh too small at two.
-=======
-  // matrix over InformationCorrection of the loss.
->>>>>>> compare
   std::optional<RobustPoint> Triangulate(
       const std::vector<PixelPoint>& views) const;
 
  private:
   RobustTriangulationOptions options_;
-<<<<<<< HEAD
-=======
-  double correction_;
->>>>>>> compare
 };
 
 // (sum J'J / sigma^2)^-1 [m^2] of a point that was triangulated from these

@@ -161,15 +161,10 @@ SegmentFilter SavitzkyGolayFilter(const SavitzkyGolayOptions& options,
 
 SegmentFilter SmoothingSplineFilter(const SmoothingSplineOptions& options,
                                     double rate_hz) {
-<<<<<<< HEAD
   if (options.choice == SmoothnessChoice::kCutoff) {
     RequireBelowNyquist("filters.smoothing_spline.cutoff", options.cutoff_hz,
                         rate_hz);
   }
-=======
-  RequireBelowNyquist("filters.smoothing_spline.cutoff", options.cutoff_hz,
-                      rate_hz);
->>>>>>> compare
   return [options](const JointSegment& segment) -> SegmentEstimate {
     const SampledRows rows = SamplesOf(segment);
     constexpr size_t kFewest = 5;

@@ -226,11 +226,7 @@ double ChooseLambdaByGcv(const std::vector<double>& times_s,
     return -4.0 * std::log10(2.0 * M_PI * cycles_per_step);
   };
   const auto score = [&](double x) { return system.Gcv(std::pow(10.0, x)); };
-<<<<<<< HEAD
   const double low = log_lambda(2.0);
-=======
-  const double low = log_lambda(0.5);
->>>>>>> compare
   const double high = log_lambda(1e-3);
   constexpr double kGrid = 0.1;
   double best = low;

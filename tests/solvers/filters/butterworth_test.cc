@@ -6,10 +6,7 @@
 #include <vector>
 
 #include "solvers/filters/segment_filters.h"
-<<<<<<< HEAD
 #include "tests/support/signals.h"
-=======
->>>>>>> compare
 
 namespace kinegraph {
 namespace {
@@ -53,13 +50,7 @@ TEST(ButterworthTest, ImpulseAndStepAreScipys) {
       -0.013878427731970457, -0.009689847956180747, -0.004694313952237661,
       -0.0012428965675226396};
   const auto sections = ButterworthLowPass(2, 3.0, 25.0);
-<<<<<<< HEAD
   Samples filtered = FiltFilt(sections, testing::Impulse(31, 15), 9);
-=======
-  Samples values = Samples::Zero(31, 1);
-  values(15, 0) = 1.0;
-  Samples filtered = FiltFilt(sections, values, 9);
->>>>>>> compare
   for (int k = 0; k < 10; ++k) {
     EXPECT_NEAR(filtered(15 + k, 0), impulse[k], 1e-14) << k;
     // The ends, 15 samples away, cut tails that are below 1e-4 there.
@@ -72,13 +63,7 @@ TEST(ButterworthTest, ImpulseAndStepAreScipys) {
       0.37280072413864973,   0.627199275857317,    0.8434754817707959,
       0.9758393174765936,    1.0306825639475232,   1.0385425618035324,
       1.0271971703296008,    1.0133187428264288,   1.0036288953269357};
-<<<<<<< HEAD
   filtered = FiltFilt(sections, testing::Step(31, 15), 9);
-=======
-  values.setZero();
-  values.bottomRows(16).setOnes();
-  filtered = FiltFilt(sections, values, 9);
->>>>>>> compare
   for (int k = 0; k < 15; ++k) {
     EXPECT_NEAR(filtered(8 + k, 0), step[k], 1e-14) << k;
   }
@@ -87,14 +72,7 @@ TEST(ButterworthTest, ImpulseAndStepAreScipys) {
 TEST(ButterworthTest, EdgesAreScipys) {
   // k = np.arange(30); x = np.sin(0.3 * k) + 0.1 * k + 0.05 * (-1.0) ** k
   // b, a = signal.butter(2, 3, fs=25); signal.filtfilt(b, a, x)[[0,1,15,28,29]]
-<<<<<<< HEAD
   const Samples values = testing::Wiggle(30);
-=======
-  Samples values(30, 1);
-  for (int k = 0; k < 30; ++k) {
-    values(k, 0) = std::sin(0.3 * k) + 0.1 * k + (k % 2 == 0 ? 0.05 : -0.05);
-  }
->>>>>>> compare
   const int places[] = {0, 1, 15, 28, 29};
   const double two[] = {0.049030042131057286, 0.41342134599294955,
                         0.5427299168841767, 3.584898195889903,
@@ -113,7 +91,6 @@ TEST(ButterworthTest, EdgesAreScipys) {
   }
 }
 
-<<<<<<< HEAD
 double Gain(const ButterworthOptions& options, double frequency_hz,
             double rate_hz) {
   return testing::Gain(
@@ -121,17 +98,6 @@ double Gain(const ButterworthOptions& options, double frequency_hz,
         return ZeroPhaseButterworth(options, rate_hz, values);
       },
       frequency_hz, rate_hz);
-=======
-// Amplitude of a cosine of that frequency in the middle of a long signal.
-double Gain(const ButterworthOptions& options, double frequency_hz,
-            double rate_hz) {
-  constexpr int kCount = 2001;
-  Samples values(kCount, 1);
-  for (int k = 0; k < kCount; ++k) {
-    values(k, 0) = std::cos(2.0 * M_PI * frequency_hz * (k - 1000) / rate_hz);
-  }
-  return ZeroPhaseButterworth(options, rate_hz, values)(1000, 0);
->>>>>>> compare
 }
 
 TEST(ButterworthTest, FrequencyResponseIsTheClosedForm) {
@@ -161,7 +127,6 @@ TEST(ButterworthTest, CorrectionIsWintersFarBelowTheFrameRate) {
   EXPECT_NEAR(6.0 / TwoPassCutoff(2, 6.0, 1e5), 0.802, 5e-4);
 }
 
-<<<<<<< HEAD
 TEST(ButterworthTest, ResidualAnalysisIsThatOfScipy) {
   // s = 12345, then s = (1103515245 * s + 12345) % 2**31, u = s / 2**31 - 0.5
   // y = sin(2 pi 1.5 t) + 0.5 sin(2 pi 3 t) + 0.1 u, t = i / 100, i < 500
@@ -192,8 +157,6 @@ TEST(ButterworthTest, ResidualAnalysisIsThatOfScipy) {
             1e-9);
 }
 
-=======
->>>>>>> compare
 TEST(ButterworthTest, StraightLinesAndShortSignalsPass) {
   // Odd reflection continues a line, so the ends do not bend; shorter signals
   // than the padding take as much as there is.
