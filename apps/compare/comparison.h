@@ -96,10 +96,14 @@ struct StrategyRun {
 StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
                        const FoldValues& values);
 
-// Held-out errors of one camera in one fold; appended to `scores`.
-void ScoreWithout(const Comparison& comparison, const Strategy& strategy,
-                  const StrategyValues& values, const Fold& fold, size_t view,
-                  HeldOutScores* scores);
+// The answer without one camera, in all frames.
+TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
+                         const StrategyValues& values, const PreparedTake& take,
+                         size_t view);
+// Held-out errors of that camera in the frames of one fold, against the
+// detections of the fold; appended to `scores`.
+void ScoreWithout(const Comparison& comparison, const Fold& fold, size_t view,
+                  const TrackSequence& tracks, HeldOutScores* scores);
 
 // What a strategy is judged by. Series are laid out alike for all strategies of
 // a comparison.

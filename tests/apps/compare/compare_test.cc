@@ -292,8 +292,10 @@ TEST(Shift, IsFoundAndTakenOff) {
         MakeComparison(Options(), run, std::move(folds), std::nullopt, 1);
     HeldOutScores scores;
     for (size_t view = 0; view < 5; ++view) {
-      ScoreWithout(comparison, ChooseStrategies({"raw_dlt"}).front(), {},
-                   comparison.folds[0], view, &scores);
+      ScoreWithout(comparison, comparison.folds[0], view,
+                   RunWithout(comparison, ChooseStrategies({"raw_dlt"}).front(),
+                              {}, *comparison.folds[0].take, view),
+                   &scores);
     }
     return PooledRatio({TruncatedErrors(scores, AllJoints())});
   };
