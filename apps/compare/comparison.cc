@@ -233,6 +233,14 @@ void AddHeldOut(const Comparison& comparison, const HeldOutScores& held_out,
       kMostWork / std::max<int64_t>(1, joints), 200, bootstrap.resamples);
   scores->held_out = SummariseHeldOut(held_out, AllJoints(), bootstrap);
   scores->held_out_errors = TruncatedErrors(held_out, AllJoints());
+  const std::vector<int64_t> frames = FramesOf(held_out);
+  for (const HeldOutJoint& joint : held_out.joints) {
+    const int64_t frame = held_out.people[joint.person_idx].frame;
+    const auto unit = std::lower_bound(frames.begin(), frames.end(), frame);
+    scores->joint_units.push_back(static_cast<int32_t>(unit - frames.begin()));
+    scores->joint_errors_px.push_back(
+        joint.predicted ? static_cast<float>(joint.error_px) : -1.0F);
+  }
   for (int c = 0; c < kJointClassCount; ++c) {
     scores->held_out_by_class.push_back(
         TruncatedErrors(held_out, JointsOfClass(static_cast<JointClass>(c))));
@@ -440,6 +448,33 @@ std::vector<StrategyScores> ScoreStrategies(
     if (tick) tick();
   }
   return all;
+}
+
+void AddCommon(std::vector<StrategyScores*> scores) {
+  scores.erase(std::remove_if(scores.begin(), scores.end(),
+                              [](const StrategyScores* one) {
+                                return !one->refused.empty();
+                              }),
+               scores.end());
+  if (scores.empty()) return;
+  const size_t joints = scores.front()->joint_errors_px.size();
+  std::vector<char> common(joints, 1);
+  for (const StrategyScores* one : scores) {
+    CHECK_EQ(one->joint_errors_px.size(), joints);
+    for (size_t j = 0; j < joints; ++j) {
+      if (one->joint_errors_px[j] < 0.0F) common[j] = 0;
+    }
+  }
+  for (StrategyScores* one : scores) {
+    one->held_out_common.assign(one->held_out_errors.size(), RatioUnit());
+    for (size_t j = 0; j < joints; ++j) {
+      if (!common[j]) continue;
+      RatioUnit& unit = one->held_out_common[one->joint_units[j]];
+      unit.sum +=
+          std::min<double>(one->joint_errors_px[j], kHeldOutTruncationPx);
+      unit.weight += 1.0;
+    }
+  }
 }
 
 void AddLags(const Comparison& comparison, const TrackSequence& reference,

@@ -112,7 +112,13 @@ struct StrategyScores {
   std::string refused;
 
   HeldOutSummary held_out;
-  RatioSeries held_out_errors;                   // min(error, 30 px)
+  RatioSeries held_out_errors;  // min(error, 30 px)
+  // Each scored joint: its error; negative without a prediction. The unit (in
+  // held_out_errors) that it belongs to is the same for all strategies.
+  std::vector<float> joint_errors_px;
+  std::vector<int32_t> joint_units;
+  // Of the joints that every strategy of the comparison predicts: AddCommon.
+  RatioSeries held_out_common;
   std::vector<RatioSeries> held_out_by_class;    // JointClass
   std::vector<HeldOutSummary> held_out_by_view;  // without intervals
   std::vector<RatioSeries> acceleration, jerk, power;
@@ -139,6 +145,10 @@ std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
     const std::vector<FoldValues>& values, const Tick& tick = nullptr);
 int64_t PiecesOfScoring(const Comparison& comparison, size_t strategies);
+
+// Fills in held_out_common, which compares strategies that leave different
+// gaps.
+void AddCommon(std::vector<StrategyScores*> scores);
 
 // Delays behind the truth (if any) and behind `reference`.
 void AddLags(const Comparison& comparison, const TrackSequence& reference,

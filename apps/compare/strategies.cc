@@ -36,7 +36,7 @@ StrategyParameter Field(std::string name, std::string unit,
 StrategyParameter GraphProcessNoise() {
   StrategyParameter parameter;
   parameter.name = "process_noise_factor";
-  parameter.grid = {0.1, 0.3, 1.0, 3.0, 10.0};
+  parameter.grid = {0.1, 0.3, 1.0, 3.0, 10.0, 30.0};
   parameter.log = true;
   parameter.set = [](double value, EstimatorOptions* options) {
     for (double& q : options->graph.process_noise) q *= value;
@@ -47,7 +47,7 @@ StrategyParameter GraphProcessNoise() {
 
 StrategyParameter GraphLossScale() {
   return Field(
-      "loss_scale", "sigmas", {2.0, 3.0, 4.5},
+      "loss_scale", "sigmas", {2.0, 3.0, 4.5, 7.0},
       [](EstimatorOptions& o) -> double& { return o.graph.loss_scale; });
 }
 
@@ -87,7 +87,8 @@ std::vector<Strategy> MakeTable() {
     };
   };
   const auto kalman_noise =
-      Field("process_noise_factor", "", {0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0},
+      Field("process_noise_factor", "",
+            {0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0},
             [](EstimatorOptions& o) -> double& {
               return o.filters.kalman.process_noise_scale;
             });
@@ -96,7 +97,7 @@ std::vector<Strategy> MakeTable() {
   table.push_back(
       Filter("robust_triangulation", "robust triangulation, each frame",
              OutputKind::kRobustTriangulation,
-             {Field("loss_scale", "sigmas", {1.0, 2.0, 3.0, 4.5, 6.0},
+             {Field("loss_scale", "sigmas", {1.0, 2.0, 3.0, 4.5, 7.0, 10.0},
                     [](EstimatorOptions& o) -> double& {
                       return o.filters.robust_triangulation.loss_scale;
                     })}));
@@ -128,11 +129,11 @@ std::vector<Strategy> MakeTable() {
              })}));
   table.push_back(
       Filter("one_euro", "One-Euro", OutputKind::kOneEuro,
-             {Field("min_cutoff_hz", "Hz", {0.5, 1.0, 2.0, 4.0, 8.0},
+             {Field("min_cutoff_hz", "Hz", {1.0, 2.0, 4.0, 8.0, 16.0},
                     [](EstimatorOptions& o) -> double& {
                       return o.filters.one_euro.min_cutoff_hz;
                     }),
-              Field("beta_per_m", "1/m", {0.3, 1.0, 3.0, 10.0},
+              Field("beta_per_m", "1/m", {1.0, 3.0, 10.0, 30.0, 100.0},
                     [](EstimatorOptions& o) -> double& {
                       return o.filters.one_euro.beta_per_m;
                     })}));
