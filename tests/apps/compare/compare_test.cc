@@ -319,7 +319,8 @@ TEST(Strategies, HaveNamesOfTheirOwnAndSettableParameters) {
     for (const StrategyParameter& parameter : all[s].parameters) {
       EXPECT_TRUE(std::is_sorted(parameter.grid.begin(), parameter.grid.end()));
       EstimatorOptions before, after;
-      parameter.set(parameter.grid.front(), &after);
+      parameter.set(parameter.grid.front(), &before);
+      parameter.set(parameter.grid.back(), &after);
       EXPECT_NE(EffectiveConfigJson(before), EffectiveConfigJson(after))
           << all[s].name << ", " << parameter.name;
     }
