@@ -443,22 +443,23 @@ EvaluationOutput DescribeMotion(const MotionResult& result) {
 }
 
 EvaluationOutput DescribeConsistency(const ConsistencyResult& result) {
-  if (result.observed.inside.total + result.inferred.inside.total == 0) {
+  if (result.all.covered.total == 0) {
     return {"", nullptr};
   }
   Table table({"covariances", "joints", "RMSE, mm", "stated, mm",
                "95 % ellipsoids cover, %", "NEES / 3"});
   Json json = Json::object();
   for (const ConsistencyRow* row : {&result.observed, &result.inferred}) {
-    table.AddRow({ToString(row->status), Count(row->count),
-                  Fixed(row->rmse_m * kMmPerM, 1),
-                  Fixed(row->stated_rms_m * kMmPerM, 1),
-                  PercentCell(row->inside), Fixed(row->nees, 2)});
-    json[ToString(row->status)] = {{"count", row->count},
-                                   {"rmse_m", row->rmse_m},
-                                   {"stated_rms_m", row->stated_rms_m},
-                                   {"inside_95", ToJson(row->inside)},
-                                   {"nees_per_degree_of_freedom", row->nees}};
+    table.AddRow(
+        {ToString(row->status), Count(row->count),
+         Fixed(row->rmse_m * kMmPerM, 1), Fixed(row->stated_rms_m * kMmPerM, 1),
+         PercentCell(row->stated.covered), Fixed(row->stated.nees_per_dof, 2)});
+    json[ToString(row->status)] = {
+        {"count", row->count},
+        {"rmse_m", row->rmse_m},
+        {"stated_rms_m", row->stated_rms_m},
+        {"inside_95", ToJson(row->stated.covered)},
+        {"nees_per_degree_of_freedom", row->stated.nees_per_dof}};
   }
   return {table.ToString(), json};
 }

@@ -191,10 +191,8 @@ void AddTruth(const Comparison& comparison, const BootstrapOptions& bootstrap,
   scores->mpjpe = ErrorSeries(mpjpe.people, &PersonError::raw_m);
   scores->mpjpe_bias_removed =
       ErrorSeries(mpjpe.people, &PersonError::bias_removed_m);
-  ConsistencyOptions consistency;
-  consistency.frames = options.frames;
   scores->truth_consistency =
-      EvaluateConsistency(*comparison.truth, tracks, consistency);
+      EvaluateConsistency(*comparison.truth, tracks, {options.frames}).all;
   if (comparison.protocol.has_value()) {
     scores->pcp = EvaluatePcp(*comparison.truth, tracks, *comparison.protocol);
   }
@@ -250,7 +248,7 @@ void AddHeldOut(const Comparison& comparison, const HeldOutScores& held_out,
     scores->held_out_by_view.push_back(SummariseHeldOut(
         held_out, JointsOfView(static_cast<int>(view)), bootstrap));
   }
-  scores->held_out_consistency = EvaluateHeldOutConsistency(held_out);
+  scores->held_out_consistency = HeldOutConsistency(held_out);
 }
 
 }  // namespace

@@ -130,8 +130,7 @@ struct StrategyScores {
   std::vector<RatioSeries> mpjpe, mpjpe_bias_removed;  // empty without truth
   std::optional<double> lag_to_truth_s;
   std::optional<double> lag_to_batch_s;
-  ConsistencyResult truth_consistency;
-  HeldOutConsistency held_out_consistency;
+  Consistency truth_consistency, held_out_consistency;
 
   StrategyRun run;
 };

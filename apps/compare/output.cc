@@ -225,7 +225,7 @@ std::string ConsistencyTable(const CompareResult& result) {
   bool any = false;
   for (const StrategyResult& one : result.strategies) {
     if (!one.scores.refused.empty()) continue;
-    if (one.scores.held_out_consistency.inside.total == 0) continue;
+    if (one.scores.held_out_consistency.covered.total == 0) continue;
     any = true;
     std::vector<std::string> row = {
         one.strategy.title,
@@ -500,9 +500,7 @@ std::string CompareMarkdown(const CompareResult& result) {
   if (!consistency.empty()) {
     text += "\n## Do the covariances tell the truth?\n\n" + consistency +
             "\n95 % and 1 are right. Held-out residuals are normalised by "
-            "J Sigma J' + sigma^2 with the sigmas of the table [graph]; "
-            "against the "
-            "truth, joints that the strategy itself calls observed.\n";
+            "J Sigma J' + sigma^2 with the sigmas of the table [graph].\n";
   }
   if (!result.lag_sweep.empty()) {
     text += "\n## The window against the batch\n\n" + LagTable(result);

@@ -168,14 +168,12 @@ void AddTruthMeasures(const StrategyScores& own, const StrategyScores& baseline,
   }
   list->Plain(Named("lag_to_truth_ms", "lag behind the truth", "ms", 0),
               kMmPerM * own.lag_to_truth_s.value_or(kNan));
-  // Of the joints that the strategy itself calls observed.
-  const ConsistencyRow& observed = own.truth_consistency.observed;
   list->Plain(Named("truth_covered_percent",
                     "true joints in the 95 % ellipsoid", "%", 1),
-              observed.inside.percent());
+              own.truth_consistency.covered.percent());
   list->Plain(
       Named("truth_nees_per_dof", "NEES per degree of freedom, truth", "", 2),
-      observed.nees);
+      own.truth_consistency.nees_per_dof);
 }
 
 std::vector<Measure> MeasuresOf(const Comparison& comparison,
@@ -188,10 +186,10 @@ std::vector<Measure> MeasuresOf(const Comparison& comparison,
   AddMotionMeasures(own, baseline, bootstrap, &list);
   list.Plain(Named("held_out_covered_percent",
                    "held-out joints in the 95 % ellipse", "%", 1),
-             own.held_out_consistency.inside.percent());
+             own.held_out_consistency.covered.percent());
   list.Plain(Named("held_out_nees_per_dof",
                    "NEES per degree of freedom, held-out", "", 2),
-             own.held_out_consistency.nees);
+             own.held_out_consistency.nees_per_dof);
   if (comparison.truth.has_value()) AddTruthMeasures(own, baseline, &list);
   return list.Take();
 }

@@ -1,9 +1,9 @@
 #include "apps/tables/ablation.h"
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 
+#include "apps/common/evaluation_output.h"
 #include "apps/common/table.h"
 
 namespace kinegraph {
@@ -13,15 +13,6 @@ std::string NameOf(const AblationCell& cell) {
   const std::string affinity =
       cell.affinity == AffinityKind::kPart ? "part-aware" : "body-aware";
   return affinity + (cell.joints_filter ? ", joints filter" : ", no filter");
-}
-
-std::string Percent(const Share& share) {
-  return Fixed(share.percent(), 2) + " (" + std::to_string(share.count) + "/" +
-         std::to_string(share.total) + ")";
-}
-
-std::string Range(const Interval& interval) {
-  return Fixed(interval.low, 2) + " .. " + Fixed(interval.high, 2);
 }
 
 }  // namespace
@@ -71,15 +62,16 @@ std::string AblationMarkdown(const LoadedDataset& loaded,
   for (const AblationCell& cell : cells) {
     std::vector<std::string> row = {NameOf(cell)};
     for (const int64_t actor : cell.pcp.HeadlineActors()) {
-      row.push_back(Percent(CountParts(cell.pcp, actor, PcpGroup::kTotal)));
+      row.push_back(PercentCell(CountParts(cell.pcp, actor, PcpGroup::kTotal)));
     }
     row.push_back(Fixed(MeanOfActors(cell.pcp, PcpGroup::kTotal), 2));
-    row.push_back(Range(MeanOfActorsInterval(cell.pcp, PcpGroup::kTotal)));
+    row.push_back(
+        IntervalCell(MeanOfActorsInterval(cell.pcp, PcpGroup::kTotal), 2));
     row.push_back(Fixed(MeanOfActors(cell.pcp, PcpGroup::kLowerArms), 2));
     row.push_back(Fixed(MeanOfActors(cell.pcp, PcpGroup::kTorso), 2));
     const bool baseline = &cell == &cells.front();
     row.push_back(baseline ? "-" : Fixed(cell.difference, 2));
-    row.push_back(baseline ? "-" : Range(cell.difference_interval));
+    row.push_back(baseline ? "-" : IntervalCell(cell.difference_interval, 2));
     row.push_back(std::to_string(cell.identity.identities));
     row.push_back(std::to_string(cell.identity.switches));
     table.AddRow(std::move(row));
@@ -93,14 +85,14 @@ std::string AblationMarkdown(const LoadedDataset& loaded,
          table.ToString(TableStyle::kMarkdown) + "\n";
 }
 
-std::string AblationJson(const LoadedDataset& loaded,
-                         const std::vector<AblationCell>& cells) {
-  nlohmann::ordered_json out;
+Json AblationJson(const LoadedDataset& loaded,
+                  const std::vector<AblationCell>& cells) {
+  Json out;
   out["dataset"] = loaded.dataset.name;
   out["detections"] = loaded.dataset.detections_note;
   out["config"] = loaded.dataset.config;
   for (const AblationCell& cell : cells) {
-    nlohmann::ordered_json row;
+    Json row;
     row["affinity"] = cell.affinity == AffinityKind::kPart ? "part" : "body";
     row["joints_filter"] = cell.joints_filter;
     for (const int64_t actor : cell.pcp.Actors()) {
@@ -121,7 +113,7 @@ std::string AblationJson(const LoadedDataset& loaded,
     row["switches"] = cell.identity.switches;
     out["cells"].push_back(std::move(row));
   }
-  return out.dump(1);
+  return out;
 }
 
 }  // namespace kinegraph

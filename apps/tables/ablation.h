@@ -9,6 +9,7 @@
 #include "apps/tables/dataset.h"
 #include "core/evaluation/identity.h"
 #include "core/evaluation/pcp.h"
+#include "core/io/json.h"
 
 namespace kinegraph {
 
@@ -30,8 +31,8 @@ std::vector<AblationCell> RunAblation(const LoadedDataset& loaded);
 
 std::string AblationMarkdown(const LoadedDataset& loaded,
                              const std::vector<AblationCell>& cells);
-std::string AblationJson(const LoadedDataset& loaded,
-                         const std::vector<AblationCell>& cells);
+Json AblationJson(const LoadedDataset& loaded,
+                  const std::vector<AblationCell>& cells);
 
 }  // namespace kinegraph
 

@@ -23,7 +23,23 @@ Dataset Shelf(const std::string& name, const std::string& note,
   return dataset;
 }
 
-Dataset Campus(const std::string& level) {
+}  // namespace
+
+Dataset ShelfFilled() {
+  return Shelf(
+      "filled",
+      "OpenPose with missing joints filled in (confidence 0), as fed to "
+      "the authors' code; warmed up with three frames",
+      "shelf/reference/filled_coco17", "paper/shelf_authors_code.toml",
+      "input.repeat_first_frame=3");
+}
+
+Dataset ShelfReal() {
+  return Shelf("real", "OpenPose as it is, frames 300..600 only",
+               "shelf/detections/openpose", "paper/shelf.toml", "");
+}
+
+Dataset CampusModelled(const std::string& level) {
   Dataset dataset;
   dataset.name = "Campus, modelled " + level;
   dataset.detections_note =
@@ -36,21 +52,9 @@ Dataset Campus(const std::string& level) {
   return dataset;
 }
 
-}  // namespace
-
 std::vector<Dataset> BenchmarkDatasets() {
-  return {
-      Shelf("filled",
-            "OpenPose with missing joints filled in (confidence 0), as fed to "
-            "the authors' code; warmed up with three frames",
-            "shelf/reference/filled_coco17", "paper/shelf_authors_code.toml",
-            "input.repeat_first_frame=3"),
-      Shelf("real", "OpenPose as it is, frames 300..600 only",
-            "shelf/detections/openpose", "paper/shelf.toml", ""),
-      Campus("clean"),
-      Campus("typical"),
-      Campus("hard"),
-  };
+  return {ShelfFilled(), ShelfReal(), CampusModelled("clean"),
+          CampusModelled("typical"), CampusModelled("hard")};
 }
 
 LoadedDataset LoadDataset(const Dataset& dataset,
@@ -60,12 +64,20 @@ LoadedDataset LoadDataset(const Dataset& dataset,
   loaded.options =
       ReadRunOptions(ProjectConfig(dataset.config), dataset.set, "");
   const std::string root = data_folder + "/";
+  loaded.request.frames = dataset.frames;
   loaded.request.cameras =
       ReadCameras(root + dataset.cameras, loaded.options.cameras);
   loaded.detections = ReadDetections(root + dataset.detections,
                                      DetectionOptionsOf(loaded.options));
-  loaded.truth = ReadTracks(root + dataset.ground_truth);
+  TrackReadOptions truth;
+  truth.frame_rate_hz = loaded.options.input.frame_rate_hz;
+  loaded.truth = ReadTracks(root + dataset.ground_truth, truth);
   return loaded;
+}
+
+std::string JoinSets(const std::string& first, const std::string& second) {
+  return first.empty() || second.empty() ? first + second
+                                         : first + ";" + second;
 }
 
 }  // namespace kinegraph

@@ -19,8 +19,9 @@ struct Dataset {
   std::string cameras;  // paths below the data folder
   std::string detections;
   std::string ground_truth;
-  std::string config;  // below configs/
-  std::string set;     // as --set takes it
+  std::string config;              // below configs/
+  std::string set;                 // as --set takes it
+  std::vector<FrameRange> frames;  // tracked; none: all
   PcpProtocol protocol;
 };
 
@@ -28,6 +29,9 @@ struct Dataset {
 // warmed up as they do) and with real ones (the paper's text), Campus with
 // three levels of modelled noise.
 std::vector<Dataset> BenchmarkDatasets();
+Dataset ShelfFilled();
+Dataset ShelfReal();
+Dataset CampusModelled(const std::string& level);  // clean, typical, hard
 
 // A dataset read into memory.
 struct LoadedDataset {
@@ -41,6 +45,9 @@ struct LoadedDataset {
 // Throws InputError naming what is missing below `data_folder`.
 LoadedDataset LoadDataset(const Dataset& dataset,
                           const std::string& data_folder);
+
+// Two lists of --set after one another; either may be empty.
+std::string JoinSets(const std::string& first, const std::string& second);
 
 }  // namespace kinegraph
 

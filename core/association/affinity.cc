@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace kinegraph {
 
 void AssociationOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice("affinity", &affinity, {"part", "body"},
-                 "mean over positive joints (part) or over all (body)");
+  visitor.Choice("affinity", &affinity, {"part", "body", "cross_view"},
+                 "mean over positive joints, over all, or Chen et al.'s sum");
   visitor.Number("alpha_2d", &alpha_2d_px_per_frame, Positive(), "px per frame",
                  "2D speed at which a joint's affinity falls to zero (Eq. 1)");
   visitor.Number("lambda_a", &lambda_a_per_frame, NonNegative(), "1/frame",
@@ -17,6 +18,14 @@ void AssociationOptions::Describe(OptionVisitor& visitor) {
                  "share of the common joints that must be positive");
   visitor.Number("min_common_joints", &min_common_joints, Between(0.0, 17.0),
                  "joints of 17", "fewer common joints are no match");
+  visitor.Choice("target_2d", &target_2d, {"matched", "projected"},
+                 "cross_view: the 2D joint last matched, or the 3D one there");
+  visitor.Number("weight_2d", &weight_2d, NonNegative(), "",
+                 "cross_view: of the distance in the image");
+  visitor.Number("weight_3d", &weight_3d, NonNegative(), "",
+                 "cross_view: of the distance from the ray");
+  visitor.Number("alpha_3d", &alpha_3d_m, Positive(), "m",
+                 "cross_view: ray distance at which a joint counts nothing");
 }
 
 void ProjectPose(const Pose3d& pose, const Camera& camera,
@@ -64,6 +73,119 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
     return 0.0;
   }
   return positive_sum / positive * decay;
+}
+
+double CrossViewAffinity(const Observation& observation,
+                         const std::vector<LastSeenJoint>& last_seen,
+                         const Pose3d& expected, double expected_age_frames,
+                         const Camera& camera, const std::vector<int>& joints,
+                         const AssociationOptions& options) {
+  const double decay_3d =
+      options.weight_3d *
+      std::exp(-options.lambda_a_per_frame * expected_age_frames);
+  int common = 0;
+  double sum = 0.0;
+  for (const int j : joints) {
+    if (!observation.joints[j].found) continue;
+    bool takes_part = false;
+    if (!last_seen.empty() && last_seen[j].valid) {
+      const LastSeenJoint& last = last_seen[j];
+      const double distance_px = (observation.joints[j].px - last.px).norm();
+      sum += options.weight_2d *
+             (1.0 -
+              distance_px / (options.alpha_2d_px_per_frame * last.age_frames)) *
+             std::exp(-options.lambda_a_per_frame * last.age_frames);
+      takes_part = true;
+    }
+    if (expected[j].present() && camera.Depth(expected[j].position_m) > 0.0) {
+      const double distance_m = DistanceToRay(camera, observation.ideal_px[j],
+                                              expected[j].position_m);
+      sum += decay_3d * (1.0 - distance_m / options.alpha_3d_m);
+      takes_part = true;
+    }
+    common += takes_part;
+  }
+  if (common == 0 ||
+      common < ScaledJoints(options.min_common_joints, joints.size())) {
+    return 0.0;
+  }
+  return sum;
+}
+
+namespace {
+
+class ProjectionMeasure final : public AffinityMeasure {
+ public:
+  ProjectionMeasure(const AssociationOptions& options, std::vector<int> joints)
+      : options_(options), joints_(std::move(joints)) {}
+
+  void SetTarget(const AssociationTarget& target,
+                 const Camera& camera) override {
+    ProjectPose(*target.pose, camera, joints_, &projected_);
+    age_frames_ = target.age_frames;
+  }
+  double Of(const Observation& observation) const override {
+    return Affinity(observation, projected_, age_frames_, joints_, options_);
+  }
+
+ private:
+  AssociationOptions options_;
+  std::vector<int> joints_;
+  ProjectedPose projected_;
+  double age_frames_ = 0.0;
+};
+
+class CrossViewMeasure final : public AffinityMeasure {
+ public:
+  CrossViewMeasure(const AssociationOptions& options, std::vector<int> joints)
+      : options_(options), joints_(std::move(joints)) {}
+
+  void SetTarget(const AssociationTarget& target,
+                 const Camera& camera) override {
+    camera_ = &camera;
+    const bool has_expected = target.expected != nullptr;
+    expected_ = has_expected ? target.expected : target.pose;
+    expected_age_frames_ =
+        has_expected ? target.expected_age_frames : target.age_frames;
+    last_seen_ = &kNever;
+    if (options_.target_2d == Target2d::kMatched) {
+      if (target.last_seen != nullptr) last_seen_ = target.last_seen;
+      return;
+    }
+    ProjectPose(*target.pose, camera, joints_, &projected_);
+    projected_joints_.assign(target.pose->size(), LastSeenJoint());
+    for (const int j : joints_) {
+      if (!projected_.valid[j]) continue;
+      projected_joints_[j] = {true, projected_.px[j], target.age_frames};
+    }
+    last_seen_ = &projected_joints_;
+  }
+  double Of(const Observation& observation) const override {
+    return CrossViewAffinity(observation, *last_seen_, *expected_,
+                             expected_age_frames_, *camera_, joints_, options_);
+  }
+
+ private:
+  inline static const std::vector<LastSeenJoint> kNever;
+
+  AssociationOptions options_;
+  std::vector<int> joints_;
+  const Camera* camera_ = nullptr;
+  const Pose3d* expected_ = nullptr;
+  double expected_age_frames_ = 0.0;
+  const std::vector<LastSeenJoint>* last_seen_ = &kNever;
+  ProjectedPose projected_;
+  std::vector<LastSeenJoint> projected_joints_;
+};
+
+}  // namespace
+
+std::unique_ptr<AffinityMeasure> MakeAffinityMeasure(
+    const AssociationOptions& options, std::vector<int> joints) {
+  if (options.affinity == AffinityKind::kCrossView) {
+    return std::make_unique<CrossViewMeasure>(options, std::move(joints));
+  }
+  return std::make_unique<ProjectionMeasure>(options, std::move(joints));
 }
 
 }  // namespace kinegraph

@@ -1,8 +1,11 @@
-// How well a 2D pose fits a 3D pose (paper Eq. 1).
+// How well a 2D pose fits a person: the paper's Eq. 1, its body-aware baseline,
+// and the affinity of Chen et al. (2020, "Cross-View Tracking for Multi-Human
+// 3D Pose Estimation at over 100 FPS").
 #ifndef KINEGRAPH_CORE_ASSOCIATION_AFFINITY_H_
 #define KINEGRAPH_CORE_ASSOCIATION_AFFINITY_H_
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "core/base/options.h"
@@ -15,6 +18,15 @@ namespace kinegraph {
 enum class AffinityKind {
   kPart,  // mean over the joints with a positive affinity (the paper's)
   kBody,  // mean over all joints (the ablation's baseline)
+  // Chen et al.: a sum over joints of what the last 2D joint of this view and
+  // the expected 3D joint say.
+  kCrossView,
+};
+
+// cross_view: what a detected joint is compared with in the image.
+enum class Target2d {
+  kMatched,    // the joint that was last matched to the person in this view
+  kProjected,  // the projection of the person's last 3D joint
 };
 
 struct AssociationOptions {
@@ -26,8 +38,32 @@ struct AssociationOptions {
   double epsilon_joints = 10.0;
   // Of 17; fewer common joints than this are no match at all.
   double min_common_joints = 6.0;
+  // cross_view alone.
+  Target2d target_2d = Target2d::kMatched;
+  double weight_2d = 0.4;
+  double weight_3d = 0.6;
+  double alpha_3d_m = 0.15;
 
   void Describe(OptionVisitor& visitor);
+};
+
+// A joint as it was last matched to a person in one view.
+struct LastSeenJoint {
+  bool valid = false;
+  Eigen::Vector2d px = Eigen::Vector2d::Zero();  // raw pixels
+  double age_frames = 0.0;                       // > 0
+};
+
+// A person as association sees them: the last stored pose and its age.
+struct AssociationTarget {
+  const Pose3d* pose = nullptr;
+  double age_frames = 0.0;  // > 0
+  // cross_view alone: the pose expected now, with the age of what it rests on
+  // (0 when views of this very frame are in it); null: `pose` itself.
+  const Pose3d* expected = nullptr;
+  double expected_age_frames = 0.0;
+  // cross_view with Target2d::kMatched: one a joint; null: never seen here.
+  const std::vector<LastSeenJoint>* last_seen = nullptr;
 };
 
 // A 3D pose projected into one view.
@@ -47,6 +83,34 @@ void ProjectPose(const Pose3d& pose, const Camera& camera,
 double Affinity(const Observation& observation, const ProjectedPose& projected,
                 double age_frames, const std::vector<int>& joints,
                 const AssociationOptions& options);
+
+// Chen et al.: sum over the joints listed that the observation has of
+//   w2d (1 - d2d / (alpha_2d age2d)) exp(-lambda_a age2d)
+// + w3d (1 - d3d / alpha_3d) exp(-lambda_a age3d),
+// d2d [px] the distance from `last_seen`, d3d [m] that of the expected joint
+// from the detected joint's ray. A term without its joint is zero; a joint
+// without both takes no part. 0 where too few take part.
+double CrossViewAffinity(const Observation& observation,
+                         const std::vector<LastSeenJoint>& last_seen,
+                         const Pose3d& expected, double expected_age_frames,
+                         const Camera& camera, const std::vector<int>& joints,
+                         const AssociationOptions& options);
+
+// One of them, ready for one person after another. Keeps its memory between
+// calls.
+class AffinityMeasure {
+ public:
+  virtual ~AffinityMeasure() = default;
+  // Whom the calls that follow are about, in the view of `camera`. What
+  // `target` points at must live on until then.
+  virtual void SetTarget(const AssociationTarget& target,
+                         const Camera& camera) = 0;
+  // > 0: may be matched, the greater the better.
+  virtual double Of(const Observation& observation) const = 0;
+};
+
+std::unique_ptr<AffinityMeasure> MakeAffinityMeasure(
+    const AssociationOptions& options, std::vector<int> joints);
 
 }  // namespace kinegraph
 

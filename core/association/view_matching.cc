@@ -11,13 +11,12 @@ void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
   affinities_.resize(targets.size() * cols);
   for (size_t row = 0; row < targets.size(); ++row) {
     if (cols == 0) break;
-    ProjectPose(*targets[row].pose, camera, joints_, &projected_);
+    measure_->SetTarget(targets[row], camera);
     for (size_t col = 0; col < cols; ++col) {
       // A pair that may not match must not take part in the bargain either: a
-      // negative (body-aware) affinity counts as none.
+      // negative affinity counts as none.
       affinities_[row * cols + col] =
-          std::max(0.0, Affinity(observations[col], projected_,
-                                 targets[row].age_frames, joints_, options_));
+          std::max(0.0, measure_->Of(observations[col]));
     }
   }
   solver_.Maximise(affinities_, static_cast<int>(targets.size()),

@@ -2,6 +2,8 @@
 #ifndef KINEGRAPH_CORE_ASSOCIATION_VIEW_MATCHING_H_
 #define KINEGRAPH_CORE_ASSOCIATION_VIEW_MATCHING_H_
 
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/assignment/hungarian.h"
@@ -10,18 +12,12 @@
 
 namespace kinegraph {
 
-// A person as association sees them: the last stored pose and its age.
-struct AssociationTarget {
-  const Pose3d* pose = nullptr;
-  double age_frames = 0.0;  // > 0
-};
-
 // Matches the observations of one view with targets: an affinity matrix and
 // the assignment of the largest total. Keeps its memory between calls.
 class ViewMatcher {
  public:
   ViewMatcher(const AssociationOptions& options, std::vector<int> joints)
-      : options_(options), joints_(std::move(joints)) {}
+      : measure_(MakeAffinityMeasure(options, std::move(joints))) {}
 
   // (*match)[target] is the index of its observation, or -1. A pair is a match
   // only if its affinity is > 0, with no tolerance.
@@ -33,10 +29,8 @@ class ViewMatcher {
   const std::vector<double>& affinities() const { return affinities_; }
 
  private:
-  AssociationOptions options_;
-  std::vector<int> joints_;
+  std::unique_ptr<AffinityMeasure> measure_;
   HungarianSolver solver_;
-  ProjectedPose projected_;
   std::vector<double> affinities_;
 };
 

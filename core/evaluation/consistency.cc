@@ -9,12 +9,10 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kInEllipsoid = 7.815;  // 95 % of chi-square(3)
-
 struct Sums {
   int64_t count = 0;
   double squared_m2 = 0.0;
-  Share inside;
+  Share covered;
   double nees = 0.0;
   double trace_m2 = 0.0;
   int64_t definite = 0;
@@ -26,14 +24,25 @@ struct Sums {
     if (!covariance.has_value()) return;
     const Eigen::LLT<Eigen::Matrix3d> root(*covariance);
     if (root.info() != Eigen::Success) {
-      inside.Add(false);
+      covered.Add(false);
       return;
     }
     const double distance = root.matrixL().solve(error_m).squaredNorm();
-    inside.Add(distance <= kInEllipsoid);
+    covered.Add(distance <= kChiSquare95Of3);
     nees += distance / 3.0;
     trace_m2 += covariance->trace();
     ++definite;
+  }
+
+  Sums& operator+=(const Sums& other) {
+    covered += other.covered;
+    nees += other.nees;
+    definite += other.definite;
+    return *this;
+  }
+
+  Consistency Stated() const {
+    return {covered, nees / static_cast<double>(definite)};
   }
 
   ConsistencyRow Row(JointStatus status) const {
@@ -43,8 +52,7 @@ struct Sums {
     row.count = count;
     row.rmse_m =
         count > 0 ? std::sqrt(squared_m2 / static_cast<double>(count)) : kNone;
-    row.inside = inside;
-    row.nees = definite > 0 ? nees / static_cast<double>(definite) : kNone;
+    row.stated = Stated();
     row.stated_rms_m = definite > 0
                            ? std::sqrt(trace_m2 / static_cast<double>(definite))
                            : kNone;
@@ -75,8 +83,22 @@ ConsistencyResult EvaluateConsistency(const TrackSequence& truth,
                stated.empty() ? std::nullopt : stated[joint.b]);
     }
   }
+  Sums all = observed;
+  all += inferred;
   return {observed.Row(JointStatus::kObserved),
-          inferred.Row(JointStatus::kInferred)};
+          inferred.Row(JointStatus::kInferred), all.Stated()};
+}
+
+Consistency HeldOutConsistency(const HeldOutScores& scores) {
+  Consistency consistency;
+  std::vector<double> squared;
+  for (const HeldOutJoint& joint : scores.joints) {
+    if (!joint.normalised_squared.has_value()) continue;
+    squared.push_back(*joint.normalised_squared);
+    consistency.covered.Add(squared.back() <= kChiSquare95Of2);
+  }
+  consistency.nees_per_dof = Mean(squared) / 2.0;
+  return consistency;
 }
 
 }  // namespace kinegraph

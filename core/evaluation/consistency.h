@@ -8,9 +8,26 @@
 #include "core/base/frame_range.h"
 #include "core/data/pose.h"
 #include "core/evaluation/correspondence.h"
+#include "core/evaluation/held_out.h"
 #include "core/evaluation/statistics.h"
 
 namespace kinegraph {
+
+// Squared Mahalanobis distances within which 95 % of normal errors lie: the
+// quantiles of chi-square with 2 and 3 degrees of freedom.
+inline constexpr double kChiSquare95Of2 = 5.991464547107979;
+inline constexpr double kChiSquare95Of3 = 7.814727903251179;
+
+struct Consistency {
+  // Within the 95 % ellipse or ellipsoid. A covariance that is not positive
+  // definite covers nothing.
+  Share covered;
+  // Normalised estimation error squared, mean per degree of freedom: 1 when the
+  // covariances are right, larger when they are too sure (Bar-Shalom, Li,
+  // Kirubarajan, Estimation with Applications to Tracking and Navigation,
+  // section 5.4). NaN: no covariances.
+  double nees_per_dof = 0.0;
+};
 
 struct ConsistencyOptions {
   std::vector<FrameRange> frames;  // of the ground truth; none: all
@@ -22,28 +39,24 @@ struct ConsistencyRow {
   JointStatus status = JointStatus::kObserved;
   // Errors of joints with a position, stated or not.
   int64_t count = 0;
-  double rmse_m = 0.0;  // NaN: none
-  // Of those with a covariance C and an error e:
-  // inside the ellipsoid e' C^-1 e <= 7.815, which holds 95 % of a normal
-  // distribution in space (chi-square, three degrees of freedom);
-  Share inside;
-  // NEES, the mean of e' C^-1 e / 3: 1 when C is right (Bar-Shalom, Li,
-  // Kirubarajan, Estimation with Applications to Tracking and Navigation,
-  // section 5.4). NaN: none.
-  double nees = 0.0;
-  double stated_rms_m = 0.0;  // square root of the mean trace of C
+  double rmse_m = 0.0;        // NaN: none
+  Consistency stated;         // of those with a covariance
+  double stated_rms_m = 0.0;  // square root of the covariances' mean trace
 };
 
-// A covariance that is not positive definite covers nothing.
 struct ConsistencyResult {
   ConsistencyRow observed;
   ConsistencyRow inferred;
+  Consistency all;  // both together
 };
 
 // Joints are compared by name, people as EvaluateMpjpe pairs them.
 ConsistencyResult EvaluateConsistency(const TrackSequence& truth,
                                       const TrackSequence& tracks,
                                       const ConsistencyOptions& options = {});
+
+// The normalised residuals of held-out cameras.
+Consistency HeldOutConsistency(const HeldOutScores& scores);
 
 }  // namespace kinegraph
 

@@ -347,17 +347,4 @@ RatioSeries TruncatedErrors(const HeldOutScores& scores,
   return units;
 }
 
-HeldOutConsistency EvaluateHeldOutConsistency(const HeldOutScores& scores) {
-  constexpr double kChiSquare95 = 5.991464547107979;  // two degrees of freedom
-  HeldOutConsistency consistency;
-  std::vector<double> squares;
-  for (const HeldOutJoint& joint : scores.joints) {
-    if (!joint.normalised_squared.has_value()) continue;
-    squares.push_back(*joint.normalised_squared);
-    consistency.inside.Add(squares.back() <= kChiSquare95);
-  }
-  consistency.nees = Mean(squares) / 2.0;
-  return consistency;
-}
-
 }  // namespace kinegraph

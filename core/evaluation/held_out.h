@@ -111,17 +111,6 @@ Interval HeldOutRatioInterval(const HeldOutScores& a, const HeldOutScores& b,
                               HeldOutFigure figure,
                               const BootstrapOptions& options = {});
 
-// Whether the covariances of the runs tell the truth, by the normalised
-// residuals of the cameras that were left out.
-struct HeldOutConsistency {
-  // Inside the ellipse that holds 95 % of a normal distribution in the plane:
-  // normalised square at most 5.991 (chi-square, two degrees of freedom).
-  Share inside;
-  // NEES, the mean of the normalised squares / 2: 1 when right. NaN: none.
-  double nees = 0.0;
-};
-HeldOutConsistency EvaluateHeldOutConsistency(const HeldOutScores& scores);
-
 // Sum and number of min(error, 30 px) of each frame that the scores have,
 // ascending: their pooled ratio is kMeanTruncated.
 RatioSeries TruncatedErrors(const HeldOutScores& scores,

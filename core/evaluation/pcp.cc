@@ -161,6 +161,10 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
   scored.actor = truth.id.value();
   if (found != nullptr) scored.predicted = found->id;
   const Pose3d* pose = found == nullptr ? nullptr : &found->joints;
+  const std::optional<double> person_distance_m =
+      pose == nullptr
+          ? std::nullopt
+          : MeanDistance(truth.joints, *pose, MatchingJoints(protocol));
   for (int part = 0; part < kPcpPartCount; ++part) {
     const int first = kParts[part].first;
     const int second = kParts[part].second;
@@ -172,6 +176,7 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
     maybe_lost.actor = scored.actor;
     maybe_lost.part = part;
     maybe_lost.predicted = scored.predicted;
+    maybe_lost.person_distance_m = person_distance_m;
     maybe_lost.length_m =
         (truth.joints[first].position_m - truth.joints[second].position_m)
             .norm();
@@ -224,6 +229,8 @@ std::vector<RatioSeries> Series(const PcpResult& result,
 
 const char* PcpPartName(int part) { return kParts[part].name; }
 
+PcpGroup PcpGroupOf(int part) { return kParts[part].group; }
+
 const char* ToString(PcpGroup group) {
   static constexpr std::array<const char*, kPcpGroups.size()> kNames = {
       "head",       "torso",      "upper arms", "lower arms",
@@ -237,6 +244,21 @@ const char* ToString(EndpointRule rule) {
 
 const char* ToString(PersonMatching matching) {
   return matching == PersonMatching::kNearest ? "nearest" : "one_to_one";
+}
+
+const char* ToString(LossReason reason) {
+  static constexpr std::array<const char*, kLossReasonCount> kNames = {
+      "nobody", "elsewhere", "no joint", "too far"};
+  return kNames[static_cast<size_t>(reason)];
+}
+
+LossReason LostPart::reason() const {
+  if (!predicted) return LossReason::kNobody;
+  if (!person_distance_m || *person_distance_m > kPersonGateM) {
+    return LossReason::kElsewhere;
+  }
+  if (!first_error_m || !second_error_m) return LossReason::kNoJoint;
+  return LossReason::kTooFar;
 }
 
 PcpProtocol ShelfProtocol() {

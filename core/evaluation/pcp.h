@@ -40,6 +40,7 @@ inline constexpr std::array<PcpGroup, 7> kPcpGroups = {
     PcpGroup::kLowerArms, PcpGroup::kUpperLegs, PcpGroup::kLowerLegs,
     PcpGroup::kTotal};
 const char* ToString(PcpGroup group);  // "head", "upper arms", ..., "total"
+PcpGroup PcpGroupOf(int part);         // never kTotal
 
 enum class EndpointRule {
   kMean,  // the mean of the errors of both ends counts
@@ -110,6 +111,16 @@ struct PcpPersonFrame {
   Share Count(PcpGroup group) const;
 };
 
+// Why a part was counted wrong.
+enum class LossReason {
+  kNobody,     // no prediction in the frame
+  kElsewhere,  // the nearest prediction is beyond kPersonGateM: another person
+  kNoJoint,    // the prediction lacks an end
+  kTooFar,     // an end, or both, too far off
+};
+inline constexpr int kLossReasonCount = 4;
+const char* ToString(LossReason reason);  // "nobody", "elsewhere", ...
+
 // A part that was counted wrong. An error is nullopt where there is no
 // predicted joint.
 struct LostPart {
@@ -120,6 +131,10 @@ struct LostPart {
   double length_m = 0.0;
   std::optional<double> first_error_m;  // farther from the trunk or lower
   std::optional<double> second_error_m;
+  // Mean distance of the prediction over the joints that both have.
+  std::optional<double> person_distance_m;
+
+  LossReason reason() const;
 };
 
 struct PcpResult {

@@ -105,4 +105,11 @@ std::optional<Eigen::Vector2d> Camera::Undistort(
   return K().topLeftCorner<2, 2>() * *ideal + K().block<2, 1>(0, 2);
 }
 
+double DistanceToRay(const Camera& camera, const Eigen::Vector2d& ideal_px,
+                     const Eigen::Vector3d& point_m) {
+  return (point_m - camera.centre())
+      .cross(camera.RayDirection(ideal_px))
+      .norm();
+}
+
 }  // namespace kinegraph

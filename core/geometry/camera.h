@@ -80,6 +80,11 @@ class Camera {
   Eigen::Matrix3d KR_inverse_;
 };
 
+// Distance [m] of a point from the line through the camera's centre and the
+// ideal pixel (the ray of Eq. 3, taken as an infinite line).
+double DistanceToRay(const Camera& camera, const Eigen::Vector2d& ideal_px,
+                     const Eigen::Vector3d& point_m);
+
 // The cameras of a scene, in the order of the views.
 using CameraRig = std::vector<Camera>;
 

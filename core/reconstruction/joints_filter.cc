@@ -1,15 +1,6 @@
 #include "core/reconstruction/joints_filter.h"
 
-#include <Eigen/Geometry>
-
 namespace kinegraph {
-
-double DistanceToRay(const Camera& camera, const Eigen::Vector2d& ideal_px,
-                     const Eigen::Vector3d& point_m) {
-  return (point_m - camera.centre())
-      .cross(camera.RayDirection(ideal_px))
-      .norm();
-}
 
 size_t JointsFilter::Loser(Span<JointRay> rays, size_t i, size_t j,
                            const Eigen::Vector3d* predicted_m) const {

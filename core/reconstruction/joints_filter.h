@@ -50,11 +50,6 @@ class JointsFilter {
   std::vector<double> affinity_;  // E, row-major
 };
 
-// Distance [m] of a point from the line through the camera's centre and the
-// ideal pixel (the ray of Eq. 3, taken as an infinite line).
-double DistanceToRay(const Camera& camera, const Eigen::Vector2d& ideal_px,
-                     const Eigen::Vector3d& point_m);
-
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_RECONSTRUCTION_JOINTS_FILTER_H_

@@ -11,6 +11,10 @@ void ReconstructionOptions::Describe(OptionVisitor& visitor) {
                  "a view's newest 2D pose counts while younger than this");
   visitor.Number("lambda_t", &lambda_t_per_frame, NonNegative(), "1/frame",
                  "decay of an older view's weight in the DLT");
+  visitor.Choice("newest", &newest, {"pose", "joint"},
+                 "of a view: its newest 2D pose, or joint by joint");
+  visitor.Boolean("incremental", &incremental,
+                  "triangulate as each view is matched (cross_view)");
   visitor.Boolean("joints_filter", &joints_filter,
                   "remove views that contradict each other (Eq. 2-3)");
   visitor.Number("alpha_epi", &alpha_epi_px, Positive(), "px",
@@ -23,6 +27,19 @@ void ReconstructionOptions::Describe(OptionVisitor& visitor) {
   visitor.Boolean("require_in_front", &require_in_front,
                   "a joint behind a camera that measured it is refused");
 }
+
+namespace {
+
+bool FromTwoViews(Span<UsedView> views) {
+  for (const UsedView& view : views) {
+    if (view.observation->view_idx != views[0].observation->view_idx) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
 
 Reconstructor::Reconstructor(const CameraRig& cameras,
                              const EpipolarGeometry& epipolar,
@@ -38,7 +55,7 @@ Reconstructor::Reconstructor(const CameraRig& cameras,
 bool Reconstructor::Update(Span<UsedView> views, const Pose3d& predicted,
                            Reconstruction* reconstruction) {
   Run(views, options_.alpha_epi_px, &predicted, reconstruction);
-  if (views.size() < 2) return false;
+  if (!FromTwoViews(views)) return false;
   return reconstruction->lost_joints <=
          options_.max_lost_share * reconstruction->seen_joints;
 }
@@ -85,6 +102,10 @@ void Reconstructor::Run(Span<UsedView> views, double alpha_px,
     for (size_t v = 0; v < views.size(); ++v) {
       const Observation& observation = *views[v].observation;
       if (!observation.joints[j].found) continue;
+      // An older pose of the same view.
+      if (!rays_.empty() && rays_.back().view_idx == observation.view_idx) {
+        continue;
+      }
       measured_.push_back(static_cast<int>(v));
       rays_.push_back({observation.view_idx, observation.ideal_px[j]});
       seen = seen || views[v].fresh();

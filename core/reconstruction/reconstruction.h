@@ -15,10 +15,21 @@
 
 namespace kinegraph {
 
+// What counts as the newest measurement of a view.
+enum class NewestRule {
+  kPose,   // its newest 2D pose, with what that has and lacks
+  kJoint,  // joint by joint the newest that it has (Chen et al. 2020)
+};
+
 struct ReconstructionOptions {
   // The newest 2D pose of each view counts while it is younger than this.
   double tau_frames = 3.0;
   double lambda_t_per_frame = 5.0;  // DLT rows weigh exp(-lambda_t age)
+  NewestRule newest = NewestRule::kPose;
+  // Chen et al. 2020: a person is triangulated anew as each view is matched, so
+  // that the next view is compared with what this one saw. Association reads
+  // it where its affinity is cross_view.
+  bool incremental = false;
   bool joints_filter = true;
   double alpha_epi_px = 60.0;
   ConflictOrder conflict_order = ConflictOrder::kView;
@@ -63,7 +74,9 @@ class Reconstructor {
                 const ReconstructionOptions& options, const Skeleton& skeleton);
 
   // With a prediction, which decides conflicts and stands in for joints with
-  // fewer than two views. Views in the order in which they joined the track.
+  // fewer than two views. Views in the order in which they joined the track; of
+  // several poses of one view, which follow each other with the newest first,
+  // each joint is the first one found.
   // Returns false when the update fails: fewer than two views, or too many
   // joints lost (`reconstruction` then tells what was found).
   bool Update(Span<UsedView> views, const Pose3d& predicted,

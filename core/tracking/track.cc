@@ -9,9 +9,17 @@ void ViewMemory::Store(const Observation& observation, TimeNs frame_time) {
       std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
         return entry.observation.view_idx == observation.view_idx;
       });
-  Entry& entry = at == entries_.end() ? entries_.emplace_back() : *at;
-  entry.frame_time = frame_time;
-  entry.observation = observation;
+  const auto end = std::find_if(at, entries_.end(), [&](const Entry& entry) {
+    return entry.observation.view_idx != observation.view_idx;
+  });
+  if (end - at < depth_) {
+    entries_.insert(at, {frame_time, observation});
+    return;
+  }
+  // The oldest makes room, its memory is used again.
+  std::rotate(at, end - 1, end);
+  at->frame_time = frame_time;
+  at->observation = observation;
 }
 
 TrackLife::TrackLife(const TrackLifeOptions& options, const FrameClock& clock,

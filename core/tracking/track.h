@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/association/affinity.h"
 #include "core/base/ids.h"
 #include "core/base/time.h"
 #include "core/data/observation.h"
@@ -14,11 +15,15 @@
 
 namespace kinegraph {
 
-// The newest 2D pose of each view, in the order in which views first joined
+// The newest 2D poses of each view, in the order in which views first joined
 // the track. A view keeps its place when it is matched again or back after a
-// pause: the joints filter walks conflicts in this order.
+// pause: the joints filter walks conflicts in this order. Poses of one view
+// follow each other, the newest first.
 class ViewMemory {
  public:
+  // Keeps so many poses of each view.
+  explicit ViewMemory(int depth = 1) : depth_(depth) {}
+
   struct Entry {
     TimeNs frame_time = 0;
     Observation observation;
@@ -28,6 +33,7 @@ class ViewMemory {
   const std::vector<Entry>& entries() const { return entries_; }
 
  private:
+  int depth_;
   std::vector<Entry> entries_;
 };
 
@@ -94,8 +100,12 @@ class WriteGate {
 };
 
 struct Track {
-  Track(TrackId track_id, TrackLife track_life, WriteGate write_gate)
-      : id(track_id), life(track_life), gate(std::move(write_gate)) {}
+  Track(TrackId track_id, TrackLife track_life, WriteGate write_gate,
+        int memory_depth = 1)
+      : id(track_id),
+        life(track_life),
+        gate(std::move(write_gate)),
+        memory(memory_depth) {}
 
   TrackId id;
   TrackLife life;
@@ -109,6 +119,8 @@ struct Track {
   // This frame's work, kept to reuse its memory.
   EstimatorFrame frame;
   bool matched = false;
+  Pose3d expected;                       // in this frame, for association
+  std::vector<LastSeenJoint> last_seen;  // in the view at hand, likewise
   std::deque<FinalPose> finals;  // final, but the gate has not decided yet
 };
 

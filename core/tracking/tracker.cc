@@ -3,6 +3,7 @@
 #include <time.h>  // clock_gettime
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 
@@ -75,6 +76,11 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
                      scene_.skeleton),
       initialiser_(options_.initialisation, epipolar_, &reconstructor_,
                    scene_.skeleton.association_joints()),
+      cross_view_(options_.association.affinity == AffinityKind::kCrossView),
+      memory_depth_(
+          options_.reconstruction.newest == NewestRule::kJoint
+              ? static_cast<int>(std::ceil(options_.reconstruction.tau_frames))
+              : 1),
       unmatched_(scene_.cameras.size()),
       matches_(scene_.cameras.size()) {}
 
@@ -128,17 +134,60 @@ void Tracker::Prepare(const DetectionFrame& frame) {
   observations_.Prepare(frame);
 }
 
-void Tracker::Associate(const DetectionFrame& frame) {
-  const StageTimer timer(stage_times_, &StageTimes::association_ns);
+void Tracker::SetTargets(const DetectionFrame& frame) {
   targets_.clear();
   for (const auto& track : tracks_) {
-    targets_.push_back(
-        {&track->feedback->Last(),
-         clock_.Frames(frame.time - track->feedback->LastTime())});
     track->matched = false;
+    AssociationTarget& target = targets_.emplace_back();
+    target.pose = &track->feedback->Last();
+    target.age_frames = clock_.Frames(frame.time - track->feedback->LastTime());
+    if (!cross_view_) continue;
+    track->feedback->Predict(frame.time, &track->expected);
+    target.expected = &track->expected;
+    target.expected_age_frames = target.age_frames;
+    target.last_seen = &track->last_seen;
   }
+}
+
+// What each track last had in a view, joint by joint.
+void Tracker::SetLastSeen(const DetectionFrame& frame, int view_idx) {
+  for (const auto& track : tracks_) {
+    track->last_seen.assign(scene_.skeleton.joint_count(), LastSeenJoint());
+    for (const ViewMemory::Entry& entry : track->memory.entries()) {
+      if (entry.observation.view_idx != view_idx) continue;
+      const double age_frames = clock_.Frames(frame.time - entry.frame_time);
+      for (size_t j = 0; j < track->last_seen.size(); ++j) {
+        const Keypoint& joint = entry.observation.joints[j];
+        if (track->last_seen[j].valid || !joint.found) continue;
+        track->last_seen[j] = {true, joint.px, age_frames};
+      }
+    }
+  }
+}
+
+// The 2D poses of a track that are young enough.
+void Tracker::CollectUsedViews(const Track& track, TimeNs time) {
+  used_views_.clear();
+  for (const ViewMemory::Entry& entry : track.memory.entries()) {
+    const TimeNs age = time - entry.frame_time;
+    if (!clock_.Less(age, options_.reconstruction.tau_frames)) continue;
+    used_views_.push_back({&entry.observation, clock_.Frames(age)});
+  }
+}
+
+// The track's expected pose with the view that was matched just now.
+void Tracker::UpdateExpected(Track* track, TimeNs time) {
+  CollectUsedViews(*track, time);
+  reconstructor_.Update(used_views_, track->expected, &reconstruction_);
+  track->expected = reconstruction_.pose;
+}
+
+void Tracker::Associate(const DetectionFrame& frame) {
+  const StageTimer timer(stage_times_, &StageTimes::association_ns);
+  SetTargets(frame);
   for (size_t v = 0; v < observations_.view_count(); ++v) {
     const Span<Observation> observations = observations_.OfView(v);
+    if (cross_view_) SetLastSeen(frame, static_cast<int>(v));
     matcher_.Match(targets_, observations, scene_.cameras[v], &matches_[v]);
     unmatched_[v].clear();
     for (const Observation& observation : observations) {
@@ -152,6 +201,9 @@ void Tracker::Associate(const DetectionFrame& frame) {
       tracks_[t]->matched = true;
       tracks_[t]->memory.Store(observations[match], frame.time);
       unmatched_[v][match] = nullptr;
+      if (!cross_view_ || !options_.reconstruction.incremental) continue;
+      UpdateExpected(tracks_[t].get(), frame.time);
+      targets_[t].expected_age_frames = 0.0;
     }
     unmatched_[v].erase(
         std::remove(unmatched_[v].begin(), unmatched_[v].end(), nullptr),
@@ -169,12 +221,7 @@ void Tracker::Reconstruct(const DetectionFrame& frame) {
     work.views.clear();
     work.inlier_views.assign(scene_.skeleton.joint_count(), 0);
     if (!track->matched) continue;
-    used_views_.clear();
-    for (const ViewMemory::Entry& entry : track->memory.entries()) {
-      const TimeNs age = frame.time - entry.frame_time;
-      if (!clock_.Less(age, options_.reconstruction.tau_frames)) continue;
-      used_views_.push_back({&entry.observation, clock_.Frames(age)});
-    }
+    CollectUsedViews(*track, frame.time);
     track->feedback->Predict(frame.time, &predicted_);
     const bool succeeded =
         reconstructor_.Update(used_views_, predicted_, &reconstruction_);
@@ -210,7 +257,7 @@ void Tracker::StartNewPeople(const DetectionFrame& frame) {
 void Tracker::StartTrack(const NewPerson& person, const DetectionFrame& frame) {
   auto track = std::make_unique<Track>(
       TrackId(next_id_++), TrackLife(options_.life, clock_, frame.time),
-      WriteGate(options_.life, clock_));
+      WriteGate(options_.life, clock_), memory_depth_);
   // The whole 2D poses are remembered, joints the filter removed included.
   used_views_.clear();
   for (const Observation* member : person.members) {

@@ -63,6 +63,10 @@ class Tracker {
   void ForgetStale(TimeNs time);
   void Prepare(const DetectionFrame& frame);
   void Associate(const DetectionFrame& frame);
+  void SetTargets(const DetectionFrame& frame);
+  void SetLastSeen(const DetectionFrame& frame, int view_idx);
+  void CollectUsedViews(const Track& track, TimeNs time);
+  void UpdateExpected(Track* track, TimeNs time);
   void Reconstruct(const DetectionFrame& frame);
   void Estimate();
   void StepLives(TimeNs time);
@@ -81,6 +85,8 @@ class Tracker {
   ViewMatcher matcher_;
   Reconstructor reconstructor_;
   Initialiser initialiser_;
+  const bool cross_view_;   // the affinity of Chen et al.
+  const int memory_depth_;  // poses of a view that a track remembers
 
   std::vector<std::unique_ptr<Track>> tracks_;
   int64_t next_id_ = 0;

@@ -30,10 +30,11 @@ struct Pool {
     const auto joints = static_cast<double>(row.count);
     count += joints;
     squared += joints * row.rmse_m * row.rmse_m;
-    if (row.inside.total > 0) {
-      nees += static_cast<double>(row.inside.total) * row.nees;
+    if (row.stated.covered.total > 0) {
+      nees += static_cast<double>(row.stated.covered.total) *
+              row.stated.nees_per_dof;
     }
-    inside += row.inside;
+    inside += row.stated.covered;
   }
 };
 

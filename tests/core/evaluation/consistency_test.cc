@@ -33,14 +33,17 @@ TEST(ConsistencyTest, WorkedByHand) {
       EvaluateConsistency(Tracks({Frame(0, {Person(0, StandingTum14())})}),
                           Tracks({Frame(0, {Stated(moved, covariance)})}));
   EXPECT_EQ(result.observed.count, 12);
-  EXPECT_EQ(result.observed.inside.count, 11);
-  EXPECT_EQ(result.observed.inside.total, 12);
-  EXPECT_NEAR(result.observed.nees, (4.0 + 9.0) / 12.0 / 3.0, 1e-9);
+  EXPECT_EQ(result.observed.stated.covered.count, 11);
+  EXPECT_EQ(result.observed.stated.covered.total, 12);
+  EXPECT_NEAR(result.observed.stated.nees_per_dof, (4.0 + 9.0) / 12.0 / 3.0,
+              1e-9);
   EXPECT_NEAR(result.observed.rmse_m,
               std::sqrt((0.02 * 0.02 + 0.09 * 0.09) / 12.0), 1e-12);
   EXPECT_NEAR(result.observed.stated_rms_m, std::sqrt(11e-4), 1e-12);
   EXPECT_EQ(result.inferred.count, 1);
-  EXPECT_EQ(result.inferred.nees, 0.0);
+  EXPECT_EQ(result.inferred.stated.nees_per_dof, 0.0);
+  EXPECT_EQ(result.all.covered.total, 13);
+  EXPECT_NEAR(result.all.nees_per_dof, 13.0 / 13.0 / 3.0, 1e-9);
 }
 
 TEST(ConsistencyTest, NothingStatedOrNothingDefiniteIsNoCover) {
@@ -48,14 +51,14 @@ TEST(ConsistencyTest, NothingStatedOrNothingDefiniteIsNoCover) {
   const ConsistencyResult without = EvaluateConsistency(truth, truth);
   EXPECT_EQ(without.observed.count, 14);
   EXPECT_EQ(without.observed.rmse_m, 0.0);
-  EXPECT_EQ(without.observed.inside.total, 0);
-  EXPECT_TRUE(std::isnan(without.observed.nees));
+  EXPECT_EQ(without.observed.stated.covered.total, 0);
+  EXPECT_TRUE(std::isnan(without.observed.stated.nees_per_dof));
   const ConsistencyResult flat = EvaluateConsistency(
       truth, Tracks({Frame(
                  0, {Stated(StandingTum14(), -Eigen::Matrix3d::Identity())})}));
-  EXPECT_EQ(flat.observed.inside.count, 0);
-  EXPECT_EQ(flat.observed.inside.total, 14);
-  EXPECT_TRUE(std::isnan(flat.observed.nees));
+  EXPECT_EQ(flat.observed.stated.covered.count, 0);
+  EXPECT_EQ(flat.observed.stated.covered.total, 14);
+  EXPECT_TRUE(std::isnan(flat.observed.stated.nees_per_dof));
 }
 
 TEST(ConsistencyTest, RightCovariancesCoverWhatTheySay) {
@@ -81,9 +84,10 @@ TEST(ConsistencyTest, RightCovariancesCoverWhatTheySay) {
   EXPECT_EQ(row.count, 14 * kFrames);
   // Four standard errors: of a share of 95 %, and of a mean of chi-squares
   // (variance 6) over 3.
-  EXPECT_NEAR(row.inside.fraction(), 0.95,
+  EXPECT_NEAR(row.stated.covered.fraction(), 0.95,
               4.0 * std::sqrt(0.95 * 0.05 / kCount));
-  EXPECT_NEAR(row.nees, 1.0, 4.0 * std::sqrt(6.0 / kCount) / 3.0);
+  EXPECT_NEAR(row.stated.nees_per_dof, 1.0,
+              4.0 * std::sqrt(6.0 / kCount) / 3.0);
 }
 
 }  // namespace

@@ -69,6 +69,24 @@ TEST(PcpTest, EachRuleWantsBothEndsWithin) {
   EXPECT_TRUE(Evaluate(found, Plain()).lost.empty());
 }
 
+TEST(PcpTest, LostPartsSayWhy) {
+  const TrackSequence truth = Tracks({Frame(0, {Person(0, StandingTum14())})});
+  const auto reason = [&](const std::vector<PersonPose>& found) {
+    const PcpResult result =
+        EvaluatePcp(truth, Tracks({Frame(0, found)}), Plain());
+    EXPECT_FALSE(result.lost.empty());
+    return result.lost.front().reason();
+  };
+  EXPECT_EQ(reason({}), LossReason::kNobody);
+  EXPECT_EQ(reason({Person(0, Moved(StandingTum14(), 0.0, 0.75))}),
+            LossReason::kElsewhere);
+  Pose3d found = StandingTum14();
+  found[kAnkle].position_m.y() += 1.0;  // the mean over 14 joints stays small
+  EXPECT_EQ(reason({Person(0, found)}), LossReason::kTooFar);
+  found[kAnkle].status = JointStatus::kMissing;
+  EXPECT_EQ(reason({Person(0, found)}), LossReason::kNoJoint);
+}
+
 TEST(PcpTest, LostPartsSayByHowMuch) {
   Pose3d found = StandingTum14();
   found[kAnkle].position_m.y() += 1.0;

@@ -141,5 +141,14 @@ TEST(LensTest, NamesWhatItDoesNotKnow) {
   EXPECT_EQ(MakeLens("opencv5", {0, 0, 0, 0, 0}), nullptr);
 }
 
+TEST(CameraTest, DistanceToRayByHand) {
+  CameraParameters p;
+  p.K << 500, 0, 320, 0, 500, 240, 0, 0, 1;
+  const Camera camera(p);
+  // The ray along z; a point 3 to the side and 4 up, anywhere along it.
+  EXPECT_NEAR(DistanceToRay(camera, {320, 240}, {3, 4, 7}), 5.0, 1e-12);
+  EXPECT_NEAR(DistanceToRay(camera, {320, 240}, {3, 4, -7}), 5.0, 1e-12);
+}
+
 }  // namespace
 }  // namespace kinegraph

@@ -156,5 +156,36 @@ TEST_F(ReconstructionTest, InitialisationHasNoPredictionToFallBackOn) {
   EXPECT_EQ(out_.pose[8].status, JointStatus::kObserved);
 }
 
+TEST_F(ReconstructionTest, OfOneViewTheNewestJointCounts) {
+  // View 0 twice: its new pose lacks joint 9, its old one has it elsewhere for
+  // every other joint.
+  Observation older = observations_[0];
+  for (int j = 0; j < 17; ++j) {
+    if (j != 9) older.ideal_px[j].x() += 300.0;
+  }
+  observations_[0].joints[9].found = false;
+  ReconstructionOptions options;
+  options.joints_filter = false;
+  options.newest = NewestRule::kJoint;
+  Reconstructor reconstructor = Make(options);
+  const std::vector<UsedView> views = {
+      {&observations_[0], 0.0}, {&older, 1.0}, {&observations_[1], 0.0}};
+  ASSERT_TRUE(reconstructor.Update(views, person_, &out_));
+  for (int j = 0; j < 17; ++j) {
+    EXPECT_LT((out_.pose[j].position_m - person_[j].position_m).norm(), 1e-9)
+        << j;
+    EXPECT_EQ(out_.fresh_inlier_views[j], j == 9 ? 1 : 2);
+  }
+}
+
+TEST_F(ReconstructionTest, TwoPosesOfOneViewAreOneView) {
+  ReconstructionOptions options;
+  options.max_lost_share = 1.0;
+  Reconstructor reconstructor = Make(options);
+  EXPECT_FALSE(reconstructor.Update(
+      std::vector<UsedView>{{&observations_[0], 0.0}, {&observations_[0], 1.0}},
+      person_, &out_));
+}
+
 }  // namespace
 }  // namespace kinegraph

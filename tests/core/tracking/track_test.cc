@@ -133,5 +133,23 @@ TEST(ViewMemoryTest, AViewKeepsItsPlace) {
   EXPECT_EQ(memory.entries()[2].observation.view_idx, 1);
 }
 
+TEST(ViewMemoryTest, KeepsSeveralPosesOfAViewTheNewestFirst) {
+  const CameraRig cameras = testing::RingOfCameras(2);
+  const Pose3d pose = testing::StandingPerson(0, 0);
+  ViewMemory memory(2);
+  memory.Store(testing::Observe(pose, cameras, 1, 0), 0);
+  memory.Store(testing::Observe(pose, cameras, 0, 1), 0);
+  memory.Store(testing::Observe(pose, cameras, 1, 2), 1 * kFrame);
+  memory.Store(testing::Observe(pose, cameras, 1, 3), 2 * kFrame);
+  memory.Store(testing::Observe(pose, cameras, 0, 4), 2 * kFrame);
+  std::vector<int> detections;
+  for (const ViewMemory::Entry& entry : memory.entries()) {
+    detections.push_back(entry.observation.detection_idx);
+  }
+  EXPECT_EQ(detections, (std::vector<int>{3, 2, 4, 1}));
+  EXPECT_EQ(memory.entries()[0].frame_time, 2 * kFrame);
+  EXPECT_EQ(memory.entries()[1].frame_time, 1 * kFrame);
+}
+
 }  // namespace
 }  // namespace kinegraph

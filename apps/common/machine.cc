@@ -1,0 +1,85 @@
+#include "apps/common/machine.h"
+
+#include <cstdio>
+#include <memory>
+#include <thread>
+
+#include "apps/common/config_folder.h"
+#include "core/base/error.h"
+#include "core/io/text_file.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr const char* kUnknown = "unknown";
+
+// What stands after `separator` in the first line that begins with `key`.
+std::string Field(const std::string& path, const std::string& key,
+                  char separator) {
+  if (!IsFile(path)) return kUnknown;
+  const std::string text = "\n" + ReadTextFile(path);
+  const size_t line = text.find("\n" + key);
+  if (line == std::string::npos) return kUnknown;
+  size_t begin = text.find(separator, line + 1);
+  const size_t end = text.find('\n', line + 1);
+  if (begin == std::string::npos || begin > end) return kUnknown;
+  begin = text.find_first_not_of(" \t\"", begin + 1);
+  std::string value = text.substr(begin, end - begin);
+  value.erase(value.find_last_not_of(" \t\"") + 1);
+  return value;
+}
+
+std::string ShellQuoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  return quoted + "'";
+}
+
+// The first line that a command prints; empty when it fails.
+std::string FirstLineOf(const std::string& command) {
+  const auto close = [](std::FILE* pipe) { pclose(pipe); };
+  const std::unique_ptr<std::FILE, decltype(close)> pipe(
+      popen(command.c_str(), "r"), close);
+  char line[256] = "";
+  if (pipe == nullptr ||
+      std::fgets(line, sizeof(line), pipe.get()) == nullptr) {
+    return "";
+  }
+  std::string text = line;
+  text.erase(text.find_last_not_of("\r\n") + 1);
+  return text;
+}
+
+std::string Commit() {
+  std::string folder;
+  try {
+    folder = ProjectConfig("paper/shelf.toml");
+  } catch (const InputError&) {
+    return kUnknown;
+  }
+  folder.erase(folder.rfind("/paper/"));
+  const std::string commit =
+      FirstLineOf("git -C " + ShellQuoted(folder) +
+                  " describe --always --dirty --exclude='*' 2>/dev/null");
+  return commit.empty() ? kUnknown : commit;
+}
+
+}  // namespace
+
+Machine ThisMachine() {
+  Machine machine;
+  machine.processor = Field("/proc/cpuinfo", "model name", ':');
+  machine.threads = static_cast<int>(std::thread::hardware_concurrency());
+  machine.system = Field("/etc/os-release", "PRETTY_NAME", '=');
+#if defined(__clang__)
+  machine.compiler = "clang " __clang_version__;
+#elif defined(__GNUC__)
+  machine.compiler = "g++ " __VERSION__;
+#else
+  machine.compiler = kUnknown;
+#endif
+  machine.commit = Commit();
+  return machine;
+}
+
+}  // namespace kinegraph

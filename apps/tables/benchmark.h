@@ -1,0 +1,62 @@
+// What each table is made of: takes, ways to track them, results of others.
+#ifndef KINEGRAPH_APPS_TABLES_BENCHMARK_H_
+#define KINEGRAPH_APPS_TABLES_BENCHMARK_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/tables/dataset.h"
+#include "apps/tables/published.h"
+#include "core/evaluation/pcp.h"
+
+namespace kinegraph {
+
+// A way from detections to tracks.
+struct Method {
+  std::string name;    // "paper mode, text"
+  std::string config;  // below configs/
+  std::string set;     // as --set takes it
+};
+
+// A take tracked in every way; the first is what the others are compared with.
+// Configuration and set of `dataset` are those of its first method.
+struct Take {
+  Dataset dataset;
+  std::vector<Method> methods;
+};
+
+// What somebody else's program made.
+struct ResultFile {
+  std::string method;
+  std::string path;  // below the data folder
+  std::string detections_note;
+  std::string remark;                    // what to know of its figures
+  std::optional<std::string> same_take;  // name of the take it was made from
+};
+
+enum class BenchmarkSet { kShelf, kCampus };
+
+// One benchmark: all that is scored against one ground truth.
+struct Benchmark {
+  BenchmarkSet set = BenchmarkSet::kShelf;
+  std::string ground_truth;  // below the data folder
+  std::vector<Take> takes;
+  std::vector<ResultFile> results;        // of everybody in the take
+  std::vector<ResultFile> single_person;  // of actor 0 alone
+};
+
+struct BenchmarkData {
+  std::string folder;  // everything above is below it
+  std::string note;    // what was found there
+  std::vector<Benchmark> benchmarks;
+};
+
+// What is in `data_folder`: either the developers' layout (shelf/, campus/ with
+// their READMEs) or official downloads (docs/official_data.md). Throws
+// InputError saying what was looked for when it is neither.
+BenchmarkData FindBenchmarks(const std::string& data_folder);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_TABLES_BENCHMARK_H_

@@ -1,0 +1,160 @@
+#include "apps/tables/runtime.h"
+
+#include <time.h>  // clock_gettime
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "apps/common/table.h"
+#include "core/evaluation/statistics.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kNsPerMs = 1e6;
+
+int64_t ProcessorTimeNs() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
+
+struct TimedMethod {
+  std::string name;
+  std::string take;
+  Dataset dataset;
+};
+
+std::vector<TimedMethod> TimedMethods(const Benchmark& benchmark) {
+  std::vector<TimedMethod> timed;
+  const size_t takes = std::min<size_t>(2, benchmark.takes.size());
+  for (size_t t = 0; t < takes; ++t) {
+    const Take& take = benchmark.takes[t];
+    for (const Method& method : take.methods) {
+      TimedMethod one{method.name, take.dataset.name, take.dataset};
+      one.dataset.config = method.config;
+      one.dataset.set = method.set;
+      timed.push_back(one);
+      if (method.name.rfind("paper mode", 0) != 0) continue;
+      one.name += ", no joints filter";
+      one.dataset.set =
+          JoinSets(method.set, "reconstruction.joints_filter=false");
+      timed.push_back(std::move(one));
+    }
+  }
+  return timed;
+}
+
+// Milliseconds a frame.
+struct Timing {
+  double preparation = 0.0;
+  double association = 0.0;
+  double reconstruction = 0.0;
+  double estimation = 0.0;
+  double initialisation = 0.0;
+  double whole = 0.0;
+  int repetitions = 0;
+
+  // The stages of the paper's table, by which it computes its frame rate.
+  double PaperStages() const {
+    return association + reconstruction + initialisation;
+  }
+};
+
+Timing Measure(const LoadedDataset& loaded, const RuntimeOptions& options) {
+  const RunScene scene =
+      PrepareScene(loaded.options, loaded.request, loaded.detections.header);
+  std::array<std::vector<double>, 6> samples;
+  const int64_t start_ns = ProcessorTimeNs();
+  int done = 0;
+  while (done < options.repetitions) {
+    StageTimes stages;
+    const int64_t begin_ns = ProcessorTimeNs();
+    const RunSummary summary = RunTracking(
+        loaded.options, loaded.request, scene,
+        [&] { return std::make_unique<MemorySource>(loaded.detections); },
+        [](const TrackFrame&) {}, nullptr, &stages);
+    const int64_t whole_ns = ProcessorTimeNs() - begin_ns;
+    const double frames =
+        static_cast<double>(std::max<int64_t>(1, summary.frames));
+    const std::array<int64_t, 6> values_ns = {
+        stages.preparation_ns,    stages.association_ns,
+        stages.reconstruction_ns, stages.estimation_ns,
+        stages.initialisation_ns, whole_ns};
+    for (size_t i = 0; i < samples.size(); ++i) {
+      samples[i].push_back(static_cast<double>(values_ns[i]) / kNsPerMs /
+                           frames);
+    }
+    ++done;
+    const double spent_s =
+        static_cast<double>(ProcessorTimeNs() - start_ns) * 1e-9;
+    if (done >= 2 && spent_s > options.max_seconds) break;
+  }
+  const auto median = [&](size_t i) { return Quantile(samples[i], 0.5); };
+  return {median(0), median(1), median(2), median(3),
+          median(4), median(5), done};
+}
+
+}  // namespace
+
+int64_t RuntimeRowCount(const Benchmark& benchmark) {
+  return static_cast<int64_t>(TimedMethods(benchmark).size());
+}
+
+TableOutput RuntimeTable(const Benchmark& benchmark,
+                         const std::string& data_folder,
+                         const std::string& extra_set,
+                         const RuntimeOptions& options,
+                         const std::function<void()>& progress) {
+  Table table({"measured, ms a frame", "detections", "preparation",
+               "affinity and association", "reconstruction", "initialisation",
+               "fps of these three", "estimation", "whole",
+               "fps of the whole"});
+  TableOutput output;
+  const TableOutput printed = PrintedTable(PublishedRuntime());
+  output.json["printed"] = printed.json;
+  output.json["measured"] = Json::array();
+  for (const TimedMethod& method : TimedMethods(benchmark)) {
+    Dataset dataset = method.dataset;
+    dataset.set = JoinSets(dataset.set, extra_set);
+    const Timing timing = Measure(LoadDataset(dataset, data_folder), options);
+    table.AddRow({method.name, method.take, Fixed(timing.preparation, 4),
+                  Fixed(timing.association, 4), Fixed(timing.reconstruction, 4),
+                  Fixed(timing.initialisation, 4),
+                  Fixed(1000.0 / timing.PaperStages(), 0),
+                  Fixed(timing.estimation, 4), Fixed(timing.whole, 4),
+                  Fixed(1000.0 / timing.whole, 0)});
+    output.json["measured"].push_back(
+        {{"method", method.name},
+         {"detections", method.take},
+         {"config", dataset.config},
+         {"set", dataset.set},
+         {"repetitions", timing.repetitions},
+         {"preparation_ms", timing.preparation},
+         {"association_ms", timing.association},
+         {"reconstruction_ms", timing.reconstruction},
+         {"estimation_ms", timing.estimation},
+         {"initialisation_ms", timing.initialisation},
+         {"whole_ms", timing.whole}});
+    progress();
+  }
+  output.markdown =
+      "## Runtime by stage\n\nPrinted: " + PublishedRuntime().caption +
+      ".\n\n" + printed.markdown +
+      "\nMeasured here: processor time of one thread, detections in memory, "
+      "median of up to " +
+      std::to_string(options.repetitions) +
+      " runs over the take. Languages, machines and detections differ, so only "
+      "orders of magnitude compare. `preparation`: joint sets, lens; "
+      "`estimation`: the smoothing (paper mode) or the window's solver; the "
+      "batch solves when the take has ended, so its solver is in `whole` "
+      "alone, as are second passes.\n\n" +
+      table.ToString(TableStyle::kMarkdown) + "\n";
+  return output;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,29 @@
+// The paper's table of runtimes by stage.
+#ifndef KINEGRAPH_APPS_TABLES_RUNTIME_H_
+#define KINEGRAPH_APPS_TABLES_RUNTIME_H_
+
+#include <functional>
+#include <string>
+
+#include "apps/tables/benchmark.h"
+#include "apps/tables/pcp_tables.h"
+
+namespace kinegraph {
+
+struct RuntimeOptions {
+  int repetitions = 11;      // of each method; the median counts
+  double max_seconds = 5.0;  // a method, after its second repetition
+};
+
+// Every method of the benchmark's first two takes, with and without the joints
+// filter in paper mode; detections in memory, one thread, processor time.
+TableOutput RuntimeTable(const Benchmark& benchmark,
+                         const std::string& data_folder,
+                         const std::string& extra_set,
+                         const RuntimeOptions& options,
+                         const std::function<void()>& progress);
+int64_t RuntimeRowCount(const Benchmark& benchmark);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_TABLES_RUNTIME_H_
