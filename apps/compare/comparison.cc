@@ -184,6 +184,11 @@ void AddTruth(const Comparison& comparison, const BootstrapOptions& bootstrap,
   const TrackSequence& tracks = scores->run.tracks;
   MpjpeOptions options;
   options.frames = comparison.scored_frames();
+  // In the world of CMU Panoptic y points down.
+  const std::string& skeleton = comparison.truth->header.skeleton.name();
+  if (skeleton == Panoptic19().name() || skeleton == Panoptic15().name()) {
+    options.up = -Eigen::Vector3d::UnitY();
+  }
   BootstrapOptions none = bootstrap;
   none.resamples = 1;  // its own intervals are not used
   const MpjpeResult mpjpe =

@@ -335,29 +335,45 @@ int64_t ScoredJoints(const CompareResult& result) {
   return joints;
 }
 
-}  // namespace
-
-std::string RankingText(const CompareResult& result) {
+// Three lines: who is better, not told apart and worse by a measure.
+std::string Ranking(const CompareResult& result, const std::string& key) {
   std::string better, worse, same;
   for (const StrategyResult& one : result.strategies) {
     if (!one.scores.refused.empty()) continue;
-    const Measure& measure = *one.Find(kHeldOut);
     std::string* list = nullptr;
-    if (measure.verdict == Verdict::kLess) list = &better;
-    if (measure.verdict == Verdict::kMore) list = &worse;
-    if (measure.verdict == Verdict::kSame) list = &same;
-    if (list == nullptr) continue;
-    *list += (list->empty() ? "" : ", ") + one.strategy.title;
+    switch (one.Find(key)->verdict) {
+      case Verdict::kNone:
+        continue;
+      case Verdict::kSame:
+        list = &same;
+        break;
+      case Verdict::kLess:
+        list = &better;
+        break;
+      case Verdict::kMore:
+        list = &worse;
+        break;
+    }
+    *list += (list->empty() ? "" : "; ") + one.strategy.title;
   }
   const auto line = [](const char* what, const std::string& names) {
     return std::string("- ") + what + ": " + (names.empty() ? "none" : names) +
            ".\n";
   };
-  return "By held-out error, against " + result.baseline().strategy.title +
+  return line("better", better) + line("not told apart", same) +
+         line("worse", worse);
+}
+
+}  // namespace
+
+std::string RankingText(const CompareResult& result) {
+  return "Held-out error against " + result.baseline().strategy.title +
          " (95 % intervals of the paired difference, one at a time: of twenty "
          "that are alike, one may look different):\n\n" +
-         line("better", better) + line("not told apart", same) +
-         line("worse", worse);
+         Ranking(result, kHeldOut) +
+         "\nThe same of the joints that every strategy predicts, so that no "
+         "filled gap counts:\n\n" +
+         Ranking(result, "held_out_common_px");
 }
 
 Json CompareJson(const CompareResult& result) {
