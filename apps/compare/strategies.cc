@@ -174,6 +174,22 @@ std::vector<Strategy> MakeTable() {
   table.push_back(Filter("rts_ca", "RTS, constant acceleration",
                          OutputKind::kRts, {kalman_noise},
                          motion(MotionModel::kConstantAcceleration)));
+  // The same on points that outliers have been kept out of.
+  const auto on_robust_points = [](Strategy strategy) {
+    strategy.name += "_robust";
+    strategy.title += ", on robust triangulation";
+    strategy.fix = [fix = strategy.fix](double rate_hz,
+                                        EstimatorOptions* options) {
+      if (fix) fix(rate_hz, options);
+      options->filters.points = PointKind::kRobust;
+    };
+    return strategy;
+  };
+  for (const char* name : {"butterworth", "rts_cv"}) {
+    const auto named = [name](const Strategy& s) { return s.name == name; };
+    table.push_back(
+        on_robust_points(*std::find_if(table.begin(), table.end(), named)));
+  }
   for (const int lag : {0, 3, 5, 10, 20, 30}) table.push_back(Window(lag));
   table.push_back(Filter(kOfflineReference, "batch", OutputKind::kBatch,
                          {GraphProcessNoise(), GraphLossScale()},
