@@ -30,7 +30,8 @@ DEFINE_string(unit, "", "unit of a calibration: m, cm or mm");
 DEFINE_string(image_size, "",
               "image size [px] of a calibration that does not tell: W,H");
 DEFINE_string(axes, "y,z,x",
-              "world axes that a TRC file's X,Y,Z are, such as x,-z,y");
+              "world axes that a TRC file's X,Y,Z are, such as x,-z,y "
+              "(written or read)");
 DEFINE_string(set, "",
               "keys of reading: cameras.KEY=value;detections.KEY=value;"
               "tracks.first_frame=N");
@@ -39,8 +40,7 @@ DEFINE_bool(formats, false, "list the formats and leave");
 namespace kinegraph {
 namespace {
 
-// A format's name in one kind. `read` and `write` are -1 or the value of the
-// kind's enum.
+// A format's name in one kind.
 struct Format {
   FileKind kind;
   const char* name;
@@ -60,26 +60,26 @@ const std::vector<Format>& Formats() {
       {kCalibration, "kinegraph", true, true, "cameras.json"},
       {kCalibration, "krt", true, true, "JSON: K and RT of each camera"},
       {kCalibration, "voxelpose", true, true, "JSON, mm"},
-      {kCalibration, "longcw", true, false, "JSON, cm"},
+      {kCalibration, "longcw", true, true, "JSON, cm"},
       {kCalibration, "panoptic", true, true, "CMU Panoptic's JSON, cm"},
       {kCalibration, "pose2sim", true, true, "Pose2Sim's and Anipose's TOML"},
       {kCalibration, "tum", true, true, "a folder of P0.txt, P1.txt, ..."},
-      {kCalibration, "opencv", true, false, "YAML, a file a camera"},
+      {kCalibration, "opencv", true, true, "YAML, a file a camera"},
       {kCalibration, "easymocap", true, true, "intri.yml and extri.yml"},
       {kDetections, "kinegraph", true, true, "JSON Lines"},
       {kDetections, "openpose", true, true, "a folder a view, a file a frame"},
       {kDetections, "coco", true, true, "COCO results, a file a view"},
-      {kDetections, "longcw", true, false, "annotation_2d.json"},
+      {kDetections, "longcw", true, true, "annotation_2d.json"},
       {kDetections, "smap", true, false, "a file a view"},
       {kTracks, "kinegraph", true, true, "JSON Lines"},
-      {kTracks, "tum", true, false, "actorsGT.mat"},
-      {kTracks, "4da", true, false, "4D association's gt.txt, skel.txt"},
-      {kTracks, "longcw", true, false, "annotation_3d.json, result_3d.json"},
+      {kTracks, "tum", true, true, "actorsGT.mat"},
+      {kTracks, "4da", true, true, "4D association's gt.txt, skel.txt"},
+      {kTracks, "longcw", true, true, "annotation_3d.json, result_3d.json"},
       {kTracks, "poses", true, true, "JSON: {\"poses\": [...]}"},
-      {kTracks, "panoptic", true, false, "body3DScene_*.json"},
-      {kTracks, "csv", false, true, "one row a joint"},
-      {kTracks, "trc", false, true, "a folder, a file a person"},
-      {kTracks, "npz", false, true, "NumPy's arrays"}};
+      {kTracks, "panoptic", true, true, "body3DScene_*.json"},
+      {kTracks, "csv", true, true, "one row a joint"},
+      {kTracks, "trc", true, true, "a folder, a file a person"},
+      {kTracks, "npz", true, true, "NumPy's arrays"}};
   return kFormats;
 }
 
@@ -211,16 +211,18 @@ void CheckFlags(FileKind kind) {
   const bool is_calibration = kind == kCalibration;
   if (!is_calibration) {
     RefuseFlag("unit", !FLAGS_unit.empty(), "calibrations", kind);
-    RefuseFlag("image_size", !FLAGS_image_size.empty(), "calibrations", kind);
+    if (kind != kDetections || FLAGS_to != "longcw") {
+      RefuseFlag("image_size", !FLAGS_image_size.empty(), "calibrations", kind);
+    }
   } else {
     RefuseFlag("skeleton", !FLAGS_skeleton.empty(), "detections and tracks",
                kind);
     RefuseFlag("frame_rate", FLAGS_frame_rate != 0.0, "detections and tracks",
                kind);
   }
-  if (FLAGS_to != "trc" &&
+  if (kind != kTracks &&
       !gflags::GetCommandLineFlagInfoOrDie("axes").is_default) {
-    throw InputError("--axes belongs to --to=trc");
+    throw InputError("--axes belongs to TRC files");
   }
   if (!(FLAGS_frame_rate >= 0.0 && FLAGS_frame_rate <= 1e6)) {
     throw InputError("--frame_rate: expected above 0 .. 1e6 Hz");
@@ -310,6 +312,17 @@ std::string ConvertDetections(const ConvertOptions& options, Losses* losses) {
     WriteOpenPose(FLAGS_out, &source, losses);
   } else if (FLAGS_to == "coco") {
     WriteCocoResults(FLAGS_out, &source, losses);
+  } else if (FLAGS_to == "longcw") {
+    const std::vector<double>& size = options.cameras.image_size;
+    if (!FLAGS_image_size.empty() && size.size() != 2) {
+      throw InputError("--image_size: found '" + Printable(FLAGS_image_size) +
+                       "', expected W,H");
+    }
+    ImageSize image;
+    if (size.size() == 2) {
+      image = {static_cast<int>(size[0]), static_cast<int>(size[1])};
+    }
+    WriteLongcwDetections(FLAGS_out, image, &source, losses);
   } else {
     WriteOwnDetections(&source, losses);
   }
@@ -324,7 +337,12 @@ std::string ConvertTracks(const ConvertOptions& options, Losses* losses) {
   read.frame_rate_hz = FLAGS_frame_rate;
   read.first_frame = options.first_frame;
   const AxisMap axes = AxisMap::Parse(FLAGS_axes);
+  read.trc_axes = axes;
   const TrackSequence tracks = ReadTracks(FLAGS_in, read);
+  if (FLAGS_to != "trc" && tracks.header.mode != "trc" &&
+      !gflags::GetCommandLineFlagInfoOrDie("axes").is_default) {
+    throw InputError("--axes belongs to TRC files");
+  }
   if (FLAGS_to == "csv") {
     WriteTracksCsv(FLAGS_out, tracks, losses);
   } else if (FLAGS_to == "trc") {
@@ -333,6 +351,14 @@ std::string ConvertTracks(const ConvertOptions& options, Losses* losses) {
     WriteTracksNpz(FLAGS_out, tracks, losses);
   } else if (FLAGS_to == "poses") {
     WriteTracksPoses(FLAGS_out, tracks, losses);
+  } else if (FLAGS_to == "longcw") {
+    WriteTracksLongcw(FLAGS_out, tracks, losses);
+  } else if (FLAGS_to == "4da") {
+    WriteTracks4dAssociation(FLAGS_out, tracks, losses);
+  } else if (FLAGS_to == "panoptic") {
+    WriteTracksPanoptic(FLAGS_out, tracks, losses);
+  } else if (FLAGS_to == "tum") {
+    WriteTracksTum(FLAGS_out, tracks, losses);
   } else {
     if (!(tracks.header.frame_rate_hz > 0.0)) {
       losses->push_back("the frame rate is not known (--frame_rate=HZ)");

@@ -41,18 +41,19 @@ std::map<int64_t, TimeNs> ClockOf(const PageInput& input) {
   return clock;
 }
 
-// A clock that stands still is replaced by an assumed rate.
-void RepairTimes(std::map<int64_t, TimeNs>* clock) {
+// A clock that stands still is replaced by an assumed rate. Whether it was.
+bool RepairTimes(std::map<int64_t, TimeNs>* clock) {
   TimeNs last = 0;
   bool ascends = true;
   for (auto at = clock->begin(); at != clock->end(); ++at) {
     ascends = ascends && (at == clock->begin() || at->second > last);
     last = at->second;
   }
-  if (ascends) return;
+  if (ascends) return false;
   for (auto& [frame, time] : *clock) {
     time = FromSeconds(static_cast<double>(frame) / kFallbackRateHz);
   }
+  return true;
 }
 
 Json ToJson(const Skeleton& skeleton) {
@@ -208,7 +209,7 @@ class PageMaker {
     if (clock_.empty()) {
       throw InputError("--tracks: there is no frame to show");
     }
-    RepairTimes(&clock_);
+    assumed_rate_ = RepairTimes(&clock_);
     if (input.detections.has_value()) {
       for (const DetectionFrame& frame : input.detections->frames) {
         detections_[frame.frame] = &frame;
@@ -240,6 +241,7 @@ class PageMaker {
   const PageInput& input_;
   const PageOptions& options_;
   std::map<int64_t, TimeNs> clock_;
+  bool assumed_rate_ = false;  // no file tells times
   std::map<int64_t, const DetectionFrame*> detections_;
   std::map<int64_t, uint32_t> index_;  // of the frames that are kept
   std::vector<Colours> colours_;
@@ -572,6 +574,7 @@ PageData PageMaker::Make() {
                {"times", Base64(times_s)},
                {"up", Numbers(up)},
                {"floor", FloorHeight(lead, up)},
+               {"assumedRate", assumed_rate_ ? kFallbackRateHz : 0.0},
                {"frameStride", data_.frame_stride},
                {"extrasStride", data_.extras_stride},
                {"cameras", Json::array()},

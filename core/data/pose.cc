@@ -22,4 +22,16 @@ int CountPresent(const Pose3d& pose) {
                     [](const Joint3d& joint) { return joint.present(); }));
 }
 
+std::optional<Eigen::Vector3d> MeanPosition(const Pose3d& pose) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (const Joint3d& joint : pose) {
+    if (!joint.present() || !joint.position_m.allFinite()) continue;
+    sum += joint.position_m;
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return Eigen::Vector3d(sum / count);
+}
+
 }  // namespace kinegraph

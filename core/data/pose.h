@@ -34,6 +34,9 @@ using Pose3d = std::vector<Joint3d>;
 // Number of joints that have a position.
 int CountPresent(const Pose3d& pose);
 
+// Mean of the finite joints that have a position [m]; nullopt without any.
+std::optional<Eigen::Vector3d> MeanPosition(const Pose3d& pose);
+
 // What one view contributed to a person in one frame.
 struct ViewMatch {
   int view_idx = 0;

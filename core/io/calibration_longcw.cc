@@ -2,6 +2,7 @@
 // "Tw": 4x4, "dist_coeffs": [k1, k2, p1, p2]}, ...}}. K belongs to coordinates
 // divided by the image's width and height; Tw is world_from_cam, centimetres.
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
 
@@ -29,6 +30,45 @@ CalibrationFile ReadLongcwCameras(const JsonField& root) {
     file.cameras.push_back(record);
   }
   return file;
+}
+
+// K is divided by the image size, which the file does not tell: a reader is
+// told one size for all cameras.
+std::string LongcwCamerasText(const CameraRig& cameras, Losses* losses) {
+  constexpr double kCentimetresPerMetre = 100.0;
+  Json members = Json::object();
+  for (const Camera& camera : cameras) {
+    if (!HasSize(camera)) {
+      throw CannotWrite(camera,
+                        "longcw's K is divided by the image size, which the "
+                        "input does not tell (--image_size=W,H)");
+    }
+    if (camera.width_px() != cameras[0].width_px() ||
+        camera.height_px() != cameras[0].height_px()) {
+      throw CannotWrite(camera,
+                        "has another image size than the first camera, which "
+                        "longcw's format cannot say");
+    }
+    Eigen::Matrix3d K = camera.K();
+    K.row(0) /= camera.width_px();
+    K.row(1) /= camera.height_px();
+    Eigen::Matrix4d world_from_cam = Eigen::Matrix4d::Identity();
+    world_from_cam.topLeftCorner<3, 3>() = camera.R().transpose();
+    world_from_cam.topRightCorner<3, 1>() =
+        kCentimetresPerMetre * camera.centre();
+    members[camera.name()] = {
+        {"K", JsonRows(K)},
+        {"Tw", JsonRows(world_from_cam)},
+        {"dist_coeffs", JsonFlat(OpenCvCoefficients(camera))}};
+  }
+  if (!cameras.empty()) {
+    losses->push_back(
+        "the image size is not kept: name it when reading "
+        "(--image_size=" +
+        std::to_string(cameras[0].width_px()) + "," +
+        std::to_string(cameras[0].height_px()) + ")");
+  }
+  return JsonLines(Json{{"cameras", members}});
 }
 
 }  // namespace kinegraph

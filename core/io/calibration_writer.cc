@@ -33,8 +33,9 @@ void NoteUnknownSizes(const CameraRig& cameras, Losses* losses) {
 
 const std::vector<CalibrationFormat>& WritableCalibrationFormats() {
   static const std::vector<Format> kFormats = {
-      Format::kKinegraph, Format::kKrt, Format::kVoxelpose, Format::kPanoptic,
-      Format::kPose2sim,  Format::kTum, Format::kEasymocap};
+      Format::kKinegraph, Format::kKrt,      Format::kVoxelpose,
+      Format::kLongcw,    Format::kPanoptic, Format::kPose2sim,
+      Format::kTum,       Format::kOpencv,   Format::kEasymocap};
   return kFormats;
 }
 
@@ -45,6 +46,11 @@ void WriteCalibration(const std::string& path, CalibrationFormat format,
       return WriteCameras(path, cameras);
     case Format::kVoxelpose:
       return WriteText(path, VoxelposeCamerasText(cameras, losses));
+    case Format::kLongcw:
+      return WriteText(path, LongcwCamerasText(cameras, losses));
+    case Format::kOpencv:
+      NoteUnknownSizes(cameras, losses);
+      return WriteOpencvCameras(path, cameras, losses);
     case Format::kTum:
       return WriteTumCameras(path, cameras, losses);
     case Format::kKrt:

@@ -216,7 +216,7 @@ CalibrationFormat DetectYamlFormat(const std::string& path) {
   return CalibrationFormat::kAuto;
 }
 
-// ---- Writing EasyMocap's ----
+// ---- Writing ----
 
 namespace {
 
@@ -241,11 +241,26 @@ std::string OpencvMatrix(const std::string& key, const Matrix& matrix) {
          "\n  dt: d\n  data: " + DecimalList(matrix) + "\n";
 }
 
-void WriteYaml(const std::string& path, const std::string& names,
-               const std::string& cameras) {
+void WriteYaml(const std::string& path, const std::string& content) {
   AtomicFile file(path);
-  file.Write("%YAML:1.0\n---\nnames:\n" + names + cameras);
+  file.Write("%YAML:1.0\n---\n" + content);
   file.Commit();
+}
+
+// The keys of OpenCV's and ROS' calibration programs, with R and T as OpenCV's
+// stereo calibration calls a pose.
+std::string OpencvCameraText(const Camera& camera) {
+  std::string text;
+  if (HasSize(camera)) {
+    text += "image_width: " + std::to_string(camera.width_px()) +
+            "\nimage_height: " + std::to_string(camera.height_px()) + "\n";
+  }
+  text += "camera_name: \"" + camera.name() + "\"\n";
+  text += OpencvMatrix("camera_matrix", camera.K());
+  text += OpencvMatrix("distortion_coefficients",
+                       OpenCvCoefficients(camera).transpose());
+  text += OpencvMatrix("R", camera.R());
+  return text + OpencvMatrix("T", camera.t());
 }
 
 }  // namespace
@@ -271,9 +286,26 @@ void WriteEasymocapCameras(const std::string& path, const CameraRig& cameras) {
     extrinsic += OpencvMatrix("T_" + name, camera.t());
   }
   AtomicFolder folder(path);
-  WriteYaml(folder.PathOf("intri.yml"), names, intrinsic);
-  WriteYaml(folder.PathOf("extri.yml"), names, extrinsic);
+  WriteYaml(folder.PathOf("intri.yml"), "names:\n" + names + intrinsic);
+  WriteYaml(folder.PathOf("extri.yml"), "names:\n" + names + extrinsic);
   folder.Commit();
+}
+
+void WriteOpencvCameras(const std::string& path, const CameraRig& cameras,
+                        Losses* losses) {
+  AtomicFolder folder(path);
+  for (const Camera& camera : cameras) {
+    CheckKeyName(camera);
+    WriteYaml(folder.PathOf(camera.name() + ".yml"), OpencvCameraText(camera));
+  }
+  folder.Commit();
+  const bool sorted = std::is_sorted(
+      cameras.begin(), cameras.end(), [](const Camera& a, const Camera& b) {
+        return a.name() + ".yml" < b.name() + ".yml";
+      });
+  if (!sorted) {
+    losses->push_back("cameras are read back in the order of their names");
+  }
 }
 
 }  // namespace kinegraph

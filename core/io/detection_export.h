@@ -10,10 +10,10 @@
 
 namespace kinegraph {
 
-// Both write a folder, which appears when it is complete, and take the frames
-// one by one from `source`. A missing joint is 0, 0, 0. Throw InputError when
-// the folder cannot be made or a view cannot be the name of a file. What the
-// format leaves out is added to `losses`.
+// The first two write a folder. All appear when they are complete, take the
+// frames one by one from `source`. A missing joint is 0, 0, 0. Throw InputError
+// when the folder cannot be made or a view cannot be the name of a file. What
+// the format leaves out is added to `losses`.
 
 // OpenPose's layout: VIEW/VIEW_FFFFFFFFFFFF_keypoints.json for every view and
 // frame, also where nobody was seen.
@@ -24,6 +24,16 @@ void WriteOpenPose(const std::string& path, DetectionSource* source,
 // confidence of the joints found, the box the one around them.
 void WriteCocoResults(const std::string& path, DetectionSource* source,
                       Losses* losses);
+
+struct ImageSize {
+  int width_px = 0;
+  int height_px = 0;
+};
+
+// longcw's annotation_2d.json, one file. Frames are told by their times alone,
+// so it needs a frame rate; it names the image size, which it must be given.
+void WriteLongcwDetections(const std::string& path, ImageSize size,
+                           DetectionSource* source, Losses* losses);
 
 }  // namespace kinegraph
 

@@ -27,8 +27,9 @@ void DetectionLossFinder::See(const DetectionFrame& frame) {
   }
 }
 
-void DetectionLossFinder::Report(bool skeleton_told, Losses* losses) const {
-  if (header_.frame_rate_hz > 0.0) {
+void DetectionLossFinder::Report(bool skeleton_told, Losses* losses,
+                                 bool rate_told) const {
+  if (header_.frame_rate_hz > 0.0 && !rate_told) {
     losses->push_back("the frame rate is not kept");
   }
   if (own_times_) {

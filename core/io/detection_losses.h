@@ -15,8 +15,9 @@ class DetectionLossFinder {
  public:
   explicit DetectionLossFinder(const DetectionHeader& header);
   void See(const DetectionFrame& frame);
-  // `told` says whether a reader recognises the skeleton by the file.
-  void Report(bool skeleton_told, Losses* losses) const;
+  // `skeleton_told` says whether a reader recognises the skeleton by the file,
+  // `rate_told` whether it assumes the right frame rate.
+  void Report(bool skeleton_told, Losses* losses, bool rate_told = false) const;
 
  private:
   DetectionHeader header_;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <string>
 
 #include "core/io/bulk_json.h"
 
@@ -26,6 +27,23 @@ inline LongcwTime ReadLongcwTime(JsonValue value, double frame_rate_hz) {
     throw InputError("timestamp: is negative or too large");
   }
   return {static_cast<int64_t>(frame), time};
+}
+
+// Before writing: the files have times and no frame numbers. Throws InputError
+// when there is no frame rate, or when a frame would be read as another one.
+inline void RequireLongcwRate(double frame_rate_hz) {
+  if (frame_rate_hz > 0.0) return;
+  throw InputError(
+      "longcw's files tell times, so a frame rate is needed, which the input "
+      "does not tell (--frame_rate=HZ)");
+}
+inline void RequireLongcwTime(int64_t frame, TimeNs time,
+                              double frame_rate_hz) {
+  const double read = std::round(ToSeconds(time) * frame_rate_hz);
+  if (time >= 0 && read == static_cast<double>(frame)) return;
+  throw InputError("frame " + std::to_string(frame) +
+                   ": longcw's files have no frame numbers, and by its time "
+                   "this one would be read as another frame");
 }
 
 }  // namespace kinegraph

@@ -48,6 +48,25 @@ void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
 void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
                     const AxisMap& axes, Losses* losses);
 
+// Files of ground truth and results; each keeps frames, identities and
+// positions, and the losses say what a reader must be told.
+
+// longcw's annotation_3d.json, in centimetres. Frames are told by their times
+// alone, so it needs a frame rate.
+void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
+                       Losses* losses);
+// 4D association's gt.txt or skel.txt, an entry for every frame from the first
+// to the last; a missing joint has weight 0.
+void WriteTracks4dAssociation(const std::string& path,
+                              const TrackSequence& tracks, Losses* losses);
+// CMU Panoptic's hdPose3d, a folder with a file a frame, in centimetres; joints
+// are taken over by name.
+void WriteTracksPanoptic(const std::string& path, const TrackSequence& tracks,
+                         Losses* losses);
+// TUM's actorsGT.mat; the id of a person is the place of the actor.
+void WriteTracksTum(const std::string& path, const TrackSequence& tracks,
+                    Losses* losses);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_IO_TRACK_EXPORT_H_

@@ -40,4 +40,30 @@ std::vector<int64_t> IdsOf(const TrackSequence& tracks) {
   return ids;
 }
 
+void NotePositionsOnly(const TrackSequence& tracks, Losses* losses) {
+  const TrackContents contents = ContentsOf(tracks);
+  losses->push_back("bones, names of joints and configuration are not kept");
+  if (contents.has_inferred) {
+    losses->push_back("inferred joints read back as observed");
+  }
+  if (contents.has_covariances) losses->push_back("covariances are not kept");
+  if (contents.has_views || contents.has_matches) {
+    losses->push_back("counts of views and matches are not kept");
+  }
+}
+
+void NoteClock(const TrackSequence& tracks, Losses* losses) {
+  if (ContentsOf(tracks).has_clock) {
+    losses->push_back(
+        "times and frame rate are not kept: name the rate when reading "
+        "(--frame_rate=HZ)");
+  }
+}
+
+void NoteSkeleton(const TrackSequence& tracks, Losses* losses) {
+  losses->push_back("the file does not tell the skeleton '" +
+                    tracks.header.skeleton.name() +
+                    "': name it when reading (--skeleton)");
+}
+
 }  // namespace kinegraph

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/data/pose.h"
+#include "core/io/losses.h"
 
 namespace kinegraph {
 
@@ -26,6 +27,13 @@ inline constexpr const char* kNoClock =
 
 // Everybody in the take, ascending.
 std::vector<int64_t> IdsOf(const TrackSequence& tracks);
+
+// What every format loses that keeps frames, identities and positions alone.
+void NotePositionsOnly(const TrackSequence& tracks, Losses* losses);
+// That times and frame rate are lost, when there are any.
+void NoteClock(const TrackSequence& tracks, Losses* losses);
+// That the file does not tell the skeleton.
+void NoteSkeleton(const TrackSequence& tracks, Losses* losses);
 
 }  // namespace kinegraph
 

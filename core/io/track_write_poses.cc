@@ -26,27 +26,17 @@ void WriteJoints(const Pose3d& joints, JsonOutput* out) {
 }
 
 void NoteLosses(const TrackSequence& tracks, Losses* losses) {
-  const TrackContents contents = ContentsOf(tracks);
-  losses->push_back(
-      "times, frame rate, bones, names of joints and configuration are not "
-      "kept");
-  if (contents.has_inferred) {
-    losses->push_back("inferred joints read back as observed");
-  }
-  if (contents.has_covariances) losses->push_back("covariances are not kept");
-  if (contents.has_views || contents.has_matches) {
-    losses->push_back("counts of views and matches are not kept");
-  }
-  if (contents.empty_frames > 0) {
-    losses->push_back(std::to_string(contents.empty_frames) +
+  NotePositionsOnly(tracks, losses);
+  NoteClock(tracks, losses);
+  const int64_t empty_frames = ContentsOf(tracks).empty_frames;
+  if (empty_frames > 0) {
+    losses->push_back(std::to_string(empty_frames) +
                       " frames with nobody in them are not kept");
   }
   const Skeleton* told = SkeletonOfPoses(
       static_cast<size_t>(tracks.header.skeleton.joint_count()));
   if (told == nullptr || *told != tracks.header.skeleton) {
-    losses->push_back("the file does not tell the skeleton '" +
-                      tracks.header.skeleton.name() +
-                      "': name it when reading (--skeleton)");
+    NoteSkeleton(tracks, losses);
   }
 }
 

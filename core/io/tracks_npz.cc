@@ -152,13 +152,15 @@ class Reader {
     const double* m = &positions_[at * 3];
     const bool has_position =
         std::isfinite(m[0]) && std::isfinite(m[1]) && std::isfinite(m[2]);
-    const int64_t status = status_.empty() ? (has_position ? 2 : 0) : status_[at];
+    const int64_t status =
+        status_.empty() ? (has_position ? 2 : 0) : status_[at];
     if (status > 2) {
       throw InputError("status: found " + std::to_string(status) +
                        ", expected -1 .. 2");
     }
     if (status <= 0) return {};
-    if (!has_position) throw InputError("status: a joint has one, but no position");
+    if (!has_position)
+      throw InputError("status: a joint has one, but no position");
     return {{m[0], m[1], m[2]}, static_cast<JointStatus>(status)};
   }
 

@@ -298,6 +298,11 @@ void Tracker::HandOver(bool all) {
 }
 
 void Tracker::HandOver(Track* track) {
+  if (track->output != nullptr) {
+    // Nobody writes the feedback's finals; left alone they would pile up.
+    finals_.clear();
+    track->feedback->TakeFinals(&finals_);
+  }
   finals_.clear();
   track->writer().TakeFinals(&finals_);
   for (FinalPose& final_pose : finals_) {

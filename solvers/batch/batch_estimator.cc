@@ -1,5 +1,7 @@
 #include "solvers/batch/batch_estimator.h"
 
+#include <glog/logging.h>
+
 #include <algorithm>
 #include <iterator>
 #include <limits>
@@ -7,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/error.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/noise_scale.h"
@@ -82,7 +85,8 @@ class BatchEstimator final : public Estimator {
  private:
   int joint_count() const { return scene_.skeleton.joint_count(); }
   void SolveAll();
-  void RescaleNoise(const SolveSchedule& first_stage);
+  void Solve(const SolveSchedule& schedule);
+  void RescaleNoise(const SolveStage& stage);
   void AddBones();
   void WriteFinals();
   void WriteFinalsOf(int joint_idx, const std::vector<int>& inliers,
@@ -134,33 +138,42 @@ void BatchEstimator::SolveAll() {
   for (int j = 0; j < joint_count(); ++j) {
     InterpolateStarts(records_, j, problem_.times, &problem_.joints[j]);
   }
-  SolveSchedule first = solver_.schedule();
-  SolveSchedule rest = first;
+  const SolveSchedule& whole = solver_.schedule();
   if (options_.estimate_noise_scale) {
     // The first stage is convex: its residuals do not depend on the start.
+    SolveSchedule first = whole;
     first.stages.resize(1);
     first.doubt_unsettled = false;
-    if (rest.stages.size() > 1) rest.stages.erase(rest.stages.begin());
-    RescaleNoise(first);
+    Solve(first);
+    RescaleNoise(first.stages.front());
+    // What the whole schedule leaves tells better who is an outlier. Solved
+    // from the convex stage again: a redescending loss may not start warm.
+    Solve(whole);
+    RescaleNoise(whole.stages.back());
   }
-  for (int j = 0; j < joint_count(); ++j) {
-    solver_.SolveJoint(rest, j, &problem_);
-  }
+  Solve(whole);
   if (options_.bones) AddBones();
 }
 
-void BatchEstimator::RescaleNoise(const SolveSchedule& first_stage) {
-  const SolveStage& stage = first_stage.stages.front();
+void BatchEstimator::Solve(const SolveSchedule& schedule) {
+  for (int j = 0; j < joint_count(); ++j) {
+    solver_.SolveJoint(schedule, j, &problem_);
+  }
+}
+
+// From the residuals that the stage has left.
+void BatchEstimator::RescaleNoise(const SolveStage& stage) {
   const double correction = InformationCorrection(stage.loss, stage.scale);
   std::vector<double> squares;
   for (int j = 0; j < joint_count(); ++j) {
-    solver_.SolveJoint(first_stage, j, &problem_);
     const auto& covariances = solver_.JointCovariances(problem_, j, correction);
     if (covariances.empty()) continue;
     CollectSquares(problem_.joints[j], covariances, 0, records_.size(),
                    &squares);
   }
-  ScaleSigmas(EstimateNoiseScale(std::move(squares)), &problem_);
+  const double scale = EstimateNoiseScale(std::move(squares));
+  VLOG(1) << "noise scale times " << scale;
+  ScaleSigmas(scale, &problem_);
 }
 
 std::vector<int> BatchEstimator::InliersOf(int joint_idx) const {
@@ -256,6 +269,12 @@ void BatchEstimator::WriteFinalsOf(int joint_idx,
 std::unique_ptr<Estimator> MakeBatchEstimator(const SceneModel& scene,
                                               const GraphOptions& options) {
   CheckOptions(options);
+  if (options.motion == MotionPrior::kJerk &&
+      (options.bones || options.solver != GraphSolver::kChain)) {
+    throw OptionError("graph.motion",
+                      "found jerk with bones or solver ceres, expected "
+                      "acceleration");
+  }
   return std::make_unique<BatchEstimator>(scene, options);
 }
 

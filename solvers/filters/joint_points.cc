@@ -18,7 +18,9 @@ JointPoints::JointPoints(const SceneModel& scene, PointKind kind,
 void JointPoints::Find(const EstimatorFrame& frame,
                        std::vector<std::optional<JointPoint>>* points,
                        PersonPose* person) {
-  UpdateCentre(frame);
+  if (frame.has_initial) {
+    centre_ = MeanPosition(frame.initial).value_or(centre_);
+  }
   points->assign(static_cast<size_t>(skeleton_.joint_count()), std::nullopt);
   if (kind_ == PointKind::kRobust) {
     person->inlier_views.assign(points->size(), 0);
@@ -30,18 +32,6 @@ void JointPoints::Find(const EstimatorFrame& frame,
     (*points)[j] = kind_ == PointKind::kRobust ? FromViews(frame, j, person)
                                                : FromInitialPose(frame, j);
   }
-}
-
-void JointPoints::UpdateCentre(const EstimatorFrame& frame) {
-  if (!frame.has_initial) return;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int count = 0;
-  for (const Joint3d& joint : frame.initial) {
-    if (!joint.present() || !joint.position_m.allFinite()) continue;
-    sum += joint.position_m;
-    ++count;
-  }
-  if (count > 0) centre_ = sum / count;
 }
 
 void JointPoints::CollectViews(const EstimatorFrame& frame, size_t joint_idx,

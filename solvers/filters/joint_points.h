@@ -42,16 +42,14 @@ class JointPoints {
             std::vector<std::optional<JointPoint>>* points, PersonPose* person);
 
  private:
-  void UpdateCentre(const EstimatorFrame& frame);
-  // The frame's measurements of a joint; `all` or those the filter kept.
-  // `slots` are their places among the frame's views.
+  // Fills views_ with the frame's measurements of a joint, `all` or those the
+  // filter kept, and slots_ with their places among the frame's views.
   void CollectViews(const EstimatorFrame& frame, size_t joint_idx, bool all);
   std::optional<JointPoint> FromInitialPose(const EstimatorFrame& frame,
                                             size_t joint_idx);
   std::optional<JointPoint> FromViews(const EstimatorFrame& frame,
                                       size_t joint_idx, PersonPose* person);
 
-  // All of a SceneModel's cameras and joint classes.
   CameraRig cameras_;
   Skeleton skeleton_;
   PointKind kind_;

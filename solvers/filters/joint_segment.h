@@ -17,7 +17,7 @@ using Samples = Eigen::MatrixXd;
 // Entries are frames, from the first that sampled the joint to the last; both
 // ends are samples.
 struct JointSegment {
-  std::vector<double> times_s;  // ascending
+  std::vector<double> times_s;  // ascending, since the track's first frame
   Samples positions_m;          // n x 3, world; linear between samples
   std::vector<char> sampled;    // else bridged
   // Of the samples [m^2]; one a frame, without meaning where not sampled or not

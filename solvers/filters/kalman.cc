@@ -1,7 +1,6 @@
 #include "solvers/filters/kalman.h"
 
 #include <Eigen/Cholesky>
-#include <string>
 
 namespace kinegraph {
 namespace {
@@ -107,33 +106,24 @@ SegmentEstimate Estimate(const PointModel& model, const JointSegment& segment,
   return estimate;
 }
 
-void DescribeTable(OptionVisitor& visitor, const std::string& name,
-                   JointClassTable* table, const std::string& unit,
-                   const std::string& help) {
-  visitor.Enter(name);
-  for (int i = 0; i < kJointClassCount; ++i) {
-    visitor.Number(ToString(static_cast<JointClass>(i)), &(*table)[i],
-                   Positive(), unit, help);
-  }
-  visitor.Leave();
-}
-
 }  // namespace
 
 void KalmanOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("motion", &motion,
                  {"constant_velocity", "constant_acceleration"},
                  "what moves on undisturbed");
-  DescribeTable(visitor, "acceleration_noise", &acceleration_noise, "m^2/s^3",
-                "constant velocity: power of the white noise on acceleration");
-  DescribeTable(visitor, "jerk_noise", &jerk_noise, "m^2/s^5",
-                "constant acceleration: power of the white noise on jerk");
+  DescribeJointClasses(
+      visitor, "acceleration_noise", &acceleration_noise, "m^2/s^3",
+      "constant velocity: power of the white noise on acceleration");
+  DescribeJointClasses(
+      visitor, "jerk_noise", &jerk_noise, "m^2/s^5",
+      "constant acceleration: power of the white noise on jerk");
   visitor.Number("process_noise_scale", &process_noise_scale, Positive(), "",
                  "factor on the noise of every class");
   visitor.Choice("measurement", &measurement, {"triangulation", "constant"},
                  "covariance of a sample: its triangulation's, or sigma");
-  DescribeTable(visitor, "sigma", &sigma_m, "m",
-                "constant measurement noise, each coordinate");
+  DescribeJointClasses(visitor, "sigma", &sigma_m, "m",
+                       "constant measurement noise, each coordinate");
   visitor.Number("start_velocity_sigma", &start_velocity_sigma_mps, Positive(),
                  "m/s", "spread of a segment's first velocity");
   visitor.Number("start_acceleration_sigma", &start_acceleration_sigma_mps2,

@@ -17,8 +17,9 @@ void RequireUniformTime(const std::string& estimator,
     if (std::abs(step_s - 1.0 / rate_hz) <= 0.5 / rate_hz + kSlack_s) continue;
     char text[160];
     std::snprintf(text, sizeof(text),
-                  "needs uniform time, found a step of %.4f s at %.4f s where "
-                  "a frame is %.4f s (allowed: half a frame more or less)",
+                  "needs uniform time, found a step of %.4f s, %.4f s into the "
+                  "track, where a frame is %.4f s (allowed: half a frame more "
+                  "or less)",
                   step_s, times_s[k - 1], 1.0 / rate_hz);
     throw InputError("output.estimator '" + estimator + "' " + text);
   }

@@ -50,21 +50,18 @@ PersonProblem Assembler::EmptyProblem() const {
   problem.joints.resize(scene_.skeleton.joint_count());
   for (int j = 0; j < scene_.skeleton.joint_count(); ++j) {
     const int joint_class = static_cast<int>(scene_.skeleton.joint_class(j));
-    problem.joints[j].process_noise = options_.process_noise[joint_class];
+    problem.joints[j].process_noise = options_.motion == MotionPrior::kJerk
+                                          ? options_.jerk_noise[joint_class]
+                                          : options_.process_noise[joint_class];
+    problem.joints[j].birth_acceleration_sigma_mps2 =
+        options_.birth_acceleration_sigma_mps2;
   }
   return problem;
 }
 
 void Assembler::UpdateCentre(const EstimatorFrame& frame) {
   if (!frame.has_initial) return;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int count = 0;
-  for (const Joint3d& joint : frame.initial) {
-    if (!joint.present() || !joint.position_m.allFinite()) continue;
-    sum += joint.position_m;
-    ++count;
-  }
-  if (count > 0) centre_ = sum / count;
+  centre_ = MeanPosition(frame.initial).value_or(centre_);
 }
 
 FrameRecord Assembler::Append(const EstimatorFrame& frame,
@@ -86,6 +83,9 @@ FrameRecord Assembler::Append(const EstimatorFrame& frame,
     state.head<3>() =
         record.triangulated[j] ? frame.initial[j].position_m : centre_;
     chain.states.push_back(state);
+    if (options_.motion == MotionPrior::kJerk) {
+      chain.accelerations.push_back(Eigen::Vector3d::Zero());
+    }
     if (birth) {
       StatePrior& prior = chain.prior;
       prior.A.setZero();

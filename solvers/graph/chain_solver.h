@@ -11,33 +11,43 @@
 
 namespace kinegraph {
 
-// Finds the minimum that Ceres finds with the factors of solvers/factors (a
-// test compares them), at the cost of a few sweeps. Keeps its work space
-// between calls; not for use by two threads at a time.
-class ChainSolver {
+// N is the size of a state, as in LinearChainOf. Finds the minimum that Ceres
+// finds with the factors of solvers/factors (a test compares them), at the cost
+// of a few sweeps. Keeps its work space between calls; not for use by two
+// threads at a time.
+template <int N>
+class ChainSolverOf {
  public:
-  // Runs the stages one after the other from chain->states, which receives the
-  // minimum; weights of the measurements are those there.
+  // Runs the stages one after the other from chain->states (and accelerations
+  // with N = 9), which receive the minimum; weights of the measurements are
+  // those there.
   SolveReport Solve(const std::vector<TimeNs>& times,
                     const SolveSchedule& schedule, JointChain* chain);
 
-  // Covariances of all states at the chain's states and weights, position
-  // [m^2] first; `correction` as InformationCorrection gives it. False where
-  // the information is not positive definite.
+  // Covariances of position and velocity of all states at the chain's states
+  // and weights, position [m^2] first; `correction` as InformationCorrection
+  // gives it. False where the information is not positive definite.
   bool Covariances(const std::vector<TimeNs>& times, const JointChain& chain,
                    double correction, std::vector<Matrix6d>* covariances);
 
  private:
   bool RunStage(const std::vector<TimeNs>& times, const SolveStage& stage,
-                double step_tolerance_m, JointChain* chain,
+                double step_tolerance_m, const JointChain& chain,
                 SolveReport* report);
 
-  LinearChain linear_;
-  LinearChain trial_;
-  BlockTridiagonal<kStateSize> factor_;
-  std::vector<State> step_;
-  std::vector<State> candidate_;
+  using Vector = Eigen::Matrix<double, N, 1>;
+
+  LinearChainOf<N> linear_;
+  LinearChainOf<N> trial_;
+  BlockTridiagonal<N> factor_;
+  std::vector<Vector> states_;
+  std::vector<Vector> step_;
+  std::vector<Vector> candidate_;
+  std::vector<State> last_step_;
 };
+// White noise on acceleration, and on jerk.
+using ChainSolver = ChainSolverOf<kStateSize>;
+using JerkChainSolver = ChainSolverOf<kStateSize + 3>;
 
 }  // namespace kinegraph
 

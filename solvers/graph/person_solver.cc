@@ -2,6 +2,7 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <sstream>
 #include <utility>
 
@@ -43,10 +44,14 @@ void PersonSolver::SolveJoint(const SolveSchedule& schedule, int joint_idx,
   JointChain& chain = problem->joints[joint_idx];
   GateMeasurements(&chain);
   start_ = chain.states;
-  const SolveReport report =
-      solver_ == GraphSolver::kCeres
-          ? SolveOneWithCeres(schedule, problem->times, &chain)
-          : chain_solver_.Solve(problem->times, schedule, &chain);
+  SolveReport report;
+  if (!chain.accelerations.empty()) {
+    report = jerk_solver_.Solve(problem->times, schedule, &chain);
+  } else if (solver_ == GraphSolver::kCeres) {
+    report = SolveOneWithCeres(schedule, problem->times, &chain);
+  } else {
+    report = chain_solver_.Solve(problem->times, schedule, &chain);
+  }
   if (report.finite && AllFinite(chain.states)) {
     Note(report);
     return;
@@ -54,6 +59,8 @@ void PersonSolver::SolveJoint(const SolveSchedule& schedule, int joint_idx,
   ++troubles_.solves;
   ++troubles_.not_finite;
   chain.states = start_;
+  std::fill(chain.accelerations.begin(), chain.accelerations.end(),
+            Eigen::Vector3d::Zero());
   for (PixelMeasurement& measurement : chain.measurements) {
     measurement.weight = 0.0;
   }
@@ -94,8 +101,13 @@ std::vector<std::vector<Matrix6d>> PersonSolver::BoneCovariances(
 
 const std::vector<Matrix6d>& PersonSolver::JointCovariances(
     const PersonProblem& problem, int joint_idx, double correction) {
-  if (!chain_solver_.Covariances(problem.times, problem.joints[joint_idx],
-                                 correction, &covariances_)) {
+  const JointChain& chain = problem.joints[joint_idx];
+  const bool known = chain.accelerations.empty()
+                         ? chain_solver_.Covariances(problem.times, chain,
+                                                     correction, &covariances_)
+                         : jerk_solver_.Covariances(problem.times, chain,
+                                                    correction, &covariances_);
+  if (!known) {
     ++troubles_.no_covariance;
     covariances_.clear();
   }

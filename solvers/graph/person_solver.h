@@ -65,6 +65,7 @@ class PersonSolver {
   SolveSchedule schedule_;
   double correction_;
   ChainSolver chain_solver_;
+  JerkChainSolver jerk_solver_;
   BoneSolver bone_solver_;
   std::vector<State> start_;
   std::vector<Matrix6d> covariances_;

@@ -55,9 +55,14 @@ struct PersonPrior {
 };
 
 struct JointChain {
-  double process_noise = 1.0;  // m^2/s^3
-  StatePrior prior;            // on states.front()
-  std::vector<State> states;   // one a frame; start and result of a solve
+  // Power of the white noise on acceleration [m^2/s^3], or on jerk [m^2/s^5].
+  double process_noise = 1.0;
+  StatePrior prior;           // on states.front()
+  std::vector<State> states;  // one a frame; start and result of a solve
+  // White noise on jerk: one a frame [m/s^2], and the spread of the first.
+  // Empty with white noise on acceleration.
+  std::vector<Eigen::Vector3d> accelerations;
+  double birth_acceleration_sigma_mps2 = 10.0;
   // Measurements of frame k are measurements[first[k]] .. [first[k + 1]].
   std::vector<int32_t> first = {0};
   std::vector<PixelMeasurement> measurements;

@@ -1,5 +1,7 @@
 #include "solvers/window/window_estimator.h"
 
+#include <glog/logging.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -8,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/error.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/marginalise_frame.h"
@@ -303,6 +306,7 @@ void WindowEstimator::TakeFinals(std::vector<FinalPose>* finals) {
 
 void WindowEstimator::Finish() {
   if (final_count_ < records_.size()) Emit(records_.size());
+  VLOG(1) << "noise scale " << noise_scale_;
   if (!records_.empty()) {
     solver_.LogTroubles(first_frame_, records_.back().frame);
   }
@@ -313,6 +317,10 @@ void WindowEstimator::Finish() {
 std::unique_ptr<Estimator> MakeWindowEstimator(const SceneModel& scene,
                                                const GraphOptions& options) {
   CheckOptions(options);
+  if (options.motion == MotionPrior::kJerk) {
+    throw OptionError("graph.motion",
+                      "found jerk for a window, expected acceleration");
+  }
   return std::make_unique<WindowEstimator>(scene, options);
 }
 

@@ -9,6 +9,7 @@
 #include <map>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
@@ -56,6 +57,7 @@ struct Take {
     WriteCameras(cameras, {Camera(parameters)});
     DetectionSequence seen;
     seen.header.skeleton = Coco17();
+    seen.header.frame_rate_hz = 25.0;
     seen.header.view_names = {"cam0"};
     TrackSequence found;
     found.header.skeleton = Coco17();
@@ -64,6 +66,7 @@ struct Take {
       DetectionFrame frame;
       frame.frame = f;
       frame.views.resize(1);
+      frame.time = frame.views[0].capture_time = f * 40'000'000;
       Detection detection;
       detection.joints.assign(17, {{1.5, 2.5}, 0.5, true});
       frame.views[0].detections = {detection};
@@ -85,33 +88,56 @@ struct Take {
   std::string tracks;
 };
 
-TEST(Convert, EveryWritableFormatFromOurOwn) {
+TEST(Convert, EveryFormatFromOurOwnAndBack) {
   const TemporaryFolder folder;
   const Take take(folder);
-  const std::multimap<std::string, std::string> formats = {
-      {take.cameras, "kinegraph"},   {take.cameras, "krt"},
-      {take.cameras, "voxelpose"},   {take.cameras, "panoptic"},
-      {take.cameras, "pose2sim"},    {take.cameras, "tum"},
-      {take.cameras, "easymocap"},   {take.detections, "kinegraph"},
-      {take.detections, "openpose"}, {take.detections, "coco"},
-      {take.tracks, "kinegraph"},    {take.tracks, "poses"},
-      {take.tracks, "csv"},          {take.tracks, "trc"},
-      {take.tracks, "npz"}};
+  struct Case {
+    std::string in;
+    std::string to;
+    std::string more;  // flags of writing
+    std::string told;  // flags of reading back
+  };
+  const std::vector<Case> cases = {
+      {take.cameras, "kinegraph", "", ""},
+      {take.cameras, "krt", "", ""},
+      {take.cameras, "voxelpose", "", ""},
+      {take.cameras, "longcw", "", "--image_size=640,480"},
+      {take.cameras, "panoptic", "", ""},
+      {take.cameras, "pose2sim", "", ""},
+      {take.cameras, "tum", "", ""},
+      {take.cameras, "opencv", "", ""},
+      {take.cameras, "easymocap", "", ""},
+      {take.detections, "kinegraph", "", ""},
+      {take.detections, "openpose", "", "--skeleton=coco17"},
+      {take.detections, "coco", "", ""},
+      {take.detections, "longcw", "--image_size=640,480", "--skeleton=coco17"},
+      {take.tracks, "kinegraph", "", ""},
+      {take.tracks, "tum", "", "--skeleton=coco17"},
+      {take.tracks, "4da", "", "--skeleton=coco17"},
+      {take.tracks, "longcw", "", ""},
+      {take.tracks, "poses", "", ""},
+      {take.tracks, "panoptic", "", ""},
+      {take.tracks, "csv", "", ""},
+      {take.tracks, "trc", "", ""},
+      {take.tracks, "npz", "", ""}};
   int number = 0;
-  for (const auto& [in, to] : formats) {
+  for (const Case& one : cases) {
     for (const char* from : {"auto", "kinegraph"}) {
       const std::string out = folder.path() / std::to_string(number++);
-      const Outcome outcome =
-          Convert(folder, "--from=" + std::string(from) + " --to=" + to +
-                              " --in=" + in + " --out=" + out);
-      EXPECT_EQ(outcome.exit_code, 0) << to << ": " << outcome.errors;
-      EXPECT_TRUE(fs::exists(out)) << to;
+      const Outcome outcome = Convert(
+          folder, "--from=" + std::string(from) + " --to=" + one.to + " " +
+                      one.more + " --in=" + one.in + " --out=" + out);
+      EXPECT_EQ(outcome.exit_code, 0) << one.to << ": " << outcome.errors;
+      EXPECT_TRUE(fs::exists(out)) << one.to;
       EXPECT_THAT(outcome.errors, Not(HasSubstr("error")));
-      if (to == "csv" || to == "trc" || to == "npz") continue;
-      // And back, told by content.
-      const Outcome back = Convert(
-          folder, "--to=kinegraph --in=" + out + " --out=" + out + ".back");
-      EXPECT_EQ(back.exit_code, 0) << to << ": " << back.errors;
+      // And back, told by content or by name.
+      for (const std::string& back : {std::string("auto"), one.to}) {
+        const Outcome again =
+            Convert(folder, "--from=" + back + " --to=kinegraph " + one.told +
+                                " --in=" + out + " --out=" + out + ".back");
+        EXPECT_EQ(again.exit_code, 0)
+            << back << " " << one.to << ": " << again.errors;
+      }
     }
   }
 }
@@ -191,7 +217,8 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
       {"--to=smap --in=" + take.tracks + " --out=" + out,
        "'smap' cannot be written"},
       {"--from=csv --to=kinegraph --in=" + take.tracks + " --out=" + out,
-       "'csv' cannot be read"},
+       "has no column 'frame'"},
+      {"--to=longcw --in=" + take.detections + " --out=" + out, "--image_size"},
       {"--from=openpose --to=trc --in=" + take.tracks + " --out=" + out,
        "--from=openpose is of detections, --to=trc of tracks"},
       {"--to=csv --in=" + take.cameras + " --out=" + out,

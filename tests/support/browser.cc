@@ -58,6 +58,7 @@ Browser::Browser(const Screen& screen) {
       "--headless",
       "--no-sandbox",
       "--disable-gpu",
+      "--disable-dev-shm-usage",  // containers have little of it
       "--enable-unsafe-swiftshader",
       "--no-first-run",
       "--disable-background-networking",
@@ -241,15 +242,33 @@ PagePoint Browser::MiddleOf(const std::string& selector) {
   return {box[0].get<double>(), box[1].get<double>()};
 }
 
+void Browser::Mouse(const std::string& type, PagePoint at, const Json& more) {
+  Json event = {{"type", type}, {"x", at.x}, {"y", at.y}};
+  event.update(more);
+  Call("Input.dispatchMouseEvent", event);
+}
+
 void Browser::Click(PagePoint at) {
-  for (const char* type : {"mouseMoved", "mousePressed", "mouseReleased"}) {
-    const bool moves = std::string(type) == "mouseMoved";
-    Call("Input.dispatchMouseEvent", {{"type", type},
-                                      {"x", at.x},
-                                      {"y", at.y},
-                                      {"button", moves ? "none" : "left"},
-                                      {"clickCount", moves ? 0 : 1}});
-  }
+  const Json left = {{"button", "left"}, {"clickCount", 1}};
+  Mouse("mouseMoved", at, Json::object());
+  Mouse("mousePressed", at, left);
+  Mouse("mouseReleased", at, left);
+}
+
+void Browser::DragMouse(PagePoint from, PagePoint to,
+                        const std::string& button) {
+  const Json held = {{"button", button},
+                     {"buttons", button == "right" ? 2 : 1},
+                     {"clickCount", 1}};
+  Mouse("mouseMoved", from, Json::object());
+  Mouse("mousePressed", from, held);
+  Mouse("mouseMoved", {0.5 * (from.x + to.x), 0.5 * (from.y + to.y)}, held);
+  Mouse("mouseMoved", to, held);
+  Mouse("mouseReleased", to, held);
+}
+
+void Browser::Wheel(PagePoint at, double pixels) {
+  Mouse("mouseWheel", at, {{"deltaX", 0.0}, {"deltaY", pixels}});
 }
 
 void Browser::Press(const std::string& key, bool shift) {

@@ -54,6 +54,11 @@ class Browser {
   PagePoint MiddleOf(const std::string& selector);
   void Click(PagePoint at);
   void Click(const std::string& selector) { Click(MiddleOf(selector)); }
+  // With a button held, "left" or "right".
+  void DragMouse(PagePoint from, PagePoint to,
+                 const std::string& button = "left");
+  // Positive: towards the user, as one scrolls down.
+  void Wheel(PagePoint at, double pixels);
   // A key by its name in KeyboardEvent.key: "ArrowRight", " ", "+".
   void Press(const std::string& key, bool shift = false);
   // Fingers go from one place to another, one row a finger.
@@ -83,6 +88,7 @@ class Browser {
   Json Call(const std::string& method, const Json& parameters = Json::object());
   Json Receive();
   void Note(const Json& event);
+  void Mouse(const std::string& type, PagePoint at, const Json& more);
   void TouchAt(const std::string& type, const std::vector<PagePoint>& points);
 
   TemporaryFolder profile_;

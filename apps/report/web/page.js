@@ -20,8 +20,9 @@
   const times = decode(data.times, Float64Array);
   const frameCount = frameNumbers.length;
   const viewCount = data.detections ? data.cameras.length : 0;
-  // Okabe and Ito's colours, told apart with any kind of colour vision.
-  const PALETTE = ['#0072b2', '#e69f00', '#009e73', '#d55e00', '#56b4e9', '#cc79a7', '#b8a800', '#7a6a9b'];
+  // Okabe and Ito's colours (but yellow and black, which one of the themes would
+  // hide), and two that are farthest from them for any kind of colour vision.
+  const PALETTE = ['#0072b2', '#e69f00', '#009e73', '#d55e00', '#56b4e9', '#cc79a7', '#8833ff', '#774422'];
 
   function loadResult(source, index) {
     const result = {
@@ -1008,6 +1009,7 @@
     byId('subtitle').textContent = frameCount + ' frames, ' + seconds.toFixed(1) + ' s, ' + results[0].ids.length + ' identities'
       + (data.cameras.length ? ', ' + data.cameras.length + ' cameras' : '');
     const notes = [];
+    if (data.assumedRate) notes.push('The files tell no times: ' + data.assumedRate + ' frames a second are assumed.');
     if (data.frameStride > 1) notes.push('To save space this page holds one frame in ' + data.frameStride + '.');
     if (data.extrasStride > 1) notes.push('Detections and covariances are those of one frame in ' + data.extrasStride + '.');
     byId('notes').textContent = notes.join(' ');
@@ -1063,5 +1065,5 @@
   resize();
   window.requestAnimationFrame(tick);
   // For tests and for curious people at the console.
-  window.kinegraph = { state: state, setFrame: setFrame, play: play, pause: pause, results: results, scene: scene, panels: panels };
+  window.kinegraph = { state: state, setFrame: setFrame, play: play, pause: pause, results: results, scene: scene, panels: panels, palette: PALETTE };
 })();

@@ -406,6 +406,98 @@ TEST_F(PageInBrowser, ResultsAndLayersCanBeHidden) {
       browser.WaitFor("!document.querySelector('#labels span:not([hidden])')"));
 }
 
+TEST_F(PageInBrowser, InferredJointsAreFaint) {
+  Browser& browser = Open(kDesk);
+  const Json drawn = browser.Evaluate(
+      "(() => { const body = kinegraph.scene.bodies[0][0]; return"
+      "[body.joints.count, body.inferredJoints.count,"
+      "body.joints.material.opacity, body.inferredJoints.material.opacity,"
+      "body.bones.count, body.inferredBones.count]; })()");
+  EXPECT_EQ(drawn[0], 16);
+  EXPECT_EQ(drawn[1], 1) << "joint 3, an ear";
+  EXPECT_EQ(drawn[2], 1.0);
+  EXPECT_LT(drawn[3].get<double>(), 0.5);
+  // Bones that end in it: l_eye to l_ear, l_ear to l_shoulder.
+  EXPECT_EQ(drawn[5], 2);
+  EXPECT_EQ(drawn[4].get<int>() + drawn[5].get<int>(),
+            static_cast<int>(Coco17().bones().size()));
+}
+
+TEST_F(PageInBrowser, TimelinesAreDrawn) {
+  Browser& browser = Open(kDesk);
+  EXPECT_EQ(browser.Evaluate("Array.from(document.querySelectorAll("
+                             "'.chart .head b'), (b) => b.textContent)"),
+            Json::array({"Who is tracked, by how many views",
+                         "Residual per camera", "Distance to the truth",
+                         "Mean speed of joints", "Bone length"}));
+  // Each canvas has ink right of its labels.
+  EXPECT_EQ(browser.Evaluate(
+                "Array.from(document.querySelectorAll('.plot canvas'), (c) =>"
+                "c.getContext('2d').getImageData(100, 0, c.width - 100,"
+                "c.height).data.some((v, i) => i % 4 === 3 && v > 0))"),
+            Json::array({true, true, true, true, true}));
+  // Person 2 is there for 60 of 100 frames: its row ends there.
+  EXPECT_EQ(browser.Evaluate(
+                "[0.3, 0.55, 0.65, 0.9].map((share) => { const c ="
+                "document.querySelector('.plot canvas'); return "
+                "c.getContext('2d').getImageData(Math.round(share * c.width),"
+                "2 * 15 + 7, 1, 1).data[3] > 0; })"),
+            Json::array({true, true, false, false}));
+}
+
+// Pairs of colours by the least difference (CIE 1976) that any kind of colour
+// vision sees between them; dichromats after Machado, Oliveira and Fernandes,
+// "A Physiologically-based Model for Simulation of Color Vision Deficiency"
+// (2009), severity 1.
+constexpr const char* kLeastColourDifference = R"((() => {
+  const kinds = [[1, 0, 0, 0, 1, 0, 0, 0, 1],
+    [0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116, 1.051998],
+    [0.367322, 0.860646, -0.227968, 0.280085, 0.672501, 0.047413, -0.011820, 0.042940, 0.968881],
+    [1.255528, -0.076749, -0.178779, -0.078411, 0.930809, 0.147602, 0.004733, 0.691367, 0.303900]];
+  const times = (m, v) => [0, 3, 6].map((r) => m[r] * v[0] + m[r + 1] * v[1] + m[r + 2] * v[2]);
+  const linear = (text) => [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255)
+    .map((v) => v <= 0.04045 ? v / 12.92 : Math.pow((v + 0.055) / 1.055, 2.4));
+  const lab = (rgb) => {
+    const xyz = times([0.4124, 0.3576, 0.1805, 0.2126, 0.7152, 0.0722, 0.0193, 0.1192, 0.9505], rgb.map((v) => Math.min(1, Math.max(0, v))));
+    const f = xyz.map((v, i) => v / [0.9505, 1, 1.089][i]).map((v) => v > 0.008856 ? Math.cbrt(v) : 7.787 * v + 16 / 116);
+    return [116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])];
+  };
+  let least = 1e9;
+  kinds.forEach((kind) => {
+    const seen = kinegraph.palette.map((colour) => lab(times(kind, linear(colour))));
+    seen.forEach((a, i) => seen.slice(i + 1).forEach((b) => { least = Math.min(least, Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2])); }));
+  });
+  return least;
+})())";
+
+TEST_F(PageInBrowser, ColoursDifferForEveryKindOfColourVision) {
+  Browser& browser = Open(kDesk);
+  EXPECT_EQ(browser.Evaluate("kinegraph.palette.length"), 8);
+  // 2.3 is just noticeable side by side; Okabe and Ito's own least is 16.
+  EXPECT_GT(browser.Evaluate(kLeastColourDifference).get<double>(), 15.0);
+}
+
+TEST_F(PageInBrowser, MouseTurnsZoomsAndMovesTheView) {
+  Browser& browser = Open(kDesk);
+  const PagePoint middle = browser.MiddleOf("#scene");
+  const PagePoint beside = {middle.x + 90.0, middle.y + 20.0};
+  const Json start = Eye();
+  browser.DragMouse(middle, beside);
+  const Json turned = Eye();
+  EXPECT_NE(turned["at"], start["at"]);
+  EXPECT_EQ(turned["target"], start["target"]);
+  EXPECT_NEAR(turned["distance"], start["distance"], 1e-6);
+  browser.Wheel(middle, -240.0);
+  EXPECT_TRUE(
+      browser.WaitFor("kinegraph.scene.camera.position.distanceTo("
+                      "kinegraph.scene.controls.target) < 0.98 * " +
+                      start["distance"].dump()))
+      << "nearer";
+  const Json zoomed = Eye();
+  browser.DragMouse(middle, beside, "right");
+  EXPECT_NE(Eye()["target"], zoomed["target"]) << "moved";
+}
+
 // ---- Touch
 
 TEST_F(PageInBrowser, FingersTurnZoomAndMoveTheView) {

@@ -117,14 +117,102 @@ TEST(PageData, LongTakeStaysSmall) {
   EXPECT_LT(MakePage("walk", data.json).size(), 15000000u);
 }
 
+// Exact detections of everybody in every view.
+DetectionSequence SeenBy(const CameraRig& cameras,
+                         const TrackSequence& tracks) {
+  DetectionSequence seen;
+  seen.header.skeleton = Coco17();
+  for (const Camera& camera : cameras) {
+    seen.header.view_names.push_back(camera.name());
+  }
+  for (const TrackFrame& frame : tracks.frames) {
+    DetectionFrame in_frame;
+    in_frame.frame = frame.frame;
+    for (const Camera& camera : cameras) {
+      in_frame.views.emplace_back();
+      for (const PersonPose& person : frame.people) {
+        in_frame.views.back().detections.push_back(
+            testing::Project(person.joints, camera));
+      }
+    }
+    seen.frames.push_back(in_frame);
+  }
+  return seen;
+}
+
+// A take with everything that can be asked for.
+PageInput WholeInput(int frames, int people) {
+  PageInput input = InputOf(Walk(frames, people, 25.0));
+  for (TrackFrame& frame : input.results[0].tracks.frames) {
+    for (PersonPose& person : frame.people) {
+      person.covariances.assign(17, Eigen::Matrix3d::Identity() * 1e-4);
+    }
+  }
+  input.cameras = testing::RingOfCameras(5);
+  input.detections = SeenBy(input.cameras, input.results[0].tracks);
+  return input;
+}
+
+TEST(PageData, DetectionsAndCovariancesOnlyWhenAskedFor) {
+  PageInput input = WholeInput(10, 2);
+  const PageData both = MakePageData(input, {true, std::nullopt, 50000000});
+  const Json with = ParseJson(both.json, "page");
+  EXPECT_GT(both.detection_bytes, 0u);
+  EXPECT_GT(both.covariance_bytes, 0u);
+  EXPECT_EQ(with["bytes"]["detections"], both.detection_bytes);
+  EXPECT_EQ(with["bytes"]["covariances"], both.covariance_bytes);
+  // Base64 of 6 numbers of 2 bytes a joint.
+  EXPECT_EQ(both.covariance_bytes, 10u * 2u * 17u * 12u / 3u * 4u);
+
+  const PageData bare = MakePageData(input);
+  EXPECT_EQ(bare.covariance_bytes, 0u);
+  EXPECT_FALSE(
+      ParseJson(bare.json, "page")["results"][0].contains("covariance"));
+  input.detections.reset();
+  const PageData poses = MakePageData(input);
+  EXPECT_EQ(poses.detection_bytes, 0u);
+  const Json without = ParseJson(poses.json, "page");
+  EXPECT_FALSE(without.contains("detections"));
+  EXPECT_FALSE(without["results"][0].contains("match"));
+  EXPECT_FALSE(without["results"][0].contains("residual"));
+  // What is stated is what they take, names of the arrays aside.
+  constexpr size_t kNames = 1000;
+  EXPECT_NEAR(static_cast<double>(both.json.size() - poses.json.size()),
+              static_cast<double>(both.detection_bytes + both.covariance_bytes),
+              kNames);
+}
+
 TEST(PageData, TooMuchIsDecimatedAndSaid) {
+  EXPECT_EQ(PageOptions().max_bytes, 50000000u) << "the goal's own bound";
+  const PageInput input = WholeInput(400, 3);
   PageOptions options;
-  options.max_bytes = 20000;
-  const PageData data = MakePageData(InputOf(Walk(500, 2, 25.0)), options);
-  EXPECT_GT(data.frame_stride, 1);
-  EXPECT_EQ(data.frames,
-            static_cast<size_t>(std::ceil(500.0 / data.frame_stride)));
-  EXPECT_EQ(ParseJson(data.json, "page")["frameStride"], data.frame_stride);
+  options.with_covariance = true;
+  const size_t whole = MakePageData(input, options).json.size();
+  // First detections and covariances are thinned out, then frames.
+  for (const size_t share : {2u, 3u, 6u, 20u}) {
+    options.max_bytes = whole / share;
+    const PageData data = MakePageData(input, options);
+    // Cameras, names and moments are not counted.
+    constexpr size_t kRest = 20000;
+    EXPECT_LE(data.json.size(), options.max_bytes + kRest) << share;
+    EXPECT_GT(data.extras_stride, 1) << share;
+    if (share == 2) {
+      EXPECT_EQ(data.frame_stride, 1);
+    }
+    if (share == 20) {
+      EXPECT_GT(data.frame_stride, 1);
+    }
+    EXPECT_EQ(data.frames,
+              static_cast<size_t>(std::ceil(400.0 / data.frame_stride)));
+    const Json page = ParseJson(data.json, "page");
+    EXPECT_EQ(page["frameStride"], data.frame_stride);
+    EXPECT_EQ(page["extrasStride"], data.extras_stride);
+    const auto counts = Decode<uint16_t>(page["detections"]["counts"]);
+    for (size_t f = 0; f < data.frames; ++f) {
+      const bool kept = f % static_cast<size_t>(data.extras_stride) == 0;
+      EXPECT_EQ(counts[f * 5], kept ? 3 : 0) << f;
+    }
+  }
 }
 
 TEST(PageData, SameInputSameBytes) {
@@ -160,6 +248,15 @@ TEST(PageData, TwoResultsAreMeasuredAgainstTheTruth) {
   EXPECT_FALSE(pair["results"][1].contains("difference"));
 }
 
+TEST(PageData, AssumedRateIsSaid) {
+  PageInput input = InputOf(Walk(5, 1, 25.0));
+  EXPECT_EQ(ParseJson(MakePageData(input).json, "page")["assumedRate"], 0.0);
+  for (TrackFrame& frame : input.results[0].tracks.frames) frame.time = 0;
+  const Json page = ParseJson(MakePageData(input).json, "page");
+  EXPECT_EQ(page["assumedRate"], 25.0);
+  EXPECT_EQ(Decode<double>(page["times"])[4], 0.16);
+}
+
 TEST(PageData, NoFrameIsRefused) {
   EXPECT_THROW(MakePageData(InputOf(Walk(0, 0, 25.0))), InputError);
 }
@@ -167,22 +264,7 @@ TEST(PageData, NoFrameIsRefused) {
 TEST(PageData, ExactDetectionsHaveNoResidual) {
   PageInput input = InputOf(Walk(4, 2, 25.0));
   input.cameras = testing::RingOfCameras(3);
-  DetectionSequence seen;
-  seen.header.skeleton = Coco17();
-  seen.header.view_names = {"a", "b", "c"};
-  for (const TrackFrame& frame : input.results[0].tracks.frames) {
-    DetectionFrame in_frame;
-    in_frame.frame = frame.frame;
-    for (const Camera& camera : input.cameras) {
-      in_frame.views.emplace_back();
-      for (const PersonPose& person : frame.people) {
-        in_frame.views.back().detections.push_back(
-            testing::Project(person.joints, camera));
-      }
-    }
-    seen.frames.push_back(in_frame);
-  }
-  input.detections = seen;
+  input.detections = SeenBy(input.cameras, input.results[0].tracks);
   const PageData data = MakePageData(input);
   const Json page = ParseJson(data.json, "page");
   const auto residual = Decode<uint16_t>(page["results"][0]["residual"]);

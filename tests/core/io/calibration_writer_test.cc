@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <filesystem>
 #include <string>
 
@@ -53,6 +54,25 @@ CameraRig RandomRig(WithLens with_lens) {
   return cameras;
 }
 
+CameraRig WithSize(const CameraRig& cameras, int width_px, int height_px) {
+  CameraRig sized;
+  for (const Camera& camera : cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.width_px = width_px;
+    parameters.height_px = height_px;
+    sized.emplace_back(parameters);
+  }
+  return sized;
+}
+
+// The order in which a folder of OpenCV's files is read.
+void SortByFileName(CameraRig* cameras) {
+  std::sort(cameras->begin(), cameras->end(),
+            [](const Camera& a, const Camera& b) {
+              return a.name() + ".yml" < b.name() + ".yml";
+            });
+}
+
 std::vector<double> LensOf(const Camera& camera) {
   return camera.lens() == nullptr ? std::vector<double>()
                                   : camera.lens()->parameters();
@@ -97,8 +117,12 @@ class RoundTrip : public ::testing::TestWithParam<Case> {};
 
 TEST_P(RoundTrip, ReadsBack) {
   const Case& format = GetParam();
-  const CameraRig cameras =
+  CameraRig cameras =
       RandomRig(format.keeps_lens ? WithLens::kYes : WithLens::kNo);
+  // One image size for all is told when reading; names are in their order.
+  const bool is_longcw = format.format == CalibrationFormat::kLongcw;
+  if (is_longcw) cameras = WithSize(cameras, 1920, 1080);
+  if (format.format == CalibrationFormat::kOpencv) SortByFileName(&cameras);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
   Losses losses;
@@ -107,6 +131,7 @@ TEST_P(RoundTrip, ReadsBack) {
        {CalibrationFormat::kAuto, format.format}) {
     CameraReadOptions options;
     options.format = read;
+    if (is_longcw) options.image_size = {1920.0, 1080.0};
     const CameraRig again = ReadCameras(path, options);
     ExpectSameCameras(cameras, again, format.tolerance);
     if (format.format != CalibrationFormat::kTum) {
@@ -114,9 +139,9 @@ TEST_P(RoundTrip, ReadsBack) {
     }
     for (size_t c = 0; c < again.size(); ++c) {
       EXPECT_EQ(again[c].width_px(),
-                format.keeps_size ? cameras[c].width_px() : 0);
+                format.keeps_size || is_longcw ? cameras[c].width_px() : 0);
       EXPECT_EQ(again[c].height_px(),
-                format.keeps_size ? cameras[c].height_px() : 0);
+                format.keeps_size || is_longcw ? cameras[c].height_px() : 0);
     }
   }
   EXPECT_EQ(losses.empty(), format.keeps_size) << "what is lost is said";
@@ -133,6 +158,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{CalibrationFormat::kVoxelpose, kRotated, false, true},
         Case{CalibrationFormat::kPose2sim, kRotated, true, true},
         Case{CalibrationFormat::kEasymocap, kRotated, true, true},
+        Case{CalibrationFormat::kOpencv, kExact, true, true},
+        Case{CalibrationFormat::kLongcw, kRotated, false, true},
         Case{CalibrationFormat::kTum, kDecomposed, false, false}));
 
 // Rotations by nothing, by half a turn and by very little.
@@ -169,6 +196,12 @@ TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
   parameters.name = "a b";
   EXPECT_THAT(error_of(CalibrationFormat::kEasymocap, {Camera(parameters)}),
               HasSubstr("camera 'a b': the name"));
+  EXPECT_THAT(error_of(CalibrationFormat::kOpencv, {Camera(parameters)}),
+              HasSubstr("camera 'a b': the name"));
+  EXPECT_THAT(error_of(CalibrationFormat::kLongcw, {Camera(parameters)}),
+              HasSubstr("--image_size"));
+  EXPECT_THAT(error_of(CalibrationFormat::kLongcw, RandomRig(WithLens::kNo)),
+              HasSubstr("has another image size"));
   parameters.K(0, 1) = 0.5;
   EXPECT_THAT(error_of(CalibrationFormat::kVoxelpose, {Camera(parameters)}),
               HasSubstr("a skewed K"));
@@ -205,6 +238,16 @@ TEST(CalibrationWriter, TomlHasDecimalsAndEscapes) {
   EXPECT_EQ(ReadCameras(path).front().name(), parameters.name);
 }
 
+// What longcw's format does not tell.
+CameraReadOptions SizeOf(CalibrationFormat format, const CameraRig& cameras) {
+  CameraReadOptions options;
+  if (format == CalibrationFormat::kLongcw) {
+    options.image_size = {static_cast<double>(cameras[0].width_px()),
+                          static_cast<double>(cameras[0].height_px())};
+  }
+  return options;
+}
+
 // Real cameras through every format and back: the rounding of the formats is
 // far below a thousandth of a pixel.
 TEST(CalibrationWriter, ShelfThroughEveryFormat) {
@@ -216,7 +259,7 @@ TEST(CalibrationWriter, ShelfThroughEveryFormat) {
         folder.path() / std::to_string(static_cast<int>(format));
     Losses losses;
     WriteCalibration(result, format, shelf, &losses);
-    const CameraRig again = ReadCameras(result);
+    const CameraRig again = ReadCameras(result, SizeOf(format, shelf));
     ExpectSameCameras(shelf, again, kDecomposed);
     const Eigen::Vector3d point(0.3, -0.4, 1.2);
     for (size_t c = 0; c < shelf.size(); ++c) {
@@ -229,10 +272,15 @@ TEST(CalibrationWriter, ShelfThroughEveryFormat) {
 // 31 HD cameras with lenses.
 TEST(CalibrationWriter, PanopticThroughEveryFormatWithLens) {
   KINEGRAPH_DATA_OR_SKIP(path, "panoptic/calibration_160422_ultimatum1.json");
-  const CameraRig panoptic = ReadCameras(path);
+  CameraRig panoptic = ReadCameras(path);
+  SortByFileName(&panoptic);
   const TemporaryFolder folder;
   for (const CalibrationFormat format : WritableCalibrationFormats()) {
-    if (format == CalibrationFormat::kTum) continue;
+    // Lenses; images of several sizes.
+    if (format == CalibrationFormat::kTum ||
+        format == CalibrationFormat::kLongcw) {
+      continue;
+    }
     const std::string result =
         folder.path() / std::to_string(static_cast<int>(format));
     Losses losses;
@@ -240,7 +288,8 @@ TEST(CalibrationWriter, PanopticThroughEveryFormatWithLens) {
     // The file rounds R to ten digits, so that it is a rotation only to 1e-10;
     // a rotation vector gives the one beside it.
     constexpr double kRoundedFile = 1e-9;
-    ExpectSameCameras(panoptic, ReadCameras(result), kRoundedFile);
+    ExpectSameCameras(panoptic, ReadCameras(result, SizeOf(format, panoptic)),
+                      kRoundedFile);
   }
 }
 

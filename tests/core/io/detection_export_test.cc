@@ -139,6 +139,49 @@ TEST(DetectionExport, CocoReadsBackBitForBit) {
               ::testing::ElementsAre("cam10.json", "cam2.json"));
 }
 
+// With the clock that longcw's files live by.
+DetectionSequence Timed(DetectionSequence sequence) {
+  sequence.header.frame_rate_hz = 25.0;
+  for (DetectionFrame& frame : sequence.frames) {
+    frame.time = FrameClock(25.0).TimeOf(frame.frame);
+    for (ViewDetections& view : frame.views) view.capture_time = frame.time;
+  }
+  return sequence;
+}
+
+Losses WriteLongcw(const std::string& path, const DetectionSequence& sequence,
+                   ImageSize size = {640, 480}) {
+  return Write(
+      [size](const std::string& to, DetectionSource* source, Losses* losses) {
+        WriteLongcwDetections(to, size, source, losses);
+      },
+      path, sequence);
+}
+
+TEST(DetectionExport, LongcwReadsBackBitForBit) {
+  DetectionSequence sequence = Timed(RandomSequence(Tum14()));
+  // Views are read in the order of their names, cam2 before cam10.
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "annotation_2d.json";
+  WriteLongcw(path, sequence);
+  ExpectSameDetections(sequence, ReadDetections(path));
+}
+
+TEST(DetectionExport, LongcwRefusesWhatItCannotSay) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "annotation_2d.json";
+  DetectionSequence sequence = Timed(RandomSequence(Tum14()));
+  EXPECT_THAT(InputErrorOf([&] { WriteLongcw(path, sequence, {}); }),
+              HasSubstr("--image_size"));
+  sequence.frames[1].views[0].capture_time += 600'000'000;
+  EXPECT_THAT(InputErrorOf([&] { WriteLongcw(path, sequence); }),
+              HasSubstr("read as another frame"));
+  sequence.header.frame_rate_hz = 0.0;
+  EXPECT_THAT(InputErrorOf([&] { WriteLongcw(path, sequence); }),
+              HasSubstr("--frame_rate"));
+  EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
+}
+
 TEST(DetectionExport, CocoScoreAndBoxAreThoseOfTheJointsFound) {
   DetectionSequence sequence;
   sequence.header.skeleton = Skeleton("three", {"a", "b", "c"}, {});

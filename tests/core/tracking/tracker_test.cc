@@ -226,6 +226,57 @@ TEST_F(TrackerTest, ThreadsDoNotChangeABit) {
   }
 }
 
+// Counts the finals that nobody has taken yet.
+class FinalsCounter final : public Estimator {
+ public:
+  FinalsCounter(std::unique_ptr<Estimator> inner, int* waiting)
+      : inner_(std::move(inner)), waiting_(waiting) {}
+
+  void Add(const EstimatorFrame& frame) override {
+    inner_->Add(frame);
+    ++*waiting_;
+  }
+  const Pose3d& Last() const override { return inner_->Last(); }
+  TimeNs LastTime() const override { return inner_->LastTime(); }
+  void Predict(TimeNs time, Pose3d* pose) const override {
+    inner_->Predict(time, pose);
+  }
+  void TakeFinals(std::vector<FinalPose>* finals) override {
+    const size_t before = finals->size();
+    inner_->TakeFinals(finals);
+    *waiting_ -= static_cast<int>(finals->size() - before);
+  }
+  void Finish() override { inner_->Finish(); }
+
+ private:
+  std::unique_ptr<Estimator> inner_;
+  int* waiting_;
+};
+
+// A long take must not need more memory than a short one.
+TEST_F(TrackerTest, NoFinalsPileUpInEitherRole) {
+  int of_feedback = 0;
+  int of_output = 0;
+  const auto counted = [](int* waiting) {
+    return [waiting](const SceneModel& scene) -> std::unique_ptr<Estimator> {
+      return std::make_unique<FinalsCounter>(
+          MakeCausalGaussian(scene, CausalGaussianOptions()), waiting);
+    };
+  };
+  Tracker tracker(Scene(), Coco17(), TrackerOptions(), counted(&of_feedback),
+                  counted(&of_output));
+  std::vector<TrackFrame> frames;
+  for (int f = 0; f < 20; ++f) {
+    tracker.Process(See(f, {Walker(f), Stander()}), &frames);
+    // A person's first frame waits for the next one.
+    EXPECT_LE(of_feedback, 2) << f;
+    EXPECT_LE(of_output, 2) << f;
+  }
+  tracker.Finish(&frames);
+  EXPECT_EQ(of_output, 0);
+  EXPECT_EQ(frames.back().people.size(), 2u);
+}
+
 TEST_F(TrackerTest, RefusesWhatDoesNotFit) {
   TrackerOptions wrong;
   wrong.reconstruction.tau_frames = -1.0;

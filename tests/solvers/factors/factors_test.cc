@@ -3,12 +3,14 @@
 #include <ceres/autodiff_cost_function.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <optional>
 
 #include "core/base/random.h"
 #include "solvers/factors/birth_prior_factor.h"
 #include "solvers/factors/bone_length_factor.h"
+#include "solvers/factors/constant_acceleration_factor.h"
 #include "solvers/factors/constant_velocity_factor.h"
 #include "solvers/factors/marginal_prior_factor.h"
 #include "solvers/factors/reprojection_factor.h"
@@ -174,6 +176,88 @@ TEST(ConstantVelocityFactor, Jacobians) {
         new ConstantVelocityTwin{dt, 2.0});
     ExpectSoundJacobians(factor, twin,
                          {RandomState(&random), RandomState(&random)});
+  }
+}
+
+// ---- constant acceleration ----
+
+Eigen::VectorXd RandomJerkState(Random* random) {
+  Eigen::VectorXd state(kJerkStateSize);
+  for (int i = 0; i < kJerkStateSize; ++i) state(i) = random->Normal();
+  return state;
+}
+
+struct ConstantAccelerationTwin {
+  template <typename T>
+  bool operator()(const T* from, const T* to, T* residual) const {
+    // Q = L L' by elimination in doubles, written independently of the factor.
+    const double Q[3][3] = {
+        {q * std::pow(dt, 5) / 20, q * std::pow(dt, 4) / 8,
+         q * dt * dt * dt / 6},
+        {q * std::pow(dt, 4) / 8, q * dt * dt * dt / 3, q * dt * dt / 2},
+        {q * dt * dt * dt / 6, q * dt * dt / 2, q * dt}};
+    double L[3][3] = {};
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        double sum = Q[i][j];
+        for (int k = 0; k < j; ++k) sum -= L[i][k] * L[j][k];
+        L[i][j] = i == j ? std::sqrt(sum) : sum / L[j][j];
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      const T* p = from + axis;
+      const T error[3] = {
+          to[axis] - p[0] - dt * p[3] - 0.5 * dt * dt * p[6],
+          to[axis + 3] - p[3] - dt * p[6],
+          to[axis + 6] - p[6],
+      };
+      for (int i = 0; i < 3; ++i) {
+        T sum = error[i];
+        for (int k = 0; k < i; ++k) sum -= L[i][k] * residual[axis + 3 * k];
+        residual[axis + 3 * i] = sum / L[i][i];
+      }
+    }
+    return true;
+  }
+  double dt;
+  double q;
+};
+
+TEST(ConstantAccelerationFactor, HandWorkedValue) {
+  // dt = 1, q = 20: Q11 = 1, so the first residual is the position's; with v =
+  // Q21 = 2.5 and a = Q31 = 10/3 times it, what follows from it is explained.
+  const ConstantAccelerationFactor factor(1.0, 20.0);
+  Eigen::VectorXd to = Eigen::VectorXd::Zero(kJerkStateSize);
+  to(1) = 2.0;
+  to(4) = 5.0;
+  to(7) = 20.0 / 3.0;
+  const auto result =
+      Evaluate(factor, {Eigen::VectorXd::Zero(kJerkStateSize), to});
+  EXPECT_NEAR(result.residuals(1), 2.0, 1e-13);
+  EXPECT_NEAR(result.residuals.squaredNorm(), 4.0, 1e-12);
+}
+
+TEST(ConstantAccelerationFactor, ZeroAtConstantAcceleration) {
+  Random random(14);
+  const Eigen::VectorXd from = RandomJerkState(&random);
+  constexpr double kDt = 0.04;
+  Eigen::VectorXd to = from;
+  to.head<3>() += kDt * from.segment<3>(3) + 0.5 * kDt * kDt * from.tail<3>();
+  to.segment<3>(3) += kDt * from.tail<3>();
+  const auto result =
+      Evaluate(ConstantAccelerationFactor(kDt, 1.0), {from, to});
+  // Rounding (1e-16) over sqrt(dt^5 / 20) = 7e-5, a few terms.
+  EXPECT_LT(result.residuals.cwiseAbs().maxCoeff(), 3e-11);
+}
+
+TEST(ConstantAccelerationFactor, Jacobians) {
+  Random random(15);
+  for (const double dt : {1.0 / 120.0, 0.04, 1.0}) {
+    const ConstantAccelerationFactor factor(dt, 2.0);
+    const ceres::AutoDiffCostFunction<ConstantAccelerationTwin, 9, 9, 9> twin(
+        new ConstantAccelerationTwin{dt, 2.0});
+    ExpectSoundJacobians(factor, twin,
+                         {RandomJerkState(&random), RandomJerkState(&random)});
   }
 }
 

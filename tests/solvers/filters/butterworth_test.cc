@@ -185,8 +185,8 @@ TEST(ButterworthTest, RefusesWhatItCannotDo) {
   } catch (const std::exception& error) {
     EXPECT_STREQ(error.what(),
                  "output.estimator 'butterworth' needs uniform time, found a "
-                 "step of 0.0800 s at 0.0800 s where a frame is 0.0400 s "
-                 "(allowed: half a frame more or less)");
+                 "step of 0.0800 s, 0.0800 s into the track, where a frame is "
+                 "0.0400 s (allowed: half a frame more or less)");
   }
   // A clock that jitters by up to half a frame is good enough.
   segment.times_s = {0.0, 0.055, 0.08, 0.135, 0.16};

@@ -1,0 +1,120 @@
+// kinegraph-report itself: what it reads, says and refuses.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/io/calibration.h"
+#include "core/io/detection_writer.h"
+#include "core/io/track_writer.h"
+#include "tests/support/program.h"
+#include "tests/support/rig.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ContentOf;
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+using ::testing::Not;
+using testing::ProgramOutcome;
+using testing::RunProgram;
+
+class ReportTest : public ::testing::Test {
+ protected:
+  ReportTest() {
+    const CameraRig rig = testing::RingOfCameras(3);
+    TrackSequence tracks;
+    tracks.header.skeleton = Coco17();
+    tracks.header.frame_rate_hz = 25.0;
+    DetectionSequence seen;
+    seen.header.skeleton = Coco17();
+    seen.header.frame_rate_hz = 25.0;
+    for (const Camera& camera : rig) {
+      seen.header.view_names.push_back(camera.name());
+    }
+    for (int f = 0; f < 20; ++f) {
+      TrackFrame frame;
+      frame.frame = f;
+      frame.time = FrameClock(25.0).TimeOf(f);
+      frame.people.resize(1);
+      frame.people[0].id = TrackId(0);
+      frame.people[0].joints = testing::StandingPerson(0.02 * f, 0.0);
+      frame.people[0].covariances.assign(17,
+                                         Eigen::Matrix3d::Identity() * 1e-4);
+      DetectionFrame in_frame;
+      in_frame.frame = f;
+      in_frame.time = frame.time;
+      for (const Camera& camera : rig) {
+        in_frame.views.emplace_back();
+        in_frame.views.back().capture_time = frame.time;
+        in_frame.views.back().detections.push_back(
+            testing::Project(frame.people[0].joints, camera));
+      }
+      tracks.frames.push_back(frame);
+      seen.frames.push_back(in_frame);
+    }
+    WriteTracks(tracks_, tracks);
+    WriteDetections(detections_, seen);
+    WriteCameras(cameras_, rig);
+  }
+
+  ProgramOutcome Run(const std::string& flags) const {
+    return RunProgram("report", flags + " --out='" + out_ + "'");
+  }
+  std::string Path(const std::string& name) const {
+    return (folder_.path() / name).string();
+  }
+
+  const testing::TemporaryFolder folder_;
+  const std::string tracks_ = Path("tracks.jsonl");
+  const std::string detections_ = Path("detections.jsonl");
+  const std::string cameras_ = Path("cameras.json");
+  const std::string out_ = Path("page.html");
+};
+
+TEST_F(ReportTest, SaysHowMuchThePageHolds) {
+  ProgramOutcome outcome = Run("--tracks=" + tracks_);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.output, HasSubstr("20 frames, 20 poses, "));
+  EXPECT_THAT(outcome.output, Not(HasSubstr("detections")));
+  EXPECT_THAT(outcome.output, Not(HasSubstr("covariances"))) << "not asked for";
+  outcome =
+      Run("--tracks=" + tracks_ + "," + tracks_ + " --ground_truth=" + tracks_ +
+          " --cameras=" + cameras_ + " --detections=" + detections_ +
+          " --with_covariance --title='a < b'");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.output, HasSubstr("20 frames, 60 poses, "));
+  EXPECT_THAT(outcome.output, HasSubstr(", detections 0.0 MB, covariances"));
+  EXPECT_THAT(ContentOf(out_), HasSubstr("<title>a &lt; b</title>"));
+}
+
+TEST_F(ReportTest, BadInputIsOneLineAndExitTwo) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"", "--tracks"},
+      {"--tracks=/nowhere.jsonl", "/nowhere.jsonl"},
+      {"--tracks=" + tracks_ + "," + tracks_ + "," + tracks_,
+       "found 3 files, expected one or two"},
+      {"--tracks=" + tracks_ + " --detections=" + detections_,
+       "needs --cameras"},
+      {"--tracks=" + tracks_ + " --set=cameras.unit=m", "needs --config"},
+      {"--tracks=" + tracks_ + " --up=w", "--up"},
+      {"--tracks=" + detections_, "detections"},
+      {"--tracks=" + tracks_ + " --no_such_flag", "no_such_flag"}};
+  for (const auto& [flags, expected] : cases) {
+    const ProgramOutcome outcome = Run(flags);
+    EXPECT_EQ(outcome.exit_code, 2) << flags;
+    EXPECT_THAT(outcome.errors,
+                MatchesRegex("kinegraph-report: error: [^\n]+\n"));
+    EXPECT_THAT(outcome.errors, HasSubstr(expected));
+    EXPECT_FALSE(fs::exists(out_)) << flags;
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph
