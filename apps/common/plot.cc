@@ -21,10 +21,12 @@ extern char** environ;
 namespace kinegraph {
 namespace {
 
-// Okabe and Ito's, yellow last: it is hard to see on white.
+// Okabe and Ito's. Yellow is last and only drawn where it is asked for: it is
+// hard to see on white.
 const char* const kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                 "#E69F00", "#56B4E9", "#000000", "#F0E442"};
 constexpr int kColourCount = 8;
+constexpr int kCycledColours = kColourCount - 1;
 // gnuplot's filled circle, square, triangle, diamond and their like.
 constexpr int kMarks[] = {7, 5, 9, 13, 11, 15, 6, 4, 8, 12};
 constexpr int kMarkCount = 10;
@@ -116,8 +118,9 @@ class SeriesScript {
       : plot_(plot),
         series_(series),
         block_("$" + std::move(block)),
-        colour_(series.colour.value_or(index)),
-        mark_(kMarks[colour_ % kMarkCount]),
+        colour_(series.colour.value_or(index % kCycledColours)),
+        dotted_(!series.colour && index >= kCycledColours),
+        mark_(kMarks[series.colour.value_or(index) % kMarkCount]),
         bar_width_(kBarGroupWidth / std::max(1, bars)),
         shift_(series.style == PlotStyle::kBars
                    ? (bar - 0.5 * (bars - 1)) * bar_width_
@@ -159,9 +162,7 @@ class SeriesScript {
     const std::string title =
         series_.name.empty() ? " notitle" : " title " + Quote(series_.name);
     const std::string dash =
-        series_.dashed
-            ? " dt 2"
-            : " dt " + std::to_string(colour_ >= kColourCount ? 4 : 1);
+        series_.dashed ? " dt 2" : " dt " + std::to_string(dotted_ ? 4 : 1);
     switch (series_.style) {
       case PlotStyle::kBars:
         elements.push_back(block_ + " using 1:2:(" + Number(bar_width_) +
@@ -222,6 +223,7 @@ class SeriesScript {
   const PlotSeries& series_;
   std::string block_;
   int colour_;
+  bool dotted_;  // the colours have all been used
   int mark_;
   double bar_width_;
   double shift_;
@@ -268,6 +270,9 @@ void AddPanel(const Plot& plot, size_t panel, std::string* script) {
       break;
     case PlotLegend::kInside:
       *script += "set key on inside top right vertical Left reverse\n";
+      break;
+    case PlotLegend::kBelow:
+      *script += "set key on outside bottom center horizontal Left reverse\n";
       break;
     case PlotLegend::kOutside:
       *script += "set key on outside right top vertical Left reverse\n";

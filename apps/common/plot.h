@@ -48,7 +48,7 @@ struct PlotAxis {
   std::vector<std::string> categories;
 };
 
-enum class PlotLegend { kNone, kInside, kOutside };
+enum class PlotLegend { kNone, kInside, kOutside, kBelow };
 
 struct Plot {
   std::string title;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <utility>
 
 namespace kinegraph {
@@ -114,7 +115,9 @@ std::string Fixed(double value, int decimals) {
   if (std::isnan(value)) return "-";
   char text[350];  // the largest double has 309 digits before the point
   std::snprintf(text, sizeof(text), "%.*f", decimals, value);
-  return text;
+  // No "-0.0".
+  const bool zero = std::strspn(text, "-0.") == std::strlen(text);
+  return zero && text[0] == '-' ? text + 1 : text;
 }
 
 }  // namespace kinegraph

@@ -86,21 +86,22 @@ std::vector<ReplayOutcome> RunAll(const SceneModel& scene,
   return outcomes;
 }
 
-TrackSequence Assemble(const Comparison& comparison, const Fold& fold,
+TrackSequence Assemble(const Comparison& comparison, const PreparedTake& take,
                        const std::vector<ReplayedPerson>& people,
                        std::vector<ReplayOutcome> outcomes) {
   TrackSequence tracks;
   tracks.header = comparison.run.scene.header;
   tracks.frames =
-      AssembleReplay(fold.take->replay->empty_frames(), people,
-                     std::move(outcomes), comparison.run.first_frame);
-  tracks.frames.erase(
-      std::remove_if(tracks.frames.begin(), tracks.frames.end(),
-                     [&fold](const TrackFrame& frame) {
-                       return !fold.frames.Contains(frame.frame);
-                     }),
-      tracks.frames.end());
+      AssembleReplay(take.replay->empty_frames(), people, std::move(outcomes),
+                     comparison.run.first_frame);
   return tracks;
+}
+
+// Whether two folds need one run alone.
+bool SameRun(const Comparison& comparison, const FoldValues& values) {
+  return comparison.folds.size() == 2 &&
+         comparison.folds[0].take == comparison.folds[1].take &&
+         values[0] == values[1];
 }
 
 // Gives each joint the status of its triangulation; positions alone are kept.
@@ -183,6 +184,11 @@ void AddTruth(const Comparison& comparison, const BootstrapOptions& bootstrap,
   const TrackSequence& tracks = scores->run.tracks;
   MpjpeOptions options;
   options.frames = comparison.scored_frames();
+  // In the world of CMU Panoptic y points down.
+  const std::string& skeleton = comparison.truth->header.skeleton.name();
+  if (skeleton == Panoptic19().name() || skeleton == Panoptic15().name()) {
+    options.up = -Eigen::Vector3d::UnitY();
+  }
   BootstrapOptions none = bootstrap;
   none.resamples = 1;  // its own intervals are not used
   const MpjpeResult mpjpe =
@@ -230,6 +236,14 @@ void AddHeldOut(const Comparison& comparison, const HeldOutScores& held_out,
       kMostWork / std::max<int64_t>(1, joints), 200, bootstrap.resamples);
   scores->held_out = SummariseHeldOut(held_out, AllJoints(), bootstrap);
   scores->held_out_errors = TruncatedErrors(held_out, AllJoints());
+  const std::vector<int64_t> frames = FramesOf(held_out);
+  for (const HeldOutJoint& joint : held_out.joints) {
+    const int64_t frame = held_out.people[joint.person_idx].frame;
+    const auto unit = std::lower_bound(frames.begin(), frames.end(), frame);
+    scores->joint_units.push_back(static_cast<int32_t>(unit - frames.begin()));
+    scores->joint_errors_px.push_back(
+        joint.predicted ? static_cast<float>(joint.error_px) : -1.0F);
+  }
   for (int c = 0; c < kJointClassCount; ++c) {
     scores->held_out_by_class.push_back(
         TruncatedErrors(held_out, JointsOfClass(static_cast<JointClass>(c))));
@@ -303,6 +317,7 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
   StrategyRun run;
   run.tracks.header = comparison.run.scene.header;
   run.whole_take = true;
+  const bool same = SameRun(comparison, values);
   for (size_t f = 0; f < comparison.folds.size(); ++f) {
     const Fold& fold = comparison.folds[f];
     const EstimatorFactory estimator =
@@ -317,25 +332,39 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
       run.whole_take = false;
       run.delay = std::max(run.delay.value_or(0), *outcome.delay);
     }
+    if (IsCausalStrategy(strategy, values[f], comparison.rate_hz(),
+                         comparison.options.estimators)) {
+      // It could answer at once, whenever this estimator does.
+      run.whole_take = false;
+      run.delay = 0;
+    }
     TrackSequence part =
-        Assemble(comparison, fold, fold.take->all, std::move(outcomes));
+        Assemble(comparison, *fold.take, fold.take->all, std::move(outcomes));
     for (TrackFrame& frame : part.frames) {
+      if (!fold.frames.Contains(frame.frame) &&
+          !(same && comparison.folds[1].frames.Contains(frame.frame))) {
+        continue;
+      }
       run.tracks.frames.push_back(std::move(frame));
     }
+    if (same) break;
   }
   run.alike = AlikeObserved(run.tracks, comparison.folds);
   return run;
 }
 
-void ScoreWithout(const Comparison& comparison, const Strategy& strategy,
-                  const StrategyValues& values, const Fold& fold, size_t view,
-                  HeldOutScores* scores) {
-  const std::vector<ReplayedPerson>& people = fold.take->without[view];
-  const TrackSequence tracks =
-      Assemble(comparison, fold, people,
-               RunAll(comparison.scene(), people,
-                      MakeStrategy(strategy, values, comparison.rate_hz(),
-                                   comparison.options.estimators)));
+TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
+                         const StrategyValues& values, const PreparedTake& take,
+                         size_t view) {
+  const std::vector<ReplayedPerson>& people = take.without[view];
+  return Assemble(comparison, take, people,
+                  RunAll(comparison.scene(), people,
+                         MakeStrategy(strategy, values, comparison.rate_hz(),
+                                      comparison.options.estimators)));
+}
+
+void ScoreWithout(const Comparison& comparison, const Fold& fold, size_t view,
+                  const TrackSequence& tracks, HeldOutScores* scores) {
   HeldOutSet set = comparison.set;
   set.cap_px = comparison.cap_px[view];
   set.detections.erase(
@@ -353,8 +382,8 @@ void ScoreWithout(const Comparison& comparison, const Strategy& strategy,
 }
 
 int64_t PiecesOfScoring(const Comparison& comparison, size_t strategies) {
-  // Each camera left out in each fold, the run with all, and the scores.
-  const size_t pieces = comparison.views().size() * comparison.folds.size() + 2;
+  // Each camera left out, the run with all, and the scores.
+  const size_t pieces = comparison.views().size() + 2;
   return static_cast<int64_t>(strategies * pieces);
 }
 
@@ -365,7 +394,7 @@ std::vector<StrategyScores> ScoreStrategies(
   std::vector<StrategyScores> all(strategies.size());
   const size_t views = comparison.views().size();
   const size_t folds = comparison.folds.size();
-  const size_t pieces = views * folds + 1;
+  const size_t pieces = views + 1;
   // One after the other, so that a strategy's scores do not wait in memory.
   for (size_t s = 0; s < strategies.size(); ++s) {
     StrategyScores& scores = all[s];
@@ -376,10 +405,18 @@ std::vector<StrategyScores> ScoreStrategies(
         if (piece == 0) {
           scores.run = RunWithAll(comparison, strategies[s], values[s]);
         } else {
-          const size_t fold = (piece - 1) / views;
-          const size_t view = (piece - 1) % views;
-          ScoreWithout(comparison, strategies[s], values[s][fold],
-                       comparison.folds[fold], view, &parts[piece - 1]);
+          const size_t view = piece - 1;
+          const bool same = SameRun(comparison, values[s]);
+          TrackSequence tracks;
+          for (size_t fold = 0; fold < folds; ++fold) {
+            const Fold& scored = comparison.folds[fold];
+            if (fold == 0 || !same) {
+              tracks = RunWithout(comparison, strategies[s], values[s][fold],
+                                  *scored.take, view);
+            }
+            ScoreWithout(comparison, scored, view, tracks,
+                         &parts[fold * views + view]);
+          }
         }
         if (tick) tick();
       });
@@ -414,6 +451,33 @@ std::vector<StrategyScores> ScoreStrategies(
     if (tick) tick();
   }
   return all;
+}
+
+void AddCommon(std::vector<StrategyScores*> scores) {
+  scores.erase(std::remove_if(scores.begin(), scores.end(),
+                              [](const StrategyScores* one) {
+                                return !one->refused.empty();
+                              }),
+               scores.end());
+  if (scores.empty()) return;
+  const size_t joints = scores.front()->joint_errors_px.size();
+  std::vector<char> common(joints, 1);
+  for (const StrategyScores* one : scores) {
+    CHECK_EQ(one->joint_errors_px.size(), joints);
+    for (size_t j = 0; j < joints; ++j) {
+      if (one->joint_errors_px[j] < 0.0F) common[j] = 0;
+    }
+  }
+  for (StrategyScores* one : scores) {
+    one->held_out_common.assign(one->held_out_errors.size(), RatioUnit());
+    for (size_t j = 0; j < joints; ++j) {
+      if (!common[j]) continue;
+      RatioUnit& unit = one->held_out_common[one->joint_units[j]];
+      unit.sum +=
+          std::min<double>(one->joint_errors_px[j], kHeldOutTruncationPx);
+      unit.weight += 1.0;
+    }
+  }
 }
 
 void AddLags(const Comparison& comparison, const TrackSequence& reference,

@@ -96,10 +96,14 @@ struct StrategyRun {
 StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
                        const FoldValues& values);
 
-// Held-out errors of one camera in one fold; appended to `scores`.
-void ScoreWithout(const Comparison& comparison, const Strategy& strategy,
-                  const StrategyValues& values, const Fold& fold, size_t view,
-                  HeldOutScores* scores);
+// The answer without one camera, in all frames.
+TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
+                         const StrategyValues& values, const PreparedTake& take,
+                         size_t view);
+// Held-out errors of that camera in the frames of one fold, against the
+// detections of the fold; appended to `scores`.
+void ScoreWithout(const Comparison& comparison, const Fold& fold, size_t view,
+                  const TrackSequence& tracks, HeldOutScores* scores);
 
 // What a strategy is judged by. Series are laid out alike for all strategies of
 // a comparison.
@@ -108,7 +112,13 @@ struct StrategyScores {
   std::string refused;
 
   HeldOutSummary held_out;
-  RatioSeries held_out_errors;                   // min(error, 30 px)
+  RatioSeries held_out_errors;  // min(error, 30 px)
+  // Each scored joint: its error; negative without a prediction. The unit (in
+  // held_out_errors) that it belongs to is the same for all strategies.
+  std::vector<float> joint_errors_px;
+  std::vector<int32_t> joint_units;
+  // Of the joints that every strategy of the comparison predicts: AddCommon.
+  RatioSeries held_out_common;
   std::vector<RatioSeries> held_out_by_class;    // JointClass
   std::vector<HeldOutSummary> held_out_by_view;  // without intervals
   std::vector<RatioSeries> acceleration, jerk, power;
@@ -134,6 +144,10 @@ std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
     const std::vector<FoldValues>& values, const Tick& tick = nullptr);
 int64_t PiecesOfScoring(const Comparison& comparison, size_t strategies);
+
+// Fills in held_out_common, which compares strategies that leave different
+// gaps.
+void AddCommon(std::vector<StrategyScores*> scores);
 
 // Delays behind the truth (if any) and behind `reference`.
 void AddLags(const Comparison& comparison, const TrackSequence& reference,

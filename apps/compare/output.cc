@@ -127,20 +127,23 @@ std::string MeasureTable(const CompareResult& result,
 }
 
 std::string HeldOutTable(const CompareResult& result) {
-  Table table({"strategy", "mean [px]", "against the baseline", "", "median",
-               "90th", "97th", "predicted [%]"});
+  Table table({"strategy", "mean [px]", "against the baseline", "",
+               "joints that all predict", "", "median", "90th", "97th",
+               "predicted [%]"});
   for (const StrategyResult& one : result.strategies) {
     if (!one.scores.refused.empty()) continue;
     const Measure& mean = *one.Find(kHeldOut);
+    const Measure& common = *one.Find("held_out_common_px");
     const auto value = [&one](const char* key) {
       const Measure& measure = *one.Find(key);
       return Fixed(measure.value, measure.decimals);
     };
     table.AddRow({one.strategy.title,
                   WithInterval(mean.value, mean.interval, mean.decimals),
-                  DifferenceCell(mean), Judged(mean),
-                  value("held_out_median_px"), value("held_out_p90_px"),
-                  value("held_out_p97_px"), value("predicted_percent")});
+                  DifferenceCell(mean), Judged(mean), value(common.key.c_str()),
+                  Judged(common), value("held_out_median_px"),
+                  value("held_out_p90_px"), value("held_out_p97_px"),
+                  value("predicted_percent")});
   }
   return table.ToString(TableStyle::kMarkdown);
 }
@@ -237,17 +240,39 @@ std::string ConsistencyTable(const CompareResult& result) {
   return any ? table.ToString(TableStyle::kMarkdown) : "";
 }
 
+// Whether a chosen value is the first or last of its grid.
+bool AtEdge(const Strategy& strategy, const StrategyValues& values) {
+  for (size_t i = 0; i < values.size(); ++i) {
+    const std::vector<double>& grid = strategy.parameters[i].grid;
+    if (values[i] == grid.front() || values[i] == grid.back()) return true;
+  }
+  return false;
+}
+
 std::string TuningTable(const CompareResult& result) {
   Table table({"strategy", "first fold", "second fold",
                "chosen on the other fold [px]", "on the same [px]"});
+  bool at_edge = false;
   for (const StrategyResult& one : result.strategies) {
     if (!one.tuning.has_value() || !one.scores.refused.empty()) continue;
-    table.AddRow(
-        {one.strategy.title, DescribeValues(one.strategy, one.values[0]),
-         DescribeValues(one.strategy, one.values[1]),
-         Fixed(one.tuning->cross_px, 2), Fixed(one.tuning->same_fold_px, 2)});
+    std::vector<std::string> row = {one.strategy.title};
+    for (const StrategyValues& values : one.values) {
+      row.push_back(DescribeValues(one.strategy, values));
+      if (!AtEdge(one.strategy, values)) continue;
+      row.back() += " *";
+      at_edge = true;
+    }
+    if (one.strategy.tuned_as.empty()) {
+      row.push_back(Fixed(one.tuning->cross_px, 2));
+      row.push_back(Fixed(one.tuning->same_fold_px, 2));
+    } else {
+      row.push_back(Fixed(one.Find(kHeldOut)->value, 2));
+      row.push_back("as " + one.strategy.tuned_as);
+    }
+    table.AddRow(std::move(row));
   }
-  return table.ToString(TableStyle::kMarkdown);
+  return table.ToString(TableStyle::kMarkdown) +
+         (at_edge ? "\n\\* at an end of the grid.\n" : "");
 }
 
 std::string ValuesTable(const CompareResult& result) {
@@ -310,29 +335,45 @@ int64_t ScoredJoints(const CompareResult& result) {
   return joints;
 }
 
-}  // namespace
-
-std::string RankingText(const CompareResult& result) {
+// Three lines: who is better, not told apart and worse by a measure.
+std::string Ranking(const CompareResult& result, const std::string& key) {
   std::string better, worse, same;
   for (const StrategyResult& one : result.strategies) {
     if (!one.scores.refused.empty()) continue;
-    const Measure& measure = *one.Find(kHeldOut);
     std::string* list = nullptr;
-    if (measure.verdict == Verdict::kLess) list = &better;
-    if (measure.verdict == Verdict::kMore) list = &worse;
-    if (measure.verdict == Verdict::kSame) list = &same;
-    if (list == nullptr) continue;
-    *list += (list->empty() ? "" : ", ") + one.strategy.title;
+    switch (one.Find(key)->verdict) {
+      case Verdict::kNone:
+        continue;
+      case Verdict::kSame:
+        list = &same;
+        break;
+      case Verdict::kLess:
+        list = &better;
+        break;
+      case Verdict::kMore:
+        list = &worse;
+        break;
+    }
+    *list += (list->empty() ? "" : "; ") + one.strategy.title;
   }
   const auto line = [](const char* what, const std::string& names) {
     return std::string("- ") + what + ": " + (names.empty() ? "none" : names) +
            ".\n";
   };
-  return "By held-out error, against " + result.baseline().strategy.title +
+  return line("better", better) + line("not told apart", same) +
+         line("worse", worse);
+}
+
+}  // namespace
+
+std::string RankingText(const CompareResult& result) {
+  return "Held-out error against " + result.baseline().strategy.title +
          " (95 % intervals of the paired difference, one at a time: of twenty "
          "that are alike, one may look different):\n\n" +
-         line("better", better) + line("not told apart", same) +
-         line("worse", worse);
+         Ranking(result, kHeldOut) +
+         "\nThe same of the joints that every strategy predicts, so that no "
+         "filled gap counts:\n\n" +
+         Ranking(result, "held_out_common_px");
 }
 
 Json CompareJson(const CompareResult& result) {
@@ -436,17 +477,20 @@ std::string CompareCsv(const CompareResult& result) {
 std::string CompareMarkdown(const CompareResult& result) {
   const Comparison& comparison = result.comparison;
   std::string text = "# Smoothing strategies compared\n\n";
-  text += "Frames " + FoldText(comparison) + " at " +
-          Fixed(comparison.rate_hz(), 0) + " Hz, " +
-          std::to_string(comparison.views().size()) + " cameras, " +
-          std::to_string(comparison.people.size()) + " people, " +
-          std::to_string(ScoredJoints(result)) +
-          " scored joints. The matches of one run are frozen; every strategy "
-          "gets the same detections, joints filter and triangulation. Held-out "
-          "error: each camera is left out of the frozen matches in turn, and "
-          "what the others say is projected into it "
-          "(`held_out_camera_fixed_association`).\n\n" +
-          RankingText(result);
+  text +=
+      "Frames " + FoldText(comparison) + " at " +
+      Fixed(comparison.rate_hz(), 0) + " Hz, " +
+      std::to_string(comparison.views().size()) + " cameras, " +
+      std::to_string(comparison.people.size()) + " people, " +
+      std::to_string(ScoredJoints(result)) +
+      " scored joints. The matches of one run are frozen; every strategy "
+      "gets the same detections, joints filter and triangulation. Held-out "
+      "error: each camera is left out of the frozen matches in turn, and "
+      "what the others say is projected into it "
+      "(`held_out_camera_fixed_association`). The frames in which a person is "
+      "written are those of the frozen run for every strategy; a joint that "
+      "a strategy gives no position in them counts 30 px in the mean.\n\n" +
+      RankingText(result);
   for (const StrategyResult& one : result.strategies) {
     if (one.scores.refused.empty()) continue;
     text += "- cannot be run here: " + one.strategy.title + " (" +

@@ -52,7 +52,10 @@ void AddPoint(double x, double y, const Interval& interval,
 // Error against smoothness: one mark a strategy.
 NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
   Plot plot;
-  plot.title = "Held-out error against smoothness (95 % intervals)";
+  plot.title =
+      "Held-out error against smoothness (95 % intervals: of the difference "
+      "to " +
+      result.baseline().strategy.title + ", of the acceleration)";
   plot.x.label = "acceleration [m/s^2]";
   plot.x.log = true;
   plot.y.label = kHeldOutLabel;
@@ -62,7 +65,11 @@ NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
     series.style = PlotStyle::kPoints;
     const Measure& error = *one->Find(kHeldOut);
     const Measure& acceleration = *one->Find("acceleration_m_s2");
-    AddPoint(acceleration.value, error.value, error.interval, &series);
+    // Errors of all go up and down together; the difference tells more.
+    Interval paired = error.difference_interval;
+    paired.low += error.value - error.difference;
+    paired.high += error.value - error.difference;
+    AddPoint(acceleration.value, error.value, paired, &series);
     series.x_low = {acceleration.interval.low};
     series.x_high = {acceleration.interval.high};
     plot.series.push_back(std::move(series));
@@ -289,7 +296,11 @@ Plot TuningPanel(const StrategyResult& one) {
       first.name + (first.unit.empty() ? "" : " [" + first.unit + "]");
   plot.x.log = first.log;
   plot.y.label = "held-out error [px]";
-  plot.legend = PlotLegend::kInside;
+  plot.legend = parameters.size() > 1 ? PlotLegend::kBelow : PlotLegend::kNone;
+  if (first.log) {
+    plot.x.low = first.grid.front() / 1.2;
+    plot.x.high = first.grid.back() * 1.2;
+  }
   std::map<double, PlotSeries> lines;
   for (const TuningPoint& point : one.tuning->points) {
     PlotSeries& line = lines[point.values.size() > 1 ? point.values[1] : 0.0];

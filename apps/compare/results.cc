@@ -102,6 +102,9 @@ void AddHeldOutMeasures(const StrategyScores& own,
   list->Ratio(Named("held_out_mean_px",
                     "held-out error, mean of min(error, 30 px)", "px", 2),
               {own.held_out_errors}, {baseline.held_out_errors});
+  list->Ratio(Named("held_out_common_px",
+                    "held-out error of the joints that all predict", "px", 2),
+              {own.held_out_common}, {baseline.held_out_common});
   const struct {
     HeldOutFigure figure;
     const char* key;
@@ -258,6 +261,9 @@ const Measure* StrategyResult::Find(const std::string& key) const {
 }
 
 void AddMeasures(CompareResult* result) {
+  std::vector<StrategyScores*> scores;
+  for (StrategyResult& one : result->strategies) scores.push_back(&one.scores);
+  AddCommon(std::move(scores));
   const StrategyScores& baseline = result->baseline().scores;
   ParallelFor(result->comparison.threads,
               static_cast<int>(result->strategies.size()), [&](int s) {

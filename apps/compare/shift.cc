@@ -11,6 +11,8 @@ namespace {
 
 constexpr int kMaxRounds = 50;
 constexpr double kSettledPx = 0.01;
+// Two views agree on almost any point: their residuals tell little.
+constexpr int kMinViews = 3;
 
 // Residuals of one view, by coordinate.
 struct Residuals {
@@ -27,7 +29,8 @@ std::vector<Residuals> ResidualsOf(const FrozenRun& run,
       for (const FreshView& view : frame.views) {
         const Camera& camera = run.scene.model.cameras[view.view_idx];
         for (size_t j = 0; j < frame.initial.size(); ++j) {
-          if (frame.initial[j].status != JointStatus::kObserved ||
+          if (frame.inlier_views[j] < kMinViews ||
+              frame.initial[j].status != JointStatus::kObserved ||
               view.verdicts[j] != FilterVerdict::kKept) {
             continue;
           }

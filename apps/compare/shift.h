@@ -13,7 +13,7 @@ namespace kinegraph {
 
 // By how much detections lie beside the reprojection [px], one a view: the
 // medians, over x and y apart, of detection minus projection of the joints that
-// two or more views triangulate, in the frames given. Alternates between
+// three or more views triangulate, in the frames given. Alternates between
 // triangulating with shifted detections and taking medians, until no shift
 // moves by 0.01 px or after 50 rounds. What all cameras would explain by moving
 // the world is not seen, and does no harm.

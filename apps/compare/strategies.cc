@@ -36,7 +36,7 @@ StrategyParameter Field(std::string name, std::string unit,
 StrategyParameter GraphProcessNoise() {
   StrategyParameter parameter;
   parameter.name = "process_noise_factor";
-  parameter.grid = {0.1, 0.3, 1.0, 3.0, 10.0};
+  parameter.grid = {0.1, 0.3, 1.0, 3.0, 10.0, 30.0};
   parameter.log = true;
   parameter.set = [](double value, EstimatorOptions* options) {
     for (double& q : options->graph.process_noise) q *= value;
@@ -47,7 +47,7 @@ StrategyParameter GraphProcessNoise() {
 
 StrategyParameter GraphLossScale() {
   return Field(
-      "loss_scale", "sigmas", {2.0, 3.0, 4.5},
+      "loss_scale", "sigmas", {2.0, 3.0, 4.5, 7.0},
       [](EstimatorOptions& o) -> double& { return o.graph.loss_scale; });
 }
 
@@ -87,7 +87,8 @@ std::vector<Strategy> MakeTable() {
     };
   };
   const auto kalman_noise =
-      Field("process_noise_factor", "", {0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0},
+      Field("process_noise_factor", "",
+            {0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0},
             [](EstimatorOptions& o) -> double& {
               return o.filters.kalman.process_noise_scale;
             });
@@ -96,7 +97,7 @@ std::vector<Strategy> MakeTable() {
   table.push_back(
       Filter("robust_triangulation", "robust triangulation, each frame",
              OutputKind::kRobustTriangulation,
-             {Field("loss_scale", "sigmas", {1.0, 2.0, 3.0, 4.5, 6.0},
+             {Field("loss_scale", "sigmas", {1.0, 2.0, 3.0, 4.5, 7.0, 10.0},
                     [](EstimatorOptions& o) -> double& {
                       return o.filters.robust_triangulation.loss_scale;
                     })}));
@@ -128,11 +129,11 @@ std::vector<Strategy> MakeTable() {
              })}));
   table.push_back(
       Filter("one_euro", "One-Euro", OutputKind::kOneEuro,
-             {Field("min_cutoff_hz", "Hz", {0.5, 1.0, 2.0, 4.0, 8.0},
+             {Field("min_cutoff_hz", "Hz", {1.0, 2.0, 4.0, 8.0, 16.0},
                     [](EstimatorOptions& o) -> double& {
                       return o.filters.one_euro.min_cutoff_hz;
                     }),
-              Field("beta_per_m", "1/m", {0.3, 1.0, 3.0, 10.0},
+              Field("beta_per_m", "1/m", {1.0, 3.0, 10.0, 30.0, 100.0},
                     [](EstimatorOptions& o) -> double& {
                       return o.filters.one_euro.beta_per_m;
                     })}));
@@ -173,6 +174,22 @@ std::vector<Strategy> MakeTable() {
   table.push_back(Filter("rts_ca", "RTS, constant acceleration",
                          OutputKind::kRts, {kalman_noise},
                          motion(MotionModel::kConstantAcceleration)));
+  // The same on points that outliers have been kept out of.
+  const auto on_robust_points = [](Strategy strategy) {
+    strategy.name += "_robust";
+    strategy.title += ", on robust triangulation";
+    strategy.fix = [fix = strategy.fix](double rate_hz,
+                                        EstimatorOptions* options) {
+      if (fix) fix(rate_hz, options);
+      options->filters.points = PointKind::kRobust;
+    };
+    return strategy;
+  };
+  for (const char* name : {"butterworth", "rts_cv"}) {
+    const auto named = [name](const Strategy& s) { return s.name == name; };
+    table.push_back(
+        on_robust_points(*std::find_if(table.begin(), table.end(), named)));
+  }
   for (const int lag : {0, 3, 5, 10, 20, 30}) table.push_back(Window(lag));
   table.push_back(Filter(kOfflineReference, "batch", OutputKind::kBatch,
                          {GraphProcessNoise(), GraphLossScale()},
@@ -185,6 +202,15 @@ std::vector<Strategy> MakeTable() {
                                   })},
       [](double, EstimatorOptions* options) { options->graph.bones = true; }));
   return table;
+}
+
+void Apply(const Strategy& strategy, const StrategyValues& values,
+           double rate_hz, EstimatorOptions* options) {
+  CHECK_EQ(values.size(), strategy.parameters.size()) << strategy.name;
+  if (strategy.fix) strategy.fix(rate_hz, options);
+  for (size_t i = 0; i < values.size(); ++i) {
+    strategy.parameters[i].set(values[i], options);
+  }
 }
 
 std::string Names() {
@@ -235,12 +261,15 @@ StrategyValues DefaultValues(const Strategy& strategy, double rate_hz,
 EstimatorFactory MakeStrategy(const Strategy& strategy,
                               const StrategyValues& values, double rate_hz,
                               EstimatorOptions options) {
-  CHECK_EQ(values.size(), strategy.parameters.size()) << strategy.name;
-  if (strategy.fix) strategy.fix(rate_hz, &options);
-  for (size_t i = 0; i < values.size(); ++i) {
-    strategy.parameters[i].set(values[i], &options);
-  }
+  Apply(strategy, values, rate_hz, &options);
   return MakeOutput(strategy.kind, options);
+}
+
+bool IsCausalStrategy(const Strategy& strategy, const StrategyValues& values,
+                      double rate_hz, const EstimatorOptions& options) {
+  EstimatorOptions own = options;
+  Apply(strategy, values, rate_hz, &own);
+  return IsCausal(strategy.kind, own);
 }
 
 std::vector<StrategyValues> GridOf(const Strategy& strategy) {

@@ -58,6 +58,9 @@ StrategyValues DefaultValues(const Strategy& strategy, double rate_hz,
 EstimatorFactory MakeStrategy(const Strategy& strategy,
                               const StrategyValues& values, double rate_hz,
                               EstimatorOptions options);
+// Whether a pose depends on nothing that came after its frame.
+bool IsCausalStrategy(const Strategy& strategy, const StrategyValues& values,
+                      double rate_hz, const EstimatorOptions& options);
 // All combinations of the grids, the last parameter fastest.
 std::vector<StrategyValues> GridOf(const Strategy& strategy);
 // "cutoff_hz 4, order 2"; "-" without parameters.

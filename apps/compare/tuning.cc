@@ -4,6 +4,7 @@
 #include <time.h>  // clock_gettime
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -50,29 +51,26 @@ std::vector<Strategy> TunedThemselves(const std::vector<Strategy>& strategies) {
   return tuned;
 }
 
-// One combination: the error in the frames of `scored`, on the take of `fold`.
-// A fold is scored on its own take; what is chosen for it is judged in the
-// other fold's frames, on the same take.
+// One combination without one camera, on the take of `fold`. A fold is scored
+// on its own take; what is chosen for it is judged in the other fold's frames,
+// on the same take.
 struct Piece {
   size_t point = 0;
-  size_t fold = 0;    // whose take
-  size_t scored = 0;  // whose frames
+  size_t fold = 0;  // whose take
   size_t view = 0;
 };
 
-size_t CountViews(const Comparison& comparison) {
-  return comparison.views().size();
+bool SharedTake(const Comparison& comparison) {
+  return comparison.folds[0].take == comparison.folds[1].take;
 }
 
 std::vector<Piece> PiecesOf(const Comparison& comparison, size_t points) {
   std::vector<Piece> pieces;
+  const size_t takes = SharedTake(comparison) ? 1 : 2;
   for (size_t point = 0; point < points; ++point) {
-    for (size_t fold = 0; fold < 2; ++fold) {
-      for (size_t view = 0; view < CountViews(comparison); ++view) {
-        pieces.push_back({point, fold, fold, view});
-        if (comparison.folds[0].take != comparison.folds[1].take) {
-          pieces.push_back({point, fold, 1 - fold, view});
-        }
+    for (size_t fold = 0; fold < takes; ++fold) {
+      for (size_t view = 0; view < comparison.views().size(); ++view) {
+        pieces.push_back({point, fold, view});
       }
     }
   }
@@ -116,19 +114,25 @@ StrategyTuning Tune(const Comparison& comparison, const Strategy& strategy,
                                                ? std::vector<StrategyValues>{{}}
                                                : GridOf(strategy);
   const std::vector<Piece> pieces = PiecesOf(comparison, grid.size());
-  std::vector<RatioUnit> results(pieces.size());
+  // In the frames of each fold.
+  std::vector<std::array<RatioUnit, 2>> results(pieces.size());
   std::vector<double> cpu_s(pieces.size(), 0.0);
   std::vector<char> refused(pieces.size(), 0);
   ParallelFor(comparison.threads, static_cast<int>(pieces.size()), [&](int i) {
     const Piece& piece = pieces[i];
     const double start_s = ThreadCpuSeconds();
     try {
-      HeldOutScores scores;
-      Fold judged = comparison.folds[piece.scored];
-      judged.take = comparison.folds[piece.fold].take;
-      ScoreWithout(comparison, strategy, grid[piece.point], judged, piece.view,
-                   &scores);
-      results[i] = Pool(scores);
+      const PreparedTake& take = *comparison.folds[piece.fold].take;
+      const TrackSequence tracks =
+          RunWithout(comparison, strategy, grid[piece.point], take, piece.view);
+      for (size_t scored = 0; scored < 2; ++scored) {
+        HeldOutScores scores;
+        ScoreWithout(comparison,
+                     {comparison.folds[scored].frames,
+                      comparison.folds[piece.fold].take},
+                     piece.view, tracks, &scores);
+        results[i][scored] = Pool(scores);
+      }
     } catch (const InputError&) {
       refused[i] = 1;
     } catch (const OptionError&) {
@@ -142,14 +146,15 @@ StrategyTuning Tune(const Comparison& comparison, const Strategy& strategy,
   for (auto& of_take : errors) {
     for (auto& in_frames : of_take) in_frames.resize(grid.size());
   }
-  const bool shared = comparison.folds[0].take == comparison.folds[1].take;
   std::vector<char> point_refused(grid.size(), 0);
   StrategyTuning tuning;
   for (size_t i = 0; i < pieces.size(); ++i) {
     const Piece& piece = pieces[i];
-    Add(results[i], &errors[piece.fold][piece.scored][piece.point]);
-    if (shared) {
-      Add(results[i], &errors[1 - piece.fold][piece.scored][piece.point]);
+    for (size_t scored = 0; scored < 2; ++scored) {
+      Add(results[i][scored], &errors[piece.fold][scored][piece.point]);
+      if (SharedTake(comparison)) {
+        Add(results[i][scored], &errors[1 - piece.fold][scored][piece.point]);
+      }
     }
     if (refused[i]) point_refused[piece.point] = 1;
     tuning.cpu_s += cpu_s[i];

@@ -77,5 +77,12 @@ TEST(Fixed, RoundsAndKnowsNaN) {
   EXPECT_EQ(Fixed(std::numeric_limits<double>::max(), 2).size(), 312u);
 }
 
+TEST(Fixed, HasNoNegativeZero) {
+  EXPECT_EQ(Fixed(-0.004, 2), "0.00");
+  EXPECT_EQ(Fixed(-0.0, 0), "0");
+  EXPECT_EQ(Fixed(-0.006, 2), "-0.01");
+  EXPECT_EQ(Fixed(-20.0, 0), "-20");
+}
+
 }  // namespace
 }  // namespace kinegraph

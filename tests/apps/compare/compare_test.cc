@@ -1,0 +1,430 @@
+// The whole comparison on synthetic takes, whose truth is known.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/common/config_folder.h"
+#include "apps/common/synthesis.h"
+#include "apps/compare/comparison.h"
+#include "apps/compare/output.h"
+#include "apps/compare/results.h"
+#include "apps/compare/shift.h"
+#include "apps/compare/strategies.h"
+#include "apps/compare/tuning.h"
+#include "core/base/error.h"
+#include "tests/support/program.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Two people, five cameras, six seconds at 25 Hz; white noise.
+SyntheticTake MakeNoisyTake(const std::string& sigma_px = "6") {
+  return MakeTake(ProjectConfig("synthetic/correlated_25hz.toml"),
+                  "scene.people=2;scene.duration=6;noise.correlation_time=0;"
+                  "noise.sigma=" +
+                      sigma_px);
+}
+
+RunOptions Options() {
+  RunOptions options =
+      ReadRunOptions(ProjectConfig("synthetic/track_paper.toml"), "", "");
+  return options;
+}
+
+FrozenRun Freeze(const SyntheticTake& take,
+                 const DetectionSequence& detections) {
+  RunRequest request;
+  request.cameras = take.scene.cameras;
+  return FreezeTracking(Options(), request, detections);
+}
+
+// Folds of whole frames; none: all frames in one.
+CompareResult Compare(const SyntheticTake& take, const std::string& names,
+                      int threads = 1,
+                      const std::vector<FrameRange>& ranges = {{0, 1000}}) {
+  FrozenRun run = Freeze(take, take.detections);
+  const auto prepared = PrepareTake(run, Options(), run.detections, threads);
+  std::vector<Fold> folds;
+  for (const FrameRange& range : ranges) folds.push_back({range, prepared});
+  CompareResult result;
+  result.comparison = MakeComparison(Options(), std::move(run),
+                                     std::move(folds), std::nullopt, threads);
+  result.comparison.truth = take.truth;
+  for (const Strategy& strategy :
+       ChooseStrategies(ParseList(names, "strategies"))) {
+    StrategyResult& one = result.strategies.emplace_back();
+    one.strategy = strategy;
+    one.values.assign(
+        ranges.size(),
+        DefaultValues(strategy, 25.0, result.comparison.options.estimators));
+  }
+  return result;
+}
+
+void Score(CompareResult* result) {
+  std::vector<Strategy> strategies;
+  std::vector<FoldValues> values;
+  for (const StrategyResult& one : result->strategies) {
+    strategies.push_back(one.strategy);
+    values.push_back(one.values);
+  }
+  std::vector<StrategyScores> scores =
+      ScoreStrategies(result->comparison, strategies, values);
+  for (size_t s = 0; s < scores.size(); ++s) {
+    AddLags(result->comparison, scores[0].run.alike, &scores[s]);
+    result->strategies[s].scores = std::move(scores[s]);
+  }
+  AddMeasures(result);
+}
+
+Verdict HeldOutVerdict(const CompareResult& result, size_t index) {
+  return result.strategies[index].Find("held_out_mean_px")->verdict;
+}
+
+TEST(Compare, RanksAKnownBetterAboveAndAKnownWorseBelow) {
+  CompareResult result =
+      Compare(MakeNoisyTake(), "raw_dlt,batch,centred_gaussian");
+  // Smooths over seconds: nobody walks like that.
+  result.strategies[2].values = {{1.5}};
+  Score(&result);
+  EXPECT_EQ(HeldOutVerdict(result, 0), Verdict::kNone);
+  EXPECT_EQ(HeldOutVerdict(result, 1), Verdict::kLess);
+  EXPECT_EQ(HeldOutVerdict(result, 2), Verdict::kMore);
+  // The truth agrees.
+  EXPECT_EQ(result.strategies[1].Find("mpjpe_mm")->verdict, Verdict::kLess);
+  EXPECT_EQ(result.strategies[2].Find("mpjpe_mm")->verdict, Verdict::kMore);
+  // Both are smoother: that alone says nothing.
+  for (const size_t index : {1u, 2u}) {
+    for (const char* key :
+         {"acceleration_m_s2", "jerk_m_s3", "power_above_6hz_mm2"}) {
+      EXPECT_EQ(result.strategies[index].Find(key)->verdict, Verdict::kLess)
+          << key;
+    }
+  }
+  const std::string text = RankingText(result);
+  EXPECT_THAT(text, HasSubstr("- better: batch.\n"));
+  EXPECT_THAT(text, HasSubstr("- not told apart: none.\n"));
+  EXPECT_THAT(text, HasSubstr("- worse: centred Gaussian.\n"));
+}
+
+// The error of the other frames' values: the same noise, in another order.
+TEST(Compare, DoesNotCallAWinWhatTheIntervalDoesNotTell) {
+  CompareResult result = Compare(MakeNoisyTake(), "raw_dlt,batch");
+  Score(&result);
+  StrategyResult& other = result.strategies[1];
+  // Frame by frame better and worse in turn, better by 0.001 px on average.
+  other.scores = result.strategies[0].scores;
+  RatioSeries& errors = other.scores.held_out_errors;
+  for (size_t k = 0; k < errors.size(); ++k) {
+    const bool up = (k / 10) % 2 == 0;
+    errors[k].sum += errors[k].weight * ((up ? 1.0 : -1.0) - 0.001);
+  }
+  for (StrategyResult& one : result.strategies) one.measures.clear();
+  AddMeasures(&result);
+  EXPECT_EQ(HeldOutVerdict(result, 1), Verdict::kSame);
+  EXPECT_THAT(RankingText(result), HasSubstr("- better: none.\n"));
+  EXPECT_THAT(RankingText(result), HasSubstr("- not told apart: batch.\n"));
+}
+
+TEST(Compare, TheBaselineReplayedIsTheBaseline) {
+  CompareResult result = Compare(MakeNoisyTake(), "raw_dlt,centred_gaussian");
+  // Four sigmas of 1 ms see no other frame.
+  result.strategies[1].values = {{0.001}};
+  Score(&result);
+  const Measure& error = *result.strategies[1].Find("held_out_mean_px");
+  EXPECT_NEAR(error.difference, 0.0, 1e-9);
+  EXPECT_NEAR(result.strategies[1].Find("mpjpe_mm")->difference, 0.0, 1e-9);
+}
+
+TEST(Compare, SeesTheDelayOfACausalFilterAndNoneOfASmoother) {
+  CompareResult result =
+      Compare(MakeNoisyTake("0.5"), "batch,kalman_cv,one_euro");
+  result.strategies[2].values = {{0.5, 0.0}};  // a slow low-pass: 0.3 s
+  Score(&result);
+  const auto lag_ms = [&](size_t index) {
+    return result.strategies[index].Find("lag_to_truth_ms")->value;
+  };
+  EXPECT_NEAR(lag_ms(0), 0.0, 5.0);
+  EXPECT_GT(lag_ms(2), 60.0);
+  EXPECT_TRUE(result.strategies[0].scores.run.whole_take);
+}
+
+TEST(Compare, DoesNotDependOnThreads) {
+  const SyntheticTake take = MakeNoisyTake();
+  std::string texts[2];
+  for (const int threads : {1, 3}) {
+    CompareResult result =
+        Compare(take, "causal_gaussian,butterworth,window_3,batch", threads);
+    Score(&result);
+    texts[threads == 1 ? 0 : 1] = CompareJson(result).dump() +
+                                  CompareCsv(result) + CompareMarkdown(result);
+  }
+  EXPECT_EQ(texts[0], texts[1]);
+}
+
+TEST(Compare, CovariancesAreThoseOfTheNoiseThatTheyAssume) {
+  // Loss and correlation aside, the sigma of the table is 6 px at 4 m and a
+  // focal length of 1000 px; here 6 px at the scene's depths. The scale is
+  // estimated, so that 95 % come out to some per cent.
+  CompareResult result = Compare(MakeNoisyTake(), "causal_gaussian,batch");
+  Score(&result);
+  EXPECT_TRUE(
+      std::isnan(result.strategies[0].Find("truth_covered_percent")->value));
+  EXPECT_NEAR(result.strategies[1].Find("truth_covered_percent")->value, 95.0,
+              5.0);
+}
+
+TEST(Compare, RefusesAStrategyThatTheTakeDoesNotSuit) {
+  CompareResult result = Compare(MakeNoisyTake(), "raw_dlt,butterworth");
+  result.strategies[1].values = {{20.0}};  // above half of 25 Hz
+  Score(&result);
+  EXPECT_FALSE(result.strategies[1].scores.refused.empty());
+  EXPECT_THAT(CompareMarkdown(result), HasSubstr("cannot be run here"));
+}
+
+// ---- Tuning
+
+const std::vector<FrameRange> kFolds = {{0, 62}, {87, 150}};
+
+TEST(Tuning, ChoosesOnOneFoldAndScoresOnTheOther) {
+  CompareResult result =
+      Compare(MakeNoisyTake(), "raw_dlt,centred_gaussian", 2, kFolds);
+  std::vector<Strategy> strategies;
+  for (const StrategyResult& one : result.strategies) {
+    strategies.push_back(one.strategy);
+  }
+  const std::vector<StrategyTuning> tunings =
+      TuneStrategies(result.comparison, strategies);
+  const StrategyTuning& tuning = tunings[1];
+  ASSERT_EQ(tuning.points.size(), strategies[1].parameters.front().grid.size());
+  for (size_t fold = 0; fold < 2; ++fold) {
+    // Chosen for this fold: the least error in the frames of the other.
+    const TuningPoint* best = &tuning.points.front();
+    for (const TuningPoint& point : tuning.points) {
+      if (point.error_px[1 - fold] < best->error_px[1 - fold]) best = &point;
+    }
+    EXPECT_EQ(tuning.chosen[fold], best->values);
+    result.strategies[1].values[fold] = best->values;
+  }
+  EXPECT_LE(tuning.same_fold_px, tuning.cross_px);
+  // Slow people and 6 px of noise: neither no smoothing nor the most.
+  EXPECT_GT(tuning.chosen[0][0], strategies[1].parameters[0].grid.front());
+  EXPECT_LT(tuning.chosen[0][0], strategies[1].parameters[0].grid.back());
+  // What is scored afterwards is what tuning said.
+  Score(&result);
+  EXPECT_NEAR(result.strategies[1].Find("held_out_mean_px")->value,
+              tuning.cross_px, 1e-9);
+}
+
+TEST(Tuning, WindowsTakeTheValuesOfTheBatch) {
+  const CompareResult result = Compare(MakeNoisyTake(), "batch", 1, kFolds);
+  const auto pieces = [&](const std::vector<std::string>& names) {
+    return PiecesOfTuning(result.comparison, ChooseStrategies(names));
+  };
+  EXPECT_EQ(pieces({"window_0", "window_10"}), pieces({"batch"}));
+  EXPECT_EQ(pieces({"window_0", "batch", "rts_cv"}),
+            pieces({"batch"}) + pieces({"rts_cv"}));
+}
+
+TEST(Tuning, ParametersReadBackToTheSameBits) {
+  const testing::TemporaryFolder folder;
+  const std::string path = (folder.path() / "parameters.toml").string();
+  const std::vector<Strategy> strategies =
+      ChooseStrategies({"one_euro", "raw_dlt", "butterworth"});
+  ParameterFile written;
+  written.folds = kFolds;
+  written.strategies = {
+      {{1.0 / 3.0, 2.0}, {0.5, 3.0}}, {{}, {}}, {{4.0}, {6.0}}};
+  WriteParameters(strategies, written, path);
+  const ParameterFile read =
+      ReadParameters(path, strategies, 25.0, EstimatorOptions());
+  EXPECT_EQ(read.strategies, written.strategies);
+  ASSERT_EQ(read.folds.size(), 2u);
+  EXPECT_EQ(read.folds[1].begin, 87);
+  EXPECT_EQ(read.folds[1].end, 150);
+}
+
+TEST(Tuning, RefusesAnUnknownKeyOfAFile) {
+  const testing::TemporaryFolder folder;
+  const std::string path = (folder.path() / "parameters.toml").string();
+  std::ofstream(path) << "[first.butterworth]\ncutof_hz = 3\n";
+  try {
+    ReadParameters(path, ChooseStrategies({"butterworth"}), 25.0,
+                   EstimatorOptions());
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("did you mean"));
+  }
+}
+
+// ---- Shifts
+
+TEST(Shift, IsFoundAndTakenOff) {
+  const SyntheticTake take = MakeNoisyTake("3");
+  DetectionSequence moved = take.detections;
+  const Eigen::Vector2d off(14.0, -9.0);
+  for (DetectionFrame& frame : moved.frames) {
+    for (Detection& detection : frame.views[1].detections) {
+      for (Keypoint& joint : detection.joints) joint.px += off;
+    }
+  }
+  const FrozenRun run = Freeze(take, moved);
+  const std::vector<Eigen::Vector2d> shifts =
+      FitShifts(run, Options(), {0, 62}, 1);
+  ASSERT_EQ(shifts.size(), 5u);
+  // The world may move with the cameras, but less than a camera alone.
+  EXPECT_GT(shifts[1].dot(off), 0.5 * off.squaredNorm());
+  const auto error = [&](const DetectionSequence& detections) {
+    std::vector<Fold> folds = {
+        {{87, 150}, PrepareTake(run, Options(), detections, 1)}};
+    const Comparison comparison =
+        MakeComparison(Options(), run, std::move(folds), std::nullopt, 1);
+    HeldOutScores scores;
+    for (size_t view = 0; view < 5; ++view) {
+      ScoreWithout(comparison, comparison.folds[0], view,
+                   RunWithout(comparison, ChooseStrategies({"raw_dlt"}).front(),
+                              {}, *comparison.folds[0].take, view),
+                   &scores);
+    }
+    return PooledRatio({TruncatedErrors(scores, AllJoints())});
+  };
+  const double before = error(run.detections);
+  const double after = error(Shifted(run.detections, shifts));
+  const double without_any = error(take.detections);
+  EXPECT_GT(before, 1.5 * without_any);
+  EXPECT_LT(after, 1.05 * without_any);
+}
+
+// ---- The table
+
+TEST(Strategies, HaveNamesOfTheirOwnAndSettableParameters) {
+  const std::vector<Strategy>& all = AllStrategies();
+  for (size_t s = 0; s < all.size(); ++s) {
+    for (size_t other = 0; other < s; ++other) {
+      EXPECT_NE(all[s].name, all[other].name);
+      EXPECT_NE(all[s].title, all[other].title);
+    }
+    EXPECT_LE(all[s].parameters.size(), 2u);
+    for (const StrategyParameter& parameter : all[s].parameters) {
+      EXPECT_TRUE(std::is_sorted(parameter.grid.begin(), parameter.grid.end()));
+      EstimatorOptions before, after;
+      parameter.set(parameter.grid.front(), &before);
+      parameter.set(parameter.grid.back(), &after);
+      EXPECT_NE(EffectiveConfigJson(before), EffectiveConfigJson(after))
+          << all[s].name << ", " << parameter.name;
+    }
+  }
+  EXPECT_THROW(ChooseStrategies({"butterwort"}), InputError);
+  EXPECT_THROW(ChooseStrategies({"batch", "batch"}), InputError);
+}
+
+TEST(Strategies, GridIsAllCombinations) {
+  const Strategy one_euro = ChooseStrategies({"one_euro"}).front();
+  const std::vector<StrategyValues> grid = GridOf(one_euro);
+  EXPECT_EQ(grid.size(), one_euro.parameters[0].grid.size() *
+                             one_euro.parameters[1].grid.size());
+  EXPECT_EQ(grid[1][0], one_euro.parameters[0].grid[0]);
+  EXPECT_EQ(grid[1][1], one_euro.parameters[1].grid[1]);
+}
+
+// ---- The command
+
+class CompareCommand : public ::testing::Test {
+ protected:
+  CompareCommand() {
+    WriteTake(MakeNoisyTake(), (folder_.path() / "take").string());
+  }
+  std::string Flags(const std::string& out) const {
+    const std::string take = "'" + folder_.path().string() + "/take/";
+    return "--cameras=" + take + "cameras.json' --detections=" + take +
+           "detections.jsonl' --ground_truth=" + take +
+           "truth.jsonl' --protocol=mpjpe --config='" +
+           ProjectConfig("synthetic/track_paper.toml") + "' --out='" +
+           Path(out) + "' ";
+  }
+  std::string Path(const std::string& name) const {
+    return (folder_.path() / name).string();
+  }
+
+  testing::TemporaryFolder folder_;
+};
+
+TEST_F(CompareCommand, WritesTheSameFilesWhateverTheThreads) {
+  const std::string flags =
+      "--strategies=raw_dlt,butterworth,rts_cv --tune --noplots ";
+  for (const char* threads : {"1", "3"}) {
+    const auto outcome = testing::RunProgram(
+        "compare", Flags(threads) + flags + "--threads=" + threads);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+    EXPECT_EQ(outcome.errors, "");
+    EXPECT_THAT(outcome.output, HasSubstr("Held-out error"));
+    EXPECT_TRUE(
+        std::filesystem::exists(Path(threads) + std::string("/runtime.json")));
+  }
+  for (const char* name :
+       {"/compare.json", "/compare.csv", "/compare.md", "/parameters.toml"}) {
+    const std::string one = testing::ContentOf(Path("1") + name);
+    EXPECT_FALSE(one.empty()) << name;
+    EXPECT_EQ(one, testing::ContentOf(Path("3") + name)) << name;
+  }
+  // What was tuned can be scored again without tuning.
+  const auto again = testing::RunProgram(
+      "compare", Flags("again") +
+                     "--strategies=raw_dlt,butterworth,rts_cv --noplots "
+                     "--parameters='" +
+                     Path("1") + "/parameters.toml'");
+  ASSERT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_EQ(testing::ContentOf(Path("1") + "/compare.csv"),
+            testing::ContentOf(Path("again") + "/compare.csv"));
+}
+
+TEST_F(CompareCommand, DrawsItsPlots) {
+  if (std::system("command -v gnuplot > /dev/null") != 0) {
+    GTEST_SKIP() << "gnuplot is not installed";
+  }
+  const auto outcome = testing::RunProgram(
+      "compare", Flags("out") + "--strategies=raw_dlt,window_0,window_3,batch");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  for (const char* name :
+       {"held_out_smoothness.svg", "held_out_difference.svg",
+        "error_by_joint_class.svg", "trajectory.svg", "lag_sweep.svg"}) {
+    EXPECT_THAT(testing::ContentOf(Path("out") + "/" + name),
+                HasSubstr("</svg>"))
+        << name;
+  }
+}
+
+TEST_F(CompareCommand, RefusesWhatItCannotUse) {
+  const auto error = [&](const std::string& flags) {
+    const auto outcome = testing::RunProgram("compare", flags);
+    EXPECT_EQ(outcome.exit_code, 2) << flags;
+    return outcome.errors;
+  };
+  EXPECT_THAT(error(Flags("out") + "--noplots --strategies=kalmann"),
+              HasSubstr("no strategy is named"));
+  EXPECT_THAT(error(Flags("out") + "--noplots --baseline=nobody"),
+              HasSubstr("no strategy is named"));
+  EXPECT_THAT(error(Flags("out") + "--noplots --tune --parameters=x.toml"),
+              HasSubstr("use one of them"));
+  EXPECT_THAT(error(Flags("out") + "--noplots --folds=0:9 --tune"),
+              HasSubstr("expected two"));
+  EXPECT_THAT(error(Flags("out") + "--noplots --threads=0"),
+              HasSubstr("at least 1"));
+  // The folder of the take holds files.
+  EXPECT_THAT(error(Flags("take") + "--noplots"), HasSubstr("take"));
+  EXPECT_FALSE(std::filesystem::exists(Path("out")));
+}
+
+}  // namespace
+}  // namespace kinegraph
