@@ -2,7 +2,9 @@
 #include <gflags/gflags.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +13,9 @@
 #include "apps/common/machine.h"
 #include "apps/common/plot.h"
 #include "apps/common/progress.h"
+#include "apps/common/table.h"
 #include "apps/tables/ablation.h"
+#include "apps/tables/audit.h"
 #include "apps/tables/benchmark.h"
 #include "apps/tables/pcp_tables.h"
 #include "apps/tables/rows.h"
@@ -25,8 +29,8 @@ DEFINE_string(data, "",
               "folder of the datasets: the developers' (data/README.md) or "
               "official downloads (docs/official_data.md)");
 DEFINE_string(table, "",
-              "campus, campus_extended, shelf, parts, ablation, runtime or "
-              "sensitivity; empty: every table");
+              "campus, campus_extended, shelf, parts, ablation, runtime, "
+              "sensitivity or audit; empty: every table");
 DEFINE_string(set, "",
               "changes in every configuration, as key=value;... (what your "
               "detections need)");
@@ -35,9 +39,9 @@ DEFINE_string(out, "", "folder for reproduce.json, reproduce.md and plots");
 namespace kinegraph {
 namespace {
 
-constexpr const char* kTables[] = {"campus",     "campus_extended", "shelf",
-                                   "parts",      "ablation",        "runtime",
-                                   "sensitivity"};
+constexpr const char* kTables[] = {
+    "campus",   "campus_extended", "shelf",       "parts",
+    "ablation", "runtime",         "sensitivity", "audit"};
 
 constexpr const char* kDetailsHeading =
     "# Details of the tables\n\nEvery count behind `reproduce.md`, under every "
@@ -71,7 +75,9 @@ struct Report {
   Json json;
 
   void Add(const std::string& key, TableOutput table) {
-    markdown += table.markdown;
+    markdown += table.markdown +
+                "Remade by `./kinegraph reproduce --data=DATA --table=" + key +
+                " --out=DIR`.\n\n";
     details += table.details;
     json["tables"][key] = std::move(table.json);
   }
@@ -127,6 +133,7 @@ void AddAblation(const BenchmarkData& data, Report* report) {
     takes += static_cast<int64_t>(benchmark.takes.size());
   }
   Progress progress("ablation", takes);
+  std::vector<FilterInChen> in_chen;
   for (const Benchmark& benchmark : data.benchmarks) {
     for (const Take& take : benchmark.takes) {
       Dataset dataset = take.dataset;
@@ -135,8 +142,16 @@ void AddAblation(const BenchmarkData& data, Report* report) {
       const std::vector<AblationCell> cells = RunAblation(loaded);
       ablation.markdown += AblationMarkdown(loaded, cells);
       ablation.json["measured"].push_back(AblationJson(loaded, cells));
+      if (auto pair = RunFilterInChen(take, data.folder, FLAGS_set)) {
+        in_chen.push_back(*std::move(pair));
+      }
       progress.Advance();
     }
+  }
+  if (!in_chen.empty()) {
+    TableOutput table = FilterInChenTable(in_chen);
+    ablation.markdown += table.markdown;
+    ablation.json["filter_in_chen"] = std::move(table.json);
   }
   report->Add("ablation", std::move(ablation));
 }
@@ -151,6 +166,7 @@ void AddRuntime(const BenchmarkData& data, Report* report) {
 void AddSensitivity(const BenchmarkData& data, Report* report) {
   TableOutput all;
   all.markdown = "## Sensitivity\n\n";
+  MakeFolder(FLAGS_out + "/images");
   int64_t sweeps = 0;
   for (const Benchmark& benchmark : data.benchmarks) {
     sweeps += SweepCount(benchmark);
@@ -159,7 +175,7 @@ void AddSensitivity(const BenchmarkData& data, Report* report) {
   for (const Benchmark& benchmark : data.benchmarks) {
     const bool shelf = benchmark.set == BenchmarkSet::kShelf;
     const std::string name = shelf ? "shelf" : "campus";
-    const std::string figure = "sensitivity_" + name + ".svg";
+    const std::string figure = "images/sensitivity_" + name + ".svg";
     const std::vector<Sweep> swept = RunSweeps(
         benchmark, data.folder, FLAGS_set, [&progress] { progress.Advance(); });
     WritePlot(SensitivityPlots(swept), FLAGS_out + "/" + figure,
@@ -172,21 +188,82 @@ void AddSensitivity(const BenchmarkData& data, Report* report) {
   report->Add("sensitivity", std::move(all));
 }
 
+void AddAudit(const BenchmarkData& data,
+              const std::vector<TrackedBenchmark>& all, Report* report) {
+  TableOutput audit;
+  audit.markdown =
+      "## Annotation audit\n\nDo views contradict the annotation where PCP "
+      "counts a part wrong? The rules and every case with its evidence: "
+      "`audit_shelf.md`, `audit_campus.md` and the JSON beside them.\n\n";
+  int64_t steps = 0;
+  for (const Benchmark& benchmark : data.benchmarks) {
+    steps += AuditStepCount(benchmark);
+  }
+  Progress progress("audit", steps);
+  for (const Benchmark& benchmark : data.benchmarks) {
+    const bool shelf = benchmark.set == BenchmarkSet::kShelf;
+    const std::string name = shelf ? "shelf" : "campus";
+    const AuditedBenchmark audited =
+        RunAudit(shelf ? "Shelf" : "Campus", benchmark, data.folder, FLAGS_set,
+                 [&progress] { progress.Advance(); });
+    const auto tracked =
+        std::find_if(all.begin(), all.end(), [&](const TrackedBenchmark& one) {
+          return one.benchmark.set == benchmark.set;
+        });
+    // Only detections can refute for everybody.
+    const bool for_everybody = tracked != all.end() && shelf;
+    const std::string file = "audit_" + name;
+    TableOutput one = AuditTable(
+        audited, for_everybody ? tracked->rows : std::vector<TrackedRow>(),
+        for_everybody ? tracked->truth : TrackSequence(), file + ".html");
+    WriteFile(FLAGS_out + "/" + file + ".md", AuditCasesMarkdown(audited));
+    WriteFile(FLAGS_out + "/" + file + ".json",
+              AuditCasesJson(audited).dump(1) + "\n");
+    WriteFile(FLAGS_out + "/" + file + ".html", AuditPage(audited));
+    audit.markdown += one.markdown;
+    audit.json[name] = std::move(one.json);
+  }
+  report->Add("audit", std::move(audit));
+}
+
 // Whether a table wants the tracks of a benchmark.
 bool NeedsTracks(const Benchmark& benchmark) {
   if (Wanted("parts")) return true;
   return benchmark.set == BenchmarkSet::kShelf
-             ? Wanted("shelf")
+             ? Wanted("shelf") || Wanted("audit")
              : Wanted("campus") || Wanted("campus_extended");
 }
 
-std::string Heading(const Machine& machine) {
+// What the whole run took.
+struct Spent {
+  double wall_s = 0.0;
+  double processor_s = 0.0;
+};
+
+class Stopwatch {
+ public:
+  Spent Read() const {
+    const std::chrono::duration<double> wall =
+        std::chrono::steady_clock::now() - start_;
+    return {wall.count(),
+            static_cast<double>(std::clock() - start_clock_) / CLOCKS_PER_SEC};
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ =
+      std::chrono::steady_clock::now();
+  std::clock_t start_clock_ = std::clock();
+};
+
+std::string Heading(const Machine& machine, const Spent& spent) {
   return "# The paper's tables beside what was measured\n\nMade by "
          "`kinegraph-reproduce` of commit " +
          machine.commit + " on " + machine.processor + " (" +
          std::to_string(machine.threads) + " processors), " + machine.system +
-         ", " + machine.compiler +
-         ". Rows \"as printed in the paper\" are Chu et al. (2021), "
+         ", " + machine.compiler + ", in " + Fixed(spent.processor_s, 0) +
+         " s of processor time (" + Fixed(spent.wall_s, 0) +
+         " s on the clock, one thread). Rows \"as printed in the paper\" are "
+         "Chu et al. (2021), "
          "Part-aware Measurement for Robust Multi-View Multi-Human 3D Pose "
          "Estimation and Tracking; every other row was measured by this "
          "command. The detections behind the printed rows are not public, so a "
@@ -203,7 +280,7 @@ void RunReproduce() {
   const BenchmarkData data = FindBenchmarks(FLAGS_data);
   const Machine machine = ThisMachine();
   Report report;
-  report.markdown = Heading(machine);
+  const Stopwatch stopwatch;
   report.json["machine"] = {{"commit", machine.commit},
                             {"processor", machine.processor},
                             {"processors", machine.threads},
@@ -232,6 +309,11 @@ void RunReproduce() {
   if (Wanted("ablation")) AddAblation(data, &report);
   if (Wanted("runtime")) AddRuntime(data, &report);
   if (Wanted("sensitivity")) AddSensitivity(data, &report);
+  if (Wanted("audit")) AddAudit(data, tracked, &report);
+  const Spent spent = stopwatch.Read();
+  report.json["machine"]["processor_s"] = spent.processor_s;
+  report.json["machine"]["wall_s"] = spent.wall_s;
+  report.markdown = Heading(machine, spent) + report.markdown;
   WriteFile(FLAGS_out + "/reproduce.json", report.json.dump(1) + "\n");
   WriteFile(FLAGS_out + "/reproduce.md", report.markdown);
   if (!report.details.empty()) {

@@ -47,6 +47,57 @@ std::vector<AblationCell> RunAblation(const LoadedDataset& loaded) {
   return cells;
 }
 
+std::optional<FilterInChen> RunFilterInChen(const Take& take,
+                                            const std::string& data_folder,
+                                            const std::string& extra_set) {
+  FilterInChen pair;
+  pair.take = take.dataset.name;
+  int found = 0;
+  for (const Method& method : take.methods) {
+    const bool with = method.name == kChenWithFilter;
+    if (!with && method.name != kChen) continue;
+    Dataset dataset = take.dataset;
+    dataset.config = method.config;
+    dataset.set = JoinSets(method.set, extra_set);
+    const LoadedDataset loaded = LoadDataset(dataset, data_folder);
+    (with ? pair.with : pair.without) = EvaluatePcp(
+        loaded.truth,
+        TrackSequenceOf(loaded.options, loaded.request, loaded.detections),
+        dataset.protocol);
+    ++found;
+  }
+  if (found != 2) return std::nullopt;
+  return pair;
+}
+
+TableOutput FilterInChenTable(const std::vector<FilterInChen>& takes) {
+  TableOutput output;
+  Table table({"detections", "part", "without", "with the filter",
+               "difference, paired"});
+  for (const FilterInChen& pair : takes) {
+    for (const PcpGroup group : {PcpGroup::kTotal, PcpGroup::kLowerArms}) {
+      const double without = MeanOfActors(pair.without, group);
+      const double with = MeanOfActors(pair.with, group);
+      const Interval interval =
+          MeanOfActorsDifference(pair.with, pair.without, group);
+      table.AddRow(
+          {pair.take, ToString(group), Fixed(without, 2), Fixed(with, 2),
+           Fixed(with - without, 2) + " " + IntervalCell(interval, 2)});
+      output.json.push_back({{"detections", pair.take},
+                             {"part", ToString(group)},
+                             {"without", without},
+                             {"with", with},
+                             {"difference", with - without},
+                             {"interval", ToJson(interval)}});
+    }
+  }
+  output.markdown =
+      "### The joints filter in the front end of Chen et al.\n\n"
+      "Mean of actors, PCP in %, head `chu`, mean rule:\n\n" +
+      table.ToString(TableStyle::kMarkdown) + "\n";
+  return output;
+}
+
 std::string AblationMarkdown(const LoadedDataset& loaded,
                              const std::vector<AblationCell>& cells) {
   std::vector<std::string> header = {"front end"};

@@ -3,10 +3,13 @@
 #ifndef KINEGRAPH_APPS_TABLES_ABLATION_H_
 #define KINEGRAPH_APPS_TABLES_ABLATION_H_
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/tables/benchmark.h"
 #include "apps/tables/dataset.h"
+#include "apps/tables/pcp_tables.h"
 #include "core/evaluation/identity.h"
 #include "core/evaluation/pcp.h"
 #include "core/io/json.h"
@@ -28,6 +31,19 @@ struct AblationCell {
 // paper last. "Without" means the update's filter: initialisation keeps its
 // own.
 std::vector<AblationCell> RunAblation(const LoadedDataset& loaded);
+
+// The joints filter in the front end of Chen et al., by which the paper shows
+// that it helps others too.
+struct FilterInChen {
+  std::string take;
+  PcpResult without;
+  PcpResult with;
+};
+// nullopt when the take is not tracked both ways.
+std::optional<FilterInChen> RunFilterInChen(const Take& take,
+                                            const std::string& data_folder,
+                                            const std::string& extra_set);
+TableOutput FilterInChenTable(const std::vector<FilterInChen>& takes);
 
 std::string AblationMarkdown(const LoadedDataset& loaded,
                              const std::vector<AblationCell>& cells);

@@ -12,6 +12,10 @@
 
 namespace kinegraph {
 
+// Names of methods that tables look for.
+inline constexpr const char* kChen = "†Chen et al.";
+inline constexpr const char* kChenWithFilter = "†Chen et al. + joints filter";
+
 // A way from detections to tracks.
 struct Method {
   std::string name;    // "paper mode, text"
@@ -37,6 +41,24 @@ struct ResultFile {
 
 enum class BenchmarkSet { kShelf, kCampus };
 
+// A result under the rules of its own program, which are not the benchmark's.
+struct OwnRules {
+  ResultFile result;
+  std::string ground_truth;  // below the data folder
+  PcpProtocol protocol;
+  std::string rules;  // what they are
+};
+
+// Which estimates are held against which views (core/evaluation/
+// annotation_audit.h).
+struct AuditPlan {
+  Dataset dataset;                  // its detections bear witness
+  std::vector<Method> methods;      // estimates, also made without each camera
+  std::vector<ResultFile> results;  // estimates that are only read
+  std::vector<std::string> without_views;  // which are no witnesses
+  std::string caution;  // what this audit can tell and what it cannot
+};
+
 // One benchmark: all that is scored against one ground truth.
 struct Benchmark {
   BenchmarkSet set = BenchmarkSet::kShelf;
@@ -44,6 +66,8 @@ struct Benchmark {
   std::vector<Take> takes;
   std::vector<ResultFile> results;        // of everybody in the take
   std::vector<ResultFile> single_person;  // of actor 0 alone
+  std::vector<OwnRules> own_rules;
+  AuditPlan audit;
 };
 
 struct BenchmarkData {

@@ -100,8 +100,9 @@ const Score& Find(const ScoredRow& row, HeadConversion head,
                        });
 }
 
-std::vector<int64_t> HeadlineActors(const std::vector<ScoredRow>& rows) {
-  return rows.front().scores.front().pcp.HeadlineActors();
+// Those of the printed columns, also where nobody annotated one of them.
+const std::vector<int64_t>& HeadlineActors(const std::vector<ScoredRow>& rows) {
+  return rows.front().scores.front().pcp.protocol.headline_actors;
 }
 
 std::string ActorName(int64_t actor) {
@@ -128,8 +129,8 @@ std::string CountsTable(const std::vector<ScoredRow>& rows, HeadConversion head,
     const Score& score = Find(row, head, rule);
     std::vector<std::string> cells = {row.row->method, DetectionsOf(*row.row)};
     for (const int64_t actor : actors) {
-      cells.push_back(
-          PercentCell(CountParts(score.pcp, actor, PcpGroup::kTotal)));
+      const Share share = CountParts(score.pcp, actor, PcpGroup::kTotal);
+      cells.push_back(share.total == 0 ? "-" : PercentCell(share));
     }
     cells.push_back(MeanCell(score));
     cells.push_back(DifferenceCell(row, score));
@@ -306,6 +307,39 @@ TableOutput SinglePersonTable(const TrackedBenchmark& tracked,
   return output;
 }
 
+// Results under the rules of their own programs.
+TableOutput OwnRulesTable(const TrackedBenchmark& tracked) {
+  Table table(
+      {"method", "actor 0", "actor 1", "actor 2", "mean of actors", "source"});
+  TableOutput output;
+  output.json = Json::array();
+  for (size_t i = 0; i < tracked.own_rules.size(); ++i) {
+    const OwnRules& own = tracked.benchmark.own_rules[i];
+    const PcpResult& pcp = tracked.own_rules[i];
+    std::vector<std::string> cells = {own.result.method};
+    Json json = {{"method", own.result.method},
+                 {"source", own.result.path},
+                 {"rules", own.rules}};
+    for (const int64_t actor : {0, 1, 2}) {
+      const Share share = CountParts(pcp, actor, PcpGroup::kTotal);
+      cells.push_back(PercentCell(share));
+      json["actors"].push_back(ShareJson(share));
+    }
+    const Interval interval = MeanOfActorsInterval(pcp, PcpGroup::kTotal);
+    cells.push_back(Fixed(MeanOfActors(pcp, PcpGroup::kTotal), 2) + " " +
+                    IntervalCell(interval, 2));
+    cells.push_back("measured: `" + own.result.path + "`");
+    json["mean_of_actors"] = MeanOfActors(pcp, PcpGroup::kTotal);
+    json["mean_interval"] = ToJson(interval);
+    table.AddRow(std::move(cells));
+    output.json.push_back(std::move(json));
+  }
+  output.markdown = "Under the rules of its own program (" +
+                    tracked.benchmark.own_rules.front().rules + "):\n\n" +
+                    table.ToString(TableStyle::kMarkdown) + "\n";
+  return output;
+}
+
 }  // namespace
 
 std::string FrameRuns(const std::vector<int64_t>& frames, size_t max_runs) {
@@ -396,6 +430,11 @@ TableOutput ActorTable(const std::string& title,
       json["scores"].push_back(ScoreJson(row, score));
     }
     output.json["measured"].push_back(std::move(json));
+  }
+  if (!tracked.own_rules.empty()) {
+    TableOutput own = OwnRulesTable(tracked);
+    text += own.markdown;
+    output.json["own_rules"] = std::move(own.json);
   }
   if (!tracked.single_person.empty()) {
     TableOutput single = SinglePersonTable(tracked, protocol);

@@ -96,6 +96,16 @@ TrackedBenchmark TrackBenchmark(const Benchmark& benchmark,
     tracked.single_person.push_back(Read(result, data_folder, frame_rate_hz));
     progress();
   }
+  for (const OwnRules& own : benchmark.own_rules) {
+    TrackReadOptions options;
+    if (own.protocol.stored_zeros_are_positions) {
+      options.stored_zeros = StoredZeros::kKeep;
+    }
+    tracked.own_rules.push_back(
+        EvaluatePcp(ReadTracks(data_folder + "/" + own.ground_truth, options),
+                    ReadTracks(data_folder + "/" + own.result.path, options),
+                    own.protocol));
+  }
   return tracked;
 }
 

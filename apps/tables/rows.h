@@ -35,6 +35,7 @@ struct TrackedBenchmark {
   TrackSequence truth;
   std::vector<TrackedRow> rows;           // ours, take by take, then results
   std::vector<TrackedRow> single_person;  // results of actor 0 alone
+  std::vector<PcpResult> own_rules;       // of benchmark.own_rules
 };
 
 // Runs every method and reads every result. `extra_set` is set in each run, as

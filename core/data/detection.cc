@@ -4,6 +4,15 @@
 
 namespace kinegraph {
 
+const DetectionFrame* FindDetectionFrame(const DetectionSequence& detections,
+                                         int64_t frame) {
+  const auto at = std::lower_bound(
+      detections.frames.begin(), detections.frames.end(), frame,
+      [](const DetectionFrame& one, int64_t f) { return one.frame < f; });
+  if (at == detections.frames.end() || at->frame != frame) return nullptr;
+  return &*at;
+}
+
 int CountFound(const Detection& detection) {
   return static_cast<int>(
       std::count_if(detection.joints.begin(), detection.joints.end(),

@@ -51,6 +51,10 @@ struct DetectionSequence {
   std::vector<DetectionFrame> frames;  // ascending
 };
 
+// nullptr when there is no such frame.
+const DetectionFrame* FindDetectionFrame(const DetectionSequence& detections,
+                                         int64_t frame);
+
 // Number of found joints.
 int CountFound(const Detection& detection);
 

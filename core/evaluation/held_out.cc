@@ -16,15 +16,6 @@ namespace {
 
 using Figures = std::vector<double>;
 
-const DetectionFrame* FindDetectionFrame(const DetectionSequence& detections,
-                                         int64_t frame) {
-  const auto at = std::lower_bound(
-      detections.frames.begin(), detections.frames.end(), frame,
-      [](const DetectionFrame& one, int64_t f) { return one.frame < f; });
-  if (at == detections.frames.end() || at->frame != frame) return nullptr;
-  return &*at;
-}
-
 std::string Describe(const HeldOutDetection& item) {
   return "view '" + Printable(item.view_name) + "', frame " +
          std::to_string(item.frame) + ", detection " +

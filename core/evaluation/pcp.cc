@@ -193,15 +193,6 @@ PcpPersonFrame ScorePerson(int64_t frame, const PersonPose& truth,
   return scored;
 }
 
-const TrackFrame* PredictedFrame(const TrackSequence& tracks,
-                                 const TrackFrame& true_frame,
-                                 const PcpProtocol& protocol) {
-  const TrackFrame* same = FindFrame(tracks, true_frame.frame);
-  if (same != nullptr || protocol.max_time_gap_s <= 0.0) return same;
-  return FindNearestInTime(tracks, true_frame.time,
-                           FromSeconds(protocol.max_time_gap_s));
-}
-
 template <typename T>
 void SortByActorAndFrame(std::vector<T>* values) {
   std::stable_sort(values->begin(), values->end(), [](const T& a, const T& b) {
@@ -228,6 +219,10 @@ std::vector<RatioSeries> Series(const PcpResult& result,
 }  // namespace
 
 const char* PcpPartName(int part) { return kParts[part].name; }
+
+std::array<int, 2> PcpPartEnds(int part) {
+  return {kParts[part].first, kParts[part].second};
+}
 
 PcpGroup PcpGroupOf(int part) { return kParts[part].group; }
 
@@ -336,6 +331,15 @@ std::vector<int64_t> PcpResult::HeadlineActors() const {
   return actors;
 }
 
+const TrackFrame* FindPredictedFrame(const TrackSequence& tracks,
+                                     const TrackFrame& true_frame,
+                                     const PcpProtocol& protocol) {
+  const TrackFrame* same = FindFrame(tracks, true_frame.frame);
+  if (same != nullptr || protocol.max_time_gap_s <= 0.0) return same;
+  return FindNearestInTime(tracks, true_frame.time,
+                           FromSeconds(protocol.max_time_gap_s));
+}
+
 PcpResult EvaluatePcp(const TrackSequence& truth, const TrackSequence& tracks,
                       const PcpProtocol& protocol) {
   const PcpPoseMaker make_true_pose(truth.header.skeleton, protocol);
@@ -348,7 +352,7 @@ PcpResult EvaluatePcp(const TrackSequence& truth, const TrackSequence& tracks,
         ConvertPeople(true_frame.people, make_true_pose);
     std::vector<PersonPose> found_people;
     if (const TrackFrame* frame =
-            PredictedFrame(tracks, true_frame, protocol)) {
+            FindPredictedFrame(tracks, true_frame, protocol)) {
       found_people = ConvertPeople(frame->people, make_found_pose);
     }
     const std::vector<const PersonPose*> matches =

@@ -41,6 +41,9 @@ inline constexpr std::array<PcpGroup, 7> kPcpGroups = {
     PcpGroup::kTotal};
 const char* ToString(PcpGroup group);  // "head", "upper arms", ..., "total"
 PcpGroup PcpGroupOf(int part);         // never kTotal
+// Its ends as joints of Tum14, the one farther from the trunk or lower first;
+// the middle of the hips is 14.
+std::array<int, 2> PcpPartEnds(int part);
 
 enum class EndpointRule {
   kMean,  // the mean of the errors of both ends counts
@@ -146,6 +149,12 @@ struct PcpResult {
   // The actors of the headline that the ground truth has.
   std::vector<int64_t> HeadlineActors() const;
 };
+
+// The frame of a result that is scored in a frame of the ground truth; nullptr:
+// nobody was found.
+const TrackFrame* FindPredictedFrame(const TrackSequence& tracks,
+                                     const TrackFrame& true_frame,
+                                     const PcpProtocol& protocol);
 
 PcpResult EvaluatePcp(const TrackSequence& truth, const TrackSequence& tracks,
                       const PcpProtocol& protocol);

@@ -1,13 +1,21 @@
 // COCO keypoint results: [{"image_id": frame, "keypoints": [x, y, c, ...],
 // ...}, ...], one file a view. Frames need not ascend, so a file is read whole.
+// AlphaPose writes the image's file name instead of a number: then its last
+// integer is the frame.
+#include <optional>
+#include <string>
+#include <string_view>
+
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
 #include "core/io/detection_formats.h"
+#include "core/io/names.h"
 
 namespace kinegraph {
 namespace {
 
 constexpr const char* kKeypoints = "keypoints";
+constexpr const char* kImageId = "image_id";
 
 class CocoReader {
  public:
@@ -35,7 +43,7 @@ class CocoReader {
 
  private:
   void ReadEntry(const JsonObject& entry, size_t view_idx) {
-    const int64_t frame = AsFrame(Required(entry, "image_id"), "image_id");
+    const int64_t frame = FrameOf(Required(entry, kImageId));
     AsNumbers(Required(entry, kKeypoints), kKeypoints, numbers_.size(),
               numbers_.data());
     Detection* detection = collector_.Add(frame, view_idx);
@@ -44,6 +52,16 @@ class CocoReader {
       detection->joints.push_back(MakeKeypoint(
           numbers_[n], numbers_[n + 1], numbers_[n + 2], zero_confidence_));
     }
+  }
+
+  static int64_t FrameOf(JsonValue image_id) {
+    if (!image_id.is_string()) return AsFrame(image_id, kImageId);
+    const std::string_view name = AsText(image_id, kImageId);
+    const std::optional<int64_t> frame = FrameOfFileName(name);
+    if (frame) return *frame;
+    throw InputError(std::string(kImageId) + ": found the text '" +
+                     Printable(std::string(name)) +
+                     "', expected a frame number or a file name with one");
   }
 
   const ZeroConfidence zero_confidence_;

@@ -130,8 +130,10 @@ void BatchEstimator::Finish() {
   SolveAll();
   WriteFinals();
   solver_.LogTroubles(records_.front().frame, records_.back().frame);
+  // Finals may wait long for those of other people: nothing else should.
   problem_ = assembler_.EmptyProblem();
-  records_.clear();
+  solver_ = PersonSolver(options_);
+  records_ = {};
 }
 
 void BatchEstimator::SolveAll() {

@@ -203,6 +203,21 @@ TEST(ReadDetections, OneCocoFileIsOneView) {
   EXPECT_EQ(sequence.frames.size(), 390u);
 }
 
+// AlphaPose names the image where COCO has its number.
+TEST(ReadDetections, CocoResultsMayNameTheImage) {
+  const testing::TemporaryFolder folder;
+  std::string keypoints = "1.5";
+  for (int n = 1; n < 51; ++n) keypoints += ", 1.5";
+  const std::string path = folder.Write(
+      "cam0.json",
+      "[{\"image_id\": \"Camera0_000312.jpg\", \"category_id\": 1, "
+      "\"keypoints\": [" +
+          keypoints + "], \"score\": 2.5}]");
+  const DetectionSequence sequence = ReadDetections(path);
+  ASSERT_EQ(sequence.frames.size(), 1u);
+  EXPECT_EQ(sequence.frames[0].frame, 312);
+}
+
 TEST(ReadDetections, LongcwAnnotation) {
   KINEGRAPH_DATA_OR_SKIP(path, "campus/annotation_2d.json");
   const DetectionSequence sequence = ReadDetections(path);

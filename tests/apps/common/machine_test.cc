@@ -1,0 +1,39 @@
+#include "apps/common/machine.h"
+
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <string>
+
+namespace kinegraph {
+namespace {
+
+TEST(MachineTest, SaysWhatAMeasurementWasMadeOn) {
+  const Machine machine = ThisMachine();
+  EXPECT_FALSE(machine.processor.empty());
+  EXPECT_FALSE(machine.system.empty());
+  EXPECT_FALSE(machine.compiler.empty());
+  EXPECT_GE(machine.threads, 1);
+  for (const std::string& text :
+       {machine.processor, machine.system, machine.compiler}) {
+    EXPECT_EQ(text.find('\n'), std::string::npos);
+    EXPECT_EQ(text.find('"'), std::string::npos);
+  }
+}
+
+// From a checkout an abbreviated hash, with "-dirty" where there are changes.
+TEST(MachineTest, NamesTheCommitOrSaysThatItIsNotKnown) {
+  const std::string commit = ThisMachine().commit;
+  if (commit == "unknown") return;
+  const std::string hash = commit.substr(0, commit.find('-'));
+  EXPECT_GE(hash.size(), 7u);
+  for (const char c : hash) {
+    EXPECT_TRUE(std::isxdigit(static_cast<unsigned char>(c))) << commit;
+  }
+  if (hash.size() < commit.size()) {
+    EXPECT_EQ(commit.substr(hash.size()), "-dirty");
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

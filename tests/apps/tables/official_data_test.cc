@@ -1,0 +1,190 @@
+// `reproduce` on folders laid out like the official downloads
+// (docs/official_data.md), with a small synthetic take in them.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/evaluation/head_conversion.h"
+#include "core/io/json.h"
+#include "core/io/text_file.h"
+#include "tests/support/mat_file.h"
+#include "tests/support/program.h"
+#include "tests/support/rig.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int64_t kFirstDetected = 297;
+constexpr int64_t kFirstScored = 300;
+constexpr int64_t kEnd = 320;
+
+// Actor 0 walks, actor 1 stands.
+std::vector<Pose3d> PeopleAt(int64_t frame) {
+  const double y = -0.5 + 0.04 * static_cast<double>(frame - kFirstDetected);
+  return {testing::StandingPerson(-0.9, y), testing::StandingPerson(1.0, 0.2)};
+}
+
+std::string Number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.9g", value);
+  return text;
+}
+
+class OfficialDataTest : public ::testing::Test {
+ protected:
+  OfficialDataTest() {
+    const Tum14Converter to_tum14(Coco17(), HeadConversion::kChu);
+    testing::AnnotatedActors actors(2);
+    for (int64_t frame = kFirstScored; frame < kEnd; ++frame) {
+      const std::vector<Pose3d> people = PeopleAt(frame);
+      for (size_t a = 0; a < people.size(); ++a) {
+        actors[a][frame] = to_tum14(people[a]);
+      }
+    }
+    ground_truth_ = testing::ActorsGroundTruth(actors, kEnd);
+  }
+
+  void WriteSet(const std::string& set, const std::string& calibration) {
+    const fs::path root = folder_.path() / set;
+    fs::create_directories(root / calibration);
+    fs::create_directories(root / "detections");
+    folder_.Write(set + "/actorsGT.mat", ground_truth_);
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      std::string P;
+      for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 4; ++column) {
+          P += Number(cameras_[v].P()(row, column)) + (column < 3 ? "," : "\n");
+        }
+      }
+      folder_.Write(set + "/" + calibration + "/P" + std::to_string(v) + ".txt",
+                    P);
+      folder_.Write(set + "/detections/cam" + std::to_string(v) + ".json",
+                    CocoResults(cameras_[v]));
+    }
+  }
+
+  static std::string CocoResults(const Camera& camera) {
+    std::string text = "[";
+    for (int64_t frame = kFirstDetected; frame < kEnd; ++frame) {
+      for (const Pose3d& person : PeopleAt(frame)) {
+        const Detection seen = testing::Project(person, camera);
+        text += std::string(text.size() > 1 ? ",\n" : "") +
+                "{\"image_id\": " + std::to_string(frame) +
+                ", \"category_id\": 1, \"score\": 1, \"keypoints\": [";
+        for (size_t j = 0; j < seen.joints.size(); ++j) {
+          const Keypoint& joint = seen.joints[j];
+          text += (j > 0 ? ", " : "") + Number(joint.px.x()) + ", " +
+                  Number(joint.px.y()) + ", " + (joint.found ? "0.9" : "0");
+        }
+        text += "]}";
+      }
+    }
+    return text + "]\n";
+  }
+
+  testing::ProgramOutcome Reproduce(const std::string& arguments) const {
+    return testing::RunProgram(
+        "reproduce", "--data='" + folder_.path().string() + "' --out='" +
+                         (folder_.path() / "out").string() + "' " + arguments);
+  }
+  Json Result() const {
+    const std::string path = (folder_.path() / "out/reproduce.json").string();
+    return ParseJson(ReadTextFile(path), path);
+  }
+
+  testing::TemporaryFolder folder_;
+  CameraRig cameras_ = testing::RingOfCameras(4);
+  std::string ground_truth_;
+};
+
+TEST_F(OfficialDataTest, ShelfGivesTheSameTables) {
+  WriteSet("Shelf", "Calibration");
+  const testing::ProgramOutcome outcome = Reproduce("");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const Json tables = Result()["tables"];
+  // No campus folder: no campus table.
+  EXPECT_FALSE(tables.contains("campus"));
+  for (const char* table :
+       {"shelf", "parts", "ablation", "runtime", "sensitivity", "audit"}) {
+    EXPECT_TRUE(tables.contains(table)) << table;
+  }
+  const Json& measured = tables["shelf"]["measured"];
+  ASSERT_FALSE(measured.empty());
+  EXPECT_EQ(measured[0]["method"], "paper mode, text");
+  for (const Json& row : measured) {
+    const Json& score = row["scores"][0];
+    for (const char* actor : {"0", "1"}) {
+      // 20 annotated frames of ten parts; exact detections, three frames before
+      // the first that is scored: everything is right.
+      EXPECT_EQ(score["actors"][actor]["parts"], 200) << row["method"];
+      EXPECT_EQ(score["actors"][actor]["right"], 200) << row["method"];
+    }
+  }
+  const Json& audit = tables["audit"]["shelf"];
+  EXPECT_EQ(audit["views_alone"]["limbs"], 2 * 20 * 8);
+  EXPECT_EQ(audit["views_alone"]["refuted"], 0);
+  for (const char* file : {"reproduce.md", "details.md", "audit_shelf.html",
+                           "images/sensitivity_shelf.svg"}) {
+    EXPECT_TRUE(fs::exists(folder_.path() / "out" / file)) << file;
+  }
+}
+
+TEST_F(OfficialDataTest, OneTableAndACalibrationBesideTheGroundTruth) {
+  WriteSet("shelf", ".");
+  const testing::ProgramOutcome outcome = Reproduce("--table=shelf");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_EQ(Result()["tables"].size(), 1u);
+}
+
+TEST_F(OfficialDataTest, WhatIsMissingIsNamed) {
+  testing::ProgramOutcome outcome = Reproduce("");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.errors.find("shelf/actorsGT.mat"), std::string::npos)
+      << outcome.errors;
+
+  WriteSet("shelf", "Calibration");
+  fs::remove_all(folder_.path() / "shelf/detections");
+  outcome = Reproduce("");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.errors.find("no detections"), std::string::npos)
+      << outcome.errors;
+
+  fs::remove_all(folder_.path() / "shelf/Calibration");
+  outcome = Reproduce("");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.errors.find("no calibration"), std::string::npos)
+      << outcome.errors;
+}
+
+TEST_F(OfficialDataTest, FramesCountedFromElsewhereAreNoBadScore) {
+  WriteSet("shelf", "Calibration");
+  for (size_t v = 0; v < cameras_.size(); ++v) {
+    std::string text = CocoResults(cameras_[v]);
+    // Frame numbers beyond the annotation: 297 becomes 7297.
+    for (size_t at = text.find("\"image_id\": "); at != std::string::npos;
+         at = text.find("\"image_id\": ", at + 1)) {
+      text.insert(at + 12, "7");
+    }
+    folder_.Write("shelf/detections/cam" + std::to_string(v) + ".json", text);
+  }
+  const testing::ProgramOutcome outcome = Reproduce("--table=shelf");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.errors.find("frame numbers count from 0"),
+            std::string::npos)
+      << outcome.errors;
+}
+
+TEST_F(OfficialDataTest, AnUnknownTableIsRefused) {
+  const testing::ProgramOutcome outcome = Reproduce("--table=shlef");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.errors.find("campus_extended"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,24 @@
+// Writes what TUM's actorsGT.mat holds: the cell actor3D of a MATLAB 5 file.
+#ifndef KINEGRAPH_TESTS_SUPPORT_MAT_FILE_H_
+#define KINEGRAPH_TESTS_SUPPORT_MAT_FILE_H_
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/data/pose.h"
+
+namespace kinegraph::testing {
+
+// [actor]: frame -> 14 joints [m]. Frames without an entry up to `frame_count`
+// are empty, as where nobody was annotated.
+using AnnotatedActors = std::vector<std::map<int64_t, Pose3d>>;
+
+// The bytes of the file, uncompressed, little-endian.
+std::string ActorsGroundTruth(const AnnotatedActors& actors,
+                              int64_t frame_count);
+
+}  // namespace kinegraph::testing
+
+#endif  // KINEGRAPH_TESTS_SUPPORT_MAT_FILE_H_
