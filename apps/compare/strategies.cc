@@ -40,6 +40,7 @@ StrategyParameter GraphProcessNoise() {
   parameter.log = true;
   parameter.set = [](double value, EstimatorOptions* options) {
     for (double& q : options->graph.process_noise) q *= value;
+    for (double& q : options->graph.jerk_noise) q *= value;
   };
   parameter.get = [](const EstimatorOptions&) { return 1.0; };
   return parameter;
@@ -70,6 +71,7 @@ Strategy Window(int lag_frames) {
              OutputKind::kWindow, {GraphProcessNoise(), GraphLossScale()},
              [lag_frames](double rate_hz, EstimatorOptions* options) {
                options->graph.lag_s = lag_frames / rate_hz;
+               options->graph.motion = MotionPrior::kAcceleration;
                options->graph.bones = false;
              });
   strategy.lag_frames = lag_frames;
@@ -78,8 +80,11 @@ Strategy Window(int lag_frames) {
 }
 
 std::vector<Strategy> MakeTable() {
-  const auto without_bones = [](double, EstimatorOptions* options) {
-    options->graph.bones = false;
+  const auto batch = [](MotionPrior prior, bool bones) {
+    return [prior, bones](double, EstimatorOptions* options) {
+      options->graph.motion = prior;
+      options->graph.bones = bones;
+    };
   };
   const auto motion = [](MotionModel model) {
     return [model](double, EstimatorOptions* options) {
@@ -193,14 +198,18 @@ std::vector<Strategy> MakeTable() {
   for (const int lag : {0, 3, 5, 10, 20, 30}) table.push_back(Window(lag));
   table.push_back(Filter(kOfflineReference, "batch", OutputKind::kBatch,
                          {GraphProcessNoise(), GraphLossScale()},
-                         without_bones));
+                         batch(MotionPrior::kAcceleration, false)));
+  table.push_back(Filter("batch_jerk", "batch, white noise on jerk",
+                         OutputKind::kBatch,
+                         {GraphProcessNoise(), GraphLossScale()},
+                         batch(MotionPrior::kJerk, false)));
   table.push_back(Filter(
       "batch_bones", "batch with bones", OutputKind::kBatch,
       {GraphProcessNoise(), Field("bone_sigma_m", "m", {0.01, 0.02, 0.04},
                                   [](EstimatorOptions& o) -> double& {
                                     return o.graph.bone_sigma_m;
                                   })},
-      [](double, EstimatorOptions* options) { options->graph.bones = true; }));
+      batch(MotionPrior::kAcceleration, true)));
   return table;
 }
 
