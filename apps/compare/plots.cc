@@ -53,9 +53,8 @@ void AddPoint(double x, double y, const Interval& interval,
 NamedPlot ErrorAgainstSmoothness(const CompareResult& result) {
   Plot plot;
   plot.title =
-      "Held-out error against smoothness (95 % intervals: of the difference "
-      "to " +
-      result.baseline().strategy.title + ", of the acceleration)";
+      "Held-out error against smoothness (error's 95 % intervals: of the "
+      "difference)";
   plot.x.label = "acceleration [m/s^2]";
   plot.x.log = true;
   plot.y.label = kHeldOutLabel;
