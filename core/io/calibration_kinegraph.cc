@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
@@ -32,8 +33,7 @@ CameraRecord ReadCamera(const JsonField& field) {
   CameraRecord record;
   record.file = field.file();
   record.name = field.At("name").Text();
-  const JsonField camera =
-      field.Named("camera '" + Printable(record.name) + "'");
+  KeyReader camera(field.Named("camera '" + Printable(record.name) + "'"));
   const auto size = camera.Find("image_size");
   if (size.has_value() && !size->value().is_null()) {
     ReadImageSize(*size, &record);
@@ -44,15 +44,18 @@ CameraRecord ReadCamera(const JsonField& field) {
   if (const auto lens = camera.Find("distortion")) {
     record.distortion = lens->Numbers();
   }
-  const JsonField pose = camera.At("cam_from_world");
+  KeyReader pose(camera.At("cam_from_world"));
   record.R = ToMatrix3(pose.At("R").Matrix(3, 3));
   record.t = ToVector3(pose.At("t").Matrix(3, 1));
+  pose.RejectUnread();
+  camera.RejectUnread();
   return record;
 }
 
 }  // namespace
 
-CalibrationFile ReadKinegraphCameras(const JsonField& root) {
+CalibrationFile ReadKinegraphCameras(const JsonField& file_root) {
+  KeyReader root(file_root);
   const JsonField version = root.At("kinegraph_cameras");
   if (version.Integer() != 1) version.FailExpected("version 1");
   if (const auto units = root.Find("units")) {
@@ -64,6 +67,7 @@ CalibrationFile ReadKinegraphCameras(const JsonField& root) {
   for (const JsonField& camera : root.At("cameras").Elements("camera")) {
     file.cameras.push_back(ReadCamera(camera));
   }
+  root.RejectUnread();
   return file;
 }
 

@@ -1,14 +1,18 @@
 // {"0": {"K": 3x3 row-major, "RT": 3x4 row-major, "imgSize": [w, h]}, ...} as
-// 4D association writes it: x_cam = R X + t, metres, pixels. A lens may be
-// given as "distCoeff".
+// 4D association writes it: x_cam = R X + t, metres, pixels. It calls a lens
+// "distCoeff"; any name that KeyReader::ReadLens knows will do.
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
 
 CalibrationFile ReadKrtCameras(const JsonField& root) {
   CalibrationFile file;
-  for (const auto& [name, camera] : root.Members("camera")) {
+  KeyReader(root).ReadUnit(&file);
+  for (const auto& [name, field] : root.Members("camera")) {
+    if (IsNoCamera(name, field)) continue;
+    KeyReader camera(field);
     CameraRecord record;
     record.file = root.file();
     record.name = name;
@@ -19,9 +23,8 @@ CalibrationFile ReadKrtCameras(const JsonField& root) {
     record.R = rt.leftCols<3>();
     record.t = rt.col(3);
     if (const auto size = camera.Find("imgSize")) ReadImageSize(*size, &record);
-    if (const auto lens = camera.Find("distCoeff")) {
-      record.distortion = lens->Numbers();
-    }
+    camera.ReadLens(&record);
+    camera.RejectUnread();
     file.cameras.push_back(record);
   }
   return file;

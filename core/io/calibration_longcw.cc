@@ -2,6 +2,7 @@
 // "Tw": 4x4, "dist_coeffs": [k1, k2, p1, p2]}, ...}}. K belongs to coordinates
 // divided by the image's width and height; Tw is world_from_cam, centimetres.
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
@@ -9,7 +10,10 @@ namespace kinegraph {
 CalibrationFile ReadLongcwCameras(const JsonField& root) {
   CalibrationFile file;
   file.unit = LengthUnit::kCentimetre;
-  for (const auto& [name, camera] : root.At("cameras").Members("camera")) {
+  KeyReader keys(root);
+  keys.ReadUnit(&file);
+  for (const auto& [name, field] : keys.At("cameras").Members("camera")) {
+    KeyReader camera(field);
     CameraRecord record;
     record.file = root.file();
     record.name = name;
@@ -24,11 +28,11 @@ CalibrationFile ReadLongcwCameras(const JsonField& root) {
     }
     record.R = world_from_cam.topLeftCorner<3, 3>().transpose();
     record.centre = world_from_cam.topRightCorner<3, 1>();
-    if (const auto lens = camera.Find("dist_coeffs")) {
-      record.distortion = lens->Numbers();
-    }
+    camera.ReadLens(&record);
+    camera.RejectUnread();
     file.cameras.push_back(record);
   }
+  keys.RejectUnread();
   return file;
 }
 

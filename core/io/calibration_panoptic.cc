@@ -3,6 +3,7 @@
 // x_cam = R X + t, centimetres.
 #include "core/base/error.h"
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
@@ -10,23 +11,24 @@ namespace kinegraph {
 CalibrationFile ReadPanopticCameras(const JsonField& root) {
   CalibrationFile file;
   file.unit = LengthUnit::kCentimetre;
-  for (const JsonField& element : root.At("cameras").Elements("camera")) {
+  KeyReader keys(root);
+  keys.ReadUnit(&file);
+  for (const JsonField& element : keys.At("cameras").Elements("camera")) {
     CameraRecord record;
     record.file = root.file();
     record.name = element.At("name").Text();
-    const JsonField camera =
-        element.Named("camera '" + Printable(record.name) + "'");
+    KeyReader camera(element.Named("camera '" + Printable(record.name) + "'"));
     if (const auto size = camera.Find("resolution")) {
       ReadImageSize(*size, &record);
     }
     record.K = ToMatrix3(camera.At("K").Matrix(3, 3));
-    if (const auto lens = camera.Find("distCoef")) {
-      record.distortion = lens->Numbers();
-    }
+    camera.ReadLens(&record);
     record.R = ToMatrix3(camera.At("R").Matrix(3, 3));
     record.t = ToVector3(camera.At("t").Matrix(3, 1));
+    camera.RejectUnread();
     file.cameras.push_back(record);
   }
+  keys.RejectUnread();
   return file;
 }
 

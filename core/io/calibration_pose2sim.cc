@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 #include "core/io/skeleton_json.h"
 
@@ -19,19 +20,13 @@ CalibrationFile ReadPose2simCameras(const JsonField& root) {
     record.file = root.file();
     const auto name = field.Find("name");
     record.name = name.has_value() ? name->Text() : table;
-    const JsonField camera =
-        field.Named("camera '" + Printable(record.name) + "'");
-    const auto fisheye = camera.Find("fisheye");
-    if (fisheye.has_value() && fisheye->Boolean()) {
-      fisheye->Fail("found true: fisheye lenses are not supported");
-    }
+    KeyReader camera(field.Named("camera '" + Printable(record.name) + "'"));
     if (const auto size = camera.Find("size")) ReadImageSize(*size, &record);
     record.K = ToMatrix3(camera.At("matrix").Matrix(3, 3));
-    if (const auto lens = camera.Find("distortions")) {
-      record.distortion = lens->Numbers();
-    }
+    camera.ReadLens(&record);
     record.R = RotationOf(ToVector3(camera.At("rotation").Matrix(3, 1)));
     record.t = ToVector3(camera.At("translation").Matrix(3, 1));
+    camera.RejectUnread();
     file.cameras.push_back(record);
   }
   return file;

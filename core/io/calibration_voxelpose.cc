@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
@@ -12,7 +13,10 @@ namespace kinegraph {
 CalibrationFile ReadVoxelposeCameras(const JsonField& root) {
   CalibrationFile file;
   file.unit = LengthUnit::kMillimetre;
-  for (const auto& [name, camera] : root.Members("camera")) {
+  KeyReader(root).ReadUnit(&file);
+  for (const auto& [name, field] : root.Members("camera")) {
+    if (IsNoCamera(name, field)) continue;
+    KeyReader camera(field);
     CameraRecord record;
     record.file = root.file();
     record.name = name;
@@ -21,13 +25,8 @@ CalibrationFile ReadVoxelposeCameras(const JsonField& root) {
         0.0, 0.0, 1.0;
     record.R = ToMatrix3(camera.At("R").Matrix(3, 3));
     record.centre = ToVector3(camera.At("T").Matrix(3, 1));
-    const auto radial = camera.Find("k");
-    const auto tangential = camera.Find("p");
-    if (radial.has_value() || tangential.has_value()) {
-      const std::vector<double> k = camera.At("k").Matrix(3, 1);
-      const std::vector<double> p = camera.At("p").Matrix(2, 1);
-      record.distortion = {k[0], k[1], p[0], p[1], k[2]};
-    }
+    camera.ReadLens(&record);
+    camera.RejectUnread();
     file.cameras.push_back(record);
   }
   return file;

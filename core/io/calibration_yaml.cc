@@ -15,6 +15,7 @@
 #include "core/io/atomic_file.h"
 #include "core/io/atomic_folder.h"
 #include "core/io/calibration_formats.h"
+#include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 #include "core/io/text_file.h"
 #include "core/io/yaml_file.h"
@@ -42,24 +43,6 @@ std::vector<std::string> ListYamlFiles(const std::string& folder) {
                      [](const std::string& name) { return !IsYamlName(name); }),
       names.end());
   return names;
-}
-
-// The first of several spellings of a key that an object has.
-std::optional<JsonField> FindAny(const JsonField& object,
-                                 const std::vector<std::string>& keys) {
-  for (const std::string& key : keys) {
-    if (auto field = object.Find(key)) return field;
-  }
-  return std::nullopt;
-}
-
-JsonField AtAny(const JsonField& object, const std::vector<std::string>& keys) {
-  if (auto field = FindAny(object, keys)) return *std::move(field);
-  std::string all;
-  for (const std::string& key : keys) {
-    all += (all.empty() ? "'" : " or '") + key + "'";
-  }
-  object.Fail("has no key " + all);
 }
 
 // A rotation as a Rodrigues vector or a matrix.
@@ -103,22 +86,93 @@ std::string NameOf(const JsonField& field) {
   return field.Text();
 }
 
+// A pose that is written in two ways must be one pose. Files are written with
+// six decimals; further apart they are two different ones.
+constexpr double kPoseRounding = 1e-3;
+
 Eigen::Matrix3d ReadEasymocapRotation(const JsonField& extrinsic,
                                       const std::string& name) {
   const auto vector = extrinsic.Find("R_" + name);
   const auto matrix = extrinsic.Find("Rot_" + name);
   if (!vector.has_value()) {
     return ToMatrix3(
-        AtAny(extrinsic, {"R_" + name, "Rot_" + name}).Matrix(3, 3));
+        KeyReader(extrinsic).AtAny({"R_" + name, "Rot_" + name}).Matrix(3, 3));
   }
   const Eigen::Matrix3d R = ReadRotation(*vector);
-  // Written with six decimals; further apart they are two different poses.
-  constexpr double kRounding = 1e-3;
   if (matrix.has_value() &&
-      (R - ToMatrix3(matrix->Matrix(3, 3))).cwiseAbs().maxCoeff() > kRounding) {
+      (R - ToMatrix3(matrix->Matrix(3, 3))).cwiseAbs().maxCoeff() >
+          kPoseRounding) {
     matrix->Fail("is not the rotation of R_" + name);
   }
   return R;
+}
+
+bool EndsWith(const std::string& text, const std::string& end) {
+  return text.size() > end.size() &&
+         text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+// The members "KEY_NAME" of one camera as an object with the members "KEY".
+Json MembersOf(const Json& root, const std::string& name) {
+  Json camera = Json::object();
+  for (const auto& [key, value] : root.items()) {
+    if (!EndsWith(key, "_" + name)) continue;
+    camera[key.substr(0, key.size() - name.size() - 1)] = value;
+  }
+  return camera;
+}
+
+// EasyMocap takes the cameras that `names` lists; what the file says of others
+// is passed over with them.
+void RejectUnreadMembers(const JsonField& root,
+                         const std::vector<std::string>& names) {
+  static const std::vector<std::string> kOfCameras = {
+      "K_", "dist_", "D_", "R_", "Rot_", "T_", "W_", "H_"};
+  for (const auto& [key, value] : root.value().items()) {
+    const std::string& member = key;
+    const bool of_camera = std::any_of(names.begin(), names.end(),
+                                       [&](const std::string& name) {
+                                         return EndsWith(member, "_" + name);
+                                       }) ||
+                           std::any_of(kOfCameras.begin(), kOfCameras.end(),
+                                       [&](const std::string& beginning) {
+                                         return member.rfind(beginning, 0) == 0;
+                                       });
+    if (of_camera || member == "names" || IsHarmlessKey(member)) continue;
+    root.Fail("has a key '" + Printable(member) +
+              "' that is not known in this format: it could carry lens or "
+              "pose, so it is not passed over");
+  }
+}
+
+CameraRecord ReadEasymocapCamera(const JsonField& intrinsic_file,
+                                 const JsonField& extrinsic_file,
+                                 const std::string& name) {
+  const std::string where = "camera '" + Printable(name) + "'";
+  const Json intrinsic_json = MembersOf(intrinsic_file.value(), name);
+  const Json extrinsic_json = MembersOf(extrinsic_file.value(), name);
+  KeyReader intrinsic(JsonField(intrinsic_json, intrinsic_file.file(), where));
+  KeyReader extrinsic(JsonField(extrinsic_json, extrinsic_file.file(), where));
+  CameraRecord record;
+  record.name = name;
+  record.K = ToMatrix3(intrinsic_file.At("K_" + name).Matrix(3, 3));
+  intrinsic.Find("K");
+  intrinsic.ReadLens(&record);
+  const auto width = intrinsic.Find("W");
+  const auto height = intrinsic.Find("H");
+  if (width.has_value() && height.has_value()) {
+    record.width_px = width->Integer();
+    record.height_px = height->Integer();
+  }
+  record.R = ReadEasymocapRotation(extrinsic_file, name);
+  record.t = ToVector3(extrinsic_file.At("T_" + name).Matrix(3, 1));
+  for (const char* key : {"R", "Rot", "T"}) {
+    extrinsic.Find(key);
+    intrinsic.Find(key);  // one file may hold both
+  }
+  intrinsic.RejectUnread();
+  if (intrinsic_file.file() != extrinsic_file.file()) extrinsic.RejectUnread();
+  return record;
 }
 
 }  // namespace
@@ -132,25 +186,16 @@ CalibrationFile ReadEasymocapCameras(const std::string& path) {
   const JsonField intrinsic(intrinsic_json, files.intrinsic.string());
   const JsonField extrinsic(extrinsic_json, files.extrinsic.string());
   CalibrationFile file;
+  std::vector<std::string> names;
   for (const JsonField& element : intrinsic.At("names").Elements("name")) {
-    CameraRecord record;
+    names.push_back(NameOf(element));
+    CameraRecord record =
+        ReadEasymocapCamera(intrinsic, extrinsic, names.back());
     record.file = path;
-    const std::string name = NameOf(element);
-    record.name = name;
-    record.K = ToMatrix3(intrinsic.At("K_" + name).Matrix(3, 3));
-    if (const auto lens = FindAny(intrinsic, {"dist_" + name, "D_" + name})) {
-      record.distortion = lens->Numbers();
-    }
-    const auto width = intrinsic.Find("W_" + name);
-    const auto height = intrinsic.Find("H_" + name);
-    if (width.has_value() && height.has_value()) {
-      record.width_px = width->Integer();
-      record.height_px = height->Integer();
-    }
-    record.R = ReadEasymocapRotation(extrinsic, name);
-    record.t = ToVector3(extrinsic.At("T_" + name).Matrix(3, 1));
     file.cameras.push_back(record);
   }
+  RejectUnreadMembers(intrinsic, names);
+  RejectUnreadMembers(extrinsic, names);
   return file;
 }
 
@@ -158,29 +203,43 @@ namespace {
 
 // ---- OpenCV ----
 
+// The first of two spellings; where both are there they must agree.
+template <typename Read>
+auto ReadEither(KeyReader* camera, const char* first, const char* second,
+                const Read& read) {
+  const auto value = read(camera->AtAny({first, second}));
+  const auto other = camera->Find(second);
+  if (other.has_value() &&
+      (read(*other) - value).cwiseAbs().maxCoeff() > kPoseRounding) {
+    other->Fail(std::string("does not say the same as ") + first);
+  }
+  return value;
+}
+
 CameraRecord ReadOpencvCamera(const fs::path& path) {
   const Json json = ReadYaml(path);
-  const JsonField root(json, path.string());
+  KeyReader root(JsonField(json, path.string()));
   CameraRecord record;
   record.file = path.string();
   const auto name = root.Find("camera_name");
   record.name = name.has_value() ? NameOf(*name) : path.stem().string();
-  record.K = ToMatrix3(AtAny(root, {"camera_matrix", "K"}).Matrix(3, 3));
-  const auto model = root.Find("distortion_model");
-  if (model.has_value() && model->Text() != "plumb_bob") {
-    model->FailExpected("'plumb_bob', the five coefficients of OpenCV");
-  }
-  if (const auto lens = FindAny(root, {"distortion_coefficients", "D"})) {
-    record.distortion = lens->Numbers();
-  }
+  const auto read_K = [](const JsonField& field) -> Eigen::Matrix3d {
+    return ToMatrix3(field.Matrix(3, 3));
+  };
+  record.K = ReadEither(&root, "camera_matrix", "K", read_K);
+  root.ReadLens(&record);
   const auto width = root.Find("image_width");
   const auto height = root.Find("image_height");
   if (width.has_value() && height.has_value()) {
     record.width_px = width->Integer();
     record.height_px = height->Integer();
   }
-  record.R = ReadRotation(AtAny(root, {"rvec", "R"}));
-  record.t = ToVector3(AtAny(root, {"tvec", "T"}).Matrix(3, 1));
+  record.R = ReadEither(&root, "rvec", "R", ReadRotation);
+  const auto read_t = [](const JsonField& field) -> Eigen::Vector3d {
+    return ToVector3(field.Matrix(3, 1));
+  };
+  record.t = ReadEither(&root, "tvec", "T", read_t);
+  root.RejectUnread();
   return record;
 }
 

@@ -244,7 +244,7 @@ std::vector<Sample> Samples() {
            {"flat t of four", "[[1], [2], [300]]", "[1, 2, 3, 4]", "t"},
            {"nested too much", "[[1], [2], [300]]", "[[[1]], [[2]], [[3]]]",
             "t"},
-           {"empty", "[{\"name\"", "[], \"x\": [{\"name\"", "no cameras"},
+           {"empty", "[{\"name\"", "[], \"comment\": [{\"name\"", "no cameras"},
        }},
       {"pose2sim.toml",
        kPose2sim,
