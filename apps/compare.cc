@@ -10,7 +10,7 @@
 
 #include "apps/common/app.h"
 #include "apps/common/plot.h"
-#include "apps/common/track_run.h"
+#include "solvers/session/run.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/output.h"
 #include "apps/compare/plots.h"

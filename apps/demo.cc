@@ -16,7 +16,6 @@
 #include "apps/common/progress.h"
 #include "apps/common/synthesis.h"
 #include "apps/common/table.h"
-#include "apps/common/track_run.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
 #include "core/evaluation/identity.h"
@@ -25,6 +24,7 @@
 #include "core/evaluation/parity.h"
 #include "core/io/atomic_file.h"
 #include "core/io/track_writer.h"
+#include "solvers/session/run.h"
 
 DEFINE_string(out, "out/demo", "folder for all files; made if missing");
 DEFINE_string(config, "",
@@ -55,17 +55,19 @@ TrackSequence Track(const Mode& mode, const SyntheticTake& take) {
                                             "output.observations=true", "");
   RunRequest request;
   request.cameras = take.scene.cameras;
-  const RunScene scene = PrepareScene(options, request, take.detections.header);
+  Session session(options, request, take.detections.header, [&] {
+    return std::make_unique<MemorySource>(take.detections);
+  });
   TrackSequence tracks;
-  tracks.header = scene.header;
+  tracks.header = session.scene().header;
   Progress progress(
       std::string("tracking: ") + mode.title,
       PassCount(options) * static_cast<int64_t>(take.detections.frames.size()));
-  RunTracking(
-      options, request, scene,
-      [&] { return std::make_unique<MemorySource>(take.detections); },
-      [&](const TrackFrame& frame) { tracks.frames.push_back(frame); },
-      [&](int64_t frames_read) { progress.Set(frames_read); });
+  session.set_progress([&](int64_t frames_read) { progress.Set(frames_read); });
+  MemorySource source(take.detections);
+  TrackAll(&source, &session, [&](TrackFrame&& frame) {
+    tracks.frames.push_back(std::move(frame));
+  });
   return tracks;
 }
 

@@ -11,7 +11,7 @@
 #include "apps/common/app.h"
 #include "apps/common/evaluation_output.h"
 #include "apps/common/progress.h"
-#include "apps/common/track_run.h"
+#include "solvers/session/run.h"
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/calibration.h"

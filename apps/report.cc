@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "apps/common/app.h"
-#include "apps/common/track_run.h"
+#include "solvers/session/run.h"
 #include "apps/report/ground.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"

@@ -7,11 +7,11 @@
 
 #include "apps/common/app.h"
 #include "apps/common/progress.h"
-#include "apps/common/track_run.h"
 #include "core/base/error.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
 #include "core/io/track_writer.h"
+#include "solvers/session/run.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");
@@ -50,29 +50,26 @@ void RunTrack() {
   const auto open = [&] {
     return OpenDetections(FLAGS_detections, DetectionOptionsOf(options));
   };
-  std::unique_ptr<DetectionSource> source = open();
-  const RunScene scene = PrepareScene(options, request, source->header());
-  if (scene.used_views.size() < 2) {
+  const std::unique_ptr<DetectionSource> source = open();
+  const int64_t frame_count = std::max<int64_t>(0, source->frame_count());
+  Session session(options, request, source->header(), open);
+  if (session.scene().used_views.size() < 2) {
     std::fputs(
         "kinegraph-track: warning: one view alone cannot be "
         "triangulated; nobody will be found\n",
         stderr);
   }
-  const int64_t frame_count = std::max<int64_t>(0, source->frame_count());
-  // The first pass takes the source that is open already.
-  const SourceOpener open_source = [&] {
-    return source != nullptr ? std::move(source) : open();
-  };
 
-  TrackWriter writer(FLAGS_out, scene.header, {options.output.observations});
-  RunSummary summary;
+  TrackWriter writer(FLAGS_out, session.scene().header,
+                     {options.output.observations});
   {
     Progress progress("tracking", frame_count * PassCount(options));
-    summary = RunTracking(
-        options, request, scene, open_source,
-        [&](const TrackFrame& frame) { writer.Write(frame); },
+    session.set_progress(
         [&](int64_t frames_read) { progress.Set(frames_read); });
+    TrackAll(source.get(), &session,
+             [&](TrackFrame&& frame) { writer.Write(frame); });
   }
+  const RunSummary& summary = session.summary();
   if (summary.frames == 0) {
     throw InputError(
         FLAGS_detections, "",

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "apps/common/progress.h"
-#include "apps/common/track_run.h"
+#include "solvers/session/run.h"
 #include "apps/compare/strategies.h"
 #include "core/base/frame_range.h"
 #include "core/data/held_out.h"

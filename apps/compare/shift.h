@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "apps/common/track_run.h"
+#include "solvers/session/run.h"
 #include "core/base/frame_range.h"
 
 namespace kinegraph {

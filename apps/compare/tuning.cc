@@ -11,6 +11,7 @@
 #include <map>
 #include <utility>
 
+#include "apps/common/app.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/io/atomic_file.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/track_run.h"
+#include "solvers/session/run.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/evaluation/pcp.h"

@@ -66,21 +66,21 @@ struct Timing {
 };
 
 Timing Measure(const LoadedDataset& loaded, const RuntimeOptions& options) {
-  const RunScene scene =
-      PrepareScene(loaded.options, loaded.request, loaded.detections.header);
   std::array<std::vector<double>, 6> samples;
   const int64_t start_ns = ProcessorTimeNs();
   int done = 0;
   while (done < options.repetitions) {
     StageTimes stages;
+    Session session(
+        loaded.options, loaded.request, loaded.detections.header,
+        [&] { return std::make_unique<MemorySource>(loaded.detections); });
+    session.set_stage_times(&stages);
+    MemorySource source(loaded.detections);
     const int64_t begin_ns = ProcessorTimeNs();
-    const RunSummary summary = RunTracking(
-        loaded.options, loaded.request, scene,
-        [&] { return std::make_unique<MemorySource>(loaded.detections); },
-        [](const TrackFrame&) {}, nullptr, &stages);
+    TrackAll(&source, &session, [](TrackFrame&&) {});
     const int64_t whole_ns = ProcessorTimeNs() - begin_ns;
     const double frames =
-        static_cast<double>(std::max<int64_t>(1, summary.frames));
+        static_cast<double>(std::max<int64_t>(1, session.summary().frames));
     const std::array<int64_t, 6> values_ns = {
         stages.preparation_ns,    stages.association_ns,
         stages.reconstruction_ns, stages.estimation_ns,

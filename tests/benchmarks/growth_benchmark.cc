@@ -26,7 +26,7 @@
 #include <vector>
 
 #include "apps/common/table.h"
-#include "apps/common/track_run.h"
+#include "solvers/session/run.h"
 #include "core/synthetic/body.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"

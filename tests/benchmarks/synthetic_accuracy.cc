@@ -13,7 +13,7 @@
 
 #include "apps/common/config_folder.h"
 #include "apps/common/synthesis.h"
-#include "apps/common/track_run.h"
+#include "solvers/session/run.h"
 #include "core/evaluation/consistency.h"
 
 namespace kinegraph {

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/track_run.h"
+#include "solvers/session/run.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
 #include "tests/support/test_data.h"

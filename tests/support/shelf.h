@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "apps/common/track_run.h"
+#include "solvers/session/run.h"
 #include "core/data/detection.h"
 #include "core/data/held_out.h"
 #include "core/data/pose.h"

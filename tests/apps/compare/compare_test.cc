@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/synthesis.h"
 #include "apps/compare/comparison.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "apps/common/config_folder.h"
-#include "apps/common/track_run.h"
+#include "solvers/session/run.h"
 #include "core/tracking/replay.h"
 #include "tests/support/test_data.h"
 

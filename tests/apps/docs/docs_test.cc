@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/track_run.h"
+#include "solvers/session/run.h"
 #include "core/io/config.h"
 #include "core/io/text_file.h"
 #include "tests/support/test_data.h"

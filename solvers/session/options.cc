@@ -1,0 +1,72 @@
+#include "solvers/session/options.h"
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+
+void InputOptions::Describe(OptionVisitor& visitor) {
+  visitor.Number("frame_rate", &frame_rate_hz, NonNegative(), "Hz",
+                 "nominal frame rate; 0: the files tell it");
+  visitor.Integer("repeat_first_frame", &repeat_first_frame, Between(0, 1000),
+                  "frames", "feeds the first frame so often before the take");
+}
+
+void OutputOptions::Describe(OptionVisitor& visitor) {
+  visitor.Boolean("observations", &observations,
+                  "write each person's matches and weights too");
+}
+
+void RunOptions::Describe(OptionVisitor& visitor) {
+  visitor.Text("skeleton", &skeleton, "of the tracks; empty: the detections'");
+  estimators.Describe(visitor);
+  visitor.Enter("input");
+  input.Describe(visitor);
+  visitor.Leave();
+  visitor.Enter("cameras");
+  cameras.Describe(visitor);
+  visitor.Leave();
+  visitor.Enter("detections");
+  detections.Describe(visitor);
+  visitor.Leave();
+  tracker.Describe(visitor);
+  visitor.Enter("output");
+  output.Describe(visitor);
+  visitor.Leave();
+}
+
+RunOptions WithRulesOfMode(RunOptions options) {
+  if (options.estimators.mode == Mode::kPaper) {
+    options.tracker.life.backfill = false;
+    options.tracker.life.max_gap_frames = 0.0;
+    options.tracker.life.second_pass = false;
+  }
+  return options;
+}
+
+RunOptions ReadRunOptions(const std::string& config_path,
+                          const std::string& set, const std::string& mode) {
+  ConfigFile config = ConfigFile::Read(config_path);
+  if (!set.empty()) config.Override(set, "--set");
+  if (!mode.empty()) config.Override("mode=" + mode, "--mode");
+  RunOptions options;
+  config.Apply(&options);
+  options.user_skeletons = config.ReadSkeletons();
+  config.RejectUnknown();
+  if (!options.detections.skeleton_name.empty()) {
+    options.detections.skeleton = ResolveSkeleton(
+        options.detections.skeleton_name, options.user_skeletons);
+  }
+  return WithRulesOfMode(std::move(options));
+}
+
+DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {
+  DetectionReadOptions read = options.detections;
+  read.frame_rate_hz = options.input.frame_rate_hz;
+  return read;
+}
+
+EstimatorFactory FeedbackOf(const RunOptions& options) {
+  return MakeEstimators(options.estimators).feedback;
+}
+
+}  // namespace kinegraph

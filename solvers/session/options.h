@@ -1,0 +1,66 @@
+// Everything a configuration can say of a run.
+#ifndef KINEGRAPH_SOLVERS_SESSION_OPTIONS_H_
+#define KINEGRAPH_SOLVERS_SESSION_OPTIONS_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/options.h"
+#include "core/io/calibration.h"
+#include "core/io/config.h"
+#include "core/io/detection_source.h"
+#include "core/skeleton/skeleton.h"
+#include "core/tracking/options.h"
+#include "solvers/factory.h"
+
+namespace kinegraph {
+
+struct InputOptions {
+  double frame_rate_hz = 0.0;  // 0: the files tell it
+  // Feeds the first frame so often before the take, as the authors' warm-up;
+  // what is fed again is not written.
+  int64_t repeat_first_frame = 0;
+
+  void Describe(OptionVisitor& visitor);
+};
+
+struct OutputOptions {
+  bool observations = false;  // write matches and weights too
+
+  void Describe(OptionVisitor& visitor);
+};
+
+struct RunOptions {
+  EstimatorOptions estimators;
+  InputOptions input;
+  std::string skeleton;  // of the tracks; empty: the detections'
+  CameraReadOptions cameras;
+  DetectionReadOptions detections;
+  TrackerOptions tracker;
+  OutputOptions output;
+  std::vector<Skeleton> user_skeletons;  // tables [skeletons.NAME]
+
+  void Describe(OptionVisitor& visitor);
+};
+
+// The options as the run's mode means them: paper mode never backfills,
+// associates again or extrapolates, whatever the keys say. Every run applies
+// this; it changes nothing when applied again.
+RunOptions WithRulesOfMode(RunOptions options);
+
+// Reads a configuration with what the command line changes in it: `set` as
+// --set takes it, `mode` empty or as --mode takes it.
+RunOptions ReadRunOptions(const std::string& config_path,
+                          const std::string& set, const std::string& mode);
+
+// Options for opening the detections of a run: frame rate and skeleton filled
+// in from the other tables.
+DetectionReadOptions DetectionOptionsOf(const RunOptions& options);
+
+// Whose prediction the joints filter uses.
+EstimatorFactory FeedbackOf(const RunOptions& options);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_OPTIONS_H_

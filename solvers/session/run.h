@@ -1,0 +1,61 @@
+// A whole tracking run over detections that can be read from the beginning:
+// what every command that tracks calls.
+#ifndef KINEGRAPH_SOLVERS_SESSION_RUN_H_
+#define KINEGRAPH_SOLVERS_SESSION_RUN_H_
+
+#include <functional>
+#include <memory>
+
+#include "core/io/detection_source.h"
+#include "core/tracking/replay.h"
+#include "solvers/session/options.h"
+#include "solvers/session/scene.h"
+#include "solvers/session/session.h"
+
+namespace kinegraph {
+
+// Detections held in memory, as a source that can be read again and again.
+class MemorySource final : public DetectionSource {
+ public:
+  // `sequence` must outlive the source.
+  explicit MemorySource(const DetectionSequence& sequence)
+      : sequence_(&sequence) {}
+  const DetectionHeader& header() const override { return sequence_->header; }
+  bool Next(DetectionFrame* frame) override;
+  int64_t frame_count() const override {
+    return static_cast<int64_t>(sequence_->frames.size());
+  }
+
+ private:
+  const DetectionSequence* sequence_;
+  size_t next_ = 0;
+};
+
+// Feeds `session` all that `source` gives and finishes it; `write` gets each
+// finished frame in order.
+void TrackAll(DetectionSource* source, Session* session,
+              const std::function<void(TrackFrame&&)>& write);
+
+// Detections in memory, tracked.
+TrackSequence TrackSequenceOf(const RunOptions& options,
+                              const RunRequest& request,
+                              const DetectionSequence& detections);
+
+// A run whose matches are kept (core/tracking/replay.h).
+struct FrozenRun {
+  RunScene scene;
+  // As the tracker was fed: used views alone, the warm-up before `first_frame`.
+  DetectionSequence detections;
+  int64_t first_frame = 0;  // that is written
+  FrozenMatches matches;
+  TrackSequence tracks;  // what the run itself wrote
+};
+
+// Tracks detections in memory and freezes the matches. There is one pass: a
+// second one (tracking.second_pass) is left out.
+FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
+                         const DetectionSequence& detections);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_RUN_H_

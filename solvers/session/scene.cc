@@ -1,0 +1,114 @@
+#include "solvers/session/scene.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/io/view_pairing.h"
+
+namespace kinegraph {
+namespace {
+
+bool IsNamed(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+// The views of a run, each with its camera: those named in `without` (by the
+// name of the view or of its camera) are left out, and where `cameras.use`
+// chose cameras, the views of the others.
+struct UsedViews {
+  std::vector<int> views;  // indices into the detections' views
+  CameraRig cameras;
+};
+
+UsedViews ChooseViews(const RunOptions& options, const RunRequest& request,
+                      const std::vector<std::string>& view_names) {
+  const std::vector<std::string>& without = request.without_cameras;
+  std::vector<int> candidates;
+  std::vector<std::string> names;
+  std::map<std::string, std::string> map = options.cameras.map;
+  for (size_t v = 0; v < view_names.size(); ++v) {
+    if (IsNamed(without, view_names[v])) {
+      map.erase(view_names[v]);
+      continue;
+    }
+    candidates.push_back(static_cast<int>(v));
+    names.push_back(view_names[v]);
+  }
+  const std::vector<int> cameras = PairViewsWithCameras(
+      names, request.cameras, map,
+      options.cameras.use.empty() ? UnpairedViews::kRefuse
+                                  : UnpairedViews::kLeaveOut);
+  UsedViews used;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    if (cameras[i] < 0) continue;
+    const Camera& camera = request.cameras[static_cast<size_t>(cameras[i])];
+    if (IsNamed(without, camera.name())) continue;
+    used.views.push_back(candidates[i]);
+    used.cameras.push_back(camera);
+  }
+  for (const std::string& name : without) {
+    const bool known =
+        IsNamed(view_names, name) ||
+        std::any_of(request.cameras.begin(), request.cameras.end(),
+                    [&](const Camera& c) { return c.name() == name; });
+    if (!known) {
+      throw InputError("--without_cameras: no view or camera is named '" +
+                       Printable(name) + "'");
+    }
+  }
+  if (used.views.empty()) {
+    throw InputError("no view is left that has a camera");
+  }
+  return used;
+}
+
+}  // namespace
+
+RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
+                      const DetectionHeader& detections) {
+  RunScene scene;
+  UsedViews used = ChooseViews(options, request, detections.view_names);
+  scene.used_views = std::move(used.views);
+  scene.model.cameras = std::move(used.cameras);
+  for (const int v : scene.used_views) {
+    scene.view_names.push_back(detections.view_names[v]);
+  }
+  scene.model.skeleton =
+      options.skeleton.empty()
+          ? detections.skeleton
+          : ResolveSkeleton(options.skeleton, options.user_skeletons);
+  scene.model.frame_rate_hz = detections.frame_rate_hz;
+  if (!(scene.model.frame_rate_hz > 0.0)) {
+    throw OptionError("input.frame_rate",
+                      "not given, and the detections do not tell it [Hz]");
+  }
+  scene.model.keep_observations = options.output.observations;
+  const std::vector<int> map =
+      MapByName(detections.skeleton, scene.model.skeleton);
+  if (std::all_of(map.begin(), map.end(), [](int j) { return j < 0; })) {
+    throw OptionError("skeleton",
+                      "'" + scene.model.skeleton.name() +
+                          "' shares no joint with the detections' '" +
+                          detections.skeleton.name() + "'");
+  }
+  scene.header.skeleton = scene.model.skeleton;
+  scene.header.mode = ToString(options.estimators.mode);
+  scene.header.frame_rate_hz = scene.model.frame_rate_hz;
+  scene.header.view_names = scene.view_names;
+  scene.header.config_json = EffectiveConfigJson(options);
+  return scene;
+}
+
+void KeepUsedViews(const RunScene& scene, DetectionFrame* frame,
+                   DetectionFrame* kept) {
+  kept->frame = frame->frame;
+  kept->time = frame->time;
+  kept->views.resize(scene.used_views.size());
+  for (size_t v = 0; v < scene.used_views.size(); ++v) {
+    std::swap(kept->views[v], frame->views[scene.used_views[v]]);
+  }
+}
+
+}  // namespace kinegraph

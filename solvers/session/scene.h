@@ -1,0 +1,45 @@
+// What a run needs before its first frame: cameras paired with views, the
+// skeleton and rate of the tracks.
+#ifndef KINEGRAPH_SOLVERS_SESSION_SCENE_H_
+#define KINEGRAPH_SOLVERS_SESSION_SCENE_H_
+
+#include <string>
+#include <vector>
+
+#include "core/base/frame_range.h"
+#include "core/data/detection.h"
+#include "core/data/pose.h"
+#include "core/geometry/camera.h"
+#include "core/tracking/estimator.h"
+#include "solvers/session/options.h"
+
+namespace kinegraph {
+
+// What a run needs besides its options.
+struct RunRequest {
+  CameraRig cameras;                         // as the calibration file has them
+  std::vector<std::string> without_cameras;  // names of views or cameras
+  std::vector<FrameRange> frames;            // ascending; empty: all
+  int threads = 1;                           // the result is the same
+};
+
+// The whole of a run but its frames.
+struct RunScene {
+  SceneModel model;                     // cameras in the order of used views
+  std::vector<int> used_views;          // indices into the source's views
+  std::vector<std::string> view_names;  // of the used views
+  TrackHeader header;                   // of the tracks to come
+};
+
+// Pairs views with cameras, leaves out what is not wanted, settles skeleton and
+// frame rate. Throws InputError or OptionError for what does not fit.
+RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
+                      const DetectionHeader& detections);
+
+// `frame` with the scene's used views alone; moves them.
+void KeepUsedViews(const RunScene& scene, DetectionFrame* frame,
+                   DetectionFrame* kept);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_SCENE_H_

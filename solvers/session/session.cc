@@ -1,0 +1,220 @@
+#include "solvers/session/session.h"
+
+#include <iterator>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "core/tracking/second_pass.h"
+
+namespace kinegraph {
+namespace {
+
+// `frame` as it would have been seen `frames_earlier` frames ago.
+DetectionFrame Earlier(const DetectionFrame& frame, int64_t frames_earlier,
+                       const FrameClock& clock) {
+  DetectionFrame earlier = frame;
+  const TimeNs shift = clock.TimeOf(frames_earlier);
+  earlier.frame -= frames_earlier;
+  earlier.time -= shift;
+  for (ViewDetections& view : earlier.views) view.capture_time -= shift;
+  return earlier;
+}
+
+}  // namespace
+
+int PassCount(const RunOptions& options) {
+  return WithRulesOfMode(options).tracker.life.second_pass ? 2 : 1;
+}
+
+class Session::Impl {
+ public:
+  Impl(const RunOptions& options, const RunRequest& request,
+       const DetectionHeader& detections, EstimatorPair estimators,
+       SourceOpener reopen)
+      : options_(WithRulesOfMode(options)),
+        request_(request),
+        scene_(PrepareScene(options_, request_, detections)),
+        detection_skeleton_(detections.skeleton),
+        reopen_(std::move(reopen)),
+        second_pass_estimator_(estimators.output ? estimators.output
+                                                 : estimators.feedback),
+        tracker_(scene_.model, detection_skeleton_, options_.tracker,
+                 std::move(estimators.feedback), std::move(estimators.output)) {
+    tracker_.set_threads(request_.threads);
+  }
+
+  std::vector<TrackFrame> Process(DetectionFrame* frame) {
+    CountRead();
+    if (!ContainsFrame(request_.frames, frame->frame)) return {};
+    KeepUsedViews(scene_, frame, &used_);
+    if (!started_) WarmUp(used_);
+    Feed(used_);
+    if (HasSecondPass()) {
+      if (!reopen_) kept_.push_back(used_);
+      Collect(&first_pass_);
+      return {};
+    }
+    std::vector<TrackFrame> written;
+    Collect(&written);
+    return Count(std::move(written));
+  }
+
+  std::vector<TrackFrame> Finish() {
+    tracker_.Finish(&finished_);
+    if (!HasSecondPass()) {
+      std::vector<TrackFrame> written;
+      Collect(&written);
+      return Count(std::move(written));
+    }
+    Collect(&first_pass_);
+    return Count(RunSecondPass());
+  }
+
+  bool IsPastEnd(int64_t frame) const {
+    return !request_.frames.empty() && frame >= request_.frames.back().end;
+  }
+
+  const RunScene& scene() const { return scene_; }
+  const RunSummary& summary() const { return summary_; }
+
+  void set_stage_times(StageTimes* times) { tracker_.set_stage_times(times); }
+  void set_frame_listener(std::function<void(const DetectionFrame&)> listener) {
+    frame_listener_ = std::move(listener);
+  }
+  void set_progress(std::function<void(int64_t)> progress) {
+    progress_ = std::move(progress);
+  }
+
+ private:
+  bool HasSecondPass() const { return options_.tracker.life.second_pass; }
+
+  void CountRead() {
+    ++frames_read_;
+    if (progress_) progress_(frames_read_);
+  }
+
+  void WarmUp(const DetectionFrame& first) {
+    started_ = true;
+    first_frame_ = first.frame;
+    const FrameClock clock(scene_.model.frame_rate_hz);
+    for (int64_t k = options_.input.repeat_first_frame; k > 0; --k) {
+      Feed(Earlier(first, k, clock));
+    }
+  }
+
+  void Feed(const DetectionFrame& frame) {
+    if (frame_listener_) frame_listener_(frame);
+    tracker_.Process(frame, &finished_);
+  }
+
+  // Appends what the tracker finished, but for its warm-up.
+  void Collect(std::vector<TrackFrame>* frames) {
+    for (TrackFrame& frame : finished_) {
+      if (frame.frame >= first_frame_) frames->push_back(std::move(frame));
+    }
+    finished_.clear();
+  }
+
+  // The next frame of the second pass.
+  bool NextAgain(DetectionSource* source, size_t index, DetectionFrame* frame) {
+    if (source == nullptr) {
+      if (index >= kept_.size()) return false;
+      *frame = std::move(kept_[index]);
+      return true;
+    }
+    DetectionFrame all_views;
+    while (source->Next(&all_views) && !IsPastEnd(all_views.frame)) {
+      CountRead();
+      if (!ContainsFrame(request_.frames, all_views.frame)) continue;
+      KeepUsedViews(scene_, &all_views, frame);
+      return true;
+    }
+    return false;
+  }
+
+  std::vector<TrackFrame> RunSecondPass() {
+    const std::unique_ptr<DetectionSource> source =
+        reopen_ ? reopen_() : nullptr;
+    SecondPass second(scene_.model, detection_skeleton_, options_.tracker,
+                      second_pass_estimator_);
+    DetectionFrame frame;
+    for (size_t i = 0; i < first_pass_.size(); ++i) {
+      if (!NextAgain(source.get(), i, &frame) ||
+          frame.frame != first_pass_[i].frame) {
+        throw std::runtime_error("the detections changed between two passes");
+      }
+      second.Process(frame, first_pass_[i]);
+    }
+    return second.Finish(request_.threads);
+  }
+
+  std::vector<TrackFrame> Count(std::vector<TrackFrame> frames) {
+    for (const TrackFrame& frame : frames) {
+      ++summary_.frames;
+      summary_.person_frames += static_cast<int64_t>(frame.people.size());
+      for (const PersonPose& person : frame.people) people_.insert(person.id);
+    }
+    summary_.people = static_cast<int64_t>(people_.size());
+    return frames;
+  }
+
+  const RunOptions options_;
+  const RunRequest request_;
+  const RunScene scene_;
+  const Skeleton detection_skeleton_;
+  const SourceOpener reopen_;
+  const EstimatorFactory second_pass_estimator_;
+  Tracker tracker_;
+  std::function<void(const DetectionFrame&)> frame_listener_;
+  std::function<void(int64_t)> progress_;
+
+  bool started_ = false;
+  int64_t first_frame_ = 0;  // that is written
+  int64_t frames_read_ = 0;
+  DetectionFrame used_;               // the frame with the used views alone
+  std::vector<TrackFrame> finished_;  // by the tracker, to be collected
+  std::vector<TrackFrame> first_pass_;
+  std::vector<DetectionFrame> kept_;  // for the second pass
+  RunSummary summary_;
+  std::set<TrackId> people_;
+};
+
+Session::Session(const RunOptions& options, const RunRequest& request,
+                 const DetectionHeader& detections, SourceOpener reopen)
+    : Session(options, request, detections, MakeEstimators(options.estimators),
+              std::move(reopen)) {}
+
+Session::Session(const RunOptions& options, const RunRequest& request,
+                 const DetectionHeader& detections, EstimatorPair estimators,
+                 SourceOpener reopen)
+    : impl_(std::make_unique<Impl>(options, request, detections,
+                                   std::move(estimators), std::move(reopen))) {}
+
+Session::~Session() = default;
+
+const RunScene& Session::scene() const { return impl_->scene(); }
+const RunSummary& Session::summary() const { return impl_->summary(); }
+
+void Session::set_stage_times(StageTimes* times) {
+  impl_->set_stage_times(times);
+}
+void Session::set_frame_listener(
+    std::function<void(const DetectionFrame&)> listener) {
+  impl_->set_frame_listener(std::move(listener));
+}
+void Session::set_progress(std::function<void(int64_t)> progress) {
+  impl_->set_progress(std::move(progress));
+}
+
+std::vector<TrackFrame> Session::Process(const DetectionFrame& frame) {
+  DetectionFrame copy = frame;
+  return impl_->Process(&copy);
+}
+std::vector<TrackFrame> Session::Process(DetectionFrame&& frame) {
+  return impl_->Process(&frame);
+}
+bool Session::IsPastEnd(int64_t frame) const { return impl_->IsPastEnd(frame); }
+std::vector<TrackFrame> Session::Finish() { return impl_->Finish(); }
+
+}  // namespace kinegraph

@@ -1,0 +1,92 @@
+// A tracking run, frame by frame: live, or over a recorded take.
+//
+//   kinegraph::Session session(options, request, header);
+//   for (const DetectionFrame& frame : take) {
+//     for (const TrackFrame& done : session.Process(frame)) Use(done);
+//   }
+//   for (const TrackFrame& done : session.Finish()) Use(done);
+//   session.summary();  // how many frames, people, poses
+//
+// Everything that a configuration can ask for happens here: choice of views,
+// warm-up, rules of paper mode, second pass.
+#ifndef KINEGRAPH_SOLVERS_SESSION_SESSION_H_
+#define KINEGRAPH_SOLVERS_SESSION_SESSION_H_
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/data/pose.h"
+#include "core/io/detection_source.h"
+#include "core/tracking/tracker.h"
+#include "solvers/factory.h"
+#include "solvers/session/options.h"
+#include "solvers/session/scene.h"
+
+namespace kinegraph {
+
+// Opens the detections of a run from their beginning, once for each pass.
+using SourceOpener = std::function<std::unique_ptr<DetectionSource>()>;
+
+// Counts of a run, for its closing line.
+struct RunSummary {
+  int64_t frames = 0;
+  int64_t people = 0;  // identities written
+  int64_t person_frames = 0;
+};
+
+// How often a run goes over its frames.
+int PassCount(const RunOptions& options);
+
+class Session {
+ public:
+  // `detections` describes the frames to come: views, skeleton, rate. With a
+  // second pass the session needs the frames again in Finish: it takes them
+  // from `reopen`, which must give the same ones, or, without it, keeps a copy
+  // of each. Throws InputError or OptionError for what does not fit together.
+  Session(const RunOptions& options, const RunRequest& request,
+          const DetectionHeader& detections, SourceOpener reopen = nullptr);
+  // With estimators of the caller's own instead of those that the options
+  // name: to listen to them, or to write with another smoother.
+  Session(const RunOptions& options, const RunRequest& request,
+          const DetectionHeader& detections, EstimatorPair estimators,
+          SourceOpener reopen = nullptr);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  const RunScene& scene() const;
+  // Processor time by stage of the first pass; null: nothing is measured.
+  void set_stage_times(StageTimes* times);
+  // Sees every frame that the first pass is fed, the warm-up included, with
+  // the used views alone; set before the first frame.
+  void set_frame_listener(std::function<void(const DetectionFrame&)> listener);
+  // Sees how many frames were read so far, over both passes.
+  void set_progress(std::function<void(int64_t)> progress);
+
+  // The next frame with all views of the header, in ascending order; frames
+  // that were not asked for (RunRequest::frames) are passed over. Returns the
+  // frames that became final, ascending: possibly none, and none before Finish
+  // with a second pass. Throws InputError when frame or time do not ascend.
+  std::vector<TrackFrame> Process(const DetectionFrame& frame);
+  // The same without a copy: takes the views, and leaves the memory of earlier
+  // ones in `frame`, so that a reader which fills it again need not allocate.
+  std::vector<TrackFrame> Process(DetectionFrame&& frame);
+  // Whether no later frame can matter: RunRequest::frames end before `frame`.
+  bool IsPastEnd(int64_t frame) const;
+  // The rest. Nothing may be processed afterwards.
+  std::vector<TrackFrame> Finish();
+
+  // Of the frames returned so far.
+  const RunSummary& summary() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_SESSION_H_
