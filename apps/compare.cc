@@ -10,7 +10,6 @@
 
 #include "apps/common/app.h"
 #include "apps/common/plot.h"
-#include "solvers/session/run.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/output.h"
 #include "apps/compare/plots.h"
@@ -25,6 +24,7 @@
 #include "core/io/detection_source.h"
 #include "core/io/held_out_set.h"
 #include "core/io/tracks.h"
+#include "solvers/session/run.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");

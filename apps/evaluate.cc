@@ -11,7 +11,6 @@
 #include "apps/common/app.h"
 #include "apps/common/evaluation_output.h"
 #include "apps/common/progress.h"
-#include "solvers/session/run.h"
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/calibration.h"
@@ -19,6 +18,7 @@
 #include "core/io/held_out_set.h"
 #include "core/io/tracks.h"
 #include "core/io/view_pairing.h"
+#include "solvers/session/run.h"
 
 DEFINE_string(tracks, "", "tracks to evaluate");
 DEFINE_string(ground_truth, "", "what to compare with: a file or a folder");

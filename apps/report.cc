@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "apps/common/app.h"
-#include "solvers/session/run.h"
 #include "apps/report/ground.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
@@ -17,6 +16,7 @@
 #include "core/io/detection_source.h"
 #include "core/io/tracks.h"
 #include "core/io/view_pairing.h"
+#include "solvers/session/run.h"
 
 DEFINE_string(tracks, "", "one result, or two on the same clock: a,b");
 DEFINE_string(ground_truth, "", "ground truth to show beside the tracks");

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "apps/common/progress.h"
-#include "solvers/session/run.h"
 #include "apps/compare/strategies.h"
 #include "core/base/frame_range.h"
 #include "core/data/held_out.h"
@@ -21,6 +20,7 @@
 #include "core/evaluation/pcp.h"
 #include "core/evaluation/smoothness.h"
 #include "core/tracking/replay.h"
+#include "solvers/session/run.h"
 
 namespace kinegraph {
 

@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "solvers/session/run.h"
 #include "core/base/frame_range.h"
+#include "solvers/session/run.h"
 
 namespace kinegraph {
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "solvers/session/run.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/evaluation/pcp.h"
+#include "solvers/session/run.h"
 
 namespace kinegraph {
 

@@ -26,10 +26,10 @@
 #include <vector>
 
 #include "apps/common/table.h"
-#include "solvers/session/run.h"
 #include "core/synthetic/body.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
+#include "solvers/session/run.h"
 
 namespace kinegraph {
 namespace {

@@ -13,8 +13,8 @@
 
 #include "apps/common/config_folder.h"
 #include "apps/common/synthesis.h"
-#include "solvers/session/run.h"
 #include "core/evaluation/consistency.h"
+#include "solvers/session/run.h"
 
 namespace kinegraph {
 namespace {

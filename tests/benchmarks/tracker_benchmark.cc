@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "solvers/session/run.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
+#include "solvers/session/run.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {

@@ -4,12 +4,12 @@
 
 #include <string>
 
-#include "solvers/session/run.h"
 #include "core/data/detection.h"
 #include "core/data/held_out.h"
 #include "core/data/pose.h"
 #include "core/evaluation/held_out.h"
 #include "core/geometry/camera.h"
+#include "solvers/session/run.h"
 
 namespace kinegraph::testing {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "apps/common/config_folder.h"
-#include "solvers/session/run.h"
 #include "core/tracking/replay.h"
+#include "solvers/session/run.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "solvers/session/run.h"
 #include "core/io/config.h"
 #include "core/io/text_file.h"
+#include "solvers/session/run.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
