@@ -10,6 +10,9 @@ add_library(kinegraph_kinegraph INTERFACE)
 add_library(kinegraph::kinegraph ALIAS kinegraph_kinegraph)
 set_target_properties(kinegraph_kinegraph PROPERTIES EXPORT_NAME kinegraph)
 target_link_libraries(kinegraph_kinegraph INTERFACE ${libraries})
+target_include_directories(kinegraph_kinegraph INTERFACE
+  $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
+  $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/kinegraph)
 install(TARGETS ${libraries} kinegraph_kinegraph EXPORT kinegraphTargets
@@ -27,9 +30,39 @@ install(FILES ${PROJECT_BINARY_DIR}/kinegraphConfig.cmake
   ${PROJECT_BINARY_DIR}/kinegraphConfigVersion.cmake
   DESTINATION ${package_folder})
 
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/core ${PROJECT_SOURCE_DIR}/solvers
-  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kinegraph
-  FILES_MATCHING PATTERN "*.h")
+# The public headers: include/kinegraph, and those of the library that they
+# bring. What no public header includes stays inside.
+function(kinegraph_collect_headers header)
+  get_property(known GLOBAL PROPERTY KINEGRAPH_PUBLIC_HEADERS)
+  if(header IN_LIST known)
+    return()
+  endif()
+  set_property(GLOBAL APPEND PROPERTY KINEGRAPH_PUBLIC_HEADERS ${header})
+  # A header that changes what it includes changes what is installed.
+  set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY
+    CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${header})
+  file(STRINGS ${PROJECT_SOURCE_DIR}/${header} lines
+    REGEX "^#include \"(core|solvers)/")
+  foreach(line ${lines})
+    string(REGEX REPLACE "^#include \"([^\"]+)\".*" "\\1" included "${line}")
+    kinegraph_collect_headers(${included})
+  endforeach()
+endfunction()
+
+file(GLOB faces RELATIVE ${PROJECT_SOURCE_DIR} CONFIGURE_DEPENDS
+  ${PROJECT_SOURCE_DIR}/include/kinegraph/*.h)
+foreach(face ${faces})
+  kinegraph_collect_headers(${face})
+endforeach()
+get_property(headers GLOBAL PROPERTY KINEGRAPH_PUBLIC_HEADERS)
+foreach(header ${headers})
+  get_filename_component(folder ${header} DIRECTORY)
+  if(NOT folder MATCHES "^include/")
+    set(folder include/kinegraph/${folder})
+  endif()
+  string(REGEX REPLACE "^include" ${CMAKE_INSTALL_INCLUDEDIR} folder ${folder})
+  install(FILES ${PROJECT_SOURCE_DIR}/${header} DESTINATION ${folder})
+endforeach()
 
 get_property(commands GLOBAL PROPERTY KINEGRAPH_COMMANDS)
 if(commands)

@@ -13,12 +13,47 @@ function(run)
 endfunction()
 
 run(${CMAKE_COMMAND} --install ${BUILD} --config ${CONFIG} --prefix ${prefix})
-if(NOT EXISTS ${prefix}/include/kinegraph/core/geometry/camera.h)
-  message(FATAL_ERROR "the headers are not in include/kinegraph")
-endif()
+foreach(header kinegraph.h core/geometry/camera.h solvers/session/session.h)
+  if(NOT EXISTS ${prefix}/include/kinegraph/${header})
+    message(FATAL_ERROR "include/kinegraph/${header} is not there")
+  endif()
+endforeach()
+# What no public header includes is not installed.
+foreach(header core/io/atomic_file.h apps/common/app.h)
+  if(EXISTS ${prefix}/include/kinegraph/${header})
+    message(FATAL_ERROR "the internal header ${header} was installed")
+  endif()
+endforeach()
 run(${CMAKE_COMMAND} -S ${SOURCE} -B ${consumer} -G ${GENERATOR}
   -D CMAKE_BUILD_TYPE=${CONFIG} -D CMAKE_CXX_COMPILER=${COMPILER}
   -D CMAKE_CXX_FLAGS=${FLAGS}
   -D CMAKE_PREFIX_PATH=${prefix} -D KINEGRAPH_VERSION_WANTED=${VERSION})
 run(${CMAKE_COMMAND} --build ${consumer})
 run(${consumer}/consumer)
+
+# The examples, as somebody would build them, and what they print.
+set(examples "${FOLDER}/examples build")
+set(take "${FOLDER}/take")
+file(REMOVE_RECURSE ${examples} ${take})
+run(${CMAKE_COMMAND} -S ${SOURCE}/../../../examples -B ${examples} -G ${GENERATOR}
+  -D CMAKE_BUILD_TYPE=${CONFIG} -D CMAKE_CXX_COMPILER=${COMPILER}
+  -D CMAKE_CXX_FLAGS=${FLAGS} -D CMAKE_PREFIX_PATH=${prefix})
+run(${CMAKE_COMMAND} --build ${examples})
+file(GLOB sources ${SOURCE}/../../../examples/*.cc)
+foreach(source ${sources})
+  get_filename_component(example ${source} NAME_WE)
+  if(NOT EXISTS ${examples}/${example})
+    message(FATAL_ERROR "examples/CMakeLists.txt does not build ${example}")
+  endif()
+  if(NOT example STREQUAL track_take)
+    run(${examples}/${example})
+  endif()
+endforeach()
+run(${prefix}/bin/kinegraph-synthesize --out=${take}
+  --config=${prefix}/share/kinegraph/configs/synthetic/demo.toml
+  "--set=scene.duration_s=2")
+run(${examples}/track_take ${take}/cameras.json ${take}/detections.jsonl
+  ${take}/tracks.jsonl)
+if(NOT EXISTS ${take}/tracks.jsonl)
+  message(FATAL_ERROR "track_take wrote nothing")
+endif()

@@ -1,0 +1,46 @@
+// Feeds detections from memory, one frame at a time, as a live program does,
+// and uses each frame as soon as it is final. The detections are a synthetic
+// scene's; yours come from your detector.
+#include <kinegraph/kinegraph.h>
+
+#include <cstdio>
+
+int main() {
+  kinegraph::SceneOptions scene_options;
+  scene_options.people = 2;
+  scene_options.duration_s = 4.0;
+  const kinegraph::Scene scene = kinegraph::MakeScene(scene_options);
+  kinegraph::NoiseOptions noise;
+  noise.joints.sigma_px = 3.0;
+  const kinegraph::DetectionSequence take =
+      kinegraph::Observe(scene, noise, nullptr);
+
+  kinegraph::RunOptions options;
+  options.estimators.mode = kinegraph::Mode::kGraph;
+  options.estimators.graph.lag_s = 0.2;  // final so long after its capture
+  kinegraph::RunRequest request;
+  request.cameras = scene.cameras;
+  kinegraph::Session session(options, request, take.header);
+
+  const auto use = [](const std::vector<kinegraph::TrackFrame>& frames) {
+    for (const kinegraph::TrackFrame& frame : frames) {
+      for (const kinegraph::PersonPose& person : frame.people) {
+        const kinegraph::Joint3d& nose = person.joints[0];
+        if (!nose.present() || frame.frame % 25 != 0) continue;
+        std::printf("frame %3lld person %lld nose at %.2f %.2f %.2f m\n",
+                    static_cast<long long>(frame.frame),
+                    static_cast<long long>(person.id.value()),
+                    nose.position_m.x(), nose.position_m.y(),
+                    nose.position_m.z());
+      }
+    }
+  };
+  for (const kinegraph::DetectionFrame& frame : take.frames) {
+    use(session.Process(frame));
+  }
+  use(session.Finish());
+  std::printf("%lld poses of %lld people\n",
+              static_cast<long long>(session.summary().person_frames),
+              static_cast<long long>(session.summary().people));
+  return session.summary().person_frames > 0 ? 0 : 1;
+}

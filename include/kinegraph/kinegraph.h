@@ -1,0 +1,49 @@
+// kinegraph: the 3D motion of people from the 2D poses that calibrated cameras
+// see. The one header a program needs:
+//
+//   #include <kinegraph/kinegraph.h>
+//
+// What it brings, in the order of a program:
+//   core/geometry/camera.h          cameras: projection, lenses, world to
+//   pixels core/skeleton/skeleton.h        joints, bones, mirror pairs
+//   core/data/detection.h           2D poses as a detector gives them
+//   core/data/pose.h                3D poses as they are written
+//   core/io/calibration.h           ReadCameras, WriteCameras
+//   core/io/detection_source.h      ReadDetections, OpenDetections
+//   core/io/tracks.h, track_writer.h   ReadTracks, WriteTracks
+//   solvers/session/options.h       RunOptions: all that a configuration can
+//   say solvers/session/session.h       Session: a run, frame by frame
+//   solvers/session/run.h           a whole take at once; frozen matches
+//   core/tracking/estimator.h       the interface of a smoother of one's own
+//   core/evaluation/*.h             errors against a ground truth, identity
+//   core/synthetic/*.h              scenes with known truth
+//
+// Lengths are metres, images are pixels, times are nanoseconds (TimeNs) or, by
+// their suffix, seconds. Bad input throws InputError or OptionError, whose
+// what() is one line that names file, line or key.
+#ifndef KINEGRAPH_KINEGRAPH_H_
+#define KINEGRAPH_KINEGRAPH_H_
+
+#include "core/base/error.h"
+#include "core/data/detection.h"
+#include "core/data/pose.h"
+#include "core/evaluation/identity.h"
+#include "core/evaluation/motion.h"
+#include "core/evaluation/mpjpe.h"
+#include "core/geometry/camera.h"
+#include "core/io/calibration.h"
+#include "core/io/detection_source.h"
+#include "core/io/detection_writer.h"
+#include "core/io/track_writer.h"
+#include "core/io/tracks.h"
+#include "core/skeleton/skeleton.h"
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+#include "core/tracking/estimator.h"
+#include "core/tracking/replay.h"
+#include "solvers/factory.h"
+#include "solvers/session/options.h"
+#include "solvers/session/run.h"
+#include "solvers/session/session.h"
+
+#endif  // KINEGRAPH_KINEGRAPH_H_
