@@ -2,6 +2,7 @@ file(GLOB_RECURSE sources
   ${SOURCE}/core/*.h ${SOURCE}/core/*.cc
   ${SOURCE}/solvers/*.h ${SOURCE}/solvers/*.cc
   ${SOURCE}/apps/*.h ${SOURCE}/apps/*.cc
+  ${SOURCE}/include/*.h ${SOURCE}/examples/*.cc ${SOURCE}/python/*.cc
   ${SOURCE}/tests/*.h ${SOURCE}/tests/*.cc)
 if(NOT sources)
   message(FATAL_ERROR "no sources in ${SOURCE}")

@@ -51,7 +51,7 @@ foreach(source ${sources})
 endforeach()
 run(${prefix}/bin/kinegraph-synthesize --out=${take}
   --config=${prefix}/share/kinegraph/configs/synthetic/demo.toml
-  "--set=scene.duration_s=2")
+  "--set=scene.duration=2")
 run(${examples}/track_take ${take}/cameras.json ${take}/detections.jsonl
   ${take}/tracks.jsonl)
 if(NOT EXISTS ${take}/tracks.jsonl)
