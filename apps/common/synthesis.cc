@@ -10,9 +10,11 @@
 #include "core/io/calibration.h"
 #include "core/io/config.h"
 #include "core/io/detection_writer.h"
+#include "core/io/json.h"
 #include "core/io/noise_model.h"
 #include "core/io/text_file.h"
 #include "core/io/track_writer.h"
+#include "core/io/tracks.h"
 
 namespace kinegraph {
 namespace {
@@ -176,7 +178,8 @@ struct Configuration {
 
 Configuration ReadConfiguration(const std::string& path,
                                 const std::string& set) {
-  Configuration read = {ConfigFile::Read(path), {}, {}};
+  Configuration read = {
+      path.empty() ? ConfigFile::Empty() : ConfigFile::Read(path), {}, {}};
   ConfigFile& config = read.file;
   if (!set.empty()) config.Override(set, "--set");
   SynthesisOptions& options = read.options;
@@ -199,6 +202,44 @@ Configuration ReadConfiguration(const std::string& path,
   return read;
 }
 
+// Reads the clips: those of the command line, else the configuration's. The
+// options then name the files as they were opened.
+std::vector<MotionClip> ReadClips(const std::string& config_path,
+                                  const std::vector<std::string>& motion,
+                                  RecordedPeopleOptions* options) {
+  if (!motion.empty()) {
+    options->clips = motion;
+  } else {
+    for (std::string& clip : options->clips) {
+      if (clip.empty()) {
+        throw InputError(config_path, "motion.clips", "an empty file name");
+      }
+      clip = Beside(config_path, clip);
+    }
+  }
+  std::vector<MotionClip> clips;
+  for (const std::string& clip : options->clips) {
+    clips.push_back({clip, ReadTracks(clip)});
+  }
+  return clips;
+}
+
+// Frame rate and duration of the clips where nothing sets them: the first
+// clip's rate, and until the last of the people has left.
+void FitToClips(const ConfigFile& config, const std::vector<MotionClip>& clips,
+                const std::vector<std::shared_ptr<const Actor>>& people,
+                SceneOptions* scene) {
+  const double rate = clips.front().tracks.header.frame_rate_hz;
+  if (!config.Has("scene.frame_rate") && rate > 0.0) {
+    scene->frame_rate_hz = rate;
+  }
+  if (config.Has("scene.duration")) return;
+  constexpr double kSlack = 1e-3;  // frames: rounding of the clip's times
+  const double frames =
+      std::floor(EndOf(people) * scene->frame_rate_hz + kSlack) + 1.0;
+  scene->duration_s = frames / scene->frame_rate_hz;
+}
+
 std::string Quoted(const std::string& text) { return "\"" + text + "\""; }
 
 std::string Seconds(double value) {
@@ -219,12 +260,21 @@ std::string SpansJson(const std::vector<TimeSpan>& spans, double end_s) {
   return json + "]";
 }
 
-std::string PersonJson(const ScenePerson& person, size_t id, double end_s) {
-  const Itinerary& plan = person.motion.itinerary();
-  return "{\"id\": " + std::to_string(id) +
-         ", \"stature\": " + Seconds(person.motion.shape().stature) +
-         ", \"present\": " + SpansJson(plan.present, end_s) +
-         ", \"seated\": " + SpansJson(plan.seated, end_s) + "}";
+// A name of a file may hold anything.
+std::string JsonText(const std::string& text) {
+  return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string PersonJson(const Actor& person, size_t id, double end_s) {
+  const ActorFacts facts = person.Facts();
+  std::string json = "{\"id\": " + std::to_string(id);
+  if (!facts.clip.empty()) {
+    json += ", \"clip\": " + JsonText(facts.clip) +
+            ", \"clip_id\": " + std::to_string(facts.clip_id.value());
+  }
+  return json + ", \"stature\": " + Seconds(facts.stature_m) +
+         ", \"present\": " + SpansJson(facts.present, end_s) +
+         ", \"seated\": " + SpansJson(facts.seated, end_s) + "}";
 }
 
 // [person or -1, note, [joints that are outliers]] of one detection.
@@ -262,7 +312,7 @@ void WriteSceneFile(const std::string& path, const SyntheticTake& take) {
   for (size_t i = 0; i < take.scene.people.size(); ++i) {
     file.Write(
         (i > 0 ? ",\n " : "\n ") +
-        PersonJson(take.scene.people[i], i, take.options.scene.duration_s));
+        PersonJson(*take.scene.people[i], i, take.options.scene.duration_s));
   }
   file.Write("],\n\"detections\": [");
   for (size_t f = 0; f < take.detections.frames.size(); ++f) {
@@ -299,6 +349,9 @@ void SynthesisOptions::Describe(OptionVisitor& visitor) {
   visitor.Enter("scene");
   scene.Describe(visitor);
   visitor.Leave();
+  visitor.Enter("motion");
+  motion.Describe(visitor);
+  visitor.Leave();
   visitor.Enter("noise");
   noise.Describe(visitor);
   visitor.Enter("model");
@@ -307,10 +360,11 @@ void SynthesisOptions::Describe(OptionVisitor& visitor) {
   visitor.Leave();
 }
 
-SyntheticTake MakeTake(const std::string& config_path, const std::string& set) {
-  const Configuration read = ReadConfiguration(config_path, set);
-  SyntheticTake take;
-  take.options = read.options;
+SyntheticTake MakeTake(const std::string& config_path, const std::string& set,
+                       const std::vector<std::string>& motion) {
+  Configuration read = ReadConfiguration(config_path, set);
+  const std::vector<MotionClip> clips =
+      ReadClips(config_path, motion, &read.options.motion);
   // Errors of the stages name keys of their own table.
   const auto located = [&read](const char* table, const auto& body) {
     try {
@@ -320,8 +374,24 @@ SyntheticTake MakeTake(const std::string& config_path, const std::string& set) {
           OptionError(table + ("." + error.key()), error.message()));
     }
   };
-  located("scene",
-          [&] { take.scene = MakeScene(read.options.scene, read.skeleton); });
+  std::vector<std::shared_ptr<const Actor>> people;
+  located("motion", [&] {
+    people =
+        MakeRecordedPeople(read.options.motion, clips, read.skeleton,
+                           {read.options.scene.motion.area_radius_m,
+                            read.options.scene.motion.min_distance_m,
+                            static_cast<uint64_t>(read.options.scene.seed)});
+  });
+  if (!clips.empty()) {
+    FitToClips(read.file, clips, people, &read.options.scene);
+  }
+  SyntheticTake take;
+  take.options = read.options;
+  located("scene", [&] {
+    take.scene = clips.empty()
+                     ? MakeScene(read.options.scene, read.skeleton)
+                     : MakeScene(read.options.scene, read.skeleton, people);
+  });
   located("noise", [&] {
     take.detections = Observe(take.scene, read.options.noise, &take.labels);
   });

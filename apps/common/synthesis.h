@@ -11,6 +11,7 @@
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/synthetic/noise.h"
+#include "core/synthetic/recorded_people.h"
 #include "core/synthetic/scene.h"
 
 namespace kinegraph {
@@ -34,6 +35,7 @@ struct NoiseModelOptions {
 // A whole configuration.
 struct SynthesisOptions {
   SceneOptions scene;
+  RecordedPeopleOptions motion;
   NoiseOptions noise;
   NoiseModelOptions model;
 
@@ -49,9 +51,13 @@ struct SyntheticTake {
   TrackSequence truth;  // at the frames and times of the detections
 };
 
-// Makes the take of a configuration (TOML) with what the command line changes
-// in it (`set` as --set takes it). Throws InputError naming file, line and key.
-SyntheticTake MakeTake(const std::string& config_path, const std::string& set);
+// Makes the take of a configuration (TOML; empty: all defaults) with what the
+// command line changes in it (`set` as --set takes it). `motion`: tracks files
+// in place of the configuration's motion.clips. With clips, frame rate and
+// duration are those of the clips where nothing sets them. Throws InputError
+// naming file, line and key.
+SyntheticTake MakeTake(const std::string& config_path, const std::string& set,
+                       const std::vector<std::string>& motion = {});
 
 // The files of a take in its folder.
 struct TakeFiles {

@@ -1,6 +1,7 @@
 #include "core/synthetic/occlusion.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace kinegraph {
 
@@ -47,7 +48,16 @@ Obstacle::Obstacle(const std::vector<Capsule>& capsules, const BodyPose& pose) {
                          PositionOf(capsule.b, pose), capsule.radius_m});
   }
   centre_ = pose[static_cast<size_t>(Segment::kPelvis)].origin_m;
-  for (const Placed& part : capsules_) {
+  BoundAll();
+}
+
+Obstacle::Obstacle(std::vector<PlacedCapsule> capsules, const Vector3d& centre)
+    : capsules_(std::move(capsules)), centre_(centre) {
+  BoundAll();
+}
+
+void Obstacle::BoundAll() {
+  for (const PlacedCapsule& part : capsules_) {
     const double reach =
         std::max((part.a - centre_).norm(), (part.b - centre_).norm());
     radius_m_ = std::max(radius_m_, reach + part.radius_m);
@@ -60,7 +70,7 @@ bool Obstacle::Hides(const Vector3d& eye, const Vector3d& point) const {
     return false;
   }
   return std::any_of(
-      capsules_.begin(), capsules_.end(), [&](const Placed& part) {
+      capsules_.begin(), capsules_.end(), [&](const PlacedCapsule& part) {
         return SquaredSegmentDistance(eye, point, part.a, part.b) <
                part.radius_m * part.radius_m;
       });

@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
+#include "core/synthetic/simulated_actor.h"
 
 namespace kinegraph {
 namespace {
@@ -66,6 +67,67 @@ PersonPose TruePerson(int id, Pose3d joints, size_t views) {
   person.joints = std::move(joints);
   person.score = 1.0;
   return person;
+}
+
+using People = std::vector<std::shared_ptr<const Actor>>;
+
+People SimulatePeople(const SceneOptions& options, const Skeleton& skeleton) {
+  Random random(static_cast<uint64_t>(options.seed));
+  const TimeSpan span = {-kSceneMargin, options.duration_s + kSceneMargin};
+  std::vector<Itinerary> itineraries = SimulateCrowd(
+      options.motion, static_cast<int>(options.people), span, random.Fork());
+  People people;
+  for (Itinerary& itinerary : itineraries) {
+    const BodyShape shape = RandomShape(options, &random);
+    PersonMotion motion(shape, std::move(itinerary), span,
+                        options.trunk_flexibility, random.Fork());
+    people.push_back(std::make_shared<SimulatedActor>(
+        std::move(motion), PointsOf(shape, skeleton)));
+  }
+  return people;
+}
+
+Scene FilledScene(const SceneOptions& options, const Skeleton& skeleton,
+                  People people) {
+  Scene scene;
+  scene.cameras = MakeRing(options.cameras);
+  scene.skeleton = skeleton;
+  scene.frame_rate_hz = options.frame_rate_hz;
+  scene.people = std::move(people);
+  const FrameClock clock(options.frame_rate_hz);
+  const auto frames = std::max<int64_t>(
+      1, std::llround(options.duration_s * options.frame_rate_hz));
+  for (int64_t frame = 0; frame < frames; ++frame) {
+    scene.times.push_back(clock.TimeOf(frame));
+    std::vector<Pose3d> poses;
+    for (const auto& person : scene.people) {
+      poses.push_back(PersonAt(*person, scene.times.back()));
+    }
+    scene.poses.push_back(std::move(poses));
+  }
+  return scene;
+}
+
+void CheckPeopleOffCameras(const Scene& scene) {
+  constexpr double kClearance = 0.5;  // [m]
+  for (size_t f = 0; f < scene.poses.size(); ++f) {
+    for (size_t i = 0; i < scene.people.size(); ++i) {
+      for (const Joint3d& joint : scene.poses[f][i]) {
+        for (const Camera& camera : scene.cameras) {
+          if ((joint.position_m - camera.centre()).norm() >= kClearance) {
+            continue;
+          }
+          throw OptionError(
+              "clips", scene.people[i]->Facts().clip +
+                           ": somebody comes nearer than half a metre to "
+                           "camera '" +
+                           camera.name() + "' at " +
+                           std::to_string(ToSeconds(scene.times[f])) +
+                           " s; raise scene.cameras.radius or place the clip");
+        }
+      }
+    }
+  }
 }
 
 TrackHeader TruthHeader(const Scene& scene) {
@@ -160,47 +222,21 @@ Scene MakeScene(const SceneOptions& options) {
 Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton) {
   CheckOptions(options);
   CheckCamerasOutside(options);
-  Scene scene;
-  scene.cameras = MakeRing(options.cameras);
-  scene.skeleton = skeleton;
-  scene.frame_rate_hz = options.frame_rate_hz;
+  return FilledScene(options, skeleton, SimulatePeople(options, skeleton));
+}
 
-  Random random(static_cast<uint64_t>(options.seed));
-  const TimeSpan span = {-kSceneMargin, options.duration_s + kSceneMargin};
-  std::vector<Itinerary> itineraries = SimulateCrowd(
-      options.motion, static_cast<int>(options.people), span, random.Fork());
-  for (Itinerary& itinerary : itineraries) {
-    const BodyShape shape = RandomShape(options, &random);
-    scene.people.push_back(
-        {PersonMotion(shape, std::move(itinerary), span,
-                      options.trunk_flexibility, random.Fork()),
-         PointsOf(shape, skeleton)});
-  }
-
-  const FrameClock clock(options.frame_rate_hz);
-  const auto frames = std::max<int64_t>(
-      1, std::llround(options.duration_s * options.frame_rate_hz));
-  for (int64_t frame = 0; frame < frames; ++frame) {
-    scene.times.push_back(clock.TimeOf(frame));
-    std::vector<Pose3d> poses;
-    for (const ScenePerson& person : scene.people) {
-      poses.push_back(PersonAt(person, scene.times.back()));
-    }
-    scene.poses.push_back(std::move(poses));
-  }
+Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton,
+                std::vector<std::shared_ptr<const Actor>> people) {
+  CheckOptions(options);
+  Scene scene = FilledScene(options, skeleton, std::move(people));
+  CheckPeopleOffCameras(scene);
   return scene;
 }
 
-Pose3d PersonAt(const ScenePerson& person, TimeNs time) {
+Pose3d PersonAt(const Actor& person, TimeNs time) {
   const double time_s = ToSeconds(time);
-  if (!person.motion.PresentAt(time_s)) return {};
-  const BodyPose body = person.motion.PoseAt(time_s);
-  Pose3d pose;
-  pose.reserve(person.joints.size());
-  for (const BodyPoint& joint : person.joints) {
-    pose.push_back({PositionOf(joint, body), JointStatus::kObserved});
-  }
-  return pose;
+  if (!person.PresentAt(time_s)) return {};
+  return person.PoseAt(time_s);
 }
 
 TrackSequence TruthOf(const Scene& scene) {
@@ -220,7 +256,7 @@ TrackSequence TruthAt(const Scene& scene,
     frame.frame = at.frame;
     frame.time = at.time;
     for (size_t i = 0; i < scene.people.size(); ++i) {
-      Pose3d pose = PersonAt(scene.people[i], at.time);
+      Pose3d pose = PersonAt(*scene.people[i], at.time);
       if (pose.empty()) continue;
       frame.people.push_back(TruePerson(static_cast<int>(i), std::move(pose),
                                         scene.cameras.size()));

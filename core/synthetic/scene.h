@@ -4,6 +4,7 @@
 #define KINEGRAPH_CORE_SYNTHETIC_SCENE_H_
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,9 +13,8 @@
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 #include "core/skeleton/skeleton.h"
-#include "core/synthetic/body.h"
+#include "core/synthetic/actor.h"
 #include "core/synthetic/crowd.h"
-#include "core/synthetic/motion.h"
 
 namespace kinegraph {
 
@@ -53,18 +53,12 @@ struct SceneOptions {
   void Describe(OptionVisitor& visitor);
 };
 
-// A person and the points of the skeleton on them.
-struct ScenePerson {
-  PersonMotion motion;
-  std::vector<BodyPoint> joints;
-};
-
 struct Scene {
   CameraRig cameras;
   Skeleton skeleton;
   double frame_rate_hz = 0.0;
   std::vector<TimeNs> times;  // of frames 0, 1, 2, ...
-  std::vector<ScenePerson> people;
+  std::vector<std::shared_ptr<const Actor>> people;
   // poses[frame][person]; empty while the person is not in the scene.
   std::vector<std::vector<Pose3d>> poses;
 };
@@ -78,11 +72,17 @@ inline constexpr double kSceneMargin = 2.0;
 Scene MakeScene(const SceneOptions& options);
 // The same with a skeleton of one's own; `options.skeleton` is not looked at.
 Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton);
+// The same with people of one's own (recorded ones, recorded_people.h) in place
+// of simulated ones; of `options` the people, stature and motion are not looked
+// at. Throws OptionError("clips", ...) when somebody comes so near to a camera
+// that half a metre is not left.
+Scene MakeScene(const SceneOptions& options, const Skeleton& skeleton,
+                std::vector<std::shared_ptr<const Actor>> people);
 
 CameraRig MakeRing(const RingOptions& options);
 
 // Pose of a person at any moment of the scene; empty when not in it.
-Pose3d PersonAt(const ScenePerson& person, TimeNs time);
+Pose3d PersonAt(const Actor& person, TimeNs time);
 
 // The truth as tracks: all joints observed, person i has id i.
 TrackSequence TruthOf(const Scene& scene);

@@ -11,11 +11,10 @@ using Eigen::Vector3d;
 constexpr double kPi = 3.14159265358979323846;
 
 // Direction of the camera as the person sees it [deg].
-double AzimuthOf(const Camera& camera, const BodyPose& body) {
-  const SegmentPose& thorax = body[static_cast<size_t>(Segment::kThorax)];
-  const Vector3d to_camera = camera.centre() - thorax.origin_m;
-  const double forward = to_camera.dot(thorax.R.col(0));
-  const double right = -to_camera.dot(thorax.R.col(1));
+double AzimuthOf(const Camera& camera, const SegmentPose& trunk) {
+  const Vector3d to_camera = camera.centre() - trunk.origin_m;
+  const double forward = to_camera.dot(trunk.R.col(0));
+  const double right = -to_camera.dot(trunk.R.col(1));
   return std::atan2(right, forward) * 180.0 / kPi;
 }
 
@@ -25,17 +24,13 @@ Moment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles) {
   Moment moment;
   moment.time = time;
   const double time_s = ToSeconds(time);
-  for (const ScenePerson& person : scene.people) {
-    moment.poses.push_back(PersonAt(person, time));
+  for (const auto& person : scene.people) {
+    moment.poses.push_back(PersonAt(*person, time));
     const bool present = !moment.poses.back().empty();
-    moment.bodies.push_back(present ? person.motion.PoseAt(time_s)
-                                    : BodyPose());
+    moment.trunks.push_back(present ? person->TrunkAt(time_s) : SegmentPose());
     if (!with_obstacles) continue;
     moment.obstacles.emplace_back();
-    if (present) {
-      moment.obstacles.back().emplace(CapsulesOf(person.motion.shape()),
-                                      moment.bodies.back());
-    }
+    if (present) moment.obstacles.back() = person->ObstacleAt(time_s);
   }
   return moment;
 }
@@ -48,7 +43,7 @@ std::vector<PersonSight> Sights(const Camera& camera, const Moment& moment,
     sight.joints.resize(static_cast<size_t>(joint_count));
     sight.present = !moment.poses[i].empty();
     if (!sight.present) continue;
-    sight.azimuth_deg = AzimuthOf(camera, moment.bodies[i]);
+    sight.azimuth_deg = AzimuthOf(camera, moment.trunks[i]);
     for (int j = 0; j < joint_count; ++j) {
       JointSight& joint = sight.joints[j];
       const Vector3d& point = moment.poses[i][j].position_m;

@@ -18,8 +18,8 @@ namespace kinegraph {
 // The scene at one moment.
 struct Moment {
   TimeNs time = 0;
-  std::vector<Pose3d> poses;     // by person; empty: not there
-  std::vector<BodyPose> bodies;  // meaningless where not there
+  std::vector<Pose3d> poses;        // by person; empty: not there
+  std::vector<SegmentPose> trunks;  // meaningless where not there
   std::vector<std::optional<Obstacle>> obstacles;  // empty: do not matter
 };
 

@@ -138,6 +138,136 @@ TEST(Synthesize, MeasuredFiguresComeFromTheModelFile) {
   EXPECT_EQ(Synthesize(folder, config, "other", "noise.sigma=3").exit_code, 2);
 }
 
+// A clip: somebody of a simulated scene, whose truth is a tracks file.
+std::string MakeClip(const TemporaryFolder& folder) {
+  const std::string config = folder.Write(
+      "clip.toml",
+      "[scene]\nseed = 4\npeople = 1\nduration = 3\nframe_rate = 30\n"
+      "[scene.motion]\nvisitors = 0.0\n");
+  EXPECT_EQ(Synthesize(folder, config, "clip").exit_code, 0);
+  return (folder.path() / "clip/truth.jsonl").string();
+}
+
+ProgramOutcome SynthesizeMotion(const TemporaryFolder& folder,
+                                const std::string& motion,
+                                const std::string& more,
+                                const std::string& out) {
+  return RunProgram("synthesize",
+                    "'--motion=" + motion + "' " + more +
+                        " '--out=" + (folder.path() / out).string() + "'");
+}
+
+TEST(SynthesizeMotion, TakesRateAndLengthFromTheClipAlone) {
+  const TemporaryFolder folder;
+  const std::string clip = MakeClip(folder);
+  ASSERT_EQ(SynthesizeMotion(folder, clip, "", "out").exit_code, 0);
+  const TrackSequence before = ReadTracks(clip);
+  const TrackSequence truth =
+      ReadTracks((folder.path() / "out/truth.jsonl").string());
+  EXPECT_EQ(truth.header.frame_rate_hz, 30.0);
+  ASSERT_EQ(truth.frames.size(), before.frames.size());
+  for (const TrackFrame& frame : truth.frames) {
+    EXPECT_EQ(frame.people.size(), 1u) << frame.frame;
+  }
+  EXPECT_THAT(ContentOf(folder.path() / "out/scene.json"),
+              ::testing::HasSubstr("\"clip_id\": 0"));
+}
+
+TEST(SynthesizeMotion, ConfigurationRateStartsAndHoldsCount) {
+  const TemporaryFolder folder;
+  const std::string clip = MakeClip(folder);
+  const std::string config =
+      folder.Write("two.toml",
+                   "[scene]\nframe_rate = 60\n[scene.motion]\n"
+                   "area_radius = 5.0\n"
+                   "[motion]\nclips = [\"clip/truth.jsonl\", "
+                   "\"clip/truth.jsonl\"]\nstart = [0, 1]\nhold = [0, 2]\n");
+  ASSERT_EQ(Synthesize(folder, config, "a").exit_code, 0)
+      << "clips are found beside the configuration";
+  ASSERT_EQ(Synthesize(folder, config, "b").exit_code, 0);
+  for (const char* name : kFiles) {
+    EXPECT_EQ(ContentOf(folder.path() / "a" / name),
+              ContentOf(folder.path() / "b" / name))
+        << name;
+  }
+  const TrackSequence truth =
+      ReadTracks((folder.path() / "a/truth.jsonl").string());
+  EXPECT_EQ(truth.header.frame_rate_hz, 60.0);
+  // The clip's 89 intervals of 1/30 s after 1 s and a hold of 2 s, whose start
+  // from rest takes 0.15 s more.
+  EXPECT_EQ(truth.frames.size(), 189u + 178u + 1u);
+  EXPECT_EQ(truth.frames[30].people.size(), 1u);
+  EXPECT_EQ(truth.frames[90].people.size(), 2u);
+  // The command line's clips win.
+  ASSERT_EQ(
+      SynthesizeMotion(folder, clip,
+                       "'--config=" + config + "' '--set=scene.seed=3'", "c")
+          .exit_code,
+      2)
+      << "two starts for one clip";
+}
+
+TEST(SynthesizeMotion, BadClipsAreOneLineAndExitTwo) {
+  const TemporaryFolder folder;
+  const std::string clip = MakeClip(folder);
+  const std::string header =
+      ContentOf(clip).substr(0, ContentOf(clip).find('\n'));
+  const std::string empty = folder.Write("empty.jsonl", header + "\n");
+  const std::string rubbish = folder.Write("rubbish.jsonl", "not tracks\n");
+  const std::string hips = folder.Write(
+      "hips.jsonl",
+      R"({"kinegraph": 1, "units": {"length": "m", "time": "s"}, )"
+      R"("skeleton": {"name": "two", "joints": ["l_hip", "r_hip"], )"
+      R"("bones": []}, "mode": "graph", "frame_rate": 30.0, "config": {}})"
+      "\n"
+      R"({"frame":0,"time":0.0,"people":[{"id":0,"joints":[[0,0,1],[0,1,1]],)"
+      R"("status":["observed","observed"]}]})"
+      "\n");
+  const std::map<std::string, std::string> cases = {
+      {(folder.path() / "none.jsonl").string(), "none.jsonl"},
+      {empty, "empty.jsonl: no frames"},
+      {rubbish, "rubbish.jsonl"},
+      {hips, "hips.jsonl: skeleton 'two' has no joint 'nose'"},
+      {clip + ",", "--motion"}};
+  for (const auto& [motion, expected] : cases) {
+    const ProgramOutcome outcome = SynthesizeMotion(folder, motion, "", "out");
+    EXPECT_EQ(outcome.exit_code, 2) << motion;
+    EXPECT_THAT(outcome.errors, ::testing::HasSubstr(expected));
+    EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1)
+        << outcome.errors;
+    EXPECT_FALSE(fs::exists(folder.path() / "out")) << motion;
+  }
+  const std::string config =
+      folder.Write("hold.toml", "[scene]\nseed = 1\n[motion]\nhold = [2]\n");
+  const ProgramOutcome outcome = Synthesize(folder, config, "out");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.errors,
+              ::testing::HasSubstr("hold.toml:4: key 'motion.hold'"));
+}
+
+TEST(SynthesizeMotion, RecordedClipsAreSeenAsTheyAre) {
+  KINEGRAPH_DATA_OR_SKIP(data, "motion/walk_30hz.jsonl");
+  const std::string folder_of_data = fs::path(data).parent_path().string();
+  const TemporaryFolder folder;
+  for (const char* name : {"motion.toml", "motion_after_rest.toml"}) {
+    const std::string config =
+        ProjectFile(std::string("configs/synthetic/") + name).string();
+    const ProgramOutcome outcome = SynthesizeMotion(
+        folder, data, "'--config=" + config + "'", std::string("one_") + name);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  }
+  const std::string config = ProjectFile("configs/synthetic/motion_crowd.toml");
+  const std::string clips = data + "," + folder_of_data + "/dance_30hz.jsonl," +
+                            folder_of_data + "/hop_30hz.jsonl";
+  const ProgramOutcome outcome =
+      SynthesizeMotion(folder, clips, "'--config=" + config + "'", "crowd");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const TrackSequence truth =
+      ReadTracks((folder.path() / "crowd/truth.jsonl").string());
+  EXPECT_EQ(truth.frames[0].people.size(), 1u);
+  EXPECT_EQ(truth.frames[55].people.size(), 3u);
+}
+
 // The whole way: exact detections through the tracker give the truth back.
 TEST(Synthesize, ExactDetectionsAreTrackedExactly) {
   const TemporaryFolder folder;

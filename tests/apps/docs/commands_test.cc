@@ -78,7 +78,8 @@ INSTANTIATE_TEST_SUITE_P(Pages, DocsCommandsTest,
                          ::testing::Values("README.md", "docs/paper_mode.md",
                                            "docs/inputs.md", "docs/convert.md",
                                            "docs/report.md",
-                                           "docs/results_reading.md"),
+                                           "docs/results_reading.md",
+                                           "docs/synthesize.md"),
                          [](const ::testing::TestParamInfo<const char*>& page) {
                            std::string name = page.param;
                            for (char& c : name) {

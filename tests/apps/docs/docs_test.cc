@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/synthesis.h"
 #include "core/io/config.h"
 #include "core/io/text_file.h"
 #include "solvers/session/run.h"
@@ -21,6 +22,13 @@ TEST(DocsTest, ConfigurationPageListsEveryKey) {
   const std::string reference = ConfigReference<RunOptions>();
   EXPECT_NE(page.find(reference), std::string::npos)
       << "remake the table with: ./kinegraph track --keys";
+}
+
+TEST(DocsTest, SynthesisPageListsEveryKey) {
+  const std::string page =
+      ReadTextFile(testing::ProjectFile("docs/synthesize.md").string());
+  EXPECT_NE(page.find(ConfigReference<SynthesisOptions>()), std::string::npos)
+      << "remake the table with: ./kinegraph synthesize --keys";
 }
 
 std::vector<std::string> TrackingConfigurations() {

@@ -730,7 +730,7 @@ TEST(Noise, ClockOffsetSamplesTheMotionAtItsTime) {
         EXPECT_EQ(view.capture_time, told ? beat + offset : beat);
         for (size_t d = 0; d < view.detections.size(); ++d) {
           const int person = truth.frames[f][v][d].person;
-          const Pose3d pose = PersonAt(scene.people[person], beat + offset);
+          const Pose3d pose = PersonAt(*scene.people[person], beat + offset);
           for (size_t j = 0; j < pose.size(); ++j) {
             if (!view.detections[d].joints[j].found) continue;
             const auto px = scene.cameras[v].Project(pose[j].position_m);

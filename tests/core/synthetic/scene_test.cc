@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/synthetic/simulated_actor.h"
 
 namespace kinegraph {
 namespace {
@@ -22,6 +23,10 @@ SceneOptions Options(int64_t seed, int64_t people) {
   options.duration_s = 30.0;
   options.motion.sitting = 0.3;
   return options;
+}
+
+const PersonMotion& MotionOf(const Actor& person) {
+  return dynamic_cast<const SimulatedActor&>(person).motion();
 }
 
 // Largest deviation of any bone of any person from its length in the person's
@@ -157,17 +162,18 @@ TEST(Scene, StandingFeetStayOnTheGround) {
 TEST(Scene, PlantedFeetDoNotSlide) {
   const Scene scene = MakeScene(Options(6, 2));
   int checked = 0;
-  for (const ScenePerson& person : scene.people) {
+  for (const auto& person : scene.people) {
+    const PersonMotion& motion = MotionOf(*person);
     for (const int side : {kLeft, kRight}) {
-      const auto& steps = person.motion.steps()[side];
+      const auto& steps = motion.steps()[side];
       for (size_t k = 0; k + 1 < steps.size(); ++k) {
         // Between the end of the heel's roll and the rise of the heel.
         const double from = steps[k].swing.end_s + 0.15;
         const double to = steps[k + 1].swing.begin_s - 0.25;
         EXPECT_GE(steps[k + 1].swing.begin_s, steps[k].swing.end_s);
         if (to <= from) continue;
-        const Vector3d a = person.motion.PostureAt(from).feet[side].ankle_m;
-        const Vector3d b = person.motion.PostureAt(to).feet[side].ankle_m;
+        const Vector3d a = motion.PostureAt(from).feet[side].ankle_m;
+        const Vector3d b = motion.PostureAt(to).feet[side].ankle_m;
         EXPECT_LT((a - b).norm(), 1e-12);
         ++checked;
       }
@@ -215,8 +221,8 @@ TEST(Scene, PeopleWalkSitGestureComeAndGo) {
   double seats = 0.0;
   double gestures = 0.0;
   int changes = 0;
-  for (const ScenePerson& person : scene.people) {
-    const Itinerary& plan = person.motion.itinerary();
+  for (const auto& person : scene.people) {
+    const Itinerary& plan = MotionOf(*person).itinerary();
     seats += static_cast<double>(plan.seated.size());
     gestures += static_cast<double>(plan.gestures.size());
     for (const TimeSpan& span : plan.present) {

@@ -1,0 +1,338 @@
+#include "core/synthetic/recorded_actor.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/random.h"
+#include "core/synthetic/spline.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kPi = 3.14159265358979323846;
+
+// Clips state times in microseconds, scenes in nanoseconds: a time that misses
+// a clip's end by rounding counts as the end.
+constexpr double kTimeSlack = 1e-4;
+
+// The body's sway dies away before the clip moves [s].
+constexpr double kSwayFade = 1.0;
+// To the side people who stand sway less than forward.
+constexpr double kSideShare = 0.6;
+// Quiet standing has nearly all of its sway below 1 Hz (Winter 1995, Human
+// balance and posture control during standing and walking); incommensurate.
+constexpr std::array<double, 5> kSwayHz = {0.11, 0.23, 0.37, 0.59, 0.83};
+
+// Range of a cosine that counts at least: about thirty degrees.
+constexpr double kLeastHalfRange = 0.13;
+
+Vector3d HorizontalPart(const Vector3d& v) { return {v.x(), v.y(), 0.0}; }
+
+std::array<int, 2> BothSides(const Skeleton& skeleton,
+                             const std::string& joint) {
+  return {skeleton.IndexOf("l_" + joint), skeleton.IndexOf("r_" + joint)};
+}
+
+bool HasBoth(const std::array<int, 2>& joints) {
+  return joints[0] >= 0 && joints[1] >= 0;
+}
+
+double CosineOf(const std::vector<Vector3d>& points,
+                const std::array<int, 3>& joints) {
+  const Vector3d a = points[joints[0]] - points[joints[1]];
+  const Vector3d b = points[joints[2]] - points[joints[1]];
+  const double norms = a.norm() * b.norm();
+  return norms > 0.0 ? a.dot(b) / norms : 0.0;
+}
+
+// The names of the joints that span the angle of a joint, without the side.
+struct AngleNames {
+  const char* joint;
+  std::array<const char*, 3> span;
+};
+constexpr std::array<AngleNames, 6> kAngles = {{
+    {"shoulder", {"hip", "shoulder", "elbow"}},
+    {"elbow", {"shoulder", "elbow", "wrist"}},
+    {"wrist", {"shoulder", "elbow", "wrist"}},
+    {"hip", {"shoulder", "hip", "knee"}},
+    {"knee", {"hip", "knee", "ankle"}},
+    {"ankle", {"hip", "knee", "ankle"}},
+}};
+
+std::vector<Vector3d> PointsOfVector(const VectorXd& coordinates) {
+  std::vector<Vector3d> points;
+  points.reserve(static_cast<size_t>(coordinates.size()) / 3);
+  for (Eigen::Index i = 0; i < coordinates.size(); i += 3) {
+    points.emplace_back(coordinates.segment<3>(i));
+  }
+  return points;
+}
+
+// From lengths of segments, which are shares of the stature (Drillis and
+// Contini 1966): from hip to shoulder 0.29, thigh and shank 0.49 together.
+double StatureOf(const Skeleton& skeleton, const std::vector<Vector3d>& points,
+                 double hip_to_shoulder_m) {
+  const int hip = skeleton.IndexOf("l_hip");
+  const int knee = skeleton.IndexOf("l_knee");
+  const int ankle = skeleton.IndexOf("l_ankle");
+  if (knee < 0 || ankle < 0) return hip_to_shoulder_m / 0.29;
+  const double leg = (points[hip] - points[knee]).norm() +
+                     (points[knee] - points[ankle]).norm();
+  return (hip_to_shoulder_m + leg) / 0.78;
+}
+
+Vector3d RandomDirection(Random* random) {
+  const double x = random->Normal();
+  const double y = random->Normal();
+  const double z = random->Normal();
+  return Vector3d(x, y, z).normalized();
+}
+
+}  // namespace
+
+double ClipTimeAt(const ClipTiming& timing, double time_s) {
+  const double moving = time_s - timing.start_s - timing.hold_s;
+  if (timing.hold_s <= 0.0) return moving;
+  if (moving <= 0.0) return 0.0;
+  if (moving >= kStartRamp) return moving - 0.5 * kStartRamp;
+  // The integral of SmoothStep.
+  const double x = moving / kStartRamp;
+  return kStartRamp * x * x * x * x * (2.5 + x * (x - 3.0));
+}
+
+double TimeInScene(const ClipTiming& timing, double clip_length_s) {
+  if (timing.hold_s <= 0.0) return clip_length_s;
+  if (clip_length_s >= 0.5 * kStartRamp) {
+    return timing.hold_s + clip_length_s + 0.5 * kStartRamp;
+  }
+  // A clip that is over before it has gathered speed.
+  double low = 0.0;
+  double high = kStartRamp;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    const double reached =
+        ClipTimeAt(timing, timing.start_s + timing.hold_s + middle);
+    (reached < clip_length_s ? low : high) = middle;
+  }
+  return timing.hold_s + high;
+}
+
+RecordedActor::RecordedActor(RecordedMotion motion, const ClipPlace& place,
+                             const ClipTiming& timing, const JointSway& sway,
+                             uint64_t body_sway_seed)
+    : motion_(std::move(motion)),
+      place_(place),
+      timing_(timing),
+      shoulders_(BothSides(motion_.skeleton, "shoulder")),
+      hips_(BothSides(motion_.skeleton, "hip")) {
+  if (!HasBoth(shoulders_) || !HasBoth(hips_)) {
+    throw OptionError("clips", "skeleton '" + motion_.skeleton.name() +
+                                   "' has no shoulders or hips, which tell "
+                                   "where a person's front is");
+  }
+  const Points first = PointsOfVector(motion_.pieces.front().values().col(0));
+  const double across = (first[shoulders_[0]] - first[shoulders_[1]]).norm();
+  const double along = (first[shoulders_[0]] - first[hips_[0]]).norm();
+  constexpr double kLeast = 0.01;  // [m]
+  if (across < kLeast || along < kLeast) {
+    throw OptionError("clips", motion_.clip +
+                                   ": shoulders and hips coincide; positions "
+                                   "are expected in metres");
+  }
+  stature_m_ = StatureOf(motion_.skeleton, first, along);
+  PlanCentreSway(sway);
+  Random random(body_sway_seed);
+  for (auto& axis : phases_) {
+    for (double& phase : axis) phase = random.Uniform(0.0, 2.0 * kPi);
+  }
+}
+
+const KnotSpline* RecordedActor::PieceAt(double clip_time_s) const {
+  for (const KnotSpline& piece : motion_.pieces) {
+    if (clip_time_s >= piece.begin_s() - kTimeSlack &&
+        clip_time_s <= piece.end_s() + kTimeSlack) {
+      return &piece;
+    }
+  }
+  return nullptr;
+}
+
+bool RecordedActor::PresentAt(double time_s) const {
+  return time_s >= timing_.start_s - kTimeSlack &&
+         PieceAt(ClipTimeAt(timing_, time_s)) != nullptr;
+}
+
+RecordedActor::Points RecordedActor::RecordedPoints(double clip_time_s) const {
+  return PointsOfVector(PieceAt(clip_time_s)->At(clip_time_s));
+}
+
+SegmentPose RecordedActor::TrunkOf(const Points& points) const {
+  const Vector3d top = 0.5 * (points[shoulders_[0]] + points[shoulders_[1]]);
+  SegmentPose trunk;
+  trunk.origin_m = 0.5 * (points[hips_[0]] + points[hips_[1]]);
+  const Vector3d left = points[shoulders_[0]] - points[shoulders_[1]] +
+                        points[hips_[0]] - points[hips_[1]];
+  const Vector3d up = (top - trunk.origin_m).normalized();
+  const Vector3d forward = left.cross(up).normalized();
+  trunk.R << forward, up.cross(forward), up;
+  return trunk;
+}
+
+void RecordedActor::PlanCentreSway(const JointSway& sway) {
+  if (sway.amplitude_m <= 0.0) return;
+  Random random(sway.seed);
+  for (const AngleNames& names : kAngles) {
+    for (const std::string side : {"l_", "r_"}) {
+      CentreSway centre;
+      centre.joint = motion_.skeleton.IndexOf(side + names.joint);
+      for (size_t i = 0; i < names.span.size(); ++i) {
+        centre.angle[i] = motion_.skeleton.IndexOf(side + names.span[i]);
+      }
+      centre.amplitude_m = sway.amplitude_m * random.Uniform(0.5, 1.5) *
+                           RandomDirection(&random);
+      if (centre.joint < 0 ||
+          std::min({centre.angle[0], centre.angle[1], centre.angle[2]}) < 0) {
+        continue;
+      }
+      double low = std::numeric_limits<double>::infinity();
+      double high = -low;
+      for (const KnotSpline& piece : motion_.pieces) {
+        for (Eigen::Index k = 0; k < piece.values().cols(); ++k) {
+          const double cosine =
+              CosineOf(PointsOfVector(piece.values().col(k)), centre.angle);
+          low = std::min(low, cosine);
+          high = std::max(high, cosine);
+        }
+      }
+      centre.middle = 0.5 * (low + high);
+      centre.half_range = std::max(0.5 * (high - low), kLeastHalfRange);
+      centre_sway_.push_back(centre);
+    }
+  }
+}
+
+void RecordedActor::AddCentreSway(Points* points) const {
+  if (centre_sway_.empty()) return;
+  const Points rigid = *points;
+  const Matrix3d R = TrunkOf(rigid).R;
+  for (const CentreSway& centre : centre_sway_) {
+    const double share =
+        (CosineOf(rigid, centre.angle) - centre.middle) / centre.half_range;
+    (*points)[centre.joint] += share * (R * centre.amplitude_m);
+  }
+}
+
+// A held body turns about its ankles as one piece (an inverted pendulum).
+void RecordedActor::AddBodySway(double time_s, Points* points) const {
+  const double left_s = timing_.start_s + timing_.hold_s - time_s;
+  if (timing_.sway_m <= 0.0 || left_s <= 0.0) return;
+  std::array<double, 2> sway = {0.0, 0.0};
+  double power = 0.0;
+  for (int term = 0; term < kSwayTerms; ++term) {
+    const double amplitude = kSwayHz[0] / kSwayHz[term];
+    power += 0.5 * amplitude * amplitude;
+    for (int axis = 0; axis < 2; ++axis) {
+      sway[axis] += amplitude * std::sin(2.0 * kPi * kSwayHz[term] *
+                                             (time_s - timing_.start_s) +
+                                         phases_[axis][term]);
+    }
+  }
+  const double fade = SmoothStep(left_s / std::min(kSwayFade, timing_.hold_s));
+  const double angle = fade * timing_.sway_m / std::sqrt(power);  // at 1 m
+
+  const SegmentPose trunk = TrunkOf(*points);
+  Vector3d pivot = HorizontalPart(trunk.origin_m);
+  const std::array<int, 2> ankles = BothSides(motion_.skeleton, "ankle");
+  if (HasBoth(ankles)) {
+    pivot = 0.5 * ((*points)[ankles[0]] + (*points)[ankles[1]]);
+  }
+  // The body's own directions, level; who lies has none and takes the room's.
+  Vector3d left = HorizontalPart(trunk.R.col(1));
+  left = left.norm() > 0.1 ? left.normalized() : Vector3d::UnitY();
+  const Vector3d forward = left.cross(Vector3d::UnitZ());
+  // Turning about `left` leans forward, about `forward` to the right.
+  const Vector3d turn =
+      angle * (sway[0] * left + kSideShare * sway[1] * forward);
+  const double size = turn.norm();
+  if (size <= 0.0) return;
+  const Matrix3d R = Eigen::AngleAxisd(size, turn / size).toRotationMatrix();
+  for (Vector3d& point : *points) point = pivot + R * (point - pivot);
+}
+
+void RecordedActor::Place(Points* points) const {
+  const Matrix3d R =
+      Eigen::AngleAxisd(place_.turn_rad, Vector3d::UnitZ()).toRotationMatrix();
+  const Vector3d centre(place_.centre_m.x(), place_.centre_m.y(), 0.0);
+  const Vector3d place(place_.place_m.x(), place_.place_m.y(), 0.0);
+  for (Vector3d& point : *points) point = place + R * (point - centre);
+}
+
+RecordedActor::Points RecordedActor::PointsAt(double time_s) const {
+  Points points = RecordedPoints(ClipTimeAt(timing_, time_s));
+  AddCentreSway(&points);
+  AddBodySway(time_s, &points);
+  Place(&points);
+  return points;
+}
+
+Pose3d RecordedActor::PoseAt(double time_s) const {
+  Pose3d pose;
+  for (const Vector3d& point : PointsAt(time_s)) {
+    pose.push_back({point, JointStatus::kObserved});
+  }
+  return pose;
+}
+
+SegmentPose RecordedActor::TrunkAt(double time_s) const {
+  return TrunkOf(PointsAt(time_s));
+}
+
+// The parts and radii of CapsulesOf, between joints as they are.
+Obstacle RecordedActor::ObstacleAt(double time_s) const {
+  const Points points = PointsAt(time_s);
+  const Skeleton& skeleton = motion_.skeleton;
+  const double h = stature_m_;
+  const SegmentPose trunk = TrunkOf(points);
+  const Vector3d top = 0.5 * (points[shoulders_[0]] + points[shoulders_[1]]);
+  std::vector<PlacedCapsule> capsules = {{trunk.origin_m, top, 0.085 * h}};
+  const auto bone = [&](const std::string& a, const std::string& b,
+                        double radius_m) {
+    const int from = skeleton.IndexOf(a);
+    const int to = skeleton.IndexOf(b);
+    if (from < 0 || to < 0) return;
+    capsules.push_back({points[from], points[to], radius_m});
+  };
+  bone("l_ear", "r_ear", 0.05 * h);
+  for (const std::string side : {"l_", "r_"}) {
+    bone(side + "shoulder", side + "elbow", 0.026 * h);
+    bone(side + "elbow", side + "wrist", 0.022 * h);
+    bone(side + "hip", side + "knee", 0.04 * h);
+    bone(side + "knee", side + "ankle", 0.03 * h);
+  }
+  return Obstacle(std::move(capsules), trunk.origin_m);
+}
+
+ActorFacts RecordedActor::Facts() const {
+  ActorFacts facts;
+  facts.stature_m = stature_m_;
+  facts.clip = motion_.clip;
+  facts.clip_id = motion_.id;
+  for (const KnotSpline& piece : motion_.pieces) {
+    const bool held = piece.begin_s() <= 0.0;
+    facts.present.push_back(
+        {timing_.start_s + (held ? 0.0 : TimeInScene(timing_, piece.begin_s())),
+         timing_.start_s + TimeInScene(timing_, piece.end_s())});
+  }
+  return facts;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,72 @@
+// People of a scene from tracks files: clips of recorded motion, each with its
+// place, its direction and its time.
+#ifndef KINEGRAPH_CORE_SYNTHETIC_RECORDED_PEOPLE_H_
+#define KINEGRAPH_CORE_SYNTHETIC_RECORDED_PEOPLE_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/options.h"
+#include "core/data/pose.h"
+#include "core/synthetic/actor.h"
+#include "core/synthetic/recorded_actor.h"
+
+namespace kinegraph {
+
+// Table [motion]: recorded people take the place of simulated ones. Lists have
+// one entry a clip, in the order of `clips`.
+struct RecordedPeopleOptions {
+  std::vector<std::string> clips;  // tracks files; empty: people are simulated
+  std::vector<double> start_s;     // when each appears; what is not given: 0
+  // For how long each holds its first pose before it moves; not given: 0.
+  std::vector<double> hold_s;
+  // Where the middle of each clip's way stands and by how much the clip is
+  // turned about the vertical; empty: drawn from scene.seed.
+  std::vector<double> x_m;
+  std::vector<double> y_m;
+  std::vector<double> turn_deg;
+  double hold_sway_m = 0.006;  // RMS of a held body at 1 m above the ankles
+  double joint_sway_m = 0.0;   // mean amplitude of joint centres; JointSway
+
+  void Describe(OptionVisitor& visitor);
+};
+
+// A tracks file as it was read.
+struct MotionClip {
+  std::string name;  // the file
+  TrackSequence tracks;
+};
+
+// The room that clips are placed in.
+struct ClipRoom {
+  double radius_m = 3.0;        // people stay inside where they fit
+  double min_distance_m = 0.0;  // of the trunks of people of different clips
+  uint64_t seed = 1;
+};
+
+// Longest stretch without a frame of a person that the spline bridges [s]; in a
+// longer one the person is not in the scene.
+inline constexpr double kLongestClipGap = 0.25;
+
+// The people of one clip in the joints of `skeleton`, matched by name. Throws
+// InputError naming the file and what is wrong: no people, a joint that the
+// file does not have, a position that is missing or not finite, times that do
+// not ascend, fewer than two frames.
+std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
+                                      const Skeleton& skeleton);
+
+// All people of all clips. Those of one file keep their places among each
+// other. A clip added at the end leaves the ones before it where they are.
+// Throws InputError as above, and OptionError naming the key of the table.
+std::vector<std::shared_ptr<const Actor>> MakeRecordedPeople(
+    const RecordedPeopleOptions& options, const std::vector<MotionClip>& clips,
+    const Skeleton& skeleton, const ClipRoom& room);
+
+// When the last of the people leaves [s].
+double EndOf(const std::vector<std::shared_ptr<const Actor>>& people);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_SYNTHETIC_RECORDED_PEOPLE_H_

@@ -1,0 +1,421 @@
+#include "core/synthetic/recorded_people.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "core/base/error.h"
+#include "core/synthetic/scene.h"
+#include "core/synthetic/sight.h"
+#include "core/synthetic/simulated_actor.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using People = std::vector<std::shared_ptr<const Actor>>;
+using ::testing::HasSubstr;
+
+// Somebody who was "recorded": a simulated walker of rigid bones, at 30 Hz.
+MotionClip Walk(int people = 1, double rate_hz = 30.0) {
+  SceneOptions options;
+  options.seed = 4;
+  options.people = people;
+  options.duration_s = 4.0;
+  options.frame_rate_hz = rate_hz;
+  options.motion.visitors = 0.0;
+  options.motion.sitting = 0.0;
+  MotionClip clip;
+  clip.name = "walk.jsonl";
+  clip.tracks = TruthOf(MakeScene(options));
+  return clip;
+}
+
+std::vector<double> BoneLengths(const Pose3d& pose) {
+  std::vector<double> lengths;
+  for (const Bone& bone : Coco17().bones()) {
+    lengths.push_back(
+        (pose[bone.a].position_m - pose[bone.b].position_m).norm());
+  }
+  return lengths;
+}
+
+double LargestChange(const std::vector<double>& a,
+                     const std::vector<double>& b) {
+  double worst = 0.0;
+  for (size_t i = 0; i < a.size(); ++i) {
+    worst = std::max(worst, std::abs(a[i] - b[i]));
+  }
+  return worst;
+}
+
+People Make(const RecordedPeopleOptions& options,
+            const std::vector<MotionClip>& clips, ClipRoom room = {}) {
+  return MakeRecordedPeople(options, clips, Coco17(), room);
+}
+
+RecordedPeopleOptions InPlace(size_t clips) {
+  RecordedPeopleOptions options;
+  options.x_m.assign(clips, 0.0);
+  options.y_m.assign(clips, 0.0);
+  options.turn_deg.assign(clips, 0.0);
+  return options;
+}
+
+TEST(RecordedPeople, GoThroughTheRecordedJoints) {
+  const MotionClip clip = Walk();
+  const People people = Make(InPlace(1), {clip});
+  ASSERT_EQ(people.size(), 1u);
+  // Placed without a turn, all joints are moved by the same level vector.
+  const Vector3d moved = people[0]->PoseAt(0.0)[0].position_m -
+                         clip.tracks.frames[0].people[0].joints[0].position_m;
+  EXPECT_EQ(moved.z(), 0.0) << "contact with the ground is kept";
+  for (const TrackFrame& frame : clip.tracks.frames) {
+    const double t = ToSeconds(frame.time);
+    ASSERT_TRUE(people[0]->PresentAt(t));
+    const Pose3d pose = people[0]->PoseAt(t);
+    for (size_t j = 0; j < pose.size(); ++j) {
+      EXPECT_LT(
+          (pose[j].position_m - moved - frame.people[0].joints[j].position_m)
+              .norm(),
+          1e-12);
+    }
+  }
+}
+
+TEST(RecordedPeople, BonesKeepTheirLengthBetweenTheFrames) {
+  // The error of a cubic spline is at most 5/384 h^4 times the fourth
+  // derivative (Hall and Meyer 1976). A wrist half a metre from the shoulder
+  // that swings at 2 Hz with 1 rad has 0.5 (4 pi)^4 = 12500 m/s^4: 0.2 mm at
+  // h = 1/30 s; a bone has two ends.
+  const MotionClip clip = Walk();
+  const People people = Make(InPlace(1), {clip});
+  const std::vector<double> recorded =
+      BoneLengths(clip.tracks.frames[0].people[0].joints);
+  for (double t = 0.0; t < 3.96; t += 0.007) {
+    EXPECT_LT(LargestChange(BoneLengths(people[0]->PoseAt(t)), recorded), 4e-4)
+        << t;
+  }
+}
+
+TEST(RecordedPeople, AreThereExactlyAsLongAsTheClip) {
+  RecordedPeopleOptions options = InPlace(1);
+  options.start_s = {1.5};
+  const MotionClip clip = Walk();
+  const double length = ToSeconds(clip.tracks.frames.back().time);
+  const People people = Make(options, {clip});
+  EXPECT_FALSE(people[0]->PresentAt(1.49));
+  EXPECT_TRUE(people[0]->PresentAt(1.5));
+  EXPECT_TRUE(people[0]->PresentAt(1.5 + length));
+  EXPECT_FALSE(people[0]->PresentAt(1.51 + length));
+  EXPECT_NEAR(EndOf(people), 1.5 + length, 1e-9);
+}
+
+TEST(RecordedPeople, ARateOfOnesOwnSeesTheSameMotion) {
+  SceneOptions options;
+  options.frame_rate_hz = 120.0;
+  options.duration_s = 3.9;
+  const MotionClip clip = Walk(1, 30.0);
+  const Scene fast = MakeScene(options, Coco17(), Make(InPlace(1), {clip}));
+  const Vector3d moved = fast.poses[0][0][0].position_m -
+                         clip.tracks.frames[0].people[0].joints[0].position_m;
+  for (size_t f = 0; f < 100; ++f) {
+    EXPECT_LT((fast.poses[4 * f][0][9].position_m - moved -
+               clip.tracks.frames[f].people[0].joints[9].position_m)
+                  .norm(),
+              1e-7)
+        << "times in nanoseconds, joints below 10 m/s";
+  }
+}
+
+TEST(RecordedPeople, APlaceIsTheMiddleOfTheWayAndATurnTurnsIt) {
+  RecordedPeopleOptions options = InPlace(1);
+  const MotionClip clip = Walk();
+  const People plain = Make(options, {clip});
+  options.x_m = {1.25};
+  options.y_m = {-0.5};
+  options.turn_deg = {90.0};
+  const People turned = Make(options, {clip});
+  for (const double t : {0.0, 1.0, 3.0}) {
+    const Pose3d a = plain[0]->PoseAt(t);
+    const Pose3d b = turned[0]->PoseAt(t);
+    for (size_t j = 0; j < a.size(); ++j) {
+      const Vector3d p = a[j].position_m;
+      const Vector3d expected(-p.y() + 1.25, p.x() - 0.5, p.z());
+      EXPECT_LT((b[j].position_m - expected).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(RecordedPeople, DrawnPlacesLieInTheRoomApartAndFollowTheSeed) {
+  ClipRoom room;
+  room.radius_m = 5.0;
+  room.min_distance_m = 0.6;
+  const std::vector<MotionClip> clips = {Walk(), Walk(), Walk()};
+  RecordedPeopleOptions options;
+  options.clips = {"a", "b", "c"};
+  for (const uint64_t seed : {1u, 2u, 3u, 4u}) {
+    room.seed = seed;
+    const People people = Make(options, clips, room);
+    const People again = Make(options, clips, room);
+    ASSERT_EQ(people.size(), 3u);
+    for (double t = 0.0; t < 3.96; t += 0.1) {
+      for (size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(people[i]->PoseAt(t)[4].position_m,
+                  again[i]->PoseAt(t)[4].position_m);
+        for (const Joint3d& joint : people[i]->PoseAt(t)) {
+          EXPECT_LE(joint.position_m.head<2>().norm(), 5.0 + 0.01)
+              << "between frames the spline may bulge";
+        }
+        for (size_t k = 0; k < i; ++k) {
+          EXPECT_GE(
+              (people[i]->TrunkAt(t).origin_m - people[k]->TrunkAt(t).origin_m)
+                  .head<2>()
+                  .norm(),
+              0.6 - 0.1)
+              << "distances are looked at ten times a second";
+        }
+      }
+    }
+    room.seed = seed + 100;
+    EXPECT_NE(people[0]->PoseAt(0.0)[0].position_m,
+              Make(options, clips, room)[0]->PoseAt(0.0)[0].position_m);
+    // One clip more leaves the others where they are.
+    room.seed = seed;
+    const People fewer = Make(options, {clips[0], clips[1]}, room);
+    EXPECT_EQ(people[1]->PoseAt(1.0)[0].position_m,
+              fewer[1]->PoseAt(1.0)[0].position_m);
+  }
+}
+
+TEST(RecordedPeople, PeopleOfOneFileKeepTheirPlacesAmongEachOther) {
+  const MotionClip clip = Walk(3);
+  RecordedPeopleOptions options;
+  const People people = Make(options, {clip});
+  ASSERT_EQ(people.size(), 3u);
+  const TrackFrame& frame = clip.tracks.frames[50];
+  const double t = ToSeconds(frame.time);
+  for (size_t i = 1; i < 3; ++i) {
+    EXPECT_NEAR((people[i]->PoseAt(t)[5].position_m -
+                 people[0]->PoseAt(t)[5].position_m)
+                    .norm(),
+                (frame.people[i].joints[5].position_m -
+                 frame.people[0].joints[5].position_m)
+                    .norm(),
+                1e-9);
+    EXPECT_EQ(people[i]->Facts().clip_id, frame.people[i].id);
+  }
+}
+
+TEST(RecordedPeople, AHeldPoseSwaysAndThenMovesWithoutAJump) {
+  RecordedPeopleOptions options = InPlace(1);
+  options.hold_s = {20.0};
+  const MotionClip clip = Walk();
+  const People people = Make(options, {clip});
+  options.hold_sway_m = 0.0;
+  const People still = Make(options, {clip});
+  const double length = ToSeconds(clip.tracks.frames.back().time);
+  EXPECT_NEAR(EndOf(people), 20.0 + length + 0.5 * kStartRamp, 1e-9);
+
+  const int shoulder = Coco17().IndexOf("l_shoulder");
+  const int ankle = Coco17().IndexOf("l_ankle");
+  const Pose3d first = still[0]->PoseAt(0.0);
+  double square = 0.0;
+  int count = 0;
+  for (double t = 0.0; t < 19.0; t += 0.05, ++count) {
+    const Pose3d pose = people[0]->PoseAt(t);
+    EXPECT_LT(LargestChange(BoneLengths(pose), BoneLengths(first)), 1e-12)
+        << "the body sways as one piece";
+    EXPECT_EQ(still[0]->PoseAt(t)[shoulder].position_m,
+              first[shoulder].position_m);
+    // Feet stay: half a step from the middle of the ankles, which turns by
+    // 6 mm/m times three, moves by 1 cm at the very most.
+    EXPECT_LT((pose[ankle].position_m - first[ankle].position_m).norm(), 0.01);
+    square +=
+        (pose[shoulder].position_m - first[shoulder].position_m).squaredNorm();
+  }
+  // RMS of 6 mm forward and 3.6 mm to the side at 1 m; the shoulder is 1.3 m
+  // above the ankles: 9.1 mm. Five sines over a few of the slowest's periods
+  // leave a third.
+  const double rms = std::sqrt(square / count);
+  EXPECT_GT(rms, 0.006);
+  EXPECT_LT(rms, 0.012);
+
+  // No jump: second differences over 10 ms stay at what people do. The walker
+  // reaches 2 m/s within the ramp of 0.3 s.
+  for (double t = 19.0; t < 20.6; t += 0.01) {
+    const auto at = [&](double time) {
+      return people[0]->PoseAt(time)[shoulder].position_m;
+    };
+    EXPECT_LT((at(t + 0.01) - 2.0 * at(t) + at(t - 0.01)).norm() / 1e-4, 25.0)
+        << t;
+  }
+  // And then it is the clip.
+  const double t = 22.0;
+  const People alone = Make(InPlace(1), {clip});
+  EXPECT_LT((people[0]->PoseAt(t)[3].position_m -
+             alone[0]->PoseAt(t - 20.0 - 0.5 * kStartRamp)[3].position_m)
+                .norm(),
+            1e-9);
+}
+
+TEST(RecordedPeople, JointCentresMoveWithTheAngleOfTheJoint) {
+  RecordedPeopleOptions options = InPlace(1);
+  const MotionClip clip = Walk();
+  const People rigid = Make(options, {clip});
+  options.joint_sway_m = 0.010;
+  const People swaying = Make(options, {clip});
+  std::vector<double> largest(17, 0.0);
+  for (double t = 0.0; t < 3.96; t += 0.02) {
+    const Pose3d a = rigid[0]->PoseAt(t);
+    const Pose3d b = swaying[0]->PoseAt(t);
+    for (size_t j = 0; j < a.size(); ++j) {
+      largest[j] =
+          std::max(largest[j], (a[j].position_m - b[j].position_m).norm());
+    }
+  }
+  for (size_t j = 0; j < 5; ++j) EXPECT_EQ(largest[j], 0.0) << "the face";
+  for (size_t j = 5; j < largest.size(); ++j) {
+    // By 5 to 15 mm each way; less where the joint hardly bends.
+    EXPECT_GT(largest[j], 0.0005) << Coco17().joints()[j];
+    EXPECT_LT(largest[j], 0.0155) << Coco17().joints()[j];
+  }
+  const int knee = Coco17().IndexOf("l_knee");
+  EXPECT_GT(largest[static_cast<size_t>(knee)], 0.0045) << "walking bends it";
+  EXPECT_GT(LargestChange(BoneLengths(swaying[0]->PoseAt(0.5)),
+                          BoneLengths(swaying[0]->PoseAt(0.9))),
+            0.001);
+}
+
+TEST(RecordedPeople, FacingAndHidingAreThoseOfTheSimulatedBody) {
+  SceneOptions options;
+  options.seed = 4;
+  options.people = 1;
+  options.duration_s = 2.0;
+  options.motion.visitors = 0.0;
+  options.motion.sitting = 0.0;
+  const Scene scene = MakeScene(options);
+  MotionClip clip = {"x", TruthOf(scene)};
+  const People people = Make(InPlace(1), {clip});
+  for (const double t : {0.0, 0.7, 1.5}) {
+    const SegmentPose seen = people[0]->TrunkAt(t);
+    const SegmentPose simulated = scene.people[0]->TrunkAt(t);
+    EXPECT_GT(seen.R.col(0).dot(simulated.R.col(0)), 0.98);
+    EXPECT_GT(seen.R.col(1).dot(simulated.R.col(1)), 0.98);
+    EXPECT_NEAR(seen.R.determinant(), 1.0, 1e-12);
+    // Looking from one side through the middle of the trunk.
+    const Vector3d middle = seen.origin_m + 0.2 * seen.R.col(2);
+    const Obstacle body = people[0]->ObstacleAt(t);
+    EXPECT_TRUE(
+        body.Hides(middle + Vector3d(3, 0, 0), middle - Vector3d(3, 0, 0)));
+    EXPECT_FALSE(
+        body.Hides(middle + Vector3d(3, 1, 0), middle + Vector3d(-3, 1, 0)));
+  }
+  EXPECT_NEAR(people[0]->Facts().stature_m, scene.people[0]->Facts().stature_m,
+              0.05);
+}
+
+TEST(RecordedPeople, LongGapsEmptyTheSceneAndShortOnesAreBridged) {
+  MotionClip clip = Walk();
+  auto& frames = clip.tracks.frames;
+  for (size_t f = 30; f < 36; ++f) frames[f].people.clear();  // 0.23 s
+  for (size_t f = 60; f < 75; ++f) frames[f].people.clear();  // 0.53 s
+  const People people = Make(InPlace(1), {clip});
+  EXPECT_TRUE(people[0]->PresentAt(1.1));
+  EXPECT_FALSE(people[0]->PresentAt(2.2));
+  EXPECT_TRUE(people[0]->PresentAt(2.6));
+  EXPECT_EQ(people[0]->Facts().present.size(), 2u);
+}
+
+TEST(RecordedPeople, BadClipsAreNamed) {
+  const auto message = [](const std::function<void(MotionClip*)>& spoil) {
+    MotionClip clip = Walk();
+    spoil(&clip);
+    try {
+      Make(RecordedPeopleOptions(), {clip});
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    } catch (const OptionError& error) {
+      return error.key() + ": " + error.message();
+    }
+    return std::string("none");
+  };
+  EXPECT_THAT(message([](MotionClip* c) { c->tracks.frames.clear(); }),
+              HasSubstr("walk.jsonl: no frames"));
+  EXPECT_THAT(message([](MotionClip* c) {
+                for (auto& f : c->tracks.frames) f.people.clear();
+              }),
+              HasSubstr("walk.jsonl: no people"));
+  EXPECT_THAT(message([](MotionClip* c) { c->tracks.frames.resize(1); }),
+              HasSubstr("two frames"));
+  EXPECT_THAT(
+      message([](MotionClip* c) {
+        c->tracks.frames[7].people[0].joints[9].status = JointStatus::kMissing;
+      }),
+      HasSubstr("walk.jsonl: frame 7: joint 'l_wrist' has no position"));
+  EXPECT_THAT(message([](MotionClip* c) {
+                c->tracks.frames[8].people[0].joints[9].position_m.x() =
+                    std::numeric_limits<double>::quiet_NaN();
+              }),
+              HasSubstr("walk.jsonl: frame 8: joint 'l_wrist' is not finite"));
+  EXPECT_THAT(message([](MotionClip* c) {
+                for (auto& f : c->tracks.frames) f.time = 0;
+              }),
+              HasSubstr("frame 1: its time is not after"));
+  EXPECT_THAT(
+      message([](MotionClip* c) { c->tracks.header.skeleton = Tum14(); }),
+      HasSubstr("has no joint 'nose'"));
+  EXPECT_THAT(message([](MotionClip* c) {
+                for (auto& f : c->tracks.frames) {
+                  for (auto& joint : f.people[0].joints) {
+                    joint.position_m = Vector3d(1, 2, 3);
+                  }
+                }
+              }),
+              HasSubstr("clips: walk.jsonl: shoulders and hips coincide"));
+}
+
+TEST(RecordedPeople, OptionsThatDoNotFitTheClipsAreNamed) {
+  const auto key = [](const std::function<void(RecordedPeopleOptions*)>& set) {
+    RecordedPeopleOptions options;
+    set(&options);
+    try {
+      Make(options, {Walk()});
+    } catch (const OptionError& error) {
+      return error.key();
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(key([](auto* o) { o->start_s = {0.0, 1.0}; }), "start");
+  EXPECT_EQ(key([](auto* o) { o->hold_s = {0.0, 1.0}; }), "hold");
+  EXPECT_EQ(key([](auto* o) { o->hold_s = {-1.0}; }), "hold");
+  EXPECT_EQ(key([](auto* o) { o->x_m = {1.0}; }), "y");
+  EXPECT_EQ(key([](auto* o) { o->y_m = {1.0}; }), "x");
+  EXPECT_EQ(key([](auto* o) { o->turn_deg = {1.0, 2.0}; }), "turn");
+  EXPECT_EQ(key([](auto* o) { o->joint_sway_m = 1.0; }), "joint_sway");
+  // Two clips of the same walk on a floor that holds but one.
+  ClipRoom room;
+  room.radius_m = 0.1;
+  room.min_distance_m = 5.0;
+  EXPECT_THROW(Make(RecordedPeopleOptions(), {Walk(), Walk()}, room),
+               OptionError);
+}
+
+TEST(RecordedPeople, NobodyWalksIntoACamera) {
+  RecordedPeopleOptions options = InPlace(1);
+  options.x_m = {6.5};
+  SceneOptions scene;
+  scene.cameras.height_m = 1.0;
+  scene.duration_s = 3.0;
+  EXPECT_THROW(MakeScene(scene, Coco17(), Make(options, {Walk()})),
+               OptionError);
+}
+
+}  // namespace
+}  // namespace kinegraph
