@@ -1,5 +1,7 @@
 #include "solvers/session/options.h"
 
+#include <utility>
+
 #include "core/base/error.h"
 
 namespace kinegraph {
@@ -43,9 +45,10 @@ RunOptions WithRulesOfMode(RunOptions options) {
   return options;
 }
 
-RunOptions ReadRunOptions(const std::string& config_path,
-                          const std::string& set, const std::string& mode) {
-  ConfigFile config = ConfigFile::Read(config_path);
+namespace {
+
+RunOptions OptionsOf(ConfigFile config, const std::string& set,
+                     const std::string& mode) {
   if (!set.empty()) config.Override(set, "--set");
   if (!mode.empty()) config.Override("mode=" + mode, "--mode");
   RunOptions options;
@@ -57,6 +60,18 @@ RunOptions ReadRunOptions(const std::string& config_path,
         options.detections.skeleton_name, options.user_skeletons);
   }
   return WithRulesOfMode(std::move(options));
+}
+
+}  // namespace
+
+RunOptions ReadRunOptions(const std::string& config_path,
+                          const std::string& set, const std::string& mode) {
+  return OptionsOf(ConfigFile::Read(config_path), set, mode);
+}
+
+RunOptions ParseRunOptions(const std::string& toml, const std::string& set,
+                           const std::string& mode) {
+  return OptionsOf(ConfigFile::Parse(toml, "configuration"), set, mode);
 }
 
 DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {

@@ -54,6 +54,11 @@ RunOptions WithRulesOfMode(RunOptions options);
 RunOptions ReadRunOptions(const std::string& config_path,
                           const std::string& set, const std::string& mode);
 
+// The same for a configuration that is a text already; no text leaves every
+// key at its default.
+RunOptions ParseRunOptions(const std::string& toml, const std::string& set,
+                           const std::string& mode);
+
 // Options for opening the detections of a run: frame rate and skeleton filled
 // in from the other tables.
 DetectionReadOptions DetectionOptionsOf(const RunOptions& options);

@@ -1,0 +1,654 @@
+// The Python module `kinegraph`: arrays in, arrays out, the library in between.
+// What stands here converts; it computes nothing. python/kinegraph/__init__.py
+// is what a user imports.
+#include <pybind11/eigen.h>
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/geometry/lens.h"
+#include "kinegraph/kinegraph.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;  // NOLINT: "name"_a of the bindings
+
+namespace kinegraph {
+namespace {
+
+using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// ---- Skeletons and cameras --------------------------------------------------
+
+Skeleton NamedSkeleton(const std::string& name) {
+  return ResolveSkeleton(name, {});
+}
+
+Camera MakeCamera(const std::string& name, const Eigen::Matrix3d& K,
+                  const Eigen::Matrix3d& R, const Eigen::Vector3d& t,
+                  const std::vector<double>& distortion,
+                  const std::string& model,
+                  const std::pair<int, int>& image_size) {
+  CameraParameters parameters;
+  parameters.name = name;
+  parameters.K = K;
+  parameters.R = R;
+  parameters.t = t;
+  parameters.width_px = image_size.first;
+  parameters.height_px = image_size.second;
+  if (!distortion.empty()) parameters.lens = MakeLens(model, distortion);
+  return Camera(parameters);
+}
+
+// (N, 3) points in the world [m] to (N, 2) raw pixels, NaN where there is none.
+Array ProjectPoints(const Camera& camera, const Array& points) {
+  if (points.ndim() != 2 || points.shape(1) != 3) {
+    throw InputError("points: expected an array of shape (N, 3) [m]");
+  }
+  const auto in = points.unchecked<2>();
+  Array pixels({in.shape(0), py::ssize_t{2}});
+  auto out = pixels.mutable_unchecked<2>();
+  for (py::ssize_t i = 0; i < in.shape(0); ++i) {
+    const std::optional<Eigen::Vector2d> px =
+        camera.Project({in(i, 0), in(i, 1), in(i, 2)});
+    for (int axis = 0; axis < 2; ++axis) {
+      out(i, axis) = px.has_value() ? (*px)[axis] : kNan;
+    }
+  }
+  return pixels;
+}
+
+// ---- Detections -------------------------------------------------------------
+
+// (people, joints, 3) of x [px], y [px], confidence; NaN anywhere: not found.
+std::vector<Detection> DetectionsOf(const Array& people, int joint_count) {
+  if (people.size() == 0) return {};
+  if (people.ndim() != 3 || people.shape(1) != joint_count ||
+      people.shape(2) != 3) {
+    throw InputError(
+        "detections of a view: expected an array of shape (people, " +
+        std::to_string(joint_count) + ", 3)");
+  }
+  const auto in = people.unchecked<3>();
+  std::vector<Detection> detections(static_cast<size_t>(in.shape(0)));
+  for (py::ssize_t p = 0; p < in.shape(0); ++p) {
+    Detection& detection = detections[static_cast<size_t>(p)];
+    detection.index_in_file = static_cast<int>(p);
+    detection.joints.resize(static_cast<size_t>(joint_count));
+    for (py::ssize_t j = 0; j < joint_count; ++j) {
+      Keypoint& joint = detection.joints[static_cast<size_t>(j)];
+      joint.px = {in(p, j, 0), in(p, j, 1)};
+      joint.confidence = in(p, j, 2);
+      joint.found = joint.px.allFinite() && std::isfinite(joint.confidence);
+    }
+  }
+  return detections;
+}
+
+Array ArrayOf(const std::vector<Detection>& detections, int joint_count) {
+  Array people({static_cast<py::ssize_t>(detections.size()),
+                static_cast<py::ssize_t>(joint_count), py::ssize_t{3}});
+  auto out = people.mutable_unchecked<3>();
+  for (size_t p = 0; p < detections.size(); ++p) {
+    for (int j = 0; j < joint_count; ++j) {
+      const Keypoint& joint = detections[p].joints[static_cast<size_t>(j)];
+      const auto at = static_cast<py::ssize_t>(p);
+      out(at, j, 0) = joint.found ? joint.px.x() : kNan;
+      out(at, j, 1) = joint.found ? joint.px.y() : kNan;
+      out(at, j, 2) = joint.found ? joint.confidence : kNan;
+    }
+  }
+  return people;
+}
+
+// One frame: an array a view. `time_s` of the frame; without it frame / rate.
+DetectionFrame FrameOf(int64_t number, const std::vector<Array>& views,
+                       std::optional<double> time_s,
+                       const DetectionHeader& header) {
+  if (views.size() != header.view_names.size()) {
+    throw InputError("frame " + std::to_string(number) + ": found " +
+                     std::to_string(views.size()) + " views, expected " +
+                     std::to_string(header.view_names.size()));
+  }
+  if (!time_s.has_value() && !(header.frame_rate_hz > 0.0)) {
+    throw InputError("frame " + std::to_string(number) +
+                     ": expected a time, or detections with a frame rate");
+  }
+  DetectionFrame frame;
+  frame.frame = number;
+  frame.time = time_s.has_value()
+                   ? FromSeconds(*time_s)
+                   : FrameClock(header.frame_rate_hz).TimeOf(number);
+  for (const Array& view : views) {
+    ViewDetections& one = frame.views.emplace_back();
+    one.capture_time = frame.time;
+    one.detections = DetectionsOf(view, header.skeleton.joint_count());
+  }
+  return frame;
+}
+
+DetectionHeader HeaderOf(const std::string& skeleton,
+                         const std::vector<std::string>& views,
+                         double frame_rate_hz) {
+  DetectionHeader header;
+  header.skeleton = NamedSkeleton(skeleton);
+  header.view_names = views;
+  header.frame_rate_hz = frame_rate_hz;
+  return header;
+}
+
+DetectionSequence SequenceOf(const std::vector<std::vector<Array>>& frames,
+                             const std::string& skeleton,
+                             const std::vector<std::string>& views,
+                             double frame_rate_hz, int64_t first_frame) {
+  DetectionSequence sequence;
+  sequence.header = HeaderOf(skeleton, views, frame_rate_hz);
+  for (size_t k = 0; k < frames.size(); ++k) {
+    sequence.frames.push_back(FrameOf(first_frame + static_cast<int64_t>(k),
+                                      frames[k], std::nullopt,
+                                      sequence.header));
+  }
+  return sequence;
+}
+
+// ---- Tracks -----------------------------------------------------------------
+
+// Everyone in every frame as arrays; people by ascending id.
+class TrackArrays {
+ public:
+  explicit TrackArrays(const TrackSequence& tracks) : tracks_(tracks) {
+    for (const TrackFrame& frame : tracks.frames) {
+      for (const PersonPose& person : frame.people) {
+        index_.emplace(person.id.value(), 0);
+      }
+    }
+    py::ssize_t next = 0;
+    for (auto& [id, index] : index_) index = next++;
+  }
+
+  py::array_t<int64_t> Ids() const {
+    py::array_t<int64_t> ids(People());
+    for (const auto& [id, index] : index_) ids.mutable_at(index) = id;
+    return ids;
+  }
+
+  Array Positions() const {
+    Array positions({Frames(), People(), Joints(), py::ssize_t{3}});
+    Fill(&positions);
+    auto out = positions.mutable_unchecked<4>();
+    ForEach([&](py::ssize_t k, py::ssize_t p, const PersonPose& person) {
+      for (py::ssize_t j = 0; j < Joints(); ++j) {
+        const Joint3d& joint = person.joints[static_cast<size_t>(j)];
+        if (!joint.present()) continue;
+        for (int i = 0; i < 3; ++i) out(k, p, j, i) = joint.position_m[i];
+      }
+    });
+    return positions;
+  }
+
+  py::array_t<uint8_t> Status() const {
+    py::array_t<uint8_t> status({Frames(), People(), Joints()});
+    std::fill_n(status.mutable_data(), status.size(), uint8_t{0});
+    auto out = status.mutable_unchecked<3>();
+    ForEach([&](py::ssize_t k, py::ssize_t p, const PersonPose& person) {
+      for (py::ssize_t j = 0; j < Joints(); ++j) {
+        out(k, p, j) =
+            static_cast<uint8_t>(person.joints[static_cast<size_t>(j)].status);
+      }
+    });
+    return status;
+  }
+
+  Array Covariances() const {
+    Array covariances(
+        {Frames(), People(), Joints(), py::ssize_t{3}, py::ssize_t{3}});
+    Fill(&covariances);
+    auto out = covariances.mutable_unchecked<5>();
+    ForEach([&](py::ssize_t k, py::ssize_t p, const PersonPose& person) {
+      for (size_t j = 0; j < person.covariances.size(); ++j) {
+        if (!person.covariances[j].has_value()) continue;
+        // As files have it: the upper triangle, mirrored.
+        for (int a = 0; a < 3; ++a) {
+          for (int b = 0; b < 3; ++b) {
+            out(k, p, static_cast<py::ssize_t>(j), a, b) =
+                (*person.covariances[j])(std::min(a, b), std::max(a, b));
+          }
+        }
+      }
+    });
+    return covariances;
+  }
+
+ private:
+  py::ssize_t Frames() const {
+    return static_cast<py::ssize_t>(tracks_.frames.size());
+  }
+  py::ssize_t People() const { return static_cast<py::ssize_t>(index_.size()); }
+  py::ssize_t Joints() const { return tracks_.header.skeleton.joint_count(); }
+
+  static void Fill(Array* array) {
+    std::fill_n(array->mutable_data(), array->size(), kNan);
+  }
+
+  template <typename Take>
+  void ForEach(const Take& take) const {
+    for (size_t k = 0; k < tracks_.frames.size(); ++k) {
+      for (const PersonPose& person : tracks_.frames[k].people) {
+        take(static_cast<py::ssize_t>(k), index_.at(person.id.value()), person);
+      }
+    }
+  }
+
+  const TrackSequence& tracks_;
+  std::map<int64_t, py::ssize_t> index_;
+};
+
+// ---- Runs -------------------------------------------------------------------
+
+RunOptions OptionsOf(const std::string& config, const std::string& set,
+                     const std::string& mode) {
+  if (!config.empty()) return ReadRunOptions(config, set, mode);
+  // Without a file the mode is graph; every other value is its default.
+  return ParseRunOptions("mode = \"graph\"", set, mode);
+}
+
+RunRequest RequestOf(const std::vector<Camera>& cameras,
+                     const std::vector<std::pair<int64_t, int64_t>>& frames,
+                     const std::vector<std::string>& without_cameras,
+                     int threads) {
+  RunRequest request;
+  request.cameras = cameras;
+  request.without_cameras = without_cameras;
+  request.threads = threads;
+  for (const auto& [begin, end] : frames) {
+    if (begin >= end) {
+      throw InputError("frames: found (" + std::to_string(begin) + ", " +
+                       std::to_string(end) + "), expected begin < end");
+    }
+    request.frames.push_back({begin, end});
+  }
+  return request;
+}
+
+// Lets Ctrl-C through, and tells `progress` how far the run is. Called without
+// the interpreter's lock.
+class ProgressCall {
+ public:
+  ProgressCall(py::object progress, int64_t total)
+      : progress_(std::move(progress)), total_(total) {}
+
+  void operator()(int64_t frames_read) const {
+    constexpr int64_t kStride = 16;  // frames; taking the lock costs more
+    if (frames_read % kStride != 0 && frames_read != total_) return;
+    const py::gil_scoped_acquire lock;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    if (!progress_.is_none()) progress_(frames_read, total_);
+  }
+
+ private:
+  py::object progress_;
+  int64_t total_;
+};
+
+TrackSequence Track(const std::vector<Camera>& cameras,
+                    const DetectionSequence& detections,
+                    const std::string& config, const std::string& set,
+                    const std::string& mode,
+                    const std::vector<std::pair<int64_t, int64_t>>& frames,
+                    const std::vector<std::string>& without_cameras,
+                    int threads, const py::object& progress) {
+  const RunOptions options = OptionsOf(config, set, mode);
+  const RunRequest request =
+      RequestOf(cameras, frames, without_cameras, threads);
+  const auto total =
+      static_cast<int64_t>(detections.frames.size()) * PassCount(options);
+  const ProgressCall call(progress, total);
+  const py::gil_scoped_release unlocked;
+  MemorySource source(detections);
+  Session session(options, request, detections.header,
+                  [&] { return std::make_unique<MemorySource>(detections); });
+  session.set_progress([&call](int64_t read) { call(read); });
+  TrackSequence tracks;
+  tracks.header = session.scene().header;
+  TrackAll(&source, &session, [&](TrackFrame&& frame) {
+    tracks.frames.push_back(std::move(frame));
+  });
+  return tracks;
+}
+
+// The matches of a run, frozen, to be smoothed again and again.
+class Frozen {
+ public:
+  Frozen(const std::vector<Camera>& cameras,
+         const DetectionSequence& detections, const std::string& config,
+         const std::string& set)
+      : options_(OptionsOf(config, set, "")) {
+    const RunRequest request = RequestOf(cameras, {}, {}, 1);
+    const py::gil_scoped_release unlocked;
+    run_ = FreezeTracking(options_, request, detections);
+    replay_ = std::make_unique<Replay>(run_.scene.model, run_.detections,
+                                       run_.matches, options_.tracker,
+                                       FeedbackOf(options_));
+    people_ = replay_->Prepare(-1, 1);
+  }
+
+  const TrackSequence& tracks() const { return run_.tracks; }
+
+  TrackSequence Smooth(const std::string& strategy) const {
+    const std::vector<std::string>& names = OutputNames();
+    size_t kind = 0;
+    while (kind < names.size() && names[kind] != strategy) ++kind;
+    if (kind == names.size()) {
+      std::string known;
+      for (const std::string& name : names) known += " " + name;
+      throw InputError("strategy: found '" + Printable(strategy) +
+                       "', expected one of" + known);
+    }
+    const py::gil_scoped_release unlocked;
+    const EstimatorFactory estimator =
+        MakeOutput(static_cast<OutputKind>(kind), options_.estimators);
+    std::vector<ReplayOutcome> outcomes;
+    for (const ReplayedPerson& person : people_) {
+      outcomes.push_back(RunEstimator(run_.scene.model, person, estimator));
+    }
+    TrackSequence tracks;
+    tracks.header = run_.tracks.header;
+    tracks.frames = AssembleReplay(replay_->empty_frames(), people_,
+                                   std::move(outcomes), run_.first_frame);
+    return tracks;
+  }
+
+ private:
+  RunOptions options_;
+  FrozenRun run_;
+  std::unique_ptr<Replay> replay_;
+  std::vector<ReplayedPerson> people_;
+};
+
+// A Session that is fed arrays and answers with the frames that became final.
+class LiveSession {
+ public:
+  LiveSession(const std::vector<Camera>& cameras, const std::string& skeleton,
+              const std::vector<std::string>& views, double frame_rate_hz,
+              const std::string& config, const std::string& set,
+              const std::string& mode)
+      : header_(HeaderOf(skeleton, views, frame_rate_hz)),
+        session_(OptionsOf(config, set, mode), RequestOf(cameras, {}, {}, 1),
+                 header_) {}
+
+  TrackSequence Process(int64_t number, const std::vector<Array>& views,
+                        std::optional<double> time_s) {
+    DetectionFrame frame = FrameOf(number, views, time_s, header_);
+    const py::gil_scoped_release unlocked;
+    return With(session_.Process(std::move(frame)));
+  }
+  TrackSequence Finish() {
+    const py::gil_scoped_release unlocked;
+    return With(session_.Finish());
+  }
+
+ private:
+  TrackSequence With(std::vector<TrackFrame> frames) const {
+    return {session_.scene().header, std::move(frames)};
+  }
+
+  DetectionHeader header_;
+  Session session_;
+};
+
+// ---- Scores -----------------------------------------------------------------
+
+py::dict Mpjpe(const TrackSequence& tracks, const TrackSequence& truth) {
+  const MpjpeResult result = EvaluateMpjpe(truth, tracks);
+  py::dict joints;
+  for (const JointError& joint : result.joints) {
+    joints[py::str(joint.joint)] = joint.raw_m;
+  }
+  return py::dict("mpjpe_m"_a = result.raw_m,
+                  "bias_removed_m"_a = result.bias_removed_m,
+                  "joints_m"_a = joints);
+}
+
+py::dict Identity(const TrackSequence& tracks, const TrackSequence& truth) {
+  const IdentityResult result = EvaluateIdentity(truth, tracks);
+  return py::dict(
+      "mota"_a = result.Mota(), "idf1"_a = result.Idf1(),
+      "switches"_a = result.switches, "fragments"_a = result.fragments,
+      "misses"_a = result.misses, "false_positives"_a = result.false_positives,
+      "true_people"_a = result.true_people, "identities"_a = result.identities);
+}
+
+void BindData(py::module_& m) {
+  py::class_<Skeleton>(m, "Skeleton", "Joints and bones of a body model.")
+      .def(py::init(&NamedSkeleton), "name"_a,
+           "The built-in skeleton of that name (see skeleton_names()).")
+      .def_property_readonly("name", &Skeleton::name)
+      .def_property_readonly("joints", &Skeleton::joints)
+      .def_property_readonly("bones", [](const Skeleton& skeleton) {
+        std::vector<std::pair<int, int>> bones;
+        for (const Bone& bone : skeleton.bones()) {
+          bones.emplace_back(bone.a, bone.b);
+        }
+        return bones;
+      });
+  m.def("skeleton_names", &SkeletonNames, "Names of the built-in skeletons.");
+
+  py::class_<Camera>(m, "Camera", "A calibrated camera; lengths in metres.")
+      .def(py::init(&MakeCamera), "name"_a, "K"_a, "R"_a, "t"_a,
+           "distortion"_a = std::vector<double>(), "model"_a = "opencv5",
+           "image_size"_a = std::pair<int, int>(0, 0),
+           "K (3, 3) [px]; R (3, 3), t (3,) [m]: x_camera = R x_world + t;\n"
+           "distortion: coefficients of the lens model, empty for none;\n"
+           "image_size: (width, height) [px], (0, 0) when not known.")
+      .def_property_readonly("name", &Camera::name)
+      .def_property_readonly("K", &Camera::K)
+      .def_property_readonly("R", &Camera::R)
+      .def_property_readonly("t", &Camera::t)
+      .def_property_readonly(
+          "model",
+          [](const Camera& camera) {
+            return camera.lens() ? camera.lens()->model() : "pinhole";
+          },
+          "Lens model.")
+      .def_property_readonly(
+          "distortion",
+          [](const Camera& camera) {
+            return camera.lens() ? camera.lens()->parameters()
+                                 : std::vector<double>();
+          },
+          "Coefficients of the lens model; empty for none.")
+      .def_property_readonly("centre", &Camera::centre, "In the world [m].")
+      .def_property_readonly("image_size",
+                             [](const Camera& camera) {
+                               return std::make_pair(camera.width_px(),
+                                                     camera.height_px());
+                             })
+      .def("project", &ProjectPoints, "points"_a,
+           "(N, 3) points in the world [m] to (N, 2) raw pixels; NaN where a\n"
+           "point has no image.")
+      .def("__repr__", [](const Camera& camera) {
+        return "<kinegraph.Camera '" + camera.name() + "'>";
+      });
+
+  py::class_<DetectionSequence>(m, "Detections", "2D poses of a take.")
+      .def(py::init(&SequenceOf), "frames"_a, "skeleton"_a, "views"_a,
+           "frame_rate_hz"_a, "first_frame"_a = 0,
+           "frames[k][v]: array (people, joints, 3) of x [px], y [px] and\n"
+           "confidence; NaN: not found. views: a name a view, as its camera.")
+      .def("__len__",
+           [](const DetectionSequence& d) { return d.frames.size(); })
+      .def_property_readonly(
+          "views",
+          [](const DetectionSequence& d) { return d.header.view_names; })
+      .def_property_readonly(
+          "skeleton",
+          [](const DetectionSequence& d) { return d.header.skeleton; })
+      .def_property_readonly(
+          "frame_rate_hz",
+          [](const DetectionSequence& d) { return d.header.frame_rate_hz; })
+      .def("frame_numbers",
+           [](const DetectionSequence& d) {
+             std::vector<int64_t> numbers;
+             for (const DetectionFrame& f : d.frames)
+               numbers.push_back(f.frame);
+             return numbers;
+           })
+      .def(
+          "view",
+          [](const DetectionSequence& d, size_t frame_idx, size_t view_idx) {
+            if (frame_idx >= d.frames.size() ||
+                view_idx >= d.frames[frame_idx].views.size()) {
+              throw py::index_error("no such frame or view");
+            }
+            return ArrayOf(d.frames[frame_idx].views[view_idx].detections,
+                           d.header.skeleton.joint_count());
+          },
+          "frame_idx"_a, "view_idx"_a,
+          "Array (people, joints, 3) of one view of one frame.");
+
+  py::class_<TrackSequence>(m, "Tracks", "3D poses of a take, as arrays.")
+      .def("__len__", [](const TrackSequence& t) { return t.frames.size(); })
+      .def_property_readonly(
+          "skeleton", [](const TrackSequence& t) { return t.header.skeleton; })
+      .def_property_readonly(
+          "frame_rate_hz",
+          [](const TrackSequence& t) { return t.header.frame_rate_hz; })
+      .def_property_readonly(
+          "mode", [](const TrackSequence& t) { return t.header.mode; })
+      .def_property_readonly(
+          "config_json",
+          [](const TrackSequence& t) { return t.header.config_json; },
+          "The effective configuration.")
+      .def_property_readonly(
+          "frames",
+          [](const TrackSequence& t) {
+            py::array_t<int64_t> numbers(
+                static_cast<py::ssize_t>(t.frames.size()));
+            for (size_t k = 0; k < t.frames.size(); ++k) {
+              numbers.mutable_at(static_cast<py::ssize_t>(k)) =
+                  t.frames[k].frame;
+            }
+            return numbers;
+          },
+          "Frame numbers, (F,) int64.")
+      .def_property_readonly(
+          "times_s",
+          [](const TrackSequence& t) {
+            Array times(static_cast<py::ssize_t>(t.frames.size()));
+            for (size_t k = 0; k < t.frames.size(); ++k) {
+              times.mutable_at(static_cast<py::ssize_t>(k)) =
+                  ToSeconds(t.frames[k].time);
+            }
+            return times;
+          },
+          "Times of the frames, (F,) [s].")
+      .def_property_readonly(
+          "ids", [](const TrackSequence& t) { return TrackArrays(t).Ids(); },
+          "Identities, ascending, (P,) int64.")
+      .def_property_readonly(
+          "positions_m",
+          [](const TrackSequence& t) { return TrackArrays(t).Positions(); },
+          "(F, P, J, 3) in the world [m]; NaN where a joint is missing. Made\n"
+          "anew at each access.")
+      .def_property_readonly(
+          "status",
+          [](const TrackSequence& t) { return TrackArrays(t).Status(); },
+          "(F, P, J) uint8: MISSING, INFERRED or OBSERVED.")
+      .def_property_readonly(
+          "covariance_m2",
+          [](const TrackSequence& t) { return TrackArrays(t).Covariances(); },
+          "(F, P, J, 3, 3) [m^2]; NaN where there is none.");
+}
+
+void BindRuns(py::module_& m) {
+  m.def("track", &Track, "cameras"_a, "detections"_a, "config"_a = "",
+        "set"_a = "", "mode"_a = "",
+        "frames"_a = std::vector<std::pair<int64_t, int64_t>>(),
+        "without_cameras"_a = std::vector<std::string>(), "threads"_a = 1,
+        "progress"_a = py::none());
+  py::class_<Frozen>(m, "Frozen")
+      .def(py::init<const std::vector<Camera>&, const DetectionSequence&,
+                    const std::string&, const std::string&>(),
+           "cameras"_a, "detections"_a, "config"_a = "", "set"_a = "")
+      .def_property_readonly("tracks", &Frozen::tracks,
+                             "What the run itself wrote.")
+      .def("smooth", &Frozen::Smooth, "strategy"_a,
+           "The same matches, smoothed by another strategy (strategies()).");
+  m.def("strategies", &OutputNames, "Names of the smoothing strategies.");
+  py::class_<LiveSession>(m, "Session")
+      .def(py::init<const std::vector<Camera>&, const std::string&,
+                    const std::vector<std::string>&, double, const std::string&,
+                    const std::string&, const std::string&>(),
+           "cameras"_a, "skeleton"_a, "views"_a, "frame_rate_hz"_a,
+           "config"_a = "", "set"_a = "", "mode"_a = "")
+      .def("process", &LiveSession::Process, "frame"_a, "views"_a,
+           "time_s"_a = py::none(),
+           "Feeds one frame: an array (people, joints, 3) a view. Returns the\n"
+           "frames that became final.")
+      .def("finish", &LiveSession::Finish, "The rest of the frames.");
+}
+
+void BindFiles(py::module_& m) {
+  m.def(
+      "read_cameras", [](const std::string& path) { return ReadCameras(path); },
+      "path"_a,
+      "Reads a calibration in any known format; lengths become metres.");
+  m.def(
+      "write_cameras",
+      [](const std::string& path, const std::vector<Camera>& cameras) {
+        WriteCameras(path, cameras);
+      },
+      "path"_a, "cameras"_a);
+  m.def(
+      "read_detections",
+      [](const std::string& path, const std::string& skeleton,
+         double frame_rate_hz) {
+        DetectionReadOptions options;
+        if (!skeleton.empty()) options.skeleton = NamedSkeleton(skeleton);
+        options.frame_rate_hz = frame_rate_hz;
+        const py::gil_scoped_release unlocked;
+        return ReadDetections(path, options);
+      },
+      "path"_a, "skeleton"_a = "", "frame_rate_hz"_a = 0.0,
+      "Reads 2D detections in any known format. skeleton and frame_rate_hz\n"
+      "win over the file's.");
+  m.def(
+      "read_tracks", [](const std::string& path) { return ReadTracks(path); },
+      "path"_a, "Reads 3D results or a ground truth in any known format.");
+  m.def(
+      "write_tracks",
+      [](const std::string& path, const TrackSequence& tracks) {
+        WriteTracks(path, tracks);
+      },
+      "path"_a, "tracks"_a, "Writes our own format (JSON Lines).");
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+PYBIND11_MODULE(_kinegraph, m) {
+  using namespace kinegraph;  // NOLINT: the binding's own scope
+  m.doc() = "Native part of kinegraph.";
+  py::register_exception<InputError>(m, "InputError", PyExc_ValueError);
+  py::register_exception<OptionError>(m, "OptionError", PyExc_ValueError);
+  m.attr("MISSING") = static_cast<int>(JointStatus::kMissing);
+  m.attr("INFERRED") = static_cast<int>(JointStatus::kInferred);
+  m.attr("OBSERVED") = static_cast<int>(JointStatus::kObserved);
+  BindData(m);
+  BindRuns(m);
+  BindFiles(m);
+  m.def("_mpjpe", &Mpjpe, "tracks"_a, "truth"_a);
+  m.def("_identity", &Identity, "tracks"_a, "truth"_a);
+}
