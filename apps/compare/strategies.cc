@@ -40,7 +40,6 @@ StrategyParameter GraphProcessNoise() {
   parameter.log = true;
   parameter.set = [](double value, EstimatorOptions* options) {
     for (double& q : options->graph.process_noise) q *= value;
-    for (double& q : options->graph.jerk_noise) q *= value;
   };
   parameter.get = [](const EstimatorOptions&) { return 1.0; };
   return parameter;
@@ -71,7 +70,6 @@ Strategy Window(int lag_frames) {
              OutputKind::kWindow, {GraphProcessNoise(), GraphLossScale()},
              [lag_frames](double rate_hz, EstimatorOptions* options) {
                options->graph.lag_s = lag_frames / rate_hz;
-               options->graph.motion = MotionPrior::kAcceleration;
                options->graph.bones = false;
              });
   strategy.lag_frames = lag_frames;
@@ -80,9 +78,8 @@ Strategy Window(int lag_frames) {
 }
 
 std::vector<Strategy> MakeTable() {
-  const auto batch = [](MotionPrior prior, bool bones) {
-    return [prior, bones](double, EstimatorOptions* options) {
-      options->graph.motion = prior;
+  const auto batch = [](bool bones) {
+    return [bones](double, EstimatorOptions* options) {
       options->graph.bones = bones;
     };
   };
@@ -198,18 +195,14 @@ std::vector<Strategy> MakeTable() {
   for (const int lag : {0, 3, 5, 10, 20, 30}) table.push_back(Window(lag));
   table.push_back(Filter(kOfflineReference, "batch", OutputKind::kBatch,
                          {GraphProcessNoise(), GraphLossScale()},
-                         batch(MotionPrior::kAcceleration, false)));
-  table.push_back(Filter("batch_jerk", "batch, white noise on jerk",
-                         OutputKind::kBatch,
-                         {GraphProcessNoise(), GraphLossScale()},
-                         batch(MotionPrior::kJerk, false)));
+                         batch(false)));
   table.push_back(Filter(
       "batch_bones", "batch with bones", OutputKind::kBatch,
       {GraphProcessNoise(), Field("bone_sigma_m", "m", {0.01, 0.02, 0.04},
                                   [](EstimatorOptions& o) -> double& {
                                     return o.graph.bone_sigma_m;
                                   })},
-      batch(MotionPrior::kAcceleration, true)));
+      batch(true)));
   return table;
 }
 

@@ -9,12 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
-#include "solvers/graph/person_solver.h"
+#include "solvers/person/person_solver.h"
 
 namespace kinegraph {
 namespace {
@@ -271,12 +270,6 @@ void BatchEstimator::WriteFinalsOf(int joint_idx,
 std::unique_ptr<Estimator> MakeBatchEstimator(const SceneModel& scene,
                                               const GraphOptions& options) {
   CheckOptions(options);
-  if (options.motion == MotionPrior::kJerk &&
-      (options.bones || options.solver != GraphSolver::kChain)) {
-    throw OptionError("graph.motion",
-                      "found jerk with bones or solver ceres, expected "
-                      "acceleration");
-  }
   return std::make_unique<BatchEstimator>(scene, options);
 }
 

@@ -4,10 +4,11 @@
 
 #include <Eigen/Core>
 
+#include "solvers/factors/jacobian.h"
+
 namespace kinegraph {
 
 // Position [m] and velocity [m/s] in the world, one parameter block.
-inline constexpr int kStateSize = 6;
 using State = Eigen::Matrix<double, kStateSize, 1>;
 using Matrix6d = Eigen::Matrix<double, kStateSize, kStateSize>;
 

@@ -48,14 +48,6 @@ Assembler::Assembler(const SceneModel& scene, const GraphOptions& options)
 PersonProblem Assembler::EmptyProblem() const {
   PersonProblem problem;
   problem.joints.resize(scene_.skeleton.joint_count());
-  for (int j = 0; j < scene_.skeleton.joint_count(); ++j) {
-    const int joint_class = static_cast<int>(scene_.skeleton.joint_class(j));
-    problem.joints[j].process_noise = options_.motion == MotionPrior::kJerk
-                                          ? options_.jerk_noise[joint_class]
-                                          : options_.process_noise[joint_class];
-    problem.joints[j].birth_acceleration_sigma_mps2 =
-        options_.birth_acceleration_sigma_mps2;
-  }
   return problem;
 }
 
@@ -83,20 +75,14 @@ FrameRecord Assembler::Append(const EstimatorFrame& frame,
     state.head<3>() =
         record.triangulated[j] ? frame.initial[j].position_m : centre_;
     chain.states.push_back(state);
-    if (options_.motion == MotionPrior::kJerk) {
-      chain.accelerations.push_back(Eigen::Vector3d::Zero());
-    }
     if (birth) {
-      StatePrior& prior = chain.prior;
-      prior.A.setZero();
-      prior.A.diagonal().head<3>().setConstant(1.0 /
-                                               options_.birth_position_sigma_m);
-      prior.A.diagonal().tail<3>().setConstant(
-          1.0 / options_.birth_velocity_sigma_mps);
-      prior.x0.setZero();
-      prior.x0.head<3>() = centre_;
-      prior.b.setZero();
-      prior.A_stated = prior.A;
+      chain.prior = BirthPrior(centre_, options_.birth_position_sigma_m,
+                               options_.birth_velocity_sigma_mps);
+    } else {
+      const JointClass joint_class =
+          scene_.skeleton.joint_class(static_cast<int>(j));
+      chain.process_noise.push_back(
+          options_.process_noise[static_cast<int>(joint_class)]);
     }
   }
   for (const FreshView& view : frame.views) {

@@ -37,7 +37,7 @@ class Assembler {
   // `scene` and `options` must outlive the assembler.
   Assembler(const SceneModel& scene, const GraphOptions& options);
 
-  // Joints, process noise and nothing else.
+  // Joints without frames.
   PersonProblem EmptyProblem() const;
 
   // Appends the frame to the problem. New states stand where the initial pose

@@ -4,79 +4,93 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <iterator>
 #include <optional>
+#include <tuple>
+#include <type_traits>
 #include <vector>
 
-#include "solvers/factors/bone_length_factor.h"
-#include "solvers/factors/constant_velocity_factor.h"
-#include "solvers/factors/reprojection_factor.h"
+#include "solvers/graph/factor_list.h"
 #include "solvers/graph/marginalise.h"
 
 namespace kinegraph {
 namespace {
 
-template <int Rows>
-using Rows6 = Eigen::Matrix<double, Rows, kStateSize, Eigen::RowMajor>;
-
-// Whitened, linearised rows over [first state, second state].
+// Whitened, linearised factors: rows over states below each other.
 struct Rows {
   Eigen::MatrixXd jacobian;
   Eigen::VectorXd residual;
 };
 
-int CountMeasured(const JointChain& chain) {
-  int count = 0;
-  for (int32_t m = 0; m < chain.first[1]; ++m) {
-    if (!chain.measurements[m].gated) ++count;
+// Factors whose earliest state is in the first frame.
+FactorWalk FirstFrame(bool stated) {
+  FactorWalk walk;
+  walk.end = 1;
+  walk.stated = stated;
+  return walk;
+}
+
+// Writes a factor's rows from `row` on, times `root`. `column_of(key)` is where
+// a state's columns begin.
+template <typename Factor, typename ColumnOf>
+void WriteRows(const Linearised<Factor>& at, const Keys<Factor::kKeys>& keys,
+               double root, const ColumnOf& column_of, Eigen::Index row,
+               Rows* rows) {
+  for (int i = 0; i < Factor::kResiduals; ++i) {
+    rows->residual(row + i) = root * at.residual[i];
+    for (int key = 0; key < Factor::kKeys; ++key) {
+      const Eigen::Index column = column_of(keys[key]);
+      for (int c = 0; c < kStateSize; ++c) {
+        rows->jacobian(row + i, column + c) = root * at.by_states[key](i, c);
+      }
+    }
   }
-  return count;
 }
 
-void AddMotion(double dt_s, const JointChain& chain, Rows* rows) {
-  const ConstantVelocityFactor factor(dt_s, chain.process_noise);
-  const double* states[] = {chain.states[0].data(), chain.states[1].data()};
-  State residual;
-  Rows6<6> by_first;
-  Rows6<6> by_second;
-  double* jacobians[] = {by_first.data(), by_second.data()};
-  factor.Evaluate(states, residual.data(), jacobians);
-  rows->jacobian.block<6, 6>(6, 0) = by_first;
-  rows->jacobian.block<6, 6>(6, 6) = by_second;
-  rows->residual.segment<6>(6) = residual;
-}
-
-void AddMeasurement(const PixelMeasurement& measurement, const State& state,
-                    double correction, int row, Rows* rows) {
-  const ReprojectionFactor factor(measurement.camera, measurement.px,
-                                  measurement.sigma_px, measurement.offset_s);
-  const double* states[] = {state.data()};
-  Eigen::Vector2d residual;
-  Rows6<2> jacobian;
-  double* jacobians[] = {jacobian.data()};
-  if (!factor.Evaluate(states, residual.data(), jacobians)) return;
-  const double root =
-      std::sqrt(correction * measurement.information * measurement.weight);
-  rows->jacobian.block<2, 6>(row, 0) = root * jacobian;
-  rows->residual.segment<2>(row) = root * residual;
+// Calls `take(linearised factor, keys, root of what it counts)` for a joint's
+// factors of the first frame; `correction` is that of the observations.
+template <typename Take>
+void LineariseFirst(const std::vector<TimeNs>& times, const JointChain& chain,
+                    const FactorWalk& walk, double correction,
+                    const Take& take) {
+  const auto state_of = [&](const StateKey& key) {
+    return chain.states[key.frame].data();
+  };
+  ForEachFactor(
+      times, chain, 0, walk,
+      [&](const auto& factor, const auto& keys, const Robustness& robustness) {
+        Linearised<std::decay_t<decltype(factor)>> at;
+        if (!LineariseFactor(factor, keys, state_of, &at)) return true;
+        double weight = robustness.information *
+                        WeightAtEstimate(chain, robustness, at.squared_norm());
+        if (robustness.measurement >= 0) weight *= correction;
+        take(at, keys, std::sqrt(weight));
+        return true;
+      });
 }
 
 SquareRootPrior MarginaliseWith(const std::vector<TimeNs>& times,
-                                const JointChain& chain, const Matrix6d& A,
+                                const JointChain& chain, bool stated,
                                 double correction) {
-  const int row_count = 12 + 2 * CountMeasured(chain);
-  Rows rows{Eigen::MatrixXd::Zero(row_count, 12),
+  // At least as many rows as columns; prior, motion and measurements have.
+  Eigen::Index row_count = 0;
+  const FactorWalk walk = FirstFrame(stated);
+  LineariseFirst(times, chain, walk, correction,
+                 [&](const auto& at, const auto&, double) {
+                   row_count += std::size(at.residual);
+                 });
+  Rows rows{Eigen::MatrixXd::Zero(row_count, 2 * kStateSize),
             Eigen::VectorXd::Zero(row_count)};
-  const StatePrior& prior = chain.prior;
-  rows.jacobian.block<6, 6>(0, 0) = A;
-  rows.residual.head<6>() = A * (chain.states[0] - prior.x0) + prior.b;
-  AddMotion(ToSeconds(times[1] - times[0]), chain, &rows);
-  int row = 12;
-  for (int32_t m = 0; m < chain.first[1]; ++m) {
-    if (chain.measurements[m].gated) continue;
-    AddMeasurement(chain.measurements[m], chain.states[0], correction, row,
-                   &rows);
-    row += 2;
-  }
+  Eigen::Index row = 0;
+  LineariseFirst(
+      times, chain, walk, correction,
+      [&](const auto& at, const auto& keys, double root) {
+        WriteRows(
+            at, keys, root,
+            [](const StateKey& key) { return kStateSize * key.frame; }, row,
+            &rows);
+        row += std::size(at.residual);
+      });
   return Marginalise(rows.jacobian, rows.residual, kStateSize);
 }
 
@@ -87,6 +101,7 @@ void EraseFirst(JointChain* chain) {
   chain->first.erase(chain->first.begin());
   for (int32_t& first : chain->first) first -= dropped;
   chain->states.erase(chain->states.begin());
+  chain->process_noise.erase(chain->process_noise.begin());
 }
 
 }  // namespace
@@ -94,8 +109,7 @@ void EraseFirst(JointChain* chain) {
 StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
                                  const JointChain& chain, double correction) {
   CHECK_GE(chain.states.size(), 2u);
-  const SquareRootPrior kept =
-      MarginaliseWith(times, chain, chain.prior.A, 1.0);
+  const SquareRootPrior kept = MarginaliseWith(times, chain, false, 1.0);
   StatePrior prior;
   prior.A = kept.A;
   prior.b = kept.b;
@@ -103,60 +117,102 @@ StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
   prior.A_stated =
       correction == 1.0
           ? prior.A
-          : Matrix6d(
-                MarginaliseWith(times, chain, chain.prior.A_stated, correction)
-                    .A);
+          : Matrix6d(MarginaliseWith(times, chain, true, correction).A);
   return prior;
 }
 
 namespace {
 
-// Everything a joint's first state was measured by, whitened, as six rows.
-void CompressMeasurements(const JointChain& chain, Rows* rows) {
-  rows->jacobian.setZero(kStateSize + 2 * CountMeasured(chain), kStateSize);
-  rows->residual.setZero(rows->jacobian.rows());
-  int row = kStateSize;  // six rows of zeros, so that there are enough
-  for (int32_t m = 0; m < chain.first[1]; ++m) {
-    if (chain.measurements[m].gated) continue;
-    AddMeasurement(chain.measurements[m], chain.states[0], 1.0, row, rows);
-    row += 2;
-  }
-  const SquareRootPrior square = Marginalise(rows->jacobian, rows->residual, 0);
-  rows->jacobian = square.A;
-  rows->residual = square.b;
+Eigen::Index SizeOf(const PersonProblem& problem) {
+  return kStateSize * static_cast<Eigen::Index>(problem.joints.size());
 }
 
-// The prior on all first states, as rows above each other.
-void AddPriors(const PersonProblem& problem, Rows* rows) {
-  const Eigen::Index size = rows->jacobian.cols();
-  if (problem.prior.empty()) {
-    for (size_t j = 0; j < problem.joints.size(); ++j) {
-      const StatePrior& prior = problem.joints[j].prior;
-      rows->jacobian.block<6, 6>(6 * j, 6 * j) = prior.A;
-      rows->residual.segment<6>(6 * j) =
-          prior.A * (problem.joints[j].states[0] - prior.x0) + prior.b;
+Eigen::Index ColumnOf(const StateKey& key) { return kStateSize * key.joint; }
+
+// What a joint's first state alone is known by, as six rows.
+SquareRootPrior CompressFirst(const PersonProblem& problem,
+                              const JointChain& chain) {
+  FactorWalk walk = FirstFrame(false);
+  walk.priors = problem.prior.empty();
+  Eigen::Index row_count = kStateSize;  // of zeros, so that there are enough
+  const auto count = [&](const auto& at, const auto& keys, double) {
+    if (keys.size() == 1) row_count += std::size(at.residual);
+  };
+  LineariseFirst(problem.times, chain, walk, 1.0, count);
+  Rows rows{Eigen::MatrixXd::Zero(row_count, kStateSize),
+            Eigen::VectorXd::Zero(row_count)};
+  Eigen::Index row = kStateSize;
+  const auto write = [&](const auto& at, const auto& keys, double root) {
+    if constexpr (std::tuple_size_v<std::decay_t<decltype(keys)>> == 1) {
+      WriteRows(at, keys, root, ColumnOf, row, &rows);
+      row += std::size(at.residual);
     }
-    return;
-  }
-  Eigen::VectorXd away = -problem.prior.x0;
-  for (size_t j = 0; j < problem.joints.size(); ++j) {
-    away.segment<6>(6 * j) += problem.joints[j].states[0];
-  }
-  rows->jacobian.topRows(size) = problem.prior.A;
-  rows->residual.head(size) = problem.prior.A * away + problem.prior.b;
+  };
+  LineariseFirst(problem.times, chain, walk, 1.0, write);
+  return Marginalise(rows.jacobian, rows.residual, 0);
 }
 
-void AddBoneRow(const PersonProblem& problem, const BoneConstraint& bone,
-                Eigen::Index row, Rows* rows) {
-  const BoneLengthFactor factor(bone.length_m, bone.sigma_m);
-  const double* states[] = {problem.joints[bone.a].states[0].data(),
-                            problem.joints[bone.b].states[0].data()};
-  State by_a;
-  State by_b;
-  double* jacobians[] = {by_a.data(), by_b.data()};
-  factor.Evaluate(states, &rows->residual(row), jacobians);
-  rows->jacobian.block<1, 6>(row, 6 * bone.a) = by_a.transpose();
-  rows->jacobian.block<1, 6>(row, 6 * bone.b) = by_b.transpose();
+// Calls `take(linearised factor, keys, root)` for the factors that couple
+// joints in the first frame.
+template <typename Take>
+void LineariseCouplings(const PersonProblem& problem, const Take& take) {
+  const auto state_of = [&](const StateKey& key) {
+    return problem.joints[key.joint].states[key.frame].data();
+  };
+  ForEachCoupling(
+      problem, FirstFrame(false),
+      [&](const auto& factor, const auto& keys, const Robustness& robustness) {
+        Linearised<std::decay_t<decltype(factor)>> at;
+        if (!LineariseFactor(factor, keys, state_of, &at)) return true;
+        take(at, keys,
+             std::sqrt(robustness.information *
+                       robustness.Evaluate(at.squared_norm()).first));
+        return true;
+      });
+}
+
+// All that is known of the first states alone, as a square of rows.
+SquareRootPrior CompressFirstFrame(const PersonProblem& problem) {
+  const Eigen::Index size = SizeOf(problem);
+  const Eigen::Index prior_rows = problem.prior.A.rows();
+  Eigen::Index row_count = prior_rows + size;
+  LineariseCouplings(problem, [&](const auto& at, const auto&, double) {
+    row_count += std::size(at.residual);
+  });
+  Rows rows{Eigen::MatrixXd::Zero(row_count, size),
+            Eigen::VectorXd::Zero(row_count)};
+  if (prior_rows > 0) {
+    rows.jacobian.topRows(prior_rows) = problem.prior.A;
+    rows.residual.head(prior_rows) = problem.prior.Residual(StatesOf(problem));
+  }
+  for (size_t j = 0; j < problem.joints.size(); ++j) {
+    const SquareRootPrior own = CompressFirst(problem, problem.joints[j]);
+    const Eigen::Index at = kStateSize * static_cast<Eigen::Index>(j);
+    rows.jacobian.block<6, 6>(prior_rows + at, at) = own.A;
+    rows.residual.segment<6>(prior_rows + at) = own.b;
+  }
+  Eigen::Index row = prior_rows + size;
+  LineariseCouplings(problem,
+                     [&](const auto& at, const auto& keys, double root) {
+                       WriteRows(at, keys, root, ColumnOf, row, &rows);
+                       row += std::size(at.residual);
+                     });
+  return Marginalise(rows.jacobian, rows.residual, 0);
+}
+
+// Calls `take(joint, linearised factor, keys, root)` for the factors on a
+// joint's first and second state.
+template <typename Take>
+void LineariseTransitions(const PersonProblem& problem, const Take& take) {
+  for (size_t j = 0; j < problem.joints.size(); ++j) {
+    LineariseFirst(
+        problem.times, problem.joints[j], FirstFrame(false), 1.0,
+        [&](const auto& at, const auto& keys, double root) {
+          if constexpr (std::tuple_size_v<std::decay_t<decltype(keys)>> == 2) {
+            take(static_cast<Eigen::Index>(j), at, keys, root);
+          }
+        });
+  }
 }
 
 // Square root of the information that the dropped frame leaves for what is
@@ -164,42 +220,43 @@ void AddBoneRow(const PersonProblem& problem, const BoneConstraint& bone,
 // prior, in a fraction of its time. nullopt when it is not definite.
 std::optional<Eigen::MatrixXd> StatedInformation(const PersonProblem& problem,
                                                  double correction) {
-  const auto joint_count = static_cast<Eigen::Index>(problem.joints.size());
-  const Eigen::Index size = kStateSize * joint_count;
+  const Eigen::Index size = SizeOf(problem);
   Eigen::MatrixXd first = Eigen::MatrixXd::Zero(size, size);
+  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(size, size);
+  Eigen::MatrixXd second = Eigen::MatrixXd::Zero(size, size);
   if (!problem.prior.empty()) {
     first.noalias() =
         problem.prior.A_stated.transpose() * problem.prior.A_stated;
   }
-  Rows bone{Eigen::MatrixXd::Zero(1, size), Eigen::VectorXd::Zero(1)};
-  for (const BoneConstraint& constraint : problem.bones) {
-    bone.jacobian.setZero();
-    AddBoneRow(problem, constraint, 0, &bone);
-    first.noalias() += bone.jacobian.transpose() * bone.jacobian;
-  }
-  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(size, size);
-  Eigen::MatrixXd second = Eigen::MatrixXd::Zero(size, size);
-  Rows motion{Eigen::MatrixXd::Zero(12, 12), Eigen::VectorXd::Zero(12)};
-  const double dt_s = ToSeconds(problem.times[1] - problem.times[0]);
-  for (Eigen::Index j = 0; j < joint_count; ++j) {
-    const JointChain& chain = problem.joints[j];
-    auto own = first.block<6, 6>(6 * j, 6 * j);
-    if (problem.prior.empty()) {
-      own += chain.prior.A_stated.transpose() * chain.prior.A_stated;
-    }
-    for (int32_t m = 0; m < chain.first[1]; ++m) {
-      if (chain.measurements[m].gated) continue;
-      Rows pixel{Eigen::MatrixXd::Zero(2, 6), Eigen::VectorXd::Zero(2)};
-      AddMeasurement(chain.measurements[m], chain.states[0], correction, 0,
-                     &pixel);
-      own += pixel.jacobian.transpose() * pixel.jacobian;
-    }
-    AddMotion(dt_s, chain, &motion);
-    const auto by_first = motion.jacobian.block<6, 6>(6, 0);
-    const auto by_second = motion.jacobian.block<6, 6>(6, 6);
-    own += by_first.transpose() * by_first;
-    coupling.block<6, 6>(6 * j, 6 * j) = by_first.transpose() * by_second;
-    second.block<6, 6>(6 * j, 6 * j) = by_second.transpose() * by_second;
+  const auto add = [](const auto& a, const auto& b, double root,
+                      Eigen::MatrixXd* information, Eigen::Index row,
+                      Eigen::Index column) {
+    Matrix6d block = Matrix6d::Zero();
+    AddProduct(a, b, root * root, block.data());
+    information->block<6, 6>(row, column) += block;
+  };
+  LineariseCouplings(problem,
+                     [&](const auto& at, const auto& keys, double root) {
+                       for (int i = 0; i < 2; ++i) {
+                         for (int l = 0; l < 2; ++l) {
+                           add(at.by_states[i], at.by_states[l], root, &first,
+                               ColumnOf(keys[i]), ColumnOf(keys[l]));
+                         }
+                       }
+                     });
+  FactorWalk walk = FirstFrame(true);
+  walk.priors = problem.prior.empty();
+  for (size_t j = 0; j < problem.joints.size(); ++j) {
+    const Eigen::Index own = kStateSize * static_cast<Eigen::Index>(j);
+    LineariseFirst(
+        problem.times, problem.joints[j], walk, correction,
+        [&](const auto& at, const auto& keys, double root) {
+          add(at.by_states[0], at.by_states[0], root, &first, own, own);
+          if constexpr (std::tuple_size_v<std::decay_t<decltype(keys)>> == 2) {
+            add(at.by_states[0], at.by_states[1], root, &coupling, own, own);
+            add(at.by_states[1], at.by_states[1], root, &second, own, own);
+          }
+        });
   }
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> eliminated(first);
   if (eliminated.info() != Eigen::Success) return std::nullopt;
@@ -214,45 +271,37 @@ std::optional<Eigen::MatrixXd> StatedInformation(const PersonProblem& problem,
 
 PersonPrior MarginaliseFirstFrame(const PersonProblem& problem,
                                   double correction) {
-  const auto joint_count = static_cast<Eigen::Index>(problem.joints.size());
-  const auto bone_count = static_cast<Eigen::Index>(problem.bones.size());
-  const Eigen::Index size = kStateSize * joint_count;
-  // First the factors on the first states alone, then the motion: smaller
+  const Eigen::Index size = SizeOf(problem);
+  // First the factors on the first states alone, then those on both: smaller
   // factorisations than one of everything.
-  Rows first{Eigen::MatrixXd::Zero(2 * size + bone_count, size),
-             Eigen::VectorXd::Zero(2 * size + bone_count)};
-  AddPriors(problem, &first);
-  Rows joint;
-  for (Eigen::Index j = 0; j < joint_count; ++j) {
-    CompressMeasurements(problem.joints[j], &joint);
-    first.jacobian.block<6, 6>(size + 6 * j, 6 * j) = joint.jacobian;
-    first.residual.segment<6>(size + 6 * j) = joint.residual;
-  }
-  for (Eigen::Index i = 0; i < bone_count; ++i) {
-    AddBoneRow(problem, problem.bones[i], 2 * size + i, &first);
-  }
-  const SquareRootPrior reduced =
-      Marginalise(first.jacobian, first.residual, 0);
-
-  Rows both{Eigen::MatrixXd::Zero(2 * size, 2 * size),
-            Eigen::VectorXd::Zero(2 * size)};
+  const SquareRootPrior reduced = CompressFirstFrame(problem);
+  Eigen::Index row_count = size;
+  LineariseTransitions(problem,
+                       [&](Eigen::Index, const auto& at, const auto&, double) {
+                         row_count += std::size(at.residual);
+                       });
+  Rows both{Eigen::MatrixXd::Zero(row_count, 2 * size),
+            Eigen::VectorXd::Zero(row_count)};
   both.jacobian.topLeftCorner(size, size) = reduced.A;
   both.residual.head(size) = reduced.b;
-  Rows motion{Eigen::MatrixXd::Zero(12, 12), Eigen::VectorXd::Zero(12)};
-  const double dt_s = ToSeconds(problem.times[1] - problem.times[0]);
-  PersonPrior prior;
-  prior.x0.resize(size);
-  for (Eigen::Index j = 0; j < joint_count; ++j) {
-    AddMotion(dt_s, problem.joints[j], &motion);
-    both.jacobian.block<6, 6>(size + 6 * j, 6 * j) =
-        motion.jacobian.block<6, 6>(6, 0);
-    both.jacobian.block<6, 6>(size + 6 * j, size + 6 * j) =
-        motion.jacobian.block<6, 6>(6, 6);
-    both.residual.segment<6>(size + 6 * j) = motion.residual.tail<6>();
-    prior.x0.segment<6>(6 * j) = problem.joints[j].states[1];
-  }
+  Eigen::Index row = size;
+  LineariseTransitions(problem, [&](Eigen::Index j, const auto& at,
+                                    const auto& keys, double root) {
+    WriteRows(
+        at, keys, root,
+        [&](const StateKey& key) {
+          return (key.frame == 0 ? 0 : size) + kStateSize * j;
+        },
+        row, &both);
+    row += std::size(at.residual);
+  });
   const SquareRootPrior kept =
       Marginalise(both.jacobian, both.residual, static_cast<int>(size));
+  PersonPrior prior;
+  prior.x0.resize(size);
+  for (size_t j = 0; j < problem.joints.size(); ++j) {
+    prior.x0.segment<6>(kStateSize * j) = problem.joints[j].states[1];
+  }
   prior.A = kept.A;
   prior.b = kept.b;
   prior.A_stated = prior.A;

@@ -2,31 +2,43 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+
+#include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
+
+namespace {
+
+// trace(J C J') of the residuals of one state with covariance C.
+template <typename Jacobian>
+double ExplainedVariance(const Jacobian& by_state, const Matrix6d& covariance) {
+  Eigen::Matrix<double, Jacobian::kRows, kStateSize> J;
+  for (int row = 0; row < J.rows(); ++row) {
+    for (int i = 0; i < kStateSize; ++i) J(row, i) = by_state(row, i);
+  }
+  return (J * covariance).cwiseProduct(J).sum();
+}
+
+}  // namespace
 
 void CollectSquares(const JointChain& chain,
                     const std::vector<Matrix6d>& covariances, size_t begin,
                     size_t end, std::vector<double>* squares) {
   for (size_t k = begin; k < end; ++k) {
-    const State& state = chain.states[k];
-    const Eigen::Matrix3d covariance = covariances[k].topLeftCorner<3, 3>();
+    const double* states[] = {chain.states[k].data()};
     for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
       const PixelMeasurement& measurement = chain.measurements[m];
       if (measurement.gated) continue;
-      Matrix23d by_point;
-      const std::optional<Eigen::Vector2d> image = measurement.camera->Project(
-          state.head<3>() + measurement.offset_s * state.tail<3>(), &by_point);
-      if (!image.has_value()) continue;
-      const double variance = measurement.sigma_px * measurement.sigma_px;
-      const double explained =
-          (by_point * covariance * by_point.transpose()).trace() / variance;
+      Linearised<CameraReprojection> at;
+      if (!ReprojectionOf(measurement)
+               .Evaluate(states, at.residual, at.by_states)) {
+        continue;
+      }
       // A view that alone decides where the joint is tells nothing of noise.
-      const double left = 1.0 - 0.5 * explained;
+      const double left =
+          1.0 - 0.5 * ExplainedVariance(at.by_states[0], covariances[k]);
       if (left < 0.3) continue;
-      squares->push_back((*image - measurement.px).squaredNorm() / variance /
-                         left);
+      squares->push_back(at.squared_norm() / left);
     }
   }
 }

@@ -26,13 +26,8 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
                      "through after a Huber stage.");
   visitor.Number("inlier_weight", &inlier_weight, Between(0.0, 1.0), "",
                  "Weight from which a view counts as an inlier.");
-  visitor.Choice("motion", &motion, {"acceleration", "jerk"},
-                 "What is white noise in the motion; jerk: the batch without "
-                 "bones.");
   DescribeJointClasses(visitor, "process_noise", &process_noise, "m^2/s^3",
                        "Power of the white noise on acceleration.");
-  DescribeJointClasses(visitor, "jerk_noise", &jerk_noise, "m^2/s^5",
-                       "Power of the white noise on jerk.");
   DescribeJointClasses(
       visitor, "sigma_px", &sigma_px, "px",
       "Detector error at 4 m, focal length 1000 px, confidence 1.");
@@ -52,9 +47,6 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
                  "m", "Spread of the joints around the person's centre.");
   visitor.Number("birth_velocity_sigma_mps", &birth_velocity_sigma_mps,
                  Positive(), "m/s", "Spread of the joints' first velocity.");
-  visitor.Number("birth_acceleration_sigma_mps2",
-                 &birth_acceleration_sigma_mps2, Positive(), "m/s^2",
-                 "Spread of the joints' first acceleration (motion jerk).");
   visitor.Boolean("bones", &bones, "Use bone-length factors.");
   visitor.Number("bone_sigma_m", &bone_sigma_m, Positive(), "m",
                  "How far a bone's length may vary.");

@@ -27,12 +27,6 @@ enum class GraphSolver {
   kCeres,  // the reference: Ceres with sparse normal equations
 };
 
-// What is white noise in a joint's motion.
-enum class MotionPrior {
-  kAcceleration,  // constant velocity but for it: smooth
-  kJerk,          // constant acceleration but for it: smoother still
-};
-
 struct GraphOptions {
   // The window keeps states this long before they become final [s]; 0.4 s are
   // 10 frames at 25 Hz.
@@ -47,18 +41,11 @@ struct GraphOptions {
   // Geman-McClure with loss_scale 3).
   double inlier_weight = 0.25;
 
-  // What is white noise in the motion. On jerk: the batch's own solver without
-  // bones only.
-  MotionPrior motion = MotionPrior::kAcceleration;
   // Power of the white noise on acceleration [m^2/s^3]. Held-out-camera error
   // on Shelf is flat over a decade around it (docs/graph_mode.md).
   //   head trunk shoulder elbow wrist hip knee ankle foot other
   JointClassTable process_noise = {2.0, 1.0, 1.4,  4.0,  6.0,
                                    1.0, 2.0, 10.0, 10.0, 6.0};
-  // Power of the white noise on jerk [m^2/s^5]: with these the smoother's
-  // bandwidth is that of the above, about 18 rad/s for four views at 4 m.
-  JointClassTable jerk_noise = {600.0, 300.0, 420.0,  1200.0, 1800.0,
-                                300.0, 600.0, 3000.0, 3000.0, 1800.0};
   // Detector error of a confidence of 1 [px] at a depth of 4 m with a focal
   // length of 1000 px. It scales with the size of the person in the image.
   JointClassTable sigma_px = {6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0};
@@ -77,7 +64,6 @@ struct GraphOptions {
 
   double birth_position_sigma_m = 1.0;
   double birth_velocity_sigma_mps = 3.0;
-  double birth_acceleration_sigma_mps2 = 10.0;  // white noise on jerk only
 
   bool bones = false;
   double bone_sigma_m = 0.02;

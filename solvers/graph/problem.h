@@ -3,8 +3,9 @@
 // Cost of joint n over its frames k:
 //   0.5 |prior(x_0)|^2 + 0.5 sum |constant_velocity(x_k, x_k+1)|^2
 //   + 0.5 sum information * rho(|reprojection(x_k)|^2)
-// and, over joints, 0.5 sum |bone_length(x_k,a, x_k,b)|^2. The residuals are
-// those of solvers/factors. Without bones the joints are independent.
+// and, over joints, 0.5 sum rho(|bone_length(x_k,a, x_k,b)|^2). The residuals
+// are those of solvers/factors; factor_list.h is the one list of them. Without
+// bones the joints are independent.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_PROBLEM_H_
 #define KINEGRAPH_SOLVERS_GRAPH_PROBLEM_H_
 
@@ -20,9 +21,13 @@
 
 namespace kinegraph {
 
-// One joint in one view of one frame.
+// One joint in one view of one frame. All joints of a view in a frame share
+// camera and offset.
 struct PixelMeasurement {
   Eigen::Vector2d px;
+  // What the detector adds to the joint's true pixel in this view, as far as
+  // that is known.
+  Eigen::Vector2f bias_px = Eigen::Vector2f::Zero();
   double sigma_px = 1.0;
   double information = 1.0;  // factor after the loss
   double offset_s = 0.0;     // capture time less the frame's
@@ -38,31 +43,39 @@ struct StatePrior {
   Matrix6d A = Matrix6d::Identity();
   State x0 = State::Zero();
   State b = State::Zero();
-  // Square root of the information that covariances state: as A, but with
-  // every observation times the correction of its loss
-  // (InformationCorrection).
+  // The same information with every observation times the correction of its
+  // loss (InformationCorrection): for covariances.
   Matrix6d A_stated = Matrix6d::Identity();
 };
+
+// What is known of a joint before anything was measured: it starts somewhere
+// around `centre` [m], with a walking or running person's speed. A
+// constant-velocity chain is rank-deficient without it, and with it every
+// problem has full rank, whatever was seen. Sigmas > 0.
+StatePrior BirthPrior(const Eigen::Vector3d& centre, double sigma_m,
+                      double sigma_mps);
+
+using StateChain = std::vector<State>;         // of one joint, one a frame
+using PersonStates = std::vector<StateChain>;  // [joint][frame]
 
 // Gaussian on the first states of all joints below each other.
 struct PersonPrior {
   Eigen::MatrixXd A;
   Eigen::VectorXd x0;
   Eigen::VectorXd b;
-  Eigen::MatrixXd A_stated;
+  Eigen::MatrixXd A_stated;  // as StatePrior's
 
   bool empty() const { return A.size() == 0; }
+  // A (x - x0) + b; the Jacobian is A.
+  Eigen::VectorXd Residual(const PersonStates& states) const;
 };
 
 struct JointChain {
-  // Power of the white noise on acceleration [m^2/s^3], or on jerk [m^2/s^5].
-  double process_noise = 1.0;
-  StatePrior prior;           // on states.front()
-  std::vector<State> states;  // one a frame; start and result of a solve
-  // White noise on jerk: one a frame [m/s^2], and the spread of the first.
-  // Empty with white noise on acceleration.
-  std::vector<Eigen::Vector3d> accelerations;
-  double birth_acceleration_sigma_mps2 = 10.0;
+  // Power of the white noise on acceleration [m^2/s^3] from frame k to frame
+  // k + 1: one less than states.
+  std::vector<double> process_noise;
+  StatePrior prior;   // on states.front()
+  StateChain states;  // one a frame; start and result of a solve
   // Measurements of frame k are measurements[first[k]] .. [first[k + 1]].
   std::vector<int32_t> first = {0};
   std::vector<PixelMeasurement> measurements;
@@ -74,6 +87,8 @@ struct BoneConstraint {
   int b = 0;
   double length_m = 0.0;
   double sigma_m = 0.02;
+  LossKind loss = LossKind::kNone;
+  double loss_scale = 3.0;  // sigmas
 };
 
 struct PersonProblem {
@@ -83,6 +98,9 @@ struct PersonProblem {
   // Replaces the joints' own priors where it is not empty.
   PersonPrior prior;
 };
+
+// The states of all joints.
+PersonStates StatesOf(const PersonProblem& problem);
 
 struct SolveStage {
   LossKind loss = LossKind::kNone;
@@ -110,6 +128,14 @@ struct SolveReport {
 
 // Marks the measurements that the current states cannot be projected to.
 void GateMeasurements(JointChain* chain);
+
+// Weights of the measurements at the chain's states, under a stage's loss.
+void StoreWeights(const SolveStage& stage, JointChain* chain);
+
+// A solve ended before it converged, with `step` as its last. Where that still
+// moved a state by more than 5 cm there is no estimate to speak of: weights of
+// that frame's measurements become 0. Returns the number of such frames.
+int DoubtUnsettled(const StateChain& step, JointChain* chain);
 
 }  // namespace kinegraph
 

@@ -10,13 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/marginalise_frame.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
-#include "solvers/graph/person_solver.h"
+#include "solvers/person/person_solver.h"
 
 namespace kinegraph {
 namespace {
@@ -317,10 +316,6 @@ void WindowEstimator::Finish() {
 std::unique_ptr<Estimator> MakeWindowEstimator(const SceneModel& scene,
                                                const GraphOptions& options) {
   CheckOptions(options);
-  if (options.motion == MotionPrior::kJerk) {
-    throw OptionError("graph.motion",
-                      "found jerk for a window, expected acceleration");
-  }
   return std::make_unique<WindowEstimator>(scene, options);
 }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "solvers/factors/constant_velocity_factor.h"
 #include "solvers/graph/noise_model.h"
 
 namespace kinegraph::testing {
@@ -154,12 +153,14 @@ std::vector<std::vector<State>> MotionFromPrior(const SceneModel& scene,
     for (int k = 1; k < frame_count; ++k) {
       const double dt_s =
           ToSeconds(FrameAt(scene, k).time - FrameAt(scene, k - 1).time);
-      const ConstantVelocityNoise noise(dt_s,
-                                        options.process_noise[joint_class]);
+      // Q = L L' of constant_velocity.h, L = sqrt(q dt) [dt / sqrt 3, 0;
+      // sqrt 3 / 2, 1 / 2].
+      const double root = std::sqrt(options.process_noise[joint_class] * dt_s);
       const Eigen::Vector3d a = NormalVector(random);
       const Eigen::Vector3d b = NormalVector(random);
-      state.head<3>() += dt_s * state.tail<3>() + noise.position * a;
-      state.tail<3>() += noise.cross * a + noise.velocity * b;
+      state.head<3>() +=
+          dt_s * state.tail<3>() + root * dt_s / std::sqrt(3.0) * a;
+      state.tail<3>() += root * (0.5 * std::sqrt(3.0) * a + 0.5 * b);
       truth[j].push_back(state);
     }
   }

@@ -12,7 +12,7 @@
 
 #include "solvers/batch/batch_estimator.h"
 #include "solvers/graph/assembler.h"
-#include "solvers/graph/bone_solver.h"
+#include "solvers/sweeps/bone_solver.h"
 #include "solvers/window/window_estimator.h"
 #include "tests/support/simulated_person.h"
 

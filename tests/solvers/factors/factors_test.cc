@@ -8,16 +8,30 @@
 #include <optional>
 
 #include "core/base/random.h"
-#include "solvers/factors/birth_prior_factor.h"
-#include "solvers/factors/bone_length_factor.h"
-#include "solvers/factors/constant_acceleration_factor.h"
-#include "solvers/factors/constant_velocity_factor.h"
-#include "solvers/factors/marginal_prior_factor.h"
-#include "solvers/factors/reprojection_factor.h"
+#include "solvers/ceres/ceres_factor.h"
+#include "solvers/graph/factor_list.h"
 #include "tests/support/factor_checks.h"
 
 namespace kinegraph {
 namespace {
+
+// As Ceres sees them, which is how the checks want them.
+using ReprojectionFactor = CeresFactor<CameraReprojection>;
+using ConstantVelocityFactor = CeresFactor<ConstantVelocity<double>>;
+using BoneLengthFactor = CeresFactor<BoneLength<double>>;
+using GaussianPriorFactor = CeresFactor<GaussianPrior<double>>;
+
+CameraReprojection Pixel(const Camera* camera, const Eigen::Vector2d& px,
+                         double sigma_px, double offset_s) {
+  PixelMeasurement measurement;
+  measurement.camera = camera;
+  measurement.px = px;
+  measurement.sigma_px = sigma_px;
+  measurement.offset_s = offset_s;
+  return ReprojectionOf(measurement);
+}
+
+BoneLength<double> Bone02(double length_m) { return {length_m, 1.0 / 0.02}; }
 
 using testing::Blocks;
 using testing::Evaluate;
@@ -70,7 +84,7 @@ TEST(ReprojectionFactor, HandWorkedValue) {
   // 0.4 m right of the axis and 4 m away: 100 px right of the centre, measured
   // 112; 3 px a sigma makes -4. The velocity of 1 m/s downwards for 0.04 s
   // moves it 0.04 m, so 9 px: +3 sigma from where it was measured.
-  const ReprojectionFactor factor(&camera, {612.0, 400.0}, 3.0, 0.04);
+  const ReprojectionFactor factor(Pixel(&camera, {612.0, 400.0}, 3.0, 0.04));
   Eigen::VectorXd state(kStateSize);
   state << 0.4, 0.0, 0.0, 0.0, 1.0, 0.0;
   const auto result = Evaluate(factor, {state});
@@ -82,7 +96,8 @@ TEST(ReprojectionFactor, HandWorkedValue) {
 TEST(ReprojectionFactor, ZeroAtTruth) {
   const Camera camera = FrontCamera(true);
   const Eigen::Vector3d point(0.3, -0.5, 0.2);
-  const ReprojectionFactor factor(&camera, *camera.Project(point), 3.0, 0.0);
+  const ReprojectionFactor factor(
+      Pixel(&camera, *camera.Project(point), 3.0, 0.0));
   Eigen::VectorXd state = Eigen::VectorXd::Constant(kStateSize, 7.0);
   state.head<3>() = point;
   EXPECT_EQ(Evaluate(factor, {state}).residuals, Eigen::Vector2d(0.0, 0.0));
@@ -98,7 +113,7 @@ TEST(ReprojectionFactor, Jacobians) {
           std::make_unique<ceres::AutoDiffCostFunction<ReprojectionTwin, 2, 6>>(
               new ReprojectionTwin{with_lens ? kLens : std::array<double, 5>{},
                                    px, 2.5, offset_s});
-      const ReprojectionFactor factor(&camera, px, 2.5, offset_s);
+      const ReprojectionFactor factor(Pixel(&camera, px, 2.5, offset_s));
       for (int i = 0; i < 5; ++i) {
         ExpectSoundJacobians(factor, *twin, {0.5 * RandomState(&random)});
       }
@@ -111,13 +126,15 @@ TEST(ReprojectionFactor, FailsBehindTheCameraAndOutsideTheLens) {
   const Camera lens = FrontCamera(true);
   Eigen::VectorXd behind = Eigen::VectorXd::Zero(kStateSize);
   behind(2) = -5.0;
-  EXPECT_FALSE(
-      Evaluate(ReprojectionFactor(&plain, {0.0, 0.0}, 1.0, 0.0), {behind}).ok);
+  EXPECT_FALSE(Evaluate(ReprojectionFactor(Pixel(&plain, {0.0, 0.0}, 1.0, 0.0)),
+                        {behind})
+                   .ok);
   // Radius 10 in normalised units: far beyond the fold.
   Eigen::VectorXd outside = Eigen::VectorXd::Zero(kStateSize);
   outside(0) = 40.0;
-  EXPECT_FALSE(
-      Evaluate(ReprojectionFactor(&lens, {0.0, 0.0}, 1.0, 0.0), {outside}).ok);
+  EXPECT_FALSE(Evaluate(ReprojectionFactor(Pixel(&lens, {0.0, 0.0}, 1.0, 0.0)),
+                        {outside})
+                   .ok);
 }
 
 // ---- constant velocity ----
@@ -147,7 +164,7 @@ TEST(ConstantVelocityFactor, HandWorkedValue) {
   // dt = 2, q = 3: Q = [8 6; 6 6], L = [sqrt 8, 0; 6 / sqrt 8, sqrt 1.5].
   // From rest to p = 4, v = 3 along x: r = 4 / sqrt 8 = sqrt 2, then
   // (3 - 6 / sqrt 8 * sqrt 2) / sqrt 1.5 = 0: the mean velocity for that p.
-  const ConstantVelocityFactor factor(2.0, 3.0);
+  const ConstantVelocityFactor factor({2.0, 3.0});
   Eigen::VectorXd to = Eigen::VectorXd::Zero(kStateSize);
   to(0) = 4.0;
   to(3) = 3.0;
@@ -163,7 +180,7 @@ TEST(ConstantVelocityFactor, ZeroAtConstantVelocity) {
   const Eigen::VectorXd from = RandomState(&random);
   Eigen::VectorXd to = from;
   to.head<3>() += 0.04 * from.tail<3>();
-  const auto result = Evaluate(ConstantVelocityFactor(0.04, 1.0), {from, to});
+  const auto result = Evaluate(ConstantVelocityFactor({0.04, 1.0}), {from, to});
   // Rounding of the difference (1e-16) over sqrt(q dt^3 / 3) = 0.005.
   EXPECT_LT(result.residuals.cwiseAbs().maxCoeff(), 1e-13);
 }
@@ -171,93 +188,11 @@ TEST(ConstantVelocityFactor, ZeroAtConstantVelocity) {
 TEST(ConstantVelocityFactor, Jacobians) {
   Random random(5);
   for (const double dt : {1.0 / 120.0, 0.04, 1.0}) {
-    const ConstantVelocityFactor factor(dt, 2.0);
+    const ConstantVelocityFactor factor({dt, 2.0});
     const ceres::AutoDiffCostFunction<ConstantVelocityTwin, 6, 6, 6> twin(
         new ConstantVelocityTwin{dt, 2.0});
     ExpectSoundJacobians(factor, twin,
                          {RandomState(&random), RandomState(&random)});
-  }
-}
-
-// ---- constant acceleration ----
-
-Eigen::VectorXd RandomJerkState(Random* random) {
-  Eigen::VectorXd state(kJerkStateSize);
-  for (int i = 0; i < kJerkStateSize; ++i) state(i) = random->Normal();
-  return state;
-}
-
-struct ConstantAccelerationTwin {
-  template <typename T>
-  bool operator()(const T* from, const T* to, T* residual) const {
-    // Q = L L' by elimination in doubles, written independently of the factor.
-    const double Q[3][3] = {
-        {q * std::pow(dt, 5) / 20, q * std::pow(dt, 4) / 8,
-         q * dt * dt * dt / 6},
-        {q * std::pow(dt, 4) / 8, q * dt * dt * dt / 3, q * dt * dt / 2},
-        {q * dt * dt * dt / 6, q * dt * dt / 2, q * dt}};
-    double L[3][3] = {};
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j <= i; ++j) {
-        double sum = Q[i][j];
-        for (int k = 0; k < j; ++k) sum -= L[i][k] * L[j][k];
-        L[i][j] = i == j ? std::sqrt(sum) : sum / L[j][j];
-      }
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      const T* p = from + axis;
-      const T error[3] = {
-          to[axis] - p[0] - dt * p[3] - 0.5 * dt * dt * p[6],
-          to[axis + 3] - p[3] - dt * p[6],
-          to[axis + 6] - p[6],
-      };
-      for (int i = 0; i < 3; ++i) {
-        T sum = error[i];
-        for (int k = 0; k < i; ++k) sum -= L[i][k] * residual[axis + 3 * k];
-        residual[axis + 3 * i] = sum / L[i][i];
-      }
-    }
-    return true;
-  }
-  double dt;
-  double q;
-};
-
-TEST(ConstantAccelerationFactor, HandWorkedValue) {
-  // dt = 1, q = 20: Q11 = 1, so the first residual is the position's; with v =
-  // Q21 = 2.5 and a = Q31 = 10/3 times it, what follows from it is explained.
-  const ConstantAccelerationFactor factor(1.0, 20.0);
-  Eigen::VectorXd to = Eigen::VectorXd::Zero(kJerkStateSize);
-  to(1) = 2.0;
-  to(4) = 5.0;
-  to(7) = 20.0 / 3.0;
-  const auto result =
-      Evaluate(factor, {Eigen::VectorXd::Zero(kJerkStateSize), to});
-  EXPECT_NEAR(result.residuals(1), 2.0, 1e-13);
-  EXPECT_NEAR(result.residuals.squaredNorm(), 4.0, 1e-12);
-}
-
-TEST(ConstantAccelerationFactor, ZeroAtConstantAcceleration) {
-  Random random(14);
-  const Eigen::VectorXd from = RandomJerkState(&random);
-  constexpr double kDt = 0.04;
-  Eigen::VectorXd to = from;
-  to.head<3>() += kDt * from.segment<3>(3) + 0.5 * kDt * kDt * from.tail<3>();
-  to.segment<3>(3) += kDt * from.tail<3>();
-  const auto result =
-      Evaluate(ConstantAccelerationFactor(kDt, 1.0), {from, to});
-  // Rounding (1e-16) over sqrt(dt^5 / 20) = 7e-5, a few terms.
-  EXPECT_LT(result.residuals.cwiseAbs().maxCoeff(), 3e-11);
-}
-
-TEST(ConstantAccelerationFactor, Jacobians) {
-  Random random(15);
-  for (const double dt : {1.0 / 120.0, 0.04, 1.0}) {
-    const ConstantAccelerationFactor factor(dt, 2.0);
-    const ceres::AutoDiffCostFunction<ConstantAccelerationTwin, 9, 9, 9> twin(
-        new ConstantAccelerationTwin{dt, 2.0});
-    ExpectSoundJacobians(factor, twin,
-                         {RandomJerkState(&random), RandomJerkState(&random)});
   }
 }
 
@@ -275,8 +210,9 @@ struct BirthPriorTwin {
   Eigen::Vector3d centre;
 };
 
-TEST(BirthPriorFactor, HandWorkedValueAndZero) {
-  const BirthPriorFactor factor({1.0, 2.0, 3.0}, 0.5, 2.0);
+TEST(BirthPrior, HandWorkedValueAndZero) {
+  const StatePrior prior = BirthPrior({1.0, 2.0, 3.0}, 0.5, 2.0);
+  const GaussianPriorFactor factor(PriorOf(prior, false));
   Eigen::VectorXd state(kStateSize);
   state << 2.0, 2.0, 2.0, 1.0, 0.0, -4.0;
   Eigen::VectorXd expected(kStateSize);
@@ -286,10 +222,11 @@ TEST(BirthPriorFactor, HandWorkedValueAndZero) {
   EXPECT_TRUE(Evaluate(factor, {state}).residuals.isZero(0.0));
 }
 
-TEST(BirthPriorFactor, Jacobians) {
+TEST(BirthPrior, Jacobians) {
   Random random(6);
   const Eigen::Vector3d centre(1.0, -2.0, 0.5);
-  const BirthPriorFactor factor(centre, 1.5, 3.0);
+  const StatePrior prior = BirthPrior(centre, 1.5, 3.0);
+  const GaussianPriorFactor factor(PriorOf(prior, false));
   const ceres::AutoDiffCostFunction<BirthPriorTwin, 6, 6> twin(
       new BirthPriorTwin{centre});
   ExpectSoundJacobians(factor, twin, {RandomState(&random)});
@@ -311,15 +248,15 @@ TEST(BoneLengthFactor, HandWorkedValueAndZero) {
   Eigen::VectorXd a = Eigen::VectorXd::Zero(kStateSize);
   Eigen::VectorXd b = Eigen::VectorXd::Zero(kStateSize);
   a.head<3>() << 0.3, 0.4, 0.0;  // 0.5 m apart
-  EXPECT_NEAR(Evaluate(BoneLengthFactor(0.4, 0.02), {a, b}).residuals(0), 5.0,
+  EXPECT_NEAR(Evaluate(BoneLengthFactor(Bone02(0.4)), {a, b}).residuals(0), 5.0,
               1e-12);
-  EXPECT_NEAR(Evaluate(BoneLengthFactor(0.5, 0.02), {a, b}).residuals(0), 0.0,
+  EXPECT_NEAR(Evaluate(BoneLengthFactor(Bone02(0.5)), {a, b}).residuals(0), 0.0,
               1e-12);
 }
 
 TEST(BoneLengthFactor, Jacobians) {
   Random random(7);
-  const BoneLengthFactor factor(0.4, 0.02);
+  const BoneLengthFactor factor(Bone02(0.4));
   const ceres::AutoDiffCostFunction<BoneTwin, 1, 6, 6> twin(new BoneTwin);
   for (int i = 0; i < 5; ++i) {
     ExpectSoundJacobians(factor, twin,
@@ -329,7 +266,7 @@ TEST(BoneLengthFactor, Jacobians) {
 
 TEST(BoneLengthFactor, CoincidentEndsStayFinite) {
   const Eigen::VectorXd a = Eigen::VectorXd::Ones(kStateSize);
-  const BoneLengthFactor factor(0.4, 0.02);
+  const BoneLengthFactor factor(Bone02(0.4));
   const auto result = Evaluate(factor, {a, a});
   EXPECT_NEAR(result.residuals(0), -20.0, 1e-12);
   EXPECT_TRUE(result.jacobians[0].isZero(0.0));
@@ -356,14 +293,18 @@ struct MarginalTwin {
   Eigen::VectorXd offset;
 };
 
-TEST(MarginalPriorFactor, ValueAndJacobians) {
+TEST(PersonPrior, ValueAndJacobians) {
   Random random(8);
   Eigen::MatrixXd A(9, 12);
   for (Eigen::Index i = 0; i < A.size(); ++i) A.data()[i] = random.Normal();
   Eigen::VectorXd x0(12);
   x0 << RandomState(&random), RandomState(&random);
   Eigen::VectorXd b = A.col(0);
-  const MarginalPriorFactor factor(A, x0, b);
+  PersonPrior prior;
+  prior.A = A;
+  prior.x0 = x0;
+  prior.b = b;
+  const CeresPersonPrior factor(&prior);
   // At x0 the residual is b; one unit along x0(7) adds A's column 7.
   Blocks at = {x0.head(6), x0.tail(6)};
   EXPECT_EQ(Evaluate(factor, at).residuals, b);
@@ -375,7 +316,8 @@ TEST(MarginalPriorFactor, ValueAndJacobians) {
   ExpectSoundJacobians(factor, twin,
                        {RandomState(&random), RandomState(&random)});
   // Zero where A (x - x0) + b vanishes: at x0 with b = 0.
-  const MarginalPriorFactor centred(A, x0, Eigen::VectorXd::Zero(9));
+  prior.b.setZero();
+  const CeresPersonPrior centred(&prior);
   EXPECT_TRUE(
       Evaluate(centred, {x0.head(6), x0.tail(6)}).residuals.isZero(0.0));
 }

@@ -1,70 +1,69 @@
-#include "solvers/graph/person_system.h"
+#include "solvers/sweeps/person_system.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
+
+#include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
 namespace {
 
-struct BoneTerm {
-  double residual = 0.0;      // whitened
-  Eigen::Vector3d direction;  // d residual / d p_a
-};
-
-BoneTerm Evaluate(const BoneConstraint& bone, const State& a, const State& b) {
-  BoneTerm term;
-  const Eigen::Vector3d between = a.head<3>() - b.head<3>();
-  const double length = between.norm();
-  constexpr double kCoincident = 1e-9;  // as bone_length_factor.cc
-  term.residual = (length - bone.length_m) / bone.sigma_m;
-  term.direction.setZero();
-  if (length > kCoincident) term.direction = between / (length * bone.sigma_m);
-  return term;
-}
-
-void AddBones(const PersonProblem& problem, const PersonStates& states,
-              PersonSystem* system) {
-  system->directions.resize(problem.bones.size());
-  for (size_t i = 0; i < problem.bones.size(); ++i) {
-    const BoneConstraint& bone = problem.bones[i];
-    LinearChain& a = system->chains[bone.a];
-    LinearChain& b = system->chains[bone.b];
-    system->directions[i].resize(problem.times.size());
-    for (size_t k = 0; k < problem.times.size(); ++k) {
-      const BoneTerm term =
-          Evaluate(bone, states[bone.a][k], states[bone.b][k]);
-      system->directions[i][k] = term.direction;
-      const Eigen::Matrix3d information =
-          term.direction * term.direction.transpose();
-      a.diagonal[k].topLeftCorner<3, 3>() += information;
-      b.diagonal[k].topLeftCorner<3, 3>() += information;
-      a.gradient[k].head<3>() += term.residual * term.direction;
-      b.gradient[k].head<3>() -= term.residual * term.direction;
-      system->cost += 0.5 * term.residual * term.residual;
-    }
+// Adds weight J'J of a factor on two joints of one frame.
+template <typename Factor>
+void AddCoupling(const Linearised<Factor>& at, const Keys<2>& keys,
+                 double weight, PersonSystem* system) {
+  static_assert(Factor::kResiduals == 1, "a coupling has rank one");
+  const double root = std::sqrt(weight);
+  Eigen::Vector3d by_point[2];
+  for (int i = 0; i < 2; ++i) {
+    AddProduct(at.by_states[i], at.by_states[i], weight,
+               system->chains[keys[i].joint].diagonal[keys[i].frame].data());
+    by_point[i] =
+        root * Eigen::Map<const Eigen::Vector3d>(at.by_states[i].by_point[0]);
   }
+  system->couplings.push_back(
+      {keys[0].joint, keys[1].joint, keys[0].frame, by_point[0], by_point[1]});
 }
 
-// The prior's information: each joint's own block joins its chain, the rest
-// stays as coupling.
+void AddCouplings(const PersonProblem& problem, const PersonStates& states,
+                  bool gradient, PersonSystem* system) {
+  system->couplings.clear();
+  const auto state_of = [&](const StateKey& key) {
+    return states[key.joint][key.frame].data();
+  };
+  const auto add = [&](const auto& factor, const auto& keys,
+                       const Robustness& robustness) {
+    Linearised<std::decay_t<decltype(factor)>> at;
+    if (!LineariseFactor(factor, keys, state_of, &at)) return false;
+    const LossValue loss = robustness.Evaluate(at.squared_norm());
+    const double weight = robustness.information * loss.first;
+    AddCoupling(at, keys, weight, system);
+    if (!gradient) return true;
+    system->cost += 0.5 * robustness.information * loss.rho;
+    for (int i = 0; i < 2; ++i) {
+      AddGradient(at.by_states[i], at.residual, weight,
+                  system->chains[keys[i].joint].gradient[keys[i].frame].data());
+    }
+    return true;
+  };
+  ForEachCoupling(problem, FactorWalk(), add);
+}
+
+// The joints' own blocks of A'A.
 void AddPriorInformation(const Eigen::MatrixXd& A, PersonSystem* system) {
-  system->prior_coupling.noalias() = A.transpose() * A;
   for (size_t j = 0; j < system->chains.size(); ++j) {
-    auto block = system->prior_coupling.block<kStateSize, kStateSize>(
-        j * kStateSize, j * kStateSize);
-    system->chains[j].diagonal[0] += block;
-    block.setZero();
+    // A is upper triangular: below the block there is nothing.
+    const auto columns =
+        A.block(0, j * kStateSize, (j + 1) * kStateSize, kStateSize);
+    system->chains[j].diagonal[0].noalias() += columns.transpose() * columns;
   }
 }
 
 void AddPrior(const PersonPrior& prior, const PersonStates& states,
               PersonSystem* system) {
-  Eigen::VectorXd away = -prior.x0;
-  for (size_t j = 0; j < states.size(); ++j) {
-    away.segment<kStateSize>(j * kStateSize) += states[j][0];
-  }
-  const Eigen::VectorXd residual = prior.A * away + prior.b;
+  const Eigen::VectorXd residual = prior.Residual(states);
   const Eigen::VectorXd gradient = prior.A.transpose() * residual;
   system->cost += 0.5 * residual.squaredNorm();
   for (size_t j = 0; j < states.size(); ++j) {
@@ -88,15 +87,23 @@ bool Linearise(const PersonProblem& problem, const PersonStates& states,
     }
     system->cost += system->chains[j].cost;
   }
-  AddBones(problem, states, system);
+  AddCouplings(problem, states, true, system);
   if (!own_priors) AddPrior(problem.prior, states, system);
   return std::isfinite(system->cost);
 }
 
-void Multiply(const PersonProblem& problem, const PersonSystem& system,
-              double damping, const PersonStates& x, PersonStates* product) {
-  const size_t frame_count = problem.times.size();
+Eigen::MatrixXd PriorCoupling(const Eigen::MatrixXd& A) {
+  Eigen::MatrixXd coupling = A.transpose() * A;
+  for (Eigen::Index at = 0; at < A.cols(); at += kStateSize) {
+    coupling.block<kStateSize, kStateSize>(at, at).setZero();
+  }
+  return coupling;
+}
+
+void Multiply(const PersonSystem& system, double damping, const PersonStates& x,
+              PersonStates* product) {
   for (size_t j = 0; j < x.size(); ++j) {
+    const size_t frame_count = x[j].size();
     const LinearChain& chain = system.chains[j];
     std::vector<State>& y = (*product)[j];
     for (size_t k = 0; k < frame_count; ++k) {
@@ -108,13 +115,14 @@ void Multiply(const PersonProblem& problem, const PersonSystem& system,
       if (k + 1 < frame_count) y[k].noalias() += chain.upper[k] * x[j][k + 1];
     }
   }
-  for (size_t i = 0; i < problem.bones.size(); ++i) {
-    const BoneConstraint& bone = problem.bones[i];
-    for (size_t k = 0; k < frame_count; ++k) {
-      const Eigen::Vector3d& d = system.directions[i][k];
-      (*product)[bone.a][k].head<3>() -= d * d.dot(x[bone.b][k].head<3>());
-      (*product)[bone.b][k].head<3>() -= d * d.dot(x[bone.a][k].head<3>());
-    }
+  for (const PointCoupling& coupling : system.couplings) {
+    const size_t k = coupling.frame;
+    const State& at_a = x[coupling.a][k];
+    const State& at_b = x[coupling.b][k];
+    (*product)[coupling.a][k].head<3>() +=
+        coupling.by_a * coupling.by_b.dot(at_b.head<3>());
+    (*product)[coupling.b][k].head<3>() +=
+        coupling.by_b * coupling.by_a.dot(at_a.head<3>());
   }
   if (system.prior_coupling.size() == 0) return;
   Eigen::VectorXd first(x.size() * kStateSize);
@@ -163,7 +171,9 @@ class FrameInversion {
       : problem_(problem),
         system_(system),
         frame_count_(problem.times.size()),
-        size_(static_cast<Eigen::Index>(problem.joints.size()) * kStateSize) {}
+        size_(static_cast<Eigen::Index>(problem.joints.size()) * kStateSize) {
+    SortCouplings();
+  }
 
   bool Run(size_t frame_end, std::vector<std::vector<Matrix6d>>* covariances) {
     frame_end_ = frame_end;
@@ -177,6 +187,23 @@ class FrameInversion {
  private:
   static constexpr size_t kStretch = 32;  // frames
 
+  void SortCouplings() {
+    for (const PointCoupling& coupling : system_.couplings) {
+      by_frame_.push_back(&coupling);
+    }
+    std::stable_sort(by_frame_.begin(), by_frame_.end(),
+                     [](const PointCoupling* x, const PointCoupling* y) {
+                       return x->frame < y->frame;
+                     });
+    first_coupling_.assign(frame_count_ + 1, 0);
+    for (const PointCoupling* coupling : by_frame_) {
+      ++first_coupling_[coupling->frame + 1];
+    }
+    for (size_t k = 0; k < frame_count_; ++k) {
+      first_coupling_[k + 1] += first_coupling_[k];
+    }
+  }
+
   Eigen::MatrixXd Diagonal(size_t k) const {
     Eigen::MatrixXd block = Eigen::MatrixXd::Zero(size_, size_);
     if (k == 0 && system_.prior_coupling.size() > 0) {
@@ -185,13 +212,14 @@ class FrameInversion {
     for (size_t j = 0; j < problem_.joints.size(); ++j) {
       block.block<6, 6>(j * 6, j * 6) += system_.chains[j].diagonal[k];
     }
-    for (size_t i = 0; i < problem_.bones.size(); ++i) {
-      const Eigen::Vector3d& d = system_.directions[i][k];
-      const Eigen::Matrix3d information = d * d.transpose();
-      const Eigen::Index a = 6 * problem_.bones[i].a;
-      const Eigen::Index b = 6 * problem_.bones[i].b;
-      block.block<3, 3>(a, b) -= information;
-      block.block<3, 3>(b, a) -= information;
+    for (size_t i = first_coupling_[k]; i < first_coupling_[k + 1]; ++i) {
+      const PointCoupling& coupling = *by_frame_[i];
+      const Eigen::Matrix3d information =
+          coupling.by_a * coupling.by_b.transpose();
+      const Eigen::Index a = 6 * coupling.a;
+      const Eigen::Index b = 6 * coupling.b;
+      block.block<3, 3>(a, b) += information;
+      block.block<3, 3>(b, a) += information.transpose();
     }
     return block;
   }
@@ -290,6 +318,8 @@ class FrameInversion {
   const PersonSystem& system_;
   const size_t frame_count_;
   const Eigen::Index size_;
+  std::vector<const PointCoupling*> by_frame_;
+  std::vector<size_t> first_coupling_;  // of each frame, in by_frame_
   size_t frame_end_ = 0;
   std::vector<std::vector<Matrix6d>>* covariances_ = nullptr;
 };
@@ -302,18 +332,15 @@ bool PersonCovariances(const PersonProblem& problem, double correction,
   const size_t joint_count = problem.joints.size();
   covariances->resize(joint_count);
   PersonSystem system;
-  PersonStates states(joint_count);
   system.chains.resize(joint_count);
   for (size_t j = 0; j < joint_count; ++j) {
     (*covariances)[j].resize(frame_end);
-    states[j] = problem.joints[j].states;
-    LineariseMotion(problem.times, problem.joints[j].process_noise,
-                    &system.chains[j]);
     LineariseInformation(problem.times, problem.joints[j], correction,
                          problem.prior.empty(), &system.chains[j]);
   }
-  AddBones(problem, states, &system);
+  AddCouplings(problem, StatesOf(problem), false, &system);
   if (!problem.prior.empty()) {
+    system.prior_coupling = PriorCoupling(problem.prior.A_stated);
     AddPriorInformation(problem.prior.A_stated, &system);
   }
   return FrameInversion(problem, system).Run(frame_end, covariances);

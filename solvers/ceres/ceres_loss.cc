@@ -1,4 +1,4 @@
-#include "solvers/factors/ceres_loss.h"
+#include "solvers/ceres/ceres_loss.h"
 
 namespace kinegraph {
 namespace {

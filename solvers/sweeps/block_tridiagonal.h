@@ -1,7 +1,7 @@
 // Symmetric positive definite block-tridiagonal systems: the shape of every
 // chain of states.
-#ifndef KINEGRAPH_SOLVERS_GRAPH_BLOCK_TRIDIAGONAL_H_
-#define KINEGRAPH_SOLVERS_GRAPH_BLOCK_TRIDIAGONAL_H_
+#ifndef KINEGRAPH_SOLVERS_SWEEPS_BLOCK_TRIDIAGONAL_H_
+#define KINEGRAPH_SOLVERS_SWEEPS_BLOCK_TRIDIAGONAL_H_
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -104,4 +104,4 @@ class BlockTridiagonal {
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_GRAPH_BLOCK_TRIDIAGONAL_H_
+#endif  // KINEGRAPH_SOLVERS_SWEEPS_BLOCK_TRIDIAGONAL_H_

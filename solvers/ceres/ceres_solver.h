@@ -1,6 +1,6 @@
 // The same problems through Ceres: the reference of every other solver.
-#ifndef KINEGRAPH_SOLVERS_GRAPH_CERES_SOLVER_H_
-#define KINEGRAPH_SOLVERS_GRAPH_CERES_SOLVER_H_
+#ifndef KINEGRAPH_SOLVERS_CERES_CERES_SOLVER_H_
+#define KINEGRAPH_SOLVERS_CERES_CERES_SOLVER_H_
 
 #include "solvers/graph/problem.h"
 
@@ -14,4 +14,4 @@ SolveReport SolveWithCeres(const SolveSchedule& schedule,
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_GRAPH_CERES_SOLVER_H_
+#endif  // KINEGRAPH_SOLVERS_CERES_CERES_SOLVER_H_

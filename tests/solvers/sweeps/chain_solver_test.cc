@@ -1,4 +1,4 @@
-#include "solvers/graph/chain_solver.h"
+#include "solvers/sweeps/chain_solver.h"
 
 #include <ceres/covariance.h>
 #include <ceres/problem.h>
@@ -6,12 +6,11 @@
 
 #include <Eigen/LU>
 
-#include "solvers/factors/ceres_loss.h"
-#include "solvers/factors/constant_velocity_factor.h"
-#include "solvers/factors/marginal_prior_factor.h"
-#include "solvers/factors/reprojection_factor.h"
+#include "solvers/ceres/ceres_factor.h"
+#include "solvers/ceres/ceres_loss.h"
+#include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/assembler.h"
-#include "solvers/graph/ceres_solver.h"
+#include "solvers/graph/factor_list.h"
 #include "solvers/graph/marginalise_frame.h"
 #include "tests/support/simulated_person.h"
 
@@ -114,7 +113,6 @@ TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
 Eigen::MatrixXd DenseCovariance(const std::vector<TimeNs>& times,
                                 const JointChain& chain, double correction) {
   LinearChain linear;
-  LineariseMotion(times, chain.process_noise, &linear);
   LineariseInformation(times, chain, correction, true, &linear);
   const Eigen::Index size = kStateSize * times.size();
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
@@ -154,27 +152,19 @@ TEST_F(ChainSolverTest, CovariancesAreThoseOfCeres) {
   ASSERT_TRUE(solver.Covariances(problem_.times, chain, 1.0, &covariances));
 
   ceres::Problem ceres_problem;
-  ceres_problem.AddResidualBlock(
-      MarginalPriorFactor::Create(chain.prior.A, chain.prior.x0, chain.prior.b),
-      nullptr, chain.states[0].data());
-  for (size_t k = 0; k < chain.states.size(); ++k) {
-    if (k + 1 < chain.states.size()) {
-      ceres_problem.AddResidualBlock(
-          ConstantVelocityFactor::Create(
-              ToSeconds(problem_.times[k + 1] - problem_.times[k]),
-              chain.process_noise),
-          nullptr, chain.states[k].data(), chain.states[k + 1].data());
-    }
-    for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
-      const PixelMeasurement& measurement = chain.measurements[m];
-      ceres_problem.AddResidualBlock(
-          ReprojectionFactor::Create(measurement.camera, measurement.px,
-                                     measurement.sigma_px,
-                                     measurement.offset_s),
-          MakeCeresLoss(LossKind::kNone, 1.0, measurement.information),
-          chain.states[k].data());
-    }
-  }
+  ForEachFactor(
+      problem_.times, chain, 0, FactorWalk(),
+      [&](const auto& factor, const auto& keys, const Robustness& robustness) {
+        std::vector<double*> blocks;
+        for (const StateKey& key : keys) {
+          blocks.push_back(chain.states[key.frame].data());
+        }
+        ceres_problem.AddResidualBlock(
+            MakeCeresFactor(factor),
+            MakeCeresLoss(LossKind::kNone, 1.0, robustness.information),
+            blocks);
+        return true;
+      });
   ceres::Covariance::Options options;
   options.num_threads = 1;
   ceres::Covariance reference(options);
@@ -213,7 +203,7 @@ TEST_F(ChainSolverTest, FullRankWithNoViewAndWithOne) {
       // Birth alone: sigma^2 + (3 m/s * t)^2 + q t^3 / 3 along each axis.
       const double t = ToSeconds(problem_.times.back());
       EXPECT_NEAR(covariances.back()(0, 0),
-                  1.0 + 9.0 * t * t + chain.process_noise * t * t * t / 3.0,
+                  1.0 + 9.0 * t * t + chain.process_noise[0] * t * t * t / 3.0,
                   1e-6);
     }
   }

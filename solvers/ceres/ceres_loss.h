@@ -1,6 +1,6 @@
 // The losses of loss.h as Ceres wants them.
-#ifndef KINEGRAPH_SOLVERS_FACTORS_CERES_LOSS_H_
-#define KINEGRAPH_SOLVERS_FACTORS_CERES_LOSS_H_
+#ifndef KINEGRAPH_SOLVERS_CERES_CERES_LOSS_H_
+#define KINEGRAPH_SOLVERS_CERES_CERES_LOSS_H_
 
 #include <ceres/loss_function.h>
 
@@ -26,4 +26,4 @@ ceres::LossFunction* MakeCeresLoss(LossKind kind, double scale,
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_FACTORS_CERES_LOSS_H_
+#endif  // KINEGRAPH_SOLVERS_CERES_CERES_LOSS_H_

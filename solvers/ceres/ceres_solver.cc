@@ -1,17 +1,13 @@
-#include "solvers/graph/ceres_solver.h"
+#include "solvers/ceres/ceres_solver.h"
 
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
-#include <optional>
+#include <vector>
 
-#include "solvers/factors/bone_length_factor.h"
-#include "solvers/factors/ceres_loss.h"
-#include "solvers/factors/constant_velocity_factor.h"
-#include "solvers/factors/marginal_prior_factor.h"
-#include "solvers/factors/reprojection_factor.h"
-#include "solvers/graph/linear_chain.h"
-#include "solvers/graph/person_system.h"
+#include "solvers/ceres/ceres_factor.h"
+#include "solvers/ceres/ceres_loss.h"
+#include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
 namespace {
@@ -56,39 +52,42 @@ class CeresBuilder {
     problem_ = ceres::Problem(options);
   }
 
+  // One joint alone.
   void AddJoint(JointChain* chain) {
-    if (person_->prior.empty()) {
-      const StatePrior& prior = chain->prior;
-      problem_.AddResidualBlock(
-          MarginalPriorFactor::Create(prior.A, prior.x0, prior.b), nullptr,
-          chain->states[0].data());
-    }
-    for (size_t k = 0; k < chain->states.size(); ++k) {
-      AddFrame(chain, k);
-    }
+    ForEachFactor(
+        person_->times, *chain, 0, Walk(),
+        [&](const auto& factor, const auto& keys,
+            const Robustness& robustness) {
+          Add(
+              factor, robustness,
+              [&](size_t i) { return chain->states[keys[i].frame].data(); },
+              keys.size());
+          return true;
+        });
   }
 
-  void AddBones() {
-    for (const BoneConstraint& bone : person_->bones) {
-      for (size_t k = 0; k < person_->times.size(); ++k) {
-        problem_.AddResidualBlock(
-            BoneLengthFactor::Create(bone.length_m, bone.sigma_m), nullptr,
-            person_->joints[bone.a].states[k].data(),
-            person_->joints[bone.b].states[k].data());
-      }
-    }
-  }
-
-  void AddPersonPrior() {
-    const PersonPrior& prior = person_->prior;
-    if (prior.empty()) return;
+  // All joints and what couples them.
+  void AddPerson() {
+    ForEachFactor(*person_, Walk(),
+                  [&](const auto& factor, const auto& keys,
+                      const Robustness& robustness) {
+                    Add(
+                        factor, robustness,
+                        [&](size_t i) {
+                          return person_->joints[keys[i].joint]
+                              .states[keys[i].frame]
+                              .data();
+                        },
+                        keys.size());
+                    return true;
+                  });
+    if (person_->prior.empty()) return;
     std::vector<double*> blocks;
     for (JointChain& chain : person_->joints) {
       blocks.push_back(chain.states[0].data());
     }
-    problem_.AddResidualBlock(
-        MarginalPriorFactor::Create(prior.A, prior.x0, prior.b), nullptr,
-        blocks);
+    problem_.AddResidualBlock(new CeresPersonPrior(&person_->prior), nullptr,
+                              blocks);
   }
 
   // `last_step` receives, by joint of the person, the last step of its states.
@@ -124,46 +123,27 @@ class CeresBuilder {
   }
 
  private:
-  void AddFrame(JointChain* chain, size_t k) {
-    if (k + 1 < chain->states.size()) {
-      const double dt_s = ToSeconds(person_->times[k + 1] - person_->times[k]);
-      problem_.AddResidualBlock(
-          ConstantVelocityFactor::Create(dt_s, chain->process_noise), nullptr,
-          chain->states[k].data(), chain->states[k + 1].data());
-    }
-    for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
-      const PixelMeasurement& measurement = chain->measurements[m];
-      if (measurement.gated) continue;
-      problem_.AddResidualBlock(
-          ReprojectionFactor::Create(measurement.camera, measurement.px,
-                                     measurement.sigma_px,
-                                     measurement.offset_s),
-          MakeCeresLoss(stage_.loss, stage_.scale, measurement.information),
-          chain->states[k].data());
-    }
+  FactorWalk Walk() const {
+    FactorWalk walk;
+    walk.stage = stage_;
+    return walk;
+  }
+
+  template <typename Factor, typename BlockOf>
+  void Add(const Factor& factor, const Robustness& robustness,
+           const BlockOf& block_of, size_t key_count) {
+    std::vector<double*> blocks;
+    for (size_t i = 0; i < key_count; ++i) blocks.push_back(block_of(i));
+    problem_.AddResidualBlock(MakeCeresFactor(factor),
+                              MakeCeresLoss(robustness.loss, robustness.scale,
+                                            robustness.information),
+                              blocks);
   }
 
   PersonProblem* person_;
   SolveStage stage_;
   ceres::Problem problem_;
 };
-
-void StoreWeights(const SolveStage& stage, JointChain* chain) {
-  for (size_t k = 0; k < chain->states.size(); ++k) {
-    const State& state = chain->states[k];
-    for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
-      PixelMeasurement& measurement = chain->measurements[m];
-      measurement.weight = 0.0;
-      if (measurement.gated) continue;
-      const std::optional<Eigen::Vector2d> image = measurement.camera->Project(
-          state.head<3>() + measurement.offset_s * state.tail<3>());
-      if (!image.has_value()) continue;
-      const double s = (*image - measurement.px).squaredNorm() /
-                       (measurement.sigma_px * measurement.sigma_px);
-      measurement.weight = EvaluateLoss(stage.loss, stage.scale, s).first;
-    }
-  }
-}
 
 void Merge(const SolveReport& part, SolveReport* whole) {
   whole->finite = whole->finite && part.finite;
@@ -183,9 +163,7 @@ SolveReport RunStage(const SolveStage& stage, double step_tolerance_m,
     return report;
   }
   CeresBuilder builder(problem, stage);
-  for (JointChain& chain : problem->joints) builder.AddJoint(&chain);
-  builder.AddBones();
-  builder.AddPersonPrior();
+  builder.AddPerson();
   Merge(builder.Solve(step_tolerance_m, last_step), &report);
   return report;
 }
@@ -209,14 +187,7 @@ SolveReport SolveWithCeres(const SolveSchedule& schedule,
     JointChain& chain = problem->joints[j];
     StoreWeights(schedule.stages.back(), &chain);
     if (report.converged || !schedule.doubt_unsettled) continue;
-    std::vector<double> weights;
-    for (const PixelMeasurement& measurement : chain.measurements) {
-      weights.push_back(measurement.weight);
-    }
-    report.unsettled += DoubtUnsettled(last_step[j], chain, &weights);
-    for (size_t m = 0; m < weights.size(); ++m) {
-      chain.measurements[m].weight = weights[m];
-    }
+    report.unsettled += DoubtUnsettled(last_step[j], &chain);
   }
   return report;
 }

@@ -5,12 +5,12 @@
 #include <Eigen/LU>
 
 #include "solvers/batch/batch_estimator.h"
+#include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
-#include "solvers/graph/bone_solver.h"
-#include "solvers/graph/ceres_solver.h"
 #include "solvers/graph/marginalise_frame.h"
-#include "solvers/graph/person_system.h"
+#include "solvers/sweeps/bone_solver.h"
+#include "solvers/sweeps/person_system.h"
 #include "solvers/window/window_estimator.h"
 #include "tests/support/simulated_person.h"
 
@@ -82,9 +82,8 @@ Eigen::MatrixXd DenseCovariance(const PersonProblem& problem) {
     states.push_back(chain.states);
     unit.emplace_back(chain.states.size(), State::Zero());
     column.emplace_back(chain.states.size(), State::Zero());
-    system.chains.emplace_back();
-    LineariseMotion(problem.times, chain.process_noise, &system.chains.back());
   }
+  system.prior_coupling = PriorCoupling(problem.prior.A);
   EXPECT_TRUE(Linearise(problem, states, {LossKind::kNone, 1.0, 1}, &system));
   const size_t joints = states.size();
   const auto size =
@@ -94,7 +93,7 @@ Eigen::MatrixXd DenseCovariance(const PersonProblem& problem) {
     const Eigen::Index frame = i / static_cast<Eigen::Index>(joints * 6);
     const Eigen::Index joint = i / 6 % static_cast<Eigen::Index>(joints);
     unit[joint][frame](i % 6) = 1.0;
-    Multiply(problem, system, 0.0, unit, &column);
+    Multiply(system, 0.0, unit, &column);
     unit[joint][frame](i % 6) = 0.0;
     for (Eigen::Index row = 0; row < size; ++row) {
       information(row, i) =

@@ -1,12 +1,12 @@
 // Damped Gauss-Newton over all joints of a person at once.
-#ifndef KINEGRAPH_SOLVERS_GRAPH_BONE_SOLVER_H_
-#define KINEGRAPH_SOLVERS_GRAPH_BONE_SOLVER_H_
+#ifndef KINEGRAPH_SOLVERS_SWEEPS_BONE_SOLVER_H_
+#define KINEGRAPH_SOLVERS_SWEEPS_BONE_SOLVER_H_
 
 #include <vector>
 
-#include "solvers/graph/block_tridiagonal.h"
-#include "solvers/graph/person_system.h"
 #include "solvers/graph/problem.h"
+#include "solvers/sweeps/block_tridiagonal.h"
+#include "solvers/sweeps/person_system.h"
 
 namespace kinegraph {
 
@@ -22,7 +22,7 @@ class BoneSolver {
                 PersonProblem* problem, SolveReport* report);
   bool Precondition(double damping);
   // Solves H step = -gradient.
-  void SolveLinear(const PersonProblem& problem, double damping);
+  void SolveLinear(double damping);
 
   PersonSystem system_;
   PersonSystem trial_;
@@ -38,4 +38,4 @@ class BoneSolver {
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_GRAPH_BONE_SOLVER_H_
+#endif  // KINEGRAPH_SOLVERS_SWEEPS_BONE_SOLVER_H_

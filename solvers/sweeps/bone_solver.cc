@@ -1,9 +1,9 @@
-#include "solvers/graph/bone_solver.h"
+#include "solvers/sweeps/bone_solver.h"
 
 #include <algorithm>
 #include <utility>
 
-#include "solvers/graph/damping.h"
+#include "solvers/sweeps/damping.h"
 
 namespace kinegraph {
 namespace {
@@ -51,7 +51,7 @@ bool BoneSolver::Precondition(double damping) {
   return true;
 }
 
-void BoneSolver::SolveLinear(const PersonProblem& problem, double damping) {
+void BoneSolver::SolveLinear(double damping) {
   // Gauss-Newton corrects what is left, so the systems need not be exact.
   constexpr double kRelative = 1e-3;  // of the residual, in the chains' norm
   constexpr int kMaxIterations = 100;
@@ -82,7 +82,7 @@ void BoneSolver::SolveLinear(const PersonProblem& problem, double damping) {
       }
     }
     before = now;
-    Multiply(problem, system_, damping, direction_, &product_);
+    Multiply(system_, damping, direction_, &product_);
     const double curvature = Dot(direction_, product_);
     if (!(curvature > 0.0)) return;
     AddScaled(now / curvature, direction_, &step_);
@@ -101,7 +101,7 @@ bool BoneSolver::RunStage(const SolveStage& stage, double step_tolerance_m,
       if (!damping.Raise()) break;
       continue;
     }
-    SolveLinear(*problem, damping.value());
+    SolveLinear(damping.value());
     candidate_ = states_;
     AddScaled(1.0, step_, &candidate_);
     const double move = LargestMove(step_);
@@ -127,22 +127,15 @@ SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
   const size_t joints = problem->joints.size();
   const size_t frames = problem->times.size();
   if (frames == 0) return report;
-  for (PersonStates* states : {&states_, &step_, &residual_, &product_}) {
+  for (PersonStates* states : {&step_, &residual_, &product_}) {
     Resize(joints, frames, states);
   }
   for (std::vector<State>& joint : step_) {
     std::fill(joint.begin(), joint.end(), State::Zero());
   }
-  system_.chains.resize(joints);
-  trial_.chains.resize(joints);
-  system_.prior_coupling.resize(0, 0);
-  trial_.prior_coupling.resize(0, 0);
-  for (size_t j = 0; j < joints; ++j) {
-    states_[j] = problem->joints[j].states;
-    const double process_noise = problem->joints[j].process_noise;
-    LineariseMotion(problem->times, process_noise, &system_.chains[j]);
-    LineariseMotion(problem->times, process_noise, &trial_.chains[j]);
-  }
+  system_.prior_coupling = PriorCoupling(problem->prior.A);
+  trial_.prior_coupling = system_.prior_coupling;
+  states_ = StatesOf(*problem);
   for (const SolveStage& stage : schedule.stages) {
     if (!RunStage(stage, schedule.step_tolerance_m, problem, &report)) {
       report.finite = report.converged = false;
@@ -152,12 +145,11 @@ SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
   for (size_t j = 0; j < joints; ++j) {
     JointChain& chain = problem->joints[j];
     chain.states = states_[j];
-    if (!report.converged && schedule.doubt_unsettled) {
-      report.unsettled +=
-          DoubtUnsettled(step_[j], chain, &system_.chains[j].weights);
-    }
     for (size_t m = 0; m < chain.measurements.size(); ++m) {
       chain.measurements[m].weight = system_.chains[j].weights[m];
+    }
+    if (!report.converged && schedule.doubt_unsettled) {
+      report.unsettled += DoubtUnsettled(step_[j], &chain);
     }
   }
   return report;

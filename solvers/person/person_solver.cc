@@ -1,4 +1,4 @@
-#include "solvers/graph/person_solver.h"
+#include "solvers/person/person_solver.h"
 
 #include <glog/logging.h>
 
@@ -6,7 +6,7 @@
 #include <sstream>
 #include <utility>
 
-#include "solvers/graph/ceres_solver.h"
+#include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/schedule.h"
 
 namespace kinegraph {
@@ -45,9 +45,7 @@ void PersonSolver::SolveJoint(const SolveSchedule& schedule, int joint_idx,
   GateMeasurements(&chain);
   start_ = chain.states;
   SolveReport report;
-  if (!chain.accelerations.empty()) {
-    report = jerk_solver_.Solve(problem->times, schedule, &chain);
-  } else if (solver_ == GraphSolver::kCeres) {
+  if (solver_ == GraphSolver::kCeres) {
     report = SolveOneWithCeres(schedule, problem->times, &chain);
   } else {
     report = chain_solver_.Solve(problem->times, schedule, &chain);
@@ -59,8 +57,6 @@ void PersonSolver::SolveJoint(const SolveSchedule& schedule, int joint_idx,
   ++troubles_.solves;
   ++troubles_.not_finite;
   chain.states = start_;
-  std::fill(chain.accelerations.begin(), chain.accelerations.end(),
-            Eigen::Vector3d::Zero());
   for (PixelMeasurement& measurement : chain.measurements) {
     measurement.weight = 0.0;
   }
@@ -102,11 +98,8 @@ std::vector<std::vector<Matrix6d>> PersonSolver::BoneCovariances(
 const std::vector<Matrix6d>& PersonSolver::JointCovariances(
     const PersonProblem& problem, int joint_idx, double correction) {
   const JointChain& chain = problem.joints[joint_idx];
-  const bool known = chain.accelerations.empty()
-                         ? chain_solver_.Covariances(problem.times, chain,
-                                                     correction, &covariances_)
-                         : jerk_solver_.Covariances(problem.times, chain,
-                                                    correction, &covariances_);
+  const bool known = chain_solver_.Covariances(problem.times, chain, correction,
+                                               &covariances_);
   if (!known) {
     ++troubles_.no_covariance;
     covariances_.clear();

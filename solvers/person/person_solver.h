@@ -1,14 +1,14 @@
 // Solves a person's problem with the solver that the options name.
-#ifndef KINEGRAPH_SOLVERS_GRAPH_PERSON_SOLVER_H_
-#define KINEGRAPH_SOLVERS_GRAPH_PERSON_SOLVER_H_
+#ifndef KINEGRAPH_SOLVERS_PERSON_PERSON_SOLVER_H_
+#define KINEGRAPH_SOLVERS_PERSON_PERSON_SOLVER_H_
 
 #include <cstdint>
 #include <vector>
 
-#include "solvers/graph/bone_solver.h"
-#include "solvers/graph/chain_solver.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
+#include "solvers/sweeps/bone_solver.h"
+#include "solvers/sweeps/chain_solver.h"
 
 namespace kinegraph {
 
@@ -65,7 +65,6 @@ class PersonSolver {
   SolveSchedule schedule_;
   double correction_;
   ChainSolver chain_solver_;
-  JerkChainSolver jerk_solver_;
   BoneSolver bone_solver_;
   std::vector<State> start_;
   std::vector<Matrix6d> covariances_;
@@ -73,4 +72,4 @@ class PersonSolver {
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_GRAPH_PERSON_SOLVER_H_
+#endif  // KINEGRAPH_SOLVERS_PERSON_PERSON_SOLVER_H_

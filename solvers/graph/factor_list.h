@@ -1,0 +1,172 @@
+// The one list of a person's factors. Linearisation, information of
+// covariances, marginalisation, noise statistics, gates, weights and Ceres all
+// walk it, so a factor that joins here is known everywhere
+// (docs/architecture.md, "How to add a factor").
+//
+// A visitor is called as
+//   bool visit(const Factor& factor, const Keys<Factor::kKeys>& keys,
+//              const Robustness& robustness)
+// for each factor, and ends the walk by returning false. Factors come by value
+// and may be kept; what they point to belongs to the problem.
+#ifndef KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
+#define KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/time.h"
+#include "solvers/factors/bone_length.h"
+#include "solvers/factors/camera_view.h"
+#include "solvers/factors/constant_velocity.h"
+#include "solvers/factors/gaussian_prior.h"
+#include "solvers/graph/problem.h"
+
+namespace kinegraph {
+
+struct StateKey {
+  int joint = 0;
+  size_t frame = 0;
+};
+
+// States that a factor sees, the earliest frame first.
+template <int kCount>
+using Keys = std::array<StateKey, kCount>;
+
+// How a factor's squared residual s counts: 0.5 information rho(s).
+struct Robustness {
+  LossKind loss = LossKind::kNone;
+  double scale = 1.0;
+  double information = 1.0;
+  // Of the chain's measurements, the one this is; -1 for other factors.
+  int32_t measurement = -1;
+
+  LossValue Evaluate(double s) const { return EvaluateLoss(loss, scale, s); }
+};
+
+// Which factors a walk visits, and how.
+struct FactorWalk {
+  SolveStage stage;  // the loss of reprojections
+  // Factors whose earliest state is in frames begin .. end - 1.
+  size_t begin = 0;
+  size_t end = static_cast<size_t>(-1);
+  bool priors = true;  // the joints' own
+  // Priors state what covariances do (StatePrior::A_stated).
+  bool stated = false;
+};
+
+inline CameraReprojection ReprojectionOf(const PixelMeasurement& measurement) {
+  return {{measurement.camera},
+          {measurement.px.x() - measurement.bias_px.x(),
+           measurement.px.y() - measurement.bias_px.y()},
+          1.0 / measurement.sigma_px,
+          measurement.offset_s};
+}
+
+inline GaussianPrior<double> PriorOf(const StatePrior& prior, bool stated) {
+  return {stated ? prior.A_stated.data() : prior.A.data(), prior.x0.data(),
+          prior.b.data()};
+}
+
+// The factors of one joint; `joint` enters the keys only.
+template <typename Visit>
+bool ForEachFactor(const std::vector<TimeNs>& times, const JointChain& chain,
+                   int joint, const FactorWalk& walk, Visit&& visit) {
+  const size_t frame_count = chain.states.size();
+  const size_t end = walk.end < frame_count ? walk.end : frame_count;
+  if (walk.priors && walk.begin == 0 && end > 0) {
+    if (!visit(PriorOf(chain.prior, walk.stated), Keys<1>{{{joint, 0}}},
+               Robustness())) {
+      return false;
+    }
+  }
+  Robustness pixels = {walk.stage.loss, walk.stage.scale};
+  for (size_t k = walk.begin; k < end; ++k) {
+    if (k + 1 < frame_count) {
+      const ConstantVelocity<double> motion(ToSeconds(times[k + 1] - times[k]),
+                                            chain.process_noise[k]);
+      if (!visit(motion, Keys<2>{{{joint, k}, {joint, k + 1}}}, Robustness())) {
+        return false;
+      }
+    }
+    for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+      const PixelMeasurement& measurement = chain.measurements[m];
+      if (measurement.gated) continue;
+      pixels.information = measurement.information;
+      pixels.measurement = m;
+      if (!visit(ReprojectionOf(measurement), Keys<1>{{{joint, k}}}, pixels)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+// The factors that couple a person's joints.
+template <typename Visit>
+bool ForEachCoupling(const PersonProblem& problem, const FactorWalk& walk,
+                     Visit&& visit) {
+  const size_t frame_count = problem.times.size();
+  const size_t end = walk.end < frame_count ? walk.end : frame_count;
+  for (const BoneConstraint& bone : problem.bones) {
+    const BoneLength<double> factor = {bone.length_m, 1.0 / bone.sigma_m};
+    for (size_t k = walk.begin; k < end; ++k) {
+      if (!visit(factor, Keys<2>{{{bone.a, k}, {bone.b, k}}},
+                 Robustness{bone.loss, bone.loss_scale})) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+// All of a person's factors but the person's prior (PersonProblem::prior).
+template <typename Visit>
+bool ForEachFactor(const PersonProblem& problem, const FactorWalk& walk,
+                   Visit&& visit) {
+  FactorWalk own = walk;
+  own.priors = walk.priors && problem.prior.empty();
+  for (size_t j = 0; j < problem.joints.size(); ++j) {
+    if (!ForEachFactor(problem.times, problem.joints[j], static_cast<int>(j),
+                       own, visit)) {
+      return false;
+    }
+  }
+  return ForEachCoupling(problem, walk, visit);
+}
+
+// A factor's residuals and Jacobians at states, and what it counts.
+template <typename Factor>
+struct Linearised {
+  double residual[Factor::kResiduals];
+  typename Factor::Jacobian by_states[Factor::kKeys];
+
+  double squared_norm() const {
+    double sum = 0.0;
+    for (const double r : residual) sum += r * r;
+    return sum;
+  }
+};
+
+// Evaluates a factor at `state_of(key)` [6]; false where it has no value.
+template <typename Factor, typename StateOf>
+bool LineariseFactor(const Factor& factor, const Keys<Factor::kKeys>& keys,
+                     const StateOf& state_of, Linearised<Factor>* linear) {
+  const double* states[Factor::kKeys];
+  for (int i = 0; i < Factor::kKeys; ++i) states[i] = state_of(keys[i]);
+  return factor.Evaluate(states, linear->residual, linear->by_states);
+}
+
+// The weight rho' that a factor has at the estimate: of a measurement the
+// stored one, which the solver may have taken away.
+inline double WeightAtEstimate(const JointChain& chain,
+                               const Robustness& robustness,
+                               double squared_norm) {
+  return robustness.measurement >= 0
+             ? chain.measurements[robustness.measurement].weight
+             : robustness.Evaluate(squared_norm).first;
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_GRAPH_FACTOR_LIST_H_

@@ -1,0 +1,40 @@
+// The factors of one joint's chain, linearised at given states.
+#ifndef KINEGRAPH_SOLVERS_SWEEPS_LINEAR_CHAIN_H_
+#define KINEGRAPH_SOLVERS_SWEEPS_LINEAR_CHAIN_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "solvers/graph/problem.h"
+
+namespace kinegraph {
+
+// Gauss-Newton system of a chain: diagonal blocks, blocks right of them,
+// gradient; and what it costs there.
+struct LinearChain {
+  std::vector<Matrix6d> diagonal;
+  std::vector<Matrix6d> upper;
+  std::vector<State> gradient;
+  std::vector<double> weights;  // rho' of every measurement
+  double cost = 0.0;
+
+  // Sizes everything and fills it with zeros.
+  void Reset(size_t frames, size_t measurements);
+};
+
+// At `states`. `use_prior`: the chain's own prior counts. False where a
+// measurement that is not gated has no image.
+bool Linearise(const std::vector<TimeNs>& times, const JointChain& chain,
+               const StateChain& states, const SolveStage& stage,
+               bool use_prior, LinearChain* linear);
+
+// Blocks of the information at the chain's states and stored weights, each
+// observation's times `correction` (InformationCorrection of its loss).
+// Gradient and cost are not filled.
+void LineariseInformation(const std::vector<TimeNs>& times,
+                          const JointChain& chain, double correction,
+                          bool use_prior, LinearChain* linear);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SWEEPS_LINEAR_CHAIN_H_
