@@ -1,0 +1,89 @@
+# Writes a manual page a command and the shells' completions, from what the
+# commands say of themselves with --help.
+#   cmake -D PROGRAMS=... -D OUT=FOLDER -D VERSION=... -P make_pages.cmake
+separate_arguments(PROGRAMS)
+file(MAKE_DIRECTORY ${OUT})
+set(bash_cases "")
+set(zsh_cases "")
+set(names "")
+
+foreach(program ${PROGRAMS})
+  get_filename_component(name ${program} NAME)
+  string(REGEX REPLACE "^kinegraph-" "" command ${name})
+  execute_process(COMMAND ${program} --help OUTPUT_VARIABLE help
+    RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${name} --help ended with ${result}")
+  endif()
+  string(REGEX MATCH "^[^:]*: ([^\n]*)" first_line "${help}")
+  set(summary "${CMAKE_MATCH_1}")
+  # roff takes a line that begins with a dot or an apostrophe as a request, and
+  # a backslash or hyphen as its own.
+  string(REPLACE "\\" "\\e" body "${help}")
+  string(REPLACE "-" "\\-" body "${body}")
+  string(REGEX REPLACE "\n([.'])" "\n\\\\&\\1" body "${body}")
+  string(TOUPPER ${name} title)
+  file(WRITE ${OUT}/${name}.1 ".TH ${title} 1 \"\" \"kinegraph ${VERSION}\"
+.SH NAME
+${name} \\- ${summary}
+.SH DESCRIPTION
+.nf
+${body}
+.fi
+.SH EXIT STATUS
+0: done. 2: bad usage or bad input, one line says what. 1: anything else.
+")
+  string(REGEX MATCHALL "\n  --[a-z_]+" flags "${help}")
+  string(REGEX REPLACE "\n  " "" flags "${flags}")
+  string(REPLACE ";" " " flags "${flags}")
+  string(APPEND bash_cases "    ${command}) flags='${flags}' ;;\n")
+  string(APPEND names " ${command}")
+endforeach()
+
+string(STRIP "${names}" names)
+file(WRITE ${OUT}/kinegraph.bash "# Completion of kinegraph's commands, flags and files for bash and zsh.
+_kinegraph_flags() {
+  local flags=''
+  case \$1 in
+${bash_cases}  esac
+  echo \"\$flags\"
+}
+_kinegraph() {
+  local word=\${COMP_WORDS[COMP_CWORD]} command=\${COMP_WORDS[0]##*/kinegraph-}
+  command=\${command#kinegraph-}
+  if [[ \${COMP_WORDS[0]##*/} == kinegraph ]]; then
+    if ((COMP_CWORD == 1)); then
+      COMPREPLY=(\$(compgen -W '${names}' -- \"\$word\"))
+      return
+    fi
+    command=\${COMP_WORDS[1]}
+  fi
+  if [[ \$word == --* ]]; then
+    COMPREPLY=(\$(compgen -W \"\$(_kinegraph_flags \"\$command\")\" -- \"\$word\"))
+  else
+    COMPREPLY=(\$(compgen -f -- \"\$word\"))
+  fi
+}
+complete -o default -F _kinegraph kinegraph")
+foreach(command ${names})
+endforeach()
+string(REPLACE " " ";" list "${names}")
+foreach(command ${list})
+  file(APPEND ${OUT}/kinegraph.bash " kinegraph-${command}")
+endforeach()
+file(APPEND ${OUT}/kinegraph.bash "\n")
+file(WRITE ${OUT}/_kinegraph "#compdef kinegraph
+autoload -U +X bashcompinit && bashcompinit
+source /usr/share/bash-completion/completions/kinegraph
+")
+file(WRITE ${OUT}/kinegraph.1 ".TH KINEGRAPH 1 \"\" \"kinegraph ${VERSION}\"
+.SH NAME
+kinegraph \\- 3D motion of people from the 2D poses that calibrated cameras see
+.SH SYNOPSIS
+.B kinegraph
+COMMAND [flags]
+.SH COMMANDS
+${names}
+.PP
+Each has a page of its own: man kinegraph\\-COMMAND.
+")
