@@ -19,6 +19,26 @@ function(kinegraph_compile_settings target)
     $<$<CONFIG:Debug>:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
 endfunction()
 
+# Files whose name ends in _lanes compute with packs (core/base/pack.h): each
+# lane has the same bits on every instruction set, so no product may be fused
+# with a sum. Those that end in _avx2 or _avx512 are that kernel for wider
+# registers; nothing of Eigen may enter them (tests/layering).
+function(kinegraph_lanes sources)
+  foreach(source ${${sources}})
+    set(options -ffp-contract=off -fno-math-errno -fno-trapping-math)
+    if(NOT source MATCHES "_lanes(_avx2|_avx512)?\\.cc$")
+      continue()
+    elseif(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+      # The wide files are empty there.
+    elseif(source MATCHES "_avx2\\.cc$")
+      list(APPEND options -mavx2)
+    elseif(source MATCHES "_avx512\\.cc$")
+      list(APPEND options -mavx512f)
+    endif()
+    set_source_files_properties(${source} PROPERTIES COMPILE_OPTIONS "${options}")
+  endforeach()
+endfunction()
+
 function(kinegraph_library folder)
   cmake_parse_arguments(ARG "" "" "DEPENDS;LINKS;PRIVATE_LINKS" ${ARGN})
   string(REPLACE "/" "_" name ${folder})
@@ -37,6 +57,7 @@ function(kinegraph_library folder)
     target_link_libraries(${target} INTERFACE ${ARG_LINKS})
     return()
   endif()
+  kinegraph_lanes(sources)
   add_library(${target} STATIC ${sources})
   set_target_properties(${target} PROPERTIES LINKER_LANGUAGE CXX
     EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)

@@ -58,12 +58,30 @@ Eigen::Matrix3d Orthonormal(const Eigen::Matrix3d& R) {
   return svd.matrixU() * svd.matrixV().transpose();
 }
 
+CameraModel PlainModel(const CameraParameters& p) {
+  CameraModel model;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      model.R[row][column] = p.R(row, column);
+    }
+    model.t[row] = p.t(row);
+  }
+  model.fx = p.K(0, 0);
+  model.skew = p.K(0, 1);
+  model.fy = p.K(1, 1);
+  model.cx = p.K(0, 2);
+  model.cy = p.K(1, 2);
+  if (p.lens != nullptr) model.lens = p.lens->plain();
+  return model;
+}
+
 }  // namespace
 
 Camera::Camera(CameraParameters parameters)
     : parameters_(std::move(parameters)) {
   CheckParameters(parameters_);
   parameters_.R = Orthonormal(parameters_.R);
+  model_ = PlainModel(parameters_);
   P_.leftCols<3>() = parameters_.K * parameters_.R;
   P_.col(3) = parameters_.K * parameters_.t;
   centre_ = -parameters_.R.transpose() * parameters_.t;
@@ -73,25 +91,16 @@ Camera::Camera(CameraParameters parameters)
 
 std::optional<Eigen::Vector2d> Camera::Project(
     const Eigen::Vector3d& point_in_world, Matrix23d* jacobian) const {
-  const Eigen::Vector3d in_camera = R() * point_in_world + t();
-  if (!(in_camera.z() > 0.0)) return std::nullopt;
-  const double inverse_z = 1.0 / in_camera.z();
-  const Eigen::Vector2d ideal = in_camera.head<2>() * inverse_z;
-  Eigen::Vector2d distorted = ideal;
-  Eigen::Matrix2d d_lens = Eigen::Matrix2d::Identity();
-  if (lens() != nullptr) {
-    if (!lens()->InDomain(ideal)) return std::nullopt;
-    distorted = lens()->Distort(ideal, jacobian == nullptr ? nullptr : &d_lens);
+  Eigen::Vector2d px;
+  double by_rows[6];
+  if (!kinegraph::Project(model_, point_in_world.data(), &px.x(), &px.y(),
+                          jacobian == nullptr ? nullptr : by_rows)) {
+    return std::nullopt;
   }
-  const auto k = K().topLeftCorner<2, 2>();
   if (jacobian != nullptr) {
-    Matrix23d d_ideal;  // by the point in the camera frame
-    d_ideal << inverse_z, 0.0, -ideal.x() * inverse_z, 0.0, inverse_z,
-        -ideal.y() * inverse_z;
-    *jacobian = k * d_lens * d_ideal * R();
+    *jacobian =
+        Eigen::Map<const Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>(by_rows);
   }
-  const Eigen::Vector2d px = k * distorted + K().block<2, 1>(0, 2);
-  if (!px.allFinite()) return std::nullopt;
   return px;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/geometry/lens.h"
+#include "core/geometry/projection.h"
 
 namespace kinegraph {
 
@@ -43,6 +44,8 @@ class Camera {
   const Eigen::Vector3d& t() const { return parameters_.t; }
   const std::shared_ptr<const Lens>& lens() const { return parameters_.lens; }
   const CameraParameters& parameters() const { return parameters_; }
+  // The same as plain numbers, for formulas over packs of points.
+  const CameraModel& model() const { return model_; }
   // P = K [R | t]: world [m] to ideal (undistorted) pixels, homogeneous.
   const Matrix34d& P() const { return P_; }
   // Position of the camera in the world [m].
@@ -74,6 +77,7 @@ class Camera {
 
  private:
   CameraParameters parameters_;
+  CameraModel model_;
   Matrix34d P_;
   Eigen::Vector3d centre_;
   Eigen::Matrix3d K_inverse_;

@@ -27,6 +27,11 @@ class EpipolarGeometry {
     return WeightedDistance(view_a, a_px, 1.0, view_b, b_px, 1.0);
   }
 
+  // F of the pair by columns, for lanes (core/geometry/dlt_lanes.h).
+  const double* fundamental(int view_a, int view_b) const {
+    return fundamental_[view_a * view_count_ + view_b].data();
+  }
+
   // (weight_a d_a + weight_b d_b) / 2 with d_a the distance of a from the line
   // of b [px]; the weights are not normalised.
   double WeightedDistance(int view_a, const Eigen::Vector2d& a_px,

@@ -42,7 +42,14 @@ OpenCv5Lens::OpenCv5Lens(const std::array<double, 5>& coefficients)
       throw OptionError("distortion", "a coefficient is not a finite number");
     }
   }
-  max_radius_squared_ = FirstFold(k_[0], k_[1], k_[4]);
+  plain_.kind = LensKind::kOpenCv5;
+  plain_.k1 = k_[0];
+  plain_.k2 = k_[1];
+  plain_.p1 = k_[2];
+  plain_.p2 = k_[3];
+  plain_.k3 = k_[4];
+  // First radius where d r' / d r = 0.
+  plain_.max_radius_squared = FirstFold(k_[0], k_[1], k_[4]);
 }
 
 std::vector<double> OpenCv5Lens::parameters() const {
@@ -51,27 +58,21 @@ std::vector<double> OpenCv5Lens::parameters() const {
 
 Eigen::Vector2d OpenCv5Lens::Distort(const Eigen::Vector2d& ideal,
                                      Eigen::Matrix2d* jacobian) const {
-  const auto& [k1, k2, p1, p2, k3] = k_;
-  const double x = ideal.x();
-  const double y = ideal.y();
-  const double r2 = x * x + y * y;
-  const double radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  Eigen::Vector2d distorted;
+  double symmetric[3];
+  kinegraph::Distort(plain_, ideal.x(), ideal.y(), &distorted.x(),
+                     &distorted.y(), jacobian == nullptr ? nullptr : symmetric);
   if (jacobian != nullptr) {
-    const double d_radial = k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3);  // d/d r2
-    const double cross = 2.0 * x * y * d_radial + 2.0 * p1 * x + 2.0 * p2 * y;
-    *jacobian << radial + 2.0 * x * x * d_radial + 2.0 * p1 * y + 6.0 * p2 * x,
-        cross, cross,
-        radial + 2.0 * y * y * d_radial + 6.0 * p1 * y + 2.0 * p2 * x;
+    *jacobian << symmetric[0], symmetric[1], symmetric[1], symmetric[2];
   }
-  return {x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
-          y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y};
+  return distorted;
 }
 
 std::optional<Eigen::Vector2d> OpenCv5Lens::Undistort(
     const Eigen::Vector2d& distorted) const {
   // Newton's method, damped so that no step leaves the one-to-one region.
   Eigen::Vector2d ideal = distorted;
-  const double limit = 0.98 * max_radius_squared_;
+  const double limit = 0.98 * plain_.max_radius_squared;
   if (ideal.squaredNorm() > limit) {
     ideal *= std::sqrt(limit / ideal.squaredNorm());
   }
@@ -86,7 +87,7 @@ std::optional<Eigen::Vector2d> OpenCv5Lens::Undistort(
     const double determinant = jacobian.determinant();
     if (!(std::abs(determinant) > 1e-12)) return std::nullopt;
     Eigen::Vector2d step = jacobian.inverse() * error;
-    while ((ideal - step).squaredNorm() > max_radius_squared_ &&
+    while ((ideal - step).squaredNorm() > plain_.max_radius_squared &&
            step.norm() > tolerance) {
       step *= 0.5;
     }
@@ -99,7 +100,7 @@ std::optional<Eigen::Vector2d> OpenCv5Lens::Undistort(
 }
 
 bool OpenCv5Lens::InDomain(const Eigen::Vector2d& ideal) const {
-  return ideal.squaredNorm() <= max_radius_squared_;
+  return kinegraph::InDomain(plain_, ideal.x(), ideal.y());
 }
 
 std::shared_ptr<const Lens> MakeLens(const std::string& model,

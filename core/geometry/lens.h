@@ -9,16 +9,20 @@
 #include <string>
 #include <vector>
 
+#include "core/geometry/projection.h"
+
 namespace kinegraph {
 
 // Works on normalised coordinates x/z, y/z of the camera frame (dimensionless).
 // Another model joins by deriving from this class and naming itself in
-// MakeLens.
+// MakeLens, with its formula in projection.h.
 class Lens {
  public:
   virtual ~Lens() = default;
   virtual std::string model() const = 0;
   virtual std::vector<double> parameters() const = 0;
+  // The same as plain numbers.
+  virtual const LensModel& plain() const = 0;
 
   // Distorted point of an ideal one. `jacobian`, if not null, receives
   // d distorted / d ideal (2x2).
@@ -33,9 +37,8 @@ class Lens {
   virtual bool InDomain(const Eigen::Vector2d& ideal) const = 0;
 };
 
-// OpenCV's five coefficients k1 k2 p1 p2 k3 (radial and tangential, Brown):
-//   x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2)
-//   y' = y (1 + k1 r^2 + k2 r^4 + k3 r^6) + p1 (r^2 + 2 y^2) + 2 p2 x y
+// OpenCV's five coefficients k1 k2 p1 p2 k3 (radial and tangential, Brown);
+// the formula stands at Distort in projection.h.
 class OpenCv5Lens final : public Lens {
  public:
   // Throws OptionError for a coefficient that is not finite.
@@ -43,6 +46,7 @@ class OpenCv5Lens final : public Lens {
 
   std::string model() const override { return "opencv5"; }
   std::vector<double> parameters() const override;
+  const LensModel& plain() const override { return plain_; }
   Eigen::Vector2d Distort(const Eigen::Vector2d& ideal,
                           Eigen::Matrix2d* jacobian) const override;
   std::optional<Eigen::Vector2d> Undistort(
@@ -51,7 +55,7 @@ class OpenCv5Lens final : public Lens {
 
  private:
   std::array<double, 5> k_;
-  double max_radius_squared_;  // first radius where d r' / d r = 0
+  LensModel plain_;
 };
 
 // nullptr (an ideal pinhole) for "pinhole" or all-zero coefficients. Throws

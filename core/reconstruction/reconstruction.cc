@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/base/pack.h"
+
 namespace kinegraph {
 
 void ReconstructionOptions::Describe(OptionVisitor& visitor) {
@@ -46,6 +48,7 @@ Reconstructor::Reconstructor(const CameraRig& cameras,
                              const ReconstructionOptions& options,
                              const Skeleton& skeleton)
     : cameras_(&cameras),
+      epipolar_(&epipolar),
       filter_(cameras, epipolar),
       options_(options),
       counts_(skeleton.joints().size(), 0) {
@@ -65,7 +68,78 @@ void Reconstructor::Initialise(Span<UsedView> views, double alpha_px,
   Run(views, alpha_px, nullptr, reconstruction);
 }
 
-void Reconstructor::KeepConfident(Span<UsedView> views, int joint_idx) {
+void Reconstructor::Reset(Span<UsedView> views,
+                          Reconstruction* reconstruction) const {
+  reconstruction->pose.assign(joints_, Joint3d());
+  reconstruction->triangulated.assign(joints_, 0);
+  reconstruction->fresh_inlier_views.assign(joints_, 0);
+  reconstruction->verdicts.assign(views.size() * joints_,
+                                  FilterVerdict::kUnmeasured);
+  reconstruction->seen_joints = 0;
+  reconstruction->lost_joints = 0;
+}
+
+// Pixels of all joints of all views, side by side.
+void Reconstructor::Gather(Span<UsedView> views) {
+  const size_t size = views.size() * lanes_;
+  x_px_.assign(size, 0.0);
+  y_px_.assign(size, 0.0);
+  present_.assign(size, 0.0);
+  view_weights_.resize(views.size());
+  seen_.assign(joints_, 0);
+  lane_views_.resize(views.size());
+  for (size_t v = 0; v < views.size(); ++v) {
+    const UsedView& view = views[v];
+    const Observation& observation = *view.observation;
+    view_weights_[v] =
+        view.fresh() ? 1.0
+                     : std::exp(-options_.lambda_t_per_frame * view.age_frames);
+    const size_t row = v * lanes_;
+    for (size_t j = 0; j < joints_; ++j) {
+      if (!observation.joints[j].found) continue;
+      bool newest = true;  // else a newer pose of the same view has the joint
+      for (size_t other = v; newest && other-- > 0;) {
+        const Observation& earlier = *views[other].observation;
+        if (earlier.view_idx != observation.view_idx) break;
+        newest = !earlier.joints[j].found;
+      }
+      if (!newest) continue;
+      x_px_[row + j] = observation.ideal_px[j].x();
+      y_px_[row + j] = observation.ideal_px[j].y();
+      present_[row + j] = 1.0;
+      seen_[j] |= view.fresh();
+    }
+    const Camera& camera = (*cameras_)[observation.view_idx];
+    lane_views_[v] = {camera.P().data(), camera.centre().data(),
+                      &x_px_[row],       &y_px_[row],
+                      &present_[row],    view_weights_[v]};
+  }
+}
+
+void Reconstructor::FindConflicts(Span<UsedView> views, double alpha_px) {
+  conflict_.assign(lanes_, 0.0);
+  for (size_t i = 0; i < views.size(); ++i) {
+    for (size_t j = i + 1; j < views.size(); ++j) {
+      MarkConflicts(lane_views_[i], lane_views_[j],
+                    epipolar_->fundamental(views[i].observation->view_idx,
+                                           views[j].observation->view_idx),
+                    alpha_px, lanes_, conflict_.data());
+    }
+  }
+}
+
+void Reconstructor::Measure(Span<UsedView> views, size_t joint_idx) {
+  measured_.clear();
+  rays_.clear();
+  for (size_t v = 0; v < views.size(); ++v) {
+    if (present_[v * lanes_ + joint_idx] == 0.0) continue;
+    const Observation& observation = *views[v].observation;
+    measured_.push_back(static_cast<int>(v));
+    rays_.push_back({observation.view_idx, observation.ideal_px[joint_idx]});
+  }
+}
+
+void Reconstructor::KeepConfident(Span<UsedView> views, size_t joint_idx) {
   kept_.assign(measured_.size(), 0);
   for (size_t i = 0; i < measured_.size(); ++i) {
     const Observation& seen = *views[measured_[i]].observation;
@@ -73,79 +147,98 @@ void Reconstructor::KeepConfident(Span<UsedView> views, int joint_idx) {
   }
 }
 
+// What is removed is present no longer; notes the verdicts.
+void Reconstructor::Filter(Span<UsedView> views, double alpha_px,
+                           const Pose3d* predicted,
+                           Reconstruction* reconstruction) {
+  // "Without the filter" means the update's; initialisation keeps its own.
+  const bool filters = options_.joints_filter || predicted == nullptr;
+  if (filters) FindConflicts(views, alpha_px);
+  for (size_t j = 0; j < joints_; ++j) {
+    if (!filters || conflict_[j] != 0.0) {
+      Measure(views, j);
+      if (filters) {
+        const bool has_prediction =
+            predicted != nullptr && (*predicted)[j].present();
+        filter_.Apply(rays_, alpha_px, options_.conflict_order,
+                      has_prediction ? &(*predicted)[j].position_m : nullptr,
+                      &kept_);
+      } else {
+        KeepConfident(views, j);
+      }
+      for (size_t i = 0; i < measured_.size(); ++i) {
+        if (kept_[i]) continue;
+        present_[measured_[i] * lanes_ + j] = 0.0;
+        reconstruction->verdicts[measured_[i] * joints_ + j] =
+            FilterVerdict::kRemoved;
+      }
+    }
+    for (size_t v = 0; v < views.size(); ++v) {
+      if (present_[v * lanes_ + j] == 0.0) continue;
+      reconstruction->verdicts[v * joints_ + j] = FilterVerdict::kKept;
+      reconstruction->fresh_inlier_views[j] += views[v].fresh();
+    }
+  }
+}
+
+TriangulationResult Reconstructor::TriangulateAlone(Span<UsedView> views,
+                                                    size_t joint_idx) {
+  Measure(views, joint_idx);
+  measurements_.clear();
+  for (size_t i = 0; i < measured_.size(); ++i) {
+    measurements_.push_back({&(*cameras_)[rays_[i].view_idx], rays_[i].ideal_px,
+                             view_weights_[measured_[i]]});
+  }
+  TriangulationOptions options;
+  options.require_in_front = options_.require_in_front;
+  return TriangulateDlt(measurements_, options);
+}
+
+void Reconstructor::Triangulate(Span<UsedView> views) {
+  point_m_.resize(3 * static_cast<size_t>(lanes_));
+  found_.resize(lanes_);
+  DltLanesOptions options;
+  options.min_angle_rad = TriangulationOptions().min_angle_rad;
+  options.require_in_front = options_.require_in_front;
+  double* x_m = point_m_.data();
+  TriangulateLanes(lane_views_.data(), static_cast<int>(views.size()), lanes_,
+                   options,
+                   {x_m, x_m + lanes_, x_m + 2 * lanes_, found_.data()});
+  for (size_t j = 0; j < joints_; ++j) {
+    if (found_[j] >= 0.0) continue;
+    const TriangulationResult alone = TriangulateAlone(views, j);
+    found_[j] = alone.ok() ? 1.0 : 0.0;
+    for (int i = 0; i < 3; ++i) x_m[i * lanes_ + j] = alone.point_m[i];
+  }
+}
+
 void Reconstructor::Run(Span<UsedView> views, double alpha_px,
                         const Pose3d* predicted,
                         Reconstruction* reconstruction) {
-  const size_t joint_count =
-      views.empty() ? 0 : views[0].observation->joints.size();
-  reconstruction->pose.assign(joint_count, Joint3d());
-  reconstruction->triangulated.assign(joint_count, 0);
-  reconstruction->fresh_inlier_views.assign(joint_count, 0);
-  reconstruction->verdicts.assign(views.size() * joint_count,
-                                  FilterVerdict::kUnmeasured);
-  reconstruction->seen_joints = 0;
-  reconstruction->lost_joints = 0;
-  view_weights_.resize(views.size());
-  for (size_t v = 0; v < views.size(); ++v) {
-    view_weights_[v] =
-        views[v].fresh()
-            ? 1.0
-            : std::exp(-options_.lambda_t_per_frame * views[v].age_frames);
-  }
-  const bool initial = predicted == nullptr;
-  TriangulationOptions triangulation_options;
-  triangulation_options.require_in_front = options_.require_in_front;
-  for (size_t j = 0; j < joint_count; ++j) {
-    measured_.clear();
-    rays_.clear();
-    bool seen = false;
-    for (size_t v = 0; v < views.size(); ++v) {
-      const Observation& observation = *views[v].observation;
-      if (!observation.joints[j].found) continue;
-      // An older pose of the same view.
-      if (!rays_.empty() && rays_.back().view_idx == observation.view_idx) {
-        continue;
-      }
-      measured_.push_back(static_cast<int>(v));
-      rays_.push_back({observation.view_idx, observation.ideal_px[j]});
-      seen = seen || views[v].fresh();
-    }
-    const bool has_prediction = !initial && (*predicted)[j].present();
-    // "Without the filter" means the update's; initialisation keeps its own.
-    if (options_.joints_filter || initial) {
-      filter_.Apply(rays_, alpha_px, options_.conflict_order,
-                    has_prediction ? &(*predicted)[j].position_m : nullptr,
-                    &kept_);
-    } else {
-      KeepConfident(views, static_cast<int>(j));
-    }
-    measurements_.clear();
-    int fresh_kept = 0;
-    for (size_t i = 0; i < measured_.size(); ++i) {
-      const int v = measured_[i];
-      reconstruction->verdicts[v * joint_count + j] =
-          kept_[i] ? FilterVerdict::kKept : FilterVerdict::kRemoved;
-      if (!kept_[i]) continue;
-      measurements_.push_back({&(*cameras_)[rays_[i].view_idx],
-                               rays_[i].ideal_px, view_weights_[v]});
-      fresh_kept += views[v].fresh();
-    }
-    reconstruction->fresh_inlier_views[j] = fresh_kept;
+  joints_ = views.empty() ? 0 : views[0].observation->joints.size();
+  lanes_ = PaddedLanes(static_cast<int>(joints_));
+  Reset(views, reconstruction);
+  if (joints_ == 0) return;
+  Gather(views);
+  Filter(views, alpha_px, predicted, reconstruction);
+  Triangulate(views);
+  for (size_t j = 0; j < joints_; ++j) {
+    const bool found = found_[j] > 0.0;
     Joint3d& joint = reconstruction->pose[j];
-    const TriangulationResult triangulation =
-        TriangulateDlt(measurements_, triangulation_options);
-    if (triangulation.ok()) {
+    if (found) {
       reconstruction->triangulated[j] = 1;
-      joint.position_m = triangulation.point_m;
-      joint.status =
-          fresh_kept >= 2 ? JointStatus::kObserved : JointStatus::kInferred;
-    } else if (has_prediction) {
+      joint.position_m = {point_m_[j], point_m_[lanes_ + j],
+                          point_m_[2 * lanes_ + j]};
+      joint.status = reconstruction->fresh_inlier_views[j] >= 2
+                         ? JointStatus::kObserved
+                         : JointStatus::kInferred;
+    } else if (predicted != nullptr && (*predicted)[j].present()) {
       joint.position_m = (*predicted)[j].position_m;
       joint.status = JointStatus::kInferred;
     }
-    if (!counts_[j] || !seen) continue;
+    if (!counts_[j] || !seen_[j]) continue;
     ++reconstruction->seen_joints;
-    if (!triangulation.ok()) ++reconstruction->lost_joints;
+    if (!found) ++reconstruction->lost_joints;
   }
 }
 

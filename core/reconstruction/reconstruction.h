@@ -9,6 +9,7 @@
 #include "core/data/observation.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
+#include "core/geometry/dlt_lanes.h"
 #include "core/geometry/epipolar.h"
 #include "core/geometry/triangulation.h"
 #include "core/reconstruction/joints_filter.h"
@@ -88,20 +89,42 @@ class Reconstructor {
                   Reconstruction* reconstruction);
 
  private:
+  // The steps of both, for all joints at a time.
   void Run(Span<UsedView> views, double alpha_px, const Pose3d* predicted,
            Reconstruction* reconstruction);
+  void Reset(Span<UsedView> views, Reconstruction* reconstruction) const;
+  void Gather(Span<UsedView> views);
+  void FindConflicts(Span<UsedView> views, double alpha_px);
+  void Filter(Span<UsedView> views, double alpha_px, const Pose3d* predicted,
+              Reconstruction* reconstruction);
+  void Triangulate(Span<UsedView> views);
+  // The views that measure the joint, newest pose first within a view.
+  void Measure(Span<UsedView> views, size_t joint_idx);
+  TriangulationResult TriangulateAlone(Span<UsedView> views, size_t joint_idx);
   // Without the filter: every measured joint the detector believes in.
-  void KeepConfident(Span<UsedView> views, int joint_idx);
+  void KeepConfident(Span<UsedView> views, size_t joint_idx);
 
   const CameraRig* cameras_;
+  const EpipolarGeometry* epipolar_;
   JointsFilter filter_;
   ReconstructionOptions options_;
   std::vector<char> counts_;  // one a joint
-  // Scratch: the views that measured the joint at hand.
+  // Scratch of Run. Rows of lanes_ numbers, one a view; joints are lanes.
+  size_t joints_ = 0;
+  int lanes_ = 0;
+  std::vector<double> x_px_;
+  std::vector<double> y_px_;
+  std::vector<double> present_;  // 1: the view measures the joint, else 0
+  std::vector<LaneView> lane_views_;
+  std::vector<double> conflict_;  // one a joint
+  std::vector<double> point_m_;   // x, y, z of all joints in turn
+  std::vector<double> found_;     // one a joint
+  std::vector<char> seen_;        // one a joint: measured in this frame
+  std::vector<double> view_weights_;
+  // Of the joint at hand: the views that measured it.
   std::vector<int> measured_;
   std::vector<JointRay> rays_;
   std::vector<char> kept_;
-  std::vector<double> view_weights_;
   std::vector<PointMeasurement> measurements_;
 };
 

@@ -1,0 +1,23 @@
+// Compiled for AVX2; empty on other machines.
+#if defined(__x86_64__)
+
+#include "core/geometry/dlt_kernel.h"
+#include "core/geometry/dlt_lanes_wide.h"
+
+namespace kinegraph {
+
+void TriangulateLanesAvx2(const LaneView* views, int view_count, int lanes,
+                          const DltLanesOptions& options,
+                          const LanePoints& points) {
+  TriangulateLanesWith<Avx2Pack>(views, view_count, lanes, options, points);
+}
+
+void MarkConflictsAvx2(const LaneView& a, const LaneView& b,
+                       const double* fundamental, double alpha_px, int lanes,
+                       double* conflict) {
+  MarkConflictsWith<Avx2Pack>(a, b, fundamental, alpha_px, lanes, conflict);
+}
+
+}  // namespace kinegraph
+
+#endif

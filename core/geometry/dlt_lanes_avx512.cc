@@ -1,0 +1,23 @@
+// Compiled for AVX-512; empty on other machines.
+#if defined(__x86_64__)
+
+#include "core/geometry/dlt_kernel.h"
+#include "core/geometry/dlt_lanes_wide.h"
+
+namespace kinegraph {
+
+void TriangulateLanesAvx512(const LaneView* views, int view_count, int lanes,
+                            const DltLanesOptions& options,
+                            const LanePoints& points) {
+  TriangulateLanesWith<Avx512Pack>(views, view_count, lanes, options, points);
+}
+
+void MarkConflictsAvx512(const LaneView& a, const LaneView& b,
+                         const double* fundamental, double alpha_px, int lanes,
+                         double* conflict) {
+  MarkConflictsWith<Avx512Pack>(a, b, fundamental, alpha_px, lanes, conflict);
+}
+
+}  // namespace kinegraph
+
+#endif
