@@ -2,21 +2,24 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
+#include <deque>
 #include <exception>
+#include <mutex>
 #include <system_error>
 #include <thread>
 #include <vector>
 
 namespace kinegraph {
+namespace {
 
-void ParallelFor(int threads, int count, const std::function<void(int)>& work) {
-  if (threads <= 1 || count <= 1) {
-    for (int i = 0; i < count; ++i) work(i);
-    return;
-  }
-  std::atomic<int> next{0};
-  std::vector<std::exception_ptr> errors(count);
-  const auto run = [&] {
+// The pieces of one call.
+struct Batch {
+  Batch(int piece_count, const std::function<void(int)>& piece_work)
+      : count(piece_count), work(piece_work), errors(piece_count) {}
+
+  // Takes pieces until none is left.
+  void Run() {
     for (int i = next++; i < count; i = next++) {
       try {
         work(i);
@@ -24,18 +27,90 @@ void ParallelFor(int threads, int count, const std::function<void(int)>& work) {
         errors[i] = std::current_exception();
       }
     }
-  };
-  std::vector<std::thread> others;
-  const int extra = std::min(threads, count) - 1;
-  others.reserve(extra);
-  try {
-    for (int i = 0; i < extra; ++i) others.emplace_back(run);
-  } catch (const std::system_error&) {
-    // The system gives no more threads: those there are do the work.
   }
-  run();
-  for (std::thread& other : others) other.join();
-  for (const std::exception_ptr& error : errors) {
+
+  const int count;
+  const std::function<void(int)>& work;
+  std::atomic<int> next{0};
+  std::vector<std::exception_ptr> errors;  // one a piece
+  int helpers = 0;  // threads of the pool at work on it; guarded by the pool
+};
+
+// Threads that live as long as the program, so that a call of a few hundred
+// microseconds does not pay for starting them. A call may come from a piece of
+// another call: whoever calls works on its own pieces and waits only for what
+// others have begun, so no call waits for a free thread.
+class ThreadPool {
+ public:
+  ~ThreadPool() {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      ending_ = true;
+    }
+    wake_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+
+  void Run(int helpers, Batch* batch) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      Grow(helpers);
+      waiting_.insert(waiting_.end(), helpers, batch);
+    }
+    wake_.notify_all();
+    batch->Run();
+    std::unique_lock<std::mutex> lock(mutex_);
+    waiting_.erase(std::remove(waiting_.begin(), waiting_.end(), batch),
+                   waiting_.end());
+    done_.wait(lock, [&] { return batch->helpers == 0; });
+  }
+
+ private:
+  void Grow(int count) {
+    try {
+      while (static_cast<int>(threads_.size()) < count) {
+        threads_.emplace_back([this] { Help(); });
+      }
+    } catch (const std::system_error&) {
+      // The system gives no more threads: those there are do the work.
+    }
+  }
+
+  void Help() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    while (true) {
+      wake_.wait(lock, [&] { return ending_ || !waiting_.empty(); });
+      if (ending_) return;
+      Batch* const batch = waiting_.front();
+      waiting_.pop_front();
+      ++batch->helpers;
+      lock.unlock();
+      batch->Run();
+      lock.lock();
+      --batch->helpers;
+      done_.notify_all();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::condition_variable done_;
+  std::deque<Batch*> waiting_;  // a batch once for each helper it may have
+  std::vector<std::thread> threads_;
+  bool ending_ = false;
+};
+
+}  // namespace
+
+void ParallelFor(int threads, int count, const std::function<void(int)>& work) {
+  if (threads <= 1 || count <= 1) {
+    for (int i = 0; i < count; ++i) work(i);
+    return;
+  }
+  static ThreadPool pool;
+  Batch batch(count, work);
+  pool.Run(std::min(threads, count) - 1, &batch);
+  for (const std::exception_ptr& error : batch.errors) {
     if (error) std::rethrow_exception(error);
   }
 }

@@ -36,5 +36,23 @@ TEST(ParallelForTest, ThrowsWhatTheLowestPieceThrew) {
   EXPECT_EQ(done, 8);
 }
 
+// A piece may ask for threads of its own, from however many at a time.
+TEST(ParallelForTest, MayBeCalledFromAPiece) {
+  std::vector<std::atomic<int>> done(20 * 30);
+  ParallelFor(4, 20, [&](int outer) {
+    ParallelFor(3, 30, [&](int inner) { ++done[30 * outer + inner]; });
+  });
+  for (const std::atomic<int>& count : done) EXPECT_EQ(count, 1);
+}
+
+TEST(ParallelForTest, ThrowsThroughAPiece) {
+  const auto outer = [](int i) {
+    ParallelFor(2, 10, [&](int j) {
+      if (i == 5 && j == 5) throw std::runtime_error("inner");
+    });
+  };
+  EXPECT_THROW(ParallelFor(3, 10, outer), std::runtime_error);
+}
+
 }  // namespace
 }  // namespace kinegraph
