@@ -32,6 +32,10 @@ DEFINE_string(matching, "",
               "PCP: nearest or one_to_one; empty: the protocol's");
 DEFINE_string(frames, "",
               "A:B,... includes A and excludes B; empty: the protocol's");
+DEFINE_string(annotated, "",
+              "identity: everybody or some (then a pose beside all annotated "
+              "people counts neither way); empty: some for actorsGT.mat of "
+              "Shelf and Campus, else everybody");
 DEFINE_bool(lost, false, "PCP: list every lost part");
 DEFINE_string(cameras, "", "held_out_camera: calibration file or folder");
 DEFINE_string(detections, "", "held_out_camera: 2D detections");
@@ -234,10 +238,20 @@ void RunMpjpe() {
   Finish(output);
 }
 
+Annotated AnnotatedIn(const TrackSequence& truth) {
+  if (FLAGS_annotated == "some") return Annotated::kSome;
+  if (FLAGS_annotated == "everybody") return Annotated::kEverybody;
+  if (!FLAGS_annotated.empty()) {
+    FailFlag("annotated", FLAGS_annotated, "everybody or some");
+  }
+  return truth.header.mode == "tum" ? Annotated::kSome : Annotated::kEverybody;
+}
+
 void RunIdentity() {
   const Compared compared = ReadBoth();
   IdentityOptions options;
   options.frames = Frames();
+  options.annotated = AnnotatedIn(compared.truth);
   RequireTruth(compared, options.frames);
   Finish(DescribeIdentity(
       EvaluateIdentity(compared.truth, compared.tracks, options)));
@@ -408,10 +422,14 @@ void RunEvaluate() {
   RequireFlag("protocol", FLAGS_protocol);
   if (FLAGS_protocol == kHeldOutCamera) {
     RefusePcpFlags();
+    RefuseFlags({{"annotated", &FLAGS_annotated}});
     RunHeldOut();
     return;
   }
   RefuseHeldOutFlags();
+  if (FLAGS_protocol != "identity") {
+    RefuseFlags({{"annotated", &FLAGS_annotated}});
+  }
   if (const auto protocol = PcpProtocolByName(FLAGS_protocol)) {
     RunPcp(*protocol);
     return;

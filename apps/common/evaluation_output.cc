@@ -380,6 +380,11 @@ EvaluationOutput DescribeIdentity(const IdentityResult& result) {
   table.AddRow({"fragments", Count(result.fragments)});
   table.AddRow({"MOTA, %", Fixed(100.0 * result.Mota(), 2)});
   table.AddRow({"IDF1, %", Fixed(100.0 * result.Idf1(), 2)});
+  const HotaScores hota = result.Hota();
+  table.AddRow({"HOTA, %", Fixed(100.0 * hota.hota, 2)});
+  table.AddRow({"  DetA, %", Fixed(100.0 * hota.detection, 2)});
+  table.AddRow({"  AssA, %", Fixed(100.0 * hota.association, 2)});
+  table.AddRow({"  LocA, %", Fixed(100.0 * hota.localisation, 2)});
   table.AddRow({"misses", Count(result.misses)});
   table.AddRow({"false positives", Count(result.false_positives)});
   table.AddRow({"matches", Count(result.matches)});
@@ -387,8 +392,23 @@ EvaluationOutput DescribeIdentity(const IdentityResult& result) {
                                   Count(result.true_people) + " people"});
   table.AddRow({"person-frames", Count(result.found_person_frames) + " for " +
                                      Count(result.true_person_frames)});
+  if (result.hidden_person_frames > 0) {
+    table.AddRow({"hidden in truth", Count(result.hidden_person_frames)});
+    table.AddRow({"  not counted there", Count(result.on_hidden_people)});
+  }
+  if (result.beside_annotations > 0) {
+    table.AddRow(
+        {"beside annotations, not counted", Count(result.beside_annotations)});
+  }
   return {table.ToString(),
-          {{"switches", result.switches},
+          {{"hota", hota.hota},
+           {"hota_detection", hota.detection},
+           {"hota_association", hota.association},
+           {"hota_localisation", hota.localisation},
+           {"hidden_person_frames", result.hidden_person_frames},
+           {"on_hidden_people", result.on_hidden_people},
+           {"beside_annotations", result.beside_annotations},
+           {"switches", result.switches},
            {"fragments", result.fragments},
            {"mota", result.Mota()},
            {"idf1", result.Idf1()},

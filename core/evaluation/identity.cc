@@ -4,8 +4,11 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
+
+#include "core/assignment/hungarian.h"
 
 namespace kinegraph {
 namespace {
@@ -124,16 +127,210 @@ void AddFrame(const std::vector<PersonPose>& truth,
   }
 }
 
-std::set<int64_t> AllFrames(const TrackSequence& a, const TrackSequence& b,
-                            const std::vector<FrameRange>& ranges) {
-  std::set<int64_t> frames;
-  for (const TrackSequence* sequence : {&a, &b}) {
-    for (const TrackFrame& frame : sequence->frames) {
-      if (ContainsFrame(ranges, frame.frame)) frames.insert(frame.frame);
-    }
-  }
-  return frames;
+bool IsHidden(const PersonPose& person) {
+  return std::none_of(person.joints.begin(), person.joints.end(),
+                      [](const Joint3d& joint) {
+                        return joint.status == JointStatus::kObserved;
+                      });
 }
+
+// The people of one frame who are scored, and how far apart they are.
+struct ScoredFrame {
+  std::vector<PersonPose> truth;
+  std::vector<PersonPose> found;
+  Eigen::MatrixXd distances;
+};
+
+// Keeps the rows or columns listed.
+Eigen::MatrixXd KeepColumns(const Eigen::MatrixXd& matrix,
+                            const std::vector<int>& columns) {
+  Eigen::MatrixXd kept(matrix.rows(), columns.size());
+  for (size_t i = 0; i < columns.size(); ++i) {
+    kept.col(i) = matrix.col(columns[i]);
+  }
+  return kept;
+}
+
+// Which of the people found nobody is matched with.
+std::vector<int> Unmatched(size_t found, const std::vector<CostPair>& pairs) {
+  std::vector<bool> matched(found, false);
+  for (const CostPair& pair : pairs) matched[pair.column] = true;
+  std::vector<int> rest;
+  for (size_t k = 0; k < found; ++k) {
+    if (!matched[k]) rest.push_back(static_cast<int>(k));
+  }
+  return rest;
+}
+
+// Marks people found who stand where truth hides somebody.
+void MarkOnHidden(const std::vector<PersonPose>& hidden,
+                  const std::vector<PersonPose>& found,
+                  const std::vector<int>& unmatched, const JointPairs& joints,
+                  double gate_m, std::vector<bool>* ignored,
+                  IdentityResult* result) {
+  const Eigen::MatrixXd distances =
+      KeepColumns(PersonDistances(hidden, found, joints), unmatched);
+  for (const CostPair& pair : MatchOneToOne(distances, gate_m)) {
+    (*ignored)[unmatched[pair.column]] = true;
+    ++result->on_hidden_people;
+  }
+}
+
+// Marks people found whom no annotated person stands for.
+void MarkBeside(const Eigen::MatrixXd& distances,
+                const std::vector<int>& unmatched, double gate_m,
+                std::vector<bool>* ignored, IdentityResult* result) {
+  for (const int k : unmatched) {
+    if ((*ignored)[k]) continue;
+    bool near = false;
+    for (int i = 0; i < distances.rows(); ++i) {
+      near = near || distances(i, k) <= gate_m;
+    }
+    if (near) continue;
+    (*ignored)[k] = true;
+    ++result->beside_annotations;
+  }
+}
+
+// HOTA, which needs the whole take before it can match a frame: pairs of people
+// that are similar over the take are preferred.
+class HotaCounter {
+ public:
+  explicit HotaCounter(double gate_m) : zero_distance_m_(2.0 * gate_m) {}
+
+  void Add(const ScoredFrame& frame) {
+    Similarities& similarities = frames_.emplace_back();
+    for (const PersonPose& person : frame.truth) {
+      similarities.truth.push_back(IndexOf(person.id, &truth_index_));
+    }
+    for (const PersonPose& person : frame.found) {
+      similarities.found.push_back(IndexOf(person.id, &found_index_));
+    }
+    similarities.values = frame.distances.unaryExpr([&](double distance_m) {
+      const double similarity = 1.0 - distance_m / zero_distance_m_;
+      return similarity > 0.0 ? similarity : 0.0;  // also of NaN
+    });
+  }
+
+  std::array<HotaScores, kHotaThresholdCount> Scores() const {
+    const Totals totals = Count();
+    std::array<std::vector<double>, kHotaThresholdCount> matched;
+    std::array<Eigen::MatrixXd, kHotaThresholdCount> together;
+    together.fill(
+        Eigen::MatrixXd::Zero(truth_index_.size(), found_index_.size()));
+    HungarianSolver solver;
+    std::vector<int> column_of_row;
+    for (const Similarities& frame : frames_) {
+      Match(frame, totals.alignment, &solver, &column_of_row);
+      for (size_t i = 0; i < column_of_row.size(); ++i) {
+        if (column_of_row[i] < 0) continue;
+        const double similarity = frame.values(i, column_of_row[i]);
+        for (int t = 0; t < kHotaThresholdCount; ++t) {
+          if (similarity < Threshold(t) - kRounding) break;
+          matched[t].push_back(similarity);
+          together[t](frame.truth[i], frame.found[column_of_row[i]]) += 1.0;
+        }
+      }
+    }
+    std::array<HotaScores, kHotaThresholdCount> scores;
+    for (int t = 0; t < kHotaThresholdCount; ++t) {
+      scores[t] = ScoresAt(totals, matched[t], together[t]);
+    }
+    return scores;
+  }
+
+ private:
+  // A similarity on a threshold passes it, however it was rounded.
+  static constexpr double kRounding = 1e-9;
+  static double Threshold(int t) { return 0.05 * (t + 1); }
+
+  struct Similarities {
+    std::vector<int> truth;
+    std::vector<int> found;
+    Eigen::MatrixXd values;
+  };
+  struct Totals {
+    Eigen::VectorXd truth;      // person-frames of each true person
+    Eigen::VectorXd found;      // and of each identity
+    Eigen::MatrixXd alignment;  // how much two of them go together
+  };
+
+  static int IndexOf(TrackId id, std::map<TrackId, int>* index) {
+    return index->emplace(id, static_cast<int>(index->size())).first->second;
+  }
+
+  Totals Count() const {
+    Totals totals;
+    totals.truth = Eigen::VectorXd::Zero(truth_index_.size());
+    totals.found = Eigen::VectorXd::Zero(found_index_.size());
+    totals.alignment =
+        Eigen::MatrixXd::Zero(truth_index_.size(), found_index_.size());
+    for (const Similarities& frame : frames_) {
+      for (const int i : frame.truth) totals.truth(i) += 1.0;
+      for (const int k : frame.found) totals.found(k) += 1.0;
+      const Eigen::VectorXd rows = frame.values.rowwise().sum();
+      const Eigen::RowVectorXd columns = frame.values.colwise().sum();
+      for (int i = 0; i < frame.values.rows(); ++i) {
+        for (int k = 0; k < frame.values.cols(); ++k) {
+          const double value = frame.values(i, k);
+          if (value <= 0.0) continue;
+          totals.alignment(frame.truth[i], frame.found[k]) +=
+              value / (rows(i) + columns(k) - value);
+        }
+      }
+    }
+    for (int i = 0; i < totals.alignment.rows(); ++i) {
+      for (int k = 0; k < totals.alignment.cols(); ++k) {
+        double& value = totals.alignment(i, k);
+        value /= totals.truth(i) + totals.found(k) - value;
+      }
+    }
+    return totals;
+  }
+
+  static void Match(const Similarities& frame, const Eigen::MatrixXd& alignment,
+                    HungarianSolver* solver, std::vector<int>* column_of_row) {
+    std::vector<double> gains;
+    for (size_t i = 0; i < frame.truth.size(); ++i) {
+      for (size_t k = 0; k < frame.found.size(); ++k) {
+        gains.push_back(alignment(frame.truth[i], frame.found[k]) *
+                        frame.values(i, k));
+      }
+    }
+    solver->Maximise(gains, static_cast<int>(frame.truth.size()),
+                     static_cast<int>(frame.found.size()), column_of_row);
+  }
+
+  static HotaScores ScoresAt(const Totals& totals,
+                             const std::vector<double>& matched,
+                             const Eigen::MatrixXd& together) {
+    const double pairs = static_cast<double>(matched.size());
+    const double people = totals.truth.sum() + totals.found.sum() - pairs;
+    if (people == 0.0) return {kNaN, kNaN, kNaN, kNaN};
+    HotaScores scores;
+    scores.detection = pairs / people;
+    double sum = 0.0;
+    for (const double similarity : matched) sum += similarity;
+    // Nobody matched is nobody misplaced.
+    scores.localisation = pairs > 0.0 ? sum / pairs : 1.0;
+    for (int i = 0; i < together.rows(); ++i) {
+      for (int k = 0; k < together.cols(); ++k) {
+        const double both = together(i, k);
+        if (both == 0.0) continue;
+        scores.association +=
+            both * both / (totals.truth(i) + totals.found(k) - both);
+      }
+    }
+    if (pairs > 0.0) scores.association /= pairs;
+    scores.hota = std::sqrt(scores.detection * scores.association);
+    return scores;
+  }
+
+  double zero_distance_m_;
+  std::map<TrackId, int> truth_index_;
+  std::map<TrackId, int> found_index_;
+  std::vector<Similarities> frames_;
+};
 
 }  // namespace
 
@@ -150,6 +347,19 @@ double IdentityResult::Idf1() const {
          static_cast<double>(people);
 }
 
+HotaScores IdentityResult::Hota() const {
+  HotaScores sum;
+  for (const HotaScores& at : hota_at) {
+    sum.hota += at.hota;
+    sum.detection += at.detection;
+    sum.association += at.association;
+    sum.localisation += at.localisation;
+  }
+  constexpr double kCount = kHotaThresholdCount;
+  return {sum.hota / kCount, sum.detection / kCount, sum.association / kCount,
+          sum.localisation / kCount};
+}
+
 IdentityResult EvaluateIdentity(const TrackSequence& truth,
                                 const TrackSequence& tracks,
                                 const IdentityOptions& options) {
@@ -159,24 +369,52 @@ IdentityResult EvaluateIdentity(const TrackSequence& truth,
   std::map<TrackId, PersonState> states;
   std::set<TrackId> identities;
   TogetherCounter together;
-  const std::vector<PersonPose> nobody;
-  for (const int64_t frame : AllFrames(truth, tracks, options.frames)) {
-    const TrackFrame* true_frame = FindFrame(truth, frame);
-    const TrackFrame* found_frame = FindFrame(tracks, frame);
-    const auto& true_people = true_frame ? true_frame->people : nobody;
-    const auto& found_people = found_frame ? found_frame->people : nobody;
-    FrameMatcher matcher(true_people, found_people, joints, options.gate_m);
-    AddFrame(true_people, found_people, matcher.Match(states), &states,
-             &result);
-    CountTogether(true_people, found_people, matcher.distances(),
-                  options.gate_m, &together);
-    for (const PersonPose& person : found_people) identities.insert(person.id);
+  HotaCounter hota(options.gate_m);
+  for (const TrackFrame& true_frame : truth.frames) {
+    if (!ContainsFrame(options.frames, true_frame.frame)) continue;
+    ScoredFrame scored;
+    std::vector<PersonPose> hidden;
+    for (const PersonPose& person : true_frame.people) {
+      (IsHidden(person) ? hidden : scored.truth).push_back(person);
+    }
+    result.hidden_person_frames += static_cast<int64_t>(hidden.size());
+    const TrackFrame* found_frame = FindFrame(tracks, true_frame.frame);
+    if (found_frame != nullptr) scored.found = found_frame->people;
+
+    FrameMatcher matcher(scored.truth, scored.found, joints, options.gate_m);
+    std::vector<CostPair> pairs = matcher.Match(states);
+    const std::vector<int> rest = Unmatched(scored.found.size(), pairs);
+    std::vector<bool> ignored(scored.found.size(), false);
+    MarkOnHidden(hidden, scored.found, rest, joints, options.gate_m, &ignored,
+                 &result);
+    if (options.annotated == Annotated::kSome) {
+      MarkBeside(matcher.distances(), rest, options.gate_m, &ignored, &result);
+    }
+    std::vector<int> kept;
+    std::vector<int> kept_index(scored.found.size(), -1);
+    std::vector<PersonPose> kept_people;
+    for (size_t k = 0; k < scored.found.size(); ++k) {
+      if (ignored[k]) continue;
+      kept_index[k] = static_cast<int>(kept.size());
+      kept.push_back(static_cast<int>(k));
+      kept_people.push_back(scored.found[k]);
+    }
+    for (CostPair& pair : pairs) pair.column = kept_index[pair.column];
+    scored.distances = KeepColumns(matcher.distances(), kept);
+    scored.found = std::move(kept_people);
+
+    AddFrame(scored.truth, scored.found, pairs, &states, &result);
+    CountTogether(scored.truth, scored.found, scored.distances, options.gate_m,
+                  &together);
+    hota.Add(scored);
+    for (const PersonPose& person : scored.found) identities.insert(person.id);
   }
   result.true_people = static_cast<int64_t>(states.size());
   result.identities = static_cast<int64_t>(identities.size());
   result.misses = result.true_person_frames - result.matches;
   result.false_positives = result.found_person_frames - result.matches;
   result.identity_true_positives = together.Best();
+  result.hota_at = hota.Scores();
   return result;
 }
 

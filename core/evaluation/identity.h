@@ -1,8 +1,9 @@
-// Do people keep their identity: CLEAR MOT (Bernardin and Stiefelhagen 2008)
-// and IDF1 (Ristani et al. 2016), on poses in space.
+// Do people keep their identity: CLEAR MOT (Bernardin and Stiefelhagen 2008),
+// IDF1 (Ristani et al. 2016) and HOTA (Luiten et al. 2020), on poses in space.
 #ifndef KINEGRAPH_CORE_EVALUATION_IDENTITY_H_
 #define KINEGRAPH_CORE_EVALUATION_IDENTITY_H_
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -12,9 +13,29 @@
 
 namespace kinegraph {
 
+// Whom a ground truth annotates.
+enum class Annotated {
+  kEverybody,
+  kSome,  // there may be people whom nobody marked
+};
+
 struct IdentityOptions {
-  std::vector<FrameRange> frames;  // none: all of either
+  std::vector<FrameRange> frames;  // none: all of the truth
   double gate_m = kPersonGateM;    // mean distance over joints of the same name
+  Annotated annotated = Annotated::kEverybody;
+};
+
+// HOTA's similarity of two poses is 1 - d / (2 gate), at least 0, with d their
+// mean distance over joints: at the threshold 0.5 the two may be a gate apart,
+// as for MOTA and IDF1.
+inline constexpr int kHotaThresholdCount = 19;  // 0.05, 0.10, ... 0.95
+
+// One threshold of HOTA, or the mean over them. NaN when there is nobody.
+struct HotaScores {
+  double hota = 0.0;
+  double detection = 0.0;     // DetA
+  double association = 0.0;   // AssA
+  double localisation = 0.0;  // LocA
 };
 
 struct IdentityResult {
@@ -33,17 +54,29 @@ struct IdentityResult {
   // Frames explained when every true person stands for one identity, chosen
   // once for the whole take so that they are most.
   int64_t identity_true_positives = 0;
+  // Found person-frames that count neither way; not among found_person_frames.
+  int64_t on_hidden_people = 0;      // they stand where truth hides somebody
+  int64_t beside_annotations = 0;    // nobody is annotated there (kSome)
+  int64_t hidden_person_frames = 0;  // of the truth
+  std::array<HotaScores, kHotaThresholdCount> hota_at{};
 
   // 1 - (misses + false positives + switches) / true person-frames; NaN when
   // there are none.
   double Mota() const;
-  double Idf1() const;  // NaN when there is nobody on either side
+  double Idf1() const;      // NaN when there is nobody on either side
+  HotaScores Hota() const;  // means over the thresholds
 };
 
 // In each frame a true person keeps the identity it had while the two stay
-// within the gate; the others are matched one-to-one. Frames that only one side
-// has count. Where a ground truth does not annotate everybody (Shelf), people
-// found beside it count as false positives and MOTA says little.
+// within the gate; the others are matched one-to-one.
+//
+// Fair to a truth that does not say everything:
+// - Frames that it does not have are not scored. A frame that it has without
+//   people is one with nobody in it.
+// - A true person without an observed joint is hidden: they need not be found,
+//   and a pose that stands where they are counts neither way.
+// - With Annotated::kSome a pose within the gate of nobody annotated counts
+//   neither way. A second pose on an annotated person is a false positive.
 IdentityResult EvaluateIdentity(const TrackSequence& truth,
                                 const TrackSequence& tracks,
                                 const IdentityOptions& options = {});
