@@ -18,6 +18,9 @@ void AssociationOptions::Describe(OptionVisitor& visitor) {
                  "share of the common joints that must be positive");
   visitor.Number("min_common_joints", &min_common_joints, Between(0.0, 17.0),
                  "joints of 17", "fewer common joints are no match");
+  visitor.Number("max_speed", &max_speed_mps, NonNegative(), "m/s",
+                 "graph mode: how fast the gate of a lost person grows; 0: by "
+                 "alpha_2d");
   visitor.Choice("target_2d", &target_2d, {"matched", "projected"},
                  "cross_view: the 2D joint last matched, or the 3D one there");
   visitor.Number("weight_2d", &weight_2d, NonNegative(), "",
@@ -42,10 +45,26 @@ void ProjectPose(const Pose3d& pose, const Camera& camera,
   }
 }
 
+double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
+              const AssociationOptions& options) {
+  const double paper_px = options.alpha_2d_px_per_frame * age_frames;
+  if (!(options.reach_m_per_frame > 0.0) || !(age_frames > 1.0)) {
+    return paper_px;
+  }
+  const std::optional<Eigen::Vector3d> centre = MeanPosition(pose);
+  if (!centre.has_value()) return paper_px;
+  const double depth_m = camera.Depth(*centre);
+  if (!(depth_m > 0.0)) return paper_px;
+  const double reach_m = options.reach_m_per_frame * (age_frames - 1.0);
+  return std::min(paper_px, options.alpha_2d_px_per_frame +
+                                camera.focal_px() * reach_m / depth_m);
+}
+
 double Affinity(const Observation& observation, const ProjectedPose& projected,
-                double age_frames, const std::vector<int>& joints,
+                double age_frames, double gate_px,
+                const std::vector<int>& joints,
                 const AssociationOptions& options) {
-  const double scale = 1.0 / (options.alpha_2d_px_per_frame * age_frames);
+  const double scale = 1.0 / gate_px;
   int common = 0;
   int positive = 0;
   double positive_sum = 0.0;
@@ -73,6 +92,13 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
     return 0.0;
   }
   return positive_sum / positive * decay;
+}
+
+double Affinity(const Observation& observation, const ProjectedPose& projected,
+                double age_frames, const std::vector<int>& joints,
+                const AssociationOptions& options) {
+  return Affinity(observation, projected, age_frames,
+                  options.alpha_2d_px_per_frame * age_frames, joints, options);
 }
 
 double CrossViewAffinity(const Observation& observation,
@@ -123,9 +149,11 @@ class ProjectionMeasure final : public AffinityMeasure {
                  const Camera& camera) override {
     ProjectPose(*target.pose, camera, joints_, &projected_);
     age_frames_ = target.age_frames;
+    gate_px_ = GatePx(*target.pose, age_frames_, camera, options_);
   }
   double Of(const Observation& observation) const override {
-    return Affinity(observation, projected_, age_frames_, joints_, options_);
+    return Affinity(observation, projected_, age_frames_, gate_px_, joints_,
+                    options_);
   }
 
  private:
@@ -133,6 +161,7 @@ class ProjectionMeasure final : public AffinityMeasure {
   std::vector<int> joints_;
   ProjectedPose projected_;
   double age_frames_ = 0.0;
+  double gate_px_ = 0.0;
 };
 
 class CrossViewMeasure final : public AffinityMeasure {

@@ -33,6 +33,10 @@ struct AssociationOptions {
   AffinityKind affinity = AffinityKind::kPart;
   double alpha_2d_px_per_frame = 70.0;
   double lambda_a_per_frame = 3.0;
+  // Graph mode: after the first frame without a match the gate of Eq. 1 grows
+  // no faster than people move. The paper's grows by alpha_2d a frame and soon
+  // reaches strangers. 0: the paper's.
+  double max_speed_mps = 3.0;
   // Joints of 17 that must have a positive affinity. Where joints are missing
   // the same share of the joints that both poses have.
   double epsilon_joints = 10.0;
@@ -43,6 +47,9 @@ struct AssociationOptions {
   double weight_2d = 0.4;
   double weight_3d = 0.6;
   double alpha_3d_m = 0.15;
+
+  // Set by the tracker from max_speed, no key; 0: the gate is the paper's.
+  double reach_m_per_frame = 0.0;
 
   void Describe(OptionVisitor& visitor);
 };
@@ -79,10 +86,22 @@ void ProjectPose(const Pose3d& pose, const Camera& camera,
 
 // Affinity of an observation to a projected pose that is `age_frames` old
 // (> 0), over the joints listed that both have. 0 means no match; body-aware
-// affinities may be negative.
+// affinities may be negative. `gate_px` is the distance at which the affinity
+// of a joint falls to zero (GatePx).
+double Affinity(const Observation& observation, const ProjectedPose& projected,
+                double age_frames, double gate_px,
+                const std::vector<int>& joints,
+                const AssociationOptions& options);
+// The same with the paper's gate, alpha_2d a frame.
 double Affinity(const Observation& observation, const ProjectedPose& projected,
                 double age_frames, const std::vector<int>& joints,
                 const AssociationOptions& options);
+
+// The gate of a person whose pose is `age_frames` old: alpha_2d a frame, and
+// not more than alpha_2d and what a person may have moved since
+// (reach_m_per_frame).
+double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
+              const AssociationOptions& options);
 
 // Chen et al.: sum over the joints listed that the observation has of
 //   w2d (1 - d2d / (alpha_2d age2d)) exp(-lambda_a age2d)

@@ -9,10 +9,14 @@
 
 namespace kinegraph {
 
-// Track life.
+// Track life. Paper mode counts frames, as the paper does. Graph mode counts
+// seconds, so that a person may be hidden as long at 120 Hz as at 25 Hz; a time
+// of 0 falls back on the key in frames.
 struct TrackLifeOptions {
   int64_t confirm_hits = 3;      // successful updates, birth included
+  double confirm_s = 0.08;       // birth to the update that confirms
   double max_age_frames = 10.0;  // deleted this long after the last update
+  double max_age_s = 0.4;
   // Detections with fewer found joints are noise and never looked at.
   double min_found_joints = 5.0;  // of 17
   // Also write the frames of a track before it was confirmed, once it is.
@@ -20,18 +24,32 @@ struct TrackLifeOptions {
   // Write confirmed frames without an update when an update follows within
   // this time: the estimator bridges them. 0: never.
   double max_gap_frames = 0.0;
+  double max_gap_s = 0.4;
   // Offline: associate the whole take again with the smoothed tracks
   // (core/tracking/second_pass.h).
   bool second_pass = false;
 
+  // Set by the run, no keys of this table.
+  bool in_seconds = false;          // the times above hold: graph mode
+  bool independent_frames = false;  // each frame is a take of its own
+
   void Describe(OptionVisitor& visitor);
 };
+
+// The same life counted in frames of a take's nominal rate. A track is
+// confirmed at two hits at least, but at once where frames are so rare that a
+// track could not miss one, and where they are independent.
+TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
+                              double frame_rate_hz);
 
 struct TrackerOptions {
   AssociationOptions association;
   ReconstructionOptions reconstruction;
   InitialisationOptions initialisation;
   TrackLifeOptions life;
+
+  // With the life in frames and the reach a frame, for a take's nominal rate.
+  TrackerOptions At(double frame_rate_hz) const;
 
   // Tables [association], [reconstruction], [initialisation], [tracking].
   void Describe(OptionVisitor& visitor);

@@ -122,12 +122,13 @@ EstimatorFactory MatchFreezer::Wrap(EstimatorFactory estimator) {
 FrozenMatches MatchFreezer::Matches(const TrackLifeOptions& life,
                                     double frame_rate_hz) const {
   const FrameClock clock(frame_rate_hz);
+  const TrackLifeOptions in_frames = LifeInFrames(life, frame_rate_hz);
   FrozenMatches matches;
   for (const std::shared_ptr<Record>& record : *records_) {
     FrozenPerson& person = matches.people.emplace_back();
     person.id = TrackId(static_cast<int64_t>(matches.people.size()) - 1);
     person.frames = record->frames;
-    DecideWritten(life, clock, record->updated, &person.frames);
+    DecideWritten(in_frames, clock, record->updated, &person.frames);
   }
   return matches;
 }
@@ -137,7 +138,7 @@ Replay::Replay(SceneModel scene, const DetectionSequence& detections,
                EstimatorFactory feedback)
     : scene_(std::move(scene)),
       matches_(matches),
-      options_(options),
+      options_(options.At(scene_.frame_rate_hz)),
       make_feedback_(std::move(feedback)),
       epipolar_(scene_.cameras) {
   FrameObservations observations(scene_.cameras, detections.header.skeleton,

@@ -13,7 +13,7 @@ SecondPass::SecondPass(SceneModel scene, const Skeleton& detection_skeleton,
                        const TrackerOptions& options,
                        EstimatorFactory estimator)
     : scene_(std::move(scene)),
-      options_(options),
+      options_(options.At(scene_.frame_rate_hz)),
       make_estimator_(std::move(estimator)),
       epipolar_(scene_.cameras),
       observations_(scene_.cameras, detection_skeleton, scene_.skeleton,
@@ -28,6 +28,8 @@ void SecondPass::Process(const DetectionFrame& frame,
   TrackFrame& written = frames_.emplace_back();
   written.frame = frame.frame;
   written.time = frame.time;
+  // Stays where the second pass finds nobody.
+  written.people = first_pass.people;
   observations_.Prepare(frame);
   targets_.clear();
   for (const PersonPose& person : first_pass.people) {
@@ -89,7 +91,11 @@ std::vector<TrackFrame> SecondPass::Finish(int threads) {
       CHECK(at != frames_.end() && at->frame == final_pose.frame);
       if (CountPresent(final_pose.person.joints) == 0) continue;
       final_pose.person.id = ids[i];
-      at->people.push_back(std::move(final_pose.person));
+      const auto person =
+          std::find_if(at->people.begin(), at->people.end(),
+                       [&](const PersonPose& one) { return one.id == ids[i]; });
+      CHECK(person != at->people.end());
+      *person = std::move(final_pose.person);
     }
   }
   estimators_.clear();

@@ -33,6 +33,7 @@ class SecondPass {
   // (frames without people may be left out).
   void Process(const DetectionFrame& frame, const TrackFrame& first_pass);
   // Estimates everyone, on up to `threads` threads, and gives every frame.
+  // Nobody is lost: where the estimate has no joint, the first pass's stays.
   std::vector<TrackFrame> Finish(int threads);
 
  private:
@@ -47,7 +48,7 @@ class SecondPass {
   ViewMatcher matcher_;
   Reconstructor reconstructor_;
 
-  std::vector<TrackFrame> frames_;  // numbers and times, people to come
+  std::vector<TrackFrame> frames_;  // with the first pass's people
   std::map<TrackId, std::unique_ptr<Estimator>> estimators_;
 
   // This frame's work, kept to reuse its memory.

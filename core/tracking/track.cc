@@ -26,6 +26,7 @@ TrackLife::TrackLife(const TrackLifeOptions& options, const FrameClock& clock,
                      TimeNs birth_time)
     : confirm_hits_(options.confirm_hits),
       max_age_frames_(options.max_age_frames),
+      independent_frames_(options.independent_frames),
       clock_(clock),
       last_update_(birth_time) {
   ConfirmIfDue();
@@ -40,7 +41,8 @@ void TrackLife::ConfirmIfDue() {
 void TrackLife::BeginFrame(TimeNs time) {
   // Of consecutive frames, Step deletes at an age of max_age and so leaves
   // nothing to do here.
-  if (!clock_.Less(time - last_update_, max_age_frames_ + 1.0)) {
+  if (independent_frames_ ||
+      !clock_.Less(time - last_update_, max_age_frames_ + 1.0)) {
     state_ = TrackState::kDeleted;
   }
 }

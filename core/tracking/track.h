@@ -44,12 +44,14 @@ enum class TrackState { kTentative, kConfirmed, kDeleted };
 // track when its last update is too old. Misses do not reset hits.
 class TrackLife {
  public:
+  // Options in frames (LifeInFrames).
   TrackLife(const TrackLifeOptions& options, const FrameClock& clock,
             TimeNs birth_time);
 
   // A new frame begins. A track whose last update is longer ago than its age
   // allows is deleted before it can match anything: where frames were dropped
-  // or cut out, its gate would by now be as wide as the image.
+  // or cut out, its gate would by now be as wide as the image. Nothing lives on
+  // into another of several independent frames.
   void BeginFrame(TimeNs time);
 
   // Tells of one frame: matched in any view, and whether the update succeeded.
@@ -64,6 +66,7 @@ class TrackLife {
 
   int64_t confirm_hits_;
   double max_age_frames_;
+  bool independent_frames_;
   FrameClock clock_;
   TrackState state_ = TrackState::kTentative;
   int64_t hits_ = 1;  // birth is the first

@@ -64,7 +64,7 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
                  const TrackerOptions& options, EstimatorFactory feedback,
                  EstimatorFactory output)
     : scene_(Checked(std::move(scene))),
-      options_(Checked(options)),
+      options_(Checked(options).At(scene_.frame_rate_hz)),
       make_feedback_(std::move(feedback)),
       make_output_(std::move(output)),
       clock_(scene_.frame_rate_hz),

@@ -178,5 +178,31 @@ TEST_F(ViewMatcherTest, APersonBehindTheCameraMatchesNothing) {
   EXPECT_EQ(match, (std::vector<int>{-1}));
 }
 
+// A camera at the origin that looks along z with a focal length of 1000 px.
+Camera FrontalCamera() {
+  CameraParameters parameters;
+  parameters.K << 1000.0, 0.0, 500.0, 0.0, 1000.0, 500.0, 0.0, 0.0, 1.0;
+  return Camera(parameters);
+}
+
+TEST(GateTest, ThePapersGateGrowsWithEveryFrame) {
+  const Pose3d pose(17, {{0.0, 0.0, 5.0}, JointStatus::kObserved});
+  AssociationOptions options;
+  EXPECT_EQ(GatePx(pose, 1.0, FrontalCamera(), options), 70.0);
+  EXPECT_EQ(GatePx(pose, 10.0, FrontalCamera(), options), 700.0);
+}
+
+TEST(GateTest, ALostPersonIsLookedForWhereTheyMayHaveGone) {
+  const Pose3d pose(17, {{0.0, 0.0, 5.0}, JointStatus::kObserved});
+  AssociationOptions options;
+  options.reach_m_per_frame = 0.125;
+  // As the paper's in the next frame, then 0.125 m, 25 px at 5 m, a frame.
+  EXPECT_EQ(GatePx(pose, 1.0, FrontalCamera(), options), 70.0);
+  EXPECT_EQ(GatePx(pose, 9.0, FrontalCamera(), options), 270.0);
+  // Never more than the paper's: 1 m away, 125 px a frame.
+  const Pose3d near(17, {{0.0, 0.0, 1.0}, JointStatus::kObserved});
+  EXPECT_EQ(GatePx(near, 9.0, FrontalCamera(), options), 630.0);
+}
+
 }  // namespace
 }  // namespace kinegraph

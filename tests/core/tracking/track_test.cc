@@ -70,6 +70,55 @@ TEST(TrackLifeTest, TooOldBeforeAFrameBegins) {
   }
 }
 
+TEST(TrackLifeTest, NobodyLivesOnIntoAnIndependentFrame) {
+  TrackLifeOptions options;
+  options.independent_frames = true;
+  TrackLife life = Born(LifeInFrames(options, 25.0));
+  EXPECT_EQ(life.state(), TrackState::kConfirmed);
+  life.BeginFrame(1 * kFrame);
+  EXPECT_EQ(life.state(), TrackState::kDeleted);
+}
+
+TrackLifeOptions InSeconds(double frame_rate_hz) {
+  TrackLifeOptions options;
+  options.in_seconds = true;
+  return LifeInFrames(options, frame_rate_hz);
+}
+
+TEST(LifeInFramesTest, PaperModeCountsFrames) {
+  const TrackLifeOptions life = LifeInFrames({}, 120.0);
+  EXPECT_EQ(life.confirm_hits, 3);
+  EXPECT_EQ(life.max_age_frames, 10.0);
+  EXPECT_EQ(life.max_gap_frames, 0.0);
+}
+
+TEST(LifeInFramesTest, SecondsAreThePapersFramesAt25Hz) {
+  const TrackLifeOptions life = InSeconds(25.0);
+  EXPECT_EQ(life.confirm_hits, 3);
+  EXPECT_DOUBLE_EQ(life.max_age_frames, 10.0);
+  EXPECT_DOUBLE_EQ(life.max_gap_frames, 10.0);
+}
+
+TEST(LifeInFramesTest, SecondsLastAtEveryRate) {
+  EXPECT_EQ(InSeconds(120.0).confirm_hits, 11);  // 0.08 s are 9.6 frames
+  EXPECT_DOUBLE_EQ(InSeconds(120.0).max_age_frames, 48.0);
+  EXPECT_EQ(InSeconds(10.0).confirm_hits, 2);
+  EXPECT_DOUBLE_EQ(InSeconds(10.0).max_age_frames, 4.0);
+  // At 2 Hz a track can miss nothing: a ghost cannot be told by its age.
+  EXPECT_EQ(InSeconds(2.0).confirm_hits, 1);
+}
+
+TEST(LifeInFramesTest, AZeroFallsBackOnFrames) {
+  TrackLifeOptions options;
+  options.in_seconds = true;
+  options.confirm_s = options.max_age_s = options.max_gap_s = 0.0;
+  options.max_gap_frames = 7.0;
+  const TrackLifeOptions life = LifeInFrames(options, 120.0);
+  EXPECT_EQ(life.confirm_hits, 3);
+  EXPECT_EQ(life.max_age_frames, 10.0);
+  EXPECT_EQ(life.max_gap_frames, 7.0);
+}
+
 // Steps a gate through a life: 'u' updated, 'm' matched without update, '.'
 // nothing. Returns what is written: 'w', '-', or '?' while undecided; '!' for
 // a deleted track's end.
