@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
+#include "core/io/identity_edits.h"
 #include "core/io/track_writer.h"
 #include "solvers/session/run.h"
 
@@ -22,6 +23,9 @@ DEFINE_string(frames, "", "frames to use: A:B includes A and excludes B");
 DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
 DEFINE_int32(threads, 1, "threads for the estimators; the result is the same");
 DEFINE_string(out, "", "tracks to write (JSON Lines)");
+DEFINE_string(corrections, "",
+              "edits of identities to replay after automatic linking "
+              "(JSON Lines, as NAME.identity.jsonl)");
 DEFINE_bool(keys, false, "list the keys of a configuration and leave");
 
 namespace kinegraph {
@@ -46,6 +50,9 @@ void RunTrack() {
   request.frames = ParseFrameRanges(FLAGS_frames);
   request.without_cameras = ParseList(FLAGS_without_cameras, "without_cameras");
   request.threads = FLAGS_threads;
+  if (!FLAGS_corrections.empty()) {
+    request.corrections = ReadIdentityEdits(FLAGS_corrections);
+  }
   request.cameras = ReadCameras(FLAGS_cameras, options.cameras);
   const auto open = [&] {
     return OpenDetections(FLAGS_detections, DetectionOptionsOf(options));
@@ -76,6 +83,9 @@ void RunTrack() {
         "no frame to track" + (FLAGS_frames.empty()
                                    ? std::string()
                                    : " in --frames=" + FLAGS_frames));
+  }
+  if (options.identity.link || !FLAGS_corrections.empty()) {
+    WriteIdentityEdits(IdentityPathOf(FLAGS_out), session.identity_edits());
   }
   writer.Commit();
   std::printf("%lld frames, %lld people, %lld poses -> %s\n",

@@ -11,6 +11,8 @@ void InputOptions::Describe(OptionVisitor& visitor) {
                  "nominal frame rate; 0: the files tell it");
   visitor.Integer("repeat_first_frame", &repeat_first_frame, Between(0, 1000),
                   "frames", "feeds the first frame so often before the take");
+  visitor.Boolean("independent_frames", &independent_frames,
+                  "single frames: nobody lives on into the next");
 }
 
 void OutputOptions::Describe(OptionVisitor& visitor) {
@@ -31,6 +33,9 @@ void RunOptions::Describe(OptionVisitor& visitor) {
   detections.Describe(visitor);
   visitor.Leave();
   tracker.Describe(visitor);
+  visitor.Enter("identity");
+  identity.Describe(visitor);
+  visitor.Leave();
   visitor.Enter("output");
   output.Describe(visitor);
   visitor.Leave();
@@ -41,11 +46,29 @@ RunOptions WithRulesOfMode(RunOptions options) {
     options.tracker.life.backfill = false;
     options.tracker.life.max_gap_frames = 0.0;
     options.tracker.life.second_pass = false;
+    options.identity.link = false;
+  } else {
+    options.tracker.life.in_seconds = true;
+  }
+  if (options.input.independent_frames) {
+    options.tracker.life.independent_frames = true;
+    options.identity.link = false;  // nothing tells who comes back
   }
   return options;
 }
 
 namespace {
+
+// Graph mode counts seconds, except where a configuration states frames alone.
+void PreferStatedFrames(const ConfigFile& config, TrackLifeOptions* life) {
+  const auto frames_alone = [&](const char* frames, const char* seconds) {
+    return config.Has(std::string("tracking.") + frames) &&
+           !config.Has(std::string("tracking.") + seconds);
+  };
+  if (frames_alone("confirm_hits", "confirm_s")) life->confirm_s = 0.0;
+  if (frames_alone("max_age", "max_age_s")) life->max_age_s = 0.0;
+  if (frames_alone("max_gap", "max_gap_s")) life->max_gap_s = 0.0;
+}
 
 RunOptions OptionsOf(ConfigFile config, const std::string& set,
                      const std::string& mode) {
@@ -55,6 +78,7 @@ RunOptions OptionsOf(ConfigFile config, const std::string& set,
   config.Apply(&options);
   options.user_skeletons = config.ReadSkeletons();
   config.RejectUnknown();
+  PreferStatedFrames(config, &options.tracker.life);
   if (!options.detections.skeleton_name.empty()) {
     options.detections.skeleton = ResolveSkeleton(
         options.detections.skeleton_name, options.user_skeletons);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/options.h"
+#include "core/identity/options.h"
 #include "core/io/calibration.h"
 #include "core/io/config.h"
 #include "core/io/detection_source.h"
@@ -21,6 +22,7 @@ struct InputOptions {
   // Feeds the first frame so often before the take, as the authors' warm-up;
   // what is fed again is not written.
   int64_t repeat_first_frame = 0;
+  bool independent_frames = false;  // single frames, no motion between them
 
   void Describe(OptionVisitor& visitor);
 };
@@ -38,15 +40,17 @@ struct RunOptions {
   CameraReadOptions cameras;
   DetectionReadOptions detections;
   TrackerOptions tracker;
+  LinkOptions identity;
   OutputOptions output;
   std::vector<Skeleton> user_skeletons;  // tables [skeletons.NAME]
 
   void Describe(OptionVisitor& visitor);
 };
 
-// The options as the run's mode means them: paper mode never backfills,
-// associates again or extrapolates, whatever the keys say. Every run applies
-// this; it changes nothing when applied again.
+// The options as the run's mode means them: paper mode counts a track's life in
+// frames and never backfills, associates again, extrapolates or links,
+// whatever the keys say; graph mode counts seconds. Every run applies this; it
+// changes nothing when applied again.
 RunOptions WithRulesOfMode(RunOptions options);
 
 // Reads a configuration with what the command line changes in it: `set` as

@@ -39,6 +39,7 @@ FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
                          const DetectionSequence& detections) {
   RunOptions one_pass = options;
   one_pass.tracker.life.second_pass = false;
+  one_pass.identity.link = false;
   EstimatorPair estimators = MakeEstimators(options.estimators);
   MatchFreezer freezer;
   // The estimator that is written sees every frame of a life.
@@ -63,8 +64,8 @@ FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
   if (!run.tracks.frames.empty()) {
     run.first_frame = run.tracks.frames.front().frame;
   }
-  run.matches =
-      freezer.Matches(options.tracker.life, run.scene.model.frame_rate_hz);
+  run.matches = freezer.Matches(WithRulesOfMode(options).tracker.life,
+                                run.scene.model.frame_rate_hz);
   return run;
 }
 

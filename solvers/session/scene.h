@@ -8,6 +8,7 @@
 
 #include "core/base/frame_range.h"
 #include "core/data/detection.h"
+#include "core/data/identity_edit.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 #include "core/tracking/estimator.h"
@@ -21,6 +22,8 @@ struct RunRequest {
   std::vector<std::string> without_cameras;  // names of views or cameras
   std::vector<FrameRange> frames;            // ascending; empty: all
   int threads = 1;                           // the result is the same
+  // Applied in order after automatic linking (core/identity/edits.h).
+  std::vector<IdentityEdit> corrections;
 };
 
 // The whole of a run but its frames.

@@ -1,10 +1,14 @@
 #include "solvers/session/session.h"
 
+#include <algorithm>
 #include <iterator>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
+#include "core/base/error.h"
+#include "core/identity/edits.h"
+#include "core/identity/linking.h"
 #include "core/tracking/second_pass.h"
 
 namespace kinegraph {
@@ -50,8 +54,8 @@ class Session::Impl {
     KeepUsedViews(scene_, frame, &used_);
     if (!started_) WarmUp(used_);
     Feed(used_);
-    if (HasSecondPass()) {
-      if (!reopen_) kept_.push_back(used_);
+    if (HasSecondPass() && !reopen_) kept_.push_back(used_);
+    if (NeedsWholeTake()) {
       Collect(&first_pass_);
       return {};
     }
@@ -62,13 +66,14 @@ class Session::Impl {
 
   std::vector<TrackFrame> Finish() {
     tracker_.Finish(&finished_);
-    if (!HasSecondPass()) {
+    if (!NeedsWholeTake()) {
       std::vector<TrackFrame> written;
       Collect(&written);
       return Count(std::move(written));
     }
     Collect(&first_pass_);
-    return Count(RunSecondPass());
+    DecideIdentities();
+    return Count(HasSecondPass() ? RunSecondPass() : std::move(first_pass_));
   }
 
   bool IsPastEnd(int64_t frame) const {
@@ -77,6 +82,7 @@ class Session::Impl {
 
   const RunScene& scene() const { return scene_; }
   const RunSummary& summary() const { return summary_; }
+  const std::vector<IdentityEdit>& identity_edits() const { return edits_; }
 
   void set_stage_times(StageTimes* times) { tracker_.set_stage_times(times); }
   void set_frame_listener(std::function<void(const DetectionFrame&)> listener) {
@@ -88,6 +94,30 @@ class Session::Impl {
 
  private:
   bool HasSecondPass() const { return options_.tracker.life.second_pass; }
+  bool NeedsWholeTake() const {
+    return HasSecondPass() || options_.identity.link ||
+           !request_.corrections.empty();
+  }
+
+  // Linking, then what the user corrects. Before the second pass, which then
+  // estimates each person as one.
+  void DecideIdentities() {
+    if (options_.identity.link) {
+      edits_ = LinkIdentities(scene_.model.skeleton, scene_.model.frame_rate_hz,
+                              options_.identity, &first_pass_);
+    }
+    const size_t automatic = edits_.size();
+    for (IdentityEdit edit : request_.corrections) {
+      // A line of this very run, handed in again, is done already.
+      const bool done = std::any_of(
+          edits_.begin(), edits_.begin() + static_cast<long>(automatic),
+          [&](const IdentityEdit& one) { return SameEdit(one, edit); });
+      if (done) continue;
+      const std::string wrong = ApplyEdit(&edit, &first_pass_);
+      if (!wrong.empty()) throw InputError(edit.place + ": " + wrong);
+      edits_.push_back(std::move(edit));
+    }
+  }
 
   void CountRead() {
     ++frames_read_;
@@ -176,6 +206,7 @@ class Session::Impl {
   std::vector<TrackFrame> finished_;  // by the tracker, to be collected
   std::vector<TrackFrame> first_pass_;
   std::vector<DetectionFrame> kept_;  // for the second pass
+  std::vector<IdentityEdit> edits_;
   RunSummary summary_;
   std::set<TrackId> people_;
 };
@@ -216,5 +247,8 @@ std::vector<TrackFrame> Session::Process(DetectionFrame&& frame) {
 }
 bool Session::IsPastEnd(int64_t frame) const { return impl_->IsPastEnd(frame); }
 std::vector<TrackFrame> Session::Finish() { return impl_->Finish(); }
+const std::vector<IdentityEdit>& Session::identity_edits() const {
+  return impl_->identity_edits();
+}
 
 }  // namespace kinegraph

@@ -8,7 +8,7 @@
 //   session.summary();  // how many frames, people, poses
 //
 // Everything that a configuration can ask for happens here: choice of views,
-// warm-up, rules of paper mode, second pass.
+// warm-up, rules of paper mode, linking of identities, second pass.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SESSION_H_
 #define KINEGRAPH_SOLVERS_SESSION_SESSION_H_
 
@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "core/data/detection.h"
+#include "core/data/identity_edit.h"
 #include "core/data/pose.h"
 #include "core/io/detection_source.h"
 #include "core/tracking/tracker.h"
@@ -69,18 +70,22 @@ class Session {
   // The next frame with all views of the header, in ascending order; frames
   // that were not asked for (RunRequest::frames) are passed over. Returns the
   // frames that became final, ascending: possibly none, and none before Finish
-  // with a second pass. Throws InputError when frame or time do not ascend.
+  // with a second pass, linking or corrections. Throws InputError when frame or
+  // time do not ascend.
   std::vector<TrackFrame> Process(const DetectionFrame& frame);
   // The same without a copy: takes the views, and leaves the memory of earlier
   // ones in `frame`, so that a reader which fills it again need not allocate.
   std::vector<TrackFrame> Process(DetectionFrame&& frame);
   // Whether no later frame can matter: RunRequest::frames end before `frame`.
   bool IsPastEnd(int64_t frame) const;
-  // The rest. Nothing may be processed afterwards.
+  // The rest. Nothing may be processed afterwards. Throws InputError for a
+  // correction that does not fit.
   std::vector<TrackFrame> Finish();
 
   // Of the frames returned so far.
   const RunSummary& summary() const;
+  // After Finish: what linking did to identities, then the corrections.
+  const std::vector<IdentityEdit>& identity_edits() const;
 
  private:
   class Impl;

@@ -32,6 +32,7 @@ const std::map<std::string, int>& Ranks() {
                                                    {"core/reconstruction", 3},
                                                    {"core/evaluation", 3},
                                                    {"core/synthetic", 3},
+                                                   {"core/identity", 3},
                                                    {"core/tracking", 4},
                                                    {"solvers", 5},
                                                    {"apps", 6}};

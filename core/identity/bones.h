@@ -1,0 +1,57 @@
+// Do two pieces of tracks have the same body: bone lengths with their
+// uncertainty, which the take itself tells.
+#ifndef KINEGRAPH_CORE_IDENTITY_BONES_H_
+#define KINEGRAPH_CORE_IDENTITY_BONES_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/identity/tracklet.h"
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// Logarithms of a body's bone lengths, left and right together. Errors of
+// neighbouring frames go together, so lengths are medians of pieces of a
+// second.
+struct BoneSamples {
+  std::vector<std::vector<double>> log_length;  // [bone][piece]
+
+  // The samples of both, as of one body.
+  void Append(const BoneSamples& other);
+};
+
+class BoneModel {
+ public:
+  // Limbs, shoulders and hips: bones that keep their length.
+  explicit BoneModel(const Skeleton& skeleton);
+
+  // From the clean frames, joints observed by two views alone.
+  BoneSamples Measure(const Tracklet& tracklet) const;
+  // Learns from all tracklets how much the pieces of one body differ.
+  void Learn(const std::vector<BoneSamples>& tracklets);
+
+  // Log likelihood ratio [nats] of the two sets of lengths under one body and
+  // under two bodies drawn from the population. 0 without a common bone.
+  double LogRatio(const BoneSamples& a, const BoneSamples& b) const;
+  // Mean absolute difference of the bones that both have [m]; 0 without any.
+  double MeanDifference(const BoneSamples& a, const BoneSamples& b) const;
+
+ private:
+  struct Length {
+    bool known = false;
+    double log_length = 0.0;
+    double variance = 0.0;
+  };
+  Length LengthOf(const BoneSamples& samples, size_t bone) const;
+
+  struct Group {  // a bone and its mirror
+    std::vector<Bone> bones;
+  };
+  std::vector<Group> groups_;
+  std::vector<double> piece_sigma_;  // of the log length, by group
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IDENTITY_BONES_H_

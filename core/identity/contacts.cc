@@ -1,0 +1,242 @@
+#include "core/identity/contacts.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace kinegraph {
+namespace {
+
+// People pass each other with about half a metre between their centres. A
+// person lost or found within a metre may be the one the other track follows.
+constexpr double kNear = 1.0;          // m
+constexpr double kTouching = 0.4;      // m
+constexpr double kMayExchange = 1.5;   // m
+constexpr double kExchangeTime = 0.4;  // s, in which an exchange shows
+constexpr double kBefore = 0.4;        // s, a track is bad before it is lost
+constexpr double kAfter = 0.2;         // s
+constexpr double kMerge = 1.0;         // s, contacts nearer than this are one
+constexpr double kLeast = 0.2;         // s of clean frames that make a piece
+
+struct Interval {
+  TimeNs begin = 0;
+  TimeNs end = 0;
+};
+
+// Who is there in each frame, and quick access to where.
+class Crowd {
+ public:
+  explicit Crowd(const std::vector<Tracklet>& tracks) : tracks_(tracks) {
+    for (size_t t = 0; t < tracks.size(); ++t) {
+      for (size_t k = 0; k < tracks[t].frames.size(); ++k) {
+        present_[tracks[t].frames[k].frame].push_back({t, k});
+        begin_ = std::min(begin_, tracks[t].first().time);
+        end_ = std::max(end_, tracks[t].last().time);
+      }
+    }
+  }
+
+  struct Place {
+    size_t track;
+    size_t index;
+  };
+  const std::map<int64_t, std::vector<Place>>& present() const {
+    return present_;
+  }
+  TimeNs begin() const { return begin_; }
+  TimeNs end() const { return end_; }
+
+ private:
+  const std::vector<Tracklet>& tracks_;
+  std::map<int64_t, std::vector<Place>> present_;
+  TimeNs begin_ = INT64_MAX;
+  TimeNs end_ = INT64_MIN;
+};
+
+// The index of the last frame not later than `time`; -1 before the first.
+long IndexAt(const Tracklet& track, TimeNs time) {
+  const auto later = std::upper_bound(
+      track.frames.begin(), track.frames.end(), time,
+      [](TimeNs t, const TrackletFrame& frame) { return t < frame.time; });
+  return static_cast<long>(later - track.frames.begin()) - 1;
+}
+
+// Whether the two seem to have changed places within kExchangeTime after these
+// frames: each is nearer to where the other would have gone.
+bool SeemExchanged(const Tracklet& a, size_t ka, const Tracklet& b, size_t kb) {
+  const TimeNs now = a.frames[ka].time;
+  const TimeNs earlier = now - FromSeconds(0.5 * kExchangeTime);
+  const TimeNs later = now + FromSeconds(kExchangeTime);
+  const auto expected = [&](const Tracklet& track, size_t k,
+                            Eigen::Vector3d* to, Eigen::Vector3d* is) {
+    const long before = IndexAt(track, earlier);
+    const long after = IndexAt(track, later);
+    if (before < 0 || static_cast<size_t>(after) == k) return false;
+    const TrackletFrame& from = track.frames[static_cast<size_t>(before)];
+    const TrackletFrame& there = track.frames[static_cast<size_t>(after)];
+    const TrackletFrame& here = track.frames[k];
+    if (here.time - from.time > FromSeconds(kExchangeTime) ||
+        later - there.time > FromSeconds(0.5 * kExchangeTime) ||
+        here.time == from.time) {
+      return false;
+    }
+    const Eigen::Vector3d velocity =
+        (here.centre_m - from.centre_m) / ToSeconds(here.time - from.time);
+    *to = here.centre_m + velocity * ToSeconds(there.time - here.time);
+    *is = there.centre_m;
+    return true;
+  };
+  Eigen::Vector3d a_to, a_is, b_to, b_is;
+  if (!expected(a, ka, &a_to, &a_is) || !expected(b, kb, &b_to, &b_is)) {
+    return false;
+  }
+  return (a_is - b_to).squaredNorm() + (b_is - a_to).squaredNorm() <
+         (a_is - a_to).squaredNorm() + (b_is - b_to).squaredNorm();
+}
+
+using Intervals = std::vector<std::vector<Interval>>;  // [track]
+
+// Contacts of others with a track that begins or ends at `at` in the take.
+void AddEnd(const Crowd& crowd, const std::vector<Tracklet>& tracks, size_t of,
+            const TrackletFrame& at, Intervals* intervals) {
+  for (const Crowd::Place& place : crowd.present().at(at.frame)) {
+    const Tracklet& other = tracks[place.track];
+    if (place.track == of) continue;
+    if ((other.frames[place.index].centre_m - at.centre_m).norm() >= kNear) {
+      continue;
+    }
+    (*intervals)[place.track].push_back(
+        {at.time - FromSeconds(kBefore), at.time + FromSeconds(kAfter)});
+  }
+}
+
+void AddEnds(const Crowd& crowd, const std::vector<Tracklet>& tracks,
+             Intervals* intervals) {
+  const TimeNs margin = FromSeconds(kAfter);
+  for (size_t t = 0; t < tracks.size(); ++t) {
+    if (tracks[t].first().time > crowd.begin() + margin) {
+      AddEnd(crowd, tracks, t, tracks[t].first(), intervals);
+    }
+    if (tracks[t].last().time < crowd.end() - margin) {
+      AddEnd(crowd, tracks, t, tracks[t].last(), intervals);
+    }
+  }
+}
+
+void AddMeetings(const Crowd& crowd, const std::vector<Tracklet>& tracks,
+                 Intervals* intervals) {
+  for (const auto& [frame, places] : crowd.present()) {
+    for (size_t i = 0; i < places.size(); ++i) {
+      for (size_t k = i + 1; k < places.size(); ++k) {
+        const Tracklet& a = tracks[places[i].track];
+        const Tracklet& b = tracks[places[k].track];
+        const TrackletFrame& at = a.frames[places[i].index];
+        const double distance_m =
+            (at.centre_m - b.frames[places[k].index].centre_m).norm();
+        if (distance_m >= kMayExchange) continue;
+        Interval interval{at.time, at.time};
+        if (distance_m >= kTouching) {
+          if (!SeemExchanged(a, places[i].index, b, places[k].index)) continue;
+          interval.end += FromSeconds(kExchangeTime);
+        }
+        (*intervals)[places[i].track].push_back(interval);
+        (*intervals)[places[k].track].push_back(interval);
+      }
+    }
+  }
+}
+
+std::vector<Interval> Merged(std::vector<Interval> intervals) {
+  std::sort(intervals.begin(), intervals.end(),
+            [](const Interval& a, const Interval& b) {
+              return std::make_pair(a.begin, a.end) <
+                     std::make_pair(b.begin, b.end);
+            });
+  std::vector<Interval> merged;
+  for (const Interval& interval : intervals) {
+    if (merged.empty() ||
+        interval.begin - merged.back().end > FromSeconds(kMerge)) {
+      merged.push_back(interval);
+    } else {
+      merged.back().end = std::max(merged.back().end, interval.end);
+    }
+  }
+  return merged;
+}
+
+// The first frame after the fastest movement among frames begin .. end: there
+// an exchange is.
+size_t FastestStep(const Tracklet& track, size_t begin, size_t end) {
+  size_t fastest = begin + 1;
+  double most = -1.0;
+  for (size_t k = begin + 1; k < end; ++k) {
+    const double seconds =
+        ToSeconds(track.frames[k].time - track.frames[k - 1].time);
+    const double speed =
+        (track.frames[k].centre_m - track.frames[k - 1].centre_m).norm() /
+        seconds;
+    if (speed > most) {
+      most = speed;
+      fastest = k;
+    }
+  }
+  return fastest;
+}
+
+void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
+              Pieces* pieces) {
+  const TimeNs least = FromSeconds(kLeast);
+  Tracklet rest = track;
+  const auto add = [&](Tracklet piece, bool goes_on) {
+    pieces->tracklets.push_back(std::move(piece));
+    pieces->next.push_back(goes_on ? static_cast<int>(pieces->tracklets.size())
+                                   : -1);
+  };
+  for (const Interval& contact : contacts) {
+    const size_t size = rest.frames.size();
+    // Frames up to `begin` and from `end` on are clean.
+    const auto begin =
+        static_cast<size_t>(std::max(0L, IndexAt(rest, contact.begin - 1) + 1));
+    const auto end = static_cast<size_t>(IndexAt(rest, contact.end) + 1);
+    const bool starts_with = contact.begin < rest.first().time + least;
+    const bool ends_with = contact.end > rest.last().time - least;
+    if (starts_with && ends_with) continue;
+    if (starts_with) {
+      rest.dirty_begin = std::max(rest.dirty_begin, end);
+      continue;
+    }
+    if (ends_with) {
+      rest.dirty_end = std::max(rest.dirty_end, size - begin);
+      continue;
+    }
+    const size_t cut = FastestStep(rest, begin - 1, std::max(end, begin + 1));
+    Tracklet before;
+    before.id = rest.id;
+    before.dirty_begin = rest.dirty_begin;
+    before.frames.assign(rest.frames.begin(),
+                         rest.frames.begin() + static_cast<long>(cut));
+    before.dirty_end = cut > begin ? cut - begin : 0;
+    rest.frames.erase(rest.frames.begin(),
+                      rest.frames.begin() + static_cast<long>(cut));
+    rest.dirty_begin = end > cut ? end - cut : 0;
+    add(std::move(before), true);
+  }
+  add(std::move(rest), false);
+}
+
+}  // namespace
+
+Pieces CutAtContacts(const std::vector<Tracklet>& tracks) {
+  Pieces pieces;
+  if (tracks.empty()) return pieces;
+  const Crowd crowd(tracks);
+  Intervals intervals(tracks.size());
+  AddEnds(crowd, tracks, &intervals);
+  AddMeetings(crowd, tracks, &intervals);
+  for (size_t t = 0; t < tracks.size(); ++t) {
+    CutTrack(tracks[t], Merged(std::move(intervals[t])), &pieces);
+  }
+  return pieces;
+}
+
+}  // namespace kinegraph

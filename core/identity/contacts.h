@@ -1,0 +1,24 @@
+// Where tracks come so near to one another, or are lost or found so near to
+// another, that the tracker may have gone on with the wrong person.
+#ifndef KINEGRAPH_CORE_IDENTITY_CONTACTS_H_
+#define KINEGRAPH_CORE_IDENTITY_CONTACTS_H_
+
+#include <vector>
+
+#include "core/identity/tracklet.h"
+
+namespace kinegraph {
+
+struct Pieces {
+  std::vector<Tracklet> tracklets;  // by ascending identity, then time
+  // The piece with which the tracker went on, or -1.
+  std::vector<int> next;
+};
+
+// Cuts tracks at their contacts. A contact's frames are dirty on both sides of
+// the cut.
+Pieces CutAtContacts(const std::vector<Tracklet>& tracks);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IDENTITY_CONTACTS_H_

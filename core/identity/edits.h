@@ -1,0 +1,25 @@
+// Changing who is who in frames that were tracked.
+#ifndef KINEGRAPH_CORE_IDENTITY_EDITS_H_
+#define KINEGRAPH_CORE_IDENTITY_EDITS_H_
+
+#include <string>
+#include <vector>
+
+#include "core/data/identity_edit.h"
+#include "core/data/pose.h"
+
+namespace kinegraph {
+
+// Does what one edit says; a cut without a second person takes the next free
+// identity and writes it into the edit. Names and undecided joins change no
+// frame. Returns what is wrong with the edit, and then changes nothing: an
+// unknown person, frames in which a person is not, two people who are both
+// there in a frame; empty when all is well.
+std::string ApplyEdit(IdentityEdit* edit, std::vector<TrackFrame>* frames);
+
+// Whether two lines ask for the same: operation, people, frames and name.
+bool SameEdit(const IdentityEdit& a, const IdentityEdit& b);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IDENTITY_EDITS_H_

@@ -1,0 +1,651 @@
+#include "core/identity/linking.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/assignment/hungarian.h"
+#include "core/identity/bones.h"
+#include "core/identity/contacts.h"
+#include "core/identity/edits.h"
+#include "core/identity/motion.h"
+#include "core/identity/tracklet.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kForbidden = 1e6;    // nats
+constexpr double kMaxOverlap = 0.5;   // s, of a track that dies and its heir
+constexpr double kSamePlace = 0.35;   // m, people are never nearer for long
+constexpr double kDoubleShare = 0.8;  // of a double's frames at that place
+// Chains up to this many are weighed exactly against the second best.
+constexpr size_t kExactChains = 100;
+
+// ---- Doubles
+
+// Mean distance of the joints that both have [m].
+std::optional<double> Distance(const Pose3d& a, const Pose3d& b) {
+  double sum = 0.0;
+  int count = 0;
+  for (size_t j = 0; j < a.size(); ++j) {
+    if (!a[j].present() || !b[j].present()) continue;
+    sum += (a[j].position_m - b[j].position_m).norm();
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return sum / count;
+}
+
+struct Together {
+  int64_t frames = 0;  // in which both are there
+  int64_t same_place = 0;
+  double distance_m = 0.0;  // mean over those at the same place
+};
+
+Together Compare(const Tracklet& a, const Tracklet& b) {
+  Together together;
+  size_t k = 0;
+  for (const TrackletFrame& frame : a.frames) {
+    while (k < b.frames.size() && b.frames[k].frame < frame.frame) ++k;
+    if (k == b.frames.size()) break;
+    if (b.frames[k].frame != frame.frame) continue;
+    ++together.frames;
+    const std::optional<double> distance_m =
+        Distance(frame.pose->joints, b.frames[k].pose->joints);
+    if (!distance_m.has_value() || *distance_m > kSamePlace) continue;
+    ++together.same_place;
+    together.distance_m += *distance_m;
+  }
+  if (together.same_place > 0) {
+    together.distance_m /= static_cast<double>(together.same_place);
+  }
+  return together;
+}
+
+double Share(int64_t count, size_t of) {
+  return static_cast<double>(count) / static_cast<double>(of);
+}
+
+// Tracks that stand where a longer one stands nearly all their life.
+std::vector<IdentityEdit> FindDoubles(const std::vector<Tracklet>& tracks) {
+  std::vector<IdentityEdit> edits;
+  for (size_t i = 0; i < tracks.size(); ++i) {
+    for (size_t k = 0; k < tracks.size(); ++k) {
+      const Tracklet& one = tracks[i];
+      const Tracklet& other = tracks[k];
+      const auto length = [](const Tracklet& t) { return t.frames.size(); };
+      if (i == k || length(one) > length(other) ||
+          (length(one) == length(other) && i < k)) {
+        continue;
+      }
+      if (one.last().frame < other.first().frame ||
+          other.last().frame < one.first().frame) {
+        continue;
+      }
+      const Together together = Compare(one, other);
+      const double share = Share(together.same_place, length(one));
+      if (share < kDoubleShare) continue;
+      IdentityEdit edit;
+      edit.op = EditOp::kDelete;
+      edit.persons = {one.id};
+      edit.frames = FrameSpan{one.first().frame, one.last().frame};
+      edit.evidence = {{"double_of", static_cast<double>(other.id.value())},
+                       {"share", share},
+                       {"distance_m", together.distance_m}};
+      edits.push_back(std::move(edit));
+      break;
+    }
+  }
+  return edits;
+}
+
+// ---- Chains
+
+// Pieces that are one person.
+struct Chain {
+  std::vector<int> pieces;
+  BoneSamples bones;
+};
+
+struct Evidence {
+  bool allowed = false;
+  double bones = 0.0;
+  double motion = 0.0;
+  double other = 0.0;  // continuity and hints
+  double total() const { return bones + motion + other; }
+};
+
+struct Link {
+  int from = 0;  // pieces
+  int to = 0;
+  Evidence evidence;
+  double gap_s = 0.0;
+  double bone_difference_m = 0.0;
+  double margin = 0.0;
+  bool decided = false;
+};
+
+class Linker {
+ public:
+  Linker(const Skeleton& skeleton, double frame_rate_hz,
+         const LinkOptions& options, const std::vector<Tracklet>& tracks)
+      : options_(options),
+        frame_s_(1.0 / frame_rate_hz),
+        bones_(skeleton),
+        motion_(VolumeOf(tracks)),
+        pieces_(CutAtContacts(tracks)) {
+    std::vector<BoneSamples> samples;
+    for (const Tracklet& piece : pieces_.tracklets) {
+      samples.push_back(bones_.Measure(piece));
+      begin_.push_back(StateAtBegin(piece));
+      end_.push_back(StateAtEnd(piece));
+      take_begin_ = std::min(take_begin_, piece.first().time);
+      take_end_ = std::max(take_end_, piece.last().time);
+    }
+    bones_.Learn(samples);
+    for (size_t p = 0; p < samples.size(); ++p) {
+      chains_.push_back({{static_cast<int>(p)}, std::move(samples[p])});
+    }
+  }
+
+  void Run() {
+    // With a known number of people the reward of a join grows until no more
+    // are left.
+    constexpr double kStep = 2.0;
+    constexpr double kMost = 20.0;
+    JoinAll();
+    while (options_.people > 0 &&
+           static_cast<int64_t>(chains_.size()) > options_.people &&
+           reward_ < kMost) {
+      reward_ += kStep;
+      JoinAll();
+    }
+    GoOnAsTracked();
+    FindUndecided();
+  }
+
+  const Pieces& pieces() const { return pieces_; }
+  const std::vector<Chain>& chains() const { return chains_; }
+  const std::vector<Link>& links() const { return links_; }
+  const std::vector<Link>& undecided() const { return undecided_; }
+
+ private:
+  const Tracklet& First(const Chain& chain) const {
+    return pieces_.tracklets[static_cast<size_t>(chain.pieces.front())];
+  }
+  const Tracklet& Last(const Chain& chain) const {
+    return pieces_.tracklets[static_cast<size_t>(chain.pieces.back())];
+  }
+
+  bool MayFollow(const Tracklet& from, const Tracklet& to) const {
+    const double gap_s = ToSeconds(to.first().time - from.last().time);
+    if (gap_s > 0.0) {
+      return options_.max_absence_s == 0.0 || gap_s <= options_.max_absence_s;
+    }
+    if (from.first().time >= to.first().time ||
+        from.last().time >= to.last().time) {
+      return false;
+    }
+    if (gap_s > -kMaxOverlap) return true;
+    const Together together = Compare(from, to);
+    return together.frames > 0 &&
+           Share(together.same_place, static_cast<size_t>(together.frames)) >=
+               kDoubleShare;
+  }
+
+  // Whether somebody may appear or vanish in this state.
+  bool IsEntry(const MotionState& state) const {
+    if (options_.entries.size() < 4) return true;
+    if (state.time - take_begin_ < FromSeconds(kMaxOverlap) ||
+        take_end_ - state.time < FromSeconds(kMaxOverlap)) {
+      return true;
+    }
+    for (size_t i = 0; i + 3 < options_.entries.size(); i += 4) {
+      const Eigen::Vector3d centre(options_.entries[i], options_.entries[i + 1],
+                                   options_.entries[i + 2]);
+      if ((state.position_m - centre).norm() <= options_.entries[i + 3]) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  Evidence Weigh(const Chain& from, const Chain& to) const {
+    Evidence evidence;
+    if (!MayFollow(Last(from), First(to))) return evidence;
+    const auto last = static_cast<size_t>(from.pieces.back());
+    const int first = to.pieces.front();
+    const MotionState& end = end_[last];
+    const MotionState& begin = begin_[static_cast<size_t>(first)];
+    evidence.allowed = true;
+    evidence.bones = bones_.LogRatio(from.bones, to.bones);
+    evidence.motion = motion_.LogRatio(end, begin, frame_s_);
+    if (pieces_.next[last] == first) evidence.other += options_.continuity;
+    if (!IsEntry(end)) evidence.other += options_.entry_penalty;
+    if (!IsEntry(begin)) evidence.other += options_.entry_penalty;
+    evidence.other += reward_;
+    return evidence;
+  }
+
+  void WeighAll() {
+    const size_t n = chains_.size();
+    evidence_.assign(n, std::vector<Evidence>(n));
+    for (size_t from = 0; from < n; ++from) {
+      for (size_t to = 0; to < n; ++to) {
+        if (from != to) evidence_[from][to] = Weigh(chains_[from], chains_[to]);
+      }
+    }
+  }
+
+  // Rows are the chains that begin, columns those that end and "nobody" for
+  // each row. Returns the cost and the predecessors, -1 for nobody.
+  double Assign(int forbidden_from, int forbidden_to,
+                std::vector<int>* predecessor) {
+    const size_t n = chains_.size();
+    std::vector<double> cost(n * 2 * n, kForbidden);
+    for (size_t to = 0; to < n; ++to) {
+      for (size_t from = 0; from < n; ++from) {
+        const Evidence& evidence = evidence_[from][to];
+        if (!evidence.allowed) continue;
+        if (static_cast<int>(from) == forbidden_from &&
+            static_cast<int>(to) == forbidden_to) {
+          continue;
+        }
+        cost[to * 2 * n + from] = -evidence.total();
+      }
+      cost[to * 2 * n + n + to] = 0.0;
+    }
+    solver_.Minimise(cost, static_cast<int>(n), static_cast<int>(2 * n),
+                     predecessor);
+    double total = 0.0;
+    for (size_t to = 0; to < n; ++to) {
+      int& from = (*predecessor)[to];
+      total += cost[to * 2 * n + static_cast<size_t>(from)];
+      if (from >= static_cast<int>(n)) from = -1;
+    }
+    return total;
+  }
+
+  // How much worse the best assignment without this join is.
+  double Margin(int from, int to, double best,
+                const std::vector<int>& predecessor) {
+    if (chains_.size() <= kExactChains) {
+      std::vector<int> other;
+      return Assign(from, to, &other) - best;
+    }
+    // Leaving the two alone, or exchanging with one other join.
+    const auto gain = [&](int f, int t) {
+      if (f < 0) return 0.0;
+      const Evidence& evidence = evidence_[f][t];
+      return evidence.allowed ? evidence.total() : -kForbidden;
+    };
+    double margin = gain(from, to);
+    std::vector<char> used(chains_.size(), 0);
+    for (const int f : predecessor) {
+      if (f >= 0) used[static_cast<size_t>(f)] = 1;
+    }
+    for (int t = 0; t < static_cast<int>(chains_.size()); ++t) {
+      if (t == to) continue;
+      const int f = predecessor[static_cast<size_t>(t)];
+      margin = std::min(margin, gain(from, to) + gain(f, t) -
+                                    std::max(0.0, gain(f, to)) -
+                                    std::max(0.0, gain(from, t)));
+      // A chain that nobody follows may take this one's place.
+      if (!used[static_cast<size_t>(t)]) {
+        margin = std::min(margin, gain(from, to) - gain(t, to));
+      }
+    }
+    return margin;
+  }
+
+  Link MakeLink(int from, int to) const {
+    const Chain& one = chains_[static_cast<size_t>(from)];
+    const Chain& other = chains_[static_cast<size_t>(to)];
+    Link link;
+    link.from = one.pieces.back();
+    link.to = other.pieces.front();
+    link.evidence =
+        evidence_[static_cast<size_t>(from)][static_cast<size_t>(to)];
+    link.gap_s = ToSeconds(First(other).first().time - Last(one).last().time);
+    link.bone_difference_m = bones_.MeanDifference(one.bones, other.bones);
+    return link;
+  }
+
+  // Joins what is clear, until nothing new is.
+  void JoinAll() {
+    while (JoinClear()) {
+    }
+  }
+
+  bool JoinClear() {
+    WeighAll();
+    std::vector<int> predecessor;
+    const double best = Assign(-1, -1, &predecessor);
+    std::vector<std::pair<int, int>> joins;  // chains
+    for (size_t to = 0; to < predecessor.size(); ++to) {
+      const int from = predecessor[to];
+      if (from < 0) continue;
+      Link link = MakeLink(from, static_cast<int>(to));
+      link.margin = Margin(from, static_cast<int>(to), best, predecessor);
+      if (link.margin < options_.min_margin) continue;
+      link.decided = true;
+      links_.push_back(link);
+      joins.push_back({from, static_cast<int>(to)});
+    }
+    Merge(joins);
+    return !joins.empty();
+  }
+
+  // `joins` are a one-to-one choice without cycles: a chain follows one that
+  // began earlier.
+  void Merge(const std::vector<std::pair<int, int>>& joins) {
+    std::vector<int> next(chains_.size(), -1);
+    std::vector<char> follows(chains_.size(), 0);
+    for (const auto& [from, to] : joins) {
+      next[static_cast<size_t>(from)] = to;
+      follows[static_cast<size_t>(to)] = 1;
+    }
+    std::vector<Chain> merged;
+    for (size_t c = 0; c < chains_.size(); ++c) {
+      if (follows[c]) continue;
+      Chain chain = std::move(chains_[c]);
+      for (int k = next[c]; k >= 0; k = next[static_cast<size_t>(k)]) {
+        const Chain& more = chains_[static_cast<size_t>(k)];
+        chain.pieces.insert(chain.pieces.end(), more.pieces.begin(),
+                            more.pieces.end());
+        chain.bones.Append(more.bones);
+      }
+      merged.push_back(std::move(chain));
+    }
+    chains_ = std::move(merged);
+  }
+
+  // What is not clearly somebody else goes on as the tracker had it.
+  void GoOnAsTracked() {
+    reward_ = 0.0;
+    WeighAll();
+    std::vector<std::pair<int, int>> joins;
+    for (size_t from = 0; from < chains_.size(); ++from) {
+      const int next =
+          pieces_.next[static_cast<size_t>(chains_[from].pieces.back())];
+      for (size_t to = 0; to < chains_.size(); ++to) {
+        if (chains_[to].pieces.front() != next || from == to) continue;
+        const Evidence& evidence = evidence_[from][to];
+        if (!evidence.allowed || evidence.total() < -options_.min_margin) {
+          continue;
+        }
+        joins.push_back({static_cast<int>(from), static_cast<int>(to)});
+      }
+    }
+    Merge(joins);
+  }
+
+  // For each chain that nobody precedes, the join that was nearest to being
+  // made, when the evidence does not speak clearly against it.
+  void FindUndecided() {
+    WeighAll();
+    for (size_t to = 0; to < chains_.size(); ++to) {
+      int nearest = -1;
+      double most = -options_.min_margin;
+      double second = 0.0;  // nobody
+      for (size_t from = 0; from < chains_.size(); ++from) {
+        const Evidence& evidence = evidence_[from][to];
+        if (!evidence.allowed || evidence.total() <= -options_.min_margin) {
+          continue;
+        }
+        if (evidence.total() > most) {
+          if (nearest >= 0) second = std::max(second, most);
+          most = evidence.total();
+          nearest = static_cast<int>(from);
+        } else {
+          second = std::max(second, evidence.total());
+        }
+      }
+      if (nearest < 0) continue;
+      Link link = MakeLink(nearest, static_cast<int>(to));
+      link.margin = most - second;
+      undecided_.push_back(link);
+    }
+  }
+
+  LinkOptions options_;
+  double frame_s_;
+  BoneModel bones_;
+  MotionModel motion_;
+  Pieces pieces_;
+  std::vector<MotionState> begin_, end_;  // by piece
+  TimeNs take_begin_ = std::numeric_limits<TimeNs>::max();
+  TimeNs take_end_ = std::numeric_limits<TimeNs>::min();
+  std::vector<Chain> chains_;
+  std::vector<std::vector<Evidence>> evidence_;  // [from][to]
+  double reward_ = 0.0;
+  HungarianSolver solver_;
+  std::vector<Link> links_;
+  std::vector<Link> undecided_;
+};
+
+// ---- Edits
+
+// Says a set of chains as edits of the tracks that were cut into their pieces.
+class EditWriter {
+ public:
+  EditWriter(const Linker& linker, int64_t last_frame)
+      : linker_(linker),
+        tracklets_(linker.pieces().tracklets),
+        last_frame_(last_frame) {
+    for (const Tracklet& piece : tracklets_) {
+      label_.push_back(piece.id);
+      next_id_ = std::max(next_id_, piece.id.value() + 1);
+    }
+    before_.assign(tracklets_.size(), -1);
+    after_.assign(tracklets_.size(), -1);
+    for (const Chain& chain : linker.chains()) {
+      for (size_t i = 1; i < chain.pieces.size(); ++i) {
+        before_[chain.pieces[i]] = chain.pieces[i - 1];
+        after_[chain.pieces[i - 1]] = chain.pieces[i];
+      }
+    }
+    for (const Link& link : linker.links()) evidence_[link.to] = &link;
+  }
+
+  std::vector<IdentityEdit> Write() {
+    std::vector<int> order(tracklets_.size());
+    for (size_t p = 0; p < order.size(); ++p) order[p] = static_cast<int>(p);
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+      return tracklets_[a].first().frame < tracklets_[b].first().frame;
+    });
+    for (const int piece : order) Settle(piece);
+    for (const Link& link : linker_.undecided()) {
+      if (label_[link.from] == label_[link.to]) continue;
+      IdentityEdit edit = EditOf(EditOp::kUndecided, link);
+      edit.persons = {label_[link.from], label_[link.to]};
+      edits_.push_back(std::move(edit));
+    }
+    return std::move(edits_);
+  }
+
+ private:
+  // The piece before `piece` that has its label now; -1 without one.
+  int Earlier(int piece) const {
+    int earlier = -1;
+    for (int p = 0; p < static_cast<int>(label_.size()); ++p) {
+      if (p == piece || label_[p] != label_[piece] ||
+          tracklets_[p].first().frame >= tracklets_[piece].first().frame) {
+        continue;
+      }
+      if (earlier < 0 ||
+          tracklets_[p].first().frame > tracklets_[earlier].first().frame) {
+        earlier = p;
+      }
+    }
+    return earlier;
+  }
+  // The piece after the end of `piece`, not `but`, that has its label.
+  int Later(int piece, int but) const {
+    int later = -1;
+    for (int p = 0; p < static_cast<int>(label_.size()); ++p) {
+      if (p == piece || p == but || label_[p] != label_[piece] ||
+          tracklets_[p].first().frame <= tracklets_[piece].first().frame) {
+        continue;
+      }
+      if (later < 0 ||
+          tracklets_[p].first().frame < tracklets_[later].first().frame) {
+        later = p;
+      }
+    }
+    return later;
+  }
+
+  IdentityEdit EditOf(EditOp op, const Link& link) const {
+    IdentityEdit edit;
+    edit.op = op;
+    edit.frames = FrameSpan{tracklets_[link.from].last().frame,
+                            tracklets_[link.to].first().frame};
+    edit.evidence = {{"bones", link.evidence.bones},
+                     {"motion", link.evidence.motion},
+                     {"other", link.evidence.other},
+                     {"gap_s", link.gap_s},
+                     {"bone_difference_m", link.bone_difference_m}};
+    edit.margin = link.margin;
+    return edit;
+  }
+
+  // Gives `piece` and all later ones of its label another one.
+  void Relabel(int piece, TrackId from, TrackId to) {
+    const int64_t first = tracklets_[piece].first().frame;
+    for (size_t p = 0; p < label_.size(); ++p) {
+      if (label_[p] == from && tracklets_[p].first().frame >= first) {
+        label_[p] = to;
+      }
+    }
+  }
+
+  // From `piece` on its label is somebody new.
+  void CutBefore(int piece, const Link* link) {
+    IdentityEdit edit;
+    if (link != nullptr) edit = EditOf(EditOp::kCut, *link);
+    edit.op = EditOp::kCut;
+    const TrackId old = label_[piece];
+    const TrackId fresh(next_id_++);
+    edit.persons = {old, fresh};
+    edit.frames = FrameSpan{tracklets_[piece].first().frame, last_frame_};
+    edits_.push_back(std::move(edit));
+    Relabel(piece, old, fresh);
+  }
+
+  // Two tracks that each went on with the other's person.
+  bool Exchange(int piece, int wanted) {
+    const int earlier = Earlier(piece);  // was followed by `piece`
+    const int rival = Later(wanted, piece);
+    if (earlier < 0 || rival < 0 || before_[rival] != earlier ||
+        after_[wanted] != piece) {
+      return false;
+    }
+    IdentityEdit edit;
+    if (evidence_.count(piece)) {
+      edit = EditOf(EditOp::kSwap, *evidence_.at(piece));
+    }
+    edit.op = EditOp::kSwap;
+    const TrackId one = label_[wanted];
+    const TrackId other = label_[piece];
+    edit.persons = {one, other};
+    const int64_t from = std::min(tracklets_[piece].first().frame,
+                                  tracklets_[rival].first().frame);
+    edit.frames = FrameSpan{from, last_frame_};
+    edits_.push_back(std::move(edit));
+    for (size_t p = 0; p < label_.size(); ++p) {
+      if (tracklets_[p].first().frame < from) continue;
+      if (label_[p] == one) {
+        label_[p] = other;
+      } else if (label_[p] == other) {
+        label_[p] = one;
+      }
+    }
+    return true;
+  }
+
+  // Makes the label of `piece` that of the piece before it in its chain.
+  void Settle(int piece) {
+    const int wanted = before_[piece];
+    const int earlier = Earlier(piece);
+    const Link* link = evidence_.count(piece) ? evidence_.at(piece) : nullptr;
+    if (wanted < 0) {
+      if (earlier >= 0) CutBefore(piece, nullptr);
+      return;
+    }
+    if (label_[wanted] == label_[piece]) return;
+    if (earlier >= 0 && Exchange(piece, wanted)) return;
+    if (earlier >= 0) CutBefore(piece, link);
+    const int rival = Later(wanted, piece);
+    if (rival >= 0) CutBefore(rival, nullptr);
+    Trim(wanted, piece);
+    IdentityEdit edit;
+    if (link != nullptr) edit = EditOf(EditOp::kJoin, *link);
+    edit.op = EditOp::kJoin;
+    edit.frames = FrameSpan{tracklets_[wanted].last().frame,
+                            tracklets_[piece].first().frame};
+    const TrackId one = label_[wanted];
+    const TrackId other = label_[piece];
+    edit.persons = {one, other};
+    edits_.push_back(std::move(edit));
+    for (TrackId& label : label_) {
+      if (label == other) label = one;
+    }
+  }
+
+  // Where both are there, the end of the one that dies goes.
+  void Trim(int from, int to) {
+    const int64_t first = tracklets_[to].first().frame;
+    const int64_t last = tracklets_[from].last().frame;
+    if (last < first) return;
+    IdentityEdit edit;
+    edit.op = EditOp::kDelete;
+    edit.persons = {label_[from]};
+    edit.frames = FrameSpan{first, last};
+    edit.evidence = {{"double_of", static_cast<double>(label_[to].value())}};
+    edits_.push_back(std::move(edit));
+  }
+
+  const Linker& linker_;
+  const std::vector<Tracklet>& tracklets_;
+  int64_t last_frame_;
+  std::vector<TrackId> label_;  // of each piece, after the edits so far
+  std::vector<int> before_;     // in its chain, or -1
+  std::vector<int> after_;
+  std::map<int, const Link*> evidence_;  // by the piece joined
+  int64_t next_id_ = 0;
+  std::vector<IdentityEdit> edits_;
+};
+
+void ApplyAll(std::vector<IdentityEdit> more, std::vector<TrackFrame>* frames,
+              std::vector<IdentityEdit>* edits) {
+  for (IdentityEdit& edit : more) {
+    const std::string wrong = ApplyEdit(&edit, frames);
+    // An edit that does not fit is left out, here and in the record.
+    if (wrong.empty()) edits->push_back(std::move(edit));
+  }
+}
+
+}  // namespace
+
+std::vector<IdentityEdit> LinkIdentities(const Skeleton& skeleton,
+                                         double frame_rate_hz,
+                                         const LinkOptions& options,
+                                         std::vector<TrackFrame>* frames) {
+  CheckOptions(options);
+  std::vector<IdentityEdit> edits;
+  if (frames->empty()) return edits;
+  ApplyAll(FindDoubles(CollectTracklets(*frames, skeleton)), frames, &edits);
+  const std::vector<Tracklet> tracks = CollectTracklets(*frames, skeleton);
+  if (tracks.empty()) return edits;
+  Linker linker(skeleton, frame_rate_hz, options, tracks);
+  linker.Run();
+  ApplyAll(EditWriter(linker, frames->back().frame).Write(), frames, &edits);
+  return edits;
+}
+
+}  // namespace kinegraph

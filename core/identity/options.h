@@ -1,0 +1,33 @@
+// Options of the linking of identities, table [identity].
+#ifndef KINEGRAPH_CORE_IDENTITY_OPTIONS_H_
+#define KINEGRAPH_CORE_IDENTITY_OPTIONS_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/options.h"
+
+namespace kinegraph {
+
+struct LinkOptions {
+  bool link = false;  // graph mode; needs the whole take
+
+  // By how many nats (powers of e) a change must beat the second best
+  // explanation: 4 are odds of 55 to 1.
+  double min_margin = 4.0;
+  // What continues as the tracker had it starts with this advantage [nats].
+  double continuity = 4.0;
+  // Absences up to this are bridged with motion and bones; 0: any [s].
+  double max_absence_s = 0.0;
+
+  // Hints; 0 and empty: not known.
+  int64_t people = 0;           // in the whole take
+  std::vector<double> entries;  // spheres where people come and go: x, y, z, r
+  double entry_penalty = 4.0;   // of coming or going elsewhere [nats]
+
+  void Describe(OptionVisitor& visitor);
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IDENTITY_OPTIONS_H_

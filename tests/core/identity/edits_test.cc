@@ -1,0 +1,118 @@
+#include "core/identity/edits.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/core/identity/crowd.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::CrowdMaker;
+using testing::IdsIn;
+
+// Person 0 in frames 0 .. 9, person 1 in 5 .. 19, person 2 in 12 .. 19.
+std::vector<TrackFrame> Frames() {
+  CrowdMaker crowd(20);
+  crowd.Add({0, 0, 9, {-2.0, 0.0}}).Add({1, 5, 19, {2.0, 0.0}});
+  crowd.Add({2, 12, 19, {-2.0, 0.0}});
+  return crowd.frames();
+}
+
+IdentityEdit Edit(EditOp op, std::vector<int64_t> persons,
+                  std::optional<FrameSpan> frames = std::nullopt) {
+  IdentityEdit edit;
+  edit.op = op;
+  for (const int64_t person : persons) edit.persons.emplace_back(person);
+  edit.frames = frames;
+  return edit;
+}
+
+using Who = std::vector<int64_t>;
+
+TEST(ApplyEditTest, Join) {
+  std::vector<TrackFrame> frames = Frames();
+  IdentityEdit edit = Edit(EditOp::kJoin, {0, 2});
+  ASSERT_EQ(ApplyEdit(&edit, &frames), "");
+  EXPECT_EQ(IdsIn(frames[15]), (Who{0, 1}));
+  EXPECT_EQ(IdsIn(frames[11]), (Who{1}));
+}
+
+TEST(ApplyEditTest, CutTakesTheNextFreeIdentity) {
+  std::vector<TrackFrame> frames = Frames();
+  IdentityEdit edit = Edit(EditOp::kCut, {1}, FrameSpan{8, 13});
+  ASSERT_EQ(ApplyEdit(&edit, &frames), "");
+  ASSERT_EQ(edit.persons.size(), 2u);
+  EXPECT_EQ(edit.persons[1], TrackId(3));
+  EXPECT_EQ(IdsIn(frames[7]), (Who{0, 1}));
+  EXPECT_EQ(IdsIn(frames[8]), (Who{0, 3}));
+  EXPECT_EQ(IdsIn(frames[13]), (Who{2, 3}));
+  EXPECT_EQ(IdsIn(frames[14]), (Who{1, 2}));
+}
+
+TEST(ApplyEditTest, SwapIncludesBothEnds) {
+  std::vector<TrackFrame> frames = Frames();
+  IdentityEdit edit = Edit(EditOp::kSwap, {0, 1}, FrameSpan{9, 10});
+  ASSERT_EQ(ApplyEdit(&edit, &frames), "");
+  // Both there, and one alone.
+  EXPECT_GT(frames[9].people[0].joints[0].position_m.x(), 1.0);
+  EXPECT_LT(frames[9].people[1].joints[0].position_m.x(), -1.0);
+  EXPECT_EQ(IdsIn(frames[10]), (Who{0}));
+  EXPECT_EQ(IdsIn(frames[11]), (Who{1}));
+}
+
+TEST(ApplyEditTest, Delete) {
+  std::vector<TrackFrame> frames = Frames();
+  IdentityEdit edit = Edit(EditOp::kDelete, {1}, FrameSpan{0, 12});
+  ASSERT_EQ(ApplyEdit(&edit, &frames), "");
+  EXPECT_EQ(IdsIn(frames[9]), (Who{0}));
+  EXPECT_EQ(IdsIn(frames[12]), (Who{2}));
+  EXPECT_EQ(IdsIn(frames[13]), (Who{1, 2}));
+}
+
+TEST(ApplyEditTest, WhatIsUndecidedAndNamesChangeNoFrame) {
+  std::vector<TrackFrame> frames = Frames();
+  IdentityEdit open = Edit(EditOp::kUndecided, {0, 77});
+  EXPECT_EQ(ApplyEdit(&open, &frames), "");
+  IdentityEdit name = Edit(EditOp::kName, {0});
+  name.name = "Anna";
+  EXPECT_EQ(ApplyEdit(&name, &frames), "");
+  EXPECT_EQ(IdsIn(frames[7]), (Who{0, 1}));
+}
+
+struct Wrong {
+  IdentityEdit edit;
+  std::string message;
+};
+
+TEST(ApplyEditTest, WrongEditsSayWhatAndChangeNothing) {
+  const std::vector<Wrong> wrongs = {
+      {Edit(EditOp::kJoin, {0, 7}), "person 7 is unknown"},
+      {Edit(EditOp::kJoin, {0}), "persons: found 1, expected two"},
+      {Edit(EditOp::kJoin, {0, 0}), "person 0 twice"},
+      {Edit(EditOp::kJoin, {0, 1}), "are both there in frame 5"},
+      {Edit(EditOp::kCut, {1}), "frames: missing"},
+      {Edit(EditOp::kCut, {1}, FrameSpan{9, 8}), "empty range"},
+      {Edit(EditOp::kCut, {1, 2}, FrameSpan{8, 9}), "somebody already"},
+      {Edit(EditOp::kCut, {0, 1, 2}, FrameSpan{8, 9}), "persons: found 3"},
+      {Edit(EditOp::kDelete, {0}, FrameSpan{10, 19}), "person 0 is not in"},
+      {Edit(EditOp::kSwap, {0, 2}, FrameSpan{10, 11}), "person 0 is not in"},
+      {Edit(EditOp::kName, {0}), "name: missing"},
+      {Edit(EditOp::kName, {9}), "person 9 is unknown"},
+  };
+  for (const Wrong& wrong : wrongs) {
+    std::vector<TrackFrame> frames = Frames();
+    IdentityEdit edit = wrong.edit;
+    EXPECT_NE(ApplyEdit(&edit, &frames).find(wrong.message), std::string::npos)
+        << wrong.message << ": " << ApplyEdit(&edit, &frames);
+    const std::vector<TrackFrame> before = Frames();
+    for (size_t f = 0; f < frames.size(); ++f) {
+      EXPECT_EQ(IdsIn(frames[f]), IdsIn(before[f]));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

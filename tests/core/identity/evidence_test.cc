@@ -1,0 +1,114 @@
+// What speaks for one person: bones (bones.h) and motion (motion.h).
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "core/identity/bones.h"
+#include "core/identity/motion.h"
+#include "tests/core/identity/crowd.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::CrowdMaker;
+
+std::vector<Tracklet> Bodies(const std::vector<double>& sizes,
+                             const std::vector<TrackFrame>& frames) {
+  EXPECT_FALSE(sizes.empty());
+  return CollectTracklets(frames, Coco17());
+}
+
+TEST(BoneModelTest, OneBodyAgainstTwo) {
+  CrowdMaker crowd(500);
+  crowd.Add({0, 0, 240, {0.0, 0.0}, {}, 1.0});
+  crowd.Add({1, 250, 499, {0.0, 0.0}, {}, 1.0});
+  crowd.Add({2, 250, 499, {2.0, 0.0}, {}, 1.12});
+  const std::vector<Tracklet> people = Bodies({1.0, 1.0, 1.12}, crowd.frames());
+  ASSERT_EQ(people.size(), 3u);
+  BoneModel model(Coco17());
+  std::vector<BoneSamples> samples;
+  for (const Tracklet& person : people)
+    samples.push_back(model.Measure(person));
+  model.Learn(samples);
+  EXPECT_GT(model.LogRatio(samples[0], samples[1]), 3.0);
+  EXPECT_LT(model.LogRatio(samples[0], samples[2]), -10.0);
+  EXPECT_DOUBLE_EQ(model.LogRatio(samples[0], samples[2]),
+                   model.LogRatio(samples[2], samples[0]));
+  EXPECT_LT(model.MeanDifference(samples[0], samples[1]), 0.005);
+  // Bones of 0.23 to 0.4 m, 12 % longer.
+  EXPECT_NEAR(model.MeanDifference(samples[0], samples[2]), 0.04, 0.015);
+}
+
+TEST(BoneModelTest, NothingMeasuredSaysNothing) {
+  CrowdMaker crowd(100);
+  crowd.Add({0, 0, 99, {0.0, 0.0}, {}, 1.0});
+  crowd.Add({1, 50, 51, {2.0, 0.0}, {}, 1.0});  // shorter than a piece
+  const std::vector<Tracklet> people = Bodies({1.0, 1.0}, crowd.frames());
+  const BoneModel model(Coco17());
+  EXPECT_EQ(model.LogRatio(model.Measure(people[0]), BoneSamples()), 0.0);
+  EXPECT_EQ(model.MeanDifference(model.Measure(people[0]), BoneSamples()), 0.0);
+}
+
+TEST(BoneModelTest, InferredJointsDoNotCount) {
+  CrowdMaker crowd(100);
+  crowd.Add({0, 0, 99, {0.0, 0.0}, {}, 1.0});
+  std::vector<TrackFrame> frames = crowd.frames();
+  for (TrackFrame& frame : frames) {
+    for (Joint3d& joint : frame.people[0].joints) {
+      joint.status = JointStatus::kInferred;
+    }
+  }
+  const BoneModel model(Coco17());
+  const BoneSamples samples =
+      model.Measure(CollectTracklets(frames, Coco17())[0]);
+  for (const std::vector<double>& bone : samples.log_length) {
+    EXPECT_TRUE(bone.empty());
+  }
+}
+
+MotionState State(double time_s, double x_m, double vx_mps) {
+  return {FromSeconds(time_s), {x_m, 0.0, 1.0}, {vx_mps, 0.0, 0.0}};
+}
+
+TEST(MotionModelTest, WhoWalksOnIsTheSame) {
+  const MotionModel model(50.0);
+  const MotionState from = State(0.0, 0.0, 1.0);
+  const double walks_on = model.LogRatio(from, State(0.4, 0.4, 1.0), 0.04);
+  const double turns_back = model.LogRatio(from, State(0.4, -0.4, -1.0), 0.04);
+  EXPECT_GT(walks_on, 3.0);
+  EXPECT_GT(walks_on, turns_back + 2.0);
+}
+
+TEST(MotionModelTest, NobodyCrossesARoomAtOnce) {
+  const MotionModel model(50.0);
+  const MotionState from = State(0.0, 0.0, 0.0);
+  EXPECT_LT(model.LogRatio(from, State(0.2, 4.0, 0.0), 0.04), -8.0);
+  // The same after half a minute says next to nothing: at worst a half.
+  EXPECT_NEAR(model.LogRatio(from, State(30.0, 4.0, 0.0), 0.04), 0.0, 0.8);
+}
+
+TEST(MotionModelTest, AStateThatIsNotLaterCountsAsTheNextFrame) {
+  const MotionModel model(50.0);
+  const MotionState from = State(1.0, 0.0, 0.0);
+  EXPECT_EQ(model.LogRatio(from, State(0.8, 0.0, 0.0), 0.04),
+            model.LogRatio(from, State(1.04, 0.0, 0.0), 0.04));
+}
+
+TEST(MotionStateTest, ReadsPlaceAndVelocityAtBothEnds) {
+  CrowdMaker crowd(100);
+  crowd.Add({0, 0, 99, {1.0, 2.0}, {1.0, -0.5}, 1.0}, 0.0);
+  const Tracklet walk = CollectTracklets(crowd.frames(), Coco17())[0];
+  const MotionState begin = StateAtBegin(walk);
+  const MotionState end = StateAtEnd(walk);
+  EXPECT_EQ(begin.time, 0);
+  EXPECT_EQ(end.time, FrameClock(25.0).TimeOf(99));
+  // Drawn to rest by the noise of a short line: 0.07 of it.
+  EXPECT_NEAR(begin.velocity_mps.x(), 1.0, 0.15);
+  EXPECT_NEAR(end.velocity_mps.y(), -0.5, 0.08);
+  EXPECT_NEAR(begin.position_m.x(), 1.0, 0.03);
+  EXPECT_NEAR(end.position_m.x(), 1.0 + 99.0 / 25.0, 0.03);
+}
+
+}  // namespace
+}  // namespace kinegraph

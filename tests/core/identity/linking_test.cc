@@ -1,0 +1,218 @@
+#include "core/identity/linking.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "core/identity/edits.h"
+#include "tests/core/identity/crowd.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::CrowdMaker;
+using testing::IdsIn;
+using testing::Walk;
+
+struct Linked {
+  std::vector<TrackFrame> frames;
+  std::vector<IdentityEdit> edits;
+
+  std::vector<IdentityEdit> Of(EditOp op) const {
+    std::vector<IdentityEdit> found;
+    for (const IdentityEdit& edit : edits) {
+      if (edit.op == op) found.push_back(edit);
+    }
+    return found;
+  }
+};
+
+Linked Link(const CrowdMaker& crowd, const LinkOptions& options = {}) {
+  Linked linked;
+  linked.frames = crowd.frames();
+  linked.edits =
+      LinkIdentities(Coco17(), testing::kCrowdRate, options, &linked.frames);
+  return linked;
+}
+
+std::vector<TrackId> Ids(int64_t a, int64_t b) {
+  return {TrackId(a), TrackId(b)};
+}
+
+// Two people of different size, both lost for a second at the same time.
+CrowdMaker TwoHidden() {
+  CrowdMaker crowd(250);
+  crowd.Add({0, 0, 99, {-2.0, -1.0}, {0.6, 0.0}, 0.95})
+      .Add({1, 0, 99, {2.0, 1.0}, {-0.6, 0.0}, 1.05})
+      .Add({2, 125, 249, {-1.0 + 2.0, 1.0}, {-0.6, 0.0}, 1.05})
+      .Add({3, 125, 249, {1.0 - 2.0 + 1.0, -1.0}, {0.6, 0.0}, 0.95});
+  return crowd;
+}
+
+TEST(LinkingTest, JoinsTwoPeopleWhoWereHidden) {
+  const Linked linked = Link(TwoHidden());
+  const auto joins = linked.Of(EditOp::kJoin);
+  ASSERT_EQ(joins.size(), 2u);
+  for (const IdentityEdit& join : joins) {
+    const bool small = join.persons == Ids(0, 3);
+    const bool tall = join.persons == Ids(1, 2);
+    EXPECT_TRUE(small || tall)
+        << join.persons[0].value() << " and " << join.persons[1].value();
+    EXPECT_GE(*join.margin, LinkOptions().min_margin);
+    EXPECT_EQ(join.frames->first, 99);
+    EXPECT_EQ(join.frames->last, 125);
+  }
+  EXPECT_EQ(IdsIn(linked.frames[50]), (std::vector<int64_t>{0, 1}));
+  EXPECT_EQ(IdsIn(linked.frames[110]), (std::vector<int64_t>{}));
+  EXPECT_EQ(IdsIn(linked.frames[200]), (std::vector<int64_t>{0, 1}));
+}
+
+TEST(LinkingTest, TheSameTakeGivesTheSameEdits) {
+  const Linked one = Link(TwoHidden());
+  const Linked again = Link(TwoHidden());
+  ASSERT_EQ(one.edits.size(), again.edits.size());
+  for (size_t i = 0; i < one.edits.size(); ++i) {
+    EXPECT_TRUE(SameEdit(one.edits[i], again.edits[i]));
+    EXPECT_EQ(one.edits[i].margin, again.edits[i].margin);
+  }
+}
+
+TEST(LinkingTest, ItsEditsReplayedGiveItsFrames) {
+  const CrowdMaker crowd = TwoHidden();
+  const Linked linked = Link(crowd);
+  ASSERT_FALSE(linked.edits.empty());
+  std::vector<TrackFrame> replayed = crowd.frames();
+  for (IdentityEdit edit : linked.edits) {
+    ASSERT_EQ(ApplyEdit(&edit, &replayed), "");
+  }
+  for (size_t f = 0; f < replayed.size(); ++f) {
+    ASSERT_EQ(IdsIn(replayed[f]), IdsIn(linked.frames[f])) << "frame " << f;
+  }
+}
+
+TEST(LinkingTest, TwoWhoAreSeenAtOnceAreTwo) {
+  // The same body, but person 0 is still there when person 1 appears.
+  CrowdMaker crowd(200);
+  crowd.Add({0, 0, 199, {-2.0, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({1, 80, 199, {2.0, 0.0}, {0.0, 0.0}, 1.0});
+  const Linked linked = Link(crowd);
+  EXPECT_TRUE(linked.Of(EditOp::kJoin).empty());
+  EXPECT_EQ(IdsIn(linked.frames[150]), (std::vector<int64_t>{0, 1}));
+}
+
+TEST(LinkingTest, ExchangedPeopleAreChangedBack) {
+  // They stand a metre apart, and the tracker exchanges them at frame 150.
+  CrowdMaker crowd(300);
+  crowd.Add({0, 0, 149, {-0.5, 0.0}, {0.0, 0.0}, 0.94})
+      .Add({1, 0, 149, {0.5, 0.0}, {0.0, 0.0}, 1.06})
+      .Add({0, 150, 299, {0.5, 0.0}, {0.0, 0.0}, 1.06})
+      .Add({1, 150, 299, {-0.5, 0.0}, {0.0, 0.0}, 0.94});
+  const Linked linked = Link(crowd);
+  const auto swaps = linked.Of(EditOp::kSwap);
+  ASSERT_EQ(swaps.size(), 1u);
+  EXPECT_EQ(swaps[0].frames->first, 150);
+  EXPECT_EQ(swaps[0].frames->last, 299);
+  EXPECT_GE(*swaps[0].margin, LinkOptions().min_margin);
+  const auto x_of = [&](int64_t frame, int person) {
+    return linked.frames[static_cast<size_t>(frame)]
+        .people[static_cast<size_t>(person)]
+        .joints[11]
+        .position_m.x();
+  };
+  for (const int64_t frame : {10, 149, 150, 290}) {
+    EXPECT_LT(x_of(frame, 0), 0.0) << frame;
+    EXPECT_GT(x_of(frame, 1), 0.0) << frame;
+  }
+}
+
+TEST(LinkingTest, PeopleWhoPassEachOtherStayWhoTheyAre) {
+  // As near as people pass, and of the same size: only motion tells.
+  CrowdMaker crowd(200);
+  crowd.Add({0, 0, 199, {-4.0, -0.25}, {1.0, 0.0}, 1.0})
+      .Add({1, 0, 199, {4.0, 0.25}, {-1.0, 0.0}, 1.0});
+  const Linked linked = Link(crowd);
+  EXPECT_TRUE(linked.edits.empty());
+}
+
+TEST(LinkingTest, ATrackThatTookOverAnotherPersonIsCut) {
+  // Person 1 is lost beside person 0, whose track goes on with person 1; then
+  // person 0 is found again as number 2.
+  CrowdMaker crowd(400);
+  crowd.Add({0, 0, 199, {-0.4, 0.0}, {0.0, 0.0}, 0.94})
+      .Add({1, 0, 195, {0.4, 0.0}, {0.0, 0.0}, 1.06})
+      .Add({0, 200, 399, {0.4, 0.0}, {0.0, 0.0}, 1.06})
+      .Add({2, 206, 399, {-0.4, 0.0}, {0.0, 0.0}, 0.94});
+  const Linked linked = Link(crowd);
+  ASSERT_EQ(linked.Of(EditOp::kCut).size(), 1u);
+  EXPECT_EQ(linked.Of(EditOp::kJoin).size(), 2u);
+  const TrackFrame& late = linked.frames[300];
+  ASSERT_EQ(IdsIn(late), (std::vector<int64_t>{0, 1}));
+  EXPECT_LT(late.people[0].joints[11].position_m.x(), 0.0);
+  EXPECT_GT(late.people[1].joints[11].position_m.x(), 0.0);
+}
+
+// Two people leave for two minutes; one comes back from elsewhere.
+CrowdMaker OneComesBack(double size_of_other) {
+  CrowdMaker crowd(3400);
+  crowd.Add({0, 0, 199, {-2.0, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({1, 0, 199, {2.0, 0.0}, {0.0, 0.0}, size_of_other})
+      .Add({2, 3200, 3399, {0.0, 2.0}, {0.0, 0.0}, 1.0});
+  return crowd;
+}
+
+TEST(LinkingTest, BonesAloneJoinAfterMinutes) {
+  const Linked linked = Link(OneComesBack(1.12));
+  const auto joins = linked.Of(EditOp::kJoin);
+  ASSERT_EQ(joins.size(), 1u);
+  EXPECT_EQ(joins[0].persons, Ids(0, 2));
+}
+
+TEST(LinkingTest, BonesThatDoNotTellLeaveItOpen) {
+  const Linked linked = Link(OneComesBack(1.0));
+  EXPECT_TRUE(linked.Of(EditOp::kJoin).empty());
+  const auto open = linked.Of(EditOp::kUndecided);
+  ASSERT_EQ(open.size(), 1u);
+  EXPECT_EQ(open[0].persons[1], TrackId(2));
+  EXPECT_LT(*open[0].margin, LinkOptions().min_margin);
+  EXPECT_EQ(IdsIn(linked.frames[3300]), (std::vector<int64_t>{2}));
+}
+
+TEST(LinkingTest, ALongestAbsenceIsKept) {
+  LinkOptions options;
+  options.max_absence_s = 60.0;
+  EXPECT_TRUE(Link(OneComesBack(1.12), options).edits.empty());
+}
+
+TEST(LinkingTest, DoublesGo) {
+  CrowdMaker crowd(200);
+  crowd.Add({0, 0, 199, {0.0, 0.0}, {0.5, 0.0}, 1.0})
+      .Add({1, 60, 99, {1.2 + 0.1, 0.0}, {0.5, 0.0}, 1.0});
+  const Linked linked = Link(crowd);
+  const auto deleted = linked.Of(EditOp::kDelete);
+  ASSERT_EQ(deleted.size(), 1u);
+  EXPECT_EQ(deleted[0].persons[0], TrackId(1));
+  EXPECT_EQ(IdsIn(linked.frames[80]), (std::vector<int64_t>{0}));
+}
+
+TEST(LinkingTest, AKnownNumberOfPeopleJoinsWhatIsLeft) {
+  // Somebody too short to measure comes back from elsewhere: nothing tells.
+  CrowdMaker crowd(400);
+  crowd.Add({0, 0, 199, {-2.0, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({1, 350, 351, {2.0, 0.0}, {0.0, 0.0}, 1.0});
+  EXPECT_TRUE(Link(crowd).Of(EditOp::kJoin).empty());
+  LinkOptions options;
+  options.people = 1;
+  EXPECT_EQ(Link(crowd, options).Of(EditOp::kJoin).size(), 1u);
+}
+
+TEST(LinkingTest, NobodyAtAll) {
+  std::vector<TrackFrame> none;
+  EXPECT_TRUE(LinkIdentities(Coco17(), 25.0, {}, &none).empty());
+  std::vector<TrackFrame> empty = CrowdMaker(10).frames();
+  EXPECT_TRUE(LinkIdentities(Coco17(), 25.0, {}, &empty).empty());
+  EXPECT_EQ(empty.size(), 10u);
+}
+
+}  // namespace
+}  // namespace kinegraph
