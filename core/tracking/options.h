@@ -24,7 +24,7 @@ struct TrackLifeOptions {
   // Write confirmed frames without an update when an update follows within
   // this time: the estimator bridges them. 0: never.
   double max_gap_frames = 0.0;
-  double max_gap_s = 0.4;
+  double max_gap_s = 0.0;
   // Offline: associate the whole take again with the smoothed tracks
   // (core/tracking/second_pass.h).
   bool second_pass = false;

@@ -82,6 +82,7 @@ TEST(TrackLifeTest, NobodyLivesOnIntoAnIndependentFrame) {
 TrackLifeOptions InSeconds(double frame_rate_hz) {
   TrackLifeOptions options;
   options.in_seconds = true;
+  options.max_gap_s = 0.4;
   return LifeInFrames(options, frame_rate_hz);
 }
 
