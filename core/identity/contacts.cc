@@ -15,8 +15,8 @@ constexpr double kMayExchange = 1.5;   // m
 constexpr double kExchangeTime = 0.4;  // s, in which an exchange shows
 constexpr double kBefore = 0.4;        // s, a track is bad before it is lost
 constexpr double kAfter = 0.2;         // s
-constexpr double kMerge = 1.0;         // s, contacts nearer than this are one
-constexpr double kLeast = 0.2;         // s of clean frames that make a piece
+constexpr double kMerge = 2.0;         // s, contacts nearer than this are one
+constexpr double kLeast = 1.0;         // s of clean frames that make a piece
 
 struct Interval {
   TimeNs begin = 0;

@@ -15,7 +15,7 @@ constexpr int64_t kMaxId = int64_t{1} << 50;
 
 std::vector<TrackId> ReadPersons(const JsonField& field) {
   std::vector<TrackId> persons;
-  for (const JsonField& person : field.Elements("person")) {
+  for (const JsonField& person : field.Elements(field.where() + ", entry")) {
     const int64_t id = person.Integer();
     if (id < 0 || id > kMaxId) person.FailExpected("an identity, 0 or above");
     persons.emplace_back(id);
@@ -25,7 +25,7 @@ std::vector<TrackId> ReadPersons(const JsonField& field) {
 }
 
 FrameSpan ReadSpan(const JsonField& field) {
-  const std::vector<JsonField> ends = field.Elements("frame");
+  const std::vector<JsonField> ends = field.Elements(field.where() + ", entry");
   if (ends.size() != 2) field.FailExpected("[first, last]");
   return {ends[0].Integer(), ends[1].Integer()};
 }
@@ -45,7 +45,7 @@ void ReadMember(const JsonField::Member& member, IdentityEdit* edit) {
   } else if (member.key == "margin") {
     edit->margin = field.Number();
   } else if (member.key == "evidence") {
-    for (const JsonField::Member& one : field.Members("evidence")) {
+    for (const JsonField::Member& one : field.Members(field.where())) {
       edit->evidence.emplace_back(one.key, one.field.Number());
     }
   } else {
