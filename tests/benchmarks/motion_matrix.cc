@@ -1,0 +1,519 @@
+// How far estimates are from recorded motion that a modelled detector saw, over
+// clips, detectors and frame rates.
+//
+//   motion_matrix [--set=matrix|quick|rest|short] [--clips=A,B] [--rates=25,60]
+//     [--noises=white2,...] [--seeds=FIRST:END] [--strategies=A,B]
+//     [--all_bones]
+//     [--oracle=FILE] [--write_oracle=FILE]
+//
+// Fixed association: every detection is known to be the person's. Errors are
+// those of shoulders to ankles; a joint that is not written costs 500 mm. The
+// first second of a take counts apart.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/evaluation/statistics.h"
+#include "solvers/factory.h"
+#include "tests/support/motion_takes.h"
+#include "tests/support/simulated_person.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::DetectorModel;
+using testing::MotionClip;
+using testing::MotionTake;
+
+constexpr double kNotWritten_m = 0.5;
+constexpr double kApart_s = 1.0;  // of the beginning
+// 95 % of chi-square with three degrees of freedom.
+constexpr double kChi95 = 7.8147;
+constexpr std::array<double, 4> kAccelerations = {5.0, 15.0, 30.0, 1e9};
+
+const std::vector<DetectorModel>& Detectors() {
+  static const std::vector<DetectorModel> kDetectors = {
+      {"white2", 2.0, 0.0, 0.0, 40.0, 0.0},
+      {"slow4", 4.0, 0.1, 0.02, 40.0, 0.05},
+      {"hard8", 8.0, 0.0, 0.05, 40.0, 0.15}};
+  return kDetectors;
+}
+
+struct Strategy {
+  std::string name;
+  EstimatorFactory factory;
+};
+
+bool Counts(const Skeleton& skeleton, int joint_idx) {
+  const JointClass joint_class = skeleton.joint_class(joint_idx);
+  return joint_class != JointClass::kHead && joint_class != JointClass::kFoot &&
+         joint_class != JointClass::kOther;
+}
+
+struct Share2 {
+  double inside = 0.0;
+  double count = 0.0;
+  void Add(bool is_inside) {
+    inside += is_inside ? 1.0 : 0.0;
+    count += 1.0;
+  }
+  void Add(const Share2& other) {
+    inside += other.inside;
+    count += other.count;
+  }
+  double percent() const { return 100.0 * inside / count; }
+};
+
+// Errors of one strategy, in one cell or in several.
+struct Errors {
+  std::vector<float> errors_m;
+  std::array<std::vector<float>, 4> by_acceleration_m;
+  double first_second_sum = 0.0;
+  double first_second_count = 0.0;
+  Share2 inside;  // of the 95 % ellipsoid
+  std::array<Share2, 4> inside_by_acceleration;
+  std::array<Share2, 6> inside_by_views;
+  double nees = 0.0;
+  double log_score = 0.0;
+  double cpu_s = 0.0;
+  double frames = 0.0;
+
+  double rmse_mm() const {
+    double sum = 0.0;
+    for (const float e : errors_m) sum += e * e;
+    return 1e3 * std::sqrt(sum / static_cast<double>(errors_m.size()));
+  }
+  double quantile_mm(double share) const {
+    return 1e3 * Quantile({errors_m.begin(), errors_m.end()}, share);
+  }
+};
+
+double RmseOf(const std::vector<float>& errors_m) {
+  double sum = 0.0;
+  for (const float e : errors_m) sum += e * e;
+  return 1e3 * std::sqrt(sum / static_cast<double>(errors_m.size()));
+}
+
+double Acceleration(const MotionClip& clip, size_t k, int joint_idx) {
+  // Over a thirtieth of a second at least, whatever the rate.
+  const auto step =
+      static_cast<size_t>(std::max(1.0, std::round(clip.rate_hz / 30.0)));
+  if (k < step || k + step >= clip.joints_m.size()) return 0.0;
+  const double h = static_cast<double>(step) / clip.rate_hz;
+  return (clip.joints_m[k + step][joint_idx] -
+          2.0 * clip.joints_m[k][joint_idx] +
+          clip.joints_m[k - step][joint_idx])
+             .norm() /
+         (h * h);
+}
+
+void Score(const MotionTake& take, const Strategy& strategy, double from_s,
+           Errors* errors) {
+  const ReplayOutcome outcome =
+      RunEstimator(take.scene, take.person, strategy.factory);
+  errors->cpu_s += 1e-9 * static_cast<double>(outcome.cpu_ns);
+  errors->frames += static_cast<double>(outcome.finals.size());
+  const MotionClip& clip = take.clip;
+  for (size_t k = 0; k < clip.joints_m.size(); ++k) {
+    const int64_t at = static_cast<int64_t>(k) - take.first_frame;
+    const PersonPose* pose =
+        at >= 0 ? &outcome.finals[static_cast<size_t>(at)].person : nullptr;
+    for (int j = 0; j < clip.skeleton.joint_count(); ++j) {
+      if (!Counts(clip.skeleton, j)) continue;
+      const bool written = pose != nullptr &&
+                           pose->joints.size() > static_cast<size_t>(j) &&
+                           pose->joints[j].present();
+      Eigen::Vector3d away(kNotWritten_m, 0.0, 0.0);
+      if (written) away = pose->joints[j].position_m - clip.joints_m[k][j];
+      const double error = away.norm();
+      const double seconds = static_cast<double>(k) / clip.rate_hz;
+      if (seconds < from_s + kApart_s) {
+        if (seconds < from_s) continue;
+        errors->first_second_sum += error * error;
+        errors->first_second_count += 1.0;
+        continue;
+      }
+      size_t bin = 0;
+      const double acceleration = Acceleration(clip, k, j);
+      while (acceleration > kAccelerations[bin]) ++bin;
+      errors->errors_m.push_back(static_cast<float>(error));
+      errors->by_acceleration_m[bin].push_back(static_cast<float>(error));
+      if (!written || pose->covariances.empty() ||
+          !pose->covariances[j].has_value()) {
+        continue;
+      }
+      const Eigen::Matrix3d& covariance = *pose->covariances[j];
+      const double square = away.dot(covariance.inverse() * away);
+      const bool inside = square <= kChi95;
+      errors->inside.Add(inside);
+      errors->inside_by_acceleration[bin].Add(inside);
+      errors->inside_by_views[std::min(5, pose->inlier_views[j])].Add(inside);
+      errors->nees += square;
+      errors->log_score += -0.5 * (square + std::log(covariance.determinant()));
+    }
+  }
+}
+
+struct Cell {
+  std::string clip;
+  double rate_hz = 0.0;
+  DetectorModel detector;
+
+  std::string name() const {
+    char text[100];
+    std::snprintf(text, sizeof(text), "%s,%g,%s", clip.c_str(), rate_hz,
+                  detector.name.c_str());
+    return text;
+  }
+};
+
+struct Settings {
+  std::string set = "matrix";
+  std::vector<std::string> clips = {"walk_30hz", "hop_30hz", "dance_30hz",
+                                    "start_walk_stop_120hz",
+                                    "start_hop_stop_120hz"};
+  std::vector<std::string> rates;
+  std::vector<std::string> noises;
+  std::vector<std::string> strategies;
+  uint64_t first_seed = 1;
+  uint64_t end_seed = 2;
+  double seconds = 1e9;
+  double rest_s = 0.0;
+  int cameras = 4;
+  std::string oracle;
+  std::string write_oracle;
+  bool details = false;
+};
+
+std::vector<std::string> Split(const std::string& text) {
+  std::vector<std::string> parts;
+  std::stringstream stream(text);
+  for (std::string part; std::getline(stream, part, ',');) {
+    parts.push_back(part);
+  }
+  return parts;
+}
+
+bool Named(const std::vector<std::string>& names, const std::string& name) {
+  return names.empty() ||
+         std::find(names.begin(), names.end(), name) != names.end();
+}
+
+MotionClip Load(const std::string& name) {
+  const auto path = testing::FindData("motion/" + name + ".jsonl");
+  if (!path.has_value()) {
+    std::fprintf(stderr, "needs data 'motion' (set KINEGRAPH_DATA)\n");
+    std::exit(1);
+  }
+  return testing::LoadMotionClip(path->string());
+}
+
+std::vector<Cell> CellsOf(const Settings& settings) {
+  std::vector<Cell> cells;
+  for (const std::string& clip : settings.clips) {
+    const double native_hz = Load(clip).rate_hz;
+    std::vector<double> rates = {25.0, native_hz};
+    if (native_hz < 60.0) rates.push_back(60.0);
+    for (const double rate_hz : rates) {
+      char text[20];
+      std::snprintf(text, sizeof(text), "%g", rate_hz);
+      const std::string alias = rate_hz == native_hz ? "native" : text;
+      if (!Named(settings.rates, text) && !Named(settings.rates, alias)) {
+        continue;
+      }
+      for (const DetectorModel& detector : Detectors()) {
+        if (!Named(settings.noises, detector.name)) continue;
+        cells.push_back({clip, rate_hz, detector});
+      }
+    }
+  }
+  return cells;
+}
+
+// Commit 98b8b86 with every tuning of process noise and loss.
+std::vector<Strategy> FixedTunings(OutputKind kind) {
+  std::vector<Strategy> strategies;
+  for (const LossKind loss : {LossKind::kGemanMcClure, LossKind::kHuber}) {
+    for (const double multiple :
+         {0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0}) {
+      EstimatorOptions options;
+      options.graph = testing::FixedNoise();
+      options.graph.rival_starts = false;
+      options.graph.loss = loss;
+      if (loss == LossKind::kHuber) options.graph.loss_scale = 1.5;
+      for (double& q : options.graph.process_noise) q *= multiple;
+      char name[60];
+      std::snprintf(name, sizeof(name), "%s %s x%g",
+                    OutputNames()[static_cast<int>(kind)].c_str(),
+                    loss == LossKind::kHuber ? "huber" : "gm", multiple);
+      strategies.push_back({name, MakeOutput(kind, options)});
+    }
+  }
+  return strategies;
+}
+
+std::vector<Strategy> AllStrategies() {
+  std::vector<Strategy> strategies;
+  const auto add = [&](const std::string& name, OutputKind kind,
+                       const EstimatorOptions& options) {
+    strategies.push_back({name, MakeOutput(kind, options)});
+  };
+  EstimatorOptions defaults;
+  add("window", OutputKind::kWindow, defaults);
+  add("batch", OutputKind::kBatch, defaults);
+  EstimatorOptions fixed;
+  fixed.graph = testing::FixedNoise();
+  fixed.graph.rival_starts = false;
+  add("window_fixed", OutputKind::kWindow, fixed);
+  add("batch_fixed", OutputKind::kBatch, fixed);
+  EstimatorOptions bones;
+  bones.graph.bones = true;
+  add("batch_bones", OutputKind::kBatch, bones);
+  add("robust", OutputKind::kRobustTriangulation, defaults);
+  add("paper", OutputKind::kGaussian, defaults);
+  for (const double cutoff_hz : {3.0, 4.5, 6.0, 9.0, 12.0}) {
+    EstimatorOptions options;
+    options.filters.points = PointKind::kRobust;
+    options.filters.butterworth.cutoff_hz = cutoff_hz;
+    char name[40];
+    std::snprintf(name, sizeof(name), "butterworth %g Hz", cutoff_hz);
+    add(name, OutputKind::kButterworth, options);
+  }
+  for (const double scale : {0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0}) {
+    EstimatorOptions options;
+    options.filters.points = PointKind::kRobust;
+    options.filters.kalman.process_noise_scale = scale;
+    char name[40];
+    std::snprintf(name, sizeof(name), "rts x%g", scale);
+    add(name, OutputKind::kRts, options);
+  }
+  return strategies;
+}
+
+std::vector<Strategy> Chosen(const Settings& settings) {
+  std::vector<Strategy> chosen;
+  for (const std::string& name : settings.strategies) {
+    if (name == "tunings_window" || name == "tunings_batch") {
+      for (Strategy& s :
+           FixedTunings(name == "tunings_window" ? OutputKind::kWindow
+                                                 : OutputKind::kBatch)) {
+        chosen.push_back(std::move(s));
+      }
+      continue;
+    }
+    for (Strategy& s : AllStrategies()) {
+      if (s.name == name || s.name.substr(0, s.name.find(' ')) == name) {
+        chosen.push_back(std::move(s));
+      }
+    }
+  }
+  return chosen;
+}
+
+// Best fixed tuning by cell and kind of estimator, frozen.
+struct Frozen {
+  std::string tuning;
+  double rmse_mm = 0.0;
+  double p999_mm = 0.0;
+  double log_score = 0.0;
+};
+using Oracle = std::map<std::string, Frozen>;  // "kind,clip,rate,noise"
+
+Oracle ReadOracle(const std::string& path) {
+  Oracle oracle;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    const std::vector<std::string> parts = Split(line);
+    if (parts.size() != 8) continue;
+    oracle[parts[0] + "," + parts[1] + "," + parts[2] + "," + parts[3]] = {
+        parts[4], std::atof(parts[5].c_str()), std::atof(parts[6].c_str()),
+        std::atof(parts[7].c_str())};
+  }
+  return oracle;
+}
+
+std::string KindOf(const std::string& strategy) {
+  return strategy.compare(0, 6, "window") == 0 ? "window" : "batch";
+}
+
+void PrintSummary(const std::string& name, const Errors& e) {
+  std::printf("%-18s rmse %7.2f mm, coverage %.1f %%, NEES/3 %.2f",
+              name.c_str(), e.rmse_mm(), e.inside.percent(),
+              e.nees / e.inside.count / 3.0);
+  std::printf("; by acceleration:");
+  for (size_t b = 0; b < 4; ++b) {
+    std::printf(" %.1f mm %.1f %% (%zu)", RmseOf(e.by_acceleration_m[b]),
+                e.inside_by_acceleration[b].percent(),
+                e.by_acceleration_m[b].size());
+  }
+  std::printf("; by views:");
+  for (size_t v = 0; v < 6; ++v) {
+    if (e.inside_by_views[v].count < 100) continue;
+    std::printf(" %zu: %.1f %%", v, e.inside_by_views[v].percent());
+  }
+  std::printf("; %.3f ms a frame\n", 1e3 * e.cpu_s / e.frames);
+}
+
+void Merge(const Errors& part, Errors* whole) {
+  const auto append = [](const std::vector<float>& from,
+                         std::vector<float>* to) {
+    to->insert(to->end(), from.begin(), from.end());
+  };
+  append(part.errors_m, &whole->errors_m);
+  for (size_t b = 0; b < 4; ++b) {
+    append(part.by_acceleration_m[b], &whole->by_acceleration_m[b]);
+    whole->inside_by_acceleration[b].Add(part.inside_by_acceleration[b]);
+  }
+  for (size_t v = 0; v < 6; ++v) {
+    whole->inside_by_views[v].Add(part.inside_by_views[v]);
+  }
+  whole->inside.Add(part.inside);
+  whole->nees += part.nees;
+  whole->log_score += part.log_score;
+  whole->cpu_s += part.cpu_s;
+  whole->frames += part.frames;
+}
+
+int Run(const Settings& settings) {
+  const std::vector<Strategy> strategies = Chosen(settings);
+  const Oracle oracle = ReadOracle(settings.oracle);
+  std::FILE* frozen = nullptr;
+  if (!settings.write_oracle.empty()) {
+    frozen = std::fopen(settings.write_oracle.c_str(), "w");
+    std::fprintf(frozen,
+                 "# Best fixed tuning of each cell in hindsight; seeds %d:%d\n"
+                 "# estimator,clip,rate_hz,noise,tuning,rmse_mm,p999_mm,"
+                 "log_score\n",
+                 static_cast<int>(settings.first_seed),
+                 static_cast<int>(settings.end_seed));
+  }
+  std::map<std::string, Errors> pooled;
+  std::map<std::string, std::pair<double, double>>
+      ratios;  // sum of logs, worst
+  std::map<std::string, double> ratio_counts;
+  for (const Cell& cell : CellsOf(settings)) {
+    std::map<std::string, Errors> by_strategy;
+    MotionClip clip = testing::FirstSeconds(
+        testing::Resample(Load(cell.clip), cell.rate_hz), settings.seconds);
+    if (settings.rest_s > 0.0) {
+      clip = testing::AfterRest(clip, settings.rest_s);
+    }
+    for (uint64_t seed = settings.first_seed; seed < settings.end_seed;
+         ++seed) {
+      const MotionTake take =
+          testing::ObserveMotion(clip, testing::MotionCameras(settings.cameras),
+                                 cell.detector, 1000 * seed + 17);
+      for (const Strategy& strategy : strategies) {
+        Score(take, strategy, settings.rest_s, &by_strategy[strategy.name]);
+      }
+    }
+    std::printf("%-34s", cell.name().c_str());
+    std::map<std::string, std::string> best;
+    for (const Strategy& strategy : strategies) {
+      const Errors& e = by_strategy[strategy.name];
+      std::printf(" | %s %.2f", strategy.name.c_str(), e.rmse_mm());
+      const auto known = oracle.find(KindOf(strategy.name) + "," + cell.name());
+      if (known != oracle.end()) {
+        const double ratio = e.rmse_mm() / known->second.rmse_mm;
+        std::printf(" (%.3f, p999 %.2f)", ratio,
+                    e.quantile_mm(0.999) / known->second.p999_mm);
+        ratios[strategy.name].first += std::log(ratio);
+        ratios[strategy.name].second =
+            std::max(ratios[strategy.name].second, ratio);
+        ratio_counts[strategy.name] += 1.0;
+      }
+      if (settings.details) {
+        std::printf(" [cov %.1f, 1st s %.1f]", e.inside.percent(),
+                    1e3 * std::sqrt(e.first_second_sum /
+                                    std::max(1.0, e.first_second_count)));
+      }
+      Merge(e, &pooled[cell.detector.name + " " + strategy.name]);
+      std::string& least = best[KindOf(strategy.name)];
+      if (least.empty() || e.rmse_mm() < by_strategy[least].rmse_mm()) {
+        least = strategy.name;
+      }
+    }
+    std::printf("\n");
+    std::fflush(stdout);
+    for (const auto& [kind, name] : best) {
+      if (frozen == nullptr) break;
+      const Errors& e = by_strategy[name];
+      std::fprintf(frozen, "%s,%s,%s,%.3f,%.3f,%.4f\n", kind.c_str(),
+                   cell.name().c_str(), name.c_str(), e.rmse_mm(),
+                   e.quantile_mm(0.999), e.log_score / e.inside.count);
+      std::fflush(frozen);
+    }
+  }
+  if (frozen != nullptr) std::fclose(frozen);
+  for (const auto& [name, sums] : ratios) {
+    std::printf(
+        "%-18s to the best fixed tuning: geometric mean %.3f, worst "
+        "%.3f\n",
+        name.c_str(), std::exp(sums.first / ratio_counts[name]), sums.second);
+  }
+  for (const auto& [name, e] : pooled) {
+    if (strategies.size() <= 12) PrintSummary(name, e);
+  }
+  return 0;
+}
+
+bool Take(const char* argument, const std::string& name, std::string* value) {
+  const std::string start = "--" + name + "=";
+  if (std::strncmp(argument, start.c_str(), start.size()) != 0) return false;
+  *value = argument + start.size();
+  return true;
+}
+
+int Main(int argc, char** argv) {
+  Settings settings;
+  settings.strategies = {"window", "batch"};
+  for (int i = 1; i < argc; ++i) {
+    std::string value;
+    if (Take(argv[i], "clips", &value)) {
+      settings.clips = Split(value);
+    } else if (Take(argv[i], "rates", &value)) {
+      settings.rates = Split(value);
+    } else if (Take(argv[i], "noises", &value)) {
+      settings.noises = Split(value);
+    } else if (Take(argv[i], "strategies", &value)) {
+      settings.strategies = Split(value);
+    } else if (Take(argv[i], "seconds", &value)) {
+      settings.seconds = std::atof(value.c_str());
+    } else if (Take(argv[i], "rest", &value)) {
+      settings.rest_s = std::atof(value.c_str());
+    } else if (Take(argv[i], "cameras", &value)) {
+      settings.cameras = std::atoi(value.c_str());
+    } else if (Take(argv[i], "oracle", &settings.oracle)) {
+    } else if (Take(argv[i], "write_oracle", &settings.write_oracle)) {
+    } else if (std::strcmp(argv[i], "--details") == 0) {
+      settings.details = true;
+    } else if (Take(argv[i], "seeds", &value)) {
+      char* end = nullptr;
+      settings.first_seed = std::strtoull(value.c_str(), &end, 10);
+      settings.end_seed = *end == ':' ? std::strtoull(end + 1, nullptr, 10)
+                                      : settings.first_seed + 1;
+    } else {
+      std::fprintf(stderr, "unknown argument %s\n", argv[i]);
+      return 2;
+    }
+  }
+  return Run(settings);
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+int main(int argc, char** argv) { return kinegraph::Main(argc, argv); }
