@@ -32,7 +32,7 @@ StrategyParameter Field(std::string name, std::string unit,
   return parameter;
 }
 
-// One factor on the whole table of process noise.
+// One factor on the whole table of process noise, which is then not learnt.
 StrategyParameter GraphProcessNoise() {
   StrategyParameter parameter;
   parameter.name = "process_noise_factor";
@@ -40,6 +40,7 @@ StrategyParameter GraphProcessNoise() {
   parameter.log = true;
   parameter.set = [](double value, EstimatorOptions* options) {
     for (double& q : options->graph.process_noise) q *= value;
+    options->graph.process_noise_from = NoiseFrom::kFixed;
   };
   parameter.get = [](const EstimatorOptions&) { return 1.0; };
   return parameter;

@@ -13,6 +13,7 @@
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
+#include "solvers/noise/person_noise.h"
 #include "solvers/person/person_solver.h"
 
 namespace kinegraph {
@@ -72,7 +73,8 @@ class BatchEstimator final : public Estimator {
         options_(options),
         assembler_(scene_, options_),
         solver_(options_),
-        problem_(assembler_.EmptyProblem()) {}
+        problem_(assembler_.EmptyProblem()),
+        noise_(scene_, options_) {}
 
   void Add(const EstimatorFrame& frame) override;
   const Pose3d& Last() const override { return last_; }
@@ -97,6 +99,7 @@ class BatchEstimator final : public Estimator {
   Assembler assembler_;
   PersonSolver solver_;
   PersonProblem problem_;
+  PersonNoise noise_;
   std::vector<FrameRecord> records_;
   std::vector<FinalPose> finals_;
   Pose3d last_;
@@ -140,7 +143,13 @@ void BatchEstimator::SolveAll() {
     InterpolateStarts(records_, j, problem_.times, &problem_.joints[j]);
   }
   const SolveSchedule& whole = solver_.schedule();
-  if (options_.estimate_noise_scale) {
+  if (options_.LearnsNoise()) {
+    noise_.LearnTake(problem_);
+    noise_.Apply(&problem_);
+    VLOG(1) << ToString(noise_.Learnt());
+  }
+  if (options_.pixel_noise_from == NoiseFrom::kFixed &&
+      options_.estimate_noise_scale) {
     // The first stage is convex: its residuals do not depend on the start.
     SolveSchedule first = whole;
     first.stages.resize(1);
@@ -152,7 +161,9 @@ void BatchEstimator::SolveAll() {
     Solve(whole);
     RescaleNoise(whole.stages.back());
   }
-  Solve(whole);
+  for (int j = 0; j < joint_count(); ++j) {
+    solver_.SolveJointWithRivals(whole, j, &problem_);
+  }
   if (options_.bones) AddBones();
 }
 
@@ -259,7 +270,10 @@ void BatchEstimator::WriteFinalsOf(int joint_idx,
         StatusOf(inliers[k], ever_two, nearest[k], options_.bridging_limit_s);
     Eigen::Matrix3d covariance;
     const bool known = k < covariances.size();
-    if (known) covariance = covariances[k].topLeftCorner<3, 3>();
+    if (known) {
+      covariance = noise_.CovarianceFactorOf(joint_idx, k) *
+                   covariances[k].topLeftCorner<3, 3>();
+    }
     WriteJoint(chain, k, joint_idx, status, inliers[k],
                known ? &covariance : nullptr, &finals_[k].person);
   }

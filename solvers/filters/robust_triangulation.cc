@@ -102,8 +102,16 @@ RobustTriangulator::RobustTriangulator(
 
 std::optional<RobustPoint> RobustTriangulator::Triangulate(
     const std::vector<PixelPoint>& views) const {
+  Eigen::Vector3d start_m;
+  if (!FindStart(options_, views, &start_m)) return std::nullopt;
+  return TriangulateFrom(start_m, views);
+}
+
+std::optional<RobustPoint> RobustTriangulator::TriangulateFrom(
+    const Eigen::Vector3d& start_m,
+    const std::vector<PixelPoint>& views) const {
   RobustPoint point;
-  if (!FindStart(options_, views, &point.position_m)) return std::nullopt;
+  point.position_m = start_m;
   constexpr int kMaxIterations = 30;
   constexpr double kStep_m = 1e-7;
   constexpr int kMaxHalvings = 8;

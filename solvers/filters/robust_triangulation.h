@@ -54,6 +54,11 @@ class RobustTriangulator {
   std::optional<RobustPoint> Triangulate(
       const std::vector<PixelPoint>& views) const;
 
+  // The minimum that the start leads to.
+  std::optional<RobustPoint> TriangulateFrom(
+      const Eigen::Vector3d& start_m,
+      const std::vector<PixelPoint>& views) const;
+
  private:
   RobustTriangulationOptions options_;
 };

@@ -7,6 +7,11 @@
 
 namespace kinegraph {
 
+// Where the noise is learnt from the take its sigmas are widened by this, and
+// information is raised by the square: the same curvature at small residuals,
+// a robust loss that doubts a little later.
+inline constexpr double kLearntWidening = 1.25;
+
 // Standard deviation of one coordinate of a detected joint [px]. It scales with
 // the person's size in the image, focal_px / depth_m, because detectors work
 // on a person's crop; `depth_m` > 0 is that of the initial pose, so that the

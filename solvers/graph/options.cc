@@ -43,6 +43,15 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
                  "Factor on the information of every observation.");
   visitor.Boolean("estimate_noise_scale", &estimate_noise_scale,
                   "Estimate one factor on all sigmas of a person.");
+  visitor.Choice("pixel_noise_from", &pixel_noise_from, {"take", "fixed"},
+                 "Learn the detector's error and how long it lasts from the "
+                 "take, or use the figures here.");
+  visitor.Choice("process_noise_from", &process_noise_from, {"take", "fixed"},
+                 "Learn the process noise from moment to moment from the "
+                 "take, or use the table.");
+  visitor.Boolean("rival_starts", &rival_starts,
+                  "Where most views of a joint are lost, also solve from other "
+                  "starts and keep what costs least.");
   visitor.Number("birth_position_sigma_m", &birth_position_sigma_m, Positive(),
                  "m", "Spread of the joints around the person's centre.");
   visitor.Number("birth_velocity_sigma_mps", &birth_velocity_sigma_mps,

@@ -27,6 +27,12 @@ enum class GraphSolver {
   kCeres,  // the reference: Ceres with sparse normal equations
 };
 
+// Where a noise figure comes from.
+enum class NoiseFrom {
+  kTake,   // learnt from the take itself
+  kFixed,  // the options' own figures
+};
+
 struct GraphOptions {
   // The window keeps states this long before they become final [s]; 0.4 s are
   // 10 frames at 25 Hz.
@@ -61,6 +67,21 @@ struct GraphOptions {
   // One factor on all sigmas of a person, from the residuals: of the whole take
   // (batch), or of what became final so far (window).
   bool estimate_noise_scale = true;
+
+  // Learnt from the take (solvers/noise), of each person. The pixel noise: how
+  // far off the detector is by class of joint and how long its errors last,
+  // around sigma_px, instead of the three fields above. The process noise: from
+  // moment to moment by class of joint, instead of the table.
+  NoiseFrom pixel_noise_from = NoiseFrom::kTake;
+  NoiseFrom process_noise_from = NoiseFrom::kTake;
+  // Where most views of a joint are lost, solve from rival starts too and keep
+  // what costs least.
+  bool rival_starts = true;
+
+  bool LearnsNoise() const {
+    return pixel_noise_from == NoiseFrom::kTake ||
+           process_noise_from == NoiseFrom::kTake;
+  }
 
   double birth_position_sigma_m = 1.0;
   double birth_velocity_sigma_mps = 3.0;

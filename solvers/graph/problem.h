@@ -29,6 +29,8 @@ struct PixelMeasurement {
   // that is known.
   Eigen::Vector2f bias_px = Eigen::Vector2f::Zero();
   double sigma_px = 1.0;
+  // Before anything was learnt from the take: of the options' noise model.
+  double model_sigma_px = 1.0;
   double information = 1.0;  // factor after the loss
   double offset_s = 0.0;     // capture time less the frame's
   const Camera* camera = nullptr;

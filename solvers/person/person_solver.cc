@@ -3,11 +3,14 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <limits>
 #include <sstream>
 #include <utility>
 
 #include "solvers/ceres/ceres_solver.h"
+#include "solvers/graph/noise_model.h"
 #include "solvers/graph/schedule.h"
+#include "solvers/person/rivals.h"
 
 namespace kinegraph {
 namespace {
@@ -34,10 +37,15 @@ SolveReport SolveOneWithCeres(const SolveSchedule& schedule,
 }  // namespace
 
 PersonSolver::PersonSolver(const GraphOptions& options)
-    : solver_(options.solver),
+    : rival_starts_(options.rival_starts),
+      inlier_weight_(options.inlier_weight),
+      solver_(options.solver),
       schedule_(MakeSchedule(options)),
-      correction_(InformationCorrection(schedule_.stages.back().loss,
-                                        schedule_.stages.back().scale)) {}
+      correction_(InformationCorrection(
+          schedule_.stages.back().loss,
+          schedule_.stages.back().scale *
+              (options.pixel_noise_from == NoiseFrom::kTake ? kLearntWidening
+                                                            : 1.0))) {}
 
 void PersonSolver::SolveJoint(const SolveSchedule& schedule, int joint_idx,
                               PersonProblem* problem) {
@@ -60,6 +68,60 @@ void PersonSolver::SolveJoint(const SolveSchedule& schedule, int joint_idx,
   for (PixelMeasurement& measurement : chain.measurements) {
     measurement.weight = 0.0;
   }
+}
+
+double PersonSolver::JointCost(const std::vector<TimeNs>& times,
+                               const JointChain& chain) {
+  const SolveStage& stage = schedule_.stages.back();
+  if (!Linearise(times, chain, chain.states, stage, true, &linear_)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  // A view that cannot see the joint costs as one that is far off.
+  constexpr double kFar = 1e6;  // sigmas, squared
+  double cost = linear_.cost;
+  for (const PixelMeasurement& measurement : chain.measurements) {
+    if (!measurement.gated) continue;
+    cost += 0.5 * measurement.information *
+            EvaluateLoss(stage.loss, stage.scale, kFar).rho;
+  }
+  return cost;
+}
+
+void PersonSolver::SolveJointWithRivals(const SolveSchedule& schedule,
+                                        int joint_idx, PersonProblem* problem) {
+  SolveJoint(schedule, joint_idx, problem);
+  JointChain& chain = problem->joints[joint_idx];
+  if (!rival_starts_ || IsConvex(schedule.stages.back().loss)) return;
+  const std::vector<Stretch> stretches = LostStretches(chain, inlier_weight_);
+  if (stretches.empty()) return;
+  ++rivals_.cases;
+  SolveSchedule last = schedule;
+  last.stages.erase(last.stages.begin(), last.stages.end() - 1);
+  const JointChain first = chain;
+  JointChain best = chain;
+  double least = JointCost(problem->times, chain);
+  bool taken = false;
+  for (const RivalMask mask : {RivalMask::kBelieved, RivalMask::kAll}) {
+    chain = first;
+    const std::vector<char> masked =
+        MaskFor(mask, stretches, inlier_weight_, first);
+    for (size_t m = 0; m < masked.size(); ++m) {
+      if (masked[m]) chain.measurements[m].information = 0.0;
+    }
+    SolveJoint(schedule, joint_idx, problem);
+    for (size_t m = 0; m < masked.size(); ++m) {
+      chain.measurements[m].information = first.measurements[m].information;
+    }
+    SolveJoint(last, joint_idx, problem);
+    const double cost = JointCost(problem->times, chain);
+    // Not for the sake of rounding.
+    if (!(cost < least - 1e-6 * (1.0 + least))) continue;
+    least = cost;
+    best = chain;
+    taken = true;
+  }
+  chain = std::move(best);
+  if (taken) ++rivals_.taken;
 }
 
 void PersonSolver::SolveBones(PersonProblem* problem) {
@@ -123,13 +185,15 @@ void PersonSolver::LogTroubles(int64_t first_frame, int64_t last_frame) {
        << " ended before they settled, " << troubles.unsettled_states
        << " joint positions are not to be trusted, " << troubles.not_finite
        << " solves found nothing finite, " << troubles.no_covariance
-       << " had no covariance";
+       << " had no covariance; " << rivals_.cases
+       << " times most views of a joint were lost, " << rivals_.taken
+       << " times a rival start was better";
   // Reweighting may creep for longer than it is worth; a state that still
   // moves far is another matter.
   if (troubles.unsettled_states + troubles.not_finite + troubles.no_covariance >
       0) {
     LOG(WARNING) << line.str();
-  } else if (troubles.not_converged > 0) {
+  } else if (troubles.not_converged > 0 || rivals_.cases > 0) {
     VLOG(1) << line.str();
   }
 }

@@ -9,6 +9,7 @@
 #include "solvers/graph/problem.h"
 #include "solvers/sweeps/bone_solver.h"
 #include "solvers/sweeps/chain_solver.h"
+#include "solvers/sweeps/linear_chain.h"
 
 namespace kinegraph {
 
@@ -27,6 +28,21 @@ class PersonSolver {
   // no weight.
   void SolveJoint(const SolveSchedule& schedule, int joint_idx,
                   PersonProblem* problem);
+
+  // As SolveJoint. Where most views of the joint are lost then
+  // (LostStretches), it is solved again from two rival starts, found without
+  // the views that were believed there and without any view there; the lowest
+  // cost under the last stage's loss is kept. Problems without bones and
+  // person's prior only.
+  void SolveJointWithRivals(const SolveSchedule& schedule, int joint_idx,
+                            PersonProblem* problem);
+
+  // What rival starts came to.
+  struct RivalCounts {
+    int64_t cases = 0;  // solves of a joint that left lost stretches
+    int64_t taken = 0;  // of which a rival cost less
+  };
+  const RivalCounts& rivals() const { return rivals_; }
 
   // Couples the joints by the problem's bones, from the estimates that the
   // joints have alone and under the last stage's loss. Where that finds nothing
@@ -50,6 +66,7 @@ class PersonSolver {
 
  private:
   void Note(const SolveReport& report);
+  double JointCost(const std::vector<TimeNs>& times, const JointChain& chain);
 
   // Solves that went wrong.
   struct Troubles {
@@ -61,11 +78,15 @@ class PersonSolver {
   };
 
   Troubles troubles_;
+  RivalCounts rivals_;
+  bool rival_starts_;
+  double inlier_weight_;
   GraphSolver solver_;
   SolveSchedule schedule_;
   double correction_;
   ChainSolver chain_solver_;
   BoneSolver bone_solver_;
+  LinearChain linear_;
   std::vector<State> start_;
   std::vector<Matrix6d> covariances_;
 };

@@ -15,6 +15,7 @@
 #include "solvers/graph/marginalise_frame.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
+#include "solvers/noise/person_noise.h"
 #include "solvers/person/person_solver.h"
 
 namespace kinegraph {
@@ -34,6 +35,7 @@ class WindowEstimator final : public Estimator {
         assembler_(scene_, options_),
         solver_(options_),
         problem_(assembler_.EmptyProblem()),
+        noise_(scene_, options_),
         bone_lengths_(scene_.skeleton),
         supports_(scene_.skeleton.joint_count()),
         last_states_(scene_.skeleton.joint_count(), State::Zero()) {}
@@ -65,6 +67,7 @@ class WindowEstimator final : public Estimator {
   Assembler assembler_;
   PersonSolver solver_;
   PersonProblem problem_;
+  PersonNoise noise_;
   BoneLengths bone_lengths_;
   CausalNoiseScale learnt_scale_;
   double noise_scale_ = 1.0;            // the factor in the problem's sigmas
@@ -88,9 +91,11 @@ void WindowEstimator::Add(const EstimatorFrame& frame) {
       m->sigma_px *= noise_scale_;
     }
   }
+  if (options_.LearnsNoise()) noise_.AddFrame(problem_, newest());
   const std::vector<bool> placed_anew = StartNewStates();
   DropFinalFrames();
   PlaceAnew(placed_anew);
+  if (options_.LearnsNoise()) noise_.Apply(&problem_);
   SolveMeasuredJoints();
   if (options_.bones) SolveBones();
   UpdateLast();
@@ -98,7 +103,8 @@ void WindowEstimator::Add(const EstimatorFrame& frame) {
   if (end > final_count_) Emit(end);
 }
 
-// A new state starts where the motion leads. Returns the joints of which that
+// A new state starts where the frame's own views triangulate the joint, else
+// where the motion leads; at the speed it had. Returns the joints of which that
 // means nothing: no two views have placed them, and this frame does.
 std::vector<bool> WindowEstimator::StartNewStates() {
   std::vector<bool> placed_anew(joint_count(), false);
@@ -110,9 +116,10 @@ std::vector<bool> WindowEstimator::StartNewStates() {
     int inliers = 0;
     placed_anew[j] = records_[k].triangulated[j] &&
                      StatusAt(k - 1, j, &inliers) == JointStatus::kMissing;
-    if (!placed_anew[j]) {
-      chain.states[k] = Advance(chain.states[k - 1], dt_s);
-    }
+    if (placed_anew[j]) continue;
+    const Eigen::Vector3d triangulated = chain.states[k].head<3>();
+    chain.states[k] = Advance(chain.states[k - 1], dt_s);
+    if (records_[k].triangulated[j]) chain.states[k].head<3>() = triangulated;
   }
   return placed_anew;
 }
@@ -134,6 +141,7 @@ void WindowEstimator::DropFinalFrames() {
              &supports_[j]);
     }
     DropFirstFrame(solver_.correction(), &problem_);
+    if (options_.LearnsNoise()) noise_.DropFirstFrame();
     records_.erase(records_.begin());
   }
 }
@@ -145,7 +153,7 @@ void WindowEstimator::SolveMeasuredJoints() {
   for (int j = 0; j < joint_count(); ++j) {
     const JointChain& chain = problem_.joints[j];
     if (chain.first[k] == chain.first[k + 1] && !scale_changed_) continue;
-    solver_.SolveJoint(solver_.schedule(), j, &problem_);
+    solver_.SolveJointWithRivals(solver_.schedule(), j, &problem_);
   }
   scale_changed_ = false;
 }
@@ -266,7 +274,8 @@ void WindowEstimator::Emit(size_t end) {
                              scene_.keep_observations, options_.covariance));
   }
   const bool coupled = !problem_.bones.empty() || !problem_.prior.empty();
-  const bool learns = options_.estimate_noise_scale && learnt_scale_.Wants();
+  const bool learns = options_.pixel_noise_from == NoiseFrom::kFixed &&
+                      options_.estimate_noise_scale && learnt_scale_.Wants();
   std::vector<double> squares;
   std::vector<std::vector<Matrix6d>> together;
   if ((options_.covariance || learns) && coupled) {
@@ -288,7 +297,10 @@ void WindowEstimator::Emit(size_t end) {
       const JointStatus status = StatusAt(k, j, &inliers);
       Eigen::Matrix3d covariance;
       const bool known = options_.covariance && k < covariances->size();
-      if (known) covariance = (*covariances)[k].topLeftCorner<3, 3>();
+      if (known) {
+        covariance = noise_.CovarianceFactorOf(j, k) *
+                     (*covariances)[k].topLeftCorner<3, 3>();
+      }
       WriteJoint(problem_.joints[j], k, j, status, inliers,
                  known ? &covariance : nullptr,
                  &finals_[offset + k - final_count_].person);
@@ -305,6 +317,7 @@ void WindowEstimator::TakeFinals(std::vector<FinalPose>* finals) {
 
 void WindowEstimator::Finish() {
   if (final_count_ < records_.size()) Emit(records_.size());
+  if (options_.LearnsNoise()) VLOG(1) << ToString(noise_.Learnt());
   VLOG(1) << "noise scale " << noise_scale_;
   if (!records_.empty()) {
     solver_.LogTroubles(first_frame_, records_.back().frame);

@@ -27,7 +27,7 @@ World MakeWorld(int frames) {
   noise.outlier_burst = 3;
   noise.confidence_low = 0.3;
   Random random(61);
-  world.take = testing::Simulate(world.scene, GraphOptions(),
+  world.take = testing::Simulate(world.scene, testing::FixedNoise(),
                                  testing::WalkingMotion(world.scene, frames),
                                  noise, Eigen::Vector3d::Zero(), &random);
   world.take.Connect();
@@ -36,7 +36,7 @@ World MakeWorld(int frames) {
 
 // Arguments: bones, covariances, Ceres.
 GraphOptions Options(const benchmark::State& state) {
-  GraphOptions options;
+  GraphOptions options = testing::FixedNoise();
   options.bones = state.range(0) != 0;
   options.covariance = state.range(1) != 0;
   options.solver =

@@ -123,6 +123,13 @@ CameraRig RingOfCameras(int count, double radius_m, double focal_px,
   return cameras;
 }
 
+GraphOptions FixedNoise() {
+  GraphOptions options;
+  options.pixel_noise_from = NoiseFrom::kFixed;
+  options.process_noise_from = NoiseFrom::kFixed;
+  return options;
+}
+
 Skeleton SmallSkeleton() {
   return Skeleton("arm", {"r_shoulder", "r_elbow", "r_wrist"},
                   {{0, 1}, {1, 2}});

@@ -21,6 +21,10 @@ namespace kinegraph::testing {
 CameraRig RingOfCameras(int count, double radius_m, double focal_px,
                         bool with_lens = false);
 
+// The defaults, but nothing is learnt from the take: what a test states of the
+// noise is what the estimator believes.
+GraphOptions FixedNoise();
+
 // A shoulder, an elbow and a wrist, two bones.
 Skeleton SmallSkeleton();
 

@@ -246,6 +246,8 @@ TEST(TruthTest, ToldClockOffsetsAreUndoneAtTheFramesTime) {
   options.estimators.mode = Mode::kGraph;
   options.estimators.output = OutputKind::kWindow;
   // These detections are exact: hardly any smoothing, and no noise to learn.
+  options.estimators.graph.pixel_noise_from = NoiseFrom::kFixed;
+  options.estimators.graph.process_noise_from = NoiseFrom::kFixed;
   options.estimators.graph.estimate_noise_scale = false;
   options.estimators.graph.sigma_px.fill(0.5);
   options.estimators.graph.min_sigma_px = 0.5;

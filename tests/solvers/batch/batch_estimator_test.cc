@@ -33,7 +33,7 @@ class BatchEstimatorTest : public ::testing::Test {
   }
 
   SceneModel scene_;
-  GraphOptions options_;
+  GraphOptions options_ = testing::FixedNoise();
 };
 
 TEST_F(BatchEstimatorTest, TruthInTruthOut) {

@@ -60,7 +60,7 @@ class Exactness : public ::testing::TestWithParam<Kind> {};
 
 TEST_P(Exactness, PredictedErrorsAreTheRealOnes) {
   const SceneModel scene = MakeScene(25.0, 8.0);
-  GraphOptions options;
+  GraphOptions options = testing::FixedNoise();
   options.loss = LossKind::kNone;
   options.estimate_noise_scale = false;
   options.correlation_time_s = 0.0;
@@ -146,7 +146,7 @@ class Defaults : public ::testing::TestWithParam<Kind> {};
 // The default loss with exact white noise: J'WJ alone would claim too little,
 // the correction makes it right.
 TEST_P(Defaults, CoverWithWhiteNoise) {
-  GraphOptions options;
+  GraphOptions options = testing::FixedNoise();
   options.correlation_time_s = 0.0;
   options.information_scale = 1.0;
   const Consistency result =
@@ -157,7 +157,7 @@ TEST_P(Defaults, CoverWithWhiteNoise) {
 
 // All defaults, and detections as detectors make them.
 TEST_P(Defaults, CoverWithDetectorNoise) {
-  const GraphOptions options;
+  const GraphOptions options = testing::FixedNoise();
   SimulatedNoise noise;
   noise.correlation_time_s = 0.1;
   noise.confidence_low = 0.3;
@@ -170,7 +170,7 @@ TEST_P(Defaults, CoverWithDetectorNoise) {
 }
 
 TEST_P(Defaults, StayConsistentWhateverTheFrameRate) {
-  const GraphOptions options;
+  const GraphOptions options = testing::FixedNoise();
   SimulatedNoise noise;
   noise.correlation_time_s = 0.1;  // 0.67 from frame to frame at 25 Hz
   for (const double frame_rate_hz : {25.0, 60.0, 120.0}) {
@@ -182,7 +182,7 @@ TEST_P(Defaults, StayConsistentWhateverTheFrameRate) {
 }
 
 TEST_P(Defaults, GrossOutliersCostLittle) {
-  const GraphOptions options;
+  const GraphOptions options = testing::FixedNoise();
   SimulatedNoise noise;
   noise.correlation_time_s = 0.1;
   double clean_m = 0.0;
@@ -201,7 +201,7 @@ INSTANTIATE_TEST_SUITE_P(Estimators, Defaults,
 
 TEST(NoiseScale, IsFoundFromTheResiduals) {
   // A detector twice as bad as the options say: the batch states so.
-  GraphOptions options;
+  GraphOptions options = testing::FixedNoise();
   options.correlation_time_s = 0.0;
   options.information_scale = 1.0;
   SimulatedNoise noise;

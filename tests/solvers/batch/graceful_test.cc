@@ -32,7 +32,7 @@ std::ostream& operator<<(std::ostream& out, const Case& c) {
 }
 
 Case Of(const std::string& name, bool batch, GraphSolver solver, bool bones) {
-  GraphOptions options;
+  GraphOptions options = testing::FixedNoise();
   options.solver = solver;
   options.bones = bones;
   return {name, [=](const SceneModel& scene) {
@@ -53,7 +53,7 @@ class Graceful : public ::testing::TestWithParam<Case> {
   void Make(size_t frames, const SimulatedNoise& noise = SimulatedNoise()) {
     Random random(41);
     take_ = testing::Simulate(
-        scene_, GraphOptions(),
+        scene_, testing::FixedNoise(),
         testing::WalkingMotion(scene_, static_cast<int>(frames)), noise,
         Eigen::Vector3d::Zero(), &random);
   }
@@ -265,7 +265,7 @@ TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
   scene.cameras = testing::RingOfCameras(5, 5.0, 1000.0);
   scene.skeleton = testing::SmallSkeleton();
   scene.frame_rate_hz = 25.0;
-  GraphOptions options;
+  GraphOptions options = testing::FixedNoise();
   options.max_iterations = 1;
   options.loss = LossKind::kHuber;
   options.estimate_noise_scale = false;
@@ -302,7 +302,7 @@ TEST(BoneSolverTest, SaysWhereItDidNotSettle) {
   scene.cameras = testing::RingOfCameras(5, 5.0, 1000.0);
   scene.skeleton = testing::SmallSkeleton();
   scene.frame_rate_hz = 25.0;
-  GraphOptions options;
+  GraphOptions options = testing::FixedNoise();
   options.bone_sigma_m = 1e-4;
   Random random(44);
   SimulatedTake take =

@@ -47,7 +47,7 @@ class BoneTest : public ::testing::Test {
   }
 
   SceneModel scene_;
-  GraphOptions options_;
+  GraphOptions options_ = testing::FixedNoise();
   SimulatedTake take_;
   PersonProblem problem_;
 };
@@ -250,7 +250,7 @@ TEST_F(BoneTest, EstimatorsGainFromBones) {
     double rmse_m[2];
     double spread_m[2];
     for (const bool bones : {false, true}) {
-      GraphOptions options;
+      GraphOptions options = testing::FixedNoise();
       options.bones = bones;
       const auto estimator = batch ? MakeBatchEstimator(scene_, options)
                                    : MakeWindowEstimator(scene_, options);

@@ -44,7 +44,7 @@ class ChainSolverTest : public ::testing::Test {
   }
 
   SceneModel scene_;
-  GraphOptions options_;
+  GraphOptions options_ = testing::FixedNoise();
   SimulatedTake take_;
   PersonProblem problem_;
 };

@@ -30,7 +30,7 @@ std::vector<FinalPose> BatchOver(const SceneModel& scene,
 }
 
 GraphOptions LinearOptions() {
-  GraphOptions options;
+  GraphOptions options = testing::FixedNoise();
   options.loss = LossKind::kNone;
   options.estimate_noise_scale = false;
   options.step_tolerance_m = 1e-12;
@@ -112,7 +112,7 @@ TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
 
 TEST(WindowEstimator, RobustWindowStaysCloseToBatch) {
   const SceneModel scene = MakeScene(25.0, false);
-  GraphOptions options;
+  GraphOptions options = testing::FixedNoise();
   options.estimate_noise_scale = false;
   SimulatedNoise noise;
   noise.outliers = 0.1;
@@ -142,7 +142,7 @@ TEST(WindowEstimator, RobustWindowStaysCloseToBatch) {
 
 TEST(WindowEstimator, LastAndPredictAreCausal) {
   const SceneModel scene = MakeScene(25.0, false);
-  GraphOptions options;
+  GraphOptions options = testing::FixedNoise();
   Random random(33);
   SimulatedTake take =
       testing::Simulate(scene, options, testing::WalkingMotion(scene, 60),
@@ -173,7 +173,7 @@ TEST(WindowEstimator, LastAndPredictAreCausal) {
 
 TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
   const SceneModel scene = MakeScene(25.0, false);
-  GraphOptions options;
+  GraphOptions options = testing::FixedNoise();
   Random random(34);
   SimulatedTake take =
       testing::Simulate(scene, options, testing::WalkingMotion(scene, 60),
@@ -208,7 +208,7 @@ TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
 
 TEST(WindowEstimator, SameInputSameBits) {
   const SceneModel scene = MakeScene(25.0, false);
-  GraphOptions options;
+  GraphOptions options = testing::FixedNoise();
   SimulatedNoise noise;
   noise.outliers = 0.1;
   Random random(35);

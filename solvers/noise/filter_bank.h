@@ -1,0 +1,59 @@
+// How strongly a joint is driven, by the evidence of Kalman filters that
+// assume different answers.
+#ifndef KINEGRAPH_SOLVERS_NOISE_FILTER_BANK_H_
+#define KINEGRAPH_SOLVERS_NOISE_FILTER_BANK_H_
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+
+#include "core/base/time.h"
+#include "core/skeleton/skeleton.h"
+#include "solvers/noise/frame_points.h"
+#include "solvers/noise/pixel_noise.h"
+
+namespace kinegraph {
+
+// Levels of process noise, the same factors for every class of joint.
+inline constexpr int kLevelCount = 10;
+using Levels = std::array<double, kLevelCount>;
+
+// Usual power of the white noise on acceleration [m^2/s^3]: medians over
+// recorded walking, running, hopping, acrobatics and dance.
+double UsualProcessNoise(JointClass joint_class);
+
+// ln of level `level` over the usual power: even steps from 1/40 to 1000.
+double LogLevel(int level);
+double LogLevelStep();
+
+// Filters of one joint, one a level and axis. State: position, velocity, and
+// the lasting part of the point's error, in units of its standard deviation.
+class FilterBank {
+ public:
+  // `usual` as UsualProcessNoise gives it.
+  explicit FilterBank(double usual) : usual_(usual) {}
+
+  // The next frame: adds the log-evidence of each level to `evidence`. Nothing
+  // is added without a point. A robust likelihood: an innovation farther out
+  // than 3 (mean over axes of e^2 / S) counts less, and moves the filter less.
+  void Add(TimeNs time, const std::optional<FramePoint>& point,
+           const ErrorCorrelation& correlation, Levels* evidence);
+
+ private:
+  struct Axis {
+    double p = 0.0, v = 0.0, n = 0.0;
+    double pp = 1.0, pv = 0.0, vv = 9.0, pn = 0.0, vn = 0.0, nn = 1.0;
+  };
+  struct Filter {
+    std::array<Axis, 3> axes;
+  };
+
+  double usual_;
+  bool started_ = false;
+  TimeNs time_ = 0;
+  std::array<Filter, kLevelCount> filters_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_NOISE_FILTER_BANK_H_

@@ -1,0 +1,82 @@
+#include "solvers/noise/frame_points.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kLastScale = 3.0;  // sigmas
+
+RobustTriangulator Stage(LossKind loss, double scale) {
+  RobustTriangulationOptions options;
+  options.loss = loss;
+  options.loss_scale = scale;
+  return RobustTriangulator(options);
+}
+
+}  // namespace
+
+FrameTriangulator::FrameTriangulator(const CameraRig& cameras)
+    : cameras_(cameras),
+      least_squares_(Stage(LossKind::kNone, 1.0)),
+      stages_({Stage(LossKind::kHuber, 1.5),
+               Stage(LossKind::kGemanMcClure, 2.0 * kLastScale),
+               Stage(LossKind::kGemanMcClure, kLastScale)}),
+      correction_(InformationCorrection(LossKind::kGemanMcClure, kLastScale)) {}
+
+bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
+  views_.clear();
+  ideal_.clear();
+  residuals_.views.clear();
+  residuals_.square = 0.0;
+  for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+    const PixelMeasurement& measurement = chain.measurements[m];
+    const auto ideal = measurement.camera->Undistort(measurement.px);
+    if (!ideal.has_value()) continue;
+    views_.push_back(
+        {measurement.camera, measurement.px, measurement.model_sigma_px});
+    ideal_.push_back(
+        {measurement.camera, *ideal, 1.0 / measurement.model_sigma_px});
+  }
+  if (views_.size() < 2) return false;
+  TriangulationOptions anywhere;
+  anywhere.require_in_front = false;
+  const TriangulationResult dlt = TriangulateDlt(ideal_, anywhere);
+  if (!dlt.ok()) return false;
+  // A view behind which the point would stand says nothing of noise.
+  for (size_t v = views_.size(); v-- > 0;) {
+    if (views_[v].camera->Project(dlt.point_m).has_value()) continue;
+    views_.erase(views_.begin() + static_cast<std::ptrdiff_t>(v));
+  }
+  if (views_.size() < 2) return false;
+  const auto point = least_squares_.TriangulateFrom(dlt.point_m, views_);
+  if (!point.has_value()) return false;
+  start_m_ = point->position_m;
+  for (const PixelPoint& view : views_) {
+    const auto image = view.camera->Project(start_m_);
+    if (!image.has_value()) return false;
+    TriangulationResiduals::View& seen = residuals_.views.emplace_back();
+    seen.view_idx = static_cast<int>(view.camera - cameras_.data());
+    seen.residual = (*image - view.px) / view.sigma_px;
+    residuals_.square += seen.residual.squaredNorm();
+  }
+  return true;
+}
+
+std::optional<FramePoint> FrameTriangulator::Robust(double scale) {
+  scaled_ = views_;
+  for (PixelPoint& view : scaled_) view.sigma_px *= scale;
+  std::optional<RobustPoint> point;
+  Eigen::Vector3d start_m = start_m_;
+  for (const RobustTriangulator& stage : stages_) {
+    point = stage.TriangulateFrom(start_m, scaled_);
+    if (!point.has_value()) return std::nullopt;
+    start_m = point->position_m;
+  }
+  const auto views = static_cast<int>(scaled_.size());
+  const int inliers = point->inlier_views;
+  const bool agreed =
+      views == 2 ? inliers == 2 : inliers >= 3 && 2 * inliers > views;
+  if (!agreed) return std::nullopt;
+  return FramePoint{point->position_m, point->covariance_m2 / correction_};
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,55 @@
+// Where one joint stands in one frame by its views alone, and how sure that is.
+#ifndef KINEGRAPH_SOLVERS_NOISE_FRAME_POINTS_H_
+#define KINEGRAPH_SOLVERS_NOISE_FRAME_POINTS_H_
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/geometry/triangulation.h"
+#include "solvers/filters/robust_triangulation.h"
+#include "solvers/graph/problem.h"
+#include "solvers/noise/pixel_noise.h"
+
+namespace kinegraph {
+
+// A robust point that may speak for the motion.
+struct FramePoint {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
+};
+
+// Triangulates the measurements of single frames. Keeps work space.
+class FrameTriangulator {
+ public:
+  // `cameras` must outlive the triangulator: the views are told by their
+  // camera's place in it.
+  explicit FrameTriangulator(const CameraRig& cameras);
+
+  // Takes the measurements of frame `k`, with the modelled sigmas. Least
+  // squares over all views: false with fewer than two that see it, or where
+  // they leave a direction open.
+  bool Load(const JointChain& chain, size_t k);
+  const TriangulationResiduals& residuals() const { return residuals_; }
+
+  // The point that a redescending loss leaves, sigmas times `scale`. Narrowed
+  // in stages from least squares (Huber, then Geman-McClure). nullopt unless
+  // three or more views are inliers and more than half, or two of two.
+  // Covariance: that of the loss, by InformationCorrection.
+  std::optional<FramePoint> Robust(double scale);
+
+ private:
+  const CameraRig& cameras_;
+  RobustTriangulator least_squares_;
+  std::vector<RobustTriangulator> stages_;
+  double correction_;
+  std::vector<PixelPoint> views_;
+  std::vector<PixelPoint> scaled_;
+  std::vector<PointMeasurement> ideal_;
+  Eigen::Vector3d start_m_ = Eigen::Vector3d::Zero();
+  TriangulationResiduals residuals_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_NOISE_FRAME_POINTS_H_

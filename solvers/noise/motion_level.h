@@ -1,0 +1,55 @@
+// The level of process noise of a class of joints: one for the take, and from
+// frame to frame.
+#ifndef KINEGRAPH_SOLVERS_NOISE_MOTION_LEVEL_H_
+#define KINEGRAPH_SOLVERS_NOISE_MOTION_LEVEL_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/base/time.h"
+#include "solvers/noise/filter_bank.h"
+
+namespace kinegraph {
+
+// ln of the level, over the usual power, that maximises the evidence of all
+// frames together with a prior: standard deviation 1 around the usual power.
+// Between levels by a parabola; a tenth of the usual power at least.
+double TakeLevel(const Levels& evidence);
+
+// A Markov chain over the levels in continuous time: jumps to neighbouring
+// levels whose rates make an Ornstein-Uhlenbeck process around the take's
+// level (standard deviation 1, time constant 0.5 s), and now and then, five
+// seconds apart, to any level.
+class LevelChain {
+ public:
+  using Vector = Eigen::Matrix<double, kLevelCount, 1>;
+  using Matrix = Eigen::Matrix<double, kLevelCount, kLevelCount>;
+
+  // `take_level` as TakeLevel gives it.
+  explicit LevelChain(double take_level);
+
+  // What is believed before anything is seen.
+  const Vector& stationary() const { return stationary_; }
+  // Column i: where level i leads after `dt_s`.
+  Matrix Transition(double dt_s) const;
+
+ private:
+  Vector stationary_;
+  Matrix rates_;  // column sums are zero
+};
+
+// Beliefs from one frame to the next, and back: the forward-backward algorithm
+// (Rabiner 1989). Beliefs are normalised.
+LevelChain::Vector Believe(const LevelChain::Vector& predicted,
+                           const Levels& evidence);
+
+// Mean of ln level under the beliefs of each of `evidence`'s frames, given all
+// of them. `first` is what is believed of the first frame before its evidence.
+std::vector<double> SmoothLevels(const LevelChain& chain,
+                                 const LevelChain::Vector& first,
+                                 const std::vector<TimeNs>& times,
+                                 const std::vector<Levels>& evidence);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_NOISE_MOTION_LEVEL_H_

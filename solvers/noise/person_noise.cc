@@ -1,0 +1,244 @@
+#include "solvers/noise/person_noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "solvers/graph/noise_model.h"
+#include "solvers/noise/information.h"
+
+namespace kinegraph {
+namespace {
+
+// Of a point before any was located: a centimetre.
+constexpr double kUnknownVariance_m2 = 1e-4;
+
+}  // namespace
+
+PersonNoise::PersonNoise(const SceneModel& scene, const GraphOptions& options)
+    : scene_(scene),
+      options_(options),
+      triangulator_(scene.cameras),
+      correlations_(scene.skeleton.joint_count(),
+                    static_cast<int>(scene.cameras.size()),
+                    scene.frame_rate_hz),
+      last_variance_m2_(scene.skeleton.joint_count(), kUnknownVariance_m2) {
+  scale_.fill(1.0);
+  for (int j = 0; j < joint_count(); ++j) {
+    banks_.emplace_back(UsualProcessNoise(scene.skeleton.joint_class(j)));
+    present_[ClassOf(j)] = true;
+  }
+  if (options_.pixel_noise_from == NoiseFrom::kTake) {
+    correlation_ = correlations_.Fit();
+  } else if (options_.correlation_time_s > 0.0) {
+    correlation_ = {0.9, options_.correlation_time_s};
+  }
+}
+
+void PersonNoise::LearnPixels(const PersonProblem& problem, size_t k,
+                              int joint_idx) {
+  if (!triangulator_.Load(problem.joints[joint_idx], k)) return;
+  scales_.Add(scene_.skeleton.joint_class(joint_idx),
+              triangulator_.residuals());
+}
+
+void PersonNoise::RefreshScales() {
+  for (int c = 0; c < kJointClassCount; ++c) {
+    scale_[c] = scales_.Scale(static_cast<JointClass>(c));
+  }
+}
+
+// `anew`: the pixels of this frame are news.
+PersonNoise::Frame PersonNoise::Locate(const PersonProblem& problem, size_t k,
+                                       bool anew) {
+  const bool learns = options_.pixel_noise_from == NoiseFrom::kTake;
+  Frame frame;
+  frame.time = problem.times[k];
+  for (int j = 0; j < joint_count(); ++j) {
+    const int joint_class = ClassOf(j);
+    std::optional<FramePoint> point;
+    if (triangulator_.Load(problem.joints[j], k)) {
+      if (learns && anew) {
+        correlations_.Add(j, frame.time, scale_[joint_class],
+                          triangulator_.residuals());
+      }
+      point = triangulator_.Robust(scale_[joint_class]);
+    }
+    if (point.has_value()) {
+      last_variance_m2_[j] = point->covariance_m2.trace() / 3.0;
+    }
+    frame.variance_m2.push_back(last_variance_m2_[j]);
+    banks_[j].Add(frame.time, point, correlation_,
+                  &frame.evidence[joint_class]);
+  }
+  for (int c = 0; c < kJointClassCount; ++c) {
+    for (int i = 0; i < kLevelCount; ++i) {
+      evidence_[c][i] += frame.evidence[c][i];
+    }
+  }
+  return frame;
+}
+
+void PersonNoise::LearnTake(const PersonProblem& problem) {
+  const size_t count = problem.times.size();
+  if (options_.pixel_noise_from == NoiseFrom::kTake) {
+    for (size_t k = 0; k < count; ++k) {
+      for (int j = 0; j < joint_count(); ++j) LearnPixels(problem, k, j);
+    }
+    RefreshScales();
+    for (size_t k = 0; k < count; ++k) {
+      for (int j = 0; j < joint_count(); ++j) {
+        if (!triangulator_.Load(problem.joints[j], k)) continue;
+        correlations_.Add(j, problem.times[k], scale_[ClassOf(j)],
+                          triangulator_.residuals());
+      }
+    }
+    correlation_ = correlations_.Fit();
+  }
+  for (size_t k = 0; k < count; ++k) {
+    frames_.push_back(Locate(problem, k, false));
+  }
+}
+
+void PersonNoise::AddFrame(const PersonProblem& problem, size_t k) {
+  if (options_.pixel_noise_from == NoiseFrom::kTake) {
+    for (int j = 0; j < joint_count(); ++j) LearnPixels(problem, k, j);
+    RefreshScales();
+  }
+  frames_.push_back(Locate(problem, k, true));
+  if (options_.pixel_noise_from == NoiseFrom::kTake) {
+    correlation_ = correlations_.Fit();
+  }
+}
+
+void PersonNoise::DropFirstFrame() {
+  const Frame& first = frames_.front();
+  for (int c = 0; c < kJointClassCount; ++c) {
+    if (!present_[c]) continue;
+    const LevelChain chain(level_[c]);
+    const LevelChain::Vector predicted =
+        has_belief_
+            ? LevelChain::Vector(
+                  chain.Transition(ToSeconds(first.time - belief_time_)) *
+                  belief_[c])
+            : chain.stationary();
+    belief_[c] = Believe(predicted, first.evidence[c]);
+  }
+  belief_time_ = first.time;
+  has_belief_ = true;
+  frames_.erase(frames_.begin());
+}
+
+double PersonNoise::FrameSeconds(size_t k) const {
+  if (frames_.size() < 2) return 1.0 / scene_.frame_rate_hz;
+  const size_t end = std::max<size_t>(k, 1);
+  return ToSeconds(frames_[end].time - frames_[end - 1].time);
+}
+
+void PersonNoise::ApplyLevels(PersonProblem* problem) {
+  std::vector<TimeNs> times;
+  for (const Frame& frame : frames_) times.push_back(frame.time);
+  std::vector<Levels> evidence(frames_.size());
+  for (int c = 0; c < kJointClassCount; ++c) {
+    if (!present_[c]) continue;
+    level_[c] = TakeLevel(evidence_[c]);
+    const LevelChain chain(level_[c]);
+    for (size_t k = 0; k < frames_.size(); ++k) {
+      evidence[k] = frames_[k].evidence[c];
+    }
+    const LevelChain::Vector first =
+        has_belief_ ? LevelChain::Vector(
+                          chain.Transition(ToSeconds(times[0] - belief_time_)) *
+                          belief_[c])
+                    : chain.stationary();
+    const std::vector<double> levels =
+        SmoothLevels(chain, first, times, evidence);
+    const double usual = UsualProcessNoise(static_cast<JointClass>(c));
+    for (int j = 0; j < joint_count(); ++j) {
+      if (ClassOf(j) != c) continue;
+      JointChain& joint = problem->joints[j];
+      for (size_t k = 0; k < frames_.size(); ++k) {
+        frames_[k].process_noise[j] = usual * std::exp(levels[k]);
+        if (k == 0) continue;
+        const double q = usual * std::exp(std::max(levels[k - 1], levels[k]));
+        joint.process_noise[k - 1] = q;
+        least_[c] = least_[c] > 0.0 ? std::min(least_[c], q) : q;
+        greatest_[c] = std::max(greatest_[c], q);
+      }
+    }
+  }
+}
+
+void PersonNoise::Apply(PersonProblem* problem) {
+  for (Frame& frame : frames_) {
+    frame.process_noise.resize(static_cast<size_t>(joint_count()));
+  }
+  if (options_.process_noise_from == NoiseFrom::kTake) {
+    ApplyLevels(problem);
+  } else {
+    for (Frame& frame : frames_) {
+      for (int j = 0; j < joint_count(); ++j) {
+        frame.process_noise[j] = options_.process_noise[ClassOf(j)];
+      }
+    }
+  }
+  if (options_.pixel_noise_from != NoiseFrom::kTake) return;
+  for (int j = 0; j < joint_count(); ++j) {
+    JointChain& chain = problem->joints[j];
+    const double scale = kLearntWidening * scale_[ClassOf(j)];
+    for (size_t k = 0; k < frames_.size(); ++k) {
+      if (chain.first[k] == chain.first[k + 1]) continue;
+      const double information =
+          kLearntWidening * kLearntWidening /
+          InformationDivisor(correlation_, FrameSeconds(k),
+                             frames_[k].process_noise[j],
+                             frames_[k].variance_m2[j]);
+      for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+        PixelMeasurement& measurement = chain.measurements[m];
+        measurement.sigma_px = scale * measurement.model_sigma_px;
+        measurement.information = information;
+      }
+    }
+  }
+}
+
+double PersonNoise::CovarianceFactorOf(int joint_idx, size_t k) const {
+  if (options_.pixel_noise_from != NoiseFrom::kTake) return 1.0;
+  return CovarianceFactor(correlation_, FrameSeconds(k),
+                          frames_[k].process_noise[joint_idx],
+                          frames_[k].variance_m2[joint_idx]);
+}
+
+LearntNoise PersonNoise::Learnt() const {
+  LearntNoise learnt;
+  for (int c = 0; c < kJointClassCount; ++c) {
+    if (!present_[c]) continue;
+    LearntNoise::OfClass& of_class = learnt.classes[c];
+    of_class.joints_seen = scales_.count(static_cast<JointClass>(c));
+    of_class.sigma_px = options_.sigma_px[c] * scale_[c];
+    of_class.process_noise =
+        UsualProcessNoise(static_cast<JointClass>(c)) * std::exp(level_[c]);
+    of_class.least_process_noise = least_[c];
+    of_class.greatest_process_noise = greatest_[c];
+  }
+  learnt.correlation = correlation_;
+  return learnt;
+}
+
+std::string ToString(const LearntNoise& learnt) {
+  std::ostringstream line;
+  line.precision(2);
+  line << "errors last " << learnt.correlation.time_s << " s (share "
+       << learnt.correlation.share << ")";
+  for (int c = 0; c < kJointClassCount; ++c) {
+    const LearntNoise::OfClass& of_class = learnt.classes[c];
+    if (of_class.joints_seen == 0) continue;
+    line << "; " << ToString(static_cast<JointClass>(c)) << " "
+         << of_class.sigma_px << " px, " << of_class.process_noise << " ("
+         << of_class.least_process_noise << " .. "
+         << of_class.greatest_process_noise << ") m^2/s^3";
+  }
+  return line.str();
+}
+
+}  // namespace kinegraph

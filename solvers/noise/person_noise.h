@@ -1,0 +1,108 @@
+// What a take tells of its own noise: the detector's and the motion's, of one
+// person.
+#ifndef KINEGRAPH_SOLVERS_NOISE_PERSON_NOISE_H_
+#define KINEGRAPH_SOLVERS_NOISE_PERSON_NOISE_H_
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/tracking/estimator.h"
+#include "solvers/graph/options.h"
+#include "solvers/graph/problem.h"
+#include "solvers/noise/filter_bank.h"
+#include "solvers/noise/frame_points.h"
+#include "solvers/noise/motion_level.h"
+#include "solvers/noise/pixel_noise.h"
+
+namespace kinegraph {
+
+// What was learnt, in physical units.
+struct LearntNoise {
+  struct OfClass {
+    // Joints of single frames whose residuals told the detector's error; 0:
+    // nothing was learnt of this class.
+    int64_t joints_seen = 0;
+    // Error of a confidence of 1 at 4 m with a focal length of 1000 px [px].
+    double sigma_px = 0.0;
+    // Power of the white noise on acceleration [m^2/s^3]: the take's level.
+    double process_noise = 0.0;
+    // Least and greatest power of any interval of time so far.
+    double least_process_noise = 0.0;
+    double greatest_process_noise = 0.0;
+  };
+  std::array<OfClass, kJointClassCount> classes;
+  ErrorCorrelation correlation;
+};
+
+// One line for the log: "errors last 0.10 s (share 0.90); wrist 3.1 px, 4.2
+// (0.4 .. 120) m^2/s^3; ...".
+std::string ToString(const LearntNoise& learnt);
+
+// The batch gives it the whole take at once, the window frame by frame.
+class PersonNoise {
+ public:
+  // `scene` and `options` must outlive it.
+  PersonNoise(const SceneModel& scene, const GraphOptions& options);
+
+  // Everything from all frames of the problem.
+  void LearnTake(const PersonProblem& problem);
+
+  // From what was seen so far: the problem's frame `k`, which follows those
+  // that are kept; and how to forget the oldest of those.
+  void AddFrame(const PersonProblem& problem, size_t k);
+  void DropFirstFrame();
+
+  // Writes sigmas, information and process noise of all frames of `problem`,
+  // which are those kept here.
+  void Apply(PersonProblem* problem);
+
+  // On the covariance of that joint, in a frame that Apply has seen.
+  double CovarianceFactorOf(int joint_idx, size_t k) const;
+
+  LearntNoise Learnt() const;
+
+ private:
+  struct Frame {
+    TimeNs time = 0;
+    // By class; where no joint of it was located all zero.
+    std::array<Levels, kJointClassCount> evidence{};
+    std::vector<double> variance_m2;  // by joint: of the located point, an axis
+    std::vector<double> process_noise;  // by joint, as Apply found it
+  };
+
+  int joint_count() const { return scene_.skeleton.joint_count(); }
+  int ClassOf(int joint_idx) const {
+    return static_cast<int>(scene_.skeleton.joint_class(joint_idx));
+  }
+  void LearnPixels(const PersonProblem& problem, size_t k, int joint_idx);
+  void RefreshScales();
+  Frame Locate(const PersonProblem& problem, size_t k, bool anew);
+  double FrameSeconds(size_t k) const;
+  void ApplyLevels(PersonProblem* problem);
+
+  const SceneModel& scene_;
+  const GraphOptions& options_;
+  FrameTriangulator triangulator_;
+  NoiseScales scales_;
+  CorrelationLearner correlations_;
+  JointClassTable scale_;
+  ErrorCorrelation correlation_;
+  std::vector<FilterBank> banks_;         // by joint
+  std::vector<double> last_variance_m2_;  // by joint
+  std::vector<Frame> frames_;
+  std::array<Levels, kJointClassCount> evidence_{};  // of all frames ever
+  std::array<bool, kJointClassCount> present_{};     // in the skeleton
+  // Of the frame before the first kept one; none: the stationary belief.
+  std::array<LevelChain::Vector, kJointClassCount> belief_;
+  bool has_belief_ = false;
+  TimeNs belief_time_ = 0;
+  std::array<double, kJointClassCount> level_{};  // ln, of the take
+  std::array<double, kJointClassCount> least_{};
+  std::array<double, kJointClassCount> greatest_{};
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_NOISE_PERSON_NOISE_H_

@@ -1,0 +1,193 @@
+#include "solvers/noise/pixel_noise.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solvers/noise/chi_square.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kLowShare = 0.3;
+
+// By number of views, from two on; more count as the last.
+constexpr int kMostViews = 64;
+
+using QuantileTable = std::array<double, kMostViews + 1>;
+
+QuantileTable MakeTable(double share) {
+  QuantileTable table{};
+  for (int views = 2; views <= kMostViews; ++views) {
+    table[views] = ChiSquareQuantile(share, 2.0 * views - 3.0);
+  }
+  return table;
+}
+
+double LowQuantileOf(size_t views) {
+  static const QuantileTable kTable = MakeTable(kLowShare);
+  return kTable[std::min<size_t>(views, kMostViews)];
+}
+
+double HighQuantileOf(size_t views) {
+  static const QuantileTable kTable = MakeTable(0.95);
+  return kTable[std::min<size_t>(views, kMostViews)];
+}
+
+}  // namespace
+
+NoiseScales::NoiseScales() {
+  for (Counts& counts : classes_) counts.weight.assign(kBinCount, 0.0f);
+  all_.weight.assign(kBinCount, 0.0f);
+}
+
+void NoiseScales::Add(JointClass joint_class,
+                      const TriangulationResiduals& residuals) {
+  const double variance =
+      residuals.square / LowQuantileOf(residuals.views.size());
+  if (!std::isfinite(variance)) return;
+  const double position =
+      (std::log(std::max(variance, 1e-300)) - kLeast) / kBin;
+  const int bin = static_cast<int>(std::clamp(position, 0.0, kBinCount - 1.0));
+  const auto weight = static_cast<float>(residuals.degrees_of_freedom());
+  for (Counts* counts : {&classes_[static_cast<int>(joint_class)], &all_}) {
+    counts->weight[bin] += weight;
+    counts->total += weight;
+    ++counts->joints;
+  }
+}
+
+// ln variance below which the share lies.
+double NoiseScales::LowQuantile(const Counts& counts) {
+  const double wanted = kLowShare * counts.total;
+  double below = 0.0;
+  int bin = 0;
+  while (bin < kBinCount - 1 && below + counts.weight[bin] < wanted) {
+    below += counts.weight[bin++];
+  }
+  const double inside = std::max<double>(counts.weight[bin], 1e-12);
+  const double share = std::clamp((wanted - below) / inside, 0.0, 1.0);
+  return kLeast + (bin + share) * kBin;
+}
+
+double NoiseScales::Scale(JointClass joint_class) const {
+  // As if so many joints with the modelled sigma had been seen by four views
+  // before, and so many of each class with the person's. Fewer views tell less.
+  constexpr double kPrior = 20.0;
+  constexpr double kClassPrior = 40.0;
+  if (all_.joints == 0) return 1.0;
+  constexpr double kFourViews = 5.0;  // degrees of freedom
+  const double all_count = all_.total / kFourViews;
+  const double all =
+      all_count * LowQuantile(all_) / (all_count + kPrior);  // ln 1 is 0
+  const Counts& own = classes_[static_cast<int>(joint_class)];
+  double log_variance = all;
+  if (own.joints > 0) {
+    const double count = own.total / kFourViews;
+    log_variance =
+        (count * LowQuantile(own) + kClassPrior * all) / (count + kClassPrior);
+  }
+  // Exact data have no noise to learn, and would leave nothing to smooth.
+  constexpr double kMost = 16.0;
+  return std::clamp(std::exp(0.5 * log_variance), 1.0 / kMost, kMost);
+}
+
+int64_t NoiseScales::count(JointClass joint_class) const {
+  return classes_[static_cast<int>(joint_class)].joints;
+}
+
+CorrelationLearner::CorrelationLearner(int joint_count, int view_count,
+                                       double frame_rate_hz)
+    : view_count_(view_count),
+      frame_s_(1.0 / frame_rate_hz),
+      pasts_(static_cast<size_t>(joint_count * view_count)) {
+  constexpr double kLongest_s = 0.25;
+  constexpr int kLeastLags = 3;
+  lags_.resize(static_cast<size_t>(
+      std::max<double>(kLeastLags, std::floor(kLongest_s * frame_rate_hz))));
+}
+
+void CorrelationLearner::Add(int joint_idx, TimeNs time, double scale,
+                             const TriangulationResiduals& residuals) {
+  constexpr double kFar = 5.0;  // sigmas
+  const double variance = scale * scale;
+  const bool good =
+      residuals.square < variance * HighQuantileOf(residuals.views.size());
+  if (!good) return;
+  const int count = static_cast<int>(residuals.views.size());
+  const auto longest = static_cast<int64_t>(lags_.size());
+  for (const TriangulationResiduals::View& view : residuals.views) {
+    const Eigen::Vector2d residual = view.residual / scale;
+    if (residual.squaredNorm() > kFar * kFar) continue;
+    Past& past =
+        pasts_[static_cast<size_t>(joint_idx * view_count_ + view.view_idx)];
+    // Forget what is too old, now and then.
+    size_t first = past.begin;
+    while (first < past.entries.size() &&
+           std::llround(ToSeconds(time - past.entries[first].time) / frame_s_) >
+               longest) {
+      ++first;
+    }
+    past.begin = first;
+    if (past.begin > 64) {
+      past.entries.erase(
+          past.entries.begin(),
+          past.entries.begin() + static_cast<std::ptrdiff_t>(past.begin));
+      past.begin = 0;
+    }
+    for (size_t i = past.begin; i < past.entries.size(); ++i) {
+      const Past::Entry& entry = past.entries[i];
+      if (entry.view_count != count) continue;
+      const int64_t lag = std::llround(ToSeconds(time - entry.time) / frame_s_);
+      if (lag < 1 || lag > longest) continue;
+      Lag& sums = lags_[static_cast<size_t>(lag - 1)];
+      sums.product += residual.dot(entry.residual);
+      sums.square +=
+          0.5 * (residual.squaredNorm() + entry.residual.squaredNorm());
+    }
+    past.entries.push_back({time, count, residual});
+  }
+}
+
+ErrorCorrelation CorrelationLearner::Fit() const {
+  // What detectors do (lag-one correlation 0.6 to 0.8 at 25 Hz), worth this
+  // many squared sigmas at each lag.
+  constexpr double kPrior = 60.0;
+  constexpr double kPriorShare = 0.9;
+  constexpr double kPriorTime_s = 0.1;
+  constexpr double kShortest_s = 0.02;
+  constexpr double kLongest_s = 1.0;
+  constexpr int kSteps = 60;
+  constexpr double kLeastShare = 0.15;  // below it the noise counts as white
+  ErrorCorrelation best;
+  best.share = 0.0;
+  double least = 1e300;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double time_s =
+        kShortest_s *
+        std::pow(kLongest_s / kShortest_s, static_cast<double>(i) / kSteps);
+    double cross = 0.0;
+    double square = 0.0;
+    double total = 0.0;
+    for (size_t l = 0; l < lags_.size(); ++l) {
+      const double dt_s = static_cast<double>(l + 1) * frame_s_;
+      const double weight = lags_[l].square + kPrior;
+      const double prior =
+          kPriorShare * std::exp(-dt_s / kPriorTime_s) * kPrior;
+      const double seen = (lags_[l].product + prior) / weight;
+      const double model = std::exp(-dt_s / time_s);
+      cross += weight * model * seen;
+      square += weight * model * model;
+      total += weight * seen * seen;
+    }
+    const double share = std::clamp(cross / square, 0.0, 1.0);
+    const double misfit = total - 2.0 * share * cross + share * share * square;
+    if (misfit < least) {
+      least = misfit;
+      best = {share, time_s};
+    }
+  }
+  if (best.share < kLeastShare) best.share = 0.0;
+  return best;
+}
+
+}  // namespace kinegraph

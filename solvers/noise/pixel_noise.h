@@ -1,0 +1,114 @@
+// How far off a detector is in this take, and for how long: from residuals of
+// joints that were triangulated frame by frame, so that motion has no part in
+// it.
+#ifndef KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_
+#define KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// What least squares leave of one joint in one frame.
+struct TriangulationResiduals {
+  struct View {
+    int view_idx = 0;
+    Eigen::Vector2d residual = Eigen::Vector2d::Zero();  // modelled sigmas
+  };
+  std::vector<View> views;  // two or more
+  // Sum of their squares: chi-square with as many degrees of freedom times the
+  // square of the scale, if all is Gaussian.
+  double square = 0.0;
+  int degrees_of_freedom() const {
+    return 2 * static_cast<int>(views.size()) - 3;
+  }
+};
+
+// Factor on the modelled sigma, by class of joint. A low quantile of the
+// squares tolerates outliers, which only make large ones larger: of n views
+// with 2 n - 3 degrees of freedom the 0.3 quantile is matched. Classes of which
+// little was seen are drawn to the person's own scale, and that to 1. Counts in
+// bins of 2 %, so memory does not grow and what came first may be told any
+// time.
+class NoiseScales {
+ public:
+  NoiseScales();
+
+  void Add(JointClass joint_class, const TriangulationResiduals& residuals);
+
+  // Factor on sigma, 1/16 .. 16.
+  double Scale(JointClass joint_class) const;
+  // Joints of that class and frame that were counted.
+  int64_t count(JointClass joint_class) const;
+
+ private:
+  static constexpr double kBin = 0.04;     // of ln variance
+  static constexpr double kLeast = -14.0;  // ln variance
+  static constexpr int kBinCount = 700;    // up to e^14
+  struct Counts {
+    std::vector<float> weight;  // by bin: degrees of freedom
+    double total = 0.0;
+    int64_t joints = 0;
+  };
+  static double LowQuantile(const Counts& counts);
+
+  std::array<Counts, kJointClassCount> classes_;
+  Counts all_;
+};
+
+// Correlation of a detector's errors over time: share * exp(-|dt| / time_s)
+// for dt > 0; the rest of the variance is white.
+struct ErrorCorrelation {
+  double share = 0.0;  // 0 .. 1
+  double time_s = 0.1;
+};
+
+// Learns it from pairs of residuals of one joint in one view, up to a quarter
+// of a second apart, of frames in which as many views saw the joint and none is
+// far off.
+class CorrelationLearner {
+ public:
+  CorrelationLearner(int joint_count, int view_count, double frame_rate_hz);
+
+  // The next frame of a joint; `scale` is what its sigma must be multiplied
+  // by. Time has advanced since the joint's last frame.
+  void Add(int joint_idx, TimeNs time, double scale,
+           const TriangulationResiduals& residuals);
+
+  // As if a few pairs with the usual correlation of detectors had been seen
+  // before.
+  ErrorCorrelation Fit() const;
+
+  // By lag in frames from 1 on: correlation and number of pairs.
+  struct Lag {
+    double product = 0.0;
+    double square = 0.0;
+  };
+  const std::vector<Lag>& lags() const { return lags_; }
+
+ private:
+  // Of one joint in one view: the last quarter of a second, newest last.
+  struct Past {
+    struct Entry {
+      TimeNs time = 0;
+      int view_count = 0;
+      Eigen::Vector2d residual = Eigen::Vector2d::Zero();
+    };
+    std::vector<Entry> entries;
+    size_t begin = 0;
+  };
+
+  const int view_count_;
+  const double frame_s_;
+  std::vector<Past> pasts_;
+  std::vector<Lag> lags_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_

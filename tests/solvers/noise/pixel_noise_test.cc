@@ -1,0 +1,127 @@
+#include "solvers/noise/pixel_noise.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "core/base/random.h"
+#include "solvers/noise/chi_square.h"
+
+namespace kinegraph {
+namespace {
+
+// Residuals of four views, sigma times `scale`, five degrees of freedom: the
+// first five coordinates are noise, the rest is explained.
+TriangulationResiduals Draw(double scale, Random* random) {
+  TriangulationResiduals residuals;
+  residuals.views.resize(4);
+  for (int i = 0; i < 5; ++i) {
+    const double value = scale * random->Normal();
+    residuals.square += value * value;
+  }
+  return residuals;
+}
+
+TEST(ChiSquareTest, KnowsTables) {
+  // Printed tables, and the median of two degrees of freedom in closed form.
+  EXPECT_NEAR(ChiSquareQuantile(0.95, 3.0), 7.814728, 1e-6);
+  EXPECT_NEAR(ChiSquareQuantile(0.5, 2.0), 2.0 * std::log(2.0), 1e-9);
+  EXPECT_NEAR(ChiSquareQuantile(0.3, 1.0), 0.148472, 1e-6);
+  EXPECT_NEAR(ChiSquareQuantile(0.3, 5.0), 2.999908, 1e-6);
+}
+
+TEST(NoiseScalesTest, RecoversTheScale) {
+  Random random(1);
+  NoiseScales scales;
+  for (int i = 0; i < 2000; ++i) {
+    scales.Add(JointClass::kKnee, Draw(1.7, &random));
+  }
+  // The 0.3 quantile of n draws has the standard error
+  // sqrt(0.21 / n) / density(3.0) = 0.066, 1.1 % of sigma; three of them, and
+  // the prior's share of 60 in 2000 that pulls ln 1.7 by 3 %.
+  EXPECT_NEAR(scales.Scale(JointClass::kKnee), 1.7, 1.7 * (0.033 + 0.016));
+  EXPECT_EQ(scales.count(JointClass::kKnee), 2000);
+}
+
+TEST(NoiseScalesTest, OutliersHardlyMatter) {
+  Random random(2);
+  NoiseScales scales;
+  for (int i = 0; i < 2000; ++i) {
+    scales.Add(JointClass::kWrist, Draw(i % 10 == 0 ? 30.0 : 1.0, &random));
+  }
+  // A tenth of large ones makes the 0.3 quantile the 0.333 quantile of the
+  // rest: 3.21 instead of 3.00, 3.5 % of sigma; and three standard errors.
+  EXPECT_NEAR(scales.Scale(JointClass::kWrist), 1.035, 0.035);
+}
+
+TEST(NoiseScalesTest, AClassHardlySeenTakesThePersonsScale) {
+  Random random(3);
+  NoiseScales scales;
+  EXPECT_EQ(scales.Scale(JointClass::kHead), 1.0);
+  for (int i = 0; i < 2000; ++i) {
+    scales.Add(JointClass::kHip, Draw(0.5, &random));
+  }
+  for (int i = 0; i < 4; ++i) {
+    scales.Add(JointClass::kAnkle, Draw(4.0, &random));
+  }
+  // ln 8 between the two, of which 4 / 44 counts.
+  EXPECT_NEAR(std::log(scales.Scale(JointClass::kAnkle) /
+                       scales.Scale(JointClass::kHip)),
+              std::log(8.0) * 4.0 / 44.0, 0.1);
+  EXPECT_EQ(scales.Scale(JointClass::kHead), scales.Scale(JointClass::kHip));
+}
+
+// Fits the correlation of one joint in `views` views over `seconds`, AR(1)
+// errors with that share and time.
+ErrorCorrelation FitSimulated(double share, double time_s, double rate_hz,
+                              double seconds, uint64_t seed) {
+  constexpr int kViews = 4;
+  Random random(seed);
+  CorrelationLearner learner(1, kViews, rate_hz);
+  std::vector<Eigen::Vector2d> slow(kViews);
+  for (Eigen::Vector2d& s : slow) s << random.Normal(), random.Normal();
+  const double phi = std::exp(-1.0 / (rate_hz * time_s));
+  const double root = std::sqrt(1.0 - phi * phi);
+  for (int k = 0; k < static_cast<int>(seconds * rate_hz); ++k) {
+    TriangulationResiduals residuals;
+    for (int v = 0; v < kViews; ++v) {
+      slow[v] = phi * slow[v] +
+                root * Eigen::Vector2d(random.Normal(), random.Normal());
+      TriangulationResiduals::View& view = residuals.views.emplace_back();
+      view.view_idx = v;
+      view.residual = std::sqrt(share) * slow[v] +
+                      std::sqrt(1.0 - share) *
+                          Eigen::Vector2d(random.Normal(), random.Normal());
+      // Five of eight coordinates are left: as small as that makes it.
+      residuals.square += 5.0 / 8.0 * view.residual.squaredNorm();
+    }
+    learner.Add(0, FromSeconds(k / rate_hz), 1.0, residuals);
+  }
+  return learner.Fit();
+}
+
+TEST(CorrelationLearnerTest, FindsHowLongErrorsLast) {
+  // 60 s of errors that last 0.1 s are 60 / 0.2 independent looks in each of
+  // eight coordinates: correlations are good to 1 / sqrt(2400) = 0.02, a time
+  // between lags of 0 and 0.25 s to about a tenth. Frames with large residuals
+  // are left out, which shortens it a little.
+  for (const double rate_hz : {25.0, 120.0}) {
+    const ErrorCorrelation fit = FitSimulated(0.9, 0.1, rate_hz, 60.0, 4);
+    EXPECT_NEAR(fit.share, 0.9, 0.1) << rate_hz;
+    EXPECT_NEAR(fit.time_s, 0.1, 0.03) << rate_hz;
+  }
+}
+
+TEST(CorrelationLearnerTest, WhiteErrorsAreWhite) {
+  EXPECT_EQ(FitSimulated(0.0, 0.1, 30.0, 60.0, 5).share, 0.0);
+}
+
+TEST(CorrelationLearnerTest, BelievesTheUsualBeforeItSaw) {
+  const ErrorCorrelation fit = CorrelationLearner(17, 4, 25.0).Fit();
+  EXPECT_NEAR(fit.share, 0.9, 0.02);
+  EXPECT_NEAR(fit.time_s, 0.1, 0.01);
+}
+
+}  // namespace
+}  // namespace kinegraph
