@@ -4,14 +4,19 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "apps/common/app.h"
 #include "apps/common/progress.h"
+#include "apps/common/refinement.h"
 #include "core/base/error.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
 #include "core/io/identity_edits.h"
 #include "core/io/track_writer.h"
+#include "solvers/scene/camera_check.h"
+#include "solvers/session/refine_take.h"
 #include "solvers/session/run.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
@@ -30,6 +35,29 @@ DEFINE_bool(keys, false, "list the keys of a configuration and leave");
 
 namespace kinegraph {
 namespace {
+
+// NAME.cameras.json beside NAME.jsonl.
+std::string CamerasPath(const std::string& tracks) {
+  const std::string extension = ".jsonl";
+  const bool has_it = tracks.size() > extension.size() &&
+                      tracks.compare(tracks.size() - extension.size(),
+                                     extension.size(), extension) == 0;
+  return (has_it ? tracks.substr(0, tracks.size() - extension.size())
+                 : tracks) +
+         ".cameras.json";
+}
+
+// One line when a camera does not see people where the others put them.
+void WarnOfCameras(const CameraCheck& check) {
+  std::string all;
+  for (const std::string& warning : check.Warnings()) {
+    all += (all.empty() ? "" : "; ") + warning;
+  }
+  if (all.empty()) return;
+  std::fprintf(stderr,
+               "kinegraph-track: warning: %s: kinegraph doctor says more\n",
+               all.c_str());
+}
 
 void RunTrack() {
   if (FLAGS_keys) {
@@ -57,9 +85,24 @@ void RunTrack() {
   const auto open = [&] {
     return OpenDetections(FLAGS_detections, DetectionOptionsOf(options));
   };
-  const std::unique_ptr<DetectionSource> source = open();
+  std::optional<RefinedTake> refined;
+  if (options.refine.any()) {
+    refined = RefineTake(
+        options, request,
+        ReadDetections(FLAGS_detections, DetectionOptionsOf(options)));
+    request.cameras = refined->cameras;
+  }
+  const SourceOpener reopen = [&]() -> std::unique_ptr<DetectionSource> {
+    if (!refined.has_value()) return open();
+    return std::make_unique<MemorySource>(refined->detections);
+  };
+  const std::unique_ptr<DetectionSource> source = reopen();
   const int64_t frame_count = std::max<int64_t>(0, source->frame_count());
-  Session session(options, request, source->header(), open);
+  Session session(options, request, source->header(), reopen);
+  CameraCheck check(session.scene().model.cameras, source->header().skeleton,
+                    session.scene().model.skeleton);
+  session.set_frame_listener(
+      [&](const DetectionFrame& frame) { check.SeeDetections(frame); });
   if (session.scene().used_views.size() < 2) {
     std::fputs(
         "kinegraph-track: warning: one view alone cannot be "
@@ -73,8 +116,10 @@ void RunTrack() {
     Progress progress("tracking", frame_count * PassCount(options));
     session.set_progress(
         [&](int64_t frames_read) { progress.Set(frames_read); });
-    TrackAll(source.get(), &session,
-             [&](TrackFrame&& frame) { writer.Write(frame); });
+    TrackAll(source.get(), &session, [&](TrackFrame&& frame) {
+      check.SeeTracks(frame);
+      writer.Write(frame);
+    });
   }
   const RunSummary& summary = session.summary();
   if (summary.frames == 0) {
@@ -87,11 +132,20 @@ void RunTrack() {
   if (options.identity.link || !FLAGS_corrections.empty()) {
     WriteIdentityEdits(IdentityPathOf(FLAGS_out), session.identity_edits());
   }
+  if (refined.has_value()) {
+    WriteCameras(CamerasPath(FLAGS_out), refined->cameras,
+                 RefinementJson(*refined));
+  }
   writer.Commit();
   std::printf("%lld frames, %lld people, %lld poses -> %s\n",
               static_cast<long long>(summary.frames),
               static_cast<long long>(summary.people),
               static_cast<long long>(summary.person_frames), FLAGS_out.c_str());
+  if (refined.has_value()) {
+    std::printf("%s-> %s\n", RefinementText(*refined).c_str(),
+                CamerasPath(FLAGS_out).c_str());
+  }
+  WarnOfCameras(check);
 }
 
 }  // namespace

@@ -356,6 +356,12 @@ CameraRig ReadCameras(const std::string& path,
   return cameras;
 }
 
+CalibrationUnit UnitOfCalibration(const std::string& path,
+                                  const CameraReadOptions& options) {
+  const CalibrationFile file = ReadFile(path, options.format);
+  return {PerMetre(file, path, options.unit), !file.states_unit};
+}
+
 void ReadImageSize(const JsonField& field, CameraRecord* record) {
   const std::vector<int64_t> size = field.Integers(2);
   record->width_px = size[0];

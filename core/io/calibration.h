@@ -53,8 +53,19 @@ struct CameraReadOptions {
 CameraRig ReadCameras(const std::string& path,
                       const CameraReadOptions& options = {});
 
-// Writes our own format, which reads back to the same bits.
-void WriteCameras(const std::string& path, const CameraRig& cameras);
+// The unit in which ReadCameras reads the lengths of a file.
+struct CalibrationUnit {
+  double per_metre = 1.0;      // 1, 100 or 1000
+  bool can_be_changed = true;  // by cameras.unit: the file does not state it
+};
+CalibrationUnit UnitOfCalibration(const std::string& path,
+                                  const CameraReadOptions& options = {});
+
+// Writes our own format, which reads back to the same bits. `refinement` is a
+// JSON text that goes beside the cameras and that readers pass over; empty:
+// none.
+void WriteCameras(const std::string& path, const CameraRig& cameras,
+                  const std::string& refinement = "");
 
 }  // namespace kinegraph
 

@@ -2,7 +2,8 @@
 //   {"kinegraph_cameras": 1, "units": {"length": "m"}, "cameras": [
 //     {"name": "cam0", "image_size": [w, h] or null, "model": "opencv5",
 //      "K": 3x3 px, "distortion": [k1, k2, p1, p2, k3],
-//      "cam_from_world": {"R": 3x3, "t": [x, y, z]}}, ...]}
+//      "cam_from_world": {"R": 3x3, "t": [x, y, z]}}, ...],
+//    "refinement": {...}}  what `track` changed, if it did; not read
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/calibration_formats.h"
@@ -67,11 +68,13 @@ CalibrationFile ReadKinegraphCameras(const JsonField& file_root) {
   for (const JsonField& camera : root.At("cameras").Elements("camera")) {
     file.cameras.push_back(ReadCamera(camera));
   }
+  root.Find("refinement");  // how the cameras came about
   root.RejectUnread();
   return file;
 }
 
-void WriteCameras(const std::string& path, const CameraRig& cameras) {
+void WriteCameras(const std::string& path, const CameraRig& cameras,
+                  const std::string& refinement) {
   AtomicFile file(path);
   file.Write(
       "{\"kinegraph_cameras\": 1, \"units\": {\"length\": \"m\"}, "
@@ -83,7 +86,9 @@ void WriteCameras(const std::string& path, const CameraRig& cameras) {
                                                Json::error_handler_t::replace));
     separator = ",\n";
   }
-  file.Write("\n]}\n");
+  file.Write("\n]");
+  if (!refinement.empty()) file.Write(",\n\"refinement\": " + refinement);
+  file.Write("}\n");
   file.Commit();
 }
 

@@ -28,6 +28,7 @@ void RunOptions::Describe(OptionVisitor& visitor) {
   visitor.Leave();
   visitor.Enter("cameras");
   cameras.Describe(visitor);
+  refine.Describe(visitor);
   visitor.Leave();
   visitor.Enter("detections");
   detections.Describe(visitor);

@@ -14,6 +14,7 @@
 #include "core/skeleton/skeleton.h"
 #include "core/tracking/options.h"
 #include "solvers/factory.h"
+#include "solvers/scene/refine.h"
 
 namespace kinegraph {
 
@@ -38,6 +39,7 @@ struct RunOptions {
   InputOptions input;
   std::string skeleton;  // of the tracks; empty: the detections'
   CameraReadOptions cameras;
+  RefineOptions refine;  // in the table of the cameras
   DetectionReadOptions detections;
   TrackerOptions tracker;
   LinkOptions identity;

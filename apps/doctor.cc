@@ -1,0 +1,138 @@
+// kinegraph-doctor: what is wrong with a calibration or the clocks of a take.
+#include <fmt/format.h>
+#include <gflags/gflags.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "apps/common/app.h"
+#include "core/base/error.h"
+#include "core/io/atomic_file.h"
+#include "core/io/atomic_folder.h"
+#include "core/io/calibration.h"
+#include "core/io/detection_source.h"
+#include "solvers/session/diagnose.h"
+
+DEFINE_string(cameras, "", "calibration file or folder");
+DEFINE_string(detections, "", "2D detections: a file or a folder");
+DEFINE_string(config, "",
+              "configuration (TOML, see configs/); may be left out");
+DEFINE_string(set, "", "keys to change: key=value;key=value");
+DEFINE_string(frames, "", "frames to use: A:B includes A and excludes B");
+DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
+DEFINE_string(out, "", "folder to write: doctor.json, cameras.json, doctor.md");
+
+namespace kinegraph {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json ToJson(const Finding& finding) {
+  return {
+      {"kind", finding.kind},
+      {"camera", finding.camera.empty() ? Json(nullptr) : Json(finding.camera)},
+      {"confidence", finding.confidence},
+      {"before_px", finding.before_px},
+      {"after_px", finding.after_px},
+      {"fix", finding.fix},
+      {"evidence", finding.evidence}};
+}
+
+std::string JsonReport(const Diagnosis& diagnosis) {
+  Json findings = Json::array();
+  for (const Finding& finding : diagnosis.findings) {
+    findings.push_back(ToJson(finding));
+  }
+  const Json report = {{"verdict", diagnosis.sound ? "sound" : "suspect"},
+                       {"findings", findings},
+                       {"notes", diagnosis.notes}};
+  return report.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string Sentence(const Finding& finding) {
+  std::string text = finding.kind;
+  if (!finding.camera.empty()) text += " of " + finding.camera;
+  text += fmt::format(" (confidence {:.2f}): {}", finding.confidence,
+                      finding.evidence);
+  if (finding.before_px != finding.after_px) {
+    text += fmt::format("; {:.2f} px, with the fix {:.2f} px",
+                        finding.before_px, finding.after_px);
+  }
+  return text + ". Fix: " + finding.fix;
+}
+
+std::string MarkdownReport(const Diagnosis& diagnosis) {
+  std::string text = fmt::format("# Calibration and clocks: {}\n\n",
+                                 diagnosis.sound ? "sound" : "suspect");
+  for (const Finding& finding : diagnosis.findings) {
+    text += "- " + Sentence(finding) + "\n";
+  }
+  if (!diagnosis.findings.empty()) text += "\n";
+  text += "What was seen:\n\n";
+  for (const std::string& note : diagnosis.notes) text += "- " + note + "\n";
+  return text +
+         "\n`cameras.json` beside this file is the calibration with all that "
+         "was found set right.\n";
+}
+
+void WriteText(const std::string& path, const std::string& text) {
+  AtomicFile file(path);
+  file.Write(text);
+  file.Commit();
+}
+
+// The take; where nobody tells a frame rate, 25 Hz are taken for it.
+DetectionSequence ReadTake(RunOptions* options, std::string* note) {
+  DetectionSequence take =
+      ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));
+  if (take.header.frame_rate_hz > 0.0) return take;
+  options->input.frame_rate_hz = 25.0;
+  *note =
+      "no frame rate is told (input.frame_rate): 25 Hz taken, figures of "
+      "clocks are in 25ths of a second";
+  return ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));
+}
+
+void RunDoctor() {
+  RequireFlag("cameras", FLAGS_cameras);
+  RequireFlag("detections", FLAGS_detections);
+  RequireFlag("out", FLAGS_out);
+  RunOptions options = FLAGS_config.empty()
+                           ? ParseRunOptions("", FLAGS_set, "")
+                           : ReadRunOptions(FLAGS_config, FLAGS_set, "");
+  RunRequest request;
+  request.frames = ParseFrameRanges(FLAGS_frames);
+  request.without_cameras = ParseList(FLAGS_without_cameras, "without_cameras");
+  request.cameras = ReadCameras(FLAGS_cameras, options.cameras);
+  const CalibrationUnit unit =
+      UnitOfCalibration(FLAGS_cameras, options.cameras);
+  AtomicFolder folder(FLAGS_out);
+  std::string note;
+  const DetectionSequence take = ReadTake(&options, &note);
+  Diagnosis diagnosis = DiagnoseTake(options, request, take, unit);
+  if (!note.empty()) diagnosis.notes.push_back(note);
+  WriteText(folder.PathOf("doctor.json"), JsonReport(diagnosis));
+  WriteText(folder.PathOf("doctor.md"), MarkdownReport(diagnosis));
+  WriteCameras(folder.PathOf("cameras.json"), diagnosis.cameras);
+  folder.Commit();
+  std::printf("%s\n", diagnosis.sound ? "sound" : "suspect");
+  for (const Finding& finding : diagnosis.findings) {
+    std::printf("  %s\n", Sentence(finding).c_str());
+  }
+  for (const std::string& one : diagnosis.notes) {
+    std::printf("  - %s\n", one.c_str());
+  }
+  std::printf("-> %s\n", FLAGS_out.c_str());
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+int main(int argc, char** argv) {
+  return kinegraph::RunApp(
+      argc, argv,
+      {"doctor", "what is wrong with a calibration or the clocks of a take",
+       "--cameras=F --detections=PATH [--config=F.toml] --out=DIR"},
+      kinegraph::RunDoctor);
+}

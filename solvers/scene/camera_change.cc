@@ -1,0 +1,108 @@
+#include "solvers/scene/camera_change.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace kinegraph {
+namespace {
+
+Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
+  Eigen::Matrix3d matrix;
+  matrix << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return matrix;
+}
+
+// d exp(vector) y / d vector = -[exp(vector) y]x J(vector): the left Jacobian
+// of rotations (Barfoot, State Estimation for Robotics, section 7.1.5).
+Eigen::Matrix3d LeftJacobian(const Eigen::Vector3d& vector) {
+  const double angle = vector.norm();
+  const Eigen::Matrix3d cross = Cross(vector);
+  // Below this the next terms of the series are under double precision.
+  constexpr double kSmall = 1e-5;
+  if (angle < kSmall) {
+    return Eigen::Matrix3d::Identity() + 0.5 * cross + cross * cross / 6.0;
+  }
+  const double square = angle * angle;
+  return Eigen::Matrix3d::Identity() +
+         (1.0 - std::cos(angle)) / square * cross +
+         (angle - std::sin(angle)) / (square * angle) * cross * cross;
+}
+
+}  // namespace
+
+Eigen::Matrix3d ExpRotation(const Eigen::Vector3d& vector) {
+  const double angle = vector.stableNorm();
+  if (!(angle > 0.0)) return Eigen::Matrix3d::Identity();
+  return Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
+}
+
+std::optional<Eigen::Vector2d> ProjectChanged(
+    const Camera& camera, const CameraChange& change,
+    const Eigen::Vector3d& point_m, Matrix23d* by_point,
+    Eigen::Matrix<double, 2, kChangeSize>* by_change) {
+  const Eigen::Vector3d vector = change.segment<3>(kRotationAt);
+  const Eigen::Matrix3d turn = ExpRotation(vector);
+  const Eigen::Matrix3d R = turn * camera.R();
+  const Eigen::Vector3d in_camera =
+      R * (point_m - camera.centre() - change.segment<3>(kCentreAt));
+  if (!(in_camera.z() > 0.0)) return std::nullopt;
+  const double inverse_z = 1.0 / in_camera.z();
+  const Eigen::Vector2d ideal = in_camera.head<2>() * inverse_z;
+  const bool wants_jacobian = by_point != nullptr || by_change != nullptr;
+  Eigen::Vector2d distorted = ideal;
+  Eigen::Matrix2d d_lens = Eigen::Matrix2d::Identity();
+  if (camera.lens() != nullptr) {
+    if (!camera.lens()->InDomain(ideal)) return std::nullopt;
+    distorted =
+        camera.lens()->Distort(ideal, wants_jacobian ? &d_lens : nullptr);
+  }
+  const Eigen::Matrix2d k =
+      std::exp(change[kFocalAt]) * camera.K().topLeftCorner<2, 2>();
+  const Eigen::Vector2d magnified = k * distorted;
+  const Eigen::Vector2d px =
+      magnified + camera.K().block<2, 1>(0, 2) + change.segment<2>(kShiftAt);
+  if (!px.allFinite()) return std::nullopt;
+  if (wants_jacobian) {
+    Matrix23d d_ideal;  // by the point in the camera frame
+    d_ideal << inverse_z, 0.0, -ideal.x() * inverse_z, 0.0, inverse_z,
+        -ideal.y() * inverse_z;
+    const Matrix23d by_camera_point = k * d_lens * d_ideal;
+    const Matrix23d by_world = by_camera_point * R;
+    if (by_point != nullptr) *by_point = by_world;
+    if (by_change != nullptr) {
+      by_change->setZero();
+      by_change->middleCols<3>(kRotationAt) =
+          -by_camera_point * Cross(in_camera) * LeftJacobian(vector);
+      by_change->middleCols<3>(kCentreAt) = -by_world;
+      by_change->middleCols<2>(kShiftAt).setIdentity();
+      by_change->col(kFocalAt) = magnified;
+    }
+  }
+  return px;
+}
+
+Camera ChangedCamera(const Camera& camera, const CameraChange& change) {
+  CameraParameters parameters = camera.parameters();
+  parameters.K.topLeftCorner<2, 2>() *= std::exp(change[kFocalAt]);
+  parameters.K.block<2, 1>(0, 2) += change.segment<2>(kShiftAt);
+  parameters.R = ExpRotation(change.segment<3>(kRotationAt)) * camera.R();
+  parameters.t =
+      -(parameters.R * (camera.centre() + change.segment<3>(kCentreAt)));
+  return Camera(parameters);
+}
+
+std::vector<int> FreeParameters::Places() const {
+  std::vector<int> places;
+  const auto add = [&](bool wanted, int begin, int count) {
+    for (int i = 0; wanted && i < count; ++i) places.push_back(begin + i);
+  };
+  add(rotation, kRotationAt, 3);
+  add(centre, kCentreAt, 3);
+  add(shift, kShiftAt, 2);
+  add(focal, kFocalAt, 1);
+  add(offset, kOffsetAt, 1);
+  add(drift, kDriftAt, 1);
+  return places;
+}
+
+}  // namespace kinegraph

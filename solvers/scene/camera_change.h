@@ -1,0 +1,58 @@
+// How a camera or its clock differs from what the calibration states.
+#ifndef KINEGRAPH_SOLVERS_SCENE_CAMERA_CHANGE_H_
+#define KINEGRAPH_SOLVERS_SCENE_CAMERA_CHANGE_H_
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/geometry/camera.h"
+
+namespace kinegraph {
+
+// Places of a change's parameters in a vector; each begins a block.
+inline constexpr int kRotationAt = 0;  // 3 [rad], about the camera's own axes
+inline constexpr int kCentreAt = 3;    // 3 [m], in the world
+inline constexpr int kShiftAt = 6;     // 2 [px], on the image
+inline constexpr int kFocalAt = 8;     // 1, logarithm of the factor
+inline constexpr int kOffsetAt = 9;    // 1 [s], added to the time of capture
+inline constexpr int kDriftAt = 10;    // 1 [s/s], of the time in the take
+inline constexpr int kChangeSize = 11;
+
+// All zero: the calibration is right. Ideal rays are turned by exp(rotation)
+// after the stated rotation; the centre moves in the world; the image is
+// magnified about the principal point and then shifted.
+using CameraChange = Eigen::Matrix<double, kChangeSize, 1>;
+
+// Rotation by |vector| radians about its direction.
+Eigen::Matrix3d ExpRotation(const Eigen::Vector3d& vector);
+
+// Raw pixel of a point in the camera that the change makes of `camera` (clock
+// aside). nullopt as Camera::Project. The Jacobians may be null: by the point
+// (2x3, px/m) and by the change (2 x kChangeSize; zero for the clock).
+std::optional<Eigen::Vector2d> ProjectChanged(
+    const Camera& camera, const CameraChange& change,
+    const Eigen::Vector3d& point_m, Matrix23d* by_point,
+    Eigen::Matrix<double, 2, kChangeSize>* by_change);
+
+// The camera itself.
+Camera ChangedCamera(const Camera& camera, const CameraChange& change);
+
+// Which parameters are estimated.
+struct FreeParameters {
+  bool rotation = false;
+  bool centre = false;
+  bool shift = false;
+  bool focal = false;
+  bool offset = false;
+  bool drift = false;
+
+  // Places in a CameraChange, ascending.
+  std::vector<int> Places() const;
+  bool any_camera() const { return rotation || centre || shift || focal; }
+  bool any_clock() const { return offset || drift; }
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SCENE_CAMERA_CHANGE_H_

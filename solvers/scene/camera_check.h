@@ -1,0 +1,66 @@
+// A cheap look at a finished run: does each camera see people where the others
+// put them? For one line at the end of `track`; the doctor says more.
+#ifndef KINEGRAPH_SOLVERS_SCENE_CAMERA_CHECK_H_
+#define KINEGRAPH_SOLVERS_SCENE_CAMERA_CHECK_H_
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/data/pose.h"
+#include "core/geometry/camera.h"
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+class CameraCheck {
+ public:
+  // Cameras in the order of the views; skeletons of detections and tracks.
+  CameraCheck(CameraRig cameras, const Skeleton& detections,
+              const Skeleton& tracks);
+
+  // Frames as the tracker is fed, ascending. Keeps some: one in `kStride`, up
+  // to a few hundred.
+  void SeeDetections(const DetectionFrame& frame);
+  // Frames that were written, ascending.
+  void SeeTracks(const TrackFrame& frame);
+
+  struct View {
+    int64_t people = 0;        // written people whose place the view shows
+    int64_t seen = 0;          // of them, with a detection near by
+    double median_x_px = 0.0;  // of detection less projection
+    double median_y_px = 0.0;
+    double px_per_m = 0.0;  // at the people's depth
+  };
+  std::vector<View> Views() const;
+  // One sentence for each camera that is off; empty when all is well or too
+  // little was seen.
+  std::vector<std::string> Warnings() const;
+
+ private:
+  static constexpr int64_t kStride = 5;
+  static constexpr size_t kMostFrames = 400;
+
+  struct Residuals {
+    int64_t people = 0;
+    int64_t seen = 0;
+    std::vector<double> x_px;
+    std::vector<double> y_px;
+    double px_per_m = 0.0;
+  };
+
+  void Compare(const DetectionFrame& frame, const PersonPose& person);
+
+  CameraRig cameras_;
+  std::vector<int> track_joint_;  // of a detection's joint, or -1
+  int64_t frames_fed_ = 0;
+  size_t frames_kept_ = 0;
+  std::map<int64_t, DetectionFrame> waiting_;
+  std::vector<Residuals> views_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SCENE_CAMERA_CHECK_H_

@@ -1,0 +1,174 @@
+#include "solvers/scene/clock_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace kinegraph {
+namespace {
+
+// A lag must bring this much agreement (of 1): between people who stand about
+// any lag looks alike.
+constexpr double kMinGain = 0.04;
+constexpr int kFramesToCompare = 30;
+
+// Agreement of one pair of views by lag, -max .. max.
+class LagTable {
+ public:
+  LagTable(const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
+           int max_lag)
+      : cameras_(cameras), ideal_(ideal), max_lag_(max_lag) {
+    const size_t views = cameras.size();
+    scores_.resize(views * views);
+  }
+
+  // Compares every `step`th lag.
+  void Fill(size_t a, size_t b, const std::vector<int>& frames, int step) {
+    std::vector<double>& row = scores_[a * cameras_.size() + b];
+    row.assign(static_cast<size_t>(2 * max_lag_ + 1), 0.0);
+    for (int lag = -max_lag_; lag <= max_lag_; lag += step) {
+      const double score = AgreementOf(cameras_[a], ideal_[a], cameras_[b],
+                                       ideal_[b], frames, lag)
+                               .score();
+      for (int i = lag; i < lag + step && i <= max_lag_; ++i) {
+        row[static_cast<size_t>(i + max_lag_)] = score;
+      }
+    }
+  }
+
+  double Of(size_t a, size_t b, int lag) const {
+    if (a > b) return Of(b, a, -lag);
+    if (std::abs(lag) > max_lag_) return 0.0;
+    return scores_[a * cameras_.size() + b]
+                  [static_cast<size_t>(lag + max_lag_)];
+  }
+
+  double Total(const std::vector<int>& lags) const {
+    double total = 0.0;
+    for (size_t a = 0; a < lags.size(); ++a) {
+      for (size_t b = a + 1; b < lags.size(); ++b) {
+        total += Of(a, b, lags[b] - lags[a]);
+      }
+    }
+    return total;
+  }
+
+ private:
+  const CameraRig& cameras_;
+  const std::vector<ViewPeople>& ideal_;
+  int max_lag_;
+  std::vector<std::vector<double>> scores_;
+};
+
+// From every view in turn as the star's middle: each other view's best lag
+// against it, then each view against all others until nothing changes.
+std::vector<int> BestLags(const LagTable& table, size_t views, int max_lag) {
+  std::vector<int> best(views, 0);
+  double best_total = table.Total(best);
+  for (size_t middle = 0; middle < views; ++middle) {
+    std::vector<int> lags(views, 0);
+    for (size_t v = 0; v < views; ++v) {
+      for (int lag = -max_lag; v != middle && lag <= max_lag; ++lag) {
+        if (table.Of(middle, v, lag) > table.Of(middle, v, lags[v]) + 1e-9) {
+          lags[v] = lag;
+        }
+      }
+    }
+    for (bool changed = true; changed;) {
+      changed = false;
+      for (size_t v = 0; v < views; ++v) {
+        for (int lag = -max_lag; v != middle && lag <= max_lag; ++lag) {
+          std::vector<int> trial = lags;
+          trial[v] = lag;
+          if (table.Total(trial) > table.Total(lags) + 1e-9) {
+            lags = trial;
+            changed = true;
+          }
+        }
+      }
+    }
+    if (table.Total(lags) > best_total + 1e-9) {
+      best_total = table.Total(lags);
+      best = lags;
+    }
+  }
+  const int first = best.empty() ? 0 : best[0];
+  for (int& lag : best) lag -= first;
+  return best;
+}
+
+PairAgreement AgreementWith(const CameraRig& cameras,
+                            const std::vector<ViewPeople>& ideal,
+                            const std::vector<int>& lags,
+                            const std::vector<int>& frames) {
+  PairAgreement all;
+  for (size_t a = 0; a < cameras.size(); ++a) {
+    for (size_t b = a + 1; b < cameras.size(); ++b) {
+      std::vector<int> moved;
+      for (const int k : frames) {
+        const int at = k + lags[a];
+        if (at >= 0 && at < static_cast<int>(ideal[a].frames.size())) {
+          moved.push_back(at);
+        }
+      }
+      all.Add(AgreementOf(cameras[a], ideal[a], cameras[b], ideal[b], moved,
+                          lags[b] - lags[a]));
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+bool ClockSearch::found() const {
+  return std::any_of(lag_frames.begin(), lag_frames.end(),
+                     [](int lag) { return lag != 0; });
+}
+
+ClockSearch SearchClocks(const CameraRig& cameras,
+                         const std::vector<ViewPeople>& ideal, int max_lag) {
+  const size_t views = cameras.size();
+  ClockSearch search;
+  search.lag_frames.assign(views, 0);
+  const std::vector<int> frames = FramesToLookAt(ideal, kFramesToCompare);
+  if (frames.empty() || views < 2) return search;
+  const auto count = static_cast<int>(ideal[0].frames.size());
+  const int reach = std::min(max_lag, count / 3);
+  // People hardly move in three frames of a fast camera.
+  const int step = max_lag > 300 ? 3 : 1;
+  LagTable table(cameras, ideal, reach);
+  for (size_t a = 0; a < views; ++a) {
+    for (size_t b = a + 1; b < views; ++b) table.Fill(a, b, frames, step);
+  }
+  const std::vector<int> lags = BestLags(table, views, reach);
+  const std::vector<int> none(views, 0);
+  const PairAgreement before = AgreementWith(cameras, ideal, none, frames);
+  const PairAgreement after = AgreementWith(cameras, ideal, lags, frames);
+  search.score_before = search.score_after = before.score();
+  search.before_px = search.after_px = before.mean_px();
+  if (after.score() < before.score() + kMinGain) return search;
+  search.lag_frames = lags;
+  search.score_after = after.score();
+  search.after_px = after.mean_px();
+  return search;
+}
+
+DetectionSequence Realigned(const DetectionSequence& detections,
+                            const std::vector<int>& lag_frames) {
+  DetectionSequence aligned = detections;
+  const auto count = static_cast<int64_t>(detections.frames.size());
+  for (int64_t k = 0; k < count; ++k) {
+    DetectionFrame& frame = aligned.frames[static_cast<size_t>(k)];
+    for (size_t v = 0; v < frame.views.size(); ++v) {
+      if (lag_frames[v] == 0) continue;
+      const int64_t from = k + lag_frames[v];
+      frame.views[v].detections.clear();
+      if (from < 0 || from >= count) continue;
+      frame.views[v].detections =
+          detections.frames[static_cast<size_t>(from)].views[v].detections;
+    }
+  }
+  return aligned;
+}
+
+}  // namespace kinegraph

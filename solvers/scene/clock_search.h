@@ -1,0 +1,39 @@
+// Whole frames by which the clocks of the views differ, from people's motion:
+// the views agree best when each shows the same moment.
+#ifndef KINEGRAPH_SOLVERS_SCENE_CLOCK_SEARCH_H_
+#define KINEGRAPH_SOLVERS_SCENE_CLOCK_SEARCH_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/geometry/camera.h"
+#include "solvers/scene/consistency.h"
+
+namespace kinegraph {
+
+struct ClockSearch {
+  // Frame k of the first view was taken with frame k + lag of view v. All zero
+  // when nothing speaks for a lag.
+  std::vector<int> lag_frames;
+  double score_before = 0.0;  // PairAgreement::score over all views
+  double score_after = 0.0;
+  double before_px = 0.0;  // PairAgreement::mean_px
+  double after_px = 0.0;
+  bool found() const;
+};
+
+// Lags up to `max_lag` frames and a third of the take. `ideal` holds ideal
+// pixels of the cameras.
+ClockSearch SearchClocks(const CameraRig& cameras,
+                         const std::vector<ViewPeople>& ideal, int max_lag);
+
+// The detections with each view's frames moved by its lag, so that a frame
+// shows one moment. Times stay the frames' own; where a view has no such frame
+// it saw nobody.
+DetectionSequence Realigned(const DetectionSequence& detections,
+                            const std::vector<int>& lag_frames);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SCENE_CLOCK_SEARCH_H_

@@ -1,0 +1,235 @@
+#include "solvers/scene/refine.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace kinegraph {
+namespace {
+
+// A gain below this is not worth other cameras than those that were calibrated.
+constexpr double kLeastShareOfGain = 0.01;
+// Groups that move together this much cannot be told apart.
+constexpr double kMostCorrelation = 0.95;
+// Fewer stretches leave chance too much room: a few hundred numbers of each
+// view for up to nine of its camera.
+constexpr size_t kLeastStretches = 60;
+
+void StoreSigmas(const BundleResult& result, const FreeParameters& free,
+                 std::vector<CameraChange>* sigmas) {
+  Eigen::Index at = 0;
+  for (size_t v = 0; v < sigmas->size(); ++v) {
+    FreeParameters of_view = free;
+    if (v == 0) of_view.offset = of_view.drift = false;
+    for (const int place : of_view.Places()) {
+      (*sigmas)[v][place] = std::sqrt(std::max(0.0, result.covariance(at, at)));
+      ++at;
+    }
+  }
+}
+
+// Fits, decides, and keeps what was worth it.
+void Step(const CameraRig& cameras, const SceneSegments& segments,
+          const FreeParameters& free, const std::string& what,
+          const BundleOptions& options, Refinement* refinement) {
+  RefineStep step;
+  step.what = what;
+  const CrossedGain crossed =
+      CrossFit(cameras, segments, free, refinement->changes, options);
+  step.gain = crossed.all;
+  const BundleResult result =
+      AdjustBundle(cameras, segments, free, refinement->changes, options);
+  if (!result.usable) {
+    step.reason = "the solver found no solution";
+  } else if (!step.gain.certain()) {
+    step.reason = "the gain on the other half of the take is not certain";
+  } else if (step.gain.before_px - step.gain.after_px <
+             kLeastShareOfGain * step.gain.before_px) {
+    step.reason = "the gain on the other half of the take is below 1 %";
+  } else {
+    step.taken = true;
+    refinement->changes = result.changes;
+    StoreSigmas(result, free, &refinement->sigmas);
+  }
+  refinement->steps.push_back(std::move(step));
+}
+
+}  // namespace
+
+const std::vector<std::string>& RefineKindNames() {
+  static const std::vector<std::string> kNames = {"off", "shift", "rotation",
+                                                  "pose", "pose_focal"};
+  return kNames;
+}
+
+void RefineOptions::Describe(OptionVisitor& visitor) {
+  visitor.Choice("refine", &refine, RefineKindNames(),
+                 "What of each camera is estimated from the take's people.");
+  visitor.Boolean("refine_clock", &refine_clock,
+                  "Estimate offset and drift of each view's clock.");
+}
+
+FreeParameters CameraParametersOf(RefineKind kind) {
+  FreeParameters free;
+  free.shift = kind == RefineKind::kShift;
+  free.rotation = kind == RefineKind::kRotation || kind == RefineKind::kPose ||
+                  kind == RefineKind::kPoseFocal;
+  free.centre = kind == RefineKind::kPose || kind == RefineKind::kPoseFocal;
+  free.focal = kind == RefineKind::kPoseFocal;
+  return free;
+}
+
+CrossedGain CrossFit(const CameraRig& cameras, const SceneSegments& segments,
+                     const FreeParameters& free,
+                     const std::vector<CameraChange>& start,
+                     const BundleOptions& options,
+                     const std::vector<char>& moves) {
+  FitError before;
+  FitError after;
+  for (const int half : {0, 1}) {
+    const SceneSegments seen = HalfOf(segments, half);
+    const SceneSegments other = HalfOf(segments, 1 - half);
+    const BundleResult result =
+        AdjustBundle(cameras, seen, free, start, options, moves);
+    before.Append(MeasureFit(cameras, other, start, options));
+    after.Append(MeasureFit(cameras, other,
+                            result.usable ? result.changes : start, options));
+  }
+  CrossedGain gain;
+  gain.all = CompareFits(before, after);
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    gain.views.push_back(CompareFits(before, after, static_cast<int>(v)));
+  }
+  return gain;
+}
+
+bool Refinement::any_taken() const {
+  return std::any_of(steps.begin(), steps.end(),
+                     [](const RefineStep& step) { return step.taken; });
+}
+
+Refinement RefineScene(const CameraRig& cameras,
+                       const DetectionSequence& detections,
+                       const FrozenMatches& matches,
+                       const RefineOptions& options,
+                       const BundleOptions& bundle) {
+  Refinement refinement;
+  refinement.changes.assign(cameras.size(), CameraChange::Zero());
+  refinement.sigmas = refinement.changes;
+  const SceneSegments segments =
+      MakeSegments(cameras, detections, matches, bundle.segments);
+  refinement.stretches = static_cast<int64_t>(segments.segments.size());
+  const bool enough = segments.segments.size() >= kLeastStretches;
+  FreeParameters clocks;
+  clocks.offset = true;
+  // Less than this and a drift of 100 ppm is under a tenth of a millisecond.
+  constexpr double kDriftSpanS = 20.0;
+  clocks.drift = segments.span_s > kDriftSpanS;
+  const FreeParameters free = CameraParametersOf(options.refine);
+  if (!enough) {
+    if (options.refine_clock) {
+      refinement.steps.push_back({"clock", false, "too few matches", {}});
+    }
+    if (free.any_camera()) {
+      refinement.steps.push_back(
+          {RefineKindNames()[static_cast<size_t>(options.refine)],
+           false,
+           "too few matches",
+           {}});
+    }
+    return refinement;
+  }
+  if (options.refine_clock) {
+    Step(cameras, segments, clocks, "clock", bundle, &refinement);
+  }
+  if (free.any_camera()) {
+    Step(cameras, segments, free,
+         RefineKindNames()[static_cast<size_t>(options.refine)], bundle,
+         &refinement);
+  }
+  if (!options.refine_clock || !free.any_camera() || !refinement.any_taken()) {
+    return refinement;
+  }
+  // Together, from where they are: what one took for the other is set right.
+  FreeParameters both = free;
+  both.offset = clocks.offset && refinement.steps[0].taken;
+  both.drift = clocks.drift && refinement.steps[0].taken;
+  if (!both.offset || !refinement.steps[1].taken) return refinement;
+  const BundleResult result =
+      AdjustBundle(cameras, segments, both, refinement.changes, bundle);
+  refinement.largest_correlation = result.largest_correlation;
+  if (result.usable && result.largest_correlation <= kMostCorrelation) {
+    refinement.changes = result.changes;
+    StoreSigmas(result, both, &refinement.sigmas);
+  } else if (result.usable) {
+    for (size_t v = 0; v < cameras.size(); ++v) {
+      refinement.changes[v][kOffsetAt] = refinement.changes[v][kDriftAt] = 0.0;
+    }
+    refinement.steps[0].taken = false;
+    refinement.steps[0].reason =
+        "clocks and cameras cannot be told apart in this take";
+  }
+  return refinement;
+}
+
+CameraRig RefinedCameras(const CameraRig& cameras,
+                         const std::vector<CameraChange>& changes) {
+  CameraRig rig;
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    rig.push_back(ChangedCamera(cameras[v], changes[v]));
+  }
+  return rig;
+}
+
+DetectionSequence WithClocks(const DetectionSequence& detections,
+                             const std::vector<CameraChange>& changes) {
+  DetectionSequence moved = detections;
+  const size_t frames = detections.frames.size();
+  if (frames == 0) return moved;
+  const TimeNs first = detections.frames.front().time;
+  const TimeNs last = detections.frames.back().time;
+  const TimeNs middle = first + (last - first) / 2;
+  for (size_t v = 0; v < changes.size(); ++v) {
+    const double offset_s = changes[v][kOffsetAt];
+    const double drift = changes[v][kDriftAt];
+    if (offset_s == 0.0 && drift == 0.0) continue;
+    std::vector<TimeNs> nearest(frames);
+    for (DetectionFrame& frame : moved.frames) {
+      frame.views[v].detections.clear();
+    }
+    std::vector<char> taken(frames, 0);
+    for (size_t k = 0; k < frames; ++k) {
+      const ViewDetections& told = detections.frames[k].views[v];
+      const double since = ToSeconds(told.capture_time - middle);
+      const TimeNs capture =
+          told.capture_time + FromSeconds(offset_s + drift * since);
+      // The frame whose time is nearest.
+      auto at = std::lower_bound(
+          detections.frames.begin(), detections.frames.end(), capture,
+          [](const DetectionFrame& f, TimeNs time) { return f.time < time; });
+      if (at == detections.frames.end()) --at;
+      if (at != detections.frames.begin() &&
+          capture - std::prev(at)->time < at->time - capture) {
+        --at;
+      }
+      const auto target = static_cast<size_t>(at - detections.frames.begin());
+      const TimeNs off = std::abs(capture - at->time);
+      if (taken[target] && off >= nearest[target]) continue;
+      // Beyond the ends of the take there is no frame to join.
+      const TimeNs beat =
+          frames > 1 ? (last - first) / static_cast<TimeNs>(frames - 1) : 0;
+      if (off > beat) continue;
+      taken[target] = 1;
+      nearest[target] = off;
+      moved.frames[target].views[v] = told;
+      moved.frames[target].views[v].capture_time = capture;
+    }
+    for (size_t k = 0; k < frames; ++k) {
+      if (!taken[k])
+        moved.frames[k].views[v].capture_time = moved.frames[k].time;
+    }
+  }
+  return moved;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,82 @@
+// Refines the cameras and clocks of a take from its own people, and decides
+// from the other half of the take whether it was worth it.
+#ifndef KINEGRAPH_SOLVERS_SCENE_REFINE_H_
+#define KINEGRAPH_SOLVERS_SCENE_REFINE_H_
+
+#include <string>
+#include <vector>
+
+#include "core/base/options.h"
+#include "core/data/detection.h"
+#include "core/geometry/camera.h"
+#include "core/tracking/replay.h"
+#include "solvers/scene/bundle.h"
+
+namespace kinegraph {
+
+enum class RefineKind { kOff, kShift, kRotation, kPose, kPoseFocal };
+const std::vector<std::string>& RefineKindNames();
+
+// Options of refinement, in the table "cameras" whose owner enters it.
+struct RefineOptions {
+  RefineKind refine = RefineKind::kOff;
+  bool refine_clock = false;
+  bool any() const { return refine != RefineKind::kOff || refine_clock; }
+
+  void Describe(OptionVisitor& visitor);
+};
+
+FreeParameters CameraParametersOf(RefineKind kind);
+
+// What a fit of some parameters gives on the half of the take that it has not
+// seen, both ways round.
+struct CrossedGain {
+  FitGain all;
+  std::vector<FitGain> views;
+};
+CrossedGain CrossFit(const CameraRig& cameras, const SceneSegments& segments,
+                     const FreeParameters& free,
+                     const std::vector<CameraChange>& start,
+                     const BundleOptions& options,
+                     const std::vector<char>& moves = {});
+
+// One step of the refinement: the clocks, or the cameras.
+struct RefineStep {
+  std::string what;  // "clock", "shift", ...
+  bool taken = false;
+  std::string reason;  // why not, in words; empty when taken
+  FitGain gain;        // on the other half of the take
+};
+
+struct Refinement {
+  std::vector<CameraChange> changes;  // of the steps taken; one a view
+  // Standard deviations of the changes, zero where nothing was estimated.
+  std::vector<CameraChange> sigmas;
+  std::vector<RefineStep> steps;
+  double largest_correlation = 0.0;  // of a clock with a camera
+  int64_t stretches = 0;             // that were used
+
+  bool any_taken() const;
+};
+
+// Clocks come first, then cameras: a clock that is late looks like a shift that
+// follows the walking, and a camera that is moved would take it over.
+Refinement RefineScene(const CameraRig& cameras,
+                       const DetectionSequence& detections,
+                       const FrozenMatches& matches,
+                       const RefineOptions& options,
+                       const BundleOptions& bundle = {});
+
+// The cameras with their changes.
+CameraRig RefinedCameras(const CameraRig& cameras,
+                         const std::vector<CameraChange>& changes);
+
+// The detections with each view's capture times moved by its clock's offset
+// and drift. Measurements that are off by more than half a frame join the
+// frame that is nearest to their own time.
+DetectionSequence WithClocks(const DetectionSequence& detections,
+                             const std::vector<CameraChange>& changes);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SCENE_REFINE_H_

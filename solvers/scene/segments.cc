@@ -1,0 +1,334 @@
+#include "solvers/scene/segments.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "core/evaluation/statistics.h"
+#include "core/geometry/triangulation.h"
+
+namespace kinegraph {
+namespace {
+
+const Detection* FindDetection(const ViewDetections& view, int index_in_file) {
+  for (const Detection& detection : view.detections) {
+    if (detection.index_in_file == index_in_file) return &detection;
+  }
+  return nullptr;
+}
+
+// A person's frame with what belongs to them.
+struct SeenFrame {
+  TimeNs time = 0;
+  std::vector<std::pair<int, const Detection*>> views;
+  std::vector<TimeNs> capture_times;
+};
+
+std::vector<SeenFrame> FramesOf(const FrozenPerson& person,
+                                const DetectionSequence& detections) {
+  std::vector<SeenFrame> frames;
+  for (const FrozenFrame& frozen : person.frames) {
+    const DetectionFrame* frame = FindDetectionFrame(detections, frozen.frame);
+    if (frame == nullptr || frozen.detections.empty()) continue;
+    SeenFrame seen;
+    seen.time = frame->time;
+    for (const FrozenDetection& one : frozen.detections) {
+      const ViewDetections& view = frame->views[one.view_idx];
+      const Detection* detection = FindDetection(view, one.detection_idx);
+      if (detection == nullptr) continue;
+      seen.views.emplace_back(one.view_idx, detection);
+      seen.capture_times.push_back(view.capture_time);
+    }
+    frames.push_back(std::move(seen));
+  }
+  return frames;
+}
+
+// Runs of frames that belong together: at most `span` long, without gaps.
+struct Run {
+  size_t person = 0;
+  size_t begin = 0;
+  size_t end = 0;
+};
+
+std::vector<Run> RunsOf(size_t person, const std::vector<SeenFrame>& frames,
+                        TimeNs beat, TimeNs span) {
+  std::vector<Run> runs;
+  for (size_t k = 0; k < frames.size(); ++k) {
+    const bool joins = !runs.empty() &&
+                       frames[k].time - frames[k - 1].time < 2 * beat &&
+                       frames[k].time - frames[runs.back().begin].time <= span;
+    if (!joins) runs.push_back({person, k, k});
+    runs.back().end = k + 1;
+  }
+  return runs;
+}
+
+// The frames' usual distance.
+TimeNs BeatOf(const DetectionSequence& detections) {
+  std::vector<double> gaps;
+  for (size_t k = 1; k < detections.frames.size(); ++k) {
+    gaps.push_back(static_cast<double>(detections.frames[k].time -
+                                       detections.frames[k - 1].time));
+  }
+  if (gaps.empty()) return FromSeconds(1.0);
+  return static_cast<TimeNs>(Quantile(gaps, 0.5));
+}
+
+double SigmaOf(const SegmentOptions& options, const Keypoint& joint,
+               const Camera& camera, double depth_m) {
+  constexpr double kReferencePxPerMetre = 1000.0 / 4.0;
+  const double scale = camera.focal_px() / depth_m / kReferencePxPerMetre;
+  const double confidence = std::min(1.0, std::max(0.05, joint.confidence));
+  return std::max(options.min_sigma_px,
+                  options.sigma_px * scale / std::sqrt(confidence));
+}
+
+// DLT of the frame nearest the middle in which two views saw the joint.
+std::optional<Eigen::Vector3d> StartOf(const CameraRig& cameras,
+                                       const std::vector<SeenFrame>& frames,
+                                       const Run& run, int joint,
+                                       double min_confidence) {
+  const size_t middle = (run.begin + run.end) / 2;
+  std::vector<size_t> order;
+  for (size_t k = run.begin; k < run.end; ++k) order.push_back(k);
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    const auto away = [&](size_t k) {
+      return k > middle ? k - middle : middle - k;
+    };
+    return away(a) < away(b);
+  });
+  for (const size_t k : order) {
+    std::vector<PointMeasurement> measurements;
+    for (const auto& [view, detection] : frames[k].views) {
+      const Keypoint& point = detection->joints[joint];
+      if (!point.found || point.confidence < min_confidence) continue;
+      const auto ideal = cameras[view].Undistort(point.px);
+      if (!ideal.has_value()) continue;
+      measurements.push_back({&cameras[view], *ideal, 1.0});
+    }
+    if (measurements.size() < 2) continue;
+    TriangulationOptions options;
+    options.min_angle_rad = 0.03;  // flatter rays say nothing of the depth
+    const TriangulationResult result =
+        TriangulateDlt({measurements.data(), measurements.size()}, options);
+    if (result.ok()) return result.point_m;
+  }
+  return std::nullopt;
+}
+
+bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
+                 const Run& run, int joint, TimeNs take_middle,
+                 const SegmentOptions& options, Stretch* segment) {
+  const auto start =
+      StartOf(cameras, frames, run, joint, options.min_confidence);
+  if (!start.has_value()) return false;
+  const TimeNs middle = frames[run.begin].time +
+                        (frames[run.end - 1].time - frames[run.begin].time) / 2;
+  segment->person = static_cast<int>(run.person);
+  segment->joint = joint;
+  segment->middle_s = ToSeconds(middle - take_middle);
+  segment->state.setZero();
+  segment->state.head<3>() = *start;
+  std::vector<char> seen(cameras.size(), 0);
+  for (size_t k = run.begin; k < run.end; ++k) {
+    for (size_t i = 0; i < frames[k].views.size(); ++i) {
+      const auto& [view, detection] = frames[k].views[i];
+      const Keypoint& point = detection->joints[joint];
+      if (!point.found || point.confidence < options.min_confidence) continue;
+      const double depth_m = cameras[view].Depth(*start);
+      if (!(depth_m > 0.0)) continue;
+      SegmentMeasurement measurement;
+      measurement.view_idx = view;
+      measurement.time_s = ToSeconds(frames[k].capture_times[i] - middle);
+      measurement.px = point.px;
+      measurement.sigma_px = SigmaOf(options, point, cameras[view], depth_m);
+      segment->measurements.push_back(measurement);
+      seen[view] = 1;
+    }
+  }
+  return std::count(seen.begin(), seen.end(), 1) >= 2;
+}
+
+// Matched detections and all, where two other views matched somebody.
+void CountMatches(const DetectionSequence& detections,
+                  const FrozenMatches& matches, SceneSegments* segments) {
+  std::map<int64_t, std::vector<int64_t>> by_frame;  // matches in each view
+  for (const FrozenPerson& person : matches.people) {
+    for (const FrozenFrame& frame : person.frames) {
+      if (frame.detections.size() < 2) continue;
+      auto& counts = by_frame[frame.frame];
+      counts.resize(segments->view_count, 0);
+      for (const FrozenDetection& one : frame.detections) {
+        ++counts[one.view_idx];
+      }
+    }
+  }
+  segments->matched.assign(segments->view_count, 0);
+  segments->detections.assign(segments->view_count, 0);
+  for (const auto& [number, counts] : by_frame) {
+    const DetectionFrame* frame = FindDetectionFrame(detections, number);
+    if (frame == nullptr) continue;
+    for (int v = 0; v < segments->view_count; ++v) {
+      int others = 0;
+      for (int u = 0; u < segments->view_count; ++u) {
+        others += u != v && counts[u] > 0 ? 1 : 0;
+      }
+      if (others < 2 || frame->views[v].detections.empty()) continue;
+      segments->matched[v] += counts[v];
+      segments->detections[v] +=
+          static_cast<int64_t>(frame->views[v].detections.size());
+    }
+  }
+}
+
+// One factor on all sigmas: half of the squared norms of Gaussian residuals
+// are below 2 log 2, less what the states take up.
+double NoiseScale(const CameraRig& cameras,
+                  const std::vector<CameraChange>& changes,
+                  const std::vector<Stretch>& segments) {
+  std::vector<double> norms;
+  double free = 0.0;
+  double count = 0.0;
+  for (const Stretch& segment : segments) {
+    free += kSegmentSize;
+    for (const SegmentMeasurement& measurement : segment.measurements) {
+      count += 2.0;
+      const auto residual = SegmentResidual(
+          cameras[measurement.view_idx], changes[measurement.view_idx], segment,
+          segment.state, measurement, 1.0, nullptr, nullptr);
+      if (residual.has_value()) norms.push_back(residual->squaredNorm());
+    }
+  }
+  if (norms.empty() || count <= free) return 1.0;
+  const double left = std::max(0.2, (count - free) / count);
+  return std::sqrt(Quantile(norms, 0.5) / (2.0 * std::log(2.0)) / left);
+}
+
+}  // namespace
+
+std::optional<Eigen::Vector2d> SegmentResidual(
+    const Camera& camera, const CameraChange& change, const Stretch& segment,
+    const SegmentState& state, const SegmentMeasurement& measurement,
+    double noise_scale, Eigen::Matrix<double, 2, kSegmentSize>* by_state,
+    Eigen::Matrix<double, 2, kChangeSize>* by_change) {
+  const double take_s = segment.middle_s + measurement.time_s;
+  const double tau =
+      measurement.time_s + change[kOffsetAt] + change[kDriftAt] * take_s;
+  const Eigen::Vector3d velocity = state.segment<3>(3);
+  const Eigen::Vector3d acceleration = state.segment<3>(6);
+  const Eigen::Vector3d point =
+      state.head<3>() + tau * velocity + 0.5 * tau * tau * acceleration;
+  const bool wants_jacobian = by_state != nullptr || by_change != nullptr;
+  Matrix23d by_point;
+  const auto image = ProjectChanged(
+      camera, change, point, wants_jacobian ? &by_point : nullptr, by_change);
+  if (!image.has_value()) return std::nullopt;
+  const double inverse = 1.0 / (measurement.sigma_px * noise_scale);
+  if (wants_jacobian) by_point *= inverse;
+  if (by_state != nullptr) {
+    by_state->leftCols<3>() = by_point;
+    by_state->middleCols<3>(3) = tau * by_point;
+    by_state->rightCols<3>() = 0.5 * tau * tau * by_point;
+  }
+  if (by_change != nullptr) {
+    *by_change *= inverse;
+    by_change->col(kOffsetAt) = by_point * (velocity + tau * acceleration);
+    by_change->col(kDriftAt) = take_s * by_change->col(kOffsetAt);
+  }
+  return inverse * (*image - measurement.px);
+}
+
+bool SolveSegment(const CameraRig& cameras,
+                  const std::vector<CameraChange>& changes,
+                  const Stretch& segment, double noise_scale,
+                  const SegmentOptions& options, SegmentState* state) {
+  // The loss is nearly convex from a triangulated start; steps are small after
+  // a handful.
+  constexpr int kMaxIterations = 8;
+  constexpr double kStepM = 1e-5;
+  SegmentState prior = SegmentState::Zero();
+  prior.segment<3>(3).setConstant(1.0 /
+                                  std::pow(options.velocity_sigma_mps, 2));
+  prior.segment<3>(6).setConstant(1.0 /
+                                  std::pow(options.acceleration_sigma_mps2, 2));
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    Eigen::Matrix<double, kSegmentSize, kSegmentSize> H = prior.asDiagonal();
+    SegmentState g = prior.cwiseProduct(*state);
+    Eigen::Matrix<double, 2, kSegmentSize> J;
+    for (const SegmentMeasurement& measurement : segment.measurements) {
+      const auto r = SegmentResidual(
+          cameras[measurement.view_idx], changes[measurement.view_idx], segment,
+          *state, measurement, noise_scale, &J, nullptr);
+      if (!r.has_value()) continue;
+      const double weight =
+          EvaluateLoss(kSceneLoss, kSceneLossScale, r->squaredNorm()).first;
+      H.noalias() += weight * J.transpose() * J;
+      g.noalias() += weight * J.transpose() * *r;
+    }
+    // One view leaves the depth free.
+    H.topLeftCorner<3, 3>().diagonal().array() += 1e-6;
+    const SegmentState step = H.ldlt().solve(g);
+    if (!step.allFinite()) return false;
+    *state -= step;
+    if (step.head<3>().norm() < kStepM) break;
+  }
+  return true;
+}
+
+SceneSegments MakeSegments(const CameraRig& cameras,
+                           const DetectionSequence& detections,
+                           const FrozenMatches& matches,
+                           const SegmentOptions& options) {
+  SceneSegments result;
+  result.view_count = static_cast<int>(cameras.size());
+  CountMatches(detections, matches, &result);
+  if (detections.frames.empty()) return result;
+  const TimeNs first = detections.frames.front().time;
+  const TimeNs last = detections.frames.back().time;
+  result.span_s = ToSeconds(last - first);
+  const TimeNs take_middle = first + (last - first) / 2;
+  const TimeNs beat = BeatOf(detections);
+  const TimeNs span = FromSeconds(options.span_s);
+  std::vector<std::vector<SeenFrame>> people;
+  std::vector<Run> runs;
+  for (size_t p = 0; p < matches.people.size(); ++p) {
+    people.push_back(FramesOf(matches.people[p], detections));
+    for (const Run& run : RunsOf(p, people.back(), beat, span)) {
+      runs.push_back(run);
+    }
+  }
+  std::stable_sort(runs.begin(), runs.end(), [&](const Run& a, const Run& b) {
+    return people[a.person][a.begin].time < people[b.person][b.begin].time;
+  });
+  const std::vector<int>& joints =
+      detections.header.skeleton.association_joints();
+  if (runs.empty() || joints.empty()) return result;
+  const std::vector<CameraChange> no_change(cameras.size(),
+                                            CameraChange::Zero());
+  // Runs are taken evenly over the take; two or three joints of each, in turn,
+  // so that all joints speak.
+  const double all = static_cast<double>(runs.size() * joints.size());
+  const double step = std::max(1.0, all / options.max_segments);
+  for (double at = 0.0; at < all; at += step) {
+    const auto index = static_cast<size_t>(at);
+    const Run& run = runs[index / joints.size()];
+    // A stride that shares no factor with the count visits each joint.
+    const int joint =
+        joints[(index * 7 + index / joints.size() * 3) % joints.size()];
+    Stretch segment;
+    if (!MakeSegment(cameras, people[run.person], run, joint, take_middle,
+                     options, &segment) ||
+        !SolveSegment(cameras, no_change, segment, 1.0, options,
+                      &segment.state)) {
+      continue;
+    }
+    result.segments.push_back(std::move(segment));
+  }
+  result.noise_scale = NoiseScale(cameras, no_change, result.segments);
+  return result;
+}
+
+}  // namespace kinegraph

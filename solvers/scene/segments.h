@@ -1,0 +1,99 @@
+// What a take says of its cameras and clocks: short stretches of single joints,
+// each seen by several views.
+//
+// Over a fifth of a second a joint moves nearly as a parabola. So a stretch is
+// nine numbers, and the pixels of all views in it speak of cameras and clocks
+// once these nine are eliminated. No stretch touches another: the problem has
+// the structure of a bundle adjustment, with velocities in it, which clocks
+// need.
+#ifndef KINEGRAPH_SOLVERS_SCENE_SEGMENTS_H_
+#define KINEGRAPH_SOLVERS_SCENE_SEGMENTS_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/geometry/camera.h"
+#include "core/skeleton/skeleton.h"
+#include "core/tracking/replay.h"
+#include "solvers/factors/loss.h"
+#include "solvers/scene/camera_change.h"
+
+namespace kinegraph {
+
+inline constexpr int kSegmentSize = 9;
+// Position [m], velocity [m/s], acceleration [m/s^2] at the stretch's middle.
+using SegmentState = Eigen::Matrix<double, kSegmentSize, 1>;
+
+struct SegmentMeasurement {
+  int view_idx = 0;
+  double time_s = 0.0;  // told time of capture less the stretch's middle
+  Eigen::Vector2d px = Eigen::Vector2d::Zero();  // raw
+  double sigma_px = 1.0;
+};
+
+struct Stretch {
+  int person = 0;         // index in the frozen matches
+  int joint = 0;          // of the detections' skeleton
+  double middle_s = 0.0;  // since the middle of the take
+  std::vector<SegmentMeasurement> measurements;
+  SegmentState state = SegmentState::Zero();  // at the calibration as stated
+};
+
+struct SegmentOptions {
+  double span_s = 0.2;      // of a stretch; at least one frame
+  int max_segments = 1500;  // spread evenly over the take
+  double sigma_px = 6.0;    // at 1000 px of focal length and 4 m
+  double min_sigma_px = 1.0;
+  double min_confidence = 0.3;
+  double velocity_sigma_mps = 5.0;
+  double acceleration_sigma_mps2 = 30.0;
+};
+
+struct SceneSegments {
+  std::vector<Stretch> segments;  // by ascending middle
+  int view_count = 0;
+  double span_s = 0.0;       // of the whole take
+  double noise_scale = 1.0;  // on every sigma, from the residuals
+  // A view's detections that were matched to a person, and all of them, over
+  // frames in which two other views matched somebody.
+  std::vector<int64_t> matched;
+  std::vector<int64_t> detections;
+};
+
+// Stretches of the people that `matches` names. Views are those of the
+// detections and have a camera each. A stretch has a joint that two views or
+// more saw and that can be triangulated.
+SceneSegments MakeSegments(const CameraRig& cameras,
+                           const DetectionSequence& detections,
+                           const FrozenMatches& matches,
+                           const SegmentOptions& options);
+
+// The loss of every solve here: Cauchy, in sigmas.
+inline constexpr LossKind kSceneLoss = LossKind::kCauchy;
+inline constexpr double kSceneLossScale = 2.0;
+
+// Residual [sigmas] of a measurement, or nullopt where the point has no image.
+// Jacobians may be null: by the stretch's state and by the camera's change.
+std::optional<Eigen::Vector2d> SegmentResidual(
+    const Camera& camera, const CameraChange& change, const Stretch& segment,
+    const SegmentState& state, const SegmentMeasurement& measurement,
+    double noise_scale, Eigen::Matrix<double, 2, kSegmentSize>* by_state,
+    Eigen::Matrix<double, 2, kChangeSize>* by_change);
+
+// The stretch's most likely state for given cameras (Gauss-Newton under the
+// loss, from `state`); false when it has none.
+bool SolveSegment(const CameraRig& cameras,
+                  const std::vector<CameraChange>& changes,
+                  const Stretch& segment, double noise_scale,
+                  const SegmentOptions& options, SegmentState* state);
+
+// 3D position of the middle of `segment`, at its own state.
+inline Eigen::Vector3d PositionOf(const Stretch& segment) {
+  return segment.state.head<3>();
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SCENE_SEGMENTS_H_

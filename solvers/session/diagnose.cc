@@ -1,0 +1,48 @@
+#include "solvers/session/diagnose.h"
+
+#include <utility>
+#include <vector>
+
+#include "core/tracking/tracker.h"
+
+namespace kinegraph {
+
+FrozenMatches MatchTake(const RunOptions& options, const SceneModel& scene,
+                        const DetectionSequence& detections) {
+  MatchFreezer freezer;
+  Tracker tracker(scene, detections.header.skeleton, options.tracker,
+                  freezer.Wrap(FeedbackOf(options)));
+  std::vector<TrackFrame> finished;
+  for (const DetectionFrame& frame : detections.frames) {
+    tracker.Process(frame, &finished);
+    finished.clear();
+  }
+  tracker.Finish(&finished);
+  return freezer.Matches(options.tracker.life, scene.frame_rate_hz);
+}
+
+Diagnosis DiagnoseTake(const RunOptions& options, const RunRequest& request,
+                       const DetectionSequence& detections,
+                       const CalibrationUnit& unit) {
+  const RunScene scene = PrepareScene(options, request, detections.header);
+  DoctorInput input;
+  input.cameras = scene.model.cameras;
+  input.frame_rate_hz = scene.model.frame_rate_hz;
+  input.units_per_metre = unit.per_metre;
+  input.unit_can_be_set = unit.can_be_changed;
+  input.detections.header = detections.header;
+  input.detections.header.view_names = scene.view_names;
+  for (DetectionFrame frame : detections.frames) {
+    if (!ContainsFrame(request.frames, frame.frame)) continue;
+    KeepUsedViews(scene, &frame, &input.detections.frames.emplace_back());
+  }
+  input.match = [&](const CameraRig& cameras,
+                    const DetectionSequence& aligned) {
+    SceneModel model = scene.model;
+    model.cameras = cameras;
+    return MatchTake(options, model, aligned);
+  };
+  return Diagnose(input);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,27 @@
+// The doctor (solvers/scene/doctor.h) on what a run would be given.
+#ifndef KINEGRAPH_SOLVERS_SESSION_DIAGNOSE_H_
+#define KINEGRAPH_SOLVERS_SESSION_DIAGNOSE_H_
+
+#include "core/data/detection.h"
+#include "core/io/calibration.h"
+#include "solvers/scene/doctor.h"
+#include "solvers/session/options.h"
+#include "solvers/session/scene.h"
+
+namespace kinegraph {
+
+// Looks at the frames that the request asks for. The tracker runs with the
+// options' front end and the paper's estimator, whatever the mode. Throws as
+// PrepareScene.
+Diagnosis DiagnoseTake(const RunOptions& options, const RunRequest& request,
+                       const DetectionSequence& detections,
+                       const CalibrationUnit& unit);
+
+// Tracks detections of the scene's views with its cameras, once, and freezes
+// the matches; one pass, the paper's estimator.
+FrozenMatches MatchTake(const RunOptions& options, const SceneModel& scene,
+                        const DetectionSequence& detections);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_DIAGNOSE_H_

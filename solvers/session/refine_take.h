@@ -1,0 +1,31 @@
+// Cameras and clocks refined from a take's own people, before it is tracked.
+#ifndef KINEGRAPH_SOLVERS_SESSION_REFINE_TAKE_H_
+#define KINEGRAPH_SOLVERS_SESSION_REFINE_TAKE_H_
+
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/geometry/camera.h"
+#include "solvers/scene/refine.h"
+#include "solvers/session/options.h"
+#include "solvers/session/scene.h"
+
+namespace kinegraph {
+
+struct RefinedTake {
+  Refinement refinement;  // one change a used view
+  CameraRig stated;       // cameras of the used views, as given
+  CameraRig cameras;      // of the request, the used ones refined
+  // The frames asked for, with all views and their clocks set right.
+  DetectionSequence detections;
+};
+
+// Tracks the take once to match it, with whole-frame lags of its clocks found
+// first where the options ask for clocks, and refines what they ask for.
+// Throws as PrepareScene.
+RefinedTake RefineTake(const RunOptions& options, const RunRequest& request,
+                       const DetectionSequence& detections);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_REFINE_TAKE_H_
