@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "core/evaluation/bootstrap.h"
-#include "solvers/factors/ceres_loss.h"
+#include "solvers/ceres/ceres_loss.h"
 
 namespace kinegraph {
 namespace {
