@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/common/app.h"
+#include "apps/common/summary.h"
 #include "core/base/error.h"
 #include "core/io/calibration.h"
 #include "core/io/calibration_writer.h"
@@ -397,7 +398,8 @@ void RunConvert() {
     std::fprintf(stderr, "kinegraph-convert: note: %s\n",
                  Printable(loss, 500).c_str());
   }
-  std::printf("%s -> %s\n", done.c_str(), FLAGS_out.c_str());
+  std::fprintf(SummaryStream(FLAGS_out), "%s -> %s\n", done.c_str(),
+               FLAGS_out.c_str());
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "apps/common/app.h"
 #include "apps/common/evaluation_output.h"
 #include "apps/common/progress.h"
+#include "apps/common/summary.h"
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/calibration.h"
@@ -130,9 +131,7 @@ void ApplyPcpFlags(PcpProtocol* protocol) {
 
 // ---- Output
 
-void Finish(const EvaluationOutput& output) {
-  std::fputs(output.text.c_str(), stdout);
-  if (FLAGS_json.empty()) return;
+void WriteResult(const EvaluationOutput& output) {
   Json json = {{"protocol", FLAGS_protocol}};
   if (!FLAGS_tracks.empty()) json["tracks"] = FLAGS_tracks;
   if (!FLAGS_ground_truth.empty()) json["ground_truth"] = FLAGS_ground_truth;
@@ -141,6 +140,11 @@ void Finish(const EvaluationOutput& output) {
   AtomicFile file(FLAGS_json);
   file.Write(json.dump(1) + "\n");
   file.Commit();
+}
+
+void Finish(const EvaluationOutput& output) {
+  if (!FLAGS_json.empty()) WriteResult(output);
+  std::fputs(output.text.c_str(), SummaryStream(FLAGS_json));
 }
 
 void Append(const std::string& key, const EvaluationOutput& more,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/common/app.h"
+#include "apps/common/summary.h"
 #include "apps/report/ground.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
@@ -95,17 +96,20 @@ std::string Extras(const PageData& data) {
 }
 
 void PrintSummary(const PageData& data, size_t page_bytes) {
-  std::printf("%zu frames, %zu poses, %zu moments, %s (data %s%s) -> %s\n",
-              data.frames, data.poses, data.moments,
-              Megabytes(page_bytes).c_str(),
-              Megabytes(data.json.size()).c_str(), Extras(data).c_str(),
-              FLAGS_out.c_str());
+  std::FILE* const summary = SummaryStream(FLAGS_out);
+  std::fprintf(
+      summary, "%zu frames, %zu poses, %zu moments, %s (data %s%s) -> %s\n",
+      data.frames, data.poses, data.moments, Megabytes(page_bytes).c_str(),
+      Megabytes(data.json.size()).c_str(), Extras(data).c_str(),
+      FLAGS_out.c_str());
   if (data.frame_stride > 1) {
-    std::printf("decimated: one frame in %d is kept\n", data.frame_stride);
+    std::fprintf(summary, "decimated: one frame in %d is kept\n",
+                 data.frame_stride);
   }
   if (data.extras_stride > 1) {
-    std::printf("decimated: detections and covariances of one frame in %d\n",
-                data.extras_stride);
+    std::fprintf(summary,
+                 "decimated: detections and covariances of one frame in %d\n",
+                 data.extras_stride);
   }
 }
 

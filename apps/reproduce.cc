@@ -23,6 +23,7 @@
 #include "apps/tables/sensitivity.h"
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
+#include "core/io/atomic_folder.h"
 #include "core/io/text_file.h"
 
 DEFINE_string(data, "",
@@ -166,7 +167,7 @@ void AddRuntime(const BenchmarkData& data, Report* report) {
 void AddSensitivity(const BenchmarkData& data, Report* report) {
   TableOutput all;
   all.markdown = "## Sensitivity\n\n";
-  MakeFolder(FLAGS_out + "/images");
+  const OutputFolder images(FLAGS_out + "/images");
   int64_t sweeps = 0;
   for (const Benchmark& benchmark : data.benchmarks) {
     sweeps += SweepCount(benchmark);
@@ -276,7 +277,8 @@ void RunReproduce() {
   RequireFlag("out", FLAGS_out);
   CheckTable();
   if (Wanted("sensitivity")) RequirePlotTool();
-  MakeFolder(FLAGS_out);  // before the work, so that a wrong place costs none
+  // Before the work, so that a wrong place costs none.
+  const OutputFolder folder(FLAGS_out);
   const BenchmarkData data = FindBenchmarks(FLAGS_data);
   const Machine machine = ThisMachine();
   Report report;

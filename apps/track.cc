@@ -8,8 +8,10 @@
 #include <string>
 
 #include "apps/common/app.h"
+#include "apps/common/interruption.h"
 #include "apps/common/progress.h"
 #include "apps/common/refinement.h"
+#include "apps/common/summary.h"
 #include "core/base/error.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
@@ -20,7 +22,9 @@
 #include "solvers/session/run.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
-DEFINE_string(detections, "", "2D detections: a file or a folder");
+DEFINE_string(detections, "",
+              "2D detections: a file or a folder; - reads frames from standard "
+              "input and writes each as it becomes final");
 DEFINE_string(config, "", "configuration (TOML, see configs/)");
 DEFINE_string(mode, "", "paper or graph; overrides the key mode");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
@@ -59,6 +63,31 @@ void WarnOfCameras(const CameraCheck& check) {
                all.c_str());
 }
 
+// Frames come one by one, without an end that could be waited for.
+bool IsLive() { return FLAGS_detections == "-"; }
+
+// A stream is tracked with bounded memory and answered within the lag.
+void RequireLag(const RunOptions& given) {
+  const RunOptions options = WithRulesOfMode(given);
+  if (options.tracker.life.second_pass) {
+    throw OptionError("tracking.second_pass",
+                      "needs the whole take, which a stream never is");
+  }
+  if (options.refine.any() || options.identity.link ||
+      !FLAGS_corrections.empty()) {
+    throw InputError(
+        "--detections=-: cameras.refine, identity.link and --corrections need "
+        "the whole take, which a stream never is");
+  }
+  const OutputKind output = options.estimators.output;
+  if (options.estimators.mode == Mode::kGraph &&
+      output != OutputKind::kWindow && output != OutputKind::kGaussian) {
+    throw OptionError("output.estimator",
+                      "waits for the end of each track; a stream needs window "
+                      "or gaussian");
+  }
+}
+
 void RunTrack() {
   if (FLAGS_keys) {
     std::fputs(ConfigReference<RunOptions>().c_str(), stdout);
@@ -74,6 +103,10 @@ void RunTrack() {
   }
   const RunOptions options =
       ReadRunOptions(FLAGS_config, FLAGS_set, FLAGS_mode);
+  if (IsLive()) {
+    RequireLag(options);
+    EndInputOnInterruption();
+  }
   RunRequest request;
   request.frames = ParseFrameRanges(FLAGS_frames);
   request.without_cameras = ParseList(FLAGS_without_cameras, "without_cameras");
@@ -83,7 +116,8 @@ void RunTrack() {
   }
   request.cameras = ReadCameras(FLAGS_cameras, options.cameras);
   const auto open = [&] {
-    return OpenDetections(FLAGS_detections, DetectionOptionsOf(options));
+    return OpenDetections(IsLive() ? "/dev/stdin" : FLAGS_detections,
+                          DetectionOptionsOf(options));
   };
   std::optional<RefinedTake> refined;
   if (options.refine.any()) {
@@ -101,8 +135,10 @@ void RunTrack() {
   Session session(options, request, source->header(), reopen);
   CameraCheck check(session.scene().model.cameras, source->header().skeleton,
                     session.scene().model.skeleton);
-  session.set_frame_listener(
-      [&](const DetectionFrame& frame) { check.SeeDetections(frame); });
+  if (!IsLive()) {  // it remembers the take
+    session.set_frame_listener(
+        [&](const DetectionFrame& frame) { check.SeeDetections(frame); });
+  }
   if (session.scene().used_views.size() < 2) {
     std::fputs(
         "kinegraph-track: warning: one view alone cannot be "
@@ -117,8 +153,9 @@ void RunTrack() {
     session.set_progress(
         [&](int64_t frames_read) { progress.Set(frames_read); });
     TrackAll(source.get(), &session, [&](TrackFrame&& frame) {
-      check.SeeTracks(frame);
+      if (!IsLive()) check.SeeTracks(frame);
       writer.Write(frame);
+      if (IsLive()) writer.Flush();
     });
   }
   const RunSummary& summary = session.summary();
@@ -129,23 +166,27 @@ void RunTrack() {
                                    ? std::string()
                                    : " in --frames=" + FLAGS_frames));
   }
-  if (options.identity.link || !FLAGS_corrections.empty()) {
+  // Nothing can stand beside a stream.
+  const bool has_name = !IsStandardOutput(FLAGS_out);
+  if (has_name && (options.identity.link || !FLAGS_corrections.empty())) {
     WriteIdentityEdits(IdentityPathOf(FLAGS_out), session.identity_edits());
   }
-  if (refined.has_value()) {
+  if (has_name && refined.has_value()) {
     WriteCameras(CamerasPath(FLAGS_out), refined->cameras,
                  RefinementJson(*refined));
   }
   writer.Commit();
-  std::printf("%lld frames, %lld people, %lld poses -> %s\n",
-              static_cast<long long>(summary.frames),
-              static_cast<long long>(summary.people),
-              static_cast<long long>(summary.person_frames), FLAGS_out.c_str());
+  std::FILE* const said = SummaryStream(FLAGS_out);
+  std::fprintf(said, "%lld frames, %lld people, %lld poses -> %s\n",
+               static_cast<long long>(summary.frames),
+               static_cast<long long>(summary.people),
+               static_cast<long long>(summary.person_frames),
+               FLAGS_out.c_str());
   if (refined.has_value()) {
-    std::printf("%s-> %s\n", RefinementText(*refined).c_str(),
-                CamerasPath(FLAGS_out).c_str());
+    std::fprintf(said, "%s-> %s\n", RefinementText(*refined).c_str(),
+                 CamerasPath(FLAGS_out).c_str());
   }
-  WarnOfCameras(check);
+  if (!IsLive()) WarnOfCameras(check);
 }
 
 }  // namespace

@@ -21,8 +21,10 @@
 #include <set>
 #include <system_error>
 
+#include "apps/common/interruption.h"
 #include "core/base/edit_distance.h"
 #include "core/base/error.h"
+#include "core/io/input_files.h"
 
 namespace kinegraph {
 namespace {
@@ -217,6 +219,8 @@ void Run(int argc, char** argv, const AppInfo& info,
       break;
     case CommandLineRequest::kRun:
       InitLogging(info);
+      HandleInterruptions(ProgramName(info));
+      InputFiles::Protect();
       body();
       break;
   }

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
+#include "core/io/atomic_folder.h"
 #include "core/io/calibration.h"
 #include "core/io/config.h"
 #include "core/io/detection_writer.h"
@@ -401,7 +402,7 @@ SyntheticTake MakeTake(const std::string& config_path, const std::string& set,
 }
 
 TakeFiles WriteTake(const SyntheticTake& take, const std::string& folder) {
-  MakeFolder(folder);
+  const OutputFolder made(folder);
   const auto in_folder = [&folder](const char* name) {
     return folder + "/" + name;
   };

@@ -7,10 +7,16 @@
 
 namespace kinegraph {
 
-// Writes beside the final name and renames in Commit(). Destroyed without
-// Commit(), it leaves the final name as it was and nothing beside it. A target
-// that is no regular file (/dev/stdout, a named pipe) is written directly; a
-// symbolic link stays a link and its target is replaced.
+// Writes beside the final name; Commit() brings the bytes to the disk and
+// renames. Destroyed without Commit(), it leaves the final name as it was and
+// nothing beside it. What the name may lead to:
+//   a regular file     replaced, its permissions kept; refused when it is
+//                      read-only or was read by this command (input_files.h)
+//   a symbolic link    stays a link; what it names is replaced or made
+//   a pipe, a terminal, /dev/null, an open file (/dev/stdout, /dev/fd/3)
+//                      written directly, as the bytes come
+//   a folder, a block device
+//                      refused
 //
 //   AtomicFile file(path);
 //   file.Write(header);
@@ -18,8 +24,8 @@ namespace kinegraph {
 //   file.Commit();
 class AtomicFile {
  public:
-  // Throws InputError when the folder is missing or may not be written, or the
-  // name is a folder's.
+  // Throws InputError for what is refused, and when the folder is missing or
+  // may not be written.
   explicit AtomicFile(const std::string& path);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
@@ -30,6 +36,9 @@ class AtomicFile {
   void Write(const char* data, size_t size);
   void Write(const std::string& text) { Write(text.data(), text.size()); }
 
+  // Hands over what is buffered: a reader of a pipe has it then.
+  void Flush();
+
   // Makes the file appear. Nothing may be written afterwards.
   void Commit();
 
@@ -37,12 +46,17 @@ class AtomicFile {
 
  private:
   [[noreturn]] void Fail() const;
+  void RefuseInput() const;
 
   std::string path_;       // as the caller named it, for messages
   std::string target_;     // with symbolic links resolved
   std::string temporary_;  // empty: written directly
   std::FILE* file_ = nullptr;
 };
+
+// Whether what is written to `path` arrives on standard output, where nothing
+// else may then be printed.
+bool IsStandardOutput(const std::string& path);
 
 }  // namespace kinegraph
 

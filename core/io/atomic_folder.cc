@@ -1,6 +1,5 @@
 #include "core/io/atomic_folder.h"
 
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,6 +11,8 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/io/partial_files.h"
+#include "core/io/sync.h"
 
 namespace kinegraph {
 namespace {
@@ -39,7 +40,7 @@ AtomicFolder::AtomicFolder(const std::string& path)
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     temporary_ = target_ + ".partial-" + std::to_string(getpid()) + "-" +
                  std::to_string(attempt);
-    if (mkdir(temporary_.c_str(), 0777) == 0) return;
+    if (PartialFiles::MakeFolder(temporary_) == 0) return;
     if (errno != EEXIST) break;
   }
   throw InputError(path, "",
@@ -47,17 +48,47 @@ AtomicFolder::AtomicFolder(const std::string& path)
 }
 
 AtomicFolder::~AtomicFolder() {
-  if (committed_) return;
-  std::error_code ignored;
-  fs::remove_all(temporary_, ignored);
+  if (!committed_) PartialFiles::Remove(temporary_);
 }
 
 void AtomicFolder::Commit() {
-  if (std::rename(temporary_.c_str(), target_.c_str()) != 0) {
+  if (SyncTree(temporary_) != 0 ||
+      PartialFiles::Rename(temporary_, target_) != 0) {
     throw std::runtime_error(
         Printable(target_ + ": cannot be made: " + std::strerror(errno), 1000));
   }
   committed_ = true;
+  SyncFolderOf(target_);
+}
+
+OutputFolder::OutputFolder(const std::string& path) : path_(path) {
+  if (path.empty()) throw InputError("an output folder has an empty name");
+  const std::string target = WithoutTrailingSlashes(path);
+  for (size_t slash = target.find('/', 1);;
+       slash = target.find('/', slash + 1)) {
+    const std::string folder = target.substr(0, slash);
+    if (PartialFiles::MakeFolderToFill(folder) == 0) {
+      made_.push_back(folder);
+    } else if (errno != EEXIST) {
+      const int reason = errno;
+      RemoveEmpty();
+      throw InputError(path, "",
+                       std::string("cannot be made: ") + std::strerror(reason));
+    }
+    if (slash == std::string::npos) break;
+  }
+  std::error_code error;
+  if (!fs::is_directory(target, error)) {
+    throw InputError(path, "", "is a file, expected a folder");
+  }
+}
+
+OutputFolder::~OutputFolder() { RemoveEmpty(); }
+
+void OutputFolder::RemoveEmpty() {
+  for (auto folder = made_.rbegin(); folder != made_.rend(); ++folder) {
+    PartialFiles::Remove(*folder);
+  }
 }
 
 void CheckFileName(const std::string& name, const std::string& what) {

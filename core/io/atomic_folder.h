@@ -3,6 +3,7 @@
 #define KINEGRAPH_CORE_IO_ATOMIC_FOLDER_H_
 
 #include <string>
+#include <vector>
 
 namespace kinegraph {
 
@@ -34,6 +35,28 @@ class AtomicFolder {
   std::string target_;
   std::string temporary_;
   bool committed_ = false;
+};
+
+// A folder that is filled file by file and may be there already, with other
+// things in it. Of the folders that had to be made, those in which nothing was
+// put are gone when the object dies.
+class OutputFolder {
+ public:
+  // Makes the folder and those above it. Throws InputError naming `path`.
+  explicit OutputFolder(const std::string& path);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  std::string PathOf(const std::string& name) const {
+    return path_ + "/" + name;
+  }
+
+ private:
+  void RemoveEmpty();
+
+  const std::string path_;
+  std::vector<std::string> made_;  // from the outermost on
 };
 
 // Throws InputError naming `what` ("view") when `name` cannot be the name of a

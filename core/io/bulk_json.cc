@@ -10,6 +10,10 @@
 #include <cstring>
 #include <limits>
 
+#include "core/io/ids.h"
+#include "core/io/input_files.h"
+#include "core/io/input_stop.h"
+
 namespace kinegraph {
 namespace {
 
@@ -213,7 +217,7 @@ int64_t AsFrame(JsonValue value, std::string_view key) {
 }
 
 int64_t AsId(JsonValue value, std::string_view key) {
-  return AsInteger(value, key, 0, std::numeric_limits<int64_t>::max());
+  return AsInteger(value, key, 0, kMaxId);
 }
 
 namespace {
@@ -273,6 +277,11 @@ JsonValue JsonFileParser::Parse(const std::string& path) {
   if (S_ISDIR(status.st_mode)) {
     throw InputError(path, "", "is a folder, expected a file");
   }
+  const auto refuse = [&path] {
+    throw InputError(path, "", "is larger than 2 GiB");
+  };
+  if (status.st_size > static_cast<off_t>(kMaxFileBytes)) refuse();
+  InputFiles::Note(file.get());
   // The size is a hint only: pipes have none, and files grow. One byte more
   // than the size shows the end without another read.
   size_t capacity = static_cast<size_t>(status.st_size) + 1;
@@ -284,9 +293,7 @@ JsonValue JsonFileParser::Parse(const std::string& path) {
     length +=
         ReadFully(path, file.get(), buffer_.data() + length, capacity - length);
     if (length < capacity) break;
-    if (length > kMaxFileBytes) {
-      throw InputError(path, "", "is larger than 2 GiB");
-    }
+    if (length > kMaxFileBytes) refuse();
     capacity *= 2;
   }
   // Some editors put a byte order mark in front.
@@ -302,7 +309,7 @@ JsonValue JsonFileParser::Parse(const std::string& path) {
 JsonLineReader::JsonLineReader(const std::string& path)
     : path_(path), file_(std::fopen(path.c_str(), "rbe")) {
   if (file_ == nullptr) FailToRead(path);
-  std::setvbuf(file_.get(), nullptr, _IONBF, 0);  // the buffer is our own
+  InputFiles::Note(fileno(file_.get()));
   buffer_.resize((size_t{1} << 16) + kPadding);
 }
 
@@ -319,11 +326,17 @@ bool JsonLineReader::Fill() {
     }
     buffer_.resize(2 * buffer_.size());
   }
-  errno = 0;
-  const size_t got = std::fread(buffer_.data() + end_, 1,
-                                buffer_.size() - kPadding - end_, file_.get());
-  if (got == 0 && std::ferror(file_.get()) != 0) FailToRead(path_);
-  end_ += got;
+  // One read, which gives what is there: a line of a live stream must not wait
+  // until later ones fill the buffer.
+  const int descriptor = fileno(file_.get());
+  if (!InputStop::WaitForInput(descriptor)) return false;
+  ssize_t got = 0;
+  do {
+    got = read(descriptor, buffer_.data() + end_,
+               buffer_.size() - kPadding - end_);
+  } while (got < 0 && errno == EINTR);
+  if (got < 0) FailToRead(path_);
+  end_ += static_cast<size_t>(got);
   return got > 0;
 }
 
@@ -344,6 +357,7 @@ bool JsonLineReader::NextLine() {
     if (!Fill()) break;
     searched = begin_ + searched_of_line;
   }
+  if (InputStop::HasHappened()) return false;  // maybe half a line
   length_ = end_ - begin_;  // the last line may lack its newline
   next_ = end_;
   return length_ > 0;

@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
 #include "core/io/detection_formats.h"
+#include "core/io/folder_entry.h"
 #include "core/io/names.h"
 
 namespace kinegraph {
@@ -41,6 +42,7 @@ View ListFrames(const std::string& folder) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
     if (name.front() == '.' || entry.path().extension() != ".json") continue;
+    if (!IsFileOrFolder(entry)) continue;
     const std::optional<int64_t> frame = FrameOfFileName(name);
     if (!frame || *frame > kMaxFrame) {
       throw InputError(entry.path().string(), "",

@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
 #include "core/io/detection_formats.h"
+#include "core/io/folder_entry.h"
 #include "core/io/names.h"
 
 namespace kinegraph {
@@ -78,7 +79,9 @@ DetectionFormat RecogniseFolder(const std::string& path) {
     const std::string name = entry.path().filename().string();
     if (name.front() == '.') continue;
     if (entry.is_directory()) has_folder = true;
-    if (entry.path().extension() == ".json") files.push_back(name);
+    if (entry.path().extension() == ".json" && IsFileOrFolder(entry)) {
+      files.push_back(name);
+    }
   }
   if (has_folder) return DetectionFormat::kOpenPose;
   if (files.empty()) {
@@ -202,8 +205,10 @@ std::vector<std::pair<std::string, std::string>> ListViewFiles(
   }
   for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
     const fs::path& file = entry.path();
-    if (file.extension() != ".json" || file.filename() == "truth.json")
+    if (file.extension() != ".json" || file.filename() == "truth.json" ||
+        !IsFileOrFolder(entry)) {
       continue;
+    }
     files.emplace_back(file.stem().string(), file.string());
   }
   if (files.empty()) {

@@ -101,6 +101,7 @@ void NpzReader::ReadDirectory() {
   }
   const auto count = Get<uint16_t>(text, end + 10);
   size_t at = Get<uint32_t>(text, end + 16);
+  size_t all_bytes = 0;  // many entries may name the same data
   for (int i = 0; i < count; ++i) {
     if (at > end || end - at < kEntryBytes ||
         text.substr(at, 4) != "PK\x01\x02") {
@@ -129,6 +130,8 @@ void NpzReader::ReadDirectory() {
     const size_t begin = local + kLocalBytes + Get<uint16_t>(text, local + 26) +
                          Get<uint16_t>(text, local + 28);
     if (begin > end || end - begin < size) Fail(name, "is truncated");
+    all_bytes += size;
+    if (all_bytes > text.size()) Fail(name, "overlaps another array");
     const std::string_view file = text.substr(begin, size);
     if (Crc32(file) != crc) Fail(name, "is damaged: its checksum differs");
     arrays_[name] = Parse(name, file);
@@ -179,6 +182,8 @@ NpyArray NpzReader::Parse(const std::string& name,
     }
     width = width * 10 + static_cast<size_t>(digit - '0');
   }
+  // Elements without bytes could be as many as one likes.
+  if (width == 0) Fail(name, "has the type '" + Printable(array.type) + "'");
   if (array.type.size() > 1 && array.type[1] == 'U') width *= 4;
   if (array.bytes.size() != total * width) {
     Fail(name, "has " + std::to_string(array.bytes.size()) +

@@ -12,6 +12,8 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/io/folder_entry.h"
+#include "core/io/input_files.h"
 
 namespace kinegraph {
 namespace {
@@ -44,11 +46,20 @@ std::string ReadTextFile(const std::string& path, size_t max_bytes) {
   if (S_ISDIR(status.st_mode)) {
     throw InputError(path, "", "is a folder, expected a file");
   }
+  const auto refuse = [&] {
+    throw InputError(path, "",
+                     "is larger than " + std::to_string(max_bytes >> 20) +
+                         " MiB, more than such a file can need");
+  };
+  if (status.st_size > 0 && static_cast<size_t>(status.st_size) > max_bytes) {
+    refuse();
+  }
+  InputFiles::Note(file.value);
   // The size is a hint only: pipes have none, and files grow.
   constexpr size_t kStep = 1 << 16;
   std::string text;
   if (status.st_size > 0) {
-    text.reserve(std::min(static_cast<size_t>(status.st_size), max_bytes) + 1);
+    text.reserve(static_cast<size_t>(status.st_size) + 1);
   }
   size_t length = 0;
   while (true) {
@@ -59,11 +70,7 @@ std::string ReadTextFile(const std::string& path, size_t max_bytes) {
     if (got < 0) FailToRead(path);
     if (got == 0) break;
     length += static_cast<size_t>(got);
-    if (length > max_bytes) {
-      throw InputError(path, "",
-                       "is larger than " + std::to_string(max_bytes >> 20) +
-                           " MiB, more than such a file can need");
-    }
+    if (length > max_bytes) refuse();
   }
   text.resize(length);
   return text;
@@ -98,7 +105,9 @@ std::vector<std::string> ListFolder(const std::string& path) {
   std::error_code error;
   for (fs::directory_iterator entry(path, error), end; !error && entry != end;
        entry.increment(error)) {
-    names.push_back(entry->path().filename().string());
+    if (IsFileOrFolder(*entry)) {
+      names.push_back(entry->path().filename().string());
+    }
   }
   if (error) {
     throw InputError(path, "", "cannot be listed: " + error.message());

@@ -52,6 +52,15 @@ void NotePositionsOnly(const TrackSequence& tracks, Losses* losses) {
   }
 }
 
+void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
+                     Losses* losses) {
+  const std::vector<int64_t> ids = IdsOf(tracks);
+  if (ids.empty() || ids.back() < first_lost) return;
+  losses->push_back("ids of " + std::to_string(first_lost) +
+                    " and above are too large: people are numbered anew, from "
+                    "0, when the result is read");
+}
+
 void NoteClock(const TrackSequence& tracks, Losses* losses) {
   if (ContentsOf(tracks).has_clock) {
     losses->push_back(

@@ -30,6 +30,10 @@ std::vector<int64_t> IdsOf(const TrackSequence& tracks);
 
 // What every format loses that keeps frames, identities and positions alone.
 void NotePositionsOnly(const TrackSequence& tracks, Losses* losses);
+// That identities from `first_lost` on, and all others with them, are counted
+// anew by the format's readers.
+void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
+                     Losses* losses);
 // That times and frame rate are lost, when there are any.
 void NoteClock(const TrackSequence& tracks, Losses* losses);
 // That the file does not tell the skeleton.

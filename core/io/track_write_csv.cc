@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "core/io/atomic_file.h"
+#include "core/io/csv_cell.h"
 #include "core/io/json_output.h"
 #include "core/io/track_export.h"
 #include "core/io/track_losses.h"
@@ -12,19 +13,12 @@ namespace {
 constexpr const char* kCovarianceColumns =
     ",cov_xx_m2,cov_xy_m2,cov_xz_m2,cov_yy_m2,cov_yz_m2,cov_zz_m2";
 
-std::string Quoted(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
-
 class CsvWriter {
  public:
   CsvWriter(const std::string& path, const TrackSequence& tracks)
       : contents_(ContentsOf(tracks)), file_(path) {
     for (const std::string& joint : tracks.header.skeleton.joints()) {
-      joints_.push_back(Quoted(joint));
+      joints_.push_back(CsvCell(joint));
     }
     out_.Text("frame,time_s,id,joint,x_m,y_m,z_m,status");
     if (contents_.has_views) out_.Text(",views");

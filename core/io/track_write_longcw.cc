@@ -68,6 +68,8 @@ void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
   file.Write(tracks.frames.empty() ? "[]\n" : "\n]\n");
   file.Commit();
   NotePositionsOnly(tracks, losses);
+  constexpr int64_t kKeptIds = int64_t{1} << 31;  // by its reader
+  NoteRenumbering(tracks, kKeptIds, losses);
   if (rate != kLongcwFrameRateHz) {
     losses->push_back("the frame rate is not kept: name it when reading");
   }

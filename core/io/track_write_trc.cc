@@ -163,6 +163,8 @@ void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
   }
   folder.Commit();
   NoteLosses(tracks, rows.size(), losses);
+  constexpr int64_t kKeptIds = 1'000'000'000'000'000'000;  // 18 digits
+  NoteRenumbering(tracks, kKeptIds, losses);
 }
 
 }  // namespace kinegraph

@@ -63,6 +63,7 @@ class TrackWriter::Impl {
   }
 
   void Commit() { file_.Commit(); }
+  void HandOver() { file_.Flush(); }
 
  private:
   void Flush() {
@@ -226,6 +227,7 @@ TrackWriter::TrackWriter(const std::string& path, const TrackHeader& header,
     : impl_(std::make_unique<Impl>(path, header, options)) {}
 TrackWriter::~TrackWriter() = default;
 void TrackWriter::Write(const TrackFrame& frame) { impl_->Write(frame); }
+void TrackWriter::Flush() { impl_->HandOver(); }
 void TrackWriter::Commit() { impl_->Commit(); }
 
 void WriteTracks(const std::string& path, const TrackSequence& sequence,

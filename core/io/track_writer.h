@@ -34,6 +34,9 @@ class TrackWriter {
   // Frames ascend. Throws std::logic_error when they do not, when a number is
   // not finite or when a person does not fit the header.
   void Write(const TrackFrame& frame);
+  // Hands over what was written so far, to whoever reads the other end of a
+  // pipe. A file appears in Commit() all the same.
+  void Flush();
   void Commit();
 
  private:

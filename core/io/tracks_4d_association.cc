@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/ids.h"
 #include "core/io/text_file.h"
 #include "core/io/track_formats.h"
 
@@ -141,7 +142,7 @@ TrackSequence ReadFourDAssociation(const std::string& path,
     collector.Touch(frame);
     const int64_t people = tokens.Integer("number of people", 0, kMaxFrames);
     for (int64_t p = 0; p < people; ++p) {
-      const TrackId id(tokens.Integer("id of a person", 0, kMaxFrame));
+      const TrackId id(tokens.Integer("id of a person", 0, kMaxId));
       PersonPose* person = Located(
           path, [&] { return tokens.Place(); },
           [&] { return collector.Add(frame, id); });

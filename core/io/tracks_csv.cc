@@ -7,10 +7,13 @@
 #include <cmath>
 #include <optional>
 #include <string_view>
+#include <unordered_set>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/csv_cell.h"
+#include "core/io/ids.h"
 #include "core/io/text_file.h"
 #include "core/io/track_formats.h"
 
@@ -176,14 +179,17 @@ class Reader {
     }
   }
 
-  // In the order in which they come.
+  // In the order in which they come. A skeleton is searched name by name, so
+  // one too large is refused here, before that takes long.
   std::vector<std::string> JointNames(std::string* place) {
+    constexpr size_t kMaxJoints = 10000;
     std::vector<std::string> names;
+    std::unordered_set<std::string> known;
     ForEachRow(place, [&](const std::vector<std::string>& cells) {
-      const std::string& name = cells[*column_[kJoint]];
-      if (std::find(names.begin(), names.end(), name) == names.end()) {
-        names.push_back(name);
-      }
+      const std::string name = PlainCell(cells[*column_[kJoint]]);
+      if (!known.insert(name).second) return;
+      names.push_back(name);
+      if (names.size() > kMaxJoints) throw InputError("has too many joints");
     });
     return names;
   }
@@ -194,7 +200,7 @@ class Reader {
       return cells[*column_[column]];
     };
     const int64_t frame = Whole(cell(kFrame), kFrame, kMaxFrame);
-    const TrackId id(Whole(cell(kId), kId, kMaxFrame));
+    const TrackId id(Whole(cell(kId), kId, kMaxId));
     if (person_ == nullptr || frame != frame_ || id != person_->id) {
       person_ = collector->Add(frame, id);
       frame_ = frame;
@@ -210,8 +216,13 @@ class Reader {
         collector->Touch(frame)->time = FromSeconds(time_s);
       }
     }
-    const auto joint =
-        static_cast<size_t>(collector->header().skeleton.IndexOf(cell(kJoint)));
+    const int index =
+        collector->header().skeleton.IndexOf(PlainCell(cell(kJoint)));
+    if (index < 0) {
+      throw InputError("joint '" + Printable(cell(kJoint)) +
+                       "' is not of the skeleton");
+    }
+    const auto joint = static_cast<size_t>(index);
     if (seen_[joint]) {
       throw InputError("joint '" + Printable(cell(kJoint)) +
                        "' stands there twice");

@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/ids.h"
 #include "core/io/npz_reader.h"
 #include "core/io/track_formats.h"
 
@@ -24,8 +25,8 @@ class Reader {
     joints_ = shape[2];
     if (shape[3] != 3) file_.Fail("positions", "expected [.., .., .., 3]");
     positions_ = file_.Numbers("positions", 4);
-    ids_ = Checked("ids", people_);
-    numbers_ = Checked("frames", frames_);
+    ids_ = Checked("ids", people_, kMaxId);
+    numbers_ = Checked("frames", frames_, kMaxFrame);
     if (file_.Has("status")) status_ = Dense("status");
     if (file_.Has("views")) views_ = Dense("views");
     if (file_.Has("covariance")) {
@@ -45,12 +46,14 @@ class Reader {
   }
 
  private:
-  std::vector<int64_t> Checked(const std::string& name, size_t count) const {
+  std::vector<int64_t> Checked(const std::string& name, size_t count,
+                               int64_t high) const {
     std::vector<int64_t> values = file_.Integers(name, 1);
     if (values.size() != count) file_.Fail(name, "does not fit the positions");
     for (const int64_t value : values) {
-      if (value < 0 || value > kMaxFrame) {
-        file_.Fail(name, "found " + std::to_string(value) + ", expected >= 0");
+      if (value < 0 || value > high) {
+        file_.Fail(name, "found " + std::to_string(value) + ", expected 0 .. " +
+                             std::to_string(high));
       }
     }
     return values;

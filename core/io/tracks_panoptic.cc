@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/folder_entry.h"
 #include "core/io/names.h"
 #include "core/io/track_formats.h"
 
@@ -24,7 +25,7 @@ std::vector<std::string> ListFiles(const std::string& path) {
   for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
     const std::string name = entry.path().filename().string();
     if (name.rfind("body3DScene_", 0) == 0 &&
-        entry.path().extension() == ".json") {
+        entry.path().extension() == ".json" && IsFileOrFolder(entry)) {
       files.push_back(entry.path().string());
     }
   }

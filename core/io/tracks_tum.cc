@@ -5,12 +5,12 @@
 #include <matio.h>
 
 #include <cmath>
-#include <cstring>
 #include <memory>
 #include <mutex>
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/mat_check.h"
 #include "core/io/text_file.h"
 #include "core/io/track_formats.h"
 
@@ -28,37 +28,6 @@ struct VariableFree {
 
 // matio prints its errors and aborts on some unless it is given another way.
 void Quiet(int, char*) {}
-
-// matio reads a truncated file silently as one with fewer entries, so the
-// elements of the file are walked through first: each begins with its type and
-// its length in bytes, and the last must end where the file ends.
-void CheckComplete(const std::string& path) {
-  constexpr size_t kHeaderBytes = 128;
-  const std::string bytes = ReadTextFile(path);
-  if (bytes.size() < kHeaderBytes || bytes.compare(0, 10, "MATLAB 5.0") != 0) {
-    throw InputError(path, "", "is no MATLAB 5 file");
-  }
-  if (bytes.compare(126, 2, "IM") != 0) {
-    throw InputError(path, "", "is not little-endian, expected that");
-  }
-  size_t at = kHeaderBytes;
-  while (at < bytes.size()) {
-    uint32_t tag[2] = {0, 0};
-    if (bytes.size() - at < sizeof(tag)) break;
-    std::memcpy(tag, bytes.data() + at, sizeof(tag));
-    at += sizeof(tag);
-    if (tag[1] > bytes.size() - at) {
-      throw InputError(path, "",
-                       "is truncated: an element of " + std::to_string(tag[1]) +
-                           " bytes has only " +
-                           std::to_string(bytes.size() - at));
-    }
-    at += tag[1];
-  }
-  if (at != bytes.size() || at == kHeaderBytes) {
-    throw InputError(path, "", "is truncated");
-  }
-}
 
 // Number of entries by the declared dimensions; 0 for an empty cell, which has
 // rank 0 and no dimensions.
@@ -154,7 +123,7 @@ class TumReader {
 
 TrackSequence ReadTumTracks(const std::string& path,
                             const TrackReadOptions& options) {
-  CheckComplete(path);
+  CheckMatFile(ReadTextFile(path), path);
   static std::once_flag quiet;
   std::call_once(quiet, [] { Mat_LogInitFunc("kinegraph", Quiet); });
   const std::unique_ptr<mat_t, MatCloser> file(

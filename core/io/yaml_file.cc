@@ -1,18 +1,20 @@
 #include "core/io/yaml_file.h"
 
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <charconv>
+#include <sstream>
 #include <utility>
-#include <vector>
 
 #include "core/base/error.h"
 
 namespace kinegraph {
 namespace {
 
-// Aliases let a short text stand for a huge value.
-constexpr int kMaxValues = 1000000;
+// Five thousand cameras. The parser takes half a kilobyte a value, and aliases
+// let a short text stand for a huge one.
+constexpr int kMaxValues = 200000;
 
 class YamlConverter {
  public:
@@ -94,6 +96,60 @@ class YamlConverter {
   int count_ = 0;
 };
 
+// Goes through a text without keeping it, and stops at what would never end:
+// yaml-cpp sees document after document in a stray comma, and a value between
+// any two commas of a list.
+class YamlGuard final : public YAML::EventHandler {
+ public:
+  explicit YamlGuard(std::string file) : file_(std::move(file)) {}
+
+  int documents() const { return documents_; }
+
+  void OnDocumentStart(const YAML::Mark&) override { ++documents_; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { Count(mark); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { Count(mark); }
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                const std::string&) override {
+    Count(mark);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&,
+                       YAML::anchor_t, YAML::EmitterStyle::value) override {
+    Count(mark);
+  }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    Count(mark);
+  }
+  void OnMapEnd() override {}
+
+ private:
+  void Count(const YAML::Mark& mark) {
+    if (++values_ <= 2 * kMaxValues) return;  // keys count too
+    throw InputError(file_ + ":" + std::to_string(mark.line + 1), "",
+                     "has too many values");
+  }
+
+  const std::string file_;
+  int documents_ = 0;
+  int values_ = 0;
+};
+
+// Throws unless the text is one document of a bounded size.
+void RefuseEndless(const std::string& text, const std::string& file) {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  YamlGuard guard(file);
+  while (guard.documents() <= 1 && parser.HandleNextDocument(guard)) {
+  }
+  if (guard.documents() == 1) return;
+  throw InputError(file, "",
+                   guard.documents() == 0
+                       ? "holds no YAML document, expected one"
+                       : "holds more than one YAML document, or a stray comma");
+}
+
 // The parser takes a second for each million open brackets before it refuses
 // them. Brackets in texts count too; no calibration has that many.
 void RefuseDeepBrackets(const std::string& text, const std::string& file) {
@@ -121,20 +177,17 @@ std::string WithoutDirective(const std::string& text) {
 
 Json ParseYaml(const std::string& text, const std::string& file) {
   RefuseDeepBrackets(text, file);
-  std::vector<YAML::Node> documents;
+  const std::string document = WithoutDirective(text);
+  YAML::Node root;
   try {
-    documents = YAML::LoadAll(WithoutDirective(text));
+    RefuseEndless(document, file);
+    root = YAML::Load(document);
   } catch (const YAML::Exception& error) {
     const std::string line =
         error.mark.is_null() ? "" : ":" + std::to_string(error.mark.line + 1);
     throw InputError(file + line, "", "is not YAML: " + error.msg);
   }
-  if (documents.size() != 1) {
-    throw InputError(file, "",
-                     "holds " + std::to_string(documents.size()) +
-                         " YAML documents, expected one");
-  }
-  return YamlConverter(file).Convert(documents.front());
+  return YamlConverter(file).Convert(root);
 }
 
 }  // namespace kinegraph

@@ -11,7 +11,7 @@ namespace kinegraph {
 // The one document of a text as JSON. A map of rows, cols and data (OpenCV's
 // !!opencv-matrix) becomes an array of rows. Unquoted scalars that are numbers
 // become numbers, all others texts. Throws InputError naming `file` and line
-// for a syntax error, a repeated key, deep nesting or more than a million
+// for a syntax error, a repeated key, deep nesting or more than 200,000
 // values.
 Json ParseYaml(const std::string& text, const std::string& file);
 

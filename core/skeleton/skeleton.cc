@@ -122,6 +122,13 @@ Skeleton::Skeleton(std::string name, std::vector<std::string> joints,
       bones_(std::move(bones)) {
   const int count = joint_count();
   if (count == 0) throw OptionError("joints", "a skeleton needs joints");
+  // Names are compared pair by pair.
+  constexpr int kMaxJoints = 10000;
+  if (count > kMaxJoints) {
+    throw OptionError("joints", "a skeleton of " + std::to_string(count) +
+                                    " joints, expected at most " +
+                                    std::to_string(kMaxJoints));
+  }
   for (int j = 0; j < count; ++j) {
     if (joints_[j].empty()) {
       throw OptionError("joints",

@@ -1,0 +1,20 @@
+// Where a command prints what it has done.
+#ifndef KINEGRAPH_APPS_COMMON_SUMMARY_H_
+#define KINEGRAPH_APPS_COMMON_SUMMARY_H_
+
+#include <cstdio>
+#include <string>
+
+#include "core/io/atomic_file.h"
+
+namespace kinegraph {
+
+// Standard output, or standard error when the result `out` itself goes to
+// standard output (--out=/dev/stdout).
+inline std::FILE* SummaryStream(const std::string& out) {
+  return IsStandardOutput(out) ? stderr : stdout;
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMMON_SUMMARY_H_

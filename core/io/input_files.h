@@ -1,0 +1,28 @@
+// Which files a command has read, so that it does not write over one of them.
+#ifndef KINEGRAPH_CORE_IO_INPUT_FILES_H_
+#define KINEGRAPH_CORE_IO_INPUT_FILES_H_
+
+#include <string>
+
+namespace kinegraph {
+
+// A command says once that what it reads is to be protected; the readers then
+// note every file, and AtomicFile refuses to replace one of them, under
+// whatever name it is reached: device and inode are compared. A program that
+// uses the library may read and write one file in turn: without Protect()
+// nothing is noted. Safe in any thread.
+class InputFiles {
+ public:
+  static void Protect();
+
+  // An open file that is being read. Regular files count, the first 65,536 of
+  // them, so that a long take needs no more memory than a short one.
+  static void Note(int descriptor);
+
+  // Whether the path leads to a file that was noted.
+  static bool Has(const std::string& path);
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_INPUT_FILES_H_

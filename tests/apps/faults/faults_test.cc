@@ -1,0 +1,348 @@
+// Faults of single commands: signals, streams, folders, limits.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include "tests/support/faulty_runs.h"
+
+namespace kinegraph::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+const std::string& Scene() {
+  static const TemporaryFolder* const folder = new TemporaryFolder;
+  static const std::string* const scene = [] {
+    const auto* path = new std::string((folder->path() / "scene").string());
+    const ProgramOutcome made = RunProgram(
+        "synthesize",
+        "--config=" + ProjectFile("configs/synthetic/demo.toml").string() +
+            " --set='scene.duration=0.4' --out=" + *path);
+    EXPECT_EQ(made.exit_code, 0) << made.errors;
+    return path;
+  }();
+  return *scene;
+}
+
+std::string TrackArguments(const std::string& detections) {
+  return "--cameras=" + Scene() + "/cameras.json --detections=" + detections +
+         " --config=" +
+         ProjectFile("configs/synthetic/track_paper.toml").string();
+}
+
+// What a program does that reads a pipe, has begun to write and is told to
+// stop.
+void StopInTheMiddle(const std::vector<std::string>& arguments, int signal,
+                     const char* name) {
+  const TemporaryFolder folder;
+  const std::string pipe = (folder.path() / "pipe").string();
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const fs::path out = folder.path() / "out";
+  fs::create_directory(out);
+  const std::string errors = (folder.path() / "errors").string();
+  std::vector<std::string> line = arguments;
+  for (std::string& argument : line) {
+    const size_t at = argument.find("PIPE");
+    if (at != std::string::npos) argument.replace(at, 4, pipe);
+  }
+  line.push_back("--out=" + (out / "result").string());
+  RunningProgram program(line, errors);
+  std::ofstream input(pipe, std::ios::binary);
+  input << ContentOf(Scene() + "/detections.jsonl") << std::flush;
+  ASSERT_TRUE(WaitUntil([&] { return HasPartial(out); }));
+  program.Signal(signal);
+  const int status = program.Wait();
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == signal);
+  EXPECT_THAT(NamesIn(out), IsEmpty());
+  EXPECT_EQ(ContentOf(errors), fs::path(line[0]).filename().string() +
+                                   ": stopped by " + name +
+                                   "; what was half-written is removed\n");
+}
+
+TEST(SignalTest, TrackLeavesNothing) {
+  std::vector<std::string> line = {
+      ProgramPath("track"), "--cameras=" + Scene() + "/cameras.json",
+      "--detections=PIPE",
+      "--config=" + ProjectFile("configs/synthetic/track_paper.toml").string()};
+  StopInTheMiddle(line, SIGINT, "SIGINT");
+  StopInTheMiddle(line, SIGTERM, "SIGTERM");
+  StopInTheMiddle(line, SIGHUP, "SIGHUP");
+}
+
+TEST(SignalTest, ConvertLeavesNoFolderOfManyFiles) {
+  StopInTheMiddle({ProgramPath("convert"), "--from=kinegraph", "--to=openpose",
+                   "--in=PIPE"},
+                  SIGTERM, "SIGTERM");
+}
+
+TEST(SignalTest, AnIgnoredSignalStaysIgnored) {
+  const TemporaryFolder folder;
+  const std::string pipe = (folder.path() / "pipe").string();
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const std::string out = (folder.path() / "out.jsonl").string();
+  const std::string script =
+      folder.Write("script", "trap '' HUP\nexec " + ProgramPath("track") + " " +
+                                 TrackArguments(pipe) + " --out=" + out + "\n");
+  RunningProgram program({"/bin/bash", script},
+                         (folder.path() / "errors").string());
+  {
+    std::ofstream input(pipe, std::ios::binary);
+    input << ContentOf(Scene() + "/detections.jsonl") << std::flush;
+    ASSERT_TRUE(WaitUntil([&] { return HasPartial(folder.path()); }));
+    program.Signal(SIGHUP);
+  }
+  EXPECT_EQ(program.Wait(), 0);
+  EXPECT_TRUE(fs::exists(out));
+}
+
+TEST(StreamTest, ResultsOnStandardOutputAreAlone) {
+  const std::string line = ProgramPath("track") + " " +
+                           TrackArguments(Scene() + "/detections.jsonl");
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "file").string();
+  ASSERT_EQ(RunShell(line + " --out=" + file).exit_code, 0);
+  const std::string expected = ContentOf(file);
+  for (const char* out : {"/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"}) {
+    const ProgramOutcome piped = RunShell(line + " --out=" + out + " | cat");
+    EXPECT_EQ(piped.output, expected) << out;
+    EXPECT_THAT(piped.errors, StartsWith("10 frames, ")) << out;
+  }
+  // Behind >> what was there stays.
+  const std::string log = folder.Write("log", "before\n");
+  ASSERT_EQ(RunShell(line + " --out=/dev/stdout >> " + log).exit_code, 0);
+  EXPECT_EQ(ContentOf(log), "before\n" + expected);
+}
+
+TEST(StreamTest, AReaderThatLeavesIsSaid) {
+  const ProgramOutcome outcome =
+      RunShell("set -o pipefail\n" + ProgramPath("track") + " " +
+               TrackArguments(Scene() + "/detections.jsonl") +
+               " --out=/dev/stdout | true");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.errors, HasSubstr("Broken pipe"));
+}
+
+// Lines of the detections of a take of four seconds, the header first.
+std::vector<std::string> LongTake(const std::string& folder) {
+  const ProgramOutcome made = RunProgram(
+      "synthesize",
+      "--config=" + ProjectFile("configs/synthetic/demo.toml").string() +
+          " --set='scene.duration=4' --out=" + folder);
+  EXPECT_EQ(made.exit_code, 0) << made.errors;
+  std::vector<std::string> lines;
+  std::ifstream file(folder + "/detections.jsonl");
+  for (std::string line; std::getline(file, line);) lines.push_back(line);
+  return lines;
+}
+
+int LinesOf(const std::string& path) {
+  const std::string content = ContentOf(path);
+  return static_cast<int>(std::count(content.begin(), content.end(), '\n'));
+}
+
+struct LiveCase {
+  const char* name;
+  const char* config;
+  int lag;  // frames
+};
+
+class LiveTest : public ::testing::TestWithParam<LiveCase> {
+ protected:
+  LiveTest() {
+    lines_ = LongTake(take_);
+    EXPECT_GT(lines_.size(), 90u);
+    mkfifo(pipe_.c_str(), 0600);
+  }
+
+  std::vector<std::string> Command(const std::string& detections,
+                                   const std::string& out) const {
+    return {ProgramPath("track"), "--cameras=" + take_ + "/cameras.json",
+            "--detections=" + detections,
+            "--config=" + ProjectFile(GetParam().config).string(),
+            "--out=" + out};
+  }
+
+  TemporaryFolder folder_;
+  const std::string take_ = (folder_.path() / "take").string();
+  const std::string pipe_ = (folder_.path() / "pipe").string();
+  const std::string result_ = (folder_.path() / "result").string();
+  const std::string errors_ = (folder_.path() / "errors").string();
+  std::vector<std::string> lines_;
+};
+
+TEST_P(LiveTest, AnswersWithinTheLagAndAsTheWholeTake) {
+  RunningProgram program(Command("-", "/dev/stdout"), errors_, pipe_, result_);
+  {
+    std::ofstream input(pipe_, std::ios::binary);
+    int given = 0;
+    for (const std::string& line : lines_) {
+      input << line << "\n" << std::flush;
+      ++given;  // the header too, on both sides
+      if (given % 10 != 0) continue;
+      EXPECT_TRUE(WaitUntil([&] {
+        return LinesOf(result_) >= given - GetParam().lag;
+      })) << given
+          << " lines in, " << LinesOf(result_) << " out";
+    }
+  }
+  EXPECT_EQ(program.Wait(), 0) << ContentOf(errors_);
+  // The recorded take gives the same bytes.
+  std::string recorded;
+  for (const std::string& word :
+       Command(take_ + "/detections.jsonl", result_ + "2")) {
+    recorded += word + " ";
+  }
+  ASSERT_EQ(RunShell(recorded).exit_code, 0);
+  EXPECT_EQ(ContentOf(result_), ContentOf(result_ + "2"));
+}
+
+TEST_P(LiveTest, ASignalEndsTheInputAndKeepsTheResult) {
+  RunningProgram program(Command("-", result_), errors_, pipe_);
+  std::ofstream input(pipe_, std::ios::binary);
+  for (const std::string& line : lines_) input << line << "\n";
+  input << std::flush;
+  ASSERT_TRUE(WaitUntil([&] { return HasPartial(folder_.path()); }));
+  program.Signal(SIGINT);
+  EXPECT_EQ(program.Wait(), 0);
+  EXPECT_GT(LinesOf(result_), 1);
+  EXPECT_THAT(ContentOf(errors_), HasSubstr("the input ends here"));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Modes, LiveTest,
+    ::testing::Values(
+        LiveCase{"paper", "configs/synthetic/track_paper.toml", 0},
+        LiveCase{"window", "configs/synthetic/track_window.toml", 10}),
+    [](const ::testing::TestParamInfo<LiveCase>& test) {
+      return std::string(test.param.name);
+    });
+
+TEST(LiveOptionsTest, WhatNeedsTheWholeTakeIsRefused) {
+  for (const char* set : {"mode=graph;output.estimator=batch",
+                          "mode=graph;tracking.second_pass=true"}) {
+    const ProgramOutcome outcome =
+        RunProgram("track", TrackArguments("-") + " --set='" + set +
+                                "' --out=/dev/null < /dev/null");
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.errors, HasSubstr("stream"));
+  }
+}
+
+TEST(FolderTest, PipesInFoldersAreLeftOut) {
+  const TemporaryFolder folder;
+  const std::string poses = (folder.path() / "poses").string();
+  ASSERT_EQ(
+      RunProgram("convert", "--from=kinegraph --to=openpose --in=" + Scene() +
+                                "/detections.jsonl --out=" + poses)
+          .exit_code,
+      0);
+  ASSERT_EQ(
+      mkfifo((poses + "/cam0/cam0_000000000099_keypoints.json").c_str(), 0600),
+      0);
+  ASSERT_EQ(mkfifo((poses + "/a.json").c_str(), 0600), 0);
+  const ProgramOutcome outcome =
+      RunShell("timeout 60 " + ProgramPath("track") + " " +
+               TrackArguments(poses) + " --set='input.frame_rate=25' --out=" +
+               (folder.path() / "out.jsonl").string());
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+}
+
+TEST(FolderTest, EmptyFoldersAreNotLeft) {
+  const TemporaryFolder folder;
+  const std::string out = (folder.path() / "a" / "b").string();
+  // A limit of the shell keeps every file from being written.
+  const ProgramOutcome outcome = RunShell(
+      "ulimit -f 0\nexec 2> /dev/null\n" + ProgramPath("synthesize") +
+      " --config=" + ProjectFile("configs/synthetic/demo.toml").string() +
+      " --set=scene.duration=0.4 --out=" + out + " > /dev/null");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(NamesIn(folder.path()), IsEmpty());
+  const ProgramOutcome reproduce =
+      RunProgram("reproduce", "--data=" + (folder.path() / "none").string() +
+                                  " --out=" + out);
+  EXPECT_EQ(reproduce.exit_code, 2) << reproduce.errors;
+  EXPECT_THAT(NamesIn(folder.path()), IsEmpty());
+}
+
+TEST(FolderTest, AFolderThatDisappearsIsSaid) {
+  const TemporaryFolder folder;
+  const std::string pipe = (folder.path() / "pipe").string();
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const fs::path out = folder.path() / "out";
+  fs::create_directory(out);
+  const std::string errors = (folder.path() / "errors").string();
+  RunningProgram program(
+      {ProgramPath("track"), "--cameras=" + Scene() + "/cameras.json",
+       "--detections=" + pipe,
+       "--config=" + ProjectFile("configs/synthetic/track_paper.toml").string(),
+       "--out=" + (out / "result").string()},
+      errors);
+  {
+    std::ofstream input(pipe, std::ios::binary);
+    input << ContentOf(Scene() + "/detections.jsonl") << std::flush;
+    ASSERT_TRUE(WaitUntil([&] { return HasPartial(out); }));
+    fs::remove_all(out);
+  }
+  const int status = program.Wait();
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 1);
+  EXPECT_THAT(ContentOf(errors), HasSubstr("No such file or directory"));
+}
+
+TEST(FolderTest, ReadOnlyFilesAndFoldersAreSaid) {
+  if (geteuid() == 0 && !CanMount()) GTEST_SKIP() << "root may write anywhere";
+  const TemporaryFolder folder;
+  const std::string line =
+      ProgramPath("convert") + " --from=kinegraph --to=csv --in=" + Scene() +
+      "/truth.jsonl --out=" + folder.path().string() + "/out.csv";
+  const ProgramOutcome outcome =
+      RunShell("unshare -m bash -c \"mount -t tmpfs -o ro none '" +
+               folder.path().string() + "' && " + line + "\"");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.errors, HasSubstr("Read-only file system"));
+}
+
+TEST(LimitTest, HugeSkeletonsAreRefusedAtOnce) {
+  const TemporaryFolder folder;
+  for (const int joints : {10001, 100000}) {
+    std::string names;
+    for (int i = 0; i < joints; ++i) {
+      names += (i > 0 ? ", \"" : "\"") + std::to_string(i) + "\"";
+    }
+    const std::string detections = folder.Write(
+        "detections.jsonl",
+        R"({"kinegraph_detections": 1, "skeleton": {"name": "a", "joints": [)" +
+            names +
+            R"(], "bones": []}, "frame_rate": 25, "views": ["cam0", "cam1"]})"
+            "\n");
+    const ProgramOutcome refused = RunProgram(
+        "track", TrackArguments(detections) +
+                     " --out=" + (folder.path() / "out.jsonl").string());
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.errors, HasSubstr("expected at most 10000"));
+  }
+}
+
+TEST(DriverTest, HelpNeedsNeitherPackagesNorACompiler) {
+  // A folder without a build, and no apt-get that could be found.
+  const TemporaryFolder folder;
+  const std::string driver = ProjectFile("kinegraph").string();
+  const ProgramOutcome built =
+      RunShell("KINEGRAPH_BUILD=" + BuildFile("").string() + " " + driver +
+               " track --help");
+  EXPECT_EQ(built.exit_code, 0) << built.errors;
+  EXPECT_THAT(built.output, HasSubstr("--detections"));
+  EXPECT_THAT(built.errors, IsEmpty());
+  const ProgramOutcome fresh =
+      RunShell("KINEGRAPH_BUILD=" + (folder.path() / "none").string() + " " +
+               driver + " track --help");
+  EXPECT_EQ(fresh.exit_code, 1);
+  EXPECT_THAT(fresh.errors, HasSubstr("./kinegraph build"));
+  EXPECT_THAT(NamesIn(folder.path()), IsEmpty());
+}
+
+}  // namespace
+}  // namespace kinegraph::testing

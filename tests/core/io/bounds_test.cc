@@ -1,0 +1,368 @@
+// Sizes that a file declares are not believed before the bytes are there, and
+// nothing of the user's is written over.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/io/atomic_file.h"
+#include "core/io/atomic_folder.h"
+#include "core/io/calibration.h"
+#include "core/io/csv_cell.h"
+#include "core/io/input_files.h"
+#include "core/io/npz_file.h"
+#include "core/io/partial_files.h"
+#include "core/io/text_file.h"
+#include "core/io/track_export.h"
+#include "core/io/tracks.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/mat_file.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using testing::TemporaryFolder;
+
+// Far beyond what a refusal takes, far below what believing the file took.
+void ExpectQuick(std::chrono::steady_clock::time_point start) {
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+}
+
+// ---- YAML
+
+TEST(YamlBounds, AStrayCommaEnds) {
+  const TemporaryFolder folder;
+  const auto start = std::chrono::steady_clock::now();
+  for (const char* text :
+       {"%YAML:1.0\n---\n,", "%YAML:1.0\n---\nnames: 1\n,",
+        "%YAML:1.0\n---\n,,", "%YAML:1.0\n---\nK: 1\n...\n,\n---\n",
+        "%YAML:1.0\n---\n]", ","}) {
+    const std::string path = folder.Write("a.yml", text);
+    EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }), HasSubstr("a.yml"))
+        << text;
+  }
+  ExpectQuick(start);
+}
+
+TEST(YamlBounds, CommasDoNotFillTheMemory) {
+  const TemporaryFolder folder;
+  const auto start = std::chrono::steady_clock::now();
+  const std::string path = folder.Write(
+      "a.yml", "%YAML:1.0\n---\na: [" + std::string(2'000'000, ',') + "]\n");
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
+              AnyOf(HasSubstr("too many values"), HasSubstr("is not YAML")));
+  ExpectQuick(start);
+}
+
+// ---- NPZ
+
+template <typename Value>
+void Append(Value value, std::string* bytes) {
+  bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+std::string NpyOf(const std::string& type, const std::string& shape,
+                  const std::string& data) {
+  std::string dictionary = "{'descr': '" + type +
+                           "', 'fortran_order': False, 'shape': " + shape +
+                           ", }";
+  dictionary.resize(118, ' ');
+  std::string file = "\x93NUMPY";
+  file += '\x01';
+  file += '\0';
+  Append(static_cast<uint16_t>(dictionary.size()), &file);
+  return file + dictionary + data;
+}
+
+// An archive in which all names lead to one file.
+std::string Archive(const std::vector<std::string>& names,
+                    const std::string& file) {
+  std::string archive = "PK\x03\x04";
+  archive.resize(30, '\0');
+  archive += file;
+  const size_t directory = archive.size();
+  for (const std::string& name : names) {
+    std::string entry = "PK\x01\x02";
+    entry.resize(16, '\0');
+    Append(Crc32(file), &entry);
+    Append(static_cast<uint32_t>(file.size()), &entry);
+    Append(static_cast<uint32_t>(file.size()), &entry);
+    Append(static_cast<uint16_t>(name.size()), &entry);
+    entry.resize(46, '\0');
+    archive += entry + name;
+  }
+  std::string end = std::string("PK\x05\x06", 4) + std::string(6, '\0');
+  Append(static_cast<uint16_t>(names.size()), &end);
+  Append(static_cast<uint32_t>(archive.size() - directory), &end);
+  Append(static_cast<uint32_t>(directory), &end);
+  return archive + end + std::string(2, '\0');
+}
+
+TEST(NpzBounds, TextsWithoutBytesAreRefused) {
+  const TemporaryFolder folder;
+  const auto start = std::chrono::steady_clock::now();
+  const std::string path = folder.Write(
+      "a.npz", Archive({"joints.npy"}, NpyOf("<U0", "(100000000,)", "")));
+  EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }),
+              HasSubstr("has the type '<U0'"));
+  ExpectQuick(start);
+}
+
+TEST(NpzBounds, ArraysThatShareTheirBytesAreRefused) {
+  const TemporaryFolder folder;
+  const std::string file = NpyOf("<f8", "(2,)", std::string(16, '\0'));
+  const std::string path =
+      folder.Write("a.npz", Archive({"a.npy", "b.npy", "c.npy"}, file));
+  EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }), HasSubstr("overlaps"));
+}
+
+// ---- .mat
+
+std::string MatArray(uint32_t array_class, int32_t rows, int32_t columns,
+                     const std::string& content) {
+  std::string inside;
+  Append(uint32_t{6}, &inside);  // flags
+  Append(uint32_t{8}, &inside);
+  Append(array_class, &inside);
+  Append(uint32_t{0}, &inside);
+  Append(uint32_t{5}, &inside);  // dimensions
+  Append(uint32_t{8}, &inside);
+  Append(rows, &inside);
+  Append(columns, &inside);
+  Append(uint32_t{1}, &inside);  // name
+  Append(uint32_t{7}, &inside);
+  inside += "actor3D";
+  inside += '\0';
+  inside += content;
+  std::string bytes;
+  Append(uint32_t{14}, &bytes);
+  Append(static_cast<uint32_t>(inside.size()), &bytes);
+  return bytes + inside;
+}
+
+std::string MatFile(const std::string& elements) {
+  std::string bytes = "MATLAB 5.0 MAT-file";
+  bytes.resize(124, ' ');
+  Append(uint16_t{0x0100}, &bytes);
+  return bytes + "IM" + elements;
+}
+
+std::string Packed(const std::string& element) {
+  std::string packed(compressBound(element.size()), '\0');
+  uLongf length = packed.size();
+  compress(reinterpret_cast<Bytef*>(packed.data()), &length,
+           reinterpret_cast<const Bytef*>(element.data()), element.size());
+  packed.resize(length);
+  std::string bytes;
+  Append(uint32_t{15}, &bytes);
+  Append(static_cast<uint32_t>(length), &bytes);
+  return bytes + packed;
+}
+
+TEST(MatBounds, DimensionsMustHaveTheirEntries) {
+  constexpr uint32_t kCell = 1;
+  constexpr uint32_t kStruct = 2;
+  constexpr uint32_t kDouble = 6;
+  const TemporaryFolder folder;
+  const auto start = std::chrono::steady_clock::now();
+  for (const uint32_t array_class : {kCell, kStruct, kDouble}) {
+    const std::string element =
+        MatArray(array_class, 100'000'000, 20, std::string(1500, '\0'));
+    for (const std::string& content : {element, Packed(element)}) {
+      const std::string path = folder.Write("a.mat", MatFile(content));
+      EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }), HasSubstr("a.mat"))
+          << array_class;
+    }
+  }
+  ExpectQuick(start);
+}
+
+TEST(MatBounds, WholeFilesPass) {
+  const TemporaryFolder folder;
+  Pose3d pose(14);
+  for (Joint3d& joint : pose) joint = {{1.0, 2.0, 3.0}, JointStatus::kObserved};
+  const std::string plain = testing::ActorsGroundTruth({{{2, pose}}}, 5);
+  const std::string packed = plain.substr(0, 128) + Packed(plain.substr(128));
+  for (const std::string& content : {plain, packed}) {
+    const TrackSequence tracks = ReadTracks(folder.Write("a.mat", content));
+    ASSERT_EQ(tracks.frames.size(), 5u);
+    EXPECT_EQ(tracks.frames[2].people.size(), 1u);
+    // Every cut is noticed.
+    for (size_t length = 128; length < content.size(); length += 7) {
+      const std::string path =
+          folder.Write("cut.mat", content.substr(0, length));
+      EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }), HasSubstr("cut.mat"))
+          << length;
+    }
+  }
+}
+
+TEST(MatBounds, NestedCellsEnd) {
+  std::string element;
+  for (int depth = 0; depth < 100; ++depth) {
+    element = MatArray(1, 1, 1, element);
+  }
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("a.mat", MatFile(element));
+  EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }),
+              HasSubstr("nested too deeply"));
+}
+
+// ---- Identities and names
+
+TrackSequence OnePerson(int64_t id, const std::string& joint) {
+  TrackSequence tracks;
+  tracks.header.skeleton = Skeleton("one", {joint, "b"}, {});
+  tracks.header.frame_rate_hz = 25.0;
+  TrackFrame frame;
+  PersonPose person;
+  person.id = TrackId(id);
+  person.joints = {{{1, 2, 3}, JointStatus::kObserved}, {}};
+  frame.people.push_back(person);
+  tracks.frames.push_back(frame);
+  return tracks;
+}
+
+TEST(IdBounds, ReadersTakeWhatWritersWrite) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "out").string();
+  constexpr int64_t kId = (int64_t{1} << 62) + 1;
+  const TrackSequence tracks = OnePerson(kId, "a");
+  const auto id_read = [&](TrackReadOptions options = {}) {
+    return ReadTracks(path, options).frames.at(0).people.at(0).id.value();
+  };
+  Losses losses;
+  WriteTracksCsv(path, tracks, &losses);
+  EXPECT_EQ(id_read(), kId);
+  WriteTracksNpz(path, tracks, &losses);
+  EXPECT_EQ(id_read(), kId);
+  WriteTracks4dAssociation(path, tracks, &losses);
+  TrackReadOptions options;
+  options.format = TrackFormat::kFourDAssociation;
+  options.skeleton = tracks.header.skeleton;
+  EXPECT_EQ(id_read(options), kId);
+}
+
+TEST(IdBounds, RenumberingIsSaid) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "out").string();
+  const auto is_said = [](const Losses& losses) {
+    return std::any_of(losses.begin(), losses.end(), [](const auto& loss) {
+      return loss.find("numbered anew") != std::string::npos;
+    });
+  };
+  for (const auto& [id, said] :
+       {std::pair{(int64_t{1} << 31) - 1, false}, {int64_t{1} << 31, true}}) {
+    Losses losses;
+    WriteTracksLongcw(path, OnePerson(id, "a"), &losses);
+    EXPECT_EQ(is_said(losses), said) << id;
+    TrackReadOptions options;
+    options.format = TrackFormat::kLongcw;
+    options.skeleton = OnePerson(0, "a").header.skeleton;
+    EXPECT_EQ(ReadTracks(path, options).frames.at(0).people.at(0).id.value(),
+              said ? 0 : id);
+  }
+  for (const auto& [id, said] :
+       {std::pair{int64_t{999'999'999'999'999'999}, false},
+        {int64_t{1'000'000'000'000'000'000}, true}}) {
+    Losses losses;
+    const std::string trc = path + "_" + std::to_string(id);
+    WriteTracksTrc(trc, OnePerson(id, "a"), AxisMap(), &losses);
+    EXPECT_EQ(is_said(losses), said) << id;
+    EXPECT_EQ(ReadTracks(trc).frames.at(0).people.at(0).id.value(),
+              said ? 0 : id);
+  }
+}
+
+TEST(CsvCells, AreNoFormulas) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "a.csv").string();
+  for (const std::string name :
+       {"=1+1", "+a", "-a", "@a", "\ta", "'=a", "'a", "=a,\"b\"", "a=b", "'"}) {
+    Losses losses;
+    WriteTracksCsv(path, OnePerson(1, name), &losses);
+    EXPECT_EQ(ReadTracks(path).header.skeleton.joints().at(0), name);
+    const std::string cell = CsvCell(name);
+    const char first = cell[cell[0] == '"' ? 1 : 0];
+    EXPECT_EQ(std::string("=+-@\t").find(first), std::string::npos) << cell;
+  }
+}
+
+TEST(SkeletonBounds, TooManyJointsAreRefusedAtOnce) {
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<std::string> joints;
+  for (int j = 0; j < 100'000; ++j) joints.push_back(std::to_string(j));
+  EXPECT_THROW(Skeleton("many", joints, {}), OptionError);
+  ExpectQuick(start);
+}
+
+// ---- Files
+
+TEST(AtomicFileBounds, RefusesReadOnlyFiles) {
+  if (geteuid() == 0) GTEST_SKIP() << "root may write anything";
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("a", "old");
+  chmod(path.c_str(), 0444);
+  EXPECT_THAT(InputErrorOf([&] { AtomicFile file(path); }),
+              HasSubstr("Permission denied"));
+}
+
+TEST(AtomicFileBounds, LinksInACircleAreSaid) {
+  const TemporaryFolder folder;
+  fs::create_symlink("b", folder.path() / "a");
+  fs::create_symlink("a", folder.path() / "b");
+  EXPECT_THAT(
+      InputErrorOf([&] { AtomicFile file((folder.path() / "a").string()); }),
+      HasSubstr("symbolic links"));
+}
+
+TEST(PartialFilesTest, KnowsWhatIsUnfinished) {
+  const TemporaryFolder folder;
+  const std::string tree = (folder.path() / "tree").string();
+  ASSERT_EQ(PartialFiles::MakeFolder(tree), 0);
+  EXPECT_TRUE(PartialFiles::IsInsideFolder(tree + "/a/b"));
+  EXPECT_FALSE(PartialFiles::IsInsideFolder(tree));
+  EXPECT_FALSE(PartialFiles::IsInsideFolder(tree + "a"));
+  std::ofstream(tree + "/file") << "content";
+  PartialFiles::Remove(tree);
+  EXPECT_FALSE(fs::exists(tree));
+  EXPECT_FALSE(PartialFiles::IsInsideFolder(tree + "/a/b"));
+  // What is not on the list is not touched.
+  const std::string other = folder.Write("other", "x");
+  PartialFiles::Remove(other);
+  EXPECT_TRUE(fs::exists(other));
+}
+
+TEST(OutputFolderTest, GoesWhenNothingWasPutIn) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "a" / "b").string();
+  { const OutputFolder made(path); }
+  EXPECT_FALSE(fs::exists(folder.path() / "a"));
+  {
+    const OutputFolder made(path + "/");
+    std::ofstream(made.PathOf("file")) << "content";
+  }
+  EXPECT_TRUE(fs::exists(path + "/file"));
+  { const OutputFolder there(path); }
+  EXPECT_TRUE(fs::exists(path + "/file"));
+  EXPECT_THAT(InputErrorOf([&] { OutputFolder file(path + "/file"); }),
+              HasSubstr("is a file"));
+  EXPECT_THAT(InputErrorOf([&] { OutputFolder file(path + "/file/c"); }),
+              HasSubstr("cannot be made"));
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,144 @@
+// Commands run where something goes wrong: a full disk, a signal, a link in the
+// way.
+#ifndef KINEGRAPH_TESTS_SUPPORT_FAULTY_RUNS_H_
+#define KINEGRAPH_TESTS_SUPPORT_FAULTY_RUNS_H_
+
+#include <sys/types.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/support/program.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph::testing {
+
+// What a shell command does; `script` may be several lines.
+inline ProgramOutcome RunShell(const std::string& script) {
+  const TemporaryFolder folder;
+  const std::string file = folder.Write("script", script);
+  const std::filesystem::path output = folder.path() / "stdout";
+  const std::filesystem::path errors = folder.path() / "stderr";
+  const int status = std::system(("bash '" + file + "' > '" + output.string() +
+                                  "' 2> '" + errors.string() + "' < /dev/null")
+                                     .c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ContentOf(output),
+          ContentOf(errors)};
+}
+
+inline std::string ProgramPath(const std::string& command) {
+  return BuildFile("apps/kinegraph-" + command).string();
+}
+
+// Names of everything in a folder, sorted.
+inline std::set<std::string> NamesIn(const std::filesystem::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    names.insert(entry.path().filename().string());
+  }
+  return names;
+}
+
+inline bool HasPartial(const std::filesystem::path& folder) {
+  const std::set<std::string> names = NamesIn(folder);
+  return std::any_of(names.begin(), names.end(), [](const std::string& name) {
+    return name.find(".partial") != std::string::npos;
+  });
+}
+
+// Whether a private mount namespace can be made, in which a small disk can be
+// mounted that nobody else sees.
+inline bool CanMount() {
+  static const bool can =
+      RunShell("unshare -m mount -t tmpfs none /mnt").exit_code == 0;
+  return can;
+}
+
+// Runs `command` with a full disk on `folder`, and prints after it, on standard
+// output, what is left in the folder.
+inline ProgramOutcome RunOnFullDisk(const std::string& folder,
+                                    const std::string& command) {
+  return RunShell(
+      "unshare -m bash -c \"\n"
+      "mount -t tmpfs -o size=4k none '" +
+      folder +
+      "' || exit 99\n"
+      "head -c 4096 /dev/zero > '" +
+      folder + "/filler'\n" + command +
+      " > /dev/null\n"
+      "code=\\$?\n"
+      "rm '" +
+      folder +
+      "/filler'\n"
+      "ls -A '" +
+      folder +
+      "'\n"
+      "exit \\$code\"\n");
+}
+
+// A command that runs beside the test.
+class RunningProgram {
+ public:
+  // Files that become its standard streams.
+  RunningProgram(const std::vector<std::string>& arguments,
+                 const std::string& errors_path,
+                 const std::string& input = "/dev/null",
+                 const std::string& output = "/dev/null") {
+    std::vector<char*> raw;
+    for (const std::string& argument : arguments) {
+      raw.push_back(const_cast<char*>(argument.c_str()));
+    }
+    raw.push_back(nullptr);
+    process_ = fork();
+    if (process_ != 0) return;
+    const bool ready = freopen(input.c_str(), "r", stdin) != nullptr &&
+                       freopen(output.c_str(), "w", stdout) != nullptr &&
+                       freopen(errors_path.c_str(), "w", stderr) != nullptr;
+    if (ready) execv(raw[0], raw.data());
+    _exit(127);
+  }
+  ~RunningProgram() {
+    if (process_ <= 0) return;
+    kill(process_, SIGKILL);
+    waitpid(process_, nullptr, 0);
+  }
+  RunningProgram(const RunningProgram&) = delete;
+  RunningProgram& operator=(const RunningProgram&) = delete;
+
+  void Signal(int number) const { kill(process_, number); }
+
+  // As waitpid gives it.
+  int Wait() {
+    int status = 0;
+    waitpid(process_, &status, 0);
+    process_ = -1;
+    return status;
+  }
+
+ private:
+  pid_t process_ = -1;
+};
+
+// Waits up to half a minute, which only a machine at a standstill needs.
+template <typename Condition>
+bool WaitUntil(const Condition& condition) {
+  for (int i = 0; i < 3000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+}  // namespace kinegraph::testing
+
+#endif  // KINEGRAPH_TESTS_SUPPORT_FAULTY_RUNS_H_
