@@ -1,0 +1,149 @@
+// kinegraph-batch: takes x configurations, each in a folder of its own.
+#include <gflags/gflags.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "apps/batch/merge.h"
+#include "apps/batch/runner.h"
+#include "apps/batch/tasks.h"
+#include "apps/common/app.h"
+#include "core/base/error.h"
+#include "core/io/atomic_file.h"
+#include "core/io/atomic_folder.h"
+#include "core/io/manifest.h"
+#include "core/io/text_file.h"
+
+DEFINE_string(manifest, "", "takes and configurations (TOML, docs/batch.md)");
+DEFINE_string(out, "", "folder of the results; made if missing");
+DEFINE_int32(jobs, 0, "tasks at once; 0: as many as there are processors");
+DEFINE_bool(resume, false, "go on where an earlier batch ended");
+DEFINE_bool(merge, false, "only make the tables of what is done");
+DEFINE_bool(list, false, "print the names of the tasks and leave");
+DEFINE_string(task, "",
+              "run this task alone, TAKE/CONFIGURATION or its number from 0; "
+              "implies --resume and makes no tables");
+
+namespace kinegraph {
+namespace {
+
+int JobCount() {
+  if (FLAGS_jobs < 0) throw InputError("--jobs: expected at least 0");
+  if (FLAGS_jobs > 0) return FLAGS_jobs;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+// The one task that --task names.
+const Task& ChosenTask(const std::vector<Task>& tasks) {
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    if (FLAGS_task == tasks[i].Name() || FLAGS_task == std::to_string(i)) {
+      return tasks[i];
+    }
+  }
+  throw InputError("--task: '" + Printable(FLAGS_task) +
+                   "' is none; --list names them");
+}
+
+// Those that are not done yet. Results of other settings are never mixed in
+// and never removed.
+std::vector<Task> TasksToDo(const std::vector<Task>& tasks, bool resume) {
+  std::vector<Task> missing;
+  size_t done = 0;
+  for (const Task& task : tasks) {
+    switch (StateOf(task, FLAGS_out)) {
+      case TaskState::kMissing:
+        missing.push_back(task);
+        break;
+      case TaskState::kDone:
+        ++done;
+        break;
+      case TaskState::kOther:
+        throw InputError(FLAGS_out + "/" + task.Name(), "",
+                         "was made from other inputs or settings; remove it "
+                         "or name another --out");
+    }
+  }
+  if (done > 0 && !resume) {
+    throw InputError(FLAGS_out, "",
+                     std::to_string(done) +
+                         " tasks are done there already; --resume does the "
+                         "others");
+  }
+  return missing;
+}
+
+void Tell(const Task& task, const TaskOutcome& outcome) {
+  if (outcome.done) {
+    std::printf("%s done\n", task.Name().c_str());
+  } else {
+    std::printf("%s FAILED: %s\n", task.Name().c_str(), outcome.error.c_str());
+  }
+  std::fflush(stdout);
+}
+
+void Merge(const std::vector<Task>& tasks) {
+  const int missing = MergeBatch(tasks, FLAGS_out);
+  std::printf("%zu of %zu tasks -> %s/batch.md\n",
+              tasks.size() - static_cast<size_t>(missing), tasks.size(),
+              FLAGS_out.c_str());
+}
+
+// The results say what they are of, so that --merge needs no manifest.
+std::string KeptManifest() { return FLAGS_out + "/manifest.toml"; }
+
+void KeepManifest(const Manifest& manifest) {
+  const std::string text = ManifestText(manifest);
+  if (IsFile(KeptManifest()) && ReadTextFile(KeptManifest()) == text) return;
+  AtomicFile file(KeptManifest());
+  file.Write(text);
+  file.Commit();
+}
+
+Manifest GivenManifest() {
+  if (FLAGS_merge && FLAGS_manifest.empty()) {
+    return ReadManifest(KeptManifest());
+  }
+  RequireFlag("manifest", FLAGS_manifest);
+  return ReadManifest(FLAGS_manifest);
+}
+
+void RunBatch() {
+  if (!FLAGS_list) RequireFlag("out", FLAGS_out);
+  const Manifest manifest = GivenManifest();
+  const std::vector<Task> tasks = TasksOf(manifest);
+  if (FLAGS_list) {
+    for (const Task& task : tasks) std::printf("%s\n", task.Name().c_str());
+    return;
+  }
+  const OutputFolder folder(FLAGS_out);
+  if (FLAGS_merge) return Merge(tasks);
+  std::vector<Task> chosen = tasks;
+  if (!FLAGS_task.empty()) chosen = {ChosenTask(tasks)};
+  const std::vector<Task> missing =
+      TasksToDo(chosen, FLAGS_resume || !FLAGS_task.empty());
+  KeepManifest(manifest);
+  const int failed = RunTasks(missing, FLAGS_out, JobCount(), Tell);
+  if (FLAGS_task.empty()) Merge(tasks);
+  if (failed > 0) {
+    throw std::runtime_error(std::to_string(failed) + " of " +
+                             std::to_string(missing.size()) +
+                             " tasks failed; the others are done");
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+int main(int argc, char** argv) {
+  return kinegraph::RunApp(
+      argc, argv,
+      {"batch", "takes x configurations, each in a folder of its own",
+       "--manifest=F.toml --out=DIR [--jobs=N] [--resume]\n"
+       "       kinegraph-batch --merge --out=DIR"},
+      kinegraph::RunBatch);
+}

@@ -1,0 +1,396 @@
+#include "apps/batch/merge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "apps/batch/runner.h"
+#include "apps/common/table.h"
+#include "core/base/random.h"
+#include "core/io/atomic_file.h"
+#include "core/io/csv_cell.h"
+#include "core/io/json.h"
+#include "core/io/text_file.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kMmPerM = 1000.0;
+constexpr int kResamples = 2000;
+
+// Takes and configurations in the order of the tasks, and what was found.
+struct Results {
+  std::vector<std::string> takes;
+  std::vector<std::string> configurations;
+  std::vector<const Task*> missing;
+  std::set<std::string> processors;
+  std::set<std::string> commits;
+  // [measure][configuration]
+  std::map<std::string, std::map<std::string, BatchColumn>> values;
+};
+
+void AddName(const std::string& name, std::vector<std::string>* names) {
+  if (std::find(names->begin(), names->end(), name) == names->end()) {
+    names->push_back(name);
+  }
+}
+
+std::optional<double> NumberAt(const Json& json, const std::string& path) {
+  if (path.empty()) return std::nullopt;
+  const Json::json_pointer pointer(path);
+  if (!json.contains(pointer) || !json.at(pointer).is_number()) {
+    return std::nullopt;
+  }
+  return json.at(pointer).get<double>();
+}
+
+// Files of results, each read once.
+class TaskFiles {
+ public:
+  explicit TaskFiles(std::string folder) : folder_(std::move(folder)) {}
+
+  const Json* Find(const std::string& name) {
+    const auto known = files_.find(name);
+    if (known != files_.end()) return &known->second;
+    const std::string path = folder_ + "/" + name;
+    if (!IsFile(path)) return nullptr;
+    return &files_.emplace(name, ParseJson(ReadTextFile(path), path))
+                .first->second;
+  }
+
+ private:
+  const std::string folder_;
+  std::map<std::string, Json> files_;
+};
+
+std::optional<BatchValue> ValueOf(const BatchMeasure& measure,
+                                  TaskFiles* files) {
+  const Json* const json = files->Find(measure.file);
+  if (json == nullptr) return std::nullopt;
+  const std::optional<double> value = NumberAt(*json, measure.path);
+  if (!value.has_value() || !std::isfinite(*value)) return std::nullopt;
+  const double error = NumberAt(*json, measure.standard_error).value_or(0.0);
+  return BatchValue{*value * measure.scale, error * measure.scale};
+}
+
+Results ReadResults(const std::vector<Task>& tasks, const std::string& out) {
+  Results results;
+  for (const Task& task : tasks) {
+    AddName(task.take, &results.takes);
+    AddName(task.configuration, &results.configurations);
+  }
+  for (const Task& task : tasks) {
+    if (StateOf(task, out) != TaskState::kDone) {
+      results.missing.push_back(&task);
+      continue;
+    }
+    TaskFiles files(out + "/" + task.Name());
+    const Json& made = *files.Find("task.json");
+    results.processors.insert(made.value("processor", "unknown"));
+    results.commits.insert(made.value("commit", "unknown"));
+    const auto take = static_cast<size_t>(
+        std::find(results.takes.begin(), results.takes.end(), task.take) -
+        results.takes.begin());
+    for (const BatchMeasure& measure : BatchMeasures()) {
+      const std::optional<BatchValue> value = ValueOf(measure, &files);
+      if (!value.has_value()) continue;
+      BatchColumn& column = results.values[measure.key][task.configuration];
+      column.resize(results.takes.size());
+      column[take] = value;
+    }
+  }
+  return results;
+}
+
+// A configuration that no take has finished has an empty column.
+BatchColumn ColumnOf(const Results& results, const BatchMeasure& measure,
+                     const std::string& configuration) {
+  const auto of_measure = results.values.find(measure.key);
+  if (of_measure == results.values.end()) return {};
+  const auto column = of_measure->second.find(configuration);
+  return column == of_measure->second.end() ? BatchColumn() : column->second;
+}
+
+std::string SummaryCell(const BatchSummary& summary, int decimals) {
+  if (summary.takes == 0) return "-";
+  return Fixed(summary.mean, decimals) + " [" +
+         Fixed(summary.interval.low, decimals) + ", " +
+         Fixed(summary.interval.high, decimals) + "]";
+}
+
+Json SummaryJson(const BatchSummary& summary) {
+  if (summary.takes == 0) return nullptr;
+  return {{"takes", summary.takes},
+          {"mean", summary.mean},
+          {"low", summary.interval.low},
+          {"high", summary.interval.high}};
+}
+
+std::string ListText(const std::set<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) {
+    text += (text.empty() ? "" : "; ") + name;
+  }
+  return text;
+}
+
+std::string MeasureTable(const Results& results, const BatchMeasure& measure) {
+  std::vector<std::string> header = {"configuration"};
+  header.insert(header.end(), results.takes.begin(), results.takes.end());
+  header.emplace_back("mean [95 %]");
+  const std::string& first = results.configurations.front();
+  header.push_back("less " + first + " [95 %]");
+  Table table(header);
+  const BatchColumn base = ColumnOf(results, measure, first);
+  for (const std::string& configuration : results.configurations) {
+    BatchColumn column = ColumnOf(results, measure, configuration);
+    column.resize(results.takes.size());
+    std::vector<std::string> row = {configuration};
+    for (const std::optional<BatchValue>& value : column) {
+      row.push_back(value ? Fixed(value->value, measure.decimals) : "-");
+    }
+    row.push_back(SummaryCell(Summarise(column), measure.decimals));
+    row.push_back(
+        configuration == first
+            ? ""
+            : SummaryCell(SummariseDifference(column, base), measure.decimals));
+    table.AddRow(row);
+  }
+  return table.ToString(TableStyle::kMarkdown);
+}
+
+std::string MissingText(const Results& results, const std::string& out) {
+  std::string text;
+  for (const Task* task : results.missing) {
+    const std::string file = out + "/" + task->Name() + ".failed.txt";
+    std::string why = "not done yet";
+    if (IsFile(file)) why = ReadTextFile(file);
+    while (!why.empty() && why.back() == '\n') why.pop_back();
+    text += "- " + task->Name() + ": " + why + "\n";
+  }
+  return text;
+}
+
+std::string Markdown(const Results& results, const std::string& out,
+                     size_t task_count) {
+  std::string text =
+      "# Batch\n\n" + std::to_string(results.takes.size()) + " takes, " +
+      std::to_string(results.configurations.size()) + " configurations; " +
+      std::to_string(task_count - results.missing.size()) + " of " +
+      std::to_string(task_count) + " tasks done. Made on " +
+      ListText(results.processors) + ", commit " + ListText(results.commits) +
+      ".\n\nIntervals: takes are drawn with replacement (2000 times), each "
+      "drawn take's figure around its value with the standard error of its "
+      "block bootstrap over frames. Differences are taken take by take.\n";
+  if (results.processors.size() > 1) {
+    text +=
+        "\n**More than one kind of processor:** the last digits of a result "
+        "may depend on it.\n";
+  }
+  if (results.commits.size() > 1) {
+    text += "\n**More than one version of the program made these results.**\n";
+  }
+  for (const BatchMeasure& measure : BatchMeasures()) {
+    if (results.values.count(measure.key) == 0) continue;
+    text += "\n## " + measure.title + "\n\n" + MeasureTable(results, measure);
+  }
+  if (!results.missing.empty()) {
+    text += "\n## Not done\n\n" + MissingText(results, out);
+  }
+  return text;
+}
+
+std::string Csv(const Results& results) {
+  std::string csv = "take,configuration,measure,value,standard_error\n";
+  for (const BatchMeasure& measure : BatchMeasures()) {
+    for (const std::string& configuration : results.configurations) {
+      const BatchColumn column = ColumnOf(results, measure, configuration);
+      for (size_t t = 0; t < column.size(); ++t) {
+        if (!column[t].has_value()) continue;
+        csv += CsvCell(results.takes[t]) + "," + CsvCell(configuration) + "," +
+               measure.key + "," + Json(column[t]->value).dump() + "," +
+               Json(column[t]->standard_error).dump() + "\n";
+      }
+    }
+  }
+  return csv;
+}
+
+Json ResultsJson(const Results& results) {
+  Json json = {{"kinegraph_batch", 1},
+               {"takes", results.takes},
+               {"configurations", results.configurations},
+               {"processors", results.processors},
+               {"commits", results.commits}};
+  json["missing"] = Json::array();
+  for (const Task* task : results.missing) {
+    json["missing"].push_back(task->Name());
+  }
+  const std::string& first = results.configurations.front();
+  for (const BatchMeasure& measure : BatchMeasures()) {
+    if (results.values.count(measure.key) == 0) continue;
+    const BatchColumn base = ColumnOf(results, measure, first);
+    for (const std::string& configuration : results.configurations) {
+      const BatchColumn column = ColumnOf(results, measure, configuration);
+      Json& entry = json["measures"][measure.key][configuration];
+      entry["summary"] = SummaryJson(Summarise(column));
+      entry["less_first"] = SummaryJson(SummariseDifference(column, base));
+    }
+  }
+  return json;
+}
+
+std::string Escaped(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    escaped += c == '&'   ? "&amp;"
+               : c == '<' ? "&lt;"
+               : c == '>' ? "&gt;"
+               : c == '"' ? "&quot;"
+                          : std::string(1, c);
+  }
+  return escaped;
+}
+
+// Bytes of a path that a link cannot say as they are.
+std::string UrlOf(const std::string& path) {
+  constexpr const char* kHex = "0123456789ABCDEF";
+  std::string url;
+  for (const char c : path) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain =
+        std::isalnum(byte) != 0 || c == '/' || c == '-' || c == '_' || c == '.';
+    if (plain) {
+      url += c;
+    } else {
+      url += '%';
+      url += kHex[byte >> 4U];
+      url += kHex[byte & 15U];
+    }
+  }
+  return url;
+}
+
+std::string IndexPage(const std::vector<Task>& tasks, const Results& results,
+                      const std::string& out) {
+  std::string page =
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n"
+      "<title>Batch</title>\n<style>body{font-family:sans-serif;margin:2em}"
+      "td,th{padding:.2em .8em;text-align:left}</style>\n<h1>Batch</h1>\n"
+      "<p><a href=\"batch.md\">Tables</a>, <a href=\"batch.csv\">figures</a>, "
+      "<a href=\"batch.json\">JSON</a></p>\n<table>\n<tr><th>take</th>"
+      "<th>configuration</th><th>results</th></tr>\n";
+  for (const Task& task : tasks) {
+    page += "<tr><td>" + Escaped(task.take) + "</td><td>" +
+            Escaped(task.configuration) + "</td><td>";
+    const bool missing =
+        std::find(results.missing.begin(), results.missing.end(), &task) !=
+        results.missing.end();
+    if (missing) page += "not done";
+    for (const TaskStep& step : task.steps) {
+      if (missing) break;
+      const std::string file =
+          task.Name() + "/" + step.output +
+          (IsFolder(out + "/" + task.Name() + "/" + step.output) ? "/compare.md"
+                                                                 : "");
+      page +=
+          "<a href=\"" + UrlOf(file) + "\">" + Escaped(step.output) + "</a> ";
+    }
+    page += "</td></tr>\n";
+  }
+  return page + "</table>\n</html>\n";
+}
+
+void WriteText(const std::string& path, const std::string& text) {
+  AtomicFile file(path);
+  file.Write(text);
+  file.Commit();
+}
+
+}  // namespace
+
+const std::vector<BatchMeasure>& BatchMeasures() {
+  static const std::vector<BatchMeasure> kMeasures = {
+      {"mpjpe_mm", "Mean joint error (MPJPE), mm", "evaluation.json",
+       "/result/raw_m", "/result/raw_interval_m/standard_error", kMmPerM, 2},
+      {"mpjpe_bias_removed_mm", "The same, each joint's bias removed, mm",
+       "evaluation.json", "/result/bias_removed_m",
+       "/result/bias_removed_interval_m/standard_error", kMmPerM, 2},
+      {"pcp_percent", "PCP, total, mean of actors, %", "evaluation.json",
+       "/result/mean_of_actors/total/percent",
+       "/result/mean_of_actors/total/interval/standard_error", 1.0, 2},
+      {"coverage_percent", "People found, %", "evaluation.json",
+       "/result/coverage/percent", "", 1.0, 2},
+      {"acceleration_m_s2", "Acceleration, m/s^2", "evaluation.json",
+       "/result/motion/acceleration_m_s2",
+       "/result/motion/acceleration_interval_m_s2/standard_error", 1.0, 2},
+      {"mota_percent", "MOTA, %", "identity.json", "/result/mota", "", 100.0,
+       2},
+      {"idf1_percent", "IDF1, %", "identity.json", "/result/idf1", "", 100.0,
+       2},
+      {"switches", "Identity switches", "identity.json", "/result/switches", "",
+       1.0, 0},
+      {"held_out_mean_px",
+       "Held-out cameras: mean error, each capped at 30 px, px",
+       "held_out.json", "/result/rows/0/mean_truncated_px/value",
+       "/result/rows/0/mean_truncated_px/interval/standard_error", 1.0, 2},
+      {"held_out_p90_px", "Held-out cameras: 90th percentile, px",
+       "held_out.json", "/result/rows/0/p90_px/value",
+       "/result/rows/0/p90_px/interval/standard_error", 1.0, 2}};
+  return kMeasures;
+}
+
+BatchSummary Summarise(const BatchColumn& column) {
+  std::vector<BatchValue> values;
+  for (const std::optional<BatchValue>& value : column) {
+    if (value.has_value()) values.push_back(*value);
+  }
+  BatchSummary summary;
+  summary.takes = static_cast<int>(values.size());
+  if (values.empty()) return summary;
+  const auto count = static_cast<double>(values.size());
+  for (const BatchValue& value : values) summary.mean += value.value / count;
+  Random random(1);
+  std::vector<double> means(kResamples);
+  for (double& mean : means) {
+    for (size_t i = 0; i < values.size(); ++i) {
+      const BatchValue& drawn = values[static_cast<size_t>(
+          random.Index(static_cast<int64_t>(values.size())))];
+      mean += random.Normal(drawn.value, drawn.standard_error) / count;
+    }
+  }
+  std::sort(means.begin(), means.end());
+  const auto at = [&](double share) {
+    return means[static_cast<size_t>(share * (kResamples - 1) + 0.5)];
+  };
+  summary.interval.low = at(0.025);
+  summary.interval.high = at(0.975);
+  return summary;
+}
+
+BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b) {
+  BatchColumn differences;
+  for (size_t t = 0; t < std::min(a.size(), b.size()); ++t) {
+    if (!a[t].has_value() || !b[t].has_value()) continue;
+    // The two errors are taken as independent, which they are not quite: the
+    // same frames make them alike, so the interval is rather too wide.
+    differences.push_back(
+        BatchValue{a[t]->value - b[t]->value,
+                   std::hypot(a[t]->standard_error, b[t]->standard_error)});
+  }
+  return Summarise(differences);
+}
+
+int MergeBatch(const std::vector<Task>& tasks, const std::string& out) {
+  const Results results = ReadResults(tasks, out);
+  WriteText(out + "/batch.csv", Csv(results));
+  WriteText(out + "/batch.json", ResultsJson(results).dump(1) + "\n");
+  WriteText(out + "/batch.md", Markdown(results, out, tasks.size()));
+  WriteText(out + "/index.html", IndexPage(tasks, results, out));
+  return static_cast<int>(results.missing.size());
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,55 @@
+// One table of all tasks of a batch.
+#ifndef KINEGRAPH_APPS_BATCH_MERGE_H_
+#define KINEGRAPH_APPS_BATCH_MERGE_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/batch/tasks.h"
+#include "core/evaluation/bootstrap.h"
+
+namespace kinegraph {
+
+// A figure that tasks have, and where it stands in their files.
+struct BatchMeasure {
+  std::string key;
+  std::string title;
+  std::string file;            // in the folder of a task
+  std::string path;            // JSON pointer of the value
+  std::string standard_error;  // of the same, over frames; may be empty
+  double scale = 1.0;          // from the file's unit to the title's
+  int decimals = 1;
+};
+const std::vector<BatchMeasure>& BatchMeasures();
+
+// A figure of one task.
+struct BatchValue {
+  double value = 0.0;
+  double standard_error = 0.0;  // over frames; 0 where it is not known
+};
+
+// [take]; no value where a take does not have it.
+using BatchColumn = std::vector<std::optional<BatchValue>>;
+
+// Mean over the takes that have a value, and its interval: takes are drawn with
+// replacement, and each drawn take's figure from a normal distribution around
+// its value with the standard error of its own block bootstrap over frames.
+// With one take the interval says nothing of other takes.
+struct BatchSummary {
+  int takes = 0;
+  double mean = 0.0;
+  Interval interval;
+};
+BatchSummary Summarise(const BatchColumn& column);
+
+// The same of the difference of two configurations, take by take.
+BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b);
+
+// Reads what is done below `out` and writes batch.json, batch.csv, batch.md and
+// index.html there. Returns how many tasks are not done; the tables name them.
+int MergeBatch(const std::vector<Task>& tasks, const std::string& out);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_BATCH_MERGE_H_

@@ -1,0 +1,116 @@
+#include "apps/batch/tasks.h"
+
+#include <cstdio>
+#include <utility>
+
+#include "core/io/npz_file.h"
+#include "core/io/text_file.h"
+
+namespace kinegraph {
+namespace {
+
+std::string Joined(const std::string& a, const std::string& b) {
+  return a.empty() || b.empty() ? a + b : a + ";" + b;
+}
+
+void Add(std::vector<std::string>* arguments, const std::string& flag,
+         const std::string& value) {
+  if (!value.empty()) arguments->push_back("--" + flag + "=" + value);
+}
+
+// Flags of every command that tracks.
+std::vector<std::string> TrackingArguments(
+    const ManifestTake& take, const ManifestConfiguration& configuration) {
+  std::vector<std::string> arguments;
+  Add(&arguments, "cameras", take.cameras);
+  Add(&arguments, "detections", take.detections);
+  Add(&arguments, "config", configuration.config);
+  // The take's keys describe its data and come last.
+  Add(&arguments, "set", Joined(configuration.set, take.set));
+  Add(&arguments, "mode", configuration.mode);
+  Add(&arguments, "frames", take.frames);
+  return arguments;
+}
+
+TaskStep MakeStep(const std::string& command,
+                  std::vector<std::string> arguments,
+                  const std::string& output_flag, const std::string& output) {
+  Add(&arguments, output_flag, output);
+  return {command, std::move(arguments), output};
+}
+
+std::vector<TaskStep> StepsOf(const Manifest& manifest,
+                              const ManifestTake& take,
+                              const ManifestConfiguration& configuration) {
+  const std::string tracks = "tracks.jsonl";
+  const std::vector<std::string> tracking =
+      TrackingArguments(take, configuration);
+  std::vector<TaskStep> steps = {MakeStep("track", tracking, "out", tracks)};
+  const auto evaluate = [&](const std::string& protocol,
+                            const std::string& output) {
+    std::vector<std::string> arguments;
+    Add(&arguments, "tracks", tracks);
+    Add(&arguments, "ground_truth", take.ground_truth);
+    Add(&arguments, "protocol", protocol);
+    Add(&arguments, "frames", take.frames);
+    steps.push_back(MakeStep("evaluate", arguments, "json", output));
+  };
+  if (!take.ground_truth.empty()) {
+    evaluate(take.protocol, "evaluation.json");
+    if (take.protocol != "identity") evaluate("identity", "identity.json");
+  }
+  if (manifest.held_out) {
+    std::vector<std::string> arguments = tracking;
+    Add(&arguments, "protocol", "held_out_camera");
+    steps.push_back(MakeStep("evaluate", arguments, "json", "held_out.json"));
+  }
+  if (manifest.compare) {
+    steps.push_back(MakeStep("compare", tracking, "out", "compare"));
+  }
+  if (manifest.report) {
+    std::vector<std::string> arguments;
+    Add(&arguments, "tracks", tracks);
+    Add(&arguments, "ground_truth", take.ground_truth);
+    steps.push_back(MakeStep("report", arguments, "out", "report.html"));
+  }
+  return steps;
+}
+
+// The checksum of a file's content; of a folder or pipe, nothing.
+std::string ContentMark(const std::string& path) {
+  if (path.empty() || !IsFile(path)) return path + "\n";
+  char mark[16];
+  std::snprintf(mark, sizeof(mark), "%08x", Crc32(ReadTextFile(path)));
+  return path + " " + mark + "\n";
+}
+
+}  // namespace
+
+std::vector<Task> TasksOf(const Manifest& manifest) {
+  std::vector<Task> tasks;
+  for (const ManifestTake& take : manifest.takes) {
+    const std::string take_marks =
+        ContentMark(take.cameras) + ContentMark(take.ground_truth);
+    for (const ManifestConfiguration& configuration : manifest.configurations) {
+      Task task;
+      task.take = take.name;
+      task.configuration = configuration.name;
+      task.steps = StepsOf(manifest, take, configuration);
+      std::string told = take_marks + ContentMark(configuration.config);
+      for (const TaskStep& step : task.steps) {
+        told += step.command;
+        for (const std::string& argument : step.arguments) {
+          told += " " + argument;
+        }
+        told += "\n";
+      }
+      char mark[16];
+      std::snprintf(mark, sizeof(mark), "%08x", Crc32(told));
+      task.fingerprint = mark;
+      tasks.push_back(std::move(task));
+    }
+  }
+  return tasks;
+}
+
+}  // namespace kinegraph
