@@ -13,6 +13,7 @@
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
+#include "solvers/noise/bone_spreads.h"
 #include "solvers/noise/person_noise.h"
 #include "solvers/person/person_solver.h"
 
@@ -89,6 +90,8 @@ class BatchEstimator final : public Estimator {
   void Solve(const SolveSchedule& schedule);
   void RescaleNoise(const SolveStage& stage);
   void AddBones();
+  void AddBonesOfTheTake();
+  void AddFixedBones();
   void WriteFinals();
   void WriteFinalsOf(int joint_idx, const std::vector<int>& inliers,
                      bool ever_two, const std::vector<Matrix6d>& covariances);
@@ -202,9 +205,33 @@ bool EverTwo(const std::vector<int>& inliers) {
                      [](int count) { return count >= 2; });
 }
 
+void BatchEstimator::AddBones() {
+  if (options_.bone_sigma_from == NoiseFrom::kTake) {
+    AddBonesOfTheTake();
+  } else {
+    AddFixedBones();
+  }
+  solver_.SolveBones(&problem_);
+}
+
+// Bones as long and as free as the views say in the frames where the estimates
+// without bones trust them.
+void BatchEstimator::AddBonesOfTheTake() {
+  BoneSpreads spreads(scene_.skeleton);
+  for (size_t k = 0; k < records_.size(); ++k) {
+    spreads.AddFrame(LocateBoneEnds(problem_, k, options_.inlier_weight,
+                                    1.0 / scene_.frame_rate_hz));
+  }
+  std::vector<bool> placed;
+  for (int j = 0; j < joint_count(); ++j) {
+    placed.push_back(EverTwo(InliersOf(j)));
+  }
+  problem_.bones = ConstraintsOf(spreads, options_.bone_loss, placed);
+}
+
 // Bones between joints that two views have placed, as long as the estimates
 // without bones say.
-void BatchEstimator::AddBones() {
+void BatchEstimator::AddFixedBones() {
   BoneLengths lengths(scene_.skeleton);
   std::vector<std::vector<int>> inliers;
   for (int j = 0; j < joint_count(); ++j) inliers.push_back(InliersOf(j));
@@ -228,7 +255,6 @@ void BatchEstimator::AddBones() {
     problem_.bones.push_back(
         {bones[i].a, bones[i].b, *length_m, options_.bone_sigma_m});
   }
-  solver_.SolveBones(&problem_);
 }
 
 void BatchEstimator::WriteFinals() {

@@ -58,7 +58,13 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
                  Positive(), "m/s", "Spread of the joints' first velocity.");
   visitor.Boolean("bones", &bones, "Use bone-length factors.");
   visitor.Number("bone_sigma_m", &bone_sigma_m, Positive(), "m",
-                 "How far a bone's length may vary.");
+                 "How far a bone's length may vary, if fixed.");
+  visitor.Choice("bone_sigma_from", &bone_sigma_from, {"take", "fixed"},
+                 "How far a bone's length may vary: as the take shows of each "
+                 "bone, or bone_sigma_m for all.");
+  visitor.Choice("bone_loss", &bone_loss, LossNames(),
+                 "Robust loss of lengths whose freedom the take shows; it "
+                 "begins at three times that.");
   visitor.Number("bridging_limit_s", &bridging_limit_s, NonNegative(), "s",
                  "How long a joint is written without a supporting view.");
   visitor.Boolean("covariance", &covariance,

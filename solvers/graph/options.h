@@ -88,6 +88,11 @@ struct GraphOptions {
 
   bool bones = false;
   double bone_sigma_m = 0.02;
+  // Length and freedom of each bone as the take shows them
+  // (solvers/noise/bone_spreads.h), with a loss that doubts a length from three
+  // times its freedom on; or the median of the estimates and bone_sigma_m.
+  NoiseFrom bone_sigma_from = NoiseFrom::kFixed;
+  LossKind bone_loss = LossKind::kNone;
 
   // A joint is written for at most this long without a supporting view [s].
   double bridging_limit_s = 0.5;

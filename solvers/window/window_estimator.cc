@@ -15,6 +15,7 @@
 #include "solvers/graph/marginalise_frame.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
+#include "solvers/noise/bone_spreads.h"
 #include "solvers/noise/person_noise.h"
 #include "solvers/person/person_solver.h"
 
@@ -37,6 +38,7 @@ class WindowEstimator final : public Estimator {
         problem_(assembler_.EmptyProblem()),
         noise_(scene_, options_),
         bone_lengths_(scene_.skeleton),
+        bone_spreads_(scene_.skeleton),
         supports_(scene_.skeleton.joint_count()),
         last_states_(scene_.skeleton.joint_count(), State::Zero()) {}
 
@@ -57,6 +59,7 @@ class WindowEstimator final : public Estimator {
   void UpdateLast();
   void SolveBones();
   void LearnBoneLengths();
+  void AddFixedBones(const std::vector<bool>& placed);
   size_t DueEnd() const;
   void LearnNoiseScale(const std::vector<double>& squares);
   void Emit(size_t end);
@@ -69,6 +72,7 @@ class WindowEstimator final : public Estimator {
   PersonProblem problem_;
   PersonNoise noise_;
   BoneLengths bone_lengths_;
+  BoneSpreads bone_spreads_;
   CausalNoiseScale learnt_scale_;
   double noise_scale_ = 1.0;            // the factor in the problem's sigmas
   bool scale_changed_ = false;          // since the last solve
@@ -233,6 +237,11 @@ void WindowEstimator::LearnBoneLengths() {
   const std::vector<Bone>& bones = bone_lengths_.bones();
   const size_t end = DueEnd();
   for (size_t k = final_count_; k < end; ++k) {
+    if (options_.bone_sigma_from == NoiseFrom::kTake) {
+      bone_spreads_.AddFrame(LocateBoneEnds(problem_, k, options_.inlier_weight,
+                                            1.0 / scene_.frame_rate_hz));
+      continue;
+    }
     for (size_t i = 0; i < bones.size(); ++i) {
       const JointChain& a = problem_.joints[bones[i].a];
       const JointChain& b = problem_.joints[bones[i].b];
@@ -252,6 +261,15 @@ void WindowEstimator::SolveBones() {
     int inliers = 0;
     placed[j] = StatusAt(newest(), j, &inliers) != JointStatus::kMissing;
   }
+  if (options_.bone_sigma_from == NoiseFrom::kTake) {
+    problem_.bones = ConstraintsOf(bone_spreads_, options_.bone_loss, placed);
+  } else {
+    AddFixedBones(placed);
+  }
+  solver_.SolveBones(&problem_);
+}
+
+void WindowEstimator::AddFixedBones(const std::vector<bool>& placed) {
   problem_.bones.clear();
   const std::vector<Bone>& bones = bone_lengths_.bones();
   for (size_t i = 0; i < bones.size(); ++i) {
@@ -263,7 +281,6 @@ void WindowEstimator::SolveBones() {
     problem_.bones.push_back(
         {bones[i].a, bones[i].b, *length_m, options_.bone_sigma_m});
   }
-  solver_.SolveBones(&problem_);
 }
 
 // Makes the frames final_count_ .. end - 1 final.

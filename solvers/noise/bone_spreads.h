@@ -1,0 +1,140 @@
+// How long a person's bones are, how sure that is, and how much each length
+// varies: joint centres of real people, and of detectors, are no points of
+// rigid bones.
+#ifndef KINEGRAPH_SOLVERS_NOISE_BONE_SPREADS_H_
+#define KINEGRAPH_SOLVERS_NOISE_BONE_SPREADS_H_
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/skeleton/skeleton.h"
+#include "solvers/graph/bone_lengths.h"
+#include "solvers/graph/options.h"
+#include "solvers/graph/problem.h"
+
+namespace kinegraph {
+
+// Where a joint stands in one frame by its views alone, so that neither motion
+// prior nor bones have a say.
+struct BoneEnd {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  // For the modelled noise of the pixels.
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
+  // Squared residuals in sigmas and their degrees of freedom (2 views - 3): how
+  // right the modelled noise is.
+  double square = 0.0;
+  int freedom = 0;
+  // Over so many frames the solver averages the joint's position.
+  double averaged_frames = 1.0;
+};
+
+// One a joint; nullopt where fewer than two views count (weight of at least
+// `inlier_weight` at the estimate) or they leave a direction open.
+// `interval_s`: between frames.
+std::vector<std::optional<BoneEnd>> LocateBoneEnds(const PersonProblem& problem,
+                                                   size_t frame_idx,
+                                                   double inlier_weight,
+                                                   double interval_s);
+
+// One look at a bone.
+struct BoneLook {
+  double length_m = 0.0;     // less what noise adds to every distance
+  double variance_m2 = 0.0;  // for the modelled noise of the pixels
+  double square = 0.0;       // of both ends
+  int freedom = 0;
+  double averaged_frames = 1.0;
+};
+
+// nullopt where noise is as long as the bone.
+std::optional<BoneLook> LookAtBone(const BoneEnd& a, const BoneEnd& b);
+
+// What the looks say of a bone.
+struct BoneEstimate {
+  double length_m = 0.0;
+  double length_sigma_m = 0.0;  // how sure the length is
+  double spread_m = 0.0;        // how much it varies, without detector's noise
+  double spread_bound_m = 0.0;  // the same with one standard error more
+  double averaged_frames = 1.0;
+  int64_t looks = 0;
+  // The length varies so much that it says nothing: it is left out.
+  bool gives_way = false;
+};
+
+// Collects looks and tells each bone's length and spread.
+//
+// Model of look k: l_k = L + s_k + e_k, with s of the spread and e of the noise
+// of triangulation, v_k. The noise's scale comes from the residuals of the same
+// looks (a low quantile of square / chi-square, which outliers do not reach).
+// L is the weighted median; the spread is what makes the upper quartile of
+// (l - L)^2 / (v + spread^2) that of chi-square with one degree of freedom
+// (Paule and Mandel 1982, with a quantile for the mean). Standard errors count
+// looks that follow each other as less than one each, by their correlation.
+// Left and right inform each other as if they differed by 1 cm, and the
+// population's length as if people differed by 15 %.
+//
+// Memory does not grow: of many looks every second, fourth, ... is kept.
+class BoneSpreads {
+ public:
+  explicit BoneSpreads(const Skeleton& skeleton);
+
+  // RigidPairs(skeleton); the bones of the functions below.
+  const std::vector<Bone>& bones() const { return bones_; }
+
+  void Add(int bone_idx, const BoneLook& look);
+  // Looks at all bones whose ends were located.
+  void AddFrame(const std::vector<std::optional<BoneEnd>>& ends);
+
+  // nullopt while neither enough was seen nor the population's is known. The
+  // answer is worked out anew when a tenth more has been seen, so that asking
+  // in every frame costs little.
+  std::optional<BoneEstimate> Estimate(int bone_idx) const;
+
+ private:
+  static constexpr size_t kMaxLooks = 1024;
+
+  // Of one bone.
+  struct Seen {
+    std::vector<BoneLook> looks;
+    int64_t stride = 1;  // every so manieth look is kept
+    int64_t count = 0;   // of all looks
+  };
+  // Of one bone's own looks.
+  struct Summary {
+    int64_t at_count = 0;  // of looks, when it was made
+    bool known = false;
+    double length_m = 0.0;
+    double length_variance_m2 = 0.0;
+    double spread_variance_m2 = 0.0;
+    double spread_error_m2 = 0.0;  // standard error of the line above
+    double averaged_frames = 1.0;
+  };
+
+  const Summary& SummaryOf(int bone_idx) const;
+
+  std::vector<Bone> bones_;
+  std::vector<int> mirror_;  // of each bone; -1: none
+  std::vector<std::optional<double>> population_m_;
+  std::vector<Seen> seen_;
+  mutable std::vector<Summary> summaries_;
+};
+
+// The factor for a bone of which that is known. A length is wrong for longer
+// than a frame: as many frames as the solver averages over share one error, so
+// together they may not say more than spread and uncertainty allow. So each
+// says less: sigma^2 = frames (spread^2 + length_sigma^2). The loss begins
+// where the length itself is three times that off, frames apart.
+BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
+                            LossKind loss);
+
+// The factors of all bones that are known, do not give way and have both ends
+// `placed` (by joint).
+std::vector<BoneConstraint> ConstraintsOf(const BoneSpreads& spreads,
+                                          LossKind loss,
+                                          const std::vector<bool>& placed);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_NOISE_BONE_SPREADS_H_

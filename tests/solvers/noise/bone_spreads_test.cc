@@ -1,0 +1,309 @@
+#include "solvers/noise/bone_spreads.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "core/base/random.h"
+#include "tests/support/rig.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kLength = 0.42;  // m
+
+Skeleton Legs() {
+  return Skeleton("legs", {"l_knee", "l_ankle", "r_knee", "r_ankle"},
+                  {{0, 1}, {2, 3}});
+}
+
+// Looks at a bone by two ends of four views each, with Gaussian noise.
+class Looker {
+ public:
+  explicit Looker(uint64_t seed) : random_(seed) {}
+
+  double noise_m = 0.01;     // of the length, truly
+  double modelled_m = 0.01;  // as the model has it
+  double correlation = 0.0;  // of neighbouring looks' noise
+
+  BoneLook At(double length_m) {
+    state_ = started_ ? correlation * state_ +
+                            std::sqrt(1.0 - correlation * correlation) *
+                                random_.Normal()
+                      : random_.Normal();
+    started_ = true;
+    BoneLook look;
+    look.length_m = length_m + noise_m * state_;
+    look.variance_m2 = modelled_m * modelled_m;
+    look.freedom = 10;
+    const double ratio = noise_m / modelled_m;
+    for (int i = 0; i < look.freedom; ++i) {
+      const double residual = ratio * random_.Normal();
+      look.square += residual * residual;
+    }
+    look.averaged_frames = 6.0;
+    return look;
+  }
+
+ private:
+  Random random_;
+  double state_ = 0.0;
+  bool started_ = false;
+};
+
+TEST(BoneSpreads, ARigidBoneHasNoSpread) {
+  for (const double modelled : {0.005, 0.01, 0.03}) {
+    Looker looker(1);
+    looker.modelled_m = modelled;  // the residuals tell that it is wrong
+    BoneSpreads spreads(Legs());
+    for (int i = 0; i < 1000; ++i) spreads.Add(0, looker.At(kLength));
+    const BoneEstimate estimate = *spreads.Estimate(0);
+    // A median of 1000 looks of 1 cm: 0.4 mm.
+    EXPECT_NEAR(estimate.length_sigma_m, 0.0004, 0.0001);
+    EXPECT_NEAR(estimate.length_m, kLength, 4 * 0.0004);
+    // The variance of 1000 looks is known to 6 % (times 1 cm^2), and the low
+    // quantile of the residuals' scale to a few per cent: the spread may look
+    // like 4 standard errors, sqrt(0.3) cm.
+    EXPECT_LT(estimate.spread_m, 0.0055);
+    EXPECT_GE(estimate.spread_bound_m, estimate.spread_m);
+    EXPECT_LT(estimate.spread_bound_m, 0.0065);
+    EXPECT_FALSE(estimate.gives_way);
+  }
+}
+
+TEST(BoneSpreads, SpreadIsToldFromNoise) {
+  Looker looker(2);
+  Random random(7);
+  BoneSpreads spreads(Legs());
+  for (int i = 0; i < 1000; ++i) {
+    spreads.Add(0, looker.At(random.Normal(kLength, 0.02)));
+  }
+  // (1 cm)^2 + (2 cm)^2 is known to 6 % a standard error, so (2 cm)^2 to 7.5 %:
+  // four of them are 14 % of 2 cm.
+  EXPECT_NEAR(spreads.Estimate(0)->spread_m, 0.02, 0.003);
+  // A model that is wrong by two is told by the residuals.
+  Looker wrong(2);
+  wrong.modelled_m = 0.02;
+  BoneSpreads others(Legs());
+  for (int i = 0; i < 1000; ++i) {
+    others.Add(0, wrong.At(random.Normal(kLength, 0.02)));
+  }
+  EXPECT_NEAR(others.Estimate(0)->spread_m, 0.02, 0.003);
+}
+
+TEST(BoneSpreads, OutliersDoNotDecide) {
+  Looker looker(3);
+  BoneSpreads spreads(Legs());
+  for (int i = 0; i < 1000; ++i) {
+    BoneLook look = looker.At(kLength);
+    if (i % 10 == 0) {
+      look.length_m += 0.3;
+      look.square += 1000.0;
+    }
+    spreads.Add(0, look);
+  }
+  const BoneEstimate estimate = *spreads.Estimate(0);
+  // A tenth on one side moves a median to the quantile 5/9: 0.14 sigma.
+  EXPECT_NEAR(estimate.length_m, kLength, 0.0014 + 4 * 0.0004);
+  // And the upper quartile of the rest to 5/6 (chi-square 1.91 for 1.32): the
+  // spread looks like sqrt(0.45) cm.
+  EXPECT_LT(estimate.spread_m, 0.0067 + 0.003);
+}
+
+TEST(BoneSpreads, LooksThatFollowEachOtherCountAsFewer) {
+  Looker independent(4);
+  Looker lasting(4);
+  lasting.correlation = 0.9;
+  BoneSpreads a(Legs());
+  BoneSpreads b(Legs());
+  for (int i = 0; i < 1000; ++i) {
+    a.Add(0, independent.At(kLength));
+    b.Add(0, lasting.At(kLength));
+  }
+  // (1 + 0.9) / (1 - 0.9) = 19 looks are worth one: 4.4 times the error, but
+  // for the error of the correlation, a tenth of 1 - 0.9 times two.
+  EXPECT_NEAR(b.Estimate(0)->length_sigma_m / a.Estimate(0)->length_sigma_m,
+              4.4, 1.0);
+  EXPECT_GT(b.Estimate(0)->spread_bound_m, a.Estimate(0)->spread_bound_m);
+}
+
+TEST(BoneSpreads, LeftAndRightShareWhereOneIsHardlySeen) {
+  Looker looker(5);
+  BoneSpreads spreads(Legs());
+  for (int i = 0; i < 800; ++i) spreads.Add(0, looker.At(kLength));
+  const BoneEstimate right = *spreads.Estimate(1);
+  EXPECT_NEAR(right.length_m, kLength, 0.003) << "and the population's 0.418";
+  EXPECT_GT(right.length_sigma_m, 0.009) << "sides differ by a centimetre";
+  // Both seen well: each keeps its own.
+  for (int i = 0; i < 800; ++i) spreads.Add(1, looker.At(kLength + 0.03));
+  EXPECT_NEAR(spreads.Estimate(0)->length_m, kLength, 0.002);
+  EXPECT_NEAR(spreads.Estimate(1)->length_m, kLength + 0.03, 0.002);
+}
+
+TEST(BoneSpreads, ThePopulationSpeaksUntilSomethingIsSeen) {
+  BoneSpreads spreads(Legs());
+  const BoneEstimate estimate = *spreads.Estimate(0);
+  EXPECT_DOUBLE_EQ(estimate.length_m, 0.246 * 1.70);
+  EXPECT_NEAR(estimate.length_sigma_m, 0.15 * 0.246 * 1.70, 1e-12);
+  EXPECT_EQ(estimate.looks, 0);
+}
+
+TEST(BoneSpreads, UnknownBonesNeedToBeSeen) {
+  Looker looker(6);
+  BoneSpreads spreads(Skeleton("face", {"nose", "chin"}, {{0, 1}}));
+  EXPECT_FALSE(spreads.Estimate(0).has_value());
+  for (int i = 0; i < 24; ++i) spreads.Add(0, looker.At(0.1));
+  EXPECT_FALSE(spreads.Estimate(0).has_value());
+  spreads.Add(0, looker.At(0.1));
+  ASSERT_TRUE(spreads.Estimate(0).has_value());
+  // 25 looks of 1 cm: a median to 2.5 mm.
+  EXPECT_NEAR(spreads.Estimate(0)->length_m, 0.1, 0.01);
+}
+
+TEST(BoneSpreads, ALengthThatVariesByAFifthGivesWay) {
+  Looker looker(8);
+  Random random(9);
+  BoneSpreads spreads(Legs());
+  for (int i = 0; i < 500; ++i) {
+    spreads.Add(0, looker.At(random.Normal(kLength, 0.12)));
+  }
+  EXPECT_TRUE(spreads.Estimate(0)->gives_way);
+}
+
+TEST(BoneSpreads, ManyLooksAreThinnedWithoutForgettingTheFirst) {
+  Looker looker(10);
+  BoneSpreads spreads(Legs());
+  // The first third is longer than the rest: the median is of the rest.
+  for (int i = 0; i < 30000; ++i) {
+    spreads.Add(0, looker.At(i < 10000 ? kLength + 0.06 : kLength));
+  }
+  const BoneEstimate estimate = *spreads.Estimate(0);
+  EXPECT_EQ(estimate.looks, 30000);
+  EXPECT_NEAR(estimate.length_m, kLength, 0.01);
+  EXPECT_GT(estimate.spread_m, 0.02) << "the first third is still there";
+}
+
+TEST(BoneSpreads, AskingOftenChangesNothing) {
+  Looker once(11);
+  Looker often(11);
+  BoneSpreads a(Legs());
+  BoneSpreads b(Legs());
+  for (int i = 0; i < 400; ++i) {
+    a.Add(0, once.At(kLength));
+    b.Add(0, often.At(kLength));
+    (void)b.Estimate(0);
+  }
+  // Worked out anew with every tenth more: the last time with 364 looks or
+  // more, whose median differs by less than its own error.
+  EXPECT_NEAR(a.Estimate(0)->length_m, b.Estimate(0)->length_m, 0.0007);
+}
+
+TEST(BoneSpreads, TheHeadIsRigid) {
+  // 17 joints have 18 bones of their own, four of them in the face; of the ten
+  // pairs of its five joints six are missing.
+  const std::vector<Bone> pairs = RigidPairs(Coco17());
+  EXPECT_EQ(pairs.size(), Coco17().bones().size() + 6);
+  BoneSpreads spreads(Coco17());
+  EXPECT_EQ(spreads.bones().size(), pairs.size());
+  // Nose to left ear and nose to right ear are mirrors.
+  const auto find = [&](int a, int b) {
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      if (pairs[i].a == a && pairs[i].b == b) return static_cast<int>(i);
+    }
+    return -1;
+  };
+  ASSERT_GE(find(0, 3), 0);
+  ASSERT_GE(find(0, 4), 0);
+  Looker looker(12);
+  for (int i = 0; i < 200; ++i) spreads.Add(find(0, 3), looker.At(0.15));
+  ASSERT_TRUE(spreads.Estimate(find(0, 4)).has_value());
+  EXPECT_NEAR(spreads.Estimate(find(0, 4))->length_m, 0.15, 0.004);
+}
+
+TEST(BoneSpreads, TheFactorSaysNoMoreInAllThanSpreadAllows) {
+  BoneEstimate estimate;
+  estimate.length_m = 0.4;
+  estimate.length_sigma_m = 0.003;
+  estimate.spread_bound_m = 0.004;
+  estimate.averaged_frames = 9.0;
+  const BoneConstraint constraint =
+      ConstraintOf({2, 5}, estimate, LossKind::kHuber);
+  EXPECT_EQ(constraint.a, 2);
+  EXPECT_EQ(constraint.b, 5);
+  EXPECT_EQ(constraint.length_m, 0.4);
+  EXPECT_EQ(constraint.loss, LossKind::kHuber);
+  EXPECT_NEAR(constraint.loss_scale * constraint.sigma_m, 3 * 0.005, 1e-12)
+      << "it begins three spreads from the length";
+  // Nine frames together: 5 mm.
+  EXPECT_NEAR(constraint.sigma_m / std::sqrt(9.0), 0.005, 1e-12);
+}
+
+// Ends by their views alone.
+class BoneEndsTest : public ::testing::Test {
+ protected:
+  BoneEndsTest() : cameras_(testing::RingOfCameras(5)) {
+    problem_.times = {0};
+    problem_.joints.resize(2);
+  }
+
+  void See(int joint, const Vector3d& truth, int views) {
+    JointChain& chain = problem_.joints[static_cast<size_t>(joint)];
+    State state = State::Zero();
+    state.head<3>() = truth + Vector3d(0.03, -0.02, 0.04);  // the solver's
+    chain.states = {state};
+    for (int v = 0; v < views; ++v) {
+      PixelMeasurement measurement;
+      measurement.camera = &cameras_[static_cast<size_t>(v)];
+      measurement.px = *measurement.camera->Project(truth);
+      measurement.sigma_px = 2.0;
+      measurement.weight = 1.0;
+      chain.measurements.push_back(measurement);
+    }
+    chain.first = {0, static_cast<int32_t>(chain.measurements.size())};
+  }
+
+  CameraRig cameras_;
+  PersonProblem problem_;
+};
+
+TEST_F(BoneEndsTest, AreWhereTheViewsSay) {
+  const Vector3d a(0.2, 0.1, 1.0);
+  const Vector3d b(0.1, 0.1, 0.6);
+  See(0, a, 4);
+  See(1, b, 2);
+  const auto ends = LocateBoneEnds(problem_, 0, 0.25, 0.04);
+  ASSERT_TRUE(ends[0].has_value());
+  ASSERT_TRUE(ends[1].has_value());
+  EXPECT_LT((ends[0]->position_m - a).norm(), 1e-6);
+  EXPECT_LT((ends[1]->position_m - b).norm(), 1e-6);
+  EXPECT_EQ(ends[0]->freedom, 5);
+  EXPECT_EQ(ends[1]->freedom, 1);
+  EXPECT_LT(ends[0]->square, 1e-6);
+  EXPECT_LT(ends[0]->covariance_m2.trace(), ends[1]->covariance_m2.trace());
+  EXPECT_GE(ends[0]->averaged_frames, 1.0);
+  EXPECT_LE(ends[0]->averaged_frames, 25.0) << "a second";
+  const auto look = LookAtBone(*ends[0], *ends[1]);
+  ASSERT_TRUE(look.has_value());
+  EXPECT_EQ(look->freedom, 6);
+  // Exact pixels, yet the noise that the model expects would lengthen it.
+  EXPECT_LT(look->length_m, (a - b).norm());
+  EXPECT_NEAR(look->length_m, (a - b).norm(), 0.001);
+}
+
+TEST_F(BoneEndsTest, NeedTwoViewsThatCount) {
+  See(0, Vector3d(0.2, 0.1, 1.0), 3);
+  See(1, Vector3d(0.1, 0.1, 0.6), 1);
+  problem_.joints[0].measurements[0].weight = 0.1;
+  auto ends = LocateBoneEnds(problem_, 0, 0.25, 0.04);
+  EXPECT_TRUE(ends[0].has_value());
+  EXPECT_FALSE(ends[1].has_value());
+  problem_.joints[0].measurements[1].gated = true;
+  ends = LocateBoneEnds(problem_, 0, 0.25, 0.04);
+  EXPECT_FALSE(ends[0].has_value());
+}
+
+}  // namespace
+}  // namespace kinegraph
