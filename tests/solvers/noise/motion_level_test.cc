@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "core/base/random.h"
-#include "solvers/factors/constant_velocity_factor.h"
 
 namespace kinegraph {
 namespace {
@@ -32,11 +31,12 @@ std::vector<Levels> Simulate(double rate_hz, double seconds,
   const double dt = 1.0 / rate_hz;
   for (int k = 0; k < static_cast<int>(seconds * rate_hz); ++k) {
     const double t = k * dt;
-    const ConstantVelocityNoise noise(dt, kUsual * level(t));
-    const Eigen::Vector3d a = normal();
-    const Eigen::Vector3d b = normal();
-    p += dt * v + noise.position * a;
-    v += noise.cross * a + noise.velocity * b;
+    // L = sqrt(q dt) [dt / sqrt 3, 0; sqrt 3 / 2, 1 / 2] for each axis.
+    const double root = std::sqrt(kUsual * level(t) * dt);
+    const Eigen::Vector3d a = root * normal();
+    const Eigen::Vector3d b = root * normal();
+    p += dt * v + dt / std::sqrt(3.0) * a;
+    v += 0.5 * std::sqrt(3.0) * a + 0.5 * b;
     FramePoint point;
     point.position_m = p + kSigma * normal();
     point.covariance_m2 = kSigma * kSigma * Eigen::Matrix3d::Identity();
