@@ -186,6 +186,11 @@ void RunTrack() {
     std::fprintf(said, "%s-> %s\n", RefinementText(*refined).c_str(),
                  CamerasPath(FLAGS_out).c_str());
   }
+  const std::string troubles = DescribeTroubles(summary.solves);
+  if (!troubles.empty()) {
+    std::fprintf(said, "solver %s: %s\n", summary.solver.c_str(),
+                 troubles.c_str());
+  }
   if (!IsLive()) WarnOfCameras(check);
 }
 

@@ -134,7 +134,7 @@ void BatchEstimator::Finish() {
   if (records_.empty()) return;
   SolveAll();
   WriteFinals();
-  solver_.LogTroubles(records_.front().frame, records_.back().frame);
+  solver_.HandInCounts(records_.front().frame, records_.back().frame);
   // Finals may wait long for those of other people: nothing else should.
   problem_ = assembler_.EmptyProblem();
   solver_ = PersonSolver(options_);
@@ -168,6 +168,7 @@ void BatchEstimator::SolveAll() {
     solver_.SolveJointWithRivals(whole, j, &problem_);
   }
   if (options_.bones) AddBones();
+  solver_.Refine(&problem_);
 }
 
 void BatchEstimator::Solve(const SolveSchedule& schedule) {
@@ -265,7 +266,7 @@ void BatchEstimator::WriteFinals() {
                              options_.covariance));
   }
   static const std::vector<Matrix6d> kNone;
-  const bool coupled = !problem_.bones.empty();
+  const bool coupled = problem_.coupled();
   std::vector<std::vector<Matrix6d>> together;
   if (coupled && options_.covariance) {
     together = solver_.BoneCovariances(problem_, records_.size());
@@ -309,7 +310,7 @@ void BatchEstimator::WriteFinalsOf(int joint_idx,
 
 std::unique_ptr<Estimator> MakeBatchEstimator(const SceneModel& scene,
                                               const GraphOptions& options) {
-  CheckOptions(options);
+  CheckGraphOptions(options);
   return std::make_unique<BatchEstimator>(scene, options);
 }
 

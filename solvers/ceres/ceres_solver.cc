@@ -2,170 +2,218 @@
 
 #include <ceres/problem.h>
 #include <ceres/solver.h>
+#include <glog/logging.h>
 
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "solvers/ceres/ceres_factor.h"
 #include "solvers/ceres/ceres_loss.h"
+#include "solvers/ceres/view_bundle.h"
 #include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
 namespace {
 
-// Keeps the last accepted step of every joint of a person.
-class StepRecorder final : public ceres::IterationCallback {
+// Watches how far the positions move, and ends the solve when none does.
+class MoveWatch final : public ceres::IterationCallback {
  public:
-  StepRecorder(const PersonProblem* person, PersonStates* step)
-      : person_(person), step_(step) {}
+  // `person` and `step` outlive the watch; `step` receives the last accepted
+  // step of all states.
+  MoveWatch(const PersonProblem* person, double tolerance_m, PersonStates* step)
+      : person_(person),
+        tolerance_m_(tolerance_m),
+        step_(step),
+        before_(StatesOf(*person)) {}
+
+  bool settled() const { return settled_; }
 
   ceres::CallbackReturnType operator()(
       const ceres::IterationSummary& summary) override {
-    before_.resize(person_->joints.size());
-    for (size_t j = 0; j < person_->joints.size(); ++j) {
-      const std::vector<State>& now = person_->joints[j].states;
-      if (summary.iteration > 0 && summary.step_is_successful &&
-          now != before_[j]) {
-        (*step_)[j].resize(now.size());
-        for (size_t k = 0; k < now.size(); ++k) {
-          (*step_)[j][k] = now[k] - before_[j][k];
-        }
-      }
-      before_[j] = now;
+    if (summary.iteration == 0 || !summary.step_is_successful) {
+      return ceres::SOLVER_CONTINUE;
     }
-    return ceres::SOLVER_CONTINUE;
+    double farthest_m = 0.0;
+    for (size_t j = 0; j < before_.size(); ++j) {
+      const StateChain& now = person_->joints[j].states;
+      for (size_t k = 0; k < now.size(); ++k) {
+        (*step_)[j][k] = now[k] - before_[j][k];
+        before_[j][k] = now[k];
+        farthest_m = std::max(farthest_m,
+                              (*step_)[j][k].head<3>().cwiseAbs().maxCoeff());
+      }
+    }
+    // A trust region that holds the step back proves nothing: its damping is
+    // the diagonal over the radius.
+    constexpr double kFree = 1e3;
+    if (!(farthest_m < tolerance_m_) || summary.trust_region_radius < kFree) {
+      return ceres::SOLVER_CONTINUE;
+    }
+    settled_ = true;
+    return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
   }
 
  private:
   const PersonProblem* person_;
+  const double tolerance_m_;
   PersonStates* step_;
   PersonStates before_;
+  bool settled_ = false;
 };
 
-// Builds one Ceres problem over all or one of a person's joints. The states
-// are Ceres' parameter blocks: they must not move while it lives.
-class CeresBuilder {
+// A user's factor, which the problem keeps.
+class CeresGeneral final : public ceres::CostFunction {
  public:
-  CeresBuilder(PersonProblem* person, const SolveStage& stage)
-      : person_(person), stage_(stage) {
+  explicit CeresGeneral(const GeneralFactor* factor) : factor_(factor) {
+    set_num_residuals(factor->residual_count());
+    mutable_parameter_block_sizes()->assign(factor->state_count(), kStateSize);
+  }
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    return factor_->Evaluate(parameters, residuals, jacobians);
+  }
+
+ private:
+  const GeneralFactor* factor_;
+};
+
+// Builds a person's Ceres problem for one stage. The states are Ceres'
+// parameter blocks: they must not move while it lives.
+class PersonBuilder {
+ public:
+  PersonBuilder(PersonProblem* person, const SolveStage& stage)
+      : person_(person), ceres_(MakeOptions()) {
+    FactorWalk walk;
+    walk.stage = stage;
+    const auto add = [this](const auto& factor, const auto& keys,
+                            const Robustness& robustness) {
+      Add(factor, keys, robustness);
+      return true;
+    };
+    ForEachFactor(*person, walk, add);
+    CloseBundle();
+    AddPrior();
+    for (const PlacedFactor& placed : person->user) AddGeneral(placed);
+  }
+
+  ceres::Problem* problem() { return &ceres_; }
+
+ private:
+  static ceres::Problem::Options MakeOptions() {
     ceres::Problem::Options options;
     options.disable_all_safety_checks = true;  // our own blocks, no repeats
-    problem_ = ceres::Problem(options);
+    return options;
   }
 
-  // One joint alone.
-  void AddJoint(JointChain* chain) {
-    ForEachFactor(
-        person_->times, *chain, 0, Walk(),
-        [&](const auto& factor, const auto& keys,
-            const Robustness& robustness) {
-          Add(
-              factor, robustness,
-              [&](size_t i) { return chain->states[keys[i].frame].data(); },
-              keys.size());
-          return true;
-        });
+  double* Block(const StateKey& key) {
+    return person_->joints[key.joint].states[key.frame].data();
   }
 
-  // All joints and what couples them.
-  void AddPerson() {
-    ForEachFactor(*person_, Walk(),
-                  [&](const auto& factor, const auto& keys,
-                      const Robustness& robustness) {
-                    Add(
-                        factor, robustness,
-                        [&](size_t i) {
-                          return person_->joints[keys[i].joint]
-                              .states[keys[i].frame]
-                              .data();
-                        },
-                        keys.size());
-                    return true;
-                  });
+  template <typename Factor, size_t kCount>
+  void Add(const Factor& factor, const std::array<StateKey, kCount>& keys,
+           const Robustness& robustness) {
+    if constexpr (std::is_same_v<Factor, CameraReprojection>) {
+      double* const block = Block(keys[0]);
+      if (block != bundle_block_) CloseBundle();
+      bundle_block_ = block;
+      bundle_.push_back({factor, robustness});
+    } else {
+      std::vector<double*> blocks;
+      for (const StateKey& key : keys) blocks.push_back(Block(key));
+      ceres_.AddResidualBlock(MakeCeresFactor(factor),
+                              MakeCeresLoss(robustness.loss, robustness.scale,
+                                            robustness.information),
+                              blocks);
+    }
+  }
+
+  void CloseBundle() {
+    if (bundle_.empty()) return;
+    ceres_.AddResidualBlock(new ViewBundle(std::move(bundle_)), nullptr,
+                            bundle_block_);
+    bundle_.clear();
+  }
+
+  void AddPrior() {
     if (person_->prior.empty()) return;
     std::vector<double*> blocks;
     for (JointChain& chain : person_->joints) {
       blocks.push_back(chain.states[0].data());
     }
-    problem_.AddResidualBlock(new CeresPersonPrior(&person_->prior), nullptr,
-                              blocks);
+    ceres_.AddResidualBlock(new CeresPersonPrior(&person_->prior), nullptr,
+                            blocks);
   }
 
-  // `last_step` receives, by joint of the person, the last step of its states.
-  SolveReport Solve(double step_tolerance_m, PersonStates* last_step) {
-    StepRecorder recorder(person_, last_step);
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    // In windows Eigen's sparse Cholesky beats SuiteSparse's (28 against 44 ms
-    // with bones); whole takes with bones are left to SuiteSparse's orderings.
-    constexpr int kManyBlocks = 2000;
-    options.sparse_linear_algebra_library_type =
-        problem_.NumParameterBlocks() > kManyBlocks ? ceres::SUITE_SPARSE
-                                                    : ceres::EIGEN_SPARSE;
-    options.num_threads = 1;
-    options.logging_type = ceres::SILENT;
-    options.max_num_iterations = stage_.max_iterations;
-    // Ceres' tolerances are relative. Positions are metres, so a hundredth of
-    // our step is safe; the cost changes with the square of a step.
-    options.parameter_tolerance = 1e-2 * step_tolerance_m;
-    options.function_tolerance = step_tolerance_m * step_tolerance_m;
-    options.gradient_tolerance = 1e-12;
-    options.initial_trust_region_radius = 1e12;  // nearly Gauss-Newton
-    options.max_trust_region_radius = 1e16;
-    options.update_state_every_iteration = true;
-    options.callbacks.push_back(&recorder);
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem_, &summary);
-    SolveReport report;
-    report.finite = summary.IsSolutionUsable();
-    report.converged = summary.termination_type == ceres::CONVERGENCE;
-    report.iterations = static_cast<int>(summary.iterations.size());
-    return report;
-  }
-
- private:
-  FactorWalk Walk() const {
-    FactorWalk walk;
-    walk.stage = stage_;
-    return walk;
-  }
-
-  template <typename Factor, typename BlockOf>
-  void Add(const Factor& factor, const Robustness& robustness,
-           const BlockOf& block_of, size_t key_count) {
+  void AddGeneral(const PlacedFactor& placed) {
     std::vector<double*> blocks;
-    for (size_t i = 0; i < key_count; ++i) blocks.push_back(block_of(i));
-    problem_.AddResidualBlock(MakeCeresFactor(factor),
-                              MakeCeresLoss(robustness.loss, robustness.scale,
-                                            robustness.information),
-                              blocks);
+    for (const StateKey& key : placed.keys) blocks.push_back(Block(key));
+    ceres_.AddResidualBlock(
+        new CeresGeneral(placed.factor.get()),
+        MakeCeresLoss(placed.robustness.loss, placed.robustness.scale, 1.0),
+        blocks);
   }
 
   PersonProblem* person_;
-  SolveStage stage_;
-  ceres::Problem problem_;
+  ceres::Problem ceres_;
+  std::vector<ViewBundle::View> bundle_;  // of one joint in one frame
+  double* bundle_block_ = nullptr;
 };
 
-void Merge(const SolveReport& part, SolveReport* whole) {
-  whole->finite = whole->finite && part.finite;
-  whole->converged = whole->converged && part.converged;
-  whole->iterations += part.iterations;
+ceres::Solver::Options OptionsFor(const SolveStage& stage,
+                                  double step_tolerance_m, int blocks) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  // In windows Eigen's sparse Cholesky beats SuiteSparse's (28 against 44 ms
+  // with bones); whole takes are left to SuiteSparse's orderings.
+  constexpr int kManyBlocks = 2000;
+  options.sparse_linear_algebra_library_type =
+      blocks > kManyBlocks ? ceres::SUITE_SPARSE : ceres::EIGEN_SPARSE;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  options.max_num_iterations = stage.max_iterations;
+  // MoveWatch ends a solve; these only where rounding hides what is left. The
+  // cost changes with the square of a step, positions are metres.
+  options.parameter_tolerance = 1e-4 * step_tolerance_m;
+  options.function_tolerance = 1e-3 * step_tolerance_m * step_tolerance_m;
+  options.gradient_tolerance = 1e-12;
+  options.initial_trust_region_radius = 1e12;  // nearly Gauss-Newton
+  options.max_trust_region_radius = 1e16;
+  options.update_state_every_iteration = true;  // for MoveWatch
+  return options;
 }
 
 SolveReport RunStage(const SolveStage& stage, double step_tolerance_m,
-                     PersonProblem* problem, PersonStates* last_step) {
+                     PersonProblem* person, PersonStates* last_step) {
+  PersonBuilder builder(person, stage);
+  MoveWatch watch(person, step_tolerance_m, last_step);
+  ceres::Solver::Options options = OptionsFor(
+      stage, step_tolerance_m, builder.problem()->NumParameterBlocks());
+  options.callbacks.push_back(&watch);
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, builder.problem(), &summary);
+  VLOG(2) << summary.FullReport();
   SolveReport report;
-  if (problem->bones.empty() && problem->prior.empty()) {
-    for (JointChain& chain : problem->joints) {
-      CeresBuilder builder(problem, stage);
-      builder.AddJoint(&chain);
-      Merge(builder.Solve(step_tolerance_m, last_step), &report);
-    }
-    return report;
-  }
-  CeresBuilder builder(problem, stage);
-  builder.AddPerson();
-  Merge(builder.Solve(step_tolerance_m, last_step), &report);
+  report.finite = summary.IsSolutionUsable();
+  report.converged =
+      watch.settled() || summary.termination_type == ceres::CONVERGENCE;
+  report.ceres_iterations = static_cast<int>(summary.iterations.size()) - 1;
+  report.ceres_problems = 1;
+  report.cholmod_problems =
+      summary.sparse_linear_algebra_library_type == ceres::SUITE_SPARSE ? 1 : 0;
+  report.cost_decrease = summary.initial_cost - summary.final_cost;
   return report;
+}
+
+void Merge(const SolveReport& stage, SolveReport* whole) {
+  whole->finite = whole->finite && stage.finite;
+  whole->converged = stage.converged;
+  whole->ceres_iterations += stage.ceres_iterations;
+  whole->ceres_problems += stage.ceres_problems;
+  whole->cholmod_problems += stage.cholmod_problems;
+  whole->cost_decrease = stage.cost_decrease;
 }
 
 }  // namespace
@@ -173,16 +221,15 @@ SolveReport RunStage(const SolveStage& stage, double step_tolerance_m,
 SolveReport SolveWithCeres(const SolveSchedule& schedule,
                            PersonProblem* problem) {
   SolveReport report;
-  if (problem->times.empty()) return report;
-  PersonStates last_step(problem->joints.size());
-  for (const SolveStage& stage : schedule.stages) {
-    const SolveReport part =
-        RunStage(stage, schedule.step_tolerance_m, problem, &last_step);
-    report.finite = report.finite && part.finite;
-    report.converged = part.converged;
-    report.iterations += part.iterations;
+  if (problem->times.empty() || schedule.stages.empty()) return report;
+  PersonStates last_step = StatesOf(*problem);
+  for (StateChain& step : last_step) {
+    std::fill(step.begin(), step.end(), State::Zero());
   }
-  if (schedule.stages.empty()) return report;
+  for (const SolveStage& stage : schedule.stages) {
+    Merge(RunStage(stage, schedule.step_tolerance_m, problem, &last_step),
+          &report);
+  }
   for (size_t j = 0; j < problem->joints.size(); ++j) {
     JointChain& chain = problem->joints[j];
     StoreWeights(schedule.stages.back(), &chain);

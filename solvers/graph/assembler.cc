@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "solvers/graph/noise_model.h"
 
@@ -93,7 +94,23 @@ FrameRecord Assembler::Append(const EstimatorFrame& frame,
   for (JointChain& chain : problem->joints) {
     chain.first.push_back(static_cast<int32_t>(chain.measurements.size()));
   }
+  if (options_.user_factors) AppendUserFactors(frame, problem);
   return record;
+}
+
+void Assembler::AppendUserFactors(const EstimatorFrame& frame,
+                                  PersonProblem* problem) {
+  UserFrame user;
+  user.frame = frame.frame;
+  user.time = frame.time;
+  user.has_previous = problem->times.size() > 1;
+  user.skeleton = &scene_.skeleton;
+  user.initial = frame.has_initial ? &frame.initial : nullptr;
+  for (PlacedFactor& placed :
+       PlaceUserFactors(options_.user_factors, user, problem->times.size() - 1,
+                        static_cast<int>(problem->joints.size()))) {
+    problem->user.push_back(std::move(placed));
+  }
 }
 
 void Assembler::AppendView(const EstimatorFrame& frame, const FreshView& view,

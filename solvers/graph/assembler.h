@@ -52,6 +52,7 @@ class Assembler {
   void UpdateCentre(const EstimatorFrame& frame);
   void AppendView(const EstimatorFrame& frame, const FreshView& view, int slot,
                   PersonProblem* problem);
+  void AppendUserFactors(const EstimatorFrame& frame, PersonProblem* problem);
 
   const SceneModel& scene_;
   const GraphOptions& options_;

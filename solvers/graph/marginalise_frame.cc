@@ -3,6 +3,7 @@
 #include <glog/logging.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <optional>
@@ -104,6 +105,17 @@ void EraseFirst(JointChain* chain) {
   chain->process_noise.erase(chain->process_noise.begin());
 }
 
+void EraseFirst(std::vector<PlacedFactor>* user) {
+  user->erase(std::remove_if(user->begin(), user->end(),
+                             [](const PlacedFactor& placed) {
+                               return placed.first_frame() == 0;
+                             }),
+              user->end());
+  for (PlacedFactor& placed : *user) {
+    for (StateKey& key : placed.keys) --key.frame;
+  }
+}
+
 }  // namespace
 
 StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
@@ -171,6 +183,31 @@ void LineariseCouplings(const PersonProblem& problem, const Take& take) {
       });
 }
 
+// Calls `take(placed factor, rows)` for the user's factors whose earliest state
+// is in the first frame.
+template <typename Take>
+void LineariseUser(const PersonProblem& problem, const Take& take) {
+  const auto state_of = [&](const StateKey& key) {
+    return problem.joints[key.joint].states[key.frame].data();
+  };
+  GeneralRows rows;
+  for (const PlacedFactor& placed : problem.user) {
+    if (placed.first_frame() > 0) continue;
+    if (LineariseGeneral(placed, state_of, &rows)) take(placed, rows);
+  }
+}
+
+// Writes the rows of a user's factor from `row` on.
+template <typename ColumnOf>
+void WriteUserRows(const PlacedFactor& placed, const GeneralRows& from,
+                   const ColumnOf& column_of, Eigen::Index row, Rows* rows) {
+  rows->residual.segment(row, from.residual.size()) = from.residual;
+  for (size_t i = 0; i < placed.keys.size(); ++i) {
+    rows->jacobian.block(row, column_of(placed.keys[i]), from.residual.size(),
+                         kStateSize) += from.by_states[i];
+  }
+}
+
 // All that is known of the first states alone, as a square of rows.
 SquareRootPrior CompressFirstFrame(const PersonProblem& problem) {
   const Eigen::Index size = SizeOf(problem);
@@ -178,6 +215,9 @@ SquareRootPrior CompressFirstFrame(const PersonProblem& problem) {
   Eigen::Index row_count = prior_rows + size;
   LineariseCouplings(problem, [&](const auto& at, const auto&, double) {
     row_count += std::size(at.residual);
+  });
+  LineariseUser(problem, [&](const PlacedFactor& placed, const auto& from) {
+    if (placed.last_frame() == 0) row_count += from.residual.size();
   });
   Rows rows{Eigen::MatrixXd::Zero(row_count, size),
             Eigen::VectorXd::Zero(row_count)};
@@ -197,6 +237,11 @@ SquareRootPrior CompressFirstFrame(const PersonProblem& problem) {
                        WriteRows(at, keys, root, ColumnOf, row, &rows);
                        row += std::size(at.residual);
                      });
+  LineariseUser(problem, [&](const PlacedFactor& placed, const auto& from) {
+    if (placed.last_frame() > 0) return;
+    WriteUserRows(placed, from, ColumnOf, row, &rows);
+    row += from.residual.size();
+  });
   return Marginalise(rows.jacobian, rows.residual, 0);
 }
 
@@ -258,6 +303,20 @@ std::optional<Eigen::MatrixXd> StatedInformation(const PersonProblem& problem,
           }
         });
   }
+  LineariseUser(problem, [&](const PlacedFactor& placed, const auto& from) {
+    for (size_t a = 0; a < placed.keys.size(); ++a) {
+      for (size_t b = 0; b < placed.keys.size(); ++b) {
+        const StateKey& of_a = placed.keys[a];
+        const StateKey& of_b = placed.keys[b];
+        if (of_a.frame > of_b.frame) continue;
+        Eigen::MatrixXd& block = of_b.frame == 0   ? first
+                                 : of_a.frame == 0 ? coupling
+                                                   : second;
+        block.block<6, 6>(ColumnOf(of_a), ColumnOf(of_b)) +=
+            from.by_states[a].transpose() * from.by_states[b];
+      }
+    }
+  });
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> eliminated(first);
   if (eliminated.info() != Eigen::Success) return std::nullopt;
   eliminated.matrixL().solveInPlace(coupling);
@@ -280,6 +339,9 @@ PersonPrior MarginaliseFirstFrame(const PersonProblem& problem,
                        [&](Eigen::Index, const auto& at, const auto&, double) {
                          row_count += std::size(at.residual);
                        });
+  LineariseUser(problem, [&](const PlacedFactor& placed, const auto& from) {
+    if (placed.last_frame() > 0) row_count += from.residual.size();
+  });
   Rows both{Eigen::MatrixXd::Zero(row_count, 2 * size),
             Eigen::VectorXd::Zero(row_count)};
   both.jacobian.topLeftCorner(size, size) = reduced.A;
@@ -294,6 +356,14 @@ PersonPrior MarginaliseFirstFrame(const PersonProblem& problem,
         },
         row, &both);
     row += std::size(at.residual);
+  });
+  LineariseUser(problem, [&](const PlacedFactor& placed, const auto& from) {
+    if (placed.last_frame() == 0) return;
+    const auto column_of = [&](const StateKey& key) {
+      return (key.frame == 0 ? 0 : size) + ColumnOf(key);
+    };
+    WriteUserRows(placed, from, column_of, row, &both);
+    row += from.residual.size();
   });
   const SquareRootPrior kept =
       Marginalise(both.jacobian, both.residual, static_cast<int>(size));
@@ -314,7 +384,7 @@ PersonPrior MarginaliseFirstFrame(const PersonProblem& problem,
 }
 
 void DropFirstFrame(double correction, PersonProblem* problem) {
-  if (!problem->bones.empty() || !problem->prior.empty()) {
+  if (problem->coupled()) {
     problem->prior = MarginaliseFirstFrame(*problem, correction);
   }
   for (JointChain& chain : problem->joints) {
@@ -322,6 +392,7 @@ void DropFirstFrame(double correction, PersonProblem* problem) {
     EraseFirst(&chain);
   }
   problem->times.erase(problem->times.begin());
+  EraseFirst(&problem->user);
 }
 
 }  // namespace kinegraph

@@ -1,5 +1,7 @@
 #include "solvers/graph/options.h"
 
+#include "core/base/error.h"
+
 namespace kinegraph {
 
 void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
@@ -69,13 +71,27 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
                  "How long a joint is written without a supporting view.");
   visitor.Boolean("covariance", &covariance,
                   "Compute a covariance of every joint and frame.");
-  visitor.Choice("solver", &solver, {"chain", "ceres"},
-                 "Block-tridiagonal sweeps or Ceres.");
+  visitor.Choice("solver", &solver, {"ceres", "sweeps"},
+                 "Ceres, started from block-tridiagonal sweeps, or these "
+                 "alone.");
   visitor.Integer("max_iterations", &max_iterations, Between(1.0, 1000.0), "",
                   "Iterations of the last stage.");
   visitor.Number("step_tolerance_m", &step_tolerance_m, Positive(), "m",
                  "Converged when no joint moves farther.");
   visitor.Leave();
+}
+
+const char* ToString(GraphSolver solver) {
+  return solver == GraphSolver::kCeres ? "ceres" : "sweeps";
+}
+
+void CheckGraphOptions(const GraphOptions& options) {
+  CheckOptions(options);
+  if (options.user_factors && options.solver != GraphSolver::kCeres) {
+    throw OptionError("graph.solver",
+                      "found sweeps with factors of the user's own, expected "
+                      "ceres");
+  }
 }
 
 }  // namespace kinegraph

@@ -4,12 +4,15 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "core/base/options.h"
 #include "core/skeleton/skeleton.h"
 #include "solvers/factors/loss.h"
+#include "solvers/graph/general_factor.h"
+#include "solvers/graph/solve_counts.h"
 
 namespace kinegraph {
 
@@ -23,9 +26,11 @@ void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
 
 // Who finds the minimum. Both minimise the same factors.
 enum class GraphSolver {
-  kChain,  // block-tridiagonal sweeps; bones by conjugate gradients on top
-  kCeres,  // the reference: Ceres with sparse normal equations
+  kCeres,   // one Ceres problem a person, started from the sweeps' result
+  kSweeps,  // block-tridiagonal sweeps; bones by conjugate gradients on top
 };
+// Names in the order of the enum.
+const char* ToString(GraphSolver solver);
 
 // Where a noise figure comes from.
 enum class NoiseFrom {
@@ -98,12 +103,20 @@ struct GraphOptions {
   double bridging_limit_s = 0.5;
   bool covariance = true;
 
-  GraphSolver solver = GraphSolver::kChain;
+  GraphSolver solver = GraphSolver::kSweeps;
   int64_t max_iterations = 10;     // of the last stage; earlier ones take three
   double step_tolerance_m = 3e-5;  // converged when no joint moves farther
 
+  // Given in code alone: factors of the caller's own (solver ceres), and where
+  // estimators add how their solves ended.
+  UserFactorSource user_factors;
+  std::shared_ptr<SolveLedger> ledger;
+
   void Describe(OptionVisitor& visitor);
 };
+
+// CheckOptions, and that the parts go together. Throws OptionError.
+void CheckGraphOptions(const GraphOptions& options);
 
 }  // namespace kinegraph
 

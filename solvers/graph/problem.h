@@ -18,6 +18,7 @@
 #include "core/geometry/camera.h"
 #include "solvers/factors/loss.h"
 #include "solvers/factors/state.h"
+#include "solvers/graph/general_factor.h"
 
 namespace kinegraph {
 
@@ -99,6 +100,12 @@ struct PersonProblem {
   std::vector<BoneConstraint> bones;
   // Replaces the joints' own priors where it is not empty.
   PersonPrior prior;
+  std::vector<PlacedFactor> user;  // of the library's user
+
+  // Whether the joints depend on each other.
+  bool coupled() const {
+    return !bones.empty() || !prior.empty() || !user.empty();
+  }
 };
 
 // The states of all joints.
@@ -122,7 +129,11 @@ struct SolveSchedule {
 struct SolveReport {
   bool finite = true;     // false: the start was kept
   bool converged = true;  // in the last stage
-  int iterations = 0;
+  int iterations = 0;     // of sweeps
+  int ceres_iterations = 0;
+  int ceres_problems = 0;
+  int cholmod_problems = 0;    // of them factorised by SuiteSparse
+  double cost_decrease = 0.0;  // in Ceres' last stage
   // States of one joint in one frame that were still far from settled: their
   // measurements got no weight, so that status and covariance say so.
   int unsettled = 0;

@@ -3,6 +3,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <sstream>
 #include <utility>
@@ -15,23 +16,23 @@
 namespace kinegraph {
 namespace {
 
-bool AllFinite(const std::vector<State>& states) {
+bool AllFinite(const StateChain& states) {
   for (const State& state : states) {
     if (!state.allFinite()) return false;
   }
   return true;
 }
 
-// Ceres works on a person: one with this joint alone.
-SolveReport SolveOneWithCeres(const SolveSchedule& schedule,
-                              const std::vector<TimeNs>& times,
-                              JointChain* chain) {
-  PersonProblem alone;
-  alone.times = times;
-  alone.joints.push_back(std::move(*chain));
-  const SolveReport report = SolveWithCeres(schedule, &alone);
-  *chain = std::move(alone.joints.front());
-  return report;
+bool AllFinite(const PersonProblem& problem) {
+  for (const JointChain& chain : problem.joints) {
+    if (!AllFinite(chain.states)) return false;
+  }
+  return true;
+}
+
+SolveSchedule LastStage(SolveSchedule schedule) {
+  schedule.stages.erase(schedule.stages.begin(), schedule.stages.end() - 1);
+  return schedule;
 }
 
 }  // namespace
@@ -40,6 +41,7 @@ PersonSolver::PersonSolver(const GraphOptions& options)
     : rival_starts_(options.rival_starts),
       inlier_weight_(options.inlier_weight),
       solver_(options.solver),
+      ledger_(options.ledger),
       schedule_(MakeSchedule(options)),
       correction_(InformationCorrection(
           schedule_.stages.back().loss,
@@ -52,18 +54,10 @@ void PersonSolver::SolveJoint(const SolveSchedule& schedule, int joint_idx,
   JointChain& chain = problem->joints[joint_idx];
   GateMeasurements(&chain);
   start_ = chain.states;
-  SolveReport report;
-  if (solver_ == GraphSolver::kCeres) {
-    report = SolveOneWithCeres(schedule, problem->times, &chain);
-  } else {
-    report = chain_solver_.Solve(problem->times, schedule, &chain);
-  }
-  if (report.finite && AllFinite(chain.states)) {
-    Note(report);
-    return;
-  }
-  ++troubles_.solves;
-  ++troubles_.not_finite;
+  SolveReport report = chain_solver_.Solve(problem->times, schedule, &chain);
+  report.finite = report.finite && AllFinite(chain.states);
+  Note(report, solver_ == GraphSolver::kSweeps);
+  if (report.finite) return;
   chain.states = start_;
   for (PixelMeasurement& measurement : chain.measurements) {
     measurement.weight = 0.0;
@@ -95,6 +89,8 @@ void PersonSolver::SolveJointWithRivals(const SolveSchedule& schedule,
   const std::vector<Stretch> stretches = LostStretches(chain, inlier_weight_);
   if (stretches.empty()) return;
   ++rivals_.cases;
+  // What becomes of the rivals is no result that anybody takes over.
+  const SolveCounts counted = counts_;
   SolveSchedule last = schedule;
   last.stages.erase(last.stages.begin(), last.stages.end() - 1);
   const JointChain first = chain;
@@ -121,37 +117,46 @@ void PersonSolver::SolveJointWithRivals(const SolveSchedule& schedule,
     taken = true;
   }
   chain = std::move(best);
+  const int64_t iterations = counts_.sweep_iterations;
+  counts_ = counted;
+  counts_.sweep_iterations = iterations;
   if (taken) ++rivals_.taken;
 }
 
 void PersonSolver::SolveBones(PersonProblem* problem) {
   if (problem->bones.empty() && problem->prior.empty()) return;
-  SolveSchedule last = schedule_;
-  last.stages.erase(last.stages.begin(), last.stages.end() - 1);
   PersonProblem coupled = *problem;
-  const SolveReport report = solver_ == GraphSolver::kCeres
-                                 ? SolveWithCeres(last, &coupled)
-                                 : bone_solver_.Solve(last, &coupled);
-  bool finite = report.finite;
-  for (const JointChain& chain : coupled.joints) {
-    finite = finite && AllFinite(chain.states);
-  }
-  if (!finite) {
-    ++troubles_.solves;
-    ++troubles_.not_finite;
-    // Covariances must not count what the estimates did not.
-    problem->bones.clear();
+  SolveReport report = bone_solver_.Solve(LastStage(schedule_), &coupled);
+  report.finite = report.finite && AllFinite(coupled);
+  Note(report, solver_ == GraphSolver::kSweeps);
+  if (report.finite) {
+    *problem = std::move(coupled);
     return;
   }
-  Note(report);
-  *problem = std::move(coupled);
+  // Covariances must not count what the estimates did not.
+  ++counts_.bones_dropped;
+  problem->bones.clear();
+}
+
+void PersonSolver::Refine(PersonProblem* problem) {
+  if (solver_ != GraphSolver::kCeres) return;
+  // Ceres holds on to the states' addresses; a copy keeps the start.
+  const PersonStates start = StatesOf(*problem);
+  SolveReport report = SolveWithCeres(LastStage(schedule_), problem);
+  report.finite = report.finite && AllFinite(*problem);
+  Note(report, true);
+  if (report.finite) return;
+  for (size_t j = 0; j < start.size(); ++j) {
+    problem->joints[j].states = start[j];
+    StoreWeights(schedule_.stages.back(), &problem->joints[j]);
+  }
 }
 
 std::vector<std::vector<Matrix6d>> PersonSolver::BoneCovariances(
     const PersonProblem& problem, size_t frame_end) {
   std::vector<std::vector<Matrix6d>> covariances;
   if (!PersonCovariances(problem, correction_, frame_end, &covariances)) {
-    ++troubles_.no_covariance;
+    ++counts_.no_covariance;
     covariances.assign(problem.joints.size(), {});
   }
   return covariances;
@@ -159,41 +164,45 @@ std::vector<std::vector<Matrix6d>> PersonSolver::BoneCovariances(
 
 const std::vector<Matrix6d>& PersonSolver::JointCovariances(
     const PersonProblem& problem, int joint_idx, double correction) {
-  const JointChain& chain = problem.joints[joint_idx];
-  const bool known = chain_solver_.Covariances(problem.times, chain, correction,
-                                               &covariances_);
-  if (!known) {
-    ++troubles_.no_covariance;
+  if (!chain_solver_.Covariances(problem.times, problem.joints[joint_idx],
+                                 correction, &covariances_)) {
+    ++counts_.no_covariance;
     covariances_.clear();
   }
   return covariances_;
 }
 
-void PersonSolver::Note(const SolveReport& report) {
-  ++troubles_.solves;
-  if (report.converged) return;
-  ++troubles_.not_converged;
-  troubles_.unsettled_states += report.unsettled;
+void PersonSolver::Note(const SolveReport& report, bool taken_over) {
+  counts_.sweep_iterations += report.iterations;
+  counts_.ceres_iterations += report.ceres_iterations;
+  counts_.ceres_problems += report.ceres_problems;
+  counts_.cholmod_problems += report.cholmod_problems;
+  if (!report.finite) ++counts_.not_finite;
+  if (!taken_over) return;
+  ++counts_.solves;
+  if (!report.finite) return;
+  counts_.ceres_decrease_millionths += std::llround(1e6 * report.cost_decrease);
+  if (!report.converged) ++counts_.not_converged;
+  counts_.positions_in_doubt += report.unsettled;
 }
 
-void PersonSolver::LogTroubles(int64_t first_frame, int64_t last_frame) {
-  const Troubles troubles = troubles_;
-  troubles_ = Troubles();
+void PersonSolver::HandInCounts(int64_t first_frame, int64_t last_frame) {
+  const SolveCounts counts = std::exchange(counts_, SolveCounts());
+  if (ledger_ != nullptr) ledger_->Add(counts);
+  if (counts.AllWell() && rivals_.cases == 0) return;
   std::ostringstream line;
   line << "a person of frames " << first_frame << " to " << last_frame << ": "
-       << troubles.solves << " solves, " << troubles.not_converged
-       << " ended before they settled, " << troubles.unsettled_states
-       << " joint positions are not to be trusted, " << troubles.not_finite
-       << " solves found nothing finite, " << troubles.no_covariance
-       << " had no covariance; " << rivals_.cases
-       << " times most views of a joint were lost, " << rivals_.taken
-       << " times a rival start was better";
+       << DescribeTroubles(counts);
+  if (rivals_.cases > 0) {
+    line << "; " << rivals_.cases << " times most views of a joint were lost, "
+         << rivals_.taken << " times a rival start was better";
+  }
   // Reweighting may creep for longer than it is worth; a state that still
   // moves far is another matter.
-  if (troubles.unsettled_states + troubles.not_finite + troubles.no_covariance >
+  if (counts.positions_in_doubt + counts.not_finite + counts.no_covariance >
       0) {
     LOG(WARNING) << line.str();
-  } else if (troubles.not_converged > 0 || rivals_.cases > 0) {
+  } else {
     VLOG(1) << line.str();
   }
 }

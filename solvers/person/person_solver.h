@@ -3,17 +3,21 @@
 #define KINEGRAPH_SOLVERS_PERSON_PERSON_SOLVER_H_
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
+#include "solvers/graph/solve_counts.h"
 #include "solvers/sweeps/bone_solver.h"
 #include "solvers/sweeps/chain_solver.h"
 #include "solvers/sweeps/linear_chain.h"
 
 namespace kinegraph {
 
-// Keeps work space between calls; one a person.
+// Keeps work space between calls; one a person. A result is made in up to three
+// steps: SolveJoint for each joint, SolveBones where bones couple them, Refine
+// for Ceres. With solver sweeps the last does nothing.
 class PersonSolver {
  public:
   explicit PersonSolver(const GraphOptions& options);
@@ -23,9 +27,9 @@ class PersonSolver {
   // InformationCorrection of its last loss.
   double correction() const { return correction_; }
 
-  // Gates the measurements of a joint at its states and runs `schedule`. A
-  // solve that finds nothing finite keeps its start, and its measurements get
-  // no weight.
+  // Gates the measurements of a joint at its states and runs `schedule` by
+  // sweeps. A solve that finds nothing finite keeps its start, and its
+  // measurements get no weight.
   void SolveJoint(const SolveSchedule& schedule, int joint_idx,
                   PersonProblem* problem);
 
@@ -49,8 +53,13 @@ class PersonSolver {
   // finite those estimates stay and the problem's bones are dropped.
   void SolveBones(PersonProblem* problem);
 
-  // Covariances of the frames before `frame_end` of all joints, bones included;
-  // [joint][frame], empty where there are none.
+  // Solver ceres: takes the whole problem, the user's factors included, to
+  // convergence under the last stage's loss. Where that finds nothing finite
+  // the sweeps' result stays.
+  void Refine(PersonProblem* problem);
+
+  // Covariances of the frames before `frame_end` of all joints of a coupled
+  // problem; [joint][frame], empty where there are none.
   std::vector<std::vector<Matrix6d>> BoneCovariances(
       const PersonProblem& problem, size_t frame_end);
 
@@ -60,34 +69,27 @@ class PersonSolver {
                                                 int joint_idx,
                                                 double correction);
 
-  // One line in the log that says what went wrong since the last call, if
-  // anything did, in the frames first .. last of this person.
-  void LogTroubles(int64_t first_frame, int64_t last_frame);
+  // Adds what was counted since the last call to the options' ledger, and logs
+  // what went wrong in the frames first .. last of this person.
+  void HandInCounts(int64_t first_frame, int64_t last_frame);
 
  private:
-  void Note(const SolveReport& report);
+  // `taken_over`: the result is what the estimator goes on with.
+  void Note(const SolveReport& report, bool taken_over);
   double JointCost(const std::vector<TimeNs>& times, const JointChain& chain);
 
-  // Solves that went wrong.
-  struct Troubles {
-    int64_t solves = 0;         // of all
-    int64_t not_converged = 0;  // reached their iterations
-    int64_t unsettled_states = 0;
-    int64_t not_finite = 0;
-    int64_t no_covariance = 0;
-  };
-
-  Troubles troubles_;
   RivalCounts rivals_;
   bool rival_starts_;
   double inlier_weight_;
   GraphSolver solver_;
+  std::shared_ptr<SolveLedger> ledger_;
+  SolveCounts counts_;
   SolveSchedule schedule_;
   double correction_;
   ChainSolver chain_solver_;
   BoneSolver bone_solver_;
   LinearChain linear_;
-  std::vector<State> start_;
+  StateChain start_;
   std::vector<Matrix6d> covariances_;
 };
 

@@ -25,6 +25,13 @@ DetectionFrame Earlier(const DetectionFrame& frame, int64_t frames_earlier,
   return earlier;
 }
 
+// The options with a place where estimators count.
+RunOptions WithLedger(RunOptions options) {
+  GraphOptions& graph = options.estimators.graph;
+  if (graph.ledger == nullptr) graph.ledger = std::make_shared<SolveLedger>();
+  return options;
+}
+
 }  // namespace
 
 int PassCount(const RunOptions& options) {
@@ -186,7 +193,15 @@ class Session::Impl {
       for (const PersonPose& person : frame.people) people_.insert(person.id);
     }
     summary_.people = static_cast<int64_t>(people_.size());
+    CountSolves();
     return frames;
+  }
+
+  void CountSolves() {
+    const GraphOptions& graph = options_.estimators.graph;
+    if (graph.ledger == nullptr) return;
+    summary_.solves = graph.ledger->Total();
+    if (summary_.solves.solves > 0) summary_.solver = ToString(graph.solver);
   }
 
   const RunOptions options_;
@@ -212,9 +227,12 @@ class Session::Impl {
 };
 
 Session::Session(const RunOptions& options, const RunRequest& request,
-                 const DetectionHeader& detections, SourceOpener reopen)
-    : Session(options, request, detections, MakeEstimators(options.estimators),
-              std::move(reopen)) {}
+                 const DetectionHeader& detections, SourceOpener reopen) {
+  const RunOptions counted = WithLedger(options);
+  impl_ = std::make_unique<Impl>(counted, request, detections,
+                                 MakeEstimators(counted.estimators),
+                                 std::move(reopen));
+}
 
 Session::Session(const RunOptions& options, const RunRequest& request,
                  const DetectionHeader& detections, EstimatorPair estimators,

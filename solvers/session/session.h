@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/data/detection.h"
@@ -23,6 +24,7 @@
 #include "core/io/detection_source.h"
 #include "core/tracking/tracker.h"
 #include "solvers/factory.h"
+#include "solvers/graph/solve_counts.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"
 
@@ -31,11 +33,15 @@ namespace kinegraph {
 // Opens the detections of a run from their beginning, once for each pass.
 using SourceOpener = std::function<std::unique_ptr<DetectionSource>()>;
 
-// Counts of a run, for its closing line.
+// Counts of a run, for its closing lines and for NAME.summary.json.
 struct RunSummary {
   int64_t frames = 0;
   int64_t people = 0;  // identities written
   int64_t person_frames = 0;
+  // Graph mode: which solver wrote the result (graph.solver), and how the
+  // solves of the people whose tracks ended went.
+  std::string solver;
+  SolveCounts solves;
 };
 
 // How often a run goes over its frames.

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <type_traits>
 
 #include "solvers/graph/factor_list.h"
@@ -173,6 +174,7 @@ class FrameInversion {
         frame_count_(problem.times.size()),
         size_(static_cast<Eigen::Index>(problem.joints.size()) * kStateSize) {
     SortCouplings();
+    AddUserFactors();
   }
 
   bool Run(size_t frame_end, std::vector<std::vector<Matrix6d>>* covariances) {
@@ -204,6 +206,31 @@ class FrameInversion {
     }
   }
 
+  // What the user's factors say: frame by frame a dense block, and where they
+  // link two frames of any joints a dense one below.
+  void AddUserFactors() {
+    const auto state_of = [&](const StateKey& key) {
+      return problem_.joints[key.joint].states[key.frame].data();
+    };
+    GeneralRows rows;
+    for (const PlacedFactor& placed : problem_.user) {
+      if (!LineariseGeneral(placed, state_of, &rows)) continue;
+      for (size_t a = 0; a < placed.keys.size(); ++a) {
+        for (size_t b = 0; b < placed.keys.size(); ++b) {
+          const StateKey& of_a = placed.keys[a];
+          const StateKey& of_b = placed.keys[b];
+          if (of_a.frame < of_b.frame) continue;
+          auto& blocks =
+              of_a.frame == of_b.frame ? user_diagonal_ : user_below_;
+          Eigen::MatrixXd& block = blocks[of_b.frame];
+          if (block.size() == 0) block = Eigen::MatrixXd::Zero(size_, size_);
+          block.block<6, 6>(6 * of_a.joint, 6 * of_b.joint) +=
+              rows.by_states[a].transpose() * rows.by_states[b];
+        }
+      }
+    }
+  }
+
   Eigen::MatrixXd Diagonal(size_t k) const {
     Eigen::MatrixXd block = Eigen::MatrixXd::Zero(size_, size_);
     if (k == 0 && system_.prior_coupling.size() > 0) {
@@ -221,6 +248,8 @@ class FrameInversion {
       block.block<3, 3>(a, b) += information;
       block.block<3, 3>(b, a) += information.transpose();
     }
+    const auto user = user_diagonal_.find(k);
+    if (user != user_diagonal_.end()) block += user->second;
     return block;
   }
 
@@ -231,6 +260,8 @@ class FrameInversion {
     for (size_t j = 0; j < problem_.joints.size(); ++j) {
       block.block<6, 6>(j * 6, j * 6) = system_.chains[j].upper[k].transpose();
     }
+    const auto user = user_below_.find(k);
+    if (user != user_below_.end()) block += user->second;
     return block;
   }
 
@@ -241,8 +272,14 @@ class FrameInversion {
     *pivot = Diagonal(k);
     if (k + 1 < frame_count_) {
       *coupling = Below(k);
-      SolveLowerTriangular(later, coupling);
-      AddSquare(*coupling, -1.0, pivot);
+      if (user_below_.count(k) > 0) {
+        later.triangularView<Eigen::Lower>().solveInPlace(*coupling);
+        pivot->selfadjointView<Eigen::Lower>().rankUpdate(coupling->transpose(),
+                                                          -1.0);
+      } else {
+        SolveLowerTriangular(later, coupling);
+        AddSquare(*coupling, -1.0, pivot);
+      }
     }
     Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(*pivot);
     return cholesky.info() == Eigen::Success;
@@ -320,6 +357,8 @@ class FrameInversion {
   const Eigen::Index size_;
   std::vector<const PointCoupling*> by_frame_;
   std::vector<size_t> first_coupling_;  // of each frame, in by_frame_
+  std::map<size_t, Eigen::MatrixXd> user_diagonal_;  // by frame
+  std::map<size_t, Eigen::MatrixXd> user_below_;     // by the earlier frame
   size_t frame_end_ = 0;
   std::vector<std::vector<Matrix6d>>* covariances_ = nullptr;
 };

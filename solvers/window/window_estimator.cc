@@ -55,7 +55,7 @@ class WindowEstimator final : public Estimator {
   std::vector<bool> StartNewStates();
   void PlaceAnew(const std::vector<bool>& joints);
   void DropFinalFrames();
-  void SolveMeasuredJoints();
+  bool SolveMeasuredJoints();
   void UpdateLast();
   void SolveBones();
   void LearnBoneLengths();
@@ -100,8 +100,9 @@ void WindowEstimator::Add(const EstimatorFrame& frame) {
   DropFinalFrames();
   PlaceAnew(placed_anew);
   if (options_.LearnsNoise()) noise_.Apply(&problem_);
-  SolveMeasuredJoints();
+  const bool moved = SolveMeasuredJoints();
   if (options_.bones) SolveBones();
+  if (moved || problem_.coupled()) solver_.Refine(&problem_);
   UpdateLast();
   const size_t end = DueEnd();
   if (end > final_count_) Emit(end);
@@ -151,15 +152,18 @@ void WindowEstimator::DropFinalFrames() {
 }
 
 // A joint that was not measured anew already is at its minimum: its new state
-// adds no cost.
-void WindowEstimator::SolveMeasuredJoints() {
+// adds no cost. False where that is all of them.
+bool WindowEstimator::SolveMeasuredJoints() {
   const size_t k = newest();
+  bool solved = false;
   for (int j = 0; j < joint_count(); ++j) {
     const JointChain& chain = problem_.joints[j];
     if (chain.first[k] == chain.first[k + 1] && !scale_changed_) continue;
     solver_.SolveJointWithRivals(solver_.schedule(), j, &problem_);
+    solved = true;
   }
   scale_changed_ = false;
+  return solved;
 }
 
 // Sigmas of a window change all at once and seldom.
@@ -290,7 +294,7 @@ void WindowEstimator::Emit(size_t end) {
     finals_.push_back(PoseOf(records_[k], joint_count(),
                              scene_.keep_observations, options_.covariance));
   }
-  const bool coupled = !problem_.bones.empty() || !problem_.prior.empty();
+  const bool coupled = problem_.coupled();
   const bool learns = options_.pixel_noise_from == NoiseFrom::kFixed &&
                       options_.estimate_noise_scale && learnt_scale_.Wants();
   std::vector<double> squares;
@@ -337,7 +341,7 @@ void WindowEstimator::Finish() {
   if (options_.LearnsNoise()) VLOG(1) << ToString(noise_.Learnt());
   VLOG(1) << "noise scale " << noise_scale_;
   if (!records_.empty()) {
-    solver_.LogTroubles(first_frame_, records_.back().frame);
+    solver_.HandInCounts(first_frame_, records_.back().frame);
   }
 }
 
@@ -345,7 +349,7 @@ void WindowEstimator::Finish() {
 
 std::unique_ptr<Estimator> MakeWindowEstimator(const SceneModel& scene,
                                                const GraphOptions& options) {
-  CheckOptions(options);
+  CheckGraphOptions(options);
   return std::make_unique<WindowEstimator>(scene, options);
 }
 

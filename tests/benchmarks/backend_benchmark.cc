@@ -40,7 +40,7 @@ GraphOptions Options(const benchmark::State& state) {
   options.bones = state.range(0) != 0;
   options.covariance = state.range(1) != 0;
   options.solver =
-      state.range(2) != 0 ? GraphSolver::kCeres : GraphSolver::kChain;
+      state.range(2) != 0 ? GraphSolver::kCeres : GraphSolver::kSweeps;
   return options;
 }
 

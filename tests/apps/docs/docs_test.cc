@@ -33,7 +33,8 @@ TEST(DocsTest, SynthesisPageListsEveryKey) {
 
 std::vector<std::string> TrackingConfigurations() {
   std::vector<std::string> paths;
-  for (const char* folder : {"configs/paper", "configs/graph"}) {
+  for (const char* folder :
+       {"configs/paper", "configs/graph", "configs/benchmark"}) {
     const fs::path path = testing::ProjectFile(folder);
     if (!fs::exists(path)) continue;
     for (const auto& entry : fs::directory_iterator(path)) {

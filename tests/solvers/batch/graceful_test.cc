@@ -231,12 +231,12 @@ TEST_P(Graceful, InitialPosesFarOff) {
 INSTANTIATE_TEST_SUITE_P(
     Estimators, Graceful,
     ::testing::Values(
-        Of("batch_chain", true, GraphSolver::kChain, false),
-        Of("window_chain", false, GraphSolver::kChain, false),
+        Of("batch_sweeps", true, GraphSolver::kSweeps, false),
+        Of("window_sweeps", false, GraphSolver::kSweeps, false),
         Of("batch_ceres", true, GraphSolver::kCeres, false),
         Of("window_ceres", false, GraphSolver::kCeres, false),
-        Of("batch_chain_bones", true, GraphSolver::kChain, true),
-        Of("window_chain_bones", false, GraphSolver::kChain, true),
+        Of("batch_sweeps_bones", true, GraphSolver::kSweeps, true),
+        Of("window_sweeps_bones", false, GraphSolver::kSweeps, true),
         Of("batch_ceres_bones", true, GraphSolver::kCeres, true),
         Of("window_ceres_bones", false, GraphSolver::kCeres, true)),
     [](const auto& test) { return test.param.name; });
@@ -292,7 +292,7 @@ TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
 
 INSTANTIATE_TEST_SUITE_P(
     SolversAndBones, GracefulOptions,
-    ::testing::Combine(::testing::Values(GraphSolver::kChain,
+    ::testing::Combine(::testing::Values(GraphSolver::kSweeps,
                                          GraphSolver::kCeres),
                        ::testing::Bool()));
 

@@ -1,0 +1,56 @@
+#include "solvers/graph/solve_counts.h"
+
+namespace kinegraph {
+namespace {
+
+void Append(int64_t count, const char* what, std::string* text) {
+  if (count == 0) return;
+  if (!text->empty()) *text += ", ";
+  *text += std::to_string(count) + " " + what;
+}
+
+}  // namespace
+
+bool SolveCounts::AllWell() const {
+  return not_converged + not_finite + bones_dropped + positions_in_doubt +
+             no_covariance ==
+         0;
+}
+
+SolveCounts& SolveCounts::operator+=(const SolveCounts& other) {
+  solves += other.solves;
+  sweep_iterations += other.sweep_iterations;
+  ceres_problems += other.ceres_problems;
+  ceres_iterations += other.ceres_iterations;
+  cholmod_problems += other.cholmod_problems;
+  ceres_decrease_millionths += other.ceres_decrease_millionths;
+  not_converged += other.not_converged;
+  not_finite += other.not_finite;
+  bones_dropped += other.bones_dropped;
+  positions_in_doubt += other.positions_in_doubt;
+  no_covariance += other.no_covariance;
+  return *this;
+}
+
+std::string DescribeTroubles(const SolveCounts& counts) {
+  if (counts.AllWell()) return "";
+  std::string text;
+  Append(counts.not_converged, "did not converge", &text);
+  Append(counts.not_finite, "found nothing finite", &text);
+  Append(counts.bones_dropped, "went on without bones", &text);
+  Append(counts.no_covariance, "have no covariance", &text);
+  Append(counts.positions_in_doubt, "joint positions are in doubt", &text);
+  return "of " + std::to_string(counts.solves) + " solves " + text;
+}
+
+void SolveLedger::Add(const SolveCounts& counts) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  total_ += counts;
+}
+
+SolveCounts SolveLedger::Total() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return total_;
+}
+
+}  // namespace kinegraph

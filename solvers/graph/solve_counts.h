@@ -1,0 +1,52 @@
+// How the solves of a run ended, counted.
+#ifndef KINEGRAPH_SOLVERS_GRAPH_SOLVE_COUNTS_H_
+#define KINEGRAPH_SOLVERS_GRAPH_SOLVE_COUNTS_H_
+
+#include <cstdint>
+#include <mutex>
+#include <string>
+
+namespace kinegraph {
+
+// Whole numbers only: their sums are the same in any order, so a run's counts
+// do not depend on its threads.
+struct SolveCounts {
+  int64_t solves = 0;            // results that an estimator took over
+  int64_t sweep_iterations = 0;  // of the block-tridiagonal sweeps
+  int64_t ceres_problems = 0;    // ceres::Problem objects solved
+  int64_t ceres_iterations = 0;
+  int64_t cholmod_problems = 0;  // of them factorised by SuiteSparse
+  // Decrease of the cost from the start to Ceres' result [1e-6].
+  int64_t ceres_decrease_millionths = 0;
+
+  // What went wrong.
+  int64_t not_converged = 0;  // solves that reached their iterations
+  int64_t not_finite = 0;     // solves that found nothing finite
+  int64_t bones_dropped = 0;  // solves that went on without bones
+  // Positions of one joint in one frame that still moved by more than 5 cm:
+  // their views lost their weight, so that status and covariance say so.
+  int64_t positions_in_doubt = 0;
+  int64_t no_covariance = 0;  // not positive definite
+
+  // Whether everything was solved as it should be.
+  bool AllWell() const;
+  SolveCounts& operator+=(const SolveCounts& other);
+};
+
+// What went wrong, for people; empty where nothing did.
+std::string DescribeTroubles(const SolveCounts& counts);
+
+// Where a run's estimators add their counts, from any thread.
+class SolveLedger {
+ public:
+  void Add(const SolveCounts& counts);
+  SolveCounts Total() const;
+
+ private:
+  mutable std::mutex mutex_;
+  SolveCounts total_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_GRAPH_SOLVE_COUNTS_H_
