@@ -28,9 +28,10 @@ class CameraCheck {
   void SeeTracks(const TrackFrame& frame);
 
   struct View {
-    int64_t people = 0;        // written people whose place the view shows
-    int64_t seen = 0;          // of them, with a detection near by
-    double median_x_px = 0.0;  // of detection less projection
+    int64_t people = 0;  // written people whose place the view shows
+    int64_t seen = 0;    // of them, with a detection near by
+    // Of detection less the projection of what the other views triangulate.
+    double median_x_px = 0.0;
     double median_y_px = 0.0;
     double px_per_m = 0.0;  // at the people's depth
   };
@@ -40,8 +41,8 @@ class CameraCheck {
   std::vector<std::string> Warnings() const;
 
  private:
-  static constexpr int64_t kStride = 5;
-  static constexpr size_t kMostFrames = 400;
+  static constexpr int64_t kStride = 2;
+  static constexpr size_t kMostFrames = 200;
 
   struct Residuals {
     int64_t people = 0;
@@ -52,6 +53,9 @@ class CameraCheck {
   };
 
   void Compare(const DetectionFrame& frame, const PersonPose& person);
+  const Detection* NearestTo(const ViewDetections& view, const Camera& camera,
+                             const PersonPose& person) const;
+  void AddResiduals(const std::vector<const Detection*>& seen, size_t v);
 
   CameraRig cameras_;
   std::vector<int> track_joint_;  // of a detection's joint, or -1
