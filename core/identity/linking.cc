@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/assignment/hungarian.h"
+#include "core/base/error.h"
 #include "core/identity/bones.h"
 #include "core/identity/contacts.h"
 #include "core/identity/edits.h"
@@ -632,11 +633,19 @@ void ApplyAll(std::vector<IdentityEdit> more, std::vector<TrackFrame>* frames,
 
 }  // namespace
 
+void CheckLinkOptions(const LinkOptions& options) {
+  CheckOptions(options);
+  if (options.entries.size() % 4 == 0) return;
+  throw OptionError("identity.entries",
+                    "found " + std::to_string(options.entries.size()) +
+                        " numbers, expected four a sphere: x, y, z, radius");
+}
+
 std::vector<IdentityEdit> LinkIdentities(const Skeleton& skeleton,
                                          double frame_rate_hz,
                                          const LinkOptions& options,
                                          std::vector<TrackFrame>* frames) {
-  CheckOptions(options);
+  CheckLinkOptions(options);
   std::vector<IdentityEdit> edits;
   if (frames->empty()) return edits;
   ApplyAll(FindDoubles(CollectTracklets(*frames, skeleton)), frames, &edits);

@@ -29,6 +29,9 @@ std::vector<IdentityEdit> LinkIdentities(const Skeleton& skeleton,
                                          const LinkOptions& options,
                                          std::vector<TrackFrame>* frames);
 
+// Throws OptionError for a value out of range or entries that are no spheres.
+void CheckLinkOptions(const LinkOptions& options);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_IDENTITY_LINKING_H_

@@ -53,6 +53,7 @@ class Session::Impl {
         tracker_(scene_.model, detection_skeleton_, options_.tracker,
                  std::move(estimators.feedback), std::move(estimators.output)) {
     tracker_.set_threads(request_.threads);
+    CheckLinkOptions(options_.identity);
   }
 
   std::vector<TrackFrame> Process(DetectionFrame* frame) {

@@ -94,7 +94,8 @@ class TrueNames {
  public:
   TrueNames(const TrackSequence& truth, const TrackSequence& tracks)
       : joints_(CommonJoints(truth.header.skeleton, tracks.header.skeleton)) {
-    for (const PersonPair& pair : PairPeople(truth, tracks, joints_, kGateM)) {
+    for (const PersonPair& pair :
+         PairPeople(truth, tracks, joints_, kGateM, {})) {
       if (pair.found == nullptr) continue;
       names_[pair.found->id].push_back({pair.frame, pair.truth->id});
     }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/identity/edits.h"
 #include "tests/core/identity/crowd.h"
 
@@ -204,6 +205,27 @@ TEST(LinkingTest, AKnownNumberOfPeopleJoinsWhatIsLeft) {
   LinkOptions options;
   options.people = 1;
   EXPECT_EQ(Link(crowd, options).Of(EditOp::kJoin).size(), 1u);
+}
+
+// Two who are gone for a second; entries are where both vanish, or far away.
+TEST(LinkingTest, WhoVanishesOutsideTheEntriesIsHidden) {
+  LinkOptions options;
+  options.entries = {50.0, 50.0, 1.0, 1.0};
+  const Linked far = Link(TwoHidden(), options);
+  options.entries = {0.0, 0.0, 1.0, 20.0};
+  const Linked here = Link(TwoHidden(), options);
+  ASSERT_EQ(far.Of(EditOp::kJoin).size(), 2u);
+  ASSERT_EQ(here.Of(EditOp::kJoin).size(), 2u);
+  // Both ends outside: twice the penalty more.
+  EXPECT_NEAR(*far.Of(EditOp::kJoin)[0].margin,
+              *here.Of(EditOp::kJoin)[0].margin + 2.0 * options.entry_penalty,
+              1e-9);
+}
+
+TEST(LinkingTest, EntriesAreSpheres) {
+  LinkOptions options;
+  options.entries = {1.0, 2.0, 3.0};
+  EXPECT_THROW(CheckLinkOptions(options), OptionError);
 }
 
 TEST(LinkingTest, NobodyAtAll) {
