@@ -13,9 +13,8 @@
 #include "core/io/calibration.h"
 #include "core/io/calibration_writer.h"
 #include "core/io/config.h"
-#include "core/io/detection_export.h"
+#include "core/io/detection_format.h"
 #include "core/io/detection_source.h"
-#include "core/io/detection_writer.h"
 #include "core/io/file_kind.h"
 #include "core/io/track_export.h"
 #include "core/io/track_writer.h"
@@ -44,20 +43,21 @@ namespace {
 // A format's name in one kind.
 struct Format {
   FileKind kind;
-  const char* name;
+  std::string name;
   bool readable;
   bool writable;
-  const char* layout;
+  std::string layout;
 };
 
 constexpr FileKind kCalibration = FileKind::kCalibration;
 constexpr FileKind kDetections = FileKind::kDetections;
 constexpr FileKind kTracks = FileKind::kTracks;
 
-// Within a kind, formats that can be read stand in the order of the kind's
-// enum, so that the place of a format among them is its value less one.
-const std::vector<Format>& Formats() {
-  static const std::vector<Format> kFormats = {
+// Those of detections follow from their registry. Calibrations and tracks that
+// can be read stand in the order of their enum, so that the place of a format
+// among them is its value less one.
+std::vector<Format> MakeFormats() {
+  std::vector<Format> formats = {
       {kCalibration, "kinegraph", true, true, "cameras.json"},
       {kCalibration, "krt", true, true, "JSON: K and RT of each camera"},
       {kCalibration, "voxelpose", true, true, "JSON, mm"},
@@ -67,11 +67,6 @@ const std::vector<Format>& Formats() {
       {kCalibration, "tum", true, true, "a folder of P0.txt, P1.txt, ..."},
       {kCalibration, "opencv", true, true, "YAML, a file a camera"},
       {kCalibration, "easymocap", true, true, "intri.yml and extri.yml"},
-      {kDetections, "kinegraph", true, true, "JSON Lines"},
-      {kDetections, "openpose", true, true, "a folder a view, a file a frame"},
-      {kDetections, "coco", true, true, "COCO results, a file a view"},
-      {kDetections, "longcw", true, true, "annotation_2d.json"},
-      {kDetections, "smap", true, false, "a file a view"},
       {kTracks, "kinegraph", true, true, "JSON Lines"},
       {kTracks, "tum", true, true, "actorsGT.mat"},
       {kTracks, "4da", true, true, "4D association's gt.txt, skel.txt"},
@@ -81,6 +76,20 @@ const std::vector<Format>& Formats() {
       {kTracks, "csv", true, true, "one row a joint"},
       {kTracks, "trc", true, true, "a folder, a file a person"},
       {kTracks, "npz", true, true, "NumPy's arrays"}};
+  const auto tracks =
+      std::find_if(formats.begin(), formats.end(),
+                   [](const Format& format) { return format.kind == kTracks; });
+  std::vector<Format> detections;
+  for (const DetectionFormat& format : DetectionFormats()) {
+    detections.push_back({kDetections, format.name, format.open != nullptr,
+                          format.write != nullptr, format.layout});
+  }
+  formats.insert(tracks, detections.begin(), detections.end());
+  return formats;
+}
+
+const std::vector<Format>& Formats() {
+  static const std::vector<Format> kFormats = MakeFormats();
   return kFormats;
 }
 
@@ -104,7 +113,7 @@ std::string NamesOf(const Wanted& wanted) {
   for (const Format& format : Formats()) {
     if (!wanted(format)) continue;
     if (std::count(names.begin(), names.end(), format.name) > 0) continue;
-    names.emplace_back(format.name);
+    names.push_back(format.name);
     text += (text.empty() ? "" : ", ") + names.back();
   }
   return text;
@@ -291,42 +300,27 @@ class CountingSource final : public DetectionSource {
   size_t frame_count_ = 0;
 };
 
-void WriteOwnDetections(DetectionSource* source, Losses* losses) {
-  if (!(source->header().frame_rate_hz > 0.0)) {
-    losses->push_back("the frame rate is not known (--frame_rate=HZ)");
+DetectionWriteOptions DetectionWriteOptionsOf(const ConvertOptions& options) {
+  DetectionWriteOptions write;
+  const std::vector<double>& size = options.cameras.image_size;
+  if (!FLAGS_image_size.empty() && size.size() != 2) {
+    throw InputError("--image_size: found '" + Printable(FLAGS_image_size) +
+                     "', expected W,H");
   }
-  DetectionWriter writer(FLAGS_out, source->header());
-  DetectionFrame frame;
-  while (source->Next(&frame)) writer.Write(frame);
-  writer.Commit();
+  if (size.size() == 2) {
+    write.image_size = {static_cast<int>(size[0]), static_cast<int>(size[1])};
+  }
+  return write;
 }
 
 std::string ConvertDetections(const ConvertOptions& options, Losses* losses) {
   DetectionReadOptions read = options.detections;
-  if (FLAGS_from != "auto") {
-    read.format = FormatToRead<DetectionFormat>(kDetections);
-  }
+  if (FLAGS_from != "auto") read.format = FLAGS_from;
   if (!FLAGS_skeleton.empty()) read.skeleton = SkeletonFlag();
   read.frame_rate_hz = FLAGS_frame_rate;
   CountingSource source(OpenDetections(FLAGS_in, read));
-  if (FLAGS_to == "openpose") {
-    WriteOpenPose(FLAGS_out, &source, losses);
-  } else if (FLAGS_to == "coco") {
-    WriteCocoResults(FLAGS_out, &source, losses);
-  } else if (FLAGS_to == "longcw") {
-    const std::vector<double>& size = options.cameras.image_size;
-    if (!FLAGS_image_size.empty() && size.size() != 2) {
-      throw InputError("--image_size: found '" + Printable(FLAGS_image_size) +
-                       "', expected W,H");
-    }
-    ImageSize image;
-    if (size.size() == 2) {
-      image = {static_cast<int>(size[0]), static_cast<int>(size[1])};
-    }
-    WriteLongcwDetections(FLAGS_out, image, &source, losses);
-  } else {
-    WriteOwnDetections(&source, losses);
-  }
+  FindDetectionFormat(FLAGS_to)->write(
+      FLAGS_out, DetectionWriteOptionsOf(options), &source, losses);
   return Count(source.frames(), "frames of ") +
          Count(source.header().view_names.size(), "views");
 }
@@ -372,11 +366,12 @@ std::string ConvertTracks(const ConvertOptions& options, Losses* losses) {
 
 void PrintFormats() {
   for (const Format& format : Formats()) {
-    std::printf("%-13s %-10s %-15s %s\n", ToString(format.kind), format.name,
+    std::printf("%-13s %-10s %-15s %s\n", ToString(format.kind),
+                format.name.c_str(),
                 !format.writable   ? "read only"
                 : !format.readable ? "write only"
                                    : "read and write",
-                format.layout);
+                format.layout.c_str());
   }
 }
 

@@ -7,7 +7,10 @@
 
 #include "apps/common/app.h"
 #include "apps/common/synthesis.h"
+#include "core/base/error.h"
 #include "core/io/config.h"
+#include "core/io/detection_format.h"
+#include "solvers/session/run.h"
 
 DEFINE_string(config, "", "scene and noise (TOML, see configs/synthetic)");
 DEFINE_string(motion, "",
@@ -15,11 +18,47 @@ DEFINE_string(motion, "",
               "ones; frame rate and duration are then theirs where nothing "
               "sets them");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
+DEFINE_string(format, "",
+              "also writes the detections as another program would, to "
+              "OUT/detections_FORMAT (`convert --formats` lists them)");
 DEFINE_string(out, "", "folder for the four files; made if missing");
 DEFINE_bool(keys, false, "list the keys of a configuration and leave");
 
 namespace kinegraph {
 namespace {
+
+// The format of --format; nullptr without it.
+const DetectionFormat* WantedFormat() {
+  if (FLAGS_format.empty()) return nullptr;
+  const DetectionFormat* format = FindDetectionFormat(FLAGS_format);
+  if (format != nullptr && format->write != nullptr) return format;
+  std::string names;
+  for (const DetectionFormat& known : DetectionFormats()) {
+    if (known.write == nullptr) continue;
+    names += (names.empty() ? "" : ", ") + known.name;
+  }
+  throw InputError("--format: '" + Printable(FLAGS_format) +
+                   "' is no format of detections that is written, expected " +
+                   names);
+}
+
+void WriteDetectionsAs(const DetectionFormat& format,
+                       const SyntheticTake& take) {
+  const bool one_file = format.files == DetectionFormat::Files::kOne;
+  const std::string path = FLAGS_out + "/detections_" + format.name +
+                           (one_file ? format.extension : std::string());
+  DetectionWriteOptions options;
+  const Camera& camera = take.scene.cameras.front();
+  options.image_size = {camera.width_px(), camera.height_px()};
+  MemorySource source(take.detections);
+  Losses losses;
+  format.write(path, options, &source, &losses);
+  for (const std::string& loss : losses) {
+    std::fprintf(stderr, "kinegraph-synthesize: note: %s\n",
+                 Printable(loss, 500).c_str());
+  }
+  std::printf("detections as %s -> %s\n", format.name.c_str(), path.c_str());
+}
 
 void RunSynthesize() {
   if (FLAGS_keys) {
@@ -29,8 +68,10 @@ void RunSynthesize() {
   const std::vector<std::string> motion = ParseList(FLAGS_motion, "motion");
   if (motion.empty()) RequireFlag("config", FLAGS_config);
   RequireFlag("out", FLAGS_out);
+  const DetectionFormat* format = WantedFormat();
   const SyntheticTake take = MakeTake(FLAGS_config, FLAGS_set, motion);
   WriteTake(take, FLAGS_out);
+  if (format != nullptr) WriteDetectionsAs(*format, take);
   std::printf("%zu frames, %zu cameras, %zu people, %lld detections -> %s\n",
               take.detections.frames.size(), take.scene.cameras.size(),
               take.scene.people.size(),

@@ -8,6 +8,8 @@
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/detection_export.h"
+#include "core/io/detection_format.h"
 #include "core/io/detection_formats.h"
 #include "core/io/names.h"
 
@@ -20,9 +22,7 @@ constexpr const char* kImageId = "image_id";
 class CocoReader {
  public:
   CocoReader(const DetectionHeader& header, ZeroConfidence zero_confidence)
-      : zero_confidence_(zero_confidence),
-        numbers_(3 * static_cast<size_t>(header.skeleton.joint_count())),
-        collector_(header) {}
+      : zero_confidence_(zero_confidence), collector_(header) {}
 
   void ReadFile(const std::string& path, size_t view_idx) {
     const JsonValue root = parser_.Parse(path);
@@ -39,19 +39,36 @@ class CocoReader {
         });
   }
 
-  std::unique_ptr<DetectionSource> Finish() { return collector_.Finish(); }
+  std::unique_ptr<DetectionSource> Finish() {
+    if (numbers_.empty() && collector_.header().skeleton.joint_count() == 0) {
+      collector_.set_skeleton(Coco17());  // nobody was seen
+    }
+    return collector_.Finish();
+  }
 
  private:
   void ReadEntry(const JsonObject& entry, size_t view_idx) {
     const int64_t frame = FrameOf(Required(entry, kImageId));
-    AsNumbers(Required(entry, kKeypoints), kKeypoints, numbers_.size(),
-              numbers_.data());
+    const JsonArray keypoints =
+        AsArray(Required(entry, kKeypoints), kKeypoints);
+    if (numbers_.empty()) Prepare(keypoints.size());
+    AsNumbers(keypoints, kKeypoints, numbers_.size(), numbers_.data());
     Detection* detection = collector_.Add(frame, view_idx);
     detection->joints.reserve(numbers_.size() / 3);
     for (size_t n = 0; n < numbers_.size(); n += 3) {
       detection->joints.push_back(MakeKeypoint(
           numbers_[n], numbers_[n + 1], numbers_[n + 2], zero_confidence_));
     }
+  }
+
+  // By the first person of the take, unless the skeleton is given.
+  void Prepare(size_t number_count) {
+    if (collector_.header().skeleton.joint_count() == 0) {
+      collector_.set_skeleton(
+          *DetectorSkeletons((number_count + 2) / 3, kKeypoints).front());
+    }
+    numbers_.resize(
+        3 * static_cast<size_t>(collector_.header().skeleton.joint_count()));
   }
 
   static int64_t FrameOf(JsonValue image_id) {
@@ -70,18 +87,37 @@ class CocoReader {
   JsonFileParser parser_;
 };
 
-}  // namespace
-
-std::unique_ptr<DetectionSource> OpenCocoResults(
-    const std::string& path, const DetectionReadOptions& options) {
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
   const auto files = ListViewFiles(path);
   DetectionHeader header;
-  header.skeleton = options.skeleton.value_or(Coco17());
+  header.skeleton = options.skeleton.value_or(Skeleton());
   header.frame_rate_hz = options.frame_rate_hz;
   for (const auto& [view, file] : files) header.view_names.push_back(view);
   CocoReader reader(header, options.zero_confidence);
   for (size_t v = 0; v < files.size(); ++v) reader.ReadFile(files[v].second, v);
   return reader.Finish();
+}
+
+// AlphaPose's files have more keys and the same ones.
+bool Recognise(const DetectionHead& head) {
+  return head.kind == '[' && !head.has_folders &&
+         !head.Contains("\"keypoint_scores\"") &&
+         !head.Contains("\"instances\"");
+}
+
+}  // namespace
+
+DetectionFormat CocoResultsFormat() {
+  DetectionFormat format;
+  format.name = "coco";
+  format.layout = "COCO results, a file a view (AlphaPose too)";
+  format.extension = ".json";
+  format.files = DetectionFormat::Files::kFileAView;
+  format.recognise = Recognise;
+  format.open = Open;
+  format.write = WriteCocoResults;
+  return format;
 }
 
 }  // namespace kinegraph

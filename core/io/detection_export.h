@@ -4,9 +4,7 @@
 
 #include <string>
 
-#include "core/data/detection.h"
-#include "core/io/detection_source.h"
-#include "core/io/losses.h"
+#include "core/io/detection_format.h"
 
 namespace kinegraph {
 
@@ -17,23 +15,26 @@ namespace kinegraph {
 
 // OpenPose's layout: VIEW/VIEW_FFFFFFFFFFFF_keypoints.json for every view and
 // frame, also where nobody was seen.
-void WriteOpenPose(const std::string& path, DetectionSource* source,
-                   Losses* losses);
+void WriteOpenPose(const std::string& path,
+                   const DetectionWriteOptions& options,
+                   DetectionSource* source, Losses* losses);
 
 // COCO keypoint results, VIEW.json. The score of a person is the mean
 // confidence of the joints found, the box the one around them.
-void WriteCocoResults(const std::string& path, DetectionSource* source,
-                      Losses* losses);
-
-struct ImageSize {
-  int width_px = 0;
-  int height_px = 0;
-};
+void WriteCocoResults(const std::string& path,
+                      const DetectionWriteOptions& options,
+                      DetectionSource* source, Losses* losses);
 
 // longcw's annotation_2d.json, one file. Frames are told by their times alone,
 // so it needs a frame rate; it names the image size, which it must be given.
-void WriteLongcwDetections(const std::string& path, ImageSize size,
+void WriteLongcwDetections(const std::string& path,
+                           const DetectionWriteOptions& options,
                            DetectionSource* source, Losses* losses);
+
+// Our own format, JSON Lines.
+void WriteKinegraphDetections(const std::string& path,
+                              const DetectionWriteOptions& options,
+                              DetectionSource* source, Losses* losses);
 
 }  // namespace kinegraph
 

@@ -1,5 +1,5 @@
-// The detection formats, one function each, and what they share. Only
-// core/io/detection*.cc includes this header.
+// What the readers of detections share. Only core/io/detection*.cc includes
+// this header.
 #ifndef KINEGRAPH_CORE_IO_DETECTION_FORMATS_H_
 #define KINEGRAPH_CORE_IO_DETECTION_FORMATS_H_
 
@@ -15,29 +15,27 @@
 
 namespace kinegraph {
 
-// The options of all formats are checked; `skeleton` is set when either the
-// value or a name was given.
-std::unique_ptr<DetectionSource> OpenKinegraphDetections(
-    const std::string& path, const DetectionReadOptions& options);
-std::unique_ptr<DetectionSource> OpenOpenPose(
-    const std::string& path, const DetectionReadOptions& options);
-std::unique_ptr<DetectionSource> OpenCocoResults(
-    const std::string& path, const DetectionReadOptions& options);
-std::unique_ptr<DetectionSource> OpenLongcwDetections(
-    const std::string& path, const DetectionReadOptions& options);
-std::unique_ptr<DetectionSource> OpenSmap(const std::string& path,
-                                          const DetectionReadOptions& options);
+// The options that a format's `open` is given are checked; `skeleton` is set
+// when either the value or a name was given.
 
 // What a file stores as x, y, confidence. NaN, also as confidence, is no
 // measurement.
 Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
                       ZeroConfidence zero_confidence);
 
-// The view files of a folder in natural order (".json", without truth.json), or
-// the one file that `path` is: pairs of view name (the file name without its
-// extension) and path. Throws InputError when there is none.
+// The view files of a folder in natural order (without truth.json), or the one
+// file that `path` is: pairs of view name (the file name without its extension)
+// and path. Throws InputError when there is none.
 std::vector<std::pair<std::string, std::string>> ListViewFiles(
-    const std::string& path);
+    const std::string& path, const std::string& extension = ".json");
+
+// Layouts of detectors with so many joints, the commonest first. Throws
+// InputError without a file, naming `key`, when there is none.
+std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
+                                               const std::string& key);
+
+// Whether a reader that counts joints takes them for this layout.
+bool IsToldByJointCount(const Skeleton& skeleton);
 
 // Collects detections of formats whose files hold a whole take, in any order
 // of frames, and hands them out frame by frame.
@@ -45,6 +43,9 @@ class DetectionCollector {
  public:
   explicit DetectionCollector(DetectionHeader header)
       : header_(std::move(header)) {}
+  const DetectionHeader& header() const { return header_; }
+  // For files that tell it by their first person.
+  void set_skeleton(const Skeleton& skeleton) { header_.skeleton = skeleton; }
   // The place of a new detection, its index_in_file set.
   Detection* Add(int64_t frame, size_t view_idx);
   // Makes sure that the frame is there even if nobody was seen.

@@ -8,6 +8,8 @@
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/detection_export.h"
+#include "core/io/detection_format.h"
 #include "core/io/detection_formats.h"
 #include "core/io/skeleton_json.h"
 
@@ -207,11 +209,27 @@ class KinegraphSource : public DetectionSource {
   std::vector<bool> seen_views_;
 };
 
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
+  return std::make_unique<KinegraphSource>(path, options);
+}
+
+bool Recognise(const DetectionHead& head) {
+  return head.HasKey("kinegraph_detections");
+}
+
 }  // namespace
 
-std::unique_ptr<DetectionSource> OpenKinegraphDetections(
-    const std::string& path, const DetectionReadOptions& options) {
-  return std::make_unique<KinegraphSource>(path, options);
+DetectionFormat KinegraphDetectionFormat() {
+  DetectionFormat format;
+  format.name = "kinegraph";
+  format.layout = "JSON Lines";
+  format.extension = ".jsonl";
+  format.files = DetectionFormat::Files::kOne;
+  format.recognise = Recognise;
+  format.open = Open;
+  format.write = WriteKinegraphDetections;
+  return format;
 }
 
 }  // namespace kinegraph

@@ -6,6 +6,8 @@
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/detection_export.h"
+#include "core/io/detection_format.h"
 #include "core/io/detection_formats.h"
 #include "core/io/longcw.h"
 #include "core/io/names.h"
@@ -82,15 +84,31 @@ std::unique_ptr<DetectionSource> Read(JsonValue root,
   return collector.Finish();
 }
 
-}  // namespace
-
-std::unique_ptr<DetectionSource> OpenLongcwDetections(
-    const std::string& path, const DetectionReadOptions& options) {
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
   JsonFileParser parser;
   const JsonValue root = parser.Parse(path);
   std::string place;
   return Located(
       path, [&] { return place; }, [&] { return Read(root, options, &place); });
+}
+
+bool Recognise(const DetectionHead& head) {
+  return head.HasKey("frames") && head.HasKey("image_wh");
+}
+
+}  // namespace
+
+DetectionFormat LongcwDetectionFormat() {
+  DetectionFormat format;
+  format.name = "longcw";
+  format.layout = "annotation_2d.json";
+  format.extension = ".json";
+  format.files = DetectionFormat::Files::kOne;
+  format.recognise = Recognise;
+  format.open = Open;
+  format.write = WriteLongcwDetections;
+  return format;
 }
 
 }  // namespace kinegraph

@@ -3,13 +3,17 @@
 // with frames in it is a take of one view.
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/detection_export.h"
+#include "core/io/detection_format.h"
 #include "core/io/detection_formats.h"
 #include "core/io/folder_entry.h"
 #include "core/io/names.h"
+#include "core/io/skeleton_fit.h"
 
 namespace kinegraph {
 namespace {
@@ -17,6 +21,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kKeypoints = "pose_keypoints_2d";
+
+// Some hundred people tell two layouts apart beyond doubt.
+constexpr size_t kPeopleToRecogniseBy = 200;
+constexpr size_t kFilesAView = 40;
 
 struct FrameFile {
   int64_t frame = 0;
@@ -82,15 +90,14 @@ std::vector<std::string> ListViews(const std::string& path) {
   return names;
 }
 
-// Layouts that the count of numbers tells apart. BODY_25B looks like BODY_25.
-const Skeleton& ByNumberCount(size_t number_count) {
-  for (const Skeleton* skeleton : {&Body25(), &Coco18(), &Coco17()}) {
-    if (number_count == 3 * skeleton->joints().size()) return *skeleton;
+// BODY_25 before all others: OpenPose's own.
+std::vector<const Skeleton*> ByNumberCount(size_t number_count) {
+  if (number_count % 3 != 0) {
+    throw InputError(std::string(kKeypoints) + ": found " +
+                     std::to_string(number_count) +
+                     " numbers, expected three a joint");
   }
-  throw InputError(std::string(kKeypoints) + ": found " +
-                   std::to_string(number_count) +
-                   " numbers, expected 75 (BODY_25), 54 or 51 (COCO); "
-                   "detections.skeleton names other skeletons");
+  return DetectorSkeletons(number_count / 3, kKeypoints);
 }
 
 class OpenPoseSource : public DetectionSource {
@@ -154,35 +161,62 @@ class OpenPoseSource : public DetectionSource {
     return std::unique(frames.begin(), frames.end()) - frames.begin();
   }
 
-  // By the first person of the take; BODY_25 where there is nobody.
+  // By the number of joints, and by the people's bones where several layouts
+  // have as many (skeleton_fit.h); BODY_25 where there is nobody.
   Skeleton FindSkeleton() {
-    size_t longest = 0;
-    for (const View& view : views_) {
-      longest = std::max(longest, view.files.size());
-    }
-    for (size_t i = 0; i < longest; ++i) {
-      for (const View& view : views_) {
-        if (i >= view.files.size()) continue;
-        if (const Skeleton* skeleton = SkeletonOf(view.Path(i))) {
-          return *skeleton;
-        }
+    std::vector<const Skeleton*> candidates;
+    std::optional<SkeletonFit> fit;
+    for (const std::string& path : SampleFiles()) {
+      try {
+        SeePeople(path, &candidates, &fit);
+      } catch (const InputError&) {
+        // Whoever reads that frame is told of it.
+        if (candidates.empty()) throw;
       }
+      if (candidates.size() == 1) break;
+      if (fit && fit->people() >= kPeopleToRecogniseBy) break;
     }
-    return Body25();
+    return candidates.empty() ? Body25() : *candidates[fit->Best()];
   }
 
-  const Skeleton* SkeletonOf(const std::string& path) {
+  // The first person settles the candidates, everybody their fit.
+  void SeePeople(const std::string& path,
+                 std::vector<const Skeleton*>* candidates,
+                 std::optional<SkeletonFit>* fit) {
     const JsonArray people = ParsePeople(path);
-    const Skeleton* skeleton = nullptr;
     Located(path, [&] {
+      Detection detection;
       for (const JsonValue person : people) {
         const size_t count = Keypoints(person).size();
         if (count == 0) continue;
-        skeleton = &ByNumberCount(count);
-        return;
+        if (candidates->empty()) {
+          *candidates = ByNumberCount(count);
+          fit->emplace(*candidates);
+          numbers_.resize(count);
+        }
+        if (ReadPerson(person, &detection)) (*fit)->See(detection);
       }
     });
-    return skeleton;
+  }
+
+  // Files to recognise the layout by: of every view some that are spread over
+  // the take, then the others, in case nobody is in the former.
+  std::vector<std::string> SampleFiles() const {
+    std::vector<std::string> paths;
+    for (const bool spread : {true, false}) {
+      for (size_t i = 0; i < kFilesAView || !spread; ++i) {
+        bool any = false;
+        for (const View& view : views_) {
+          const size_t count = view.files.size();
+          const size_t at = spread ? i * count / kFilesAView : i;
+          if (at >= count) continue;
+          any = true;
+          paths.push_back(view.Path(at));
+        }
+        if (!any) break;
+      }
+    }
+    return paths;
   }
 
   JsonArray ParsePeople(const std::string& path) {
@@ -237,11 +271,30 @@ class OpenPoseSource : public DetectionSource {
   std::vector<double> numbers_;  // of one person
 };
 
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
+  return std::make_unique<OpenPoseSource>(path, options);
+}
+
+bool Recognise(const DetectionHead& head) {
+  if (!head.is_folder) return false;
+  if (head.HasKey("people")) return true;
+  return head.has_folders && head.kind != '[';
+}
+
 }  // namespace
 
-std::unique_ptr<DetectionSource> OpenOpenPose(
-    const std::string& path, const DetectionReadOptions& options) {
-  return std::make_unique<OpenPoseSource>(path, options);
+DetectionFormat OpenPoseFormat() {
+  DetectionFormat format;
+  format.name = "openpose";
+  format.layout =
+      "a folder a view, a file a frame (OpenPose, Pose2Sim, Sports2D)";
+  format.extension = ".json";
+  format.files = DetectionFormat::Files::kFolderAView;
+  format.recognise = Recognise;
+  format.open = Open;
+  format.write = WriteOpenPose;
+  return format;
 }
 
 }  // namespace kinegraph

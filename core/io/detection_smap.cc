@@ -2,6 +2,7 @@
 // {"num", "pred_2d": people x 15 x [x, y, relative depth, score]}}.
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/detection_format.h"
 #include "core/io/detection_formats.h"
 
 namespace kinegraph {
@@ -32,10 +33,8 @@ void ReadPerson(JsonValue person, ZeroConfidence zero_confidence,
   }
 }
 
-}  // namespace
-
-std::unique_ptr<DetectionSource> OpenSmap(const std::string& path,
-                                          const DetectionReadOptions& options) {
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
   const auto files = ListViewFiles(path);
   DetectionHeader header;
   header.skeleton = options.skeleton.value_or(Panoptic15());
@@ -61,6 +60,21 @@ std::unique_ptr<DetectionSource> OpenSmap(const std::string& path,
         });
   }
   return collector.Finish();
+}
+
+bool Recognise(const DetectionHead& head) { return head.HasKey("3d_pairs"); }
+
+}  // namespace
+
+DetectionFormat SmapFormat() {
+  DetectionFormat format;
+  format.name = "smap";
+  format.layout = "a file a view";
+  format.extension = ".json";
+  format.files = DetectionFormat::Files::kFileAView;
+  format.recognise = Recognise;
+  format.open = Open;
+  return format;
 }
 
 }  // namespace kinegraph

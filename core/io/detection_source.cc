@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/detection_format.h"
 #include "core/io/detection_formats.h"
 #include "core/io/folder_entry.h"
 #include "core/io/names.h"
@@ -17,11 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// In the order of DetectionFormat.
-const std::vector<std::string>& FormatNames() {
-  static const std::vector<std::string> kNames = {
-      "auto", "kinegraph", "openpose", "coco", "longcw", "smap"};
-  return kNames;
+std::vector<std::string> FormatNames() {
+  std::vector<std::string> names = {"auto"};
+  for (const DetectionFormat& format : DetectionFormats()) {
+    if (format.open != nullptr) names.push_back(format.name);
+  }
+  return names;
 }
 
 std::string KnownSkeletons() {
@@ -50,79 +52,54 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
   return options;
 }
 
-DetectionFormat RecogniseFile(const std::string& path) {
-  if (IsPipe(path)) return DetectionFormat::kKinegraph;
-  const JsonHead head = PeekJson(path);
-  if (head.kind == '[') return DetectionFormat::kCoco;
-  if (head.Has("kinegraph_detections")) return DetectionFormat::kKinegraph;
-  if (head.Has("3d_pairs")) return DetectionFormat::kSmap;
-  if (head.Has("frames") && head.Has("image_wh")) {
-    return DetectionFormat::kLongcw;
+[[noreturn]] void FailUnknown(const std::string& path,
+                              const DetectionHead& head) {
+  if (head.is_folder && head.file.empty()) {
+    throw InputError(path, "",
+                     "is a folder without detections, expected one folder or "
+                     "one .json or .csv file a view");
   }
-  if (head.Has("people")) {
+  if (head.HasKey("people")) {
     throw InputError(path, "",
                      "is one OpenPose frame, expected the folder that holds "
                      "one folder a view");
   }
-  if (head.Has("kinegraph")) {
+  if (head.HasKey("kinegraph")) {
     throw InputError(path, "", "is a file of tracks, expected detections");
   }
+  std::string names;
+  for (const std::string& name : FormatNames()) {
+    if (name != "auto") names += (names.empty() ? "" : ", ") + name;
+  }
   throw InputError(path, "",
-                   "is no known detection format, expected ours, OpenPose, "
-                   "COCO results, longcw or SMAP");
+                   "is no known detection format, expected one of " + names +
+                       " (`convert --formats` says what they are)");
 }
 
-DetectionFormat RecogniseFolder(const std::string& path) {
-  std::vector<std::string> files;
-  bool has_folder = false;
-  for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
-    const std::string name = entry.path().filename().string();
-    if (name.front() == '.') continue;
-    if (entry.is_directory()) has_folder = true;
-    if (entry.path().extension() == ".json" && IsFileOrFolder(entry)) {
-      files.push_back(name);
-    }
-  }
-  if (has_folder) return DetectionFormat::kOpenPose;
-  if (files.empty()) {
-    throw InputError(path, "",
-                     "is a folder without detections, expected one folder or "
-                     "one .json file a view");
-  }
-  const std::string first =
-      (fs::path(path) /
-       *std::min_element(files.begin(), files.end(), NaturalLess))
-          .string();
-  if (PeekJson(first).Has("people")) return DetectionFormat::kOpenPose;
-  const DetectionFormat format = RecogniseFile(first);
-  if (format != DetectionFormat::kCoco && format != DetectionFormat::kSmap) {
-    throw InputError(first, "",
+const DetectionFormat& Recognise(const std::string& path) {
+  const DetectionHead head = LookAtDetections(path);
+  const DetectionFormat* format = RecogniseDetections(head);
+  if (format == nullptr) FailUnknown(path, head);
+  if (head.is_folder && format->files == DetectionFormat::Files::kOne) {
+    throw InputError(head.file, "",
                      "names a whole take: give this file, not its folder");
   }
-  return format;
-}
-
-DetectionFormat Recognise(const std::string& path) {
-  std::error_code error;
-  return fs::is_directory(path, error) ? RecogniseFolder(path)
-                                       : RecogniseFile(path);
+  return *format;
 }
 
 std::unique_ptr<DetectionSource> Open(const std::string& path,
                                       const DetectionReadOptions& options) {
-  switch (options.format == DetectionFormat::kAuto ? Recognise(path)
-                                                   : options.format) {
-    case DetectionFormat::kKinegraph:
-      return OpenKinegraphDetections(path, options);
-    case DetectionFormat::kOpenPose:
-      return OpenOpenPose(path, options);
-    case DetectionFormat::kCoco:
-      return OpenCocoResults(path, options);
-    case DetectionFormat::kLongcw:
-      return OpenLongcwDetections(path, options);
-    default:
-      return OpenSmap(path, options);
+  // What comes through a pipe cannot be looked at and then read.
+  const std::string name = options.format == "auto" && IsPipe(path)
+                               ? std::string("kinegraph")
+                               : options.format;
+  if (name == "auto") return Recognise(path).open(path, options);
+  const DetectionFormat* format = FindDetectionFormat(name);
+  if (format == nullptr || format->open == nullptr) {
+    throw OptionError("detections.format",
+                      "found '" + Printable(name) + "', which is not read");
   }
+  return format->open(path, options);
 }
 
 // Hands out frames that are in memory.
@@ -152,8 +129,13 @@ class CollectedSource : public DetectionSource {
 }  // namespace
 
 void DetectionReadOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice("format", &format, FormatNames(),
-                 "format of the detections; auto recognises it by content");
+  const std::vector<std::string> names = FormatNames();
+  const auto at = std::find(names.begin(), names.end(), format);
+  int index = at == names.end() ? 0 : static_cast<int>(at - names.begin());
+  visitor.ChoiceIndex(
+      "format", &index, names,
+      "format of the detections; auto recognises it by content");
+  format = names[static_cast<size_t>(index)];
   visitor.Text("skeleton", &skeleton_name,
                "skeleton of the detections where the file does not tell it");
   visitor.Choice("zero_confidence", &zero_confidence, {"missing", "position"},
@@ -197,7 +179,7 @@ Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
 }
 
 std::vector<std::pair<std::string, std::string>> ListViewFiles(
-    const std::string& path) {
+    const std::string& path, const std::string& extension) {
   std::vector<std::pair<std::string, std::string>> files;
   if (!fs::is_directory(path)) {
     files.emplace_back(fs::path(path).stem().string(), path);
@@ -205,19 +187,46 @@ std::vector<std::pair<std::string, std::string>> ListViewFiles(
   }
   for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
     const fs::path& file = entry.path();
-    if (file.extension() != ".json" || file.filename() == "truth.json" ||
-        !IsFileOrFolder(entry)) {
+    if (file.extension() != extension || file.filename() == "truth.json" ||
+        file.filename().string().front() == '.' || !IsFileOrFolder(entry)) {
       continue;
     }
     files.emplace_back(file.stem().string(), file.string());
   }
   if (files.empty()) {
-    throw InputError(path, "", "holds no .json files, expected one a view");
+    throw InputError(path, "",
+                     "holds no " + extension + " files, expected one a view");
   }
   std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) {
     return NaturalLess(a.first, b.first);
   });
   return files;
+}
+
+std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
+                                               const std::string& key) {
+  std::vector<const Skeleton*> found;
+  std::string expected;
+  for (const Skeleton* skeleton :
+       {&Coco17(), &Coco18(), &Body25(), &Body25B(), &Halpe26(), &MediaPipe33(),
+        &WholeBody133()}) {
+    const size_t count = skeleton->joints().size();
+    if (count == joint_count) found.push_back(skeleton);
+    expected += (expected.empty() ? "" : ", ") + std::to_string(count) + " (" +
+                skeleton->name() + ")";
+  }
+  if (!found.empty()) return found;
+  throw InputError(key + ": found " + std::to_string(joint_count) +
+                   " joints, expected " + expected +
+                   "; detections.skeleton names other skeletons");
+}
+
+bool IsToldByJointCount(const Skeleton& skeleton) {
+  try {
+    return *DetectorSkeletons(skeleton.joints().size(), "").front() == skeleton;
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 DetectionFrame* DetectionCollector::Touch(int64_t frame_number) {

@@ -14,15 +14,6 @@
 
 namespace kinegraph {
 
-enum class DetectionFormat {
-  kAuto,       // by content
-  kKinegraph,  // our JSON Lines
-  kOpenPose,   // a folder with one folder a view, one JSON file a frame
-  kCoco,       // COCO keypoint results: one file, or a folder with one a view
-  kLongcw,     // annotation_2d.json of longcw's Campus (joints of tum14)
-  kSmap,       // SMAP network output: a folder with one file a view
-};
-
 // What a joint with confidence 0 is.
 enum class ZeroConfidence {
   kMissing,   // not a measurement
@@ -30,7 +21,9 @@ enum class ZeroConfidence {
 };
 
 struct DetectionReadOptions {
-  DetectionFormat format = DetectionFormat::kAuto;
+  // "auto": by content; else a name among DetectionFormats
+  // (detection_format.h).
+  std::string format = "auto";
   ZeroConfidence zero_confidence = ZeroConfidence::kMissing;
   // Name of a built-in skeleton when the file does not tell its own or tells
   // less than is known (BODY_25B looks like BODY_25). Empty: by the file.

@@ -7,6 +7,7 @@
 #include "core/io/atomic_file.h"
 #include "core/io/atomic_folder.h"
 #include "core/io/detection_export.h"
+#include "core/io/detection_formats.h"
 #include "core/io/detection_losses.h"
 #include "core/io/json_output.h"
 
@@ -106,8 +107,9 @@ bool IsEmpty(const DetectionFrame& frame) {
 
 }  // namespace
 
-void WriteCocoResults(const std::string& path, DetectionSource* source,
-                      Losses* losses) {
+void WriteCocoResults(const std::string& path,
+                      const DetectionWriteOptions& /*options*/,
+                      DetectionSource* source, Losses* losses) {
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
   std::vector<std::unique_ptr<ViewFile>> files;
@@ -132,7 +134,7 @@ void WriteCocoResults(const std::string& path, DetectionSource* source,
   }
   for (const auto& file : files) file->Commit();
   folder.Commit();
-  finder.Report(header.skeleton == Coco17(), losses);
+  finder.Report(IsToldByJointCount(header.skeleton), losses);
   if (empty_frames > 0) {
     losses->push_back(std::to_string(empty_frames) +
                       " frames without any detection are not kept");

@@ -39,8 +39,10 @@ void WritePose(const Detection& detection, JsonOutput* out) {
 
 }  // namespace
 
-void WriteLongcwDetections(const std::string& path, ImageSize size,
+void WriteLongcwDetections(const std::string& path,
+                           const DetectionWriteOptions& options,
                            DetectionSource* source, Losses* losses) {
+  const ImageSize& size = options.image_size;
   const DetectionHeader header = source->header();
   RequireLongcwRate(header.frame_rate_hz);
   if (size.width_px <= 0 || size.height_px <= 0) {

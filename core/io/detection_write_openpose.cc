@@ -6,6 +6,7 @@
 #include "core/io/atomic_file.h"
 #include "core/io/atomic_folder.h"
 #include "core/io/detection_export.h"
+#include "core/io/detection_formats.h"
 #include "core/io/detection_losses.h"
 #include "core/io/json_output.h"
 #include "core/io/text_file.h"
@@ -51,15 +52,11 @@ void WritePeople(const std::string& path,
   file.Commit();
 }
 
-// BODY_25B and others with as many joints look like these.
-bool IsToldByCount(const Skeleton& skeleton) {
-  return skeleton == Body25() || skeleton == Coco18() || skeleton == Coco17();
-}
-
 }  // namespace
 
-void WriteOpenPose(const std::string& path, DetectionSource* source,
-                   Losses* losses) {
+void WriteOpenPose(const std::string& path,
+                   const DetectionWriteOptions& /*options*/,
+                   DetectionSource* source, Losses* losses) {
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
   for (const std::string& view : header.view_names) {
@@ -79,7 +76,7 @@ void WriteOpenPose(const std::string& path, DetectionSource* source,
     }
   }
   folder.Commit();
-  finder.Report(IsToldByCount(header.skeleton), losses);
+  finder.Report(IsToldByJointCount(header.skeleton), losses);
 }
 
 }  // namespace kinegraph

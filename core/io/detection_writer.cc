@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/io/atomic_file.h"
+#include "core/io/detection_export.h"
 #include "core/io/json_output.h"
 #include "core/io/skeleton_json.h"
 
@@ -142,6 +143,18 @@ void DetectionWriter::Write(const DetectionFrame& frame) {
   impl_->Write(frame);
 }
 void DetectionWriter::Commit() { impl_->Commit(); }
+
+void WriteKinegraphDetections(const std::string& path,
+                              const DetectionWriteOptions& /*options*/,
+                              DetectionSource* source, Losses* losses) {
+  if (!(source->header().frame_rate_hz > 0.0)) {
+    losses->push_back("the frame rate is not known (--frame_rate=HZ)");
+  }
+  DetectionWriter writer(path, source->header());
+  DetectionFrame frame;
+  while (source->Next(&frame)) writer.Write(frame);
+  writer.Commit();
+}
 
 void WriteDetections(const std::string& path,
                      const DetectionSequence& sequence) {

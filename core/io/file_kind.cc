@@ -8,6 +8,7 @@
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
 #include "core/io/calibration_formats.h"
+#include "core/io/detection_format.h"
 #include "core/io/text_file.h"
 #include "core/io/track_formats.h"
 
@@ -33,15 +34,20 @@ std::string Beginning(const std::string& path) {
   return BeginningOf(path, 1 << 16);
 }
 
-// COCO results name images, longcw's 3D lists timestamps.
+// COCO results name images, MMPose's files instances, longcw's 3D lists
+// timestamps.
 FileKind KindOfArray(const std::string& path) {
-  return Beginning(path).find("\"image_id\"") != std::string::npos
-             ? FileKind::kDetections
-             : FileKind::kTracks;
+  const std::string text = Beginning(path);
+  for (const char* key :
+       {"\"image_id\"", "\"instances\"", "\"keypoint_scores\""}) {
+    if (text.find(key) != std::string::npos) return FileKind::kDetections;
+  }
+  return FileKind::kTracks;
 }
 
 FileKind KindOfObject(const JsonHead& head) {
-  for (const char* key : {"kinegraph_detections", "people", "3d_pairs"}) {
+  for (const char* key :
+       {"kinegraph_detections", "people", "3d_pairs", "instance_info"}) {
     if (head.Has(key)) return FileKind::kDetections;
   }
   if (head.Has("frames") && head.Has("image_wh")) return FileKind::kDetections;
@@ -78,8 +84,18 @@ bool LooksLikeTomlOrYaml(const std::string& text) {
          text[second] != ']';
 }
 
+// Tables of key points begin with letters, as no other text of ours does.
+bool IsDetectionTable(const std::string& path) {
+  const std::string text = Beginning(path);
+  if (text.empty() || std::isalpha(static_cast<unsigned char>(text[0])) == 0) {
+    return false;
+  }
+  return RecogniseDetections(LookAtDetections(path)) != nullptr;
+}
+
 FileKind KindOfFile(const std::string& path) {
   if (IsTracksExport(path)) return FileKind::kTracks;
+  if (IsDetectionTable(path)) return FileKind::kDetections;
   if (HasExtension(path, {".toml", ".yml", ".yaml"}) ||
       LooksLikeTomlOrYaml(Beginning(path))) {
     return FileKind::kCalibration;
@@ -103,6 +119,7 @@ FileKind KindOfFolder(const std::string& path) {
     const std::string inside = path + "/" + name;
     if (name.front() == '.') continue;
     if (IsFolder(inside)) return FileKind::kDetections;  // one a view
+    if (HasExtension(name, {".csv"})) return KindOfFile(inside);
     if (!HasExtension(name, {".json"})) continue;
     // No tracks in a folder are arrays; COCO's may be empty.
     return PeekJson(inside).kind == '[' ? FileKind::kDetections

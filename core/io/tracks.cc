@@ -149,11 +149,7 @@ Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
     }
     return *options.skeleton;
   }
-  for (const Skeleton* known :
-       {&Coco17(), &Body25(), &Body25B(), &Coco18(), &Tum14(), &Tum15(),
-        &FourDA19(), &Panoptic19(), &Panoptic15()}) {
-    if (known->joints() == joints) return *known;
-  }
+  if (const Skeleton* known = FindSkeletonOf(joints)) return *known;
   try {
     return Skeleton("custom", joints, {});
   } catch (const OptionError& error) {

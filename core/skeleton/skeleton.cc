@@ -98,8 +98,9 @@ JointClass ClassOfJoint(const std::string& joint_name) {
   const bool sided =
       StartsWith(joint_name, "l_") || StartsWith(joint_name, "r_");
   const std::string part = sided ? joint_name.substr(2) : joint_name;
-  if (part == "nose" || part == "eye" || part == "ear" || part == "head_top" ||
-      part == "head_bottom") {
+  if (part == "nose" || part == "ear" || StartsWith(part, "eye") ||
+      part == "mouth" || part == "head_top" || part == "head_bottom" ||
+      StartsWith(part, "face_")) {
     return JointClass::kHead;
   }
   if (part == "neck" || part == "mid_hip") return JointClass::kTrunk;
@@ -109,7 +110,8 @@ JointClass ClassOfJoint(const std::string& joint_name) {
   if (part == "hip") return JointClass::kHip;
   if (part == "knee") return JointClass::kKnee;
   if (part == "ankle") return JointClass::kAnkle;
-  if (part == "heel" || part == "big_toe" || part == "small_toe") {
+  if (part == "heel" || part == "big_toe" || part == "small_toe" ||
+      part == "foot_index") {
     return JointClass::kFoot;
   }
   return JointClass::kOther;
@@ -295,12 +297,116 @@ const Skeleton& FourDA19() {
   return kSkeleton;
 }
 
+const Skeleton& Halpe26() {
+  static const Skeleton kSkeleton = [] {
+    Names joints = Coco17Joints();
+    for (const char* joint :
+         {"head_top", "neck", "mid_hip", "l_big_toe", "r_big_toe",
+          "l_small_toe", "r_small_toe", "l_heel", "r_heel"}) {
+      joints.emplace_back(joint);
+    }
+    return Make("halpe26", joints,
+                Join(Join(Join(Join(Limbs(), Spine()), Face()), Feet()),
+                     {{"neck", "head_top"}}));
+  }();
+  return kSkeleton;
+}
+
+const Skeleton& MediaPipe33() {
+  static const Skeleton kSkeleton = [] {
+    Names joints = {"nose"};
+    for (const char* joint : {"l_eye_inner", "l_eye", "l_eye_outer",
+                              "r_eye_inner", "r_eye", "r_eye_outer"}) {
+      joints.emplace_back(joint);
+    }
+    NamedBones bones = Join(Limbs(), Girdles());
+    for (const char* part :
+         {"ear", "mouth", "shoulder", "elbow", "wrist", "pinky", "index",
+          "thumb", "hip", "knee", "ankle", "heel", "foot_index"}) {
+      for (const std::string side : {"l_", "r_"}) joints.push_back(side + part);
+    }
+    for (const std::string side : {"l_", "r_"}) {
+      for (const auto& [a, b] : NamedBones{{"eye_inner", "eye"},
+                                           {"eye", "eye_outer"},
+                                           {"eye_outer", "ear"},
+                                           {"wrist", "pinky"},
+                                           {"wrist", "index"},
+                                           {"wrist", "thumb"},
+                                           {"pinky", "index"},
+                                           {"ankle", "heel"},
+                                           {"heel", "foot_index"},
+                                           {"ankle", "foot_index"}}) {
+        bones.emplace_back(side + a, side + b);
+      }
+      bones.emplace_back("nose", side + "eye_inner");
+    }
+    bones.emplace_back("l_mouth", "r_mouth");
+    return Make("mediapipe33", joints, bones);
+  }();
+  return kSkeleton;
+}
+
+namespace {
+
+// Name of iBUG's face point `point` of 68. Points of a pair share the number of
+// the one on the person's right, which has the smaller number except in the
+// lower rows of eyes and mouth.
+std::string FacePoint(int point) {
+  // Runs of points that mirror each other: first <-> last, and so on.
+  constexpr std::array<std::array<int, 2>, 6> kRows = {
+      {{0, 16}, {17, 26}, {31, 35}, {48, 54}, {55, 59}, {60, 64}}};
+  int partner = point;
+  for (const auto& [first, last] : kRows) {
+    if (point >= first && point <= last) partner = first + last - point;
+  }
+  if (point >= 36 && point <= 39) partner = 81 - point;  // upper lids 36..39
+  if (point >= 42 && point <= 45) partner = 81 - point;
+  if (point == 40 || point == 41) partner = 87 - point;  // lower lids
+  if (point == 46 || point == 47) partner = 87 - point;
+  if (point >= 65) partner = 132 - point;  // inner lower lip 65..67
+  if (partner == point) return "face_" + std::to_string(point);
+  // In iBUG's order the person's right comes first but along the lower lip,
+  // which runs back from left to right.
+  const bool lower_lip = (point >= 55 && point <= 59) || point >= 65;
+  const bool right = lower_lip ? point > partner : point < partner;
+  return (right ? "r_face_" : "l_face_") +
+         std::to_string(right ? point : partner);
+}
+
+}  // namespace
+
+const Skeleton& WholeBody133() {
+  static const Skeleton kSkeleton = [] {
+    Names joints = Coco17Joints();
+    for (const std::string side : {"l_", "r_"}) {
+      for (const char* part : {"big_toe", "small_toe", "heel"}) {
+        joints.push_back(side + part);
+      }
+    }
+    for (int point = 0; point < 68; ++point) joints.push_back(FacePoint(point));
+    NamedBones bones = Join(Join(Join(Limbs(), Girdles()), Face()), Feet());
+    for (const std::string side : {"l_", "r_"}) {
+      const std::string hand = side + "hand_";
+      bones.emplace_back(side + "wrist", hand + "0");
+      for (int point = 0; point < 21; ++point) {
+        joints.push_back(hand + std::to_string(point));
+        if (point == 0) continue;
+        const int before = point % 4 == 1 ? 0 : point - 1;
+        bones.emplace_back(hand + std::to_string(before), joints.back());
+      }
+    }
+    return Make("wholebody133", joints, bones);
+  }();
+  return kSkeleton;
+}
+
 namespace {
 
 const std::vector<const Skeleton*>& BuiltIn() {
   static const std::vector<const Skeleton*> kAll = {
-      &Coco17(), &Body25(),     &Body25B(),    &Coco18(),  &Tum14(),
-      &Tum15(),  &Panoptic15(), &Panoptic19(), &FourDA19()};
+      &Coco17(),      &Body25(),     &Body25B(),  &Halpe26(),
+      &MediaPipe33(), &Coco18(),     &Tum14(),    &Tum15(),
+      &Panoptic15(),  &Panoptic19(), &FourDA19(), &WholeBody133()};
   return kAll;
 }
 
@@ -317,6 +423,21 @@ std::vector<std::string> SkeletonNames() {
   std::vector<std::string> names;
   for (const Skeleton* skeleton : BuiltIn()) names.push_back(skeleton->name());
   return names;
+}
+
+const Skeleton* FindSkeletonOf(const std::vector<std::string>& joints) {
+  for (const Skeleton* skeleton : BuiltIn()) {
+    if (skeleton->joints() == joints) return skeleton;
+  }
+  return nullptr;
+}
+
+std::vector<const Skeleton*> SkeletonsOfSize(size_t joint_count) {
+  std::vector<const Skeleton*> found;
+  for (const Skeleton* skeleton : BuiltIn()) {
+    if (skeleton->joints().size() == joint_count) found.push_back(skeleton);
+  }
+  return found;
 }
 
 int ScaledJoints(double joints_of_17, size_t count) {

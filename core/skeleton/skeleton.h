@@ -10,7 +10,7 @@ namespace kinegraph {
 
 // Classes of joints that share noise figures.
 enum class JointClass {
-  kHead,   // nose, eyes, ears, top and bottom of the head
+  kHead,   // nose, eyes, ears, mouth, face, top and bottom of the head
   kTrunk,  // neck, mid-hip
   kShoulder,
   kElbow,
@@ -81,11 +81,25 @@ const Skeleton& Panoptic19();  // CMU Panoptic
 const Skeleton& Panoptic15();  // its first fifteen joints (SMAP)
 const Skeleton& FourDA19();    // 4D association's result
 const Skeleton& Tum15();       // Tum14 and mid_hip (4D association's gt.txt)
+// AlphaPose, RTMPose ("body with feet"), Pose2Sim: COCO-17, head_top, neck,
+// mid_hip, toes and heels.
+const Skeleton& Halpe26();
+// MediaPipe's (BlazePose's) 33 landmarks; a foot's front end is its index toe.
+const Skeleton& MediaPipe33();
+// COCO-WholeBody: COCO-17, six joints of the feet, 68 points of the face in
+// iBUG's order, 21 of each hand (0 its root, then four a finger, thumb first).
+// Of a pair in the face both are called by the number of the right one:
+// r_face_0 and l_face_0 are iBUG's points 0 and 16.
+const Skeleton& WholeBody133();
 
 // nullptr when no built-in skeleton has that name.
 const Skeleton* FindSkeleton(const std::string& name);
 // Names of the built-in skeletons, for messages and documentation.
 std::vector<std::string> SkeletonNames();
+// The built-in one with these joints in this order, or nullptr.
+const Skeleton* FindSkeletonOf(const std::vector<std::string>& joints);
+// The built-in ones with so many joints, the commonest first.
+std::vector<const Skeleton*> SkeletonsOfSize(size_t joint_count);
 
 // A number of joints given for COCO-17, as the paper gives them, for `count`
 // joints: the same share, rounded up.

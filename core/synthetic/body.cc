@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "core/base/error.h"
 
@@ -115,15 +116,25 @@ void AddSidedPoints(const BodyShape& shape, int side, NamedPoints* points) {
   };
   auto sided = [&](Segment part) { return Sided(part, side); };
   add("eye", Segment::kHead, {0.056 * h, y * 0.018 * h, 0.095 * h});
+  add("eye_inner", Segment::kHead, {0.057 * h, y * 0.012 * h, 0.095 * h});
+  add("eye_outer", Segment::kHead, {0.052 * h, y * 0.025 * h, 0.095 * h});
+  add("mouth", Segment::kHead, {0.058 * h, y * 0.014 * h, 0.058 * h});
   add("ear", Segment::kHead, {0.008 * h, y * 0.043 * h, 0.090 * h});
   add("shoulder", sided(Segment::kUpperArm), Vector3d::Zero());
   add("elbow", sided(Segment::kForearm), Vector3d::Zero());
   add("wrist", sided(Segment::kForearm), {0.0, 0.0, -shape.forearm});
+  // The roots of the fingers, with the thumb in front.
+  const double hand = -shape.forearm - 0.045 * h;
+  add("pinky", sided(Segment::kForearm), {-0.02 * h, 0.0, hand});
+  add("index", sided(Segment::kForearm), {0.012 * h, 0.0, hand - 0.01 * h});
+  add("thumb", sided(Segment::kForearm), {0.028 * h, 0.0, hand + 0.015 * h});
   add("hip", Segment::kPelvis, {0.0, y * shape.hip_half_width, 0.0});
   add("knee", sided(Segment::kShank), Vector3d::Zero());
   add("ankle", sided(Segment::kFoot), Vector3d::Zero());
   add("heel", sided(Segment::kFoot), {-0.22 * foot, 0.0, 0.6 * sole});
   add("big_toe", sided(Segment::kFoot), {0.72 * foot, -y * 0.12 * foot, sole});
+  add("foot_index", sided(Segment::kFoot),
+      {0.72 * foot, -y * 0.05 * foot, sole});
   add("small_toe", sided(Segment::kFoot), {0.6 * foot, y * 0.2 * foot, sole});
 }
 
@@ -144,13 +155,16 @@ std::optional<int> NumberAfter(const std::string& prefix,
 std::optional<BodyPoint> WholeBodyPoint(const BodyShape& shape,
                                         const std::string& name) {
   const double h = shape.stature;
-  if (const auto face = NumberAfter("face_", name)) {
+  for (const auto& [prefix, side] :
+       {std::pair{"face_", 0.0}, {"l_face_", 1.0}, {"r_face_", -1.0}}) {
+    const auto face = NumberAfter(prefix, name);
+    if (!face) continue;
     constexpr double kGoldenAngle = 2.399963229728653;
     const double radius = std::sqrt((*face % 68 + 0.5) / 68.0);
     const double angle = *face * kGoldenAngle;
     return BodyPoint{Segment::kHead,
                      {(0.064 - 0.03 * radius * radius) * h,
-                      0.04 * h * radius * std::cos(angle),
+                      0.04 * h * radius * side * std::abs(std::cos(angle)),
                       (0.085 + 0.05 * radius * std::sin(angle)) * h}};
   }
   for (const int side : {kLeft, kRight}) {
@@ -228,27 +242,6 @@ std::vector<BodyPoint> PointsOf(const BodyShape& shape,
     }
   }
   return points;
-}
-
-Skeleton WholeBody133() {
-  std::vector<std::string> joints = Coco17().joints();
-  std::vector<Bone> bones = Coco17().bones();
-  for (const std::string side : {"l_", "r_"}) {
-    const int ankle = Coco17().IndexOf(side + "ankle");
-    for (const char* part : {"big_toe", "small_toe", "heel"}) {
-      bones.push_back({ankle, static_cast<int>(joints.size())});
-      joints.push_back(side + part);
-    }
-  }
-  auto add = [&](const std::string& prefix, int count) {
-    for (int i = 0; i < count; ++i) {
-      joints.push_back(prefix + std::to_string(i));
-    }
-  };
-  add("face_", 68);
-  add("l_hand_", 21);
-  add("r_hand_", 21);
-  return Skeleton("wholebody133", joints, bones);
 }
 
 std::vector<Capsule> CapsulesOf(const BodyShape& shape) {

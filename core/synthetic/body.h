@@ -113,14 +113,10 @@ inline Eigen::Vector3d PositionOf(const BodyPoint& point,
 }
 
 // One point a joint of the skeleton, found by the joint's name. Throws
-// OptionError("skeleton", ...) when a name is not known; face_N and l_hand_N,
-// r_hand_N (whole-body skeletons) are points on the head and the hands.
+// OptionError("skeleton", ...) when a name is not known; those of all built-in
+// skeletons are.
 std::vector<BodyPoint> PointsOf(const BodyShape& shape,
                                 const Skeleton& skeleton);
-
-// The layout of COCO-WholeBody: coco17, six foot joints, 68 of the face and 21
-// of each hand, 133 in all; bones as far as the feet.
-Skeleton WholeBody133();
 
 // A body part that hides what is behind it: all within `radius_m` of the line
 // between two points.

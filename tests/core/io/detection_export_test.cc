@@ -9,7 +9,9 @@
 #include <string>
 
 #include "core/base/random.h"
+#include "core/io/detection_format.h"
 #include "core/io/detection_writer.h"
+#include "core/io/file_kind.h"
 #include "core/io/text_file.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
@@ -41,13 +43,15 @@ class SequenceSource final : public DetectionSource {
 };
 
 using Writer =
-    std::function<void(const std::string&, DetectionSource*, Losses*)>;
+    std::function<void(const std::string&, const DetectionWriteOptions&,
+                       DetectionSource*, Losses*)>;
 
 Losses Write(const Writer& writer, const std::string& path,
-             const DetectionSequence& sequence) {
+             const DetectionSequence& sequence,
+             const DetectionWriteOptions& options = {}) {
   SequenceSource source(sequence);
   Losses losses;
-  writer(path, &source, &losses);
+  writer(path, options, &source, &losses);
   return losses;
 }
 
@@ -151,11 +155,7 @@ DetectionSequence Timed(DetectionSequence sequence) {
 
 Losses WriteLongcw(const std::string& path, const DetectionSequence& sequence,
                    ImageSize size = {640, 480}) {
-  return Write(
-      [size](const std::string& to, DetectionSource* source, Losses* losses) {
-        WriteLongcwDetections(to, size, source, losses);
-      },
-      path, sequence);
+  return Write(WriteLongcwDetections, path, sequence, {size});
 }
 
 TEST(DetectionExport, LongcwReadsBackBitForBit) {
@@ -228,6 +228,51 @@ TEST(DetectionExport, SaysWhatIsLost) {
   EXPECT_THAT(losses, Contains(HasSubstr("1 joints with confidence 0")));
   EXPECT_THAT(losses, Contains(HasSubstr("order of their names")));
   EXPECT_THAT(losses, Contains(HasSubstr("1 detections get another index")));
+}
+
+// Every format that is both written and read keeps what it can say, for each
+// layout that its files tell.
+TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
+  int formats = 0;
+  for (const DetectionFormat& format : DetectionFormats()) {
+    if (format.open == nullptr || format.write == nullptr) continue;
+    ++formats;
+    std::vector<const Skeleton*> skeletons = {&Coco17(), &Halpe26(),
+                                              &MediaPipe33(), &WholeBody133()};
+    if (format.name == "longcw") skeletons = {&Tum14()};
+    for (const Skeleton* skeleton : skeletons) {
+      SCOPED_TRACE(format.name + " " + skeleton->name());
+      const DetectionSequence sequence = Timed(RandomSequence(*skeleton));
+      const TemporaryFolder folder;
+      const std::string path =
+          folder.path() / (format.files == DetectionFormat::Files::kOne
+                               ? "take" + format.extension
+                               : std::string("take"));
+      Write(format.write, path, sequence, {{640, 480}});
+      EXPECT_EQ(RecogniseDetections(LookAtDetections(path))->name, format.name);
+      ExpectSameDetections(sequence, ReadDetections(path));
+      DetectionReadOptions forced;
+      forced.format = format.name;
+      ExpectSameDetections(sequence, ReadDetections(path, forced));
+      EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
+    }
+  }
+  EXPECT_GE(formats, 6);
+}
+
+TEST(DetectionExport, NoFormatIsTakenForAnother) {
+  for (const DetectionFormat& format : DetectionFormats()) {
+    if (format.write == nullptr || format.recognise == nullptr) continue;
+    const DetectionSequence sequence = Timed(RandomSequence(Tum14()));
+    const TemporaryFolder folder;
+    const std::string path = folder.path() / "take";
+    Write(format.write, path, sequence, {{640, 480}});
+    const DetectionHead head = LookAtDetections(path);
+    for (const DetectionFormat& other : DetectionFormats()) {
+      EXPECT_EQ(other.recognise(head), other.name == format.name)
+          << format.name << " as " << other.name;
+    }
+  }
 }
 
 TEST(DetectionExport, RefusesViewsThatAreNoFileNames) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -44,8 +45,82 @@ TEST(SkeletonTest, MirrorsFollowNames) {
   }
 }
 
+TEST(SkeletonTest, DetectorsLayoutsHaveTheirPublishedOrder) {
+  EXPECT_EQ(Halpe26().joint_count(), 26);
+  EXPECT_EQ(Halpe26().IndexOf("head_top"), 17);
+  EXPECT_EQ(Halpe26().IndexOf("mid_hip"), 19);
+  EXPECT_EQ(Halpe26().IndexOf("r_big_toe"), 21);
+  EXPECT_EQ(Halpe26().IndexOf("r_heel"), 25);
+  EXPECT_EQ(MediaPipe33().joint_count(), 33);
+  EXPECT_EQ(MediaPipe33().IndexOf("r_ear"), 8);
+  EXPECT_EQ(MediaPipe33().IndexOf("l_shoulder"), 11);
+  EXPECT_EQ(MediaPipe33().IndexOf("r_thumb"), 22);
+  EXPECT_EQ(MediaPipe33().IndexOf("r_foot_index"), 32);
+  EXPECT_EQ(WholeBody133().joint_count(), 133);
+  EXPECT_EQ(WholeBody133().IndexOf("l_heel"), 19);
+  EXPECT_EQ(WholeBody133().IndexOf("face_8"), 31);
+  EXPECT_EQ(WholeBody133().IndexOf("l_hand_0"), 91);
+  EXPECT_EQ(WholeBody133().IndexOf("r_hand_20"), 132);
+}
+
+// Pairs of iBUG's 68 points as COCO-WholeBody lists them for flipped images.
+TEST(SkeletonTest, FacesMirror) {
+  const Skeleton& body = WholeBody133();
+  const int face = 23;
+  for (const auto& [a, b] : {std::pair{0, 16},
+                             {17, 26},
+                             {31, 35},
+                             {36, 45},
+                             {38, 43},
+                             {39, 42},
+                             {40, 47},
+                             {41, 46},
+                             {48, 54},
+                             {55, 59},
+                             {60, 64},
+                             {65, 67}}) {
+    EXPECT_EQ(body.mirror(face + a), face + b) << a;
+    EXPECT_EQ(body.joints()[face + a][2], 'f') << a;
+  }
+  for (const int central : {8, 27, 30, 33, 51, 57, 62, 66}) {
+    EXPECT_EQ(body.mirror(face + central), face + central);
+  }
+  // The lower lip runs from the person's left to the right.
+  EXPECT_EQ(body.joints()[face + 55].substr(0, 2), "l_");
+  EXPECT_EQ(body.joints()[face + 36].substr(0, 2), "r_");
+}
+
+TEST(SkeletonTest, EveryJointHasItsMirrorAndClass) {
+  for (const std::string& name : SkeletonNames()) {
+    const Skeleton& skeleton = *FindSkeleton(name);
+    for (int j = 0; j < skeleton.joint_count(); ++j) {
+      const std::string& joint = skeleton.joints()[j];
+      EXPECT_EQ(skeleton.mirror(skeleton.mirror(j)), j) << name << " " << joint;
+      const bool sided = joint[1] == '_';
+      EXPECT_EQ(skeleton.mirror(j) != j, sided) << name << " " << joint;
+      const bool hand = joint.find("hand_") != std::string::npos ||
+                        joint.find("pinky") != std::string::npos ||
+                        joint.find("index") == 2 ||
+                        joint.find("thumb") != std::string::npos;
+      EXPECT_EQ(skeleton.joint_class(j) == JointClass::kOther, hand)
+          << name << " " << joint;
+    }
+  }
+}
+
+TEST(SkeletonTest, AreFoundByJointsAndBySize) {
+  EXPECT_EQ(FindSkeletonOf(Body25B().joints()), &Body25B());
+  EXPECT_EQ(FindSkeletonOf({"nose"}), nullptr);
+  EXPECT_EQ(SkeletonsOfSize(25),
+            (std::vector<const Skeleton*>{&Body25(), &Body25B()}));
+  EXPECT_TRUE(SkeletonsOfSize(24).empty());
+}
+
 TEST(SkeletonTest, FeetAndHandsDoNotAssociate) {
   EXPECT_EQ(Body25().association_joints().size(), 17u);
+  EXPECT_EQ(Halpe26().association_joints().size(), 17u);
+  EXPECT_EQ(MediaPipe33().association_joints().size(), 17u);
+  EXPECT_EQ(WholeBody133().association_joints().size(), 17u);
   EXPECT_EQ(Tum14().association_joints().size(), 12u);
   const Skeleton hand("hand", {"thumb", "index", "ring"}, {{0, 1}});
   EXPECT_EQ(hand.association_joints(), (std::vector<int>{0, 1, 2}));
