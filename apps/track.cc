@@ -8,33 +8,43 @@
 #include <string>
 
 #include "apps/common/app.h"
+#include "apps/common/config_folder.h"
 #include "apps/common/interruption.h"
 #include "apps/common/progress.h"
 #include "apps/common/refinement.h"
 #include "apps/common/summary.h"
+#include "apps/common/take_output.h"
+#include "apps/common/track_output.h"
 #include "core/base/error.h"
+#include "core/io/atomic_file.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
 #include "core/io/identity_edits.h"
-#include "core/io/track_writer.h"
+#include "core/io/text_file.h"
 #include "solvers/scene/camera_check.h"
 #include "solvers/session/refine_take.h"
 #include "solvers/session/run.h"
+#include "solvers/session/take_report.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "",
               "2D detections: a file or a folder; - reads frames from standard "
               "input and writes each as it becomes final");
-DEFINE_string(config, "", "configuration (TOML, see configs/)");
+DEFINE_string(config, "",
+              "configuration (TOML); without it configs/default.toml: graph "
+              "mode with a delay of 0.4 s");
 DEFINE_string(mode, "", "paper or graph; overrides the key mode");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(frames, "", "frames to use: A:B includes A and excludes B");
 DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
 DEFINE_int32(threads, 1, "threads for the estimators; the result is the same");
-DEFINE_string(out, "", "tracks to write (JSON Lines)");
 DEFINE_string(corrections, "",
               "edits of identities to replay after automatic linking "
               "(JSON Lines, as NAME.identity.jsonl)");
+DEFINE_string(
+    out, "",
+    "tracks to write: .jsonl, .csv, .npz, or .trc for a folder with a "
+    "file a person");
 DEFINE_bool(keys, false, "list the keys of a configuration and leave");
 
 namespace kinegraph {
@@ -88,6 +98,23 @@ void RequireLag(const RunOptions& given) {
   }
 }
 
+bool IsDevice(const std::string& path) { return path.rfind("/dev/", 0) == 0; }
+
+// Whether poses become final at the end of a person's track or of the take.
+bool WaitsForEnd(const RunOptions& options) {
+  if (PassCount(options) > 1 || options.identity.link) return true;
+  const EstimatorOptions& estimators = options.estimators;
+  return estimators.mode == Mode::kGraph &&
+         estimators.output != OutputKind::kWindow &&
+         !IsCausal(estimators.output, estimators);
+}
+
+void WriteSummary(const TakeReport& report) {
+  AtomicFile file(BesideResult(FLAGS_out, ".summary.json"));
+  file.Write(ReportJson(report));
+  file.Commit();
+}
+
 void RunTrack() {
   if (FLAGS_keys) {
     std::fputs(ConfigReference<RunOptions>().c_str(), stdout);
@@ -95,14 +122,15 @@ void RunTrack() {
   }
   RequireFlag("cameras", FLAGS_cameras);
   RequireFlag("detections", FLAGS_detections);
-  RequireFlag("config", FLAGS_config);
   RequireFlag("out", FLAGS_out);
   if (FLAGS_threads < 1) {
     throw InputError("--threads: found " + std::to_string(FLAGS_threads) +
                      ", expected at least 1");
   }
-  const RunOptions options =
-      ReadRunOptions(FLAGS_config, FLAGS_set, FLAGS_mode);
+  if (!IsStandardOutput(FLAGS_out)) CheckTrackOutput(FLAGS_out);
+  const RunOptions options = ReadRunOptions(
+      FLAGS_config.empty() ? ProjectConfig("default.toml") : FLAGS_config,
+      FLAGS_set, FLAGS_mode);
   if (IsLive()) {
     RequireLag(options);
     EndInputOnInterruption();
@@ -114,6 +142,7 @@ void RunTrack() {
   if (!FLAGS_corrections.empty()) {
     request.corrections = ReadIdentityEdits(FLAGS_corrections);
   }
+  request.keep_observations = true;  // the report needs them
   request.cameras = ReadCameras(FLAGS_cameras, options.cameras);
   const auto open = [&] {
     return OpenDetections(IsLive() ? "/dev/stdin" : FLAGS_detections,
@@ -135,10 +164,6 @@ void RunTrack() {
   Session session(options, request, source->header(), reopen);
   CameraCheck check(session.scene().model.cameras, source->header().skeleton,
                     session.scene().model.skeleton);
-  if (!IsLive()) {  // it remembers the take
-    session.set_frame_listener(
-        [&](const DetectionFrame& frame) { check.SeeDetections(frame); });
-  }
   if (session.scene().used_views.size() < 2) {
     std::fputs(
         "kinegraph-track: warning: one view alone cannot be "
@@ -146,16 +171,31 @@ void RunTrack() {
         stderr);
   }
 
-  TrackWriter writer(FLAGS_out, session.scene().header,
-                     {options.output.observations});
+  const std::unique_ptr<TrackOutput> output =
+      MakeTrackOutput(WithFolders(FLAGS_out), session.scene().header,
+                      options.output.observations);
+  // What waits for the end of the take is read once more for the report,
+  // instead of being kept.
+  UsedFrames used(session.scene(),
+                  WaitsForEnd(options) && !IsLive() && !IsPipe(FLAGS_detections)
+                      ? reopen
+                      : SourceOpener());
+  TakeReporter reporter(session.scene(), source->header().skeleton);
+  session.set_frame_listener([&](const DetectionFrame& frame) {
+    if (!IsLive()) check.SeeDetections(frame);  // it remembers the take
+    used.Feed(frame);
+  });
   {
     Progress progress("tracking", frame_count * PassCount(options));
     session.set_progress(
         [&](int64_t frames_read) { progress.Set(frames_read); });
     TrackAll(source.get(), &session, [&](TrackFrame&& frame) {
       if (!IsLive()) check.SeeTracks(frame);
-      writer.Write(frame);
-      if (IsLive()) writer.Flush();
+      if (const DetectionFrame* seen = used.At(frame.frame)) {
+        reporter.See(*seen, frame);
+      }
+      output->Write(std::move(frame));
+      if (IsLive()) output->Flush();
     });
   }
   const RunSummary& summary = session.summary();
@@ -175,13 +215,14 @@ void RunTrack() {
     WriteCameras(CamerasPath(FLAGS_out), refined->cameras,
                  RefinementJson(*refined));
   }
-  writer.Commit();
+  const TakeReport report = reporter.Report();
+  output->Commit();
   std::FILE* const said = SummaryStream(FLAGS_out);
   std::fprintf(said, "%lld frames, %lld people, %lld poses -> %s\n",
                static_cast<long long>(summary.frames),
                static_cast<long long>(summary.people),
                static_cast<long long>(summary.person_frames),
-               FLAGS_out.c_str());
+               output->path().c_str());
   if (refined.has_value()) {
     std::fprintf(said, "%s-> %s\n", RefinementText(*refined).c_str(),
                  CamerasPath(FLAGS_out).c_str());
@@ -192,6 +233,9 @@ void RunTrack() {
                  troubles.c_str());
   }
   if (!IsLive()) WarnOfCameras(check);
+  if (!has_name || IsDevice(FLAGS_out)) return;
+  WriteSummary(report);
+  std::fputs(ReportText(report).c_str(), said);
 }
 
 }  // namespace
@@ -201,6 +245,6 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"track", "2D detections to 3D tracks",
-       "--cameras=F --detections=PATH --config=F.toml --out=F.jsonl"},
+       "--cameras=F --detections=PATH [--config=F.toml] --out=F.jsonl"},
       kinegraph::RunTrack);
 }

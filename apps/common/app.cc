@@ -25,6 +25,7 @@
 #include "core/base/edit_distance.h"
 #include "core/base/error.h"
 #include "core/io/input_files.h"
+#include "core/io/text_file.h"
 
 namespace kinegraph {
 namespace {
@@ -80,6 +81,18 @@ std::string TypeName(const gflags::CommandLineFlagInfo& flag) {
   if (flag.type == "double") return "number";
   if (flag.type == "bool") return "true or false";
   return flag.type[0] == 'u' ? "integer >= 0" : "integer";
+}
+
+std::string Article(const gflags::CommandLineFlagInfo& flag) {
+  if (flag.type == "bool") return "";
+  return flag.type.find("int") != std::string::npos ? "an " : "a ";
+}
+
+// A shell leaves the tilde of --out=~/x as it stands.
+std::string WithHome(const std::string& value) {
+  const char* home = std::getenv("HOME");
+  if (home == nullptr || value.rfind("~/", 0) != 0) return value;
+  return home + value.substr(1);
 }
 
 // Walks the arguments once.
@@ -145,10 +158,11 @@ class CommandLineParser {
     if (!seen_.insert(flag.name).second) {
       throw InputError("--" + flag.name + " is given more than once");
     }
-    if (gflags::SetCommandLineOption(flag.name.c_str(), value.c_str())
-            .empty()) {
-      throw InputError("--" + flag.name + ": found '" + Printable(value) +
-                       "', expected " + TypeName(flag) +
+    const std::string full = flag.type == "string" ? WithHome(value) : value;
+    if (gflags::SetCommandLineOption(flag.name.c_str(), full.c_str()).empty()) {
+      throw InputError("--" + flag.name + ": found the text '" +
+                       Printable(value) + "', expected " + Article(flag) +
+                       TypeName(flag) +
                        (flag.has_validator_fn ? " within its limits" : ""));
     }
   }
@@ -291,6 +305,14 @@ int RunApp(int argc, char** argv, const AppInfo& info,
 
 void RequireFlag(const std::string& name, const std::string& value) {
   if (value.empty()) throw InputError("--" + name + " is required");
+}
+
+std::string WithFolders(const std::string& path) {
+  const size_t slash = path.find_last_of('/');
+  if (slash != std::string::npos && slash > 0) {
+    MakeFolder(path.substr(0, slash));
+  }
+  return path;
 }
 
 CommandLineRequest ParseCommandLine(const std::vector<std::string>& arguments) {

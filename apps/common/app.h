@@ -51,11 +51,15 @@ int RunApp(int argc, char** argv, const AppInfo& info,
 // Throws InputError when the flag --`name` was not given.
 void RequireFlag(const std::string& name, const std::string& value);
 
+// Makes the folders above a file that is to be written and returns its path.
+std::string WithFolders(const std::string& path);
+
 // What a command line asks for.
 enum class CommandLineRequest { kRun, kHelp, kVersion };
 
 // Sets the gflags of the files in apps/ (and glog's --v and --vmodule) from
 // --name=value, --name value, --name and --noname (booleans); "--" ends them.
+// A text that begins with "~/" begins with the home folder instead.
 // Throws InputError for an unknown or repeated flag, a value that its type or
 // validator refuses, and for anything that is not a flag. RunApp calls it.
 CommandLineRequest ParseCommandLine(const std::vector<std::string>& arguments);

@@ -11,6 +11,7 @@ namespace kinegraph {
 namespace {
 
 constexpr std::chrono::milliseconds kBetweenDrawings(100);
+constexpr std::chrono::seconds kBetweenLines(30);  // in a pipe
 constexpr size_t kMaxLineLength = 79;  // characters; a longer line would wrap
 // Carriage return, then "erase to the end of the line" (ECMA-48 EL).
 constexpr char kWipe[] = "\r\033[K";
@@ -63,10 +64,22 @@ Progress::~Progress() {
 
 void Progress::Set(int64_t done) {
   done_ = done;
-  if (!on_terminal_) return;
   const Clock::time_point now = Clock::now();
+  if (!on_terminal_) {
+    if (now - last_drawn_ >= kBetweenLines) PrintLine(now);
+    return;
+  }
   if (now - last_drawn_ < kBetweenDrawings) return;
   Draw(now);
+}
+
+// Where nobody watches: in a pipe or a log.
+void Progress::PrintLine(Clock::time_point now) {
+  const double elapsed_s = std::chrono::duration<double>(now - start_).count();
+  std::fputs((ProgressLine(label_, done_, total_, elapsed_s) + "\n").c_str(),
+             stderr);
+  std::fflush(stderr);
+  last_drawn_ = now;
 }
 
 void Progress::Draw(Clock::time_point now) {

@@ -1,4 +1,5 @@
-// Progress of long work: one line on a terminal, nothing in a pipe.
+// Progress of long work: one line on a terminal, in a pipe a line
+// every half minute at most.
 #ifndef KINEGRAPH_APPS_COMMON_PROGRESS_H_
 #define KINEGRAPH_APPS_COMMON_PROGRESS_H_
 
@@ -26,6 +27,7 @@ class Progress {
   using Clock = std::chrono::steady_clock;
 
   void Draw(Clock::time_point now);
+  void PrintLine(Clock::time_point now);
 
   const std::string label_;
   const int64_t total_;

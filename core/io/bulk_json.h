@@ -21,6 +21,7 @@
 
 #include "core/base/error.h"
 #include "core/base/time.h"
+#include "core/io/text_file.h"
 
 namespace kinegraph {
 
@@ -145,9 +146,6 @@ struct JsonHead {
   bool Has(std::string_view key) const;
 };
 JsonHead PeekJson(const std::string& path);
-// A pipe cannot be looked into and then read: there only our own formats, which
-// are read in one go, are expected.
-bool IsPipe(const std::string& path);
 
 // The raw text of the value of `key` in a line that holds a valid object; empty
 // when there is none or it is no object.

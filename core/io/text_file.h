@@ -22,6 +22,10 @@ std::string BeginningOf(const std::string& path, size_t bytes);
 bool IsFolder(const std::string& path);
 bool IsFile(const std::string& path);
 
+// A pipe cannot be looked into and then read: there only our own formats, which
+// are read in one go, are expected.
+bool IsPipe(const std::string& path);
+
 // Makes a folder and those above it. Throws InputError naming it when it cannot
 // be made.
 void MakeFolder(const std::string& path);

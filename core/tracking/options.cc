@@ -69,6 +69,9 @@ void TrackerOptions::Describe(OptionVisitor& visitor) {
   visitor.Enter("tracking");
   life.Describe(visitor);
   visitor.Leave();
+  visitor.Enter("gates");
+  gates.Describe(visitor);
+  visitor.Leave();
 }
 
 }  // namespace kinegraph

@@ -6,6 +6,7 @@
 #include "core/base/options.h"
 #include "core/reconstruction/initialisation.h"
 #include "core/reconstruction/reconstruction.h"
+#include "core/tracking/gates.h"
 
 namespace kinegraph {
 
@@ -47,11 +48,13 @@ struct TrackerOptions {
   ReconstructionOptions reconstruction;
   InitialisationOptions initialisation;
   TrackLifeOptions life;
+  GateOptions gates;
 
   // With the life in frames and the reach a frame, for a take's nominal rate.
   TrackerOptions At(double frame_rate_hz) const;
 
-  // Tables [association], [reconstruction], [initialisation], [tracking].
+  // Tables [association], [reconstruction], [initialisation], [tracking],
+  // [gates].
   void Describe(OptionVisitor& visitor);
 };
 

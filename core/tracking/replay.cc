@@ -138,7 +138,8 @@ Replay::Replay(SceneModel scene, const DetectionSequence& detections,
                EstimatorFactory feedback)
     : scene_(std::move(scene)),
       matches_(matches),
-      options_(options.At(scene_.frame_rate_hz)),
+      options_(WithScaledGates(options.At(scene_.frame_rate_hz), scene_.cameras,
+                               scene_.frame_rate_hz)),
       make_feedback_(std::move(feedback)),
       epipolar_(scene_.cameras) {
   FrameObservations observations(scene_.cameras, detections.header.skeleton,

@@ -1,0 +1,141 @@
+#include "apps/common/take_output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace kinegraph {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr size_t kMaxPeopleShown = 12;
+
+std::string CameraLines(const TakeReport& report) {
+  size_t width = 4;
+  for (const CameraReport& camera : report.cameras) {
+    width = std::max(width, std::min<size_t>(camera.view.size(), 40));
+  }
+  std::string text =
+      fmt::format("{:<{}}  matched  error, px: median   90 %\n", "view", width);
+  for (const CameraReport& camera : report.cameras) {
+    const std::string view = camera.view.substr(0, 40);
+    if (camera.detections == 0) {
+      text += fmt::format("{:<{}}  nobody seen\n", view, width);
+      continue;
+    }
+    text += fmt::format("{:<{}}  {:>5.0f} %            {:>6.1f} {:>6.1f}\n",
+                        view, width, 100.0 * camera.matched_share(),
+                        camera.median_px, camera.p90_px);
+  }
+  return text;
+}
+
+std::string PeopleLines(const TakeReport& report) {
+  std::string text = fmt::format(
+      "{} {}, at most {} in one view at once\n", report.people.size(),
+      report.people.size() == 1 ? "identity" : "identities",
+      report.most_people_in_a_view);
+  std::vector<PersonReport> people = report.people;
+  std::stable_sort(people.begin(), people.end(),
+                   [](const PersonReport& a, const PersonReport& b) {
+                     return a.frames > b.frames;
+                   });
+  for (size_t i = 0; i < std::min(people.size(), kMaxPeopleShown); ++i) {
+    const PersonReport& person = people[i];
+    const std::string height = person.height_m > 0.0
+                                   ? fmt::format("{:.2f} m", person.height_m)
+                                   : "height unknown";
+    text += fmt::format("  person {:<4} {:<14}  {:>6} frames, {}..{}\n",
+                        person.id.value(), height, person.frames,
+                        person.first_frame, person.last_frame);
+  }
+  if (people.size() > kMaxPeopleShown) {
+    text += fmt::format("  and {} more\n", people.size() - kMaxPeopleShown);
+  }
+  return text;
+}
+
+// Wraps at spaces.
+std::string Wrapped(const std::string& text, const std::string& indent) {
+  constexpr size_t kColumns = 98;
+  std::string wrapped;
+  std::string line;
+  size_t begin = 0;
+  while (begin < text.size()) {
+    const size_t end = std::min(text.find(' ', begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    if (!line.empty() && line.size() + 1 + word.size() > kColumns) {
+      wrapped += line + "\n";
+      line = indent + word;
+    } else {
+      line += (line.empty() ? "" : " ") + word;
+    }
+    begin = end + 1;
+  }
+  return wrapped + line + "\n";
+}
+
+}  // namespace
+
+std::string ReportText(const TakeReport& report) {
+  if (report.poses == 0) return WarningsText(report);
+  return CameraLines(report) + PeopleLines(report) + WarningsText(report);
+}
+
+std::string WarningsText(const TakeReport& report) {
+  std::string text;
+  for (const TakeWarning& warning : report.warnings) {
+    text += Wrapped("warning: " + warning.text + ".", "  ");
+    text += Wrapped("  try: " + warning.advice + ".", "  ");
+  }
+  return text;
+}
+
+std::string ReportJson(const TakeReport& report) {
+  Json json;
+  json["kinegraph_summary"] = 1;
+  json["frames"] = report.frames;
+  json["poses"] = report.poses;
+  json["frame_rate_hz"] = report.frame_rate_hz;
+  json["detections_skeleton"] = report.skeleton;
+  json["working_distance_m"] = report.working_distance_m;
+  json["reprojection_error_px"] = {{"median", report.median_px},
+                                   {"p90", report.p90_px}};
+  json["most_people_in_a_view"] = report.most_people_in_a_view;
+  json["height_m"] = report.height_m > 0.0 ? Json(report.height_m) : Json();
+  json["cameras"] = Json::array();
+  for (const CameraReport& camera : report.cameras) {
+    json["cameras"].push_back({{"view", camera.view},
+                               {"camera", camera.camera},
+                               {"detections", camera.detections},
+                               {"matched", camera.matched},
+                               {"matched_share", camera.matched_share()},
+                               {"joints", camera.joints},
+                               {"median_px", camera.median_px},
+                               {"p90_px", camera.p90_px},
+                               {"person_px", camera.person_px}});
+  }
+  json["people"] = Json::array();
+  for (const PersonReport& person : report.people) {
+    json["people"].push_back(
+        {{"id", person.id.value()},
+         {"frames", person.frames},
+         {"first_frame", person.first_frame},
+         {"last_frame", person.last_frame},
+         {"height_m", person.height_m > 0.0 ? Json(person.height_m) : Json()},
+         {"bone_spread", person.bone_spread},
+         {"side_difference", person.side_difference}});
+  }
+  json["warnings"] = Json::array();
+  for (const TakeWarning& warning : report.warnings) {
+    json["warnings"].push_back({{"kind", warning.kind},
+                                {"text", warning.text},
+                                {"try", warning.advice}});
+  }
+  // View names need not be UTF-8.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace kinegraph

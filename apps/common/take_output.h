@@ -1,0 +1,21 @@
+// A run's report, for people and for programs.
+#ifndef KINEGRAPH_APPS_COMMON_TAKE_OUTPUT_H_
+#define KINEGRAPH_APPS_COMMON_TAKE_OUTPUT_H_
+
+#include <string>
+
+#include "solvers/session/take_report.h"
+
+namespace kinegraph {
+
+// Several lines for a terminal, at most 100 columns; a warning is a line and
+// one of what to try.
+std::string ReportText(const TakeReport& report);
+std::string WarningsText(const TakeReport& report);
+
+// NAME.summary.json.
+std::string ReportJson(const TakeReport& report);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMMON_TAKE_OUTPUT_H_

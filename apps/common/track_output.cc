@@ -1,0 +1,111 @@
+#include "apps/common/track_output.h"
+
+#include <cstdio>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/io/axis_map.h"
+#include "core/io/track_export.h"
+#include "core/io/track_writer.h"
+
+namespace kinegraph {
+namespace {
+
+// Text after the last dot of the file's name, with the dot; empty without one.
+std::string ExtensionOf(const std::string& path) {
+  const size_t slash = path.find_last_of('/');
+  const size_t dot = path.find_last_of('.');
+  const bool has_dot =
+      dot != std::string::npos && (slash == std::string::npos || dot > slash);
+  return has_dot ? path.substr(dot) : "";
+}
+
+std::string WithoutExtension(const std::string& path) {
+  return path.substr(0, path.size() - ExtensionOf(path).size());
+}
+
+class JsonLinesOutput final : public TrackOutput {
+ public:
+  JsonLinesOutput(const std::string& path, const TrackHeader& header,
+                  bool observations)
+      : path_(path), writer_(path, header, {observations}) {}
+  void Write(TrackFrame&& frame) override { writer_.Write(frame); }
+  void Flush() override { writer_.Flush(); }
+  void Commit() override { writer_.Commit(); }
+  std::string path() const override { return path_; }
+
+ private:
+  const std::string path_;
+  TrackWriter writer_;
+};
+
+// Formats that need the whole take.
+class WholeTakeOutput final : public TrackOutput {
+ public:
+  WholeTakeOutput(const std::string& path, const TrackHeader& header)
+      : path_(path), extension_(ExtensionOf(path)) {
+    tracks_.header = header;
+    if (extension_ == ".trc") path_ = WithoutExtension(path);
+  }
+  void Write(TrackFrame&& frame) override {
+    for (PersonPose& person : frame.people) person.matches.clear();
+    tracks_.frames.push_back(std::move(frame));
+  }
+  void Commit() override {
+    Losses losses;
+    if (extension_ == ".csv") WriteTracksCsv(path_, tracks_, &losses);
+    if (extension_ == ".npz") WriteTracksNpz(path_, tracks_, &losses);
+    if (extension_ == ".trc") {
+      WriteTracksTrc(path_, tracks_, AxisMap::Parse("y,z,x"), &losses);
+    }
+    for (const std::string& loss : losses) {
+      std::fprintf(stderr, "kinegraph-track: note: %s\n",
+                   Printable(loss, 500).c_str());
+    }
+  }
+  std::string path() const override { return path_; }
+
+ private:
+  std::string path_;
+  const std::string extension_;
+  TrackSequence tracks_;
+};
+
+// A device, such as /dev/null, has no extension and takes our own format.
+bool IsStream(const std::string& path) {
+  return path == "-" || path.rfind("/dev/", 0) == 0;
+}
+
+bool IsJsonLines(const std::string& extension) {
+  return extension == ".jsonl" || extension == ".json";
+}
+
+}  // namespace
+
+void CheckTrackOutput(const std::string& path) {
+  const std::string extension = ExtensionOf(path);
+  if (IsJsonLines(extension) || extension == ".csv" || extension == ".npz" ||
+      extension == ".trc" || IsStream(path)) {
+    return;
+  }
+  throw InputError("--out: '" + Printable(path) +
+                   "' must end in .jsonl (JSON Lines), .csv, .npz or .trc; "
+                   "`kinegraph convert` writes other formats");
+}
+
+std::unique_ptr<TrackOutput> MakeTrackOutput(const std::string& path,
+                                             const TrackHeader& header,
+                                             bool observations) {
+  CheckTrackOutput(path);
+  const std::string extension = ExtensionOf(path);
+  if (IsJsonLines(extension) || IsStream(path)) {
+    return std::make_unique<JsonLinesOutput>(path, header, observations);
+  }
+  return std::make_unique<WholeTakeOutput>(path, header);
+}
+
+std::string BesideResult(const std::string& path, const std::string& end) {
+  return WithoutExtension(path) + end;
+}
+
+}  // namespace kinegraph

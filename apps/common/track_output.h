@@ -1,0 +1,40 @@
+// Where `track` writes its result: the extension of --out chooses the format.
+#ifndef KINEGRAPH_APPS_COMMON_TRACK_OUTPUT_H_
+#define KINEGRAPH_APPS_COMMON_TRACK_OUTPUT_H_
+
+#include <memory>
+#include <string>
+
+#include "core/data/pose.h"
+
+namespace kinegraph {
+
+class TrackOutput {
+ public:
+  virtual ~TrackOutput() = default;
+  virtual void Write(TrackFrame&& frame) = 0;
+  // Hands what was written to whoever reads a stream.
+  virtual void Flush() {}
+  // Makes the result appear.
+  virtual void Commit() = 0;
+  // File or folder that appeared.
+  virtual std::string path() const = 0;
+};
+
+// .jsonl and .json are our own format, written as frames become final; .csv and
+// .npz hold the take until its end; .trc makes a folder of that name without
+// the extension, with a file a person. Throws InputError naming --out and the
+// extensions for any other. `observations` as TrackWriteOptions has it.
+std::unique_ptr<TrackOutput> MakeTrackOutput(const std::string& path,
+                                             const TrackHeader& header,
+                                             bool observations);
+
+// Throws as MakeTrackOutput does, before any work is done.
+void CheckTrackOutput(const std::string& path);
+
+// `path` with another end: "out/take.jsonl" -> "out/take.summary.json".
+std::string BesideResult(const std::string& path, const std::string& end);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMMON_TRACK_OUTPUT_H_

@@ -1,0 +1,177 @@
+// kinegraph-init: looks at a take and writes a configuration for it.
+#include <fmt/format.h>
+#include <gflags/gflags.h>
+
+#include <cstdio>
+#include <string>
+
+#include "apps/common/app.h"
+#include "apps/common/config_folder.h"
+#include "apps/common/take_output.h"
+#include "core/base/error.h"
+#include "core/io/atomic_file.h"
+#include "core/tracking/gates.h"
+#include "solvers/session/survey.h"
+
+DEFINE_string(cameras, "", "calibration file or folder");
+DEFINE_string(detections, "", "2D detections: a file or a folder");
+DEFINE_double(frame_rate, 0.0,
+              "frame rate [Hz] where the files do not tell it; never guessed");
+DEFINE_string(skeleton, "",
+              "joints of the detections where bones do not tell them");
+DEFINE_string(out, "", "configuration to write (.toml)");
+
+namespace kinegraph {
+namespace {
+
+// A TOML basic string.
+std::string Quoted(const std::string& text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    if (static_cast<unsigned char>(c) < 0x20) {
+      quoted += fmt::format("\\u{:04x}", static_cast<int>(c));
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "\"";
+}
+
+SurveyRequest RequestOfFlags() {
+  if (!(FLAGS_frame_rate >= 0.0 && FLAGS_frame_rate <= 1e5)) {
+    throw InputError("--frame_rate: expected above 0 .. 1e5 Hz");
+  }
+  std::string set = fmt::format("input.frame_rate={:.17g}", FLAGS_frame_rate);
+  if (!FLAGS_skeleton.empty()) {
+    set += ";detections.skeleton=" + FLAGS_skeleton;
+  }
+  return {FLAGS_cameras, FLAGS_detections,
+          ReadRunOptions(ProjectConfig("default.toml"), set, "")};
+}
+
+std::string SizesOf(const CameraRig& cameras) {
+  const Camera& first = cameras.front();
+  for (const Camera& camera : cameras) {
+    if (camera.width_px() != first.width_px() ||
+        camera.height_px() != first.height_px()) {
+      return "images of different sizes";
+    }
+  }
+  if (first.width_px() == 0) return "image size not told";
+  return fmt::format("{} x {} px", first.width_px(), first.height_px());
+}
+
+void PrintFindings(const TakeSurvey& survey) {
+  const double distance_m = WorkingDistance(survey.cameras);
+  std::printf("cameras     %zu, %s, focal length about %.0f px\n",
+              survey.cameras.size(), SizesOf(survey.cameras).c_str(),
+              PixelsPerMetre(survey.cameras, distance_m) * distance_m);
+  std::printf("            they look at a place %.1f m away\n", distance_m);
+  const TakeReport& report = survey.report;
+  if (report.height_m > 0.0) {
+    std::printf(
+        "unit        %s: people are then %.2f m tall\n",
+        survey.unit == "auto" ? "the calibration's own" : survey.unit.c_str(),
+        report.height_m);
+  } else {
+    std::printf("unit        not known: nobody could be measured\n");
+  }
+  std::string views;
+  for (const CameraReport& camera : report.cameras) {
+    views += (views.empty() ? "" : ", ") + camera.view + " = " + camera.camera;
+  }
+  std::printf("views       %s\n", Printable(views, 1000).c_str());
+  if (!survey.map.empty()) {
+    std::printf(
+        "            paired in the order of their names, which are "
+        "not alike\n");
+  }
+  std::printf("skeleton    %s, %d joints\n",
+              Printable(survey.detections.skeleton.name()).c_str(),
+              survey.detections.skeleton.joint_count());
+  std::printf("frames      %lld, %lld..%lld, %.1f s at %g Hz\n",
+              static_cast<long long>(survey.frames),
+              static_cast<long long>(survey.first_frame),
+              static_cast<long long>(survey.last_frame),
+              static_cast<double>(survey.last_frame - survey.first_frame + 1) /
+                  survey.detections.frame_rate_hz,
+              survey.detections.frame_rate_hz);
+  std::printf("people      at most %d in one view at once\n",
+              report.most_people_in_a_view);
+  if (report.poses > 0) {
+    std::printf(
+        "error       %.1f px in the median, %.1f px at 90 %% (%lld "
+        "frames tried)\n",
+        report.median_px, report.p90_px,
+        static_cast<long long>(survey.frames_tried));
+  }
+  std::fputs(WarningsText(report).c_str(), stdout);
+}
+
+std::string ConfigText(const TakeSurvey& survey) {
+  std::string text =
+      "# Made by `kinegraph init` for one take. The whole take at once with "
+      "bone\n"
+      "# lengths and a second pass; for results with a delay of 0.4 s "
+      "instead:\n"
+      "# output.estimator = \"window\", graph.bones and tracking.second_pass = "
+      "false.\n"
+      "# All keys: `kinegraph track --keys`.\n"
+      "mode = \"graph\"\n\n[input]\n";
+  text += fmt::format(
+      "frame_rate = {:.17g}  # Hz, {}\n", survey.detections.frame_rate_hz,
+      FLAGS_frame_rate > 0.0 ? "as given" : "as the detections tell");
+  text += "\n[detections]\n";
+  const std::string& skeleton = survey.detections.skeleton.name();
+  text += FindSkeleton(skeleton) != nullptr
+              ? "skeleton = " + Quoted(skeleton) + "\n"
+              : "# skeleton: the files' own\n";
+  text += "\n[cameras]\n";
+  text += survey.unit == "auto"
+              ? "# unit: the calibration's own\n"
+              : "unit = " + Quoted(survey.unit) + "  # by people's height\n";
+  if (!survey.map.empty()) {
+    text +=
+        "\n# View = camera, in the order of their names: check them.\n"
+        "[cameras.map]\n";
+    for (const auto& [view, camera] : survey.map) {
+      text += Quoted(view) + " = " + Quoted(camera) + "\n";
+    }
+  }
+  text +=
+      "\n[gates]\n"
+      "units = \"metres\"   # scale with focal length, distance and rate\n"
+      "\n[tracking]\n"
+      "backfill = true      # write people from their first frame on\n"
+      "max_gap = 10.0       # frames; longer gaps are not bridged\n"
+      "second_pass = true   # associate again with the smoothed tracks\n"
+      "\n[output]\n"
+      "estimator = \"batch\"\n"
+      "\n[graph]\n"
+      "bones = true\n";
+  return text;
+}
+
+void RunInit() {
+  RequireFlag("cameras", FLAGS_cameras);
+  RequireFlag("detections", FLAGS_detections);
+  RequireFlag("out", FLAGS_out);
+  const TakeSurvey survey = SurveyTake(RequestOfFlags());
+  PrintFindings(survey);
+  AtomicFile file(WithFolders(FLAGS_out));
+  file.Write(ConfigText(survey));
+  file.Commit();
+  std::printf("configuration -> %s\n", FLAGS_out.c_str());
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+int main(int argc, char** argv) {
+  return kinegraph::RunApp(
+      argc, argv,
+      {"init", "looks at a take and writes a configuration for it",
+       "--cameras=F --detections=PATH [--frame_rate=HZ] --out=F.toml"},
+      kinegraph::RunInit);
+}

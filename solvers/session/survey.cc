@@ -1,0 +1,155 @@
+#include "solvers/session/survey.h"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/names.h"
+#include "core/io/view_pairing.h"
+#include "core/tracking/gates.h"
+#include "solvers/session/run.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr size_t kFramesToTry = 250;
+constexpr int kMinJoints = 5;
+
+// Heights of people of all ages; distances of cameras in rooms and on fields.
+constexpr double kMinHeight = 0.8;      // m
+constexpr double kMaxHeight = 2.3;      // m
+constexpr double kMinDistance = 0.5;    // m
+constexpr double kMaxDistance = 150.0;  // m
+
+bool ShowsPeopleTwice(const DetectionFrame& frame) {
+  int views = 0;
+  for (const ViewDetections& view : frame.views) {
+    views += std::any_of(view.detections.begin(), view.detections.end(),
+                         [](const Detection& detection) {
+                           return CountFound(detection) >= kMinJoints;
+                         });
+  }
+  return views >= 2;
+}
+
+// Reads the whole take and keeps the frames to try: consecutive ones, from the
+// first that shows people in two views.
+DetectionSequence ReadBeginning(DetectionSource* source, TakeSurvey* survey) {
+  DetectionSequence beginning;
+  DetectionFrame frame;
+  bool begun = false;
+  while (source->Next(&frame)) {
+    if (survey->frames++ == 0) survey->first_frame = frame.frame;
+    survey->last_frame = frame.frame;
+    begun = begun || ShowsPeopleTwice(frame);
+    if (begun && beginning.frames.size() < kFramesToTry) {
+      beginning.frames.push_back(frame);
+    }
+  }
+  beginning.header = source->header();
+  survey->detections = beginning.header;
+  survey->frames_tried = static_cast<int64_t>(beginning.frames.size());
+  return beginning;
+}
+
+// View -> camera in the order of their names; empty when names pair them.
+std::map<std::string, std::string> MapOf(
+    const std::vector<std::string>& views, const CameraRig& cameras,
+    const std::map<std::string, std::string>& given) {
+  try {
+    PairViewsWithCameras(views, cameras, given);
+    return given;
+  } catch (const InputError&) {
+    if (!given.empty() || views.size() != cameras.size()) throw;
+  }
+  std::vector<std::string> names;
+  for (const Camera& camera : cameras) names.push_back(camera.name());
+  std::vector<std::string> sorted_views = views;
+  std::sort(sorted_views.begin(), sorted_views.end(), NaturalLess);
+  std::sort(names.begin(), names.end(), NaturalLess);
+  std::map<std::string, std::string> map;
+  for (size_t i = 0; i < names.size(); ++i) map[sorted_views[i]] = names[i];
+  return map;
+}
+
+TakeReport Try(const RunOptions& options, const CameraRig& cameras,
+               const DetectionSequence& beginning) {
+  RunRequest request;
+  request.cameras = cameras;
+  request.keep_observations = true;
+  Session session(options, request, beginning.header,
+                  [&] { return std::make_unique<MemorySource>(beginning); });
+  TakeReporter reporter(session.scene(), beginning.header.skeleton);
+  UsedFrames used(session.scene(),
+                  [&] { return std::make_unique<MemorySource>(beginning); });
+  MemorySource source(beginning);
+  TrackAll(&source, &session, [&](TrackFrame&& frame) {
+    if (const DetectionFrame* seen = used.At(frame.frame)) {
+      reporter.See(*seen, frame);
+    }
+  });
+  return reporter.Report();
+}
+
+bool HasPlausibleHeight(const TakeReport& report) {
+  return report.height_m >= kMinHeight && report.height_m <= kMaxHeight;
+}
+
+// Tries the file's own unit, then the others.
+void SettleUnit(const SurveyRequest& request,
+                const DetectionSequence& beginning, TakeSurvey* survey) {
+  struct Unit {
+    const char* name;
+    LengthUnit unit;
+  };
+  const std::vector<Unit> units = {{"auto", request.options.cameras.unit},
+                                   {"m", LengthUnit::kMetre},
+                                   {"cm", LengthUnit::kCentimetre},
+                                   {"mm", LengthUnit::kMillimetre}};
+  bool first = true;
+  for (const Unit& unit : units) {
+    RunOptions options = request.options;
+    options.cameras.unit = unit.unit;
+    options.cameras.map = survey->map;
+    const CameraRig cameras = ReadCameras(request.cameras, options.cameras);
+    const double distance_m = WorkingDistance(cameras);
+    const bool possible =
+        distance_m >= kMinDistance && distance_m <= kMaxDistance;
+    if (!first && !possible) continue;
+    TakeReport report = Try(options, cameras, beginning);
+    if (first || HasPlausibleHeight(report)) {
+      survey->cameras = cameras;
+      survey->unit = unit.name;
+      survey->report = std::move(report);
+    }
+    if (HasPlausibleHeight(survey->report)) return;
+    first = false;
+  }
+}
+
+}  // namespace
+
+TakeSurvey SurveyTake(const SurveyRequest& request) {
+  TakeSurvey survey;
+  survey.cameras = ReadCameras(request.cameras, request.options.cameras);
+  const std::unique_ptr<DetectionSource> source =
+      OpenDetections(request.detections, DetectionOptionsOf(request.options));
+  if (!(source->header().frame_rate_hz > 0.0)) {
+    throw InputError(
+        request.detections, "",
+        "does not tell its frame rate, which is never guessed: give it with "
+        "--frame_rate=HZ");
+  }
+  survey.map = MapOf(source->header().view_names, survey.cameras,
+                     request.options.cameras.map);
+  const DetectionSequence beginning = ReadBeginning(source.get(), &survey);
+  if (survey.frames == 0) {
+    throw InputError(request.detections, "", "holds no frames");
+  }
+  SettleUnit(request, beginning, &survey);
+  return survey;
+}
+
+}  // namespace kinegraph

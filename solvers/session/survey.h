@@ -1,0 +1,46 @@
+// A first look at a take: what it is made of and whether its parts fit, before
+// anybody has written a configuration for it.
+#ifndef KINEGRAPH_SOLVERS_SESSION_SURVEY_H_
+#define KINEGRAPH_SOLVERS_SESSION_SURVEY_H_
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "core/data/detection.h"
+#include "solvers/session/options.h"
+#include "solvers/session/take_report.h"
+
+namespace kinegraph {
+
+struct SurveyRequest {
+  std::string cameras;  // paths
+  std::string detections;
+  RunOptions options;  // to start from, as configs/default.toml has them
+};
+
+struct TakeSurvey {
+  DetectionHeader detections;
+  int64_t frames = 0;
+  int64_t first_frame = 0;
+  int64_t last_frame = 0;
+  int64_t frames_tried = 0;  // that were tracked for the report
+
+  CameraRig cameras;  // in the unit that was settled on
+  std::string unit;   // "auto" where the file's own is right
+  // View -> camera where names do not tell; filled in the order of the names.
+  std::map<std::string, std::string> map;
+  TakeReport report;  // of the frames tried
+};
+
+// Reads cameras and detections and tracks up to 250 frames in which two views
+// show people: with the calibration's own unit, and where people come out as no
+// person is tall, with others. Where names do not pair views with cameras and
+// there are as many of both, they are paired in the order of their names.
+// Throws InputError when something cannot be read or paired, or when nothing
+// tells the frame rate, which is never guessed.
+TakeSurvey SurveyTake(const SurveyRequest& request);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_SURVEY_H_

@@ -1,0 +1,383 @@
+#include "solvers/session/take_report.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/tracking/gates.h"
+#include "solvers/session/take_warnings.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr size_t kErrorSample = 4096;
+constexpr int kMinJoints = 5;  // fewer is no person
+constexpr size_t kMaxCounted = 64;
+
+// Segments of a body and their share of its height: Drillis and Contini (1966),
+// as Winter's "Biomechanics and Motor Control of Human Movement" tabulates
+// them. The trunk goes from the middle of the hips to that of the shoulders.
+struct Segment {
+  const char* a;
+  const char* b;
+  double share;
+};
+constexpr std::array<Segment, 4> kSegments = {{{"hip", "knee", 0.245},
+                                               {"knee", "ankle", 0.246},
+                                               {"shoulder", "elbow", 0.186},
+                                               {"elbow", "wrist", 0.146}}};
+constexpr double kTrunkShare = 0.288;
+
+struct Sides {
+  int left = -1;
+  int right = -1;
+};
+
+// Where the ends of a segment are in a skeleton.
+struct SegmentJoints {
+  Sides a;
+  Sides b;
+};
+
+std::optional<double> Length(const Pose3d& pose, int a, int b) {
+  if (a < 0 || b < 0) return std::nullopt;
+  const Joint3d& from = pose[static_cast<size_t>(a)];
+  const Joint3d& to = pose[static_cast<size_t>(b)];
+  // What a bone factor or a prediction filled in says nothing new.
+  if (from.status != JointStatus::kObserved ||
+      to.status != JointStatus::kObserved) {
+    return std::nullopt;
+  }
+  return (from.position_m - to.position_m).norm();
+}
+
+struct PersonStatistics {
+  int64_t frames = 0;
+  int64_t first_frame = 0;
+  int64_t last_frame = 0;
+  std::array<std::array<StreamSample, 2>, kSegments.size()> segments;
+  StreamSample trunk;
+};
+
+struct CameraStatistics {
+  CameraReport counts;
+  StreamSample error_px{kErrorSample};
+  StreamSample person_px;
+  std::vector<int64_t> frames_with;  // by number of people
+};
+
+double DiagonalPx(const Detection& detection) {
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
+  Eigen::Vector2d high = -low;
+  for (const Keypoint& joint : detection.joints) {
+    if (!joint.found) continue;
+    low = low.cwiseMin(joint.px);
+    high = high.cwiseMax(joint.px);
+  }
+  return (high - low).norm();
+}
+
+}  // namespace
+
+double CameraReport::matched_share() const {
+  return detections > 0
+             ? static_cast<double>(matched) / static_cast<double>(detections)
+             : 0.0;
+}
+
+double CameraReport::error_share() const {
+  return person_px > 0.0 ? median_px / person_px : 0.0;
+}
+
+void StreamSample::Add(double value) {
+  ++count_;
+  if (values_.size() < size_) {
+    values_.push_back(value);
+    return;
+  }
+  const auto place = static_cast<size_t>(random_.Index(count_));
+  if (place < size_) values_[place] = value;
+}
+
+double StreamSample::Quantile(double share) const {
+  if (values_.empty()) return 0.0;
+  std::vector<double> sorted = values_;
+  std::sort(sorted.begin(), sorted.end());
+  const double place = share * static_cast<double>(sorted.size() - 1);
+  const auto below = static_cast<size_t>(place);
+  const size_t above = std::min(below + 1, sorted.size() - 1);
+  const double part = place - static_cast<double>(below);
+  return (1.0 - part) * sorted[below] + part * sorted[above];
+}
+
+class TakeReporter::Impl {
+ public:
+  Impl(const RunScene& scene, const Skeleton& detection_skeleton)
+      : scene_(scene),
+        detection_skeleton_(detection_skeleton),
+        map_(MapByName(detection_skeleton, scene.model.skeleton)),
+        candidates_(Candidates(detection_skeleton)),
+        fit_(candidates_),
+        cameras_(scene.view_names.size()) {
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      cameras_[v].counts.view = scene.view_names[v];
+      cameras_[v].counts.camera = scene.model.cameras[v].name();
+      cameras_[v].frames_with.assign(kMaxCounted, 0);
+    }
+    const Skeleton& skeleton = scene.model.skeleton;
+    const auto sides = [&skeleton](const std::string& part) {
+      return Sides{skeleton.IndexOf("l_" + part),
+                   skeleton.IndexOf("r_" + part)};
+    };
+    for (size_t s = 0; s < kSegments.size(); ++s) {
+      segments_[s] = {sides(kSegments[s].a), sides(kSegments[s].b)};
+    }
+    hips_ = sides("hip");
+    shoulders_ = sides("shoulder");
+  }
+
+  void See(const DetectionFrame& seen, const TrackFrame& tracked) {
+    ++frames_;
+    poses_ += static_cast<int64_t>(tracked.people.size());
+    for (size_t v = 0; v < cameras_.size(); ++v) SeeView(seen.views[v], v);
+    for (const PersonPose& person : tracked.people) {
+      SeePerson(tracked, person);
+      for (const ViewMatch& match : person.matches) {
+        SeeMatch(seen, person, match);
+      }
+    }
+    SeeSpeeds(tracked);
+  }
+
+  TakeReport Report() const {
+    TakeReport report;
+    report.frames = frames_;
+    report.poses = poses_;
+    report.frame_rate_hz = scene_.model.frame_rate_hz;
+    report.working_distance_m = WorkingDistance(scene_.model.cameras);
+    report.skeleton = detection_skeleton_.name();
+    report.median_px = error_px_.Quantile(0.5);
+    report.p90_px = error_px_.Quantile(0.9);
+    for (const CameraStatistics& camera : cameras_) {
+      report.cameras.push_back(ReportOf(camera));
+      report.most_people_in_a_view =
+          std::max(report.most_people_in_a_view, MostPeople(camera));
+    }
+    for (const auto& [id, person] : people_) {
+      report.people.push_back(ReportOf(id, person));
+    }
+    report.height_m = TypicalHeight(report.people);
+    TakeFacts facts;
+    facts.body_speed_mps = speed_mps_.Quantile(0.95);
+    facts.bone_share = fit_.MedianShare(0);
+    facts.measured_people = fit_.people();
+    const size_t best = fit_.Best();
+    if (best != 0) facts.better_skeleton = candidates_[best]->name();
+    AddWarnings(facts, &report);
+    return report;
+  }
+
+ private:
+  // The skeleton of the detections, then others with as many joints.
+  static std::vector<const Skeleton*> Candidates(const Skeleton& own) {
+    std::vector<const Skeleton*> candidates = {&own};
+    for (const Skeleton* other : SkeletonsOfSize(own.joints().size())) {
+      if (other->joints() != own.joints()) candidates.push_back(other);
+    }
+    return candidates;
+  }
+
+  void SeeView(const ViewDetections& view, size_t v) {
+    CameraStatistics& camera = cameras_[v];
+    size_t people = 0;
+    for (const Detection& detection : view.detections) {
+      if (CountFound(detection) < kMinJoints) continue;
+      ++people;
+      ++camera.counts.detections;
+      camera.person_px.Add(DiagonalPx(detection));
+      if (!fit_.full()) fit_.See(detection);
+    }
+    ++camera.frames_with[std::min(people, kMaxCounted - 1)];
+  }
+
+  void SeeMatch(const DetectionFrame& seen, const PersonPose& person,
+                const ViewMatch& match) {
+    const auto v = static_cast<size_t>(match.view_idx);
+    const ViewDetections& view = seen.views[v];
+    const auto at =
+        std::find_if(view.detections.begin(), view.detections.end(),
+                     [&match](const Detection& detection) {
+                       return detection.index_in_file == match.detection_idx;
+                     });
+    if (at == view.detections.end()) return;
+    CameraStatistics& camera = cameras_[v];
+    if (CountFound(*at) >= kMinJoints) ++camera.counts.matched;
+    for (size_t j = 0; j < person.joints.size(); ++j) {
+      if (map_[j] < 0 || !person.joints[j].present()) continue;
+      const Keypoint& joint = at->joints[static_cast<size_t>(map_[j])];
+      if (!joint.found) continue;
+      const std::optional<Eigen::Vector2d> px =
+          scene_.model.cameras[v].Project(person.joints[j].position_m);
+      if (!px.has_value()) continue;
+      const double error_px = (*px - joint.px).norm();
+      ++camera.counts.joints;
+      camera.error_px.Add(error_px);
+      error_px_.Add(error_px);
+    }
+  }
+
+  void SeePerson(const TrackFrame& frame, const PersonPose& person) {
+    const auto [at, is_new] = people_.try_emplace(person.id);
+    PersonStatistics& statistics = at->second;
+    if (is_new) statistics.first_frame = frame.frame;
+    statistics.last_frame = frame.frame;
+    ++statistics.frames;
+    for (size_t s = 0; s < kSegments.size(); ++s) {
+      const auto& [a, b] = segments_[s];
+      const auto left = Length(person.joints, a.left, b.left);
+      const auto right = Length(person.joints, a.right, b.right);
+      if (left) statistics.segments[s][0].Add(*left);
+      if (right) statistics.segments[s][1].Add(*right);
+    }
+    const auto hips = Middle(person.joints, hips_);
+    const auto shoulders = Middle(person.joints, shoulders_);
+    if (hips && shoulders) statistics.trunk.Add((*hips - *shoulders).norm());
+  }
+
+  static std::optional<Eigen::Vector3d> Middle(const Pose3d& pose,
+                                               const Sides& sides) {
+    if (!Length(pose, sides.left, sides.right)) return std::nullopt;
+    return 0.5 * (pose[static_cast<size_t>(sides.left)].position_m +
+                  pose[static_cast<size_t>(sides.right)].position_m);
+  }
+
+  // Of the middle of the hips from frame to frame.
+  void SeeSpeeds(const TrackFrame& frame) {
+    std::map<TrackId, Eigen::Vector3d> now;
+    for (const PersonPose& person : frame.people) {
+      const auto hips = Middle(person.joints, hips_);
+      if (!hips) continue;
+      now.emplace(person.id, *hips);
+      const auto before = last_hips_.find(person.id);
+      const double passed_s = ToSeconds(frame.time - last_time_);
+      if (before == last_hips_.end() || !(passed_s > 0.0)) continue;
+      speed_mps_.Add((*hips - before->second).norm() / passed_s);
+    }
+    last_hips_ = std::move(now);
+    last_time_ = frame.time;
+  }
+
+  static CameraReport ReportOf(const CameraStatistics& camera) {
+    CameraReport report = camera.counts;
+    report.median_px = camera.error_px.Quantile(0.5);
+    report.p90_px = camera.error_px.Quantile(0.9);
+    report.person_px = camera.person_px.Quantile(0.5);
+    return report;
+  }
+
+  int MostPeople(const CameraStatistics& camera) const {
+    int64_t frames = 0;
+    for (size_t people = kMaxCounted; people-- > 0;) {
+      frames += camera.frames_with[people];
+      if (20 * frames >= frames_) return static_cast<int>(people);
+    }
+    return 0;
+  }
+
+  static PersonReport ReportOf(TrackId id, const PersonStatistics& person) {
+    // Fewer lengths than this say nothing of a bone.
+    constexpr int64_t kEnough = 10;
+    PersonReport report;
+    report.id = id;
+    report.frames = person.frames;
+    report.first_frame = person.first_frame;
+    report.last_frame = person.last_frame;
+    double length_m = 0.0;
+    double share = 0.0;
+    std::vector<double> spreads;
+    std::vector<double> differences;
+    for (size_t s = 0; s < kSegments.size(); ++s) {
+      std::array<double, 2> medians = {};
+      for (size_t side = 0; side < 2; ++side) {
+        const StreamSample& sample = person.segments[s][side];
+        if (sample.count() < kEnough) continue;
+        medians[side] = sample.Quantile(0.5);
+        length_m += medians[side];
+        share += kSegments[s].share;
+        spreads.push_back((sample.Quantile(0.9) - sample.Quantile(0.1)) /
+                          medians[side]);
+      }
+      if (medians[0] > 0.0 && medians[1] > 0.0) {
+        differences.push_back(std::abs(medians[0] - medians[1]) /
+                              (0.5 * (medians[0] + medians[1])));
+      }
+    }
+    if (person.trunk.count() >= kEnough) {
+      length_m += person.trunk.Quantile(0.5);
+      share += kTrunkShare;
+    }
+    if (share > 0.4) report.height_m = length_m / share;
+    if (!spreads.empty()) {
+      std::sort(spreads.begin(), spreads.end());
+      report.bone_spread = spreads[spreads.size() / 2];
+    }
+    for (const double difference : differences) {
+      report.side_difference +=
+          difference / static_cast<double>(differences.size());
+    }
+    return report;
+  }
+
+  const RunScene& scene_;
+  const Skeleton detection_skeleton_;
+  const std::vector<int> map_;
+  const std::vector<const Skeleton*> candidates_;
+  SkeletonFit fit_;
+  std::vector<CameraStatistics> cameras_;
+  std::array<SegmentJoints, kSegments.size()> segments_;
+  Sides hips_;
+  Sides shoulders_;
+  std::map<TrackId, PersonStatistics> people_;
+  std::map<TrackId, Eigen::Vector3d> last_hips_;
+  TimeNs last_time_ = 0;
+  StreamSample speed_mps_;
+  StreamSample error_px_{kErrorSample};
+  int64_t frames_ = 0;
+  int64_t poses_ = 0;
+};
+
+TakeReporter::TakeReporter(const RunScene& scene,
+                           const Skeleton& detection_skeleton)
+    : impl_(std::make_unique<Impl>(scene, detection_skeleton)) {}
+TakeReporter::~TakeReporter() = default;
+void TakeReporter::See(const DetectionFrame& seen, const TrackFrame& tracked) {
+  impl_->See(seen, tracked);
+}
+TakeReport TakeReporter::Report() const { return impl_->Report(); }
+
+UsedFrames::UsedFrames(const RunScene& scene, SourceOpener reopen)
+    : scene_(&scene), reopen_(std::move(reopen)) {}
+
+void UsedFrames::Feed(const DetectionFrame& used) {
+  if (!reopen_) waiting_.push_back(used);
+}
+
+const DetectionFrame* UsedFrames::At(int64_t frame) {
+  if (reopen_ && source_ == nullptr) source_ = reopen_();
+  while (source_ != nullptr ? source_->Next(&read_) : !waiting_.empty()) {
+    if (source_ == nullptr) {
+      current_ = std::move(waiting_.front());
+      waiting_.pop_front();
+    } else {
+      if (read_.frame < frame) continue;
+      KeepUsedViews(*scene_, &read_, &current_);
+    }
+    if (current_.frame == frame) return &current_;
+    if (current_.frame > frame) return nullptr;
+  }
+  return nullptr;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,131 @@
+// What a run says of itself at its end: how well its poses fit what the cameras
+// saw, how tall people are, and what looks wrong.
+//
+//   TakeReporter reporter(session.scene(), source->header().skeleton);
+//   UsedFrames used(session.scene(), reopen);
+//   ... for each written frame: reporter.See(*used.At(frame.frame), frame);
+//   const TakeReport report = reporter.Report();
+#ifndef KINEGRAPH_SOLVERS_SESSION_TAKE_REPORT_H_
+#define KINEGRAPH_SOLVERS_SESSION_TAKE_REPORT_H_
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/random.h"
+#include "core/data/detection.h"
+#include "core/data/pose.h"
+#include "core/io/skeleton_fit.h"
+#include "solvers/session/scene.h"
+#include "solvers/session/session.h"
+
+namespace kinegraph {
+
+struct CameraReport {
+  std::string view;
+  std::string camera;
+  int64_t detections = 0;  // with enough joints to be looked at
+  int64_t matched = 0;     // of them, to a person who was written
+  int64_t joints = 0;      // of them, with a position
+  // Distance [px] of matched joints from the projected ones.
+  double median_px = 0.0;
+  double p90_px = 0.0;
+  double person_px = 0.0;  // median diagonal of the box around a person
+
+  double matched_share() const;
+  double error_share() const;  // median_px of person_px
+};
+
+struct PersonReport {
+  TrackId id;
+  int64_t frames = 0;
+  int64_t first_frame = 0;
+  int64_t last_frame = 0;
+  double height_m = 0.0;         // 0: too few limbs were seen
+  double bone_spread = 0.0;      // median over limbs of (p90 - p10) / median
+  double side_difference = 0.0;  // of left and right limbs, relative, mean
+};
+
+// Something implausible, in words for the person who recorded the take.
+struct TakeWarning {
+  std::string kind;    // "height", "camera", "skeleton", ...
+  std::string text;    // what was found
+  std::string advice;  // what to try
+};
+
+struct TakeReport {
+  int64_t frames = 0;
+  int64_t poses = 0;
+  double frame_rate_hz = 0.0;
+  double working_distance_m = 0.0;
+  std::string skeleton;
+  double median_px = 0.0;  // over all cameras
+  double p90_px = 0.0;
+  // As many people as some view shows in one frame of twenty.
+  int most_people_in_a_view = 0;
+  double height_m = 0.0;  // median over people, weighed by their frames
+  std::vector<CameraReport> cameras;
+  std::vector<PersonReport> people;  // ascending ids
+  std::vector<TakeWarning> warnings;
+};
+
+// A fair sample of a stream of numbers of any length (Vitter's reservoir), the
+// same one for the same stream.
+class StreamSample {
+ public:
+  explicit StreamSample(size_t size = 256) : size_(size) {}
+  void Add(double value);
+  int64_t count() const { return count_; }  // of all numbers
+  double Quantile(double share) const;      // 0 without values
+
+ private:
+  size_t size_;
+  std::vector<double> values_;
+  Random random_{1};
+  int64_t count_ = 0;
+};
+
+// Collects while frames go by; memory grows with the number of people alone.
+class TakeReporter {
+ public:
+  TakeReporter(const RunScene& scene, const Skeleton& detection_skeleton);
+  ~TakeReporter();
+  TakeReporter(const TakeReporter&) = delete;
+  TakeReporter& operator=(const TakeReporter&) = delete;
+
+  // `seen` has the used views of the frame; `tracked` what was written of it,
+  // with its matches (RunRequest::keep_observations).
+  void See(const DetectionFrame& seen, const TrackFrame& tracked);
+  TakeReport Report() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Holds the detections of frames that are not final yet: those that it is fed,
+// or, where everything waits for the end of the take, those of a second
+// reading.
+class UsedFrames {
+ public:
+  // Without `reopen` frames come from Feed. `scene` must outlive the object.
+  UsedFrames(const RunScene& scene, SourceOpener reopen);
+  void Feed(const DetectionFrame& used);
+  // Frames are asked for in ascending order; nullptr when it never came.
+  const DetectionFrame* At(int64_t frame);
+
+ private:
+  const RunScene* scene_;
+  SourceOpener reopen_;
+  std::unique_ptr<DetectionSource> source_;
+  std::deque<DetectionFrame> waiting_;
+  DetectionFrame read_;
+  DetectionFrame current_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_TAKE_REPORT_H_

@@ -1,0 +1,282 @@
+#include "solvers/session/take_warnings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace kinegraph {
+namespace {
+
+// Limits of what is plausible. None was fitted to a score; beside each stands
+// what sound takes show.
+constexpr double kMinHeight = 0.8;       // m; small children
+constexpr double kMaxHeight = 2.3;       // m
+constexpr double kMinDistance = 0.5;     // m, cameras to people; a desk
+constexpr double kMaxDistance = 150.0;   // m; a stadium
+constexpr double kMaxErrorShare = 0.06;  // of a person's size; Shelf: 0.02
+constexpr double kFarWorse = 2.5;        // times the others' error
+constexpr double kWorstPx = 4.0;         // smaller errors are a detector's
+constexpr double kMinMatched = 0.4;      // share of detections
+constexpr double kFarFewer = 0.5;        // times the others' share
+constexpr double kMaxSpread = 0.5;       // (p90 - p10) / median of a limb
+constexpr double kMaxSideDifference = 0.2;
+constexpr double kMaxBodySpeed = 8.0;  // m/s; sprinters reach 10
+constexpr int64_t kEnoughDetections = 20;
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+class Warnings {
+ public:
+  Warnings(const TakeFacts& facts, TakeReport* report)
+      : facts_(facts), report_(report) {}
+
+  void AddAll() {
+    const bool scale_is_wrong = AddScale();
+    AddSkeleton();
+    if (report_->poses == 0) return AddNobody();
+    AddCameras();
+    AddErrors();
+    AddMatched();
+    if (!scale_is_wrong) {
+      AddBones();
+      AddSpeed();
+    }
+    AddIdentities();
+  }
+
+ private:
+  void Add(const std::string& kind, std::string text, std::string advice) {
+    report_->warnings.push_back({kind, std::move(text), std::move(advice)});
+  }
+
+  // Unit of the calibration. True when people have no plausible height.
+  bool AddScale() {
+    const double height_m = report_->height_m;
+    const double distance_m = report_->working_distance_m;
+    const bool height_is_wrong =
+        height_m > 0.0 && (height_m < kMinHeight || height_m > kMaxHeight);
+    const bool distance_is_wrong =
+        distance_m < kMinDistance || distance_m > kMaxDistance;
+    if (!height_is_wrong && !(distance_is_wrong && height_m == 0.0)) {
+      return false;
+    }
+    const std::string unit = height_is_wrong
+                                 ? UnitOfHeight(height_m)
+                                 : UnitOfHeight(1.7 * distance_m / 4.0);
+    const std::string found =
+        height_is_wrong
+            ? fmt::format("people are {:.3g} m tall", height_m)
+            : fmt::format("the cameras look at a place {:.3g} m away",
+                          distance_m);
+    Add("unit", found + ", which no person and no room is",
+        unit.empty()
+            ? "check the scale of the calibration (cameras.unit), the "
+              "skeleton (detections.skeleton) and which camera is which"
+            : "lengths of the calibration seem to be in " + unit +
+                  ": --set=cameras.unit=" + unit);
+    return true;
+  }
+
+  void AddSkeleton() {
+    if (!facts_.better_skeleton.empty()) {
+      Add("skeleton",
+          "the people's bones look implausible as " + report_->skeleton +
+              " and right as " + facts_.better_skeleton,
+          "--set=detections.skeleton=" + facts_.better_skeleton);
+      return;
+    }
+    const bool enough = facts_.measured_people >= SkeletonFit::kEnoughPeople;
+    if (enough && facts_.bone_share > SkeletonFit::kImplausible) {
+      Add("skeleton",
+          "the people's bones look implausible as " + report_->skeleton,
+          "name the order of the joints with detections.skeleton, built in or "
+          "your own ([skeletons.NAME])");
+    }
+  }
+
+  void AddNobody() {
+    size_t views = 0;
+    for (const CameraReport& camera : report_->cameras) {
+      views += camera.detections >= kEnoughDetections ? 1 : 0;
+    }
+    if (views < 2) {
+      Add("nobody", "nobody was found: fewer than two views show anybody",
+          "look at the detections with `kinegraph report`, or at the video");
+      return;
+    }
+    Add("nobody",
+        fmt::format("nobody was found, though {} views show people", views),
+        "views may have each other's cameras (cameras.map), other frames than "
+        "each other, turned or mirrored images, or a calibration of another "
+        "set-up; `kinegraph doctor` looks for it");
+  }
+
+  // The others' median of a figure.
+  template <typename Figure>
+  double OfOthers(size_t camera_idx, const Figure& figure) const {
+    std::vector<double> values;
+    for (size_t c = 0; c < report_->cameras.size(); ++c) {
+      const CameraReport& camera = report_->cameras[c];
+      if (c == camera_idx || camera.detections < kEnoughDetections) continue;
+      values.push_back(figure(camera));
+    }
+    return Median(values);
+  }
+
+  void AddCameras() {
+    const auto error = [](const CameraReport& c) { return c.error_share(); };
+    const auto matched = [](const CameraReport& c) {
+      return c.matched_share();
+    };
+    for (size_t c = 0; c < report_->cameras.size(); ++c) {
+      const CameraReport& camera = report_->cameras[c];
+      if (camera.detections < kEnoughDetections) continue;
+      const double others_error = OfOthers(c, error);
+      const double others_matched = OfOthers(c, matched);
+      const bool far_worse = camera.joints > 0 && others_error > 0.0 &&
+                             camera.error_share() > kFarWorse * others_error &&
+                             camera.median_px > kWorstPx;
+      const bool far_fewer =
+          others_matched > kMinMatched &&
+          camera.matched_share() < kFarFewer * others_matched;
+      if (!far_worse && !far_fewer) continue;
+      Add("camera",
+          fmt::format("view {} (camera {}) fits the others badly: {:.0f} % of "
+                      "its detections are matched, the others' {:.0f} %; "
+                      "median error {:.1f} px",
+                      camera.view, camera.camera,
+                      100.0 * camera.matched_share(), 100.0 * others_matched,
+                      camera.median_px),
+          "it may have another view's camera (cameras.map), have moved, be "
+          "turned, mirrored or out of step in time; `kinegraph doctor` looks "
+          "for it, --without_cameras=" +
+              camera.view + " tries without it");
+    }
+  }
+
+  void AddErrors() {
+    std::vector<double> shares;
+    for (const CameraReport& camera : report_->cameras) {
+      if (camera.joints > 0) shares.push_back(camera.error_share());
+    }
+    if (!(Median(shares) > kMaxErrorShare)) return;
+    Add("error",
+        fmt::format("poses are {:.1f} px from the detections in the median, "
+                    "{:.0f} % of a person's size in the image",
+                    report_->median_px, 100.0 * Median(shares)),
+        "calibration, pairing of views and cameras, or clocks may be wrong; "
+        "`kinegraph doctor` looks for it");
+  }
+
+  void AddMatched() {
+    int64_t detections = 0;
+    int64_t matched = 0;
+    for (const CameraReport& camera : report_->cameras) {
+      detections += camera.detections;
+      matched += camera.matched;
+    }
+    const bool enough = detections >= kEnoughDetections;
+    const double share =
+        enough ? static_cast<double>(matched) / static_cast<double>(detections)
+               : 1.0;
+    if (share >= kMinMatched) return;
+    Add("matched",
+        fmt::format("{:.0f} % of the detections belong to a person who was "
+                    "found",
+                    100.0 * share),
+        "views may have each other's cameras (cameras.map), other frames than "
+        "each other, turned or mirrored images; `kinegraph doctor` looks for "
+        "it");
+  }
+
+  void AddBones() {
+    double frames = 0.0;
+    double spread = 0.0;
+    double difference = 0.0;
+    for (const PersonReport& person : report_->people) {
+      if (person.height_m == 0.0) continue;
+      const auto weight = static_cast<double>(person.frames);
+      frames += weight;
+      spread += weight * person.bone_spread;
+      difference += weight * person.side_difference;
+    }
+    if (frames == 0.0) return;
+    spread /= frames;
+    difference /= frames;
+    if (spread > kMaxSpread) {
+      Add("bones",
+          fmt::format("lengths of limbs vary by {:.0f} % during the take",
+                      100.0 * spread),
+          "calibration, clocks or skeleton may be wrong; `kinegraph doctor` "
+          "looks for it");
+    }
+    if (difference > kMaxSideDifference) {
+      Add("bones",
+          fmt::format("left and right limbs differ by {:.0f} %",
+                      100.0 * difference),
+          "a view may be mirrored, or the skeleton's order of joints wrong "
+          "(detections.skeleton)");
+    }
+  }
+
+  void AddSpeed() {
+    if (!(facts_.body_speed_mps > kMaxBodySpeed)) return;
+    Add("rate",
+        fmt::format("people move at {:.1f} m/s at {:.6g} Hz",
+                    facts_.body_speed_mps, report_->frame_rate_hz),
+        "the frame rate may be wrong (input.frame_rate)");
+  }
+
+  void AddIdentities() {
+    const auto identities = static_cast<int>(report_->people.size());
+    if (identities <= 2 * report_->most_people_in_a_view + 2) return;
+    Add("identities",
+        fmt::format("{} identities, though no view shows more than {} people "
+                    "at once",
+                    identities, report_->most_people_in_a_view),
+        "people may come and go; if not, join their pieces with "
+        "identity.link=true, or look for the cause with `kinegraph doctor`");
+  }
+
+  const TakeFacts& facts_;
+  TakeReport* report_;
+};
+
+}  // namespace
+
+double TypicalHeight(const std::vector<PersonReport>& people) {
+  std::vector<std::pair<double, int64_t>> heights;
+  int64_t frames = 0;
+  for (const PersonReport& person : people) {
+    if (person.height_m == 0.0) continue;
+    heights.emplace_back(person.height_m, person.frames);
+    frames += person.frames;
+  }
+  std::sort(heights.begin(), heights.end());
+  int64_t below = 0;
+  for (const auto& [height_m, own] : heights) {
+    below += own;
+    if (2 * below >= frames) return height_m;
+  }
+  return 0.0;
+}
+
+std::string UnitOfHeight(double height_m) {
+  for (const auto& [unit, metres] :
+       {std::pair{"cm", 0.01}, {"mm", 0.001}, {"m", 1000.0}, {"m", 100.0}}) {
+    const double height = height_m * metres;
+    if (height >= 1.0 && height <= kMaxHeight) return unit;
+  }
+  return "";
+}
+
+void AddWarnings(const TakeFacts& facts, TakeReport* report) {
+  Warnings(facts, report).AddAll();
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,34 @@
+// When a take's figures mean that something is wrong with its set-up. For
+// solvers/session alone.
+#ifndef KINEGRAPH_SOLVERS_SESSION_TAKE_WARNINGS_H_
+#define KINEGRAPH_SOLVERS_SESSION_TAKE_WARNINGS_H_
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "solvers/session/take_report.h"
+
+namespace kinegraph {
+
+// What a report does not show but its warnings need.
+struct TakeFacts {
+  double body_speed_mps = 0.0;  // 95th percentile, middle of the hips
+  double bone_share = 0.0;      // SkeletonFit::MedianShare of the skeleton
+  size_t measured_people = 0;   // that it rests on
+  std::string better_skeleton;  // another that fits clearly better, or empty
+};
+
+// Median height of the people, each weighed by its frames; 0 when unknown.
+double TypicalHeight(const std::vector<PersonReport>& people);
+
+// Which unit the calibration's lengths seem to be in, as against metres:
+// "mm" when `height` is 1000 times a person's, and so on; empty when no unit
+// makes people of 1 to 2.3 m.
+std::string UnitOfHeight(double height_m);
+
+void AddWarnings(const TakeFacts& facts, TakeReport* report);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_TAKE_WARNINGS_H_
