@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/common/app.h"
+#include "apps/common/config_folder.h"
 #include "apps/common/plot.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/output.h"
@@ -244,7 +245,8 @@ void RunCompare() {
   if (FLAGS_plots) RequirePlotTool();
   const std::vector<Strategy> strategies = ReadStrategies();
   AtomicFolder folder(FLAGS_out);
-  RunOptions options = ReadRunOptions(FLAGS_config, FLAGS_set, FLAGS_mode);
+  RunOptions options =
+      ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, FLAGS_mode);
   RunRequest request;
   request.cameras = ReadCameras(FLAGS_cameras, options.cameras);
   request.frames = ParseFrameRanges(FLAGS_frames);

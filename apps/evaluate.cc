@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/common/app.h"
+#include "apps/common/config_folder.h"
 #include "apps/common/evaluation_output.h"
 #include "apps/common/progress.h"
 #include "apps/common/summary.h"
@@ -291,7 +292,8 @@ HeldOutInput ReadHeldOutInput() {
   RequireFlag("detections", FLAGS_detections);
   HeldOutInput input;
   if (!FLAGS_config.empty()) {
-    input.options = ReadRunOptions(FLAGS_config, FLAGS_set, FLAGS_mode);
+    input.options =
+        ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, FLAGS_mode);
   }
   input.rig = ReadCameras(FLAGS_cameras, input.options.cameras);
   input.detections =
@@ -320,7 +322,8 @@ TrackSequence ReadOrTrackReference(const HeldOutInput& input) {
         "the set names");
   }
   RequireFlag("config", FLAGS_config);
-  RunOptions options = ReadRunOptions(FLAGS_config, FLAGS_set, "paper");
+  RunOptions options =
+      ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, "paper");
   options.output.observations = true;  // whom each detection belongs to
   return Track(options, input, -1);
 }

@@ -2,24 +2,30 @@
 #include <gflags/gflags.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "apps/common/app.h"
+#include "apps/common/config_folder.h"
 #include "apps/common/summary.h"
+#include "apps/common/track_output.h"
 #include "apps/report/ground.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
 #include "core/base/error.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
+#include "core/io/text_file.h"
 #include "core/io/tracks.h"
 #include "core/io/view_pairing.h"
 #include "solvers/session/run.h"
 
-DEFINE_string(tracks, "", "one result, or two on the same clock: a,b");
+DEFINE_string(tracks, "",
+              "one result, or up to six on the same clock: a,b,...");
 DEFINE_string(ground_truth, "", "ground truth to show beside the tracks");
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");
@@ -27,6 +33,11 @@ DEFINE_string(config, "",
               "configuration that says how cameras and detections "
               "are read (TOML, as for track)");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
+DEFINE_string(
+    images, "",
+    "pictures behind the panels: VIEW=PATTERN;VIEW=PATTERN, where a "
+    "number such as %06d in a pattern is the frame's; they stay where "
+    "they are");
 DEFINE_string(title, "", "heading of the page; default: the tracks' name");
 DEFINE_string(up, "auto", "upward axis: auto, x, y, z, -x, -y or -z");
 DEFINE_bool(with_covariance, false, "keep covariances, for the ellipsoids");
@@ -42,16 +53,36 @@ std::string BaseName(const std::string& path) {
                      end - (slash == std::string::npos ? 0 : slash + 1));
 }
 
+// More would not be told apart.
+constexpr size_t kMaxResults = 6;
+
+// Results of the same file name are called by their whole path.
+void NameApart(const std::vector<std::string>& paths,
+               std::vector<PageResult>* results) {
+  for (size_t i = 0; i < paths.size(); ++i) {
+    const auto same =
+        std::count_if(paths.begin(), paths.end(), [&](const std::string& path) {
+          return BaseName(path) == BaseName(paths[i]);
+        });
+    if (same > 1) (*results)[i].label = paths[i];
+  }
+}
+
 std::vector<PageResult> ReadResults() {
   std::vector<PageResult> results;
   const std::vector<std::string> paths = ParseList(FLAGS_tracks, "tracks");
-  if (paths.size() > 2) {
+  if (paths.size() > kMaxResults) {
     throw InputError("--tracks: found " + std::to_string(paths.size()) +
-                     " files, expected one or two");
+                     " files, expected one to " + std::to_string(kMaxResults));
   }
   for (const std::string& path : paths) {
     results.push_back({BaseName(path), ResultRole::kTracks, ReadTracks(path)});
+    const std::string summary = BesideResult(path, ".summary.json");
+    if (IsFile(summary)) {
+      results.back().summary_json = ReadTextFile(summary, kMaxSmallFileBytes);
+    }
   }
+  NameApart(paths, &results);
   if (!FLAGS_ground_truth.empty()) {
     results.push_back({BaseName(FLAGS_ground_truth), ResultRole::kGroundTruth,
                        ReadTracks(FLAGS_ground_truth)});
@@ -73,6 +104,68 @@ void ReadViews(const RunOptions& options, PageInput* input) {
       ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
   input->cameras = CamerasOfViews(input->detections->header.view_names, rig,
                                   options.cameras.map);
+}
+
+std::string KnownViews(const PageInput& input) {
+  std::string names;
+  for (const std::string& name : input.detections->header.view_names) {
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  return names;
+}
+
+// The pattern with the frame's number in it. Throws unless there is one.
+std::string PictureOf(const std::string& pattern, int64_t frame) {
+  const size_t begin = pattern.find('%');
+  size_t end = begin == std::string::npos ? begin : begin + 1;
+  while (end < pattern.size() && std::isdigit(pattern[end]) != 0) ++end;
+  const bool is_number = end < pattern.size() && pattern[end] == 'd' &&
+                         pattern.find('%', end) == std::string::npos;
+  if (!is_number) {
+    throw InputError("--images: found '" + Printable(pattern) +
+                     "', expected one number such as %06d in it");
+  }
+  std::string number = std::to_string(frame);
+  const size_t width = std::strtoul(pattern.c_str() + begin + 1, nullptr, 10);
+  if (number.size() < width && width < 30) {
+    number.insert(0, width - number.size(), '0');
+  }
+  return pattern.substr(0, begin) + number + pattern.substr(end + 1);
+}
+
+// Fills the patterns, relative to the page's folder.
+void ReadImages(PageInput* input) {
+  if (FLAGS_images.empty()) return;
+  if (!input->detections.has_value()) {
+    throw InputError("--images: needs --cameras and --detections");
+  }
+  const std::vector<std::string>& views = input->detections->header.view_names;
+  input->image_patterns.assign(views.size(), "");
+  const int64_t first = input->detections->frames.empty()
+                            ? 0
+                            : input->detections->frames.front().frame;
+  std::string rest = FLAGS_images;
+  while (!rest.empty()) {
+    const std::string part = rest.substr(0, rest.find(';'));
+    rest = part.size() < rest.size() ? rest.substr(part.size() + 1) : "";
+    const size_t equals = part.find('=');
+    const std::string view = part.substr(0, equals);
+    const auto at = std::find(views.begin(), views.end(), view);
+    if (equals == std::string::npos || at == views.end()) {
+      throw InputError("--images: no view '" + Printable(view) +
+                       "', expected VIEW=PATTERN with one of " +
+                       KnownViews(*input));
+    }
+    const std::string pattern = part.substr(equals + 1);
+    const std::string picture = PictureOf(pattern, first);
+    if (!IsFile(picture)) {
+      throw InputError(picture, "",
+                       "is not there, expected the picture of frame " +
+                           std::to_string(first) + " (--images)");
+    }
+    input->image_patterns[static_cast<size_t>(at - views.begin())] =
+        RelativeToFile(pattern, FLAGS_out);
+  }
 }
 
 // "1.2 MB"
@@ -121,7 +214,7 @@ void RunReport() {
   page_options.with_covariance = FLAGS_with_covariance;
   RunOptions run_options;
   if (!FLAGS_config.empty()) {
-    run_options = ReadRunOptions(FLAGS_config, FLAGS_set, "");
+    run_options = ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, "");
   } else if (!FLAGS_set.empty()) {
     throw InputError("--set: needs --config");
   }
@@ -129,6 +222,8 @@ void RunReport() {
   input.results = ReadResults();
   input.title = FLAGS_title.empty() ? input.results.front().label : FLAGS_title;
   ReadViews(run_options, &input);
+  ReadImages(&input);
+  WithFolders(FLAGS_out);
 
   const PageData data = MakePageData(input, page_options);
   PrintSummary(data, WritePage(input.title, data.json, FLAGS_out));
@@ -141,7 +236,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"report", "one self-contained page to look at tracks",
-       "--tracks=F[,F2] [--ground_truth=F] [--cameras=F --detections=PATH] "
-       "--out=F.html"},
+       "--tracks=F[,F2,...] [--ground_truth=F] [--cameras=F "
+       "--detections=PATH [--images=VIEW=PATTERN;...]] --out=F.html"},
       kinegraph::RunReport);
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/common/app.h"
+#include "apps/common/config_folder.h"
 #include "apps/common/synthesis.h"
 #include "core/base/error.h"
 #include "core/io/config.h"
@@ -69,7 +70,8 @@ void RunSynthesize() {
   if (motion.empty()) RequireFlag("config", FLAGS_config);
   RequireFlag("out", FLAGS_out);
   const DetectionFormat* format = WantedFormat();
-  const SyntheticTake take = MakeTake(FLAGS_config, FLAGS_set, motion);
+  const SyntheticTake take =
+      MakeTake(FindConfig(FLAGS_config), FLAGS_set, motion);
   WriteTake(take, FLAGS_out);
   if (format != nullptr) WriteDetectionsAs(*format, take);
   std::printf("%zu frames, %zu cameras, %zu people, %lld detections -> %s\n",

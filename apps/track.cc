@@ -128,9 +128,10 @@ void RunTrack() {
                      ", expected at least 1");
   }
   if (!IsStandardOutput(FLAGS_out)) CheckTrackOutput(FLAGS_out);
-  const RunOptions options = ReadRunOptions(
-      FLAGS_config.empty() ? ProjectConfig("default.toml") : FLAGS_config,
-      FLAGS_set, FLAGS_mode);
+  const RunOptions options =
+      ReadRunOptions(FLAGS_config.empty() ? ProjectConfig("default.toml")
+                                          : FindConfig(FLAGS_config),
+                     FLAGS_set, FLAGS_mode);
   if (IsLive()) {
     RequireLag(options);
     EndInputOnInterruption();

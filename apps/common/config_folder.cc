@@ -23,9 +23,8 @@ std::string ProgramPath() {
   return length > 0 ? std::string(buffer, static_cast<size_t>(length)) : "";
 }
 
-}  // namespace
-
-std::string ProjectConfig(const std::string& name) {
+// Empty when it is nowhere.
+std::string FindProjectConfig(const std::string& name) {
   std::string folder = Parent(ProgramPath());
   const std::string installed =
       Parent(folder) + "/share/kinegraph/configs/" + name;
@@ -35,8 +34,25 @@ std::string ProjectConfig(const std::string& name) {
     const std::string candidate = folder + "/configs/" + name;
     if (IsFile(candidate)) return candidate;
   }
+  return "";
+}
+
+}  // namespace
+
+std::string ProjectConfig(const std::string& name) {
+  const std::string path = FindProjectConfig(name);
+  if (!path.empty()) return path;
   throw InputError("configs/" + name, "",
                    "not found beside the program or above it");
+}
+
+std::string FindConfig(const std::string& path) {
+  const std::string folder = "configs/";
+  const bool absolute = path.empty() || path.front() == '/';
+  if (absolute || IsFile(path)) return path;
+  const std::string found = FindProjectConfig(
+      path.rfind(folder, 0) == 0 ? path.substr(folder.size()) : path);
+  return found.empty() ? path : found;
 }
 
 }  // namespace kinegraph

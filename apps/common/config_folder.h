@@ -11,6 +11,11 @@ namespace kinegraph {
 // InputError when it is in none of these places.
 std::string ProjectConfig(const std::string& name);
 
+// A configuration as a user names it: a file, or from anywhere one of the
+// project's, with or without "configs/" in front ("paper/shelf.toml"). What is
+// neither is given back as it is, for whoever reads it to complain of.
+std::string FindConfig(const std::string& path);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_APPS_COMMON_CONFIG_FOLDER_H_

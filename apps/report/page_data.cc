@@ -372,8 +372,8 @@ std::optional<size_t> PageMaker::ReferenceOf(size_t r) const {
   for (size_t other = 0; other < input_.results.size(); ++other) {
     if (input_.results[other].role == ResultRole::kGroundTruth) return other;
   }
-  if (r == 0 && input_.results.size() > 1) return 1;
-  return std::nullopt;
+  if (input_.results.size() < 2) return std::nullopt;
+  return r == 0 ? 1 : 0;
 }
 
 Json PageMaker::ResultJson(size_t r) {
@@ -491,6 +491,11 @@ Json PageMaker::ResultJson(size_t r) {
                {"root", Base64(arrays.root)},
                {"joints", Base64(arrays.joints)},
                {"status", Base64(arrays.status)}};
+  if (!result.summary_json.empty()) {
+    // A summary that is none is not worth losing the page for.
+    const Json summary = Json::parse(result.summary_json, nullptr, false);
+    if (summary.is_object()) json["summary"] = summary;
+  }
   if (!arrays.residual.empty()) json["residual"] = Base64(arrays.residual);
   if (!arrays.difference.empty()) {
     json["difference"] = Base64(arrays.difference);
@@ -585,6 +590,9 @@ PageData PageMaker::Make() {
         ToJson(camera, input_.detections.has_value()
                            ? input_.detections->header.view_names[v]
                            : camera.name()));
+    if (v < input_.image_patterns.size() && !input_.image_patterns[v].empty()) {
+      page["cameras"].back()["images"] = input_.image_patterns[v];
+    }
   }
   colours_.reserve(input_.results.size());
   for (size_t r = 0; r < input_.results.size(); ++r) {

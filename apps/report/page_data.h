@@ -21,6 +21,8 @@ struct PageResult {
   std::string label;  // shown as it is, never as markup
   ResultRole role = ResultRole::kTracks;
   TrackSequence tracks;
+  // What `track` wrote beside it as NAME.summary.json; empty: nothing.
+  std::string summary_json = {};
 };
 
 struct PageInput {
@@ -28,6 +30,9 @@ struct PageInput {
   std::vector<PageResult> results;  // one or more; the first leads, truth last
   CameraRig cameras;                // in the order of the detections' views
   std::optional<DetectionSequence> detections;  // needs cameras
+  // Pictures behind the panels: one a camera, a path relative to the page with
+  // a number such as %06d for the frame's; empty: none.
+  std::vector<std::string> image_patterns;
 };
 
 struct PageOptions {

@@ -94,6 +94,15 @@ bool IsFile(const std::string& path) {
   return fs::exists(path, ignored) && !IsFolder(path);
 }
 
+std::string RelativeToFile(const std::string& path, const std::string& file) {
+  std::error_code error;
+  const fs::path folder = fs::absolute(fs::path(file), error).parent_path();
+  const fs::path relative = fs::absolute(fs::path(path), error)
+                                .lexically_normal()
+                                .lexically_relative(folder.lexically_normal());
+  return relative.empty() ? path : relative.generic_string();
+}
+
 void MakeFolder(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);

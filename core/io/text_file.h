@@ -26,6 +26,9 @@ bool IsFile(const std::string& path);
 // are read in one go, are expected.
 bool IsPipe(const std::string& path);
 
+// `path` as seen from the folder of `file`, as a link in that file names it.
+std::string RelativeToFile(const std::string& path, const std::string& file);
+
 // Makes a folder and those above it. Throws InputError naming it when it cannot
 // be made.
 void MakeFolder(const std::string& path);

@@ -463,7 +463,7 @@
       const width = camera.width || 2 * camera.K[2], height = camera.height || 2 * camera.K[5];
       const facts = element('span');
       byId('panels').append(element('figure', {}, [canvas, element('figcaption', {}, [element('b', { textContent: camera.view }), facts])]));
-      panels.push({ camera: camera, view: v, canvas: canvas, facts: facts, width: width, height: height, seen: true });
+      panels.push({ camera: camera, view: v, canvas: canvas, facts: facts, width: width, height: height, seen: true, pictures: new Map() });
     });
     if ('IntersectionObserver' in window) {
       const observer = new IntersectionObserver((entries) => entries.forEach((entry) => {
@@ -487,6 +487,40 @@
     });
   }
 
+  // ---- Pictures behind the panels ------------------------------------------------
+
+  const KEPT_PICTURES = 24, AHEAD = 6;
+
+  function pictureUrl(pattern, number) {
+    const path = pattern.replace(/%0?(\d*)d/, (all, width) => String(number).padStart(Number(width) || 0, '0'));
+    return path.split('/').map(encodeURIComponent).join('/');
+  }
+
+  // The picture of a frame, or undefined while it is on its way.
+  function pictureOf(panel, f) {
+    if (!panel.camera.images || f >= frameCount) return undefined;
+    let picture = panel.pictures.get(f);
+    if (picture) return picture;
+    picture = new Image();
+    picture.onload = picture.onerror = () => { if (state.frame === f && panel.seen) drawPanel(panel, f); };
+    picture.src = pictureUrl(panel.camera.images, frameNumbers[f]);
+    panel.pictures.set(f, picture);
+    if (panel.pictures.size > KEPT_PICTURES) panel.pictures.delete(panel.pictures.keys().next().value);
+    return picture;
+  }
+
+  function drawPicture(pen, panel, f) {
+    const picture = pictureOf(panel, f);
+    if (state.playing) for (let ahead = 1; ahead <= AHEAD; ++ahead) pictureOf(panel, f + ahead);
+    if (!picture || !picture.complete) return;
+    if (picture.naturalWidth === 0) { panel.noPicture = true; return; }
+    panel.noPicture = false;
+    pen.drawImage(picture, 0, 0, panel.width, panel.height);
+    // Lines must be seen on it.
+    pen.fillStyle = dark() ? 'rgba(13,17,22,.35)' : 'rgba(255,255,255,.35)';
+    pen.fillRect(0, 0, panel.width, panel.height);
+  }
+
   // Who a detection of this view and frame belongs to.
   function ownersIn(view, f) {
     const owners = new Map();
@@ -507,8 +541,10 @@
     pen.clearRect(0, 0, panel.canvas.width, panel.canvas.height);
     pen.setTransform(panel.scale, 0, 0, panel.scale, 0, 0);
     const px = panel.unit / panel.scale;  // one screen pixel in image pixels
+    panel.noPicture = false;
+    drawPicture(pen, panel, f);
     results.forEach((result) => { if (result.visible) drawReprojections(pen, panel, result, f, px); });
-    panel.facts.textContent = detections ? drawDetections(pen, panel, f, px) : '';
+    panel.facts.textContent = (detections ? drawDetections(pen, panel, f, px) : '') + (panel.noPicture ? '; no picture of this frame' : '');
   }
 
   function drawReprojections(pen, panel, result, f, px) {
@@ -698,6 +734,21 @@
 
   // ---- Charts ---------------------------------------------------------------------
 
+  // Width left of a plot for names and for the axis' numbers.
+  function gutter() { return window.innerWidth < 760 ? 58 : 110; }
+
+  // A number as people write it: three digits at most, no exponent.
+  function human(value) {
+    const size = Math.abs(value);
+    if (size >= 100 || Number.isInteger(value)) return String(Math.round(value));
+    return value.toFixed(size >= 10 ? 0 : size >= 1 ? 1 : 2);
+  }
+
+  // "left ankle" of "l_ankle".
+  function jointName(name) {
+    return name.replace(/\b([lr])_/g, (all, side) => (side === 'l' ? 'left ' : 'right ')).replace(/_/g, ' ');
+  }
+
   const charts = [];
   class Chart {
     constructor(title, height, draw) {
@@ -709,8 +760,8 @@
       this.height = height;
       this.drawInto = draw;
       const seek = (event) => {
-        const box = this.plot.getBoundingClientRect();
-        setFrame(Math.round((event.clientX - box.left) / box.width * (frameCount - 1)));
+        const box = this.plot.getBoundingClientRect(), left = gutter();
+        setFrame(Math.round((event.clientX - box.left - left) / (box.width - left) * (frameCount - 1)));
       };
       // A finger may only want to scroll the page: it seeks by a tap or sideways.
       let from = null;
@@ -736,10 +787,11 @@
       this.canvas.style.height = this.height + 'px';
       const pen = this.canvas.getContext('2d');
       pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-      this.drawInto(pen, this.width, this.height);
+      pen.translate(gutter(), 0);
+      this.drawInto(pen, this.width - gutter(), this.height);
     }
     moveCursor(f) {
-      this.cursor.style.transform = 'translateX(' + (f / Math.max(1, frameCount - 1) * (this.width - 1)).toFixed(1) + 'px)';
+      this.cursor.style.transform = 'translateX(' + (gutter() + f / Math.max(1, frameCount - 1) * (this.width - gutter() - 1)).toFixed(1) + 'px)';
     }
   }
 
@@ -757,7 +809,12 @@
       series.forEach((one) => drawSeries(pen, one, width, y));
       pen.fillStyle = dark() ? '#9aa6b5' : '#5b6675';
       pen.font = '11px system-ui, sans-serif';
-      pen.fillText(all.length ? top.toPrecision(2) + ' ' + unit : 'nothing to show', 2, 11);
+      if (!all.length) { pen.fillText('nothing to show', 2, 11); return; }
+      pen.textAlign = 'right';
+      pen.fillText(human(top) + ' ' + unit, -6, 11);
+      pen.fillText(human(low) + ' ' + unit, -6, height - 3);
+      pen.textAlign = 'left';
+      pen.fillRect(-2, 2, 1, height - 4);
     });
     return chart;
   }
@@ -802,6 +859,12 @@
     chart.head.append(element('span', { className: 'key', textContent: prefix + Array.from(names).join(', ') }));
   }
 
+  // A row's person, and whose result it is where there are several.
+  function rowName(row, letters) {
+    const name = nameOf(row.result, row.person) + (results.length > 1 ? ' ' + row.result.label : '');
+    return name.length > letters ? name.slice(0, letters - 1) + '\u2026' : name;
+  }
+
   function presenceChart() {
     const rows = [];
     results.forEach((result) => result.ids.forEach((id, person) => rows.push({ result: result, person: person })));
@@ -823,12 +886,11 @@
         });
         pen.globalAlpha = 1;
         if (rowHeight < 12) return;
-        pen.font = '600 11px system-ui, sans-serif';
-        pen.lineWidth = 3;
-        pen.strokeStyle = dark() ? '#1b212a' : '#ffffff';
-        pen.strokeText(nameOf(row.result, row.person), 3, i * rowHeight + rowHeight - 4);
+        pen.font = '11px system-ui, sans-serif';
+        pen.textAlign = 'right';
         pen.fillStyle = dark() ? '#e7ebf0' : '#1b2430';
-        pen.fillText(nameOf(row.result, row.person), 3, i * rowHeight + rowHeight - 4);
+        pen.fillText(rowName(row, gutter() < 100 ? 9 : 18), -6, i * rowHeight + rowHeight - 4);
+        pen.textAlign = 'left';
       });
     });
     chart.head.append(element('span', { className: 'key', textContent: 'full colour: ' + mostViews + ' views' + (rows.length > most ? '; the first ' + most + ' of ' + rows.length : '') }));
@@ -864,7 +926,7 @@
     boneChart.fromZero = false;
     const select = element('select', { id: 'bone' });
     select.setAttribute('aria-label', 'Bone');
-    lead.bones.forEach((bone, b) => select.append(element('option', { value: b, textContent: lead.joints[bone[0]] + ' to ' + lead.joints[bone[1]] })));
+    lead.bones.forEach((bone, b) => select.append(element('option', { value: b, textContent: jointName(lead.joints[bone[0]]) + ' to ' + jointName(lead.joints[bone[1]]) })));
     select.addEventListener('change', () => { choose(Number(select.value)); boneChart.draw(); });
     boneChart.head.append(select);
   }
@@ -874,13 +936,49 @@
     return results.some((result) => result.truth) ? 'the truth' : results[1].label;
   }
 
+  // ---- Summary ------------------------------------------------------------------
+
+  function medianOf(values) {
+    const sorted = Array.from(values).filter((v) => v === v).sort((a, b) => a - b);
+    return sorted.length ? sorted[Math.floor(sorted.length / 2)] : NaN;
+  }
+
+  function summaryTable(summary) {
+    const table = element('table', {}, [element('tr', {}, ['camera', 'matched', 'median', '90 %'].map((text) => element('th', { textContent: text })))]);
+    summary.cameras.forEach((camera) => table.append(element('tr', {}, [camera.view, Math.round(100 * camera.matched_share) + ' %',
+      human(camera.median_px) + ' px', human(camera.p90_px) + ' px'].map((text) => element('td', { textContent: text })))));
+    return table;
+  }
+
+  // What `track` wrote of each result, and how far results are apart.
+  function makeSummary() {
+    const box = byId('summary');
+    const line = (text, kind) => box.append(element('p', { textContent: text, className: kind || '' }));
+    results.forEach((result, r) => {
+      const summary = data.results[r].summary;
+      if (results.length > 1 && summary) box.append(element('b', { textContent: result.label }));
+      if (summary) {
+        box.append(summaryTable(summary));
+        const tall = summary.people.filter((person) => person.height_m).sort((a, b) => b.frames - a.frames).slice(0, 6);
+        line(summary.people.length + ' identities, at most ' + summary.most_people_in_a_view + ' in a view'
+          + (tall.length ? '; heights ' + tall.map((person) => person.height_m.toFixed(2) + ' m').join(', ') : ''));
+        summary.warnings.forEach((warning) => line(warning.text + '. Try: ' + warning.try, 'warning'));
+      }
+      if (result.difference && !result.truth) {
+        const apart = medianOf(Array.from(result.difference, (d) => (d === NO_VALUE ? NaN : 0.1 * d)));
+        if (apart === apart) line(result.label + ': ' + human(apart) + ' cm from ' + referenceName() + ' in the median');
+      }
+    });
+    byId('summary-card').hidden = !box.firstChild;
+  }
+
   // ---- Worst moments ------------------------------------------------------------
 
   const KINDS = {
-    residual: ['largest residual', (m) => m.value.toFixed(1) + ' px in ' + m.detail],
-    speed: ['speed jump', (m) => m.value.toFixed(1) + ' m/s at ' + m.detail],
-    bone: ['bone length jump', (m) => (100 * m.value).toFixed(1) + ' cm, ' + m.detail],
-    difference: [results.some((r) => r.truth) ? 'far from the truth' : 'results differ', (m) => (100 * m.value).toFixed(1) + ' cm from ' + referenceName()],
+    residual: ['largest residual', (m) => human(m.value) + ' px off the detection in ' + m.detail],
+    speed: ['speed jump', (m) => jointName(m.detail) + ': velocity jumps by ' + human(m.value) + ' m/s'],
+    bone: ['bone length jump', (m) => jointName(m.detail) + ': length jumps by ' + human(100 * m.value) + ' cm'],
+    difference: [results.some((r) => r.truth) ? 'far from the truth' : 'results differ', (m) => human(100 * m.value) + ' cm from ' + referenceName()],
     start: ['identity appears', () => 'appears'],
     end: ['identity is lost', () => 'is lost']
   };
@@ -1060,6 +1158,7 @@
   makePanels();
   makeCharts();
   makeMoments();
+  makeSummary();
   connect();
   applyTheme(dark());
   resize();
