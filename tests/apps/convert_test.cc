@@ -110,6 +110,8 @@ TEST(Convert, EveryFormatFromOurOwnAndBack) {
       {take.detections, "kinegraph", "", ""},
       {take.detections, "openpose", "", "--skeleton=coco17"},
       {take.detections, "coco", "", ""},
+      {take.detections, "mmpose", "", ""},
+      {take.detections, "mediapipe", "", ""},
       {take.detections, "longcw", "--image_size=640,480", "--skeleton=coco17"},
       {take.tracks, "kinegraph", "", ""},
       {take.tracks, "tum", "", "--skeleton=coco17"},
@@ -276,7 +278,7 @@ TEST(Convert, ThePageNamesEveryFormatAndFlag) {
     EXPECT_THAT(page, HasSubstr("`" + format + "`"));
     ++count;
   }
-  EXPECT_EQ(count, 23);
+  EXPECT_EQ(count, 26);
   for (const char* flag : {"unit", "image_size", "skeleton", "frame_rate",
                            "axes", "set", "formats"}) {
     EXPECT_THAT(page, HasSubstr("--" + std::string(flag)));
