@@ -144,8 +144,8 @@ INSTANTIATE_TEST_SUITE_P(
         OwnTake{"coco", "coco17", 60.0, 500.0, 4.5, 1.0,
                 "the calibration's own", 2},
         OwnTake{"mediapipe", "mediapipe33", 25.0, 1000.0, 5.0, 100.0, "cm", 1}),
-    [](const ::testing::TestParamInfo<OwnTake>& info) {
-      return info.param.skeleton;
+    [](const ::testing::TestParamInfo<OwnTake>& test) {
+      return test.param.skeleton;
     });
 
 TEST(OwnTake, TellsWhatIsMissingOrWrong) {

@@ -276,8 +276,8 @@ INSTANTIATE_TEST_SUITE_P(
                    },
                    {"nobody"},
                    "fewer than two views"}),
-    [](const ::testing::TestParamInfo<WrongSetUp>& info) {
-      return info.param.name;
+    [](const ::testing::TestParamInfo<WrongSetUp>& test) {
+      return test.param.name;
     });
 
 TEST(TakeReport, UnitsFollowFromHeights) {
