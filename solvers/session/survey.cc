@@ -113,7 +113,14 @@ void SettleUnit(const SurveyRequest& request,
     RunOptions options = request.options;
     options.cameras.unit = unit.unit;
     options.cameras.map = survey->map;
-    const CameraRig cameras = ReadCameras(request.cameras, options.cameras);
+    CameraRig cameras;
+    try {
+      cameras = ReadCameras(request.cameras, options.cameras);
+    } catch (const InputError&) {
+      // A format that states its unit takes no other.
+      if (first) throw;
+      continue;
+    }
     const double distance_m = WorkingDistance(cameras);
     const bool possible =
         distance_m >= kMinDistance && distance_m <= kMaxDistance;

@@ -10,6 +10,7 @@
 
 #include "core/evaluation/mpjpe.h"
 #include "core/io/calibration.h"
+#include "core/io/calibration_writer.h"
 #include "core/io/tracks.h"
 #include "tests/support/program.h"
 #include "tests/support/test_data.h"
@@ -35,8 +36,7 @@ struct OwnTake {
   int people;
 };
 
-// Detectors' files name the same joints; cameras.json says metres whatever it
-// holds, as a calibration in another unit does.
+// In a format that states no unit.
 void WriteCamerasIn(const OwnTake& take, const std::string& folder) {
   CameraRig cameras;
   for (const Camera& camera : ReadCameras(folder + "/cameras.json")) {
@@ -44,7 +44,9 @@ void WriteCamerasIn(const OwnTake& take, const std::string& folder) {
     parameters.t *= take.unit_per_m;
     cameras.emplace_back(parameters);
   }
-  WriteCameras(folder + "/calibration.json", cameras);
+  Losses losses;
+  WriteCalibration(folder + "/calibration.json", CalibrationFormat::kKrt,
+                   cameras, &losses);
 }
 
 std::string SceneKeys(const OwnTake& take) {
