@@ -81,5 +81,36 @@ TEST(DocsTest, PagesNameOnlyConfigurationsThatExist) {
   EXPECT_GT(named, 0);
 }
 
+// From the index every page is one step away, and no link leads nowhere.
+TEST(DocsTest, LinksLeadSomewhere) {
+  const fs::path docs = testing::ProjectFile("docs");
+  std::vector<fs::path> pages = {testing::ProjectFile("README.md"),
+                                 testing::ProjectFile("CONTRIBUTING.md")};
+  for (const auto& entry : fs::directory_iterator(docs)) {
+    if (entry.path().extension() == ".md") pages.push_back(entry.path());
+  }
+  int links = 0;
+  for (const fs::path& page : pages) {
+    const std::string text = ReadTextFile(page.string());
+    for (size_t at = text.find("]("); at != std::string::npos;
+         at = text.find("](", at + 1)) {
+      const size_t end = text.find_first_of(")#", at);
+      const std::string target = text.substr(at + 2, end - at - 2);
+      if (target.empty() || target.find(':') != std::string::npos) continue;
+      ++links;
+      EXPECT_TRUE(fs::exists(page.parent_path() / target))
+          << page << " links to " << target;
+    }
+  }
+  EXPECT_GT(links, 20);
+  const std::string index = ReadTextFile((docs / "README.md").string());
+  for (const fs::path& page : pages) {
+    const std::string name = page.filename().string();
+    if (page.parent_path() != docs || name == "README.md") continue;
+    EXPECT_NE(index.find("(" + name + ")"), std::string::npos)
+        << "docs/README.md does not name " << name;
+  }
+}
+
 }  // namespace
 }  // namespace kinegraph
