@@ -68,7 +68,7 @@ struct Take {
       frame.views.resize(1);
       frame.time = frame.views[0].capture_time = f * 40'000'000;
       Detection detection;
-      detection.joints.assign(17, {{1.5, 2.5}, 0.5, true});
+      detection.joints.assign(17, {{101.5, 202.5}, 0.5, true});
       frame.views[0].detections = {detection};
       seen.frames.push_back(frame);
       TrackFrame poses;

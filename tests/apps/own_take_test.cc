@@ -56,7 +56,7 @@ std::string SceneKeys(const OwnTake& take) {
          ";scene.frame_rate=" + text(take.frame_rate_hz) +
          ";scene.duration=2.5;scene.people=" + std::to_string(take.people) +
          ";scene.motion.visitors=0;scene.motion.area_radius=1.5"
-         ";scene.cameras.count=4;scene.cameras.distortion=[]"
+         ";scene.cameras.count=4"
          ";scene.cameras.focal=" +
          text(take.focal_px) + ";scene.cameras.radius=" + text(take.radius_m) +
          ";scene.cameras.image_width=" + std::to_string(width) +

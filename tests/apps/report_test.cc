@@ -98,8 +98,9 @@ TEST_F(ReportTest, BadInputIsOneLineAndExitTwo) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "--tracks"},
       {"--tracks=/nowhere.jsonl", "/nowhere.jsonl"},
-      {"--tracks=" + tracks_ + "," + tracks_ + "," + tracks_,
-       "found 3 files, expected one or two"},
+      {"--tracks=" + tracks_ + "," + tracks_ + "," + tracks_ + "," + tracks_ +
+           "," + tracks_ + "," + tracks_ + "," + tracks_,
+       "found 7 files, expected one to 6"},
       {"--tracks=" + tracks_ + " --detections=" + detections_,
        "needs --cameras"},
       {"--tracks=" + tracks_ + " --set=cameras.unit=m", "needs --config"},

@@ -89,14 +89,15 @@ TEST_F(CommandLine, RefusesUnknownFlagsAndNamesTheNearest) {
 TEST_F(CommandLine, RefusesBadValuesNamingWhatWasFoundAndExpected) {
   EXPECT_EQ(Refusal({"--test_threads=two"}),
             "--test_threads: found the text 'two', expected an integer");
-  EXPECT_EQ(Refusal({"--test_threads=99999999999"}),
-            "--test_threads: found the text '99999999999', expected an integer");
+  EXPECT_EQ(
+      Refusal({"--test_threads=99999999999"}),
+      "--test_threads: found the text '99999999999', expected an integer");
   EXPECT_EQ(Refusal({"--test_seed=-1"}),
             "--test_seed: found the text '-1', expected an integer >= 0");
   EXPECT_EQ(Refusal({"--test_ratio=1.5x"}),
             "--test_ratio: found the text '1.5x', expected a number");
   EXPECT_EQ(Refusal({"--test_loud=maybe"}),
-            "--test_loud: found 'maybe', expected true or false");
+            "--test_loud: found the text 'maybe', expected true or false");
   EXPECT_EQ(Refusal({"--notest_loud=true"}), "--notest_loud takes no value");
 }
 
