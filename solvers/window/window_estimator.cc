@@ -124,7 +124,12 @@ std::vector<bool> WindowEstimator::StartNewStates() {
     if (placed_anew[j]) continue;
     const Eigen::Vector3d triangulated = chain.states[k].head<3>();
     chain.states[k] = Advance(chain.states[k - 1], dt_s);
-    if (records_[k].triangulated[j]) chain.states[k].head<3>() = triangulated;
+    // Without a measurement of its own the state is not solved again, and where
+    // the motion leads it adds no cost.
+    const bool measured = chain.first[k] != chain.first[k + 1];
+    if (measured && records_[k].triangulated[j]) {
+      chain.states[k].head<3>() = triangulated;
+    }
   }
   return placed_anew;
 }

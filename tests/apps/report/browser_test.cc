@@ -279,7 +279,7 @@ TEST_F(PageInBrowser, ClickOnAWorstMomentJumps) {
                   .Evaluate("document.querySelector('#moments button')"
                             ".textContent")
                   .get<std::string>(),
-              HasSubstr("l_wrist"));
+              HasSubstr("left wrist"));
   browser.Click("#moments button");
   EXPECT_EQ(FrameEverywhere(), kJumpFrame + 1 - kFirstFrame);
   browser.Evaluate(

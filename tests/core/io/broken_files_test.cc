@@ -296,7 +296,7 @@ std::vector<Case> DetectionCases() {
                    "nested too deeply"),
       {"first person of no known skeleton",
        kind,
-       {{"t/cam0/a_1_keypoints.json", OpenPose(78)}},
+       {{"t/cam0/a_1_keypoints.json", OpenPose(81)}},
        "t",
        "detections.skeleton"},
       OneFile("COCO entry without frame", kind,

@@ -135,10 +135,12 @@ TEST(ReadDetections, TimesFollowTheFrameRate) {
   EXPECT_EQ(frame.time, 12'040'000'000);
 }
 
-TEST(ReadDetections, Body25BIsOnlyKnownFromTheOptions) {
+TEST(ReadDetections, Body25BIsKnownByPlausibilityAndFromTheOptions) {
   KINEGRAPH_DATA_OR_SKIP(path, "pose2sim/single/pose");
   DetectionReadOptions options;
-  EXPECT_TRUE(OpenDetections(path)->header().skeleton == Body25());
+  EXPECT_TRUE(OpenDetections(path)->header().skeleton == Body25B());
+  options.skeleton_name = "body25";
+  EXPECT_TRUE(OpenDetections(path, options)->header().skeleton == Body25());
   options.skeleton_name = "body25b";
   const DetectionSequence sequence = ReadDetections(path, options);
   EXPECT_TRUE(sequence.header.skeleton == Body25B());
@@ -361,7 +363,7 @@ TEST(ReadDetections, OpenPoseLayoutsByTheirJointCount) {
   EXPECT_TRUE(skeleton("flat") == Coco17());
   EXPECT_THAT(OpenDetections(folder.path() / "flat")->header().view_names,
               ElementsAre("flat"));
-  EXPECT_THROW(OpenDetections(folder.path() / "whole"), InputError);
+  EXPECT_TRUE(skeleton("whole") == WholeBody133());
   std::vector<std::string> joints;
   for (int j = 0; j < 133; ++j) joints.push_back("j" + std::to_string(j));
   DetectionReadOptions options;

@@ -69,7 +69,11 @@ TEST(NoiseScalesTest, AClassHardlySeenTakesThePersonsScale) {
   EXPECT_NEAR(std::log(scales.Scale(JointClass::kAnkle) /
                        scales.Scale(JointClass::kHip)),
               std::log(8.0) * 4.0 / 44.0, 0.1);
-  EXPECT_EQ(scales.Scale(JointClass::kHead), scales.Scale(JointClass::kHip));
+  // The person's scale is that of all classes together, in which the four move
+  // a 0.3 quantile of 2004 by well below one per cent of the scale; its own
+  // standard error is as large.
+  EXPECT_NEAR(scales.Scale(JointClass::kHead) / scales.Scale(JointClass::kHip),
+              1.0, 0.02);
 }
 
 // Fits the correlation of one joint in `views` views over `seconds`, AR(1)
