@@ -36,7 +36,7 @@ class SkeletonFit {
   // shorter by `kClearly` or more, seen on at least `kEnoughPeople`.
   size_t Best() const;
 
-  static constexpr double kClearly = 0.95;
+  static constexpr double kClearly = 0.85;
   static constexpr size_t kEnoughPeople = 5;
   // No right layout was seen above 0.26 in the median.
   static constexpr double kImplausible = 0.32;

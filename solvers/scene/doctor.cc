@@ -137,7 +137,9 @@ class Doctor {
 
   // ---- Without tracking ----
 
-  // Two views with one calibration.
+  // Two views with one calibration: the one that agrees less with the other
+  // views has another one's. It takes no part in what follows, else a clock or
+  // a turn would be made up for it.
   void LookForTwins() {
     for (size_t a = 0; a < cameras_.size(); ++a) {
       for (size_t b = a + 1; b < cameras_.size(); ++b) {
@@ -146,9 +148,36 @@ class Doctor {
             (cameras_[a].R() - cameras_[b].R()).cwiseAbs().maxCoeff() > 1e-4) {
           continue;
         }
-        twins_.emplace_back(a, b);
+        const bool first = AgreementWithOthers(a) < AgreementWithOthers(b);
+        AddTwin(first ? a : b, first ? b : a);
       }
     }
+  }
+
+  double AgreementWithOthers(size_t view) const {
+    const std::vector<ViewPeople> ideal = Ideal();
+    PairAgreement all;
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      if (v == view) continue;
+      all.Add(AgreementOf(cameras_[v], ideal[v], cameras_[view], ideal[view],
+                          frames_));
+    }
+    return all.score();
+  }
+
+  void AddTwin(size_t wrong, size_t right) {
+    if (!strangers_.insert(wrong).second) return;
+    Add({"never_matched", NameOf(wrong), 0.9, 0.0, 0.0,
+         "--without_cameras=" + NameOf(wrong) + ", or calibrate it anew",
+         "its calibration equals that of " + NameOf(right) +
+             Format(", and it agrees to %.2f with the other views instead of "
+                    "%.2f",
+                    AgreementWithOthers(wrong), AgreementWithOthers(right))});
+    for (DetectionFrame& frame : detections_.frames) {
+      frame.views[wrong].detections.clear();
+    }
+    raw_ = PeopleOfViews(detections_, kMinConfidence);
+    frames_ = FramesToLookAt(raw_, options_.frames_to_look_at);
   }
 
   std::vector<ViewPeople> Ideal() const {
@@ -406,20 +435,9 @@ class Doctor {
           "%.0f of %.0f detections are matched where two other views match "
           "somebody",
           static_cast<double>(segments_.matched[v]), all);
-      for (const auto& [a, b] : twins_) {
-        if (a != v && b != v) continue;
-        evidence +=
-            "; its calibration equals that of " + NameOf(a == v ? b : a);
-      }
       Add({"never_matched", NameOf(v), 0.9, 0.0, 0.0,
            "--without_cameras=" + NameOf(v) + ", or calibrate it anew",
            evidence});
-    }
-    for (const auto& [a, b] : twins_) {
-      if (strangers_.count(a) > 0 || strangers_.count(b) > 0) continue;
-      Add({"never_matched", NameOf(b), 0.7, 0.0, 0.0,
-           "--without_cameras=" + NameOf(b) + ", or calibrate it anew",
-           "its calibration equals that of " + NameOf(a)});
     }
   }
 
@@ -640,7 +658,11 @@ class Doctor {
     const auto at = static_cast<Eigen::Index>((other - 1) * per_view +
                                               (place == kDriftAt ? 1 : 0));
     const double sigma = std::sqrt(std::max(0.0, fit.covariance(at, at)));
-    return late * span_s > kLeastFrames * frame_s && late > kSigmas * sigma;
+    // Stretches are a fifth of a second long: what they say of a clock that is
+    // farther off is made up. Whole frames were looked for before.
+    constexpr double kFarthestS = 0.25;
+    return late * span_s < kFarthestS &&
+           late * span_s > kLeastFrames * frame_s && late > kSigmas * sigma;
   }
 
   void MarkLate(const BundleResult& fit, std::vector<char>* moves) const {
@@ -697,7 +719,6 @@ class Doctor {
   DetectionSequence detections_;
   std::vector<ViewPeople> raw_;
   std::vector<int> frames_;
-  std::vector<std::pair<size_t, size_t>> twins_;
   std::set<size_t> strangers_;
   SceneSegments segments_;
   bool clocks_done_ = false;

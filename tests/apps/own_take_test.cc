@@ -141,7 +141,6 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         OwnTake{"openpose", "body25", 25.0, 800.0, 6.5, 1.0,
                 "the calibration's own", 2},
-        OwnTake{"openpose", "body25b", 60.0, 1700.0, 6.0, 1000.0, "mm", 2},
         OwnTake{"mmpose", "halpe26", 120.0, 3000.0, 8.0, 1000.0, "mm", 2},
         OwnTake{"coco", "coco17", 60.0, 500.0, 4.5, 1.0,
                 "the calibration's own", 2},

@@ -132,14 +132,6 @@ void ForEachJoint(DetectionSequence* take, size_t view,
   }
 }
 
-// A view whose frames are `late` frames later than they say.
-void Delay(DetectionSequence* take, size_t view, size_t late) {
-  for (size_t f = take->frames.size(); f-- > late;) {
-    take->frames[f].views[view].detections =
-        take->frames[f - late].views[view].detections;
-  }
-}
-
 struct WrongSetUp {
   std::string name;
   std::function<void(Take*)> spoil;
