@@ -98,8 +98,6 @@ void RequireLag(const RunOptions& given) {
   }
 }
 
-bool IsDevice(const std::string& path) { return path.rfind("/dev/", 0) == 0; }
-
 // Whether poses become final at the end of a person's track or of the take.
 bool WaitsForEnd(const RunOptions& options) {
   if (PassCount(options) > 1 || options.identity.link) return true;
@@ -127,7 +125,7 @@ void RunTrack() {
     throw InputError("--threads: found " + std::to_string(FLAGS_threads) +
                      ", expected at least 1");
   }
-  if (!IsStandardOutput(FLAGS_out)) CheckTrackOutput(FLAGS_out);
+  CheckTrackOutput(FLAGS_out);
   const RunOptions options =
       ReadRunOptions(FLAGS_config.empty() ? ProjectConfig("default.toml")
                                           : FindConfig(FLAGS_config),
@@ -207,8 +205,7 @@ void RunTrack() {
                                    ? std::string()
                                    : " in --frames=" + FLAGS_frames));
   }
-  // Nothing can stand beside a stream.
-  const bool has_name = !IsStandardOutput(FLAGS_out);
+  const bool has_name = !IsStream(FLAGS_out);
   if (has_name && (options.identity.link || !FLAGS_corrections.empty())) {
     WriteIdentityEdits(IdentityPathOf(FLAGS_out), session.identity_edits());
   }
@@ -234,7 +231,7 @@ void RunTrack() {
                  troubles.c_str());
   }
   if (!IsLive()) WarnOfCameras(check);
-  if (!has_name || IsDevice(FLAGS_out)) return;
+  if (!has_name) return;
   WriteSummary(report);
   std::fputs(ReportText(report).c_str(), said);
 }

@@ -1,9 +1,12 @@
 #include "apps/common/track_output.h"
 
 #include <cstdio>
+#include <filesystem>
+#include <filesystem>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/io/atomic_file.h"
 #include "core/io/axis_map.h"
 #include "core/io/track_export.h"
 #include "core/io/track_writer.h"
@@ -71,16 +74,16 @@ class WholeTakeOutput final : public TrackOutput {
   TrackSequence tracks_;
 };
 
-// A device, such as /dev/null, has no extension and takes our own format.
-bool IsStream(const std::string& path) {
-  return path == "-" || path.rfind("/dev/", 0) == 0;
-}
-
 bool IsJsonLines(const std::string& extension) {
   return extension == ".jsonl" || extension == ".json";
 }
 
 }  // namespace
+
+bool IsStream(const std::string& path) {
+  std::error_code error;
+  return IsStandardOutput(path) || std::filesystem::is_other(path, error);
+}
 
 void CheckTrackOutput(const std::string& path) {
   const std::string extension = ExtensionOf(path);

@@ -3,6 +3,7 @@
 #ifndef KINEGRAPH_TESTS_SUPPORT_FAULTY_RUNS_H_
 #define KINEGRAPH_TESTS_SUPPORT_FAULTY_RUNS_H_
 
+#include <fcntl.h>
 #include <sys/types.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -101,6 +102,10 @@ class RunningProgram {
     raw.push_back(nullptr);
     process_ = fork();
     if (process_ != 0) return;
+    // Whoever starts the tests in the background may have these ignored.
+    for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+      signal(number, SIG_DFL);
+    }
     const bool ready = freopen(input.c_str(), "r", stdin) != nullptr &&
                        freopen(output.c_str(), "w", stdout) != nullptr &&
                        freopen(errors_path.c_str(), "w", stderr) != nullptr;
@@ -137,6 +142,20 @@ bool WaitUntil(const Condition& condition) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   return false;
+}
+
+// The writing end of a pipe, once a program reads it; a closed stream where
+// none does within half a minute (a plain open would wait for ever).
+inline std::ofstream OpenPipe(const std::string& path) {
+  int reader_is_there = -1;
+  WaitUntil([&] {
+    reader_is_there = open(path.c_str(), O_WRONLY | O_NONBLOCK);
+    return reader_is_there >= 0;
+  });
+  if (reader_is_there < 0) return {};
+  std::ofstream stream(path, std::ios::binary);
+  close(reader_is_there);
+  return stream;
 }
 
 }  // namespace kinegraph::testing
