@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -86,6 +87,7 @@ class BatchEstimator final : public Estimator {
 
  private:
   int joint_count() const { return scene_.skeleton.joint_count(); }
+  std::vector<int> AllJoints() const;
   void SolveAll();
   void Solve(const SolveSchedule& schedule);
   void RescaleNoise(const SolveStage& stage);
@@ -164,27 +166,30 @@ void BatchEstimator::SolveAll() {
     Solve(whole);
     RescaleNoise(whole.stages.back());
   }
-  for (int j = 0; j < joint_count(); ++j) {
-    solver_.SolveJointWithRivals(whole, j, &problem_);
-  }
+  solver_.SolveJointsWithRivals(whole, AllJoints(), &problem_);
   if (options_.bones) AddBones();
   solver_.Refine(&problem_);
 }
 
+std::vector<int> BatchEstimator::AllJoints() const {
+  std::vector<int> all(joint_count());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
 void BatchEstimator::Solve(const SolveSchedule& schedule) {
-  for (int j = 0; j < joint_count(); ++j) {
-    solver_.SolveJoint(schedule, j, &problem_);
-  }
+  solver_.SolveJoints(schedule, AllJoints(), &problem_);
 }
 
 // From the residuals that the stage has left.
 void BatchEstimator::RescaleNoise(const SolveStage& stage) {
   const double correction = InformationCorrection(stage.loss, stage.scale);
   std::vector<double> squares;
+  const auto covariances =
+      solver_.JointCovariances(problem_, correction, records_.size());
   for (int j = 0; j < joint_count(); ++j) {
-    const auto& covariances = solver_.JointCovariances(problem_, j, correction);
-    if (covariances.empty()) continue;
-    CollectSquares(problem_.joints[j], covariances, 0, records_.size(),
+    if (covariances[j].empty()) continue;
+    CollectSquares(problem_.joints[j], covariances[j], 0, records_.size(),
                    &squares);
   }
   const double scale = EstimateNoiseScale(std::move(squares));
@@ -265,24 +270,18 @@ void BatchEstimator::WriteFinals() {
     finals_.push_back(PoseOf(record, joint_count(), scene_.keep_observations,
                              options_.covariance));
   }
-  static const std::vector<Matrix6d> kNone;
-  const bool coupled = problem_.coupled();
-  std::vector<std::vector<Matrix6d>> together;
-  if (coupled && options_.covariance) {
-    together = solver_.BoneCovariances(problem_, records_.size());
+  std::vector<std::vector<Matrix6d>> covariances(joint_count());
+  if (options_.covariance) {
+    covariances = problem_.coupled()
+                      ? solver_.BoneCovariances(problem_, records_.size())
+                      : solver_.JointCovariances(problem_, solver_.correction(),
+                                                 records_.size());
   }
   for (int j = 0; j < joint_count(); ++j) {
     const std::vector<int> inliers = InliersOf(j);
     const bool ever_two = EverTwo(inliers);
-    if (!options_.covariance || !ever_two) {
-      WriteFinalsOf(j, inliers, ever_two, kNone);
-    } else if (coupled) {
-      WriteFinalsOf(j, inliers, ever_two, together[j]);
-    } else {
-      WriteFinalsOf(
-          j, inliers, ever_two,
-          solver_.JointCovariances(problem_, j, solver_.correction()));
-    }
+    if (!ever_two) covariances[j].clear();
+    WriteFinalsOf(j, inliers, ever_two, covariances[j]);
   }
 }
 

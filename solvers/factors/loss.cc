@@ -1,6 +1,9 @@
 #include "solvers/factors/loss.h"
 
 #include <cmath>
+#include <map>
+#include <mutex>
+#include <utility>
 
 namespace kinegraph {
 
@@ -11,35 +14,13 @@ const std::vector<std::string>& LossNames() {
 }
 
 LossValue EvaluateLoss(LossKind kind, double scale, double s) {
-  const double c2 = scale * scale;
-  switch (kind) {
-    case LossKind::kNone:
-      break;
-    case LossKind::kHuber: {
-      if (s <= c2) break;
-      const double root = std::sqrt(s);
-      const double weight = scale / root;
-      return {2.0 * scale * root - c2, weight, -0.5 * weight / s};
-    }
-    case LossKind::kCauchy: {
-      const double weight = 1.0 / (1.0 + s / c2);
-      return {c2 * std::log1p(s / c2), weight, -weight * weight / c2};
-    }
-    case LossKind::kGemanMcClure: {
-      const double share = c2 / (c2 + s);
-      return {s * share, share * share, -2.0 * share * share / (c2 + s)};
-    }
-    case LossKind::kTukey: {
-      if (s >= c2) return {c2 / 3.0, 0.0, 0.0};
-      const double rest = 1.0 - s / c2;
-      return {c2 / 3.0 * (1.0 - rest * rest * rest), rest * rest,
-              -2.0 * rest / c2};
-    }
-  }
-  return {s, 1.0, 0.0};
+  const LossTerms<double> terms = LossAt(kind, scale, s);
+  return {terms.rho, terms.first, terms.second};
 }
 
-double InformationCorrection(LossKind kind, double scale) {
+namespace {
+
+double IntegrateCorrection(LossKind kind, double scale) {
   // s = r'r is exponential with mean 2. d psi/d r = w I + 2 w' r r' has the
   // expectation E[w + s w'] I, and E[psi psi'] = E[s w^2] / 2 I. Midpoint rule;
   // the tail beyond s = 60 weighs 1e-13.
@@ -58,6 +39,18 @@ double InformationCorrection(LossKind kind, double scale) {
     mean_square += density * 0.5 * s * loss.first * loss.first;
   }
   return mean_slope * mean_slope / mean_square / mean_weight;
+}
+
+}  // namespace
+
+double InformationCorrection(LossKind kind, double scale) {
+  // A run asks for a handful of losses, many times each.
+  static std::mutex mutex;
+  static std::map<std::pair<LossKind, double>, double> known;
+  const std::lock_guard<std::mutex> lock(mutex);
+  const auto [at, is_new] = known.try_emplace({kind, scale}, 0.0);
+  if (is_new) at->second = IntegrateCorrection(kind, scale);
+  return at->second;
 }
 
 }  // namespace kinegraph

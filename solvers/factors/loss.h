@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-namespace kinegraph {
+#include "solvers/factors/robust_loss.h"
 
-enum class LossKind { kNone, kHuber, kCauchy, kGemanMcClure, kTukey };
+namespace kinegraph {
 
 // Names in the order of the enum.
 const std::vector<std::string>& LossNames();

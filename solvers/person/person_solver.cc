@@ -49,17 +49,29 @@ PersonSolver::PersonSolver(const GraphOptions& options)
               (options.pixel_noise_from == NoiseFrom::kTake ? kLearntWidening
                                                             : 1.0))) {}
 
-void PersonSolver::SolveJoint(const SolveSchedule& schedule, int joint_idx,
-                              PersonProblem* problem) {
-  JointChain& chain = problem->joints[joint_idx];
-  GateMeasurements(&chain);
-  start_ = chain.states;
-  SolveReport report = chain_solver_.Solve(problem->times, schedule, &chain);
-  report.finite = report.finite && AllFinite(chain.states);
+void PersonSolver::SolveJoints(const SolveSchedule& schedule,
+                               const std::vector<int>& joint_indices,
+                               PersonProblem* problem) {
+  std::vector<JointChain*> chains;
+  std::vector<StateChain> starts;
+  for (const int j : joint_indices) {
+    chains.push_back(&problem->joints[j]);
+    starts.push_back(chains.back()->states);
+  }
+  const std::vector<SolveReport> reports =
+      chain_solver_.Solve(problem->times, schedule, chains);
+  for (size_t i = 0; i < chains.size(); ++i) {
+    Finish(reports[i], starts[i], chains[i]);
+  }
+}
+
+void PersonSolver::Finish(SolveReport report, const StateChain& start,
+                          JointChain* chain) {
+  report.finite = report.finite && AllFinite(chain->states);
   Note(report, solver_ == GraphSolver::kSweeps);
   if (report.finite) return;
-  chain.states = start_;
-  for (PixelMeasurement& measurement : chain.measurements) {
+  chain->states = start;
+  for (PixelMeasurement& measurement : chain->measurements) {
     measurement.weight = 0.0;
   }
 }
@@ -81,11 +93,17 @@ double PersonSolver::JointCost(const std::vector<TimeNs>& times,
   return cost;
 }
 
-void PersonSolver::SolveJointWithRivals(const SolveSchedule& schedule,
-                                        int joint_idx, PersonProblem* problem) {
-  SolveJoint(schedule, joint_idx, problem);
-  JointChain& chain = problem->joints[joint_idx];
+void PersonSolver::SolveJointsWithRivals(const SolveSchedule& schedule,
+                                         const std::vector<int>& joint_indices,
+                                         PersonProblem* problem) {
+  SolveJoints(schedule, joint_indices, problem);
   if (!rival_starts_ || IsConvex(schedule.stages.back().loss)) return;
+  for (const int j : joint_indices) TryRivals(schedule, j, problem);
+}
+
+void PersonSolver::TryRivals(const SolveSchedule& schedule, int joint_idx,
+                             PersonProblem* problem) {
+  JointChain& chain = problem->joints[joint_idx];
   const std::vector<Stretch> stretches = LostStretches(chain, inlier_weight_);
   if (stretches.empty()) return;
   ++rivals_.cases;
@@ -104,11 +122,11 @@ void PersonSolver::SolveJointWithRivals(const SolveSchedule& schedule,
     for (size_t m = 0; m < masked.size(); ++m) {
       if (masked[m]) chain.measurements[m].information = 0.0;
     }
-    SolveJoint(schedule, joint_idx, problem);
+    SolveJoints(schedule, {joint_idx}, problem);
     for (size_t m = 0; m < masked.size(); ++m) {
       chain.measurements[m].information = first.measurements[m].information;
     }
-    SolveJoint(last, joint_idx, problem);
+    SolveJoints(last, {joint_idx}, problem);
     const double cost = JointCost(problem->times, chain);
     // Not for the sake of rounding.
     if (!(cost < least - 1e-6 * (1.0 + least))) continue;
@@ -162,14 +180,16 @@ std::vector<std::vector<Matrix6d>> PersonSolver::BoneCovariances(
   return covariances;
 }
 
-const std::vector<Matrix6d>& PersonSolver::JointCovariances(
-    const PersonProblem& problem, int joint_idx, double correction) {
-  if (!chain_solver_.Covariances(problem.times, problem.joints[joint_idx],
-                                 correction, &covariances_)) {
-    ++counts_.no_covariance;
-    covariances_.clear();
+std::vector<std::vector<Matrix6d>> PersonSolver::JointCovariances(
+    const PersonProblem& problem, double correction, size_t frame_end) {
+  std::vector<const JointChain*> chains;
+  for (const JointChain& chain : problem.joints) chains.push_back(&chain);
+  auto covariances =
+      chain_solver_.Covariances(problem.times, chains, correction, frame_end);
+  for (const std::vector<Matrix6d>& joint : covariances) {
+    if (joint.empty()) ++counts_.no_covariance;
   }
-  return covariances_;
+  return covariances;
 }
 
 void PersonSolver::Note(const SolveReport& report, bool taken_over) {

@@ -27,19 +27,21 @@ class PersonSolver {
   // InformationCorrection of its last loss.
   double correction() const { return correction_; }
 
-  // Gates the measurements of a joint at its states and runs `schedule` by
-  // sweeps. A solve that finds nothing finite keeps its start, and its
-  // measurements get no weight.
-  void SolveJoint(const SolveSchedule& schedule, int joint_idx,
-                  PersonProblem* problem);
+  // Gates the measurements of the joints at their states and runs `schedule` by
+  // sweeps, each joint as if alone. A solve that finds nothing finite keeps its
+  // start, and its measurements get no weight.
+  void SolveJoints(const SolveSchedule& schedule,
+                   const std::vector<int>& joint_indices,
+                   PersonProblem* problem);
 
-  // As SolveJoint. Where most views of the joint are lost then
+  // As SolveJoints. Where most views of a joint are lost then
   // (LostStretches), it is solved again from two rival starts, found without
   // the views that were believed there and without any view there; the lowest
   // cost under the last stage's loss is kept. Problems without bones and
   // person's prior only.
-  void SolveJointWithRivals(const SolveSchedule& schedule, int joint_idx,
-                            PersonProblem* problem);
+  void SolveJointsWithRivals(const SolveSchedule& schedule,
+                             const std::vector<int>& joint_indices,
+                             PersonProblem* problem);
 
   // What rival starts came to.
   struct RivalCounts {
@@ -63,11 +65,9 @@ class PersonSolver {
   std::vector<std::vector<Matrix6d>> BoneCovariances(
       const PersonProblem& problem, size_t frame_end);
 
-  // Covariances of all frames of a joint; empty where there are none. Valid
-  // until the next call.
-  const std::vector<Matrix6d>& JointCovariances(const PersonProblem& problem,
-                                                int joint_idx,
-                                                double correction);
+  // The same of joints that nothing couples.
+  std::vector<std::vector<Matrix6d>> JointCovariances(
+      const PersonProblem& problem, double correction, size_t frame_end);
 
   // Adds what was counted since the last call to the options' ledger, and logs
   // what went wrong in the frames first .. last of this person.
@@ -76,7 +76,10 @@ class PersonSolver {
  private:
   // `taken_over`: the result is what the estimator goes on with.
   void Note(const SolveReport& report, bool taken_over);
+  void Finish(SolveReport report, const StateChain& start, JointChain* chain);
   double JointCost(const std::vector<TimeNs>& times, const JointChain& chain);
+  void TryRivals(const SolveSchedule& schedule, int joint_idx,
+                 PersonProblem* problem);
 
   RivalCounts rivals_;
   bool rival_starts_;
@@ -89,8 +92,6 @@ class PersonSolver {
   ChainSolver chain_solver_;
   BoneSolver bone_solver_;
   LinearChain linear_;
-  StateChain start_;
-  std::vector<Matrix6d> covariances_;
 };
 
 }  // namespace kinegraph

@@ -1,74 +1,183 @@
 #include "solvers/sweeps/chain_solver.h"
 
+#include <glog/logging.h>
+
 #include <algorithm>
 #include <utility>
 
-#include "solvers/sweeps/damping.h"
-
 namespace kinegraph {
-namespace {
 
-double LargestMove(const StateChain& step) {
-  double largest = 0.0;
-  for (const State& state : step) {
-    largest = std::max(largest, state.head<3>().cwiseAbs().maxCoeff());
-  }
-  return largest;
+void LaneBuffer::Reserve(size_t size) {
+  constexpr size_t kAlignment = 64;  // bytes
+  memory_.resize(size + kAlignment / sizeof(double));
+  const auto address = reinterpret_cast<uintptr_t>(memory_.data());
+  const uintptr_t over = address % kAlignment;
+  aligned_ =
+      memory_.data() + (over == 0 ? 0 : (kAlignment - over) / sizeof(double));
 }
 
-}  // namespace
-
-bool ChainSolver::RunStage(const std::vector<TimeNs>& times,
-                           const SolveStage& stage, double step_tolerance_m,
-                           const JointChain& chain, SolveReport* report) {
-  const size_t count = states_.size();
-  if (!Linearise(times, chain, states_, stage, true, &linear_)) return false;
-  Damping damping;
-  report->converged = false;
-  for (int iteration = 0; iteration < stage.max_iterations; ++iteration) {
-    ++report->iterations;
-    if (!factor_.Factorise(linear_.diagonal, linear_.upper, damping.value())) {
-      if (!damping.Raise()) break;
-      continue;
-    }
-    for (size_t k = 0; k < count; ++k) step_[k] = -linear_.gradient[k];
-    factor_.Solve(&step_);
-    candidate_.resize(count);
-    for (size_t k = 0; k < count; ++k) candidate_[k] = states_[k] + step_[k];
-    const double move = LargestMove(step_);
-    const bool valid =
-        Linearise(times, chain, candidate_, stage, true, &trial_);
-    if (!valid || !damping.Accepts(linear_.cost, trial_.cost)) {
-      if (!damping.Raise()) break;
-      continue;
-    }
-    damping.Lower();
-    std::swap(states_, candidate_);
-    std::swap(linear_, trial_);
-    if (move < step_tolerance_m) {
-      report->converged = true;
-      break;
-    }
-  }
-  return true;
+void LaneBuffer::Assign(size_t size, double value) {
+  Reserve(size);
+  std::fill(aligned_, aligned_ + size, value);
 }
 
-SolveReport ChainSolver::Solve(const std::vector<TimeNs>& times,
-                               const SolveSchedule& schedule,
-                               JointChain* chain) {
+void ChainSolver::LoadTimes(const std::vector<TimeNs> &times,
+                            const std::vector<const JointChain *> &chains) {
+  dt_s_.clear();
+  process_noise_.Assign(frames_ * kGroup, 1.0);
+  for (size_t k = 0; k + 1 < frames_; ++k) {
+    dt_s_.push_back(ToSeconds(times[k + 1] - times[k]));
+    for (size_t lane = 0; lane < chains.size(); ++lane) {
+      process_noise_[Row(k) + lane] = chains[lane]->process_noise[k];
+    }
+  }
+}
+
+// The views of every frame, each slot that any chain was measured in.
+void ChainSolver::LoadViews(const std::vector<const JointChain *> &chains) {
+  first_view_.assign(1, 0);
+  views_.clear();
+  first_place_.clear();
+  size_t count = 0;
+  for (const JointChain *chain : chains) {
+    first_place_.push_back(count);
+    count += chain->measurements.size();
+  }
+  place_.resize(count);
+  for (size_t k = 0; k < frames_; ++k) {
+    // In the order of the slots, as each chain alone has them: a joint's sums
+    // then do not depend on which joints are beside it.
+    slots_.clear();
+    for (const JointChain *chain : chains) {
+      for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
+        const PixelMeasurement &measurement = chain->measurements[m];
+        const size_t slot = measurement.view_slot;
+        if (slot >= slots_.size()) slots_.resize(slot + 1);
+        slots_[slot].measurement = &measurement;
+      }
+    }
+    for (Slot &slot : slots_) {
+      if (slot.measurement == nullptr) continue;
+      slot.view = views_.size();
+      views_.push_back(
+          {&slot.measurement->camera->model(), slot.measurement->offset_s});
+    }
+    for (size_t lane = 0; lane < chains.size(); ++lane) {
+      const JointChain &chain = *chains[lane];
+      for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+        const size_t view = slots_[chain.measurements[m].view_slot].view;
+        place_[first_place_[lane] + m] = Row(view) + lane;
+      }
+    }
+    first_view_.push_back(static_cast<int>(views_.size()));
+  }
+}
+
+void ChainSolver::LoadMeasurements(
+    const std::vector<const JointChain *> &chains) {
+  const size_t size = views_.size() * kGroup;
+  for (LaneBuffer *buffer : {&x_px_, &y_px_, &per_sigma_, &information_}) {
+    buffer->Assign(size, 0.0);
+  }
+  counts_.Assign(size, 0.0);
+  weights_.Assign(size, 0.0);
+  for (size_t lane = 0; lane < chains.size(); ++lane) {
+    const std::vector<PixelMeasurement> &measurements =
+        chains[lane]->measurements;
+    for (size_t m = 0; m < measurements.size(); ++m) {
+      const PixelMeasurement &measurement = measurements[m];
+      const size_t at = place_[first_place_[lane] + m];
+      x_px_[at] = measurement.px.x() - measurement.bias_px.x();
+      y_px_[at] = measurement.px.y() - measurement.bias_px.y();
+      per_sigma_[at] = 1.0 / measurement.sigma_px;
+      information_[at] = measurement.information;
+      counts_[at] = measurement.gated ? 0.0 : 1.0;
+      weights_[at] = measurement.weight;
+    }
+  }
+}
+
+void ChainSolver::LoadPriors(const std::vector<const JointChain *> &chains) {
+  prior_A_.Assign(36 * kGroup, 0.0);
+  prior_A_stated_.Assign(36 * kGroup, 0.0);
+  prior_x0_.Assign(6 * kGroup, 0.0);
+  prior_b_.Assign(6 * kGroup, 0.0);
+  for (size_t lane = 0; lane < chains.size(); ++lane) {
+    const StatePrior &prior = chains[lane]->prior;
+    for (size_t i = 0; i < 36; ++i) {
+      prior_A_[Row(i) + lane] = prior.A.data()[i];
+      prior_A_stated_[Row(i) + lane] = prior.A_stated.data()[i];
+    }
+    for (size_t i = 0; i < 6; ++i) {
+      prior_x0_[Row(i) + lane] = prior.x0[i];
+      prior_b_[Row(i) + lane] = prior.b[i];
+    }
+  }
+  // Lanes without a joint rest at the origin.
+  for (size_t lane = chains.size(); lane < kGroup; ++lane) {
+    for (size_t i = 0; i < 6; ++i) {
+      prior_A_[Row(7 * i) + lane] = prior_A_stated_[Row(7 * i) + lane] = 1.0;
+    }
+  }
+}
+
+void ChainSolver::LoadStates(const std::vector<const JointChain *> &chains) {
+  states_.Assign(frames_ * 6 * kGroup, 0.0);
+  for (size_t lane = 0; lane < chains.size(); ++lane) {
+    for (size_t k = 0; k < frames_; ++k) {
+      const State &state = chains[lane]->states[k];
+      for (size_t i = 0; i < 6; ++i) states_[Row(6 * k + i) + lane] = state[i];
+    }
+  }
+}
+
+void ChainSolver::Load(const std::vector<TimeNs> &times,
+                       const std::vector<const JointChain *> &chains) {
+  frames_ = times.size();
+  LoadTimes(times, chains);
+  LoadViews(chains);
+  LoadMeasurements(chains);
+  LoadPriors(chains);
+  LoadStates(chains);
+  workspace_.Reserve(LaneWorkspaceSize(static_cast<int>(frames_)));
+  arrays_.frames = static_cast<int>(frames_);
+  arrays_.joints = static_cast<int>(chains.size());
+  arrays_.lanes = static_cast<int>(kGroup);
+  arrays_.dt_s = dt_s_.data();
+  arrays_.process_noise = process_noise_.data();
+  arrays_.first_view = first_view_.data();
+  arrays_.views = views_.data();
+  arrays_.x_px = x_px_.data();
+  arrays_.y_px = y_px_.data();
+  arrays_.per_sigma = per_sigma_.data();
+  arrays_.information = information_.data();
+  arrays_.counts = counts_.data();
+  arrays_.weights = weights_.data();
+  arrays_.prior_A = prior_A_.data();
+  arrays_.prior_A_stated = prior_A_stated_.data();
+  arrays_.prior_x0 = prior_x0_.data();
+  arrays_.prior_b = prior_b_.data();
+  arrays_.states = states_.data();
+}
+
+SolveReport ChainSolver::Unload(size_t lane, const SolveSchedule &schedule,
+                                JointChain *chain) {
   SolveReport report;
-  if (chain->states.empty()) return report;
-  states_ = chain->states;
-  step_.assign(states_.size(), State::Zero());
-  for (const SolveStage& stage : schedule.stages) {
-    if (!RunStage(times, stage, schedule.step_tolerance_m, *chain, &report)) {
-      report.finite = report.converged = false;
-      break;
+  report.finite = finite_[lane] != 0.0;
+  report.converged = converged_[lane] != 0.0;
+  report.iterations = static_cast<int>(iterations_[lane]);
+  step_.resize(frames_);
+  for (size_t k = 0; k < frames_; ++k) {
+    for (size_t i = 0; i < 6; ++i) {
+      chain->states[k][i] = states_[Row(6 * k + i) + lane];
+      step_[k][i] = steps_[Row(6 * k + i) + lane];
     }
   }
-  chain->states = states_;
   for (size_t m = 0; m < chain->measurements.size(); ++m) {
-    chain->measurements[m].weight = report.finite ? linear_.weights[m] : 0.0;
+    PixelMeasurement &measurement = chain->measurements[m];
+    const size_t at = place_[first_place_[lane] + m];
+    measurement.gated = counts_[at] == 0.0;
+    measurement.weight = report.finite ? weights_[at] : 0.0;
   }
   if (report.finite && !report.converged && schedule.doubt_unsettled) {
     report.unsettled = DoubtUnsettled(step_, chain);
@@ -76,15 +185,96 @@ SolveReport ChainSolver::Solve(const std::vector<TimeNs>& times,
   return report;
 }
 
-bool ChainSolver::Covariances(const std::vector<TimeNs>& times,
-                              const JointChain& chain, double correction,
-                              std::vector<Matrix6d>* covariances) {
-  covariances->resize(times.size());
-  LineariseInformation(times, chain, correction, true, &linear_);
-  if (!factor_.Factorise(linear_.diagonal, linear_.upper)) return false;
-  factor_.SelectedInverse(
-      [&](size_t k, const Matrix6d& block) { (*covariances)[k] = block; });
-  return true;
+void ChainSolver::SolveGroup(const std::vector<TimeNs> &times,
+                             const SolveSchedule &schedule,
+                             const std::vector<JointChain *> &chains,
+                             std::vector<SolveReport> *reports) {
+  Load(times, {chains.begin(), chains.end()});
+  steps_.Reserve(Row(6 * frames_));
+  for (LaneBuffer *buffer : {&finite_, &converged_, &iterations_}) {
+    buffer->Reserve(kGroup);
+  }
+  std::vector<LaneStage> stages;
+  for (const SolveStage &stage : schedule.stages) {
+    stages.push_back({stage.loss, stage.scale, stage.max_iterations});
+  }
+  SolveChainLanes(
+      arrays_, stages.data(), static_cast<int>(stages.size()),
+      schedule.step_tolerance_m, workspace_.data(),
+      {finite_.data(), converged_.data(), iterations_.data(), steps_.data()});
+  for (size_t lane = 0; lane < chains.size(); ++lane) {
+    reports->push_back(Unload(lane, schedule, chains[lane]));
+  }
+}
+
+std::vector<SolveReport> ChainSolver::Solve(
+    const std::vector<TimeNs> &times, const SolveSchedule &schedule,
+    const std::vector<JointChain *> &chains) {
+  CHECK(!schedule.stages.empty());
+  if (times.empty()) return std::vector<SolveReport>(chains.size());
+  std::vector<SolveReport> reports;
+  for (size_t at = 0; at < chains.size(); at += kGroup) {
+    const size_t end = std::min(at + kGroup, chains.size());
+    SolveGroup(times, schedule, {chains.begin() + at, chains.begin() + end},
+               &reports);
+  }
+  return reports;
+}
+
+SolveReport ChainSolver::Solve(const std::vector<TimeNs> &times,
+                               const SolveSchedule &schedule,
+                               JointChain *chain) {
+  return Solve(times, schedule, std::vector<JointChain *>{chain}).front();
+}
+
+void ChainSolver::CovariancesOfGroup(
+    const std::vector<TimeNs> &times,
+    const std::vector<const JointChain *> &chains, double correction,
+    size_t frame_end, std::vector<std::vector<Matrix6d>> *covariances) {
+  Load(times, chains);
+  covariances_.Reserve(Row(21 * frame_end));
+  known_.Reserve(kGroup);
+  CovarianceChainLanes(arrays_, correction, static_cast<int>(frame_end),
+                       workspace_.data(), covariances_.data(), known_.data());
+  for (size_t lane = 0; lane < chains.size(); ++lane) {
+    covariances->emplace_back();
+    if (known_[lane] == 0.0) continue;
+    covariances->back().resize(frame_end);
+    for (size_t k = 0; k < frame_end; ++k) {
+      size_t row = 21 * k;
+      Matrix6d &covariance = covariances->back()[k];
+      for (int i = 0; i < 6; ++i) {
+        for (int j = i; j < 6; ++j) {
+          covariance(i, j) = covariance(j, i) = covariances_[Row(row++) + lane];
+        }
+      }
+    }
+  }
+}
+
+std::vector<std::vector<Matrix6d>> ChainSolver::Covariances(
+    const std::vector<TimeNs> &times,
+    const std::vector<const JointChain *> &chains, double correction,
+    size_t frame_end) {
+  if (times.empty()) return std::vector<std::vector<Matrix6d>>(chains.size());
+  std::vector<std::vector<Matrix6d>> covariances;
+  for (size_t at = 0; at < chains.size(); at += kGroup) {
+    const size_t end = std::min(at + kGroup, chains.size());
+    CovariancesOfGroup(times, {chains.begin() + at, chains.begin() + end},
+                       correction, std::min(frame_end, times.size()),
+                       &covariances);
+  }
+  return covariances;
+}
+
+bool ChainSolver::Covariances(const std::vector<TimeNs> &times,
+                              const JointChain &chain, double correction,
+                              std::vector<Matrix6d> *covariances) {
+  *covariances =
+      std::move(Covariances(times, std::vector<const JointChain *>{&chain},
+                            correction, times.size())
+                    .front());
+  return !covariances->empty();
 }
 
 }  // namespace kinegraph

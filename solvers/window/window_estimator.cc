@@ -160,15 +160,15 @@ void WindowEstimator::DropFinalFrames() {
 // adds no cost. False where that is all of them.
 bool WindowEstimator::SolveMeasuredJoints() {
   const size_t k = newest();
-  bool solved = false;
+  std::vector<int> measured;
   for (int j = 0; j < joint_count(); ++j) {
     const JointChain& chain = problem_.joints[j];
     if (chain.first[k] == chain.first[k + 1] && !scale_changed_) continue;
-    solver_.SolveJointWithRivals(solver_.schedule(), j, &problem_);
-    solved = true;
+    measured.push_back(j);
   }
+  solver_.SolveJointsWithRivals(solver_.schedule(), measured, &problem_);
   scale_changed_ = false;
-  return solved;
+  return !measured.empty();
 }
 
 // Sigmas of a window change all at once and seldom.
@@ -303,29 +303,25 @@ void WindowEstimator::Emit(size_t end) {
   const bool learns = options_.pixel_noise_from == NoiseFrom::kFixed &&
                       options_.estimate_noise_scale && learnt_scale_.Wants();
   std::vector<double> squares;
-  std::vector<std::vector<Matrix6d>> together;
-  if ((options_.covariance || learns) && coupled) {
-    together = solver_.BoneCovariances(problem_, end);
+  std::vector<std::vector<Matrix6d>> covariances(joint_count());
+  if (options_.covariance || learns) {
+    covariances =
+        coupled ? solver_.BoneCovariances(problem_, end)
+                : solver_.JointCovariances(problem_, solver_.correction(), end);
   }
   for (int j = 0; j < joint_count(); ++j) {
-    const std::vector<Matrix6d>* covariances = nullptr;
-    if (options_.covariance || learns) {
-      covariances = coupled ? &together[j]
-                            : &solver_.JointCovariances(problem_, j,
-                                                        solver_.correction());
-    }
-    if (learns && covariances->size() >= end) {
-      CollectSquares(problem_.joints[j], *covariances, final_count_, end,
+    if (learns && covariances[j].size() >= end) {
+      CollectSquares(problem_.joints[j], covariances[j], final_count_, end,
                      &squares);
     }
     for (size_t k = final_count_; k < end; ++k) {
       int inliers = 0;
       const JointStatus status = StatusAt(k, j, &inliers);
       Eigen::Matrix3d covariance;
-      const bool known = options_.covariance && k < covariances->size();
+      const bool known = options_.covariance && k < covariances[j].size();
       if (known) {
         covariance = noise_.CovarianceFactorOf(j, k) *
-                     (*covariances)[k].topLeftCorner<3, 3>();
+                     covariances[j][k].topLeftCorner<3, 3>();
       }
       WriteJoint(problem_.joints[j], k, j, status, inliers,
                  known ? &covariance : nullptr,

@@ -6,12 +6,15 @@
 
 #include <Eigen/LU>
 
+#include "core/base/instruction_set.h"
+#include "core/base/pack.h"
 #include "solvers/ceres/ceres_factor.h"
 #include "solvers/ceres/ceres_loss.h"
 #include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/factor_list.h"
 #include "solvers/graph/marginalise_frame.h"
+#include "solvers/sweeps/linear_chain.h"
 #include "tests/support/simulated_person.h"
 
 namespace kinegraph {
@@ -279,6 +282,68 @@ TEST_F(ChainSolverTest, StartsBehindACameraAreGated) {
   for (const PixelMeasurement& m : chain.measurements) {
     EXPECT_TRUE(!m.gated || m.weight == 0.0);
   }
+}
+
+void ExpectSameBits(const JointChain& a, const JointChain& b) {
+  for (size_t k = 0; k < a.states.size(); ++k) {
+    EXPECT_EQ(a.states[k], b.states[k]);
+  }
+  for (size_t m = 0; m < a.measurements.size(); ++m) {
+    EXPECT_EQ(a.measurements[m].weight, b.measurements[m].weight);
+    EXPECT_EQ(a.measurements[m].gated, b.measurements[m].gated);
+  }
+}
+
+// A joint's result depends neither on the joints beside it nor on how many of
+// them the machine computes at once.
+TEST_F(ChainSolverTest, SameBitsInAnyCompanyAndOnEveryInstructionSet) {
+  SimulatedNoise noise;
+  noise.outliers = 0.1;
+  noise.missing = 0.2;
+  noise.confidence_low = 0.3;
+  Make(5, 30, noise);
+  // Twice the arm: more joints than a group has lanes.
+  std::vector<JointChain> joints = problem_.joints;
+  joints.insert(joints.end(), problem_.joints.begin(), problem_.joints.end());
+  joints.insert(joints.end(), problem_.joints.begin(), problem_.joints.end());
+  ASSERT_GT(joints.size(), static_cast<size_t>(kLaneMultiple));
+  // Some of them unseen, some where no camera sees them.
+  joints[1].measurements.clear();
+  joints[1].first.assign(joints[1].states.size() + 1, 0);
+  for (State& state : joints[4].states) {
+    state.head<3>() = 20.0 * scene_.cameras[0].centre();
+  }
+  SolveSchedule schedule = Exact(LossKind::kGemanMcClure, 3.0);
+  schedule.stages.back().max_iterations = 7;  // not all of them settle
+  UseInstructionSet(InstructionSet::kBaseline);
+  ChainSolver solver;
+  std::vector<JointChain> alone = joints;
+  std::vector<SolveReport> reports;
+  std::vector<std::vector<Matrix6d>> covariances(joints.size());
+  for (size_t j = 0; j < joints.size(); ++j) {
+    reports.push_back(solver.Solve(problem_.times, schedule, &alone[j]));
+    solver.Covariances(problem_.times, alone[j], 1.1, &covariances[j]);
+  }
+  for (const InstructionSet set :
+       {InstructionSet::kBaseline, InstructionSet::kAvx2,
+        InstructionSet::kAvx512}) {
+    SCOPED_TRACE(ToString(set));
+    UseInstructionSet(set);
+    std::vector<JointChain> together = joints;
+    std::vector<JointChain*> chains;
+    for (JointChain& chain : together) chains.push_back(&chain);
+    const auto all = solver.Solve(problem_.times, schedule, chains);
+    const auto blocks = solver.Covariances(
+        problem_.times, {chains.begin(), chains.end()}, 1.1, 30);
+    for (size_t j = 0; j < joints.size(); ++j) {
+      ExpectSameBits(together[j], alone[j]);
+      EXPECT_EQ(all[j].iterations, reports[j].iterations);
+      EXPECT_EQ(all[j].converged, reports[j].converged);
+      EXPECT_EQ(all[j].unsettled, reports[j].unsettled);
+      EXPECT_EQ(blocks[j], covariances[j]);
+    }
+  }
+  UseInstructionSet(InstructionSet::kAvx512);
 }
 
 }  // namespace

@@ -1,0 +1,537 @@
+// The arithmetic of chain_lanes.h over the type of pack. Included by the files
+// that are compiled for one instruction set each; nothing of Eigen.
+//
+// With S_k the block that is left of frame k when all later ones are
+// eliminated, B_k right of the diagonal and P_k = S_k^-1:
+//   S_k = D_k - B_k P_k+1 B_k',   r_k = -g_k - B_k P_k+1 r_k+1,
+//   x_0 = P_0 r_0,   x_k+1 = P_k+1 (r_k+1 - B_k' x_k).
+// Eliminated from the last frame to the first, so that the covariance of a
+// window's oldest frame is P_0 and costs nothing more.
+#ifndef KINEGRAPH_SOLVERS_SWEEPS_CHAIN_KERNEL_H_
+#define KINEGRAPH_SOLVERS_SWEEPS_CHAIN_KERNEL_H_
+
+#include <type_traits>
+
+#include "core/base/pack.h"
+#include "solvers/factors/constant_velocity.h"
+#include "solvers/factors/gaussian_prior.h"
+#include "solvers/factors/reprojection.h"
+#include "solvers/sweeps/chain_lanes.h"
+#include "solvers/sweeps/lane_blocks.h"
+
+namespace kinegraph {
+
+// A camera as reprojections of packs see it; where it has an image is noted
+// lane by lane.
+template <typename T>
+struct LaneCamera {
+  const CameraModel *camera;
+  Mask<T> *visible;
+
+  KINEGRAPH_INLINE bool Project(const T *point, T *px, T (*by_point)[3]) const {
+    *visible = kinegraph::Project(*camera, point, &px[0], &px[1],
+                                  by_point == nullptr ? nullptr : by_point[0]);
+    return true;
+  }
+};
+
+// Frame k's motion to the next, the same during a solve: information of both
+// ends and between them, each times the identity.
+template <typename T>
+struct LaneMotion {
+  ConstantVelocity<T> factor;
+  T from[3];      // pp, pv, vv at frame k
+  T to[3];        // and at frame k + 1
+  LaneAxis<T> m;  // between
+};
+
+template <typename T>
+struct LaneSystem {
+  LaneBlock<T> *diagonal;  // [frames]
+  T (*gradient)[6];        // [frames]
+  T cost;
+  Mask<T> valid;  // every measurement that counts has an image
+};
+
+// A group of W joints at a time.
+template <typename T>
+class ChainGroup {
+ public:
+  static constexpr int kW = T::kLanes;
+
+  // Numbers of work space for each frame and lane.
+  static constexpr long kNumbersPerFrame =
+      (3 * sizeof(LaneBlock<T>) + sizeof(LaneMotion<T>) + 7 * sizeof(T[6])) /
+      sizeof(T);
+
+  ChainGroup(const ChainLanes &chains, int lane, double *workspace)
+      : chains_(chains), lane_(lane), frames_(chains.frames) {
+    char *at = reinterpret_cast<char *>(workspace);
+    const auto take = [&](auto **array) {
+      using Item =
+          std::remove_pointer_t<std::remove_pointer_t<decltype(array)>>;
+      *array = reinterpret_cast<Item *>(at);
+      at += sizeof(Item) * frames_;
+    };
+    take(&current_.diagonal);
+    take(&trial_.diagonal);
+    take(&inverse_);
+    take(&motion_);
+    take(&current_.gradient);
+    take(&trial_.gradient);
+    take(&right_);
+    take(&gained_);
+    take(&states_);
+    take(&candidate_);
+    take(&step_);
+  }
+
+  void Solve(const LaneStage *stages, int stage_count, double step_tolerance_m,
+             const LaneReports &reports);
+  void Covariances(double correction, int frame_end, double *covariances,
+                   double *known);
+
+ private:
+  T Row(const double *rows, int row) const {
+    return T::Load(rows + static_cast<long>(row) * chains_.lanes + lane_);
+  }
+  void StoreRow(const T &value, double *rows, int row) const {
+    value.Store(rows + static_cast<long>(row) * chains_.lanes + lane_);
+  }
+  Reprojection<T, LaneCamera<T>> FactorOf(int view, Mask<T> *visible) const {
+    return {{chains_.views[view].camera, visible},
+            {Row(chains_.x_px, view), Row(chains_.y_px, view)},
+            Row(chains_.per_sigma, view),
+            chains_.views[view].offset_s};
+  }
+  void LoadMotion();
+  void LoadStates();
+  void LoadPrior(const double *root);
+  void Gate();
+  void BeginFrame(int k, LaneBlock<T> *diagonal) const;
+  void AddObservation(const PointJacobian<2, T> &jacobian, const T &weight,
+                      LaneBlock<T> *diagonal) const;
+  void Linearise(const T (*states)[6], const LaneStage &stage,
+                 LaneSystem<T> *system) const;
+  void StoreWeights(const LaneStage &stage) const;
+  Mask<T> Eliminate(const LaneBlock<T> *diagonal, const T &damping);
+  T FindStep(const Mask<T> &usable);
+  void Keep(const Mask<T> &kept);
+  void RunStage(const LaneStage &stage, double step_tolerance_m);
+
+  const ChainLanes &chains_;
+  const int lane_;
+  const int frames_;
+  LaneSystem<T> current_;
+  LaneSystem<T> trial_;
+  LaneBlock<T> *inverse_;  // P_k
+  LaneMotion<T> *motion_;
+  T (*right_)[6];   // r_k
+  T (*gained_)[6];  // P_k r_k
+  T (*states_)[6];
+  T (*candidate_)[6];
+  T (*step_)[6];
+  T prior_A_[36];
+  T prior_x0_[6];
+  T prior_b_[6];
+  LaneBlock<T> prior_information_;
+  Mask<T> finite_;
+  Mask<T> converged_;
+  T iterations_;
+};
+
+template <typename T>
+void ChainGroup<T>::LoadMotion() {
+  for (int k = 0; k + 1 < frames_; ++k) {
+    LaneMotion<T> &motion = motion_[k];
+    motion.factor =
+        ConstantVelocity<T>(chains_.dt_s[k], Row(chains_.process_noise, k));
+    T at_rest[6];
+    for (T &value : at_rest) value = 0.0;
+    const T *const states[2] = {at_rest, at_rest};
+    T residual[6];
+    AxisJacobian<T> by[2];
+    motion.factor.Evaluate(states, residual, by);
+    const auto product = [&](int a, int b, int row, int column) {
+      return by[a].axis[0][row] * by[b].axis[0][column] +
+             by[a].axis[1][row] * by[b].axis[1][column];
+    };
+    for (int row = 0; row < 2; ++row) {
+      for (int column = 0; column < 2; ++column) {
+        motion.m.a[row][column] = product(0, 1, row, column);
+        if (row > column) continue;
+        motion.from[row + column] = product(0, 0, row, column);
+        motion.to[row + column] = product(1, 1, row, column);
+      }
+    }
+  }
+}
+
+template <typename T>
+void ChainGroup<T>::LoadStates() {
+  for (int k = 0; k < frames_; ++k) {
+    for (int i = 0; i < 6; ++i) states_[k][i] = Row(chains_.states, 6 * k + i);
+  }
+}
+
+template <typename T>
+void ChainGroup<T>::LoadPrior(const double *root) {
+  for (int i = 0; i < 36; ++i) prior_A_[i] = Row(root, i);
+  for (int i = 0; i < 6; ++i) {
+    prior_x0_[i] = Row(chains_.prior_x0, i);
+    prior_b_[i] = Row(chains_.prior_b, i);
+  }
+  for (T &value : prior_information_.pp) value = 0.0;
+  for (T &value : prior_information_.pv) value = 0.0;
+  for (T &value : prior_information_.vv) value = 0.0;
+  AddSquareOf(prior_A_, &prior_information_);
+}
+
+// Marks what the states can be projected to.
+template <typename T>
+void ChainGroup<T>::Gate() {
+  for (int k = 0; k < frames_; ++k) {
+    for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
+      Mask<T> visible;
+      const auto factor = FactorOf(v, &visible);
+      const T *const states[1] = {states_[k]};
+      T residual[2];
+      factor.Evaluate(states, residual, nullptr);
+      const Mask<T> counts = And(visible, factor.per_sigma > T(0.0));
+      StoreRow(Select(counts, T(1.0), T(0.0)), chains_.counts, v);
+    }
+  }
+}
+
+// Prior and motion of frame k.
+template <typename T>
+KINEGRAPH_INLINE void ChainGroup<T>::BeginFrame(int k,
+                                                LaneBlock<T> *diagonal) const {
+  T axis[3];
+  for (int i = 0; i < 3; ++i) {
+    axis[i] = k + 1 < frames_ ? motion_[k].from[i] : T(0.0);
+    if (k > 0) axis[i] += motion_[k - 1].to[i];
+  }
+  const T zero = 0.0;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      diagonal->pp[kSymmetric[r][c]] = r == c ? axis[0] : zero;
+      diagonal->pv[3 * r + c] = r == c ? axis[1] : zero;
+      diagonal->vv[kSymmetric[r][c]] = r == c ? axis[2] : zero;
+    }
+  }
+  if (k > 0) return;
+  for (int i = 0; i < 6; ++i) diagonal->pp[i] += prior_information_.pp[i];
+  for (int i = 0; i < 9; ++i) diagonal->pv[i] += prior_information_.pv[i];
+  for (int i = 0; i < 6; ++i) diagonal->vv[i] += prior_information_.vv[i];
+}
+
+// Adds weight J'J.
+template <typename T>
+KINEGRAPH_INLINE void ChainGroup<T>::AddObservation(
+    const PointJacobian<2, T> &jacobian, const T &weight,
+    LaneBlock<T> *diagonal) const {
+  const auto &by = jacobian.by_point;
+  for (int r = 0; r < 3; ++r) {
+    const T x = weight * by[0][r];
+    const T y = weight * by[1][r];
+    for (int c = r; c < 3; ++c) {
+      const T sum = x * by[0][c] + y * by[1][c];
+      diagonal->pp[kSymmetric[r][c]] += sum;
+      if (jacobian.offset_s == 0.0) continue;
+      const T cross = jacobian.offset_s * sum;
+      diagonal->pv[3 * r + c] += cross;
+      if (r != c) diagonal->pv[3 * c + r] += cross;
+      diagonal->vv[kSymmetric[r][c]] += jacobian.offset_s * cross;
+    }
+  }
+}
+
+template <typename T>
+void ChainGroup<T>::Linearise(const T (*states)[6], const LaneStage &stage,
+                              LaneSystem<T> *system) const {
+  T cost = 0.0;
+  Mask<T> valid = cost == cost;  // in all lanes
+  for (int k = 0; k < frames_; ++k) {
+    for (T &value : system->gradient[k]) value = 0.0;
+  }
+  const GaussianPrior<T> prior = {prior_A_, prior_x0_, prior_b_};
+  const T *const first[1] = {states[0]};
+  T away[6];
+  prior.Evaluate(first, away, nullptr);
+  for (int i = 0; i < 6; ++i) {
+    cost += 0.5 * (away[i] * away[i]);
+    for (int row = 0; row <= i; ++row) {
+      system->gradient[0][i] += prior_A_[6 * i + row] * away[row];
+    }
+  }
+  for (int k = 0; k < frames_; ++k) {
+    LaneBlock<T> diagonal;
+    BeginFrame(k, &diagonal);
+    T *gradient = system->gradient[k];
+    if (k + 1 < frames_) {
+      const T *const ends[2] = {states[k], states[k + 1]};
+      T residual[6];
+      AxisJacobian<T> by[2];
+      motion_[k].factor.Evaluate(ends, residual, by);
+      AddGradient(by[0], residual, T(1.0), gradient);
+      AddGradient(by[1], residual, T(1.0), system->gradient[k + 1]);
+      T square = residual[0] * residual[0];
+      for (int i = 1; i < 6; ++i) square += residual[i] * residual[i];
+      cost += 0.5 * square;
+    }
+    for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
+      Mask<T> visible;
+      const auto factor = FactorOf(v, &visible);
+      const T *const state[1] = {states[k]};
+      T residual[2];
+      PointJacobian<2, T> jacobian;
+      factor.Evaluate(state, residual, &jacobian);
+      const T counts = Row(chains_.counts, v);
+      valid = And(valid, Or(visible, counts == T(0.0)));
+      const LossTerms<T> loss =
+          LossAt(stage.loss, stage.scale,
+                 residual[0] * residual[0] + residual[1] * residual[1]);
+      const T information = counts * Row(chains_.information, v);
+      cost += 0.5 * (information * loss.rho);
+      const T weight = information * loss.first;
+      AddObservation(jacobian, weight, &diagonal);
+      AddGradient(jacobian, residual, weight, gradient);
+    }
+    system->diagonal[k] = diagonal;
+  }
+  system->cost = cost;
+  system->valid = And(valid, cost < T(1e300));
+}
+
+template <typename T>
+void ChainGroup<T>::StoreWeights(const LaneStage &stage) const {
+  for (int k = 0; k < frames_; ++k) {
+    for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
+      Mask<T> visible;
+      const auto factor = FactorOf(v, &visible);
+      const T *const state[1] = {states_[k]};
+      T residual[2];
+      factor.Evaluate(state, residual, nullptr);
+      const LossTerms<T> loss =
+          LossAt(stage.loss, stage.scale,
+                 residual[0] * residual[0] + residual[1] * residual[1]);
+      StoreRow(Row(chains_.counts, v) * loss.first, chains_.weights, v);
+    }
+  }
+}
+
+// Fills P_k; `damping` times the diagonal is added to it. The mask tells where
+// all of it is positive definite.
+template <typename T>
+Mask<T> ChainGroup<T>::Eliminate(const LaneBlock<T> *diagonal,
+                                 const T &damping) {
+  const T grown = 1.0 + damping;
+  Mask<T> definite = grown == grown;
+  for (int k = frames_; k-- > 0;) {
+    LaneBlock<T> pivot = diagonal[k];
+    for (int i = 0; i < 3; ++i) {
+      pivot.pp[kSymmetric[i][i]] *= grown;
+      pivot.vv[kSymmetric[i][i]] *= grown;
+    }
+    if (k + 1 < frames_) {
+      SubtractCongruence(motion_[k].m, inverse_[k + 1], &pivot);
+    }
+    definite = And(definite, Invert(pivot, &inverse_[k]));
+  }
+  return definite;
+}
+
+// Writes candidates and keeps the steps where `usable`; returns how far the
+// step moves any position [m].
+template <typename T>
+T ChainGroup<T>::FindStep(const Mask<T> &usable) {
+  for (int k = frames_; k-- > 0;) {
+    T *r = right_[k];
+    for (int i = 0; i < 6; ++i) r[i] = -current_.gradient[k][i];
+    if (k + 1 < frames_) {
+      const auto &m = motion_[k].m.a;
+      const T *later = gained_[k + 1];
+      for (int i = 0; i < 3; ++i) {
+        r[i] -= m[0][0] * later[i] + m[0][1] * later[3 + i];
+        r[3 + i] -= m[1][0] * later[i] + m[1][1] * later[3 + i];
+      }
+    }
+    Multiply(inverse_[k], r, gained_[k]);
+  }
+  T largest = 0.0;
+  T step[6];
+  for (int k = 0; k < frames_; ++k) {
+    if (k == 0) {
+      for (int i = 0; i < 6; ++i) step[i] = gained_[0][i];
+    } else {
+      const auto &m = motion_[k - 1].m.a;
+      T pull[6];
+      for (int i = 0; i < 3; ++i) {
+        pull[i] = m[0][0] * step[i] + m[1][0] * step[3 + i];
+        pull[3 + i] = m[0][1] * step[i] + m[1][1] * step[3 + i];
+      }
+      T back[6];
+      Multiply(inverse_[k], pull, back);
+      for (int i = 0; i < 6; ++i) step[i] = gained_[k][i] - back[i];
+    }
+    for (int i = 0; i < 6; ++i) {
+      const T used = Select(usable, step[i], T(0.0));
+      candidate_[k][i] = states_[k][i] + used;
+      step_[k][i] = Select(usable, step[i], step_[k][i]);
+      if (i < 3) largest = Max(largest, Abs(used));
+    }
+  }
+  return largest;
+}
+
+// The candidate becomes the estimate, but in the `kept` lanes.
+template <typename T>
+void ChainGroup<T>::Keep(const Mask<T> &kept) {
+  if (Any(kept)) {
+    for (int k = 0; k < frames_; ++k) {
+      for (int i = 0; i < 6; ++i) {
+        trial_.gradient[k][i] =
+            Select(kept, current_.gradient[k][i], trial_.gradient[k][i]);
+        candidate_[k][i] = Select(kept, states_[k][i], candidate_[k][i]);
+        T *pp = trial_.diagonal[k].pp;
+        T *vv = trial_.diagonal[k].vv;
+        pp[i] = Select(kept, current_.diagonal[k].pp[i], pp[i]);
+        vv[i] = Select(kept, current_.diagonal[k].vv[i], vv[i]);
+      }
+      for (int i = 0; i < 9; ++i) {
+        T *pv = trial_.diagonal[k].pv;
+        pv[i] = Select(kept, current_.diagonal[k].pv[i], pv[i]);
+      }
+    }
+    trial_.cost = Select(kept, current_.cost, trial_.cost);
+  }
+  const LaneSystem<T> old = current_;
+  current_ = trial_;
+  trial_ = old;
+  auto *const states = states_;
+  states_ = candidate_;
+  candidate_ = states;
+}
+
+template <typename T>
+void ChainGroup<T>::RunStage(const LaneStage &stage, double step_tolerance_m) {
+  Linearise(states_, stage, &current_);
+  finite_ = And(finite_, current_.valid);
+  Mask<T> active = finite_;
+  converged_ = And(converged_, Not(active));
+  T damping = 0.0;
+  for (int i = 0; i < stage.max_iterations && Any(active); ++i) {
+    iterations_ += Select(active, T(1.0), T(0.0));
+    const Mask<T> usable = And(active, Eliminate(current_.diagonal, damping));
+    const T move = FindStep(usable);
+    // Lanes without a step are linearised where they are: the same bits.
+    Linearise(candidate_, stage, &trial_);
+    // Near a minimum rounding may raise the cost by a part in 1e12.
+    const Mask<T> lower =
+        trial_.cost <= current_.cost + 1e-12 * (1.0 + current_.cost);
+    const Mask<T> accepted = And(usable, And(trial_.valid, lower));
+    const Mask<T> rejected = And(active, Not(accepted));
+    const T lowered = Select(damping > T(1e-6), 0.1 * damping, T(0.0));
+    const T raised = Select(damping > T(0.0), 10.0 * damping, T(1e-4));
+    damping = Select(rejected, raised, lowered);
+    Keep(rejected);
+    const Mask<T> done = And(accepted, move < T(step_tolerance_m));
+    converged_ = Or(converged_, done);
+    active = And(active, Not(done));
+    active = And(active, Not(And(rejected, raised >= T(1e10))));  // hopeless
+  }
+}
+
+template <typename T>
+void ChainGroup<T>::Solve(const LaneStage *stages, int stage_count,
+                          double step_tolerance_m, const LaneReports &reports) {
+  LoadStates();
+  LoadMotion();
+  LoadPrior(chains_.prior_A);
+  Gate();
+  for (int k = 0; k < frames_; ++k) {
+    for (T &value : step_[k]) value = 0.0;
+  }
+  iterations_ = 0.0;
+  finite_ = iterations_ == iterations_;
+  converged_ = finite_;
+  for (int i = 0; i < stage_count && Any(finite_); ++i) {
+    RunStage(stages[i], step_tolerance_m);
+  }
+  StoreWeights(stages[stage_count - 1]);
+  for (int k = 0; k < frames_; ++k) {
+    for (int i = 0; i < 6; ++i) {
+      StoreRow(states_[k][i], chains_.states, 6 * k + i);
+      StoreRow(step_[k][i], reports.steps, 6 * k + i);
+    }
+  }
+  const T yes = 1.0;
+  const T no = 0.0;
+  StoreRow(Select(finite_, yes, no), reports.finite, 0);
+  StoreRow(Select(And(finite_, converged_), yes, no), reports.converged, 0);
+  StoreRow(iterations_, reports.iterations, 0);
+}
+
+template <typename T>
+void ChainGroup<T>::Covariances(double correction, int frame_end,
+                                double *covariances, double *known) {
+  LoadStates();
+  LoadMotion();
+  LoadPrior(chains_.prior_A_stated);
+  for (int k = 0; k < frames_; ++k) {
+    LaneBlock<T> &diagonal = current_.diagonal[k];
+    BeginFrame(k, &diagonal);
+    for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
+      Mask<T> visible;
+      const auto factor = FactorOf(v, &visible);
+      const T *const state[1] = {states_[k]};
+      T residual[2];
+      PointJacobian<2, T> jacobian;
+      factor.Evaluate(state, residual, &jacobian);
+      const T weight = correction * Row(chains_.counts, v) *
+                       Row(chains_.information, v) * Row(chains_.weights, v);
+      AddObservation(jacobian, Select(visible, weight, T(0.0)), &diagonal);
+    }
+  }
+  const Mask<T> definite = Eliminate(current_.diagonal, T(0.0));
+  LaneBlock<T> covariance = inverse_[0];
+  for (int k = 0; k < frame_end; ++k) {
+    if (k > 0) {
+      LaneBlock<T> next = inverse_[k];
+      AddGained(inverse_[k], motion_[k - 1].m, covariance, &next);
+      covariance = next;
+    }
+    int at = 21 * k;
+    for (int row = 0; row < 6; ++row) {
+      for (int column = row; column < 6; ++column) {
+        StoreRow(Entry(covariance, row, column), covariances, at++);
+      }
+    }
+  }
+  StoreRow(Select(definite, T(1.0), T(0.0)), known, 0);
+}
+
+template <typename T>
+void SolveChainLanesWith(const ChainLanes &chains, const LaneStage *stages,
+                         int stage_count, double step_tolerance_m,
+                         double *workspace, const LaneReports &reports) {
+  for (int lane = 0; lane < chains.joints; lane += T::kLanes) {
+    ChainGroup<T>(chains, lane, workspace)
+        .Solve(stages, stage_count, step_tolerance_m, reports);
+  }
+}
+
+template <typename T>
+void CovarianceChainLanesWith(const ChainLanes &chains, double correction,
+                              int frame_end, double *workspace,
+                              double *covariances, double *known) {
+  for (int lane = 0; lane < chains.joints; lane += T::kLanes) {
+    ChainGroup<T>(chains, lane, workspace)
+        .Covariances(correction, frame_end, covariances, known);
+  }
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SWEEPS_CHAIN_KERNEL_H_
