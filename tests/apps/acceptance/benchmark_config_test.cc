@@ -1,0 +1,83 @@
+// configs/benchmark holds the figures of docs/graph_mode.md, whatever becomes
+// the default.
+#include <gtest/gtest.h>
+#include <toml++/toml.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "apps/common/config_folder.h"
+#include "apps/tables/dataset.h"
+#include "core/io/config.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+struct Frozen {
+  const char* name;  // configs/benchmark/NAME.toml
+  bool campus;
+  int64_t right_parts;  // of the headline's actors, as commit 98b8b86 had it
+};
+
+class BenchmarkConfig : public ::testing::TestWithParam<Frozen> {
+ protected:
+  std::string path() const {
+    return ProjectConfig(std::string("benchmark/") + GetParam().name + ".toml");
+  }
+};
+
+TEST_P(BenchmarkConfig, HoldsTheFigures) {
+  KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
+  const LoadedDataset loaded =
+      LoadDataset(GetParam().campus ? CampusModelled("typical") : ShelfReal(),
+                  testing::FindData("")->string());
+  const PcpResult result =
+      EvaluatePcp(loaded.truth,
+                  TrackSequenceOf(ReadRunOptions(path(), "", ""),
+                                  loaded.request, loaded.detections),
+                  loaded.dataset.protocol);
+  EXPECT_EQ(PooledParts(result, PcpGroup::kTotal).count,
+            GetParam().right_parts);
+}
+
+// Names of all values below `node`.
+void Leaves(const nlohmann::json& node, const std::string& name,
+            std::vector<std::string>* names) {
+  for (const auto& [key, value] : node.items()) {
+    const std::string path = name + "." + key;
+    if (value.is_object()) {
+      Leaves(value, path, names);
+    } else {
+      names->push_back(path);
+    }
+  }
+}
+
+// A key that a later commit adds has to be stated here, with the value that
+// keeps these figures.
+TEST_P(BenchmarkConfig, StatesEveryKeyOfTheGraphAndOfTracking) {
+  const toml::table file = toml::parse_file(path());
+  const nlohmann::json effective =
+      nlohmann::json::parse(EffectiveConfigJson(RunOptions()));
+  for (const std::string table : {"graph", "tracking", "gaussian"}) {
+    std::vector<std::string> names;
+    Leaves(effective.at(table), table, &names);
+    EXPECT_GE(names.size(), 5u);
+    for (const std::string& name : names) {
+      EXPECT_TRUE(file.at_path(name)) << "missing: " << name;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Takes, BenchmarkConfig,
+    ::testing::Values(Frozen{"shelf", false, 4670},
+                      Frozen{"offline", false, 4710},
+                      Frozen{"campus", true, 3613},
+                      Frozen{"campus_offline", true, 3674}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+}  // namespace
+}  // namespace kinegraph

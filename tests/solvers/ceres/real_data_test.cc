@@ -1,0 +1,232 @@
+// Ceres and the sweeps on real data (Shelf) and on Campus with modelled noise.
+#include <gtest/gtest.h>
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "apps/common/config_folder.h"
+#include "apps/tables/dataset.h"
+#include "solvers/ceres/ceres_solver.h"
+#include "solvers/graph/assembler.h"
+#include "solvers/graph/schedule.h"
+#include "solvers/sweeps/chain_solver.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using JointKey = std::tuple<int64_t, int64_t, size_t>;  // frame, person, joint
+
+std::map<JointKey, Eigen::Vector3d> ObservedJoints(
+    const TrackSequence& tracks) {
+  std::map<JointKey, Eigen::Vector3d> joints;
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      for (size_t j = 0; j < person.joints.size(); ++j) {
+        if (person.joints[j].status != JointStatus::kObserved) continue;
+        joints[{frame.frame, person.id.value(), j}] =
+            person.joints[j].position_m;
+      }
+    }
+  }
+  return joints;
+}
+
+struct Agreement {
+  int64_t joints = 0;  // observed by both
+  int64_t within = 0;  // of them 0.1 mm from each other
+  double farthest_m = 0.0;
+};
+
+Agreement Compare(const TrackSequence& a, const TrackSequence& b) {
+  const auto of_a = ObservedJoints(a);
+  const auto of_b = ObservedJoints(b);
+  Agreement agreement;
+  for (const auto& [key, position] : of_a) {
+    const auto at = of_b.find(key);
+    if (at == of_b.end()) continue;
+    const double away_m = (position - at->second).norm();
+    ++agreement.joints;
+    agreement.within += away_m <= 1e-4 ? 1 : 0;
+    agreement.farthest_m = std::max(agreement.farthest_m, away_m);
+  }
+  return agreement;
+}
+
+struct SolverCase {
+  const char* name;
+  bool campus;
+  const char* config;  // below configs/
+  const char* set;
+  int64_t frames;  // of the take; 0: all. Windows with bones are slow.
+};
+
+class SolversAgree : public ::testing::TestWithParam<SolverCase> {};
+
+// With the default options: what two converged solvers may differ by is a
+// tenth of a millimetre, a hundredth of what the detector allows.
+TEST_P(SolversAgree, OnObservedJoints) {
+  KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
+  const SolverCase& param = GetParam();
+  LoadedDataset loaded =
+      LoadDataset(param.campus ? CampusModelled("typical") : ShelfReal(),
+                  testing::FindData("")->string());
+  if (param.frames > 0) {
+    loaded.detections.frames.resize(param.frames);
+  }
+  const auto track = [&](const std::string& solver) {
+    const RunOptions options = ReadRunOptions(
+        ProjectConfig(param.config),
+        JoinSets(param.set, "graph.max_iterations=100;graph.solver=" + solver),
+        "");
+    return TrackSequenceOf(options, loaded.request, loaded.detections);
+  };
+  const Agreement agreement = Compare(track("ceres"), track("sweeps"));
+  RecordProperty("joints", std::to_string(agreement.joints));
+  RecordProperty("farthest_mm", std::to_string(1e3 * agreement.farthest_m));
+  ASSERT_GT(agreement.joints, 1000);
+  EXPECT_GE(agreement.within, 0.999 * agreement.joints)
+      << agreement.within << " of " << agreement.joints
+      << " within 0.1 mm, farthest " << 1e3 * agreement.farthest_m << " mm";
+}
+
+constexpr char kBatch[] = "output.estimator=batch";
+constexpr char kBatchBones[] = "output.estimator=batch;graph.bones=true";
+constexpr char kBones[] = "graph.bones=true";
+
+INSTANTIATE_TEST_SUITE_P(
+    Defaults, SolversAgree,
+    ::testing::Values(
+        SolverCase{"shelf_window", false, "graph/shelf.toml", "", 0},
+        SolverCase{"shelf_window_bones", false, "graph/shelf.toml", kBones,
+                   120},
+        SolverCase{"shelf_batch", false, "graph/shelf.toml", kBatch, 0},
+        SolverCase{"shelf_batch_bones", false, "graph/shelf.toml", kBatchBones,
+                   0},
+        SolverCase{"campus_window", true, "graph/campus.toml", "", 0},
+        SolverCase{"campus_window_bones", true, "graph/campus.toml", kBones,
+                   200},
+        SolverCase{"campus_batch", true, "graph/campus.toml", kBatch, 0},
+        SolverCase{"campus_batch_bones", true, "graph/campus.toml", kBatchBones,
+                   0}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+// What estimators were given, person by person.
+struct Recording {
+  struct Person {
+    std::vector<EstimatorFrame> frames;
+    // What the frames' views point to; a deque of its own each.
+    std::vector<std::unique_ptr<std::vector<Keypoint>>> keypoints;
+  };
+  SceneModel scene;
+  std::mutex mutex;
+  std::vector<std::unique_ptr<Person>> people;
+};
+
+// Hands everything on, and writes it down.
+class Recorder final : public Estimator {
+ public:
+  Recorder(std::unique_ptr<Estimator> estimator, Recording::Person* person)
+      : estimator_(std::move(estimator)), person_(person) {}
+
+  void Add(const EstimatorFrame& frame) override {
+    EstimatorFrame copy = frame;
+    for (FreshView& view : copy.views) {
+      person_->keypoints.push_back(
+          std::make_unique<std::vector<Keypoint>>(*view.joints));
+      view.joints = person_->keypoints.back().get();
+    }
+    person_->frames.push_back(std::move(copy));
+    estimator_->Add(frame);
+  }
+  const Pose3d& Last() const override { return estimator_->Last(); }
+  TimeNs LastTime() const override { return estimator_->LastTime(); }
+  void Predict(TimeNs time, Pose3d* pose) const override {
+    estimator_->Predict(time, pose);
+  }
+  void TakeFinals(std::vector<FinalPose>* finals) override {
+    estimator_->TakeFinals(finals);
+  }
+  void Finish() override { estimator_->Finish(); }
+
+ private:
+  std::unique_ptr<Estimator> estimator_;
+  Recording::Person* person_;
+};
+
+double CostOf(const PersonProblem& problem, const SolveStage& stage) {
+  double cost = 0.0;
+  LinearChain linear;
+  for (const JointChain& chain : problem.joints) {
+    EXPECT_TRUE(
+        Linearise(problem.times, chain, chain.states, stage, true, &linear));
+    cost += linear.cost;
+  }
+  return cost;
+}
+
+// Ceres is no decoration: from DLT behind the joints filter, at rest, it finds
+// by its own full schedule what the sweeps find, or something better.
+TEST(CeresFromDlt, ReachesTheSweepsMinimumOnShelf) {
+  KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
+  const LoadedDataset loaded =
+      LoadDataset(ShelfReal(), testing::FindData("")->string());
+  const RunOptions options =
+      ReadRunOptions(ProjectConfig("graph/shelf.toml"), "", "");
+  Recording recording;
+  EstimatorOptions paper = options.estimators;
+  const EstimatorFactory gaussian = MakeOutput(OutputKind::kGaussian, paper);
+  EstimatorPair pair;
+  pair.feedback = [&](const SceneModel& scene) {
+    const std::lock_guard<std::mutex> lock(recording.mutex);
+    recording.scene = scene;
+    recording.people.push_back(std::make_unique<Recording::Person>());
+    return std::make_unique<Recorder>(gaussian(scene),
+                                      recording.people.back().get());
+  };
+  MemorySource source(loaded.detections);
+  Session session(options, loaded.request, loaded.detections.header, pair);
+  TrackAll(&source, &session, [](TrackFrame&&) {});
+
+  const GraphOptions& graph = options.estimators.graph;
+  const SolveSchedule schedule = MakeSchedule(graph);
+  constexpr size_t kWindow = 11;  // frames: a lag of ten
+  constexpr size_t kStride = 4;   // of the windows, to bound the test's time
+  int windows = 0;
+  int reached = 0;
+  ChainSolver sweeps;
+  for (const auto& person : recording.people) {
+    for (size_t at = 0; at + kWindow <= person->frames.size(); at += kStride) {
+      if (!person->frames[at].has_initial) continue;
+      Assembler assembler(recording.scene, graph);
+      PersonProblem problem = assembler.EmptyProblem();
+      for (size_t k = 0; k < kWindow; ++k) {
+        assembler.Append(person->frames[at + k], &problem);
+      }
+      for (JointChain& chain : problem.joints) GateMeasurements(&chain);
+      PersonProblem by_ceres = problem;
+      for (JointChain& chain : problem.joints) {
+        sweeps.Solve(problem.times, schedule, &chain);
+      }
+      SolveWithCeres(schedule, &by_ceres);
+      const SolveStage& last = schedule.stages.back();
+      const double of_sweeps = CostOf(problem, last);
+      // Steps of 3e-5 m under a curvature of 1e4 / m^2 leave 1e-5 of cost a
+      // joint: a part in 1e4 of the window's hundred is the same minimum.
+      ++windows;
+      reached += CostOf(by_ceres, last) <= of_sweeps * (1.0 + 1e-4);
+    }
+  }
+  RecordProperty("windows", windows);
+  RecordProperty("reached", reached);
+  ASSERT_GT(windows, 150);
+  EXPECT_GE(reached, 0.99 * windows) << reached << " of " << windows;
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,219 @@
+// A user's own ceres::CostFunction is honoured by window, batch,
+// marginalisation and covariances.
+#include "solvers/ceres/user_factor.h"
+
+#include <ceres/autodiff_cost_function.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "solvers/batch/batch_estimator.h"
+#include "solvers/ceres/ceres_solver.h"
+#include "solvers/graph/assembler.h"
+#include "solvers/graph/marginalise_frame.h"
+#include "solvers/sweeps/person_system.h"
+#include "solvers/window/window_estimator.h"
+#include "tests/support/factor_checks.h"
+#include "tests/support/floor_contact.h"
+#include "tests/support/simulated_person.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::FloorContact;
+using testing::SimulatedNoise;
+using testing::SimulatedTake;
+
+struct FloorTwin {
+  template <typename T>
+  bool operator()(const T* state, T* residual) const {
+    residual[0] = (state[2] - 0.1) / 0.005;
+    for (int i = 0; i < 3; ++i) residual[i + 1] = state[i + 3] / 0.05;
+    return true;
+  }
+};
+
+TEST(FloorContact, JacobiansAndZero) {
+  const FloorContact factor(0.1, 0.005, 0.05);
+  Eigen::VectorXd state(6);
+  state << 1.0, 2.0, 0.1, 0.0, 0.0, 0.0;
+  EXPECT_TRUE(testing::Evaluate(factor, {state}).residuals.isZero(0.0));
+  state << 1.0, 2.0, 0.3, 0.4, 0.5, 0.6;
+  testing::ExpectSoundJacobians(
+      factor, ceres::AutoDiffCostFunction<FloorTwin, 4, 6>(new FloorTwin),
+      {state});
+}
+
+class UserFactorTest : public ::testing::Test {
+ protected:
+  void Make(int frames) {
+    scene_.cameras = testing::RingOfCameras(3, 5.0, 1000.0);
+    scene_.skeleton = testing::SmallSkeleton();
+    scene_.frame_rate_hz = 25.0;
+    joint_ = scene_.skeleton.joints()[2];
+    Random random(61);
+    SimulatedNoise noise;
+    noise.missing = 0.2;
+    take_ = testing::Simulate(scene_, options_,
+                              testing::WalkingMotion(scene_, frames), noise,
+                              Eigen::Vector3d::Zero(), &random);
+  }
+
+  std::vector<FinalPose> Run(bool batch, const UserFactorSource& source) {
+    GraphOptions options = options_;
+    options.user_factors = source;
+    options.solver = GraphSolver::kCeres;
+    options.max_iterations = 100;
+    options.pixel_noise_from = options.process_noise_from = NoiseFrom::kFixed;
+    options.estimate_noise_scale = false;
+    const auto estimator = batch ? MakeBatchEstimator(scene_, options)
+                                 : MakeWindowEstimator(scene_, options);
+    return testing::Run(estimator.get(), take_.frames);
+  }
+
+  SceneModel scene_;
+  GraphOptions options_;
+  SimulatedTake take_;
+  std::string joint_;
+};
+
+// The walk's wrist is far from the floor that the factor claims, so the factor
+// shows in values and covariances, in both estimators, and nowhere else.
+TEST_F(UserFactorTest, WindowAndBatchHonourIt) {
+  Make(60);
+  for (const bool batch : {true, false}) {
+    const auto plain = Run(batch, nullptr);
+    constexpr double kHeight = 1.05;  // m
+    const auto held =
+        Run(batch, testing::Resting(joint_.c_str(), 30, 30, kHeight));
+    ASSERT_EQ(plain.size(), held.size());
+    const PersonPose& before = plain[30].person;
+    const PersonPose& after = held[30].person;
+    const auto off = [&](const PersonPose& pose) {
+      return std::abs(pose.joints[2].position_m.z() - kHeight);
+    };
+    EXPECT_LT(off(after), off(before)) << batch;
+    ASSERT_TRUE(before.covariances[2] && after.covariances[2]);
+    EXPECT_LT((*after.covariances[2])(2, 2), (*before.covariances[2])(2, 2));
+    // The other joints do not know of it: no bone ties them. Two solves that
+    // converge to steps of 3e-5 m differ by about that.
+    EXPECT_LT((after.joints[0].position_m - before.joints[0].position_m).norm(),
+              1e-4);
+    EXPECT_NEAR((*after.covariances[0])(2, 2), (*before.covariances[0])(2, 2),
+                1e-3 * (*before.covariances[0])(2, 2));
+  }
+}
+
+// No loss and no bones: after all frames the window's newest state is the
+// batch's, so what was marginalised kept the factor.
+TEST_F(UserFactorTest, WindowEqualsBatchAtTheEnd) {
+  options_.loss = LossKind::kNone;
+  Make(40);
+  // The contact is ten frames older than the window's oldest frame at the end.
+  const auto source = testing::Resting(joint_.c_str(), 18, 20, 1.05);
+  const auto batch = Run(true, source);
+  const auto window = Run(false, source);
+  const auto plain = Run(true, nullptr);
+  // Linearisation points differ by millimetres over 5 m of depth: parts in
+  // 1e3 of corrections of millimetres.
+  EXPECT_LT((batch.back().person.joints[2].position_m -
+             window.back().person.joints[2].position_m)
+                .norm(),
+            2e-5);
+  const double change_m = (batch[25].person.joints[2].position_m -
+                           plain[25].person.joints[2].position_m)
+                              .norm();
+  EXPECT_GT(change_m, 1e-3);  // the factor did something
+}
+
+// A factor over two joints and two frames.
+struct Together {
+  template <typename T>
+  bool operator()(const T* a, const T* b, const T* b_later, T* residual) const {
+    for (int i = 0; i < 3; ++i) {
+      residual[i] = (a[i] - b[i] - 0.1) / 0.05;
+      residual[i + 3] = (b_later[i] - a[i] + b[i + 3] * 0.2) / 0.1;
+    }
+    return true;
+  }
+};
+
+TEST_F(UserFactorTest, MarginalisingKeepsValuesAndCovariances) {
+  constexpr size_t kFrames = 8;
+  options_.user_factors = [](const UserFrame& frame) {
+    std::vector<UserFactor> factors;
+    if (!frame.has_previous) return factors;
+    UserFactor factor;
+    factor.factor = FromCeres(
+        new ceres::AutoDiffCostFunction<Together, 6, 6, 6, 6>(new Together));
+    factor.states = {{0, 1}, {1, 1}, {1, 0}};
+    factors.push_back(factor);
+    return factors;
+  };
+  Make(kFrames);
+  Assembler assembler(scene_, options_);
+  PersonProblem problem = assembler.EmptyProblem();
+  for (const EstimatorFrame& frame : take_.frames) {
+    assembler.Append(frame, &problem);
+  }
+  ASSERT_EQ(problem.user.size(), kFrames - 1);
+  for (JointChain& chain : problem.joints) GateMeasurements(&chain);
+  SolveSchedule schedule;
+  schedule.step_tolerance_m = 1e-10;
+  schedule.stages = {{LossKind::kNone, 1.0, 200}};
+  ASSERT_TRUE(SolveWithCeres(schedule, &problem).finite);
+  std::vector<std::vector<Matrix6d>> before;
+  ASSERT_TRUE(PersonCovariances(problem, 1.0, kFrames, &before));
+  PersonProblem rest = problem;
+  for (size_t dropped = 1; dropped <= 3; ++dropped) {
+    DropFirstFrame(1.0, &rest);
+    ASSERT_EQ(rest.user.size(), kFrames - 1 - dropped);
+    std::vector<std::vector<Matrix6d>> after;
+    ASSERT_TRUE(PersonCovariances(rest, 1.0, kFrames - dropped, &after));
+    for (size_t j = 0; j < after.size(); ++j) {
+      for (size_t k = 0; k < after[j].size(); ++k) {
+        const Matrix6d& expected = before[j][k + dropped];
+        // Squaring rows loses half of the sixteen digits.
+        EXPECT_LT((after[j][k] - expected).norm(), 1e-6 * expected.norm())
+            << dropped << " " << j << " " << k;
+      }
+    }
+    PersonProblem again = rest;
+    SolveWithCeres(schedule, &again);
+    for (size_t j = 0; j < again.joints.size(); ++j) {
+      for (size_t k = 0; k < again.times.size(); ++k) {
+        // Rounding in a prior of condition 1e7.
+        EXPECT_LT((again.joints[j].states[k] - rest.joints[j].states[k])
+                      .head<3>()
+                      .norm(),
+                  1e-7);
+      }
+    }
+  }
+}
+
+TEST_F(UserFactorTest, MisuseIsNamed) {
+  Make(3);
+  GraphOptions options;
+  options.user_factors = testing::Resting(joint_.c_str(), 0, 9, 0.0);
+  options.solver = GraphSolver::kSweeps;
+  try {
+    MakeWindowEstimator(scene_, options);
+    FAIL() << "sweeps took a user's factor";
+  } catch (const OptionError& error) {
+    EXPECT_EQ(error.key(), "graph.solver");
+  }
+  EXPECT_THROW(Run(true, testing::Resting("nobody", 0, 9, 0.0)), OptionError);
+  EXPECT_THROW(Run(true,
+                   [](const UserFrame&) {
+                     UserFactor factor;
+                     factor.factor = FromCeres(new FloorContact(0, 1, 1));
+                     factor.states = {{0, 2}};
+                     return std::vector<UserFactor>{factor};
+                   }),
+               OptionError);
+}
+
+}  // namespace
+}  // namespace kinegraph
