@@ -2,7 +2,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <filesystem>
 #include <utility>
 
 #include "core/base/error.h"
@@ -79,11 +78,6 @@ bool IsJsonLines(const std::string& extension) {
 }
 
 }  // namespace
-
-bool IsStream(const std::string& path) {
-  std::error_code error;
-  return IsStandardOutput(path) || std::filesystem::is_other(path, error);
-}
 
 void CheckTrackOutput(const std::string& path) {
   const std::string extension = ExtensionOf(path);

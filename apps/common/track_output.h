@@ -29,10 +29,6 @@ std::unique_ptr<TrackOutput> MakeTrackOutput(const std::string& path,
                                              const TrackHeader& header,
                                              bool observations);
 
-// Whether `path` leads to an open file, a pipe or a device: it takes our own
-// format whatever its name, and nothing can stand beside it.
-bool IsStream(const std::string& path);
-
 // Throws as MakeTrackOutput does, before any work is done.
 void CheckTrackOutput(const std::string& path);
 

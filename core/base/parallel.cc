@@ -13,13 +13,34 @@
 namespace kinegraph {
 namespace {
 
+thread_local int allowed_threads = 1;
+
+// Sets allowed_threads while it lives.
+class Allowance {
+ public:
+  explicit Allowance(int threads) : before_(allowed_threads) {
+    allowed_threads = threads;
+  }
+  ~Allowance() { allowed_threads = before_; }
+  Allowance(const Allowance&) = delete;
+  Allowance& operator=(const Allowance&) = delete;
+
+ private:
+  int before_;
+};
+
 // The pieces of one call.
 struct Batch {
-  Batch(int piece_count, const std::function<void(int)>& piece_work)
-      : count(piece_count), work(piece_work), errors(piece_count) {}
+  Batch(int call_threads, int piece_count,
+        const std::function<void(int)>& piece_work)
+      : threads(call_threads),
+        count(piece_count),
+        work(piece_work),
+        errors(piece_count) {}
 
   // Takes pieces until none is left.
   void Run() {
+    const Allowance allowance(threads);
     for (int i = next++; i < count; i = next++) {
       try {
         work(i);
@@ -29,6 +50,7 @@ struct Batch {
     }
   }
 
+  const int threads;
   const int count;
   const std::function<void(int)>& work;
   std::atomic<int> next{0};
@@ -104,15 +126,18 @@ class ThreadPool {
 
 void ParallelFor(int threads, int count, const std::function<void(int)>& work) {
   if (threads <= 1 || count <= 1) {
+    const Allowance allowance(std::max(1, threads));
     for (int i = 0; i < count; ++i) work(i);
     return;
   }
   static ThreadPool pool;
-  Batch batch(count, work);
+  Batch batch(threads, count, work);
   pool.Run(std::min(threads, count) - 1, &batch);
   for (const std::exception_ptr& error : batch.errors) {
     if (error) std::rethrow_exception(error);
   }
 }
+
+int AllowedThreads() { return allowed_threads; }
 
 }  // namespace kinegraph

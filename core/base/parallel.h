@@ -12,6 +12,10 @@ namespace kinegraph {
 // again here, after all have ended.
 void ParallelFor(int threads, int count, const std::function<void(int)>& work);
 
+// The `threads` of the call whose piece this thread works on, 1 outside of any:
+// what a piece may hand on to a call of its own.
+int AllowedThreads();
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_BASE_PARALLEL_H_

@@ -185,4 +185,9 @@ bool IsStandardOutput(const std::string& path) {
          of_path.st_ino == of_stdout.st_ino;
 }
 
+bool IsStream(const std::string& path) {
+  std::error_code error;
+  return IsStandardOutput(path) || fs::is_other(path, error);
+}
+
 }  // namespace kinegraph

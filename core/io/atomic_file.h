@@ -58,6 +58,10 @@ class AtomicFile {
 // else may then be printed.
 bool IsStandardOutput(const std::string& path);
 
+// Whether `path` leads to standard output, a pipe or a device, beside which no
+// other file can stand.
+bool IsStream(const std::string& path);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_IO_ATOMIC_FILE_H_

@@ -3,23 +3,26 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "solvers/batch/take_solver.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/noise/bone_spreads.h"
 #include "solvers/noise/person_noise.h"
-#include "solvers/person/person_solver.h"
 
 namespace kinegraph {
 namespace {
+
+// A noise scale that moves less is not worth another solve.
+constexpr double kLeastChange = 0.02;
 
 // Starts between triangulated frames lie on the line between them, those
 // before the first and after the last stay where it was.
@@ -87,22 +90,22 @@ class BatchEstimator final : public Estimator {
 
  private:
   int joint_count() const { return scene_.skeleton.joint_count(); }
-  std::vector<int> AllJoints() const;
   void SolveAll();
-  void Solve(const SolveSchedule& schedule);
-  void RescaleNoise(const SolveStage& stage);
+  bool RescaleNoise(const SolveStage& stage, double least_change);
+  void LearnNoiseScale();
   void AddBones();
   void AddBonesOfTheTake();
   void AddFixedBones();
   void WriteFinals();
   void WriteFinalsOf(int joint_idx, const std::vector<int>& inliers,
-                     bool ever_two, const std::vector<Matrix6d>& covariances);
+                     bool ever_two,
+                     const std::vector<Eigen::Matrix3d>& covariances);
   std::vector<int> InliersOf(int joint_idx) const;
 
   const SceneModel scene_;
   const GraphOptions options_;
   Assembler assembler_;
-  PersonSolver solver_;
+  TakeSolver solver_;
   PersonProblem problem_;
   PersonNoise noise_;
   std::vector<FrameRecord> records_;
@@ -139,7 +142,7 @@ void BatchEstimator::Finish() {
   solver_.HandInCounts(records_.front().frame, records_.back().frame);
   // Finals may wait long for those of other people: nothing else should.
   problem_ = assembler_.EmptyProblem();
-  solver_ = PersonSolver(options_);
+  solver_.FreeWorkSpace();
   records_ = {};
 }
 
@@ -147,7 +150,6 @@ void BatchEstimator::SolveAll() {
   for (int j = 0; j < joint_count(); ++j) {
     InterpolateStarts(records_, j, problem_.times, &problem_.joints[j]);
   }
-  const SolveSchedule& whole = solver_.schedule();
   if (options_.LearnsNoise()) {
     noise_.LearnTake(problem_);
     noise_.Apply(&problem_);
@@ -155,38 +157,38 @@ void BatchEstimator::SolveAll() {
   }
   if (options_.pixel_noise_from == NoiseFrom::kFixed &&
       options_.estimate_noise_scale) {
-    // The first stage is convex: its residuals do not depend on the start.
-    SolveSchedule first = whole;
-    first.stages.resize(1);
-    first.doubt_unsettled = false;
-    Solve(first);
-    RescaleNoise(first.stages.front());
-    // What the whole schedule leaves tells better who is an outlier. Solved
-    // from the convex stage again: a redescending loss may not start warm.
-    Solve(whole);
-    RescaleNoise(whole.stages.back());
+    LearnNoiseScale();
+  } else {
+    solver_.SolveJointsWithRivals(solver_.schedule(), &problem_);
   }
-  solver_.SolveJointsWithRivals(whole, AllJoints(), &problem_);
   if (options_.bones) AddBones();
-  solver_.Refine(&problem_);
+  solver_.SolveTogether(&problem_);
 }
 
-std::vector<int> BatchEstimator::AllJoints() const {
-  std::vector<int> all(joint_count());
-  std::iota(all.begin(), all.end(), 0);
-  return all;
+// Solves the joints under one factor on all sigmas.
+void BatchEstimator::LearnNoiseScale() {
+  const SolveSchedule& whole = solver_.schedule();
+  // The first stage is convex: its residuals do not depend on the start.
+  SolveSchedule first = whole;
+  first.stages.resize(1);
+  first.doubt_unsettled = false;
+  solver_.SolveJoints(first, &problem_);
+  RescaleNoise(first.stages.front(), 0.0);
+  // What the whole schedule leaves tells better who is an outlier. Solved
+  // from the convex stage again: a redescending loss may not start warm.
+  solver_.SolveJointsWithRivals(whole, &problem_);
+  if (RescaleNoise(whole.stages.back(), kLeastChange)) {
+    solver_.SolveJointsWithRivals(whole, &problem_);
+  }
 }
 
-void BatchEstimator::Solve(const SolveSchedule& schedule) {
-  solver_.SolveJoints(schedule, AllJoints(), &problem_);
-}
-
-// From the residuals that the stage has left.
-void BatchEstimator::RescaleNoise(const SolveStage& stage) {
+// From the residuals that the stage has left. False where the scale changes by
+// no more than the share `least_change`; then nothing is scaled.
+bool BatchEstimator::RescaleNoise(const SolveStage& stage,
+                                  double least_change) {
   const double correction = InformationCorrection(stage.loss, stage.scale);
   std::vector<double> squares;
-  const auto covariances =
-      solver_.JointCovariances(problem_, correction, records_.size());
+  const auto covariances = solver_.JointCovariances(problem_, correction);
   for (int j = 0; j < joint_count(); ++j) {
     if (covariances[j].empty()) continue;
     CollectSquares(problem_.joints[j], covariances[j], 0, records_.size(),
@@ -194,7 +196,9 @@ void BatchEstimator::RescaleNoise(const SolveStage& stage) {
   }
   const double scale = EstimateNoiseScale(std::move(squares));
   VLOG(1) << "noise scale times " << scale;
+  if (std::abs(scale - 1.0) <= least_change) return false;
   ScaleSigmas(scale, &problem_);
+  return true;
 }
 
 std::vector<int> BatchEstimator::InliersOf(int joint_idx) const {
@@ -217,7 +221,6 @@ void BatchEstimator::AddBones() {
   } else {
     AddFixedBones();
   }
-  solver_.SolveBones(&problem_);
 }
 
 // Bones as long and as free as the views say in the frames where the estimates
@@ -270,13 +273,8 @@ void BatchEstimator::WriteFinals() {
     finals_.push_back(PoseOf(record, joint_count(), scene_.keep_observations,
                              options_.covariance));
   }
-  std::vector<std::vector<Matrix6d>> covariances(joint_count());
-  if (options_.covariance) {
-    covariances = problem_.coupled()
-                      ? solver_.BoneCovariances(problem_, records_.size())
-                      : solver_.JointCovariances(problem_, solver_.correction(),
-                                                 records_.size());
-  }
+  std::vector<std::vector<Eigen::Matrix3d>> covariances(joint_count());
+  if (options_.covariance) covariances = solver_.Covariances(problem_);
   for (int j = 0; j < joint_count(); ++j) {
     const std::vector<int> inliers = InliersOf(j);
     const bool ever_two = EverTwo(inliers);
@@ -285,10 +283,9 @@ void BatchEstimator::WriteFinals() {
   }
 }
 
-void BatchEstimator::WriteFinalsOf(int joint_idx,
-                                   const std::vector<int>& inliers,
-                                   bool ever_two,
-                                   const std::vector<Matrix6d>& covariances) {
+void BatchEstimator::WriteFinalsOf(
+    int joint_idx, const std::vector<int>& inliers, bool ever_two,
+    const std::vector<Eigen::Matrix3d>& covariances) {
   const JointChain& chain = problem_.joints[joint_idx];
   const std::vector<double> nearest = SecondsToSupport(problem_.times, inliers);
   for (size_t k = 0; k < records_.size(); ++k) {
@@ -297,8 +294,7 @@ void BatchEstimator::WriteFinalsOf(int joint_idx,
     Eigen::Matrix3d covariance;
     const bool known = k < covariances.size();
     if (known) {
-      covariance = noise_.CovarianceFactorOf(joint_idx, k) *
-                   covariances[k].topLeftCorner<3, 3>();
+      covariance = noise_.CovarianceFactorOf(joint_idx, k) * covariances[k];
     }
     WriteJoint(chain, k, joint_idx, status, inliers[k],
                known ? &covariance : nullptr, &finals_[k].person);

@@ -71,6 +71,9 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
                  "How long a joint is written without a supporting view.");
   visitor.Boolean("covariance", &covariance,
                   "Compute a covariance of every joint and frame.");
+  visitor.Choice("start_from", &start_from, {"triangulation", "motion"},
+                 "Where the window starts a new state: where the frame's own "
+                 "views place the joint, or where the motion leads.");
   visitor.Choice("solver", &solver, {"ceres", "sweeps"},
                  "Ceres, started from block-tridiagonal sweeps, or these "
                  "alone.");
@@ -78,6 +81,8 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
                   "Iterations of the last stage.");
   visitor.Number("step_tolerance_m", &step_tolerance_m, Positive(), "m",
                  "Converged when no joint moves farther.");
+  visitor.Number("chunk_s", &chunk_s, NonNegative(), "s",
+                 "The batch is solved in chunks of about this; 0: as a whole.");
   visitor.Leave();
 }
 

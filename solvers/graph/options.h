@@ -38,6 +38,12 @@ enum class NoiseFrom {
   kFixed,  // the options' own figures
 };
 
+// Where the window's newest state starts.
+enum class StartFrom {
+  kTriangulation,  // the frame's own views, where they place the joint
+  kMotion,         // where the motion leads
+};
+
 struct GraphOptions {
   // The window keeps states this long before they become final [s]; 0.4 s are
   // 10 frames at 25 Hz.
@@ -103,9 +109,15 @@ struct GraphOptions {
   double bridging_limit_s = 0.5;
   bool covariance = true;
 
-  GraphSolver solver = GraphSolver::kSweeps;
-  int64_t max_iterations = 10;     // of the last stage; earlier ones take three
+  // Where the window starts a new state, before the schedule.
+  StartFrom start_from = StartFrom::kTriangulation;
+
+  GraphSolver solver = GraphSolver::kCeres;
+  int64_t max_iterations = 100;    // of the last stage; earlier ones take three
   double step_tolerance_m = 3e-5;  // converged when no joint moves farther
+  // The batch solves a long take in chunks of about this long, with a second of
+  // their neighbours on both sides; 0 for the take as a whole [s].
+  double chunk_s = 10.0;
 
   // Given in code alone: factors of the caller's own (solver ceres), and where
   // estimators add how their solves ended.

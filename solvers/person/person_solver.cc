@@ -206,6 +206,19 @@ void PersonSolver::Note(const SolveReport& report, bool taken_over) {
   counts_.positions_in_doubt += report.unsettled;
 }
 
+void PersonSolver::FreeWorkSpace() {
+  chain_solver_ = ChainSolver();
+  bone_solver_ = BoneSolver();
+  linear_ = LinearChain();
+}
+
+void PersonSolver::TakeCounts(PersonSolver* other) {
+  counts_ += std::exchange(other->counts_, SolveCounts());
+  const RivalCounts rivals = std::exchange(other->rivals_, RivalCounts());
+  rivals_.cases += rivals.cases;
+  rivals_.taken += rivals.taken;
+}
+
 void PersonSolver::HandInCounts(int64_t first_frame, int64_t last_frame) {
   const SolveCounts counts = std::exchange(counts_, SolveCounts());
   if (ledger_ != nullptr) ledger_->Add(counts);

@@ -69,6 +69,12 @@ class PersonSolver {
   std::vector<std::vector<Matrix6d>> JointCovariances(
       const PersonProblem& problem, double correction, size_t frame_end);
 
+  // Gives back the memory that solves needed.
+  void FreeWorkSpace();
+
+  // Takes over what `other` has counted.
+  void TakeCounts(PersonSolver* other);
+
   // Adds what was counted since the last call to the options' ledger, and logs
   // what went wrong in the frames first .. last of this person.
   void HandInCounts(int64_t first_frame, int64_t last_frame);

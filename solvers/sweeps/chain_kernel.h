@@ -25,10 +25,10 @@ namespace kinegraph {
 // lane by lane.
 template <typename T>
 struct LaneCamera {
-  const CameraModel *camera;
-  Mask<T> *visible;
+  const CameraModel* camera;
+  Mask<T>* visible;
 
-  KINEGRAPH_INLINE bool Project(const T *point, T *px, T (*by_point)[3]) const {
+  KINEGRAPH_INLINE bool Project(const T* point, T* px, T (*by_point)[3]) const {
     *visible = kinegraph::Project(*camera, point, &px[0], &px[1],
                                   by_point == nullptr ? nullptr : by_point[0]);
     return true;
@@ -47,7 +47,7 @@ struct LaneMotion {
 
 template <typename T>
 struct LaneSystem {
-  LaneBlock<T> *diagonal;  // [frames]
+  LaneBlock<T>* diagonal;  // [frames]
   T (*gradient)[6];        // [frames]
   T cost;
   Mask<T> valid;  // every measurement that counts has an image
@@ -64,13 +64,13 @@ class ChainGroup {
       (3 * sizeof(LaneBlock<T>) + sizeof(LaneMotion<T>) + 7 * sizeof(T[6])) /
       sizeof(T);
 
-  ChainGroup(const ChainLanes &chains, int lane, double *workspace)
+  ChainGroup(const ChainLanes& chains, int lane, double* workspace)
       : chains_(chains), lane_(lane), frames_(chains.frames) {
-    char *at = reinterpret_cast<char *>(workspace);
-    const auto take = [&](auto **array) {
+    char* at = reinterpret_cast<char*>(workspace);
+    const auto take = [&](auto** array) {
       using Item =
           std::remove_pointer_t<std::remove_pointer_t<decltype(array)>>;
-      *array = reinterpret_cast<Item *>(at);
+      *array = reinterpret_cast<Item*>(at);
       at += sizeof(Item) * frames_;
     };
     take(&current_.diagonal);
@@ -86,19 +86,19 @@ class ChainGroup {
     take(&step_);
   }
 
-  void Solve(const LaneStage *stages, int stage_count, double step_tolerance_m,
-             const LaneReports &reports);
-  void Covariances(double correction, int frame_end, double *covariances,
-                   double *known);
+  void Solve(const LaneStage* stages, int stage_count, double step_tolerance_m,
+             const LaneReports& reports);
+  void Covariances(double correction, int frame_end, double* covariances,
+                   double* known);
 
  private:
-  T Row(const double *rows, int row) const {
+  T Row(const double* rows, int row) const {
     return T::Load(rows + static_cast<long>(row) * chains_.lanes + lane_);
   }
-  void StoreRow(const T &value, double *rows, int row) const {
+  void StoreRow(const T& value, double* rows, int row) const {
     value.Store(rows + static_cast<long>(row) * chains_.lanes + lane_);
   }
-  Reprojection<T, LaneCamera<T>> FactorOf(int view, Mask<T> *visible) const {
+  Reprojection<T, LaneCamera<T>> FactorOf(int view, Mask<T>* visible) const {
     return {{chains_.views[view].camera, visible},
             {Row(chains_.x_px, view), Row(chains_.y_px, view)},
             Row(chains_.per_sigma, view),
@@ -106,26 +106,26 @@ class ChainGroup {
   }
   void LoadMotion();
   void LoadStates();
-  void LoadPrior(const double *root);
+  void LoadPrior(const double* root);
   void Gate();
-  void BeginFrame(int k, LaneBlock<T> *diagonal) const;
-  void AddObservation(const PointJacobian<2, T> &jacobian, const T &weight,
-                      LaneBlock<T> *diagonal) const;
-  void Linearise(const T (*states)[6], const LaneStage &stage,
-                 LaneSystem<T> *system) const;
-  void StoreWeights(const LaneStage &stage) const;
-  Mask<T> Eliminate(const LaneBlock<T> *diagonal, const T &damping);
-  T FindStep(const Mask<T> &usable);
-  void Keep(const Mask<T> &kept);
-  void RunStage(const LaneStage &stage, double step_tolerance_m);
+  void BeginFrame(int k, LaneBlock<T>* diagonal) const;
+  void AddObservation(const PointJacobian<2, T>& jacobian, const T& weight,
+                      LaneBlock<T>* diagonal) const;
+  void Linearise(const T (*states)[6], const LaneStage& stage,
+                 LaneSystem<T>* system) const;
+  void StoreWeights(const LaneStage& stage) const;
+  Mask<T> Eliminate(const LaneBlock<T>* diagonal, const T& damping);
+  T FindStep(const Mask<T>& usable);
+  void Keep(const Mask<T>& kept);
+  void RunStage(const LaneStage& stage, double step_tolerance_m);
 
-  const ChainLanes &chains_;
+  const ChainLanes& chains_;
   const int lane_;
   const int frames_;
   LaneSystem<T> current_;
   LaneSystem<T> trial_;
-  LaneBlock<T> *inverse_;  // P_k
-  LaneMotion<T> *motion_;
+  LaneBlock<T>* inverse_;  // P_k
+  LaneMotion<T>* motion_;
   T (*right_)[6];   // r_k
   T (*gained_)[6];  // P_k r_k
   T (*states_)[6];
@@ -143,12 +143,12 @@ class ChainGroup {
 template <typename T>
 void ChainGroup<T>::LoadMotion() {
   for (int k = 0; k + 1 < frames_; ++k) {
-    LaneMotion<T> &motion = motion_[k];
+    LaneMotion<T>& motion = motion_[k];
     motion.factor =
         ConstantVelocity<T>(chains_.dt_s[k], Row(chains_.process_noise, k));
     T at_rest[6];
-    for (T &value : at_rest) value = 0.0;
-    const T *const states[2] = {at_rest, at_rest};
+    for (T& value : at_rest) value = 0.0;
+    const T* const states[2] = {at_rest, at_rest};
     T residual[6];
     AxisJacobian<T> by[2];
     motion.factor.Evaluate(states, residual, by);
@@ -175,15 +175,15 @@ void ChainGroup<T>::LoadStates() {
 }
 
 template <typename T>
-void ChainGroup<T>::LoadPrior(const double *root) {
+void ChainGroup<T>::LoadPrior(const double* root) {
   for (int i = 0; i < 36; ++i) prior_A_[i] = Row(root, i);
   for (int i = 0; i < 6; ++i) {
     prior_x0_[i] = Row(chains_.prior_x0, i);
     prior_b_[i] = Row(chains_.prior_b, i);
   }
-  for (T &value : prior_information_.pp) value = 0.0;
-  for (T &value : prior_information_.pv) value = 0.0;
-  for (T &value : prior_information_.vv) value = 0.0;
+  for (T& value : prior_information_.pp) value = 0.0;
+  for (T& value : prior_information_.pv) value = 0.0;
+  for (T& value : prior_information_.vv) value = 0.0;
   AddSquareOf(prior_A_, &prior_information_);
 }
 
@@ -194,7 +194,7 @@ void ChainGroup<T>::Gate() {
     for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
       Mask<T> visible;
       const auto factor = FactorOf(v, &visible);
-      const T *const states[1] = {states_[k]};
+      const T* const states[1] = {states_[k]};
       T residual[2];
       factor.Evaluate(states, residual, nullptr);
       const Mask<T> counts = And(visible, factor.per_sigma > T(0.0));
@@ -206,7 +206,7 @@ void ChainGroup<T>::Gate() {
 // Prior and motion of frame k.
 template <typename T>
 KINEGRAPH_INLINE void ChainGroup<T>::BeginFrame(int k,
-                                                LaneBlock<T> *diagonal) const {
+                                                LaneBlock<T>* diagonal) const {
   T axis[3];
   for (int i = 0; i < 3; ++i) {
     axis[i] = k + 1 < frames_ ? motion_[k].from[i] : T(0.0);
@@ -229,9 +229,9 @@ KINEGRAPH_INLINE void ChainGroup<T>::BeginFrame(int k,
 // Adds weight J'J.
 template <typename T>
 KINEGRAPH_INLINE void ChainGroup<T>::AddObservation(
-    const PointJacobian<2, T> &jacobian, const T &weight,
-    LaneBlock<T> *diagonal) const {
-  const auto &by = jacobian.by_point;
+    const PointJacobian<2, T>& jacobian, const T& weight,
+    LaneBlock<T>* diagonal) const {
+  const auto& by = jacobian.by_point;
   for (int r = 0; r < 3; ++r) {
     const T x = weight * by[0][r];
     const T y = weight * by[1][r];
@@ -248,15 +248,15 @@ KINEGRAPH_INLINE void ChainGroup<T>::AddObservation(
 }
 
 template <typename T>
-void ChainGroup<T>::Linearise(const T (*states)[6], const LaneStage &stage,
-                              LaneSystem<T> *system) const {
+void ChainGroup<T>::Linearise(const T (*states)[6], const LaneStage& stage,
+                              LaneSystem<T>* system) const {
   T cost = 0.0;
   Mask<T> valid = cost == cost;  // in all lanes
   for (int k = 0; k < frames_; ++k) {
-    for (T &value : system->gradient[k]) value = 0.0;
+    for (T& value : system->gradient[k]) value = 0.0;
   }
   const GaussianPrior<T> prior = {prior_A_, prior_x0_, prior_b_};
-  const T *const first[1] = {states[0]};
+  const T* const first[1] = {states[0]};
   T away[6];
   prior.Evaluate(first, away, nullptr);
   for (int i = 0; i < 6; ++i) {
@@ -268,9 +268,9 @@ void ChainGroup<T>::Linearise(const T (*states)[6], const LaneStage &stage,
   for (int k = 0; k < frames_; ++k) {
     LaneBlock<T> diagonal;
     BeginFrame(k, &diagonal);
-    T *gradient = system->gradient[k];
+    T* gradient = system->gradient[k];
     if (k + 1 < frames_) {
-      const T *const ends[2] = {states[k], states[k + 1]};
+      const T* const ends[2] = {states[k], states[k + 1]};
       T residual[6];
       AxisJacobian<T> by[2];
       motion_[k].factor.Evaluate(ends, residual, by);
@@ -283,7 +283,7 @@ void ChainGroup<T>::Linearise(const T (*states)[6], const LaneStage &stage,
     for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
       Mask<T> visible;
       const auto factor = FactorOf(v, &visible);
-      const T *const state[1] = {states[k]};
+      const T* const state[1] = {states[k]};
       T residual[2];
       PointJacobian<2, T> jacobian;
       factor.Evaluate(state, residual, &jacobian);
@@ -305,12 +305,12 @@ void ChainGroup<T>::Linearise(const T (*states)[6], const LaneStage &stage,
 }
 
 template <typename T>
-void ChainGroup<T>::StoreWeights(const LaneStage &stage) const {
+void ChainGroup<T>::StoreWeights(const LaneStage& stage) const {
   for (int k = 0; k < frames_; ++k) {
     for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
       Mask<T> visible;
       const auto factor = FactorOf(v, &visible);
-      const T *const state[1] = {states_[k]};
+      const T* const state[1] = {states_[k]};
       T residual[2];
       factor.Evaluate(state, residual, nullptr);
       const LossTerms<T> loss =
@@ -324,8 +324,8 @@ void ChainGroup<T>::StoreWeights(const LaneStage &stage) const {
 // Fills P_k; `damping` times the diagonal is added to it. The mask tells where
 // all of it is positive definite.
 template <typename T>
-Mask<T> ChainGroup<T>::Eliminate(const LaneBlock<T> *diagonal,
-                                 const T &damping) {
+Mask<T> ChainGroup<T>::Eliminate(const LaneBlock<T>* diagonal,
+                                 const T& damping) {
   const T grown = 1.0 + damping;
   Mask<T> definite = grown == grown;
   for (int k = frames_; k-- > 0;) {
@@ -345,13 +345,13 @@ Mask<T> ChainGroup<T>::Eliminate(const LaneBlock<T> *diagonal,
 // Writes candidates and keeps the steps where `usable`; returns how far the
 // step moves any position [m].
 template <typename T>
-T ChainGroup<T>::FindStep(const Mask<T> &usable) {
+T ChainGroup<T>::FindStep(const Mask<T>& usable) {
   for (int k = frames_; k-- > 0;) {
-    T *r = right_[k];
+    T* r = right_[k];
     for (int i = 0; i < 6; ++i) r[i] = -current_.gradient[k][i];
     if (k + 1 < frames_) {
-      const auto &m = motion_[k].m.a;
-      const T *later = gained_[k + 1];
+      const auto& m = motion_[k].m.a;
+      const T* later = gained_[k + 1];
       for (int i = 0; i < 3; ++i) {
         r[i] -= m[0][0] * later[i] + m[0][1] * later[3 + i];
         r[3 + i] -= m[1][0] * later[i] + m[1][1] * later[3 + i];
@@ -365,7 +365,7 @@ T ChainGroup<T>::FindStep(const Mask<T> &usable) {
     if (k == 0) {
       for (int i = 0; i < 6; ++i) step[i] = gained_[0][i];
     } else {
-      const auto &m = motion_[k - 1].m.a;
+      const auto& m = motion_[k - 1].m.a;
       T pull[6];
       for (int i = 0; i < 3; ++i) {
         pull[i] = m[0][0] * step[i] + m[1][0] * step[3 + i];
@@ -387,20 +387,20 @@ T ChainGroup<T>::FindStep(const Mask<T> &usable) {
 
 // The candidate becomes the estimate, but in the `kept` lanes.
 template <typename T>
-void ChainGroup<T>::Keep(const Mask<T> &kept) {
+void ChainGroup<T>::Keep(const Mask<T>& kept) {
   if (Any(kept)) {
     for (int k = 0; k < frames_; ++k) {
       for (int i = 0; i < 6; ++i) {
         trial_.gradient[k][i] =
             Select(kept, current_.gradient[k][i], trial_.gradient[k][i]);
         candidate_[k][i] = Select(kept, states_[k][i], candidate_[k][i]);
-        T *pp = trial_.diagonal[k].pp;
-        T *vv = trial_.diagonal[k].vv;
+        T* pp = trial_.diagonal[k].pp;
+        T* vv = trial_.diagonal[k].vv;
         pp[i] = Select(kept, current_.diagonal[k].pp[i], pp[i]);
         vv[i] = Select(kept, current_.diagonal[k].vv[i], vv[i]);
       }
       for (int i = 0; i < 9; ++i) {
-        T *pv = trial_.diagonal[k].pv;
+        T* pv = trial_.diagonal[k].pv;
         pv[i] = Select(kept, current_.diagonal[k].pv[i], pv[i]);
       }
     }
@@ -409,13 +409,13 @@ void ChainGroup<T>::Keep(const Mask<T> &kept) {
   const LaneSystem<T> old = current_;
   current_ = trial_;
   trial_ = old;
-  auto *const states = states_;
+  auto* const states = states_;
   states_ = candidate_;
   candidate_ = states;
 }
 
 template <typename T>
-void ChainGroup<T>::RunStage(const LaneStage &stage, double step_tolerance_m) {
+void ChainGroup<T>::RunStage(const LaneStage& stage, double step_tolerance_m) {
   Linearise(states_, stage, &current_);
   finite_ = And(finite_, current_.valid);
   Mask<T> active = finite_;
@@ -444,14 +444,14 @@ void ChainGroup<T>::RunStage(const LaneStage &stage, double step_tolerance_m) {
 }
 
 template <typename T>
-void ChainGroup<T>::Solve(const LaneStage *stages, int stage_count,
-                          double step_tolerance_m, const LaneReports &reports) {
+void ChainGroup<T>::Solve(const LaneStage* stages, int stage_count,
+                          double step_tolerance_m, const LaneReports& reports) {
   LoadStates();
   LoadMotion();
   LoadPrior(chains_.prior_A);
   Gate();
   for (int k = 0; k < frames_; ++k) {
-    for (T &value : step_[k]) value = 0.0;
+    for (T& value : step_[k]) value = 0.0;
   }
   iterations_ = 0.0;
   finite_ = iterations_ == iterations_;
@@ -475,17 +475,17 @@ void ChainGroup<T>::Solve(const LaneStage *stages, int stage_count,
 
 template <typename T>
 void ChainGroup<T>::Covariances(double correction, int frame_end,
-                                double *covariances, double *known) {
+                                double* covariances, double* known) {
   LoadStates();
   LoadMotion();
   LoadPrior(chains_.prior_A_stated);
   for (int k = 0; k < frames_; ++k) {
-    LaneBlock<T> &diagonal = current_.diagonal[k];
+    LaneBlock<T>& diagonal = current_.diagonal[k];
     BeginFrame(k, &diagonal);
     for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
       Mask<T> visible;
       const auto factor = FactorOf(v, &visible);
-      const T *const state[1] = {states_[k]};
+      const T* const state[1] = {states_[k]};
       T residual[2];
       PointJacobian<2, T> jacobian;
       factor.Evaluate(state, residual, &jacobian);
@@ -513,9 +513,9 @@ void ChainGroup<T>::Covariances(double correction, int frame_end,
 }
 
 template <typename T>
-void SolveChainLanesWith(const ChainLanes &chains, const LaneStage *stages,
+void SolveChainLanesWith(const ChainLanes& chains, const LaneStage* stages,
                          int stage_count, double step_tolerance_m,
-                         double *workspace, const LaneReports &reports) {
+                         double* workspace, const LaneReports& reports) {
   for (int lane = 0; lane < chains.joints; lane += T::kLanes) {
     ChainGroup<T>(chains, lane, workspace)
         .Solve(stages, stage_count, step_tolerance_m, reports);
@@ -523,9 +523,9 @@ void SolveChainLanesWith(const ChainLanes &chains, const LaneStage *stages,
 }
 
 template <typename T>
-void CovarianceChainLanesWith(const ChainLanes &chains, double correction,
-                              int frame_end, double *workspace,
-                              double *covariances, double *known) {
+void CovarianceChainLanesWith(const ChainLanes& chains, double correction,
+                              int frame_end, double* workspace,
+                              double* covariances, double* known) {
   for (int lane = 0; lane < chains.joints; lane += T::kLanes) {
     ChainGroup<T>(chains, lane, workspace)
         .Covariances(correction, frame_end, covariances, known);

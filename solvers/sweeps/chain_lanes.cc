@@ -10,9 +10,9 @@ long LaneWorkspaceSize(int frames) {
   return frames * ChainGroup<BaselinePack>::kNumbersPerFrame * kLaneMultiple;
 }
 
-void SolveChainLanes(const ChainLanes &chains, const LaneStage *stages,
+void SolveChainLanes(const ChainLanes& chains, const LaneStage* stages,
                      int stage_count, double step_tolerance_m,
-                     double *workspace, const LaneReports &reports) {
+                     double* workspace, const LaneReports& reports) {
   switch (CurrentInstructionSet()) {
 #if defined(__x86_64__)
     case InstructionSet::kAvx512:
@@ -28,9 +28,9 @@ void SolveChainLanes(const ChainLanes &chains, const LaneStage *stages,
   }
 }
 
-void CovarianceChainLanes(const ChainLanes &chains, double correction,
-                          int frame_end, double *workspace, double *covariances,
-                          double *known) {
+void CovarianceChainLanes(const ChainLanes& chains, double correction,
+                          int frame_end, double* workspace, double* covariances,
+                          double* known) {
   switch (CurrentInstructionSet()) {
 #if defined(__x86_64__)
     case InstructionSet::kAvx512:

@@ -13,7 +13,7 @@
 namespace kinegraph {
 
 struct LaneFrameView {
-  const CameraModel *camera = nullptr;
+  const CameraModel* camera = nullptr;
   double offset_s = 0.0;  // capture time less the frame's
 };
 
@@ -21,26 +21,26 @@ struct ChainLanes {
   int frames = 0;
   int joints = 0;  // lanes behind them are computed or not, and of no use
   int lanes = 0;
-  const double *dt_s = nullptr;           // [frames - 1], not in lanes
-  const double *process_noise = nullptr;  // [frames - 1][lanes] m^2/s^3
+  const double* dt_s = nullptr;           // [frames - 1], not in lanes
+  const double* process_noise = nullptr;  // [frames - 1][lanes] m^2/s^3
 
   // Views of frame k are views[first_view[k]] .. [first_view[k + 1]].
-  const int *first_view = nullptr;
-  const LaneFrameView *views = nullptr;
-  const double *x_px = nullptr;         // [views][lanes]
-  const double *y_px = nullptr;         // [views][lanes]
-  const double *per_sigma = nullptr;    // [views][lanes] 1/px; 0: not measured
-  const double *information = nullptr;  // [views][lanes] factor after the loss
-  double *counts = nullptr;  // [views][lanes] 1: measured and not gated, else 0
-  double *weights = nullptr;  // [views][lanes] rho' at the states
+  const int* first_view = nullptr;
+  const LaneFrameView* views = nullptr;
+  const double* x_px = nullptr;         // [views][lanes]
+  const double* y_px = nullptr;         // [views][lanes]
+  const double* per_sigma = nullptr;    // [views][lanes] 1/px; 0: not measured
+  const double* information = nullptr;  // [views][lanes] factor after the loss
+  double* counts = nullptr;  // [views][lanes] 1: measured and not gated, else 0
+  double* weights = nullptr;  // [views][lanes] rho' at the states
 
   // Prior on the first states, as StatePrior: A by columns.
-  const double *prior_A = nullptr;         // [36][lanes]
-  const double *prior_A_stated = nullptr;  // [36][lanes]
-  const double *prior_x0 = nullptr;        // [6][lanes]
-  const double *prior_b = nullptr;         // [6][lanes]
+  const double* prior_A = nullptr;         // [36][lanes]
+  const double* prior_A_stated = nullptr;  // [36][lanes]
+  const double* prior_x0 = nullptr;        // [6][lanes]
+  const double* prior_b = nullptr;         // [6][lanes]
 
-  double *states = nullptr;  // [frames][6][lanes] m, m/s: start and result
+  double* states = nullptr;  // [frames][6][lanes] m, m/s: start and result
 };
 
 struct LaneStage {
@@ -51,10 +51,10 @@ struct LaneStage {
 
 // What became of a solve; [lanes], and the last step of every state.
 struct LaneReports {
-  double *finite = nullptr;     // 1, or 0: no result
-  double *converged = nullptr;  // 1 or 0, in the last stage
-  double *iterations = nullptr;
-  double *steps = nullptr;  // [frames][6][lanes]
+  double* finite = nullptr;     // 1, or 0: no result
+  double* converged = nullptr;  // 1 or 0, in the last stage
+  double* iterations = nullptr;
+  double* steps = nullptr;  // [frames][6][lanes]
 };
 
 // Numbers of work space that a call needs for so many frames; aligned to 64
@@ -64,17 +64,17 @@ long LaneWorkspaceSize(int frames);
 // Gates the measurements at the start (`counts`) and runs the stages: damped
 // Gauss-Newton by block-tridiagonal sweeps, each lane with its own damping and
 // end. Writes states, counts, weights and reports.
-void SolveChainLanes(const ChainLanes &chains, const LaneStage *stages,
+void SolveChainLanes(const ChainLanes& chains, const LaneStage* stages,
                      int stage_count, double step_tolerance_m,
-                     double *workspace, const LaneReports &reports);
+                     double* workspace, const LaneReports& reports);
 
 // Covariances of frames 0 .. frame_end - 1 at states and weights, with every
 // observation times `correction`: [frame_end][21][lanes], the upper triangle
 // row by row. `known` [lanes]: 0 where the information is not positive
 // definite.
-void CovarianceChainLanes(const ChainLanes &chains, double correction,
-                          int frame_end, double *workspace, double *covariances,
-                          double *known);
+void CovarianceChainLanes(const ChainLanes& chains, double correction,
+                          int frame_end, double* workspace, double* covariances,
+                          double* known);
 
 }  // namespace kinegraph
 

@@ -6,16 +6,16 @@
 
 namespace kinegraph {
 
-void SolveChainLanesAvx2(const ChainLanes &chains, const LaneStage *stages,
+void SolveChainLanesAvx2(const ChainLanes& chains, const LaneStage* stages,
                          int stage_count, double step_tolerance_m,
-                         double *workspace, const LaneReports &reports) {
+                         double* workspace, const LaneReports& reports) {
   SolveChainLanesWith<Avx2Pack>(chains, stages, stage_count, step_tolerance_m,
                                 workspace, reports);
 }
 
-void CovarianceChainLanesAvx2(const ChainLanes &chains, double correction,
-                              int frame_end, double *workspace,
-                              double *covariances, double *known) {
+void CovarianceChainLanesAvx2(const ChainLanes& chains, double correction,
+                              int frame_end, double* workspace,
+                              double* covariances, double* known) {
   CovarianceChainLanesWith<Avx2Pack>(chains, correction, frame_end, workspace,
                                      covariances, known);
 }

@@ -21,8 +21,8 @@ void LaneBuffer::Assign(size_t size, double value) {
   std::fill(aligned_, aligned_ + size, value);
 }
 
-void ChainSolver::LoadTimes(const std::vector<TimeNs> &times,
-                            const std::vector<const JointChain *> &chains) {
+void ChainSolver::LoadTimes(const std::vector<TimeNs>& times,
+                            const std::vector<const JointChain*>& chains) {
   dt_s_.clear();
   process_noise_.Assign(frames_ * kGroup, 1.0);
   for (size_t k = 0; k + 1 < frames_; ++k) {
@@ -34,12 +34,12 @@ void ChainSolver::LoadTimes(const std::vector<TimeNs> &times,
 }
 
 // The views of every frame, each slot that any chain was measured in.
-void ChainSolver::LoadViews(const std::vector<const JointChain *> &chains) {
+void ChainSolver::LoadViews(const std::vector<const JointChain*>& chains) {
   first_view_.assign(1, 0);
   views_.clear();
   first_place_.clear();
   size_t count = 0;
-  for (const JointChain *chain : chains) {
+  for (const JointChain* chain : chains) {
     first_place_.push_back(count);
     count += chain->measurements.size();
   }
@@ -48,22 +48,22 @@ void ChainSolver::LoadViews(const std::vector<const JointChain *> &chains) {
     // In the order of the slots, as each chain alone has them: a joint's sums
     // then do not depend on which joints are beside it.
     slots_.clear();
-    for (const JointChain *chain : chains) {
+    for (const JointChain* chain : chains) {
       for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
-        const PixelMeasurement &measurement = chain->measurements[m];
+        const PixelMeasurement& measurement = chain->measurements[m];
         const size_t slot = measurement.view_slot;
         if (slot >= slots_.size()) slots_.resize(slot + 1);
         slots_[slot].measurement = &measurement;
       }
     }
-    for (Slot &slot : slots_) {
+    for (Slot& slot : slots_) {
       if (slot.measurement == nullptr) continue;
       slot.view = views_.size();
       views_.push_back(
           {&slot.measurement->camera->model(), slot.measurement->offset_s});
     }
     for (size_t lane = 0; lane < chains.size(); ++lane) {
-      const JointChain &chain = *chains[lane];
+      const JointChain& chain = *chains[lane];
       for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
         const size_t view = slots_[chain.measurements[m].view_slot].view;
         place_[first_place_[lane] + m] = Row(view) + lane;
@@ -74,18 +74,18 @@ void ChainSolver::LoadViews(const std::vector<const JointChain *> &chains) {
 }
 
 void ChainSolver::LoadMeasurements(
-    const std::vector<const JointChain *> &chains) {
+    const std::vector<const JointChain*>& chains) {
   const size_t size = views_.size() * kGroup;
-  for (LaneBuffer *buffer : {&x_px_, &y_px_, &per_sigma_, &information_}) {
+  for (LaneBuffer* buffer : {&x_px_, &y_px_, &per_sigma_, &information_}) {
     buffer->Assign(size, 0.0);
   }
   counts_.Assign(size, 0.0);
   weights_.Assign(size, 0.0);
   for (size_t lane = 0; lane < chains.size(); ++lane) {
-    const std::vector<PixelMeasurement> &measurements =
+    const std::vector<PixelMeasurement>& measurements =
         chains[lane]->measurements;
     for (size_t m = 0; m < measurements.size(); ++m) {
-      const PixelMeasurement &measurement = measurements[m];
+      const PixelMeasurement& measurement = measurements[m];
       const size_t at = place_[first_place_[lane] + m];
       x_px_[at] = measurement.px.x() - measurement.bias_px.x();
       y_px_[at] = measurement.px.y() - measurement.bias_px.y();
@@ -97,13 +97,13 @@ void ChainSolver::LoadMeasurements(
   }
 }
 
-void ChainSolver::LoadPriors(const std::vector<const JointChain *> &chains) {
+void ChainSolver::LoadPriors(const std::vector<const JointChain*>& chains) {
   prior_A_.Assign(36 * kGroup, 0.0);
   prior_A_stated_.Assign(36 * kGroup, 0.0);
   prior_x0_.Assign(6 * kGroup, 0.0);
   prior_b_.Assign(6 * kGroup, 0.0);
   for (size_t lane = 0; lane < chains.size(); ++lane) {
-    const StatePrior &prior = chains[lane]->prior;
+    const StatePrior& prior = chains[lane]->prior;
     for (size_t i = 0; i < 36; ++i) {
       prior_A_[Row(i) + lane] = prior.A.data()[i];
       prior_A_stated_[Row(i) + lane] = prior.A_stated.data()[i];
@@ -121,18 +121,18 @@ void ChainSolver::LoadPriors(const std::vector<const JointChain *> &chains) {
   }
 }
 
-void ChainSolver::LoadStates(const std::vector<const JointChain *> &chains) {
+void ChainSolver::LoadStates(const std::vector<const JointChain*>& chains) {
   states_.Assign(frames_ * 6 * kGroup, 0.0);
   for (size_t lane = 0; lane < chains.size(); ++lane) {
     for (size_t k = 0; k < frames_; ++k) {
-      const State &state = chains[lane]->states[k];
+      const State& state = chains[lane]->states[k];
       for (size_t i = 0; i < 6; ++i) states_[Row(6 * k + i) + lane] = state[i];
     }
   }
 }
 
-void ChainSolver::Load(const std::vector<TimeNs> &times,
-                       const std::vector<const JointChain *> &chains) {
+void ChainSolver::Load(const std::vector<TimeNs>& times,
+                       const std::vector<const JointChain*>& chains) {
   frames_ = times.size();
   LoadTimes(times, chains);
   LoadViews(chains);
@@ -160,8 +160,8 @@ void ChainSolver::Load(const std::vector<TimeNs> &times,
   arrays_.states = states_.data();
 }
 
-SolveReport ChainSolver::Unload(size_t lane, const SolveSchedule &schedule,
-                                JointChain *chain) {
+SolveReport ChainSolver::Unload(size_t lane, const SolveSchedule& schedule,
+                                JointChain* chain) {
   SolveReport report;
   report.finite = finite_[lane] != 0.0;
   report.converged = converged_[lane] != 0.0;
@@ -174,7 +174,7 @@ SolveReport ChainSolver::Unload(size_t lane, const SolveSchedule &schedule,
     }
   }
   for (size_t m = 0; m < chain->measurements.size(); ++m) {
-    PixelMeasurement &measurement = chain->measurements[m];
+    PixelMeasurement& measurement = chain->measurements[m];
     const size_t at = place_[first_place_[lane] + m];
     measurement.gated = counts_[at] == 0.0;
     measurement.weight = report.finite ? weights_[at] : 0.0;
@@ -185,17 +185,17 @@ SolveReport ChainSolver::Unload(size_t lane, const SolveSchedule &schedule,
   return report;
 }
 
-void ChainSolver::SolveGroup(const std::vector<TimeNs> &times,
-                             const SolveSchedule &schedule,
-                             const std::vector<JointChain *> &chains,
-                             std::vector<SolveReport> *reports) {
+void ChainSolver::SolveGroup(const std::vector<TimeNs>& times,
+                             const SolveSchedule& schedule,
+                             const std::vector<JointChain*>& chains,
+                             std::vector<SolveReport>* reports) {
   Load(times, {chains.begin(), chains.end()});
   steps_.Reserve(Row(6 * frames_));
-  for (LaneBuffer *buffer : {&finite_, &converged_, &iterations_}) {
+  for (LaneBuffer* buffer : {&finite_, &converged_, &iterations_}) {
     buffer->Reserve(kGroup);
   }
   std::vector<LaneStage> stages;
-  for (const SolveStage &stage : schedule.stages) {
+  for (const SolveStage& stage : schedule.stages) {
     stages.push_back({stage.loss, stage.scale, stage.max_iterations});
   }
   SolveChainLanes(
@@ -208,8 +208,8 @@ void ChainSolver::SolveGroup(const std::vector<TimeNs> &times,
 }
 
 std::vector<SolveReport> ChainSolver::Solve(
-    const std::vector<TimeNs> &times, const SolveSchedule &schedule,
-    const std::vector<JointChain *> &chains) {
+    const std::vector<TimeNs>& times, const SolveSchedule& schedule,
+    const std::vector<JointChain*>& chains) {
   CHECK(!schedule.stages.empty());
   if (times.empty()) return std::vector<SolveReport>(chains.size());
   std::vector<SolveReport> reports;
@@ -221,16 +221,16 @@ std::vector<SolveReport> ChainSolver::Solve(
   return reports;
 }
 
-SolveReport ChainSolver::Solve(const std::vector<TimeNs> &times,
-                               const SolveSchedule &schedule,
-                               JointChain *chain) {
-  return Solve(times, schedule, std::vector<JointChain *>{chain}).front();
+SolveReport ChainSolver::Solve(const std::vector<TimeNs>& times,
+                               const SolveSchedule& schedule,
+                               JointChain* chain) {
+  return Solve(times, schedule, std::vector<JointChain*>{chain}).front();
 }
 
 void ChainSolver::CovariancesOfGroup(
-    const std::vector<TimeNs> &times,
-    const std::vector<const JointChain *> &chains, double correction,
-    size_t frame_end, std::vector<std::vector<Matrix6d>> *covariances) {
+    const std::vector<TimeNs>& times,
+    const std::vector<const JointChain*>& chains, double correction,
+    size_t frame_end, std::vector<std::vector<Matrix6d>>* covariances) {
   Load(times, chains);
   covariances_.Reserve(Row(21 * frame_end));
   known_.Reserve(kGroup);
@@ -242,7 +242,7 @@ void ChainSolver::CovariancesOfGroup(
     covariances->back().resize(frame_end);
     for (size_t k = 0; k < frame_end; ++k) {
       size_t row = 21 * k;
-      Matrix6d &covariance = covariances->back()[k];
+      Matrix6d& covariance = covariances->back()[k];
       for (int i = 0; i < 6; ++i) {
         for (int j = i; j < 6; ++j) {
           covariance(i, j) = covariance(j, i) = covariances_[Row(row++) + lane];
@@ -253,8 +253,8 @@ void ChainSolver::CovariancesOfGroup(
 }
 
 std::vector<std::vector<Matrix6d>> ChainSolver::Covariances(
-    const std::vector<TimeNs> &times,
-    const std::vector<const JointChain *> &chains, double correction,
+    const std::vector<TimeNs>& times,
+    const std::vector<const JointChain*>& chains, double correction,
     size_t frame_end) {
   if (times.empty()) return std::vector<std::vector<Matrix6d>>(chains.size());
   std::vector<std::vector<Matrix6d>> covariances;
@@ -267,11 +267,11 @@ std::vector<std::vector<Matrix6d>> ChainSolver::Covariances(
   return covariances;
 }
 
-bool ChainSolver::Covariances(const std::vector<TimeNs> &times,
-                              const JointChain &chain, double correction,
-                              std::vector<Matrix6d> *covariances) {
+bool ChainSolver::Covariances(const std::vector<TimeNs>& times,
+                              const JointChain& chain, double correction,
+                              std::vector<Matrix6d>* covariances) {
   *covariances =
-      std::move(Covariances(times, std::vector<const JointChain *>{&chain},
+      std::move(Covariances(times, std::vector<const JointChain*>{&chain},
                             correction, times.size())
                     .front());
   return !covariances->empty();

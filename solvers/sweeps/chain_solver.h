@@ -16,9 +16,13 @@ namespace kinegraph {
 // Numbers in rows of lanes, aligned for every instruction set.
 class LaneBuffer {
  public:
-  double *data() { return aligned_; }
-  const double *data() const { return aligned_; }
-  double &operator[](size_t index) { return aligned_[index]; }
+  LaneBuffer() = default;
+  LaneBuffer(LaneBuffer&&) = default;
+  LaneBuffer& operator=(LaneBuffer&&) = default;
+
+  double* data() { return aligned_; }
+  const double* data() const { return aligned_; }
+  double& operator[](size_t index) { return aligned_[index]; }
   double operator[](size_t index) const { return aligned_[index]; }
   // What it holds afterwards is undefined.
   void Reserve(size_t size);
@@ -26,7 +30,7 @@ class LaneBuffer {
 
  private:
   std::vector<double> memory_;
-  double *aligned_ = nullptr;
+  double* aligned_ = nullptr;
 };
 
 // Finds the minima that Ceres finds with the same factors (a test compares
@@ -38,47 +42,47 @@ class ChainSolver {
   // Gates the measurements at the chains' states and runs the stages one after
   // the other from there. States receive the minimum, measurements whether they
   // are gated and their weights there. All chains have the frames of `times`.
-  std::vector<SolveReport> Solve(const std::vector<TimeNs> &times,
-                                 const SolveSchedule &schedule,
-                                 const std::vector<JointChain *> &chains);
-  SolveReport Solve(const std::vector<TimeNs> &times,
-                    const SolveSchedule &schedule, JointChain *chain);
+  std::vector<SolveReport> Solve(const std::vector<TimeNs>& times,
+                                 const SolveSchedule& schedule,
+                                 const std::vector<JointChain*>& chains);
+  SolveReport Solve(const std::vector<TimeNs>& times,
+                    const SolveSchedule& schedule, JointChain* chain);
 
   // Covariances of the states of frames before `frame_end` at the chains'
   // states and weights, [chain][frame], position [m^2] first; `correction` as
   // InformationCorrection gives it. Empty for a chain whose information is not
   // positive definite.
   std::vector<std::vector<Matrix6d>> Covariances(
-      const std::vector<TimeNs> &times,
-      const std::vector<const JointChain *> &chains, double correction,
+      const std::vector<TimeNs>& times,
+      const std::vector<const JointChain*>& chains, double correction,
       size_t frame_end);
 
   // Of all frames of one chain; false where there are none.
-  bool Covariances(const std::vector<TimeNs> &times, const JointChain &chain,
-                   double correction, std::vector<Matrix6d> *covariances);
+  bool Covariances(const std::vector<TimeNs>& times, const JointChain& chain,
+                   double correction, std::vector<Matrix6d>* covariances);
 
  private:
   // Chains that share a call of the kernel.
   static constexpr size_t kGroup = kLaneMultiple;
 
-  void LoadTimes(const std::vector<TimeNs> &times,
-                 const std::vector<const JointChain *> &chains);
-  void LoadViews(const std::vector<const JointChain *> &chains);
-  void LoadMeasurements(const std::vector<const JointChain *> &chains);
-  void LoadPriors(const std::vector<const JointChain *> &chains);
-  void LoadStates(const std::vector<const JointChain *> &chains);
-  void Load(const std::vector<TimeNs> &times,
-            const std::vector<const JointChain *> &chains);
-  void SolveGroup(const std::vector<TimeNs> &times,
-                  const SolveSchedule &schedule,
-                  const std::vector<JointChain *> &chains,
-                  std::vector<SolveReport> *reports);
-  void CovariancesOfGroup(const std::vector<TimeNs> &times,
-                          const std::vector<const JointChain *> &chains,
+  void LoadTimes(const std::vector<TimeNs>& times,
+                 const std::vector<const JointChain*>& chains);
+  void LoadViews(const std::vector<const JointChain*>& chains);
+  void LoadMeasurements(const std::vector<const JointChain*>& chains);
+  void LoadPriors(const std::vector<const JointChain*>& chains);
+  void LoadStates(const std::vector<const JointChain*>& chains);
+  void Load(const std::vector<TimeNs>& times,
+            const std::vector<const JointChain*>& chains);
+  void SolveGroup(const std::vector<TimeNs>& times,
+                  const SolveSchedule& schedule,
+                  const std::vector<JointChain*>& chains,
+                  std::vector<SolveReport>* reports);
+  void CovariancesOfGroup(const std::vector<TimeNs>& times,
+                          const std::vector<const JointChain*>& chains,
                           double correction, size_t frame_end,
-                          std::vector<std::vector<Matrix6d>> *covariances);
-  SolveReport Unload(size_t lane, const SolveSchedule &schedule,
-                     JointChain *chain);
+                          std::vector<std::vector<Matrix6d>>* covariances);
+  SolveReport Unload(size_t lane, const SolveSchedule& schedule,
+                     JointChain* chain);
 
   static size_t Row(size_t row) { return row * kGroup; }
 
@@ -89,7 +93,7 @@ class ChainSolver {
   std::vector<LaneFrameView> views_;
   // Of the frame at hand: a measurement of the slot, and its place in views_.
   struct Slot {
-    const PixelMeasurement *measurement = nullptr;
+    const PixelMeasurement* measurement = nullptr;
     size_t view = 0;
   };
   std::vector<Slot> slots_;

@@ -127,7 +127,8 @@ std::vector<bool> WindowEstimator::StartNewStates() {
     // Without a measurement of its own the state is not solved again, and where
     // the motion leads it adds no cost.
     const bool measured = chain.first[k] != chain.first[k + 1];
-    if (measured && records_[k].triangulated[j]) {
+    if (measured && records_[k].triangulated[j] &&
+        options_.start_from == StartFrom::kTriangulation) {
       chain.states[k].head<3>() = triangulated;
     }
   }

@@ -54,5 +54,16 @@ TEST(ParallelForTest, ThrowsThroughAPiece) {
   EXPECT_THROW(ParallelFor(3, 10, outer), std::runtime_error);
 }
 
+TEST(ParallelForTest, TellsAPieceHowManyThreadsItMayAskFor) {
+  EXPECT_EQ(AllowedThreads(), 1);
+  for (const int threads : {1, 3}) {
+    for (const int count : {1, 8}) {
+      ParallelFor(threads, count,
+                  [&](int) { EXPECT_EQ(AllowedThreads(), threads); });
+    }
+  }
+  EXPECT_EQ(AllowedThreads(), 1);
+}
+
 }  // namespace
 }  // namespace kinegraph

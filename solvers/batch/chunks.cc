@@ -1,0 +1,149 @@
+#include "solvers/batch/chunks.h"
+
+#include <algorithm>
+
+namespace kinegraph {
+namespace {
+
+constexpr double kOverlap = 1.1;      // s; 28 frames at 25 Hz
+constexpr double kMostOverlap = 3.3;  // s
+
+bool IsMeasured(const JointChain& chain, size_t begin, size_t end) {
+  return begin < end && chain.first[begin] < chain.first[end];
+}
+
+double Seconds(const PersonProblem& problem, size_t from, size_t to) {
+  return ToSeconds(problem.times[to] - problem.times[from]);
+}
+
+// Where a chunk that owns frames from `own` on begins.
+size_t ExtendBack(const PersonProblem& problem, size_t own) {
+  size_t begin = own;
+  while (begin > 0 && Seconds(problem, begin - 1, own) <= kOverlap) --begin;
+  const auto lacks = [&](const JointChain& chain) {
+    return !IsMeasured(chain, begin, own);
+  };
+  while (begin > 0 && Seconds(problem, begin - 1, own) <= kMostOverlap &&
+         std::any_of(problem.joints.begin(), problem.joints.end(), lacks)) {
+    --begin;
+  }
+  return begin;
+}
+
+// Where a chunk that owns frames before `own` ends.
+size_t ExtendForth(const PersonProblem& problem, size_t own) {
+  const size_t count = problem.times.size();
+  size_t end = own;
+  while (end < count && Seconds(problem, own - 1, end) <= kOverlap) ++end;
+  const auto lacks = [&](const JointChain& chain) {
+    return !IsMeasured(chain, own, end);
+  };
+  while (end < count && Seconds(problem, own - 1, end) <= kMostOverlap &&
+         std::any_of(problem.joints.begin(), problem.joints.end(), lacks)) {
+    ++end;
+  }
+  return end;
+}
+
+JointChain CutOutJoint(const JointChain& chain, const Chunk& chunk) {
+  JointChain part;
+  part.states.assign(chain.states.begin() + chunk.begin,
+                     chain.states.begin() + chunk.end);
+  part.process_noise.assign(chain.process_noise.begin() + chunk.begin,
+                            chain.process_noise.begin() + chunk.end - 1);
+  const int32_t before = chain.first[chunk.begin];
+  part.first.clear();
+  for (size_t k = chunk.begin; k <= chunk.end; ++k) {
+    part.first.push_back(chain.first[k] - before);
+  }
+  part.measurements.assign(chain.measurements.begin() + before,
+                           chain.measurements.begin() + chain.first[chunk.end]);
+  // A birth like any other: so weak that the frames of the overlap outweigh it.
+  constexpr double kPositionSigma = 1.0;  // m
+  constexpr double kVelocitySigma = 3.0;  // m/s
+  part.prior = chunk.begin == 0 ? chain.prior
+                                : BirthPrior(part.states.front().head<3>(),
+                                             kPositionSigma, kVelocitySigma);
+  return part;
+}
+
+}  // namespace
+
+std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s) {
+  const size_t count = problem.times.size();
+  std::vector<Chunk> chunks;
+  if (count == 0) return chunks;
+  const double length_s = Seconds(problem, 0, count - 1);
+  const int pieces =
+      chunk_s > 0.0 ? std::max(1, static_cast<int>(length_s / chunk_s)) : 1;
+  size_t begin = 0;
+  for (int i = 0; i < pieces && begin < count; ++i) {
+    // Equal spans of time; all frames up to and including the next limit.
+    size_t end = begin;
+    const double limit_s = length_s * (i + 1) / pieces;
+    while (end < count &&
+           (i + 1 == pieces || Seconds(problem, 0, end) <= limit_s)) {
+      ++end;
+    }
+    if (end == begin) continue;  // a gap in the take
+    Chunk chunk;
+    chunk.own_begin = begin;
+    chunk.own_end = end;
+    chunk.begin = ExtendBack(problem, begin);
+    chunk.end = ExtendForth(problem, end);
+    chunks.push_back(chunk);
+    begin = end;
+  }
+  return chunks;
+}
+
+PersonProblem CutOut(const PersonProblem& problem, const Chunk& chunk) {
+  PersonProblem part;
+  part.times.assign(problem.times.begin() + chunk.begin,
+                    problem.times.begin() + chunk.end);
+  for (const JointChain& chain : problem.joints) {
+    part.joints.push_back(CutOutJoint(chain, chunk));
+  }
+  part.bones = problem.bones;
+  if (chunk.begin == 0) part.prior = problem.prior;
+  for (const PlacedFactor& placed : problem.user) {
+    if (placed.first_frame() < chunk.begin ||
+        placed.last_frame() >= chunk.end) {
+      continue;
+    }
+    part.user.push_back(placed);
+    for (StateKey& key : part.user.back().keys) {
+      key.frame -= static_cast<int>(chunk.begin);
+    }
+  }
+  return part;
+}
+
+std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
+                                     const Chunk& chunk) {
+  const size_t begin = chunk.own_begin - chunk.begin;
+  const size_t end = chunk.own_end - chunk.begin;
+  std::vector<JointOutcome> outcomes;
+  for (const JointChain& chain : part.joints) {
+    JointOutcome& outcome = outcomes.emplace_back();
+    outcome.states.assign(chain.states.begin() + begin,
+                          chain.states.begin() + end);
+    for (int32_t m = chain.first[begin]; m < chain.first[end]; ++m) {
+      outcome.weights.push_back(chain.measurements[m].weight);
+      outcome.gated.push_back(chain.measurements[m].gated);
+    }
+  }
+  return outcomes;
+}
+
+void Paste(const JointOutcome& outcome, const Chunk& chunk, JointChain* whole) {
+  std::copy(outcome.states.begin(), outcome.states.end(),
+            whole->states.begin() + chunk.own_begin);
+  const int32_t first = whole->first[chunk.own_begin];
+  for (size_t m = 0; m < outcome.weights.size(); ++m) {
+    whole->measurements[first + m].weight = outcome.weights[m];
+    whole->measurements[first + m].gated = outcome.gated[m] != 0;
+  }
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,51 @@
+// Long takes in chunks that are solved on their own.
+//
+// What lies a second or two away has next to no say in where a joint is, so a
+// chunk with some frames of its neighbours on both sides finds, in its own
+// frames, what the whole take would. Chunks are solved in parallel, and stay in
+// the processor's cache.
+#ifndef KINEGRAPH_SOLVERS_BATCH_CHUNKS_H_
+#define KINEGRAPH_SOLVERS_BATCH_CHUNKS_H_
+
+#include <cstddef>
+#include <vector>
+
+#include "solvers/graph/problem.h"
+
+namespace kinegraph {
+
+struct Chunk {
+  // Frames begin .. end - 1 are solved, of which own_begin .. own_end - 1 are
+  // kept. Every frame is some chunk's own.
+  size_t begin = 0;
+  size_t end = 0;
+  size_t own_begin = 0;
+  size_t own_end = 0;
+};
+
+// Chunks whose own frames span about `chunk_s` [s]; one of everything where it
+// is 0 or the take is not much longer. The overlap is 1.1 s on each side, and
+// up to 3.3 s where a joint is not measured within that.
+std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
+
+// The chunk as a problem of its own. Where the take goes on before it, its
+// first states have the prior of a birth at their starts.
+PersonProblem CutOut(const PersonProblem& problem, const Chunk& chunk);
+
+// What a solve found for a joint's own frames.
+struct JointOutcome {
+  StateChain states;
+  std::vector<double> weights;  // of the measurements
+  std::vector<char> gated;
+};
+
+// Of all joints of a solved part.
+std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
+                                     const Chunk& chunk);
+
+// Writes it into the whole.
+void Paste(const JointOutcome& outcome, const Chunk& chunk, JointChain* whole);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_BATCH_CHUNKS_H_

@@ -1,0 +1,148 @@
+#include "solvers/batch/take_solver.h"
+
+#include <memory>
+#include <numeric>
+
+#include "core/base/parallel.h"
+
+namespace kinegraph {
+namespace {
+
+std::vector<int> AllJoints(const PersonProblem& problem) {
+  std::vector<int> all(problem.joints.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+// [chunk][joint][frame of the chunk] to [joint][frame]: each chunk's own
+// frames. A joint that one chunk knows nothing of has none.
+template <typename Matrix>
+std::vector<std::vector<Matrix>> Join(
+    const std::vector<Chunk>& chunks,
+    const std::vector<std::vector<std::vector<Matrix>>>& parts) {
+  std::vector<std::vector<Matrix>> whole(parts.front().size());
+  for (size_t j = 0; j < whole.size(); ++j) {
+    for (size_t i = 0; i < chunks.size(); ++i) {
+      const std::vector<Matrix>& part = parts[i][j];
+      const size_t begin = chunks[i].own_begin - chunks[i].begin;
+      const size_t end = chunks[i].own_end - chunks[i].begin;
+      if (part.size() < end) {
+        whole[j].clear();
+        break;
+      }
+      whole[j].insert(whole[j].end(), part.begin() + begin, part.begin() + end);
+    }
+  }
+  return whole;
+}
+
+std::vector<std::vector<Eigen::Matrix3d>> Positions(
+    const std::vector<std::vector<Matrix6d>>& covariances) {
+  std::vector<std::vector<Eigen::Matrix3d>> positions(covariances.size());
+  for (size_t j = 0; j < covariances.size(); ++j) {
+    for (const Matrix6d& covariance : covariances[j]) {
+      positions[j].push_back(covariance.topLeftCorner<3, 3>());
+    }
+  }
+  return positions;
+}
+
+}  // namespace
+
+TakeSolver::TakeSolver(const GraphOptions& options)
+    : options_(options), whole_(options) {}
+
+void TakeSolver::ForEachChunk(
+    const PersonProblem& problem, const std::vector<Chunk>& chunks,
+    const std::function<void(PersonSolver*, int, PersonProblem*)>& work) {
+  std::vector<std::unique_ptr<PersonSolver>> solvers(chunks.size());
+  ParallelFor(AllowedThreads(), static_cast<int>(chunks.size()), [&](int i) {
+    PersonProblem part = CutOut(problem, chunks[i]);
+    solvers[i] = std::make_unique<PersonSolver>(options_);
+    work(solvers[i].get(), i, &part);
+    solvers[i]->FreeWorkSpace();
+  });
+  for (const auto& solver : solvers) whole_.TakeCounts(solver.get());
+}
+
+void TakeSolver::Solve(
+    PersonProblem* problem,
+    const std::function<void(PersonSolver*, int, PersonProblem*)>& work) {
+  const std::vector<Chunk> chunks = MakeChunks(*problem, options_.chunk_s);
+  if (chunks.size() == 1) {
+    work(&whole_, 0, problem);
+    return;
+  }
+  // All are cut out before any is put back: they overlap.
+  std::vector<std::vector<JointOutcome>> outcomes(chunks.size());
+  ForEachChunk(*problem, chunks,
+               [&](PersonSolver* solver, int i, PersonProblem* part) {
+                 work(solver, i, part);
+                 outcomes[i] = OutcomesOf(*part, chunks[i]);
+               });
+  for (size_t i = 0; i < chunks.size(); ++i) {
+    for (size_t j = 0; j < problem->joints.size(); ++j) {
+      Paste(outcomes[i][j], chunks[i], &problem->joints[j]);
+    }
+  }
+}
+
+void TakeSolver::SolveJoints(const SolveSchedule& schedule,
+                             PersonProblem* problem) {
+  Solve(problem, [&](PersonSolver* solver, int, PersonProblem* part) {
+    solver->SolveJoints(schedule, AllJoints(*part), part);
+  });
+}
+
+void TakeSolver::SolveJointsWithRivals(const SolveSchedule& schedule,
+                                       PersonProblem* problem) {
+  Solve(problem, [&](PersonSolver* solver, int, PersonProblem* part) {
+    solver->SolveJointsWithRivals(schedule, AllJoints(*part), part);
+  });
+}
+
+void TakeSolver::SolveTogether(PersonProblem* problem) {
+  const bool with_bones = !problem->bones.empty();
+  without_bones_.assign(MakeChunks(*problem, options_.chunk_s).size(), 0);
+  Solve(problem, [&](PersonSolver* solver, int i, PersonProblem* part) {
+    solver->SolveBones(part);
+    without_bones_[i] = with_bones && part->bones.empty();
+    solver->Refine(part);
+  });
+}
+
+std::vector<std::vector<Matrix6d>> TakeSolver::JointCovariances(
+    const PersonProblem& problem, double correction) {
+  const std::vector<Chunk> chunks = MakeChunks(problem, options_.chunk_s);
+  if (chunks.size() == 1) {
+    return whole_.JointCovariances(problem, correction, problem.times.size());
+  }
+  std::vector<std::vector<std::vector<Matrix6d>>> parts(chunks.size());
+  ForEachChunk(problem, chunks,
+               [&](PersonSolver* solver, int i, PersonProblem* part) {
+                 parts[i] = solver->JointCovariances(
+                     *part, correction, chunks[i].own_end - chunks[i].begin);
+               });
+  return Join(chunks, parts);
+}
+
+std::vector<std::vector<Eigen::Matrix3d>> TakeSolver::Covariances(
+    const PersonProblem& problem) {
+  const auto of = [&](PersonSolver* solver, const PersonProblem& part,
+                      size_t end) {
+    return Positions(part.coupled() ? solver->BoneCovariances(part, end)
+                                    : solver->JointCovariances(
+                                          part, solver->correction(), end));
+  };
+  const std::vector<Chunk> chunks = MakeChunks(problem, options_.chunk_s);
+  if (chunks.size() == 1) return of(&whole_, problem, problem.times.size());
+  std::vector<std::vector<std::vector<Eigen::Matrix3d>>> parts(chunks.size());
+  ForEachChunk(
+      problem, chunks, [&](PersonSolver* solver, int i, PersonProblem* part) {
+        if (without_bones_[i]) part->bones.clear();
+        parts[i] = of(solver, *part, chunks[i].own_end - chunks[i].begin);
+      });
+  return Join(chunks, parts);
+}
+
+}  // namespace kinegraph

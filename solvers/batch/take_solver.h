@@ -1,0 +1,67 @@
+// A person's whole take, solved in chunks.
+#ifndef KINEGRAPH_SOLVERS_BATCH_TAKE_SOLVER_H_
+#define KINEGRAPH_SOLVERS_BATCH_TAKE_SOLVER_H_
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "solvers/batch/chunks.h"
+#include "solvers/graph/options.h"
+#include "solvers/graph/problem.h"
+#include "solvers/person/person_solver.h"
+
+namespace kinegraph {
+
+// Does with every chunk of a take what PersonSolver does with a problem, on as
+// many threads as the caller may use; the result is the same for any number.
+// What is learnt from the take (noise, bones) is learnt by the caller, over all
+// chunks.
+class TakeSolver {
+ public:
+  explicit TakeSolver(const GraphOptions& options);
+
+  const SolveSchedule& schedule() const { return whole_.schedule(); }
+
+  // All joints, each as if alone.
+  void SolveJoints(const SolveSchedule& schedule, PersonProblem* problem);
+  void SolveJointsWithRivals(const SolveSchedule& schedule,
+                             PersonProblem* problem);
+
+  // Bones if there are any, then Ceres if the options name it.
+  void SolveTogether(PersonProblem* problem);
+
+  // Positions' covariances [joint][frame] in m^2, under what SolveTogether
+  // kept; a joint has none where they are not positive definite.
+  std::vector<std::vector<Eigen::Matrix3d>> Covariances(
+      const PersonProblem& problem);
+  // The same of the joints alone and of whole states, with the information
+  // times `correction`.
+  std::vector<std::vector<Matrix6d>> JointCovariances(
+      const PersonProblem& problem, double correction);
+
+  void FreeWorkSpace() { whole_.FreeWorkSpace(); }
+
+  void HandInCounts(int64_t first_frame, int64_t last_frame) {
+    whole_.HandInCounts(first_frame, last_frame);
+  }
+
+ private:
+  // Calls work(solver, chunk's number, chunk as a problem of its own) for every
+  // chunk.
+  void ForEachChunk(
+      const PersonProblem& problem, const std::vector<Chunk>& chunks,
+      const std::function<void(PersonSolver*, int, PersonProblem*)>& work);
+  // As ForEachChunk, and takes over what it does to the chunks' own frames.
+  void Solve(
+      PersonProblem* problem,
+      const std::function<void(PersonSolver*, int, PersonProblem*)>& work);
+
+  const GraphOptions options_;
+  PersonSolver whole_;
+  std::vector<char> without_bones_;  // by chunk: they could not be solved
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_BATCH_TAKE_SOLVER_H_

@@ -1,0 +1,162 @@
+#include "solvers/batch/chunks.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/base/parallel.h"
+#include "solvers/batch/take_solver.h"
+#include "solvers/graph/assembler.h"
+#include "solvers/graph/noise_scale.h"
+#include "solvers/graph/outcome.h"
+#include "solvers/graph/schedule.h"
+#include "tests/support/simulated_person.h"
+
+namespace kinegraph {
+namespace {
+
+// An arm's take of half a minute, with gaps.
+class ChunksTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    scene_.cameras = testing::RingOfCameras(5, 5.0, 1000.0);
+    scene_.skeleton = testing::SmallSkeleton();
+    scene_.frame_rate_hz = 25.0;
+    testing::SimulatedNoise noise;
+    noise.correlation_time_s = 0.1;
+    noise.missing = 0.1;
+    noise.outliers = 0.05;
+    noise.outlier_burst = 3;
+    noise.confidence_low = 0.3;
+    Random random(61);
+    take_ =
+        testing::Simulate(scene_, options_, testing::WalkingMotion(scene_, 750),
+                          noise, Eigen::Vector3d::Zero(), &random);
+    take_.Connect();
+    // Nobody sees anything for two seconds across the end of a chunk.
+    for (size_t k = 165; k < 215; ++k) take_.frames[k].views.clear();
+    Assembler assembler(scene_, options_);
+    problem_ = assembler.EmptyProblem();
+    for (const EstimatorFrame& frame : take_.frames) {
+      assembler.Append(frame, &problem_);
+    }
+  }
+
+  PersonProblem Solve(double chunk_s, int threads) const {
+    GraphOptions options = options_;
+    options.chunk_s = chunk_s;
+    PersonProblem problem = problem_;
+    ParallelFor(threads, 1, [&](int) {
+      TakeSolver solver(options);
+      solver.SolveJoints(solver.schedule(), &problem);
+    });
+    return problem;
+  }
+
+  SceneModel scene_;
+  GraphOptions options_;
+  testing::SimulatedTake take_;
+  PersonProblem problem_;
+};
+
+TEST_F(ChunksTest, OwnEveryFrameOnce) {
+  for (const double chunk_s : {0.0, 4.0, 10.0, 1000.0}) {
+    size_t next = 0;
+    for (const Chunk& chunk : MakeChunks(problem_, chunk_s)) {
+      EXPECT_EQ(chunk.own_begin, next);
+      EXPECT_LT(chunk.own_begin, chunk.own_end);
+      EXPECT_LE(chunk.begin, chunk.own_begin);
+      EXPECT_GE(chunk.end, chunk.own_end);
+      // 1.1 s at 25 Hz, but where the take ends.
+      EXPECT_TRUE(chunk.begin == 0 || chunk.own_begin - chunk.begin >= 27);
+      EXPECT_TRUE(chunk.end == 750 || chunk.end - chunk.own_end >= 27);
+      next = chunk.own_end;
+    }
+    EXPECT_EQ(next, 750u);
+  }
+  EXPECT_EQ(MakeChunks(problem_, 0.0).size(), 1u);
+  EXPECT_EQ(MakeChunks(problem_, 10.0).size(), 2u);
+  EXPECT_TRUE(MakeChunks(PersonProblem(), 10.0).empty());
+}
+
+TEST_F(ChunksTest, CutOutIsTheSamePartOfTheProblem) {
+  const Chunk chunk = {100, 200, 120, 180};
+  const PersonProblem part = CutOut(problem_, chunk);
+  ASSERT_EQ(part.times.size(), 100u);
+  for (size_t j = 0; j < 3; ++j) {
+    const JointChain& whole = problem_.joints[j];
+    const JointChain& cut = part.joints[j];
+    ASSERT_EQ(cut.states.size(), 100u);
+    ASSERT_EQ(cut.process_noise.size(), 99u);
+    ASSERT_EQ(cut.first.size(), 101u);
+    for (size_t k = 0; k < 100; ++k) {
+      const int32_t count = cut.first[k + 1] - cut.first[k];
+      ASSERT_EQ(count, whole.first[k + 101] - whole.first[k + 100]);
+      for (int32_t m = 0; m < count; ++m) {
+        EXPECT_EQ(cut.measurements[cut.first[k] + m].px,
+                  whole.measurements[whole.first[k + 100] + m].px);
+      }
+    }
+  }
+}
+
+// Observed joints are where the whole take puts them, within 0.1 mm for 99 of
+// 100: what lies 28 frames away has next to no say.
+TEST_F(ChunksTest, FindWhatTheWholeTakeFinds) {
+  const PersonProblem whole = Solve(0.0, 1);
+  const PersonProblem chunks = Solve(7.0, 1);
+  std::vector<double> apart;
+  for (size_t j = 0; j < 3; ++j) {
+    for (size_t k = 0; k < 750; ++k) {
+      if (CountInliers(whole.joints[j], k, options_.inlier_weight) < 2) {
+        continue;
+      }
+      apart.push_back((whole.joints[j].states[k] - chunks.joints[j].states[k])
+                          .head<3>()
+                          .norm());
+    }
+  }
+  ASSERT_GT(apart.size(), 1500u);
+  std::sort(apart.begin(), apart.end());
+  EXPECT_LT(apart[apart.size() * 99 / 100], 1e-4);
+  // The two are not the same calculation.
+  EXPECT_GT(apart.back(), 0.0);
+}
+
+TEST_F(ChunksTest, SameBitsForAnyNumberOfThreads) {
+  const PersonProblem one = Solve(4.0, 1);
+  const PersonProblem three = Solve(4.0, 3);
+  for (size_t j = 0; j < 3; ++j) {
+    for (size_t k = 0; k < 750; ++k) {
+      EXPECT_EQ(one.joints[j].states[k], three.joints[j].states[k]);
+    }
+  }
+}
+
+TEST_F(ChunksTest, CovariancesAreThoseOfTheWholeTake) {
+  const PersonProblem solved = Solve(0.0, 1);
+  std::vector<std::vector<std::vector<Matrix6d>>> covariances;
+  for (const double chunk_s : {0.0, 7.0}) {
+    GraphOptions options = options_;
+    options.chunk_s = chunk_s;
+    covariances.push_back(TakeSolver(options).JointCovariances(solved, 1.1));
+  }
+  for (size_t j = 0; j < 3; ++j) {
+    ASSERT_EQ(covariances[0][j].size(), 750u);
+    ASSERT_EQ(covariances[1][j].size(), 750u);
+    for (size_t k = 0; k < 750; ++k) {
+      const Matrix6d& whole = covariances[0][j][k];
+      // A gap of two seconds over the end of a chunk leaves the overlap of 3.3
+      // s little to hold on to; observed frames do not notice.
+      if (CountInliers(solved.joints[j], k, options_.inlier_weight) < 2) {
+        continue;
+      }
+      EXPECT_LT((covariances[1][j][k] - whole).norm(), 1e-3 * whole.norm());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph
