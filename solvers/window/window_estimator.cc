@@ -161,10 +161,12 @@ void WindowEstimator::DropFinalFrames() {
 // adds no cost. False where that is all of them.
 bool WindowEstimator::SolveMeasuredJoints() {
   const size_t k = newest();
+  // What is learnt changes weights from frame to frame.
+  const bool all = scale_changed_ || options_.LearnsNoise();
   std::vector<int> measured;
   for (int j = 0; j < joint_count(); ++j) {
     const JointChain& chain = problem_.joints[j];
-    if (chain.first[k] == chain.first[k + 1] && !scale_changed_) continue;
+    if (chain.first[k] == chain.first[k + 1] && !all) continue;
     measured.push_back(j);
   }
   solver_.SolveJointsWithRivals(solver_.schedule(), measured, &problem_);
