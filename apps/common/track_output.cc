@@ -1,7 +1,6 @@
 #include "apps/common/track_output.h"
 
 #include <cstdio>
-#include <filesystem>
 #include <utility>
 
 #include "core/base/error.h"
