@@ -6,25 +6,34 @@ namespace kinegraph {
 namespace {
 
 constexpr double kOverlap = 1.1;      // s; 28 frames at 25 Hz
-constexpr double kMostOverlap = 3.3;  // s
-
-bool IsMeasured(const JointChain& chain, size_t begin, size_t end) {
-  return begin < end && chain.first[begin] < chain.first[end];
-}
+constexpr double kMostOverlap = 5.5;  // s
 
 double Seconds(const PersonProblem& problem, size_t from, size_t to) {
   return ToSeconds(problem.times[to] - problem.times[from]);
 }
 
-// Where a chunk that owns frames from `own` on begins.
+// Whether some joint is measured in fewer than `wanted` of the frames
+// begin .. end - 1.
+bool LacksFrames(const PersonProblem& problem, size_t begin, size_t end,
+                 size_t wanted) {
+  for (const JointChain& chain : problem.joints) {
+    size_t measured = 0;
+    for (size_t k = begin; k < end; ++k) {
+      measured += chain.first[k] < chain.first[k + 1] ? 1 : 0;
+    }
+    if (measured < wanted) return true;
+  }
+  return false;
+}
+
+// Where a chunk that owns frames from `own` on begins. Across a gap of a joint
+// it goes on until the other side holds the joint as well.
 size_t ExtendBack(const PersonProblem& problem, size_t own) {
   size_t begin = own;
   while (begin > 0 && Seconds(problem, begin - 1, own) <= kOverlap) --begin;
-  const auto lacks = [&](const JointChain& chain) {
-    return !IsMeasured(chain, begin, own);
-  };
+  const size_t wanted = (own - begin) / 2;
   while (begin > 0 && Seconds(problem, begin - 1, own) <= kMostOverlap &&
-         std::any_of(problem.joints.begin(), problem.joints.end(), lacks)) {
+         LacksFrames(problem, begin, own, wanted)) {
     --begin;
   }
   return begin;
@@ -35,11 +44,9 @@ size_t ExtendForth(const PersonProblem& problem, size_t own) {
   const size_t count = problem.times.size();
   size_t end = own;
   while (end < count && Seconds(problem, own - 1, end) <= kOverlap) ++end;
-  const auto lacks = [&](const JointChain& chain) {
-    return !IsMeasured(chain, own, end);
-  };
+  const size_t wanted = (end - own) / 2;
   while (end < count && Seconds(problem, own - 1, end) <= kMostOverlap &&
-         std::any_of(problem.joints.begin(), problem.joints.end(), lacks)) {
+         LacksFrames(problem, own, end, wanted)) {
     ++end;
   }
   return end;

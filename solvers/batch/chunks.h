@@ -25,7 +25,7 @@ struct Chunk {
 
 // Chunks whose own frames span about `chunk_s` [s]; one of everything where it
 // is 0 or the take is not much longer. The overlap is 1.1 s on each side, and
-// up to 3.3 s where a joint is not measured within that.
+// up to 5.5 s where a joint is measured in less than half of that.
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
 
 // The chunk as a problem of its own. Where the take goes on before it, its

@@ -148,8 +148,7 @@ TEST_F(ChunksTest, CovariancesAreThoseOfTheWholeTake) {
     ASSERT_EQ(covariances[1][j].size(), 750u);
     for (size_t k = 0; k < 750; ++k) {
       const Matrix6d& whole = covariances[0][j][k];
-      // A gap of two seconds over the end of a chunk leaves the overlap of 3.3
-      // s little to hold on to; observed frames do not notice.
+      // Behind a gap of two seconds half a second holds the joint.
       if (CountInliers(solved.joints[j], k, options_.inlier_weight) < 2) {
         continue;
       }
