@@ -416,7 +416,7 @@ class Linker {
   LinkOptions options_;
   double frame_s_;
   BoneModel bones_;
-  MotionModel motion_;
+  IdentityMotion motion_;
   Pieces pieces_;
   std::vector<MotionState> begin_, end_;  // by piece
   TimeNs take_begin_ = std::numeric_limits<TimeNs>::max();

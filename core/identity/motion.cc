@@ -82,8 +82,8 @@ MotionState StateAtEnd(const Tracklet& tracklet) {
   return FitState(tracklet, begin, end, at);
 }
 
-double MotionModel::LogRatio(const MotionState& from, const MotionState& to,
-                             double frame_s) const {
+double IdentityMotion::LogRatio(const MotionState& from, const MotionState& to,
+                                double frame_s) const {
   const double gap_s = std::max(frame_s, ToSeconds(to.time - from.time));
   const double tau = kSpeedLasts;
   const double keeps = std::exp(-gap_s / tau);

@@ -25,9 +25,9 @@ MotionState StateAtEnd(const Tracklet& tracklet);
 // covariance of position and velocity, is weighed against somebody who may be
 // anywhere in `volume_m3`. Nobody's way is known for sure: with the gap grows
 // the share of people who come back from elsewhere.
-class MotionModel {
+class IdentityMotion {
  public:
-  explicit MotionModel(double volume_m3) : volume_m3_(volume_m3) {}
+  explicit IdentityMotion(double volume_m3) : volume_m3_(volume_m3) {}
 
   // Log likelihood ratio [nats] of `to` for the one who was in `from` and for
   // somebody else. A `to` that is not later counts as `frame_s` later.

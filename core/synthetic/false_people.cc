@@ -102,7 +102,7 @@ Detection FalsePeople::Placed(const MaybePixels& joints,
                               const std::vector<size_t>& chosen,
                               const Vector2d& anchor) {
   const double scale = std::exp(random_.Uniform(-0.7, 0.7));
-  const ImageSize image = SizeOf(camera_);
+  const ImageBounds image = SizeOf(camera_);
   const double x = random_.Uniform(0.0, image.width_px);
   const double y = random_.Uniform(0.0, image.height_px);
   Detection figure;

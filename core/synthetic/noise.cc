@@ -77,7 +77,7 @@ class ViewObserver {
     }
   }
 
-  std::vector<LabelledDetection> Step(const Moment& moment) {
+  std::vector<LabelledDetection> Step(const SceneMoment& moment) {
     const std::vector<PersonSight> sights =
         Sights(camera_, moment, scene_.skeleton.joint_count());
     std::vector<LabelledDetection> detections;
@@ -316,7 +316,7 @@ DetectionSequence Observe(const Scene& scene, const NoiseOptions& options,
     frame.frame = static_cast<int64_t>(i);
     frame.time = options.tell_times ? taken : beat;
     std::vector<std::vector<DetectionTruth>> frame_truth;
-    std::optional<Moment> moment;
+    std::optional<SceneMoment> moment;
     for (int v = 0; v < view_count; ++v) {
       const TimeNs capture = taken + times.OffsetOf(v);
       if (!moment.has_value() || moment->time != capture) {

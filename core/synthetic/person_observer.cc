@@ -46,7 +46,7 @@ bool InSwap(Swap swap, JointClass c) {
 }  // namespace
 
 PersonObserver::PersonObserver(const NoiseOptions& options,
-                               const Skeleton& skeleton, ImageSize image,
+                               const Skeleton& skeleton, ImageBounds image,
                                double frame_rate_hz, int view_idx,
                                int person_idx)
     : options_(options),

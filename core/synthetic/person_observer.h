@@ -21,7 +21,7 @@ class PersonObserver {
  public:
   // References must outlive the observer.
   PersonObserver(const NoiseOptions& options, const Skeleton& skeleton,
-                 ImageSize image, double frame_rate_hz, int view_idx,
+                 ImageBounds image, double frame_rate_hz, int view_idx,
                  int person_idx);
 
   // The next frame; `sights` are those of all people in this view.
@@ -63,7 +63,7 @@ class PersonObserver {
 
   const NoiseOptions& options_;
   const Skeleton& skeleton_;
-  ImageSize image_;
+  ImageBounds image_;
   double frame_rate_hz_;
   int person_;
   Random pixels_;

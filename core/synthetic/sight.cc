@@ -20,8 +20,8 @@ double AzimuthOf(const Camera& camera, const SegmentPose& trunk) {
 
 }  // namespace
 
-Moment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles) {
-  Moment moment;
+SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles) {
+  SceneMoment moment;
   moment.time = time;
   const double time_s = ToSeconds(time);
   for (const auto& person : scene.people) {
@@ -35,7 +35,7 @@ Moment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles) {
   return moment;
 }
 
-std::vector<PersonSight> Sights(const Camera& camera, const Moment& moment,
+std::vector<PersonSight> Sights(const Camera& camera, const SceneMoment& moment,
                                 int joint_count) {
   std::vector<PersonSight> sights(moment.poses.size());
   for (size_t i = 0; i < sights.size(); ++i) {

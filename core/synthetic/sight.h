@@ -16,14 +16,14 @@
 namespace kinegraph {
 
 // The scene at one moment.
-struct Moment {
+struct SceneMoment {
   TimeNs time = 0;
   std::vector<Pose3d> poses;        // by person; empty: not there
   std::vector<SegmentPose> trunks;  // meaningless where not there
   std::vector<std::optional<Obstacle>> obstacles;  // empty: do not matter
 };
 
-Moment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles);
+SceneMoment LookAtScene(const Scene& scene, TimeNs time, bool with_obstacles);
 
 // What the camera could see of one joint.
 struct JointSight {
@@ -41,7 +41,7 @@ struct PersonSight {
 };
 
 // The image's size decides where wrong joints can lie.
-struct ImageSize {
+struct ImageBounds {
   double width_px = 0.0;
   double height_px = 0.0;
 
@@ -51,13 +51,13 @@ struct ImageSize {
   }
 };
 
-inline ImageSize SizeOf(const Camera& camera) {
+inline ImageBounds SizeOf(const Camera& camera) {
   return {static_cast<double>(camera.width_px()),
           static_cast<double>(camera.height_px())};
 }
 
 // One entry a person.
-std::vector<PersonSight> Sights(const Camera& camera, const Moment& moment,
+std::vector<PersonSight> Sights(const Camera& camera, const SceneMoment& moment,
                                 int joint_count);
 
 }  // namespace kinegraph

@@ -104,7 +104,8 @@ void PersonSolver::SolveJointsWithRivals(const SolveSchedule& schedule,
 void PersonSolver::TryRivals(const SolveSchedule& schedule, int joint_idx,
                              PersonProblem* problem) {
   JointChain& chain = problem->joints[joint_idx];
-  const std::vector<Stretch> stretches = LostStretches(chain, inlier_weight_);
+  const std::vector<LostStretch> stretches =
+      LostStretches(chain, inlier_weight_);
   if (stretches.empty()) return;
   ++rivals_.cases;
   // What becomes of the rivals is no result that anybody takes over.

@@ -21,11 +21,11 @@ bool Lost(const JointChain& chain, size_t k, double inlier_weight) {
 
 }  // namespace
 
-std::vector<Stretch> LostStretches(const JointChain& chain,
-                                   double inlier_weight) {
+std::vector<LostStretch> LostStretches(const JointChain& chain,
+                                       double inlier_weight) {
   constexpr size_t kBridged = 3;
   constexpr size_t kLeast = 2;
-  std::vector<Stretch> stretches;
+  std::vector<LostStretch> stretches;
   std::vector<size_t> lost;  // frames of each stretch
   for (size_t k = 0; k < chain.states.size(); ++k) {
     if (!Lost(chain, k, inlier_weight)) continue;
@@ -37,17 +37,18 @@ std::vector<Stretch> LostStretches(const JointChain& chain,
       lost.push_back(1);
     }
   }
-  std::vector<Stretch> long_enough;
+  std::vector<LostStretch> long_enough;
   for (size_t i = 0; i < stretches.size(); ++i) {
     if (lost[i] >= kLeast) long_enough.push_back(stretches[i]);
   }
   return long_enough;
 }
 
-std::vector<char> MaskFor(RivalMask mask, const std::vector<Stretch>& stretches,
+std::vector<char> MaskFor(RivalMask mask,
+                          const std::vector<LostStretch>& stretches,
                           double inlier_weight, const JointChain& chain) {
   std::vector<char> masked(chain.measurements.size(), 0);
-  for (const Stretch& stretch : stretches) {
+  for (const LostStretch& stretch : stretches) {
     const size_t begin = stretch.begin > 0 ? stretch.begin - 1 : 0;
     const size_t end = std::min(stretch.end + 1, chain.states.size());
     for (int32_t m = chain.first[begin]; m < chain.first[end]; ++m) {

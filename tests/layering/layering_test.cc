@@ -194,6 +194,32 @@ TEST(Layering, TheSourcesKeepTheRules) {
   }
 }
 
+// Two types of one name in one namespace are one type to the linker: it keeps
+// one of the two sets of functions, and memory of the other is written over.
+TEST(Layering, NoTwoHeadersDefineATypeOfOneName) {
+  const std::regex definition(
+      R"(^(?:struct|class|enum class) ([A-Za-z0-9_]+)(?: final)?(?: :[^;]*)?(?: \{)?$)");
+  std::map<std::string, std::string> places;
+  for (const std::string top : {"core", "solvers", "apps"}) {
+    for (const auto& entry :
+         fs::recursive_directory_iterator(ProjectFile(top))) {
+      if (entry.path().extension() != ".h") continue;
+      std::istringstream lines(ReadAll(entry.path()));
+      for (std::string line; std::getline(lines, line);) {
+        std::smatch match;
+        if (!std::regex_match(line, match, definition)) continue;
+        const auto [at, fresh] =
+            places.emplace(match[1], entry.path().string());
+        // One header may define a type twice, for two compilers.
+        EXPECT_TRUE(fresh || at->second == entry.path().string())
+            << match[1] << ": " << entry.path().string() << " and "
+            << at->second;
+      }
+    }
+  }
+  EXPECT_GT(places.size(), 200u);  // they were really read
+}
+
 // Debian's libceres is built without wide vectors. Eigen aligns differently
 // with them, and memory handed across the boundary is then freed wrongly.
 TEST(Layering, NoBuildFileAsksForTheMachinesOwnInstructions) {

@@ -72,7 +72,7 @@ MotionState State(double time_s, double x_m, double vx_mps) {
 }
 
 TEST(MotionModelTest, WhoWalksOnIsTheSame) {
-  const MotionModel model(50.0);
+  const IdentityMotion model(50.0);
   const MotionState from = State(0.0, 0.0, 1.0);
   const double walks_on = model.LogRatio(from, State(0.4, 0.4, 1.0), 0.04);
   const double turns_back = model.LogRatio(from, State(0.4, -0.4, -1.0), 0.04);
@@ -81,7 +81,7 @@ TEST(MotionModelTest, WhoWalksOnIsTheSame) {
 }
 
 TEST(MotionModelTest, NobodyCrossesARoomAtOnce) {
-  const MotionModel model(50.0);
+  const IdentityMotion model(50.0);
   const MotionState from = State(0.0, 0.0, 0.0);
   EXPECT_LT(model.LogRatio(from, State(0.2, 4.0, 0.0), 0.04), -8.0);
   // The same after half a minute says next to nothing: at worst a half.
@@ -89,7 +89,7 @@ TEST(MotionModelTest, NobodyCrossesARoomAtOnce) {
 }
 
 TEST(MotionModelTest, AStateThatIsNotLaterCountsAsTheNextFrame) {
-  const MotionModel model(50.0);
+  const IdentityMotion model(50.0);
   const MotionState from = State(1.0, 0.0, 0.0);
   EXPECT_EQ(model.LogRatio(from, State(0.8, 0.0, 0.0), 0.04),
             model.LogRatio(from, State(1.04, 0.0, 0.0), 0.04));
