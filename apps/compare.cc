@@ -18,6 +18,7 @@
 #include "apps/compare/shift.h"
 #include "apps/compare/strategies.h"
 #include "apps/compare/tuning.h"
+#include "apps/compare/verdict.h"
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/atomic_folder.h"
@@ -312,8 +313,9 @@ void RunCompare() {
   WriteFile(folder.PathOf("compare.md"), markdown);
   // Times differ each time, all else does not.
   WriteFile(folder.PathOf("runtime.json"), RuntimeJson(result).dump(1) + "\n");
+  WriteFile(folder.PathOf("recommended.toml"), RecommendedToml(result));
   folder.Commit();
-  std::printf("%s\nProcessor time:\n\n%s", markdown.c_str(),
+  std::printf("%s\nProcessor time:\n\n%s", Digest(result, FLAGS_out).c_str(),
               RuntimeTable(result).c_str());
 }
 

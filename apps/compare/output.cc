@@ -8,6 +8,7 @@
 
 #include "apps/common/evaluation_output.h"
 #include "apps/common/table.h"
+#include "apps/compare/verdict.h"
 
 namespace kinegraph {
 namespace {
@@ -490,7 +491,7 @@ std::string CompareMarkdown(const CompareResult& result) {
       "(`held_out_camera_fixed_association`). The frames in which a person is "
       "written are those of the frozen run for every strategy; a joint that "
       "a strategy gives no position in them counts 30 px in the mean.\n\n" +
-      RankingText(result);
+      VerdictText(result) + "\n\n" + RankingText(result);
   for (const StrategyResult& one : result.strategies) {
     if (one.scores.refused.empty()) continue;
     text += "- cannot be run here: " + one.strategy.title + " (" +

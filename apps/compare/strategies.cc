@@ -261,6 +261,15 @@ StrategyValues DefaultValues(const Strategy& strategy, double rate_hz,
   return values;
 }
 
+EstimatorOptions OptionsOfStrategy(const Strategy& strategy,
+                                   const StrategyValues& values, double rate_hz,
+                                   EstimatorOptions options) {
+  Apply(strategy, values, rate_hz, &options);
+  options.mode = Mode::kGraph;
+  options.output = strategy.kind;
+  return options;
+}
+
 EstimatorFactory MakeStrategy(const Strategy& strategy,
                               const StrategyValues& values, double rate_hz,
                               EstimatorOptions options) {

@@ -55,6 +55,10 @@ using StrategyValues = std::vector<double>;
 
 StrategyValues DefaultValues(const Strategy& strategy, double rate_hz,
                              const EstimatorOptions& options);
+// The options of graph mode that write this strategy's poses.
+EstimatorOptions OptionsOfStrategy(const Strategy& strategy,
+                                   const StrategyValues& values, double rate_hz,
+                                   EstimatorOptions options);
 EstimatorFactory MakeStrategy(const Strategy& strategy,
                               const StrategyValues& values, double rate_hz,
                               EstimatorOptions options);

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -370,15 +371,29 @@ TEST_F(CompareCommand, WritesTheSameFilesWhateverTheThreads) {
     ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
     EXPECT_EQ(outcome.errors, "");
     EXPECT_THAT(outcome.output, HasSubstr("Held-out error"));
+    EXPECT_THAT(outcome.output, HasSubstr("Best: "));
+    std::istringstream lines(outcome.output);
+    for (std::string line; std::getline(lines, line);) {
+      EXPECT_LE(line.size(), 100u) << line;
+    }
     EXPECT_TRUE(
         std::filesystem::exists(Path(threads) + std::string("/runtime.json")));
   }
-  for (const char* name :
-       {"/compare.json", "/compare.csv", "/compare.md", "/parameters.toml"}) {
+  for (const char* name : {"/compare.json", "/compare.csv", "/compare.md",
+                           "/parameters.toml", "/recommended.toml"}) {
     const std::string one = testing::ContentOf(Path("1") + name);
     EXPECT_FALSE(one.empty()) << name;
     EXPECT_EQ(one, testing::ContentOf(Path("3") + name)) << name;
   }
+  // The recommendation is a configuration, of one of the three.
+  const RunOptions recommended =
+      ReadRunOptions(Path("1") + "/recommended.toml", "", "");
+  EXPECT_EQ(recommended.estimators.mode, Mode::kGraph);
+  const OutputKind kind = recommended.estimators.output;
+  EXPECT_TRUE(kind == OutputKind::kRawDlt || kind == OutputKind::kButterworth ||
+              kind == OutputKind::kRts);
+  EXPECT_THAT(testing::ContentOf(Path("1") + "/compare.md"),
+              HasSubstr("Best: "));
   // What was tuned can be scored again without tuning.
   const auto again = testing::RunProgram(
       "compare", Flags("again") +

@@ -1,0 +1,188 @@
+#include "apps/compare/verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "apps/common/table.h"
+#include "core/io/config.h"
+
+namespace kinegraph {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr char kHeldOut[] = "held_out_mean_px";
+constexpr size_t kColumns = 100;
+
+std::string Pixels(double value) { return Fixed(value, 2) + " px"; }
+
+// Effective keys by their dotted names, values as TOML writes them (scalars and
+// lists of scalars look alike in JSON and TOML).
+std::map<std::string, std::string> Flatten(const Json& json,
+                                           const std::string& prefix) {
+  std::map<std::string, std::string> keys;
+  for (const auto& [key, value] : json.items()) {
+    const std::string name = prefix.empty() ? key : prefix + "." + key;
+    if (value.is_object()) {
+      keys.merge(Flatten(value, name));
+    } else {
+      keys[name] = value.dump();
+    }
+  }
+  return keys;
+}
+
+std::map<std::string, std::string> KeysOf(const EstimatorOptions& options) {
+  return Flatten(Json::parse(EffectiveConfigJson(options)), "");
+}
+
+// When a pose of the strategy is final.
+std::string DelayText(const StrategyResult& one) {
+  const Measure* delay = one.Find("final_after_ms");
+  if (delay == nullptr || std::isnan(delay->value)) {
+    return "final at the end of the take";
+  }
+  if (delay->value == 0.0) return "final at once";
+  return "final after " + Fixed(delay->value, 0) + " ms";
+}
+
+// Whether two strategies' intervals of the mean overlap.
+bool Overlap(const Measure& a, const Measure& b) {
+  return !std::isnan(a.interval.low) && !std::isnan(b.interval.low) &&
+         a.interval.low <= b.interval.high && b.interval.low <= a.interval.high;
+}
+
+std::string Shortened(const std::string& text, size_t letters) {
+  return text.size() <= letters ? text : text.substr(0, letters - 1) + "~";
+}
+
+std::string Wrapped(const std::string& text) {
+  std::string wrapped;
+  std::string line;
+  size_t begin = 0;
+  while (begin < text.size()) {
+    const size_t end = std::min(text.find(' ', begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    if (!line.empty() && line.size() + 1 + word.size() > kColumns) {
+      wrapped += line + "\n";
+      line.clear();
+    }
+    line += (line.empty() ? "" : " ") + word;
+    begin = end + 1;
+  }
+  return wrapped + line + "\n";
+}
+
+}  // namespace
+
+std::optional<size_t> BestStrategy(const CompareResult& result) {
+  std::optional<size_t> best;
+  double least = 0.0;
+  for (size_t s = 0; s < result.strategies.size(); ++s) {
+    const StrategyResult& one = result.strategies[s];
+    const Measure* mean = one.Find(kHeldOut);
+    const bool scored = one.scores.refused.empty() && mean != nullptr &&
+                        std::isfinite(mean->value);
+    if (!scored || (best.has_value() && mean->value >= least)) continue;
+    best = s;
+    least = mean->value;
+  }
+  return best;
+}
+
+std::string VerdictText(const CompareResult& result) {
+  const std::optional<size_t> best = BestStrategy(result);
+  if (!best) return "No strategy could be scored.";
+  const StrategyResult& winner = result.strategies[*best];
+  const Measure& mean = *winner.Find(kHeldOut);
+  std::string text = "Best: " + winner.strategy.title +
+                     ", mean held-out error " + Pixels(mean.value) + ", " +
+                     DelayText(winner) + ".";
+  if (*best != result.baseline_idx && !std::isnan(mean.difference)) {
+    text += " Against " + result.baseline().strategy.title + ": " +
+            Pixels(std::abs(mean.difference)) +
+            (mean.difference < 0.0 ? " less" : " more");
+    if (!std::isnan(mean.difference_interval.low)) {
+      text +=
+          " (95 % interval of the paired difference " +
+          Fixed(mean.difference_interval.low, 2) + " to " +
+          Fixed(mean.difference_interval.high, 2) + " px), " +
+          (mean.verdict == Verdict::kSame ? "not told apart" : "told apart");
+    }
+    text += ".";
+  }
+  std::string close;
+  std::optional<size_t> sooner;
+  for (size_t s = 0; s < result.strategies.size(); ++s) {
+    const StrategyResult& one = result.strategies[s];
+    if (s == *best || !one.scores.refused.empty()) continue;
+    const Measure* other = one.Find(kHeldOut);
+    if (other == nullptr || !Overlap(mean, *other)) continue;
+    close += (close.empty() ? "" : "; ") + one.strategy.title;
+  }
+  if (!close.empty()) {
+    text += " Their own intervals overlap with the best one's: " + close + ".";
+  }
+  return text;
+}
+
+std::string RecommendedToml(const CompareResult& result) {
+  const std::optional<size_t> best = BestStrategy(result);
+  if (!best) return "";
+  const StrategyResult& winner = result.strategies[*best];
+  const RunOptions& given = result.comparison.options;
+  const EstimatorOptions wanted = OptionsOfStrategy(
+      winner.strategy,
+      winner.values.empty() ? StrategyValues() : winner.values.front(),
+      result.comparison.rate_hz(), given.estimators);
+  const std::map<std::string, std::string> defaults =
+      KeysOf(EstimatorOptions());
+  const std::map<std::string, std::string> before = KeysOf(given.estimators);
+  std::string text =
+      "# Made by `kinegraph compare`: what to add to the configuration of the "
+      "take.\n# " +
+      winner.strategy.title + ": " + Pixels(winner.Find(kHeldOut)->value) +
+      " of mean held-out error, " + DelayText(winner) + ".\n";
+  if (winner.values.size() > 1) {
+    text += "# Values are those of the first fold.\n";
+  }
+  for (const auto& [key, value] : KeysOf(wanted)) {
+    if (value == defaults.at(key) && value == before.at(key)) continue;
+    text += key + " = " + value + "\n";
+  }
+  return text;
+}
+
+std::string Digest(const CompareResult& result, const std::string& folder) {
+  Table table({"strategy", "held-out, px", "to baseline", "accel., m/s^2",
+               "final after"});
+  for (const StrategyResult& one : result.strategies) {
+    const std::string title = Shortened(one.strategy.title, 38);
+    if (!one.scores.refused.empty()) {
+      table.AddRow({title, "-", "-", "-", "-"});
+      continue;
+    }
+    const Measure& mean = *one.Find(kHeldOut);
+    const Measure* acceleration = one.Find("acceleration_m_s2");
+    const Measure* delay = one.Find("final_after_ms");
+    const std::string mark = mean.verdict == Verdict::kSame ? " =" : "";
+    table.AddRow({title, Fixed(mean.value, 2),
+                  mean.verdict == Verdict::kNone
+                      ? "-"
+                      : Fixed(mean.difference, 2) + mark,
+                  acceleration == nullptr ? "-" : Fixed(acceleration->value, 2),
+                  delay == nullptr || std::isnan(delay->value)
+                      ? "the take"
+                      : Fixed(delay->value, 0) + " ms"});
+  }
+  return table.ToString() +
+         "Held-out error in the mean; =: not told apart from the "
+         "baseline.\n\n" +
+         Wrapped(VerdictText(result)) + "written: " + folder +
+         "/compare.md (all tables), compare.csv, compare.json, runtime.json,\n"
+         "  recommended.toml (the lines of configuration for the best one)\n";
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,31 @@
+// What a comparison ends with: which strategy to use, how sure that is, what it
+// costs, and the configuration that asks for it.
+#ifndef KINEGRAPH_APPS_COMPARE_VERDICT_H_
+#define KINEGRAPH_APPS_COMPARE_VERDICT_H_
+
+#include <optional>
+#include <string>
+
+#include "apps/compare/results.h"
+
+namespace kinegraph {
+
+// The strategy with the least mean held-out error among those that ran;
+// nullopt when nothing could be scored.
+std::optional<size_t> BestStrategy(const CompareResult& result);
+
+// recommended.toml: the keys in which the best strategy differs from the
+// defaults and from the configuration that the comparison was given. Empty
+// without a best one.
+std::string RecommendedToml(const CompareResult& result);
+
+// For a terminal, at most 100 columns: the verdict, a row a strategy, and the
+// files of `folder` that hold the rest.
+std::string Digest(const CompareResult& result, const std::string& folder);
+
+// The sentences of the verdict, for compare.md.
+std::string VerdictText(const CompareResult& result);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMPARE_VERDICT_H_
