@@ -245,7 +245,7 @@ void RunCompare() {
   CheckFlags();
   if (FLAGS_plots) RequirePlotTool();
   const std::vector<Strategy> strategies = ReadStrategies();
-  AtomicFolder folder(FLAGS_out);
+  AtomicFolder folder(WithFolders(FLAGS_out));
   RunOptions options =
       ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, FLAGS_mode);
   RunRequest request;
@@ -315,8 +315,8 @@ void RunCompare() {
   WriteFile(folder.PathOf("runtime.json"), RuntimeJson(result).dump(1) + "\n");
   WriteFile(folder.PathOf("recommended.toml"), RecommendedToml(result));
   folder.Commit();
-  std::printf("%s\nProcessor time:\n\n%s", Digest(result, FLAGS_out).c_str(),
-              RuntimeTable(result).c_str());
+  std::printf("Processor time:\n\n%s\n%s", RuntimeTable(result).c_str(),
+              Digest(result, FLAGS_out).c_str());
 }
 
 }  // namespace

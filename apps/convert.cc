@@ -2,9 +2,14 @@
 #include <gflags/gflags.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/common/app.h"
@@ -16,6 +21,9 @@
 #include "core/io/detection_format.h"
 #include "core/io/detection_source.h"
 #include "core/io/file_kind.h"
+#include "core/io/identity_edits.h"
+#include "core/io/joint_names.h"
+#include "core/io/text_file.h"
 #include "core/io/track_export.h"
 #include "core/io/track_writer.h"
 #include "core/io/tracks.h"
@@ -23,7 +31,9 @@
 DEFINE_string(from, "auto", "format of the input; auto tells it by content");
 DEFINE_string(to, "", "format of the result");
 DEFINE_string(in, "", "file or folder to read");
-DEFINE_string(out, "", "file, or folder for formats of several files");
+DEFINE_string(out, "",
+              "file, or folder for formats of several files; NAME.trc is one "
+              "person's file");
 DEFINE_string(skeleton, "", "skeleton of the input where it does not tell");
 DEFINE_double(frame_rate, 0.0, "frame rate [Hz] where the input does not tell");
 DEFINE_string(unit, "", "unit of a calibration: m, cm or mm");
@@ -32,6 +42,12 @@ DEFINE_string(image_size, "",
 DEFINE_string(axes, "y,z,x",
               "world axes that a TRC file's X,Y,Z are, such as x,-z,y "
               "(written or read)");
+DEFINE_string(markers, "ours",
+              "names of the joints in TRC, CSV and NPZ: ours (l_hip), pose2sim "
+              "(LHip, Hip) or opensim (LHip, midHip)");
+DEFINE_string(person, "",
+              "the one person to write: the identity's number, or the name "
+              "that NAME.identity.jsonl beside the input gives it");
 DEFINE_string(set, "",
               "keys of reading: cameras.KEY=value;detections.KEY=value;"
               "tracks.first_frame=N");
@@ -234,6 +250,10 @@ void CheckFlags(FileKind kind) {
       !gflags::GetCommandLineFlagInfoOrDie("axes").is_default) {
     throw InputError("--axes belongs to TRC files");
   }
+  if (kind != kTracks) {
+    RefuseFlag("person", !FLAGS_person.empty(), "tracks", kind);
+    RefuseFlag("markers", FLAGS_markers != "ours", "tracks", kind);
+  }
   if (!(FLAGS_frame_rate >= 0.0 && FLAGS_frame_rate <= 1e6)) {
     throw InputError("--frame_rate: expected above 0 .. 1e6 Hz");
   }
@@ -325,6 +345,89 @@ std::string ConvertDetections(const ConvertOptions& options, Losses* losses) {
          Count(source.header().view_names.size(), "views");
 }
 
+bool EndsIn(const std::string& path, const std::string& end) {
+  return path.size() > end.size() &&
+         path.compare(path.size() - end.size(), end.size(), end) == 0;
+}
+
+// "0, 3, 7": the identities that there are.
+std::string KnownPeople(const std::set<int64_t>& ids) {
+  constexpr size_t kMostShown = 30;
+  std::string text;
+  size_t shown = 0;
+  for (const int64_t id : ids) {
+    if (++shown > kMostShown) return text + ", ...";
+    text += (text.empty() ? "" : ", ") + std::to_string(id);
+  }
+  return text;
+}
+
+// The identity that --person asks for.
+int64_t WantedPerson(const std::set<int64_t>& ids) {
+  int64_t number = 0;
+  const char* end = FLAGS_person.data() + FLAGS_person.size();
+  const auto [stop, error] = std::from_chars(FLAGS_person.data(), end, number);
+  std::string known = KnownPeople(ids);
+  if (error == std::errc() && stop == end) {
+    if (ids.count(number) > 0) return number;
+  } else if (const std::string edits = IdentityPathOf(FLAGS_in);
+             IsFile(edits)) {
+    for (const IdentityEdit& edit : ReadIdentityEdits(edits)) {
+      if (edit.op != EditOp::kName || edit.persons.empty()) continue;
+      if (edit.name == FLAGS_person) return edit.persons.front().value();
+      known += ", '" + Printable(edit.name) + "'";
+    }
+  }
+  throw InputError("--person: no '" + Printable(FLAGS_person) +
+                   "' in the tracks, expected one of " + known);
+}
+
+// Leaves the person of --person alone in the tracks.
+void KeepPerson(TrackSequence* tracks) {
+  std::set<int64_t> ids;
+  for (const TrackFrame& frame : tracks->frames) {
+    for (const PersonPose& person : frame.people) ids.insert(person.id.value());
+  }
+  const bool one_file = FLAGS_to == "trc" && EndsIn(FLAGS_out, ".trc");
+  if (FLAGS_person.empty()) {
+    if (!one_file || ids.size() < 2) return;
+    throw InputError("--out=" + Printable(FLAGS_out) +
+                     ": a TRC file holds one person, the tracks have " +
+                     KnownPeople(ids) +
+                     "; choose one with --person, or name a folder");
+  }
+  const TrackId wanted(WantedPerson(ids));
+  for (TrackFrame& frame : tracks->frames) {
+    std::vector<PersonPose> kept;
+    for (PersonPose& person : frame.people) {
+      if (person.id == wanted) kept.push_back(std::move(person));
+    }
+    frame.people = std::move(kept);
+  }
+}
+
+void RenameMarkers(TrackSequence* tracks) {
+  const std::optional<MarkerNames> names = ParseMarkerNames(FLAGS_markers);
+  if (!names.has_value()) {
+    throw InputError("--markers: no '" + Printable(FLAGS_markers) +
+                     "', expected one of " + kMarkerNamesList);
+  }
+  if (*names == MarkerNames::kOurs) return;
+  if (FLAGS_to != "trc" && FLAGS_to != "csv" && FLAGS_to != "npz") {
+    throw InputError("--markers belongs to --to=trc, csv and npz");
+  }
+  tracks->header.skeleton = WithMarkerNames(tracks->header.skeleton, *names);
+}
+
+void WriteTrc(const TrackSequence& tracks, const AxisMap& axes,
+              Losses* losses) {
+  if (EndsIn(FLAGS_out, ".trc")) {
+    WriteTracksTrcFile(FLAGS_out, tracks, axes, losses);
+  } else {
+    WriteTracksTrc(FLAGS_out, tracks, axes, losses);
+  }
+}
+
 std::string ConvertTracks(const ConvertOptions& options, Losses* losses) {
   TrackReadOptions read;
   read.format = FormatToRead<TrackFormat>(kTracks);
@@ -333,7 +436,9 @@ std::string ConvertTracks(const ConvertOptions& options, Losses* losses) {
   read.first_frame = options.first_frame;
   const AxisMap axes = AxisMap::Parse(FLAGS_axes);
   read.trc_axes = axes;
-  const TrackSequence tracks = ReadTracks(FLAGS_in, read);
+  TrackSequence tracks = ReadTracks(FLAGS_in, read);
+  KeepPerson(&tracks);
+  RenameMarkers(&tracks);
   if (FLAGS_to != "trc" && tracks.header.mode != "trc" &&
       !gflags::GetCommandLineFlagInfoOrDie("axes").is_default) {
     throw InputError("--axes belongs to TRC files");
@@ -341,7 +446,7 @@ std::string ConvertTracks(const ConvertOptions& options, Losses* losses) {
   if (FLAGS_to == "csv") {
     WriteTracksCsv(FLAGS_out, tracks, losses);
   } else if (FLAGS_to == "trc") {
-    WriteTracksTrc(FLAGS_out, tracks, axes, losses);
+    WriteTrc(tracks, axes, losses);
   } else if (FLAGS_to == "npz") {
     WriteTracksNpz(FLAGS_out, tracks, losses);
   } else if (FLAGS_to == "poses") {
@@ -384,6 +489,7 @@ void RunConvert() {
   const FileKind kind = ChooseKind();
   CheckFlags(kind);
   const ConvertOptions options = ReadOptions();
+  WithFolders(FLAGS_out);
   Losses losses;
   const std::string done =
       kind == kCalibration  ? ConvertCalibration(options, &losses)
@@ -404,6 +510,6 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"convert", "calibrations, detections and tracks between formats",
-       "--from=FORMAT --to=FORMAT --in=PATH --out=PATH"},
+       "--to=FORMAT --in=PATH --out=PATH [--from=FORMAT]"},
       kinegraph::RunConvert);
 }

@@ -107,7 +107,7 @@ void RunDoctor() {
   request.cameras = ReadCameras(FLAGS_cameras, options.cameras);
   const CalibrationUnit unit =
       UnitOfCalibration(FLAGS_cameras, options.cameras);
-  AtomicFolder folder(FLAGS_out);
+  AtomicFolder folder(WithFolders(FLAGS_out));
   std::string note;
   const DetectionSequence take = ReadTake(&options, &note);
   Diagnosis diagnosis = DiagnoseTake(options, request, take, unit);

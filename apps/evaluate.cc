@@ -138,7 +138,7 @@ void WriteResult(const EvaluationOutput& output) {
   if (!FLAGS_ground_truth.empty()) json["ground_truth"] = FLAGS_ground_truth;
   if (!FLAGS_runs.empty()) json["runs"] = ParseList(FLAGS_runs, "runs");
   json["result"] = output.json;
-  AtomicFile file(FLAGS_json);
+  AtomicFile file(WithFolders(FLAGS_json));
   file.Write(json.dump(1) + "\n");
   file.Commit();
 }

@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 
 #include "apps/common/app.h"
@@ -19,6 +21,9 @@ DEFINE_double(frame_rate, 0.0,
               "frame rate [Hz] where the files do not tell it; never guessed");
 DEFINE_string(skeleton, "",
               "joints of the detections where bones do not tell them");
+DEFINE_string(set, "",
+              "what neither file tells, kept in the configuration: "
+              "key=value;key=value, such as cameras.image_size=[360,288]");
 DEFINE_string(out, "", "configuration to write (.toml)");
 
 namespace kinegraph {
@@ -46,6 +51,7 @@ SurveyRequest RequestOfFlags() {
   if (!FLAGS_skeleton.empty()) {
     set += ";detections.skeleton=" + FLAGS_skeleton;
   }
+  if (!FLAGS_set.empty()) set += ";" + FLAGS_set;
   return {FLAGS_cameras, FLAGS_detections,
           ReadRunOptions(ProjectConfig("default.toml"), set, "")};
 }
@@ -155,6 +161,67 @@ std::string ConfigText(const TakeSurvey& survey) {
   return text;
 }
 
+std::string Trimmed(const std::string& text) {
+  const size_t begin = text.find_first_not_of(" \t");
+  if (begin == std::string::npos) return "";
+  return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
+}
+
+// A value of --set as TOML has it: texts get their quotes.
+std::string TomlValue(const std::string& value) {
+  char* end = nullptr;
+  std::strtod(value.c_str(), &end);
+  const bool is_number = !value.empty() && *end == '\0';
+  const bool is_toml = value == "true" || value == "false" ||
+                       (!value.empty() && (value[0] == '[' || value[0] == '"'));
+  return is_number || is_toml ? value : Quoted(value);
+}
+
+// Puts `key = value` into its table, in the place of what stands there.
+void PutKey(const std::string& dotted, const std::string& value,
+            std::string* text) {
+  const size_t dot = dotted.find('.');
+  const std::string key =
+      dot == std::string::npos ? dotted : dotted.substr(dot + 1);
+  const std::string line = key + " = " + TomlValue(value) + "  # as given\n";
+  size_t begin = 0;
+  if (dot == std::string::npos) {
+    begin = text->find("mode = ");
+  } else {
+    const std::string header = "\n[" + dotted.substr(0, dot) + "]\n";
+    begin = text->find(header);
+    if (begin == std::string::npos) {
+      *text += header;
+      begin = text->size();
+    } else {
+      begin += header.size();
+    }
+  }
+  const size_t end = std::min(text->find("\n[", begin), text->size());
+  size_t old = begin;
+  while (old < end && text->compare(old, key.size() + 1, key + " ") != 0) {
+    old = std::min(text->find('\n', old), end) + 1;
+  }
+  if (old < end) text->erase(old, text->find('\n', old) + 1 - old);
+  text->insert(begin, line);
+}
+
+// The configuration with what --set says.
+std::string WithGivenKeys(std::string text) {
+  size_t begin = 0;
+  while (begin < FLAGS_set.size()) {
+    const size_t end = std::min(FLAGS_set.find(';', begin), FLAGS_set.size());
+    const std::string part = FLAGS_set.substr(begin, end - begin);
+    begin = end + 1;
+    const size_t equals = part.find('=');
+    if (equals == std::string::npos) continue;  // refused when it was read
+    const std::string key = Trimmed(part.substr(0, equals));
+    if (key.rfind("cameras.map.", 0) == 0) continue;  // stands there already
+    PutKey(key, Trimmed(part.substr(equals + 1)), &text);
+  }
+  return text;
+}
+
 void RunInit() {
   RequireFlag("cameras", FLAGS_cameras);
   RequireFlag("detections", FLAGS_detections);
@@ -162,7 +229,7 @@ void RunInit() {
   const TakeSurvey survey = SurveyTake(RequestOfFlags());
   PrintFindings(survey);
   AtomicFile file(WithFolders(FLAGS_out));
-  file.Write(ConfigText(survey));
+  file.Write(WithGivenKeys(ConfigText(survey)));
   file.Commit();
   std::printf("configuration -> %s\n", FLAGS_out.c_str());
 }
@@ -174,6 +241,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"init", "looks at a take and writes a configuration for it",
-       "--cameras=F --detections=PATH [--frame_rate=HZ] --out=F.toml"},
+       "--cameras=F --detections=PATH [--frame_rate=HZ] [--set=KEY=VALUE;...] "
+       "--out=F.toml"},
       kinegraph::RunInit);
 }

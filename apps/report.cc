@@ -2,17 +2,17 @@
 #include <gflags/gflags.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
+#include "apps/common/progress.h"
 #include "apps/common/summary.h"
 #include "apps/common/track_output.h"
+#include "apps/report/frame_pictures.h"
 #include "apps/report/ground.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
@@ -33,11 +33,16 @@ DEFINE_string(config, "",
               "configuration that says how cameras and detections "
               "are read (TOML, as for track)");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
-DEFINE_string(
-    images, "",
-    "pictures behind the panels: VIEW=PATTERN;VIEW=PATTERN, where a "
-    "number such as %06d in a pattern is the frame's; they stay where "
-    "they are");
+DEFINE_string(images, "",
+              "pictures behind the panels: VIEW=PATTERN;VIEW=PATTERN, where a "
+              "number such as %06d in a pattern is the frame's (JPEG or PNG); "
+              "they stay where they are and are linked");
+DEFINE_double(embed_megabytes, 0.0,
+              "puts the pictures of --images into the page instead, scaled "
+              "down so that they take at most so much; 0: linked");
+DEFINE_string(frames_out, "",
+              "new folder for annotated pictures, VIEW/000042.jpg: poses and "
+              "detections drawn on those of --images, or on grey");
 DEFINE_string(title, "", "heading of the page; default: the tracks' name");
 DEFINE_string(up, "auto", "upward axis: auto, x, y, z, -x, -y or -z");
 DEFINE_bool(with_covariance, false, "keep covariances, for the ellipsoids");
@@ -114,36 +119,13 @@ std::string KnownViews(const PageInput& input) {
   return names;
 }
 
-// The pattern with the frame's number in it. Throws unless there is one.
-std::string PictureOf(const std::string& pattern, int64_t frame) {
-  const size_t begin = pattern.find('%');
-  size_t end = begin == std::string::npos ? begin : begin + 1;
-  while (end < pattern.size() && std::isdigit(pattern[end]) != 0) ++end;
-  const bool is_number = end < pattern.size() && pattern[end] == 'd' &&
-                         pattern.find('%', end) == std::string::npos;
-  if (!is_number) {
-    throw InputError("--images: found '" + Printable(pattern) +
-                     "', expected one number such as %06d in it");
-  }
-  std::string number = std::to_string(frame);
-  const size_t width = std::strtoul(pattern.c_str() + begin + 1, nullptr, 10);
-  if (number.size() < width && width < 30) {
-    number.insert(0, width - number.size(), '0');
-  }
-  return pattern.substr(0, begin) + number + pattern.substr(end + 1);
-}
-
-// Fills the patterns, relative to the page's folder.
-void ReadImages(PageInput* input) {
-  if (FLAGS_images.empty()) return;
-  if (!input->detections.has_value()) {
-    throw InputError("--images: needs --cameras and --detections");
-  }
-  const std::vector<std::string>& views = input->detections->header.view_names;
-  input->image_patterns.assign(views.size(), "");
-  const int64_t first = input->detections->frames.empty()
+// One pattern a view, as given; empty without a picture.
+std::vector<std::string> ReadPatterns(const PageInput& input) {
+  const std::vector<std::string>& views = input.detections->header.view_names;
+  std::vector<std::string> patterns(views.size());
+  const int64_t first = input.results.front().tracks.frames.empty()
                             ? 0
-                            : input->detections->frames.front().frame;
+                            : input.results.front().tracks.frames.front().frame;
   std::string rest = FLAGS_images;
   while (!rest.empty()) {
     const std::string part = rest.substr(0, rest.find(';'));
@@ -154,17 +136,73 @@ void ReadImages(PageInput* input) {
     if (equals == std::string::npos || at == views.end()) {
       throw InputError("--images: no view '" + Printable(view) +
                        "', expected VIEW=PATTERN with one of " +
-                       KnownViews(*input));
+                       KnownViews(input));
     }
     const std::string pattern = part.substr(equals + 1);
-    const std::string picture = PictureOf(pattern, first);
+    const std::string picture = PicturePath(pattern, first);
     if (!IsFile(picture)) {
       throw InputError(picture, "",
                        "is not there, expected the picture of frame " +
                            std::to_string(first) + " (--images)");
     }
-    input->image_patterns[static_cast<size_t>(at - views.begin())] =
-        RelativeToFile(pattern, FLAGS_out);
+    patterns[static_cast<size_t>(at - views.begin())] = pattern;
+  }
+  return patterns;
+}
+
+int64_t FrameCount(const PageInput& input) {
+  return static_cast<int64_t>(input.results.front().tracks.frames.size());
+}
+
+// Links the pictures or puts them into the page; returns what to say of it.
+std::string AddPictures(const std::vector<std::string>& patterns,
+                        PageInput* input) {
+  if (FLAGS_images.empty()) return "";
+  if (FLAGS_embed_megabytes == 0.0) {
+    for (const std::string& pattern : patterns) {
+      input->image_patterns.push_back(
+          pattern.empty() ? "" : RelativeToFile(pattern, FLAGS_out));
+    }
+    return "";
+  }
+  Progress progress("pictures", FrameCount(*input));
+  const EmbeddedPictures embedded = EmbedPictures(
+      patterns, static_cast<size_t>(1e6 * FLAGS_embed_megabytes),
+      [&progress] { progress.Advance(); }, input);
+  std::string text = std::to_string(embedded.count) +
+                     " pictures inside the page, at most " +
+                     std::to_string(embedded.width) + " px wide";
+  if (embedded.stride > 1) {
+    text += ", one frame in " + std::to_string(embedded.stride);
+  }
+  return text + "\n";
+}
+
+// The annotated series of --frames_out.
+void WriteFrames(const PageInput& input,
+                 const std::vector<std::string>& patterns) {
+  if (FLAGS_frames_out.empty()) return;
+  Progress progress("annotated pictures", FrameCount(input));
+  const size_t files =
+      WriteAnnotatedFrames(input, patterns, WithFolders(FLAGS_frames_out),
+                           [&progress] { progress.Advance(); });
+  std::fprintf(SummaryStream(FLAGS_out), "%zu annotated pictures -> %s\n",
+               files, FLAGS_frames_out.c_str());
+}
+
+void CheckPictureFlags(const PageInput& input) {
+  if (!(FLAGS_embed_megabytes >= 0.0 && FLAGS_embed_megabytes <= 1000.0)) {
+    throw InputError("--embed_megabytes: expected 0 .. 1000");
+  }
+  if (FLAGS_embed_megabytes > 0.0 && FLAGS_images.empty()) {
+    throw InputError("--embed_megabytes: needs --images");
+  }
+  if (input.detections.has_value()) return;
+  for (const auto& [flag, value] :
+       {std::pair{"images", FLAGS_images}, {"frames_out", FLAGS_frames_out}}) {
+    if (value.empty()) continue;
+    throw InputError("--" + std::string(flag) +
+                     ": needs --cameras and --detections");
   }
 }
 
@@ -181,6 +219,9 @@ std::string Extras(const PageData& data) {
   std::string text;
   if (data.detection_bytes > 0) {
     text += ", detections " + Megabytes(data.detection_bytes);
+  }
+  if (data.picture_bytes > 0) {
+    text += ", pictures " + Megabytes(data.picture_bytes);
   }
   if (data.covariance_bytes > 0) {
     text += ", covariances " + Megabytes(data.covariance_bytes);
@@ -222,11 +263,16 @@ void RunReport() {
   input.results = ReadResults();
   input.title = FLAGS_title.empty() ? input.results.front().label : FLAGS_title;
   ReadViews(run_options, &input);
-  ReadImages(&input);
+  CheckPictureFlags(input);
+  std::vector<std::string> patterns;
+  if (input.detections.has_value()) patterns = ReadPatterns(input);
   WithFolders(FLAGS_out);
+  const std::string pictures = AddPictures(patterns, &input);
 
   const PageData data = MakePageData(input, page_options);
   PrintSummary(data, WritePage(input.title, data.json, FLAGS_out));
+  std::fputs(pictures.c_str(), SummaryStream(FLAGS_out));
+  WriteFrames(input, patterns);
 }
 
 }  // namespace
@@ -237,6 +283,7 @@ int main(int argc, char** argv) {
       argc, argv,
       {"report", "one self-contained page to look at tracks",
        "--tracks=F[,F2,...] [--ground_truth=F] [--cameras=F "
-       "--detections=PATH [--images=VIEW=PATTERN;...]] --out=F.html"},
+       "--detections=PATH [--images=VIEW=PATTERN;...] [--frames_out=DIR]] "
+       "--out=F.html"},
       kinegraph::RunReport);
 }

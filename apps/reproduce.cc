@@ -14,6 +14,7 @@
 #include "apps/common/plot.h"
 #include "apps/common/progress.h"
 #include "apps/common/table.h"
+#include "apps/common/terminal_markdown.h"
 #include "apps/tables/ablation.h"
 #include "apps/tables/audit.h"
 #include "apps/tables/benchmark.h"
@@ -321,7 +322,10 @@ void RunReproduce() {
   if (!report.details.empty()) {
     WriteFile(FLAGS_out + "/details.md", kDetailsHeading + report.details);
   }
-  std::fputs(report.markdown.c_str(), stdout);
+  constexpr size_t kColumns = 100;
+  const std::string where = FLAGS_out + "/reproduce.md";
+  std::fputs(ForTerminal(report.markdown, kColumns, where).c_str(), stdout);
+  std::printf("\nall columns and intervals: %s\n", where.c_str());
 }
 
 }  // namespace

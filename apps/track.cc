@@ -107,9 +107,9 @@ bool WaitsForEnd(const RunOptions& options) {
          !IsCausal(estimators.output, estimators);
 }
 
-void WriteSummary(const TakeReport& report) {
+void WriteSummary(const TakeReport& report, const RunSummary& run) {
   AtomicFile file(BesideResult(FLAGS_out, ".summary.json"));
-  file.Write(ReportJson(report));
+  file.Write(ReportJson(report, run));
   file.Commit();
 }
 
@@ -232,7 +232,7 @@ void RunTrack() {
   }
   if (!IsLive()) WarnOfCameras(check);
   if (!has_name) return;
-  WriteSummary(report);
+  WriteSummary(report, summary);
   std::fputs(ReportText(report).c_str(), said);
 }
 

@@ -21,6 +21,7 @@
 #include <set>
 #include <system_error>
 
+#include "apps/common/flag_examples.h"
 #include "apps/common/interruption.h"
 #include "core/base/edit_distance.h"
 #include "core/base/error.h"
@@ -320,20 +321,29 @@ CommandLineRequest ParseCommandLine(const std::vector<std::string>& arguments) {
 }
 
 std::string HelpText(const AppInfo& info) {
-  std::string text = ProgramName(info) + ": " + info.summary +
-                     "\n\nUsage: " + ProgramName(info) + " " + info.usage +
-                     "\n\nFlags:\n";
+  const std::set<std::string> required = RequiredFlags(info.usage);
+  std::string first;
+  std::string others;
   for (const gflags::CommandLineFlagInfo& flag : OwnFlags()) {
     const std::string quote = flag.type == "string" ? "\"" : "";
-    text += "  --" + flag.name + "  (" + TypeName(flag) + ", default " + quote +
-            flag.default_value + quote + ")\n      " + flag.description + "\n";
+    std::string& group = required.count(flag.name) > 0 ? first : others;
+    group += "  --" + flag.name + "  (" + TypeName(flag);
+    if (!flag.default_value.empty()) {
+      group += ", default " + quote + flag.default_value + quote;
+    }
+    group +=
+        ")\n      " + flag.description + "\n      such as " +
+        FlagExample(info.command, flag.name, flag.type, flag.default_value) +
+        "\n";
   }
-  text +=
-      "  --help\n      print this and leave\n"
-      "  --version\n      print the version and leave\n"
-      "  --v  (integer, default 0)\n      diagnosis on stderr, more with a "
-      "larger number\n";
-  return text;
+  return ProgramName(info) + ": " + info.summary +
+         "\n\nUsage: " + ProgramName(info) + " " + info.usage +
+         (first.empty() ? "" : "\n\nRequired:\n" + first) +
+         (first.empty() ? "\n\n" : "\n") + "As one likes:\n" + others +
+         "  --help\n      print this and leave\n"
+         "  --version\n      print the version and leave\n"
+         "  --v  (integer, default 0)\n      diagnosis on stderr, more with a "
+         "larger number\n";
 }
 
 std::vector<FrameRange> ParseFrameRanges(const std::string& text,

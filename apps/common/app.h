@@ -64,7 +64,8 @@ enum class CommandLineRequest { kRun, kHelp, kVersion };
 // validator refuses, and for anything that is not a flag. RunApp calls it.
 CommandLineRequest ParseCommandLine(const std::vector<std::string>& arguments);
 
-// What --help prints: the command's own flags with type and default.
+// What --help prints: the command's own flags, those that its usage has outside
+// of brackets first, each with type, default and an example.
 std::string HelpText(const AppInfo& info);
 
 // "300:400,450:460", ascending and apart; no text gives no range, which means

@@ -93,7 +93,27 @@ std::string WarningsText(const TakeReport& report) {
   return text;
 }
 
-std::string ReportJson(const TakeReport& report) {
+namespace {
+
+// How the solves of the people went; those of `track` that went as they should
+// are counted too.
+Json SolverJson(const RunSummary& run) {
+  const SolveCounts& counts = run.solves;
+  return {{"name", run.solver},
+          {"solves", counts.solves},
+          {"not_converged", counts.not_converged},
+          {"failed", counts.not_finite},
+          {"bones_dropped", counts.bones_dropped},
+          {"positions_in_doubt", counts.positions_in_doubt},
+          {"without_covariance", counts.no_covariance},
+          {"sweep_iterations", counts.sweep_iterations},
+          {"ceres_problems", counts.ceres_problems},
+          {"ceres_iterations", counts.ceres_iterations}};
+}
+
+}  // namespace
+
+std::string ReportJson(const TakeReport& report, const RunSummary& run) {
   Json json;
   json["kinegraph_summary"] = 1;
   json["frames"] = report.frames;
@@ -128,6 +148,8 @@ std::string ReportJson(const TakeReport& report) {
          {"bone_spread", person.bone_spread},
          {"side_difference", person.side_difference}});
   }
+  // Paper mode solves nothing.
+  if (run.solves.solves > 0) json["solver"] = SolverJson(run);
   json["warnings"] = Json::array();
   for (const TakeWarning& warning : report.warnings) {
     json["warnings"].push_back({{"kind", warning.kind},

@@ -14,7 +14,7 @@ std::string ReportText(const TakeReport& report);
 std::string WarningsText(const TakeReport& report);
 
 // NAME.summary.json.
-std::string ReportJson(const TakeReport& report);
+std::string ReportJson(const TakeReport& report, const RunSummary& run);
 
 }  // namespace kinegraph
 

@@ -1,6 +1,7 @@
 #include "apps/compare/verdict.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -18,23 +19,34 @@ constexpr size_t kColumns = 100;
 
 std::string Pixels(double value) { return Fixed(value, 2) + " px"; }
 
+// A part of a dotted key: bare where TOML allows it.
+std::string KeyPart(const std::string& part) {
+  const bool bare =
+      !part.empty() && std::all_of(part.begin(), part.end(), [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' ||
+               c == '-';
+      });
+  return bare ? part : Json(part).dump();
+}
+
 // Effective keys by their dotted names, values as TOML writes them (scalars and
-// lists of scalars look alike in JSON and TOML).
+// lists of scalars look alike in JSON and TOML). What is null is left out.
 std::map<std::string, std::string> Flatten(const Json& json,
                                            const std::string& prefix) {
   std::map<std::string, std::string> keys;
   for (const auto& [key, value] : json.items()) {
-    const std::string name = prefix.empty() ? key : prefix + "." + key;
+    const std::string name =
+        prefix.empty() ? KeyPart(key) : prefix + "." + KeyPart(key);
     if (value.is_object()) {
       keys.merge(Flatten(value, name));
-    } else {
+    } else if (!value.is_null()) {
       keys[name] = value.dump();
     }
   }
   return keys;
 }
 
-std::map<std::string, std::string> KeysOf(const EstimatorOptions& options) {
+std::map<std::string, std::string> KeysOf(const RunOptions& options) {
   return Flatten(Json::parse(EffectiveConfigJson(options)), "");
 }
 
@@ -132,24 +144,23 @@ std::string RecommendedToml(const CompareResult& result) {
   const std::optional<size_t> best = BestStrategy(result);
   if (!best) return "";
   const StrategyResult& winner = result.strategies[*best];
-  const RunOptions& given = result.comparison.options;
-  const EstimatorOptions wanted = OptionsOfStrategy(
+  RunOptions wanted = result.comparison.options;
+  wanted.estimators = OptionsOfStrategy(
       winner.strategy,
       winner.values.empty() ? StrategyValues() : winner.values.front(),
-      result.comparison.rate_hz(), given.estimators);
-  const std::map<std::string, std::string> defaults =
-      KeysOf(EstimatorOptions());
-  const std::map<std::string, std::string> before = KeysOf(given.estimators);
+      result.comparison.rate_hz(), wanted.estimators);
+  const std::map<std::string, std::string> defaults = KeysOf(RunOptions());
   std::string text =
-      "# Made by `kinegraph compare`: what to add to the configuration of the "
-      "take.\n# " +
+      "# Made by `kinegraph compare`: the configuration it was given, with the "
+      "best\n# strategy. " +
       winner.strategy.title + ": " + Pixels(winner.Find(kHeldOut)->value) +
       " of mean held-out error, " + DelayText(winner) + ".\n";
   if (winner.values.size() > 1) {
     text += "# Values are those of the first fold.\n";
   }
   for (const auto& [key, value] : KeysOf(wanted)) {
-    if (value == defaults.at(key) && value == before.at(key)) continue;
+    const auto at = defaults.find(key);
+    if (at != defaults.end() && at->second == value) continue;
     text += key + " = " + value + "\n";
   }
   return text;
@@ -180,9 +191,10 @@ std::string Digest(const CompareResult& result, const std::string& folder) {
   return table.ToString() +
          "Held-out error in the mean; =: not told apart from the "
          "baseline.\n\n" +
-         Wrapped(VerdictText(result)) + "written: " + folder +
-         "/compare.md (all tables), compare.csv, compare.json, runtime.json,\n"
-         "  recommended.toml (the lines of configuration for the best one)\n";
+         Wrapped(VerdictText(result)) + "written to " + folder +
+         ":\n  compare.md (all tables), compare.csv, compare.json, "
+         "runtime.json\n  recommended.toml: for track --config, the "
+         "configuration given with the best strategy\n";
 }
 
 }  // namespace kinegraph

@@ -14,12 +14,11 @@ namespace kinegraph {
 // nullopt when nothing could be scored.
 std::optional<size_t> BestStrategy(const CompareResult& result);
 
-// recommended.toml: the keys in which the best strategy differs from the
-// defaults and from the configuration that the comparison was given. Empty
-// without a best one.
+// recommended.toml: the configuration that the comparison was given, with the
+// best strategy; keys at their defaults are left out. Empty without a best one.
 std::string RecommendedToml(const CompareResult& result);
 
-// For a terminal, at most 100 columns: the verdict, a row a strategy, and the
+// For a terminal, at most 100 columns: a row a strategy, the verdict, and the
 // files of `folder` that hold the rest.
 std::string Digest(const CompareResult& result, const std::string& folder);
 

@@ -234,6 +234,7 @@ class PageMaker {
                       ResultArrays* arrays) const;
   void AddMoments(size_t r, std::vector<Moment> moments);
   Json DetectionsJson() const;
+  Json PicturesJson(const std::map<int64_t, std::string>& pictures);
   size_t view_count() const {
     return input_.detections.has_value() ? input_.cameras.size() : 0;
   }
@@ -557,6 +558,21 @@ Json PageMaker::DetectionsJson() const {
           {"confidence", Base64(confidence)}};
 }
 
+// {"at": [places on the clock], "jpeg": [Base64]}; frames that are not on the
+// page are left out.
+Json PageMaker::PicturesJson(const std::map<int64_t, std::string>& pictures) {
+  Json json = {{"at", Json::array()}, {"jpeg", Json::array()}};
+  for (const auto& [number, jpeg] : pictures) {
+    const auto at = index_.find(number);
+    if (at == index_.end()) continue;
+    json["at"].push_back(at->second);
+    json["jpeg"].push_back(Base64(
+        reinterpret_cast<const unsigned char*>(jpeg.data()), jpeg.size()));
+    data_.picture_bytes += json["jpeg"].back().get_ref<std::string&>().size();
+  }
+  return json;
+}
+
 PageData PageMaker::Make() {
   ChooseStrides();
   std::vector<int32_t> numbers;
@@ -593,6 +609,9 @@ PageData PageMaker::Make() {
     if (v < input_.image_patterns.size() && !input_.image_patterns[v].empty()) {
       page["cameras"].back()["images"] = input_.image_patterns[v];
     }
+    if (v < input_.pictures.size() && !input_.pictures[v].empty()) {
+      page["cameras"].back()["pictures"] = PicturesJson(input_.pictures[v]);
+    }
   }
   colours_.reserve(input_.results.size());
   for (size_t r = 0; r < input_.results.size(); ++r) {
@@ -605,7 +624,8 @@ PageData PageMaker::Make() {
   }
   page["moments"] = moments_;
   page["bytes"] = {{"detections", data_.detection_bytes},
-                   {"covariances", data_.covariance_bytes}};
+                   {"covariances", data_.covariance_bytes},
+                   {"pictures", data_.picture_bytes}};
   data_.moments = moments_.size();
   data_.json = WithoutAngleBrackets(
       page.dump(-1, ' ', false, Json::error_handler_t::replace));

@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,6 +35,9 @@ struct PageInput {
   // Pictures behind the panels: one a camera, a path relative to the page with
   // a number such as %06d for the frame's; empty: none.
   std::vector<std::string> image_patterns;
+  // Pictures that are inside of the page instead: one map a camera, JPEG by the
+  // number of the frame.
+  std::vector<std::map<int64_t, std::string>> pictures;
 };
 
 struct PageOptions {
@@ -52,6 +57,7 @@ struct PageData {
   // Of `json`, what was asked for beyond the poses [bytes].
   size_t detection_bytes = 0;  // with matches, weights and residuals
   size_t covariance_bytes = 0;
+  size_t picture_bytes = 0;
 };
 
 // Throws InputError when there is no frame to show.

@@ -358,7 +358,9 @@ class ConfigFile::Reader : public OptionVisitor {
     std::vector<double> numbers;
     const bool present = ForEachElement(
         key, "expected a list of numbers", [&](const Setting& element) {
-          const std::optional<double> number = ToNumber(*element.node);
+          const std::optional<double> number =
+              element.text != nullptr ? ParseNumber<double>(*element.text)
+                                      : ToNumber(*element.node);
           if (!number.has_value() || !std::isfinite(*number) ||
               !limits.Contains(*number)) {
             element.Fail("expected a number, " + Allowed(limits, unit));
@@ -443,6 +445,26 @@ class ConfigFile::Reader : public OptionVisitor {
     return *text;
   }
 
+  // The same for "[360, 288]", given on a command line.
+  template <typename Visit>
+  void VisitGivenList(const Setting& setting, const std::string& expected,
+                      const Visit& visit) const {
+    const std::string& text = *setting.text;
+    if (text.size() < 2 || text.front() != '[' || text.back() != ']') {
+      setting.Fail(expected + " such as [a, b]");
+    }
+    const std::string inside = Trimmed(text.substr(1, text.size() - 2));
+    size_t index = 0;
+    for (size_t begin = 0; begin <= inside.size() && !inside.empty();) {
+      const size_t end = std::min(inside.find(',', begin), inside.size());
+      const std::string part = Trimmed(inside.substr(begin, end - begin));
+      visit(Setting{config_, setting.key + "[" + std::to_string(index) + "]",
+                    nullptr, &part, setting.source});
+      ++index;
+      begin = end + 1;
+    }
+  }
+
   // Calls `visit` for each element of a list; false when the key is not set.
   template <typename Visit>
   bool ForEachElement(const std::string& key, const std::string& expected,
@@ -450,7 +472,8 @@ class ConfigFile::Reader : public OptionVisitor {
     const Setting setting = StartValue(key);
     if (!setting.present()) return false;
     if (setting.text != nullptr) {
-      setting.Fail(expected + ", which belongs in a configuration file");
+      VisitGivenList(setting, expected, visit);
+      return true;
     }
     const toml::array* array = setting.node->as_array();
     if (array == nullptr) setting.Fail(expected);

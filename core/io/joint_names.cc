@@ -36,7 +36,7 @@ constexpr std::array<Part, 21> kSided = {{{"eye", "eye"},
                                           {"foot", "ankle"},
                                           {"hand", "wrist"}}};
 
-constexpr std::array<Part, 13> kCentral = {{{"nose", "nose"},
+constexpr std::array<Part, 14> kCentral = {{{"nose", "nose"},
                                             {"neck", "neck"},
                                             {"head", "head_top"},
                                             {"headtop", "head_top"},
@@ -45,6 +45,7 @@ constexpr std::array<Part, 13> kCentral = {{{"nose", "nose"},
                                             {"headbottom", "head_bottom"},
                                             {"hip", "mid_hip"},
                                             {"midhip", "mid_hip"},
+                                            {"chip", "mid_hip"},
                                             {"pelvis", "mid_hip"},
                                             {"hips", "mid_hip"},
                                             {"root", "mid_hip"},
@@ -79,6 +80,23 @@ bool Strip(const std::string& text, const std::string& end, bool at_front,
   return true;
 }
 
+// "LBigToe" for l_big_toe.
+std::string CamelCase(const std::string& joint) {
+  std::string text;
+  bool begins = true;
+  for (const char c : joint) {
+    if (c == '_') {
+      begins = true;
+      continue;
+    }
+    text += begins
+                ? static_cast<char>(std::toupper(static_cast<unsigned char>(c)))
+                : c;
+    begins = false;
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string JointNameOf(const std::string& label) {
@@ -110,6 +128,30 @@ std::string LongJointName(const std::string& joint) {
   const std::string side = left ? "left" : "right";
   const std::string part = joint.substr(2);
   return part == "mouth" ? part + "_" + side : side + "_" + part;
+}
+
+std::optional<MarkerNames> ParseMarkerNames(const std::string& text) {
+  if (text == "ours") return MarkerNames::kOurs;
+  if (text == "pose2sim") return MarkerNames::kPose2Sim;
+  if (text == "opensim") return MarkerNames::kOpenSim;
+  return std::nullopt;
+}
+
+Skeleton WithMarkerNames(const Skeleton& skeleton, MarkerNames names) {
+  if (names == MarkerNames::kOurs) return skeleton;
+  std::vector<std::string> markers;
+  for (const std::string& joint : skeleton.joints()) {
+    if (joint == "head_top") {
+      markers.emplace_back("Head");
+    } else if (joint == "mid_hip") {
+      markers.emplace_back(names == MarkerNames::kOpenSim ? "midHip"
+                           : skeleton == Body25()         ? "CHip"
+                                                          : "Hip");
+    } else {
+      markers.push_back(CamelCase(joint));
+    }
+  }
+  return Skeleton(skeleton.name(), markers, skeleton.bones());
 }
 
 Skeleton SkeletonOfLabels(const std::vector<std::string>& labels) {

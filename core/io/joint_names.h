@@ -2,6 +2,7 @@
 #ifndef KINEGRAPH_CORE_IO_JOINT_NAMES_H_
 #define KINEGRAPH_CORE_IO_JOINT_NAMES_H_
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,17 @@ std::string JointNameOf(const std::string& label);
 // The other way: "left_shoulder" for l_shoulder, "mouth_left" for l_mouth, as
 // MediaPipe writes them; other names as they are.
 std::string LongJointName(const std::string& joint);
+
+// Whose names markers have in TRC and other files.
+enum class MarkerNames { kOurs, kPose2Sim, kOpenSim };
+inline constexpr char kMarkerNamesList[] = "ours, pose2sim, opensim";
+// nullopt for a text that is none of the list.
+std::optional<MarkerNames> ParseMarkerNames(const std::string& text);
+
+// The same joints and bones under other names: Pose2Sim's "RHip", "RBigToe",
+// "Head", "Hip" or, in BODY_25, "CHip"; `kOpenSim` the same but "midHip", as
+// OpenCap hands them to OpenSim. JointNameOf reads all of them back.
+Skeleton WithMarkerNames(const Skeleton& skeleton, MarkerNames names);
 
 // A skeleton of labels: the built-in one with these joints in this order, else
 // one called "custom" with the bones of COCO-17 between those it has. Throws

@@ -1,6 +1,7 @@
 #include "core/io/skeleton_fit.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
@@ -57,7 +58,9 @@ double Median(std::vector<double> values) {
 
 SkeletonFit::SkeletonFit(std::vector<const Skeleton*> candidates) {
   for (const Skeleton* skeleton : candidates) {
-    candidates_.push_back({skeleton, BonesOf(*skeleton), {}});
+    const std::vector<Bone> bones = BonesOf(*skeleton);
+    candidates_.push_back({skeleton, bones, {}, {}});
+    candidates_.back().lengths.resize(bones.size());
   }
 }
 
@@ -70,17 +73,22 @@ void SkeletonFit::See(const Detection& detection) {
       continue;
     }
     double length_px = 0.0;
-    size_t count = 0;
-    for (const Bone& bone : candidate.bones) {
+    std::vector<std::pair<size_t, double>> seen;  // bone, its length [px]
+    for (size_t i = 0; i < candidate.bones.size(); ++i) {
+      const Bone& bone = candidate.bones[i];
       const Keypoint& a = detection.joints[static_cast<size_t>(bone.a)];
       const Keypoint& b = detection.joints[static_cast<size_t>(bone.b)];
       if (!a.found || !b.found) continue;
-      length_px += (a.px - b.px).norm();
-      ++count;
+      const double bone_px = (a.px - b.px).norm();
+      length_px += bone_px;
+      seen.emplace_back(i, bone_px);
     }
-    if (count < kMinBones) continue;
-    candidate.shares.push_back(length_px / static_cast<double>(count) /
+    if (seen.size() < kMinBones) continue;
+    candidate.shares.push_back(length_px / static_cast<double>(seen.size()) /
                                diagonal_px);
+    for (const auto& [bone, bone_px] : seen) {
+      candidate.lengths[bone].push_back(bone_px / diagonal_px);
+    }
   }
 }
 
@@ -98,13 +106,40 @@ double SkeletonFit::MedianShare(size_t candidate_idx) const {
   return Median(candidates_[candidate_idx].shares);
 }
 
+double SkeletonFit::SideDifference(size_t candidate_idx) const {
+  const Candidate& candidate = candidates_[candidate_idx];
+  const Skeleton& skeleton = *candidate.skeleton;
+  double sum = 0.0;
+  int limbs = 0;
+  for (size_t i = 0; i < candidate.bones.size(); ++i) {
+    for (size_t k = i + 1; k < candidate.bones.size(); ++k) {
+      const Bone& left = candidate.bones[i];
+      const Bone& right = candidate.bones[k];
+      if (skeleton.mirror(left.a) != right.a ||
+          skeleton.mirror(left.b) != right.b) {
+        continue;
+      }
+      const double a = Median(candidate.lengths[i]);
+      const double b = Median(candidate.lengths[k]);
+      if (!(a > 0.0) || !(b > 0.0)) continue;
+      sum += std::abs(a - b) / (a + b);
+      ++limbs;
+    }
+  }
+  return limbs == 0 ? 0.0 : sum / limbs;
+}
+
+double SkeletonFit::Measure(size_t candidate_idx) const {
+  return MedianShare(candidate_idx) * (1.0 + SideDifference(candidate_idx));
+}
+
 size_t SkeletonFit::Best() const {
   size_t best = 0;
   for (size_t c = 1; c < candidates_.size(); ++c) {
     const bool enough = candidates_[c].shares.size() >= kEnoughPeople &&
                         candidates_[0].shares.size() >= kEnoughPeople;
-    if (enough && MedianShare(c) < kClearly * MedianShare(0) &&
-        (best == 0 || MedianShare(c) < MedianShare(best))) {
+    if (enough && Measure(c) < kClearly * Measure(0) &&
+        (best == 0 || Measure(c) < Measure(best))) {
       best = c;
     }
   }

@@ -48,6 +48,10 @@ void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
 void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
                     const AxisMap& axes, Losses* losses);
 
+// The same for tracks of one person, into the file `path` itself.
+void WriteTracksTrcFile(const std::string& path, const TrackSequence& tracks,
+                        const AxisMap& axes, Losses* losses);
+
 // Files of ground truth and results; each keeps frames, identities and
 // positions, and the losses say what a reader must be told.
 

@@ -141,20 +141,40 @@ void NoteLosses(const TrackSequence& tracks, size_t row_count, Losses* losses) {
   }
 }
 
-}  // namespace
-
-void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
-                    const AxisMap& axes, Losses* losses) {
+// Throws unless a TRC file can hold the tracks; the people in them.
+std::vector<int64_t> IdsToWrite(const TrackSequence& tracks) {
   if (!(tracks.header.frame_rate_hz > 0.0)) {
     throw InputError(
         "TRC needs a frame rate, which the input does not tell "
         "(--frame_rate=HZ)");
   }
   CheckMarkerNames(tracks.header.skeleton);
-  const std::vector<int64_t> ids = IdsOf(tracks);
+  std::vector<int64_t> ids = IdsOf(tracks);
   if (ids.empty()) {
     throw InputError("the tracks have nobody in them, nothing to write");
   }
+  return ids;
+}
+
+}  // namespace
+
+void WriteTracksTrcFile(const std::string& path, const TrackSequence& tracks,
+                        const AxisMap& axes, Losses* losses) {
+  const std::vector<int64_t> ids = IdsToWrite(tracks);
+  if (ids.size() > 1) {
+    throw InputError("a TRC file holds one person, the tracks have " +
+                     std::to_string(ids.size()));
+  }
+  const std::vector<Row> rows = MakeRows(tracks);
+  const size_t slash = path.find_last_of('/');
+  WritePersonFile(path, path.substr(slash == std::string::npos ? 0 : slash + 1),
+                  TrackId(ids.front()), tracks, rows, axes);
+  NoteLosses(tracks, rows.size(), losses);
+}
+
+void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
+                    const AxisMap& axes, Losses* losses) {
+  const std::vector<int64_t> ids = IdsToWrite(tracks);
   const std::vector<Row> rows = MakeRows(tracks);
   AtomicFolder folder(path);
   for (const int64_t id : ids) {

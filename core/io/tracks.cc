@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/joint_names.h"
 #include "core/io/text_file.h"
 #include "core/io/track_formats.h"
 
@@ -150,6 +151,10 @@ Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
     return *options.skeleton;
   }
   if (const Skeleton* known = FindSkeletonOf(joints)) return *known;
+  // Under the names that another program gives them.
+  std::vector<std::string> ours;
+  for (const std::string& joint : joints) ours.push_back(JointNameOf(joint));
+  if (const Skeleton* known = FindSkeletonOf(ours)) return *known;
   try {
     return Skeleton("custom", joints, {});
   } catch (const OptionError& error) {

@@ -238,6 +238,7 @@ std::vector<std::string> ListTrcFiles(const std::string& path) {
 TrackSequence ReadTracksTrc(const std::string& path,
                             const TrackReadOptions& options) {
   std::optional<TrackCollector> collector;
+  std::vector<std::string> markers;  // of the first file
   for (const PersonFile& file : PersonFiles(path)) {
     const std::string text = ReadTextFile(file.path);
     Lines lines(text);
@@ -252,8 +253,9 @@ TrackSequence ReadTracksTrc(const std::string& path,
                                        ? options.frame_rate_hz
                                        : header.frame_rate_hz;
             tracks.skeleton = SkeletonOfNames(header.markers, options);
+            markers = header.markers;
             collector.emplace(std::move(tracks));
-          } else if (collector->header().skeleton.joints() != header.markers) {
+          } else if (markers != header.markers) {
             throw InputError("has other markers than the first file");
           }
           ReadRows(header, file.id, options.trc_axes, &lines, &*collector);

@@ -54,8 +54,12 @@ UsedViews ChooseViews(const RunOptions& options, const RunRequest& request,
         std::any_of(request.cameras.begin(), request.cameras.end(),
                     [&](const Camera& c) { return c.name() == name; });
     if (!known) {
+      std::string views;
+      for (const std::string& view : view_names) {
+        views += (views.empty() ? "" : ", ") + Printable(view);
+      }
       throw InputError("--without_cameras: no view or camera is named '" +
-                       Printable(name) + "'");
+                       Printable(name) + "', the views are " + views);
     }
   }
   if (used.views.empty()) {

@@ -244,7 +244,7 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
        "cameras.unit"},
       {"--to=krt --image_size=640 --in=" + take.cameras + " --out=" + out,
        "image_size"},
-      {"--to=csv --in=" + take.tracks + " --out=/nowhere/out", "/nowhere/out"},
+      {"--to=csv --in=" + take.tracks + " --out=/dev/null/out", "/dev/null"},
       {"--to=trc --in=" + take.tracks + " --out=" + folder.path().string(),
        "is there already"}};
   for (const auto& [arguments, expected] : cases) {
@@ -257,6 +257,81 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
   }
   for (const auto& entry : fs::directory_iterator(folder.path())) {
     EXPECT_THAT(entry.path().string(), Not(HasSubstr(".partial")));
+  }
+}
+
+std::string FourthLineOf(const std::string& path) {
+  std::istringstream lines(ReadTextFile(path));
+  std::string line;
+  for (int i = 0; i < 4; ++i) std::getline(lines, line);
+  return line;
+}
+
+TEST(Convert, MarkersAreNamedAsOthersNameThem) {
+  const TemporaryFolder folder;
+  TrackSequence found;
+  found.header.skeleton = Halpe26();
+  found.header.frame_rate_hz = 25.0;
+  found.frames.resize(1);
+  for (const int64_t id : {3, 8}) {
+    found.frames[0].people.emplace_back();
+    found.frames[0].people.back().id = TrackId(id);
+    found.frames[0].people.back().joints.assign(
+        26, {{1.0 * static_cast<double>(id), 2, 3}, JointStatus::kObserved});
+  }
+  const std::string tracks = folder.path() / "take.jsonl";
+  WriteTracks(tracks, found);
+  folder.Write("take.identity.jsonl",
+               R"({"op": "name", "persons": [8], "name": "Anna"})"
+               "\n");
+  struct Case {
+    std::string names;
+    std::vector<std::string> expected;
+  };
+  for (const Case& one :
+       {Case{"pose2sim", {"\tNose\t", "\tRHip\t", "\tHip\t", "\tHead\t"}},
+        Case{"opensim", {"\tmidHip\t", "\tLBigToe\t"}},
+        Case{"ours", {"\tmid_hip\t", "\tl_big_toe\t"}}}) {
+    const std::string out = folder.path() / ("new/" + one.names + ".trc");
+    const Outcome outcome =
+        Convert(folder, "--to=trc --person=Anna --markers=" + one.names +
+                            " --in=" + tracks + " --out=" + out);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+    for (const std::string& marker : one.expected) {
+      EXPECT_THAT(FourthLineOf(out), HasSubstr(marker)) << one.names;
+    }
+    // Whatever the names, the joints are known again.
+    const TrackSequence back = ReadTracks(out);
+    EXPECT_TRUE(back.header.skeleton == Halpe26()) << one.names;
+    ASSERT_EQ(back.frames.at(0).people.size(), 1u);
+    EXPECT_NEAR(back.frames[0].people[0].joints[0].position_m.x(), 8.0, 1e-12);
+  }
+  // Both people: a folder; one of them alone by the number.
+  EXPECT_EQ(Convert(folder, "--to=trc --in=" + tracks +
+                                " --out=" + (folder.path() / "both").string())
+                .exit_code,
+            0);
+  const std::string csv = folder.path() / "three.csv";
+  EXPECT_EQ(
+      Convert(folder, "--to=csv --person=3 --in=" + tracks + " --out=" + csv)
+          .exit_code,
+      0);
+  EXPECT_EQ(ReadTracks(csv).frames.at(0).people.at(0).id, TrackId(3));
+  const std::multimap<std::string, std::string> wrong = {
+      {"--to=trc --out=" + (folder.path() / "x.trc").string(),
+       "one person, the tracks have 3, 8; choose one with --person"},
+      {"--to=csv --person=5 --out=" + (folder.path() / "x").string(),
+       "no '5' in the tracks, expected one of 3, 8"},
+      {"--to=csv --person=Bob --out=" + (folder.path() / "x").string(),
+       "expected one of 3, 8, 'Anna'"},
+      {"--to=poses --markers=pose2sim --out=" + (folder.path() / "x").string(),
+       "--markers belongs to"},
+      {"--to=csv --markers=vicon --out=" + (folder.path() / "x").string(),
+       "ours, pose2sim, opensim"}};
+  for (const auto& [arguments, expected] : wrong) {
+    const Outcome outcome = Convert(folder, arguments + " --in=" + tracks);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_THAT(outcome.errors, HasSubstr(expected));
   }
 }
 
@@ -280,7 +355,7 @@ TEST(Convert, ThePageNamesEveryFormatAndFlag) {
   }
   EXPECT_EQ(count, 26);
   for (const char* flag : {"unit", "image_size", "skeleton", "frame_rate",
-                           "axes", "set", "formats"}) {
+                           "axes", "markers", "person", "set", "formats"}) {
     EXPECT_THAT(page, HasSubstr("--" + std::string(flag)));
   }
 }

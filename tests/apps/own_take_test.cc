@@ -12,6 +12,7 @@
 #include "core/io/calibration.h"
 #include "core/io/calibration_writer.h"
 #include "core/io/tracks.h"
+#include "solvers/session/options.h"
 #include "tests/support/program.h"
 #include "tests/support/test_data.h"
 
@@ -141,6 +142,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         OwnTake{"openpose", "body25", 25.0, 800.0, 6.5, 1.0,
                 "the calibration's own", 2},
+        OwnTake{"openpose", "body25b", 60.0, 1500.0, 7.0, 1000.0, "mm", 2},
         OwnTake{"mmpose", "halpe26", 120.0, 3000.0, 8.0, 1000.0, "mm", 2},
         OwnTake{"coco", "coco17", 60.0, 500.0, 4.5, 1.0,
                 "the calibration's own", 2},
@@ -171,6 +173,32 @@ TEST(OwnTake, TellsWhatIsMissingOrWrong) {
       "track", what + "--set=input.frame_rate=25 --out='" + in + "/take.xyz'");
   EXPECT_EQ(extension.exit_code, 2);
   EXPECT_THAT(extension.errors, HasSubstr(".jsonl (JSON Lines), .csv, .npz"));
+}
+
+TEST(OwnTake, InitKeepsWhatItIsTold) {
+  const TemporaryFolder folder;
+  const std::string in = folder.path().string();
+  const OwnTake take = {"coco", "coco17", 25.0, 800.0, 6.5, 1.0, "", 1};
+  const std::string scene = folder.Write("scene.toml", SceneToml(take));
+  Expect0("synthesize", "--config='" + scene + "' --set='" + SceneKeys(take) +
+                            "' --out='" + in + "'");
+  Expect0("init",
+          "--cameras='" + in + "/cameras.json' --detections='" + in +
+              "/detections.jsonl' --set='cameras.ignore_distortion=true; "
+              "mode=graph;tracking.max_gap_s=0.2;output.observations=true;"
+              "cameras.map.cam0=cam0' --out='" +
+              in + "/my.toml'");
+  const RunOptions options = ReadRunOptions(in + "/my.toml", "", "");
+  EXPECT_TRUE(options.cameras.ignore_distortion);
+  EXPECT_EQ(options.tracker.life.max_gap_s, 0.2);
+  EXPECT_EQ(options.cameras.map.at("cam0"), "cam0");
+  EXPECT_EQ(options.estimators.output, OutputKind::kBatch);
+  const ProgramOutcome unknown = RunProgram(
+      "init", "--cameras='" + in + "/cameras.json' --detections='" + in +
+                  "/detections.jsonl' --set=cameras.unti=mm --out='" + in +
+                  "/x.toml'");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.errors, HasSubstr("cameras.unit"));
 }
 
 TEST(OwnTake, TheExtensionChoosesTheFormat) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/report/picture.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_writer.h"
 #include "core/io/track_writer.h"
@@ -94,6 +95,45 @@ TEST_F(ReportTest, SaysHowMuchThePageHolds) {
   EXPECT_THAT(ContentOf(out_), HasSubstr("<title>a &lt; b</title>"));
 }
 
+// Annotated pictures on grey, which then stand behind the panels: linked, and
+// inside of the page.
+TEST_F(ReportTest, PicturesAreWrittenLinkedAndEmbedded) {
+  const std::string what = "--tracks=" + tracks_ + " --cameras=" + cameras_ +
+                           " --detections=" + detections_;
+  ProgramOutcome outcome = Run(what + " --frames_out=" + Path("new/annotated"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.output, HasSubstr("60 annotated pictures -> "));
+  const std::string view = ReadCameras(cameras_)[0].name();
+  const std::string folder = Path("new/annotated/") + view;
+  const Picture picture = ReadPicture(folder + "/000019.jpg");
+  EXPECT_EQ(picture.width, ReadCameras(cameras_)[0].width_px());
+  // Grey, and the person's blue (0, 114, 178) within what JPEG does to it.
+  int blue = 0;
+  for (size_t i = 0; i < picture.rgb.size(); i += 3) {
+    blue += picture.rgb[i] < 60 && picture.rgb[i + 2] > 140;
+  }
+  EXPECT_GT(blue, 100);
+  EXPECT_LT(blue, picture.width * picture.height / 4);
+
+  const std::string images = " --images='" + view + "=" + folder + "/%06d.jpg'";
+  outcome = Run(what + images);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(ContentOf(out_),
+              HasSubstr("new/annotated/" + view + "/%06d.jpg"));
+  EXPECT_THAT(ContentOf(out_), Not(HasSubstr("\"jpeg\"")));
+  outcome = Run(what + images + " --embed_megabytes=5");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.output, HasSubstr("20 pictures inside the page"));
+  EXPECT_THAT(ContentOf(out_), HasSubstr("\"jpeg\":[\"/9j/"));
+  EXPECT_THAT(ContentOf(out_), Not(HasSubstr("%06d.jpg")));
+  const size_t page = ContentOf(out_).size();
+  // Little room: smaller ones, of fewer frames, never more than was allowed.
+  outcome = Run(what + images + " --embed_megabytes=0.02");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_THAT(outcome.output, HasSubstr("240 px wide, one frame in "));
+  EXPECT_LT(ContentOf(out_).size(), page);
+}
+
 TEST_F(ReportTest, BadInputIsOneLineAndExitTwo) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "--tracks"},
@@ -104,6 +144,12 @@ TEST_F(ReportTest, BadInputIsOneLineAndExitTwo) {
       {"--tracks=" + tracks_ + " --detections=" + detections_,
        "needs --cameras"},
       {"--tracks=" + tracks_ + " --set=cameras.unit=m", "needs --config"},
+      {"--tracks=" + tracks_ + " --frames_out=" + Path("x"),
+       "--frames_out: needs --cameras and --detections"},
+      {"--tracks=" + tracks_ + " --embed_megabytes=3", "needs --images"},
+      {"--tracks=" + tracks_ + " --cameras=" + cameras_ +
+           " --detections=" + detections_ + " --images=nobody=a%d.jpg",
+       "no view 'nobody', expected VIEW=PATTERN with one of "},
       {"--tracks=" + tracks_ + " --up=w", "--up"},
       {"--tracks=" + detections_, "detections"},
       {"--tracks=" + tracks_ + " --no_such_flag", "no_such_flag"}};

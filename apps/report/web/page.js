@@ -139,6 +139,7 @@
       this.rod = new THREE.CylinderBufferGeometry(1, 1, 1, 8, 1, true);
       this.bodies = results.map(() => []);
       this.frusta = [];
+      this.cameraLines = [];
       this.addFloor();
       this.addCameras();
       this.home();
@@ -186,7 +187,10 @@
         const apex = new THREE.Vector3().fromArray(camera.centre);
         const corners = [corner(0, 0), corner(width, 0), corner(width, height), corner(0, height)];
         const points = [];
-        corners.forEach((c, i) => points.push(apex, c, c, corners[(i + 1) % 4]));
+        corners.forEach((c, i) => {
+          points.push(apex, c, c, corners[(i + 1) % 4]);
+          this.cameraLines.push([apex, c], [c, corners[(i + 1) % 4]]);
+        });
         this.cameraGroup.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points), this.cameraMaterial));
         this.frusta.push(apex);
       });
@@ -477,7 +481,17 @@
 
   function hasWeights(result) { return result.weight.some((w) => w !== NO_WEIGHT); }
 
+  // As many in a row as have room, and as even as can be: five are 5, 3 + 2 or
+  // 2 + 2 + 1; what is left of a row its panels share.
+  function arrangePanels() {
+    const width = byId('panels').clientWidth || 300;
+    const most = Math.max(1, Math.min(5, Math.floor((width + 10) / 260)));
+    const rows = Math.ceil(panels.length / most);
+    byId('panels').style.setProperty('--in-row', String(Math.ceil(panels.length / Math.max(1, rows))));
+  }
+
   function sizePanels() {
+    arrangePanels();
     panels.forEach((panel) => {
       const width = panel.canvas.clientWidth || 300, ratio = Math.min(2, window.devicePixelRatio || 1);
       panel.canvas.width = Math.round(width * ratio);
@@ -496,14 +510,26 @@
     return path.split('/').map(encodeURIComponent).join('/');
   }
 
-  // The picture of a frame, or undefined while it is on its way.
+  // Where the picture of a frame is: inside of the page, where the latest one
+  // stands for those that were left out, or beside it.
+  function pictureSource(panel, f) {
+    const inside = panel.camera.pictures;
+    if (!inside) return panel.camera.images ? pictureUrl(panel.camera.images, frameNumbers[f]) : undefined;
+    const at = lowerBound(inside.at, f);
+    if (inside.at[at] > f) return undefined;
+    return 'data:image/jpeg;base64,' + inside.jpeg[at];
+  }
+
+  // The picture of a frame, or undefined where there is none.
   function pictureOf(panel, f) {
-    if (!panel.camera.images || f >= frameCount) return undefined;
+    if (f >= frameCount) return undefined;
     let picture = panel.pictures.get(f);
     if (picture) return picture;
+    const source = pictureSource(panel, f);
+    if (!source) return undefined;
     picture = new Image();
     picture.onload = picture.onerror = () => { if (state.frame === f && panel.seen) drawPanel(panel, f); };
-    picture.src = pictureUrl(panel.camera.images, frameNumbers[f]);
+    picture.src = source;
     panel.pictures.set(f, picture);
     if (panel.pictures.size > KEPT_PICTURES) panel.pictures.delete(panel.pictures.keys().next().value);
     return picture;
@@ -540,11 +566,16 @@
     pen.setTransform(1, 0, 0, 1, 0, 0);
     pen.clearRect(0, 0, panel.canvas.width, panel.canvas.height);
     pen.setTransform(panel.scale, 0, 0, panel.scale, 0, 0);
-    const px = panel.unit / panel.scale;  // one screen pixel in image pixels
+    const facts = paintPanel(pen, panel, f, panel.unit / panel.scale, true);
+    panel.facts.textContent = facts + (panel.noPicture ? '; no picture of this frame' : '');
+  }
+
+  // In image pixels; `px` is one pixel of the screen. Returns what there is.
+  function paintPanel(pen, panel, f, px, withPicture) {
     panel.noPicture = false;
-    drawPicture(pen, panel, f);
+    if (withPicture) drawPicture(pen, panel, f);
     results.forEach((result) => { if (result.visible) drawReprojections(pen, panel, result, f, px); });
-    panel.facts.textContent = (detections ? drawDetections(pen, panel, f, px) : '') + (panel.noPicture ? '; no picture of this frame' : '');
+    return detections ? drawDetections(pen, panel, f, px) : '';
   }
 
   function drawReprojections(pen, panel, result, f, px) {
@@ -749,6 +780,33 @@
     return name.replace(/\b([lr])_/g, (all, side) => (side === 'l' ? 'left ' : 'right ')).replace(/_/g, ' ');
   }
 
+  const AXIS = 16;  // px under a plot, for times
+
+  // First and last time, and a few round ones in between.
+  function drawTimeAxis(pen, width, height) {
+    const first = times[0], last = times[frameCount - 1], span = last - first;
+    pen.fillStyle = dark() ? '#9aa6b5' : '#5b6675';
+    pen.font = '11px system-ui, sans-serif';
+    pen.fillRect(0, height, width, 1);
+    const digits = span < 20 ? 1 : 0;
+    const text = (time) => time.toFixed(digits) + ' s';
+    pen.textAlign = 'left';
+    pen.fillText(text(first), 0, height + AXIS - 3);
+    pen.textAlign = 'right';
+    pen.fillText(text(last), width, height + AXIS - 3);
+    pen.textAlign = 'center';
+    if (!(span > 0)) return;
+    let step = Math.pow(10, Math.floor(Math.log10(span / 3)));
+    while (span / step > width / 90) step *= 2;
+    for (let time = Math.ceil(first / step) * step; time < last; time += step) {
+      const x = (time - first) / span * width;
+      if (x < 70 || x > width - 70) continue;
+      pen.fillRect(x, height - 3, 1, 4);
+      pen.fillText(text(time), x, height + AXIS - 3);
+    }
+    pen.textAlign = 'left';
+  }
+
   const charts = [];
   class Chart {
     constructor(title, height, draw) {
@@ -783,12 +841,13 @@
       const ratio = Math.min(2, window.devicePixelRatio || 1);
       this.width = this.plot.clientWidth || 300;
       this.canvas.width = Math.round(this.width * ratio);
-      this.canvas.height = Math.round(this.height * ratio);
-      this.canvas.style.height = this.height + 'px';
+      this.canvas.height = Math.round((this.height + AXIS) * ratio);
+      this.canvas.style.height = (this.height + AXIS) + 'px';
       const pen = this.canvas.getContext('2d');
       pen.setTransform(ratio, 0, 0, ratio, 0, 0);
       pen.translate(gutter(), 0);
       this.drawInto(pen, this.width - gutter(), this.height);
+      drawTimeAxis(pen, this.width - gutter(), this.height);
     }
     moveCursor(f) {
       this.cursor.style.transform = 'translateX(' + (gutter() + f / Math.max(1, frameCount - 1) * (this.width - gutter() - 1)).toFixed(1) + 'px)';
@@ -950,6 +1009,18 @@
     return table;
   }
 
+  // How the solver went, and what was learnt of the detector.
+  function solverLines(summary) {
+    const lines = [];
+    const solver = summary.solver;
+    if (solver && solver.solves > 0) {
+      lines.push(solver.name + ': ' + solver.solves + ' solves, '
+        + (solver.not_converged + solver.failed > 0 ? solver.not_converged + ' not converged, ' + solver.failed + ' failed' : 'all converged'));
+    }
+    (summary.learnt || []).forEach((text) => lines.push(text));
+    return lines;
+  }
+
   // What `track` wrote of each result, and how far results are apart.
   function makeSummary() {
     const box = byId('summary');
@@ -962,6 +1033,7 @@
         const tall = summary.people.filter((person) => person.height_m).sort((a, b) => b.frames - a.frames).slice(0, 6);
         line(summary.people.length + ' identities, at most ' + summary.most_people_in_a_view + ' in a view'
           + (tall.length ? '; heights ' + tall.map((person) => person.height_m.toFixed(2) + ' m').join(', ') : ''));
+        solverLines(summary).forEach((text) => line(text));
         summary.warnings.forEach((warning) => line(warning.text + '. Try: ' + warning.try, 'warning'));
       }
       if (result.difference && !result.truth) {
@@ -975,12 +1047,12 @@
   // ---- Worst moments ------------------------------------------------------------
 
   const KINDS = {
-    residual: ['largest residual', (m) => human(m.value) + ' px off the detection in ' + m.detail],
-    speed: ['speed jump', (m) => jointName(m.detail) + ': velocity jumps by ' + human(m.value) + ' m/s'],
-    bone: ['bone length jump', (m) => jointName(m.detail) + ': length jumps by ' + human(100 * m.value) + ' cm'],
-    difference: [results.some((r) => r.truth) ? 'far from the truth' : 'results differ', (m) => human(100 * m.value) + ' cm from ' + referenceName()],
-    start: ['identity appears', () => 'appears'],
-    end: ['identity is lost', () => 'is lost']
+    residual: ['largest residual', (m) => ': ' + human(m.value) + ' px off the detection in ' + m.detail],
+    speed: ['speed jump', (m) => ', ' + jointName(m.detail) + ': velocity jumps by ' + human(m.value) + ' m/s'],
+    bone: ['bone length jump', (m) => ', ' + jointName(m.detail) + ': length jumps by ' + human(100 * m.value) + ' cm'],
+    difference: [results.some((r) => r.truth) ? 'far from the truth' : 'results differ', (m) => ': ' + human(100 * m.value) + ' cm from ' + referenceName()],
+    start: ['identity appears', () => ' appears'],
+    end: ['identity is lost', () => ' is lost']
   };
 
   function makeMoments() {
@@ -999,7 +1071,7 @@
       const result = results[moment.result], person = result.ids.indexOf(moment.id);
       const dot = element('span', { className: 'dot' });
       dot.style.background = colourOf(result, person);
-      const what = nameOf(result, person) + ': ' + KINDS[moment.kind][1](moment) + (result.index > 0 ? ' (' + result.label + ')' : '');
+      const what = 'person ' + nameOf(result, person) + KINDS[moment.kind][1](moment) + (result.index > 0 ? ' (' + result.label + ')' : '');
       const button = element('button', { type: 'button' }, [dot, element('span', { className: 'what', textContent: what }), element('span', { className: 'when', textContent: String(moment.frame) })]);
       button.title = KINDS[moment.kind][0];
       button.dataset.at = moment.at;
@@ -1083,6 +1155,253 @@
     actions[event.key]();
   }
 
+  // ---- A picture to keep -----------------------------------------------------------
+
+  // What drawing on a canvas needs here, written as SVG.
+  class SvgPen {
+    constructor() {
+      Object.assign(this, { out: [], x: 0, y: 0, scale: 1, path: '', dash: [], fillStyle: '#000', strokeStyle: '#000', lineWidth: 1,
+        globalAlpha: 1, font: '12px sans-serif', textAlign: 'left', lineCap: 'butt' });
+    }
+    place(x, y, scale) { Object.assign(this, { x: x, y: y, scale: scale }); }
+    at(x, y) { return (this.x + this.scale * x).toFixed(1) + ' ' + (this.y + this.scale * y).toFixed(1); }
+    long(length) { return (this.scale * length).toFixed(2); }
+    colour(name, value) {
+      return ' ' + name + '="' + value + '"' + (this.globalAlpha < 1 ? ' ' + name + '-opacity="' + this.globalAlpha.toFixed(2) + '"' : '');
+    }
+    outline(style) {
+      return ' fill="none"' + this.colour('stroke', style) + ' stroke-width="' + this.long(this.lineWidth) + '" stroke-linecap="' + this.lineCap + '"'
+        + (this.dash.length ? ' stroke-dasharray="' + this.dash.map((d) => this.long(d)).join(' ') + '"' : '');
+    }
+    beginPath() { this.path = ''; }
+    moveTo(x, y) { this.path += 'M' + this.at(x, y); }
+    lineTo(x, y) { this.path += 'L' + this.at(x, y); }
+    arc(x, y, r) {
+      const turn = 'A' + this.long(r) + ' ' + this.long(r) + ' 0 1 1 ';
+      this.path += 'M' + this.at(x - r, y) + turn + this.at(x + r, y) + turn + this.at(x - r, y);
+    }
+    stroke() { if (this.path) this.out.push('<path d="' + this.path + '"' + this.outline(this.strokeStyle) + '/>'); }
+    fill() { if (this.path) this.out.push('<path d="' + this.path + '"' + this.colour('fill', this.fillStyle) + '/>'); }
+    box(x, y, width, height) {
+      const [left, top] = this.at(x, y).split(' ');
+      return '<rect x="' + left + '" y="' + top + '" width="' + this.long(width) + '" height="' + this.long(height) + '"';
+    }
+    fillRect(x, y, width, height) { this.out.push(this.box(x, y, width, height) + this.colour('fill', this.fillStyle) + '/>'); }
+    strokeRect(x, y, width, height) { this.out.push(this.box(x, y, width, height) + this.outline(this.strokeStyle) + '/>'); }
+    setLineDash(dash) { this.dash = dash; }
+    text(text, x, y, how) {
+      const [left, top] = this.at(x, y).split(' '), size = /([\d.]+)px/.exec(this.font)[1];
+      const anchor = { left: 'start', center: 'middle', right: 'end' }[this.textAlign];
+      this.out.push('<text x="' + left + '" y="' + top + '" font-family="sans-serif" font-size="' + this.long(size) + '"'
+        + (/^600/.test(this.font) ? ' font-weight="600"' : '') + ' text-anchor="' + anchor + '"' + how + '>' + escaped(text) + '</text>');
+    }
+    fillText(text, x, y) { this.text(text, x, y, this.colour('fill', this.fillStyle)); }
+    strokeText(text, x, y) { this.text(text, x, y, this.outline(this.strokeStyle)); }
+    drawImage(image, x, y, width, height) {
+      this.out.push(this.box(x, y, width, height).replace('<rect', '<image') + ' preserveAspectRatio="none" href="' + escaped(image.src) + '"/>');
+    }
+  }
+
+  function escaped(text) {
+    return String(text).replace(/[&<>"]/g, (c) => ({ '&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;' }[c]));
+  }
+
+  // Where things stand in the picture: the 3D view, and the panels in rows below.
+  function pictureLayout() {
+    const width = 1600, gap = 12, head = 30;
+    const stage = { x: 0, y: head, width: width, height: scene ? Math.round(width * scene.height / scene.width) : 0 };
+    const count = panels.length, inRow = Math.max(1, Math.ceil(count / Math.max(1, Math.ceil(count / 4))));
+    let y = stage.y + stage.height + gap;
+    const cells = [];
+    for (let first = 0; first < count; first += inRow) {
+      const row = panels.slice(first, first + inRow), across = (width - gap * (row.length - 1)) / row.length;
+      let tallest = 0;
+      row.forEach((panel, i) => {
+        const height = across * panel.height / panel.width;
+        tallest = Math.max(tallest, height);
+        cells.push({ panel: panel, x: i * (across + gap), y: y, width: across, height: height });
+      });
+      y += tallest + 22 + gap;
+    }
+    return { width: width, height: Math.ceil(y), stage: stage, cells: cells };
+  }
+
+  function pictureTitle() {
+    return data.title + ', frame ' + frameNumbers[state.frame] + ', ' + times[state.frame].toFixed(2) + ' s';
+  }
+
+  function pageColours() {
+    return dark() ? { page: '#12161c', stage: '#0d1116', ink: '#e7ebf0', quiet: '#9aa6b5', grid: '#3a4450' }
+      : { page: '#ffffff', stage: '#e9edf2', ink: '#1b2430', quiet: '#5b6675', grid: '#c3cbd4' };
+  }
+
+  // The 3D view as lines, far ones first. `unit` is one pixel of the screen.
+  function paintScene(pen, stage, colours) {
+    const view = scene.camera, scale = stage.height / 2 / Math.tan(view.fov * Math.PI / 360);
+    const toScreen = (point) => {
+      const depth = -scratch.direction.copy(point).applyMatrix4(view.matrixWorldInverse).z;
+      scratch.direction.copy(point).project(view);
+      return { x: stage.x + (scratch.direction.x + 1) / 2 * stage.width, y: stage.y + (1 - scratch.direction.y) / 2 * stage.height, depth: depth };
+    };
+    const strokes = [];
+    const add = (a, b, metres, colour, alpha) => {
+      const from = toScreen(a), to = toScreen(b);
+      if (from.depth < 0.1 || to.depth < 0.1) return;
+      strokes.push({ from: from, to: to, depth: (from.depth + to.depth) / 2, width: Math.max(0.6, metres * scale * 2 / (from.depth + to.depth)), colour: colour, alpha: alpha });
+    };
+    if (show.floor) floorLines().forEach(([a, b]) => add(a, b, 0.004, colours.grid, 1));
+    if (show.cameras) scene.cameraLines.forEach(([a, b]) => add(a, b, 0.006, colours.quiet, 0.9));
+    results.forEach((result) => {
+      if (!result.visible) return;
+      const J = result.joints.length, a = new THREE.Vector3(), b = new THREE.Vector3();
+      for (let p = result.start[state.frame]; p < result.start[state.frame + 1]; ++p) {
+        const status = (j) => result.status[p * J + j] & 3, colour = colourOf(result, result.person[p]);
+        const thick = result.index === 0 ? 0.045 : 0.02;
+        result.bones.forEach(([j, k]) => {
+          const least = Math.min(status(j), status(k));
+          if (least === MISSING) return;
+          add(a.fromArray(result.xyz, (p * J + j) * 3), b.fromArray(result.xyz, (p * J + k) * 3), thick, colour, least === INFERRED ? 0.35 : 1);
+        });
+      }
+    });
+    strokes.sort((one, other) => other.depth - one.depth);
+    pen.lineCap = 'round';
+    pen.setLineDash([]);
+    strokes.forEach((stroke) => {
+      pen.globalAlpha = stroke.alpha;
+      pen.strokeStyle = stroke.colour;
+      pen.lineWidth = stroke.width;
+      pen.beginPath();
+      pen.moveTo(stroke.from.x, stroke.from.y);
+      pen.lineTo(stroke.to.x, stroke.to.y);
+      pen.stroke();
+    });
+    pen.globalAlpha = 1;
+    if (show.labels) paintNames(pen, toScreen, colours);
+  }
+
+  function paintNames(pen, toScreen, colours) {
+    const lead = results.find((result) => result.visible);
+    if (!lead) return;
+    pen.font = '600 16px system-ui, sans-serif';
+    pen.textAlign = 'center';
+    for (let p = lead.start[state.frame]; p < lead.start[state.frame + 1]; ++p) {
+      const at = toScreen(headOf(lead, p));
+      if (at.depth < 0.1) continue;
+      pen.lineWidth = 4;
+      pen.strokeStyle = colours.stage;
+      pen.strokeText(nameOf(lead, lead.person[p]), at.x, at.y);
+      pen.fillStyle = colours.ink;
+      pen.fillText(nameOf(lead, lead.person[p]), at.x, at.y);
+    }
+    pen.textAlign = 'left';
+  }
+
+  function floorLines() {
+    const size = Math.ceil(reach * 1.6), lines = [];
+    const point = (x, z) => new THREE.Vector3(x, 0, z).applyQuaternion(scene.floor.quaternion).add(scene.floor.position);
+    for (let i = -size; i <= size; ++i) lines.push([point(i, -size), point(i, size)], [point(-size, i), point(size, i)]);
+    return lines;
+  }
+
+  function paintTexts(pen, layout, colours) {
+    pen.globalAlpha = 1;
+    pen.textAlign = 'left';
+    pen.fillStyle = colours.ink;
+    pen.font = '600 16px system-ui, sans-serif';
+    pen.fillText(pictureTitle(), 8, 21);
+    pen.font = '13px system-ui, sans-serif';
+    layout.cells.forEach((cell) => pen.fillText(cell.panel.camera.view, cell.x + 4, cell.y + cell.height + 16));
+  }
+
+  function svgPicture() {
+    const layout = pictureLayout(), colours = pageColours(), pen = new SvgPen();
+    pen.fillStyle = colours.page;
+    pen.fillRect(0, 0, layout.width, layout.height);
+    const clips = [];
+    const framed = (box, paint) => {
+      clips.push('<clipPath id="clip' + clips.length + '"><rect x="' + box.x + '" y="' + box.y + '" width="' + box.width + '" height="' + box.height + '"/></clipPath>');
+      pen.out.push('<g clip-path="url(#clip' + (clips.length - 1) + ')">');
+      pen.fillStyle = colours.stage;
+      pen.fillRect(box.x, box.y, box.width, box.height);
+      paint();
+      pen.place(0, 0, 1);
+      pen.out.push('</g>');
+    };
+    if (scene) framed(layout.stage, () => paintScene(pen, layout.stage, colours));
+    layout.cells.forEach((cell) => framed(cell, () => {
+      const scale = cell.width / cell.panel.width;
+      pen.place(cell.x, cell.y, scale);
+      paintPanel(pen, cell.panel, state.frame, 1.2 / scale, true);
+    }));
+    paintTexts(pen, layout, colours);
+    return '<svg xmlns="http://www.w3.org/2000/svg" width="' + layout.width + '" height="' + layout.height + '" viewBox="0 0 ' + layout.width + ' ' + layout.height + '">\n<defs>'
+      + clips.join('') + '</defs>\n' + pen.out.join('\n') + '\n</svg>\n';
+  }
+
+  // A canvas; pictures that are linked from a disk would forbid saving it and are
+  // left out (`withPictures` false).
+  function pngCanvas(withPictures) {
+    const layout = pictureLayout(), colours = pageColours();
+    const canvas = element('canvas', { width: layout.width, height: layout.height }), pen = canvas.getContext('2d');
+    pen.fillStyle = colours.page;
+    pen.fillRect(0, 0, layout.width, layout.height);
+    if (scene) {
+      const box = layout.stage;
+      pen.fillStyle = colours.stage;
+      pen.fillRect(box.x, box.y, box.width, box.height);
+      scene.dirty = true;
+      scene.render();  // what it drew is there until the browser shows it
+      pen.drawImage(scene.canvas, box.x, box.y, box.width, box.height);
+      if (show.labels) {
+        scratch.matrix.copy(scene.camera.matrixWorldInverse);
+        paintNames(pen, (point) => {
+          const depth = -scratch.direction.copy(point).applyMatrix4(scratch.matrix).z;
+          scratch.direction.copy(point).project(scene.camera);
+          return { x: box.x + (scratch.direction.x + 1) / 2 * box.width, y: box.y + (1 - scratch.direction.y) / 2 * box.height, depth: depth };
+        }, colours);
+      }
+    }
+    layout.cells.forEach((cell) => {
+      const scale = cell.width / cell.panel.width;
+      pen.save();
+      pen.beginPath();
+      pen.rect(cell.x, cell.y, cell.width, cell.height);
+      pen.clip();
+      pen.fillStyle = colours.stage;
+      pen.fillRect(cell.x, cell.y, cell.width, cell.height);
+      pen.setTransform(scale, 0, 0, scale, cell.x, cell.y);
+      paintPanel(pen, cell.panel, state.frame, 1.2 / scale, withPictures);
+      pen.restore();
+    });
+    paintTexts(pen, layout, colours);
+    return canvas;
+  }
+
+  function pngUrl() {
+    try {
+      return pngCanvas(true).toDataURL('image/png');
+    } catch (error) {
+      return pngCanvas(false).toDataURL('image/png');
+    }
+  }
+
+  function save(url, extension) {
+    const name = data.title.replace(/[^\w.-]+/g, '_') + '_' + frameNumbers[state.frame] + '.' + extension;
+    const link = element('a', { href: url, download: name });
+    document.body.append(link);
+    link.click();
+    link.remove();
+  }
+
+  function savePng() { save(pngUrl(), 'png'); }
+
+  function saveSvg() {
+    const url = URL.createObjectURL(new Blob([svgPicture()], { type: 'image/svg+xml' }));
+    save(url, 'svg');
+    window.setTimeout(() => URL.revokeObjectURL(url), 10000);
+  }
+
   // ---- Page ---------------------------------------------------------------------
 
   function applyTheme(isDark) {
@@ -1115,6 +1434,7 @@
     const megabytes = (bytes) => (bytes / 1e6).toFixed(1) + ' MB';
     const sizes = [];
     if (data.bytes.detections) sizes.push('detections ' + megabytes(data.bytes.detections));
+    if (data.bytes.pictures) sizes.push('pictures ' + megabytes(data.bytes.pictures));
     if (data.bytes.covariances) sizes.push('covariances ' + megabytes(data.bytes.covariances));
     if (sizes.length) byId('sizes').textContent = 'Of this page: ' + sizes.join(', ') + '.';
     results.forEach((result) => {
@@ -1139,6 +1459,8 @@
     });
     byId('ellipsoid-option').hidden = !results.some((result) => result.covariance);
     byId('reset-view').addEventListener('click', () => scene && scene.home());
+    byId('save-png').addEventListener('click', savePng);
+    byId('save-svg').addEventListener('click', saveSvg);
     byId('theme').addEventListener('click', () => applyTheme(!dark()));
     byId('help-button').addEventListener('click', () => {
       byId('help').hidden = !byId('help').hidden;
@@ -1164,5 +1486,6 @@
   resize();
   window.requestAnimationFrame(tick);
   // For tests and for curious people at the console.
-  window.kinegraph = { state: state, setFrame: setFrame, play: play, pause: pause, results: results, scene: scene, panels: panels, palette: PALETTE };
+  window.kinegraph = { state: state, setFrame: setFrame, play: play, pause: pause, results: results, scene: scene, panels: panels, palette: PALETTE,
+    svgPicture: svgPicture, pngUrl: pngUrl };
 })();

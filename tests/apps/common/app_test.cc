@@ -11,10 +11,12 @@
 #include <cstdlib>
 #include <iostream>
 #include <new>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "apps/common/flag_examples.h"
 #include "core/base/error.h"
 
 DEFINE_string(test_out, "out.jsonl", "where the result goes");
@@ -133,11 +135,27 @@ TEST_F(CommandLine, HelpListsTheCommandsOwnFlagsAlone) {
   const std::string help = HelpText({"walk", "walks about", "--test_out=F"});
   EXPECT_THAT(help, HasSubstr("kinegraph-walk: walks about\n"));
   EXPECT_THAT(help, HasSubstr("Usage: kinegraph-walk --test_out=F\n"));
-  EXPECT_THAT(help, HasSubstr("--test_out  (text, default \"out.jsonl\")\n"
-                              "      where the result goes\n"));
+  EXPECT_THAT(help, HasSubstr("\nRequired:\n"
+                              "  --test_out  (text, default \"out.jsonl\")\n"
+                              "      where the result goes\n"
+                              "      such as --test_out=out.jsonl\n"));
   EXPECT_THAT(help, HasSubstr("--test_threads  (integer, default 1)\n"));
+  EXPECT_LT(help.find("--test_out  ("), help.find("\nAs one likes:\n"));
+  EXPECT_GT(help.find("--test_threads  ("), help.find("\nAs one likes:\n"));
   EXPECT_THAT(help, Not(HasSubstr("logtostderr")));
   EXPECT_THAT(help, Not(HasSubstr("flagfile")));
+}
+
+TEST(HelpText, RequiredFlagsAreThoseOutsideOfBrackets) {
+  EXPECT_EQ(RequiredFlags("--tracks=F[,F2] [--cameras=F --detections=PATH "
+                          "[--images=P]] --out=F"),
+            (std::set<std::string>{"tracks", "out"}));
+  EXPECT_EQ(
+      RequiredFlags("--protocol=NAME\n       kinegraph-evaluate --json=F"),
+      std::set<std::string>{"protocol"});
+  EXPECT_EQ(FlagExample("track", "cameras", "string", ""),
+            "--cameras=calibration.toml");
+  EXPECT_EQ(FlagExample("compare", "plots", "bool", "true"), "--noplots");
 }
 
 TEST(RequireFlag, WantsSomething) {

@@ -160,7 +160,7 @@ TEST_F(EvaluateProgramTest, BadUsageIsOneLineAndTwo) {
       {"--protocol=held_out_camera --cameras=x", "--detections is required"},
       {"--protocol=shelf --tracks=/nowhere --ground_truth='" + truth_ + "'",
        "/nowhere"},
-      {"--protocol=shelf --json=/nowhere/x.json" + both, "/nowhere"},
+      {"--protocol=shelf --json=/dev/null/x.json" + both, "/dev/null"},
   };
   for (const BadUsage& bad : all) {
     SCOPED_TRACE(bad.flags);

@@ -474,6 +474,45 @@ constexpr const char* kLeastColourDifference = R"((() => {
   return least;
 })())";
 
+// What is saved is what is shown: as a drawing and as a picture.
+TEST_F(PageInBrowser, WhatIsShownCanBeSaved) {
+  Browser& browser = Open(kDesk);
+  browser.Evaluate("kinegraph.setFrame(7)");
+  const Json drawing = browser.Evaluate(
+      "(() => { const text = kinegraph.svgPicture();"
+      "const root = new DOMParser().parseFromString(text, 'image/svg+xml');"
+      "return {broken: root.querySelectorAll('parsererror').length,"
+      "name: root.documentElement.tagName,"
+      "paths: root.querySelectorAll('path').length,"
+      "texts: Array.from(root.querySelectorAll('text'), (t) => t.textContent),"
+      "odd: /NaN|undefined|Infinity/.test(text)}; })()");
+  EXPECT_EQ(drawing.at("broken"), 0);
+  EXPECT_EQ(drawing.at("name"), "svg");
+  EXPECT_EQ(drawing.at("odd"), false);
+  // A body has twenty bones or so, in the 3D view and in each panel.
+  EXPECT_GT(drawing.at("paths").get<int>(), 40);
+  bool names_frame = false;
+  for (const auto& text : drawing.at("texts")) {
+    names_frame |= text.get<std::string>().find("frame ") != std::string::npos;
+  }
+  EXPECT_TRUE(names_frame);
+  // The picture: its ground and, in the 3D view, something that is not.
+  const Json colours = browser.Evaluate(
+      "new Promise((done) => { const image = new Image();"
+      "image.onload = () => { const canvas = document.createElement('canvas');"
+      "canvas.width = image.width; canvas.height = image.height;"
+      "const pen = canvas.getContext('2d'); pen.drawImage(image, 0, 0);"
+      "const seen = new Set(); const all = pen.getImageData(0, 40, image.width,"
+      "Math.floor(image.height / 2)).data;"
+      "for (let i = 0; i < all.length; i += 4)"
+      "  seen.add(all[i] + ',' + all[i + 1] + ',' + all[i + 2]);"
+      "done({width: image.width, colours: seen.size}); };"
+      "image.src = kinegraph.pngUrl(); })");
+  EXPECT_EQ(colours.at("width"), 1600);
+  EXPECT_GT(colours.at("colours").get<int>(), 50);
+  EXPECT_TRUE(browser.problems().empty());
+}
+
 TEST_F(PageInBrowser, ColoursDifferForEveryKindOfColourVision) {
   Browser& browser = Open(kDesk);
   EXPECT_EQ(browser.Evaluate("kinegraph.palette.length"), 8);
@@ -576,6 +615,22 @@ TEST_F(PageInBrowser, FingersScrubPlayAndJump) {
 constexpr const char* kFaults = R"((() => {
   scrollTo(0, document.documentElement.scrollHeight);
   const list = document.getElementById('moments').getBoundingClientRect();
+  const faults = [];
+  const [stage, bar] = ['stage', 'transport'].map((id) => document.getElementById(id));
+  // On a phone the 3D view and playback stay at the top; what goes by under
+  // them counts from their lower edge on, if they really hide it.
+  const stays = getComputedStyle(stage).position === 'sticky';
+  const lid = stays ? bar.getBoundingClientRect().bottom : -Infinity;
+  if (stays) {
+    for (let y = 2; y < lid - 2; y += 7) {
+      for (const x of [3, innerWidth / 2, innerWidth - 3]) {
+        const top = document.elementFromPoint(x, y);
+        if (!stage.contains(top) && !bar.contains(top)) faults.push('seen through the 3D view: ' + (top.id || top.tagName));
+      }
+    }
+    if (stage.getBoundingClientRect().top < -1) faults.push('3D view out of sight');
+    if (lid > 0.75 * innerHeight) faults.push('3D view takes the screen');
+  }
   const parts = [];
   document.querySelectorAll('h1, h2, #subtitle, button, select, input, output,' +
       'label, #stage, aside .card, figure, .chart, .head b, .key, .plot,' +
@@ -586,12 +641,12 @@ constexpr const char* kFaults = R"((() => {
       top = Math.max(top, list.top);
       bottom = Math.min(bottom, list.bottom);
     }
+    if (!stage.contains(node) && !bar.contains(node)) top = Math.max(top, lid);
     if (box.width > 0 && bottom > top) {
       parts.push({node: node, left: box.left, right: box.right, top: top, bottom: bottom});
     }
   });
   const name = (node) => node.id || node.tagName + ' ' + node.textContent.slice(0, 20);
-  const faults = [];
   parts.forEach((a, i) => parts.slice(i + 1).forEach((b) => {
     if (a.node.contains(b.node) || b.node.contains(a.node)) return;
     const apart = a.right <= b.left + 1 || b.right <= a.left + 1 || a.bottom <= b.top + 1 || b.bottom <= a.top + 1;
@@ -605,8 +660,7 @@ constexpr const char* kFaults = R"((() => {
   });
   if (document.documentElement.scrollWidth > innerWidth) faults.push('scrolls sideways');
   scrollTo(0, 0);
-  const bar = document.getElementById('transport').getBoundingClientRect();
-  if (bar.bottom > innerHeight + 1) faults.push('playback out of sight');
+  if (bar.getBoundingClientRect().bottom > innerHeight + 1) faults.push('playback out of sight');
   return faults;
 })())";
 

@@ -406,5 +406,35 @@ TEST(ConfigReference, ListsEveryKey) {
   EXPECT_THAT(table, HasSubstr("| `cameras.map` | `{}` |"));
 }
 
+// Lists on the command line.
+struct WithLists {
+  std::vector<double> numbers;
+  std::vector<std::string> texts;
+
+  void Describe(OptionVisitor& visitor) {
+    visitor.NumberList("numbers", &numbers, NonNegative(), "px", "Some.");
+    visitor.TextList("texts", &texts, "Some.");
+  }
+};
+
+TEST(ConfigOverride, TakesLists) {
+  ConfigFile config = ConfigFile::Empty();
+  config.Override("numbers=[360, 288.5];texts=[cam0,\"cam1\"]", "--set");
+  WithLists options;
+  config.Apply(&options);
+  EXPECT_EQ(options.numbers, (std::vector<double>{360.0, 288.5}));
+  EXPECT_EQ(options.texts, (std::vector<std::string>{"cam0", "cam1"}));
+  for (const char* wrong :
+       {"numbers=[1,b]", "numbers=3", "numbers=[1,]", "numbers=[-1]"}) {
+    ConfigFile broken = ConfigFile::Empty();
+    broken.Override(wrong, "--set");
+    EXPECT_THROW(broken.Apply(&options), InputError) << wrong;
+  }
+  ConfigFile none = ConfigFile::Empty();
+  none.Override("numbers=[]", "--set");
+  none.Apply(&options);
+  EXPECT_TRUE(options.numbers.empty());
+}
+
 }  // namespace
 }  // namespace kinegraph

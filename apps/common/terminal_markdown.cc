@@ -1,0 +1,165 @@
+#include "apps/common/terminal_markdown.h"
+
+#include <algorithm>
+#include <sstream>
+#include <vector>
+
+namespace kinegraph {
+namespace {
+
+using Row = std::vector<std::string>;
+
+constexpr size_t kLeastFirstColumn = 24;  // letters
+
+// Letters of UTF-8 text.
+size_t Letters(const std::string& text) {
+  return static_cast<size_t>(std::count_if(
+      text.begin(), text.end(),
+      [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
+}
+
+// At most `letters`, the last one a "~" where something is missing.
+std::string Cut(const std::string& text, size_t letters) {
+  if (Letters(text) <= letters) return text;
+  std::string cut;
+  size_t kept = 0;
+  for (const char c : text) {
+    const bool begins = (static_cast<unsigned char>(c) & 0xc0) != 0x80;
+    if (begins && kept++ == letters - 1) break;
+    cut += c;
+  }
+  return cut + "~";
+}
+
+std::string Padded(const std::string& text, size_t letters) {
+  return text + std::string(letters - std::min(letters, Letters(text)), ' ');
+}
+
+std::string Trimmed(const std::string& text) {
+  const size_t begin = text.find_first_not_of(' ');
+  if (begin == std::string::npos) return "";
+  return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
+}
+
+Row CellsOf(const std::string& line) {
+  Row cells;
+  size_t begin = 1;
+  for (size_t at = 1; at < line.size(); ++at) {
+    if (line[at] != '|' || line[at - 1] == '\\') continue;
+    cells.push_back(Trimmed(line.substr(begin, at - begin)));
+    begin = at + 1;
+  }
+  return cells;
+}
+
+bool IsRule(const Row& cells) {
+  return !cells.empty() &&
+         std::all_of(cells.begin(), cells.end(), [](const std::string& cell) {
+           return cell.find_first_not_of("-:") == std::string::npos;
+         });
+}
+
+// "97.1 [95.9, 98.3]" -> "97.1"
+std::string WithoutBrackets(std::string cell) {
+  while (true) {
+    const size_t begin = cell.find(" [");
+    const size_t end = cell.find(']', begin);
+    if (begin == std::string::npos || end == std::string::npos) return cell;
+    cell.erase(begin, end + 1 - begin);
+  }
+}
+
+std::vector<size_t> WidthsOf(const std::vector<Row>& rows) {
+  std::vector<size_t> widths;
+  for (const Row& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (size_t c = 0; c < row.size(); ++c) {
+      widths[c] = std::max(widths[c], Letters(row[c]));
+    }
+  }
+  return widths;
+}
+
+size_t WidthOf(const std::vector<size_t>& widths) {
+  size_t sum = 0;
+  for (const size_t width : widths) sum += width + 2;
+  return sum < 2 ? 0 : sum - 2;
+}
+
+std::string TableText(std::vector<Row> rows, size_t columns,
+                      const std::string& where) {
+  std::vector<size_t> widths = WidthsOf(rows);
+  if (WidthOf(widths) > columns) {
+    for (Row& row : rows) {
+      for (std::string& cell : row) cell = WithoutBrackets(cell);
+    }
+    widths = WidthsOf(rows);
+  }
+  const size_t all = widths.size();
+  while (WidthOf(widths) > columns) {
+    const size_t excess = WidthOf(widths) - columns;
+    if (widths[0] > kLeastFirstColumn) {
+      widths[0] -= std::min(excess, widths[0] - kLeastFirstColumn);
+    } else if (widths.size() > 1) {
+      widths.pop_back();
+    } else {
+      break;
+    }
+  }
+  std::string text;
+  for (size_t r = 0; r < rows.size(); ++r) {
+    std::string line;
+    for (size_t c = 0; c < std::min(rows[r].size(), widths.size()); ++c) {
+      line +=
+          (c == 0 ? "" : "  ") + Padded(Cut(rows[r][c], widths[c]), widths[c]);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+    if (r == 0) text += std::string(WidthOf(widths), '-') + "\n";
+  }
+  if (widths.size() < all) {
+    text += "(" + std::to_string(all - widths.size()) +
+            " more columns: " + where + ")\n";
+  }
+  return text;
+}
+
+std::string Wrapped(const std::string& line, size_t columns) {
+  std::istringstream words(line);
+  std::string text;
+  std::string current;
+  for (std::string word; words >> word;) {
+    if (!current.empty() && Letters(current) + 1 + Letters(word) > columns) {
+      text += current + "\n";
+      current.clear();
+    }
+    current += (current.empty() ? "" : " ") + word;
+  }
+  return text + current + "\n";
+}
+
+}  // namespace
+
+std::string ForTerminal(const std::string& markdown, size_t columns,
+                        const std::string& where) {
+  std::istringstream lines(markdown);
+  std::string text;
+  std::vector<Row> table;
+  const auto flush = [&] {
+    if (!table.empty()) text += TableText(std::move(table), columns, where);
+    table.clear();
+  };
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.empty() && line[0] == '|') {
+      Row cells = CellsOf(line);
+      if (!IsRule(cells)) table.push_back(std::move(cells));
+      continue;
+    }
+    flush();
+    text += Wrapped(line, columns);
+  }
+  flush();
+  return text;
+}
+
+}  // namespace kinegraph

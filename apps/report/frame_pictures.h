@@ -1,0 +1,48 @@
+// The pictures of a take, a file a frame and view: put into the page, or drawn
+// upon and written as a series.
+#ifndef KINEGRAPH_APPS_REPORT_FRAME_PICTURES_H_
+#define KINEGRAPH_APPS_REPORT_FRAME_PICTURES_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "apps/report/page_data.h"
+
+namespace kinegraph {
+
+// "cam1/000042.jpg" of "cam1/%06d.jpg". Throws InputError unless the pattern
+// has exactly one number such as %d or %06d.
+std::string PicturePath(const std::string& pattern, int64_t frame);
+
+// Pictures that are inside of the page.
+struct EmbeddedPictures {
+  int width = 0;   // px, at most; narrower pictures stay as they are
+  int stride = 1;  // 2: those of every second frame
+  size_t count = 0;
+  size_t bytes = 0;  // of text in the page
+};
+
+// Reads the pictures of `patterns` (one a camera, empty: none) for the frames
+// of the first result, and puts them into `input` as JPEG of one width: the
+// largest of 640, 480, 320 and 240 px with which all fit into `max_bytes`, else
+// 240 px and as few frames as it takes. `step` is called after each frame.
+EmbeddedPictures EmbedPictures(const std::vector<std::string>& patterns,
+                               size_t max_bytes,
+                               const std::function<void()>& step,
+                               PageInput* input);
+
+// Writes FOLDER/VIEW/000042.jpg for every frame of the first result: its
+// picture, or a grey ground of the camera's size, with the detections thin, the
+// poses thick (those of later results thinner) and identities as numbers.
+// Colours are those of the page's first result. Returns the number of files.
+size_t WriteAnnotatedFrames(const PageInput& input,
+                            const std::vector<std::string>& patterns,
+                            const std::string& folder,
+                            const std::function<void()>& step);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_REPORT_FRAME_PICTURES_H_

@@ -1,0 +1,235 @@
+#include "apps/report/picture.h"
+
+#include <csetjmp>
+#include <cstdio>
+#include <cstdlib>
+// libjpeg's header wants size_t and FILE to be known.
+#include <jpeglib.h>
+#include <png.h>
+
+#include <algorithm>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/io/text_file.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr size_t kMaxFileBytes = 200'000'000;
+constexpr int64_t kMaxPixels = 100'000'000;
+
+void CheckSize(const std::string& path, int64_t width, int64_t height) {
+  if (width >= 1 && height >= 1 && width * height <= kMaxPixels) return;
+  throw InputError(path, "",
+                   "is a picture of " + std::to_string(width) + " x " +
+                       std::to_string(height) +
+                       " px, expected at most 100 megapixels");
+}
+
+// libjpeg leaves by longjmp; nothing with a destructor may live in between.
+struct JpegErrors {
+  jpeg_error_mgr manager;
+  std::jmp_buf back;
+};
+
+void LeaveJpeg(j_common_ptr codec) {
+  std::longjmp(reinterpret_cast<JpegErrors*>(codec->err)->back, 1);
+}
+
+void StayQuiet(j_common_ptr, int) {}
+
+void SetErrors(JpegErrors* errors, jpeg_error_mgr** used) {
+  *used = jpeg_std_error(&errors->manager);
+  errors->manager.error_exit = LeaveJpeg;
+  errors->manager.emit_message = StayQuiet;
+}
+
+// False when the file is broken. `picture` gets its size from the header by
+// `begin`, which may throw; it is called outside of libjpeg.
+class JpegReader {
+ public:
+  explicit JpegReader(const std::string& bytes) {
+    SetErrors(&errors_, &codec_.err);
+    jpeg_create_decompress(&codec_);
+    bytes_ = reinterpret_cast<const unsigned char*>(bytes.data());
+    size_ = bytes.size();
+  }
+  ~JpegReader() { jpeg_destroy_decompress(&codec_); }
+  JpegReader(const JpegReader&) = delete;
+  JpegReader& operator=(const JpegReader&) = delete;
+
+  bool ReadHeader() {
+    if (setjmp(errors_.back) != 0) return false;
+    jpeg_mem_src(&codec_, bytes_, static_cast<unsigned long>(size_));
+    if (jpeg_read_header(&codec_, TRUE) != JPEG_HEADER_OK) return false;
+    codec_.out_color_space = JCS_RGB;
+    return true;
+  }
+  int64_t width() const { return codec_.image_width; }
+  int64_t height() const { return codec_.image_height; }
+
+  bool ReadRows(uint8_t* rgb) {
+    if (setjmp(errors_.back) != 0) return false;
+    jpeg_start_decompress(&codec_);
+    while (codec_.output_scanline < codec_.output_height) {
+      JSAMPROW row = rgb + size_t{3} * codec_.output_width *
+                               size_t{codec_.output_scanline};
+      jpeg_read_scanlines(&codec_, &row, 1);
+    }
+    jpeg_finish_decompress(&codec_);
+    return true;
+  }
+
+ private:
+  jpeg_decompress_struct codec_ = {};
+  JpegErrors errors_ = {};
+  const unsigned char* bytes_ = nullptr;
+  size_t size_ = 0;
+};
+
+Picture ReadJpeg(const std::string& path, const std::string& bytes) {
+  JpegReader reader(bytes);
+  if (!reader.ReadHeader()) {
+    throw InputError(path, "", "is a broken JPEG picture");
+  }
+  CheckSize(path, reader.width(), reader.height());
+  Picture picture = MakePicture(static_cast<int>(reader.width()),
+                                static_cast<int>(reader.height()), {});
+  if (!reader.ReadRows(picture.rgb.data())) {
+    throw InputError(path, "", "is a broken JPEG picture");
+  }
+  return picture;
+}
+
+Picture ReadPng(const std::string& path, const std::string& bytes) {
+  png_image image = {};
+  image.version = PNG_IMAGE_VERSION;
+  if (png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()) ==
+      0) {
+    throw InputError(path, "", "is a broken PNG picture");
+  }
+  image.format = PNG_FORMAT_RGB;
+  const int64_t width = image.width;
+  const int64_t height = image.height;
+  if (width * height > kMaxPixels) png_image_free(&image);
+  CheckSize(path, width, height);
+  Picture picture =
+      MakePicture(static_cast<int>(width), static_cast<int>(height), {});
+  const png_color background = {255, 255, 255};
+  if (png_image_finish_read(&image, &background, picture.rgb.data(), 0,
+                            nullptr) == 0) {
+    throw InputError(path, "", "is a broken PNG picture");
+  }
+  return picture;
+}
+
+class JpegWriter {
+ public:
+  JpegWriter() {
+    SetErrors(&errors_, &codec_.err);
+    jpeg_create_compress(&codec_);
+  }
+  ~JpegWriter() {
+    jpeg_destroy_compress(&codec_);
+    std::free(buffer_);
+  }
+  JpegWriter(const JpegWriter&) = delete;
+  JpegWriter& operator=(const JpegWriter&) = delete;
+
+  bool Write(const Picture& picture, int quality) {
+    if (setjmp(errors_.back) != 0) return false;
+    jpeg_mem_dest(&codec_, &buffer_, &size_);
+    codec_.image_width = static_cast<JDIMENSION>(picture.width);
+    codec_.image_height = static_cast<JDIMENSION>(picture.height);
+    codec_.input_components = 3;
+    codec_.in_color_space = JCS_RGB;
+    jpeg_set_defaults(&codec_);
+    jpeg_set_quality(&codec_, quality, TRUE);
+    jpeg_start_compress(&codec_, TRUE);
+    while (codec_.next_scanline < codec_.image_height) {
+      JSAMPROW row = const_cast<uint8_t*>(
+          picture.At(0, static_cast<int>(codec_.next_scanline)));
+      jpeg_write_scanlines(&codec_, &row, 1);
+    }
+    jpeg_finish_compress(&codec_);
+    return true;
+  }
+  std::string bytes() const {
+    return {reinterpret_cast<const char*>(buffer_), size_};
+  }
+
+ private:
+  jpeg_compress_struct codec_ = {};
+  JpegErrors errors_ = {};
+  unsigned char* buffer_ = nullptr;
+  unsigned long size_ = 0;
+};
+
+bool BeginsWith(const std::string& bytes, const std::string& begin) {
+  return bytes.compare(0, begin.size(), begin) == 0;
+}
+
+}  // namespace
+
+Picture MakePicture(int width, int height, Colour colour) {
+  Picture picture;
+  picture.width = width;
+  picture.height = height;
+  const size_t pixels =
+      static_cast<size_t>(width) * static_cast<size_t>(height);
+  picture.rgb.resize(3 * pixels);
+  for (size_t i = 0; i < pixels; ++i) {
+    picture.rgb[3 * i] = colour.red;
+    picture.rgb[3 * i + 1] = colour.green;
+    picture.rgb[3 * i + 2] = colour.blue;
+  }
+  return picture;
+}
+
+Picture ReadPicture(const std::string& path) {
+  const std::string bytes = ReadTextFile(path, kMaxFileBytes);
+  if (BeginsWith(bytes, "\xff\xd8\xff")) return ReadJpeg(path, bytes);
+  if (BeginsWith(bytes, "\x89PNG")) return ReadPng(path, bytes);
+  throw InputError(path, "", "is no picture that is read: JPEG or PNG");
+}
+
+Picture ScaledDown(const Picture& picture, int width) {
+  if (picture.width <= width) return picture;
+  const int height =
+      std::max(1, static_cast<int>(static_cast<int64_t>(picture.height) *
+                                   width / picture.width));
+  Picture small = MakePicture(width, height, {});
+  for (int y = 0; y < height; ++y) {
+    const int top = static_cast<int>(int64_t{y} * picture.height / height);
+    const int bottom = std::max(
+        top + 1, static_cast<int>(int64_t{y + 1} * picture.height / height));
+    for (int x = 0; x < width; ++x) {
+      const int left = static_cast<int>(int64_t{x} * picture.width / width);
+      const int right = std::max(
+          left + 1, static_cast<int>(int64_t{x + 1} * picture.width / width));
+      int64_t sum[3] = {0, 0, 0};
+      for (int v = top; v < bottom; ++v) {
+        const uint8_t* from = picture.At(left, v);
+        for (int u = left; u < right; ++u) {
+          for (int64_t& channel : sum) channel += *from++;
+        }
+      }
+      const int64_t count = int64_t{bottom - top} * (right - left);
+      for (int c = 0; c < 3; ++c) {
+        small.At(x, y)[c] = static_cast<uint8_t>((sum[c] + count / 2) / count);
+      }
+    }
+  }
+  return small;
+}
+
+std::string EncodeJpeg(const Picture& picture, int quality) {
+  JpegWriter writer;
+  if (!writer.Write(picture, quality)) {
+    throw std::runtime_error("a picture could not be encoded");
+  }
+  return writer.bytes();
+}
+
+}  // namespace kinegraph
