@@ -107,6 +107,17 @@ bool WaitsForEnd(const RunOptions& options) {
          !IsCausal(estimators.output, estimators);
 }
 
+// ", the take has 300 .. 600": after frames were asked for that it has not.
+std::string KnownFrames(std::unique_ptr<DetectionSource> source) {
+  DetectionFrame frame;
+  if (!source->Next(&frame)) return "";
+  const int64_t first = frame.frame;
+  int64_t last = first;
+  while (source->Next(&frame)) last = frame.frame;
+  return ", the take has " + std::to_string(first) + " .. " +
+         std::to_string(last);
+}
+
 void WriteSummary(const TakeReport& report, const RunSummary& run) {
   AtomicFile file(BesideResult(FLAGS_out, ".summary.json"));
   file.Write(ReportJson(report, run));
@@ -203,7 +214,10 @@ void RunTrack() {
         FLAGS_detections, "",
         "no frame to track" + (FLAGS_frames.empty()
                                    ? std::string()
-                                   : " in --frames=" + FLAGS_frames));
+                                   : " in --frames=" + FLAGS_frames +
+                                         (IsLive() || IsPipe(FLAGS_detections)
+                                              ? std::string()
+                                              : KnownFrames(reopen()))));
   }
   const bool has_name = !IsStream(FLAGS_out);
   if (has_name && (options.identity.link || !FLAGS_corrections.empty())) {
