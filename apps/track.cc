@@ -20,6 +20,7 @@
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
 #include "core/io/identity_edits.h"
+#include "core/io/refinement_record.h"
 #include "core/io/text_file.h"
 #include "solvers/scene/camera_check.h"
 #include "solvers/session/refine_take.h"
@@ -124,6 +125,28 @@ void WriteSummary(const TakeReport& report, const RunSummary& run) {
   file.Commit();
 }
 
+// The take with the clocks that the calibration records, if it does: an earlier
+// run's decision is repeated.
+std::optional<DetectionSequence> RecordedClocks(const RunOptions& options,
+                                                const RunRequest& request) {
+  const std::optional<RefinementRecord> record =
+      ReadRefinementRecord(FLAGS_cameras);
+  if (!record.has_value() || !record->has_clocks()) return std::nullopt;
+  if (IsLive()) {
+    throw InputError(FLAGS_cameras, "refinement",
+                     "its clocks need the whole take, which a stream never is");
+  }
+  if (options.refine.any()) {
+    throw InputError(FLAGS_cameras, "refinement",
+                     "its clocks are refined already; start from the "
+                     "calibration as it was before, or leave cameras.refine "
+                     "and cameras.refine_clock out");
+  }
+  return WithRecordedClocks(
+      options, request, *record,
+      ReadDetections(FLAGS_detections, DetectionOptionsOf(options)));
+}
+
 void RunTrack() {
   if (FLAGS_keys) {
     std::fputs(ConfigReference<RunOptions>().c_str(), stdout);
@@ -158,6 +181,8 @@ void RunTrack() {
     return OpenDetections(IsLive() ? "/dev/stdin" : FLAGS_detections,
                           DetectionOptionsOf(options));
   };
+  const std::optional<DetectionSequence> clocked =
+      RecordedClocks(options, request);
   std::optional<RefinedTake> refined;
   if (options.refine.any()) {
     refined = RefineTake(
@@ -166,8 +191,11 @@ void RunTrack() {
     request.cameras = refined->cameras;
   }
   const SourceOpener reopen = [&]() -> std::unique_ptr<DetectionSource> {
-    if (!refined.has_value()) return open();
-    return std::make_unique<MemorySource>(refined->detections);
+    if (refined.has_value()) {
+      return std::make_unique<MemorySource>(refined->detections);
+    }
+    if (clocked.has_value()) return std::make_unique<MemorySource>(*clocked);
+    return open();
   };
   const std::unique_ptr<DetectionSource> source = reopen();
   const int64_t frame_count = std::max<int64_t>(0, source->frame_count());

@@ -40,11 +40,15 @@ std::string RefinementJson(const RefinedTake& take) {
   for (size_t v = 0; v < take.stated.size(); ++v) {
     cameras.push_back({{"name", take.stated[v].name()},
                        {"change", ChangeJson(refinement.changes[v])},
-                       {"sigma", ChangeJson(refinement.sigmas[v])}});
+                       {"sigma", ChangeJson(refinement.sigmas[v])},
+                       {"clock",
+                        {{"offset_s", take.record.cameras[v].offset_s},
+                         {"drift", take.record.cameras[v].drift}}}});
   }
   const Json json = {{"steps", steps},
                      {"stretches", refinement.stretches},
                      {"largest_correlation", refinement.largest_correlation},
+                     {"clock_zero_s", take.record.clock_zero_s},
                      {"cameras", cameras}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -3,7 +3,8 @@
 //     {"name": "cam0", "image_size": [w, h] or null, "model": "opencv5",
 //      "K": 3x3 px, "distortion": [k1, k2, p1, p2, k3],
 //      "cam_from_world": {"R": 3x3, "t": [x, y, z]}}, ...],
-//    "refinement": {...}}  what `track` changed, if it did; not read
+//    "refinement": {...}}  what `track` changed, if it did
+// (refinement_record.h)
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/calibration_formats.h"

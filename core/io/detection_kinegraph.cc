@@ -2,7 +2,8 @@
 // "skeleton": {...}, "frame_rate": 25.0, "views": ["cam0", ...]}; then a line a
 // frame: {"frame": 300, "time": 12.0, "views": {"cam0": [{"joints":
 // [[x, y, c] or null, ...]}, ...]}, "capture_times": {"cam0": 12.001}}.
-// capture_times names only views whose clock is not the frame's.
+// capture_times, also called view_times, names only views whose clock is not
+// the frame's.
 #include <algorithm>
 #include <optional>
 
@@ -116,7 +117,7 @@ class KinegraphSource : public DetectionSource {
   void ReadFrame(const JsonObject& object, DetectionFrame* frame) {
     frame->views.resize(header_.view_names.size());
     for (ViewDetections& view : frame->views) view.detections.clear();
-    ObjectKeys keys({"frame", "time", "views", "capture_times"});
+    ObjectKeys keys({"frame", "time", "views", "capture_times", "view_times"});
     JsonObject capture_times;
     for (const auto field : object) {
       switch (keys.Take(field.key)) {
@@ -130,6 +131,12 @@ class KinegraphSource : public DetectionSource {
           ReadViews(AsObject(field.value, field.key), frame);
           break;
         case 3:
+        case 4:
+          if (keys.Has(3) && keys.Has(4)) {
+            throw InputError(
+                "view_times: stands beside capture_times, which "
+                "says the same");
+          }
           capture_times = AsObject(field.value, field.key);
           break;
         default:
@@ -153,10 +160,11 @@ class KinegraphSource : public DetectionSource {
     }
     last_time_ = frame->time;
     for (ViewDetections& view : frame->views) view.capture_time = frame->time;
-    if (keys.Has(3)) {
+    if (keys.Has(3) || keys.Has(4)) {
+      const char* const name = keys.Has(3) ? "capture_times" : "view_times";
       for (const auto field : capture_times) {
         frame->views[ViewOf(field.key)].capture_time =
-            AsTime(field.value, "capture_times");
+            AsTime(field.value, name);
       }
     }
   }

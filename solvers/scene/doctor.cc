@@ -56,7 +56,7 @@ class Doctor {
     LookForTwins();
     LookAtReadings();
     LookAtUnit();
-    LookAtMatches();
+    if (input_.match) LookAtMatches();
     // The corrected file gives each view the right camera under the name that
     // the view is paired with.
     for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -98,19 +98,23 @@ class Doctor {
     for (size_t v = 0; v < cameras_.size(); ++v) LookForRepeats(v);
   }
 
+  // Whole pixels are alike by chance where people stand: some must be broken.
   static bool Same(const ViewDetections& a, const ViewDetections& b) {
     if (a.detections.empty() || a.detections.size() != b.detections.size()) {
       return false;
     }
+    bool broken = false;
     for (size_t d = 0; d < a.detections.size(); ++d) {
       const auto& one = a.detections[d].joints;
       const auto& other = b.detections[d].joints;
       for (size_t j = 0; j < one.size(); ++j) {
         if (one[j].found != other[j].found) return false;
-        if (one[j].found && one[j].px != other[j].px) return false;
+        if (!one[j].found) continue;
+        if (one[j].px != other[j].px) return false;
+        broken = broken || one[j].px.x() != std::floor(one[j].px.x());
       }
     }
-    return true;
+    return broken;
   }
 
   // Pictures that come twice: a detector says the same to the last digit.
@@ -130,7 +134,8 @@ class Doctor {
     Add({"frames", NameOf(view), 0.9, 0.0, 0.0,
          "take the repeated pictures out, or give the view's own rate "
          "(input.view_frame_rate)",
-         Format("%.0f of %.0f frames repeat the one before, first frame %.0f",
+         Format("%.0f of %.0f pictures repeat the one before, the first in "
+                "frame %.0f",
                 static_cast<double>(repeats), static_cast<double>(pairs),
                 static_cast<double>(first))});
   }
@@ -205,11 +210,30 @@ class Doctor {
       TakeClocks(clocks);
       return;
     }
-    if (search.better.empty()) return;
+    if (search.better.empty()) {
+      LookForAnotherRoom(search);
+      return;
+    }
     TakeReading(search);
     // A clock may be wrong as well.
     const ClockSearch then = SearchClocks(cameras_, Ideal(), LongestLag());
     if (then.found()) TakeClocks(then);
+  }
+
+  // No reading and no clock brings the views together.
+  void LookForAnotherRoom(const ReadingSearch& search) {
+    // Sound takes agree to 0.5 and more; people of two views who are paired
+    // without any relation agree to 0.1 or so (docs/doctor.md).
+    constexpr double kUnrelated = 0.2;
+    if (search.as_read.score > kUnrelated) return;
+    Add({"never_matched", "", 0.8, search.as_read.distance_px,
+         search.as_read.distance_px,
+         "calibrate anew, or check that calibration and detections are of one "
+         "take",
+         Format("people seen by two views agree to %.2f of 1, and no other "
+                "reading of the calibration and no lag brings them together: "
+                "it may be of another set-up",
+                search.as_read.score)});
   }
 
   void TakeClocks(const ClockSearch& clocks) {
@@ -411,6 +435,7 @@ class Doctor {
         "matched joints lie %.2f px from their best place in 3D (mean, "
         "capped at 30 px), %.0f stretches of a fifth of a second",
         before.MeanPx(), static_cast<double>(segments_.segments.size())));
+    LookAtSpeeds();
     LookAtLens(before);
     // A late clock of a camera that looks at one walking person is a shifted
     // image: clocks and cameras compete. What explains most goes first; the
@@ -419,6 +444,26 @@ class Doctor {
       if (!Explain()) break;
     }
     cameras_ = RefinedCameras(cameras_, changes_);
+  }
+
+  // People who are faster than any: the frame rate is less than told.
+  void LookAtSpeeds() {
+    constexpr double kFastestMps = 8.0;  // sprinters reach 10
+    constexpr size_t kEnough = 50;
+    std::vector<double> speeds;
+    for (const Stretch& segment : segments_.segments) {
+      const std::string& name =
+          detections_.header.skeleton
+              .joints()[static_cast<size_t>(segment.joint)];
+      if (name != "l_hip" && name != "r_hip") continue;
+      speeds.push_back(segment.state.segment<3>(3).norm());
+    }
+    if (speeds.size() < kEnough) return;
+    const double speed_mps = Quantile(speeds, 0.95);
+    if (speed_mps <= kFastestMps) return;
+    Add({"frame_rate", "", 0.8, 0.0, 0.0, "the right input.frame_rate",
+         Format("people move at %.1f m/s at %.4g Hz", speed_mps,
+                input_.frame_rate_hz)});
   }
 
   // Views that are hardly ever matched.

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/io/skeleton_fit.h"
 #include "core/tracking/tracker.h"
 
 namespace kinegraph {
@@ -20,6 +21,38 @@ FrozenMatches MatchTake(const RunOptions& options, const SceneModel& scene,
   tracker.Finish(&finished);
   return freezer.Matches(options.tracker.life, scene.frame_rate_hz);
 }
+
+namespace {
+
+// Another order of the joints with as many of them, which fits people's bones
+// clearly better.
+void LookAtSkeleton(const DetectionSequence& detections, Diagnosis* diagnosis) {
+  const Skeleton& own = detections.header.skeleton;
+  std::vector<const Skeleton*> candidates = {&own};
+  for (const Skeleton* other : SkeletonsOfSize(own.joints().size())) {
+    if (other->joints() != own.joints()) candidates.push_back(other);
+  }
+  SkeletonFit fit(candidates);
+  for (const DetectionFrame& frame : detections.frames) {
+    for (const ViewDetections& view : frame.views) {
+      if (fit.full()) break;
+      for (const Detection& detection : view.detections) fit.See(detection);
+    }
+  }
+  const size_t best = fit.Best();
+  if (best == 0) return;
+  Finding finding;
+  finding.kind = "skeleton";
+  finding.confidence = 0.9;
+  finding.fix = "--set=detections.skeleton=" + candidates[best]->name();
+  finding.evidence = "limbs and trunks have implausible lengths as " +
+                     own.name() + " and plausible ones as " +
+                     candidates[best]->name();
+  diagnosis->findings.insert(diagnosis->findings.begin(), finding);
+  diagnosis->sound = false;
+}
+
+}  // namespace
 
 Diagnosis DiagnoseTake(const RunOptions& options, const RunRequest& request,
                        const DetectionSequence& detections,
@@ -42,7 +75,9 @@ Diagnosis DiagnoseTake(const RunOptions& options, const RunRequest& request,
     model.cameras = cameras;
     return MatchTake(options, model, aligned);
   };
-  return Diagnose(input);
+  Diagnosis diagnosis = Diagnose(input);
+  LookAtSkeleton(input.detections, &diagnosis);
+  return diagnosis;
 }
 
 }  // namespace kinegraph

@@ -24,14 +24,53 @@ std::vector<int> LagsOf(const RunScene& scene,
   return SearchClocks(scene.model.cameras, people, longest).lag_frames;
 }
 
-// The changes of all views of the take: none for those that are not used.
-std::vector<CameraChange> ChangesOfAll(const RunScene& scene, size_t views,
-                                       const Refinement& refinement) {
-  std::vector<CameraChange> all(views, CameraChange::Zero());
-  for (size_t v = 0; v < scene.used_views.size(); ++v) {
-    all[static_cast<size_t>(scene.used_views[v])] = refinement.changes[v];
+// Where WithClocks counts drifts from.
+double MiddleOf(const DetectionSequence& detections) {
+  if (detections.frames.empty()) return 0.0;
+  const TimeNs first = detections.frames.front().time;
+  return ToSeconds(first + (detections.frames.back().time - first) / 2);
+}
+
+RefinementRecord RecordOf(const RunScene& scene, const Refinement& refinement,
+                          double clock_zero_s) {
+  RefinementRecord record;
+  record.clock_zero_s = clock_zero_s;
+  for (size_t v = 0; v < scene.model.cameras.size(); ++v) {
+    const CameraChange& change = refinement.changes[v];
+    record.cameras.push_back(
+        {scene.model.cameras[v].name(), change[kOffsetAt], change[kDriftAt]});
   }
-  return all;
+  return record;
+}
+
+// `detections` of all views with the record's clocks; those that the run does
+// not use, and cameras that the record does not know, stay as they are.
+DetectionSequence Clocked(const RunScene& scene, const RefinementRecord& record,
+                          const DetectionSequence& detections) {
+  std::vector<CameraChange> changes(detections.header.view_names.size(),
+                                    CameraChange::Zero());
+  const double moved_s = MiddleOf(detections) - record.clock_zero_s;
+  for (size_t v = 0; v < scene.used_views.size(); ++v) {
+    for (const RefinementRecord::Camera& camera : record.cameras) {
+      if (camera.name != scene.model.cameras[v].name()) continue;
+      CameraChange& change = changes[static_cast<size_t>(scene.used_views[v])];
+      change[kOffsetAt] = camera.offset_s + camera.drift * moved_s;
+      change[kDriftAt] = camera.drift;
+    }
+  }
+  return WithClocks(detections, changes);
+}
+
+DetectionSequence Asked(const RunRequest& request,
+                        const DetectionSequence& detections) {
+  DetectionSequence asked;
+  asked.header = detections.header;
+  for (const DetectionFrame& frame : detections.frames) {
+    if (ContainsFrame(request.frames, frame.frame)) {
+      asked.frames.push_back(frame);
+    }
+  }
+  return asked;
 }
 
 }  // namespace
@@ -39,14 +78,11 @@ std::vector<CameraChange> ChangesOfAll(const RunScene& scene, size_t views,
 RefinedTake RefineTake(const RunOptions& options, const RunRequest& request,
                        const DetectionSequence& detections) {
   const RunScene scene = PrepareScene(options, request, detections.header);
-  DetectionSequence asked;
-  asked.header = detections.header;
+  const DetectionSequence asked = Asked(request, detections);
   DetectionSequence used;
   used.header = detections.header;
   used.header.view_names = scene.view_names;
-  for (DetectionFrame frame : detections.frames) {
-    if (!ContainsFrame(request.frames, frame.frame)) continue;
-    asked.frames.push_back(frame);
+  for (DetectionFrame frame : asked.frames) {
     KeepUsedViews(scene, &frame, &used.frames.emplace_back());
   }
   std::vector<int> lags(scene.used_views.size(), 0);
@@ -72,10 +108,17 @@ RefinedTake RefineTake(const RunOptions& options, const RunRequest& request,
       if (one.name() == camera.name()) camera = one;
     }
   }
-  take.detections =
-      WithClocks(asked, ChangesOfAll(scene, detections.header.view_names.size(),
-                                     take.refinement));
+  take.record = RecordOf(scene, take.refinement, MiddleOf(asked));
+  take.detections = Clocked(scene, take.record, asked);
   return take;
+}
+
+DetectionSequence WithRecordedClocks(const RunOptions& options,
+                                     const RunRequest& request,
+                                     const RefinementRecord& record,
+                                     const DetectionSequence& detections) {
+  return Clocked(PrepareScene(options, request, detections.header), record,
+                 Asked(request, detections));
 }
 
 }  // namespace kinegraph

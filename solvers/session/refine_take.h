@@ -6,6 +6,7 @@
 
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
+#include "core/io/refinement_record.h"
 #include "solvers/scene/refine.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"
@@ -16,6 +17,7 @@ struct RefinedTake {
   Refinement refinement;  // one change a used view
   CameraRig stated;       // cameras of the used views, as given
   CameraRig cameras;      // of the request, the used ones refined
+  RefinementRecord record;
   // The frames asked for, with all views and their clocks set right.
   DetectionSequence detections;
 };
@@ -25,6 +27,13 @@ struct RefinedTake {
 // Throws as PrepareScene.
 RefinedTake RefineTake(const RunOptions& options, const RunRequest& request,
                        const DetectionSequence& detections);
+
+// The frames asked for with the clocks of a record, as the run that wrote it
+// saw them. Throws as PrepareScene.
+DetectionSequence WithRecordedClocks(const RunOptions& options,
+                                     const RunRequest& request,
+                                     const RefinementRecord& record,
+                                     const DetectionSequence& detections);
 
 }  // namespace kinegraph
 

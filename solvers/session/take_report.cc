@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "core/tracking/gates.h"
+#include "solvers/scene/consistency.h"
+#include "solvers/scene/doctor.h"
 #include "solvers/session/take_warnings.h"
 
 namespace kinegraph {
@@ -142,6 +144,7 @@ class TakeReporter::Impl {
     ++frames_;
     poses_ += static_cast<int64_t>(tracked.people.size());
     for (size_t v = 0; v < cameras_.size(); ++v) SeeView(seen.views[v], v);
+    Keep(seen);
     for (const PersonPose& person : tracked.people) {
       SeePerson(tracked, person);
       for (const ViewMatch& match : person.matches) {
@@ -170,16 +173,68 @@ class TakeReporter::Impl {
     }
     report.height_m = TypicalHeight(report.people);
     TakeFacts facts;
+    if (report.height_m == 0.0) facts.stature_m = UntrackedStature();
     facts.body_speed_mps = speed_mps_.Quantile(0.95);
     facts.bone_share = fit_.MedianShare(0);
     facts.measured_people = fit_.people();
     const size_t best = fit_.Best();
     if (best != 0) facts.better_skeleton = candidates_[best]->name();
     AddWarnings(facts, &report);
+    AddCauses(Diagnose(BeginningOf()), &report);
     return report;
   }
 
  private:
+  // The beginning of the take, from the first frame in which two views show
+  // people: as much as a search for lags of ten seconds needs, within bounds.
+  void Keep(const DetectionFrame& seen) {
+    constexpr int64_t kMostJoints = 400000;
+    const double longest_s = 3.0 * DoctorOptions().longest_lag_s;
+    if (joints_kept_ > kMostJoints ||
+        static_cast<double>(beginning_.frames.size()) >
+            longest_s * scene_.model.frame_rate_hz) {
+      return;
+    }
+    int64_t joints = 0;
+    int views = 0;
+    for (const ViewDetections& view : seen.views) {
+      views += view.detections.empty() ? 0 : 1;
+      for (const Detection& one : view.detections) {
+        joints += static_cast<int64_t>(one.joints.size());
+      }
+    }
+    if (beginning_.frames.empty() && views < 2) return;
+    joints_kept_ += joints;
+    beginning_.frames.push_back(seen);
+  }
+
+  double UntrackedStature() const {
+    constexpr double kMinConfidence = 0.3;
+    constexpr int kFrames = 40;
+    constexpr int kEnough = 20;
+    const DoctorInput input = BeginningOf();
+    std::vector<ViewPeople> people =
+        PeopleOfViews(input.detections, kMinConfidence);
+    for (size_t v = 0; v < people.size(); ++v) {
+      people[v] = Undistorted(people[v], input.cameras[v]);
+    }
+    const Stature stature =
+        StatureOf(input.cameras, people, FramesToLookAt(people, kFrames),
+                  detection_skeleton_);
+    return stature.count < kEnough ? 0.0 : stature.median_m;
+  }
+
+  // For the doctor, as far as it needs no tracking.
+  DoctorInput BeginningOf() const {
+    DoctorInput input;
+    input.cameras = scene_.model.cameras;
+    input.detections = beginning_;
+    input.detections.header.skeleton = detection_skeleton_;
+    input.detections.header.view_names = scene_.view_names;
+    input.frame_rate_hz = scene_.model.frame_rate_hz;
+    return input;
+  }
+
   // The skeleton of the detections, then others with as many joints.
   static std::vector<const Skeleton*> Candidates(const Skeleton& own) {
     std::vector<const Skeleton*> candidates = {&own};
@@ -342,6 +397,8 @@ class TakeReporter::Impl {
   std::map<TrackId, PersonStatistics> people_;
   std::map<TrackId, Eigen::Vector3d> last_hips_;
   TimeNs last_time_ = 0;
+  DetectionSequence beginning_;
+  int64_t joints_kept_ = 0;
   StreamSample speed_mps_;
   StreamSample error_px_{kErrorSample};
   int64_t frames_ = 0;

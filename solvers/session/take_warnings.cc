@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace kinegraph {
@@ -56,7 +57,9 @@ class Warnings {
 
   // Unit of the calibration. True when people have no plausible height.
   bool AddScale() {
-    const double height_m = report_->height_m;
+    // In a world too small or too large nobody is tracked.
+    const double height_m =
+        report_->height_m > 0.0 ? report_->height_m : facts_.stature_m;
     const double distance_m = report_->working_distance_m;
     const bool height_is_wrong =
         height_m > 0.0 && (height_m < kMinHeight || height_m > kMaxHeight);
@@ -277,6 +280,28 @@ std::string UnitOfHeight(double height_m) {
 
 void AddWarnings(const TakeFacts& facts, TakeReport* report) {
   Warnings(facts, report).AddAll();
+}
+
+void AddCauses(const Diagnosis& diagnosis, TakeReport* report) {
+  // The report has its own words for these.
+  const bool knows_unit =
+      std::any_of(report->warnings.begin(), report->warnings.end(),
+                  [](const TakeWarning& one) { return one.kind == "unit"; });
+  std::vector<TakeWarning> causes;
+  for (const Finding& finding : diagnosis.findings) {
+    if (finding.kind == "unit" && knows_unit) continue;
+    const std::string of =
+        finding.camera.empty() ? "" : "view of " + finding.camera + ": ";
+    // The report writes no cameras.
+    const bool is_key = finding.fix.rfind("--cameras=", 0) != 0;
+    causes.push_back(
+        {finding.kind, of + finding.evidence,
+         is_key ? finding.fix
+                : "`kinegraph doctor` writes the corrected calibration"});
+  }
+  report->warnings.insert(report->warnings.begin(),
+                          std::make_move_iterator(causes.begin()),
+                          std::make_move_iterator(causes.end()));
 }
 
 }  // namespace kinegraph

@@ -7,12 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "solvers/scene/doctor.h"
 #include "solvers/session/take_report.h"
 
 namespace kinegraph {
 
 // What a report does not show but its warnings need.
 struct TakeFacts {
+  double stature_m = 0.0;       // of people paired between views, untracked
   double body_speed_mps = 0.0;  // 95th percentile, middle of the hips
   double bone_share = 0.0;      // SkeletonFit::MedianShare of the skeleton
   size_t measured_people = 0;   // that it rests on
@@ -28,6 +30,9 @@ double TypicalHeight(const std::vector<PersonReport>& people);
 std::string UnitOfHeight(double height_m);
 
 void AddWarnings(const TakeFacts& facts, TakeReport* report);
+
+// What the doctor found without tracking, before what merely looks odd.
+void AddCauses(const Diagnosis& diagnosis, TakeReport* report);
 
 }  // namespace kinegraph
 

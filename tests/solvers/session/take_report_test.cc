@@ -132,6 +132,14 @@ void ForEachJoint(DetectionSequence* take, size_t view,
   }
 }
 
+// A view whose frames are `late` frames later than they say.
+void Delay(DetectionSequence* take, size_t view, size_t late) {
+  for (size_t f = take->frames.size(); f-- > late;) {
+    take->frames[f].views[view].detections =
+        take->frames[f - late].views[view].detections;
+  }
+}
+
 struct WrongSetUp {
   std::string name;
   std::function<void(Take*)> spoil;
@@ -142,7 +150,7 @@ struct WrongSetUp {
 class WrongSetUps : public ::testing::TestWithParam<WrongSetUp> {};
 
 TEST_P(WrongSetUps, EndInAWarningThatNamesTheCause) {
-  Take take = SoundTake(Coco17());
+  Take take = SoundTake(GetParam().name == "skeleton" ? Body25B() : Coco17());
   GetParam().spoil(&take);
   const TakeReport report = ReportOf(take);
   const std::vector<std::string> kinds = KindsOf(report);
@@ -173,7 +181,27 @@ INSTANTIATE_TEST_SUITE_P(
                    },
                    {"unit"},
                    "cameras.unit=cm"},
-
+        WrongSetUp{"metres_as_millimetres",
+                   [](Take* take) {
+                     take->cameras =
+                         Changed(take->cameras, kAll,
+                                 [](CameraParameters* p) { p->t *= 0.001; });
+                   },
+                   {"unit"},
+                   "cameras.unit=m\n"},
+        WrongSetUp{
+            "skeleton",
+            [](Take* take) { take->detections.header.skeleton = Body25(); },
+            {"skeleton"},
+            "detections.skeleton=body25b"},
+        WrongSetUp{"exchanged_cameras",
+                   [](Take* take) {
+                     for (DetectionFrame& frame : take->detections.frames) {
+                       std::swap(frame.views[0], frame.views[1]);
+                     }
+                   },
+                   {"swapped_views"},
+                   "cameras.map"},
         WrongSetUp{"mirrored_view",
                    [](Take* take) {
                      const double width = take->cameras[1].width_px();
@@ -182,8 +210,8 @@ INSTANTIATE_TEST_SUITE_P(
                                     joint->px.x() = width - joint->px.x();
                                   });
                    },
-                   {"camera", "matched", "error"},
-                   "mirrored"},
+                   {"image"},
+                   "images were mirrored"},
         WrongSetUp{"upside_down_view",
                    [](Take* take) {
                      const Eigen::Vector2d size(take->cameras[2].width_px(),
@@ -193,8 +221,8 @@ INSTANTIATE_TEST_SUITE_P(
                                     joint->px = size - joint->px;
                                   });
                    },
-                   {"camera", "matched", "error"},
-                   "turned"},
+                   {"image"},
+                   "turned by 180 degrees"},
         WrongSetUp{"turned_camera",
                    [](Take* take) {
                      take->cameras =
@@ -208,7 +236,26 @@ INSTANTIATE_TEST_SUITE_P(
                    },
                    {"camera", "matched", "error"},
                    "kinegraph doctor"},
-
+        WrongSetUp{"late_view",
+                   [](Take* take) { Delay(&take->detections, 0, 25); },
+                   {"clock_offset"},
+                   "cameras.refine_clock"},
+        WrongSetUp{"another_room",
+                   [](Take* take) {
+                     take->cameras =
+                         Changed(take->cameras, kAll, [](CameraParameters* p) {
+                           // Each camera looks elsewhere.
+                           const double angle = 1.0 + 2.0 * p->R(0, 0);
+                           p->R =
+                               Eigen::AngleAxisd(
+                                   angle,
+                                   Eigen::Vector3d(1.0, 1.0, 0.0).normalized())
+                                   .toRotationMatrix() *
+                               p->R;
+                         });
+                   },
+                   {"never_matched", "nobody", "matched"},
+                   "another set-up"},
         WrongSetUp{"rate",
                    [](Take* take) {
                      take->detections.header.frame_rate_hz *= 20.0;

@@ -1,0 +1,262 @@
+// How often the doctor names what is wrong with a mis-stated calibration, and
+// how often it calls a sound one suspect. Each kind of fault is put into
+// synthetic scenes of other seeds than the tests use.
+//
+//   doctor_accuracy [SCENES_A_KIND] [FIRST_SEED] [KIND]
+//
+// Prints one line a kind: named, not named, confidently wrong (a kind of
+// finding that is not the fault's with a confidence of 0.8 and more), and the
+// one-sided 95 % limits (Clopper and Pearson 1934).
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/base/random.h"
+#include "tests/support/faulty_scene.h"
+
+namespace kinegraph::testing {
+namespace {
+
+struct Fault {
+  std::string name;
+  // Any of these kinds names it. None: the scene is sound.
+  std::set<std::string> kinds;
+  std::function<void(Random*, FaultySceneOptions*)> options;
+  std::function<void(Random*, FaultyScene*)> spoil;
+};
+
+size_t Any(Random* random, const FaultyScene& scene) {
+  return static_cast<size_t>(
+      random->Index(static_cast<int64_t>(scene.cameras.size())));
+}
+
+void EachPose(FaultyScene* scene,
+              const std::function<Camera(const Camera&)>& stated) {
+  for (Camera& camera : scene->cameras) camera = stated(camera);
+}
+
+void TurnImages(FaultyScene* scene, size_t v, int quarter_turns) {
+  const double width = scene->cameras[v].width_px();
+  const double height = scene->cameras[v].height_px();
+  for (DetectionFrame& frame : scene->detections.frames) {
+    for (Detection& detection : frame.views[v].detections) {
+      for (Keypoint& joint : detection.joints) {
+        const Eigen::Vector2d px = joint.px;
+        if (quarter_turns == 1) joint.px = {height - px.y(), px.x()};
+        if (quarter_turns == 2) joint.px = {width - px.x(), height - px.y()};
+        if (quarter_turns == 3) joint.px = {px.y(), width - px.x()};
+        if (quarter_turns == 0) joint.px = {width - px.x(), px.y()};
+      }
+    }
+  }
+}
+
+std::vector<Fault> Faults() {
+  const auto plain = [](Random*, FaultySceneOptions*) {};
+  const auto leave = [](Random*, FaultyScene*) {};
+  const auto pose = [](const std::function<Camera(const Camera&)>& stated) {
+    return [stated](Random*, FaultyScene* scene) { EachPose(scene, stated); };
+  };
+  const std::vector<double> lens = {-0.28, 0.1, 0.0, 0.0, 0.0};
+  return {
+      {"sound", {}, plain, leave},
+      {"sound, with a lens",
+       {},
+       [lens](Random*, FaultySceneOptions* o) { o->distortion = lens; },
+       leave},
+      {"unit",
+       {"unit"},
+       plain,
+       [](Random* random, FaultyScene* scene) {
+         const double factors[] = {1000.0, 100.0, 10.0, 0.001, 0.01, 0.1};
+         const double factor = factors[random->Index(6)];
+         EachPose(scene, [&](const Camera& c) {
+           return WithExtrinsics(c, c.R(), factor * c.t());
+         });
+       }},
+      {"camera to world", {"convention"}, plain, pose([](const Camera& c) {
+         return WithExtrinsics(c, c.R().transpose(), c.centre());
+       })},
+      {"centre for translation",
+       {"convention"},
+       plain,
+       pose([](const Camera& c) {
+         return WithExtrinsics(c, c.R(), c.centre());
+       })},
+      {"rows for columns", {"convention"}, plain, pose([](const Camera& c) {
+         return WithExtrinsics(c, c.R().transpose(), c.t());
+       })},
+      {"lens on undistorted pixels",
+       {"lens"},
+       [](Random*, FaultySceneOptions*) {},
+       [lens](Random*, FaultyScene* scene) {
+         for (Camera& camera : scene->cameras) {
+           CameraParameters parameters = camera.parameters();
+           parameters.lens = MakeLens("opencv5", lens);
+           camera = Camera(parameters);
+         }
+       }},
+      {"camera matrix of images half as large",
+       {"intrinsics"},
+       plain,
+       [](Random*, FaultyScene* scene) {
+         for (Camera& camera : scene->cameras) {
+           CameraParameters parameters = camera.parameters();
+           parameters.K.topRows<2>() *= 0.5;
+           camera = Camera(parameters);
+         }
+       }},
+      {"one view's images turned or mirrored",
+       {"image"},
+       plain,
+       [](Random* random, FaultyScene* scene) {
+         TurnImages(scene, Any(random, *scene),
+                    static_cast<int>(random->Index(4)));
+       }},
+      {"two views exchanged",
+       {"swapped_views"},
+       plain,
+       [](Random* random, FaultyScene* scene) {
+         const size_t a = Any(random, *scene);
+         const size_t b =
+             (a + 1 +
+              static_cast<size_t>(random->Index(
+                  static_cast<int64_t>(scene->cameras.size() - 1)))) %
+             scene->cameras.size();
+         std::swap(scene->cameras[a], scene->cameras[b]);
+       }},
+      {"another one's calibration",
+       {"never_matched"},
+       plain,
+       [](Random* random, FaultyScene* scene) {
+         const size_t a = Any(random, *scene);
+         const size_t b = (a + 1) % scene->cameras.size();
+         CameraParameters parameters = scene->cameras[a].parameters();
+         parameters.name = scene->cameras[b].name();
+         scene->cameras[b] = Camera(parameters);
+       }},
+      {"one camera turned by 1 degree",
+       {"rotation", "shift"},
+       plain,
+       [](Random* random, FaultyScene* scene) {
+         const size_t v = Any(random, *scene);
+         scene->cameras[v] = Turned(scene->cameras[v], 1.0, random->Fork());
+       }},
+      {"one image shifted by 15 px",
+       {"shift", "rotation"},
+       plain,
+       [](Random* random, FaultyScene* scene) {
+         const size_t v = Any(random, *scene);
+         const double angle = random->Uniform(0.0, 6.28);
+         scene->cameras[v] = Shifted(scene->cameras[v], 15.0 * std::cos(angle),
+                                     15.0 * std::sin(angle));
+       }},
+      {"one clock off by 0.96 s",
+       {"clock_offset"},
+       [](Random* random, FaultySceneOptions* o) {
+         o->duration_s = 12.0;
+         o->clock_offset_s.assign(5, 0.0);
+         o->clock_offset_s[static_cast<size_t>(random->Index(5))] = 0.96;
+       },
+       leave},
+      {"one clock off by 60 ms",
+       {"clock_offset"},
+       [](Random* random, FaultySceneOptions* o) {
+         o->clock_offset_s.assign(5, 0.0);
+         o->clock_offset_s[static_cast<size_t>(random->Index(5))] = 0.06;
+       },
+       leave},
+  };
+}
+
+// log of n over k.
+double LogChoose(int n, int k) {
+  return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
+}
+
+// Upper one-sided 95 % limit of a rate of which `k` of `n` were seen: the p at
+// which k or fewer have a chance of 5 %.
+double UpperLimit(int k, int n) {
+  if (k >= n) return 1.0;
+  double low = 0.0;
+  double high = 1.0;
+  for (int i = 0; i < 60; ++i) {
+    const double p = 0.5 * (low + high);
+    double chance = 0.0;
+    for (int j = 0; j <= k; ++j) {
+      chance += std::exp(LogChoose(n, j) + j * std::log(p) +
+                         (n - j) * std::log1p(-p));
+    }
+    (chance > 0.05 ? low : high) = p;
+  }
+  return high;
+}
+
+void Run(int scenes, uint64_t first_seed, const std::string& only) {
+  constexpr double kConfident = 0.8;
+  std::printf("%-40s %6s %6s %6s %9s\n", "fault", "n", "named", "wrong",
+              "suspect");
+  int all = 0, all_named = 0, all_wrong = 0;
+  int sound = 0, false_alarms = 0;
+  for (const Fault& fault : Faults()) {
+    if (!only.empty() && fault.name.find(only) == std::string::npos) continue;
+    int named = 0, wrong = 0, suspect = 0;
+    for (int i = 0; i < scenes; ++i) {
+      Random random(first_seed + 1000 * static_cast<uint64_t>(i) +
+                    fault.name.size());
+      FaultySceneOptions options;
+      options.seed = random.Fork() % 1000000;
+      options.duration_s = 6.0;
+      fault.options(&random, &options);
+      FaultyScene scene = MakeFaultyScene(options);
+      fault.spoil(&random, &scene);
+      const Diagnosis diagnosis = DiagnoseScene(scene);
+      bool is_named = false;
+      bool is_wrong = false;
+      for (const Finding& finding : diagnosis.findings) {
+        const bool right = fault.kinds.count(finding.kind) > 0;
+        is_named = is_named || right;
+        is_wrong = is_wrong || (!right && finding.confidence >= kConfident);
+      }
+      named += is_named;
+      wrong += is_wrong;
+      suspect += !diagnosis.sound;
+    }
+    std::printf("%-40s %6d %6d %6d %9d\n", fault.name.c_str(), scenes, named,
+                wrong, suspect);
+    std::fflush(stdout);
+    if (fault.kinds.empty()) {
+      sound += scenes;
+      false_alarms += suspect;
+    } else {
+      all += scenes;
+      all_named += named;
+      all_wrong += wrong;
+    }
+  }
+  if (all > 0) {
+    std::printf("named %d of %d; not named: at most %.1f %% (95 %%)\n",
+                all_named, all, 100.0 * UpperLimit(all - all_named, all));
+    std::printf("confidently wrong %d of %d: at most %.1f %% (95 %%)\n",
+                all_wrong, all, 100.0 * UpperLimit(all_wrong, all));
+  }
+  if (sound > 0) {
+    std::printf("false alarms %d of %d: at most %.1f %% (95 %%)\n",
+                false_alarms, sound, 100.0 * UpperLimit(false_alarms, sound));
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph::testing
+
+int main(int argc, char** argv) {
+  const int scenes = argc > 1 ? std::atoi(argv[1]) : 5;
+  const uint64_t seed =
+      argc > 2 ? static_cast<uint64_t>(std::atoll(argv[2])) : 90001;
+  kinegraph::testing::Run(scenes, seed, argc > 3 ? argv[3] : "");
+  return 0;
+}

@@ -1,0 +1,204 @@
+#include "solvers/scene/bundle.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "solvers/scene/refine.h"
+#include "tests/support/faulty_scene.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::AngleBetween;
+using testing::FaultyScene;
+using testing::FaultySceneOptions;
+using testing::MakeFaultyScene;
+
+BundleOptions Quick() {
+  BundleOptions options;
+  options.segments.max_segments = 500;
+  return options;
+}
+
+SceneSegments SegmentsOf(const FaultyScene& scene,
+                         const BundleOptions& options) {
+  return MakeSegments(scene.cameras, scene.detections,
+                      testing::MatchesOf(scene), options.segments);
+}
+
+std::vector<CameraChange> NoChange(const FaultyScene& scene) {
+  return std::vector<CameraChange>(scene.cameras.size(), CameraChange::Zero());
+}
+
+TEST(Bundle, TurnedCamerasTurnBack) {
+  FaultySceneOptions scene_options;
+  FaultyScene scene = MakeFaultyScene(scene_options);
+  const CameraRig truth = scene.cameras;
+  for (size_t v = 0; v < truth.size(); ++v) {
+    scene.cameras[v] = testing::Turned(truth[v], 0.5, 100 + v);
+  }
+  const SceneSegments segments = SegmentsOf(scene, Quick());
+  ASSERT_GT(segments.segments.size(), 300u);
+  FreeParameters free;
+  free.rotation = true;
+  const BundleResult result =
+      AdjustBundle(scene.cameras, segments, free, NoChange(scene), Quick());
+  ASSERT_TRUE(result.usable);
+  const CameraRig refined = RefinedCameras(scene.cameras, result.changes);
+  for (size_t v = 0; v < truth.size(); ++v) {
+    // The bar: a tenth of what was put in, 0.05 degrees.
+    EXPECT_LT(AngleBetween(refined[v], truth[v]), 0.05) << v;
+    // And what the covariance states: an error beyond five sigmas has a chance
+    // of 2e-4 even for errors in three directions.
+    const double sigma =
+        std::sqrt(result.covariance.block<3, 3>(3 * v, 3 * v).trace() / 3.0);
+    EXPECT_LT(AngleBetween(refined[v], truth[v]) * M_PI / 180.0, 5.0 * sigma);
+    EXPECT_GT(sigma, 0.0);
+  }
+}
+
+TEST(Bundle, ClocksComeBack) {
+  FaultySceneOptions scene_options;
+  scene_options.seed = 2;
+  scene_options.clock_offset_s = {0.0, 0.04, -0.08, 0.06, 0.0};
+  const FaultyScene scene = MakeFaultyScene(scene_options);
+  const SceneSegments segments = SegmentsOf(scene, Quick());
+  FreeParameters free;
+  free.offset = true;
+  const BundleResult result =
+      AdjustBundle(scene.cameras, segments, free, NoChange(scene), Quick());
+  ASSERT_TRUE(result.usable);
+  EXPECT_EQ(result.changes[0][kOffsetAt], 0.0);  // the reference
+  for (size_t v = 1; v < 5; ++v) {
+    const auto at = static_cast<Eigen::Index>(v - 1);
+    const double sigma_s = std::sqrt(result.covariance(at, at));
+    // Five sigmas as stated; the first view's own error is in it.
+    EXPECT_NEAR(result.changes[v][kOffsetAt], scene_options.clock_offset_s[v],
+                5.0 * sigma_s)
+        << v;
+    EXPECT_LT(sigma_s, 0.004) << v;
+  }
+}
+
+TEST(Bundle, TheGaugeHolds) {
+  FaultySceneOptions scene_options;
+  scene_options.seed = 3;
+  FaultyScene scene = MakeFaultyScene(scene_options);
+  for (size_t v = 0; v < scene.cameras.size(); ++v) {
+    scene.cameras[v] = testing::Turned(scene.cameras[v], 0.3, 200 + v);
+  }
+  const SceneSegments segments = SegmentsOf(scene, Quick());
+  const BundleResult result = AdjustBundle(
+      scene.cameras, segments, CameraParametersOf(RefineKind::kPose),
+      NoChange(scene), Quick());
+  ASSERT_TRUE(result.usable);
+  Eigen::Vector3d turned = Eigen::Vector3d::Zero();
+  Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Camera& camera : scene.cameras) middle += camera.centre() / 5.0;
+  double stretched = 0.0;
+  double squares = 0.0;
+  for (size_t v = 0; v < 5; ++v) {
+    const CameraChange& change = result.changes[v];
+    const Eigen::Vector3d arm = scene.cameras[v].centre() - middle;
+    turned +=
+        scene.cameras[v].R().transpose() * change.segment<3>(kRotationAt) / 5.0;
+    moved += change.segment<3>(kCentreAt) / 5.0;
+    stretched += arm.dot(change.segment<3>(kCentreAt));
+    squares += arm.squaredNorm();
+  }
+  // Held to 1e-5 (m, rad, share), against a take that pulls by far less.
+  EXPECT_LT(turned.norm(), 1e-4);
+  EXPECT_LT(moved.norm(), 1e-4);
+  EXPECT_LT(std::abs(stretched / squares), 1e-4);
+}
+
+TEST(Refine, SoundCamerasAreLeftAlone) {
+  FaultySceneOptions scene_options;
+  scene_options.seed = 4;
+  const FaultyScene scene = MakeFaultyScene(scene_options);
+  RefineOptions options;
+  options.refine = RefineKind::kRotation;
+  options.refine_clock = true;
+  const Refinement refinement =
+      RefineScene(scene.cameras, scene.detections, testing::MatchesOf(scene),
+                  options, Quick());
+  ASSERT_EQ(refinement.steps.size(), 2u);
+  for (const RefineStep& step : refinement.steps) {
+    EXPECT_FALSE(step.taken) << step.what;
+    EXPECT_FALSE(step.reason.empty());
+  }
+  for (const CameraChange& change : refinement.changes) {
+    EXPECT_EQ(change, CameraChange::Zero());
+  }
+}
+
+TEST(Refine, AGainOnTheOtherHalfIsTaken) {
+  FaultySceneOptions scene_options;
+  scene_options.seed = 5;
+  FaultyScene scene = MakeFaultyScene(scene_options);
+  const CameraRig truth = scene.cameras;
+  for (size_t v = 0; v < truth.size(); ++v) {
+    scene.cameras[v] = testing::Turned(truth[v], 0.5, 300 + v);
+  }
+  RefineOptions options;
+  options.refine = RefineKind::kRotation;
+  const Refinement refinement =
+      RefineScene(scene.cameras, scene.detections, testing::MatchesOf(scene),
+                  options, Quick());
+  ASSERT_EQ(refinement.steps.size(), 1u);
+  const RefineStep& step = refinement.steps[0];
+  EXPECT_TRUE(step.taken);
+  EXPECT_TRUE(step.gain.certain());
+  EXPECT_LT(step.gain.after_px, step.gain.before_px);
+}
+
+TEST(Refine, FewMatchesDecideNothing) {
+  FaultySceneOptions scene_options;
+  scene_options.duration_s = 2.0;
+  const FaultyScene scene = MakeFaultyScene(scene_options);
+  RefineOptions options;
+  options.refine = RefineKind::kShift;
+  const Refinement refinement = RefineScene(scene.cameras, scene.detections,
+                                            FrozenMatches(), options, Quick());
+  ASSERT_EQ(refinement.steps.size(), 1u);
+  EXPECT_FALSE(refinement.steps[0].taken);
+  EXPECT_EQ(refinement.steps[0].reason, "too few matches");
+}
+
+// Frames 0, 1, ... at 25 Hz; a clock that is 70 ms late puts a measurement
+// into the second frame after its own.
+TEST(Refine, LateMeasurementsJoinTheNearestFrame) {
+  DetectionSequence detections;
+  detections.header.view_names = {"a", "b"};
+  for (int k = 0; k < 10; ++k) {
+    DetectionFrame& frame = detections.frames.emplace_back();
+    frame.frame = k;
+    frame.time = FromSeconds(0.04 * k);
+    frame.views.resize(2);
+    for (ViewDetections& view : frame.views) {
+      view.capture_time = frame.time;
+      view.detections.resize(1);
+      view.detections[0].index_in_file = k;
+    }
+  }
+  std::vector<CameraChange> changes(2, CameraChange::Zero());
+  changes[1][kOffsetAt] = 0.07;
+  const DetectionSequence moved = WithClocks(detections, changes);
+  ASSERT_EQ(moved.frames.size(), 10u);
+  for (size_t k = 2; k < 10; ++k) {
+    EXPECT_EQ(moved.frames[k].views[0].detections[0].index_in_file,
+              static_cast<int>(k));
+    ASSERT_EQ(moved.frames[k].views[1].detections.size(), 1u) << k;
+    EXPECT_EQ(moved.frames[k].views[1].detections[0].index_in_file,
+              static_cast<int>(k) - 2);
+    EXPECT_EQ(moved.frames[k].views[1].capture_time,
+              detections.frames[k - 2].time + FromSeconds(0.07));
+  }
+  EXPECT_TRUE(moved.frames[0].views[1].detections.empty());
+  EXPECT_TRUE(moved.frames[1].views[1].detections.empty());
+}
+
+}  // namespace
+}  // namespace kinegraph

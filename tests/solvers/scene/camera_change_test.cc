@@ -1,0 +1,95 @@
+#include "solvers/scene/camera_change.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/random.h"
+#include "tests/support/rig.h"
+
+namespace kinegraph {
+namespace {
+
+// A lens that bends visibly, so that its derivative takes part.
+const std::vector<double> kLens = {-0.2, 0.05, 0.001, -0.002, 0.01};
+
+CameraChange SomeChange() {
+  CameraChange change;
+  change << 0.02, -0.03, 0.01, 0.05, -0.02, 0.03, 12.0, -7.0, 0.02, 0.04, 1e-4;
+  return change;
+}
+
+TEST(CameraChange, NoChangeProjectsAsTheCamera) {
+  const CameraRig cameras = testing::RingOfCameras(3, 5.0, kLens);
+  const Eigen::Vector3d point(0.3, -0.2, 1.1);
+  for (const Camera& camera : cameras) {
+    const auto px =
+        ProjectChanged(camera, CameraChange::Zero(), point, nullptr, nullptr);
+    ASSERT_TRUE(px.has_value());
+    // The point passes through two subtractions instead of one: some 1e-13 px.
+    EXPECT_LT((*px - *camera.Project(point)).norm(), 1e-9);
+  }
+}
+
+TEST(CameraChange, ProjectsAsTheChangedCamera) {
+  const CameraRig cameras = testing::RingOfCameras(3, 5.0, kLens);
+  const Eigen::Vector3d point(0.3, -0.2, 1.1);
+  for (const Camera& camera : cameras) {
+    const auto px =
+        ProjectChanged(camera, SomeChange(), point, nullptr, nullptr);
+    ASSERT_TRUE(px.has_value());
+    EXPECT_LT(
+        (*px - *ChangedCamera(camera, SomeChange()).Project(point)).norm(),
+        1e-9);
+  }
+}
+
+TEST(CameraChange, JacobiansAreTheDerivatives) {
+  const CameraRig cameras = testing::RingOfCameras(2, 5.0, kLens);
+  const Camera& camera = cameras[1];
+  const Eigen::Vector3d point(0.3, -0.2, 1.1);
+  for (const CameraChange& change :
+       {SomeChange(), CameraChange(CameraChange::Zero())}) {
+    Matrix23d by_point;
+    Eigen::Matrix<double, 2, kChangeSize> by_change;
+    ASSERT_TRUE(ProjectChanged(camera, change, point, &by_point, &by_change));
+    // Central differences: the error is of the order of step^2 times the third
+    // derivative (about the focal length of 1000) plus 1e-13 * 1000 / step.
+    constexpr double kStep = 1e-5;
+    constexpr double kTolerance = 2e-4;
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(i);
+      const Eigen::Vector2d numeric =
+          (*ProjectChanged(camera, change, point + step, nullptr, nullptr) -
+           *ProjectChanged(camera, change, point - step, nullptr, nullptr)) /
+          (2.0 * kStep);
+      EXPECT_LT((numeric - by_point.col(i)).norm(), kTolerance) << i;
+    }
+    for (int i = 0; i < kChangeSize; ++i) {
+      const CameraChange step = kStep * CameraChange::Unit(i);
+      const Eigen::Vector2d numeric =
+          (*ProjectChanged(camera, change + step, point, nullptr, nullptr) -
+           *ProjectChanged(camera, change - step, point, nullptr, nullptr)) /
+          (2.0 * kStep);
+      EXPECT_LT((numeric - by_change.col(i)).norm(), kTolerance) << i;
+    }
+  }
+}
+
+TEST(CameraChange, BehindTheCameraIsNoImage) {
+  const CameraRig cameras = testing::RingOfCameras(2);
+  const Camera& camera = cameras[0];
+  const Eigen::Vector3d behind = 2.0 * camera.centre();
+  EXPECT_FALSE(ProjectChanged(camera, SomeChange(), behind, nullptr, nullptr));
+}
+
+TEST(FreeParameters, PlacesAscend) {
+  FreeParameters free;
+  EXPECT_TRUE(free.Places().empty());
+  free.offset = true;
+  free.rotation = true;
+  EXPECT_EQ(free.Places(), (std::vector<int>{0, 1, 2, 9}));
+  EXPECT_TRUE(free.any_camera());
+  EXPECT_TRUE(free.any_clock());
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,143 @@
+#include "solvers/scene/doctor.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "tests/support/faulty_scene.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::DiagnoseScene;
+using testing::FaultyScene;
+using testing::FaultySceneOptions;
+using testing::MakeFaultyScene;
+
+std::string Words(const Diagnosis& diagnosis) {
+  std::string text;
+  for (const Finding& finding : diagnosis.findings) {
+    text += finding.kind + " " + finding.camera + " " +
+            std::to_string(finding.confidence) + " " + finding.evidence + "\n";
+  }
+  return text;
+}
+
+const Finding* FindKind(const Diagnosis& diagnosis, const std::string& kind,
+                        const std::string& camera = "") {
+  for (const Finding& finding : diagnosis.findings) {
+    if (finding.kind == kind && (camera.empty() || finding.camera == camera)) {
+      return &finding;
+    }
+  }
+  return nullptr;
+}
+
+TEST(Doctor, SoundScenesAreSound) {
+  FaultySceneOptions options;
+  options.seed = 11;
+  const Diagnosis diagnosis = DiagnoseScene(MakeFaultyScene(options));
+  EXPECT_TRUE(diagnosis.sound) << Words(diagnosis);
+  EXPECT_EQ(diagnosis.cameras.size(), 5u);
+}
+
+TEST(Doctor, AUnitIsToldByTheHeightOfPeople) {
+  FaultyScene scene = MakeFaultyScene({});
+  for (Camera& camera : scene.cameras) {
+    camera = testing::WithExtrinsics(camera, camera.R(), 1000.0 * camera.t());
+  }
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  const Finding* unit = FindKind(diagnosis, "unit");
+  ASSERT_NE(unit, nullptr) << Words(diagnosis);
+  EXPECT_EQ(unit->fix, "--set=cameras.unit=mm");
+  EXPECT_GT(unit->confidence, 0.8);
+  EXPECT_EQ(diagnosis.findings.size(), 1u) << Words(diagnosis);
+}
+
+TEST(Doctor, OneTurnedCameraIsNamed) {
+  FaultySceneOptions options;
+  options.seed = 12;
+  options.cameras = 4;
+  FaultyScene scene = MakeFaultyScene(options);
+  const Camera truth = scene.cameras[2];
+  scene.cameras[2] = testing::Turned(truth, 1.0, 9);
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  EXPECT_FALSE(diagnosis.sound);
+  const Finding* rotation = FindKind(diagnosis, "rotation");
+  ASSERT_NE(rotation, nullptr) << Words(diagnosis);
+  EXPECT_EQ(rotation->camera, truth.name());
+  EXPECT_LT(rotation->after_px, rotation->before_px);
+  EXPECT_LT(testing::AngleBetween(diagnosis.cameras[2], truth), 0.2);
+}
+
+TEST(Doctor, AShiftedImageIsNamed) {
+  FaultySceneOptions options;
+  options.seed = 13;
+  FaultyScene scene = MakeFaultyScene(options);
+  scene.cameras[1] = testing::Shifted(scene.cameras[1], 12.0, 9.0);
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  ASSERT_NE(FindKind(diagnosis, "shift", scene.cameras[1].name()), nullptr)
+      << Words(diagnosis);
+  for (const Finding& finding : diagnosis.findings) {
+    EXPECT_EQ(finding.camera, scene.cameras[1].name()) << Words(diagnosis);
+  }
+}
+
+TEST(Doctor, AnotherOnesCalibrationIsNamed) {
+  FaultySceneOptions options;
+  options.seed = 14;
+  options.cameras = 4;
+  FaultyScene scene = MakeFaultyScene(options);
+  CameraParameters parameters = scene.cameras[0].parameters();
+  parameters.name = scene.cameras[3].name();
+  scene.cameras[3] = Camera(parameters);
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  const Finding* stranger = FindKind(diagnosis, "never_matched");
+  ASSERT_NE(stranger, nullptr) << Words(diagnosis);
+  EXPECT_EQ(stranger->camera, scene.cameras[3].name());
+  EXPECT_NE(stranger->evidence.find("equals that of"), std::string::npos);
+}
+
+TEST(Doctor, ALateClockIsNamed) {
+  FaultySceneOptions options;
+  options.seed = 15;
+  options.clock_offset_s = {0.0, 0.0, 0.06, 0.0, 0.0};
+  const FaultyScene scene = MakeFaultyScene(options);
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  ASSERT_NE(FindKind(diagnosis, "clock_offset", scene.cameras[2].name()),
+            nullptr)
+      << Words(diagnosis);
+}
+
+TEST(Doctor, RepeatedPicturesAreCounted) {
+  FaultySceneOptions options;
+  options.seed = 16;
+  options.duration_s = 4.0;
+  FaultyScene scene = MakeFaultyScene(options);
+  for (size_t k = 20; k < 40; k += 5) {
+    scene.detections.frames[k].views[1].detections =
+        scene.detections.frames[k - 1].views[1].detections;
+  }
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  const Finding* frames =
+      FindKind(diagnosis, "frames", scene.cameras[1].name());
+  ASSERT_NE(frames, nullptr) << Words(diagnosis);
+  EXPECT_NE(frames->evidence.find("4 of"), std::string::npos)
+      << frames->evidence;
+}
+
+TEST(Doctor, SecondsBetweenFramesAreNoMotion) {
+  FaultySceneOptions options;
+  options.duration_s = 2.0;
+  FaultyScene scene = MakeFaultyScene(options);
+  for (DetectionFrame& frame : scene.detections.frames) {
+    frame.time *= 1875;  // 25 Hz become a frame in 75 s
+    for (ViewDetections& view : frame.views) view.capture_time = frame.time;
+  }
+  scene.detections.header.frame_rate_hz = 1.0 / 75.0;
+  EXPECT_NE(FindKind(DiagnoseScene(scene), "frame_rate"), nullptr);
+}
+
+}  // namespace
+}  // namespace kinegraph

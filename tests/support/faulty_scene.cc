@@ -1,0 +1,98 @@
+#include "tests/support/faulty_scene.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/random.h"
+#include "solvers/scene/camera_change.h"
+
+namespace kinegraph::testing {
+
+FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
+  SceneOptions scene;
+  scene.seed = static_cast<int64_t>(options.seed);
+  scene.people = options.people;
+  scene.duration_s = options.duration_s;
+  scene.frame_rate_hz = options.frame_rate_hz;
+  scene.motion.visitors = 0.0;
+  scene.cameras.count = options.cameras;
+  scene.cameras.arc_deg = options.arc_deg;
+  scene.cameras.distortion = options.distortion;
+  NoiseOptions noise;
+  noise.seed = scene.seed + 1000;
+  noise.joints.sigma_px = options.noise_px;
+  noise.joints.outlier_rate = 0.02;
+  noise.joints.missing_rate = 0.03;
+  noise.clock_offset_s = options.clock_offset_s;
+  noise.tell_times = false;
+  FaultyScene result;
+  result.scene = MakeScene(scene);
+  // Real rigs are uneven: each camera stands a little off its place.
+  Random random(options.seed * 7919 + 13);
+  for (Camera& camera : result.scene.cameras) {
+    const Eigen::Vector3d moved(random.Uniform(-0.8, 0.8),
+                                random.Uniform(-0.8, 0.8),
+                                random.Uniform(-0.5, 0.5));
+    CameraParameters parameters = camera.parameters();
+    parameters.t = -(camera.R() * (camera.centre() + moved));
+    camera = Camera(parameters);
+  }
+  result.cameras = result.scene.cameras;
+  result.detections = Observe(result.scene, noise, nullptr);
+  return result;
+}
+
+Camera Turned(const Camera& camera, double degrees, uint64_t seed) {
+  Random random(seed);
+  const Eigen::Vector3d axis =
+      Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal())
+          .normalized();
+  CameraChange change = CameraChange::Zero();
+  change.segment<3>(kRotationAt) = degrees * M_PI / 180.0 * axis;
+  return ChangedCamera(camera, change);
+}
+
+Camera Shifted(const Camera& camera, double x_px, double y_px) {
+  CameraChange change = CameraChange::Zero();
+  change[kShiftAt] = x_px;
+  change[kShiftAt + 1] = y_px;
+  return ChangedCamera(camera, change);
+}
+
+Camera Magnified(const Camera& camera, double factor) {
+  CameraChange change = CameraChange::Zero();
+  change[kFocalAt] = std::log(factor);
+  return ChangedCamera(camera, change);
+}
+
+Camera WithExtrinsics(const Camera& camera, const Eigen::Matrix3d& R,
+                      const Eigen::Vector3d& t) {
+  CameraParameters parameters = camera.parameters();
+  parameters.R = R;
+  parameters.t = t;
+  return Camera(parameters);
+}
+
+Diagnosis DiagnoseScene(const FaultyScene& scene) {
+  RunRequest request;
+  request.cameras = scene.cameras;
+  return DiagnoseTake(RunOptions(), request, scene.detections,
+                      CalibrationUnit());
+}
+
+FrozenMatches MatchesOf(const FaultyScene& scene) {
+  SceneModel model;
+  model.cameras = scene.cameras;
+  model.skeleton = scene.detections.header.skeleton;
+  model.frame_rate_hz = scene.scene.frame_rate_hz;
+  return MatchTake(RunOptions(), model, scene.detections);
+}
+
+double AngleBetween(const Camera& a, const Camera& b) {
+  const double cosine =
+      std::clamp(0.5 * ((a.R() * b.R().transpose()).trace() - 1.0), -1.0, 1.0);
+  return std::acos(cosine) * 180.0 / M_PI;
+}
+
+}  // namespace kinegraph::testing

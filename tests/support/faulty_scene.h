@@ -1,0 +1,61 @@
+// Short synthetic takes whose calibration or clocks are mis-stated on purpose,
+// for tests of what finds that out.
+#ifndef KINEGRAPH_TESTS_SUPPORT_FAULTY_SCENE_H_
+#define KINEGRAPH_TESTS_SUPPORT_FAULTY_SCENE_H_
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/geometry/camera.h"
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+#include "core/tracking/replay.h"
+#include "solvers/session/diagnose.h"
+
+namespace kinegraph::testing {
+
+struct FaultySceneOptions {
+  uint64_t seed = 1;
+  int cameras = 5;
+  int people = 4;
+  double duration_s = 8.0;
+  double frame_rate_hz = 25.0;
+  double noise_px = 2.0;
+  std::vector<double> distortion;      // of the lenses, as MakeLens takes it
+  std::vector<double> clock_offset_s;  // one a view; the times do not tell it
+  // Uneven rings: even ones look alike from every camera, and no image could
+  // tell which is which.
+  double arc_deg = 290.0;
+};
+
+struct FaultyScene {
+  Scene scene;        // the truth
+  CameraRig cameras;  // as they are stated: the truth, to be spoilt
+  DetectionSequence detections;
+};
+
+// A scene with Gaussian pixel noise, 2 % outliers and 3 % missing joints.
+FaultyScene MakeFaultyScene(const FaultySceneOptions& options);
+
+// `camera` turned by `degrees` about a direction drawn from `seed`.
+Camera Turned(const Camera& camera, double degrees, uint64_t seed);
+// With another image centre, or focal length times `factor`.
+Camera Shifted(const Camera& camera, double x_px, double y_px);
+Camera Magnified(const Camera& camera, double factor);
+// With other extrinsics.
+Camera WithExtrinsics(const Camera& camera, const Eigen::Matrix3d& R,
+                      const Eigen::Vector3d& t);
+
+// The doctor on it, with the default front end.
+Diagnosis DiagnoseScene(const FaultyScene& scene);
+// The tracker's matches with the stated cameras.
+FrozenMatches MatchesOf(const FaultyScene& scene);
+
+// Angle [degrees] by which the rotations of two cameras differ.
+double AngleBetween(const Camera& a, const Camera& b);
+
+}  // namespace kinegraph::testing
+
+#endif  // KINEGRAPH_TESTS_SUPPORT_FAULTY_SCENE_H_
