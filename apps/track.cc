@@ -12,6 +12,7 @@
 #include "apps/common/interruption.h"
 #include "apps/common/progress.h"
 #include "apps/common/refinement.h"
+#include "apps/common/resume.h"
 #include "apps/common/summary.h"
 #include "apps/common/take_output.h"
 #include "apps/common/track_output.h"
@@ -24,6 +25,7 @@
 #include "core/io/text_file.h"
 #include "solvers/scene/camera_check.h"
 #include "solvers/session/refine_take.h"
+#include "solvers/session/remembered_runs.h"
 #include "solvers/session/run.h"
 #include "solvers/session/take_report.h"
 
@@ -46,6 +48,12 @@ DEFINE_string(
     out, "",
     "tracks to write: .jsonl, .csv, .npz, or .trc for a folder with a "
     "file a person");
+DEFINE_bool(resume, false,
+            "go on from OUT.checkpoint, which an ended run of the same build "
+            "has left; the result is the same");
+DEFINE_double(checkpoint_s, 10.0,
+              "seconds of work from which on what the batch has solved is kept "
+              "in OUT.checkpoint until the result is there");
 DEFINE_bool(keys, false, "list the keys of a configuration and leave");
 
 namespace kinegraph {
@@ -160,7 +168,7 @@ void RunTrack() {
                      ", expected at least 1");
   }
   CheckTrackOutput(FLAGS_out);
-  const RunOptions options =
+  RunOptions options =
       ReadRunOptions(FLAGS_config.empty() ? ProjectConfig("default.toml")
                                           : FindConfig(FLAGS_config),
                      FLAGS_set, FLAGS_mode);
@@ -199,7 +207,14 @@ void RunTrack() {
   };
   const std::unique_ptr<DetectionSource> source = reopen();
   const int64_t frame_count = std::max<int64_t>(0, source->frame_count());
-  Session session(options, request, source->header(), reopen);
+  const std::unique_ptr<Checkpoint> checkpoint =
+      OpenCheckpoint(FLAGS_out, FLAGS_resume, FLAGS_checkpoint_s);
+  options.estimators.graph.ledger = std::make_shared<SolveLedger>();
+  Session session(
+      options, request, source->header(),
+      MakeRememberedEstimators(options.estimators, EffectiveConfigJson(options),
+                               checkpoint.get()),
+      reopen);
   CameraCheck check(session.scene().model.cameras, source->header().skeleton,
                     session.scene().model.skeleton);
   if (session.scene().used_views.size() < 2) {
@@ -257,6 +272,7 @@ void RunTrack() {
   }
   const TakeReport report = reporter.Report();
   output->Commit();
+  CloseCheckpoint("track", checkpoint.get());
   std::FILE* const said = SummaryStream(FLAGS_out);
   std::fprintf(said, "%lld frames, %lld people, %lld poses -> %s\n",
                static_cast<long long>(summary.frames),

@@ -1,0 +1,101 @@
+// Plain values as bytes of this machine, and back: for files that only the same
+// build on the same machine reads again. And a fingerprint of such bytes.
+#ifndef KINEGRAPH_CORE_BASE_BYTES_H_
+#define KINEGRAPH_CORE_BASE_BYTES_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+
+class ByteWriter {
+ public:
+  template <typename T>
+  void Put(const T& value) {
+    static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  }
+  void PutSize(size_t size) { Put(static_cast<uint64_t>(size)); }
+  void PutText(std::string_view text) {
+    PutSize(text.size());
+    bytes_.append(text);
+  }
+  template <typename Derived>
+  void PutMatrix(const Eigen::MatrixBase<Derived>& matrix) {
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
+      for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+        Put(static_cast<double>(matrix(r, c)));
+      }
+    }
+  }
+  const std::string& bytes() const { return bytes_; }
+  std::string Take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+// In the order in which they were put. Throws InputError where bytes lack.
+class ByteReader {
+ public:
+  explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
+
+  template <typename T>
+  T Get() {
+    static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
+    T value;
+    std::memcpy(&value, Next(sizeof(T)).data(), sizeof(T));
+    return value;
+  }
+  // A count of things of at least `bytes_each`.
+  size_t GetSize(size_t bytes_each = 1) {
+    const auto size = Get<uint64_t>();
+    if (size > bytes_.size() / bytes_each) Fail();
+    return static_cast<size_t>(size);
+  }
+  std::string GetText() { return std::string(Next(GetSize())); }
+  template <typename Derived>
+  void GetMatrix(Eigen::MatrixBase<Derived>* matrix) {
+    for (Eigen::Index c = 0; c < matrix->cols(); ++c) {
+      for (Eigen::Index r = 0; r < matrix->rows(); ++r) {
+        (*matrix)(r, c) = Get<double>();
+      }
+    }
+  }
+  bool done() const { return bytes_.empty(); }
+
+ private:
+  [[noreturn]] static void Fail() {
+    throw InputError("bytes end before what they should hold");
+  }
+  std::string_view Next(size_t size) {
+    if (size > bytes_.size()) Fail();
+    const std::string_view next = bytes_.substr(0, size);
+    bytes_.remove_prefix(size);
+    return next;
+  }
+
+  std::string_view bytes_;
+};
+
+// 128 bits that tell contents apart (not against somebody who means harm).
+class Fingerprint {
+ public:
+  void Add(std::string_view bytes);
+  std::string Hex() const;  // 32 digits
+
+ private:
+  uint64_t a_ = 0xcbf29ce484222325u;
+  uint64_t b_ = 0x9e3779b97f4a7c15u;
+};
+std::string FingerprintOf(std::string_view bytes);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_BASE_BYTES_H_

@@ -1,0 +1,158 @@
+#include "solvers/session/remembered_runs.h"
+
+#include <iterator>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/base/bytes.h"
+#include "core/io/checkpoint_values.h"
+#include "solvers/batch/batch_estimator.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr int64_t SolveCounts::*kCounts[] = {
+    &SolveCounts::solves,           &SolveCounts::sweep_iterations,
+    &SolveCounts::ceres_problems,   &SolveCounts::ceres_iterations,
+    &SolveCounts::cholmod_problems, &SolveCounts::ceres_decrease_millionths,
+    &SolveCounts::not_converged,    &SolveCounts::not_finite,
+    &SolveCounts::bones_dropped,    &SolveCounts::positions_in_doubt,
+    &SolveCounts::no_covariance};
+static_assert(sizeof(SolveCounts) == sizeof(int64_t) * std::size(kCounts),
+              "a count is missing above");
+
+void PutPose(const Pose3d& pose, ByteWriter* writer) {
+  writer->PutSize(pose.size());
+  for (const Joint3d& joint : pose) {
+    writer->PutMatrix(joint.position_m);
+    writer->Put(joint.status);
+  }
+}
+
+// All of it: what the estimator makes depends on nothing else.
+std::string BytesOf(const EstimatorFrame& frame) {
+  ByteWriter writer;
+  writer.Put(frame.frame);
+  writer.Put(frame.time);
+  writer.PutSize(frame.views.size());
+  for (const FreshView& view : frame.views) {
+    writer.Put(view.view_idx);
+    writer.Put(view.capture_time);
+    writer.Put(view.detection_idx);
+    writer.PutSize(view.joints->size());
+    for (const Keypoint& joint : *view.joints) Put(joint, &writer);
+    writer.PutSize(view.verdicts.size());
+    for (const FilterVerdict verdict : view.verdicts) writer.Put(verdict);
+  }
+  writer.Put(frame.has_initial);
+  if (frame.has_initial) PutPose(frame.initial, &writer);
+  writer.PutSize(frame.triangulated.size());
+  for (const char one : frame.triangulated) writer.Put(one);
+  writer.PutSize(frame.inlier_views.size());
+  for (const int views : frame.inlier_views) writer.Put(views);
+  return writer.Take();
+}
+
+std::string BytesOf(const SceneModel& scene) {
+  ByteWriter writer;
+  Put(scene.cameras, &writer);
+  Put(scene.skeleton, &writer);
+  writer.Put(scene.frame_rate_hz);
+  writer.Put(scene.keep_observations);
+  return writer.Take();
+}
+
+std::string BytesOf(const std::vector<FinalPose>& finals,
+                    const SolveCounts& counts) {
+  ByteWriter writer;
+  for (const auto count : kCounts) writer.Put(counts.*count);
+  writer.PutSize(finals.size());
+  for (const FinalPose& final : finals) {
+    writer.Put(final.frame);
+    writer.Put(final.time);
+    Put(final.person, &writer);
+  }
+  return writer.Take();
+}
+
+std::vector<FinalPose> FinalsIn(const std::string& bytes, SolveCounts* counts) {
+  ByteReader reader(bytes);
+  for (const auto count : kCounts) counts->*count = reader.Get<int64_t>();
+  std::vector<FinalPose> finals(reader.GetSize(2 * sizeof(int64_t)));
+  for (FinalPose& final : finals) {
+    final.frame = reader.Get<int64_t>();
+    final.time = reader.Get<TimeNs>();
+    final.person = GetPersonPose(&reader);
+  }
+  return finals;
+}
+
+// A batch estimator that looks its solution up before it solves.
+class RememberedBatch final : public Estimator {
+ public:
+  RememberedBatch(const SceneModel& scene, GraphOptions options,
+                  const std::string& config_json, Checkpoint* checkpoint)
+      : shared_ledger_(options.ledger),
+        own_ledger_(std::make_shared<SolveLedger>()),
+        checkpoint_(checkpoint) {
+    options.ledger = own_ledger_;
+    inner_ = MakeBatchEstimator(scene, options);
+    key_.Add(config_json);
+    key_.Add(BytesOf(scene));
+  }
+
+  void Add(const EstimatorFrame& frame) override {
+    key_.Add(BytesOf(frame));
+    inner_->Add(frame);
+  }
+  const Pose3d& Last() const override { return inner_->Last(); }
+  TimeNs LastTime() const override { return inner_->LastTime(); }
+  void Predict(TimeNs time, Pose3d* pose) const override {
+    inner_->Predict(time, pose);
+  }
+  void TakeFinals(std::vector<FinalPose>* finals) override {
+    for (FinalPose& final : finals_) finals->push_back(std::move(final));
+    finals_.clear();
+  }
+
+  void Finish() override {
+    SolveCounts counts;
+    if (const auto kept = checkpoint_->Find(key_.Hex())) {
+      finals_ = FinalsIn(*kept, &counts);
+    } else {
+      inner_->Finish();
+      inner_->TakeFinals(&finals_);
+      counts = own_ledger_->Total();
+      checkpoint_->Add(key_.Hex(), BytesOf(finals_, counts));
+    }
+    if (shared_ledger_ != nullptr) shared_ledger_->Add(counts);
+  }
+
+ private:
+  const std::shared_ptr<SolveLedger> shared_ledger_;
+  const std::shared_ptr<SolveLedger> own_ledger_;
+  Checkpoint* const checkpoint_;
+  std::unique_ptr<Estimator> inner_;
+  Fingerprint key_;
+  std::vector<FinalPose> finals_;
+};
+
+}  // namespace
+
+EstimatorPair MakeRememberedEstimators(const EstimatorOptions& options,
+                                       const std::string& config_json,
+                                       Checkpoint* checkpoint) {
+  EstimatorPair pair = MakeEstimators(options);
+  // Factors of the caller's own are no part of the key.
+  if (checkpoint->keeps() && options.mode == Mode::kGraph &&
+      options.output == OutputKind::kBatch && !options.graph.user_factors) {
+    pair.output = [=, graph = options.graph](const SceneModel& scene) {
+      return std::make_unique<RememberedBatch>(scene, graph, config_json,
+                                               checkpoint);
+    };
+  }
+  return pair;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,23 @@
+// Runs whose dear parts are kept in a checkpoint (core/io/checkpoint.h): what
+// stands there is not computed again.
+#ifndef KINEGRAPH_SOLVERS_SESSION_REMEMBERED_RUNS_H_
+#define KINEGRAPH_SOLVERS_SESSION_REMEMBERED_RUNS_H_
+
+#include <string>
+
+#include "core/io/checkpoint.h"
+#include "solvers/factory.h"
+
+namespace kinegraph {
+
+// As MakeEstimators. What a batch solves when somebody's track ends is kept
+// person by person, with its counts; the key is all that the person's estimator
+// was given. Other estimators answer frame by frame and are run again.
+// `checkpoint` must outlive the estimators.
+EstimatorPair MakeRememberedEstimators(const EstimatorOptions& options,
+                                       const std::string& config_json,
+                                       Checkpoint* checkpoint);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_REMEMBERED_RUNS_H_

@@ -1,0 +1,155 @@
+// Long work that is killed goes on: the same bytes as without a kill.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "tests/support/faulty_runs.h"
+
+namespace kinegraph::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+// A few in every test run; KINEGRAPH_KILLS asks for more.
+int KillCount() {
+  const char* asked = std::getenv("KINEGRAPH_KILLS");
+  return asked == nullptr ? 3 : std::max(1, std::atoi(asked));
+}
+
+// What a result is made of, without what a clock says.
+using Contents = std::map<std::string, std::string>;
+Contents ContentsOf(const fs::path& folder) {
+  Contents contents;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name =
+        fs::relative(entry.path(), folder).generic_string();
+    if (!entry.is_regular_file() || entry.path().filename() == "runtime.json" ||
+        name.find(".partial-") != std::string::npos) {
+      continue;
+    }
+    std::string text;
+    std::ifstream file(entry.path(), std::ios::binary);
+    for (std::string line; std::getline(file, line);) {
+      const bool time = line.find("s of processor time (") != line.npos ||
+                        line.find("\"processor_s\"") != line.npos ||
+                        line.find("\"wall_s\"") != line.npos;
+      if (!time) text += line + "\n";
+    }
+    contents[name] = text;
+  }
+  return contents;
+}
+
+std::vector<std::string> Line(const std::string& command,
+                              std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), ProgramPath(command));
+  return arguments;
+}
+
+int64_t SizeOf(const fs::path& path) {
+  std::error_code none;
+  const auto size = fs::file_size(path, none);
+  return none ? -1 : static_cast<int64_t>(size);
+}
+
+// Kills the command when its checkpoint has grown, or, every third time, after
+// a moment that differs from kill to kill; then lets it go on to the end.
+void KillAndResume(const std::vector<std::string>& command,
+                   const std::string& out_name) {
+  const TemporaryFolder folder;
+  const fs::path whole = folder.path() / "whole";
+  const fs::path killed = folder.path() / "killed";
+  fs::create_directory(whole);
+  fs::create_directory(killed);
+  const std::string errors = (folder.path() / "errors").string();
+  const auto line = [&](const fs::path& out) {
+    std::vector<std::string> all = command;
+    all.push_back("--out=" + (out / out_name).string());
+    return all;
+  };
+  ASSERT_EQ(RunningProgram(line(whole), errors).Wait(), 0) << ContentOf(errors);
+  const Contents expected = ContentsOf(whole);
+  ASSERT_FALSE(expected.empty());
+
+  const fs::path checkpoint = killed / (out_name + ".checkpoint");
+  std::vector<std::string> resuming = line(killed);
+  resuming.emplace_back("--resume");
+  resuming.emplace_back("--checkpoint_s=0");
+  int kills = 0;
+  int grown = 0;
+  for (int round = 0; kills < KillCount() && round < 10 * KillCount();
+       ++round) {
+    const int64_t before = SizeOf(checkpoint);
+    RunningProgram program(resuming, errors);
+    if (round % 3 == 2) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(37 * round % 400));
+    } else if (WaitUntil([&] {
+                 return SizeOf(checkpoint) > before ||
+                        fs::exists(killed / out_name);
+               })) {
+      ++grown;
+    }
+    program.Signal(SIGKILL);
+    const int status = program.Wait();
+    if (WIFSIGNALED(status)) {
+      ++kills;
+      continue;
+    }
+    // It was faster: its result must be right, and the next begins anew.
+    ASSERT_EQ(status, 0) << ContentOf(errors);
+    EXPECT_EQ(ContentsOf(killed), expected);
+    fs::remove_all(killed);
+    fs::create_directory(killed);
+  }
+  EXPECT_GE(kills, KillCount());
+  EXPECT_GT(grown, 0);
+  ASSERT_EQ(RunningProgram(resuming, errors).Wait(), 0) << ContentOf(errors);
+  EXPECT_EQ(ContentsOf(killed), expected);
+  EXPECT_FALSE(fs::exists(checkpoint));
+}
+
+const std::string& Scene() {
+  static const TemporaryFolder* const folder = new TemporaryFolder;
+  static const std::string* const scene = [] {
+    const auto* path = new std::string((folder->path() / "scene").string());
+    const ProgramOutcome made = RunProgram(
+        "synthesize",
+        "--config=" + ProjectFile("configs/synthetic/demo.toml").string() +
+            " --set='scene.duration=2' --out=" + *path);
+    EXPECT_EQ(made.exit_code, 0) << made.errors;
+    return path;
+  }();
+  return *scene;
+}
+
+std::vector<std::string> SceneArguments() {
+  return {"--cameras=" + Scene() + "/cameras.json",
+          "--detections=" + Scene() + "/detections.jsonl",
+          "--config=" + ProjectFile("configs/offline.toml").string()};
+}
+
+TEST(ResumeTest, TrackGoesOn) {
+  KillAndResume(Line("track", SceneArguments()), "tracks.jsonl");
+}
+
+TEST(ResumeTest, AStrangeCheckpointIsRefusedAndKept) {
+  const TemporaryFolder folder;
+  const std::string out = (folder.path() / "tracks.jsonl").string();
+  folder.Write("tracks.jsonl.checkpoint", "my notes\n");
+  std::string line;
+  for (const std::string& argument : SceneArguments()) line += argument + " ";
+  line += "--out=" + out;
+  const ProgramOutcome refused = RunProgram("track", line + " --resume");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("is no checkpoint of kinegraph"));
+  // Without --resume the run does without.
+  const ProgramOutcome made = RunProgram("track", line + " --checkpoint_s=0");
+  EXPECT_EQ(made.exit_code, 0) << made.errors;
+  EXPECT_THAT(made.errors, HasSubstr("no checkpoint was kept"));
+  EXPECT_EQ(ContentOf(out + ".checkpoint"), "my notes\n");
+}
+
+}  // namespace
+}  // namespace kinegraph::testing
