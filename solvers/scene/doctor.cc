@@ -98,39 +98,55 @@ class Doctor {
     for (size_t v = 0; v < cameras_.size(); ++v) LookForRepeats(v);
   }
 
-  // Whole pixels are alike by chance where people stand: some must be broken.
-  static bool Same(const ViewDetections& a, const ViewDetections& b) {
+  // Share of the joints that lie elsewhere in the other picture; nullopt where
+  // the pictures show other people.
+  static std::optional<double> ChangedShare(const ViewDetections& a,
+                                            const ViewDetections& b) {
     if (a.detections.empty() || a.detections.size() != b.detections.size()) {
-      return false;
+      return std::nullopt;
     }
-    bool broken = false;
+    double changed = 0.0;
+    double all = 0.0;
     for (size_t d = 0; d < a.detections.size(); ++d) {
       const auto& one = a.detections[d].joints;
       const auto& other = b.detections[d].joints;
       for (size_t j = 0; j < one.size(); ++j) {
-        if (one[j].found != other[j].found) return false;
-        if (!one[j].found) continue;
-        if (one[j].px != other[j].px) return false;
-        broken = broken || one[j].px.x() != std::floor(one[j].px.x());
+        if (!one[j].found && !other[j].found) continue;
+        all += 1.0;
+        changed +=
+            one[j].found != other[j].found || one[j].px != other[j].px ? 1 : 0;
       }
     }
-    return broken;
+    if (all == 0.0) return std::nullopt;
+    return changed / all;
   }
 
-  // Pictures that come twice: a detector says the same to the last digit.
+  // Pictures that come twice: a detector says the same to the last digit. Where
+  // detections are whole pixels and people stand, that is so by chance: the
+  // picture before must have differed in nearly every joint.
   void LookForRepeats(size_t view) {
+    constexpr double kMoving = 0.8;
+    constexpr double kLeastShare = 0.01;
     int64_t repeats = 0;
     int64_t pairs = 0;
     int64_t first = -1;
+    double last_change = 0.0;
     for (size_t k = 1; k < detections_.frames.size(); ++k) {
-      const auto& now = detections_.frames[k].views[view];
-      if (now.detections.empty()) continue;
+      const auto change = ChangedShare(detections_.frames[k - 1].views[view],
+                                       detections_.frames[k].views[view]);
+      if (!change.has_value()) continue;
       ++pairs;
-      if (!Same(detections_.frames[k - 1].views[view], now)) continue;
-      if (first < 0) first = detections_.frames[k].frame;
-      ++repeats;
+      if (*change > 0.0) {
+        last_change = *change;
+      } else if (last_change >= kMoving) {
+        if (first < 0) first = detections_.frames[k].frame;
+        ++repeats;
+      }
     }
-    if (repeats == 0) return;
+    if (repeats == 0 || static_cast<double>(repeats) <
+                            kLeastShare * static_cast<double>(pairs)) {
+      return;
+    }
     Add({"frames", NameOf(view), 0.9, 0.0, 0.0,
          "take the repeated pictures out, or give the view's own rate "
          "(input.view_frame_rate)",
