@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "solvers/ceres/ceres_factor.h"
 #include "solvers/ceres/ceres_loss.h"
 #include "solvers/ceres/view_bundle.h"
+#include "solvers/graph/creep.h"
 #include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
@@ -30,6 +32,15 @@ class MoveWatch final : public ceres::IterationCallback {
         before_(StatesOf(*person)) {}
 
   bool settled() const { return settled_; }
+  // How many more steps like the last are to come (creep.h); 0: not known.
+  double to_come() const {
+    return steps_ < 2 ? 0.0 : StepsToCome(previous_step_, *step_);
+  }
+  // To be called before every solve.
+  void Restart() {
+    before_ = StatesOf(*person_);
+    steps_ = 0;
+  }
 
   ceres::CallbackReturnType operator()(
       const ceres::IterationSummary& summary) override {
@@ -37,6 +48,8 @@ class MoveWatch final : public ceres::IterationCallback {
       return ceres::SOLVER_CONTINUE;
     }
     double farthest_m = 0.0;
+    previous_step_ = *step_;
+    ++steps_;
     for (size_t j = 0; j < before_.size(); ++j) {
       const StateChain& now = person_->joints[j].states;
       for (size_t k = 0; k < now.size(); ++k) {
@@ -61,6 +74,8 @@ class MoveWatch final : public ceres::IterationCallback {
   const double tolerance_m_;
   PersonStates* step_;
   PersonStates before_;
+  PersonStates previous_step_;
+  int steps_ = 0;  // of this solve
   bool settled_ = false;
 };
 
@@ -185,25 +200,70 @@ ceres::Solver::Options OptionsFor(const SolveStage& stage,
   return options;
 }
 
+double CostOf(ceres::Problem* problem) {
+  double cost = std::numeric_limits<double>::infinity();
+  if (!problem->Evaluate(ceres::Problem::EvaluateOptions(), &cost, nullptr,
+                         nullptr, nullptr)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return cost;
+}
+
+// Goes on along a step that creeps, if the cost falls (creep.h).
+void LeapAhead(double to_come, double cost, const PersonStates& step,
+               ceres::Problem* problem, PersonProblem* person) {
+  const PersonStates here = StatesOf(*person);
+  for (size_t j = 0; j < step.size(); ++j) {
+    for (size_t k = 0; k < step[j].size(); ++k) {
+      person->joints[j].states[k] += to_come * step[j][k];
+    }
+  }
+  if (CostOf(problem) < cost) return;
+  for (size_t j = 0; j < here.size(); ++j) {
+    std::copy(here[j].begin(), here[j].end(), person->joints[j].states.begin());
+  }
+}
+
+void Add(const ceres::Solver::Summary& summary, SolveReport* report) {
+  report->finite = report->finite && summary.IsSolutionUsable();
+  report->ceres_iterations += static_cast<int>(summary.iterations.size()) - 1;
+  report->cholmod_problems =
+      summary.sparse_linear_algebra_library_type == ceres::SUITE_SPARSE ? 1 : 0;
+}
+
+// A few iterations at a time, with a leap between them where they creep.
 SolveReport RunStage(const SolveStage& stage, double step_tolerance_m,
                      PersonProblem* person, PersonStates* last_step) {
+  constexpr int kBurst = 5;
   PersonBuilder builder(person, stage);
   MoveWatch watch(person, step_tolerance_m, last_step);
   ceres::Solver::Options options = OptionsFor(
       stage, step_tolerance_m, builder.problem()->NumParameterBlocks());
   options.callbacks.push_back(&watch);
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, builder.problem(), &summary);
-  VLOG(2) << summary.FullReport();
   SolveReport report;
-  report.finite = summary.IsSolutionUsable();
-  report.converged =
-      watch.settled() || summary.termination_type == ceres::CONVERGENCE;
-  report.ceres_iterations = static_cast<int>(summary.iterations.size()) - 1;
   report.ceres_problems = 1;
-  report.cholmod_problems =
-      summary.sparse_linear_algebra_library_type == ceres::SUITE_SPARSE ? 1 : 0;
-  report.cost_decrease = summary.initial_cost - summary.final_cost;
+  report.converged = false;
+  double initial_cost = 0.0;
+  while (report.finite && !report.converged) {
+    const int left = stage.max_iterations - report.ceres_iterations;
+    if (left <= 0) break;
+    options.max_num_iterations = std::min(kBurst, left);
+    ceres::Solver::Summary summary;
+    watch.Restart();
+    ceres::Solve(options, builder.problem(), &summary);
+    VLOG(2) << summary.FullReport();
+    if (report.ceres_iterations == 0) initial_cost = summary.initial_cost;
+    Add(summary, &report);
+    report.cost_decrease = initial_cost - summary.final_cost;
+    report.converged =
+        watch.settled() || summary.termination_type == ceres::CONVERGENCE;
+    // Ceres has taken no step: there is nothing to go on from.
+    if (summary.num_successful_steps == 0) break;
+    if (!report.converged && watch.to_come() > 0.0) {
+      LeapAhead(watch.to_come(), summary.final_cost, *last_step,
+                builder.problem(), person);
+    }
+  }
   return report;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "solvers/graph/creep.h"
 #include "solvers/sweeps/damping.h"
 
 namespace kinegraph {
@@ -11,21 +12,6 @@ namespace {
 void Resize(size_t joints, size_t frames, PersonStates* states) {
   states->resize(joints);
   for (std::vector<State>& joint : *states) joint.resize(frames);
-}
-
-double Dot(const PersonStates& a, const PersonStates& b) {
-  double sum = 0.0;
-  for (size_t j = 0; j < a.size(); ++j) {
-    for (size_t k = 0; k < a[j].size(); ++k) sum += a[j][k].dot(b[j][k]);
-  }
-  return sum;
-}
-
-// a += scale * b
-void AddScaled(double scale, const PersonStates& b, PersonStates* a) {
-  for (size_t j = 0; j < b.size(); ++j) {
-    for (size_t k = 0; k < b[j].size(); ++k) (*a)[j][k] += scale * b[j][k];
-  }
 }
 
 double LargestMove(const PersonStates& step) {
@@ -95,6 +81,7 @@ bool BoneSolver::RunStage(const SolveStage& stage, double step_tolerance_m,
   if (!Linearise(*problem, states_, stage, &system_)) return false;
   Damping damping;
   report->converged = false;
+  previous_step_.clear();
   for (int iteration = 0; iteration < stage.max_iterations; ++iteration) {
     ++report->iterations;
     if (!Precondition(damping.value())) {
@@ -117,8 +104,23 @@ bool BoneSolver::RunStage(const SolveStage& stage, double step_tolerance_m,
       report->converged = true;
       break;
     }
+    LeapAhead(stage, problem);
   }
   return true;
+}
+
+void BoneSolver::LeapAhead(const SolveStage& stage, PersonProblem* problem) {
+  const double to_come =
+      previous_step_.empty() ? 0.0 : StepsToCome(previous_step_, step_);
+  previous_step_ = step_;
+  if (to_come == 0.0) return;
+  candidate_ = states_;
+  AddScaled(to_come, step_, &candidate_);
+  if (!Linearise(*problem, candidate_, stage, &trial_)) return;
+  if (!(trial_.cost < system_.cost)) return;
+  std::swap(states_, candidate_);
+  std::swap(system_, trial_);
+  previous_step_.clear();
 }
 
 SolveReport BoneSolver::Solve(const SolveSchedule& schedule,

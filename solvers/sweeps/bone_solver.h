@@ -20,6 +20,8 @@ class BoneSolver {
  private:
   bool RunStage(const SolveStage& stage, double step_tolerance_m,
                 PersonProblem* problem, SolveReport* report);
+  // Goes on along a step that creeps, if the cost falls (creep.h).
+  void LeapAhead(const SolveStage& stage, PersonProblem* problem);
   bool Precondition(double damping);
   // Solves H step = -gradient.
   void SolveLinear(double damping);
@@ -30,6 +32,7 @@ class BoneSolver {
   PersonStates states_;
   PersonStates candidate_;
   PersonStates step_;
+  PersonStates previous_step_;  // empty: none to compare with
   PersonStates residual_;
   PersonStates conditioned_;
   PersonStates direction_;
