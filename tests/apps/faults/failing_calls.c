@@ -1,0 +1,143 @@
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+// Loaded by failing_calls.py before a command (LD_PRELOAD). INJECT_AT=n: the
+// nth call of the functions below fails with EIO. INJECT_LOG=file: which one
+// that was. INJECT_COUNT=file: the number of calls, at exit.
+static int count, at = -2;
+static int hit(const char* what) {
+  if (at == -2) {
+    const char* a = getenv("INJECT_AT");
+    at = a ? atoi(a) : -1;
+  }
+  if (++count == at) {
+    const char* f = getenv("INJECT_LOG");
+    (void)f;
+    if (f) {
+      int (*o)(const char*, int, ...) = dlsym(RTLD_NEXT, "open");
+      int d = o(f, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+      ssize_t (*w)(int, const void*, size_t) = dlsym(RTLD_NEXT, "write");
+      if (d >= 0) {
+        w(d, what, strlen(what));
+        close(d);
+      }
+    }
+    errno = EIO;
+    return 1;
+  }
+  return 0;
+}
+#define REAL(n)               \
+  static __typeof__(n)* real; \
+  if (!real) real = dlsym(RTLD_NEXT, #n)
+int open(const char* p, int f, ...) {
+  REAL(open);
+  va_list l;
+  va_start(l, f);
+  mode_t m = va_arg(l, mode_t);
+  va_end(l);
+  if (hit("open")) return -1;
+  return real(p, f, m);
+}
+int open64(const char* p, int f, ...) {
+  REAL(open64);
+  va_list l;
+  va_start(l, f);
+  mode_t m = va_arg(l, mode_t);
+  va_end(l);
+  if (hit("open")) return -1;
+  return real(p, f, m);
+}
+FILE* fopen(const char* p, const char* m) {
+  REAL(fopen);
+  if (hit("fopen")) return NULL;
+  return real(p, m);
+}
+FILE* fopen64(const char* p, const char* m) {
+  REAL(fopen64);
+  if (hit("fopen")) return NULL;
+  return real(p, m);
+}
+ssize_t read(int d, void* b, size_t n) {
+  REAL(read);
+  if (hit("read")) return -1;
+  return real(d, b, n);
+}
+ssize_t write(int d, const void* b, size_t n) {
+  REAL(write);
+  if (d > 2 && hit("write")) return -1;
+  return real(d, b, n);
+}
+size_t fread(void* b, size_t s, size_t n, FILE* f) {
+  REAL(fread);
+  if (hit("fread")) return 0;
+  return real(b, s, n, f);
+}
+size_t fwrite(const void* b, size_t s, size_t n, FILE* f) {
+  REAL(fwrite);
+  if (f != stdout && f != stderr && hit("fwrite")) return 0;
+  return real(b, s, n, f);
+}
+int fflush(FILE* f) {
+  REAL(fflush);
+  if (f && f != stdout && f != stderr && hit("fflush")) return EOF;
+  return real(f);
+}
+int fsync(int d) {
+  REAL(fsync);
+  if (hit("fsync")) return -1;
+  return real(d);
+}
+int fdatasync(int d) {
+  REAL(fdatasync);
+  if (hit("fdatasync")) return -1;
+  return real(d);
+}
+int rename(const char* a, const char* b) {
+  REAL(rename);
+  if (hit("rename")) return -1;
+  return real(a, b);
+}
+int fstat(int d, struct stat* s) {
+  REAL(fstat);
+  if (hit("fstat")) return -1;
+  return real(d, s);
+}
+int stat(const char* p, struct stat* s) {
+  REAL(stat);
+  if (hit("stat")) return -1;
+  return real(p, s);
+}
+int mkdir(const char* p, mode_t m) {
+  REAL(mkdir);
+  if (hit("mkdir")) return -1;
+  return real(p, m);
+}
+int fchmod(int d, mode_t m) {
+  REAL(fchmod);
+  if (hit("fchmod")) return -1;
+  return real(d, m);
+}
+int ftruncate(int d, off_t n) {
+  REAL(ftruncate);
+  if (hit("ftruncate")) return -1;
+  return real(d, n);
+}
+__attribute__((destructor)) static void say(void) {
+  const char* f = getenv("INJECT_COUNT");
+  if (!f) return;
+  at = -1;
+  FILE* o = ((FILE * (*)(const char*, const char*)) dlsym(RTLD_NEXT, "fopen"))(
+      f, "w");
+  if (o) {
+    fprintf(o, "%d\n", count);
+    fclose(o);
+  }
+}
