@@ -23,6 +23,7 @@
 #include "core/io/file_kind.h"
 #include "core/io/identity_edits.h"
 #include "core/io/joint_names.h"
+#include "core/io/person_names.h"
 #include "core/io/text_file.h"
 #include "core/io/track_export.h"
 #include "core/io/track_writer.h"
@@ -419,12 +420,12 @@ void RenameMarkers(TrackSequence* tracks) {
   tracks->header.skeleton = WithMarkerNames(tracks->header.skeleton, *names);
 }
 
-void WriteTrc(const TrackSequence& tracks, const AxisMap& axes,
-              Losses* losses) {
+void WriteTrc(const TrackSequence& tracks, const AxisMap& axes, Losses* losses,
+              const PersonNames& names) {
   if (EndsIn(FLAGS_out, ".trc")) {
     WriteTracksTrcFile(FLAGS_out, tracks, axes, losses);
   } else {
-    WriteTracksTrc(FLAGS_out, tracks, axes, losses);
+    WriteTracksTrc(FLAGS_out, tracks, axes, losses, names);
   }
 }
 
@@ -443,12 +444,18 @@ std::string ConvertTracks(const ConvertOptions& options, Losses* losses) {
       !gflags::GetCommandLineFlagInfoOrDie("axes").is_default) {
     throw InputError("--axes belongs to TRC files");
   }
+  const PersonNames names = ReadPersonNames(FLAGS_in);
+  const bool keeps_names = FLAGS_to == "csv" || FLAGS_to == "trc" ||
+                           FLAGS_to == "npz" || FLAGS_to == "kinegraph";
+  if (!names.empty() && !keeps_names) {
+    losses->push_back("names of people are not kept");
+  }
   if (FLAGS_to == "csv") {
-    WriteTracksCsv(FLAGS_out, tracks, losses);
+    WriteTracksCsv(FLAGS_out, tracks, losses, names);
   } else if (FLAGS_to == "trc") {
-    WriteTrc(tracks, axes, losses);
+    WriteTrc(tracks, axes, losses, names);
   } else if (FLAGS_to == "npz") {
-    WriteTracksNpz(FLAGS_out, tracks, losses);
+    WriteTracksNpz(FLAGS_out, tracks, losses, names);
   } else if (FLAGS_to == "poses") {
     WriteTracksPoses(FLAGS_out, tracks, losses);
   } else if (FLAGS_to == "longcw") {
@@ -464,7 +471,7 @@ std::string ConvertTracks(const ConvertOptions& options, Losses* losses) {
       losses->push_back("the frame rate is not known (--frame_rate=HZ)");
     }
     // The header has views only when the input had observations.
-    WriteTracks(FLAGS_out, tracks, {!tracks.header.view_names.empty()});
+    WriteTracks(FLAGS_out, tracks, {!tracks.header.view_names.empty(), names});
   }
   return Count(tracks.frames.size(), "frames");
 }

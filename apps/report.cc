@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +20,8 @@
 #include "core/base/error.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
+#include "core/io/identity_edits.h"
+#include "core/io/person_names.h"
 #include "core/io/text_file.h"
 #include "core/io/tracks.h"
 #include "core/io/view_pairing.h"
@@ -73,6 +76,18 @@ void NameApart(const std::vector<std::string>& paths,
   }
 }
 
+// Names, and what `track` wrote beside its result.
+void ReadIdentity(const std::string& path, PageResult* result) {
+  result->names = ReadPersonNames(path);
+  const std::string edits = IdentityPathOf(path);
+  if (!IsFile(edits)) return;
+  result->identity_edits = ReadIdentityEdits(edits);
+  std::istringstream text(ReadTextFile(edits, kMaxSmallFileBytes));
+  for (std::string line; std::getline(text, line);) {
+    if (!line.empty()) result->identity_lines.push_back(line);
+  }
+}
+
 std::vector<PageResult> ReadResults() {
   std::vector<PageResult> results;
   const std::vector<std::string> paths = ParseList(FLAGS_tracks, "tracks");
@@ -86,6 +101,7 @@ std::vector<PageResult> ReadResults() {
     if (IsFile(summary)) {
       results.back().summary_json = ReadTextFile(summary, kMaxSmallFileBytes);
     }
+    ReadIdentity(path, &results.back());
   }
   NameApart(paths, &results);
   if (!FLAGS_ground_truth.empty()) {

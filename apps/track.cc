@@ -17,6 +17,7 @@
 #include "apps/common/take_output.h"
 #include "apps/common/track_output.h"
 #include "core/base/error.h"
+#include "core/identity/edits.h"
 #include "core/io/atomic_file.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
@@ -224,9 +225,9 @@ void RunTrack() {
         stderr);
   }
 
-  const std::unique_ptr<TrackOutput> output =
-      MakeTrackOutput(WithFolders(FLAGS_out), session.scene().header,
-                      options.output.observations);
+  const std::unique_ptr<TrackOutput> output = MakeTrackOutput(
+      WithFolders(FLAGS_out), session.scene().header,
+      options.output.observations, NamesAfter(request.corrections));
   // What waits for the end of the take is read once more for the report,
   // instead of being kept.
   UsedFrames used(session.scene(),

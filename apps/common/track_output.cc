@@ -28,8 +28,8 @@ std::string WithoutExtension(const std::string& path) {
 class JsonLinesOutput final : public TrackOutput {
  public:
   JsonLinesOutput(const std::string& path, const TrackHeader& header,
-                  bool observations)
-      : path_(path), writer_(path, header, {observations}) {}
+                  bool observations, const PersonNames& names)
+      : path_(path), writer_(path, header, {observations, names}) {}
   void Write(TrackFrame&& frame) override { writer_.Write(frame); }
   void Flush() override { writer_.Flush(); }
   void Commit() override { writer_.Commit(); }
@@ -43,8 +43,9 @@ class JsonLinesOutput final : public TrackOutput {
 // Formats that need the whole take.
 class WholeTakeOutput final : public TrackOutput {
  public:
-  WholeTakeOutput(const std::string& path, const TrackHeader& header)
-      : path_(path), extension_(ExtensionOf(path)) {
+  WholeTakeOutput(const std::string& path, const TrackHeader& header,
+                  const PersonNames& names)
+      : path_(path), extension_(ExtensionOf(path)), names_(names) {
     tracks_.header = header;
     if (extension_ == ".trc") path_ = WithoutExtension(path);
   }
@@ -54,10 +55,10 @@ class WholeTakeOutput final : public TrackOutput {
   }
   void Commit() override {
     Losses losses;
-    if (extension_ == ".csv") WriteTracksCsv(path_, tracks_, &losses);
-    if (extension_ == ".npz") WriteTracksNpz(path_, tracks_, &losses);
+    if (extension_ == ".csv") WriteTracksCsv(path_, tracks_, &losses, names_);
+    if (extension_ == ".npz") WriteTracksNpz(path_, tracks_, &losses, names_);
     if (extension_ == ".trc") {
-      WriteTracksTrc(path_, tracks_, AxisMap::Parse("y,z,x"), &losses);
+      WriteTracksTrc(path_, tracks_, AxisMap::Parse("y,z,x"), &losses, names_);
     }
     for (const std::string& loss : losses) {
       std::fprintf(stderr, "kinegraph-track: note: %s\n",
@@ -69,6 +70,7 @@ class WholeTakeOutput final : public TrackOutput {
  private:
   std::string path_;
   const std::string extension_;
+  const PersonNames names_;
   TrackSequence tracks_;
 };
 
@@ -91,13 +93,14 @@ void CheckTrackOutput(const std::string& path) {
 
 std::unique_ptr<TrackOutput> MakeTrackOutput(const std::string& path,
                                              const TrackHeader& header,
-                                             bool observations) {
+                                             bool observations,
+                                             const PersonNames& names) {
   CheckTrackOutput(path);
   const std::string extension = ExtensionOf(path);
   if (IsJsonLines(extension) || IsStream(path)) {
-    return std::make_unique<JsonLinesOutput>(path, header, observations);
+    return std::make_unique<JsonLinesOutput>(path, header, observations, names);
   }
-  return std::make_unique<WholeTakeOutput>(path, header);
+  return std::make_unique<WholeTakeOutput>(path, header, names);
 }
 
 std::string BesideResult(const std::string& path, const std::string& end) {

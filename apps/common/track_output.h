@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "core/data/person_names.h"
 #include "core/data/pose.h"
 
 namespace kinegraph {
@@ -27,7 +28,8 @@ class TrackOutput {
 // extensions for any other. `observations` as TrackWriteOptions has it.
 std::unique_ptr<TrackOutput> MakeTrackOutput(const std::string& path,
                                              const TrackHeader& header,
-                                             bool observations);
+                                             bool observations,
+                                             const PersonNames& names = {});
 
 // Throws as MakeTrackOutput does, before any work is done.
 void CheckTrackOutput(const std::string& path);

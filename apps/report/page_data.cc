@@ -202,6 +202,38 @@ size_t TextBytes(const Json& json, const std::vector<std::string>& keys) {
   return bytes;
 }
 
+// Whom an identity that edit `index` speaks of is part of in the end.
+TrackId InTheEnd(const std::vector<IdentityEdit>& edits, size_t index,
+                 TrackId id) {
+  for (size_t e = index; e < edits.size(); ++e) {
+    const bool joins = edits[e].op == EditOp::kJoin;
+    if (joins && edits[e].persons.size() == 2 && edits[e].persons[1] == id) {
+      id = edits[e].persons[0];
+    }
+  }
+  return id;
+}
+
+void AddIdentity(const PageResult& result, Json* json) {
+  const std::vector<IdentityEdit>& edits = result.identity_edits;
+  Json list = Json::array();
+  for (size_t e = 0; e < edits.size(); ++e) {
+    Json edit = {{"op", ToString(edits[e].op)}};
+    for (const TrackId id : edits[e].persons) {
+      edit["persons"].push_back(std::to_string(id.value()));
+      edit["now"].push_back(std::to_string(InTheEnd(edits, e, id).value()));
+    }
+    if (edits[e].frames.has_value()) {
+      edit["frames"] = {edits[e].frames->first, edits[e].frames->last};
+    }
+    if (edits[e].margin.has_value()) edit["margin"] = *edits[e].margin;
+    if (!edits[e].name.empty()) edit["name"] = edits[e].name;
+    list.push_back(std::move(edit));
+  }
+  (*json)["edits"] = std::move(list);
+  (*json)["identityLines"] = result.identity_lines;
+}
+
 class PageMaker {
  public:
   PageMaker(const PageInput& input, const PageOptions& options)
@@ -492,6 +524,10 @@ Json PageMaker::ResultJson(size_t r) {
                {"root", Base64(arrays.root)},
                {"joints", Base64(arrays.joints)},
                {"status", Base64(arrays.status)}};
+  for (const auto& [id, name] : result.names) {
+    json["names"][std::to_string(id.value())] = name;
+  }
+  if (is_tracks) AddIdentity(result, &json);
   if (!result.summary_json.empty()) {
     // A summary that is none is not worth losing the page for.
     const Json summary = Json::parse(result.summary_json, nullptr, false);

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "core/data/detection.h"
+#include "core/data/identity_edit.h"
+#include "core/data/person_names.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 
@@ -25,6 +27,11 @@ struct PageResult {
   TrackSequence tracks;
   // What `track` wrote beside it as NAME.summary.json; empty: nothing.
   std::string summary_json = {};
+  // NAME.identity.jsonl: what was decided of who is who, and its very lines,
+  // which the page hands out again with what is corrected there.
+  std::vector<IdentityEdit> identity_edits = {};
+  std::vector<std::string> identity_lines = {};
+  PersonNames names = {};
 };
 
 struct PageInput {

@@ -13,13 +13,17 @@
 #include "core/identity/bones.h"
 #include "core/identity/contacts.h"
 #include "core/identity/edits.h"
+#include "core/identity/ghosts.h"
 #include "core/identity/motion.h"
 #include "core/identity/tracklet.h"
 
 namespace kinegraph {
 namespace {
 
-constexpr double kForbidden = 1e6;    // nats
+constexpr double kForbidden = 1e6;  // nats
+// Who appears is rather somebody of the take than a newcomer: odds of 10 to 1
+// before anything is measured.
+constexpr double kKnownRather = 2.3;  // nats
 constexpr double kMaxOverlap = 0.5;   // s, of a track that dies and its heir
 constexpr double kSamePlace = 0.35;   // m, people are never nearer for long
 constexpr double kDoubleShare = 0.8;  // of a double's frames at that place
@@ -225,6 +229,7 @@ class Linker {
     evidence.allowed = true;
     evidence.bones = bones_.LogRatio(from.bones, to.bones);
     evidence.motion = motion_.LogRatio(end, begin, frame_s_);
+    evidence.other = kKnownRather;
     if (pieces_.next[last] == first) evidence.other += options_.continuity;
     if (!IsEntry(end)) evidence.other += options_.entry_penalty;
     if (!IsEntry(begin)) evidence.other += options_.entry_penalty;
@@ -649,6 +654,9 @@ std::vector<IdentityEdit> LinkIdentities(const Skeleton& skeleton,
   std::vector<IdentityEdit> edits;
   if (frames->empty()) return edits;
   ApplyAll(FindDoubles(CollectTracklets(*frames, skeleton)), frames, &edits);
+  ApplyAll(FindGhosts(skeleton, options.min_margin,
+                      CollectTracklets(*frames, skeleton)),
+           frames, &edits);
   const std::vector<Tracklet> tracks = CollectTracklets(*frames, skeleton);
   if (tracks.empty()) return edits;
   Linker linker(skeleton, frame_rate_hz, options, tracks);

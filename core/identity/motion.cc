@@ -18,7 +18,7 @@ constexpr double kStateSeconds = 0.3;
 constexpr double kMarginAround = 0.5;  // m
 // Share of people who come back from elsewhere: (gap / kElsewhere)^3, at most
 // a half.
-constexpr double kElsewhere = 6.0;  // s
+constexpr double kElsewhere = 5.0;  // s
 
 MotionState FitState(const Tracklet& tracklet, size_t begin, size_t end,
                      TimeNs at) {

@@ -1,5 +1,6 @@
 #include "core/io/identity_edits.h"
 
+#include <algorithm>
 #include <sstream>
 #include <utility>
 
@@ -12,6 +13,7 @@ namespace kinegraph {
 namespace {
 
 constexpr int64_t kMaxId = int64_t{1} << 50;
+constexpr size_t kMaxName = 100;  // bytes
 
 std::vector<TrackId> ReadPersons(const JsonField& field) {
   std::vector<TrackId> persons;
@@ -42,6 +44,11 @@ void ReadMember(const JsonField::Member& member, IdentityEdit* edit) {
     edit->frames = ReadSpan(field);
   } else if (member.key == "name") {
     edit->name = field.Text();
+    if (edit->name.size() > kMaxName ||
+        std::any_of(edit->name.begin(), edit->name.end(),
+                    [](unsigned char c) { return c < ' ' || c == 0x7f; })) {
+      field.FailExpected("a name of one line, up to 100 bytes");
+    }
   } else if (member.key == "margin") {
     edit->margin = field.Number();
   } else if (member.key == "evidence") {

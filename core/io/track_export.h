@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "core/data/person_names.h"
 #include "core/data/pose.h"
 #include "core/io/axis_map.h"
 #include "core/io/losses.h"
@@ -14,11 +15,12 @@ namespace kinegraph {
 // the format; what is left out is added to `losses`. Numbers are written so
 // that they read back bit for bit.
 
-// Tidy CSV, one row a joint: frame,time_s,id,joint,x_m,y_m,z_m,status; `views`
-// and the six columns cov_xx_m2 .. cov_zz_m2 follow when anybody has them. The
+// Tidy CSV, one row a joint: frame,time_s,id,joint,x_m,y_m,z_m,status; `views`,
+// the six columns cov_xx_m2 .. cov_zz_m2 and `name` follow when anybody has
+// them. The
 // cells of what is missing are empty, those of times when none is known.
 void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
-                    Losses* losses);
+                    Losses* losses, const PersonNames& names = {});
 
 // {"unit": "m", "poses": [{"frame", "id", "joints": [[x, y, z] or null]}]}.
 void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
@@ -32,6 +34,7 @@ void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
 //   views       int16   [F, P, J]        inlier views, -1 unknown; if any
 //   covariance  float64 [F, P, J, 3, 3]  m^2; NaN where there is none; if any
 //   ids         int64   [P]
+//   names       <U      [P]              if anybody has one; empty: none
 //   frames      int64   [F]
 //   times       float64 [F]              s; NaN when they are not known
 //   frame_rate  float64 []               Hz; NaN when it is not known
@@ -39,14 +42,16 @@ void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
 //   bones       int32   [B, 2]           indices into joints
 //   skeleton    <U      []               name
 void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
-                    Losses* losses);
+                    Losses* losses, const PersonNames& names = {});
 
-// TRC as OpenSim and Pose2Sim read it, a file a person: PATH/person_ID.trc.
+// TRC as OpenSim and Pose2Sim read it, a file a person: PATH/person_ID.trc, or
+// PATH/person_ID_NAME.trc of those who have a name.
 // All files have a row for every frame of the take, Frame# from 1 and the time
 // of the tracks; the header's OrigDataStartFrame is the first frame's number. A
 // marker without position has empty cells. Needs a frame rate.
 void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
-                    const AxisMap& axes, Losses* losses);
+                    const AxisMap& axes, Losses* losses,
+                    const PersonNames& names = {});
 
 // The same for tracks of one person, into the file `path` itself.
 void WriteTracksTrcFile(const std::string& path, const TrackSequence& tracks,

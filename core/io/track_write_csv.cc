@@ -15,14 +15,17 @@ constexpr const char* kCovarianceColumns =
 
 class CsvWriter {
  public:
-  CsvWriter(const std::string& path, const TrackSequence& tracks)
+  CsvWriter(const std::string& path, const TrackSequence& tracks,
+            const PersonNames& names)
       : contents_(ContentsOf(tracks)), file_(path) {
+    for (const auto& [id, name] : names) names_[id] = CsvCell(name);
     for (const std::string& joint : tracks.header.skeleton.joints()) {
       joints_.push_back(CsvCell(joint));
     }
     out_.Text("frame,time_s,id,joint,x_m,y_m,z_m,status");
     if (contents_.has_views) out_.Text(",views");
     if (contents_.has_covariances) out_.Text(kCovarianceColumns);
+    if (!names_.empty()) out_.Text(",name");
     out_.Text("\n");
   }
 
@@ -63,6 +66,11 @@ class CsvWriter {
       if (!person.inlier_views.empty()) out_.Integer(person.inlier_views[j]);
     }
     if (contents_.has_covariances) WriteCovariance(person, j);
+    if (!names_.empty()) {
+      const auto name = names_.find(person.id);
+      out_.Text(",");
+      if (name != names_.end()) out_.Text(name->second);
+    }
     out_.Text("\n");
   }
 
@@ -85,14 +93,15 @@ class CsvWriter {
   const TrackContents contents_;
   AtomicFile file_;
   JsonOutput out_;
-  std::vector<std::string> joints_;
+  std::vector<std::string> joints_;  // as cells
+  PersonNames names_;                // as cells
 };
 
 }  // namespace
 
 void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
-                    Losses* losses) {
-  CsvWriter writer(path, tracks);
+                    Losses* losses, const PersonNames& names) {
+  CsvWriter writer(path, tracks, names);
   for (const TrackFrame& frame : tracks.frames) writer.Write(frame);
   writer.Commit();
   losses->push_back("bones, frame rate and configuration are not kept");

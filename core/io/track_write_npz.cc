@@ -126,6 +126,17 @@ void AddClock(const TrackSequence& tracks, bool has_clock, NpzFile* file) {
   file->Add("frame_rate", {}, std::vector<double>{rate > 0.0 ? rate : kNaN});
 }
 
+void AddNames(const PersonNames& names, const std::vector<int64_t>& ids,
+              NpzFile* file) {
+  if (names.empty()) return;
+  std::vector<std::string> of_ids;
+  for (const int64_t id : ids) {
+    const auto name = names.find(TrackId(id));
+    of_ids.push_back(name == names.end() ? "" : name->second);
+  }
+  file->AddTexts("names", {ids.size()}, of_ids);
+}
+
 void AddSkeleton(const Skeleton& skeleton, NpzFile* file) {
   std::vector<int32_t> bones;
   for (const Bone& bone : skeleton.bones()) {
@@ -140,7 +151,7 @@ void AddSkeleton(const Skeleton& skeleton, NpzFile* file) {
 }  // namespace
 
 void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
-                    Losses* losses) {
+                    Losses* losses, const PersonNames& names) {
   const TrackContents contents = ContentsOf(tracks);
   const Arrays arrays(tracks);
   CheckSize(path, arrays.Shape(), contents.has_covariances);
@@ -152,6 +163,7 @@ void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
     file.Add("covariance", arrays.Shape({3, 3}), arrays.Covariances());
   }
   file.Add("ids", {arrays.ids().size()}, arrays.ids());
+  AddNames(names, arrays.ids(), &file);
   AddClock(tracks, contents.has_clock, &file);
   AddSkeleton(tracks.header.skeleton, &file);
   file.Commit();

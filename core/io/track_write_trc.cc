@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <vector>
 
@@ -125,6 +126,29 @@ void WritePersonFile(const std::string& path, const std::string& name,
   file.Commit();
 }
 
+// "person_3_Anna-Lena.trc"; what may not stand in the name of a file, and the
+// underscore, which parts it, are hyphens.
+std::string FileName(int64_t id, const PersonNames& names) {
+  std::string file_name = "person_" + std::to_string(id);
+  const auto name = names.find(TrackId(id));
+  if (name != names.end()) {
+    constexpr size_t kMaxBytes = 100;
+    std::string letters = name->second.substr(0, kMaxBytes);
+    // Not in the middle of a letter of UTF-8.
+    if (name->second.size() > kMaxBytes) {
+      while (!letters.empty() && (letters.back() & 0x80) != 0) {
+        letters.pop_back();
+      }
+    }
+    for (char& c : letters) {
+      const auto byte = static_cast<unsigned char>(c);
+      if (byte < 0x80 && std::isalnum(byte) == 0) c = '-';
+    }
+    file_name += "_" + letters;
+  }
+  return file_name + ".trc";
+}
+
 void NoteLosses(const TrackSequence& tracks, size_t row_count, Losses* losses) {
   const TrackContents contents = ContentsOf(tracks);
   losses->push_back("bones and configuration are not kept");
@@ -173,12 +197,13 @@ void WriteTracksTrcFile(const std::string& path, const TrackSequence& tracks,
 }
 
 void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
-                    const AxisMap& axes, Losses* losses) {
+                    const AxisMap& axes, Losses* losses,
+                    const PersonNames& names) {
   const std::vector<int64_t> ids = IdsToWrite(tracks);
   const std::vector<Row> rows = MakeRows(tracks);
   AtomicFolder folder(path);
   for (const int64_t id : ids) {
-    const std::string name = "person_" + std::to_string(id) + ".trc";
+    const std::string name = FileName(id, names);
     WritePersonFile(folder.PathOf(name), name, TrackId(id), tracks, rows, axes);
   }
   folder.Commit();

@@ -97,10 +97,22 @@ class TrackWriter::Impl {
       }
       out_.Text("]");
     }
+    WriteNames();
     out_.Text(", \"config\": ");
     out_.Text(config);
     out_.Text("}\n");
     Flush();
+  }
+
+  void WriteNames() {
+    if (options_.names.empty()) return;
+    out_.Text(", \"names\": {");
+    Separator separator;
+    for (const auto& [id, name] : options_.names) {
+      out_.Text(separator.Next());
+      out_.Text("\"" + std::to_string(id.value()) + "\": " + JsonText(name));
+    }
+    out_.Text("}");
   }
 
   void WritePerson(const PersonPose& person) {

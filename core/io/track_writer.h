@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "core/data/person_names.h"
 #include "core/data/pose.h"
 
 namespace kinegraph {
@@ -13,6 +14,7 @@ struct TrackWriteOptions {
   // Writes score, matches and weights of each person too, and the view names
   // in the header.
   bool observations = false;
+  PersonNames names = {};  // in the header
 };
 
 // JSON Lines, one frame a line; numbers read back bit for bit. The file appears

@@ -8,6 +8,28 @@
 #include "core/base/parallel.h"
 
 namespace kinegraph {
+namespace {
+
+// How far back somebody is followed who appears.
+constexpr TimeNs kLongestBack = 2'000'000'000;
+// Where one view alone sees somebody at the end of a track, the estimate must
+// know the joints as well as this on average: a third of the distance at which
+// two people pass each other.
+constexpr double kSureSigma = 0.15;  // m
+
+bool IsSure(const PersonPose& person) {
+  double sum_m2 = 0.0;
+  int count = 0;
+  for (size_t j = 0; j < person.covariances.size(); ++j) {
+    if (!person.joints[j].present()) continue;
+    if (!person.covariances[j].has_value()) return false;
+    sum_m2 += person.covariances[j]->trace() / 3.0;
+    ++count;
+  }
+  return count > 0 && sum_m2 < count * kSureSigma * kSureSigma;
+}
+
+}  // namespace
 
 SecondPass::SecondPass(SceneModel scene, const Skeleton& detection_skeleton,
                        const TrackerOptions& options,
@@ -22,7 +44,17 @@ SecondPass::SecondPass(SceneModel scene, const Skeleton& detection_skeleton,
       matcher_(options_.association, scene_.skeleton.association_joints()),
       reconstructor_(scene_.cameras, epipolar_, options_.reconstruction,
                      scene_.skeleton),
-      matches_(scene_.cameras.size()) {}
+      max_lost_(
+          FromSeconds(options_.life.max_age_frames / scene_.frame_rate_hz)),
+      matches_(scene_.cameras.size()),
+      earlier_(scene_.cameras, detection_skeleton, scene_.skeleton,
+               options_.life.min_found_joints) {}
+
+void SecondPass::ExtendEnds(const std::vector<TrackFrame>& first_pass,
+                            const std::set<TrackId>& but) {
+  runs_ = FindRuns(first_pass);
+  for (const TrackId id : but) runs_.erase(id);
+}
 
 void SecondPass::Process(const DetectionFrame& frame,
                          const TrackFrame& first_pass) {
@@ -40,38 +72,247 @@ void SecondPass::Process(const DetectionFrame& frame,
     matcher_.Match(targets_, observations_.OfView(v), scene_.cameras[v],
                    &matches_[v]);
   }
-  for (size_t t = 0; t < targets_.size(); ++t) {
-    AddPerson(frame, first_pass.people[t], t);
+  Recent now;
+  now.index = frames_.size() - 1;
+  for (size_t v = 0; v < matches_.size(); ++v) {
+    now.taken.emplace_back(observations_.OfView(v).size(), 0);
   }
+  for (size_t t = 0; t < targets_.size(); ++t) {
+    const PersonPose& person = first_pass.people[t];
+    const TrackRun* run = RunThatBegins(person.id, frame.frame);
+    if (run != nullptr) ExtendBack(person, frame.time, *run);
+    used_views_.clear();
+    for (size_t v = 0; v < matches_.size(); ++v) {
+      const int match = matches_[v][t];
+      if (match < 0) continue;
+      used_views_.push_back({&observations_.OfView(v)[match], 0.0});
+      now.taken[v][static_cast<size_t>(match)] = 1;
+    }
+    AddFrame(frame.frame, frame.time, person.id, person.joints);
+  }
+  if (runs_.empty()) return;
+  now.detections = frame;
+  ExtendOn(&now);
+  for (const PersonPose& person : first_pass.people) {
+    const TrackRun* run = RunThatEnds(person.id, frame.frame);
+    if (run == nullptr) continue;
+    followers_.emplace(person.id, EndFollower(person.joints, frame.time,
+                                              run->last_velocity_mps));
+    end_of_[person.id] = ends_++;
+  }
+  Remember(std::move(now));
 }
 
-void SecondPass::AddPerson(const DetectionFrame& frame,
-                           const PersonPose& person, size_t target) {
-  used_views_.clear();
-  for (size_t v = 0; v < matches_.size(); ++v) {
-    const int match = matches_[v][target];
-    if (match < 0) continue;
-    used_views_.push_back({&observations_.OfView(v)[match], 0.0});
-  }
-  work_.frame = frame.frame;
-  work_.time = frame.time;
+void SecondPass::AddFrame(int64_t frame, TimeNs time, TrackId id,
+                          const Pose3d& start) {
+  work_.frame = frame;
+  work_.time = time;
   if (used_views_.empty()) {
     work_.views.clear();
-    work_.inlier_views.assign(person.joints.size(), 0);
-    work_.triangulated.assign(person.joints.size(), 0);
+    work_.inlier_views.assign(start.size(), 0);
+    work_.triangulated.assign(start.size(), 0);
   } else {
-    reconstructor_.Update(used_views_, person.joints, &reconstruction_);
+    reconstructor_.Update(used_views_, start, &reconstruction_);
     FillEstimatorFrame(used_views_, reconstruction_, true, &work_);
   }
   // The smoothed pose is the start wherever nothing was triangulated.
   work_.has_initial = true;
-  work_.initial = person.joints;
-  for (size_t j = 0; j < person.joints.size(); ++j) {
+  work_.initial = start;
+  for (size_t j = 0; j < start.size(); ++j) {
     if (work_.triangulated[j]) work_.initial[j] = reconstruction_.pose[j];
   }
-  std::unique_ptr<Estimator>& estimator = estimators_[person.id];
+  std::unique_ptr<Estimator>& estimator = estimators_[id];
   if (estimator == nullptr) estimator = make_estimator_(scene_);
   estimator->Add(work_);
+}
+
+const TrackRun* SecondPass::RunThatBegins(TrackId id, int64_t frame) const {
+  const auto runs = runs_.find(id);
+  if (runs == runs_.end()) return nullptr;
+  for (const TrackRun& run : runs->second) {
+    if (run.first == frame) return &run;
+  }
+  return nullptr;
+}
+
+const TrackRun* SecondPass::RunThatEnds(TrackId id, int64_t frame) const {
+  const auto runs = runs_.find(id);
+  if (runs == runs_.end()) return nullptr;
+  for (const TrackRun& run : runs->second) {
+    if (run.last == frame) return &run;
+  }
+  return nullptr;
+}
+
+SecondPass::Seen SecondPass::Look(const Pose3d& expected, const Recent& recent,
+                                  const FrameObservations& observations) {
+  used_views_.clear();
+  used_places_.clear();
+  free_.clear();
+  std::vector<Place> places;  // of free_
+  std::vector<size_t> first(scene_.cameras.size() + 1, 0);
+  for (size_t v = 0; v < scene_.cameras.size(); ++v) {
+    for (size_t o = 0; o < observations.OfView(v).size(); ++o) {
+      if (recent.taken[v][o]) continue;
+      free_.push_back(observations.OfView(v)[o]);
+      places.push_back({v, o});
+    }
+    first[v + 1] = free_.size();
+  }
+  std::vector<int> match;
+  for (size_t v = 0; v < scene_.cameras.size(); ++v) {
+    const Span<Observation> here(free_.data() + first[v],
+                                 first[v + 1] - first[v]);
+    matcher_.Match({{&expected, 1.0}}, here, scene_.cameras[v], &match);
+    if (match[0] < 0) continue;
+    const size_t found = first[v] + static_cast<size_t>(match[0]);
+    used_views_.push_back({&free_[found], 0.0});
+    used_places_.push_back(places[found]);
+  }
+  if (used_views_.empty()) return Seen::kByNobody;
+  if (used_views_.size() < 2 ||
+      !reconstructor_.Update(used_views_, expected, &reconstruction_)) {
+    return Seen::kByOne;
+  }
+  return Seen::kByTwo;
+}
+
+void SecondPass::Take(Recent* recent) const {
+  for (const Place& place : used_places_) {
+    recent->taken[place.view][place.index] = 1;
+  }
+}
+
+void SecondPass::ExtendBack(const PersonPose& person, TimeNs time,
+                            const TrackRun& run) {
+  followers_.erase(person.id);
+  const std::vector<Beyond>& before = beyond_[person.id];
+  const int64_t stop = before.empty() ? -1 : before.back().frame;
+  EndFollower follower(person.joints, time, run.first_velocity_mps);
+  std::vector<Pose3d> expected;  // one a frame, from the last one on
+  std::vector<Seen> seen;
+  for (size_t r = recent_.size(); r-- > 0;) {
+    Recent& recent = recent_[r];
+    const TrackFrame& written = frames_[recent.index];
+    // A frame that is theirs already, of a run or its end.
+    const bool is_there = std::any_of(
+        written.people.begin(), written.people.end(),
+        [&](const PersonPose& other) { return other.id == person.id; });
+    if (is_there || written.frame <= stop ||
+        follower.agreed() - written.time > max_lost_) {
+      break;
+    }
+    expected.push_back(follower.At(written.time));
+    earlier_.Prepare(recent.detections);
+    seen.push_back(Look(expected.back(), recent, earlier_));
+    if (seen.back() != Seen::kByTwo) continue;
+    if (IsTaken(reconstruction_.pose, written.people)) {
+      seen.pop_back();
+      break;
+    }
+    follower.Agree(reconstruction_.pose, written.time);
+  }
+  while (!seen.empty() && seen.back() == Seen::kByNobody) seen.pop_back();
+  const int end = ends_++;
+  for (size_t k = seen.size(); k-- > 0;) {
+    Recent& recent = recent_[recent_.size() - 1 - k];
+    earlier_.Prepare(recent.detections);
+    Look(expected[k], recent, earlier_);
+    Take(&recent);
+    const TrackFrame& written = frames_[recent.index];
+    AddFrame(written.frame, written.time, person.id, expected[k]);
+    beyond_[person.id].push_back({written.frame, seen[k], end, true});
+  }
+}
+
+void SecondPass::ExtendOn(Recent* now) {
+  const TrackFrame& written = frames_[now->index];
+  for (auto at = followers_.begin(); at != followers_.end();) {
+    EndFollower& follower = at->second;
+    const Pose3d expected = follower.At(written.time);
+    const Seen seen = Look(expected, *now, observations_);
+    const bool agreed = seen == Seen::kByTwo;
+    if (written.time - follower.agreed() > max_lost_ ||
+        (agreed && IsTaken(reconstruction_.pose, written.people))) {
+      at = followers_.erase(at);
+      continue;
+    }
+    if (agreed) follower.Agree(reconstruction_.pose, written.time);
+    Take(now);
+    AddFrame(written.frame, written.time, at->first, expected);
+    beyond_[at->first].push_back(
+        {written.frame, seen, end_of_[at->first], false});
+    ++at;
+  }
+}
+
+void SecondPass::Remember(Recent now) {
+  const TimeNs time = now.detections.time;
+  recent_.push_back(std::move(now));
+  while (time - recent_.front().detections.time > kLongestBack) {
+    recent_.pop_front();
+  }
+}
+
+std::vector<char> SecondPass::KeptBeyond(
+    const std::vector<Beyond>& beyond,
+    const std::vector<FinalPose>& finals) const {
+  std::map<int64_t, const PersonPose*> pose_at;
+  for (const FinalPose& one : finals) pose_at[one.frame] = &one.person;
+  std::vector<char> kept(beyond.size(), 0);
+  for (size_t begin = 0, stop = 0; begin < beyond.size(); begin = stop) {
+    while (stop < beyond.size() && beyond[stop].end == beyond[begin].end) {
+      ++stop;
+    }
+    // From the track outwards.
+    const size_t count = stop - begin;
+    const auto index = [&](size_t k) {
+      return beyond[begin].backward ? stop - 1 - k : begin + k;
+    };
+    size_t sure = 0;
+    for (size_t k = 0; k < count; ++k) {
+      if (beyond[index(k)].seen == Seen::kByTwo) sure = k + 1;
+    }
+    while (sure < count && beyond[index(sure)].seen == Seen::kByOne) {
+      const PersonPose* pose = pose_at[beyond[index(sure)].frame];
+      if (pose == nullptr || !IsSure(*pose)) break;
+      ++sure;
+    }
+    for (size_t k = 0; k < sure; ++k) kept[index(k)] = 1;
+  }
+  return kept;
+}
+
+void SecondPass::WritePerson(TrackId id, std::vector<FinalPose>* finals) {
+  const std::vector<Beyond>& beyond = beyond_[id];
+  const std::vector<char> kept = KeptBeyond(beyond, *finals);
+  std::map<int64_t, bool> is_kept;
+  for (size_t k = 0; k < beyond.size(); ++k) {
+    is_kept[beyond[k].frame] = kept[k] != 0;
+  }
+  auto at = frames_.begin();
+  for (FinalPose& final_pose : *finals) {
+    at = std::lower_bound(
+        at, frames_.end(), final_pose.frame,
+        [](const TrackFrame& f, int64_t n) { return f.frame < n; });
+    CHECK(at != frames_.end() && at->frame == final_pose.frame);
+    if (CountPresent(final_pose.person.joints) == 0) continue;
+    final_pose.person.id = id;
+    const auto added = is_kept.find(final_pose.frame);
+    if (added != is_kept.end()) {
+      if (!added->second) continue;
+      const auto place = std::lower_bound(
+          at->people.begin(), at->people.end(), id,
+          [](const PersonPose& one, TrackId other) { return one.id < other; });
+      at->people.insert(place, std::move(final_pose.person));
+      continue;
+    }
+    const auto person =
+        std::find_if(at->people.begin(), at->people.end(),
+                     [&](const PersonPose& one) { return one.id == id; });
+    CHECK(person != at->people.end());
+    *person = std::move(final_pose.person);
+  }
 }
 
 std::vector<TrackFrame> SecondPass::Finish(int threads) {
@@ -83,22 +324,7 @@ std::vector<TrackFrame> SecondPass::Finish(int threads) {
     estimator.Finish();
     estimator.TakeFinals(&finals[i]);
   });
-  for (size_t i = 0; i < ids.size(); ++i) {
-    auto at = frames_.begin();
-    for (FinalPose& final_pose : finals[i]) {
-      at = std::lower_bound(
-          at, frames_.end(), final_pose.frame,
-          [](const TrackFrame& f, int64_t n) { return f.frame < n; });
-      CHECK(at != frames_.end() && at->frame == final_pose.frame);
-      if (CountPresent(final_pose.person.joints) == 0) continue;
-      final_pose.person.id = ids[i];
-      const auto person =
-          std::find_if(at->people.begin(), at->people.end(),
-                       [&](const PersonPose& one) { return one.id == ids[i]; });
-      CHECK(person != at->people.end());
-      *person = std::move(final_pose.person);
-    }
-  }
+  for (size_t i = 0; i < ids.size(); ++i) WritePerson(ids[i], &finals[i]);
   estimators_.clear();
   return std::move(frames_);
 }

@@ -3,8 +3,10 @@
 #ifndef KINEGRAPH_CORE_TRACKING_SECOND_PASS_H_
 #define KINEGRAPH_CORE_TRACKING_SECOND_PASS_H_
 
+#include <deque>
 #include <map>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "core/association/view_matching.h"
@@ -15,6 +17,7 @@
 #include "core/tracking/estimator.h"
 #include "core/tracking/frame_observations.h"
 #include "core/tracking/options.h"
+#include "core/tracking/track_ends.h"
 
 namespace kinegraph {
 
@@ -22,12 +25,22 @@ namespace kinegraph {
 // know the frame itself and what follows. Each frame's detections are matched
 // with the poses of that very frame, by the affinity of a pose one frame old.
 // People, their identities and the frames in which they are written stay those
-// of the first pass; what belongs to them may change.
+// of the first pass; what belongs to them may change. Asked to, it follows
+// people beyond both ends of their tracks.
 class SecondPass {
  public:
   // As Tracker's; `estimator` makes the one that is written.
   SecondPass(SceneModel scene, const Skeleton& detection_skeleton,
              const TrackerOptions& options, EstimatorFactory estimator);
+
+  // Follows people beyond the ends of their runs in `first_pass`, which are all
+  // frames of it, but for those named in `but`: with the detections that nobody
+  // took, while two views or more agree. Frames in between that fewer saw are
+  // written too, and at the very end those that one view saw, as long as the
+  // estimate is sure of them. Ends where nothing agrees for the life of a lost
+  // track, and where somebody else stands. Before the first frame.
+  void ExtendEnds(const std::vector<TrackFrame>& first_pass,
+                  const std::set<TrackId>& but);
 
   // The next frame in ascending order, and what the first pass wrote for it
   // (frames without people may be left out).
@@ -37,8 +50,40 @@ class SecondPass {
   std::vector<TrackFrame> Finish(int threads);
 
  private:
-  void AddPerson(const DetectionFrame& frame, const PersonPose& person,
-                 size_t target);
+  // A frame that may be looked at once more, from later ends.
+  struct Recent {
+    DetectionFrame detections;
+    size_t index = 0;                      // in frames_
+    std::vector<std::vector<char>> taken;  // [view][observation]
+  };
+  struct Place {  // of an observation in its frame
+    size_t view = 0;
+    size_t index = 0;
+  };
+  enum class Seen { kByNobody, kByOne, kByTwo };  // views that agree, or more
+  // A frame beyond an end that was given to an estimator.
+  struct Beyond {
+    int64_t frame = 0;
+    Seen seen = Seen::kByNobody;
+    int end = 0;  // counts ends
+    bool backward = false;
+  };
+
+  // Gives used_views_ to the estimator of a person.
+  void AddFrame(int64_t frame, TimeNs time, TrackId id, const Pose3d& start);
+  const TrackRun* RunThatBegins(TrackId id, int64_t frame) const;
+  const TrackRun* RunThatEnds(TrackId id, int64_t frame) const;
+  // Looks for somebody among what nobody took, fills used_views_ with their
+  // places and, where views agree, reconstruction_.
+  Seen Look(const Pose3d& expected, const Recent& recent,
+            const FrameObservations& observations);
+  void Take(Recent* recent) const;  // used_places_
+  void ExtendBack(const PersonPose& person, TimeNs time, const TrackRun& run);
+  void ExtendOn(Recent* now);
+  void Remember(Recent now);
+  std::vector<char> KeptBeyond(const std::vector<Beyond>& beyond,
+                               const std::vector<FinalPose>& finals) const;
+  void WritePerson(TrackId id, std::vector<FinalPose>* finals);
 
   SceneModel scene_;
   TrackerOptions options_;
@@ -47,14 +92,24 @@ class SecondPass {
   FrameObservations observations_;
   ViewMatcher matcher_;
   Reconstructor reconstructor_;
+  TimeNs max_lost_;  // of a track
 
   std::vector<TrackFrame> frames_;  // with the first pass's people
+  std::map<TrackId, std::vector<TrackRun>> runs_;  // whose ends are extended
+  std::map<TrackId, EndFollower> followers_;       // beyond the last frame
+  std::map<TrackId, int> end_of_;                  // that a follower is at
+  std::map<TrackId, std::vector<Beyond>> beyond_;
+  int ends_ = 0;
+  std::deque<Recent> recent_;
   std::map<TrackId, std::unique_ptr<Estimator>> estimators_;
 
   // This frame's work, kept to reuse its memory.
   std::vector<AssociationTarget> targets_;
   std::vector<std::vector<int>> matches_;  // [view][target]
+  FrameObservations earlier_;
+  std::vector<Observation> free_;  // that nobody took
   std::vector<UsedView> used_views_;
+  std::vector<Place> used_places_;
   Reconstruction reconstruction_;
   EstimatorFrame work_;
 };

@@ -171,11 +171,23 @@ class Session::Impl {
     return false;
   }
 
+  // Whose tracks a user or the evidence made shorter: they stay so.
+  std::set<TrackId> Shortened() const {
+    std::set<TrackId> people;
+    for (const IdentityEdit& edit : edits_) {
+      if (edit.op == EditOp::kDelete) people.insert(edit.persons.front());
+    }
+    return people;
+  }
+
   std::vector<TrackFrame> RunSecondPass() {
     const std::unique_ptr<DetectionSource> source =
         reopen_ ? reopen_() : nullptr;
     SecondPass second(scene_.model, detection_skeleton_, options_.tracker,
                       second_pass_estimator_);
+    if (!options_.tracker.life.independent_frames) {
+      second.ExtendEnds(first_pass_, Shortened());
+    }
     DetectionFrame frame;
     for (size_t i = 0; i < first_pass_.size(); ++i) {
       if (!NextAgain(source.get(), i, &frame) ||

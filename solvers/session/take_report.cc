@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/io/json.h"
 #include "core/tracking/gates.h"
 #include "solvers/scene/consistency.h"
 #include "solvers/scene/doctor.h"
@@ -151,6 +152,7 @@ class TakeReporter::Impl {
         SeeMatch(seen, person, match);
       }
     }
+    SeeStep(tracked);
     SeeSpeeds(tracked);
   }
 
@@ -179,6 +181,9 @@ class TakeReporter::Impl {
     facts.measured_people = fit_.people();
     const size_t best = fit_.Best();
     if (best != 0) facts.better_skeleton = candidates_[best]->name();
+    facts.frame_step_s = step_s_.Quantile(0.5);
+    facts.holes_s = holes_s_;
+    facts.independent_frames = HasIndependentFrames();
     AddWarnings(facts, &report);
     AddCauses(Diagnose(BeginningOf()), &report);
     return report;
@@ -308,6 +313,23 @@ class TakeReporter::Impl {
                   pose[static_cast<size_t>(sides.right)].position_m);
   }
 
+  bool HasIndependentFrames() const {
+    const Json config = Json::parse(scene_.header.config_json, nullptr, false);
+    const auto input = config.find("input");
+    return input != config.end() && input->value("independent_frames", false);
+  }
+
+  // Of the used frames, before last_time_ becomes that of this one.
+  void SeeStep(const TrackFrame& frame) {
+    if (frames_ < 2) return;
+    constexpr size_t kMostHoles = 100000;
+    const double step_s = ToSeconds(frame.time - last_time_);
+    step_s_.Add(step_s);
+    if (step_s > kHole && holes_s_.size() < kMostHoles) {
+      holes_s_.push_back(step_s);
+    }
+  }
+
   // Of the middle of the hips from frame to frame.
   void SeeSpeeds(const TrackFrame& frame) {
     std::map<TrackId, Eigen::Vector3d> now;
@@ -399,6 +421,8 @@ class TakeReporter::Impl {
   TimeNs last_time_ = 0;
   DetectionSequence beginning_;
   int64_t joints_kept_ = 0;
+  StreamSample step_s_;
+  std::vector<double> holes_s_;
   StreamSample speed_mps_;
   StreamSample error_px_{kErrorSample};
   int64_t frames_ = 0;

@@ -39,6 +39,7 @@ class Warnings {
   void AddAll() {
     const bool scale_is_wrong = AddScale();
     AddSkeleton();
+    AddSteps();
     if (report_->poses == 0) return AddNobody();
     AddCameras();
     AddErrors();
@@ -233,6 +234,28 @@ class Warnings {
         fmt::format("people move at {:.1f} m/s at {:.6g} Hz",
                     facts_.body_speed_mps, report_->frame_rate_hz),
         "the frame rate may be wrong (input.frame_rate)");
+  }
+
+  // Frames too far apart to follow anybody, all of them or some.
+  void AddSteps() {
+    if (facts_.independent_frames) return;
+    if (facts_.frame_step_s > kHole) {
+      Add("frames",
+          fmt::format("{:.3g} s lie between two frames: nobody can be followed "
+                      "over that",
+                      facts_.frame_step_s),
+          "for sets of single frames input.independent_frames=true");
+      return;
+    }
+    if (facts_.holes_s.empty()) return;
+    const double longest_s =
+        *std::max_element(facts_.holes_s.begin(), facts_.holes_s.end());
+    Add("frames",
+        fmt::format("{} {} in the recording, up to {:.3g} s without a frame",
+                    facts_.holes_s.size(),
+                    facts_.holes_s.size() == 1 ? "hole" : "holes", longest_s),
+        "tracks end at those longer than tracking.max_age_s; "
+        "identity.link=true joins what is clearly one person");
   }
 
   void AddIdentities() {

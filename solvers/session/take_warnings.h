@@ -19,7 +19,13 @@ struct TakeFacts {
   double bone_share = 0.0;      // SkeletonFit::MedianShare of the skeleton
   size_t measured_people = 0;   // that it rests on
   std::string better_skeleton;  // another that fits clearly better, or empty
+  double frame_step_s = 0.0;    // median time from frame to frame
+  std::vector<double> holes_s;  // longer steps than kHole, ascending in time
+  bool independent_frames = false;  // as the options say
 };
+
+// After this time without a frame somebody walks on beyond the gates [s].
+inline constexpr double kHole = 0.4;
 
 // Median height of the people, each weighed by its frames; 0 when unknown.
 double TypicalHeight(const std::vector<PersonReport>& people);

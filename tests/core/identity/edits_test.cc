@@ -52,6 +52,22 @@ TEST(ApplyEditTest, CutTakesTheNextFreeIdentity) {
   EXPECT_EQ(IdsIn(frames[14]), (Who{1, 2}));
 }
 
+TEST(NamesAfterTest, JoinsBringNamesAlong) {
+  IdentityEdit anna = Edit(EditOp::kName, {7});
+  anna.name = "Anna";
+  IdentityEdit ben = Edit(EditOp::kName, {2});
+  ben.name = "Ben";
+  const IdentityEdit join = Edit(EditOp::kJoin, {3, 7});
+  EXPECT_EQ(NamesAfter({anna, ben, join}),
+            (PersonNames{{TrackId(2), "Ben"}, {TrackId(3), "Anna"}}));
+  // Who has a name keeps it; the last one given counts.
+  const IdentityEdit both = Edit(EditOp::kJoin, {2, 7});
+  EXPECT_EQ(NamesAfter({anna, ben, both}), (PersonNames{{TrackId(2), "Ben"}}));
+  ben.name = "Bert";
+  ben.persons = {TrackId(7)};
+  EXPECT_EQ(NamesAfter({anna, ben}), (PersonNames{{TrackId(7), "Bert"}}));
+}
+
 TEST(ApplyEditTest, SwapIncludesBothEnds) {
   std::vector<TrackFrame> frames = Frames();
   IdentityEdit edit = Edit(EditOp::kSwap, {0, 1}, FrameSpan{9, 10});

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
 #include <vector>
 
 #include "core/base/random.h"
@@ -95,6 +96,90 @@ TEST_F(SecondPassTest, APersonWhomNobodySeesKeepsTheirPose) {
   ASSERT_EQ(frames[0].people.size(), 2u);
   EXPECT_EQ(frames[0].people[0].joints[3].position_m,
             first.people[0].joints[3].position_m);
+}
+
+// One of two people is tracked in some frames only and seen in more.
+class ExtendEndsTest : public SecondPassTest {
+ protected:
+  static constexpr int kFrames = 20;
+  static constexpr int64_t kOther = 11;
+
+  // The frames in which the other one is written. The first pass has them in
+  // [begin, end); views of a frame may be taken from them.
+  std::vector<int> Run(int begin, int end, const std::set<TrackId>& but) {
+    SecondPass pass = Make();
+    std::vector<TrackFrame> first_pass;
+    for (int f = 0; f < kFrames; ++f) {
+      first_pass.push_back(FirstPass(f));
+      first_pass.back().time = FrameClock(kFrameRate).TimeOf(f);
+      if (f < begin || f >= end) first_pass.back().people.pop_back();
+    }
+    pass.ExtendEnds(first_pass, but);
+    for (int f = 0; f < kFrames; ++f) {
+      DetectionFrame seen = See(f);
+      for (size_t v = views_[f]; v < seen.views.size(); ++v) {
+        seen.views[v].detections.pop_back();
+      }
+      pass.Process(seen, first_pass[static_cast<size_t>(f)]);
+    }
+    std::vector<int> frames;
+    for (const TrackFrame& frame : pass.Finish(1)) {
+      EXPECT_EQ(frame.people.front().id, TrackId(kOther - 1));
+      for (const PersonPose& person : frame.people) {
+        if (person.id != TrackId(kOther)) continue;
+        frames.push_back(static_cast<int>(frame.frame));
+        EXPECT_LT(
+            (person.joints[5].position_m - people_[1][5].position_m).norm(),
+            0.1);
+      }
+    }
+    return frames;
+  }
+
+  static std::vector<int> From(int begin, int end) {
+    std::vector<int> frames;
+    for (int f = begin; f < end; ++f) frames.push_back(f);
+    return frames;
+  }
+
+  std::vector<size_t> views_ = std::vector<size_t>(kFrames, 4);
+};
+
+TEST_F(ExtendEndsTest, FollowsBeyondBothEnds) {
+  EXPECT_EQ(Run(8, 12, {}), From(0, kFrames));
+}
+
+TEST_F(ExtendEndsTest, StopsWhereViewsDoNotAgree) {
+  // Frames 2 and 15 on are seen by nobody; 5 and 6 by one view, in between.
+  for (const int f : {2, 15, 16, 17, 18, 19}) views_[f] = 0;
+  for (const int f : {5, 6}) views_[f] = 1;
+  std::vector<int> expected = From(0, 15);
+  EXPECT_EQ(Run(8, 12, {}), expected);
+  // Longer than a lost track lives (10 frames): what comes after is not theirs.
+  for (int f = 0; f < kFrames; ++f) views_[f] = f < 3 || f > 13 ? 4 : 0;
+  views_[14] = 4;
+  EXPECT_EQ(Run(14, 17, {}), From(14, kFrames));
+}
+
+TEST_F(ExtendEndsTest, LeavesAloneWhoWasMadeShorter) {
+  EXPECT_EQ(Run(8, 12, {TrackId(kOther)}), From(8, 12));
+}
+
+TEST_F(ExtendEndsTest, ClosesAGapOfOnePerson) {
+  SecondPass pass = Make();
+  std::vector<TrackFrame> first_pass;
+  for (int f = 0; f < kFrames; ++f) {
+    first_pass.push_back(FirstPass(f));
+    first_pass.back().time = FrameClock(kFrameRate).TimeOf(f);
+    if (f >= 5 && f < 9) first_pass.back().people.pop_back();
+  }
+  pass.ExtendEnds(first_pass, {});
+  for (int f = 0; f < kFrames; ++f) {
+    pass.Process(See(f), first_pass[static_cast<size_t>(f)]);
+  }
+  for (const TrackFrame& frame : pass.Finish(1)) {
+    EXPECT_EQ(frame.people.size(), 2u) << frame.frame;
+  }
 }
 
 TEST_F(SecondPassTest, FramesWithoutPeopleAreWrittenEmpty) {

@@ -127,6 +127,28 @@ TEST(SessionIdentity, ACorrectionThatDoesNotFitNamesItsPlace) {
   }
 }
 
+TEST(SessionIdentity, TheSecondPassFollowsNobodyIntoWhatWasDeleted) {
+  Take take = MakeTake(2, 4.0);
+  IdentityEdit edit;
+  edit.op = EditOp::kDelete;
+  edit.persons = {TrackId(1)};
+  edit.frames = FrameSpan{40, 60};
+  take.request.corrections = {edit};
+  RunOptions options = GraphOptions();
+  options.tracker.life.second_pass = true;
+  int frames = 0;
+  for (const TrackFrame& frame :
+       TrackSequenceOf(options, take.request, take.detections).frames) {
+    for (const PersonPose& person : frame.people) {
+      if (person.id != TrackId(1)) continue;
+      ++frames;
+      EXPECT_FALSE(edit.frames->Contains(frame.frame)) << frame.frame;
+    }
+  }
+  // 100 frames without those 21 and at most three until they are confirmed.
+  EXPECT_GE(frames, 100 - 21 - 3);
+}
+
 // Moments two seconds apart, handed in as if they followed each other.
 Take SingleFrames() {
   Take take = MakeTake(3, 40.0);

@@ -162,6 +162,43 @@ TEST_P(WrongSetUps, EndInAWarningThatNamesTheCause) {
   EXPECT_THAT(TextOf(report), HasSubstr(GetParam().words));
 }
 
+// Every frame but those between `from` and `to`.
+void Drop(Take* take, int64_t from, int64_t to) {
+  std::vector<DetectionFrame>& frames = take->detections.frames;
+  frames.erase(std::remove_if(frames.begin(), frames.end(),
+                              [&](const DetectionFrame& frame) {
+                                return frame.frame > from && frame.frame < to;
+                              }),
+               frames.end());
+}
+
+TEST(TakeReport, HolesInTheRecordingAreNamed) {
+  Take take = SoundTake();
+  Drop(&take, 20, 29);  // 0.36 s without a frame: within a lost track's life
+  EXPECT_THAT(KindsOf(ReportOf(take)), IsEmpty());
+  Drop(&take, 40, 55);
+  const TakeReport report = ReportOf(take);
+  ASSERT_EQ(KindsOf(report), std::vector<std::string>{"frames"});
+  EXPECT_THAT(report.warnings[0].text, HasSubstr("1 hole"));
+  EXPECT_THAT(report.warnings[0].text, HasSubstr("0.6 s"));
+}
+
+TEST(TakeReport, SingleFramesAreNamedUnlessTheOptionsSaySo) {
+  Take take = SoundTake();
+  for (DetectionFrame& frame : take.detections.frames) {
+    const TimeNs shift = frame.frame * FromSeconds(60.0);
+    frame.time += shift;
+    for (ViewDetections& view : frame.views) view.capture_time += shift;
+  }
+  const auto count = [&] {
+    const std::vector<std::string> kinds = KindsOf(ReportOf(take));
+    return std::count(kinds.begin(), kinds.end(), "frames");
+  };
+  EXPECT_EQ(count(), 1);
+  take.options.input.independent_frames = true;
+  EXPECT_EQ(count(), 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     TakeReport, WrongSetUps,
     ::testing::Values(
