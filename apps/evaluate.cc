@@ -3,6 +3,8 @@
 #include <gflags/gflags.h>
 
 #include <cstdio>
+#include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,13 +15,16 @@
 #include "apps/common/evaluation_output.h"
 #include "apps/common/progress.h"
 #include "apps/common/summary.h"
+#include "apps/common/track_output.h"
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
 #include "core/io/held_out_set.h"
 #include "core/io/tracks.h"
+#include "core/io/view_bias_file.h"
 #include "core/io/view_pairing.h"
+#include "solvers/noise/bias_model.h"
 #include "solvers/session/run.h"
 
 DEFINE_string(tracks, "", "tracks to evaluate");
@@ -53,6 +58,9 @@ DEFINE_string(reference, "",
 DEFINE_string(runs, "",
               "held_out_camera: tracks to score instead of tracking, made "
               "without the first view, without the second, ...");
+DEFINE_string(folds, "",
+              "held_out_camera: two frame ranges A:B,C:D; the detector's bias "
+              "is learnt on each and scored on the other");
 DEFINE_string(json, "", "file to write the result to");
 
 namespace kinegraph {
@@ -93,7 +101,8 @@ void RefuseHeldOutFlags() {
                {"set", &FLAGS_set},
                {"held_out_set", &FLAGS_held_out_set},
                {"reference", &FLAGS_reference},
-               {"runs", &FLAGS_runs}});
+               {"runs", &FLAGS_runs},
+               {"folds", &FLAGS_folds}});
 }
 
 [[noreturn]] void FailFlag(const std::string& flag, const std::string& found,
@@ -103,6 +112,12 @@ void RefuseHeldOutFlags() {
 }
 
 std::vector<FrameRange> Frames() { return ParseFrameRanges(FLAGS_frames); }
+
+std::vector<FrameRange> Folds() {
+  const std::vector<FrameRange> folds = ParseFrameRanges(FLAGS_folds);
+  if (folds.size() != 2) FailFlag("folds", FLAGS_folds, "two ranges A:B,C:D");
+  return folds;
+}
 
 void ApplyPcpFlags(PcpProtocol* protocol) {
   const bool campus = protocol->name.rfind("campus", 0) == 0;
@@ -305,12 +320,13 @@ HeldOutInput ReadHeldOutInput() {
 
 // Tracks with every view but `without` (none: -1).
 TrackSequence Track(const RunOptions& options, const HeldOutInput& input,
-                    int without) {
+                    int without, const std::vector<FrameRange>& frames,
+                    ViewBias* view_bias = nullptr) {
   RunRequest request;
   request.cameras = input.rig;
-  request.frames = Frames();
+  request.frames = frames;
   if (without >= 0) request.without_cameras = {input.views()[without]};
-  return TrackSequenceOf(options, request, input.detections);
+  return TrackSequenceOf(options, request, input.detections, view_bias);
 }
 
 // The tracks that name the people of the scored set.
@@ -325,13 +341,25 @@ TrackSequence ReadOrTrackReference(const HeldOutInput& input) {
   RunOptions options =
       ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, "paper");
   options.output.observations = true;  // whom each detection belongs to
-  return Track(options, input, -1);
+  return Track(options, input, -1, Frames());
 }
 
 // Also the cap of each camera: that of the set, or a tenth of the image width.
 struct ScoredSet {
   HeldOutSet set;
   bool cap_by_width = false;
+
+  // The part that lies in `frames`; all where there are none.
+  HeldOutSet In(const std::vector<FrameRange>& frames) const {
+    HeldOutSet part = set;
+    part.detections.clear();
+    for (const HeldOutDetection& detection : set.detections) {
+      if (ContainsFrame(frames, detection.frame)) {
+        part.detections.push_back(detection);
+      }
+    }
+    return part;
+  }
 };
 
 ScoredSet ReadOrMakeSet(const HeldOutInput& input,
@@ -343,12 +371,8 @@ ScoredSet ReadOrMakeSet(const HeldOutInput& input,
     scored.set = MakeHeldOutSet(reference, 0.0);
     scored.cap_by_width = true;
   }
-  const std::vector<FrameRange> frames = Frames();
-  std::vector<HeldOutDetection> kept;
-  for (const HeldOutDetection& detection : scored.set.detections) {
-    if (ContainsFrame(frames, detection.frame)) kept.push_back(detection);
-  }
-  scored.set.detections = std::move(kept);
+  scored.set = scored.In(Frames());
+  if (!FLAGS_folds.empty()) scored.set = scored.In(Folds());
   if (scored.set.detections.empty()) {
     throw InputError(
         "held-out set: no detection to score" +
@@ -370,6 +394,12 @@ double CapOf(const ScoredSet& scored, const Camera& camera) {
   return 0.1 * camera.width_px();
 }
 
+// A run without a view, and what it has learnt of the detector.
+struct HeldOutRun {
+  TrackSequence tracks;
+  ViewBias bias;
+};
+
 // The runs without each view in turn: read, or tracked.
 class HeldOutRuns {
  public:
@@ -377,22 +407,102 @@ class HeldOutRuns {
       : input_(input), files_(ParseList(FLAGS_runs, "runs")) {
     if (files_.empty()) {
       RequireFlag("config", FLAGS_config);
-    } else if (files_.size() != input.views().size()) {
+      return;
+    }
+    if (!FLAGS_folds.empty()) {
+      throw InputError(
+          "--folds has no meaning with --runs: they have learnt what they "
+          "have learnt");
+    }
+    if (files_.size() != input.views().size()) {
       throw InputError("--runs: found " + std::to_string(files_.size()) +
                        " files, expected one for each of the " +
                        std::to_string(input.views().size()) + " views");
     }
   }
 
-  TrackSequence Get(int view) const {
-    if (!files_.empty()) return ReadTracks(files_[view]);
-    return Track(input_.options, input_, view);
+  HeldOutRun Get(int view) const {
+    HeldOutRun run;
+    if (files_.empty()) {
+      run.tracks = Track(input_.options, input_, view, Frames(), &run.bias);
+      return run;
+    }
+    run.tracks = ReadTracks(files_[view]);
+    const std::string bias = BesideResult(files_[view], ".bias.json");
+    if (std::filesystem::exists(bias)) run.bias = ReadViewBias(bias);
+    return run;
+  }
+
+  // The bias learnt in `fold` alone, used in a run over all frames.
+  HeldOutRun GetWithBiasOf(const FrameRange& fold, int view) const {
+    HeldOutRun run;
+    Track(input_.options, input_, view, {fold}, &run.bias);
+    RunOptions options = input_.options;
+    options.estimators.graph.given_view_bias =
+        std::make_shared<ViewBias>(run.bias);
+    run.tracks = Track(options, input_, view, Frames());
+    return run;
   }
 
  private:
   const HeldOutInput& input_;
   std::vector<std::string> files_;
 };
+
+// Errors of the 3D points alone, and of the detections that they predict.
+struct HeldOutColumns {
+  HeldOutScores points;
+  HeldOutScores detections;
+  bool any_bias = false;
+
+  void Score(const HeldOutInput& input, const HeldOutSet& set, int view,
+             const TrackSequence& reference, const HeldOutRun& run) {
+    const Camera& camera = input.cameras[view];
+    ScoreHeldOutCamera(set, input.detections, view, camera, reference,
+                       run.tracks, &points);
+    HeldOutRules rules;
+    if (!run.bias.empty()) {
+      any_bias = true;
+      const auto predictor = std::make_shared<DetectionPredictor>(
+          run.tracks.header.skeleton, run.bias);
+      rules.bias_px = [predictor](const PersonPose& person, int joint_idx,
+                                  const Camera& in) {
+        return predictor->BiasOf(person, joint_idx, in);
+      };
+    }
+    ScoreHeldOutCamera(set, input.detections, view, camera, reference,
+                       run.tracks, &detections, rules);
+  }
+};
+
+// Scores one view; with --folds each fold with what the other one taught.
+void ScoreView(const HeldOutInput& input, const HeldOutRuns& runs,
+               const ScoredSet& scored, int view,
+               const TrackSequence& reference, HeldOutColumns* columns) {
+  if (FLAGS_folds.empty()) {
+    columns->Score(input, scored.set, view, reference, runs.Get(view));
+    return;
+  }
+  const std::vector<FrameRange> folds = Folds();
+  for (size_t f = 0; f < 2; ++f) {
+    columns->Score(input, scored.In({folds[f]}), view, reference,
+                   runs.GetWithBiasOf(folds[1 - f], view));
+  }
+}
+
+EvaluationOutput DescribeColumns(const HeldOutColumns& columns,
+                                 const HeldOutInput& input) {
+  EvaluationOutput output = DescribeHeldOut(columns.points, input.views());
+  if (!columns.any_bias) return output;
+  const EvaluationOutput predicted =
+      DescribeHeldOut(columns.detections, input.views());
+  output.text +=
+      "\nPredicting detections (the 3D point and the bias that the run has "
+      "learnt of the detector):\n" +
+      predicted.text;
+  output.json["predicts_detections"] = predicted.json;
+  return output;
+}
 
 void RunHeldOut() {
   RefuseFlags(
@@ -401,21 +511,19 @@ void RunHeldOut() {
   const HeldOutRuns runs(input);
   const TrackSequence reference = ReadOrTrackReference(input);
   ScoredSet scored = ReadOrMakeSet(input, reference);
-  HeldOutScores scores;
+  HeldOutColumns columns;
   std::vector<double> caps_px;
   {
     const int views = static_cast<int>(input.views().size());
     Progress progress("leaving out cameras", views);
     for (int view = 0; view < views; ++view) {
-      const Camera& camera = input.cameras[view];
-      scored.set.cap_px = CapOf(scored, camera);
+      scored.set.cap_px = CapOf(scored, input.cameras[view]);
       caps_px.push_back(scored.set.cap_px);
-      ScoreHeldOutCamera(scored.set, input.detections, view, camera, reference,
-                         runs.Get(view), &scores);
+      ScoreView(input, runs, scored, view, reference, &columns);
       progress.Set(view + 1);
     }
   }
-  EvaluationOutput output = DescribeHeldOut(scores, input.views());
+  EvaluationOutput output = DescribeColumns(columns, input);
   output.json["min_confidence"] = scored.set.min_confidence;
   output.json["pairing_gate_m"] = scored.set.pairing_gate_m;
   output.json["cap_px"] = caps_px;

@@ -24,6 +24,7 @@
 #include "core/io/identity_edits.h"
 #include "core/io/refinement_record.h"
 #include "core/io/text_file.h"
+#include "core/io/view_bias_file.h"
 #include "solvers/scene/camera_check.h"
 #include "solvers/session/refine_take.h"
 #include "solvers/session/remembered_runs.h"
@@ -154,6 +155,14 @@ std::optional<DetectionSequence> RecordedClocks(const RunOptions& options,
   return WithRecordedClocks(
       options, request, *record,
       ReadDetections(FLAGS_detections, DetectionOptionsOf(options)));
+}
+
+// Where a bias was looked for: what was found, and whether it is used.
+void WriteBias(const RunOptions& options, const Session& session) {
+  if (options.estimators.graph.view_bias == ViewBiasUse::kOff) return;
+  const ViewBias bias = session.view_bias();
+  if (bias.joints.empty()) return;
+  WriteViewBias(BesideResult(FLAGS_out, ".bias.json"), bias);
 }
 
 void RunTrack() {
@@ -292,6 +301,7 @@ void RunTrack() {
   if (!IsLive()) WarnOfCameras(check);
   if (!has_name) return;
   WriteSummary(report, summary);
+  WriteBias(options, session);
   std::fputs(ReportText(report).c_str(), said);
 }
 

@@ -17,15 +17,19 @@ EstimatorFactory Gaussian(const CausalGaussianOptions& options) {
   };
 }
 
-EstimatorFactory Window(const GraphOptions& options) {
-  return [options](const SceneModel& scene) {
-    return MakeWindowEstimator(scene, options);
+// Every factory has notes of its own: who is not of the same run and pass
+// learns nothing from them.
+EstimatorFactory Window(const GraphOptions& options,
+                        std::shared_ptr<TakeNotes> notes) {
+  return [options, notes = std::move(notes)](const SceneModel& scene) {
+    return MakeWindowEstimator(scene, options, notes);
   };
 }
 
-EstimatorFactory Batch(const GraphOptions& options) {
-  return [options](const SceneModel& scene) {
-    return MakeBatchEstimator(scene, options);
+EstimatorFactory Batch(const GraphOptions& options,
+                       std::shared_ptr<TakeNotes> notes) {
+  return [options, notes = std::move(notes)](const SceneModel& scene) {
+    return MakeBatchEstimator(scene, options, notes);
   };
 }
 
@@ -105,7 +109,9 @@ bool IsCausal(OutputKind kind, const EstimatorOptions& options) {
   }
 }
 
-EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options) {
+EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options,
+                            std::shared_ptr<TakeNotes> notes) {
+  if (notes == nullptr) notes = std::make_shared<TakeNotes>(options.graph);
   const FilterOptions& filters = options.filters;
   CheckOptions(filters);
   const bool covariances =
@@ -117,9 +123,9 @@ EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options) {
   };
   switch (kind) {
     case OutputKind::kWindow:
-      return Window(options.graph);
+      return Window(options.graph, std::move(notes));
     case OutputKind::kBatch:
-      return Batch(options.graph);
+      return Batch(options.graph, std::move(notes));
     case OutputKind::kGaussian:
       return Gaussian(options.gaussian);
     case OutputKind::kRawDlt:
@@ -164,14 +170,14 @@ EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options) {
 
 EstimatorPair MakeEstimators(const EstimatorOptions& options) {
   if (options.mode == Mode::kPaper)
-    return {Gaussian(options.gaussian), nullptr};
+    return {Gaussian(options.gaussian), nullptr, nullptr};
   EstimatorPair pair;
+  pair.notes = std::make_shared<TakeNotes>(options.graph);
+  const bool same = SameEstimator(options.feedback, options.output);
   pair.feedback = options.feedback == FeedbackKind::kWindow
-                      ? Window(options.graph)
+                      ? Window(options.graph, same ? pair.notes : nullptr)
                       : Gaussian(options.gaussian);
-  if (!SameEstimator(options.feedback, options.output)) {
-    pair.output = MakeOutput(options.output, options);
-  }
+  if (!same) pair.output = MakeOutput(options.output, options, pair.notes);
   return pair;
 }
 

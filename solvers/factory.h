@@ -2,6 +2,7 @@
 #ifndef KINEGRAPH_SOLVERS_FACTORY_H_
 #define KINEGRAPH_SOLVERS_FACTORY_H_
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "solvers/filters/causal_gaussian.h"
 #include "solvers/filters/segment_filters.h"
 #include "solvers/graph/options.h"
+#include "solvers/noise/take_notes.h"
 
 namespace kinegraph {
 
@@ -59,14 +61,18 @@ struct EstimatorOptions {
 // which joints of a bridged gap are written is known afterwards only.)
 bool IsCausal(OutputKind kind, const EstimatorOptions& options);
 
-// One strategy alone, whatever mode and roles say.
-EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options);
+// One strategy alone, whatever mode and roles say. What its people learn from
+// the take goes into `notes`; null: into notes of the factory's own.
+EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options,
+                            std::shared_ptr<TakeNotes> notes = nullptr);
 
 // Factories of the two roles. An empty `output` means that the feedback
 // estimator's own poses are written.
 struct EstimatorPair {
   EstimatorFactory feedback;
   EstimatorFactory output;
+  // What the estimators that are written learn of the take; may be null.
+  std::shared_ptr<TakeNotes> notes = nullptr;
 };
 
 EstimatorPair MakeEstimators(const EstimatorOptions& options);

@@ -75,17 +75,6 @@ double CapOf(const Camera& camera) {
                    "(cameras.image_size)");
 }
 
-// All people of one replay through one strategy.
-std::vector<ReplayOutcome> RunAll(const SceneModel& scene,
-                                  const std::vector<ReplayedPerson>& people,
-                                  const EstimatorFactory& estimator) {
-  std::vector<ReplayOutcome> outcomes;
-  for (const ReplayedPerson& person : people) {
-    outcomes.push_back(RunEstimator(scene, person, estimator));
-  }
-  return outcomes;
-}
-
 TrackSequence Assemble(const Comparison& comparison, const PreparedTake& take,
                        const std::vector<ReplayedPerson>& people,
                        std::vector<ReplayOutcome> outcomes) {
@@ -324,7 +313,7 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
         MakeStrategy(strategy, values[f], comparison.rate_hz(),
                      comparison.options.estimators);
     std::vector<ReplayOutcome> outcomes =
-        RunAll(comparison.scene(), fold.take->all, estimator);
+        RunEstimators(comparison.scene(), fold.take->all, estimator);
     for (const ReplayOutcome& outcome : outcomes) {
       run.cpu_ns += outcome.cpu_ns;
       run.person_frames += static_cast<int64_t>(outcome.finals.size());
@@ -357,10 +346,11 @@ TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
                          const StrategyValues& values, const PreparedTake& take,
                          size_t view) {
   const std::vector<ReplayedPerson>& people = take.without[view];
-  return Assemble(comparison, take, people,
-                  RunAll(comparison.scene(), people,
-                         MakeStrategy(strategy, values, comparison.rate_hz(),
-                                      comparison.options.estimators)));
+  return Assemble(
+      comparison, take, people,
+      RunEstimators(comparison.scene(), people,
+                    MakeStrategy(strategy, values, comparison.rate_hz(),
+                                 comparison.options.estimators)));
 }
 
 void ScoreWithout(const Comparison& comparison, const Fold& fold, size_t view,

@@ -229,7 +229,10 @@ void ScoreHeldOutCamera(const HeldOutSet& set,
       score.person_idx = scores->people.size() - 1;
       score.joint_class = detected.joint_class(joint);
       score.error_px = set.cap_px;
-      if (const auto pixel = Predict(person, run_joint[joint], camera)) {
+      if (auto pixel = Predict(person, run_joint[joint], camera)) {
+        if (rules.bias_px) {
+          *pixel += rules.bias_px(*person, run_joint[joint], camera);
+        }
         const double error_px = (*pixel - keypoint.px).norm();
         score.predicted = error_px < set.cap_px;
         score.error_px = std::min(set.cap_px, error_px);

@@ -54,6 +54,10 @@ using DetectorSigma =
     std::function<double(JointClass joint_class, double confidence,
                          double depth_m, double focal_px)>;
 
+// What the detector adds to a joint's pixel in that camera [px].
+using DetectorBias = std::function<Eigen::Vector2d(
+    const PersonPose& person, int joint_idx, const Camera& camera)>;
+
 struct HeldOutRules {
   enum class Pairing {
     kByDistance,  // one-to-one, by mean distance over the twelve body joints
@@ -61,6 +65,9 @@ struct HeldOutRules {
   };
   Pairing pairing = Pairing::kByDistance;
   DetectorSigma sigma_px;  // empty: no normalised residuals
+  // Empty: the 3D point alone is scored; else what the detector would say of
+  // it. Scores of the two kinds are never mixed.
+  DetectorBias bias_px;
 };
 
 // Scores `run`, made without the camera of view `view_idx`, on that view's part

@@ -269,26 +269,81 @@ std::vector<ReplayedPerson> Replay::Prepare(int without_view,
   return people;
 }
 
+// One person's estimator at work.
+class RunningEstimator {
+ public:
+  RunningEstimator(const SceneModel& scene, const EstimatorFactory& estimator) {
+    const int64_t start_ns = ThreadCpuNs();
+    estimator_ = estimator(scene);
+    outcome_.cpu_ns = ThreadCpuNs() - start_ns;
+  }
+
+  void Add(const EstimatorFrame& frame) {
+    const int64_t start_ns = ThreadCpuNs();
+    const size_t before = outcome_.finals.size();
+    estimator_->Add(frame);
+    estimator_->TakeFinals(&outcome_.finals);
+    outcome_.cpu_ns += ThreadCpuNs() - start_ns;
+    if (outcome_.finals.size() == before) return;
+    const TimeNs delay = frame.time - outcome_.finals[before].time;
+    outcome_.delay = std::max(outcome_.delay.value_or(0), delay);
+  }
+
+  ReplayOutcome Finish() {
+    const int64_t start_ns = ThreadCpuNs();
+    estimator_->Finish();
+    estimator_->TakeFinals(&outcome_.finals);
+    estimator_.reset();
+    outcome_.cpu_ns += ThreadCpuNs() - start_ns;
+    return std::move(outcome_);
+  }
+
+ private:
+  std::unique_ptr<Estimator> estimator_;
+  ReplayOutcome outcome_;
+};
+
 ReplayOutcome RunEstimator(const SceneModel& scene,
                            const ReplayedPerson& person,
                            const EstimatorFactory& estimator) {
-  ReplayOutcome outcome;
-  outcome.finals.reserve(person.frames.size());
-  const int64_t start_ns = ThreadCpuNs();
-  const std::unique_ptr<Estimator> one = estimator(scene);
-  for (const EstimatorFrame& frame : person.frames) {
-    one->Add(frame);
-    const size_t before = outcome.finals.size();
-    one->TakeFinals(&outcome.finals);
-    if (outcome.finals.size() == before) continue;
-    const TimeNs delay = frame.time - outcome.finals[before].time;
-    outcome.delay = std::max(outcome.delay.value_or(0), delay);
-  }
-  one->Finish();
-  one->TakeFinals(&outcome.finals);
-  outcome.cpu_ns = ThreadCpuNs() - start_ns;
+  RunningEstimator one(scene, estimator);
+  for (const EstimatorFrame& frame : person.frames) one.Add(frame);
+  ReplayOutcome outcome = one.Finish();
   CHECK_EQ(outcome.finals.size(), person.frames.size());
   return outcome;
+}
+
+std::vector<ReplayOutcome> RunEstimators(
+    const SceneModel& scene, const std::vector<ReplayedPerson>& people,
+    const EstimatorFactory& estimator) {
+  struct Step {
+    TimeNs time;
+    size_t person, index;
+  };
+  std::vector<Step> steps;
+  for (size_t p = 0; p < people.size(); ++p) {
+    for (size_t k = 0; k < people[p].frames.size(); ++k) {
+      steps.push_back({people[p].frames[k].time, p, k});
+    }
+  }
+  std::stable_sort(
+      steps.begin(), steps.end(),
+      [](const Step& a, const Step& b) { return a.time < b.time; });
+  std::vector<std::unique_ptr<RunningEstimator>> running(people.size());
+  for (const Step& step : steps) {
+    auto& one = running[step.person];
+    if (one == nullptr) {
+      one = std::make_unique<RunningEstimator>(scene, estimator);
+    }
+    one->Add(people[step.person].frames[step.index]);
+  }
+  std::vector<ReplayOutcome> outcomes;
+  for (size_t p = 0; p < people.size(); ++p) {
+    outcomes.push_back(running[p] == nullptr ? ReplayOutcome()
+                                             : running[p]->Finish());
+    CHECK_EQ(outcomes.back().finals.size(), people[p].frames.size());
+  }
+  return outcomes;
 }
 
 std::vector<TrackFrame> AssembleReplay(

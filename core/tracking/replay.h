@@ -131,6 +131,12 @@ ReplayOutcome RunEstimator(const SceneModel& scene,
                            const ReplayedPerson& person,
                            const EstimatorFactory& estimator);
 
+// Runs an estimator over each person, all frames of the take in order, as a
+// tracker does: what people learn of each other is the same. One outcome each.
+std::vector<ReplayOutcome> RunEstimators(
+    const SceneModel& scene, const std::vector<ReplayedPerson>& people,
+    const EstimatorFactory& estimator);
+
 // Puts the outcomes of all people, which it moves, together: in each frame from
 // `first_frame` on the people who are written and have a pose. `frames` gives
 // numbers and times, ascending.

@@ -16,6 +16,7 @@
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/noise/bone_spreads.h"
+#include "solvers/noise/person_bias.h"
 #include "solvers/noise/person_noise.h"
 
 namespace kinegraph {
@@ -73,13 +74,17 @@ std::vector<double> SecondsToSupport(const std::vector<TimeNs>& times,
 
 class BatchEstimator final : public Estimator {
  public:
-  BatchEstimator(const SceneModel& scene, const GraphOptions& options)
+  BatchEstimator(const SceneModel& scene, const GraphOptions& options,
+                 std::shared_ptr<TakeNotes> notes)
       : scene_(scene),
         options_(options),
         assembler_(scene_, options_),
         solver_(options_),
         problem_(assembler_.EmptyProblem()),
-        noise_(scene_, options_) {}
+        noise_(scene_, options_),
+        notes_(std::move(notes)),
+        bias_(scene_, notes_ == nullptr ? nullptr : notes_->view_bias()),
+        learnt_(notes_ == nullptr ? nullptr : notes_->NewPerson()) {}
 
   void Add(const EstimatorFrame& frame) override;
   const Pose3d& Last() const override { return last_; }
@@ -108,6 +113,9 @@ class BatchEstimator final : public Estimator {
   TakeSolver solver_;
   PersonProblem problem_;
   PersonNoise noise_;
+  const std::shared_ptr<TakeNotes> notes_;  // null: nothing is shared
+  PersonBias bias_;
+  const std::shared_ptr<LearntNoise> learnt_;
   std::vector<FrameRecord> records_;
   std::vector<FinalPose> finals_;
   Pose3d last_;
@@ -116,6 +124,7 @@ class BatchEstimator final : public Estimator {
 
 void BatchEstimator::Add(const EstimatorFrame& frame) {
   records_.push_back(assembler_.Append(frame, &problem_));
+  bias_.Observe(problem_, records_.size() - 1, records_.back().triangulated);
   if (frame.has_initial || records_.size() == 1) {
     last_ = frame.initial;
     last_.resize(joint_count());
@@ -150,9 +159,11 @@ void BatchEstimator::SolveAll() {
   for (int j = 0; j < joint_count(); ++j) {
     InterpolateStarts(records_, j, problem_.times, &problem_.joints[j]);
   }
+  bias_.ApplyTake(&problem_);
   if (options_.LearnsNoise()) {
     noise_.LearnTake(problem_);
     noise_.Apply(&problem_);
+    if (learnt_ != nullptr) *learnt_ = noise_.Learnt();
     VLOG(1) << ToString(noise_.Learnt());
   }
   if (options_.pixel_noise_from == NoiseFrom::kFixed &&
@@ -303,10 +314,11 @@ void BatchEstimator::WriteFinalsOf(
 
 }  // namespace
 
-std::unique_ptr<Estimator> MakeBatchEstimator(const SceneModel& scene,
-                                              const GraphOptions& options) {
+std::unique_ptr<Estimator> MakeBatchEstimator(
+    const SceneModel& scene, const GraphOptions& options,
+    std::shared_ptr<TakeNotes> notes) {
   CheckGraphOptions(options);
-  return std::make_unique<BatchEstimator>(scene, options);
+  return std::make_unique<BatchEstimator>(scene, options, std::move(notes));
 }
 
 }  // namespace kinegraph

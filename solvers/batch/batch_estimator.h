@@ -6,14 +6,17 @@
 
 #include "core/tracking/estimator.h"
 #include "solvers/graph/options.h"
+#include "solvers/noise/take_notes.h"
 
 namespace kinegraph {
 
 // Collects frames and solves in Finish(); every final pose comes then. As it
 // has no causal estimate, Last() is the newest initial pose and Predict() holds
 // it: not meant to serve association. Throws OptionError for bad options.
-std::unique_ptr<Estimator> MakeBatchEstimator(const SceneModel& scene,
-                                              const GraphOptions& options);
+// `notes`, if not null, are shared with the run's other people.
+std::unique_ptr<Estimator> MakeBatchEstimator(
+    const SceneModel& scene, const GraphOptions& options,
+    std::shared_ptr<TakeNotes> notes = nullptr);
 
 }  // namespace kinegraph
 

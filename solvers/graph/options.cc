@@ -51,6 +51,10 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("process_noise_from", &process_noise_from, {"take", "fixed"},
                  "Learn the process noise from moment to moment from the "
                  "take, or use the table.");
+  visitor.Choice("view_bias", &view_bias, {"off", "on", "auto"},
+                 "Learn from the take how the detector's error depends on the "
+                 "view and take it away; auto: of the joints where the other "
+                 "half of the take gains.");
   visitor.Boolean("rival_starts", &rival_starts,
                   "Where most views of a joint are lost, also solve from other "
                   "starts and keep what costs least.");

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/options.h"
+#include "core/data/view_bias.h"
 #include "core/skeleton/skeleton.h"
 #include "solvers/factors/loss.h"
 #include "solvers/graph/general_factor.h"
@@ -42,6 +43,13 @@ enum class NoiseFrom {
 enum class StartFrom {
   kTriangulation,  // the frame's own views, where they place the joint
   kMotion,         // where the motion leads
+};
+
+// Whether the detector's bias by view is learnt and taken away.
+enum class ViewBiasUse {
+  kOff,
+  kOn,    // wherever the take can tell it at all
+  kAuto,  // of the joints where the take's other half gains
 };
 
 struct GraphOptions {
@@ -89,6 +97,10 @@ struct GraphOptions {
   // what costs least.
   bool rival_starts = true;
 
+  // The detector's bias as a function of the view, over all people of the take
+  // (solvers/noise/bias_model.h).
+  ViewBiasUse view_bias = ViewBiasUse::kOff;
+
   bool LearnsNoise() const {
     return pixel_noise_from == NoiseFrom::kTake ||
            process_noise_from == NoiseFrom::kTake;
@@ -119,8 +131,10 @@ struct GraphOptions {
   // their neighbours on both sides; 0 for the take as a whole [s].
   double chunk_s = 10.0;
 
-  // Given in code alone: factors of the caller's own (solver ceres), and where
-  // estimators add how their solves ended.
+  // Given in code alone: a bias that is known and not learnt (unless view_bias
+  // is off), factors of the caller's own (solver ceres), and where estimators
+  // add how their solves ended.
+  std::shared_ptr<const ViewBias> given_view_bias;
   UserFactorSource user_factors;
   std::shared_ptr<SolveLedger> ledger;
 

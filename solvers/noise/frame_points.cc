@@ -1,5 +1,7 @@
 #include "solvers/noise/frame_points.h"
 
+#include <utility>
+
 namespace kinegraph {
 namespace {
 
@@ -29,10 +31,11 @@ bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
   residuals_.square = 0.0;
   for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
     const PixelMeasurement& measurement = chain.measurements[m];
-    const auto ideal = measurement.camera->Undistort(measurement.px);
+    const Eigen::Vector2d px =
+        measurement.px - measurement.bias_px.cast<double>();
+    const auto ideal = measurement.camera->Undistort(px);
     if (!ideal.has_value()) continue;
-    views_.push_back(
-        {measurement.camera, measurement.px, measurement.model_sigma_px});
+    views_.push_back({measurement.camera, px, measurement.model_sigma_px});
     ideal_.push_back(
         {measurement.camera, *ideal, 1.0 / measurement.model_sigma_px});
   }
@@ -76,7 +79,8 @@ std::optional<FramePoint> FrameTriangulator::Robust(double scale) {
   const bool agreed =
       views == 2 ? inliers == 2 : inliers >= 3 && 2 * inliers > views;
   if (!agreed) return std::nullopt;
-  return FramePoint{point->position_m, point->covariance_m2 / correction_};
+  return FramePoint{point->position_m, point->covariance_m2 / correction_,
+                    std::move(point->weights)};
 }
 
 }  // namespace kinegraph

@@ -17,6 +17,7 @@ namespace kinegraph {
 struct FramePoint {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
+  std::vector<double> weights;  // of each of the triangulator's views
 };
 
 // Triangulates the measurements of single frames. Keeps work space.
@@ -26,11 +27,13 @@ class FrameTriangulator {
   // camera's place in it.
   explicit FrameTriangulator(const CameraRig& cameras);
 
-  // Takes the measurements of frame `k`, with the modelled sigmas. Least
+  // Takes the measurements of frame `k`, with the modelled sigmas and without
+  // what is known of their bias. Least
   // squares over all views: false with fewer than two that see it, or where
   // they leave a direction open.
   bool Load(const JointChain& chain, size_t k);
   const TriangulationResiduals& residuals() const { return residuals_; }
+  const std::vector<PixelPoint>& views() const { return views_; }
 
   // The point that a redescending loss leaves, sigmas times `scale`. Narrowed
   // in stages from least squares (Huber, then Geman-McClure). nullopt unless

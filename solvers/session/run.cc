@@ -23,7 +23,8 @@ void TrackAll(DetectionSource* source, Session* session,
 
 TrackSequence TrackSequenceOf(const RunOptions& options,
                               const RunRequest& request,
-                              const DetectionSequence& detections) {
+                              const DetectionSequence& detections,
+                              ViewBias* view_bias) {
   MemorySource source(detections);
   Session session(options, request, detections.header,
                   [&] { return std::make_unique<MemorySource>(detections); });
@@ -32,6 +33,7 @@ TrackSequence TrackSequenceOf(const RunOptions& options,
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
     tracks.frames.push_back(std::move(frame));
   });
+  if (view_bias != nullptr) *view_bias = session.view_bias();
   return tracks;
 }
 

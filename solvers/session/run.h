@@ -36,10 +36,12 @@ class MemorySource final : public DetectionSource {
 void TrackAll(DetectionSource* source, Session* session,
               const std::function<void(TrackFrame&&)>& write);
 
-// Detections in memory, tracked.
+// Detections in memory, tracked. `view_bias`, if not null, receives what was
+// learnt of the detector's bias.
 TrackSequence TrackSequenceOf(const RunOptions& options,
                               const RunRequest& request,
-                              const DetectionSequence& detections);
+                              const DetectionSequence& detections,
+                              ViewBias* view_bias = nullptr);
 
 // A run whose matches are kept (core/tracking/replay.h).
 struct FrozenRun {

@@ -48,6 +48,7 @@ class Session::Impl {
         scene_(PrepareScene(options_, request_, detections)),
         detection_skeleton_(detections.skeleton),
         reopen_(std::move(reopen)),
+        notes_(estimators.notes),
         second_pass_estimator_(estimators.output ? estimators.output
                                                  : estimators.feedback),
         tracker_(scene_.model, detection_skeleton_, options_.tracker,
@@ -91,6 +92,7 @@ class Session::Impl {
   const RunScene& scene() const { return scene_; }
   const RunSummary& summary() const { return summary_; }
   const std::vector<IdentityEdit>& identity_edits() const { return edits_; }
+  const TakeNotes* notes() const { return notes_.get(); }
 
   void set_stage_times(StageTimes* times) { tracker_.set_stage_times(times); }
   void set_frame_listener(std::function<void(const DetectionFrame&)> listener) {
@@ -183,6 +185,7 @@ class Session::Impl {
   std::vector<TrackFrame> RunSecondPass() {
     const std::unique_ptr<DetectionSource> source =
         reopen_ ? reopen_() : nullptr;
+    if (notes_ != nullptr) notes_->BeginPass();
     SecondPass second(scene_.model, detection_skeleton_, options_.tracker,
                       second_pass_estimator_);
     if (!options_.tracker.life.independent_frames) {
@@ -222,6 +225,7 @@ class Session::Impl {
   const RunScene scene_;
   const Skeleton detection_skeleton_;
   const SourceOpener reopen_;
+  const std::shared_ptr<TakeNotes> notes_;
   const EstimatorFactory second_pass_estimator_;
   Tracker tracker_;
   std::function<void(const DetectionFrame&)> frame_listener_;
@@ -278,6 +282,14 @@ std::vector<TrackFrame> Session::Process(DetectionFrame&& frame) {
 }
 bool Session::IsPastEnd(int64_t frame) const { return impl_->IsPastEnd(frame); }
 std::vector<TrackFrame> Session::Finish() { return impl_->Finish(); }
+LearntNoise Session::learnt_noise() const {
+  const TakeNotes* notes = impl_->notes();
+  return notes == nullptr ? LearntNoise() : notes->Noise();
+}
+ViewBias Session::view_bias() const {
+  const TakeNotes* notes = impl_->notes();
+  return notes == nullptr ? ViewBias() : notes->Bias();
+}
 const std::vector<IdentityEdit>& Session::identity_edits() const {
   return impl_->identity_edits();
 }

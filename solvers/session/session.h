@@ -25,6 +25,7 @@
 #include "core/tracking/tracker.h"
 #include "solvers/factory.h"
 #include "solvers/graph/solve_counts.h"
+#include "solvers/noise/take_notes.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"
 
@@ -90,6 +91,11 @@ class Session {
 
   // Of the frames returned so far.
   const RunSummary& summary() const;
+  // After Finish: what the estimators that were written learnt from the take
+  // (graph.pixel_noise_from, graph.process_noise_from, graph.view_bias). ToJson
+  // (solvers/noise/take_notes.h) makes JSON of the first.
+  LearntNoise learnt_noise() const;
+  ViewBias view_bias() const;
   // After Finish: what linking did to identities, then the corrections.
   const std::vector<IdentityEdit>& identity_edits() const;
 

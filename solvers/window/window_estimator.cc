@@ -16,6 +16,7 @@
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/noise/bone_spreads.h"
+#include "solvers/noise/person_bias.h"
 #include "solvers/noise/person_noise.h"
 #include "solvers/person/person_solver.h"
 
@@ -30,13 +31,17 @@ State Advance(const State& state, double dt_s) {
 
 class WindowEstimator final : public Estimator {
  public:
-  WindowEstimator(const SceneModel& scene, const GraphOptions& options)
+  WindowEstimator(const SceneModel& scene, const GraphOptions& options,
+                  std::shared_ptr<TakeNotes> notes)
       : scene_(scene),
         options_(options),
         assembler_(scene_, options_),
         solver_(options_),
         problem_(assembler_.EmptyProblem()),
         noise_(scene_, options_),
+        notes_(std::move(notes)),
+        bias_(scene_, notes_ == nullptr ? nullptr : notes_->view_bias()),
+        learnt_(notes_ == nullptr ? nullptr : notes_->NewPerson()),
         bone_lengths_(scene_.skeleton),
         bone_spreads_(scene_.skeleton),
         supports_(scene_.skeleton.joint_count()),
@@ -71,6 +76,9 @@ class WindowEstimator final : public Estimator {
   PersonSolver solver_;
   PersonProblem problem_;
   PersonNoise noise_;
+  const std::shared_ptr<TakeNotes> notes_;  // null: nothing is shared
+  PersonBias bias_;
+  const std::shared_ptr<LearntNoise> learnt_;
   BoneLengths bone_lengths_;
   BoneSpreads bone_spreads_;
   CausalNoiseScale learnt_scale_;
@@ -95,6 +103,8 @@ void WindowEstimator::Add(const EstimatorFrame& frame) {
       m->sigma_px *= noise_scale_;
     }
   }
+  bias_.Observe(problem_, newest(), records_.back().triangulated);
+  bias_.ApplyCausally(newest(), &problem_);
   if (options_.LearnsNoise()) noise_.AddFrame(problem_, newest());
   const std::vector<bool> placed_anew = StartNewStates();
   DropFinalFrames();
@@ -342,7 +352,10 @@ void WindowEstimator::TakeFinals(std::vector<FinalPose>* finals) {
 
 void WindowEstimator::Finish() {
   if (final_count_ < records_.size()) Emit(records_.size());
-  if (options_.LearnsNoise()) VLOG(1) << ToString(noise_.Learnt());
+  if (options_.LearnsNoise()) {
+    if (learnt_ != nullptr) *learnt_ = noise_.Learnt();
+    VLOG(1) << ToString(noise_.Learnt());
+  }
   VLOG(1) << "noise scale " << noise_scale_;
   if (!records_.empty()) {
     solver_.HandInCounts(first_frame_, records_.back().frame);
@@ -351,10 +364,11 @@ void WindowEstimator::Finish() {
 
 }  // namespace
 
-std::unique_ptr<Estimator> MakeWindowEstimator(const SceneModel& scene,
-                                               const GraphOptions& options) {
+std::unique_ptr<Estimator> MakeWindowEstimator(
+    const SceneModel& scene, const GraphOptions& options,
+    std::shared_ptr<TakeNotes> notes) {
   CheckGraphOptions(options);
-  return std::make_unique<WindowEstimator>(scene, options);
+  return std::make_unique<WindowEstimator>(scene, options, std::move(notes));
 }
 
 }  // namespace kinegraph

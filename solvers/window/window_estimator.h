@@ -6,6 +6,7 @@
 
 #include "core/tracking/estimator.h"
 #include "solvers/graph/options.h"
+#include "solvers/noise/take_notes.h"
 
 namespace kinegraph {
 
@@ -14,8 +15,10 @@ namespace kinegraph {
 // into a prior on its successor when the next frame comes. Memory does not grow
 // with the length of the track. Last() is the estimate at the newest frame in
 // which a view measured anything. Throws OptionError for bad options.
-std::unique_ptr<Estimator> MakeWindowEstimator(const SceneModel& scene,
-                                               const GraphOptions& options);
+// `notes`, if not null, are shared with the run's other people.
+std::unique_ptr<Estimator> MakeWindowEstimator(
+    const SceneModel& scene, const GraphOptions& options,
+    std::shared_ptr<TakeNotes> notes = nullptr);
 
 }  // namespace kinegraph
 

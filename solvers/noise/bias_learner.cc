@@ -1,0 +1,325 @@
+#include "solvers/noise/bias_learner.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace kinegraph {
+namespace {
+
+using BiasVector = Eigen::Matrix<double, kBiasSize, 1>;
+
+// Observations of mean weight that say zero, by class: large where the bias was
+// small beside the noise of real detections. Chosen on frames taken 25 times a
+// second; here there are ten.
+double RidgeOf(JointClass joint_class) {
+  constexpr double kRate = 10.0 / 25.0;
+  switch (joint_class) {
+    case JointClass::kHip:
+    case JointClass::kShoulder:
+      return kRate * 10.0;
+    case JointClass::kKnee:
+    case JointClass::kTrunk:
+      return kRate * 20.0;
+    case JointClass::kElbow:
+      return kRate * 150.0;
+    case JointClass::kAnkle:
+    case JointClass::kFoot:
+      return kRate * 300.0;
+    default:
+      return kRate * 100.0;
+  }
+}
+
+// 0.975 quantile of Student's t; within 0.03 from five degrees of freedom on.
+double LimitOfStudent(double degrees_of_freedom) {
+  return 1.96 + 2.5 / (degrees_of_freedom - 0.5);
+}
+
+int64_t FloorDivide(TimeNs time, TimeNs step) {
+  return time >= 0 ? time / step : -((-time + step - 1) / step);
+}
+
+// How much less the squares become.
+double GainOf(const BiasSums& sums, const BiasVector& bias) {
+  return 2.0 * sums.g.dot(bias) - bias.dot(sums.A * bias);
+}
+
+}  // namespace
+
+void BiasSums::Clear() {
+  A.setZero();
+  g.setZero();
+  offset.setZero();
+  feature_squares.setZero();
+  weight = 0.0;
+  square = 0.0;
+  observations = 0;
+}
+
+BiasSums& BiasSums::operator+=(const BiasSums& other) {
+  A += other.A;
+  g += other.g;
+  offset += other.offset;
+  feature_squares += other.feature_squares;
+  weight += other.weight;
+  square += other.square;
+  observations += other.observations;
+  return *this;
+}
+
+bool AddViews(const std::vector<BiasView>& views, BiasSums* sums) {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d point_gradient = Eigen::Vector3d::Zero();
+  for (const BiasView& view : views) {
+    const Matrix23d J = view.per_sigma * view.jacobian;
+    normal += J.transpose() * J;
+    point_gradient += J.transpose() * (view.per_sigma * view.residual_px);
+  }
+  const Eigen::LLT<Eigen::Matrix3d> factor(normal);
+  if (factor.info() != Eigen::Success) return false;
+  const Eigen::Matrix3d inverse = factor.solve(Eigen::Matrix3d::Identity());
+  if (!inverse.allFinite()) return false;
+  // D' J, and D' r.
+  Eigen::Matrix<double, kBiasSize, 3> cross;
+  cross.setZero();
+  for (const BiasView& view : views) {
+    const auto& features = view.direction.features;
+    const Eigen::Vector2d across = view.per_sigma * view.direction.across_px;
+    const Eigen::Vector2d along = view.per_sigma * view.direction.along_px;
+    const Matrix23d J = view.per_sigma * view.jacobian;
+    const Eigen::Vector2d r = view.per_sigma * view.residual_px;
+    // Across and along are at right angles and equally long.
+    const double weight = along.squaredNorm();
+    const Eigen::Matrix<double, kViewFeatureCount, kViewFeatureCount> outer =
+        weight * features * features.transpose();
+    sums->A.topLeftCorner<kViewFeatureCount, kViewFeatureCount>() += outer;
+    sums->A.bottomRightCorner<kViewFeatureCount, kViewFeatureCount>() += outer;
+    sums->g.head<kViewFeatureCount>() += features * across.dot(r);
+    sums->g.tail<kViewFeatureCount>() += features * along.dot(r);
+    cross.topRows<kViewFeatureCount>() += features * (across.transpose() * J);
+    cross.bottomRows<kViewFeatureCount>() += features * (along.transpose() * J);
+    const Matrix23d by_body = J * view.direction.body;
+    sums->offset.topRows<kViewFeatureCount>() +=
+        features * (across.transpose() * by_body);
+    sums->offset.bottomRows<kViewFeatureCount>() +=
+        features * (along.transpose() * by_body);
+    sums->feature_squares += weight * features.cwiseAbs2();
+    sums->weight += weight;
+    sums->square += r.squaredNorm();
+    ++sums->observations;
+  }
+  sums->A -= cross * inverse * cross.transpose();
+  sums->g -= cross * (inverse * point_gradient);
+  sums->square -= point_gradient.dot(inverse * point_gradient);
+  return true;
+}
+
+BiasVector SolveBias(const BiasSums& sums, double ridge) {
+  if (sums.observations == 0) return BiasVector::Zero();
+  // In units where each feature has a root mean square of one and weights a
+  // mean of one.
+  const double mean_weight =
+      sums.weight / static_cast<double>(sums.observations);
+  BiasVector diagonal;
+  for (int i = 0; i < kViewFeatureCount; ++i) {
+    const double square = sums.feature_squares[i] / sums.weight;
+    diagonal[i] = ridge * mean_weight * std::max(square, 1e-4);
+    diagonal[i + kViewFeatureCount] = diagonal[i];
+  }
+  Eigen::Matrix<double, kBiasSize, kBiasSize> regular = sums.A;
+  regular.diagonal() += diagonal;
+  const Eigen::LDLT<Eigen::Matrix<double, kBiasSize, kBiasSize>> factor(
+      regular);
+  BiasVector bias = factor.solve(sums.g);
+  const Eigen::Matrix<double, kBiasSize, 3> pull = factor.solve(sums.offset);
+  const Eigen::Matrix3d stiffness = sums.offset.transpose() * pull;
+  bias -= pull * stiffness.ldlt().solve(sums.offset.transpose() * bias);
+  return bias.allFinite() ? bias : BiasVector::Zero();
+}
+
+BiasSeries::BiasSeries(std::vector<JointClass> classes, int view_count)
+    : classes_(std::move(classes)), azimuths_(static_cast<size_t>(view_count)) {
+  for (auto& sectors : azimuths_) sectors.fill(0);
+}
+
+void BiasSeries::Add(TimeNs time, const std::vector<BiasSums>& sums) {
+  std::vector<BiasSums>& block = blocks_[FloorDivide(time, block_ns_)];
+  block.resize(classes_.size());
+  for (size_t i = 0; i < sums.size(); ++i) {
+    if (sums[i].observations == 0) continue;
+    block[i] += sums[i];
+    observations_ += sums[i].observations;
+  }
+  while (blocks_.size() > kMostBlocks) {
+    block_ns_ *= 2;
+    std::map<int64_t, std::vector<BiasSums>> joined;
+    for (auto& [key, from] : blocks_) {
+      std::vector<BiasSums>& to = joined[FloorDivide(key, 2)];
+      to.resize(classes_.size());
+      for (size_t i = 0; i < to.size(); ++i) to[i] += from[i];
+    }
+    blocks_ = std::move(joined);
+  }
+}
+
+void BiasSeries::AddAzimuth(int view_idx, double azimuth) {
+  constexpr double kPi = 3.14159265358979323846;
+  const double share = (azimuth + kPi) / (2.0 * kPi);
+  const int sector =
+      std::clamp(static_cast<int>(share * kSectors), 0, kSectors - 1);
+  ++azimuths_[static_cast<size_t>(view_idx)][static_cast<size_t>(sector)];
+}
+
+// The median over cameras of the sectors that each has seen more than a few
+// times.
+double BiasSeries::AzimuthDegrees() const {
+  std::vector<int> seen;
+  for (const auto& sectors : azimuths_) {
+    int64_t total = 0;
+    for (const int64_t count : sectors) total += count;
+    if (total == 0) continue;
+    const int64_t few = total / (10 * kSectors);
+    seen.push_back(static_cast<int>(
+        std::count_if(sectors.begin(), sectors.end(),
+                      [few](int64_t count) { return count > few; })));
+  }
+  if (seen.empty()) return 0.0;
+  const auto middle =
+      seen.begin() + static_cast<std::ptrdiff_t>((seen.size() - 1) / 2);
+  std::nth_element(seen.begin(), middle, seen.end());
+  return *middle * 360.0 / kSectors;
+}
+
+ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
+  const double ridge = RidgeOf(classes_[name_idx]);
+  BiasSums halves[2];
+  for (const auto& [key, block] : blocks_) {
+    halves[key & 1] += block[name_idx];
+  }
+  BiasSums all = halves[0];
+  all += halves[1];
+  ViewBias::OfJoint result;
+  result.observations = all.observations;
+  if (all.observations == 0) return result;
+  const BiasVector bias = SolveBias(all, ridge);
+  for (int i = 0; i < kViewFeatureCount; ++i) {
+    result.across_m[static_cast<size_t>(i)] = bias[i];
+    result.along_m[static_cast<size_t>(i)] = bias[i + kViewFeatureCount];
+  }
+  const BiasVector of_half[2] = {SolveBias(halves[0], ridge),
+                                 SolveBias(halves[1], ridge)};
+  double sum = 0.0;
+  double squares = 0.0;
+  int count = 0;
+  for (const auto& [key, block] : blocks_) {
+    if (block[name_idx].observations == 0) continue;
+    const double gain =
+        GainOf(block[name_idx], of_half[1 - (key & 1)]) / all.square;
+    sum += gain;
+    squares += gain * gain;
+    ++count;
+  }
+  result.gain = sum;
+  constexpr int kFewestBlocks = 6;
+  if (count < kFewestBlocks) {
+    result.used = always;
+    return result;
+  }
+  // Of the sum over blocks.
+  const double n = count;
+  result.gain_error =
+      std::sqrt(std::max(0.0, (squares - sum * sum / n) * n / (n - 1.0)));
+  result.used = always || sum > LimitOfStudent(n - 1.0) * result.gain_error;
+  return result;
+}
+
+ViewBias BiasSeries::Fit(const std::vector<std::string>& names,
+                         bool always) const {
+  // With fewer a bias is not told from a camera's own shift.
+  constexpr double kLeastAzimuth_deg = 180.0;
+  ViewBias bias;
+  bias.azimuth_deg = AzimuthDegrees();
+  for (size_t i = 0; i < classes_.size(); ++i) {
+    ViewBias::OfJoint& joint = bias.joints.emplace_back(FitJoint(i, always));
+    joint.joint = names[i];
+    joint.used = joint.used && bias.azimuth_deg >= kLeastAzimuth_deg;
+  }
+  return bias;
+}
+
+std::shared_ptr<ViewBiasPool::Pending> ViewBiasPool::Register(
+    const BiasJoints& joints, int view_count) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (series_ == nullptr) {
+    std::vector<JointClass> classes;
+    names_ = joints.names();
+    for (size_t i = 0; i < names_.size(); ++i) {
+      classes.push_back(joints.ClassOf(static_cast<int>(i)));
+    }
+    series_ = std::make_unique<BiasSeries>(std::move(classes), view_count);
+    if (given_ != nullptr) {
+      given_ = std::make_shared<ViewBias>(InOrderOf(names_, *given_));
+    }
+  }
+  people_.push_back(std::make_shared<Pending>());
+  people_.back()->sums.resize(names_.size());
+  return people_.back();
+}
+
+std::shared_ptr<const ViewBias> ViewBiasPool::Before(TimeNs time) {
+  if (!learns()) return given_;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (!any_time_ || time != time_) {
+    any_time_ = true;
+    time_ = time;
+    Collect();
+    // Refitting is worth it when a twentieth more was seen.
+    if (20 * (series_->observations() - fitted_at_) > fitted_at_) Refit();
+  }
+  return fitted_;
+}
+
+void ViewBiasPool::Hand(Pending* seen, Pending* pending) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  std::swap(*seen, *pending);
+  pending->full = true;
+}
+
+std::shared_ptr<const ViewBias> ViewBiasPool::Now() {
+  if (!learns()) return given_;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (series_ == nullptr) return std::make_shared<ViewBias>();
+  Collect();
+  if (fitted_ == nullptr || series_->observations() != fitted_at_) Refit();
+  return fitted_;
+}
+
+void ViewBiasPool::Collect() {
+  for (const auto& person : people_) {
+    if (!person->full) continue;
+    series_->Add(person->time, person->sums);
+    for (const auto& [view, azimuth] : person->azimuths) {
+      series_->AddAzimuth(view, azimuth);
+    }
+    for (BiasSums& sums : person->sums) {
+      if (sums.observations > 0) sums.Clear();
+    }
+    person->azimuths.clear();
+    person->full = false;
+  }
+  // Who is held by nobody else has died.
+  people_.erase(std::remove_if(people_.begin(), people_.end(),
+                               [](const std::shared_ptr<Pending>& person) {
+                                 return person.use_count() == 1;
+                               }),
+                people_.end());
+}
+
+void ViewBiasPool::Refit() {
+  fitted_ = std::make_shared<ViewBias>(series_->Fit(names_, always_));
+  fitted_at_ = series_->observations();
+}
+
+}  // namespace kinegraph

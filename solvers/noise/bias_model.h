@@ -1,0 +1,108 @@
+// The detector's bias as a function of the view: what ViewBias means.
+//
+//   u = project(X) + (f / z) (s b_across e_across + b_along e_along)
+//   b = C [1, cos p, sin p, cos 2p, sin 2p, cos 3p, sin 3p, e, e cos p, e sin
+//   p]
+//
+// p: azimuth of the camera in the body's frame, positive towards the joint's
+// own side; e: the component of the viewing direction along the trunk. e_along
+// is the image of the trunk's direction, e_across at right angles to it; s is
+// -1 for joints of the right side, so that partners share coefficients C [m].
+#ifndef KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
+#define KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/data/pose.h"
+#include "core/data/view_bias.h"
+#include "core/geometry/camera.h"
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// Directions of a body, orthonormal: where it faces, its left, its head.
+struct BodyAxes {
+  Eigen::Vector3d forward = Eigen::Vector3d::UnitX();
+  Eigen::Vector3d left = Eigen::Vector3d::UnitY();
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+};
+
+// Axes of the trunk and of the head (of the trunk where the ears are unknown).
+struct BodyStance {
+  BodyAxes trunk;
+  BodyAxes head;
+};
+
+// Where each joint's coefficients stand in a skeleton.
+class BiasJoints {
+ public:
+  explicit BiasJoints(const Skeleton& skeleton);
+
+  // Names without side, in the order of their first joints.
+  const std::vector<std::string>& names() const { return names_; }
+  int IndexOf(int joint_idx) const { return index_[joint_idx]; }
+  double SideOf(int joint_idx) const { return side_[joint_idx]; }
+  bool OnHead(int joint_idx) const { return on_head_[joint_idx]; }
+  JointClass ClassOf(int name_idx) const { return classes_[name_idx]; }
+
+  // From shoulders and hips; nullopt where `at` does not know all four, or
+  // they lie together.
+  using PositionOf =
+      std::function<std::optional<Eigen::Vector3d>(int joint_idx)>;
+  std::optional<BodyStance> FrameOf(const PositionOf& at) const;
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<JointClass> classes_;
+  std::vector<int> index_;
+  std::vector<double> side_;
+  std::vector<bool> on_head_;
+  int shoulders_[2];  // left, right; -1: none
+  int hips_[2];
+  int ears_[2];
+};
+
+// A joint in a view: what its coefficients are multiplied with.
+struct ViewDirection {
+  Eigen::Matrix<double, kViewFeatureCount, 1> features;
+  // Pixels for a metre across and along.
+  Eigen::Vector2d across_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d along_px = Eigen::Vector2d::Zero();
+  // Columns: forward, the joint's own side, up.
+  Eigen::Matrix3d body = Eigen::Matrix3d::Identity();
+  double azimuth = 0.0;  // of the camera around the body, not mirrored [rad]
+};
+
+// nullopt where the camera does not see the point or looks along the trunk.
+std::optional<ViewDirection> DirectionOf(const BiasJoints& joints,
+                                         const BodyStance& frame, int joint_idx,
+                                         const Eigen::Vector3d& point_m,
+                                         const Camera& camera);
+
+// The bias of a joint [px]; zero where it is not used.
+Eigen::Vector2d BiasOf(const ViewBias::OfJoint& bias,
+                       const ViewDirection& direction);
+
+// The same bias with a line for each of `names`, unused where it has none.
+ViewBias InOrderOf(const std::vector<std::string>& names, const ViewBias& bias);
+
+// What the detector would add to the joints of poses in any camera.
+class DetectionPredictor {
+ public:
+  DetectionPredictor(const Skeleton& skeleton, const ViewBias& bias);
+  // [px]; zero where the pose does not tell how the body stands.
+  Eigen::Vector2d BiasOf(const PersonPose& person, int joint_idx,
+                         const Camera& camera) const;
+
+ private:
+  BiasJoints joints_;
+  ViewBias bias_;  // in the order of the joints' names
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_NOISE_BIAS_MODEL_H_

@@ -1,0 +1,144 @@
+#include "solvers/noise/person_bias.h"
+
+#include <cmath>
+#include <utility>
+
+namespace kinegraph {
+namespace {
+
+// A body turns little in that time.
+constexpr double kLongest_s = 0.3;
+
+}  // namespace
+
+PersonBias::PersonBias(const SceneModel& scene,
+                       std::shared_ptr<ViewBiasPool> pool)
+    : scene_(scene),
+      pool_(std::move(pool)),
+      joints_(scene.skeleton),
+      triangulator_(scene.cameras) {
+  if (pool_ == nullptr) return;
+  pending_ = pool_->Register(joints_, static_cast<int>(scene.cameras.size()));
+  seen_.sums.resize(joints_.names().size());
+}
+
+void PersonBias::Observe(const PersonProblem& problem, size_t k,
+                         const std::vector<bool>& triangulated) {
+  if (pool_ == nullptr) return;
+  const TimeNs time = problem.times[k];
+  before_ = pool_->Before(time);
+  const auto position = [&](int j) -> std::optional<Eigen::Vector3d> {
+    if (!triangulated[static_cast<size_t>(j)]) return std::nullopt;
+    return Eigen::Vector3d(
+        problem.joints[static_cast<size_t>(j)].states[k].head<3>());
+  };
+  const std::optional<BodyStance> frame = joints_.FrameOf(position);
+  frames_.push_back(frame);
+  if (!frame.has_value()) return;
+  last_ = frame;
+  last_time_ = time;
+  if (!pool_->learns()) return;
+  // Errors of neighbouring frames are alike: ten looks a second tell it all.
+  constexpr double kPeriod_s = 0.1;
+  const TimeNs due = FromSeconds(kPeriod_s - 0.5 / scene_.frame_rate_hz);
+  if (learnt_ && time - learnt_time_ < due) return;
+  learnt_ = true;
+  learnt_time_ = time;
+  Learn(problem, k);
+}
+
+void PersonBias::Learn(const PersonProblem& problem, size_t k) {
+  seen_.time = problem.times[k];
+  bool any = false;
+  for (int j = 0; j < scene_.skeleton.joint_count(); ++j) {
+    any = AddJoint(problem, k, j) || any;
+  }
+  if (any) pool_->Hand(&seen_, pending_.get());
+}
+
+bool PersonBias::AddJoint(const PersonProblem& problem, size_t k,
+                          int joint_idx) {
+  const JointChain& chain = problem.joints[static_cast<size_t>(joint_idx)];
+  if (!triangulator_.Load(chain, k)) return false;
+  const JointClass joint_class = scene_.skeleton.joint_class(joint_idx);
+  scales_.Add(joint_class, triangulator_.residuals());
+  const auto point = triangulator_.Robust(scales_.Scale(joint_class));
+  if (!point.has_value()) return false;
+  std::vector<BiasView> views;
+  for (size_t v = 0; v < triangulator_.views().size(); ++v) {
+    const PixelPoint& seen = triangulator_.views()[v];
+    if (point->weights[v] <= 0.0) continue;
+    BiasView view;
+    const auto image = seen.camera->Project(point->position_m, &view.jacobian);
+    const auto direction = DirectionOf(joints_, *last_, joint_idx,
+                                       point->position_m, *seen.camera);
+    if (!image.has_value() || !direction.has_value()) continue;
+    view.view_idx = static_cast<int>(seen.camera - scene_.cameras.data());
+    view.direction = *direction;
+    view.residual_px = seen.px - *image;
+    view.per_sigma = std::sqrt(point->weights[v]) / seen.sigma_px;
+    views.push_back(view);
+  }
+  if (views.size() < 2) return false;
+  if (!AddViews(views,
+                &seen_.sums[static_cast<size_t>(joints_.IndexOf(joint_idx))])) {
+    return false;
+  }
+  for (const BiasView& view : views) {
+    seen_.azimuths.emplace_back(view.view_idx, view.direction.azimuth);
+  }
+  return true;
+}
+
+void PersonBias::Apply(const ViewBias& bias, const BodyStance& frame, size_t k,
+                       PersonProblem* problem) const {
+  for (int j = 0; j < scene_.skeleton.joint_count(); ++j) {
+    const ViewBias::OfJoint& of_joint =
+        bias.joints[static_cast<size_t>(joints_.IndexOf(j))];
+    if (!of_joint.used) continue;
+    JointChain& chain = problem->joints[static_cast<size_t>(j)];
+    const Eigen::Vector3d point_m = chain.states[k].head<3>();
+    for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+      PixelMeasurement& measurement = chain.measurements[m];
+      const auto direction =
+          DirectionOf(joints_, frame, j, point_m, *measurement.camera);
+      if (!direction.has_value()) continue;
+      measurement.bias_px = BiasOf(of_joint, *direction).cast<float>();
+    }
+  }
+}
+
+void PersonBias::ApplyCausally(size_t k, PersonProblem* problem) {
+  if (before_ == nullptr || before_->empty() || !last_.has_value()) return;
+  if (ToSeconds(problem->times[k] - last_time_) > kLongest_s) return;
+  Apply(*before_, *last_, k, problem);
+}
+
+const BodyStance* PersonBias::NearestFrame(
+    size_t k, const std::vector<TimeNs>& times) const {
+  const BodyStance* nearest = nullptr;
+  double least_s = kLongest_s;
+  const auto consider = [&](size_t i) {
+    const double away_s = std::abs(ToSeconds(times[i] - times[k]));
+    if (away_s > least_s) return false;
+    if (!frames_[i].has_value()) return true;
+    nearest = &*frames_[i];
+    least_s = away_s;
+    return false;
+  };
+  for (size_t i = k; i < times.size() && consider(i);) ++i;
+  for (size_t i = k; i > 0 && consider(i - 1);) --i;
+  return nearest;
+}
+
+void PersonBias::ApplyTake(PersonProblem* problem) {
+  if (pool_ == nullptr) return;
+  const std::shared_ptr<const ViewBias> bias = pool_->Now();
+  if (bias == nullptr || bias->empty()) return;
+  for (size_t k = 0; k < problem->times.size(); ++k) {
+    const BodyStance* frame = NearestFrame(k, problem->times);
+    if (frame != nullptr) Apply(*bias, *frame, k, problem);
+  }
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,59 @@
+// One person's part in the detector's bias: what it tells of it, and what it
+// takes from its pixels.
+#ifndef KINEGRAPH_SOLVERS_NOISE_PERSON_BIAS_H_
+#define KINEGRAPH_SOLVERS_NOISE_PERSON_BIAS_H_
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/tracking/estimator.h"
+#include "solvers/graph/problem.h"
+#include "solvers/noise/bias_learner.h"
+#include "solvers/noise/frame_points.h"
+#include "solvers/noise/pixel_noise.h"
+
+namespace kinegraph {
+
+class PersonBias {
+ public:
+  // A null pool: nothing is learnt and nothing changes. `scene` must outlive
+  // it.
+  PersonBias(const SceneModel& scene, std::shared_ptr<ViewBiasPool> pool);
+
+  // The newest frame `k` of `problem`, whose joints in `triangulated` stand at
+  // their states; its pixels have no bias yet.
+  void Observe(const PersonProblem& problem, size_t k,
+               const std::vector<bool>& triangulated);
+  // Writes the bias of the frame that was observed last, from what earlier
+  // frames told (window).
+  void ApplyCausally(size_t k, PersonProblem* problem);
+  // Writes the bias of all observed frames from all there is (batch).
+  void ApplyTake(PersonProblem* problem);
+
+ private:
+  void Learn(const PersonProblem& problem, size_t k);
+  bool AddJoint(const PersonProblem& problem, size_t k, int joint_idx);
+  void Apply(const ViewBias& bias, const BodyStance& frame, size_t k,
+             PersonProblem* problem) const;
+  const BodyStance* NearestFrame(size_t k,
+                                 const std::vector<TimeNs>& times) const;
+
+  const SceneModel& scene_;
+  std::shared_ptr<ViewBiasPool> pool_;
+  BiasJoints joints_;
+  std::shared_ptr<ViewBiasPool::Pending> pending_;
+  ViewBiasPool::Pending seen_;  // of the frame that is looked at
+  std::shared_ptr<const ViewBias> before_;
+  FrameTriangulator triangulator_;
+  NoiseScales scales_;
+  std::vector<std::optional<BodyStance>> frames_;  // of the batch
+  std::optional<BodyStance> last_;
+  TimeNs last_time_ = 0;
+  bool learnt_ = false;
+  TimeNs learnt_time_ = 0;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_NOISE_PERSON_BIAS_H_

@@ -1,0 +1,136 @@
+#include "solvers/noise/take_notes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <locale>
+#include <sstream>
+
+#include "solvers/noise/bias_learner.h"
+
+namespace kinegraph {
+namespace {
+
+std::shared_ptr<ViewBiasPool> PoolOf(const GraphOptions& options) {
+  if (options.view_bias == ViewBiasUse::kOff) return nullptr;
+  return std::make_shared<ViewBiasPool>(options.view_bias == ViewBiasUse::kOn,
+                                        options.given_view_bias);
+}
+
+double WeightedMean(double mean, double weight, double value, double added) {
+  return mean + (value - mean) * added / (weight + added);
+}
+
+// Adds `from` to the running geometric means of `to`.
+void AddClass(const LearntNoise::OfClass& from, LearntNoise::OfClass* to) {
+  if (from.joints_seen == 0) return;
+  if (to->joints_seen == 0) {
+    *to = from;
+    return;
+  }
+  const auto before = static_cast<double>(to->joints_seen);
+  const auto added = static_cast<double>(from.joints_seen);
+  const auto mean = [&](double a, double b) {
+    if (!(a > 0.0 && b > 0.0)) return std::max(a, b);
+    return std::exp(WeightedMean(std::log(a), before, std::log(b), added));
+  };
+  to->sigma_px = mean(to->sigma_px, from.sigma_px);
+  to->process_noise = mean(to->process_noise, from.process_noise);
+  to->least_process_noise =
+      std::min(to->least_process_noise, from.least_process_noise);
+  to->greatest_process_noise =
+      std::max(to->greatest_process_noise, from.greatest_process_noise);
+  to->joints_seen += from.joints_seen;
+}
+
+int64_t JointsSeen(const LearntNoise& learnt) {
+  int64_t count = 0;
+  for (const LearntNoise::OfClass& one : learnt.classes) {
+    count += one.joints_seen;
+  }
+  return count;
+}
+
+void AddPerson(const LearntNoise& from, LearntNoise* to) {
+  const auto before = static_cast<double>(JointsSeen(*to));
+  const auto added = static_cast<double>(JointsSeen(from));
+  if (added == 0.0) return;
+  to->correlation.share = WeightedMean(to->correlation.share, before,
+                                       from.correlation.share, added);
+  to->correlation.time_s = WeightedMean(to->correlation.time_s, before,
+                                        from.correlation.time_s, added);
+  for (int c = 0; c < kJointClassCount; ++c) {
+    AddClass(from.classes[static_cast<size_t>(c)],
+             &to->classes[static_cast<size_t>(c)]);
+  }
+}
+
+}  // namespace
+
+TakeNotes::TakeNotes(const GraphOptions& options)
+    : options_(options), view_bias_(PoolOf(options)) {}
+
+void TakeNotes::BeginPass() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  view_bias_ = PoolOf(options_);
+  people_.clear();
+}
+
+std::shared_ptr<LearntNoise> TakeNotes::NewPerson() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  // Those who have died are one from now on, so that an endless take does not
+  // fill the memory.
+  constexpr size_t kMany = 1024;
+  if (people_.size() >= kMany) {
+    std::vector<std::shared_ptr<LearntNoise>> kept;
+    kept.push_back(std::make_shared<LearntNoise>());
+    for (auto& person : people_) {
+      if (person.use_count() == 1) {
+        AddPerson(*person, kept.front().get());
+      } else {
+        kept.push_back(std::move(person));
+      }
+    }
+    people_ = std::move(kept);
+  }
+  people_.push_back(std::make_shared<LearntNoise>());
+  return people_.back();
+}
+
+LearntNoise TakeNotes::Noise() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  LearntNoise all;
+  for (const auto& person : people_) AddPerson(*person, &all);
+  return all;
+}
+
+ViewBias TakeNotes::Bias() const {
+  if (view_bias_ == nullptr) return {};
+  const auto bias = view_bias_->Now();
+  return bias == nullptr ? ViewBias() : *bias;
+}
+
+std::string ToJson(const LearntNoise& learnt) {
+  std::ostringstream json;
+  json.imbue(std::locale::classic());
+  json.precision(6);
+  json << "{\"error_time_s\": " << learnt.correlation.time_s
+       << ", \"error_share\": " << learnt.correlation.share
+       << ", \"classes\": {";
+  bool first = true;
+  for (int c = 0; c < kJointClassCount; ++c) {
+    const LearntNoise::OfClass& one = learnt.classes[static_cast<size_t>(c)];
+    if (one.joints_seen == 0) continue;
+    json << (first ? "" : ", ") << "\"" << ToString(static_cast<JointClass>(c))
+         << "\": {\"joints_seen\": " << one.joints_seen
+         << ", \"sigma_px\": " << one.sigma_px
+         << ", \"process_noise\": " << one.process_noise
+         << ", \"least_process_noise\": " << one.least_process_noise
+         << ", \"greatest_process_noise\": " << one.greatest_process_noise
+         << "}";
+    first = false;
+  }
+  json << "}}";
+  return json.str();
+}
+
+}  // namespace kinegraph
