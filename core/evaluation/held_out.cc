@@ -51,9 +51,11 @@ class PeopleOfRun {
     if (!at_ || *at_ != item.frame) Pair(item);
     const auto found = run_of_reference_.find(item.person);
     if (found == run_of_reference_.end()) {
-      throw InputError("held-out set: " + Describe(item) + ": person " +
-                       std::to_string(item.person.value()) +
-                       " is not in this frame of the reference tracks");
+      throw InputError(
+          "held-out set: " + Describe(item) + ": person " +
+          std::to_string(item.person.value()) +
+          " is not in this frame of the reference tracks, expected "
+          "the tracks that the set was made from");
     }
     return found->second;
   }

@@ -86,7 +86,7 @@ class BiasSeries {
 
   std::vector<JointClass> classes_;
   std::map<int64_t, std::vector<BiasSums>> blocks_;
-  TimeNs block_ns_ = FromSeconds(2.0);
+  TimeNs block_ns_ = FromSeconds(1.0);
   std::vector<std::array<int64_t, kSectors>> azimuths_;  // by view
   int64_t observations_ = 0;
 };

@@ -106,7 +106,11 @@ DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {
 }
 
 EstimatorFactory FeedbackOf(const RunOptions& options) {
-  return MakeEstimators(options.estimators).feedback;
+  // It is asked for the people of a replay one after the other, with and
+  // without cameras: they share nothing that is learnt.
+  EstimatorOptions alone = options.estimators;
+  alone.graph.view_bias = ViewBiasUse::kOff;
+  return MakeEstimators(alone).feedback;
 }
 
 }  // namespace kinegraph

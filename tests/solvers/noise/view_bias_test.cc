@@ -1,0 +1,219 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/random.h"
+#include "solvers/noise/bias_learner.h"
+#include "solvers/noise/bias_model.h"
+#include "solvers/noise/take_notes.h"
+#include "tests/support/simulated_person.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+// A left hip that five cameras see ten times a second for a minute.
+struct HipTake {
+  double turns = 6.0;  // of the body, in all
+  double noise_px = 2.0;
+  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  // in the body's axes
+  ViewBias::OfJoint bias;
+};
+
+class ViewBiasTest : public ::testing::Test {
+ protected:
+  ViewBiasTest()
+      : cameras_(testing::RingOfCameras(5, 5.0, 1250.0)),
+        skeleton_(Coco17()),
+        joints_(skeleton_),
+        hip_(skeleton_.IndexOf("l_hip")),
+        line_(static_cast<size_t>(joints_.IndexOf(hip_))) {
+    for (size_t i = 0; i < joints_.names().size(); ++i) {
+      classes_.push_back(joints_.ClassOf(static_cast<int>(i)));
+    }
+  }
+
+  static BodyStance StanceAt(double heading) {
+    BodyAxes axes;
+    axes.forward = {std::cos(heading), std::sin(heading), 0.0};
+    axes.left = {-std::sin(heading), std::cos(heading), 0.0};
+    return {axes, axes};
+  }
+
+  ViewBias Learn(const HipTake& take, bool always) const {
+    BiasSeries series(classes_, static_cast<int>(cameras_.size()));
+    Random random(5);
+    constexpr int kFrames = 600;
+    for (int k = 0; k < kFrames; ++k) {
+      const BodyStance stance = StanceAt(2.0 * kPi * take.turns * k / kFrames);
+      const Eigen::Vector3d hip =
+          Eigen::Vector3d(0.3, 0.2, 0.9) + 0.15 * stance.trunk.left;
+      const Eigen::Vector3d detected =
+          hip + take.offset_m.x() * stance.trunk.forward +
+          take.offset_m.y() * stance.trunk.left +
+          take.offset_m.z() * stance.trunk.up;
+      std::vector<BiasView> views;
+      std::vector<BiasSums> sums(classes_.size());
+      for (size_t v = 0; v < cameras_.size(); ++v) {
+        BiasView view;
+        view.view_idx = static_cast<int>(v);
+        view.direction = *DirectionOf(joints_, stance, hip_, hip, cameras_[v]);
+        const Eigen::Vector2d px = *cameras_[v].Project(hip, &view.jacobian);
+        view.residual_px = *cameras_[v].Project(detected) - px +
+                           BiasOf(take.bias, view.direction);
+        for (int i = 0; i < 2; ++i) {
+          view.residual_px[i] += take.noise_px * random.Normal();
+        }
+        view.per_sigma = 1.0 / take.noise_px;
+        series.AddAzimuth(view.view_idx, view.direction.azimuth);
+        views.push_back(view);
+      }
+      EXPECT_TRUE(AddViews(views, &sums[line_]));
+      series.Add(FromSeconds(0.1 * k), sums);
+    }
+    return series.Fit(joints_.names(), always);
+  }
+
+  // 2 cm across and 1.5 cm along that go twice around with the view: no offset
+  // of the joint looks like that.
+  static ViewBias::OfJoint TwiceAround() {
+    ViewBias::OfJoint bias;
+    bias.used = true;
+    bias.across_m[3] = 0.02;
+    bias.along_m[4] = 0.015;
+    return bias;
+  }
+
+  CameraRig cameras_;
+  Skeleton skeleton_;
+  BiasJoints joints_;
+  int hip_;
+  size_t line_;
+  std::vector<JointClass> classes_;
+};
+
+TEST_F(ViewBiasTest, FindsWhatTheTakeWasMadeWith) {
+  HipTake take;
+  take.bias = TwiceAround();
+  const ViewBias learnt = Learn(take, false);
+  const ViewBias::OfJoint& hip = learnt.joints[line_];
+  EXPECT_EQ(hip.joint, "hip");
+  EXPECT_EQ(hip.observations, 3000);
+  EXPECT_TRUE(hip.used);
+  EXPECT_NEAR(learnt.azimuth_deg, 360.0, 1e-9);
+  // 3000 observations of 8 mm and a mean square of 0.5 tell a coefficient to
+  // 0.2 mm; four of ridge and the part that the joint's position takes (three
+  // of ten numbers) leave it 1 mm small. 2 mm are two of those.
+  for (size_t i = 0; i < kViewFeatureCount; ++i) {
+    if (i >= 7) continue;  // with all cameras at one height told by the ridge
+    EXPECT_NEAR(hip.across_m[i], take.bias.across_m[i], 2e-3) << i;
+    EXPECT_NEAR(hip.along_m[i], take.bias.along_m[i], 2e-3) << i;
+  }
+  EXPECT_GT(hip.gain, 0.5);  // 16 mm of bias beside 8 mm of noise
+}
+
+TEST_F(ViewBiasTest, ADetectorWithoutOneIsLeftAlone) {
+  const ViewBias learnt = Learn(HipTake(), false);
+  EXPECT_FALSE(learnt.joints[line_].used);
+  EXPECT_TRUE(learnt.empty());
+}
+
+// A body-fixed offset is nothing that images can tell: it stays in the joint.
+TEST_F(ViewBiasTest, AnOffsetInTheBodyIsNoBias) {
+  HipTake take;
+  take.offset_m = {0.02, -0.03, 0.03};
+  const ViewBias learnt = Learn(take, true);
+  const ViewBias::OfJoint& hip = learnt.joints[line_];
+  EXPECT_TRUE(hip.used);
+  double worst = 0.0;
+  for (int k = 0; k < 36; ++k) {
+    const BodyStance stance = StanceAt(kPi * k / 18.0);
+    const auto direction = DirectionOf(joints_, stance, hip_,
+                                       Eigen::Vector3d(0, 0, 0.9), cameras_[0]);
+    worst = std::max(worst, BiasOf(hip, *direction).norm());
+  }
+  // An offset of 47 mm is 12 px here. Noise of 2 px leaves ten coefficients of
+  // 0.04 px each, and perspective's second order (f d^2 / z^2) 0.1 px.
+  EXPECT_LT(worst, 0.5);
+}
+
+// Then a bias cannot be told from a shift of each camera.
+TEST_F(ViewBiasTest, IsOffWhereEverybodyFacesOneWay) {
+  HipTake take;
+  take.turns = 0.2;
+  take.bias = TwiceAround();
+  const ViewBias learnt = Learn(take, true);
+  EXPECT_LT(learnt.azimuth_deg, 180.0);
+  EXPECT_TRUE(learnt.empty());
+}
+
+// Partners share coefficients: what is to the left of the left hip is to the
+// right of the right one.
+TEST_F(ViewBiasTest, SidesAreMirrored) {
+  const ViewBias::OfJoint bias = TwiceAround();
+  const Camera& camera = cameras_[0];
+  const Eigen::Vector3d point(0, 0, 0.9);
+  const Eigen::Vector3d to_camera = camera.centre() - point;
+  const double facing = std::atan2(to_camera.y(), to_camera.x());
+  const auto of = [&](const char* name, double heading) {
+    const int joint = skeleton_.IndexOf(name);
+    return BiasOf(
+        bias, *DirectionOf(joints_, StanceAt(heading), joint, point, camera));
+  };
+  const Eigen::Vector2d left = of("l_hip", facing + 0.7);
+  const Eigen::Vector2d right = of("r_hip", facing - 0.7);
+  EXPECT_GT(left.norm(), 3.0);  // 1.5 cm and more, a pixel is 4 mm
+  EXPECT_NEAR(left.x(), -right.x(), 1e-9);
+  EXPECT_NEAR(left.y(), right.y(), 1e-9);
+}
+
+TEST_F(ViewBiasTest, NothingOfAFrameIsToldBeforeTheNext) {
+  ViewBiasPool pool(true, nullptr);
+  const auto pending = pool.Register(joints_, 5);
+  const auto other = pool.Register(joints_, 5);
+  for (int k = 0; k < 3; ++k) {
+    const TimeNs time = FromSeconds(0.1 * k);
+    const auto before = pool.Before(time);
+    const int64_t told =
+        before == nullptr ? 0 : before->joints[line_].observations;
+    EXPECT_EQ(told, 10 * k);
+    for (const auto& person : {pending, other}) {
+      ViewBiasPool::Pending seen;
+      seen.time = time;
+      seen.sums.resize(classes_.size());
+      seen.sums[line_].observations = 5;
+      seen.sums[line_].weight = 5.0;
+      pool.Hand(&seen, person.get());
+      EXPECT_EQ(pool.Before(time), before);
+    }
+  }
+}
+
+TEST(TakeNotesTest, PeopleAreOneInGeometricMeans) {
+  TakeNotes notes((GraphOptions()));
+  const auto knee = static_cast<size_t>(JointClass::kKnee);
+  const auto one = notes.NewPerson();
+  one->classes[knee] = {300, 2.0, 1.0, 0.5, 4.0};
+  one->correlation = {0.9, 0.1};
+  const auto other = notes.NewPerson();
+  other->classes[knee] = {100, 32.0, 16.0, 0.25, 64.0};
+  other->correlation = {0.5, 0.3};
+  const auto nobody = notes.NewPerson();
+  const LearntNoise all = notes.Noise();
+  EXPECT_EQ(all.classes[knee].joints_seen, 400);
+  EXPECT_NEAR(all.classes[knee].sigma_px, 4.0, 1e-9);  // 2^(3/4) 32^(1/4)
+  EXPECT_NEAR(all.classes[knee].process_noise, 2.0, 1e-9);
+  EXPECT_EQ(all.classes[knee].least_process_noise, 0.25);
+  EXPECT_EQ(all.classes[knee].greatest_process_noise, 64.0);
+  EXPECT_NEAR(all.correlation.share, 0.8, 1e-9);
+  EXPECT_NEAR(all.correlation.time_s, 0.15, 1e-9);
+  EXPECT_EQ(ToJson(all),
+            "{\"error_time_s\": 0.15, \"error_share\": 0.8, \"classes\": "
+            "{\"knee\": {\"joints_seen\": 400, \"sigma_px\": 4, "
+            "\"process_noise\": 2, \"least_process_noise\": 0.25, "
+            "\"greatest_process_noise\": 64}}}");
+}
+
+}  // namespace
+}  // namespace kinegraph
