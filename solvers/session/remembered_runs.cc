@@ -92,12 +92,13 @@ std::vector<FinalPose> FinalsIn(const std::string& bytes, SolveCounts* counts) {
 class RememberedBatch final : public Estimator {
  public:
   RememberedBatch(const SceneModel& scene, GraphOptions options,
+                  std::shared_ptr<TakeNotes> notes,
                   const std::string& config_json, Checkpoint* checkpoint)
       : shared_ledger_(options.ledger),
         own_ledger_(std::make_shared<SolveLedger>()),
         checkpoint_(checkpoint) {
     options.ledger = own_ledger_;
-    inner_ = MakeBatchEstimator(scene, options);
+    inner_ = MakeBatchEstimator(scene, options, std::move(notes));
     key_.Add(config_json);
     key_.Add(BytesOf(scene));
   }
@@ -144,11 +145,14 @@ EstimatorPair MakeRememberedEstimators(const EstimatorOptions& options,
                                        const std::string& config_json,
                                        Checkpoint* checkpoint) {
   EstimatorPair pair = MakeEstimators(options);
-  // Factors of the caller's own are no part of the key.
+  // Factors of the caller's own are no part of the key, nor is what other
+  // people tell of the detector's bias.
   if (checkpoint->keeps() && options.mode == Mode::kGraph &&
-      options.output == OutputKind::kBatch && !options.graph.user_factors) {
-    pair.output = [=, graph = options.graph](const SceneModel& scene) {
-      return std::make_unique<RememberedBatch>(scene, graph, config_json,
+      options.output == OutputKind::kBatch && !options.graph.user_factors &&
+      options.graph.view_bias == ViewBiasUse::kOff) {
+    pair.output = [=, graph = options.graph,
+                   notes = pair.notes](const SceneModel& scene) {
+      return std::make_unique<RememberedBatch>(scene, graph, notes, config_json,
                                                checkpoint);
     };
   }
