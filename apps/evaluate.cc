@@ -3,7 +3,6 @@
 #include <gflags/gflags.h>
 
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -429,7 +428,7 @@ class HeldOutRuns {
     }
     run.tracks = ReadTracks(files_[view]);
     const std::string bias = BesideResult(files_[view], ".bias.json");
-    if (std::filesystem::exists(bias)) run.bias = ReadViewBias(bias);
+    if (IsFile(bias)) run.bias = ReadViewBias(bias);
     return run;
   }
 
