@@ -20,6 +20,7 @@
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
 #include "core/io/held_out_set.h"
+#include "core/io/text_file.h"
 #include "core/io/tracks.h"
 #include "core/io/view_bias_file.h"
 #include "core/io/view_pairing.h"
