@@ -129,9 +129,10 @@ std::string KnownFrames(std::unique_ptr<DetectionSource> source) {
          std::to_string(last);
 }
 
-void WriteSummary(const TakeReport& report, const RunSummary& run) {
+void WriteSummary(const TakeReport& report, const RunSummary& run,
+                  const LearntNoise& learnt) {
   AtomicFile file(BesideResult(FLAGS_out, ".summary.json"));
-  file.Write(ReportJson(report, run));
+  file.Write(ReportJson(report, run, learnt));
   file.Commit();
 }
 
@@ -165,11 +166,26 @@ void WriteBias(const RunOptions& options, const Session& session) {
   WriteViewBias(BesideResult(FLAGS_out, ".bias.json"), bias);
 }
 
-void RunTrack() {
-  if (FLAGS_keys) {
-    std::fputs(ConfigReference<RunOptions>().c_str(), stdout);
-    return;
+// What a run starts from.
+struct Take {
+  RunOptions options;
+  RunRequest request;
+  std::optional<DetectionSequence> clocked;  // with clocks of an earlier run
+  std::optional<RefinedTake> refined;
+
+  // The frames from their beginning; may be called several times, but for a
+  // stream.
+  std::unique_ptr<DetectionSource> Open() const {
+    if (refined.has_value()) {
+      return std::make_unique<MemorySource>(refined->detections);
+    }
+    if (clocked.has_value()) return std::make_unique<MemorySource>(*clocked);
+    return OpenDetections(IsLive() ? "/dev/stdin" : FLAGS_detections,
+                          DetectionOptionsOf(options));
   }
+};
+
+void CheckFlags() {
   RequireFlag("cameras", FLAGS_cameras);
   RequireFlag("detections", FLAGS_detections);
   RequireFlag("out", FLAGS_out);
@@ -178,15 +194,19 @@ void RunTrack() {
                      ", expected at least 1");
   }
   CheckTrackOutput(FLAGS_out);
-  RunOptions options =
+}
+
+Take ReadTake() {
+  Take take;
+  take.options =
       ReadRunOptions(FLAGS_config.empty() ? ProjectConfig("default.toml")
                                           : FindConfig(FLAGS_config),
                      FLAGS_set, FLAGS_mode);
   if (IsLive()) {
-    RequireLag(options);
+    RequireLag(take.options);
     EndInputOnInterruption();
   }
-  RunRequest request;
+  RunRequest& request = take.request;
   request.frames = ParseFrameRanges(FLAGS_frames);
   request.without_cameras = ParseList(FLAGS_without_cameras, "without_cameras");
   request.threads = FLAGS_threads;
@@ -194,103 +214,79 @@ void RunTrack() {
     request.corrections = ReadIdentityEdits(FLAGS_corrections);
   }
   request.keep_observations = true;  // the report needs them
-  request.cameras = ReadCameras(FLAGS_cameras, options.cameras);
-  const auto open = [&] {
-    return OpenDetections(IsLive() ? "/dev/stdin" : FLAGS_detections,
-                          DetectionOptionsOf(options));
-  };
-  const std::optional<DetectionSequence> clocked =
-      RecordedClocks(options, request);
-  std::optional<RefinedTake> refined;
-  if (options.refine.any()) {
-    refined = RefineTake(
-        options, request,
-        ReadDetections(FLAGS_detections, DetectionOptionsOf(options)));
-    request.cameras = refined->cameras;
+  request.cameras = ReadCameras(FLAGS_cameras, take.options.cameras);
+  take.clocked = RecordedClocks(take.options, request);
+  if (take.options.refine.any()) {
+    take.refined = RefineTake(
+        take.options, request,
+        ReadDetections(FLAGS_detections, DetectionOptionsOf(take.options)));
+    request.cameras = take.refined->cameras;
   }
-  const SourceOpener reopen = [&]() -> std::unique_ptr<DetectionSource> {
-    if (refined.has_value()) {
-      return std::make_unique<MemorySource>(refined->detections);
-    }
-    if (clocked.has_value()) return std::make_unique<MemorySource>(*clocked);
-    return open();
-  };
-  const std::unique_ptr<DetectionSource> source = reopen();
-  const int64_t frame_count = std::max<int64_t>(0, source->frame_count());
-  const std::unique_ptr<Checkpoint> checkpoint =
-      OpenCheckpoint(FLAGS_out, FLAGS_resume, FLAGS_checkpoint_s);
-  options.estimators.graph.ledger = std::make_shared<SolveLedger>();
-  Session session(
-      options, request, source->header(),
-      MakeRememberedEstimators(options.estimators, EffectiveConfigJson(options),
-                               checkpoint.get()),
-      reopen);
-  CameraCheck check(session.scene().model.cameras, source->header().skeleton,
-                    session.scene().model.skeleton);
-  if (session.scene().used_views.size() < 2) {
-    std::fputs(
-        "kinegraph-track: warning: one view alone cannot be "
-        "triangulated; nobody will be found\n",
-        stderr);
-  }
+  return take;
+}
 
-  const std::unique_ptr<TrackOutput> output = MakeTrackOutput(
-      WithFolders(FLAGS_out), session.scene().header,
-      options.output.observations, NamesAfter(request.corrections));
+// Tracks all frames, writes them to `output` and reports on them.
+TakeReport TrackFrames(const Take& take, DetectionSource* source,
+                       Session* session, CameraCheck* check,
+                       TrackOutput* output) {
   // What waits for the end of the take is read once more for the report,
   // instead of being kept.
-  UsedFrames used(session.scene(),
-                  WaitsForEnd(options) && !IsLive() && !IsPipe(FLAGS_detections)
-                      ? reopen
-                      : SourceOpener());
-  TakeReporter reporter(session.scene(), source->header().skeleton);
-  session.set_frame_listener([&](const DetectionFrame& frame) {
-    if (!IsLive()) check.SeeDetections(frame);  // it remembers the take
+  const bool again =
+      WaitsForEnd(take.options) && !IsLive() && !IsPipe(FLAGS_detections);
+  UsedFrames used(
+      session->scene(),
+      again ? SourceOpener([&take] { return take.Open(); }) : SourceOpener());
+  TakeReporter reporter(session->scene(), source->header().skeleton);
+  session->set_frame_listener([&](const DetectionFrame& frame) {
+    if (!IsLive()) check->SeeDetections(frame);  // it remembers the take
     used.Feed(frame);
   });
-  {
-    Progress progress("tracking", frame_count * PassCount(options));
-    session.set_progress(
-        [&](int64_t frames_read) { progress.Set(frames_read); });
-    TrackAll(source.get(), &session, [&](TrackFrame&& frame) {
-      if (!IsLive()) check.SeeTracks(frame);
-      if (const DetectionFrame* seen = used.At(frame.frame)) {
-        reporter.See(*seen, frame);
-      }
-      output->Write(std::move(frame));
-      if (IsLive()) output->Flush();
-    });
+  const int64_t frame_count = std::max<int64_t>(0, source->frame_count());
+  Progress progress("tracking", frame_count * PassCount(take.options));
+  session->set_progress(
+      [&](int64_t frames_read) { progress.Set(frames_read); });
+  TrackAll(source, session, [&](TrackFrame&& frame) {
+    if (!IsLive()) check->SeeTracks(frame);
+    if (const DetectionFrame* seen = used.At(frame.frame)) {
+      reporter.See(*seen, frame);
+    }
+    output->Write(std::move(frame));
+    if (IsLive()) output->Flush();
+  });
+  return reporter.Report();
+}
+
+void RequireFrames(const Take& take, const RunSummary& summary) {
+  if (summary.frames > 0) return;
+  std::string asked;
+  if (!FLAGS_frames.empty()) {
+    asked = " in --frames=" + FLAGS_frames;
+    if (!IsLive() && !IsPipe(FLAGS_detections)) {
+      asked += KnownFrames(take.Open());
+    }
   }
-  const RunSummary& summary = session.summary();
-  if (summary.frames == 0) {
-    throw InputError(
-        FLAGS_detections, "",
-        "no frame to track" + (FLAGS_frames.empty()
-                                   ? std::string()
-                                   : " in --frames=" + FLAGS_frames +
-                                         (IsLive() || IsPipe(FLAGS_detections)
-                                              ? std::string()
-                                              : KnownFrames(reopen()))));
-  }
-  const bool has_name = !IsStream(FLAGS_out);
-  if (has_name && (options.identity.link || !FLAGS_corrections.empty())) {
+  throw InputError(FLAGS_detections, "", "no frame to track" + asked);
+}
+
+// Files beside the tracks that have to be there before them.
+void WriteDecisions(const Take& take, const Session& session) {
+  if (take.options.identity.link || !FLAGS_corrections.empty()) {
     WriteIdentityEdits(IdentityPathOf(FLAGS_out), session.identity_edits());
   }
-  if (has_name && refined.has_value()) {
-    WriteCameras(CamerasPath(FLAGS_out), refined->cameras,
-                 RefinementJson(*refined));
+  if (take.refined.has_value()) {
+    WriteCameras(CamerasPath(FLAGS_out), take.refined->cameras,
+                 RefinementJson(*take.refined));
   }
-  const TakeReport report = reporter.Report();
-  output->Commit();
-  CloseCheckpoint("track", checkpoint.get());
-  std::FILE* const said = SummaryStream(FLAGS_out);
+}
+
+void SayOutcome(const Take& take, const RunSummary& summary,
+                const std::string& path, std::FILE* said) {
   std::fprintf(said, "%lld frames, %lld people, %lld poses -> %s\n",
                static_cast<long long>(summary.frames),
                static_cast<long long>(summary.people),
-               static_cast<long long>(summary.person_frames),
-               output->path().c_str());
-  if (refined.has_value()) {
-    std::fprintf(said, "%s-> %s\n", RefinementText(*refined).c_str(),
+               static_cast<long long>(summary.person_frames), path.c_str());
+  if (take.refined.has_value()) {
+    std::fprintf(said, "%s-> %s\n", RefinementText(*take.refined).c_str(),
                  CamerasPath(FLAGS_out).c_str());
   }
   const std::string troubles = DescribeTroubles(summary.solves);
@@ -298,10 +294,49 @@ void RunTrack() {
     std::fprintf(said, "solver %s: %s\n", summary.solver.c_str(),
                  troubles.c_str());
   }
+}
+
+void RunTrack() {
+  if (FLAGS_keys) {
+    std::fputs(ConfigReference<RunOptions>().c_str(), stdout);
+    return;
+  }
+  CheckFlags();
+  Take take = ReadTake();
+  const std::unique_ptr<DetectionSource> source = take.Open();
+  const std::unique_ptr<Checkpoint> checkpoint =
+      OpenCheckpoint(FLAGS_out, FLAGS_resume, FLAGS_checkpoint_s);
+  take.options.estimators.graph.ledger = std::make_shared<SolveLedger>();
+  Session session(take.options, take.request, source->header(),
+                  MakeRememberedEstimators(take.options.estimators,
+                                           EffectiveConfigJson(take.options),
+                                           checkpoint.get()),
+                  [&take] { return take.Open(); });
+  if (session.scene().used_views.size() < 2) {
+    std::fputs(
+        "kinegraph-track: warning: one view alone cannot be "
+        "triangulated; nobody will be found\n",
+        stderr);
+  }
+  const std::unique_ptr<TrackOutput> output = MakeTrackOutput(
+      WithFolders(FLAGS_out), session.scene().header,
+      take.options.output.observations, NamesAfter(take.request.corrections));
+  CameraCheck check(session.scene().model.cameras, source->header().skeleton,
+                    session.scene().model.skeleton);
+  const TakeReport report =
+      TrackFrames(take, source.get(), &session, &check, output.get());
+  const RunSummary& summary = session.summary();
+  RequireFrames(take, summary);
+  const bool has_name = !IsStream(FLAGS_out);
+  if (has_name) WriteDecisions(take, session);
+  output->Commit();
+  CloseCheckpoint("track", checkpoint.get());
+  std::FILE* const said = SummaryStream(FLAGS_out);
+  SayOutcome(take, summary, output->path(), said);
   if (!IsLive()) WarnOfCameras(check);
   if (!has_name) return;
-  WriteSummary(report, summary);
-  WriteBias(options, session);
+  WriteSummary(report, summary, session.learnt_noise());
+  WriteBias(take.options, session);
   std::fputs(ReportText(report).c_str(), said);
 }
 

@@ -111,9 +111,15 @@ Json SolverJson(const RunSummary& run) {
           {"ceres_iterations", counts.ceres_iterations}};
 }
 
+bool LearntAnything(const LearntNoise& learnt) {
+  return std::any_of(learnt.classes.begin(), learnt.classes.end(),
+                     [](const auto& of) { return of.joints_seen > 0; });
+}
+
 }  // namespace
 
-std::string ReportJson(const TakeReport& report, const RunSummary& run) {
+std::string ReportJson(const TakeReport& report, const RunSummary& run,
+                       const LearntNoise& learnt) {
   Json json;
   json["kinegraph_summary"] = 1;
   json["frames"] = report.frames;
@@ -150,6 +156,10 @@ std::string ReportJson(const TakeReport& report, const RunSummary& run) {
   }
   // Paper mode solves nothing.
   if (run.solves.solves > 0) json["solver"] = SolverJson(run);
+  if (LearntAnything(learnt)) {
+    json["noise"] = Json::parse(ToJson(learnt));
+    json["learnt"] = {ToString(learnt)};  // for people
+  }
   json["warnings"] = Json::array();
   for (const TakeWarning& warning : report.warnings) {
     json["warnings"].push_back({{"kind", warning.kind},

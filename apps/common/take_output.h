@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "solvers/noise/take_notes.h"
 #include "solvers/session/take_report.h"
 
 namespace kinegraph {
@@ -13,8 +14,9 @@ namespace kinegraph {
 std::string ReportText(const TakeReport& report);
 std::string WarningsText(const TakeReport& report);
 
-// NAME.summary.json.
-std::string ReportJson(const TakeReport& report, const RunSummary& run);
+// NAME.summary.json. `learnt`: what the estimators learnt from the take.
+std::string ReportJson(const TakeReport& report, const RunSummary& run,
+                       const LearntNoise& learnt);
 
 }  // namespace kinegraph
 
