@@ -221,15 +221,35 @@ TEST(Config, LaterOverridesWin) {
 }
 
 TEST(Config, RefusesBadOverrides) {
-  for (const char* set :
-       {"title", "=3", "title=a;title=b", "association.alpha_2d=fast",
-        "association.alpha_2d=", "association.alpha_2d=nan",
-        "association.alpha_2d=1e400", "association.alpha_2d=3 px",
-        "association.epsilon=3.0", "association.backfill=yes",
-        "mode=", "association.gates=[1]", "cameras.use=a", "cameras.map=a",
-        "association=3", "association.alpha_2d.x=3", "none=3"}) {
+  for (const char* set : {"title",
+                          "=3",
+                          "title=a;title=b",
+                          "association.alpha_2d=fast",
+                          "association.alpha_2d=",
+                          "association.alpha_2d=nan",
+                          "association.alpha_2d=1e400",
+                          "association.alpha_2d=3 px",
+                          "association.epsilon=3.0",
+                          "association.backfill=yes",
+                          "mode=",
+                          "association.gates=1",
+                          "association.gates=[1",
+                          "association.gates=[1, x]",
+                          "association.gates=[-1]",
+                          "cameras.use=a",
+                          "cameras.map=a",
+                          "association=3",
+                          "association.alpha_2d.x=3",
+                          "none=3"}) {
     EXPECT_THAT(ErrorOf("", set), StartsWith("--set: ")) << set;
   }
+}
+
+TEST(Config, AnOverrideStatesAList) {
+  EXPECT_THAT(Applied("", "association.gates=[1.5, 3, 0]").gates,
+              ElementsAre(1.5, 3.0, 0.0));
+  EXPECT_THAT(Applied("", "cameras.use=[left, right]").use,
+              ElementsAre("left", "right"));
 }
 
 TEST(Config, SeveralStructsShareAFile) {
