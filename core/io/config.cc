@@ -386,7 +386,7 @@ class ConfigFile::Reader : public OptionVisitor {
         const std::string inner(name.str());
         const Setting element{config_, setting.key + "." + inner, &node,
                               nullptr, ""};
-        (*value)[inner] = ToText(element, "expected a text");
+        (*value)[inner] = ToTextOrNumber(element);
       }
     }
     const std::string prefix = setting.key + ".";
@@ -443,6 +443,17 @@ class ConfigFile::Reader : public OptionVisitor {
     const auto text = setting.node->value_exact<std::string>();
     if (!text.has_value()) setting.Fail(expected);
     return *text;
+  }
+
+  // What names something or counts it: 1 is "1".
+  static std::string ToTextOrNumber(const Setting& setting) {
+    if (const auto whole = setting.node->value_exact<int64_t>()) {
+      return std::to_string(*whole);
+    }
+    if (const auto number = setting.node->value_exact<double>()) {
+      return fmt::format("{}", *number);
+    }
+    return ToText(setting, "expected a text or a number");
   }
 
   // The same for "[360, 288]", given on a command line.

@@ -12,6 +12,7 @@
 #include "core/io/detection_formats.h"
 #include "core/io/folder_entry.h"
 #include "core/io/names.h"
+#include "core/io/rated_source.h"
 
 namespace kinegraph {
 namespace {
@@ -148,7 +149,15 @@ void DetectionReadOptions::Describe(OptionVisitor& visitor) {
 std::unique_ptr<DetectionSource> OpenDetections(
     const std::string& path, const DetectionReadOptions& options) {
   try {
-    return Open(path, Checked(options));
+    const DetectionReadOptions checked = Checked(options);
+    if (checked.view_frame_rate_hz.empty()) return Open(path, checked);
+    if (IsPipe(path)) {
+      throw InputError(path, "",
+                       "views with rates of their own (input.view_frame_rate) "
+                       "are read several times, which a stream cannot be");
+    }
+    return OpenRated([=] { return Open(path, checked); },
+                     checked.view_frame_rate_hz);
   } catch (const fs::filesystem_error& error) {
     throw InputError(path, "", "cannot be read: " + error.code().message());
   }

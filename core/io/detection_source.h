@@ -4,6 +4,7 @@
 #define KINEGRAPH_CORE_IO_DETECTION_SOURCE_H_
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,6 +33,8 @@ struct DetectionReadOptions {
   std::optional<Skeleton> skeleton;
   // Wins over the file's. 0: as the file tells, if it does.
   double frame_rate_hz = 0.0;
+  // Views whose files count frames at a rate of their own [Hz].
+  std::map<std::string, double> view_frame_rate_hz;
   // Frame number of a file that names none (SMAP).
   int64_t first_frame = 0;
 

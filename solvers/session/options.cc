@@ -1,5 +1,6 @@
 #include "solvers/session/options.h"
 
+#include <cstdlib>
 #include <utility>
 
 #include "core/base/error.h"
@@ -13,6 +14,9 @@ void InputOptions::Describe(OptionVisitor& visitor) {
                   "frames", "feeds the first frame so often before the take");
   visitor.Boolean("independent_frames", &independent_frames,
                   "single frames: nobody lives on into the next");
+  visitor.TextMap("view_frame_rate", &view_frame_rate,
+                  "rate [Hz] at which a view's files count frames, where it is "
+                  "another");
 }
 
 void OutputOptions::Describe(OptionVisitor& visitor) {
@@ -99,9 +103,27 @@ RunOptions ParseRunOptions(const std::string& toml, const std::string& set,
   return OptionsOf(ConfigFile::Parse(toml, "configuration"), set, mode);
 }
 
+namespace {
+
+double RateOf(const std::string& view, const std::string& text) {
+  char* end = nullptr;
+  const double rate_hz = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !(rate_hz > 0.0 && rate_hz <= 1e5)) {
+    throw OptionError(
+        "input.view_frame_rate." + view,
+        "found '" + Printable(text) + "', expected a rate above 0 .. 1e5 Hz");
+  }
+  return rate_hz;
+}
+
+}  // namespace
+
 DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {
   DetectionReadOptions read = options.detections;
   read.frame_rate_hz = options.input.frame_rate_hz;
+  for (const auto& [view, text] : options.input.view_frame_rate) {
+    read.view_frame_rate_hz[view] = RateOf(view, text);
+  }
   return read;
 }
 

@@ -3,6 +3,7 @@
 #define KINEGRAPH_SOLVERS_SESSION_OPTIONS_H_
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,8 @@ struct InputOptions {
   // what is fed again is not written.
   int64_t repeat_first_frame = 0;
   bool independent_frames = false;  // single frames, no motion between them
+  // View -> rate [Hz] at which its files count frames, where it is another.
+  std::map<std::string, std::string> view_frame_rate;
 
   void Describe(OptionVisitor& visitor);
 };

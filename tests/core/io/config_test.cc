@@ -128,7 +128,7 @@ TEST(Config, RefusesWrongTypes) {
                            "cameras.use = 'a'",
                            "cameras.use = [1]",
                            "cameras.map = 'a'",
-                           "cameras.map.a = 1",
+                           "cameras.map.a = true",
                            "cameras.map.a.b = 'c'",
                            "association = 3",
                            "cameras = []",
