@@ -14,7 +14,6 @@
 #include "apps/common/summary.h"
 #include "apps/common/track_output.h"
 #include "apps/report/frame_pictures.h"
-#include "apps/report/ground.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
 #include "core/base/error.h"
@@ -25,6 +24,7 @@
 #include "core/io/text_file.h"
 #include "core/io/tracks.h"
 #include "core/io/view_pairing.h"
+#include "core/kinematics/ground.h"
 #include "solvers/session/run.h"
 
 DEFINE_string(tracks, "",

@@ -61,11 +61,17 @@ const std::map<std::string, std::string>& Examples() {
 
 const std::map<std::string, std::string>& Results() {
   static const std::map<std::string, std::string> kResults = {
-      {"track", "out/take.jsonl"}, {"init", "my.toml"},
-      {"report", "out/take.html"}, {"convert", "out/take.csv"},
-      {"batch", "out/batch"},      {"compare", "out/compare"},
-      {"demo", "out/demo"},        {"doctor", "out/doctor"},
-      {"reproduce", "out/tables"}, {"synthesize", "out/scene"}};
+      {"track", "out/take.jsonl"},
+      {"init", "my.toml"},
+      {"report", "out/take.html"},
+      {"convert", "out/take.csv"},
+      {"batch", "out/batch"},
+      {"compare", "out/compare"},
+      {"demo", "out/demo"},
+      {"doctor", "out/doctor"},
+      {"reproduce", "out/tables"},
+      {"synthesize", "out/scene"},
+      {"kinematics", "out/angles.csv"}};
   return kResults;
 }
 

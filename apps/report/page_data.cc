@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "apps/report/encoding.h"
-#include "apps/report/ground.h"
 #include "apps/report/moments.h"
 #include "apps/report/pairing.h"
 #include "core/base/error.h"
 #include "core/io/json.h"
+#include "core/kinematics/ground.h"
 
 namespace kinegraph {
 namespace {

@@ -4,18 +4,20 @@
 //   #include <kinegraph/kinegraph.h>
 //
 // What it brings, in the order of a program:
-//   core/geometry/camera.h          cameras: projection, lenses, world to
-//   pixels core/skeleton/skeleton.h        joints, bones, mirror pairs
+//   core/geometry/camera.h          cameras: projection, lenses
+//   core/skeleton/skeleton.h        joints, bones, mirror pairs
 //   core/data/detection.h           2D poses as a detector gives them
 //   core/data/pose.h                3D poses as they are written
 //   core/io/calibration.h           ReadCameras, WriteCameras
 //   core/io/detection_source.h      ReadDetections, OpenDetections
 //   core/io/tracks.h, track_writer.h   ReadTracks, WriteTracks
-//   solvers/session/options.h       RunOptions: all that a configuration can
-//   say solvers/session/session.h       Session: a run, frame by frame
+//   solvers/session/options.h       RunOptions: what a configuration can say
+//   solvers/session/session.h       Session: a run, frame by frame
 //   solvers/session/run.h           a whole take at once; frozen matches
 //   core/tracking/estimator.h       the interface of a smoother of one's own
+//   solvers/ceres/user_factor.h     factors of one's own
 //   core/evaluation/*.h             errors against a ground truth, identity
+//   core/kinematics/*.h             joint angles, speeds, distances
 //   core/synthetic/*.h              scenes with known truth
 //
 // Lengths are metres, images are pixels, times are nanoseconds (TimeNs) or, by
@@ -36,11 +38,14 @@
 #include "core/io/detection_writer.h"
 #include "core/io/track_writer.h"
 #include "core/io/tracks.h"
+#include "core/kinematics/angles.h"
+#include "core/kinematics/kinematics.h"
 #include "core/skeleton/skeleton.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
 #include "core/tracking/estimator.h"
 #include "core/tracking/replay.h"
+#include "solvers/ceres/user_factor.h"
 #include "solvers/factory.h"
 #include "solvers/session/options.h"
 #include "solvers/session/run.h"

@@ -22,14 +22,21 @@ namespace fs = std::filesystem;
 // A folder includes itself and lower ranks; folders of one rank do not include
 // each other.
 const std::map<std::string, int>& Ranks() {
-  static const std::map<std::string, int> ranks = {
-      {"core/base", 0},        {"core/skeleton", 1},
-      {"core/geometry", 1},    {"core/assignment", 1},
-      {"core/data", 2},        {"core/io", 3},
-      {"core/association", 3}, {"core/reconstruction", 3},
-      {"core/evaluation", 3},  {"core/synthetic", 3},
-      {"core/identity", 3},    {"core/tracking", 4},
-      {"solvers", 5},          {"apps", 6}};
+  static const std::map<std::string, int> ranks = {{"core/base", 0},
+                                                   {"core/skeleton", 1},
+                                                   {"core/geometry", 1},
+                                                   {"core/assignment", 1},
+                                                   {"core/data", 2},
+                                                   {"core/io", 3},
+                                                   {"core/association", 3},
+                                                   {"core/reconstruction", 3},
+                                                   {"core/evaluation", 3},
+                                                   {"core/synthetic", 3},
+                                                   {"core/identity", 3},
+                                                   {"core/kinematics", 3},
+                                                   {"core/tracking", 4},
+                                                   {"solvers", 5},
+                                                   {"apps", 6}};
   return ranks;
 }
 

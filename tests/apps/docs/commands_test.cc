@@ -79,6 +79,7 @@ INSTANTIATE_TEST_SUITE_P(Pages, DocsCommandsTest,
                                            "docs/inputs.md", "docs/convert.md",
                                            "docs/report.md",
                                            "docs/results_reading.md",
+                                           "docs/kinematics.md",
                                            "docs/synthesize.md"),
                          [](const ::testing::TestParamInfo<const char*>& page) {
                            std::string name = page.param;

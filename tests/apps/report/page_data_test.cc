@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "apps/report/encoding.h"
-#include "apps/report/ground.h"
 #include "apps/report/moments.h"
 #include "apps/report/page.h"
 #include "core/base/error.h"
 #include "core/io/json.h"
+#include "core/kinematics/ground.h"
 #include "tests/support/base64.h"
 #include "tests/support/rig.h"
 

@@ -1,4 +1,4 @@
-#include "apps/report/ground.h"
+#include "core/kinematics/ground.h"
 
 #include <algorithm>
 #include <cmath>
@@ -39,13 +39,14 @@ Eigen::Vector3d Snapped(const Eigen::Vector3d& direction) {
 
 }  // namespace
 
-std::optional<Eigen::Vector3d> ParseUp(const std::string& text) {
+std::optional<Eigen::Vector3d> ParseUp(const std::string& text,
+                                       const std::string& what) {
   if (text == "auto") return std::nullopt;
   const std::string axis =
       text.empty() || text[0] != '-' ? text : text.substr(1);
   const size_t index = std::string("xyz").find(axis);
   if (axis.size() != 1 || index == std::string::npos) {
-    throw InputError("--up: found '" + Printable(text) +
+    throw InputError(what + ": found '" + Printable(text) +
                      "', expected auto, x, y, z, -x, -y or -z");
   }
   const double sign = text[0] == '-' ? -1.0 : 1.0;

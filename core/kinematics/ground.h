@@ -1,6 +1,6 @@
 // Which way is up, and where the floor is.
-#ifndef KINEGRAPH_APPS_REPORT_GROUND_H_
-#define KINEGRAPH_APPS_REPORT_GROUND_H_
+#ifndef KINEGRAPH_CORE_KINEMATICS_GROUND_H_
+#define KINEGRAPH_CORE_KINEMATICS_GROUND_H_
 
 #include <Eigen/Core>
 #include <optional>
@@ -11,8 +11,9 @@
 
 namespace kinegraph {
 
-// "x", "-z" and so on; nullopt for "auto". Throws InputError naming --up.
-std::optional<Eigen::Vector3d> ParseUp(const std::string& text);
+// "x", "-z" and so on; nullopt for "auto". Throws InputError naming `what`.
+std::optional<Eigen::Vector3d> ParseUp(const std::string& text,
+                                       const std::string& what = "--up");
 
 // People stand: the mean direction from ankles to shoulders, else the cameras'
 // mean upward direction, else z. Snapped to a world axis within 25 degrees.
@@ -25,4 +26,4 @@ double FloorHeight(const TrackSequence& tracks, const Eigen::Vector3d& up);
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_APPS_REPORT_GROUND_H_
+#endif  // KINEGRAPH_CORE_KINEMATICS_GROUND_H_

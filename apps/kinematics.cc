@@ -1,0 +1,208 @@
+// kinegraph-kinematics: joint angles, speeds and distances of tracks.
+#include "core/kinematics/kinematics.h"
+
+#include <gflags/gflags.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/common/app.h"
+#include "apps/common/summary.h"
+#include "apps/common/table.h"
+#include "core/base/error.h"
+#include "core/io/atomic_file.h"
+#include "core/io/config.h"
+#include "core/io/csv_cell.h"
+#include "core/io/json_output.h"
+#include "core/io/person_names.h"
+#include "core/io/tracks.h"
+#include "core/kinematics/ground.h"
+
+DEFINE_string(tracks, "", "3D tracks in any format that is read");
+DEFINE_string(out, "", "NAME.csv: a row a person and frame");
+DEFINE_string(up, "auto",
+              "axis of the world that points upwards: x, -x, y, -y, z, -z; "
+              "auto: as people stand");
+DEFINE_bool(observed, false,
+            "joints that fewer than two views support in a frame count as "
+            "missing");
+DEFINE_string(skeleton, "", "skeleton of the tracks where they do not tell");
+DEFINE_double(frame_rate, 0.0, "frame rate [Hz] where the tracks do not tell");
+
+namespace kinegraph {
+namespace {
+
+Skeleton SkeletonFlag() {
+  try {
+    return ResolveSkeleton(FLAGS_skeleton, {});
+  } catch (const InputError& error) {
+    throw InputError("--skeleton: " + std::string(error.what()));
+  }
+}
+
+TrackSequence ReadInput() {
+  TrackReadOptions read;
+  if (!FLAGS_skeleton.empty()) read.skeleton = SkeletonFlag();
+  if (FLAGS_frame_rate < 0.0 || !std::isfinite(FLAGS_frame_rate)) {
+    throw InputError("--frame_rate: expected a number > 0");
+  }
+  read.frame_rate_hz = FLAGS_frame_rate;
+  return ReadTracks(FLAGS_tracks, read);
+}
+
+void RequireCsv() {
+  const std::string end = ".csv";
+  const std::string& out = FLAGS_out;
+  const bool is_csv =
+      out.size() > end.size() &&
+      out.compare(out.size() - end.size(), end.size(), end) == 0;
+  if (is_csv || IsStream(out)) return;
+  throw InputError("--out: found '" + Printable(out) + "', expected NAME.csv");
+}
+
+void WriteCsv(const KinematicsTable& table, const PersonNames& names) {
+  AtomicFile file(WithFolders(FLAGS_out));
+  JsonOutput out;
+  out.Text("frame,time_s,id");
+  if (!names.empty()) out.Text(",name");
+  for (const std::string& column : table.columns) {
+    out.Text(",");
+    out.Text(CsvCell(column));
+  }
+  out.Text("\n");
+  for (const KinematicsRow& row : table.rows) {
+    out.Integer(row.frame);
+    out.Text(",");
+    if (table.has_times) out.Seconds(row.time);
+    out.Text(",");
+    out.Integer(row.id.value());
+    if (!names.empty()) {
+      const auto name = names.find(row.id);
+      out.Text(",");
+      if (name != names.end()) out.Text(CsvCell(name->second));
+    }
+    for (const double value : row.values) {
+      out.Text(",");
+      if (std::isfinite(value)) out.Number(value);
+    }
+    out.Text("\n");
+    file.Write(out.text().data(), out.text().size());
+    out.Clear();
+  }
+  file.Write(out.text().data(), out.text().size());
+  file.Commit();
+}
+
+// ---- What is printed --------------------------------------------------------
+
+// Values of a column that are there, by person.
+using Values = std::map<TrackId, std::vector<double>>;
+
+Values ValuesOf(const KinematicsTable& table, const std::string& column) {
+  Values values;
+  const int at = table.IndexOf(column);
+  for (const KinematicsRow& row : table.rows) {
+    std::vector<double>& mine = values[row.id];
+    if (at < 0) continue;
+    const double value = row.values[static_cast<size_t>(at)];
+    if (std::isfinite(value)) mine.push_back(value);
+  }
+  return values;
+}
+
+double Quantile(std::vector<double> values, double share) {
+  if (values.empty()) return std::nan("");
+  const auto last = static_cast<double>(values.size() - 1);
+  const auto at = values.begin() + std::lround(share * last);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+std::string Range(const std::vector<double>& values) {
+  if (values.empty()) return "-";
+  return Fixed(Quantile(values, 0.05), 0) + " .. " +
+         Fixed(Quantile(values, 0.5), 0) + " .. " +
+         Fixed(Quantile(values, 0.95), 0);
+}
+
+std::string Digest(const KinematicsTable& table, const PersonNames& names) {
+  constexpr size_t kMostPeople = 6;
+  std::vector<TrackId> people;
+  for (const auto& [id, values] : ValuesOf(table, "")) people.push_back(id);
+  const size_t shown = std::min(people.size(), kMostPeople);
+  std::vector<std::string> header = {"5 % .. median .. 95 %"};
+  for (size_t p = 0; p < shown; ++p) {
+    const auto name = names.find(people[p]);
+    header.push_back(name != names.end()
+                         ? Printable(name->second, 20)
+                         : "person " + std::to_string(people[p].value()));
+  }
+  Table text(header);
+  const auto add = [&](const std::string& title, const std::string& column,
+                       const auto& cell) {
+    if (table.IndexOf(column) < 0) return;
+    const Values values = ValuesOf(table, column);
+    std::vector<std::string> cells = {title};
+    for (size_t p = 0; p < shown; ++p)
+      cells.push_back(cell(values.at(people[p])));
+    text.AddRow(std::move(cells));
+  };
+  for (const std::string& angle : table.angles) {
+    add(angle + ", deg", angle + "_deg", Range);
+  }
+  add("pelvis along the floor: median, m/s", "pelvis_speed_m_s",
+      [](const auto& values) { return Fixed(Quantile(values, 0.5), 2); });
+  add("pelvis along the floor: way, m", "pelvis_path_m",
+      [](const auto& values) {
+        return Fixed(values.empty() ? std::nan("") : values.back(), 2);
+      });
+  std::string result = text.ToString();
+  if (people.size() > shown) {
+    result += "and " + std::to_string(people.size() - shown) + " more people\n";
+  }
+  return result;
+}
+
+void RunKinematics() {
+  RequireFlag("tracks", FLAGS_tracks);
+  RequireFlag("out", FLAGS_out);
+  RequireCsv();
+  KinematicsOptions options;
+  options.up = ParseUp(FLAGS_up);
+  options.observed_only = FLAGS_observed;
+  const TrackSequence tracks = ReadInput();
+  const PersonNames names = ReadPersonNames(FLAGS_tracks);
+  const KinematicsTable table = MeasureKinematics(tracks, options);
+  if (table.rows.empty()) throw InputError(FLAGS_tracks + ": nobody is in it");
+  if (table.angles.empty()) {
+    throw InputError(FLAGS_tracks + ": the skeleton " +
+                     Printable(tracks.header.skeleton.name()) +
+                     " has none of the joints that angles need (--skeleton)");
+  }
+  WriteCsv(table, names);
+  for (const std::string& note : table.notes) {
+    std::fprintf(stderr, "kinegraph-kinematics: note: %s\n",
+                 Printable(note, 500).c_str());
+  }
+  std::FILE* summary = SummaryStream(FLAGS_out);
+  std::fputs(Digest(table, names).c_str(), summary);
+  std::fprintf(summary, "up is (%g, %g, %g); %zu rows of %zu columns -> %s\n",
+               table.up.x(), table.up.y(), table.up.z(), table.rows.size(),
+               table.columns.size() + 3, FLAGS_out.c_str());
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+int main(int argc, char** argv) {
+  return kinegraph::RunApp(
+      argc, argv,
+      {"kinematics", "joint angles, speeds and distances of tracks, as CSV",
+       "--tracks=F --out=NAME.csv [--up=AXIS] [--observed]"},
+      kinegraph::RunKinematics);
+}

@@ -1,0 +1,389 @@
+#include "core/kinematics/angles.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace kinegraph {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kDegrees = 180.0 / kPi;
+constexpr double kSigmas = 1.959964;       // 95 % of one dimension
+constexpr double kDiscSigmas = 2.447747;   // 95 % of two
+constexpr double kShortest = 1e-6;         // m; below it is no direction
+constexpr double kLeastSine = 0.17364818;  // of 10 degrees
+
+using Points = std::vector<Eigen::Vector3d>;
+
+// ---- Frames of the body -----------------------------------------------------
+
+// Forward, up, right: X, Y, Z of the ISB.
+struct Axes {
+  Eigen::Vector3d x, y, z;
+
+  Eigen::Vector3d In(const Eigen::Vector3d& direction) const {
+    return {x.dot(direction), y.dot(direction), z.dot(direction)};
+  }
+};
+
+std::optional<Eigen::Vector3d> Unit(const Eigen::Vector3d& vector) {
+  const double norm = vector.norm();
+  if (!(norm > kShortest)) return std::nullopt;
+  return vector / norm;
+}
+
+// Two directions that lie nearly on one line span no plane.
+std::optional<Eigen::Vector3d> Normal(const Eigen::Vector3d& a,
+                                      const Eigen::Vector3d& b) {
+  const auto unit_a = Unit(a);
+  const auto unit_b = Unit(b);
+  if (!unit_a || !unit_b) return std::nullopt;
+  const Eigen::Vector3d normal = unit_a->cross(*unit_b);
+  if (normal.norm() < kLeastSine) return std::nullopt;
+  return normal.normalized();
+}
+
+// Y is kept, Z turned to be at right angles to it.
+std::optional<Axes> AxesByUp(const Eigen::Vector3d& up,
+                             const Eigen::Vector3d& right) {
+  const auto forward = Normal(up, right);
+  if (!forward) return std::nullopt;
+  const Eigen::Vector3d y = up.normalized();
+  return Axes{*forward, y, forward->cross(y)};
+}
+
+// Z is kept, Y turned.
+std::optional<Axes> AxesByRight(const Eigen::Vector3d& up,
+                                const Eigen::Vector3d& right) {
+  const auto forward = Normal(up, right);
+  if (!forward) return std::nullopt;
+  const Eigen::Vector3d z = right.normalized();
+  return Axes{*forward, z.cross(*forward), z};
+}
+
+// Points of what follows: l_hip, r_hip, l_shoulder, r_shoulder, then the knee
+// or elbow of the limb; `side` says which hip or shoulder is the limb's.
+Eigen::Vector3d Hips(const Points& p) { return p[1] - p[0]; }
+Eigen::Vector3d Shoulders(const Points& p) { return p[3] - p[2]; }
+Eigen::Vector3d Trunk(const Points& p) {
+  return 0.5 * (p[2] + p[3]) - 0.5 * (p[0] + p[1]);
+}
+size_t HipOf(double side) { return side > 0.0 ? 1 : 0; }
+size_t ShoulderOf(double side) { return side > 0.0 ? 3 : 2; }
+
+// ---- Angles in them [rad] ---------------------------------------------------
+
+std::optional<double> Around(double sine, double cosine) {
+  if (std::hypot(sine, cosine) < kLeastSine) return std::nullopt;
+  return std::atan2(sine, cosine);
+}
+
+double Tilt(double sine) { return std::asin(std::clamp(sine, -1.0, 1.0)); }
+
+// The thigh, from the knee up to the hip, in the frame of the hips.
+std::optional<Eigen::Vector3d> Thigh(const Points& p, double side) {
+  const auto pelvis = AxesByRight(Trunk(p), Hips(p));
+  const auto thigh = Unit(p[HipOf(side)] - p[4]);
+  if (!pelvis || !thigh) return std::nullopt;
+  return pelvis->In(*thigh);
+}
+
+// Rz(flexion) Rx(adduction) y is the thigh.
+std::optional<double> HipFlexion(const Points& p, const Eigen::Vector3d&,
+                                 double side) {
+  const auto thigh = Thigh(p, side);
+  if (!thigh) return std::nullopt;
+  return Around(-thigh->x(), thigh->y());
+}
+
+std::optional<double> HipAdduction(const Points& p, const Eigen::Vector3d&,
+                                   double side) {
+  const auto thigh = Thigh(p, side);
+  if (!thigh) return std::nullopt;
+  return Tilt(side * thigh->z());
+}
+
+std::optional<double> ShoulderPlane(const Points& p, const Eigen::Vector3d&,
+                                    double side) {
+  const auto thorax = AxesByUp(Trunk(p), Shoulders(p));
+  const auto arm = Unit(p[4] - p[ShoulderOf(side)]);
+  if (!thorax || !arm) return std::nullopt;
+  const Eigen::Vector3d in_thorax = thorax->In(*arm);
+  return Around(in_thorax.x(), side * in_thorax.z());
+}
+
+// The trunk in the frame of up and the hips' heading.
+std::optional<Eigen::Vector3d> Lean(const Points& p,
+                                    const Eigen::Vector3d& up) {
+  const auto heading = AxesByUp(up, Hips(p));
+  const auto trunk = Unit(Trunk(p));
+  if (!heading || !trunk) return std::nullopt;
+  return heading->In(*trunk);
+}
+
+std::optional<double> TrunkForward(const Points& p, const Eigen::Vector3d& up,
+                                   double) {
+  const auto lean = Lean(p, up);
+  if (!lean) return std::nullopt;
+  return Around(lean->x(), lean->y());
+}
+
+std::optional<double> TrunkRight(const Points& p, const Eigen::Vector3d& up,
+                                 double) {
+  const auto lean = Lean(p, up);
+  if (!lean) return std::nullopt;
+  return Tilt(lean->z());
+}
+
+// From the hips to the shoulders, about the trunk's axis.
+std::optional<double> TrunkTurn(const Points& p, const Eigen::Vector3d&,
+                                double) {
+  const auto hips = AxesByUp(Trunk(p), Hips(p));
+  const auto shoulders = Unit(Shoulders(p));
+  if (!hips || !shoulders) return std::nullopt;
+  const Eigen::Vector3d in_hips = hips->In(*shoulders);
+  return Around(in_hips.x(), in_hips.z());
+}
+
+// Points: l_hip, r_hip.
+std::optional<double> PelvisObliquity(const Points& p,
+                                      const Eigen::Vector3d& up, double) {
+  const auto hips = Unit(Hips(p));
+  if (!hips) return std::nullopt;
+  return Tilt(up.dot(*hips));
+}
+
+// ---- How sure ---------------------------------------------------------------
+
+double Wrapped(double rad) { return std::remainder(rad, 2.0 * kPi); }
+
+// Standard deviation [rad], by central differences. A step of a micrometre in
+// angles of about 3 rad/m leaves ten digits.
+std::optional<double> SigmaOf(const AngleInFrame& rule, Points points,
+                              const std::vector<Eigen::Matrix3d>& covariances,
+                              const Eigen::Vector3d& up) {
+  constexpr double kStep = 1e-6;  // m
+  double variance = 0.0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    Eigen::Vector3d gradient;
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const double at = points[i][axis];
+      points[i][axis] = at + kStep;
+      const auto above = rule.measure(points, up, rule.side);
+      points[i][axis] = at - kStep;
+      const auto below = rule.measure(points, up, rule.side);
+      points[i][axis] = at;
+      if (!above || !below) return std::nullopt;
+      gradient[axis] = Wrapped(*above - *below) / (2.0 * kStep);
+    }
+    variance += gradient.dot(covariances[i] * gradient);
+  }
+  return std::sqrt(std::max(0.0, variance));
+}
+
+void AddInterval(const AngleInFrame& rule, const Points& points,
+                 const std::vector<Eigen::Matrix3d>& covariances,
+                 const Eigen::Vector3d& up, AngleEstimate* estimate) {
+  const auto sigma = SigmaOf(rule, points, covariances, up);
+  if (!sigma) return;
+  const double half_deg = kSigmas * *sigma * kDegrees;
+  estimate->low_deg = estimate->deg - half_deg;
+  estimate->high_deg = estimate->deg + half_deg;
+  if (rule.low_deg == rule.high_deg) return;
+  estimate->low_deg = std::max(*estimate->low_deg, rule.low_deg);
+  estimate->high_deg = std::min(*estimate->high_deg, rule.high_deg);
+}
+
+Eigen::Vector3d Sum(const std::vector<double>& weights, const Points& points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (size_t i = 0; i < points.size(); ++i) sum += weights[i] * points[i];
+  return sum;
+}
+
+// Two directions with the angle between them.
+struct Pair {
+  Eigen::Vector3d from, to;  // unit
+  double from_m = 0.0, to_m = 0.0;
+  double rad = 0.0;
+
+  static std::optional<Pair> Of(const AngleBetween& rule,
+                                const Points& points) {
+    const Eigen::Vector3d from = Sum(rule.from, points);
+    const Eigen::Vector3d to = Sum(rule.to, points);
+    const auto unit_from = Unit(from);
+    const auto unit_to = Unit(to);
+    if (!unit_from || !unit_to) return std::nullopt;
+    // atan2 keeps its digits where acos loses half of them.
+    const double rad =
+        std::atan2(unit_from->cross(*unit_to).norm(), unit_from->dot(*unit_to));
+    return Pair{*unit_from, *unit_to, from.norm(), to.norm(), rad};
+  }
+};
+
+// Covariance [rad^2] of the error in the plane of the two directions, which is
+// the error of the angle, and of that across it.
+Eigen::Matrix2d PlaneCovariance(
+    const AngleBetween& rule, const Pair& pair,
+    const std::vector<Eigen::Matrix3d>& covariances) {
+  // On one line, any plane through it will do.
+  Eigen::Vector3d across = pair.from.cross(pair.to);
+  if (across.norm() < 1e-9) across = pair.from.unitOrthogonal();
+  across.normalize();
+  // How the angle grows when either direction moves.
+  const Eigen::Vector3d by_from = -across.cross(pair.from);
+  const Eigen::Vector3d by_to = across.cross(pair.to);
+  // Across the plane, the directions part (or, pointing apart, meet).
+  const double apart = pair.rad < kPi / 2.0 ? 1.0 : -1.0;
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  for (size_t i = 0; i < covariances.size(); ++i) {
+    const double from = rule.from[i] / pair.from_m;
+    const double to = rule.to[i] / pair.to_m;
+    Eigen::Matrix<double, 2, 3> jacobian;
+    jacobian.row(0) = (from * by_from + to * by_to).transpose();
+    jacobian.row(1) = ((to - apart * from) * across).transpose();
+    covariance += jacobian * covariances[i] * jacobian.transpose();
+  }
+  return covariance;
+}
+
+// An angle between two directions is never below 0: near the line, the error
+// across the plane adds to it, and the interval is the radius of a disc.
+void AddInterval(const AngleBetween& rule, const Pair& pair,
+                 const std::vector<Eigen::Matrix3d>& covariances,
+                 AngleEstimate* estimate) {
+  const Eigen::Matrix2d covariance = PlaneCovariance(rule, pair, covariances);
+  const double mean = 0.5 * covariance.trace();
+  const double largest =
+      mean +
+      std::hypot(0.5 * (covariance(0, 0) - covariance(1, 1)), covariance(0, 1));
+  const double disc = kDiscSigmas * std::sqrt(std::max(0.0, largest));
+  const double to_line = std::min(pair.rad, kPi - pair.rad);
+  const double half =
+      to_line < disc ? disc
+                     : kSigmas * std::sqrt(std::max(0.0, covariance(0, 0)));
+  const double low = std::max(0.0, pair.rad - half) * kDegrees;
+  const double high = std::min(kPi, pair.rad + half) * kDegrees;
+  const double a = rule.offset_deg + rule.factor * low;
+  const double b = rule.offset_deg + rule.factor * high;
+  estimate->low_deg = std::min(a, b);
+  estimate->high_deg = std::max(a, b);
+}
+
+// ---- Which a skeleton has ---------------------------------------------------
+
+using Names = std::vector<std::string>;
+
+void Add(const Skeleton& skeleton, const std::string& name, const Names& joints,
+         std::variant<AngleBetween, AngleInFrame> rule,
+         std::vector<JointAngle>* angles) {
+  JointAngle angle;
+  angle.name = name;
+  for (const std::string& joint : joints) {
+    angle.joints.push_back(skeleton.IndexOf(joint));
+    if (angle.joints.back() < 0) return;
+  }
+  angle.rule = std::move(rule);
+  angles->push_back(std::move(angle));
+}
+
+// The bend of a chain of three joints.
+AngleBetween Bend() { return {{-1.0, 1.0, 0.0}, {0.0, -1.0, 1.0}, 0.0, 1.0}; }
+
+// Shin and sole: toes up is positive.
+AngleBetween Ankle() {
+  return {{-1.0, 1.0, 0.0, 0.0}, {0.0, 0.0, -1.0, 1.0}, 90.0, -1.0};
+}
+
+// Upper arm and the trunk downwards.
+AngleBetween Elevation(double side) {
+  AngleBetween rule = {{0.0, 0.0, 0.0, 0.0, 1.0}, {0.5, 0.5, -0.5, -0.5, 0.0}};
+  rule.from[ShoulderOf(side)] = -1.0;
+  return rule;
+}
+
+const Names& TrunkJoints() {
+  static const Names kJoints = {"l_hip", "r_hip", "l_shoulder", "r_shoulder"};
+  return kJoints;
+}
+
+Names TrunkAnd(const std::string& joint) {
+  Names joints = TrunkJoints();
+  joints.push_back(joint);
+  return joints;
+}
+
+void AddSide(const Skeleton& skeleton, double side,
+             std::vector<JointAngle>* angles) {
+  const std::string start = side > 0.0 ? "r_" : "l_";
+  const auto add = [&](const std::string& name, const Names& joints,
+                       std::variant<AngleBetween, AngleInFrame> rule) {
+    Add(skeleton, start + name, joints, std::move(rule), angles);
+  };
+  const std::string knee = start + "knee", elbow = start + "elbow";
+  // MediaPipe's name of a foot's front end is another.
+  const bool has_toe = skeleton.IndexOf(start + "big_toe") >= 0;
+  const std::string toe = start + (has_toe ? "big_toe" : "foot_index");
+  add("hip_flexion", TrunkAnd(knee), AngleInFrame{HipFlexion, side});
+  add("hip_adduction", TrunkAnd(knee),
+      AngleInFrame{HipAdduction, side, -90.0, 90.0});
+  add("knee_flexion", {start + "hip", knee, start + "ankle"}, Bend());
+  add("ankle_dorsiflexion", {start + "ankle", knee, start + "heel", toe},
+      Ankle());
+  add("shoulder_elevation", TrunkAnd(elbow), Elevation(side));
+  add("shoulder_plane", TrunkAnd(elbow), AngleInFrame{ShoulderPlane, side});
+  add("elbow_flexion", {start + "shoulder", elbow, start + "wrist"}, Bend());
+}
+
+}  // namespace
+
+std::vector<JointAngle> AnglesOf(const Skeleton& skeleton) {
+  std::vector<JointAngle> angles;
+  AddSide(skeleton, -1.0, &angles);
+  AddSide(skeleton, 1.0, &angles);
+  Add(skeleton, "trunk_forward", TrunkJoints(), AngleInFrame{TrunkForward},
+      &angles);
+  Add(skeleton, "trunk_right", TrunkJoints(),
+      AngleInFrame{TrunkRight, 1.0, -90.0, 90.0}, &angles);
+  Add(skeleton, "trunk_turn", TrunkJoints(), AngleInFrame{TrunkTurn}, &angles);
+  Add(skeleton, "pelvis_obliquity", {"l_hip", "r_hip"},
+      AngleInFrame{PelvisObliquity, 1.0, -90.0, 90.0}, &angles);
+  return angles;
+}
+
+std::optional<AngleEstimate> MeasureAngle(const JointAngle& angle,
+                                          const PersonPose& person,
+                                          const Eigen::Vector3d& up) {
+  Points points;
+  std::vector<Eigen::Matrix3d> covariances;
+  AngleEstimate estimate;
+  estimate.observed = true;
+  for (const int idx : angle.joints) {
+    const auto j = static_cast<size_t>(idx);
+    const Joint3d& joint = person.joints[j];
+    if (!joint.present()) return std::nullopt;
+    points.push_back(joint.position_m);
+    estimate.observed &= joint.status == JointStatus::kObserved;
+    if (!person.covariances.empty() && person.covariances[j].has_value()) {
+      covariances.push_back(*person.covariances[j]);
+    }
+  }
+  const bool known = covariances.size() == points.size();
+  if (const auto* rule = std::get_if<AngleBetween>(&angle.rule)) {
+    const auto pair = Pair::Of(*rule, points);
+    if (!pair) return std::nullopt;
+    estimate.deg = rule->offset_deg + rule->factor * pair->rad * kDegrees;
+    if (known) AddInterval(*rule, *pair, covariances, &estimate);
+    return estimate;
+  }
+  const AngleInFrame& rule = std::get<AngleInFrame>(angle.rule);
+  const auto rad = rule.measure(points, up, rule.side);
+  if (!rad) return std::nullopt;
+  estimate.deg = *rad * kDegrees;
+  if (known) AddInterval(rule, points, covariances, up, &estimate);
+  return estimate;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,65 @@
+// Joint angles as positions alone give them, each with how sure it is.
+//
+// Axes follow the ISB: X forward, Y up, Z to the person's right; 0 is standing
+// upright with hanging arms. docs/kinematics.md has every definition and says
+// what positions cannot give.
+#ifndef KINEGRAPH_CORE_KINEMATICS_ANGLES_H_
+#define KINEGRAPH_CORE_KINEMATICS_ANGLES_H_
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/data/pose.h"
+
+namespace kinegraph {
+
+// The angle between two directions, each a sum of positions with `from` and
+// `to` as their weights: `offset_deg` + `factor` times 0 .. 180 degrees.
+struct AngleBetween {
+  std::vector<double> from;  // one a joint of the angle; the sum is 0
+  std::vector<double> to;
+  double offset_deg = 0.0;
+  double factor = 1.0;
+};
+
+// An angle in a frame of the body [rad]; nullopt where it has no meaning.
+struct AngleInFrame {
+  using Measure =
+      std::optional<double> (*)(const std::vector<Eigen::Vector3d>& points,
+                                const Eigen::Vector3d& up, double side);
+  Measure measure = nullptr;
+  double side = 1.0;      // 1 on the right, -1 on the left
+  double low_deg = 0.0;   // no value is below or above: an interval ends there;
+  double high_deg = 0.0;  // both 0: the angle goes round
+};
+
+struct JointAngle {
+  std::string name;         // "l_knee_flexion"
+  std::vector<int> joints;  // of the skeleton, as the rule takes them
+  std::variant<AngleBetween, AngleInFrame> rule;
+};
+
+struct AngleEstimate {
+  double deg = 0.0;
+  bool observed = false;  // all of its joints are
+  // Ends of the 95 % interval, when all of its joints have a covariance.
+  std::optional<double> low_deg;
+  std::optional<double> high_deg;
+};
+
+// The angles that a skeleton has the joints for: sides apart, left first.
+std::vector<JointAngle> AnglesOf(const Skeleton& skeleton);
+
+// nullopt when a joint is missing or the angle has no meaning in this pose. The
+// covariances are propagated to first order, those of different joints taken
+// as independent. `up` is a unit vector.
+std::optional<AngleEstimate> MeasureAngle(const JointAngle& angle,
+                                          const PersonPose& person,
+                                          const Eigen::Vector3d& up);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_KINEMATICS_ANGLES_H_

@@ -1,0 +1,261 @@
+#include "core/kinematics/kinematics.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "core/kinematics/angles.h"
+#include "core/kinematics/ground.h"
+#include "core/kinematics/mass.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+using MaybePoint = std::optional<Eigen::Vector3d>;
+
+// Joints whose speed is of interest: not those of fingers and of the face, but
+// the nose.
+bool HasSpeed(const Skeleton& skeleton, int joint_idx) {
+  const JointClass joint_class = skeleton.joint_class(joint_idx);
+  if (joint_class == JointClass::kOther) return false;
+  return joint_class != JointClass::kHead ||
+         skeleton.joints()[static_cast<size_t>(joint_idx)] == "nose";
+}
+
+bool HasCovariances(const TrackSequence& tracks) {
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      for (const auto& covariance : person.covariances) {
+        if (covariance.has_value()) return true;
+      }
+    }
+  }
+  return false;
+}
+
+// The median time between two frames [ns]; 0 when the take has no clock.
+TimeNs FrameTime(const TrackSequence& tracks) {
+  std::vector<TimeNs> steps;
+  for (size_t k = 1; k < tracks.frames.size(); ++k) {
+    steps.push_back(tracks.frames[k].time - tracks.frames[k - 1].time);
+  }
+  if (steps.empty()) return 0;
+  const auto middle = steps.begin() + static_cast<long>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return std::max<TimeNs>(0, *middle);
+}
+
+// A point that moves, and whether its way is looked at along the floor alone.
+struct MovingPoint {
+  std::string name;
+  std::vector<std::pair<int, double>> weights;  // of joints
+  bool along_floor = false;
+
+  MaybePoint Of(const PersonPose& person, const Eigen::Vector3d& up) const {
+    MaybePoint point = CentreOfMass(weights, person.joints);
+    if (point && along_floor) *point -= up.dot(*point) * up;
+    return point;
+  }
+};
+
+std::vector<MovingPoint> MovingPoints(const Skeleton& skeleton) {
+  std::vector<MovingPoint> points;
+  const int left = skeleton.IndexOf("l_hip"), right = skeleton.IndexOf("r_hip");
+  if (left >= 0 && right >= 0) {
+    points.push_back({"pelvis", {{left, 0.5}, {right, 0.5}}, true});
+  }
+  const MassWeights mass = MassWeightsOf(skeleton);
+  if (!mass.empty()) points.push_back({"com", mass, false});
+  for (int j = 0; j < skeleton.joint_count(); ++j) {
+    if (!HasSpeed(skeleton, j)) continue;
+    points.push_back(
+        {skeleton.joints()[static_cast<size_t>(j)], {{j, 1.0}}, false});
+  }
+  return points;
+}
+
+// Fills the columns of one table.
+class Measurement {
+ public:
+  Measurement(const TrackSequence& tracks, const KinematicsOptions& options)
+      : tracks_(tracks),
+        options_(options),
+        angles_(AnglesOf(tracks.header.skeleton)),
+        mass_(MassWeightsOf(tracks.header.skeleton)),
+        points_(MovingPoints(tracks.header.skeleton)),
+        frame_time_(FrameTime(tracks)),
+        intervals_(HasCovariances(tracks)) {
+    table_.has_times = frame_time_ > 0;
+    table_.up = options.up.has_value() ? *options.up : UpDirection(tracks, {});
+  }
+
+  KinematicsTable Run() {
+    NameColumns();
+    for (const TrackFrame& frame : tracks_.frames) {
+      for (const PersonPose& person : frame.people) AddRow(frame, person);
+    }
+    if (frame_time_ > 0) {
+      for (const auto& [id, rows] : rows_of_) AddMotion(rows);
+    }
+    WriteNotes();
+    return std::move(table_);
+  }
+
+ private:
+  void NameColumns() {
+    for (const JointAngle& angle : angles_) {
+      table_.angles.push_back(angle.name);
+      table_.columns.push_back(angle.name + "_deg");
+      if (!intervals_) continue;
+      table_.columns.push_back(angle.name + "_low_deg");
+      table_.columns.push_back(angle.name + "_high_deg");
+    }
+    if (!mass_.empty()) {
+      for (const char* axis : {"x", "y", "z"}) {
+        table_.columns.push_back(std::string("com_") + axis + "_m");
+      }
+    }
+    if (frame_time_ == 0) return;
+    for (const MovingPoint& point : points_) {
+      table_.columns.push_back(point.name + "_speed_m_s");
+    }
+    if (HasPelvis()) table_.columns.push_back("pelvis_path_m");
+  }
+
+  bool HasPelvis() const {
+    return !points_.empty() && points_.front().along_floor;
+  }
+
+  // What does not need the neighbouring frames; the rest stays NaN.
+  void AddRow(const TrackFrame& frame, const PersonPose& given) {
+    const PersonPose person = Usable(given);
+    KinematicsRow row{frame.frame, frame.time, person.id, {}};
+    for (const JointAngle& angle : angles_) {
+      const auto estimate = MeasureAngle(angle, person, table_.up);
+      row.values.push_back(estimate ? estimate->deg : kNan);
+      if (!intervals_) continue;
+      row.values.push_back(estimate ? estimate->low_deg.value_or(kNan) : kNan);
+      row.values.push_back(estimate ? estimate->high_deg.value_or(kNan) : kNan);
+    }
+    if (!mass_.empty()) {
+      const MaybePoint com = CentreOfMass(mass_, person.joints);
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        row.values.push_back(com ? (*com)[axis] : kNan);
+      }
+    }
+    row.values.resize(table_.columns.size(), kNan);
+    std::vector<MaybePoint> places;
+    if (frame_time_ > 0) {
+      for (const MovingPoint& point : points_) {
+        places.push_back(point.Of(person, table_.up));
+      }
+    }
+    rows_of_[person.id].push_back({table_.rows.size(), std::move(places)});
+    table_.rows.push_back(std::move(row));
+  }
+
+  PersonPose Usable(const PersonPose& given) const {
+    PersonPose person = given;
+    for (Joint3d& joint : person.joints) {
+      const bool observed = joint.status == JointStatus::kObserved;
+      if (options_.observed_only && !observed) {
+        joint.status = JointStatus::kMissing;
+      }
+    }
+    return person;
+  }
+
+  // A person's place in the table, and where its points are.
+  struct At {
+    size_t row;
+    std::vector<MaybePoint> places;
+  };
+
+  void AddMotion(const std::vector<At>& rows) {
+    const size_t first =
+        table_.columns.size() - points_.size() - (HasPelvis() ? 1 : 0);
+    for (size_t p = 0; p < points_.size(); ++p) {
+      for (size_t k = 1; k + 1 < rows.size(); ++k) {
+        table_.rows[rows[k].row].values[first + p] =
+            Speed(rows[k - 1], rows[k], rows[k + 1], p);
+      }
+    }
+    if (HasPelvis()) AddPath(rows);
+  }
+
+  double Speed(const At& before, const At& now, const At& after,
+               size_t point) const {
+    const MaybePoint& from = before.places[point];
+    const MaybePoint& to = after.places[point];
+    if (!from || !to || !now.places[point]) return kNan;
+    const TimeNs t0 = table_.rows[before.row].time;
+    const TimeNs t1 = table_.rows[now.row].time;
+    const TimeNs t2 = table_.rows[after.row].time;
+    const TimeNs longest = frame_time_ + frame_time_ / 2;
+    if (t1 - t0 > longest || t2 - t1 > longest || t2 <= t0) return kNan;
+    return (*to - *from).norm() / ToSeconds(t2 - t0);
+  }
+
+  // From one place that is known to the next, in a straight line.
+  void AddPath(const std::vector<At>& rows) {
+    MaybePoint last;
+    double path_m = 0.0;
+    for (const At& at : rows) {
+      const MaybePoint& pelvis = at.places.front();
+      if (!pelvis) continue;
+      if (last) path_m += (*pelvis - *last).norm();
+      last = pelvis;
+      table_.rows[at.row].values.back() = path_m;
+    }
+  }
+
+  void WriteNotes() {
+    const Skeleton& skeleton = tracks_.header.skeleton;
+    const auto has = [&](const std::string& name) {
+      return std::find(table_.angles.begin(), table_.angles.end(), name) !=
+             table_.angles.end();
+    };
+    const std::string whose = "the skeleton " + skeleton.name();
+    if (!has("l_ankle_dorsiflexion") && !has("r_ankle_dorsiflexion")) {
+      table_.notes.push_back(whose + " has no heels and toes: no ankle angles");
+    }
+    if (mass_.empty()) {
+      table_.notes.push_back(whose +
+                             " lacks joints of the limbs: no centre of mass");
+    }
+    if (!intervals_) {
+      table_.notes.emplace_back("the tracks have no covariances: no intervals");
+    }
+    if (frame_time_ == 0) {
+      table_.notes.emplace_back(
+          "the tracks have no times: no speeds and paths (--frame_rate=HZ)");
+    }
+  }
+
+  const TrackSequence& tracks_;
+  const KinematicsOptions options_;
+  const std::vector<JointAngle> angles_;
+  const MassWeights mass_;
+  const std::vector<MovingPoint> points_;
+  const TimeNs frame_time_;
+  const bool intervals_;
+  KinematicsTable table_;
+  std::map<TrackId, std::vector<At>> rows_of_;
+};
+
+}  // namespace
+
+int KinematicsTable::IndexOf(const std::string& column) const {
+  const auto at = std::find(columns.begin(), columns.end(), column);
+  return at == columns.end() ? -1 : static_cast<int>(at - columns.begin());
+}
+
+KinematicsTable MeasureKinematics(const TrackSequence& tracks,
+                                  const KinematicsOptions& options) {
+  return Measurement(tracks, options).Run();
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,167 @@
+// Speeds, ways and centres of mass of motions that are known.
+#include "core/kinematics/kinematics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/kinematics/mass.h"
+#include "tests/support/standing_person.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::StandingPerson;
+using Vec = Eigen::Vector3d;
+
+PersonPose Shifted(const StandingPerson& person, const Vec& by_m, int id) {
+  PersonPose pose = person.pose();
+  for (Joint3d& joint : pose.joints) joint.position_m += by_m;
+  pose.id = TrackId(id);
+  return pose;
+}
+
+// Stands in one place for `frames` frames of a fiftieth of a second.
+TrackSequence Take(int frames) {
+  TrackSequence tracks;
+  tracks.header.skeleton = Body25();
+  tracks.header.frame_rate_hz = 50.0;
+  for (int k = 0; k < frames; ++k) {
+    TrackFrame frame;
+    frame.frame = 100 + k;
+    frame.time = TimeNs{20000000} * k;
+    tracks.frames.push_back(frame);
+  }
+  return tracks;
+}
+
+// Walks forward at 1.5 m/s, bobbing by 2 cm.
+TrackSequence Walk(int frames) {
+  TrackSequence tracks = Take(frames);
+  for (int k = 0; k < frames; ++k) {
+    tracks.frames[k].people.push_back(
+        Shifted(StandingPerson(), {0.03 * k, 0.0, k % 2 == 0 ? 0.0 : 0.02}, 3));
+  }
+  return tracks;
+}
+
+double ValueAt(const KinematicsTable& table, size_t row,
+               const std::string& column) {
+  const int at = table.IndexOf(column);
+  EXPECT_GE(at, 0) << column;
+  return at < 0 ? 0.0 : table.rows[row].values[static_cast<size_t>(at)];
+}
+
+// Sums of a few positions of metres.
+constexpr double kRounding = 1e-12;
+
+TEST(Kinematics, SpeedAndWayOfAWalk) {
+  const TrackSequence tracks = Walk(11);
+  const KinematicsTable table = MeasureKinematics(tracks);
+  EXPECT_EQ(table.up, Vec::UnitZ()) << "as the person stands";
+  EXPECT_TRUE(table.has_times);
+  ASSERT_EQ(table.rows.size(), 11u);
+  EXPECT_EQ(table.rows[4].frame, 104);
+  EXPECT_EQ(table.rows[4].id, TrackId(3));
+  for (const char* column :
+       {"pelvis_speed_m_s", "com_speed_m_s", "l_wrist_speed_m_s"}) {
+    // Two frames apart the bobbing is the same.
+    EXPECT_NEAR(ValueAt(table, 5, column), 1.5, 1e-10) << column;
+    EXPECT_TRUE(std::isnan(ValueAt(table, 0, column)));
+    EXPECT_TRUE(std::isnan(ValueAt(table, 10, column)));
+  }
+  // Along the floor: the bobbing is no way.
+  EXPECT_NEAR(ValueAt(table, 10, "pelvis_path_m"), 0.3, kRounding);
+  EXPECT_EQ(ValueAt(table, 0, "pelvis_path_m"), 0.0);
+  EXPECT_TRUE(std::isnan(ValueAt(table, 5, "nose_speed_m_s"))) << "no nose";
+}
+
+TEST(Kinematics, AGapHasNoSpeedAndAStraightWay) {
+  TrackSequence tracks = Walk(11);
+  tracks.frames[5].people.clear();
+  const KinematicsTable table = MeasureKinematics(tracks);
+  ASSERT_EQ(table.rows.size(), 10u);
+  // Rows 4 and 5 are the frames 104 and 106, on both sides of the gap.
+  EXPECT_TRUE(std::isnan(ValueAt(table, 4, "pelvis_speed_m_s")));
+  EXPECT_TRUE(std::isnan(ValueAt(table, 5, "pelvis_speed_m_s")));
+  EXPECT_NEAR(ValueAt(table, 6, "pelvis_speed_m_s"), 1.5, 1e-10);
+  EXPECT_NEAR(ValueAt(table, 9, "pelvis_path_m"), 0.3, kRounding);
+}
+
+TEST(Kinematics, PeopleAreKeptApart) {
+  TrackSequence tracks = Walk(6);
+  for (size_t k = 0; k < 6; ++k) {
+    tracks.frames[k].people.push_back(Shifted(
+        StandingPerson(), {2.0, 0.06 * static_cast<double>(k), 0.0}, 1));
+  }
+  const KinematicsTable table = MeasureKinematics(tracks);
+  ASSERT_EQ(table.rows.size(), 12u);
+  EXPECT_NEAR(ValueAt(table, 10, "pelvis_path_m"), 0.15, kRounding);
+  EXPECT_NEAR(ValueAt(table, 11, "pelvis_path_m"), 0.30, kRounding);
+  EXPECT_NEAR(ValueAt(table, 7, "pelvis_speed_m_s"), 3.0, 1e-10);
+}
+
+TEST(Kinematics, MissingJointsGiveNoValue) {
+  TrackSequence tracks = Walk(5);
+  StandingPerson person;
+  tracks.frames[2].people[0].joints[StandingPerson::Index("l_hip")] = {};
+  tracks.frames[3].people[0].joints[StandingPerson::Index("r_knee")].status =
+      JointStatus::kInferred;
+  KinematicsTable table = MeasureKinematics(tracks);
+  for (const char* column :
+       {"l_hip_flexion_deg", "r_hip_flexion_deg", "trunk_forward_deg",
+        "com_x_m", "pelvis_speed_m_s", "pelvis_path_m"}) {
+    EXPECT_TRUE(std::isnan(ValueAt(table, 2, column))) << column;
+  }
+  EXPECT_NEAR(ValueAt(table, 2, "r_knee_flexion_deg"), 0.0, 1e-9);
+  EXPECT_NEAR(ValueAt(table, 3, "r_knee_flexion_deg"), 0.0, 1e-9);
+  EXPECT_NEAR(ValueAt(table, 4, "pelvis_path_m"), 0.12, kRounding);
+  KinematicsOptions options;
+  options.observed_only = true;
+  table = MeasureKinematics(tracks, options);
+  EXPECT_TRUE(std::isnan(ValueAt(table, 3, "r_knee_flexion_deg")));
+}
+
+TEST(Kinematics, WhatCannotBeGivenIsSaid) {
+  TrackSequence tracks = Walk(3);
+  for (TrackFrame& frame : tracks.frames) frame.time = 0;
+  KinematicsTable table = MeasureKinematics(tracks);
+  EXPECT_FALSE(table.has_times);
+  EXPECT_EQ(table.IndexOf("pelvis_speed_m_s"), -1);
+  EXPECT_EQ(table.IndexOf("l_knee_flexion_low_deg"), -1) << "no covariances";
+  ASSERT_EQ(table.notes.size(), 2u);
+  EXPECT_NE(table.notes[0].find("no covariances"), std::string::npos);
+  EXPECT_NE(table.notes[1].find("no times"), std::string::npos);
+  PersonPose& person = tracks.frames[1].people[0];
+  person.covariances.assign(person.joints.size(), std::nullopt);
+  for (const char* joint : {"l_hip", "l_knee", "l_ankle"}) {
+    person.covariances[StandingPerson::Index(joint)] =
+        1e-4 * Eigen::Matrix3d::Identity();
+  }
+  table = MeasureKinematics(tracks);
+  EXPECT_GT(ValueAt(table, 1, "l_knee_flexion_high_deg"), 1.0);
+  EXPECT_TRUE(std::isnan(ValueAt(table, 0, "l_knee_flexion_high_deg")));
+  EXPECT_TRUE(std::isnan(ValueAt(table, 1, "r_knee_flexion_high_deg")));
+}
+
+// Heights of the segments' centres: trunk 1 + 0.66 0.5 = 1.33, upper arms
+// 1.5 - 0.436 0.3 = 1.3692, forearms 1.2 - 0.682 0.25 = 1.0295, thighs
+// 1 - 0.433 0.5 = 0.7835, shanks 0.5 - 0.606 0.4 = 0.2576. Times 0.578, 0.056,
+// 0.044, 0.2, 0.122: 0.76874 + 0.0766752 + 0.045298 + 0.1567 + 0.0314272.
+TEST(CentreOfMass, ByHand) {
+  const MassWeights weights = MassWeightsOf(Body25());
+  double sum = 0.0;
+  for (const auto& [joint, weight] : weights) sum += weight;
+  EXPECT_NEAR(sum, 1.0, kRounding);
+  StandingPerson person;
+  const auto centre = CentreOfMass(weights, person.pose().joints);
+  ASSERT_TRUE(centre.has_value());
+  EXPECT_NEAR(centre->z(), 1.0788404, kRounding);
+  EXPECT_NEAR(centre->y(), 0.0, kRounding);
+  person.Remove("r_wrist");
+  EXPECT_FALSE(CentreOfMass(weights, person.pose().joints).has_value());
+  EXPECT_TRUE(MassWeightsOf(Skeleton("hand", {"a", "b"}, {})).empty());
+}
+
+}  // namespace
+}  // namespace kinegraph
