@@ -23,8 +23,8 @@ endfunction()
 # lane has the same bits on every instruction set, so no product may be fused
 # with a sum. Those that end in _avx2 or _avx512 are that kernel for wider
 # registers; nothing of Eigen may enter them (tests/layering).
-function(kinegraph_lanes sources)
-  foreach(source ${${sources}})
+function(kinegraph_lanes list)
+  foreach(source ${${list}})
     set(options -ffp-contract=off -fno-math-errno -fno-trapping-math)
     if(NOT source MATCHES "_lanes(_avx2|_avx512)?\\.cc$")
       continue()

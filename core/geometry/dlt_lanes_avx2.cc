@@ -1,5 +1,8 @@
 // Compiled for AVX2; empty on other machines.
 #if defined(__x86_64__)
+#ifndef __AVX2__
+#error "not compiled for it: kinegraph_lanes in cmake/KinegraphTargets.cmake"
+#endif
 
 #include "core/geometry/dlt_kernel.h"
 #include "core/geometry/dlt_lanes_wide.h"

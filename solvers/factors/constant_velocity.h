@@ -23,6 +23,7 @@ class ConstantVelocity {
   static constexpr int kKeys = 2;
   using Jacobian = AxisJacobian<T>;
 
+  ConstantVelocity() = default;  // to be assigned to
   // dt_s > 0 [s], q > 0 [m^2/s^3].
   ConstantVelocity(double dt_s, T q) : dt_s_(dt_s) {
     using std::sqrt;

@@ -13,10 +13,8 @@ namespace kinegraph {
 // last two steps do not look like that.
 double StepsToCome(const PersonStates& previous_step, const PersonStates& step);
 
-// to += scale * step
-void AddScaled(double scale, const PersonStates& step, PersonStates* to);
-
-double Dot(const PersonStates& a, const PersonStates& b);
+// The same from the steps' squared norms and their product.
+double StepsToCome(double previous_squared, double squared, double product);
 
 }  // namespace kinegraph
 

@@ -12,6 +12,7 @@
 #include "solvers/graph/noise_model.h"
 #include "solvers/graph/schedule.h"
 #include "solvers/person/rivals.h"
+#include "solvers/sweeps/person_system.h"
 
 namespace kinegraph {
 namespace {

@@ -1,159 +1,281 @@
 #include "solvers/sweeps/bone_solver.h"
 
 #include <algorithm>
+#include <cmath>
+#include <type_traits>
 #include <utility>
 
+#include "core/base/pack.h"
 #include "solvers/graph/creep.h"
+#include "solvers/graph/factor_list.h"
 #include "solvers/sweeps/damping.h"
+#include "solvers/sweeps/lane_blocks.h"
 
 namespace kinegraph {
 namespace {
 
-void Resize(size_t joints, size_t frames, PersonStates* states) {
-  states->resize(joints);
-  for (std::vector<State>& joint : *states) joint.resize(frames);
-}
-
-double LargestMove(const PersonStates& step) {
-  double largest = 0.0;
-  for (const std::vector<State>& joint : step) {
-    for (const State& state : joint) {
-      largest = std::max(largest, state.head<3>().cwiseAbs().maxCoeff());
-    }
-  }
-  return largest;
+// Where entry (row, column) of a symmetric 6x6 stands in a LaneBlock.
+int PlaceInBlock(int row, int column) {
+  if (row > column) std::swap(row, column);
+  if (column < 3) return kSymmetric[row][column];
+  if (row >= 3) return 15 + kSymmetric[row - 3][column - 3];
+  return 6 + 3 * row + column - 3;
 }
 
 }  // namespace
 
-bool BoneSolver::Precondition(double damping) {
-  factors_.resize(system_.chains.size());
-  for (size_t j = 0; j < factors_.size(); ++j) {
-    const LinearChain& chain = system_.chains[j];
-    if (!factors_[j].Factorise(chain.diagonal, chain.upper, damping)) {
-      return false;
-    }
+void BoneSolver::Load(const PersonProblem& problem) {
+  std::vector<const JointChain*> chains;
+  for (const JointChain& chain : problem.joints) chains.push_back(&chain);
+  const int lanes = PaddedLanes(static_cast<int>(chains.size()));
+  lanes_.Load(problem.times, chains, lanes);
+  const size_t frames = lanes_.frames();
+  for (System* system : {&system_, &trial_}) {
+    system->diagonal.Reserve(lanes_.Row(kLaneBlockSize * frames));
+    system->gradient.Reserve(lanes_.Row(6 * frames));
+    system->costs.Reserve(lanes);
+    system->valid.Reserve(lanes);
   }
-  return true;
+  for (LaneBuffer* buffer : {&candidate_, &step_, &previous_step_}) {
+    buffer->Assign(lanes_.Row(6 * frames), 0.0);
+  }
+  const int frame_count = static_cast<int>(frames);
+  workspace_.Reserve(std::max(LaneWorkspaceSize(frame_count),
+                              CoupledWorkspaceSize(frame_count, lanes)));
+  LoadPrior(problem.prior);
 }
 
-void BoneSolver::SolveLinear(double damping) {
-  // Gauss-Newton corrects what is left, so the systems need not be exact.
-  constexpr double kRelative = 1e-3;  // of the residual, in the chains' norm
-  constexpr int kMaxIterations = 100;
-  for (size_t j = 0; j < step_.size(); ++j) {
-    for (size_t k = 0; k < step_[j].size(); ++k) {
-      step_[j][k].setZero();
-      residual_[j][k] = -system_.chains[j].gradient[k];
+void BoneSolver::LoadPrior(const PersonPrior& prior) {
+  prior_own_.resize(0, 0);
+  prior_cross_.resize(0, 0);
+  if (prior.empty()) return;
+  const auto lanes = static_cast<Eigen::Index>(lanes_.lanes());
+  const Eigen::Index size = prior.A.cols();
+  const Eigen::MatrixXd information = prior.A.transpose() * prior.A;
+  prior_own_.setZero(lanes, kLaneBlockSize);
+  prior_cross_.setZero(6 * lanes, size);
+  for (Eigen::Index column = 0; column < size; ++column) {
+    for (Eigen::Index row = 0; row < size; ++row) {
+      const int i = static_cast<int>(row % 6);
+      const int j = static_cast<int>(column % 6);
+      if (row / 6 == column / 6) {
+        prior_own_(row / 6, PlaceInBlock(i, j)) = information(row, column);
+      } else {
+        prior_cross_(i * lanes + row / 6, column) = information(row, column);
+      }
     }
   }
-  double before = 0.0;
-  double first = 0.0;
-  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    conditioned_ = residual_;
-    for (size_t j = 0; j < factors_.size(); ++j) {
-      factors_[j].Solve(&conditioned_[j]);
+  // Lanes without a joint rest where they are.
+  for (Eigen::Index lane = size / 6; lane < lanes; ++lane) {
+    for (int i = 0; i < 6; ++i) prior_own_(lane, PlaceInBlock(i, i)) = 1.0;
+  }
+}
+
+ChainLanes BoneSolver::At(LaneBuffer* states) const {
+  ChainLanes chains = lanes_.arrays();
+  chains.states = states->data();
+  return chains;
+}
+
+void BoneSolver::AddCouplings(const PersonProblem& problem,
+                              const LaneBuffer& states, System* system) const {
+  system->couplings.clear();
+  double ends[2][6];
+  int end = 0;
+  const auto state_of = [&](const StateKey& key) -> const double* {
+    end = 1 - end;
+    for (size_t i = 0; i < 6; ++i) {
+      ends[end][i] = states[lanes_.Row(6 * key.frame + i) + key.joint];
     }
-    const double now = Dot(residual_, conditioned_);
-    if (iteration == 0) first = now;
-    if (!(now > kRelative * kRelative * first)) return;
-    if (iteration == 0) {
-      direction_ = conditioned_;
-    } else {
-      const double turn = now / before;
-      for (size_t j = 0; j < direction_.size(); ++j) {
-        for (size_t k = 0; k < direction_[j].size(); ++k) {
-          direction_[j][k] = conditioned_[j][k] + turn * direction_[j][k];
+    return ends[end];
+  };
+  const auto add = [&](const auto& factor, const auto& keys,
+                       const Robustness& robustness) {
+    using Factor = std::decay_t<decltype(factor)>;
+    static_assert(Factor::kResiduals == 1, "a coupling has rank one");
+    static_assert(Factor::kKeys == 2, "and two ends");
+    Linearised<Factor> at;
+    if (!LineariseFactor(factor, keys, state_of, &at)) return false;
+    const LossValue loss = robustness.Evaluate(at.squared_norm());
+    system->cost += 0.5 * robustness.information * loss.rho;
+    const double weight = robustness.information * loss.first;
+    const double root = std::sqrt(weight);
+    LaneCoupling coupling;
+    coupling.frame = static_cast<int>(keys[0].frame);
+    coupling.a = keys[0].joint;
+    coupling.b = keys[1].joint;
+    for (int i = 0; i < 2; ++i) {
+      const double* const by_point = at.by_states[i].by_point[0];
+      double* const scaled = i == 0 ? coupling.by_a : coupling.by_b;
+      double gradient[6] = {};
+      AddGradient(at.by_states[i], at.residual, weight, gradient);
+      for (int row = 0; row < 3; ++row) {
+        scaled[row] = root * by_point[row];
+        system->gradient[lanes_.Row(6 * keys[i].frame + row) + keys[i].joint] +=
+            gradient[row];
+        for (int column = row; column < 3; ++column) {
+          system->diagonal[lanes_.Row(kLaneBlockSize * keys[i].frame +
+                                      kSymmetric[row][column]) +
+                           keys[i].joint] +=
+              weight * by_point[row] * by_point[column];
         }
       }
     }
-    before = now;
-    Multiply(system_, damping, direction_, &product_);
-    const double curvature = Dot(direction_, product_);
-    if (!(curvature > 0.0)) return;
-    AddScaled(now / curvature, direction_, &step_);
-    AddScaled(-now / curvature, product_, &residual_);
+    system->couplings.push_back(coupling);
+    return true;
+  };
+  ForEachCoupling(problem, FactorWalk(), add);
+}
+
+void BoneSolver::AddPrior(const PersonPrior& prior, const LaneBuffer& states,
+                          System* system) const {
+  const Eigen::Index size = prior.A.cols();
+  Eigen::VectorXd away = -prior.x0;
+  for (Eigen::Index row = 0; row < size; ++row) {
+    away[row] += states[lanes_.Row(row % 6) + row / 6];
+  }
+  const Eigen::VectorXd residual =
+      prior.A.triangularView<Eigen::Upper>() * away + prior.b;
+  const Eigen::VectorXd gradient =
+      prior.A.triangularView<Eigen::Upper>().transpose() * residual;
+  system->cost += 0.5 * residual.squaredNorm();
+  for (Eigen::Index row = 0; row < size; ++row) {
+    system->gradient[lanes_.Row(row % 6) + row / 6] += gradient[row];
+  }
+  for (size_t i = 0; i < lanes_.Row(kLaneBlockSize); ++i) {
+    system->diagonal[i] += prior_own_.data()[i];
   }
 }
 
-bool BoneSolver::RunStage(const SolveStage& stage, double step_tolerance_m,
-                          PersonProblem* problem, SolveReport* report) {
-  if (!Linearise(*problem, states_, stage, &system_)) return false;
+bool BoneSolver::Linearise(const PersonProblem& problem,
+                           const SolveStage& stage, LaneBuffer* states,
+                           System* system) {
+  LineariseChainLanes(At(states),
+                      {stage.loss, stage.scale, stage.max_iterations},
+                      problem.prior.empty(), workspace_.data(), system->rows());
+  system->cost = 0.0;
+  for (size_t j = 0; j < problem.joints.size(); ++j) {
+    if (system->valid[j] == 0.0) return false;
+    system->cost += system->costs[j];
+  }
+  AddCouplings(problem, *states, system);
+  if (!problem.prior.empty()) AddPrior(problem.prior, *states, system);
+  return std::isfinite(system->cost);
+}
+
+bool BoneSolver::FindStep(double damping) {
+  const LaneCouplings couplings = {
+      system_.couplings.data(), static_cast<int>(system_.couplings.size()),
+      prior_cross_.size() > 0 ? prior_cross_.data() : nullptr};
+  return SolveCoupledLanes(lanes_.arrays(), system_.rows(), couplings, damping,
+                           workspace_.data(), step_.data());
+}
+
+double BoneSolver::MoveCandidate(double scale) {
+  const LaneBuffer& states = lanes_.states();
+  double largest_m = 0.0;
+  for (size_t row = 0; row < 6 * lanes_.frames(); ++row) {
+    for (size_t at = lanes_.Row(row); at < lanes_.Row(row + 1); ++at) {
+      const double move = scale * step_[at];
+      candidate_[at] = states[at] + move;
+      if (row % 6 < 3) largest_m = std::max(largest_m, std::abs(move));
+    }
+  }
+  return largest_m;
+}
+
+void BoneSolver::KeepCandidate() {
+  std::swap(lanes_.states(), candidate_);
+  std::swap(system_, trial_);
+}
+
+double BoneSolver::Dot(const LaneBuffer& a, const LaneBuffer& b) const {
+  double sum = 0.0;
+  for (size_t at = 0; at < lanes_.Row(6 * lanes_.frames()); ++at) {
+    sum += a[at] * b[at];
+  }
+  return sum;
+}
+
+bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
+                          double step_tolerance_m, SolveReport* report) {
+  if (!Linearise(problem, stage, &lanes_.states(), &system_)) return false;
   Damping damping;
   report->converged = false;
-  previous_step_.clear();
+  has_previous_ = false;
   for (int iteration = 0; iteration < stage.max_iterations; ++iteration) {
     ++report->iterations;
-    if (!Precondition(damping.value())) {
+    if (!FindStep(damping.value())) {
       if (!damping.Raise()) break;
       continue;
     }
-    SolveLinear(damping.value());
-    candidate_ = states_;
-    AddScaled(1.0, step_, &candidate_);
-    const double move = LargestMove(step_);
-    const bool valid = Linearise(*problem, candidate_, stage, &trial_);
+    const double move_m = MoveCandidate(1.0);
+    const bool valid = Linearise(problem, stage, &candidate_, &trial_);
     if (!valid || !damping.Accepts(system_.cost, trial_.cost)) {
       if (!damping.Raise()) break;
       continue;
     }
     damping.Lower();
-    std::swap(states_, candidate_);
-    std::swap(system_, trial_);
-    if (move < step_tolerance_m) {
+    KeepCandidate();
+    if (move_m < step_tolerance_m) {
       report->converged = true;
       break;
     }
-    LeapAhead(stage, problem);
+    LeapAhead(problem, stage);
   }
   return true;
 }
 
-void BoneSolver::LeapAhead(const SolveStage& stage, PersonProblem* problem) {
+void BoneSolver::LeapAhead(const PersonProblem& problem,
+                           const SolveStage& stage) {
   const double to_come =
-      previous_step_.empty() ? 0.0 : StepsToCome(previous_step_, step_);
-  previous_step_ = step_;
+      has_previous_ ? StepsToCome(Dot(previous_step_, previous_step_),
+                                  Dot(step_, step_), Dot(previous_step_, step_))
+                    : 0.0;
+  std::copy_n(step_.data(), lanes_.Row(6 * lanes_.frames()),
+              previous_step_.data());
+  has_previous_ = true;
   if (to_come == 0.0) return;
-  candidate_ = states_;
-  AddScaled(to_come, step_, &candidate_);
-  if (!Linearise(*problem, candidate_, stage, &trial_)) return;
+  MoveCandidate(to_come);
+  if (!Linearise(problem, stage, &candidate_, &trial_)) return;
   if (!(trial_.cost < system_.cost)) return;
-  std::swap(states_, candidate_);
-  std::swap(system_, trial_);
-  previous_step_.clear();
+  KeepCandidate();
+  has_previous_ = false;
+}
+
+void BoneSolver::Unload(const SolveSchedule& schedule, SolveReport* report,
+                        PersonProblem* problem) {
+  const SolveStage& last = schedule.stages.back();
+  WeighChainLanes(At(&lanes_.states()),
+                  {last.loss, last.scale, last.max_iterations},
+                  workspace_.data());
+  StateChain step(lanes_.frames());
+  for (size_t j = 0; j < problem->joints.size(); ++j) {
+    JointChain& chain = problem->joints[j];
+    lanes_.UnloadStates(j, &chain);
+    lanes_.UnloadWeights(j, &chain);
+    if (report->converged || !schedule.doubt_unsettled) continue;
+    for (size_t k = 0; k < step.size(); ++k) {
+      for (size_t i = 0; i < 6; ++i) {
+        step[k][i] = step_[lanes_.Row(6 * k + i) + j];
+      }
+    }
+    report->unsettled += DoubtUnsettled(step, &chain);
+  }
 }
 
 SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
                               PersonProblem* problem) {
   SolveReport report;
-  const size_t joints = problem->joints.size();
-  const size_t frames = problem->times.size();
-  if (frames == 0) return report;
-  for (PersonStates* states : {&step_, &residual_, &product_}) {
-    Resize(joints, frames, states);
-  }
-  for (std::vector<State>& joint : step_) {
-    std::fill(joint.begin(), joint.end(), State::Zero());
-  }
-  system_.prior_coupling = PriorCoupling(problem->prior.A);
-  trial_.prior_coupling = system_.prior_coupling;
-  states_ = StatesOf(*problem);
+  if (problem->times.empty()) return report;
+  Load(*problem);
   for (const SolveStage& stage : schedule.stages) {
-    if (!RunStage(stage, schedule.step_tolerance_m, problem, &report)) {
+    if (!RunStage(*problem, stage, schedule.step_tolerance_m, &report)) {
       report.finite = report.converged = false;
       return report;
     }
   }
-  for (size_t j = 0; j < joints; ++j) {
-    JointChain& chain = problem->joints[j];
-    chain.states = states_[j];
-    for (size_t m = 0; m < chain.measurements.size(); ++m) {
-      chain.measurements[m].weight = system_.chains[j].weights[m];
-    }
-    if (!report.converged && schedule.doubt_unsettled) {
-      report.unsettled += DoubtUnsettled(step_[j], &chain);
-    }
-  }
+  Unload(schedule, &report, problem);
   return report;
 }
 

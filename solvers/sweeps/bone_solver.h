@@ -2,41 +2,71 @@
 #ifndef KINEGRAPH_SOLVERS_SWEEPS_BONE_SOLVER_H_
 #define KINEGRAPH_SOLVERS_SWEEPS_BONE_SOLVER_H_
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "solvers/graph/problem.h"
-#include "solvers/sweeps/block_tridiagonal.h"
-#include "solvers/sweeps/person_system.h"
+#include "solvers/sweeps/lane_problem.h"
 
 namespace kinegraph {
 
 // As ChainSolver for problems with bones: each linear system is solved by
 // conjugate gradients, preconditioned with the joints' chains, which bones
-// couple only weakly. Keeps its work space between calls.
+// couple only weakly. Joints lie in lanes. Keeps its work space between calls;
+// not for use by two threads at a time.
 class BoneSolver {
  public:
+  // From the joints' states, with the measurements gated as they are.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);
 
  private:
-  bool RunStage(const SolveStage& stage, double step_tolerance_m,
-                PersonProblem* problem, SolveReport* report);
-  // Goes on along a step that creeps, if the cost falls (creep.h).
-  void LeapAhead(const SolveStage& stage, PersonProblem* problem);
-  bool Precondition(double damping);
-  // Solves H step = -gradient.
-  void SolveLinear(double damping);
+  // All joints' chains (the diagonal parts of what couples them included) and
+  // the couplings, at some states.
+  struct System {
+    LaneBuffer diagonal;
+    LaneBuffer gradient;
+    LaneBuffer costs;  // of each lane
+    LaneBuffer valid;
+    std::vector<LaneCoupling> couplings;
+    double cost = 0.0;
 
-  PersonSystem system_;
-  PersonSystem trial_;
-  std::vector<BlockTridiagonal<kStateSize>> factors_;
-  PersonStates states_;
-  PersonStates candidate_;
-  PersonStates step_;
-  PersonStates previous_step_;  // empty: none to compare with
-  PersonStates residual_;
-  PersonStates conditioned_;
-  PersonStates direction_;
-  PersonStates product_;
+    LaneRows rows() {
+      return {diagonal.data(), gradient.data(), costs.data(), valid.data()};
+    }
+  };
+
+  void Load(const PersonProblem& problem);
+  void LoadPrior(const PersonPrior& prior);
+  ChainLanes At(LaneBuffer* states) const;
+  // False where a measurement that counts has no image.
+  bool Linearise(const PersonProblem& problem, const SolveStage& stage,
+                 LaneBuffer* states, System* system);
+  void AddCouplings(const PersonProblem& problem, const LaneBuffer& states,
+                    System* system) const;
+  void AddPrior(const PersonPrior& prior, const LaneBuffer& states,
+                System* system) const;
+  // Of H step = -gradient; false where it is not positive definite.
+  bool FindStep(double damping);
+  // candidate = states + scale step; returns how far that moves a position [m].
+  double MoveCandidate(double scale);
+  void KeepCandidate();
+  bool RunStage(const PersonProblem& problem, const SolveStage& stage,
+                double step_tolerance_m, SolveReport* report);
+  // Goes on along a step that creeps, if the cost falls (creep.h).
+  void LeapAhead(const PersonProblem& problem, const SolveStage& stage);
+  double Dot(const LaneBuffer& a, const LaneBuffer& b) const;
+  void Unload(const SolveSchedule& schedule, SolveReport* report,
+              PersonProblem* problem);
+
+  LaneProblem lanes_;
+  System system_;
+  System trial_;
+  // Information of the person's prior: the joints' own blocks as LaneBlock, and
+  // what is between joints (LaneCouplings::first). Empty without one.
+  Eigen::MatrixXd prior_own_;    // [lanes x 21]
+  Eigen::MatrixXd prior_cross_;  // [6 lanes x 6 joints]
+  LaneBuffer candidate_, step_, previous_step_, workspace_;
+  bool has_previous_ = false;
 };
 
 }  // namespace kinegraph

@@ -46,6 +46,31 @@ struct LaneMotion {
 };
 
 template <typename T>
+LaneMotion<T> MotionBetween(double dt_s, const T& process_noise) {
+  LaneMotion<T> motion;
+  motion.factor = ConstantVelocity<T>(dt_s, process_noise);
+  T at_rest[6];
+  for (T& value : at_rest) value = 0.0;
+  const T* const states[2] = {at_rest, at_rest};
+  T residual[6];
+  AxisJacobian<T> by[2];
+  motion.factor.Evaluate(states, residual, by);
+  const auto product = [&](int a, int b, int row, int column) {
+    return by[a].axis[0][row] * by[b].axis[0][column] +
+           by[a].axis[1][row] * by[b].axis[1][column];
+  };
+  for (int row = 0; row < 2; ++row) {
+    for (int column = 0; column < 2; ++column) {
+      motion.m.a[row][column] = product(0, 1, row, column);
+      if (row > column) continue;
+      motion.from[row + column] = product(0, 0, row, column);
+      motion.to[row + column] = product(1, 1, row, column);
+    }
+  }
+  return motion;
+}
+
+template <typename T>
 struct LaneSystem {
   LaneBlock<T>* diagonal;  // [frames]
   T (*gradient)[6];        // [frames]
@@ -90,6 +115,12 @@ class ChainGroup {
              const LaneReports& reports);
   void Covariances(double correction, int frame_end, double* covariances,
                    double* known);
+  void LineariseAll(const LaneStage& stage, bool own_priors,
+                    const LaneRows& system);
+  void Weigh(const LaneStage& stage) {
+    LoadStates();
+    StoreWeights(stage);
+  }
 
  private:
   T Row(const double* rows, int row) const {
@@ -107,6 +138,7 @@ class ChainGroup {
   void LoadMotion();
   void LoadStates();
   void LoadPrior(const double* root);
+  void LeavePriorOut();
   void Gate();
   void BeginFrame(int k, LaneBlock<T>* diagonal) const;
   void AddObservation(const PointJacobian<2, T>& jacobian, const T& weight,
@@ -143,27 +175,8 @@ class ChainGroup {
 template <typename T>
 void ChainGroup<T>::LoadMotion() {
   for (int k = 0; k + 1 < frames_; ++k) {
-    LaneMotion<T>& motion = motion_[k];
-    motion.factor =
-        ConstantVelocity<T>(chains_.dt_s[k], Row(chains_.process_noise, k));
-    T at_rest[6];
-    for (T& value : at_rest) value = 0.0;
-    const T* const states[2] = {at_rest, at_rest};
-    T residual[6];
-    AxisJacobian<T> by[2];
-    motion.factor.Evaluate(states, residual, by);
-    const auto product = [&](int a, int b, int row, int column) {
-      return by[a].axis[0][row] * by[b].axis[0][column] +
-             by[a].axis[1][row] * by[b].axis[1][column];
-    };
-    for (int row = 0; row < 2; ++row) {
-      for (int column = 0; column < 2; ++column) {
-        motion.m.a[row][column] = product(0, 1, row, column);
-        if (row > column) continue;
-        motion.from[row + column] = product(0, 0, row, column);
-        motion.to[row + column] = product(1, 1, row, column);
-      }
-    }
+    motion_[k] =
+        MotionBetween<T>(chains_.dt_s[k], Row(chains_.process_noise, k));
   }
 }
 
@@ -185,6 +198,16 @@ void ChainGroup<T>::LoadPrior(const double* root) {
   for (T& value : prior_information_.pv) value = 0.0;
   for (T& value : prior_information_.vv) value = 0.0;
   AddSquareOf(prior_A_, &prior_information_);
+}
+
+template <typename T>
+void ChainGroup<T>::LeavePriorOut() {
+  for (T& value : prior_A_) value = 0.0;
+  for (T& value : prior_x0_) value = 0.0;
+  for (T& value : prior_b_) value = 0.0;
+  for (T& value : prior_information_.pp) value = 0.0;
+  for (T& value : prior_information_.pv) value = 0.0;
+  for (T& value : prior_information_.vv) value = 0.0;
 }
 
 // Marks what the states can be projected to.
@@ -513,6 +536,33 @@ void ChainGroup<T>::Covariances(double correction, int frame_end,
 }
 
 template <typename T>
+void ChainGroup<T>::LineariseAll(const LaneStage& stage, bool own_priors,
+                                 const LaneRows& system) {
+  LoadStates();
+  LoadMotion();
+  if (own_priors) {
+    LoadPrior(chains_.prior_A);
+  } else {
+    LeavePriorOut();
+  }
+  Linearise(states_, stage, &current_);
+  for (int k = 0; k < frames_; ++k) {
+    const LaneBlock<T>& block = current_.diagonal[k];
+    const int row = kLaneBlockSize * k;
+    for (int i = 0; i < 6; ++i) StoreRow(block.pp[i], system.diagonal, row + i);
+    for (int i = 0; i < 9; ++i) {
+      StoreRow(block.pv[i], system.diagonal, row + 6 + i);
+    }
+    for (int i = 0; i < 6; ++i) {
+      StoreRow(block.vv[i], system.diagonal, row + 15 + i);
+      StoreRow(current_.gradient[k][i], system.gradient, 6 * k + i);
+    }
+  }
+  StoreRow(current_.cost, system.cost, 0);
+  StoreRow(Select(current_.valid, T(1.0), T(0.0)), system.valid, 0);
+}
+
+template <typename T>
 void SolveChainLanesWith(const ChainLanes& chains, const LaneStage* stages,
                          int stage_count, double step_tolerance_m,
                          double* workspace, const LaneReports& reports) {
@@ -529,6 +579,24 @@ void CovarianceChainLanesWith(const ChainLanes& chains, double correction,
   for (int lane = 0; lane < chains.joints; lane += T::kLanes) {
     ChainGroup<T>(chains, lane, workspace)
         .Covariances(correction, frame_end, covariances, known);
+  }
+}
+
+template <typename T>
+void LineariseChainLanesWith(const ChainLanes& chains, const LaneStage& stage,
+                             bool own_priors, double* workspace,
+                             const LaneRows& system) {
+  for (int lane = 0; lane < chains.lanes; lane += T::kLanes) {
+    ChainGroup<T>(chains, lane, workspace)
+        .LineariseAll(stage, own_priors, system);
+  }
+}
+
+template <typename T>
+void WeighChainLanesWith(const ChainLanes& chains, const LaneStage& stage,
+                         double* workspace) {
+  for (int lane = 0; lane < chains.joints; lane += T::kLanes) {
+    ChainGroup<T>(chains, lane, workspace).Weigh(stage);
   }
 }
 

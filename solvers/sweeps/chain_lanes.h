@@ -57,6 +57,33 @@ struct LaneReports {
   double* steps = nullptr;  // [frames][6][lanes]
 };
 
+// Gauss-Newton system of all chains, each a row of lanes a number.
+struct LaneRows {
+  double* diagonal = nullptr;  // [frames][21][lanes], as LaneBlock
+  double* gradient = nullptr;  // [frames][6][lanes]
+  double* cost = nullptr;      // [lanes]
+  double* valid = nullptr;     // [lanes] 1: every measurement has an image
+};
+
+// What a factor on the positions of two joints in one frame adds between them:
+// the information by_a by_b'.
+struct LaneCoupling {
+  int frame = 0;
+  int a = 0;  // lanes
+  int b = 0;
+  double by_a[3];
+  double by_b[3];
+};
+
+// What couples the chains of a person.
+struct LaneCouplings {
+  const LaneCoupling* list = nullptr;
+  int count = 0;
+  // Between the joints' first states, [6 joints + i][6][lanes]; their own
+  // blocks are zero. Null without any.
+  const double* first = nullptr;
+};
+
 // Numbers of work space that a call needs for so many frames; aligned to 64
 // bytes by the caller.
 long LaneWorkspaceSize(int frames);
@@ -75,6 +102,26 @@ void SolveChainLanes(const ChainLanes& chains, const LaneStage* stages,
 void CovarianceChainLanes(const ChainLanes& chains, double correction,
                           int frame_end, double* workspace, double* covariances,
                           double* known);
+
+// The chains' system at their states. `own_priors`: those of ChainLanes count;
+// without them lanes that have no joint are singular.
+void LineariseChainLanes(const ChainLanes& chains, const LaneStage& stage,
+                         bool own_priors, double* workspace,
+                         const LaneRows& system);
+
+// Writes the measurements' weights at the chains' states.
+void WeighChainLanes(const ChainLanes& chains, const LaneStage& stage,
+                     double* workspace);
+
+long CoupledWorkspaceSize(int frames, int lanes);
+
+// Solves H step = -gradient, step [frames][6][lanes], for the chains together
+// with what couples them and `damping` times the chains' diagonal: conjugate
+// gradients, preconditioned with the chains, down to a residual of a thousandth
+// in the chains' norm. False where the chains are not positive definite.
+bool SolveCoupledLanes(const ChainLanes& chains, const LaneRows& system,
+                       const LaneCouplings& couplings, double damping,
+                       double* workspace, double* step);
 
 }  // namespace kinegraph
 

@@ -1,24 +1,19 @@
 // Compiled for AVX2; empty on other machines.
 #if defined(__x86_64__)
+#ifndef __AVX2__
+#error "not compiled for it: kinegraph_lanes in cmake/KinegraphTargets.cmake"
+#endif
 
 #include "solvers/sweeps/chain_kernel.h"
 #include "solvers/sweeps/chain_lanes_wide.h"
+#include "solvers/sweeps/coupled_kernel.h"
 
 namespace kinegraph {
 
-void SolveChainLanesAvx2(const ChainLanes& chains, const LaneStage* stages,
-                         int stage_count, double step_tolerance_m,
-                         double* workspace, const LaneReports& reports) {
-  SolveChainLanesWith<Avx2Pack>(chains, stages, stage_count, step_tolerance_m,
-                                workspace, reports);
-}
-
-void CovarianceChainLanesAvx2(const ChainLanes& chains, double correction,
-                              int frame_end, double* workspace,
-                              double* covariances, double* known) {
-  CovarianceChainLanesWith<Avx2Pack>(chains, correction, frame_end, workspace,
-                                     covariances, known);
-}
+const LaneKernels kLaneKernelsAvx2 = {
+    SolveChainLanesWith<Avx2Pack>, CovarianceChainLanesWith<Avx2Pack>,
+    LineariseChainLanesWith<Avx2Pack>, WeighChainLanesWith<Avx2Pack>,
+    SolveCoupledLanesWith<Avx2Pack>};
 
 }  // namespace kinegraph
 

@@ -1,24 +1,19 @@
 // Compiled for AVX-512; empty on other machines.
 #if defined(__x86_64__)
+#ifndef __AVX512F__
+#error "not compiled for it: kinegraph_lanes in cmake/KinegraphTargets.cmake"
+#endif
 
 #include "solvers/sweeps/chain_kernel.h"
 #include "solvers/sweeps/chain_lanes_wide.h"
+#include "solvers/sweeps/coupled_kernel.h"
 
 namespace kinegraph {
 
-void SolveChainLanesAvx512(const ChainLanes& chains, const LaneStage* stages,
-                           int stage_count, double step_tolerance_m,
-                           double* workspace, const LaneReports& reports) {
-  SolveChainLanesWith<Avx512Pack>(chains, stages, stage_count, step_tolerance_m,
-                                  workspace, reports);
-}
-
-void CovarianceChainLanesAvx512(const ChainLanes& chains, double correction,
-                                int frame_end, double* workspace,
-                                double* covariances, double* known) {
-  CovarianceChainLanesWith<Avx512Pack>(chains, correction, frame_end, workspace,
-                                       covariances, known);
-}
+const LaneKernels kLaneKernelsAvx512 = {
+    SolveChainLanesWith<Avx512Pack>, CovarianceChainLanesWith<Avx512Pack>,
+    LineariseChainLanesWith<Avx512Pack>, WeighChainLanesWith<Avx512Pack>,
+    SolveCoupledLanesWith<Avx512Pack>};
 
 }  // namespace kinegraph
 

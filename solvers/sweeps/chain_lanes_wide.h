@@ -6,16 +6,17 @@
 
 namespace kinegraph {
 
-#define KINEGRAPH_CHAIN_LANES(Set)                                             \
-  void SolveChainLanes##Set(const ChainLanes& chains, const LaneStage* stages, \
-                            int stage_count, double step_tolerance_m,          \
-                            double* workspace, const LaneReports& reports);    \
-  void CovarianceChainLanes##Set(const ChainLanes& chains, double correction,  \
-                                 int frame_end, double* workspace,             \
-                                 double* covariances, double* known);
-KINEGRAPH_CHAIN_LANES(Avx2)
-KINEGRAPH_CHAIN_LANES(Avx512)
-#undef KINEGRAPH_CHAIN_LANES
+// The functions of chain_lanes.h, compiled for one instruction set.
+struct LaneKernels {
+  decltype(&SolveChainLanes) solve;
+  decltype(&CovarianceChainLanes) covariance;
+  decltype(&LineariseChainLanes) linearise;
+  decltype(&WeighChainLanes) weigh;
+  decltype(&SolveCoupledLanes) solve_coupled;
+};
+
+extern const LaneKernels kLaneKernelsAvx2;
+extern const LaneKernels kLaneKernelsAvx512;
 
 }  // namespace kinegraph
 

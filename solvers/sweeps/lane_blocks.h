@@ -14,6 +14,8 @@ struct LaneBlock {
   T vv[6];
 };
 
+inline constexpr int kLaneBlockSize = 21;  // numbers
+
 // Place of (row, column) in a symmetric 3x3 part.
 inline constexpr int kSymmetric[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 

@@ -1,15 +1,37 @@
 #include "solvers/sweeps/person_system.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <type_traits>
 
 #include "solvers/graph/factor_list.h"
+#include "solvers/sweeps/linear_chain.h"
 
 namespace kinegraph {
 namespace {
+
+// What a factor on the positions of two joints in one frame adds between them:
+// the information by_a by_b'.
+struct PointCoupling {
+  int a = 0;
+  int b = 0;
+  size_t frame = 0;
+  Eigen::Vector3d by_a;
+  Eigen::Vector3d by_b;
+};
+
+// Information of a person: a chain for each joint (the diagonal parts of
+// coupling factors included) and what couples the joints within a frame.
+struct PersonSystem {
+  std::vector<LinearChain> chains;
+  std::vector<PointCoupling> couplings;
+  // Of the person's prior; the joints' own blocks stand in the chains. Empty
+  // without one.
+  Eigen::MatrixXd prior_coupling;
+};
 
 // Adds weight J'J of a factor on two joints of one frame.
 template <typename Factor>
@@ -28,25 +50,16 @@ void AddCoupling(const Linearised<Factor>& at, const Keys<2>& keys,
       {keys[0].joint, keys[1].joint, keys[0].frame, by_point[0], by_point[1]});
 }
 
-void AddCouplings(const PersonProblem& problem, const PersonStates& states,
-                  bool gradient, PersonSystem* system) {
-  system->couplings.clear();
+void AddCouplings(const PersonProblem& problem, PersonSystem* system) {
   const auto state_of = [&](const StateKey& key) {
-    return states[key.joint][key.frame].data();
+    return problem.joints[key.joint].states[key.frame].data();
   };
   const auto add = [&](const auto& factor, const auto& keys,
                        const Robustness& robustness) {
     Linearised<std::decay_t<decltype(factor)>> at;
     if (!LineariseFactor(factor, keys, state_of, &at)) return false;
     const LossValue loss = robustness.Evaluate(at.squared_norm());
-    const double weight = robustness.information * loss.first;
-    AddCoupling(at, keys, weight, system);
-    if (!gradient) return true;
-    system->cost += 0.5 * robustness.information * loss.rho;
-    for (int i = 0; i < 2; ++i) {
-      AddGradient(at.by_states[i], at.residual, weight,
-                  system->chains[keys[i].joint].gradient[keys[i].frame].data());
-    }
+    AddCoupling(at, keys, robustness.information * loss.first, system);
     return true;
   };
   ForEachCoupling(problem, FactorWalk(), add);
@@ -62,37 +75,7 @@ void AddPriorInformation(const Eigen::MatrixXd& A, PersonSystem* system) {
   }
 }
 
-void AddPrior(const PersonPrior& prior, const PersonStates& states,
-              PersonSystem* system) {
-  const Eigen::VectorXd residual = prior.Residual(states);
-  const Eigen::VectorXd gradient = prior.A.transpose() * residual;
-  system->cost += 0.5 * residual.squaredNorm();
-  for (size_t j = 0; j < states.size(); ++j) {
-    system->chains[j].gradient[0] +=
-        gradient.segment<kStateSize>(j * kStateSize);
-  }
-  AddPriorInformation(prior.A, system);
-}
-
-}  // namespace
-
-bool Linearise(const PersonProblem& problem, const PersonStates& states,
-               const SolveStage& stage, PersonSystem* system) {
-  system->cost = 0.0;
-  system->chains.resize(problem.joints.size());
-  const bool own_priors = problem.prior.empty();
-  for (size_t j = 0; j < problem.joints.size(); ++j) {
-    if (!Linearise(problem.times, problem.joints[j], states[j], stage,
-                   own_priors, &system->chains[j])) {
-      return false;
-    }
-    system->cost += system->chains[j].cost;
-  }
-  AddCouplings(problem, states, true, system);
-  if (!own_priors) AddPrior(problem.prior, states, system);
-  return std::isfinite(system->cost);
-}
-
+// A'A without the joints' own blocks; empty without a prior.
 Eigen::MatrixXd PriorCoupling(const Eigen::MatrixXd& A) {
   Eigen::MatrixXd coupling = A.transpose() * A;
   for (Eigen::Index at = 0; at < A.cols(); at += kStateSize) {
@@ -100,43 +83,6 @@ Eigen::MatrixXd PriorCoupling(const Eigen::MatrixXd& A) {
   }
   return coupling;
 }
-
-void Multiply(const PersonSystem& system, double damping, const PersonStates& x,
-              PersonStates* product) {
-  for (size_t j = 0; j < x.size(); ++j) {
-    const size_t frame_count = x[j].size();
-    const LinearChain& chain = system.chains[j];
-    std::vector<State>& y = (*product)[j];
-    for (size_t k = 0; k < frame_count; ++k) {
-      y[k].noalias() = chain.diagonal[k] * x[j][k];
-      if (damping > 0.0) {
-        y[k] += damping * chain.diagonal[k].diagonal().cwiseProduct(x[j][k]);
-      }
-      if (k > 0) y[k].noalias() += chain.upper[k - 1].transpose() * x[j][k - 1];
-      if (k + 1 < frame_count) y[k].noalias() += chain.upper[k] * x[j][k + 1];
-    }
-  }
-  for (const PointCoupling& coupling : system.couplings) {
-    const size_t k = coupling.frame;
-    const State& at_a = x[coupling.a][k];
-    const State& at_b = x[coupling.b][k];
-    (*product)[coupling.a][k].head<3>() +=
-        coupling.by_a * coupling.by_b.dot(at_b.head<3>());
-    (*product)[coupling.b][k].head<3>() +=
-        coupling.by_b * coupling.by_a.dot(at_a.head<3>());
-  }
-  if (system.prior_coupling.size() == 0) return;
-  Eigen::VectorXd first(x.size() * kStateSize);
-  for (size_t j = 0; j < x.size(); ++j) {
-    first.segment<kStateSize>(j * kStateSize) = x[j][0];
-  }
-  const Eigen::VectorXd coupled = system.prior_coupling * first;
-  for (size_t j = 0; j < x.size(); ++j) {
-    (*product)[j][0] += coupled.segment<kStateSize>(j * kStateSize);
-  }
-}
-
-namespace {
 
 // L^-1 X in place for X that is zero above its diagonal, panel by panel: a
 // third of the work of the whole.
@@ -377,7 +323,7 @@ bool PersonCovariances(const PersonProblem& problem, double correction,
     LineariseInformation(problem.times, problem.joints[j], correction,
                          problem.prior.empty(), &system.chains[j]);
   }
-  AddCouplings(problem, StatesOf(problem), false, &system);
+  AddCouplings(problem, &system);
   if (!problem.prior.empty()) {
     system.prior_coupling = PriorCoupling(problem.prior.A_stated);
     AddPriorInformation(problem.prior.A_stated, &system);

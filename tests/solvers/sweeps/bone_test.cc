@@ -8,6 +8,7 @@
 #include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
+#include "solvers/graph/factor_list.h"
 #include "solvers/graph/marginalise_frame.h"
 #include "solvers/sweeps/bone_solver.h"
 #include "solvers/sweeps/person_system.h"
@@ -74,34 +75,42 @@ void ExpectSameStates(const PersonProblem& a, const PersonProblem& b,
 
 // The whole person's information, frame by frame, inverted densely.
 Eigen::MatrixXd DenseCovariance(const PersonProblem& problem) {
-  PersonSystem system;
-  PersonStates states;
-  PersonStates unit;
-  PersonStates column;
-  for (const JointChain& chain : problem.joints) {
-    states.push_back(chain.states);
-    unit.emplace_back(chain.states.size(), State::Zero());
-    column.emplace_back(chain.states.size(), State::Zero());
-  }
-  system.prior_coupling = PriorCoupling(problem.prior.A);
-  EXPECT_TRUE(Linearise(problem, states, {LossKind::kNone, 1.0, 1}, &system));
-  const size_t joints = states.size();
+  const size_t joints = problem.joints.size();
+  const auto place = [&](const StateKey& key) {
+    return static_cast<Eigen::Index>(6 * (joints * key.frame + key.joint));
+  };
   const auto size =
-      static_cast<Eigen::Index>(joints * problem.times.size() * kStateSize);
-  Eigen::MatrixXd information(size, size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    const Eigen::Index frame = i / static_cast<Eigen::Index>(joints * 6);
-    const Eigen::Index joint = i / 6 % static_cast<Eigen::Index>(joints);
-    unit[joint][frame](i % 6) = 1.0;
-    Multiply(system, 0.0, unit, &column);
-    unit[joint][frame](i % 6) = 0.0;
-    for (Eigen::Index row = 0; row < size; ++row) {
-      information(row, i) =
-          column[row / 6 % joints][row / (joints * 6)](row % 6);
+      static_cast<Eigen::Index>(6 * joints * problem.times.size());
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
+  const auto state_of = [&](const StateKey& key) {
+    return problem.joints[key.joint].states[key.frame].data();
+  };
+  const auto add = [&](const auto& factor, const auto& keys,
+                       const Robustness& robustness) {
+    using Factor = std::decay_t<decltype(factor)>;
+    Linearised<Factor> at;
+    if (!LineariseFactor(factor, keys, state_of, &at)) {
+      ADD_FAILURE() << "no image";
+      return false;
     }
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(Factor::kResiduals, size);
+    for (size_t i = 0; i < keys.size(); ++i) {
+      for (int row = 0; row < Factor::kResiduals; ++row) {
+        for (int column = 0; column < kStateSize; ++column) {
+          jacobian(row, place(keys[i]) + column) = at.by_states[i](row, column);
+        }
+      }
+    }
+    information += robustness.information *
+                   robustness.Evaluate(at.squared_norm()).first *
+                   jacobian.transpose() * jacobian;
+    return true;
+  };
+  ForEachFactor(problem, FactorWalk(), add);
+  if (!problem.prior.empty()) {
+    information.topLeftCorner(6 * joints, 6 * joints) +=
+        problem.prior.A.transpose() * problem.prior.A;
   }
-  EXPECT_LT((information - information.transpose()).norm(),
-            1e-9 * information.norm());
   return information.inverse();
 }
 

@@ -1,0 +1,344 @@
+// The arithmetic of SolveCoupledLanes (chain_lanes.h) over the type of pack.
+// Included by the files that are compiled for one instruction set each; nothing
+// of Eigen.
+//
+// H = M + C, with M the chains and C what couples them. Directions d of
+// conjugate gradients are z + turn * d with M z = r, so M d = r + turn * (M d)
+// of the direction before: the chains' matrix itself is never multiplied.
+#ifndef KINEGRAPH_SOLVERS_SWEEPS_COUPLED_KERNEL_H_
+#define KINEGRAPH_SOLVERS_SWEEPS_COUPLED_KERNEL_H_
+
+#include "core/base/pack.h"
+#include "solvers/sweeps/chain_kernel.h"
+#include "solvers/sweeps/chain_lanes.h"
+#include "solvers/sweeps/lane_blocks.h"
+
+namespace kinegraph {
+
+// All arrays are rows of lanes; frames are the outer loop and groups of lanes
+// the inner one, so that the groups' sweeps overlap in the processor.
+template <typename T>
+class CoupledSolve {
+ public:
+  // Rows of a frame: inverse, motion, and five vectors.
+  static constexpr long kRowsPerFrame = kLaneBlockSize + 4 + 5 * 6;
+
+  CoupledSolve(const ChainLanes& chains, const LaneCouplings& couplings,
+               double* workspace)
+      : chains_(chains), couplings_(couplings), frames_(chains.frames) {
+    const auto take = [&](long rows) {
+      double* const at = workspace;
+      workspace += rows * chains.lanes;
+      return at;
+    };
+    inverse_ = take(static_cast<long>(kLaneBlockSize) * frames_);
+    motion_ = take(4L * frames_);
+    residual_ = take(6L * frames_);
+    conditioned_ = take(6L * frames_);
+    direction_ = take(6L * frames_);
+    by_chains_ = take(6L * frames_);
+    solution_ = take(6L * frames_);
+    by_first_ = take(6);
+    sums_ = take(1);
+  }
+
+  bool Factorise(const double* diagonal, double damping);
+  // Once factorised.
+  void Solve(const double* gradient, double* step);
+
+ private:
+  T Row(const double* rows, long row, int lane) const {
+    return T::Load(rows + row * chains_.lanes + lane);
+  }
+  void StoreRow(const T& value, double* rows, long row, int lane) const {
+    value.Store(rows + row * chains_.lanes + lane);
+  }
+  void Load6(const double* rows, int k, int lane, T* to) const {
+    for (int i = 0; i < 6; ++i) to[i] = Row(rows, 6L * k + i, lane);
+  }
+  void Store6(const T* from, double* rows, int k, int lane) const {
+    for (int i = 0; i < 6; ++i) StoreRow(from[i], rows, 6L * k + i, lane);
+  }
+  LaneAxis<T> Motion(int k, int lane) const {
+    LaneAxis<T> m;
+    for (int i = 0; i < 4; ++i) {
+      m.a[i / 2][i % 2] = Row(motion_, 4L * k + i, lane);
+    }
+    return m;
+  }
+  LaneBlock<T> LoadBlock(const double* rows, int k, int lane) const;
+  void StoreBlock(const LaneBlock<T>& block, double* rows, int k,
+                  int lane) const;
+  void ClearSums() {
+    for (int lane = 0; lane < chains_.lanes; ++lane) sums_[lane] = 0.0;
+  }
+  void AddToSums(const T& value, int lane) const {
+    StoreRow(Row(sums_, 0, lane) + value, sums_, 0, lane);
+  }
+  double Sum() const {
+    double sum = 0.0;
+    for (int lane = 0; lane < chains_.joints; ++lane) sum += sums_[lane];
+    return sum;
+  }
+  double& PositionAt(double* rows, int k, int i, int lane) const {
+    return rows[(6L * k + i) * chains_.lanes + lane];
+  }
+  double Condition();
+  double Turn(double turn);
+  double Couple();
+  void Advance(double share);
+
+  const ChainLanes& chains_;
+  const LaneCouplings& couplings_;
+  const int frames_;
+  double* inverse_;      // P_k of chain_kernel.h
+  double* motion_;       // between frames k and k + 1
+  double* residual_;     // r
+  double* conditioned_;  // z
+  double* direction_;    // d
+  double* by_chains_;    // M d
+  double* solution_;
+  double* by_first_;  // the first states' part of C d
+  double* sums_;
+};
+
+template <typename T>
+LaneBlock<T> CoupledSolve<T>::LoadBlock(const double* rows, int k,
+                                        int lane) const {
+  LaneBlock<T> block;
+  const long row = static_cast<long>(kLaneBlockSize) * k;
+  for (int i = 0; i < 6; ++i) block.pp[i] = Row(rows, row + i, lane);
+  for (int i = 0; i < 9; ++i) block.pv[i] = Row(rows, row + 6 + i, lane);
+  for (int i = 0; i < 6; ++i) block.vv[i] = Row(rows, row + 15 + i, lane);
+  return block;
+}
+
+template <typename T>
+void CoupledSolve<T>::StoreBlock(const LaneBlock<T>& block, double* rows, int k,
+                                 int lane) const {
+  const long row = static_cast<long>(kLaneBlockSize) * k;
+  for (int i = 0; i < 6; ++i) StoreRow(block.pp[i], rows, row + i, lane);
+  for (int i = 0; i < 9; ++i) StoreRow(block.pv[i], rows, row + 6 + i, lane);
+  for (int i = 0; i < 6; ++i) StoreRow(block.vv[i], rows, row + 15 + i, lane);
+}
+
+template <typename T>
+bool CoupledSolve<T>::Factorise(const double* diagonal, double damping) {
+  const double grown = 1.0 + damping;
+  for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+    StoreRow(T(1.0), sums_, 0, lane);  // 1: positive definite so far
+  }
+  for (int k = frames_; k-- > 0;) {
+    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+      LaneBlock<T> pivot = LoadBlock(diagonal, k, lane);
+      for (int i = 0; i < 3; ++i) {
+        pivot.pp[kSymmetric[i][i]] *= grown;
+        pivot.vv[kSymmetric[i][i]] *= grown;
+      }
+      if (k + 1 < frames_) {
+        const LaneAxis<T> m =
+            MotionBetween<T>(chains_.dt_s[k],
+                             Row(chains_.process_noise, k, lane))
+                .m;
+        for (int i = 0; i < 4; ++i) {
+          StoreRow(m.a[i / 2][i % 2], motion_, 4L * k + i, lane);
+        }
+        SubtractCongruence(m, LoadBlock(inverse_, k + 1, lane), &pivot);
+      }
+      LaneBlock<T> inverse;
+      const Mask<T> definite = Invert(pivot, &inverse);
+      StoreBlock(inverse, inverse_, k, lane);
+      StoreRow(Select(definite, Row(sums_, 0, lane), T(0.0)), sums_, 0, lane);
+    }
+  }
+  for (int lane = 0; lane < chains_.joints; ++lane) {
+    if (sums_[lane] == 0.0) return false;
+  }
+  return true;
+}
+
+// z = M^-1 r; returns r'z.
+template <typename T>
+double CoupledSolve<T>::Condition() {
+  for (int k = frames_; k-- > 0;) {
+    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+      T r[6];
+      Load6(residual_, k, lane, r);
+      if (k + 1 < frames_) {
+        const LaneAxis<T> m = Motion(k, lane);
+        T later[6];
+        Load6(conditioned_, k + 1, lane, later);
+        for (int i = 0; i < 3; ++i) {
+          r[i] -= m.a[0][0] * later[i] + m.a[0][1] * later[3 + i];
+          r[3 + i] -= m.a[1][0] * later[i] + m.a[1][1] * later[3 + i];
+        }
+      }
+      T gained[6];
+      Multiply(LoadBlock(inverse_, k, lane), r, gained);
+      Store6(gained, conditioned_, k, lane);
+    }
+  }
+  ClearSums();
+  for (int k = 0; k < frames_; ++k) {
+    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+      T z[6];
+      Load6(conditioned_, k, lane, z);
+      if (k > 0) {
+        const LaneAxis<T> m = Motion(k - 1, lane);
+        T earlier[6];
+        Load6(conditioned_, k - 1, lane, earlier);
+        T pull[6];
+        for (int i = 0; i < 3; ++i) {
+          pull[i] = m.a[0][0] * earlier[i] + m.a[1][0] * earlier[3 + i];
+          pull[3 + i] = m.a[0][1] * earlier[i] + m.a[1][1] * earlier[3 + i];
+        }
+        T back[6];
+        Multiply(LoadBlock(inverse_, k, lane), pull, back);
+        for (int i = 0; i < 6; ++i) z[i] -= back[i];
+        Store6(z, conditioned_, k, lane);
+      }
+      T r[6];
+      Load6(residual_, k, lane, r);
+      T sum = r[0] * z[0];
+      for (int i = 1; i < 6; ++i) sum += r[i] * z[i];
+      AddToSums(sum, lane);
+    }
+  }
+  return Sum();
+}
+
+// d = z + turn d, and M d likewise; returns d'M d.
+template <typename T>
+double CoupledSolve<T>::Turn(double turn) {
+  ClearSums();
+  for (int k = 0; k < frames_; ++k) {
+    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+      T sum = 0.0;
+      for (int i = 0; i < 6; ++i) {
+        const long row = 6L * k + i;
+        T d = Row(conditioned_, row, lane);
+        T by_chains = Row(residual_, row, lane);
+        if (turn != 0.0) {
+          d += turn * Row(direction_, row, lane);
+          by_chains += turn * Row(by_chains_, row, lane);
+        }
+        StoreRow(d, direction_, row, lane);
+        StoreRow(by_chains, by_chains_, row, lane);
+        sum += d * by_chains;
+      }
+      AddToSums(sum, lane);
+    }
+  }
+  return Sum();
+}
+
+// d'C d; keeps the first states' part of C d.
+template <typename T>
+double CoupledSolve<T>::Couple() {
+  double sum = 0.0;
+  for (int i = 0; i < couplings_.count; ++i) {
+    const LaneCoupling& coupling = couplings_.list[i];
+    double along_a = 0.0;
+    double along_b = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      along_a += coupling.by_a[axis] *
+                 PositionAt(direction_, coupling.frame, axis, coupling.a);
+      along_b += coupling.by_b[axis] *
+                 PositionAt(direction_, coupling.frame, axis, coupling.b);
+    }
+    sum += 2.0 * (along_a * along_b);
+  }
+  if (couplings_.first == nullptr) return sum;
+  ClearSums();
+  for (int i = 0; i < 6; ++i) {
+    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+      T product = 0.0;
+      for (int joint = 0; joint < chains_.joints; ++joint) {
+        for (int j = 0; j < 6; ++j) {
+          product += PositionAt(direction_, 0, j, joint) *
+                     Row(couplings_.first, 6L * (6L * joint + j) + i, lane);
+        }
+      }
+      StoreRow(product, by_first_, i, lane);
+      AddToSums(product * Row(direction_, i, lane), lane);
+    }
+  }
+  return sum + Sum();
+}
+
+// solution += share d, r -= share (M + C) d.
+template <typename T>
+void CoupledSolve<T>::Advance(double share) {
+  for (long row = 0; row < 6L * frames_; ++row) {
+    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+      StoreRow(Row(solution_, row, lane) + share * Row(direction_, row, lane),
+               solution_, row, lane);
+      StoreRow(Row(residual_, row, lane) - share * Row(by_chains_, row, lane),
+               residual_, row, lane);
+    }
+  }
+  for (int i = 0; i < couplings_.count; ++i) {
+    const LaneCoupling& coupling = couplings_.list[i];
+    const int k = coupling.frame;
+    double along_a = 0.0;
+    double along_b = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+      along_a +=
+          coupling.by_a[axis] * PositionAt(direction_, k, axis, coupling.a);
+      along_b +=
+          coupling.by_b[axis] * PositionAt(direction_, k, axis, coupling.b);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      PositionAt(residual_, k, axis, coupling.a) -=
+          share * (coupling.by_a[axis] * along_b);
+      PositionAt(residual_, k, axis, coupling.b) -=
+          share * (coupling.by_b[axis] * along_a);
+    }
+  }
+  if (couplings_.first == nullptr) return;
+  for (int i = 0; i < 6; ++i) {
+    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+      StoreRow(Row(residual_, i, lane) - share * Row(by_first_, i, lane),
+               residual_, i, lane);
+    }
+  }
+}
+
+template <typename T>
+void CoupledSolve<T>::Solve(const double* gradient, double* step) {
+  // Gauss-Newton corrects what is left, so the systems need not be exact.
+  constexpr double kRelative = 1e-3;  // of the residual, in the chains' norm
+  constexpr int kMaxIterations = 100;
+  const long size = 6L * frames_ * chains_.lanes;
+  for (long i = 0; i < size; ++i) {
+    solution_[i] = 0.0;
+    residual_[i] = -gradient[i];
+  }
+  double before = 0.0;
+  double first = 0.0;
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    const double now = Condition();
+    if (iteration == 0) first = now;
+    if (!(now > kRelative * kRelative * first)) break;
+    const double chains = Turn(iteration == 0 ? 0.0 : now / before);
+    before = now;
+    const double curvature = chains + Couple();
+    if (!(curvature > 0.0)) break;
+    Advance(now / curvature);
+  }
+  for (long i = 0; i < size; ++i) step[i] = solution_[i];
+}
+
+template <typename T>
+bool SolveCoupledLanesWith(const ChainLanes& chains, const LaneRows& system,
+                           const LaneCouplings& couplings, double damping,
+                           double* workspace, double* step) {
+  CoupledSolve<T> solve(chains, couplings, workspace);
+  if (!solve.Factorise(system.diagonal, damping)) return false;
+  solve.Solve(system.gradient, step);
+  return true;
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SWEEPS_COUPLED_KERNEL_H_
