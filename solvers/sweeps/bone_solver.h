@@ -30,7 +30,7 @@ class BoneSolver {
     std::vector<LaneCoupling> couplings;
     double cost = 0.0;
 
-    LaneRows rows() {
+    LaneSystemRows rows() {
       return {diagonal.data(), gradient.data(), costs.data(), valid.data()};
     }
   };

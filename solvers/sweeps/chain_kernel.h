@@ -116,7 +116,7 @@ class ChainGroup {
   void Covariances(double correction, int frame_end, double* covariances,
                    double* known);
   void LineariseAll(const LaneStage& stage, bool own_priors,
-                    const LaneRows& system);
+                    const LaneSystemRows& system);
   void Weigh(const LaneStage& stage) {
     LoadStates();
     StoreWeights(stage);
@@ -537,7 +537,7 @@ void ChainGroup<T>::Covariances(double correction, int frame_end,
 
 template <typename T>
 void ChainGroup<T>::LineariseAll(const LaneStage& stage, bool own_priors,
-                                 const LaneRows& system) {
+                                 const LaneSystemRows& system) {
   LoadStates();
   LoadMotion();
   if (own_priors) {
@@ -585,7 +585,7 @@ void CovarianceChainLanesWith(const ChainLanes& chains, double correction,
 template <typename T>
 void LineariseChainLanesWith(const ChainLanes& chains, const LaneStage& stage,
                              bool own_priors, double* workspace,
-                             const LaneRows& system) {
+                             const LaneSystemRows& system) {
   for (int lane = 0; lane < chains.lanes; lane += T::kLanes) {
     ChainGroup<T>(chains, lane, workspace)
         .LineariseAll(stage, own_priors, system);

@@ -53,7 +53,7 @@ void CovarianceChainLanes(const ChainLanes& chains, double correction,
 
 void LineariseChainLanes(const ChainLanes& chains, const LaneStage& stage,
                          bool own_priors, double* workspace,
-                         const LaneRows& system) {
+                         const LaneSystemRows& system) {
   Kernels().linearise(chains, stage, own_priors, workspace, system);
 }
 
@@ -62,7 +62,7 @@ void WeighChainLanes(const ChainLanes& chains, const LaneStage& stage,
   Kernels().weigh(chains, stage, workspace);
 }
 
-bool SolveCoupledLanes(const ChainLanes& chains, const LaneRows& system,
+bool SolveCoupledLanes(const ChainLanes& chains, const LaneSystemRows& system,
                        const LaneCouplings& couplings, double damping,
                        double* workspace, double* step) {
   return Kernels().solve_coupled(chains, system, couplings, damping, workspace,

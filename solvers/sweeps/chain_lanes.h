@@ -58,7 +58,7 @@ struct LaneReports {
 };
 
 // Gauss-Newton system of all chains, each a row of lanes a number.
-struct LaneRows {
+struct LaneSystemRows {
   double* diagonal = nullptr;  // [frames][21][lanes], as LaneBlock
   double* gradient = nullptr;  // [frames][6][lanes]
   double* cost = nullptr;      // [lanes]
@@ -107,7 +107,7 @@ void CovarianceChainLanes(const ChainLanes& chains, double correction,
 // without them lanes that have no joint are singular.
 void LineariseChainLanes(const ChainLanes& chains, const LaneStage& stage,
                          bool own_priors, double* workspace,
-                         const LaneRows& system);
+                         const LaneSystemRows& system);
 
 // Writes the measurements' weights at the chains' states.
 void WeighChainLanes(const ChainLanes& chains, const LaneStage& stage,
@@ -119,7 +119,7 @@ long CoupledWorkspaceSize(int frames, int lanes);
 // with what couples them and `damping` times the chains' diagonal: conjugate
 // gradients, preconditioned with the chains, down to a residual of a thousandth
 // in the chains' norm. False where the chains are not positive definite.
-bool SolveCoupledLanes(const ChainLanes& chains, const LaneRows& system,
+bool SolveCoupledLanes(const ChainLanes& chains, const LaneSystemRows& system,
                        const LaneCouplings& couplings, double damping,
                        double* workspace, double* step);
 

@@ -330,7 +330,8 @@ void CoupledSolve<T>::Solve(const double* gradient, double* step) {
 }
 
 template <typename T>
-bool SolveCoupledLanesWith(const ChainLanes& chains, const LaneRows& system,
+bool SolveCoupledLanesWith(const ChainLanes& chains,
+                           const LaneSystemRows& system,
                            const LaneCouplings& couplings, double damping,
                            double* workspace, double* step) {
   CoupledSolve<T> solve(chains, couplings, workspace);
