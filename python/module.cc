@@ -18,7 +18,12 @@
 #include <vector>
 
 #include "core/geometry/lens.h"
+#include "core/io/calibration_writer.h"
+#include "core/io/detection_format.h"
+#include "core/io/file_kind.h"
+#include "core/kinematics/ground.h"
 #include "kinegraph/kinegraph.h"
+#include "solvers/session/refine_take.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;  // NOLINT: "name"_a of the bindings
@@ -303,19 +308,24 @@ class ProgressCall {
 };
 
 TrackSequence Track(const std::vector<Camera>& cameras,
-                    const DetectionSequence& detections,
-                    const std::string& config, const std::string& set,
-                    const std::string& mode,
+                    const DetectionSequence& given, const std::string& config,
+                    const std::string& set, const std::string& mode,
                     const std::vector<std::pair<int64_t, int64_t>>& frames,
                     const std::vector<std::string>& without_cameras,
                     int threads, const py::object& progress) {
   const RunOptions options = OptionsOf(config, set, mode);
-  const RunRequest request =
-      RequestOf(cameras, frames, without_cameras, threads);
+  RunRequest request = RequestOf(cameras, frames, without_cameras, threads);
   const auto total =
-      static_cast<int64_t>(detections.frames.size()) * PassCount(options);
+      static_cast<int64_t>(given.frames.size()) * PassCount(options);
   const ProgressCall call(progress, total);
   const py::gil_scoped_release unlocked;
+  std::optional<RefinedTake> refined;  // cameras.refine
+  if (options.refine.any()) {
+    refined = RefineTake(options, request, given);
+    request.cameras = refined->cameras;
+  }
+  const DetectionSequence& detections =
+      refined.has_value() ? refined->detections : given;
   MemorySource source(detections);
   Session session(options, request, detections.header,
                   [&] { return std::make_unique<MemorySource>(detections); });
@@ -430,18 +440,104 @@ py::dict Identity(const TrackSequence& tracks, const TrackSequence& truth) {
       "true_people"_a = result.true_people, "identities"_a = result.identities);
 }
 
+// ---- Kinematics -------------------------------------------------------------
+
+KinematicsTable Kinematics(const TrackSequence& tracks, const std::string& up,
+                           bool observed_only) {
+  KinematicsOptions options;
+  options.up = ParseUp(up, "up");
+  options.observed_only = observed_only;
+  const py::gil_scoped_release unlocked;
+  return MeasureKinematics(tracks, options);
+}
+
+Array ColumnOf(const KinematicsTable& table, const std::string& column) {
+  const int at = table.IndexOf(column);
+  if (at < 0) throw py::key_error("no column '" + column + "'");
+  Array values(static_cast<py::ssize_t>(table.rows.size()));
+  for (size_t k = 0; k < table.rows.size(); ++k) {
+    values.mutable_at(static_cast<py::ssize_t>(k)) =
+        table.rows[k].values[static_cast<size_t>(at)];
+  }
+  return values;
+}
+
+// One number of each row.
+template <typename Number, typename Get>
+py::array_t<Number> RowNumbers(const KinematicsTable& table, const Get& get) {
+  py::array_t<Number> numbers(static_cast<py::ssize_t>(table.rows.size()));
+  for (size_t k = 0; k < table.rows.size(); ++k) {
+    numbers.mutable_at(static_cast<py::ssize_t>(k)) = get(table.rows[k]);
+  }
+  return numbers;
+}
+
+// ---- Files ------------------------------------------------------------------
+
+Losses WriteCamerasAs(const std::string& path,
+                      const std::vector<Camera>& cameras,
+                      const std::string& format) {
+  const std::vector<std::string>& names = CalibrationFormatNames();
+  const auto at = std::find(names.begin(), names.end(), format);
+  const auto kind = static_cast<CalibrationFormat>(at - names.begin());
+  const std::vector<CalibrationFormat>& writable = WritableCalibrationFormats();
+  if (std::find(writable.begin(), writable.end(), kind) == writable.end()) {
+    std::string known;
+    for (const CalibrationFormat one : writable) {
+      known += " " + names[static_cast<size_t>(one)];
+    }
+    throw InputError("format: found '" + Printable(format) +
+                     "', expected one of" + known);
+  }
+  const py::gil_scoped_release unlocked;
+  Losses losses;
+  WriteCalibration(path, kind, cameras, &losses);
+  return losses;
+}
+
+Losses WriteDetectionsAs(const std::string& path,
+                         const DetectionSequence& detections,
+                         const std::string& format,
+                         const std::pair<int, int>& image_size) {
+  const DetectionFormat* found = FindDetectionFormat(format);
+  if (found == nullptr || found->write == nullptr) {
+    std::string known;
+    for (const DetectionFormat& one : DetectionFormats()) {
+      if (one.write != nullptr) known += " " + one.name;
+    }
+    throw InputError("format: found '" + Printable(format) +
+                     "', expected one of" + known);
+  }
+  const py::gil_scoped_release unlocked;
+  DetectionWriteOptions options;
+  options.image_size = {image_size.first, image_size.second};
+  MemorySource source(detections);
+  Losses losses;
+  found->write(path, options, &source, &losses);
+  return losses;
+}
+
 void BindData(py::module_& m) {
   py::class_<Skeleton>(m, "Skeleton", "Joints and bones of a body model.")
       .def(py::init(&NamedSkeleton), "name"_a,
            "The built-in skeleton of that name (see skeleton_names()).")
-      .def_property_readonly("name", &Skeleton::name)
-      .def_property_readonly("joints", &Skeleton::joints)
-      .def_property_readonly("bones", [](const Skeleton& skeleton) {
-        std::vector<std::pair<int, int>> bones;
-        for (const Bone& bone : skeleton.bones()) {
-          bones.emplace_back(bone.a, bone.b);
-        }
-        return bones;
+      .def_property_readonly("name", &Skeleton::name,
+                             "Its name, as files have it.")
+      .def_property_readonly("joints", &Skeleton::joints,
+                             "Names of the J joints, in the order of arrays.")
+      .def_property_readonly(
+          "bones",
+          [](const Skeleton& skeleton) {
+            std::vector<std::pair<int, int>> bones;
+            for (const Bone& bone : skeleton.bones()) {
+              bones.emplace_back(bone.a, bone.b);
+            }
+            return bones;
+          },
+          "Pairs of joint indices.")
+      .def("__repr__", [](const Skeleton& skeleton) {
+        return "<kinegraph.Skeleton '" + skeleton.name() + "', " +
+               std::to_string(skeleton.joint_count()) + " joints>";
       });
   m.def("skeleton_names", &SkeletonNames, "Names of the built-in skeletons.");
 
@@ -452,10 +548,10 @@ void BindData(py::module_& m) {
            "K (3, 3) [px]; R (3, 3), t (3,) [m]: x_camera = R x_world + t;\n"
            "distortion: coefficients of the lens model, empty for none;\n"
            "image_size: (width, height) [px], (0, 0) when not known.")
-      .def_property_readonly("name", &Camera::name)
-      .def_property_readonly("K", &Camera::K)
-      .def_property_readonly("R", &Camera::R)
-      .def_property_readonly("t", &Camera::t)
+      .def_property_readonly("name", &Camera::name, "As the views name it.")
+      .def_property_readonly("K", &Camera::K, "(3, 3) [px].")
+      .def_property_readonly("R", &Camera::R, "(3, 3), world to camera.")
+      .def_property_readonly("t", &Camera::t, "(3,) [m], world to camera.")
       .def_property_readonly(
           "model",
           [](const Camera& camera) {
@@ -469,12 +565,14 @@ void BindData(py::module_& m) {
                                  : std::vector<double>();
           },
           "Coefficients of the lens model; empty for none.")
-      .def_property_readonly("centre", &Camera::centre, "In the world [m].")
-      .def_property_readonly("image_size",
-                             [](const Camera& camera) {
-                               return std::make_pair(camera.width_px(),
-                                                     camera.height_px());
-                             })
+      .def_property_readonly("centre", &Camera::centre,
+                             "(3,) in the world [m].")
+      .def_property_readonly(
+          "image_size",
+          [](const Camera& camera) {
+            return std::make_pair(camera.width_px(), camera.height_px());
+          },
+          "(width, height) [px]; (0, 0) when not known.")
       .def("project", &ProjectPoints, "points"_a,
            "(N, 3) points in the world [m] to (N, 2) raw pixels; NaN where a\n"
            "point has no image.")
@@ -487,24 +585,29 @@ void BindData(py::module_& m) {
            "frame_rate_hz"_a, "first_frame"_a = 0,
            "frames[k][v]: array (people, joints, 3) of x [px], y [px] and\n"
            "confidence; NaN: not found. views: a name a view, as its camera.")
-      .def("__len__",
-           [](const DetectionSequence& d) { return d.frames.size(); })
+      .def(
+          "__len__", [](const DetectionSequence& d) { return d.frames.size(); },
+          "Number of frames.")
       .def_property_readonly(
           "views",
-          [](const DetectionSequence& d) { return d.header.view_names; })
+          [](const DetectionSequence& d) { return d.header.view_names; },
+          "Names of the V views.")
       .def_property_readonly(
           "skeleton",
-          [](const DetectionSequence& d) { return d.header.skeleton; })
+          [](const DetectionSequence& d) { return d.header.skeleton; },
+          "Skeleton of the detections.")
       .def_property_readonly(
           "frame_rate_hz",
-          [](const DetectionSequence& d) { return d.header.frame_rate_hz; })
-      .def("frame_numbers",
-           [](const DetectionSequence& d) {
-             std::vector<int64_t> numbers;
-             for (const DetectionFrame& f : d.frames)
-               numbers.push_back(f.frame);
-             return numbers;
-           })
+          [](const DetectionSequence& d) { return d.header.frame_rate_hz; },
+          "[Hz]; 0 when not known.")
+      .def(
+          "frame_numbers",
+          [](const DetectionSequence& d) {
+            std::vector<int64_t> numbers;
+            for (const DetectionFrame& f : d.frames) numbers.push_back(f.frame);
+            return numbers;
+          },
+          "Numbers of the frames, ascending.")
       .def(
           "view",
           [](const DetectionSequence& d, size_t frame_idx, size_t view_idx) {
@@ -516,17 +619,28 @@ void BindData(py::module_& m) {
                            d.header.skeleton.joint_count());
           },
           "frame_idx"_a, "view_idx"_a,
-          "Array (people, joints, 3) of one view of one frame.");
+          "(people, joints, 3) of one view of one frame: x [px], y [px],\n"
+          "confidence; NaN: not found.")
+      .def("__repr__", [](const DetectionSequence& d) {
+        return "<kinegraph.Detections of " + std::to_string(d.frames.size()) +
+               " frames, " + std::to_string(d.header.view_names.size()) +
+               " views>";
+      });
 
   py::class_<TrackSequence>(m, "Tracks", "3D poses of a take, as arrays.")
-      .def("__len__", [](const TrackSequence& t) { return t.frames.size(); })
+      .def(
+          "__len__", [](const TrackSequence& t) { return t.frames.size(); },
+          "Number of frames, F.")
       .def_property_readonly(
-          "skeleton", [](const TrackSequence& t) { return t.header.skeleton; })
+          "skeleton", [](const TrackSequence& t) { return t.header.skeleton; },
+          "Skeleton of the J joints.")
       .def_property_readonly(
           "frame_rate_hz",
-          [](const TrackSequence& t) { return t.header.frame_rate_hz; })
+          [](const TrackSequence& t) { return t.header.frame_rate_hz; },
+          "[Hz]; 0 when not known.")
       .def_property_readonly(
-          "mode", [](const TrackSequence& t) { return t.header.mode; })
+          "mode", [](const TrackSequence& t) { return t.header.mode; },
+          "\"paper\", \"graph\", or the format that was read.")
       .def_property_readonly(
           "config_json",
           [](const TrackSequence& t) { return t.header.config_json; },
@@ -569,7 +683,52 @@ void BindData(py::module_& m) {
       .def_property_readonly(
           "covariance_m2",
           [](const TrackSequence& t) { return TrackArrays(t).Covariances(); },
-          "(F, P, J, 3, 3) [m^2]; NaN where there is none.");
+          "(F, P, J, 3, 3) [m^2]; NaN where there is none.")
+      .def("__repr__", [](const TrackSequence& t) {
+        return "<kinegraph.Tracks of " + std::to_string(t.frames.size()) +
+               " frames, " + std::to_string(TrackArrays(t).Ids().size()) +
+               " people>";
+      });
+
+  py::class_<KinematicsTable>(
+      m, "Kinematics",
+      "Joint angles, speeds and ways: a row a person and frame (R rows),\n"
+      "table[column] an array (R,). docs/kinematics.md defines the columns.")
+      .def(
+          "__len__", [](const KinematicsTable& t) { return t.rows.size(); },
+          "Number of rows, R.")
+      .def("__getitem__", &ColumnOf, "column"_a,
+           "(R,) of one column; NaN where there is no value.")
+      .def_readonly("columns", &KinematicsTable::columns,
+                    "Names with their unit: l_knee_flexion_deg.")
+      .def_readonly("angles", &KinematicsTable::angles,
+                    "Names of the angles, without unit.")
+      .def_readonly("notes", &KinematicsTable::notes,
+                    "What is not there, and why.")
+      .def_readonly("up", &KinematicsTable::up,
+                    "(3,) unit vector upwards in the world, as used.")
+      .def_property_readonly(
+          "frames",
+          [](const KinematicsTable& t) {
+            return RowNumbers<int64_t>(
+                t, [](const KinematicsRow& row) { return row.frame; });
+          },
+          "Frame numbers, (R,) int64.")
+      .def_property_readonly(
+          "times_s",
+          [](const KinematicsTable& t) {
+            return RowNumbers<double>(t, [&t](const KinematicsRow& row) {
+              return t.has_times ? ToSeconds(row.time) : kNan;
+            });
+          },
+          "Times, (R,) [s]; NaN when they are not known.")
+      .def_property_readonly(
+          "ids",
+          [](const KinematicsTable& t) {
+            return RowNumbers<int64_t>(
+                t, [](const KinematicsRow& row) { return row.id.value(); });
+          },
+          "Identities, (R,) int64.");
 }
 
 void BindRuns(py::module_& m) {
@@ -577,8 +736,15 @@ void BindRuns(py::module_& m) {
         "set"_a = "", "mode"_a = "",
         "frames"_a = std::vector<std::pair<int64_t, int64_t>>(),
         "without_cameras"_a = std::vector<std::string>(), "threads"_a = 1,
-        "progress"_a = py::none());
-  py::class_<Frozen>(m, "Frozen")
+        "progress"_a = py::none(), "See kinegraph.track.");
+  m.def("kinematics", &Kinematics, "tracks"_a, "up"_a = "auto",
+        "observed_only"_a = false,
+        "Joint angles with 95 % intervals, speeds and ways; Kinematics.\n"
+        "up: axis of the world that points upwards (\"z\", \"-y\"), or "
+        "\"auto\":\n"
+        "as people stand. observed_only: joints that fewer than two views\n"
+        "support in a frame count as missing.");
+  py::class_<Frozen>(m, "Frozen", "A tracked take whose matches are kept.")
       .def(py::init<const std::vector<Camera>&, const DetectionSequence&,
                     const std::string&, const std::string&>(),
            "cameras"_a, "detections"_a, "config"_a = "", "set"_a = "")
@@ -587,30 +753,28 @@ void BindRuns(py::module_& m) {
       .def("smooth", &Frozen::Smooth, "strategy"_a,
            "The same matches, smoothed by another strategy (strategies()).");
   m.def("strategies", &OutputNames, "Names of the smoothing strategies.");
-  py::class_<LiveSession>(m, "Session")
+  py::class_<LiveSession>(m, "Session", "A run that is fed frame by frame.")
       .def(py::init<const std::vector<Camera>&, const std::string&,
                     const std::vector<std::string>&, double, const std::string&,
                     const std::string&, const std::string&>(),
            "cameras"_a, "skeleton"_a, "views"_a, "frame_rate_hz"_a,
            "config"_a = "", "set"_a = "", "mode"_a = "")
-      .def("process", &LiveSession::Process, "frame"_a, "views"_a,
-           "time_s"_a = py::none(),
-           "Feeds one frame: an array (people, joints, 3) a view. Returns the\n"
-           "frames that became final.")
-      .def("finish", &LiveSession::Finish, "The rest of the frames.");
+      .def(
+          "process", &LiveSession::Process, "frame"_a, "views"_a,
+          "time_s"_a = py::none(),
+          "Feeds one frame, numbers ascending: an array (people, joints, 3) a\n"
+          "view of x [px], y [px], confidence; time_s: of the frame, without\n"
+          "it frame / frame_rate_hz. Returns Tracks of the frames that became\n"
+          "final.")
+      .def("finish", &LiveSession::Finish, "Tracks of the rest of the frames.");
 }
 
 void BindFiles(py::module_& m) {
+  using Unlocked = py::call_guard<py::gil_scoped_release>;
   m.def(
       "read_cameras", [](const std::string& path) { return ReadCameras(path); },
-      "path"_a,
+      "path"_a, Unlocked(),
       "Reads a calibration in any known format; lengths become metres.");
-  m.def(
-      "write_cameras",
-      [](const std::string& path, const std::vector<Camera>& cameras) {
-        WriteCameras(path, cameras);
-      },
-      "path"_a, "cameras"_a);
   m.def(
       "read_detections",
       [](const std::string& path, const std::string& skeleton,
@@ -618,21 +782,45 @@ void BindFiles(py::module_& m) {
         DetectionReadOptions options;
         if (!skeleton.empty()) options.skeleton = NamedSkeleton(skeleton);
         options.frame_rate_hz = frame_rate_hz;
-        const py::gil_scoped_release unlocked;
         return ReadDetections(path, options);
       },
-      "path"_a, "skeleton"_a = "", "frame_rate_hz"_a = 0.0,
+      "path"_a, "skeleton"_a = "", "frame_rate_hz"_a = 0.0, Unlocked(),
       "Reads 2D detections in any known format. skeleton and frame_rate_hz\n"
-      "win over the file's.");
+      "[Hz] win over the file's.");
   m.def(
-      "read_tracks", [](const std::string& path) { return ReadTracks(path); },
-      "path"_a, "Reads 3D results or a ground truth in any known format.");
+      "read_tracks",
+      [](const std::string& path, const std::string& skeleton,
+         double frame_rate_hz) {
+        TrackReadOptions options;
+        if (!skeleton.empty()) options.skeleton = NamedSkeleton(skeleton);
+        options.frame_rate_hz = frame_rate_hz;
+        return ReadTracks(path, options);
+      },
+      "path"_a, "skeleton"_a = "", "frame_rate_hz"_a = 0.0, Unlocked(),
+      "Reads 3D results or a ground truth in any known format. skeleton and\n"
+      "frame_rate_hz [Hz]: where the file does not tell.");
   m.def(
       "write_tracks",
       [](const std::string& path, const TrackSequence& tracks) {
         WriteTracks(path, tracks);
       },
-      "path"_a, "tracks"_a, "Writes our own format (JSON Lines).");
+      "path"_a, "tracks"_a, Unlocked(), "Writes our own format (JSON Lines).");
+  m.def("write_cameras", &WriteCamerasAs, "path"_a, "cameras"_a,
+        "format"_a = "kinegraph",
+        "Writes a calibration; returns what the format leaves out.");
+  m.def(
+      "write_detections", &WriteDetectionsAs, "path"_a, "detections"_a,
+      "format"_a = "kinegraph", "image_size"_a = std::pair<int, int>(0, 0),
+      "Writes 2D detections; returns what the format leaves out. image_size:\n"
+      "(width, height) [px], for formats that hold it.");
+  m.def(
+      "file_kind",
+      [](const std::string& path) {
+        return std::string(ToString(RecogniseKind(path)));
+      },
+      "path"_a,
+      "What a file or folder holds, by content: \"calibrations\",\n"
+      "\"detections\" or \"tracks\".");
 }
 
 }  // namespace

@@ -14,6 +14,8 @@ Everything is computed by the library that the commands use, so results are the
 same to the last bit.
 """
 
+import os
+
 from . import _kinegraph
 from ._kinegraph import (
     INFERRED,
@@ -22,15 +24,19 @@ from ._kinegraph import (
     Camera,
     Detections,
     InputError,
+    Kinematics,
     OptionError,
     Skeleton,
     Tracks,
+    file_kind,
+    kinematics,
     read_cameras,
     read_detections,
     read_tracks,
     skeleton_names,
     strategies,
     write_cameras,
+    write_detections,
     write_tracks,
 )
 
@@ -42,11 +48,15 @@ __all__ = [
     "Detections",
     "Frozen",
     "InputError",
+    "Kinematics",
     "OptionError",
     "Session",
     "Skeleton",
     "Tracks",
+    "config_path",
     "evaluate",
+    "file_kind",
+    "kinematics",
     "read_cameras",
     "read_detections",
     "read_tracks",
@@ -55,8 +65,27 @@ __all__ = [
     "strategies",
     "track",
     "write_cameras",
+    "write_detections",
     "write_tracks",
 ]
+
+_CONFIGS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "configs")
+
+
+def config_path(config=None):
+    """The file that a configuration's name stands for, as the commands find it.
+
+    A file that is there is itself; "configs/offline.toml" and "offline.toml" are
+    the module's own. None: default.toml, which `track` uses without --config.
+    """
+    if config is None:
+        config = "default.toml"
+    config = os.fspath(config)
+    if not config or os.path.isabs(config) or os.path.isfile(config):
+        return config
+    name = config[len("configs/") :] if config.startswith("configs/") else config
+    own = os.path.join(_CONFIGS, name)
+    return own if os.path.isfile(own) else config
 
 
 def _assignments(settings):
@@ -87,19 +116,21 @@ def track(
 ):
     """Tracks everybody in a take.
 
-    cameras: list of Camera. detections: Detections. config: path of a TOML file;
-    without one every key has its default and the mode is graph. set: keys to
-    change, {"graph.lag_s": 0.2} or "key=value;key=value". mode: "paper" or
-    "graph", wins over the file. frames: [(begin, end), ...], end excluded;
-    none: all. without_cameras: names to leave out. threads: the result is the
-    same for any number. progress: called as progress(frames_read, of).
+    cameras: list of Camera. detections: Detections. config: a TOML file, or the
+    name of one of the module's own such as "offline.toml"; without one it is
+    default.toml, as for `kinegraph track` (config_path). set: keys to change,
+    {"graph.lag_s": 0.2} or "key=value;key=value". mode: "paper" or "graph",
+    wins over the file. frames: [(begin, end), ...], end excluded; none: all.
+    without_cameras: names to leave out. threads: the result is the same for any
+    number. progress: called as progress(frames_read, of).
 
-    Returns Tracks. Other Python threads run meanwhile; Ctrl-C stops it.
+    Returns Tracks. Other Python threads run meanwhile; Ctrl-C stops it at the
+    next frames that are read.
     """
     return _kinegraph.track(
         list(cameras),
         detections,
-        str(config or ""),
+        config_path(config),
         _assignments(set),
         mode or "",
         list(frames),
@@ -113,7 +144,13 @@ class Session(_kinegraph.Session):
     """A run that is fed frame by frame, as a live program does.
 
     cameras: list of Camera. skeleton: name of the detections' skeleton. views:
-    a name a view, as its camera. config, set, mode: as track() takes them.
+    a name a view, as its camera. frame_rate_hz: of the frames [Hz]. config, set,
+    mode: as track() takes them.
+
+        session = kg.Session(cameras, "coco17", ["cam0", "cam1"], 25.0)
+        for k, views in enumerate(frames):   # an array (people, 17, 3) a view
+            use(session.process(k, views))   # Tracks of what became final
+        use(session.finish())
     """
 
     def __init__(
@@ -131,18 +168,22 @@ class Session(_kinegraph.Session):
             skeleton,
             list(views),
             frame_rate_hz,
-            str(config or ""),
+            config_path(config),
             _assignments(set),
             mode or "",
         )
 
 
 class Frozen(_kinegraph.Frozen):
-    """A tracked take whose matches are kept, to compare smoothers on them."""
+    """A tracked take whose matches are kept, to compare smoothers on them.
+
+    cameras, detections, config, set: as track() takes them. tracks: what the run
+    itself gave; smooth(strategy): Tracks of the same matches.
+    """
 
     def __init__(self, cameras, detections, config=None, set=None):
         super().__init__(
-            list(cameras), detections, str(config or ""), _assignments(set)
+            list(cameras), detections, config_path(config), _assignments(set)
         )
 
 
@@ -154,8 +195,9 @@ def smooth(cameras, detections, strategy, config=None, set=None):
 def evaluate(tracks, truth, protocol="mpjpe"):
     """Scores tracks against a ground truth (both Tracks); a dict.
 
-    "mpjpe": mean joint error [m] with and without each joint's constant offset.
-    "identity": MOTA, IDF1 and the counts behind them.
+    "mpjpe": "mpjpe_m" and "bias_removed_m", the mean joint error [m] with and
+    without each joint's constant offset; "joints_m", by joint.
+    "identity": "mota" and "idf1" (1: perfect) and the counts behind them.
     """
     if protocol == "mpjpe":
         return _kinegraph._mpjpe(tracks, truth)

@@ -1,13 +1,20 @@
 """The module against the commands: the same bits; bad input: the same line."""
 
+import ast
+import csv
+import inspect
 import os
+import signal
 import subprocess
+import sys
 import tempfile
 import threading
+import time
 import unittest
 
 import kinegraph as kg
 import numpy as np
+from kinegraph import _kinegraph
 
 APPS = os.environ["KINEGRAPH_APPS"]
 SOURCE = os.environ["KINEGRAPH_SOURCE"]
@@ -46,14 +53,15 @@ class Module(unittest.TestCase):
     def tearDownClass(cls):
         cls.folder.cleanup()
 
-    def by_command(self, config):
+    def by_command(self, config=None, *flags):
         out = os.path.join(self.folder.name, "tracks.jsonl")
         run(
             "track",
             "--cameras=" + os.path.join(self.take, "cameras.json"),
             "--detections=" + os.path.join(self.take, "detections.jsonl"),
-            "--config=" + config,
+            *(["--config=" + config] if config else []),
             "--out=" + out,
+            *flags,
         )
         return kg.read_tracks(out)
 
@@ -69,6 +77,91 @@ class Module(unittest.TestCase):
             tracks = kg.track(self.cameras, self.detections, config=config)
             self.assertGreater(np.isfinite(tracks.positions_m).sum(), 0)
             self.assert_same(tracks, self.by_command(config))
+
+    def test_so_it_does_without_a_configuration_and_with_the_modules_own(self):
+        self.assert_same(
+            kg.track(self.cameras, self.detections), self.by_command()
+        )
+        # A second pass, and who is who over the whole take.
+        offline = kg.track(
+            self.cameras, self.detections, config="offline.toml", threads=2
+        )
+        self.assert_same(offline, self.by_command("configs/offline.toml"))
+        self.assertEqual(kg.config_path("nowhere.toml"), "nowhere.toml")
+        self.assertEqual(kg.config_path(DEMO), DEMO)
+
+    def test_cameras_are_refined_as_the_command_refines_them(self):
+        refined = kg.track(
+            self.cameras,
+            self.detections,
+            config=WINDOW,
+            set={"cameras.refine": "shift"},
+        )
+        expected = self.by_command(WINDOW, "--set=cameras.refine=shift")
+        self.assert_same(refined, expected)
+        plain = kg.track(self.cameras, self.detections, config=WINDOW)
+        self.assertFalse(
+            np.array_equal(plain.positions_m, refined.positions_m, True)
+        )
+
+    def test_kinematics_equals_the_command_to_the_last_bit(self):
+        tracks = kg.track(self.cameras, self.detections, config=WINDOW)
+        path = os.path.join(self.folder.name, "own.jsonl")
+        out = os.path.join(self.folder.name, "angles.csv")
+        kg.write_tracks(path, tracks)
+        run("kinematics", "--tracks=" + path, "--out=" + out)
+        table = kg.kinematics(tracks)
+        with open(out, encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual(len(rows), len(table))
+        self.assertEqual(list(rows[0])[3:], table.columns)
+        for column in table.columns:
+            found = [float(row[column] or "nan") for row in rows]
+            np.testing.assert_array_equal(found, table[column], column)
+        np.testing.assert_array_equal(
+            [int(row["id"]) for row in rows], table.ids
+        )
+        np.testing.assert_array_equal(
+            [float(row["time_s"]) for row in rows], table.times_s
+        )
+        self.assertIn("l_knee_flexion", table.angles)
+        np.testing.assert_array_equal(table.up, [0.0, 0.0, 1.0])
+        with self.assertRaises(KeyError):
+            table["l_knee"]
+        with self.assertRaisesRegex(kg.InputError, "^up: found 'w'"):
+            kg.kinematics(tracks, up="w")
+
+    def test_files_are_written_as_convert_writes_them(self):
+        for kind, value, write, formats in (
+            ("cameras.json", self.cameras, kg.write_cameras, ("krt", "longcw")),
+            (
+                "detections.jsonl",
+                self.detections,
+                kg.write_detections,
+                ("kinegraph",),
+            ),
+        ):
+            for name in formats:
+                own = os.path.join(self.folder.name, "own_" + name)
+                out = os.path.join(self.folder.name, "convert_" + name)
+                losses = write(own, value, format=name)
+                self.assertIsInstance(losses, list)
+                run(
+                    "convert",
+                    "--to=" + name,
+                    "--in=" + os.path.join(self.take, kind),
+                    "--out=" + out,
+                )
+                with open(own, "rb") as a, open(out, "rb") as b:
+                    self.assertEqual(a.read(), b.read(), name)
+        self.assertEqual(
+            kg.file_kind(os.path.join(self.take, "detections.jsonl")),
+            "detections",
+        )
+        with self.assertRaisesRegex(kg.InputError, "format: found 'bvh'"):
+            kg.write_cameras("out.bvh", self.cameras, format="bvh")
+        with self.assertRaisesRegex(kg.InputError, "format: found 'smap'"):
+            kg.write_detections("out", self.detections, format="smap")
 
     def test_arrays_in_give_what_files_give(self):
         frames = [
@@ -193,6 +286,71 @@ class Module(unittest.TestCase):
         thread.join()
         self.assertGreater(len(ticks), 0)
         self.assertEqual(seen[-1], (len(self.detections),) * 2)
+
+    def test_ctrl_c_stops_a_run(self):
+        script = (
+            "import sys, kinegraph as kg\n"
+            "cameras = kg.read_cameras(sys.argv[1] + '/cameras.json')\n"
+            "take = kg.read_detections(sys.argv[1] + '/detections.jsonl')\n"
+            "print('go', flush=True)\n"
+            "try:\n"
+            "    while True: kg.track(cameras, take)\n"
+            "except KeyboardInterrupt:\n"
+            "    sys.exit(42)\n"
+        )
+        child = subprocess.Popen(
+            [sys.executable, "-c", script, self.take], stdout=subprocess.PIPE
+        )
+        self.addCleanup(child.stdout.close)
+        child.stdout.readline()
+        time.sleep(0.2)
+        child.send_signal(signal.SIGINT)
+        try:
+            self.assertEqual(child.wait(timeout=60), 42)
+        finally:
+            child.kill()
+
+    def test_everything_public_is_documented_and_has_a_stub(self):
+        with open(
+            os.path.join(os.path.dirname(kg.__file__), "_kinegraph.pyi"),
+            encoding="utf-8",
+        ) as file:
+            stub = ast.parse(file.read())
+        stubs = {
+            node.name: node
+            for node in stub.body
+            if isinstance(node, (ast.ClassDef, ast.FunctionDef))
+        }
+        native = {
+            name: value
+            for name, value in vars(_kinegraph).items()
+            if inspect.isclass(value) or inspect.isroutine(value)
+        }
+        self.assertEqual(sorted(stubs), sorted(native))
+        for name, value in native.items():
+            if not inspect.isclass(value) or issubclass(value, Exception):
+                continue
+            members = {
+                member
+                for member in vars(value)
+                if not member.startswith("_")
+                or member in ("__len__", "__getitem__")
+            }
+            stubbed = {
+                node.name
+                for node in stubs[name].body
+                if isinstance(node, ast.FunctionDef) and node.name != "__init__"
+            }
+            self.assertEqual(stubbed, members, name)
+            for member in members:
+                self.assertTrue(
+                    inspect.getdoc(getattr(value, member)), f"{name}.{member}"
+                )
+        for name in kg.__all__:
+            if name.isupper():
+                continue
+            text = inspect.getdoc(getattr(kg, name))
+            self.assertTrue(text, name)
 
     def test_an_exception_in_progress_stops_the_run(self):
         def refuse(read, total):

@@ -1,0 +1,38 @@
+// Joint angles with their 95 % intervals, of everybody and every second.
+#include <kinegraph/kinegraph.h>
+
+#include <cstdio>
+
+int main() {
+  kinegraph::SceneOptions scene_options;
+  scene_options.people = 2;
+  scene_options.duration_s = 4.0;
+  const kinegraph::Scene scene = kinegraph::MakeScene(scene_options);
+  kinegraph::NoiseOptions noise;
+  noise.joints.sigma_px = 3.0;
+  const kinegraph::DetectionSequence take =
+      kinegraph::Observe(scene, noise, nullptr);
+
+  kinegraph::RunOptions options;
+  options.estimators.mode = kinegraph::Mode::kGraph;
+  kinegraph::RunRequest request;
+  request.cameras = scene.cameras;
+  const kinegraph::TrackSequence tracks =
+      kinegraph::TrackSequenceOf(options, request, take);
+
+  const kinegraph::KinematicsTable table = kinegraph::MeasureKinematics(tracks);
+  const int knee = table.IndexOf("l_knee_flexion_deg");
+  const int speed = table.IndexOf("pelvis_speed_m_s");
+  int count = 0;
+  for (const kinegraph::KinematicsRow& row : table.rows) {
+    if (row.frame % 25 != 0) continue;
+    std::printf(
+        "%.2f s person %lld: left knee %.0f (%.0f .. %.0f) degrees, "
+        "%.2f m/s\n",
+        kinegraph::ToSeconds(row.time), static_cast<long long>(row.id.value()),
+        row.values[knee], row.values[knee + 1], row.values[knee + 2],
+        row.values[speed]);
+    ++count;
+  }
+  return count > 0 ? 0 : 1;
+}

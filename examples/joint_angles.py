@@ -1,0 +1,97 @@
+"""Joint angles with their intervals, and how they hold against a truth:
+
+    python3 joint_angles.py TRACKS OUT.png [TRUTH]
+
+Plots both knees of the first person. With a ground truth, prints for each angle
+the error and the share of the 95 % intervals that hold it.
+"""
+
+import sys
+
+import kinegraph as kg
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+
+def plot(table, path):
+    figure, axes = plt.subplots(figsize=(9, 3))
+    mine = table.ids == table.ids.min()
+    for side, colour in (("l", "tab:blue"), ("r", "tab:red")):
+        name = f"{side}_knee_flexion"
+        if f"{name}_low_deg" in table.columns:
+            axes.fill_between(
+                table.times_s[mine],
+                table[f"{name}_low_deg"][mine],
+                table[f"{name}_high_deg"][mine],
+                color=colour,
+                alpha=0.25,
+            )
+        axes.plot(
+            table.times_s[mine], table[f"{name}_deg"][mine], colour, label=name
+        )
+    axes.set(xlabel="time, s", ylabel="degrees")
+    axes.legend()
+    figure.tight_layout()
+    figure.savefig(path, dpi=120)
+    plt.close(figure)
+
+
+def nearest_truth(table, truth):
+    """For each row the truth's row of the same frame whose mass is nearest."""
+    axes = ("com_x_m", "com_y_m", "com_z_m")
+    here = np.stack([table[a] for a in axes], axis=1)
+    there = np.stack([truth[a] for a in axes], axis=1)
+    rows = np.full(len(table), -1)
+    for frame in np.unique(table.frames):
+        candidates = np.flatnonzero(
+            (truth.frames == frame) & np.isfinite(there[:, 0])
+        )
+        if candidates.size == 0:
+            continue
+        for k in np.flatnonzero(
+            (table.frames == frame) & np.isfinite(here[:, 0])
+        ):
+            gaps = np.linalg.norm(there[candidates] - here[k], axis=1)
+            if gaps.min() < 0.5:
+                rows[k] = candidates[gaps.argmin()]
+    return rows
+
+
+def compare(table, truth):
+    rows = nearest_truth(table, truth)
+    pairs = rows >= 0
+    held = total = 0
+    print(f"{'angle':22} {'RMS error, deg':>14} {'held, %':>8} {'of':>6}")
+    for name in table.angles:
+        found = table[f"{name}_deg"][pairs]
+        true = truth[f"{name}_deg"][rows[pairs]]
+        error = np.mod(found - true + 180.0, 360.0) - 180.0
+        known = np.isfinite(error)
+        inside = (table[f"{name}_low_deg"][pairs] <= found - error) & (
+            found - error <= table[f"{name}_high_deg"][pairs]
+        )
+        rms = np.sqrt(np.mean(error[known] ** 2))
+        share = 100.0 * inside[known].mean()
+        held += inside[known].sum()
+        total += known.sum()
+        print(f"{name:22} {rms:14.2f} {share:8.1f} {known.sum():6}")
+    print(f"{'all':22} {'':14} {100.0 * held / total:8.1f} {total:6}")
+    return held / total
+
+
+def main(tracks_path, out, truth_path=None):
+    table = kg.kinematics(kg.read_tracks(tracks_path))
+    for note in table.notes:
+        print("note:", note)
+    plot(table, out)
+    if truth_path is not None:
+        compare(table, kg.kinematics(kg.read_tracks(truth_path)))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) not in (3, 4):
+        sys.exit(__doc__)
+    main(*sys.argv[1:])
