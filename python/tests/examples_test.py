@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree as ET
 
 SOURCE = os.environ["KINEGRAPH_SOURCE"]
 APPS = os.environ["KINEGRAPH_APPS"]
@@ -51,7 +52,8 @@ class Examples(unittest.TestCase):
         self.assertGreater(len(content), 8000, path)
 
     def test_every_example_is_run_here(self):
-        here = {n for n in os.listdir(SOURCE + "/examples") if n.endswith(".py")}
+        names = os.listdir(os.path.join(SOURCE, "examples"))
+        here = {name for name in names if name.endswith(".py")}
         self.assertEqual(
             here, {"track_and_plot.py", "joint_angles.py", "smoothers.py"}
         )
@@ -92,6 +94,67 @@ class Examples(unittest.TestCase):
             if line.endswith(" mm")
         }
         self.assertLess(errors["batch"], errors["raw_dlt"])
+
+
+class OpenSim(unittest.TestCase):
+    """The files themselves; nothing here has OpenSim to run them."""
+
+    def setup_of(self, skeleton, folder):
+        take = os.path.join(folder, "take")
+        subprocess.run(
+            [
+                os.path.join(APPS, "kinegraph-synthesize"),
+                "--config=" + SOURCE + "/configs/synthetic/demo.toml",
+                "--set=scene.duration=1;scene.people=1;scene.motion.visitors=0;"
+                f"scene.skeleton={skeleton}",
+                "--out=" + take,
+            ],
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
+        trc = os.path.join(folder, "person.trc")
+        subprocess.run(
+            [
+                os.path.join(APPS, "kinegraph-convert"),
+                "--to=trc",
+                "--markers=opensim",
+                "--in=" + os.path.join(take, "truth.jsonl"),
+                "--out=" + trc,
+            ],
+            check=True,
+            capture_output=True,
+        )
+        out = os.path.join(folder, "opensim")
+        example("opensim/make_setup.py", trc, "model.osim", out)
+        with open(trc, encoding="utf-8") as file:
+            names = file.read().splitlines()[3].split()[2:]
+        trees = {
+            name: ET.parse(os.path.join(out, name + ".xml")).getroot()
+            for name in ("markers", "scale", "ik")
+        }
+        return names, trees, trc
+
+    def test_files_fit_the_trc_and_each_other(self):
+        # Feet add heels and two toes a side, and BODY_25 a neck.
+        for skeleton, count in (("coco17", 13), ("body25", 20)):
+            with tempfile.TemporaryDirectory() as folder:
+                names, trees, trc = self.setup_of(skeleton, folder)
+            markers = [m.get("name") for m in trees["markers"].iter("Marker")]
+            self.assertEqual(len(markers), count)
+            self.assertLessEqual(set(markers), set(names))
+            tasks = [t.get("name") for t in trees["ik"].iter("IKMarkerTask")]
+            self.assertEqual(tasks, markers)
+            frames = {f.text for f in trees["markers"].iter("socket_parent_frame")}
+            self.assertIn("/bodyset/femur_l", frames)
+            pairs = [p.text.split() for p in trees["scale"].iter("markers")]
+            self.assertEqual(len(pairs), 12 if count == 13 else 14)
+            for pair in pairs:
+                self.assertEqual(len(pair), 2)
+                self.assertLessEqual(set(pair), set(markers))
+            for name in ("scale", "ik"):
+                self.assertEqual(trees[name].find(".//marker_file").text, trc)
+                span = trees[name].find(".//time_range").text.split()
+                self.assertEqual([float(t) for t in span], [0.0, 0.96])
 
 
 if __name__ == "__main__":

@@ -1,0 +1,71 @@
+#!/bin/bash
+# The Debian package in a bare Debian 12: install it there, run the demo, track
+# from Python, and build and run a C++ program of one's own.
+#
+#   tests/install/bare_root.sh kinegraph_0.1.0_amd64.deb FOLDER
+#
+# Needs root, debootstrap and a Debian mirror (DEBIAN_MIRROR). FOLDER becomes the
+# root, some 2 GB; one that is there is used again. Prints how long each step
+# took. The Dockerfile takes the same steps.
+set -euo pipefail
+
+deb=$(readlink -f "$1")
+root=$(readlink -f "$2")
+mirror=${DEBIAN_MIRROR:-http://deb.debian.org/debian}
+log=$root.log
+: >"$log"
+
+step() {  # TITLE COMMAND...
+  local title=$1 begin=$SECONDS
+  shift
+  if ! "$@" >>"$log" 2>&1; then
+    tail -n 20 "$log" >&2
+    echo "bare_root: error: $title failed; its last words are above" >&2
+    exit 1
+  fi
+  printf '%4d s  %s\n' $((SECONDS - begin)) "$title"
+}
+inside() {
+  chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root \
+    LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive bash -ec "$1"
+}
+
+if [[ ! -x $root/usr/bin/apt-get ]]; then
+  step "a bare Debian 12" debootstrap --variant=minbase bookworm "$root" "$mirror"
+fi
+mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
+trap 'umount "$root/proc"' EXIT
+cp /etc/resolv.conf "$root/etc/resolv.conf"
+cp "$deb" "$root/root/kinegraph.deb"
+
+step "package lists" inside "apt-get -q update"
+step "apt-get install ./kinegraph.deb" inside \
+  "apt-get -q -y install --no-install-recommends /root/kinegraph.deb python3-numpy"
+step "kinegraph --version, man page, completion" inside \
+  "kinegraph --version | grep -q '^kinegraph [0-9]'
+   dpkg -L kinegraph | grep -q man1/kinegraph-track.1
+   bash -c '. /usr/share/bash-completion/completions/kinegraph; complete -p kinegraph'"
+step "kinegraph demo" inside \
+  "rm -rf /root/try && mkdir /root/try && cd /root/try && kinegraph demo
+   test -s out/demo/page.html"
+step "tracks from Python" inside \
+  "cd /root/try && kinegraph synthesize --config=configs/synthetic/demo.toml \
+     --set=scene.duration=4 --out=take
+   python3 -c 'import kinegraph as kg
+tracks = kg.track(kg.read_cameras(\"take/cameras.json\"),
+                  kg.read_detections(\"take/detections.jsonl\"))
+assert len(tracks.ids) > 0, tracks
+kg.write_tracks(\"tracks.jsonl\", tracks)'
+   kinegraph kinematics --tracks=tracks.jsonl --out=angles.csv
+   kinegraph track --cameras=take/cameras.json --detections=take/detections.jsonl \
+     --set=output.observations=false --out=command.jsonl
+   cmp <(tail -n +2 tracks.jsonl) <(tail -n +2 command.jsonl)"
+step "g++, cmake and the libraries' headers" inside \
+  "apt-get -q -y install --no-install-recommends \$(dpkg-query -W -f='\${Suggests}' kinegraph | tr -d ,)"
+step "a program of one's own, built" inside \
+  "cd /root/try && cmake -S /usr/share/doc/kinegraph/examples -B examples \
+     -DCMAKE_BUILD_TYPE=Release
+   cmake --build examples --parallel 2"
+step "and run" inside \
+  "cd /root/try && examples/track_take take/cameras.json take/detections.jsonl own.jsonl
+   test -s own.jsonl && examples/own_factor && examples/covariance"
