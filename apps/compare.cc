@@ -25,7 +25,9 @@
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
 #include "core/io/held_out_set.h"
+#include "core/io/refinement_record.h"
 #include "core/io/tracks.h"
+#include "solvers/session/refine_take.h"
 #include "solvers/session/run.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
@@ -252,8 +254,12 @@ void RunCompare() {
   request.cameras = ReadCameras(FLAGS_cameras, options.cameras);
   request.frames = ParseFrameRanges(FLAGS_frames);
   request.threads = FLAGS_threads;
-  const DetectionSequence detections =
+  DetectionSequence detections =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
+  const auto record = ReadRefinementRecord(FLAGS_cameras);
+  if (record.has_value() && record->has_clocks()) {
+    detections = WithRecordedClocks(options, request, *record, detections);
+  }
   FrozenRun run = FreezeTracking(options, request, detections);
   const double rate_hz = run.scene.model.frame_rate_hz;
 

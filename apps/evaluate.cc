@@ -20,11 +20,13 @@
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
 #include "core/io/held_out_set.h"
+#include "core/io/refinement_record.h"
 #include "core/io/text_file.h"
 #include "core/io/tracks.h"
 #include "core/io/view_bias_file.h"
 #include "core/io/view_pairing.h"
 #include "solvers/noise/bias_model.h"
+#include "solvers/session/refine_take.h"
 #include "solvers/session/run.h"
 
 DEFINE_string(tracks, "", "tracks to evaluate");
@@ -313,6 +315,13 @@ HeldOutInput ReadHeldOutInput() {
   input.rig = ReadCameras(FLAGS_cameras, input.options.cameras);
   input.detections =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(input.options));
+  const auto record = ReadRefinementRecord(FLAGS_cameras);
+  if (record.has_value() && record->has_clocks()) {
+    RunRequest request;
+    request.cameras = input.rig;
+    input.detections =
+        WithRecordedClocks(input.options, request, *record, input.detections);
+  }
   input.cameras =
       CamerasOfViews(input.views(), input.rig, input.options.cameras.map);
   return input;
@@ -326,7 +335,10 @@ TrackSequence Track(const RunOptions& options, const HeldOutInput& input,
   request.cameras = input.rig;
   request.frames = frames;
   if (without >= 0) request.without_cameras = {input.views()[without]};
-  return TrackSequenceOf(options, request, input.detections, view_bias);
+  // Poses are scored in the cameras as the file has them.
+  RunOptions in_place = options;
+  in_place.refine.ground = GroundKind::kOff;
+  return TrackSequenceOf(in_place, request, input.detections, view_bias);
 }
 
 // The tracks that name the people of the scored set.

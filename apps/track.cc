@@ -26,6 +26,7 @@
 #include "core/io/text_file.h"
 #include "core/io/view_bias_file.h"
 #include "solvers/scene/camera_check.h"
+#include "solvers/session/ready_take.h"
 #include "solvers/session/refine_take.h"
 #include "solvers/session/remembered_runs.h"
 #include "solvers/session/run.h"
@@ -94,11 +95,11 @@ void RequireLag(const RunOptions& given) {
     throw OptionError("tracking.second_pass",
                       "needs the whole take, which a stream never is");
   }
-  if (options.refine.any() || options.identity.link ||
+  if (ChangesCameras(options) || options.identity.link ||
       !FLAGS_corrections.empty()) {
     throw InputError(
-        "--detections=-: cameras.refine, identity.link and --corrections need "
-        "the whole take, which a stream never is");
+        "--detections=-: cameras.refine, cameras.ground, identity.link and "
+        "--corrections need the whole take, which a stream never is");
   }
   const OutputKind output = options.estimators.output;
   if (options.estimators.mode == Mode::kGraph &&
@@ -136,13 +137,11 @@ void WriteSummary(const TakeReport& report, const RunSummary& run,
   file.Commit();
 }
 
-// The take with the clocks that the calibration records, if it does: an earlier
-// run's decision is repeated.
-std::optional<DetectionSequence> RecordedClocks(const RunOptions& options,
-                                                const RunRequest& request) {
-  const std::optional<RefinementRecord> record =
-      ReadRefinementRecord(FLAGS_cameras);
-  if (!record.has_value() || !record->has_clocks()) return std::nullopt;
+// What an earlier run records beside the cameras. Its clocks are applied to the
+// whole take, and what is refined already is not refined again from there.
+std::optional<RefinementRecord> ReadRecord(const RunOptions& options) {
+  std::optional<RefinementRecord> record = ReadRefinementRecord(FLAGS_cameras);
+  if (!record.has_value() || !record->has_clocks()) return record;
   if (IsLive()) {
     throw InputError(FLAGS_cameras, "refinement",
                      "its clocks need the whole take, which a stream never is");
@@ -153,9 +152,7 @@ std::optional<DetectionSequence> RecordedClocks(const RunOptions& options,
                      "calibration as it was before, or leave cameras.refine "
                      "and cameras.refine_clock out");
   }
-  return WithRecordedClocks(
-      options, request, *record,
-      ReadDetections(FLAGS_detections, DetectionOptionsOf(options)));
+  return record;
 }
 
 // Where a bias was looked for: what was found, and whether it is used.
@@ -170,16 +167,14 @@ void WriteBias(const RunOptions& options, const Session& session) {
 struct Take {
   RunOptions options;
   RunRequest request;
-  std::optional<DetectionSequence> clocked;  // with clocks of an earlier run
-  std::optional<RefinedTake> refined;
+  ReadyTake ready;
 
   // The frames from their beginning; may be called several times, but for a
   // stream.
   std::unique_ptr<DetectionSource> Open() const {
-    if (refined.has_value()) {
-      return std::make_unique<MemorySource>(refined->detections);
+    if (ready.detections.has_value()) {
+      return std::make_unique<MemorySource>(*ready.detections);
     }
-    if (clocked.has_value()) return std::make_unique<MemorySource>(*clocked);
     return OpenDetections(IsLive() ? "/dev/stdin" : FLAGS_detections,
                           DetectionOptionsOf(options));
   }
@@ -215,13 +210,12 @@ Take ReadTake() {
   }
   request.keep_observations = true;  // the report needs them
   request.cameras = ReadCameras(FLAGS_cameras, take.options.cameras);
-  take.clocked = RecordedClocks(take.options, request);
-  if (take.options.refine.any()) {
-    take.refined = RefineTake(
-        take.options, request,
-        ReadDetections(FLAGS_detections, DetectionOptionsOf(take.options)));
-    request.cameras = take.refined->cameras;
-  }
+  take.ready =
+      MakeTakeReady(take.options, request, ReadRecord(take.options), [&take] {
+        return ReadDetections(FLAGS_detections,
+                              DetectionOptionsOf(take.options));
+      });
+  request.cameras = take.ready.cameras;
   return take;
 }
 
@@ -237,6 +231,11 @@ TakeReport TrackFrames(const Take& take, DetectionSource* source,
       session->scene(),
       again ? SourceOpener([&take] { return take.Open(); }) : SourceOpener());
   TakeReporter reporter(session->scene(), source->header().skeleton);
+  const Skeleton& skeleton = source->header().skeleton;
+  const std::unique_ptr<CameraUncertainty> uncertainty =
+      take.ready.record.has_value()
+          ? UncertaintyOf(*take.ready.record, session->scene(), skeleton)
+          : nullptr;
   session->set_frame_listener([&](const DetectionFrame& frame) {
     if (!IsLive()) check->SeeDetections(frame);  // it remembers the take
     used.Feed(frame);
@@ -249,6 +248,7 @@ TakeReport TrackFrames(const Take& take, DetectionSource* source,
     if (!IsLive()) check->SeeTracks(frame);
     if (const DetectionFrame* seen = used.At(frame.frame)) {
       reporter.See(*seen, frame);
+      if (uncertainty != nullptr) uncertainty->AddTo(*seen, &frame);
     }
     output->Write(std::move(frame));
     if (IsLive()) output->Flush();
@@ -273,9 +273,9 @@ void WriteDecisions(const Take& take, const Session& session) {
   if (take.options.identity.link || !FLAGS_corrections.empty()) {
     WriteIdentityEdits(IdentityPathOf(FLAGS_out), session.identity_edits());
   }
-  if (take.refined.has_value()) {
-    WriteCameras(CamerasPath(FLAGS_out), take.refined->cameras,
-                 RefinementJson(*take.refined));
+  if (take.ready.changes_cameras()) {
+    WriteCameras(CamerasPath(FLAGS_out), take.ready.cameras,
+                 RefinementJson(take.ready));
   }
 }
 
@@ -285,9 +285,9 @@ void SayOutcome(const Take& take, const RunSummary& summary,
                static_cast<long long>(summary.frames),
                static_cast<long long>(summary.people),
                static_cast<long long>(summary.person_frames), path.c_str());
-  if (take.refined.has_value()) {
-    std::fprintf(said, "%s-> %s\n", RefinementText(*take.refined).c_str(),
-                 CamerasPath(FLAGS_out).c_str());
+  std::fputs(RefinementText(take.ready).c_str(), said);
+  if (take.ready.changes_cameras() && !IsStream(FLAGS_out)) {
+    std::fprintf(said, "-> %s\n", CamerasPath(FLAGS_out).c_str());
   }
   const std::string troubles = DescribeTroubles(summary.solves);
   if (!troubles.empty()) {

@@ -23,7 +23,7 @@
 #include "core/io/file_kind.h"
 #include "core/kinematics/ground.h"
 #include "kinegraph/kinegraph.h"
-#include "solvers/session/refine_take.h"
+#include "solvers/session/ready_take.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;  // NOLINT: "name"_a of the bindings
@@ -314,28 +314,14 @@ TrackSequence Track(const std::vector<Camera>& cameras,
                     const std::vector<std::string>& without_cameras,
                     int threads, const py::object& progress) {
   const RunOptions options = OptionsOf(config, set, mode);
-  RunRequest request = RequestOf(cameras, frames, without_cameras, threads);
+  const RunRequest request =
+      RequestOf(cameras, frames, without_cameras, threads);
   const auto total =
       static_cast<int64_t>(given.frames.size()) * PassCount(options);
   const ProgressCall call(progress, total);
   const py::gil_scoped_release unlocked;
-  std::optional<RefinedTake> refined;  // cameras.refine
-  if (options.refine.any()) {
-    refined = RefineTake(options, request, given);
-    request.cameras = refined->cameras;
-  }
-  const DetectionSequence& detections =
-      refined.has_value() ? refined->detections : given;
-  MemorySource source(detections);
-  Session session(options, request, detections.header,
-                  [&] { return std::make_unique<MemorySource>(detections); });
-  session.set_progress([&call](int64_t read) { call(read); });
-  TrackSequence tracks;
-  tracks.header = session.scene().header;
-  TrackAll(&source, &session, [&](TrackFrame&& frame) {
-    tracks.frames.push_back(std::move(frame));
-  });
-  return tracks;
+  return TrackSequenceOf(options, request, given, nullptr,
+                         [&call](int64_t read) { call(read); });
 }
 
 // The matches of a run, frozen, to be smoothed again and again.
@@ -387,6 +373,18 @@ class Frozen {
   std::vector<ReplayedPerson> people_;
 };
 
+// Of a session, which never has the whole take.
+RunOptions LiveOptionsOf(const std::string& config, const std::string& set,
+                         const std::string& mode) {
+  const RunOptions options = OptionsOf(config, set, mode);
+  if (ChangesCameras(options)) {
+    throw OptionError("cameras.refine",
+                      "needs the whole take, which a session never has (nor "
+                      "cameras.refine_clock, nor cameras.ground)");
+  }
+  return options;
+}
+
 // A Session that is fed arrays and answers with the frames that became final.
 class LiveSession {
  public:
@@ -395,8 +393,8 @@ class LiveSession {
               const std::string& config, const std::string& set,
               const std::string& mode)
       : header_(HeaderOf(skeleton, views, frame_rate_hz)),
-        session_(OptionsOf(config, set, mode), RequestOf(cameras, {}, {}, 1),
-                 header_) {}
+        session_(LiveOptionsOf(config, set, mode),
+                 RequestOf(cameras, {}, {}, 1), header_) {}
 
   TrackSequence Process(int64_t number, const std::vector<Array>& views,
                         std::optional<double> time_s) {

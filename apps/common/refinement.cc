@@ -22,10 +22,37 @@ Json ChangeJson(const CameraChange& change) {
           {"clock_ppm", 1e6 * change[kDriftAt]}};
 }
 
-}  // namespace
+Json RowsJson(const Eigen::MatrixXd& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index k = 0; k < matrix.cols(); ++k) {
+      row.push_back(matrix(i, k));
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
 
-std::string RefinementJson(const RefinedTake& take) {
-  const Refinement& refinement = take.refinement;
+// What a later run needs to repeat the decision.
+Json RecordJson(const RefinementRecord& record) {
+  Json cameras = Json::array();
+  for (const RefinementRecord::Camera& camera : record.cameras) {
+    Json parameters = Json::array();
+    for (const int place : camera.places) {
+      parameters.push_back(kCameraParameterNames[static_cast<size_t>(place)]);
+    }
+    cameras.push_back(
+        {{"name", camera.name},
+         {"clock", {{"offset_s", camera.offset_s}, {"drift", camera.drift}}},
+         {"parameters", parameters}});
+  }
+  return {{"clock_zero_s", record.clock_zero_s},
+          {"cameras", cameras},
+          {"covariance", RowsJson(record.covariance)}};
+}
+
+void AddRefinement(const Refinement& refinement, Json* json) {
   Json steps = Json::array();
   for (const RefineStep& step : refinement.steps) {
     steps.push_back(
@@ -36,26 +63,55 @@ std::string RefinementJson(const RefinedTake& take) {
          {"after_px", step.gain.after_px},
          {"gain_interval_px", {step.gain.low_px, step.gain.high_px}}});
   }
-  Json cameras = Json::array();
-  for (size_t v = 0; v < take.stated.size(); ++v) {
-    cameras.push_back({{"name", take.stated[v].name()},
-                       {"change", ChangeJson(refinement.changes[v])},
-                       {"sigma", ChangeJson(refinement.sigmas[v])},
-                       {"clock",
-                        {{"offset_s", take.record.cameras[v].offset_s},
-                         {"drift", take.record.cameras[v].drift}}}});
+  (*json)["steps"] = steps;
+  (*json)["stretches"] = refinement.stretches;
+  (*json)["largest_correlation"] = refinement.largest_correlation;
+  for (size_t v = 0; v < refinement.changes.size(); ++v) {
+    Json& camera = (*json)["cameras"][v];
+    camera["change"] = ChangeJson(refinement.changes[v]);
+    camera["sigma"] = ChangeJson(refinement.sigmas[v]);
   }
-  const Json json = {{"steps", steps},
-                     {"stretches", refinement.stretches},
-                     {"largest_correlation", refinement.largest_correlation},
-                     {"clock_zero_s", take.record.clock_zero_s},
-                     {"cameras", cameras}};
+}
+
+Json GroundJson(const Ground& ground) {
+  return {
+      {"new_from_old", {{"R", RowsJson(ground.R)}, {"t", Vector(ground.t)}}},
+      {"tilt_deg", ground.tilt_deg},
+      {"feet", ground.foot_count},
+      {"feet_rms_m", ground.spread_m}};
+}
+
+std::string GroundText(const ReadyTake& take) {
+  if (take.misses_ground) {
+    return "floor: too few feet rest to tell it; the world stays as the "
+           "calibration has it\n";
+  }
+  if (!take.ground.has_value()) return "";
+  char line[200];
+  std::snprintf(line, sizeof(line),
+                "floor: the world was tilted by %.1f degrees; %lld resting "
+                "feet lie within %.0f mm of it\n",
+                take.ground->tilt_deg,
+                static_cast<long long>(take.ground->foot_count),
+                1e3 * take.ground->spread_m);
+  return line;
+}
+
+}  // namespace
+
+std::string RefinementJson(const ReadyTake& take) {
+  Json json = RecordJson(take.record.value_or(RefinementRecord()));
+  if (take.refinement.has_value()) AddRefinement(*take.refinement, &json);
+  if (take.ground.has_value()) json["ground"] = GroundJson(*take.ground);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-std::string RefinementText(const RefinedTake& take) {
+std::string RefinementText(const ReadyTake& take) {
   std::string text;
-  for (const RefineStep& step : take.refinement.steps) {
+  const std::vector<RefineStep> steps = take.refinement.has_value()
+                                            ? take.refinement->steps
+                                            : std::vector<RefineStep>();
+  for (const RefineStep& step : steps) {
     char line[200];
     std::snprintf(line, sizeof(line),
                   "%s: %s, %.2f px instead of %.2f on the other half of the "
@@ -66,7 +122,7 @@ std::string RefinementText(const RefinedTake& take) {
     if (!step.reason.empty()) text += " (" + step.reason + ")";
     text += "\n";
   }
-  return text;
+  return text + GroundText(take);
 }
 
 }  // namespace kinegraph

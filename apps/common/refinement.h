@@ -4,18 +4,19 @@
 
 #include <string>
 
-#include "solvers/session/refine_take.h"
+#include "solvers/session/ready_take.h"
 
 namespace kinegraph {
 
-// The steps with what was decided and why, and each camera's change with its
-// standard deviation: degrees, millimetres, pixels, per cent, milliseconds,
-// parts per million.
-std::string RefinementJson(const RefinedTake& take);
+// What a later run repeats; the steps with what was decided and why; each
+// camera's change with its standard deviation: degrees, millimetres, pixels,
+// per cent, milliseconds, parts per million; the turn of the whole world that
+// followed.
+std::string RefinementJson(const ReadyTake& take);
 
 // One line a step: "rotation: taken, 7.31 px instead of 9.02 on the other half
-// of the take".
-std::string RefinementText(const RefinedTake& take);
+// of the take"; one for the floor.
+std::string RefinementText(const ReadyTake& take);
 
 }  // namespace kinegraph
 

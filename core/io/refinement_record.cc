@@ -10,6 +10,15 @@
 namespace kinegraph {
 namespace {
 
+int PlaceOf(const JsonField& field) {
+  const std::string name = field.Text();
+  for (size_t i = 0; i < kCameraParameterNames.size(); ++i) {
+    if (name == kCameraParameterNames[i]) return static_cast<int>(i);
+  }
+  field.FailExpected("the name of a parameter such as '" +
+                     std::string(kCameraParameterNames[0]) + "'");
+}
+
 RefinementRecord::Camera CameraOf(const JsonField& field) {
   RefinementRecord::Camera camera;
   camera.name = field.At("name").Text();
@@ -17,7 +26,29 @@ RefinementRecord::Camera CameraOf(const JsonField& field) {
     camera.offset_s = clock->At("offset_s").Number();
     camera.drift = clock->At("drift").Number();
   }
+  if (const auto places = field.Find("parameters")) {
+    for (const JsonField& one : places->Elements("parameter")) {
+      const int place = PlaceOf(one);
+      if (!camera.places.empty() && place <= camera.places.back()) {
+        one.FailExpected("each parameter once, in the order of the manual");
+      }
+      camera.places.push_back(place);
+    }
+  }
   return camera;
+}
+
+Eigen::MatrixXd CovarianceOf(const JsonField& field, int size) {
+  using RowMajor =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const std::vector<double> numbers = field.Matrix(size, size);
+  const Eigen::MatrixXd matrix =
+      Eigen::Map<const RowMajor>(numbers.data(), size, size);
+  const bool is_one = (matrix.diagonal().array() >= 0.0).all() &&
+                      matrix.isApprox(matrix.transpose(), 1e-9);
+  if (!is_one)
+    field.FailExpected("a covariance: symmetric, with variances >= 0");
+  return matrix;
 }
 
 }  // namespace
@@ -44,9 +75,13 @@ std::optional<RefinementRecord> ReadRefinementRecord(const std::string& path) {
   if (const auto zero = root->Find("clock_zero_s")) {
     record.clock_zero_s = zero->Number();
   }
+  int count = 0;
   for (const JsonField& camera : root->At("cameras").Elements("camera")) {
     record.cameras.push_back(CameraOf(camera));
+    count += static_cast<int>(record.cameras.back().places.size());
   }
+  if (count > 0)
+    record.covariance = CovarianceOf(root->At("covariance"), count);
   return record;
 }
 

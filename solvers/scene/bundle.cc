@@ -430,6 +430,7 @@ BundleResult AdjustBundle(const CameraRig& cameras,
   const auto places = FreePlaces(cameras.size(), free, moving);
   BundleResult result;
   result.changes = start;
+  result.places = places;
   if (segments.segments.empty()) return result;
   BundleProblem problem(cameras, segments, places, start, options);
   // With the centres fixed nothing is left free as a whole.

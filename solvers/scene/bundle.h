@@ -40,6 +40,7 @@ struct BundleResult {
   // over blocks of time (Huber and Ronchetti, Robust Statistics, ch. 6), not
   // the inverse of the information.
   Eigen::MatrixXd covariance;
+  std::vector<std::vector<int>> places;  // of the free parameters, one a view
   // Largest correlation of a clock's parameter with a camera's, by the inverse
   // of the information; 0 without both.
   double largest_correlation = 0.0;

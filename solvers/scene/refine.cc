@@ -15,14 +15,14 @@ constexpr double kMostCorrelation = 0.95;
 // view for up to nine of its camera.
 constexpr size_t kLeastStretches = 60;
 
-void StoreSigmas(const BundleResult& result, const FreeParameters& free,
-                 std::vector<CameraChange>* sigmas) {
+void StoreUncertainty(const BundleResult& result, Refinement* refinement) {
+  refinement->places = result.places;
+  refinement->covariance = result.covariance;
   Eigen::Index at = 0;
-  for (size_t v = 0; v < sigmas->size(); ++v) {
-    FreeParameters of_view = free;
-    if (v == 0) of_view.offset = of_view.drift = false;
-    for (const int place : of_view.Places()) {
-      (*sigmas)[v][place] = std::sqrt(std::max(0.0, result.covariance(at, at)));
+  for (size_t v = 0; v < result.places.size(); ++v) {
+    for (const int place : result.places[v]) {
+      refinement->sigmas[v][place] =
+          std::sqrt(std::max(0.0, result.covariance(at, at)));
       ++at;
     }
   }
@@ -49,7 +49,7 @@ void Step(const CameraRig& cameras, const SceneSegments& segments,
   } else {
     step.taken = true;
     refinement->changes = result.changes;
-    StoreSigmas(result, free, &refinement->sigmas);
+    StoreUncertainty(result, refinement);
   }
   refinement->steps.push_back(std::move(step));
 }
@@ -62,11 +62,19 @@ const std::vector<std::string>& RefineKindNames() {
   return kNames;
 }
 
+const std::vector<std::string>& GroundKindNames() {
+  static const std::vector<std::string> kNames = {"off", "feet"};
+  return kNames;
+}
+
 void RefineOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("refine", &refine, RefineKindNames(),
                  "What of each camera is estimated from the take's people.");
   visitor.Boolean("refine_clock", &refine_clock,
                   "Estimate offset and drift of each view's clock.");
+  visitor.Choice("ground", &ground, GroundKindNames(),
+                 "Turn the world so that z points up from the floor on which "
+                 "people stand.");
 }
 
 FreeParameters CameraParametersOf(RefineKind kind) {
@@ -116,6 +124,7 @@ Refinement RefineScene(const CameraRig& cameras,
   Refinement refinement;
   refinement.changes.assign(cameras.size(), CameraChange::Zero());
   refinement.sigmas = refinement.changes;
+  refinement.places.resize(cameras.size());
   const SceneSegments segments =
       MakeSegments(cameras, detections, matches, bundle.segments);
   refinement.stretches = static_cast<int64_t>(segments.segments.size());
@@ -160,10 +169,12 @@ Refinement RefineScene(const CameraRig& cameras,
   refinement.largest_correlation = result.largest_correlation;
   if (result.usable && result.largest_correlation <= kMostCorrelation) {
     refinement.changes = result.changes;
-    StoreSigmas(result, both, &refinement.sigmas);
+    StoreUncertainty(result, &refinement);
   } else if (result.usable) {
     for (size_t v = 0; v < cameras.size(); ++v) {
-      refinement.changes[v][kOffsetAt] = refinement.changes[v][kDriftAt] = 0.0;
+      for (const int place : {kOffsetAt, kDriftAt}) {
+        refinement.changes[v][place] = refinement.sigmas[v][place] = 0.0;
+      }
     }
     refinement.steps[0].taken = false;
     refinement.steps[0].reason =

@@ -17,10 +17,15 @@ namespace kinegraph {
 enum class RefineKind { kOff, kShift, kRotation, kPose, kPoseFocal };
 const std::vector<std::string>& RefineKindNames();
 
+// Where the floor and the origin of the world come from.
+enum class GroundKind { kOff, kFeet };
+const std::vector<std::string>& GroundKindNames();
+
 // Options of refinement, in the table "cameras" whose owner enters it.
 struct RefineOptions {
   RefineKind refine = RefineKind::kOff;
   bool refine_clock = false;
+  GroundKind ground = GroundKind::kOff;
   bool any() const { return refine != RefineKind::kOff || refine_clock; }
 
   void Describe(OptionVisitor& visitor);
@@ -52,6 +57,10 @@ struct Refinement {
   std::vector<CameraChange> changes;  // of the steps taken; one a view
   // Standard deviations of the changes, zero where nothing was estimated.
   std::vector<CameraChange> sigmas;
+  // Of the steps taken: their parameters, and the covariance of all of them,
+  // view after view; empty when none was taken.
+  std::vector<std::vector<int>> places;  // one list a view
+  Eigen::MatrixXd covariance;
   std::vector<RefineStep> steps;
   double largest_correlation = 0.0;  // of a clock with a camera
   int64_t stretches = 0;             // that were used

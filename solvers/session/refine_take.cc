@@ -35,10 +35,11 @@ RefinementRecord RecordOf(const RunScene& scene, const Refinement& refinement,
                           double clock_zero_s) {
   RefinementRecord record;
   record.clock_zero_s = clock_zero_s;
+  record.covariance = refinement.covariance;
   for (size_t v = 0; v < scene.model.cameras.size(); ++v) {
     const CameraChange& change = refinement.changes[v];
-    record.cameras.push_back(
-        {scene.model.cameras[v].name(), change[kOffsetAt], change[kDriftAt]});
+    record.cameras.push_back({scene.model.cameras[v].name(), change[kOffsetAt],
+                              change[kDriftAt], refinement.places[v]});
   }
   return record;
 }
@@ -119,6 +120,40 @@ DetectionSequence WithRecordedClocks(const RunOptions& options,
                                      const DetectionSequence& detections) {
   return Clocked(PrepareScene(options, request, detections.header), record,
                  Asked(request, detections));
+}
+
+std::unique_ptr<CameraUncertainty> UncertaintyOf(
+    const RefinementRecord& record, const RunScene& scene,
+    const Skeleton& detection_skeleton) {
+  if (record.covariance.rows() == 0) return nullptr;
+  // Rows of the record's cameras, for those that the run uses.
+  std::vector<std::vector<int>> places;
+  std::vector<Eigen::Index> rows;
+  for (const Camera& camera : scene.model.cameras) {
+    places.emplace_back();
+    Eigen::Index at = 0;
+    for (const RefinementRecord::Camera& one : record.cameras) {
+      if (one.name == camera.name()) {
+        places.back() = one.places;
+        for (size_t i = 0; i < one.places.size(); ++i) {
+          rows.push_back(at + static_cast<Eigen::Index>(i));
+        }
+      }
+      at += static_cast<Eigen::Index>(one.places.size());
+    }
+  }
+  const auto size = static_cast<Eigen::Index>(rows.size());
+  if (size == 0) return nullptr;
+  Eigen::MatrixXd covariance(size, size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index k = 0; k < size; ++k) {
+      covariance(i, k) = record.covariance(rows[static_cast<size_t>(i)],
+                                           rows[static_cast<size_t>(k)]);
+    }
+  }
+  return std::make_unique<CameraUncertainty>(
+      scene.model.cameras, places, covariance,
+      MapByName(detection_skeleton, scene.model.skeleton), record.clock_zero_s);
 }
 
 }  // namespace kinegraph

@@ -2,11 +2,13 @@
 #ifndef KINEGRAPH_SOLVERS_SESSION_REFINE_TAKE_H_
 #define KINEGRAPH_SOLVERS_SESSION_REFINE_TAKE_H_
 
+#include <memory>
 #include <vector>
 
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
 #include "core/io/refinement_record.h"
+#include "solvers/scene/camera_uncertainty.h"
 #include "solvers/scene/refine.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"
@@ -34,6 +36,12 @@ DetectionSequence WithRecordedClocks(const RunOptions& options,
                                      const RunRequest& request,
                                      const RefinementRecord& record,
                                      const DetectionSequence& detections);
+
+// What the record's uncertainty does to the joints of a run; null when it
+// states none of the run's cameras.
+std::unique_ptr<CameraUncertainty> UncertaintyOf(
+    const RefinementRecord& record, const RunScene& scene,
+    const Skeleton& detection_skeleton);
 
 }  // namespace kinegraph
 

@@ -1,7 +1,11 @@
 #include "solvers/session/run.h"
 
+#include <optional>
 #include <utility>
 #include <vector>
+
+#include "solvers/session/ready_take.h"
+#include "solvers/session/refine_take.h"
 
 namespace kinegraph {
 bool MemorySource::Next(DetectionFrame* frame) {
@@ -21,24 +25,54 @@ void TrackAll(DetectionSource* source, Session* session,
   for (TrackFrame& done : session->Finish()) write(std::move(done));
 }
 
-TrackSequence TrackSequenceOf(const RunOptions& options,
-                              const RunRequest& request,
-                              const DetectionSequence& detections,
-                              ViewBias* view_bias) {
+namespace {
+
+// What the uncertainty of the cameras does to the covariances, which needs the
+// matches.
+void AddUncertainty(const RunScene& scene, const DetectionSequence& detections,
+                    CameraUncertainty* uncertainty, TrackFrame* frame) {
+  const DetectionFrame* all = FindDetectionFrame(detections, frame->frame);
+  if (all == nullptr) return;
+  DetectionFrame all_views = *all;
+  DetectionFrame seen;
+  KeepUsedViews(scene, &all_views, &seen);
+  uncertainty->AddTo(seen, frame);
+}
+
+TrackSequence TrackWith(const RunOptions& options, const RunRequest& request,
+                        const DetectionSequence& detections,
+                        const std::optional<RefinementRecord>& record,
+                        ViewBias* view_bias,
+                        const std::function<void(int64_t)>& progress) {
+  RunRequest asked = request;
+  asked.keep_observations = asked.keep_observations || record.has_value();
   MemorySource source(detections);
-  Session session(options, request, detections.header,
+  Session session(options, asked, detections.header,
                   [&] { return std::make_unique<MemorySource>(detections); });
+  if (progress) session.set_progress(progress);
+  const std::unique_ptr<CameraUncertainty> uncertainty =
+      record.has_value()
+          ? UncertaintyOf(*record, session.scene(), detections.header.skeleton)
+          : nullptr;
+  const bool keeps_matches =
+      options.output.observations || request.keep_observations;
   TrackSequence tracks;
   tracks.header = session.scene().header;
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
+    if (uncertainty != nullptr) {
+      AddUncertainty(session.scene(), detections, uncertainty.get(), &frame);
+    }
+    for (PersonPose& person : frame.people) {
+      if (!keeps_matches) person.matches.clear();
+    }
     tracks.frames.push_back(std::move(frame));
   });
   if (view_bias != nullptr) *view_bias = session.view_bias();
   return tracks;
 }
 
-FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
-                         const DetectionSequence& detections) {
+FrozenRun Freeze(const RunOptions& options, const RunRequest& request,
+                 const DetectionSequence& detections) {
   RunOptions one_pass = options;
   one_pass.tracker.life.second_pass = false;
   one_pass.identity.link = false;
@@ -69,6 +103,36 @@ FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
   run.matches = freezer.Matches(WithRulesOfMode(options).tracker.life,
                                 run.scene.model.frame_rate_hz);
   return run;
+}
+
+}  // namespace
+
+TrackSequence TrackSequenceOf(const RunOptions& options,
+                              const RunRequest& request,
+                              const DetectionSequence& detections,
+                              ViewBias* view_bias,
+                              const std::function<void(int64_t)>& progress) {
+  if (!ChangesCameras(options)) {
+    return TrackWith(options, request, detections, std::nullopt, view_bias,
+                     progress);
+  }
+  const ReadyTake ready =
+      MakeTakeReady(options, request, std::nullopt, [&] { return detections; });
+  RunRequest asked = request;
+  asked.cameras = ready.cameras;
+  return TrackWith(
+      options, asked,
+      ready.detections.has_value() ? *ready.detections : detections,
+      ready.record, view_bias, progress);
+}
+
+FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
+                         const DetectionSequence& detections) {
+  if (!options.refine.any()) return Freeze(options, request, detections);
+  const RefinedTake refined = RefineTake(options, request, detections);
+  RunRequest asked = request;
+  asked.cameras = refined.cameras;
+  return Freeze(options, asked, refined.detections);
 }
 
 }  // namespace kinegraph

@@ -3,6 +3,7 @@
 #ifndef KINEGRAPH_SOLVERS_SESSION_RUN_H_
 #define KINEGRAPH_SOLVERS_SESSION_RUN_H_
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 
@@ -36,12 +37,14 @@ class MemorySource final : public DetectionSource {
 void TrackAll(DetectionSource* source, Session* session,
               const std::function<void(TrackFrame&&)>& write);
 
-// Detections in memory, tracked. `view_bias`, if not null, receives what was
-// learnt of the detector's bias.
-TrackSequence TrackSequenceOf(const RunOptions& options,
-                              const RunRequest& request,
-                              const DetectionSequence& detections,
-                              ViewBias* view_bias = nullptr);
+// Detections in memory, tracked, with cameras and clocks refined and the world
+// on its floor before, where the options ask for it. `view_bias`, if not null,
+// receives what was learnt of the detector's bias; `progress`, if not empty,
+// how many frames were read so far.
+TrackSequence TrackSequenceOf(
+    const RunOptions& options, const RunRequest& request,
+    const DetectionSequence& detections, ViewBias* view_bias = nullptr,
+    const std::function<void(int64_t)>& progress = nullptr);
 
 // A run whose matches are kept (core/tracking/replay.h).
 struct FrozenRun {
@@ -53,8 +56,9 @@ struct FrozenRun {
   TrackSequence tracks;  // what the run itself wrote
 };
 
-// Tracks detections in memory and freezes the matches. There is one pass: a
-// second one (tracking.second_pass) is left out.
+// Tracks detections in memory and freezes the matches, with cameras and clocks
+// refined before, where the options ask for it. There is one pass: a second one
+// (tracking.second_pass) is left out, and the world stays where it is.
 FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
                          const DetectionSequence& detections);
 

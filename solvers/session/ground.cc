@@ -1,0 +1,388 @@
+#include "solvers/session/ground.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/evaluation/statistics.h"
+#include "solvers/scene/camera_change.h"
+#include "solvers/session/run.h"
+
+namespace kinegraph {
+namespace {
+
+// Feet that move more slowly than this stand; a walker's swing at 3 m/s.
+constexpr double kStandingMps = 0.4;
+constexpr double kRestS = 0.1;  // over this long
+// Ankles are 0.039 of the stature above the floor (Drillis and Contini, 1966),
+// here of 1.72 m; toes and heels lie on it but for the shoe.
+constexpr double kAnkleHeightM = 0.067;
+constexpr double kToeHeightM = 0.02;
+constexpr int64_t kFewestFeet = 50;
+
+struct FootJoint {
+  int joint = -1;
+  double height_m = 0.0;
+};
+
+std::vector<FootJoint> FeetOf(const Skeleton& skeleton) {
+  std::vector<FootJoint> feet;
+  const auto add = [&](const std::string& name, double height_m) {
+    const int joint = skeleton.IndexOf(name);
+    if (joint >= 0) feet.push_back({joint, height_m});
+  };
+  for (const std::string side : {"l_", "r_"}) {
+    add(side + "ankle", kAnkleHeightM);
+    add(side + "big_toe", kToeHeightM);
+    add(side + "heel", kToeHeightM);
+  }
+  return feet;
+}
+
+bool Seen(const Joint3d& joint) {
+  return joint.status == JointStatus::kObserved && joint.position_m.allFinite();
+}
+
+std::optional<Eigen::Vector3d> Middle(const Pose3d& joints,
+                                      const Skeleton& skeleton,
+                                      const std::string& part) {
+  const int left = skeleton.IndexOf("l_" + part);
+  const int right = skeleton.IndexOf("r_" + part);
+  if (left < 0 || right < 0) return std::nullopt;
+  const Joint3d& a = joints[static_cast<size_t>(left)];
+  const Joint3d& b = joints[static_cast<size_t>(right)];
+  if (!Seen(a) || !Seen(b)) return std::nullopt;
+  return 0.5 * (a.position_m + b.position_m);
+}
+
+// From ankles to shoulders, the mean over people and frames: people bow to all
+// sides.
+Eigen::Vector3d MeanBodyAxis(const Skeleton& skeleton,
+                             const std::vector<TrackFrame>& frames) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const TrackFrame& frame : frames) {
+    for (const PersonPose& person : frame.people) {
+      const auto below = Middle(person.joints, skeleton, "ankle");
+      const auto above = Middle(person.joints, skeleton, "shoulder");
+      if (below.has_value() && above.has_value()) {
+        sum += (*above - *below).normalized();
+      }
+    }
+  }
+  return sum;
+}
+
+// A joint of a foot that rests in one place for a while.
+struct Stand {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  // its mean
+  double height_m = 0.0;                            // above the floor
+  double weight = 1.0;  // toe, heel and ankle of one foot are one stand
+  int samples = 0;
+};
+
+// Where a person's joints were, newest last.
+struct Past {
+  TimeNs time = 0;
+  const Pose3d* joints = nullptr;
+};
+
+// The newest of the past that is at least kRestS old, and not much older:
+// between two frames of a fast camera noise looks like speed.
+const Past* LongEnoughAgo(const std::deque<Past>& past, TimeNs now) {
+  const TimeNs least = FromSeconds(kRestS);
+  for (auto at = past.rbegin(); at != past.rend(); ++at) {
+    if (now - at->time < least) continue;
+    return now - at->time < 3 * least ? &*at : nullptr;
+  }
+  return nullptr;
+}
+
+// Collects the stands of all people.
+class StandCollector {
+ public:
+  explicit StandCollector(const Skeleton& skeleton)
+      : joints_(FeetOf(skeleton)) {}
+
+  void See(const TrackFrame& frame) {
+    for (const PersonPose& person : frame.people) {
+      std::deque<Past>& past = past_[person.id];
+      const Past* const before = LongEnoughAgo(past, frame.time);
+      for (const FootJoint& foot : joints_) {
+        const bool rests =
+            before != nullptr && Rests(foot, *before, frame.time, person);
+        if (rests) AddTo({person.id, foot.joint}, foot, person);
+        if (!rests) open_.erase({person.id, foot.joint});
+      }
+      past.push_back({frame.time, &person.joints});
+      while (past.front().time < frame.time - FromSeconds(4.0 * kRestS)) {
+        past.pop_front();
+      }
+    }
+  }
+
+  const std::vector<Stand>& stands() const { return stands_; }
+
+ private:
+  using Key = std::pair<TrackId, int>;
+
+  static bool Rests(const FootJoint& foot, const Past& before, TimeNs now,
+                    const PersonPose& person) {
+    const auto j = static_cast<size_t>(foot.joint);
+    const Joint3d& last = (*before.joints)[j];
+    const Joint3d& joint = person.joints[j];
+    return Seen(last) && Seen(joint) &&
+           (joint.position_m - last.position_m).norm() <=
+               kStandingMps * ToSeconds(now - before.time);
+  }
+
+  void AddTo(const Key& key, const FootJoint& foot, const PersonPose& person) {
+    const Eigen::Vector3d& point =
+        person.joints[static_cast<size_t>(foot.joint)].position_m;
+    const auto at = open_.find(key);
+    // Who shuffles along stands anew.
+    constexpr double kFarM = 0.3;
+    if (at == open_.end() ||
+        (stands_[at->second].point - point).norm() > kFarM) {
+      open_[key] = stands_.size();
+      stands_.push_back(
+          {point, foot.height_m, 2.0 / static_cast<double>(joints_.size()), 1});
+      return;
+    }
+    Stand& stand = stands_[at->second];
+    ++stand.samples;
+    stand.point += (point - stand.point) / stand.samples;
+  }
+
+  std::vector<FootJoint> joints_;
+  std::map<TrackId, std::deque<Past>> past_;
+  std::map<Key, size_t> open_;  // stands that go on
+  std::vector<Stand> stands_;
+};
+
+std::vector<Stand> StandsIn(const Skeleton& skeleton,
+                            const std::vector<TrackFrame>& frames) {
+  StandCollector collector(skeleton);
+  for (const TrackFrame& frame : frames) collector.See(frame);
+  return collector.stands();
+}
+
+int64_t SamplesOf(const std::vector<Stand>& stands) {
+  int64_t samples = 0;
+  for (const Stand& stand : stands) samples += stand.samples;
+  return samples;
+}
+
+// A rotation that takes `up` to z and keeps the old x axis in the plane of the
+// new x and z, or the old y axis where x points up.
+Eigen::Matrix3d Upright(const Eigen::Vector3d& up) {
+  const Eigen::Vector3d old = std::abs(up.x()) < 0.9 ? Eigen::Vector3d::UnitX()
+                                                     : Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d x = (old - old.dot(up) * up).normalized();
+  Eigen::Matrix3d R;
+  R.row(0) = x.transpose();
+  R.row(1) = up.cross(x).transpose();
+  R.row(2) = up.transpose();
+  return R;
+}
+
+double MedianOf(const std::vector<Stand>& feet, int axis) {
+  std::vector<double> values;
+  for (const Stand& foot : feet) {
+    values.push_back(foot.point[axis] - (axis == 2 ? foot.height_m : 0.0));
+  }
+  return Quantile(values, 0.5);
+}
+
+// How people stand on average tells up this well: some take a bow all along.
+constexpr double kBodySigmaRad = 0.12;
+// Calibrations are often made with one axis up, this exactly; the other way is
+// held against one that is not this much better (log of the odds, e^5 = 150).
+constexpr double kAxisSigmaRad = 0.035;
+constexpr double kAxisOdds = 5.0;
+
+// Where up may be, before feet are asked.
+struct Guess {
+  Eigen::Vector3d up;
+  bool is_axis = false;  // of the world as it was
+};
+
+std::vector<Guess> GuessesOf(const Eigen::Vector3d& body) {
+  std::vector<Guess> guesses = {{body, false}};
+  Eigen::Index axis = 0;
+  body.cwiseAbs().maxCoeff(&axis);
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();
+  up[axis] = body[axis] > 0.0 ? 1.0 : -1.0;
+  constexpr double kNear = 0.87;  // cosine of 30 degrees
+  if (up.dot(body) > kNear) guesses.push_back({up, true});
+  return guesses;
+}
+
+// The floor z = a + b x + c y about the middle of the feet.
+struct Floor {
+  Eigen::Vector3d abc = Eigen::Vector3d::Zero();
+  Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+  double cost = 0.0;  // minus its log likelihood
+
+  Eigen::Vector3d Up() const {
+    return Eigen::Vector3d(-abc[1], -abc[2], 1.0).normalized();
+  }
+  double HeightAtOrigin() const { return abc[0] - abc.tail<2>().dot(middle); }
+};
+
+Eigen::Vector2d SlopeOf(const Eigen::Vector3d& up) {
+  return -up.head<2>() / up.z();
+}
+
+// In a world that is nearly upright: feet on steps and chairs weigh little.
+Floor FitFloor(const std::vector<Stand>& feet, const Eigen::Vector3d& body,
+               const Eigen::Vector3d* axis) {
+  constexpr double kSigmaM = 0.03;  // of a stand
+  // A foot that is lifted, on a step or a chair costs no more than this, e^2.
+  constexpr double kMostCost = 2.0;
+  Floor floor;
+  floor.middle = {MedianOf(feet, 0), MedianOf(feet, 1)};
+  floor.abc[0] = MedianOf(feet, 2);
+  Eigen::Matrix3d prior = 1e-9 * Eigen::Matrix3d::Identity();
+  Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+  const auto hold = [&](const Eigen::Vector3d& up, double sigma) {
+    prior.diagonal().tail<2>().array() += std::pow(sigma, -2);
+    pull.tail<2>() += SlopeOf(up) / (sigma * sigma);
+  };
+  hold(body, kBodySigmaRad);
+  if (axis != nullptr) hold(*axis, kAxisSigmaRad);
+  for (int iteration = 0; iteration < 20; ++iteration) {
+    Eigen::Matrix3d H = prior;
+    Eigen::Vector3d g = pull;
+    floor.cost = axis != nullptr ? 0.0 : kAxisOdds;
+    for (const Stand& foot : feet) {
+      const Eigen::Vector3d row(1.0, foot.point.x() - floor.middle.x(),
+                                foot.point.y() - floor.middle.y());
+      const double z = foot.point.z() - foot.height_m;
+      const double off = (z - row.dot(floor.abc)) / kSigmaM;
+      const double weight =
+          foot.weight / ((1.0 + off * off) * kSigmaM * kSigmaM);
+      H += weight * row * row.transpose();
+      g += weight * z * row;
+      floor.cost +=
+          foot.weight * std::min(0.5 * std::log1p(off * off), kMostCost);
+    }
+    const auto away = [&](const Eigen::Vector3d& up, double sigma) {
+      return 0.5 * (floor.abc.tail<2>() - SlopeOf(up)).squaredNorm() /
+             (sigma * sigma);
+    };
+    floor.cost += away(body, kBodySigmaRad);
+    if (axis != nullptr) floor.cost += away(*axis, kAxisSigmaRad);
+    floor.abc = H.ldlt().solve(g);
+  }
+  return floor;
+}
+
+struct Upturn {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  double cost = 0.0;
+};
+
+// The most likely up near a guess. The fit is linear in the slope; twice leaves
+// nothing of a few degrees.
+Upturn TurnUp(const std::vector<Stand>& feet, const Eigen::Vector3d& body,
+              const Guess& guess) {
+  Upturn result;
+  result.R = Upright(guess.up);
+  for (int round = 0; round < 3; ++round) {
+    std::vector<Stand> turned = feet;
+    for (Stand& foot : turned) foot.point = result.R * foot.point;
+    const Eigen::Vector3d axis = result.R * guess.up;
+    const Floor floor =
+        FitFloor(turned, result.R * body, guess.is_axis ? &axis : nullptr);
+    result.cost = floor.cost;
+    result.R =
+        Eigen::Quaterniond::FromTwoVectors(floor.Up(), Eigen::Vector3d::UnitZ())
+            .toRotationMatrix() *
+        result.R;
+  }
+  return result;
+}
+
+}  // namespace
+
+std::optional<Ground> GroundOf(const TrackHeader& header,
+                               const std::vector<TrackFrame>& frames) {
+  const Eigen::Vector3d axis = MeanBodyAxis(header.skeleton, frames);
+  std::vector<Stand> feet = StandsIn(header.skeleton, frames);
+  if (!(axis.norm() > 0.0) || SamplesOf(feet) < kFewestFeet) {
+    return std::nullopt;
+  }
+  const Eigen::Vector3d body = axis.normalized();
+  Upturn best;
+  best.cost = std::numeric_limits<double>::infinity();
+  for (const Guess& guess : GuessesOf(body)) {
+    const Upturn one = TurnUp(feet, body, guess);
+    if (one.cost < best.cost) best = one;
+  }
+  const Eigen::Matrix3d R = Upright(best.R.row(2).transpose());
+  for (Stand& foot : feet) foot.point = R * foot.point;
+  Ground ground;
+  ground.R = R;
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  ground.t = -Eigen::Vector3d(MedianOf(feet, 0), MedianOf(feet, 1),
+                              FitFloor(feet, up, &up).abc[0]);
+  double squares = 0.0;
+  for (const Stand& foot : feet) {
+    const double off = foot.point.z() - foot.height_m + ground.t.z();
+    // A decimetre: a step, a chair.
+    squares += foot.samples * std::min(off * off, 0.01);
+  }
+  ground.foot_count = SamplesOf(feet);
+  ground.spread_m = std::sqrt(squares / static_cast<double>(ground.foot_count));
+  constexpr double kDegreesPerRadian = 57.29577951308232;
+  ground.tilt_deg =
+      kDegreesPerRadian * std::acos(std::min(1.0, std::max(-1.0, R(2, 2))));
+  return ground;
+}
+
+CameraRig OnGround(const CameraRig& cameras, const Ground& ground) {
+  CameraRig moved;
+  for (const Camera& camera : cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.R = camera.R() * ground.R.transpose();
+    parameters.t = camera.t() - parameters.R * ground.t;
+    moved.emplace_back(parameters);
+  }
+  return moved;
+}
+
+void TurnRecord(const Ground& ground, RefinementRecord* record) {
+  const Eigen::Index size = record->covariance.rows();
+  Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(size, size);
+  Eigen::Index at = 0;
+  for (const RefinementRecord::Camera& camera : record->cameras) {
+    for (size_t i = 0; i < camera.places.size(); ++i, ++at) {
+      // The three of a centre stand together.
+      if (camera.places[i] == kCentreAt) turn.block<3, 3>(at, at) = ground.R;
+    }
+  }
+  record->covariance = turn * record->covariance * turn.transpose();
+}
+
+std::optional<Ground> FindGround(const RunOptions& options,
+                                 const RunRequest& request,
+                                 const DetectionSequence& detections) {
+  RunOptions quick = options;
+  quick.refine = RefineOptions();
+  quick.estimators.mode = Mode::kPaper;
+  quick.tracker.life.second_pass = false;
+  quick.identity.link = false;
+  RunRequest asked = request;
+  asked.corrections.clear();
+  asked.keep_observations = false;
+  const TrackSequence tracks = TrackSequenceOf(quick, asked, detections);
+  return GroundOf(tracks.header, tracks.frames);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,72 @@
+#include "solvers/session/ground.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "core/synthetic/scene.h"
+
+namespace kinegraph {
+namespace {
+
+// True people in a world that is tilted and moved: the floor comes back.
+TEST(Ground, ATiltedWorldStandsUp) {
+  SceneOptions options;
+  options.seed = 31;
+  options.people = 4;
+  options.duration_s = 8.0;
+  options.motion.visitors = 0.0;
+  const Scene scene = MakeScene(options);
+  TrackSequence tracks = TruthOf(scene);
+  const Eigen::Matrix3d turn =
+      (Eigen::AngleAxisd(1.4, Eigen::Vector3d::UnitX()) *
+       Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()))
+          .toRotationMatrix();
+  const Eigen::Vector3d moved(3.0, -2.0, 5.0);
+  for (TrackFrame& frame : tracks.frames) {
+    for (PersonPose& person : frame.people) {
+      for (Joint3d& joint : person.joints) {
+        joint.position_m = turn * joint.position_m + moved;
+      }
+    }
+  }
+  const auto ground = GroundOf(tracks.header, tracks.frames);
+  ASSERT_TRUE(ground.has_value());
+  // The synthetic world has its floor at z = 0. Ankles swing a little while
+  // they rest, which tilts the plane by less than a degree.
+  const Eigen::Vector3d up = ground->R * turn * Eigen::Vector3d::UnitZ();
+  EXPECT_GT(up.z(), std::cos(0.02));
+  // Statures differ by 9 cm, so that ankles stand higher or lower by 4 mm, and
+  // a resting ankle rises with the heel.
+  EXPECT_NEAR((ground->R * moved + ground->t).z(), 0.0, 0.04);
+  EXPECT_NEAR(ground->R.determinant(), 1.0, 1e-9);
+  // Cameras see what they saw.
+  const CameraRig turned = [&] {
+    CameraRig rig;
+    for (const Camera& camera : scene.cameras) {
+      CameraParameters parameters = camera.parameters();
+      parameters.R = camera.R() * turn.transpose();
+      parameters.t = camera.t() - parameters.R * moved;
+      rig.emplace_back(parameters);
+    }
+    return rig;
+  }();
+  const CameraRig upright = OnGround(turned, *ground);
+  const Eigen::Vector3d point = tracks.frames[0].people[0].joints[0].position_m;
+  for (size_t v = 0; v < turned.size(); ++v) {
+    const auto before = turned[v].Project(point);
+    const auto after = upright[v].Project(ground->R * point + ground->t);
+    ASSERT_EQ(before.has_value(), after.has_value());
+    if (before.has_value()) {
+      EXPECT_LT((*before - *after).norm(), 1e-6);
+    }
+  }
+}
+
+TEST(Ground, NobodyStandsOnNothing) {
+  EXPECT_FALSE(GroundOf(TrackHeader(), {}).has_value());
+}
+
+}  // namespace
+}  // namespace kinegraph
