@@ -42,6 +42,16 @@ struct BoneLength {
     by_states[0].offset_s = by_states[1].offset_s = 0.0;
     return true;
   }
+
+  // A stretched bone also resists what turns it, which Gauss-Newton does not
+  // see: with J the Jacobian by one end, half the squared residual has the
+  // second derivative J'J + s (1 / sigma^2 - J'J), s = r sigma / |p_a - p_b|.
+  // Returns s, or 0 for a bone that is too short: there it is negative.
+  T Swing(const T& residual) const {
+    using std::max;
+    const T stretched = max(residual, T(0.0));
+    return stretched / (per_sigma * length_m + stretched);
+  }
 };
 
 }  // namespace kinegraph

@@ -71,6 +71,9 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("bone_loss", &bone_loss, LossNames(),
                  "Robust loss of lengths whose freedom the take shows; it "
                  "begins at three times that.");
+  visitor.Boolean("bone_swing", &bone_swing,
+                  "Steps know that a stretched bone resists what turns it; off "
+                  "for figures of older versions.");
   visitor.Number("bridging_limit_s", &bridging_limit_s, NonNegative(), "s",
                  "How long a joint is written without a supporting view.");
   visitor.Boolean("covariance", &covariance,

@@ -116,6 +116,9 @@ struct GraphOptions {
   // times its freedom on; or the median of the estimates and bone_sigma_m.
   NoiseFrom bone_sigma_from = NoiseFrom::kFixed;
   LossKind bone_loss = LossKind::kNone;
+  // Steps of the sweeps know that a stretched bone resists what turns it
+  // (BoneLength::Swing): the same minimum, found sooner and more often.
+  bool bone_swing = true;
 
   // A joint is written for at most this long without a supporting view [s].
   double bridging_limit_s = 0.5;

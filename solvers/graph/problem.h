@@ -124,6 +124,7 @@ struct SolveSchedule {
   // Whether states that still move far at the end lose their measurements
   // (SolveReport::unsettled). Not for solves that only hand over a start.
   bool doubt_unsettled = true;
+  bool bone_swing = true;  // steps count BoneLength::Swing
 };
 
 struct SolveReport {

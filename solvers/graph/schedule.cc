@@ -11,6 +11,7 @@ SolveSchedule MakeSchedule(const GraphOptions& options) {
   const int last_iterations = static_cast<int>(options.max_iterations);
   SolveSchedule schedule;
   schedule.step_tolerance_m = options.step_tolerance_m;
+  schedule.bone_swing = options.bone_swing;
   if (IsConvex(options.loss)) {
     schedule.stages = {{options.loss, options.loss_scale, last_iterations}};
     return schedule;

@@ -92,32 +92,40 @@ void BoneSolver::AddCouplings(const PersonProblem& problem,
   const auto add = [&](const auto& factor, const auto& keys,
                        const Robustness& robustness) {
     using Factor = std::decay_t<decltype(factor)>;
-    static_assert(Factor::kResiduals == 1, "a coupling has rank one");
+    static_assert(Factor::kResiduals == 1, "a coupling has one residual");
     static_assert(Factor::kKeys == 2, "and two ends");
     Linearised<Factor> at;
     if (!LineariseFactor(factor, keys, state_of, &at)) return false;
     const LossValue loss = robustness.Evaluate(at.squared_norm());
     system->cost += 0.5 * robustness.information * loss.rho;
     const double weight = robustness.information * loss.first;
-    const double root = std::sqrt(weight);
+    const double swing = bone_swing_ ? factor.Swing(at.residual[0]) : 0.0;
+    const double resistance = swing * factor.per_sigma * factor.per_sigma;
+    const auto information = [&](int i, int row, int j, int column) {
+      const double along = at.by_states[i](0, row) * at.by_states[j](0, column);
+      const double across = row != column ? 0.0 : i == j ? 1.0 : -1.0;
+      return weight * ((1.0 - swing) * along + resistance * across);
+    };
     LaneCoupling coupling;
     coupling.frame = static_cast<int>(keys[0].frame);
     coupling.a = keys[0].joint;
     coupling.b = keys[1].joint;
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        coupling.block[row][column] = information(0, row, 1, column);
+      }
+    }
     for (int i = 0; i < 2; ++i) {
-      const double* const by_point = at.by_states[i].by_point[0];
-      double* const scaled = i == 0 ? coupling.by_a : coupling.by_b;
+      const size_t frame = keys[i].frame;
+      const size_t lane = keys[i].joint;
       double gradient[6] = {};
       AddGradient(at.by_states[i], at.residual, weight, gradient);
       for (int row = 0; row < 3; ++row) {
-        scaled[row] = root * by_point[row];
-        system->gradient[lanes_.Row(6 * keys[i].frame + row) + keys[i].joint] +=
-            gradient[row];
+        system->gradient[lanes_.Row(6 * frame + row) + lane] += gradient[row];
         for (int column = row; column < 3; ++column) {
-          system->diagonal[lanes_.Row(kLaneBlockSize * keys[i].frame +
+          system->diagonal[lanes_.Row(kLaneBlockSize * frame +
                                       kSymmetric[row][column]) +
-                           keys[i].joint] +=
-              weight * by_point[row] * by_point[column];
+                           lane] += information(i, row, i, column);
         }
       }
     }
@@ -269,6 +277,7 @@ SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
   SolveReport report;
   if (problem->times.empty()) return report;
   Load(*problem);
+  bone_swing_ = schedule.bone_swing;
   for (const SolveStage& stage : schedule.stages) {
     if (!RunStage(*problem, stage, schedule.step_tolerance_m, &report)) {
       report.finite = report.converged = false;

@@ -67,6 +67,7 @@ class BoneSolver {
   Eigen::MatrixXd prior_cross_;  // [6 lanes x 6 joints]
   LaneBuffer candidate_, step_, previous_step_, workspace_;
   bool has_previous_ = false;
+  bool bone_swing_ = true;
 };
 
 }  // namespace kinegraph

@@ -66,13 +66,12 @@ struct LaneSystemRows {
 };
 
 // What a factor on the positions of two joints in one frame adds between them:
-// the information by_a by_b'.
+// its information, joint a's axes by joint b's.
 struct LaneCoupling {
   int frame = 0;
   int a = 0;  // lanes
   int b = 0;
-  double by_a[3];
-  double by_b[3];
+  double block[3][3];
 };
 
 // What couples the chains of a person.

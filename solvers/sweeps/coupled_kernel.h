@@ -80,8 +80,15 @@ class CoupledSolve {
     for (int lane = 0; lane < chains_.joints; ++lane) sum += sums_[lane];
     return sum;
   }
-  double& PositionAt(double* rows, int k, int i, int lane) const {
+  double& At(double* rows, int k, int i, int lane) const {
     return rows[(6L * k + i) * chains_.lanes + lane];
+  }
+  // The direction's positions at both ends.
+  void LoadEnds(const LaneCoupling& coupling, double* a, double* b) const {
+    for (int axis = 0; axis < 3; ++axis) {
+      a[axis] = At(direction_, coupling.frame, axis, coupling.a);
+      b[axis] = At(direction_, coupling.frame, axis, coupling.b);
+    }
   }
   double Condition();
   double Turn(double turn);
@@ -238,15 +245,14 @@ double CoupledSolve<T>::Couple() {
   double sum = 0.0;
   for (int i = 0; i < couplings_.count; ++i) {
     const LaneCoupling& coupling = couplings_.list[i];
-    double along_a = 0.0;
-    double along_b = 0.0;
-    for (int axis = 0; axis < 3; ++axis) {
-      along_a += coupling.by_a[axis] *
-                 PositionAt(direction_, coupling.frame, axis, coupling.a);
-      along_b += coupling.by_b[axis] *
-                 PositionAt(direction_, coupling.frame, axis, coupling.b);
+    double a[3];
+    double b[3];
+    LoadEnds(coupling, a, b);
+    for (int row = 0; row < 3; ++row) {
+      const double* const block = coupling.block[row];
+      sum +=
+          2.0 * a[row] * (block[0] * b[0] + block[1] * b[1] + block[2] * b[2]);
     }
-    sum += 2.0 * (along_a * along_b);
   }
   if (couplings_.first == nullptr) return sum;
   ClearSums();
@@ -255,7 +261,7 @@ double CoupledSolve<T>::Couple() {
       T product = 0.0;
       for (int joint = 0; joint < chains_.joints; ++joint) {
         for (int j = 0; j < 6; ++j) {
-          product += PositionAt(direction_, 0, j, joint) *
+          product += At(direction_, 0, j, joint) *
                      Row(couplings_.first, 6L * (6L * joint + j) + i, lane);
         }
       }
@@ -279,20 +285,17 @@ void CoupledSolve<T>::Advance(double share) {
   }
   for (int i = 0; i < couplings_.count; ++i) {
     const LaneCoupling& coupling = couplings_.list[i];
-    const int k = coupling.frame;
-    double along_a = 0.0;
-    double along_b = 0.0;
+    double a[3];
+    double b[3];
+    LoadEnds(coupling, a, b);
+    const auto& block = coupling.block;
     for (int axis = 0; axis < 3; ++axis) {
-      along_a +=
-          coupling.by_a[axis] * PositionAt(direction_, k, axis, coupling.a);
-      along_b +=
-          coupling.by_b[axis] * PositionAt(direction_, k, axis, coupling.b);
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      PositionAt(residual_, k, axis, coupling.a) -=
-          share * (coupling.by_a[axis] * along_b);
-      PositionAt(residual_, k, axis, coupling.b) -=
-          share * (coupling.by_b[axis] * along_a);
+      At(residual_, coupling.frame, axis, coupling.a) -=
+          share * (block[axis][0] * b[0] + block[axis][1] * b[1] +
+                   block[axis][2] * b[2]);
+      At(residual_, coupling.frame, axis, coupling.b) -=
+          share * (block[0][axis] * a[0] + block[1][axis] * a[1] +
+                   block[2][axis] * a[2]);
     }
   }
   if (couplings_.first == nullptr) return;
