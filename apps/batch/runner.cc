@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <climits>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -18,6 +17,7 @@
 #include <thread>
 
 #include "apps/common/machine.h"
+#include "apps/common/program_path.h"
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/atomic_folder.h"
@@ -41,10 +41,8 @@ std::string FailureFile(const Task& task, const std::string& out) {
 
 // The programs of one build stand in one folder.
 std::string ProgramOf(const std::string& command) {
-  char self[PATH_MAX] = {};
-  const ssize_t length = readlink("/proc/self/exe", self, sizeof(self) - 1);
-  if (length <= 0) throw std::runtime_error("cannot tell where programs are");
-  const std::string path(self, static_cast<size_t>(length));
+  const std::string path = ProgramPath();
+  if (path.empty()) throw std::runtime_error("cannot tell where programs are");
   return path.substr(0, path.rfind('/') + 1) + "kinegraph-" + command;
 }
 

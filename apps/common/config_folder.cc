@@ -1,10 +1,8 @@
 #include "apps/common/config_folder.h"
 
-#include <unistd.h>
-
-#include <climits>
 #include <cstddef>
 
+#include "apps/common/program_path.h"
 #include "core/base/error.h"
 #include "core/io/text_file.h"
 
@@ -15,12 +13,6 @@ namespace {
 std::string Parent(const std::string& path) {
   const size_t slash = path.find_last_of('/');
   return slash == std::string::npos ? "" : path.substr(0, slash);
-}
-
-std::string ProgramPath() {
-  char buffer[PATH_MAX];
-  const ssize_t length = readlink("/proc/self/exe", buffer, sizeof(buffer));
-  return length > 0 ? std::string(buffer, static_cast<size_t>(length)) : "";
 }
 
 // Empty when it is nowhere.

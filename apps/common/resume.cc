@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "apps/common/machine.h"
+#include "apps/common/program_path.h"
 #include "apps/common/track_output.h"
 #include "core/base/error.h"
 #include "core/io/npz_file.h"
@@ -13,7 +14,7 @@ namespace {
 
 // The program itself, and the processor whose instructions it chooses among.
 std::string ThisBuild() {
-  return std::to_string(Crc32(ReadTextFile("/proc/self/exe"))) + " " +
+  return std::to_string(Crc32(ReadTextFile(ProgramPath()))) + " " +
          ThisMachine().processor;
 }
 

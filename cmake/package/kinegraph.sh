@@ -15,7 +15,7 @@ case ${1:-help} in
     echo "Commands:$(commands)"
     echo "Flags of a command: kinegraph COMMAND --help, or man kinegraph-COMMAND"
     ;;
-  --version) exec "$folder/kinegraph-track" --version ;;
+  --version) "$folder/kinegraph-track" --version | sed 's/^kinegraph-track/kinegraph/' ;;
   *)
     if [ ! -x "$folder/kinegraph-$1" ]; then
       echo "kinegraph: error: unknown command '$1'; commands:$(commands)" >&2

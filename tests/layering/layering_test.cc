@@ -298,6 +298,29 @@ TEST(Layering, FilesForWiderRegistersIncludeOnlyPacks) {
   EXPECT_GE(files, 2);
 }
 
+// The list of what a port needs is complete: whatever uses a header or a file
+// that not every system has stands in it.
+TEST(Layering, WhatIsNotEverywhereIsListedForPorts) {
+  const fs::path root = ProjectFile("");
+  const std::string list = ReadAll(root / "docs/porting.md");
+  ASSERT_FALSE(list.empty());
+  const std::regex system(
+      "#include <(sys/.*|unistd|fcntl|poll|spawn|dirent|termios|dlfcn|glob|pwd|"
+      "pthread|sched)(\\.h)?>|\"/proc/|__builtin_cpu|vector_size");
+  int files = 0;
+  for (const std::string top : {"core", "solvers", "apps", "python"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(root / top)) {
+      const fs::path extension = entry.path().extension();
+      if (extension != ".h" && extension != ".cc") continue;
+      if (!std::regex_search(ReadAll(entry.path()), system)) continue;
+      ++files;
+      EXPECT_NE(list.find(entry.path().filename().string()), std::string::npos)
+          << entry.path() << " is not in docs/porting.md";
+    }
+  }
+  EXPECT_GT(files, 10);  // they were really read
+}
+
 // ---- The test of the test --------------------------------------------------
 
 struct WrongLine {

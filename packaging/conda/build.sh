@@ -1,0 +1,12 @@
+#!/bin/bash
+# UNTESTED. three.js, which the page carries, is in no conda package that is
+# known here: KINEGRAPH_THREE_JS names a folder of release r111 with
+# three.min.js and examples/js/controls/OrbitControls.js.
+set -euo pipefail
+cmake -S . -B build/conda -G Ninja ${CMAKE_ARGS:-} \
+  -DCMAKE_BUILD_TYPE=Release -DCMAKE_INSTALL_PREFIX="$PREFIX" \
+  -DKINEGRAPH_TESTS=OFF -DPython3_EXECUTABLE="$PYTHON" \
+  -DKINEGRAPH_THREE_JS="${KINEGRAPH_THREE_JS:?folder of three.js r111}" \
+  -DKINEGRAPH_PYTHON_FOLDER="${SP_DIR#"$PREFIX"/}"
+cmake --build build/conda --parallel "${CPU_COUNT:-2}"
+cmake --install build/conda
