@@ -25,27 +25,30 @@
 #include "core/io/joint_names.h"
 #include "core/io/person_names.h"
 #include "core/io/text_file.h"
-#include "core/io/track_export.h"
-#include "core/io/track_writer.h"
+#include "core/io/track_format.h"
 #include "core/io/tracks.h"
 
 DEFINE_string(from, "auto", "format of the input; auto tells it by content");
-DEFINE_string(to, "", "format of the result");
+DEFINE_string(
+    to, "",
+    "format of the result; tracks are told by the end of --out, such as "
+    ".c3d, without it");
 DEFINE_string(in, "", "file or folder to read");
 DEFINE_string(out, "",
-              "file, or folder for formats of several files; NAME.trc is one "
-              "person's file");
+              "file, or folder for formats of several files; of formats with a "
+              "file a person, such as TRC, NAME.trc is one person's file");
 DEFINE_string(skeleton, "", "skeleton of the input where it does not tell");
 DEFINE_double(frame_rate, 0.0, "frame rate [Hz] where the input does not tell");
 DEFINE_string(unit, "", "unit of a calibration: m, cm or mm");
 DEFINE_string(image_size, "",
               "image size [px] of a calibration that does not tell: W,H");
-DEFINE_string(axes, "y,z,x",
-              "world axes that a TRC file's X,Y,Z are, such as x,-z,y "
-              "(written or read)");
+DEFINE_string(
+    axes, "",
+    "world axes that the file's X,Y,Z are, such as x,-z,y, in formats "
+    "that have their own (written or read); --formats tells theirs");
 DEFINE_string(markers, "ours",
-              "names of the joints in TRC, CSV and NPZ: ours (l_hip), pose2sim "
-              "(LHip, Hip) or opensim (LHip, midHip)");
+              "names of the joints in formats that name them: ours (l_hip), "
+              "pose2sim (LHip, Hip) or opensim (LHip, midHip)");
 DEFINE_string(person, "",
               "the one person to write: the identity's number, or the name "
               "that NAME.identity.jsonl beside the input gives it");
@@ -70,9 +73,20 @@ constexpr FileKind kCalibration = FileKind::kCalibration;
 constexpr FileKind kDetections = FileKind::kDetections;
 constexpr FileKind kTracks = FileKind::kTracks;
 
-// Those of detections follow from their registry. Calibrations and tracks that
-// can be read stand in the order of their enum, so that the place of a format
-// among them is its value less one.
+std::string LayoutOf(const TrackFormat& format) {
+  std::string text = format.layout;
+  for (const std::string& extension : format.extensions) {
+    text +=
+        (&extension == &format.extensions.front() ? " (" : ", ") + extension;
+  }
+  if (!format.extensions.empty()) text += ")";
+  if (format.axes.has_value()) text += "; axes " + format.axes->Text();
+  return text;
+}
+
+// Those of detections and tracks follow from their registries. Calibrations
+// stand in the order of their enum, so that the place of a format among them is
+// its value less one.
 std::vector<Format> MakeFormats() {
   std::vector<Format> formats = {
       {kCalibration, "kinegraph", true, true, "cameras.json"},
@@ -83,25 +97,15 @@ std::vector<Format> MakeFormats() {
       {kCalibration, "pose2sim", true, true, "Pose2Sim's and Anipose's TOML"},
       {kCalibration, "tum", true, true, "a folder of P0.txt, P1.txt, ..."},
       {kCalibration, "opencv", true, true, "YAML, a file a camera"},
-      {kCalibration, "easymocap", true, true, "intri.yml and extri.yml"},
-      {kTracks, "kinegraph", true, true, "JSON Lines"},
-      {kTracks, "tum", true, true, "actorsGT.mat"},
-      {kTracks, "4da", true, true, "4D association's gt.txt, skel.txt"},
-      {kTracks, "longcw", true, true, "annotation_3d.json, result_3d.json"},
-      {kTracks, "poses", true, true, "JSON: {\"poses\": [...]}"},
-      {kTracks, "panoptic", true, true, "body3DScene_*.json"},
-      {kTracks, "csv", true, true, "one row a joint"},
-      {kTracks, "trc", true, true, "a folder, a file a person"},
-      {kTracks, "npz", true, true, "NumPy's arrays"}};
-  const auto tracks =
-      std::find_if(formats.begin(), formats.end(),
-                   [](const Format& format) { return format.kind == kTracks; });
-  std::vector<Format> detections;
+      {kCalibration, "easymocap", true, true, "intri.yml and extri.yml"}};
   for (const DetectionFormat& format : DetectionFormats()) {
-    detections.push_back({kDetections, format.name, format.open != nullptr,
-                          format.write != nullptr, format.layout});
+    formats.push_back({kDetections, format.name, format.open != nullptr,
+                       format.write != nullptr, format.layout});
   }
-  formats.insert(tracks, detections.begin(), detections.end());
+  for (const TrackFormat& format : TrackFormats()) {
+    formats.push_back({kTracks, format.name, format.readable(),
+                       format.write != nullptr, LayoutOf(format)});
+  }
   return formats;
 }
 
@@ -114,6 +118,17 @@ using Wanted = std::function<bool(const Format&)>;
 
 bool IsReadable(const Format& format) { return format.readable; }
 bool IsWritable(const Format& format) { return format.writable; }
+
+// The end of --out tells what --to does not.
+void ChooseByExtension() {
+  if (!FLAGS_to.empty()) return;
+  const TrackFormat* format = TrackFormatOfExtension(FLAGS_out);
+  if (format == nullptr) {
+    throw InputError("--to is missing, and no format ends as --out=" +
+                     Printable(FLAGS_out) + ", expected " + TrackExtensions());
+  }
+  FLAGS_to = format->name;
+}
 
 // The kinds in which a format of that name is there.
 std::vector<FileKind> KindsOf(const std::string& name, const Wanted& wanted) {
@@ -187,17 +202,14 @@ FileKind ChooseKind() {
   return kind;
 }
 
-// The value of --from in the enum of its kind; 0 is kAuto.
-template <typename Enum>
-Enum FormatToRead(FileKind kind) {
-  int value = 0;
-  if (FLAGS_from == "auto") return static_cast<Enum>(value);
+CalibrationFormat CalibrationFormatToRead() {
+  int value = 0;  // kAuto
   for (const Format& format : Formats()) {
-    if (format.kind != kind || !format.readable) continue;
+    if (format.kind != kCalibration) continue;
     ++value;
     if (format.name == FLAGS_from) break;
   }
-  return static_cast<Enum>(value);
+  return static_cast<CalibrationFormat>(value);
 }
 
 CalibrationFormat CalibrationFormatToWrite() {
@@ -247,11 +259,8 @@ void CheckFlags(FileKind kind) {
     RefuseFlag("frame_rate", FLAGS_frame_rate != 0.0, "detections and tracks",
                kind);
   }
-  if (kind != kTracks &&
-      !gflags::GetCommandLineFlagInfoOrDie("axes").is_default) {
-    throw InputError("--axes belongs to TRC files");
-  }
   if (kind != kTracks) {
+    RefuseFlag("axes", !FLAGS_axes.empty(), "tracks", kind);
     RefuseFlag("person", !FLAGS_person.empty(), "tracks", kind);
     RefuseFlag("markers", FLAGS_markers != "ours", "tracks", kind);
   }
@@ -296,7 +305,7 @@ std::string Count(size_t count, const std::string& what) {
 std::string ConvertCalibration(const ConvertOptions& options, Losses* losses) {
   CameraReadOptions read = options.cameras;
   if (FLAGS_from != "auto") {
-    read.format = FormatToRead<CalibrationFormat>(kCalibration);
+    read.format = CalibrationFormatToRead();
   }
   const CameraRig cameras = ReadCameras(FLAGS_in, read);
   WriteCalibration(FLAGS_out, CalibrationFormatToWrite(), cameras, losses);
@@ -384,16 +393,18 @@ int64_t WantedPerson(const std::set<int64_t>& ids) {
 }
 
 // Leaves the person of --person alone in the tracks.
-void KeepPerson(TrackSequence* tracks) {
+void KeepPerson(const TrackFormat& to, TrackSequence* tracks) {
   std::set<int64_t> ids;
   for (const TrackFrame& frame : tracks->frames) {
     for (const PersonPose& person : frame.people) ids.insert(person.id.value());
   }
-  const bool one_file = FLAGS_to == "trc" && EndsIn(FLAGS_out, ".trc");
+  const bool one_file = to.files == TrackFormat::Files::kFileAPerson &&
+                        EndsIn(FLAGS_out, to.person_extension);
   if (FLAGS_person.empty()) {
     if (!one_file || ids.size() < 2) return;
     throw InputError("--out=" + Printable(FLAGS_out) +
-                     ": a TRC file holds one person, the tracks have " +
+                     ": a file of this format holds one person, the tracks "
+                     "have " +
                      KnownPeople(ids) +
                      "; choose one with --person, or name a folder");
   }
@@ -407,72 +418,65 @@ void KeepPerson(TrackSequence* tracks) {
   }
 }
 
-void RenameMarkers(TrackSequence* tracks) {
+// The formats that are written and have what `wanted` says, for messages.
+std::string TrackFormatsWith(bool (*wanted)(const TrackFormat&)) {
+  std::string names;
+  for (const TrackFormat& format : TrackFormats()) {
+    if (!wanted(format)) continue;
+    names += (names.empty() ? "" : ", ") + format.name;
+  }
+  return names;
+}
+
+void RenameMarkers(const TrackFormat& to, TrackSequence* tracks) {
   const std::optional<MarkerNames> names = ParseMarkerNames(FLAGS_markers);
   if (!names.has_value()) {
     throw InputError("--markers: no '" + Printable(FLAGS_markers) +
                      "', expected one of " + kMarkerNamesList);
   }
   if (*names == MarkerNames::kOurs) return;
-  if (FLAGS_to != "trc" && FLAGS_to != "csv" && FLAGS_to != "npz") {
-    throw InputError("--markers belongs to --to=trc, csv and npz");
+  if (!to.has_marker_names) {
+    throw InputError("--markers belongs to --to=" +
+                     TrackFormatsWith([](const TrackFormat& format) {
+                       return format.has_marker_names;
+                     }));
   }
   tracks->header.skeleton = WithMarkerNames(tracks->header.skeleton, *names);
 }
 
-void WriteTrc(const TrackSequence& tracks, const AxisMap& axes, Losses* losses,
-              const PersonNames& names) {
-  if (EndsIn(FLAGS_out, ".trc")) {
-    WriteTracksTrcFile(FLAGS_out, tracks, axes, losses);
-  } else {
-    WriteTracksTrc(FLAGS_out, tracks, axes, losses, names);
+// --axes, where one of the two formats has axes of its own.
+std::optional<AxisMap> AxesFlag(const TrackFormat& to,
+                                const std::string& mode) {
+  if (FLAGS_axes.empty()) return std::nullopt;
+  const TrackFormat* from = FindTrackFormat(mode);
+  const bool is_read = from != nullptr && from->axes.has_value();
+  if (!to.axes.has_value() && !is_read) {
+    throw InputError("--axes belongs to files of " +
+                     TrackFormatsWith([](const TrackFormat& format) {
+                       return format.axes.has_value();
+                     }));
   }
+  return AxisMap::Parse(FLAGS_axes);
 }
 
 std::string ConvertTracks(const ConvertOptions& options, Losses* losses) {
   TrackReadOptions read;
-  read.format = FormatToRead<TrackFormat>(kTracks);
+  if (FLAGS_from != "auto") read.format = FLAGS_from;
   if (!FLAGS_skeleton.empty()) read.skeleton = SkeletonFlag();
   read.frame_rate_hz = FLAGS_frame_rate;
   read.first_frame = options.first_frame;
-  const AxisMap axes = AxisMap::Parse(FLAGS_axes);
-  read.trc_axes = axes;
+  if (!FLAGS_axes.empty()) read.axes = AxisMap::Parse(FLAGS_axes);
   TrackSequence tracks = ReadTracks(FLAGS_in, read);
-  KeepPerson(&tracks);
-  RenameMarkers(&tracks);
-  if (FLAGS_to != "trc" && tracks.header.mode != "trc" &&
-      !gflags::GetCommandLineFlagInfoOrDie("axes").is_default) {
-    throw InputError("--axes belongs to TRC files");
-  }
-  const PersonNames names = ReadPersonNames(FLAGS_in);
-  const bool keeps_names = FLAGS_to == "csv" || FLAGS_to == "trc" ||
-                           FLAGS_to == "npz" || FLAGS_to == "kinegraph";
-  if (!names.empty() && !keeps_names) {
+  const TrackFormat& to = *FindTrackFormat(FLAGS_to);
+  KeepPerson(to, &tracks);
+  RenameMarkers(to, &tracks);
+  TrackExportOptions write;
+  write.axes = AxesFlag(to, tracks.header.mode);
+  write.names = ReadPersonNames(FLAGS_in);
+  if (!write.names.empty() && !to.keeps_names) {
     losses->push_back("names of people are not kept");
   }
-  if (FLAGS_to == "csv") {
-    WriteTracksCsv(FLAGS_out, tracks, losses, names);
-  } else if (FLAGS_to == "trc") {
-    WriteTrc(tracks, axes, losses, names);
-  } else if (FLAGS_to == "npz") {
-    WriteTracksNpz(FLAGS_out, tracks, losses, names);
-  } else if (FLAGS_to == "poses") {
-    WriteTracksPoses(FLAGS_out, tracks, losses);
-  } else if (FLAGS_to == "longcw") {
-    WriteTracksLongcw(FLAGS_out, tracks, losses);
-  } else if (FLAGS_to == "4da") {
-    WriteTracks4dAssociation(FLAGS_out, tracks, losses);
-  } else if (FLAGS_to == "panoptic") {
-    WriteTracksPanoptic(FLAGS_out, tracks, losses);
-  } else if (FLAGS_to == "tum") {
-    WriteTracksTum(FLAGS_out, tracks, losses);
-  } else {
-    if (!(tracks.header.frame_rate_hz > 0.0)) {
-      losses->push_back("the frame rate is not known (--frame_rate=HZ)");
-    }
-    // The header has views only when the input had observations.
-    WriteTracks(FLAGS_out, tracks, {!tracks.header.view_names.empty(), names});
-  }
+  to.write(FLAGS_out, tracks, write, losses);
   return Count(tracks.frames.size(), "frames");
 }
 
@@ -490,9 +494,9 @@ void PrintFormats() {
 void RunConvert() {
   if (FLAGS_formats) return PrintFormats();
   RequireFlag("from", FLAGS_from);
-  RequireFlag("to", FLAGS_to);
   RequireFlag("in", FLAGS_in);
   RequireFlag("out", FLAGS_out);
+  ChooseByExtension();
   const FileKind kind = ChooseKind();
   CheckFlags(kind);
   const ConvertOptions options = ReadOptions();
@@ -517,6 +521,6 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"convert", "calibrations, detections and tracks between formats",
-       "--to=FORMAT --in=PATH --out=PATH [--from=FORMAT]"},
+       "--in=PATH --out=PATH [--to=FORMAT] [--from=FORMAT]"},
       kinegraph::RunConvert);
 }

@@ -49,8 +49,9 @@ DEFINE_string(corrections, "",
               "(JSON Lines, as NAME.identity.jsonl)");
 DEFINE_string(
     out, "",
-    "tracks to write: .jsonl, .csv, .npz, or .trc for a folder with a "
-    "file a person");
+    "tracks to write: .jsonl, or the end of another format that `convert "
+    "--formats` lists (.csv, .npz, ...); .trc for a folder with a file a "
+    "person");
 DEFINE_bool(resume, false,
             "go on from OUT.checkpoint, which an ended run of the same build "
             "has left; the result is the same");

@@ -5,8 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
-#include "core/io/axis_map.h"
-#include "core/io/track_export.h"
+#include "core/io/track_format.h"
 #include "core/io/track_writer.h"
 
 namespace kinegraph {
@@ -45,9 +44,12 @@ class WholeTakeOutput final : public TrackOutput {
  public:
   WholeTakeOutput(const std::string& path, const TrackHeader& header,
                   const PersonNames& names)
-      : path_(path), extension_(ExtensionOf(path)), names_(names) {
+      : format_(*TrackFormatOfExtension(path)), path_(path) {
+    options_.names = names;
     tracks_.header = header;
-    if (extension_ == ".trc") path_ = WithoutExtension(path);
+    if (format_.files != TrackFormat::Files::kOne) {
+      path_ = WithoutExtension(path);
+    }
   }
   void Write(TrackFrame&& frame) override {
     for (PersonPose& person : frame.people) person.matches.clear();
@@ -55,11 +57,7 @@ class WholeTakeOutput final : public TrackOutput {
   }
   void Commit() override {
     Losses losses;
-    if (extension_ == ".csv") WriteTracksCsv(path_, tracks_, &losses, names_);
-    if (extension_ == ".npz") WriteTracksNpz(path_, tracks_, &losses, names_);
-    if (extension_ == ".trc") {
-      WriteTracksTrc(path_, tracks_, AxisMap::Parse("y,z,x"), &losses, names_);
-    }
+    format_.write(path_, tracks_, options_, &losses);
     for (const std::string& loss : losses) {
       std::fprintf(stderr, "kinegraph-track: note: %s\n",
                    Printable(loss, 500).c_str());
@@ -68,9 +66,9 @@ class WholeTakeOutput final : public TrackOutput {
   std::string path() const override { return path_; }
 
  private:
+  const TrackFormat& format_;
   std::string path_;
-  const std::string extension_;
-  const PersonNames names_;
+  TrackExportOptions options_;
   TrackSequence tracks_;
 };
 
@@ -82,13 +80,13 @@ bool IsJsonLines(const std::string& extension) {
 
 void CheckTrackOutput(const std::string& path) {
   const std::string extension = ExtensionOf(path);
-  if (IsJsonLines(extension) || extension == ".csv" || extension == ".npz" ||
-      extension == ".trc" || IsStream(path)) {
+  if (IsJsonLines(extension) || IsStream(path) ||
+      TrackFormatOfExtension(path) != nullptr) {
     return;
   }
-  throw InputError("--out: '" + Printable(path) +
-                   "' must end in .jsonl (JSON Lines), .csv, .npz or .trc; "
-                   "`kinegraph convert` writes other formats");
+  throw InputError("--out: '" + Printable(path) + "' must end in " +
+                   TrackExtensions() +
+                   "; `kinegraph convert` writes other formats");
 }
 
 std::unique_ptr<TrackOutput> MakeTrackOutput(const std::string& path,

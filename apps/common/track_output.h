@@ -22,10 +22,11 @@ class TrackOutput {
   virtual std::string path() const = 0;
 };
 
-// .jsonl and .json are our own format, written as frames become final; .csv and
-// .npz hold the take until its end; .trc makes a folder of that name without
-// the extension, with a file a person. Throws InputError naming --out and the
-// extensions for any other. `observations` as TrackWriteOptions has it.
+// .jsonl and .json are our own format, written as frames become final; others
+// (track_format.h) hold the take until its end. Formats with a file a person,
+// such as .trc, make a folder of that name without the extension. Throws
+// InputError naming --out and the extensions for any other. `observations` as
+// TrackWriteOptions has it.
 std::unique_ptr<TrackOutput> MakeTrackOutput(const std::string& path,
                                              const TrackHeader& header,
                                              bool observations,

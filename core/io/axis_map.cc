@@ -39,4 +39,13 @@ AxisMap AxisMap::Parse(const std::string& text) {
   return map;
 }
 
+std::string AxisMap::Text() const {
+  std::string text;
+  for (size_t i = 0; i < 3; ++i) {
+    text += std::string(i == 0 ? "" : ",") + (sign[i] < 0.0 ? "-" : "") +
+            static_cast<char>('x' + axis[i]);
+  }
+  return text;
+}
+
 }  // namespace kinegraph

@@ -8,7 +8,8 @@
 
 namespace kinegraph {
 
-// Axes of a TRC file: each is an axis of the world with a sign.
+// Axes of a file: each is an axis of the world with a sign. The default is
+// TRC's.
 struct AxisMap {
   std::array<int, 3> axis = {1, 2, 0};
   std::array<double, 3> sign = {1.0, 1.0, 1.0};
@@ -16,6 +17,8 @@ struct AxisMap {
   // "y,z,x" (the default: from z up to y up), "x,-z,y". Throws InputError for
   // anything but three different axes that keep left and right apart.
   static AxisMap Parse(const std::string& text);
+  // The text that Parse() reads.
+  std::string Text() const;
 
   bool operator==(const AxisMap& other) const {
     return axis == other.axis && sign == other.sign;

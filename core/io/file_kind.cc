@@ -10,7 +10,7 @@
 #include "core/io/calibration_formats.h"
 #include "core/io/detection_format.h"
 #include "core/io/text_file.h"
-#include "core/io/track_formats.h"
+#include "core/io/track_format.h"
 
 namespace kinegraph {
 namespace {
@@ -21,6 +21,11 @@ namespace fs = std::filesystem;
   throw InputError(path, "",
                    "is no calibration, detections or tracks in a known format "
                    "(--from can name one)");
+}
+
+bool AreSurelyTracks(const std::string& path) {
+  const TrackFormat* format = RecogniseTracks(LookAtTracks(path));
+  return format != nullptr && format->is_unmistakable;
 }
 
 bool HasExtension(const std::string& path,
@@ -51,9 +56,6 @@ FileKind KindOfObject(const JsonHead& head) {
     if (head.Has(key)) return FileKind::kDetections;
   }
   if (head.Has("frames") && head.Has("image_wh")) return FileKind::kDetections;
-  for (const char* key : {"kinegraph", "poses", "bodies"}) {
-    if (head.Has(key)) return FileKind::kTracks;
-  }
   return FileKind::kCalibration;  // names of cameras are any keys
 }
 
@@ -94,7 +96,7 @@ bool IsDetectionTable(const std::string& path) {
 }
 
 FileKind KindOfFile(const std::string& path) {
-  if (IsTracksExport(path)) return FileKind::kTracks;
+  if (AreSurelyTracks(path)) return FileKind::kTracks;
   if (IsDetectionTable(path)) return FileKind::kDetections;
   if (HasExtension(path, {".toml", ".yml", ".yaml"}) ||
       LooksLikeTomlOrYaml(Beginning(path))) {
@@ -102,7 +104,6 @@ FileKind KindOfFile(const std::string& path) {
   }
   const JsonHead head = PeekJson(path);
   if (head.kind == '{') return KindOfObject(head);
-  if (head.kind == 'M') return FileKind::kTracks;  // "MATLAB 5.0 MAT-file"
   if (head.kind == '[') return KindOfArray(path);
   if (IsNumberTable(Beginning(path).substr(0, 200))) return KindOfNumbers(path);
   FailUnknown(path);
@@ -110,7 +111,7 @@ FileKind KindOfFile(const std::string& path) {
 
 FileKind KindOfFolder(const std::string& path) {
   if (!ListTumFiles(path).empty()) return FileKind::kCalibration;
-  if (IsTracksExport(path)) return FileKind::kTracks;
+  if (AreSurelyTracks(path)) return FileKind::kTracks;
   const std::vector<std::string> names = ListFolder(path);
   for (const std::string& name : names) {
     if (HasExtension(name, {".yml", ".yaml"})) return FileKind::kCalibration;

@@ -45,17 +45,14 @@ void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
                     Losses* losses, const PersonNames& names = {});
 
 // TRC as OpenSim and Pose2Sim read it, a file a person: PATH/person_ID.trc, or
-// PATH/person_ID_NAME.trc of those who have a name.
+// PATH/person_ID_NAME.trc of those who have a name; NAME.trc is the file of the
+// one person that the tracks have.
 // All files have a row for every frame of the take, Frame# from 1 and the time
 // of the tracks; the header's OrigDataStartFrame is the first frame's number. A
 // marker without position has empty cells. Needs a frame rate.
 void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
                     const AxisMap& axes, Losses* losses,
                     const PersonNames& names = {});
-
-// The same for tracks of one person, into the file `path` itself.
-void WriteTracksTrcFile(const std::string& path, const TrackSequence& tracks,
-                        const AxisMap& axes, Losses* losses);
 
 // Files of ground truth and results; each keeps frames, identities and
 // positions, and the losses say what a reader must be told.

@@ -33,12 +33,6 @@ TrackSequence ReadTracksTrc(const std::string& path,
 TrackSequence ReadTracksNpz(const std::string& path,
                             const TrackReadOptions& options);
 
-// Names of the .trc files in a folder; none for anything else.
-std::vector<std::string> ListTrcFiles(const std::string& path);
-
-// Whether it is CSV, TRC (a folder too) or NPZ.
-bool IsTracksExport(const std::string& path);
-
 // The skeleton of a file that names its joints but no bones: the option's, else
 // a known one with the same names, else one without bones. Throws InputError
 // without a file when the option's has other joints.

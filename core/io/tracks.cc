@@ -1,59 +1,40 @@
 #include "core/io/tracks.h"
 
 #include <algorithm>
-#include <cctype>
-#include <filesystem>
-#include <string_view>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
 #include "core/io/joint_names.h"
 #include "core/io/text_file.h"
+#include "core/io/track_format.h"
 #include "core/io/track_formats.h"
 
 namespace kinegraph {
 namespace {
 
-namespace fs = std::filesystem;
-
-// Formats that begin with a word of their own.
-std::optional<TrackFormat> FormatOfBeginning(const std::string& text) {
-  for (const auto& [begin, format] :
-       {std::pair{"frame,time_s,id,joint,", TrackFormat::kCsv},
-        {"PathFileType", TrackFormat::kTrc},
-        {"PK\x03\x04", TrackFormat::kNpz}}) {
-    if (text.rfind(begin, 0) == 0) return format;
+// The option's format, else the one that recognises the path.
+const TrackFormat& FormatOf(const std::string& path,
+                            const TrackReadOptions& options) {
+  std::string known;
+  for (const TrackFormat& format : TrackFormats()) {
+    if (!format.readable()) continue;
+    if (format.name == options.format) return format;
+    known += (known.empty() ? "" : ", ") + format.name;
   }
-  return std::nullopt;
-}
-
-TrackFormat Recognise(const std::string& path) {
-  std::error_code ignored;
-  if (fs::is_directory(path, ignored)) {
-    return ListTrcFiles(path).empty() ? TrackFormat::kPanoptic
-                                      : TrackFormat::kTrc;
+  if (!options.format.empty()) {
+    throw OptionError("format", "found '" + Printable(options.format) +
+                                    "', expected one of " + known);
   }
-  if (IsPipe(path)) return TrackFormat::kKinegraph;
-  if (const auto format = FormatOfBeginning(BeginningOf(path, 64))) {
-    return *format;
-  }
-  const JsonHead head = PeekJson(path);
-  if (head.kind == 'M') return TrackFormat::kTum;  // "MATLAB 5.0 MAT-file"
-  if (std::isdigit(static_cast<unsigned char>(head.kind)) != 0) {
-    return TrackFormat::kFourDAssociation;
-  }
-  if (head.kind == '[') return TrackFormat::kLongcw;
-  if (head.Has("kinegraph")) return TrackFormat::kKinegraph;
-  if (head.Has("poses")) return TrackFormat::kPoses;
-  if (head.Has("bodies")) return TrackFormat::kPanoptic;
-  if (head.Has("kinegraph_detections")) {
+  if (IsPipe(path)) return *FindTrackFormat("kinegraph");
+  const TrackHead head = LookAtTracks(path);
+  const TrackFormat* format = RecogniseTracks(head);
+  if (format != nullptr) return *format;
+  if (head.HasKey("kinegraph_detections")) {
     throw InputError(path, "", "is a file of detections, expected tracks");
   }
   throw InputError(path, "",
-                   "is no known format of tracks, expected ours, TUM's .mat, "
-                   "4D association's text, longcw, {\"poses\"}, Panoptic, "
-                   "CSV, TRC or NPZ");
+                   "is no known format of tracks, expected one of " + known);
 }
 
 void Check(const TrackReadOptions& options) {
@@ -73,28 +54,10 @@ TrackSequence ReadAll(TrackSource* source) {
   return sequence;
 }
 
-TrackSequence Read(const std::string& path, TrackFormat format,
+TrackSequence Read(const std::string& path, const TrackFormat& format,
                    const TrackReadOptions& options) {
-  switch (format) {
-    case TrackFormat::kTum:
-      return ReadTumTracks(path, options);
-    case TrackFormat::kFourDAssociation:
-      return ReadFourDAssociation(path, options);
-    case TrackFormat::kLongcw:
-      return ReadLongcwTracks(path, options);
-    case TrackFormat::kPoses:
-      return ReadPoses(path, options);
-    case TrackFormat::kPanoptic:
-      return ReadPanoptic(path, options);
-    case TrackFormat::kCsv:
-      return ReadTracksCsv(path, options);
-    case TrackFormat::kTrc:
-      return ReadTracksTrc(path, options);
-    case TrackFormat::kNpz:
-      return ReadTracksNpz(path, options);
-    default:
-      return ReadAll(OpenKinegraphTracks(path, options).get());
-  }
+  if (format.open != nullptr) return ReadAll(format.open(path, options).get());
+  return format.read(path, options);
 }
 
 // Hands out frames that are in memory.
@@ -119,26 +82,15 @@ class SequenceSource : public TrackSource {
 std::unique_ptr<TrackSource> OpenTracks(const std::string& path,
                                         const TrackReadOptions& options) {
   Check(options);
-  const TrackFormat format =
-      options.format == TrackFormat::kAuto ? Recognise(path) : options.format;
-  if (format == TrackFormat::kKinegraph) {
-    return OpenKinegraphTracks(path, options);
-  }
-  return std::make_unique<SequenceSource>(Read(path, format, options));
+  const TrackFormat& format = FormatOf(path, options);
+  if (format.open != nullptr) return format.open(path, options);
+  return std::make_unique<SequenceSource>(format.read(path, options));
 }
 
 TrackSequence ReadTracks(const std::string& path,
                          const TrackReadOptions& options) {
   Check(options);
-  return Read(
-      path,
-      options.format == TrackFormat::kAuto ? Recognise(path) : options.format,
-      options);
-}
-
-bool IsTracksExport(const std::string& path) {
-  if (IsFolder(path)) return !ListTrcFiles(path).empty();
-  return FormatOfBeginning(BeginningOf(path, 64)).has_value();
+  return Read(path, FormatOf(path, options), options);
 }
 
 Skeleton SkeletonOfNames(const std::vector<std::string>& joints,

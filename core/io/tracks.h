@@ -13,19 +13,6 @@
 
 namespace kinegraph {
 
-enum class TrackFormat {
-  kAuto,              // by content
-  kKinegraph,         // our JSON Lines
-  kTum,               // actorsGT.mat of Campus and Shelf
-  kFourDAssociation,  // gt.txt, skel.txt
-  kLongcw,            // annotation_3d.json, result_3d.json (centimetres)
-  kPoses,             // {"poses": [{"frame", "id", "joints"}]}
-  kPanoptic,          // body3DScene_*.json, one or a folder (centimetres)
-  kCsv,               // one row a joint, as WriteTracksCsv writes it
-  kTrc,               // a person's file or a folder of them
-  kNpz,               // arrays as WriteTracksNpz writes them
-};
-
 // What a joint stored as zeros (weight 0) is, in 4D association's files.
 enum class StoredZeros {
   kMissing,
@@ -33,7 +20,8 @@ enum class StoredZeros {
 };
 
 struct TrackReadOptions {
-  TrackFormat format = TrackFormat::kAuto;
+  // Name of a format (track_format.h); empty: by content.
+  std::string format;
   // Of formats that do not tell their skeleton, where the number of joints is
   // not enough. With 4da19 a {"poses"} file is asked for its "joints19".
   std::optional<Skeleton> skeleton;
@@ -44,7 +32,9 @@ struct TrackReadOptions {
   // at 300.
   int64_t first_frame = 300;
   StoredZeros stored_zeros = StoredZeros::kMissing;
-  AxisMap trc_axes;  // of TRC files
+  // Which world axes the file's X, Y, Z are, in formats with axes of their own
+  // (TRC); else the format's.
+  std::optional<AxisMap> axes;
 };
 
 class TrackSource {

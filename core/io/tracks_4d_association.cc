@@ -10,6 +10,8 @@
 #include "core/io/bulk_json.h"
 #include "core/io/ids.h"
 #include "core/io/text_file.h"
+#include "core/io/track_export.h"
+#include "core/io/track_format.h"
 #include "core/io/track_formats.h"
 
 namespace kinegraph {
@@ -151,6 +153,26 @@ TrackSequence ReadFourDAssociation(const std::string& path,
   }
   tokens.ExpectEnd();
   return collector.Finish();
+}
+
+TrackFormat FourDAssociationTrackFormat() {
+  TrackFormat format;
+  format.name = "4da";
+  format.layout = "4D association's gt.txt, skel.txt";
+  format.is_unmistakable = false;
+  format.recognise = [](const TrackHead& head) {
+    return head.kind >= '0' && head.kind <= '9';
+  };
+  format.read = ReadFourDAssociation;
+  format.write = [](const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions&, Losses* losses) {
+    WriteTracks4dAssociation(path, tracks, losses);
+  };
+  format.kept = "frame, identity, positions";
+  format.lost =
+      "times, status, covariances; the first frame and the frame rate must be "
+      "named";
+  return format;
 }
 
 }  // namespace kinegraph

@@ -15,7 +15,10 @@
 #include "core/io/csv_cell.h"
 #include "core/io/csv_rows.h"
 #include "core/io/ids.h"
+#include "core/io/person_files.h"
 #include "core/io/text_file.h"
+#include "core/io/track_export.h"
+#include "core/io/track_format.h"
 #include "core/io/track_formats.h"
 
 namespace kinegraph {
@@ -215,6 +218,28 @@ class Reader {
   std::vector<bool> seen_;
 };
 
+PersonNames ReadNames(const std::string& path) {
+  PersonNames names;
+  const std::string text = ReadTextFile(path);
+  CsvRows rows(text);
+  std::vector<std::string> cells;
+  if (!rows.Next(&cells)) return names;
+  const auto column = [&](const char* title) {
+    return static_cast<size_t>(std::find(cells.begin(), cells.end(), title) -
+                               cells.begin());
+  };
+  const size_t of_id = column("id");
+  const size_t of_name = column("name");
+  const size_t width = cells.size();
+  if (of_name == width || of_id == width) return names;
+  while (rows.Next(&cells)) {
+    if (cells.size() != width || cells[of_name].empty()) continue;
+    const std::optional<TrackId> id = PersonIdOf(cells[of_id]);
+    if (id.has_value()) names.emplace(*id, PlainCell(cells[of_name]));
+  }
+  return names;
+}
+
 }  // namespace
 
 TrackSequence ReadTracksCsv(const std::string& path,
@@ -224,6 +249,29 @@ TrackSequence ReadTracksCsv(const std::string& path,
   return Located(
       path, [&] { return place; },
       [&] { return Reader(text, options).Read(&place); });
+}
+
+TrackFormat CsvTrackFormat() {
+  TrackFormat format;
+  format.name = "csv";
+  format.layout = "one row a joint";
+  format.extensions = {".csv"};
+  format.has_marker_names = true;
+  format.recognise = [](const TrackHead& head) {
+    return head.BeginsWith("frame,time_s,id,joint,");
+  };
+  format.read = ReadTracksCsv;
+  format.read_names = ReadNames;
+  format.keeps_names = true;
+  format.write = [](const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions& options, Losses* losses) {
+    WriteTracksCsv(path, tracks, losses, options.names);
+  };
+  format.kept = "frame, time, identity, status, views, covariances";
+  format.lost =
+      "bones of own skeletons, frame rate, matches, configuration, frames with "
+      "nobody";
+  return format;
 }
 
 }  // namespace kinegraph

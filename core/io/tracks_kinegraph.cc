@@ -1,12 +1,17 @@
 // Our own tracks, JSON Lines: a header line, then a line a frame. The fields
 // stand in core/io/track_writer.cc, which writes them.
 #include <algorithm>
+#include <fstream>
 #include <limits>
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/json.h"
+#include "core/io/person_files.h"
 #include "core/io/skeleton_json.h"
+#include "core/io/track_format.h"
 #include "core/io/track_formats.h"
+#include "core/io/track_writer.h"
 
 namespace kinegraph {
 namespace {
@@ -302,11 +307,58 @@ class KinegraphTrackSource : public TrackSource {
   std::vector<JointStatus> statuses_;  // of one person
 };
 
+PersonNames ReadNames(const std::string& path) {
+  PersonNames names;
+  std::ifstream file(path);
+  std::string line;
+  if (!std::getline(file, line)) return names;
+  const Json json = Json::parse(line, nullptr, false);
+  if (!json.is_object() || json.count("kinegraph") == 0) return names;
+  const auto entries = json.find("names");
+  if (entries == json.end()) return names;
+  for (const auto& [key, name] : entries->items()) {
+    const std::optional<TrackId> id = PersonIdOf(key);
+    if (!entries->is_object() || !id.has_value() || !name.is_string()) {
+      throw InputError(path, "names",
+                       "found '" + Printable(key) + ": " +
+                           Printable(name.dump()) +
+                           "', expected {\"identity\": \"name\"}");
+    }
+    names[*id] = name.get<std::string>();
+  }
+  return names;
+}
+
 }  // namespace
 
 std::unique_ptr<TrackSource> OpenKinegraphTracks(
     const std::string& path, const TrackReadOptions& options) {
   return std::make_unique<KinegraphTrackSource>(path, options);
+}
+
+TrackFormat KinegraphTrackFormat() {
+  TrackFormat format;
+  format.name = "kinegraph";
+  format.layout = "JSON Lines";
+  format.extensions = {".jsonl"};
+  format.recognise = [](const TrackHead& head) {
+    return head.HasKey("kinegraph");
+  };
+  format.open = OpenKinegraphTracks;
+  format.read_names = ReadNames;
+  format.keeps_names = true;
+  format.write = [](const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions& options, Losses* losses) {
+    if (!(tracks.header.frame_rate_hz > 0.0)) {
+      losses->push_back("the frame rate is not known (--frame_rate=HZ)");
+    }
+    // The header has views only when the input had observations.
+    WriteTracks(path, tracks,
+                {!tracks.header.view_names.empty(), options.names});
+  };
+  format.kept = "everything";
+  format.lost = "nothing";
+  return format;
 }
 
 }  // namespace kinegraph

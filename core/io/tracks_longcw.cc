@@ -6,6 +6,8 @@
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
 #include "core/io/longcw.h"
+#include "core/io/track_export.h"
+#include "core/io/track_format.h"
 #include "core/io/track_formats.h"
 
 namespace kinegraph {
@@ -146,6 +148,24 @@ TrackSequence ReadLongcwTracks(const std::string& path,
                                const TrackReadOptions& options) {
   JsonFileParser parser;
   return Reader(path, options).Read(parser.Parse(path));
+}
+
+TrackFormat LongcwTrackFormat() {
+  TrackFormat format;
+  format.name = "longcw";
+  format.layout = "annotation_3d.json, result_3d.json";
+  format.is_unmistakable = false;
+  format.recognise = [](const TrackHead& head) { return head.kind == '['; };
+  format.read = ReadLongcwTracks;
+  format.write = [](const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions&, Losses* losses) {
+    WriteTracksLongcw(path, tracks, losses);
+  };
+  format.kept = "frame, time, identity, positions";
+  format.lost =
+      "status, covariances; frame rates other than 25 Hz must be named; a time "
+      "that would be read as another frame is refused";
+  return format;
 }
 
 }  // namespace kinegraph

@@ -8,6 +8,9 @@
 #include "core/io/bulk_json.h"
 #include "core/io/ids.h"
 #include "core/io/npz_reader.h"
+#include "core/io/person_files.h"
+#include "core/io/track_export.h"
+#include "core/io/track_format.h"
 #include "core/io/track_formats.h"
 
 namespace kinegraph {
@@ -181,11 +184,46 @@ class Reader {
   std::vector<int64_t> numbers_;
 };
 
+PersonNames ReadNames(const std::string& path) {
+  PersonNames names;
+  const NpzReader file(path);
+  if (!file.Has("names") || !file.Has("ids")) return names;
+  const std::vector<std::string> of_ids = file.Texts("names", 1);
+  const std::vector<int64_t> ids = file.Integers("ids", 1);
+  if (of_ids.size() != ids.size()) file.Fail("names", "does not fit the ids");
+  for (size_t p = 0; p < ids.size(); ++p) {
+    if (!of_ids[p].empty()) names[TrackId(ids[p])] = of_ids[p];
+  }
+  return names;
+}
+
 }  // namespace
 
 TrackSequence ReadTracksNpz(const std::string& path,
                             const TrackReadOptions& options) {
   return Reader(path, options).Read();
+}
+
+TrackFormat NpzTrackFormat() {
+  TrackFormat format;
+  format.name = "npz";
+  format.layout = "NumPy's arrays";
+  format.extensions = {".npz"};
+  format.has_marker_names = true;
+  format.recognise = [](const TrackHead& head) {
+    return head.BeginsWith("PK\x03\x04");
+  };
+  format.read = ReadTracksNpz;
+  format.read_names = ReadNames;
+  format.keeps_names = true;
+  format.write = [](const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions& options, Losses* losses) {
+    WriteTracksNpz(path, tracks, losses, options.names);
+  };
+  format.read_note = "uncompressed";
+  format.kept = "the same, all frames, frame rate, bones";
+  format.lost = "matches, configuration";
+  return format;
 }
 
 }  // namespace kinegraph

@@ -9,6 +9,8 @@
 #include "core/io/bulk_json.h"
 #include "core/io/folder_entry.h"
 #include "core/io/names.h"
+#include "core/io/track_export.h"
+#include "core/io/track_format.h"
 #include "core/io/track_formats.h"
 
 namespace kinegraph {
@@ -81,6 +83,30 @@ TrackSequence ReadPanoptic(const std::string& path,
     Located(file, [&] { ReadFile(root, *frame, &collector); });
   }
   return collector.Finish();
+}
+
+TrackFormat PanopticTrackFormat() {
+  TrackFormat format;
+  format.name = "panoptic";
+  format.layout = "body3DScene_*.json";
+  format.files = TrackFormat::Files::kFileAFrame;
+  format.recognise = [](const TrackHead& head) {
+    return head.HasKey("bodies") ||
+           std::any_of(head.names.begin(), head.names.end(),
+                       [](const std::string& name) {
+                         return name.rfind("body3DScene_", 0) == 0;
+                       });
+  };
+  format.read = ReadPanoptic;
+  format.write = [](const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions&, Losses* losses) {
+    WriteTracksPanoptic(path, tracks, losses);
+  };
+  format.kept = "frame, identity, positions of Panoptic's nineteen joints";
+  format.lost =
+      "other joints, status, covariances; frame rates other than 29.97 Hz must "
+      "be named";
+  return format;
 }
 
 }  // namespace kinegraph

@@ -3,6 +3,8 @@
 // [null, null, null]. 4D association's has its own skeleton as "joints19".
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
+#include "core/io/track_export.h"
+#include "core/io/track_format.h"
 #include "core/io/track_formats.h"
 
 namespace kinegraph {
@@ -96,6 +98,20 @@ TrackSequence ReadPoses(const std::string& path,
   return Located(
       path, [&] { return place; },
       [&] { return Read(AsObject(root, kOutermost), options, &place); });
+}
+
+TrackFormat PosesTrackFormat() {
+  TrackFormat format;
+  format.name = "poses";
+  format.layout = "JSON: {\"poses\": [...]}";
+  format.recognise = [](const TrackHead& head) { return head.HasKey("poses"); };
+  format.read = ReadPoses;
+  format.write = [](const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions&,
+                    Losses* losses) { WriteTracksPoses(path, tracks, losses); };
+  format.kept = "frame, identity, positions";
+  format.lost = "times, status, covariances, frames with nobody";
+  return format;
 }
 
 }  // namespace kinegraph

@@ -6,22 +6,20 @@
 // OrigDataStartFrame plus the row.
 #include <charconv>
 #include <cmath>
-#include <filesystem>
 #include <optional>
-#include <set>
 #include <string_view>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
-#include "core/io/names.h"
+#include "core/io/person_files.h"
 #include "core/io/text_file.h"
+#include "core/io/track_export.h"
+#include "core/io/track_format.h"
 #include "core/io/track_formats.h"
 
 namespace kinegraph {
 namespace {
-
-namespace fs = std::filesystem;
 
 // Lines without what ends them, blank ones left out.
 class Lines {
@@ -133,49 +131,6 @@ Header ReadHeader(Lines* lines) {
   return header;
 }
 
-// One person's file.
-struct PersonFile {
-  std::string path;
-  TrackId id;
-};
-
-// The number after the last "person_" or "_P" in a file's name.
-std::optional<int64_t> PersonOf(const std::string& name) {
-  for (const std::string mark : {"person_", "_P"}) {
-    for (size_t at = name.rfind(mark); at != std::string::npos;
-         at = at == 0 ? std::string::npos : name.rfind(mark, at - 1)) {
-      const size_t begin = at + mark.size();
-      size_t end = begin;
-      while (end < name.size() && name[end] >= '0' && name[end] <= '9') ++end;
-      if (end > begin) return LastInteger(name.substr(begin, end - begin));
-    }
-  }
-  return std::nullopt;
-}
-
-// Ids are those of the names where every name has its own, else 0, 1, 2 in the
-// order of the names.
-std::vector<PersonFile> PersonFiles(const std::string& path) {
-  if (!IsFolder(path)) {
-    const std::string name = fs::path(path).filename().string();
-    return {{path, TrackId(PersonOf(name).value_or(0))}};
-  }
-  const std::vector<std::string> names = ListTrcFiles(path);
-  if (names.empty()) throw InputError(path, "", "has no .trc files");
-  std::vector<PersonFile> files;
-  std::set<int64_t> ids;
-  for (const std::string& name : names) {
-    const std::optional<int64_t> id = PersonOf(name);
-    if (id.has_value()) ids.insert(*id);
-    files.push_back({path + "/" + name, TrackId(id.value_or(0))});
-  }
-  if (ids.size() == files.size()) return files;
-  for (size_t i = 0; i < files.size(); ++i) {
-    files[i].id = TrackId(static_cast<int64_t>(i));
-  }
-  return files;
-}
-
 void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
                  const AxisMap& axes, Pose3d* joints) {
   for (size_t m = 0; m < joints->size(); ++m) {
@@ -224,22 +179,11 @@ void ReadRows(const Header& header, TrackId id, const AxisMap& axes,
 
 }  // namespace
 
-std::vector<std::string> ListTrcFiles(const std::string& path) {
-  std::vector<std::string> names;
-  if (!IsFolder(path)) return names;
-  for (const std::string& name : ListFolder(path)) {
-    if (name.front() != '.' && fs::path(name).extension() == ".trc") {
-      names.push_back(name);
-    }
-  }
-  return names;
-}
-
 TrackSequence ReadTracksTrc(const std::string& path,
                             const TrackReadOptions& options) {
   std::optional<TrackCollector> collector;
   std::vector<std::string> markers;  // of the first file
-  for (const PersonFile& file : PersonFiles(path)) {
+  for (const PersonFile& file : ListPersonFiles(path, ".trc")) {
     const std::string text = ReadTextFile(file.path);
     Lines lines(text);
     Located(
@@ -258,10 +202,41 @@ TrackSequence ReadTracksTrc(const std::string& path,
           } else if (markers != header.markers) {
             throw InputError("has other markers than the first file");
           }
-          ReadRows(header, file.id, options.trc_axes, &lines, &*collector);
+          ReadRows(header, file.id, options.axes.value_or(AxisMap()), &lines,
+                   &*collector);
         });
   }
   return collector->Finish();
+}
+
+TrackFormat TrcTrackFormat() {
+  TrackFormat format;
+  format.name = "trc";
+  format.layout = "a folder, a file a person";
+  format.extensions = {".trc"};
+  format.files = TrackFormat::Files::kFileAPerson;
+  format.person_extension = ".trc";
+  format.axes = AxisMap();
+  format.has_marker_names = true;
+  format.recognise = [](const TrackHead& head) {
+    return head.BeginsWith("PathFileType") || head.HasFile(".trc");
+  };
+  format.read = ReadTracksTrc;
+  format.read_names = [](const std::string& path) {
+    return NamesOfPersonFiles(path, ".trc");
+  };
+  format.keeps_names = true;
+  format.write = [](const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions& options, Losses* losses) {
+    WriteTracksTrc(path, tracks, options.axes.value_or(AxisMap()), losses,
+                   options.names);
+  };
+  format.read_note = "m, cm, mm";
+  format.kept = "frame, time, frame rate, identity, positions";
+  format.lost =
+      "status, views, covariances, bones of own skeletons; frames that the "
+      "input leaves out come back with nobody";
+  return format;
 }
 
 }  // namespace kinegraph

@@ -12,6 +12,8 @@
 #include "core/io/bulk_json.h"
 #include "core/io/mat_check.h"
 #include "core/io/text_file.h"
+#include "core/io/track_export.h"
+#include "core/io/track_format.h"
 #include "core/io/track_formats.h"
 
 namespace kinegraph {
@@ -141,6 +143,23 @@ TrackSequence ReadTumTracks(const std::string& path,
   TrackCollector collector(std::move(header));
   TumReader(path, &collector).Read(*actors);
   return collector.Finish();
+}
+
+TrackFormat TumTrackFormat() {
+  TrackFormat format;
+  format.name = "tum";
+  format.layout = "actorsGT.mat";
+  // "MATLAB 5.0 MAT-file".
+  format.recognise = [](const TrackHead& head) { return head.kind == 'M'; };
+  format.read = ReadTumTracks;
+  format.write = [](const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions&,
+                    Losses* losses) { WriteTracksTum(path, tracks, losses); };
+  format.kept = "frame, identity, positions";
+  format.lost =
+      "times, status, covariances; frames begin at 0; refused: identities "
+      "above 999";
+  return format;
 }
 
 }  // namespace kinegraph

@@ -81,7 +81,7 @@ void FuzzTracks(const uint8_t* bytes, size_t size) {
 void FuzzNpz(const uint8_t* bytes, size_t size) {
   Reading(bytes, size, [](const std::string& path) {
     TrackReadOptions options;
-    options.format = TrackFormat::kNpz;
+    options.format = "npz";
     ReadTracks(path, options);
   });
 }
@@ -89,7 +89,7 @@ void FuzzNpz(const uint8_t* bytes, size_t size) {
 void FuzzMat(const uint8_t* bytes, size_t size) {
   Reading(bytes, size, [](const std::string& path) {
     TrackReadOptions options;
-    options.format = TrackFormat::kTum;
+    options.format = "tum";
     ReadTracks(path, options);
   });
 }

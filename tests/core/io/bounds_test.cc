@@ -251,7 +251,7 @@ TEST(IdBounds, ReadersTakeWhatWritersWrite) {
   EXPECT_EQ(id_read(), kId);
   WriteTracks4dAssociation(path, tracks, &losses);
   TrackReadOptions options;
-  options.format = TrackFormat::kFourDAssociation;
+  options.format = "4da";
   options.skeleton = tracks.header.skeleton;
   EXPECT_EQ(id_read(options), kId);
 }
@@ -270,7 +270,7 @@ TEST(IdBounds, RenumberingIsSaid) {
     WriteTracksLongcw(path, OnePerson(id, "a"), &losses);
     EXPECT_EQ(is_said(losses), said) << id;
     TrackReadOptions options;
-    options.format = TrackFormat::kLongcw;
+    options.format = "longcw";
     options.skeleton = OnePerson(0, "a").header.skeleton;
     EXPECT_EQ(ReadTracks(path, options).frames.at(0).people.at(0).id.value(),
               said ? 0 : id);

@@ -434,7 +434,11 @@ std::vector<Case> TrackCases() {
   };
   return {
       {"missing path", kind, {}, "nowhere", "No such file"},
-      {"empty folder", kind, {{"x/y", ""}}, "x", "no body3DScene_"},
+      {"empty folder",
+       kind,
+       {{"x/y", ""}},
+       "x",
+       "is no known format of tracks"},
       OneFile("empty", kind, "", "no known format"),
       OneFile("unknown object", kind, "{\"x\": 1}", "no known format"),
       OneFile("unknown text", kind, "hello", "no known format"),

@@ -1,0 +1,540 @@
+// What kinegraph-convert writes, read by programs of others and compared with
+// the tracks: three.js in Chromium, SciPy and xarray, Assimp; C3D by a reader
+// that was written from the specification for these tests.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/io/json.h"
+#include "core/io/text_file.h"
+#include "core/io/track_writer.h"
+#include "tests/apps/formats/take.h"
+#include "tests/support/browser.h"
+#include "tests/support/program.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector3d;
+using testing::Browser;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::MakeTake;
+using testing::TemporaryFolder;
+
+const PersonNames kNames = {{TrackId(12), "Anna"}};
+
+// The take as JSON Lines, converted to `name`; the notes that were printed.
+std::string Convert(const TemporaryFolder& folder, const TrackSequence& take,
+                    const std::string& name, const std::string& more = "") {
+  const std::string in = folder.path() / "take.jsonl";
+  WriteTracks(in, take, {!take.header.view_names.empty(), kNames});
+  const std::string out = folder.path() / name;
+  const testing::ProgramOutcome outcome = testing::RunProgram(
+      "convert", "--in='" + in + "' --out='" + out + "' " + more);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  return outcome.errors;
+}
+
+Json RunPython(const TemporaryFolder& folder, const std::string& script,
+               const std::string& file) {
+  const std::string out = folder.path() / "read.json";
+  const std::string command =
+      "/usr/bin/python3 '" +
+      testing::ProjectFile("tests/apps/formats/" + script).string() + "' '" +
+      file + "' > '" + out + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0) << command;
+  return Json::parse(ReadTextFile(out));
+}
+
+bool HasPython(const std::string& modules) {
+  return std::system(
+             ("/usr/bin/python3 -c 'import " + modules + "' > /dev/null 2>&1")
+                 .c_str()) == 0;
+}
+
+const PersonPose* PersonIn(const TrackSequence& take, int64_t frame,
+                           int64_t id) {
+  for (const TrackFrame& at : take.frames) {
+    if (at.frame != frame) continue;
+    for (const PersonPose& person : at.people) {
+      if (person.id == TrackId(id)) return &person;
+    }
+  }
+  return nullptr;
+}
+
+Vector3d VectorOf(const Json& array) {
+  return {array[0].get<double>(), array[1].get<double>(),
+          array[2].get<double>()};
+}
+
+// ---- C3D ----
+
+TEST(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
+  if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
+  TrackSequence take = MakeTake();
+  take.header.view_names = {"one", "two", "three"};
+  for (TrackFrame& frame : take.frames) {
+    for (PersonPose& person : frame.people) {
+      for (int v = 0; v < 3; v += 2) {
+        ViewMatch match;
+        match.view_idx = v;
+        match.weights.assign(25, v == 0 ? 0.7 : 0.0);
+        match.weights[7] = 1.0;
+        person.matches.push_back(match);
+      }
+    }
+  }
+  const TemporaryFolder folder;
+  const std::string notes = Convert(folder, take, "take.c3d");
+  EXPECT_THAT(notes, HasSubstr("root of its trace"));
+  const Json read =
+      RunPython(folder, "c3d_reader.py", folder.path() / "take.c3d");
+  EXPECT_EQ(read["first"], 301) << "C3D counts from 1";
+  EXPECT_EQ(read["rate"], 50.0);
+  ASSERT_EQ(read["frames"].size(), 40u) << "frame 311 too, without points";
+  ASSERT_EQ(read["labels"].size(), 50u);
+  EXPECT_EQ(read["labels"][0], "person_3:nose");
+  EXPECT_EQ(read["labels"][26], "person_12:neck");
+  const Json& parameters = read["parameters"];
+  EXPECT_EQ(parameters["POINT"]["UNITS"][0], "mm");
+  EXPECT_EQ(parameters["POINT"]["FRAMES"], 40);
+  EXPECT_EQ(parameters["ANALOG"]["USED"], 0);
+  EXPECT_EQ(parameters["SUBJECTS"]["NAMES"], Json({"person_3", "Anna"}));
+  EXPECT_EQ(parameters["SUBJECTS"]["LABEL_PREFIXES"],
+            Json({"person_3:", "person_12:"}));
+  EXPECT_EQ(parameters["EVENT"]["LABELS"],
+            Json({"begin", "end", "begin", "end"}));
+  // Minutes and seconds: frames 300, 339, 305 and 331 at 50 Hz.
+  const std::vector<double> times = {0, 6.0, 0, 6.78, 0, 6.1, 0, 6.62};
+  for (size_t i = 0; i < times.size(); ++i) {
+    EXPECT_NEAR(parameters["EVENT"]["TIMES"][i].get<double>(), times[i], 1e-6);
+  }
+  const double step_mm = read["scale"].get<double>();
+  int compared = 0;
+  for (int64_t f = 300; f < 340; ++f) {
+    for (size_t p = 0; p < 50; ++p) {
+      const Json& point = read["frames"][static_cast<size_t>(f - 300)][p];
+      const PersonPose* person = PersonIn(take, f, p < 25 ? 3 : 12);
+      const size_t j = p % 25;
+      const bool is_there = person != nullptr && person->joints[j].present();
+      ASSERT_EQ(!point.is_null(), is_there) << f << " " << p;
+      if (!is_there) continue;
+      // Half a float's last digit below 16.4 m, on each axis.
+      EXPECT_LT((VectorOf(point) - 1000.0 * person->joints[j].position_m)
+                    .cwiseAbs()
+                    .maxCoeff(),
+                16384.0 * std::pow(2.0, -25.0));
+      const double uncertainty_mm =
+          1000.0 * std::sqrt(person->covariances[j]->trace());
+      EXPECT_NEAR(point[3].get<double>(), uncertainty_mm,
+                  std::max(0.5001 * step_mm, step_mm - uncertainty_mm));
+      const bool is_observed =
+          person->joints[j].status == JointStatus::kObserved;
+      EXPECT_EQ(point[4], !is_observed ? 0 : j == 7 ? 5 : 1);
+      ++compared;
+    }
+  }
+  EXPECT_EQ(compared, 39 * 25 - 3 + 22 * 24);
+}
+
+TEST(FormatReaders, C3dBeyondSixteenBits) {
+  if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
+  TrackSequence take = MakeTake();
+  for (TrackFrame& frame : take.frames) {
+    frame.frame += 70'000;
+    frame.time = frame.frame * 20'000'000;
+    frame.people.resize(1);
+    for (int64_t id = 20; id < 35; ++id) {  // 16 people: 400 labels
+      frame.people.push_back(frame.people[0]);
+      frame.people.back().id = TrackId(id);
+    }
+  }
+  const TemporaryFolder folder;
+  Convert(folder, take, "take.c3d");
+  const Json read =
+      RunPython(folder, "c3d_reader.py", folder.path() / "take.c3d");
+  EXPECT_EQ(read["first"], 70'301);
+  ASSERT_EQ(read["labels"].size(), 400u) << "LABELS and LABELS2";
+  EXPECT_EQ(read["labels"][399], "person_34:r_heel");
+  EXPECT_EQ(read["frames"].size(), 40u);
+}
+
+// ---- three.js ----
+
+constexpr const char* kThree = "/usr/share/javascript/three/";
+
+bool HasThree() {
+  return Browser::IsInstalled() &&
+         fs::exists(std::string(kThree) + "examples/js/loaders/BVHLoader.js");
+}
+
+// A page with three.js, a loader of it, the file as base64 text `data` and a
+// script.
+std::string PageWith(const TemporaryFolder& folder, const std::string& loader,
+                     const std::string& file, const std::string& script) {
+  const std::string base64 = folder.path() / "base64.txt";
+  EXPECT_EQ(
+      std::system(("base64 -w0 '" + file + "' > '" + base64 + "'").c_str()), 0);
+  std::string html = "<!doctype html><meta charset=utf-8>";
+  for (const std::string& source :
+       {std::string("three.js"), "examples/js/loaders/" + loader}) {
+    html +=
+        "<script src='file://" + std::string(kThree) + source + "'></script>\n";
+  }
+  html += "<script>const data = '" + ReadTextFile(base64) +
+          "';\nconst bytes = Uint8Array.from(atob(data), c => "
+          "c.charCodeAt(0));\n" +
+          script + "</script>";
+  return folder.Write("page.html", html);
+}
+
+// World to x, z, -y.
+Vector3d InFile(const Vector3d& world) {
+  return {world.x(), world.z(), -world.y()};
+}
+
+constexpr const char* kGltfScript = R"(
+let gltf, mixer, failure = '';
+new THREE.GLTFLoader().parse(bytes.buffer, '', result => {
+  gltf = result;
+  mixer = new THREE.AnimationMixer(gltf.scene);
+  mixer.clipAction(gltf.animations[0]).play();
+}, error => { failure = String(error); });
+// Joints of all skinned bodies, and the middle of each joint's ball as its
+// skin moves it.
+function at(time_s) {
+  mixer.time = 0;
+  const action = mixer.clipAction(gltf.animations[0]);
+  action.time = Math.fround(time_s);
+  mixer.update(0);
+  gltf.scene.updateMatrixWorld(true);
+  const people = [];
+  gltf.scene.traverse(mesh => {
+    if (!mesh.isSkinnedMesh) return;
+    const joints = {};
+    const position = mesh.geometry.attributes.position;
+    const owner = mesh.geometry.attributes.skinIndex;
+    mesh.skeleton.bones.forEach((bone, b) => {
+      const place = bone.getWorldPosition(new THREE.Vector3());
+      const skin = new THREE.Matrix4().multiplyMatrices(
+          bone.matrixWorld, mesh.skeleton.boneInverses[b]);
+      let first = -1;  // the ball is the joint's first six corners in a row
+      for (let v = 0; v + 5 < position.count && first < 0; v += 6) {
+        if (owner.getX(v) === b && owner.getX(v + 5) === b) first = v;
+      }
+      const middle = new THREE.Vector3();
+      for (let v = first; v < first + 6; ++v) {
+        middle.add(new THREE.Vector3().fromBufferAttribute(position, v)
+            .applyMatrix4(skin));
+      }
+      middle.divideScalar(6);
+      joints[bone.name] = [place.toArray(), middle.toArray()];
+    });
+    const root = mesh.skeleton.bones[0].parent;
+    people.push({name: root.name, id: root.userData.id, scale: root.scale.x,
+                 joints});
+  });
+  return people;
+}
+)";
+
+void ExpectGltf(const std::string& name) {
+  if (!HasThree()) GTEST_SKIP() << "needs chromium and libjs-three";
+  const TrackSequence take = MakeTake();
+  const TemporaryFolder folder;
+  const std::string notes = Convert(folder, take, name);
+  EXPECT_THAT(notes, HasSubstr("missing joints got a place"));
+  Browser browser;
+  browser.Open(
+      PageWith(folder, "GLTFLoader.js", folder.path() / name, kGltfScript));
+  ASSERT_TRUE(browser.WaitFor("gltf !== undefined || failure !== ''"));
+  ASSERT_EQ(browser.Evaluate("failure"), "");
+  EXPECT_EQ(browser.Evaluate("gltf.scene.userData.first_frame"), 300);
+  EXPECT_EQ(browser.Evaluate("gltf.asset.version"), "2.0");
+  int compared = 0;
+  for (int64_t f = 300; f < 339; ++f) {
+    const Json people = browser.Evaluate(
+        "at(" + std::to_string(0.02 * static_cast<double>(f - 300)) + ")");
+    ASSERT_EQ(people.size(), 2u);
+    for (size_t p = 0; p < 2; ++p) {
+      const int64_t id = p == 0 ? 3 : 12;
+      EXPECT_EQ(people[p]["id"], id);
+      EXPECT_EQ(people[p]["name"], p == 0 ? "person_3" : "Anna");
+      const PersonPose* person = PersonIn(take, f, id);
+      EXPECT_EQ(people[p]["scale"], person != nullptr ? 1 : 0) << f;
+      if (person == nullptr) continue;
+      for (size_t j = 0; j < 25; ++j) {
+        const Json& found =
+            people[p]["joints"]
+                  [(p == 0 ? "person_3_" : "Anna_") + Body25().joints()[j]];
+        ASSERT_EQ(found.size(), 2u);
+        if (!person->joints[j].present()) continue;
+        const Vector3d expected = InFile(person->joints[j].position_m);
+        // Seven links of floats at 4 m, each to 2^-24 of its place.
+        EXPECT_LT((VectorOf(found[0]) - expected).norm(), 4e-6);
+        EXPECT_LT((VectorOf(found[1]) - expected).norm(), 8e-6) << "the skin";
+        ++compared;
+      }
+    }
+  }
+  EXPECT_EQ(compared, 38 * 25 - 3 + 22 * 24);
+  EXPECT_THAT(browser.problems(), IsEmpty());
+}
+
+TEST(FormatReaders, GltfInThree) { ExpectGltf("take.gltf"); }
+TEST(FormatReaders, GlbInThree) { ExpectGltf("take.glb"); }
+
+constexpr const char* kBvhScript = R"(
+const bvh = new THREE.BVHLoader().parse(new TextDecoder().decode(bytes));
+bvh.skeleton.bones[0].skeleton = bvh.skeleton;
+const mixer = new THREE.AnimationMixer(bvh.skeleton.bones[0]);
+const action = mixer.clipAction(bvh.clip);
+action.play();
+function at(time_s) {
+  action.time = Math.fround(time_s);
+  mixer.update(0);
+  bvh.skeleton.bones[0].updateMatrixWorld(true);
+  const joints = {};
+  for (const bone of bvh.skeleton.bones) {
+    joints[bone.name] = bone.getWorldPosition(new THREE.Vector3()).toArray();
+  }
+  return joints;
+}
+)";
+
+TEST(FormatReaders, BvhInThree) {
+  if (!HasThree()) GTEST_SKIP() << "needs chromium and libjs-three";
+  const TrackSequence take = MakeTake();
+  const TemporaryFolder folder;
+  const std::string notes = Convert(folder, take, "bvh", "--to=bvh");
+  EXPECT_THAT(notes, HasSubstr("missing joints got a place"));
+  for (const int64_t id : {3, 12}) {
+    const std::string file = id == 3 ? "person_3.bvh" : "person_12_Anna.bvh";
+    Browser browser;
+    browser.Open(PageWith(folder, "BVHLoader.js", folder.path() / "bvh" / file,
+                          kBvhScript));
+    EXPECT_NEAR(browser.Evaluate("bvh.clip.duration").get<double>(), 39 * 0.02,
+                1e-6);
+    int compared = 0;
+    for (int64_t f = 300; f < 339; ++f) {
+      const PersonPose* person = PersonIn(take, f, id);
+      if (person == nullptr) continue;
+      const Json joints = browser.Evaluate(
+          "at(" + std::to_string(0.02 * static_cast<double>(f - 300)) + ")");
+      for (size_t j = 0; j < 25; ++j) {
+        if (!person->joints[j].present()) continue;
+        // The bones on both sides of an elbow that is never seen make one, of
+        // changing length.
+        if (id == 12 && Body25().joints()[j] == "l_wrist") continue;
+        const Vector3d found_cm = VectorOf(joints[Body25().joints()[j]]);
+        // Six digits behind the point of a centimetre and a degree; three.js
+        // keeps rotations as floats: 2^-24 of a metre a link.
+        EXPECT_LT(
+            (0.01 * found_cm - InFile(person->joints[j].position_m)).norm(),
+            2e-6)
+            << f << " " << Body25().joints()[j];
+        ++compared;
+      }
+    }
+    EXPECT_EQ(compared, id == 3 ? 38 * 25 - 3 : 22 * 23);
+    EXPECT_THAT(browser.problems(), IsEmpty());
+  }
+}
+
+// ---- xarray ----
+
+TEST(FormatReaders, NetcdfInXarrayAsMovementHasIt) {
+  if (!HasPython("xarray, scipy")) {
+    GTEST_SKIP() << "needs python3-xarray and python3-scipy";
+  }
+  const TrackSequence take = MakeTake();
+  const TemporaryFolder folder;
+  Convert(folder, take, "take.nc");
+  const Json read =
+      RunPython(folder, "movement_reader.py", folder.path() / "take.nc");
+  EXPECT_EQ(read["fps"], 50.0);
+  EXPECT_EQ(read["time_unit"], "seconds");
+  EXPECT_EQ(read["individuals"], Json({"person_3", "Anna"}));
+  EXPECT_EQ(read["identity"], Json({3.0, 12.0}));
+  EXPECT_EQ(read["keypoints"], Json(Body25().joints()));
+  ASSERT_EQ(read["position"].size(), take.frames.size());
+  for (size_t f = 0; f < take.frames.size(); ++f) {
+    const int64_t number = take.frames[f].frame;
+    EXPECT_EQ(read["frame"][f], static_cast<double>(number));
+    EXPECT_EQ(read["time"][f], ToSeconds(take.frames[f].time));
+    for (size_t p = 0; p < 2; ++p) {
+      const PersonPose* person = PersonIn(take, number, p == 0 ? 3 : 12);
+      for (size_t j = 0; j < 25; ++j) {
+        const bool is_there = person != nullptr && person->joints[j].present();
+        const Json& confidence = read["confidence"][f][j][p];
+        ASSERT_EQ(!confidence.is_null(), is_there);
+        EXPECT_EQ(read["status"][f][j][p],
+                  !is_there ? 0 : static_cast<int>(person->joints[j].status));
+        for (size_t axis = 0; axis < 3; ++axis) {
+          const Json& m = read["position"][f][axis][j][p];
+          ASSERT_EQ(!m.is_null(), is_there);
+          if (!is_there) continue;
+          const auto a = static_cast<Eigen::Index>(axis);
+          EXPECT_EQ(m, person->joints[j].position_m[a]) << "bit for bit";
+          EXPECT_EQ(read["sigma"][f][axis][j][p],
+                    std::sqrt((*person->covariances[j])(a, a)));
+        }
+        if (!is_there) continue;
+        // Joint 24 has a sigma of 24.02 mm.
+        if (j == 0) {
+          EXPECT_NEAR(confidence.get<double>(), 1.0, 1e-12);
+        } else if (j == 24) {
+          EXPECT_NEAR(confidence.get<double>(), 0.7722979, 1e-6);
+        }
+      }
+    }
+  }
+  const PersonPose* anna = PersonIn(take, take.frames[10].frame, 12);
+  const auto knee = static_cast<size_t>(Body25().IndexOf("r_knee"));
+  EXPECT_EQ(VectorOf(read["chosen"]), anna->joints[knee].position_m);
+}
+
+// ---- Python's own readers ----
+
+TEST(FormatReaders, AniposeTable) {
+  if (!HasPython("csv, json")) GTEST_SKIP() << "needs Debian's python3";
+  const TrackSequence take = MakeTake();
+  const TemporaryFolder folder;
+  Convert(folder, take, "anipose", "--to=anipose");
+  for (const int64_t id : {3, 12}) {
+    const std::string file = id == 3 ? "person_3.csv" : "person_12_Anna.csv";
+    const Json read = RunPython(folder, "anipose_reader.py",
+                                folder.path() / "anipose" / file);
+    EXPECT_EQ(read["joints"], Json(Body25().joints()));
+    ASSERT_EQ(read["frames"].size(), 40u);
+    for (int64_t f = 300; f < 340; ++f) {
+      const PersonPose* person = PersonIn(take, f, id);
+      const Json& found = read["frames"][std::to_string(f)];
+      for (size_t j = 0; j < 25; ++j) {
+        const bool is_there = person != nullptr && person->joints[j].present();
+        ASSERT_EQ(found.contains(Body25().joints()[j]), is_there);
+        if (!is_there) continue;
+        const Json& joint = found[Body25().joints()[j]];
+        EXPECT_EQ(joint["ncams"], person->inlier_views[j]);
+        // To millimetres and back: a rounding of 4000.
+        EXPECT_LT(
+            (VectorOf(joint["point"]) - 1000.0 * person->joints[j].position_m)
+                .norm(),
+            1e-11);
+      }
+    }
+  }
+}
+
+TEST(FormatReaders, CocoWithThreeDimensions) {
+  if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
+  const TrackSequence take = MakeTake();
+  const TemporaryFolder folder;
+  Convert(folder, take, "take.json", "--to=coco3d");
+  const Json read =
+      RunPython(folder, "coco3d_reader.py", folder.path() / "take.json");
+  EXPECT_EQ(read["rate"], 50.0);
+  ASSERT_EQ(read["bones"].size(), Body25().bones().size());
+  ASSERT_EQ(read["people"].size(), 39u + 22u);
+  for (const TrackFrame& frame : take.frames) {
+    EXPECT_EQ(read["times"][std::to_string(frame.frame)],
+              ToSeconds(frame.time));
+    for (const PersonPose& person : frame.people) {
+      const Json& found = read["people"][std::to_string(frame.frame) + "/" +
+                                         std::to_string(person.id.value())];
+      for (size_t j = 0; j < 25; ++j) {
+        const Joint3d& joint = person.joints[j];
+        ASSERT_EQ(found.contains(Body25().joints()[j]), joint.present());
+        if (!joint.present()) continue;
+        const Json& point = found[Body25().joints()[j]];
+        EXPECT_EQ(VectorOf(point), joint.position_m) << "bit for bit";
+        EXPECT_EQ(point[3], joint.status == JointStatus::kObserved ? 2 : 1);
+      }
+    }
+  }
+}
+
+// ---- Blender ----
+
+TEST(FormatReaders, BlenderShowsOurWorld) {
+  if (std::system("blender --version > /dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "needs blender";
+  }
+  const TrackSequence take = MakeTake();
+  const TemporaryFolder folder;
+  Convert(folder, take, "take.glb");
+  Convert(folder, take, "bvh", "--to=bvh");
+  const std::string out = folder.path() / "blender.json";
+  const std::string script =
+      testing::ProjectFile("tests/apps/formats/blender_reader.py");
+  ASSERT_EQ(std::system(("cd '" + folder.path().string() +
+                         "' && blender -b --python-exit-code 1 -P '" + script +
+                         "' -- take.glb bvh/person_3.bvh '" + out +
+                         "' 50 > log.txt 2>&1")
+                            .c_str()),
+            0)
+      << ReadTextFile(folder.path() / "log.txt");
+  const Json read = Json::parse(ReadTextFile(out));
+  EXPECT_EQ(read["meshes"], 2);
+  int compared = 0;
+  for (int64_t f = 300; f < 339; ++f) {
+    const auto row = static_cast<size_t>(f - 300);
+    for (const int64_t id : {3, 12}) {
+      const PersonPose* person = PersonIn(take, f, id);
+      const std::string name = id == 3 ? "person_3" : "Anna";
+      ASSERT_EQ(read["gltf"][row].contains(name), person != nullptr) << f;
+      if (person == nullptr) continue;
+      for (size_t j = 0; j < 25; ++j) {
+        if (!person->joints[j].present()) continue;
+        const std::string& joint = Body25().joints()[j];
+        const Vector3d& expected = person->joints[j].position_m;
+        // No axes to be turned: Blender's world is ours. Its floats turn bones
+        // at 10 m.
+        EXPECT_LT(
+            (VectorOf(read["gltf"][row][name][name + "_" + joint]) - expected)
+                .norm(),
+            2e-5);
+        ++compared;
+        if (id == 12) continue;
+        EXPECT_LT((VectorOf(read["bvh"][row][joint]) - expected).norm(), 2e-5);
+      }
+    }
+  }
+  EXPECT_EQ(compared, 38 * 25 - 3 + 22 * 24);
+}
+
+// ---- Assimp ----
+
+TEST(FormatReaders, AssimpReadsGltfAndBvh) {
+  if (std::system("assimp version > /dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "needs assimp-utils";
+  }
+  const TemporaryFolder folder;
+  Convert(folder, MakeTake(), "take.glb");
+  Convert(folder, MakeTake(), "bvh", "--to=bvh");
+  for (const std::string file : {"take.glb", "bvh/person_3.bvh"}) {
+    const std::string out = folder.path() / "info.txt";
+    ASSERT_EQ(std::system(("assimp info '" + (folder.path() / file).string() +
+                           "' > '" + out + "' 2>&1")
+                              .c_str()),
+              0)
+        << ReadTextFile(out);
+    const std::string info = ReadTextFile(out);
+    EXPECT_THAT(info, HasSubstr("Animations:         1"));
+    EXPECT_THAT(info, HasSubstr("l_big_toe"));
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph
