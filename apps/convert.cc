@@ -94,7 +94,8 @@ std::vector<Format> MakeFormats() {
       {kCalibration, "voxelpose", true, true, "JSON, mm"},
       {kCalibration, "longcw", true, true, "JSON, cm"},
       {kCalibration, "panoptic", true, true, "CMU Panoptic's JSON, cm"},
-      {kCalibration, "pose2sim", true, true, "Pose2Sim's and Anipose's TOML"},
+      {kCalibration, "pose2sim", true, true,
+       "TOML: Pose2Sim, Anipose, FreeMoCap, Caliscope"},
       {kCalibration, "tum", true, true, "a folder of P0.txt, P1.txt, ..."},
       {kCalibration, "opencv", true, true, "YAML, a file a camera"},
       {kCalibration, "easymocap", true, true, "intri.yml and extri.yml"}};

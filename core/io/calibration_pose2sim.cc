@@ -1,8 +1,17 @@
-// TOML of Pose2Sim and Anipose, a table a camera: name, size [w, h], matrix
-// 3x3 px, distortions [k1, k2, p1, p2(, k3)], rotation (Rodrigues vector,
-// cam_from_world), translation (metres in Pose2Sim's files; Anipose's have the
-// unit of the calibration board). The table "metadata" is no camera.
+// TOML of Pose2Sim, Anipose, FreeMoCap and Caliscope, a table a camera: name,
+// size [w, h], matrix 3x3 px, distortions [k1, k2, p1, p2(, k3)], rotation
+// (Rodrigues vector or 3x3, cam_from_world), translation. Lengths are metres in
+// Pose2Sim's and Caliscope's files; Anipose's have the unit of the calibration
+// board, which is millimetres in FreeMoCap's. The table "metadata" is no
+// camera.
+//
+// Caliscope's camera_array.toml has its cameras inside "cameras", its
+// config.toml beside the board and the pairs that it began with; those that it
+// did not place ("null") or ignores are no cameras.
 #include <fmt/format.h>
+
+#include <optional>
+#include <set>
 
 #include "core/base/error.h"
 #include "core/io/calibration_formats.h"
@@ -12,22 +21,93 @@
 
 namespace kinegraph {
 
+namespace {
+
+bool IsText(const std::optional<JsonField>& field, const char* text) {
+  return field.has_value() && field->value().is_string() &&
+         field->Text() == text;
+}
+
+// Whether Caliscope leaves a camera out.
+bool IsUnplaced(const JsonField& camera) {
+  const auto ignore = camera.Find("ignore");
+  if (ignore.has_value() && ignore->value().is_boolean() && ignore->Boolean()) {
+    return true;
+  }
+  return IsText(camera.Find("rotation"), "null") &&
+         IsText(camera.Find("translation"), "null");
+}
+
+// Tables and values of Caliscope's and Anipose's files that are no cameras.
+bool IsBesideCameras(const std::string& key) {
+  static const std::set<std::string> kKeys = {"metadata",
+                                              "capture_volume",
+                                              "charuco",
+                                              "camera_count",
+                                              "fps_sync_stream_processing",
+                                              "point_estimates",
+                                              "fps_recording",
+                                              "save_tracked_points_video",
+                                              "creation_date"};
+  constexpr const char* kPair = "stereo_";
+  return kKeys.count(key) > 0 || key.rfind(kPair, 0) == 0;
+}
+
+Eigen::Matrix3d ReadRotation(const JsonField& field) {
+  const Json& value = field.value();
+  const bool is_matrix = value.is_array() && value.size() == 3 &&
+                         value[0].is_array() && value[0].size() == 3;
+  if (is_matrix) return ToMatrix3(field.Matrix(3, 3));
+  return RotationOf(ToVector3(field.Matrix(3, 1)));
+}
+
+CameraRecord ReadCamera(const std::string& name, const JsonField& field) {
+  CameraRecord record;
+  record.file = field.file();
+  record.name = name;
+  KeyReader camera(field.Named("camera '" + Printable(record.name) + "'"));
+  if (const auto size = camera.Find("size")) ReadImageSize(*size, &record);
+  record.K = ToMatrix3(camera.At("matrix").Matrix(3, 3));
+  camera.ReadLens(&record);
+  record.R = ReadRotation(camera.At("rotation"));
+  record.t = ToVector3(camera.At("translation").Matrix(3, 1));
+  // How Caliscope shows the pictures and what it made the camera from.
+  for (const char* key : {"port", "rotation_count", "exposure", "grid_count",
+                          "ignore", "verified_resolutions"}) {
+    camera.Find(key);
+  }
+  camera.RejectUnread();
+  return record;
+}
+
+// FreeMoCap says how large the squares of its board were: in millimetres,
+// unless nobody told it (1).
+bool IsInMillimetres(const JsonField& root) {
+  const auto metadata = root.Find("metadata");
+  if (!metadata.has_value() || !metadata->value().is_object()) return false;
+  const auto square = metadata->Find("charuco_square_size");
+  return square.has_value() && square->value().is_number() &&
+         square->Number() > 1.0;
+}
+
+}  // namespace
+
 CalibrationFile ReadPose2simCameras(const JsonField& root) {
   CalibrationFile file;
-  for (const auto& [table, field] : root.Members("camera")) {
-    if (table == "metadata") continue;
-    CameraRecord record;
-    record.file = root.file();
-    const auto name = field.Find("name");
-    record.name = name.has_value() ? name->Text() : table;
-    KeyReader camera(field.Named("camera '" + Printable(record.name) + "'"));
-    if (const auto size = camera.Find("size")) ReadImageSize(*size, &record);
-    record.K = ToMatrix3(camera.At("matrix").Matrix(3, 3));
-    camera.ReadLens(&record);
-    record.R = RotationOf(ToVector3(camera.At("rotation").Matrix(3, 1)));
-    record.t = ToVector3(camera.At("translation").Matrix(3, 1));
-    camera.RejectUnread();
-    file.cameras.push_back(record);
+  if (IsInMillimetres(root)) file.unit = LengthUnit::kMillimetre;
+  const auto inside = root.Find("cameras");
+  const bool is_array = inside.has_value() && inside->value().is_object() &&
+                        !inside->value().contains("matrix");
+  for (const auto& [table, field] :
+       (is_array ? *inside : root).Members("camera")) {
+    if (IsBesideCameras(table)) continue;
+    if (field.value().is_object() && IsUnplaced(field)) continue;
+    const auto name =
+        field.value().is_object() ? field.Find("name") : std::nullopt;
+    // Caliscope's videos are cam_0.mp4, cam_1.mp4, ...
+    file.cameras.push_back(ReadCamera(
+        name.has_value() ? name->Text() : (is_array ? "cam_" : "") + table,
+        field));
   }
   return file;
 }

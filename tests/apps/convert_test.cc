@@ -215,7 +215,7 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
       {"--in=" + take.tracks + " --out=" + out, "--to is missing"},
       {"--to=csv --out=" + out, "--in is required"},
       {"--to=csv --in=" + take.tracks, "--out is required"},
-      {"--to=bvh --in=" + take.tracks + " --out=" + out, "is no format"},
+      {"--to=fbx --in=" + take.tracks + " --out=" + out, "is no format"},
       {"--to=smap --in=" + take.tracks + " --out=" + out,
        "'smap' cannot be written"},
       {"--from=csv --to=kinegraph --in=" + take.tracks + " --out=" + out,

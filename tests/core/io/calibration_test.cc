@@ -370,6 +370,86 @@ CameraRig RandomRig(int count) {
   return cameras;
 }
 
+// A quarter turn about the optical axis, as a vector and as a matrix.
+constexpr const char* kCaliscopeArray =
+    "[cameras.0]\ncam_id = 0\nrotation_count = 0\nerror = 0.4\n"
+    "exposure = -8\ngrid_count = 39\nignore = false\nsize = [1280, 720]\n"
+    "matrix = [[900.0, 0.0, 640.0], [0.0, 910.0, 360.0], [0.0, 0.0, 1.0]]\n"
+    "distortions = [-0.3, 0.05, -0.004, 0.004, 0.07]\n"
+    "verified_resolutions = [[640, 480], [1280, 720]]\n"
+    "translation = [0.1, -0.2, 0.7]\n"
+    "rotation = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]\n"
+    "[cameras.2]\ncam_id = 2\nignore = true\nsize = [1280, 720]\n"
+    "matrix = [[900.0, 0.0, 640.0], [0.0, 910.0, 360.0], [0.0, 0.0, 1.0]]\n"
+    "distortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n";
+
+constexpr const char* kCaliscopeConfig =
+    "camera_count = 2\ncreation_date = 2025-05-16T09:47:38.225432\n"
+    "fps_sync_stream_processing = 1\nsave_tracked_points_video = true\n"
+    "[cam_0]\nport = 0\nrotation_count = 0\nerror = 0.4\n"
+    "exposure = \"null\"\ngrid_count = 20\nsize = [1280, 720]\n"
+    "matrix = [[900.0, 0.0, 640.0], [0.0, 910.0, 360.0], [0.0, 0.0, 1.0]]\n"
+    "distortions = [-0.3, 0.05, -0.004, 0.004, 0.07]\n"
+    "translation = [0.1, -0.2, 0.7]\n"
+    "rotation = [0.0, 0.0, 1.5707963267948966]\n"
+    "[cam_4]\nport = 4\nsize = [1280, 720]\n"
+    "matrix = [[900.0, 0.0, 640.0], [0.0, 910.0, 360.0], [0.0, 0.0, 1.0]]\n"
+    "distortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n"
+    "translation = \"null\"\nrotation = \"null\"\n"
+    "[capture_volume]\nstage = 1\n"
+    "[charuco]\ncolumns = 6\nunits = \"inch\"\n"
+    "[stereo_0_4]\nRMSE = 3.1\nrotation = [[1.0, 0.0, 0.0]]\n";
+
+TEST(Calibration, ReadsCaliscope) {
+  const TemporaryFolder folder;
+  for (const char* text : {kCaliscopeArray, kCaliscopeConfig}) {
+    const CameraRig cameras = ReadCameras(folder.Write("array.toml", text));
+    ASSERT_THAT(NamesOf(cameras), ElementsAre("cam_0"))
+        << "those that were not placed are no cameras";
+    EXPECT_EQ(cameras[0].width_px(), 1280);
+    EXPECT_EQ(cameras[0].K()(1, 1), 910.0);
+    EXPECT_EQ(cameras[0].t(), Eigen::Vector3d(0.1, -0.2, 0.7));
+    EXPECT_LT(
+        (cameras[0].R() * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY())
+            .norm(),
+        1e-15);
+    ASSERT_NE(cameras[0].lens(), nullptr);
+  }
+  // A table that could be a camera is not passed over.
+  EXPECT_THAT(InputErrorOf([&] {
+                ReadCameras(folder.Write(
+                    "array.toml", std::string(kCaliscopeConfig) +
+                                      "[kamera_5]\nsize = [1280, 720]\n"));
+              }),
+              HasSubstr("camera 'kamera_5'"));
+}
+
+TEST(Calibration, ReadsFreeMoCapInMillimetres) {
+  const TemporaryFolder folder;
+  const std::string camera =
+      "[cam_0]\nname = \"Camera_000\"\nsize = [1280, 720]\n"
+      "matrix = [[900.0, 0.0, 640.0], [0.0, 900.0, 360.0], [0.0, 0.0, 1.0]]\n"
+      "distortions = [0.1, 0.0, 0.0, 0.0, 0.0]\n"
+      "rotation = [0.0, 0.0, 0.0]\ntranslation = [100.0, -200.0, 700.0]\n";
+  const auto with = [&](const std::string& square) {
+    return folder.Write("freemocap.toml",
+                        camera +
+                            "[metadata]\nadjusted = false\nerror = 0.0\n"
+                            "charuco_square_size = " +
+                            square + "\ngroundplane_calibration = false\n");
+  };
+  EXPECT_LT((ReadCameras(with("39.0"))[0].t() - Eigen::Vector3d(0.1, -0.2, 0.7))
+                .norm(),
+            1e-15);
+  // 1 is its default: lengths are squares then, of whatever size.
+  EXPECT_EQ(ReadCameras(with("1.0"))[0].t(),
+            Eigen::Vector3d(100.0, -200.0, 700.0));
+  CameraReadOptions options;
+  options.unit = LengthUnit::kCentimetre;
+  EXPECT_EQ(ReadCameras(with("39.0"), options)[0].t(),
+            Eigen::Vector3d(1.0, -2.0, 7.0));
+}
+
 TEST(Calibration, OwnFormatReadsBackToTheBit) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "cameras.json").string();
