@@ -22,7 +22,7 @@
 namespace kinegraph {
 namespace {
 
-// contract.md: Shelf's folds, a fifth of a take apart from each other.
+// Shelf's folds; the second between them (25 frames) belongs to neither.
 struct Fold {
   int64_t first = 0;
   int64_t last = 0;

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <regex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -55,14 +57,20 @@ TEST(DocsTest, EveryConfigurationIsRead) {
   }
 }
 
-TEST(DocsTest, PagesNameOnlyConfigurationsThatExist) {
-  std::vector<fs::path> pages = {testing::ProjectFile("README.md")};
+// README.md, CONTRIBUTING.md and every page of docs.
+std::vector<fs::path> Pages() {
+  std::vector<fs::path> pages = {testing::ProjectFile("README.md"),
+                                 testing::ProjectFile("CONTRIBUTING.md")};
   for (const auto& entry :
        fs::directory_iterator(testing::ProjectFile("docs"))) {
     if (entry.path().extension() == ".md") pages.push_back(entry.path());
   }
+  return pages;
+}
+
+TEST(DocsTest, PagesNameOnlyConfigurationsThatExist) {
   int named = 0;
-  for (const fs::path& page : pages) {
+  for (const fs::path& page : Pages()) {
     const std::string text = ReadTextFile(page.string());
     const std::string end = ".toml";
     for (size_t at = text.find("configs/"); at != std::string::npos;
@@ -81,14 +89,95 @@ TEST(DocsTest, PagesNameOnlyConfigurationsThatExist) {
   EXPECT_GT(named, 0);
 }
 
+std::vector<std::string> Matches(const std::string& text,
+                                 const std::string& pattern) {
+  const std::regex regex(pattern);
+  std::vector<std::string> found;
+  for (auto it = std::sregex_iterator(text.begin(), text.end(), regex);
+       it != std::sregex_iterator(); ++it) {
+    found.push_back((*it)[1].str());
+  }
+  return found;
+}
+
+// Every key of a configuration or a synthetic scene; NAME is any name.
+std::set<std::string> KeysOfConfigurations() {
+  const std::string reference =
+      ConfigReference<RunOptions>() + ConfigReference<SynthesisOptions>();
+  std::set<std::string> keys;
+  for (const std::string& key :
+       Matches(reference, "\\| `([A-Za-z0-9_.]+)` \\|")) {
+    keys.insert(key);
+  }
+  // Tables whose keys are names that a take decides.
+  for (const std::string& key :
+       Matches(reference, "\\| `([A-Za-z0-9_.]+)` \\| `\\{\\}` \\|")) {
+    keys.insert(key + ".NAME");
+  }
+  return keys;
+}
+
+// The key itself, a table of keys, or one of a table of names.
+bool IsKey(const std::string& word, const std::set<std::string>& keys) {
+  if (keys.count(word) == 1) return true;
+  const auto next = keys.lower_bound(word + ".");
+  if (next != keys.end() && next->rfind(word + ".", 0) == 0) return true;
+  return keys.count(word.substr(0, word.rfind('.')) + ".NAME") == 1;
+}
+
+// A key that was renamed must not live on in a page: whoever copies it gets an
+// error.
+TEST(DocsTest, PagesNameOnlyKeysThatExist) {
+  const std::set<std::string> keys = KeysOfConfigurations();
+  std::set<std::string> tables;
+  for (const std::string& key : keys) {
+    if (key.find('.') != std::string::npos) {
+      tables.insert(key.substr(0, key.find('.')));
+    }
+  }
+  ASSERT_EQ(tables.count("graph"), 1u);
+  ASSERT_FALSE(IsKey("graph.lag", keys));
+  const std::set<std::string> extensions = {
+      "md",  "json", "jsonl", "toml", "csv", "html", "h",  "cc",
+      "trc", "npz",  "svg",   "png",  "js",  "py",   "txt"};
+  int named = 0;
+  for (const fs::path& page : Pages()) {
+    const std::string text = ReadTextFile(page.string());
+    for (const std::string& word :
+         Matches(text, "(?:^|[^A-Za-z0-9_./-])([a-z]+(?:\\.[a-z0-9_]+)+)")) {
+      if (tables.count(word.substr(0, word.find('.'))) == 0) continue;
+      if (extensions.count(word.substr(word.rfind('.') + 1)) == 1) continue;
+      ++named;
+      EXPECT_TRUE(IsKey(word, keys)) << page << " names the key " << word;
+    }
+  }
+  EXPECT_GT(named, 400);
+}
+
+// Files and folders of the project, as far as pages write them out. What a
+// build or a run makes is not one of them; NAME, ... and * stand for others.
+TEST(DocsTest, PagesNameOnlyFilesThatExist) {
+  int named = 0;
+  for (const fs::path& page : Pages()) {
+    const std::string text = ReadTextFile(page.string());
+    for (const std::string& path : Matches(
+             text,
+             "`((?:apps|core|solvers|tests|docs|configs|examples|python|cmake|"
+             "workflow|packaging|include)/[A-Za-z0-9_./-]+)`")) {
+      if (path.find("...") != std::string::npos) continue;
+      if (Matches(path, "([A-Z]{4,})").size() == 1) continue;
+      ++named;
+      EXPECT_TRUE(fs::exists(testing::ProjectFile(path)))
+          << page << " names " << path;
+    }
+  }
+  EXPECT_GT(named, 100);
+}
+
 // From the index every page is one step away, and no link leads nowhere.
 TEST(DocsTest, LinksLeadSomewhere) {
   const fs::path docs = testing::ProjectFile("docs");
-  std::vector<fs::path> pages = {testing::ProjectFile("README.md"),
-                                 testing::ProjectFile("CONTRIBUTING.md")};
-  for (const auto& entry : fs::directory_iterator(docs)) {
-    if (entry.path().extension() == ".md") pages.push_back(entry.path());
-  }
+  const std::vector<fs::path> pages = Pages();
   int links = 0;
   for (const fs::path& page : pages) {
     const std::string text = ReadTextFile(page.string());

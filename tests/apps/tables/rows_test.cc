@@ -24,7 +24,7 @@ TEST(FindBenchmarksTest, AnEmptyFolderIsRefused) {
 }
 
 // What the authors' code makes of real detections, whose zeros it takes for
-// positions: 71.37 warmed up, 71.04 from frame 300 on (design/algorithm.md 1).
+// positions: 71.37 warmed up, 71.04 from frame 300 on (docs/paper_mode.md).
 TEST(KnownRowsTest, TheAuthorsCodeOnRealDetections) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const std::string root = testing::FindData("")->string();
