@@ -14,7 +14,11 @@ Everything is computed by the library that the commands use, so results are the
 same to the last bit.
 """
 
+from __future__ import annotations
+
 import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, Union
 
 from . import _kinegraph
 from ._kinegraph import (
@@ -69,10 +73,15 @@ __all__ = [
     "write_tracks",
 ]
 
+# A file, or the name of one of the module's own configurations.
+Config = Union[str, "os.PathLike[str]", None]
+# Keys to change, {"graph.lag_s": 0.2} or "key=value;key=value".
+Settings = Union[str, Mapping[str, Any], None]
+
 _CONFIGS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "configs")
 
 
-def config_path(config=None):
+def config_path(config: Config = None) -> str:
     """The file that a configuration's name stands for, as the commands find it.
 
     A file that is there is itself; "configs/offline.toml" and "offline.toml" are
@@ -88,7 +97,7 @@ def config_path(config=None):
     return own if os.path.isfile(own) else config
 
 
-def _assignments(settings):
+def _assignments(settings: Settings) -> str:
     """{"graph.lag_s": 0.2} as the commands' --set takes it."""
     if not settings:
         return ""
@@ -97,23 +106,23 @@ def _assignments(settings):
     return ";".join(f"{key}={_value(value)}" for key, value in settings.items())
 
 
-def _value(value):
+def _value(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     return repr(value) if isinstance(value, float) else str(value)
 
 
 def track(
-    cameras,
-    detections,
-    config=None,
-    set=None,
-    mode=None,
-    frames=(),
-    without_cameras=(),
-    threads=1,
-    progress=None,
-):
+    cameras: Iterable[Camera],
+    detections: Detections,
+    config: Config = None,
+    set: Settings = None,
+    mode: str | None = None,
+    frames: Iterable[tuple[int, int]] = (),
+    without_cameras: Iterable[str] = (),
+    threads: int = 1,
+    progress: Callable[[int, int], object] | None = None,
+) -> Tracks:
     """Tracks everybody in a take.
 
     cameras: list of Camera. detections: Detections. config: a TOML file, or the
@@ -155,14 +164,14 @@ class Session(_kinegraph.Session):
 
     def __init__(
         self,
-        cameras,
-        skeleton,
-        views,
-        frame_rate_hz,
-        config=None,
-        set=None,
-        mode=None,
-    ):
+        cameras: Iterable[Camera],
+        skeleton: str,
+        views: Sequence[str],
+        frame_rate_hz: float,
+        config: Config = None,
+        set: Settings = None,
+        mode: str | None = None,
+    ) -> None:
         super().__init__(
             list(cameras),
             skeleton,
@@ -181,18 +190,32 @@ class Frozen(_kinegraph.Frozen):
     itself gave; smooth(strategy): Tracks of the same matches.
     """
 
-    def __init__(self, cameras, detections, config=None, set=None):
+    def __init__(
+        self,
+        cameras: Iterable[Camera],
+        detections: Detections,
+        config: Config = None,
+        set: Settings = None,
+    ) -> None:
         super().__init__(
             list(cameras), detections, config_path(config), _assignments(set)
         )
 
 
-def smooth(cameras, detections, strategy, config=None, set=None):
+def smooth(
+    cameras: Iterable[Camera],
+    detections: Detections,
+    strategy: str,
+    config: Config = None,
+    set: Settings = None,
+) -> Tracks:
     """Tracks a take and smooths its matches by one of strategies()."""
     return Frozen(cameras, detections, config, set).smooth(strategy)
 
 
-def evaluate(tracks, truth, protocol="mpjpe"):
+def evaluate(
+    tracks: Tracks, truth: Tracks, protocol: str = "mpjpe"
+) -> dict[str, Any]:
     """Scores tracks against a ground truth (both Tracks); a dict.
 
     "mpjpe": "mpjpe_m" and "bias_removed_m", the mean joint error [m] with and

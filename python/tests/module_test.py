@@ -289,7 +289,9 @@ class Module(unittest.TestCase):
 
     def test_ctrl_c_stops_a_run(self):
         script = (
-            "import sys, kinegraph as kg\n"
+            "import signal, sys, kinegraph as kg\n"
+            # Who is started in the background inherits that it is ignored.
+            "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
             "cameras = kg.read_cameras(sys.argv[1] + '/cameras.json')\n"
             "take = kg.read_detections(sys.argv[1] + '/detections.jsonl')\n"
             "print('go', flush=True)\n"

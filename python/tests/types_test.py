@@ -1,0 +1,44 @@
+"""What an editor or mypy sees of the module: right use passes, wrong does not."""
+
+import importlib.util
+import os
+import subprocess
+import sys
+import tempfile
+
+SOURCE = os.environ["KINEGRAPH_SOURCE"]
+USE = """
+import kinegraph as kg
+import numpy as np
+
+cameras: list[kg.Camera] = kg.read_cameras("cameras.json")
+take = kg.read_detections("detections.jsonl")
+tracks: kg.Tracks = kg.track(cameras, take, set={"graph.lag_s": 0.2})
+session = kg.Session(cameras, "coco17", ["cam0"], 25.0, config="offline.toml")
+part: kg.Tracks = session.process(0, [np.zeros((1, 17, 3))])
+knee: float = kg.kinematics(tracks)["l_knee_flexion_deg"].max()
+"""
+WRONG = USE + "\nkg.track(cameras, take, mode=3)\n"
+
+
+def mypy(text, folder):
+    path = os.path.join(folder, "use.py")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+    return subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", folder, path,
+         os.path.join(SOURCE, "python", "kinegraph")],
+        env={**os.environ, "MYPYPATH": os.path.join(SOURCE, "python")},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+
+
+if importlib.util.find_spec("mypy") is None:
+    print("SKIPPED: mypy is not there")
+else:
+    with tempfile.TemporaryDirectory() as folder:
+        right = mypy(USE, folder)
+        assert right.returncode == 0, right.stdout
+        wrong = mypy(WRONG, folder)
+        assert wrong.returncode == 1 and "arg-type" in wrong.stdout, wrong.stdout
