@@ -21,6 +21,8 @@
 #include "core/io/calibration_writer.h"
 #include "core/io/detection_format.h"
 #include "core/io/file_kind.h"
+#include "core/io/person_names.h"
+#include "core/io/track_format.h"
 #include "core/kinematics/ground.h"
 #include "kinegraph/kinegraph.h"
 #include "solvers/session/ready_take.h"
@@ -493,6 +495,34 @@ Losses WriteCamerasAs(const std::string& path,
   return losses;
 }
 
+// `names_of` is the file that the tracks came from, for the names of people in
+// it; empty for none.
+Losses WriteTracksAs(const std::string& path, const TrackSequence& tracks,
+                     const std::string& format, const std::string& names_of) {
+  const TrackFormat* found =
+      format.empty() ? TrackFormatOfExtension(path) : FindTrackFormat(format);
+  if (format.empty() && found == nullptr) {
+    found = FindTrackFormat("kinegraph");
+  }
+  if (found == nullptr || found->write == nullptr) {
+    std::string known;
+    for (const TrackFormat& one : TrackFormats()) {
+      if (one.write != nullptr) known += " " + one.name;
+    }
+    throw InputError("format: found '" + Printable(format) +
+                     "', expected one of" + known);
+  }
+  const py::gil_scoped_release unlocked;
+  TrackExportOptions options;
+  if (!names_of.empty()) options.names = ReadPersonNames(names_of);
+  Losses losses;
+  if (!options.names.empty() && !found->keeps_names) {
+    losses.push_back("names of people are not kept");
+  }
+  found->write(path, tracks, options, &losses);
+  return losses;
+}
+
 Losses WriteDetectionsAs(const std::string& path,
                          const DetectionSequence& detections,
                          const std::string& format,
@@ -797,12 +827,11 @@ void BindFiles(py::module_& m) {
       "path"_a, "skeleton"_a = "", "frame_rate_hz"_a = 0.0, Unlocked(),
       "Reads 3D results or a ground truth in any known format. skeleton and\n"
       "frame_rate_hz [Hz]: where the file does not tell.");
-  m.def(
-      "write_tracks",
-      [](const std::string& path, const TrackSequence& tracks) {
-        WriteTracks(path, tracks);
-      },
-      "path"_a, "tracks"_a, Unlocked(), "Writes our own format (JSON Lines).");
+  m.def("write_tracks", &WriteTracksAs, "path"_a, "tracks"_a, "format"_a = "",
+        "names_of"_a = "",
+        "Writes 3D poses in any format that is written; without `format` the\n"
+        "one that the path's extension chooses, else our own. names_of: file\n"
+        "that holds names of people. Returns what the format leaves out.");
   m.def("write_cameras", &WriteCamerasAs, "path"_a, "cameras"_a,
         "format"_a = "kinegraph",
         "Writes a calibration; returns what the format leaves out.");

@@ -58,6 +58,7 @@ __all__ = [
     "Skeleton",
     "Tracks",
     "config_path",
+    "convert",
     "evaluate",
     "file_kind",
     "kinematics",
@@ -211,6 +212,32 @@ def smooth(
 ) -> Tracks:
     """Tracks a take and smooths its matches by one of strategies()."""
     return Frozen(cameras, detections, config, set).smooth(strategy)
+
+
+def convert(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    to: str,
+    skeleton: str = "",
+    frame_rate_hz: float = 0.0,
+    image_size: tuple[int, int] = (0, 0),
+) -> list[str]:
+    """Converts a calibration, detections or tracks, as `kinegraph convert` does.
+
+    What the source holds is told by its content. to: name of a format (`kinegraph
+    convert --formats` lists them). skeleton, frame_rate_hz [Hz], image_size
+    (width, height) [px]: where the source does not tell. Returns what the format
+    leaves out.
+    """
+    source, target = os.fspath(source), os.fspath(target)
+    kind = file_kind(source)
+    if kind == "calibrations":
+        return write_cameras(target, read_cameras(source), to)
+    if kind == "detections":
+        detections = read_detections(source, skeleton, frame_rate_hz)
+        return write_detections(target, detections, to, image_size)
+    tracks = read_tracks(source, skeleton, frame_rate_hz)
+    return write_tracks(target, tracks, to, names_of=source)
 
 
 def evaluate(

@@ -152,8 +152,7 @@ class Module(unittest.TestCase):
                     "--in=" + os.path.join(self.take, kind),
                     "--out=" + out,
                 )
-                with open(own, "rb") as a, open(out, "rb") as b:
-                    self.assertEqual(a.read(), b.read(), name)
+                self.assert_same_bytes(own, out)
         self.assertEqual(
             kg.file_kind(os.path.join(self.take, "detections.jsonl")),
             "detections",
@@ -162,6 +161,38 @@ class Module(unittest.TestCase):
             kg.write_cameras("out.bvh", self.cameras, format="bvh")
         with self.assertRaisesRegex(kg.InputError, "format: found 'smap'"):
             kg.write_detections("out", self.detections, format="smap")
+
+    def assert_same_bytes(self, own, other):
+        with open(own, "rb") as a, open(other, "rb") as b:
+            self.assertEqual(a.read(), b.read(), own)
+
+    def test_convert_gives_the_commands_bytes(self):
+        truth = os.path.join(self.take, "truth.jsonl")
+        for source, name, extension in (
+            ("truth.jsonl", "csv", ".csv"),
+            ("truth.jsonl", "npz", ".npz"),
+            ("truth.jsonl", "c3d", ".c3d"),
+            ("truth.jsonl", "poses", ".json"),
+            ("cameras.json", "pose2sim", ".toml"),
+            ("detections.jsonl", "kinegraph", ".jsonl"),
+        ):
+            given = os.path.join(self.take, source)
+            own = os.path.join(self.folder.name, "own_" + name + extension)
+            out = os.path.join(self.folder.name, "command_" + name + extension)
+            losses = kg.convert(given, own, name)
+            told = run(
+                "convert", "--to=" + name, "--in=" + given, "--out=" + out
+            ).stderr
+            self.assertEqual(told.count("note: "), len(losses), told)
+            self.assert_same_bytes(own, out)
+        # The extension chooses.
+        by_name = os.path.join(self.folder.name, "by_name.csv")
+        kg.write_tracks(by_name, kg.read_tracks(truth))
+        self.assert_same_bytes(
+            by_name, os.path.join(self.folder.name, "own_csv.csv")
+        )
+        with self.assertRaisesRegex(kg.InputError, "format: found 'docx'"):
+            kg.convert(truth, "out.docx", "docx")
 
     def test_arrays_in_give_what_files_give(self):
         frames = [
