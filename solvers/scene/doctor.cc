@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/evaluation/statistics.h"
+#include "solvers/scene/clock_jumps.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/consistency.h"
 #include "solvers/scene/readings.h"
@@ -433,10 +434,7 @@ class Doctor {
   // ---- With the tracker's matches ----
 
   void LookAtMatches() {
-    const FrozenMatches matches = input_.match(cameras_, detections_);
-    segments_ =
-        MakeSegments(cameras_, detections_, matches, options_.bundle.segments);
-    changes_.assign(cameras_.size(), CameraChange::Zero());
+    Match();
     LookForStrangers();
     constexpr size_t kEnough = 100;
     if (segments_.segments.size() < kEnough) {
@@ -445,6 +443,7 @@ class Doctor {
           "cameras and clocks");
       return;
     }
+    LookForJumps();
     const FitError before =
         MeasureFit(cameras_, segments_, changes_, options_.bundle);
     diagnosis_.notes.push_back(Format(
@@ -460,6 +459,69 @@ class Doctor {
       if (!Explain()) break;
     }
     cameras_ = RefinedCameras(cameras_, changes_);
+  }
+
+  void Match() {
+    const FrozenMatches matches = input_.match(cameras_, detections_);
+    segments_ =
+        MakeSegments(cameras_, detections_, matches, options_.bundle.segments);
+    changes_.assign(cameras_.size(), CameraChange::Zero());
+  }
+
+  // Pictures that were lost, one jump after the other.
+  void LookForJumps() {
+    constexpr int kMostJumps = 5;
+    for (int i = 0; i < kMostJumps && TakeJump(); ++i) {
+    }
+  }
+
+  bool TakeJump() {
+    const double frame_s = 1.0 / std::max(1.0, input_.frame_rate_hz);
+    const auto jump = FindClockJump(cameras_, segments_, changes_,
+                                    options_.bundle.segments, frame_s);
+    if (!jump.has_value()) return false;
+    const auto view = static_cast<size_t>(jump->view_idx);
+    if (strangers_.count(view) > 0) return false;
+    const auto& frames = detections_.frames;
+    const TimeNs middle =
+        frames.front().time + (frames.back().time - frames.front().time) / 2;
+    const auto at = std::lower_bound(
+        frames.begin(), frames.end(), middle + FromSeconds(jump->at_s),
+        [](const DetectionFrame& f, TimeNs time) { return f.time < time; });
+    const auto from = static_cast<int64_t>(at - frames.begin());
+    const auto number = static_cast<double>(
+        at == frames.end() ? frames.back().frame : at->frame);
+    const double before_px =
+        MeasureFit(cameras_, segments_, changes_, options_.bundle)
+            .MeanPx(jump->view_idx);
+    DetectionSequence moved = WithoutJump(detections_, *jump, from);
+    std::swap(detections_, moved);
+    SceneSegments old = segments_;
+    Match();
+    const double after_px =
+        MeasureFit(cameras_, segments_, changes_, options_.bundle)
+            .MeanPx(jump->view_idx);
+    constexpr double kLeastShare = 0.05;
+    if (before_px - after_px < kLeastShare * before_px) {
+      std::swap(detections_, moved);
+      segments_ = std::move(old);
+      return false;
+    }
+    const double count = std::abs(jump->missing);
+    Add({"frames", NameOf(view), 0.9, before_px, after_px,
+         jump->missing > 0
+             ? Format("give its files from about %.0f on numbers that are %.0f "
+                      "higher",
+                      number, count)
+             : Format("take %.0f pictures out before about frame %.0f", count,
+                      number),
+         Format(jump->missing > 0
+                    ? "%.0f pictures are missing before about frame %.0f"
+                    : "%.0f pictures are too many before about frame %.0f",
+                count, number) +
+             Format(": its clock jumps by %+.1f +- %.1f ms", 1e3 * jump->jump_s,
+                    1e3 * jump->sigma_s)});
+    return true;
   }
 
   // People who are faster than any: the frame rate is less than told.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "solvers/scene/refine_again.h"
+
 namespace kinegraph {
 namespace {
 
@@ -14,19 +16,6 @@ constexpr double kMostCorrelation = 0.95;
 // Fewer stretches leave chance too much room: a few hundred numbers of each
 // view for up to nine of its camera.
 constexpr size_t kLeastStretches = 60;
-
-void StoreUncertainty(const BundleResult& result, Refinement* refinement) {
-  refinement->places = result.places;
-  refinement->covariance = result.covariance;
-  Eigen::Index at = 0;
-  for (size_t v = 0; v < result.places.size(); ++v) {
-    for (const int place : result.places[v]) {
-      refinement->sigmas[v][place] =
-          std::sqrt(std::max(0.0, result.covariance(at, at)));
-      ++at;
-    }
-  }
-}
 
 // Fits, decides, and keeps what was worth it.
 void Step(const CameraRig& cameras, const SceneSegments& segments,
@@ -120,13 +109,14 @@ Refinement RefineScene(const CameraRig& cameras,
                        const DetectionSequence& detections,
                        const FrozenMatches& matches,
                        const RefineOptions& options,
-                       const BundleOptions& bundle) {
+                       const BundleOptions& given) {
   Refinement refinement;
   refinement.changes.assign(cameras.size(), CameraChange::Zero());
   refinement.sigmas = refinement.changes;
   refinement.places.resize(cameras.size());
   const SceneSegments segments =
-      MakeSegments(cameras, detections, matches, bundle.segments);
+      MakeSegments(cameras, detections, matches, given.segments);
+  const BundleOptions bundle = WithLastingErrors(given, segments);
   refinement.stretches = static_cast<int64_t>(segments.segments.size());
   const bool enough = segments.segments.size() >= kLeastStretches;
   FreeParameters clocks;

@@ -4,6 +4,7 @@
 
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/consistency.h"
+#include "solvers/scene/refine_again.h"
 #include "solvers/session/diagnose.h"
 
 namespace kinegraph {
@@ -96,6 +97,14 @@ RefinedTake RefineTake(const RunOptions& options, const RunRequest& request,
   take.refinement =
       RefineScene(scene.model.cameras, used,
                   MatchTake(options, scene.model, used), options.refine);
+  if (take.refinement.any_taken()) {
+    SceneModel refined = scene.model;
+    refined.cameras =
+        RefinedCameras(scene.model.cameras, take.refinement.changes);
+    const DetectionSequence moved = WithClocks(used, take.refinement.changes);
+    RefineAgain(scene.model.cameras, moved, MatchTake(options, refined, moved),
+                options.refine, BundleOptions(), &take.refinement);
+  }
   for (size_t v = 0; v < lags.size(); ++v) {
     // The frames were moved by whole beats already.
     take.refinement.changes[v][kOffsetAt] -=

@@ -163,6 +163,21 @@ std::vector<Fault> Faults() {
          o->clock_offset_s[static_cast<size_t>(random->Index(5))] = 0.96;
        },
        leave},
+      {"one view loses two pictures",
+       {"frames"},
+       [](Random*, FaultySceneOptions* o) { o->duration_s = 12.0; },
+       [](Random* random, FaultyScene* scene) {
+         const size_t v = Any(random, *scene);
+         auto& frames = scene->detections.frames;
+         const auto count = static_cast<int64_t>(frames.size());
+         const auto from = static_cast<size_t>(
+             count / 4 + static_cast<int64_t>(random->Index(count / 2)));
+         for (size_t k = from; k < frames.size(); ++k) {
+           auto& lost = frames[k].views[v].detections;
+           lost.clear();
+           if (k + 2 < frames.size()) lost = frames[k + 2].views[v].detections;
+         }
+       }},
       {"one clock off by 60 ms",
        {"clock_offset"},
        [](Random* random, FaultySceneOptions* o) {

@@ -127,6 +127,28 @@ TEST(Doctor, RepeatedPicturesAreCounted) {
       << frames->evidence;
 }
 
+// A recorder that loses two pictures numbers the rest as if it had not.
+TEST(Doctor, LostPicturesAreNamed) {
+  FaultySceneOptions options;
+  options.seed = 17;
+  FaultyScene scene = MakeFaultyScene(options);
+  auto& frames = scene.detections.frames;
+  for (size_t k = 120; k < frames.size(); ++k) {
+    frames[k].views[3].detections.clear();
+    if (k + 2 < frames.size()) {
+      frames[k].views[3].detections = frames[k + 2].views[3].detections;
+    }
+  }
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  const Finding* lost = FindKind(diagnosis, "frames", scene.cameras[3].name());
+  ASSERT_NE(lost, nullptr) << Words(diagnosis);
+  EXPECT_EQ(lost->evidence.rfind("2 pictures are missing before", 0), 0u)
+      << lost->evidence;
+  EXPECT_LT(lost->after_px, lost->before_px);
+  // Once they are put back, nothing else is wrong.
+  EXPECT_EQ(diagnosis.findings.size(), 1u) << Words(diagnosis);
+}
+
 TEST(Doctor, SecondsBetweenFramesAreNoMotion) {
   FaultySceneOptions options;
   options.duration_s = 2.0;

@@ -1,0 +1,257 @@
+#include "solvers/scene/clock_jumps.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace kinegraph {
+namespace {
+
+// What a bin says of one view's offset: its information [1/s^2] and the
+// gradient there, so that the offset is -gradient / information.
+struct Bin {
+  double time_s = 0.0;
+  double information = 0.0;
+  double gradient = 0.0;
+};
+using Bins = std::vector<Bin>;
+
+// The bins of all views. A bin is as long as a fortieth of the take, and at
+// least half a second: a walker's step.
+std::vector<Bins> OffsetBins(const CameraRig& cameras,
+                             const SceneSegments& segments,
+                             const std::vector<CameraChange>& changes,
+                             const SegmentOptions& options) {
+  const double length_s = std::max(0.5, segments.span_s / 40.0);
+  const double first_s = -0.5 * segments.span_s;
+  const auto count =
+      static_cast<size_t>(std::ceil(segments.span_s / length_s)) + 1;
+  std::vector<Bins> bins(cameras.size(), Bins(count));
+  for (Bins& of_view : bins) {
+    for (size_t b = 0; b < count; ++b) {
+      of_view[b].time_s = first_s + (static_cast<double>(b) + 0.5) * length_s;
+    }
+  }
+  SegmentState prior = SegmentState::Zero();
+  prior.segment<3>(3).setConstant(std::pow(options.velocity_sigma_mps, -2));
+  prior.segment<3>(6).setConstant(
+      std::pow(options.acceleration_sigma_mps2, -2));
+  for (const Stretch& segment : segments.segments) {
+    SegmentState state = segment.state;
+    if (!SolveSegment(cameras, changes, segment, segments.noise_scale, options,
+                      &state)) {
+      continue;
+    }
+    Eigen::Matrix<double, kSegmentSize, kSegmentSize> H = prior.asDiagonal();
+    H.topLeftCorner<3, 3>().diagonal().array() += 1e-6;
+    SegmentState g = prior.cwiseProduct(state);
+    Eigen::MatrixXd cross =
+        Eigen::MatrixXd::Zero(kSegmentSize, segments.view_count);
+    Eigen::VectorXd information = Eigen::VectorXd::Zero(segments.view_count);
+    Eigen::VectorXd gradient = information;
+    for (const SegmentMeasurement& measurement : segment.measurements) {
+      const auto v = static_cast<size_t>(measurement.view_idx);
+      Eigen::Matrix<double, 2, kSegmentSize> A;
+      Eigen::Matrix<double, 2, kChangeSize> by_change;
+      const auto r =
+          SegmentResidual(cameras[v], changes[v], segment, state, measurement,
+                          segments.noise_scale, &A, &by_change);
+      if (!r.has_value()) continue;
+      const double weight =
+          EvaluateLoss(kSceneLoss, kSceneLossScale, r->squaredNorm()).first;
+      const Eigen::Vector2d B = by_change.col(kOffsetAt);
+      H += weight * A.transpose() * A;
+      g += weight * A.transpose() * *r;
+      cross.col(measurement.view_idx) += weight * A.transpose() * B;
+      information[measurement.view_idx] += weight * B.squaredNorm();
+      gradient[measurement.view_idx] += weight * B.dot(*r);
+    }
+    const Eigen::MatrixXd solved = H.ldlt().solve(cross);
+    const auto b =
+        std::min(count - 1, static_cast<size_t>(std::max(
+                                0.0, (segment.middle_s - first_s) / length_s)));
+    for (size_t v = 0; v < bins.size(); ++v) {
+      const auto i = static_cast<Eigen::Index>(v);
+      bins[v][b].information +=
+          information[i] - cross.col(i).dot(solved.col(i));
+      bins[v][b].gradient += gradient[i] - solved.col(i).dot(g);
+    }
+  }
+  return bins;
+}
+
+struct Sums {
+  double information = 0.0;
+  double gradient = 0.0;
+  double offset_s() const { return -gradient / information; }
+  // Of 2 * cost, by the offset.
+  double gain() const { return gradient * gradient / information; }
+};
+
+Sums SumOf(const Bins& bins, size_t begin, size_t end) {
+  Sums sums;
+  for (size_t b = begin; b < end; ++b) {
+    sums.information += bins[b].information;
+    sums.gradient += bins[b].gradient;
+  }
+  return sums;
+}
+
+// What offset and drift gain.
+double GainOfLine(const Bins& bins) {
+  Eigen::Matrix2d H = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d g = Eigen::Vector2d::Zero();
+  for (const Bin& bin : bins) {
+    const Eigen::Vector2d row(1.0, bin.time_s);
+    H += bin.information * row * row.transpose();
+    g += bin.gradient * row;
+  }
+  return g.dot(H.ldlt().solve(g));
+}
+
+// How much more the bins scatter about two levels than their information says:
+// a detector's errors last.
+double ScatterOf(const Bins& bins, size_t split, const Sums& before,
+                 const Sums& after) {
+  double squares = 0.0;
+  double count = 0.0;
+  for (size_t b = 0; b < bins.size(); ++b) {
+    if (!(bins[b].information > 0.0)) continue;
+    const double level = b < split ? before.offset_s() : after.offset_s();
+    const double left = bins[b].gradient + bins[b].information * level;
+    squares += left * left / bins[b].information;
+    count += 1.0;
+  }
+  return std::max(1.0, squares / std::max(1.0, count - 3.0));
+}
+
+// A split needs this many bins with something in them on either side.
+constexpr int kFewestBins = 3;
+
+int FilledBins(const Bins& bins, size_t begin, size_t end) {
+  return static_cast<int>(
+      std::count_if(bins.begin() + static_cast<std::ptrdiff_t>(begin),
+                    bins.begin() + static_cast<std::ptrdiff_t>(end),
+                    [](const Bin& bin) { return bin.information > 0.0; }));
+}
+
+// A split of one view's bins with the levels on either side.
+struct Split {
+  size_t view = 0;
+  size_t bin = 0;  // the first one behind it
+  double at_s = 0.0;
+  double jump_s = 0.0;
+  double sigma_s = 0.0;
+};
+
+Split SplitAt(const Bins& bins, size_t view, size_t bin, double* gain) {
+  const Sums before = SumOf(bins, 0, bin);
+  const Sums after = SumOf(bins, bin, bins.size());
+  const double scatter = ScatterOf(bins, bin, before, after);
+  Split split;
+  split.view = view;
+  split.bin = bin;
+  split.at_s = 0.5 * (bins[bin - 1].time_s + bins[bin].time_s);
+  split.jump_s = after.offset_s() - before.offset_s();
+  split.sigma_s =
+      std::sqrt(scatter * (1.0 / before.information + 1.0 / after.information));
+  *gain = (before.gain() + after.gain() - GainOfLine(bins)) / scatter;
+  return split;
+}
+
+// The split that explains most, of those that are worth it.
+std::optional<Split> BestSplit(const std::vector<Bins>& all, double least_s) {
+  // Six standard deviations, for some forty splits of a handful of views; a
+  // step that a drift explains nearly as well is none.
+  constexpr double kSigmas = 6.0;
+  constexpr double kLeastGain = 25.0;
+  std::optional<Split> best;
+  double most = kLeastGain;
+  for (size_t v = 0; v < all.size(); ++v) {
+    for (size_t bin = 1; bin < all[v].size(); ++bin) {
+      if (FilledBins(all[v], 0, bin) < kFewestBins ||
+          FilledBins(all[v], bin, all[v].size()) < kFewestBins) {
+        continue;
+      }
+      double gain = 0.0;
+      const Split split = SplitAt(all[v], v, bin, &gain);
+      if (!(gain > most) || std::abs(split.jump_s) < least_s ||
+          std::abs(split.jump_s) < kSigmas * split.sigma_s) {
+        continue;
+      }
+      most = gain;
+      best = split;
+    }
+  }
+  return best;
+}
+
+// The stretches with a view's clock moved behind the split.
+SceneSegments Moved(const SceneSegments& segments, const Split& split,
+                    double jump_s) {
+  SceneSegments moved = segments;
+  for (Stretch& segment : moved.segments) {
+    if (segment.middle_s < split.at_s) continue;
+    for (SegmentMeasurement& measurement : segment.measurements) {
+      if (measurement.view_idx == static_cast<int>(split.view)) {
+        measurement.time_s += jump_s;
+      }
+    }
+  }
+  return moved;
+}
+
+}  // namespace
+
+std::optional<ClockJump> FindClockJump(const CameraRig& cameras,
+                                       const SceneSegments& segments,
+                                       const std::vector<CameraChange>& changes,
+                                       const SegmentOptions& options,
+                                       double frame_s) {
+  const auto split =
+      BestSplit(OffsetBins(cameras, segments, changes, options), 0.3 * frame_s);
+  if (!split.has_value()) return std::nullopt;
+  // One step falls short: the states and the loss take their share.
+  double jump_s = split->jump_s;
+  constexpr int kMostSteps = 6;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const std::vector<Bins> left =
+        OffsetBins(cameras, Moved(segments, *split, jump_s), changes, options);
+    double gain = 0.0;
+    const double more_s =
+        SplitAt(left[split->view], split->view, split->bin, &gain).jump_s;
+    jump_s += more_s;
+    if (std::abs(more_s) < 0.05 * frame_s) break;
+  }
+  // Pictures are lost whole.
+  constexpr double kFromWhole = 0.35;
+  const double frames = jump_s / frame_s;
+  if (std::round(frames) == 0.0 ||
+      std::abs(frames - std::round(frames)) > kFromWhole) {
+    return std::nullopt;
+  }
+  return ClockJump{static_cast<int>(split->view), split->at_s,
+                   static_cast<int>(std::lround(frames)), jump_s,
+                   split->sigma_s};
+}
+
+DetectionSequence WithoutJump(const DetectionSequence& detections,
+                              const ClockJump& jump, int64_t from) {
+  DetectionSequence moved = detections;
+  const auto count = static_cast<int64_t>(detections.frames.size());
+  const auto v = static_cast<size_t>(jump.view_idx);
+  const auto At = [v](auto* sequence, int64_t k) -> auto& {
+    return sequence->frames[static_cast<size_t>(k)].views[v].detections;
+  };
+  for (int64_t k = std::max<int64_t>(0, std::min(from, from + jump.missing));
+       k < count; ++k) {
+    const int64_t source = k - jump.missing;
+    At(&moved, k).clear();
+    if (source >= from && source < count)
+      At(&moved, k) = At(&detections, source);
+  }
+  return moved;
+}
+
+}  // namespace kinegraph
