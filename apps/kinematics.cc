@@ -18,6 +18,7 @@
 #include "core/io/atomic_file.h"
 #include "core/io/config.h"
 #include "core/io/csv_cell.h"
+#include "core/io/joint_names.h"
 #include "core/io/json_output.h"
 #include "core/io/person_names.h"
 #include "core/io/tracks.h"
@@ -52,7 +53,10 @@ TrackSequence ReadInput() {
     throw InputError("--frame_rate: expected a number > 0");
   }
   read.frame_rate_hz = FLAGS_frame_rate;
-  return ReadTracks(FLAGS_tracks, read);
+  TrackSequence tracks = ReadTracks(FLAGS_tracks, read);
+  // Angles are defined by our names; "RHip" and "right_hip" are r_hip.
+  tracks.header.skeleton = WithOurNames(tracks.header.skeleton);
+  return tracks;
 }
 
 void RequireCsv() {

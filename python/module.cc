@@ -21,6 +21,7 @@
 #include "core/io/calibration_writer.h"
 #include "core/io/detection_format.h"
 #include "core/io/file_kind.h"
+#include "core/io/joint_names.h"
 #include "core/io/person_names.h"
 #include "core/io/track_format.h"
 #include "core/kinematics/ground.h"
@@ -448,7 +449,13 @@ KinematicsTable Kinematics(const TrackSequence& tracks, const std::string& up,
   options.up = ParseUp(up, "up");
   options.observed_only = observed_only;
   const py::gil_scoped_release unlocked;
-  return MeasureKinematics(tracks, options);
+  const Skeleton ours = WithOurNames(tracks.header.skeleton);
+  if (ours == tracks.header.skeleton) {
+    return MeasureKinematics(tracks, options);
+  }
+  TrackSequence renamed = tracks;
+  renamed.header.skeleton = ours;
+  return MeasureKinematics(renamed, options);
 }
 
 Array ColumnOf(const KinematicsTable& table, const std::string& column) {

@@ -1,5 +1,6 @@
 #include "core/io/joint_names.h"
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <utility>
@@ -152,6 +153,17 @@ Skeleton WithMarkerNames(const Skeleton& skeleton, MarkerNames names) {
     }
   }
   return Skeleton(skeleton.name(), markers, skeleton.bones());
+}
+
+Skeleton WithOurNames(const Skeleton& skeleton) {
+  std::vector<std::string> joints;
+  for (const std::string& label : skeleton.joints()) {
+    joints.push_back(JointNameOf(label));
+    if (std::count(joints.begin(), joints.end(), joints.back()) > 1) {
+      return skeleton;
+    }
+  }
+  return Skeleton(skeleton.name(), joints, skeleton.bones());
 }
 
 Skeleton SkeletonOfLabels(const std::vector<std::string>& labels) {

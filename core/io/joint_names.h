@@ -31,6 +31,10 @@ std::optional<MarkerNames> ParseMarkerNames(const std::string& text);
 // OpenCap hands them to OpenSim. JointNameOf reads all of them back.
 Skeleton WithMarkerNames(const Skeleton& skeleton, MarkerNames names);
 
+// The same joints and bones under our names; unchanged where two of them would
+// have one name.
+Skeleton WithOurNames(const Skeleton& skeleton);
+
 // A skeleton of labels: the built-in one with these joints in this order, else
 // one called "custom" with the bones of COCO-17 between those it has. Throws
 // InputError without a file when two labels are the same joint.

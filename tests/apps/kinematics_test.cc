@@ -140,6 +140,33 @@ TEST(Kinematics, WithoutTimesThereAreNoSpeeds) {
   EXPECT_EQ(rows[0].count("pelvis_speed_m_s"), 0u);
 }
 
+// Pose2Sim's files have some of a skeleton's joints under names of their own.
+TEST(Kinematics, OtherProgramsNamesAreKnown) {
+  const TemporaryFolder folder;
+  TrackSequence tracks;
+  tracks.header.skeleton = Skeleton("custom", {"RHip", "RKnee", "RAnkle"}, {});
+  tracks.header.mode = "graph";
+  StandingPerson person;
+  person.Turn({"r_knee", "r_ankle"}, 60.0, Eigen::Vector3d::UnitY());
+  TrackFrame frame;
+  frame.people.resize(1);
+  frame.people[0].id = TrackId(1);
+  for (const char* joint : {"r_hip", "r_knee", "r_ankle"}) {
+    frame.people[0].joints.push_back(
+        {person.At(joint), JointStatus::kObserved});
+  }
+  tracks.frames.push_back(frame);
+  const std::string in = (folder.path() / "leg.jsonl").string();
+  WriteTracks(in, tracks);
+  const fs::path out = folder.path() / "angles.csv";
+  const ProgramOutcome outcome =
+      RunProgram("kinematics", "--tracks=" + in + " --out=" + out.string());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const std::vector<Row> rows = ReadCsv(out);
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_NEAR(std::stod(rows[0].at("r_knee_flexion_deg")), 60.0, 1e-9);
+}
+
 TEST(Kinematics, BadInputIsOneLineAndExitTwo) {
   const TemporaryFolder folder;
   const std::string in = "--tracks=" + WriteBend(folder);
