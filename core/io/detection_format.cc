@@ -19,6 +19,7 @@
   FORMAT(MmposeFormat)                      \
   FORMAT(MediaPipeCsvFormat)                \
   FORMAT(DeepLabCutFormat)                  \
+  FORMAT(SleapFormat)                       \
   FORMAT(LongcwDetectionFormat)             \
   FORMAT(SmapFormat)
 
@@ -32,8 +33,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// With the extension of a format that has several files.
 bool IsDataFile(const fs::path& path) {
-  return path.extension() == ".json" || path.extension() == ".csv";
+  const std::string extension = path.extension().string();
+  return std::any_of(DetectionFormats().begin(), DetectionFormats().end(),
+                     [&](const DetectionFormat& format) {
+                       return format.files != DetectionFormat::Files::kOne &&
+                              format.extension == extension;
+                     });
 }
 
 // The first file of data in a folder, in natural order.

@@ -86,12 +86,13 @@ bool LooksLikeTomlOrYaml(const std::string& text) {
          text[second] != ']';
 }
 
-// Tables of key points begin with letters, as no other text of ours does.
+// Tables of key points begin with letters, as no other text of ours does; HDF5
+// with a byte of its own.
 bool IsDetectionTable(const std::string& path) {
   const std::string text = Beginning(path);
-  if (text.empty() || std::isalpha(static_cast<unsigned char>(text[0])) == 0) {
-    return false;
-  }
+  if (text.empty()) return false;
+  const bool is_letter = std::isalpha(static_cast<unsigned char>(text[0])) != 0;
+  if (!is_letter && text[0] != '\x89') return false;
   return RecogniseDetections(LookAtDetections(path)) != nullptr;
 }
 
@@ -120,7 +121,7 @@ FileKind KindOfFolder(const std::string& path) {
     const std::string inside = path + "/" + name;
     if (name.front() == '.') continue;
     if (IsFolder(inside)) return FileKind::kDetections;  // one a view
-    if (HasExtension(name, {".csv"})) return KindOfFile(inside);
+    if (HasExtension(name, {".csv", ".h5"})) return KindOfFile(inside);
     if (!HasExtension(name, {".json"})) continue;
     // No tracks in a folder are arrays; COCO's may be empty.
     return PeekJson(inside).kind == '[' ? FileKind::kDetections

@@ -353,7 +353,7 @@ TEST(Convert, ThePageNamesEveryFormatAndFlag) {
     EXPECT_THAT(page, HasSubstr("`" + format + "`"));
     ++count;
   }
-  EXPECT_EQ(count, 32);
+  EXPECT_EQ(count, 33);
   for (const char* flag : {"unit", "image_size", "skeleton", "frame_rate",
                            "axes", "markers", "person", "set", "formats"}) {
     EXPECT_THAT(page, HasSubstr("--" + std::string(flag)));

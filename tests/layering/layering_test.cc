@@ -67,7 +67,8 @@ const std::vector<Reserved>& ReservedIncludes() {
        {"solvers"},
        "Ceres and SuiteSparse are seen by solvers alone"},
       {std::regex("gflags/.*"), {"apps"}, "gflags is for apps alone"},
-      {std::regex("toml\\+\\+/.*|toml\\.hpp|simdjson.*|yaml-cpp/.*|matio.*"),
+      {std::regex(
+           "toml\\+\\+/.*|toml\\.hpp|simdjson.*|yaml-cpp/.*|matio.*|hdf5.*"),
        {"core/io"},
        "format libraries are for core/io alone"},
       {std::regex("nlohmann/.*"),

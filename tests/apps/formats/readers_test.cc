@@ -12,6 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
+#include "core/io/detection_source.h"
+#include "core/io/file_kind.h"
 #include "core/io/json.h"
 #include "core/io/text_file.h"
 #include "core/io/track_writer.h"
@@ -462,6 +465,59 @@ TEST(FormatReaders, CocoWithThreeDimensions) {
         EXPECT_EQ(point[3], joint.status == JointStatus::kObserved ? 2 : 1);
       }
     }
+  }
+}
+
+// ---- What h5py writes, read by us ----
+
+TEST(FormatReaders, SleapsHdf5) {
+  if (!HasPython("h5py, numpy")) GTEST_SKIP() << "needs python3-h5py";
+  const TemporaryFolder folder;
+  const fs::path views = folder.path() / "views";
+  fs::create_directory(views);
+  ASSERT_EQ(
+      std::system(
+          ("/usr/bin/python3 '" +
+           testing::ProjectFile("tests/apps/formats/sleap_writer.py").string() +
+           "' '" + views.string() + "'")
+              .c_str()),
+      0);
+  EXPECT_EQ(RecogniseKind(views), FileKind::kDetections);
+  const DetectionSequence take = ReadDetections(views);
+  EXPECT_EQ(take.header.view_names, (std::vector<std::string>{"cam0", "cam1"}));
+  EXPECT_EQ(take.header.skeleton.joints(),
+            (std::vector<std::string>{"snout", "l_ear", "tail_base"}));
+  ASSERT_EQ(take.header.skeleton.bones().size(), 2u);
+  ASSERT_EQ(take.frames.size(), 5u);
+  for (size_t f = 0; f < 5; ++f) {
+    for (size_t v = 0; v < 2; ++v) {
+      const auto& found = take.frames[f].views[v].detections;
+      ASSERT_EQ(found.size(), f < 2 ? 1u : 2u) << f;
+      for (size_t t = 0; t < found.size(); ++t) {
+        for (size_t n = 0; n < 3; ++n) {
+          const Keypoint& joint = found[t].joints[n];
+          ASSERT_EQ(joint.found, !(f == 3 && t == 0 && n == 1));
+          if (!joint.found) continue;
+          const double x =
+              100.0 * static_cast<double>(v) + 10.0 * static_cast<double>(t) +
+              static_cast<double>(n) + static_cast<double>(f) / 8.0;
+          EXPECT_EQ(joint.px, Eigen::Vector2d(x, 2.0 * x));
+          EXPECT_EQ(joint.confidence, 1.0 / static_cast<double>(1 + n));
+        }
+      }
+    }
+  }
+  // Cut off, it is refused by name.
+  const std::string whole = ReadTextFile(views / "cam0.h5");
+  const std::string cut =
+      folder.Write("cut.h5", whole.substr(0, whole.size() / 2));
+  try {
+    DetectionReadOptions options;
+    options.format = "sleap";
+    ReadDetections(cut, options);
+    ADD_FAILURE() << "read half a file";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("cut.h5"));
   }
 }
 
