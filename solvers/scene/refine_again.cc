@@ -77,8 +77,12 @@ void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
   for (CameraChange& change : start) {
     change[kOffsetAt] = change[kDriftAt] = 0.0;  // the detections have them
   }
-  const SceneSegments segments = MakeSegments(
-      RefinedCameras(cameras, start), detections, matches, bundle.segments);
+  // One fit instead of the decisions' many: it can afford more of the take.
+  constexpr int kTimesMore = 4;
+  SegmentOptions more = bundle.segments;
+  more.max_segments *= kTimesMore;
+  const SceneSegments segments =
+      MakeSegments(RefinedCameras(cameras, start), detections, matches, more);
   const BundleResult result = AdjustBundle(cameras, segments, free, start,
                                            WithLastingErrors(bundle, segments));
   if (!result.usable) return;
