@@ -502,6 +502,15 @@ Losses WriteCamerasAs(const std::string& path,
   return losses;
 }
 
+bool HasMatches(const TrackSequence& tracks) {
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      if (!person.matches.empty()) return true;
+    }
+  }
+  return false;
+}
+
 // `names_of` is the file that the tracks came from, for the names of people in
 // it; empty for none.
 Losses WriteTracksAs(const std::string& path, const TrackSequence& tracks,
@@ -526,7 +535,12 @@ Losses WriteTracksAs(const std::string& path, const TrackSequence& tracks,
   if (!options.names.empty() && !found->keeps_names) {
     losses.push_back("names of people are not kept");
   }
-  found->write(path, tracks, options, &losses);
+  if (found->name == "kinegraph") {
+    // Observations are written where the tracks have some, as `track` does.
+    WriteTracks(path, tracks, {HasMatches(tracks), options.names});
+  } else {
+    found->write(path, tracks, options, &losses);
+  }
   return losses;
 }
 
