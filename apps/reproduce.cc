@@ -135,21 +135,28 @@ void AddAblation(const BenchmarkData& data, Report* report) {
     takes += static_cast<int64_t>(benchmark.takes.size());
   }
   Progress progress("ablation", takes);
+  const OutputFolder images(FLAGS_out + "/images");
+  const std::string figure = "images/ablation.svg";
+  std::vector<AblatedTake> ablated;
   std::vector<FilterInChen> in_chen;
   for (const Benchmark& benchmark : data.benchmarks) {
     for (const Take& take : benchmark.takes) {
       Dataset dataset = take.dataset;
       dataset.set = JoinSets(dataset.set, FLAGS_set);
       const LoadedDataset loaded = LoadDataset(dataset, data.folder);
-      const std::vector<AblationCell> cells = RunAblation(loaded);
+      std::vector<AblationCell> cells = RunAblation(loaded);
       ablation.markdown += AblationMarkdown(loaded, cells);
       ablation.json["measured"].push_back(AblationJson(loaded, cells));
+      ablated.push_back({take.dataset.name, std::move(cells)});
       if (auto pair = RunFilterInChen(take, data.folder, FLAGS_set)) {
         in_chen.push_back(*std::move(pair));
       }
       progress.Advance();
     }
   }
+  WritePlot(AblationPlots(ablated), FLAGS_out + "/" + figure, {1350, 520, 2});
+  ablation.markdown +=
+      "![What each ingredient adds to the baseline](" + figure + ")\n\n";
   if (!in_chen.empty()) {
     TableOutput table = FilterInChenTable(in_chen);
     ablation.markdown += table.markdown;
@@ -159,10 +166,9 @@ void AddAblation(const BenchmarkData& data, Report* report) {
 }
 
 void AddRuntime(const BenchmarkData& data, Report* report) {
-  const Benchmark& benchmark = data.benchmarks.front();
-  Progress progress("runtime", RuntimeRowCount(benchmark));
-  report->Add("runtime", RuntimeTable(benchmark, data.folder, FLAGS_set, {},
-                                      [&progress] { progress.Advance(); }));
+  Progress progress("runtime", RuntimeRowCount(data.benchmarks));
+  report->Add("runtime", RuntimeTable(data.benchmarks, data.folder, FLAGS_set,
+                                      {}, [&progress] { progress.Advance(); }));
 }
 
 void AddSensitivity(const BenchmarkData& data, Report* report) {
@@ -277,7 +283,7 @@ void RunReproduce() {
   RequireFlag("data", FLAGS_data);
   RequireFlag("out", FLAGS_out);
   CheckTable();
-  if (Wanted("sensitivity")) RequirePlotTool();
+  if (Wanted("sensitivity") || Wanted("ablation")) RequirePlotTool();
   // Before the work, so that a wrong place costs none.
   const OutputFolder folder(FLAGS_out);
   const BenchmarkData data = FindBenchmarks(FLAGS_data);

@@ -566,7 +566,7 @@ Losses WriteDetectionsAs(const std::string& path,
   return losses;
 }
 
-void BindData(py::module_& m) {
+void BindSkeleton(py::module_& m) {
   py::class_<Skeleton>(m, "Skeleton", "Joints and bones of a body model.")
       .def(py::init(&NamedSkeleton), "name"_a,
            "The built-in skeleton of that name (see skeleton_names()).")
@@ -589,7 +589,9 @@ void BindData(py::module_& m) {
                std::to_string(skeleton.joint_count()) + " joints>";
       });
   m.def("skeleton_names", &SkeletonNames, "Names of the built-in skeletons.");
+}
 
+void BindCamera(py::module_& m) {
   py::class_<Camera>(m, "Camera", "A calibrated camera; lengths in metres.")
       .def(py::init(&MakeCamera), "name"_a, "K"_a, "R"_a, "t"_a,
            "distortion"_a = std::vector<double>(), "model"_a = "opencv5",
@@ -628,7 +630,9 @@ void BindData(py::module_& m) {
       .def("__repr__", [](const Camera& camera) {
         return "<kinegraph.Camera '" + camera.name() + "'>";
       });
+}
 
+void BindDetections(py::module_& m) {
   py::class_<DetectionSequence>(m, "Detections", "2D poses of a take.")
       .def(py::init(&SequenceOf), "frames"_a, "skeleton"_a, "views"_a,
            "frame_rate_hz"_a, "first_frame"_a = 0,
@@ -675,7 +679,9 @@ void BindData(py::module_& m) {
                " frames, " + std::to_string(d.header.view_names.size()) +
                " views>";
       });
+}
 
+void BindTracks(py::module_& m) {
   py::class_<TrackSequence>(m, "Tracks", "3D poses of a take, as arrays.")
       .def(
           "__len__", [](const TrackSequence& t) { return t.frames.size(); },
@@ -738,7 +744,9 @@ void BindData(py::module_& m) {
                " frames, " + std::to_string(TrackArrays(t).Ids().size()) +
                " people>";
       });
+}
 
+void BindKinematics(py::module_& m) {
   py::class_<KinematicsTable>(
       m, "Kinematics",
       "Joint angles, speeds and ways: a row a person and frame (R rows),\n"
@@ -778,6 +786,14 @@ void BindData(py::module_& m) {
                 t, [](const KinematicsRow& row) { return row.id.value(); });
           },
           "Identities, (R,) int64.");
+}
+
+void BindData(py::module_& m) {
+  BindSkeleton(m);
+  BindCamera(m);
+  BindDetections(m);
+  BindTracks(m);
+  BindKinematics(m);
 }
 
 void BindRuns(py::module_& m) {

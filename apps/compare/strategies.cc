@@ -78,12 +78,88 @@ Strategy Window(int lag_frames) {
   return strategy;
 }
 
-std::vector<Strategy> MakeTable() {
-  const auto batch = [](bool bones) {
-    return [bones](double, EstimatorOptions* options) {
-      options->graph.bones = bones;
-    };
-  };
+// Each frame by itself, and what is written in paper mode.
+void AddUnfiltered(std::vector<Strategy>* table) {
+  table->push_back(Filter("raw_dlt", "raw DLT", OutputKind::kRawDlt));
+  table->push_back(
+      Filter("robust_triangulation", "robust triangulation, each frame",
+             OutputKind::kRobustTriangulation,
+             {Field("loss_scale", "sigmas", {1.0, 2.0, 3.0, 4.5, 7.0, 10.0},
+                    [](EstimatorOptions& o) -> double& {
+                      return o.filters.robust_triangulation.loss_scale;
+                    })}));
+  table->push_back(
+      Filter(kDefaultBaseline, "causal Gaussian (paper)", OutputKind::kGaussian,
+             {Field("sigma_frames", "frames", {0.15, 0.3, 0.6, 0.8, 1.2},
+                    [](EstimatorOptions& o) -> double& {
+                      return o.gaussian.sigma_frames;
+                    }),
+              Field("wrist_sigma_frames", "frames", {0.3, 0.8, 1.2},
+                    [](EstimatorOptions& o) -> double& {
+                      return o.gaussian.wrist_sigma_frames;
+                    })}));
+}
+
+// A few samples at once, along the signal.
+void AddWindowed(std::vector<Strategy>* table) {
+  table->push_back(Filter(
+      "centred_gaussian", "centred Gaussian", OutputKind::kCentredGaussian,
+      {Field("sigma_s", "s", {0.01, 0.02, 0.04, 0.06, 0.09, 0.14},
+             [](EstimatorOptions& o) -> double& {
+               return o.filters.centred_gaussian.sigma_s;
+             })}));
+  table->push_back(Filter(
+      "hampel_median", "Hampel and moving median", OutputKind::kHampelMedian,
+      {Field("median_window_s", "s", {0.04, 0.12, 0.2, 0.28, 0.44},
+             [](EstimatorOptions& o) -> double& {
+               return o.filters.hampel_median.median_window_s;
+             }),
+       Field("hampel_threshold", "sigmas", {2.0, 3.0},
+             [](EstimatorOptions& o) -> double& {
+               return o.filters.hampel_median.hampel_threshold;
+             })}));
+  table->push_back(
+      Filter("one_euro", "One-Euro", OutputKind::kOneEuro,
+             {Field("min_cutoff_hz", "Hz", {1.0, 2.0, 4.0, 8.0, 16.0},
+                    [](EstimatorOptions& o) -> double& {
+                      return o.filters.one_euro.min_cutoff_hz;
+                    }),
+              Field("beta_per_m", "1/m", {1.0, 3.0, 10.0, 30.0, 100.0},
+                    [](EstimatorOptions& o) -> double& {
+                      return o.filters.one_euro.beta_per_m;
+                    })}));
+}
+
+// The whole signal at once, without delay.
+void AddZeroPhase(std::vector<Strategy>* table) {
+  table->push_back(
+      Filter("butterworth", "Butterworth, zero phase", OutputKind::kButterworth,
+             {Field("cutoff_hz", "Hz", {1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0},
+                    [](EstimatorOptions& o) -> double& {
+                      return o.filters.butterworth.cutoff_hz;
+                    })},
+             [](double, EstimatorOptions* options) {
+               options->filters.butterworth.choice = CutoffChoice::kFixed;
+             }));
+  table->push_back(Filter(
+      "butterworth_residual", "Butterworth, residual analysis",
+      OutputKind::kButterworth, {}, [](double, EstimatorOptions* options) {
+        options->filters.butterworth.choice = CutoffChoice::kResidualAnalysis;
+      }));
+  table->push_back(
+      Filter("savitzky_golay", "Savitzky-Golay", OutputKind::kSavitzkyGolay,
+             {Field("window_s", "s", {0.2, 0.28, 0.36, 0.52, 0.76, 1.0},
+                    [](EstimatorOptions& o) -> double& {
+                      return o.filters.savitzky_golay.window_s;
+                    })}));
+  table->push_back(Filter(
+      "gcv_spline", "smoothing spline, GCV", OutputKind::kSmoothingSpline, {},
+      [](double, EstimatorOptions* options) {
+        options->filters.smoothing_spline.choice = SmoothnessChoice::kGcv;
+      }));
+}
+
+void AddKalman(std::vector<Strategy>* table) {
   const auto motion = [](MotionModel model) {
     return [model](double, EstimatorOptions* options) {
       options->filters.kalman.motion = model;
@@ -95,115 +171,64 @@ std::vector<Strategy> MakeTable() {
             [](EstimatorOptions& o) -> double& {
               return o.filters.kalman.process_noise_scale;
             });
-  std::vector<Strategy> table;
-  table.push_back(Filter("raw_dlt", "raw DLT", OutputKind::kRawDlt));
-  table.push_back(
-      Filter("robust_triangulation", "robust triangulation, each frame",
-             OutputKind::kRobustTriangulation,
-             {Field("loss_scale", "sigmas", {1.0, 2.0, 3.0, 4.5, 7.0, 10.0},
-                    [](EstimatorOptions& o) -> double& {
-                      return o.filters.robust_triangulation.loss_scale;
-                    })}));
-  table.push_back(
-      Filter(kDefaultBaseline, "causal Gaussian (paper)", OutputKind::kGaussian,
-             {Field("sigma_frames", "frames", {0.15, 0.3, 0.6, 0.8, 1.2},
-                    [](EstimatorOptions& o) -> double& {
-                      return o.gaussian.sigma_frames;
-                    }),
-              Field("wrist_sigma_frames", "frames", {0.3, 0.8, 1.2},
-                    [](EstimatorOptions& o) -> double& {
-                      return o.gaussian.wrist_sigma_frames;
-                    })}));
-  table.push_back(Filter(
-      "centred_gaussian", "centred Gaussian", OutputKind::kCentredGaussian,
-      {Field("sigma_s", "s", {0.01, 0.02, 0.04, 0.06, 0.09, 0.14},
-             [](EstimatorOptions& o) -> double& {
-               return o.filters.centred_gaussian.sigma_s;
-             })}));
-  table.push_back(Filter(
-      "hampel_median", "Hampel and moving median", OutputKind::kHampelMedian,
-      {Field("median_window_s", "s", {0.04, 0.12, 0.2, 0.28, 0.44},
-             [](EstimatorOptions& o) -> double& {
-               return o.filters.hampel_median.median_window_s;
-             }),
-       Field("hampel_threshold", "sigmas", {2.0, 3.0},
-             [](EstimatorOptions& o) -> double& {
-               return o.filters.hampel_median.hampel_threshold;
-             })}));
-  table.push_back(
-      Filter("one_euro", "One-Euro", OutputKind::kOneEuro,
-             {Field("min_cutoff_hz", "Hz", {1.0, 2.0, 4.0, 8.0, 16.0},
-                    [](EstimatorOptions& o) -> double& {
-                      return o.filters.one_euro.min_cutoff_hz;
-                    }),
-              Field("beta_per_m", "1/m", {1.0, 3.0, 10.0, 30.0, 100.0},
-                    [](EstimatorOptions& o) -> double& {
-                      return o.filters.one_euro.beta_per_m;
-                    })}));
-  table.push_back(
-      Filter("butterworth", "Butterworth, zero phase", OutputKind::kButterworth,
-             {Field("cutoff_hz", "Hz", {1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0},
-                    [](EstimatorOptions& o) -> double& {
-                      return o.filters.butterworth.cutoff_hz;
-                    })},
-             [](double, EstimatorOptions* options) {
-               options->filters.butterworth.choice = CutoffChoice::kFixed;
-             }));
-  table.push_back(Filter(
-      "butterworth_residual", "Butterworth, residual analysis",
-      OutputKind::kButterworth, {}, [](double, EstimatorOptions* options) {
-        options->filters.butterworth.choice = CutoffChoice::kResidualAnalysis;
-      }));
-  table.push_back(
-      Filter("savitzky_golay", "Savitzky-Golay", OutputKind::kSavitzkyGolay,
-             {Field("window_s", "s", {0.2, 0.28, 0.36, 0.52, 0.76, 1.0},
-                    [](EstimatorOptions& o) -> double& {
-                      return o.filters.savitzky_golay.window_s;
-                    })}));
-  table.push_back(Filter(
-      "gcv_spline", "smoothing spline, GCV", OutputKind::kSmoothingSpline, {},
-      [](double, EstimatorOptions* options) {
-        options->filters.smoothing_spline.choice = SmoothnessChoice::kGcv;
-      }));
-  table.push_back(Filter("kalman_cv", "Kalman, constant velocity",
-                         OutputKind::kKalman, {kalman_noise},
-                         motion(MotionModel::kConstantVelocity)));
-  table.push_back(Filter("kalman_ca", "Kalman, constant acceleration",
-                         OutputKind::kKalman, {kalman_noise},
-                         motion(MotionModel::kConstantAcceleration)));
-  table.push_back(Filter("rts_cv", "RTS, constant velocity", OutputKind::kRts,
-                         {kalman_noise},
-                         motion(MotionModel::kConstantVelocity)));
-  table.push_back(Filter("rts_ca", "RTS, constant acceleration",
-                         OutputKind::kRts, {kalman_noise},
-                         motion(MotionModel::kConstantAcceleration)));
-  // The same on points that outliers have been kept out of.
-  const auto on_robust_points = [](Strategy strategy) {
-    strategy.name += "_robust";
-    strategy.title += ", on robust triangulation";
-    strategy.fix = [fix = strategy.fix](double rate_hz,
-                                        EstimatorOptions* options) {
-      if (fix) fix(rate_hz, options);
-      options->filters.points = PointKind::kRobust;
-    };
-    return strategy;
+  table->push_back(Filter("kalman_cv", "Kalman, constant velocity",
+                          OutputKind::kKalman, {kalman_noise},
+                          motion(MotionModel::kConstantVelocity)));
+  table->push_back(Filter("kalman_ca", "Kalman, constant acceleration",
+                          OutputKind::kKalman, {kalman_noise},
+                          motion(MotionModel::kConstantAcceleration)));
+  table->push_back(Filter("rts_cv", "RTS, constant velocity", OutputKind::kRts,
+                          {kalman_noise},
+                          motion(MotionModel::kConstantVelocity)));
+  table->push_back(Filter("rts_ca", "RTS, constant acceleration",
+                          OutputKind::kRts, {kalman_noise},
+                          motion(MotionModel::kConstantAcceleration)));
+}
+
+// The same on points that outliers have been kept out of.
+Strategy OnRobustPoints(Strategy strategy) {
+  strategy.name += "_robust";
+  strategy.title += ", on robust triangulation";
+  strategy.fix = [fix = strategy.fix](double rate_hz,
+                                      EstimatorOptions* options) {
+    if (fix) fix(rate_hz, options);
+    options->filters.points = PointKind::kRobust;
   };
-  for (const char* name : {"butterworth", "rts_cv"}) {
-    const auto named = [name](const Strategy& s) { return s.name == name; };
-    table.push_back(
-        on_robust_points(*std::find_if(table.begin(), table.end(), named)));
-  }
-  for (const int lag : {0, 3, 5, 10, 20, 30}) table.push_back(Window(lag));
-  table.push_back(Filter(kOfflineReference, "batch", OutputKind::kBatch,
-                         {GraphProcessNoise(), GraphLossScale()},
-                         batch(false)));
-  table.push_back(Filter(
+  return strategy;
+}
+
+void AddGraph(std::vector<Strategy>* table) {
+  const auto batch = [](bool bones) {
+    return [bones](double, EstimatorOptions* options) {
+      options->graph.bones = bones;
+    };
+  };
+  for (const int lag : {0, 3, 5, 10, 20, 30}) table->push_back(Window(lag));
+  table->push_back(Filter(kOfflineReference, "batch", OutputKind::kBatch,
+                          {GraphProcessNoise(), GraphLossScale()},
+                          batch(false)));
+  table->push_back(Filter(
       "batch_bones", "batch with bones", OutputKind::kBatch,
       {GraphProcessNoise(), Field("bone_sigma_m", "m", {0.01, 0.02, 0.04},
                                   [](EstimatorOptions& o) -> double& {
                                     return o.graph.bone_sigma_m;
                                   })},
       batch(true)));
+}
+
+// In the order of the report.
+std::vector<Strategy> MakeTable() {
+  std::vector<Strategy> table;
+  AddUnfiltered(&table);
+  AddWindowed(&table);
+  AddZeroPhase(&table);
+  AddKalman(&table);
+  for (const char* name : {"butterworth", "rts_cv"}) {
+    const auto named = [name](const Strategy& s) { return s.name == name; };
+    table.push_back(
+        OnRobustPoints(*std::find_if(table.begin(), table.end(), named)));
+  }
+  AddGraph(&table);
   return table;
 }
 

@@ -177,6 +177,38 @@ struct ResultArrays {
   std::vector<int16_t> covariance;   // 6 a joint (extras)
 };
 
+// What the poses of one result are made with, and what they leave.
+struct ResultWork {
+  double quantum = 0.0;                          // of the joints [m]
+  std::map<TrackId, uint16_t> person_of;         // index into the page's ids
+  std::optional<DetectionPairing> pairing;       // tracks beside detections
+  std::vector<std::vector<double>> differences;  // [frame][person], < 0: none
+  ResultArrays arrays;
+  std::vector<Moment> residuals;
+  std::vector<Moment> apart;
+};
+
+// The view that a person's projection misses by most.
+Moment WorstView(const TrackFrame& frame, const PersonPose& person, TimeNs time,
+                 const std::vector<ViewPair>& pairs,
+                 const std::vector<std::string>& view_names) {
+  Moment worst{MomentKind::kResidual, frame.frame, time, person.id, 0.0, ""};
+  for (size_t v = 0; v < pairs.size(); ++v) {
+    const double residual = pairs[v].residual_px.value_or(0.0);
+    if (residual <= worst.value) continue;
+    worst.value = residual;
+    worst.detail = view_names[v];
+  }
+  return worst;
+}
+
+uint16_t QuantisedResidual(const ViewPair& pair) {
+  if (!pair.residual_px.has_value()) return kNoValue16;
+  return std::min<uint16_t>(
+      Quantise<uint16_t>(*pair.residual_px, kResidualQuantumPx),
+      kNoValue16 - 1);
+}
+
 double LargestReach(const TrackSequence& tracks) {
   double reach = 0.0;
   for (const TrackFrame& frame : tracks.frames) {
@@ -258,6 +290,14 @@ class PageMaker {
   }
   std::optional<size_t> ReferenceOf(size_t r) const;
   Json ResultJson(size_t r);
+  ResultWork WorkOf(size_t r) const;
+  void AddFrame(const TrackFrame& frame, const std::vector<double>* differences,
+                ResultWork* work);
+  void AddKept(const PersonPose& person, uint32_t clock_idx,
+               const std::vector<ViewPair>& pairs, const double* difference,
+               ResultWork* work) const;
+  void AddResultMoments(size_t r, ResultWork* work);
+  void AddArrays(const ResultArrays& arrays, Json* json);
   void AddPose(const PersonPose& person, uint32_t clock_idx, double quantum,
                ResultArrays* arrays) const;
   void AddExtras(const PersonPose& person, const std::vector<ViewPair>& pairs,
@@ -409,121 +449,147 @@ std::optional<size_t> PageMaker::ReferenceOf(size_t r) const {
   return r == 0 ? 1 : 0;
 }
 
+ResultWork PageMaker::WorkOf(size_t r) const {
+  const PageResult& result = input_.results[r];
+  ResultWork work;
+  for (const TrackId id : colours_[r].ids()) {
+    const auto index = static_cast<uint16_t>(work.person_of.size());
+    work.person_of[id] = index;
+  }
+  work.quantum = std::max(kQuantumM, LargestReach(result.tracks) / 32000.0);
+  // Nothing was ever matched with the truth.
+  if (input_.detections.has_value() && result.role == ResultRole::kTracks) {
+    work.pairing.emplace(result.tracks.header, input_.detections->header,
+                         input_.cameras);
+  }
+  if (const auto reference = ReferenceOf(r)) {
+    work.differences =
+        DifferencesTo(input_.results[*reference].tracks, result.tracks);
+  }
+  return work;
+}
+
+// A pose of a frame that the page keeps. `difference` is null where nothing is
+// compared.
+void PageMaker::AddKept(const PersonPose& person, uint32_t clock_idx,
+                        const std::vector<ViewPair>& pairs,
+                        const double* difference, ResultWork* work) const {
+  ResultArrays& arrays = work->arrays;
+  AddPose(person, clock_idx, work->quantum, &arrays);
+  arrays.person.push_back(work->person_of.at(person.id));
+  if (work->pairing.has_value()) {
+    for (const ViewPair& pair : pairs) {
+      arrays.residual.push_back(QuantisedResidual(pair));
+    }
+  }
+  if (difference != nullptr) {
+    arrays.difference.push_back(
+        *difference < 0.0
+            ? kNoValue16
+            : Quantise<uint16_t>(*difference, kDifferenceQuantumM));
+  }
+  if (!HasExtras(clock_idx)) return;
+  if (work->pairing.has_value()) {
+    AddExtras(person, pairs, &*work->pairing, &arrays);
+  }
+  if (options_.with_covariance) AddCovariances(person, kQuantumM, &arrays);
+}
+
+// Worst moments are looked for in every frame, kept or not.
+void PageMaker::AddFrame(const TrackFrame& frame,
+                         const std::vector<double>* differences,
+                         ResultWork* work) {
+  const auto clock_at = clock_.find(frame.frame);
+  if (clock_at == clock_.end()) return;
+  std::vector<std::vector<ViewPair>> pairs(frame.people.size(),
+                                           std::vector<ViewPair>(view_count()));
+  const auto seen = detections_.find(frame.frame);
+  if (work->pairing.has_value() && seen != detections_.end()) {
+    pairs = work->pairing->Pair(frame, *seen->second);
+  }
+  const auto kept = index_.find(frame.frame);
+  for (size_t p = 0; p < frame.people.size(); ++p) {
+    const PersonPose& person = frame.people[p];
+    if (view_count() > 0) {
+      Moment worst = WorstView(frame, person, clock_at->second, pairs[p],
+                               input_.detections->header.view_names);
+      if (worst.value > 0.0) work->residuals.push_back(std::move(worst));
+    }
+    const double* difference =
+        differences == nullptr ? nullptr : &(*differences)[p];
+    if (difference != nullptr && *difference > 0.0) {
+      work->apart.push_back({MomentKind::kDifference, frame.frame,
+                             clock_at->second, person.id, *difference, ""});
+    }
+    if (kept != index_.end()) {
+      AddKept(person, kept->second, pairs[p], difference, work);
+    }
+  }
+}
+
+void PageMaker::AddResultMoments(size_t r, ResultWork* work) {
+  const TrackSequence& tracks = input_.results[r].tracks;
+  AddMoments(r, Largest(std::move(work->residuals), kMomentsOfAKind));
+  AddMoments(r, Largest(SpeedJumps(tracks), kMomentsOfAKind));
+  AddMoments(r, Largest(BoneDeviations(tracks), kMomentsOfAKind));
+  std::vector<Moment> lives = StartsAndEnds(tracks);
+  if (lives.size() > kMaxStartsAndEnds) lives.resize(kMaxStartsAndEnds);
+  AddMoments(r, std::move(lives));
+  AddMoments(r, Largest(std::move(work->apart), kMomentsOfAKind));
+}
+
+void PageMaker::AddArrays(const ResultArrays& arrays, Json* json) {
+  if (!arrays.residual.empty()) (*json)["residual"] = Base64(arrays.residual);
+  if (!arrays.difference.empty()) {
+    (*json)["difference"] = Base64(arrays.difference);
+  }
+  if (!arrays.match.empty()) {
+    (*json)["match"] = Base64(arrays.match);
+    (*json)["weight"] = Base64(arrays.weight);
+    data_.detection_bytes += TextBytes(*json, {"match", "weight", "residual"});
+  }
+  const bool has_covariance =
+      std::any_of(arrays.covariance.begin(), arrays.covariance.end(),
+                  [](int16_t value) { return value != 0; });
+  if (has_covariance) {
+    (*json)["covariance"] = Base64(arrays.covariance);
+    data_.covariance_bytes += TextBytes(*json, {"covariance"});
+  }
+}
+
 Json PageMaker::ResultJson(size_t r) {
   const PageResult& result = input_.results[r];
-  const TrackHeader& header = result.tracks.header;
   const bool is_tracks = result.role == ResultRole::kTracks;
   colours_.emplace_back(result.tracks,
                         r == 0 ? nullptr : &input_.results[0].tracks,
                         r == 0 ? nullptr : &colours_[0]);
-  const Colours& colours = colours_.back();
-  std::map<TrackId, uint16_t> person_of;
   Json ids = Json::array();
   Json colour_list = Json::array();
-  for (const TrackId id : colours.ids()) {
-    person_of[id] = static_cast<uint16_t>(ids.size());
+  for (const TrackId id : colours_[r].ids()) {
     ids.push_back(std::to_string(id.value()));
-    colour_list.push_back(colours.ColourOf(id));
+    colour_list.push_back(colours_[r].ColourOf(id));
   }
-  const double quantum =
-      std::max(kQuantumM, LargestReach(result.tracks) / 32000.0);
-  // Nothing was ever matched with the truth.
-  std::optional<DetectionPairing> pairing;
-  if (input_.detections.has_value() && is_tracks) {
-    pairing.emplace(header, input_.detections->header, input_.cameras);
-  }
-  std::vector<std::vector<double>> differences;
-  if (const auto reference = ReferenceOf(r)) {
-    differences =
-        DifferencesTo(input_.results[*reference].tracks, result.tracks);
-  }
-
-  ResultArrays arrays;
-  std::vector<Moment> residuals;
-  std::vector<Moment> apart;
+  ResultWork work = WorkOf(r);
   for (size_t f = 0; f < result.tracks.frames.size(); ++f) {
-    const TrackFrame& frame = result.tracks.frames[f];
-    const auto clock_at = clock_.find(frame.frame);
-    if (clock_at == clock_.end()) continue;
-    std::vector<std::vector<ViewPair>> pairs(
-        frame.people.size(), std::vector<ViewPair>(view_count()));
-    const auto seen = detections_.find(frame.frame);
-    if (pairing.has_value() && seen != detections_.end()) {
-      pairs = pairing->Pair(frame, *seen->second);
-    }
-    const auto kept = index_.find(frame.frame);
-    for (size_t p = 0; p < frame.people.size(); ++p) {
-      const PersonPose& person = frame.people[p];
-      Moment worst{MomentKind::kResidual,
-                   frame.frame,
-                   clock_at->second,
-                   person.id,
-                   0.0,
-                   ""};
-      for (size_t v = 0; v < view_count(); ++v) {
-        const double residual = pairs[p][v].residual_px.value_or(0.0);
-        if (residual <= worst.value) continue;
-        worst.value = residual;
-        worst.detail = input_.detections->header.view_names[v];
-      }
-      if (worst.value > 0.0) residuals.push_back(std::move(worst));
-      const double difference = differences.empty() ? -1.0 : differences[f][p];
-      if (difference > 0.0) {
-        apart.push_back({MomentKind::kDifference, frame.frame, clock_at->second,
-                         person.id, difference, ""});
-      }
-      if (kept == index_.end()) continue;
-      AddPose(person, kept->second, quantum, &arrays);
-      arrays.person.push_back(person_of.at(person.id));
-      for (const ViewPair& pair : pairs[p]) {
-        if (!pairing.has_value()) break;
-        arrays.residual.push_back(
-            pair.residual_px.has_value()
-                ? std::min<uint16_t>(
-                      Quantise<uint16_t>(*pair.residual_px, kResidualQuantumPx),
-                      kNoValue16 - 1)
-                : kNoValue16);
-      }
-      if (!differences.empty()) {
-        arrays.difference.push_back(
-            difference < 0.0
-                ? kNoValue16
-                : Quantise<uint16_t>(difference, kDifferenceQuantumM));
-      }
-      if (!HasExtras(kept->second)) continue;
-      if (pairing.has_value()) {
-        AddExtras(person, pairs[p], &*pairing, &arrays);
-      }
-      if (options_.with_covariance) {
-        AddCovariances(person, kQuantumM, &arrays);
-      }
-    }
+    AddFrame(result.tracks.frames[f],
+             work.differences.empty() ? nullptr : &work.differences[f], &work);
   }
-  data_.poses += arrays.frame.size();
-
-  if (is_tracks) {
-    AddMoments(r, Largest(std::move(residuals), kMomentsOfAKind));
-    AddMoments(r, Largest(SpeedJumps(result.tracks), kMomentsOfAKind));
-    AddMoments(r, Largest(BoneDeviations(result.tracks), kMomentsOfAKind));
-    std::vector<Moment> lives = StartsAndEnds(result.tracks);
-    if (lives.size() > kMaxStartsAndEnds) lives.resize(kMaxStartsAndEnds);
-    AddMoments(r, std::move(lives));
-    AddMoments(r, Largest(std::move(apart), kMomentsOfAKind));
-  }
+  data_.poses += work.arrays.frame.size();
+  if (is_tracks) AddResultMoments(r, &work);
 
   Json json = {{"label", result.label},
                {"role", is_tracks ? "tracks" : "truth"},
-               {"mode", header.mode},
-               {"skeleton", ToJson(header.skeleton)},
+               {"mode", result.tracks.header.mode},
+               {"skeleton", ToJson(result.tracks.header.skeleton)},
                {"ids", ids},
                {"colours", colour_list},
                {"rootQuantum", kQuantumM},
-               {"quantum", quantum},
-               {"frame", Base64(arrays.frame)},
-               {"person", Base64(arrays.person)},
-               {"root", Base64(arrays.root)},
-               {"joints", Base64(arrays.joints)},
-               {"status", Base64(arrays.status)}};
+               {"quantum", work.quantum},
+               {"frame", Base64(work.arrays.frame)},
+               {"person", Base64(work.arrays.person)},
+               {"root", Base64(work.arrays.root)},
+               {"joints", Base64(work.arrays.joints)},
+               {"status", Base64(work.arrays.status)}};
   for (const auto& [id, name] : result.names) {
     json["names"][std::to_string(id.value())] = name;
   }
@@ -533,22 +599,7 @@ Json PageMaker::ResultJson(size_t r) {
     const Json summary = Json::parse(result.summary_json, nullptr, false);
     if (summary.is_object()) json["summary"] = summary;
   }
-  if (!arrays.residual.empty()) json["residual"] = Base64(arrays.residual);
-  if (!arrays.difference.empty()) {
-    json["difference"] = Base64(arrays.difference);
-  }
-  if (!arrays.match.empty()) {
-    json["match"] = Base64(arrays.match);
-    json["weight"] = Base64(arrays.weight);
-    data_.detection_bytes += TextBytes(json, {"match", "weight", "residual"});
-  }
-  const bool has_covariance =
-      std::any_of(arrays.covariance.begin(), arrays.covariance.end(),
-                  [](int16_t value) { return value != 0; });
-  if (has_covariance) {
-    json["covariance"] = Base64(arrays.covariance);
-    data_.covariance_bytes += TextBytes(json, {"covariance"});
-  }
+  AddArrays(work.arrays, &json);
   return json;
 }
 

@@ -98,6 +98,38 @@ TableOutput FilterInChenTable(const std::vector<FilterInChen>& takes) {
   return output;
 }
 
+std::vector<Plot> AblationPlots(const std::vector<AblatedTake>& takes) {
+  std::vector<Plot> panels;
+  for (const PcpGroup group : {PcpGroup::kTotal, PcpGroup::kLowerArms}) {
+    Plot panel;
+    panel.title = group == PcpGroup::kTotal
+                      ? "PCP, mean of actors, against body-aware, no filter"
+                      : "Lower arms";
+    panel.y.label = "difference [points of PCP]";
+    panel.legend = PlotLegend::kBelow;
+    for (const AblatedTake& take : takes) {
+      panel.x.categories.push_back(take.name);
+      panel.series.resize(take.cells.size() - 1);
+      const PcpResult& baseline = take.cells.front().pcp;
+      for (size_t i = 1; i < take.cells.size(); ++i) {
+        const AblationCell& cell = take.cells[i];
+        const Interval interval =
+            MeanOfActorsDifference(cell.pcp, baseline, group);
+        PlotSeries& bars = panel.series[i - 1];
+        bars.name = NameOf(cell);
+        bars.style = PlotStyle::kBars;
+        bars.x.push_back(static_cast<double>(panel.x.categories.size() - 1));
+        bars.y.push_back(MeanOfActors(cell.pcp, group) -
+                         MeanOfActors(baseline, group));
+        bars.y_low.push_back(interval.low);
+        bars.y_high.push_back(interval.high);
+      }
+    }
+    panels.push_back(std::move(panel));
+  }
+  return panels;
+}
+
 std::string AblationMarkdown(const LoadedDataset& loaded,
                              const std::vector<AblationCell>& cells) {
   std::vector<std::string> header = {"front end"};

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/plot.h"
 #include "apps/tables/benchmark.h"
 #include "apps/tables/dataset.h"
 #include "apps/tables/pcp_tables.h"
@@ -44,6 +45,14 @@ std::optional<FilterInChen> RunFilterInChen(const Take& take,
                                             const std::string& data_folder,
                                             const std::string& extra_set);
 TableOutput FilterInChenTable(const std::vector<FilterInChen>& takes);
+
+// The paper's bars: what each ingredient adds to the baseline, with the paired
+// interval; a panel for the headline and one for the lower arms.
+struct AblatedTake {
+  std::string name;
+  std::vector<AblationCell> cells;  // as RunAblation gives them
+};
+std::vector<Plot> AblationPlots(const std::vector<AblatedTake>& takes);
 
 std::string AblationMarkdown(const LoadedDataset& loaded,
                              const std::vector<AblationCell>& cells);

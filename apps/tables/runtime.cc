@@ -29,8 +29,8 @@ struct TimedMethod {
   Dataset dataset;
 };
 
-std::vector<TimedMethod> TimedMethods(const Benchmark& benchmark) {
-  std::vector<TimedMethod> timed;
+void AddTimedMethods(const Benchmark& benchmark,
+                     std::vector<TimedMethod>* timed) {
   const size_t takes = std::min<size_t>(2, benchmark.takes.size());
   for (size_t t = 0; t < takes; ++t) {
     const Take& take = benchmark.takes[t];
@@ -38,13 +38,21 @@ std::vector<TimedMethod> TimedMethods(const Benchmark& benchmark) {
       TimedMethod one{method.name, take.dataset.name, take.dataset};
       one.dataset.config = method.config;
       one.dataset.set = method.set;
-      timed.push_back(one);
+      timed->push_back(one);
       if (method.name.rfind("paper mode", 0) != 0) continue;
       one.name += ", no joints filter";
       one.dataset.set =
           JoinSets(method.set, "reconstruction.joints_filter=false");
-      timed.push_back(std::move(one));
+      timed->push_back(std::move(one));
     }
+  }
+}
+
+std::vector<TimedMethod> TimedMethods(
+    const std::vector<Benchmark>& benchmarks) {
+  std::vector<TimedMethod> timed;
+  for (const Benchmark& benchmark : benchmarks) {
+    AddTimedMethods(benchmark, &timed);
   }
   return timed;
 }
@@ -101,11 +109,11 @@ Timing Measure(const LoadedDataset& loaded, const RuntimeOptions& options) {
 
 }  // namespace
 
-int64_t RuntimeRowCount(const Benchmark& benchmark) {
-  return static_cast<int64_t>(TimedMethods(benchmark).size());
+int64_t RuntimeRowCount(const std::vector<Benchmark>& benchmarks) {
+  return static_cast<int64_t>(TimedMethods(benchmarks).size());
 }
 
-TableOutput RuntimeTable(const Benchmark& benchmark,
+TableOutput RuntimeTable(const std::vector<Benchmark>& benchmarks,
                          const std::string& data_folder,
                          const std::string& extra_set,
                          const RuntimeOptions& options,
@@ -118,7 +126,7 @@ TableOutput RuntimeTable(const Benchmark& benchmark,
   const TableOutput printed = PrintedTable(PublishedRuntime());
   output.json["printed"] = printed.json;
   output.json["measured"] = Json::array();
-  for (const TimedMethod& method : TimedMethods(benchmark)) {
+  for (const TimedMethod& method : TimedMethods(benchmarks)) {
     Dataset dataset = method.dataset;
     dataset.set = JoinSets(dataset.set, extra_set);
     const Timing timing = Measure(LoadDataset(dataset, data_folder), options);

@@ -32,8 +32,9 @@ void RecordRatio(const char* name, double ratio, const Interval& interval) {
       std::to_string(interval.low) + " .. " + std::to_string(interval.high));
 }
 
-// Required: 0.88 and 0.80 of paper mode, 96 % of the detections paired. Seen:
-// 0.813, 0.623 and 98.6 %.
+// The bars are what was asked of graph mode before it was written: 0.88 and
+// 0.80 of paper mode, 96 % of the detections paired. docs/graph_mode.md has the
+// figures.
 TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const testing::ShelfTake take =
@@ -69,12 +70,13 @@ TEST(GraphModeTest, MovesSmoothlyAndKeepsWhatTheAnnotationSays) {
   motion.frames = ShelfProtocol().frames;
   const MotionResult moves_paper = EvaluateMotion(paper, 25.0, motion);
   const MotionResult moves_graph = EvaluateMotion(graph, 25.0, motion);
-  // Required: a quarter. Seen: 2.10 against 15.41 m/s^2.
+  // Asked for beforehand, as above: a quarter of paper mode's acceleration,
+  // bone lengths that vary by 7 mm, and 0.92 of its error against the
+  // annotation.
   EXPECT_LE(moves_graph.acceleration_m_s2,
             0.25 * moves_paper.acceleration_m_s2);
-  EXPECT_LE(moves_graph.bone_length_spread_m, 0.007);  // seen: 0.0034
+  EXPECT_LE(moves_graph.bone_length_spread_m, 0.007);
 
-  // Seen: 37.7 against 42.4 mm.
   MpjpeOptions mpjpe;
   mpjpe.frames = motion.frames;
   EXPECT_LE(EvaluateMpjpe(take.truth, graph, mpjpe).bias_removed_m,
@@ -104,8 +106,8 @@ class GraphOnCampusTest : public ::testing::TestWithParam<CampusCase> {};
 // Modelled noise on the annotation, no detector's output.
 TEST_P(GraphOnCampusTest, FindsMorePartsThanPaperMode) {
   KINEGRAPH_DATA_OR_SKIP(data, "campus/detections_modelled");
-  for (const Dataset& dataset : BenchmarkDatasets()) {
-    if (dataset.name.rfind("Campus, ", 0) != 0) continue;
+  for (const std::string level : {"clean", "typical", "hard"}) {
+    const Dataset dataset = CampusModelled(level);
     const LoadedDataset loaded =
         LoadDataset(dataset, testing::FindData("")->string());
     const RunOptions options =
@@ -119,17 +121,17 @@ TEST_P(GraphOnCampusTest, FindsMorePartsThanPaperMode) {
     const PcpResult graph = score(options);
     const Interval difference =
         MeanOfActorsDifference(graph, paper, PcpGroup::kTotal);
-    const std::string seen =
+    const std::string figures =
         dataset.name + ": " +
         std::to_string(MeanOfActors(graph, PcpGroup::kTotal)) + " against " +
         std::to_string(MeanOfActors(paper, PcpGroup::kTotal)) +
         ", difference " + std::to_string(difference.low) + " .. " +
         std::to_string(difference.high);
-    SCOPED_TRACE(seen);
+    SCOPED_TRACE(figures);
     EXPECT_GT(MeanOfActors(graph, PcpGroup::kTotal),
               MeanOfActors(paper, PcpGroup::kTotal));
-    const bool clean = dataset.name.find("clean") != std::string::npos;
-    if (!clean) {
+    // Hardly anything is lost on clean detections, so chance may hide a gain.
+    if (level != "clean") {
       EXPECT_GT(difference.low, 0.0);
     }
   }

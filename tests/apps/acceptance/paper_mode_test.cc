@@ -25,7 +25,7 @@ class PaperParityTest : public ::testing::TestWithParam<ParityCase> {};
 
 TEST_P(PaperParityTest, EqualsTheAuthorsCode) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/reference");
-  Dataset shelf = BenchmarkDatasets().front();  // filled detections
+  Dataset shelf = ShelfFilled();
   shelf.set = GetParam().set;
   const LoadedDataset loaded =
       LoadDataset(shelf, testing::FindData("")->string());
@@ -37,9 +37,9 @@ TEST_P(PaperParityTest, EqualsTheAuthorsCode) {
   EXPECT_EQ(parity.person_frames, parity.reference_person_frames);
   EXPECT_EQ(parity.identities, parity.reference_identities);
   EXPECT_TRUE(parity.identities_one_to_one);
-  // The reference computed with 32-bit cameras; all joints were seen to agree
-  // within 0.13 mm, and within 0.002 mm but for three poses far outside.
-  EXPECT_GE(parity.near.fraction(), 0.9999)
+  // Parity is every joint within a millimetre: the reference computed with
+  // 32-bit cameras, which joints that are badly determined show.
+  EXPECT_EQ(parity.near.count, parity.near.total)
       << "worst " << parity.worst.distance_m << " m in frame "
       << parity.worst.frame;
   EXPECT_LT(parity.worst.distance_m, 1e-3);
@@ -82,14 +82,15 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(PaperModeTest, RawShelfDetections) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const LoadedDataset loaded =
-      LoadDataset(BenchmarkDatasets()[1], testing::FindData("")->string());
+      LoadDataset(ShelfReal(), testing::FindData("")->string());
   ASSERT_FALSE(loaded.options.tracker.life.backfill);
   const TrackSequence tracks =
       TrackSequenceOf(loaded.options, loaded.request, loaded.detections);
   const PcpResult pcp =
       EvaluatePcp(loaded.truth, tracks, loaded.dataset.protocol);
-  // A regression bar: 96.05 was seen; the authors' code falls to 71.0 here.
-  EXPECT_GE(MeanOfActors(pcp, PcpGroup::kTotal), 96.0);
+  // The lower end of the 95 % interval of this row in docs/paper_mode.md: what
+  // is below it is worse beyond chance. The authors' code falls to 71.0 here.
+  EXPECT_GE(MeanOfActors(pcp, PcpGroup::kTotal), 94.37);
   std::set<TrackId> ids;
   for (const TrackFrame& frame : tracks.frames) {
     for (const PersonPose& person : frame.people) ids.insert(person.id);
