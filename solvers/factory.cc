@@ -104,9 +104,17 @@ bool IsCausal(OutputKind kind, const EstimatorOptions& options) {
       return true;
     case OutputKind::kHampelMedian:
       return options.filters.hampel_median.side == WindowSide::kTrailing;
-    default:
+    // All named, so that the compiler asks for whoever comes next.
+    case OutputKind::kWindow:
+    case OutputKind::kBatch:
+    case OutputKind::kCentredGaussian:
+    case OutputKind::kButterworth:
+    case OutputKind::kSavitzkyGolay:
+    case OutputKind::kSmoothingSpline:
+    case OutputKind::kRts:
       return false;
   }
+  return false;
 }
 
 EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options,

@@ -106,31 +106,32 @@ class KinegraphTrackSource : public TrackSource {
 
   void ReadFrame(const JsonObject& object, TrackFrame* frame) {
     frame->people.clear();
+    enum { kFrame, kTime, kPeople };  // in the order of `keys`
     ObjectKeys keys({"frame", "time", "people"});
     for (const auto field : object) {
       switch (keys.Take(field.key)) {
-        case 0:
+        case kFrame:
           frame->frame = AsFrame(field.value, field.key);
           break;
-        case 1:
+        case kTime:
           frame->time = AsTime(field.value, field.key);
           break;
-        case 2:
+        case kPeople:
           ReadPeople(AsArray(field.value, field.key), frame);
           break;
         default:
           break;
       }
     }
-    keys.Require(0);
-    keys.Require(2);
+    keys.Require(kFrame);
+    keys.Require(kPeople);
     if (frame->frame <= last_frame_) {
       throw InputError("frame: found " + std::to_string(frame->frame) +
                        " after " + std::to_string(last_frame_) +
                        ", expected frames to ascend");
     }
     last_frame_ = frame->frame;
-    if (!keys.Has(1)) {
+    if (!keys.Has(kTime)) {
       frame->time = TimeOfFrame(frame->frame, header_.frame_rate_hz);
     }
   }
@@ -150,48 +151,58 @@ class KinegraphTrackSource : public TrackSource {
   }
 
   void ReadPerson(const JsonObject& object, PersonPose* person) {
+    enum {  // in the order of `keys`
+      kId,
+      kJoints,
+      kStatus,
+      kViews,
+      kCovariance,
+      kScore,
+      kMatches,
+      kWeights
+    };
     ObjectKeys keys({"id", "joints", "status", "views", "covariance", "score",
                      "matches", "weights"});
     JsonObject weights;
     for (const auto field : object) {
       switch (keys.Take(field.key)) {
-        case 0:
+        case kId:
           person->id = TrackId(AsId(field.value, field.key));
           break;
-        case 1:
+        case kJoints:
           ReadPositions(AsArray(field.value, field.key), person);
           break;
-        case 2:
+        case kStatus:
           ReadStatuses(AsArray(field.value, field.key));
           break;
-        case 3:
+        case kViews:
           for (const JsonValue count : AsArray(field.value, field.key)) {
             person->inlier_views.push_back(
                 static_cast<int>(AsInteger(count, field.key, 0, kMaxInt)));
           }
           CheckLength(person->inlier_views.size(), field.key);
           break;
-        case 4:
+        case kCovariance:
           ReadCovariances(AsArray(field.value, field.key), person);
           break;
-        case 5:
+        case kScore:
           person->score = AsNumber(field.value, field.key);
           break;
-        case 6:
+        case kMatches:
           ReadMatches(AsObject(field.value, field.key), person);
           break;
-        case 7:
+        case kWeights:
           weights = AsObject(field.value, field.key);
           break;
         default:
           break;
       }
     }
-    keys.Require(0);
-    keys.Require(1);
-    keys.Require(2);
+    keys.Require(kId);
+    keys.Require(kJoints);
+    keys.Require(kStatus);
     MergeStatuses(person);
-    if (keys.Has(7)) ReadWeights(weights, person);
+    if (keys.Has(kWeights)) ReadWeights(weights, person);
   }
 
   void CheckLength(size_t found, std::string_view key) const {

@@ -12,9 +12,9 @@ constexpr int kNone = -1;
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
-// Digits of the last integer of a name without leading zeros; compared as text,
+// Digits of the last number of a name without leading zeros; compared as text,
 // so that no number is too large.
-std::optional<std::string> LastInteger(const std::string& name) {
+std::optional<std::string> LastDigits(const std::string& name) {
   auto end = name.size();
   while (end > 0 && !IsDigit(name[end - 1])) --end;
   if (end == 0) return std::nullopt;
@@ -51,11 +51,11 @@ int IndexOf(const std::vector<std::string>& names, const std::string& name) {
 int CameraByNumber(const std::string& view,
                    const std::vector<std::string>& cameras,
                    UnpairedViews unpaired) {
-  const std::optional<std::string> number = LastInteger(view);
+  const std::optional<std::string> number = LastDigits(view);
   std::vector<std::string> candidates;
   if (number.has_value()) {
     for (const std::string& camera : cameras) {
-      if (LastInteger(camera) == number) candidates.push_back(camera);
+      if (LastDigits(camera) == number) candidates.push_back(camera);
     }
   }
   if (candidates.size() == 1) return IndexOf(cameras, candidates.front());

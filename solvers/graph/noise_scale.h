@@ -35,8 +35,8 @@ class CausalNoiseScale {
   // Whether the next final frame should be added: one in a few. Errors of
   // neighbouring frames are alike, so that tells nearly as much as all.
   bool Wants();
-  // `squares` as CollectSquares gives them of sigmas that hold the factor
-  // `applied` already.
+  // `squares`: squared residuals in units of the problem's sigmas
+  // (CollectSquares), which were multiplied by `applied` before.
   void Add(const std::vector<double>& squares, double applied);
 
  private:

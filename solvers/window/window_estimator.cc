@@ -119,8 +119,9 @@ void WindowEstimator::Add(const EstimatorFrame& frame) {
 }
 
 // A new state starts where the frame's own views triangulate the joint, else
-// where the motion leads; at the speed it had. Returns the joints of which that
-// means nothing: no two views have placed them, and this frame does.
+// where the motion leads; at the speed it had. A joint that had no position yet
+// (missing in the frame before) has no motion to be led by: where this frame
+// triangulates it, it stays there. Returns which joints those are.
 std::vector<bool> WindowEstimator::StartNewStates() {
   std::vector<bool> placed_anew(joint_count(), false);
   if (records_.size() < 2) return placed_anew;

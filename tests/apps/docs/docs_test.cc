@@ -174,6 +174,29 @@ TEST(DocsTest, PagesNameOnlyFilesThatExist) {
   EXPECT_GT(named, 100);
 }
 
+// A release changes all of them (CONTRIBUTING.md). The changelog's newest
+// heading with a number is that version too, once there is one.
+TEST(DocsTest, OneVersion) {
+  const auto first = [](const char* file, const char* pattern) {
+    const std::vector<std::string> found =
+        Matches(ReadTextFile(testing::ProjectFile(file).string()), pattern);
+    return found.empty() ? std::string() : found.front();
+  };
+  const std::string version =
+      first("CMakeLists.txt", "VERSION ([0-9]+\\.[0-9]+\\.[0-9]+)");
+  ASSERT_FALSE(version.empty());
+  EXPECT_EQ(first("CITATION.cff", "\nversion: ([^\n]+)"), version);
+  EXPECT_EQ(first("packaging/vcpkg/vcpkg.json", "\"version\": \"([^\"]+)\""),
+            version);
+  EXPECT_EQ(first("packaging/conda/meta.yaml", "\n  version: ([^\n]+)"),
+            version);
+  const std::string released =
+      first("CHANGELOG.md", "\n## \\[([0-9][^\\]]*)\\]");
+  if (!released.empty()) {
+    EXPECT_EQ(released, version);
+  }
+}
+
 // From the index every page is one step away, and no link leads nowhere.
 TEST(DocsTest, LinksLeadSomewhere) {
   const fs::path docs = testing::ProjectFile("docs");
