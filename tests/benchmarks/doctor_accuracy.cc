@@ -127,7 +127,12 @@ std::vector<Fault> Faults() {
               static_cast<size_t>(random->Index(
                   static_cast<int64_t>(scene->cameras.size() - 1)))) %
              scene->cameras.size();
-         std::swap(scene->cameras[a], scene->cameras[b]);
+         // The names stay: views are paired by them.
+         CameraParameters one = scene->cameras[a].parameters();
+         CameraParameters other = scene->cameras[b].parameters();
+         std::swap(one.name, other.name);
+         scene->cameras[a] = Camera(other);
+         scene->cameras[b] = Camera(one);
        }},
       {"another one's calibration",
        {"never_matched"},
