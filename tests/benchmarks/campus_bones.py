@@ -13,7 +13,8 @@ with the person's height in the image. Joints of the face, which are not
 annotated, follow the middle of the head.
 
 Tracks each seed of each level by the batch with and without bones and prints
-PCP (mean of actors, %) of both and the difference, and their means. SET:
+PCP (mean of actors, %, with its standard error) of both and the difference,
+and their means. SET:
 configuration keys for both. Figures are of modelled noise.
 """
 import json
@@ -122,18 +123,14 @@ def pcp(commands, detections, out, keys):
          "--config=" + os.path.join(ROOT, "configs/graph/campus.toml"),
          "--set=" + keys, "--out=" + out],
         check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    said = subprocess.run(
+    subprocess.run(
         [os.path.join(commands, "kinegraph-evaluate"), "--protocol=campus",
          "--ground_truth=" + os.path.join(CAMPUS, "annotation_3d.json"),
          "--tracks=" + out, "--json=" + out + ".pcp.json"],
-        check=True, capture_output=True, text=True).stdout
-    del said
+        check=True, stdout=subprocess.DEVNULL)
     with open(out + ".pcp.json") as file:
-        return json.load(file)
-
-
-def mean_of_actors(scores):
-    return 100 * scores["total"]["mean"]
+        total = json.load(file)["result"]["mean_of_actors"]["total"]
+    return total["percent"], total["interval"]["standard_error"]
 
 
 def main():
@@ -153,14 +150,15 @@ def main():
                 with open(os.path.join(folder, camera + ".json"), "w") as file:
                     json.dump(resample(level, camera, poses[camera], rng), file)
             scores = [
-                mean_of_actors(pcp(commands, folder,
-                                   f"{folder}.bones_{bones}.jsonl",
-                                   f"{BATCH};graph.bones={bones}{extra}"))
+                pcp(commands, folder, f"{folder}.bones_{bones}.jsonl",
+                    f"{BATCH};graph.bones={bones}{extra}")
                 for bones in ("false", "true")
             ]
-            gains.append(scores[1] - scores[0])
-            print(f"{level} {seed}: without {scores[0]:.2f}, "
-                  f"with bones {scores[1]:.2f}, {gains[-1]:+.2f}", flush=True)
+            (without, error_without), (bones, error_bones) = scores
+            gains.append(bones - without)
+            print(f"{level} {seed}: without {without:.2f} +- "
+                  f"{error_without:.2f}, with bones {bones:.2f} +- "
+                  f"{error_bones:.2f}, {gains[-1]:+.2f}", flush=True)
         mean = sum(gains) / seeds
         spread = math.sqrt(sum((g - mean)**2 for g in gains) /
                            max(1, seeds - 1) / seeds)
