@@ -197,13 +197,36 @@ Strategy OnRobustPoints(Strategy strategy) {
   return strategy;
 }
 
+// What `track` runs when nothing is said: noise and bones as the take shows
+// them. Nothing to tune.
+Fix Learns(Fix fix) {
+  return [fix = std::move(fix)](double rate_hz, EstimatorOptions* options) {
+    fix(rate_hz, options);
+    options->graph.pixel_noise_from = NoiseFrom::kTake;
+    options->graph.process_noise_from = NoiseFrom::kTake;
+    options->graph.bone_sigma_from = NoiseFrom::kTake;
+  };
+}
+
+Strategy WindowThatLearns(int lag_frames) {
+  Strategy strategy = Window(lag_frames);
+  strategy.name += "_take";
+  strategy.title += ", noise from the take";
+  strategy.parameters.clear();
+  strategy.tuned_as.clear();
+  strategy.fix = Learns(strategy.fix);
+  return strategy;
+}
+
 void AddGraph(std::vector<Strategy>* table) {
-  const auto batch = [](bool bones) {
+  const auto batch = [](bool bones) -> Fix {
     return [bones](double, EstimatorOptions* options) {
       options->graph.bones = bones;
+      options->graph.bone_sigma_from = NoiseFrom::kFixed;
     };
   };
   for (const int lag : {0, 3, 5, 10, 20, 30}) table->push_back(Window(lag));
+  table->push_back(WindowThatLearns(10));
   table->push_back(Filter(kOfflineReference, "batch", OutputKind::kBatch,
                           {GraphProcessNoise(), GraphLossScale()},
                           batch(false)));
@@ -214,6 +237,11 @@ void AddGraph(std::vector<Strategy>* table) {
                                     return o.graph.bone_sigma_m;
                                   })},
       batch(true)));
+  table->push_back(Filter("batch_take", "batch, noise from the take",
+                          OutputKind::kBatch, {}, Learns(batch(false))));
+  table->push_back(Filter("batch_bones_take",
+                          "batch with bones, noise from the take",
+                          OutputKind::kBatch, {}, Learns(batch(true))));
 }
 
 // In the order of the report.

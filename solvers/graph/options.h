@@ -114,7 +114,7 @@ struct GraphOptions {
   // Length and freedom of each bone as the take shows them
   // (solvers/noise/bone_spreads.h), with a loss that doubts a length from three
   // times its freedom on; or the median of the estimates and bone_sigma_m.
-  NoiseFrom bone_sigma_from = NoiseFrom::kFixed;
+  NoiseFrom bone_sigma_from = NoiseFrom::kTake;
   LossKind bone_loss = LossKind::kNone;
   // Steps of the sweeps know that a stretched bone resists what turns it
   // (BoneLength::Swing): the same minimum, found sooner and more often.

@@ -1,9 +1,10 @@
 // How far estimates are from recorded motion that a modelled detector saw, over
 // clips, detectors and frame rates.
 //
-//   motion_matrix [--set=matrix|quick|rest|short] [--clips=A,B] [--rates=25,60]
+//   motion_matrix [--clips=A,B] [--rates=25,60]
 //     [--noises=white2,...] [--seeds=FIRST:END] [--strategies=A,B]
-//     [--all_bones]
+//     [--joint_sway=METRES] [--rest=SECONDS] [--seconds=S] [--cameras=N]
+//     [--details]
 //     [--oracle=FILE] [--write_oracle=FILE]
 //
 // Fixed association: every detection is known to be the person's. Errors are
@@ -191,6 +192,7 @@ struct Settings {
   uint64_t end_seed = 2;
   double seconds = 1e9;
   double rest_s = 0.0;
+  double joint_sway_m = 0.0;
   int cameras = 4;
   std::string oracle;
   std::string write_oracle;
@@ -281,6 +283,8 @@ std::vector<Strategy> AllStrategies() {
   EstimatorOptions bones;
   bones.graph.bones = true;
   add("batch_bones", OutputKind::kBatch, bones);
+  bones.graph.bone_sigma_from = NoiseFrom::kFixed;
+  add("batch_bones_fixed", OutputKind::kBatch, bones);
   add("robust", OutputKind::kRobustTriangulation, defaults);
   add("paper", OutputKind::kGaussian, defaults);
   for (const double cutoff_hz : {3.0, 4.5, 6.0, 9.0, 12.0}) {
@@ -413,8 +417,12 @@ int Run(const Settings& settings) {
     }
     for (uint64_t seed = settings.first_seed; seed < settings.end_seed;
          ++seed) {
+      const MotionClip seen =
+          settings.joint_sway_m > 0.0
+              ? testing::WithJointSway(clip, settings.joint_sway_m, seed)
+              : clip;
       const MotionTake take =
-          testing::ObserveMotion(clip, testing::MotionCameras(settings.cameras),
+          testing::ObserveMotion(seen, testing::MotionCameras(settings.cameras),
                                  cell.detector, 1000 * seed + 17);
       for (const Strategy& strategy : strategies) {
         Score(take, strategy, settings.rest_s, &by_strategy[strategy.name]);
@@ -494,6 +502,8 @@ int Main(int argc, char** argv) {
       settings.seconds = std::atof(value.c_str());
     } else if (Take(argv[i], "rest", &value)) {
       settings.rest_s = std::atof(value.c_str());
+    } else if (Take(argv[i], "joint_sway", &value)) {
+      settings.joint_sway_m = std::atof(value.c_str());
     } else if (Take(argv[i], "cameras", &value)) {
       settings.cameras = std::atoi(value.c_str());
     } else if (Take(argv[i], "oracle", &settings.oracle)) {

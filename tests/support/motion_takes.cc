@@ -7,6 +7,7 @@
 
 #include "core/base/random.h"
 #include "core/io/tracks.h"
+#include "core/synthetic/recorded_actor.h"
 #include "solvers/filters/causal_gaussian.h"
 #include "solvers/filters/smoothing_spline.h"
 
@@ -144,6 +145,34 @@ MotionClip FirstSeconds(const MotionClip& clip, double seconds) {
   const auto count = static_cast<size_t>(std::lround(seconds * clip.rate_hz));
   if (count < first.joints_m.size()) first.joints_m.resize(count);
   return first;
+}
+
+MotionClip WithJointSway(const MotionClip& clip, double amplitude_m,
+                         uint64_t seed) {
+  const size_t frames = clip.joints_m.size();
+  const size_t joints = clip.joints_m.front().size();
+  std::vector<double> times_s(frames);
+  Eigen::MatrixXd values(3 * joints, frames);
+  for (size_t k = 0; k < frames; ++k) {
+    times_s[k] = static_cast<double>(k) / clip.rate_hz;
+    for (size_t j = 0; j < joints; ++j) {
+      values.block<3, 1>(3 * j, k) = clip.joints_m[k][j];
+    }
+  }
+  RecordedMotion motion;
+  motion.skeleton = clip.skeleton;
+  motion.pieces.emplace_back(times_s, values);
+  const RecordedActor actor(motion, ClipPlace(), ClipTiming(),
+                            JointSway{amplitude_m, seed}, seed);
+  MotionClip swaying = clip;
+  for (size_t k = 0; k < frames; ++k) {
+    // Not past the last knot by rounding.
+    const Pose3d pose = actor.PoseAt(std::min(times_s[k], times_s.back()));
+    for (size_t j = 0; j < joints; ++j) {
+      swaying.joints_m[k][j] = pose[j].position_m;
+    }
+  }
+  return swaying;
 }
 
 MotionClip AfterRest(const MotionClip& clip, double seconds) {

@@ -40,6 +40,11 @@ MotionClip FirstSeconds(const MotionClip& clip, double seconds);
 // comes to rest at the clip's first pose.
 MotionClip AfterRest(const MotionClip& clip, double seconds);
 
+// The clip with joint centres that are no points of rigid bones (JointSway in
+// core/synthetic/recorded_actor.h).
+MotionClip WithJointSway(const MotionClip& clip, double amplitude_m,
+                         uint64_t seed);
+
 // What the detector does to a joint's exact image.
 struct DetectorModel {
   std::string name;

@@ -127,6 +127,7 @@ GraphOptions FixedNoise() {
   GraphOptions options;
   options.pixel_noise_from = NoiseFrom::kFixed;
   options.process_noise_from = NoiseFrom::kFixed;
+  options.bone_sigma_from = NoiseFrom::kFixed;
   return options;
 }
 
