@@ -172,7 +172,8 @@ TEST(OwnTake, TellsWhatIsMissingOrWrong) {
   const ProgramOutcome extension = RunProgram(
       "track", what + "--set=input.frame_rate=25 --out='" + in + "/take.xyz'");
   EXPECT_EQ(extension.exit_code, 2);
-  EXPECT_THAT(extension.errors, HasSubstr("must end in .jsonl, .csv, .npz, .trc"));
+  EXPECT_THAT(extension.errors,
+              HasSubstr("must end in .jsonl, .csv, .npz, .trc"));
 }
 
 TEST(OwnTake, InitKeepsWhatItIsTold) {
