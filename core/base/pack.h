@@ -68,7 +68,7 @@ struct Pack {
   Pack() = default;
   // The same number in every lane.
   // NOLINTNEXTLINE(google-explicit-constructor): constants mix with packs.
-  KINEGRAPH_INLINE Pack(double value) : v(Vector{} + value) {}
+  KINEGRAPH_INLINE Pack(double value) : v(value - Vector{}) {}
   KINEGRAPH_INLINE explicit Pack(Vector vector) : v(vector) {}
 
   // W numbers from and to memory without asking for alignment.

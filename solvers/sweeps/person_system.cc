@@ -1,13 +1,14 @@
 #include "solvers/sweeps/person_system.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <type_traits>
 
+#include "core/base/dense_lanes.h"
 #include "solvers/graph/factor_list.h"
+#include "solvers/sweeps/lane_problem.h"
 #include "solvers/sweeps/linear_chain.h"
 
 namespace kinegraph {
@@ -84,56 +85,51 @@ Eigen::MatrixXd PriorCoupling(const Eigen::MatrixXd& A) {
   return coupling;
 }
 
-// L^-1 X in place for X that is zero above its diagonal, panel by panel: a
-// third of the work of the whole.
-void SolveLowerTriangular(const Eigen::MatrixXd& lower, Eigen::MatrixXd* x) {
-  constexpr Eigen::Index kPanel = 24;
-  const Eigen::Index size = lower.rows();
-  for (Eigen::Index at = 0; at < size; at += kPanel) {
-    const Eigen::Index rest = size - at;
-    auto panel = x->block(at, at, rest, std::min(kPanel, rest));
-    lower.bottomRightCorner(rest, rest)
-        .triangularView<Eigen::Lower>()
-        .solveInPlace(panel);
-  }
-}
-
-// sum += sign * X' X for such an X, in the lower triangle.
-void AddSquare(const Eigen::MatrixXd& x, double sign, Eigen::MatrixXd* sum) {
-  constexpr Eigen::Index kPanel = 24;
-  const Eigen::Index size = x.rows();
-  for (Eigen::Index at = 0; at < size; at += kPanel) {
-    const Eigen::Index rows = std::min(kPanel, size - at);
-    const Eigen::Index columns = at + rows;
-    sum->topLeftCorner(columns, columns)
-        .selfadjointView<Eigen::Lower>()
-        .rankUpdate(x.block(at, 0, rows, columns).transpose(), sign);
-  }
-}
-
-// Selected inversion with whole frames as blocks.
+// Covariances by what each frame is told from both sides: a frame's pivot is
+// its own information with the messages of the frames behind and before it,
+// and a message is what the elimination of a neighbour leaves. Whole frames
+// are the blocks; a window is done when its oldest frame is reached.
 class FrameInversion {
  public:
   FrameInversion(const PersonProblem& problem, const PersonSystem& system)
       : problem_(problem),
         system_(system),
         frame_count_(problem.times.size()),
-        size_(static_cast<Eigen::Index>(problem.joints.size()) * kStateSize) {
+        size_(kStateSize * problem.joints.size()),
+        rows_(PaddedLanes(static_cast<int>(size_))) {
     SortCouplings();
     AddUserFactors();
+    for (LaneBuffer* square : {&pivot_, &coupling_, &earlier_}) {
+      square->Assign(rows_ * rows_, 0.0);
+    }
   }
 
   bool Run(size_t frame_end, std::vector<std::vector<Matrix6d>>* covariances) {
-    frame_end_ = frame_end;
     covariances_ = covariances;
-    // Blocks are eliminated from the last frame to the first, so that a window
-    // is done when its oldest frame is reached.
-    if (!Sweep()) return false;
+    const size_t stretch = std::min(Stretch(), frame_end);
+    messages_.resize(stretch);
+    for (LaneBuffer& message : messages_) message.Reserve(rows_ * rows_);
+    if (!SweepBack(frame_end)) return false;
+    for (size_t begin = 0; begin < frame_end; begin += stretch) {
+      const size_t end = std::min(begin + stretch, frame_end);
+      if (begin > 0 && !Recall(begin, end)) return false;
+      for (size_t k = begin; k < end; ++k) {
+        if (!Take(k, messages_[k - begin])) return false;
+        if (k + 1 < frame_end && !PassOn(k)) return false;
+      }
+    }
     return true;
   }
 
  private:
-  static constexpr size_t kStretch = 32;  // frames
+  using Square = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
+
+  // Frames whose messages are kept; those of later ones are made again from
+  // the last of their stretch.
+  size_t Stretch() const {
+    constexpr size_t kBytes = 32 << 20;
+    return std::max<size_t>(8, kBytes / (rows_ * rows_ * sizeof(double)));
+  }
 
   void SortCouplings() {
     for (const PointCoupling& coupling : system_.couplings) {
@@ -177,135 +173,161 @@ class FrameInversion {
     }
   }
 
-  Eigen::MatrixXd Diagonal(size_t k) const {
-    Eigen::MatrixXd block = Eigen::MatrixXd::Zero(size_, size_);
+  // A square without its padding.
+  Square Inside(LaneBuffer* square) const {
+    return Square(square->data(), size_, size_, Eigen::OuterStride<>(rows_));
+  }
+
+  // Adds frame k's own information.
+  void AddDiagonal(size_t k, LaneBuffer* square) const {
+    Square sum = Inside(square);
     if (k == 0 && system_.prior_coupling.size() > 0) {
-      block = system_.prior_coupling;
+      sum += system_.prior_coupling;
     }
     for (size_t j = 0; j < problem_.joints.size(); ++j) {
-      block.block<6, 6>(j * 6, j * 6) += system_.chains[j].diagonal[k];
+      sum.block<6, 6>(j * 6, j * 6) += system_.chains[j].diagonal[k];
     }
     for (size_t i = first_coupling_[k]; i < first_coupling_[k + 1]; ++i) {
       const PointCoupling& coupling = *by_frame_[i];
-      const Eigen::Matrix3d information =
-          coupling.by_a * coupling.by_b.transpose();
-      const Eigen::Index a = 6 * coupling.a;
-      const Eigen::Index b = 6 * coupling.b;
-      block.block<3, 3>(a, b) += information;
-      block.block<3, 3>(b, a) += information.transpose();
+      // Below the diagonal.
+      if (coupling.a > coupling.b) {
+        sum.block<3, 3>(6 * coupling.a, 6 * coupling.b) +=
+            coupling.by_a * coupling.by_b.transpose();
+      } else {
+        sum.block<3, 3>(6 * coupling.b, 6 * coupling.a) +=
+            coupling.by_b * coupling.by_a.transpose();
+      }
     }
     const auto user = user_diagonal_.find(k);
-    if (user != user_diagonal_.end()) block += user->second;
-    return block;
+    if (user != user_diagonal_.end()) sum += user->second;
+    for (size_t row = size_; row < rows_; ++row) {
+      (*square)[row * rows_ + row] = 1.0;
+    }
   }
 
-  // The block right of frame k's diagonal, transposed: 6x6 blocks on its own
-  // diagonal.
-  Eigen::MatrixXd Below(size_t k) const {
-    Eigen::MatrixXd block = Eigen::MatrixXd::Zero(size_, size_);
-    for (size_t j = 0; j < problem_.joints.size(); ++j) {
-      block.block<6, 6>(j * 6, j * 6) = system_.chains[j].upper[k].transpose();
-    }
+  // What couples frame k + 1 (rows) with frame k, or the other way round.
+  // Returns the size of its diagonal blocks, 0 where it has others.
+  int LoadCoupling(size_t k, bool later_rows) {
+    std::fill_n(coupling_.data(), rows_ * rows_, 0.0);
+    Square coupling = Inside(&coupling_);
     const auto user = user_below_.find(k);
-    if (user != user_below_.end()) block += user->second;
-    return block;
-  }
-
-  // From the pivot of frame k + 1 (Cholesky factor in its lower triangle) to
-  // that of frame k; `coupling` receives L^-1 B'.
-  bool Step(size_t k, const Eigen::MatrixXd& later, Eigen::MatrixXd* coupling,
-            Eigen::MatrixXd* pivot) const {
-    *pivot = Diagonal(k);
-    if (k + 1 < frame_count_) {
-      *coupling = Below(k);
-      if (user_below_.count(k) > 0) {
-        later.triangularView<Eigen::Lower>().solveInPlace(*coupling);
-        pivot->selfadjointView<Eigen::Lower>().rankUpdate(coupling->transpose(),
-                                                          -1.0);
+    const bool dense = user != user_below_.end();
+    if (dense && later_rows) coupling = user->second;
+    if (dense && !later_rows) coupling = user->second.transpose();
+    for (size_t j = 0; j < problem_.joints.size(); ++j) {
+      auto block = coupling.block<6, 6>(j * 6, j * 6);
+      const Matrix6d& upper = system_.chains[j].upper[k];
+      if (later_rows) {
+        block += upper.transpose();
       } else {
-        SolveLowerTriangular(later, coupling);
-        AddSquare(*coupling, -1.0, pivot);
+        block += upper;
       }
     }
-    Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(*pivot);
-    return cholesky.info() == Eigen::Success;
+    return dense ? 0 : kStateSize;
   }
 
-  bool Sweep() {
-    // First pass, last frame to first: keep a pivot at the end of a stretch.
-    std::vector<Eigen::MatrixXd> kept((frame_count_ + kStretch - 1) / kStretch);
-    Eigen::MatrixXd later;
-    Eigen::MatrixXd coupling;
-    Eigen::MatrixXd pivot;
+  bool Eliminate(int block, LaneBuffer* next) {
+    return EliminateDense({static_cast<int>(rows_), block, pivot_.data(),
+                           coupling_.data(),
+                           next == nullptr ? nullptr : next->data()});
+  }
+
+  // From the message that frame k has of later ones to that of frame k - 1.
+  bool PassBack(size_t k, const LaneBuffer& message, LaneBuffer* next) {
+    std::copy_n(message.data(), rows_ * rows_, pivot_.data());
+    AddDiagonal(k, &pivot_);
+    std::fill_n(next->data(), rows_ * rows_, 0.0);
+    const int block = LoadCoupling(k - 1, false);
+    return Eliminate(block, next);
+  }
+
+  // Messages from the last frame to the first: those of the first stretch are
+  // kept, and of the others that of the last frame.
+  bool SweepBack(size_t frame_end) {
+    const size_t stretch = messages_.size();
+    kept_.resize((frame_end + stretch - 1) / stretch);
+    LaneBuffer buffers[2];
+    for (LaneBuffer& buffer : buffers) buffer.Assign(rows_ * rows_, 0.0);
+    const auto place = [&](size_t k) {
+      return k < stretch ? &messages_[k] : &buffers[k % 2];
+    };
+    std::fill_n(place(frame_count_ - 1)->data(), rows_ * rows_, 0.0);
     for (size_t k = frame_count_; k-- > 0;) {
-      if (!Step(k, later, &coupling, &pivot)) return false;
-      if (!pivot.diagonal().allFinite()) return false;
-      if (k % kStretch == 0) kept[k / kStretch] = pivot;
-      std::swap(later, pivot);
+      const LaneBuffer& message = *place(k);
+      const bool last = k % stretch == stretch - 1 || k + 1 == frame_end;
+      if (last && k >= stretch && k < frame_end) {
+        LaneBuffer& kept = kept_[k / stretch];
+        kept.Reserve(rows_ * rows_);
+        std::copy_n(message.data(), rows_ * rows_, kept.data());
+      }
+      if (k > 0 && !PassBack(k, message, place(k - 1))) return false;
     }
-    // Second pass, first frame to last:
-    //   C_k+1 = S_k+1^-1 + G C_k G',  G = L^-T L^-1 B' of frame k + 1.
-    Eigen::MatrixXd covariance = Inverse(later);
-    Take(0, covariance);
-    std::vector<Eigen::MatrixXd> pivots(kStretch);
-    std::vector<Eigen::MatrixXd> couplings(kStretch);
-    for (size_t begin = 0; begin + 1 < frame_end_; begin += kStretch) {
-      // Factors of frames begin + 1 .. end again, from the kept pivot at end.
-      size_t end = std::min(begin + kStretch, frame_count_ - 1);
-      pivots.resize(end - begin + 1);
-      couplings.resize(end - begin + 1);
-      if (end % kStretch == 0) {
-        pivots[end - begin] = kept[end / kStretch];
-      } else {
-        Eigen::MatrixXd unused;
-        if (!Step(end, unused, &unused, &pivots[end - begin])) return false;
-      }
-      for (size_t k = end; k-- > begin;) {
-        if (!Step(k, pivots[k + 1 - begin], &couplings[k - begin],
-                  &pivots[k - begin])) {
-          return false;
-        }
-      }
-      for (size_t k = begin; k < end && k + 1 < frame_end_; ++k) {
-        Eigen::MatrixXd& gain = couplings[k - begin];
-        const Eigen::MatrixXd& lower = pivots[k + 1 - begin];
-        lower.triangularView<Eigen::Lower>().transpose().solveInPlace(gain);
-        const Eigen::MatrixXd product = gain * covariance;
-        covariance = Inverse(lower);
-        // Symmetric: half of the product is enough.
-        covariance.triangularView<Eigen::Lower>() += product * gain.transpose();
-        covariance.triangularView<Eigen::StrictlyUpper>() =
-            covariance.transpose();
-        Take(k + 1, covariance);
+    return true;
+  }
+
+  // The messages of a stretch once more.
+  bool Recall(size_t begin, size_t end) {
+    std::swap(messages_[end - 1 - begin], kept_[begin / messages_.size()]);
+    for (size_t k = end; k-- > begin + 1;) {
+      if (!PassBack(k, messages_[k - begin], &messages_[k - 1 - begin])) {
+        return false;
       }
     }
     return true;
   }
 
-  Eigen::MatrixXd Inverse(const Eigen::MatrixXd& lower) const {
-    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(size_, size_);
-    SolveLowerTriangular(lower, &inverse);
-    Eigen::MatrixXd product = Eigen::MatrixXd::Zero(size_, size_);
-    AddSquare(inverse, 1.0, &product);
-    return product.selfadjointView<Eigen::Lower>();
+  // The message that frame k + 1 has of earlier ones, from frame k's.
+  bool PassOn(size_t k) {
+    std::swap(pivot_, earlier_);
+    AddDiagonal(k, &pivot_);
+    std::fill_n(earlier_.data(), rows_ * rows_, 0.0);
+    const int block = LoadCoupling(k, true);
+    return Eliminate(block, &earlier_);
   }
 
-  void Take(size_t k, const Eigen::MatrixXd& covariance) {
-    if (k >= frame_end_) return;
-    for (size_t j = 0; j < problem_.joints.size(); ++j) {
-      (*covariances_)[j][k] = covariance.block<6, 6>(j * 6, j * 6);
+  // Frame k's covariances, with the message it has of later ones.
+  bool Take(size_t k, const LaneBuffer& later) {
+    for (size_t i = 0; i < rows_ * rows_; ++i) {
+      pivot_[i] = earlier_[i] + later[i];
     }
+    AddDiagonal(k, &pivot_);
+    std::fill_n(coupling_.data(), rows_ * rows_, 0.0);
+    for (size_t row = 0; row < size_; ++row) {
+      coupling_[row * rows_ + row] = 1.0;
+    }
+    if (!Eliminate(kStateSize, nullptr)) return false;
+    for (size_t j = 0; j < problem_.joints.size(); ++j) {
+      (*covariances_)[j][k] = SquareOfRows(kStateSize * j);
+    }
+    return true;
+  }
+
+  // Y Y' of six rows that are zero before their own column.
+  Matrix6d SquareOfRows(size_t row) const {
+    Matrix6d square = Matrix6d::Zero();
+    for (size_t column = row; column < rows_; ++column) {
+      const double* const y = coupling_.data() + column * rows_ + row;
+      for (int i = 0; i < 6; ++i) {
+        for (int j = 0; j <= i; ++j) square(i, j) += y[i] * y[j];
+      }
+    }
+    return square.selfadjointView<Eigen::Lower>();
   }
 
   const PersonProblem& problem_;
   const PersonSystem& system_;
   const size_t frame_count_;
-  const Eigen::Index size_;
+  const size_t size_;  // numbers of a frame
+  const size_t rows_;  // of a square, padded
   std::vector<const PointCoupling*> by_frame_;
   std::vector<size_t> first_coupling_;  // of each frame, in by_frame_
   std::map<size_t, Eigen::MatrixXd> user_diagonal_;  // by frame
   std::map<size_t, Eigen::MatrixXd> user_below_;     // by the earlier frame
-  size_t frame_end_ = 0;
+  // Squares of rows_ x rows_, of which the lower triangle counts.
+  LaneBuffer pivot_, coupling_;
+  LaneBuffer earlier_;                // the message of earlier frames
+  std::vector<LaneBuffer> messages_;  // of later frames, in the stretch at hand
+  std::vector<LaneBuffer> kept_;      // that of each stretch's last frame
   std::vector<std::vector<Matrix6d>>* covariances_ = nullptr;
 };
 

@@ -1,0 +1,18 @@
+// Compiled for AVX-512; empty on other machines.
+#if defined(__x86_64__)
+#ifndef __AVX512F__
+#error "not compiled for it: kinegraph_lanes in cmake/KinegraphTargets.cmake"
+#endif
+
+#include "core/base/dense_kernel.h"
+#include "core/base/dense_lanes_wide.h"
+
+namespace kinegraph {
+
+bool EliminateDenseAvx512(const DenseElimination& blocks) {
+  return EliminateDenseWith<Avx512Pack>(blocks);
+}
+
+}  // namespace kinegraph
+
+#endif
