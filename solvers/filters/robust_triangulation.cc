@@ -1,8 +1,10 @@
 #include "solvers/filters/robust_triangulation.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/geometry/triangulation.h"
 
@@ -16,16 +18,23 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 struct Linearised {
   double cost = 0.0;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  // With the loss' own curvature along each residual, kept positive: steps by
+  // it do not creep as those of reweighting do.
+  Eigen::Matrix3d curvature = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
   std::vector<double> weights;
 };
 
-Linearised Linearise(LossKind loss, double scale,
-                     const std::vector<PixelPoint>& views,
-                     const Eigen::Vector3d& point_m) {
+void Linearise(LossKind loss, double scale,
+               const std::vector<PixelPoint>& views,
+               const Eigen::Vector3d& point_m, Linearised* at) {
   constexpr double kUnseen = 1e3;
-  Linearised result;
-  result.weights.reserve(views.size());
+  Linearised& result = *at;
+  result.cost = 0.0;
+  result.normal.setZero();
+  result.curvature.setZero();
+  result.gradient.setZero();
+  result.weights.clear();
   for (const PixelPoint& view : views) {
     Matrix23d J;
     const auto projected = view.camera->Project(point_m, &J);
@@ -38,11 +47,17 @@ Linearised Linearise(LossKind loss, double scale,
     J /= view.sigma_px;
     const LossValue value = EvaluateLoss(loss, scale, residual.squaredNorm());
     result.cost += 0.5 * value.rho;
-    result.normal += value.first * J.transpose() * J;
-    result.gradient += value.first * J.transpose() * residual;
+    const Eigen::Matrix3d square = value.first * J.transpose() * J;
+    const Eigen::Vector3d pull = J.transpose() * residual;
+    constexpr double kLeast = 0.1;  // of the weight
+    const double bend = std::max(
+        2.0 * value.second,
+        (kLeast - 1.0) * value.first / std::max(residual.squaredNorm(), 1e-12));
+    result.normal += square;
+    result.curvature += square + bend * pull * pull.transpose();
+    result.gradient += value.first * pull;
     result.weights.push_back(value.first);
   }
-  return result;
 }
 
 bool Invert(const Eigen::Matrix3d& matrix, Eigen::Matrix3d* inverse) {
@@ -65,13 +80,13 @@ bool FindStart(const RobustTriangulationOptions& options,
     }
   }
   double least = kInfinity;
+  Linearised there;
   const auto consider = [&](Span<PointMeasurement> measurements) {
     const TriangulationResult result = TriangulateDlt(measurements);
     if (!result.ok()) return;
-    const double cost =
-        Linearise(options.loss, options.loss_scale, views, result.point_m).cost;
-    if (!(cost < least)) return;
-    least = cost;
+    Linearise(options.loss, options.loss_scale, views, result.point_m, &there);
+    if (!(there.cost < least)) return;
+    least = there.cost;
     *start = result.point_m;
   };
   if (ideal.size() < 2) return false;
@@ -113,24 +128,24 @@ std::optional<RobustPoint> RobustTriangulator::TriangulateFrom(
   RobustPoint point;
   point.position_m = start_m;
   constexpr int kMaxIterations = 30;
-  constexpr double kStep_m = 1e-7;
+  constexpr double kStep_m = 1e-6;  // steps shrink by squares
   constexpr int kMaxHalvings = 8;
-  Linearised here =
-      Linearise(options_.loss, options_.loss_scale, views, point.position_m);
+  Linearised here;
+  Linearised there;
+  Linearise(options_.loss, options_.loss_scale, views, point.position_m, &here);
   Eigen::Matrix3d inverse;
   for (int i = 0; i < kMaxIterations; ++i) {
-    if (!Invert(here.normal, &inverse)) return std::nullopt;
+    if (!Invert(here.curvature, &inverse)) return std::nullopt;
     Eigen::Vector3d step_m = -inverse * here.gradient;
-    Linearised there;
     int halvings = 0;
     for (; halvings <= kMaxHalvings; ++halvings, step_m *= 0.5) {
-      there = Linearise(options_.loss, options_.loss_scale, views,
-                        point.position_m + step_m);
+      Linearise(options_.loss, options_.loss_scale, views,
+                point.position_m + step_m, &there);
       if (there.cost <= here.cost) break;
     }
     if (halvings > kMaxHalvings) break;  // as low as rounding allows
     point.position_m += step_m;
-    here = std::move(there);
+    std::swap(here, there);
     if (step_m.norm() < kStep_m) break;
   }
   if (!point.position_m.allFinite() || !Invert(here.normal, &inverse)) {
@@ -148,7 +163,8 @@ std::optional<RobustPoint> RobustTriangulator::TriangulateFrom(
 std::optional<Eigen::Matrix3d> TriangulationCovariance(
     const std::vector<PixelPoint>& views, const Eigen::Vector3d& point_m) {
   Eigen::Matrix3d covariance;
-  const Linearised here = Linearise(LossKind::kNone, 1.0, views, point_m);
+  Linearised here;
+  Linearise(LossKind::kNone, 1.0, views, point_m, &here);
   if (!Invert(here.normal, &covariance)) return std::nullopt;
   return covariance;
 }

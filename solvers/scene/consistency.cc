@@ -29,25 +29,49 @@ double SizeOf(const ViewPeople::Person& person) {
   return (high - low).norm();
 }
 
-double LineDistance(const Eigen::Vector3d& line, const Eigen::Vector2d& px) {
-  const double norm = line.head<2>().norm();
-  if (!(norm > 0.0)) return 0.0;
-  return std::abs(line.dot(px.homogeneous())) / norm;
+// What a person's joints say in another view: their epipolar lines there, and
+// by what a residual x_b' F x_a becomes a distance from them, in shares of the
+// other person's size.
+struct EpipolarLines {
+  std::vector<Eigen::Vector3d> lines;
+  std::vector<double> per_norm;  // 0 where there is no line
+};
+
+EpipolarLines LinesOf(const Eigen::Matrix3d& F,
+                      const ViewPeople::Person& person) {
+  EpipolarLines result;
+  result.lines.resize(person.px.size(), Eigen::Vector3d::Zero());
+  result.per_norm.resize(person.px.size(), 0.0);
+  for (size_t j = 0; j < person.px.size(); ++j) {
+    if (!person.found[j]) continue;
+    result.lines[j] = F * person.px[j].homogeneous();
+    const double norm = result.lines[j].head<2>().norm();
+    if (norm > 0.0) result.per_norm[j] = 1.0 / norm;
+  }
+  return result;
+}
+
+std::vector<EpipolarLines> LinesOf(
+    const Eigen::Matrix3d& F, const std::vector<ViewPeople::Person>& people) {
+  std::vector<EpipolarLines> lines;
+  for (const auto& person : people) lines.push_back(LinesOf(F, person));
+  return lines;
 }
 
 // Sum of the gains of all common joints over their number.
-double PairGain(const Eigen::Matrix3d& F, const ViewPeople::Person& a,
-                const ViewPeople::Person& b) {
+double PairGain(const EpipolarLines& of_a, const ViewPeople::Person& a,
+                const EpipolarLines& of_b, const ViewPeople::Person& b) {
+  const double per_a = 0.5 / (kTolerance * a.size_px);
+  const double per_b = 0.5 / (kTolerance * b.size_px);
   double sum = 0.0;
   int common = 0;
   for (size_t j = 0; j < a.px.size(); ++j) {
     if (!a.found[j] || !b.found[j]) continue;
     ++common;
-    const Eigen::Vector3d line_b = F * a.px[j].homogeneous();
-    const Eigen::Vector3d line_a = F.transpose() * b.px[j].homogeneous();
-    const double distance = 0.5 * (LineDistance(line_a, a.px[j]) / a.size_px +
-                                   LineDistance(line_b, b.px[j]) / b.size_px);
-    sum += std::max(0.0, 1.0 - distance / kTolerance);
+    const double residual = std::abs(of_a.lines[j].dot(b.px[j].homogeneous()));
+    const double distance =
+        residual * (of_b.per_norm[j] * per_a + of_a.per_norm[j] * per_b);
+    sum += std::max(0.0, 1.0 - distance);
   }
   return common >= kMinJoints ? sum / common : 0.0;
 }
@@ -104,10 +128,12 @@ std::vector<Match> MatchPeople(const Eigen::Matrix3d& F, const Camera& camera_a,
                                const std::vector<ViewPeople::Person>& a,
                                const Camera& camera_b,
                                const std::vector<ViewPeople::Person>& b) {
+  const std::vector<EpipolarLines> lines_a = LinesOf(F, a);
+  const std::vector<EpipolarLines> lines_b = LinesOf(F.transpose(), b);
   std::vector<Match> pairs;
   for (size_t i = 0; i < a.size(); ++i) {
     for (size_t k = 0; k < b.size(); ++k) {
-      const double gain = PairGain(F, a[i], b[k]);
+      const double gain = PairGain(lines_a[i], a[i], lines_b[k], b[k]);
       if (gain > 0.0 && InFront(camera_a, a[i], camera_b, b[k])) {
         pairs.push_back({gain, i, k});
       }
