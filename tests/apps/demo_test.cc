@@ -57,6 +57,29 @@ class DemoTest : public ::testing::Test {
   const fs::path out_ = folder_.path() / "new/demo";
 };
 
+// The lines of README's table, from its rule to the dots.
+std::vector<std::string> TableOfReadme() {
+  std::istringstream lines(ContentOf(testing::ProjectFile("README.md")));
+  std::vector<std::string> table;
+  std::string line;
+  while (std::getline(lines, line)) {
+    const bool begins = line.rfind("against the truth ", 0) == 0;
+    if (begins || (!table.empty() && line != "...")) table.push_back(line);
+    if (!table.empty() && line == "...") break;
+  }
+  return table;
+}
+
+TEST_F(DemoTest, PrintsWhatReadmeShows) {
+  const std::vector<std::string> table = TableOfReadme();
+  ASSERT_GE(table.size(), 4u);
+  const ProgramOutcome outcome = Run("");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  for (const std::string& line : table) {
+    EXPECT_THAT(outcome.output, HasSubstr(line + "\n"));
+  }
+}
+
 TEST_F(DemoTest, TracksInEveryModeAndScores) {
   const ProgramOutcome outcome = Run("--set=scene.duration=3");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
