@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -11,8 +12,10 @@
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/plot.h"
+#include "apps/common/resume.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/output.h"
+#include "apps/compare/pieces.h"
 #include "apps/compare/plots.h"
 #include "apps/compare/results.h"
 #include "apps/compare/shift.h"
@@ -28,6 +31,7 @@
 #include "core/io/refinement_record.h"
 #include "core/io/tracks.h"
 #include "solvers/session/refine_take.h"
+#include "solvers/session/remembered_runs.h"
 #include "solvers/session/run.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
@@ -58,6 +62,12 @@ DEFINE_string(plot_strategies,
               "those drawn where not all fit");
 DEFINE_string(joint, "r_wrist", "whose trajectory is drawn");
 DEFINE_int32(threads, 1, "threads; the result does not depend on it");
+DEFINE_bool(resume, false,
+            "go on from OUT.checkpoint, which an ended run of the same build "
+            "has left; the result is the same but for times");
+DEFINE_double(checkpoint_s, 10.0,
+              "seconds of work from which on finished pieces are kept in "
+              "OUT.checkpoint until the result is there");
 DEFINE_string(out, "", "folder for the results; must not hold files yet");
 
 namespace kinegraph {
@@ -248,6 +258,8 @@ void RunCompare() {
   if (FLAGS_plots) RequirePlotTool();
   const std::vector<Strategy> strategies = ReadStrategies();
   AtomicFolder folder(WithFolders(FLAGS_out));
+  const std::unique_ptr<Checkpoint> checkpoint =
+      OpenCheckpoint(FLAGS_out, FLAGS_resume, FLAGS_checkpoint_s);
   RunOptions options =
       ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, FLAGS_mode);
   RunRequest request;
@@ -260,7 +272,11 @@ void RunCompare() {
   if (record.has_value() && record->has_clocks()) {
     detections = WithRecordedClocks(options, request, *record, detections);
   }
-  FrozenRun run = FreezeTracking(options, request, detections);
+  FrozenRun run = FreezeTracking(
+      options, request, detections, [&](const EstimatorOptions& estimators) {
+        return MakeRememberedEstimators(
+            estimators, EffectiveConfigJson(options), checkpoint.get());
+      });
   const double rate_hz = run.scene.model.frame_rate_hz;
 
   std::optional<ParameterFile> file;
@@ -277,6 +293,8 @@ void RunCompare() {
   }
   result.comparison = MakeComparison(std::move(options), std::move(run),
                                      std::move(folds), set, FLAGS_threads);
+  result.comparison.checkpoint = checkpoint.get();
+  result.comparison.content = PieceContent(result.comparison);
   ReadTruth(&result.comparison);
   result.baseline_idx = IndexOf(strategies, FLAGS_baseline);
   for (size_t s = 0; s < strategies.size(); ++s) {
@@ -321,6 +339,7 @@ void RunCompare() {
   WriteFile(folder.PathOf("runtime.json"), RuntimeJson(result).dump(1) + "\n");
   WriteFile(folder.PathOf("recommended.toml"), RecommendedToml(result));
   folder.Commit();
+  CloseCheckpoint("compare", checkpoint.get());
   std::printf("Processor time:\n\n%s\n%s", RuntimeTable(result).c_str(),
               Digest(result, FLAGS_out).c_str());
 }

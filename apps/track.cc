@@ -231,7 +231,7 @@ TakeReport TrackFrames(const Take& take, DetectionSource* source,
   UsedFrames used(
       session->scene(),
       again ? SourceOpener([&take] { return take.Open(); }) : SourceOpener());
-  TakeReporter reporter(session->scene(), source->header().skeleton);
+  TakeReporter reporter(session->scene(), source->header().skeleton, IsLive());
   const Skeleton& skeleton = source->header().skeleton;
   const std::unique_ptr<CameraUncertainty> uncertainty =
       take.ready.record.has_value()

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "apps/compare/pieces.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/evaluation/correspondence.h"
@@ -377,6 +378,62 @@ int64_t PiecesOfScoring(const Comparison& comparison, size_t strategies) {
   return static_cast<int64_t>(strategies * pieces);
 }
 
+namespace {
+
+// RunWithAll, or what the checkpoint has of it.
+StrategyRun RunOrFind(const Comparison& comparison, const Strategy& strategy,
+                      const FoldValues& values) {
+  StrategyRun run;
+  ComputeOrFind(
+      comparison, PieceKey(comparison, "run", strategy, values, -1),
+      [&] { run = RunWithAll(comparison, strategy, values); },
+      [&](ByteWriter* writer) { Put(run, writer); },
+      [&](ByteReader* reader) {
+        run = GetStrategyRun(reader);
+        run.tracks.header = comparison.run.scene.header;
+        run.alike = AlikeObserved(run.tracks, comparison.folds);
+      });
+  return run;
+}
+
+// Held-out errors of one camera in every fold, into `parts` [fold, view].
+void ScoreView(const Comparison& comparison, const Strategy& strategy,
+               const FoldValues& values, size_t view,
+               std::vector<HeldOutScores>* parts) {
+  const size_t views = comparison.views().size();
+  const auto part = [&](size_t fold) -> HeldOutScores& {
+    return (*parts)[fold * views + view];
+  };
+  const auto compute = [&] {
+    const bool same = SameRun(comparison, values);
+    TrackSequence tracks;
+    for (size_t fold = 0; fold < comparison.folds.size(); ++fold) {
+      const Fold& scored = comparison.folds[fold];
+      if (fold == 0 || !same) {
+        tracks =
+            RunWithout(comparison, strategy, values[fold], *scored.take, view);
+      }
+      ScoreWithout(comparison, scored, view, tracks, &part(fold));
+    }
+  };
+  ComputeOrFind(
+      comparison,
+      PieceKey(comparison, "without", strategy, values, static_cast<int>(view)),
+      compute,
+      [&](ByteWriter* writer) {
+        for (size_t f = 0; f < comparison.folds.size(); ++f) {
+          Put(part(f), writer);
+        }
+      },
+      [&](ByteReader* reader) {
+        for (size_t f = 0; f < comparison.folds.size(); ++f) {
+          part(f) = GetHeldOutScores(reader);
+        }
+      });
+}
+
+}  // namespace
+
 std::vector<StrategyScores> ScoreStrategies(
     const Comparison& comparison, const std::vector<Strategy>& strategies,
     const std::vector<FoldValues>& values, const Tick& tick) {
@@ -393,20 +450,9 @@ std::vector<StrategyScores> ScoreStrategies(
       ParallelFor(comparison.threads, static_cast<int>(pieces), [&](int i) {
         const auto piece = static_cast<size_t>(i);
         if (piece == 0) {
-          scores.run = RunWithAll(comparison, strategies[s], values[s]);
+          scores.run = RunOrFind(comparison, strategies[s], values[s]);
         } else {
-          const size_t view = piece - 1;
-          const bool same = SameRun(comparison, values[s]);
-          TrackSequence tracks;
-          for (size_t fold = 0; fold < folds; ++fold) {
-            const Fold& scored = comparison.folds[fold];
-            if (fold == 0 || !same) {
-              tracks = RunWithout(comparison, strategies[s], values[s][fold],
-                                  *scored.take, view);
-            }
-            ScoreWithout(comparison, scored, view, tracks,
-                         &parts[fold * views + view]);
-          }
+          ScoreView(comparison, strategies[s], values[s], piece - 1, &parts);
         }
         if (tick) tick();
       });

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "apps/common/app.h"
+#include "apps/compare/pieces.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/io/atomic_file.h"
@@ -122,7 +123,7 @@ StrategyTuning Tune(const Comparison& comparison, const Strategy& strategy,
   ParallelFor(comparison.threads, static_cast<int>(pieces.size()), [&](int i) {
     const Piece& piece = pieces[i];
     const double start_s = ThreadCpuSeconds();
-    try {
+    const auto compute = [&] {
       const PreparedTake& take = *comparison.folds[piece.fold].take;
       const TrackSequence tracks =
           RunWithout(comparison, strategy, grid[piece.point], take, piece.view);
@@ -134,6 +135,25 @@ StrategyTuning Tune(const Comparison& comparison, const Strategy& strategy,
                      piece.view, tracks, &scores);
         results[i][scored] = Pool(scores);
       }
+    };
+    try {
+      ComputeOrFind(
+          comparison,
+          PieceKey(comparison, "tuning " + std::to_string(piece.fold), strategy,
+                   {grid[piece.point]}, static_cast<int>(piece.view)),
+          compute,
+          [&](ByteWriter* writer) {
+            for (const RatioUnit& unit : results[i]) {
+              writer->Put(unit.sum);
+              writer->Put(unit.weight);
+            }
+          },
+          [&](ByteReader* reader) {
+            for (RatioUnit& unit : results[i]) {
+              unit.sum = reader->Get<double>();
+              unit.weight = reader->Get<double>();
+            }
+          });
     } catch (const InputError&) {
       refused[i] = 1;
     } catch (const OptionError&) {

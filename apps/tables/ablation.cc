@@ -25,8 +25,7 @@ std::vector<AblationCell> RunAblation(const LoadedDataset& loaded) {
       RunOptions options = loaded.options;
       options.tracker.association.affinity = affinity;
       options.tracker.reconstruction.joints_filter = joints_filter;
-      const TrackSequence tracks =
-          TrackSequenceOf(options, loaded.request, loaded.detections);
+      const TrackSequence tracks = TracksOf(loaded, options);
       AblationCell cell;
       cell.affinity = affinity;
       cell.joints_filter = joints_filter;
@@ -60,10 +59,8 @@ std::optional<FilterInChen> RunFilterInChen(const Take& take,
     dataset.config = method.config;
     dataset.set = JoinSets(method.set, extra_set);
     const LoadedDataset loaded = LoadDataset(dataset, data_folder);
-    (with ? pair.with : pair.without) = EvaluatePcp(
-        loaded.truth,
-        TrackSequenceOf(loaded.options, loaded.request, loaded.detections),
-        dataset.protocol);
+    (with ? pair.with : pair.without) =
+        EvaluatePcp(loaded.truth, TracksOf(loaded), dataset.protocol);
     ++found;
   }
   if (found != 2) return std::nullopt;

@@ -199,13 +199,11 @@ AuditedBenchmark RunAudit(const std::string& title, const Benchmark& benchmark,
     dataset.config = method.config;
     dataset.set = JoinSets(method.set, extra_set);
     LoadedDataset loaded = LoadDataset(dataset, data_folder);
-    const TrackSequence tracks =
-        TrackSequenceOf(loaded.options, loaded.request, loaded.detections);
+    const TrackSequence tracks = TracksOf(loaded);
     std::vector<TrackSequence> held_out;
     for (const std::string& view : loaded.detections.header.view_names) {
       loaded.request.without_cameras = {view};
-      held_out.push_back(
-          TrackSequenceOf(loaded.options, loaded.request, loaded.detections));
+      held_out.push_back(TracksOf(loaded));
     }
     input.held_out.clear();
     for (const TrackSequence& run : held_out) input.held_out.push_back(&run);

@@ -4,6 +4,7 @@
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
 #include "core/io/tracks.h"
+#include "solvers/session/remembered_runs.h"
 
 namespace kinegraph {
 namespace {
@@ -73,6 +74,11 @@ LoadedDataset LoadDataset(const Dataset& dataset,
   truth.frame_rate_hz = loaded.options.input.frame_rate_hz;
   loaded.truth = ReadTracks(root + dataset.ground_truth, truth);
   return loaded;
+}
+
+TrackSequence TracksOf(const LoadedDataset& loaded, const RunOptions& options) {
+  return RememberedTracks(options, loaded.request, loaded.detections,
+                          loaded.dataset.checkpoint);
 }
 
 std::string JoinSets(const std::string& first, const std::string& second) {

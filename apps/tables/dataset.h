@@ -8,6 +8,7 @@
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/evaluation/pcp.h"
+#include "core/io/checkpoint.h"
 #include "solvers/session/run.h"
 
 namespace kinegraph {
@@ -23,6 +24,7 @@ struct Dataset {
   std::string set;                 // as --set takes it
   std::vector<FrameRange> frames;  // tracked; none: all
   PcpProtocol protocol;
+  Checkpoint* checkpoint = nullptr;  // where its tracks are kept, if not null
 };
 
 // Shelf with the reference's filled detections (the authors' configuration,
@@ -45,6 +47,12 @@ struct LoadedDataset {
 // Throws InputError naming what is missing below `data_folder`.
 LoadedDataset LoadDataset(const Dataset& dataset,
                           const std::string& data_folder);
+
+// The take tracked, or what its checkpoint has of that.
+TrackSequence TracksOf(const LoadedDataset& loaded, const RunOptions& options);
+inline TrackSequence TracksOf(const LoadedDataset& loaded) {
+  return TracksOf(loaded, loaded.options);
+}
 
 // Two lists of --set after one another; either may be empty.
 std::string JoinSets(const std::string& first, const std::string& second);

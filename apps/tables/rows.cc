@@ -81,8 +81,7 @@ TrackedBenchmark TrackBenchmark(const Benchmark& benchmark,
       if (row.baseline) {
         RequireScoredFrames(loaded.truth, loaded.detections, dataset);
       }
-      row.tracks =
-          TrackSequenceOf(loaded.options, loaded.request, loaded.detections);
+      row.tracks = TracksOf(loaded);
       tracked.rows.push_back(std::move(row));
       tracked.truth = std::move(loaded.truth);
       progress();

@@ -18,9 +18,8 @@ constexpr int kStepsPerOctave = 4;
 constexpr double kBarShift = 0.012;
 
 PcpResult Score(const LoadedDataset& loaded, const RunOptions& options) {
-  return EvaluatePcp(
-      loaded.truth, TrackSequenceOf(options, loaded.request, loaded.detections),
-      loaded.dataset.protocol);
+  return EvaluatePcp(loaded.truth, TracksOf(loaded, options),
+                     loaded.dataset.protocol);
 }
 
 Sweep RunSweep(const LoadedDataset& loaded, const SweptParameter& parameter) {

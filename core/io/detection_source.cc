@@ -42,6 +42,12 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
   if (options.first_frame < 0 || options.first_frame > kMaxFrame) {
     throw OptionError("detections.first_frame", "expected a frame number >= 0");
   }
+  if (options.max_per_view < 1) {
+    throw OptionError("detections.max_per_view", "expected at least 1");
+  }
+  if (options.max_joints < 1) {
+    throw OptionError("detections.max_joints", "expected at least 1");
+  }
   if (options.skeleton || options.skeleton_name.empty()) return options;
   const Skeleton* skeleton = FindSkeleton(options.skeleton_name);
   if (skeleton == nullptr) {
@@ -103,6 +109,49 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
   return format->open(path, options);
 }
 
+// Refuses what would take too long to associate.
+class LimitedSource : public DetectionSource {
+ public:
+  LimitedSource(std::string path, const DetectionReadOptions& options,
+                std::unique_ptr<DetectionSource> source)
+      : path_(std::move(path)),
+        max_per_view_(static_cast<size_t>(options.max_per_view)),
+        source_(std::move(source)) {
+    const int64_t joints = header().skeleton.joint_count();
+    if (joints <= options.max_joints) return;
+    throw InputError(path_, "skeleton",
+                     "has " + std::to_string(joints) + " joints, more than " +
+                         std::to_string(options.max_joints) +
+                         "; detections.max_joints raises the limit");
+  }
+
+  const DetectionHeader& header() const override { return source_->header(); }
+  int64_t frame_count() const override { return source_->frame_count(); }
+  bool Next(DetectionFrame* frame) override {
+    if (!source_->Next(frame)) return false;
+    for (size_t v = 0; v < frame->views.size(); ++v) {
+      const size_t count = frame->views[v].detections.size();
+      if (count > max_per_view_) Fail(frame->frame, v, count);
+    }
+    return true;
+  }
+
+ private:
+  [[noreturn]] void Fail(int64_t frame, size_t view_idx, size_t count) const {
+    throw InputError(path_,
+                     "frame " + std::to_string(frame) + ", view '" +
+                         Printable(header().view_names[view_idx]) + "'",
+                     "has " + std::to_string(count) +
+                         " detections, more than " +
+                         std::to_string(max_per_view_) +
+                         "; detections.max_per_view raises the limit");
+  }
+
+  const std::string path_;
+  const size_t max_per_view_;
+  const std::unique_ptr<DetectionSource> source_;
+};
+
 // Hands out frames that are in memory.
 class CollectedSource : public DetectionSource {
  public:
@@ -144,13 +193,21 @@ void DetectionReadOptions::Describe(OptionVisitor& visitor) {
   visitor.Integer("first_frame", &first_frame,
                   Between(0.0, static_cast<double>(kMaxFrame)), "frames",
                   "frame number of a file that names none");
+  visitor.Integer("max_per_view", &max_per_view, Between(1.0, 1e6),
+                  "detections",
+                  "most detections of one view in one frame; more are refused");
+  visitor.Integer("max_joints", &max_joints, Between(1.0, 1e4), "joints",
+                  "most joints of the detections' skeleton; more are refused");
 }
 
 std::unique_ptr<DetectionSource> OpenDetections(
     const std::string& path, const DetectionReadOptions& options) {
   try {
     const DetectionReadOptions checked = Checked(options);
-    if (checked.view_frame_rate_hz.empty()) return Open(path, checked);
+    if (checked.view_frame_rate_hz.empty()) {
+      return std::make_unique<LimitedSource>(path, checked,
+                                             Open(path, checked));
+    }
     if (IsPipe(path)) {
       throw InputError(path, "",
                        "views with rates of their own (input.view_frame_rate) "

@@ -7,7 +7,9 @@
 
 #include "core/base/bytes.h"
 #include "core/io/checkpoint_values.h"
+#include "core/io/config.h"
 #include "solvers/batch/batch_estimator.h"
+#include "solvers/session/ready_take.h"
 
 namespace kinegraph {
 namespace {
@@ -157,6 +159,44 @@ EstimatorPair MakeRememberedEstimators(const EstimatorOptions& options,
     };
   }
   return pair;
+}
+
+TrackSequence RememberedTracks(const RunOptions& options,
+                               const RunRequest& request,
+                               const DetectionSequence& detections,
+                               Checkpoint* checkpoint) {
+  if (checkpoint == nullptr || !checkpoint->keeps() ||
+      !request.corrections.empty() || ChangesCameras(options)) {
+    return TrackSequenceOf(options, request, detections);
+  }
+  ByteWriter depends;
+  depends.PutText(EffectiveConfigJson(options));
+  Put(request.cameras, &depends);
+  depends.PutSize(request.without_cameras.size());
+  for (const std::string& name : request.without_cameras) {
+    depends.PutText(name);
+  }
+  depends.PutSize(request.frames.size());
+  for (const FrameRange& range : request.frames) {
+    depends.Put(range.begin);
+    depends.Put(range.end);
+  }
+  depends.Put(request.keep_observations);
+  depends.PutText(ContentOf(detections));
+  const std::string key = FingerprintOf(depends.bytes());
+  if (const auto kept = checkpoint->Find(key)) {
+    ByteReader reader(*kept);
+    TrackSequence tracks;
+    // The header costs nothing to make.
+    tracks.header = PrepareScene(options, request, detections.header).header;
+    tracks.frames = GetTrackFrames(&reader);
+    return tracks;
+  }
+  TrackSequence tracks = TrackSequenceOf(options, request, detections);
+  ByteWriter kept;
+  Put(tracks.frames, &kept);
+  checkpoint->Add(key, kept.bytes());
+  return tracks;
 }
 
 }  // namespace kinegraph

@@ -7,6 +7,7 @@
 
 #include "core/io/checkpoint.h"
 #include "solvers/factory.h"
+#include "solvers/session/run.h"
 
 namespace kinegraph {
 
@@ -17,6 +18,13 @@ namespace kinegraph {
 EstimatorPair MakeRememberedEstimators(const EstimatorOptions& options,
                                        const std::string& config_json,
                                        Checkpoint* checkpoint);
+
+// TrackSequenceOf, or what the checkpoint has of it: all tracks as a whole.
+// Null: nothing is kept.
+TrackSequence RememberedTracks(const RunOptions& options,
+                               const RunRequest& request,
+                               const DetectionSequence& detections,
+                               Checkpoint* checkpoint);
 
 }  // namespace kinegraph
 

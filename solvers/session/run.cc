@@ -72,11 +72,11 @@ TrackSequence TrackWith(const RunOptions& options, const RunRequest& request,
 }
 
 FrozenRun Freeze(const RunOptions& options, const RunRequest& request,
-                 const DetectionSequence& detections) {
+                 const DetectionSequence& detections,
+                 EstimatorPair estimators) {
   RunOptions one_pass = options;
   one_pass.tracker.life.second_pass = false;
   one_pass.identity.link = false;
-  EstimatorPair estimators = MakeEstimators(options.estimators);
   MatchFreezer freezer;
   // The estimator that is written sees every frame of a life.
   EstimatorFactory& written =
@@ -127,12 +127,15 @@ TrackSequence TrackSequenceOf(const RunOptions& options,
 }
 
 FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
-                         const DetectionSequence& detections) {
-  if (!options.refine.any()) return Freeze(options, request, detections);
+                         const DetectionSequence& detections,
+                         const EstimatorMaker& make) {
+  if (!options.refine.any()) {
+    return Freeze(options, request, detections, make(options.estimators));
+  }
   const RefinedTake refined = RefineTake(options, request, detections);
   RunRequest asked = request;
   asked.cameras = refined.cameras;
-  return Freeze(options, asked, refined.detections);
+  return Freeze(options, asked, refined.detections, make(options.estimators));
 }
 
 }  // namespace kinegraph

@@ -60,6 +60,7 @@ struct PersonStatistics {
   int64_t frames = 0;
   int64_t first_frame = 0;
   int64_t last_frame = 0;
+  TimeNs last_time = 0;
   std::array<std::array<StreamSample, 2>, kSegments.size()> segments;
   StreamSample trunk;
 };
@@ -117,8 +118,10 @@ double StreamSample::Quantile(double share) const {
 
 class TakeReporter::Impl {
  public:
-  Impl(const RunScene& scene, const Skeleton& detection_skeleton)
+  Impl(const RunScene& scene, const Skeleton& detection_skeleton,
+       bool is_stream)
       : scene_(scene),
+        is_stream_(is_stream),
         detection_skeleton_(detection_skeleton),
         map_(MapByName(detection_skeleton, scene.model.skeleton)),
         candidates_(Candidates(detection_skeleton)),
@@ -154,6 +157,7 @@ class TakeReporter::Impl {
     }
     SeeStep(tracked);
     SeeSpeeds(tracked);
+    if (is_stream_ && frames_ % 256 == 0) SumUpThoseGone(tracked.time);
   }
 
   TakeReport Report() const {
@@ -170,9 +174,12 @@ class TakeReporter::Impl {
       report.most_people_in_a_view =
           std::max(report.most_people_in_a_view, MostPeople(camera));
     }
+    report.people = gone_;
     for (const auto& [id, person] : people_) {
       report.people.push_back(ReportOf(id, person));
     }
+    std::sort(report.people.begin(), report.people.end(),
+              [](const auto& a, const auto& b) { return a.id < b.id; });
     report.height_m = TypicalHeight(report.people);
     TakeFacts facts;
     if (report.height_m == 0.0) facts.stature_m = UntrackedStature();
@@ -293,6 +300,7 @@ class TakeReporter::Impl {
     PersonStatistics& statistics = at->second;
     if (is_new) statistics.first_frame = frame.frame;
     statistics.last_frame = frame.frame;
+    statistics.last_time = frame.time;
     ++statistics.frames;
     for (size_t s = 0; s < kSegments.size(); ++s) {
       const auto& [a, b] = segments_[s];
@@ -304,6 +312,18 @@ class TakeReporter::Impl {
     const auto hips = Middle(person.joints, hips_);
     const auto shoulders = Middle(person.joints, shoulders_);
     if (hips && shoulders) statistics.trunk.Add((*hips - *shoulders).norm());
+  }
+
+  void SumUpThoseGone(TimeNs now) {
+    constexpr double kAway_s = 60.0;
+    for (auto at = people_.begin(); at != people_.end();) {
+      if (ToSeconds(now - at->second.last_time) > kAway_s) {
+        gone_.push_back(ReportOf(at->first, at->second));
+        at = people_.erase(at);
+      } else {
+        ++at;
+      }
+    }
   }
 
   static std::optional<Eigen::Vector3d> Middle(const Pose3d& pose,
@@ -408,6 +428,7 @@ class TakeReporter::Impl {
   }
 
   const RunScene& scene_;
+  const bool is_stream_;
   const Skeleton detection_skeleton_;
   const std::vector<int> map_;
   const std::vector<const Skeleton*> candidates_;
@@ -417,6 +438,7 @@ class TakeReporter::Impl {
   Sides hips_;
   Sides shoulders_;
   std::map<TrackId, PersonStatistics> people_;
+  std::vector<PersonReport> gone_;
   std::map<TrackId, Eigen::Vector3d> last_hips_;
   TimeNs last_time_ = 0;
   DetectionSequence beginning_;
@@ -430,8 +452,8 @@ class TakeReporter::Impl {
 };
 
 TakeReporter::TakeReporter(const RunScene& scene,
-                           const Skeleton& detection_skeleton)
-    : impl_(std::make_unique<Impl>(scene, detection_skeleton)) {}
+                           const Skeleton& detection_skeleton, bool is_stream)
+    : impl_(std::make_unique<Impl>(scene, detection_skeleton, is_stream)) {}
 TakeReporter::~TakeReporter() = default;
 void TakeReporter::See(const DetectionFrame& seen, const TrackFrame& tracked) {
   impl_->See(seen, tracked);

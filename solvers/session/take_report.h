@@ -88,10 +88,14 @@ class StreamSample {
   int64_t count_ = 0;
 };
 
-// Collects while frames go by; memory grows with the number of people alone.
+// Collects while frames go by; memory grows with the number of people alone,
+// by 40 KB each, or, in a stream, by what is reported of them.
 class TakeReporter {
  public:
-  TakeReporter(const RunScene& scene, const Skeleton& detection_skeleton);
+  // `is_stream`: who has been away for a minute does not come back under the
+  // same identity, and what was collected of them is summed up.
+  TakeReporter(const RunScene& scene, const Skeleton& detection_skeleton,
+               bool is_stream = false);
   ~TakeReporter();
   TakeReporter(const TakeReporter&) = delete;
   TakeReporter& operator=(const TakeReporter&) = delete;

@@ -1,9 +1,36 @@
-// The entry point of libFuzzer; one program a target (KINEGRAPH_FUZZ_TARGET).
+// The entry points of libFuzzer. KINEGRAPH_FUZZ_TARGET names the target,
+// KINEGRAPH_FUZZ_SEEDS a folder that its seeds are written to.
+#include <cstdlib>
+#include <fstream>
+
 #include "tests/fuzz/targets.h"
 
+namespace {
+
+const kinegraph::testing::FuzzTarget& Target() {
+  static const kinegraph::testing::FuzzTarget& target = []() -> const auto& {
+    const char* name = std::getenv("KINEGRAPH_FUZZ_TARGET");
+    return kinegraph::testing::FindFuzzTarget(name == nullptr ? "" : name);
+  }
+  ();
+  return target;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerInitialize(int* /*argc*/, char*** /*argv*/) {
+  const char* folder = std::getenv("KINEGRAPH_FUZZ_SEEDS");
+  if (folder == nullptr) return 0;
+  int number = 0;
+  for (const std::string& seed : kinegraph::testing::FuzzSeeds(Target().name)) {
+    std::ofstream file(std::string(folder) + "/seed" + std::to_string(number++),
+                       std::ios::binary);
+    file << seed;
+  }
+  return 0;
+}
+
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
-  static const kinegraph::testing::FuzzTarget& target =
-      kinegraph::testing::FindFuzzTarget(KINEGRAPH_FUZZ_TARGET);
-  target.run(bytes, size);
+  Target().run(bytes, size);
   return 0;
 }

@@ -6,13 +6,19 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "apps/report/page_data.h"
 #include "core/base/error.h"
 #include "core/io/calibration.h"
+#include "core/io/detection_format.h"
 #include "core/io/detection_source.h"
 #include "core/io/held_out_set.h"
+#include "core/io/identity_edits.h"
 #include "core/io/manifest.h"
+#include "core/io/track_format.h"
 #include "core/io/tracks.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
@@ -64,32 +70,23 @@ void FuzzCalibration(const uint8_t* bytes, size_t size) {
   Reading(bytes, size, [](const std::string& path) { ReadCameras(path); });
 }
 
-void FuzzDetections(const uint8_t* bytes, size_t size) {
-  Reading(bytes, size, [](const std::string& path) {
-    const auto source = OpenDetections(path);
+// An empty name: recognised by content.
+void FuzzDetections(const std::string& format, const uint8_t* bytes,
+                    size_t size) {
+  Reading(bytes, size, [&](const std::string& path) {
+    DetectionReadOptions options;
+    if (!format.empty()) options.format = format;
+    const auto source = OpenDetections(path, options);
     DetectionFrame frame;
     while (source->Next(&frame)) {
     }
   });
 }
 
-void FuzzTracks(const uint8_t* bytes, size_t size) {
-  Reading(bytes, size, [](const std::string& path) { ReadTracks(path); });
-}
-
-// Readers that recognition by content hardly ever reaches.
-void FuzzNpz(const uint8_t* bytes, size_t size) {
-  Reading(bytes, size, [](const std::string& path) {
+void FuzzTracks(const std::string& format, const uint8_t* bytes, size_t size) {
+  Reading(bytes, size, [&](const std::string& path) {
     TrackReadOptions options;
-    options.format = "npz";
-    ReadTracks(path, options);
-  });
-}
-
-void FuzzMat(const uint8_t* bytes, size_t size) {
-  Reading(bytes, size, [](const std::string& path) {
-    TrackReadOptions options;
-    options.format = "tum";
+    options.format = format;
     ReadTracks(path, options);
   });
 }
@@ -105,6 +102,11 @@ void FuzzManifest(const uint8_t* bytes, size_t size) {
 
 void FuzzHeldOutSet(const uint8_t* bytes, size_t size) {
   Reading(bytes, size, [](const std::string& path) { ReadHeldOutSet(path); });
+}
+
+void FuzzCorrections(const uint8_t* bytes, size_t size) {
+  Reading(bytes, size,
+          [](const std::string& path) { ReadIdentityEdits(path); });
 }
 
 // The bytes choose a small valid scene; the whole pipeline must give finite
@@ -149,19 +151,86 @@ void FuzzScene(const uint8_t* bytes, size_t size) {
   }
 }
 
+// A few frames of people with names and places of any kind; the data must be
+// JSON that cannot end the script it stands in.
+void FuzzPage(const uint8_t* bytes, size_t size) {
+  size_t at = 0;
+  const auto byte = [&] { return at < size ? bytes[at++] : uint8_t{0}; };
+  const auto text = [&] {
+    std::string letters(byte() % 24, ' ');
+    for (char& letter : letters) letter = static_cast<char>(byte() & 0x7f);
+    return letters;
+  };
+  const auto number = [&] {
+    double value = 0.0;
+    for (size_t i = 0; i < sizeof(value); ++i) {
+      reinterpret_cast<uint8_t*>(&value)[i] = byte();
+    }
+    return std::isfinite(value) ? value : 0.0;
+  };
+  PageInput input;
+  input.title = text();
+  PageResult& result = input.results.emplace_back();
+  result.label = text();
+  result.tracks.header.skeleton =
+      Skeleton(text(), {"a" + text(), "b" + text()}, {{0, 1}});
+  result.tracks.header.frame_rate_hz = 25.0;
+  result.names[TrackId(1)] = text();
+  const int frames = byte() % 4;
+  for (int f = 0; f <= frames; ++f) {
+    TrackFrame& frame = result.tracks.frames.emplace_back();
+    frame.frame = f;
+    frame.time = f * 40000000LL;
+    PersonPose& person = frame.people.emplace_back();
+    person.id = TrackId(byte() % 3);
+    for (int j = 0; j < 2; ++j) {
+      Joint3d& joint = person.joints.emplace_back();
+      joint.status = static_cast<JointStatus>(byte() % 3);
+      for (int k = 0; k < 3; ++k) joint.position_m[k] = number();
+    }
+  }
+  try {
+    const PageData data = MakePageData(input);
+    if (!nlohmann::json::accept(data.json)) std::abort();
+    if (data.json.find("</") != std::string::npos) std::abort();
+  } catch (const InputError& error) {
+    if (std::strchr(error.what(), '\n') != nullptr) std::abort();
+  }
+}
+
 }  // namespace
 
 const std::vector<FuzzTarget>& FuzzTargets() {
-  static const std::vector<FuzzTarget> kTargets = {
-      {"calibration", FuzzCalibration},
-      {"detections", FuzzDetections},
-      {"tracks", FuzzTracks},
-      {"npz", FuzzNpz},
-      {"mat", FuzzMat},
-      {"configuration", FuzzConfiguration},
-      {"manifest", FuzzManifest},
-      {"held_out_set", FuzzHeldOutSet},
-      {"scene", FuzzScene}};
+  static const std::vector<FuzzTarget> kTargets = [] {
+    using namespace std::placeholders;  // NOLINT
+    std::vector<FuzzTarget> targets = {
+        {"calibration", FuzzCalibration},
+        {"configuration", FuzzConfiguration},
+        {"manifest", FuzzManifest},
+        {"held_out_set", FuzzHeldOutSet},
+        {"corrections", FuzzCorrections},
+        {"detections", std::bind(FuzzDetections, "", _1, _2)},
+        {"tracks", std::bind(FuzzTracks, "", _1, _2)},
+        {"scene", FuzzScene},
+        {"page", FuzzPage}};
+    for (const DetectionFormat& format : DetectionFormats()) {
+      if (format.open == nullptr ||
+          format.files == DetectionFormat::Files::kFolderAView) {
+        continue;
+      }
+      targets.push_back({"detections_" + format.name,
+                         std::bind(FuzzDetections, format.name, _1, _2)});
+    }
+    for (const TrackFormat& format : TrackFormats()) {
+      if (format.read == nullptr ||
+          format.files == TrackFormat::Files::kFileAFrame) {
+        continue;
+      }
+      targets.push_back({"tracks_" + format.name,
+                         std::bind(FuzzTracks, format.name, _1, _2)});
+    }
+    return targets;
+  }();
   return kTargets;
 }
 

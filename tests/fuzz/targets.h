@@ -1,25 +1,32 @@
-// What is fuzzed: one function a reader, and one that makes scenes. Each takes
-// any bytes and comes back; what a reader refuses, it refuses with InputError
-// or OptionError. Anything else ends the program, which the fuzzer notices.
+// What is fuzzed: one function a reader (every format of detections and of
+// tracks that is read from one file has its own), one that makes scenes and one
+// that makes the page's data. Each takes any bytes and comes back; what a
+// reader refuses, it refuses with InputError or OptionError. Anything else ends
+// the program, which the fuzzer notices.
 #ifndef KINEGRAPH_TESTS_FUZZ_TARGETS_H_
 #define KINEGRAPH_TESTS_FUZZ_TARGETS_H_
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
 namespace kinegraph::testing {
 
 struct FuzzTarget {
-  const char* name;
-  void (*run)(const uint8_t* bytes, size_t size);
+  std::string name;
+  std::function<void(const uint8_t* bytes, size_t size)> run;
 };
 
 const std::vector<FuzzTarget>& FuzzTargets();
 
 // Throws std::out_of_range for an unknown name.
 const FuzzTarget& FindFuzzTarget(const std::string& name);
+
+// Good inputs of a target, from the project's own writers or written by hand;
+// none where only other programs write the format.
+std::vector<std::string> FuzzSeeds(const std::string& target);
 
 }  // namespace kinegraph::testing
 

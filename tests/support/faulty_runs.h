@@ -14,7 +14,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -39,6 +41,23 @@ inline ProgramOutcome RunShell(const std::string& script) {
 
 inline std::string ProgramPath(const std::string& command) {
   return BuildFile("apps/kinegraph-" + command).string();
+}
+
+// A folder with cameras.json, detections.jsonl and truth.jsonl of the demo's
+// scene, so long; made once a program.
+inline const std::string& DemoScene(const std::string& duration_s) {
+  static const TemporaryFolder* const folder = new TemporaryFolder;
+  static auto* const made = new std::map<std::string, std::string>;
+  std::string& path = (*made)[duration_s];
+  if (path.empty()) {
+    path = (folder->path() / ("scene_" + duration_s)).string();
+    const ProgramOutcome outcome = RunProgram(
+        "synthesize",
+        "--config=" + ProjectFile("configs/synthetic/demo.toml").string() +
+            " --set='scene.duration=" + duration_s + "' --out=" + path);
+    if (outcome.exit_code != 0) throw std::runtime_error(outcome.errors);
+  }
+  return path;
 }
 
 // Names of everything in a folder, sorted.

@@ -14,19 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
-const std::string& Scene() {
-  static const TemporaryFolder* const folder = new TemporaryFolder;
-  static const std::string* const scene = [] {
-    const auto* path = new std::string((folder->path() / "scene").string());
-    const ProgramOutcome made = RunProgram(
-        "synthesize",
-        "--config=" + ProjectFile("configs/synthetic/demo.toml").string() +
-            " --set='scene.duration=0.4' --out=" + *path);
-    EXPECT_EQ(made.exit_code, 0) << made.errors;
-    return path;
-  }();
-  return *scene;
-}
+const std::string& Scene() { return DemoScene("0.4"); }
 
 std::string TrackArguments(const std::string& detections) {
   return "--cameras=" + Scene() + "/cameras.json --detections=" + detections +
@@ -330,6 +318,53 @@ TEST(LimitTest, HugeSkeletonsAreRefusedAtOnce) {
     EXPECT_EQ(refused.exit_code, 2);
     EXPECT_THAT(refused.errors, HasSubstr("expected at most 10000"));
   }
+}
+
+TEST(LimitTest, ManyDetectionsAreRefusedUntilTheKeyAllowsThem) {
+  const TemporaryFolder folder;
+  std::string frame = R"({"frame": 0, "views": {"cam0": [)";
+  for (int i = 0; i < 301; ++i) {
+    frame += (i > 0 ? ", " : "") + std::string(R"({"joints": [[1, 2, 0.9]]})");
+  }
+  const std::string detections = folder.Write(
+      "detections.jsonl",
+      R"({"kinegraph_detections": 1, "skeleton": {"name": "a", "joints": ["nose"], "bones": []}, "frame_rate": 25, "views": ["cam0", "cam1"]})"
+      "\n" +
+          frame + "]}}\n");
+  const std::string line = TrackArguments(detections) +
+                           " --out=" + (folder.path() / "out.jsonl").string();
+  const ProgramOutcome refused = RunProgram("track", line);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors,
+              HasSubstr("frame 0, view 'cam0': has 301 detections"));
+  EXPECT_THAT(refused.errors, HasSubstr("detections.max_per_view"));
+  const ProgramOutcome allowed =
+      RunProgram("track", line + " --set='detections.max_per_view=301'");
+  EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
+}
+
+TEST(LimitTest, SkeletonsOfManyJointsAreRefusedUntilTheKeyAllowsThem) {
+  const TemporaryFolder folder;
+  std::string names;
+  for (int i = 0; i < 1001; ++i) {
+    names += (i > 0 ? ", \"" : "\"") + std::to_string(i) + "\"";
+  }
+  const std::string detections = folder.Write(
+      "detections.jsonl",
+      R"({"kinegraph_detections": 1, "skeleton": {"name": "a", "joints": [)" +
+          names +
+          R"(], "bones": []}, "frame_rate": 25, "views": ["cam0", "cam1"]})"
+          "\n"
+          R"({"frame": 0, "views": {}})"
+          "\n");
+  const std::string line = TrackArguments(detections) +
+                           " --out=" + (folder.path() / "out.jsonl").string();
+  const ProgramOutcome refused = RunProgram("track", line);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.errors, HasSubstr("has 1001 joints, more than 1000"));
+  const ProgramOutcome allowed =
+      RunProgram("track", line + " --set='detections.max_joints=1001'");
+  EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
 }
 
 TEST(DriverTest, HelpNeedsNeitherPackagesNorACompiler) {

@@ -110,19 +110,7 @@ void KillAndResume(const std::vector<std::string>& command,
   EXPECT_FALSE(fs::exists(checkpoint));
 }
 
-const std::string& Scene() {
-  static const TemporaryFolder* const folder = new TemporaryFolder;
-  static const std::string* const scene = [] {
-    const auto* path = new std::string((folder->path() / "scene").string());
-    const ProgramOutcome made = RunProgram(
-        "synthesize",
-        "--config=" + ProjectFile("configs/synthetic/demo.toml").string() +
-            " --set='scene.duration=2' --out=" + *path);
-    EXPECT_EQ(made.exit_code, 0) << made.errors;
-    return path;
-  }();
-  return *scene;
-}
+const std::string& Scene() { return DemoScene("2"); }
 
 std::vector<std::string> SceneArguments() {
   return {"--cameras=" + Scene() + "/cameras.json",
@@ -132,6 +120,33 @@ std::vector<std::string> SceneArguments() {
 
 TEST(ResumeTest, TrackGoesOn) {
   KillAndResume(Line("track", SceneArguments()), "tracks.jsonl");
+}
+
+TEST(ResumeTest, CompareGoesOn) {
+  std::vector<std::string> arguments = SceneArguments();
+  arguments.emplace_back("--strategies=raw_dlt,butterworth,batch");
+  arguments.emplace_back("--plots=false");
+  KillAndResume(Line("compare", arguments), "compare");
+}
+
+TEST(ResumeTest, CompareGoesOnWhileItTunes) {
+  std::vector<std::string> arguments = SceneArguments();
+  arguments.emplace_back("--strategies=raw_dlt,butterworth");
+  arguments.emplace_back("--plots=false");
+  arguments.emplace_back("--tune");
+  arguments.emplace_back("--folds=0:25,25:50");
+  KillAndResume(Line("compare", arguments), "compare");
+}
+
+TEST(ResumeTest, ReproduceGoesOn) {
+  KINEGRAPH_DATA_OR_SKIP(campus, "campus");
+  if (std::getenv("KINEGRAPH_KILLS") == nullptr) {
+    GTEST_SKIP() << "takes minutes; KINEGRAPH_KILLS=N runs it with N kills";
+  }
+  KillAndResume(
+      Line("reproduce", {"--data=" + fs::path(campus).parent_path().string(),
+                         "--table=campus"}),
+      "reproduce");
 }
 
 TEST(ResumeTest, AStrangeCheckpointIsRefusedAndKept) {

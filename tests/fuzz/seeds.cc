@@ -1,0 +1,168 @@
+#include <filesystem>
+#include <map>
+
+#include "core/io/calibration_writer.h"
+#include "core/io/detection_format.h"
+#include "core/io/detection_writer.h"
+#include "core/io/identity_edits.h"
+#include "core/io/track_format.h"
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+#include "solvers/session/run.h"
+#include "tests/fuzz/targets.h"
+#include "tests/support/program.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A short walk of one person before a few cameras.
+struct Sample {
+  Scene scene;
+  DetectionSequence detections;
+  TrackSequence tracks;
+};
+
+const Sample& TheSample() {
+  static const Sample* const sample = [] {
+    SceneOptions options;
+    options.people = 1;
+    options.motion.visitors = 0.0;  // there from the first frame on
+    options.duration_s = 0.12;
+    auto* made = new Sample;
+    made->scene = MakeScene(options);
+    ObservationTruth truth;
+    made->detections = Observe(made->scene, NoiseOptions(), &truth);
+    made->tracks = TruthOf(made->scene);
+    return made;
+  }();
+  return *sample;
+}
+
+// The file itself, or one of those in the folder.
+std::string OneFileOf(const fs::path& path) {
+  if (!fs::is_directory(path)) return ContentOf(path);
+  fs::path first;
+  for (const auto& entry : fs::recursive_directory_iterator(path)) {
+    if (!entry.is_regular_file()) continue;
+    if (first.empty() || entry.path() < first) first = entry.path();
+  }
+  return ContentOf(first);
+}
+
+std::vector<std::string> WrittenTracks(const TrackFormat& format) {
+  if (format.write == nullptr) return {};
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "seed").string();
+  Losses losses;
+  format.write(path, TheSample().tracks, {}, &losses);
+  return {OneFileOf(path)};
+}
+
+std::vector<std::string> WrittenDetections(const DetectionFormat& format) {
+  if (format.write == nullptr) return {};
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "seed").string();
+  Losses losses;
+  DetectionWriteOptions options;
+  options.image_size = {1280, 720};
+  MemorySource source(TheSample().detections);
+  format.write(path, options, &source, &losses);
+  return {OneFileOf(path)};
+}
+
+std::vector<std::string> Calibrations() {
+  std::vector<std::string> seeds;
+  for (const CalibrationFormat format : WritableCalibrationFormats()) {
+    if (format == CalibrationFormat::kTum) continue;  // refuses lenses
+    const TemporaryFolder folder;
+    const std::string path = (folder.path() / "seed").string();
+    Losses losses;
+    WriteCalibration(path, format, TheSample().scene.cameras, &losses);
+    seeds.push_back(OneFileOf(path));
+  }
+  seeds.emplace_back(
+      "%YAML:1.0\n---\nnames:\n  - \"0\"\nK_0: !!opencv-matrix\n  rows: 3\n"
+      "  cols: 3\n  dt: d\n  data: [1000, 0, 500, 0, 1000, 500, 0, 0, 1]\n"
+      "dist_0: !!opencv-matrix\n  rows: 1\n  cols: 5\n  dt: d\n"
+      "  data: [0, 0, 0, 0, 0]\n");
+  return seeds;
+}
+
+// What other programs write, in small.
+const std::map<std::string, std::vector<std::string>>& ByHand() {
+  static const std::map<std::string, std::vector<std::string>> kSeeds = {
+      {"manifest",
+       {"report = true\n[[takes]]\nname = \"a\"\ncameras = \"c\"\n"
+        "detections = \"d\"\n[[configurations]]\nname = \"b\"\n"
+        "config = \"e.toml\"\n"}},
+      {"held_out_set",
+       {R"({"min_confidence": 0.3, "pairing_gate_m": 0.5, "cap_px": 100,)"
+        R"( "views": ["a"], "detections": [{"frame": 3, "view": 0,)"
+        R"( "detection": 0, "person": 1}]})"}},
+      {"corrections",
+       {R"({"op": "join", "persons": [3, 7], "frames": [120, 131]})"
+        "\n"
+        R"({"op": "name", "persons": [3], "name": "Anna"})"
+        "\n"
+        R"({"op": "delete", "persons": [9], "frames": [0, 5]})"
+        "\n"}},
+      {"scene",
+       {std::string("\x01\x02\x80\x02\x03\x40\x40\x40\x40\x01\x01", 11)}},
+      {"page", {std::string(200, '\x41'), "</script>"}},
+      {"detections_deeplabcut",
+       {"scorer,net,net,net,net,net,net\n"
+        "bodyparts,left_hip,left_hip,left_hip,tail,tail,tail\n"
+        "coords,x,y,likelihood,x,y,likelihood\n"
+        "0,10.5,20,0.9,30,40,0.8\n1,11.5,21,0.9,,,\n",
+        "scorer,,,me,me,me,me\nindividuals,,,a,a,b,b\n"
+        "bodyparts,,,nose,nose,nose,nose\ncoords,,,x,y,x,y\n"
+        "labeled-data,cam1,img0012.png,1,2,3,4\n"}},
+      {"detections_mediapipe",
+       {"frame,left_hip_x,left_hip_y,left_hip_visibility,right_hip_x,"
+        "right_hip_y,right_hip_visibility\n3,100,200,0.5,300,nan,0.5\n"}},
+      {"detections_mmpose",
+       {R"([{"frame_id": 7, "instances": [{"bbox": [[1, 2, 3, 4]],)"
+        R"( "keypoints": [[1, 2], [3, 4], [5, 6], [1, 2], [3, 4], [5, 6],)"
+        R"( [1, 2], [3, 4], [5, 6], [1, 2], [3, 4], [5, 6], [1, 2], [3, 4],)"
+        R"( [5, 6], [7, 8], [9, 9]], "keypoint_scores": [1, 1, 1, 1, 1, 1,)"
+        R"( 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0]}]}])"}},
+      {"detections_smap",
+       {R"({"3d_pairs": {"num": 1, "pred_2d": [[[1, 2, 0.5, 0.9], [1, 2, 0, 1])"
+        R"(, [1, 2, 0, 1], [1, 2, 0, 1], [1, 2, 0, 1], [1, 2, 0, 1],)"
+        R"( [1, 2, 0, 1], [1, 2, 0, 1], [1, 2, 0, 1], [1, 2, 0, 1],)"
+        R"( [1, 2, 0, 1], [1, 2, 0, 1], [1, 2, 0, 1], [1, 2, 0, 1],)"
+        R"( [1, 2, 0, 1]]]}})"}}};
+  return kSeeds;
+}
+
+}  // namespace
+
+std::vector<std::string> FuzzSeeds(const std::string& target) {
+  const auto known = ByHand().find(target);
+  if (known != ByHand().end()) return known->second;
+  if (target == "calibration") return Calibrations();
+  if (target == "configuration") {
+    return {ContentOf(ProjectFile("configs/graph/offline.toml")),
+            ContentOf(ProjectFile("configs/paper/shelf.toml"))};
+  }
+  std::vector<std::string> seeds;
+  const auto add = [&](const std::vector<std::string>& more) {
+    seeds.insert(seeds.end(), more.begin(), more.end());
+  };
+  for (const DetectionFormat& format : DetectionFormats()) {
+    if (target == "detections" || target == "detections_" + format.name) {
+      add(WrittenDetections(format));
+    }
+  }
+  for (const TrackFormat& format : TrackFormats()) {
+    if (target == "tracks" || target == "tracks_" + format.name) {
+      add(WrittenTracks(format));
+    }
+  }
+  return seeds;
+}
+
+}  // namespace kinegraph::testing
