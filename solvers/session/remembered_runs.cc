@@ -9,6 +9,7 @@
 #include "core/io/checkpoint_values.h"
 #include "core/io/config.h"
 #include "solvers/batch/batch_estimator.h"
+#include "solvers/noise/take_notes.h"
 #include "solvers/session/ready_take.h"
 
 namespace kinegraph {
@@ -65,12 +66,45 @@ std::string BytesOf(const SceneModel& scene) {
   return writer.Take();
 }
 
-std::string BytesOf(const std::vector<FinalPose>& finals,
-                    const SolveCounts& counts) {
+// What a solve leaves behind.
+struct Solution {
+  std::vector<FinalPose> finals;
+  SolveCounts counts;
+  LearntNoise learnt;
+};
+
+void Put(const LearntNoise& learnt, ByteWriter* writer) {
+  for (const LearntNoise::OfClass& one : learnt.classes) {
+    writer->Put(one.joints_seen);
+    writer->Put(one.sigma_px);
+    writer->Put(one.process_noise);
+    writer->Put(one.least_process_noise);
+    writer->Put(one.greatest_process_noise);
+  }
+  writer->Put(learnt.correlation.share);
+  writer->Put(learnt.correlation.time_s);
+}
+
+LearntNoise GetLearntNoise(ByteReader* reader) {
+  LearntNoise learnt;
+  for (LearntNoise::OfClass& one : learnt.classes) {
+    one.joints_seen = reader->Get<int64_t>();
+    one.sigma_px = reader->Get<double>();
+    one.process_noise = reader->Get<double>();
+    one.least_process_noise = reader->Get<double>();
+    one.greatest_process_noise = reader->Get<double>();
+  }
+  learnt.correlation.share = reader->Get<double>();
+  learnt.correlation.time_s = reader->Get<double>();
+  return learnt;
+}
+
+std::string BytesOf(const Solution& solution) {
   ByteWriter writer;
-  for (const auto count : kCounts) writer.Put(counts.*count);
-  writer.PutSize(finals.size());
-  for (const FinalPose& final : finals) {
+  for (const auto count : kCounts) writer.Put(solution.counts.*count);
+  Put(solution.learnt, &writer);
+  writer.PutSize(solution.finals.size());
+  for (const FinalPose& final : solution.finals) {
     writer.Put(final.frame);
     writer.Put(final.time);
     Put(final.person, &writer);
@@ -78,29 +112,35 @@ std::string BytesOf(const std::vector<FinalPose>& finals,
   return writer.Take();
 }
 
-std::vector<FinalPose> FinalsIn(const std::string& bytes, SolveCounts* counts) {
+Solution SolutionIn(const std::string& bytes) {
   ByteReader reader(bytes);
-  for (const auto count : kCounts) counts->*count = reader.Get<int64_t>();
-  std::vector<FinalPose> finals(reader.GetSize(2 * sizeof(int64_t)));
-  for (FinalPose& final : finals) {
+  Solution solution;
+  for (const auto count : kCounts) {
+    solution.counts.*count = reader.Get<int64_t>();
+  }
+  solution.learnt = GetLearntNoise(&reader);
+  solution.finals.resize(reader.GetSize(2 * sizeof(int64_t)));
+  for (FinalPose& final : solution.finals) {
     final.frame = reader.Get<int64_t>();
     final.time = reader.Get<TimeNs>();
     final.person = GetPersonPose(&reader);
   }
-  return finals;
+  return solution;
 }
 
 // A batch estimator that looks its solution up before it solves.
 class RememberedBatch final : public Estimator {
  public:
   RememberedBatch(const SceneModel& scene, GraphOptions options,
-                  std::shared_ptr<TakeNotes> notes,
-                  const std::string& config_json, Checkpoint* checkpoint)
+                  TakeNotes* notes, const std::string& config_json,
+                  Checkpoint* checkpoint)
       : shared_ledger_(options.ledger),
         own_ledger_(std::make_shared<SolveLedger>()),
+        shared_learnt_(notes->NewPerson()),
+        own_notes_(std::make_shared<TakeNotes>(options)),
         checkpoint_(checkpoint) {
     options.ledger = own_ledger_;
-    inner_ = MakeBatchEstimator(scene, options, std::move(notes));
+    inner_ = MakeBatchEstimator(scene, options, own_notes_);
     key_.Add(config_json);
     key_.Add(BytesOf(scene));
   }
@@ -120,21 +160,27 @@ class RememberedBatch final : public Estimator {
   }
 
   void Finish() override {
-    SolveCounts counts;
+    Solution solution;
     if (const auto kept = checkpoint_->Find(key_.Hex())) {
-      finals_ = FinalsIn(*kept, &counts);
+      solution = SolutionIn(*kept);
     } else {
       inner_->Finish();
-      inner_->TakeFinals(&finals_);
-      counts = own_ledger_->Total();
-      checkpoint_->Add(key_.Hex(), BytesOf(finals_, counts));
+      inner_->TakeFinals(&solution.finals);
+      solution.counts = own_ledger_->Total();
+      solution.learnt = own_notes_->Noise();
+      checkpoint_->Add(key_.Hex(), BytesOf(solution));
     }
-    if (shared_ledger_ != nullptr) shared_ledger_->Add(counts);
+    finals_ = std::move(solution.finals);
+    *shared_learnt_ = solution.learnt;
+    if (shared_ledger_ != nullptr) shared_ledger_->Add(solution.counts);
   }
 
  private:
   const std::shared_ptr<SolveLedger> shared_ledger_;
   const std::shared_ptr<SolveLedger> own_ledger_;
+  // What was learnt goes to the run's notes, from the solve or as it was kept.
+  const std::shared_ptr<LearntNoise> shared_learnt_;
+  const std::shared_ptr<TakeNotes> own_notes_;
   Checkpoint* const checkpoint_;
   std::unique_ptr<Estimator> inner_;
   Fingerprint key_;
@@ -154,8 +200,8 @@ EstimatorPair MakeRememberedEstimators(const EstimatorOptions& options,
       options.graph.view_bias == ViewBiasUse::kOff) {
     pair.output = [=, graph = options.graph,
                    notes = pair.notes](const SceneModel& scene) {
-      return std::make_unique<RememberedBatch>(scene, graph, notes, config_json,
-                                               checkpoint);
+      return std::make_unique<RememberedBatch>(scene, graph, notes.get(),
+                                               config_json, checkpoint);
     };
   }
   return pair;

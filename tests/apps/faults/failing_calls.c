@@ -1,4 +1,5 @@
 #define _GNU_SOURCE
+#include <dirent.h>
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -6,6 +7,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 // Loaded by failing_calls.py before a command (LD_PRELOAD). INJECT_AT=n: the
@@ -129,6 +132,112 @@ int ftruncate(int d, off_t n) {
   REAL(ftruncate);
   if (hit("ftruncate")) return -1;
   return real(d, n);
+}
+int openat(int d, const char* p, int f, ...) {
+  REAL(openat);
+  va_list l;
+  va_start(l, f);
+  mode_t m = va_arg(l, mode_t);
+  va_end(l);
+  if (hit("openat")) return -1;
+  return real(d, p, f, m);
+}
+// The descriptor is gone even so, as close(2) says of Linux.
+int close(int d) {
+  REAL(close);
+  const int fails = d > 2 && hit("close");
+  const int outcome = real(d);
+  if (!fails) return outcome;
+  errno = EIO;
+  return -1;
+}
+int fclose(FILE* f) {
+  REAL(fclose);
+  const int fails = hit("fclose");
+  const int outcome = real(f);
+  if (!fails) return outcome;
+  errno = EIO;
+  return EOF;
+}
+DIR* opendir(const char* p) {
+  REAL(opendir);
+  if (hit("opendir")) return NULL;
+  return real(p);
+}
+struct dirent* readdir(DIR* d) {
+  REAL(readdir);
+  if (hit("readdir")) return NULL;
+  return real(d);
+}
+off_t lseek(int d, off_t o, int w) {
+  REAL(lseek);
+  if (hit("lseek")) return -1;
+  return real(d, o, w);
+}
+ssize_t pwrite(int d, const void* b, size_t n, off_t o) {
+  REAL(pwrite);
+  if (hit("pwrite")) return -1;
+  return real(d, b, n, o);
+}
+ssize_t pread(int d, void* b, size_t n, off_t o) {
+  REAL(pread);
+  if (hit("pread")) return -1;
+  return real(d, b, n, o);
+}
+void* mmap(void* a, size_t n, int p, int f, int d, off_t o) {
+  REAL(mmap);
+  if (d >= 0 && hit("mmap")) return MAP_FAILED;
+  return real(a, n, p, f, d, o);
+}
+int lstat(const char* p, struct stat* s) {
+  REAL(lstat);
+  if (hit("lstat")) return -1;
+  return real(p, s);
+}
+int unlink(const char* p) {
+  REAL(unlink);
+  if (hit("unlink")) return -1;
+  return real(p);
+}
+int rmdir(const char* p) {
+  REAL(rmdir);
+  if (hit("rmdir")) return -1;
+  return real(p);
+}
+int remove(const char* p) {
+  REAL(remove);
+  if (hit("remove")) return -1;
+  return real(p);
+}
+int access(const char* p, int m) {
+  REAL(access);
+  if (hit("access")) return -1;
+  return real(p, m);
+}
+char* realpath(const char* p, char* r) {
+  REAL(realpath);
+  if (hit("realpath")) return NULL;
+  return real(p, r);
+}
+int flock(int d, int o) {
+  REAL(flock);
+  if (hit("flock")) return -1;
+  return real(d, o);
+}
+int pipe(int d[2]) {
+  REAL(pipe);
+  if (hit("pipe")) return -1;
+  return real(d);
+}
+int pipe2(int d[2], int f) {
+  REAL(pipe2);
+  if (hit("pipe2")) return -1;
+  return real(d, f);
+}
+pid_t fork(void) {
+  REAL(fork);
+  if (hit("fork")) return -1;
+  return real();
 }
 __attribute__((destructor)) static void say(void) {
   const char* f = getenv("INJECT_COUNT");

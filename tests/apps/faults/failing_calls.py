@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
-"""Lets the calls of a command that touch files fail, one run a call.
+"""Lets the calls of every command that touch files fail, one run a call.
 
-  tests/apps/faults/failing_calls.py [build folder] [calls a command]
+  tests/apps/faults/failing_calls.py [build folder] [calls a command] [name]
 
 Each command runs once to count its calls of open, read, write, fwrite, fsync,
-rename and others, then again with the nth of them failing (EIO), for all n or
-that many spread evenly. The result must be the old file or the new one; exit
-code 0 only with the new one, else 1 or 2 and one line on standard error; no
-partial file may be left. Needs gcc.
+rename, close, readdir, mmap and others, then again with the nth of them failing
+(EIO), for all n or that many spread evenly. The result must be the old one or
+the new one; exit code 0 only with the new one, else 1 or 2 and one line on
+standard error; no partial file may be left, but where the very call that should
+remove it failed. A name runs the commands that begin with it. Needs gcc.
 """
 import collections
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -20,6 +22,8 @@ HERE = pathlib.Path(__file__).resolve()
 ROOT = HERE.parents[3]
 BUILD = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "build")
 MOST = int(sys.argv[2]) if len(sys.argv) > 2 else 40
+WANTED = sys.argv[3] if len(sys.argv) > 3 else ""
+CLOCKS = {"runtime.json"}  # differ each time
 
 
 def program(name):
@@ -27,35 +31,85 @@ def program(name):
 
 
 def commands(scene):
+    """Name: line, flag of the output, its name (a folder's without an end)."""
     truth = f"{scene}/truth.jsonl"
+    take = [f"--cameras={scene}/cameras.json",
+            f"--detections={scene}/detections.jsonl"]
+    paper = f"--config={ROOT}/configs/synthetic/track_paper.toml"
     convert = [program("convert"), "--from=kinegraph", f"--in={truth}"]
-    return {
-        "convert to CSV": (convert + ["--to=csv"], "--out", "o.csv"),
-        "convert to NPZ": (convert + ["--to=npz"], "--out", "o.npz"),
-        "convert to .mat": (convert + ["--to=tum"], "--out", "o.mat"),
-        "track": ([program("track"), f"--cameras={scene}/cameras.json",
-                   f"--detections={scene}/detections.jsonl",
-                   f"--config={ROOT}/configs/synthetic/track_paper.toml",
-                   "--frames=0:5"], "--out", "o.jsonl"),
+    manifest = pathlib.Path(scene).parent / "manifest.toml"
+    manifest.write_text(
+        f'[[takes]]\nname = "a"\ncameras = "{scene}/cameras.json"\n'
+        f'detections = "{scene}/detections.jsonl"\nframes = "0:5"\n'
+        f'[[configurations]]\nname = "b"\n'
+        f'config = "{ROOT}/configs/synthetic/track_paper.toml"\n')
+    lines = {f"convert to {name}": (convert + [f"--to={name}"], "--out", out)
+             for name, out in [("csv", "o.csv"), ("npz", "o.npz"),
+                               ("tum", "o.mat"), ("c3d", "o.c3d"),
+                               ("gltf", "o.glb"), ("trc", "folder")]}
+    lines.update({
+        "track": ([program("track"), *take, paper, "--frames=0:5"],
+                  "--out", "o.jsonl"),
+        "track, offline, with a checkpoint": (
+            [program("track"), *take, f"--config={ROOT}/configs/offline.toml",
+             "--frames=0:8", "--checkpoint_s=0"], "--out", "o.jsonl"),
         "evaluate": ([program("evaluate"), f"--tracks={truth}",
                       f"--ground_truth={truth}", "--protocol=mpjpe",
                       "--frames=0:3"], "--json", "o.json"),
-    }
+        "report": ([program("report"), f"--tracks={truth}"], "--out", "o.html"),
+        "kinematics": ([program("kinematics"), f"--tracks={truth}"], "--out",
+                       "o.csv"),
+        "init": ([program("init"), *take], "--out", "o.toml"),
+        "doctor": ([program("doctor"), *take], "--out", "folder"),
+        "synthesize": (
+            [program("synthesize"), "--set=scene.duration=0.2",
+             f"--config={ROOT}/configs/synthetic/demo.toml"], "--out",
+            "folder"),
+        "compare, with a checkpoint": (
+            [program("compare"), *take, paper, "--noplots", "--checkpoint_s=0",
+             "--strategies=raw_dlt,causal_gaussian"], "--out", "folder"),
+        "batch": ([program("batch"), f"--manifest={manifest}"], "--out",
+                  "folder"),
+    })
+    return {name: line for name, line in lines.items()
+            if name.startswith(WANTED)}
 
 
 def run(line, library, **variables):
-    return subprocess.run(line, capture_output=True, text=True, timeout=120,
+    return subprocess.run(line, capture_output=True, text=True, timeout=300,
+                          errors="replace",
                           env=dict(os.environ, LD_PRELOAD=library, **variables))
 
 
+def content(path):
+    """None; the bytes of a file; or those of a folder's files by name."""
+    if path.is_file():
+        return path.read_bytes()
+    if not path.is_dir():
+        return None
+    return {str(e.relative_to(path)): e.read_bytes()
+            for e in sorted(path.rglob("*"))
+            if e.is_file() and e.name not in CLOCKS and "partial" not in e.name}
+
+
+def is_part(found, whole):
+    """Complete files of a folder that takes results one by one."""
+    return isinstance(found, dict) and all(
+        whole.get(name) == data or name.endswith(".failed.txt")
+        for name, data in found.items())
+
+
 def try_command(name, line, flag, file_name, library, folder):
-    """Returns the number of wrong outcomes."""
+    """Returns outcomes, and the wrong ones."""
     out = folder / file_name
     line = line + [f"{flag}={out}"]
+    is_folder = file_name == "folder"
+    # These put finished files into a folder that may be there before.
+    by_file = name in ("batch", "doctor", "convert to trc")
 
     def clear():
         for entry in folder.iterdir():
-            entry.unlink()
+            shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
 
     clear()
     count = folder.parent / "count"
@@ -63,30 +117,34 @@ def try_command(name, line, flag, file_name, library, folder):
     if whole.returncode != 0:
         sys.exit(f"{name}: {whole.stderr}")
     calls = int(count.read_text())
-    new = out.read_bytes()
-    outcomes = collections.Counter()
-    wrong = []
+    new = content(out)
+    old = None if is_folder else b"old"
+    outcomes, wrong = collections.Counter(), []
     for n in range(1, calls + 1, max(1, calls // MOST)):
         clear()
-        out.write_bytes(b"old")
+        if not is_folder:
+            out.write_bytes(b"old")
         log = folder.parent / "log"
         log.write_text("")
         done = run(line, library, INJECT_AT=str(n), INJECT_LOG=str(log))
-        now = out.read_bytes() if out.exists() else None
-        state = "new" if now == new else "old" if now == b"old" else "neither"
-        left = [e.name for e in folder.iterdir() if "partial" in e.name]
-        outcomes[f"exit {done.returncode}, {state} file"] += 1
+        found = content(out)
+        state = ("new" if found == new else "old" if found in (old, {}) else
+                 "parts" if by_file and is_part(found, new) else "neither")
+        call = log.read_text()
+        left = [str(e.relative_to(folder)) for e in folder.rglob("*")
+                if "partial" in e.name or e.name.endswith(".checkpoint")]
+        outcomes[f"exit {done.returncode}, {state}"] += 1
         good = state == "new" if done.returncode == 0 else (
             done.returncode in (1, 2) and state != "neither"
             and done.stderr.count("\n") == 1)
-        if not good or left:
-            wrong.append((n, log.read_text(), done.returncode, state, left,
-                          done.stderr.strip()))
+        if not good or (left and call not in ("unlink", "rmdir", "remove")):
+            wrong.append((n, call, done.returncode, state, left,
+                          done.stderr.strip()[:300]))
     print(f"{name}: {calls} calls, {sum(outcomes.values())} tried: "
           f"{dict(outcomes)}", flush=True)
     for one in wrong:
-        print("  WRONG:", *one)
-    return len(wrong)
+        print("  WRONG:", *one, flush=True)
+    return sum(outcomes.values()), len(wrong)
 
 
 def main():
@@ -101,9 +159,11 @@ def main():
                         f"--out={scene}"], check=True, capture_output=True)
         results = folder / "results"
         results.mkdir()
-        wrong = sum(try_command(name, *command, library, results)
-                    for name, command in commands(scene).items())
-    print(f"{wrong} wrong outcomes")
+        tried = wrong = 0
+        for name, command in commands(scene).items():
+            more = try_command(name, *command, library, results)
+            tried, wrong = tried + more[0], wrong + more[1]
+    print(f"{tried} tried, {wrong} wrong outcomes")
     sys.exit(wrong > 0)
 
 
