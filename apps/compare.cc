@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "apps/common/app.h"
-#include "apps/common/config_folder.h"
 #include "apps/common/plot.h"
 #include "apps/common/resume.h"
 #include "apps/compare/comparison.h"
@@ -20,22 +19,22 @@
 #include "apps/compare/results.h"
 #include "apps/compare/shift.h"
 #include "apps/compare/strategies.h"
+#include "apps/compare/study.h"
+#include "apps/compare/take_input.h"
 #include "apps/compare/tuning.h"
 #include "apps/compare/verdict.h"
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/atomic_folder.h"
-#include "core/io/calibration.h"
-#include "core/io/detection_source.h"
 #include "core/io/held_out_set.h"
-#include "core/io/refinement_record.h"
+#include "core/io/manifest.h"
 #include "core/io/tracks.h"
-#include "solvers/session/refine_take.h"
-#include "solvers/session/remembered_runs.h"
-#include "solvers/session/run.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");
+DEFINE_string(manifest, "",
+              "several takes (TOML, docs/batch.md): what is chosen on some is "
+              "scored on the others");
 DEFINE_string(config, "", "configuration (TOML)");
 DEFINE_string(mode, "", "paper or graph; empty: the configuration's");
 DEFINE_string(set, "", "keys to change: key=value;...");
@@ -76,11 +75,34 @@ namespace {
 // Frames that neither fold has, between two halves.
 constexpr int64_t kGapFrames = 25;
 
+// Several takes bring their own files, and folds of frames are not needed.
+void CheckFlagsOfManifest() {
+  const std::pair<const char*, bool> others[] = {
+      {"cameras", !FLAGS_cameras.empty()},
+      {"detections", !FLAGS_detections.empty()},
+      {"frames", !FLAGS_frames.empty()},
+      {"ground_truth", !FLAGS_ground_truth.empty()},
+      {"protocol", !FLAGS_protocol.empty()},
+      {"folds", !FLAGS_folds.empty()},
+      {"parameters", !FLAGS_parameters.empty()},
+      {"held_out_set", !FLAGS_held_out_set.empty()},
+      {"fit_shift", FLAGS_fit_shift}};
+  for (const auto& [name, given] : others) {
+    if (!given) continue;
+    throw InputError("--" + std::string(name) +
+                     " is of one take: it does not go with --manifest");
+  }
+}
+
 void CheckFlags() {
-  RequireFlag("cameras", FLAGS_cameras);
-  RequireFlag("detections", FLAGS_detections);
-  RequireFlag("config", FLAGS_config);
   RequireFlag("out", FLAGS_out);
+  if (FLAGS_manifest.empty()) {
+    RequireFlag("cameras", FLAGS_cameras);
+    RequireFlag("detections", FLAGS_detections);
+    RequireFlag("config", FLAGS_config);
+  } else {
+    CheckFlagsOfManifest();
+  }
   if (FLAGS_ground_truth.empty() != FLAGS_protocol.empty()) {
     throw InputError("--ground_truth and --protocol belong together");
   }
@@ -253,47 +275,28 @@ void Score(const std::vector<Strategy>& strategies, CompareResult* result) {
   }
 }
 
-void RunCompare() {
-  CheckFlags();
-  if (FLAGS_plots) RequirePlotTool();
-  const std::vector<Strategy> strategies = ReadStrategies();
-  AtomicFolder folder(WithFolders(FLAGS_out));
-  const std::unique_ptr<Checkpoint> checkpoint =
-      OpenCheckpoint(FLAGS_out, FLAGS_resume, FLAGS_checkpoint_s);
-  RunOptions options =
-      ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, FLAGS_mode);
-  RunRequest request;
-  request.cameras = ReadCameras(FLAGS_cameras, options.cameras);
-  request.frames = ParseFrameRanges(FLAGS_frames);
-  request.threads = FLAGS_threads;
-  DetectionSequence detections =
-      ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
-  const auto record = ReadRefinementRecord(FLAGS_cameras);
-  if (record.has_value() && record->has_clocks()) {
-    detections = WithRecordedClocks(options, request, *record, detections);
-  }
-  FrozenRun run = FreezeTracking(
-      options, request, detections, [&](const EstimatorOptions& estimators) {
-        return MakeRememberedEstimators(
-            estimators, EffectiveConfigJson(options), checkpoint.get());
-      });
-  const double rate_hz = run.scene.model.frame_rate_hz;
-
+// Folds, the scored set and the values that strategies begin with.
+CompareResult PrepareResult(FrozenTake take,
+                            const std::vector<Strategy>& strategies,
+                            Checkpoint* checkpoint) {
+  const double rate_hz = take.run.scene.model.frame_rate_hz;
   std::optional<ParameterFile> file;
   if (!FLAGS_parameters.empty()) {
     file = ReadParameters(FLAGS_parameters, strategies, rate_hz,
-                          options.estimators);
+                          take.options.estimators);
   }
   CompareResult result;
-  const std::vector<FrameRange> ranges = FoldRanges(run, file);
-  std::vector<Fold> folds = PrepareFolds(options, run, ranges, &result);
+  const std::vector<FrameRange> ranges = FoldRanges(take.run, file);
+  std::vector<Fold> folds =
+      PrepareFolds(take.options, take.run, ranges, &result);
   std::optional<HeldOutSet> set;
   if (!FLAGS_held_out_set.empty()) {
-    set = ReadHeldOutSet(FLAGS_held_out_set, run.scene.view_names);
+    set = ReadHeldOutSet(FLAGS_held_out_set, take.run.scene.view_names);
   }
-  result.comparison = MakeComparison(std::move(options), std::move(run),
-                                     std::move(folds), set, FLAGS_threads);
-  result.comparison.checkpoint = checkpoint.get();
+  result.comparison =
+      MakeComparison(std::move(take.options), std::move(take.run),
+                     std::move(folds), set, FLAGS_threads);
+  result.comparison.checkpoint = checkpoint;
   result.comparison.content = PieceContent(result.comparison);
   ReadTruth(&result.comparison);
   result.baseline_idx = IndexOf(strategies, FLAGS_baseline);
@@ -309,39 +312,96 @@ void RunCompare() {
       one.values[fold] = given[std::min(fold, given.size() - 1)];
     }
   }
+  return result;
+}
+
+void WriteTunedValues(const std::vector<Strategy>& strategies,
+                      const CompareResult& result, const std::string& path) {
+  ParameterFile chosen;
+  for (const Fold& fold : result.comparison.folds) {
+    chosen.folds.push_back(fold.frames);
+  }
+  for (const StrategyResult& one : result.strategies) {
+    chosen.strategies.push_back(one.values);
+  }
+  WriteParameters(strategies, chosen, path);
+}
+
+std::string PlotsText(const CompareResult& result, const std::string& folder) {
+  PlotChoice choice;
+  choice.strategies = ParseList(FLAGS_plot_strategies, "plot_strategies");
+  choice.joint = FLAGS_joint;
+  std::string text = "\n## Plots\n";
+  for (const std::string& name : WriteComparePlots(result, choice, folder)) {
+    text += "\n![" + name + "](" + name + ")\n";
+  }
+  return text;
+}
+
+void CompareOneTake(const std::vector<Strategy>& strategies,
+                    Checkpoint* checkpoint, AtomicFolder* folder) {
+  TakeInput input;
+  input.cameras = FLAGS_cameras;
+  input.detections = FLAGS_detections;
+  input.config = FLAGS_config;
+  input.mode = FLAGS_mode;
+  input.set = FLAGS_set;
+  input.frames = FLAGS_frames;
+  CompareResult result = PrepareResult(
+      FreezeTake(input, FLAGS_threads, checkpoint), strategies, checkpoint);
   if (FLAGS_tune) Tune(strategies, &result);
   Score(strategies, &result);
   AddMeasures(&result);
 
-  WriteFile(folder.PathOf("compare.json"), CompareJson(result).dump(1) + "\n");
-  WriteFile(folder.PathOf("compare.csv"), CompareCsv(result));
+  WriteFile(folder->PathOf("compare.json"), CompareJson(result).dump(1) + "\n");
+  WriteFile(folder->PathOf("compare.csv"), CompareCsv(result));
   std::string markdown = CompareMarkdown(result);
   if (FLAGS_tune) {
-    ParameterFile chosen;
-    chosen.folds = ranges;
-    for (const StrategyResult& one : result.strategies) {
-      chosen.strategies.push_back(one.values);
-    }
-    WriteParameters(strategies, chosen, folder.PathOf("parameters.toml"));
+    WriteTunedValues(strategies, result, folder->PathOf("parameters.toml"));
   }
-  if (FLAGS_plots) {
-    PlotChoice choice;
-    choice.strategies = ParseList(FLAGS_plot_strategies, "plot_strategies");
-    choice.joint = FLAGS_joint;
-    markdown += "\n## Plots\n";
-    for (const std::string& name :
-         WriteComparePlots(result, choice, folder.PathOf(""))) {
-      markdown += "\n![" + name + "](" + name + ")\n";
-    }
-  }
-  WriteFile(folder.PathOf("compare.md"), markdown);
+  if (FLAGS_plots) markdown += PlotsText(result, folder->PathOf(""));
+  WriteFile(folder->PathOf("compare.md"), markdown);
   // Times differ each time, all else does not.
-  WriteFile(folder.PathOf("runtime.json"), RuntimeJson(result).dump(1) + "\n");
-  WriteFile(folder.PathOf("recommended.toml"), RecommendedToml(result));
-  folder.Commit();
-  CloseCheckpoint("compare", checkpoint.get());
+  WriteFile(folder->PathOf("runtime.json"), RuntimeJson(result).dump(1) + "\n");
+  WriteFile(folder->PathOf("recommended.toml"), RecommendedToml(result));
+  folder->Commit();
+  CloseCheckpoint("compare", checkpoint);
   std::printf("Processor time:\n\n%s\n%s", RuntimeTable(result).c_str(),
               Digest(result, FLAGS_out).c_str());
+}
+
+void CompareManyTakes(const std::vector<Strategy>& strategies,
+                      Checkpoint* checkpoint, AtomicFolder* folder) {
+  StudyRequest request;
+  request.takes = TakesOf(ReadManifest(FLAGS_manifest), FLAGS_manifest,
+                          FLAGS_config, FLAGS_mode, FLAGS_set);
+  request.strategies = strategies;
+  request.baseline_idx = IndexOf(strategies, FLAGS_baseline);
+  request.tune = FLAGS_tune;
+  request.threads = FLAGS_threads;
+  request.checkpoint = checkpoint;
+  const Study study = RunStudy(request);
+  WriteFile(folder->PathOf("study.json"), StudyJson(study));
+  WriteFile(folder->PathOf("study.csv"), StudyCsv(study));
+  WriteFile(folder->PathOf("study.md"), StudyMarkdown(study));
+  WriteFile(folder->PathOf("recommended.toml"), StudyToml(study));
+  folder->Commit();
+  CloseCheckpoint("compare", checkpoint);
+  std::fputs(StudyDigest(study, FLAGS_out).c_str(), stdout);
+}
+
+void RunCompare() {
+  CheckFlags();
+  if (FLAGS_plots && FLAGS_manifest.empty()) RequirePlotTool();
+  const std::vector<Strategy> strategies = ReadStrategies();
+  AtomicFolder folder(WithFolders(FLAGS_out));
+  const std::unique_ptr<Checkpoint> checkpoint =
+      OpenCheckpoint(FLAGS_out, FLAGS_resume, FLAGS_checkpoint_s);
+  if (FLAGS_manifest.empty()) {
+    CompareOneTake(strategies, checkpoint.get(), &folder);
+  } else {
+    CompareManyTakes(strategies, checkpoint.get(), &folder);
+  }
 }
 
 }  // namespace
@@ -352,6 +412,9 @@ int main(int argc, char** argv) {
       argc, argv,
       {"compare", "every smoothing strategy on the same frozen observations",
        "--cameras=F --detections=PATH --config=F.toml\n"
-       "       [--ground_truth=PATH --protocol=NAME] [--tune] --out=DIR"},
+       "       [--ground_truth=PATH --protocol=NAME] [--tune] --out=DIR\n"
+       "       kinegraph-compare --manifest=TAKES.toml [--config=F.toml] "
+       "[--tune] "
+       "--out=DIR"},
       kinegraph::RunCompare);
 }

@@ -22,15 +22,6 @@ Interval Scaled(Interval interval, double factor) {
   return interval;
 }
 
-Verdict VerdictOf(const Interval& difference) {
-  if (std::isnan(difference.low) || std::isnan(difference.high)) {
-    return Verdict::kNone;
-  }
-  if (difference.high < 0.0) return Verdict::kLess;
-  if (difference.low > 0.0) return Verdict::kMore;
-  return Verdict::kSame;
-}
-
 Measure Named(std::string key, std::string title, std::string unit,
               int decimals) {
   Measure measure;
@@ -258,6 +249,15 @@ const Measure* StrategyResult::Find(const std::string& key) const {
     if (measure.key == key) return &measure;
   }
   return nullptr;
+}
+
+Verdict VerdictOf(const Interval& difference) {
+  if (std::isnan(difference.low) || std::isnan(difference.high)) {
+    return Verdict::kNone;
+  }
+  if (difference.high < 0.0) return Verdict::kLess;
+  if (difference.low > 0.0) return Verdict::kMore;
+  return Verdict::kSame;
 }
 
 void AddMeasures(CompareResult* result) {

@@ -22,6 +22,7 @@ enum class Verdict {
   kMore,
 };
 const char* ToString(Verdict verdict);
+Verdict VerdictOf(const Interval& difference);
 
 // One figure of one strategy.
 struct Measure {

@@ -70,6 +70,8 @@ std::string Shortened(const std::string& text, size_t letters) {
   return text.size() <= letters ? text : text.substr(0, letters - 1) + "~";
 }
 
+}  // namespace
+
 std::string Wrapped(const std::string& text) {
   std::string wrapped;
   std::string line;
@@ -87,7 +89,16 @@ std::string Wrapped(const std::string& text) {
   return wrapped + line + "\n";
 }
 
-}  // namespace
+std::string ChangedKeysToml(const RunOptions& options) {
+  const std::map<std::string, std::string> defaults = KeysOf(RunOptions());
+  std::string text;
+  for (const auto& [key, value] : KeysOf(options)) {
+    const auto at = defaults.find(key);
+    if (at != defaults.end() && at->second == value) continue;
+    text += key + " = " + value + "\n";
+  }
+  return text;
+}
 
 std::optional<size_t> BestStrategy(const CompareResult& result) {
   std::optional<size_t> best;
@@ -149,7 +160,6 @@ std::string RecommendedToml(const CompareResult& result) {
       winner.strategy,
       winner.values.empty() ? StrategyValues() : winner.values.front(),
       result.comparison.rate_hz(), wanted.estimators);
-  const std::map<std::string, std::string> defaults = KeysOf(RunOptions());
   std::string text =
       "# Made by `kinegraph compare`: the configuration it was given, with the "
       "best\n# strategy. " +
@@ -158,12 +168,7 @@ std::string RecommendedToml(const CompareResult& result) {
   if (winner.values.size() > 1) {
     text += "# Values are those of the first fold.\n";
   }
-  for (const auto& [key, value] : KeysOf(wanted)) {
-    const auto at = defaults.find(key);
-    if (at != defaults.end() && at->second == value) continue;
-    text += key + " = " + value + "\n";
-  }
-  return text;
+  return text + ChangedKeysToml(wanted);
 }
 
 std::string Digest(const CompareResult& result, const std::string& folder) {

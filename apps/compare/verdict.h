@@ -18,6 +18,12 @@ std::optional<size_t> BestStrategy(const CompareResult& result);
 // best strategy; keys at their defaults are left out. Empty without a best one.
 std::string RecommendedToml(const CompareResult& result);
 
+// The keys of `options` that differ from their defaults, a line each.
+std::string ChangedKeysToml(const RunOptions& options);
+
+// Lines of at most 100 columns.
+std::string Wrapped(const std::string& text);
+
 // For a terminal, at most 100 columns: a row a strategy, the verdict, and the
 // files of `folder` that hold the rest.
 std::string Digest(const CompareResult& result, const std::string& folder);

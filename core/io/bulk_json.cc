@@ -281,7 +281,7 @@ JsonValue JsonFileParser::Parse(const std::string& path) {
     throw InputError(path, "", "is larger than 2 GiB");
   };
   if (status.st_size > static_cast<off_t>(kMaxFileBytes)) refuse();
-  InputFiles::Note(file.get());
+  InputFiles::Note(file.get(), path);
   // The size is a hint only: pipes have none, and files grow. One byte more
   // than the size shows the end without another read.
   size_t capacity = static_cast<size_t>(status.st_size) + 1;
@@ -309,7 +309,7 @@ JsonValue JsonFileParser::Parse(const std::string& path) {
 JsonLineReader::JsonLineReader(const std::string& path)
     : path_(path), file_(std::fopen(path.c_str(), "rbe")) {
   if (file_ == nullptr) FailToRead(path);
-  InputFiles::Note(fileno(file_.get()));
+  InputFiles::Note(fileno(file_.get()), path);
   buffer_.resize((size_t{1} << 16) + kPadding);
 }
 
@@ -337,6 +337,10 @@ bool JsonLineReader::Fill() {
   } while (got < 0 && errno == EINTR);
   if (got < 0) FailToRead(path_);
   end_ += static_cast<size_t>(got);
+  // Standard input may be a file that grows, which is a stream like others.
+  if (got == 0 && path_ != "/dev/stdin") {
+    InputFiles::Note(descriptor, path_);
+  }
   return got > 0;
 }
 

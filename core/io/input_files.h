@@ -1,4 +1,5 @@
-// Which files a command has read, so that it does not write over one of them.
+// Which files a command has read, so that it does not write over one of them,
+// and notices when one changes while it is at work.
 #ifndef KINEGRAPH_CORE_IO_INPUT_FILES_H_
 #define KINEGRAPH_CORE_IO_INPUT_FILES_H_
 
@@ -16,8 +17,10 @@ class InputFiles {
   static void Protect();
 
   // An open file that is being read. Regular files count, the first 65,536 of
-  // them, so that a long take needs no more memory than a short one.
-  static void Note(int descriptor);
+  // them, so that a long take needs no more memory than a short one. Called
+  // again, at the end of the file or when it is read once more, it throws
+  // InputError where size or time of change are no longer what they were.
+  static void Note(int descriptor, const std::string& path);
 
   // Whether the path leads to a file that was noted.
   static bool Has(const std::string& path);

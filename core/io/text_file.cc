@@ -54,7 +54,7 @@ std::string ReadTextFile(const std::string& path, size_t max_bytes) {
   if (status.st_size > 0 && static_cast<size_t>(status.st_size) > max_bytes) {
     refuse();
   }
-  InputFiles::Note(file.value);
+  InputFiles::Note(file.value, path);
   // The size is a hint only: pipes have none, and files grow.
   constexpr size_t kStep = 1 << 16;
   std::string text;

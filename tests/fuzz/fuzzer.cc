@@ -1,5 +1,6 @@
-// The entry points of libFuzzer. KINEGRAPH_FUZZ_TARGET names the target,
-// KINEGRAPH_FUZZ_SEEDS a folder that its seeds are written to.
+// The entry points of libFuzzer. KINEGRAPH_FUZZ_TARGET names the target ("list"
+// prints them), KINEGRAPH_FUZZ_SEEDS a folder that its seeds are written to.
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 
@@ -19,6 +20,13 @@ const kinegraph::testing::FuzzTarget& Target() {
 }  // namespace
 
 extern "C" int LLVMFuzzerInitialize(int* /*argc*/, char*** /*argv*/) {
+  const char* name = std::getenv("KINEGRAPH_FUZZ_TARGET");
+  if (name != nullptr && std::string(name) == "list") {
+    for (const auto& target : kinegraph::testing::FuzzTargets()) {
+      std::puts(target.name.c_str());
+    }
+    std::exit(0);
+  }
   const char* folder = std::getenv("KINEGRAPH_FUZZ_SEEDS");
   if (folder == nullptr) return 0;
   int number = 0;

@@ -1,4 +1,8 @@
+#include <unistd.h>
+
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 
 #include "core/io/calibration_writer.h"
@@ -8,15 +12,51 @@
 #include "core/io/track_format.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
-#include "solvers/session/run.h"
 #include "tests/fuzz/targets.h"
-#include "tests/support/program.h"
-#include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Of its own, so that the fuzzers need no library of the tests.
+class SeedFolder {
+ public:
+  SeedFolder()
+      : path_(fs::temp_directory_path() /
+              ("kinegraph_seeds_" + std::to_string(getpid()))) {
+    fs::create_directory(path_);
+  }
+  ~SeedFolder() { fs::remove_all(path_); }
+  SeedFolder(const SeedFolder&) = delete;
+  SeedFolder& operator=(const SeedFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  const fs::path path_;
+};
+
+std::string ContentOf(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// Hands out what is in memory.
+class SampleSource : public DetectionSource {
+ public:
+  explicit SampleSource(const DetectionSequence& detections)
+      : detections_(detections) {}
+  const DetectionHeader& header() const override { return detections_.header; }
+  bool Next(DetectionFrame* frame) override {
+    if (next_ == detections_.frames.size()) return false;
+    *frame = detections_.frames[next_++];
+    return true;
+  }
+
+ private:
+  const DetectionSequence& detections_;
+  size_t next_ = 0;
+};
 
 // A short walk of one person before a few cameras.
 struct Sample {
@@ -54,7 +94,7 @@ std::string OneFileOf(const fs::path& path) {
 
 std::vector<std::string> WrittenTracks(const TrackFormat& format) {
   if (format.write == nullptr) return {};
-  const TemporaryFolder folder;
+  const SeedFolder folder;
   const std::string path = (folder.path() / "seed").string();
   Losses losses;
   format.write(path, TheSample().tracks, {}, &losses);
@@ -63,12 +103,12 @@ std::vector<std::string> WrittenTracks(const TrackFormat& format) {
 
 std::vector<std::string> WrittenDetections(const DetectionFormat& format) {
   if (format.write == nullptr) return {};
-  const TemporaryFolder folder;
+  const SeedFolder folder;
   const std::string path = (folder.path() / "seed").string();
   Losses losses;
   DetectionWriteOptions options;
   options.image_size = {1280, 720};
-  MemorySource source(TheSample().detections);
+  SampleSource source(TheSample().detections);
   format.write(path, options, &source, &losses);
   return {OneFileOf(path)};
 }
@@ -77,7 +117,7 @@ std::vector<std::string> Calibrations() {
   std::vector<std::string> seeds;
   for (const CalibrationFormat format : WritableCalibrationFormats()) {
     if (format == CalibrationFormat::kTum) continue;  // refuses lenses
-    const TemporaryFolder folder;
+    const SeedFolder folder;
     const std::string path = (folder.path() / "seed").string();
     Losses losses;
     WriteCalibration(path, format, TheSample().scene.cameras, &losses);
@@ -145,8 +185,8 @@ std::vector<std::string> FuzzSeeds(const std::string& target) {
   if (known != ByHand().end()) return known->second;
   if (target == "calibration") return Calibrations();
   if (target == "configuration") {
-    return {ContentOf(ProjectFile("configs/graph/offline.toml")),
-            ContentOf(ProjectFile("configs/paper/shelf.toml"))};
+    return {ContentOf(KINEGRAPH_SOURCE_DIR "/configs/graph/offline.toml"),
+            ContentOf(KINEGRAPH_SOURCE_DIR "/configs/paper/shelf.toml")};
   }
   std::vector<std::string> seeds;
   const auto add = [&](const std::vector<std::string>& more) {

@@ -20,6 +20,9 @@ struct FuzzTarget {
 };
 
 const std::vector<FuzzTarget>& FuzzTargets();
+// Those that need core/io alone, and the others.
+std::vector<FuzzTarget> ReaderTargets();
+std::vector<FuzzTarget> RunTargets();
 
 // Throws std::out_of_range for an unknown name.
 const FuzzTarget& FindFuzzTarget(const std::string& name);

@@ -10,10 +10,13 @@
 #include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/time.h>
+#include <time.h>
 #include <unistd.h>
 // Loaded by failing_calls.py before a command (LD_PRELOAD). INJECT_AT=n: the
 // nth call of the functions below fails with EIO. INJECT_LOG=file: which one
-// that was. INJECT_COUNT=file: the number of calls, at exit.
+// that was. INJECT_COUNT=file: the number of calls, at exit. INJECT_CLOCK=1: the
+// clock of the day jumps by an hour, to and fro, each time it is read.
 static int count, at = -2;
 static int hit(const char* what) {
   if (at == -2) {
@@ -238,6 +241,29 @@ pid_t fork(void) {
   REAL(fork);
   if (hit("fork")) return -1;
   return real();
+}
+static time_t jump(void) {
+  static int n;
+  if (!getenv("INJECT_CLOCK")) return 0;
+  return ++n % 2 ? 3600 : -3600;
+}
+int clock_gettime(clockid_t c, struct timespec* t) {
+  REAL(clock_gettime);
+  const int outcome = real(c, t);
+  if (c == CLOCK_REALTIME) t->tv_sec += jump();
+  return outcome;
+}
+int gettimeofday(struct timeval* t, void* z) {
+  REAL(gettimeofday);
+  const int outcome = real(t, z);
+  t->tv_sec += jump();
+  return outcome;
+}
+time_t time(time_t* t) {
+  REAL(time);
+  const time_t now = real(NULL) + jump();
+  if (t) *t = now;
+  return now;
 }
 __attribute__((destructor)) static void say(void) {
   const char* f = getenv("INJECT_COUNT");

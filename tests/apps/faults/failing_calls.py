@@ -8,7 +8,9 @@ rename, close, readdir, mmap and others, then again with the nth of them failing
 (EIO), for all n or that many spread evenly. The result must be the old one or
 the new one; exit code 0 only with the new one, else 1 or 2 and one line on
 standard error; no partial file may be left, but where the very call that should
-remove it failed. A name runs the commands that begin with it. Needs gcc.
+remove it failed. With a clock of the day that jumps by an hour, to and fro, each
+command must give what it gives otherwise. A name runs the commands that begin
+with it. Needs gcc.
 """
 import collections
 import os
@@ -120,6 +122,10 @@ def try_command(name, line, flag, file_name, library, folder):
     new = content(out)
     old = None if is_folder else b"old"
     outcomes, wrong = collections.Counter(), []
+    clear()
+    jumping = run(line, library, INJECT_CLOCK="1")
+    if jumping.returncode != 0 or content(out) != new:
+        wrong.append(("clock", jumping.returncode, jumping.stderr.strip()[:300]))
     for n in range(1, calls + 1, max(1, calls // MOST)):
         clear()
         if not is_folder:

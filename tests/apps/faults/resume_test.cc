@@ -138,6 +138,22 @@ TEST(ResumeTest, CompareGoesOnWhileItTunes) {
   KillAndResume(Line("compare", arguments), "compare");
 }
 
+TEST(ResumeTest, CompareOfSeveralTakesGoesOn) {
+  const TemporaryFolder folder;
+  std::string takes;
+  for (const char* frames : {"0:25", "25:50"}) {
+    takes += "[[takes]]\nname = \"t" + std::to_string(takes.size()) +
+             "\"\ncameras = \"" + Scene() + "/cameras.json\"\ndetections = \"" +
+             Scene() + "/detections.jsonl\"\nframes = \"" + frames + "\"\n";
+  }
+  const std::string manifest = folder.Write(
+      "takes.toml", takes + "[[configurations]]\nname = \"c\"\nconfig = \"" +
+                        ProjectFile("configs/offline.toml").string() + "\"\n");
+  KillAndResume(Line("compare", {"--manifest=" + manifest, "--tune",
+                                 "--strategies=raw_dlt,butterworth"}),
+                "compare");
+}
+
 TEST(ResumeTest, ReproduceGoesOn) {
   KINEGRAPH_DATA_OR_SKIP(campus, "campus");
   if (std::getenv("KINEGRAPH_KILLS") == nullptr) {
@@ -147,6 +163,72 @@ TEST(ResumeTest, ReproduceGoesOn) {
       Line("reproduce", {"--data=" + fs::path(campus).parent_path().string(),
                          "--table=campus"}),
       "reproduce");
+}
+
+// Ctrl-C while people are being solved: at once, in one line, and what was
+// solved is kept.
+TEST(ResumeTest, ASolveIsLeftAtOnceAndGoneOnFrom) {
+  const TemporaryFolder folder;
+  const std::string errors = (folder.path() / "errors").string();
+  const std::string out = (folder.path() / "tracks.jsonl").string();
+  std::vector<std::string> line = Line("track", SceneArguments());
+  line[2] = "--detections=" + DemoScene("8") + "/detections.jsonl";
+  line[1] = "--cameras=" + DemoScene("8") + "/cameras.json";
+  line.push_back("--out=" + out);
+  line.emplace_back("--checkpoint_s=0");
+  ASSERT_EQ(RunningProgram(line, errors).Wait(), 0) << ContentOf(errors);
+  const std::string whole = ContentOf(out);
+  fs::remove(out);
+  RunningProgram program(line, errors);
+  ASSERT_TRUE(WaitUntil([&] { return SizeOf(out + ".checkpoint") > 100; }));
+  program.Signal(SIGINT);
+  const auto start = std::chrono::steady_clock::now();
+  const int status = program.Wait();
+  // Nothing is waited for; the rest is a machine that is busy.
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2));
+  ASSERT_TRUE(WIFSIGNALED(status)) << "the take was solved too fast";
+  EXPECT_EQ(WTERMSIG(status), SIGINT);
+  EXPECT_EQ(ContentOf(errors),
+            "kinegraph-track: stopped by SIGINT; what was half-written is "
+            "removed\n");
+  EXPECT_FALSE(HasPartial(folder.path()));
+  EXPECT_FALSE(fs::exists(out));
+  EXPECT_TRUE(fs::exists(out + ".checkpoint"));
+  line.emplace_back("--resume");
+  ASSERT_EQ(RunningProgram(line, errors).Wait(), 0) << ContentOf(errors);
+  EXPECT_EQ(ContentOf(out), whole);
+}
+
+// Detections that change between the first reading and the last: the result is
+// not made, or is that of what was read first.
+TEST(ResumeTest, AnInputThatChangesUnderneathIsNoHarm) {
+  const TemporaryFolder folder;
+  const std::string errors = (folder.path() / "errors").string();
+  const fs::path out = folder.path() / "out";
+  const std::string detections = folder.Write(
+      "detections.jsonl", ContentOf(DemoScene("8") + "/detections.jsonl"));
+  std::vector<std::string> line = Line("track", SceneArguments());
+  line[1] = "--cameras=" + DemoScene("8") + "/cameras.json";
+  line[2] = "--detections=" + detections;
+  line.push_back("--out=" + (out / "tracks.jsonl").string());
+  line.emplace_back("--checkpoint_s=0");
+  ASSERT_EQ(RunningProgram(line, errors).Wait(), 0) << ContentOf(errors);
+  const std::string whole = ContentOf(out / "tracks.jsonl");
+  fs::remove_all(out);
+  RunningProgram program(line, errors);
+  ASSERT_TRUE(WaitUntil([&] {
+    return SizeOf((out / "tracks.jsonl.checkpoint").string()) > 100;
+  }));
+  fs::resize_file(detections, fs::file_size(detections) / 2);
+  const int status = program.Wait();
+  ASSERT_TRUE(WIFEXITED(status));
+  if (WEXITSTATUS(status) == 0) {
+    EXPECT_EQ(ContentOf(out / "tracks.jsonl"), whole);
+  } else {
+    EXPECT_THAT(ContentOf(errors), HasSubstr("detections.jsonl"));
+    EXPECT_FALSE(fs::exists(out / "tracks.jsonl"));
+    EXPECT_FALSE(HasPartial(out));
+  }
 }
 
 TEST(ResumeTest, AStrangeCheckpointIsRefusedAndKept) {

@@ -1,7 +1,7 @@
-// What must not matter: where the world's origin lies, how cameras, detections
-// and people are numbered, an eye that sees nothing, the direction of time. The
-// matches of one run are frozen and the batch estimates anew, with its
-// defaults.
+// What must not matter: where the world's origin lies, what a length is
+// measured in, how cameras, detections and people are numbered, an eye that
+// sees nothing, the direction of time. The matches of one run are frozen and
+// the batch estimates anew, with its defaults.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -167,6 +167,33 @@ TEST_P(PropertiesTest, AMovedWorldMovesTheResult) {
   constexpr double kNoiseLearntElsewhereMetres = 2e-4;
   EXPECT_LT(FarthestJoint(estimate_, EstimateAll(moved), move),
             kNoiseLearntElsewhereMetres);
+}
+
+// Another unit of length: a world twice as large whose constants of length are
+// doubled too. The detector's error is stated at 4 m, which is then 8.
+TEST_P(PropertiesTest, AnotherUnitScalesTheResult) {
+  static constexpr double kUnit = 2.0;
+  World scaled = world_;
+  for (Camera& camera : scaled.scene.cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.t *= kUnit;
+    camera = Camera(parameters);
+  }
+  EstimatorOptions own = GraphMode();
+  own.graph.pixel_noise_from = NoiseFrom::kFixed;
+  own.graph.process_noise_from = NoiseFrom::kFixed;
+  EstimatorOptions other = own;
+  for (double& power : other.graph.process_noise) power *= kUnit * kUnit;
+  for (double& sigma_px : other.graph.sigma_px) sigma_px *= kUnit;
+  other.graph.birth_position_sigma_m *= kUnit;
+  other.graph.birth_velocity_sigma_mps *= kUnit;
+  other.graph.step_tolerance_m *= kUnit;
+  const MovePoint scale = [](const Eigen::Vector3d& point) {
+    return Eigen::Vector3d(point * kUnit);
+  };
+  EXPECT_LT(FarthestJoint(EstimateAll(world_, own), EstimateAll(scaled, other),
+                          scale),
+            kUnit * kSameMinimumMetres);
 }
 
 TEST_P(PropertiesTest, TheOrderOfCamerasDoesNotMatter) {

@@ -1,0 +1,243 @@
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/batch/merge.h"
+#include "apps/common/table.h"
+#include "apps/compare/study.h"
+#include "apps/compare/verdict.h"
+#include "core/io/csv_cell.h"
+#include "core/io/json.h"
+
+namespace kinegraph {
+namespace {
+
+// One strategy on all takes that it ran on.
+BatchColumn Means(const Study& study, size_t s) {
+  BatchColumn column;
+  for (const StudyTake& take : study.takes) {
+    const StudyScore& score = take.scores[s];
+    column.emplace_back();
+    if (!score.refused.empty() || !std::isfinite(score.mean_px)) continue;
+    column.back() = BatchValue{score.mean_px, score.standard_error_px};
+  }
+  return column;
+}
+
+// Its difference to the baseline; `s` may differ from take to take.
+template <typename StrategyOf>
+BatchColumn Differences(const Study& study, const StrategyOf& strategy_of) {
+  BatchColumn column;
+  for (const StudyTake& take : study.takes) {
+    column.emplace_back();
+    const std::optional<size_t> s = strategy_of(take);
+    if (!s || !take.scores[*s].refused.empty()) continue;
+    column.back() = BatchValue{take.scores[*s].difference_px,
+                               take.scores[*s].difference_error_px};
+  }
+  return column;
+}
+
+BatchSummary DifferenceOf(const Study& study, size_t s) {
+  return Summarise(Differences(
+      study, [s](const StudyTake&) { return std::optional<size_t>(s); }));
+}
+
+BatchSummary DifferenceOfChosen(const Study& study) {
+  return Summarise(
+      Differences(study, [](const StudyTake& take) { return take.chosen; }));
+}
+
+std::string Cell(const BatchSummary& summary) {
+  if (summary.takes == 0) return "-";
+  return Fixed(summary.mean, 2) + " [" + Fixed(summary.interval.low, 2) + ", " +
+         Fixed(summary.interval.high, 2) + "]";
+}
+
+std::string Of(int count, int all) {
+  return std::to_string(count) + " of " + std::to_string(all);
+}
+
+// "better on 3, not told apart on 1, worse on 0 of 4 takes"
+std::string Counts(const StudyVerdict& verdict) {
+  return "better on " + std::to_string(verdict.better) +
+         ", not told apart on " + std::to_string(verdict.same) + ", worse on " +
+         Of(verdict.worse, verdict.takes) + " takes";
+}
+
+std::string VerdictSentences(const Study& study) {
+  if (!study.best) return "No strategy could be run on every take.";
+  const StudyVerdict verdict = HoldsFor(study);
+  const Strategy& best = study.strategies[*study.best];
+  std::string text = "Best over all takes: " + best.title;
+  if (!study.best_values.empty()) {
+    text += " (" + DescribeValues(best, study.best_values) + ")";
+  }
+  text +=
+      ". Left out in turn, each of the takes was scored with what the "
+      "others chose: against " +
+      study.strategies[study.baseline_idx].title + " it was " +
+      Counts(verdict) + "; " + Of(verdict.like_all, verdict.takes) +
+      " chose the same strategy.";
+  const BatchSummary difference = DifferenceOfChosen(study);
+  if (difference.takes > 0) {
+    text += " Mean difference " + Cell(difference) +
+            " px (95 %, over takes, then frames).";
+  }
+  return text;
+}
+
+// Strategy by strategy: mean, difference, and on how many takes.
+Table StrategyTable(const Study& study) {
+  Table table(
+      {"strategy", "held-out, px", "to baseline, px", "better / same / worse"});
+  for (size_t s = 0; s < study.strategies.size(); ++s) {
+    int counts[3] = {0, 0, 0};
+    for (const StudyTake& take : study.takes) {
+      const StudyScore& score = take.scores[s];
+      if (!score.refused.empty()) continue;
+      ++counts[score.verdict == Verdict::kLess   ? 0
+               : score.verdict == Verdict::kMore ? 2
+                                                 : 1];
+    }
+    const bool is_baseline = s == study.baseline_idx;
+    table.AddRow({study.strategies[s].title, Cell(Summarise(Means(study, s))),
+                  is_baseline ? "-" : Cell(DifferenceOf(study, s)),
+                  is_baseline ? "-"
+                              : std::to_string(counts[0]) + " / " +
+                                    std::to_string(counts[1]) + " / " +
+                                    std::to_string(counts[2])});
+  }
+  return table;
+}
+
+Table TakeTable(const Study& study) {
+  Table table({"take", "chosen on the others", "values", "held-out, px",
+               "to baseline, px", ""});
+  for (const StudyTake& take : study.takes) {
+    if (!take.chosen) {
+      table.AddRow({take.name, "-", "-", "-", "-", ""});
+      continue;
+    }
+    const StudyScore& score = take.scores[*take.chosen];
+    const Strategy& strategy = study.strategies[*take.chosen];
+    table.AddRow({take.name, strategy.title,
+                  DescribeValues(strategy, score.values),
+                  score.refused.empty() ? Fixed(score.mean_px, 2) : "refused",
+                  score.refused.empty() ? Fixed(score.difference_px, 2) : "-",
+                  ToString(score.verdict)});
+  }
+  return table;
+}
+
+Json ScoreJson(const StudyScore& score) {
+  if (!score.refused.empty()) return {{"refused", score.refused}};
+  return {{"values", score.values},
+          {"held_out_mean_px", score.mean_px},
+          {"standard_error_px", score.standard_error_px},
+          {"difference_px", score.difference_px},
+          {"difference_standard_error_px", score.difference_error_px},
+          {"verdict", ToString(score.verdict)}};
+}
+
+Json SummaryJson(const BatchSummary& summary) {
+  if (summary.takes == 0) return nullptr;
+  return {{"takes", summary.takes},
+          {"mean", summary.mean},
+          {"low", summary.interval.low},
+          {"high", summary.interval.high}};
+}
+
+}  // namespace
+
+std::string StudyMarkdown(const Study& study) {
+  return "# A comparison over " + std::to_string(study.takes.size()) +
+         " takes\n\n" + VerdictSentences(study) +
+         "\n\nHeld-out error: mean of min(error, 30 px) of the detections of "
+         "each camera, left out in turn. " +
+         (study.tuned ? "Values of every strategy are chosen on the other "
+                        "takes. "
+                      : "Values are the configuration's. ") +
+         "Each take counts the same. Intervals (95 %) draw takes, and each "
+         "take's figure with the error of its own bootstrap over frames.\n\n" +
+         StrategyTable(study).ToString(TableStyle::kMarkdown) +
+         "\nbetter / same / worse: takes on which the interval of the paired "
+         "difference to the baseline is clear of zero, or is not.\n\n## Take "
+         "by take\n\n" +
+         TakeTable(study).ToString(TableStyle::kMarkdown);
+}
+
+std::string StudyCsv(const Study& study) {
+  std::string text =
+      "take,strategy,values,held_out_mean_px,standard_error_px,difference_px,"
+      "difference_standard_error_px,verdict,chosen\n";
+  for (const StudyTake& take : study.takes) {
+    for (size_t s = 0; s < study.strategies.size(); ++s) {
+      const StudyScore& score = take.scores[s];
+      text += CsvCell(take.name) + "," + study.strategies[s].name + "," +
+              CsvCell(DescribeValues(study.strategies[s], score.values)) + ",";
+      text += score.refused.empty()
+                  ? Fixed(score.mean_px, 6) + "," +
+                        Fixed(score.standard_error_px, 6) + "," +
+                        Fixed(score.difference_px, 6) + "," +
+                        Fixed(score.difference_error_px, 6) + "," +
+                        ToString(score.verdict)
+                  : ",,,,refused";
+      text += take.chosen == s ? ",1\n" : ",0\n";
+    }
+  }
+  return text;
+}
+
+std::string StudyJson(const Study& study) {
+  Json json;
+  const StudyVerdict verdict = HoldsFor(study);
+  json["baseline"] = study.strategies[study.baseline_idx].name;
+  json["tuned"] = study.tuned;
+  json["best"] =
+      study.best ? Json(study.strategies[*study.best].name) : nullptr;
+  json["best_values"] = study.best_values;
+  json["holds"] = {{"takes", verdict.takes},
+                   {"better", verdict.better},
+                   {"not_told_apart", verdict.same},
+                   {"worse", verdict.worse},
+                   {"same_strategy", verdict.like_all},
+                   {"difference_px", SummaryJson(DifferenceOfChosen(study))}};
+  for (size_t s = 0; s < study.strategies.size(); ++s) {
+    json["strategies"][study.strategies[s].name] = {
+        {"held_out_mean_px", SummaryJson(Summarise(Means(study, s)))},
+        {"difference_px", SummaryJson(DifferenceOf(study, s))}};
+  }
+  for (const StudyTake& take : study.takes) {
+    Json& one = json["takes"][take.name];
+    one["chosen_on_the_others"] =
+        take.chosen ? Json(study.strategies[*take.chosen].name) : nullptr;
+    for (size_t s = 0; s < study.strategies.size(); ++s) {
+      one["strategies"][study.strategies[s].name] = ScoreJson(take.scores[s]);
+    }
+  }
+  return json.dump(1) + "\n";
+}
+
+std::string StudyToml(const Study& study) {
+  if (!study.best) return "";
+  RunOptions wanted = study.options;
+  wanted.estimators =
+      OptionsOfStrategy(study.strategies[*study.best], study.best_values,
+                        study.rate_hz, wanted.estimators);
+  return "# Made by `kinegraph compare --manifest`: the configuration it was "
+         "given, with the\n# strategy that is best over " +
+         std::to_string(study.takes.size()) + " takes, " +
+         study.strategies[*study.best].title +
+         ".\n# Chosen on the other takes and scored on the one left out: " +
+         Counts(HoldsFor(study)) + ".\n" + ChangedKeysToml(wanted);
+}
+
+std::string StudyDigest(const Study& study, const std::string& folder) {
+  return StrategyTable(study).ToString() + "\n" + TakeTable(study).ToString() +
+         "\n" + Wrapped(VerdictSentences(study)) + "written to " + folder +
+         ":\n  study.md, study.csv, study.json\n  recommended.toml: for track "
+         "--config, the configuration given with the best strategy\n";
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,85 @@
+#include "apps/compare/take_input.h"
+
+#include <optional>
+
+#include "apps/common/app.h"
+#include "apps/common/config_folder.h"
+#include "core/base/error.h"
+#include "core/io/calibration.h"
+#include "core/io/config.h"
+#include "core/io/detection_source.h"
+#include "core/io/refinement_record.h"
+#include "solvers/session/refine_take.h"
+#include "solvers/session/remembered_runs.h"
+
+namespace kinegraph {
+namespace {
+
+std::string Joined(const std::string& a, const std::string& b) {
+  return a.empty() || b.empty() ? a + b : a + ";" + b;
+}
+
+}  // namespace
+
+std::vector<TakeInput> TakesOf(const Manifest& manifest,
+                               const std::string& path,
+                               const std::string& config,
+                               const std::string& mode,
+                               const std::string& set) {
+  if (manifest.takes.size() < 2) {
+    throw InputError(path, "takes",
+                     "found one, expected two or more: what is chosen on some "
+                     "is scored on others");
+  }
+  ManifestConfiguration own;
+  if (!config.empty()) {
+    own.config = config;
+  } else if (manifest.configurations.size() == 1) {
+    own = manifest.configurations.front();
+  } else {
+    throw InputError(path, "configurations",
+                     "found " + std::to_string(manifest.configurations.size()) +
+                         ", expected one, or --config");
+  }
+  std::vector<TakeInput> takes;
+  for (const ManifestTake& take : manifest.takes) {
+    TakeInput& input = takes.emplace_back();
+    input.name = take.name;
+    input.cameras = take.cameras;
+    input.detections = take.detections;
+    input.config = own.config;
+    input.mode = mode.empty() ? own.mode : mode;
+    input.set = Joined(Joined(own.set, take.set), set);
+    input.frames = take.frames;
+  }
+  return takes;
+}
+
+FrozenTake FreezeTake(const TakeInput& input, int threads,
+                      Checkpoint* checkpoint) {
+  FrozenTake take;
+  take.options =
+      ReadRunOptions(FindConfig(input.config), input.set, input.mode);
+  RunRequest request;
+  request.cameras = ReadCameras(input.cameras, take.options.cameras);
+  request.frames = ParseFrameRanges(input.frames);
+  request.threads = threads;
+  DetectionSequence detections =
+      ReadDetections(input.detections, DetectionOptionsOf(take.options));
+  const auto record = ReadRefinementRecord(input.cameras);
+  if (record.has_value() && record->has_clocks()) {
+    detections = WithRecordedClocks(take.options, request, *record, detections);
+  }
+  take.run = FreezeTracking(take.options, request, detections,
+                            [&](const EstimatorOptions& estimators) {
+                              return MakeRememberedEstimators(
+                                  estimators, EffectiveConfigJson(take.options),
+                                  checkpoint);
+                            });
+  if (take.run.tracks.frames.empty()) {
+    throw InputError(input.detections, "", "no frame in the frames asked for");
+  }
+  return take;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,44 @@
+// A take as a comparison is asked for it, read and frozen.
+#ifndef KINEGRAPH_APPS_COMPARE_TAKE_INPUT_H_
+#define KINEGRAPH_APPS_COMPARE_TAKE_INPUT_H_
+
+#include <string>
+#include <vector>
+
+#include "core/io/checkpoint.h"
+#include "core/io/manifest.h"
+#include "solvers/session/run.h"
+
+namespace kinegraph {
+
+// Empty texts are not given.
+struct TakeInput {
+  std::string name;  // of a take among several
+  std::string cameras;
+  std::string detections;
+  std::string config;
+  std::string mode;
+  std::string set;
+  std::string frames;
+};
+
+// Takes of a manifest with its one configuration; `config`, `mode` and `set`
+// win over, or are added to, the manifest's. Throws InputError where there are
+// fewer than two takes, or not one configuration.
+std::vector<TakeInput> TakesOf(const Manifest& manifest,
+                               const std::string& path,
+                               const std::string& config,
+                               const std::string& mode, const std::string& set);
+
+struct FrozenTake {
+  RunOptions options;
+  FrozenRun run;
+};
+
+// What the batch solves is looked up in the checkpoint. Throws InputError.
+FrozenTake FreezeTake(const TakeInput& input, int threads,
+                      Checkpoint* checkpoint);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMPARE_TAKE_INPUT_H_

@@ -1,0 +1,93 @@
+#!/bin/bash
+# What takes too long for every change; `./kinegraph test --all` runs it after
+# all tests. A line a step: outcome, seconds, what it was; its words are in
+# BUILD/all/*.log. A step that lacks something it needs is skipped and says what.
+#
+#   tests/all.sh BUILD [STEP...]     default: every step
+set -uo pipefail
+root=$(cd -P "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
+build=$(readlink -f "$1")
+shift
+logs=$build/all
+mkdir -p "$logs"
+cd "$root" || exit 1
+jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
+failed=0
+
+lacks() {  # why this step cannot be run; nothing: it can
+  local program
+  for program in "$@"; do
+    command -v "$program" >/dev/null || PATH=$PATH:/usr/sbin command -v \
+      "$program" >/dev/null || echo -n "$program "
+  done
+}
+
+sanitizer() {  # PRESET TEST_PROGRAM...
+  local preset=$1 program
+  shift
+  cmake --preset "$preset" -B "$build/$preset" &&
+    cmake --build "$build/$preset" --parallel "$jobs" --target "$@" || return 1
+  for program in "$@"; do
+    if [[ $program == test_* ]]; then
+      "$build/$preset/tests/$program" --gtest_brief=1 || return 1
+    fi
+  done
+}
+
+# Everything that reads, and all units.
+asan() {
+  ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1 \
+    UBSAN_OPTIONS=print_stacktrace=1 sanitizer asan $(cd tests &&
+      find core solvers fuzz -name '*_test.cc' -printf 'test_%h\n' |
+      tr / _ | sort -u)
+}
+# What works in threads.
+tsan() {
+  TSAN_OPTIONS=halt_on_error=1 sanitizer tsan test_core_base \
+    test_solvers_session test_solvers_batch test_core_tracking
+}
+kills() {
+  KINEGRAPH_KILLS=20 "$build/tests/test_apps_faults" --gtest_brief=1 \
+    --gtest_filter='ResumeTest.*'
+}
+calls() { tests/apps/faults/failing_calls.py "$build"; }
+stream() { tests/apps/faults/long_stream.py "$build" 1 "$logs/stream"; }
+slurm() { "$build/tests/test_apps_cluster" --gtest_brief=1; }
+fuzz() {
+  cmake --preset fuzz -B "$build/fuzz" &&
+    cmake --build "$build/fuzz" --parallel "$jobs" --target fuzz_targets &&
+    tests/fuzz/run.py "$build/fuzz/tests/fuzz/fuzz_targets" 60 "$logs/fuzz"
+}
+package() {
+  (cd "$build" && rm -f kinegraph_*.deb && cpack -G DEB) &&
+    tests/install/bare_root.sh "$build"/kinegraph_*.deb "$logs/bare_root"
+}
+
+step() {  # NAME TITLE NEEDED_PROGRAM...
+  local name=$1 title=$2 begin=$SECONDS outcome missing
+  shift 2
+  missing=$(lacks "$@")
+  if [[ -n $missing ]]; then
+    printf 'SKIPPED          %s: needs %s\n' "$title" "$missing"
+    return
+  fi
+  if "$name" >"$logs/$name.log" 2>&1 </dev/null; then outcome='passed '; else
+    outcome='FAILED '
+    failed=1
+  fi
+  printf '%s %6d s  %s\n' "$outcome" $((SECONDS - begin)) "$title"
+}
+
+wanted=" ${*:-asan tsan kills calls stream slurm fuzz package} "
+run() { if [[ $wanted == *" $1 "* ]]; then step "$@"; fi; }
+run kills 'track, compare, reproduce killed 20 times each' python3
+run calls "calls of every command made to fail" gcc python3
+run slurm 'Snakemake, and 40 tasks on a Slurm whose node dies' snakemake \
+  slurmctld slurmd munged sbatch
+run stream 'an hour of live input at constant memory' python3
+run asan 'address and undefined-behaviour sanitizers over units and readers' g++
+run tsan 'thread sanitizer over what works in threads' g++
+run fuzz 'a minute of fuzzing a target' clang++-14
+run package 'the Debian package in a bare root' debootstrap chroot
+if ((failed)); then echo "the words of what failed: $logs"; fi
+exit $failed

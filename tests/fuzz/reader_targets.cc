@@ -1,0 +1,85 @@
+#include <functional>
+
+#include "core/io/calibration.h"
+#include "core/io/detection_format.h"
+#include "core/io/detection_source.h"
+#include "core/io/held_out_set.h"
+#include "core/io/identity_edits.h"
+#include "core/io/manifest.h"
+#include "core/io/track_format.h"
+#include "core/io/tracks.h"
+#include "tests/fuzz/memory_file.h"
+#include "tests/fuzz/targets.h"
+
+namespace kinegraph::testing {
+namespace {
+
+void FuzzCalibration(const uint8_t* bytes, size_t size) {
+  Reading(bytes, size, [](const std::string& path) { ReadCameras(path); });
+}
+
+// An empty name: recognised by content.
+void FuzzDetections(const std::string& format, const uint8_t* bytes,
+                    size_t size) {
+  Reading(bytes, size, [&](const std::string& path) {
+    DetectionReadOptions options;
+    if (!format.empty()) options.format = format;
+    const auto source = OpenDetections(path, options);
+    DetectionFrame frame;
+    while (source->Next(&frame)) {
+    }
+  });
+}
+
+void FuzzTracks(const std::string& format, const uint8_t* bytes, size_t size) {
+  Reading(bytes, size, [&](const std::string& path) {
+    TrackReadOptions options;
+    options.format = format;
+    ReadTracks(path, options);
+  });
+}
+
+void FuzzManifest(const uint8_t* bytes, size_t size) {
+  Reading(bytes, size, [](const std::string& path) { ReadManifest(path); });
+}
+
+void FuzzHeldOutSet(const uint8_t* bytes, size_t size) {
+  Reading(bytes, size, [](const std::string& path) { ReadHeldOutSet(path); });
+}
+
+void FuzzCorrections(const uint8_t* bytes, size_t size) {
+  Reading(bytes, size,
+          [](const std::string& path) { ReadIdentityEdits(path); });
+}
+
+}  // namespace
+
+std::vector<FuzzTarget> ReaderTargets() {
+  using namespace std::placeholders;  // NOLINT
+  std::vector<FuzzTarget> targets = {
+      {"calibration", FuzzCalibration},
+      {"manifest", FuzzManifest},
+      {"held_out_set", FuzzHeldOutSet},
+      {"corrections", FuzzCorrections},
+      {"detections", std::bind(FuzzDetections, "", _1, _2)},
+      {"tracks", std::bind(FuzzTracks, "", _1, _2)}};
+  for (const DetectionFormat& format : DetectionFormats()) {
+    if (format.open == nullptr ||
+        format.files == DetectionFormat::Files::kFolderAView) {
+      continue;
+    }
+    targets.push_back({"detections_" + format.name,
+                       std::bind(FuzzDetections, format.name, _1, _2)});
+  }
+  for (const TrackFormat& format : TrackFormats()) {
+    if (format.read == nullptr ||
+        format.files == TrackFormat::Files::kFileAFrame) {
+      continue;
+    }
+    targets.push_back(
+        {"tracks_" + format.name, std::bind(FuzzTracks, format.name, _1, _2)});
+  }
+  return targets;
+}
+
+}  // namespace kinegraph::testing

@@ -1,0 +1,68 @@
+#!/usr/bin/env python3
+"""Fuzzes every target for a while and prints what was reached.
+
+  tests/fuzz/run.py [program] [seconds a target] [folder] [target ...]
+
+`program` is fuzz_targets or fuzz_readers of the preset fuzz (default
+build/fuzz/tests/fuzz/fuzz_targets). FOLDER/corpus/TARGET keeps what grows from
+the seeds, so that a later run goes on; findings go to FOLDER/found/TARGET. A row
+a target: executions, covered edges of ours, features, inputs kept, findings.
+Exit code 1 where something was found.
+"""
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+PROGRAM = sys.argv[1] if len(sys.argv) > 1 else (
+    "build/fuzz/tests/fuzz/fuzz_targets")
+SECONDS = int(sys.argv[2]) if len(sys.argv) > 2 else 600
+FOLDER = pathlib.Path(sys.argv[3] if len(sys.argv) > 3 else "out/fuzz")
+
+
+def targets():
+    """As the program lists them when it knows none of the name."""
+    listed = subprocess.run([PROGRAM, "-runs=0"], capture_output=True,
+                            text=True,
+                            env=dict(os.environ, KINEGRAPH_FUZZ_TARGET="list"))
+    return listed.stdout.split()
+
+
+def fuzz(target):
+    corpus = FOLDER / "corpus" / target
+    found = FOLDER / "found" / target
+    corpus.mkdir(parents=True, exist_ok=True)
+    found.mkdir(parents=True, exist_ok=True)
+    done = subprocess.run(
+        [PROGRAM, str(corpus), f"-artifact_prefix={found}/",
+         f"-max_total_time={SECONDS}", "-rss_limit_mb=2048", "-timeout=10",
+         "-max_len=65536", "-print_final_stats=1", "-detect_leaks=0"],
+        capture_output=True, text=True, errors="replace",
+        env=dict(os.environ, KINEGRAPH_FUZZ_TARGET=target,
+                 KINEGRAPH_FUZZ_SEEDS=str(corpus), GLOG_minloglevel="3"))
+    (FOLDER / f"{target}.log").write_text(done.stderr)
+    last = {}
+    for key in ("cov", "ft", "corp"):
+        seen = re.findall(rf"\b{key}: (\d+)", done.stderr)
+        last[key] = int(seen[-1]) if seen else 0
+    runs = re.findall(r"number_of_executed_units: (\d+)", done.stderr)
+    findings = sorted(path.name for path in found.iterdir())
+    print(f"| {target} | {int(runs[-1]) if runs else 0:,} | {last['cov']:,} | "
+          f"{last['ft']:,} | {last['corp']:,} | {len(findings)} |", flush=True)
+    return findings
+
+
+def main():
+    wanted = sys.argv[4:] or targets()
+    print(f"| target ({SECONDS} s) | executions | edges | features | inputs | "
+          "findings |\n|---|---|---|---|---|---|", flush=True)
+    findings = [f"{target}/{name}" for target in wanted
+                for name in fuzz(target)]
+    for finding in findings:
+        print("found:", FOLDER / "found" / finding)
+    sys.exit(bool(findings))
+
+
+if __name__ == "__main__":
+    main()
