@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "core/base/bytes.h"
 #include "core/base/error.h"
@@ -60,6 +61,7 @@ Checkpoint::Checkpoint(const std::string& path, const std::string& build,
 
 Checkpoint::~Checkpoint() {
   if (descriptor_ >= 0) close(descriptor_);
+  if (given_up_ >= 0) close(given_up_);
 }
 
 // Locked, so that two runs never write into one another's.
@@ -71,6 +73,8 @@ bool Checkpoint::OpenFile(bool resume) {
   struct stat status {};
   if (descriptor_ < 0 || fstat(descriptor_, &status) != 0) {
     trouble_ = "cannot be opened: " + std::string(std::strerror(errno));
+    if (descriptor_ >= 0) close(descriptor_);
+    descriptor_ = -1;
     return false;
   }
   std::string head;
@@ -146,10 +150,10 @@ void Checkpoint::Add(const std::string& key, const std::string& value) {
       return;
     }
   }
-  for (const auto& [name, bytes] : waiting_) {
+  const auto waiting = std::exchange(waiting_, {});
+  for (const auto& [name, bytes] : waiting) {
     if (descriptor_ >= 0) Append(name, bytes);
   }
-  waiting_.clear();
 }
 
 void Checkpoint::Append(const std::string& key, const std::string& value) {
@@ -172,14 +176,14 @@ void Checkpoint::Append(const std::string& key, const std::string& value) {
 }
 
 // A checkpoint is a help: without it the work goes on all the same. What is
-// in the file already stays good.
+// in the file already stays good until the work is complete.
 void Checkpoint::GiveUp(const std::string& why) {
   trouble_ = why;
   if (descriptor_ >= 0) {
     [[maybe_unused]] const int cut = ftruncate(descriptor_, end_);
-    close(descriptor_);
+    given_up_ = std::exchange(descriptor_, -1);
+    given_up_path_ = path_;
   }
-  descriptor_ = -1;
   path_.clear();
   places_.clear();
   waiting_.clear();
@@ -189,9 +193,12 @@ void Checkpoint::Remove() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (descriptor_ >= 0) {
     unlink(path_.c_str());
-    close(descriptor_);
+    close(std::exchange(descriptor_, -1));
   }
-  descriptor_ = -1;
+  if (given_up_ >= 0) {
+    unlink(given_up_path_.c_str());
+    close(std::exchange(given_up_, -1));
+  }
   path_.clear();
   places_.clear();
   waiting_.clear();

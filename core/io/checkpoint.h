@@ -68,6 +68,9 @@ class Checkpoint {
   std::chrono::steady_clock::time_point synced_;
   std::mutex mutex_;
   int descriptor_ = -1;
+  // Ours, still locked, with nothing added any more.
+  int given_up_ = -1;
+  std::string given_up_path_;
   int64_t end_ = 0;
   int64_t found_ = 0;
   std::string trouble_;

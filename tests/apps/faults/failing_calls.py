@@ -138,7 +138,9 @@ def try_command(name, line, flag, file_name, library, folder):
                  "parts" if by_file and is_part(found, new) else "neither")
         call = log.read_text()
         left = [str(e.relative_to(folder)) for e in folder.rglob("*")
-                if "partial" in e.name or e.name.endswith(".checkpoint")]
+                if "partial" in e.name or
+                # What was solved before an error is kept on purpose.
+                (done.returncode == 0 and e.name.endswith(".checkpoint"))]
         outcomes[f"exit {done.returncode}, {state}"] += 1
         good = state == "new" if done.returncode == 0 else (
             done.returncode in (1, 2) and state != "neither"

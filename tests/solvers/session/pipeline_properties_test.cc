@@ -1,0 +1,233 @@
+// The whole pipeline in graph mode, on random scenes: the same people come out
+// wherever the world's origin lies and however cameras and detections are
+// numbered. A scene that fails is made smaller as long as it fails, and the
+// smallest one is said.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/random.h"
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+#include "solvers/session/run.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph::testing {
+namespace {
+
+// What a random scene is made of.
+struct Recipe {
+  int64_t seed = 0;
+  int people = 1;
+  int cameras = 3;
+  int frames = 50;
+
+  std::string Text() const {
+    return "seed " + std::to_string(seed) + ", " + std::to_string(people) +
+           " people, " + std::to_string(cameras) + " cameras, " +
+           std::to_string(frames) + " frames";
+  }
+};
+
+struct Take {
+  CameraRig cameras;
+  DetectionSequence detections;
+};
+
+Take TakeOf(const Recipe& recipe) {
+  SceneOptions options;
+  options.seed = recipe.seed;
+  options.people = recipe.people;
+  options.motion.visitors = 0.0;  // there from the first frame on
+  options.cameras.count = recipe.cameras;
+  options.duration_s = recipe.frames / 25.0;
+  const Scene scene = MakeScene(options);
+  NoiseOptions noise;
+  noise.seed = recipe.seed;
+  noise.joints.missing_rate = 0.05;
+  ObservationTruth truth;
+  return {scene.cameras, Observe(scene, noise, &truth)};
+}
+
+TrackSequence Track(const Take& take) {
+  RunOptions options = ReadRunOptions(
+      ProjectFile("configs/default.toml").string(), "graph.solver=sweeps", "");
+  RunRequest request;
+  request.cameras = take.cameras;
+  return TrackSequenceOf(options, request, take.detections);
+}
+
+using MovePoint = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
+Eigen::Vector3d Stays(const Eigen::Vector3d& point) { return point; }
+
+// Empty: the same people. Each person of `a` is the one of `b` that stands
+// where `move` takes them, in all frames the same one.
+std::string Difference(const TrackSequence& a, const TrackSequence& b,
+                       const MovePoint& move) {
+  // Half of the distance at which two people can stand.
+  constexpr double kSamePlaceMetres = 0.15;
+  std::map<TrackId, TrackId> partner;
+  std::map<TrackId, TrackId> back;
+  if (a.frames.size() != b.frames.size()) return "other frames";
+  for (size_t f = 0; f < a.frames.size(); ++f) {
+    const std::string at = "frame " + std::to_string(a.frames[f].frame) + ": ";
+    if (a.frames[f].people.size() != b.frames[f].people.size()) {
+      return at + std::to_string(a.frames[f].people.size()) + " and " +
+             std::to_string(b.frames[f].people.size()) + " people";
+    }
+    for (const PersonPose& person : a.frames[f].people) {
+      const Eigen::Vector3d place = move(*MeanPosition(person.joints));
+      const auto same =
+          std::find_if(b.frames[f].people.begin(), b.frames[f].people.end(),
+                       [&](const PersonPose& other) {
+                         return (*MeanPosition(other.joints) - place).norm() <
+                                kSamePlaceMetres;
+                       });
+      if (same == b.frames[f].people.end()) return at + "nobody at a place";
+      const TrackId theirs = partner.emplace(person.id, same->id).first->second;
+      const TrackId ours = back.emplace(same->id, person.id).first->second;
+      if (theirs != same->id || ours != person.id) return at + "exchanged";
+    }
+  }
+  return "";
+}
+
+// What is done to a take, and where its people are then.
+struct Change {
+  std::string name;
+  std::function<MovePoint(Take*)> apply;
+};
+
+MovePoint MoveWorld(Take* take) {
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(1.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Vector3d shift(4.0, -7.0, 0.0);
+  for (Camera& camera : take->cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.R = parameters.R * turn.transpose();
+    parameters.t = parameters.t - parameters.R * shift;
+    camera = Camera(parameters);
+  }
+  return [=](const Eigen::Vector3d& point) {
+    return Eigen::Vector3d(turn * point + shift);
+  };
+}
+
+MovePoint TurnDetectionsAround(Take* take) {
+  for (DetectionFrame& frame : take->detections.frames) {
+    for (ViewDetections& view : frame.views) {
+      std::reverse(view.detections.begin(), view.detections.end());
+      for (size_t d = 0; d < view.detections.size(); ++d) {
+        view.detections[d].index_in_file = static_cast<int>(d);
+      }
+    }
+  }
+  return Stays;
+}
+
+MovePoint TurnCamerasAround(Take* take) {
+  std::reverse(take->cameras.begin(), take->cameras.end());
+  auto& names = take->detections.header.view_names;
+  std::reverse(names.begin(), names.end());
+  for (DetectionFrame& frame : take->detections.frames) {
+    std::reverse(frame.views.begin(), frame.views.end());
+  }
+  return Stays;
+}
+
+MovePoint AddEmptyCamera(Take* take) {
+  CameraParameters parameters = take->cameras.front().parameters();
+  parameters.name = "blind";
+  take->cameras.emplace_back(parameters);
+  take->detections.header.view_names.emplace_back("blind");
+  for (DetectionFrame& frame : take->detections.frames) {
+    frame.views.emplace_back();
+    frame.views.back().capture_time = frame.views.front().capture_time;
+  }
+  return Stays;
+}
+
+std::vector<Change> Changes() {
+  return {{"a moved world", MoveWorld},
+          {"detections in another order", TurnDetectionsAround},
+          {"cameras in another order", TurnCamerasAround},
+          {"a camera that sees nobody", AddEmptyCamera}};
+}
+
+std::string Fails(const Recipe& recipe, const Change& change) {
+  const Take take = TakeOf(recipe);
+  Take changed = take;
+  const MovePoint move = change.apply(&changed);
+  return Difference(Track(take), Track(changed), move);
+}
+
+// The smallest scene found that fails in the same way.
+Recipe Shrunk(Recipe recipe, const Change& change) {
+  bool smaller = true;
+  while (smaller) {
+    smaller = false;
+    for (const auto& shrink : std::vector<std::function<void(Recipe*)>>{
+             [](Recipe* one) { one->frames /= 2; },
+             [](Recipe* one) { --one->people; },
+             [](Recipe* one) { --one->cameras; }}) {
+      Recipe next = recipe;
+      shrink(&next);
+      if (next.frames < 5 || next.people < 1 || next.cameras < 2) continue;
+      if (Fails(next, change).empty()) continue;
+      recipe = next;
+      smaller = true;
+    }
+  }
+  return recipe;
+}
+
+TEST(PipelineDifference, IsSeen) {
+  Recipe recipe;
+  recipe.seed = 2;
+  const TrackSequence tracks = Track(TakeOf(recipe));
+  ASSERT_GT(tracks.frames.back().people.size(), 0u);
+  EXPECT_EQ(Difference(tracks, tracks, Stays), "");
+  TrackSequence fewer = tracks;
+  fewer.frames.back().people.pop_back();
+  EXPECT_NE(Difference(tracks, fewer, Stays), "");
+  TrackSequence renamed = tracks;
+  renamed.frames.back().people.back().id = TrackId(77);
+  EXPECT_NE(Difference(tracks, renamed, Stays), "");
+  const MovePoint away = [](const Eigen::Vector3d& point) {
+    return Eigen::Vector3d(point + Eigen::Vector3d(0.3, 0.0, 0.0));
+  };
+  EXPECT_NE(Difference(tracks, tracks, away), "");
+}
+
+class PipelineProperties : public ::testing::TestWithParam<int64_t> {};
+
+TEST_P(PipelineProperties, TheSamePeople) {
+  Random random(static_cast<uint64_t>(GetParam()));
+  Recipe recipe;
+  recipe.seed = GetParam();
+  recipe.people = static_cast<int>(1 + random.Index(4));
+  recipe.cameras = static_cast<int>(3 + random.Index(3));
+  int64_t people = 0;
+  for (const TrackFrame& frame : Track(TakeOf(recipe)).frames) {
+    people += static_cast<int64_t>(frame.people.size());
+  }
+  EXPECT_GT(people, 0) << recipe.Text();
+  for (const Change& change : Changes()) {
+    const std::string difference = Fails(recipe, change);
+    if (difference.empty()) continue;
+    ADD_FAILURE() << change.name << ": " << difference << " (" << recipe.Text()
+                  << "); smallest: " << Shrunk(recipe, change).Text();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, PipelineProperties,
+                         ::testing::Range<int64_t>(1, 9));
+
+}  // namespace
+}  // namespace kinegraph::testing
