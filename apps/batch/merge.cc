@@ -9,6 +9,7 @@
 
 #include "apps/batch/runner.h"
 #include "apps/common/table.h"
+#include "core/base/error.h"
 #include "core/base/random.h"
 #include "core/io/atomic_file.h"
 #include "core/io/csv_cell.h"
@@ -88,7 +89,12 @@ Results ReadResults(const std::vector<Task>& tasks, const std::string& out) {
       continue;
     }
     TaskFiles files(out + "/" + task.Name());
-    const Json& made = *files.Find("task.json");
+    const Json* const found = files.Find("task.json");
+    if (found == nullptr) {
+      throw InputError(out + "/" + task.Name() + "/task.json", "",
+                       "has gone while the results were read");
+    }
+    const Json& made = *found;
     results.processors.insert(made.value("processor", "unknown"));
     results.commits.insert(made.value("commit", "unknown"));
     const auto take = static_cast<size_t>(

@@ -90,8 +90,13 @@ bool IsFolder(const std::string& path) {
 }
 
 bool IsFile(const std::string& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored) && !IsFolder(path);
+  std::error_code error;
+  const bool exists = fs::exists(path, error);
+  // A disk or a network that fails does not make a file absent.
+  if (error.value() == EIO || error.value() == ESTALE) {
+    throw InputError(path, "", "cannot be read: " + error.message());
+  }
+  return exists && !IsFolder(path);
 }
 
 std::string RelativeToFile(const std::string& path, const std::string& file) {

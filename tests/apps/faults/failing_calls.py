@@ -106,8 +106,8 @@ def try_command(name, line, flag, file_name, library, folder):
     out = folder / file_name
     line = line + [f"{flag}={out}"]
     is_folder = file_name == "folder"
-    # These put finished files into a folder that may be there before.
-    by_file = name in ("batch", "doctor", "convert to trc")
+    # These put finished files into a folder one by one.
+    by_file = name in ("batch", "doctor", "synthesize", "convert to trc")
 
     def clear():
         for entry in folder.iterdir():
@@ -142,8 +142,10 @@ def try_command(name, line, flag, file_name, library, folder):
                 # What was solved before an error is kept on purpose.
                 (done.returncode == 0 and e.name.endswith(".checkpoint"))]
         outcomes[f"exit {done.returncode}, {state}"] += 1
+        # The tables of a batch tell which of its tasks have failed.
+        told = "tasks failed" in done.stderr
         good = state == "new" if done.returncode == 0 else (
-            done.returncode in (1, 2) and state != "neither"
+            done.returncode in (1, 2) and (state != "neither" or told)
             and done.stderr.count("\n") == 1)
         if not good or (left and call not in ("unlink", "rmdir", "remove")):
             wrong.append((n, call, done.returncode, state, left,
