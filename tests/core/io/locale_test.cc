@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/io/calibration.h"
 #include "core/io/calibration_writer.h"
 #include "core/io/detection_source.h"
@@ -85,8 +86,43 @@ Files FilesOf(const fs::path& path) {
   return files;
 }
 
+// The numbers that a reader finds; those it refuses (some formats have other
+// skeletons, or lack the size of images), it refuses alike.
+std::vector<double> TracksIn(const std::string& path, const char* format) {
+  TrackReadOptions options;
+  options.format = format;
+  std::vector<double> numbers;
+  try {
+    for (const TrackFrame& frame : ReadTracks(path, options).frames) {
+      for (const PersonPose& person : frame.people) {
+        for (const Joint3d& joint : person.joints) {
+          for (int i = 0; i < 3; ++i) numbers.push_back(joint.position_m[i]);
+        }
+      }
+    }
+  } catch (const InputError&) {
+    return {};
+  }
+  return numbers;
+}
+
+std::vector<double> CamerasIn(const std::string& path) {
+  std::vector<double> numbers;
+  try {
+    for (const Camera& camera : ReadCameras(path)) {
+      const CameraParameters& parameters = camera.parameters();
+      for (int i = 0; i < 9; ++i) numbers.push_back(parameters.K.data()[i]);
+      for (int i = 0; i < 3; ++i) numbers.push_back(parameters.t[i]);
+    }
+  } catch (const InputError&) {
+    return {};
+  }
+  return numbers;
+}
+
 TEST(Locale, TracksAreTheSameFiles) {
   const Sample sample = MakeSample();
+  int read = 0;
   for (const TrackFormat& format : TrackFormats()) {
     if (format.write == nullptr) continue;
     SCOPED_TRACE(format.name);
@@ -95,23 +131,23 @@ TEST(Locale, TracksAreTheSameFiles) {
     const std::string commas = (folder.path() / "commas").string();
     Losses losses;
     format.write(plain, sample.tracks, {}, &losses);
-    {
-      const InCommas in_commas;
-      format.write(commas, sample.tracks, {}, &losses);
-      if (format.read != nullptr) {
-        TrackReadOptions options;
-        options.format = format.name;
-        EXPECT_EQ(ReadTracks(commas, options).frames.size(),
-                  sample.tracks.frames.size());
-      }
-    }
+    std::vector<double> numbers;
+    if (format.read != nullptr) numbers = TracksIn(plain, format.name.c_str());
+    read += numbers.empty() ? 0 : 1;
+    const InCommas in_commas;
+    format.write(commas, sample.tracks, {}, &losses);
     EXPECT_EQ(FilesOf(plain), FilesOf(commas));
+    if (format.read != nullptr) {
+      EXPECT_EQ(TracksIn(plain, format.name.c_str()), numbers);
+    }
   }
+  EXPECT_GE(read, 6);  // most formats read back
 }
 
 TEST(Locale, CamerasAndDetectionsAreTheSameFiles) {
   const Sample sample = MakeSample();
   const TemporaryFolder folder;
+  int read = 0;
   for (const CalibrationFormat format : WritableCalibrationFormats()) {
     if (format == CalibrationFormat::kTum) continue;  // refuses lenses
     const auto name = std::to_string(static_cast<int>(format));
@@ -120,26 +156,23 @@ TEST(Locale, CamerasAndDetectionsAreTheSameFiles) {
     const std::string commas = (folder.path() / ("commas" + name)).string();
     Losses losses;
     WriteCalibration(plain, format, sample.scene.cameras, &losses);
-    const CameraRig read = ReadCameras(plain);
+    const std::vector<double> numbers = CamerasIn(plain);
+    read += numbers.empty() ? 0 : 1;
     const InCommas in_commas;
     WriteCalibration(commas, format, sample.scene.cameras, &losses);
     EXPECT_EQ(FilesOf(plain), FilesOf(commas));
-    const CameraRig again = ReadCameras(plain);
-    ASSERT_EQ(again.size(), read.size());
-    for (size_t c = 0; c < read.size(); ++c) {
-      EXPECT_EQ(again[c].parameters().K, read[c].parameters().K);
-      EXPECT_EQ(again[c].parameters().t, read[c].parameters().t);
-    }
+    EXPECT_EQ(CamerasIn(plain), numbers);
   }
+  EXPECT_GE(read, 5);
   const std::string plain = (folder.path() / "plain.jsonl").string();
   const std::string commas = (folder.path() / "commas.jsonl").string();
   WriteDetections(plain, sample.detections);
   const InCommas in_commas;
   WriteDetections(commas, sample.detections);
   EXPECT_EQ(FilesOf(plain), FilesOf(commas));
-  const DetectionSequence read = ReadDetections(commas);
-  ASSERT_EQ(read.frames.size(), sample.detections.frames.size());
-  EXPECT_EQ(read.frames[0].views[0].detections.at(0).joints[0].px,
+  const DetectionSequence again = ReadDetections(commas);
+  ASSERT_EQ(again.frames.size(), sample.detections.frames.size());
+  EXPECT_EQ(again.frames[0].views[0].detections.at(0).joints[0].px,
             sample.detections.frames[0].views[0].detections.at(0).joints[0].px);
 }
 
