@@ -10,6 +10,7 @@
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/interruption.h"
+#include "apps/common/key_tables.h"
 #include "apps/common/progress.h"
 #include "apps/common/refinement.h"
 #include "apps/common/resume.h"
@@ -299,7 +300,7 @@ void SayOutcome(const Take& take, const RunSummary& summary,
 
 void RunTrack() {
   if (FLAGS_keys) {
-    std::fputs(ConfigReference<RunOptions>().c_str(), stdout);
+    std::fputs(KeyTables(ConfigReference<RunOptions>()).c_str(), stdout);
     return;
   }
   CheckFlags();

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/key_tables.h"
 #include "apps/common/synthesis.h"
 #include "core/io/config.h"
 #include "core/io/text_file.h"
@@ -21,9 +22,30 @@ namespace fs = std::filesystem;
 TEST(DocsTest, ConfigurationPageListsEveryKey) {
   const std::string page =
       ReadTextFile(testing::ProjectFile("docs/configuration.md").string());
-  const std::string reference = ConfigReference<RunOptions>();
+  const std::string reference = KeyTables(ConfigReference<RunOptions>());
   EXPECT_NE(page.find(reference), std::string::npos)
       << "remake the table with: ./kinegraph track --keys";
+}
+
+TEST(DocsTest, EverydayKeysAreAHandfulAndStandOnce) {
+  const std::string reference = ConfigReference<RunOptions>();
+  const std::string tables = KeyTables(reference);
+  const size_t expert = tables.find("## Expert keys");
+  ASSERT_NE(expert, std::string::npos);
+  const std::string row = "\n| `";
+  const auto rows = [&](const std::string& text) {
+    size_t count = 0;
+    for (size_t at = text.find(row); at != std::string::npos;
+         at = text.find(row, at + 1)) {
+      ++count;
+    }
+    return count;
+  };
+  // As many as a hand or two count.
+  EXPECT_GE(rows(tables.substr(0, expert)), 5u);
+  EXPECT_LE(rows(tables.substr(0, expert)), 10u);
+  EXPECT_EQ(rows(tables), rows(reference));
+  EXPECT_THROW(KeyTables("| key |\n|---|\n| `mode` |\n"), std::logic_error);
 }
 
 TEST(DocsTest, SynthesisPageListsEveryKey) {
