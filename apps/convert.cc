@@ -16,6 +16,7 @@
 #include "apps/common/summary.h"
 #include "core/base/error.h"
 #include "core/io/calibration.h"
+#include "core/io/calibration_format.h"
 #include "core/io/calibration_writer.h"
 #include "core/io/config.h"
 #include "core/io/detection_format.h"
@@ -84,21 +85,13 @@ std::string LayoutOf(const TrackFormat& format) {
   return text;
 }
 
-// Those of detections and tracks follow from their registries. Calibrations
-// stand in the order of their enum, so that the place of a format among them is
-// its value less one.
+// They follow from the three registries.
 std::vector<Format> MakeFormats() {
-  std::vector<Format> formats = {
-      {kCalibration, "kinegraph", true, true, "cameras.json"},
-      {kCalibration, "krt", true, true, "JSON: K and RT of each camera"},
-      {kCalibration, "voxelpose", true, true, "JSON, mm"},
-      {kCalibration, "longcw", true, true, "JSON, cm"},
-      {kCalibration, "panoptic", true, true, "CMU Panoptic's JSON, cm"},
-      {kCalibration, "pose2sim", true, true,
-       "TOML: Pose2Sim, Anipose, FreeMoCap, Caliscope"},
-      {kCalibration, "tum", true, true, "a folder of P0.txt, P1.txt, ..."},
-      {kCalibration, "opencv", true, true, "YAML, a file a camera"},
-      {kCalibration, "easymocap", true, true, "intri.yml and extri.yml"}};
+  std::vector<Format> formats;
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    formats.push_back({kCalibration, format.name, true, format.write != nullptr,
+                       format.layout});
+  }
   for (const DetectionFormat& format : DetectionFormats()) {
     formats.push_back({kDetections, format.name, format.open != nullptr,
                        format.write != nullptr, format.layout});
@@ -203,22 +196,6 @@ FileKind ChooseKind() {
   return kind;
 }
 
-CalibrationFormat CalibrationFormatToRead() {
-  int value = 0;  // kAuto
-  for (const Format& format : Formats()) {
-    if (format.kind != kCalibration) continue;
-    ++value;
-    if (format.name == FLAGS_from) break;
-  }
-  return static_cast<CalibrationFormat>(value);
-}
-
-CalibrationFormat CalibrationFormatToWrite() {
-  const std::vector<std::string>& names = CalibrationFormatNames();
-  return static_cast<CalibrationFormat>(
-      std::find(names.begin(), names.end(), FLAGS_to) - names.begin());
-}
-
 // Everything that reading can be told.
 struct ConvertOptions {
   CameraReadOptions cameras;
@@ -305,11 +282,9 @@ std::string Count(size_t count, const std::string& what) {
 
 std::string ConvertCalibration(const ConvertOptions& options, Losses* losses) {
   CameraReadOptions read = options.cameras;
-  if (FLAGS_from != "auto") {
-    read.format = CalibrationFormatToRead();
-  }
+  if (FLAGS_from != "auto") read.format = FLAGS_from;
   const CameraRig cameras = ReadCameras(FLAGS_in, read);
-  WriteCalibration(FLAGS_out, CalibrationFormatToWrite(), cameras, losses);
+  WriteCalibration(FLAGS_out, FLAGS_to, cameras, losses);
   return Count(cameras.size(), "cameras");
 }
 

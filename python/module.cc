@@ -484,21 +484,9 @@ py::array_t<Number> RowNumbers(const KinematicsTable& table, const Get& get) {
 Losses WriteCamerasAs(const std::string& path,
                       const std::vector<Camera>& cameras,
                       const std::string& format) {
-  const std::vector<std::string>& names = CalibrationFormatNames();
-  const auto at = std::find(names.begin(), names.end(), format);
-  const auto kind = static_cast<CalibrationFormat>(at - names.begin());
-  const std::vector<CalibrationFormat>& writable = WritableCalibrationFormats();
-  if (std::find(writable.begin(), writable.end(), kind) == writable.end()) {
-    std::string known;
-    for (const CalibrationFormat one : writable) {
-      known += " " + names[static_cast<size_t>(one)];
-    }
-    throw InputError("format: found '" + Printable(format) +
-                     "', expected one of" + known);
-  }
   const py::gil_scoped_release unlocked;
   Losses losses;
-  WriteCalibration(path, kind, cameras, &losses);
+  WriteCalibration(path, format, cameras, &losses);
   return losses;
 }
 

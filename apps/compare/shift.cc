@@ -36,7 +36,7 @@ std::vector<Residuals> ResidualsOf(const FrozenRun& run,
           }
           const auto pixel = camera.Project(frame.initial[j].position_m);
           if (!pixel.has_value()) continue;
-          const Eigen::Vector2d residual = (*view.joints)[j].px - *pixel;
+          const Eigen::Vector2d residual = view.joints[j].px - *pixel;
           views[view.view_idx].x.push_back(residual.x());
           views[view.view_idx].y.push_back(residual.y());
         }

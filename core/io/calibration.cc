@@ -3,154 +3,36 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <unordered_set>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/io/calibration_format.h"
 #include "core/io/calibration_formats.h"
-#include "core/io/json.h"
-#include "core/io/text_file.h"
-#include "core/io/toml_file.h"
 
 namespace kinegraph {
 namespace {
 
-namespace fs = std::filesystem;
-
-using Format = CalibrationFormat;
-
-// ---- Which format ----
-
-[[noreturn]] void FailUnknownFormat(const std::string& path) {
-  throw InputError(path, "",
-                   "is no calibration in a known format (cameras.format can "
-                   "name one)");
-}
-
-bool FirstMemberHas(const Json& root, const std::vector<const char*>& keys) {
-  if (!root.is_object() || root.empty()) return false;
-  const Json& first = root.front();
-  return std::all_of(keys.begin(), keys.end(), [&first](const char* key) {
-    return first.is_object() && first.contains(key);
-  });
-}
-
-Format DetectJsonFormat(const Json& root) {
-  if (!root.is_object()) return Format::kAuto;
-  if (root.contains("kinegraph_cameras")) return Format::kKinegraph;
-  if (root.contains("cameras")) {
-    const Json& cameras = root["cameras"];
-    if (cameras.is_array()) return Format::kPanoptic;
-    return FirstMemberHas(cameras, {"Tw"}) ? Format::kLongcw : Format::kAuto;
+CalibrationFile ReadFile(const std::string& path, const std::string& name) {
+  if (name != "auto") {
+    const CalibrationFormat* format = FindCalibrationFormat(name);
+    if (format == nullptr) {
+      throw OptionError("cameras.format",
+                        "found '" + Printable(name) + "', which is no format");
+    }
+    return format->read(LookAtCalibration(path, *format));
   }
-  if (FirstMemberHas(root, {"RT"})) return Format::kKrt;
-  if (FirstMemberHas(root, {"T", "fx"})) return Format::kVoxelpose;
-  return Format::kAuto;
-}
-
-Format DetectFolderFormat(const std::string& path) {
-  if (!ListTumFiles(path).empty()) return Format::kTum;
-  const Format format = DetectYamlFormat(path);
-  if (format == Format::kAuto) {
-    throw InputError(path, "",
-                     "is a folder without intri.yml, P0.txt or other files of "
-                     "a known calibration format");
-  }
-  return format;
-}
-
-// What a text looks like, before it is parsed.
-enum class Syntax { kJson, kToml, kYaml, kNumbers };
-
-Syntax GuessSyntax(const std::string& text, const std::string& path) {
-  const size_t start =
-      text.rfind("\xEF\xBB\xBF", 0) == 0 ? 3 : 0;  // UTF-8 mark
-  const size_t first = text.find_first_not_of(" \t\r\n", start);
-  if (first == std::string::npos) {
-    throw InputError(path, "", "is empty, expected a calibration");
-  }
-  if (text[first] == '{') return Syntax::kJson;
-  const std::string extension = fs::path(path).extension().string();
-  if (text[first] == '%' || extension == ".yml" || extension == ".yaml") {
-    return Syntax::kYaml;
-  }
-  if (IsNumberTable(text)) return Syntax::kNumbers;
-  if (extension == ".json") return Syntax::kJson;
-  if (text[first] == '[' || extension == ".toml" ||
-      text.find("\n[") != std::string::npos) {
-    return Syntax::kToml;
-  }
-  FailUnknownFormat(path);
-}
-
-bool IsJsonFormat(Format format) {
-  return format == Format::kKinegraph || format == Format::kKrt ||
-         format == Format::kVoxelpose || format == Format::kLongcw ||
-         format == Format::kPanoptic;
-}
-
-CalibrationFile ReadJsonFile(const std::string& text, const std::string& path,
-                             Format format) {
-  const Json json = ParseJson(text, path);
-  if (format == Format::kAuto) format = DetectJsonFormat(json);
-  const JsonField root(json, path);
-  switch (format) {
-    case Format::kKinegraph:
-      return ReadKinegraphCameras(root);
-    case Format::kKrt:
-      return ReadKrtCameras(root);
-    case Format::kVoxelpose:
-      return ReadVoxelposeCameras(root);
-    case Format::kLongcw:
-      return ReadLongcwCameras(root);
-    case Format::kPanoptic:
-      return ReadPanopticCameras(root);
-    default:
-      FailUnknownFormat(path);
-  }
-}
-
-CalibrationFile ReadTomlFile(const std::string& text, const std::string& path) {
-  const Json json = ToJson(ParseToml(text, path));
-  return ReadPose2simCameras(JsonField(json, path));
-}
-
-CalibrationFile ReadYamlFile(const std::string& path, Format format) {
-  if (format == Format::kAuto) format = DetectYamlFormat(path);
-  if (format == Format::kOpencv) return ReadOpencvCameras(path);
-  if (format == Format::kEasymocap) return ReadEasymocapCameras(path);
-  FailUnknownFormat(path);
-}
-
-CalibrationFile ReadUnknown(const std::string& path) {
-  const std::string text = ReadTextFile(path, kMaxSmallFileBytes);
-  switch (GuessSyntax(text, path)) {
-    case Syntax::kJson:
-      return ReadJsonFile(text, path, Format::kAuto);
-    case Syntax::kToml:
-      return ReadTomlFile(text, path);
-    case Syntax::kYaml:
-      return ReadYamlFile(path, Format::kAuto);
-    case Syntax::kNumbers:
-      break;
-  }
-  return ReadTumCameras(path);
-}
-
-CalibrationFile ReadFile(const std::string& path, Format format) {
-  if (format == Format::kAuto && IsFolder(path)) {
-    format = DetectFolderFormat(path);
-  }
-  if (format == Format::kAuto) return ReadUnknown(path);
-  if (format == Format::kTum) return ReadTumCameras(path);
-  if (!IsJsonFormat(format) && format != Format::kPose2sim) {
-    return ReadYamlFile(path, format);
-  }
-  const std::string text = ReadTextFile(path, kMaxSmallFileBytes);
-  return format == Format::kPose2sim ? ReadTomlFile(text, path)
-                                     : ReadJsonFile(text, path, format);
+  const CalibrationHead head = LookAtCalibration(path);
+  const CalibrationFormat* format = RecogniseCalibration(head);
+  if (format != nullptr) return format->read(head);
+  throw InputError(
+      path, "",
+      head.is_folder
+          ? "is a folder without intri.yml, P0.txt or other files of a known "
+            "calibration format"
+          : "is no calibration in a known format (cameras.format can name "
+            "one)");
 }
 
 // ---- From a file's words to cameras ----
@@ -321,16 +203,21 @@ std::vector<const CameraRecord*> Choose(const CalibrationFile& file,
 
 }  // namespace
 
-const std::vector<std::string>& CalibrationFormatNames() {
-  static const std::vector<std::string> kNames = {
-      "auto",     "kinegraph", "krt", "voxelpose", "longcw",
-      "panoptic", "pose2sim",  "tum", "opencv",    "easymocap"};
-  return kNames;
+std::vector<std::string> CalibrationFormatNames() {
+  std::vector<std::string> names = {"auto"};
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    names.push_back(format.name);
+  }
+  return names;
 }
 
 void CameraReadOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice("format", &format, CalibrationFormatNames(),
-                 "Format of the calibration; auto tells it by content.");
+  const std::vector<std::string> names = CalibrationFormatNames();
+  const auto at = std::find(names.begin(), names.end(), format);
+  int index = at == names.end() ? 0 : static_cast<int>(at - names.begin());
+  visitor.ChoiceIndex("format", &index, names,
+                      "Format of the calibration; auto tells it by content.");
+  format = names[static_cast<size_t>(index)];
   visitor.Choice(
       "unit", &unit, {"auto", "m", "cm", "mm"},
       "Unit of the calibration's lengths; auto is the format's own.");

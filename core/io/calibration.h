@@ -12,19 +12,8 @@
 
 namespace kinegraph {
 
-enum class CalibrationFormat {
-  kAuto,       // by content
-  kKinegraph,  // our cameras.json
-  kKrt,        // {"0": {"K": [9], "RT": [12], "imgSize": [w, h]}, ...}
-  kVoxelpose,  // {"0": {"R", "T", "fx", "fy", "cx", "cy", "k", "p"}, ...}
-  kLongcw,     // {"cameras": {"Camera0": {"K", "Tw", "dist_coeffs"}, ...}}
-  kPanoptic,   // {"cameras": [{"name", "K", "distCoef", "R", "t"}, ...]}
-  kPose2sim,   // Pose2Sim's and Anipose's TOML
-  kTum,        // P*.txt, 3x4 projection matrices
-  kOpencv,     // YAML with camera_matrix and a pose, a file a camera
-  kEasymocap,  // intri.yml and extri.yml
-};
-const std::vector<std::string>& CalibrationFormatNames();
+// "auto" and the names of the formats (calibration_format.h).
+std::vector<std::string> CalibrationFormatNames();
 
 enum class LengthUnit {
   kAuto,  // the format's own
@@ -35,7 +24,7 @@ enum class LengthUnit {
 
 // Options of reading cameras; the owner enters the table "cameras".
 struct CameraReadOptions {
-  CalibrationFormat format = CalibrationFormat::kAuto;
+  std::string format = "auto";  // or a name of CalibrationFormatNames()
   // Unit of the file's lengths. The formats' own: m, but mm for VoxelPose and
   // cm for longcw and Panoptic.
   LengthUnit unit = LengthUnit::kAuto;

@@ -38,27 +38,8 @@ struct CalibrationFile {
   bool states_unit = false;              // it cannot be another one
 };
 
-// JSON formats; `root` is the whole file.
-CalibrationFile ReadKinegraphCameras(const JsonField& root);
-CalibrationFile ReadKrtCameras(const JsonField& root);
-CalibrationFile ReadVoxelposeCameras(const JsonField& root);
-CalibrationFile ReadLongcwCameras(const JsonField& root);
-CalibrationFile ReadPanopticCameras(const JsonField& root);
-// TOML, turned to JSON.
-CalibrationFile ReadPose2simCameras(const JsonField& root);
-// A folder of P*.txt or one such file.
-CalibrationFile ReadTumCameras(const std::string& path);
-// A folder of YAML files, one a camera, or one such file.
-CalibrationFile ReadOpencvCameras(const std::string& path);
-// The folder of intri.yml and extri.yml, one of the two, or one file with the
-// content of both.
-CalibrationFile ReadEasymocapCameras(const std::string& path);
-
-// What a YAML file or folder of such files holds: kOpencv, kEasymocap or, for
-// neither, kAuto.
-CalibrationFormat DetectYamlFormat(const std::string& path);
-// Names of P*.txt in a folder, by number.
-std::vector<std::string> ListTumFiles(const std::string& folder);
+// Whether P0.txt, P1.txt, ... are among the names of a folder's files.
+bool HasTumFiles(const std::vector<std::string>& names);
 // Whether a text consists of numbers, separated by spaces or commas.
 bool IsNumberTable(const std::string& text);
 

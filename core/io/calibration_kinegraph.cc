@@ -7,7 +7,7 @@
 // (refinement_record.h)
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
-#include "core/io/calibration_formats.h"
+#include "core/io/calibration_format.h"
 #include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 
@@ -54,10 +54,12 @@ CameraRecord ReadCamera(const JsonField& field) {
   return record;
 }
 
-}  // namespace
+bool Recognise(const CalibrationHead& head) {
+  return head.HasJsonKey("kinegraph_cameras");
+}
 
-CalibrationFile ReadKinegraphCameras(const JsonField& file_root) {
-  KeyReader root(file_root);
+CalibrationFile Read(const CalibrationHead& head) {
+  KeyReader root(head.Root());
   const JsonField version = root.At("kinegraph_cameras");
   if (version.Integer() != 1) version.FailExpected("version 1");
   if (const auto units = root.Find("units")) {
@@ -72,6 +74,24 @@ CalibrationFile ReadKinegraphCameras(const JsonField& file_root) {
   root.Find("refinement");  // how the cameras came about
   root.RejectUnread();
   return file;
+}
+
+void Write(const std::string& path, const CameraRig& cameras,
+           Losses* /*losses*/) {
+  WriteCameras(path, cameras);
+}
+
+}  // namespace
+
+CalibrationFormat KinegraphCalibrationFormat() {
+  CalibrationFormat format;
+  format.name = "kinegraph";
+  format.layout = "cameras.json";
+  format.recognise = Recognise;
+  format.read = Read;
+  format.write = Write;
+  format.kept = "everything, bit for bit";
+  return format;
 }
 
 void WriteCameras(const std::string& path, const CameraRig& cameras,

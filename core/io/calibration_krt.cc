@@ -1,13 +1,19 @@
 // {"0": {"K": 3x3 row-major, "RT": 3x4 row-major, "imgSize": [w, h]}, ...} as
 // 4D association writes it: x_cam = R X + t, metres, pixels. It calls a lens
 // "distCoeff"; any name that KeyReader::ReadLens knows will do.
-#include "core/io/calibration_formats.h"
+#include "core/io/calibration_format.h"
 #include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
+namespace {
 
-CalibrationFile ReadKrtCameras(const JsonField& root) {
+bool Recognise(const CalibrationHead& head) {
+  return FirstMemberHas(head, {"RT"});
+}
+
+CalibrationFile Read(const CalibrationHead& head) {
+  const JsonField root = head.Root();
   CalibrationFile file;
   KeyReader(root).ReadUnit(&file);
   for (const auto& [name, field] : root.Members("camera")) {
@@ -30,7 +36,8 @@ CalibrationFile ReadKrtCameras(const JsonField& root) {
   return file;
 }
 
-std::string KrtCamerasText(const CameraRig& cameras) {
+void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+  NoteUnknownSizes(cameras, losses);
   Json json = Json::object();
   for (const Camera& camera : cameras) {
     Eigen::Matrix<double, 3, 4> rt;
@@ -44,7 +51,20 @@ std::string KrtCamerasText(const CameraRig& cameras) {
     }
     json[camera.name()] = entry;
   }
-  return JsonLines(json);
+  WriteText(path, JsonLines(json));
+}
+
+}  // namespace
+
+CalibrationFormat KrtCalibrationFormat() {
+  CalibrationFormat format;
+  format.name = "krt";
+  format.layout = "JSON: K and RT of each camera";
+  format.recognise = Recognise;
+  format.read = Read;
+  format.write = Write;
+  format.kept = "everything, bit for bit; a lens as `distCoeff`";
+  return format;
 }
 
 }  // namespace kinegraph

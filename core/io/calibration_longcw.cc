@@ -1,13 +1,20 @@
 // JSON of longcw's crossview data: {"cameras": {"Camera0": {"K": 3x3,
 // "Tw": 4x4, "dist_coeffs": [k1, k2, p1, p2]}, ...}}. K belongs to coordinates
 // divided by the image's width and height; Tw is world_from_cam, centimetres.
-#include "core/io/calibration_formats.h"
+#include "core/io/calibration_format.h"
 #include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
+namespace {
 
-CalibrationFile ReadLongcwCameras(const JsonField& root) {
+bool Recognise(const CalibrationHead& head) {
+  return head.HasJsonKey("cameras") && !head.HasJsonKey("kinegraph_cameras") &&
+         FirstMemberHas(head.json["cameras"], {"Tw"});
+}
+
+CalibrationFile Read(const CalibrationHead& head) {
+  const JsonField root = head.Root();
   CalibrationFile file;
   file.unit = LengthUnit::kCentimetre;
   KeyReader keys(root);
@@ -38,7 +45,7 @@ CalibrationFile ReadLongcwCameras(const JsonField& root) {
 
 // K is divided by the image size, which the file does not tell: a reader is
 // told one size for all cameras.
-std::string LongcwCamerasText(const CameraRig& cameras, Losses* losses) {
+void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
   constexpr double kCentimetresPerMetre = 100.0;
   Json members = Json::object();
   for (const Camera& camera : cameras) {
@@ -72,7 +79,23 @@ std::string LongcwCamerasText(const CameraRig& cameras, Losses* losses) {
         std::to_string(cameras[0].width_px()) + "," +
         std::to_string(cameras[0].height_px()) + ")");
   }
-  return JsonLines(Json{{"cameras", members}});
+  WriteText(path, JsonLines(Json{{"cameras", members}}));
+}
+
+}  // namespace
+
+CalibrationFormat LongcwCalibrationFormat() {
+  CalibrationFormat format;
+  format.name = "longcw";
+  format.layout = "JSON, cm";
+  format.recognise = Recognise;
+  format.read = Read;
+  format.write = Write;
+  format.kept = "K, lens, pose; t through the camera centre and cm, to 1e-14";
+  format.lost =
+      "lost: the image size, by which K is divided (`--image_size` when "
+      "reading); refused: cameras of unknown or different image sizes";
+  return format;
 }
 
 }  // namespace kinegraph

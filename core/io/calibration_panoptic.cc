@@ -2,13 +2,20 @@
 // "K": 3x3, "distCoef": [k1, k2, p1, p2, k3], "R": 3x3, "t": 3x1}, ...]}:
 // x_cam = R X + t, centimetres.
 #include "core/base/error.h"
-#include "core/io/calibration_formats.h"
+#include "core/io/calibration_format.h"
 #include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
+namespace {
 
-CalibrationFile ReadPanopticCameras(const JsonField& root) {
+bool Recognise(const CalibrationHead& head) {
+  return head.HasJsonKey("cameras") && !head.HasJsonKey("kinegraph_cameras") &&
+         head.json["cameras"].is_array();
+}
+
+CalibrationFile Read(const CalibrationHead& head) {
+  const JsonField root = head.Root();
   CalibrationFile file;
   file.unit = LengthUnit::kCentimetre;
   KeyReader keys(root);
@@ -32,7 +39,8 @@ CalibrationFile ReadPanopticCameras(const JsonField& root) {
   return file;
 }
 
-std::string PanopticCamerasText(const CameraRig& cameras) {
+void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+  NoteUnknownSizes(cameras, losses);
   constexpr double kCentimetresPerMetre = 100.0;
   Json list = Json::array();
   for (const Camera& camera : cameras) {
@@ -47,7 +55,20 @@ std::string PanopticCamerasText(const CameraRig& cameras) {
     entry["t"] = JsonRows(t_cm);
     list.push_back(entry);
   }
-  return JsonLines(Json{{"cameras", list}});
+  WriteText(path, JsonLines(Json{{"cameras", list}}));
+}
+
+}  // namespace
+
+CalibrationFormat PanopticCalibrationFormat() {
+  CalibrationFormat format;
+  format.name = "panoptic";
+  format.layout = "CMU Panoptic's JSON, cm";
+  format.recognise = Recognise;
+  format.read = Read;
+  format.write = Write;
+  format.kept = "everything; cm, so the last bit of `t` may change";
+  return format;
 }
 
 }  // namespace kinegraph

@@ -14,7 +14,7 @@
 #include <set>
 
 #include "core/base/error.h"
-#include "core/io/calibration_formats.h"
+#include "core/io/calibration_format.h"
 #include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 #include "core/io/skeleton_json.h"
@@ -90,9 +90,12 @@ bool IsInMillimetres(const JsonField& root) {
          square->Number() > 1.0;
 }
 
-}  // namespace
+bool Recognise(const CalibrationHead& head) {
+  return head.Is(CalibrationSyntax::kToml);
+}
 
-CalibrationFile ReadPose2simCameras(const JsonField& root) {
+CalibrationFile Read(const CalibrationHead& head) {
+  const JsonField root = head.Root();
   CalibrationFile file;
   if (IsInMillimetres(root)) file.unit = LengthUnit::kMillimetre;
   const auto inside = root.Find("cameras");
@@ -112,7 +115,8 @@ CalibrationFile ReadPose2simCameras(const JsonField& root) {
   return file;
 }
 
-std::string Pose2simCamerasText(const CameraRig& cameras) {
+void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+  NoteUnknownSizes(cameras, losses);
   std::string text;
   int number = 0;
   for (const Camera& camera : cameras) {
@@ -134,7 +138,21 @@ std::string Pose2simCamerasText(const CameraRig& cameras) {
     text += "translation = " + DecimalList(camera.t()) + "\n";
     text += "fisheye = false\n\n";
   }
-  return text + "[metadata]\nadjusted = false\nerror = 0.0\n";
+  WriteText(path, text + "[metadata]\nadjusted = false\nerror = 0.0\n");
+}
+
+}  // namespace
+
+CalibrationFormat Pose2simCalibrationFormat() {
+  CalibrationFormat format;
+  format.name = "pose2sim";
+  format.layout = "TOML: Pose2Sim, Anipose, FreeMoCap, Caliscope";
+  format.syntax = CalibrationSyntax::kToml;
+  format.recognise = Recognise;
+  format.read = Read;
+  format.write = Write;
+  format.kept = "everything; R as a rotation vector, to 1e-14";
+  return format;
 }
 
 }  // namespace kinegraph

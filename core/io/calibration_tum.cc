@@ -11,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/atomic_folder.h"
-#include "core/io/calibration_formats.h"
+#include "core/io/calibration_format.h"
 #include "core/io/calibration_write_formats.h"
 #include "core/io/text_file.h"
 
@@ -125,21 +125,11 @@ CameraRecord ReadCamera(const fs::path& path) {
   return record;
 }
 
-}  // namespace
-
-bool IsNumberTable(const std::string& text) {
-  constexpr size_t kEnough = 64;  // words; the reader counts exactly
-  const std::vector<std::string> words = Split(text, kEnough);
-  double number = 0.0;
-  return !words.empty() &&
-         std::all_of(words.begin(), words.end(), [&](const auto& word) {
-           return ParseNumber(word, &number);
-         });
-}
-
-std::vector<std::string> ListTumFiles(const std::string& folder) {
+// Names of P*.txt among others, by number.
+std::vector<std::string> TumFilesAmong(
+    const std::vector<std::string>& all_names) {
   std::vector<std::pair<std::string, std::string>> numbered;
-  for (const std::string& name : ListFolder(folder)) {
+  for (const std::string& name : all_names) {
     const std::string number = NumberOf(name);
     if (!number.empty()) numbered.emplace_back(number, name);
   }
@@ -154,23 +144,27 @@ std::vector<std::string> ListTumFiles(const std::string& folder) {
   return names;
 }
 
-CalibrationFile ReadTumCameras(const std::string& path) {
+bool Recognise(const CalibrationHead& head) {
+  return head.is_folder ? HasTumFiles(head.names)
+                        : head.Is(CalibrationSyntax::kNumbers);
+}
+
+CalibrationFile Read(const CalibrationHead& head) {
   CalibrationFile file;
-  if (!IsFolder(path)) {
-    file.cameras.push_back(ReadCamera(path));
+  if (!head.is_folder) {
+    file.cameras.push_back(ReadCamera(head.path));
     return file;
   }
-  for (const std::string& name : ListTumFiles(path)) {
-    file.cameras.push_back(ReadCamera(fs::path(path) / name));
+  for (const std::string& name : TumFilesAmong(head.names)) {
+    file.cameras.push_back(ReadCamera(fs::path(head.path) / name));
   }
   if (file.cameras.empty()) {
-    throw InputError(path, "", "has no files P0.txt, P1.txt, ...");
+    throw InputError(head.path, "", "has no files P0.txt, P1.txt, ...");
   }
   return file;
 }
 
-void WriteTumCameras(const std::string& path, const CameraRig& cameras,
-                     Losses* losses) {
+void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
   AtomicFolder folder(path);
   bool has_size = false;
   bool renames = false;
@@ -198,6 +192,38 @@ void WriteTumCameras(const std::string& path, const CameraRig& cameras,
     losses->push_back(
         "cameras are named P0, P1, ... in the order of the input");
   }
+}
+
+}  // namespace
+
+bool HasTumFiles(const std::vector<std::string>& names) {
+  return std::any_of(names.begin(), names.end(), [](const std::string& name) {
+    return !NumberOf(name).empty();
+  });
+}
+
+bool IsNumberTable(const std::string& text) {
+  constexpr size_t kEnough = 64;  // words; the reader counts exactly
+  const std::vector<std::string> words = Split(text, kEnough);
+  double number = 0.0;
+  return !words.empty() &&
+         std::all_of(words.begin(), words.end(), [&](const auto& word) {
+           return ParseNumber(word, &number);
+         });
+}
+
+CalibrationFormat TumCalibrationFormat() {
+  CalibrationFormat format;
+  format.name = "tum";
+  format.layout = "a folder of P0.txt, P1.txt, ...";
+  format.syntax = CalibrationSyntax::kNumbers;
+  format.recognise = Recognise;
+  format.read = Read;
+  format.write = Write;
+  format.written_as = "folder";
+  format.kept = "the projection, to 1e-11 when taken apart again";
+  format.lost = "lost: image sizes, names; refused: a lens";
+  return format;
 }
 
 }  // namespace kinegraph

@@ -4,13 +4,19 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/io/calibration_formats.h"
+#include "core/io/calibration_format.h"
 #include "core/io/calibration_keys.h"
 #include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
+namespace {
 
-CalibrationFile ReadVoxelposeCameras(const JsonField& root) {
+bool Recognise(const CalibrationHead& head) {
+  return FirstMemberHas(head, {"T", "fx"}) && !FirstMemberHas(head, {"RT"});
+}
+
+CalibrationFile Read(const CalibrationHead& head) {
+  const JsonField root = head.Root();
   CalibrationFile file;
   file.unit = LengthUnit::kMillimetre;
   KeyReader(root).ReadUnit(&file);
@@ -32,7 +38,7 @@ CalibrationFile ReadVoxelposeCameras(const JsonField& root) {
   return file;
 }
 
-std::string VoxelposeCamerasText(const CameraRig& cameras, Losses* losses) {
+void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
   constexpr double kMillimetresPerMetre = 1000.0;
   Json json = Json::object();
   bool has_size = false;
@@ -66,7 +72,23 @@ std::string VoxelposeCamerasText(const CameraRig& cameras, Losses* losses) {
     losses->push_back("a skew of up to " + std::to_string(largest_skew_px) +
                       " px is left out");
   }
-  return JsonLines(json);
+  WriteText(path, JsonLines(json));
+}
+
+}  // namespace
+
+CalibrationFormat VoxelposeCalibrationFormat() {
+  CalibrationFormat format;
+  format.name = "voxelpose";
+  format.layout = "JSON, mm";
+  format.recognise = Recognise;
+  format.read = Read;
+  format.write = Write;
+  format.kept = "K, lens, pose; t through the camera centre, to 1e-14";
+  format.lost =
+      "lost: image sizes, a skew that is rounding (0.01 px); refused: a skewed "
+      "K";
+  return format;
 }
 
 }  // namespace kinegraph

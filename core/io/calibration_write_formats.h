@@ -12,22 +12,14 @@
 
 namespace kinegraph {
 
-// Texts of whole files.
-std::string KrtCamerasText(const CameraRig& cameras);
-std::string VoxelposeCamerasText(const CameraRig& cameras, Losses* losses);
-std::string LongcwCamerasText(const CameraRig& cameras, Losses* losses);
-std::string PanopticCamerasText(const CameraRig& cameras);
-std::string Pose2simCamerasText(const CameraRig& cameras);
-// Folders.
-void WriteTumCameras(const std::string& path, const CameraRig& cameras,
-                     Losses* losses);
-void WriteEasymocapCameras(const std::string& path, const CameraRig& cameras);
-void WriteOpencvCameras(const std::string& path, const CameraRig& cameras,
-                        Losses* losses);
-
 inline bool HasSize(const Camera& camera) {
   return camera.width_px() > 0 && camera.height_px() > 0;
 }
+
+// Writes a whole file.
+void WriteText(const std::string& path, const std::string& text);
+// Notes that formats simply leave an unknown size out.
+void NoteUnknownSizes(const CameraRig& cameras, Losses* losses);
 
 // k1 k2 p1 p2 k3; zeros without a lens. Throws InputError naming the camera for
 // another model.

@@ -4,15 +4,27 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <stdexcept>
 
 #include "core/io/atomic_file.h"
+#include "core/io/calibration_format.h"
 #include "core/io/calibration_write_formats.h"
 
 namespace kinegraph {
-namespace {
 
-using Format = CalibrationFormat;
+void WriteCalibration(const std::string& path, const std::string& format,
+                      const CameraRig& cameras, Losses* losses) {
+  const CalibrationFormat* found = FindCalibrationFormat(format);
+  if (found == nullptr || found->write == nullptr) {
+    std::string names;
+    for (const CalibrationFormat& one : CalibrationFormats()) {
+      if (one.write == nullptr) continue;
+      names += (names.empty() ? "" : ", ") + one.name;
+    }
+    throw InputError("format: found '" + Printable(format) +
+                     "', expected one of " + names);
+  }
+  found->write(path, cameras, losses);
+}
 
 void WriteText(const std::string& path, const std::string& text) {
   AtomicFile file(path);
@@ -20,54 +32,11 @@ void WriteText(const std::string& path, const std::string& text) {
   file.Commit();
 }
 
-// Formats that simply leave an unknown size out.
 void NoteUnknownSizes(const CameraRig& cameras, Losses* losses) {
-  if (!std::all_of(cameras.begin(), cameras.end(), HasSize)) {
-    losses->push_back(
-        "image sizes that the input does not tell are left out; other "
-        "programs may need them (--image_size=W,H)");
-  }
-}
-
-}  // namespace
-
-const std::vector<CalibrationFormat>& WritableCalibrationFormats() {
-  static const std::vector<Format> kFormats = {
-      Format::kKinegraph, Format::kKrt,      Format::kVoxelpose,
-      Format::kLongcw,    Format::kPanoptic, Format::kPose2sim,
-      Format::kTum,       Format::kOpencv,   Format::kEasymocap};
-  return kFormats;
-}
-
-void WriteCalibration(const std::string& path, CalibrationFormat format,
-                      const CameraRig& cameras, Losses* losses) {
-  switch (format) {
-    case Format::kKinegraph:
-      return WriteCameras(path, cameras);
-    case Format::kVoxelpose:
-      return WriteText(path, VoxelposeCamerasText(cameras, losses));
-    case Format::kLongcw:
-      return WriteText(path, LongcwCamerasText(cameras, losses));
-    case Format::kOpencv:
-      NoteUnknownSizes(cameras, losses);
-      return WriteOpencvCameras(path, cameras, losses);
-    case Format::kTum:
-      return WriteTumCameras(path, cameras, losses);
-    case Format::kKrt:
-      NoteUnknownSizes(cameras, losses);
-      return WriteText(path, KrtCamerasText(cameras));
-    case Format::kPanoptic:
-      NoteUnknownSizes(cameras, losses);
-      return WriteText(path, PanopticCamerasText(cameras));
-    case Format::kPose2sim:
-      NoteUnknownSizes(cameras, losses);
-      return WriteText(path, Pose2simCamerasText(cameras));
-    case Format::kEasymocap:
-      NoteUnknownSizes(cameras, losses);
-      return WriteEasymocapCameras(path, cameras);
-    default:
-      throw std::logic_error("this calibration format is not written");
-  }
+  if (std::all_of(cameras.begin(), cameras.end(), HasSize)) return;
+  losses->push_back(
+      "image sizes that the input does not tell are left out; other "
+      "programs may need them (--image_size=W,H)");
 }
 
 InputError CannotWrite(const Camera& camera, const std::string& message) {

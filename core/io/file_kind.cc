@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/io/bulk_json.h"
-#include "core/io/calibration_formats.h"
+#include "core/io/calibration_format.h"
 #include "core/io/detection_format.h"
 #include "core/io/text_file.h"
 #include "core/io/track_format.h"
@@ -111,12 +111,9 @@ FileKind KindOfFile(const std::string& path) {
 }
 
 FileKind KindOfFolder(const std::string& path) {
-  if (!ListTumFiles(path).empty()) return FileKind::kCalibration;
   if (AreSurelyTracks(path)) return FileKind::kTracks;
+  if (IsCalibrationFolder(path)) return FileKind::kCalibration;
   const std::vector<std::string> names = ListFolder(path);
-  for (const std::string& name : names) {
-    if (HasExtension(name, {".yml", ".yaml"})) return FileKind::kCalibration;
-  }
   for (const std::string& name : names) {
     const std::string inside = path + "/" + name;
     if (name.front() == '.') continue;

@@ -24,7 +24,7 @@ void DescribeViews(const EstimatorFrame& frame, bool matches,
     for (size_t j = 0; j < view.verdicts.size(); ++j) {
       match.weights.push_back(WeightOf(view.verdicts[j]));
       if (!match.weights.back().has_value()) continue;
-      confidence_sum += (*view.joints)[j].confidence;
+      confidence_sum += view.joints[j].confidence;
       ++measured;
     }
     person->matches.push_back(std::move(match));

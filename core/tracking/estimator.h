@@ -23,9 +23,8 @@ namespace kinegraph {
 struct FreshView {
   int view_idx = 0;
   TimeNs capture_time = 0;
-  int detection_idx = 0;  // index_in_file
-  // Raw pixels, in the order of the tracks' skeleton. Valid during Add only.
-  const std::vector<Keypoint>* joints = nullptr;
+  int detection_idx = 0;                // index_in_file
+  std::vector<Keypoint> joints;         // raw pixels, one a joint of the tracks
   std::vector<FilterVerdict> verdicts;  // one a joint
 };
 

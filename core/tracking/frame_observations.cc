@@ -40,28 +40,4 @@ void FrameObservations::Prepare(const DetectionFrame& frame) {
   }
 }
 
-void FillEstimatorFrame(const std::vector<UsedView>& used,
-                        const Reconstruction& reconstruction, bool succeeded,
-                        EstimatorFrame* frame) {
-  const size_t joints = reconstruction.pose.size();
-  size_t count = 0;
-  for (size_t v = 0; v < used.size(); ++v) {
-    if (!used[v].fresh()) continue;
-    if (count == frame->views.size()) frame->views.emplace_back();
-    FreshView& view = frame->views[count++];
-    view.view_idx = used[v].observation->view_idx;
-    view.capture_time = used[v].observation->capture_time;
-    view.detection_idx = used[v].observation->detection_idx;
-    view.joints = &used[v].observation->joints;
-    const auto verdicts =
-        reconstruction.verdicts.begin() + static_cast<long>(v * joints);
-    view.verdicts.assign(verdicts, verdicts + static_cast<long>(joints));
-  }
-  frame->views.resize(count);
-  frame->inlier_views = reconstruction.fresh_inlier_views;
-  frame->triangulated = reconstruction.triangulated;
-  frame->has_initial = succeeded;
-  if (succeeded) frame->initial = reconstruction.pose;
-}
-
 }  // namespace kinegraph

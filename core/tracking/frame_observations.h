@@ -1,5 +1,5 @@
-// The detections of one frame made ready, and handed on to estimators: what the
-// tracker and the second pass share.
+// The detections of one frame made ready: what the tracker, the replay and the
+// second pass share.
 #ifndef KINEGRAPH_CORE_TRACKING_FRAME_OBSERVATIONS_H_
 #define KINEGRAPH_CORE_TRACKING_FRAME_OBSERVATIONS_H_
 
@@ -10,9 +10,7 @@
 #include "core/data/detection.h"
 #include "core/data/observation.h"
 #include "core/geometry/camera.h"
-#include "core/reconstruction/reconstruction.h"
 #include "core/skeleton/skeleton.h"
-#include "core/tracking/estimator.h"
 
 namespace kinegraph {
 
@@ -42,13 +40,6 @@ class FrameObservations {
   std::vector<std::vector<Observation>> observations_;  // [view]
   std::vector<size_t> counts_;                          // [view]
 };
-
-// Writes what a reconstruction says into an estimator's frame: the fresh views
-// with their verdicts, inlier views, and the pose if `succeeded`. The frame's
-// number and time are the caller's.
-void FillEstimatorFrame(const std::vector<UsedView>& used,
-                        const Reconstruction& reconstruction, bool succeeded,
-                        EstimatorFrame* frame);
 
 }  // namespace kinegraph
 

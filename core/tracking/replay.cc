@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/reconstruction/reconstruction.h"
+#include "core/tracking/evidence.h"
 #include "core/tracking/frame_observations.h"
 #include "core/tracking/track.h"
 
@@ -101,13 +101,6 @@ const Observation& FindObservation(const FrameObservations& observations,
                    std::to_string(wanted.detection_idx));
 }
 
-int CountTriangulated(const Reconstruction& reconstruction,
-                      const std::vector<int>& joints) {
-  int count = 0;
-  for (const int j : joints) count += reconstruction.triangulated[j];
-  return count;
-}
-
 }  // namespace
 
 EstimatorFactory MatchFreezer::Wrap(EstimatorFactory estimator) {
@@ -186,67 +179,32 @@ Replay::Replay(SceneModel scene, const DetectionSequence& detections,
 ReplayedPerson Replay::PreparePerson(size_t person_idx,
                                      int without_view) const {
   const FrozenPerson& frozen = matches_.people[person_idx];
-  const FrameClock clock(scene_.frame_rate_hz);
-  const std::vector<int>& joints = scene_.skeleton.association_joints();
-  const int needed = std::max(
-      1, ScaledJoints(options_.initialisation.min_joints, joints.size()));
-  Reconstructor reconstructor(scene_.cameras, epipolar_,
-                              options_.reconstruction, scene_.skeleton);
+  EvidenceStep evidence(scene_, epipolar_, options_);
   std::unique_ptr<Estimator> feedback;
   ViewMemory memory;
-  std::vector<UsedView> used;
-  Reconstruction reconstruction;
+  std::vector<UsedView> views;
   Pose3d predicted;
   ReplayedPerson person;
   person.id = frozen.id;
   for (size_t k = 0; k < frozen.frames.size(); ++k) {
     const FrozenFrame& frame = frozen.frames[k];
-    const std::vector<Observation>& seen = seen_[person_idx][k].observations;
-    EstimatorFrame work;
-    work.frame = frame.frame;
-    work.time = frame.time;
-    work.inlier_views.assign(scene_.skeleton.joint_count(), 0);
-    used.clear();
-    if (feedback == nullptr) {
-      for (const Observation& observation : seen) {
-        if (observation.view_idx == without_view) continue;
-        used.push_back({&observation, 0.0});
-      }
-      if (used.size() < 2) continue;
-      reconstructor.Initialise(used, options_.initialisation.alpha_filter_px,
-                               &reconstruction);
-      if (CountTriangulated(reconstruction, joints) < needed) continue;
-      for (const UsedView& view : used) {
-        memory.Store(*view.observation, frame.time);
-      }
-      FillEstimatorFrame(used, reconstruction, true, &work);
-      feedback = make_feedback_(scene_);
-    } else {
-      bool matched = false;
-      for (const Observation& observation : seen) {
-        if (observation.view_idx == without_view) continue;
-        memory.Store(observation, frame.time);
-        matched = true;
-      }
-      if (matched) {
-        for (const ViewMemory::Entry& entry : memory.entries()) {
-          const TimeNs age = frame.time - entry.frame_time;
-          if (!clock.Less(age, options_.reconstruction.tau_frames)) continue;
-          used.push_back({&entry.observation, clock.Frames(age)});
-        }
-        feedback->Predict(frame.time, &predicted);
-        const bool succeeded =
-            reconstructor.Update(used, predicted, &reconstruction);
-        FillEstimatorFrame(used, reconstruction, succeeded, &work);
-      }
+    views.clear();
+    for (const Observation& seen : seen_[person_idx][k].observations) {
+      if (seen.view_idx != without_view) views.push_back({&seen, 0.0});
     }
-    // The memory's copies are overwritten later, those of the replay are not.
-    for (FreshView& view : work.views) {
-      const auto at = std::find_if(
-          seen.begin(), seen.end(), [&](const Observation& observation) {
-            return observation.view_idx == view.view_idx;
-          });
-      view.joints = &at->joints;
+    EstimatorFrame work;
+    evidence.Begin(frame.frame, frame.time, &work);
+    const bool is_new = feedback == nullptr;
+    if (is_new && !evidence.Initialise(views, &work)) continue;
+    for (const UsedView& view : views) {
+      memory.Store(*view.observation, frame.time);
+    }
+    if (is_new) {
+      feedback = make_feedback_(scene_);
+    } else if (!views.empty()) {
+      feedback->Predict(frame.time, &predicted);
+      evidence.Update(evidence.YoungViews(memory, frame.time), predicted,
+                      &work);
     }
     feedback->Add(work);
     person.frames.push_back(std::move(work));

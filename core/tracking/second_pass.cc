@@ -42,8 +42,7 @@ SecondPass::SecondPass(SceneModel scene, const Skeleton& detection_skeleton,
       observations_(scene_.cameras, detection_skeleton, scene_.skeleton,
                     options_.life.min_found_joints),
       matcher_(options_.association, scene_.skeleton.association_joints()),
-      reconstructor_(scene_.cameras, epipolar_, options_.reconstruction,
-                     scene_.skeleton),
+      evidence_(scene_, epipolar_, options_),
       max_lost_(
           FromSeconds(options_.life.max_age_frames / scene_.frame_rate_hz)),
       matches_(scene_.cameras.size()),
@@ -105,21 +104,14 @@ void SecondPass::Process(const DetectionFrame& frame,
 
 void SecondPass::AddFrame(int64_t frame, TimeNs time, TrackId id,
                           const Pose3d& start) {
-  work_.frame = frame;
-  work_.time = time;
-  if (used_views_.empty()) {
-    work_.views.clear();
-    work_.inlier_views.assign(start.size(), 0);
-    work_.triangulated.assign(start.size(), 0);
-  } else {
-    reconstructor_.Update(used_views_, start, &reconstruction_);
-    FillEstimatorFrame(used_views_, reconstruction_, true, &work_);
-  }
+  evidence_.Begin(frame, time, &work_);
+  if (!used_views_.empty()) evidence_.Update(used_views_, start, &work_);
   // The smoothed pose is the start wherever nothing was triangulated.
   work_.has_initial = true;
   work_.initial = start;
   for (size_t j = 0; j < start.size(); ++j) {
-    if (work_.triangulated[j]) work_.initial[j] = reconstruction_.pose[j];
+    if (work_.triangulated[j])
+      work_.initial[j] = evidence_.reconstruction().pose[j];
   }
   std::unique_ptr<Estimator>& estimator = estimators_[id];
   if (estimator == nullptr) estimator = make_estimator_(scene_);
@@ -170,8 +162,7 @@ SecondPass::Seen SecondPass::Look(const Pose3d& expected, const Recent& recent,
     used_places_.push_back(places[found]);
   }
   if (used_views_.empty()) return Seen::kByNobody;
-  if (used_views_.size() < 2 ||
-      !reconstructor_.Update(used_views_, expected, &reconstruction_)) {
+  if (used_views_.size() < 2 || !evidence_.Look(used_views_, expected)) {
     return Seen::kByOne;
   }
   return Seen::kByTwo;
@@ -206,11 +197,11 @@ void SecondPass::ExtendBack(const PersonPose& person, TimeNs time,
     earlier_.Prepare(recent.detections);
     seen.push_back(Look(expected.back(), recent, earlier_));
     if (seen.back() != Seen::kByTwo) continue;
-    if (IsTaken(reconstruction_.pose, written.people)) {
+    if (IsTaken(evidence_.reconstruction().pose, written.people)) {
       seen.pop_back();
       break;
     }
-    follower.Agree(reconstruction_.pose, written.time);
+    follower.Agree(evidence_.reconstruction().pose, written.time);
   }
   while (!seen.empty() && seen.back() == Seen::kByNobody) seen.pop_back();
   const int end = ends_++;
@@ -233,11 +224,11 @@ void SecondPass::ExtendOn(Recent* now) {
     const Seen seen = Look(expected, *now, observations_);
     const bool agreed = seen == Seen::kByTwo;
     if (written.time - follower.agreed() > max_lost_ ||
-        (agreed && IsTaken(reconstruction_.pose, written.people))) {
+        (agreed && IsTaken(evidence_.reconstruction().pose, written.people))) {
       at = followers_.erase(at);
       continue;
     }
-    if (agreed) follower.Agree(reconstruction_.pose, written.time);
+    if (agreed) follower.Agree(evidence_.reconstruction().pose, written.time);
     Take(now);
     AddFrame(written.frame, written.time, at->first, expected);
     beyond_[at->first].push_back(

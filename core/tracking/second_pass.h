@@ -13,8 +13,8 @@
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/geometry/epipolar.h"
-#include "core/reconstruction/reconstruction.h"
 #include "core/tracking/estimator.h"
+#include "core/tracking/evidence.h"
 #include "core/tracking/frame_observations.h"
 #include "core/tracking/options.h"
 #include "core/tracking/track_ends.h"
@@ -74,7 +74,7 @@ class SecondPass {
   const TrackRun* RunThatBegins(TrackId id, int64_t frame) const;
   const TrackRun* RunThatEnds(TrackId id, int64_t frame) const;
   // Looks for somebody among what nobody took, fills used_views_ with their
-  // places and, where views agree, reconstruction_.
+  // places; evidence_ then knows on what they agree.
   Seen Look(const Pose3d& expected, const Recent& recent,
             const FrameObservations& observations);
   void Take(Recent* recent) const;  // used_places_
@@ -91,7 +91,7 @@ class SecondPass {
   EpipolarGeometry epipolar_;
   FrameObservations observations_;
   ViewMatcher matcher_;
-  Reconstructor reconstructor_;
+  EvidenceStep evidence_;
   TimeNs max_lost_;  // of a track
 
   std::vector<TrackFrame> frames_;  // with the first pass's people
@@ -110,7 +110,6 @@ class SecondPass {
   std::vector<Observation> free_;  // that nobody took
   std::vector<UsedView> used_views_;
   std::vector<Place> used_places_;
-  Reconstruction reconstruction_;
   EstimatorFrame work_;
 };
 

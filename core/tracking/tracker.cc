@@ -73,9 +73,9 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
       observations_(scene_.cameras, detection_skeleton, scene_.skeleton,
                     options_.life.min_found_joints),
       matcher_(options_.association, scene_.skeleton.association_joints()),
-      reconstructor_(scene_.cameras, epipolar_, options_.reconstruction,
-                     scene_.skeleton),
-      initialiser_(options_.initialisation, epipolar_, &reconstructor_,
+      evidence_(scene_, epipolar_, options_),
+      initialiser_(options_.initialisation, epipolar_,
+                   &evidence_.reconstructor(),
                    scene_.skeleton.association_joints()),
       cross_view_(options_.association.affinity == AffinityKind::kCrossView),
       memory_depth_(
@@ -166,21 +166,10 @@ void Tracker::SetLastSeen(const DetectionFrame& frame, int view_idx) {
   }
 }
 
-// The 2D poses of a track that are young enough.
-void Tracker::CollectUsedViews(const Track& track, TimeNs time) {
-  used_views_.clear();
-  for (const ViewMemory::Entry& entry : track.memory.entries()) {
-    const TimeNs age = time - entry.frame_time;
-    if (!clock_.Less(age, options_.reconstruction.tau_frames)) continue;
-    used_views_.push_back({&entry.observation, clock_.Frames(age)});
-  }
-}
-
 // The track's expected pose with the view that was matched just now.
 void Tracker::UpdateExpected(Track* track, TimeNs time) {
-  CollectUsedViews(*track, time);
-  reconstructor_.Update(used_views_, track->expected, &reconstruction_);
-  track->expected = reconstruction_.pose;
+  evidence_.Look(evidence_.YoungViews(track->memory, time), track->expected);
+  track->expected = evidence_.reconstruction().pose;
 }
 
 void Tracker::Associate(const DetectionFrame& frame) {
@@ -215,18 +204,11 @@ void Tracker::Associate(const DetectionFrame& frame) {
 void Tracker::Reconstruct(const DetectionFrame& frame) {
   const StageTimer timer(stage_times_, &StageTimes::reconstruction_ns);
   for (const auto& track : tracks_) {
-    EstimatorFrame& work = track->frame;
-    work.frame = frame.frame;
-    work.time = frame.time;
-    work.has_initial = false;
-    work.views.clear();
-    work.inlier_views.assign(scene_.skeleton.joint_count(), 0);
+    evidence_.Begin(frame.frame, frame.time, &track->frame);
     if (!track->matched) continue;
-    CollectUsedViews(*track, frame.time);
     track->feedback->Predict(frame.time, &predicted_);
-    const bool succeeded =
-        reconstructor_.Update(used_views_, predicted_, &reconstruction_);
-    FillEstimatorFrame(used_views_, reconstruction_, succeeded, &work);
+    evidence_.Update(evidence_.YoungViews(track->memory, frame.time),
+                     predicted_, &track->frame);
   }
 }
 
@@ -260,15 +242,14 @@ void Tracker::StartTrack(const NewPerson& person, const DetectionFrame& frame) {
       TrackId(next_id_++), TrackLife(options_.life, clock_, frame.time),
       WriteGate(options_.life, clock_), memory_depth_);
   // The whole 2D poses are remembered, joints the filter removed included.
-  used_views_.clear();
+  std::vector<UsedView> views;
   for (const Observation* member : person.members) {
     track->memory.Store(*member, frame.time);
-    used_views_.push_back({member, 0.0});
+    views.push_back({member, 0.0});
   }
   EstimatorFrame& work = track->frame;
-  work.frame = frame.frame;
-  work.time = frame.time;
-  FillEstimatorFrame(used_views_, person.reconstruction, true, &work);
+  evidence_.Begin(frame.frame, frame.time, &work);
+  FillEstimatorFrame(views, person.reconstruction, true, &work);
   track->feedback = make_feedback_(scene_);
   track->feedback->Add(work);
   if (make_output_ != nullptr) {

@@ -65,7 +65,6 @@ class Tracker {
   void Associate(const DetectionFrame& frame);
   void SetTargets(const DetectionFrame& frame);
   void SetLastSeen(const DetectionFrame& frame, int view_idx);
-  void CollectUsedViews(const Track& track, TimeNs time);
   void UpdateExpected(Track* track, TimeNs time);
   void Reconstruct(const DetectionFrame& frame);
   void Estimate();
@@ -83,7 +82,7 @@ class Tracker {
   EpipolarGeometry epipolar_;
   FrameObservations observations_;
   ViewMatcher matcher_;
-  Reconstructor reconstructor_;
+  EvidenceStep evidence_;
   Initialiser initialiser_;
   const bool cross_view_;   // the affinity of Chen et al.
   const int memory_depth_;  // poses of a view that a track remembers
@@ -100,9 +99,7 @@ class Tracker {
   std::vector<ObservationGroup> unmatched_;  // [view]
   std::vector<AssociationTarget> targets_;
   std::vector<std::vector<int>> matches_;  // [view][track]
-  std::vector<UsedView> used_views_;
   Pose3d predicted_;
-  Reconstruction reconstruction_;
   std::vector<NewPerson> new_people_;
   std::vector<FinalPose> finals_;
 };

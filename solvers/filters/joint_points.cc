@@ -41,8 +41,8 @@ void JointPoints::CollectViews(const EstimatorFrame& frame, size_t joint_idx,
   slots_.clear();
   for (size_t v = 0; v < frame.views.size(); ++v) {
     const FreshView& view = frame.views[v];
-    if (joint_idx >= view.joints->size()) continue;
-    const Keypoint& joint = (*view.joints)[joint_idx];
+    if (joint_idx >= view.joints.size()) continue;
+    const Keypoint& joint = view.joints[joint_idx];
     if (!joint.found || !joint.px.allFinite()) continue;
     const bool kept = joint_idx >= view.verdicts.size() ||
                       view.verdicts[joint_idx] == FilterVerdict::kKept;

@@ -21,7 +21,7 @@ double MeanConfidence(const std::vector<FreshView>& views) {
   double sum = 0.0;
   int count = 0;
   for (const FreshView& view : views) {
-    for (const Keypoint& joint : *view.joints) {
+    for (const Keypoint& joint : view.joints) {
       if (!Measured(joint)) continue;
       sum += joint.confidence;
       ++count;
@@ -120,8 +120,8 @@ void Assembler::AppendView(const EstimatorFrame& frame, const FreshView& view,
   const double depth_m = camera.Depth(centre_);
   if (!(depth_m > kNearestDepth)) return;
   const size_t joint_count = problem->joints.size();
-  for (size_t j = 0; j < joint_count && j < view.joints->size(); ++j) {
-    const Keypoint& joint = (*view.joints)[j];
+  for (size_t j = 0; j < joint_count && j < view.joints.size(); ++j) {
+    const Keypoint& joint = view.joints[j];
     if (!Measured(joint)) continue;
     PixelMeasurement measurement;
     measurement.px = joint.px;

@@ -43,8 +43,8 @@ std::string BytesOf(const EstimatorFrame& frame) {
     writer.Put(view.view_idx);
     writer.Put(view.capture_time);
     writer.Put(view.detection_idx);
-    writer.PutSize(view.joints->size());
-    for (const Keypoint& joint : *view.joints) Put(joint, &writer);
+    writer.PutSize(view.joints.size());
+    for (const Keypoint& joint : view.joints) Put(joint, &writer);
     writer.PutSize(view.verdicts.size());
     for (const FilterVerdict verdict : view.verdicts) writer.Put(verdict);
   }

@@ -46,8 +46,7 @@ void WriteCamerasIn(const OwnTake& take, const std::string& folder) {
     cameras.emplace_back(parameters);
   }
   Losses losses;
-  WriteCalibration(folder + "/calibration.json", CalibrationFormat::kKrt,
-                   cameras, &losses);
+  WriteCalibration(folder + "/calibration.json", "krt", cameras, &losses);
 }
 
 std::string SceneKeys(const OwnTake& take) {

@@ -139,7 +139,7 @@ Skeleton SmallSkeleton() {
 void SimulatedTake::Connect() {
   for (size_t k = 0; k < frames.size(); ++k) {
     for (FreshView& view : frames[k].views) {
-      view.joints = &keypoints[k][view.view_idx];
+      view.joints = keypoints[k][view.view_idx];
     }
   }
 }

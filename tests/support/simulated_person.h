@@ -46,11 +46,11 @@ struct SimulatedNoise {
 struct SimulatedTake {
   // By joint and frame.
   std::vector<std::vector<State>> truth;
-  // Detections that `frames` point to, by frame and view.
+  // Detections of `frames`, by frame and view.
   std::vector<std::vector<std::vector<Keypoint>>> keypoints;
   std::vector<EstimatorFrame> frames;
 
-  // Points `frames` at `keypoints` again, after either was edited or copied.
+  // Takes edited `keypoints` over into `frames`.
   void Connect();
 };
 

@@ -482,7 +482,7 @@ TEST(CalibrationCorpus, OddPathsAreRefused) {
     SCOPED_TRACE(path);
     for (size_t f = 0; f < CalibrationFormatNames().size(); ++f) {
       CameraReadOptions options;
-      options.format = static_cast<CalibrationFormat>(f);
+      options.format = CalibrationFormatNames()[f];
       InputErrorOf([&] { ReadCameras(path, options); });
     }
   }
@@ -498,7 +498,7 @@ TEST(CalibrationCorpus, WrongFormatsAreRefused) {
     int accepted = 0;
     for (size_t f = 1; f < CalibrationFormatNames().size(); ++f) {
       CameraReadOptions options = sample.options;
-      options.format = static_cast<CalibrationFormat>(f);
+      options.format = CalibrationFormatNames()[f];
       try {
         ReadCameras(path, options);
         ++accepted;

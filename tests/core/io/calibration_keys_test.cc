@@ -202,7 +202,7 @@ TEST(CalibrationPose, TwoSpellingsMustAgree) {
       "R: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
   const auto read = [&](const std::string& more) {
     CameraReadOptions options;
-    options.format = CalibrationFormat::kOpencv;
+    options.format = "opencv";
     return ReadCameras(folder.Write("a.yml", text + more), options);
   };
   EXPECT_NO_THROW(read("T: [1, 2, 3]\n"));

@@ -550,7 +550,7 @@ TEST(Calibration, ReadsEasymocap) {
   ExpectEasymocapSample(ReadCameras(folder.path().string()));
   ExpectEasymocapSample(ReadCameras(intri));
   CameraReadOptions options;
-  options.format = CalibrationFormat::kEasymocap;
+  options.format = "easymocap";
   ExpectEasymocapSample(ReadCameras(extri, options));
 }
 

@@ -9,6 +9,8 @@
 #include <string>
 
 #include "core/base/random.h"
+#include "core/io/calibration_format.h"
+#include "core/io/file_kind.h"
 #include "core/io/text_file.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
@@ -98,8 +100,16 @@ std::vector<std::string> NamesOf(const CameraRig& cameras) {
   return names;
 }
 
+std::vector<std::string> WritableFormats() {
+  std::vector<std::string> names;
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    if (format.write != nullptr) names.push_back(format.name);
+  }
+  return names;
+}
+
 struct Case {
-  CalibrationFormat format;
+  std::string format;
   double tolerance;
   bool keeps_size;
   bool keeps_lens;
@@ -120,21 +130,20 @@ TEST_P(RoundTrip, ReadsBack) {
   CameraRig cameras =
       RandomRig(format.keeps_lens ? WithLens::kYes : WithLens::kNo);
   // One image size for all is told when reading; names are in their order.
-  const bool is_longcw = format.format == CalibrationFormat::kLongcw;
+  const bool is_longcw = format.format == "longcw";
   if (is_longcw) cameras = WithSize(cameras, 1920, 1080);
-  if (format.format == CalibrationFormat::kOpencv) SortByFileName(&cameras);
+  if (format.format == "opencv") SortByFileName(&cameras);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
   Losses losses;
   WriteCalibration(path, format.format, cameras, &losses);
-  for (const CalibrationFormat read :
-       {CalibrationFormat::kAuto, format.format}) {
+  for (const std::string& read : {std::string("auto"), format.format}) {
     CameraReadOptions options;
     options.format = read;
     if (is_longcw) options.image_size = {1920.0, 1080.0};
     const CameraRig again = ReadCameras(path, options);
     ExpectSameCameras(cameras, again, format.tolerance);
-    if (format.format != CalibrationFormat::kTum) {
+    if (format.format != "tum") {
       EXPECT_EQ(NamesOf(cameras), NamesOf(again));
     }
     for (size_t c = 0; c < again.size(); ++c) {
@@ -151,16 +160,16 @@ TEST_P(RoundTrip, ReadsBack) {
 
 INSTANTIATE_TEST_SUITE_P(
     Formats, RoundTrip,
-    ::testing::Values(
-        Case{CalibrationFormat::kKinegraph, kExact, true, true},
-        Case{CalibrationFormat::kKrt, kExact, true, true},
-        Case{CalibrationFormat::kPanoptic, kUnit, true, true},
-        Case{CalibrationFormat::kVoxelpose, kRotated, false, true},
-        Case{CalibrationFormat::kPose2sim, kRotated, true, true},
-        Case{CalibrationFormat::kEasymocap, kRotated, true, true},
-        Case{CalibrationFormat::kOpencv, kExact, true, true},
-        Case{CalibrationFormat::kLongcw, kRotated, false, true},
-        Case{CalibrationFormat::kTum, kDecomposed, false, false}));
+    ::testing::Values(Case{"kinegraph", kExact, true, true},
+                      Case{"krt", kExact, true, true},
+                      Case{"panoptic", kUnit, true, true},
+                      Case{"voxelpose", kRotated, false, true},
+                      Case{"pose2sim", kRotated, true, true},
+                      Case{"easymocap", kRotated, true, true},
+                      Case{"opencv", kExact, true, true},
+                      Case{"longcw", kRotated, false, true},
+                      Case{"colmap", kRotated, true, true},
+                      Case{"tum", kDecomposed, false, false}));
 
 // Rotations by nothing, by half a turn and by very little.
 TEST(CalibrationWriter, KeepsSpecialRotations) {
@@ -174,8 +183,7 @@ TEST(CalibrationWriter, KeepsSpecialRotations) {
   }
   const TemporaryFolder folder;
   Losses losses;
-  for (const CalibrationFormat format :
-       {CalibrationFormat::kPose2sim, CalibrationFormat::kEasymocap}) {
+  for (const char* format : {"pose2sim", "easymocap"}) {
     const std::string path = folder.path() / std::to_string(losses.size());
     WriteCalibration(path, format, cameras, &losses);
     ExpectSameCameras(cameras, ReadCameras(path), kRotated);
@@ -186,25 +194,35 @@ TEST(CalibrationWriter, KeepsSpecialRotations) {
 TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
-  const auto error_of = [&](CalibrationFormat format, const CameraRig& rig) {
+  const auto error_of = [&](const std::string& format, const CameraRig& rig) {
     Losses losses;
     return InputErrorOf([&] { WriteCalibration(path, format, rig, &losses); });
   };
-  EXPECT_THAT(error_of(CalibrationFormat::kTum, RandomRig(WithLens::kYes)),
+  EXPECT_THAT(error_of("tum", RandomRig(WithLens::kYes)),
               HasSubstr("camera 'cam-11': has a lens"));
   CameraParameters parameters;
   parameters.name = "a b";
-  EXPECT_THAT(error_of(CalibrationFormat::kEasymocap, {Camera(parameters)}),
+  EXPECT_THAT(error_of("easymocap", {Camera(parameters)}),
               HasSubstr("camera 'a b': the name"));
-  EXPECT_THAT(error_of(CalibrationFormat::kOpencv, {Camera(parameters)}),
+  EXPECT_THAT(error_of("opencv", {Camera(parameters)}),
               HasSubstr("camera 'a b': the name"));
-  EXPECT_THAT(error_of(CalibrationFormat::kLongcw, {Camera(parameters)}),
+  EXPECT_THAT(error_of("longcw", {Camera(parameters)}),
               HasSubstr("--image_size"));
-  EXPECT_THAT(error_of(CalibrationFormat::kLongcw, RandomRig(WithLens::kNo)),
+  EXPECT_THAT(error_of("longcw", RandomRig(WithLens::kNo)),
               HasSubstr("has another image size"));
+  EXPECT_THAT(error_of("colmap", {Camera(parameters)}),
+              HasSubstr("camera 'a b': the name"));
+  parameters.name = "a";
+  EXPECT_THAT(error_of("colmap", {Camera(parameters)}),
+              HasSubstr("--image_size"));
+  parameters.width_px = parameters.height_px = 100;
   parameters.K(0, 1) = 0.5;
-  EXPECT_THAT(error_of(CalibrationFormat::kVoxelpose, {Camera(parameters)}),
-              HasSubstr("a skewed K"));
+  for (const char* format : {"voxelpose", "colmap"}) {
+    EXPECT_THAT(error_of(format, {Camera(parameters)}),
+                HasSubstr("a skewed K"));
+  }
+  EXPECT_THAT(error_of("xml", {Camera(parameters)}),
+              HasSubstr("found 'xml', expected one of kinegraph, krt"));
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty())
       << "nothing half-written is left";
 }
@@ -214,8 +232,7 @@ TEST(CalibrationWriter, NeverReplacesAFolderWithFiles) {
   folder.Write("mine.txt", "keep");
   Losses losses;
   EXPECT_THAT(InputErrorOf([&] {
-                WriteCalibration(folder.path().string(),
-                                 CalibrationFormat::kTum,
+                WriteCalibration(folder.path().string(), "tum",
                                  RandomRig(WithLens::kNo), &losses);
               }),
               HasSubstr("is there already"));
@@ -230,8 +247,7 @@ TEST(CalibrationWriter, TomlHasDecimalsAndEscapes) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "calib.toml";
   Losses losses;
-  WriteCalibration(path, CalibrationFormat::kPose2sim, {Camera(parameters)},
-                   &losses);
+  WriteCalibration(path, "pose2sim", {Camera(parameters)}, &losses);
   EXPECT_THAT(ReadTextFile(path),
               HasSubstr("matrix = [[1000.0, 0.0, 500.0], [0.0, 1000.0, 400.0], "
                         "[0.0, 0.0, 1.0]]"));
@@ -239,9 +255,9 @@ TEST(CalibrationWriter, TomlHasDecimalsAndEscapes) {
 }
 
 // What longcw's format does not tell.
-CameraReadOptions SizeOf(CalibrationFormat format, const CameraRig& cameras) {
+CameraReadOptions SizeOf(const std::string& format, const CameraRig& cameras) {
   CameraReadOptions options;
-  if (format == CalibrationFormat::kLongcw) {
+  if (format == "longcw") {
     options.image_size = {static_cast<double>(cameras[0].width_px()),
                           static_cast<double>(cameras[0].height_px())};
   }
@@ -254,9 +270,8 @@ TEST(CalibrationWriter, ShelfThroughEveryFormat) {
   KINEGRAPH_DATA_OR_SKIP(path, "shelf/calibration.json");
   const CameraRig shelf = ReadCameras(path);
   const TemporaryFolder folder;
-  for (const CalibrationFormat format : WritableCalibrationFormats()) {
-    const std::string result =
-        folder.path() / std::to_string(static_cast<int>(format));
+  for (const std::string& format : WritableFormats()) {
+    const std::string result = folder.path() / format;
     Losses losses;
     WriteCalibration(result, format, shelf, &losses);
     const CameraRig again = ReadCameras(result, SizeOf(format, shelf));
@@ -275,14 +290,12 @@ TEST(CalibrationWriter, PanopticThroughEveryFormatWithLens) {
   CameraRig panoptic = ReadCameras(path);
   SortByFileName(&panoptic);
   const TemporaryFolder folder;
-  for (const CalibrationFormat format : WritableCalibrationFormats()) {
+  for (const std::string& format : WritableFormats()) {
     // Lenses; images of several sizes.
-    if (format == CalibrationFormat::kTum ||
-        format == CalibrationFormat::kLongcw) {
+    if (format == "tum" || format == "longcw") {
       continue;
     }
-    const std::string result =
-        folder.path() / std::to_string(static_cast<int>(format));
+    const std::string result = folder.path() / format;
     Losses losses;
     WriteCalibration(result, format, panoptic, &losses);
     // The file rounds R to ten digits, so that it is a rotation only to 1e-10;
@@ -290,6 +303,35 @@ TEST(CalibrationWriter, PanopticThroughEveryFormatWithLens) {
     constexpr double kRoundedFile = 1e-9;
     ExpectSameCameras(panoptic, ReadCameras(result, SizeOf(format, panoptic)),
                       kRoundedFile);
+  }
+}
+
+// So no order of the registry's lines matters.
+TEST(CalibrationFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
+  const CameraRig cameras = WithSize(RandomRig(WithLens::kNo), 1920, 1080);
+  for (const CalibrationFormat& written : CalibrationFormats()) {
+    EXPECT_EQ(FindCalibrationFormat(written.name), &written);
+    EXPECT_FALSE(written.layout.empty()) << written.name;
+    if (written.write == nullptr) continue;
+    const TemporaryFolder folder;
+    const std::string path = folder.path() / "result";
+    Losses losses;
+    written.write(path, cameras, &losses);
+    const CalibrationHead head = LookAtCalibration(path);
+    for (const CalibrationFormat& format : CalibrationFormats()) {
+      EXPECT_EQ(format.recognise(head), &format == &written)
+          << written.name << " by " << format.name;
+    }
+    EXPECT_EQ(RecogniseKind(path), FileKind::kCalibration) << written.name;
+  }
+  EXPECT_EQ(FindCalibrationFormat("auto"), nullptr);
+}
+
+TEST(CalibrationFormats, ThePageHasTheRowOfEachFormat) {
+  const std::string page =
+      ReadTextFile(testing::ProjectFile("docs/convert.md").string());
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    EXPECT_THAT(page, HasSubstr("\n" + TableRow(format) + "\n"));
   }
 }
 

@@ -310,7 +310,7 @@ map.cam0 = "Camera0"
                                         "campus.toml");
   config.Apply(&options);
   config.RejectUnknown();
-  EXPECT_EQ(options.cameras.format, CalibrationFormat::kLongcw);
+  EXPECT_EQ(options.cameras.format, "longcw");
   EXPECT_EQ(options.cameras.unit, LengthUnit::kCentimetre);
   EXPECT_THAT(options.cameras.image_size, ElementsAre(360.0, 288.0));
   EXPECT_TRUE(options.cameras.ignore_distortion);

@@ -57,6 +57,7 @@ TEST_F(BatchEstimatorTest, KeepsFramesMatchesWeightsAndScore) {
   take.keypoints[20][1][0].px.x() += 150.0;  // an outlier
   take.keypoints[20][3][0].found = false;    // not measured
   for (auto& joint : take.keypoints[20][4]) joint.confidence = 0.5;
+  take.Connect();
   const auto finals = Run(take);
   ASSERT_EQ(finals.size(), 40u);
   const FinalPose& pose = finals[20];
@@ -87,6 +88,7 @@ TEST_F(BatchEstimatorTest, UsesEachCamerasOwnClock) {
           *scene_.cameras[0].Project(state.head<3>() + 0.02 * state.tail<3>());
     }
   }
+  take.Connect();
   const double right_m = testing::RootMeanSquare(take.truth, Run(take));
   for (EstimatorFrame& frame : take.frames) {
     frame.views[0].capture_time = frame.time;

@@ -211,6 +211,7 @@ TEST_P(Graceful, NumbersThatAreNone) {
   take_.keypoints[5][2][2].confidence = nan;
   take_.keypoints[6][2][2].px.x() = 1e300;
   take_.keypoints[7][3][0].px.x() = -1e150;
+  take_.Connect();
   take_.frames[8].initial[0].position_m.x() = nan;
   take_.frames[9].initial[1].position_m *= 1e200;
   take_.frames[10].initial[2].position_m = scene_.cameras[0].centre() * 3.0;

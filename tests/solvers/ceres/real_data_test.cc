@@ -121,8 +121,6 @@ INSTANTIATE_TEST_SUITE_P(
 struct Recording {
   struct Person {
     std::vector<EstimatorFrame> frames;
-    // What the frames' views point to; a deque of its own each.
-    std::vector<std::unique_ptr<std::vector<Keypoint>>> keypoints;
   };
   SceneModel scene;
   std::mutex mutex;
@@ -136,13 +134,7 @@ class Recorder final : public Estimator {
       : estimator_(std::move(estimator)), person_(person) {}
 
   void Add(const EstimatorFrame& frame) override {
-    EstimatorFrame copy = frame;
-    for (FreshView& view : copy.views) {
-      person_->keypoints.push_back(
-          std::make_unique<std::vector<Keypoint>>(*view.joints));
-      view.joints = person_->keypoints.back().get();
-    }
-    person_->frames.push_back(std::move(copy));
+    person_->frames.push_back(frame);
     estimator_->Add(frame);
   }
   const Pose3d& Last() const override { return estimator_->Last(); }

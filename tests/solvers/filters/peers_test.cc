@@ -16,7 +16,7 @@
 #include "core/io/json.h"
 #include "core/io/tracks.h"
 #include "core/reconstruction/reconstruction.h"
-#include "core/tracking/frame_observations.h"
+#include "core/tracking/evidence.h"
 #include "solvers/factory.h"
 #include "tests/support/simulated_person.h"
 #include "tests/support/test_data.h"

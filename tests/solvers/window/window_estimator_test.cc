@@ -188,6 +188,7 @@ TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
     take.frames[k].initial[1].status = JointStatus::kMissing;
     if (k < 30) take.frames[k].initial[2].status = JointStatus::kMissing;
   }
+  take.Connect();
   const auto window = MakeWindowEstimator(scene, options);
   const auto finals = testing::Run(window.get(), take.frames);
   ASSERT_EQ(finals.size(), 60u);
