@@ -8,17 +8,23 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
+#include "core/base/stop_check.h"
 #include "core/geometry/lens.h"
 #include "core/io/calibration_writer.h"
+#include "core/io/conversion.h"
 #include "core/io/detection_format.h"
 #include "core/io/file_kind.h"
 #include "core/io/joint_names.h"
@@ -290,7 +296,49 @@ RunRequest RequestOf(const std::vector<Camera>& cameras,
   return request;
 }
 
-// Lets Ctrl-C through, and tells `progress` how far the run is. Called without
+// Hears of Ctrl-C while the library works. Python runs handlers of signals on
+// its main thread alone; the other threads of the work stop when that one has.
+class SignalCheck {
+ public:
+  void operator()() {
+    if (stopped_) throw Stopped();
+    if (std::this_thread::get_id() != owner_) return;
+    const auto now = std::chrono::steady_clock::now();
+    if (now < next_) return;
+    next_ = now + kPause;
+    const py::gil_scoped_acquire lock;
+    if (PyErr_CheckSignals() == 0) return;
+    error_ = std::make_exception_ptr(py::error_already_set());
+    stopped_ = true;
+    throw Stopped();
+  }
+  // What a handler raised, KeyboardInterrupt as a rule.
+  const std::exception_ptr& error() const { return error_; }
+
+ private:
+  // Taking Python's lock costs more than asking.
+  static constexpr std::chrono::milliseconds kPause{50};
+  const std::thread::id owner_ = std::this_thread::get_id();
+  std::chrono::steady_clock::time_point next_;
+  std::exception_ptr error_;
+  std::atomic<bool> stopped_{false};
+};
+
+// Runs `work` without Python's lock; Ctrl-C ends it.
+template <typename Work>
+auto Interruptible(const Work& work) {
+  SignalCheck signals;
+  const StopCheck check = [&signals] { signals(); };
+  const py::gil_scoped_release unlocked;
+  const StopScope scope(&check);
+  try {
+    return work();
+  } catch (const Stopped&) {
+    std::rethrow_exception(signals.error());
+  }
+}
+
+// Tells `progress` how far the run is.
 // the interpreter's lock.
 class ProgressCall {
  public:
@@ -299,10 +347,10 @@ class ProgressCall {
 
   void operator()(int64_t frames_read) const {
     constexpr int64_t kStride = 16;  // frames; taking the lock costs more
+    if (progress_.is_none()) return;
     if (frames_read % kStride != 0 && frames_read != total_) return;
     const py::gil_scoped_acquire lock;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    if (!progress_.is_none()) progress_(frames_read, total_);
+    progress_(frames_read, total_);
   }
 
  private:
@@ -322,9 +370,13 @@ TrackSequence Track(const std::vector<Camera>& cameras,
   const auto total =
       static_cast<int64_t>(given.frames.size()) * PassCount(options);
   const ProgressCall call(progress, total);
-  const py::gil_scoped_release unlocked;
-  return TrackSequenceOf(options, request, given, nullptr,
-                         [&call](int64_t read) { call(read); });
+  return Interruptible([&] {
+    return TrackSequenceOf(options, request, given, nullptr,
+                           [&call](int64_t read) {
+                             CheckStop();
+                             call(read);
+                           });
+  });
 }
 
 // The matches of a run, frozen, to be smoothed again and again.
@@ -335,12 +387,13 @@ class Frozen {
          const std::string& set)
       : options_(OptionsOf(config, set, "")) {
     const RunRequest request = RequestOf(cameras, {}, {}, 1);
-    const py::gil_scoped_release unlocked;
-    run_ = FreezeTracking(options_, request, detections);
-    replay_ = std::make_unique<Replay>(run_.scene.model, run_.detections,
-                                       run_.matches, options_.tracker,
-                                       FeedbackOf(options_));
-    people_ = replay_->Prepare(-1, 1);
+    Interruptible([&] {
+      run_ = FreezeTracking(options_, request, detections);
+      replay_ = std::make_unique<Replay>(run_.scene.model, run_.detections,
+                                         run_.matches, options_.tracker,
+                                         FeedbackOf(options_));
+      people_ = replay_->Prepare(-1, 1);
+    });
   }
 
   const TrackSequence& tracks() const { return run_.tracks; }
@@ -355,13 +408,17 @@ class Frozen {
       throw InputError("strategy: found '" + Printable(strategy) +
                        "', expected one of" + known);
     }
-    const py::gil_scoped_release unlocked;
     const EstimatorFactory estimator =
         MakeOutput(static_cast<OutputKind>(kind), options_.estimators);
     std::vector<ReplayOutcome> outcomes;
-    for (const ReplayedPerson& person : people_) {
-      outcomes.push_back(RunEstimator(run_.scene.model, person, estimator));
-    }
+    const auto work = [&] {
+      for (const ReplayedPerson& person : people_) {
+        CheckStop();
+        outcomes.push_back(RunEstimator(run_.scene.model, person, estimator));
+      }
+    };
+    Interruptible(work);
+    const py::gil_scoped_release unlocked;
     TrackSequence tracks;
     tracks.header = run_.tracks.header;
     tracks.frames = AssembleReplay(replay_->empty_frames(), people_,
@@ -402,12 +459,11 @@ class LiveSession {
   TrackSequence Process(int64_t number, const std::vector<Array>& views,
                         std::optional<double> time_s) {
     DetectionFrame frame = FrameOf(number, views, time_s, header_);
-    const py::gil_scoped_release unlocked;
-    return With(session_.Process(std::move(frame)));
+    return With(
+        Interruptible([&] { return session_.Process(std::move(frame)); }));
   }
   TrackSequence Finish() {
-    const py::gil_scoped_release unlocked;
-    return With(session_.Finish());
+    return With(Interruptible([&] { return session_.Finish(); }));
   }
 
  private:
@@ -552,6 +608,28 @@ Losses WriteDetectionsAs(const std::string& path,
   Losses losses;
   found->write(path, options, &source, &losses);
   return losses;
+}
+
+Losses ConvertFiles(const std::string& source, const std::string& target,
+                    const std::string& to, const std::string& from,
+                    const std::string& skeleton, double frame_rate_hz,
+                    const std::string& image_size, const std::string& unit,
+                    const std::string& axes, const std::string& markers,
+                    const std::string& person, const std::string& set) {
+  ConversionOptions options;
+  options.in = source;
+  options.out = target;
+  options.from = from;
+  options.to = to;
+  options.skeleton = skeleton;
+  options.frame_rate_hz = frame_rate_hz;
+  options.unit = unit;
+  options.image_size = image_size;
+  options.axes = axes;
+  options.markers = markers;
+  options.person = person;
+  options.set = set;
+  return Interruptible([&] { return Convert(options).losses; });
 }
 
 void BindSkeleton(py::module_& m) {
@@ -857,6 +935,9 @@ void BindFiles(py::module_& m) {
         "Writes 3D poses in any format that is written; without `format` the\n"
         "one that the path's extension chooses, else our own. names_of: file\n"
         "that holds names of people. Returns what the format leaves out.");
+  m.def("_convert", &ConvertFiles, "source"_a, "target"_a, "to"_a, "from_"_a,
+        "skeleton"_a, "frame_rate_hz"_a, "image_size"_a, "unit"_a, "axes"_a,
+        "markers"_a, "person"_a, "set"_a, "What convert() calls.");
   m.def("write_cameras", &WriteCamerasAs, "path"_a, "cameras"_a,
         "format"_a = "kinegraph",
         "Writes a calibration; returns what the format leaves out.");

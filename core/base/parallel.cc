@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -9,6 +10,8 @@
 #include <system_error>
 #include <thread>
 #include <vector>
+
+#include "core/base/stop_check.h"
 
 namespace kinegraph {
 namespace {
@@ -36,13 +39,16 @@ struct Batch {
       : threads(call_threads),
         count(piece_count),
         work(piece_work),
+        stop_check(CurrentStopCheck()),
         errors(piece_count) {}
 
   // Takes pieces until none is left.
   void Run() {
     const Allowance allowance(threads);
+    const StopScope scope(stop_check);
     for (int i = next++; i < count; i = next++) {
       try {
+        CheckStop();
         work(i);
       } catch (...) {
         errors[i] = std::current_exception();
@@ -53,8 +59,10 @@ struct Batch {
   const int threads;
   const int count;
   const std::function<void(int)>& work;
+  const StopCheck* const stop_check;  // of the thread that called
   std::atomic<int> next{0};
   std::vector<std::exception_ptr> errors;  // one a piece
+  std::exception_ptr stop;                 // heard of while waiting
   int helpers = 0;  // threads of the pool at work on it; guarded by the pool
 };
 
@@ -84,7 +92,19 @@ class ThreadPool {
     std::unique_lock<std::mutex> lock(mutex_);
     waiting_.erase(std::remove(waiting_.begin(), waiting_.end(), batch),
                    waiting_.end());
-    done_.wait(lock, [&] { return batch->helpers == 0; });
+    const auto is_done = [&] { return batch->helpers == 0; };
+    if (batch->stop_check == nullptr) return done_.wait(lock, is_done);
+    // Whoever waits still hears of a stop, which ends the others, too.
+    constexpr auto kPatience = std::chrono::milliseconds(50);
+    while (!done_.wait_for(lock, kPatience, is_done)) {
+      lock.unlock();  // the check may wait for a lock of its own
+      try {
+        CheckStop();
+      } catch (...) {
+        batch->stop = std::current_exception();
+      }
+      lock.lock();
+    }
   }
 
  private:
@@ -127,12 +147,16 @@ class ThreadPool {
 void ParallelFor(int threads, int count, const std::function<void(int)>& work) {
   if (threads <= 1 || count <= 1) {
     const Allowance allowance(std::max(1, threads));
-    for (int i = 0; i < count; ++i) work(i);
+    for (int i = 0; i < count; ++i) {
+      CheckStop();
+      work(i);
+    }
     return;
   }
   static ThreadPool pool;
   Batch batch(threads, count, work);
   pool.Run(std::min(threads, count) - 1, &batch);
+  if (batch.stop) std::rethrow_exception(batch.stop);
   for (const std::exception_ptr& error : batch.errors) {
     if (error) std::rethrow_exception(error);
   }

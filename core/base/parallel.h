@@ -9,7 +9,7 @@ namespace kinegraph {
 // Calls work(0) .. work(count - 1), each once, on up to `threads` threads. The
 // pieces must not touch each other's data, so the result is the same for any
 // number of threads. The exception of the lowest piece that threw is thrown
-// again here, after all have ended.
+// again here, after all have ended. Each piece may be stopped (stop_check.h).
 void ParallelFor(int threads, int count, const std::function<void(int)>& work);
 
 // The `threads` of the call whose piece this thread works on, 1 outside of any:

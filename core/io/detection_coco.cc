@@ -21,8 +21,8 @@ constexpr const char* kImageId = "image_id";
 
 class CocoReader {
  public:
-  CocoReader(const DetectionHeader& header, ZeroConfidence zero_confidence)
-      : zero_confidence_(zero_confidence), collector_(header) {}
+  CocoReader(const DetectionHeader& header, const DetectionReadOptions& options)
+      : zero_confidence_(options.zero_confidence), collector_(header) {}
 
   void ReadFile(const std::string& path, size_t view_idx) {
     const JsonValue root = parser_.Parse(path);
@@ -89,14 +89,7 @@ class CocoReader {
 
 std::unique_ptr<DetectionSource> Open(const std::string& path,
                                       const DetectionReadOptions& options) {
-  const auto files = ListViewFiles(path);
-  DetectionHeader header;
-  header.skeleton = options.skeleton.value_or(Skeleton());
-  header.frame_rate_hz = options.frame_rate_hz;
-  for (const auto& [view, file] : files) header.view_names.push_back(view);
-  CocoReader reader(header, options.zero_confidence);
-  for (size_t v = 0; v < files.size(); ++v) reader.ReadFile(files[v].second, v);
-  return reader.Finish();
+  return OpenViewFiles<CocoReader>(path, options, ".json");
 }
 
 // AlphaPose's files have more keys and the same ones.

@@ -16,10 +16,13 @@
   FORMAT(KinegraphDetectionFormat)          \
   FORMAT(OpenPoseFormat)                    \
   FORMAT(CocoResultsFormat)                 \
+  FORMAT(CocoViewsFormat)                   \
   FORMAT(MmposeFormat)                      \
   FORMAT(MediaPipeCsvFormat)                \
   FORMAT(DeepLabCutFormat)                  \
+  FORMAT(DeepLabCutH5Format)                \
   FORMAT(SleapFormat)                       \
+  FORMAT(FreeMoCapFormat)                   \
   FORMAT(LongcwDetectionFormat)             \
   FORMAT(SmapFormat)
 

@@ -61,6 +61,7 @@ struct DetectionFormat {
   std::string layout;     // one line for people
   std::string extension;  // of its files
   Files files = Files::kOne;
+  bool names_image_size = false;  // what is written does (--image_size)
   Recognise recognise = nullptr;
   Open open = nullptr;    // null: write only
   Write write = nullptr;  // null: read only

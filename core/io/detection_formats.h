@@ -29,6 +29,23 @@ Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
 std::vector<std::pair<std::string, std::string>> ListViewFiles(
     const std::string& path, const std::string& extension = ".json");
 
+// What the options and the names of view files say of a take.
+DetectionHeader HeaderOfViews(
+    const std::vector<std::pair<std::string, std::string>>& files,
+    const DetectionReadOptions& options);
+
+// Opens a format with a file a view. A Reader is made from header and options,
+// reads file after file and finishes.
+template <typename Reader>
+std::unique_ptr<DetectionSource> OpenViewFiles(
+    const std::string& path, const DetectionReadOptions& options,
+    const std::string& extension) {
+  const auto files = ListViewFiles(path, extension);
+  Reader reader(HeaderOfViews(files, options), options);
+  for (size_t v = 0; v < files.size(); ++v) reader.ReadFile(files[v].second, v);
+  return reader.Finish();
+}
+
 // Layouts of detectors with so many joints, the commonest first. Throws
 // InputError without a file, naming `key`, when there is none.
 std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,

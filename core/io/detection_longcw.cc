@@ -102,6 +102,7 @@ bool Recognise(const DetectionHead& head) {
 DetectionFormat LongcwDetectionFormat() {
   DetectionFormat format;
   format.name = "longcw";
+  format.names_image_size = true;
   format.layout = "annotation_2d.json";
   format.extension = ".json";
   format.files = DetectionFormat::Files::kOne;

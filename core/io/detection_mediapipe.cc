@@ -144,11 +144,7 @@ class Reader {
 std::unique_ptr<DetectionSource> Open(const std::string& path,
                                       const DetectionReadOptions& options) {
   const auto files = ListViewFiles(path, ".csv");
-  DetectionHeader header;
-  header.skeleton = options.skeleton.value_or(Skeleton());
-  header.frame_rate_hz = options.frame_rate_hz;
-  for (const auto& [view, file] : files) header.view_names.push_back(view);
-  Reader reader(header, options);
+  Reader reader(HeaderOfViews(files, options), options);
   for (size_t v = 0; v < files.size(); ++v) reader.ReadFile(files[v].second, v);
   return reader.Finish(path);
 }

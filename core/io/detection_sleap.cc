@@ -93,8 +93,8 @@ Skeleton SkeletonOf(const Hdf5File& file,
 
 class Reader {
  public:
-  Reader(const DetectionHeader& header, ZeroConfidence zero_confidence)
-      : zero_confidence_(zero_confidence), collector_(header) {}
+  Reader(const DetectionHeader& header, const DetectionReadOptions& options)
+      : zero_confidence_(options.zero_confidence), collector_(header) {}
 
   void ReadFile(const std::string& path, size_t view_idx) {
     const Hdf5File file(path);
@@ -173,14 +173,7 @@ class Reader {
 
 std::unique_ptr<DetectionSource> Open(const std::string& path,
                                       const DetectionReadOptions& options) {
-  const auto files = ListViewFiles(path, ".h5");
-  DetectionHeader header;
-  header.skeleton = options.skeleton.value_or(Skeleton());
-  header.frame_rate_hz = options.frame_rate_hz;
-  for (const auto& [view, file] : files) header.view_names.push_back(view);
-  Reader reader(header, options.zero_confidence);
-  for (size_t v = 0; v < files.size(); ++v) reader.ReadFile(files[v].second, v);
-  return reader.Finish();
+  return OpenViewFiles<Reader>(path, options, ".h5");
 }
 
 // HDF5 with the names of SLEAP's data sets, which stand at its beginning.

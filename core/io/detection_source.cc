@@ -269,6 +269,16 @@ std::vector<std::pair<std::string, std::string>> ListViewFiles(
   return files;
 }
 
+DetectionHeader HeaderOfViews(
+    const std::vector<std::pair<std::string, std::string>>& files,
+    const DetectionReadOptions& options) {
+  DetectionHeader header;
+  header.skeleton = options.skeleton.value_or(Skeleton());
+  header.frame_rate_hz = options.frame_rate_hz;
+  for (const auto& [view, file] : files) header.view_names.push_back(view);
+  return header;
+}
+
 std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
                                                const std::string& key) {
   std::vector<const Skeleton*> found;

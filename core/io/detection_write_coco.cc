@@ -9,38 +9,18 @@
 #include "core/io/detection_export.h"
 #include "core/io/detection_formats.h"
 #include "core/io/detection_losses.h"
+#include "core/io/detection_summary.h"
 #include "core/io/json_output.h"
 
 namespace kinegraph {
 namespace {
-
-struct Summary {
-  double score = 0.0;
-  Eigen::Vector2d low_px = Eigen::Vector2d::Zero();
-  Eigen::Vector2d high_px = Eigen::Vector2d::Zero();
-};
-
-Summary Summarise(const Detection& detection) {
-  Summary summary;
-  int count = 0;
-  for (const Keypoint& joint : detection.joints) {
-    if (!joint.found) continue;
-    summary.low_px = count == 0 ? joint.px : summary.low_px.cwiseMin(joint.px);
-    summary.high_px =
-        count == 0 ? joint.px : summary.high_px.cwiseMax(joint.px);
-    summary.score += joint.confidence;
-    ++count;
-  }
-  if (count > 0) summary.score /= count;
-  return summary;
-}
 
 class ViewFile {
  public:
   explicit ViewFile(const std::string& path) : file_(path) {}
 
   void Write(int64_t frame, const Detection& detection) {
-    const Summary summary = Summarise(detection);
+    const DetectionSummary summary = Summarise(detection);
     const Eigen::Vector2d size_px = summary.high_px - summary.low_px;
     out_.Text(is_first_ ? "[\n" : ",\n");
     is_first_ = false;

@@ -51,8 +51,8 @@ FileKind KindOfArray(const std::string& path) {
 }
 
 FileKind KindOfObject(const JsonHead& head) {
-  for (const char* key :
-       {"kinegraph_detections", "people", "3d_pairs", "instance_info"}) {
+  for (const char* key : {"kinegraph_detections", "people", "3d_pairs",
+                          "instance_info", "images", "annotations"}) {
     if (head.Has(key)) return FileKind::kDetections;
   }
   if (head.Has("frames") && head.Has("image_wh")) return FileKind::kDetections;
@@ -87,12 +87,12 @@ bool LooksLikeTomlOrYaml(const std::string& text) {
 }
 
 // Tables of key points begin with letters, as no other text of ours does; HDF5
-// with a byte of its own.
+// and NumPy's arrays with a byte of their own.
 bool IsDetectionTable(const std::string& path) {
   const std::string text = Beginning(path);
   if (text.empty()) return false;
   const bool is_letter = std::isalpha(static_cast<unsigned char>(text[0])) != 0;
-  if (!is_letter && text[0] != '\x89') return false;
+  if (!is_letter && text[0] != '\x89' && text[0] != '\x93') return false;
   return RecogniseDetections(LookAtDetections(path)) != nullptr;
 }
 

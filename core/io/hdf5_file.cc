@@ -150,6 +150,50 @@ std::vector<std::string> Hdf5File::Texts(const std::string& name) const {
   }
 }
 
+std::vector<double> Hdf5File::Field(const std::string& name,
+                                    const std::string& field,
+                                    size_t* width) const {
+  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.is_valid()) Fail(name, "is missing");
+  const Handle type(H5Dget_type(set.get()), H5Tclose);
+  const int place = H5Tget_class(type.get()) == H5T_COMPOUND
+                        ? H5Tget_member_index(type.get(), field.c_str())
+                        : -1;
+  if (place < 0) Fail(name, "has no field " + field);
+  const Handle member(
+      H5Tget_member_type(type.get(), static_cast<unsigned>(place)), H5Tclose);
+  const bool is_array = H5Tget_class(member.get()) == H5T_ARRAY;
+  const Handle element(
+      is_array ? H5Tget_super(member.get()) : H5Tcopy(member.get()), H5Tclose);
+  const H5T_class_t kind = H5Tget_class(element.get());
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) ||
+      (is_array && H5Tget_array_ndims(member.get()) != 1)) {
+    Fail(name, "field " + field + ": expected numbers");
+  }
+  hsize_t side = 1;
+  if (is_array) H5Tget_array_dims2(member.get(), &side);
+  *width = side;
+  const Handle numbers_type(is_array
+                                ? H5Tarray_create2(H5T_NATIVE_DOUBLE, 1, &side)
+                                : H5Tcopy(H5T_NATIVE_DOUBLE),
+                            H5Tclose);
+  const Handle record(H5Tcreate(H5T_COMPOUND, side * sizeof(double)), H5Tclose);
+  H5Tinsert(record.get(), field.c_str(), 0, numbers_type.get());
+  const Handle space(H5Dget_space(set.get()), H5Sclose);
+  try {
+    std::vector<size_t> shape = ShapeOf(space.get());
+    shape.push_back(side);
+    std::vector<double> numbers(CountOf(shape));
+    if (!numbers.empty() && H5Dread(set.get(), record.get(), H5S_ALL, H5S_ALL,
+                                    H5P_DEFAULT, numbers.data()) < 0) {
+      Fail(name, "is damaged");
+    }
+    return numbers;
+  } catch (const InputError& error) {
+    Fail(name, error.what());
+  }
+}
+
 std::string Hdf5File::Attribute(const std::string& name,
                                 const std::string& attribute) const {
   const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);

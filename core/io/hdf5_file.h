@@ -25,6 +25,10 @@ class Hdf5File {
   std::vector<double> Numbers(const std::string& name) const;
   // Texts of fixed or of variable length.
   std::vector<std::string> Texts(const std::string& name) const;
+  // Numbers of one field of a data set of records, one record after the other;
+  // each has `width` of them.
+  std::vector<double> Field(const std::string& name, const std::string& field,
+                            size_t* width) const;
   // A text beside a data set; empty when there is none.
   std::string Attribute(const std::string& name,
                         const std::string& attribute) const;

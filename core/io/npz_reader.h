@@ -1,5 +1,6 @@
-// Reading NumPy's .npz archives that are not compressed (numpy.savez). For
-// core/io alone; npz_file.h names the sources of the format.
+// Reading NumPy's .npz archives that are not compressed (numpy.savez), and .npy
+// files, which are one array of no name. For core/io alone; npz_file.h names
+// the sources of the format.
 #ifndef KINEGRAPH_CORE_IO_NPZ_READER_H_
 #define KINEGRAPH_CORE_IO_NPZ_READER_H_
 

@@ -12,6 +12,7 @@
 #include "core/reconstruction/initialisation.h"
 #include "core/reconstruction/reconstruction.h"
 #include "core/tracking/estimator.h"
+#include "core/tracking/evidence.h"
 #include "core/tracking/frame_assembler.h"
 #include "core/tracking/frame_observations.h"
 #include "core/tracking/options.h"

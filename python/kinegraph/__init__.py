@@ -134,8 +134,8 @@ def track(
     without_cameras: names to leave out. threads: the result is the same for any
     number. progress: called as progress(frames_read, of).
 
-    Returns Tracks. Other Python threads run meanwhile; Ctrl-C stops it at the
-    next frames that are read.
+    Returns Tracks. Other Python threads run meanwhile; Ctrl-C stops it, also
+    while the batch is solved.
     """
     return _kinegraph.track(
         list(cameras),
@@ -217,27 +217,42 @@ def smooth(
 def convert(
     source: str | os.PathLike[str],
     target: str | os.PathLike[str],
-    to: str,
+    to: str = "",
     skeleton: str = "",
     frame_rate_hz: float = 0.0,
-    image_size: tuple[int, int] = (0, 0),
+    image_size: tuple[int, int] | None = None,
+    from_: str = "auto",
+    unit: str = "",
+    axes: str = "",
+    markers: str = "ours",
+    person: str | int = "",
+    set: Settings = None,
 ) -> list[str]:
     """Converts a calibration, detections or tracks, as `kinegraph convert` does.
 
-    What the source holds is told by its content. to: name of a format (`kinegraph
-    convert --formats` lists them). skeleton, frame_rate_hz [Hz], image_size
-    (width, height) [px]: where the source does not tell. Returns what the format
-    leaves out.
+    What the source holds is told by its content, or by from_. to: name of a format
+    (`kinegraph convert --formats` lists them); tracks are told by the target's
+    end, such as ".c3d", without it. skeleton, frame_rate_hz [Hz], image_size
+    (width, height) [px], unit ("m", "cm", "mm"): where the source does not tell.
+    axes: world axes of the file's X, Y, Z, "x,-z,y". markers: "ours", "pose2sim"
+    or "opensim". person: the one to write, by identity or name. set: keys of
+    reading, {"detections.zero_confidence": "position"}. Folders of the target are
+    made. Returns what the format leaves out.
     """
-    source, target = os.fspath(source), os.fspath(target)
-    kind = file_kind(source)
-    if kind == "calibrations":
-        return write_cameras(target, read_cameras(source), to)
-    if kind == "detections":
-        detections = read_detections(source, skeleton, frame_rate_hz)
-        return write_detections(target, detections, to, image_size)
-    tracks = read_tracks(source, skeleton, frame_rate_hz)
-    return write_tracks(target, tracks, to, names_of=source)
+    return _kinegraph._convert(
+        os.fspath(source),
+        os.fspath(target),
+        to,
+        from_,
+        skeleton,
+        frame_rate_hz,
+        ",".join(str(side) for side in image_size) if image_size else "",
+        unit,
+        axes,
+        markers,
+        str(person),
+        _assignments(set),
+    )
 
 
 def evaluate(

@@ -176,5 +176,19 @@ def write_detections(
 def write_tracks(
     path: str, tracks: Tracks, format: str = ..., names_of: str = ...
 ) -> list[str]: ...
+def _convert(
+    source: str,
+    target: str,
+    to: str,
+    from_: str,
+    skeleton: str,
+    frame_rate_hz: float,
+    image_size: str,
+    unit: str,
+    axes: str,
+    markers: str,
+    person: str,
+    set: str,
+) -> list[str]: ...
 def _mpjpe(tracks: Tracks, truth: Tracks) -> dict[str, Any]: ...
 def _identity(tracks: Tracks, truth: Tracks) -> dict[str, Any]: ...

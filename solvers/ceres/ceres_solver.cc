@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/stop_check.h"
 #include "solvers/ceres/ceres_factor.h"
 #include "solvers/ceres/ceres_loss.h"
 #include "solvers/ceres/view_bundle.h"
@@ -248,6 +249,7 @@ SolveReport RunStage(const SolveStage& stage, double step_tolerance_m,
   while (report.finite && !report.converged) {
     const int left = stage.max_iterations - report.ceres_iterations;
     if (left <= 0) break;
+    CheckStop();  // never inside of Ceres, which is no place to throw
     options.max_num_iterations = std::min(kBurst, left);
     ceres::Solver::Summary summary;
     watch.Restart();

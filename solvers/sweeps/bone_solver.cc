@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/pack.h"
+#include "core/base/stop_check.h"
 #include "solvers/graph/creep.h"
 #include "solvers/graph/factor_list.h"
 #include "solvers/sweeps/damping.h"
@@ -212,6 +213,7 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
   report->converged = false;
   has_previous_ = false;
   for (int iteration = 0; iteration < stage.max_iterations; ++iteration) {
+    CheckStop();
     ++report->iterations;
     if (!FindStep(damping.value())) {
       if (!damping.Raise()) break;

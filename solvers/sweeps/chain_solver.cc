@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/stop_check.h"
+
 namespace kinegraph {
 
 void ChainSolver::Load(const std::vector<TimeNs>& times,
@@ -68,6 +70,7 @@ std::vector<SolveReport> ChainSolver::Solve(
   if (times.empty()) return std::vector<SolveReport>(chains.size());
   std::vector<SolveReport> reports;
   for (size_t at = 0; at < chains.size(); at += kGroup) {
+    CheckStop();
     const size_t end = std::min(at + kGroup, chains.size());
     SolveGroup(times, schedule, {chains.begin() + at, chains.begin() + end},
                &reports);

@@ -13,7 +13,9 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/io/calibration.h"
 #include "core/io/detection_source.h"
+#include "core/io/detection_writer.h"
 #include "core/io/file_kind.h"
 #include "core/io/json.h"
 #include "core/io/text_file.h"
@@ -518,6 +520,163 @@ TEST(FormatReaders, SleapsHdf5) {
     ADD_FAILURE() << "read half a file";
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("cut.h5"));
+  }
+}
+
+TEST(FormatReaders, DeepLabCutsHdf5) {
+  if (!HasPython("pandas, tables")) {
+    GTEST_SKIP() << "needs python3-pandas and python3-tables";
+  }
+  const TemporaryFolder folder;
+  fs::create_directory(folder.path() / "one");
+  fs::create_directory(folder.path() / "two");
+  const std::string script =
+      testing::ProjectFile("tests/apps/formats/deeplabcut_writer.py").string();
+  ASSERT_EQ(std::system(("/usr/bin/python3 '" + script + "' '" +
+                         folder.path().string() + "'")
+                            .c_str()),
+            0);
+  for (const size_t people : {1, 2}) {
+    const std::string path = folder.path() / (people == 1 ? "one" : "two");
+    EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
+    const DetectionSequence take = ReadDetections(path);
+    EXPECT_EQ(take.header.view_names,
+              (std::vector<std::string>{"cam0", "cam1"}));
+    EXPECT_EQ(take.header.skeleton.joints(),
+              (std::vector<std::string>{"snout", "l_ear", "tail_base"}));
+    ASSERT_EQ(take.frames.size(), 5u);
+    for (size_t f = 0; f < 5; ++f) {
+      for (size_t v = 0; v < 2; ++v) {
+        const auto& found = take.frames[f].views[v].detections;
+        ASSERT_EQ(found.size(), f < 2 ? 1u : people) << f;
+        for (size_t t = 0; t < found.size(); ++t) {
+          for (size_t n = 0; n < 3; ++n) {
+            const Keypoint& joint = found[t].joints[n];
+            ASSERT_TRUE(joint.found);
+            const double x =
+                100.0 * static_cast<double>(v) + 10.0 * static_cast<double>(t) +
+                static_cast<double>(n) + static_cast<double>(f) / 8.0;
+            EXPECT_EQ(joint.px, Eigen::Vector2d(x, 2.0 * x));
+            EXPECT_EQ(joint.confidence, 1.0 / static_cast<double>(1 + n));
+          }
+        }
+      }
+    }
+  }
+  const std::string whole = ReadTextFile(folder.path() / "one" / "cam0.h5");
+  const std::string cut =
+      folder.Write("cut.h5", whole.substr(0, whole.size() / 2));
+  try {
+    DetectionReadOptions options;
+    options.format = "deeplabcut_h5";
+    ReadDetections(cut, options);
+    ADD_FAILURE() << "read half a file";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("cut.h5"));
+  }
+}
+
+// ---- One COCO file of several cameras ----
+
+TEST(FormatReaders, CocoViews) {
+  if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
+  const TemporaryFolder folder;
+  DetectionSequence take;
+  take.header.skeleton = Coco17();
+  take.header.view_names = {"left", "right"};
+  take.header.frame_rate_hz = 50.0;
+  for (int64_t f = 3; f < 9; ++f) {
+    DetectionFrame frame;
+    frame.frame = f;
+    frame.time = f * 20'000'000;
+    frame.views.resize(2);
+    for (size_t v = 0; v < 2; ++v) {
+      frame.views[v].capture_time = frame.time;
+      for (int p = 0; p < static_cast<int>(f % 3); ++p) {
+        Detection& detection = frame.views[v].detections.emplace_back();
+        detection.index_in_file = p;
+        detection.joints.resize(17);
+        for (int j = 0; j < 17; ++j) {
+          if ((j + p + f) % 5 == 0) continue;
+          const double x = 100.0 * static_cast<double>(v) + 7.1 * j + 0.3 * p;
+          detection.joints[static_cast<size_t>(j)] = {
+              {x, 1.7 * x + static_cast<double>(f)}, 0.25 + 0.01 * j, true};
+        }
+      }
+    }
+    take.frames.push_back(frame);
+  }
+  const std::string in = folder.path() / "take.jsonl";
+  WriteDetections(in, take);
+  const std::string out = folder.path() / "take.json";
+  const testing::ProgramOutcome outcome = testing::RunProgram(
+      "convert", "--in='" + in + "' --out='" + out +
+                     "' --to=coco_views --image_size=1920,1080");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const Json read = RunPython(folder, "coco_views_reader.py", out);
+  EXPECT_EQ(read["rate"], 50.0);
+  EXPECT_EQ(read["bones"].size(), Coco17().bones().size());
+  ASSERT_EQ(read["found"].size(), 12u);
+  for (const DetectionFrame& frame : take.frames) {
+    for (size_t v = 0; v < 2; ++v) {
+      const auto& people = frame.views[v].detections;
+      const Json& found = read["found"][take.header.view_names[v] + "/" +
+                                        std::to_string(frame.frame)];
+      ASSERT_EQ(found.size(), people.size());
+      for (size_t p = 0; p < people.size(); ++p) {
+        for (size_t j = 0; j < 17; ++j) {
+          const Keypoint& joint = people[p].joints[j];
+          const std::string& name = Coco17().joints()[j];
+          ASSERT_EQ(found[p].contains(name), joint.found);
+          if (!joint.found) continue;
+          EXPECT_EQ(found[p][name][0], joint.px.x()) << "bit for bit";
+          EXPECT_EQ(found[p][name][1], joint.px.y());
+        }
+      }
+    }
+  }
+}
+
+// ---- COLMAP ----
+
+// Debian's COLMAP reads our model and writes it again in its own digits.
+TEST(FormatReaders, ColmapReadsItsModel) {
+  if (std::system("colmap help > /dev/null 2>&1") != 0) {
+    GTEST_SKIP() << "needs colmap";
+  }
+  KINEGRAPH_DATA_OR_SKIP(shelf, "shelf/calibration.json");
+  KINEGRAPH_DATA_OR_SKIP(panoptic,
+                         "panoptic/calibration_160422_ultimatum1.json");
+  for (const std::string& in : {shelf, panoptic}) {
+    const TemporaryFolder folder;
+    const std::string ours = folder.path() / "ours";
+    const std::string theirs = folder.path() / "theirs";
+    const testing::ProgramOutcome outcome = testing::RunProgram(
+        "convert", "--in='" + in + "' --out='" + ours + "' --to=colmap");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+    fs::create_directory(theirs);
+    ASSERT_EQ(std::system(("colmap model_converter --input_path '" + ours +
+                           "' --output_path '" + theirs +
+                           "' --output_type TXT > /dev/null 2>&1")
+                              .c_str()),
+              0);
+    const CameraRig rig = ReadCameras(in);
+    CameraReadOptions options;
+    for (const Camera& camera : rig) options.use.push_back(camera.name());
+    const CameraRig again = ReadCameras(theirs, options);
+    ASSERT_EQ(again.size(), rig.size());
+    for (size_t c = 0; c < rig.size(); ++c) {
+      EXPECT_EQ(again[c].width_px(), rig[c].width_px());
+      // COLMAP writes 17 digits and makes the quaternion one anew.
+      EXPECT_LT((again[c].R() - rig[c].R()).norm(), 1e-9);
+      EXPECT_LT((again[c].t() - rig[c].t()).norm(), 1e-12);
+      EXPECT_LT((again[c].K() - rig[c].K()).norm(), 0.02) << "Shelf's skew";
+      const Eigen::Vector3d point(0.3, -0.4, 1.2);
+      const auto px = rig[c].Project(point);
+      if (!px.has_value()) continue;
+      // The skew that is left out moves a pixel by no more than itself.
+      EXPECT_LT((*again[c].Project(point) - *px).norm(), 0.02);
+    }
   }
 }
 

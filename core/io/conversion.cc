@@ -1,0 +1,479 @@
+#include "core/io/conversion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/calibration.h"
+#include "core/io/calibration_format.h"
+#include "core/io/calibration_writer.h"
+#include "core/io/config.h"
+#include "core/io/detection_format.h"
+#include "core/io/detection_source.h"
+#include "core/io/file_kind.h"
+#include "core/io/identity_edits.h"
+#include "core/io/joint_names.h"
+#include "core/io/person_names.h"
+#include "core/io/text_file.h"
+#include "core/io/track_format.h"
+#include "core/io/tracks.h"
+
+namespace kinegraph {
+namespace {
+
+// A format's name in one kind.
+struct Format {
+  FileKind kind;
+  std::string name;
+  bool readable;
+  bool writable;
+  std::string layout;
+};
+
+constexpr FileKind kCalibration = FileKind::kCalibration;
+constexpr FileKind kDetections = FileKind::kDetections;
+constexpr FileKind kTracks = FileKind::kTracks;
+
+std::string LayoutOf(const TrackFormat& format) {
+  std::string text = format.layout;
+  for (const std::string& extension : format.extensions) {
+    text +=
+        (&extension == &format.extensions.front() ? " (" : ", ") + extension;
+  }
+  if (!format.extensions.empty()) text += ")";
+  if (format.axes.has_value()) text += "; axes " + format.axes->Text();
+  return text;
+}
+
+// They follow from the three registries.
+std::vector<Format> MakeFormats() {
+  std::vector<Format> formats;
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    formats.push_back({kCalibration, format.name, true, format.write != nullptr,
+                       format.layout});
+  }
+  for (const DetectionFormat& format : DetectionFormats()) {
+    formats.push_back({kDetections, format.name, format.open != nullptr,
+                       format.write != nullptr, format.layout});
+  }
+  for (const TrackFormat& format : TrackFormats()) {
+    formats.push_back({kTracks, format.name, format.readable(),
+                       format.write != nullptr, LayoutOf(format)});
+  }
+  return formats;
+}
+
+const std::vector<Format>& Formats() {
+  static const std::vector<Format> kFormats = MakeFormats();
+  return kFormats;
+}
+
+using Wanted = std::function<bool(const Format&)>;
+
+bool IsReadable(const Format& format) { return format.readable; }
+bool IsWritable(const Format& format) { return format.writable; }
+
+// The kinds in which a format of that name is there.
+std::vector<FileKind> KindsOf(const std::string& name, const Wanted& wanted) {
+  std::vector<FileKind> kinds;
+  for (const Format& format : Formats()) {
+    if (format.name == name && wanted(format)) kinds.push_back(format.kind);
+  }
+  return kinds;
+}
+
+std::string NamesOf(const Wanted& wanted) {
+  std::vector<std::string> names;
+  std::string text;
+  for (const Format& format : Formats()) {
+    if (!wanted(format)) continue;
+    if (std::count(names.begin(), names.end(), format.name) > 0) continue;
+    names.push_back(format.name);
+    text += (text.empty() ? "" : ", ") + names.back();
+  }
+  return text;
+}
+
+std::string TextOf(const std::vector<FileKind>& kinds) {
+  std::string text;
+  for (const FileKind kind : kinds) {
+    text += (text.empty() ? "" : " or ") + std::string(ToString(kind));
+  }
+  return text;
+}
+
+// Kinds of the format that --`flag` names; throws when nothing of that name can
+// be read or written (`verb`).
+std::vector<FileKind> RequireKinds(const std::string& flag,
+                                   const std::string& name,
+                                   const std::string& verb,
+                                   const Wanted& wanted) {
+  const std::vector<FileKind> kinds = KindsOf(name, wanted);
+  if (!kinds.empty()) return kinds;
+  const bool known = !KindsOf(name, [](const Format&) { return true; }).empty();
+  throw InputError("--" + flag + ": '" + Printable(name) + "' " +
+                   (known ? "cannot be " + verb : "is no format") +
+                   ", expected " + (flag == "from" ? "auto, " : "") +
+                   NamesOf(wanted));
+}
+
+// What is to be converted: it follows from the two formats, and from the
+// input's content where several kinds are left.
+FileKind ChooseKind(const ConversionOptions& flags) {
+  const std::vector<FileKind> to =
+      RequireKinds("to", flags.to, "written", IsWritable);
+  std::vector<FileKind> from = {kCalibration, kDetections, kTracks};
+  if (flags.from != "auto") {
+    from = RequireKinds("from", flags.from, "read", IsReadable);
+  }
+  std::vector<FileKind> both;
+  std::copy_if(from.begin(), from.end(), std::back_inserter(both),
+               [&to](FileKind kind) {
+                 return std::count(to.begin(), to.end(), kind) > 0;
+               });
+  if (both.size() == 1 && flags.from != "auto") return both.front();
+  if (both.empty()) {
+    throw InputError("--from=" + flags.from + " is of " + TextOf(from) +
+                     ", --to=" + flags.to + " of " + TextOf(to));
+  }
+  const FileKind kind = RecogniseKind(flags.in);
+  if (std::count(both.begin(), both.end(), kind) == 0) {
+    throw InputError(flags.in, "",
+                     "holds " + std::string(ToString(kind)) +
+                         ", --to=" + flags.to + " is of " + TextOf(both));
+  }
+  return kind;
+}
+
+// Everything that reading can be told.
+struct ConvertOptions {
+  CameraReadOptions cameras;
+  DetectionReadOptions detections;
+  int64_t first_frame = TrackReadOptions().first_frame;
+
+  void Describe(OptionVisitor& visitor) {
+    visitor.Enter("cameras");
+    cameras.Describe(visitor);
+    visitor.Leave();
+    visitor.Enter("detections");
+    detections.Describe(visitor);
+    visitor.Leave();
+    visitor.Enter("tracks");
+    visitor.Integer("first_frame", &first_frame, NonNegative(), "",
+                    "Frame of the first entry of 4D association's files.");
+    visitor.Leave();
+  }
+};
+
+// Flags that mean nothing for what is converted are a mistake.
+void RefuseFlag(const char* name, bool given, const char* belongs_to,
+                FileKind kind) {
+  if (!given) return;
+  throw InputError("--" + std::string(name) + " belongs to " + belongs_to +
+                   ", the input holds " + ToString(kind));
+}
+
+void CheckFlags(const ConversionOptions& flags, FileKind kind) {
+  const bool is_calibration = kind == kCalibration;
+  if (!is_calibration) {
+    RefuseFlag("unit", !flags.unit.empty(), "calibrations", kind);
+    if (kind != kDetections ||
+        !FindDetectionFormat(flags.to)->names_image_size) {
+      RefuseFlag("image_size", !flags.image_size.empty(), "calibrations", kind);
+    }
+  } else {
+    RefuseFlag("skeleton", !flags.skeleton.empty(), "detections and tracks",
+               kind);
+    RefuseFlag("frame_rate", flags.frame_rate_hz != 0.0,
+               "detections and tracks", kind);
+  }
+  if (kind != kTracks) {
+    RefuseFlag("axes", !flags.axes.empty(), "tracks", kind);
+    RefuseFlag("person", !flags.person.empty(), "tracks", kind);
+    RefuseFlag("markers", flags.markers != "ours", "tracks", kind);
+  }
+  if (!(flags.frame_rate_hz >= 0.0 && flags.frame_rate_hz <= 1e6)) {
+    throw InputError("--frame_rate: expected above 0 .. 1e6 Hz");
+  }
+}
+
+std::vector<std::string> SplitAtCommas(const std::string& text) {
+  std::vector<std::string> parts;
+  size_t begin = 0;
+  while (begin <= text.size()) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+ConvertOptions ReadOptions(const ConversionOptions& flags) {
+  ConfigFile config = ConfigFile::Empty();
+  if (!flags.set.empty()) config.Override(flags.set, "--set");
+  if (!flags.unit.empty()) {
+    config.Override("cameras.unit=" + flags.unit, "--unit");
+  }
+  ConvertOptions options;
+  config.Apply(&options);
+  config.RejectUnknown();
+  if (!flags.image_size.empty()) {
+    for (const std::string& side : SplitAtCommas(flags.image_size)) {
+      char* end = nullptr;
+      options.cameras.image_size.push_back(std::strtod(side.c_str(), &end));
+      if (*end != '\0') options.cameras.image_size.push_back(0.0);
+    }
+  }
+  return options;
+}
+
+Skeleton SkeletonFlag(const ConversionOptions& flags) {
+  try {
+    return ResolveSkeleton(flags.skeleton, {});
+  } catch (const InputError& error) {
+    throw InputError("--skeleton: " + std::string(error.what()));
+  }
+}
+
+std::string Count(size_t count, const std::string& what) {
+  return std::to_string(count) + " " + what;
+}
+
+// ---- One kind each: reads, writes, and says how much there was ----
+
+std::string ConvertCalibration(const ConversionOptions& flags,
+                               const ConvertOptions& options, Losses* losses) {
+  CameraReadOptions read = options.cameras;
+  if (flags.from != "auto") read.format = flags.from;
+  const CameraRig cameras = ReadCameras(flags.in, read);
+  WriteCalibration(flags.out, flags.to, cameras, losses);
+  return Count(cameras.size(), "cameras");
+}
+
+// Counts the frames that pass through.
+class CountingSource final : public DetectionSource {
+ public:
+  explicit CountingSource(std::unique_ptr<DetectionSource> source)
+      : source_(std::move(source)) {}
+  const DetectionHeader& header() const override { return source_->header(); }
+  bool Next(DetectionFrame* frame) override {
+    const bool has_frame = source_->Next(frame);
+    frame_count_ += has_frame ? 1 : 0;
+    return has_frame;
+  }
+  size_t frames() const { return frame_count_; }
+
+ private:
+  std::unique_ptr<DetectionSource> source_;
+  size_t frame_count_ = 0;
+};
+
+DetectionWriteOptions DetectionWriteOptionsOf(const ConversionOptions& flags,
+                                              const ConvertOptions& options) {
+  DetectionWriteOptions write;
+  const std::vector<double>& size = options.cameras.image_size;
+  if (!flags.image_size.empty() && size.size() != 2) {
+    throw InputError("--image_size: found '" + Printable(flags.image_size) +
+                     "', expected W,H");
+  }
+  if (size.size() == 2) {
+    write.image_size = {static_cast<int>(size[0]), static_cast<int>(size[1])};
+  }
+  return write;
+}
+
+std::string ConvertDetections(const ConversionOptions& flags,
+                              const ConvertOptions& options, Losses* losses) {
+  DetectionReadOptions read = options.detections;
+  if (flags.from != "auto") read.format = flags.from;
+  if (!flags.skeleton.empty()) read.skeleton = SkeletonFlag(flags);
+  read.frame_rate_hz = flags.frame_rate_hz;
+  CountingSource source(OpenDetections(flags.in, read));
+  FindDetectionFormat(flags.to)->write(
+      flags.out, DetectionWriteOptionsOf(flags, options), &source, losses);
+  return Count(source.frames(), "frames of ") +
+         Count(source.header().view_names.size(), "views");
+}
+
+bool EndsIn(const std::string& path, const std::string& end) {
+  return path.size() > end.size() &&
+         path.compare(path.size() - end.size(), end.size(), end) == 0;
+}
+
+// "0, 3, 7": the identities that there are.
+std::string KnownPeople(const std::set<int64_t>& ids) {
+  constexpr size_t kMostShown = 30;
+  std::string text;
+  size_t shown = 0;
+  for (const int64_t id : ids) {
+    if (++shown > kMostShown) return text + ", ...";
+    text += (text.empty() ? "" : ", ") + std::to_string(id);
+  }
+  return text;
+}
+
+// The identity that --person asks for.
+int64_t WantedPerson(const ConversionOptions& flags,
+                     const std::set<int64_t>& ids) {
+  int64_t number = 0;
+  const char* end = flags.person.data() + flags.person.size();
+  const auto [stop, error] = std::from_chars(flags.person.data(), end, number);
+  std::string known = KnownPeople(ids);
+  if (error == std::errc() && stop == end) {
+    if (ids.count(number) > 0) return number;
+  } else if (const std::string edits = IdentityPathOf(flags.in);
+             IsFile(edits)) {
+    for (const IdentityEdit& edit : ReadIdentityEdits(edits)) {
+      if (edit.op != EditOp::kName || edit.persons.empty()) continue;
+      if (edit.name == flags.person) return edit.persons.front().value();
+      known += ", '" + Printable(edit.name) + "'";
+    }
+  }
+  throw InputError("--person: no '" + Printable(flags.person) +
+                   "' in the tracks, expected one of " + known);
+}
+
+// Leaves the person of --person alone in the tracks.
+void KeepPerson(const ConversionOptions& flags, const TrackFormat& to,
+                TrackSequence* tracks) {
+  std::set<int64_t> ids;
+  for (const TrackFrame& frame : tracks->frames) {
+    for (const PersonPose& person : frame.people) ids.insert(person.id.value());
+  }
+  const bool one_file = to.files == TrackFormat::Files::kFileAPerson &&
+                        EndsIn(flags.out, to.person_extension);
+  if (flags.person.empty()) {
+    if (!one_file || ids.size() < 2) return;
+    throw InputError("--out=" + Printable(flags.out) +
+                     ": a file of this format holds one person, the tracks "
+                     "have " +
+                     KnownPeople(ids) +
+                     "; choose one with --person, or name a folder");
+  }
+  const TrackId wanted(WantedPerson(flags, ids));
+  for (TrackFrame& frame : tracks->frames) {
+    std::vector<PersonPose> kept;
+    for (PersonPose& person : frame.people) {
+      if (person.id == wanted) kept.push_back(std::move(person));
+    }
+    frame.people = std::move(kept);
+  }
+}
+
+// The formats that are written and have what `wanted` says, for messages.
+std::string TrackFormatsWith(bool (*wanted)(const TrackFormat&)) {
+  std::string names;
+  for (const TrackFormat& format : TrackFormats()) {
+    if (!wanted(format)) continue;
+    names += (names.empty() ? "" : ", ") + format.name;
+  }
+  return names;
+}
+
+void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
+                   TrackSequence* tracks) {
+  const std::optional<MarkerNames> names = ParseMarkerNames(flags.markers);
+  if (!names.has_value()) {
+    throw InputError("--markers: no '" + Printable(flags.markers) +
+                     "', expected one of " + kMarkerNamesList);
+  }
+  if (*names == MarkerNames::kOurs) return;
+  if (!to.has_marker_names) {
+    throw InputError("--markers belongs to --to=" +
+                     TrackFormatsWith([](const TrackFormat& format) {
+                       return format.has_marker_names;
+                     }));
+  }
+  tracks->header.skeleton = WithMarkerNames(tracks->header.skeleton, *names);
+}
+
+// --axes, where one of the two formats has axes of its own.
+std::optional<AxisMap> AxesFlag(const ConversionOptions& flags,
+                                const TrackFormat& to,
+                                const std::string& mode) {
+  if (flags.axes.empty()) return std::nullopt;
+  const TrackFormat* from = FindTrackFormat(mode);
+  const bool is_read = from != nullptr && from->axes.has_value();
+  if (!to.axes.has_value() && !is_read) {
+    throw InputError("--axes belongs to files of " +
+                     TrackFormatsWith([](const TrackFormat& format) {
+                       return format.axes.has_value();
+                     }));
+  }
+  return AxisMap::Parse(flags.axes);
+}
+
+std::string ConvertTracks(const ConversionOptions& flags,
+                          const ConvertOptions& options, Losses* losses) {
+  TrackReadOptions read;
+  if (flags.from != "auto") read.format = flags.from;
+  if (!flags.skeleton.empty()) read.skeleton = SkeletonFlag(flags);
+  read.frame_rate_hz = flags.frame_rate_hz;
+  read.first_frame = options.first_frame;
+  if (!flags.axes.empty()) read.axes = AxisMap::Parse(flags.axes);
+  TrackSequence tracks = ReadTracks(flags.in, read);
+  const TrackFormat& to = *FindTrackFormat(flags.to);
+  KeepPerson(flags, to, &tracks);
+  RenameMarkers(flags, to, &tracks);
+  TrackExportOptions write;
+  write.axes = AxesFlag(flags, to, tracks.header.mode);
+  write.names = ReadPersonNames(flags.in);
+  if (!write.names.empty() && !to.keeps_names) {
+    losses->push_back("names of people are not kept");
+  }
+  to.write(flags.out, tracks, write, losses);
+  return Count(tracks.frames.size(), "frames");
+}
+
+}  // namespace
+
+Conversion Convert(const ConversionOptions& options) {
+  ConversionOptions flags = options;
+  if (flags.to.empty()) {
+    const TrackFormat* format = TrackFormatOfExtension(flags.out);
+    if (format == nullptr) {
+      throw InputError("--to is missing, and no format ends as --out=" +
+                       Printable(flags.out) + ", expected " +
+                       TrackExtensions());
+    }
+    flags.to = format->name;
+  }
+  const FileKind kind = ChooseKind(flags);
+  CheckFlags(flags, kind);
+  const ConvertOptions read = ReadOptions(flags);
+  const size_t slash = flags.out.find_last_of('/');
+  if (slash != std::string::npos && slash > 0) {
+    MakeFolder(flags.out.substr(0, slash));
+  }
+  Conversion conversion;
+  Losses* losses = &conversion.losses;
+  conversion.what =
+      kind == kCalibration  ? ConvertCalibration(flags, read, losses)
+      : kind == kDetections ? ConvertDetections(flags, read, losses)
+                            : ConvertTracks(flags, read, losses);
+  return conversion;
+}
+
+std::string FormatList() {
+  std::string text;
+  for (const Format& format : Formats()) {
+    text += fmt::format("{:<13} {:<13} {:<15} {}\n", ToString(format.kind),
+                        format.name,
+                        !format.writable   ? "read only"
+                        : !format.readable ? "write only"
+                                           : "read and write",
+                        format.layout);
+  }
+  return text;
+}
+
+}  // namespace kinegraph
