@@ -11,8 +11,10 @@
 #include "apps/report/moments.h"
 #include "apps/report/pairing.h"
 #include "core/base/error.h"
+#include "core/io/joint_names.h"
 #include "core/io/json.h"
 #include "core/kinematics/ground.h"
+#include "core/kinematics/kinematics.h"
 
 namespace kinegraph {
 namespace {
@@ -20,6 +22,8 @@ namespace {
 constexpr double kQuantumM = 1e-4;
 constexpr double kResidualQuantumPx = 0.1;
 constexpr double kDifferenceQuantumM = 1e-3;
+constexpr double kAngleQuantumDeg = 0.1;
+constexpr int16_t kNoAngle = -32768;
 constexpr uint16_t kNoValue16 = 65535;
 constexpr uint8_t kNoWeight = 255;
 constexpr double kWeightSteps = 200.0;
@@ -298,6 +302,7 @@ class PageMaker {
                ResultWork* work) const;
   void AddResultMoments(size_t r, ResultWork* work);
   void AddArrays(const ResultArrays& arrays, Json* json);
+  void AddAngles(const TrackSequence& tracks, Json* json);
   void AddPose(const PersonPose& person, uint32_t clock_idx, double quantum,
                ResultArrays* arrays) const;
   void AddExtras(const PersonPose& person, const std::vector<ViewPair>& pairs,
@@ -317,6 +322,7 @@ class PageMaker {
   bool assumed_rate_ = false;  // no file tells times
   std::map<int64_t, const DetectionFrame*> detections_;
   std::map<int64_t, uint32_t> index_;  // of the frames that are kept
+  Eigen::Vector3d up_ = Eigen::Vector3d::UnitZ();
   std::vector<Colours> colours_;
   Json moments_ = Json::array();
   PageData data_;
@@ -333,7 +339,9 @@ void PageMaker::ChooseStrides() {
     for (const TrackFrame& frame : result.tracks.frames) {
       if (clock_.count(frame.frame) == 0) continue;
       const auto people = static_cast<double>(frame.people.size());
-      poses += people * (20.0 + 7.0 * joints + 2.0 * views);
+      constexpr double kAngles = 16.0;  // that a body has, 2 bytes each
+      poses += people * (20.0 + 2.0 * kAngles + 7.0 * joints + 2.0 * views);
+      if (options_.with_covariance) poses += people * 4.0 * kAngles;
       extras += people * views * (2.0 + joints);
       if (options_.with_covariance) extras += people * 12.0 * joints;
     }
@@ -600,7 +608,53 @@ Json PageMaker::ResultJson(size_t r) {
     if (summary.is_object()) json["summary"] = summary;
   }
   AddArrays(work.arrays, &json);
+  AddAngles(result.tracks, &json);
   return json;
+}
+
+// {"names": [...], "quantum": degrees, "values": [Base64 a name], "low",
+// "high"}: an angle of each pose on the page; intervals where covariances are
+// asked for.
+void PageMaker::AddAngles(const TrackSequence& tracks, Json* json) {
+  KinematicsOptions options;
+  options.up = up_;
+  TrackSequence renamed;
+  const Skeleton our_names = WithOurNames(tracks.header.skeleton);
+  const bool is_ours = our_names == tracks.header.skeleton;
+  if (!is_ours) {
+    renamed = tracks;
+    renamed.header.skeleton = our_names;
+  }
+  const KinematicsTable table =
+      MeasureKinematics(is_ours ? tracks : renamed, options);
+  Json names = Json::array();
+  std::map<std::string, Json> lists;
+  for (const std::string& angle : table.angles) {
+    names.push_back(angle);
+    for (const std::string end : {"", "_low", "_high"}) {
+      const int column = table.IndexOf(angle + end + "_deg");
+      if (column < 0 || (!end.empty() && !options_.with_covariance)) continue;
+      std::vector<int16_t> values;
+      for (const KinematicsRow& row : table.rows) {
+        if (index_.count(row.frame) == 0) continue;
+        const double value = row.values[static_cast<size_t>(column)];
+        values.push_back(std::isfinite(value)
+                             ? Quantise<int16_t>(value, kAngleQuantumDeg)
+                             : kNoAngle);
+      }
+      lists[end.empty() ? "values" : end.substr(1)].push_back(Base64(values));
+    }
+  }
+  if (names.empty()) return;
+  Json angles = {{"names", names}, {"quantum", kAngleQuantumDeg}};
+  for (const auto& [name, list] : lists) {
+    angles[name] = list;
+    if (name == "values") continue;
+    for (const Json& text : list) {
+      data_.covariance_bytes += text.get_ref<const std::string&>().size();
+    }
+  }
+  (*json)["angles"] = angles;
 }
 
 Json PageMaker::DetectionsJson() const {
@@ -674,14 +728,13 @@ PageData PageMaker::Make() {
   data_.frames = numbers.size();
 
   const TrackSequence& lead = input_.results[0].tracks;
-  const Eigen::Vector3d up = options_.up.has_value()
-                                 ? *options_.up
-                                 : UpDirection(lead, input_.cameras);
+  up_ = options_.up.has_value() ? *options_.up
+                                : UpDirection(lead, input_.cameras);
   Json page = {{"title", input_.title},
                {"frames", Base64(numbers)},
                {"times", Base64(times_s)},
-               {"up", Numbers(up)},
-               {"floor", FloorHeight(lead, up)},
+               {"up", Numbers(up_)},
+               {"floor", FloorHeight(lead, up_)},
                {"assumedRate", assumed_rate_ ? kFallbackRateHz : 0.0},
                {"frameStride", data_.frame_stride},
                {"extrasStride", data_.extras_stride},

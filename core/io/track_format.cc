@@ -20,6 +20,7 @@
   FORMAT(MovementTrackFormat)           \
   FORMAT(AniposeTrackFormat)            \
   FORMAT(Coco3dTrackFormat)             \
+  FORMAT(FreeMoCapTrackFormat)          \
   FORMAT(PosesTrackFormat)              \
   FORMAT(LongcwTrackFormat)             \
   FORMAT(FourDAssociationTrackFormat)   \

@@ -191,8 +191,60 @@ class Module(unittest.TestCase):
         self.assert_same_bytes(
             by_name, os.path.join(self.folder.name, "own_csv.csv")
         )
-        with self.assertRaisesRegex(kg.InputError, "format: found 'docx'"):
+        with self.assertRaisesRegex(kg.InputError, "--to: 'docx' is no format"):
             kg.convert(truth, "out.docx", "docx")
+        with self.assertRaisesRegex(kg.InputError, "--to is missing"):
+            kg.convert(truth, "out.docx")
+
+    def test_convert_takes_the_commands_options(self):
+        for source, extension, own_options, flags in (
+            (
+                "truth.jsonl",
+                ".trc",
+                {"person": 1, "markers": "opensim", "axes": "x,-z,y"},
+                ["--person=1", "--markers=opensim", "--axes=x,-z,y"],
+            ),
+            (
+                "cameras.json",
+                ".json",
+                {"to": "voxelpose", "from_": "kinegraph"},
+                ["--to=voxelpose", "--from=kinegraph"],
+            ),
+            (
+                "detections.jsonl",
+                ".json",
+                {
+                    "to": "coco_views",
+                    "image_size": (640, 480),
+                    "set": {"detections.zero_confidence": "position"},
+                },
+                [
+                    "--to=coco_views",
+                    "--image_size=640,480",
+                    "--set=detections.zero_confidence=position",
+                ],
+            ),
+        ):
+            given = os.path.join(self.take, source)
+            own = os.path.join(self.folder.name, "new", "own" + extension)
+            out = os.path.join(self.folder.name, "new", "command" + extension)
+            kg.convert(given, own, **own_options)
+            run("convert", "--in=" + given, "--out=" + out, *flags)
+            if extension != ".trc":  # which names itself
+                self.assert_same_bytes(own, out)
+                continue
+            with open(own, encoding="utf-8") as a:
+                with open(out, encoding="utf-8") as b:
+                    self.assertEqual(
+                        a.read().replace("own.trc", "command.trc"), b.read()
+                    )
+        with self.assertRaisesRegex(kg.InputError, "--axes belongs to tracks"):
+            kg.convert(
+                os.path.join(self.take, "cameras.json"),
+                os.path.join(self.folder.name, "no.json"),
+                to="krt",
+                axes="x,y,z",
+            )
 
     def test_arrays_in_give_what_files_give(self):
         frames = [
@@ -342,6 +394,44 @@ class Module(unittest.TestCase):
             self.assertEqual(child.wait(timeout=60), 42)
         finally:
             child.kill()
+
+    def test_ctrl_c_stops_the_batchs_solves(self):
+        # A take that is long enough for its solves to last.
+        script = (
+            "import os, signal, sys, threading, time, kinegraph as kg\n"
+            "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+            "cameras = kg.read_cameras(sys.argv[1] + '/cameras.json')\n"
+            "take = kg.read_detections(sys.argv[1] + '/detections.jsonl')\n"
+            "views = range(len(take.views))\n"
+            "one = [[take.view(k, v) for v in views] for k in range(len(take))]\n"
+            "long = kg.Detections(one * 12, 'coco17', take.views, 25.0)\n"
+            "read = []\n"
+            "def progress(done, of):\n"
+            "    if done == of and not read:\n"
+            "        read.append(time.monotonic())\n"
+            "        if sys.argv[2] == 'stop':\n"
+            "            stop = lambda: os.kill(os.getpid(), signal.SIGINT)\n"
+            "            threading.Timer(0.1, stop).start()\n"
+            "try:\n"
+            "    kg.track(cameras, long, sys.argv[3], progress=progress)\n"
+            "    code = 0\n"
+            "except KeyboardInterrupt:\n"
+            "    code = 42\n"
+            "print(time.monotonic() - read[0])\n"
+            "sys.exit(code)\n"
+        )
+        seconds = {}
+        for how, code in (("go", 0), ("stop", 42)):
+            done = subprocess.run(
+                [sys.executable, "-c", script, self.take, how, BATCH],
+                stdout=subprocess.PIPE,
+                timeout=300,
+            )
+            self.assertEqual(done.returncode, code)
+            seconds[how] = float(done.stdout)
+        # Without the question the whole rest would be solved first. Processor
+        # time is shared: only the order is asserted.
+        self.assertLess(seconds["stop"], 0.8 * seconds["go"])
 
     def test_everything_public_is_documented_and_has_a_stub(self):
         with open(

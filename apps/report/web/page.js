@@ -13,7 +13,7 @@
   }
 
   const OBSERVED = 2, INFERRED = 1, MISSING = 0;
-  const NO_VALUE = 65535, NO_WEIGHT = 255;
+  const NO_VALUE = 65535, NO_WEIGHT = 255, NO_ANGLE = -32768;
   // A robust loss never weighs a joint with nothing: less than a tenth (of 200).
   const REJECTED = 20;
   const frameNumbers = decode(data.frames, Int32Array);
@@ -36,7 +36,8 @@
       weight: source.weight ? decode(source.weight, Uint8Array) : null,
       covariance: source.covariance ? decode(source.covariance, Int16Array) : null,
       rootQuantum: source.rootQuantum, visible: true,
-      names: source.names || {}, edits: source.edits || [], lines: source.identityLines || []
+      names: source.names || {}, edits: source.edits || [], lines: source.identityLines || [],
+      angles: source.angles || null
     };
     const root = decode(source.root, Int32Array), offset = decode(source.joints, Int16Array);
     const count = result.frame.length, J = result.joints.length;
@@ -865,7 +866,9 @@
       all.sort((a, b) => a - b);
       // A few wild values must not flatten the rest: they are cut at the edge.
       if (all.length) top = Math.min(all[all.length - 1], 2.5 * all[Math.floor(0.98 * (all.length - 1))]) * 1.05;
-      const low = chart.fromZero === false && all.length ? Math.max(0, all[Math.floor(0.02 * (all.length - 1))] * 0.85) : 0;
+      // Angles have a sign: all of them are shown.
+      if (chart.fromZero === null && all.length) top = all[all.length - 1] + 2;
+      const low = chart.fromZero === null && all.length ? all[0] - 2 : chart.fromZero === false && all.length ? Math.max(0, all[Math.floor(0.02 * (all.length - 1))] * 0.85) : 0;
       const y = (v) => height - 2 - Math.min(1, Math.max(0, (v - low) / (top - low || 1))) * (height - 6);
       series.forEach((one) => drawSeries(pen, one, width, y));
       pen.fillStyle = dark() ? '#9aa6b5' : '#5b6675';
@@ -882,6 +885,7 @@
 
   // One value a pixel column: the largest of those that fall into it.
   function drawSeries(pen, one, width, y) {
+    if (one.low && !one.thin) drawBand(pen, one, width, y);
     pen.strokeStyle = one.colour();
     pen.lineWidth = one.thin ? 0.8 : 1.4;
     pen.globalAlpha = one.thin ? 0.7 : 1;
@@ -900,6 +904,23 @@
       drawing = true;
     }
     pen.stroke();
+    pen.globalAlpha = 1;
+  }
+
+  // From the lowest to the highest end of what falls into a pixel column.
+  function drawBand(pen, one, width, y) {
+    pen.fillStyle = one.colour();
+    pen.globalAlpha = 0.22;
+    const columns = Math.min(frameCount, Math.floor(width)), step = (width - 1) / Math.max(1, columns - 1);
+    for (let c = 0; c < columns; ++c) {
+      let low = Infinity, high = -Infinity;
+      const end = Math.floor((c + 1) * frameCount / columns);
+      for (let f = Math.floor(c * frameCount / columns); f < end; ++f) {
+        if (one.low[f] < low) low = one.low[f];
+        if (one.high[f] > high) high = one.high[f];
+      }
+      if (low <= high) pen.fillRect(c * step - step / 2, y(high), step, Math.max(1, y(low) - y(high)));
+    }
     pen.globalAlpha = 1;
   }
 
@@ -974,6 +995,7 @@
     const speed = [].concat(...results.map((result) => perPerson(result, speedOf(result))));
     const speedChart = lineChart('Mean speed of joints', 'm/s', 80, () => speed);
     legend(speedChart, speed);
+    angleChart();
     if (lead.bones.length === 0) return;
     let bones = [];
     const choose = (b) => {
@@ -991,6 +1013,45 @@
     lead.bones.forEach((bone, b) => select.append(element('option', { value: b, textContent: jointName(lead.joints[bone[0]]) + ' to ' + jointName(lead.joints[bone[1]]) })));
     select.addEventListener('change', () => { choose(Number(select.value)); boneChart.draw(); });
     boneChart.head.append(select);
+  }
+
+  // Degrees of one angle, with its interval where the page has covariances.
+  function angleSeries(result, name) {
+    const at = result.angles ? result.angles.names.indexOf(name) : -1;
+    if (at < 0) return [];
+    const listOf = (key) => {
+      const texts = result.angles[key];
+      return texts ? decode(texts[at], Int16Array) : null;
+    };
+    const degrees = (list) => (p) => list[p] === NO_ANGLE ? NaN : list[p] * result.angles.quantum;
+    const series = perPerson(result, degrees(listOf('values')));
+    const low = listOf('low'), high = listOf('high');
+    if (low && high) {
+      const lows = perPerson(result, degrees(low)), highs = perPerson(result, degrees(high));
+      series.forEach((one, person) => { one.low = lows[person].values; one.high = highs[person].values; });
+    }
+    return series;
+  }
+
+  function angleName(name) {
+    return jointName(name.replace(/^([lr]_[a-z]+)_/, '$1 '));
+  }
+
+  function angleChart() {
+    const names = [];
+    results.forEach((result) => (result.angles ? result.angles.names : []).forEach((name) => { if (!names.includes(name)) names.push(name); }));
+    if (!names.length) return;
+    let angles = [];
+    const choose = (name) => { angles = [].concat(...results.map((result) => angleSeries(result, name))); };
+    choose(names[0]);
+    const chart = lineChart('Joint angle', '\u00b0', 90, () => angles);
+    chart.fromZero = null;
+    const select = element('select', { id: 'angle' });
+    select.setAttribute('aria-label', 'Joint angle');
+    names.forEach((name) => select.append(element('option', { value: name, textContent: angleName(name) })));
+    select.addEventListener('change', () => { choose(select.value); chart.draw(); });
+    chart.head.append(select);
+    if (angles.some((one) => one.low)) chart.head.append(element('span', { className: 'key', textContent: 'bands: 95 % intervals' }));
   }
 
   // What distances are measured to.

@@ -429,17 +429,30 @@ TEST_F(PageInBrowser, InferredJointsAreFaint) {
 
 TEST_F(PageInBrowser, TimelinesAreDrawn) {
   Browser& browser = Open(kDesk);
-  EXPECT_EQ(browser.Evaluate("Array.from(document.querySelectorAll("
-                             "'.chart .head b'), (b) => b.textContent)"),
-            Json::array({"Who is tracked, by how many views",
-                         "Residual per camera", "Distance to the truth",
-                         "Mean speed of joints", "Bone length"}));
+  EXPECT_EQ(
+      browser.Evaluate("Array.from(document.querySelectorAll("
+                       "'.chart .head b'), (b) => b.textContent)"),
+      Json::array({"Who is tracked, by how many views", "Residual per camera",
+                   "Distance to the truth", "Mean speed of joints",
+                   "Joint angle", "Bone length"}));
   // Each canvas has ink right of its labels.
   EXPECT_EQ(browser.Evaluate(
                 "Array.from(document.querySelectorAll('.plot canvas'), (c) =>"
                 "c.getContext('2d').getImageData(100, 0, c.width - 100,"
                 "c.height).data.some((v, i) => i % 4 === 3 && v > 0))"),
-            Json::array({true, true, true, true, true}));
+            Json::array({true, true, true, true, true, true}));
+  // Another angle is another drawing; its interval is a band.
+  EXPECT_EQ(browser.Evaluate(
+                "(() => { const select = document.getElementById('angle');"
+                "const chart = select.closest('.chart');"
+                "const shot = () => chart.querySelector('canvas').toDataURL();"
+                "const before = shot();"
+                "select.value = 'r_elbow_flexion';"
+                "select.dispatchEvent(new Event('change'));"
+                "return [select.selectedOptions[0].textContent,"
+                "shot() !== before,"
+                "chart.textContent.includes('95 % intervals')]; })()"),
+            Json::array({"right elbow flexion", true, true}));
   // Person 2 is there for 60 of 100 frames: its row ends there.
   EXPECT_EQ(browser.Evaluate(
                 "[0.3, 0.55, 0.65, 0.9].map((share) => { const c ="

@@ -14,6 +14,7 @@
 #include "core/base/error.h"
 #include "core/io/json.h"
 #include "core/kinematics/ground.h"
+#include "core/kinematics/kinematics.h"
 #include "tests/support/base64.h"
 #include "tests/support/rig.h"
 
@@ -95,6 +96,38 @@ TEST(PageData, JointsComeBackWithinHalfAQuantum) {
   }
 }
 
+TEST(PageData, AnglesComeBackWithinHalfAQuantum) {
+  TrackSequence tracks = Walk(10, 2, 25.0);
+  tracks.frames[4].people[1].joints[13].status = JointStatus::kMissing;
+  PageInput input = InputOf(tracks);
+  PageOptions options;
+  options.up = Eigen::Vector3d::UnitZ();
+  const PageData data = MakePageData(input, options);
+  const Json angles = ParseJson(data.json, "page")["results"][0]["angles"];
+  KinematicsOptions measured;
+  measured.up = options.up;
+  const KinematicsTable table = MeasureKinematics(tracks, measured);
+  ASSERT_EQ(angles["names"].size(), table.angles.size());
+  EXPECT_FALSE(angles.contains("low")) << "without covariances";
+  int missing = 0;
+  for (size_t a = 0; a < table.angles.size(); ++a) {
+    EXPECT_EQ(angles["names"][a], table.angles[a]);
+    const auto values = Decode<int16_t>(angles["values"][a]);
+    ASSERT_EQ(values.size(), 20u);
+    const int column = table.IndexOf(table.angles[a] + "_deg");
+    for (size_t pose = 0; pose < 20; ++pose) {
+      const double truth = table.rows[pose].values[static_cast<size_t>(column)];
+      if (std::isnan(truth)) {
+        EXPECT_EQ(values[pose], -32768);
+        ++missing;
+        continue;
+      }
+      EXPECT_NEAR(values[pose] * 0.1, truth, 0.05 + 1e-9);
+    }
+  }
+  EXPECT_GT(missing, 0) << "of the left knee";
+}
+
 TEST(PageData, HostileNamesStayData) {
   TrackSequence tracks = Walk(3, 1, 25.0);
   tracks.header.skeleton = Skeleton("x", {kHostile, "<!--"}, {{0, 1}});
@@ -162,7 +195,11 @@ TEST(PageData, DetectionsAndCovariancesOnlyWhenAskedFor) {
   EXPECT_EQ(with["bytes"]["detections"], both.detection_bytes);
   EXPECT_EQ(with["bytes"]["covariances"], both.covariance_bytes);
   // Base64 of 6 numbers of 2 bytes a joint.
-  EXPECT_EQ(both.covariance_bytes, 10u * 2u * 17u * 12u / 3u * 4u);
+  // 20 poses; two ends of an interval for each angle, 40 bytes in Base64.
+  const Json& angles = with["results"][0]["angles"];
+  EXPECT_GT(angles["names"].size(), 10u);
+  EXPECT_EQ(both.covariance_bytes,
+            10u * 2u * 17u * 12u / 3u * 4u + angles["names"].size() * 2u * 56u);
 
   const PageData bare = MakePageData(input);
   EXPECT_EQ(bare.covariance_bytes, 0u);

@@ -12,6 +12,7 @@
 #include "core/io/detection_source.h"
 #include "core/io/file_kind.h"
 #include "core/io/text_file.h"
+#include "core/io/tracks.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
 
@@ -155,6 +156,45 @@ TEST(FreeMoCap, SaysWhatIsWrong) {
               HasSubstr("points: found 8 joints"));
   EXPECT_THAT(error_of(Npy("1, 1, 9, 2", std::vector<double>(16))),
               HasSubstr("bytes"));
+}
+
+// What FreeMoCap makes of them in 3D: the same points, as table and as array.
+TEST(FreeMoCap, PointsIn3dAreTracks) {
+  const TemporaryFolder folder;
+  const std::string table =
+      folder.Write("mediapipe_body_3d_xyz.csv",
+                   "nose_x,nose_y,nose_z,left_hip_x,left_hip_y,left_hip_z\n"
+                   "100,200,300,,,\n1000,-2000,3000,1,2,3\n,,,,,\n");
+  EXPECT_EQ(RecogniseKind(table), FileKind::kTracks);
+  TrackReadOptions options;
+  options.frame_rate_hz = 50.0;
+  const TrackSequence tracks = ReadTracks(table, options);
+  EXPECT_THAT(tracks.header.skeleton.joints(), ElementsAre("nose", "l_hip"));
+  ASSERT_EQ(tracks.frames.size(), 3u);
+  EXPECT_EQ(tracks.frames[1].time, 20'000'000);
+  const Pose3d& first = tracks.frames[0].people.at(0).joints;
+  EXPECT_LT((first[0].position_m - Eigen::Vector3d(0.1, 0.2, 0.3)).norm(),
+            1e-15);
+  EXPECT_FALSE(first[1].present());
+  EXPECT_EQ(tracks.frames[1].people[0].joints[0].position_m.y(), -2.0);
+  EXPECT_TRUE(tracks.frames[2].people.empty());
+
+  std::vector<double> numbers(2 * 33 * 3);
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    numbers[i] = static_cast<double>(1000 * i);
+  }
+  const std::string array =
+      folder.Write("mediapipe_skeleton_3d.npy", Npy("2, 33, 3", numbers));
+  EXPECT_EQ(RecogniseKind(array), FileKind::kTracks);
+  const TrackSequence again = ReadTracks(array);
+  EXPECT_TRUE(again.header.skeleton == MediaPipe33());
+  ASSERT_EQ(again.frames.size(), 2u);
+  EXPECT_EQ(again.frames[1].people.at(0).joints[32].position_m,
+            Eigen::Vector3d(195, 196, 197));
+  EXPECT_THAT(InputErrorOf([&] {
+                ReadTracks(folder.Write("b.csv", "a_x,a_y,a_z\n1,2,three\n"));
+              }),
+              HasSubstr("b.csv: line 2: found the text 'three'"));
 }
 
 // ---- Two seeds of one network ----
