@@ -70,7 +70,9 @@ Image ReadImage(const JsonObject& object) {
     image.frame = AsFrame(frame, key);
     return image;
   }
-  const std::optional<int64_t> number = FrameOfFileName(file_name);
+  const size_t slash = file_name.find_last_of("/\\");
+  const std::optional<int64_t> number = FrameOfFileName(
+      slash == std::string::npos ? file_name : file_name.substr(slash + 1));
   if (!number.has_value()) {
     throw InputError("expected a key frame_id, or a number in file_name");
   }

@@ -279,7 +279,8 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
 bool Recognise(const DetectionHead& head) {
   if (!head.is_folder) return false;
   if (head.HasKey("people")) return true;
-  return head.has_folders && head.kind != '[';
+  // Folders of other files than JSON are detectors, not views.
+  return head.has_folders && (head.kind == '{' || head.kind == '\0');
 }
 
 }  // namespace
