@@ -5,7 +5,7 @@
 #include <iterator>
 #include <map>
 
-#include "core/io/calibration_writer.h"
+#include "core/io/calibration_format.h"
 #include "core/io/detection_format.h"
 #include "core/io/detection_writer.h"
 #include "core/io/identity_edits.h"
@@ -115,12 +115,13 @@ std::vector<std::string> WrittenDetections(const DetectionFormat& format) {
 
 std::vector<std::string> Calibrations() {
   std::vector<std::string> seeds;
-  for (const CalibrationFormat format : WritableCalibrationFormats()) {
-    if (format == CalibrationFormat::kTum) continue;  // refuses lenses
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    if (format.write == nullptr) continue;
+    if (format.name == "tum") continue;  // refuses lenses
     const SeedFolder folder;
     const std::string path = (folder.path() / "seed").string();
     Losses losses;
-    WriteCalibration(path, format, TheSample().scene.cameras, &losses);
+    format.write(path, TheSample().scene.cameras, &losses);
     seeds.push_back(OneFileOf(path));
   }
   seeds.emplace_back(
@@ -160,6 +161,9 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
         "scorer,,,me,me,me,me\nindividuals,,,a,a,b,b\n"
         "bodyparts,,,nose,nose,nose,nose\ncoords,,,x,y,x,y\n"
         "labeled-data,cam1,img0012.png,1,2,3,4\n"}},
+      {"tracks_freemocap",
+       {"nose_x,nose_y,nose_z,left_hip_x,left_hip_y,left_hip_z\n"
+        "100,200,300,,,\n1000,-2000,3000,1,2,3\n"}},
       {"detections_mediapipe",
        {"frame,left_hip_x,left_hip_y,left_hip_visibility,right_hip_x,"
         "right_hip_y,right_hip_visibility\n3,100,200,0.5,300,nan,0.5\n"}},

@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/io/calibration.h"
-#include "core/io/calibration_writer.h"
+#include "core/io/calibration_format.h"
 #include "core/io/detection_source.h"
 #include "core/io/detection_writer.h"
 #include "core/io/track_format.h"
@@ -148,18 +148,19 @@ TEST(Locale, CamerasAndDetectionsAreTheSameFiles) {
   const Sample sample = MakeSample();
   const TemporaryFolder folder;
   int read = 0;
-  for (const CalibrationFormat format : WritableCalibrationFormats()) {
-    if (format == CalibrationFormat::kTum) continue;  // refuses lenses
-    const auto name = std::to_string(static_cast<int>(format));
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    if (format.write == nullptr) continue;
+    if (format.name == "tum") continue;  // refuses lenses
+    const std::string& name = format.name;
     SCOPED_TRACE(name);
     const std::string plain = (folder.path() / ("plain" + name)).string();
     const std::string commas = (folder.path() / ("commas" + name)).string();
     Losses losses;
-    WriteCalibration(plain, format, sample.scene.cameras, &losses);
+    format.write(plain, sample.scene.cameras, &losses);
     const std::vector<double> numbers = CamerasIn(plain);
     read += numbers.empty() ? 0 : 1;
     const InCommas in_commas;
-    WriteCalibration(commas, format, sample.scene.cameras, &losses);
+    format.write(commas, sample.scene.cameras, &losses);
     EXPECT_EQ(FilesOf(plain), FilesOf(commas));
     EXPECT_EQ(CamerasIn(plain), numbers);
   }
