@@ -1,6 +1,5 @@
 #include "core/identity/bones.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -20,13 +19,20 @@ constexpr size_t kMinFramesOfPiece = 3;
 constexpr double kDefaultPieceSigma = 0.03;
 constexpr size_t kMinPiecesToLearn = 10;
 // Errors that last (a view's bias, a posture) do not average out: never better
-// than 1 %. On Shelf the medians of 3 s of one body differ by 1.2 % in thigh
-// and upper arm, where those of a second alone would let expect 0.6 %.
+// than 1 % and 4 mm. On Shelf the medians of 3 s of one body differ by 1.2 % in
+// thigh and upper arm, where those of a second alone would let expect 0.6 %.
+// Detectors put shoulders and hips of one person closer or wider as they turn.
 constexpr double kFloorSigma = 0.01;
+constexpr double kFloor = 0.004;          // m
+constexpr double kShouldersFloor = 0.01;  // m, of their distance
+constexpr double kHipsFloor = 0.015;      // m
 
-// Odds of a bone that is measured wrongly in one of two tracks, hidden for most
-// of it or taken for another.
+// A bone may be measured wrongly in one of two tracks, hidden for most of it or
+// taken for another, and says nothing then: so often, and with such lengths.
 constexpr double kWrongBone = 0.05;
+constexpr double kWrongSigma = 0.25;
+// Statures are summed over at so many places, to three sigmas on either side.
+constexpr int kStatures = 25;
 
 double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<long>(values.size() / 2);
@@ -34,8 +40,9 @@ double Median(std::vector<double> values) {
   return *middle;
 }
 
+// Limbs, shoulders, hips, and from shoulder to hip.
 bool KeepsItsLength(const Skeleton& skeleton, const Bone& bone) {
-  const auto moves = [&](int joint) {
+  const auto counts = [&](int joint) {
     switch (skeleton.joint_class(joint)) {
       case JointClass::kShoulder:
       case JointClass::kElbow:
@@ -43,51 +50,23 @@ bool KeepsItsLength(const Skeleton& skeleton, const Bone& bone) {
       case JointClass::kHip:
       case JointClass::kKnee:
       case JointClass::kAnkle:
-        return false;
-      default:
         return true;
+      default:
+        return false;
     }
   };
-  if (moves(bone.a) || moves(bone.b)) return false;
-  // The spine bends between shoulder and hip.
-  const auto is = [&](JointClass one, JointClass other) {
-    return skeleton.joint_class(bone.a) == one &&
-           skeleton.joint_class(bone.b) == other;
-  };
-  return !is(JointClass::kShoulder, JointClass::kHip) &&
-         !is(JointClass::kHip, JointClass::kShoulder);
+  return counts(bone.a) && counts(bone.b);
 }
 
-// log of a normal density at `x`, without its constant.
-double LogNormal(const Eigen::VectorXd& x, const Eigen::MatrixXd& covariance) {
-  const Eigen::LLT<Eigen::MatrixXd> factor(covariance);
-  const Eigen::VectorXd whitened = factor.matrixL().solve(x);
-  double log_determinant = 0.0;
-  for (int i = 0; i < x.size(); ++i) {
-    log_determinant += 2.0 * std::log(factor.matrixLLT()(i, i));
-  }
-  return -0.5 * (log_determinant + whitened.squaredNorm());
+// What lasts of the errors of such a bone [m].
+double FloorOf(const Skeleton& skeleton, const Bone& bone) {
+  const JointClass a = skeleton.joint_class(bone.a);
+  if (a != skeleton.joint_class(bone.b)) return kFloor;
+  return a == JointClass::kHip ? kHipsFloor : kShouldersFloor;
 }
 
-// How much better one body explains the differences than two do.
-double LogRatioOf(const std::vector<double>& difference,
-                  const std::vector<double>& variance) {
-  if (difference.empty()) return 0.0;
-  const auto count = static_cast<Eigen::Index>(difference.size());
-  const Eigen::VectorXd x =
-      Eigen::Map<const Eigen::VectorXd>(difference.data(), count);
-  const Eigen::MatrixXd same =
-      Eigen::Map<const Eigen::VectorXd>(variance.data(), count).asDiagonal();
-  // Two people drawn from the population: twice its covariance.
-  Eigen::MatrixXd different = same;
-  different.diagonal().array() += 2.0 * kBoneSigma * kBoneSigma;
-  different.array() += 2.0 * kStatureSigma * kStatureSigma;
-  return LogNormal(x, same) - LogNormal(x, different);
-}
-
-std::vector<double> Without(std::vector<double> values, size_t index) {
-  values.erase(values.begin() + static_cast<long>(index));
-  return values;
+double Density(double x, double variance) {
+  return std::exp(-0.5 * x * x / variance) / std::sqrt(2.0 * M_PI * variance);
 }
 
 }  // namespace
@@ -113,7 +92,7 @@ BoneModel::BoneModel(const Skeleton& skeleton) {
       continue;
     }
     group_of[key] = groups_.size();
-    groups_.push_back({{bone}});
+    groups_.push_back({{bone}, FloorOf(skeleton, bone)});
   }
   piece_sigma_.assign(groups_.size(), kDefaultPieceSigma);
 }
@@ -202,9 +181,11 @@ BoneModel::Length BoneModel::LengthOf(const BoneSamples& samples,
   const double of_median = count < 3.0 ? 1.0 : 0.5 * M_PI;
   length.known = true;
   length.log_length = Median(pieces);
+  const double floor = std::max(
+      kFloorSigma, groups_[bone].floor_m / std::exp(length.log_length));
   length.variance =
       of_median * piece_sigma_[bone] * piece_sigma_[bone] / count +
-      kFloorSigma * kFloorSigma;
+      floor * floor;
   return length;
 }
 
@@ -218,20 +199,26 @@ double BoneModel::LogRatio(const BoneSamples& a, const BoneSamples& b) const {
     difference.push_back(one.log_length - other.log_length);
     variance.push_back(one.variance + other.variance);
   }
-  const double all = LogRatioOf(difference, variance);
-  double sum = 1.0;  // of exponentials, as shares of the highest
-  double highest = all;
-  // One bone may be measured wrongly, and then says nothing.
-  for (size_t left_out = 0; left_out < difference.size(); ++left_out) {
-    const double rest =
-        std::log(kWrongBone) +
-        LogRatioOf(Without(difference, left_out), Without(variance, left_out));
-    sum = rest > highest ? sum * std::exp(highest - rest) + 1.0
-                         : sum + std::exp(rest - highest);
-    highest = std::max(highest, rest);
+  const auto likelihood = [&](double stature, double two_bodies) {
+    double product = 1.0;
+    for (size_t i = 0; i < difference.size(); ++i) {
+      product *= (1.0 - kWrongBone) * Density(difference[i] - stature,
+                                              variance[i] + two_bodies) +
+                 kWrongBone * Density(difference[i], kWrongSigma * kWrongSigma);
+    }
+    return product;
+  };
+  // Two people drawn from the population differ by a stature, which all bones
+  // share, and bone by bone.
+  const double sigma = std::sqrt(2.0) * kStatureSigma;
+  const double step = 6.0 * sigma / (kStatures - 1);
+  double two = 0.0;
+  for (int k = 0; k < kStatures; ++k) {
+    const double stature = -3.0 * sigma + k * step;
+    two += step * Density(stature, sigma * sigma) *
+           likelihood(stature, 2.0 * kBoneSigma * kBoneSigma);
   }
-  return highest + std::log(sum) -
-         std::log1p(kWrongBone * static_cast<double>(difference.size()));
+  return difference.empty() ? 0.0 : std::log(likelihood(0.0, 0.0) / two);
 }
 
 double BoneModel::MeanDifference(const BoneSamples& a,

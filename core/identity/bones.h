@@ -23,7 +23,8 @@ struct BoneSamples {
 
 class BoneModel {
  public:
-  // Limbs, shoulders and hips: bones that keep their length.
+  // Limbs, shoulders, hips, and the side from shoulder to hip: bones that keep
+  // their length.
   explicit BoneModel(const Skeleton& skeleton);
 
   // From the clean frames, joints observed by two views alone.
@@ -50,6 +51,7 @@ class BoneModel {
 
   struct Group {  // a bone and its mirror
     std::vector<Bone> bones;
+    double floor_m = 0.0;  // of the errors that last
   };
   std::vector<Group> groups_;
   std::vector<double> piece_sigma_;  // of the log length, by group

@@ -17,10 +17,14 @@ constexpr double kBefore = 0.4;        // s, a track is bad before it is lost
 constexpr double kAfter = 0.2;         // s
 constexpr double kMerge = 2.0;         // s, contacts nearer than this are one
 constexpr double kLeast = 1.0;         // s of clean frames that make a piece
+// A track that no view sees for so long may be found again on somebody else.
+constexpr double kBlind = 0.12;       // s
+constexpr double kAroundBlind = 0.1;  // s, bent by what is not seen
 
 struct Interval {
   TimeNs begin = 0;
   TimeNs end = 0;
+  bool blind = false;  // nobody else is near
 };
 
 // Who is there in each frame, and quick access to where.
@@ -106,7 +110,7 @@ void AddEnd(const Crowd& crowd, const std::vector<Tracklet>& tracks, size_t of,
       continue;
     }
     (*intervals)[place.track].push_back(
-        {at.time - FromSeconds(kBefore), at.time + FromSeconds(kAfter)});
+        {at.time - FromSeconds(kBefore), at.time + FromSeconds(kAfter), false});
   }
 }
 
@@ -134,7 +138,7 @@ void AddMeetings(const Crowd& crowd, const std::vector<Tracklet>& tracks,
         const double distance_m =
             (at.centre_m - b.frames[places[k].index].centre_m).norm();
         if (distance_m >= kMayExchange) continue;
-        Interval interval{at.time, at.time};
+        Interval interval{at.time, at.time, false};
         if (distance_m >= kTouching) {
           if (!SeemExchanged(a, places[i].index, b, places[k].index)) continue;
           interval.end += FromSeconds(kExchangeTime);
@@ -142,6 +146,28 @@ void AddMeetings(const Crowd& crowd, const std::vector<Tracklet>& tracks,
         (*intervals)[places[i].track].push_back(interval);
         (*intervals)[places[k].track].push_back(interval);
       }
+    }
+  }
+}
+
+bool IsSeen(const PersonPose& person) {
+  return std::any_of(person.inlier_views.begin(), person.inlier_views.end(),
+                     [](int views) { return views > 0; });
+}
+
+// Where a track goes on after it was seen by nobody.
+void AddBlind(const std::vector<Tracklet>& tracks, Intervals* intervals) {
+  for (size_t t = 0; t < tracks.size(); ++t) {
+    TimeNs seen = tracks[t].first().time;
+    for (const TrackletFrame& frame : tracks[t].frames) {
+      // Without counts of views everybody is seen where they are.
+      if (!frame.pose->inlier_views.empty() && !IsSeen(*frame.pose)) continue;
+      if (frame.time - seen >= FromSeconds(kBlind)) {
+        (*intervals)[t].push_back({seen - FromSeconds(kAroundBlind),
+                                   frame.time + FromSeconds(kAroundBlind),
+                                   true});
+      }
+      seen = frame.time;
     }
   }
 }
@@ -159,6 +185,7 @@ std::vector<Interval> Merged(std::vector<Interval> intervals) {
       merged.push_back(interval);
     } else {
       merged.back().end = std::max(merged.back().end, interval.end);
+      merged.back().blind = merged.back().blind && interval.blind;
     }
   }
   return merged;
@@ -187,8 +214,9 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
               Pieces* pieces) {
   const TimeNs least = FromSeconds(kLeast);
   Tracklet rest = track;
-  const auto add = [&](Tracklet piece, bool goes_on) {
+  const auto add = [&](Tracklet piece, bool goes_on, bool blind) {
     pieces->tracklets.push_back(std::move(piece));
+    pieces->blind.push_back(blind);
     pieces->next.push_back(goes_on ? static_cast<int>(pieces->tracklets.size())
                                    : -1);
   };
@@ -219,9 +247,9 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
     rest.frames.erase(rest.frames.begin(),
                       rest.frames.begin() + static_cast<long>(cut));
     rest.dirty_begin = end > cut ? end - cut : 0;
-    add(std::move(before), true);
+    add(std::move(before), true, contact.blind);
   }
-  add(std::move(rest), false);
+  add(std::move(rest), false, false);
 }
 
 }  // namespace
@@ -233,6 +261,7 @@ Pieces CutAtContacts(const std::vector<Tracklet>& tracks) {
   Intervals intervals(tracks.size());
   AddEnds(crowd, tracks, &intervals);
   AddMeetings(crowd, tracks, &intervals);
+  AddBlind(tracks, &intervals);
   for (size_t t = 0; t < tracks.size(); ++t) {
     CutTrack(tracks[t], Merged(std::move(intervals[t])), &pieces);
   }

@@ -13,6 +13,8 @@ struct Pieces {
   std::vector<Tracklet> tracklets;  // by ascending identity, then time
   // The piece with which the tracker went on, or -1.
   std::vector<int> next;
+  // Whether it did so blindly: cut because no view saw the person for a while.
+  std::vector<char> blind;
 };
 
 // Cuts tracks at their contacts. A contact's frames are dirty on both sides of

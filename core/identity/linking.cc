@@ -112,8 +112,20 @@ std::vector<IdentityEdit> FindDoubles(const std::vector<Tracklet>& tracks) {
 
 // Pieces that are one person.
 struct Chain {
-  std::vector<int> pieces;
+  std::vector<int> pieces;  // ascending in time
   BoneSamples bones;
+  int number = 0;  // never given twice
+};
+
+// A chain put into a gap of another.
+struct Insertion {
+  int guest = -1;  // chains
+  int host = -1;
+  size_t after = 0;  // index in the host's pieces
+  double bones = 0.0;
+  double motion = 0.0;
+  double gain = 0.0;
+  double margin = 0.0;
 };
 
 struct Evidence {
@@ -141,7 +153,7 @@ class Linker {
       : options_(options),
         frame_s_(1.0 / frame_rate_hz),
         bones_(skeleton),
-        motion_(VolumeOf(tracks)),
+        motion_(UsedSpace(tracks), options.entries.empty()),
         pieces_(CutAtContacts(tracks)) {
     std::vector<BoneSamples> samples;
     for (const Tracklet& piece : pieces_.tracklets) {
@@ -153,7 +165,8 @@ class Linker {
     }
     bones_.Learn(samples);
     for (size_t p = 0; p < samples.size(); ++p) {
-      chains_.push_back({{static_cast<int>(p)}, std::move(samples[p])});
+      chains_.push_back(
+          {{static_cast<int>(p)}, std::move(samples[p]), next_number_++});
     }
   }
 
@@ -169,7 +182,9 @@ class Linker {
       reward_ += kStep;
       JoinAll();
     }
+    reward_ = 0.0;
     GoOnAsTracked();
+    JoinAll();
     FindUndecided();
   }
 
@@ -227,14 +242,25 @@ class Linker {
     const MotionState& end = end_[last];
     const MotionState& begin = begin_[static_cast<size_t>(first)];
     evidence.allowed = true;
-    evidence.bones = bones_.LogRatio(from.bones, to.bones);
+    evidence.bones = BonesOf(from, to);
     evidence.motion = motion_.LogRatio(end, begin, frame_s_);
     evidence.other = kKnownRather;
-    if (pieces_.next[last] == first) evidence.other += options_.continuity;
+    if (pieces_.next[last] == first) {
+      // A tracker that sees nobody keeps less of what it knew.
+      evidence.other += (pieces_.blind[last] ? 0.5 : 1.0) * options_.continuity;
+    }
     if (!IsEntry(end)) evidence.other += options_.entry_penalty;
     if (!IsEntry(begin)) evidence.other += options_.entry_penalty;
     evidence.other += reward_;
     return evidence;
+  }
+
+  double BonesOf(const Chain& one, const Chain& other) const {
+    const auto known = known_bones_.find({one.number, other.number});
+    if (known != known_bones_.end()) return known->second;
+    const double ratio = bones_.LogRatio(one.bones, other.bones);
+    known_bones_[{one.number, other.number}] = ratio;
+    return ratio;
   }
 
   void WeighAll() {
@@ -249,7 +275,7 @@ class Linker {
 
   // Rows are the chains that begin, columns those that end and "nobody" for
   // each row. Returns the cost and the predecessors, -1 for nobody.
-  double Assign(int forbidden_from, int forbidden_to,
+  double Assign(const std::vector<std::pair<int, int>>& forbidden,
                 std::vector<int>* predecessor) {
     const size_t n = chains_.size();
     std::vector<double> cost(n * 2 * n, kForbidden);
@@ -257,13 +283,13 @@ class Linker {
       for (size_t from = 0; from < n; ++from) {
         const Evidence& evidence = evidence_[from][to];
         if (!evidence.allowed) continue;
-        if (static_cast<int>(from) == forbidden_from &&
-            static_cast<int>(to) == forbidden_to) {
-          continue;
-        }
         cost[to * 2 * n + from] = -evidence.total();
       }
       cost[to * 2 * n + n + to] = 0.0;
+    }
+    for (const auto& [from, to] : forbidden) {
+      cost[static_cast<size_t>(to) * 2 * n + static_cast<size_t>(from)] =
+          kForbidden;
     }
     solver_.Minimise(cost, static_cast<int>(n), static_cast<int>(2 * n),
                      predecessor);
@@ -276,12 +302,35 @@ class Linker {
     return total;
   }
 
-  // How much worse the best assignment without this join is.
+  // The best assignment in which the two are not one person, neither directly
+  // nor through others.
+  double BestApart(int from, int to,
+                   const std::vector<std::pair<int, int>>& forbidden) {
+    constexpr size_t kDeepest = 4;
+    std::vector<int> predecessor;
+    const double total = Assign(forbidden, &predecessor);
+    std::vector<std::pair<int, int>> way;
+    int at = to;
+    while (at != from && at >= 0) {
+      const int before = predecessor[static_cast<size_t>(at)];
+      way.push_back({before, at});
+      at = before;
+    }
+    if (at != from || forbidden.size() >= kDeepest) return total;
+    double best = std::numeric_limits<double>::max();
+    for (const std::pair<int, int>& join : way) {
+      std::vector<std::pair<int, int>> more = forbidden;
+      more.push_back(join);
+      best = std::min(best, BestApart(from, to, more));
+    }
+    return best;
+  }
+
+  // How much worse the best assignment is in which the two are two people.
   double Margin(int from, int to, double best,
                 const std::vector<int>& predecessor) {
     if (chains_.size() <= kExactChains) {
-      std::vector<int> other;
-      return Assign(from, to, &other) - best;
+      return BestApart(from, to, {{from, to}}) - best;
     }
     // Leaving the two alone, or exchanging with one other join.
     const auto gain = [&](int f, int t) {
@@ -301,7 +350,7 @@ class Linker {
                                     std::max(0.0, gain(f, to)) -
                                     std::max(0.0, gain(from, t)));
       // A chain that nobody follows may take this one's place.
-      if (!used[static_cast<size_t>(t)]) {
+      if (!used[static_cast<size_t>(t)] && !evidence_[from][t].allowed) {
         margin = std::min(margin, gain(from, to) - gain(t, to));
       }
     }
@@ -323,14 +372,16 @@ class Linker {
 
   // Joins what is clear, until nothing new is.
   void JoinAll() {
-    while (JoinClear()) {
-    }
+    do {
+      while (JoinClear()) {
+      }
+    } while (InsertClear());
   }
 
   bool JoinClear() {
     WeighAll();
     std::vector<int> predecessor;
-    const double best = Assign(-1, -1, &predecessor);
+    const double best = Assign({}, &predecessor);
     std::vector<std::pair<int, int>> joins;  // chains
     for (size_t to = 0; to < predecessor.size(); ++to) {
       const int from = predecessor[to];
@@ -342,8 +393,151 @@ class Linker {
       links_.push_back(link);
       joins.push_back({from, static_cast<int>(to)});
     }
+    if (joins.empty()) joins = JoinAcross(predecessor, best);
     Merge(joins);
     return !joins.empty();
+  }
+
+  // Two of one chain may clearly be one person while what stands between them
+  // is not: the clearest of those, or none.
+  std::vector<std::pair<int, int>> JoinAcross(
+      const std::vector<int>& predecessor, double best) {
+    if (chains_.size() > kExactChains) return {};
+    Link clearest;
+    std::vector<std::pair<int, int>> joins;
+    for (size_t to = 0; to < predecessor.size(); ++to) {
+      int from = predecessor[to];
+      if (from < 0) continue;
+      for (from = predecessor[static_cast<size_t>(from)]; from >= 0;
+           from = predecessor[static_cast<size_t>(from)]) {
+        if (!evidence_[static_cast<size_t>(from)][to].allowed) continue;
+        Link link = MakeLink(from, static_cast<int>(to));
+        link.margin = Margin(from, static_cast<int>(to), best, predecessor);
+        if (link.margin < options_.min_margin) continue;
+        if (!joins.empty() && link.margin <= clearest.margin) continue;
+        link.decided = true;
+        clearest = link;
+        joins = {{from, static_cast<int>(to)}};
+      }
+    }
+    if (!joins.empty()) links_.push_back(clearest);
+    return joins;
+  }
+
+  // Puts the clearest of those in that are there only while somebody is away.
+  bool InsertClear() {
+    WeighAll();
+    const std::vector<Insertion> all = FindInsertions();
+    const Insertion* clearest = nullptr;
+    for (const Insertion& one : all) {
+      if (one.margin < options_.min_margin) continue;
+      if (clearest == nullptr || one.margin > clearest->margin) clearest = &one;
+    }
+    if (clearest == nullptr) return false;
+    Insert(*clearest);
+    return true;
+  }
+
+  // Where chain `guest` fits into chain `host`, by all gaps of the host.
+  std::optional<Insertion> Fit(size_t guest, size_t host) const {
+    const Chain& one = chains_[guest];
+    const Chain& other = chains_[host];
+    for (size_t k = 0; k + 1 < other.pieces.size(); ++k) {
+      const auto before = static_cast<size_t>(other.pieces[k]);
+      const auto after = static_cast<size_t>(other.pieces[k + 1]);
+      if (!MayFollow(pieces_.tracklets[before], First(one)) ||
+          !MayFollow(Last(one), pieces_.tracklets[after])) {
+        continue;
+      }
+      const auto first = static_cast<size_t>(one.pieces.front());
+      const auto last = static_cast<size_t>(one.pieces.back());
+      Insertion insertion;
+      insertion.guest = static_cast<int>(guest);
+      insertion.host = static_cast<int>(host);
+      insertion.after = k;
+      insertion.bones = BonesOf(other, one);
+      insertion.motion =
+          motion_.LogRatio(end_[before], begin_[first], frame_s_) +
+          motion_.LogRatio(end_[last], begin_[after], frame_s_) -
+          motion_.LogRatio(end_[before], begin_[after], frame_s_);
+      insertion.gain =
+          insertion.bones + insertion.motion + kKnownRather + reward_;
+      return insertion;
+    }
+    return std::nullopt;
+  }
+
+  // Whether the two are never seen at once, as far as their pieces tell.
+  bool MayBeOne(size_t one, size_t other) const {
+    for (const int a : chains_[one].pieces) {
+      for (const int b : chains_[other].pieces) {
+        const Tracklet& x = pieces_.tracklets[static_cast<size_t>(a)];
+        const Tracklet& y = pieces_.tracklets[static_cast<size_t>(b)];
+        if (x.first().time <= y.last().time &&
+            y.first().time <= x.last().time) {
+          return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  // All that speak for one person, each with its advantage over nobody and over
+  // what it excludes.
+  std::vector<Insertion> FindInsertions() const {
+    std::vector<Insertion> all;
+    for (size_t guest = 0; guest < chains_.size(); ++guest) {
+      for (size_t host = 0; host < chains_.size(); ++host) {
+        if (guest == host) continue;
+        const std::optional<Insertion> fit = Fit(guest, host);
+        if (fit.has_value() && fit->gain > 0.0) all.push_back(*fit);
+      }
+    }
+    for (Insertion& one : all) {
+      const auto guest = static_cast<size_t>(one.guest);
+      const auto host = static_cast<size_t>(one.host);
+      double rival = 0.0;  // nobody
+      for (const Insertion& other : all) {
+        const bool same_guest =
+            other.guest == one.guest && other.host != one.host &&
+            !MayBeOne(static_cast<size_t>(other.host), host);
+        const bool same_place =
+            other.host == one.host && other.guest != one.guest &&
+            !MayBeOne(static_cast<size_t>(other.guest), guest);
+        if (same_guest || same_place) rival = std::max(rival, other.gain);
+      }
+      for (size_t c = 0; c < chains_.size(); ++c) {
+        if (c == guest || c == host || MayBeOne(c, host)) continue;
+        for (const Evidence& other :
+             {evidence_[guest][c], evidence_[c][guest]}) {
+          if (other.allowed) rival = std::max(rival, other.total());
+        }
+      }
+      one.margin = one.gain - rival;
+    }
+    return all;
+  }
+
+  void Insert(const Insertion& insertion) {
+    Chain& host = chains_[static_cast<size_t>(insertion.host)];
+    const Chain& guest = chains_[static_cast<size_t>(insertion.guest)];
+    const int before = host.pieces[insertion.after];
+    const Tracklet& last = pieces_.tracklets[static_cast<size_t>(before)];
+    Link link;
+    link.from = before;
+    link.to = guest.pieces.front();
+    link.evidence = {true, insertion.bones, insertion.motion, kKnownRather};
+    link.gap_s = ToSeconds(First(guest).first().time - last.last().time);
+    link.bone_difference_m = bones_.MeanDifference(host.bones, guest.bones);
+    link.margin = insertion.margin;
+    link.decided = true;
+    links_.push_back(link);
+    host.pieces.insert(
+        host.pieces.begin() + static_cast<long>(insertion.after) + 1,
+        guest.pieces.begin(), guest.pieces.end());
+    host.bones.Append(guest.bones);
+    host.number = next_number_++;
+    chains_.erase(chains_.begin() + insertion.guest);
   }
 
   // `joins` are a one-to-one choice without cycles: a chain follows one that
@@ -359,6 +553,7 @@ class Linker {
     for (size_t c = 0; c < chains_.size(); ++c) {
       if (follows[c]) continue;
       Chain chain = std::move(chains_[c]);
+      if (next[c] >= 0) chain.number = next_number_++;
       for (int k = next[c]; k >= 0; k = next[static_cast<size_t>(k)]) {
         const Chain& more = chains_[static_cast<size_t>(k)];
         chain.pieces.insert(chain.pieces.end(), more.pieces.begin(),
@@ -372,7 +567,6 @@ class Linker {
 
   // What is not clearly somebody else goes on as the tracker had it.
   void GoOnAsTracked() {
-    reward_ = 0.0;
     WeighAll();
     std::vector<std::pair<int, int>> joins;
     for (size_t from = 0; from < chains_.size(); ++from) {
@@ -427,7 +621,9 @@ class Linker {
   TimeNs take_begin_ = std::numeric_limits<TimeNs>::max();
   TimeNs take_end_ = std::numeric_limits<TimeNs>::min();
   std::vector<Chain> chains_;
-  std::vector<std::vector<Evidence>> evidence_;  // [from][to]
+  int next_number_ = 0;                                        // of a chain
+  mutable std::map<std::pair<int, int>, double> known_bones_;  // by numbers
+  std::vector<std::vector<Evidence>> evidence_;                // [from][to]
   double reward_ = 0.0;
   HungarianSolver solver_;
   std::vector<Link> links_;

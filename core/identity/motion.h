@@ -3,6 +3,7 @@
 #define KINEGRAPH_CORE_IDENTITY_MOTION_H_
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "core/identity/tracklet.h"
@@ -20,14 +21,45 @@ struct MotionState {
 MotionState StateAtBegin(const Tracklet& tracklet);
 MotionState StateAtEnd(const Tracklet& tracklet);
 
+// Where people are in a take.
+class UsedSpace {
+ public:
+  explicit UsedSpace(const std::vector<Tracklet>& tracklets);
+  // A box; the whole of it is its border.
+  UsedSpace(const Eigen::Vector3d& low_m, const Eigen::Vector3d& high_m);
+
+  // The box around everybody's centres and half a metre more.
+  const Eigen::Vector3d& low_m() const { return low_m_; }
+  const Eigen::Vector3d& high_m() const { return high_m_; }
+  double volume_m3() const { return (high_m_ - low_m_).prod(); }
+
+  // How far inside the convex hull of all centres, on the plane in which they
+  // spread most (the floor) [m]; negative outside, 0 for a box.
+  double DepthM(const Eigen::Vector3d& position_m) const;
+  // People come and go at the border of the space rather than in its middle:
+  // log of how often they do there, against anywhere [nats].
+  double LogEntry(const Eigen::Vector3d& position_m) const;
+
+ private:
+  Eigen::Vector2d OnFloor(const Eigen::Vector3d& position_m) const;
+
+  Eigen::Vector3d low_m_, high_m_;
+  Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, 2, 3> floor_ = Eigen::Matrix<double, 2, 3>::Zero();
+  std::vector<Eigen::Vector2d> hull_m_;  // counterclockwise
+};
+
 // People keep their velocity for about a second: an Ornstein-Uhlenbeck process
-// of the velocity in each axis. What it expects across a gap, with the
-// covariance of position and velocity, is weighed against somebody who may be
-// anywhere in `volume_m3`. Nobody's way is known for sure: with the gap grows
-// the share of people who come back from elsewhere.
+// of the velocity in each axis, within the space that is used. What it expects
+// across a gap, with the covariance of position and velocity, is weighed
+// against somebody who left and another who came, at the border rather than in
+// the middle. Nobody's way is known for sure: with the gap grows the share of
+// people who left and come back.
 class IdentityMotion {
  public:
-  explicit IdentityMotion(double volume_m3) : volume_m3_(volume_m3) {}
+  // `entries_at_border`: false where entries are known otherwise.
+  IdentityMotion(UsedSpace space, bool entries_at_border)
+      : space_(std::move(space)), entries_at_border_(entries_at_border) {}
 
   // Log likelihood ratio [nats] of `to` for the one who was in `from` and for
   // somebody else. A `to` that is not later counts as `frame_s` later.
@@ -35,11 +67,9 @@ class IdentityMotion {
                   double frame_s) const;
 
  private:
-  double volume_m3_;
+  UsedSpace space_;
+  bool entries_at_border_;
 };
-
-// The box around everybody's centres and half a metre more [m^3].
-double VolumeOf(const std::vector<Tracklet>& tracklets);
 
 }  // namespace kinegraph
 

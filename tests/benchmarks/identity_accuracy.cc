@@ -1,29 +1,50 @@
 // Who is who on synthetic scenes: people who cross, are hidden, leave and come
-// back. Prints Markdown: paper mode, graph mode without and with linking
-// (core/identity/linking.h), and the tracklets of graph mode joined by truth,
-// which is the most that linking alone could reach.
+// back, and recorded clips placed in one room. Prints Markdown: paper mode,
+// graph mode without and with linking (core/identity/linking.h), and the
+// tracklets of graph mode joined by truth, which is the most that linking alone
+// could reach.
 //
-//   build/tests/benchmarks/identity_accuracy [SCENE [FIRST_SEED [SEEDS]]]
+//   identity_accuracy [--scenes=A,B] [--seeds=FIRST:END] [--set=KEY=VALUE;...]
+//     [--second_pass] [--details] [--lines=FILE] [--tracks=FOLDER]
+//   identity_accuracy --table=FILE
+//   identity_accuracy --single_frames [--scenes=A,B] [--seeds=FIRST:END]
+//   identity_accuracy --ten_minutes [--scenes=A] [--seeds=FIRST:END]
 //
-// SCENE is a name of the table below (default: all). Identities depend on the
-// front end alone, so the poses are the causal Gaussian's, which is fast; what
-// the batch adds to the evidence is not in here.
+// A scene is a name of the table below (default: all); several share a
+// beginning, "6p_5c". What was counted in each take is appended to FILE, and
+// --table sums all lines of such a file, so that a long table can be made in
+// short pieces. --set changes what graph mode runs with: the whole take with
+// the sweeps (configs/offline.toml). --second_pass also scores the tracks that
+// `track` would write with linking and a second pass. --details says of each
+// change whether it was right. --tracks keeps the tracks of graph mode and
+// reads them when they are there, which makes it quick to try linking again.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <map>
+#include <set>
+#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/common/config_folder.h"
 #include "apps/common/synthesis.h"
+#include "core/base/error.h"
 #include "core/base/random.h"
 #include "core/evaluation/correspondence.h"
 #include "core/evaluation/identity.h"
 #include "core/identity/edits.h"
 #include "core/identity/linking.h"
+#include "core/io/track_writer.h"
+#include "core/io/tracks.h"
 #include "solvers/session/run.h"
+#include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
@@ -34,59 +55,123 @@ struct Layout {
   int cameras;
   double rate_hz;
   double area_radius_m;
-  double hidden_s;  // 0: only as people hide one another
+  bool clips;  // recorded motion
 };
 
 constexpr Layout kLayouts[] = {
-    {"8_people_8_cameras_50hz", 8, 8, 50.0, 3.0, 0.0},
-    {"8_people_5_cameras", 8, 5, 25.0, 3.0, 0.0},
-    {"6_people_5_cameras_120hz", 6, 5, 120.0, 3.0, 0.0},
-    {"6_people_5_cameras_hidden_0.2s", 6, 5, 25.0, 3.0, 0.2},
-    {"6_people_5_cameras_hidden_1s", 6, 5, 25.0, 3.0, 1.0},
-    {"6_people_5_cameras_hidden_5s", 6, 5, 25.0, 3.0, 5.0},
-    {"4_people_3_cameras", 4, 3, 25.0, 2.5, 0.0},
-    {"2_people_2_cameras", 2, 2, 25.0, 2.0, 0.0},
+    {"8p_8c_25hz", 8, 8, 25.0, 3.0, false},
+    {"8p_8c_50hz", 8, 8, 50.0, 3.0, false},
+    {"8p_8c_120hz", 8, 8, 120.0, 3.0, false},
+    {"8p_5c_25hz", 8, 5, 25.0, 3.0, false},
+    {"6p_5c_25hz", 6, 5, 25.0, 3.0, false},
+    {"6p_5c_50hz", 6, 5, 50.0, 3.0, false},
+    {"6p_5c_120hz", 6, 5, 120.0, 3.0, false},
+    {"4p_3c_25hz", 4, 3, 25.0, 2.5, false},
+    {"4p_3c_50hz", 4, 3, 50.0, 2.5, false},
+    {"4p_3c_120hz", 4, 3, 120.0, 2.5, false},
+    {"2p_2c_25hz", 2, 2, 25.0, 2.0, false},
+    {"2p_2c_50hz", 2, 2, 50.0, 2.0, false},
+    {"2p_2c_120hz", 2, 2, 120.0, 2.0, false},
+    {"clips_5c_25hz", 4, 5, 25.0, 3.0, true},
+    {"clips_5c_50hz", 4, 5, 50.0, 3.0, true},
+    {"clips_5c_120hz", 4, 5, 120.0, 3.0, true},
 };
+const char* const kClips[] = {"dance_30hz", "start_hop_stop_120hz",
+                              "start_walk_stop_120hz", "hop_30hz"};
 
 constexpr double kDuration = 30.0;  // s
 constexpr double kGateM = 0.5;
 constexpr double kLasting = 1.0;  // s, an exchange that lasts
+// Each person is hidden once, for one of these.
+constexpr double kHidden[] = {0.2, 0.5, 1.0, 2.0, 5.0};  // s
+// Clips last no longer than 5 to 15 s.
+constexpr double kHiddenClips[] = {0.2, 0.5, 1.0, 2.0};  // s
+// Two people meet when their middles come this near, and have parted when they
+// are this far [m].
+constexpr double kMeet = 0.7;
+constexpr double kPart = 1.2;
 
-std::string Overrides(const Layout& layout, int seed) {
+std::string Overrides(const Layout& layout, int seed, double rate_hz,
+                      double duration_s) {
   const auto number = [](double value) { return std::to_string(value); };
-  return "scene.people=" + std::to_string(layout.people) +
-         ";scene.cameras.count=" + std::to_string(layout.cameras) +
-         ";scene.frame_rate=" + number(layout.rate_hz) +
-         ";scene.duration=" + number(kDuration) +
-         ";scene.motion.area_radius=" + number(layout.area_radius_m) +
-         ";scene.seed=" + std::to_string(seed) +
-         ";noise.seed=" + std::to_string(1000 + seed);
+  std::string set =
+      "scene.cameras.count=" + std::to_string(layout.cameras) +
+      ";scene.frame_rate=" + number(rate_hz) +
+      ";scene.motion.area_radius=" + number(layout.area_radius_m) +
+      ";scene.seed=" + std::to_string(seed) +
+      ";noise.seed=" + std::to_string(1000 + seed);
+  if (layout.clips) return set + ";motion.start=[0.0, 1.0, 2.0, 3.0]";
+  return set + ";scene.people=" + std::to_string(layout.people) +
+         ";scene.duration=" + number(duration_s);
 }
 
-// Hides each person once for `hidden_s` in all views, at a moment of their own.
+// Takes one person's detections out of a frame, and marks the truth.
+void HideIn(size_t f, int person, SyntheticTake* take) {
+  DetectionFrame& frame = take->detections.frames[f];
+  for (size_t v = 0; v < frame.views.size(); ++v) {
+    auto& truth = take->labels.frames[f][v];
+    auto& detections = frame.views[v].detections;
+    for (size_t d = detections.size(); d-- > 0;) {
+      if (truth[d].person != person) continue;
+      detections.erase(detections.begin() + static_cast<long>(d));
+      truth.erase(truth.begin() + static_cast<long>(d));
+    }
+  }
+  for (PersonPose& pose : take->truth.frames[f].people) {
+    if (pose.id.value() != person) continue;
+    for (Joint3d& joint : pose.joints) joint.status = JointStatus::kInferred;
+  }
+}
+
+// Hides each person once in all views, at a moment of their own.
 void Hide(const Layout& layout, int seed, SyntheticTake* take) {
-  if (layout.hidden_s == 0.0) return;
   Random random(static_cast<uint64_t>(seed));
-  const auto count = static_cast<int64_t>(take->detections.frames.size());
-  const auto length =
-      static_cast<int64_t>(std::llround(layout.hidden_s * layout.rate_hz));
   for (int person = 0; person < layout.people; ++person) {
-    const int64_t margin = count / 6;
-    const int64_t begin = margin + random.Index(std::max<int64_t>(
-                                       1, count - 2 * margin - length));
-    for (int64_t f = begin; f < std::min(count, begin + length); ++f) {
-      DetectionFrame& frame = take->detections.frames[static_cast<size_t>(f)];
-      for (size_t v = 0; v < frame.views.size(); ++v) {
-        auto& truth = take->labels.frames[static_cast<size_t>(f)][v];
-        auto& detections = frame.views[v].detections;
-        for (size_t d = detections.size(); d-- > 0;) {
-          if (truth[d].person != person) continue;
-          detections.erase(detections.begin() + static_cast<long>(d));
-          truth.erase(truth.begin() + static_cast<long>(d));
+    std::vector<size_t> there;  // frames
+    for (size_t f = 0; f < take->truth.frames.size(); ++f) {
+      for (const PersonPose& pose : take->truth.frames[f].people) {
+        if (pose.id.value() == person) there.push_back(f);
+      }
+    }
+    const auto which = static_cast<size_t>(person + seed);
+    const double hidden_s = layout.clips
+                                ? kHiddenClips[which % std::size(kHiddenClips)]
+                                : kHidden[which % std::size(kHidden)];
+    const auto length =
+        static_cast<int64_t>(std::llround(hidden_s * layout.rate_hz));
+    const auto count = static_cast<int64_t>(there.size());
+    // They are seen for a second before and after.
+    const auto margin = static_cast<int64_t>(layout.rate_hz);
+    const int64_t room = count - 2 * margin - length;
+    if (room < 1) continue;
+    const int64_t begin = margin + random.Index(room);
+    for (int64_t k = begin; k < begin + length; ++k) {
+      HideIn(there[static_cast<size_t>(k)], person, take);
+    }
+  }
+}
+
+// How often two people come near each other.
+int Encounters(const TrackSequence& truth) {
+  std::set<std::pair<TrackId, TrackId>> together;
+  int count = 0;
+  for (const TrackFrame& frame : truth.frames) {
+    for (const PersonPose& a : frame.people) {
+      for (const PersonPose& b : frame.people) {
+        if (!(a.id < b.id)) continue;
+        const auto at_a = MeanPosition(a.joints);
+        const auto at_b = MeanPosition(b.joints);
+        if (!at_a.has_value() || !at_b.has_value()) continue;
+        const double distance_m =
+            (*at_a - *at_b).head<2>().norm();  // on the floor
+        if (distance_m > kPart) together.erase({a.id, b.id});
+        if (distance_m < kMeet && together.insert({a.id, b.id}).second) {
+          ++count;
         }
       }
     }
   }
+  return count;
 }
 
 // The true person that each identity is in each frame.
@@ -167,120 +252,499 @@ TrackSequence JoinedByTruth(const TrackSequence& truth,
   return joined;
 }
 
-struct Row {
-  IdentityResult counts;  // summed
-  double hota = 0.0;      // summed over seeds
-  int seeds = 0;
-  int exchanges = 0;
+// What is counted in one take, or in several.
+struct Counts {
+  double takes = 0.0;
+  double true_frames = 0.0;
+  double found_frames = 0.0;
+  double right = 0.0;  // identity true positives
+  double misses = 0.0;
+  double false_positives = 0.0;
+  double switches = 0.0;
+  double hota = 0.0;  // summed over takes
+  double exchanges = 0.0;
+  double encounters = 0.0;
+  double joins = 0.0;
+  double wrong_joins = 0.0;
 
-  void Add(const TrackSequence& truth, const TrackSequence& tracks) {
-    const IdentityResult result = EvaluateIdentity(truth, tracks);
-    counts.true_person_frames += result.true_person_frames;
-    counts.found_person_frames += result.found_person_frames;
-    counts.misses += result.misses;
-    counts.false_positives += result.false_positives;
-    counts.switches += result.switches;
-    counts.identity_true_positives += result.identity_true_positives;
-    hota += result.Hota().hota;
-    ++seeds;
-    exchanges +=
-        LastingExchanges(TrueNames(truth, tracks), truth.header.frame_rate_hz);
+  std::vector<double*> All() {
+    return {&takes,     &true_frames, &found_frames,    &right,
+            &misses,    &switches,    &false_positives, &hota,
+            &exchanges, &encounters,  &joins,           &wrong_joins};
   }
-  void Print(const char* scene, const char* name, const std::string& joins) {
-    std::printf("| %s | %s | %d | %.2f | %.2f | %.2f | %lld | %d | %s |\n",
-                scene, name, seeds, 100.0 * counts.Idf1(), 100.0 * hota / seeds,
-                100.0 * counts.Mota(), static_cast<long long>(counts.switches),
-                exchanges, joins.c_str());
-    std::fflush(stdout);
+  double Idf1() const { return 2.0 * right / (true_frames + found_frames); }
+  double Mota() const {
+    return 1.0 - (misses + false_positives + switches) / true_frames;
   }
 };
 
-// Joins of two tracks that are two people.
-struct Joins {
-  int made = 0;
-  int wrong = 0;
+Counts CountsOf(const TrackSequence& truth, const TrackSequence& tracks) {
+  const IdentityResult result = EvaluateIdentity(truth, tracks);
+  const auto number = [](int64_t value) { return static_cast<double>(value); };
+  Counts counts;
+  counts.takes = 1.0;
+  counts.true_frames = number(result.true_person_frames);
+  counts.found_frames = number(result.found_person_frames);
+  counts.right = number(result.identity_true_positives);
+  counts.misses = number(result.misses);
+  counts.false_positives = number(result.false_positives);
+  counts.switches = number(result.switches);
+  counts.hota = result.Hota().hota;
+  counts.exchanges =
+      LastingExchanges(TrueNames(truth, tracks), truth.header.frame_rate_hz);
+  counts.encounters = Encounters(truth);
+  return counts;
+}
 
-  void Count(const TrackSequence& truth, TrackSequence tracks,
-             const std::vector<IdentityEdit>& edits) {
-    for (IdentityEdit edit : edits) {
+// Who an identity mostly was in the second up to `frame`, or, `after`, in the
+// second from there on: next to a gap the frames are nobody's for a while.
+TrackId NameAt(const TrueNames& names, TrackId id, int64_t frame, bool after,
+               double rate_hz) {
+  const auto all = names.names().find(id);
+  if (all == names.names().end()) return TrackId();
+  std::vector<TrackId> near;
+  for (const auto& [at, name] : all->second) {
+    if (after ? at >= frame : at <= frame) near.push_back(name);
+  }
+  if (!after) std::reverse(near.begin(), near.end());
+  near.resize(std::min(near.size(), static_cast<size_t>(rate_hz)));
+  std::map<TrackId, int> votes;
+  TrackId most;
+  for (const TrackId name : near) {
+    if (++votes[name] > votes[most]) most = name;
+  }
+  return most;
+}
+
+// Counts joins of two tracks that are two people.
+void CountJoins(const TrackSequence& truth, TrackSequence tracks,
+                const std::vector<IdentityEdit>& edits, bool details,
+                Counts* counts) {
+  const double rate_hz = truth.header.frame_rate_hz;
+  for (IdentityEdit edit : edits) {
+    const bool links =
+        edit.op == EditOp::kJoin || edit.op == EditOp::kUndecided;
+    if (links || details) {
+      const TrueNames names(truth, tracks);
+      const TrackId before =
+          NameAt(names, edit.persons[0], edit.frames->first, false, rate_hz);
+      const TrackId after =
+          NameAt(names, edit.persons.back(), edit.frames->last, true, rate_hz);
+      const bool known = before.value() >= 0 && after.value() >= 0;
       if (edit.op == EditOp::kJoin) {
-        const TrueNames names(truth, tracks);
-        const auto& all = names.names();
-        const auto one = all.find(edit.persons[0]);
-        const auto other = all.find(edit.persons[1]);
-        ++made;
-        if (one != all.end() && other != all.end()) {
-          // Who each was at the join.
-          TrackId before;
-          for (const auto& [frame, name] : one->second) {
-            if (frame <= edit.frames->first) before = name;
-          }
-          TrackId after;
-          for (const auto& [frame, name] : other->second) {
-            if (frame < edit.frames->last) continue;
-            after = name;
-            break;
-          }
-          const bool known = before.value() >= 0 && after.value() >= 0;
-          if (known && before != after) ++wrong;
-        }
+        counts->joins += 1.0;
+        if (known && before != after) counts->wrong_joins += 1.0;
       }
-      ApplyEdit(&edit, &tracks.frames);
+      if (details) {
+        std::printf(
+            "#   %s %lld %lld [%lld, %lld] truth %lld %lld margin %.2f",
+            ToString(edit.op), static_cast<long long>(edit.persons[0].value()),
+            static_cast<long long>(edit.persons.back().value()),
+            static_cast<long long>(edit.frames->first),
+            static_cast<long long>(edit.frames->last),
+            static_cast<long long>(before.value()),
+            static_cast<long long>(after.value()), edit.margin.value_or(0.0));
+        for (const auto& [key, value] : edit.evidence) {
+          std::printf(" %s %.3f", key.c_str(), value);
+        }
+        std::printf("\n");
+      }
+    }
+    ApplyEdit(&edit, &tracks.frames);
+  }
+}
+
+// The tracks of each true person: identity, first and last frame, how many.
+void PrintPieces(const char* mode, const TrackSequence& truth,
+                 const TrackSequence& tracks) {
+  const TrueNames names(truth, tracks);
+  std::map<TrackId, std::vector<std::string>> of;
+  for (const auto& [id, frames] : names.names()) {
+    size_t begin = 0;
+    for (size_t k = 0; k <= frames.size(); ++k) {
+      const bool ends = k == frames.size() ||
+                        frames[k].second != frames[begin].second ||
+                        frames[k].first > frames[k > 0 ? k - 1 : 0].first +
+                                              0.2 * truth.header.frame_rate_hz;
+      if (!ends || k == begin) continue;
+      std::ostringstream text;
+      text << id.value() << ":" << frames[begin].first << "-"
+           << frames[k - 1].first;
+      of[frames[begin].second].push_back(text.str());
+      begin = k;
     }
   }
+  for (const auto& [name, pieces] : of) {
+    std::printf("#   %s true %lld:", mode,
+                static_cast<long long>(name.value()));
+    for (const std::string& piece : pieces) std::printf(" %s", piece.c_str());
+    std::printf("\n");
+  }
+}
+
+using Key = std::pair<std::string, std::string>;  // scene, mode
+
+const char* const kModes[] = {"paper", "graph", "graph, linked",
+                              "graph, joined by truth",
+                              "graph, linked, second pass"};
+
+void PrintTable(std::map<Key, Counts> table) {
+  std::printf(
+      "| scene | mode | takes | IDF1, %% | HOTA, %% | MOTA, %% | switches | "
+      "encounters | lasting exchanges | joins, wrong |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n");
+  for (const Layout& layout : kLayouts) {
+    for (const char* mode : kModes) {
+      const auto at = table.find({layout.name, mode});
+      if (at == table.end()) continue;
+      const Counts& c = at->second;
+      std::printf(
+          "| %s | %s | %.0f | %.2f | %.2f | %.2f | %.0f | %.0f | %.0f |",
+          layout.name, mode, c.takes, 100.0 * c.Idf1(),
+          100.0 * c.hota / c.takes, 100.0 * c.Mota(), c.switches, c.encounters,
+          c.exchanges);
+      if (std::strcmp(mode, "graph, linked") == 0) {
+        std::printf(" %.0f, %.0f |\n", c.joins, c.wrong_joins);
+      } else {
+        std::printf(" |\n");
+      }
+    }
+  }
+}
+
+// Keeps one frame of `step`.
+void Thin(size_t step, SyntheticTake* take) {
+  const auto thin = [&](auto* frames) {
+    size_t kept = 0;
+    for (size_t f = 0; f < frames->size(); f += step) {
+      if (kept != f) (*frames)[kept] = std::move((*frames)[f]);
+      ++kept;
+    }
+    frames->resize(kept);
+  };
+  thin(&take->detections.frames);
+  thin(&take->labels.frames);
+  thin(&take->truth.frames);
+}
+
+// Person-frames of the truth, and how many of them were found.
+struct Found {
+  int64_t by_truth = 0;  // two views or more have a detection of them
+  int64_t found = 0;
+  int64_t false_people = 0;
 };
 
-int Main(const std::string& only, int first_seed, int seeds) {
-  std::printf(
-      "| scene | mode | n | IDF1, %% | HOTA, %% | MOTA, %% | switches | "
-      "lasting "
-      "exchanges | joins, wrong |\n|---|---|---|---|---|---|---|---|---|\n");
-  const RunOptions paper =
-      ReadRunOptions(ProjectConfig("synthetic/track_paper.toml"), "", "");
-  const RunOptions graph = ReadRunOptions(
-      ProjectConfig("synthetic/track_batch.toml"),
-      "output.estimator=gaussian;tracking.second_pass=false", "");
-  for (const Layout& layout : kLayouts) {
-    if (!only.empty() && only != layout.name) continue;
-    Row of_paper;
-    Row of_graph;
-    Row linked;
-    Row by_truth;
-    Joins joins;
-    for (int seed = first_seed; seed < first_seed + seeds; ++seed) {
-      SyntheticTake take = MakeTake(ProjectConfig("synthetic/demo.toml"),
-                                    Overrides(layout, seed));
-      Hide(layout, seed, &take);
+Found FoundIn(const SyntheticTake& take, const TrackSequence& tracks) {
+  Found counts;
+  std::map<std::pair<int64_t, int64_t>, int> views;  // by frame and person
+  for (size_t f = 0; f < take.labels.frames.size(); ++f) {
+    for (const auto& view : take.labels.frames[f]) {
+      std::set<int> seen;
+      for (const DetectionTruth& truth : view) {
+        const bool whole = truth.kind == DetectionKind::kPerson;
+        if (truth.person >= 0 && whole) seen.insert(truth.person);
+      }
+      for (const int person : seen) {
+        ++views[{take.detections.frames[f].frame, person}];
+      }
+    }
+  }
+  const JointPairs joints =
+      CommonJoints(take.truth.header.skeleton, tracks.header.skeleton);
+  for (const PersonPair& pair :
+       PairPeople(take.truth, tracks, joints, kGateM, {})) {
+    if (views[{pair.frame, pair.truth->id.value()}] < 2) continue;
+    ++counts.by_truth;
+    if (pair.found != nullptr) ++counts.found;
+  }
+  counts.false_people = EvaluateIdentity(take.truth, tracks).false_positives;
+  return counts;
+}
+
+std::map<Key, Counts> ReadLines(const std::string& path) {
+  std::map<Key, Counts> table;
+  std::ifstream file(path);
+  std::string line;
+  while (std::getline(file, line)) {
+    std::istringstream fields(line);
+    std::string scene, seed, mode;
+    std::getline(fields, scene, '\t');
+    std::getline(fields, seed, '\t');
+    std::getline(fields, mode, '\t');
+    Counts one;
+    for (double* value : one.All()) fields >> *value;
+    Counts& sum = table[{scene, mode}];
+    const std::vector<double*> to = sum.All();
+    for (size_t i = 0; i < to.size(); ++i) *to[i] += *one.All()[i];
+  }
+  return table;
+}
+
+struct Arguments {
+  std::vector<std::string> scenes;
+  int first_seed = 1;
+  int end_seed = 2;
+  std::string set;
+  bool second_pass = false;
+  bool details = false;
+  bool single_frames = false;
+  bool ten_minutes = false;
+  std::string lines;
+  std::string tracks;
+  std::string table;
+};
+
+class Benchmark {
+ public:
+  explicit Benchmark(const Arguments& arguments)
+      : arguments_(arguments),
+        paper_(ReadRunOptions(ProjectConfig("synthetic/track_paper.toml"), "",
+                              "")),
+        graph_(ReadRunOptions(ProjectConfig("offline.toml"),
+                              "graph.solver=sweeps;identity.link=false;"
+                              "tracking.second_pass=false;" +
+                                  arguments.set,
+                              "")),
+        whole_(ReadRunOptions(ProjectConfig("offline.toml"),
+                              "graph.solver=sweeps;" + arguments.set, "")) {}
+
+  void Run(const Layout& layout, int seed) {
+    const SyntheticTake take = Take(layout, seed);
+    RunRequest request;
+    request.cameras = take.scene.cameras;
+    const auto add = [&](const char* mode, const Counts& counts) {
+      Add(layout, seed, mode, counts);
+    };
+    add("paper", CountsOf(take.truth,
+                          TrackSequenceOf(paper_, request, take.detections)));
+    const TrackSequence tracks = FirstPass(layout, seed, take);
+    add("graph", CountsOf(take.truth, tracks));
+    TrackSequence linked = tracks;
+    const std::vector<IdentityEdit> edits =
+        LinkIdentities(tracks.header.skeleton, tracks.header.frame_rate_hz,
+                       whole_.identity, &linked.frames);
+    Counts counts = CountsOf(take.truth, linked);
+    CountJoins(take.truth, tracks, edits, arguments_.details, &counts);
+    add("graph, linked", counts);
+    add("graph, joined by truth",
+        CountsOf(take.truth, JoinedByTruth(take.truth, tracks)));
+    if (arguments_.second_pass) {
+      add("graph, linked, second pass",
+          CountsOf(take.truth,
+                   TrackSequenceOf(whole_, request, take.detections)));
+    }
+    if (!arguments_.details) return;
+    PrintPieces("graph", take.truth, tracks);
+    PrintPieces("linked", take.truth, linked);
+  }
+
+  // Frames a minute apart.
+  void RunSingleFrames(const Layout& layout, int first_seed, int end_seed) {
+    constexpr double kMinutes = 100.0;
+    std::map<bool, Found> sums;  // by whether there is a second pass
+    for (int seed = first_seed; seed < end_seed; ++seed) {
+      SyntheticTake take =
+          MakeTake(ProjectConfig("synthetic/demo.toml"),
+                   Overrides(layout, seed, 1.0, 60.0 * kMinutes));
+      Thin(60, &take);
       RunRequest request;
       request.cameras = take.scene.cameras;
-      of_paper.Add(take.truth,
-                   TrackSequenceOf(paper, request, take.detections));
-      const TrackSequence tracks =
-          TrackSequenceOf(graph, request, take.detections);
-      of_graph.Add(take.truth, tracks);
-      by_truth.Add(take.truth, JoinedByTruth(take.truth, tracks));
-      TrackSequence result = tracks;
-      const std::vector<IdentityEdit> edits =
-          LinkIdentities(tracks.header.skeleton, tracks.header.frame_rate_hz,
-                         LinkOptions(), &result.frames);
-      linked.Add(take.truth, result);
-      joins.Count(take.truth, tracks, edits);
+      for (const bool twice : {false, true}) {
+        RunOptions options = whole_;
+        options.input.independent_frames = true;
+        options.tracker.life.second_pass = twice;
+        const Found one =
+            FoundIn(take, TrackSequenceOf(options, request, take.detections));
+        sums[twice].by_truth += one.by_truth;
+        sums[twice].found += one.found;
+        sums[twice].false_people += one.false_people;
+      }
     }
-    of_paper.Print(layout.name, "paper", "");
-    of_graph.Print(layout.name, "graph", "");
-    linked.Print(
-        layout.name, "graph, linked",
-        std::to_string(joins.made) + ", " + std::to_string(joins.wrong));
-    by_truth.Print(layout.name, "graph, joined by truth", "");
+    for (const auto& [twice, sum] : sums) {
+      std::printf("| %s | %s | %d | %lld | %lld | %.2f | %lld |\n", layout.name,
+                  twice ? "batch, second pass" : "batch", end_seed - first_seed,
+                  static_cast<long long>(sum.by_truth),
+                  static_cast<long long>(sum.found),
+                  100.0 * static_cast<double>(sum.found) /
+                      static_cast<double>(sum.by_truth),
+                  static_cast<long long>(sum.false_people));
+    }
+    std::fflush(stdout);
   }
+
+  // What linking costs; the poses are the causal Gaussian's, which breaks
+  // tracks no less often.
+  void RunTenMinutes(const Layout& layout, int seed) {
+    SyntheticTake take =
+        MakeTake(ProjectConfig("synthetic/demo.toml"),
+                 Overrides(layout, seed, layout.rate_hz, 600.0));
+    Hide(layout, seed, &take);
+    RunOptions options = graph_;
+    options.estimators.output = OutputKind::kGaussian;
+    RunRequest request;
+    request.cameras = take.scene.cameras;
+    const TrackSequence tracks =
+        TrackSequenceOf(options, request, take.detections);
+    std::set<TrackId> before, after;
+    TrackSequence linked = tracks;
+    const auto begin = std::chrono::steady_clock::now();
+    const std::vector<IdentityEdit> edits =
+        LinkIdentities(tracks.header.skeleton, tracks.header.frame_rate_hz,
+                       whole_.identity, &linked.frames);
+    const std::chrono::duration<double> seconds =
+        std::chrono::steady_clock::now() - begin;
+    for (const TrackFrame& frame : tracks.frames) {
+      for (const PersonPose& person : frame.people) before.insert(person.id);
+    }
+    for (const TrackFrame& frame : linked.frames) {
+      for (const PersonPose& person : frame.people) after.insert(person.id);
+    }
+    std::printf(
+        "%s, seed %d: %zu frames, %zu tracks, %zu after linking, "
+        "%zu lines, %.2f s\n",
+        layout.name, seed, tracks.frames.size(), before.size(), after.size(),
+        edits.size(), seconds.count());
+  }
+
+  const std::map<Key, Counts>& table() const { return table_; }
+
+ private:
+  static SyntheticTake Take(const Layout& layout, int seed) {
+    std::vector<std::string> clips;
+    if (layout.clips) {
+      for (const char* clip : kClips) {
+        const auto found =
+            testing::FindData(std::string("motion/") + clip + ".jsonl");
+        if (!found.has_value()) throw InputError("needs motion clips");
+        clips.push_back(found->string());
+      }
+    }
+    SyntheticTake take =
+        MakeTake(ProjectConfig(layout.clips ? "synthetic/motion_crowd.toml"
+                                            : "synthetic/demo.toml"),
+                 Overrides(layout, seed, layout.rate_hz, kDuration), clips);
+    Hide(layout, seed, &take);
+    return take;
+  }
+
+  // The tracks of graph mode, from their file if they are there.
+  TrackSequence FirstPass(const Layout& layout, int seed,
+                          const SyntheticTake& take) const {
+    const std::string path = arguments_.tracks + "/" + layout.name + "_" +
+                             std::to_string(seed) + ".jsonl";
+    if (!arguments_.tracks.empty() && std::filesystem::exists(path)) {
+      return ReadTracks(path);
+    }
+    RunRequest request;
+    request.cameras = take.scene.cameras;
+    TrackSequence tracks = TrackSequenceOf(graph_, request, take.detections);
+    if (!arguments_.tracks.empty()) WriteTracks(path, tracks);
+    return tracks;
+  }
+
+  void Add(const Layout& layout, int seed, const char* mode, Counts counts) {
+    const std::vector<double*> from = counts.All();
+    const std::vector<double*> to = table_[{layout.name, mode}].All();
+    for (size_t i = 0; i < to.size(); ++i) *to[i] += *from[i];
+    if (arguments_.details) {
+      std::printf("# %s %d %s: IDF1 %.2f HOTA %.2f MOTA %.2f exchanges %.0f\n",
+                  layout.name, seed, mode, 100.0 * counts.Idf1(),
+                  100.0 * counts.hota, 100.0 * counts.Mota(), counts.exchanges);
+      std::fflush(stdout);
+    }
+    if (arguments_.lines.empty()) return;
+    std::ofstream file(arguments_.lines, std::ios::app);
+    file.precision(12);
+    file << layout.name << '\t' << seed << '\t' << mode;
+    for (const double* value : from) file << '\t' << *value;
+    file << '\n';
+  }
+
+  Arguments arguments_;
+  RunOptions paper_, graph_, whole_;
+  std::map<Key, Counts> table_;
+};
+
+bool IsAsked(const Arguments& arguments, const std::string& scene) {
+  return arguments.scenes.empty() ||
+         std::any_of(arguments.scenes.begin(), arguments.scenes.end(),
+                     [&](const std::string& one) {
+                       return scene.compare(0, one.size(), one) == 0;
+                     });
+}
+
+bool Parse(const std::string& argument, Arguments* arguments) {
+  const size_t equals = argument.find('=');
+  const std::string key = argument.substr(0, equals);
+  const std::string value =
+      equals == std::string::npos ? "" : argument.substr(equals + 1);
+  if (key == "--scenes") {
+    std::istringstream names(value);
+    std::string name;
+    while (std::getline(names, name, ',')) arguments->scenes.push_back(name);
+  } else if (key == "--seeds") {
+    return std::sscanf(value.c_str(), "%d:%d", &arguments->first_seed,
+                       &arguments->end_seed) == 2;
+  } else if (key == "--set") {
+    arguments->set = value;
+  } else if (key == "--second_pass") {
+    arguments->second_pass = true;
+  } else if (key == "--details") {
+    arguments->details = true;
+  } else if (key == "--single_frames") {
+    arguments->single_frames = true;
+  } else if (key == "--ten_minutes") {
+    arguments->ten_minutes = true;
+  } else if (key == "--lines") {
+    arguments->lines = value;
+  } else if (key == "--tracks") {
+    arguments->tracks = value;
+  } else if (key == "--table") {
+    arguments->table = value;
+  } else {
+    return false;
+  }
+  return true;
+}
+
+int Main(int argc, char** argv) {
+  Arguments arguments;
+  for (int i = 1; i < argc; ++i) {
+    if (Parse(argv[i], &arguments)) continue;
+    std::fprintf(stderr, "unknown or wrong: %s\n", argv[i]);
+    return 2;
+  }
+  if (!arguments.table.empty()) {
+    PrintTable(ReadLines(arguments.table));
+    return 0;
+  }
+  Benchmark benchmark(arguments);
+  if (arguments.single_frames) {
+    std::printf(
+        "| scene | way | takes | whom two views see | found | %% | false |\n"
+        "|---|---|---|---|---|---|---|\n");
+  }
+  for (const Layout& layout : kLayouts) {
+    if (!IsAsked(arguments, layout.name)) continue;
+    if (arguments.single_frames) {
+      benchmark.RunSingleFrames(layout, arguments.first_seed,
+                                arguments.end_seed);
+      continue;
+    }
+    for (int seed = arguments.first_seed; seed < arguments.end_seed; ++seed) {
+      if (arguments.ten_minutes) {
+        benchmark.RunTenMinutes(layout, seed);
+      } else {
+        benchmark.Run(layout, seed);
+      }
+    }
+  }
+  if (arguments.single_frames || arguments.ten_minutes) return 0;
+  PrintTable(benchmark.table());
   return 0;
 }
 
 }  // namespace
 }  // namespace kinegraph
 
-int main(int argc, char** argv) {
-  return kinegraph::Main(argc > 1 ? argv[1] : "",
-                         argc > 2 ? std::atoi(argv[2]) : 1,
-                         argc > 3 ? std::atoi(argv[3]) : 2);
-}
+int main(int argc, char** argv) { return kinegraph::Main(argc, argv); }

@@ -25,6 +25,7 @@ struct Walk {
   Eigen::Vector2d from = Eigen::Vector2d::Zero();
   Eigen::Vector2d velocity_mps = Eigen::Vector2d::Zero();
   double size = 1.0;
+  bool seen = true;  // by any view
 };
 
 class CrowdMaker {
@@ -44,8 +45,10 @@ class CrowdMaker {
       PersonPose person;
       person.id = TrackId(walk.id);
       person.joints = StandingPerson(0.0, 0.0);
+      person.inlier_views.assign(person.joints.size(), walk.seen ? 3 : 0);
       for (Joint3d& joint : person.joints) {
         joint.position_m *= walk.size;
+        if (!walk.seen) joint.status = JointStatus::kInferred;
         joint.position_m.head<2>() += at;
         joint.position_m +=
             sigma_m * Eigen::Vector3d(random_.Normal(), random_.Normal(),

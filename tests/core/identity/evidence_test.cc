@@ -21,9 +21,9 @@ std::vector<Tracklet> Bodies(const std::vector<double>& sizes,
 
 TEST(BoneModelTest, OneBodyAgainstTwo) {
   CrowdMaker crowd(500);
-  crowd.Add({0, 0, 240, {0.0, 0.0}, {}, 1.0});
-  crowd.Add({1, 250, 499, {0.0, 0.0}, {}, 1.0});
-  crowd.Add({2, 250, 499, {2.0, 0.0}, {}, 1.12});
+  crowd.Add({0, 0, 240, {0.0, 0.0}, {0.0, 0.0}, 1.0});
+  crowd.Add({1, 250, 499, {0.0, 0.0}, {0.0, 0.0}, 1.0});
+  crowd.Add({2, 250, 499, {2.0, 0.0}, {0.0, 0.0}, 1.12});
   const std::vector<Tracklet> people = Bodies({1.0, 1.0, 1.12}, crowd.frames());
   ASSERT_EQ(people.size(), 3u);
   BoneModel model(Coco17());
@@ -42,8 +42,8 @@ TEST(BoneModelTest, OneBodyAgainstTwo) {
 
 TEST(BoneModelTest, NothingMeasuredSaysNothing) {
   CrowdMaker crowd(100);
-  crowd.Add({0, 0, 99, {0.0, 0.0}, {}, 1.0});
-  crowd.Add({1, 50, 51, {2.0, 0.0}, {}, 1.0});  // shorter than a piece
+  crowd.Add({0, 0, 99, {0.0, 0.0}, {0.0, 0.0}, 1.0});
+  crowd.Add({1, 50, 51, {2.0, 0.0}, {0.0, 0.0}, 1.0});  // shorter than a piece
   const std::vector<Tracklet> people = Bodies({1.0, 1.0}, crowd.frames());
   const BoneModel model(Coco17());
   EXPECT_EQ(model.LogRatio(model.Measure(people[0]), BoneSamples()), 0.0);
@@ -52,7 +52,7 @@ TEST(BoneModelTest, NothingMeasuredSaysNothing) {
 
 TEST(BoneModelTest, InferredJointsDoNotCount) {
   CrowdMaker crowd(100);
-  crowd.Add({0, 0, 99, {0.0, 0.0}, {}, 1.0});
+  crowd.Add({0, 0, 99, {0.0, 0.0}, {0.0, 0.0}, 1.0});
   std::vector<TrackFrame> frames = crowd.frames();
   for (TrackFrame& frame : frames) {
     for (Joint3d& joint : frame.people[0].joints) {
@@ -67,12 +67,15 @@ TEST(BoneModelTest, InferredJointsDoNotCount) {
   }
 }
 
+// 50 m^3.
+UsedSpace Box() { return UsedSpace({-5.0, -1.25, 0.0}, {5.0, 1.25, 2.0}); }
+
 MotionState State(double time_s, double x_m, double vx_mps) {
   return {FromSeconds(time_s), {x_m, 0.0, 1.0}, {vx_mps, 0.0, 0.0}};
 }
 
 TEST(MotionModelTest, WhoWalksOnIsTheSame) {
-  const IdentityMotion model(50.0);
+  const IdentityMotion model(Box(), true);
   const MotionState from = State(0.0, 0.0, 1.0);
   const double walks_on = model.LogRatio(from, State(0.4, 0.4, 1.0), 0.04);
   const double turns_back = model.LogRatio(from, State(0.4, -0.4, -1.0), 0.04);
@@ -81,7 +84,7 @@ TEST(MotionModelTest, WhoWalksOnIsTheSame) {
 }
 
 TEST(MotionModelTest, NobodyCrossesARoomAtOnce) {
-  const IdentityMotion model(50.0);
+  const IdentityMotion model(Box(), true);
   const MotionState from = State(0.0, 0.0, 0.0);
   EXPECT_LT(model.LogRatio(from, State(0.2, 4.0, 0.0), 0.04), -8.0);
   // The same after half a minute says next to nothing: at worst a half.
@@ -89,10 +92,56 @@ TEST(MotionModelTest, NobodyCrossesARoomAtOnce) {
 }
 
 TEST(MotionModelTest, AStateThatIsNotLaterCountsAsTheNextFrame) {
-  const IdentityMotion model(50.0);
+  const IdentityMotion model(Box(), true);
   const MotionState from = State(1.0, 0.0, 0.0);
   EXPECT_EQ(model.LogRatio(from, State(0.8, 0.0, 0.0), 0.04),
             model.LogRatio(from, State(1.04, 0.0, 0.0), 0.04));
+}
+
+// Four people in the corners of a square of eight metres.
+std::vector<TrackFrame> Corners() {
+  CrowdMaker crowd(50);
+  crowd.Add({0, 0, 49, {-4.0, -4.0}, {0.0, 0.0}, 1.0})
+      .Add({1, 0, 49, {4.0, -4.0}, {0.0, 0.0}, 1.0})
+      .Add({2, 0, 49, {4.0, 4.0}, {0.0, 0.0}, 1.0})
+      .Add({3, 0, 49, {-4.0, 4.0}, {0.0, 0.0}, 1.0});
+  return crowd.frames();
+}
+
+TEST(UsedSpaceTest, DepthIsTheDistanceToTheBorder) {
+  const std::vector<TrackFrame> frames = Corners();
+  const UsedSpace space(CollectTracklets(frames, Coco17()));
+  EXPECT_NEAR(space.DepthM({0.0, 0.0, 1.0}), 4.0, 0.05);
+  EXPECT_NEAR(space.DepthM({3.0, 1.0, 1.0}), 1.0, 0.05);
+  EXPECT_LT(space.DepthM({5.0, 0.0, 1.0}), -0.9);
+  // The height does not matter.
+  EXPECT_NEAR(space.DepthM({0.0, 0.0, 0.5}), 4.0, 0.05);
+  EXPECT_NEAR(space.LogEntry({3.6, 0.0, 1.0}), std::log(2.0), 1e-12);
+  EXPECT_NEAR(space.LogEntry({0.0, 0.0, 1.0}), -std::log(4.0), 1e-12);
+}
+
+TEST(MotionModelTest, WhoVanishesInTheMiddleIsRatherHidden) {
+  const std::vector<TrackFrame> frames = Corners();
+  const UsedSpace space(CollectTracklets(frames, Coco17()));
+  const IdentityMotion model(space, true);
+  const double middle =
+      model.LogRatio(State(0.0, 0.0, 0.0), State(1.0, 0.2, 0.0), 0.04);
+  const double border =
+      model.LogRatio(State(0.0, 3.8, 0.0), State(1.0, 3.6, 0.0), 0.04);
+  EXPECT_GT(middle, border + 2.0);
+  // Where entries are known the border says nothing.
+  const IdentityMotion known(space, false);
+  EXPECT_LT(known.LogRatio(State(0.0, 0.0, 0.0), State(1.0, 0.2, 0.0), 0.04),
+            middle);
+}
+
+TEST(MotionModelTest, PeopleStayInTheSpace) {
+  // After some seconds anything within the space may be; that much lies outside
+  // of it is no reason to expect less within.
+  const IdentityMotion model(Box(), false);
+  const double ratio =
+      model.LogRatio(State(0.0, 0.0, 0.0), State(4.0, 1.0, 0.0), 0.04);
+  EXPECT_GT(ratio, 0.0);
 }
 
 TEST(MotionStateTest, ReadsPlaceAndVelocityAtBothEnds) {

@@ -127,6 +127,40 @@ TEST(LinkingTest, ExchangedPeopleAreChangedBack) {
   }
 }
 
+TEST(LinkingTest, ATrackFoundAgainOnSomebodyElseIsCut) {
+  // Track 0 sees nobody for ten frames and goes on with the tall person who was
+  // lost two seconds before, 0.8 m away; the small one comes back later.
+  CrowdMaker crowd(400);
+  crowd.Add({0, 0, 139, {0.0, 0.0}, {0.0, 0.0}, 0.94})
+      .Add({0, 140, 149, {0.0, 0.0}, {2.0, 0.0}, 0.94, false})
+      .Add({0, 150, 399, {0.8, 0.0}, {0.0, 0.0}, 1.06})
+      .Add({1, 0, 99, {0.8, 0.0}, {0.0, 0.0}, 1.06})
+      .Add({2, 250, 399, {0.0, 0.0}, {0.0, 0.0}, 0.94})
+      .Add({3, 0, 399, {-3.0, -3.0}, {0.0, 0.0}, 1.0})
+      .Add({4, 0, 399, {3.0, 3.0}, {0.0, 0.0}, 1.0});
+  const Linked linked = Link(crowd);
+  EXPECT_EQ(linked.Of(EditOp::kJoin).size(), 2u);
+  const std::vector<PersonPose>& people = linked.frames[390].people;
+  ASSERT_EQ(people.size(), 4u);
+  EXPECT_EQ(people[0].id, TrackId(0));
+  EXPECT_NEAR(people[0].joints[11].position_m.x(), 0.0, 0.3);
+  EXPECT_EQ(people[1].id, TrackId(1));
+  EXPECT_NEAR(people[1].joints[11].position_m.x(), 0.8, 0.3);
+}
+
+TEST(LinkingTest, AShortVisitInAGapOfAPersonIsTheirs) {
+  // Seen for 0.4 s in the middle of an absence of eight seconds.
+  CrowdMaker crowd(500);
+  crowd.Add({0, 0, 149, {0.0, 0.0}, {0.0, 0.0}, 0.95})
+      .Add({1, 240, 250, {0.4, 0.0}, {0.0, 0.0}, 0.95})
+      .Add({2, 350, 499, {0.0, 0.4}, {0.0, 0.0}, 0.95})
+      .Add({3, 0, 499, {-3.0, -3.0}, {0.0, 0.0}, 1.1})
+      .Add({4, 0, 499, {3.0, 3.0}, {0.0, 0.0}, 1.04});
+  const Linked linked = Link(crowd);
+  EXPECT_EQ(IdsIn(linked.frames[400]), (std::vector<int64_t>{0, 3, 4}));
+  EXPECT_EQ(IdsIn(linked.frames[245]), (std::vector<int64_t>{0, 3, 4}));
+}
+
 TEST(LinkingTest, PeopleWhoPassEachOtherStayWhoTheyAre) {
   // As near as people pass, and of the same size: only motion tells.
   CrowdMaker crowd(200);

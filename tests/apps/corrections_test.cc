@@ -1,0 +1,162 @@
+// track --corrections: a file that somebody edited by hand.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "core/io/calibration.h"
+#include "core/io/detection_writer.h"
+#include "core/io/tracks.h"
+#include "tests/support/program.h"
+#include "tests/support/rig.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::ContentOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::ProgramOutcome;
+using testing::RunProgram;
+
+// Two people who stand three metres apart for four seconds; the one at x = 1.5
+// is not there from 1.2 to 2.4 s, so that they come back as somebody new.
+DetectionSequence TwoPeople(const CameraRig& rig) {
+  DetectionSequence seen;
+  seen.header.skeleton = Coco17();
+  seen.header.frame_rate_hz = 25.0;
+  for (const Camera& camera : rig) {
+    seen.header.view_names.push_back(camera.name());
+  }
+  for (int f = 0; f < 100; ++f) {
+    DetectionFrame frame;
+    frame.frame = f;
+    frame.time = FrameClock(25.0).TimeOf(f);
+    for (const Camera& camera : rig) {
+      ViewDetections& view = frame.views.emplace_back();
+      view.capture_time = frame.time;
+      view.detections.push_back(
+          testing::Project(testing::StandingPerson(-1.5, 0.01 * f), camera));
+      if (f >= 30 && f < 60) continue;
+      view.detections.push_back(
+          testing::Project(testing::StandingPerson(1.5, 0.0), camera));
+    }
+    seen.frames.push_back(frame);
+  }
+  return seen;
+}
+
+class CorrectionsTest : public ::testing::Test {
+ protected:
+  CorrectionsTest() {
+    const CameraRig rig = testing::RingOfCameras(4);
+    WriteDetections(Path("seen.jsonl"), TwoPeople(rig));
+    WriteCameras(Path("cameras.json"), rig);
+  }
+
+  // Tracks with a file of these lines; its identities stay apart without them.
+  ProgramOutcome Run(const std::string& lines, const std::string& out,
+                     const std::string& flags = "") const {
+    const std::string edits = folder_.Write("edits.jsonl", lines);
+    return RunProgram("track", "--cameras=" + Path("cameras.json") +
+                                   " --detections=" + Path("seen.jsonl") +
+                                   " --mode=graph --set=output.estimator="
+                                   "gaussian --corrections=" +
+                                   edits + " --out=" + Path(out) + flags);
+  }
+  std::string Path(const std::string& name) const {
+    return (folder_.path() / name).string();
+  }
+  static std::vector<int64_t> IdsAt(const TrackSequence& tracks,
+                                    int64_t frame) {
+    std::vector<int64_t> ids;
+    for (const TrackFrame& one : tracks.frames) {
+      if (one.frame != frame) continue;
+      for (const PersonPose& person : one.people) {
+        ids.push_back(person.id.value());
+      }
+    }
+    return ids;
+  }
+
+  const testing::TemporaryFolder folder_;
+};
+
+const char kEdited[] =
+    R"({"op": "join", "persons": [1, 2], "frames": [30, 60]}
+{"op": "cut", "persons": [0, 9], "frames": [70, 99]}
+
+{"op": "swap", "persons": [1, 9], "frames": [90, 99]}
+{"op": "delete", "persons": [0], "frames": [10, 12]}
+{"op": "name", "persons": [1], "name": "Anna"}
+)";
+
+TEST_F(CorrectionsTest, AFileEditedByHandGivesTheSameBytesEachTime) {
+  ProgramOutcome outcome = Run("", "before.jsonl");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const TrackSequence before = ReadTracks(Path("before.jsonl"));
+  ASSERT_THAT(IdsAt(before, 20), ElementsAre(0, 1));
+  ASSERT_THAT(IdsAt(before, 80), ElementsAre(0, 2));
+
+  outcome = Run(kEdited, "one.jsonl", " --threads=1");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  outcome = Run(kEdited, "again.jsonl", " --threads=2");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_EQ(ContentOf(Path("one.jsonl")), ContentOf(Path("again.jsonl")));
+  EXPECT_EQ(ContentOf(Path("one.identity.jsonl")),
+            ContentOf(Path("again.identity.jsonl")));
+
+  const TrackSequence tracks = ReadTracks(Path("one.jsonl"));
+  EXPECT_THAT(IdsAt(tracks, 9), ElementsAre(0, 1));
+  EXPECT_THAT(IdsAt(tracks, 11), ElementsAre(1));
+  EXPECT_THAT(IdsAt(tracks, 69), ElementsAre(0, 1));
+  EXPECT_THAT(IdsAt(tracks, 80), ElementsAre(1, 9));
+  const auto x_of = [&](int64_t frame, size_t person) {
+    for (const TrackFrame& one : tracks.frames) {
+      if (one.frame == frame)
+        return one.people[person].joints[0].position_m.x();
+    }
+    return 0.0;
+  };
+  EXPECT_GT(x_of(89, 0), 1.0);   // person 1
+  EXPECT_LT(x_of(90, 0), -1.0);  // exchanged
+  EXPECT_THAT(ContentOf(Path("one.jsonl")), HasSubstr("Anna"));
+
+  // What the run itself wrote may be handed in as it is.
+  outcome = Run(ContentOf(Path("one.identity.jsonl")), "third.jsonl");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_EQ(ContentOf(Path("third.jsonl")), ContentOf(Path("one.jsonl")));
+}
+
+TEST_F(CorrectionsTest, WrongLinesEndWithTheirPlace) {
+  const struct {
+    std::string line;
+    std::string why;
+  } wrongs[] = {
+      {R"({"op": "join", "persons": [1, 77]})", "person 77 is unknown"},
+      {R"({"op": "delete", "persons": [0], "frames": [9, 5]})", "empty range"},
+      {R"({"op": "delete", "persons": [1], "frames": [40, 50]})",
+       "person 1 is not in frames 40 to 50"},
+      {R"({"op": "join", "persons": [0, 1]})", "both there in frame"},
+      {R"({"op": "glue", "persons": [0, 1]})", "op"},
+      {R"({"op": "join", "persons": [0, )", ""},
+  };
+  for (const auto& wrong : wrongs) {
+    const ProgramOutcome outcome =
+        Run("{\"op\": \"name\", \"persons\": [0], \"name\": \"Bo\"}\n" +
+                wrong.line + "\n",
+            "wrong.jsonl");
+    EXPECT_EQ(outcome.exit_code, 2) << wrong.line;
+    EXPECT_THAT(outcome.errors, HasSubstr("edits.jsonl: line 2")) << wrong.line;
+    EXPECT_THAT(outcome.errors, HasSubstr(wrong.why));
+    EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1)
+        << outcome.errors;
+    EXPECT_EQ(ContentOf(Path("wrong.jsonl")), "") << "nothing half done";
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph
