@@ -7,6 +7,7 @@
 #include <string>
 
 #include "apps/common/app.h"
+#include "apps/common/config_folder.h"
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/atomic_folder.h"
@@ -98,9 +99,10 @@ void RunDoctor() {
   RequireFlag("cameras", FLAGS_cameras);
   RequireFlag("detections", FLAGS_detections);
   RequireFlag("out", FLAGS_out);
-  RunOptions options = FLAGS_config.empty()
-                           ? ParseRunOptions("", FLAGS_set, "")
-                           : ReadRunOptions(FLAGS_config, FLAGS_set, "");
+  RunOptions options =
+      FLAGS_config.empty()
+          ? ParseRunOptions("", FLAGS_set, "")
+          : ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, "");
   RunRequest request;
   request.frames = ParseFrameRanges(FLAGS_frames);
   request.without_cameras = ParseList(FLAGS_without_cameras, "without_cameras");

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include "apps/common/app.h"
@@ -12,6 +11,8 @@
 #include "apps/common/take_output.h"
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
+#include "core/io/config.h"
+#include "core/io/json.h"
 #include "core/tracking/gates.h"
 #include "solvers/session/survey.h"
 
@@ -47,11 +48,14 @@ SurveyRequest RequestOfFlags() {
   if (!(FLAGS_frame_rate >= 0.0 && FLAGS_frame_rate <= 1e5)) {
     throw InputError("--frame_rate: expected above 0 .. 1e5 Hz");
   }
-  std::string set = fmt::format("input.frame_rate={:.17g}", FLAGS_frame_rate);
-  if (!FLAGS_skeleton.empty()) {
-    set += ";detections.skeleton=" + FLAGS_skeleton;
+  std::string set = FLAGS_set;
+  const auto add = [&set](const std::string& change) {
+    set += (set.empty() ? "" : ";") + change;
+  };
+  if (FLAGS_frame_rate > 0.0) {
+    add(fmt::format("input.frame_rate={:.17g}", FLAGS_frame_rate));
   }
-  if (!FLAGS_set.empty()) set += ";" + FLAGS_set;
+  if (!FLAGS_skeleton.empty()) add("detections.skeleton=" + FLAGS_skeleton);
   return {FLAGS_cameras, FLAGS_detections,
           ReadRunOptions(ProjectConfig("default.toml"), set, "")};
 }
@@ -167,14 +171,19 @@ std::string Trimmed(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
 }
 
-// A value of --set as TOML has it: texts get their quotes.
-std::string TomlValue(const std::string& value) {
-  char* end = nullptr;
-  std::strtod(value.c_str(), &end);
-  const bool is_number = !value.empty() && *end == '\0';
-  const bool is_toml = value == "true" || value == "false" ||
-                       (!value.empty() && (value[0] == '[' || value[0] == '"'));
-  return is_number || is_toml ? value : Quoted(value);
+// The value of a key as it was read, in TOML: JSON's texts, numbers and lists
+// are TOML's too. What has no value of its own is a text.
+std::string TomlValue(const Json& effective, const std::string& dotted,
+                      const std::string& given) {
+  const Json* value = &effective;
+  for (size_t begin = 0; begin <= dotted.size();) {
+    const size_t end = std::min(dotted.find('.', begin), dotted.size());
+    const auto inner = value->find(dotted.substr(begin, end - begin));
+    if (inner == value->end()) return Quoted(given);
+    value = &*inner;
+    begin = end + 1;
+  }
+  return value->dump();
 }
 
 // Puts `key = value` into its table, in the place of what stands there.
@@ -183,7 +192,7 @@ void PutKey(const std::string& dotted, const std::string& value,
   const size_t dot = dotted.find('.');
   const std::string key =
       dot == std::string::npos ? dotted : dotted.substr(dot + 1);
-  const std::string line = key + " = " + TomlValue(value) + "  # as given\n";
+  const std::string line = key + " = " + value + "  # as given\n";
   size_t begin = 0;
   if (dot == std::string::npos) {
     begin = text->find("mode = ");
@@ -206,8 +215,9 @@ void PutKey(const std::string& dotted, const std::string& value,
   text->insert(begin, line);
 }
 
-// The configuration with what --set says.
-std::string WithGivenKeys(std::string text) {
+// The configuration with what --set says, which must read back.
+std::string WithGivenKeys(const RunOptions& options, std::string text) {
+  const Json effective = Json::parse(EffectiveConfigJson(options));
   size_t begin = 0;
   while (begin < FLAGS_set.size()) {
     const size_t end = std::min(FLAGS_set.find(';', begin), FLAGS_set.size());
@@ -217,8 +227,10 @@ std::string WithGivenKeys(std::string text) {
     if (equals == std::string::npos) continue;  // refused when it was read
     const std::string key = Trimmed(part.substr(0, equals));
     if (key.rfind("cameras.map.", 0) == 0) continue;  // stands there already
-    PutKey(key, Trimmed(part.substr(equals + 1)), &text);
+    const std::string value = Trimmed(part.substr(equals + 1));
+    PutKey(key, TomlValue(effective, key, value), &text);
   }
+  ParseRunOptions(text, "", "");
   return text;
 }
 
@@ -226,10 +238,11 @@ void RunInit() {
   RequireFlag("cameras", FLAGS_cameras);
   RequireFlag("detections", FLAGS_detections);
   RequireFlag("out", FLAGS_out);
-  const TakeSurvey survey = SurveyTake(RequestOfFlags());
+  const SurveyRequest request = RequestOfFlags();
+  const TakeSurvey survey = SurveyTake(request);
   PrintFindings(survey);
   AtomicFile file(WithFolders(FLAGS_out));
-  file.Write(WithGivenKeys(ConfigText(survey)));
+  file.Write(WithGivenKeys(request.options, ConfigText(survey)));
   file.Commit();
   std::printf("configuration -> %s\n", FLAGS_out.c_str());
 }

@@ -16,6 +16,7 @@
 #include "apps/report/frame_pictures.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
+#include "apps/report/view_images.h"
 #include "core/base/error.h"
 #include "core/io/calibration.h"
 #include "core/io/detection_source.h"
@@ -37,15 +38,21 @@ DEFINE_string(config, "",
               "are read (TOML, as for track)");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(images, "",
-              "pictures behind the panels: VIEW=PATTERN;VIEW=PATTERN, where a "
-              "number such as %06d in a pattern is the frame's (JPEG or PNG); "
-              "they stay where they are and are linked");
+              "pictures or videos behind the panels: VIEW=PATTERN;VIEW=VIDEO, "
+              "where a number such as %06d in a pattern is the frame's (JPEG "
+              "or PNG), and a video (.mp4, .mov, .webm, .mkv) begins with "
+              "frame 0, or N with VIDEO@N; they stay where they are and are "
+              "linked");
 DEFINE_double(embed_megabytes, 0.0,
-              "puts the pictures of --images into the page instead, scaled "
-              "down so that they take at most so much; 0: linked");
+              "puts what --images names into the page instead, pictures scaled "
+              "down so that they take at most so much, videos as they are; 0: "
+              "linked");
 DEFINE_string(frames_out, "",
               "new folder for annotated pictures, VIEW/000042.jpg: poses and "
               "detections drawn on those of --images, or on grey");
+DEFINE_string(doctor, "",
+              "what `doctor` wrote for this take (its folder), to stand first "
+              "on the page");
 DEFINE_string(title, "", "heading of the page; default: the tracks' name");
 DEFINE_string(up, "auto", "upward axis: auto, x, y, z, -x, -y or -z");
 DEFINE_bool(with_covariance, false, "keep covariances, for the ellipsoids");
@@ -127,67 +134,45 @@ void ReadViews(const RunOptions& options, PageInput* input) {
                                   options.cameras.map);
 }
 
-std::string KnownViews(const PageInput& input) {
-  std::string names;
-  for (const std::string& name : input.detections->header.view_names) {
-    names += (names.empty() ? "" : ", ") + name;
-  }
-  return names;
-}
-
-// One pattern a view, as given; empty without a picture.
-std::vector<std::string> ReadPatterns(const PageInput& input) {
-  const std::vector<std::string>& views = input.detections->header.view_names;
-  std::vector<std::string> patterns(views.size());
-  const int64_t first = input.results.front().tracks.frames.empty()
-                            ? 0
-                            : input.results.front().tracks.frames.front().frame;
-  std::string rest = FLAGS_images;
-  while (!rest.empty()) {
-    const std::string part = rest.substr(0, rest.find(';'));
-    rest = part.size() < rest.size() ? rest.substr(part.size() + 1) : "";
-    const size_t equals = part.find('=');
-    const std::string view = part.substr(0, equals);
-    const auto at = std::find(views.begin(), views.end(), view);
-    if (equals == std::string::npos || at == views.end()) {
-      throw InputError("--images: no view '" + Printable(view) +
-                       "', expected VIEW=PATTERN with one of " +
-                       KnownViews(input));
-    }
-    const std::string pattern = part.substr(equals + 1);
-    const std::string picture = PicturePath(pattern, first);
-    if (!IsFile(picture)) {
-      throw InputError(picture, "",
-                       "is not there, expected the picture of frame " +
-                           std::to_string(first) + " (--images)");
-    }
-    patterns[static_cast<size_t>(at - views.begin())] = pattern;
-  }
-  return patterns;
-}
-
 int64_t FrameCount(const PageInput& input) {
   return static_cast<int64_t>(input.results.front().tracks.frames.size());
 }
 
-// Links the pictures or puts them into the page; returns what to say of it.
-std::string AddPictures(const std::vector<std::string>& patterns,
-                        PageInput* input) {
-  if (FLAGS_images.empty()) return "";
+// "; cam1: 12 frames are not in its video"
+std::string WhatVideosLack(const ViewImages& images, const PageInput& input) {
+  std::string text;
+  for (size_t v = 0; v < images.videos.size(); ++v) {
+    if (!images.videos[v].has_value()) continue;
+    const size_t lacks = FramesWithout(*images.videos[v], input);
+    if (lacks == 0) continue;
+    text += input.detections->header.view_names[v] + ": " +
+            std::to_string(lacks) + " frames are not in its video\n";
+  }
+  return text;
+}
+
+// Links pictures and videos or puts them into the page; returns what to say of
+// it.
+std::string AddImages(const ViewImages& images, PageInput* input) {
+  const auto max_bytes = static_cast<size_t>(1e6 * FLAGS_embed_megabytes);
+  const size_t taken = AddVideos(images, FLAGS_out, max_bytes, input);
+  std::string text = WhatVideosLack(images, *input);
   if (FLAGS_embed_megabytes == 0.0) {
-    for (const std::string& pattern : patterns) {
+    for (const std::string& pattern : images.patterns) {
       input->image_patterns.push_back(
           pattern.empty() ? "" : RelativeToFile(pattern, FLAGS_out));
     }
-    return "";
+    return text;
   }
+  if (!images.has_patterns()) return text;
   Progress progress("pictures", FrameCount(*input));
   const EmbeddedPictures embedded = EmbedPictures(
-      patterns, static_cast<size_t>(1e6 * FLAGS_embed_megabytes),
+      images.patterns,
+      std::max<size_t>(1, max_bytes - std::min(max_bytes, taken)),
       [&progress] { progress.Advance(); }, input);
-  std::string text = std::to_string(embedded.count) +
-                     " pictures inside the page, at most " +
-                     std::to_string(embedded.width) + " px wide";
+  text += std::to_string(embedded.count) +
+          " pictures inside the page, at most " +
+          std::to_string(embedded.width) + " px wide";
   if (embedded.stride > 1) {
     text += ", one frame in " + std::to_string(embedded.stride);
   }
@@ -195,13 +180,12 @@ std::string AddPictures(const std::vector<std::string>& patterns,
 }
 
 // The annotated series of --frames_out.
-void WriteFrames(const PageInput& input,
-                 const std::vector<std::string>& patterns) {
+void WriteFrames(const PageInput& input, const ViewImages& images) {
   if (FLAGS_frames_out.empty()) return;
   Progress progress("annotated pictures", FrameCount(input));
-  const size_t files =
-      WriteAnnotatedFrames(input, patterns, WithFolders(FLAGS_frames_out),
-                           [&progress] { progress.Advance(); });
+  const size_t files = WriteAnnotatedFrames(
+      input, images.patterns, WithFolders(FLAGS_frames_out),
+      [&progress] { progress.Advance(); });
   std::fprintf(SummaryStream(FLAGS_out), "%zu annotated pictures -> %s\n",
                files, FLAGS_frames_out.c_str());
 }
@@ -219,6 +203,17 @@ void CheckPictureFlags(const PageInput& input) {
     if (value.empty()) continue;
     throw InputError("--" + std::string(flag) +
                      ": needs --cameras and --detections");
+  }
+}
+
+// A video is played by the browser, never read here.
+void CheckFramesOut(const ViewImages& images) {
+  if (FLAGS_frames_out.empty()) return;
+  for (const auto& video : images.videos) {
+    if (!video.has_value()) continue;
+    throw InputError(video->path, "",
+                     "is a video, expected pictures for --frames_out: ffmpeg "
+                     "-i IN.mp4 -start_number 0 FOLDER/%06d.jpg");
   }
 }
 
@@ -279,16 +274,23 @@ void RunReport() {
   input.results = ReadResults();
   input.title = FLAGS_title.empty() ? input.results.front().label : FLAGS_title;
   ReadViews(run_options, &input);
+  if (!FLAGS_doctor.empty()) {
+    input.doctor_json =
+        ReadTextFile(FLAGS_doctor + "/doctor.json", kMaxSmallFileBytes);
+  }
   CheckPictureFlags(input);
-  std::vector<std::string> patterns;
-  if (input.detections.has_value()) patterns = ReadPatterns(input);
+  ViewImages images;
+  if (input.detections.has_value()) {
+    images = ReadViewImages(FLAGS_images, input);
+  }
+  CheckFramesOut(images);
   WithFolders(FLAGS_out);
-  const std::string pictures = AddPictures(patterns, &input);
+  const std::string told = AddImages(images, &input);
 
   const PageData data = MakePageData(input, page_options);
   PrintSummary(data, WritePage(input.title, data.json, FLAGS_out));
-  std::fputs(pictures.c_str(), SummaryStream(FLAGS_out));
-  WriteFrames(input, patterns);
+  std::fputs(told.c_str(), SummaryStream(FLAGS_out));
+  WriteFrames(input, images);
 }
 
 }  // namespace
@@ -299,7 +301,8 @@ int main(int argc, char** argv) {
       argc, argv,
       {"report", "one self-contained page to look at tracks",
        "--tracks=F[,F2,...] [--ground_truth=F] [--cameras=F "
-       "--detections=PATH [--images=VIEW=PATTERN;...] [--frames_out=DIR]] "
+       "--detections=PATH [--images=VIEW=PATTERN|VIDEO;...] "
+       "[--frames_out=DIR]] "
        "--out=F.html"},
       kinegraph::RunReport);
 }

@@ -21,6 +21,7 @@
 #include "core/identity/edits.h"
 #include "core/io/atomic_file.h"
 #include "core/io/calibration.h"
+#include "core/io/detection_format.h"
 #include "core/io/detection_source.h"
 #include "core/io/identity_edits.h"
 #include "core/io/refinement_record.h"
@@ -53,6 +54,9 @@ DEFINE_string(
     "tracks to write: .jsonl, or the end of another format that `convert "
     "--formats` lists (.csv, .npz, ...); .trc for a folder with a file a "
     "person");
+DEFINE_string(markers, "ours",
+              "names of the joints in formats such as TRC: ours (l_hip), "
+              "pose2sim (LHip) or opensim, as for `convert`");
 DEFINE_bool(resume, false,
             "go on from OUT.checkpoint, which an ended run of the same build "
             "has left; the result is the same");
@@ -190,7 +194,7 @@ void CheckFlags() {
     throw InputError("--threads: found " + std::to_string(FLAGS_threads) +
                      ", expected at least 1");
   }
-  CheckTrackOutput(FLAGS_out);
+  CheckTrackOutput(FLAGS_out, MarkersFlag(FLAGS_markers));
 }
 
 Take ReadTake() {
@@ -233,6 +237,9 @@ TakeReport TrackFrames(const Take& take, DetectionSource* source,
       session->scene(),
       again ? SourceOpener([&take] { return take.Open(); }) : SourceOpener());
   TakeReporter reporter(session->scene(), source->header().skeleton, IsLive());
+  reporter.set_empty_frames_left_out(
+      !IsLive() && !IsPipe(FLAGS_detections) &&
+      LeavesOutEmptyFrames(FLAGS_detections, take.options.detections));
   const Skeleton& skeleton = source->header().skeleton;
   const std::unique_ptr<CameraUncertainty> uncertainty =
       take.ready.record.has_value()
@@ -322,7 +329,8 @@ void RunTrack() {
   }
   const std::unique_ptr<TrackOutput> output = MakeTrackOutput(
       WithFolders(FLAGS_out), session.scene().header,
-      take.options.output.observations, NamesAfter(take.request.corrections));
+      take.options.output.observations, NamesAfter(take.request.corrections),
+      MarkersFlag(FLAGS_markers));
   CameraCheck check(session.scene().model.cameras, source->header().skeleton,
                     session.scene().model.skeleton);
   const TakeReport report =

@@ -29,6 +29,21 @@ std::string FindProjectConfig(const std::string& name) {
   return "";
 }
 
+// "configurations of kinegraph: default.toml, ...": those for tracking, and the
+// scenes.
+std::string ShippedConfigs() {
+  const std::string root = Parent(FindProjectConfig("default.toml"));
+  if (root.empty()) return "expected a configuration (TOML)";
+  std::string names;
+  for (const std::string folder : {"", "graph/", "paper/", "synthetic/"}) {
+    for (const std::string& name : ListFolder(root + "/" + folder)) {
+      if (!IsFile(root + "/" + folder + name)) continue;
+      names += (names.empty() ? "" : ", ") + folder + name;
+    }
+  }
+  return "configurations of kinegraph: " + names;
+}
+
 }  // namespace
 
 std::string ProjectConfig(const std::string& name) {
@@ -40,11 +55,13 @@ std::string ProjectConfig(const std::string& name) {
 
 std::string FindConfig(const std::string& path) {
   const std::string folder = "configs/";
+  // What is no name of a file is for its reader to complain of.
   const bool absolute = path.empty() || path.front() == '/';
-  if (absolute || IsFile(path)) return path;
+  if (absolute || IsFile(path) || IsFolder(path) || IsPipe(path)) return path;
   const std::string found = FindProjectConfig(
       path.rfind(folder, 0) == 0 ? path.substr(folder.size()) : path);
-  return found.empty() ? path : found;
+  if (!found.empty()) return found;
+  throw InputError(path, "", "is not there; " + ShippedConfigs());
 }
 
 }  // namespace kinegraph

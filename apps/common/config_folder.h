@@ -12,8 +12,8 @@ namespace kinegraph {
 std::string ProjectConfig(const std::string& name);
 
 // A configuration as a user names it: a file, or from anywhere one of the
-// project's, with or without "configs/" in front ("paper/shelf.toml"). What is
-// neither is given back as it is, for whoever reads it to complain of.
+// project's, with or without "configs/" in front ("paper/shelf.toml"). Throws
+// InputError that lists the project's where it is neither.
 std::string FindConfig(const std::string& path);
 
 }  // namespace kinegraph

@@ -1,6 +1,7 @@
 #include "apps/common/track_output.h"
 
 #include <cstdio>
+#include <optional>
 #include <utility>
 
 #include "core/base/error.h"
@@ -43,10 +44,11 @@ class JsonLinesOutput final : public TrackOutput {
 class WholeTakeOutput final : public TrackOutput {
  public:
   WholeTakeOutput(const std::string& path, const TrackHeader& header,
-                  const PersonNames& names)
+                  const PersonNames& names, MarkerNames markers)
       : format_(*TrackFormatOfExtension(path)), path_(path) {
     options_.names = names;
     tracks_.header = header;
+    tracks_.header.skeleton = WithMarkerNames(header.skeleton, markers);
     if (format_.files != TrackFormat::Files::kOne) {
       path_ = WithoutExtension(path);
     }
@@ -78,11 +80,15 @@ bool IsJsonLines(const std::string& extension) {
 
 }  // namespace
 
-void CheckTrackOutput(const std::string& path) {
+void CheckTrackOutput(const std::string& path, MarkerNames markers) {
   const std::string extension = ExtensionOf(path);
-  if (IsJsonLines(extension) || IsStream(path) ||
-      TrackFormatOfExtension(path) != nullptr) {
-    return;
+  const bool is_ours = IsJsonLines(extension) || IsStream(path);
+  const TrackFormat* format = is_ours ? nullptr : TrackFormatOfExtension(path);
+  if (is_ours || format != nullptr) {
+    const bool has_names = format != nullptr && format->has_marker_names;
+    if (has_names || markers == MarkerNames::kOurs) return;
+    throw InputError("--markers belongs to formats with names of markers, '" +
+                     Printable(path) + "' has none");
   }
   throw InputError("--out: '" + Printable(path) + "' must end in " +
                    TrackExtensions() +
@@ -92,13 +98,21 @@ void CheckTrackOutput(const std::string& path) {
 std::unique_ptr<TrackOutput> MakeTrackOutput(const std::string& path,
                                              const TrackHeader& header,
                                              bool observations,
-                                             const PersonNames& names) {
-  CheckTrackOutput(path);
+                                             const PersonNames& names,
+                                             MarkerNames markers) {
+  CheckTrackOutput(path, markers);
   const std::string extension = ExtensionOf(path);
   if (IsJsonLines(extension) || IsStream(path)) {
     return std::make_unique<JsonLinesOutput>(path, header, observations, names);
   }
-  return std::make_unique<WholeTakeOutput>(path, header, names);
+  return std::make_unique<WholeTakeOutput>(path, header, names, markers);
+}
+
+MarkerNames MarkersFlag(const std::string& text) {
+  const std::optional<MarkerNames> names = ParseMarkerNames(text);
+  if (names.has_value()) return *names;
+  throw InputError("--markers: no '" + Printable(text) + "', expected one of " +
+                   kMarkerNamesList);
 }
 
 std::string BesideResult(const std::string& path, const std::string& end) {

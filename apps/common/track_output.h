@@ -7,6 +7,7 @@
 
 #include "core/data/person_names.h"
 #include "core/data/pose.h"
+#include "core/io/joint_names.h"
 
 namespace kinegraph {
 
@@ -26,14 +27,19 @@ class TrackOutput {
 // (track_format.h) hold the take until its end. Formats with a file a person,
 // such as .trc, make a folder of that name without the extension. Throws
 // InputError naming --out and the extensions for any other. `observations` as
-// TrackWriteOptions has it.
-std::unique_ptr<TrackOutput> MakeTrackOutput(const std::string& path,
-                                             const TrackHeader& header,
-                                             bool observations,
-                                             const PersonNames& names = {});
+// TrackWriteOptions has it. `markers` names the joints of formats that have
+// names of markers; others keep ours.
+std::unique_ptr<TrackOutput> MakeTrackOutput(
+    const std::string& path, const TrackHeader& header, bool observations,
+    const PersonNames& names = {}, MarkerNames markers = MarkerNames::kOurs);
 
-// Throws as MakeTrackOutput does, before any work is done.
-void CheckTrackOutput(const std::string& path);
+// Throws as MakeTrackOutput does, before any work is done, and naming --markers
+// where the format has no names of markers.
+void CheckTrackOutput(const std::string& path,
+                      MarkerNames markers = MarkerNames::kOurs);
+
+// The value of --markers. Throws InputError listing those that there are.
+MarkerNames MarkersFlag(const std::string& text);
 
 // `path` with another end: "out/take.jsonl" -> "out/take.summary.json".
 std::string BesideResult(const std::string& path, const std::string& end);

@@ -312,6 +312,8 @@ class PageMaker {
   void AddMoments(size_t r, std::vector<Moment> moments);
   Json DetectionsJson() const;
   Json PicturesJson(const std::map<int64_t, std::string>& pictures);
+  Json VideoJson(const PageVideo& video);
+  Json DoctorJson() const;
   size_t view_count() const {
     return input_.detections.has_value() ? input_.cameras.size() : 0;
   }
@@ -714,6 +716,42 @@ Json PageMaker::PicturesJson(const std::map<int64_t, std::string>& pictures) {
   return json;
 }
 
+// A frame's place in the video is the middle of the time for which its picture
+// is shown, so that no rounding leads to another one; -1: it has none.
+Json PageMaker::VideoJson(const PageVideo& video) {
+  std::vector<double> at_s;
+  const auto pictures = static_cast<int64_t>(video.times_s.size()) - 1;
+  for (const auto& [number, index] : index_) {
+    const int64_t i = number - video.first_frame;
+    const auto at = static_cast<size_t>(i);
+    at_s.push_back(i < 0 || i >= pictures
+                       ? -1.0
+                       : 0.5 * (video.times_s[at] + video.times_s[at + 1]));
+  }
+  Json json = {{"type", video.type}, {"at", Base64(at_s)}};
+  if (!video.source.empty()) {
+    json["source"] = video.source;
+    return json;
+  }
+  json["data"] =
+      Base64(reinterpret_cast<const unsigned char*>(video.bytes.data()),
+             video.bytes.size());
+  data_.picture_bytes += json["data"].get_ref<std::string&>().size();
+  return json;
+}
+
+Json PageMaker::DoctorJson() const {
+  Json doctor = Json::parse(input_.doctor_json, nullptr, false);
+  const bool whole = doctor.is_object() && doctor.contains("verdict") &&
+                     doctor["verdict"].is_string() &&
+                     doctor.contains("findings") &&
+                     doctor["findings"].is_array();
+  if (!whole) {
+    throw InputError("doctor.json: expected verdict and findings");
+  }
+  return doctor;
+}
+
 PageData PageMaker::Make() {
   ChooseStrides();
   std::vector<int32_t> numbers;
@@ -752,6 +790,9 @@ PageData PageMaker::Make() {
     if (v < input_.pictures.size() && !input_.pictures[v].empty()) {
       page["cameras"].back()["pictures"] = PicturesJson(input_.pictures[v]);
     }
+    if (v < input_.videos.size() && input_.videos[v].has_value()) {
+      page["cameras"].back()["video"] = VideoJson(*input_.videos[v]);
+    }
   }
   colours_.reserve(input_.results.size());
   for (size_t r = 0; r < input_.results.size(); ++r) {
@@ -763,6 +804,7 @@ PageData PageMaker::Make() {
         TextBytes(page["detections"], {"counts", "xy", "confidence"});
   }
   page["moments"] = moments_;
+  if (!input_.doctor_json.empty()) page["doctor"] = DoctorJson();
   page["bytes"] = {{"detections", data_.detection_bytes},
                    {"covariances", data_.covariance_bytes},
                    {"pictures", data_.picture_bytes}};

@@ -19,6 +19,16 @@
 
 namespace kinegraph {
 
+// A video behind a panel.
+struct PageVideo {
+  std::string source;       // a path relative to the page; empty: `bytes`
+  std::string bytes;        // the file, inside of the page
+  std::string type;         // "video/mp4"
+  int64_t first_frame = 0;  // number of its first picture
+  // When each picture is shown [s], and when the last one ends.
+  std::vector<double> times_s;
+};
+
 enum class ResultRole { kTracks, kGroundTruth };
 
 struct PageResult {
@@ -36,6 +46,7 @@ struct PageResult {
 
 struct PageInput {
   std::string title;
+  std::string doctor_json = {};     // DIR/doctor.json of `doctor`; empty: none
   std::vector<PageResult> results;  // one or more; the first leads, truth last
   CameraRig cameras;                // in the order of the detections' views
   std::optional<DetectionSequence> detections;  // needs cameras
@@ -45,6 +56,8 @@ struct PageInput {
   // Pictures that are inside of the page instead: one map a camera, JPEG by the
   // number of the frame.
   std::vector<std::map<int64_t, std::string>> pictures;
+  // Or videos: one a camera or none.
+  std::vector<std::optional<PageVideo>> videos;
 };
 
 struct PageOptions {
@@ -67,7 +80,8 @@ struct PageData {
   size_t picture_bytes = 0;
 };
 
-// Throws InputError when there is no frame to show.
+// Throws InputError when there is no frame to show, or the doctor's file is
+// none.
 PageData MakePageData(const PageInput& input, const PageOptions& options = {});
 
 }  // namespace kinegraph

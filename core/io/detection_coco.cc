@@ -107,6 +107,7 @@ DetectionFormat CocoResultsFormat() {
   format.layout = "COCO results, a file a view (AlphaPose too)";
   format.extension = ".json";
   format.files = DetectionFormat::Files::kFileAView;
+  format.leaves_out_empty = true;
   format.recognise = Recognise;
   format.open = Open;
   format.write = WriteCocoResults;

@@ -110,6 +110,14 @@ DetectionHead LookAtDetections(const std::string& path) {
   return head;
 }
 
+bool LeavesOutEmptyFrames(const std::string& path,
+                          const DetectionReadOptions& options) {
+  const DetectionFormat* format =
+      options.format == "auto" ? RecogniseDetections(LookAtDetections(path))
+                               : FindDetectionFormat(options.format);
+  return format != nullptr && format->leaves_out_empty;
+}
+
 const DetectionFormat* RecogniseDetections(const DetectionHead& head) {
   for (const DetectionFormat& format : DetectionFormats()) {
     if (format.recognise != nullptr && format.recognise(head)) return &format;

@@ -62,6 +62,8 @@ struct DetectionFormat {
   std::string extension;  // of its files
   Files files = Files::kOne;
   bool names_image_size = false;  // what is written does (--image_size)
+  // An image in which nobody was found has no entry.
+  bool leaves_out_empty = false;
   Recognise recognise = nullptr;
   Open open = nullptr;    // null: write only
   Write write = nullptr;  // null: read only
@@ -75,6 +77,11 @@ const DetectionFormat* FindDetectionFormat(const std::string& name);
 DetectionHead LookAtDetections(const std::string& path);
 // The format that recognises it, or nullptr.
 const DetectionFormat* RecogniseDetections(const DetectionHead& head);
+
+// Whether frames that the path has not are frames in which nobody was found, as
+// far as anybody can say.
+bool LeavesOutEmptyFrames(const std::string& path,
+                          const DetectionReadOptions& options);
 
 }  // namespace kinegraph
 

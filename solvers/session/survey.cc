@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/io/detection_format.h"
 #include "core/io/names.h"
 #include "core/io/view_pairing.h"
 #include "core/tracking/gates.h"
@@ -74,14 +75,16 @@ std::map<std::string, std::string> MapOf(
   return map;
 }
 
-TakeReport Try(const RunOptions& options, const CameraRig& cameras,
-               const DetectionSequence& beginning) {
+TakeReport Try(const SurveyRequest& asked, const RunOptions& options,
+               const CameraRig& cameras, const DetectionSequence& beginning) {
   RunRequest request;
   request.cameras = cameras;
   request.keep_observations = true;
   Session session(options, request, beginning.header,
                   [&] { return std::make_unique<MemorySource>(beginning); });
   TakeReporter reporter(session.scene(), beginning.header.skeleton);
+  reporter.set_empty_frames_left_out(
+      LeavesOutEmptyFrames(asked.detections, options.detections));
   UsedFrames used(session.scene(),
                   [&] { return std::make_unique<MemorySource>(beginning); });
   MemorySource source(beginning);
@@ -125,7 +128,7 @@ void SettleUnit(const SurveyRequest& request,
     const bool possible =
         distance_m >= kMinDistance && distance_m <= kMaxDistance;
     if (!first && !possible) continue;
-    TakeReport report = Try(options, cameras, beginning);
+    TakeReport report = Try(request, options, cameras, beginning);
     if (first || HasPlausibleHeight(report)) {
       survey->cameras = cameras;
       survey->unit = unit.name;

@@ -144,6 +144,10 @@ class TakeReporter::Impl {
     shoulders_ = sides("shoulder");
   }
 
+  void set_empty_frames_left_out(bool left_out) {
+    empty_frames_left_out_ = left_out;
+  }
+
   void See(const DetectionFrame& seen, const TrackFrame& tracked) {
     ++frames_;
     poses_ += static_cast<int64_t>(tracked.people.size());
@@ -345,6 +349,7 @@ class TakeReporter::Impl {
     constexpr size_t kMostHoles = 100000;
     const double step_s = ToSeconds(frame.time - last_time_);
     step_s_.Add(step_s);
+    if (empty_frames_left_out_) return;
     if (step_s > kHole && holes_s_.size() < kMostHoles) {
       holes_s_.push_back(step_s);
     }
@@ -449,12 +454,16 @@ class TakeReporter::Impl {
   StreamSample error_px_{kErrorSample};
   int64_t frames_ = 0;
   int64_t poses_ = 0;
+  bool empty_frames_left_out_ = false;
 };
 
 TakeReporter::TakeReporter(const RunScene& scene,
                            const Skeleton& detection_skeleton, bool is_stream)
     : impl_(std::make_unique<Impl>(scene, detection_skeleton, is_stream)) {}
 TakeReporter::~TakeReporter() = default;
+void TakeReporter::set_empty_frames_left_out(bool left_out) {
+  impl_->set_empty_frames_left_out(left_out);
+}
 void TakeReporter::See(const DetectionFrame& seen, const TrackFrame& tracked) {
   impl_->See(seen, tracked);
 }

@@ -96,6 +96,8 @@ class TakeReporter {
   // same identity, and what was collected of them is summed up.
   TakeReporter(const RunScene& scene, const Skeleton& detection_skeleton,
                bool is_stream = false);
+  // Frames that do not come are frames in which nobody was found: no holes.
+  void set_empty_frames_left_out(bool left_out);
   ~TakeReporter();
   TakeReporter(const TakeReporter&) = delete;
   TakeReporter& operator=(const TakeReporter&) = delete;

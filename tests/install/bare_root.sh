@@ -1,6 +1,7 @@
 #!/bin/bash
-# The Debian package in a bare Debian 12: install it there, run the demo, track
-# from Python, and build and run a C++ program of one's own.
+# The Debian package in a bare Debian 12: install it there, run the demo, bring a
+# take of one's own to its page, track from Python, and build and run a C++
+# program of one's own.
 #
 #   tests/install/bare_root.sh kinegraph_0.1.0_amd64.deb FOLDER
 #
@@ -48,6 +49,14 @@ step "kinegraph --version, man page, completion" inside \
 step "kinegraph demo" inside \
   "rm -rf /root/try && mkdir /root/try && cd /root/try && kinegraph demo
    test -s out/demo/page.html"
+step "an own take: init, track, report" inside \
+  "cd /root/try && kinegraph synthesize --config=configs/synthetic/demo.toml \
+     --set='scene.skeleton=halpe26;scene.duration=5' --format=mmpose --out=own
+   what='--cameras=own/cameras.json --detections=own/detections_mmpose'
+   kinegraph init \$what --frame_rate=25 --out=own/my.toml
+   kinegraph track \$what --config=own/my.toml --out=own/take.jsonl
+   kinegraph report --tracks=own/take.jsonl \$what --config=own/my.toml --out=own/take.html
+   test -s own/take.html"
 step "tracks from Python" inside \
   "cd /root/try && kinegraph synthesize --config=configs/synthetic/demo.toml \
      --set=scene.duration=4 --out=take

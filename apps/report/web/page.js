@@ -470,13 +470,15 @@
       const width = camera.width || 2 * camera.K[2], height = camera.height || 2 * camera.K[5];
       const facts = element('span');
       byId('panels').append(element('figure', {}, [canvas, element('figcaption', {}, [element('b', { textContent: camera.view }), facts])]));
-      panels.push({ camera: camera, view: v, canvas: canvas, facts: facts, width: width, height: height, seen: true, pictures: new Map() });
+      panels.push({ camera: camera, view: v, canvas: canvas, facts: facts, width: width, height: height, seen: true, pictures: new Map(), lacks: '' });
     });
+    panels.forEach(openVideo);
     if ('IntersectionObserver' in window) {
       const observer = new IntersectionObserver((entries) => entries.forEach((entry) => {
         const panel = panels.find((one) => one.canvas === entry.target);
         panel.seen = entry.isIntersecting;
         if (panel.seen) drawPanel(panel, state.frame);
+        else if (panel.video) panel.video.node.pause();
       }));
       panels.forEach((panel) => observer.observe(panel.canvas));
     }
@@ -509,9 +511,10 @@
   const KEPT_PICTURES = 24, AHEAD = 6;
 
   function pictureUrl(pattern, number) {
-    const path = pattern.replace(/%0?(\d*)d/, (all, width) => String(number).padStart(Number(width) || 0, '0'));
-    return path.split('/').map(encodeURIComponent).join('/');
+    return fileUrl(pattern.replace(/%0?(\d*)d/, (all, width) => String(number).padStart(Number(width) || 0, '0')));
   }
+
+  function fileUrl(path) { return path.split('/').map(encodeURIComponent).join('/'); }
 
   // Where the picture of a frame is: inside of the page, where the latest one
   // stands for those that were left out, or beside it.
@@ -539,15 +542,70 @@
   }
 
   function drawPicture(pen, panel, f) {
-    const picture = pictureOf(panel, f);
-    if (state.playing) for (let ahead = 1; ahead <= AHEAD; ++ahead) pictureOf(panel, f + ahead);
-    if (!picture || !picture.complete) return;
-    if (picture.naturalWidth === 0) { panel.noPicture = true; return; }
-    panel.noPicture = false;
-    pen.drawImage(picture, 0, 0, panel.width, panel.height);
+    const shown = panel.video ? videoOf(panel, f) : stillOf(panel, f);
+    if (!shown) return;
+    pen.drawImage(shown, 0, 0, panel.width, panel.height);
     // Lines must be seen on it.
     pen.fillStyle = dark() ? 'rgba(13,17,22,.35)' : 'rgba(255,255,255,.35)';
     pen.fillRect(0, 0, panel.width, panel.height);
+  }
+
+  function stillOf(panel, f) {
+    const picture = pictureOf(panel, f);
+    if (state.playing) for (let ahead = 1; ahead <= AHEAD; ++ahead) pictureOf(panel, f + ahead);
+    if (!picture || !picture.complete) return undefined;
+    if (picture.naturalWidth === 0) { panel.lacks = 'no picture of this frame'; return undefined; }
+    return picture;
+  }
+
+  // ---- Videos behind the panels --------------------------------------------------
+
+  // Far apart a playing video is sent to its place; nearer it plays faster or
+  // slower until it is there [s].
+  const FAR_APART = 0.3;
+
+  function openVideo(panel) {
+    const source = panel.camera.video;
+    if (!source) return;
+    const node = element('video', { muted: true, playsInline: true, preload: 'auto' });
+    panel.video = { node: node, at: decode(source.at, Float64Array), sought: NaN };
+    const redraw = () => { if (panel.seen) drawPanel(panel, state.frame); };
+    ['loadedmetadata', 'loadeddata', 'seeked', 'error'].forEach((name) => node.addEventListener(name, redraw));
+    node.src = source.data ? URL.createObjectURL(new Blob([decode(source.data, Uint8Array)], { type: source.type })) : fileUrl(source.source);
+  }
+
+  // The video with the picture of the frame; while it is on its way there, with
+  // the one before.
+  function videoOf(panel, f) {
+    const node = panel.video.node;
+    if (node.error) { panel.lacks = 'this browser does not play the video'; return undefined; }
+    if (panel.video.at[f] < 0) { node.pause(); panel.lacks = 'no picture of this frame'; return undefined; }
+    if (node.readyState < 1) return undefined;
+    if (state.playing) playAlong(panel.video, f);
+    else seekVideo(panel.video, f);
+    return node.readyState < 2 ? undefined : node;
+  }
+
+  // Once for each place, or a video that ends early would be sought for ever.
+  function seekVideo(video, f) {
+    video.node.pause();
+    const there = Math.abs(video.node.currentTime - video.at[f]) < 1e-3;
+    if (there || video.node.seeking || video.sought === video.at[f]) return;
+    video.sought = video.at[f];
+    video.node.currentTime = video.at[f];
+  }
+
+  function playAlong(video, f) {
+    const node = video.node, next = f + 1;
+    const known = next < frameCount && video.at[next] >= 0 && times[next] > times[f];
+    // Seconds of video in one of the page, as their frames stand to one another.
+    const slope = known ? (video.at[next] - video.at[f]) / (times[next] - times[f]) : 1;
+    const behind = video.at[f] + (state.time - times[f]) * slope - node.currentTime;
+    video.sought = NaN;
+    if (Math.abs(behind) > FAR_APART && !node.seeking) node.currentTime += behind;
+    const rate = state.speed * slope * (1 + Math.max(-0.5, Math.min(0.5, 3 * behind)));
+    node.playbackRate = Math.max(0.0625, Math.min(16, rate));
+    if (node.paused) node.play().catch(() => {});
   }
 
   // Who a detection of this view and frame belongs to.
@@ -570,12 +628,12 @@
     pen.clearRect(0, 0, panel.canvas.width, panel.canvas.height);
     pen.setTransform(panel.scale, 0, 0, panel.scale, 0, 0);
     const facts = paintPanel(pen, panel, f, panel.unit / panel.scale, true);
-    panel.facts.textContent = facts + (panel.noPicture ? '; no picture of this frame' : '');
+    panel.facts.textContent = facts + (panel.lacks ? (facts ? '; ' : '') + panel.lacks : '');
   }
 
   // In image pixels; `px` is one pixel of the screen. Returns what there is.
   function paintPanel(pen, panel, f, px, withPicture) {
-    panel.noPicture = false;
+    panel.lacks = '';
     if (withPicture) drawPicture(pen, panel, f);
     results.forEach((result) => { if (result.visible) drawReprojections(pen, panel, result, f, px); });
     return detections ? drawDetections(pen, panel, f, px) : '';
@@ -1081,8 +1139,43 @@
       lines.push(solver.name + ': ' + solver.solves + ' solves, '
         + (solver.not_converged + solver.failed > 0 ? solver.not_converged + ' not converged, ' + solver.failed + ' failed' : 'all converged'));
     }
-    (summary.learnt || []).forEach((text) => lines.push(text));
     return lines;
+  }
+
+  // What `track` learnt of the detector and the motion, behind a line to open.
+  function learntPart(summary) {
+    const noise = summary.noise;
+    if (!noise || !noise.classes) return null;
+    const row = (tag, cells) => element('tr', {}, cells.map((text) => element(tag, { textContent: text })));
+    const rows = Object.keys(noise.classes).map((name) => {
+      const one = noise.classes[name];
+      return row('td', [name, human(one.sigma_px) + ' px', human(one.process_noise)]);
+    });
+    const part = element('details', {}, [element('summary', { textContent: 'Learnt from the take' })]);
+    if (noise.error_time_s) part.append(element('p', { textContent: 'The detector\u2019s errors last ' + human(noise.error_time_s) + ' s.' }));
+    part.append(element('table', {}, [row('th', ['joints', 'error', 'drive, m\u00b2/s\u00b3'])].concat(rows)));
+    return part;
+  }
+
+  // Warnings of `track` and findings of `doctor`: what is wrong stands first.
+  function makeFindings() {
+    const list = byId('finding-list'), several = results.filter((result) => !result.truth).length > 1;
+    // Options of a command stay in one piece where there is room.
+    const words = (remedy) => remedy.split(/(--\S+)/).map((part) => (part.startsWith('--') ? element('code', { textContent: part }) : part));
+    const add = (text, remedy) => list.append(element('li', {}, [text + '. ', element('span', { className: 'try' }, ['Try: '].concat(words(remedy)))]));
+    const findings = data.doctor && data.doctor.findings || [];
+    results.forEach((result, r) => {
+      const summary = data.results[r].summary;
+      // What the doctor says too is said once.
+      const told = (warning) => findings.some((finding) => (finding.evidence || '').includes(warning.text));
+      (summary && summary.warnings || []).filter((warning) => !told(warning)).forEach((warning) => add((several ? result.label + ': ' : '') + warning.text, warning.try));
+    });
+    findings.forEach((finding) => {
+      const px = finding.after_px > 0 ? ', residual ' + human(finding.before_px) + ' to ' + human(finding.after_px) + ' px' : '';
+      add('Doctor: ' + finding.kind.replace(/_/g, ' ') + (finding.camera ? ' of ' + finding.camera : '') + ', confidence '
+        + Number(finding.confidence).toFixed(2) + px + (finding.evidence ? '; ' + finding.evidence : ''), finding.fix);
+    });
+    byId('findings').hidden = !list.firstChild;
   }
 
   // What `track` wrote of each result, and how far results are apart.
@@ -1098,13 +1191,16 @@
         line(summary.people.length + ' identities, at most ' + summary.most_people_in_a_view + ' in a view'
           + (tall.length ? '; heights ' + tall.map((person) => person.height_m.toFixed(2) + ' m').join(', ') : ''));
         solverLines(summary).forEach((text) => line(text));
-        summary.warnings.forEach((warning) => line(warning.text + '. Try: ' + warning.try, 'warning'));
+        if (summary.warnings.length) line(summary.warnings.length + (summary.warnings.length > 1 ? ' warnings' : ' warning') + ', at the top of the page', 'warning');
+        const learnt = learntPart(summary);
+        if (learnt) box.append(learnt);
       }
       if (result.difference && !result.truth) {
         const apart = medianOf(Array.from(result.difference, (d) => (d === NO_VALUE ? NaN : 0.1 * d)));
         if (apart === apart) line(result.label + ': ' + human(apart) + ' cm from ' + referenceName() + ' in the median');
       }
     });
+    if (data.doctor) line('Doctor: ' + data.doctor.verdict + (data.doctor.findings.length ? ', see the top of the page' : ''), data.doctor.findings.length ? 'warning' : '');
     byId('summary-card').hidden = !box.firstChild;
   }
 
@@ -1327,6 +1423,8 @@
   function pause() {
     state.playing = false;
     byId('play').textContent = 'Play';
+    // Videos stop at the very picture.
+    panels.forEach((panel) => { if (panel.video && panel.seen) drawPanel(panel, state.frame); });
   }
 
   function tick(now) {
@@ -1414,9 +1512,22 @@
     fillText(text, x, y) { this.text(text, x, y, this.colour('fill', this.fillStyle)); }
     strokeText(text, x, y) { this.text(text, x, y, this.outline(this.strokeStyle)); }
     drawImage(image, x, y, width, height) {
+      if (image.tagName === 'VIDEO') return this.drawVideo(image, x, y, width, height);
       this.out.push(this.box(x, y, width, height).replace('<rect', '<image') + ' preserveAspectRatio="none" href="' + escaped(image.src) + '"/>');
     }
   }
+
+  // Its picture as a file of its own; one that is linked from a disk may not be
+  // read and is left out.
+  SvgPen.prototype.drawVideo = function (video, x, y, width, height) {
+    const canvas = element('canvas', { width: video.videoWidth, height: video.videoHeight });
+    canvas.getContext('2d').drawImage(video, 0, 0);
+    try {
+      this.drawImage({ src: canvas.toDataURL('image/jpeg') }, x, y, width, height);
+    } catch (error) {
+      // A browser's rule, no fault: the lines are there.
+    }
+  };
 
   function escaped(text) {
     return String(text).replace(/[&<>"]/g, (c) => ({ '&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;' }[c]));
@@ -1696,6 +1807,7 @@
   makePanels();
   makeCharts();
   makeMoments();
+  makeFindings();
   makeSummary();
   makeIdentity();
   connect();

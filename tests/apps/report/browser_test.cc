@@ -13,6 +13,7 @@
 
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
+#include "core/base/error.h"
 #include "core/io/text_file.h"
 #include "tests/support/rig.h"
 #include "tests/support/test_data.h"
@@ -486,6 +487,39 @@ constexpr const char* kLeastColourDifference = R"((() => {
   });
   return least;
 })())";
+
+// Warnings and the doctor's findings stand before everything else.
+TEST_F(PageInBrowser, WhatIsWrongStandsFirst) {
+  PageInput input;
+  input.title = "take";
+  input.results.push_back({"take", ResultRole::kTracks, take_.tracks});
+  input.doctor_json =
+      R"({"verdict": "suspect", "findings": [{"kind": "swapped_views",)"
+      R"("camera": "two", "confidence": 0.9, "before_px": 41.0,)"
+      R"("after_px": 3.2, "fix": "--set=cameras.map.two=three",)"
+      R"("evidence": "<b>agreement</b> 0.9"}], "notes": []})";
+  page_ = folder_.Write("page.html",
+                        MakePage(input.title, MakePageData(input).json));
+  browser_ = std::make_unique<Browser>(kPhone);
+  browser_->Open(page_);
+  ASSERT_TRUE(browser_->WaitFor("window.kinegraph"));
+  const std::string text =
+      browser_->Evaluate("document.getElementById('findings').innerText");
+  EXPECT_THAT(text, HasSubstr("swapped views of two, confidence 0.90"));
+  EXPECT_THAT(text, HasSubstr("41 to 3.2 px; <b>agreement</b> 0.9"));
+  EXPECT_THAT(text, HasSubstr("Try: --set=cameras.map.two=three"));
+  EXPECT_EQ(browser_->Evaluate(
+                "document.getElementById('findings').getBoundingClientRect()"
+                ".bottom <= document.getElementById('stage')"
+                ".getBoundingClientRect().top"),
+            true);
+  EXPECT_THAT(
+      browser_->Evaluate("document.getElementById('summary').textContent")
+          .get<std::string>(),
+      HasSubstr("Doctor: suspect"));
+  input.doctor_json = "[]";
+  EXPECT_THROW(MakePageData(input), InputError);
+}
 
 // What is saved is what is shown: as a drawing and as a picture.
 TEST_F(PageInBrowser, WhatIsShownCanBeSaved) {

@@ -1,0 +1,200 @@
+#include "apps/report/view_images.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <utility>
+
+#include "apps/report/frame_pictures.h"
+#include "core/base/error.h"
+#include "core/io/text_file.h"
+#include "core/io/video_times.h"
+
+namespace kinegraph {
+namespace {
+
+// Where neither the video nor the tracks tell one, as the page's clock.
+constexpr double kFallbackRateHz = 25.0;
+
+int64_t FirstFrame(const PageInput& input) {
+  const auto& frames = input.results.front().tracks.frames;
+  return frames.empty() ? 0 : frames.front().frame;
+}
+
+// Takes the number from the end of "cam1.mp4@100"; 0 where there is none.
+int64_t TakeFirst(std::string* path) {
+  const size_t at = path->rfind('@');
+  if (at == std::string::npos || !IsVideoName(path->substr(0, at))) return 0;
+  const std::string number = path->substr(at + 1);
+  const size_t digits = number.find_first_not_of('-');
+  if (digits > 1 || number.size() - digits > 15 ||
+      number.find_first_not_of("0123456789", digits) != std::string::npos) {
+    throw InputError("--images: found '" + Printable(*path) +
+                     "', expected the number of the video's first picture "
+                     "behind @");
+  }
+  path->resize(at);
+  return std::stoll(number);
+}
+
+// Each picture's beginning and the end of the last one.
+std::vector<double> TimesOf(const std::string& path, const PageInput& input) {
+  std::vector<double> times_s = ReadVideoTimes(path);
+  if (times_s.empty()) {
+    const TrackSequence& tracks = input.results.front().tracks;
+    const double rate_hz = tracks.header.frame_rate_hz > 0.0
+                               ? tracks.header.frame_rate_hz
+                               : kFallbackRateHz;
+    const int64_t last = tracks.frames.empty()
+                             ? 0
+                             : std::max<int64_t>(0, tracks.frames.back().frame);
+    for (int64_t i = 0; i <= last; ++i) {
+      times_s.push_back(static_cast<double>(i) / rate_hz);
+    }
+  }
+  const size_t count = times_s.size();
+  const double last_s = count < 2 ? 1.0 / kFallbackRateHz
+                                  : times_s[count - 1] - times_s[count - 2];
+  times_s.push_back(times_s.back() + last_s);
+  return times_s;
+}
+
+ViewImages::Video ReadVideo(std::string path, const PageInput& input) {
+  ViewImages::Video video;
+  video.shown.first_frame = TakeFirst(&path);
+  video.path = path;
+  if (!IsFile(path)) {
+    throw InputError(path, "", "is not there, expected a video (--images)");
+  }
+  video.shown.type = VideoType(path);
+  video.shown.times_s = TimesOf(path, input);
+  const int64_t first = FirstFrame(input);
+  const auto pictures = static_cast<int64_t>(video.shown.times_s.size()) - 1;
+  const int64_t last = video.shown.first_frame + pictures - 1;
+  if (first < video.shown.first_frame || first > last) {
+    throw InputError(
+        path, "",
+        "has the frames " + std::to_string(video.shown.first_frame) + ".." +
+            std::to_string(last) + ", expected frame " + std::to_string(first) +
+            " among them (--images=VIEW=VIDEO@N: its first picture is frame "
+            "N)");
+  }
+  return video;
+}
+
+// Whether the name ends like a video's of which browsers know nothing.
+bool IsForeignVideo(const std::string& path) {
+  std::string ending;
+  for (const char c : path.substr(std::min(path.rfind('.'), path.size()))) {
+    ending += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  for (const char* known : {".avi", ".mpg", ".mpeg", ".wmv", ".mts", ".m2ts",
+                            ".ts", ".flv", ".3gp"}) {
+    if (ending == known) return true;
+  }
+  return false;
+}
+
+void CheckPattern(const std::string& pattern, int64_t first) {
+  if (IsForeignVideo(pattern)) {
+    throw InputError(pattern, "",
+                     "is a video that browsers do not play; make one that they "
+                     "do: ffmpeg -i IN -pix_fmt yuv420p OUT.mp4");
+  }
+  const std::string picture = PicturePath(pattern, first);
+  if (!IsFile(picture)) {
+    throw InputError(picture, "",
+                     "is not there, expected the picture of frame " +
+                         std::to_string(first) + " (--images)");
+  }
+}
+
+std::string KnownViews(const PageInput& input) {
+  std::string names;
+  for (const std::string& name : input.detections->header.view_names) {
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  return names;
+}
+
+bool IsVideo(const std::string& value) {
+  const std::string path = value.substr(0, value.rfind('@'));
+  return value.find('%') == std::string::npos &&
+         (IsVideoName(value) || IsVideoName(path));
+}
+
+}  // namespace
+
+bool ViewImages::has_patterns() const {
+  return std::any_of(patterns.begin(), patterns.end(),
+                     [](const std::string& one) { return !one.empty(); });
+}
+
+ViewImages ReadViewImages(const std::string& images, const PageInput& input) {
+  const std::vector<std::string>& views = input.detections->header.view_names;
+  ViewImages read;
+  read.patterns.resize(views.size());
+  read.videos.resize(views.size());
+  std::string rest = images;
+  while (!rest.empty()) {
+    const std::string part = rest.substr(0, rest.find(';'));
+    rest = part.size() < rest.size() ? rest.substr(part.size() + 1) : "";
+    const size_t equals = part.find('=');
+    const std::string view = part.substr(0, equals);
+    const auto at = std::find(views.begin(), views.end(), view);
+    if (equals == std::string::npos || at == views.end()) {
+      throw InputError("--images: no view '" + Printable(view) +
+                       "', expected VIEW=PATTERN or VIEW=VIDEO with one of " +
+                       KnownViews(input));
+    }
+    const auto v = static_cast<size_t>(at - views.begin());
+    const std::string value = part.substr(equals + 1);
+    if (IsVideo(value)) {
+      read.videos[v] = ReadVideo(value, input);
+      continue;
+    }
+    CheckPattern(value, FirstFrame(input));
+    read.patterns[v] = value;
+  }
+  return read;
+}
+
+size_t FramesWithout(const ViewImages::Video& video, const PageInput& input) {
+  const int64_t begin = video.shown.first_frame;
+  const auto pictures = static_cast<int64_t>(video.shown.times_s.size()) - 1;
+  const auto& frames = input.results.front().tracks.frames;
+  return static_cast<size_t>(
+      std::count_if(frames.begin(), frames.end(), [&](const TrackFrame& frame) {
+        return frame.frame < begin || frame.frame >= begin + pictures;
+      }));
+}
+
+size_t AddVideos(const ViewImages& images, const std::string& page_path,
+                 size_t max_bytes, PageInput* input) {
+  input->videos.assign(images.videos.size(), std::nullopt);
+  size_t bytes = 0;
+  for (size_t v = 0; v < images.videos.size(); ++v) {
+    if (!images.videos[v].has_value()) continue;
+    const std::string& path = images.videos[v]->path;
+    PageVideo& shown = input->videos[v].emplace(images.videos[v]->shown);
+    if (max_bytes == 0) {
+      shown.source = RelativeToFile(path, page_path);
+      continue;
+    }
+    // A third more as Base64.
+    const size_t room = (max_bytes - std::min(bytes, max_bytes)) / 4 * 3;
+    try {
+      shown.bytes = ReadTextFile(path, room);
+    } catch (const InputError&) {
+      if (!IsFile(path)) throw;
+      throw InputError(path, "",
+                       "does not fit into the page (--embed_megabytes); leave "
+                       "the flag out, or make it smaller: ffmpeg -i IN -vf "
+                       "scale=480:-2 -crf 30 OUT.mp4");
+    }
+    bytes += (shown.bytes.size() + 2) / 3 * 4;
+  }
+  return bytes;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,200 @@
+// Videos behind the panels, in a real browser: the picture that is on the
+// screen is that of the frame, wherever one jumps.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "apps/report/page.h"
+#include "apps/report/page_data.h"
+#include "apps/report/picture.h"
+#include "apps/report/view_images.h"
+#include "core/base/error.h"
+#include "tests/support/browser.h"
+#include "tests/support/rig.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::Browser;
+using ::testing::HasSubstr;
+
+constexpr int kFirstFrame = 100;
+// Two more than the video has pictures.
+constexpr int kFrames = 42;
+
+// Nobody is there, so that nothing is drawn over the pictures.
+PageInput EmptyTake() {
+  PageInput input;
+  input.title = "take";
+  input.cameras = testing::RingOfCameras(2);
+  TrackSequence tracks;
+  tracks.header.skeleton = Coco17();
+  tracks.header.view_names = {"one", "two"};
+  tracks.header.frame_rate_hz = 30.0;
+  DetectionSequence seen;
+  seen.header.skeleton = Coco17();
+  seen.header.view_names = tracks.header.view_names;
+  for (int f = 0; f < kFrames; ++f) {
+    TrackFrame frame;
+    frame.frame = kFirstFrame + f;
+    // 30 Hz, as people say of 29.97.
+    frame.time = FrameClock(30.0).TimeOf(frame.frame);
+    tracks.frames.push_back(frame);
+    DetectionFrame in_frame;
+    in_frame.frame = frame.frame;
+    in_frame.views.resize(2);
+    seen.frames.push_back(in_frame);
+  }
+  input.results.push_back({"take", ResultRole::kTracks, tracks});
+  input.detections = seen;
+  return input;
+}
+
+std::string Bars(const std::string& ending) {
+  return testing::ProjectFile("tests/apps/report/videos/bars." + ending)
+      .string();
+}
+
+std::string ImagesFlag() {
+  const std::string first = "@" + std::to_string(kFirstFrame);
+  return "one=" + Bars("mp4") + first + ";two=" + Bars("webm") + first;
+}
+
+class VideoPanels : public ::testing::TestWithParam<bool> {
+ protected:
+  void SetUp() override {
+    if (!Browser::IsInstalled()) {
+      GTEST_SKIP() << "needs a browser: apt-get install chromium";
+    }
+    const bool embedded = GetParam();
+    PageInput input = EmptyTake();
+    const std::string path = (folder_.path() / "page.html").string();
+    AddVideos(ReadViewImages(ImagesFlag(), input), path, embedded ? 100000 : 0,
+              &input);
+    folder_.Write("page.html", MakePage(input.title, MakePageData(input).json));
+    browser_ = std::make_unique<Browser>();
+    browser_->Open(path);
+    ASSERT_TRUE(browser_->WaitFor("window.kinegraph"));
+    // Panels count as seen, and are filled, once they are in sight.
+    browser_->MiddleOf("figure canvas");
+    ASSERT_TRUE(
+        browser_->WaitFor("kinegraph.panels.every((panel) => panel.seen &&"
+                          "panel.video.node.readyState >= 2)"));
+  }
+
+  // Waits until both videos stand where they should.
+  void WaitUntilThere() {
+    EXPECT_TRUE(browser_->WaitFor(
+        "kinegraph.panels.every((panel) => !panel.video.node.seeking &&"
+        "Math.abs(panel.video.node.currentTime -"
+        "panel.video.at[kinegraph.state.frame]) < 1e-3)"));
+    browser_->Evaluate(
+        "(() => { window.enough = kinegraph.state.pictures + 3; })()");
+    EXPECT_TRUE(browser_->WaitFor("kinegraph.state.pictures > enough"));
+  }
+
+  // The number that the picture of a panel shows on the screen.
+  int NumberOn(int panel) {
+    const std::string path = (folder_.path() / "screen.png").string();
+    browser_->MiddleOf("figure canvas");
+    browser_->SaveScreenshot(path);
+    const Picture screen = ReadPicture(path);
+    const Json box = browser_->Evaluate(
+        "(() => { const box = kinegraph.panels[" + std::to_string(panel) +
+        "].canvas.getBoundingClientRect();"
+        "return [box.left, box.top, box.width, box.height]; })()");
+    int number = 0;
+    for (int column = 0; column < 8; ++column) {
+      const double x =
+          box[0].get<double>() + box[2].get<double>() * (column + 0.5) / 8.0;
+      const double y = box[1].get<double>() + 0.5 * box[3].get<double>();
+      const uint8_t* pixel =
+          screen.At(static_cast<int>(x), static_cast<int>(y));
+      // Black under a third of white is 89, white stays 255.
+      if (pixel[1] > 172) number += 1 << column;
+    }
+    return number;
+  }
+
+  const testing::TemporaryFolder folder_;
+  std::unique_ptr<Browser> browser_;
+};
+
+TEST_P(VideoPanels, ShowThePictureOfTheFrame) {
+  for (const int f : {0, 1, 2, 7, 14, 15, 16, 31, 39, 38, 3}) {
+    browser_->Evaluate("kinegraph.setFrame(" + std::to_string(f) + ")");
+    WaitUntilThere();
+    EXPECT_EQ(NumberOn(0), f) << "MP4";
+    EXPECT_EQ(NumberOn(1), f) << "WebM";
+  }
+  EXPECT_TRUE(browser_->problems().empty()) << browser_->problems().front();
+}
+
+TEST_P(VideoPanels, PlayAlongAndStopAtThePicture) {
+  browser_->Evaluate("kinegraph.state.speed = 0.25");
+  browser_->Click("#play");
+  ASSERT_TRUE(browser_->WaitFor("kinegraph.state.frame >= 6"));
+  EXPECT_EQ(browser_->Evaluate("kinegraph.panels[0].video.node.paused"), false);
+  browser_->Click("#play");
+  ASSERT_TRUE(browser_->WaitFor("!kinegraph.state.playing"));
+  browser_->MiddleOf("figure canvas");
+  WaitUntilThere();
+  const int frame = browser_->Evaluate("kinegraph.state.frame");
+  EXPECT_GE(frame, 6);
+  EXPECT_EQ(NumberOn(0), frame);
+  EXPECT_EQ(NumberOn(1), frame);
+  EXPECT_EQ(browser_->Evaluate("kinegraph.panels[0].video.node.paused"), true);
+}
+
+TEST_P(VideoPanels, FramesBeyondTheVideoSaySo) {
+  browser_->Evaluate("kinegraph.setFrame(" + std::to_string(kFrames - 1) + ")");
+  EXPECT_THAT(browser_->Evaluate("kinegraph.panels[0].facts.textContent")
+                  .get<std::string>(),
+              HasSubstr("no picture of this frame"));
+  // What may be read is in the pictures that are saved.
+  browser_->Evaluate("kinegraph.setFrame(5)");
+  WaitUntilThere();
+  const std::string drawing = browser_->Evaluate("kinegraph.svgPicture()");
+  EXPECT_EQ(drawing.find("data:image/jpeg") != std::string::npos, GetParam());
+  EXPECT_EQ(drawing.find(".mp4"), std::string::npos);
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways, VideoPanels, ::testing::Bool(),
+                         [](const auto& test) {
+                           return test.param ? "Embedded" : "Linked";
+                         });
+
+TEST(ViewImages, WhatIsWrongIsNamed) {
+  PageInput input = EmptyTake();
+  const auto error_of = [&](const std::string& images) -> std::string {
+    try {
+      ReadViewImages(images, input);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(error_of(ImagesFlag()), "");
+  EXPECT_THAT(error_of("one=" + Bars("mp4")),
+              HasSubstr("has the frames 0..39, expected frame 100"));
+  EXPECT_THAT(error_of("one=" + Bars("mp4") + "@1x"), HasSubstr("behind @"));
+  EXPECT_THAT(error_of("one=none.mp4"), HasSubstr("expected a video"));
+  EXPECT_THAT(error_of("one=a.avi"), HasSubstr("do not play"));
+  EXPECT_THAT(error_of("one=a.jpg"), HasSubstr("or a video"));
+  EXPECT_THAT(error_of("three=a.mp4"), HasSubstr("with one of one, two"));
+  const ViewImages images = ReadViewImages(ImagesFlag(), input);
+  EXPECT_EQ(FramesWithout(*images.videos[0], input), 2u);
+  try {
+    AddVideos(images, "page.html", 1000, &input);
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("does not fit into the page"));
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph
