@@ -25,13 +25,12 @@ void TryInput(const FuzzTarget &target, const std::string &input) {
 
 std::vector<std::string> Names() {
   std::vector<std::string> names;
-  for (const FuzzTarget &target : FuzzTargets())
-    names.push_back(target.name);
+  for (const FuzzTarget &target : FuzzTargets()) names.push_back(target.name);
   return names;
 }
 
 class ReplayTest : public ::testing::TestWithParam<std::string> {
-protected:
+ protected:
   const FuzzTarget &Target() const { return FindFuzzTarget(GetParam()); }
 };
 
@@ -59,22 +58,22 @@ std::string Mutated(std::string input, Random *random) {
     const auto size = static_cast<int64_t>(input.size());
     const auto at = static_cast<size_t>(random->Index(size));
     switch (random->Index(4)) {
-    case 0:
-      input[at] = static_cast<char>(random->Index(256));
-      break;
-    case 1:
-      input.erase(at, static_cast<size_t>(1 + random->Index(16)));
-      break;
-    case 2:
-      input.insert(at, input.substr(static_cast<size_t>(random->Index(size)),
-                                    static_cast<size_t>(random->Index(32))));
-      break;
-    default: {
-      static constexpr const char *kWords[] = {
-          ",",  "[", "{", "\"", "null", "-1", "1e400", "99999999999999999999",
-          "\n", "0"};
-      input.insert(at, kWords[random->Index(10)]);
-    }
+      case 0:
+        input[at] = static_cast<char>(random->Index(256));
+        break;
+      case 1:
+        input.erase(at, static_cast<size_t>(1 + random->Index(16)));
+        break;
+      case 2:
+        input.insert(at, input.substr(static_cast<size_t>(random->Index(size)),
+                                      static_cast<size_t>(random->Index(32))));
+        break;
+      default: {
+        static constexpr const char *kWords[] = {
+            ",",  "[", "{", "\"", "null", "-1", "1e400", "99999999999999999999",
+            "\n", "0"};
+        input.insert(at, kWords[random->Index(10)]);
+      }
     }
   }
   return input;
@@ -116,5 +115,5 @@ INSTANTIATE_TEST_SUITE_P(Every, ReplayTest, ::testing::ValuesIn(Names()),
                            return test.param;
                          });
 
-} // namespace
-} // namespace kinegraph::testing
+}  // namespace
+}  // namespace kinegraph::testing
