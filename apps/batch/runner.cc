@@ -21,6 +21,7 @@
 #include "core/base/error.h"
 #include "core/io/atomic_file.h"
 #include "core/io/atomic_folder.h"
+#include "core/io/input_files.h"
 #include "core/io/json.h"
 #include "core/io/text_file.h"
 
@@ -88,6 +89,7 @@ std::string RunStep(const TaskStep& step, const std::string& folder) {
   while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
   }
   const std::string said = IsFile(errors) ? ReadTextFile(errors) : "";
+  InputFiles::Forget(errors);
   unlink(errors.c_str());
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
   if (WIFSIGNALED(status)) {

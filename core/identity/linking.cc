@@ -316,7 +316,17 @@ class Linker {
       way.push_back({before, at});
       at = before;
     }
-    if (at != from || forbidden.size() >= kDeepest) return total;
+    if (at != from) return total;
+    if (forbidden.size() >= kDeepest) {
+      // Somebody who is hidden often may be joined in many ways. Two people it
+      // is, if not at the least cost, where the later one follows nobody.
+      std::vector<std::pair<int, int>> more = forbidden;
+      for (int before = 0; before < static_cast<int>(chains_.size());
+           ++before) {
+        more.emplace_back(before, to);
+      }
+      return Assign(more, &predecessor);
+    }
     double best = std::numeric_limits<double>::max();
     for (const std::pair<int, int>& join : way) {
       std::vector<std::pair<int, int>> more = forbidden;

@@ -63,6 +63,14 @@ void InputFiles::Note(int descriptor, const std::string& path) {
   }
 }
 
+void InputFiles::Forget(const std::string& path) {
+  Inputs& inputs = TheInputs();
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0) return;
+  const std::lock_guard<std::mutex> lock(inputs.mutex);
+  inputs.files.erase({status.st_dev, status.st_ino});
+}
+
 bool InputFiles::Has(const std::string& path) {
   Inputs& inputs = TheInputs();
   struct stat status {};

@@ -22,6 +22,10 @@ class InputFiles {
   // InputError where size or time of change are no longer what they were.
   static void Note(int descriptor, const std::string& path);
 
+  // A file of the command's own making is no input: to be called before it is
+  // removed or written anew.
+  static void Forget(const std::string& path);
+
   // Whether the path leads to a file that was noted.
   static bool Has(const std::string& path);
 };

@@ -310,7 +310,7 @@ void CoupledSolve<T>::Advance(double share) {
 template <typename T>
 void CoupledSolve<T>::Solve(const double* gradient, double* step) {
   // Gauss-Newton corrects what is left, so the systems need not be exact.
-  constexpr double kRelative = 0.1;  // of the residual, in the chains' norm
+  constexpr double kRelative = 1e-2;  // of the residual, in the chains' norm
   constexpr int kMaxIterations = 100;
   const long size = 6L * frames_ * chains_.lanes;
   for (long i = 0; i < size; ++i) {

@@ -149,7 +149,7 @@ TEST_F(ReportTest, BadInputIsOneLineAndExitTwo) {
       {"--tracks=" + tracks_ + " --embed_megabytes=3", "needs --images"},
       {"--tracks=" + tracks_ + " --cameras=" + cameras_ +
            " --detections=" + detections_ + " --images=nobody=a%d.jpg",
-       "no view 'nobody', expected VIEW=PATTERN with one of "},
+       "no view 'nobody', expected VIEW=PATTERN or VIEW=VIDEO with one of "},
       {"--tracks=" + tracks_ + " --up=w", "--up"},
       {"--tracks=" + detections_, "detections"},
       {"--tracks=" + tracks_ + " --no_such_flag", "no_such_flag"}};
