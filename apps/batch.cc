@@ -14,10 +14,10 @@
 #include "apps/batch/tasks.h"
 #include "apps/common/app.h"
 #include "core/base/error.h"
-#include "core/io/atomic_file.h"
-#include "core/io/atomic_folder.h"
-#include "core/io/manifest.h"
-#include "core/io/text_file.h"
+#include "core/io/configuration/manifest.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/text_file.h"
 
 DEFINE_string(manifest, "", "takes and configurations (TOML, docs/batch.md)");
 DEFINE_string(out, "", "folder of the results; made if missing");

@@ -24,11 +24,11 @@
 #include "apps/compare/tuning.h"
 #include "apps/compare/verdict.h"
 #include "core/base/error.h"
-#include "core/io/atomic_file.h"
-#include "core/io/atomic_folder.h"
-#include "core/io/held_out_set.h"
-#include "core/io/manifest.h"
-#include "core/io/tracks.h"
+#include "core/io/configuration/held_out_set.h"
+#include "core/io/configuration/manifest.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/tracks/tracks.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");

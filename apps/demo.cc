@@ -22,8 +22,8 @@
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/parity.h"
-#include "core/io/atomic_file.h"
-#include "core/io/track_writer.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/tracks/writer.h"
 #include "solvers/session/run.h"
 
 DEFINE_string(out, "out/demo", "folder for all files; made if missing");

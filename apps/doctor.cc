@@ -9,10 +9,10 @@
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "core/base/error.h"
-#include "core/io/atomic_file.h"
-#include "core/io/atomic_folder.h"
-#include "core/io/calibration.h"
-#include "core/io/detection_source.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/source.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
 #include "solvers/session/diagnose.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");

@@ -10,9 +10,9 @@
 #include "apps/common/config_folder.h"
 #include "apps/common/take_output.h"
 #include "core/base/error.h"
-#include "core/io/atomic_file.h"
-#include "core/io/config.h"
-#include "core/io/json.h"
+#include "core/io/configuration/config.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/text/json.h"
 #include "core/tracking/gates.h"
 #include "solvers/session/survey.h"
 

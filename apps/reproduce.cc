@@ -25,9 +25,9 @@
 #include "apps/tables/runtime.h"
 #include "apps/tables/sensitivity.h"
 #include "core/base/error.h"
-#include "core/io/atomic_file.h"
-#include "core/io/atomic_folder.h"
-#include "core/io/text_file.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/text_file.h"
 
 DEFINE_string(data, "",
               "folder of the datasets: the developers' (data/README.md) or "

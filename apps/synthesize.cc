@@ -9,8 +9,8 @@
 #include "apps/common/config_folder.h"
 #include "apps/common/synthesis.h"
 #include "core/base/error.h"
-#include "core/io/config.h"
-#include "core/io/detection_format.h"
+#include "core/io/configuration/config.h"
+#include "core/io/detections/format.h"
 #include "solvers/session/run.h"
 
 DEFINE_string(config, "", "scene and noise (TOML, see configs/synthetic)");

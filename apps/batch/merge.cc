@@ -11,10 +11,10 @@
 #include "apps/common/table.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
-#include "core/io/atomic_file.h"
-#include "core/io/csv_cell.h"
-#include "core/io/json.h"
-#include "core/io/text_file.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/csv_cell.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 namespace {

@@ -19,11 +19,11 @@
 #include "apps/common/machine.h"
 #include "apps/common/program_path.h"
 #include "core/base/error.h"
-#include "core/io/atomic_file.h"
-#include "core/io/atomic_folder.h"
-#include "core/io/input_files.h"
-#include "core/io/json.h"
-#include "core/io/text_file.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/input_files.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 namespace {

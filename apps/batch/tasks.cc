@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <utility>
 
-#include "core/io/npz_file.h"
-#include "core/io/text_file.h"
+#include "core/io/binary/npz_file.h"
+#include "core/io/files/text_file.h"
 
 namespace kinegraph {
 namespace {

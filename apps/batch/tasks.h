@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/io/manifest.h"
+#include "core/io/configuration/manifest.h"
 
 namespace kinegraph {
 

@@ -25,8 +25,8 @@
 #include "apps/common/interruption.h"
 #include "core/base/edit_distance.h"
 #include "core/base/error.h"
-#include "core/io/input_files.h"
-#include "core/io/text_file.h"
+#include "core/io/files/input_files.h"
+#include "core/io/files/text_file.h"
 
 namespace kinegraph {
 namespace {

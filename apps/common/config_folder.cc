@@ -4,7 +4,7 @@
 
 #include "apps/common/program_path.h"
 #include "core/base/error.h"
-#include "core/io/text_file.h"
+#include "core/io/files/text_file.h"
 
 namespace kinegraph {
 namespace {

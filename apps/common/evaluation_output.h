@@ -13,7 +13,7 @@
 #include "core/evaluation/panoptic.h"
 #include "core/evaluation/parity.h"
 #include "core/evaluation/pcp.h"
-#include "core/io/json.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 

@@ -10,8 +10,8 @@
 #include <system_error>
 #include <thread>
 
-#include "core/io/input_stop.h"
-#include "core/io/partial_files.h"
+#include "core/io/files/input_stop.h"
+#include "core/io/files/partial_files.h"
 
 namespace kinegraph {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "apps/common/config_folder.h"
 #include "core/base/error.h"
-#include "core/io/text_file.h"
+#include "core/io/files/text_file.h"
 
 namespace kinegraph {
 namespace {

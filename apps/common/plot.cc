@@ -14,7 +14,7 @@
 #include <stdexcept>
 
 #include "core/base/error.h"
-#include "core/io/atomic_file.h"
+#include "core/io/files/atomic_file.h"
 
 extern char** environ;
 

@@ -6,8 +6,8 @@
 #include "apps/common/program_path.h"
 #include "apps/common/track_output.h"
 #include "core/base/error.h"
-#include "core/io/npz_file.h"
-#include "core/io/text_file.h"
+#include "core/io/binary/npz_file.h"
+#include "core/io/files/text_file.h"
 
 namespace kinegraph {
 namespace {

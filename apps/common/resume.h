@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "core/io/checkpoint.h"
+#include "core/io/configuration/checkpoint.h"
 
 namespace kinegraph {
 

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-#include "core/io/atomic_file.h"
+#include "core/io/files/atomic_file.h"
 
 namespace kinegraph {
 

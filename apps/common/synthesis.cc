@@ -6,16 +6,16 @@
 #include <map>
 
 #include "core/base/error.h"
-#include "core/io/atomic_file.h"
-#include "core/io/atomic_folder.h"
-#include "core/io/calibration.h"
-#include "core/io/config.h"
-#include "core/io/detection_writer.h"
-#include "core/io/json.h"
-#include "core/io/noise_model.h"
-#include "core/io/text_file.h"
-#include "core/io/track_writer.h"
-#include "core/io/tracks.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/configuration/config.h"
+#include "core/io/configuration/noise_model.h"
+#include "core/io/detections/writer.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/json.h"
+#include "core/io/tracks/tracks.h"
+#include "core/io/tracks/writer.h"
 
 namespace kinegraph {
 namespace {

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/io/atomic_file.h"
-#include "core/io/track_format.h"
-#include "core/io/track_writer.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/writer.h"
 
 namespace kinegraph {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "core/data/person_names.h"
 #include "core/data/pose.h"
-#include "core/io/joint_names.h"
+#include "core/io/text/joint_names.h"
 
 namespace kinegraph {
 

@@ -19,7 +19,7 @@
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/pcp.h"
 #include "core/evaluation/smoothness.h"
-#include "core/io/checkpoint.h"
+#include "core/io/configuration/checkpoint.h"
 #include "core/tracking/replay.h"
 #include "solvers/session/run.h"
 

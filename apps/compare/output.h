@@ -5,7 +5,7 @@
 #include <string>
 
 #include "apps/compare/results.h"
-#include "core/io/json.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 

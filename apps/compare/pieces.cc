@@ -1,7 +1,7 @@
 #include "apps/compare/pieces.h"
 
-#include "core/io/checkpoint_values.h"
-#include "core/io/config.h"
+#include "core/io/configuration/checkpoint_values.h"
+#include "core/io/configuration/config.h"
 
 namespace kinegraph {
 

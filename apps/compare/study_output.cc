@@ -6,8 +6,8 @@
 #include "apps/common/table.h"
 #include "apps/compare/study.h"
 #include "apps/compare/verdict.h"
-#include "core/io/csv_cell.h"
-#include "core/io/json.h"
+#include "core/io/text/csv_cell.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 namespace {

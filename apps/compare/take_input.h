@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/io/checkpoint.h"
-#include "core/io/manifest.h"
+#include "core/io/configuration/checkpoint.h"
+#include "core/io/configuration/manifest.h"
 #include "solvers/session/run.h"
 
 namespace kinegraph {

@@ -15,8 +15,8 @@
 #include "apps/compare/pieces.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/io/atomic_file.h"
-#include "core/io/config.h"
+#include "core/io/configuration/config.h"
+#include "core/io/files/atomic_file.h"
 
 namespace kinegraph {
 namespace {

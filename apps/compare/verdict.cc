@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/common/table.h"
-#include "core/io/config.h"
+#include "core/io/configuration/config.h"
 
 namespace kinegraph {
 namespace {

@@ -13,9 +13,9 @@
 #include "apps/report/pen.h"
 #include "apps/report/picture.h"
 #include "core/base/error.h"
-#include "core/io/atomic_file.h"
-#include "core/io/atomic_folder.h"
-#include "core/io/text_file.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/text_file.h"
 
 namespace kinegraph {
 namespace {

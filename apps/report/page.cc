@@ -7,7 +7,7 @@
 
 #include "apps/report/assets.h"
 #include "apps/report/encoding.h"
-#include "core/io/atomic_file.h"
+#include "core/io/files/atomic_file.h"
 
 namespace kinegraph {
 

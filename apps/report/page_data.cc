@@ -11,8 +11,8 @@
 #include "apps/report/moments.h"
 #include "apps/report/pairing.h"
 #include "core/base/error.h"
-#include "core/io/joint_names.h"
-#include "core/io/json.h"
+#include "core/io/text/joint_names.h"
+#include "core/io/text/json.h"
 #include "core/kinematics/ground.h"
 #include "core/kinematics/kinematics.h"
 

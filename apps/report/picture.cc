@@ -11,7 +11,7 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/io/text_file.h"
+#include "core/io/files/text_file.h"
 
 namespace kinegraph {
 namespace {

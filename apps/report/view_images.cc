@@ -7,8 +7,8 @@
 
 #include "apps/report/frame_pictures.h"
 #include "core/base/error.h"
-#include "core/io/text_file.h"
-#include "core/io/video_times.h"
+#include "core/io/detections/video_times.h"
+#include "core/io/files/text_file.h"
 
 namespace kinegraph {
 namespace {

@@ -13,7 +13,7 @@
 #include "apps/tables/pcp_tables.h"
 #include "core/evaluation/identity.h"
 #include "core/evaluation/pcp.h"
-#include "core/io/json.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 

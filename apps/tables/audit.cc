@@ -7,8 +7,8 @@
 
 #include "apps/common/evaluation_output.h"
 #include "apps/common/table.h"
-#include "core/io/tracks.h"
-#include "core/io/view_pairing.h"
+#include "core/io/detections/view_pairing.h"
+#include "core/io/tracks/tracks.h"
 
 namespace kinegraph {
 namespace {

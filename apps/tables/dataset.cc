@@ -1,9 +1,9 @@
 #include "apps/tables/dataset.h"
 
 #include "apps/common/config_folder.h"
-#include "core/io/calibration.h"
-#include "core/io/detection_source.h"
-#include "core/io/tracks.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/source.h"
+#include "core/io/tracks/tracks.h"
 #include "solvers/session/remembered_runs.h"
 
 namespace kinegraph {

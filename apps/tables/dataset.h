@@ -8,7 +8,7 @@
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/evaluation/pcp.h"
-#include "core/io/checkpoint.h"
+#include "core/io/configuration/checkpoint.h"
 #include "solvers/session/run.h"
 
 namespace kinegraph {

@@ -7,7 +7,7 @@
 
 #include "apps/tables/published.h"
 #include "apps/tables/rows.h"
-#include "core/io/json.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/io/tracks.h"
+#include "core/io/tracks/tracks.h"
 
 namespace kinegraph {
 namespace {

@@ -13,19 +13,19 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/io/calibration.h"
-#include "core/io/calibration_format.h"
-#include "core/io/calibration_writer.h"
-#include "core/io/config.h"
-#include "core/io/detection_format.h"
-#include "core/io/detection_source.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/calibration/format.h"
+#include "core/io/calibration/writer.h"
+#include "core/io/configuration/config.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/source.h"
 #include "core/io/file_kind.h"
-#include "core/io/identity_edits.h"
-#include "core/io/joint_names.h"
-#include "core/io/person_names.h"
-#include "core/io/text_file.h"
-#include "core/io/track_format.h"
-#include "core/io/tracks.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/joint_names.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/identity_edits.h"
+#include "core/io/tracks/person_names.h"
+#include "core/io/tracks/tracks.h"
 
 namespace kinegraph {
 namespace {

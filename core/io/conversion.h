@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "core/io/losses.h"
+#include "core/io/text/losses.h"
 
 namespace kinegraph {
 

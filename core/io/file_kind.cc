@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/io/bulk_json.h"
-#include "core/io/calibration_format.h"
-#include "core/io/detection_format.h"
-#include "core/io/text_file.h"
-#include "core/io/track_format.h"
+#include "core/io/calibration/format.h"
+#include "core/io/detections/format.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/tracks/format.h"
 
 namespace kinegraph {
 namespace {

@@ -8,9 +8,9 @@
 //   core/skeleton/skeleton.h        joints, bones, mirror pairs
 //   core/data/detection.h           2D poses as a detector gives them
 //   core/data/pose.h                3D poses as they are written
-//   core/io/calibration.h           ReadCameras, WriteCameras
-//   core/io/detection_source.h      ReadDetections, OpenDetections
-//   core/io/tracks.h, track_writer.h   ReadTracks, WriteTracks
+//   core/io/calibration/calibration.h           ReadCameras, WriteCameras
+//   core/io/detections/source.h      ReadDetections, OpenDetections
+//   core/io/tracks/tracks.h, track_writer.h   ReadTracks, WriteTracks
 //   solvers/session/options.h       RunOptions: what a configuration can say
 //   solvers/session/session.h       Session: a run, frame by frame
 //   solvers/session/run.h           a whole take at once; frozen matches
@@ -33,11 +33,11 @@
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/geometry/camera.h"
-#include "core/io/calibration.h"
-#include "core/io/detection_source.h"
-#include "core/io/detection_writer.h"
-#include "core/io/track_writer.h"
-#include "core/io/tracks.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/source.h"
+#include "core/io/detections/writer.h"
+#include "core/io/tracks/tracks.h"
+#include "core/io/tracks/writer.h"
 #include "core/kinematics/angles.h"
 #include "core/kinematics/kinematics.h"
 #include "core/skeleton/skeleton.h"

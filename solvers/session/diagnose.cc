@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/io/skeleton_fit.h"
+#include "core/io/detections/skeleton_fit.h"
 #include "core/tracking/tracker.h"
 
 namespace kinegraph {

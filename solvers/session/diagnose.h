@@ -3,7 +3,7 @@
 #define KINEGRAPH_SOLVERS_SESSION_DIAGNOSE_H_
 
 #include "core/data/detection.h"
-#include "core/io/calibration.h"
+#include "core/io/calibration/calibration.h"
 #include "solvers/scene/doctor.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"

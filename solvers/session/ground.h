@@ -10,7 +10,7 @@
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
-#include "core/io/refinement_record.h"
+#include "core/io/configuration/refinement_record.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"
 

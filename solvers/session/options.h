@@ -9,9 +9,9 @@
 
 #include "core/base/options.h"
 #include "core/identity/options.h"
-#include "core/io/calibration.h"
-#include "core/io/config.h"
-#include "core/io/detection_source.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/configuration/config.h"
+#include "core/io/detections/source.h"
 #include "core/skeleton/skeleton.h"
 #include "core/tracking/options.h"
 #include "solvers/factory.h"

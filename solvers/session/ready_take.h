@@ -9,7 +9,7 @@
 
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
-#include "core/io/refinement_record.h"
+#include "core/io/configuration/refinement_record.h"
 #include "solvers/scene/refine.h"
 #include "solvers/session/ground.h"
 #include "solvers/session/options.h"

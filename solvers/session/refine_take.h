@@ -7,7 +7,7 @@
 
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
-#include "core/io/refinement_record.h"
+#include "core/io/configuration/refinement_record.h"
 #include "solvers/scene/camera_uncertainty.h"
 #include "solvers/scene/refine.h"
 #include "solvers/session/options.h"

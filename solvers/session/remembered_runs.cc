@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/base/bytes.h"
-#include "core/io/checkpoint_values.h"
-#include "core/io/config.h"
+#include "core/io/configuration/checkpoint_values.h"
+#include "core/io/configuration/config.h"
 #include "solvers/batch/batch_estimator.h"
 #include "solvers/noise/take_notes.h"
 #include "solvers/session/ready_take.h"

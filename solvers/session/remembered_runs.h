@@ -1,11 +1,12 @@
-// Runs whose dear parts are kept in a checkpoint (core/io/checkpoint.h): what
-// stands there is not computed again.
+// Runs whose dear parts are kept in a checkpoint
+// (core/io/configuration/checkpoint.h): what stands there is not computed
+// again.
 #ifndef KINEGRAPH_SOLVERS_SESSION_REMEMBERED_RUNS_H_
 #define KINEGRAPH_SOLVERS_SESSION_REMEMBERED_RUNS_H_
 
 #include <string>
 
-#include "core/io/checkpoint.h"
+#include "core/io/configuration/checkpoint.h"
 #include "solvers/factory.h"
 #include "solvers/session/run.h"
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <memory>
 
-#include "core/io/detection_source.h"
+#include "core/io/detections/source.h"
 #include "core/tracking/replay.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"

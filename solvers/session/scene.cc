@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/io/view_pairing.h"
+#include "core/io/detections/view_pairing.h"
 
 namespace kinegraph {
 namespace {

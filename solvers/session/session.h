@@ -21,7 +21,7 @@
 #include "core/data/detection.h"
 #include "core/data/identity_edit.h"
 #include "core/data/pose.h"
-#include "core/io/detection_source.h"
+#include "core/io/detections/source.h"
 #include "core/tracking/tracker.h"
 #include "solvers/factory.h"
 #include "solvers/graph/solve_counts.h"

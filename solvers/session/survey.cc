@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/io/detection_format.h"
-#include "core/io/names.h"
-#include "core/io/view_pairing.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/view_pairing.h"
+#include "core/io/text/names.h"
 #include "core/tracking/gates.h"
 #include "solvers/session/run.h"
 

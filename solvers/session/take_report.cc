@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/io/json.h"
+#include "core/io/text/json.h"
 #include "core/tracking/gates.h"
 #include "solvers/scene/consistency.h"
 #include "solvers/scene/doctor.h"

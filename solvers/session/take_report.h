@@ -18,7 +18,7 @@
 #include "core/base/random.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
-#include "core/io/skeleton_fit.h"
+#include "core/io/detections/skeleton_fit.h"
 #include "solvers/session/scene.h"
 #include "solvers/session/session.h"
 

@@ -11,15 +11,15 @@
 #include <string>
 #include <vector>
 
-#include "core/io/calibration.h"
-#include "core/io/calibration_format.h"
-#include "core/io/detection_format.h"
-#include "core/io/detection_source.h"
-#include "core/io/detection_writer.h"
-#include "core/io/text_file.h"
-#include "core/io/track_format.h"
-#include "core/io/track_writer.h"
-#include "core/io/tracks.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/calibration/format.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/source.h"
+#include "core/io/detections/writer.h"
+#include "core/io/files/text_file.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/tracks.h"
+#include "core/io/tracks/writer.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {

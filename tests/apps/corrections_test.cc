@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "core/io/calibration.h"
-#include "core/io/detection_writer.h"
-#include "core/io/tracks.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/writer.h"
+#include "core/io/tracks/tracks.h"
 #include "tests/support/program.h"
 #include "tests/support/rig.h"
 #include "tests/support/test_data.h"

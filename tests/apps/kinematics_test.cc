@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/io/track_writer.h"
+#include "core/io/tracks/writer.h"
 #include "tests/support/program.h"
 #include "tests/support/standing_person.h"
 #include "tests/support/test_data.h"

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "core/io/tracks.h"
+#include "core/io/tracks/tracks.h"
 #include "solvers/session/options.h"
 #include "tests/support/program.h"
 #include "tests/support/test_data.h"

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "apps/report/picture.h"
-#include "core/io/calibration.h"
-#include "core/io/detection_writer.h"
-#include "core/io/track_writer.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/writer.h"
+#include "core/io/tracks/writer.h"
 #include "tests/support/program.h"
 #include "tests/support/rig.h"
 #include "tests/support/test_data.h"

@@ -7,9 +7,9 @@
 #include <map>
 #include <string>
 
-#include "core/io/calibration.h"
-#include "core/io/detection_source.h"
-#include "core/io/tracks.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/source.h"
+#include "core/io/tracks/tracks.h"
 #include "tests/support/program.h"
 #include "tests/support/test_data.h"
 

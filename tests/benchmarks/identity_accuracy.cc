@@ -41,8 +41,8 @@
 #include "core/evaluation/identity.h"
 #include "core/identity/edits.h"
 #include "core/identity/linking.h"
-#include "core/io/track_writer.h"
-#include "core/io/tracks.h"
+#include "core/io/tracks/tracks.h"
+#include "core/io/tracks/writer.h"
 #include "solvers/session/run.h"
 #include "tests/support/test_data.h"
 

@@ -4,10 +4,10 @@
 
 #include <string>
 
-#include "core/io/detection_source.h"
-#include "core/io/detection_writer.h"
-#include "core/io/track_writer.h"
-#include "core/io/tracks.h"
+#include "core/io/detections/source.h"
+#include "core/io/detections/writer.h"
+#include "core/io/tracks/tracks.h"
+#include "core/io/tracks/writer.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "core/io/calibration.h"
-#include "core/io/detection_source.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/source.h"
 #include "solvers/session/run.h"
 #include "tests/support/test_data.h"
 

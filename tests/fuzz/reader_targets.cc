@@ -1,13 +1,13 @@
 #include <functional>
 
-#include "core/io/calibration.h"
-#include "core/io/detection_format.h"
-#include "core/io/detection_source.h"
-#include "core/io/held_out_set.h"
-#include "core/io/identity_edits.h"
-#include "core/io/manifest.h"
-#include "core/io/track_format.h"
-#include "core/io/tracks.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/configuration/held_out_set.h"
+#include "core/io/configuration/manifest.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/source.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/identity_edits.h"
+#include "core/io/tracks/tracks.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/targets.h"
 

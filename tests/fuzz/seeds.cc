@@ -5,11 +5,11 @@
 #include <iterator>
 #include <map>
 
-#include "core/io/calibration_format.h"
-#include "core/io/detection_format.h"
-#include "core/io/detection_writer.h"
-#include "core/io/identity_edits.h"
-#include "core/io/track_format.h"
+#include "core/io/calibration/format.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/writer.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/identity_edits.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
 #include "tests/fuzz/targets.h"

@@ -19,7 +19,7 @@ foreach(header kinegraph.h core/geometry/camera.h solvers/session/session.h)
   endif()
 endforeach()
 # What no public header includes is not installed.
-foreach(header core/io/atomic_file.h apps/common/app.h)
+foreach(header core/io/files/atomic_file.h apps/common/app.h)
   if(EXISTS ${prefix}/include/kinegraph/${header})
     message(FATAL_ERROR "the internal header ${header} was installed")
   endif()

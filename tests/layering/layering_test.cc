@@ -49,6 +49,17 @@ std::string FolderOf(const std::string& path) {
   return path.substr(0, path.find('/', first + 1));
 }
 
+// The rooms of core/io: files <- text, binary <- the kinds of files, which
+// never include each other <- core/io itself, which converts among them.
+const std::map<std::string, int>& RoomRanks() {
+  static const std::map<std::string, int> ranks = {
+      {"core/io/files", 0},       {"core/io/text", 1},
+      {"core/io/binary", 1},      {"core/io/configuration", 2},
+      {"core/io/calibration", 2}, {"core/io/detections", 2},
+      {"core/io/tracks", 2},      {"core/io", 3}};
+  return ranks;
+}
+
 bool StartsWith(const std::string& text, const std::string& beginning) {
   return text.rfind(beginning, 0) == 0;
 }
@@ -125,6 +136,18 @@ std::string BrokenByInclude(const std::string& folder,
   return folder + " may not use " + other + ": dependencies go downwards";
 }
 
+// The same for the rooms of core/io.
+std::string BrokenByRoom(const std::string& path, const std::string& included) {
+  const std::string room = path.substr(0, path.rfind('/'));
+  const std::string other = included.substr(0, included.rfind('/'));
+  const auto rank = RoomRanks().find(room);
+  const auto other_rank = RoomRanks().find(other);
+  if (rank == RoomRanks().end() || room == other) return "";
+  if (other_rank == RoomRanks().end()) return "";
+  if (rank->second > other_rank->second) return "";
+  return room + " may not use " + other + ": dependencies go downwards";
+}
+
 std::string BrokenByWords(const std::string& folder, const std::string& line) {
   for (const Reserved& reserved : ReservedWords()) {
     if (std::regex_search(line, reserved.pattern) &&
@@ -151,9 +174,10 @@ std::vector<std::string> Violations(const std::string& path,
     // What a comment says is no use of anything.
     const std::string code = line.substr(0, line.find("//"));
     std::smatch match;
-    const std::string rule = std::regex_match(line, match, kInclude)
-                                 ? BrokenByInclude(folder, match[1])
-                                 : BrokenByWords(folder, code);
+    const bool includes = std::regex_match(line, match, kInclude);
+    std::string rule = includes ? BrokenByInclude(folder, match[1])
+                                : BrokenByWords(folder, code);
+    if (includes && rule.empty()) rule = BrokenByRoom(path, match[1]);
     if (rule.empty()) continue;
     found.push_back(path + ":" + std::to_string(number) + ": " + rule + ": " +
                     line);
@@ -374,6 +398,11 @@ INSTANTIATE_TEST_SUITE_P(
                   "core/association may not use core/io"},
         WrongLine{"core/io/x.h", "#include \"core/evaluation/y.h\"",
                   "core/io may not use core/evaluation"},
+        WrongLine{"core/io/tracks/x.cc", "#include \"core/io/detections/y.h\"",
+                  "downwards"},
+        WrongLine{"core/io/files/x.cc", "#include \"core/io/text/y.h\"",
+                  "core/io/files may not use core/io/text"},
+        WrongLine{"core/io/text/x.cc", "#include \"core/io/y.h\"", "downwards"},
         WrongLine{"core/base/x.h", "#include \"core/data/y.h\"", "downwards"},
         WrongLine{"core/geometry/x.h", "#include \"core/skeleton/y.h\"",
                   "downwards"},

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/io/json.h"
+#include "core/io/text/json.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph::testing {

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "core/base/random.h"
-#include "core/io/tracks.h"
+#include "core/io/tracks/tracks.h"
 #include "core/synthetic/recorded_actor.h"
 #include "solvers/filters/causal_gaussian.h"
 #include "solvers/filters/smoothing_spline.h"

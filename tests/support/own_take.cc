@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include "core/evaluation/mpjpe.h"
-#include "core/io/calibration.h"
-#include "core/io/calibration_writer.h"
-#include "core/io/tracks.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/calibration/writer.h"
+#include "core/io/tracks/tracks.h"
 #include "tests/support/program.h"
 
 namespace kinegraph::testing {

@@ -1,11 +1,11 @@
 #include "tests/support/shelf.h"
 
 #include "apps/common/config_folder.h"
-#include "core/io/calibration.h"
-#include "core/io/detection_source.h"
-#include "core/io/held_out_set.h"
-#include "core/io/tracks.h"
-#include "core/io/view_pairing.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/configuration/held_out_set.h"
+#include "core/io/detections/source.h"
+#include "core/io/detections/view_pairing.h"
+#include "core/io/tracks/tracks.h"
 
 namespace kinegraph::testing {
 

@@ -9,7 +9,7 @@
 
 #include "apps/common/config_folder.h"
 #include "apps/tables/dataset.h"
-#include "core/io/config.h"
+#include "core/io/configuration/config.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {

@@ -9,7 +9,7 @@
 #include "core/evaluation/identity.h"
 #include "core/evaluation/parity.h"
 #include "core/evaluation/pcp.h"
-#include "core/io/tracks.h"
+#include "core/io/tracks/tracks.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/io/config.h"
-#include "core/io/json.h"
+#include "core/io/configuration/config.h"
+#include "core/io/text/json.h"
 #include "tests/support/program.h"
 #include "tests/support/test_data.h"
 

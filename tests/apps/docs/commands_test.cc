@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/io/text_file.h"
+#include "core/io/files/text_file.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {

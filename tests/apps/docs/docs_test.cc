@@ -9,8 +9,8 @@
 
 #include "apps/common/key_tables.h"
 #include "apps/common/synthesis.h"
-#include "core/io/config.h"
-#include "core/io/text_file.h"
+#include "core/io/configuration/config.h"
+#include "core/io/files/text_file.h"
 #include "solvers/session/run.h"
 #include "tests/support/test_data.h"
 

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <string>
 
-#include "core/io/json.h"
+#include "core/io/text/json.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph::testing {

@@ -14,7 +14,7 @@
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
 #include "core/base/error.h"
-#include "core/io/text_file.h"
+#include "core/io/files/text_file.h"
 #include "tests/support/rig.h"
 #include "tests/support/test_data.h"
 

@@ -12,7 +12,7 @@
 #include "apps/report/moments.h"
 #include "apps/report/page.h"
 #include "core/base/error.h"
-#include "core/io/json.h"
+#include "core/io/text/json.h"
 #include "core/kinematics/ground.h"
 #include "core/kinematics/kinematics.h"
 #include "tests/support/base64.h"

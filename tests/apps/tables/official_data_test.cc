@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/evaluation/head_conversion.h"
-#include "core/io/json.h"
-#include "core/io/text_file.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/json.h"
 #include "tests/support/mat_file.h"
 #include "tests/support/program.h"
 #include "tests/support/rig.h"

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/io/tracks.h"
+#include "core/io/tracks/tracks.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {

@@ -12,11 +12,11 @@
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/parity.h"
 #include "core/evaluation/pcp.h"
-#include "core/io/calibration.h"
-#include "core/io/detection_source.h"
-#include "core/io/held_out_set.h"
-#include "core/io/tracks.h"
-#include "core/io/view_pairing.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/configuration/held_out_set.h"
+#include "core/io/detections/source.h"
+#include "core/io/detections/view_pairing.h"
+#include "core/io/tracks/tracks.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {

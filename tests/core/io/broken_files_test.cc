@@ -16,9 +16,9 @@
 
 #include "core/base/error.h"
 #include "core/base/random.h"
-#include "core/io/detection_source.h"
-#include "core/io/held_out_set.h"
-#include "core/io/tracks.h"
+#include "core/io/configuration/held_out_set.h"
+#include "core/io/detections/source.h"
+#include "core/io/tracks/tracks.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {

@@ -10,12 +10,12 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/io/calibration.h"
-#include "core/io/calibration_format.h"
-#include "core/io/detection_source.h"
-#include "core/io/detection_writer.h"
-#include "core/io/track_format.h"
-#include "core/io/tracks.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/calibration/format.h"
+#include "core/io/detections/source.h"
+#include "core/io/detections/writer.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/tracks.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
 #include "tests/support/program.h"

@@ -12,9 +12,9 @@
 
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
-#include "core/io/calibration.h"
-#include "core/io/json.h"
-#include "core/io/tracks.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/text/json.h"
+#include "core/io/tracks/tracks.h"
 #include "core/reconstruction/reconstruction.h"
 #include "core/tracking/evidence.h"
 #include "solvers/factory.h"

@@ -9,7 +9,7 @@
 #include "core/base/error.h"
 #include "core/evaluation/consistency.h"
 #include "core/evaluation/mpjpe.h"
-#include "core/io/calibration.h"
+#include "core/io/calibration/calibration.h"
 #include "solvers/session/ready_take.h"
 #include "solvers/session/run.h"
 #include "tests/support/faulty_scene.h"

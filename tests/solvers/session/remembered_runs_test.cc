@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/io/config.h"
+#include "core/io/configuration/config.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
 #include "solvers/noise/take_notes.h"

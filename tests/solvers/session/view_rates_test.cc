@@ -7,7 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/evaluation/mpjpe.h"
-#include "core/io/detection_export.h"
+#include "core/io/detections/export.h"
 #include "solvers/session/run.h"
 #include "tests/support/faulty_scene.h"
 #include "tests/support/test_data.h"

@@ -1,0 +1,218 @@
+#include "core/io/binary/hdf5_file.h"
+
+#include <hdf5.h>
+
+#include <functional>
+#include <mutex>
+
+#include "core/base/error.h"
+#include "core/io/files/text_file.h"
+
+namespace kinegraph {
+namespace {
+
+// A recursive one, as a reader opens the next file while another is open.
+std::recursive_mutex& LibraryMutex() {
+  static std::recursive_mutex mutex;
+  return mutex;
+}
+
+// A handle of the library and what closes it.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  hid_t get() const { return id_; }
+  bool is_valid() const { return id_ >= 0; }
+
+ private:
+  const hid_t id_;
+  herr_t (*const close_)(hid_t);
+};
+
+std::vector<size_t> ShapeOf(hid_t space) {
+  const int rank = H5Sget_simple_extent_ndims(space);
+  if (rank < 0) throw InputError("is damaged");
+  std::vector<hsize_t> sides(static_cast<size_t>(rank));
+  if (rank > 0) H5Sget_simple_extent_dims(space, sides.data(), nullptr);
+  return {sides.begin(), sides.end()};
+}
+
+size_t CountOf(const std::vector<size_t>& shape) {
+  constexpr size_t kMost = size_t{1} << 31;
+  size_t count = 1;
+  for (const size_t side : shape) {
+    if (side > kMost) throw InputError("is too large");
+    count *= side;
+    if (count > kMost) throw InputError("is too large");
+  }
+  return count;
+}
+
+// Reads `count` texts of a type by `read`, which fills a buffer.
+std::vector<std::string> TextsOf(
+    hid_t type, hid_t space, size_t count,
+    const std::function<herr_t(hid_t memory_type, void* to)>& read) {
+  if (H5Tget_class(type) != H5T_STRING) throw InputError("expected texts");
+  std::vector<std::string> texts(count);
+  if (count == 0) return texts;
+  const Handle memory(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_cset(memory.get(), H5Tget_cset(type));
+  if (H5Tis_variable_str(type) > 0) {
+    H5Tset_size(memory.get(), H5T_VARIABLE);
+    std::vector<char*> words(count, nullptr);
+    if (read(memory.get(), words.data()) < 0) throw InputError("is damaged");
+    for (size_t i = 0; i < count; ++i) {
+      if (words[i] != nullptr) texts[i] = words[i];
+    }
+    H5Dvlen_reclaim(memory.get(), space, H5P_DEFAULT, words.data());
+    return texts;
+  }
+  constexpr size_t kLongest = 1 << 20;
+  const size_t width = H5Tget_size(type);
+  if (width == 0 || width > kLongest) throw InputError("is damaged");
+  H5Tset_size(memory.get(), width + 1);  // with the zero at the end
+  std::vector<char> bytes(count * (width + 1));
+  if (read(memory.get(), bytes.data()) < 0) throw InputError("is damaged");
+  for (size_t i = 0; i < count; ++i) texts[i] = &bytes[i * (width + 1)];
+  return texts;
+}
+
+}  // namespace
+
+Hdf5File::Hdf5File(const std::string& path) : path_(path) {
+  LibraryMutex().lock();
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // it prints otherwise
+  if (IsFile(path)) file_ = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  if (file_ >= 0) return;
+  LibraryMutex().unlock();
+  throw InputError(
+      path, "",
+      IsFile(path) ? "is no HDF5 file, or damaged" : "cannot be read");
+}
+
+Hdf5File::~Hdf5File() {
+  H5Fclose(file_);
+  LibraryMutex().unlock();
+}
+
+void Hdf5File::Fail(const std::string& name, const std::string& message) const {
+  throw InputError(path_, name, message);
+}
+
+bool Hdf5File::Has(const std::string& name) const {
+  return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
+}
+
+std::vector<size_t> Hdf5File::Shape(const std::string& name) const {
+  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.is_valid()) Fail(name, "is missing");
+  const Handle space(H5Dget_space(set.get()), H5Sclose);
+  return ShapeOf(space.get());
+}
+
+std::vector<double> Hdf5File::Numbers(const std::string& name) const {
+  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.is_valid()) Fail(name, "is missing");
+  const Handle space(H5Dget_space(set.get()), H5Sclose);
+  const Handle type(H5Dget_type(set.get()), H5Tclose);
+  const H5T_class_t kind = H5Tget_class(type.get());
+  if (kind != H5T_FLOAT && kind != H5T_INTEGER) Fail(name, "expected numbers");
+  try {
+    std::vector<double> numbers(CountOf(ShapeOf(space.get())));
+    if (!numbers.empty() && H5Dread(set.get(), H5T_NATIVE_DOUBLE, H5S_ALL,
+                                    H5S_ALL, H5P_DEFAULT, numbers.data()) < 0) {
+      Fail(name, "is damaged");
+    }
+    return numbers;
+  } catch (const InputError& error) {
+    Fail(name, error.what());
+  }
+}
+
+std::vector<std::string> Hdf5File::Texts(const std::string& name) const {
+  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.is_valid()) Fail(name, "is missing");
+  const Handle space(H5Dget_space(set.get()), H5Sclose);
+  const Handle type(H5Dget_type(set.get()), H5Tclose);
+  try {
+    return TextsOf(type.get(), space.get(), CountOf(ShapeOf(space.get())),
+                   [&](hid_t memory_type, void* to) {
+                     return H5Dread(set.get(), memory_type, H5S_ALL, H5S_ALL,
+                                    H5P_DEFAULT, to);
+                   });
+  } catch (const InputError& error) {
+    Fail(name, error.what());
+  }
+}
+
+std::vector<double> Hdf5File::Field(const std::string& name,
+                                    const std::string& field,
+                                    size_t* width) const {
+  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.is_valid()) Fail(name, "is missing");
+  const Handle type(H5Dget_type(set.get()), H5Tclose);
+  const int place = H5Tget_class(type.get()) == H5T_COMPOUND
+                        ? H5Tget_member_index(type.get(), field.c_str())
+                        : -1;
+  if (place < 0) Fail(name, "has no field " + field);
+  const Handle member(
+      H5Tget_member_type(type.get(), static_cast<unsigned>(place)), H5Tclose);
+  const bool is_array = H5Tget_class(member.get()) == H5T_ARRAY;
+  const Handle element(
+      is_array ? H5Tget_super(member.get()) : H5Tcopy(member.get()), H5Tclose);
+  const H5T_class_t kind = H5Tget_class(element.get());
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) ||
+      (is_array && H5Tget_array_ndims(member.get()) != 1)) {
+    Fail(name, "field " + field + ": expected numbers");
+  }
+  hsize_t side = 1;
+  if (is_array) H5Tget_array_dims2(member.get(), &side);
+  *width = side;
+  const Handle numbers_type(is_array
+                                ? H5Tarray_create2(H5T_NATIVE_DOUBLE, 1, &side)
+                                : H5Tcopy(H5T_NATIVE_DOUBLE),
+                            H5Tclose);
+  const Handle record(H5Tcreate(H5T_COMPOUND, side * sizeof(double)), H5Tclose);
+  H5Tinsert(record.get(), field.c_str(), 0, numbers_type.get());
+  const Handle space(H5Dget_space(set.get()), H5Sclose);
+  try {
+    std::vector<size_t> shape = ShapeOf(space.get());
+    shape.push_back(side);
+    std::vector<double> numbers(CountOf(shape));
+    if (!numbers.empty() && H5Dread(set.get(), record.get(), H5S_ALL, H5S_ALL,
+                                    H5P_DEFAULT, numbers.data()) < 0) {
+      Fail(name, "is damaged");
+    }
+    return numbers;
+  } catch (const InputError& error) {
+    Fail(name, error.what());
+  }
+}
+
+std::string Hdf5File::Attribute(const std::string& name,
+                                const std::string& attribute) const {
+  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.is_valid()) Fail(name, "is missing");
+  if (H5Aexists(set.get(), attribute.c_str()) <= 0) return "";
+  const Handle value(H5Aopen(set.get(), attribute.c_str(), H5P_DEFAULT),
+                     H5Aclose);
+  const Handle space(H5Aget_space(value.get()), H5Sclose);
+  const Handle type(H5Aget_type(value.get()), H5Tclose);
+  try {
+    const std::vector<std::string> texts =
+        TextsOf(type.get(), space.get(), CountOf(ShapeOf(space.get())),
+                [&](hid_t memory_type, void* to) {
+                  return H5Aread(value.get(), memory_type, to);
+                });
+    return texts.empty() ? "" : texts.front();
+  } catch (const InputError& error) {
+    Fail(name + "." + attribute, error.what());
+  }
+}
+
+}  // namespace kinegraph

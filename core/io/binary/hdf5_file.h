@@ -1,0 +1,46 @@
+// Arrays of an HDF5 file. For core/io alone.
+#ifndef KINEGRAPH_CORE_IO_BINARY_HDF5_FILE_H_
+#define KINEGRAPH_CORE_IO_BINARY_HDF5_FILE_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace kinegraph {
+
+// Reads whole data sets. One file is read at a time, as Debian's library asks;
+// further threads wait. Everything throws InputError naming file and data set.
+class Hdf5File {
+ public:
+  explicit Hdf5File(const std::string& path);
+  ~Hdf5File();
+  Hdf5File(const Hdf5File&) = delete;
+  Hdf5File& operator=(const Hdf5File&) = delete;
+
+  bool Has(const std::string& name) const;
+  // Empty for a single value.
+  std::vector<size_t> Shape(const std::string& name) const;
+  // In C order, whatever number type the file has.
+  std::vector<double> Numbers(const std::string& name) const;
+  // Texts of fixed or of variable length.
+  std::vector<std::string> Texts(const std::string& name) const;
+  // Numbers of one field of a data set of records, one record after the other;
+  // each has `width` of them.
+  std::vector<double> Field(const std::string& name, const std::string& field,
+                            size_t* width) const;
+  // A text beside a data set; empty when there is none.
+  std::string Attribute(const std::string& name,
+                        const std::string& attribute) const;
+
+ private:
+  [[noreturn]] void Fail(const std::string& name,
+                         const std::string& message) const;
+
+  const std::string path_;
+  int64_t file_ = -1;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_BINARY_HDF5_FILE_H_

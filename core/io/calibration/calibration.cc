@@ -1,0 +1,273 @@
+#include "core/io/calibration/calibration.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_set>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/io/calibration/format.h"
+#include "core/io/calibration/formats.h"
+
+namespace kinegraph {
+namespace {
+
+CalibrationFile ReadFile(const std::string& path, const std::string& name) {
+  if (name != "auto") {
+    const CalibrationFormat* format = FindCalibrationFormat(name);
+    if (format == nullptr) {
+      throw OptionError("cameras.format",
+                        "found '" + Printable(name) + "', which is no format");
+    }
+    return format->read(LookAtCalibration(path, *format));
+  }
+  const CalibrationHead head = LookAtCalibration(path);
+  const CalibrationFormat* format = RecogniseCalibration(head);
+  if (format != nullptr) return format->read(head);
+  throw InputError(
+      path, "",
+      head.is_folder
+          ? "is a folder without intri.yml, P0.txt or other files of a known "
+            "calibration format"
+          : "is no calibration in a known format (cameras.format can name "
+            "one)");
+}
+
+// ---- From a file's words to cameras ----
+
+struct ImageSize {
+  int64_t width_px = 0;  // 0: not told
+  int64_t height_px = 0;
+};
+
+ImageSize SizeOf(const CameraReadOptions& options) {
+  const std::vector<double>& size = options.image_size;
+  if (size.empty()) return {};
+  const auto whole = [](double side) {
+    return side > 0.0 && side <= std::numeric_limits<int>::max() &&
+           side == std::floor(side);
+  };
+  if (size.size() != 2 || !whole(size[0]) || !whole(size[1])) {
+    throw OptionError("cameras.image_size",
+                      "expected two whole numbers > 0: width and height in px");
+  }
+  return {static_cast<int64_t>(size[0]), static_cast<int64_t>(size[1])};
+}
+
+double PerMetre(const CalibrationFile& file, const std::string& path,
+                LengthUnit option) {
+  if (file.states_unit && option != LengthUnit::kAuto && option != file.unit) {
+    throw InputError(path, "",
+                     "states its unit, cameras.unit cannot change it");
+  }
+  switch (option == LengthUnit::kAuto ? file.unit : option) {
+    case LengthUnit::kCentimetre:
+      return 100.0;
+    case LengthUnit::kMillimetre:
+      return 1000.0;
+    default:
+      return 1.0;
+  }
+}
+
+std::string Text(const ImageSize& size) {
+  return std::to_string(size.width_px) + " x " + std::to_string(size.height_px);
+}
+
+// Turns one record into a camera; every failure names file and camera.
+class CameraBuilder {
+ public:
+  CameraBuilder(const CameraRecord& record, double per_metre,
+                const CameraReadOptions& options)
+      : record_(record), per_metre_(per_metre), options_(options) {}
+
+  Camera Build() const {
+    CameraParameters parameters;
+    parameters.name = record_.name;
+    const ImageSize size = ChooseSize();
+    parameters.width_px = static_cast<int>(size.width_px);
+    parameters.height_px = static_cast<int>(size.height_px);
+    parameters.K = record_.K;
+    if (record_.normalised_K) ScaleK(size, &parameters.K);
+    try {
+      parameters.lens = ChooseLens();
+      parameters.R = record_.R;
+      if (!record_.centre.has_value()) parameters.t = record_.t / per_metre_;
+      Camera camera(parameters);
+      if (!record_.centre.has_value()) return Checked(camera);
+      // The rotation is made exact first, so that the centre stays in place.
+      parameters.R = camera.R();
+      parameters.t = -(camera.R() * (*record_.centre / per_metre_));
+      return Checked(Camera(parameters));
+    } catch (const OptionError& error) {
+      Fail(error.what());
+    }
+  }
+
+ private:
+  [[noreturn]] void Fail(const std::string& message) const {
+    throw InputError(record_.file, "camera '" + Printable(record_.name) + "'",
+                     message);
+  }
+
+  ImageSize ChooseSize() const {
+    const ImageSize own = {record_.width_px, record_.height_px};
+    constexpr int64_t kLargest = std::numeric_limits<int>::max();
+    if (own.width_px < 0 || own.height_px < 0 || own.width_px > kLargest ||
+        own.height_px > kLargest ||
+        (own.width_px == 0) != (own.height_px == 0)) {
+      Fail("found an image size of " + Text(own) + " px");
+    }
+    const ImageSize option = SizeOf(options_);
+    if (own.width_px == 0) return option;
+    if (option.width_px != 0 && (own.width_px != option.width_px ||
+                                 own.height_px != option.height_px)) {
+      Fail("the file says " + Text(own) + " px, cameras.image_size " +
+           Text(option));
+    }
+    return own;
+  }
+
+  void ScaleK(const ImageSize& size, Eigen::Matrix3d* K) const {
+    if (size.width_px == 0) {
+      Fail(
+          "K belongs to coordinates divided by the image size; "
+          "cameras.image_size must give it");
+    }
+    K->row(0) *= static_cast<double>(size.width_px);
+    K->row(1) *= static_cast<double>(size.height_px);
+  }
+
+  std::shared_ptr<const Lens> ChooseLens() const {
+    if (options_.ignore_distortion) return nullptr;
+    std::vector<double> coefficients = record_.distortion;
+    // Longer OpenCV models whose further terms are zero are this one.
+    constexpr size_t kCoefficients = 5;
+    while (coefficients.size() > kCoefficients && coefficients.back() == 0.0) {
+      coefficients.pop_back();
+    }
+    return MakeLens(record_.lens_model, coefficients);
+  }
+
+  const Camera& Checked(const Camera& camera) const {
+    if (!camera.P().allFinite() || !camera.centre().allFinite()) {
+      Fail("the numbers are too large to project with");
+    }
+    return camera;
+  }
+
+  const CameraRecord& record_;
+  double per_metre_;
+  const CameraReadOptions& options_;
+};
+
+// The records to use, in order.
+std::vector<const CameraRecord*> Choose(const CalibrationFile& file,
+                                        const std::string& path,
+                                        const std::vector<std::string>& use) {
+  if (file.cameras.empty()) throw InputError(path, "", "has no cameras");
+  std::map<std::string, const CameraRecord*> by_name;
+  std::vector<const CameraRecord*> all;
+  for (const CameraRecord& record : file.cameras) {
+    if (record.name.empty()) {
+      throw InputError(record.file, "", "a camera has an empty name");
+    }
+    if (!by_name.emplace(record.name, &record).second) {
+      throw InputError(path, "camera '" + Printable(record.name) + "'",
+                       "appears twice");
+    }
+    all.push_back(&record);
+  }
+  if (use.empty()) return all;
+  std::vector<const CameraRecord*> chosen;
+  std::unordered_set<std::string> seen;
+  for (const std::string& name : use) {
+    const auto at = by_name.find(name);
+    if (at == by_name.end()) {
+      throw InputError(path, "",
+                       "has no camera '" + Printable(name) +
+                           "', which cameras.use names; its first is '" +
+                           Printable(file.cameras.front().name) + "' of " +
+                           std::to_string(file.cameras.size()));
+    }
+    if (!seen.insert(name).second) {
+      throw OptionError("cameras.use",
+                        "names camera '" + Printable(name) + "' twice");
+    }
+    chosen.push_back(at->second);
+  }
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<std::string> CalibrationFormatNames() {
+  std::vector<std::string> names = {"auto"};
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    names.push_back(format.name);
+  }
+  return names;
+}
+
+void CameraReadOptions::Describe(OptionVisitor& visitor) {
+  const std::vector<std::string> names = CalibrationFormatNames();
+  const auto at = std::find(names.begin(), names.end(), format);
+  int index = at == names.end() ? 0 : static_cast<int>(at - names.begin());
+  visitor.ChoiceIndex("format", &index, names,
+                      "Format of the calibration; auto tells it by content.");
+  format = names[static_cast<size_t>(index)];
+  visitor.Choice(
+      "unit", &unit, {"auto", "m", "cm", "mm"},
+      "Unit of the calibration's lengths; auto is the format's own.");
+  visitor.NumberList("image_size", &image_size, Positive(), "px",
+                     "Width and height where the calibration does not tell.");
+  visitor.Boolean("ignore_distortion", &ignore_distortion,
+                  "Take every lens as an ideal pinhole.");
+  visitor.TextList("use", &use, "Names of the cameras to use; empty: all.");
+  visitor.TextMap(
+      "map", &map,
+      "Camera of a view, where equal names or numbers do not tell.");
+}
+
+CameraRig ReadCameras(const std::string& path,
+                      const CameraReadOptions& options) {
+  SizeOf(options);  // a wrong option is reported before any file
+  const CalibrationFile file = ReadFile(path, options.format);
+  const double per_metre = PerMetre(file, path, options.unit);
+  CameraRig cameras;
+  for (const CameraRecord* record : Choose(file, path, options.use)) {
+    cameras.push_back(CameraBuilder(*record, per_metre, options).Build());
+  }
+  return cameras;
+}
+
+CalibrationUnit UnitOfCalibration(const std::string& path,
+                                  const CameraReadOptions& options) {
+  const CalibrationFile file = ReadFile(path, options.format);
+  return {PerMetre(file, path, options.unit), !file.states_unit};
+}
+
+void ReadImageSize(const JsonField& field, CameraRecord* record) {
+  const std::vector<int64_t> size = field.Integers(2);
+  record->width_px = size[0];
+  record->height_px = size[1];
+}
+
+Eigen::Matrix3d ToMatrix3(const std::vector<double>& row_major) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
+      row_major.data());
+}
+
+Eigen::Vector3d ToVector3(const std::vector<double>& numbers) {
+  return Eigen::Map<const Eigen::Vector3d>(numbers.data());
+}
+
+Eigen::Matrix3d RotationOf(const Eigen::Vector3d& vector) {
+  const double angle = vector.stableNorm();
+  if (!(angle > 0.0)) return Eigen::Matrix3d::Identity();
+  return Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
+}
+
+}  // namespace kinegraph

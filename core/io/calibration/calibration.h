@@ -1,0 +1,61 @@
+// Reading and writing calibrations. Whatever a file's conventions, a Camera
+// has pixels, metres and cam_from_world.
+#ifndef KINEGRAPH_CORE_IO_CALIBRATION_CALIBRATION_H_
+#define KINEGRAPH_CORE_IO_CALIBRATION_CALIBRATION_H_
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/base/options.h"
+#include "core/geometry/camera.h"
+
+namespace kinegraph {
+
+// "auto" and the names of the formats (calibration_format.h).
+std::vector<std::string> CalibrationFormatNames();
+
+enum class LengthUnit {
+  kAuto,  // the format's own
+  kMetre,
+  kCentimetre,
+  kMillimetre,
+};
+
+// Options of reading cameras; the owner enters the table "cameras".
+struct CameraReadOptions {
+  std::string format = "auto";  // or a name of CalibrationFormatNames()
+  // Unit of the file's lengths. The formats' own: m, but mm for VoxelPose and
+  // cm for longcw and Panoptic.
+  LengthUnit unit = LengthUnit::kAuto;
+  std::vector<double> image_size;  // px: width, height; empty: the file's
+  bool ignore_distortion = false;
+  std::vector<std::string> use;            // names; empty: all
+  std::map<std::string, std::string> map;  // view -> camera
+
+  void Describe(OptionVisitor& visitor);
+};
+
+// The cameras of a file (or of a folder, for formats of several files) in the
+// order of the file, or in that of `options.use`. Throws InputError naming file
+// and camera or key, OptionError for a wrong `options.image_size`.
+CameraRig ReadCameras(const std::string& path,
+                      const CameraReadOptions& options = {});
+
+// The unit in which ReadCameras reads the lengths of a file.
+struct CalibrationUnit {
+  double per_metre = 1.0;      // 1, 100 or 1000
+  bool can_be_changed = true;  // by cameras.unit: the file does not state it
+};
+CalibrationUnit UnitOfCalibration(const std::string& path,
+                                  const CameraReadOptions& options = {});
+
+// Writes our own format, which reads back to the same bits. `refinement` is a
+// JSON text that goes beside the cameras and that readers pass over; empty:
+// none.
+void WriteCameras(const std::string& path, const CameraRig& cameras,
+                  const std::string& refinement = "");
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_CALIBRATION_CALIBRATION_H_

@@ -1,0 +1,336 @@
+// COLMAP's text model: a folder with
+//   cameras.txt  CAMERA_ID MODEL WIDTH HEIGHT PARAMS...
+//   images.txt   IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of
+//                the image's points, which may be empty
+// and points3D.txt, which says nothing of cameras. Lines that begin with # are
+// comments. x_cam = R X + t in a scale of COLMAP's own (metres unless told
+// otherwise). The middle of the first pixel is (0.5, 0.5) there and (0, 0)
+// here (https://colmap.github.io/format.html, seen for 3.8).
+//
+// A camera that does not move is one image: its name is that of the image
+// without the extension, or of the image's folder where each image has its own.
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/io/calibration/format.h"
+#include "core/io/calibration/write_formats.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/text_file.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kPixelMiddle = 0.5;  // px
+constexpr const char* kCameras = "cameras.txt";
+constexpr const char* kImages = "images.txt";
+
+std::vector<std::string> WordsOf(const std::string& line) {
+  constexpr const char* kSpaces = " \t\r";
+  std::vector<std::string> words;
+  size_t begin = line.find_first_not_of(kSpaces);
+  while (begin != std::string::npos) {
+    const size_t end = line.find_first_of(kSpaces, begin);
+    words.push_back(line.substr(begin, end - begin));
+    begin = line.find_first_not_of(kSpaces, end);
+  }
+  return words;
+}
+
+// Lines of a file, split into words; says which line a failure belongs to.
+class ModelFile {
+ public:
+  explicit ModelFile(const std::string& path)
+      : path_(path), text_(ReadTextFile(path, kMaxSmallFileBytes)) {}
+
+  // The next line that is no comment; of empty ones only if `keep_empty`.
+  bool Next(std::vector<std::string>* words, bool keep_empty = false) {
+    while (at_ < text_.size()) {
+      const size_t end = std::min(text_.find('\n', at_), text_.size());
+      *words = WordsOf(text_.substr(at_, end - at_));
+      at_ = end + 1;
+      ++line_;
+      if (words->empty() ? keep_empty : words->front()[0] != '#') return true;
+    }
+    return false;
+  }
+
+  [[noreturn]] void Fail(const std::string& message) const {
+    throw InputError(path_, "line " + std::to_string(line_), message);
+  }
+
+  double Number(const std::string& word) const {
+    double number = 0.0;
+    const char* end = word.data() + word.size();
+    const auto [stop, error] = std::from_chars(word.data(), end, number);
+    if (error != std::errc() || stop != end || !std::isfinite(number)) {
+      Fail("found '" + Printable(word) + "', expected a finite number");
+    }
+    return number;
+  }
+
+  int64_t Integer(const std::string& word) const {
+    int64_t number = 0;
+    const char* end = word.data() + word.size();
+    const auto [stop, error] = std::from_chars(word.data(), end, number);
+    if (error != std::errc() || stop != end) {
+      Fail("found '" + Printable(word) + "', expected a whole number");
+    }
+    return number;
+  }
+
+ private:
+  const std::string path_;
+  const std::string text_;
+  size_t at_ = 0;
+  int64_t line_ = 0;
+};
+
+// ---- Reading ----
+
+struct LensModel {
+  const char* name;
+  int focal_lengths;  // one, or fx and fy
+  int coefficients;   // in OpenCV's order k1 k2 p1 p2 k3 k4 k5 k6
+};
+
+// Models whose lens OpenCV's polynomial says.
+const LensModel* FindModel(const std::string& name) {
+  static const std::vector<LensModel> kModels = {
+      {"SIMPLE_PINHOLE", 1, 0}, {"PINHOLE", 2, 0}, {"SIMPLE_RADIAL", 1, 1},
+      {"RADIAL", 1, 2},         {"OPENCV", 2, 4},  {"FULL_OPENCV", 2, 8}};
+  for (const LensModel& model : kModels) {
+    if (name == model.name) return &model;
+  }
+  return nullptr;
+}
+
+CameraRecord ReadIntrinsics(const ModelFile& file,
+                            const std::vector<std::string>& words) {
+  if (words.size() < 4) {
+    file.Fail("expected CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS");
+  }
+  const LensModel* model = FindModel(words[1]);
+  if (model == nullptr) {
+    file.Fail("the lens model '" + Printable(words[1]) +
+              "' is not read, expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, "
+              "RADIAL, OPENCV or FULL_OPENCV (COLMAP's model_converter and "
+              "image_undistorter make others into these)");
+  }
+  const auto count =
+      static_cast<size_t>(model->focal_lengths + 2 + model->coefficients);
+  if (words.size() != 4 + count) {
+    file.Fail("found " + std::to_string(words.size() - 4) +
+              " parameters, expected the " + std::to_string(count) + " of " +
+              words[1]);
+  }
+  std::vector<double> numbers;
+  for (size_t i = 4; i < words.size(); ++i) {
+    numbers.push_back(file.Number(words[i]));
+  }
+  CameraRecord record;
+  record.width_px = file.Integer(words[2]);
+  record.height_px = file.Integer(words[3]);
+  auto next = numbers.begin();
+  record.K(0, 0) = *next++;
+  record.K(1, 1) = model->focal_lengths == 2 ? *next++ : record.K(0, 0);
+  record.K(0, 2) = *next++ - kPixelMiddle;
+  record.K(1, 2) = *next++ - kPixelMiddle;
+  record.distortion.assign(next, numbers.end());
+  // MakeLens takes two coefficients or four.
+  if (record.distortion.size() == 1) record.distortion.push_back(0.0);
+  return record;
+}
+
+std::map<int64_t, CameraRecord> ReadAllIntrinsics(const std::string& path) {
+  std::map<int64_t, CameraRecord> cameras;
+  ModelFile file(path);
+  std::vector<std::string> words;
+  while (file.Next(&words)) {
+    const int64_t id = file.Integer(words[0]);
+    if (!cameras.emplace(id, ReadIntrinsics(file, words)).second) {
+      file.Fail("camera " + words[0] + " appears twice");
+    }
+  }
+  return cameras;
+}
+
+CameraRecord ReadImage(const ModelFile& file,
+                       const std::vector<std::string>& words,
+                       const std::map<int64_t, CameraRecord>& intrinsics) {
+  if (words.size() != 10) {
+    file.Fail("found " + std::to_string(words.size()) +
+              " words, expected IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, "
+              "CAMERA_ID, NAME");
+  }
+  const auto at = intrinsics.find(file.Integer(words[8]));
+  if (at == intrinsics.end()) {
+    file.Fail("camera " + Printable(words[8]) + " is not in cameras.txt");
+  }
+  CameraRecord record = at->second;
+  const auto number = [&](size_t place) { return file.Number(words[place]); };
+  const Eigen::Quaterniond turn(number(1), number(2), number(3), number(4));
+  // Written with a dozen digits.
+  constexpr double kRounding = 1e-3;
+  if (!(std::abs(turn.norm() - 1.0) < kRounding)) {
+    file.Fail("QW, QX, QY, QZ are no unit quaternion");
+  }
+  record.R = turn.normalized().toRotationMatrix();
+  record.t = {number(5), number(6), number(7)};
+  record.name = words[9];
+  return record;
+}
+
+// By their files, or by their folders where no two share one.
+void NameByImages(std::vector<CameraRecord>* cameras) {
+  std::set<std::string> folders;
+  for (const CameraRecord& camera : *cameras) {
+    folders.insert(fs::path(camera.name).parent_path().string());
+  }
+  const bool by_folder =
+      folders.count("") == 0 && folders.size() == cameras->size();
+  for (CameraRecord& camera : *cameras) {
+    const fs::path image(camera.name);
+    camera.name = by_folder ? image.parent_path().string()
+                            : (image.parent_path() / image.stem()).string();
+  }
+}
+
+bool IsModelName(const std::string& path) {
+  const std::string name = fs::path(path).filename().string();
+  return name == kCameras || name == kImages;
+}
+
+CalibrationFile Read(const CalibrationHead& head) {
+  if (!head.is_folder && !IsModelName(head.path)) {
+    throw InputError(head.path, "",
+                     "is no cameras.txt or images.txt, nor their folder");
+  }
+  const fs::path path_given = head.path;
+  const fs::path folder =
+      head.is_folder ? path_given : path_given.parent_path();
+  const auto intrinsics = ReadAllIntrinsics((folder / kCameras).string());
+  const std::string path = (folder / kImages).string();
+  CalibrationFile result;
+  ModelFile file(path);
+  std::vector<std::string> words;
+  while (file.Next(&words)) {
+    result.cameras.push_back(ReadImage(file, words, intrinsics));
+    result.cameras.back().file = path;
+    if (!file.Next(&words, true)) break;  // the image's points
+  }
+  NameByImages(&result.cameras);
+  return result;
+}
+
+bool Recognise(const CalibrationHead& head) {
+  if (head.is_folder) {
+    return head.HasFile(kCameras) && head.HasFile(kImages) &&
+           !HasTumFiles(head.names);
+  }
+  return head.Is(CalibrationSyntax::kOther) && IsModelName(head.path);
+}
+
+// ---- Writing ----
+
+void CheckImageName(const Camera& camera) {
+  if (!camera.name().empty() &&
+      camera.name().find_first_of(" \t\r\n/\\#") == std::string::npos) {
+    return;
+  }
+  throw CannotWrite(camera,
+                    "the name cannot be that of an image of COLMAP's, expected "
+                    "no spaces, '/', '\\' or '#'");
+}
+
+std::string CameraLine(const Camera& camera, size_t id) {
+  if (!HasSize(camera)) {
+    throw CannotWrite(camera,
+                      "COLMAP needs the image size, which the input does not "
+                      "tell (--image_size=W,H)");
+  }
+  const Eigen::Matrix3d& K = camera.K();
+  // As in VoxelPose's format: rounding of projection matrices.
+  constexpr double kRoundingPx = 0.01;
+  if (std::abs(K(0, 1)) > kRoundingPx) {
+    throw CannotWrite(camera, "a skewed K cannot be said in this format");
+  }
+  const auto lens = OpenCvCoefficients(camera);
+  const bool is_full = lens[4] != 0.0;
+  std::string line =
+      fmt::format("{} {} {} {} {} {} {} {}", id,
+                  camera.lens() == nullptr ? "PINHOLE"
+                  : is_full                ? "FULL_OPENCV"
+                                           : "OPENCV",
+                  camera.width_px(), camera.height_px(), K(0, 0), K(1, 1),
+                  K(0, 2) + kPixelMiddle, K(1, 2) + kPixelMiddle);
+  if (camera.lens() == nullptr) return line + "\n";
+  for (int k = 0; k < (is_full ? 5 : 4); ++k)
+    line += fmt::format(" {}", lens[k]);
+  return line + (is_full ? " 0 0 0\n" : "\n");
+}
+
+std::string ImageLines(const Camera& camera, size_t id) {
+  Eigen::Quaterniond turn(camera.R());
+  if (turn.w() < 0.0) turn.coeffs() = -turn.coeffs();
+  const Eigen::Vector3d& t = camera.t();
+  // The second line has the image's points.
+  return fmt::format("{} {} {} {} {} {} {} {} {} {}.png\n\n", id, turn.w(),
+                     turn.x(), turn.y(), turn.z(), t.x(), t.y(), t.z(), id,
+                     camera.name());
+}
+
+void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+  std::string intrinsics = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
+  std::string images =
+      "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n"
+      "# POINTS2D[] as (X, Y, POINT3D_ID)\n";
+  double largest_skew_px = 0.0;
+  for (size_t c = 0; c < cameras.size(); ++c) {
+    CheckImageName(cameras[c]);
+    intrinsics += CameraLine(cameras[c], c + 1);
+    images += ImageLines(cameras[c], c + 1);
+    largest_skew_px = std::max(largest_skew_px, std::abs(cameras[c].K()(0, 1)));
+  }
+  AtomicFolder folder(path);
+  WriteText(folder.PathOf(kCameras), intrinsics);
+  WriteText(folder.PathOf(kImages), images);
+  WriteText(folder.PathOf("points3D.txt"),
+            "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, "
+            "POINT2D_IDX)\n");
+  folder.Commit();
+  if (largest_skew_px > 0.0) {
+    losses->push_back("a skew of up to " + std::to_string(largest_skew_px) +
+                      " px is left out");
+  }
+}
+
+}  // namespace
+
+CalibrationFormat ColmapCalibrationFormat() {
+  CalibrationFormat format;
+  format.name = "colmap";
+  format.layout =
+      "COLMAP's text: cameras.txt and images.txt, an image a camera";
+  format.syntax = CalibrationSyntax::kOther;
+  format.recognise = Recognise;
+  format.read = Read;
+  format.write = Write;
+  format.written_as = "folder";
+  format.kept = "everything; R as a quaternion, to 1e-14";
+  format.lost =
+      "lost: a skew that is rounding (0.01 px); refused: a skewed K, unknown "
+      "image sizes, names with spaces or slashes";
+  return format;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,88 @@
+// The formats of calibrations: one entry each, from which follow recognition,
+// the key cameras.format, `convert --formats` and its flags, the formats that
+// the Python module writes, and the table in docs/convert.md. A format joins by
+// a file that defines its entry and by one line in calibration_format.cc.
+#ifndef KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
+#define KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
+
+#include <string>
+#include <vector>
+
+#include "core/geometry/camera.h"
+#include "core/io/calibration/formats.h"
+#include "core/io/text/json.h"
+#include "core/io/text/losses.h"
+
+namespace kinegraph {
+
+// How the text of a calibration is written.
+enum class CalibrationSyntax { kJson, kToml, kYaml, kNumbers, kOther };
+
+// What a path looks like, for recognising its format and for reading it.
+struct CalibrationHead {
+  std::string path;
+  bool is_folder = false;
+  std::vector<std::string> names;  // in the folder, sorted
+  // The rest is of a file.
+  CalibrationSyntax syntax = CalibrationSyntax::kOther;
+  Json json;  // of JSON and TOML; of YAML for recognising alone
+
+  bool Is(CalibrationSyntax of_file) const {
+    return !is_folder && syntax == of_file;
+  }
+  // The file is JSON, an object that has the key.
+  bool HasJsonKey(const std::string& key) const;
+  // The folder has a file of that name.
+  bool HasFile(const std::string& name) const;
+  JsonField Root() const { return JsonField(json, path); }
+};
+
+struct CalibrationFormat {
+  using Recognise = bool (*)(const CalibrationHead& head);
+  using Read = CalibrationFile (*)(const CalibrationHead& head);
+  // Writes a file or a folder in the unit of the format; it appears when it is
+  // complete. What changes the geometry and cannot be said (a lens in TUM's
+  // matrices, a skewed K in VoxelPose's) throws InputError naming the camera;
+  // what is merely left out is added to `losses`.
+  using Write = void (*)(const std::string& path, const CameraRig& cameras,
+                         Losses* losses);
+
+  std::string name;
+  std::string layout;  // one line for people
+  CalibrationSyntax syntax = CalibrationSyntax::kJson;
+  Recognise recognise = nullptr;
+  Read read = nullptr;
+  Write write = nullptr;  // null: read only
+
+  // The row in docs/convert.md.
+  std::string written_as = "file";
+  std::string kept;
+  std::string lost;
+};
+
+const std::vector<CalibrationFormat>& CalibrationFormats();
+// nullptr when there is none of that name.
+const CalibrationFormat* FindCalibrationFormat(const std::string& name);
+
+// Looks at a path; throws InputError when it cannot be read or parsed.
+CalibrationHead LookAtCalibration(const std::string& path);
+// The same where the format is known, whatever the text looks like.
+CalibrationHead LookAtCalibration(const std::string& path,
+                                  const CalibrationFormat& format);
+// The format that recognises it, or nullptr.
+const CalibrationFormat* RecogniseCalibration(const CalibrationHead& head);
+// Whether a folder is a calibration by the names of its files.
+bool IsCalibrationFolder(const std::string& path);
+
+// For recognising: whether the first member of an object is an object with all
+// of these keys; of a whole file without a list of its own, JSON.
+bool FirstMemberHas(const Json& json, const std::vector<const char*>& keys);
+bool FirstMemberHas(const CalibrationHead& head,
+                    const std::vector<const char*>& keys);
+
+// "| `krt` | yes | file | what is kept | what is lost |".
+std::string TableRow(const CalibrationFormat& format);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_

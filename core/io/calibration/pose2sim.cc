@@ -1,0 +1,158 @@
+// TOML of Pose2Sim, Anipose, FreeMoCap and Caliscope, a table a camera: name,
+// size [w, h], matrix 3x3 px, distortions [k1, k2, p1, p2(, k3)], rotation
+// (Rodrigues vector or 3x3, cam_from_world), translation. Lengths are metres in
+// Pose2Sim's and Caliscope's files; Anipose's have the unit of the calibration
+// board, which is millimetres in FreeMoCap's. The table "metadata" is no
+// camera.
+//
+// Caliscope's camera_array.toml has its cameras inside "cameras", its
+// config.toml beside the board and the pairs that it began with; those that it
+// did not place ("null") or ignores are no cameras.
+#include <fmt/format.h>
+
+#include <optional>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/io/calibration/format.h"
+#include "core/io/calibration/keys.h"
+#include "core/io/calibration/write_formats.h"
+#include "core/io/text/skeleton_json.h"
+
+namespace kinegraph {
+
+namespace {
+
+bool IsText(const std::optional<JsonField>& field, const char* text) {
+  return field.has_value() && field->value().is_string() &&
+         field->Text() == text;
+}
+
+// Whether Caliscope leaves a camera out.
+bool IsUnplaced(const JsonField& camera) {
+  const auto ignore = camera.Find("ignore");
+  if (ignore.has_value() && ignore->value().is_boolean() && ignore->Boolean()) {
+    return true;
+  }
+  return IsText(camera.Find("rotation"), "null") &&
+         IsText(camera.Find("translation"), "null");
+}
+
+// Tables and values of Caliscope's and Anipose's files that are no cameras.
+bool IsBesideCameras(const std::string& key) {
+  static const std::set<std::string> kKeys = {"metadata",
+                                              "capture_volume",
+                                              "charuco",
+                                              "camera_count",
+                                              "fps_sync_stream_processing",
+                                              "point_estimates",
+                                              "fps_recording",
+                                              "save_tracked_points_video",
+                                              "creation_date"};
+  constexpr const char* kPair = "stereo_";
+  return kKeys.count(key) > 0 || key.rfind(kPair, 0) == 0;
+}
+
+Eigen::Matrix3d ReadRotation(const JsonField& field) {
+  const Json& value = field.value();
+  const bool is_matrix = value.is_array() && value.size() == 3 &&
+                         value[0].is_array() && value[0].size() == 3;
+  if (is_matrix) return ToMatrix3(field.Matrix(3, 3));
+  return RotationOf(ToVector3(field.Matrix(3, 1)));
+}
+
+CameraRecord ReadCamera(const std::string& name, const JsonField& field) {
+  CameraRecord record;
+  record.file = field.file();
+  record.name = name;
+  KeyReader camera(field.Named("camera '" + Printable(record.name) + "'"));
+  if (const auto size = camera.Find("size")) ReadImageSize(*size, &record);
+  record.K = ToMatrix3(camera.At("matrix").Matrix(3, 3));
+  camera.ReadLens(&record);
+  record.R = ReadRotation(camera.At("rotation"));
+  record.t = ToVector3(camera.At("translation").Matrix(3, 1));
+  // How Caliscope shows the pictures and what it made the camera from.
+  for (const char* key : {"port", "rotation_count", "exposure", "grid_count",
+                          "ignore", "verified_resolutions"}) {
+    camera.Find(key);
+  }
+  camera.RejectUnread();
+  return record;
+}
+
+// FreeMoCap says how large the squares of its board were: in millimetres,
+// unless nobody told it (1).
+bool IsInMillimetres(const JsonField& root) {
+  const auto metadata = root.Find("metadata");
+  if (!metadata.has_value() || !metadata->value().is_object()) return false;
+  const auto square = metadata->Find("charuco_square_size");
+  return square.has_value() && square->value().is_number() &&
+         square->Number() > 1.0;
+}
+
+bool Recognise(const CalibrationHead& head) {
+  return head.Is(CalibrationSyntax::kToml);
+}
+
+CalibrationFile Read(const CalibrationHead& head) {
+  const JsonField root = head.Root();
+  CalibrationFile file;
+  if (IsInMillimetres(root)) file.unit = LengthUnit::kMillimetre;
+  const auto inside = root.Find("cameras");
+  const bool is_array = inside.has_value() && inside->value().is_object() &&
+                        !inside->value().contains("matrix");
+  for (const auto& [table, field] :
+       (is_array ? *inside : root).Members("camera")) {
+    if (IsBesideCameras(table)) continue;
+    if (field.value().is_object() && IsUnplaced(field)) continue;
+    const auto name =
+        field.value().is_object() ? field.Find("name") : std::nullopt;
+    // Caliscope's videos are cam_0.mp4, cam_1.mp4, ...
+    file.cameras.push_back(ReadCamera(
+        name.has_value() ? name->Text() : (is_array ? "cam_" : "") + table,
+        field));
+  }
+  return file;
+}
+
+void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+  NoteUnknownSizes(cameras, losses);
+  std::string text;
+  int number = 0;
+  for (const Camera& camera : cameras) {
+    const auto lens = OpenCvCoefficients(camera);
+    const Eigen::Matrix3d& K = camera.K();
+    text += fmt::format("[cam_{:02}]\n", ++number);
+    // JSON's escapes are TOML's.
+    text += "name = " + JsonText(camera.name()) + "\n";
+    if (HasSize(camera)) {
+      const Eigen::Vector2d size(camera.width_px(), camera.height_px());
+      text += "size = " + DecimalList(size) + "\n";
+    }
+    text += "matrix = [" + DecimalList(K.row(0)) + ", " +
+            DecimalList(K.row(1)) + ", " + DecimalList(K.row(2)) + "]\n";
+    // Pose2Sim's own files have four coefficients; OpenCV takes k3 as fifth.
+    const Eigen::Index count = lens[4] == 0.0 ? 4 : 5;
+    text += "distortions = " + DecimalList(lens.head(count)) + "\n";
+    text += "rotation = " + DecimalList(RotationVector(camera.R())) + "\n";
+    text += "translation = " + DecimalList(camera.t()) + "\n";
+    text += "fisheye = false\n\n";
+  }
+  WriteText(path, text + "[metadata]\nadjusted = false\nerror = 0.0\n");
+}
+
+}  // namespace
+
+CalibrationFormat Pose2simCalibrationFormat() {
+  CalibrationFormat format;
+  format.name = "pose2sim";
+  format.layout = "TOML: Pose2Sim, Anipose, FreeMoCap, Caliscope";
+  format.syntax = CalibrationSyntax::kToml;
+  format.recognise = Recognise;
+  format.read = Read;
+  format.write = Write;
+  format.kept = "everything; R as a rotation vector, to 1e-14";
+  return format;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,94 @@
+// VoxelPose's JSON: {"0": {"R": 3x3, "T": 3x1, "fx", "fy", "cx", "cy",
+// "k": 3x1, "p": 2x1}, ...}, millimetres. T is the camera's centre:
+// x_cam = R (X - T). Radial k1 k2 k3 and tangential p1 p2.
+#include <algorithm>
+#include <cmath>
+
+#include "core/io/calibration/format.h"
+#include "core/io/calibration/keys.h"
+#include "core/io/calibration/write_formats.h"
+
+namespace kinegraph {
+namespace {
+
+bool Recognise(const CalibrationHead& head) {
+  return FirstMemberHas(head, {"T", "fx"}) && !FirstMemberHas(head, {"RT"});
+}
+
+CalibrationFile Read(const CalibrationHead& head) {
+  const JsonField root = head.Root();
+  CalibrationFile file;
+  file.unit = LengthUnit::kMillimetre;
+  KeyReader(root).ReadUnit(&file);
+  for (const auto& [name, field] : root.Members("camera")) {
+    if (IsNoCamera(name, field)) continue;
+    KeyReader camera(field);
+    CameraRecord record;
+    record.file = root.file();
+    record.name = name;
+    record.K << camera.At("fx").Number(), 0.0, camera.At("cx").Number(),  //
+        0.0, camera.At("fy").Number(), camera.At("cy").Number(),          //
+        0.0, 0.0, 1.0;
+    record.R = ToMatrix3(camera.At("R").Matrix(3, 3));
+    record.centre = ToVector3(camera.At("T").Matrix(3, 1));
+    camera.ReadLens(&record);
+    camera.RejectUnread();
+    file.cameras.push_back(record);
+  }
+  return file;
+}
+
+void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+  constexpr double kMillimetresPerMetre = 1000.0;
+  Json json = Json::object();
+  bool has_size = false;
+  double largest_skew_px = 0.0;
+  for (const Camera& camera : cameras) {
+    const Eigen::Matrix3d& K = camera.K();
+    // Cameras taken from rounded projection matrices have a little skew (Shelf
+    // 0.005 px). It moves a pixel by skew * y / z: within a field of view of 90
+    // degrees by no more than itself, far below what a calibration knows.
+    constexpr double kRoundingPx = 0.01;
+    if (std::abs(K(0, 1)) > kRoundingPx) {
+      throw CannotWrite(camera, "a skewed K cannot be said in this format");
+    }
+    largest_skew_px = std::max(largest_skew_px, std::abs(K(0, 1)));
+    const auto lens = OpenCvCoefficients(camera);
+    const Eigen::Vector3d radial(lens[0], lens[1], lens[4]);
+    const Eigen::Vector2d tangential(lens[2], lens[3]);
+    const Eigen::Vector3d centre_mm = kMillimetresPerMetre * camera.centre();
+    json[camera.name()] = {{"R", JsonRows(camera.R())},
+                           {"T", JsonRows(centre_mm)},
+                           {"fx", K(0, 0)},
+                           {"fy", K(1, 1)},
+                           {"cx", K(0, 2)},
+                           {"cy", K(1, 2)},
+                           {"k", JsonRows(radial)},
+                           {"p", JsonRows(tangential)}};
+    has_size = has_size || HasSize(camera);
+  }
+  if (has_size) losses->push_back("image sizes are not kept");
+  if (largest_skew_px > 0.0) {
+    losses->push_back("a skew of up to " + std::to_string(largest_skew_px) +
+                      " px is left out");
+  }
+  WriteText(path, JsonLines(json));
+}
+
+}  // namespace
+
+CalibrationFormat VoxelposeCalibrationFormat() {
+  CalibrationFormat format;
+  format.name = "voxelpose";
+  format.layout = "JSON, mm";
+  format.recognise = Recognise;
+  format.read = Read;
+  format.write = Write;
+  format.kept = "K, lens, pose; t through the camera centre, to 1e-14";
+  format.lost =
+      "lost: image sizes, a skew that is rounding (0.01 px); refused: a skewed "
+      "K";
+  return format;
+}
+
+}  // namespace kinegraph

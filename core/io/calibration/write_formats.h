@@ -1,0 +1,81 @@
+// The writers of single calibration formats, and what they share. For core/io
+// alone.
+#ifndef KINEGRAPH_CORE_IO_CALIBRATION_WRITE_FORMATS_H_
+#define KINEGRAPH_CORE_IO_CALIBRATION_WRITE_FORMATS_H_
+
+#include <Eigen/Core>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/io/calibration/writer.h"
+#include "core/io/text/json.h"
+
+namespace kinegraph {
+
+inline bool HasSize(const Camera& camera) {
+  return camera.width_px() > 0 && camera.height_px() > 0;
+}
+
+// Writes a whole file.
+void WriteText(const std::string& path, const std::string& text);
+// Notes that formats simply leave an unknown size out.
+void NoteUnknownSizes(const CameraRig& cameras, Losses* losses);
+
+// k1 k2 p1 p2 k3; zeros without a lens. Throws InputError naming the camera for
+// another model.
+Eigen::Matrix<double, 5, 1> OpenCvCoefficients(const Camera& camera);
+
+// "camera 'NAME': message".
+InputError CannotWrite(const Camera& camera, const std::string& message);
+
+// One JSON member a line, names that are not UTF-8 with replacement characters.
+std::string JsonLines(const Json& object);
+
+// Rows of a matrix, row by row.
+template <typename Matrix>
+Json JsonRows(const Matrix& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    Json row = Json::array();
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
+      row.push_back(matrix(r, c));
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+// All numbers of a matrix, row by row, in one list.
+template <typename Matrix>
+Json JsonFlat(const Matrix& matrix) {
+  Json list = Json::array();
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
+      list.push_back(matrix(r, c));
+    }
+  }
+  return list;
+}
+
+// The shortest text that reads back bit for bit, always with a point or an
+// exponent, so that it is no integer in languages that tell them apart.
+std::string DecimalText(double value);
+
+// "[1.0, 2.0]", row by row.
+template <typename Matrix>
+std::string DecimalList(const Matrix& matrix) {
+  std::string text = "[";
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r) {
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) {
+      text += (text.size() > 1 ? ", " : "") + DecimalText(matrix(r, c));
+    }
+  }
+  return text + "]";
+}
+
+// Direction times angle [rad] (Rodrigues) of a rotation.
+Eigen::Vector3d RotationVector(const Eigen::Matrix3d& R);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_CALIBRATION_WRITE_FORMATS_H_

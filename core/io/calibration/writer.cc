@@ -1,0 +1,74 @@
+#include "core/io/calibration/writer.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "core/io/calibration/format.h"
+#include "core/io/calibration/write_formats.h"
+#include "core/io/files/atomic_file.h"
+
+namespace kinegraph {
+
+void WriteCalibration(const std::string& path, const std::string& format,
+                      const CameraRig& cameras, Losses* losses) {
+  const CalibrationFormat* found = FindCalibrationFormat(format);
+  if (found == nullptr || found->write == nullptr) {
+    std::string names;
+    for (const CalibrationFormat& one : CalibrationFormats()) {
+      if (one.write == nullptr) continue;
+      names += (names.empty() ? "" : ", ") + one.name;
+    }
+    throw InputError("format: found '" + Printable(format) +
+                     "', expected one of " + names);
+  }
+  found->write(path, cameras, losses);
+}
+
+void WriteText(const std::string& path, const std::string& text) {
+  AtomicFile file(path);
+  file.Write(text);
+  file.Commit();
+}
+
+void NoteUnknownSizes(const CameraRig& cameras, Losses* losses) {
+  if (std::all_of(cameras.begin(), cameras.end(), HasSize)) return;
+  losses->push_back(
+      "image sizes that the input does not tell are left out; other "
+      "programs may need them (--image_size=W,H)");
+}
+
+InputError CannotWrite(const Camera& camera, const std::string& message) {
+  return InputError("camera '" + Printable(camera.name()) + "': " + message);
+}
+
+Eigen::Matrix<double, 5, 1> OpenCvCoefficients(const Camera& camera) {
+  Eigen::Matrix<double, 5, 1> coefficients =
+      Eigen::Matrix<double, 5, 1>::Zero();
+  if (camera.lens() == nullptr) return coefficients;
+  const std::vector<double> parameters = camera.lens()->parameters();
+  if (camera.lens()->model() != "opencv5" || parameters.size() != 5) {
+    throw CannotWrite(camera, "the lens model '" + camera.lens()->model() +
+                                  "' cannot be said in this format");
+  }
+  std::copy(parameters.begin(), parameters.end(), coefficients.data());
+  return coefficients;
+}
+
+std::string JsonLines(const Json& object) {
+  return object.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string DecimalText(double value) {
+  std::string text = fmt::format("{}", value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+Eigen::Vector3d RotationVector(const Eigen::Matrix3d& R) {
+  const Eigen::AngleAxisd rotation(R);
+  return rotation.angle() * rotation.axis();
+}
+
+}  // namespace kinegraph

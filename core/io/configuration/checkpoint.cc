@@ -1,0 +1,212 @@
+#include "core/io/configuration/checkpoint.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "core/base/bytes.h"
+#include "core/base/error.h"
+#include "core/io/binary/npz_file.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr size_t kKeyBytes = 32;  // as Fingerprint::Hex gives it
+constexpr size_t kRecordHead = kKeyBytes + sizeof(uint64_t) + sizeof(uint32_t);
+
+bool ReadAt(int descriptor, int64_t offset, size_t size, std::string* bytes) {
+  bytes->resize(size);
+  size_t done = 0;
+  while (done < size) {
+    const ssize_t got = pread(descriptor, bytes->data() + done, size - done,
+                              offset + static_cast<int64_t>(done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    done += static_cast<size_t>(got);
+  }
+  return true;
+}
+
+bool WriteAt(int descriptor, int64_t offset, const std::string& bytes) {
+  size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t put =
+        pwrite(descriptor, bytes.data() + done, bytes.size() - done,
+               offset + static_cast<int64_t>(done));
+    if (put < 0 && errno == EINTR) continue;
+    if (put <= 0) return false;
+    done += static_cast<size_t>(put);
+  }
+  return true;
+}
+
+}  // namespace
+
+Checkpoint::Checkpoint(const std::string& path, const std::string& build,
+                       bool resume, double quiet_s)
+    : path_(path),
+      head_("kinegraph checkpoint 1\n" + FingerprintOf(build) + "\n"),
+      quiet_s_(quiet_s),
+      start_(std::chrono::steady_clock::now()) {
+  if (!resume) return;
+  if (access(path.c_str(), F_OK) != 0) return;  // nothing was kept
+  if (!OpenFile(true)) throw InputError(path, "", trouble_);
+  ReadExisting();
+}
+
+Checkpoint::~Checkpoint() {
+  if (descriptor_ >= 0) close(descriptor_);
+  if (given_up_ >= 0) close(given_up_);
+}
+
+// Locked, so that two runs never write into one another's.
+bool Checkpoint::OpenFile(bool resume) {
+  descriptor_ = open(
+      path_.c_str(),
+      O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | (resume ? 0 : O_CREAT),
+      0666);
+  struct stat status {};
+  if (descriptor_ < 0 || fstat(descriptor_, &status) != 0) {
+    trouble_ = "cannot be opened: " + std::string(std::strerror(errno));
+    if (descriptor_ >= 0) close(descriptor_);
+    descriptor_ = -1;
+    return false;
+  }
+  std::string head;
+  const bool ours = S_ISREG(status.st_mode) &&
+                    ReadAt(descriptor_, 0, head_.size(), &head) &&
+                    head.compare(0, 23, head_, 0, 23) == 0;
+  if (!S_ISREG(status.st_mode) || (status.st_size > 0 && !ours)) {
+    trouble_ = "is no checkpoint of kinegraph";
+  } else if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+    trouble_ = "is in use by another run";
+  } else if (resume && head != head_) {
+    trouble_ =
+        "was made by another build or on another kind of processor; without "
+        "--resume the run begins anew";
+  }
+  if (trouble_.empty()) return true;
+  close(descriptor_);
+  descriptor_ = -1;
+  return false;
+}
+
+void Checkpoint::ReadExisting() {
+  struct stat status {};
+  if (fstat(descriptor_, &status) != 0) return;
+  end_ = static_cast<int64_t>(head_.size());
+  std::string bytes;
+  while (ReadAt(descriptor_, end_, kRecordHead, &bytes)) {
+    ByteReader reader(std::string_view(bytes).substr(kKeyBytes));
+    Place place;
+    const auto size = reader.Get<uint64_t>();
+    place.checksum = reader.Get<uint32_t>();
+    place.offset = end_ + static_cast<int64_t>(kRecordHead);
+    if (size > static_cast<uint64_t>(status.st_size - place.offset)) break;
+    place.size = static_cast<size_t>(size);
+    places_[bytes.substr(0, kKeyBytes)] = place;
+    end_ = place.offset + static_cast<int64_t>(place.size);
+  }
+  // What was cut off makes room.
+  if (ftruncate(descriptor_, end_) != 0) GiveUp(std::strerror(errno));
+}
+
+std::optional<std::string> Checkpoint::Find(const std::string& key) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto at = places_.find(key);
+  if (at == places_.end() || descriptor_ < 0) return std::nullopt;
+  std::string value;
+  if (!ReadAt(descriptor_, at->second.offset, at->second.size, &value) ||
+      Crc32(value) != at->second.checksum) {
+    places_.erase(at);  // then it is computed
+    return std::nullopt;
+  }
+  ++found_;
+  return value;
+}
+
+void Checkpoint::Add(const std::string& key, const std::string& value) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (path_.empty() || key.size() != kKeyBytes || places_.count(key) > 0) {
+    return;
+  }
+  waiting_.emplace_back(key, value);
+  const std::chrono::duration<double> age =
+      std::chrono::steady_clock::now() - start_;
+  if (descriptor_ < 0) {
+    if (age.count() < quiet_s_) return;
+    if (!OpenFile(false)) {
+      GiveUp(trouble_);
+      return;
+    }
+    end_ = static_cast<int64_t>(head_.size());
+    if (ftruncate(descriptor_, 0) != 0 || !WriteAt(descriptor_, 0, head_)) {
+      GiveUp(std::strerror(errno));
+      return;
+    }
+  }
+  const auto waiting = std::exchange(waiting_, {});
+  for (const auto& [name, bytes] : waiting) {
+    if (descriptor_ >= 0) Append(name, bytes);
+  }
+}
+
+void Checkpoint::Append(const std::string& key, const std::string& value) {
+  ByteWriter head;
+  head.PutSize(value.size());
+  head.Put(Crc32(value));
+  const std::string record = key + head.bytes() + value;
+  // A killed program loses nothing; a power cut at most the last second.
+  const auto now = std::chrono::steady_clock::now();
+  const bool sync = now - synced_ > std::chrono::seconds(1);
+  if (!WriteAt(descriptor_, end_, record) ||
+      (sync && fdatasync(descriptor_) != 0)) {
+    GiveUp(std::strerror(errno));
+    return;
+  }
+  if (sync) synced_ = now;
+  places_[key] = {end_ + static_cast<int64_t>(kRecordHead), value.size(),
+                  Crc32(value)};
+  end_ += static_cast<int64_t>(record.size());
+}
+
+// A checkpoint is a help: without it the work goes on all the same. What is
+// in the file already stays good until the work is complete.
+void Checkpoint::GiveUp(const std::string& why) {
+  trouble_ = why;
+  if (descriptor_ >= 0) {
+    [[maybe_unused]] const int cut = ftruncate(descriptor_, end_);
+    given_up_ = std::exchange(descriptor_, -1);
+    given_up_path_ = path_;
+  }
+  path_.clear();
+  places_.clear();
+  waiting_.clear();
+}
+
+void Checkpoint::Remove() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (descriptor_ >= 0) {
+    unlink(path_.c_str());
+    close(std::exchange(descriptor_, -1));
+  }
+  if (given_up_ >= 0) {
+    unlink(given_up_path_.c_str());
+    close(std::exchange(given_up_, -1));
+  }
+  path_.clear();
+  places_.clear();
+  waiting_.clear();
+}
+
+std::string Checkpoint::trouble() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return trouble_;
+}
+
+}  // namespace kinegraph

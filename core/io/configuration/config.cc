@@ -1,0 +1,623 @@
+#include "core/io/configuration/config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "core/base/edit_distance.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/toml_file.h"
+
+namespace kinegraph {
+namespace {
+
+// ---- Words ----
+
+std::string Quoted(const std::string& text) {
+  return "'" + Printable(text) + "'";
+}
+
+std::string Trimmed(const std::string& text) {
+  constexpr const char* kBlank = " \t\r\n";
+  const size_t begin = text.find_first_not_of(kBlank);
+  if (begin == std::string::npos) return {};
+  return text.substr(begin, text.find_last_not_of(kBlank) + 1 - begin);
+}
+
+std::string WithoutQuotes(const std::string& text) {
+  const bool quoted = text.size() >= 2 && text.front() == text.back() &&
+                      (text.front() == '"' || text.front() == '\'');
+  return quoted ? text.substr(1, text.size() - 2) : text;
+}
+
+std::string WithUnit(const std::string& unit) {
+  return unit.empty() ? "" : " (" + unit + ")";
+}
+
+// "allowed > 0 (px)".
+std::string Allowed(const Limits& limits, const std::string& unit) {
+  return "allowed " + limits.ToString() + WithUnit(unit);
+}
+
+// What a value in the file looks like, for a message.
+std::string Found(const toml::node& node) {
+  if (node.is_table()) return "a table";
+  if (const toml::array* array = node.as_array()) {
+    return "a list of " + std::to_string(array->size());
+  }
+  const Json json = ToJson(node);
+  if (json.is_string()) return Quoted(json.get<std::string>());
+  if (json.is_number_float()) return fmt::format("{}", json.get<double>());
+  return json.dump();
+}
+
+template <typename Number>
+std::optional<Number> ParseNumber(const std::string& text) {
+  const char* begin = text.data();
+  const char* const end = begin + text.size();
+  if (begin != end && *begin == '+') ++begin;
+  Number number{};
+  const auto [stop, status] = std::from_chars(begin, end, number);
+  if (status != std::errc() || stop != end) return std::nullopt;
+  return number;
+}
+
+std::string LastPart(const std::string& key) {
+  return key.substr(key.rfind('.') + 1);  // npos + 1 is 0
+}
+
+// The known key most like an unknown one; empty when none is similar.
+std::string Nearest(const std::string& key, const std::set<std::string>& keys) {
+  constexpr size_t kLongest = 200;  // nobody mistypes more
+  if (key.size() > kLongest) return {};
+  std::string nearest;
+  size_t least = std::max<size_t>(2, key.size() / 3) + 1;
+  for (const std::string& known : keys) {
+    // The right key in the wrong table counts as one step.
+    const size_t distance =
+        LastPart(known) == LastPart(key) ? 1 : EditDistance(key, known);
+    if (distance < least) {
+      least = distance;
+      nearest = known;
+    }
+  }
+  return nearest;
+}
+
+// A value given on the command line.
+struct OverrideValue {
+  std::string text;
+  std::string source;
+};
+
+}  // namespace
+
+// ---- What is set, and what is known ----
+
+class ConfigFile::Impl {
+ public:
+  Impl(std::string path, toml::table table)
+      : path_(std::move(path)), table_(std::move(table)) {}
+
+  void Override(const std::string& assignments, const std::string& source);
+
+  // The file's value; nullptr when it has none.
+  const toml::node* Find(const std::string& key) const;
+  const toml::table& table() const { return table_; }
+  const OverrideValue* FindOverride(const std::string& key) const;
+  const std::map<std::string, OverrideValue>& overrides() const {
+    return overrides_;
+  }
+
+  void MarkKnown(const std::string& key) { known_.insert(key); }
+  // Whatever is below `table` is known.
+  void MarkOpen(const std::string& table) { open_.insert(table); }
+  void RejectUnknown() const;
+
+  std::string PlaceOf(const toml::node& node) const {
+    const auto line = node.source().begin.line;
+    return line == 0 ? path_ : path_ + ":" + std::to_string(line);
+  }
+  [[noreturn]] void Fail(const toml::node& node, const std::string& key,
+                         const std::string& message) const {
+    throw InputError(PlaceOf(node), "key " + Quoted(key), message);
+  }
+  InputError Locate(const OptionError& error) const;
+
+ private:
+  struct Unknown {
+    std::string key;
+    const toml::node* node;
+  };
+
+  bool IsKnownTable(const std::string& key) const;
+  bool IsKnownValue(const std::string& key) const;
+  void CollectUnknown(const toml::table& table, const std::string& prefix,
+                      std::vector<Unknown>* unknown) const;
+  std::string UnknownMessage(const std::string& key) const;
+
+  std::string path_;
+  toml::table table_;
+  std::map<std::string, OverrideValue> overrides_;
+  std::set<std::string> known_;
+  std::set<std::string> open_;
+};
+
+void ConfigFile::Impl::Override(const std::string& assignments,
+                                const std::string& source) {
+  std::set<std::string> seen;
+  size_t begin = 0;
+  while (begin <= assignments.size()) {
+    const size_t end =
+        std::min(assignments.find(';', begin), assignments.size());
+    const std::string part = Trimmed(assignments.substr(begin, end - begin));
+    begin = end + 1;
+    if (part.empty()) continue;
+    const size_t equals = part.find('=');
+    const std::string key =
+        equals == std::string::npos ? "" : Trimmed(part.substr(0, equals));
+    if (key.empty()) {
+      throw InputError(
+          source, "",
+          "found " + Quoted(part) + ", expected key=value;key=value");
+    }
+    if (!seen.insert(key).second) {
+      throw InputError(source, "key " + Quoted(key), "appears twice");
+    }
+    overrides_[key] = {Trimmed(part.substr(equals + 1)), source};
+  }
+}
+
+const toml::node* ConfigFile::Impl::Find(const std::string& key) const {
+  const toml::table* table = &table_;
+  size_t begin = 0;
+  while (true) {
+    const size_t end = key.find('.', begin);
+    const toml::node* node = table->get(key.substr(begin, end - begin));
+    if (node == nullptr || end == std::string::npos) return node;
+    table = node->as_table();
+    if (table == nullptr) return nullptr;
+    begin = end + 1;
+  }
+}
+
+const OverrideValue* ConfigFile::Impl::FindOverride(
+    const std::string& key) const {
+  const auto at = overrides_.find(key);
+  return at == overrides_.end() ? nullptr : &at->second;
+}
+
+bool ConfigFile::Impl::IsKnownTable(const std::string& key) const {
+  const auto next = known_.lower_bound(key + ".");
+  return next != known_.end() && next->rfind(key + ".", 0) == 0;
+}
+
+bool ConfigFile::Impl::IsKnownValue(const std::string& key) const {
+  if (known_.count(key) != 0) return true;
+  for (size_t dot = key.find('.'); dot != std::string::npos;
+       dot = key.find('.', dot + 1)) {
+    if (open_.count(key.substr(0, dot)) != 0) return true;
+  }
+  return false;
+}
+
+void ConfigFile::Impl::CollectUnknown(const toml::table& table,
+                                      const std::string& prefix,
+                                      std::vector<Unknown>* unknown) const {
+  for (const auto& [name, node] : table) {
+    const std::string key = prefix + std::string(name.str());
+    if (open_.count(key) != 0) continue;
+    const toml::table* inner = node.as_table();
+    if (inner == nullptr) {
+      if (known_.count(key) == 0) unknown->push_back({key, &node});
+    } else if (inner->empty()) {
+      if (!IsKnownTable(key)) unknown->push_back({key, &node});
+    } else {
+      CollectUnknown(*inner, key + ".", unknown);
+    }
+  }
+}
+
+std::string ConfigFile::Impl::UnknownMessage(const std::string& key) const {
+  std::set<std::string> all = known_;
+  all.insert(open_.begin(), open_.end());
+  const std::string nearest = Nearest(key, all);
+  return nearest.empty() ? "is not known"
+                         : "is not known; did you mean '" + nearest + "'?";
+}
+
+void ConfigFile::Impl::RejectUnknown() const {
+  std::vector<Unknown> unknown;
+  CollectUnknown(table_, "", &unknown);
+  if (!unknown.empty()) {
+    const Unknown& first = *std::min_element(
+        unknown.begin(), unknown.end(), [](const auto& a, const auto& b) {
+          return a.node->source().begin < b.node->source().begin;
+        });
+    Fail(*first.node, first.key, UnknownMessage(first.key));
+  }
+  for (const auto& [key, value] : overrides_) {
+    if (!IsKnownValue(key)) {
+      throw InputError(value.source, "key " + Quoted(key), UnknownMessage(key));
+    }
+  }
+}
+
+InputError ConfigFile::Impl::Locate(const OptionError& error) const {
+  const std::string where = "key " + Quoted(error.key());
+  if (const OverrideValue* value = FindOverride(error.key())) {
+    return InputError(value->source, where, error.message());
+  }
+  if (const toml::node* node = Find(error.key())) {
+    return InputError(PlaceOf(*node), where, error.message());
+  }
+  return InputError(path_, where, error.message());
+}
+
+// ---- Reading values into options ----
+
+class ConfigFile::Reader : public OptionVisitor {
+ public:
+  explicit Reader(Impl* config) : config_(config) {}
+
+  void Enter(const std::string& name) override {
+    const toml::node* node = Start(name).node;
+    tables_.push_back(name);
+    if (node != nullptr && !node->is_table()) {
+      const std::string key = JoinKey(tables_, "");
+      config_->Fail(*node, key.substr(0, key.size() - 1),
+                    "found " + Found(*node) + ", expected a table");
+    }
+  }
+  void Leave() override { tables_.pop_back(); }
+
+  void Number(const std::string& key, double* value, const Limits& limits,
+              const std::string& unit, const std::string&) override {
+    const Setting setting = StartValue(key);
+    std::optional<double> number;
+    if (setting.text != nullptr) number = ParseNumber<double>(*setting.text);
+    if (setting.node != nullptr) number = ToNumber(*setting.node);
+    if (!setting.present()) return;
+    if (!number.has_value()) {
+      setting.Fail("expected a number, " + Allowed(limits, unit));
+    }
+    if (!std::isfinite(*number) || !limits.Contains(*number)) {
+      setting.Fail(Allowed(limits, unit));
+    }
+    *value = *number;
+  }
+
+  void Integer(const std::string& key, int64_t* value, const Limits& limits,
+               const std::string& unit, const std::string&) override {
+    const Setting setting = StartValue(key);
+    std::optional<int64_t> integer;
+    if (setting.text != nullptr) integer = ParseNumber<int64_t>(*setting.text);
+    if (setting.node != nullptr) integer = setting.node->value_exact<int64_t>();
+    if (!setting.present()) return;
+    if (!integer.has_value()) {
+      setting.Fail("expected a whole number, " + Allowed(limits, unit));
+    }
+    if (!limits.Contains(static_cast<double>(*integer))) {
+      setting.Fail(Allowed(limits, unit));
+    }
+    *value = *integer;
+  }
+
+  void Boolean(const std::string& key, bool* value,
+               const std::string&) override {
+    const Setting setting = StartValue(key);
+    std::optional<bool> boolean;
+    if (setting.text != nullptr && *setting.text == "true") boolean = true;
+    if (setting.text != nullptr && *setting.text == "false") boolean = false;
+    if (setting.node != nullptr) boolean = setting.node->value_exact<bool>();
+    if (!setting.present()) return;
+    if (!boolean.has_value()) setting.Fail("expected true or false");
+    *value = *boolean;
+  }
+
+  void Text(const std::string& key, std::string* value,
+            const std::string&) override {
+    const Setting setting = StartValue(key);
+    if (setting.present()) *value = ToText(setting, "expected a text");
+  }
+
+  void ChoiceIndex(const std::string& key, int* value,
+                   const std::vector<std::string>& names,
+                   const std::string&) override {
+    const Setting setting = StartValue(key);
+    if (!setting.present()) return;
+    std::string allowed;
+    for (const std::string& name : names) {
+      allowed += (allowed.empty() ? "allowed '" : ", '") + name + "'";
+    }
+    const std::string text = ToText(setting, allowed);
+    const auto at = std::find(names.begin(), names.end(), text);
+    if (at == names.end()) setting.Fail(allowed);
+    *value = static_cast<int>(at - names.begin());
+  }
+
+  void TextList(const std::string& key, std::vector<std::string>* value,
+                const std::string&) override {
+    std::vector<std::string> texts;
+    const bool present = ForEachElement(
+        key, "expected a list of texts", [&texts](const Setting& element) {
+          texts.push_back(ToText(element, "expected a text"));
+        });
+    if (present) *value = std::move(texts);
+  }
+
+  void NumberList(const std::string& key, std::vector<double>* value,
+                  const Limits& limits, const std::string& unit,
+                  const std::string&) override {
+    std::vector<double> numbers;
+    const bool present = ForEachElement(
+        key, "expected a list of numbers", [&](const Setting& element) {
+          const std::optional<double> number =
+              element.text != nullptr ? ParseNumber<double>(*element.text)
+                                      : ToNumber(*element.node);
+          if (!number.has_value() || !std::isfinite(*number) ||
+              !limits.Contains(*number)) {
+            element.Fail("expected a number, " + Allowed(limits, unit));
+          }
+          numbers.push_back(*number);
+        });
+    if (present) *value = std::move(numbers);
+  }
+
+  void TextMap(const std::string& key,
+               std::map<std::string, std::string>* value,
+               const std::string&) override {
+    const Setting setting = Start(key);
+    config_->MarkOpen(setting.key);
+    if (setting.text != nullptr) {
+      setting.Fail("expected " + setting.key + ".NAME=VALUE");
+    }
+    if (setting.node != nullptr) {
+      const toml::table* table = setting.node->as_table();
+      if (table == nullptr) setting.Fail("expected a table of texts");
+      value->clear();
+      for (const auto& [name, node] : *table) {
+        const std::string inner(name.str());
+        const Setting element{config_, setting.key + "." + inner, &node,
+                              nullptr, ""};
+        (*value)[inner] = ToTextOrNumber(element);
+      }
+    }
+    const std::string prefix = setting.key + ".";
+    for (const auto& [name, change] : config_->overrides()) {
+      if (name.rfind(prefix, 0) == 0) {
+        (*value)[name.substr(prefix.size())] = WithoutQuotes(change.text);
+      }
+    }
+  }
+
+ private:
+  // A key and its value, from the file (node) or the command line (text).
+  struct Setting {
+    const Impl* config;
+    std::string key;
+    const toml::node* node;
+    const std::string* text;
+    std::string source;
+
+    bool present() const { return node != nullptr || text != nullptr; }
+    [[noreturn]] void Fail(const std::string& expected) const {
+      if (node != nullptr) {
+        config->Fail(*node, key, "found " + Found(*node) + ", " + expected);
+      }
+      throw InputError(source, "key " + Quoted(key),
+                       "found " + Quoted(*text) + ", " + expected);
+    }
+  };
+
+  Setting Start(const std::string& key) const {
+    const std::string path = JoinKey(tables_, key);
+    if (const OverrideValue* value = config_->FindOverride(path)) {
+      return {config_, path, nullptr, &value->text, value->source};
+    }
+    return {config_, path, config_->Find(path), nullptr, ""};
+  }
+
+  Setting StartValue(const std::string& key) const {
+    Setting setting = Start(key);
+    config_->MarkKnown(setting.key);
+    return setting;
+  }
+
+  static std::optional<double> ToNumber(const toml::node& node) {
+    if (const auto* integer = node.as_integer()) {
+      return static_cast<double>(integer->get());
+    }
+    return node.value_exact<double>();
+  }
+
+  static std::string ToText(const Setting& setting,
+                            const std::string& expected) {
+    if (setting.text != nullptr) return WithoutQuotes(*setting.text);
+    const auto text = setting.node->value_exact<std::string>();
+    if (!text.has_value()) setting.Fail(expected);
+    return *text;
+  }
+
+  // What names something or counts it: 1 is "1".
+  static std::string ToTextOrNumber(const Setting& setting) {
+    if (const auto whole = setting.node->value_exact<int64_t>()) {
+      return std::to_string(*whole);
+    }
+    if (const auto number = setting.node->value_exact<double>()) {
+      return fmt::format("{}", *number);
+    }
+    return ToText(setting, "expected a text or a number");
+  }
+
+  // The same for "[360, 288]", given on a command line.
+  template <typename Visit>
+  void VisitGivenList(const Setting& setting, const std::string& expected,
+                      const Visit& visit) const {
+    const std::string& text = *setting.text;
+    if (text.size() < 2 || text.front() != '[' || text.back() != ']') {
+      setting.Fail(expected + " such as [a, b]");
+    }
+    const std::string inside = Trimmed(text.substr(1, text.size() - 2));
+    size_t index = 0;
+    for (size_t begin = 0; begin <= inside.size() && !inside.empty();) {
+      const size_t end = std::min(inside.find(',', begin), inside.size());
+      const std::string part = Trimmed(inside.substr(begin, end - begin));
+      visit(Setting{config_, setting.key + "[" + std::to_string(index) + "]",
+                    nullptr, &part, setting.source});
+      ++index;
+      begin = end + 1;
+    }
+  }
+
+  // Calls `visit` for each element of a list; false when the key is not set.
+  template <typename Visit>
+  bool ForEachElement(const std::string& key, const std::string& expected,
+                      const Visit& visit) const {
+    const Setting setting = StartValue(key);
+    if (!setting.present()) return false;
+    if (setting.text != nullptr) {
+      VisitGivenList(setting, expected, visit);
+      return true;
+    }
+    const toml::array* array = setting.node->as_array();
+    if (array == nullptr) setting.Fail(expected);
+    size_t index = 0;
+    for (const toml::node& node : *array) {
+      visit(Setting{config_, setting.key + "[" + std::to_string(index) + "]",
+                    &node, nullptr, ""});
+      ++index;
+    }
+    return true;
+  }
+
+  Impl* config_;
+  std::vector<std::string> tables_;
+};
+
+// ---- The public face ----
+
+ConfigFile::ConfigFile(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+ConfigFile::ConfigFile(ConfigFile&&) noexcept = default;
+ConfigFile& ConfigFile::operator=(ConfigFile&&) noexcept = default;
+ConfigFile::~ConfigFile() = default;
+
+ConfigFile ConfigFile::Read(const std::string& path) {
+  return Parse(ReadTextFile(path, kMaxSmallFileBytes), path);
+}
+
+ConfigFile ConfigFile::Parse(const std::string& text, const std::string& path) {
+  return ConfigFile(std::make_unique<Impl>(path, ParseToml(text, path)));
+}
+
+ConfigFile ConfigFile::Empty() {
+  return ConfigFile(std::make_unique<Impl>("configuration", toml::table()));
+}
+
+void ConfigFile::Override(const std::string& assignments,
+                          const std::string& source) {
+  impl_->Override(assignments, source);
+}
+
+std::unique_ptr<OptionVisitor> ConfigFile::MakeReader() {
+  return std::make_unique<Reader>(impl_.get());
+}
+
+void ConfigFile::RejectUnknown() const { impl_->RejectUnknown(); }
+
+bool ConfigFile::Has(const std::string& key) const {
+  return impl_->FindOverride(key) != nullptr || impl_->Find(key) != nullptr;
+}
+
+InputError ConfigFile::Locate(const OptionError& error) const {
+  return impl_->Locate(error);
+}
+
+// ---- Skeletons ----
+
+namespace {
+
+// Bones by the names of their ends; every name must be a joint.
+std::vector<Bone> ReadBones(const JsonField& field,
+                            const std::vector<std::string>& joints) {
+  std::vector<Bone> bones;
+  for (const JsonField& bone : field.Elements(field.where() + ": bone")) {
+    const auto index = [&](const JsonField& end) {
+      const auto at = std::find(joints.begin(), joints.end(), end.Text());
+      if (at == joints.end()) end.FailExpected("one of the joints");
+      return static_cast<int>(at - joints.begin());
+    };
+    const std::vector<JsonField> ends = bone.Elements(bone.where() + ": end");
+    if (ends.size() != 2) bone.FailExpected("the names of two joints");
+    bones.push_back({index(ends[0]), index(ends[1])});
+  }
+  return bones;
+}
+
+Skeleton ReadSkeleton(const std::string& name, const JsonField& field) {
+  if (FindSkeleton(name) != nullptr) {
+    field.Fail("is the name of a built-in skeleton");
+  }
+  for (const auto& member : field.Members("key")) {
+    if (member.key != "joints" && member.key != "bones") {
+      field.Fail("key " + Quoted(member.key) +
+                 " is not known; allowed are 'joints' and 'bones'");
+    }
+  }
+  std::vector<std::string> joints;
+  const JsonField names = field.At("joints");
+  for (const JsonField& joint : names.Elements(names.where() + ": joint")) {
+    joints.push_back(joint.Text());
+  }
+  std::vector<Bone> bones;
+  if (const auto pairs = field.Find("bones")) bones = ReadBones(*pairs, joints);
+  try {
+    return Skeleton(name, joints, bones);
+  } catch (const OptionError& error) {
+    field.Fail(error.what());
+  }
+}
+
+}  // namespace
+
+std::vector<Skeleton> ConfigFile::ReadSkeletons() {
+  static constexpr const char* kTable = "skeletons";
+  impl_->MarkOpen(kTable);
+  std::vector<Skeleton> skeletons;
+  const toml::node* root = impl_->Find(kTable);
+  if (root == nullptr) return skeletons;
+  if (!root->is_table()) {
+    impl_->Fail(*root, kTable, "found " + Found(*root) + ", expected tables");
+  }
+  for (const auto& [key, node] : *root->as_table()) {
+    const std::string name(key.str());
+    const Json json = ToJson(node);
+    skeletons.push_back(ReadSkeleton(
+        name, JsonField(json, impl_->PlaceOf(node),
+                        "key " + Quoted(std::string(kTable) + "." + name))));
+  }
+  return skeletons;
+}
+
+Skeleton ResolveSkeleton(const std::string& name,
+                         const std::vector<Skeleton>& user_skeletons) {
+  if (const Skeleton* skeleton = FindSkeleton(name)) return *skeleton;
+  std::string known;
+  for (const std::string& other : SkeletonNames()) {
+    known += (known.empty() ? "" : ", ") + other;
+  }
+  for (const Skeleton& skeleton : user_skeletons) {
+    if (skeleton.name() == name) return skeleton;
+    known += ", " + Printable(skeleton.name());
+  }
+  throw InputError("skeleton " + Quoted(name) + " is not known; known are " +
+                   known);
+}
+
+}  // namespace kinegraph

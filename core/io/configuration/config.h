@@ -1,0 +1,171 @@
+// TOML configurations: reading them into options, writing effective values,
+// listing the keys. Defaults live in the options' structs, limits in their
+// Describe (core/base/options.h); nothing here knows any key.
+#ifndef KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_
+#define KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/options.h"
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// A configuration file with what the command line changes in it. Every error
+// is an InputError that names file, line and key:
+//
+//   ConfigFile config = ConfigFile::Read(path);
+//   config.Override("mode=graph;association.epsilon=9", "--set");
+//   config.Apply(&options);        // as many structs as there are
+//   auto skeletons = config.ReadSkeletons();
+//   config.RejectUnknown();        // after all of them
+class ConfigFile {
+ public:
+  static ConfigFile Read(const std::string& path);
+  // `path` names the text in messages.
+  static ConfigFile Parse(const std::string& text, const std::string& path);
+  static ConfigFile Empty();
+
+  ConfigFile(ConfigFile&&) noexcept;
+  ConfigFile& operator=(ConfigFile&&) noexcept;
+  ~ConfigFile();
+
+  // "key=value;key=value": dotted keys, scalar values, texts with or without
+  // quotes. A later call wins over an earlier one and both over the file;
+  // `source` ("--set") stands for file and line in messages.
+  void Override(const std::string& assignments, const std::string& source);
+
+  // Reads every key of `options` that is present, checks type and limits, and
+  // remembers the keys as known. An integer passes for a number, never the
+  // other way round; NaN and infinities never pass.
+  template <typename Options>
+  void Apply(Options* options) {
+    const std::unique_ptr<OptionVisitor> reader = MakeReader();
+    options->Describe(*reader);
+  }
+
+  // The tables [skeletons.NAME] with joints = ["a", "b", ...] and
+  // bones = [["a", "b"], ...], in the order of their names. A built-in
+  // skeleton's name is refused.
+  std::vector<Skeleton> ReadSkeletons();
+
+  // Throws for the first key that nothing read asked for, naming the nearest
+  // one that was.
+  void RejectUnknown() const;
+
+  // Whether the file or an override sets this key ("cameras.unit").
+  bool Has(const std::string& key) const;
+
+  // The same error with the place where its key is set, if it is.
+  InputError Locate(const OptionError& error) const;
+
+ private:
+  class Impl;
+  class Reader;
+
+  explicit ConfigFile(std::unique_ptr<Impl> impl);
+  std::unique_ptr<OptionVisitor> MakeReader();
+
+  std::unique_ptr<Impl> impl_;
+};
+
+// The built-in or user's skeleton of that name. Throws InputError listing the
+// known names.
+Skeleton ResolveSkeleton(const std::string& name,
+                         const std::vector<Skeleton>& user_skeletons);
+
+// Writes effective values as JSON, tables as nested objects, in the order in
+// which Describe names them; numbers read back to the same bits.
+class ConfigJsonWriter : public OptionVisitor {
+ public:
+  ConfigJsonWriter();
+  ~ConfigJsonWriter() override;
+  std::string ToString() const;  // on one line
+
+  void Enter(const std::string& name) override;
+  void Leave() override;
+  void Number(const std::string& key, double* value, const Limits& limits,
+              const std::string& unit, const std::string& help) override;
+  void Integer(const std::string& key, int64_t* value, const Limits& limits,
+               const std::string& unit, const std::string& help) override;
+  void Boolean(const std::string& key, bool* value,
+               const std::string& help) override;
+  void Text(const std::string& key, std::string* value,
+            const std::string& help) override;
+  void TextList(const std::string& key, std::vector<std::string>* value,
+                const std::string& help) override;
+  void NumberList(const std::string& key, std::vector<double>* value,
+                  const Limits& limits, const std::string& unit,
+                  const std::string& help) override;
+  void TextMap(const std::string& key,
+               std::map<std::string, std::string>* value,
+               const std::string& help) override;
+  void ChoiceIndex(const std::string& key, int* value,
+                   const std::vector<std::string>& names,
+                   const std::string& help) override;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Effective values of several structs in one JSON object.
+template <typename... Options>
+std::string EffectiveConfigJson(const Options&... options) {
+  ConfigJsonWriter writer;
+  const auto describe = [&writer](auto copy) { copy.Describe(writer); };
+  (describe(options), ...);
+  return writer.ToString();
+}
+
+// Lists keys with default, unit, allowed values and help as a Markdown table.
+class ConfigReferenceWriter : public OptionVisitor {
+ public:
+  std::string ToString() const;  // header and rows
+
+  void Enter(const std::string& name) override;
+  void Leave() override;
+  void Number(const std::string& key, double* value, const Limits& limits,
+              const std::string& unit, const std::string& help) override;
+  void Integer(const std::string& key, int64_t* value, const Limits& limits,
+               const std::string& unit, const std::string& help) override;
+  void Boolean(const std::string& key, bool* value,
+               const std::string& help) override;
+  void Text(const std::string& key, std::string* value,
+            const std::string& help) override;
+  void TextList(const std::string& key, std::vector<std::string>* value,
+                const std::string& help) override;
+  void NumberList(const std::string& key, std::vector<double>* value,
+                  const Limits& limits, const std::string& unit,
+                  const std::string& help) override;
+  void TextMap(const std::string& key,
+               std::map<std::string, std::string>* value,
+               const std::string& help) override;
+  void ChoiceIndex(const std::string& key, int* value,
+                   const std::vector<std::string>& names,
+                   const std::string& help) override;
+
+ private:
+  void Row(const std::string& key, const std::string& value,
+           const std::string& unit, const std::string& allowed,
+           const std::string& help);
+
+  std::vector<std::string> tables_;
+  std::string rows_;
+};
+
+// The Markdown table of default-made structs.
+template <typename... Options>
+std::string ConfigReference() {
+  ConfigReferenceWriter writer;
+  const auto describe = [&writer](auto options) { options.Describe(writer); };
+  (describe(Options()), ...);
+  return writer.ToString();
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_

@@ -1,0 +1,61 @@
+// A manifest: takes and configurations, each take to be run with each.
+//
+//   held_out = true                   # score held-out cameras too
+//   report = true                     # a page each
+//   [[takes]]
+//   name = "walk"                     # of a folder
+//   cameras = "walk/cameras.json"     # paths from the manifest's folder
+//   detections = "walk/poses"
+//   ground_truth = "walk/truth.jsonl" # optional, with its protocol
+//   protocol = "mpjpe"
+//   frames = "0:500"                  # optional
+//   set = "input.frame_rate=25"       # optional: keys of this take
+//   [[configurations]]
+//   name = "window"
+//   config = "window.toml"
+//   set = "graph.lag=15"              # optional
+//   mode = "graph"                    # optional
+#ifndef KINEGRAPH_CORE_IO_CONFIGURATION_MANIFEST_H_
+#define KINEGRAPH_CORE_IO_CONFIGURATION_MANIFEST_H_
+
+#include <string>
+#include <vector>
+
+namespace kinegraph {
+
+// Absent texts are empty; paths are absolute.
+struct ManifestTake {
+  std::string name;
+  std::string cameras;
+  std::string detections;
+  std::string ground_truth;
+  std::string protocol;
+  std::string frames;
+  std::string set;
+};
+
+struct ManifestConfiguration {
+  std::string name;
+  std::string config;
+  std::string set;
+  std::string mode;
+};
+
+struct Manifest {
+  bool held_out = false;
+  bool compare = false;
+  bool report = false;
+  std::vector<ManifestTake> takes;
+  std::vector<ManifestConfiguration> configurations;
+};
+
+// Throws InputError naming file and key for what is missing, unknown, of the
+// wrong type, or named twice.
+Manifest ReadManifest(const std::string& path);
+
+// The text of a manifest that reads back as the same one from any folder.
+std::string ManifestText(const Manifest& manifest);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_CONFIGURATION_MANIFEST_H_

@@ -1,0 +1,45 @@
+// What `track` decided of cameras and clocks, as its cameras.json records it,
+// so that a later run repeats the decision: the cameras themselves are the
+// file's, this is the rest.
+#ifndef KINEGRAPH_CORE_IO_CONFIGURATION_REFINEMENT_RECORD_H_
+#define KINEGRAPH_CORE_IO_CONFIGURATION_REFINEMENT_RECORD_H_
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kinegraph {
+
+// Names and units of what can be estimated of a camera and its clock, in the
+// order of a CameraChange (solvers/scene/camera_change.h).
+inline constexpr std::array<const char*, 11> kCameraParameterNames = {
+    "rotation_x_rad", "rotation_y_rad", "rotation_z_rad",  "centre_x_m",
+    "centre_y_m",     "centre_z_m",     "shift_x_px",      "shift_y_px",
+    "log_focal",      "clock_offset_s", "clock_drift_s_s",
+};
+
+struct RefinementRecord {
+  struct Camera {
+    std::string name;
+    double offset_s = 0.0;  // added to its time of capture
+    double drift = 0.0;     // [s/s] of the time since `clock_zero_s`
+    // What was estimated: indices of kCameraParameterNames, ascending.
+    std::vector<int> places;
+  };
+  double clock_zero_s = 0.0;
+  std::vector<Camera> cameras;
+  // Of all places, camera after camera; empty when nothing was estimated.
+  Eigen::MatrixXd covariance;
+
+  bool has_clocks() const;
+};
+
+// nullopt where `path` is not a cameras.json with a record. Throws InputError
+// for a record that cannot be read.
+std::optional<RefinementRecord> ReadRefinementRecord(const std::string& path);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_CONFIGURATION_REFINEMENT_RECORD_H_

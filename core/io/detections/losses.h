@@ -1,0 +1,31 @@
+// What detectors' formats leave out of detections. For core/io alone.
+#ifndef KINEGRAPH_CORE_IO_DETECTIONS_LOSSES_H_
+#define KINEGRAPH_CORE_IO_DETECTIONS_LOSSES_H_
+
+#include <cstdint>
+
+#include "core/data/detection.h"
+#include "core/io/text/losses.h"
+
+namespace kinegraph {
+
+// Watches what is written by a format that stores frame numbers, x, y and
+// confidence only.
+class DetectionLossFinder {
+ public:
+  explicit DetectionLossFinder(const DetectionHeader& header);
+  void See(const DetectionFrame& frame);
+  // `skeleton_told` says whether a reader recognises the skeleton by the file,
+  // `rate_told` whether it assumes the right frame rate.
+  void Report(bool skeleton_told, Losses* losses, bool rate_told = false) const;
+
+ private:
+  DetectionHeader header_;
+  int64_t zero_confidence_joints_ = 0;
+  int64_t moved_ = 0;  // detections whose index in the frame changes
+  bool own_times_ = false;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_DETECTIONS_LOSSES_H_

@@ -1,0 +1,254 @@
+// MediaPipe's landmarks as a table, a file a view: "frame,NAME_x,NAME_y,
+// NAME_visibility,...", a row a frame (and, with a column "person", a person),
+// in pixels. Names are those of any skeleton, in any spelling.
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/detections/csv_keypoints.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/losses.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/csv_rows.h"
+#include "core/io/text/joint_names.h"
+#include "core/io/text/json_output.h"
+
+namespace kinegraph {
+namespace {
+
+bool EndsWith(const std::string& text, const std::string& end) {
+  return text.size() > end.size() &&
+         text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+struct Columns {
+  int frame = -1;
+  std::vector<std::string> labels;  // of the joints
+  std::vector<KeypointColumns> joints;
+};
+
+Columns FindColumns(const std::vector<std::string>& header) {
+  Columns columns;
+  const auto joint_of = [&columns](const std::string& label) -> auto& {
+    const auto at =
+        std::find(columns.labels.begin(), columns.labels.end(), label);
+    if (at != columns.labels.end()) {
+      return columns.joints[static_cast<size_t>(at - columns.labels.begin())];
+    }
+    columns.labels.push_back(label);
+    return columns.joints.emplace_back();
+  };
+  for (size_t c = 0; c < header.size(); ++c) {
+    const std::string& name = header[c];
+    const int place = static_cast<int>(c);
+    if (name == "frame") columns.frame = place;
+    if (EndsWith(name, "_x")) {
+      joint_of(name.substr(0, name.size() - 2)).x = place;
+    } else if (EndsWith(name, "_y")) {
+      joint_of(name.substr(0, name.size() - 2)).y = place;
+    }
+    for (const std::string end : {"_visibility", "_confidence", "_score"}) {
+      if (EndsWith(name, end)) {
+        joint_of(name.substr(0, name.size() - end.size())).confidence = place;
+      }
+    }
+  }
+  if (columns.frame < 0 || columns.joints.empty()) {
+    throw InputError("expected columns frame, NAME_x, NAME_y, NAME_visibility");
+  }
+  for (size_t j = 0; j < columns.joints.size(); ++j) {
+    if (columns.joints[j].x < 0 || columns.joints[j].y < 0) {
+      throw InputError("joint '" + Printable(columns.labels[j]) +
+                       "': expected the columns _x and _y");
+    }
+  }
+  return columns;
+}
+
+class Reader {
+ public:
+  Reader(const DetectionHeader& header, const DetectionReadOptions& options)
+      : options_(options), collector_(header) {}
+
+  void ReadFile(const std::string& path, size_t view_idx) {
+    const std::string text = ReadTextFile(path);
+    CsvRows rows(text);
+    Located(
+        path, [&] { return rows.Place(); },
+        [&] {
+          std::vector<std::string> cells;
+          if (!rows.Next(&cells)) throw InputError("is empty");
+          const size_t width = cells.size();
+          const Columns columns = FindColumns(cells);
+          SettleSkeleton(columns.labels);
+          while (rows.Next(&cells)) {
+            if (cells.size() != width) {
+              throw InputError("found " + std::to_string(cells.size()) +
+                               " cells, expected " + std::to_string(width));
+            }
+            ReadRow(cells, columns, view_idx);
+          }
+        });
+  }
+
+  std::unique_ptr<DetectionSource> Finish(const std::string& path) {
+    if (low_ <= high_ && LooksNormalised(low_, high_)) {
+      throw InputError(path, "",
+                       "positions are within the unit square, expected "
+                       "pixels: multiply x by the image's width and y by its "
+                       "height");
+    }
+    return collector_.Finish();
+  }
+
+ private:
+  void SettleSkeleton(const std::vector<std::string>& labels) {
+    const Skeleton found = SkeletonOfLabels(labels);
+    const Skeleton& known = collector_.header().skeleton;
+    if (known.joint_count() == 0) {
+      collector_.set_skeleton(found);
+    } else if (known.joints().size() != labels.size()) {
+      throw InputError(
+          "found " + std::to_string(labels.size()) + " joints, expected the " +
+          std::to_string(known.joints().size()) + " of '" + known.name() + "'");
+    }
+  }
+
+  void ReadRow(const std::vector<std::string>& cells, const Columns& columns,
+               size_t view_idx) {
+    const int64_t frame =
+        FrameOfCell(cells[static_cast<size_t>(columns.frame)]);
+    Detection detection = ReadKeypointRow(cells, columns.joints, columns.labels,
+                                          options_.zero_confidence);
+    collector_.Touch(frame);
+    if (CountFound(detection) == 0) return;
+    for (const Keypoint& joint : detection.joints) {
+      if (!joint.found) continue;
+      low_ = std::min(low_, joint.px.minCoeff());
+      high_ = std::max(high_, joint.px.maxCoeff());
+    }
+    collector_.Add(frame, view_idx)->joints = std::move(detection.joints);
+  }
+
+  const DetectionReadOptions& options_;
+  DetectionCollector collector_;
+  double low_ = 1e300;
+  double high_ = -1e300;
+};
+
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
+  const auto files = ListViewFiles(path, ".csv");
+  Reader reader(HeaderOfViews(files, options), options);
+  for (size_t v = 0; v < files.size(); ++v) reader.ReadFile(files[v].second, v);
+  return reader.Finish(path);
+}
+
+bool Recognise(const DetectionHead& head) {
+  const std::string line = head.beginning.substr(0, head.beginning.find('\n'));
+  return line.compare(0, 6, "frame,") == 0 &&
+         line.find("_x,") != std::string::npos;
+}
+
+// ---- Writing ----
+
+class ViewFile {
+ public:
+  ViewFile(const std::string& path, const Skeleton& skeleton) : file_(path) {
+    out_.Text("frame,person");
+    for (const std::string& joint : skeleton.joints()) {
+      for (const char* column : {"_x", "_y", "_visibility"}) {
+        out_.Text("," + LongJointName(joint) + column);
+      }
+    }
+    out_.Text("\n");
+  }
+
+  void Write(int64_t frame, int person, const Detection& detection) {
+    out_.Integer(frame);
+    out_.Text(",");
+    out_.Integer(person);
+    for (const Keypoint& joint : detection.joints) {
+      if (!joint.found) {
+        out_.Text(",,,");
+        continue;
+      }
+      for (const double number :
+           {joint.px.x(), joint.px.y(), joint.confidence}) {
+        out_.Text(",");
+        out_.Number(number);
+      }
+    }
+    out_.Text("\n");
+    Flush();
+  }
+
+  void Commit() {
+    Flush();
+    file_.Commit();
+  }
+
+ private:
+  void Flush() {
+    file_.Write(out_.text().data(), out_.text().size());
+    out_.Clear();
+  }
+
+  AtomicFile file_;
+  JsonOutput out_;
+};
+
+void Write(const std::string& path, const DetectionWriteOptions& /*options*/,
+           DetectionSource* source, Losses* losses) {
+  const DetectionHeader header = source->header();
+  AtomicFolder folder(path);
+  std::vector<std::unique_ptr<ViewFile>> files;
+  for (const std::string& view : header.view_names) {
+    CheckFileName(view, "view");
+    files.push_back(std::make_unique<ViewFile>(folder.PathOf(view + ".csv"),
+                                               header.skeleton));
+  }
+  DetectionLossFinder finder(header);
+  DetectionFrame frame;
+  int64_t empty_frames = 0;
+  while (source->Next(&frame)) {
+    finder.See(frame);
+    bool any = false;
+    for (size_t v = 0; v < files.size(); ++v) {
+      int person = 0;
+      for (const Detection& detection : frame.views[v].detections) {
+        files[v]->Write(frame.frame, person++, detection);
+        any = true;
+      }
+    }
+    empty_frames += any ? 0 : 1;
+  }
+  for (const auto& file : files) file->Commit();
+  folder.Commit();
+  finder.Report(FindSkeletonOf(header.skeleton.joints()) != nullptr, losses);
+  if (empty_frames > 0) {
+    losses->push_back(std::to_string(empty_frames) +
+                      " frames without any detection are not kept");
+  }
+}
+
+}  // namespace
+
+DetectionFormat MediaPipeCsvFormat() {
+  DetectionFormat format;
+  format.name = "mediapipe";
+  format.layout = "CSV, a file a view: frame, NAME_x, NAME_y, NAME_visibility";
+  format.extension = ".csv";
+  format.files = DetectionFormat::Files::kFileAView;
+  format.recognise = Recognise;
+  format.open = Open;
+  format.write = Write;
+  return format;
+}
+
+}  // namespace kinegraph

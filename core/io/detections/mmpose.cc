@@ -1,0 +1,259 @@
+// MMPose's (RTMPose's) predictions, a file a view: [{"frame_id": 0,
+// "instances": [{"keypoints": [[x, y], ...], "keypoint_scores": [s, ...]}]}],
+// or the same list as "instance_info" of an object. A folder a view with a file
+// an image has the list of instances alone in each.
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/formats.h"
+#include "core/io/detections/losses.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/json_output.h"
+#include "core/io/text/names.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kKeypoints = "keypoints";
+
+class Reader {
+ public:
+  Reader(const DetectionHeader& header, ZeroConfidence zero_confidence)
+      : zero_confidence_(zero_confidence), collector_(header) {}
+
+  // A file with all frames of a view.
+  void ReadView(const std::string& path, size_t view_idx) {
+    const JsonValue root = parser_.Parse(path);
+    size_t place = 0;
+    Located(
+        path, [&] { return "entry " + std::to_string(place); },
+        [&] {
+          const JsonArray frames =
+              root.is_object() ? AsArray(Required(AsObject(root, kOutermost),
+                                                  "instance_info"),
+                                         "instance_info")
+                               : AsArray(root, kOutermost);
+          for (const JsonValue entry : frames) {
+            const JsonObject frame = AsObject(entry, "a frame");
+            ReadInstances(AsArray(Required(frame, "instances"), "instances"),
+                          AsFrame(Required(frame, "frame_id"), "frame_id"),
+                          view_idx);
+            ++place;
+          }
+        });
+  }
+
+  // A file with the instances of one image.
+  void ReadImage(const std::string& path, size_t view_idx) {
+    const auto frame = FrameOfFileName(fs::path(path).filename().string());
+    if (!frame || *frame > kMaxFrame) {
+      throw InputError(path, "", "the file name holds no frame number");
+    }
+    const JsonValue root = parser_.Parse(path);
+    Located(path, [&] {
+      ReadInstances(AsArray(root, kOutermost), *frame, view_idx);
+    });
+  }
+
+  std::unique_ptr<DetectionSource> Finish() {
+    if (collector_.header().skeleton.joint_count() == 0) {
+      collector_.set_skeleton(Coco17());  // nobody was seen
+    }
+    return collector_.Finish();
+  }
+
+ private:
+  void ReadInstances(const JsonArray& instances, int64_t frame,
+                     size_t view_idx) {
+    collector_.Touch(frame);
+    for (const JsonValue value : instances) {
+      const JsonObject instance = AsObject(value, "an instance");
+      const JsonArray points =
+          AsArray(Required(instance, kKeypoints), kKeypoints);
+      const size_t count = points.size();
+      if (collector_.header().skeleton.joint_count() == 0) {
+        collector_.set_skeleton(*DetectorSkeletons(count, kKeypoints).front());
+      }
+      CheckCount(count);
+      scores_.resize(count);
+      AsNumbers(Required(instance, "keypoint_scores"), "keypoint_scores", count,
+                scores_.data());
+      Detection* detection = collector_.Add(frame, view_idx);
+      detection->joints.reserve(count);
+      for (const JsonValue point : points) {
+        double px[2];
+        AsNumbers(point, kKeypoints, 2, px);
+        detection->joints.push_back(MakeKeypoint(
+            px[0], px[1], scores_[detection->joints.size()], zero_confidence_));
+      }
+    }
+  }
+
+  void CheckCount(size_t found) const {
+    const size_t expected = collector_.header().skeleton.joints().size();
+    if (found == expected) return;
+    throw InputError(std::string(kKeypoints) + ": found " +
+                     std::to_string(found) + " joints, expected " +
+                     std::to_string(expected));
+  }
+
+  const ZeroConfidence zero_confidence_;
+  DetectionCollector collector_;
+  JsonFileParser parser_;
+  std::vector<double> scores_;
+};
+
+// Folders of the views; none when each view is a file.
+std::vector<std::string> ViewFolders(const std::string& path) {
+  std::vector<std::string> folders;
+  if (!IsFolder(path)) return folders;
+  for (const std::string& name : ListFolder(path)) {
+    if (name.front() != '.' && IsFolder(path + "/" + name)) {
+      folders.push_back(name);
+    }
+  }
+  std::sort(folders.begin(), folders.end(), NaturalLess);
+  return folders;
+}
+
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
+  DetectionHeader header;
+  header.skeleton = options.skeleton.value_or(Skeleton());
+  header.frame_rate_hz = options.frame_rate_hz;
+  header.view_names = ViewFolders(path);
+  const bool by_image = !header.view_names.empty();
+  std::vector<std::pair<std::string, std::string>> files;
+  if (!by_image) files = ListViewFiles(path);
+  for (const auto& [view, file] : files) header.view_names.push_back(view);
+  Reader reader(header, options.zero_confidence);
+  for (size_t v = 0; v < header.view_names.size(); ++v) {
+    if (!by_image) {
+      reader.ReadView(files[v].second, v);
+      continue;
+    }
+    for (const auto& [name, file] :
+         ListViewFiles(path + "/" + header.view_names[v])) {
+      reader.ReadImage(file, v);
+    }
+  }
+  return reader.Finish();
+}
+
+bool Recognise(const DetectionHead& head) {
+  return head.HasKey("instance_info") ||
+         (head.kind == '[' &&
+          (head.Contains("\"keypoint_scores\"") ||
+           head.Contains("\"instances\"") || head.has_folders));
+}
+
+// ---- Writing ----
+
+class ViewFile {
+ public:
+  explicit ViewFile(const std::string& path) : file_(path) {}
+
+  void Write(int64_t frame, const std::vector<Detection>& detections) {
+    out_.Text(is_first_ ? "[\n" : ",\n");
+    is_first_ = false;
+    out_.Text("{\"frame_id\": ");
+    out_.Integer(frame);
+    out_.Text(", \"instances\": [");
+    const char* separator = "";
+    for (const Detection& detection : detections) {
+      out_.Text(separator);
+      separator = ", ";
+      WriteInstance(detection);
+    }
+    out_.Text("]}");
+    Flush();
+  }
+
+  void Commit() {
+    out_.Text(is_first_ ? "[]\n" : "\n]\n");
+    Flush();
+    file_.Commit();
+  }
+
+ private:
+  void WriteInstance(const Detection& detection) {
+    out_.Text("{\"keypoints\": [");
+    const char* separator = "";
+    for (const Keypoint& joint : detection.joints) {
+      out_.Text(separator);
+      separator = ", ";
+      out_.Text("[");
+      out_.Number(joint.found ? joint.px.x() : 0.0);
+      out_.Text(", ");
+      out_.Number(joint.found ? joint.px.y() : 0.0);
+      out_.Text("]");
+    }
+    out_.Text("], \"keypoint_scores\": [");
+    separator = "";
+    for (const Keypoint& joint : detection.joints) {
+      out_.Text(separator);
+      separator = ", ";
+      out_.Number(joint.found ? joint.confidence : 0.0);
+    }
+    out_.Text("]}");
+  }
+
+  void Flush() {
+    file_.Write(out_.text().data(), out_.text().size());
+    out_.Clear();
+  }
+
+  AtomicFile file_;
+  JsonOutput out_;
+  bool is_first_ = true;
+};
+
+void Write(const std::string& path, const DetectionWriteOptions& /*options*/,
+           DetectionSource* source, Losses* losses) {
+  const DetectionHeader header = source->header();
+  AtomicFolder folder(path);
+  std::vector<std::unique_ptr<ViewFile>> files;
+  for (const std::string& view : header.view_names) {
+    CheckFileName(view, "view");
+    if (view == "truth") {  // readers take truth.json for something else
+      throw InputError("the view 'truth' cannot be written as MMPose's files");
+    }
+    files.push_back(std::make_unique<ViewFile>(folder.PathOf(view + ".json")));
+  }
+  DetectionLossFinder finder(header);
+  DetectionFrame frame;
+  while (source->Next(&frame)) {
+    finder.See(frame);
+    for (size_t v = 0; v < files.size(); ++v) {
+      files[v]->Write(frame.frame, frame.views[v].detections);
+    }
+  }
+  for (const auto& file : files) file->Commit();
+  folder.Commit();
+  finder.Report(IsToldByJointCount(header.skeleton), losses);
+}
+
+}  // namespace
+
+DetectionFormat MmposeFormat() {
+  DetectionFormat format;
+  format.name = "mmpose";
+  format.layout = "JSON, a file a view (MMPose, RTMPose)";
+  format.extension = ".json";
+  format.files = DetectionFormat::Files::kFileAView;
+  format.recognise = Recognise;
+  format.open = Open;
+  format.write = Write;
+  return format;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,189 @@
+// DeepLabCut's HDF5 of predictions, a file a view: pandas' table
+// "df_with_missing", whose index is the frame and whose columns are named by
+// scorer, individual (several animals or people only), bodypart and coord. The
+// names are a Python list of tuples, pickled by PyTables in protocol 0.
+#include <charconv>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/binary/hdf5_file.h"
+#include "core/io/detections/deeplabcut_take.h"
+#include "core/io/detections/format.h"
+#include "core/io/text/bulk_json.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr const char* kTable = "df_with_missing/table";
+constexpr const char* kValues = "values_block_0";
+
+// A list of tuples of texts in pickle's protocol 0, of whose commands it knows
+// those that such a list needs; none of them can run anything.
+class TupleListReader {
+ public:
+  explicit TupleListReader(const std::string& pickled) : text_(pickled) {}
+
+  std::vector<std::vector<std::string>> Read() {
+    while (at_ < text_.size()) {
+      const char command = text_[at_++];
+      if (command == '.') return lists_;
+      Do(command);
+    }
+    Fail();
+  }
+
+ private:
+  [[noreturn]] static void Fail() {
+    throw InputError(
+        "expected the names of columns as DeepLabCut's pandas writes them");
+  }
+
+  void Do(char command) {
+    switch (command) {
+      case '(':  // a mark
+        tuple_.clear();
+        break;
+      case 'l':  // the list, empty so far
+      case 't':  // a tuple of what came since the mark
+        break;
+      case 'V':  // a text
+        tuple_.push_back(Line());
+        last_ = tuple_.back();
+        is_text_ = true;
+        break;
+      case 'p':  // remembers what came last
+        if (is_text_)
+          memory_[Line()] = last_;
+        else
+          Line();
+        break;
+      case 'g': {  // what was remembered
+        const auto at = memory_.find(Line());
+        if (at == memory_.end()) Fail();
+        tuple_.push_back(at->second);
+        break;
+      }
+      case 'a':  // the tuple goes to the list
+        lists_.push_back(tuple_);
+        break;
+      default:
+        Fail();
+    }
+    if (command != 'V') is_text_ = false;
+  }
+
+  std::string Line() {
+    const size_t end = text_.find('\n', at_);
+    if (end == std::string::npos) Fail();
+    const std::string line = text_.substr(at_, end - at_);
+    at_ = end + 1;
+    return line;
+  }
+
+  const std::string& text_;
+  size_t at_ = 0;
+  std::vector<std::vector<std::string>> lists_;
+  std::vector<std::string> tuple_;
+  std::map<std::string, std::string> memory_;
+  std::string last_;
+  bool is_text_ = false;  // what came last
+};
+
+DeepLabCutColumns ColumnsOf(const Hdf5File& file) {
+  const std::string pickled =
+      file.Attribute(kTable, std::string(kValues) + "_kind");
+  std::vector<std::string> individuals;
+  std::vector<std::string> parts;
+  std::vector<std::string> coords;
+  for (const auto& names : TupleListReader(pickled).Read()) {
+    // scorer, (individual,) bodypart, coord
+    if (names.size() != 3 && names.size() != 4) {
+      throw InputError("found a column of " + std::to_string(names.size()) +
+                       " names, expected scorer, bodypart and coord");
+    }
+    if (names.size() == 4) individuals.push_back(names[1]);
+    parts.push_back(names[names.size() - 2]);
+    coords.push_back(names.back());
+  }
+  if (!individuals.empty() && individuals.size() != parts.size()) {
+    throw InputError("some columns name an individual and some do not");
+  }
+  return FindDeepLabCutColumns(individuals, parts, coords, 0);
+}
+
+void ReadFile(const std::string& path, size_t view_idx,
+              const DetectionReadOptions& options, DeepLabCutTake* take) {
+  const Hdf5File file(path);
+  if (!file.Has("df_with_missing") || !file.Has(kTable)) {
+    throw InputError(path, "",
+                     "has no df_with_missing/table, expected DeepLabCut's "
+                     "predictions as it writes them (pandas' format='table')");
+  }
+  if (file.Attribute(kTable, "index_kind") != "integer") {
+    throw InputError(path, kTable,
+                     "has no frame numbers, expected DeepLabCut's predictions "
+                     "of a video (labels of pictures are CSV)");
+  }
+  size_t width = 0;
+  size_t one = 0;
+  const std::vector<double> frames = file.Field(kTable, "index", &one);
+  const std::vector<double> values = file.Field(kTable, kValues, &width);
+  Located(
+      path, [] { return std::string(kTable); },
+      [&] {
+        const DeepLabCutColumns columns = ColumnsOf(file);
+        if (columns.people.size() * columns.labels.size() * 2 > width ||
+            one != 1 || values.size() != frames.size() * width) {
+          throw InputError("has fewer numbers than its columns' names");
+        }
+        take->SettleSkeleton(columns.labels);
+        for (size_t r = 0; r < frames.size(); ++r) {
+          const double* row = &values[r * width];
+          if (!(frames[r] >= 0.0 &&
+                frames[r] <= static_cast<double>(kMaxFrame))) {
+            throw InputError("found a frame below 0 or too large");
+          }
+          const auto frame = static_cast<int64_t>(frames[r]);
+          take->Touch(frame);
+          for (size_t p = 0; p < columns.people.size(); ++p) {
+            std::vector<Keypoint> joints;
+            for (const KeypointColumns& at : columns.people[p]) {
+              joints.push_back(
+                  MakeKeypoint(row[at.x], row[at.y],
+                               at.confidence < 0 ? 1.0 : row[at.confidence],
+                               options.zero_confidence));
+            }
+            take->Add(frame, view_idx, p, std::move(joints));
+          }
+        }
+      });
+}
+
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
+  return OpenDeepLabCut(path, options, ".h5", ReadFile);
+}
+
+// HDF5 with the name of DeepLabCut's table, which stands at its beginning.
+bool Recognise(const DetectionHead& head) {
+  return head.beginning.compare(0, 4, "\x89HDF") == 0 &&
+         head.Contains("df_with_missing");
+}
+
+}  // namespace
+
+DetectionFormat DeepLabCutH5Format() {
+  DetectionFormat format;
+  format.name = "deeplabcut_h5";
+  format.layout = "DeepLabCut's HDF5, a file a view";
+  format.extension = ".h5";
+  format.files = DetectionFormat::Files::kFileAView;
+  format.recognise = Recognise;
+  format.open = Open;
+  return format;
+}
+
+}  // namespace kinegraph

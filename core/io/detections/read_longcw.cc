@@ -1,0 +1,115 @@
+// annotation_2d.json of longcw's Campus: {"image_wh": [w, h], "frames":
+// {"Camera0/0013.600.jpg": {"camera", "timestamp", "poses": [{"points_2d":
+// [[x, y], ...], "scores": [...]}]}, ...}}, in pixels.
+#include <algorithm>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/io/detections/export.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/formats.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/longcw.h"
+#include "core/io/text/names.h"
+
+namespace kinegraph {
+namespace {
+
+std::vector<std::string> ViewNames(const JsonObject& frames) {
+  std::set<std::string> names;
+  for (const auto image : frames) {
+    const JsonObject object = AsObject(image.value, image.key);
+    names.emplace(AsText(Required(object, "camera"), "camera"));
+  }
+  std::vector<std::string> sorted(names.begin(), names.end());
+  std::sort(sorted.begin(), sorted.end(), NaturalLess);
+  return sorted;
+}
+
+void ReadPose(const JsonObject& pose, ZeroConfidence zero_confidence,
+              int joint_count, Detection* detection) {
+  const auto count = static_cast<size_t>(joint_count);
+  std::vector<double> scores(count);
+  AsNumbers(Required(pose, "scores"), "scores", count, scores.data());
+  const JsonArray points = AsArray(Required(pose, "points_2d"), "points_2d");
+  if (points.size() != count) {
+    throw InputError("points_2d: found " + std::to_string(points.size()) +
+                     " joints, expected " + std::to_string(count));
+  }
+  for (const JsonValue point : points) {
+    double px[2];
+    AsNumbers(point, "points_2d", 2, px);
+    const double score = scores[detection->joints.size()];
+    detection->joints.push_back(
+        MakeKeypoint(px[0], px[1], score, zero_confidence));
+  }
+}
+
+std::unique_ptr<DetectionSource> Read(JsonValue root,
+                                      const DetectionReadOptions& options,
+                                      std::string* place) {
+  const JsonObject frames =
+      AsObject(Required(AsObject(root, kOutermost), "frames"), "frames");
+  DetectionHeader header;
+  header.skeleton = options.skeleton.value_or(Tum14());
+  header.frame_rate_hz =
+      options.frame_rate_hz > 0.0 ? options.frame_rate_hz : kLongcwFrameRateHz;
+  header.view_names = ViewNames(frames);
+  if (header.view_names.empty()) throw InputError("frames: is empty");
+  DetectionCollector collector(header);
+  std::set<std::pair<int64_t, size_t>> seen;
+  for (const auto image : frames) {
+    *place = Printable(std::string(image.key));
+    const JsonObject object = AsObject(image.value, "the image");
+    const auto view_at =
+        std::find(header.view_names.begin(), header.view_names.end(),
+                  AsText(Required(object, "camera"), "camera"));
+    const auto view_idx =
+        static_cast<size_t>(view_at - header.view_names.begin());
+    const LongcwTime time =
+        ReadLongcwTime(Required(object, "timestamp"), header.frame_rate_hz);
+    if (!seen.emplace(time.frame, view_idx).second) {
+      throw InputError("frame " + std::to_string(time.frame) +
+                       " stands there twice for this camera");
+    }
+    DetectionFrame* frame = collector.Touch(time.frame);
+    frame->time = time.time;
+    frame->views[view_idx].capture_time = time.time;
+    for (const JsonValue pose : AsArray(Required(object, "poses"), "poses")) {
+      ReadPose(AsObject(pose, "poses"), options.zero_confidence,
+               header.skeleton.joint_count(),
+               collector.Add(time.frame, view_idx));
+    }
+  }
+  return collector.Finish();
+}
+
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
+  JsonFileParser parser;
+  const JsonValue root = parser.Parse(path);
+  std::string place;
+  return Located(
+      path, [&] { return place; }, [&] { return Read(root, options, &place); });
+}
+
+bool Recognise(const DetectionHead& head) {
+  return head.HasKey("frames") && head.HasKey("image_wh");
+}
+
+}  // namespace
+
+DetectionFormat LongcwDetectionFormat() {
+  DetectionFormat format;
+  format.name = "longcw";
+  format.names_image_size = true;
+  format.layout = "annotation_2d.json";
+  format.extension = ".json";
+  format.files = DetectionFormat::Files::kOne;
+  format.recognise = Recognise;
+  format.open = Open;
+  format.write = WriteLongcwDetections;
+  return format;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,301 @@
+// OpenPose's JSON output: one folder a view, one file a frame, each
+// {"people": [{"pose_keypoints_2d": [x, y, c, ...], ...}, ...], ...}. A folder
+// with frames in it is a take of one view.
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/io/detections/export.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/formats.h"
+#include "core/io/detections/skeleton_fit.h"
+#include "core/io/files/folder_entry.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/names.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kKeypoints = "pose_keypoints_2d";
+
+// Some hundred people tell two layouts apart beyond doubt.
+constexpr size_t kPeopleToRecogniseBy = 200;
+constexpr size_t kFilesAView = 40;
+
+struct FrameFile {
+  int64_t frame = 0;
+  std::string name;
+};
+
+struct View {
+  std::string folder;
+  std::vector<FrameFile> files;  // ascending
+  size_t next = 0;
+
+  bool Has(int64_t frame) const {
+    return next < files.size() && files[next].frame == frame;
+  }
+  std::string Path(size_t file_idx) const {
+    return folder + "/" + files[file_idx].name;
+  }
+};
+
+View ListFrames(const std::string& folder) {
+  View view;
+  view.folder = folder;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name.front() == '.' || entry.path().extension() != ".json") continue;
+    if (!IsFileOrFolder(entry)) continue;
+    const std::optional<int64_t> frame = FrameOfFileName(name);
+    if (!frame || *frame > kMaxFrame) {
+      throw InputError(entry.path().string(), "",
+                       "the file name holds no frame number");
+    }
+    view.files.push_back({*frame, name});
+  }
+  if (view.files.empty()) {
+    throw InputError(folder, "", "holds no .json files, expected one a frame");
+  }
+  std::sort(view.files.begin(), view.files.end(),
+            [](const FrameFile& a, const FrameFile& b) {
+              return std::tie(a.frame, a.name) < std::tie(b.frame, b.name);
+            });
+  const auto twice =
+      std::adjacent_find(view.files.begin(), view.files.end(),
+                         [](const FrameFile& a, const FrameFile& b) {
+                           return a.frame == b.frame;
+                         });
+  if (twice != view.files.end()) {
+    throw InputError(
+        folder, "frame " + std::to_string(twice->frame),
+        "stands there twice: " + twice->name + ", " + std::next(twice)->name);
+  }
+  return view;
+}
+
+// Folders of the views in natural order; the folder itself when it has frames
+// and no folders.
+std::vector<std::string> ListViews(const std::string& path) {
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
+    const std::string name = entry.path().filename().string();
+    if (name.front() != '.' && entry.is_directory()) names.push_back(name);
+  }
+  std::sort(names.begin(), names.end(), NaturalLess);
+  return names;
+}
+
+// BODY_25 before all others: OpenPose's own.
+std::vector<const Skeleton*> ByNumberCount(size_t number_count) {
+  if (number_count % 3 != 0) {
+    throw InputError(std::string(kKeypoints) + ": found " +
+                     std::to_string(number_count) +
+                     " numbers, expected three a joint");
+  }
+  return DetectorSkeletons(number_count / 3, kKeypoints);
+}
+
+class OpenPoseSource : public DetectionSource {
+ public:
+  OpenPoseSource(const std::string& path, const DetectionReadOptions& options)
+      : options_(options) {
+    header_.frame_rate_hz = options.frame_rate_hz;
+    const std::vector<std::string> names = ListViews(path);
+    for (const std::string& name : names) {
+      header_.view_names.push_back(name);
+      views_.push_back(ListFrames((fs::path(path) / name).string()));
+    }
+    if (names.empty()) {
+      const fs::path folder = fs::canonical(path);
+      header_.view_names.push_back(folder.filename().string());
+      views_.push_back(ListFrames(path));
+    }
+    frame_count_ = CountFrames();
+    header_.skeleton = options.skeleton ? *options.skeleton : FindSkeleton();
+    numbers_.resize(3 * static_cast<size_t>(header_.skeleton.joint_count()));
+  }
+
+  const DetectionHeader& header() const override { return header_; }
+  int64_t frame_count() const override { return frame_count_; }
+
+  bool Next(DetectionFrame* frame) override {
+    const std::optional<int64_t> number = NextFrame();
+    if (!number) return false;
+    frame->frame = *number;
+    frame->time = TimeOfFrame(*number, header_.frame_rate_hz);
+    frame->views.resize(views_.size());
+    for (size_t v = 0; v < views_.size(); ++v) {
+      frame->views[v].capture_time = frame->time;
+      if (views_[v].Has(*number)) {
+        ReadView(views_[v].Path(views_[v].next++), &frame->views[v].detections);
+      } else {
+        frame->views[v].detections.clear();
+      }
+    }
+    return true;
+  }
+
+ private:
+  // The smallest frame that a view still has.
+  std::optional<int64_t> NextFrame() const {
+    std::optional<int64_t> smallest;
+    for (const View& view : views_) {
+      if (view.next == view.files.size()) continue;
+      const int64_t frame = view.files[view.next].frame;
+      if (!smallest || frame < *smallest) smallest = frame;
+    }
+    return smallest;
+  }
+
+  int64_t CountFrames() const {
+    std::vector<int64_t> frames;
+    for (const View& view : views_) {
+      for (const FrameFile& file : view.files) frames.push_back(file.frame);
+    }
+    std::sort(frames.begin(), frames.end());
+    return std::unique(frames.begin(), frames.end()) - frames.begin();
+  }
+
+  // By the number of joints, and by the people's bones where several layouts
+  // have as many (skeleton_fit.h); BODY_25 where there is nobody.
+  Skeleton FindSkeleton() {
+    std::vector<const Skeleton*> candidates;
+    std::optional<SkeletonFit> fit;
+    for (const std::string& path : SampleFiles()) {
+      try {
+        SeePeople(path, &candidates, &fit);
+      } catch (const InputError&) {
+        // Whoever reads that frame is told of it.
+        if (candidates.empty()) throw;
+      }
+      if (candidates.size() == 1) break;
+      if (fit && fit->people() >= kPeopleToRecogniseBy) break;
+    }
+    return candidates.empty() ? Body25() : *candidates[fit->Best()];
+  }
+
+  // The first person settles the candidates, everybody their fit.
+  void SeePeople(const std::string& path,
+                 std::vector<const Skeleton*>* candidates,
+                 std::optional<SkeletonFit>* fit) {
+    const JsonArray people = ParsePeople(path);
+    Located(path, [&] {
+      Detection detection;
+      for (const JsonValue person : people) {
+        const size_t count = Keypoints(person).size();
+        if (count == 0) continue;
+        if (candidates->empty()) {
+          *candidates = ByNumberCount(count);
+          fit->emplace(*candidates);
+          numbers_.resize(count);
+        }
+        if (ReadPerson(person, &detection)) (*fit)->See(detection);
+      }
+    });
+  }
+
+  // Files to recognise the layout by: of every view some that are spread over
+  // the take, then the others, in case nobody is in the former.
+  std::vector<std::string> SampleFiles() const {
+    std::vector<std::string> paths;
+    for (const bool spread : {true, false}) {
+      for (size_t i = 0; i < kFilesAView || !spread; ++i) {
+        bool any = false;
+        for (const View& view : views_) {
+          const size_t count = view.files.size();
+          const size_t at = spread ? i * count / kFilesAView : i;
+          if (at >= count) continue;
+          any = true;
+          paths.push_back(view.Path(at));
+        }
+        if (!any) break;
+      }
+    }
+    return paths;
+  }
+
+  JsonArray ParsePeople(const std::string& path) {
+    const JsonValue root = parser_.Parse(path);
+    return Located(path, [&] {
+      return AsArray(Required(AsObject(root, kOutermost), "people"), "people");
+    });
+  }
+
+  static JsonArray Keypoints(JsonValue person) {
+    return AsArray(Required(AsObject(person, "people"), kKeypoints),
+                   kKeypoints);
+  }
+
+  void ReadView(const std::string& path, std::vector<Detection>* detections) {
+    const JsonArray people = ParsePeople(path);
+    detections->resize(people.size());
+    int place = 0;
+    size_t count = 0;
+    Located(
+        path, [&] { return "people[" + std::to_string(place) + "]"; },
+        [&] {
+          for (const JsonValue person : people) {
+            if (ReadPerson(person, &(*detections)[count])) {
+              (*detections)[count++].index_in_file = place;
+            }
+            ++place;
+          }
+        });
+    detections->resize(count);
+  }
+
+  // False for a person without joints.
+  bool ReadPerson(JsonValue person, Detection* detection) {
+    const JsonArray keypoints = Keypoints(person);
+    if (keypoints.begin() == keypoints.end()) return false;
+    AsNumbers(keypoints, kKeypoints, numbers_.size(), numbers_.data());
+    detection->joints.resize(numbers_.size() / 3);
+    const double* next = numbers_.data();
+    for (Keypoint& joint : detection->joints) {
+      joint = MakeKeypoint(next[0], next[1], next[2], options_.zero_confidence);
+      next += 3;
+    }
+    return true;
+  }
+
+  const DetectionReadOptions options_;
+  DetectionHeader header_;
+  std::vector<View> views_;
+  int64_t frame_count_ = 0;
+  JsonFileParser parser_;
+  std::vector<double> numbers_;  // of one person
+};
+
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
+  return std::make_unique<OpenPoseSource>(path, options);
+}
+
+bool Recognise(const DetectionHead& head) {
+  if (!head.is_folder) return false;
+  if (head.HasKey("people")) return true;
+  // Folders of other files than JSON are detectors, not views.
+  return head.has_folders && (head.kind == '{' || head.kind == '\0');
+}
+
+}  // namespace
+
+DetectionFormat OpenPoseFormat() {
+  DetectionFormat format;
+  format.name = "openpose";
+  format.layout =
+      "a folder a view, a file a frame (OpenPose, Pose2Sim, Sports2D)";
+  format.extension = ".json";
+  format.files = DetectionFormat::Files::kFolderAView;
+  format.recognise = Recognise;
+  format.open = Open;
+  format.write = WriteOpenPose;
+  return format;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,198 @@
+// SLEAP's analysis HDF5, a file a view: `tracks` (x, y of each node of each
+// track in each frame, NaN where there is none), `point_scores`, `node_names`
+// and `edge_inds`. The attribute `dims` tells the order of the axes; files
+// without one have track, xy, node, frame. Frames count from 0.
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/binary/hdf5_file.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/formats.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/joint_names.h"
+#include "core/io/text/json.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr const char* kTracks = "tracks";
+constexpr const char* kScores = "point_scores";
+
+// Steps between neighbours along each axis.
+struct Layout {
+  size_t frames = 0;
+  size_t people = 0;
+  size_t joints = 0;
+  size_t frame_step = 0;
+  size_t person_step = 0;
+  size_t joint_step = 0;
+  size_t xy_step = 0;
+};
+
+std::vector<std::string> AxesOf(const Hdf5File& file, const std::string& path) {
+  const std::string dims = file.Attribute(kTracks, "dims");
+  if (dims.empty()) return {"track", "xy", "node", "frame"};
+  std::vector<std::string> axes;
+  const Json json = ParseJson(dims, path);
+  for (const Json& axis : json) {
+    if (axis.is_string()) axes.push_back(axis.get<std::string>());
+  }
+  return axes;
+}
+
+// Of `tracks`, or of the scores, which have no axis "xy".
+Layout LayoutOf(const std::vector<std::string>& axes,
+                const std::vector<size_t>& shape) {
+  if (axes.size() != shape.size()) {
+    throw InputError("has " + std::to_string(shape.size()) +
+                     " axes, expected " + std::to_string(axes.size()));
+  }
+  Layout layout;
+  size_t step = 1;
+  for (size_t a = axes.size(); a-- > 0;) {
+    if (axes[a] == "frame") {
+      layout.frames = shape[a];
+      layout.frame_step = step;
+    } else if (axes[a] == "track") {
+      layout.people = shape[a];
+      layout.person_step = step;
+    } else if (axes[a] == "node") {
+      layout.joints = shape[a];
+      layout.joint_step = step;
+    } else if (axes[a] == "xy" && shape[a] == 2) {
+      layout.xy_step = step;
+    } else {
+      throw InputError("found an axis '" + Printable(axes[a]) + "' of " +
+                       std::to_string(shape[a]) +
+                       ", expected frame, track, node and xy of 2");
+    }
+    step *= shape[a];
+  }
+  return layout;
+}
+
+Skeleton SkeletonOf(const Hdf5File& file,
+                    const std::vector<std::string>& names) {
+  const Skeleton known = SkeletonOfLabels(names);
+  if (!known.bones().empty() || !file.Has("edge_inds")) return known;
+  const std::vector<double> ends = file.Numbers("edge_inds");
+  std::vector<Bone> bones;
+  for (size_t e = 0; e + 1 < ends.size(); e += 2) {
+    bones.push_back({static_cast<int>(ends[e]), static_cast<int>(ends[e + 1])});
+  }
+  try {
+    return Skeleton(known.name(), known.joints(), bones);
+  } catch (const OptionError& error) {
+    throw InputError("edge_inds: " + error.message());
+  }
+}
+
+class Reader {
+ public:
+  Reader(const DetectionHeader& header, const DetectionReadOptions& options)
+      : zero_confidence_(options.zero_confidence), collector_(header) {}
+
+  void ReadFile(const std::string& path, size_t view_idx) {
+    const Hdf5File file(path);
+    const std::vector<std::string> axes = AxesOf(file, path);
+    const Layout tracks = Located(
+        path, [&] { return std::string(kTracks); },
+        [&] { return LayoutOf(axes, file.Shape(kTracks)); });
+    const std::vector<double> px = file.Numbers(kTracks);
+    SettleSkeleton(file, path, tracks.joints);
+    std::vector<double> scores;
+    Layout of_scores;
+    if (file.Has(kScores)) {
+      std::vector<std::string> fewer = axes;
+      fewer.erase(std::remove(fewer.begin(), fewer.end(), "xy"), fewer.end());
+      scores = file.Numbers(kScores);
+      of_scores = Located(
+          path, [&] { return std::string(kScores); },
+          [&] { return LayoutOf(fewer, file.Shape(kScores)); });
+      if (scores.size() * 2 != px.size() || of_scores.frames != tracks.frames ||
+          of_scores.people != tracks.people) {
+        throw InputError(path, kScores, "does not fit the tracks");
+      }
+    }
+    for (size_t f = 0; f < tracks.frames; ++f) {
+      collector_.Touch(static_cast<int64_t>(f));
+      for (size_t p = 0; p < tracks.people; ++p) {
+        AddPerson(px, tracks, scores, of_scores, f, p, view_idx);
+      }
+    }
+  }
+
+  std::unique_ptr<DetectionSource> Finish() { return collector_.Finish(); }
+
+ private:
+  void SettleSkeleton(const Hdf5File& file, const std::string& path,
+                      size_t joint_count) {
+    if (collector_.header().skeleton.joint_count() == 0) {
+      const std::vector<std::string> names = file.Texts("node_names");
+      collector_.set_skeleton(
+          Located(path, [&] { return SkeletonOf(file, names); }));
+    }
+    const Skeleton& skeleton = collector_.header().skeleton;
+    if (skeleton.joints().size() == joint_count) return;
+    throw InputError(path, kTracks,
+                     "has " + std::to_string(joint_count) +
+                         " nodes, expected the " +
+                         std::to_string(skeleton.joints().size()) + " of '" +
+                         Printable(skeleton.name()) + "'");
+  }
+
+  void AddPerson(const std::vector<double>& px, const Layout& tracks,
+                 const std::vector<double>& scores, const Layout& of_scores,
+                 size_t f, size_t p, size_t view_idx) {
+    std::vector<Keypoint> joints;
+    bool is_there = false;
+    for (size_t j = 0; j < tracks.joints; ++j) {
+      const size_t at = f * tracks.frame_step + p * tracks.person_step +
+                        j * tracks.joint_step;
+      const double score =
+          scores.empty()
+              ? 1.0
+              : scores[f * of_scores.frame_step + p * of_scores.person_step +
+                       j * of_scores.joint_step];
+      joints.push_back(MakeKeypoint(px[at], px[at + tracks.xy_step], score,
+                                    zero_confidence_));
+      is_there = is_there || joints.back().found;
+    }
+    if (!is_there) return;
+    collector_.Add(static_cast<int64_t>(f), view_idx)->joints =
+        std::move(joints);
+  }
+
+  const ZeroConfidence zero_confidence_;
+  DetectionCollector collector_;
+};
+
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
+  return OpenViewFiles<Reader>(path, options, ".h5");
+}
+
+// HDF5 with the names of SLEAP's data sets, which stand at its beginning.
+bool Recognise(const DetectionHead& head) {
+  return head.beginning.compare(0, 4, "\x89HDF") == 0 &&
+         head.Contains("node_names") && head.Contains(kTracks);
+}
+
+}  // namespace
+
+DetectionFormat SleapFormat() {
+  DetectionFormat format;
+  format.name = "sleap";
+  format.layout = "analysis HDF5, a file a view";
+  format.extension = ".h5";
+  format.files = DetectionFormat::Files::kFileAView;
+  format.recognise = Recognise;
+  format.open = Open;
+  return format;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,331 @@
+#include "core/io/detections/source.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/formats.h"
+#include "core/io/detections/rated_source.h"
+#include "core/io/files/folder_entry.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/names.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> FormatNames() {
+  std::vector<std::string> names = {"auto"};
+  for (const DetectionFormat& format : DetectionFormats()) {
+    if (format.open != nullptr) names.push_back(format.name);
+  }
+  return names;
+}
+
+std::string KnownSkeletons() {
+  std::string names;
+  for (const std::string& name : SkeletonNames()) {
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  return names;
+}
+
+DetectionReadOptions Checked(DetectionReadOptions options) {
+  if (!(options.frame_rate_hz >= 0.0 && options.frame_rate_hz <= 1e6)) {
+    throw OptionError("input.frame_rate", "expected above 0 .. 1e6 Hz");
+  }
+  if (options.first_frame < 0 || options.first_frame > kMaxFrame) {
+    throw OptionError("detections.first_frame", "expected a frame number >= 0");
+  }
+  if (options.max_per_view < 1) {
+    throw OptionError("detections.max_per_view", "expected at least 1");
+  }
+  if (options.max_joints < 1) {
+    throw OptionError("detections.max_joints", "expected at least 1");
+  }
+  if (options.skeleton || options.skeleton_name.empty()) return options;
+  const Skeleton* skeleton = FindSkeleton(options.skeleton_name);
+  if (skeleton == nullptr) {
+    throw OptionError("detections.skeleton",
+                      "found '" + Printable(options.skeleton_name) +
+                          "', expected one of " + KnownSkeletons());
+  }
+  options.skeleton = *skeleton;
+  return options;
+}
+
+[[noreturn]] void FailUnknown(const std::string& path,
+                              const DetectionHead& head) {
+  if (head.is_folder && head.file.empty()) {
+    throw InputError(path, "",
+                     "is a folder without detections, expected one folder or "
+                     "one .json or .csv file a view");
+  }
+  if (head.HasKey("people")) {
+    throw InputError(path, "",
+                     "is one OpenPose frame, expected the folder that holds "
+                     "one folder a view");
+  }
+  if (head.HasKey("kinegraph")) {
+    throw InputError(path, "", "is a file of tracks, expected detections");
+  }
+  std::string names;
+  for (const std::string& name : FormatNames()) {
+    if (name != "auto") names += (names.empty() ? "" : ", ") + name;
+  }
+  throw InputError(path, "",
+                   "is no known detection format, expected one of " + names +
+                       " (`convert --formats` says what they are)");
+}
+
+const DetectionFormat& Recognise(const std::string& path) {
+  const DetectionHead head = LookAtDetections(path);
+  const DetectionFormat* format = RecogniseDetections(head);
+  if (format == nullptr) FailUnknown(path, head);
+  if (head.is_folder && format->files == DetectionFormat::Files::kOne) {
+    throw InputError(head.file, "",
+                     "names a whole take: give this file, not its folder");
+  }
+  return *format;
+}
+
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
+  // What comes through a pipe cannot be looked at and then read.
+  const std::string name = options.format == "auto" && IsPipe(path)
+                               ? std::string("kinegraph")
+                               : options.format;
+  if (name == "auto") return Recognise(path).open(path, options);
+  const DetectionFormat* format = FindDetectionFormat(name);
+  if (format == nullptr || format->open == nullptr) {
+    throw OptionError("detections.format",
+                      "found '" + Printable(name) + "', which is not read");
+  }
+  return format->open(path, options);
+}
+
+// Refuses what would take too long to associate.
+class LimitedSource : public DetectionSource {
+ public:
+  LimitedSource(std::string path, const DetectionReadOptions& options,
+                std::unique_ptr<DetectionSource> source)
+      : path_(std::move(path)),
+        max_per_view_(static_cast<size_t>(options.max_per_view)),
+        source_(std::move(source)) {
+    const int64_t joints = header().skeleton.joint_count();
+    if (joints <= options.max_joints) return;
+    throw InputError(path_, "skeleton",
+                     "has " + std::to_string(joints) + " joints, more than " +
+                         std::to_string(options.max_joints) +
+                         "; detections.max_joints raises the limit");
+  }
+
+  const DetectionHeader& header() const override { return source_->header(); }
+  int64_t frame_count() const override { return source_->frame_count(); }
+  bool Next(DetectionFrame* frame) override {
+    if (!source_->Next(frame)) return false;
+    for (size_t v = 0; v < frame->views.size(); ++v) {
+      const size_t count = frame->views[v].detections.size();
+      if (count > max_per_view_) Fail(frame->frame, v, count);
+    }
+    return true;
+  }
+
+ private:
+  [[noreturn]] void Fail(int64_t frame, size_t view_idx, size_t count) const {
+    throw InputError(path_,
+                     "frame " + std::to_string(frame) + ", view '" +
+                         Printable(header().view_names[view_idx]) + "'",
+                     "has " + std::to_string(count) +
+                         " detections, more than " +
+                         std::to_string(max_per_view_) +
+                         "; detections.max_per_view raises the limit");
+  }
+
+  const std::string path_;
+  const size_t max_per_view_;
+  const std::unique_ptr<DetectionSource> source_;
+};
+
+// Hands out frames that are in memory.
+class CollectedSource : public DetectionSource {
+ public:
+  CollectedSource(DetectionHeader header,
+                  std::map<int64_t, DetectionFrame> frames)
+      : header_(std::move(header)), frames_(std::move(frames)) {
+    frame_count_ = static_cast<int64_t>(frames_.size());
+  }
+
+  const DetectionHeader& header() const override { return header_; }
+  bool Next(DetectionFrame* frame) override {
+    if (frames_.empty()) return false;
+    *frame = std::move(frames_.begin()->second);
+    frames_.erase(frames_.begin());
+    return true;
+  }
+  int64_t frame_count() const override { return frame_count_; }
+
+ private:
+  DetectionHeader header_;
+  std::map<int64_t, DetectionFrame> frames_;
+  int64_t frame_count_ = 0;
+};
+
+}  // namespace
+
+void DetectionReadOptions::Describe(OptionVisitor& visitor) {
+  const std::vector<std::string> names = FormatNames();
+  const auto at = std::find(names.begin(), names.end(), format);
+  int index = at == names.end() ? 0 : static_cast<int>(at - names.begin());
+  visitor.ChoiceIndex(
+      "format", &index, names,
+      "format of the detections; auto recognises it by content");
+  format = names[static_cast<size_t>(index)];
+  visitor.Text("skeleton", &skeleton_name,
+               "skeleton of the detections where the file does not tell it");
+  visitor.Choice("zero_confidence", &zero_confidence, {"missing", "position"},
+                 "what a joint with confidence 0 is");
+  visitor.Integer("first_frame", &first_frame,
+                  Between(0.0, static_cast<double>(kMaxFrame)), "frames",
+                  "frame number of a file that names none");
+  visitor.Integer("max_per_view", &max_per_view, Between(1.0, 1e6),
+                  "detections",
+                  "most detections of one view in one frame; more are refused");
+  visitor.Integer("max_joints", &max_joints, Between(1.0, 1e4), "joints",
+                  "most joints of the detections' skeleton; more are refused");
+}
+
+std::unique_ptr<DetectionSource> OpenDetections(
+    const std::string& path, const DetectionReadOptions& options) {
+  try {
+    const DetectionReadOptions checked = Checked(options);
+    if (checked.view_frame_rate_hz.empty()) {
+      return std::make_unique<LimitedSource>(path, checked,
+                                             Open(path, checked));
+    }
+    if (IsPipe(path)) {
+      throw InputError(path, "",
+                       "views with rates of their own (input.view_frame_rate) "
+                       "are read several times, which a stream cannot be");
+    }
+    return OpenRated([=] { return Open(path, checked); },
+                     checked.view_frame_rate_hz);
+  } catch (const fs::filesystem_error& error) {
+    throw InputError(path, "", "cannot be read: " + error.code().message());
+  }
+}
+
+DetectionSequence ReadDetections(const std::string& path,
+                                 const DetectionReadOptions& options) {
+  const std::unique_ptr<DetectionSource> source = OpenDetections(path, options);
+  DetectionSequence sequence;
+  DetectionFrame frame;
+  while (source->Next(&frame)) sequence.frames.push_back(std::move(frame));
+  sequence.header = source->header();
+  return sequence;
+}
+
+Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
+                      ZeroConfidence zero_confidence) {
+  Keypoint joint;
+  if (!std::isfinite(x_px) || !std::isfinite(y_px) ||
+      !std::isfinite(confidence)) {
+    return joint;
+  }
+  joint.px = {x_px, y_px};
+  joint.confidence = confidence;
+  joint.found =
+      confidence > 0.0 || zero_confidence == ZeroConfidence::kPosition;
+  return joint;
+}
+
+std::vector<std::pair<std::string, std::string>> ListViewFiles(
+    const std::string& path, const std::string& extension) {
+  std::vector<std::pair<std::string, std::string>> files;
+  if (!fs::is_directory(path)) {
+    files.emplace_back(fs::path(path).stem().string(), path);
+    return files;
+  }
+  for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
+    const fs::path& file = entry.path();
+    if (file.extension() != extension || file.filename() == "truth.json" ||
+        file.filename().string().front() == '.' || !IsFileOrFolder(entry)) {
+      continue;
+    }
+    files.emplace_back(file.stem().string(), file.string());
+  }
+  if (files.empty()) {
+    throw InputError(path, "",
+                     "holds no " + extension + " files, expected one a view");
+  }
+  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) {
+    return NaturalLess(a.first, b.first);
+  });
+  return files;
+}
+
+DetectionHeader HeaderOfViews(
+    const std::vector<std::pair<std::string, std::string>>& files,
+    const DetectionReadOptions& options) {
+  DetectionHeader header;
+  header.skeleton = options.skeleton.value_or(Skeleton());
+  header.frame_rate_hz = options.frame_rate_hz;
+  for (const auto& [view, file] : files) header.view_names.push_back(view);
+  return header;
+}
+
+std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
+                                               const std::string& key) {
+  std::vector<const Skeleton*> found;
+  std::string expected;
+  for (const Skeleton* skeleton :
+       {&Coco17(), &Coco18(), &Body25(), &Body25B(), &Halpe26(), &MediaPipe33(),
+        &WholeBody133()}) {
+    const size_t count = skeleton->joints().size();
+    if (count == joint_count) found.push_back(skeleton);
+    expected += (expected.empty() ? "" : ", ") + std::to_string(count) + " (" +
+                skeleton->name() + ")";
+  }
+  if (!found.empty()) return found;
+  throw InputError(key + ": found " + std::to_string(joint_count) +
+                   " joints, expected " + expected +
+                   "; detections.skeleton names other skeletons");
+}
+
+bool IsToldByJointCount(const Skeleton& skeleton) {
+  try {
+    return *DetectorSkeletons(skeleton.joints().size(), "").front() == skeleton;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+DetectionFrame* DetectionCollector::Touch(int64_t frame_number) {
+  DetectionFrame& frame = frames_[frame_number];
+  if (frame.views.empty()) {
+    frame.frame = frame_number;
+    frame.time = TimeOfFrame(frame_number, header_.frame_rate_hz);
+    frame.views.resize(header_.view_names.size());
+    for (ViewDetections& view : frame.views) view.capture_time = frame.time;
+  }
+  return &frame;
+}
+
+Detection* DetectionCollector::Add(int64_t frame, size_t view_idx) {
+  std::vector<Detection>& detections = Touch(frame)->views[view_idx].detections;
+  detections.emplace_back();
+  detections.back().index_in_file = static_cast<int>(detections.size()) - 1;
+  return &detections.back();
+}
+
+std::unique_ptr<DetectionSource> DetectionCollector::Finish() {
+  return std::make_unique<CollectedSource>(std::move(header_),
+                                           std::move(frames_));
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,22 @@
+// What stands in a folder.
+#ifndef KINEGRAPH_CORE_IO_FILES_FOLDER_ENTRY_H_
+#define KINEGRAPH_CORE_IO_FILES_FOLDER_ENTRY_H_
+
+#include <filesystem>
+#include <system_error>
+
+namespace kinegraph {
+
+// Whether an entry of a folder may hold data. Pipes, sockets and devices do
+// not: reading one could wait for ever. One that a user names is read.
+inline bool IsFileOrFolder(const std::filesystem::directory_entry& entry) {
+  using Type = std::filesystem::file_type;
+  std::error_code ignored;
+  const Type type = entry.status(ignored).type();
+  return type != Type::fifo && type != Type::socket && type != Type::block &&
+         type != Type::character;
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_FILES_FOLDER_ENTRY_H_

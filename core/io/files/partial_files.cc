@@ -1,0 +1,126 @@
+#include "core/io/files/partial_files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <system_error>
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class PartialKind { kFile, kFolder, kFolderToFill };
+
+struct List {
+  std::mutex mutex;
+  std::map<std::string, PartialKind> partial;  // by path
+};
+
+// Never destroyed: the thread that removes files may outlive main.
+List& TheList() {
+  static List* const list = new List;
+  return *list;
+}
+
+// A folder's own files come after it in the order of paths, so whoever removes
+// many goes from behind.
+void RemovePath(const std::string& path, PartialKind kind) {
+  std::error_code ignored;
+  switch (kind) {
+    case PartialKind::kFile:
+      unlink(path.c_str());
+      return;
+    case PartialKind::kFolder:
+      // Another thread may be making folders in it at this very moment.
+      for (int attempt = 0; attempt < 100; ++attempt) {
+        fs::remove_all(path, ignored);
+        if (!ignored) return;
+      }
+      return;
+    case PartialKind::kFolderToFill:
+      rmdir(path.c_str());  // refuses a folder with anything in it
+      return;
+  }
+}
+
+int MakeListedFolder(const std::string& path, PartialKind kind) {
+  List& list = TheList();
+  const std::lock_guard<std::mutex> lock(list.mutex);
+  const int outcome = mkdir(path.c_str(), 0777);
+  if (outcome == 0) list.partial[path] = kind;
+  return outcome;
+}
+
+}  // namespace
+
+int PartialFiles::OpenNew(const std::string& path) {
+  List& list = TheList();
+  const std::lock_guard<std::mutex> lock(list.mutex);
+  const int descriptor =
+      open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  if (descriptor >= 0) list.partial[path] = PartialKind::kFile;
+  return descriptor;
+}
+
+int PartialFiles::MakeFolder(const std::string& path) {
+  return MakeListedFolder(path, PartialKind::kFolder);
+}
+
+int PartialFiles::MakeFolderToFill(const std::string& path) {
+  return MakeListedFolder(path, PartialKind::kFolderToFill);
+}
+
+int PartialFiles::Rename(const std::string& path,
+                         const std::string& final_name) {
+  List& list = TheList();
+  const std::lock_guard<std::mutex> lock(list.mutex);
+  const int outcome = std::rename(path.c_str(), final_name.c_str());
+  if (outcome == 0) list.partial.erase(path);
+  return outcome;
+}
+
+void PartialFiles::Keep(const std::string& path) {
+  List& list = TheList();
+  const std::lock_guard<std::mutex> lock(list.mutex);
+  list.partial.erase(path);
+}
+
+void PartialFiles::Remove(const std::string& path) {
+  List& list = TheList();
+  const std::lock_guard<std::mutex> lock(list.mutex);
+  const auto at = list.partial.find(path);
+  if (at == list.partial.end()) return;
+  RemovePath(at->first, at->second);
+  list.partial.erase(at);
+}
+
+bool PartialFiles::IsInsideFolder(const std::string& path) {
+  List& list = TheList();
+  const std::lock_guard<std::mutex> lock(list.mutex);
+  for (const auto& [folder, kind] : list.partial) {
+    if (kind == PartialKind::kFolder && path.size() > folder.size() &&
+        path.compare(0, folder.size(), folder) == 0 &&
+        path[folder.size()] == '/') {
+      return true;
+    }
+  }
+  return false;
+}
+
+void PartialFiles::RemoveAllForGood() {
+  List& list = TheList();
+  list.mutex.lock();  // and never unlocked
+  for (auto at = list.partial.rbegin(); at != list.partial.rend(); ++at) {
+    RemovePath(at->first, at->second);
+  }
+  list.partial.clear();
+}
+
+}  // namespace kinegraph

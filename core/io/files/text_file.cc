@@ -1,0 +1,133 @@
+#include "core/io/files/text_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+#include "core/base/error.h"
+#include "core/io/files/folder_entry.h"
+#include "core/io/files/input_files.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Closes a file descriptor when it goes out of scope.
+struct Descriptor {
+  explicit Descriptor(int opened) : value(opened) {}
+  ~Descriptor() {
+    if (value >= 0) close(value);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  const int value;
+};
+
+[[noreturn]] void FailToRead(const std::string& path) {
+  throw InputError(path, "",
+                   std::string("cannot be read: ") + std::strerror(errno));
+}
+
+}  // namespace
+
+std::string ReadTextFile(const std::string& path, size_t max_bytes) {
+  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.value < 0) FailToRead(path);
+  struct stat status {};
+  if (fstat(file.value, &status) != 0) FailToRead(path);
+  if (S_ISDIR(status.st_mode)) {
+    throw InputError(path, "", "is a folder, expected a file");
+  }
+  const auto refuse = [&] {
+    throw InputError(path, "",
+                     "is larger than " + std::to_string(max_bytes >> 20) +
+                         " MiB, more than such a file can need");
+  };
+  if (status.st_size > 0 && static_cast<size_t>(status.st_size) > max_bytes) {
+    refuse();
+  }
+  InputFiles::Note(file.value, path);
+  // The size is a hint only: pipes have none, and files grow.
+  constexpr size_t kStep = 1 << 16;
+  std::string text;
+  if (status.st_size > 0) {
+    text.reserve(static_cast<size_t>(status.st_size) + 1);
+  }
+  size_t length = 0;
+  while (true) {
+    text.resize(std::max(text.capacity(), length + kStep));
+    const ssize_t got =
+        read(file.value, text.data() + length, text.size() - length);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) FailToRead(path);
+    if (got == 0) break;
+    length += static_cast<size_t>(got);
+    if (length > max_bytes) refuse();
+  }
+  text.resize(length);
+  return text;
+}
+
+std::string BeginningOf(const std::string& path, size_t bytes) {
+  std::string text(bytes, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(text.data(), static_cast<std::streamsize>(bytes));
+  text.resize(static_cast<size_t>(std::max<std::streamsize>(0, file.gcount())));
+  return text;
+}
+
+bool IsFolder(const std::string& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
+bool IsFile(const std::string& path) {
+  std::error_code error;
+  const bool exists = fs::exists(path, error);
+  // A disk or a network that fails does not make a file absent.
+  if (error.value() == EIO || error.value() == ESTALE) {
+    throw InputError(path, "", "cannot be read: " + error.message());
+  }
+  return exists && !IsFolder(path);
+}
+
+std::string RelativeToFile(const std::string& path, const std::string& file) {
+  std::error_code error;
+  const fs::path folder = fs::absolute(fs::path(file), error).parent_path();
+  const fs::path relative = fs::absolute(fs::path(path), error)
+                                .lexically_normal()
+                                .lexically_relative(folder.lexically_normal());
+  return relative.empty() ? path : relative.generic_string();
+}
+
+void MakeFolder(const std::string& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw InputError(path, "", "cannot be made: " + error.message());
+}
+
+std::vector<std::string> ListFolder(const std::string& path) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(path, error), end; !error && entry != end;
+       entry.increment(error)) {
+    if (IsFileOrFolder(*entry)) {
+      names.push_back(entry->path().filename().string());
+    }
+  }
+  if (error) {
+    throw InputError(path, "", "cannot be listed: " + error.message());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace kinegraph

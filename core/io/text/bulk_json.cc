@@ -1,0 +1,454 @@
+#include "core/io/text/bulk_json.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "core/io/files/input_files.h"
+#include "core/io/files/input_stop.h"
+#include "core/io/text/ids.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr size_t kPadding = simdjson::SIMDJSON_PADDING;
+// A frame of a hundred people with a hundred joints each, with covariances,
+// needs 1 MiB.
+constexpr size_t kMaxLineBytes = size_t{64} << 20;
+// simdjson's own limit is 4 GiB.
+constexpr size_t kMaxFileBytes = size_t{2} << 30;
+constexpr size_t kPeekBytes = size_t{64} << 10;
+constexpr int kMaxPeekDepth = 256;
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+
+[[noreturn]] void FailToRead(const std::string& path) {
+  throw InputError(path, "",
+                   std::string("cannot be read: ") + std::strerror(errno));
+}
+
+[[noreturn]] void FailType(JsonValue value, std::string_view key,
+                           const std::string& expected) {
+  throw InputError(std::string(key) + ": found " + TypeName(value) +
+                   ", expected " + expected);
+}
+
+// In the words of a reader of the file, not of a parser's author.
+std::string Explain(simdjson::error_code error) {
+  switch (error) {
+    case simdjson::EMPTY:
+      return "is empty, expected JSON";
+    case simdjson::NUMBER_ERROR:
+      return "is no valid JSON: a number is malformed or out of range";
+    case simdjson::DEPTH_ERROR:
+      return "is no valid JSON here: it is nested too deeply";
+    case simdjson::UTF8_ERROR:
+      return "is no valid JSON: it is not UTF-8";
+    case simdjson::UNCLOSED_STRING:
+      return "is no valid JSON: a text is not closed (truncated?)";
+    case simdjson::CAPACITY:
+    case simdjson::MEMALLOC:
+      return "is too large for this machine's memory";
+    default:
+      return "is no valid JSON (truncated, or text after its end?)";
+  }
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(const std::string& path)
+      : value_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+    if (value_ < 0) FailToRead(path);
+  }
+  ~Descriptor() { close(value_); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return value_; }
+
+ private:
+  int value_;
+};
+
+// Reads up to `capacity` bytes; fewer only at the end of the file.
+size_t ReadFully(const std::string& path, int descriptor, char* to,
+                 size_t capacity) {
+  size_t length = 0;
+  while (length < capacity) {
+    const ssize_t got = read(descriptor, to + length, capacity - length);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) FailToRead(path);
+    if (got == 0) break;
+    length += static_cast<size_t>(got);
+  }
+  return length;
+}
+
+// Collects the outermost keys of (the beginning of) an object.
+class KeyScanner {
+ public:
+  explicit KeyScanner(std::string_view text) : text_(text) {}
+
+  std::vector<std::string> Scan(const std::string& path) {
+    std::vector<std::string> keys;
+    int depth = 0;
+    for (size_t i = 0; i < text_.size(); ++i) {
+      const char c = text_[i];
+      if (c == '{' || c == '[') {
+        if (++depth > kMaxPeekDepth) {
+          throw InputError(path, "", Explain(simdjson::DEPTH_ERROR));
+        }
+      } else if (c == '}' || c == ']') {
+        if (--depth == 0) break;
+      } else if (c == '"') {
+        const size_t end = EndOfText(i);
+        if (depth == 1 && ColonFollows(end)) {
+          keys.emplace_back(text_.substr(i + 1, end - i - 1));
+        }
+        i = end;
+      }
+    }
+    return keys;
+  }
+
+ private:
+  // Place of the closing quote, or the end.
+  size_t EndOfText(size_t open) const {
+    size_t i = open + 1;
+    while (i < text_.size() && text_[i] != '"') i += text_[i] == '\\' ? 2 : 1;
+    return std::min(i, text_.size());
+  }
+  bool ColonFollows(size_t end) const {
+    const size_t next = text_.find_first_not_of(" \t\r\n", end + 1);
+    return next != std::string_view::npos && text_[next] == ':';
+  }
+
+  std::string_view text_;
+};
+
+}  // namespace
+
+const char* TypeName(JsonValue value) {
+  switch (value.type()) {
+    case simdjson::dom::element_type::ARRAY:
+      return "an array";
+    case simdjson::dom::element_type::OBJECT:
+      return "an object";
+    case simdjson::dom::element_type::STRING:
+      return "a text";
+    case simdjson::dom::element_type::BOOL:
+      return "a boolean";
+    case simdjson::dom::element_type::NULL_VALUE:
+      return "null";
+    default:
+      return "a number";
+  }
+}
+
+JsonArray AsArray(JsonValue value, std::string_view key) {
+  JsonArray array;
+  if (value.get_array().get(array)) FailType(value, key, "an array");
+  return array;
+}
+
+JsonObject AsObject(JsonValue value, std::string_view key) {
+  JsonObject object;
+  if (value.get_object().get(object)) FailType(value, key, "an object");
+  return object;
+}
+
+double AsNumber(JsonValue value, std::string_view key) {
+  double number = 0.0;
+  if (value.get_double().get(number)) FailType(value, key, "a number");
+  return number;
+}
+
+int64_t AsInteger(JsonValue value, std::string_view key, int64_t low,
+                  int64_t high) {
+  int64_t integer = 0;
+  if (value.get_int64().get(integer)) FailType(value, key, "an integer");
+  if (integer < low || integer > high) {
+    throw InputError(std::string(key) + ": found " + std::to_string(integer) +
+                     ", expected " + std::to_string(low) + " .. " +
+                     std::to_string(high));
+  }
+  return integer;
+}
+
+std::string_view AsText(JsonValue value, std::string_view key) {
+  std::string_view text;
+  if (value.get_string().get(text)) FailType(value, key, "a text");
+  return text;
+}
+
+JsonValue Required(const JsonObject& object, std::string_view key) {
+  JsonValue value;
+  if (object.at_key(key).get(value)) {
+    throw InputError(std::string(key) + ": is missing");
+  }
+  return value;
+}
+
+void AsNumbers(JsonValue value, std::string_view key, size_t count,
+               double* numbers) {
+  AsNumbers(AsArray(value, key), key, count, numbers);
+}
+
+void AsNumbers(const JsonArray& array, std::string_view key, size_t count,
+               double* numbers) {
+  size_t found = 0;
+  for (const JsonValue element : array) {
+    const double number = AsNumber(element, key);
+    if (found < count) numbers[found] = number;
+    ++found;
+  }
+  if (found != count) {
+    throw InputError(std::string(key) + ": found " + std::to_string(found) +
+                     " numbers, expected " + std::to_string(count));
+  }
+}
+
+int64_t AsFrame(JsonValue value, std::string_view key) {
+  return AsInteger(value, key, 0, kMaxFrame);
+}
+
+int64_t AsId(JsonValue value, std::string_view key) {
+  return AsInteger(value, key, 0, kMaxId);
+}
+
+namespace {
+
+// Nanoseconds in 64 bits reach 292 years.
+TimeNs CheckedTime(double seconds, std::string_view key) {
+  constexpr double kMaxSeconds = 9.2e9;
+  if (!(std::abs(seconds) <= kMaxSeconds)) {
+    throw InputError(std::string(key) +
+                     ": is out of range, expected at most 9.2e9 seconds");
+  }
+  return FromSeconds(seconds);
+}
+
+}  // namespace
+
+TimeNs AsTime(JsonValue value, std::string_view key) {
+  return CheckedTime(AsNumber(value, key), key);
+}
+
+double AsFrameRate(JsonValue value, std::string_view key) {
+  if (value.is_null()) return 0.0;
+  const double rate_hz = AsNumber(value, key);
+  if (!(rate_hz > 0.0 && rate_hz <= 1e6)) {
+    throw InputError(std::string(key) +
+                     ": is out of range, expected above 0 .. 1e6 Hz");
+  }
+  return rate_hz;
+}
+
+TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz) {
+  if (frame_rate_hz == 0.0) return 0;
+  return CheckedTime(static_cast<double>(frame) / frame_rate_hz, "time");
+}
+
+int ObjectKeys::Take(std::string_view key) {
+  const auto at = std::find(known_.begin(), known_.end(), key);
+  if (at == known_.end()) return -1;
+  const int index = static_cast<int>(at - known_.begin());
+  if (Has(static_cast<size_t>(index))) {
+    throw InputError(std::string(key) + ": stands there twice");
+  }
+  seen_ |= uint64_t{1} << index;
+  return index;
+}
+
+void ObjectKeys::Require(size_t known_idx) const {
+  if (!Has(known_idx)) {
+    throw InputError(std::string(known_[known_idx]) + ": is missing");
+  }
+}
+
+JsonValue JsonFileParser::Parse(const std::string& path) {
+  const Descriptor file(path);
+  struct stat status {};
+  if (fstat(file.get(), &status) != 0) FailToRead(path);
+  if (S_ISDIR(status.st_mode)) {
+    throw InputError(path, "", "is a folder, expected a file");
+  }
+  const auto refuse = [&path] {
+    throw InputError(path, "", "is larger than 2 GiB");
+  };
+  if (status.st_size > static_cast<off_t>(kMaxFileBytes)) refuse();
+  InputFiles::Note(file.get(), path);
+  // The size is a hint only: pipes have none, and files grow. One byte more
+  // than the size shows the end without another read.
+  size_t capacity = static_cast<size_t>(status.st_size) + 1;
+  size_t length = 0;
+  while (true) {
+    if (buffer_.size() < capacity + kPadding) {
+      buffer_.resize(capacity + kPadding);
+    }
+    length +=
+        ReadFully(path, file.get(), buffer_.data() + length, capacity - length);
+    if (length < capacity) break;
+    if (length > kMaxFileBytes) refuse();
+    capacity *= 2;
+  }
+  // Some editors put a byte order mark in front.
+  const std::string_view text(buffer_.data(), length);
+  const size_t mark = text.substr(0, 3) == kByteOrderMark ? 3 : 0;
+  JsonValue value;
+  const simdjson::error_code error =
+      parser_.parse(buffer_.data() + mark, length - mark, false).get(value);
+  if (error) throw InputError(path, "", Explain(error));
+  return value;
+}
+
+JsonLineReader::JsonLineReader(const std::string& path)
+    : path_(path), file_(std::fopen(path.c_str(), "rbe")) {
+  if (file_ == nullptr) FailToRead(path);
+  InputFiles::Note(fileno(file_.get()), path);
+  buffer_.resize((size_t{1} << 16) + kPadding);
+}
+
+bool JsonLineReader::Fill() {
+  if (begin_ > 0) {  // move what is not read yet to the front
+    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+    end_ -= begin_;
+    next_ -= begin_;
+    begin_ = 0;
+  }
+  if (end_ + kPadding == buffer_.size()) {
+    if (end_ > kMaxLineBytes) {
+      throw InputError(path_, Place(), "is longer than 64 MiB");
+    }
+    buffer_.resize(2 * buffer_.size());
+  }
+  // One read, which gives what is there: a line of a live stream must not wait
+  // until later ones fill the buffer.
+  const int descriptor = fileno(file_.get());
+  if (!InputStop::WaitForInput(descriptor)) return false;
+  ssize_t got = 0;
+  do {
+    got = read(descriptor, buffer_.data() + end_,
+               buffer_.size() - kPadding - end_);
+  } while (got < 0 && errno == EINTR);
+  if (got < 0) FailToRead(path_);
+  end_ += static_cast<size_t>(got);
+  // Standard input may be a file that grows, which is a stream like others.
+  if (got == 0 && path_ != "/dev/stdin") {
+    InputFiles::Note(descriptor, path_);
+  }
+  return got > 0;
+}
+
+bool JsonLineReader::NextLine() {
+  begin_ = next_;
+  ++line_number_;
+  size_t searched = begin_;
+  while (true) {
+    const char* data = buffer_.data();
+    const void* newline = std::memchr(data + searched, '\n', end_ - searched);
+    if (newline != nullptr) {
+      next_ = static_cast<size_t>(static_cast<const char*>(newline) - data) + 1;
+      length_ = next_ - 1 - begin_;
+      return true;
+    }
+    const size_t searched_of_line = end_ - begin_;
+    next_ = begin_;
+    if (!Fill()) break;
+    searched = begin_ + searched_of_line;
+  }
+  if (InputStop::HasHappened()) return false;  // maybe half a line
+  length_ = end_ - begin_;  // the last line may lack its newline
+  next_ = end_;
+  return length_ > 0;
+}
+
+bool JsonLineReader::Next(JsonValue* value) {
+  while (NextLine()) {
+    if (line_number_ == 1 && line().substr(0, 3) == kByteOrderMark) {
+      begin_ += kByteOrderMark.size();
+      length_ -= kByteOrderMark.size();
+    }
+    if (line().find_first_not_of(" \t\r") == std::string_view::npos) continue;
+    // What follows the line in the buffer serves as simdjson's padding.
+    const simdjson::error_code error =
+        parser_.parse(buffer_.data() + begin_, length_, false).get(*value);
+    if (error) throw InputError(path_, Place(), Explain(error));
+    return true;
+  }
+  return false;
+}
+
+int64_t JsonLineReader::CountLines() const {
+  const Descriptor file(path_);
+  struct stat status {};
+  if (fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) return -1;
+  std::vector<char> text(kPeekBytes);
+  int64_t count = 0;
+  char last = '\n';
+  while (const size_t length =
+             ReadFully(path_, file.get(), text.data(), text.size())) {
+    const auto end = text.begin() + static_cast<std::ptrdiff_t>(length);
+    count += std::count(text.begin(), end, '\n');
+    last = *(end - 1);
+  }
+  return count + (last == '\n' ? 0 : 1);  // the last may lack its newline
+}
+
+bool JsonHead::Has(std::string_view key) const {
+  return std::find(keys.begin(), keys.end(), key) != keys.end();
+}
+
+JsonHead PeekJson(const std::string& path) {
+  const Descriptor file(path);
+  std::string text(kPeekBytes, '\0');
+  text.resize(ReadFully(path, file.get(), text.data(), text.size()));
+  if (text.compare(0, 3, kByteOrderMark) == 0) text.erase(0, 3);
+  const size_t first = text.find_first_not_of(" \t\r\n");
+  JsonHead head;
+  if (first == std::string::npos) return head;
+  head.kind = text[first];
+  KeyScanner scanner(std::string_view(text).substr(first));
+  if (head.kind == '{' || head.kind == '[') {
+    std::vector<std::string> keys = scanner.Scan(path);
+    if (head.kind == '{') head.keys = std::move(keys);
+  }
+  return head;
+}
+
+bool IsPipe(const std::string& path) {
+  struct stat status {};
+  return stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) &&
+         !S_ISDIR(status.st_mode);
+}
+
+std::string RawObject(std::string_view line, std::string_view key) {
+  const simdjson::padded_string padded(line);
+  simdjson::ondemand::parser parser;
+  simdjson::ondemand::document document;
+  if (parser.iterate(padded).get(document)) return "";
+  simdjson::ondemand::object object;
+  if (document[key].get_object().get(object)) return "";
+  std::string_view raw;
+  if (object.raw_json().get(raw)) return "";
+  return std::string(raw);
+}
+
+std::string CompactObject(const std::string& text) {
+  simdjson::dom::parser parser;
+  JsonValue value;
+  if (parser.parse(text).get(value) || !value.is_object()) return "";
+  std::string compact(text.size() + kPadding, '\0');
+  size_t length = 0;
+  if (simdjson::minify(text.data(), text.size(), compact.data(), length)) {
+    return "";
+  }
+  compact.resize(length);
+  return compact;
+}
+
+}  // namespace kinegraph

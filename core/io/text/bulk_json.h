@@ -1,0 +1,159 @@
+// Bulk JSON through simdjson: one parser and one buffer that are used again,
+// and access that says what was found and what was expected. Only sources
+// include this header, so that nobody else needs simdjson.
+//
+// The DOM is used, not On Demand, which accepts garbage after what it reads.
+// Neither minds duplicate keys: readers of our own formats go through the keys
+// one by one and notice them (ObjectKeys).
+#ifndef KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
+#define KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
+
+#include <simdjson.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <initializer_list>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/time.h"
+#include "core/io/files/text_file.h"
+
+namespace kinegraph {
+
+using JsonValue = simdjson::dom::element;
+using JsonArray = simdjson::dom::array;
+using JsonObject = simdjson::dom::object;
+
+// Access. Each throws InputError "KEY: found ..., expected ..." without a file;
+// who knows file and line adds them (see Located).
+JsonArray AsArray(JsonValue value, std::string_view key);
+JsonObject AsObject(JsonValue value, std::string_view key);
+double AsNumber(JsonValue value, std::string_view key);
+int64_t AsInteger(JsonValue value, std::string_view key, int64_t low,
+                  int64_t high);
+std::string_view AsText(JsonValue value, std::string_view key);
+JsonValue Required(const JsonObject& object, std::string_view key);
+// Exactly `count` numbers, written to `numbers`.
+void AsNumbers(JsonValue value, std::string_view key, size_t count,
+               double* numbers);
+void AsNumbers(const JsonArray& array, std::string_view key, size_t count,
+               double* numbers);
+// Name of the value that is the whole text, as a key.
+inline constexpr std::string_view kOutermost = "the outermost value";
+// "an object", "an array", "null", ... for messages.
+const char* TypeName(JsonValue value);
+
+// Frame numbers and identities. Large enough for any take, small enough that
+// no arithmetic on them overflows.
+inline constexpr int64_t kMaxFrame = int64_t{1} << 50;
+int64_t AsFrame(JsonValue value, std::string_view key);
+int64_t AsId(JsonValue value, std::string_view key);
+// A number of seconds that fits TimeNs.
+TimeNs AsTime(JsonValue value, std::string_view key);
+// A frame rate [Hz]; null means that it is not known and gives 0.
+double AsFrameRate(JsonValue value, std::string_view key);
+// frame / rate; 0 when the rate is 0.
+TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz);
+
+// Notices a key that comes twice. `known` are the keys that have a meaning.
+class ObjectKeys {
+ public:
+  explicit ObjectKeys(std::initializer_list<std::string_view> known)
+      : known_(known) {}
+  // Place of `key` in `known`, or -1. Throws InputError the second time.
+  int Take(std::string_view key);
+  bool Has(size_t known_idx) const { return (seen_ >> known_idx & 1U) != 0; }
+  // Throws InputError when that key did not come.
+  void Require(size_t known_idx) const;
+
+ private:
+  std::vector<std::string_view> known_;
+  uint64_t seen_ = 0;
+};
+
+// Runs `read` and puts file and place in front of the message of its
+// InputError. `place` is a function, so that nothing is built when all is well.
+template <typename Place, typename Read>
+auto Located(const std::string& file, const Place& place, const Read& read) {
+  try {
+    return read();
+  } catch (const InputError& error) {
+    throw InputError(file, place(), error.what());
+  }
+}
+
+template <typename Read>
+auto Located(const std::string& file, const Read& read) {
+  return Located(
+      file, [] { return ""; }, read);
+}
+
+// Whole files.
+class JsonFileParser {
+ public:
+  // Valid until the next call. Throws InputError naming the file.
+  JsonValue Parse(const std::string& path);
+
+ private:
+  std::vector<char> buffer_;
+  simdjson::dom::parser parser_;
+};
+
+// One JSON value a line; blank lines are passed over.
+class JsonLineReader {
+ public:
+  // Throws InputError when the file cannot be read.
+  explicit JsonLineReader(const std::string& path);
+
+  // The next line, valid until the next call; false at the end.
+  bool Next(JsonValue* value);
+  // Text of the line that Next() gave.
+  std::string_view line() const { return {buffer_.data() + begin_, length_}; }
+  std::string Place() const { return "line " + std::to_string(line_number_); }
+  const std::string& path() const { return path_; }
+  // Lines of the whole file, read once more; -1 when it is a pipe.
+  int64_t CountLines() const;
+
+ private:
+  bool NextLine();
+  bool Fill();
+
+  struct Closer {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+
+  std::string path_;
+  std::unique_ptr<std::FILE, Closer> file_;
+  std::vector<char> buffer_;  // simdjson's padding included
+  size_t begin_ = 0;          // of the current line
+  size_t length_ = 0;
+  size_t next_ = 0;  // where the unread text begins and ends
+  size_t end_ = 0;
+  int64_t line_number_ = 0;
+  simdjson::dom::parser parser_;
+};
+
+// What a JSON file begins with, to recognise its format by.
+struct JsonHead {
+  char kind = '\0';  // '{', '[', or the first character of something else
+  std::vector<std::string> keys;  // outermost keys in the first 64 KiB
+
+  bool Has(std::string_view key) const;
+};
+JsonHead PeekJson(const std::string& path);
+
+// The raw text of the value of `key` in a line that holds a valid object; empty
+// when there is none or it is no object.
+std::string RawObject(std::string_view line, std::string_view key);
+
+// The text without white space when it is one valid JSON object, else empty.
+std::string CompactObject(const std::string& text);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_

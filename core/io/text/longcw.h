@@ -1,0 +1,51 @@
+// What longcw's files of detections and of poses share.
+#ifndef KINEGRAPH_CORE_IO_TEXT_LONGCW_H_
+#define KINEGRAPH_CORE_IO_TEXT_LONGCW_H_
+
+#include <cmath>
+#include <cstdint>
+#include <string>
+
+#include "core/io/text/bulk_json.h"
+
+namespace kinegraph {
+
+// Its files give seconds, not frames; Campus, the set that comes in this
+// format, has 25 frames a second.
+inline constexpr double kLongcwFrameRateHz = 25.0;
+
+struct LongcwTime {
+  int64_t frame = 0;
+  TimeNs time = 0;
+};
+
+// The frame nearest to a timestamp. Throws InputError without a file.
+inline LongcwTime ReadLongcwTime(JsonValue value, double frame_rate_hz) {
+  const TimeNs time = AsTime(value, "timestamp");
+  const double frame = std::round(ToSeconds(time) * frame_rate_hz);
+  if (frame < 0.0 || frame > static_cast<double>(kMaxFrame)) {
+    throw InputError("timestamp: is negative or too large");
+  }
+  return {static_cast<int64_t>(frame), time};
+}
+
+// Before writing: the files have times and no frame numbers. Throws InputError
+// when there is no frame rate, or when a frame would be read as another one.
+inline void RequireLongcwRate(double frame_rate_hz) {
+  if (frame_rate_hz > 0.0) return;
+  throw InputError(
+      "longcw's files tell times, so a frame rate is needed, which the input "
+      "does not tell (--frame_rate=HZ)");
+}
+inline void RequireLongcwTime(int64_t frame, TimeNs time,
+                              double frame_rate_hz) {
+  const double read = std::round(ToSeconds(time) * frame_rate_hz);
+  if (time >= 0 && read == static_cast<double>(frame)) return;
+  throw InputError("frame " + std::to_string(frame) +
+                   ": longcw's files have no frame numbers, and by its time "
+                   "this one would be read as another frame");
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TEXT_LONGCW_H_

@@ -1,0 +1,25 @@
+// Numbers in the names of files, folders and views.
+#ifndef KINEGRAPH_CORE_IO_TEXT_NAMES_H_
+#define KINEGRAPH_CORE_IO_TEXT_NAMES_H_
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace kinegraph {
+
+// The last run of digits; nullopt when there is none or it is longer than any
+// frame number (18 digits, leading zeros not counted).
+std::optional<int64_t> LastInteger(std::string_view name);
+
+// Frame number of a detection file: the last integer before "_keypoints", else
+// before the extension.
+std::optional<int64_t> FrameOfFileName(std::string_view file_name);
+
+// Order in which "cam2" comes before "cam10".
+bool NaturalLess(std::string_view a, std::string_view b);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TEXT_NAMES_H_

@@ -1,0 +1,64 @@
+#include "core/io/text/skeleton_json.h"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+namespace kinegraph {
+
+Skeleton ReadSkeleton(JsonValue value) {
+  const JsonObject object = AsObject(value, "skeleton");
+  const std::string name(AsText(Required(object, "name"), "skeleton.name"));
+  std::vector<std::string> joints;
+  for (const JsonValue joint :
+       AsArray(Required(object, "joints"), "skeleton.joints")) {
+    joints.emplace_back(AsText(joint, "skeleton.joints"));
+  }
+  std::vector<Bone> bones;
+  for (const JsonValue bone :
+       AsArray(Required(object, "bones"), "skeleton.bones")) {
+    const JsonArray ends = AsArray(bone, "skeleton.bones");
+    if (ends.size() != 2) {
+      throw InputError("skeleton.bones: expected pairs of joint indices");
+    }
+    const auto end = [&](size_t side) {
+      return static_cast<int>(AsInteger(ends.at(side).value_unsafe(),
+                                        "skeleton.bones", 0,
+                                        std::numeric_limits<int>::max()));
+    };
+    bones.push_back({end(0), end(1)});
+  }
+  try {
+    return Skeleton(name, std::move(joints), std::move(bones));
+  } catch (const OptionError& error) {
+    throw InputError(std::string("skeleton.") + error.what());
+  }
+}
+
+std::string JsonText(const std::string& text) {
+  // Bytes that are not UTF-8 are replaced: a name may come from a file system.
+  return nlohmann::json(text).dump(-1, ' ', false,
+                                   nlohmann::json::error_handler_t::replace);
+}
+
+std::string SkeletonJson(const Skeleton& skeleton) {
+  std::string json =
+      "{\"name\": " + JsonText(skeleton.name()) + ", \"joints\": [";
+  const char* separator = "";
+  for (const std::string& joint : skeleton.joints()) {
+    json += separator + JsonText(joint);
+    separator = ", ";
+  }
+  json += "], \"bones\": [";
+  separator = "";
+  for (const Bone& bone : skeleton.bones()) {
+    json += fmt::format("{}[{}, {}]", separator, bone.a, bone.b);
+    separator = ", ";
+  }
+  return json + "]}";
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,23 @@
+// Skeletons inside our own files:
+// {"name": "coco17", "joints": [...], "bones": [[a, b], ...]}.
+#ifndef KINEGRAPH_CORE_IO_TEXT_SKELETON_JSON_H_
+#define KINEGRAPH_CORE_IO_TEXT_SKELETON_JSON_H_
+
+#include <string>
+
+#include "core/io/text/bulk_json.h"
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// Throws InputError without a file (bulk_json.h).
+Skeleton ReadSkeleton(JsonValue value);
+
+std::string SkeletonJson(const Skeleton& skeleton);
+
+// `text` as a JSON text, quotes included.
+std::string JsonText(const std::string& text);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TEXT_SKELETON_JSON_H_

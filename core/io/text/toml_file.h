@@ -1,0 +1,23 @@
+// TOML texts with errors in our words. For the readers of core/io alone.
+#ifndef KINEGRAPH_CORE_IO_TEXT_TOML_FILE_H_
+#define KINEGRAPH_CORE_IO_TEXT_TOML_FILE_H_
+
+#include <toml++/toml.h>
+
+#include <string>
+
+#include "core/io/text/json.h"
+
+namespace kinegraph {
+
+// Throws InputError naming `file` and line for a syntax error, a repeated
+// key or nesting that no sensible file has.
+toml::table ParseToml(const std::string& text, const std::string& file);
+
+// The same values as JSON, tables in the order of the file (toml++ sorts them
+// by name).
+Json ToJson(const toml::node& node);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TEXT_TOML_FILE_H_

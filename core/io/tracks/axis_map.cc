@@ -1,0 +1,51 @@
+#include "core/io/tracks/axis_map.h"
+
+#include <Eigen/LU>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+
+AxisMap AxisMap::Parse(const std::string& text) {
+  const auto fail = [&text](const std::string& expected) {
+    return InputError("--axes: found '" + Printable(text) + "', expected " +
+                      expected);
+  };
+  AxisMap map;
+  size_t next = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    if (i > 0 && (next >= text.size() || text[next++] != ',')) {
+      throw fail("three axes such as y,z,x");
+    }
+    map.sign[i] = 1.0;
+    if (next < text.size() && text[next] == '-') {
+      map.sign[i] = -1.0;
+      ++next;
+    }
+    if (next >= text.size() || text[next] < 'x' || text[next] > 'z') {
+      throw fail("three axes such as y,z,x");
+    }
+    map.axis[i] = text[next++] - 'x';
+  }
+  if (next != text.size()) throw fail("three axes such as y,z,x");
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const auto at = static_cast<size_t>(i);
+    matrix(i, map.axis[at]) = map.sign[at];
+  }
+  if (matrix.determinant() != 1.0) {
+    throw fail("each axis once, and no mirror image such as x,z,y");
+  }
+  return map;
+}
+
+std::string AxisMap::Text() const {
+  std::string text;
+  for (size_t i = 0; i < 3; ++i) {
+    text += std::string(i == 0 ? "" : ",") + (sign[i] < 0.0 ? "-" : "") +
+            static_cast<char>('x' + axis[i]);
+  }
+  return text;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,44 @@
+// Which axes of the world are X, Y and Z of a file.
+#ifndef KINEGRAPH_CORE_IO_TRACKS_AXIS_MAP_H_
+#define KINEGRAPH_CORE_IO_TRACKS_AXIS_MAP_H_
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+
+namespace kinegraph {
+
+// Axes of a file: each is an axis of the world with a sign. The default is
+// TRC's.
+struct AxisMap {
+  std::array<int, 3> axis = {1, 2, 0};
+  std::array<double, 3> sign = {1.0, 1.0, 1.0};
+
+  // "y,z,x" (the default: from z up to y up), "x,-z,y". Throws InputError for
+  // anything but three different axes that keep left and right apart.
+  static AxisMap Parse(const std::string& text);
+  // The text that Parse() reads.
+  std::string Text() const;
+
+  bool operator==(const AxisMap& other) const {
+    return axis == other.axis && sign == other.sign;
+  }
+
+  // From the world to the file.
+  Eigen::Vector3d Apply(const Eigen::Vector3d& world) const {
+    return {sign[0] * world[axis[0]], sign[1] * world[axis[1]],
+            sign[2] * world[axis[2]]};
+  }
+  // And back.
+  Eigen::Vector3d Invert(const Eigen::Vector3d& in_file) const {
+    Eigen::Vector3d world;
+    for (size_t i = 0; i < 3; ++i) {
+      world[axis[i]] = sign[i] * in_file[static_cast<Eigen::Index>(i)];
+    }
+    return world;
+  }
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TRACKS_AXIS_MAP_H_

@@ -1,0 +1,110 @@
+// The formats of 3D tracks: one entry each, from which follow recognition,
+// `convert --formats`, what its flags belong to, what `track --out` and
+// `convert --out` make of an extension, and the table in docs/convert.md. A
+// format joins by a file that defines its entry and by one line in
+// track_format.cc.
+#ifndef KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
+#define KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/data/person_names.h"
+#include "core/data/pose.h"
+#include "core/io/text/losses.h"
+#include "core/io/tracks/axis_map.h"
+#include "core/io/tracks/tracks.h"
+
+namespace kinegraph {
+
+// What a path looks like, for recognising its format.
+struct TrackHead {
+  bool is_folder = false;
+  std::vector<std::string> names;  // in the folder, hidden ones left out
+  char kind = '\0';                // of a file: first that is no space
+  std::vector<std::string> keys;   // outermost keys of a JSON object
+  std::string beginning;           // of a file: its first 64 KiB
+
+  bool HasKey(const std::string& key) const;
+  bool BeginsWith(const std::string& text) const {
+    return beginning.compare(0, text.size(), text) == 0;
+  }
+  // Whether the folder has a file of that extension.
+  bool HasFile(const std::string& extension) const;
+};
+
+struct TrackExportOptions {
+  // Which world axes the file's X, Y, Z are, instead of the format's own.
+  std::optional<AxisMap> axes;
+  PersonNames names;
+};
+
+struct TrackFormat {
+  using Recognise = bool (*)(const TrackHead& head);
+  using Read = TrackSequence (*)(const std::string& path,
+                                 const TrackReadOptions& options);
+  using Open = std::unique_ptr<TrackSource> (*)(
+      const std::string& path, const TrackReadOptions& options);
+  using ReadNames = PersonNames (*)(const std::string& path);
+  // Writes a file or a folder, which appears when it is complete. Throws
+  // InputError when it cannot be made or the tracks do not fit the format. What
+  // the format leaves out is added to `losses`.
+  using Write = void (*)(const std::string& path, const TrackSequence& tracks,
+                         const TrackExportOptions& options, Losses* losses);
+
+  enum class Files {
+    kOne,          // the whole take
+    kFileAPerson,  // a folder with a file a person; a path that ends as those
+                   // files do is the file of one person
+    kFileAFrame,   // a folder with a file a frame
+  };
+
+  std::string name;
+  std::string layout;  // one line for people
+  // Those that choose the format when something is written; none where others
+  // have a better claim to them.
+  std::vector<std::string> extensions;
+  Files files = Files::kOne;
+  std::string person_extension;  // of a file a person
+  // The format's own axes, where a file has axes of its own (--axes).
+  std::optional<AxisMap> axes;
+  bool has_marker_names = false;  // joints may be written under other names
+
+  // Whatever it recognises is of no other kind than tracks.
+  bool is_unmistakable = true;
+  Recognise recognise = nullptr;
+  Read read = nullptr;             // without either of these: write only
+  Open open = nullptr;             // reads frame by frame
+  ReadNames read_names = nullptr;  // of people, if the format keeps them
+  bool keeps_names = false;        // what is written holds names of people
+  Write write = nullptr;           // null: read only
+
+  // The row in docs/convert.md.
+  std::string read_note;  // beside "yes": "m, cm, mm"
+  std::string kept;
+  std::string lost;
+
+  bool readable() const { return read != nullptr || open != nullptr; }
+};
+
+const std::vector<TrackFormat>& TrackFormats();
+// nullptr when there is none of that name.
+const TrackFormat* FindTrackFormat(const std::string& name);
+// The format that the end of the path chooses for writing, or nullptr.
+const TrackFormat* TrackFormatOfExtension(const std::string& path);
+// Extensions that choose a format: ".jsonl, .csv or .npz".
+std::string TrackExtensions();
+
+// Looks at a path; throws InputError when it cannot be read.
+TrackHead LookAtTracks(const std::string& path);
+// The format that recognises it, or nullptr.
+const TrackFormat* RecogniseTracks(const TrackHead& head);
+
+// "| `csv` | yes | file | what is kept | what is lost |".
+std::string TableRow(const TrackFormat& format);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_

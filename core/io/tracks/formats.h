@@ -1,0 +1,68 @@
+// The track formats, one function each, and what they share. Only
+// core/io/track*.cc includes this header.
+#ifndef KINEGRAPH_CORE_IO_TRACKS_FORMATS_H_
+#define KINEGRAPH_CORE_IO_TRACKS_FORMATS_H_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/io/tracks/tracks.h"
+
+namespace kinegraph {
+
+std::unique_ptr<TrackSource> OpenKinegraphTracks(
+    const std::string& path, const TrackReadOptions& options);
+TrackSequence ReadTumTracks(const std::string& path,
+                            const TrackReadOptions& options);
+TrackSequence ReadFourDAssociation(const std::string& path,
+                                   const TrackReadOptions& options);
+TrackSequence ReadLongcwTracks(const std::string& path,
+                               const TrackReadOptions& options);
+TrackSequence ReadPoses(const std::string& path,
+                        const TrackReadOptions& options);
+TrackSequence ReadPanoptic(const std::string& path,
+                           const TrackReadOptions& options);
+TrackSequence ReadTracksCsv(const std::string& path,
+                            const TrackReadOptions& options);
+TrackSequence ReadTracksTrc(const std::string& path,
+                            const TrackReadOptions& options);
+TrackSequence ReadTracksNpz(const std::string& path,
+                            const TrackReadOptions& options);
+
+// The skeleton of a file that names its joints but no bones: the option's, else
+// a known one with the same names, else one without bones. Throws InputError
+// without a file when the option's has other joints.
+Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
+                         const TrackReadOptions& options);
+
+// Skeleton that a {"poses"} file with so many joints is taken to have, or null.
+const Skeleton* SkeletonOfPoses(size_t joint_count);
+
+// What a file gives as a position.
+inline Joint3d ObservedJoint(double x_m, double y_m, double z_m) {
+  return {{x_m, y_m, z_m}, JointStatus::kObserved};
+}
+
+// Collects people in any order of frames.
+class TrackCollector {
+ public:
+  explicit TrackCollector(TrackHeader header) : header_(std::move(header)) {}
+  const TrackHeader& header() const { return header_; }
+  // Makes sure that the frame is there even if nobody is in it.
+  TrackFrame* Touch(int64_t frame);
+  // Throws InputError without a file when the frame has this person already.
+  PersonPose* Add(int64_t frame, TrackId id);
+  TrackSequence Finish();
+
+ private:
+  TrackHeader header_;
+  std::map<int64_t, TrackFrame> frames_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TRACKS_FORMATS_H_

@@ -1,0 +1,138 @@
+#include "core/io/tracks/identity_edits.h"
+
+#include <algorithm>
+#include <sstream>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/json.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr int64_t kMaxId = int64_t{1} << 50;
+constexpr size_t kMaxName = 100;  // bytes
+
+std::vector<TrackId> ReadPersons(const JsonField& field) {
+  std::vector<TrackId> persons;
+  for (const JsonField& person : field.Elements(field.where() + ", entry")) {
+    const int64_t id = person.Integer();
+    if (id < 0 || id > kMaxId) person.FailExpected("an identity, 0 or above");
+    persons.emplace_back(id);
+  }
+  if (persons.empty()) field.FailExpected("one or two identities");
+  return persons;
+}
+
+FrameSpan ReadSpan(const JsonField& field) {
+  const std::vector<JsonField> ends = field.Elements(field.where() + ", entry");
+  if (ends.size() != 2) field.FailExpected("[first, last]");
+  return {ends[0].Integer(), ends[1].Integer()};
+}
+
+void ReadMember(const JsonField::Member& member, IdentityEdit* edit) {
+  const JsonField& field = member.field;
+  if (member.key == "op") {
+    const std::optional<EditOp> op = EditOpByName(field.Text());
+    if (!op) field.FailExpected("join, cut, swap, delete, name or undecided");
+    edit->op = *op;
+  } else if (member.key == "persons") {
+    edit->persons = ReadPersons(field);
+  } else if (member.key == "frames") {
+    edit->frames = ReadSpan(field);
+  } else if (member.key == "name") {
+    edit->name = field.Text();
+    if (edit->name.size() > kMaxName ||
+        std::any_of(edit->name.begin(), edit->name.end(),
+                    [](unsigned char c) { return c < ' ' || c == 0x7f; })) {
+      field.FailExpected("a name of one line, up to 100 bytes");
+    }
+  } else if (member.key == "margin") {
+    edit->margin = field.Number();
+  } else if (member.key == "evidence") {
+    for (const JsonField::Member& one : field.Members(field.where())) {
+      edit->evidence.emplace_back(one.key, one.field.Number());
+    }
+  } else {
+    field.Fail("no key of an identity's edit");
+  }
+}
+
+IdentityEdit ReadEdit(const std::string& line, const std::string& path,
+                      int number) {
+  const std::string place = "line " + std::to_string(number);
+  IdentityEdit edit;
+  edit.place = path + ": " + place;
+  // Syntax errors name their own line, which is always the first.
+  const Json json = ParseJson(line, edit.place);
+  const JsonField field(json, path, place);
+  field.At("op");
+  field.At("persons");
+  for (const JsonField::Member& member : field.Members("key")) {
+    ReadMember({member.key, member.field.Named(place + ": " + member.key)},
+               &edit);
+  }
+  const bool joins = edit.op == EditOp::kJoin || edit.op == EditOp::kUndecided;
+  if (!joins && edit.frames.has_value() &&
+      edit.frames->last < edit.frames->first) {
+    throw InputError(path, place,
+                     "frames: " + std::to_string(edit.frames->first) + " to " +
+                         std::to_string(edit.frames->last) +
+                         " is an empty range");
+  }
+  return edit;
+}
+
+Json ToJson(const IdentityEdit& edit) {
+  Json json;
+  json["op"] = ToString(edit.op);
+  json["persons"] = Json::array();
+  for (const TrackId person : edit.persons) {
+    json["persons"].push_back(person.value());
+  }
+  if (edit.frames.has_value()) {
+    json["frames"] = {edit.frames->first, edit.frames->last};
+  }
+  if (!edit.name.empty()) json["name"] = edit.name;
+  if (!edit.evidence.empty()) {
+    for (const auto& [key, value] : edit.evidence) {
+      json["evidence"][key] = value;
+    }
+  }
+  if (edit.margin.has_value()) json["margin"] = *edit.margin;
+  return json;
+}
+
+}  // namespace
+
+std::vector<IdentityEdit> ReadIdentityEdits(const std::string& path) {
+  std::istringstream text(ReadTextFile(path, kMaxSmallFileBytes));
+  std::vector<IdentityEdit> edits;
+  std::string line;
+  for (int number = 1; std::getline(text, line); ++number) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    edits.push_back(ReadEdit(line, path, number));
+  }
+  return edits;
+}
+
+void WriteIdentityEdits(const std::string& path,
+                        const std::vector<IdentityEdit>& edits) {
+  AtomicFile file(path);
+  for (const IdentityEdit& edit : edits) {
+    file.Write(ToJson(edit).dump() + "\n");
+  }
+  file.Commit();
+}
+
+std::string IdentityPathOf(const std::string& tracks_path) {
+  const size_t folder = tracks_path.find_last_of('/') + 1;  // npos + 1 is 0
+  const size_t dot = tracks_path.find_last_of('.');
+  const bool has_extension = dot != std::string::npos && dot > folder;
+  return (has_extension ? tracks_path.substr(0, dot) : tracks_path) +
+         ".identity.jsonl";
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,30 @@
+// NAME.identity.jsonl: what was decided of identities, and corrections.
+#ifndef KINEGRAPH_CORE_IO_TRACKS_IDENTITY_EDITS_H_
+#define KINEGRAPH_CORE_IO_TRACKS_IDENTITY_EDITS_H_
+
+#include <string>
+#include <vector>
+
+#include "core/data/identity_edit.h"
+
+namespace kinegraph {
+
+// JSON Lines, one edit a line:
+//   {"op": "join", "persons": [3, 7], "frames": [120, 131],
+//    "evidence": {"bones": 6.1, "motion": 2.3, "gap_s": 0.44}, "margin": 8.4}
+// `op` is join, cut, swap, delete, name (with "name": "Anna") or undecided.
+// Evidence and margin are for the reader and not asked for. Throws InputError
+// naming file and line: an unknown key or op, persons or frames of another
+// shape, an empty range.
+std::vector<IdentityEdit> ReadIdentityEdits(const std::string& path);
+
+// The file appears when it is complete.
+void WriteIdentityEdits(const std::string& path,
+                        const std::vector<IdentityEdit>& edits);
+
+// "DIR/NAME.identity.jsonl" beside the tracks "DIR/NAME.jsonl".
+std::string IdentityPathOf(const std::string& tracks_path);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TRACKS_IDENTITY_EDITS_H_

@@ -1,0 +1,44 @@
+// What tracks have, and so what a format leaves out. For core/io alone.
+#ifndef KINEGRAPH_CORE_IO_TRACKS_LOSSES_H_
+#define KINEGRAPH_CORE_IO_TRACKS_LOSSES_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "core/data/pose.h"
+#include "core/io/text/losses.h"
+
+namespace kinegraph {
+
+// What a take has besides positions.
+struct TrackContents {
+  bool has_covariances = false;
+  bool has_views = false;     // counts of inlier views
+  bool has_matches = false;   // matches, weights and scores
+  bool has_inferred = false;  // joints with that status
+  // Some frame has another time than 0, or the frame rate is known.
+  bool has_clock = false;
+  int64_t empty_frames = 0;  // nobody in them
+};
+TrackContents ContentsOf(const TrackSequence& tracks);
+
+inline constexpr const char* kNoClock =
+    "times are not known and left out (--frame_rate=HZ)";
+
+// Everybody in the take, ascending.
+std::vector<int64_t> IdsOf(const TrackSequence& tracks);
+
+// What every format loses that keeps frames, identities and positions alone.
+void NotePositionsOnly(const TrackSequence& tracks, Losses* losses);
+// That identities from `first_lost` on, and all others with them, are counted
+// anew by the format's readers.
+void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,
+                     Losses* losses);
+// That times and frame rate are lost, when there are any.
+void NoteClock(const TrackSequence& tracks, Losses* losses);
+// That the file does not tell the skeleton.
+void NoteSkeleton(const TrackSequence& tracks, Losses* losses);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TRACKS_LOSSES_H_

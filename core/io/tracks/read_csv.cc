@@ -1,0 +1,277 @@
+// Our CSV of tracks, one row a joint (track_export.h): columns are found by
+// their names and others passed over, rows may come in any order of frames,
+// those of one person in one frame together.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <unordered_set>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/csv_cell.h"
+#include "core/io/text/csv_rows.h"
+#include "core/io/text/ids.h"
+#include "core/io/tracks/export.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/formats.h"
+#include "core/io/tracks/person_files.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr std::array<const char*, 15> kColumns = {
+    "frame",     "time_s",    "id",        "joint",     "x_m",
+    "y_m",       "z_m",       "status",    "views",     "cov_xx_m2",
+    "cov_xy_m2", "cov_xz_m2", "cov_yy_m2", "cov_yz_m2", "cov_zz_m2"};
+enum Column : size_t {
+  kFrame,
+  kTime,
+  kId,
+  kJoint,
+  kX,
+  kStatus = 7,
+  kViews,
+  kCovariance
+};
+constexpr size_t kRequired = 8;
+
+template <typename Number>
+Number Parse(const std::string& cell, size_t column, const char* expected) {
+  Number number{};
+  const char* end = cell.data() + cell.size();
+  const auto [stop, error] = std::from_chars(cell.data(), end, number);
+  if (error != std::errc() || stop != end) {
+    throw InputError(std::string(kColumns[column]) + ": found '" +
+                     Printable(cell) + "', expected " + expected);
+  }
+  return number;
+}
+
+double Finite(const std::string& cell, size_t column) {
+  const auto number = Parse<double>(cell, column, "a number");
+  if (!std::isfinite(number)) {
+    throw InputError(std::string(kColumns[column]) + ": is not finite");
+  }
+  return number;
+}
+
+int64_t Whole(const std::string& cell, size_t column, int64_t high) {
+  const auto number = Parse<int64_t>(cell, column, "a whole number");
+  if (number < 0 || number > high) {
+    throw InputError(std::string(kColumns[column]) + ": found " + cell +
+                     ", expected 0 .. " + std::to_string(high));
+  }
+  return number;
+}
+
+JointStatus StatusOf(const std::string& cell) {
+  for (const JointStatus status :
+       {JointStatus::kMissing, JointStatus::kInferred,
+        JointStatus::kObserved}) {
+    if (cell == ToString(status)) return status;
+  }
+  throw InputError("status: found '" + Printable(cell) +
+                   "', expected observed, inferred or missing");
+}
+
+class Reader {
+ public:
+  Reader(std::string_view text, const TrackReadOptions& options)
+      : text_(text), options_(options) {}
+
+  TrackSequence Read(std::string* place) {
+    TrackHeader header;
+    header.mode = "csv";
+    header.frame_rate_hz = options_.frame_rate_hz;
+    header.skeleton = SkeletonOfNames(JointNames(place), options_);
+    TrackCollector collector(std::move(header));
+    ForEachRow(place, [&](const std::vector<std::string>& cells) {
+      ReadRow(cells, &collector);
+    });
+    return collector.Finish();
+  }
+
+ private:
+  template <typename Visit>
+  void ForEachRow(std::string* place, const Visit& visit) {
+    CsvRows rows(text_);
+    std::vector<std::string> cells;
+    const auto next = [&] {
+      const bool more = rows.Next(&cells);
+      *place = rows.Place();
+      return more;
+    };
+    if (!next()) throw InputError("is empty");
+    const size_t width = cells.size();
+    FindColumns(cells);
+    while (next()) {
+      if (cells.size() != width) {
+        throw InputError("found " + std::to_string(cells.size()) +
+                         " cells, expected " + std::to_string(width));
+      }
+      visit(cells);
+    }
+  }
+
+  void FindColumns(const std::vector<std::string>& names) {
+    for (size_t c = 0; c < kColumns.size(); ++c) {
+      const auto at = std::find(names.begin(), names.end(), kColumns[c]);
+      column_[c].reset();
+      if (at != names.end()) {
+        column_[c] = static_cast<size_t>(at - names.begin());
+      } else if (c < kRequired) {
+        throw InputError("has no column '" + std::string(kColumns[c]) + "'");
+      }
+    }
+  }
+
+  // In the order in which they come. A skeleton is searched name by name, so
+  // one too large is refused here, before that takes long.
+  std::vector<std::string> JointNames(std::string* place) {
+    constexpr size_t kMaxJoints = 10000;
+    std::vector<std::string> names;
+    std::unordered_set<std::string> known;
+    ForEachRow(place, [&](const std::vector<std::string>& cells) {
+      const std::string name = PlainCell(cells[*column_[kJoint]]);
+      if (!known.insert(name).second) return;
+      names.push_back(name);
+      if (names.size() > kMaxJoints) throw InputError("has too many joints");
+    });
+    return names;
+  }
+
+  void ReadRow(const std::vector<std::string>& cells,
+               TrackCollector* collector) {
+    const auto cell = [&](size_t column) -> const std::string& {
+      return cells[*column_[column]];
+    };
+    const int64_t frame = Whole(cell(kFrame), kFrame, kMaxFrame);
+    const TrackId id(Whole(cell(kId), kId, kMaxId));
+    if (person_ == nullptr || frame != frame_ || id != person_->id) {
+      person_ = collector->Add(frame, id);
+      frame_ = frame;
+      seen_.assign(person_->joints.size(), false);
+      if (column_[kViews]) person_->inlier_views.resize(seen_.size());
+      if (column_[kCovariance]) person_->covariances.resize(seen_.size());
+      if (!cell(kTime).empty()) {
+        const double time_s = Finite(cell(kTime), kTime);
+        constexpr double kMaxSeconds = 1e9;
+        if (std::abs(time_s) > kMaxSeconds) {
+          throw InputError("time_s: is beyond 1e9 s");
+        }
+        collector->Touch(frame)->time = FromSeconds(time_s);
+      }
+    }
+    const int index =
+        collector->header().skeleton.IndexOf(PlainCell(cell(kJoint)));
+    if (index < 0) {
+      throw InputError("joint '" + Printable(cell(kJoint)) +
+                       "' is not of the skeleton");
+    }
+    const auto joint = static_cast<size_t>(index);
+    if (seen_[joint]) {
+      throw InputError("joint '" + Printable(cell(kJoint)) +
+                       "' stands there twice");
+    }
+    seen_[joint] = true;
+    ReadJoint(cell, joint);
+  }
+
+  template <typename Cell>
+  void ReadJoint(const Cell& cell, size_t j) {
+    Joint3d& joint = person_->joints[j];
+    joint.status = StatusOf(cell(kStatus));
+    for (size_t axis = 0; axis < 3 && joint.present(); ++axis) {
+      joint.position_m[static_cast<Eigen::Index>(axis)] =
+          Finite(cell(kX + axis), kX + axis);
+    }
+    if (column_[kViews] && !cell(kViews).empty()) {
+      constexpr int64_t kMaxViews = 100000;
+      person_->inlier_views[j] =
+          static_cast<int>(Whole(cell(kViews), kViews, kMaxViews));
+    }
+    if (!column_[kCovariance] || cell(kCovariance).empty()) return;
+    Eigen::Matrix3d covariance;
+    size_t at = kCovariance;
+    for (int row = 0; row < 3; ++row) {
+      for (int column = row; column < 3; ++column, ++at) {
+        if (!column_[at]) {
+          throw InputError("has no column '" + std::string(kColumns[at]) + "'");
+        }
+        covariance(row, column) = covariance(column, row) =
+            Finite(cell(at), at);
+      }
+    }
+    person_->covariances[j] = covariance;
+  }
+
+  const std::string_view text_;
+  const TrackReadOptions& options_;
+  std::array<std::optional<size_t>, kColumns.size()> column_;
+  PersonPose* person_ = nullptr;  // of the last row
+  int64_t frame_ = 0;
+  std::vector<bool> seen_;
+};
+
+PersonNames ReadNames(const std::string& path) {
+  PersonNames names;
+  const std::string text = ReadTextFile(path);
+  CsvRows rows(text);
+  std::vector<std::string> cells;
+  if (!rows.Next(&cells)) return names;
+  const auto column = [&](const char* title) {
+    return static_cast<size_t>(std::find(cells.begin(), cells.end(), title) -
+                               cells.begin());
+  };
+  const size_t of_id = column("id");
+  const size_t of_name = column("name");
+  const size_t width = cells.size();
+  if (of_name == width || of_id == width) return names;
+  while (rows.Next(&cells)) {
+    if (cells.size() != width || cells[of_name].empty()) continue;
+    const std::optional<TrackId> id = PersonIdOf(cells[of_id]);
+    if (id.has_value()) names.emplace(*id, PlainCell(cells[of_name]));
+  }
+  return names;
+}
+
+}  // namespace
+
+TrackSequence ReadTracksCsv(const std::string& path,
+                            const TrackReadOptions& options) {
+  const std::string text = ReadTextFile(path);
+  std::string place;
+  return Located(
+      path, [&] { return place; },
+      [&] { return Reader(text, options).Read(&place); });
+}
+
+TrackFormat CsvTrackFormat() {
+  TrackFormat format;
+  format.name = "csv";
+  format.layout = "one row a joint";
+  format.extensions = {".csv"};
+  format.has_marker_names = true;
+  format.recognise = [](const TrackHead& head) {
+    return head.BeginsWith("frame,time_s,id,joint,");
+  };
+  format.read = ReadTracksCsv;
+  format.read_names = ReadNames;
+  format.keeps_names = true;
+  format.write = [](const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions& options, Losses* losses) {
+    WriteTracksCsv(path, tracks, losses, options.names);
+  };
+  format.kept = "frame, time, identity, status, views, covariances";
+  format.lost =
+      "bones of own skeletons, frame rate, matches, configuration, frames with "
+      "nobody";
+  return format;
+}
+
+}  // namespace kinegraph

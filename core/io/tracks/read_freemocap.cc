@@ -1,0 +1,186 @@
+// FreeMoCap's 3D points of one person, in millimetres: a table NAME_x, NAME_y,
+// NAME_z, ... with a row a frame and no number of it
+// (mediapipe_body_3d_xyz.csv), or an array [frames, points, 3]
+// (mediapipe_body_3d_xyz.npy, mediapipe_skeleton_3d.npy), NaN where a point is
+// not there. Frames count from 0, the person is 0.
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/binary/npz_reader.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/csv_rows.h"
+#include "core/io/text/joint_names.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/formats.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kMillimetresPerMetre = 1000.0;
+
+TrackHeader HeaderOf(const Skeleton& skeleton,
+                     const TrackReadOptions& options) {
+  TrackHeader header;
+  header.mode = "freemocap";
+  header.frame_rate_hz = options.frame_rate_hz;
+  header.skeleton = skeleton;
+  return header;
+}
+
+void AddRow(int64_t frame, const double* numbers, TrackCollector* collector) {
+  TrackFrame* written = collector->Touch(frame);
+  written->time = TimeOfFrame(frame, collector->header().frame_rate_hz);
+  Pose3d joints(collector->header().skeleton.joints().size());
+  for (size_t j = 0; j < joints.size(); ++j) {
+    const double* at = numbers + 3 * j;
+    if (!std::isfinite(at[0] + at[1] + at[2])) continue;
+    joints[j] = ObservedJoint(at[0] / kMillimetresPerMetre,
+                              at[1] / kMillimetresPerMetre,
+                              at[2] / kMillimetresPerMetre);
+  }
+  if (CountPresent(joints) == 0) return;
+  collector->Add(frame, TrackId(0))->joints = std::move(joints);
+}
+
+// ---- The table ----
+
+// Names of the points; empty when a column is none of NAME_x, NAME_y, NAME_z in
+// this order.
+std::vector<std::string> PointsOf(const std::vector<std::string>& cells) {
+  std::vector<std::string> names;
+  for (size_t c = 0; c + 2 < cells.size(); c += 3) {
+    const std::string& first = cells[c];
+    if (first.size() < 3) return {};
+    const std::string name = first.substr(0, first.size() - 2);
+    if (first != name + "_x" || cells[c + 1] != name + "_y" ||
+        cells[c + 2] != name + "_z") {
+      return {};
+    }
+    names.push_back(name);
+  }
+  return cells.size() % 3 == 0 ? names : std::vector<std::string>();
+}
+
+// NaN for an empty cell.
+double NumberOf(const std::string& cell) {
+  if (cell.empty()) return std::numeric_limits<double>::quiet_NaN();
+  double number = 0.0;
+  const char* end = cell.data() + cell.size();
+  const auto [stop, error] = std::from_chars(cell.data(), end, number);
+  if (error == std::errc() && stop == end) return number;
+  throw InputError("found the text '" + Printable(cell) +
+                   "', expected a number");
+}
+
+TrackSequence ReadTable(const std::string& path,
+                        const TrackReadOptions& options) {
+  const std::string text = ReadTextFile(path);
+  CsvRows rows(text);
+  return Located(
+      path, [&] { return rows.Place(); },
+      [&] {
+        std::vector<std::string> cells;
+        std::vector<std::string> names;
+        if (rows.Next(&cells)) names = PointsOf(cells);
+        if (names.empty()) {
+          throw InputError("expected columns NAME_x, NAME_y, NAME_z, ...");
+        }
+        const size_t width = cells.size();
+        const Skeleton skeleton = SkeletonOfLabels(names);
+        TrackCollector collector(
+            HeaderOf(options.skeleton.has_value()
+                         ? SkeletonOfNames(skeleton.joints(), options)
+                         : skeleton,
+                     options));
+        std::vector<double> numbers;
+        int64_t frame = 0;
+        while (rows.Next(&cells)) {
+          if (cells.size() != width) {
+            throw InputError("found " + std::to_string(cells.size()) +
+                             " cells, expected " + std::to_string(width));
+          }
+          numbers.clear();
+          for (const std::string& cell : cells) {
+            numbers.push_back(NumberOf(cell));
+          }
+          AddRow(frame++, numbers.data(), &collector);
+        }
+        return collector.Finish();
+      });
+}
+
+// ---- The array ----
+
+TrackSequence ReadArray(const std::string& path,
+                        const TrackReadOptions& options) {
+  const NpzReader reader(path);
+  const std::vector<size_t> shape = reader.At("", 3).shape;
+  const std::vector<double> numbers = reader.Numbers("", 3);
+  if (shape[2] != 3) reader.Fail("", "expected the shape [frames, points, 3]");
+  const Skeleton skeleton = options.skeleton.value_or(MediaPipe33());
+  const size_t points = shape[1];
+  if (points < skeleton.joints().size()) {
+    reader.Fail("", "has " + std::to_string(points) +
+                        " points, expected at least the " +
+                        std::to_string(skeleton.joints().size()) + " of '" +
+                        skeleton.name() + "'");
+  }
+  TrackCollector collector(HeaderOf(skeleton, options));
+  for (size_t f = 0; f < shape[0]; ++f) {
+    AddRow(static_cast<int64_t>(f), &numbers[f * points * 3], &collector);
+  }
+  return collector.Finish();
+}
+
+bool IsArray(const TrackHead& head) {
+  if (head.is_folder || !head.BeginsWith("\x93NUMPY")) return false;
+  const size_t begin = head.beginning.find("'shape': (");
+  const size_t end = head.beginning.find(", 3)", begin);
+  if (begin == std::string::npos || end == std::string::npos) return false;
+  // [frames, points, 3]
+  size_t commas = 0;
+  for (size_t at = begin + 10; at < end; ++at) {
+    commas += head.beginning[at] == ',' ? 1 : 0;
+  }
+  return commas == 1 && end - begin < 60;
+}
+
+bool IsTable(const TrackHead& head) {
+  const size_t end = head.beginning.find('\n');
+  if (head.is_folder || end == std::string::npos) return false;
+  const std::string line = head.beginning.substr(0, end + 1);
+  if (line.find("_z") == std::string::npos) return false;
+  CsvRows rows(line);
+  std::vector<std::string> cells;
+  try {
+    return rows.Next(&cells) && !PointsOf(cells).empty();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+TrackSequence Read(const std::string& path, const TrackReadOptions& options) {
+  return BeginningOf(path, 6) == "\x93NUMPY" ? ReadArray(path, options)
+                                             : ReadTable(path, options);
+}
+
+}  // namespace
+
+TrackFormat FreeMoCapTrackFormat() {
+  TrackFormat format;
+  format.name = "freemocap";
+  format.layout = "FreeMoCap's 3D points: CSV NAME_x, NAME_y, NAME_z; NPY";
+  format.recognise = [](const TrackHead& head) {
+    return IsArray(head) || IsTable(head);
+  };
+  format.read = Read;
+  format.read_note = "mm";
+  return format;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,112 @@
+// CMU Panoptic's hdPose3d: one file a frame, body3DScene_FFFFFFFF.json:
+// {"fpsType": "hd_29_97", "bodies": [{"id", "joints19": 19 x (x, y, z,
+// confidence) in cm}]}. A joint with confidence 0 or less is missing.
+#include <algorithm>
+#include <filesystem>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/files/folder_entry.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/names.h"
+#include "core/io/tracks/export.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/formats.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMetresPerCentimetre = 0.01;
+constexpr double kHdFrameRateHz = 29.97;
+
+std::vector<std::string> ListFiles(const std::string& path) {
+  if (!fs::is_directory(path)) return {path};
+  std::vector<std::string> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path)) {
+    const std::string name = entry.path().filename().string();
+    if (name.rfind("body3DScene_", 0) == 0 &&
+        entry.path().extension() == ".json" && IsFileOrFolder(entry)) {
+      files.push_back(entry.path().string());
+    }
+  }
+  if (files.empty()) {
+    throw InputError(path, "", "holds no body3DScene_*.json files");
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+void ReadFile(JsonValue root, int64_t frame, TrackCollector* collector) {
+  if (!collector->Touch(frame)->people.empty()) {
+    throw InputError("frame " + std::to_string(frame) + " stands there twice");
+  }
+  const JsonArray bodies =
+      AsArray(Required(AsObject(root, kOutermost), "bodies"), "bodies");
+  for (const JsonValue value : bodies) {
+    const JsonObject body = AsObject(value, "bodies");
+    const TrackId id(AsId(Required(body, "id"), "id"));
+    Pose3d& pose = collector->Add(frame, id)->joints;
+    std::vector<double> numbers(4 * pose.size());
+    AsNumbers(Required(body, "joints19"), "joints19", numbers.size(),
+              numbers.data());
+    for (size_t j = 0; j < pose.size(); ++j) {
+      const double* cm = &numbers[4 * j];
+      if (cm[3] > 0.0) {
+        pose[j] = ObservedJoint(cm[0] * kMetresPerCentimetre,
+                                cm[1] * kMetresPerCentimetre,
+                                cm[2] * kMetresPerCentimetre);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+TrackSequence ReadPanoptic(const std::string& path,
+                           const TrackReadOptions& options) {
+  TrackHeader header;
+  header.mode = "panoptic";
+  header.skeleton = Panoptic19();
+  header.frame_rate_hz =
+      options.frame_rate_hz > 0.0 ? options.frame_rate_hz : kHdFrameRateHz;
+  TrackCollector collector(std::move(header));
+  JsonFileParser parser;
+  for (const std::string& file : ListFiles(path)) {
+    const std::optional<int64_t> frame =
+        FrameOfFileName(fs::path(file).filename().string());
+    if (!frame || *frame > kMaxFrame) {
+      throw InputError(file, "", "the file name holds no frame number");
+    }
+    const JsonValue root = parser.Parse(file);
+    Located(file, [&] { ReadFile(root, *frame, &collector); });
+  }
+  return collector.Finish();
+}
+
+TrackFormat PanopticTrackFormat() {
+  TrackFormat format;
+  format.name = "panoptic";
+  format.layout = "body3DScene_*.json";
+  format.files = TrackFormat::Files::kFileAFrame;
+  format.recognise = [](const TrackHead& head) {
+    return head.HasKey("bodies") ||
+           std::any_of(head.names.begin(), head.names.end(),
+                       [](const std::string& name) {
+                         return name.rfind("body3DScene_", 0) == 0;
+                       });
+  };
+  format.read = ReadPanoptic;
+  format.write = [](const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions&, Losses* losses) {
+    WriteTracksPanoptic(path, tracks, losses);
+  };
+  format.kept = "frame, identity, positions of Panoptic's nineteen joints";
+  format.lost =
+      "other joints, status, covariances; frame rates other than 29.97 Hz must "
+      "be named";
+  return format;
+}
+
+}  // namespace kinegraph

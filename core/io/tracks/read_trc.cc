@@ -1,0 +1,242 @@
+// TRC of OpenSim and Pose2Sim: tab-separated; the second and third line name
+// and give the header's values, the fourth names a marker over each three
+// columns, the fifth their coordinates; then a row a frame. Empty cells and NaN
+// are markers without position. One file is one person: the number after
+// "person_" (ours) or "_P" (Pose2Sim) in its name. The frame is
+// OrigDataStartFrame plus the row.
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/tracks/export.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/formats.h"
+#include "core/io/tracks/person_files.h"
+
+namespace kinegraph {
+namespace {
+
+// Lines without what ends them, blank ones left out.
+class Lines {
+ public:
+  explicit Lines(std::string_view text) : rest_(text) {}
+
+  bool Next(std::vector<std::string_view>* cells) {
+    std::string_view line;
+    while (line.find_first_not_of("\t\r ") == std::string_view::npos) {
+      if (rest_.empty()) return false;
+      const size_t end = std::min(rest_.find('\n'), rest_.size());
+      line = rest_.substr(0, end);
+      rest_.remove_prefix(std::min(end + 1, rest_.size()));
+      ++number_;
+    }
+    if (line.back() == '\r') line.remove_suffix(1);
+    cells->clear();
+    for (size_t begin = 0; begin <= line.size();) {
+      const size_t end = std::min(line.find('\t', begin), line.size());
+      cells->push_back(line.substr(begin, end - begin));
+      begin = end + 1;
+    }
+    return true;
+  }
+
+  std::string Place() const { return "line " + std::to_string(number_); }
+
+ private:
+  std::string_view rest_;
+  int64_t number_ = 0;
+};
+
+// nullopt for an empty cell and NaN.
+std::optional<double> NumberOf(std::string_view cell) {
+  while (!cell.empty() && cell.front() == ' ') cell.remove_prefix(1);
+  while (!cell.empty() && cell.back() == ' ') cell.remove_suffix(1);
+  if (cell.empty()) return std::nullopt;
+  double number = 0.0;
+  const char* end = cell.data() + cell.size();
+  const auto [stop, error] = std::from_chars(cell.data(), end, number);
+  if (error != std::errc() || stop != end || std::isinf(number)) {
+    throw InputError("found '" + Printable(std::string(cell)) +
+                     "', expected a number");
+  }
+  if (std::isnan(number)) return std::nullopt;
+  return number;
+}
+
+struct Header {
+  double frame_rate_hz = 0.0;
+  double metres = 1.0;  // of a unit
+  int64_t first_frame = 0;
+  int64_t frames = 0;
+  std::vector<std::string> markers;
+};
+
+double MetresOf(std::string_view unit) {
+  for (const auto& [name, metres] :
+       {std::pair{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}}) {
+    if (unit == name) return metres;
+  }
+  throw InputError("Units: found '" + Printable(std::string(unit)) +
+                   "', expected m, cm or mm");
+}
+
+std::vector<std::string_view> NextOf(Lines* lines) {
+  std::vector<std::string_view> cells;
+  if (!lines->Next(&cells)) throw InputError("ends in its header");
+  return cells;
+}
+
+Header ReadHeader(Lines* lines) {
+  constexpr int64_t kMaxRows = 10'000'000;
+  Header header;
+  if (NextOf(lines)[0] != "PathFileType") {
+    throw InputError("does not begin with PathFileType");
+  }
+  const std::vector<std::string_view> names = NextOf(lines);
+  const std::vector<std::string_view> values = NextOf(lines);
+  const auto value = [&](const char* name) -> std::string_view {
+    for (size_t i = 0; i < names.size() && i < values.size(); ++i) {
+      if (names[i] == name) return values[i];
+    }
+    throw InputError("has no '" + std::string(name) + "'");
+  };
+  const auto number = [&](const char* name, double high) {
+    const double given = NumberOf(value(name)).value_or(-1.0);
+    if (given < 0.0 || given > high) {
+      throw InputError(std::string(name) + ": expected 0 .. " +
+                       std::to_string(static_cast<int64_t>(high)));
+    }
+    return given;
+  };
+  header.frame_rate_hz = number("DataRate", 1e6);
+  header.metres = MetresOf(value("Units"));
+  header.frames = static_cast<int64_t>(number("NumFrames", kMaxRows));
+  header.first_frame =
+      static_cast<int64_t>(number("OrigDataStartFrame", kMaxFrame));
+  const auto markers = static_cast<size_t>(number("NumMarkers", 10000.0));
+  const std::vector<std::string_view> titles = NextOf(lines);
+  for (size_t m = 0; m < markers; ++m) {
+    if (2 + 3 * m >= titles.size()) {
+      throw InputError("names fewer than " + std::to_string(markers) +
+                       " markers");
+    }
+    header.markers.emplace_back(titles[2 + 3 * m]);
+  }
+  if (NextOf(lines).size() < 3) throw InputError("expected X1, Y1, Z1, ...");
+  return header;
+}
+
+void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
+                 const AxisMap& axes, Pose3d* joints) {
+  for (size_t m = 0; m < joints->size(); ++m) {
+    Eigen::Vector3d in_file;
+    int found = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto number =
+          NumberOf(cells[2 + 3 * m + static_cast<size_t>(axis)]);
+      found += number.has_value() ? 1 : 0;
+      in_file[axis] = number.value_or(0.0) * metres;
+    }
+    if (found == 0) continue;
+    if (found < 3) throw InputError("a marker has only some coordinates");
+    (*joints)[m] = {axes.Invert(in_file), JointStatus::kObserved};
+  }
+}
+
+void ReadRows(const Header& header, TrackId id, const AxisMap& axes,
+              Lines* lines, TrackCollector* collector) {
+  std::vector<std::string_view> cells;
+  int64_t row = 0;
+  while (lines->Next(&cells)) {
+    if (cells.size() < 2 + 3 * header.markers.size()) {
+      throw InputError("found " + std::to_string(cells.size()) +
+                       " cells, expected " +
+                       std::to_string(2 + 3 * header.markers.size()));
+    }
+    const int64_t number = header.first_frame + row++;
+    TrackFrame* frame = collector->Touch(number);
+    const std::optional<double> time_s = NumberOf(cells[1]);
+    if (!time_s.has_value() || std::abs(*time_s) > 1e9) {
+      throw InputError("Time: expected seconds");
+    }
+    frame->time = FromSeconds(*time_s);
+    Pose3d joints(header.markers.size());
+    ReadMarkers(cells, header.metres, axes, &joints);
+    // All markers empty: the person is not there.
+    if (CountPresent(joints) == 0) continue;
+    collector->Add(number, id)->joints = std::move(joints);
+  }
+  if (row != header.frames) {
+    throw InputError("found " + std::to_string(row) + " rows, NumFrames says " +
+                     std::to_string(header.frames));
+  }
+}
+
+}  // namespace
+
+TrackSequence ReadTracksTrc(const std::string& path,
+                            const TrackReadOptions& options) {
+  std::optional<TrackCollector> collector;
+  std::vector<std::string> markers;  // of the first file
+  for (const PersonFile& file : ListPersonFiles(path, ".trc")) {
+    const std::string text = ReadTextFile(file.path);
+    Lines lines(text);
+    Located(
+        file.path, [&] { return lines.Place(); },
+        [&] {
+          const Header header = ReadHeader(&lines);
+          if (!collector.has_value()) {
+            TrackHeader tracks;
+            tracks.mode = "trc";
+            tracks.frame_rate_hz = options.frame_rate_hz > 0.0
+                                       ? options.frame_rate_hz
+                                       : header.frame_rate_hz;
+            tracks.skeleton = SkeletonOfNames(header.markers, options);
+            markers = header.markers;
+            collector.emplace(std::move(tracks));
+          } else if (markers != header.markers) {
+            throw InputError("has other markers than the first file");
+          }
+          ReadRows(header, file.id, options.axes.value_or(AxisMap()), &lines,
+                   &*collector);
+        });
+  }
+  return collector->Finish();
+}
+
+TrackFormat TrcTrackFormat() {
+  TrackFormat format;
+  format.name = "trc";
+  format.layout = "a folder, a file a person";
+  format.extensions = {".trc"};
+  format.files = TrackFormat::Files::kFileAPerson;
+  format.person_extension = ".trc";
+  format.axes = AxisMap();
+  format.has_marker_names = true;
+  format.recognise = [](const TrackHead& head) {
+    return head.BeginsWith("PathFileType") || head.HasFile(".trc");
+  };
+  format.read = ReadTracksTrc;
+  format.read_names = [](const std::string& path) {
+    return NamesOfPersonFiles(path, ".trc");
+  };
+  format.keeps_names = true;
+  format.write = [](const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions& options, Losses* losses) {
+    WriteTracksTrc(path, tracks, options.axes.value_or(AxisMap()), losses,
+                   options.names);
+  };
+  format.read_note = "m, cm, mm";
+  format.kept = "frame, time, frame rate, identity, positions";
+  format.lost =
+      "status, views, covariances, bones of own skeletons; frames that the "
+      "input leaves out come back with nobody";
+  return format;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,151 @@
+#include "core/io/tracks/tracks.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/joint_names.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/formats.h"
+
+namespace kinegraph {
+namespace {
+
+// The option's format, else the one that recognises the path.
+const TrackFormat& FormatOf(const std::string& path,
+                            const TrackReadOptions& options) {
+  std::string known;
+  for (const TrackFormat& format : TrackFormats()) {
+    if (!format.readable()) continue;
+    if (format.name == options.format) return format;
+    known += (known.empty() ? "" : ", ") + format.name;
+  }
+  if (!options.format.empty()) {
+    throw OptionError("format", "found '" + Printable(options.format) +
+                                    "', expected one of " + known);
+  }
+  if (IsPipe(path)) return *FindTrackFormat("kinegraph");
+  const TrackHead head = LookAtTracks(path);
+  const TrackFormat* format = RecogniseTracks(head);
+  if (format != nullptr) return *format;
+  if (head.HasKey("kinegraph_detections")) {
+    throw InputError(path, "", "is a file of detections, expected tracks");
+  }
+  throw InputError(path, "",
+                   "is no known format of tracks, expected one of " + known);
+}
+
+void Check(const TrackReadOptions& options) {
+  if (!(options.frame_rate_hz >= 0.0 && options.frame_rate_hz <= 1e6)) {
+    throw OptionError("frame_rate", "expected above 0 .. 1e6 Hz");
+  }
+  if (options.first_frame < 0 || options.first_frame > kMaxFrame) {
+    throw OptionError("first_frame", "expected a frame number >= 0");
+  }
+}
+
+TrackSequence ReadAll(TrackSource* source) {
+  TrackSequence sequence;
+  TrackFrame frame;
+  while (source->Next(&frame)) sequence.frames.push_back(std::move(frame));
+  sequence.header = source->header();  // may have learnt the views' names
+  return sequence;
+}
+
+TrackSequence Read(const std::string& path, const TrackFormat& format,
+                   const TrackReadOptions& options) {
+  if (format.open != nullptr) return ReadAll(format.open(path, options).get());
+  return format.read(path, options);
+}
+
+// Hands out frames that are in memory.
+class SequenceSource : public TrackSource {
+ public:
+  explicit SequenceSource(TrackSequence sequence)
+      : sequence_(std::move(sequence)) {}
+  const TrackHeader& header() const override { return sequence_.header; }
+  bool Next(TrackFrame* frame) override {
+    if (next_ == sequence_.frames.size()) return false;
+    *frame = std::move(sequence_.frames[next_++]);
+    return true;
+  }
+
+ private:
+  TrackSequence sequence_;
+  size_t next_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<TrackSource> OpenTracks(const std::string& path,
+                                        const TrackReadOptions& options) {
+  Check(options);
+  const TrackFormat& format = FormatOf(path, options);
+  if (format.open != nullptr) return format.open(path, options);
+  return std::make_unique<SequenceSource>(format.read(path, options));
+}
+
+TrackSequence ReadTracks(const std::string& path,
+                         const TrackReadOptions& options) {
+  Check(options);
+  return Read(path, FormatOf(path, options), options);
+}
+
+Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
+                         const TrackReadOptions& options) {
+  if (options.skeleton.has_value()) {
+    if (options.skeleton->joints() != joints) {
+      throw InputError("the joints are not those of '" +
+                       Printable(options.skeleton->name()) + "'");
+    }
+    return *options.skeleton;
+  }
+  if (const Skeleton* known = FindSkeletonOf(joints)) return *known;
+  // Under the names that another program gives them.
+  std::vector<std::string> ours;
+  for (const std::string& joint : joints) ours.push_back(JointNameOf(joint));
+  if (const Skeleton* known = FindSkeletonOf(ours)) return *known;
+  try {
+    return Skeleton("custom", joints, {});
+  } catch (const OptionError& error) {
+    throw InputError(std::string("joints: ") + error.message());
+  }
+}
+
+TrackFrame* TrackCollector::Touch(int64_t frame_number) {
+  const auto [at, is_new] = frames_.try_emplace(frame_number);
+  if (is_new) {
+    at->second.frame = frame_number;
+    at->second.time = TimeOfFrame(frame_number, header_.frame_rate_hz);
+  }
+  return &at->second;
+}
+
+PersonPose* TrackCollector::Add(int64_t frame, TrackId id) {
+  std::vector<PersonPose>& people = Touch(frame)->people;
+  for (const PersonPose& person : people) {
+    if (person.id == id) {
+      throw InputError("frame " + std::to_string(frame) + ": person " +
+                       std::to_string(id.value()) + " stands there twice");
+    }
+  }
+  people.emplace_back();
+  people.back().id = id;
+  people.back().joints.resize(header_.skeleton.joints().size());
+  return &people.back();
+}
+
+TrackSequence TrackCollector::Finish() {
+  TrackSequence sequence;
+  sequence.header = std::move(header_);
+  sequence.frames.reserve(frames_.size());
+  for (auto& [number, frame] : frames_) {
+    sequence.frames.push_back(std::move(frame));
+  }
+  frames_.clear();
+  return sequence;
+}
+
+}  // namespace kinegraph

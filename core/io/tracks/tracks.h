@@ -1,0 +1,65 @@
+// Reading 3D results and ground truth in every format there is.
+#ifndef KINEGRAPH_CORE_IO_TRACKS_TRACKS_H_
+#define KINEGRAPH_CORE_IO_TRACKS_TRACKS_H_
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/data/pose.h"
+#include "core/io/tracks/axis_map.h"
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// What a joint stored as zeros (weight 0) is, in 4D association's files.
+enum class StoredZeros {
+  kMissing,
+  kKeep,  // a position: 4D association's own evaluation takes it as it stands
+};
+
+struct TrackReadOptions {
+  // Name of a format (track_format.h); empty: by content.
+  std::string format;
+  // Of formats that do not tell their skeleton, where the number of joints is
+  // not enough. With 4da19 a {"poses"} file is asked for its "joints19".
+  std::optional<Skeleton> skeleton;
+  // Wins over the file's. 0: as the file tells; 25 for longcw, whose frame
+  // numbers are round(25 timestamp).
+  double frame_rate_hz = 0.0;
+  // Frame of the first entry of 4D association's files: Shelf's test begins
+  // at 300.
+  int64_t first_frame = 300;
+  StoredZeros stored_zeros = StoredZeros::kMissing;
+  // Which world axes the file's X, Y, Z are, in formats with axes of their own
+  // (TRC); else the format's.
+  std::optional<AxisMap> axes;
+};
+
+class TrackSource {
+ public:
+  virtual ~TrackSource() = default;
+
+  virtual const TrackHeader& header() const = 0;
+  // The next frame, in ascending order; false at the end. Throws InputError.
+  virtual bool Next(TrackFrame* frame) = 0;
+};
+
+// Opens tracks; our own format is then read frame by frame. Throws InputError
+// naming the file.
+std::unique_ptr<TrackSource> OpenTracks(const std::string& path,
+                                        const TrackReadOptions& options = {});
+
+// All frames at once. Frames that the file has are there even when they have
+// no people (TUM: all 3200). What a file gives as a position is kObserved; in
+// our own format the status is the file's. Ids are the file's; those of longcw
+// may be beyond every integer type and then count 0, 1, 2 in order of
+// appearance. header.mode names the format. Times are those of the file, else
+// frame / frame rate, else 0.
+TrackSequence ReadTracks(const std::string& path,
+                         const TrackReadOptions& options = {});
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TRACKS_TRACKS_H_

@@ -1,0 +1,110 @@
+// The table that Anipose's `triangulate` writes (pose-3d): a row a frame;
+// NAME_x, NAME_y, NAME_z [mm], NAME_error, NAME_ncams and NAME_score of each
+// joint, then the rotation M_00 .. M_22 and the centre by which Anipose turned
+// the points (none here), and the frame's number. A file is one person.
+#include "core/base/error.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/text/csv_cell.h"
+#include "core/io/text/json_output.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/losses.h"
+#include "core/io/tracks/person_files.h"
+#include "core/io/tracks/rows.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr const char* kExtension = ".csv";
+constexpr double kMillimetresPerMetre = 1000.0;
+
+std::string TitleRow(const Skeleton& skeleton) {
+  std::string text;
+  for (const std::string& joint : skeleton.joints()) {
+    for (const char* column :
+         {"_x", "_y", "_z", "_error", "_ncams", "_score"}) {
+      text += CsvCell(joint + column) + ",";
+    }
+  }
+  for (const char* entry : {"M_00", "M_01", "M_02", "M_10", "M_11", "M_12",
+                            "M_20", "M_21", "M_22"}) {
+    text += std::string(entry) + ",";
+  }
+  return text + "center_0,center_1,center_2,fnum\n";
+}
+
+// Empty cells are NaN for those who read them.
+void WriteJoint(const PersonPose* person, size_t joint_idx, JsonOutput* out) {
+  if (person == nullptr || !person->joints[joint_idx].present()) {
+    out->Text(",,,,,,");
+    return;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    out->Number(kMillimetresPerMetre *
+                person->joints[joint_idx].position_m[axis]);
+    out->Text(",");
+  }
+  out->Text(",");  // the reprojection error is not in the tracks
+  if (!person->inlier_views.empty()) {
+    out->Integer(person->inlier_views[joint_idx]);
+  }
+  out->Text(",,");
+}
+
+void WritePersonFile(const std::string& path, TrackId id,
+                     const TrackSequence& tracks,
+                     const std::vector<TrackRow>& rows) {
+  AtomicFile file(path);
+  file.Write(TitleRow(tracks.header.skeleton));
+  const size_t joint_count = tracks.header.skeleton.joints().size();
+  int64_t number = tracks.frames.front().frame;
+  JsonOutput out;
+  for (const TrackRow& row : rows) {
+    const PersonPose* person = FindPerson(row.frame, id);
+    for (size_t j = 0; j < joint_count; ++j) WriteJoint(person, j, &out);
+    out.Text("1,0,0,0,1,0,0,0,1,0,0,0,");
+    out.Integer(number++);
+    out.Text("\n");
+    file.Write(out.text().data(), out.text().size());
+    out.Clear();
+  }
+  file.Commit();
+}
+
+void WriteTracksAnipose(const std::string& path, const TrackSequence& tracks,
+                        const TrackExportOptions& options, Losses* losses) {
+  const std::vector<int64_t> ids = PeopleToWrite(path, kExtension, tracks);
+  const std::vector<TrackRow> rows = MakeTrackRows(tracks, "Anipose");
+  WritePersonFiles(path, kExtension, ids, options.names,
+                   [&](const std::string& file, TrackId id) {
+                     WritePersonFile(file, id, tracks, rows);
+                   });
+  const TrackContents contents = ContentsOf(tracks);
+  losses->push_back(
+      "bones, times, frame rate and configuration are not kept; errors and "
+      "scores are empty");
+  if (contents.has_inferred) {
+    losses->push_back("inferred joints are written like observed ones");
+  }
+  if (contents.has_covariances) losses->push_back("covariances are not kept");
+  NoteAddedRows(tracks, rows.size(), "have empty cells", losses);
+}
+
+}  // namespace
+
+TrackFormat AniposeTrackFormat() {
+  TrackFormat format;
+  format.name = "anipose";
+  format.layout = "Anipose's table of 3D points, mm, a file a person";
+  format.files = TrackFormat::Files::kFileAPerson;
+  format.person_extension = kExtension;
+  format.has_marker_names = true;
+  format.keeps_names = true;
+  format.write = WriteTracksAnipose;
+  format.kept = "frame, identity, positions, views";
+  format.lost =
+      "times, frame rate, status, covariances, bones; its errors and scores "
+      "are empty";
+  return format;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,312 @@
+// C3D, the file of motion capture laboratories, as c3d.org's user guide has it:
+// Intel (little-endian) floats, 512-byte blocks: a header, the parameters, then
+// x, y, z [mm] and a word of camera mask and residual for each point and frame.
+// C3D counts frames from 1: frame 0 of the tracks is its frame 1.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/tracks/c3d_parameters.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/losses.h"
+#include "core/io/tracks/person_files.h"
+#include "core/io/tracks/read_c3d.h"
+#include "core/io/tracks/rows.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kMillimetresPerMetre = 1000.0;
+constexpr int64_t kMaxWord = 65535;
+constexpr int kMaskBits = 7;
+
+// RMS distance of the true joint from the estimate [mm]; 0 when not known.
+double UncertaintyMm(const PersonPose& person, size_t joint_idx) {
+  if (person.covariances.empty() || !person.covariances[joint_idx]) return 0.0;
+  const double variance_m2 = person.covariances[joint_idx]->trace();
+  return kMillimetresPerMetre * std::sqrt(std::max(0.0, variance_m2));
+}
+
+// What one step of the stored residual is [mm]; its sign says that the points
+// are floats. The guide asks that all coordinates divided by it fit 16 bits.
+double ScaleMm(const TrackSequence& tracks) {
+  constexpr double kMaxInteger = 32000.0;
+  constexpr double kMaxResidual = 255.0;
+  double coordinate_mm = 1.0;
+  double residual_mm = 0.0;
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      for (size_t j = 0; j < person.joints.size(); ++j) {
+        if (!person.joints[j].present()) continue;
+        coordinate_mm =
+            std::max(coordinate_mm,
+                     kMillimetresPerMetre *
+                         person.joints[j].position_m.cwiseAbs().maxCoeff());
+        residual_mm = std::max(residual_mm, UncertaintyMm(person, j));
+      }
+    }
+  }
+  return std::max(coordinate_mm / kMaxInteger, residual_mm / kMaxResidual);
+}
+
+// A bit for each of the first seven cameras that measured the joint.
+int CameraMask(const PersonPose& person, size_t joint_idx) {
+  int mask = 0;
+  for (const ViewMatch& match : person.matches) {
+    if (match.view_idx >= kMaskBits || match.weights.empty()) continue;
+    if (match.weights[joint_idx].value_or(0.0) > 0.0) {
+      mask |= 1 << match.view_idx;
+    }
+  }
+  return mask;
+}
+
+// Everything that is said before the points.
+class Take {
+ public:
+  Take(const TrackSequence& tracks, const TrackExportOptions& options)
+      : tracks_(tracks),
+        names_(options.names),
+        axes_(options.axes.value_or(C3dAxes())),
+        rate_hz_(RequireFrameRate(tracks, "C3D")),
+        ids_(PeopleToWrite("", kC3dExtension, tracks)),
+        rows_(MakeTrackRows(tracks, "C3D")),
+        joint_count_(tracks.header.skeleton.joints().size()),
+        scale_mm_(ScaleMm(tracks)) {
+    first_ = tracks.frames.front().frame + 1;
+    last_ = tracks.frames.back().frame + 1;
+    const auto points = static_cast<int64_t>(ids_.size() * joint_count_);
+    if (points > kMaxWord) {
+      throw InputError(std::to_string(ids_.size()) + " people of " +
+                       std::to_string(joint_count_) +
+                       " joints are too many for C3D, which has 65535 points");
+    }
+    constexpr int64_t kMaxFrameNumber = int64_t{1} << 31;
+    if (last_ > kMaxFrameNumber) {
+      throw InputError("frame " + std::to_string(last_ - 1) +
+                       " is beyond what C3D can count");
+    }
+  }
+
+  const std::vector<int64_t>& ids() const { return ids_; }
+  const std::vector<TrackRow>& rows() const { return rows_; }
+
+  std::string Header(int data_block) const {
+    BinaryText header;
+    header.Byte(2).Byte(0x50).Word(point_count()).Word(0);
+    header.Word(std::min(first_, kMaxWord)).Word(std::min(last_, kMaxWord));
+    header.Word(0).Float(-scale_mm_).Word(data_block).Word(0).Float(rate_hz_);
+    header.PadTo(2 * 149);
+    header.Word(12345);  // labels of events have four characters
+    header.PadTo(kC3dBlock);
+    return header.text();
+  }
+
+  std::string Parameters() const {
+    // The number of blocks stands in the parameters, so they are made twice.
+    const size_t blocks = MakeParameters(0).size() / kC3dBlock;
+    return MakeParameters(static_cast<int>(blocks) + 2);
+  }
+
+  std::string Points(const TrackRow& row) const {
+    BinaryText text;
+    for (const int64_t id : ids_) {
+      const PersonPose* person = FindPerson(row.frame, TrackId(id));
+      for (size_t j = 0; j < joint_count_; ++j) {
+        if (person == nullptr || !person->joints[j].present()) {
+          text.Float(0.0).Float(0.0).Float(0.0).Float(-1.0);
+          continue;
+        }
+        const Eigen::Vector3d mm =
+            kMillimetresPerMetre * axes_.Apply(person->joints[j].position_m);
+        text.Float(mm.x()).Float(mm.y()).Float(mm.z());
+        text.Float(FourthWord(*person, j));
+      }
+    }
+    return text.text();
+  }
+
+ private:
+  int64_t point_count() const {
+    return static_cast<int64_t>(ids_.size() * joint_count_);
+  }
+
+  // The mask in the high byte, the residual in the low one.
+  double FourthWord(const PersonPose& person, size_t joint_idx) const {
+    const double uncertainty_mm = UncertaintyMm(person, joint_idx);
+    int residual = 0;
+    if (uncertainty_mm > 0.0) {
+      residual = std::clamp(
+          static_cast<int>(std::lround(uncertainty_mm / scale_mm_)), 1, 255);
+    }
+    const bool is_measured =
+        person.joints[joint_idx].status == JointStatus::kObserved;
+    const int mask = is_measured ? CameraMask(person, joint_idx) : 0;
+    return (mask << 8) + residual;
+  }
+
+  // "person_3:" before the names of its joints where there are several people.
+  std::string Prefix(int64_t id) const {
+    return "person_" + std::to_string(id) + ":";
+  }
+
+  std::vector<std::string> Labels() const {
+    std::vector<std::string> labels;
+    for (const int64_t id : ids_) {
+      for (const std::string& joint : tracks_.header.skeleton.joints()) {
+        labels.push_back((ids_.size() > 1 ? Prefix(id) : "") + joint);
+      }
+    }
+    return labels;
+  }
+
+  std::string MakeParameters(int data_block) const {
+    C3dParameters parameters;
+    AddPoints(data_block, &parameters);
+    parameters.Group("ANALOG").Word("USED", 0).Float("GEN_SCALE", 1.0);
+    parameters.Float("RATE", rate_hz_);
+    parameters.Group("FORCE_PLATFORM").Word("USED", 0);
+    parameters.Group("TRIAL")
+        .Words("ACTUAL_START_FIELD", {first_ % 65536, first_ / 65536})
+        .Words("ACTUAL_END_FIELD", {last_ % 65536, last_ / 65536})
+        .Float("CAMERA_RATE", rate_hz_);
+    AddSubjects(&parameters);
+    AddEvents(&parameters);
+    parameters.Group("MANUFACTURER").Texts("COMPANY", {"kinegraph"});
+    parameters.Texts("SOFTWARE", {"kinegraph"});
+    return parameters.Section();
+  }
+
+  void AddPoints(int data_block, C3dParameters* parameters) const {
+    const auto frames = static_cast<int64_t>(rows_.size());
+    parameters->Group("POINT").Word("USED", point_count());
+    parameters->Float("SCALE", -scale_mm_).Float("RATE", rate_hz_);
+    parameters->Word("DATA_START", data_block);
+    parameters->Word("FRAMES", std::min(frames, kMaxWord));
+    if (frames > kMaxWord) {
+      parameters->Float("LONG_FRAMES", static_cast<double>(frames));
+    }
+    parameters->Texts("LABELS", Labels()).Texts("UNITS", {"mm"});
+    parameters->Texts("X_SCREEN", {AxisOf(0)}).Texts("Y_SCREEN", {AxisOf(2)});
+  }
+
+  // "+Z": where an axis of the world points in the file.
+  std::string AxisOf(int of_world) const {
+    std::string text;
+    for (size_t i = 0; i < 3; ++i) {
+      if (axes_.axis[i] != of_world) continue;
+      text = axes_.sign[i] < 0.0 ? "-" : "+";
+      text += static_cast<char>('X' + i);
+    }
+    return text;
+  }
+
+  void AddSubjects(C3dParameters* parameters) const {
+    std::vector<std::string> prefixes;
+    std::vector<std::string> called;
+    for (const int64_t id : ids_) {
+      prefixes.push_back(Prefix(id));
+      const auto name = names_.find(TrackId(id));
+      called.push_back(name != names_.end() ? name->second
+                                            : "person_" + std::to_string(id));
+    }
+    parameters->Group("SUBJECTS").Word("IS_STATIC", 0);
+    parameters->Word("USES_PREFIXES", ids_.size() > 1 ? 1 : 0);
+    parameters->Word("USED", static_cast<int64_t>(ids_.size()));
+    parameters->Texts("NAMES", called).Texts("LABEL_PREFIXES", prefixes);
+  }
+
+  // Each identity's first and last frame.
+  void AddEvents(C3dParameters* parameters) const {
+    constexpr size_t kMostEvents = 254;
+    std::vector<std::string> subjects;
+    std::vector<std::string> labels;
+    std::vector<double> times;
+    for (const int64_t id : ids_) {
+      if (labels.size() + 2 > kMostEvents) break;
+      for (const auto& [label, frame] : Presence(TrackId(id))) {
+        constexpr double kMinute = 60.0;
+        const double time_s = static_cast<double>(frame) / rate_hz_;
+        times.push_back(std::floor(time_s / kMinute));
+        times.push_back(time_s - kMinute * times.back());
+        labels.push_back(label);
+        subjects.push_back("person_" + std::to_string(id));
+      }
+    }
+    const size_t count = labels.size();
+    parameters->Group("EVENT").Word("USED", static_cast<int64_t>(count));
+    parameters->Texts("CONTEXTS", std::vector<std::string>(count, "General"));
+    parameters->Texts("LABELS", labels).Texts("SUBJECTS", subjects);
+    parameters->Floats("TIMES", {2, count}, times);
+    parameters->Words("ICON_IDS", std::vector<int64_t>(count, 0));
+  }
+
+  std::vector<std::pair<const char*, int64_t>> Presence(TrackId id) const {
+    int64_t begin = -1;
+    int64_t end = -1;
+    for (const TrackFrame& frame : tracks_.frames) {
+      if (FindPerson(&frame, id) == nullptr) continue;
+      if (begin < 0) begin = frame.frame;
+      end = frame.frame;
+    }
+    return {{"begin", begin}, {"end", end}};
+  }
+
+  const TrackSequence& tracks_;
+  const PersonNames& names_;
+  const AxisMap axes_;
+  const double rate_hz_;
+  const std::vector<int64_t> ids_;
+  const std::vector<TrackRow> rows_;
+  const size_t joint_count_;
+  const double scale_mm_;
+  int64_t first_ = 1;  // as C3D counts
+  int64_t last_ = 1;
+};
+
+void NoteLosses(const TrackSequence& tracks, size_t row_count, Losses* losses) {
+  const TrackContents contents = ContentsOf(tracks);
+  losses->push_back("bones, configuration and times of their own are not kept");
+  if (contents.has_covariances) {
+    losses->push_back(
+        "of a covariance the residual keeps its size alone: the root of its "
+        "trace");
+  }
+  if (contents.has_inferred) {
+    losses->push_back("inferred joints read back as observed");
+  }
+  if (contents.has_views && !contents.has_matches) {
+    losses->push_back("the camera mask is empty: the tracks have no matches");
+  }
+  if (tracks.header.view_names.size() > kMaskBits) {
+    losses->push_back("the camera mask has the first seven views alone");
+  }
+  NoteAddedRows(tracks, row_count, "have points without position", losses);
+}
+
+}  // namespace
+
+void WriteTracksC3d(const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions& options, Losses* losses) {
+  const Take take(tracks, options);
+  const std::string parameters = take.Parameters();
+  AtomicFile file(path);
+  file.Write(take.Header(static_cast<int>(parameters.size() / kC3dBlock) + 2));
+  file.Write(parameters);
+  size_t bytes = 0;
+  for (const TrackRow& row : take.rows()) {
+    const std::string points = take.Points(row);
+    file.Write(points);
+    bytes += points.size();
+  }
+  file.Write(std::string((kC3dBlock - bytes % kC3dBlock) % kC3dBlock, '\0'));
+  file.Commit();
+  NoteLosses(tracks, take.rows().size(), losses);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,80 @@
+// longcw's annotation_3d.json: [{"timestamp": s, "poses": [{"id", "points_3d":
+// [[x, y, z] cm], "scores": [1 or 0]}]}].
+#include "core/base/error.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/text/json_output.h"
+#include "core/io/text/longcw.h"
+#include "core/io/tracks/export.h"
+#include "core/io/tracks/losses.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kCentimetresPerMetre = 100.0;
+
+void WritePose(const PersonPose& person, JsonOutput* out) {
+  out->Text("{\"id\": ");
+  out->Integer(person.id.value());
+  out->Text(", \"points_3d\": [");
+  const char* separator = "";
+  for (const Joint3d& joint : person.joints) {
+    out->Text(separator);
+    separator = ", ";
+    for (int axis = 0; axis < 3; ++axis) {
+      out->Text(axis == 0 ? "[" : ", ");
+      out->Number(joint.present()
+                      ? kCentimetresPerMetre * joint.position_m[axis]
+                      : 0.0);
+    }
+    out->Text("]");
+  }
+  out->Text("], \"scores\": [");
+  separator = "";
+  for (const Joint3d& joint : person.joints) {
+    out->Text(separator);
+    separator = ", ";
+    out->Text(joint.present() ? "1" : "0");
+  }
+  out->Text("]}");
+}
+
+}  // namespace
+
+void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
+                       Losses* losses) {
+  const double rate = tracks.header.frame_rate_hz;
+  RequireLongcwRate(rate);
+  AtomicFile file(path);
+  JsonOutput out;
+  out.Text("[");
+  const char* separator = "\n";
+  for (const TrackFrame& frame : tracks.frames) {
+    RequireLongcwTime(frame.frame, frame.time, rate);
+    out.Text(separator);
+    separator = ",\n";
+    out.Text("{\"timestamp\": ");
+    out.Seconds(frame.time);
+    out.Text(", \"poses\": [");
+    const char* comma = "";
+    for (const PersonPose& person : frame.people) {
+      out.Text(comma);
+      comma = ", ";
+      WritePose(person, &out);
+    }
+    out.Text("]}");
+    file.Write(out.text().data(), out.text().size());
+    out.Clear();
+  }
+  file.Write(tracks.frames.empty() ? "[]\n" : "\n]\n");
+  file.Commit();
+  NotePositionsOnly(tracks, losses);
+  constexpr int64_t kKeptIds = int64_t{1} << 31;  // by its reader
+  NoteRenumbering(tracks, kKeptIds, losses);
+  if (rate != kLongcwFrameRateHz) {
+    losses->push_back("the frame rate is not kept: name it when reading");
+  }
+  const Skeleton& skeleton = tracks.header.skeleton;
+  if (skeleton != Tum14() && skeleton != Coco17()) NoteSkeleton(tracks, losses);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,79 @@
+// CMU Panoptic's hdPose3d, a folder: body3DScene_FFFFFFFF.json a frame. Joints
+// are Panoptic's nineteen, taken over by name.
+#include <fmt/format.h>
+
+#include "core/base/error.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/files/atomic_folder.h"
+#include "core/io/text/json_output.h"
+#include "core/io/tracks/export.h"
+#include "core/io/tracks/losses.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kCentimetresPerMetre = 100.0;
+constexpr double kHdFrameRateHz = 29.97;
+
+void WriteBody(const PersonPose& person, const std::vector<int>& map,
+               JsonOutput* out) {
+  out->Text("{ \"id\": ");
+  out->Integer(person.id.value());
+  out->Text(",\n\"joints19\": ");
+  const char* separator = "[";
+  for (const int j : map) {
+    const Joint3d joint =
+        j < 0 ? Joint3d() : person.joints[static_cast<size_t>(j)];
+    for (int axis = 0; axis < 3; ++axis) {
+      out->Text(separator);
+      separator = ", ";
+      out->Number(joint.present()
+                      ? kCentimetresPerMetre * joint.position_m[axis]
+                      : 0.0);
+    }
+    out->Text(joint.present() ? ", 1" : ", -1");
+  }
+  out->Text("]\n}");
+}
+
+}  // namespace
+
+void WriteTracksPanoptic(const std::string& path, const TrackSequence& tracks,
+                         Losses* losses) {
+  const std::vector<int> map = MapByName(tracks.header.skeleton, Panoptic19());
+  AtomicFolder folder(path);
+  JsonOutput out;
+  for (const TrackFrame& frame : tracks.frames) {
+    out.Text("{ \"version\": 0.7,\n\"fpsType\": \"hd_29_97\",\n\"bodies\": [");
+    const char* separator = "\n";
+    for (const PersonPose& person : frame.people) {
+      out.Text(separator);
+      separator = ",\n";
+      WriteBody(person, map, &out);
+    }
+    out.Text("\n] }\n");
+    AtomicFile file(
+        folder.PathOf(fmt::format("body3DScene_{:08d}.json", frame.frame)));
+    file.Write(out.text().data(), out.text().size());
+    file.Commit();
+    out.Clear();
+  }
+  folder.Commit();
+  NotePositionsOnly(tracks, losses);
+  if (tracks.header.frame_rate_hz != kHdFrameRateHz) {
+    losses->push_back(
+        "times and frame rate are not kept: name the rate when reading, it is "
+        "taken for 29.97 Hz");
+  }
+  size_t kept = 0;
+  for (const int j : map) kept += j >= 0 ? 1 : 0;
+  const auto joints = static_cast<size_t>(tracks.header.skeleton.joint_count());
+  if (kept < map.size() || kept < joints) {
+    losses->push_back(
+        "joints are Panoptic's nineteen by name: " + std::to_string(kept) +
+        " of the input's " + std::to_string(joints) +
+        " are kept, the others of the nineteen are missing");
+  }
+}
+
+}  // namespace kinegraph

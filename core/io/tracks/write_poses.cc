@@ -1,0 +1,71 @@
+// {"unit": "m", "poses": [{"frame", "id", "joints": [[x, y, z] or null]}]}.
+#include "core/io/files/atomic_file.h"
+#include "core/io/text/json_output.h"
+#include "core/io/tracks/export.h"
+#include "core/io/tracks/formats.h"
+#include "core/io/tracks/losses.h"
+
+namespace kinegraph {
+namespace {
+
+void WriteJoints(const Pose3d& joints, JsonOutput* out) {
+  const char* separator = "";
+  for (const Joint3d& joint : joints) {
+    out->Text(separator);
+    separator = ", ";
+    if (!joint.present()) {
+      out->Text("null");
+      continue;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      out->Text(axis == 0 ? "[" : ", ");
+      out->Number(joint.position_m[axis]);
+    }
+    out->Text("]");
+  }
+}
+
+void NoteLosses(const TrackSequence& tracks, Losses* losses) {
+  NotePositionsOnly(tracks, losses);
+  NoteClock(tracks, losses);
+  const int64_t empty_frames = ContentsOf(tracks).empty_frames;
+  if (empty_frames > 0) {
+    losses->push_back(std::to_string(empty_frames) +
+                      " frames with nobody in them are not kept");
+  }
+  const Skeleton* told = SkeletonOfPoses(
+      static_cast<size_t>(tracks.header.skeleton.joint_count()));
+  if (told == nullptr || *told != tracks.header.skeleton) {
+    NoteSkeleton(tracks, losses);
+  }
+}
+
+}  // namespace
+
+void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
+                      Losses* losses) {
+  AtomicFile file(path);
+  file.Write("{\"unit\": \"m\", \"poses\": [");
+  JsonOutput out;
+  const char* separator = "\n";
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      out.Text(separator);
+      separator = ",\n";
+      out.Text("{\"frame\": ");
+      out.Integer(frame.frame);
+      out.Text(", \"id\": ");
+      out.Integer(person.id.value());
+      out.Text(", \"joints\": [");
+      WriteJoints(person.joints, &out);
+      out.Text("]}");
+    }
+    file.Write(out.text().data(), out.text().size());
+    out.Clear();
+  }
+  file.Write("\n]}\n");
+  file.Commit();
+  NoteLosses(tracks, losses);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,120 @@
+// TRC, the marker format of OpenSim and Pose2Sim: tab-separated, five header
+// lines, then a row a frame. The layout is that of the files Pose2Sim writes.
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/text/json_output.h"
+#include "core/io/tracks/export.h"
+#include "core/io/tracks/losses.h"
+#include "core/io/tracks/person_files.h"
+#include "core/io/tracks/rows.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr const char* kExtension = ".trc";
+
+void CheckMarkerNames(const Skeleton& skeleton) {
+  for (const std::string& joint : skeleton.joints()) {
+    if (joint.find_first_of("\t\r\n") != std::string::npos) {
+      throw InputError("the joint '" + Printable(joint) +
+                       "' cannot be the name of a TRC marker");
+    }
+  }
+}
+
+std::string HeaderText(const std::string& file_name,
+                       const TrackSequence& tracks, size_t row_count) {
+  const std::vector<std::string>& joints = tracks.header.skeleton.joints();
+  const double rate = tracks.header.frame_rate_hz;
+  const int64_t start = tracks.frames.empty() ? 0 : tracks.frames.front().frame;
+  std::string text =
+      "PathFileType\t4\t(X/Y/Z)\t" + file_name +
+      "\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\t"
+      "OrigDataStartFrame\tOrigNumFrames\n";
+  text += fmt::format("{}\t{}\t{}\t{}\tm\t{}\t{}\t{}\n", rate, rate, row_count,
+                      joints.size(), rate, start, row_count);
+  text += "Frame#\tTime";
+  for (size_t j = 0; j < joints.size(); ++j) {
+    text += (j == 0 ? "\t" : "\t\t\t") + joints[j];
+  }
+  text += "\t\t\n\t";
+  for (size_t j = 1; j <= joints.size(); ++j) {
+    text += fmt::format("\tX{}\tY{}\tZ{}", j, j, j);
+  }
+  return text + "\n";
+}
+
+void WriteMarkers(const PersonPose* person, size_t joint_count,
+                  const AxisMap& axes, JsonOutput* out) {
+  for (size_t j = 0; j < joint_count; ++j) {
+    if (person == nullptr || !person->joints[j].present()) {
+      out->Text("\t\t\t");
+      continue;
+    }
+    const Eigen::Vector3d marker = axes.Apply(person->joints[j].position_m);
+    for (int axis = 0; axis < 3; ++axis) {
+      out->Text("\t");
+      out->Number(marker[axis]);
+    }
+  }
+}
+
+void WritePersonFile(const std::string& path, TrackId id,
+                     const TrackSequence& tracks,
+                     const std::vector<TrackRow>& rows, const AxisMap& axes) {
+  AtomicFile file(path);
+  const size_t slash = path.find_last_of('/');
+  const std::string name =
+      path.substr(slash == std::string::npos ? 0 : slash + 1);
+  file.Write(HeaderText(name, tracks, rows.size()));
+  const auto joint_count =
+      static_cast<size_t>(tracks.header.skeleton.joint_count());
+  JsonOutput out;
+  for (size_t r = 0; r < rows.size(); ++r) {
+    out.Integer(static_cast<int64_t>(r) + 1);
+    out.Text("\t");
+    out.Number(rows[r].time_s);
+    WriteMarkers(FindPerson(rows[r].frame, id), joint_count, axes, &out);
+    out.Text("\n");
+    file.Write(out.text().data(), out.text().size());
+    out.Clear();
+  }
+  file.Commit();
+}
+
+void NoteLosses(const TrackSequence& tracks, size_t row_count, Losses* losses) {
+  const TrackContents contents = ContentsOf(tracks);
+  losses->push_back("bones and configuration are not kept");
+  if (contents.has_inferred) {
+    losses->push_back("inferred joints are written like observed ones");
+  }
+  if (contents.has_covariances) losses->push_back("covariances are not kept");
+  if (contents.has_views || contents.has_matches) {
+    losses->push_back("counts of views and matches are not kept");
+  }
+  NoteAddedRows(tracks, row_count, "have empty rows", losses);
+}
+
+}  // namespace
+
+void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
+                    const AxisMap& axes, Losses* losses,
+                    const PersonNames& names) {
+  RequireFrameRate(tracks, "TRC");
+  CheckMarkerNames(tracks.header.skeleton);
+  const std::vector<int64_t> ids = PeopleToWrite(path, kExtension, tracks);
+  const std::vector<TrackRow> rows = MakeTrackRows(tracks, "TRC");
+  WritePersonFiles(path, kExtension, ids, names,
+                   [&](const std::string& file, TrackId id) {
+                     WritePersonFile(file, id, tracks, rows, axes);
+                   });
+  NoteLosses(tracks, rows.size(), losses);
+  constexpr int64_t kKeptIds = 1'000'000'000'000'000'000;  // 18 digits
+  NoteRenumbering(tracks, kKeptIds, losses);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,697 @@
+#include "core/io/calibration/calibration.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "core/base/random.h"
+#include "core/io/files/text_file.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using testing::TemporaryFolder;
+
+std::vector<std::string> NamesOf(const CameraRig& cameras) {
+  std::vector<std::string> names;
+  for (const Camera& camera : cameras) names.push_back(camera.name());
+  return names;
+}
+
+const Camera& Named(const CameraRig& cameras, const std::string& name) {
+  const auto at =
+      std::find_if(cameras.begin(), cameras.end(),
+                   [&](const Camera& camera) { return camera.name() == name; });
+  if (at == cameras.end()) throw std::runtime_error("no camera " + name);
+  return *at;
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Largest pixel distance of two cameras over points of a box that both see in
+// front of them.
+double LargestDistancePx(const Camera& a, const Camera& b,
+                         const Eigen::Vector3d& low,
+                         const Eigen::Vector3d& high) {
+  double largest = 0.0;
+  constexpr int kSteps = 5;
+  for (int i = 0; i < kSteps * kSteps * kSteps; ++i) {
+    const Eigen::Vector3d share(i % kSteps, i / kSteps % kSteps,
+                                i / kSteps / kSteps);
+    const Eigen::Vector3d point =
+        low + (high - low).cwiseProduct(share / (kSteps - 1));
+    if (a.Depth(point) < 1.0) continue;
+    const auto px_a = a.Project(point);
+    const auto px_b = b.Project(point);
+    if (!px_a.has_value() || !px_b.has_value()) return 1e9;
+    if (px_a->cwiseAbs().maxCoeff() > 2000.0) continue;  // far off the image
+    largest = std::max(largest, (*px_a - *px_b).norm());
+  }
+  return largest;
+}
+
+// ---- Shelf ----
+
+// The place where people walk, metres.
+const Eigen::Vector3d kShelfLow(-2.0, -2.0, 0.0);
+const Eigen::Vector3d kShelfHigh(2.0, 2.0, 2.0);
+
+TEST(Calibration, ReadsShelf) {
+  KINEGRAPH_DATA_OR_SKIP(path, "shelf/calibration.json");
+  const CameraRig cameras = ReadCameras(path);
+  EXPECT_THAT(NamesOf(cameras), ElementsAre("0", "1", "2", "3", "4"));
+  for (const Camera& camera : cameras) {
+    EXPECT_EQ(camera.width_px(), 1032);
+    EXPECT_EQ(camera.height_px(), 776);
+    EXPECT_EQ(camera.lens(), nullptr);
+  }
+  EXPECT_DOUBLE_EQ(cameras[0].K()(0, 0), 1063.5121);
+  EXPECT_DOUBLE_EQ(cameras[0].K()(1, 2), 350.08829);
+  EXPECT_DOUBLE_EQ(cameras[0].t().x(), -0.5942785);
+  // -R^T t, as VoxelPose's file states it in mm.
+  EXPECT_NEAR(cameras[0].centre().x(), -1.58645, 1e-5);
+}
+
+TEST(Calibration, ShelfFormatsAgree) {
+  KINEGRAPH_DATA_OR_SKIP(krt_path, "shelf/calibration.json");
+  KINEGRAPH_DATA_OR_SKIP(voxelpose_path, "shelf/calibration_voxelpose.json");
+  KINEGRAPH_DATA_OR_SKIP(tum_path, "shelf/tum");
+  const CameraRig krt = ReadCameras(krt_path);
+  const CameraRig voxelpose = ReadCameras(voxelpose_path);
+  const CameraRig tum = ReadCameras(tum_path);
+  ASSERT_EQ(voxelpose.size(), 5u);
+  EXPECT_THAT(NamesOf(tum), ElementsAre("P0", "P1", "P2", "P3", "P4"));
+  for (size_t c = 0; c < 5; ++c) {
+    // Rotations of six decimals: 5e-7 in each entry, over 1000 px of focal
+    // length and at most three terms, stays below 0.01 px.
+    EXPECT_LT(LargestDistancePx(krt[c], Named(voxelpose, krt[c].name()),
+                                kShelfLow, kShelfHigh),
+              0.01);
+    EXPECT_LT(
+        (krt[c].centre() - Named(voxelpose, krt[c].name()).centre()).norm(),
+        1e-5);
+    // Entries of five digits are off by at most 5e-5 of themselves (the data's
+    // README measured 2.4e-5 before scaling to K(2,2) = 1).
+    const double scale = krt[c].P().cwiseAbs().maxCoeff();
+    EXPECT_LT((tum[c].P() - krt[c].P()).cwiseAbs().maxCoeff() / scale, 5e-5);
+    EXPECT_LT((tum[c].R() - krt[c].R()).cwiseAbs().maxCoeff(), 2e-3);
+    EXPECT_GT(tum[c].Depth(Eigen::Vector3d(0.0, 0.0, 1.0)), 0.0);
+  }
+}
+
+TEST(Calibration, ReadsASingleProjectionMatrix) {
+  KINEGRAPH_DATA_OR_SKIP(path, "shelf/tum/P3.txt");
+  CameraReadOptions options;
+  options.image_size = {1032, 776};
+  const CameraRig cameras = ReadCameras(path, options);
+  EXPECT_THAT(NamesOf(cameras), ElementsAre("P3"));
+  EXPECT_EQ(cameras[0].width_px(), 1032);
+}
+
+// ---- Campus ----
+
+CameraReadOptions CampusOptions() {
+  CameraReadOptions options;
+  options.image_size = {360, 288};
+  options.ignore_distortion = true;
+  return options;
+}
+
+TEST(Calibration, ReadsCampus) {
+  KINEGRAPH_DATA_OR_SKIP(path, "campus/calibration.json");
+  const CameraRig cameras = ReadCameras(path, CampusOptions());
+  EXPECT_THAT(NamesOf(cameras), ElementsAre("Camera1", "Camera2", "Camera0"));
+  EXPECT_EQ(cameras[0].width_px(), 360);
+  EXPECT_NEAR(cameras[0].centre().x(), -6.240579909342257, 1e-12);
+  EXPECT_NEAR(cameras[0].K()(0, 0), 360.0 * 1.1945368357487924, 1e-9);
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
+              HasSubstr("cameras.image_size"));
+}
+
+TEST(Calibration, CampusFormatsAgree) {
+  KINEGRAPH_DATA_OR_SKIP(longcw_path, "campus/calibration.json");
+  KINEGRAPH_DATA_OR_SKIP(voxelpose_path, "campus/calibration_voxelpose.json");
+  KINEGRAPH_DATA_OR_SKIP(tum_path, "campus/tum");
+  const CameraRig longcw = ReadCameras(longcw_path, CampusOptions());
+  const CameraRig voxelpose = ReadCameras(voxelpose_path, CampusOptions());
+  const CameraRig tum = ReadCameras(tum_path, CampusOptions());
+  const Eigen::Vector3d low(-1.0, 2.0, 0.0);
+  const Eigen::Vector3d high(6.0, 7.0, 2.0);
+  for (const std::string number : {"0", "1", "2"}) {
+    const Camera& camera = Named(longcw, "Camera" + number);
+    // Both files carry all digits.
+    EXPECT_LT(LargestDistancePx(camera, Named(voxelpose, number), low, high),
+              1e-6);
+    // Five digits of P; the README says 0.01 px near the people. Off the image
+    // it grows with the distance from its middle.
+    EXPECT_LT(LargestDistancePx(camera, Named(tum, "P" + number), low, high),
+              0.1);
+  }
+}
+
+// Median distance of the projected 3D annotation to the 2D annotation.
+std::array<double, 3> CampusMedians(const CameraRig& cameras,
+                                    const std::string& annotation_2d,
+                                    const std::string& annotation_3d) {
+  using nlohmann::json;
+  const json frames_3d = json::parse(ReadTextFile(annotation_3d));
+  const json frames_2d = json::parse(ReadTextFile(annotation_2d))["frames"];
+  std::array<std::vector<double>, 3> distances;
+  for (const json& image : frames_2d) {
+    const std::string name = image["camera"];
+    const Camera& camera = Named(cameras, name);
+    const long frame = std::lround(image["timestamp"].get<double>() * 25.0);
+    const json& truth = frames_3d.at(static_cast<size_t>(frame))["poses"];
+    for (const json& pose_2d : image["poses"]) {
+      for (const json& pose_3d : truth) {
+        if (pose_2d["id"] != pose_3d["id"]) continue;
+        for (size_t j = 0; j < 14; ++j) {
+          const json& X = pose_3d["points_3d"][j];
+          const json& x = pose_2d["points_2d"][j];
+          const auto px =
+              camera.Project(Eigen::Vector3d(X[0], X[1], X[2]) / 100.0);  // cm
+          if (!px.has_value()) continue;
+          distances[static_cast<size_t>(name.back() - '0')].push_back(
+              (*px - Eigen::Vector2d(x[0], x[1])).norm());
+        }
+      }
+    }
+  }
+  return {Median(distances[0]), Median(distances[1]), Median(distances[2])};
+}
+
+TEST(Calibration, CampusAnnotationsProjectAsStated) {
+  KINEGRAPH_DATA_OR_SKIP(path, "campus/calibration.json");
+  KINEGRAPH_DATA_OR_SKIP(annotation_2d, "campus/annotation_2d.json");
+  KINEGRAPH_DATA_OR_SKIP(annotation_3d, "campus/annotation_3d.json");
+  CameraReadOptions options = CampusOptions();
+  // Figures of the data's README, two decimals.
+  const auto ideal =
+      CampusMedians(ReadCameras(path, options), annotation_2d, annotation_3d);
+  EXPECT_NEAR(ideal[0], 0.75, 0.005);
+  EXPECT_NEAR(ideal[1], 0.72, 0.005);
+  EXPECT_NEAR(ideal[2], 0.00, 0.005);
+  options.ignore_distortion = false;
+  const auto distorted =
+      CampusMedians(ReadCameras(path, options), annotation_2d, annotation_3d);
+  EXPECT_NEAR(distorted[0], 1.39, 0.005);
+  EXPECT_NEAR(distorted[1], 1.00, 0.005);
+  EXPECT_NEAR(distorted[2], 0.17, 0.005);
+}
+
+// ---- Panoptic ----
+
+TEST(Calibration, ReadsPanoptic) {
+  KINEGRAPH_DATA_OR_SKIP(path, "panoptic/calibration_160422_ultimatum1.json");
+  const CameraRig cameras = ReadCameras(path);
+  EXPECT_EQ(cameras.size(), 520u);
+  EXPECT_EQ(cameras[0].name(), "01_01");
+  const auto is_hd = [](const Camera& camera) {  // HD cameras are panel 0
+    return camera.name().rfind("00_", 0) == 0;
+  };
+  EXPECT_EQ(std::count_if(cameras.begin(), cameras.end(), is_hd), 31);
+  for (const Camera& camera : cameras) {
+    if (is_hd(camera)) {
+      EXPECT_EQ(camera.width_px(), 1920);
+      EXPECT_EQ(camera.height_px(), 1080);
+    }
+    ASSERT_NE(camera.lens(), nullptr);
+    // The dome has a radius of 2.75 m about the middle of the floor.
+    EXPECT_LT(camera.centre().norm(), 5.0);
+    EXPECT_GT(camera.centre().norm(), 1.0);
+  }
+  EXPECT_DOUBLE_EQ(cameras[0].t().z(), 288.2857244 / 100.0);
+}
+
+TEST(Calibration, UsePicksCamerasInItsOrder) {
+  KINEGRAPH_DATA_OR_SKIP(path, "panoptic/calibration_160422_ultimatum1.json");
+  CameraReadOptions options;
+  options.use = {"00_16", "00_00", "00_03"};
+  EXPECT_THAT(NamesOf(ReadCameras(path, options)),
+              ElementsAre("00_16", "00_00", "00_03"));
+  options.use = {"00_99"};
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path, options); }),
+              HasSubstr("has no camera '00_99'"));
+}
+
+TEST(Calibration, PanopticBodiesProjectOntoDetections) {
+  KINEGRAPH_DATA_OR_SKIP(path, "panoptic/calibration_160422_ultimatum1.json");
+  KINEGRAPH_DATA_OR_SKIP(truth_path, "panoptic/body3DScene_00010600.json");
+  KINEGRAPH_DATA_OR_SKIP(detections_path, "panoptic/detections/_16.json");
+  using nlohmann::json;
+  CameraReadOptions options;
+  options.use = {"00_16"};
+  const Camera camera = ReadCameras(path, options).front();
+  const json truth = json::parse(ReadTextFile(truth_path));
+  const json detections = json::parse(ReadTextFile(detections_path));
+  const double scale = 1920.0 / 832.0;  // the network's input, see the README
+  std::vector<double> medians;  // of each detection, to its nearest body
+  for (const json& detection : detections["3d_pairs"]["pred_2d"]) {
+    double nearest = 1e9;
+    for (const json& body : truth["bodies"]) {
+      std::vector<double> distances;
+      for (size_t j = 0; j < 15; ++j) {
+        const json& X = body["joints19"];
+        if (!(detection[j][3].get<double>() > 0.0)) continue;
+        const auto px = camera.Project(
+            Eigen::Vector3d(X[4 * j], X[4 * j + 1], X[4 * j + 2]) / 100.0);
+        if (!px.has_value()) continue;
+        const Eigen::Vector2d seen(
+            detection[j][0].get<double>() * scale,
+            (detection[j][1].get<double>() - 22.0) * scale);
+        distances.push_back((*px - seen).norm());
+      }
+      if (!distances.empty()) nearest = std::min(nearest, Median(distances));
+    }
+    medians.push_back(nearest);
+  }
+  // The README's 18, 11, 11, 12 px for the four people found, with half a
+  // pixel of rounding and one rank of the median's definition.
+  ASSERT_EQ(medians.size(), 4u);
+  std::sort(medians.begin(), medians.end());
+  EXPECT_NEAR(medians[0], 11.0, 1.5);
+  EXPECT_NEAR(medians[3], 18.0, 1.5);
+}
+
+// ---- Pose2Sim ----
+
+double Attribute(const std::string& element, const std::string& name) {
+  std::smatch match;
+  const std::regex pattern(" " + name + "=\"([^\"]*)\"");
+  if (!std::regex_search(element, match, pattern)) return std::nan("");
+  return std::stod(match[1]);
+}
+
+TEST(Calibration, ReadsPose2sim) {
+  KINEGRAPH_DATA_OR_SKIP(path, "pose2sim/calibration/Calib.toml");
+  KINEGRAPH_DATA_OR_SKIP(original, "pose2sim/calibration/Calib.qca.txt");
+  const CameraRig cameras = ReadCameras(path);
+  ASSERT_THAT(NamesOf(cameras),
+              ElementsAre("cam_01", "cam_02", "cam_03", "cam_04"));
+  std::vector<std::string> transforms;
+  const std::string text = ReadTextFile(original);
+  const std::regex element("<transform [^>]*>");
+  for (std::sregex_iterator at(text.begin(), text.end(), element), end;
+       at != end; ++at) {
+    transforms.push_back(at->str());
+  }
+  ASSERT_EQ(transforms.size(), 4u);
+  for (size_t c = 0; c < 4; ++c) {
+    EXPECT_EQ(cameras[c].width_px(), 1088);
+    EXPECT_EQ(cameras[c].height_px(), 1920);
+    ASSERT_NE(cameras[c].lens(), nullptr);
+    // The original states centre [mm] and rotation (README): the two agree to
+    // 1e-6 of a rotation, which at 4 m is 4e-6 m.
+    const Eigen::Vector3d centre(Attribute(transforms[c], "x"),
+                                 Attribute(transforms[c], "y"),
+                                 Attribute(transforms[c], "z"));
+    EXPECT_LT((cameras[c].centre() - centre / 1000.0).norm(), 1e-5);
+    Eigen::Matrix3d rotation;
+    for (int i = 0; i < 9; ++i) {
+      rotation(i / 3, i % 3) =
+          Attribute(transforms[c], "r" + std::to_string(i / 3 + 1) +
+                                       std::to_string(i % 3 + 1));
+    }
+    const Eigen::Matrix3d R =
+        Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal() * rotation;
+    EXPECT_LT((cameras[c].R() - R).cwiseAbs().maxCoeff(), 1e-6);
+  }
+  EXPECT_DOUBLE_EQ(cameras[0].lens()->parameters()[0], -0.000721609375);
+}
+
+// ---- Our own ----
+
+Eigen::Matrix3d RandomRotation(Random* random) {
+  Eigen::Quaterniond q(random->Normal(), random->Normal(), random->Normal(),
+                       random->Normal());
+  return q.normalized().toRotationMatrix();
+}
+
+CameraRig RandomRig(int count) {
+  Random random(7);
+  CameraRig cameras;
+  for (int c = 0; c < count; ++c) {
+    CameraParameters p;
+    p.name =
+        "cam \"" + std::to_string(c) + "\"\t\xC3\xA9";  // awkward on purpose
+    if (c % 2 == 0) {
+      p.width_px = 1920;
+      p.height_px = 1080;
+    }
+    p.K << random.Uniform(500, 2000), random.Uniform(-1, 1),
+        random.Uniform(0, 2000), 0.0, random.Uniform(500, 2000),
+        random.Uniform(0, 1000), 0.0, 0.0, 1.0;
+    if (c % 3 != 0) {
+      p.lens = MakeLens(
+          "opencv5", {random.Normal(0, 0.1), random.Normal(0, 0.1),
+                      random.Normal(0, 1e-3), random.Normal(0, 1e-3), 1e-300});
+    }
+    p.R = RandomRotation(&random);
+    p.t << random.Normal(0, 5), random.Normal(0, 1e-9), -0.0;
+    cameras.emplace_back(p);
+  }
+  return cameras;
+}
+
+// A quarter turn about the optical axis, as a vector and as a matrix.
+constexpr const char* kCaliscopeArray =
+    "[cameras.0]\ncam_id = 0\nrotation_count = 0\nerror = 0.4\n"
+    "exposure = -8\ngrid_count = 39\nignore = false\nsize = [1280, 720]\n"
+    "matrix = [[900.0, 0.0, 640.0], [0.0, 910.0, 360.0], [0.0, 0.0, 1.0]]\n"
+    "distortions = [-0.3, 0.05, -0.004, 0.004, 0.07]\n"
+    "verified_resolutions = [[640, 480], [1280, 720]]\n"
+    "translation = [0.1, -0.2, 0.7]\n"
+    "rotation = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]\n"
+    "[cameras.2]\ncam_id = 2\nignore = true\nsize = [1280, 720]\n"
+    "matrix = [[900.0, 0.0, 640.0], [0.0, 910.0, 360.0], [0.0, 0.0, 1.0]]\n"
+    "distortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n";
+
+constexpr const char* kCaliscopeConfig =
+    "camera_count = 2\ncreation_date = 2025-05-16T09:47:38.225432\n"
+    "fps_sync_stream_processing = 1\nsave_tracked_points_video = true\n"
+    "[cam_0]\nport = 0\nrotation_count = 0\nerror = 0.4\n"
+    "exposure = \"null\"\ngrid_count = 20\nsize = [1280, 720]\n"
+    "matrix = [[900.0, 0.0, 640.0], [0.0, 910.0, 360.0], [0.0, 0.0, 1.0]]\n"
+    "distortions = [-0.3, 0.05, -0.004, 0.004, 0.07]\n"
+    "translation = [0.1, -0.2, 0.7]\n"
+    "rotation = [0.0, 0.0, 1.5707963267948966]\n"
+    "[cam_4]\nport = 4\nsize = [1280, 720]\n"
+    "matrix = [[900.0, 0.0, 640.0], [0.0, 910.0, 360.0], [0.0, 0.0, 1.0]]\n"
+    "distortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n"
+    "translation = \"null\"\nrotation = \"null\"\n"
+    "[capture_volume]\nstage = 1\n"
+    "[charuco]\ncolumns = 6\nunits = \"inch\"\n"
+    "[stereo_0_4]\nRMSE = 3.1\nrotation = [[1.0, 0.0, 0.0]]\n";
+
+TEST(Calibration, ReadsCaliscope) {
+  const TemporaryFolder folder;
+  for (const char* text : {kCaliscopeArray, kCaliscopeConfig}) {
+    const CameraRig cameras = ReadCameras(folder.Write("array.toml", text));
+    ASSERT_THAT(NamesOf(cameras), ElementsAre("cam_0"))
+        << "those that were not placed are no cameras";
+    EXPECT_EQ(cameras[0].width_px(), 1280);
+    EXPECT_EQ(cameras[0].K()(1, 1), 910.0);
+    EXPECT_EQ(cameras[0].t(), Eigen::Vector3d(0.1, -0.2, 0.7));
+    EXPECT_LT(
+        (cameras[0].R() * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY())
+            .norm(),
+        1e-15);
+    ASSERT_NE(cameras[0].lens(), nullptr);
+  }
+  // A table that could be a camera is not passed over.
+  EXPECT_THAT(InputErrorOf([&] {
+                ReadCameras(folder.Write(
+                    "array.toml", std::string(kCaliscopeConfig) +
+                                      "[kamera_5]\nsize = [1280, 720]\n"));
+              }),
+              HasSubstr("camera 'kamera_5'"));
+}
+
+TEST(Calibration, ReadsFreeMoCapInMillimetres) {
+  const TemporaryFolder folder;
+  const std::string camera =
+      "[cam_0]\nname = \"Camera_000\"\nsize = [1280, 720]\n"
+      "matrix = [[900.0, 0.0, 640.0], [0.0, 900.0, 360.0], [0.0, 0.0, 1.0]]\n"
+      "distortions = [0.1, 0.0, 0.0, 0.0, 0.0]\n"
+      "rotation = [0.0, 0.0, 0.0]\ntranslation = [100.0, -200.0, 700.0]\n";
+  const auto with = [&](const std::string& square) {
+    return folder.Write("freemocap.toml",
+                        camera +
+                            "[metadata]\nadjusted = false\nerror = 0.0\n"
+                            "charuco_square_size = " +
+                            square + "\ngroundplane_calibration = false\n");
+  };
+  EXPECT_LT((ReadCameras(with("39.0"))[0].t() - Eigen::Vector3d(0.1, -0.2, 0.7))
+                .norm(),
+            1e-15);
+  // 1 is its default: lengths are squares then, of whatever size.
+  EXPECT_EQ(ReadCameras(with("1.0"))[0].t(),
+            Eigen::Vector3d(100.0, -200.0, 700.0));
+  CameraReadOptions options;
+  options.unit = LengthUnit::kCentimetre;
+  EXPECT_EQ(ReadCameras(with("39.0"), options)[0].t(),
+            Eigen::Vector3d(1.0, -2.0, 7.0));
+}
+
+TEST(Calibration, OwnFormatReadsBackToTheBit) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "cameras.json").string();
+  const CameraRig cameras = RandomRig(7);
+  WriteCameras(path, cameras);
+  const CameraRig read = ReadCameras(path);
+  ASSERT_EQ(NamesOf(read), NamesOf(cameras));
+  for (size_t c = 0; c < cameras.size(); ++c) {
+    EXPECT_EQ(read[c].K(), cameras[c].K());
+    EXPECT_EQ(read[c].R(), cameras[c].R());
+    EXPECT_EQ(read[c].t(), cameras[c].t());
+    EXPECT_EQ(read[c].P(), cameras[c].P());
+    EXPECT_EQ(read[c].width_px(), cameras[c].width_px());
+    EXPECT_EQ(read[c].height_px(), cameras[c].height_px());
+    ASSERT_EQ(read[c].lens() == nullptr, cameras[c].lens() == nullptr);
+    if (read[c].lens() != nullptr) {
+      EXPECT_EQ(read[c].lens()->parameters(), cameras[c].lens()->parameters());
+    }
+  }
+}
+
+TEST(Calibration, EveryFormatSurvivesOurOwn) {
+  for (const char* sample :
+       {"shelf/calibration.json", "shelf/calibration_voxelpose.json",
+        "panoptic/calibration_160422_ultimatum1.json",
+        "pose2sim/calibration/Calib.toml", "campus/tum"}) {
+    KINEGRAPH_DATA_OR_SKIP(path, sample);
+    const CameraRig cameras = ReadCameras(path);
+    const TemporaryFolder folder;
+    const std::string copy = (folder.path() / "cameras.json").string();
+    WriteCameras(copy, cameras);
+    const CameraRig read = ReadCameras(copy);
+    ASSERT_EQ(read.size(), cameras.size());
+    for (size_t c = 0; c < cameras.size(); ++c) {
+      EXPECT_EQ(read[c].P(), cameras[c].P()) << sample;
+    }
+  }
+}
+
+TEST(Calibration, OwnFormatIsNotWrittenHalf) {
+  const TemporaryFolder folder;
+  EXPECT_THROW(WriteCameras((folder.path() / "none" / "c.json").string(), {}),
+               InputError);
+  EXPECT_THAT(InputErrorOf([&] {
+                WriteCameras((folder.path() / "c.json").string(), {});
+                ReadCameras((folder.path() / "c.json").string());
+              }),
+              HasSubstr("has no cameras"));
+}
+
+// ---- Samples of our own making ----
+
+constexpr const char* kIntri =
+    "%YAML:1.0\r\n---\r\nnames:\r\n  - \"01\"\r\n  - \"02\"\r\n"
+    "K_01: !!opencv-matrix\r\n  rows: 3\r\n  cols: 3\r\n  dt: d\r\n"
+    "  data: [1000.0, 0.0, 960.0, 0.0, 1010.0, 540.0, 0.0, 0.0, 1.0]\r\n"
+    "dist_01: !!opencv-matrix\r\n  rows: 1\r\n  cols: 5\r\n  dt: d\r\n"
+    "  data: [-0.1, 0.02, 0.001, -0.002, 0.003]\r\n"
+    "H_01: 1080\r\nW_01: 1920\r\n"
+    "K_02: !!opencv-matrix\r\n  rows: 3\r\n  cols: 3\r\n  dt: d\r\n"
+    "  data: [ 1.1e+03, 0., 950., 0., 1110., 530., 0., 0.,\r\n"
+    "      1. ]\r\n"
+    "dist_02: !!opencv-matrix\r\n  rows: 5\r\n  cols: 1\r\n  dt: d\r\n"
+    "  data: [0., 0., 0., 0., 0.]\r\n";
+constexpr const char* kExtri =
+    "%YAML:1.0\r\n---\r\nnames:\r\n  - \"01\"\r\n  - \"02\"\r\n"
+    "R_01: !!opencv-matrix\r\n  rows: 3\r\n  cols: 1\r\n  dt: d\r\n"
+    "  data: [0.0, 0.0, 1.570796]\r\n"
+    "Rot_01: !!opencv-matrix\r\n  rows: 3\r\n  cols: 3\r\n  dt: d\r\n"
+    "  data: [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]\r\n"
+    "T_01: !!opencv-matrix\r\n  rows: 3\r\n  cols: 1\r\n  dt: d\r\n"
+    "  data: [0.5, -0.25, 4.0]\r\n"
+    "Rot_02: !!opencv-matrix\r\n  rows: 3\r\n  cols: 3\r\n  dt: d\r\n"
+    "  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\r\n"
+    "T_02: !!opencv-matrix\r\n  rows: 3\r\n  cols: 1\r\n  dt: d\r\n"
+    "  data: [0, 0, 3]\r\n";
+
+void ExpectEasymocapSample(const CameraRig& cameras) {
+  ASSERT_THAT(NamesOf(cameras), ElementsAre("01", "02"));
+  const Camera& first = cameras[0];
+  EXPECT_EQ(first.width_px(), 1920);
+  EXPECT_EQ(first.height_px(), 1080);
+  EXPECT_EQ(first.K()(1, 1), 1010.0);
+  EXPECT_THAT(first.lens()->parameters(),
+              ElementsAre(-0.1, 0.02, 0.001, -0.002, 0.003));
+  // A quarter turn about z, written with six decimals.
+  EXPECT_NEAR(first.R()(1, 0), 1.0, 1e-6);
+  EXPECT_EQ(first.t(), Eigen::Vector3d(0.5, -0.25, 4.0));
+  EXPECT_EQ(cameras[1].lens(), nullptr);
+  EXPECT_EQ(cameras[1].K()(0, 0), 1100.0);
+  EXPECT_EQ(cameras[1].width_px(), 0);
+}
+
+TEST(Calibration, ReadsEasymocap) {
+  const TemporaryFolder folder;
+  const std::string intri = folder.Write("intri.yml", kIntri);
+  const std::string extri = folder.Write("extri.yml", kExtri);
+  ExpectEasymocapSample(ReadCameras(folder.path().string()));
+  ExpectEasymocapSample(ReadCameras(intri));
+  CameraReadOptions options;
+  options.format = "easymocap";
+  ExpectEasymocapSample(ReadCameras(extri, options));
+}
+
+TEST(Calibration, EasymocapRotationsMustAgree) {
+  const TemporaryFolder folder;
+  folder.Write("intri.yml", kIntri);
+  std::string extri = kExtri;
+  const std::string turn = "1.570796";
+  extri.replace(extri.find(turn), turn.size(), "1.500000");
+  folder.Write("extri.yml", extri);
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(folder.path().string()); }),
+              HasSubstr("Rot_01"));
+}
+
+std::string OpencvSample(double tx) {
+  return "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n"
+         "camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+         "   data: [ 600., 0., 320., 0., 601., 240., 0., 0., 1. ]\n"
+         "distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n"
+         "   dt: d\n   data: [ -2.0e-01, 1.0e-01, 0., 0., 0. ]\n"
+         "rvec: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n"
+         "   data: [ 0., 0., 0. ]\n"
+         "tvec: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n"
+         "   data: [ " +
+         std::to_string(tx) + ", 0., 2. ]\n";
+}
+
+TEST(Calibration, ReadsOpencvYaml) {
+  const TemporaryFolder folder;
+  const std::string left = folder.Write("left.yml", OpencvSample(0.5));
+  folder.Write("right.yaml", OpencvSample(-0.5));
+  const CameraRig cameras = ReadCameras(folder.path().string());
+  ASSERT_THAT(NamesOf(cameras), ElementsAre("left", "right"));
+  EXPECT_EQ(cameras[0].t(), Eigen::Vector3d(0.5, 0.0, 2.0));
+  EXPECT_EQ(cameras[0].R(), Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
+  EXPECT_EQ(cameras[1].width_px(), 640);
+  EXPECT_EQ(cameras[1].K()(1, 1), 601.0);
+  EXPECT_THAT(NamesOf(ReadCameras(left)), ElementsAre("left"));
+}
+
+// P = s K [R | t] with a negative scale and a skewed K.
+TEST(Calibration, ProjectionMatricesOfAnySignAndScale) {
+  const TemporaryFolder folder;
+  Random random(3);
+  for (const double scale : {1.0, -1.0, -3e-4, 250.0}) {
+    CameraParameters p;
+    p.name = "P";
+    p.K << 900.0, 2.0, 500.0, 0.0, 950.0, 400.0, 0.0, 0.0, 1.0;
+    p.R = RandomRotation(&random);
+    p.t << 0.3, -0.4, 5.0;
+    const Camera truth(p);
+    std::string text;
+    for (int i = 0; i < 12; ++i) {
+      char number[40];
+      std::snprintf(number, sizeof(number), "%.17g%c",
+                    scale * truth.P()(i / 4, i % 4), i % 4 == 3 ? '\n' : ' ');
+      text += number;
+    }
+    const Camera camera = ReadCameras(folder.Write("P.txt", text)).front();
+    // 1e-13 relative is a few hundred roundings of a 3 x 3 decomposition.
+    EXPECT_LT((camera.K() - p.K).cwiseAbs().maxCoeff(), 1e-10);
+    EXPECT_LT((camera.R() - p.R).cwiseAbs().maxCoeff(), 1e-12);
+    EXPECT_LT((camera.t() - p.t).cwiseAbs().maxCoeff(), 1e-12);
+  }
+}
+
+TEST(Calibration, ProjectionFilesComeByNumber) {
+  const TemporaryFolder folder;
+  for (const char* name : {"P10.txt", "P2.txt", "P1.txt", "Px.txt", "Q1.txt"}) {
+    folder.Write(name, "1 0 0 0\n0 1 0 0\n0 0 1 1\n");
+  }
+  EXPECT_THAT(NamesOf(ReadCameras(folder.path().string())),
+              ElementsAre("P1", "P2", "P10"));
+}
+
+// ---- Options ----
+
+constexpr const char* kKrt =
+    R"({"0": {"K": [9,0,4, 0,9,3, 0,0,1], "RT": [1,0,0,100, 0,1,0,200,
+       0,0,1,300], "imgSize": [8, 6]}})";
+
+TEST(Calibration, UnitAndSizeOptions) {
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("c.json", kKrt);
+  CameraReadOptions options;
+  EXPECT_EQ(ReadCameras(path, options)[0].t().z(), 300.0);
+  options.unit = LengthUnit::kMillimetre;
+  EXPECT_EQ(ReadCameras(path, options)[0].t().z(), 0.3);
+  options.unit = LengthUnit::kCentimetre;
+  EXPECT_EQ(ReadCameras(path, options)[0].t().z(), 3.0);
+  options.image_size = {8, 6};
+  EXPECT_EQ(ReadCameras(path, options)[0].width_px(), 8);
+  options.image_size = {8, 7};
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path, options); }),
+              HasSubstr("8 x 6 px, cameras.image_size 8 x 7"));
+  for (const std::vector<double>& size : std::vector<std::vector<double>>{
+           {8}, {8, 6, 3}, {8.5, 6}, {0, 6}, {1e300, 6}}) {
+    options.image_size = size;
+    EXPECT_THROW(ReadCameras(path, options), OptionError);
+  }
+}
+
+TEST(Calibration, OwnFormatIsInMetres) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "c.json").string();
+  WriteCameras(path, RandomRig(1));
+  CameraReadOptions options;
+  options.unit = LengthUnit::kMetre;
+  EXPECT_EQ(ReadCameras(path, options).size(), 1u);
+  options.unit = LengthUnit::kMillimetre;
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path, options); }),
+              HasSubstr("cameras.unit"));
+}
+
+TEST(Calibration, LongModelsWithoutFurtherTermsAreFiveCoefficients) {
+  const TemporaryFolder folder;
+  std::string text = kKrt;
+  text.insert(text.rfind("}}"), R"(, "distCoeff": [0.1, 0, 0, 0, 0, 0, 0, 0])");
+  const CameraRig cameras = ReadCameras(folder.Write("c.json", text));
+  ASSERT_NE(cameras[0].lens(), nullptr);
+  EXPECT_EQ(cameras[0].lens()->parameters()[0], 0.1);
+}
+
+TEST(Calibration, OptionsNameTheKeysOfTheContract) {
+  struct Keys : OptionChecker {
+    void TextMap(const std::string& key, std::map<std::string, std::string>*,
+                 const std::string&) override {
+      names.push_back(key);
+    }
+    void ChoiceIndex(const std::string& key, int* value,
+                     const std::vector<std::string>& choices,
+                     const std::string& help) override {
+      OptionChecker::ChoiceIndex(key, value, choices, help);
+      names.push_back(key);
+    }
+    std::vector<std::string> names;
+  } keys;
+  CameraReadOptions options;
+  options.Describe(keys);
+  EXPECT_THAT(keys.names, ElementsAre("format", "unit", "map"));
+}
+
+}  // namespace
+}  // namespace kinegraph

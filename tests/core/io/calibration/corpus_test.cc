@@ -1,0 +1,514 @@
+// Broken calibrations: each must end in an InputError that is one line, names
+// the file and says what is wrong.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/io/calibration/calibration.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using ::testing::StartsWith;
+using testing::TemporaryFolder;
+
+// One small valid file of each format.
+const std::string kOwn =
+    R"({"kinegraph_cameras": 1, "units": {"length": "m"}, "cameras": [
+{"name": "a", "image_size": [640, 480], "model": "opencv5",
+ "K": [[600, 0, 320], [0, 600, 240], [0, 0, 1]],
+ "distortion": [0.1, 0, 0, 0, 0],
+ "cam_from_world": {"R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "t": [1, 2, 3]}},
+{"name": "b", "image_size": null, "model": "pinhole",
+ "K": [[600, 0, 320], [0, 600, 240], [0, 0, 1]], "distortion": [],
+ "cam_from_world": {"R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "t": [0, 0, 3]}}
+]})";
+const std::string kKrt =
+    R"({"0": {"K": [600, 0, 320, 0, 600, 240, 0, 0, 1],
+"RT": [1, 0, 0, 0.5, 0, 1, 0, 0.25, 0, 0, 1, 3], "imgSize": [640, 480]},
+"1": {"K": [600, 0, 320, 0, 600, 240, 0, 0, 1],
+"RT": [1, 0, 0, -0.5, 0, 1, 0, 0.25, 0, 0, 1, 3], "imgSize": [640, 480]}})";
+const std::string kVoxelpose =
+    R"({"0": {"R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "T": [[1], [2], [-3000]],
+"fx": 600, "fy": 601, "cx": 320, "cy": 240,
+"k": [[0], [0], [0]], "p": [[0], [0]]}})";
+const std::string kLongcw =
+    R"({"cameras": {"Camera0": {"K": [[1.2, 0, 0.5], [0, 1.5, 0.45], [0, 0, 1]],
+"Tw": [[1, 0, 0, 7], [0, 1, 0, 8], [0, 0, 1, 9], [0, 0, 0, 1]],
+"dist_coeffs": [0, 0, 0, 0]}}})";
+const std::string kPanoptic =
+    R"({"cameras": [{"name": "00_01", "type": "hd", "resolution": [640, 480],
+"K": [[600, 0, 320], [0, 600, 240], [0, 0, 1]],
+"distCoef": [0.1, 0, 0, 0, 0], "R": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+"t": [[1], [2], [300]]}]})";
+const std::string kPose2sim = R"([cam_01]
+name = "cam_01"
+size = [ 640.0, 480.0]
+matrix = [ [ 600.0, 0.0, 320.0], [ 0.0, 600.0, 240.0], [ 0.0, 0.0, 1.0]]
+distortions = [ 0.1, 0.0, 0.0, 0.0]
+rotation = [ 0.1, 0.2, 0.3]
+translation = [ 1.0, 2.0, 3.0]
+fisheye = false
+[metadata]
+adjusted = false
+)";
+const std::string kTum = "600,0,320,1\n0,600,240,2\n0,0,1,3\n";
+const std::string kEasymocap = R"(%YAML:1.0
+---
+names:
+  - "1"
+K_1: !!opencv-matrix
+  rows: 3
+  cols: 3
+  dt: d
+  data: [600, 0, 320, 0, 600, 240, 0, 0, 1]
+dist_1: !!opencv-matrix
+  rows: 1
+  cols: 5
+  dt: d
+  data: [0.1, 0, 0, 0, 0]
+Rot_1: !!opencv-matrix
+  rows: 3
+  cols: 3
+  dt: d
+  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]
+T_1: !!opencv-matrix
+  rows: 3
+  cols: 1
+  dt: d
+  data: [1, 2, 3]
+)";
+const std::string kOpencv = R"(%YAML:1.0
+---
+image_width: 640
+image_height: 480
+camera_matrix: !!opencv-matrix
+  rows: 3
+  cols: 3
+  dt: d
+  data: [600, 0, 320, 0, 600, 240, 0, 0, 1]
+distortion_coefficients: !!opencv-matrix
+  rows: 5
+  cols: 1
+  dt: d
+  data: [0.1, 0, 0, 0, 0]
+R: !!opencv-matrix
+  rows: 3
+  cols: 3
+  dt: d
+  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]
+T: !!opencv-matrix
+  rows: 3
+  cols: 1
+  dt: d
+  data: [1, 2, 3]
+)";
+
+// A valid file in which one place is changed.
+struct Change {
+  const char* name;
+  std::string from;
+  std::string to;
+  // What the message must say; whatever says enough about it.
+  const char* says;
+};
+
+struct Sample {
+  const char* file;
+  std::string text;
+  CameraReadOptions options;
+  std::vector<Change> changes;
+};
+
+CameraReadOptions WithSize() {
+  CameraReadOptions options;
+  options.image_size = {640, 480};
+  return options;
+}
+
+std::string Expected(const std::string& text, const Change& change) {
+  const size_t at = text.find(change.from);
+  if (at == std::string::npos) {
+    ADD_FAILURE() << "the sample has no " << change.from;
+    return text;
+  }
+  std::string broken = text;
+  return broken.replace(at, change.from.size(), change.to);
+}
+
+std::vector<Sample> Samples() {
+  return {
+      {"own.json",
+       kOwn,
+       {},
+       {
+           {"version", "cameras\": 1", "cameras\": 2", "kinegraph_cameras"},
+           {"unit", "\"m\"", "\"ft\"", "length"},
+           {"no cameras", "\"cameras\": [", "\"cams\": [", "cameras"},
+           {"cameras object", "\"cameras\": [", "\"cameras\": {}, \"x\": [",
+            "an object"},
+           {"same names", "\"b\"", "\"a\"", "camera 'a': appears twice"},
+           {"empty name", "\"b\"", "\"\"", "empty name"},
+           {"no name", "\"name\": \"b\", ", "", "name"},
+           {"number for name", "\"name\": \"b\"", "\"name\": 3", "name"},
+           {"key twice", "\"model\": \"pinhole\"",
+            "\"model\": \"pinhole\", \"model\": \"opencv5\"",
+            "key 'model': appears twice"},
+           {"negative size", "[640, 480]", "[-640, 480]", "-640 x 480"},
+           {"zero width", "[640, 480]", "[0, 480]", "0 x 480"},
+           {"fractional size", "[640, 480]", "[640.5, 480]", "640.5"},
+           {"huge size", "[640, 480]", "[1e12, 480]", "image size"},
+           {"short size", "[640, 480]", "[640]", "image_size"},
+           {"unknown lens", "\"opencv5\"", "\"fisheye\"", "fisheye"},
+           {"three coefficients", "[0.1, 0, 0, 0, 0]", "[0.1, 0, 0]", "3"},
+           {"text coefficient", "[0.1, 0, 0, 0, 0]", "[\"0.1\", 0]", "'0.1'"},
+           {"K of text", "[600, 0, 320]", "[\"600\", 0, 320]", "K"},
+           {"K of two rows", "[600, 0, 320], ", "", "3 x 3"},
+           {"ragged K", "[600, 0, 320]", "[600, 0]", "3 x 3"},
+           {"singular K", "[600, 0, 320]", "[0, 0, 320]", "K"},
+           {"mirrored K", "[600, 0, 320]", "[-600, 0, 320]", "K"},
+           {"transposed K", "[[600, 0, 320], [0, 600, 240], [0, 0, 1]]",
+            "[[600, 0, 0], [0, 600, 0], [320, 240, 1]]", "K"},
+           {"null K", "[[600, 0, 320], [0, 600, 240], [0, 0, 1]]", "null",
+            "null"},
+           {"NaN", "[1, 2, 3]", "[1, 2, NaN]", "not JSON"},
+           {"inf", "[1, 2, 3]", "[1, 2, Infinity]", "not JSON"},
+           {"1e400", "[1, 2, 3]", "[1, 2, 1e400]", "1e400"},
+           {"1e308", "[1, 2, 3]", "[1, 2, 1e308]", "too large"},
+           {"no rotation", "[[1, 0, 0]", "[[2, 0, 0]", "not a rotation"},
+           {"mirrored R", "[[1, 0, 0]", "[[-1, 0, 0]", "not a rotation"},
+           {"zero R", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
+            "[[0, 0, 0], [0, 0, 0], [0, 0, 0]]", "not a rotation"},
+           {"no pose", "cam_from_world", "world_from_cam", "cam_from_world"},
+           {"pose list", "\"cam_from_world\": {",
+            "\"cam_from_world\": [], \"x\": {", "array"},
+           {"more after the end", "]})", "", "not JSON"},
+       }},
+      {"krt.json",
+       kKrt,
+       {},
+       {
+           {"eight numbers", "[600, 0, 320, 0,", "[600, 0, 320,", "3 x 3"},
+           {"eleven numbers", "[1, 0, 0, 0.5,", "[1, 0, 0,", "3 x 4"},
+           {"no RT", "\"RT\"", "\"Rt\"", "known format"},
+           {"second without RT", "\"RT\": [1, 0, 0, -0.5",
+            "\"Rt\": [1, 0, 0, -0.5", "camera '1': has no key 'RT'"},
+           {"camera is a list", "\"1\": {\"K\"", "\"1\": [1], \"2\": {\"K\"",
+            "camera '1'"},
+           {"same cameras", "\"1\":", "\"0\":", "key '0': appears twice"},
+           {"infinite size", "[640, 480]", "[1e400, 480]", "1e400"},
+           {"negative size", "[640, 480]", "[640, -480]", "640 x -480"},
+           {"long lens", "\"imgSize\"",
+            "\"distCoeff\": [0, 0, 0, 0, 0, 0.1], \"imgSize\"",
+            "6 coefficients"},
+       }},
+      {"voxelpose.json",
+       kVoxelpose,
+       {},
+       {
+           {"T of two", "[[1], [2], [-3000]]", "[[1], [2]]", "T"},
+           {"T of rows", "[[1], [2], [-3000]]", "[[1, 2], [3], [4]]", "T"},
+           {"text focal length", "\"fx\": 600", "\"fx\": \"600\"", "fx"},
+           {"zero focal length", "\"fx\": 600", "\"fx\": 0", "K"},
+           {"no cy", "\"cy\"", "\"dy\"", "cy"},
+           {"k without p", "\"p\"", "\"q\"", "p"},
+           {"short k", "[[0], [0], [0]]", "[[0], [0]]", "k"},
+           {"R not a rotation", "[0, 1, 0]", "[0, 1.1, 0]", "not a rotation"},
+       }},
+      {"longcw.json",
+       kLongcw,
+       WithSize(),
+       {
+           {"last row", "[0, 0, 0, 1]", "[0, 0, 1, 1]", "0 0 0 1"},
+           {"3 x 4", ", [0, 0, 0, 1]]", "]", "4 x 4"},
+           {"no Tw", "\"Tw\"", "\"tw\"", "known format"},
+           {"no rotation", "[[1, 0, 0, 7]", "[[1, 1, 0, 7]", "not a rotation"},
+           {"singular K", "1.2", "0", "K"},
+           {"no cameras", "\"Camera0\"", "\"\"", "empty name"},
+       }},
+      {"panoptic.json",
+       kPanoptic,
+       {},
+       {
+           {"no name", "\"name\"", "\"nom\"", "camera 0"},
+           {"not an object", "[{\"name\"", "[7, {\"name\"", "camera 0"},
+           {"no t", "\"t\"", "\"T\"", "camera '00_01': has no key 't'"},
+           {"flat t of four", "[[1], [2], [300]]", "[1, 2, 3, 4]", "t"},
+           {"nested too much", "[[1], [2], [300]]", "[[[1]], [[2]], [[3]]]",
+            "t"},
+           {"empty", "[{\"name\"", "[], \"comment\": [{\"name\"", "no cameras"},
+       }},
+      {"pose2sim.toml",
+       kPose2sim,
+       {},
+       {
+           {"nan", "2.0, 3.0]", "nan, 3.0]", "not finite"},
+           {"inf", "2.0, 3.0]", "-inf, 3.0]", "not finite"},
+           {"1e400", "2.0, 3.0]", "1e400, 3.0]", ""},
+           {"fisheye", "false", "true", "fisheye"},
+           {"fisheye text", "false", "'no'", "fisheye"},
+           {"rotation of two", "0.2, 0.3]", "0.3]", "rotation"},
+           {"no matrix", "matrix", "matrices", "matrix"},
+           {"size", "640.0, 480.0]", "640.0, -480.0]", "640 x -480"},
+           {"key twice", "fisheye = false", "fisheye = false\nname = 'x'",
+            ":9: is not TOML"},
+           {"table twice", "[metadata]", "[cam_01]", "not TOML"},
+           {"open string", "\"cam_01\"", "\"cam_01", "not TOML"},
+           {"scalar at the top", "[cam_01]", "error = 1\n[cam_01]",
+            "camera 'error'"},
+           {"date", "[ 0.1, 0.2, 0.3]", "1979-05-27", "1979-05-27"},
+           {"only metadata", "[cam_01]", "[metadata]\n[metadata.x]", ""},
+       }},
+      {"P0.txt",
+       kTum,
+       {},
+       {
+           {"nan", "240", "nan", "nan"},
+           {"inf", "240", "inf", "inf"},
+           {"1e400", "240", "1e400", ""},
+           {"eleven", "0,0,1,3", "0,0,1", "11 numbers"},
+           {"thirteen", "0,0,1,3", "0,0,1,3,4", "more than 12"},
+           {"singular", "0,600,240,2", "600,0,320,2", "singular"},
+           {"zero", "600,0,320,1\n0,600,240,2\n0,0,1,3",
+            "0 0 0 0\n0 0 0 0\n0 0 0 0", "singular"},
+           {"text", "240", "x", "known format"},
+       }},
+      {"easymocap.yml",
+       kEasymocap,
+       {},
+       {
+           {"no K", "K_1", "K_2", "K_1"},
+           {"no rotation", "Rot_1", "Rot_2", "'R_1' or 'Rot_1'"},
+           {"no T", "T_1", "T_2", "T_1"},
+           {"count", "data: [1, 2, 3]", "data: [1, 2]", "3 x 1"},
+           {"huge count", "rows: 3\n  cols: 1", "rows: 99999999999\n  cols: 1",
+            "expected"},
+           {"negative count", "rows: 3\n  cols: 1", "rows: -3\n  cols: -1",
+            "expected"},
+           {"nan", "data: [1, 2, 3]", "data: [1, nan, 3]", "not finite"},
+           {".Inf", "data: [1, 2, 3]", "data: [1, .Inf, 3]", ".Inf"},
+           {"text", "data: [1, 2, 3]", "data: [1, \"2\", 3]", "'2'"},
+           {"key twice", "T_1", "K_1", "key 'K_1' appears twice"},
+           {"name twice", "  - \"1\"", "  - \"1\"\n  - \"1\"", "appears twice"},
+           {"names is a text", "\n  - \"1\"", " one", "names"},
+           {"syntax", "names:", "names: [", "not YAML"},
+           {"two documents",
+            "names:", "a: 1\n---\nnames:", "more than one YAML document"},
+           {"neither", "names:", "nomes:", "known format"},
+           {"matrix is no rotation", "data: [1, 0, 0", "data: [1, 0, 1",
+            "not a rotation"},
+       }},
+      {"opencv.yml",
+       kOpencv,
+       {},
+       {
+           {"no pose", "\nR:", "\nQ:", "'rvec' or 'R'"},
+           {"no T", "\nT:", "\nU:", "'tvec' or 'T'"},
+           {"fisheye", "image_width",
+            "distortion_model: equidistant\nimage_width", "equidistant"},
+           {"width", "640", "wide", "image_width"},
+           {"wrong shape", "rows: 3\n  cols: 1", "rows: 1\n  cols: 1", "1 x 1"},
+           {"lens of eight", "rows: 5", "rows: 8", "8 x 1"},
+       }},
+  };
+}
+
+TEST(CalibrationCorpus, SamplesAreValid) {
+  const TemporaryFolder folder;
+  for (const Sample& sample : Samples()) {
+    const std::string path = folder.Write(sample.file, sample.text);
+    EXPECT_NO_THROW(EXPECT_GE(ReadCameras(path, sample.options).size(), 1u))
+        << sample.file;
+  }
+}
+
+TEST(CalibrationCorpus, ChangedFilesAreRefused) {
+  const TemporaryFolder folder;
+  int count = 0;
+  for (const Sample& sample : Samples()) {
+    for (const Change& change : sample.changes) {
+      SCOPED_TRACE(std::string(sample.file) + ": " + change.name);
+      std::string broken = change.from == "]})" ? sample.text + "]})"
+                                                : Expected(sample.text, change);
+      const std::string path = folder.Write(sample.file, broken);
+      const std::string message =
+          InputErrorOf([&] { ReadCameras(path, sample.options); });
+      EXPECT_THAT(message, StartsWith(path));
+      EXPECT_THAT(message, HasSubstr(change.says));
+      ++count;
+    }
+  }
+  RecordProperty("broken_files", count);
+}
+
+// Beginnings of every sample, without the last brace, is refused or gives
+// a calibration (YAML and TOML may end early and still make sense), but never
+// anything else.
+TEST(CalibrationCorpus, TruncatedFilesAreRefused) {
+  const TemporaryFolder folder;
+  int refused = 0;
+  for (const Sample& sample : Samples()) {
+    const bool json =
+        std::string(sample.file).find(".json") != std::string::npos;
+    for (size_t length = 0; length < sample.text.size(); length += 3) {
+      const std::string path =
+          folder.Write(sample.file, sample.text.substr(0, length));
+      try {
+        ReadCameras(path, sample.options);
+        EXPECT_FALSE(json) << sample.file << " cut to " << length;
+      } catch (const InputError& error) {
+        ++refused;
+        EXPECT_THAT(error.what(), StartsWith(path));
+      }
+    }
+  }
+  EXPECT_GT(refused, 700);
+}
+
+// Whichever byte is damaged: a calibration or an InputError.
+TEST(CalibrationCorpus, DamagedBytesNeverDoHarm) {
+  const TemporaryFolder folder;
+  for (const Sample& sample : Samples()) {
+    for (size_t at = 0; at < sample.text.size(); at += 7) {
+      for (const char byte : {'\0', '\xff', '[', '"'}) {
+        std::string damaged = sample.text;
+        damaged[at] = byte;
+        const std::string path = folder.Write(sample.file, damaged);
+        try {
+          for (const Camera& camera : ReadCameras(path, sample.options)) {
+            EXPECT_TRUE(camera.P().allFinite());
+          }
+        } catch (const InputError& error) {
+          EXPECT_THAT(error.what(), StartsWith(path));
+        }
+      }
+    }
+  }
+}
+
+TEST(CalibrationCorpus, OddFilesAreRefused) {
+  const TemporaryFolder folder;
+  const std::string brackets(10 << 20, '[');
+  std::string braces;
+  for (int i = 0; i < 1 << 20; ++i) braces += "{\"a\":";
+  std::string wide = "{";
+  for (int i = 0; i < 5000; ++i) {
+    wide += (i == 0 ? "\"" : ",\"") + std::to_string(i) + "\":1";
+  }
+  // Ten levels of ten aliases: 10^10 values in a few lines.
+  std::string aliases = "names: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n";
+  for (int i = 1; i < 10; ++i) {
+    const std::string last = "*a" + std::to_string(i - 1);
+    aliases +=
+        "k" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + last;
+    for (int k = 1; k < 10; ++k) aliases += ", " + last;
+    aliases += "]\n";
+  }
+  const std::vector<std::pair<std::string, std::string>> files = {
+      {"empty.json", ""},
+      {"empty.toml", ""},
+      {"empty.yml", ""},
+      {"empty", ""},
+      {"blank.json", " \n\t\n"},
+      {"directive.yml", "%YAML:1.0"},
+      {"directive2.yml", "%YAML:1.0\n---\n"},
+      {"scalar.yml", "3"},
+      {"null.json", "null"},
+      {"number.json", "12"},
+      {"list.json", "[]"},
+      {"object.json", "{}"},
+      {"text.json", "\"cameras\""},
+      {"cameras.json", "{\"cameras\": 3}"},
+      {"cameras2.json", "{\"cameras\": {}}"},
+      {"cameras3.json", "{\"cameras\": [[]]}"},
+      {"binary", std::string("\x00\x01\x02\xff\xfe", 5)},
+      {"prose.txt", "Dear camera,\nplease stand still.\n"},
+      {"bom.json", "\xEF\xBB\xBF{\"0\": 3}"},
+      {"utf16.json", std::string("\xFF\xFE{\0}\0", 6)},
+      {"brackets.json", brackets},
+      {"brackets.toml", brackets},
+      {"brackets.yml", brackets},
+      {"brackets", brackets},
+      {"nested.json", "{\"a\": " + brackets},
+      {"nested.toml", "a = " + brackets},
+      {"nested.yml", "a: " + brackets},
+      {"braces.json", braces},
+      {"braces.yml", "%YAML:1.0\n" + braces},
+      {"dashes.yml", "%YAML:1.0\n" + std::string(100000, '-')},
+      {"wide.json", wide + "}"},
+      {"aliases.yml", aliases},
+      {"dotted.toml", "[" +
+                          [] {
+                            std::string key = "a";
+                            for (int i = 0; i < 100000; ++i) key += ".a";
+                            return key;
+                          }() +
+                          "]\n"},
+      {"spaces.txt", std::string(1000000, ' ')},
+      {"numbers.txt",
+       [] {
+         std::string numbers;
+         for (int i = 0; i < 1000000; ++i) numbers += "1 ";
+         return numbers;
+       }()},
+  };
+  for (const auto& [name, text] : files) {
+    SCOPED_TRACE(name);
+    const std::string path = folder.Write(name, text);
+    EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }), StartsWith(path));
+  }
+}
+
+TEST(CalibrationCorpus, OddPathsAreRefused) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder.path() / "empty");
+  std::filesystem::create_directory(folder.path() / "P1.txt");
+  std::filesystem::create_symlink("loop", folder.path() / "loop");
+  const std::string file = folder.Write("file", kTum);
+  const std::string easymocap = folder.Write("alone/intri.yml", kEasymocap);
+  for (const std::string& path :
+       {(folder.path() / "none.json").string(),
+        (folder.path() / "empty").string(), folder.path().string(),
+        (folder.path() / "loop").string(), file + "/below",
+        (folder.path() / std::string(300, 'x')).string(), std::string("")}) {
+    SCOPED_TRACE(path);
+    for (size_t f = 0; f < CalibrationFormatNames().size(); ++f) {
+      CameraReadOptions options;
+      options.format = CalibrationFormatNames()[f];
+      InputErrorOf([&] { ReadCameras(path, options); });
+    }
+  }
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(easymocap); }),
+              HasSubstr("extri.yml"));
+}
+
+// A forced format that is not the file's.
+TEST(CalibrationCorpus, WrongFormatsAreRefused) {
+  const TemporaryFolder folder;
+  for (const Sample& sample : Samples()) {
+    const std::string path = folder.Write(sample.file, sample.text);
+    int accepted = 0;
+    for (size_t f = 1; f < CalibrationFormatNames().size(); ++f) {
+      CameraReadOptions options = sample.options;
+      options.format = CalibrationFormatNames()[f];
+      try {
+        ReadCameras(path, options);
+        ++accepted;
+      } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), StartsWith(path));
+      }
+    }
+    EXPECT_EQ(accepted, 1) << sample.file;
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

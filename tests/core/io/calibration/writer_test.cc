@@ -1,0 +1,339 @@
+#include "core/io/calibration/writer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <filesystem>
+#include <string>
+
+#include "core/base/random.h"
+#include "core/io/calibration/format.h"
+#include "core/io/file_kind.h"
+#include "core/io/files/text_file.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using ::testing::IsEmpty;
+using testing::TemporaryFolder;
+
+enum class WithLens { kNo, kYes };
+
+// Cameras all round a place, with numbers of all digits.
+CameraRig RandomRig(WithLens with_lens) {
+  Random random(3);
+  CameraRig cameras;
+  for (int c = 0; c < 12; ++c) {
+    CameraParameters parameters;
+    parameters.name = "cam-" + std::to_string(11 - c);
+    parameters.width_px = 1920 - c;
+    parameters.height_px = 1080 + c;
+    parameters.K << random.Uniform(500.0, 2000.0), 0.0,
+        random.Uniform(400.0, 900.0), 0.0, random.Uniform(500.0, 2000.0),
+        random.Uniform(400.0, 900.0), 0.0, 0.0, 1.0;
+    const Eigen::Vector3d axis(random.Normal(), random.Normal(),
+                               random.Normal());
+    parameters.R =
+        Eigen::AngleAxisd(random.Uniform(0.0, 3.14159), axis.normalized())
+            .toRotationMatrix();
+    parameters.t = {random.Normal(), random.Normal(), random.Uniform(1.0, 9.0)};
+    if (with_lens == WithLens::kYes) {
+      const double k3 = c % 2 == 0 ? 0.0 : 0.01 * random.Normal();
+      parameters.lens =
+          MakeLens("opencv5", {0.1 * random.Normal(), 0.01 * random.Normal(),
+                               1e-5 * random.Normal(), 1e-3, k3});
+    }
+    cameras.emplace_back(parameters);
+  }
+  return cameras;
+}
+
+CameraRig WithSize(const CameraRig& cameras, int width_px, int height_px) {
+  CameraRig sized;
+  for (const Camera& camera : cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.width_px = width_px;
+    parameters.height_px = height_px;
+    sized.emplace_back(parameters);
+  }
+  return sized;
+}
+
+// The order in which a folder of OpenCV's files is read.
+void SortByFileName(CameraRig* cameras) {
+  std::sort(cameras->begin(), cameras->end(),
+            [](const Camera& a, const Camera& b) {
+              return a.name() + ".yml" < b.name() + ".yml";
+            });
+}
+
+std::vector<double> LensOf(const Camera& camera) {
+  return camera.lens() == nullptr ? std::vector<double>()
+                                  : camera.lens()->parameters();
+}
+
+// `tolerance` is relative to the largest number of K, R and t alike.
+void ExpectSameCameras(const CameraRig& a, const CameraRig& b,
+                       double tolerance) {
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t c = 0; c < a.size(); ++c) {
+    const double K_scale = a[c].K().cwiseAbs().maxCoeff();
+    EXPECT_LE((a[c].K() - b[c].K()).cwiseAbs().maxCoeff(), tolerance * K_scale);
+    EXPECT_LE((a[c].R() - b[c].R()).cwiseAbs().maxCoeff(), tolerance);
+    EXPECT_LE((a[c].t() - b[c].t()).norm(), tolerance * (1.0 + a[c].t().norm()))
+        << a[c].name();
+    EXPECT_EQ(LensOf(a[c]), LensOf(b[c])) << a[c].name();
+  }
+}
+
+std::vector<std::string> NamesOf(const CameraRig& cameras) {
+  std::vector<std::string> names;
+  for (const Camera& camera : cameras) names.push_back(camera.name());
+  return names;
+}
+
+std::vector<std::string> WritableFormats() {
+  std::vector<std::string> names;
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    if (format.write != nullptr) names.push_back(format.name);
+  }
+  return names;
+}
+
+struct Case {
+  std::string format;
+  double tolerance;
+  bool keeps_size;
+  bool keeps_lens;
+};
+
+// The unit roundoff times the operations on the way, with room: a change of
+// unit is two roundings; centre and rotation vector are a dozen; the
+// decomposition of a projection matrix some fifty, times the condition of K.
+constexpr double kExact = 0.0;
+constexpr double kUnit = 4e-16;
+constexpr double kRotated = 1e-14;
+constexpr double kDecomposed = 1e-11;
+
+class RoundTrip : public ::testing::TestWithParam<Case> {};
+
+TEST_P(RoundTrip, ReadsBack) {
+  const Case& format = GetParam();
+  CameraRig cameras =
+      RandomRig(format.keeps_lens ? WithLens::kYes : WithLens::kNo);
+  // One image size for all is told when reading; names are in their order.
+  const bool is_longcw = format.format == "longcw";
+  if (is_longcw) cameras = WithSize(cameras, 1920, 1080);
+  if (format.format == "opencv") SortByFileName(&cameras);
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "result";
+  Losses losses;
+  WriteCalibration(path, format.format, cameras, &losses);
+  for (const std::string& read : {std::string("auto"), format.format}) {
+    CameraReadOptions options;
+    options.format = read;
+    if (is_longcw) options.image_size = {1920.0, 1080.0};
+    const CameraRig again = ReadCameras(path, options);
+    ExpectSameCameras(cameras, again, format.tolerance);
+    if (format.format != "tum") {
+      EXPECT_EQ(NamesOf(cameras), NamesOf(again));
+    }
+    for (size_t c = 0; c < again.size(); ++c) {
+      EXPECT_EQ(again[c].width_px(),
+                format.keeps_size || is_longcw ? cameras[c].width_px() : 0);
+      EXPECT_EQ(again[c].height_px(),
+                format.keeps_size || is_longcw ? cameras[c].height_px() : 0);
+    }
+  }
+  EXPECT_EQ(losses.empty(), format.keeps_size) << "what is lost is said";
+  EXPECT_EQ(ListFolder(folder.path().string()).size(), 1u)
+      << "nothing is left beside the result";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Formats, RoundTrip,
+    ::testing::Values(Case{"kinegraph", kExact, true, true},
+                      Case{"krt", kExact, true, true},
+                      Case{"panoptic", kUnit, true, true},
+                      Case{"voxelpose", kRotated, false, true},
+                      Case{"pose2sim", kRotated, true, true},
+                      Case{"easymocap", kRotated, true, true},
+                      Case{"opencv", kExact, true, true},
+                      Case{"longcw", kRotated, false, true},
+                      Case{"colmap", kRotated, true, true},
+                      Case{"tum", kDecomposed, false, false}));
+
+// Rotations by nothing, by half a turn and by very little.
+TEST(CalibrationWriter, KeepsSpecialRotations) {
+  CameraRig cameras;
+  for (const double angle : {0.0, M_PI, 1e-9}) {
+    CameraParameters parameters;
+    parameters.name = std::to_string(cameras.size());
+    parameters.R = Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 2, -2) / 3.0)
+                       .toRotationMatrix();
+    cameras.emplace_back(parameters);
+  }
+  const TemporaryFolder folder;
+  Losses losses;
+  for (const char* format : {"pose2sim", "easymocap"}) {
+    const std::string path = folder.path() / std::to_string(losses.size());
+    WriteCalibration(path, format, cameras, &losses);
+    ExpectSameCameras(cameras, ReadCameras(path), kRotated);
+  }
+  EXPECT_EQ(losses.size(), 2u) << "no image size is known";
+}
+
+TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "result";
+  const auto error_of = [&](const std::string& format, const CameraRig& rig) {
+    Losses losses;
+    return InputErrorOf([&] { WriteCalibration(path, format, rig, &losses); });
+  };
+  EXPECT_THAT(error_of("tum", RandomRig(WithLens::kYes)),
+              HasSubstr("camera 'cam-11': has a lens"));
+  CameraParameters parameters;
+  parameters.name = "a b";
+  EXPECT_THAT(error_of("easymocap", {Camera(parameters)}),
+              HasSubstr("camera 'a b': the name"));
+  EXPECT_THAT(error_of("opencv", {Camera(parameters)}),
+              HasSubstr("camera 'a b': the name"));
+  EXPECT_THAT(error_of("longcw", {Camera(parameters)}),
+              HasSubstr("--image_size"));
+  EXPECT_THAT(error_of("longcw", RandomRig(WithLens::kNo)),
+              HasSubstr("has another image size"));
+  EXPECT_THAT(error_of("colmap", {Camera(parameters)}),
+              HasSubstr("camera 'a b': the name"));
+  parameters.name = "a";
+  EXPECT_THAT(error_of("colmap", {Camera(parameters)}),
+              HasSubstr("--image_size"));
+  parameters.width_px = parameters.height_px = 100;
+  parameters.K(0, 1) = 0.5;
+  for (const char* format : {"voxelpose", "colmap"}) {
+    EXPECT_THAT(error_of(format, {Camera(parameters)}),
+                HasSubstr("a skewed K"));
+  }
+  EXPECT_THAT(error_of("xml", {Camera(parameters)}),
+              HasSubstr("found 'xml', expected one of kinegraph, krt"));
+  EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty())
+      << "nothing half-written is left";
+}
+
+TEST(CalibrationWriter, NeverReplacesAFolderWithFiles) {
+  const TemporaryFolder folder;
+  folder.Write("mine.txt", "keep");
+  Losses losses;
+  EXPECT_THAT(InputErrorOf([&] {
+                WriteCalibration(folder.path().string(), "tum",
+                                 RandomRig(WithLens::kNo), &losses);
+              }),
+              HasSubstr("is there already"));
+  EXPECT_THAT(ListFolder(folder.path().string()), ElementsAre("mine.txt"));
+}
+
+// Numbers that TOML readers would take for integers, and odd names.
+TEST(CalibrationWriter, TomlHasDecimalsAndEscapes) {
+  CameraParameters parameters;
+  parameters.name = "a \"b\" \\ [c]";
+  parameters.K << 1000, 0, 500, 0, 1000, 400, 0, 0, 1;
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "calib.toml";
+  Losses losses;
+  WriteCalibration(path, "pose2sim", {Camera(parameters)}, &losses);
+  EXPECT_THAT(ReadTextFile(path),
+              HasSubstr("matrix = [[1000.0, 0.0, 500.0], [0.0, 1000.0, 400.0], "
+                        "[0.0, 0.0, 1.0]]"));
+  EXPECT_EQ(ReadCameras(path).front().name(), parameters.name);
+}
+
+// What longcw's format does not tell.
+CameraReadOptions SizeOf(const std::string& format, const CameraRig& cameras) {
+  CameraReadOptions options;
+  if (format == "longcw") {
+    options.image_size = {static_cast<double>(cameras[0].width_px()),
+                          static_cast<double>(cameras[0].height_px())};
+  }
+  return options;
+}
+
+// Real cameras through every format and back: the rounding of the formats is
+// far below a thousandth of a pixel.
+TEST(CalibrationWriter, ShelfThroughEveryFormat) {
+  KINEGRAPH_DATA_OR_SKIP(path, "shelf/calibration.json");
+  const CameraRig shelf = ReadCameras(path);
+  const TemporaryFolder folder;
+  for (const std::string& format : WritableFormats()) {
+    const std::string result = folder.path() / format;
+    Losses losses;
+    WriteCalibration(result, format, shelf, &losses);
+    const CameraRig again = ReadCameras(result, SizeOf(format, shelf));
+    ExpectSameCameras(shelf, again, kDecomposed);
+    const Eigen::Vector3d point(0.3, -0.4, 1.2);
+    for (size_t c = 0; c < shelf.size(); ++c) {
+      EXPECT_LT((*shelf[c].Project(point) - *again[c].Project(point)).norm(),
+                1e-8);
+    }
+  }
+}
+
+// 31 HD cameras with lenses.
+TEST(CalibrationWriter, PanopticThroughEveryFormatWithLens) {
+  KINEGRAPH_DATA_OR_SKIP(path, "panoptic/calibration_160422_ultimatum1.json");
+  CameraRig panoptic = ReadCameras(path);
+  SortByFileName(&panoptic);
+  const TemporaryFolder folder;
+  for (const std::string& format : WritableFormats()) {
+    // Lenses; images of several sizes.
+    if (format == "tum" || format == "longcw") {
+      continue;
+    }
+    const std::string result = folder.path() / format;
+    Losses losses;
+    WriteCalibration(result, format, panoptic, &losses);
+    // The file rounds R to ten digits, so that it is a rotation only to 1e-10;
+    // a rotation vector gives the one beside it.
+    constexpr double kRoundedFile = 1e-9;
+    ExpectSameCameras(panoptic, ReadCameras(result, SizeOf(format, panoptic)),
+                      kRoundedFile);
+  }
+}
+
+// So no order of the registry's lines matters.
+TEST(CalibrationFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
+  const CameraRig cameras = WithSize(RandomRig(WithLens::kNo), 1920, 1080);
+  for (const CalibrationFormat& written : CalibrationFormats()) {
+    EXPECT_EQ(FindCalibrationFormat(written.name), &written);
+    EXPECT_FALSE(written.layout.empty()) << written.name;
+    if (written.write == nullptr) continue;
+    const TemporaryFolder folder;
+    const std::string path = folder.path() / "result";
+    Losses losses;
+    written.write(path, cameras, &losses);
+    const CalibrationHead head = LookAtCalibration(path);
+    for (const CalibrationFormat& format : CalibrationFormats()) {
+      EXPECT_EQ(format.recognise(head), &format == &written)
+          << written.name << " by " << format.name;
+    }
+    EXPECT_EQ(RecogniseKind(path), FileKind::kCalibration) << written.name;
+  }
+  EXPECT_EQ(FindCalibrationFormat("auto"), nullptr);
+}
+
+TEST(CalibrationFormats, ThePageHasTheRowOfEachFormat) {
+  const std::string page =
+      ReadTextFile(testing::ProjectFile("docs/convert.md").string());
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    EXPECT_THAT(page, HasSubstr("\n" + TableRow(format) + "\n"));
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

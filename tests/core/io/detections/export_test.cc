@@ -1,0 +1,312 @@
+#include "core/io/detections/export.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "core/base/random.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/writer.h"
+#include "core/io/file_kind.h"
+#include "core/io/files/text_file.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using ::testing::IsEmpty;
+using testing::TemporaryFolder;
+
+class SequenceSource final : public DetectionSource {
+ public:
+  explicit SequenceSource(const DetectionSequence& sequence)
+      : sequence_(sequence) {}
+  const DetectionHeader& header() const override { return sequence_.header; }
+  bool Next(DetectionFrame* frame) override {
+    if (next_ == sequence_.frames.size()) return false;
+    *frame = sequence_.frames[next_++];
+    return true;
+  }
+
+ private:
+  const DetectionSequence& sequence_;
+  size_t next_ = 0;
+};
+
+using Writer =
+    std::function<void(const std::string&, const DetectionWriteOptions&,
+                       DetectionSource*, Losses*)>;
+
+Losses Write(const Writer& writer, const std::string& path,
+             const DetectionSequence& sequence,
+             const DetectionWriteOptions& options = {}) {
+  SequenceSource source(sequence);
+  Losses losses;
+  writer(path, options, &source, &losses);
+  return losses;
+}
+
+DetectionSequence RandomSequence(const Skeleton& skeleton) {
+  Random random(11);
+  DetectionSequence sequence;
+  sequence.header.skeleton = skeleton;
+  sequence.header.view_names = {"cam2", "cam10"};
+  for (int64_t f : {3, 4, 7, 120}) {
+    DetectionFrame frame;
+    frame.frame = f;
+    frame.views.resize(2);
+    for (ViewDetections& view : frame.views) {
+      const auto people = static_cast<size_t>(random.Index(4));
+      for (size_t p = 0; p < people || (p == 0 && &view == &frame.views[0]);
+           ++p) {
+        Detection detection;
+        detection.index_in_file = static_cast<int>(p);
+        for (int j = 0; j < skeleton.joint_count(); ++j) {
+          Keypoint joint;
+          joint.found = random.Chance(0.7);
+          if (joint.found) {
+            joint.px = {1000.0 * random.Normal(), random.Normal() / 3.0};
+            joint.confidence = random.Uniform(0.01, 1.2);
+          }
+          detection.joints.push_back(joint);
+        }
+        view.detections.push_back(detection);
+      }
+    }
+    sequence.frames.push_back(frame);
+  }
+  return sequence;
+}
+
+void ExpectSameDetections(const DetectionSequence& a,
+                          const DetectionSequence& b) {
+  EXPECT_EQ(a.header.skeleton.joints(), b.header.skeleton.joints());
+  EXPECT_EQ(a.header.view_names, b.header.view_names);
+  ASSERT_EQ(a.frames.size(), b.frames.size());
+  for (size_t f = 0; f < a.frames.size(); ++f) {
+    EXPECT_EQ(a.frames[f].frame, b.frames[f].frame);
+    for (size_t v = 0; v < a.frames[f].views.size(); ++v) {
+      const auto& people_a = a.frames[f].views[v].detections;
+      const auto& people_b = b.frames[f].views[v].detections;
+      ASSERT_EQ(people_a.size(), people_b.size()) << a.frames[f].frame;
+      for (size_t p = 0; p < people_a.size(); ++p) {
+        for (size_t j = 0; j < people_a[p].joints.size(); ++j) {
+          const Keypoint& joint_a = people_a[p].joints[j];
+          const Keypoint& joint_b = people_b[p].joints[j];
+          ASSERT_EQ(joint_a.found, joint_b.found);
+          if (!joint_a.found) continue;
+          EXPECT_EQ(joint_a.px, joint_b.px);
+          EXPECT_EQ(joint_a.confidence, joint_b.confidence);
+        }
+      }
+    }
+  }
+}
+
+TEST(DetectionExport, OpenPoseReadsBackBitForBit) {
+  for (const Skeleton* skeleton : {&Body25(), &Coco18(), &Coco17()}) {
+    const DetectionSequence sequence = RandomSequence(*skeleton);
+    const TemporaryFolder folder;
+    const std::string path = folder.path() / "result/";
+    EXPECT_THAT(Write(WriteOpenPose, path, sequence), IsEmpty());
+    ExpectSameDetections(sequence, ReadDetections(path));
+    EXPECT_EQ(ListFolder(folder.path().string()).size(), 1u);
+  }
+}
+
+TEST(DetectionExport, OpenPoseKeepsFramesWithoutAnybody) {
+  DetectionSequence sequence = RandomSequence(Body25());
+  for (ViewDetections& view : sequence.frames[2].views) view.detections.clear();
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "result";
+  Write(WriteOpenPose, path, sequence);
+  ExpectSameDetections(sequence, ReadDetections(path));
+  EXPECT_TRUE(fs::exists(path + "/cam10/cam10_000000000007_keypoints.json"));
+}
+
+TEST(DetectionExport, CocoReadsBackBitForBit) {
+  const DetectionSequence sequence = RandomSequence(Coco17());
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "result";
+  Write(WriteCocoResults, path, sequence);
+  ExpectSameDetections(sequence, ReadDetections(path));
+  EXPECT_THAT(ListFolder(path),
+              ::testing::ElementsAre("cam10.json", "cam2.json"));
+}
+
+// With the clock that longcw's files live by.
+DetectionSequence Timed(DetectionSequence sequence) {
+  sequence.header.frame_rate_hz = 25.0;
+  for (DetectionFrame& frame : sequence.frames) {
+    frame.time = FrameClock(25.0).TimeOf(frame.frame);
+    for (ViewDetections& view : frame.views) view.capture_time = frame.time;
+  }
+  return sequence;
+}
+
+Losses WriteLongcw(const std::string& path, const DetectionSequence& sequence,
+                   ImageSize size = {640, 480}) {
+  return Write(WriteLongcwDetections, path, sequence, {size});
+}
+
+TEST(DetectionExport, LongcwReadsBackBitForBit) {
+  DetectionSequence sequence = Timed(RandomSequence(Tum14()));
+  // Views are read in the order of their names, cam2 before cam10.
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "annotation_2d.json";
+  WriteLongcw(path, sequence);
+  ExpectSameDetections(sequence, ReadDetections(path));
+}
+
+TEST(DetectionExport, LongcwRefusesWhatItCannotSay) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "annotation_2d.json";
+  DetectionSequence sequence = Timed(RandomSequence(Tum14()));
+  EXPECT_THAT(InputErrorOf([&] { WriteLongcw(path, sequence, {}); }),
+              HasSubstr("--image_size"));
+  sequence.frames[1].views[0].capture_time += 600'000'000;
+  EXPECT_THAT(InputErrorOf([&] { WriteLongcw(path, sequence); }),
+              HasSubstr("read as another frame"));
+  sequence.header.frame_rate_hz = 0.0;
+  EXPECT_THAT(InputErrorOf([&] { WriteLongcw(path, sequence); }),
+              HasSubstr("--frame_rate"));
+  EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
+}
+
+TEST(DetectionExport, CocoScoreAndBoxAreThoseOfTheJointsFound) {
+  DetectionSequence sequence;
+  sequence.header.skeleton = Skeleton("three", {"a", "b", "c"}, {});
+  sequence.header.view_names = {"v"};
+  sequence.header.frame_rate_hz = 25.0;
+  DetectionFrame frame;
+  frame.frame = 5;
+  frame.time = 200'000'000;
+  frame.views.resize(1);
+  frame.views[0].capture_time = frame.time;
+  Detection detection;
+  detection.joints = {{{10.0, 40.5}, 0.5, true},
+                      {{0.0, 0.0}, 0.0, false},
+                      {{-2.0, 50.0}, 1.0, true}};
+  frame.views[0].detections = {detection};
+  sequence.frames = {frame};
+  frame.frame = 6;
+  frame.time = frame.views[0].capture_time = 240'000'000;
+  frame.views[0].detections.clear();
+  sequence.frames.push_back(frame);
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "result";
+  const Losses losses = Write(WriteCocoResults, path, sequence);
+  EXPECT_EQ(ReadTextFile(path + "/v.json"),
+            "[\n{\"image_id\": 5, \"category_id\": 1, \"keypoints\": [10, "
+            "40.5, 0.5, 0, 0, 0, -2, 50, 1], \"score\": 0.75, \"bbox\": [-2, "
+            "40.5, 12, 9.5]}\n]\n");
+  EXPECT_THAT(losses, Contains(HasSubstr("1 frames without any detection")));
+  EXPECT_THAT(losses, Contains(HasSubstr("the skeleton 'three'")));
+  EXPECT_THAT(losses, Contains(HasSubstr("frame rate is not kept")));
+  EXPECT_EQ(losses.size(), 3u) << "the times follow from the frames";
+}
+
+TEST(DetectionExport, SaysWhatIsLost) {
+  DetectionSequence sequence = RandomSequence(Body25B());
+  sequence.header.view_names = {"cam10", "cam2"};
+  sequence.frames[0].views[1].capture_time = 5;
+  sequence.frames[0].views[0].detections[0].joints[0] = {{1, 2}, 0.0, true};
+  const TemporaryFolder folder;
+  sequence.frames[3].views[0].detections[0].index_in_file = 100;
+  const Losses losses = Write(WriteOpenPose, folder.path() / "a", sequence);
+  EXPECT_THAT(losses, Contains(HasSubstr("times other than")));
+  EXPECT_THAT(losses, Contains(HasSubstr("the skeleton 'body25b'")));
+  EXPECT_THAT(losses, Contains(HasSubstr("1 joints with confidence 0")));
+  EXPECT_THAT(losses, Contains(HasSubstr("order of their names")));
+  EXPECT_THAT(losses, Contains(HasSubstr("1 detections get another index")));
+}
+
+// Every format that is both written and read keeps what it can say, for each
+// layout that its files tell.
+TEST(DetectionExport, EveryFormatReadsBackBitForBit) {
+  int formats = 0;
+  for (const DetectionFormat& format : DetectionFormats()) {
+    if (format.open == nullptr || format.write == nullptr) continue;
+    ++formats;
+    std::vector<const Skeleton*> skeletons = {&Coco17(), &Halpe26(),
+                                              &MediaPipe33(), &WholeBody133()};
+    if (format.name == "longcw") skeletons = {&Tum14()};
+    for (const Skeleton* skeleton : skeletons) {
+      SCOPED_TRACE(format.name + " " + skeleton->name());
+      const DetectionSequence sequence = Timed(RandomSequence(*skeleton));
+      const TemporaryFolder folder;
+      const std::string path =
+          folder.path() / (format.files == DetectionFormat::Files::kOne
+                               ? "take" + format.extension
+                               : std::string("take"));
+      Write(format.write, path, sequence, {{640, 480}});
+      EXPECT_EQ(RecogniseDetections(LookAtDetections(path))->name, format.name);
+      ExpectSameDetections(sequence, ReadDetections(path));
+      DetectionReadOptions forced;
+      forced.format = format.name;
+      ExpectSameDetections(sequence, ReadDetections(path, forced));
+      EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
+    }
+  }
+  EXPECT_GE(formats, 6);
+}
+
+TEST(DetectionExport, NoFormatIsTakenForAnother) {
+  for (const DetectionFormat& format : DetectionFormats()) {
+    if (format.write == nullptr || format.recognise == nullptr) continue;
+    const DetectionSequence sequence = Timed(RandomSequence(Tum14()));
+    const TemporaryFolder folder;
+    const std::string path = folder.path() / "take";
+    Write(format.write, path, sequence, {{640, 480}});
+    const DetectionHead head = LookAtDetections(path);
+    for (const DetectionFormat& other : DetectionFormats()) {
+      EXPECT_EQ(other.recognise(head), other.name == format.name)
+          << format.name << " as " << other.name;
+    }
+  }
+}
+
+TEST(DetectionExport, RefusesViewsThatAreNoFileNames) {
+  const TemporaryFolder folder;
+  for (const char* name : {"", "../up", ".hidden", "a/b", "line\nbreak"}) {
+    DetectionSequence sequence = RandomSequence(Coco17());
+    sequence.header.view_names[1] = name;
+    for (const Writer& writer :
+         {Writer(WriteOpenPose), Writer(WriteCocoResults)}) {
+      EXPECT_THAT(InputErrorOf([&] {
+                    Write(writer, folder.path() / "result", sequence);
+                  }),
+                  HasSubstr("cannot be the name of a file"));
+    }
+  }
+  EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
+}
+
+TEST(DetectionExport, ShelfThroughEveryFormat) {
+  KINEGRAPH_DATA_OR_SKIP(path, "shelf/detections/openpose");
+  DetectionReadOptions options;
+  const DetectionSequence shelf = ReadDetections(path);
+  const TemporaryFolder folder;
+  const std::string openpose = folder.path() / "openpose";
+  Write(WriteOpenPose, openpose, shelf);
+  ExpectSameDetections(shelf, ReadDetections(openpose));
+  const std::string coco = folder.path() / "coco";
+  Write(WriteCocoResults, coco, shelf);
+  options.skeleton = Body25();
+  ExpectSameDetections(shelf, ReadDetections(coco, options));
+  const std::string own = folder.path() / "own.jsonl";
+  WriteDetections(own, shelf);
+  ExpectSameDetections(shelf, ReadDetections(own));
+}
+
+}  // namespace
+}  // namespace kinegraph

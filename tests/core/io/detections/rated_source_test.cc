@@ -1,0 +1,177 @@
+#include "core/io/detections/rated_source.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+// Frames 0 .. count - 1 of two views; each detection carries its frame.
+class Counting final : public DetectionSource {
+ public:
+  Counting(int64_t count_a, int64_t count_b, double rate_hz)
+      : count_a_(count_a), count_b_(count_b) {
+    header_.skeleton = Coco17();
+    header_.view_names = {"a", "b"};
+    header_.frame_rate_hz = rate_hz;
+  }
+  const DetectionHeader& header() const override { return header_; }
+  bool Next(DetectionFrame* frame) override {
+    if (next_ >= std::max(count_a_, count_b_)) return false;
+    *frame = DetectionFrame();
+    frame->frame = next_;
+    frame->time = FrameClock(header_.frame_rate_hz).TimeOf(next_);
+    frame->views.resize(2);
+    for (int v = 0; v < 2; ++v) {
+      frame->views[v].capture_time = frame->time;
+      if (next_ >= (v == 0 ? count_a_ : count_b_)) continue;
+      frame->views[v].detections.resize(1);
+      frame->views[v].detections[0].index_in_file = static_cast<int>(next_);
+    }
+    ++next_;
+    return true;
+  }
+
+ private:
+  DetectionHeader header_;
+  int64_t count_a_;
+  int64_t count_b_;
+  int64_t next_ = 0;
+};
+
+std::vector<DetectionFrame> Read(int64_t count_a, int64_t count_b,
+                                 const std::map<std::string, double>& rates_hz,
+                                 double take_hz = 25.0) {
+  const auto source = OpenRated(
+      [=] { return std::make_unique<Counting>(count_a, count_b, take_hz); },
+      rates_hz);
+  std::vector<DetectionFrame> frames;
+  DetectionFrame frame;
+  while (source->Next(&frame)) frames.push_back(frame);
+  return frames;
+}
+
+TEST(RatedSource, AViewTwiceAsFastGivesEverySecondFrame) {
+  const std::vector<DetectionFrame> frames = Read(10, 20, {{"b", 50.0}});
+  ASSERT_EQ(frames.size(), 10u);
+  for (int k = 0; k < 10; ++k) {
+    ASSERT_EQ(frames[k].views[1].detections.size(), 1u);
+    EXPECT_EQ(frames[k].views[1].detections[0].index_in_file, 2 * k);
+    EXPECT_EQ(frames[k].views[1].capture_time, frames[k].time);
+  }
+}
+
+TEST(RatedSource, ASlowViewLeavesFramesOut) {
+  // 10 Hz at 25 Hz: its frames are 2.5 of the take's apart.
+  const std::vector<DetectionFrame> frames = Read(10, 4, {{"b", 10.0}});
+  ASSERT_EQ(frames.size(), 10u);
+  std::vector<int> found;
+  for (const DetectionFrame& frame : frames) {
+    const ViewDetections& view = frame.views[1];
+    if (view.detections.empty()) continue;
+    found.push_back(view.detections[0].index_in_file);
+    EXPECT_EQ(view.capture_time,
+              FrameClock(10.0).TimeOf(view.detections[0].index_in_file));
+    // Half a frame of the take at most.
+    EXPECT_LE(std::abs(view.capture_time - frame.time), FromSeconds(0.02));
+  }
+  EXPECT_EQ(found, (std::vector<int>{0, 1, 2, 3}));
+}
+
+// At 100 Hz, views of 50 and 25 Hz fill every second and fourth frame, to the
+// end of both; what the base counts at its own rate would end after half.
+TEST(RatedSource, ATakeFasterThanItsViewsLosesNothing) {
+  const std::vector<DetectionFrame> frames =
+      Read(20, 10, {{"a", 50.0}, {"b", 25.0}}, 100.0);
+  std::map<int64_t, std::vector<size_t>> seen;  // by frame
+  for (const DetectionFrame& frame : frames) {
+    EXPECT_EQ(frame.time, FrameClock(100.0).TimeOf(frame.frame));
+    seen[frame.frame] = {frame.views[0].detections.size(),
+                         frame.views[1].detections.size()};
+  }
+  for (int64_t k = 0; k < 20; ++k) {
+    const std::vector<size_t> expected = {1, k % 2 == 0 ? size_t{1} : 0};
+    EXPECT_EQ(seen[2 * k], expected) << k;
+  }
+}
+
+// Frames in which nobody is seen are frames, but for those behind the end.
+TEST(RatedSource, EmptyFramesStay) {
+  class Gap final : public DetectionSource {
+   public:
+    Gap() : all_(8, 8, 25.0) {}
+    const DetectionHeader& header() const override { return all_.header(); }
+    bool Next(DetectionFrame* frame) override {
+      if (!all_.Next(frame)) return false;
+      if (frame->frame >= 2 && frame->frame < 5) {
+        for (ViewDetections& view : frame->views) view.detections.clear();
+      }
+      return true;
+    }
+
+   private:
+    Counting all_;
+  };
+  const auto source =
+      OpenRated([] { return std::make_unique<Gap>(); }, {{"b", 50.0}});
+  std::vector<int64_t> numbers;
+  DetectionFrame frame;
+  while (source->Next(&frame)) numbers.push_back(frame.frame);
+  EXPECT_EQ(numbers, (std::vector<int64_t>{0, 1, 2, 3, 4, 5, 6, 7}));
+}
+
+// Files with times of their own have view_times.
+TEST(RatedSource, FilesThatTellTimesAreRefused) {
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.Write(
+      "a.jsonl",
+      R"({"kinegraph_detections": 1, "skeleton": {"name": "s", "joints": ["a"], )"
+      R"("bones": []}, "frame_rate": 25.0, "views": ["a", "b"]})"
+      "\n"
+      R"({"frame": 1, "time": 12.0, "views": {}})");
+  DetectionReadOptions options;
+  options.view_frame_rate_hz["b"] = 50.0;
+  EXPECT_THROW(ReadDetections(path, options), InputError);
+}
+
+TEST(RatedSource, UnknownViewsAndUnknownRatesAreRefused) {
+  const auto open = [] { return std::make_unique<Counting>(2, 2, 25.0); };
+  EXPECT_THROW(OpenRated(open, {{"c", 25.0}}), InputError);
+  EXPECT_THROW(OpenRated([] { return std::make_unique<Counting>(2, 2, 0.0); },
+                         {{"b", 25.0}}),
+               OptionError);
+}
+
+// "view_times" is another word for "capture_times".
+TEST(ViewTimes, AreTimesOfCapture) {
+  const testing::TemporaryFolder folder;
+  const std::string header =
+      R"({"kinegraph_detections": 1, "skeleton": {"name": "s", "joints": ["a"], )"
+      R"("bones": []}, "frame_rate": 25.0, "views": ["cam0", "cam1"]})";
+  const std::string frame =
+      R"({"frame": 300, "time": 12.0, "views": {"cam0": []}, )";
+  const std::string path = folder.Write(
+      "a.jsonl", header + "\n" + frame + R"("view_times": {"cam1": 12.013}})");
+  const DetectionSequence read = ReadDetections(path);
+  ASSERT_EQ(read.frames.size(), 1u);
+  EXPECT_EQ(read.frames[0].views[0].capture_time, FromSeconds(12.0));
+  EXPECT_EQ(read.frames[0].views[1].capture_time, FromSeconds(12.013));
+  EXPECT_THROW(ReadDetections(folder.Write(
+                   "b.jsonl", header + "\n" + frame +
+                                  R"("view_times": {"cam1": 12.013}, )"
+                                  R"("capture_times": {"cam1": 12.013}})")),
+               InputError);
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,108 @@
+#include "core/io/detections/skeleton_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "core/io/detections/source.h"
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+std::vector<Detection> PeopleIn(const Skeleton& skeleton) {
+  SceneOptions options;
+  options.seed = 3;
+  options.people = 2;
+  options.duration_s = 1.0;
+  const DetectionSequence seen =
+      Observe(MakeScene(options, skeleton), NoiseOptions(), nullptr);
+  std::vector<Detection> people;
+  for (const DetectionFrame& frame : seen.frames) {
+    for (const ViewDetections& view : frame.views) {
+      people.insert(people.end(), view.detections.begin(),
+                    view.detections.end());
+    }
+  }
+  return people;
+}
+
+TEST(SkeletonFitTest, TellsTheTwoLayoutsOfSyntheticBodiesApart) {
+  // Bones of these people are about as long in either order (within 15 %);
+  // left and right are alike in the right one only.
+  SkeletonFit fit({&Body25(), &Body25B()});
+  for (const Detection& person : PeopleIn(Body25B())) fit.See(person);
+  ASSERT_GT(fit.people(), 50u);
+  EXPECT_EQ(fit.Best(), 1u);
+  EXPECT_LT(fit.SideDifference(1), 0.1);
+  EXPECT_GT(fit.SideDifference(0), 0.25);
+}
+
+TEST(SkeletonFitTest, SideDifferenceIsThatOfTheLimbs) {
+  const Skeleton legs("legs",
+                      {"l_hip", "l_knee", "l_ankle", "r_hip", "r_knee",
+                       "r_ankle", "neck", "nose"},
+                      {});
+  Detection person;
+  person.joints.resize(8);
+  for (size_t j = 0; j < 8; ++j) {
+    person.joints[j].px = {10.0 * static_cast<double>(j), 0.0};
+    person.joints[j].found = true;
+  }
+  // Thighs of 3 and 4 px differ by 1 / 7 of their sum, shanks of 5 px not.
+  person.joints[1].px = {0.0, 3.0};
+  person.joints[2].px = {0.0, 8.0};
+  person.joints[4].px = {30.0, 4.0};
+  person.joints[5].px = {30.0, 9.0};
+  SkeletonFit fit({&legs});
+  fit.See(person);
+  EXPECT_DOUBLE_EQ(fit.SideDifference(0), 0.5 / 7.0);
+}
+
+TEST(SkeletonFitTest, Body25StaysBody25) {
+  SkeletonFit fit({&Body25(), &Body25B()});
+  for (const Detection& person : PeopleIn(Body25())) fit.See(person);
+  ASSERT_GT(fit.people(), 50u);
+  EXPECT_EQ(fit.Best(), 0u);
+  EXPECT_LT(fit.MedianShare(0), SkeletonFit::kImplausible);
+}
+
+// The right layout of every detector looks plausible, so that a warning about
+// the skeleton means something.
+TEST(SkeletonFitTest, NoBuiltInLayoutLooksImplausible) {
+  for (const Skeleton* truth : {&Coco17(), &Coco18(), &Body25(), &Body25B(),
+                                &Halpe26(), &MediaPipe33(), &WholeBody133()}) {
+    SkeletonFit fit({truth});
+    for (const Detection& person : PeopleIn(*truth)) fit.See(person);
+    ASSERT_GT(fit.people(), 50u);
+    EXPECT_LT(fit.MedianShare(0), SkeletonFit::kImplausible) << truth->name();
+  }
+}
+
+TEST(SkeletonFitTest, TooFewPeopleLeaveTheFirstCandidate) {
+  SkeletonFit fit({&Body25(), &Body25B()});
+  const std::vector<Detection> people = PeopleIn(Body25B());
+  for (size_t i = 0; i + 1 < SkeletonFit::kEnoughPeople; ++i) {
+    fit.See(people[i]);
+  }
+  EXPECT_EQ(fit.Best(), 0u);
+}
+
+TEST(SkeletonFitTest, RecognisesBody25InRealFiles) {
+  KINEGRAPH_DATA_OR_SKIP(path, "shelf/detections/openpose");
+  EXPECT_TRUE(OpenDetections(path)->header().skeleton == Body25());
+}
+
+TEST(SkeletonFitTest, RecognisesBody25BInRealFiles) {
+  KINEGRAPH_DATA_OR_SKIP(path, "pose2sim");
+  for (const std::string trial : {"single", "multi"}) {
+    const auto source = OpenDetections(path + "/" + trial + "/pose");
+    EXPECT_TRUE(source->header().skeleton == Body25B()) << trial;
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

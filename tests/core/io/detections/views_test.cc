@@ -1,0 +1,246 @@
+// Files of several cameras, and several detectors of one camera, by hand.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/source.h"
+#include "core/io/file_kind.h"
+#include "core/io/files/text_file.h"
+#include "core/io/tracks/tracks.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using testing::TemporaryFolder;
+
+const Keypoint& JointOf(const DetectionSequence& take, size_t frame,
+                        size_t view, size_t person, size_t joint) {
+  return take.frames.at(frame).views.at(view).detections.at(person).joints.at(
+      joint);
+}
+
+// ---- One COCO file of several cameras ----
+
+constexpr const char* kCoco =
+    "{\"info\": {\"frame_rate\": 50}, \"categories\": [{\"id\": 9, \"name\": "
+    "\"box\"}, {\"id\": 1, \"name\": \"person\", \"keypoints\": [\"nose\", "
+    "\"tail\", \"left_knee\"], \"skeleton\": [[1, 2], [2, 3]]}],\n"
+    "\"images\": [{\"id\": 11, \"file_name\": \"take/cam10/000005.jpg\"},\n"
+    "{\"id\": 12, \"file_name\": \"take/cam2/000005.jpg\"},\n"
+    "{\"id\": 13, \"file_name\": \"x.jpg\", \"camera\": \"cam2\", "
+    "\"frame_id\": 7}],\n"
+    "\"annotations\": [{\"id\": 1, \"image_id\": 12, \"category_id\": 1, "
+    "\"keypoints\": [10, 20, 2, 0, 0, 0, 30.5, 40, 1]},\n"
+    "{\"id\": 2, \"image_id\": 12, \"category_id\": 9, \"bbox\": [1, 2, 3, "
+    "4]},\n"
+    "{\"id\": 3, \"image_id\": 13, \"category_id\": 1, \"keypoints\": [1, 2, "
+    "0.25, 3, 4, 2, 0, 0, 0], \"keypoint_scores\": [0.5, 0.75, 0]}]}\n";
+
+TEST(CocoViews, CamerasAndFramesComeFromImages) {
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("take.json", kCoco);
+  EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
+  const DetectionSequence take = ReadDetections(path);
+  EXPECT_EQ(take.header.frame_rate_hz, 50.0);
+  EXPECT_THAT(take.header.view_names, ElementsAre("cam2", "cam10"));
+  EXPECT_THAT(take.header.skeleton.joints(),
+              ElementsAre("nose", "tail", "l_knee"));
+  ASSERT_EQ(take.header.skeleton.bones().size(), 2u);
+  EXPECT_EQ(take.header.skeleton.bones()[1].a, 1);
+  ASSERT_EQ(take.frames.size(), 2u);
+  EXPECT_EQ(take.frames[0].frame, 5);
+  EXPECT_EQ(take.frames[1].frame, 7);
+  EXPECT_TRUE(take.frames[0].views[1].detections.empty()) << "nobody in cam10";
+  EXPECT_EQ(JointOf(take, 0, 0, 0, 0).px, Eigen::Vector2d(10, 20));
+  EXPECT_EQ(JointOf(take, 0, 0, 0, 0).confidence, 1.0) << "flag 2";
+  EXPECT_FALSE(JointOf(take, 0, 0, 0, 1).found) << "flag 0";
+  EXPECT_EQ(JointOf(take, 0, 0, 0, 2).confidence, 1.0) << "flag 1";
+  EXPECT_EQ(JointOf(take, 1, 0, 0, 0).confidence, 0.5) << "scores count";
+  EXPECT_FALSE(JointOf(take, 1, 0, 0, 2).found);
+}
+
+TEST(CocoViews, SaysWhatIsWrong) {
+  const TemporaryFolder folder;
+  const auto error_of = [&](const std::string& from, const std::string& to) {
+    std::string text = kCoco;
+    const size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+    const std::string path = folder.Write("broken.json", text);
+    return InputErrorOf([&] { ReadDetections(path); });
+  };
+  EXPECT_THAT(error_of("\"id\": 12", "\"id\": 11"),
+              HasSubstr("broken.json: image 1: id 11 appears twice"));
+  EXPECT_THAT(error_of("take/cam10/000005.jpg", "000005.jpg"),
+              HasSubstr("image 0: expected a key camera, or a folder"));
+  EXPECT_THAT(error_of("take/cam10/000005.jpg", "cam10/a.jpg"),
+              HasSubstr("image 0: expected a key frame_id, or a number"));
+  EXPECT_THAT(error_of("\"image_id\": 13", "\"image_id\": 14"),
+              HasSubstr("annotation 2: image_id 14 is none of the images"));
+  EXPECT_THAT(error_of("[10, 20, 2, 0", "[10, 20, 0"),
+              HasSubstr("annotation 0: keypoints"));
+  EXPECT_THAT(error_of("[2, 3]]", "[2, 4]]"), HasSubstr("skeleton"));
+}
+
+// ---- FreeMoCap's array ----
+
+std::string Npy(const std::string& shape, const std::vector<double>& numbers) {
+  std::string header =
+      "{'descr': '<f8', 'fortran_order': False, 'shape': (" + shape + "), }";
+  while ((10 + header.size() + 1) % 64 != 0) header += ' ';
+  header += '\n';
+  std::string file = "\x93NUMPY";
+  file += '\x01';
+  file += '\x00';
+  file += static_cast<char>(header.size() % 256);
+  file += static_cast<char>(header.size() / 256);
+  file += header;
+  const size_t begin = file.size();
+  file.resize(begin + numbers.size() * sizeof(double));
+  std::memcpy(&file[begin], numbers.data(), numbers.size() * sizeof(double));
+  return file;
+}
+
+TEST(FreeMoCap, BodyIsTheFirstPartOfThePoints) {
+  constexpr size_t kPoints = 75;  // body and hands
+  std::vector<double> numbers(2 * 3 * kPoints * 2);
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    numbers[i] = static_cast<double>(i);
+  }
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  numbers[0] = numbers[1] = nan;
+  // Nobody in the second camera's last frame.
+  for (size_t i = 5 * kPoints * 2; i < numbers.size(); ++i) numbers[i] = nan;
+  const TemporaryFolder folder;
+  const std::string path =
+      folder.Write("take_pixelXY.npy", Npy("2, 3, 75, 2", numbers));
+  EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
+  DetectionReadOptions options;
+  options.frame_rate_hz = 30.0;
+  const DetectionSequence take = ReadDetections(path, options);
+  EXPECT_TRUE(take.header.skeleton == MediaPipe33());
+  EXPECT_THAT(take.header.view_names, ElementsAre("cam_0", "cam_1"));
+  ASSERT_EQ(take.frames.size(), 3u);
+  EXPECT_FALSE(JointOf(take, 0, 0, 0, 0).found);
+  EXPECT_EQ(JointOf(take, 0, 0, 0, 1).px, Eigen::Vector2d(2, 3));
+  // Camera 1, frame 1, point 32.
+  const double x = (1 * 3 + 1) * 150 + 64;
+  EXPECT_EQ(JointOf(take, 1, 1, 0, 32).px, Eigen::Vector2d(x, x + 1));
+  EXPECT_TRUE(take.frames[2].views[1].detections.empty());
+}
+
+TEST(FreeMoCap, SaysWhatIsWrong) {
+  const TemporaryFolder folder;
+  DetectionReadOptions options;
+  options.format = "freemocap";
+  const auto error_of = [&](const std::string& file) {
+    const std::string path = folder.Write("a.npy", file);
+    return InputErrorOf([&] { ReadDetections(path, options); });
+  };
+  EXPECT_THAT(error_of(Npy("4, 4", std::vector<double>(16))),
+              HasSubstr("has 2 dimensions, expected 4"));
+  EXPECT_THAT(error_of(Npy("1, 1, 4, 4", std::vector<double>(16))),
+              HasSubstr("[cameras, frames, points, 2]"));
+  EXPECT_THAT(error_of(Npy("1, 1, 8, 2", std::vector<double>(16))),
+              HasSubstr("points: found 8 joints"));
+  EXPECT_THAT(error_of(Npy("1, 1, 9, 2", std::vector<double>(16))),
+              HasSubstr("bytes"));
+}
+
+// What FreeMoCap makes of them in 3D: the same points, as table and as array.
+TEST(FreeMoCap, PointsIn3dAreTracks) {
+  const TemporaryFolder folder;
+  const std::string table =
+      folder.Write("mediapipe_body_3d_xyz.csv",
+                   "nose_x,nose_y,nose_z,left_hip_x,left_hip_y,left_hip_z\n"
+                   "100,200,300,,,\n1000,-2000,3000,1,2,3\n,,,,,\n");
+  EXPECT_EQ(RecogniseKind(table), FileKind::kTracks);
+  TrackReadOptions options;
+  options.frame_rate_hz = 50.0;
+  const TrackSequence tracks = ReadTracks(table, options);
+  EXPECT_THAT(tracks.header.skeleton.joints(), ElementsAre("nose", "l_hip"));
+  ASSERT_EQ(tracks.frames.size(), 3u);
+  EXPECT_EQ(tracks.frames[1].time, 20'000'000);
+  const Pose3d& first = tracks.frames[0].people.at(0).joints;
+  EXPECT_LT((first[0].position_m - Eigen::Vector3d(0.1, 0.2, 0.3)).norm(),
+            1e-15);
+  EXPECT_FALSE(first[1].present());
+  EXPECT_EQ(tracks.frames[1].people[0].joints[0].position_m.y(), -2.0);
+  EXPECT_TRUE(tracks.frames[2].people.empty());
+
+  std::vector<double> numbers(2 * 33 * 3);
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    numbers[i] = static_cast<double>(1000 * i);
+  }
+  const std::string array =
+      folder.Write("mediapipe_skeleton_3d.npy", Npy("2, 33, 3", numbers));
+  EXPECT_EQ(RecogniseKind(array), FileKind::kTracks);
+  const TrackSequence again = ReadTracks(array);
+  EXPECT_TRUE(again.header.skeleton == MediaPipe33());
+  ASSERT_EQ(again.frames.size(), 2u);
+  EXPECT_EQ(again.frames[1].people.at(0).joints[32].position_m,
+            Eigen::Vector3d(195, 196, 197));
+  EXPECT_THAT(InputErrorOf([&] {
+                ReadTracks(folder.Write("b.csv", "a_x,a_y,a_z\n1,2,three\n"));
+              }),
+              HasSubstr("b.csv: line 2: found the text 'three'"));
+}
+
+// ---- Two seeds of one network ----
+
+constexpr const char* kHeader =
+    "scorer,net,net,net,net,net,net\n"
+    "bodyparts,nose,nose,nose,left_knee,left_knee,left_knee\n"
+    "coords,x,y,likelihood,x,y,likelihood\n";
+
+TEST(TwoDetectors, AreFusedJointByJoint) {
+  const TemporaryFolder folder;
+  const std::string header = kHeader;
+  // A box of 300 x 400 px: apart is more than 25 px.
+  folder.Write("seeds/rng0/cam1.csv", header + "0,100,100,0.9,400,500,0.4\n" +
+                                          "1,100,100,0.9,400,500,0.8\n" +
+                                          "2,100,100,0.9,,,\n");
+  folder.Write("seeds/rng1/cam1.csv", header + "0,104,100,0.3,410,500,0.4\n" +
+                                          "1,100,100,0.9,440,500,0.6\n" +
+                                          "2,100,100,0.9,400,500,0.5\n");
+  const std::string path = (folder.path() / "seeds").string();
+  EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
+  const DetectionSequence take = ReadDetections(path);
+  EXPECT_THAT(take.header.view_names, ElementsAre("cam1"));
+  ASSERT_EQ(take.frames.size(), 3u);
+  ASSERT_EQ(take.frames[0].views[0].detections.size(), 1u);
+  // Weighed by confidence: (0.9 * 100 + 0.3 * 104) / 1.2.
+  EXPECT_NEAR(JointOf(take, 0, 0, 0, 0).px.x(), 101.0, 1e-12);
+  EXPECT_NEAR(JointOf(take, 0, 0, 0, 0).confidence, 0.6, 1e-15);
+  EXPECT_NEAR(JointOf(take, 0, 0, 0, 1).px.x(), 405.0, 1e-12);
+  // 40 px apart: the more confident one, believed by one of two.
+  EXPECT_EQ(JointOf(take, 1, 0, 0, 1).px.x(), 400.0);
+  EXPECT_NEAR(JointOf(take, 1, 0, 0, 1).confidence, 0.4, 1e-15);
+  // Seen by one.
+  EXPECT_EQ(JointOf(take, 2, 0, 0, 1).px.x(), 400.0);
+  EXPECT_NEAR(JointOf(take, 2, 0, 0, 1).confidence, 0.25, 1e-15);
+}
+
+TEST(TwoDetectors, HaveTheSameViews) {
+  const TemporaryFolder folder;
+  const std::string text = std::string(kHeader) + "0,1,1,1,2,2,1\n";
+  folder.Write("seeds/rng0/cam1.csv", text);
+  folder.Write("seeds/rng1/cam2.csv", text);
+  EXPECT_THAT(
+      InputErrorOf([&] { ReadDetections((folder.path() / "seeds").string()); }),
+      HasSubstr("rng1: has other views than"));
+}
+
+}  // namespace
+}  // namespace kinegraph

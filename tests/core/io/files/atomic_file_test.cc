@@ -1,0 +1,131 @@
+#include "core/io/files/atomic_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/io/files/text_file.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+int FilesIn(const fs::path& folder) {
+  return static_cast<int>(
+      std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+TEST(AtomicFile, AppearsOnlyWhenCommitted) {
+  const testing::TemporaryFolder folder;
+  const std::string path = (folder.path() / "out.txt").string();
+  AtomicFile file(path);
+  file.Write("first ");
+  file.Write("second");
+  EXPECT_FALSE(fs::exists(path));
+  file.Commit();
+  EXPECT_EQ(ReadTextFile(path), "first second");
+  EXPECT_EQ(FilesIn(folder.path()), 1);
+}
+
+TEST(AtomicFile, LeavesNothingWithoutCommit) {
+  const testing::TemporaryFolder folder;
+  { AtomicFile((folder.path() / "out.txt").string()).Write("half"); }
+  EXPECT_EQ(FilesIn(folder.path()), 0);
+}
+
+TEST(AtomicFile, KeepsTheOldFileWithoutCommit) {
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.Write("out.txt", "old");
+  { AtomicFile(path).Write("half"); }
+  EXPECT_EQ(ReadTextFile(path), "old");
+  AtomicFile file(path);
+  file.Write("new");
+  file.Commit();
+  EXPECT_EQ(ReadTextFile(path), "new");
+}
+
+TEST(AtomicFile, KeepsASymbolicLink) {
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.Write("real.txt", "old");
+  const fs::path link = folder.path() / "link.txt";
+  fs::create_symlink("real.txt", link);
+  AtomicFile file(link.string());
+  file.Write("new");
+  file.Commit();
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_EQ(ReadTextFile(path), "new");
+}
+
+TEST(AtomicFile, HasThePermissionsOfTheUmask) {
+  const testing::TemporaryFolder folder;
+  const std::string path = (folder.path() / "out.txt").string();
+  const mode_t before = umask(022);
+  AtomicFile file(path);
+  file.Commit();
+  umask(before);
+  EXPECT_EQ(fs::status(path).permissions(), static_cast<fs::perms>(0644));
+}
+
+TEST(AtomicFile, WritesDevicesDirectly) {
+  AtomicFile file("/dev/null");
+  file.Write("text");
+  file.Commit();
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST(AtomicFile, SaysWhenTheDiskIsFull) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "needs /dev/full";
+  AtomicFile file("/dev/full");
+  file.Write("text");
+  try {
+    file.Commit();
+    FAIL() << "expected an error";
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(std::string(error.what()).rfind("/dev/full: cannot be", 0), 0u)
+        << error.what();
+  }
+}
+
+TEST(AtomicFile, RefusesFoldersAndMissingFolders) {
+  const testing::TemporaryFolder folder;
+  EXPECT_THROW(AtomicFile(folder.path().string()), InputError);
+  EXPECT_THROW(AtomicFile((folder.path() / "none" / "out.txt").string()),
+               InputError);
+  EXPECT_THROW(AtomicFile(""), InputError);
+}
+
+TEST(ReadTextFile, GivesEveryByte) {
+  const testing::TemporaryFolder folder;
+  std::string content(300000, 'x');  // more than one read
+  content[1000] = '\0';
+  content.back() = '\n';
+  EXPECT_EQ(ReadTextFile(folder.Write("a", content)), content);
+  EXPECT_EQ(ReadTextFile(folder.Write("b", "")), "");
+}
+
+TEST(ReadTextFile, NamesWhatItCannotRead) {
+  const testing::TemporaryFolder folder;
+  const std::string missing = (folder.path() / "none").string();
+  for (const std::string& path : {missing, folder.path().string()}) {
+    try {
+      ReadTextFile(path);
+      ADD_FAILURE() << "expected an error";
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()).rfind(path, 0), 0u) << error.what();
+    }
+  }
+  EXPECT_THROW(ReadTextFile(folder.Write("big", std::string(101, 'x')), 100),
+               InputError);
+  EXPECT_EQ(ReadTextFile((folder.path() / "big").string(), 101).size(), 101u);
+}
+
+}  // namespace
+}  // namespace kinegraph

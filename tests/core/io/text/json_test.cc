@@ -1,0 +1,115 @@
+#include "core/io/text/json.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/core/io/input_error.h"
+
+namespace kinegraph {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using ::testing::IsEmpty;
+
+std::string ParseError(const std::string& text) {
+  return InputErrorOf([&] { ParseJson(text, "a.json"); });
+}
+
+TEST(ParseJson, KeepsTheOrderOfTheFile) {
+  const Json json = ParseJson(R"({"b": 1, "a": 2, "c": 3})", "a.json");
+  const JsonField root(json, "a.json");
+  std::vector<std::string> keys;
+  for (const auto& member : root.Members("key")) keys.push_back(member.key);
+  EXPECT_THAT(keys, ElementsAre("b", "a", "c"));
+}
+
+TEST(ParseJson, RefusesRepeatedKeysOfOneObjectAlone) {
+  EXPECT_EQ(ParseError(R"({"a": {"b": 1, "b": 2}})"),
+            "a.json: key 'b': appears twice in one object");
+  EXPECT_EQ(
+      ParseJson(R"({"a": {"a": 1}, "b": [{"a": 1}, {"a": 2}]})", "").size(),
+      2u);
+}
+
+TEST(ParseJson, RefusesGarbageBehindTheValue) {
+  EXPECT_THAT(ParseError("{} {}"), HasSubstr("line 1, column 4"));
+  EXPECT_THAT(ParseError("{}\n,"), HasSubstr("line 2"));
+  EXPECT_THAT(ParseError("{} // comment"), HasSubstr("not JSON"));
+}
+
+TEST(ParseJson, LimitsDepthAndKeys) {
+  const auto nested = [](int depth) {
+    const auto count = static_cast<size_t>(depth);
+    return std::string(count, '[') + std::string(count, ']');
+  };
+  EXPECT_TRUE(ParseJson(nested(kMaxJsonDepth), "a.json").is_array());
+  EXPECT_THAT(ParseError(nested(kMaxJsonDepth + 1)), HasSubstr("nested"));
+}
+
+TEST(JsonField, NamesThePlace) {
+  const Json json = ParseJson(R"({"a": {"b": "text"}, "c": [1, [2]]})", "");
+  const JsonField root(json, "a.json");
+  EXPECT_EQ(InputErrorOf([&] { root.At("a").At("b").Number(); }),
+            "a.json: a: b: found the text 'text', expected a number");
+  EXPECT_EQ(InputErrorOf([&] { root.At("a").At("d"); }),
+            "a.json: a: has no key 'd'");
+  EXPECT_EQ(InputErrorOf([&] { root.At("c").Elements("row")[0].Text(); }),
+            "a.json: row 0: found 1, expected a text");
+  EXPECT_EQ(InputErrorOf([&] { root.At("c").Named("here").Boolean(); }),
+            "a.json: here: found an array of 2, expected true or false");
+  EXPECT_FALSE(root.Find("d").has_value());
+}
+
+TEST(JsonField, TakesMatricesInEveryShape) {
+  const auto matrix = [](const std::string& text, int rows, int cols) {
+    const Json json = ParseJson(text, "a.json");
+    return JsonField(json, "a.json", "M").Matrix(rows, cols);
+  };
+  EXPECT_THAT(matrix("[1, 2, 3, 4, 5, 6]", 2, 3),
+              ElementsAre(1, 2, 3, 4, 5, 6));
+  EXPECT_THAT(matrix("[[1, 2, 3], [4, 5, 6]]", 2, 3),
+              ElementsAre(1, 2, 3, 4, 5, 6));
+  EXPECT_THAT(matrix("[[1], [2]]", 2, 1), ElementsAre(1, 2));
+  EXPECT_THAT(matrix("[[1, 2]]", 2, 1), ElementsAre(1, 2));
+  EXPECT_THAT(matrix("[1, 2]", 2, 1), ElementsAre(1, 2));
+  for (const char* text :
+       {"[]", "[[]]", "[1]", "[[1, 2], [3]]", "[[1, 2], 3]", "[1, [2]]",
+        "[[1, 2, 3], [4, 5]]", "[[1, 4], [2, 5], [3, 6]]", "{}", "3", "null",
+        "[[[1]], [[2]]]", "[1, 2, 3, 4, 5, true]"}) {
+    EXPECT_THAT(InputErrorOf([&] { matrix(text, 2, 3); }),
+                HasSubstr("a.json: M: "))
+        << text;
+  }
+}
+
+TEST(JsonField, TakesListsOfAnyLength) {
+  const auto numbers = [](const std::string& text) {
+    const Json json = ParseJson(text, "a.json");
+    return JsonField(json, "a.json").Numbers();
+  };
+  EXPECT_THAT(numbers("[]"), IsEmpty());
+  EXPECT_THAT(numbers("[[]]"), IsEmpty());
+  EXPECT_THAT(numbers("[1, 2]"), ElementsAre(1, 2));
+  EXPECT_THAT(numbers("[[1], [2]]"), ElementsAre(1, 2));
+  EXPECT_THAT(numbers("[[1, 2, 3]]"), ElementsAre(1, 2, 3));
+}
+
+TEST(JsonField, IntegersAreExact) {
+  const auto integer = [](const std::string& text) {
+    const Json json = ParseJson(text, "a.json");
+    return JsonField(json, "a.json").Integer();
+  };
+  EXPECT_EQ(integer("1032.0"), 1032);
+  EXPECT_EQ(integer("-9007199254740992"), -9007199254740992);
+  for (const char* text : {"1.5", "1e300", "18446744073709551615", "\"1\""}) {
+    EXPECT_THAT(InputErrorOf([&] { integer(text); }), HasSubstr("expected a"))
+        << text;
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,96 @@
+#include "core/io/tracks/identity_edits.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::TemporaryFolder;
+
+TEST(IdentityEditsTest, RoundTrip) {
+  IdentityEdit join;
+  join.op = EditOp::kJoin;
+  join.persons = {TrackId(3), TrackId(7)};
+  join.frames = FrameSpan{131, 120};  // seen at once for a while
+  join.evidence = {{"bones", 6.125}, {"gap_s", -0.44}};
+  join.margin = 8.5;
+  IdentityEdit name;
+  name.op = EditOp::kName;
+  name.persons = {TrackId(3)};
+  name.name = "Anna \"A\" Ö";
+  TemporaryFolder folder;
+  const std::string path = (folder.path() / "take.identity.jsonl").string();
+  WriteIdentityEdits(path, {join, name});
+  const std::vector<IdentityEdit> read = ReadIdentityEdits(path);
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[0].op, EditOp::kJoin);
+  EXPECT_EQ(read[0].persons, join.persons);
+  EXPECT_EQ(read[0].frames->first, 131);
+  EXPECT_EQ(read[0].frames->last, 120);
+  EXPECT_EQ(read[0].evidence, join.evidence);
+  EXPECT_EQ(read[0].margin, 8.5);
+  EXPECT_EQ(read[1].op, EditOp::kName);
+  EXPECT_EQ(read[1].name, name.name);
+  EXPECT_FALSE(read[1].frames.has_value());
+  EXPECT_EQ(read[1].place, path + ": line 2");
+}
+
+TEST(IdentityEditsTest, BlankLinesArePassedOver) {
+  TemporaryFolder folder;
+  const std::string path = folder.Write(
+      "edits.jsonl",
+      "\n{\"op\": \"delete\", \"persons\": [1], \"frames\": [0, 5]}\r\n  \n");
+  const std::vector<IdentityEdit> read = ReadIdentityEdits(path);
+  ASSERT_EQ(read.size(), 1u);
+  EXPECT_EQ(read[0].place, path + ": line 2");
+}
+
+struct Wrong {
+  std::string line;
+  std::string message;
+};
+
+TEST(IdentityEditsTest, WrongLinesAreNamed) {
+  const std::vector<Wrong> wrongs = {
+      {"{\"op\": \"glue\", \"persons\": [1, 2]}", "op"},
+      {"{\"persons\": [1, 2]}", "op"},
+      {"{\"op\": \"join\"}", "persons"},
+      {"{\"op\": \"join\", \"persons\": []}", "persons"},
+      {"{\"op\": \"join\", \"persons\": [1, -2]}", "person"},
+      {"{\"op\": \"join\", \"persons\": [1, 2], \"frame\": [1, 2]}", "frame"},
+      {"{\"op\": \"cut\", \"persons\": [1], \"frames\": [9, 8]}",
+       "empty range"},
+      {"{\"op\": \"cut\", \"persons\": [1], \"frames\": [9]}", "frames"},
+      {"{\"op\": \"cut\", \"persons\": [1]", "line 2"},
+  };
+  for (const Wrong& wrong : wrongs) {
+    TemporaryFolder folder;
+    const std::string path = folder.Write(
+        "edits.jsonl",
+        "{\"op\": \"join\", \"persons\": [0, 1]}\n" + wrong.line + "\n");
+    try {
+      ReadIdentityEdits(path);
+      ADD_FAILURE() << "no error for " << wrong.line;
+    } catch (const InputError& error) {
+      const std::string message = error.what();
+      EXPECT_NE(message.find("line 2"), std::string::npos) << message;
+      EXPECT_NE(message.find(wrong.message), std::string::npos) << message;
+      EXPECT_NE(message.find(path), std::string::npos) << message;
+    }
+  }
+}
+
+TEST(IdentityEditsTest, StandsBesideTheTracks) {
+  EXPECT_EQ(IdentityPathOf("out/take.jsonl"), "out/take.identity.jsonl");
+  EXPECT_EQ(IdentityPathOf("out.v2/take"), "out.v2/take.identity.jsonl");
+  EXPECT_EQ(IdentityPathOf("take.csv"), "take.identity.jsonl");
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,470 @@
+// Tracks written in every format and read back: what a format keeps comes back
+// to the last bit, what it loses is lost in the way that it says.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/random.h"
+#include "core/io/files/text_file.h"
+#include "core/io/tracks/export.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/tracks.h"
+#include "core/io/tracks/writer.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using testing::TemporaryFolder;
+
+// Three people who come and go, among them nobody for a frame, numbers of all
+// digits, every status. Frames have no gaps.
+TrackSequence RandomTracks(const Skeleton& skeleton) {
+  Random random(11);
+  TrackSequence tracks;
+  tracks.header.skeleton = skeleton;
+  tracks.header.frame_rate_hz = 25.0;
+  for (int64_t f = 300; f < 310; ++f) {
+    TrackFrame frame;
+    frame.frame = f;
+    frame.time = FrameClock(25.0).TimeOf(f);
+    for (const int64_t id : {0, 2, 5}) {
+      if (f == 304 || (id == 2 && f < 303)) continue;
+      PersonPose person;
+      person.id = TrackId(id);
+      for (int j = 0; j < skeleton.joint_count(); ++j) {
+        Joint3d joint;
+        // Somebody without any joint would not be there in most formats.
+        joint.status = j == 0 ? JointStatus::kObserved
+                              : static_cast<JointStatus>(random.Index(3));
+        if (joint.present()) {
+          joint.position_m = {random.Normal() / 3.0, random.Normal() * 1e-7,
+                              -random.Uniform()};
+        }
+        person.joints.push_back(joint);
+        person.inlier_views.push_back(static_cast<int>(random.Index(5)));
+        person.covariances.emplace_back();
+        if (joint.present() && random.Chance(0.7)) {
+          Eigen::Matrix3d c = Eigen::Matrix3d::Identity() * random.Uniform();
+          c(0, 1) = c(1, 0) = 1e-3 * random.Normal();
+          person.covariances.back() = c;
+        }
+      }
+      frame.people.push_back(person);
+    }
+    tracks.frames.push_back(frame);
+  }
+  return tracks;
+}
+
+using Write =
+    std::function<void(const std::string&, const TrackSequence&, Losses*)>;
+
+void PlainCsv(const std::string& path, const TrackSequence& tracks,
+              Losses* losses) {
+  WriteTracksCsv(path, tracks, losses);
+}
+// By the registry's entry.
+template <const char* kName>
+void PlainFormat(const std::string& path, const TrackSequence& tracks,
+                 Losses* losses) {
+  FindTrackFormat(kName)->write(path, tracks, {}, losses);
+}
+constexpr char kC3d[] = "c3d";
+constexpr char kCoco3d[] = "coco3d";
+
+void PlainNpz(const std::string& path, const TrackSequence& tracks,
+              Losses* losses) {
+  WriteTracksNpz(path, tracks, losses);
+}
+
+struct Case {
+  const char* name;
+  std::string format;
+  Write write;
+  const Skeleton* skeleton;  // that a reader recognises
+  bool keeps_status = false;
+  bool keeps_empty_frames = true;
+  bool keeps_times = true;
+  // Positions are in centimetres: a change of unit is two roundings.
+  double tolerance = 0.0;
+  bool keeps_covariances = true;  // and views, if the status is kept
+};
+
+constexpr double kUnit = 4e-16;
+constexpr double kFloat = 1.2e-7;  // to 32 bits and back: half of 2^-23, twice
+
+class TrackRoundTrip : public ::testing::TestWithParam<Case> {};
+
+void ExpectSamePerson(const PersonPose& a, const PersonPose& b,
+                      const Case& format) {
+  EXPECT_EQ(a.id, b.id);
+  ASSERT_EQ(a.joints.size(), b.joints.size());
+  for (size_t j = 0; j < a.joints.size(); ++j) {
+    ASSERT_EQ(a.joints[j].present(), b.joints[j].present()) << j;
+    if (format.keeps_status) {
+      EXPECT_EQ(a.joints[j].status, b.joints[j].status);
+    }
+    if (!a.joints[j].present()) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double expected = a.joints[j].position_m[axis];
+      EXPECT_NEAR(b.joints[j].position_m[axis], expected,
+                  format.tolerance * std::abs(expected));
+    }
+    if (!format.keeps_status || !format.keeps_covariances) continue;
+    ASSERT_EQ(a.covariances[j].has_value(), b.covariances[j].has_value());
+    if (a.covariances[j]) {
+      EXPECT_EQ(*a.covariances[j], *b.covariances[j]);
+    }
+  }
+  if (format.keeps_status && format.keeps_covariances) {
+    EXPECT_EQ(a.inlier_views, b.inlier_views);
+  }
+}
+
+TEST_P(TrackRoundTrip, ReadsBack) {
+  const Case& format = GetParam();
+  const TrackSequence tracks = RandomTracks(*format.skeleton);
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "result";
+  Losses losses;
+  format.write(path, tracks, &losses);
+  EXPECT_EQ(ListFolder(folder.path().string()).size(), 1u)
+      << "nothing is left beside the result";
+  for (const std::string& read : {std::string(), format.format}) {
+    TrackReadOptions options;
+    options.format = read;
+    options.frame_rate_hz = 25.0;
+    const TrackSequence again = ReadTracks(path, options);
+    EXPECT_TRUE(again.header.skeleton == *format.skeleton);
+    std::vector<const TrackFrame*> expected;
+    for (const TrackFrame& frame : tracks.frames) {
+      if (format.keeps_empty_frames || !frame.people.empty()) {
+        expected.push_back(&frame);
+      }
+    }
+    // actorsGT.mat begins at frame 0.
+    std::vector<const TrackFrame*> found;
+    for (const TrackFrame& frame : again.frames) {
+      if (frame.frame >= 300) found.push_back(&frame);
+    }
+    ASSERT_EQ(found.size(), expected.size());
+    for (size_t f = 0; f < found.size(); ++f) {
+      EXPECT_EQ(found[f]->frame, expected[f]->frame);
+      EXPECT_EQ(found[f]->time, expected[f]->time);
+      ASSERT_EQ(found[f]->people.size(), expected[f]->people.size());
+      for (size_t p = 0; p < found[f]->people.size(); ++p) {
+        ExpectSamePerson(expected[f]->people[p], found[f]->people[p], format);
+      }
+    }
+  }
+  const bool loses_status =
+      std::any_of(losses.begin(), losses.end(), [](const std::string& loss) {
+        return loss.find("inferred joints") != std::string::npos;
+      });
+  EXPECT_EQ(loses_status, !format.keeps_status) << "what is lost is said";
+}
+
+TEST_P(TrackRoundTrip, SameTracksSameBytes) {
+  const Case& format = GetParam();
+  const TrackSequence tracks = RandomTracks(*format.skeleton);
+  const TemporaryFolder folder;
+  std::vector<std::string> contents;
+  for (const char* name : {"a/result", "b/result"}) {
+    const fs::path path = folder.path() / name;
+    fs::create_directory(path.parent_path());
+    Losses losses;
+    format.write(path, tracks, &losses);
+    std::string content;
+    if (fs::is_directory(path)) {
+      for (const std::string& file : ListFolder(path)) {
+        content += file + ReadTextFile(path / file);
+      }
+    } else {
+      content = ReadTextFile(path);
+    }
+    contents.push_back(content);
+  }
+  EXPECT_EQ(contents[0], contents[1]);
+}
+
+// A spoilt file ends with an error that names it, or reads as something else,
+// but never crashes a reader.
+TEST_P(TrackRoundTrip, SpoiltFilesAreRefusedOrRead) {
+  const Case& format = GetParam();
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "result";
+  Losses losses;
+  format.write(path, RandomTracks(*format.skeleton), &losses);
+  fs::path file = path;
+  if (fs::is_directory(path)) file = path / ListFolder(path).front();
+  const std::string whole = ReadTextFile(file);
+  Random random(3);
+  const auto read = [&](const std::string& content) {
+    std::ofstream(file, std::ios::binary) << content;
+    TrackReadOptions options;
+    options.format = format.format;
+    try {
+      ReadTracks(path, options);
+      return false;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("result"));
+      return true;
+    }
+  };
+  int refused = 0;
+  for (int i = 0; i < 60; ++i) {
+    refused += read(whole.substr(0, random.Index(whole.size()))) ? 1 : 0;
+    std::string spoilt = whole;
+    for (int k = 0; k < 3; ++k) {
+      spoilt[random.Index(spoilt.size())] =
+          static_cast<char>(random.Index(256));
+    }
+    read(spoilt);
+  }
+  // A table that ends between two rows is a shorter table.
+  EXPECT_GT(refused, 50) << "of 60 truncated files";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Formats, TrackRoundTrip,
+    ::testing::Values(Case{"csv", "csv", PlainCsv, &Coco17(), true, false},
+                      Case{"npz", "npz", PlainNpz, &Body25(), true},
+                      Case{"trc", "trc",
+                           [](const std::string& path,
+                              const TrackSequence& tracks, Losses* losses) {
+                             WriteTracksTrc(path, tracks, AxisMap(), losses);
+                           },
+                           &Coco17()},
+                      Case{"c3d", "c3d", PlainFormat<kC3d>, &Coco17(), false,
+                           true, true, kFloat},
+                      Case{"coco3d", "coco3d", PlainFormat<kCoco3d>, &Body25(),
+                           true, true, true, 0.0, false},
+                      Case{"poses", "poses", WriteTracksPoses, &Coco17(), false,
+                           false},
+                      Case{"longcw", "longcw", WriteTracksLongcw, &Coco17(),
+                           false, true, true, kUnit},
+                      Case{"four_d_association", "4da",
+                           WriteTracks4dAssociation, &FourDA19()},
+                      Case{"panoptic", "panoptic", WriteTracksPanoptic,
+                           &Panoptic19(), false, true, true, kUnit},
+                      Case{"tum", "tum", WriteTracksTum, &Tum14()}),
+    [](const auto& format) { return std::string(format.param.name); });
+
+// ---- What single formats do besides
+
+// Pose2Sim's own files: read, written by us and read again they are the same,
+// and the world's axes come from its (Y up).
+TEST(TracksTrc, Pose2SimsOwnFilesReadAndComeBack) {
+  KINEGRAPH_DATA_OR_SKIP(peers, "pose2sim/peer_result");
+  struct Peer {
+    const char* file;
+    int64_t id;
+  };
+  for (const Peer& peer :
+       {Peer{"S00_P00_T01_BalancingTrial_0-100.trc", 0},
+        Peer{"S00_P01_T02_Participants1-2_P2_0-100_filt_butterworth.trc", 2}}) {
+    const TrackSequence own = ReadTracks(peers + "/" + peer.file);
+    EXPECT_EQ(own.header.frame_rate_hz, 60.0);
+    EXPECT_EQ(own.header.skeleton.joints().front(), "RHip");
+    ASSERT_EQ(own.frames.size(), 100u);
+    EXPECT_EQ(own.frames[0].frame, 0) << "OrigDataStartFrame";
+    // Its clock: row n is n / 60 s. One of its files has sixteen digits.
+    EXPECT_EQ(own.frames[99].time, FromSeconds(100.0 / 60.0));
+    const PersonPose& person = own.frames[50].people.at(0);
+    EXPECT_EQ(person.id, TrackId(peer.id));
+    const int head = own.header.skeleton.IndexOf("Head");
+    const int ankle = own.header.skeleton.IndexOf("RAnkle");
+    EXPECT_GT(person.joints[static_cast<size_t>(head)].position_m.z(),
+              person.joints[static_cast<size_t>(ankle)].position_m.z() + 1.0)
+        << "z is up again";
+    const TemporaryFolder folder;
+    Losses losses;
+    WriteTracksTrc(folder.path() / "trc", own, AxisMap(), &losses);
+    const TrackSequence again = ReadTracks(folder.path() / "trc");
+    ASSERT_EQ(again.frames.size(), own.frames.size());
+    for (size_t f = 0; f < own.frames.size(); ++f) {
+      EXPECT_EQ(again.frames[f].frame, own.frames[f].frame);
+      EXPECT_EQ(again.frames[f].time, own.frames[f].time);
+      const PersonPose& a = own.frames[f].people.at(0);
+      const PersonPose& b = again.frames[f].people.at(0);
+      EXPECT_EQ(a.id, b.id);
+      for (size_t j = 0; j < a.joints.size(); ++j) {
+        EXPECT_EQ(a.joints[j].position_m, b.joints[j].position_m);
+      }
+    }
+  }
+  // The folder: names repeat persons, so they are counted in order.
+  EXPECT_EQ(ReadTracks(peers).frames[0].people.size(), 6u);
+}
+
+constexpr const char* kTrcHeader =
+    "PathFileType\t4\t(X/Y/Z)\tx.trc\n"
+    "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\t"
+    "OrigDataStartFrame\tOrigNumFrames\n"
+    "100\t100\t2\t1\tmm\t100\t7\t2\n"
+    "Frame#\tTime\tC7\t\t\n\t\tX1\tY1\tZ1\n";
+
+TEST(TracksTrc, MillimetresAxesAndGaps) {
+  const TemporaryFolder folder;
+  const std::string path = folder.Write(
+      "walk.trc", std::string(kTrcHeader) +
+                      "\n1\t0.0\t1000\t2000\t3000\r\n2\t0.01\tNaN\t\t\n");
+  TrackReadOptions options;
+  options.axes = AxisMap::Parse("x,-y,-z");
+  const TrackSequence tracks = ReadTracks(path, options);
+  EXPECT_EQ(tracks.header.frame_rate_hz, 100.0);
+  ASSERT_EQ(tracks.frames.size(), 2u);
+  EXPECT_EQ(tracks.frames[0].frame, 7);
+  EXPECT_EQ(tracks.frames[0].people.at(0).joints.at(0).position_m,
+            Eigen::Vector3d(1.0, -2.0, -3.0));
+  EXPECT_TRUE(tracks.frames[1].people.empty());
+  EXPECT_EQ(tracks.frames[1].time, 10'000'000);
+}
+
+TEST(TracksTrc, ErrorsNameFileAndLine) {
+  const TemporaryFolder folder;
+  const auto error_of = [&](const std::string& rows) {
+    const std::string path = folder.Write("walk.trc", kTrcHeader + rows);
+    return InputErrorOf([&] { ReadTracks(path); });
+  };
+  EXPECT_THAT(error_of("1\t0.0\t1\t2\t3\n"), HasSubstr("NumFrames says 2"));
+  EXPECT_THAT(error_of("1\t0.0\t1\t2\n"),
+              HasSubstr("walk.trc: line 6: found 4 cells, expected 5"));
+  EXPECT_THAT(error_of("1\t0.0\t1\t2\tx\n"), HasSubstr("found 'x'"));
+  EXPECT_THAT(error_of("1\t0.0\t1\t2\t\n"), HasSubstr("some coordinates"));
+  EXPECT_THAT(error_of("1\t\t1\t2\t3\n"), HasSubstr("Time"));
+}
+
+TEST(TracksCsv, ColumnsInAnyOrderAndQuotedNames) {
+  const TemporaryFolder folder;
+  const std::string path =
+      folder.Write("own.csv",
+                   "status,joint,frame,id,z_m,x_m,y_m,extra,time_s\n"
+                   "observed,\"a,\"\"b\"\"\",5,1,3,1,2,?,0.5\n"
+                   "missing,c,5,1,,,,?,0.5\n"
+                   "inferred,c,4,1,6,4,5,?,\n");
+  TrackReadOptions options;
+  options.format = "csv";
+  const TrackSequence tracks = ReadTracks(path, options);
+  EXPECT_EQ(tracks.header.skeleton.joints(),
+            (std::vector<std::string>{"a,\"b\"", "c"}));
+  ASSERT_EQ(tracks.frames.size(), 2u);
+  EXPECT_EQ(tracks.frames[0].frame, 4);
+  EXPECT_EQ(tracks.frames[0].people.at(0).joints[1].position_m,
+            Eigen::Vector3d(4, 5, 6));
+  EXPECT_FALSE(tracks.frames[0].people.at(0).joints[0].present());
+  EXPECT_EQ(tracks.frames[1].time, 500'000'000);
+  EXPECT_EQ(tracks.frames[1].people.at(0).joints[0].position_m,
+            Eigen::Vector3d(1, 2, 3));
+}
+
+TEST(TracksCsv, ErrorsNameFileAndLine) {
+  const TemporaryFolder folder;
+  const auto error_of = [&](const std::string& rows) {
+    const std::string path = folder.Write(
+        "own.csv", "frame,time_s,id,joint,x_m,y_m,z_m,status\n" + rows);
+    return InputErrorOf([&] { ReadTracks(path); });
+  };
+  EXPECT_THAT(error_of("1,0,0,a,1,2,observed\n"),
+              HasSubstr("own.csv: line 2: found 7 cells, expected 8"));
+  EXPECT_THAT(error_of("1,0,0,a,1,2,,observed\n"), HasSubstr("z_m: found ''"));
+  EXPECT_THAT(error_of("1,0,0,a,1,2,inf,observed\n"),
+              HasSubstr("z_m: is not finite"));
+  EXPECT_THAT(error_of("1,0,0,a,1,2,3,seen\n"), HasSubstr("status: found"));
+  EXPECT_THAT(error_of("1.5,0,0,a,1,2,3,observed\n"), HasSubstr("frame: fou"));
+  EXPECT_THAT(error_of("1,0,-1,a,1,2,3,observed\n"), HasSubstr("id: found"));
+  const std::string row = "1,0,0,a,1,2,3,observed\n";
+  EXPECT_THAT(error_of(row + row), HasSubstr("line 3: joint 'a' stands there"));
+  EXPECT_THAT(error_of(row + "1,0,1,a,1,2,3,observed\n" + row),
+              HasSubstr("person 0 stands there twice"));
+}
+
+bool HasNumpy() {
+  return std::system("/usr/bin/python3 -c 'import numpy' > /dev/null 2>&1") ==
+         0;
+}
+
+// Arrays as NumPy itself writes them, with its own choices in the archive.
+TEST(TracksNpz, ReadsWhatNumpyWrites) {
+  if (!HasNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "numpy.npz";
+  const auto write = [&](const std::string& function) {
+    const std::string script = folder.Write(
+        "write.py",
+        "import numpy as np\np = np.arange(36.).reshape(3, 2, 2, 3)"
+        "\np[1, 0] = np.nan\nnp." +
+            function + "('" + path +
+            "', positions=p, ids=np.array([4, 9]),"
+            "frames=np.array([1, 2, 5]), joints=['a', '\u00e9'])");
+    return std::system(("/usr/bin/python3 " + script).c_str());
+  };
+  ASSERT_EQ(write("savez"), 0);
+  const TrackSequence tracks = ReadTracks(path);
+  EXPECT_EQ(tracks.header.skeleton.joints(),
+            (std::vector<std::string>{"a", "\u00e9"}));
+  ASSERT_EQ(tracks.frames.size(), 3u);
+  EXPECT_EQ(tracks.frames[2].frame, 5);
+  ASSERT_EQ(tracks.frames[1].people.size(), 1u) << "NaN: not there";
+  EXPECT_EQ(tracks.frames[1].people[0].id, TrackId(9));
+  EXPECT_EQ(tracks.frames[1].people[0].joints[1].position_m,
+            Eigen::Vector3d(21, 22, 23));
+  ASSERT_EQ(write("savez_compressed"), 0);
+  EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }),
+              HasSubstr("is compressed, expected numpy.savez"));
+}
+
+TEST(TracksPanoptic, JointsAreTakenOverByName) {
+  const TrackSequence tracks = RandomTracks(Coco17());
+  const TemporaryFolder folder;
+  Losses losses;
+  WriteTracksPanoptic(folder.path() / "scene", tracks, &losses);
+  EXPECT_THAT(losses, Contains(HasSubstr("17 of the input's 17 are kept")));
+  const TrackSequence again = ReadTracks(folder.path() / "scene");
+  const auto at = static_cast<size_t>(Panoptic19().IndexOf("l_wrist"));
+  for (size_t f = 0; f < tracks.frames.size(); ++f) {
+    for (size_t p = 0; p < tracks.frames[f].people.size(); ++p) {
+      EXPECT_EQ(again.frames[f].people[p].joints[at].present(),
+                tracks.frames[f].people[p].joints[9].present());
+    }
+  }
+}
+
+TEST(TrackExport, FormatsOfTimesAndPlacesRefuseWhatTheyCannotSay) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "result";
+  Losses losses;
+  TrackSequence tracks = RandomTracks(Tum14());
+  tracks.frames[3].time += 30'000'000;
+  EXPECT_THAT(InputErrorOf([&] { WriteTracksLongcw(path, tracks, &losses); }),
+              HasSubstr("frame 303"));
+  tracks.header.frame_rate_hz = 0.0;
+  EXPECT_THAT(InputErrorOf([&] { WriteTracksLongcw(path, tracks, &losses); }),
+              HasSubstr("--frame_rate"));
+  tracks.frames[0].people[0].id = TrackId(123456);
+  EXPECT_THAT(InputErrorOf([&] { WriteTracksTum(path, tracks, &losses); }),
+              HasSubstr("the largest id is 123456"));
+  EXPECT_THAT(InputErrorOf([&] {
+                WriteTracksTum("/nowhere/x.mat", RandomTracks(Tum14()),
+                               &losses);
+              }),
+              HasSubstr("/nowhere/x.mat"));
+  EXPECT_TRUE(ListFolder(folder.path().string()).empty());
+}
+
+}  // namespace
+}  // namespace kinegraph

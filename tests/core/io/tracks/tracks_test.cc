@@ -1,0 +1,254 @@
+// Readers of results and ground truth on the real data, counted against what
+// its READMEs state, and against each other where two files hold the same.
+#include "core/io/tracks/tracks.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "core/base/error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using ::testing::ElementsAre;
+using testing::TemporaryFolder;
+
+int CountPoses(const TrackSequence& sequence) {
+  int count = 0;
+  for (const TrackFrame& frame : sequence.frames) {
+    count += static_cast<int>(frame.people.size());
+  }
+  return count;
+}
+
+int CountMissingJoints(const TrackSequence& sequence) {
+  int count = 0;
+  for (const TrackFrame& frame : sequence.frames) {
+    for (const PersonPose& person : frame.people) {
+      count +=
+          sequence.header.skeleton.joint_count() - CountPresent(person.joints);
+    }
+  }
+  return count;
+}
+
+// Person-frames of each id within first .. last.
+std::map<int64_t, int> CountById(const TrackSequence& sequence, int64_t first,
+                                 int64_t last) {
+  std::map<int64_t, int> counts;
+  for (const TrackFrame& frame : sequence.frames) {
+    if (frame.frame < first || frame.frame > last) continue;
+    for (const PersonPose& person : frame.people) ++counts[person.id.value()];
+  }
+  return counts;
+}
+
+const PersonPose* Find(const TrackFrame& frame, TrackId id) {
+  for (const PersonPose& person : frame.people) {
+    if (person.id == id) return &person;
+  }
+  return nullptr;
+}
+
+TEST(ReadTracks, TumAnnotation) {
+  KINEGRAPH_DATA_OR_SKIP(path, "shelf/tum/actorsGT.mat");
+  const TrackSequence truth = ReadTracks(path);
+  EXPECT_TRUE(truth.header.skeleton == Tum14());
+  ASSERT_EQ(truth.frames.size(), 3200u);
+  EXPECT_EQ(truth.frames[300].frame, 300);
+  using Counts = std::map<int64_t, int>;
+  EXPECT_EQ(CountById(truth, 0, 3199),
+            (Counts{{0, 433}, {1, 73}, {2, 424}, {3, 250}}));
+  EXPECT_EQ(CountById(truth, 300, 600),
+            (Counts{{0, 279}, {1, 37}, {2, 161}, {3, 33}}));
+  EXPECT_TRUE(truth.frames[600].people.empty());
+  EXPECT_EQ(CountMissingJoints(truth), 0);
+}
+
+TEST(ReadTracks, FourDAssociationTruthIsTums) {
+  KINEGRAPH_DATA_OR_SKIP(mat, "shelf/tum/actorsGT.mat");
+  KINEGRAPH_DATA_OR_SKIP(text, "shelf/raw/gt.txt");
+  const TrackSequence truth = ReadTracks(mat);
+  const TrackSequence other = ReadTracks(text);
+  EXPECT_TRUE(other.header.skeleton == Tum15());
+  ASSERT_EQ(other.frames.size(), 301u);
+  EXPECT_EQ(other.frames.front().frame, 300);
+  EXPECT_EQ(CountPoses(other), 510);
+  double worst_m = 0.0;
+  for (const TrackFrame& frame : other.frames) {
+    const TrackFrame& same = truth.frames[static_cast<size_t>(frame.frame)];
+    ASSERT_EQ(frame.people.size(), same.people.size()) << frame.frame;
+    for (const PersonPose& person : frame.people) {
+      const PersonPose* original = Find(same, person.id);
+      ASSERT_NE(original, nullptr) << frame.frame;
+      for (size_t j = 0; j < original->joints.size(); ++j) {
+        worst_m = std::max(worst_m, (person.joints[j].position_m -
+                                     original->joints[j].position_m)
+                                        .norm());
+      }
+    }
+  }
+  // The text has six significant digits: half a unit of the sixth of a number
+  // below 10 m is 5e-6 m an axis, 8.7e-6 m in space.
+  EXPECT_LT(worst_m, 1e-5);
+}
+
+TEST(ReadTracks, FourDAssociationResults) {
+  KINEGRAPH_DATA_OR_SKIP(path, "shelf/raw/skel.txt");
+  const TrackSequence result = ReadTracks(path);
+  EXPECT_TRUE(result.header.skeleton == FourDA19());
+  EXPECT_EQ(CountPoses(result), 1019);
+  EXPECT_EQ(CountMissingJoints(result), 3091);
+  TrackReadOptions options;
+  options.stored_zeros = StoredZeros::kKeep;
+  options.first_frame = 0;
+  const TrackSequence kept = ReadTracks(path, options);
+  EXPECT_EQ(CountMissingJoints(kept), 0);
+  EXPECT_EQ(kept.frames.front().frame, 0);
+  KINEGRAPH_DATA_OR_SKIP(older, "shelf/raw/skel_202006.txt");
+  EXPECT_EQ(CountPoses(ReadTracks(older)), 857);
+  EXPECT_EQ(CountMissingJoints(ReadTracks(older)), 0);
+}
+
+TEST(ReadTracks, LongcwAnnotation) {
+  KINEGRAPH_DATA_OR_SKIP(path, "campus/annotation_3d.json");
+  const TrackSequence truth = ReadTracks(path);
+  EXPECT_TRUE(truth.header.skeleton == Tum14());
+  EXPECT_EQ(truth.header.frame_rate_hz, 25.0);
+  ASSERT_EQ(truth.frames.size(), 2000u);
+  EXPECT_EQ(CountPoses(truth), 2175);
+  EXPECT_EQ(truth.frames[1999].frame, 1999);
+  EXPECT_EQ(truth.frames[1999].time, 79'960'000'000);
+  const auto in_first_part = CountById(truth, 350, 470);
+  auto counts = CountById(truth, 650, 750);
+  for (const auto& [id, count] : in_first_part) counts[id] += count;
+  // The actors keep their numbers; person-frames of the test frames.
+  EXPECT_EQ(counts, (std::map<int64_t, int>{{0, 49}, {1, 189}, {2, 138}}));
+  for (const TrackFrame& frame : truth.frames) {
+    if (frame.people.empty()) continue;
+    // Centimetres in the file.
+    EXPECT_NEAR(frame.people[0].joints[0].position_m.x(), 1.2796239395899083,
+                1e-12);
+    break;
+  }
+}
+
+TEST(ReadTracks, LongcwResultWithIdsBeyondEveryInteger) {
+  KINEGRAPH_DATA_OR_SKIP(path, "campus/result_3d.json");
+  const TrackSequence result = ReadTracks(path);
+  EXPECT_TRUE(result.header.skeleton == Coco17());
+  EXPECT_EQ(result.frames.size(), 1660u);
+  EXPECT_EQ(result.frames.front().frame, 152);  // 6.08 s
+  EXPECT_EQ(result.frames.back().frame, 1814);  // 72.56 s
+  EXPECT_EQ(CountPoses(result), 4058);
+  EXPECT_EQ(CountMissingJoints(result), 1168);
+  const auto ids = CountById(result, 0, 2000);
+  EXPECT_EQ(ids.size(), 17u);
+  EXPECT_EQ(ids.begin()->first, 0);
+  EXPECT_EQ(ids.rbegin()->first, 16);
+  EXPECT_EQ(result.frames.front().people.front().id, TrackId(0));
+}
+
+TEST(ReadTracks, PosesOfTheReference) {
+  const std::map<std::string, std::pair<int, int>> poses_and_frame = {
+      {"paper_code_shelf", {816, 302}},
+      {"paper_code_shelf_warm3", {820, 300}},
+      {"paper_code_shelf_warm3_nojf_conf", {812, 300}},
+      {"paper_code_shelf_without_cam0", {820, 300}},
+      {"paper_code_shelf_without_cam1", {759, 300}},
+      {"paper_code_shelf_without_cam2", {796, 300}},
+      {"paper_code_shelf_without_cam3", {820, 300}},
+      {"paper_code_shelf_without_cam4", {753, 300}}};
+  for (const auto& [name, expected] : poses_and_frame) {
+    KINEGRAPH_DATA_OR_SKIP(path, "shelf/reference/" + name + ".json");
+    const TrackSequence tracks = ReadTracks(path);
+    EXPECT_TRUE(tracks.header.skeleton == Coco17());
+    EXPECT_EQ(CountPoses(tracks), expected.first) << name;
+    EXPECT_EQ(CountMissingJoints(tracks), 0) << name;
+    EXPECT_EQ(tracks.frames.front().frame, expected.second) << name;
+    EXPECT_LE(tracks.frames.back().frame, 600) << name;
+  }
+}
+
+TEST(ReadTracks, PosesOfPeers) {
+  const std::map<std::string, std::pair<int, int>> poses_and_missing = {
+      {"4da_linux_O3_SKEL19", {854, 0}},
+      {"anipose_optim_c03_program_config_scores", {301, 0}},
+      {"anipose_optim_default_bones", {301, 0}},
+      {"anipose_triangulate", {301, 78}},
+      {"p2s_hampel_butterworth", {301, 1204}},
+      {"p2s_hampel_gcv_spline", {301, 1204}},
+      {"p2s_hampel_kalman", {301, 1204}},
+      {"p2s_hampel_one_euro", {301, 1204}},
+      {"p2s_multi", {846, 3384}},
+      {"p2s_tri_raw", {301, 1209}}};
+  for (const auto& [name, expected] : poses_and_missing) {
+    KINEGRAPH_DATA_OR_SKIP(path, "shelf/peers/" + name + ".json");
+    const TrackSequence tracks = ReadTracks(path);
+    EXPECT_EQ(CountPoses(tracks), expected.first) << name;
+    EXPECT_EQ(CountMissingJoints(tracks), expected.second) << name;
+  }
+}
+
+TEST(ReadTracks, FourDAssociationsOwnSkeletonOfThePeersFile) {
+  KINEGRAPH_DATA_OR_SKIP(path, "shelf/peers/4da_linux_O3_SKEL19.json");
+  TrackReadOptions options;
+  options.skeleton = FourDA19();
+  const TrackSequence tracks = ReadTracks(path, options);
+  EXPECT_TRUE(tracks.header.skeleton == FourDA19());
+  EXPECT_EQ(tracks.frames[0].people[0].joints[0].position_m,
+            Eigen::Vector3d(1.22559, -0.556535, 0.816124));
+}
+
+TEST(ReadTracks, PanopticFileAndFolder) {
+  KINEGRAPH_DATA_OR_SKIP(file, "panoptic/body3DScene_00010600.json");
+  const TrackSequence truth = ReadTracks(file);
+  EXPECT_TRUE(truth.header.skeleton == Panoptic19());
+  ASSERT_EQ(truth.frames.size(), 1u);
+  EXPECT_EQ(truth.frames[0].frame, 10600);
+  std::vector<int64_t> ids;
+  for (const PersonPose& person : truth.frames[0].people) {
+    ids.push_back(person.id.value());
+  }
+  EXPECT_THAT(ids, ElementsAre(14, 15, 16, 17, 18, 19));
+  EXPECT_EQ(CountMissingJoints(truth), 1);
+  // Centimetres in the file; one rounding of the product.
+  EXPECT_NEAR(truth.frames[0].people[0].joints[0].position_m.x(), -1.14695,
+              1e-15);
+  KINEGRAPH_DATA_OR_SKIP(folder, "panoptic");
+  EXPECT_EQ(CountPoses(ReadTracks(folder)), 6);
+}
+
+TEST(ReadTracks, LongcwIdsAreKeptWhenAllAreSmall) {
+  const auto frame = [](const std::string& time, const std::string& id) {
+    std::string points;
+    std::string scores;
+    for (int j = 0; j < 14; ++j) {
+      points += std::string(j == 0 ? "" : ", ") + "[1, 2, 3]";
+      scores += std::string(j == 0 ? "" : ", ") + "1";
+    }
+    return "{\"timestamp\": " + time + ", \"poses\": [{\"id\": " + id +
+           ", \"points_3d\": [" + points + "], \"scores\": [" + scores + "]}]}";
+  };
+  const TemporaryFolder folder;
+  const auto ids = [&](const std::string& a, const std::string& b) {
+    // 0.0601 s is nearest to frame 2 (0.08 s), and stays the frame's time.
+    const TrackSequence tracks = ReadTracks(folder.Write(
+        "t.json", "[" + frame("0.0", a) + ", " + frame("0.0601", b) + "]"));
+    EXPECT_EQ(tracks.frames[1].frame, 2);
+    EXPECT_EQ(tracks.frames[1].time, 60'100'000);
+    return std::make_pair(tracks.frames[0].people[0].id.value(),
+                          tracks.frames[1].people[0].id.value());
+  };
+  EXPECT_EQ(ids("7", "2"), (std::pair<int64_t, int64_t>(7, 2)));
+  EXPECT_EQ(ids("18446744073709551615", "2"),
+            (std::pair<int64_t, int64_t>(0, 1)));
+}
+
+}  // namespace
+}  // namespace kinegraph

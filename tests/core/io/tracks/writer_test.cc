@@ -1,0 +1,268 @@
+#include "core/io/tracks/writer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "core/base/random.h"
+#include "core/io/tracks/tracks.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::TemporaryFolder;
+
+std::string Slurp(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+// Numbers of every size, with all digits.
+double Wild(Random* random) {
+  return random->Normal() * std::pow(10.0, random->Uniform(-300.0, 300.0));
+}
+
+PersonPose MakePerson(int64_t id, int joint_count, Random* random) {
+  PersonPose person;
+  person.id = TrackId(id);
+  for (int j = 0; j < joint_count; ++j) {
+    Joint3d joint;
+    joint.status = static_cast<JointStatus>(random->Index(3));
+    if (joint.present()) {
+      joint.position_m = {Wild(random), Wild(random), Wild(random)};
+    }
+    person.joints.push_back(joint);
+    person.inlier_views.push_back(static_cast<int>(random->Index(5)));
+    person.covariances.emplace_back();
+    if (joint.present() && random->Chance(0.7)) {
+      Eigen::Matrix3d c;
+      for (int r = 0; r < 3; ++r) {
+        for (int k = r; k < 3; ++k) c(r, k) = c(k, r) = Wild(random);
+      }
+      person.covariances.back() = c;
+    }
+  }
+  person.score = random->Uniform();
+  return person;
+}
+
+ViewMatch MakeMatch(int view_idx, int joint_count, Random* random) {
+  ViewMatch match;
+  match.view_idx = view_idx;
+  match.detection_idx = static_cast<int>(random->Index(9));
+  for (int j = 0; j < joint_count; ++j) {
+    match.weights.emplace_back();
+    if (random->Chance(0.6)) match.weights.back() = random->Uniform();
+  }
+  return match;
+}
+
+TrackSequence RandomSequence() {
+  Random random(7);
+  TrackSequence sequence;
+  sequence.header.skeleton = Coco17();
+  sequence.header.mode = "graph";
+  sequence.header.frame_rate_hz = 29.97;
+  sequence.header.view_names = {"cam0", "cam \"1\"", "cam2"};
+  sequence.header.config_json = R"({"a":{"b":[1,2.50,1e-3]},"c":"d e"})";
+  for (int64_t f = 0; f < 20; ++f) {
+    TrackFrame frame;
+    frame.frame = 3 * f;
+    frame.time = 100'000'000'000'001 + f * 33'366'700;
+    for (int64_t id = 0; id < f % 4; ++id) {
+      PersonPose person = MakePerson(id, 17, &random);
+      person.matches.push_back(MakeMatch(2, 17, &random));
+      person.matches.push_back(MakeMatch(0, 17, &random));
+      frame.people.push_back(person);
+    }
+    sequence.frames.push_back(frame);
+  }
+  return sequence;
+}
+
+void ExpectSamePerson(const PersonPose& a, const PersonPose& b,
+                      bool observations) {
+  EXPECT_EQ(a.id, b.id);
+  ASSERT_EQ(a.joints.size(), b.joints.size());
+  for (size_t j = 0; j < a.joints.size(); ++j) {
+    EXPECT_EQ(a.joints[j].status, b.joints[j].status);
+    EXPECT_EQ(a.joints[j].position_m, b.joints[j].position_m);
+  }
+  EXPECT_EQ(a.inlier_views, b.inlier_views);
+  EXPECT_EQ(a.covariances, b.covariances);
+  if (!observations) {
+    EXPECT_TRUE(b.matches.empty());
+    return;
+  }
+  EXPECT_EQ(a.score, b.score);
+  ASSERT_EQ(a.matches.size(), b.matches.size());
+  for (size_t m = 0; m < a.matches.size(); ++m) {
+    EXPECT_EQ(a.matches[m].view_idx, b.matches[m].view_idx);
+    EXPECT_EQ(a.matches[m].detection_idx, b.matches[m].detection_idx);
+    EXPECT_EQ(a.matches[m].weights, b.matches[m].weights);
+  }
+}
+
+void ExpectSame(const TrackSequence& a, const TrackSequence& b,
+                bool observations) {
+  EXPECT_TRUE(a.header.skeleton == b.header.skeleton);
+  EXPECT_EQ(a.header.mode, b.header.mode);
+  EXPECT_EQ(a.header.frame_rate_hz, b.header.frame_rate_hz);
+  EXPECT_EQ(a.header.config_json, b.header.config_json);
+  if (observations) {
+    EXPECT_EQ(a.header.view_names, b.header.view_names);
+  }
+  ASSERT_EQ(a.frames.size(), b.frames.size());
+  for (size_t f = 0; f < a.frames.size(); ++f) {
+    EXPECT_EQ(a.frames[f].frame, b.frames[f].frame);
+    EXPECT_EQ(a.frames[f].time, b.frames[f].time);
+    ASSERT_EQ(a.frames[f].people.size(), b.frames[f].people.size());
+    for (size_t p = 0; p < a.frames[f].people.size(); ++p) {
+      ExpectSamePerson(a.frames[f].people[p], b.frames[f].people[p],
+                       observations);
+    }
+  }
+}
+
+TEST(TrackWriter, ReadsBackBitForBit) {
+  const TrackSequence sequence = RandomSequence();
+  const TemporaryFolder folder;
+  for (const bool observations : {false, true}) {
+    const std::string path = folder.path() / "tracks.jsonl";
+    WriteTracks(path, sequence, {observations});
+    ExpectSame(sequence, ReadTracks(path), observations);
+  }
+}
+
+TEST(TrackWriter, WritesTheFieldsOfTheContract) {
+  TrackSequence sequence;
+  sequence.header.skeleton = Skeleton("pair", {"a", "b"}, {{0, 1}});
+  sequence.header.mode = "paper";
+  sequence.header.frame_rate_hz = 25.0;
+  sequence.header.config_json = "{ \"mode\" : \"paper\",\n \"x\": 1.50 }";
+  sequence.header.view_names = {"cam0"};
+  TrackFrame frame;
+  frame.frame = 300;
+  frame.time = 12'040'000'000;
+  PersonPose person;
+  person.id = TrackId(4);
+  person.joints = {{{0.1, -0.0, 3.0}, JointStatus::kObserved}, {}};
+  frame.people.push_back(person);
+  sequence.frames.push_back(frame);
+  const std::string header =
+      R"({"kinegraph": 1, "units": {"length": "m", "time": "s"}, )"
+      R"("skeleton": {"name": "pair", "joints": ["a", "b"], )"
+      R"("bones": [[0, 1]]}, "mode": "paper", "frame_rate": 25, )"
+      R"("config": {"mode":"paper","x":1.50}})"
+      "\n";
+  const std::string start =
+      R"({"frame": 300, "time": 12.04, "people": [{"id": 4, )"
+      R"("joints": [[0.1, -0.0, 3], null], "status": ["observed", "missing"])";
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "tracks.jsonl";
+  WriteTracks(path, sequence);
+  EXPECT_EQ(Slurp(path), header + start + "}]}\n");
+
+  PersonPose& full = sequence.frames[0].people[0];
+  full.inlier_views = {3, 0};
+  full.covariances.resize(2);
+  full.covariances[0] = Eigen::Vector3d(1, 2, 3).asDiagonal().toDenseMatrix();
+  full.matches.push_back({0, 2, {0.93, std::nullopt}});
+  full.score = 0.5;
+  WriteTracks(path, sequence, {true});
+  const std::string written = Slurp(path);
+  EXPECT_NE(written.find(R"("views": ["cam0"], "config")"), std::string::npos);
+  EXPECT_NE(
+      written.find(
+          start +
+          R"(, "covariance": [[1, 0, 0, 2, 0, 3], null], "views": [3, 0], )"
+          R"("score": 0.5, "matches": {"cam0": 2}, )"
+          R"("weights": {"cam0": [0.93, null]}}]})"),
+      std::string::npos)
+      << written;
+}
+
+TEST(TrackWriter, StreamsAndAppearsOnlyWhenCommitted) {
+  const TrackSequence sequence = RandomSequence();
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "tracks.jsonl";
+  {
+    TrackWriter writer(path, sequence.header);
+    writer.Write(sequence.frames[0]);
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+  TrackWriter writer(path, sequence.header);
+  for (const TrackFrame& frame : sequence.frames) writer.Write(frame);
+  EXPECT_FALSE(std::filesystem::exists(path));
+  writer.Commit();
+  const auto source = OpenTracks(path);
+  TrackFrame frame;
+  int64_t expected = 0;
+  while (source->Next(&frame)) {
+    EXPECT_EQ(frame.frame, expected);
+    expected += 3;
+  }
+  EXPECT_EQ(expected, 60);
+}
+
+TEST(TrackWriter, RefusesWhatNobodyCouldRead) {
+  const TrackSequence good = RandomSequence();
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "tracks.jsonl";
+  const auto write = [&](const auto& spoil, bool observations) {
+    TrackSequence sequence = good;
+    spoil(&sequence);
+    WriteTracks(path, sequence, {observations});
+  };
+  EXPECT_THROW(write([](auto* s) { s->frames[3].frame = 6; }, false),
+               std::logic_error);
+  EXPECT_THROW(write([](auto* s) { s->header.config_json = "{} {}"; }, false),
+               std::logic_error);
+  EXPECT_THROW(write([](auto* s) { s->header.config_json = "[1]"; }, false),
+               std::logic_error);
+  EXPECT_THROW(
+      write([](auto* s) { s->frames[1].people[0].joints.pop_back(); }, false),
+      std::logic_error);
+  const auto match_of_unknown_view = [](auto* s) {
+    s->frames[1].people[0].matches[0].view_idx = 3;
+  };
+  EXPECT_NO_THROW(write(match_of_unknown_view, false));
+  EXPECT_THROW(write(match_of_unknown_view, true), std::logic_error);
+  EXPECT_THROW(write(
+                   [](auto* s) {
+                     s->frames[1].people[0].joints[0] = {
+                         {0.0, INFINITY, 0.0}, JointStatus::kObserved};
+                   },
+                   false),
+               std::logic_error);
+}
+
+TEST(ReadTracks, UnknownKeysAreIgnored) {
+  const TemporaryFolder folder;
+  const std::string path = folder.Write(
+      "tracks.jsonl",
+      R"({"kinegraph": 1, "later": [], "later": 2, "skeleton": {"name": "s", )"
+      R"("joints": ["a"], "bones": [], "colour": 1}, "frame_rate": 50})"
+      "\r\n\n"
+      R"({"frame": 5, "people": [{"id": 1, "joints": [[1, 2, 3]], )"
+      R"("status": ["inferred"], "mood": "good", )"
+      R"("matches": {"b": 1, "a": 0}}], "more": null})");
+  const TrackSequence tracks = ReadTracks(path);
+  ASSERT_EQ(tracks.frames.size(), 1u);
+  EXPECT_EQ(tracks.frames[0].time, 100'000'000);  // by the frame rate
+  // Views that the header does not name are learnt in order.
+  EXPECT_EQ(tracks.header.view_names, (std::vector<std::string>{"b", "a"}));
+  EXPECT_EQ(tracks.frames[0].people[0].matches[1].view_idx, 1);
+  EXPECT_EQ(tracks.frames[0].people[0].joints[0].status,
+            JointStatus::kInferred);
+}
+
+}  // namespace
+}  // namespace kinegraph
