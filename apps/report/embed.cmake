@@ -2,8 +2,14 @@
 #
 #   cmake -D OUT=assets.cc -D WEB=apps/report/web -D THREE=/usr/share/javascript/three
 #     -P embed.cmake
+include(${CMAKE_CURRENT_LIST_DIR}/modules.cmake)
+
 function(embed name path)
   file(READ ${path} content)
+  embed_text(${name} "${content}")
+endfunction()
+
+function(embed_text name content)
   # Compilers limit the length of one literal; pieces side by side are joined.
   string(LENGTH "${content}" length)
   set(literal "")
@@ -24,7 +30,8 @@ namespace kinegraph::assets {
 ")
 embed(kPageHtml ${WEB}/page.html)
 embed(kPageCss ${WEB}/page.css)
-embed(kPageJs ${WEB}/page.js)
+join_modules(${WEB} page_js)
+embed_text(kPageJs "${page_js}")
 embed(kThreeJs ${THREE}/three.min.js)
 embed(kOrbitControlsJs ${THREE}/examples/js/controls/OrbitControls.js)
 file(APPEND ${OUT}.part "

@@ -1,14 +1,15 @@
 // How far the window's final poses are from the batch's, by lag, on the real
 // Shelf take: the price of answering early. Prints a Markdown table.
 //
-//   build/tests/benchmarks/lag_accuracy [bones]
+//   build/tests/benchmarks/lag_accuracy [bones] [--json=FILE]
 //
 // Both are fed by the same association (causal Gaussian feedback, one pass).
 // The first table leaves estimate_noise_scale off, so that both minimise the
 // same cost; the second is the default.
 #include <cstdio>
-#include <cstring>
+#include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,8 @@
 
 namespace kinegraph {
 namespace {
+
+using Json = nlohmann::json;
 
 constexpr double kFrameRate = 25.0;  // Hz, of Shelf
 
@@ -55,7 +58,9 @@ double MeanError(const testing::ShelfTake& take, const RunOptions& options) {
       .figure_px(HeldOutFigure::kMeanTruncated);
 }
 
-void PrintTable(const testing::ShelfTake& take, RunOptions options) {
+// The rows that it prints.
+Json PrintTable(const testing::ShelfTake& take, RunOptions options) {
+  Json rows = Json::array();
   options.estimators.output = OutputKind::kBatch;
   const TrackSequence batch = testing::Track(take, options);
   const double batch_px = MeanError(take, options);
@@ -74,11 +79,19 @@ void PrintTable(const testing::ShelfTake& take, RunOptions options) {
                 1e3 * Quantile(m, 0.99), m.size(), px,
                 100.0 * (px / batch_px - 1.0));
     std::fflush(stdout);
+    rows.push_back({{"lag_frames", lag},
+                    {"median_mm", 1e3 * Quantile(m, 0.5)},
+                    {"p95_mm", 1e3 * Quantile(m, 0.95)},
+                    {"p99_mm", 1e3 * Quantile(m, 0.99)},
+                    {"joints", m.size()},
+                    {"held_out_px", px},
+                    {"to_batch_percent", 100.0 * (px / batch_px - 1.0)}});
   }
   std::printf("| batch | | | | | %.3f | |\n", batch_px);
+  return rows;
 }
 
-int Main(bool bones) {
+int Main(bool bones, const std::string& json_path) {
   const auto data = testing::FindData("shelf");
   if (!data.has_value()) {
     std::fprintf(stderr, "needs real data (set KINEGRAPH_DATA)\n");
@@ -90,12 +103,16 @@ int Main(bool bones) {
       ReadRunOptions(ProjectConfig("graph/shelf.toml"), "", "");
   options.estimators.graph.bones = bones;
   options.estimators.graph.covariance = false;
+  Json tables;
   for (const bool scale : {false, true}) {
-    std::printf("\n%s bones, noise scale %s\n\n", bones ? "with" : "without",
-                scale ? "estimated" : "1");
+    const std::string title = std::string(bones ? "with" : "without") +
+                              " bones, noise scale " +
+                              (scale ? "estimated" : "1");
+    std::printf("\n%s\n\n", title.c_str());
     options.estimators.graph.estimate_noise_scale = scale;
-    PrintTable(take, options);
+    tables[title] = PrintTable(take, options);
   }
+  if (!json_path.empty()) std::ofstream(json_path) << tables.dump(1) << "\n";
   return 0;
 }
 
@@ -103,5 +120,12 @@ int Main(bool bones) {
 }  // namespace kinegraph
 
 int main(int argc, char** argv) {
-  return kinegraph::Main(argc > 1 && std::strcmp(argv[1], "bones") == 0);
+  bool bones = false;
+  std::string json_path;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    bones = bones || argument == "bones";
+    if (argument.rfind("--json=", 0) == 0) json_path = argument.substr(7);
+  }
+  return kinegraph::Main(bones, json_path);
 }

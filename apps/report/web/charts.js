@@ -1,0 +1,296 @@
+// The timelines.
+import { NO_ANGLE, NO_VALUE, byId, colourOf, dark, decode, element, frameCount, nameOf, results, times } from './data.js';
+import { boneLengthOf, meanViews, perPerson, residualSeries, speedOf } from './series.js';
+import { drawEdits } from './identity.js';
+import { pause, setFrame } from './playback.js';
+
+// Width left of a plot for names and for the axis' numbers.
+function gutter() { return window.innerWidth < 760 ? 58 : 110; }
+
+// A number as people write it: three digits at most, no exponent.
+export function human(value) {
+  const size = Math.abs(value);
+  if (size >= 100 || Number.isInteger(value)) return String(Math.round(value));
+  return value.toFixed(size >= 10 ? 0 : size >= 1 ? 1 : 2);
+}
+
+// "left ankle" of "l_ankle".
+export function jointName(name) {
+  return name.replace(/\b([lr])_/g, (all, side) => (side === 'l' ? 'left ' : 'right ')).replace(/_/g, ' ');
+}
+
+const AXIS = 16;  // px under a plot, for times
+
+// First and last time, and a few round ones in between.
+function drawTimeAxis(pen, width, height) {
+  const first = times[0], last = times[frameCount - 1], span = last - first;
+  pen.fillStyle = dark() ? '#9aa6b5' : '#5b6675';
+  pen.font = '11px system-ui, sans-serif';
+  pen.fillRect(0, height, width, 1);
+  const digits = span < 20 ? 1 : 0;
+  const text = (time) => time.toFixed(digits) + ' s';
+  pen.textAlign = 'left';
+  pen.fillText(text(first), 0, height + AXIS - 3);
+  pen.textAlign = 'right';
+  pen.fillText(text(last), width, height + AXIS - 3);
+  pen.textAlign = 'center';
+  if (!(span > 0)) return;
+  let step = Math.pow(10, Math.floor(Math.log10(span / 3)));
+  while (span / step > width / 90) step *= 2;
+  for (let time = Math.ceil(first / step) * step; time < last; time += step) {
+    const x = (time - first) / span * width;
+    if (x < 70 || x > width - 70) continue;
+    pen.fillRect(x, height - 3, 1, 4);
+    pen.fillText(text(time), x, height + AXIS - 3);
+  }
+  pen.textAlign = 'left';
+}
+
+export const charts = [];
+class Chart {
+  constructor(title, height, draw) {
+    this.head = element('div', { className: 'head' }, [element('b', { textContent: title })]);
+    this.canvas = element('canvas');
+    this.cursor = element('div', { className: 'cursor' });
+    this.plot = element('div', { className: 'plot' }, [this.canvas, this.cursor]);
+    byId('charts').append(element('div', { className: 'chart' }, [this.head, this.plot]));
+    this.height = height;
+    this.drawInto = draw;
+    const seek = (event) => {
+      const box = this.plot.getBoundingClientRect(), left = gutter();
+      setFrame(Math.round((event.clientX - box.left - left) / (box.width - left) * (frameCount - 1)));
+    };
+    // A finger may only want to scroll the page: it seeks by a tap or sideways.
+    let from = null;
+    this.plot.addEventListener('pointerdown', (event) => {
+      this.plot.setPointerCapture(event.pointerId);
+      from = event.clientX;
+      pause();
+      if (event.pointerType !== 'touch') seek(event);
+    });
+    this.plot.addEventListener('pointermove', (event) => {
+      if (from === null) return;
+      if (event.pointerType !== 'touch' || Math.abs(event.clientX - from) > 8) seek(event);
+    });
+    this.plot.addEventListener('pointerup', (event) => { if (from !== null) seek(event); from = null; });
+    this.plot.addEventListener('pointercancel', () => { from = null; });
+    charts.push(this);
+  }
+  draw() {
+    const ratio = Math.min(2, window.devicePixelRatio || 1);
+    this.width = this.plot.clientWidth || 300;
+    this.canvas.width = Math.round(this.width * ratio);
+    this.canvas.height = Math.round((this.height + AXIS) * ratio);
+    this.canvas.style.height = (this.height + AXIS) + 'px';
+    const pen = this.canvas.getContext('2d');
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.translate(gutter(), 0);
+    this.drawInto(pen, this.width - gutter(), this.height);
+    drawTimeAxis(pen, this.width - gutter(), this.height);
+  }
+  moveCursor(f) {
+    this.cursor.style.transform = 'translateX(' + (gutter() + f / Math.max(1, frameCount - 1) * (this.width - gutter() - 1)).toFixed(1) + 'px)';
+  }
+}
+
+function lineChart(title, unit, height, seriesOf) {
+  const chart = new Chart(title, height, (pen, width) => {
+    const series = seriesOf();
+    let top = 0;
+    const all = [];
+    series.forEach((one) => { for (const v of one.values) if (v === v) all.push(v); });
+    all.sort((a, b) => a - b);
+    // A few wild values must not flatten the rest: they are cut at the edge.
+    if (all.length) top = Math.min(all[all.length - 1], 2.5 * all[Math.floor(0.98 * (all.length - 1))]) * 1.05;
+    // Angles have a sign: all of them are shown.
+    if (chart.fromZero === null && all.length) top = all[all.length - 1] + 2;
+    const low = chart.fromZero === null && all.length ? all[0] - 2 : chart.fromZero === false && all.length ? Math.max(0, all[Math.floor(0.02 * (all.length - 1))] * 0.85) : 0;
+    const y = (v) => height - 2 - Math.min(1, Math.max(0, (v - low) / (top - low || 1))) * (height - 6);
+    series.forEach((one) => drawSeries(pen, one, width, y));
+    pen.fillStyle = dark() ? '#9aa6b5' : '#5b6675';
+    pen.font = '11px system-ui, sans-serif';
+    if (!all.length) { pen.fillText('nothing to show', 2, 11); return; }
+    pen.textAlign = 'right';
+    pen.fillText(human(top) + ' ' + unit, -6, 11);
+    pen.fillText(human(low) + ' ' + unit, -6, height - 3);
+    pen.textAlign = 'left';
+    pen.fillRect(-2, 2, 1, height - 4);
+  });
+  return chart;
+}
+
+// One value a pixel column: the largest of those that fall into it.
+function drawSeries(pen, one, width, y) {
+  if (one.low && !one.thin) drawBand(pen, one, width, y);
+  pen.strokeStyle = one.colour();
+  pen.lineWidth = one.thin ? 0.8 : 1.4;
+  pen.globalAlpha = one.thin ? 0.7 : 1;
+  pen.beginPath();
+  let drawing = false;
+  const columns = Math.min(frameCount, Math.floor(width));
+  for (let c = 0; c < columns; ++c) {
+    let value = NaN;
+    const end = Math.floor((c + 1) * frameCount / columns);
+    for (let f = Math.floor(c * frameCount / columns); f < end; ++f) {
+      if (one.values[f] === one.values[f] && !(value > one.values[f])) value = one.values[f];
+    }
+    if (value !== value) { drawing = false; continue; }
+    const x = c / Math.max(1, columns - 1) * (width - 1);
+    if (drawing) pen.lineTo(x, y(value)); else { pen.moveTo(x, y(value)); pen.lineTo(x + 0.5, y(value)); }
+    drawing = true;
+  }
+  pen.stroke();
+  pen.globalAlpha = 1;
+}
+
+// From the lowest to the highest end of what falls into a pixel column.
+function drawBand(pen, one, width, y) {
+  pen.fillStyle = one.colour();
+  pen.globalAlpha = 0.22;
+  const columns = Math.min(frameCount, Math.floor(width)), step = (width - 1) / Math.max(1, columns - 1);
+  for (let c = 0; c < columns; ++c) {
+    let low = Infinity, high = -Infinity;
+    const end = Math.floor((c + 1) * frameCount / columns);
+    for (let f = Math.floor(c * frameCount / columns); f < end; ++f) {
+      if (one.low[f] < low) low = one.low[f];
+      if (one.high[f] > high) high = one.high[f];
+    }
+    if (low <= high) pen.fillRect(c * step - step / 2, y(high), step, Math.max(1, y(low) - y(high)));
+  }
+  pen.globalAlpha = 1;
+}
+
+// Colours of the lead; the other results have the same, drawn thin.
+function legend(chart, all) {
+  const series = all.filter((one) => !one.thin);
+  series.slice(0, 12).forEach((one) => {
+    const line = element('i');
+    line.style.background = one.colour();
+    chart.head.append(element('span', { className: 'key' }, [line, one.name]));
+  });
+  if (series.length > 12) chart.head.append(element('span', { className: 'key', textContent: 'and ' + (series.length - 12) + ' more' }));
+  const others = new Set(all.filter((one) => one.thin).map((one) => one.source));
+  if (others.size) thinKey(chart, 'thin: ', others);
+}
+
+function thinKey(chart, prefix, names) {
+  chart.head.append(element('span', { className: 'key', textContent: prefix + Array.from(names).join(', ') }));
+}
+
+// A row's person, and whose result it is where there are several.
+function rowName(row, letters) {
+  const name = nameOf(row.result, row.person) + (results.length > 1 ? ' ' + row.result.label : '');
+  return name.length > letters ? name.slice(0, letters - 1) + '\u2026' : name;
+}
+
+function presenceChart() {
+  const rows = [];
+  results.forEach((result) => result.ids.forEach((id, person) => rows.push({ result: result, person: person })));
+  const most = 40, shown = rows.slice(0, most), rowHeight = shown.length > 16 ? 8 : 15;
+  const mostViews = Math.max(1, ...results.map((result) => {
+    let m = 1;
+    for (const s of result.status) m = Math.max(m, s >> 2);
+    return m;
+  }));
+  const chart = new Chart('Who is tracked, by how many views', Math.max(1, shown.length) * rowHeight + 2, (pen, width) => {
+    shown.forEach((row, i) => {
+      pen.fillStyle = colourOf(row.result, row.person);
+      const scale = width / frameCount;
+      row.result.ofPerson[row.person].forEach((p) => {
+        pen.globalAlpha = row.result.truth ? 0.5 : 0.2 + 0.8 * Math.min(1, meanViews(row.result, p) / mostViews);
+        const h = row.result.index === 0 ? rowHeight - 3 : rowHeight * 0.45;
+        const x = Math.floor(row.result.frame[p] * scale), end = Math.floor((row.result.frame[p] + 1) * scale);
+        pen.fillRect(x, i * rowHeight + (rowHeight - h) / 2, Math.max(1, end - x), h);
+      });
+      pen.globalAlpha = 1;
+      if (rowHeight < 12) return;
+      pen.font = '11px system-ui, sans-serif';
+      pen.textAlign = 'right';
+      pen.fillStyle = dark() ? '#e7ebf0' : '#1b2430';
+      pen.fillText(rowName(row, gutter() < 100 ? 9 : 18), -6, i * rowHeight + rowHeight - 4);
+      pen.textAlign = 'left';
+    });
+    drawEdits(pen, width, shown, rowHeight);
+  });
+  chart.head.append(element('span', { className: 'key', textContent: 'full colour: ' + mostViews + ' views' + (results.some((result) => result.edits.length) ? '; diamonds: joined, cut, exchanged, undecided' : '') + (rows.length > most ? '; the first ' + most + ' of ' + rows.length : '') }));
+  if (results.length > 1) thinKey(chart, 'thinner: ', results.slice(1).map((result) => result.label));
+}
+
+export function makeCharts() {
+  presenceChart();
+  const lead = results[0];
+  if (lead.residual) {
+    const series = residualSeries(lead);
+    legend(lineChart('Residual per camera', 'px', 90, () => series), series);
+  }
+  const compared = results.filter((result) => result.difference);
+  if (compared.length) {
+    const series = [].concat(...compared.map((result) => perPerson(result, (p) => result.difference[p] === NO_VALUE ? NaN : result.difference[p] * 0.1)));
+    legend(lineChart('Distance to ' + referenceName(), 'cm', 80, () => series), series);
+  }
+  const speed = [].concat(...results.map((result) => perPerson(result, speedOf(result))));
+  const speedChart = lineChart('Mean speed of joints', 'm/s', 80, () => speed);
+  legend(speedChart, speed);
+  angleChart();
+  if (lead.bones.length === 0) return;
+  let bones = [];
+  const choose = (b) => {
+    const names = lead.bones[b].map((j) => lead.joints[j]);
+    bones = [].concat(...results.map((result) => {
+      const own = names.map((name) => result.joints.indexOf(name));
+      return own.includes(-1) ? [] : perPerson(result, boneLengthOf(result, own));
+    }));
+  };
+  choose(0);
+  const boneChart = lineChart('Bone length', 'cm', 80, () => bones);
+  boneChart.fromZero = false;
+  const select = element('select', { id: 'bone' });
+  select.setAttribute('aria-label', 'Bone');
+  lead.bones.forEach((bone, b) => select.append(element('option', { value: b, textContent: jointName(lead.joints[bone[0]]) + ' to ' + jointName(lead.joints[bone[1]]) })));
+  select.addEventListener('change', () => { choose(Number(select.value)); boneChart.draw(); });
+  boneChart.head.append(select);
+}
+
+// Degrees of one angle, with its interval where the page has covariances.
+function angleSeries(result, name) {
+  const at = result.angles ? result.angles.names.indexOf(name) : -1;
+  if (at < 0) return [];
+  const listOf = (key) => {
+    const texts = result.angles[key];
+    return texts ? decode(texts[at], Int16Array) : null;
+  };
+  const degrees = (list) => (p) => list[p] === NO_ANGLE ? NaN : list[p] * result.angles.quantum;
+  const series = perPerson(result, degrees(listOf('values')));
+  const low = listOf('low'), high = listOf('high');
+  if (low && high) {
+    const lows = perPerson(result, degrees(low)), highs = perPerson(result, degrees(high));
+    series.forEach((one, person) => { one.low = lows[person].values; one.high = highs[person].values; });
+  }
+  return series;
+}
+
+function angleName(name) {
+  return jointName(name.replace(/^([lr]_[a-z]+)_/, '$1 '));
+}
+
+function angleChart() {
+  const names = [];
+  results.forEach((result) => (result.angles ? result.angles.names : []).forEach((name) => { if (!names.includes(name)) names.push(name); }));
+  if (!names.length) return;
+  let angles = [];
+  const choose = (name) => { angles = [].concat(...results.map((result) => angleSeries(result, name))); };
+  choose(names[0]);
+  const chart = lineChart('Joint angle', '\u00b0', 90, () => angles);
+  chart.fromZero = null;
+  const select = element('select', { id: 'angle' });
+  select.setAttribute('aria-label', 'Joint angle');
+  names.forEach((name) => select.append(element('option', { value: name, textContent: angleName(name) })));
+  select.addEventListener('change', () => { choose(select.value); chart.draw(); });
+  chart.head.append(select);
+  if (angles.some((one) => one.low)) chart.head.append(element('span', { className: 'key', textContent: 'bands: 95 % intervals' }));
+}
+
+// What distances are measured to.
+export function referenceName() {
+  return results.some((result) => result.truth) ? 'the truth' : results[1].label;
+}

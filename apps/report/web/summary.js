@@ -1,0 +1,88 @@
+// What the tracker said of the take.
+import { NO_VALUE, byId, data, element, results } from './data.js';
+import { human, referenceName } from './charts.js';
+
+function medianOf(values) {
+  const sorted = Array.from(values).filter((v) => v === v).sort((a, b) => a - b);
+  return sorted.length ? sorted[Math.floor(sorted.length / 2)] : NaN;
+}
+
+function summaryTable(summary) {
+  const table = element('table', {}, [element('tr', {}, ['camera', 'matched', 'median', '90 %'].map((text) => element('th', { textContent: text })))]);
+  summary.cameras.forEach((camera) => table.append(element('tr', {}, [camera.view, Math.round(100 * camera.matched_share) + ' %',
+    human(camera.median_px) + ' px', human(camera.p90_px) + ' px'].map((text) => element('td', { textContent: text })))));
+  return table;
+}
+
+// How the solver went, and what was learnt of the detector.
+function solverLines(summary) {
+  const lines = [];
+  const solver = summary.solver;
+  if (solver && solver.solves > 0) {
+    lines.push(solver.name + ': ' + solver.solves + ' solves, '
+      + (solver.not_converged + solver.failed > 0 ? solver.not_converged + ' not converged, ' + solver.failed + ' failed' : 'all converged'));
+  }
+  return lines;
+}
+
+// What `track` learnt of the detector and the motion, behind a line to open.
+function learntPart(summary) {
+  const noise = summary.noise;
+  if (!noise || !noise.classes) return null;
+  const row = (tag, cells) => element('tr', {}, cells.map((text) => element(tag, { textContent: text })));
+  const rows = Object.keys(noise.classes).map((name) => {
+    const one = noise.classes[name];
+    return row('td', [name, human(one.sigma_px) + ' px', human(one.process_noise)]);
+  });
+  const part = element('details', {}, [element('summary', { textContent: 'Learnt from the take' })]);
+  if (noise.error_time_s) part.append(element('p', { textContent: 'The detector\u2019s errors last ' + human(noise.error_time_s) + ' s.' }));
+  part.append(element('table', {}, [row('th', ['joints', 'error', 'drive, m\u00b2/s\u00b3'])].concat(rows)));
+  return part;
+}
+
+// Warnings of `track` and findings of `doctor`: what is wrong stands first.
+export function makeFindings() {
+  const list = byId('finding-list'), several = results.filter((result) => !result.truth).length > 1;
+  // Options of a command stay in one piece where there is room.
+  const words = (remedy) => remedy.split(/(--\S+)/).map((part) => (part.startsWith('--') ? element('code', { textContent: part }) : part));
+  const add = (text, remedy) => list.append(element('li', {}, [text + '. ', element('span', { className: 'try' }, ['Try: '].concat(words(remedy)))]));
+  const findings = data.doctor && data.doctor.findings || [];
+  results.forEach((result, r) => {
+    const summary = data.results[r].summary;
+    // What the doctor says too is said once.
+    const told = (warning) => findings.some((finding) => (finding.evidence || '').includes(warning.text));
+    (summary && summary.warnings || []).filter((warning) => !told(warning)).forEach((warning) => add((several ? result.label + ': ' : '') + warning.text, warning.try));
+  });
+  findings.forEach((finding) => {
+    const px = finding.after_px > 0 ? ', residual ' + human(finding.before_px) + ' to ' + human(finding.after_px) + ' px' : '';
+    add('Doctor: ' + finding.kind.replace(/_/g, ' ') + (finding.camera ? ' of ' + finding.camera : '') + ', confidence '
+      + Number(finding.confidence).toFixed(2) + px + (finding.evidence ? '; ' + finding.evidence : ''), finding.fix);
+  });
+  byId('findings').hidden = !list.firstChild;
+}
+
+// What `track` wrote of each result, and how far results are apart.
+export function makeSummary() {
+  const box = byId('summary');
+  const line = (text, kind) => box.append(element('p', { textContent: text, className: kind || '' }));
+  results.forEach((result, r) => {
+    const summary = data.results[r].summary;
+    if (results.length > 1 && summary) box.append(element('b', { textContent: result.label }));
+    if (summary) {
+      box.append(summaryTable(summary));
+      const tall = summary.people.filter((person) => person.height_m).sort((a, b) => b.frames - a.frames).slice(0, 6);
+      line(summary.people.length + ' identities, at most ' + summary.most_people_in_a_view + ' in a view'
+        + (tall.length ? '; heights ' + tall.map((person) => person.height_m.toFixed(2) + ' m').join(', ') : ''));
+      solverLines(summary).forEach((text) => line(text));
+      if (summary.warnings.length) line(summary.warnings.length + (summary.warnings.length > 1 ? ' warnings' : ' warning') + ', at the top of the page', 'warning');
+      const learnt = learntPart(summary);
+      if (learnt) box.append(learnt);
+    }
+    if (result.difference && !result.truth) {
+      const apart = medianOf(Array.from(result.difference, (d) => (d === NO_VALUE ? NaN : 0.1 * d)));
+      if (apart === apart) line(result.label + ': ' + human(apart) + ' cm from ' + referenceName() + ' in the median');
+    }
+  });
+  if (data.doctor) line('Doctor: ' + data.doctor.verdict + (data.doctor.findings.length ? ', see the top of the page' : ''), data.doctor.findings.length ? 'warning' : '');
+  byId('summary-card').hidden = !box.firstChild;
+}
