@@ -23,14 +23,11 @@ const char* ToString(Mode mode);
 
 // Estimators that can serve association: they must be causal.
 enum class FeedbackKind { kGaussian, kWindow };
-// Estimators that can be written.
+// Estimators that can be written; what each is: solvers/smoothers.h.
 enum class OutputKind {
-  kWindow,
-  kBatch,
-  kGaussian,
-  // Classical smoothers (solvers/filters/segment_filters.h).
   kRawDlt,
   kRobustTriangulation,
+  kGaussian,
   kCentredGaussian,
   kHampelMedian,
   kOneEuro,
@@ -39,6 +36,8 @@ enum class OutputKind {
   kSmoothingSpline,
   kKalman,
   kRts,
+  kWindow,
+  kBatch,
 };
 // Names in the order of the enum, as output.estimator takes them.
 const std::vector<std::string>& OutputNames();

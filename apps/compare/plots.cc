@@ -287,8 +287,8 @@ NamedPlot LagSweep(const CompareResult& result) {
 
 // One line a value of the second parameter, over the first.
 Plot TuningPanel(const StrategyResult& one) {
-  const std::vector<StrategyParameter>& parameters = one.strategy.parameters;
-  const StrategyParameter& first = parameters.front();
+  const std::vector<SmootherParameter>& parameters = one.strategy.parameters;
+  const SmootherParameter& first = parameters.front();
   Plot plot;
   plot.title = one.strategy.title;
   plot.x.label =

@@ -1,44 +1,26 @@
-// The smoothing strategies that `compare` knows: one table. A strategy is a
-// name and a change of the estimators' options; what may be tuned stands beside
-// it.
+// The smoothing strategies that `compare` knows: the variants of every smoother
+// (solvers/smoothers.h).
 #ifndef KINEGRAPH_APPS_COMPARE_STRATEGIES_H_
 #define KINEGRAPH_APPS_COMPARE_STRATEGIES_H_
 
-#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/frame_range.h"
 #include "core/base/options.h"
 #include "core/tracking/estimator.h"
-#include "solvers/factory.h"
+#include "solvers/smoothers.h"
 
 namespace kinegraph {
 
-// A number that is chosen by held-out error.
-struct StrategyParameter {
-  std::string name;  // key of a file of parameters
-  std::string unit;
-  std::vector<double> grid;  // ascending
-  bool log = false;          // drawn on a log axis
-  std::function<void(double, EstimatorOptions*)> set;
-  // What it is if nobody tells: as the configuration says.
-  std::function<double(const EstimatorOptions&)> get;
-};
+// A variant of a smoother, or one on other points.
+struct Strategy : SmootherVariant {
+  Strategy() = default;
+  Strategy(SmootherVariant variant, OutputKind of)
+      : SmootherVariant(std::move(variant)), kind(of) {}
 
-struct Strategy {
-  std::string name;   // "butterworth"
-  std::string title;  // "Butterworth, zero phase"
   OutputKind kind = OutputKind::kGaussian;
-  // Fixes what makes it this strategy; may be empty.
-  std::function<void(double rate_hz, EstimatorOptions*)> fix;
-  // One or two.
-  std::vector<StrategyParameter> parameters;
-  // Takes the values of this one, which has the same parameters and minimises
-  // the same cost, instead of being tuned itself.
-  std::string tuned_as;
-  // Frames that a window keeps; -1: no window.
-  int lag_frames = -1;
 };
 
 // All of them, in the order in which they are printed.

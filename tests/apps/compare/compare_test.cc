@@ -318,7 +318,7 @@ TEST(Strategies, HaveNamesOfTheirOwnAndSettableParameters) {
       EXPECT_NE(all[s].title, all[other].title);
     }
     EXPECT_LE(all[s].parameters.size(), 2u);
-    for (const StrategyParameter& parameter : all[s].parameters) {
+    for (const SmootherParameter& parameter : all[s].parameters) {
       EXPECT_TRUE(std::is_sorted(parameter.grid.begin(), parameter.grid.end()));
       EstimatorOptions before, after;
       parameter.set(parameter.grid.front(), &before);
