@@ -1,29 +1,24 @@
 #include "apps/batch/runner.h"
 
-#include <fcntl.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "apps/common/machine.h"
-#include "apps/common/program_path.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/input_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
+#include "core/system/file.h"
+#include "core/system/process.h"
 
 namespace kinegraph {
 namespace {
@@ -47,24 +42,6 @@ std::string ProgramOf(const std::string& command) {
   return path.substr(0, path.rfind('/') + 1) + "kinegraph-" + command;
 }
 
-// Between fork and exec only what a handler of signals may do.
-[[noreturn]] void Become(char* const* arguments, const char* folder,
-                         pid_t parent) {
-  // A batch that is killed takes its programs along.
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (getppid() != parent) _exit(1);
-  if (chdir(folder) != 0) _exit(127);
-  const int to = open(kLog, O_WRONLY | O_CREAT | O_APPEND, 0666);
-  const int err = open(kErrors, O_WRONLY | O_CREAT | O_TRUNC, 0666);
-  const int from = open("/dev/null", O_RDONLY);
-  if (to < 0 || err < 0 || from < 0 || dup2(from, STDIN_FILENO) < 0 ||
-      dup2(to, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0) {
-    _exit(127);
-  }
-  execv(arguments[0], arguments);
-  _exit(127);
-}
-
 std::string LastLine(std::string text) {
   while (!text.empty() && text.back() == '\n') text.pop_back();
   const size_t newline = text.rfind('\n');
@@ -75,26 +52,18 @@ std::string LastLine(std::string text) {
 std::string RunStep(const TaskStep& step, const std::string& folder) {
   std::vector<std::string> words = step.arguments;
   words.insert(words.begin(), ProgramOf(step.command));
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
   const std::string errors = folder + "/" + kErrors;
-  const pid_t parent = getpid();
-  const pid_t process = fork();
-  if (process < 0) throw std::runtime_error("no process can be started");
-  if (process == 0) {
-    Become(arguments.data(), folder.c_str(), parent);
-  }
-  int status = 0;
-  while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
+  const ProcessEnd end = RunInFolder(std::move(words), folder, kLog, kErrors);
+  if (end.not_started != 0) {
+    throw std::runtime_error("no process can be started");
   }
   const std::string said = IsFile(errors) ? ReadTextFile(errors) : "";
   InputFiles::Forget(errors);
-  unlink(errors.c_str());
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
-  if (WIFSIGNALED(status)) {
+  RemoveFile(errors);
+  if (end.well()) return "";
+  if (end.signal != 0) {
     return "kinegraph-" + step.command + " was ended by signal " +
-           std::to_string(WTERMSIG(status));
+           std::to_string(end.signal);
   }
   return said.empty() ? "kinegraph-" + step.command + " failed without a word"
                       : Printable(LastLine(said), 1000);
@@ -150,7 +119,7 @@ TaskOutcome RunTask(const Task& task, const std::string& out) {
     if (outcome.error.empty()) {
       WriteText(folder.PathOf("task.json"), TaskJson(task));
       folder.Commit();
-      unlink(FailureFile(task, out).c_str());
+      RemoveFile(FailureFile(task, out));
       outcome.done = true;
       return outcome;
     }

@@ -1,16 +1,12 @@
 #include "apps/common/app.h"
 
-#include <fcntl.h>
 #include <gflags/gflags.h>
 #include <glog/logging.h>
 #include <glog/vlog_is_on.h>
-#include <poll.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -27,6 +23,8 @@
 #include "core/base/error.h"
 #include "core/io/files/input_files.h"
 #include "core/io/files/text_file.h"
+#include "core/system/file.h"
+#include "core/system/streams.h"
 
 namespace kinegraph {
 namespace {
@@ -173,18 +171,6 @@ class CommandLineParser {
   std::set<std::string> seen_;
 };
 
-// A standard stream that was closed by the caller would give its number to the
-// next file opened, and messages would end inside a result. Opened the wrong
-// way round, so that using it still fails.
-void OccupyStandardStreams() {
-  for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd) {
-    if (fcntl(fd, F_GETFD) != -1 || errno != EBADF) continue;
-    // The lowest free number is this one.
-    const int mode = fd == STDIN_FILENO ? O_WRONLY : O_RDONLY;
-    if (open("/dev/null", mode) < 0) return;
-  }
-}
-
 #ifdef NDEBUG
 [[noreturn]] void LeaveAfterFailedCheck() { std::_Exit(kExitFailure); }
 #endif
@@ -202,19 +188,13 @@ void InitLogging(const AppInfo& info) {
 #endif
 }
 
-// The other end of a pipe was closed, as `| head` does.
-bool ReaderOfStdoutIsGone() {
-  pollfd stream = {STDOUT_FILENO, POLLOUT, 0};
-  return poll(&stream, 1, 0) == 1 && (stream.revents & POLLERR) != 0;
-}
-
 // Throws if what was printed did not arrive.
 void FinishStdout() {
   errno = 0;
   std::cout.flush();
   const bool failed =
       std::fflush(stdout) != 0 || std::ferror(stdout) != 0 || !std::cout.good();
-  if (!failed || ReaderOfStdoutIsGone()) return;
+  if (!failed || ReaderIsGone(kStandardOutput)) return;
   const std::string reason =
       errno != 0 ? std::strerror(errno) : "output was lost";
   throw std::runtime_error("standard output: " + reason);
@@ -285,9 +265,7 @@ FrameRange ParseFrameRange(const std::string& text, const std::string& flag) {
 
 int RunApp(int argc, char** argv, const AppInfo& info,
            const std::function<void()>& body) {
-  OccupyStandardStreams();
-  // A reader that leaves must not end the program half way through a file.
-  std::signal(SIGPIPE, SIG_IGN);
+  PrepareStandardStreams();
   try {
     Run(argc, argv, info, body);
     return kExitDone;

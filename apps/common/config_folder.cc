@@ -2,9 +2,9 @@
 
 #include <cstddef>
 
-#include "apps/common/program_path.h"
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
+#include "core/system/process.h"
 
 namespace kinegraph {
 namespace {

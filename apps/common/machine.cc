@@ -1,12 +1,11 @@
 #include "apps/common/machine.h"
 
-#include <cstdio>
-#include <memory>
 #include <thread>
 
 #include "apps/common/config_folder.h"
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
+#include "core/system/process.h"
 
 namespace kinegraph {
 namespace {
@@ -35,21 +34,6 @@ std::string ShellQuoted(const std::string& text) {
   return quoted + "'";
 }
 
-// The first line that a command prints; empty when it fails.
-std::string FirstLineOf(const std::string& command) {
-  const auto close = [](std::FILE* pipe) { pclose(pipe); };
-  const std::unique_ptr<std::FILE, decltype(close)> pipe(
-      popen(command.c_str(), "r"), close);
-  char line[256] = "";
-  if (pipe == nullptr ||
-      std::fgets(line, sizeof(line), pipe.get()) == nullptr) {
-    return "";
-  }
-  std::string text = line;
-  text.erase(text.find_last_not_of("\r\n") + 1);
-  return text;
-}
-
 std::string Commit() {
   std::string folder;
   try {
@@ -68,9 +52,9 @@ std::string Commit() {
 
 Machine ThisMachine() {
   Machine machine;
-  machine.processor = Field("/proc/cpuinfo", "model name", ':');
+  machine.processor = Field(kProcessorFile, "model name", ':');
   machine.threads = static_cast<int>(std::thread::hardware_concurrency());
-  machine.system = Field("/etc/os-release", "PRETTY_NAME", '=');
+  machine.system = Field(kSystemFile, "PRETTY_NAME", '=');
 #if defined(__clang__)
   machine.compiler = "clang " __clang_version__;
 #elif defined(__GNUC__)

@@ -1,9 +1,6 @@
 #include "apps/common/plot.h"
 
 #include <glog/logging.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -15,8 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
-
-extern char** environ;
+#include "core/system/process.h"
 
 namespace kinegraph {
 namespace {
@@ -347,38 +343,17 @@ std::string RunGnuplot(const std::string& script) {
   std::fflush(input.get());
   std::rewind(input.get());
 
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, fileno(input.get()), 0);
-  posix_spawn_file_actions_adddup2(&actions, fileno(output.get()), 1);
-  posix_spawn_file_actions_adddup2(&actions, fileno(errors.get()), 2);
-  std::string program = "gnuplot";
-  std::string plain = "-d";  // no start-up files
-  std::string standard_input = "-";
-  char* const arguments[] = {program.data(), plain.data(),
-                             standard_input.data(), nullptr};
-  // gnuplot would write decimals as the locale does.
-  std::vector<char*> environment;
-  std::string locale = "LC_ALL=C.UTF-8";
-  for (char** entry = environ; *entry != nullptr; ++entry) {
-    if (std::strncmp(*entry, "LC_ALL=", 7) != 0) environment.push_back(*entry);
-  }
-  environment.push_back(locale.data());
-  environment.push_back(nullptr);
-  pid_t process = 0;
-  const int error = posix_spawnp(&process, program.c_str(), &actions, nullptr,
-                                 arguments, environment.data());
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) {
+  // No start-up files; decimals as C writes them.
+  const ProcessEnd end =
+      RunWithStreams({"gnuplot", "-d", "-"}, input.get(), output.get(),
+                     errors.get(), "LC_ALL=C.UTF-8");
+  if (end.not_started != 0) {
     throw std::runtime_error(
         "plots need gnuplot (Debian: gnuplot-nox), which cannot be started: " +
-        std::string(std::strerror(error)));
+        std::string(std::strerror(end.not_started)));
   }
-  int status = 0;
-  while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
-  }
-  std::string complaints = ContentOf(errors);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+  const std::string complaints = ContentOf(errors);
+  if (!end.well()) {
     throw std::runtime_error("gnuplot failed: " + Printable(complaints, 300));
   }
   return ContentOf(output);

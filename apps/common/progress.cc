@@ -1,11 +1,12 @@
 #include "apps/common/progress.h"
 
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
+
+#include "core/system/file.h"
+#include "core/system/streams.h"
 
 namespace kinegraph {
 namespace {
@@ -17,7 +18,7 @@ constexpr size_t kMaxLineLength = 79;  // characters; a longer line would wrap
 constexpr char kWipe[] = "\r\033[K";
 
 bool StderrIsTerminal() {
-  if (isatty(STDERR_FILENO) == 0) return false;
+  if (!IsTerminal(kStandardError)) return false;
   const char* term = std::getenv("TERM");
   return term != nullptr && std::string(term) != "dumb";
 }

@@ -3,11 +3,11 @@
 #include <cstdio>
 
 #include "apps/common/machine.h"
-#include "apps/common/program_path.h"
 #include "apps/common/track_output.h"
 #include "core/base/error.h"
 #include "core/io/binary/npz_file.h"
 #include "core/io/files/text_file.h"
+#include "core/system/process.h"
 
 namespace kinegraph {
 namespace {

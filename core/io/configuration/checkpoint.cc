@@ -1,10 +1,5 @@
 #include "core/io/configuration/checkpoint.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -12,38 +7,13 @@
 #include "core/base/bytes.h"
 #include "core/base/error.h"
 #include "core/io/binary/npz_file.h"
+#include "core/system/file.h"
 
 namespace kinegraph {
 namespace {
 
 constexpr size_t kKeyBytes = 32;  // as Fingerprint::Hex gives it
 constexpr size_t kRecordHead = kKeyBytes + sizeof(uint64_t) + sizeof(uint32_t);
-
-bool ReadAt(int descriptor, int64_t offset, size_t size, std::string* bytes) {
-  bytes->resize(size);
-  size_t done = 0;
-  while (done < size) {
-    const ssize_t got = pread(descriptor, bytes->data() + done, size - done,
-                              offset + static_cast<int64_t>(done));
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return false;
-    done += static_cast<size_t>(got);
-  }
-  return true;
-}
-
-bool WriteAt(int descriptor, int64_t offset, const std::string& bytes) {
-  size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t put =
-        pwrite(descriptor, bytes.data() + done, bytes.size() - done,
-               offset + static_cast<int64_t>(done));
-    if (put < 0 && errno == EINTR) continue;
-    if (put <= 0) return false;
-    done += static_cast<size_t>(put);
-  }
-  return true;
-}
 
 }  // namespace
 
@@ -54,36 +24,33 @@ Checkpoint::Checkpoint(const std::string& path, const std::string& build,
       quiet_s_(quiet_s),
       start_(std::chrono::steady_clock::now()) {
   if (!resume) return;
-  if (access(path.c_str(), F_OK) != 0) return;  // nothing was kept
+  if (!StatusOf(path).has_value()) return;  // nothing was kept
   if (!OpenFile(true)) throw InputError(path, "", trouble_);
   ReadExisting();
 }
 
 Checkpoint::~Checkpoint() {
-  if (descriptor_ >= 0) close(descriptor_);
-  if (given_up_ >= 0) close(given_up_);
+  if (descriptor_ >= 0) CloseFile(descriptor_);
+  if (given_up_ >= 0) CloseFile(given_up_);
 }
 
 // Locked, so that two runs never write into one another's.
 bool Checkpoint::OpenFile(bool resume) {
-  descriptor_ = open(
-      path_.c_str(),
-      O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | (resume ? 0 : O_CREAT),
-      0666);
-  struct stat status {};
-  if (descriptor_ < 0 || fstat(descriptor_, &status) != 0) {
+  descriptor_ = OpenToUpdate(path_, !resume);
+  const auto status = descriptor_ < 0 ? std::nullopt : StatusOf(descriptor_);
+  if (!status.has_value()) {
     trouble_ = "cannot be opened: " + std::string(std::strerror(errno));
-    if (descriptor_ >= 0) close(descriptor_);
+    if (descriptor_ >= 0) CloseFile(descriptor_);
     descriptor_ = -1;
     return false;
   }
   std::string head;
-  const bool ours = S_ISREG(status.st_mode) &&
-                    ReadAt(descriptor_, 0, head_.size(), &head) &&
+  const bool regular = status->kind == FileKind::kRegular;
+  const bool ours = regular && ReadAt(descriptor_, 0, head_.size(), &head) &&
                     head.compare(0, 23, head_, 0, 23) == 0;
-  if (!S_ISREG(status.st_mode) || (status.st_size > 0 && !ours)) {
+  if (!regular || (status->size > 0 && !ours)) {
     trouble_ = "is no checkpoint of kinegraph";
-  } else if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+  } else if (!LockFile(descriptor_)) {
     trouble_ = "is in use by another run";
   } else if (resume && head != head_) {
     trouble_ =
@@ -91,14 +58,14 @@ bool Checkpoint::OpenFile(bool resume) {
         "--resume the run begins anew";
   }
   if (trouble_.empty()) return true;
-  close(descriptor_);
+  CloseFile(descriptor_);
   descriptor_ = -1;
   return false;
 }
 
 void Checkpoint::ReadExisting() {
-  struct stat status {};
-  if (fstat(descriptor_, &status) != 0) return;
+  const auto status = StatusOf(descriptor_);
+  if (!status.has_value()) return;
   end_ = static_cast<int64_t>(head_.size());
   std::string bytes;
   while (ReadAt(descriptor_, end_, kRecordHead, &bytes)) {
@@ -107,13 +74,13 @@ void Checkpoint::ReadExisting() {
     const auto size = reader.Get<uint64_t>();
     place.checksum = reader.Get<uint32_t>();
     place.offset = end_ + static_cast<int64_t>(kRecordHead);
-    if (size > static_cast<uint64_t>(status.st_size - place.offset)) break;
+    if (size > static_cast<uint64_t>(status->size - place.offset)) break;
     place.size = static_cast<size_t>(size);
     places_[bytes.substr(0, kKeyBytes)] = place;
     end_ = place.offset + static_cast<int64_t>(place.size);
   }
   // What was cut off makes room.
-  if (ftruncate(descriptor_, end_) != 0) GiveUp(std::strerror(errno));
+  if (!Truncate(descriptor_, end_)) GiveUp(std::strerror(errno));
 }
 
 std::optional<std::string> Checkpoint::Find(const std::string& key) {
@@ -145,7 +112,7 @@ void Checkpoint::Add(const std::string& key, const std::string& value) {
       return;
     }
     end_ = static_cast<int64_t>(head_.size());
-    if (ftruncate(descriptor_, 0) != 0 || !WriteAt(descriptor_, 0, head_)) {
+    if (!Truncate(descriptor_, 0) || !WriteAt(descriptor_, 0, head_)) {
       GiveUp(std::strerror(errno));
       return;
     }
@@ -164,8 +131,7 @@ void Checkpoint::Append(const std::string& key, const std::string& value) {
   // A killed program loses nothing; a power cut at most the last second.
   const auto now = std::chrono::steady_clock::now();
   const bool sync = now - synced_ > std::chrono::seconds(1);
-  if (!WriteAt(descriptor_, end_, record) ||
-      (sync && fdatasync(descriptor_) != 0)) {
+  if (!WriteAt(descriptor_, end_, record) || (sync && !SyncData(descriptor_))) {
     GiveUp(std::strerror(errno));
     return;
   }
@@ -180,7 +146,7 @@ void Checkpoint::Append(const std::string& key, const std::string& value) {
 void Checkpoint::GiveUp(const std::string& why) {
   trouble_ = why;
   if (descriptor_ >= 0) {
-    [[maybe_unused]] const int cut = ftruncate(descriptor_, end_);
+    Truncate(descriptor_, end_);
     given_up_ = std::exchange(descriptor_, -1);
     given_up_path_ = path_;
   }
@@ -192,12 +158,12 @@ void Checkpoint::GiveUp(const std::string& why) {
 void Checkpoint::Remove() {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (descriptor_ >= 0) {
-    unlink(path_.c_str());
-    close(std::exchange(descriptor_, -1));
+    RemoveFile(path_);
+    CloseFile(std::exchange(descriptor_, -1));
   }
   if (given_up_ >= 0) {
-    unlink(given_up_path_.c_str());
-    close(std::exchange(given_up_, -1));
+    RemoveFile(given_up_path_);
+    CloseFile(std::exchange(given_up_, -1));
   }
   path_.clear();
   places_.clear();

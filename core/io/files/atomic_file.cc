@@ -1,9 +1,5 @@
 #include "core/io/files/atomic_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -15,7 +11,8 @@
 #include "core/base/error.h"
 #include "core/io/files/input_files.h"
 #include "core/io/files/partial_files.h"
-#include "core/io/files/sync.h"
+#include "core/system/file.h"
+#include "core/system/process.h"
 
 namespace kinegraph {
 namespace {
@@ -27,7 +24,7 @@ namespace fs = std::filesystem;
 int OpenBeside(const std::string& target, std::string* temporary) {
   constexpr int kAttempts = 1000;  // leftovers of killed programs are skipped
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    *temporary = target + ".partial-" + std::to_string(getpid()) + "-" +
+    *temporary = target + ".partial-" + std::to_string(ProcessNumber()) + "-" +
                  std::to_string(attempt);
     const int descriptor = PartialFiles::OpenNew(*temporary);
     if (descriptor >= 0 || errno != EEXIST) return descriptor;
@@ -42,9 +39,7 @@ std::optional<int> OpenFileNamed(const fs::path& path) {
   std::error_code error;
   const std::string folder =
       fs::canonical(path.parent_path(), error).string();  // /proc/PID/fd
-  if (error || folder != "/proc/" + std::to_string(getpid()) + "/fd") {
-    return std::nullopt;
-  }
+  if (error || folder != FolderOfOpenFiles()) return std::nullopt;
   const std::string name = path.filename().string();
   const char* const end = name.data() + name.size();
   int descriptor = -1;
@@ -86,31 +81,30 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path) {
   const Destination destination = Follow(path);
   target_ = destination.path;
   int descriptor = -1;
-  struct stat status {};
-  const bool exists = stat(target_.c_str(), &status) == 0;
+  const auto present = StatusOf(target_);
   if (destination.open_file.has_value()) {
-    descriptor = fcntl(*destination.open_file, F_DUPFD_CLOEXEC, 0);
-  } else if (!exists || S_ISREG(status.st_mode)) {
-    if (exists) RefuseInput();
-    if (exists && access(target_.c_str(), W_OK) != 0) Refuse(path, errno);
+    descriptor = Duplicate(*destination.open_file);
+  } else if (!present.has_value() || present->kind == FileKind::kRegular) {
+    if (present.has_value()) RefuseInput();
+    if (present.has_value() && !CanBeWritten(target_)) Refuse(path, errno);
     descriptor = OpenBeside(target_, &temporary_);
     // Best effort: some file systems have no permissions.
-    if (exists && descriptor >= 0 &&
-        fchmod(descriptor, status.st_mode & 0777U) != 0) {
+    if (present.has_value() && descriptor >= 0 &&
+        !SetPermissions(descriptor, present->permissions)) {
       errno = 0;
     }
-  } else if (S_ISDIR(status.st_mode)) {
+  } else if (present->kind == FileKind::kFolder) {
     throw InputError(path, "", "is a folder, expected a file to write");
-  } else if (S_ISBLK(status.st_mode)) {
+  } else if (present->kind == FileKind::kBlockDevice) {
     throw InputError(path, "", "is a block device, expected a file to write");
   } else {
-    descriptor = open(target_.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
+    descriptor = OpenToWrite(target_);
   }
   if (descriptor < 0) Refuse(path, errno);
-  file_ = fdopen(descriptor, "wb");
+  file_ = StreamOf(descriptor, "wb");
   if (file_ == nullptr) {
     const int reason = errno;
-    close(descriptor);
+    CloseFile(descriptor);
     if (!temporary_.empty()) PartialFiles::Remove(temporary_);
     errno = reason;
     Fail();
@@ -150,7 +144,7 @@ void AtomicFile::Commit() {
     // After a power cut the name must not lead to a file whose bytes never
     // reached the disk. A folder that appears as a whole does this once.
     if (!PartialFiles::IsInsideFolder(temporary_) &&
-        SyncFile(fileno(file_)) != 0) {
+        SyncFile(DescriptorOf(file_)) != 0) {
       Fail();
     }
   }
@@ -171,18 +165,17 @@ void AtomicFile::Commit() {
 }
 
 bool IsStandardOutput(const std::string& path) {
-  struct stat of_path {};
-  struct stat of_stdout {};
-  if (path.empty() || fstat(STDOUT_FILENO, &of_stdout) != 0) return false;
+  const auto of_stdout = StatusOf(kStandardOutput);
+  if (path.empty() || !of_stdout.has_value()) return false;
   const Destination destination = Follow(path);
   if (destination.open_file.has_value()) {
-    return *destination.open_file == STDOUT_FILENO;
+    return *destination.open_file == kStandardOutput;
   }
   // A pipe or terminal by another name. A regular file is replaced, and what is
   // printed goes to the old one.
-  return stat(path.c_str(), &of_path) == 0 && !S_ISREG(of_path.st_mode) &&
-         of_path.st_dev == of_stdout.st_dev &&
-         of_path.st_ino == of_stdout.st_ino;
+  const auto of_path = StatusOf(path);
+  return of_path.has_value() && of_path->kind != FileKind::kRegular &&
+         of_path->number == of_stdout->number;
 }
 
 bool IsStream(const std::string& path) {

@@ -1,7 +1,5 @@
 #include "core/io/files/atomic_folder.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
@@ -12,7 +10,8 @@
 
 #include "core/base/error.h"
 #include "core/io/files/partial_files.h"
-#include "core/io/files/sync.h"
+#include "core/system/file.h"
+#include "core/system/process.h"
 
 namespace kinegraph {
 namespace {
@@ -38,7 +37,7 @@ AtomicFolder::AtomicFolder(const std::string& path)
   }
   constexpr int kAttempts = 1000;  // leftovers of killed programs are skipped
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    temporary_ = target_ + ".partial-" + std::to_string(getpid()) + "-" +
+    temporary_ = target_ + ".partial-" + std::to_string(ProcessNumber()) + "-" +
                  std::to_string(attempt);
     if (PartialFiles::MakeFolder(temporary_) == 0) return;
     if (errno != EEXIST) break;

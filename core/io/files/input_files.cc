@@ -1,13 +1,12 @@
 #include "core/io/files/input_files.h"
 
-#include <sys/stat.h>
-
 #include <atomic>
 #include <map>
 #include <mutex>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/system/file.h"
 
 namespace kinegraph {
 namespace {
@@ -15,19 +14,18 @@ namespace {
 // What a file was like when it was read first.
 struct State {
   std::string path;
-  off_t size = 0;
-  timespec changed{};
+  FileStatus status;
 
   bool operator==(const State& other) const {
-    return size == other.size && changed.tv_sec == other.changed.tv_sec &&
-           changed.tv_nsec == other.changed.tv_nsec;
+    return status.size == other.status.size &&
+           status.changed == other.status.changed;
   }
 };
 
 struct Inputs {
   std::atomic<bool> protect{false};
   std::mutex mutex;
-  std::map<std::pair<dev_t, ino_t>, State> files;
+  std::map<std::pair<uint64_t, uint64_t>, State> files;
 };
 
 Inputs& TheInputs() {
@@ -43,14 +41,14 @@ void InputFiles::Note(int descriptor, const std::string& path) {
   constexpr size_t kMaxFiles = 1 << 16;
   Inputs& inputs = TheInputs();
   if (!inputs.protect) return;
-  struct stat status {};
-  if (fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) return;
-  const State now = {path, status.st_size, status.st_mtim};
+  const auto status = StatusOf(descriptor);
+  if (!status.has_value() || status->kind != FileKind::kRegular) return;
+  const State now = {path, *status};
   const std::lock_guard<std::mutex> lock(inputs.mutex);
-  const auto known = inputs.files.find({status.st_dev, status.st_ino});
+  const auto known = inputs.files.find(status->number);
   if (known == inputs.files.end()) {
     if (inputs.files.size() < kMaxFiles) {
-      inputs.files.emplace(std::make_pair(status.st_dev, status.st_ino), now);
+      inputs.files.emplace(status->number, now);
     }
     return;
   }
@@ -65,18 +63,18 @@ void InputFiles::Note(int descriptor, const std::string& path) {
 
 void InputFiles::Forget(const std::string& path) {
   Inputs& inputs = TheInputs();
-  struct stat status {};
-  if (stat(path.c_str(), &status) != 0) return;
+  const auto status = StatusOf(path);
+  if (!status.has_value()) return;
   const std::lock_guard<std::mutex> lock(inputs.mutex);
-  inputs.files.erase({status.st_dev, status.st_ino});
+  inputs.files.erase(status->number);
 }
 
 bool InputFiles::Has(const std::string& path) {
   Inputs& inputs = TheInputs();
-  struct stat status {};
-  if (stat(path.c_str(), &status) != 0) return false;
+  const auto status = StatusOf(path);
+  if (!status.has_value()) return false;
   const std::lock_guard<std::mutex> lock(inputs.mutex);
-  return inputs.files.count({status.st_dev, status.st_ino}) > 0;
+  return inputs.files.count(status->number) > 0;
 }
 
 }  // namespace kinegraph

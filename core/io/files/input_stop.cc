@@ -1,9 +1,8 @@
 #include "core/io/files/input_stop.h"
 
-#include <poll.h>
-
 #include <atomic>
-#include <cerrno>
+
+#include "core/system/streams.h"
 
 namespace kinegraph {
 namespace {
@@ -19,20 +18,12 @@ void InputStop::ListenTo(int descriptor) { TheDescriptor() = descriptor; }
 
 bool InputStop::WaitForInput(int descriptor) {
   const int stop = TheDescriptor();
-  if (stop < 0) return true;
-  while (true) {
-    pollfd both[2] = {{stop, POLLIN, 0}, {descriptor, POLLIN, 0}};
-    const int ready = poll(both, 2, -1);
-    if (ready < 0 && errno == EINTR) continue;
-    return ready < 0 || both[0].revents == 0;
-  }
+  return stop < 0 || kinegraph::WaitForInput(descriptor, stop);
 }
 
 bool InputStop::HasHappened() {
   const int stop = TheDescriptor();
-  if (stop < 0) return false;
-  pollfd one = {stop, POLLIN, 0};
-  return poll(&one, 1, 0) > 0;
+  return stop >= 0 && HasInput(stop);
 }
 
 }  // namespace kinegraph

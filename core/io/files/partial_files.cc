@@ -1,15 +1,12 @@
 #include "core/io/files/partial_files.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <cstdio>
 #include <filesystem>
 #include <map>
 #include <mutex>
 #include <system_error>
+
+#include "core/system/file.h"
 
 namespace kinegraph {
 namespace {
@@ -35,7 +32,7 @@ void RemovePath(const std::string& path, PartialKind kind) {
   std::error_code ignored;
   switch (kind) {
     case PartialKind::kFile:
-      unlink(path.c_str());
+      RemoveFile(path);
       return;
     case PartialKind::kFolder:
       // Another thread may be making folders in it at this very moment.
@@ -45,7 +42,7 @@ void RemovePath(const std::string& path, PartialKind kind) {
       }
       return;
     case PartialKind::kFolderToFill:
-      rmdir(path.c_str());  // refuses a folder with anything in it
+      RemoveEmptyFolder(path);  // refuses a folder with anything in it
       return;
   }
 }
@@ -53,7 +50,7 @@ void RemovePath(const std::string& path, PartialKind kind) {
 int MakeListedFolder(const std::string& path, PartialKind kind) {
   List& list = TheList();
   const std::lock_guard<std::mutex> lock(list.mutex);
-  const int outcome = mkdir(path.c_str(), 0777);
+  const int outcome = MakeOneFolder(path);
   if (outcome == 0) list.partial[path] = kind;
   return outcome;
 }
@@ -63,8 +60,7 @@ int MakeListedFolder(const std::string& path, PartialKind kind) {
 int PartialFiles::OpenNew(const std::string& path) {
   List& list = TheList();
   const std::lock_guard<std::mutex> lock(list.mutex);
-  const int descriptor =
-      open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  const int descriptor = kinegraph::OpenNew(path);
   if (descriptor >= 0) list.partial[path] = PartialKind::kFile;
   return descriptor;
 }

@@ -1,9 +1,5 @@
 #include "core/io/files/text_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -14,22 +10,12 @@
 #include "core/base/error.h"
 #include "core/io/files/folder_entry.h"
 #include "core/io/files/input_files.h"
+#include "core/system/file.h"
 
 namespace kinegraph {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Closes a file descriptor when it goes out of scope.
-struct Descriptor {
-  explicit Descriptor(int opened) : value(opened) {}
-  ~Descriptor() {
-    if (value >= 0) close(value);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  const int value;
-};
 
 [[noreturn]] void FailToRead(const std::string& path) {
   throw InputError(path, "",
@@ -39,11 +25,11 @@ struct Descriptor {
 }  // namespace
 
 std::string ReadTextFile(const std::string& path, size_t max_bytes) {
-  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.value < 0) FailToRead(path);
-  struct stat status {};
-  if (fstat(file.value, &status) != 0) FailToRead(path);
-  if (S_ISDIR(status.st_mode)) {
+  const Descriptor file(OpenToRead(path));
+  if (file.get() < 0) FailToRead(path);
+  const auto status = StatusOf(file.get());
+  if (!status.has_value()) FailToRead(path);
+  if (status->kind == FileKind::kFolder) {
     throw InputError(path, "", "is a folder, expected a file");
   }
   const auto refuse = [&] {
@@ -51,22 +37,21 @@ std::string ReadTextFile(const std::string& path, size_t max_bytes) {
                      "is larger than " + std::to_string(max_bytes >> 20) +
                          " MiB, more than such a file can need");
   };
-  if (status.st_size > 0 && static_cast<size_t>(status.st_size) > max_bytes) {
+  if (status->size > 0 && static_cast<size_t>(status->size) > max_bytes) {
     refuse();
   }
-  InputFiles::Note(file.value, path);
+  InputFiles::Note(file.get(), path);
   // The size is a hint only: pipes have none, and files grow.
   constexpr size_t kStep = 1 << 16;
   std::string text;
-  if (status.st_size > 0) {
-    text.reserve(static_cast<size_t>(status.st_size) + 1);
+  if (status->size > 0) {
+    text.reserve(static_cast<size_t>(status->size) + 1);
   }
   size_t length = 0;
   while (true) {
     text.resize(std::max(text.capacity(), length + kStep));
-    const ssize_t got =
-        read(file.value, text.data() + length, text.size() - length);
-    if (got < 0 && errno == EINTR) continue;
+    const int64_t got =
+        ReadSome(file.get(), text.data() + length, text.size() - length);
     if (got < 0) FailToRead(path);
     if (got == 0) break;
     length += static_cast<size_t>(got);

@@ -1,9 +1,5 @@
 #include "core/io/text/bulk_json.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -13,6 +9,7 @@
 #include "core/io/files/input_files.h"
 #include "core/io/files/input_stop.h"
 #include "core/io/text/ids.h"
+#include "core/system/file.h"
 
 namespace kinegraph {
 namespace {
@@ -59,28 +56,18 @@ std::string Explain(simdjson::error_code error) {
   }
 }
 
-class Descriptor {
- public:
-  explicit Descriptor(const std::string& path)
-      : value_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-    if (value_ < 0) FailToRead(path);
-  }
-  ~Descriptor() { close(value_); }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return value_; }
-
- private:
-  int value_;
-};
+int OpenOrFail(const std::string& path) {
+  const int descriptor = OpenToRead(path);
+  if (descriptor < 0) FailToRead(path);
+  return descriptor;
+}
 
 // Reads up to `capacity` bytes; fewer only at the end of the file.
 size_t ReadFully(const std::string& path, int descriptor, char* to,
                  size_t capacity) {
   size_t length = 0;
   while (length < capacity) {
-    const ssize_t got = read(descriptor, to + length, capacity - length);
-    if (got < 0 && errno == EINTR) continue;
+    const int64_t got = ReadSome(descriptor, to + length, capacity - length);
     if (got < 0) FailToRead(path);
     if (got == 0) break;
     length += static_cast<size_t>(got);
@@ -271,20 +258,20 @@ void ObjectKeys::Require(size_t known_idx) const {
 }
 
 JsonValue JsonFileParser::Parse(const std::string& path) {
-  const Descriptor file(path);
-  struct stat status {};
-  if (fstat(file.get(), &status) != 0) FailToRead(path);
-  if (S_ISDIR(status.st_mode)) {
+  const Descriptor file(OpenOrFail(path));
+  const auto status = StatusOf(file.get());
+  if (!status.has_value()) FailToRead(path);
+  if (status->kind == FileKind::kFolder) {
     throw InputError(path, "", "is a folder, expected a file");
   }
   const auto refuse = [&path] {
     throw InputError(path, "", "is larger than 2 GiB");
   };
-  if (status.st_size > static_cast<off_t>(kMaxFileBytes)) refuse();
+  if (status->size > static_cast<int64_t>(kMaxFileBytes)) refuse();
   InputFiles::Note(file.get(), path);
   // The size is a hint only: pipes have none, and files grow. One byte more
   // than the size shows the end without another read.
-  size_t capacity = static_cast<size_t>(status.st_size) + 1;
+  size_t capacity = static_cast<size_t>(status->size) + 1;
   size_t length = 0;
   while (true) {
     if (buffer_.size() < capacity + kPadding) {
@@ -309,7 +296,7 @@ JsonValue JsonFileParser::Parse(const std::string& path) {
 JsonLineReader::JsonLineReader(const std::string& path)
     : path_(path), file_(std::fopen(path.c_str(), "rbe")) {
   if (file_ == nullptr) FailToRead(path);
-  InputFiles::Note(fileno(file_.get()), path);
+  InputFiles::Note(DescriptorOf(file_.get()), path);
   buffer_.resize((size_t{1} << 16) + kPadding);
 }
 
@@ -328,13 +315,10 @@ bool JsonLineReader::Fill() {
   }
   // One read, which gives what is there: a line of a live stream must not wait
   // until later ones fill the buffer.
-  const int descriptor = fileno(file_.get());
+  const int descriptor = DescriptorOf(file_.get());
   if (!InputStop::WaitForInput(descriptor)) return false;
-  ssize_t got = 0;
-  do {
-    got = read(descriptor, buffer_.data() + end_,
-               buffer_.size() - kPadding - end_);
-  } while (got < 0 && errno == EINTR);
+  const int64_t got = ReadSome(descriptor, buffer_.data() + end_,
+                               buffer_.size() - kPadding - end_);
   if (got < 0) FailToRead(path_);
   end_ += static_cast<size_t>(got);
   // Standard input may be a file that grows, which is a stream like others.
@@ -384,9 +368,9 @@ bool JsonLineReader::Next(JsonValue* value) {
 }
 
 int64_t JsonLineReader::CountLines() const {
-  const Descriptor file(path_);
-  struct stat status {};
-  if (fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) return -1;
+  const Descriptor file(OpenOrFail(path_));
+  const auto status = StatusOf(file.get());
+  if (!status.has_value() || status->kind != FileKind::kRegular) return -1;
   std::vector<char> text(kPeekBytes);
   int64_t count = 0;
   char last = '\n';
@@ -404,7 +388,7 @@ bool JsonHead::Has(std::string_view key) const {
 }
 
 JsonHead PeekJson(const std::string& path) {
-  const Descriptor file(path);
+  const Descriptor file(OpenOrFail(path));
   std::string text(kPeekBytes, '\0');
   text.resize(ReadFully(path, file.get(), text.data(), text.size()));
   if (text.compare(0, 3, kByteOrderMark) == 0) text.erase(0, 3);
@@ -421,9 +405,9 @@ JsonHead PeekJson(const std::string& path) {
 }
 
 bool IsPipe(const std::string& path) {
-  struct stat status {};
-  return stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) &&
-         !S_ISDIR(status.st_mode);
+  const auto status = StatusOf(path);
+  return status.has_value() && status->kind != FileKind::kRegular &&
+         status->kind != FileKind::kFolder;
 }
 
 std::string RawObject(std::string_view line, std::string_view key) {

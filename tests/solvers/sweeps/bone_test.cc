@@ -13,30 +13,17 @@
 #include "solvers/sweeps/bone_solver.h"
 #include "solvers/sweeps/person_system.h"
 #include "solvers/window/window_estimator.h"
-#include "tests/support/simulated_person.h"
+#include "tests/support/solver_problem.h"
 
 namespace kinegraph {
 namespace {
 
 using testing::SimulatedNoise;
-using testing::SimulatedTake;
 
-class BoneTest : public ::testing::Test {
+class BoneTest : public testing::SolverProblemTest {
  protected:
   void Make(int cameras, int frames, const SimulatedNoise& noise) {
-    scene_.cameras = testing::RingOfCameras(cameras, 5.0, 1000.0);
-    scene_.skeleton = testing::SmallSkeleton();
-    scene_.frame_rate_hz = 25.0;
-    Random random(51);
-    take_ = testing::Simulate(scene_, options_,
-                              testing::WalkingMotion(scene_, frames), noise,
-                              Eigen::Vector3d::Zero(), &random);
-    Assembler assembler(scene_, options_);
-    problem_ = assembler.EmptyProblem();
-    for (const EstimatorFrame& frame : take_.frames) {
-      assembler.Append(frame, &problem_);
-    }
-    for (JointChain& chain : problem_.joints) GateMeasurements(&chain);
+    SolverProblemTest::Make({cameras, frames, 51, false, 0}, noise);
     for (const Bone& bone : scene_.skeleton.bones()) {
       problem_.bones.push_back(
           {bone.a, bone.b, TrueLength(bone), options_.bone_sigma_m});
@@ -46,20 +33,7 @@ class BoneTest : public ::testing::Test {
   double TrueLength(const Bone& bone) const {
     return (take_.truth[bone.a][0] - take_.truth[bone.b][0]).head<3>().norm();
   }
-
-  SceneModel scene_;
-  GraphOptions options_ = testing::FixedNoise();
-  SimulatedTake take_;
-  PersonProblem problem_;
 };
-
-SolveSchedule Exact(LossKind loss) {
-  SolveSchedule schedule;
-  schedule.step_tolerance_m = 1e-11;
-  schedule.stages.push_back({LossKind::kHuber, 1.5, 300});
-  schedule.stages.push_back({loss, 3.0, 300});
-  return schedule;
-}
 
 void ExpectSameStates(const PersonProblem& a, const PersonProblem& b,
                       double tolerance_m) {

@@ -15,51 +15,20 @@
 #include "solvers/graph/factor_list.h"
 #include "solvers/graph/marginalise_frame.h"
 #include "solvers/sweeps/linear_chain.h"
-#include "tests/support/simulated_person.h"
+#include "tests/support/solver_problem.h"
 
 namespace kinegraph {
 namespace {
 
 using testing::SimulatedNoise;
-using testing::SimulatedTake;
 
-// A take of one arm as a problem, from a poor start.
-class ChainSolverTest : public ::testing::Test {
+// Some cameras a little late.
+class ChainSolverTest : public testing::SolverProblemTest {
  protected:
   void Make(int cameras, int frames, const SimulatedNoise& noise) {
-    scene_.cameras = testing::RingOfCameras(cameras, 5.0, 1000.0, true);
-    scene_.skeleton = testing::SmallSkeleton();
-    scene_.frame_rate_hz = 25.0;
-    Random random(17);
-    take_ = testing::Simulate(scene_, options_,
-                              testing::WalkingMotion(scene_, frames), noise,
-                              Eigen::Vector3d::Zero(), &random);
-    Assembler assembler(scene_, options_);
-    problem_ = assembler.EmptyProblem();
-    for (EstimatorFrame& frame : take_.frames) {
-      // Some cameras a little late.
-      for (FreshView& view : frame.views) {
-        view.capture_time += view.view_idx * 2'000'000;
-      }
-      assembler.Append(frame, &problem_);
-    }
-    for (JointChain& chain : problem_.joints) GateMeasurements(&chain);
+    SolverProblemTest::Make({cameras, frames, 17, true, 2'000'000}, noise);
   }
-
-  SceneModel scene_;
-  GraphOptions options_ = testing::FixedNoise();
-  SimulatedTake take_;
-  PersonProblem problem_;
 };
-
-SolveSchedule Exact(LossKind loss, double scale) {
-  // Far more than needed: both solvers are to reach the minimum itself.
-  SolveSchedule schedule;
-  schedule.step_tolerance_m = 1e-11;
-  schedule.stages.push_back({LossKind::kHuber, 1.5, 300});
-  schedule.stages.push_back({loss, scale, 300});
-  return schedule;
-}
 
 TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
   SimulatedNoise noise;

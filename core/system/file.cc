@@ -1,0 +1,174 @@
+#include "core/system/file.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+
+namespace kinegraph {
+namespace {
+
+FileKind KindOf(mode_t mode) {
+  if (S_ISREG(mode)) return FileKind::kRegular;
+  if (S_ISDIR(mode)) return FileKind::kFolder;
+  return S_ISBLK(mode) ? FileKind::kBlockDevice : FileKind::kOther;
+}
+
+FileStatus StatusFrom(const struct stat& status) {
+  return {KindOf(status.st_mode),
+          status.st_size,
+          {status.st_dev, status.st_ino},
+          {status.st_mtim.tv_sec, status.st_mtim.tv_nsec},
+          status.st_mode & 0777U};
+}
+
+bool IsNoSuchRequest(int reason) {
+  return reason == EINVAL || reason == ENOSYS || reason == ENOTSUP ||
+         reason == EROFS;
+}
+
+int Tolerant(int outcome) {
+  return outcome != 0 && IsNoSuchRequest(errno) ? 0 : outcome;
+}
+
+int OpenFolder(const std::string& path) {
+  return open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+}
+
+}  // namespace
+
+std::optional<FileStatus> StatusOf(const std::string& path) {
+  struct stat status {};
+  if (stat(path.c_str(), &status) != 0) return std::nullopt;
+  return StatusFrom(status);
+}
+
+std::optional<FileStatus> StatusOf(int descriptor) {
+  struct stat status {};
+  if (fstat(descriptor, &status) != 0) return std::nullopt;
+  return StatusFrom(status);
+}
+
+bool CanBeWritten(const std::string& path) {
+  return access(path.c_str(), W_OK) == 0;
+}
+
+int OpenToRead(const std::string& path) {
+  return open(path.c_str(), O_RDONLY | O_CLOEXEC);
+}
+
+int OpenToWrite(const std::string& path) {
+  return open(path.c_str(), O_WRONLY | O_NOCTTY | O_CLOEXEC);
+}
+
+int OpenNew(const std::string& path) {
+  return open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+}
+
+int OpenToUpdate(const std::string& path, bool create) {
+  return open(
+      path.c_str(),
+      O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | (create ? O_CREAT : 0),
+      0666);
+}
+
+int Duplicate(int descriptor) { return fcntl(descriptor, F_DUPFD_CLOEXEC, 0); }
+
+void CloseFile(int descriptor) { close(descriptor); }
+
+std::FILE* StreamOf(int descriptor, const char* mode) {
+  return fdopen(descriptor, mode);
+}
+
+int DescriptorOf(std::FILE* stream) { return fileno(stream); }
+
+int64_t ReadSome(int descriptor, char* to, size_t size) {
+  ssize_t got = 0;
+  do {
+    got = read(descriptor, to, size);
+  } while (got < 0 && errno == EINTR);
+  return got;
+}
+
+bool ReadAt(int descriptor, int64_t offset, size_t size, std::string* bytes) {
+  bytes->resize(size);
+  size_t done = 0;
+  while (done < size) {
+    const ssize_t got = pread(descriptor, bytes->data() + done, size - done,
+                              offset + static_cast<int64_t>(done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    done += static_cast<size_t>(got);
+  }
+  return true;
+}
+
+bool WriteAt(int descriptor, int64_t offset, const std::string& bytes) {
+  size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t put =
+        pwrite(descriptor, bytes.data() + done, bytes.size() - done,
+               offset + static_cast<int64_t>(done));
+    if (put < 0 && errno == EINTR) continue;
+    if (put <= 0) return false;
+    done += static_cast<size_t>(put);
+  }
+  return true;
+}
+
+bool Truncate(int descriptor, int64_t size) {
+  return ftruncate(descriptor, size) == 0;
+}
+
+bool LockFile(int descriptor) {
+  return flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+}
+
+bool SetPermissions(int descriptor, unsigned permissions) {
+  return fchmod(descriptor, permissions) == 0;
+}
+
+int MakeOneFolder(const std::string& path) { return mkdir(path.c_str(), 0777); }
+
+void RemoveFile(const std::string& path) { unlink(path.c_str()); }
+
+void RemoveEmptyFolder(const std::string& path) { rmdir(path.c_str()); }
+
+int SyncFile(int descriptor) {
+  int outcome = 0;
+  do {
+    outcome = fsync(descriptor);
+  } while (outcome != 0 && errno == EINTR);
+  return Tolerant(outcome);
+}
+
+bool SyncData(int descriptor) { return fdatasync(descriptor) == 0; }
+
+int SyncTree(const std::string& folder) {
+  const int descriptor = OpenFolder(folder);
+  if (descriptor < 0) return -1;
+  const int outcome = Tolerant(syncfs(descriptor));
+  const int reason = errno;
+  close(descriptor);
+  errno = reason;
+  return outcome;
+}
+
+void SyncFolderOf(const std::string& path) {
+  const size_t slash = path.rfind('/');
+  const std::string folder =
+      slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  const int descriptor = OpenFolder(folder);
+  if (descriptor < 0) return;
+  SyncFile(descriptor);
+  close(descriptor);
+}
+
+std::string FolderOfOpenFiles() {
+  return "/proc/" + std::to_string(getpid()) + "/fd";
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,90 @@
+// Files as the operating system has them, by descriptor. What fails leaves its
+// reason in errno.
+#ifndef KINEGRAPH_CORE_SYSTEM_FILE_H_
+#define KINEGRAPH_CORE_SYSTEM_FILE_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace kinegraph {
+
+inline constexpr int kStandardInput = 0;
+inline constexpr int kStandardOutput = 1;
+inline constexpr int kStandardError = 2;
+
+enum class FileKind { kRegular, kFolder, kBlockDevice, kOther };
+
+struct FileStatus {
+  FileKind kind = FileKind::kOther;
+  int64_t size = 0;  // bytes; 0 where it has none
+  // Which file it is, by whatever name: of two that exist, equal for one alone.
+  std::pair<uint64_t, uint64_t> number;
+  std::pair<int64_t, int64_t> changed;  // s, ns
+  unsigned permissions = 0;
+};
+// Links are followed.
+std::optional<FileStatus> StatusOf(const std::string& path);
+std::optional<FileStatus> StatusOf(int descriptor);
+bool CanBeWritten(const std::string& path);
+
+// -1 when the system refuses. No program that is started inherits one.
+int OpenToRead(const std::string& path);
+int OpenToWrite(const std::string& path);  // what is no regular file
+int OpenNew(const std::string& path);      // never follows a link
+// To read and write at places of its own, never through a link.
+int OpenToUpdate(const std::string& path, bool create);
+int Duplicate(int descriptor);
+void CloseFile(int descriptor);
+std::FILE* StreamOf(int descriptor, const char* mode);
+int DescriptorOf(std::FILE* stream);
+
+// Closes what it holds.
+class Descriptor {
+ public:
+  explicit Descriptor(int opened) : value_(opened) {}
+  ~Descriptor() {
+    if (value_ >= 0) CloseFile(value_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return value_; }
+
+ private:
+  int value_;
+};
+
+// Bytes that are there, 0 at the end, -1 when the system refuses.
+int64_t ReadSome(int descriptor, char* to, size_t size);
+// All of the bytes, or false.
+bool ReadAt(int descriptor, int64_t offset, size_t size, std::string* bytes);
+bool WriteAt(int descriptor, int64_t offset, const std::string& bytes);
+bool Truncate(int descriptor, int64_t size);
+// Until it is closed; false when another process has it, without waiting.
+bool LockFile(int descriptor);
+bool SetPermissions(int descriptor, unsigned permissions);
+
+// 0, or -1 when the system refuses.
+int MakeOneFolder(const std::string& path);
+void RemoveFile(const std::string& path);
+void RemoveEmptyFolder(const std::string& path);
+
+// Brings an open file's bytes to the disk: 0, or -1 when they were lost; a file
+// system that knows no such request counts as done.
+int SyncFile(int descriptor);
+// The same for what was appended, whatever its times; false: lost.
+bool SyncData(int descriptor);
+// Everything below a folder: its whole file system. As SyncFile.
+int SyncTree(const std::string& folder);
+// The entry of a name in its folder. Best effort: the name is there already.
+void SyncFolderOf(const std::string& path);
+
+// Where the open files of this process have their numbers for names.
+std::string FolderOfOpenFiles();
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_SYSTEM_FILE_H_

@@ -1,0 +1,122 @@
+#include "core/system/process.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <climits>
+#include <csignal>
+#include <memory>
+
+extern char** environ;
+
+namespace kinegraph {
+namespace {
+
+// For exec: it takes no constants.
+std::vector<char*> Pointers(std::vector<std::string>* words) {
+  std::vector<char*> pointers;
+  for (std::string& word : *words) pointers.push_back(word.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
+// Between fork and exec only what a handler of signals may do.
+[[noreturn]] void Become(char* const* arguments, const char* folder,
+                         const char* printed, const char* errors,
+                         pid_t parent) {
+  // A parent that is killed takes its programs along.
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(1);
+  if (chdir(folder) != 0) _exit(127);
+  const int to = open(printed, O_WRONLY | O_CREAT | O_APPEND, 0666);
+  const int err = open(errors, O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  const int from = open("/dev/null", O_RDONLY);
+  if (to < 0 || err < 0 || from < 0 || dup2(from, STDIN_FILENO) < 0 ||
+      dup2(to, STDOUT_FILENO) < 0 || dup2(err, STDERR_FILENO) < 0) {
+    _exit(127);
+  }
+  execv(arguments[0], arguments);
+  _exit(127);
+}
+
+ProcessEnd WaitFor(pid_t process) {
+  int status = 0;
+  while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
+  }
+  ProcessEnd end;
+  if (WIFEXITED(status)) end.code = WEXITSTATUS(status);
+  if (WIFSIGNALED(status)) end.signal = WTERMSIG(status);
+  return end;
+}
+
+}  // namespace
+
+int ProcessNumber() { return getpid(); }
+
+std::string ProgramPath() {
+  char buffer[PATH_MAX];
+  const ssize_t length = readlink("/proc/self/exe", buffer, sizeof(buffer));
+  return length > 0 ? std::string(buffer, static_cast<size_t>(length)) : "";
+}
+
+ProcessEnd RunInFolder(std::vector<std::string> words,
+                       const std::string& folder, const char* printed,
+                       const char* errors) {
+  const std::vector<char*> arguments = Pointers(&words);
+  const pid_t parent = getpid();
+  const pid_t process = fork();
+  if (process < 0) {
+    ProcessEnd none;
+    none.not_started = errno;
+    return none;
+  }
+  if (process == 0) {
+    Become(arguments.data(), folder.c_str(), printed, errors, parent);
+  }
+  return WaitFor(process);
+}
+
+ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,
+                          std::FILE* output, std::FILE* errors,
+                          const std::string& setting) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, fileno(input), STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, fileno(output), STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, fileno(errors), STDERR_FILENO);
+  const std::string name = setting.substr(0, setting.find('=') + 1);
+  std::vector<std::string> settings;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string one = *entry;
+    if (one.rfind(name, 0) != 0) settings.push_back(one);
+  }
+  settings.push_back(setting);
+  const std::vector<char*> arguments = Pointers(&words);
+  const std::vector<char*> environment = Pointers(&settings);
+  pid_t process = 0;
+  ProcessEnd none;
+  none.not_started = posix_spawnp(&process, arguments[0], &actions, nullptr,
+                                  arguments.data(), environment.data());
+  posix_spawn_file_actions_destroy(&actions);
+  return none.not_started != 0 ? none : WaitFor(process);
+}
+
+std::string FirstLineOf(const std::string& command) {
+  const auto close = [](std::FILE* pipe) { pclose(pipe); };
+  const std::unique_ptr<std::FILE, decltype(close)> pipe(
+      popen(command.c_str(), "r"), close);
+  char line[256] = "";
+  if (pipe == nullptr ||
+      std::fgets(line, sizeof(line), pipe.get()) == nullptr) {
+    return "";
+  }
+  std::string text = line;
+  text.erase(text.find_last_not_of("\r\n") + 1);
+  return text;
+}
+
+}  // namespace kinegraph

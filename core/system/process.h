@@ -1,0 +1,47 @@
+// This process and those that it starts.
+#ifndef KINEGRAPH_CORE_SYSTEM_PROCESS_H_
+#define KINEGRAPH_CORE_SYSTEM_PROCESS_H_
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace kinegraph {
+
+int ProcessNumber();
+
+// The file of the running program, links followed; empty where the system does
+// not tell.
+std::string ProgramPath();
+
+struct ProcessEnd {
+  int not_started = 0;  // errno when there was no process
+  int code = 0;         // what it returned
+  int signal = 0;       // what ended it; 0: it ended by itself
+  bool well() const { return not_started == 0 && code == 0 && signal == 0; }
+};
+
+// Runs a program by its path, in a folder, without input. What it prints is
+// appended to one file there, its errors make another. It ends with this
+// process.
+ProcessEnd RunInFolder(std::vector<std::string> words,
+                       const std::string& folder, const char* printed,
+                       const char* errors);
+
+// Runs a program by its name, with these for its standard streams. `setting` is
+// NAME=value of its environment.
+ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,
+                          std::FILE* output, std::FILE* errors,
+                          const std::string& setting);
+
+// The first line that a command of the shell prints; empty when it fails.
+std::string FirstLineOf(const std::string& command);
+
+// What the system says of itself, as lines "key: value" and "key=value"; files
+// that need not be there.
+inline constexpr const char* kProcessorFile = "/proc/cpuinfo";
+inline constexpr const char* kSystemFile = "/etc/os-release";
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_SYSTEM_PROCESS_H_

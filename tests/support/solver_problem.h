@@ -1,0 +1,59 @@
+// A small take as a problem, for tests of solvers.
+#ifndef KINEGRAPH_TESTS_SUPPORT_SOLVER_PROBLEM_H_
+#define KINEGRAPH_TESTS_SUPPORT_SOLVER_PROBLEM_H_
+
+#include <gtest/gtest.h>
+
+#include "solvers/graph/assembler.h"
+#include "tests/support/simulated_person.h"
+
+namespace kinegraph::testing {
+
+class SolverProblemTest : public ::testing::Test {
+ protected:
+  struct Rig {
+    int cameras = 5;
+    int frames = 30;
+    uint64_t seed = 17;
+    bool distorted = false;
+    // A camera's pictures are so much later than those of the one before [ns].
+    int64_t later_each_ns = 0;
+  };
+
+  // One arm that walks, from a poor start.
+  void Make(const Rig& rig, const SimulatedNoise& noise) {
+    scene_.cameras = RingOfCameras(rig.cameras, 5.0, 1000.0, rig.distorted);
+    scene_.skeleton = SmallSkeleton();
+    scene_.frame_rate_hz = 25.0;
+    Random random(rig.seed);
+    take_ = Simulate(scene_, options_, WalkingMotion(scene_, rig.frames), noise,
+                     Eigen::Vector3d::Zero(), &random);
+    Assembler assembler(scene_, options_);
+    problem_ = assembler.EmptyProblem();
+    for (EstimatorFrame& frame : take_.frames) {
+      for (FreshView& view : frame.views) {
+        view.capture_time += view.view_idx * rig.later_each_ns;
+      }
+      assembler.Append(frame, &problem_);
+    }
+    for (JointChain& chain : problem_.joints) GateMeasurements(&chain);
+  }
+
+  // Far more than needed: every solver is to reach the minimum itself.
+  static SolveSchedule Exact(LossKind loss, double scale = 3.0) {
+    SolveSchedule schedule;
+    schedule.step_tolerance_m = 1e-11;
+    schedule.stages.push_back({LossKind::kHuber, 1.5, 300});
+    schedule.stages.push_back({loss, scale, 300});
+    return schedule;
+  }
+
+  SceneModel scene_;
+  GraphOptions options_ = FixedNoise();
+  SimulatedTake take_;
+  PersonProblem problem_;
+};
+
+}  // namespace kinegraph::testing
+
+#endif  // KINEGRAPH_TESTS_SUPPORT_SOLVER_PROBLEM_H_
