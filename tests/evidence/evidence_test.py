@@ -1,0 +1,87 @@
+"""What `./kinegraph evidence --check` finds, in a project of three files."""
+import importlib.util
+import json
+import pathlib
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2] / "workflow/evidence.py"
+TABLE = """page = "docs/page.md"
+[step.fall]
+run = ["true"]
+figures.share = "x"
+[block]
+drop = '''
+{fall[share]:.1f}
+'''
+"""
+SHARE = {"percent": 97.26, "count": 107, "total": 110,
+         "interval": {"low": 95.0, "high": 99.04}}
+
+
+class EvidenceTest(unittest.TestCase):
+    def setUp(self):
+        spec = importlib.util.spec_from_file_location("evidence", SOURCE)
+        self.evidence = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(self.evidence)
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        root = pathlib.Path(self.folder.name)
+        self.evidence.ROOT, self.evidence.KEPT = root, root / "docs/evidence"
+        (root / "docs/evidence").mkdir(parents=True)
+        (root / "workflow/evidence").mkdir(parents=True)
+        self.write("README.md", "A project.\n")
+        self.write("workflow/evidence/page.toml", TABLE)
+        self.keep(SHARE)
+        self.page("97.3 [95.0, 99.0] (107/110)")
+        self.write("docs/evidence/README.md", self.wanted()[
+            self.evidence.KEPT / "README.md"])
+
+    def write(self, name, text):
+        (self.evidence.ROOT / name).write_text(text)
+
+    def keep(self, share, run="true"):
+        self.write("docs/evidence/fall.json", json.dumps({
+            "commit": "abc", "machine": "one", "seconds": 1.0, "run": [run],
+            "figures": {"share": share}}))
+
+    def page(self, figure):
+        self.write("docs/page.md", "Before.\n<!-- evidence:drop -->\n" + figure +
+                   "\n<!-- /evidence -->\nAfter.\n")
+
+    def wanted(self):
+        steps, blocks = self.evidence.load()
+        texts, _ = self.evidence.rendered(steps, blocks)
+        return self.evidence.pages(steps, texts)[0]
+
+    def wrong(self):
+        steps, blocks = self.evidence.load()
+        texts, wrong = self.evidence.rendered(steps, blocks)
+        wanted, more = self.evidence.pages(steps, texts)
+        return wrong + more + self.evidence.check(wanted)
+
+    def test_what_was_made_is_right(self):
+        self.assertEqual(self.wrong(), [])
+
+    def test_a_typed_figure_is_found(self):
+        self.page("97.4 [95.0, 99.0] (107/110)")
+        self.assertIn("docs/page.md says\n  97.4", self.wrong()[0])
+
+    def test_newer_evidence_is_found(self):
+        self.keep({**SHARE, "percent": 97.7})
+        self.assertIn("evidence says\n  97.7", self.wrong()[0])
+
+    def test_other_commands_are_found(self):
+        self.keep(SHARE, run="false")
+        self.assertIn("its commands have changed", self.wrong()[0])
+
+    def test_missing_evidence_and_lost_markers_are_found(self):
+        (self.evidence.KEPT / "fall.json").unlink()
+        self.assertIn("step 'fall' has not been run", self.wrong())
+        self.keep(SHARE)
+        self.write("docs/page.md", "97.3\n")
+        self.assertIn("block 'drop' stands on no page", self.wrong())
+
+
+if __name__ == "__main__":
+    unittest.main()
