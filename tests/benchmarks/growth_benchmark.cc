@@ -1,7 +1,7 @@
 // How the time of a paper-mode frame grows with cameras, people and joints, on
 // synthetic scenes in memory, on one core:
 //
-//   build/tests/benchmarks/growth_benchmark
+//   build/tests/benchmarks/growth_benchmark [--json=FILE]
 //
 // An iteration tracks a take of one second; its time is the processor time of
 // the frames after everybody was found, so that a busy machine disturbs little.
@@ -20,8 +20,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <fstream>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -33,6 +35,8 @@
 
 namespace kinegraph {
 namespace {
+
+using Json = nlohmann::json;
 
 constexpr int kWarmUpFrames = 5;
 
@@ -194,7 +198,8 @@ double LargestStep(const std::map<Size, Times>& measured, const Grow& grow) {
   return largest;
 }
 
-void PrintGrowth(int joints, const std::map<Size, Times>& measured) {
+// What it prints.
+Json PrintGrowth(int joints, const std::map<Size, Times>& measured) {
   const Growth growth = Fit(measured);
   std::printf(
       "\n%d joints: %.3f us cameras people^2 + %.3f us cameras^2 people, "
@@ -203,6 +208,7 @@ void PrintGrowth(int joints, const std::map<Size, Times>& measured) {
   Table table({"cameras", "people", "measured us", "model us",
                "measured / model", "", "first frame us"});
   double worst = 0.0;
+  Json frames;
   for (const auto& [size, times] : measured) {
     const double ratio = times.frame_us / growth.Predict(size);
     if (!IsSmall(size)) worst = std::max(worst, ratio);
@@ -210,34 +216,51 @@ void PrintGrowth(int joints, const std::map<Size, Times>& measured) {
                   Fixed(times.frame_us, 1), Fixed(growth.Predict(size), 1),
                   Fixed(ratio, 2), IsSmall(size) ? "fitted" : "predicted",
                   Fixed(times.first_us, 1)});
+    frames[std::to_string(size.cameras) + " cameras, " +
+           std::to_string(size.people) + " people"] = {
+        {"us", times.frame_us}, {"ratio", ratio}, {"first_us", times.first_us}};
   }
+  const double by_cameras =
+      LargestStep(measured, [](Size* size) { size->cameras *= 2; });
+  const double by_people =
+      LargestStep(measured, [](Size* size) { size->people *= 2; });
   std::printf(
       "%slargest measured / model beyond the fit: %.2f\n"
       "twice the cameras take at most %.2f times as long, twice the people "
       "%.2f times (the model: up to 4)\n",
-      table.ToString().c_str(), worst,
-      LargestStep(measured, [](Size* size) { size->cameras *= 2; }),
-      LargestStep(measured, [](Size* size) { size->people *= 2; }));
+      table.ToString().c_str(), worst, by_cameras, by_people);
+  return {{"frames", frames},
+          {"worst", worst},
+          {"twice_cameras", by_cameras},
+          {"twice_people", by_people}};
 }
 
-void PrintAll() {
+Json PrintAll() {
+  Json all;
   std::map<int, std::map<Size, Times>> by_joints;
   for (const auto& [size, times] : Measured()) {
     by_joints[size.joints][size] = times;
   }
   for (const auto& [joints, measured] : by_joints) {
-    PrintGrowth(joints, measured);
+    all[std::to_string(joints) + " joints"] = PrintGrowth(joints, measured);
   }
+  return all;
 }
 
 }  // namespace
 }  // namespace kinegraph
 
 int main(int argc, char** argv) {
+  std::string json_path;
+  const std::string flag = "--json=";
+  if (argc > 1 && std::string(argv[argc - 1]).rfind(flag, 0) == 0) {
+    json_path = std::string(argv[--argc]).substr(flag.size());
+  }
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
-  kinegraph::PrintAll();
+  const nlohmann::json all = kinegraph::PrintAll();
+  if (!json_path.empty()) std::ofstream(json_path) << all.dump(1) << "\n";
   return 0;
 }
