@@ -18,6 +18,13 @@ constexpr size_t kMinFramesOfPiece = 3;
 // Before anything was learnt: 3 %, about 1 cm, between pieces of one body.
 constexpr double kDefaultPieceSigma = 0.03;
 constexpr size_t kMinPiecesToLearn = 10;
+// A joint's stated errors go together for about so long: over tracks of 1.5 to
+// 8 s, of walkers before two to six cameras and of recorded motion, the medians
+// of one body differ by the stated standard deviation of a frame times
+// sqrt(0.35 s / length of the shorter one), or by the floors below. With
+// graph.bones the frames of a track share one length, so that their own spread
+// says nothing of its error.
+constexpr double kErrorLasts = 0.35;  // s
 // Errors that last (a view's bias, a posture) do not average out: never better
 // than 1 % and 4 mm. On Shelf the medians of 3 s of one body differ by 1.2 % in
 // thigh and upper arm, where those of a second alone would let expect 0.6 %.
@@ -31,6 +38,11 @@ constexpr double kHipsFloor = 0.015;      // m
 // taken for another, and says nothing then: so often, and with such lengths.
 constexpr double kWrongBone = 0.05;
 constexpr double kWrongSigma = 0.25;
+// Before any two people were compared one pair in 200 is built alike (twins, or
+// one recording that is shown twice); that counts as four pairs.
+constexpr double kAlikePrior = 0.02;
+constexpr double kStrangersPrior = 4.0;
+constexpr int kAlikeRounds = 20;
 // Statures are summed over at so many places, to three sigmas on either side.
 constexpr int kStatures = 25;
 
@@ -39,6 +51,87 @@ double Median(std::vector<double> values) {
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
+
+// The middle by weight of values with weights.
+double WeightedMedian(std::vector<std::pair<double, double>> values) {
+  std::sort(values.begin(), values.end());
+  double total = 0.0;
+  for (const auto& [value, weight] : values) total += weight;
+  double sum = 0.0;
+  for (size_t i = 0; i < values.size(); ++i) {
+    sum += values[i].second;
+    if (2.0 * sum < total) continue;
+    // Exactly half lies on either side.
+    return 2.0 * sum == total && i + 1 < values.size()
+               ? 0.5 * (values[i].first + values[i + 1].first)
+               : values[i].first;
+  }
+  return values.back().first;
+}
+
+// Variance of the bone's length that the two joints' covariances state [m^2],
+// as if their errors were independent; 0: not stated.
+double StatedVariance(const PersonPose& pose, const Bone& bone) {
+  if (pose.covariances.size() != pose.joints.size()) return 0.0;
+  const auto& a = pose.covariances[static_cast<size_t>(bone.a)];
+  const auto& b = pose.covariances[static_cast<size_t>(bone.b)];
+  if (!a.has_value() || !b.has_value()) return 0.0;
+  const Eigen::Vector3d along =
+      (pose.joints[bone.a].position_m - pose.joints[bone.b].position_m)
+          .normalized();
+  return std::max(0.0, along.dot((*a + *b) * along));
+}
+
+// Seconds between a tracklet's frames, on average.
+double FrameSeconds(const Tracklet& tracklet) {
+  const size_t count = tracklet.frames.size();
+  if (count < 2) return 0.0;
+  return ToSeconds(tracklet.last().time - tracklet.first().time) /
+         static_cast<double>(count - 1);
+}
+
+// The frames of one bone in one piece.
+class PieceMaker {
+ public:
+  PieceMaker(double frame_s, size_t bones, std::vector<BoneSamples::Piece>* to)
+      : seconds_each_(frame_s / static_cast<double>(bones)), to_(to) {}
+
+  void Add(TimeNs time, double length_m, double variance_m2) {
+    if (!lengths_.empty() && ToSeconds(time - begin_) >= kPieceSeconds &&
+        time != newest_) {
+      Finish();
+    }
+    if (lengths_.empty()) begin_ = time;
+    newest_ = time;
+    lengths_.push_back(std::log(length_m));
+    if (variance_m2 > 0.0) {
+      variances_.push_back(variance_m2 / (length_m * length_m));
+    }
+  }
+
+  void Finish() {
+    if (lengths_.size() >= kMinFramesOfPiece) {
+      BoneSamples::Piece piece;
+      piece.log_length = Median(lengths_);
+      piece.seconds = seconds_each_ * static_cast<double>(lengths_.size());
+      if (2 * variances_.size() > lengths_.size()) {
+        piece.stated_variance = Median(variances_) * kErrorLasts /
+                                std::max(kErrorLasts, piece.seconds);
+      }
+      to_->push_back(piece);
+    }
+    lengths_.clear();
+    variances_.clear();
+  }
+
+ private:
+  double seconds_each_;
+  std::vector<BoneSamples::Piece>* to_;
+  std::vector<double> lengths_;    // logarithms
+  std::vector<double> variances_;  // of these
+  TimeNs begin_ = 0;
+  TimeNs newest_ = 0;
+};
 
 // Limbs, shoulders, hips, and from shoulder to hip.
 bool KeepsItsLength(const Skeleton& skeleton, const Bone& bone) {
@@ -72,14 +165,15 @@ double Density(double x, double variance) {
 }  // namespace
 
 void BoneSamples::Append(const BoneSamples& other) {
-  log_length.resize(std::max(log_length.size(), other.log_length.size()));
-  for (size_t i = 0; i < other.log_length.size(); ++i) {
-    log_length[i].insert(log_length[i].end(), other.log_length[i].begin(),
-                         other.log_length[i].end());
+  of_bone.resize(std::max(of_bone.size(), other.of_bone.size()));
+  for (size_t i = 0; i < other.of_bone.size(); ++i) {
+    of_bone[i].insert(of_bone[i].end(), other.of_bone[i].begin(),
+                      other.of_bone[i].end());
   }
 }
 
-BoneModel::BoneModel(const Skeleton& skeleton) {
+BoneModel::BoneModel(const Skeleton& skeleton)
+    : alike_share_(kAlikePrior / (kAlikePrior + kStrangersPrior)) {
   std::map<std::pair<int, int>, size_t> group_of;
   for (const Bone& bone : skeleton.bones()) {
     if (!KeepsItsLength(skeleton, bone)) continue;
@@ -99,22 +193,12 @@ BoneModel::BoneModel(const Skeleton& skeleton) {
 
 BoneSamples BoneModel::Measure(const Tracklet& tracklet) const {
   BoneSamples samples;
-  samples.log_length.resize(groups_.size());
+  samples.of_bone.resize(groups_.size());
+  const double frame_s = FrameSeconds(tracklet);
   for (size_t g = 0; g < groups_.size(); ++g) {
-    std::vector<double> piece;
-    TimeNs piece_begin = 0;
-    const auto finish = [&] {
-      if (piece.size() >= kMinFramesOfPiece) {
-        samples.log_length[g].push_back(Median(piece));
-      }
-      piece.clear();
-    };
+    PieceMaker maker(frame_s, groups_[g].bones.size(), &samples.of_bone[g]);
     for (size_t k = tracklet.clean_begin(); k < tracklet.clean_end(); ++k) {
       const TrackletFrame& frame = tracklet.frames[k];
-      if (!piece.empty() &&
-          ToSeconds(frame.time - piece_begin) >= kPieceSeconds) {
-        finish();
-      }
       for (const Bone& bone : groups_[g].bones) {
         const Joint3d& a = frame.pose->joints[bone.a];
         const Joint3d& b = frame.pose->joints[bone.b];
@@ -124,11 +208,10 @@ BoneSamples BoneModel::Measure(const Tracklet& tracklet) const {
         }
         const double length_m = (a.position_m - b.position_m).norm();
         if (!(length_m > 0.0)) continue;
-        if (piece.empty()) piece_begin = frame.time;
-        piece.push_back(std::log(length_m));
+        maker.Add(frame.time, length_m, StatedVariance(*frame.pose, bone));
       }
     }
-    finish();
+    maker.Finish();
   }
   return samples;
 }
@@ -157,11 +240,15 @@ void BoneModel::Learn(const std::vector<BoneSamples>& tracklets) {
   for (size_t g = 0; g < groups_.size(); ++g) {
     std::vector<double> deviations;
     for (const BoneSamples& samples : tracklets) {
-      const std::vector<double>& pieces = samples.log_length[g];
+      const std::vector<BoneSamples::Piece>& pieces = samples.of_bone[g];
       if (pieces.size() < 3) continue;
-      const double median = Median(pieces);
-      for (const double piece : pieces) {
-        deviations.push_back(std::abs(piece - median));
+      std::vector<double> lengths;
+      for (const BoneSamples::Piece& piece : pieces) {
+        lengths.push_back(piece.log_length);
+      }
+      const double median = Median(lengths);
+      for (const double length : lengths) {
+        deviations.push_back(std::abs(length - median));
       }
     }
     if (deviations.size() < kMinPiecesToLearn) continue;
@@ -170,26 +257,65 @@ void BoneModel::Learn(const std::vector<BoneSamples>& tracklets) {
   }
 }
 
+void BoneModel::LearnAlike(
+    const std::vector<std::pair<BoneSamples, BoneSamples>>& strangers) {
+  // Expectation and maximisation over who of them is alike.
+  std::vector<double> ratios;
+  for (const auto& [one, other] : strangers) {
+    const double ratio = LogPopulationRatio(one, other);
+    if (ratio != 0.0) ratios.push_back(std::exp(ratio));
+  }
+  for (int round = 0; round < kAlikeRounds; ++round) {
+    double alike = kAlikePrior;
+    for (const double ratio : ratios) {
+      alike +=
+          alike_share_ * ratio / (alike_share_ * ratio + (1.0 - alike_share_));
+    }
+    alike_share_ = alike / (kAlikePrior + kStrangersPrior +
+                            static_cast<double>(ratios.size()));
+  }
+}
+
+double BoneModel::VarianceOf(const BoneSamples::Piece& piece,
+                             size_t bone) const {
+  constexpr double kLeastSeconds = 0.1;
+  const double learnt = piece_sigma_[bone] * piece_sigma_[bone] *
+                        kPieceSeconds /
+                        std::clamp(piece.seconds, kLeastSeconds, kPieceSeconds);
+  return std::max(learnt, piece.stated_variance);
+}
+
 BoneModel::Length BoneModel::LengthOf(const BoneSamples& samples,
                                       size_t bone) const {
   Length length;
-  if (bone >= samples.log_length.size()) return length;
-  const std::vector<double>& pieces = samples.log_length[bone];
+  if (bone >= samples.of_bone.size()) return length;
+  const std::vector<BoneSamples::Piece>& pieces = samples.of_bone[bone];
   if (pieces.empty()) return length;
-  const auto count = static_cast<double>(pieces.size());
+  std::vector<std::pair<double, double>> weighted;
+  double information = 0.0;
+  for (const BoneSamples::Piece& piece : pieces) {
+    weighted.emplace_back(piece.log_length, 1.0 / VarianceOf(piece, bone));
+    information += weighted.back().second;
+  }
   // A median of many varies more than their mean, by pi / 2.
-  const double of_median = count < 3.0 ? 1.0 : 0.5 * M_PI;
+  const double of_median = pieces.size() < 3 ? 1.0 : 0.5 * M_PI;
   length.known = true;
-  length.log_length = Median(pieces);
+  length.log_length = WeightedMedian(std::move(weighted));
   const double floor = std::max(
       kFloorSigma, groups_[bone].floor_m / std::exp(length.log_length));
-  length.variance =
-      of_median * piece_sigma_[bone] * piece_sigma_[bone] / count +
-      floor * floor;
+  length.variance = of_median / information + floor * floor;
   return length;
 }
 
 double BoneModel::LogRatio(const BoneSamples& a, const BoneSamples& b) const {
+  const double ratio = LogPopulationRatio(a, b);
+  if (ratio == 0.0) return 0.0;
+  // one / ((1 - share) two + share one)
+  return -std::log((1.0 - alike_share_) * std::exp(-ratio) + alike_share_);
+}
+
+double BoneModel::LogPopulationRatio(const BoneSamples& a,
+                                     const BoneSamples& b) const {
   std::vector<double> difference;
   std::vector<double> variance;
   for (size_t g = 0; g < groups_.size(); ++g) {

@@ -4,6 +4,7 @@
 #define KINEGRAPH_CORE_IDENTITY_BONES_H_
 
 #include <Eigen/Core>
+#include <utility>
 #include <vector>
 
 #include "core/identity/tracklet.h"
@@ -11,11 +12,15 @@
 
 namespace kinegraph {
 
-// Logarithms of a body's bone lengths, left and right together. Errors of
-// neighbouring frames go together, so lengths are medians of pieces of a
-// second.
+// A body's bone lengths, left and right together. Errors of neighbouring frames
+// go together, so lengths are medians of pieces of a second.
 struct BoneSamples {
-  std::vector<std::vector<double>> log_length;  // [bone][piece]
+  struct Piece {
+    double log_length = 0.0;
+    double seconds = 0.0;          // observed
+    double stated_variance = 0.0;  // of the log length; 0: not stated
+  };
+  std::vector<std::vector<Piece>> of_bone;
 
   // The samples of both, as of one body.
   void Append(const BoneSamples& other);
@@ -34,9 +39,15 @@ class BoneModel {
   std::vector<std::vector<double>> LogLengths(const Tracklet& tracklet) const;
   // Learns from all tracklets how much the pieces of one body differ.
   void Learn(const std::vector<BoneSamples>& tracklets);
+  // Learns from pairs that are two people for sure (seen at once) how often two
+  // people of this take are built alike: what agrees then says so much less.
+  void LearnAlike(
+      const std::vector<std::pair<BoneSamples, BoneSamples>>& strangers);
+  double alike_share() const { return alike_share_; }
 
   // Log likelihood ratio [nats] of the two sets of lengths under one body and
-  // under two bodies drawn from the population. 0 without a common bone.
+  // under two bodies, drawn from the population or built alike. 0 without a
+  // common bone.
   double LogRatio(const BoneSamples& a, const BoneSamples& b) const;
   // Mean absolute difference of the bones that both have [m]; 0 without any.
   double MeanDifference(const BoneSamples& a, const BoneSamples& b) const;
@@ -48,13 +59,17 @@ class BoneModel {
     double variance = 0.0;
   };
   Length LengthOf(const BoneSamples& samples, size_t bone) const;
+  double VarianceOf(const BoneSamples::Piece& piece, size_t bone) const;
+  // The ratio against two drawn from the population alone.
+  double LogPopulationRatio(const BoneSamples& a, const BoneSamples& b) const;
 
   struct Group {  // a bone and its mirror
     std::vector<Bone> bones;
     double floor_m = 0.0;  // of the errors that last
   };
   std::vector<Group> groups_;
-  std::vector<double> piece_sigma_;  // of the log length, by group
+  std::vector<double> piece_sigma_;  // of the log length in 1 s, by group
+  double alike_share_;
 };
 
 }  // namespace kinegraph

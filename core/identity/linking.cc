@@ -25,6 +25,7 @@ constexpr double kForbidden = 1e6;  // nats
 // before anything is measured.
 constexpr double kKnownRather = 2.3;  // nats
 constexpr double kMaxOverlap = 0.5;   // s, of a track that dies and its heir
+constexpr double kSeenAtOnce = 2.0;   // s, by two who are two for sure
 constexpr double kSamePlace = 0.35;   // m, people are never nearer for long
 constexpr double kDoubleShare = 0.8;  // of a double's frames at that place
 // Chains up to this many are weighed exactly against the second best.
@@ -164,6 +165,7 @@ class Linker {
       take_end_ = std::max(take_end_, piece.last().time);
     }
     bones_.Learn(samples);
+    LearnAlike(tracks);
     for (size_t p = 0; p < samples.size(); ++p) {
       chains_.push_back(
           {{static_cast<int>(p)}, std::move(samples[p]), next_number_++});
@@ -215,6 +217,26 @@ class Linker {
     return together.frames > 0 &&
            Share(together.same_place, static_cast<size_t>(together.frames)) >=
                kDoubleShare;
+  }
+
+  // From those who are seen at once for long.
+  void LearnAlike(const std::vector<Tracklet>& tracks) {
+    std::vector<BoneSamples> samples;
+    for (const Tracklet& track : tracks) {
+      samples.push_back(bones_.Measure(track));
+    }
+    std::vector<std::pair<BoneSamples, BoneSamples>> strangers;
+    for (size_t a = 0; a < tracks.size(); ++a) {
+      for (size_t b = a + 1; b < tracks.size(); ++b) {
+        const TimeNs begin =
+            std::max(tracks[a].first().time, tracks[b].first().time);
+        const TimeNs end =
+            std::min(tracks[a].last().time, tracks[b].last().time);
+        if (end - begin < FromSeconds(kSeenAtOnce)) continue;
+        strangers.emplace_back(samples[a], samples[b]);
+      }
+    }
+    bones_.LearnAlike(strangers);
   }
 
   // Whether somebody may appear or vanish in this state.

@@ -5,7 +5,8 @@
 // could reach.
 //
 //   identity_accuracy [--scenes=A,B] [--seeds=FIRST:END] [--set=KEY=VALUE;...]
-//     [--second_pass] [--details] [--lines=FILE] [--tracks=FOLDER]
+//     [--second_pass] [--linking_only] [--details] [--lines=FILE]
+//     [--tracks=FOLDER]
 //   identity_accuracy --table=FILE
 //   identity_accuracy --single_frames [--scenes=A,B] [--seeds=FIRST:END]
 //   identity_accuracy --ten_minutes [--scenes=A] [--seeds=FIRST:END]
@@ -15,7 +16,8 @@
 // --table sums all lines of such a file, so that a long table can be made in
 // short pieces. --set changes what graph mode runs with: the whole take with
 // the sweeps (configs/offline.toml). --second_pass also scores the tracks that
-// `track` would write with linking and a second pass. --details says of each
+// `track` would write with linking and a second pass; --linking_only leaves
+// paper mode out. --details says of each
 // change whether it was right. --tracks keeps the tracks of graph mode and
 // reads them when they are there, which makes it quick to try linking again.
 #include <algorithm>
@@ -516,6 +518,7 @@ struct Arguments {
   int end_seed = 2;
   std::string set;
   bool second_pass = false;
+  bool linking_only = false;
   bool details = false;
   bool single_frames = false;
   bool ten_minutes = false;
@@ -545,8 +548,10 @@ class Benchmark {
     const auto add = [&](const char* mode, const Counts& counts) {
       Add(layout, seed, mode, counts);
     };
-    add("paper", CountsOf(take.truth,
-                          TrackSequenceOf(paper_, request, take.detections)));
+    if (!arguments_.linking_only) {
+      add("paper", CountsOf(take.truth,
+                            TrackSequenceOf(paper_, request, take.detections)));
+    }
     const TrackSequence tracks = FirstPass(layout, seed, take, graph_);
     add("graph", CountsOf(take.truth, tracks));
     TrackSequence linked = tracks;
@@ -721,6 +726,8 @@ bool Parse(const std::string& argument, Arguments* arguments) {
     arguments->set = value;
   } else if (key == "--second_pass") {
     arguments->second_pass = true;
+  } else if (key == "--linking_only") {
+    arguments->linking_only = true;
   } else if (key == "--details") {
     arguments->details = true;
   } else if (key == "--single_frames") {

@@ -62,7 +62,7 @@ TEST(BoneModelTest, InferredJointsDoNotCount) {
   const BoneModel model(Coco17());
   const BoneSamples samples =
       model.Measure(CollectTracklets(frames, Coco17())[0]);
-  for (const std::vector<double>& bone : samples.log_length) {
+  for (const std::vector<BoneSamples::Piece>& bone : samples.of_bone) {
     EXPECT_TRUE(bone.empty());
   }
 }
