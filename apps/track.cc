@@ -282,6 +282,10 @@ void WriteDecisions(const Take& take, const Session& session) {
   if (take.options.identity.link || !FLAGS_corrections.empty()) {
     WriteIdentityEdits(IdentityPathOf(FLAGS_out), session.identity_edits());
   }
+  for (const std::string& line : session.linking_left_out()) {
+    std::fprintf(stderr, "kinegraph-track: warning: linking left out %s\n",
+                 line.c_str());
+  }
   if (take.ready.changes_cameras()) {
     WriteCameras(CamerasPath(FLAGS_out), take.ready.cameras,
                  RefinementJson(take.ready));

@@ -39,9 +39,9 @@ constexpr double kHipsFloor = 0.015;      // m
 constexpr double kWrongBone = 0.05;
 constexpr double kWrongSigma = 0.25;
 // Before any two people were compared one pair in 200 is built alike (twins, or
-// one recording that is shown twice); that counts as four pairs.
-constexpr double kAlikePrior = 0.02;
-constexpr double kStrangersPrior = 4.0;
+// one recording that is shown twice); that counts as twenty pairs.
+constexpr double kAlikePrior = 0.1;
+constexpr double kStrangersPrior = 19.9;
 constexpr int kAlikeRounds = 20;
 // Statures are summed over at so many places, to three sigmas on either side.
 constexpr int kStatures = 25;
@@ -258,21 +258,23 @@ void BoneModel::Learn(const std::vector<BoneSamples>& tracklets) {
 }
 
 void BoneModel::LearnAlike(
-    const std::vector<std::pair<BoneSamples, BoneSamples>>& strangers) {
+    const std::vector<std::pair<BoneSamples, BoneSamples>>& strangers,
+    double pairs) {
   // Expectation and maximisation over who of them is alike.
   std::vector<double> ratios;
   for (const auto& [one, other] : strangers) {
-    const double ratio = LogPopulationRatio(one, other);
+    const double ratio = LogRatio(one, other);
     if (ratio != 0.0) ratios.push_back(std::exp(ratio));
   }
+  const auto count = static_cast<double>(ratios.size());
+  const double weight = count > pairs ? pairs / count : 1.0;
   for (int round = 0; round < kAlikeRounds; ++round) {
     double alike = kAlikePrior;
     for (const double ratio : ratios) {
-      alike +=
-          alike_share_ * ratio / (alike_share_ * ratio + (1.0 - alike_share_));
+      alike += weight * alike_share_ * ratio /
+               (alike_share_ * ratio + (1.0 - alike_share_));
     }
-    alike_share_ = alike / (kAlikePrior + kStrangersPrior +
-                            static_cast<double>(ratios.size()));
+    alike_share_ = alike / (kAlikePrior + kStrangersPrior + weight * count);
   }
 }
 
@@ -307,22 +309,27 @@ BoneModel::Length BoneModel::LengthOf(const BoneSamples& samples,
   return length;
 }
 
-double BoneModel::LogRatio(const BoneSamples& a, const BoneSamples& b) const {
-  const double ratio = LogPopulationRatio(a, b);
-  if (ratio == 0.0) return 0.0;
-  // one / ((1 - share) two + share one)
-  return -std::log((1.0 - alike_share_) * std::exp(-ratio) + alike_share_);
+double BoneModel::AmongAlike(double log_ratio, double most) const {
+  if (log_ratio == 0.0) return 0.0;
+  // log((1 - share) + share exp(most)), without overflow
+  most = std::max(most, log_ratio);
+  const double high = std::max(0.0, most);
+  return log_ratio - high -
+         std::log((1.0 - alike_share_) * std::exp(-high) +
+                  alike_share_ * std::exp(most - high));
 }
 
-double BoneModel::LogPopulationRatio(const BoneSamples& a,
-                                     const BoneSamples& b) const {
+double BoneModel::LogRatio(const BoneSamples& a, const BoneSamples& b) const {
+  constexpr double kMost = 4.0 * kWrongSigma;
   std::vector<double> difference;
   std::vector<double> variance;
   for (size_t g = 0; g < groups_.size(); ++g) {
     const Length one = LengthOf(a, g);
     const Length other = LengthOf(b, g);
     if (!one.known || !other.known) continue;
-    difference.push_back(one.log_length - other.log_length);
+    // Beyond anything that a body explains it does not matter how far.
+    difference.push_back(
+        std::clamp(one.log_length - other.log_length, -kMost, kMost));
     variance.push_back(one.variance + other.variance);
   }
   const auto likelihood = [&](double stature, double two_bodies) {

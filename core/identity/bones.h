@@ -41,14 +41,18 @@ class BoneModel {
   void Learn(const std::vector<BoneSamples>& tracklets);
   // Learns from pairs that are two people for sure (seen at once) how often two
   // people of this take are built alike: what agrees then says so much less.
+  // They count as `pairs` at most: the same two may be many tracks.
   void LearnAlike(
-      const std::vector<std::pair<BoneSamples, BoneSamples>>& strangers);
+      const std::vector<std::pair<BoneSamples, BoneSamples>>& strangers,
+      double pairs);
   double alike_share() const { return alike_share_; }
 
   // Log likelihood ratio [nats] of the two sets of lengths under one body and
-  // under two bodies, drawn from the population or built alike. 0 without a
-  // common bone.
+  // under two bodies drawn from the population. 0 without a common bone.
   double LogRatio(const BoneSamples& a, const BoneSamples& b) const;
+  // The same with people about who are built alike; `most` is the ratio for the
+  // one of all strangers to the first whom the second looks like most.
+  double AmongAlike(double log_ratio, double most) const;
   // Mean absolute difference of the bones that both have [m]; 0 without any.
   double MeanDifference(const BoneSamples& a, const BoneSamples& b) const;
 
@@ -60,8 +64,6 @@ class BoneModel {
   };
   Length LengthOf(const BoneSamples& samples, size_t bone) const;
   double VarianceOf(const BoneSamples::Piece& piece, size_t bone) const;
-  // The ratio against two drawn from the population alone.
-  double LogPopulationRatio(const BoneSamples& a, const BoneSamples& b) const;
 
   struct Group {  // a bone and its mirror
     std::vector<Bone> bones;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace kinegraph {
 namespace {
@@ -150,6 +151,29 @@ std::string ApplyEdit(IdentityEdit* edit, std::vector<TrackFrame>* frames) {
     if (edit->frames->Contains(frame.frame)) Rename(*edit, &frame);
   }
   return "";
+}
+
+std::vector<std::string> ApplyEdits(std::vector<IdentityEdit> edits,
+                                    std::vector<TrackFrame>* frames,
+                                    std::vector<IdentityEdit>* done) {
+  std::vector<std::string> left_out;
+  for (IdentityEdit& edit : edits) {
+    const std::string wrong = ApplyEdit(&edit, frames);
+    if (wrong.empty()) {
+      done->push_back(std::move(edit));
+      continue;
+    }
+    std::string asked = ToString(edit.op);
+    for (const TrackId id : edit.persons) {
+      asked += " " + std::to_string(id.value());
+    }
+    if (edit.frames.has_value()) asked += ", " + NameOf(*edit.frames);
+    left_out.push_back(asked + ": " + wrong);
+    if (edit.op != EditOp::kJoin) continue;
+    edit.op = EditOp::kUndecided;
+    done->push_back(std::move(edit));
+  }
+  return left_out;
 }
 
 PersonNames NamesAfter(const std::vector<IdentityEdit>& edits) {

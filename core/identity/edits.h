@@ -22,6 +22,13 @@ PersonNames NamesAfter(const std::vector<IdentityEdit>& edits);
 // there in a frame; empty when all is well.
 std::string ApplyEdit(IdentityEdit* edit, std::vector<TrackFrame>* frames);
 
+// Does what the edits say, in order, and appends those that fit to `done`.
+// Returns a line for each that does not: what it asks for and what is wrong.
+// Such a join stands in `done` as undecided.
+std::vector<std::string> ApplyEdits(std::vector<IdentityEdit> edits,
+                                    std::vector<TrackFrame>* frames,
+                                    std::vector<IdentityEdit>* done);
+
 // Whether two lines ask for the same: operation, people, frames and name.
 bool SameEdit(const IdentityEdit& a, const IdentityEdit& b);
 

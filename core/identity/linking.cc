@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <optional>
@@ -21,9 +23,15 @@ namespace kinegraph {
 namespace {
 
 constexpr double kForbidden = 1e6;  // nats
-// Who appears is rather somebody of the take than a newcomer: odds of 10 to 1
+// Who appears is rather somebody of the take than a newcomer: odds of 20 to 1
 // before anything is measured.
-constexpr double kKnownRather = 2.3;  // nats
+constexpr double kKnownRather = 3.0;  // nats
+// Absences are short rather than long, as 1 / length between these [s];
+// somebody of the take is likelier than a newcomer by the odds above after
+// kUsualAbsence.
+constexpr double kShortAbsence = 0.2;
+constexpr double kUsualAbsence = 3.0;
+constexpr double kLongAbsence = 30.0;
 constexpr double kMaxOverlap = 0.5;   // s, of a track that dies and its heir
 constexpr double kSeenAtOnce = 2.0;   // s, by two who are two for sure
 constexpr double kSamePlace = 0.35;   // m, people are never nearer for long
@@ -74,6 +82,18 @@ Together Compare(const Tracklet& a, const Tracklet& b) {
 
 double Share(int64_t count, size_t of) {
   return static_cast<double>(count) / static_cast<double>(of);
+}
+
+// How many are there in the fullest frame.
+size_t MostAtOnce(const std::vector<Tracklet>& tracks) {
+  std::map<int64_t, size_t> count;
+  size_t most = 0;
+  for (const Tracklet& track : tracks) {
+    for (const TrackletFrame& frame : track.frames) {
+      most = std::max(most, ++count[frame.frame]);
+    }
+  }
+  return most;
 }
 
 // Tracks that stand where a longer one stands nearly all their life.
@@ -236,7 +256,8 @@ class Linker {
         strangers.emplace_back(samples[a], samples[b]);
       }
     }
-    bones_.LearnAlike(strangers);
+    const auto people = static_cast<double>(MostAtOnce(tracks));
+    bones_.LearnAlike(strangers, 0.5 * people * (people - 1.0));
   }
 
   // Whether somebody may appear or vanish in this state.
@@ -256,7 +277,15 @@ class Linker {
     return false;
   }
 
-  Evidence Weigh(const Chain& from, const Chain& to) const {
+  // Log of how likely an absence of this length is, against the usual one.
+  static double Absence(const MotionState& end, const MotionState& begin) {
+    return std::log(kUsualAbsence / std::clamp(ToSeconds(begin.time - end.time),
+                                               kShortAbsence, kLongAbsence));
+  }
+
+  Evidence Weigh(size_t one, size_t other) const {
+    const Chain& from = chains_[one];
+    const Chain& to = chains_[other];
     Evidence evidence;
     if (!MayFollow(Last(from), First(to))) return evidence;
     const auto last = static_cast<size_t>(from.pieces.back());
@@ -264,9 +293,9 @@ class Linker {
     const MotionState& end = end_[last];
     const MotionState& begin = begin_[static_cast<size_t>(first)];
     evidence.allowed = true;
-    evidence.bones = BonesOf(from, to);
+    evidence.bones = BonesOf(one, other);
     evidence.motion = motion_.LogRatio(end, begin, frame_s_);
-    evidence.other = kKnownRather;
+    evidence.other = kKnownRather + Absence(end, begin);
     if (pieces_.next[last] == first) {
       // A tracker that sees nobody keeps less of what it knew.
       evidence.other += (pieces_.blind[last] ? 0.5 : 1.0) * options_.continuity;
@@ -277,7 +306,7 @@ class Linker {
     return evidence;
   }
 
-  double BonesOf(const Chain& one, const Chain& other) const {
+  double RatioOf(const Chain& one, const Chain& other) const {
     const auto known = known_bones_.find({one.number, other.number});
     if (known != known_bones_.end()) return known->second;
     const double ratio = bones_.LogRatio(one.bones, other.bones);
@@ -285,12 +314,35 @@ class Linker {
     return ratio;
   }
 
+  // Whether `to` has the body of `from` and not that of somebody who was seen
+  // beside them.
+  double BonesOf(size_t from, size_t to) const {
+    double most = ratio_[from][to];
+    for (size_t c = 0; c < chains_.size(); ++c) {
+      if (c != to && beside_[from][c]) most = std::max(most, ratio_[c][to]);
+    }
+    return bones_.AmongAlike(ratio_[from][to], most);
+  }
+
+  void CompareAll() {
+    const size_t n = chains_.size();
+    ratio_.assign(n, std::vector<double>(n, 0.0));
+    beside_.assign(n, std::vector<char>(n, 0));
+    for (size_t a = 0; a < n; ++a) {
+      for (size_t b = a + 1; b < n; ++b) {
+        ratio_[a][b] = ratio_[b][a] = RatioOf(chains_[a], chains_[b]);
+        beside_[a][b] = beside_[b][a] = !MayBeOne(a, b);
+      }
+    }
+  }
+
   void WeighAll() {
     const size_t n = chains_.size();
+    CompareAll();
     evidence_.assign(n, std::vector<Evidence>(n));
     for (size_t from = 0; from < n; ++from) {
       for (size_t to = 0; to < n; ++to) {
-        if (from != to) evidence_[from][to] = Weigh(chains_[from], chains_[to]);
+        if (from != to) evidence_[from][to] = Weigh(from, to);
       }
     }
   }
@@ -420,6 +472,12 @@ class Linker {
       if (from < 0) continue;
       Link link = MakeLink(from, static_cast<int>(to));
       link.margin = Margin(from, static_cast<int>(to), best, predecessor);
+      if (getenv("DBG"))
+        fprintf(stderr,
+                "n %zu link %d(%ld) -> %d(%ld) total %.2f margin %.2f\n",
+                chains_.size(), from, (long)Last(chains_[from]).last().frame,
+                (int)to, (long)First(chains_[to]).first().frame,
+                link.evidence.total(), link.margin);
       if (link.margin < options_.min_margin) continue;
       link.decided = true;
       links_.push_back(link);
@@ -487,7 +545,7 @@ class Linker {
       insertion.guest = static_cast<int>(guest);
       insertion.host = static_cast<int>(host);
       insertion.after = k;
-      insertion.bones = BonesOf(other, one);
+      insertion.bones = BonesOf(host, guest);
       insertion.motion =
           motion_.LogRatio(end_[before], begin_[first], frame_s_) +
           motion_.LogRatio(end_[last], begin_[after], frame_s_) -
@@ -655,7 +713,9 @@ class Linker {
   std::vector<Chain> chains_;
   int next_number_ = 0;                                        // of a chain
   mutable std::map<std::pair<int, int>, double> known_bones_;  // by numbers
-  std::vector<std::vector<Evidence>> evidence_;                // [from][to]
+  std::vector<std::vector<double>> ratio_;  // of bones, of two chains [nats]
+  std::vector<std::vector<char>> beside_;   // seen at once
+  std::vector<std::vector<Evidence>> evidence_;  // [from][to]
   double reward_ = 0.0;
   HungarianSolver solver_;
   std::vector<Link> links_;
@@ -855,15 +915,6 @@ class EditWriter {
   std::vector<IdentityEdit> edits_;
 };
 
-void ApplyAll(std::vector<IdentityEdit> more, std::vector<TrackFrame>* frames,
-              std::vector<IdentityEdit>* edits) {
-  for (IdentityEdit& edit : more) {
-    const std::string wrong = ApplyEdit(&edit, frames);
-    // An edit that does not fit is left out, here and in the record.
-    if (wrong.empty()) edits->push_back(std::move(edit));
-  }
-}
-
 }  // namespace
 
 void CheckLinkOptions(const LinkOptions& options) {
@@ -877,19 +928,24 @@ void CheckLinkOptions(const LinkOptions& options) {
 std::vector<IdentityEdit> LinkIdentities(const Skeleton& skeleton,
                                          double frame_rate_hz,
                                          const LinkOptions& options,
-                                         std::vector<TrackFrame>* frames) {
+                                         std::vector<TrackFrame>* frames,
+                                         std::vector<std::string>* left_out) {
   CheckLinkOptions(options);
   std::vector<IdentityEdit> edits;
+  const auto apply = [&](std::vector<IdentityEdit> more) {
+    for (std::string& line : ApplyEdits(std::move(more), frames, &edits)) {
+      if (left_out != nullptr) left_out->push_back(std::move(line));
+    }
+  };
   if (frames->empty()) return edits;
-  ApplyAll(FindDoubles(CollectTracklets(*frames, skeleton)), frames, &edits);
-  ApplyAll(FindGhosts(skeleton, options.min_margin,
-                      CollectTracklets(*frames, skeleton)),
-           frames, &edits);
+  apply(FindDoubles(CollectTracklets(*frames, skeleton)));
+  apply(FindGhosts(skeleton, options.min_margin,
+                   CollectTracklets(*frames, skeleton)));
   const std::vector<Tracklet> tracks = CollectTracklets(*frames, skeleton);
   if (tracks.empty()) return edits;
   Linker linker(skeleton, frame_rate_hz, options, tracks);
   linker.Run();
-  ApplyAll(EditWriter(linker, frames->back().frame).Write(), frames, &edits);
+  apply(EditWriter(linker, frames->back().frame).Write());
   return edits;
 }
 

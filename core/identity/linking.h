@@ -3,6 +3,7 @@
 #ifndef KINEGRAPH_CORE_IDENTITY_LINKING_H_
 #define KINEGRAPH_CORE_IDENTITY_LINKING_H_
 
+#include <string>
 #include <vector>
 
 #include "core/data/identity_edit.h"
@@ -14,6 +15,8 @@ namespace kinegraph {
 
 // Decides and changes `frames` (ascending); returns what was done, in order.
 // The same edits applied to the same frames give the same result (ApplyEdit).
+// What was decided and does not fit is left out, with a line each in `left_out`
+// (ApplyEdits).
 //
 // Tracks are cut where they may have gone on with the wrong person
 // (contacts.h). The pieces are then put together again as the assignment of
@@ -24,10 +27,10 @@ namespace kinegraph {
 // once are two people. A join counts when every assignment without it is worse
 // by the margin; what was joined is one body from then on, and the rest is
 // decided again.
-std::vector<IdentityEdit> LinkIdentities(const Skeleton& skeleton,
-                                         double frame_rate_hz,
-                                         const LinkOptions& options,
-                                         std::vector<TrackFrame>* frames);
+std::vector<IdentityEdit> LinkIdentities(
+    const Skeleton& skeleton, double frame_rate_hz, const LinkOptions& options,
+    std::vector<TrackFrame>* frames,
+    std::vector<std::string>* left_out = nullptr);
 
 // Throws OptionError for a value out of range or entries that are no spheres.
 void CheckLinkOptions(const LinkOptions& options);

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -10,18 +11,21 @@
 namespace kinegraph {
 namespace {
 
-// Walking with turns and stops: speed in each axis, and how long it lasts.
-constexpr double kSpeedSigma = 0.9;  // m/s
-constexpr double kSpeedLasts = 1.0;  // s
+// Speed in each axis of who stands, shuffles, strolls and strides, all as
+// often, and how long a velocity and what somebody does last.
+constexpr std::array<double, 4> kSpeedSigmas = {0.1, 0.3, 0.6, 1.2};  // m/s
+constexpr double kSpeedLasts = 1.0;                                   // s
+constexpr double kDoingLasts = 1.5;                                   // s
 // The trunk's centre sways against a straight walk, and is measured badly just
 // where a person is lost.
 constexpr double kPositionSigma = 0.08;  // m
-constexpr double kVelocitySigma = 0.35;  // m/s
+constexpr double kVelocitySigma = 0.2;   // m/s
 constexpr double kStateSeconds = 0.3;
 constexpr double kMarginAround = 0.5;  // m
 // Share of people who come back from elsewhere: (gap / kElsewhere)^3, at most
-// a half.
+// nine in ten.
 constexpr double kElsewhere = 5.0;  // s
+constexpr double kMostElsewhere = 0.9;
 // Coming and going, against an even spread: twice as often near the border,
 // four times as seldom well inside, where only who was missed comes and goes.
 // Over a disc of three to four metres that sums to one.
@@ -49,8 +53,9 @@ MotionState FitState(const Tracklet& tracklet, size_t begin, size_t end,
     moment += time_s * (tracklet.frames[k].centre_m - mean);
   }
   // Drawn to rest where the frames span too little to tell a velocity.
+  constexpr double kUsualSpeed = 0.9;  // m/s
   const double rest = count * kPositionSigma * kPositionSigma /
-                      (12.0 * kSpeedSigma * kSpeedSigma);
+                      (12.0 * kUsualSpeed * kUsualSpeed);
   MotionState state;
   state.time = at;
   state.velocity_mps = moment / (spread + rest);
@@ -77,6 +82,56 @@ double ShareWithin(double mean, double variance, double low, double high) {
       0.5 * (std::erf((high - mean) / scale) - std::erf((low - mean) / scale));
   return std::max(share, kLeastWithin);
 }
+
+// log of the sum of exponentials, without overflow.
+template <size_t kCount>
+double LogSum(const std::array<double, kCount>& logs) {
+  const double most = *std::max_element(logs.begin(), logs.end());
+  double sum = 0.0;
+  for (const double one : logs) sum += std::exp(one - most);
+  return most + std::log(sum);
+}
+
+using Doing = std::array<double, kSpeedSigmas.size()>;  // nats
+
+// log densities of a measured velocity under each thing people do.
+Doing LogSpeeds(const Eigen::Vector2d& velocity_mps) {
+  Doing logs;
+  for (size_t k = 0; k < logs.size(); ++k) {
+    const double variance =
+        kSpeedSigmas[k] * kSpeedSigmas[k] + kVelocitySigma * kVelocitySigma;
+    logs[k] = LogNormal(velocity_mps.x(), variance) +
+              LogNormal(velocity_mps.y(), variance);
+  }
+  return logs;
+}
+
+// After a gap (Uhlenbeck and Ornstein 1930): covariance of position and
+// velocity given both before it, with the errors of the two states. The first
+// one's velocity is carried along.
+struct Expected {
+  Expected(double speed_sigma, double gap_s)
+      : keeps(std::exp(-gap_s / kSpeedLasts)),
+        carried_s(kSpeedLasts * (1.0 - keeps)) {
+    const double tau = kSpeedLasts;
+    const double variance = speed_sigma * speed_sigma;
+    const double velocity_variance = kVelocitySigma * kVelocitySigma;
+    covariance(0, 0) =
+        variance * tau * tau *
+            (2.0 * gap_s / tau - 3.0 + 4.0 * keeps - keeps * keeps) +
+        2.0 * kPositionSigma * kPositionSigma +
+        carried_s * carried_s * velocity_variance;
+    covariance(0, 1) = covariance(1, 0) =
+        variance * tau * (1.0 - keeps) * (1.0 - keeps) +
+        carried_s * keeps * velocity_variance;
+    covariance(1, 1) = variance * (1.0 - keeps * keeps) +
+                       (1.0 + keeps * keeps) * velocity_variance;
+  }
+
+  double keeps;      // share of the velocity
+  double carried_s;  // how long it is carried along
+  Eigen::Matrix2d covariance;
+};
 
 double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -133,69 +188,56 @@ MotionState StateAtEnd(const Tracklet& tracklet) {
 double IdentityMotion::LogRatio(const MotionState& from, const MotionState& to,
                                 double frame_s) const {
   const double gap_s = std::max(frame_s, ToSeconds(to.time - from.time));
-  const double tau = kSpeedLasts;
-  const double keeps = std::exp(-gap_s / tau);
-  const double variance = kSpeedSigma * kSpeedSigma;
-  // Uhlenbeck and Ornstein 1930: covariance of position and velocity after
-  // the gap, given both before it.
-  Eigen::Matrix2d covariance;
-  covariance(0, 0) = variance * tau * tau *
-                     (2.0 * gap_s / tau - 3.0 + 4.0 * keeps - keeps * keeps);
-  covariance(0, 1) = covariance(1, 0) =
-      variance * tau * (1.0 - keeps) * (1.0 - keeps);
-  covariance(1, 1) = variance * (1.0 - keeps * keeps);
-  // Errors of the two states: the first one's velocity is carried along.
-  const double carried_s = tau * (1.0 - keeps);
-  const double velocity_variance = kVelocitySigma * kVelocitySigma;
-  covariance(0, 0) += 2.0 * kPositionSigma * kPositionSigma +
-                      carried_s * carried_s * velocity_variance;
-  covariance(0, 1) += carried_s * keeps * velocity_variance;
-  covariance(1, 0) = covariance(0, 1);
-  covariance(1, 1) += (1.0 + keeps * keeps) * velocity_variance;
-
-  const Eigen::Vector3d expected_m =
-      from.position_m + carried_s * from.velocity_mps;
-  const Eigen::Vector3d dx = to.position_m - expected_m;
-  const Eigen::Vector3d dv = to.velocity_mps - keeps * from.velocity_mps;
-  double same = 0.0;
-  double other = -std::log(space_.volume_m3());
-  for (int axis = 0; axis < 3; ++axis) {
-    same += LogDensity(dx(axis), dv(axis), covariance) -
-            std::log(ShareWithin(expected_m(axis), covariance(0, 0),
-                                 space_.low_m()(axis), space_.high_m()(axis)));
-    other += LogNormal(to.velocity_mps(axis), variance + velocity_variance);
+  const Eigen::Vector2d velocity = space_.AlongFloor(from.velocity_mps);
+  const Eigen::Vector2d velocity_to = space_.AlongFloor(to.velocity_mps);
+  const Doing before = LogSpeeds(velocity);
+  const double known = LogSum(before);
+  const double lasts = std::exp(-gap_s / kDoingLasts);
+  Doing same;
+  for (size_t k = 0; k < same.size(); ++k) {
+    const double share = std::exp(before[k] - known) * lasts +
+                         (1.0 - lasts) / static_cast<double>(same.size());
+    const Expected expected(kSpeedSigmas[k], gap_s);
+    same[k] = std::log(share);
+    for (int axis = 0; axis < 2; ++axis) {
+      const double at = space_.OnFloor(from.position_m)(axis) +
+                        expected.carried_s * velocity(axis);
+      same[k] +=
+          LogDensity(space_.OnFloor(to.position_m)(axis) - at,
+                     velocity_to(axis) - expected.keeps * velocity(axis),
+                     expected.covariance) -
+          std::log(ShareWithin(at, expected.covariance(0, 0),
+                               space_.low_m()(axis), space_.high_m()(axis)));
+    }
   }
+  double other = LogSum(LogSpeeds(velocity_to)) -
+                 std::log(static_cast<double>(kSpeedSigmas.size())) -
+                 std::log(space_.area_m2());
   if (entries_at_border_) {
     other += space_.LogEntry(from.position_m) + space_.LogEntry(to.position_m);
   }
-  const double share = std::min(0.5, std::pow(gap_s / kElsewhere, 3.0));
-  const double ratio = same - other;
-  // log((1 - share) exp(ratio) + share), without overflow.
-  const double high = std::max(ratio + std::log1p(-share), std::log(share));
-  const double low = std::min(ratio + std::log1p(-share), std::log(share));
-  return high + std::log1p(std::exp(low - high));
+  const double share =
+      std::min(kMostElsewhere, std::pow(gap_s / kElsewhere, 3.0));
+  return LogSum(std::array<double, 2>{LogSum(same) - other + std::log1p(-share),
+                                      std::log(share)});
 }
 
-UsedSpace::UsedSpace(const Eigen::Vector3d& low_m,
-                     const Eigen::Vector3d& high_m)
-    : low_m_(low_m), high_m_(high_m) {}
+UsedSpace::UsedSpace(const Eigen::Vector2d& low_m,
+                     const Eigen::Vector2d& high_m)
+    : low_m_(low_m), high_m_(high_m) {
+  floor_.leftCols<2>().setIdentity();
+}
 
 UsedSpace::UsedSpace(const std::vector<Tracklet>& tracklets)
-    : low_m_(Eigen::Vector3d::Constant(1e12)), high_m_(-low_m_) {
+    : low_m_(Eigen::Vector2d::Constant(1e12)), high_m_(-low_m_) {
   double count = 0.0;
   for (const Tracklet& tracklet : tracklets) {
     for (const TrackletFrame& frame : tracklet.frames) {
-      low_m_ = low_m_.cwiseMin(frame.centre_m);
-      high_m_ = high_m_.cwiseMax(frame.centre_m);
       origin_m_ += frame.centre_m;
       count += 1.0;
     }
   }
-  if (count == 0.0) {
-    low_m_ = high_m_ = Eigen::Vector3d::Zero();
-  } else {
-    origin_m_ /= count;
-  }
+  if (count > 0.0) origin_m_ /= count;
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   for (const Tracklet& tracklet : tracklets) {
     for (const TrackletFrame& frame : tracklet.frames) {
@@ -210,8 +252,11 @@ UsedSpace::UsedSpace(const std::vector<Tracklet>& tracklets)
   for (const Tracklet& tracklet : tracklets) {
     for (const TrackletFrame& frame : tracklet.frames) {
       points.push_back(OnFloor(frame.centre_m));
+      low_m_ = low_m_.cwiseMin(points.back());
+      high_m_ = high_m_.cwiseMax(points.back());
     }
   }
+  if (points.empty()) low_m_ = high_m_ = Eigen::Vector2d::Zero();
   hull_m_ = ConvexHull(std::move(points));
   low_m_.array() -= kMarginAround;
   high_m_.array() += kMarginAround;
@@ -219,6 +264,10 @@ UsedSpace::UsedSpace(const std::vector<Tracklet>& tracklets)
 
 Eigen::Vector2d UsedSpace::OnFloor(const Eigen::Vector3d& position_m) const {
   return floor_ * (position_m - origin_m_);
+}
+
+Eigen::Vector2d UsedSpace::AlongFloor(const Eigen::Vector3d& direction) const {
+  return floor_ * direction;
 }
 
 double UsedSpace::DepthM(const Eigen::Vector3d& position_m) const {

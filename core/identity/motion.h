@@ -21,40 +21,44 @@ struct MotionState {
 MotionState StateAtBegin(const Tracklet& tracklet);
 MotionState StateAtEnd(const Tracklet& tracklet);
 
-// Where people are in a take.
+// Where people are in a take, on the plane in which they spread most: the
+// floor.
 class UsedSpace {
  public:
   explicit UsedSpace(const std::vector<Tracklet>& tracklets);
-  // A box; the whole of it is its border.
-  UsedSpace(const Eigen::Vector3d& low_m, const Eigen::Vector3d& high_m);
+  // A rectangle of x and y; the whole of it is its border.
+  UsedSpace(const Eigen::Vector2d& low_m, const Eigen::Vector2d& high_m);
 
-  // The box around everybody's centres and half a metre more.
-  const Eigen::Vector3d& low_m() const { return low_m_; }
-  const Eigen::Vector3d& high_m() const { return high_m_; }
-  double volume_m3() const { return (high_m_ - low_m_).prod(); }
+  // The rectangle around everybody's centres and half a metre more, in
+  // coordinates of the floor.
+  const Eigen::Vector2d& low_m() const { return low_m_; }
+  const Eigen::Vector2d& high_m() const { return high_m_; }
+  double area_m2() const { return (high_m_ - low_m_).prod(); }
+  Eigen::Vector2d OnFloor(const Eigen::Vector3d& position_m) const;
+  Eigen::Vector2d AlongFloor(const Eigen::Vector3d& direction) const;
 
-  // How far inside the convex hull of all centres, on the plane in which they
-  // spread most (the floor) [m]; negative outside, 0 for a box.
+  // How far inside the convex hull of all centres [m]; negative outside, 0 for
+  // a rectangle.
   double DepthM(const Eigen::Vector3d& position_m) const;
   // People come and go at the border of the space rather than in its middle:
   // log of how often they do there, against anywhere [nats].
   double LogEntry(const Eigen::Vector3d& position_m) const;
 
  private:
-  Eigen::Vector2d OnFloor(const Eigen::Vector3d& position_m) const;
-
-  Eigen::Vector3d low_m_, high_m_;
+  Eigen::Vector2d low_m_, high_m_;
   Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
   Eigen::Matrix<double, 2, 3> floor_ = Eigen::Matrix<double, 2, 3>::Zero();
   std::vector<Eigen::Vector2d> hull_m_;  // counterclockwise
 };
 
 // People keep their velocity for about a second: an Ornstein-Uhlenbeck process
-// of the velocity in each axis, within the space that is used. What it expects
-// across a gap, with the covariance of position and velocity, is weighed
-// against somebody who left and another who came, at the border rather than in
-// the middle. Nobody's way is known for sure: with the gap grows the share of
-// people who left and come back.
+// of the velocity on each axis of the floor, within the space that is used.
+// How fast depends on what they do, stand, shuffle, stroll or stride, which
+// their velocity before the gap tells and which lasts for some seconds. What
+// that expects across a gap, with the covariance of position and velocity, is
+// weighed against somebody who left and another who came, at the border rather
+// than in the middle. Nobody's way is known for sure: with the gap grows the
+// share of people who left and come back.
 class IdentityMotion {
  public:
   // `entries_at_border`: false where entries are known otherwise.

@@ -92,6 +92,7 @@ class Session::Impl {
   const RunScene& scene() const { return scene_; }
   const RunSummary& summary() const { return summary_; }
   const std::vector<IdentityEdit>& identity_edits() const { return edits_; }
+  const std::vector<std::string>& left_out() const { return left_out_; }
   const TakeNotes* notes() const { return notes_.get(); }
 
   void set_stage_times(StageTimes* times) { tracker_.set_stage_times(times); }
@@ -114,7 +115,7 @@ class Session::Impl {
   void DecideIdentities() {
     if (options_.identity.link) {
       edits_ = LinkIdentities(scene_.model.skeleton, scene_.model.frame_rate_hz,
-                              options_.identity, &first_pass_);
+                              options_.identity, &first_pass_, &left_out_);
     }
     const size_t automatic = edits_.size();
     for (IdentityEdit edit : request_.corrections) {
@@ -239,6 +240,7 @@ class Session::Impl {
   std::vector<TrackFrame> first_pass_;
   std::vector<DetectionFrame> kept_;  // for the second pass
   std::vector<IdentityEdit> edits_;
+  std::vector<std::string> left_out_;  // of the linking
   RunSummary summary_;
   std::set<TrackId> people_;
 };
@@ -292,6 +294,10 @@ ViewBias Session::view_bias() const {
 }
 const std::vector<IdentityEdit>& Session::identity_edits() const {
   return impl_->identity_edits();
+}
+
+const std::vector<std::string>& Session::linking_left_out() const {
+  return impl_->left_out();
 }
 
 }  // namespace kinegraph

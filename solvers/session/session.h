@@ -98,6 +98,8 @@ class Session {
   ViewBias view_bias() const;
   // After Finish: what linking did to identities, then the corrections.
   const std::vector<IdentityEdit>& identity_edits() const;
+  // Lines for what linking decided and could not do; none in a sound take.
+  const std::vector<std::string>& linking_left_out() const;
 
  private:
   class Impl;

@@ -52,6 +52,37 @@ TEST(ApplyEditTest, CutTakesTheNextFreeIdentity) {
   EXPECT_EQ(IdsIn(frames[14]), (Who{1, 2}));
 }
 
+TEST(ApplyEditsTest, SaysWhatDoesNotFit) {
+  CrowdMaker crowd(20);
+  crowd.Add({0, 0, 9, {0.0, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({1, 5, 19, {2.0, 0.0}, {0.0, 0.0}, 1.0});
+  std::vector<TrackFrame> frames = crowd.frames();
+  IdentityEdit join;
+  join.op = EditOp::kJoin;
+  join.persons = {TrackId(0), TrackId(1)};
+  join.frames = FrameSpan{9, 12};
+  IdentityEdit gone;
+  gone.op = EditOp::kDelete;
+  gone.persons = {TrackId(7)};
+  gone.frames = FrameSpan{0, 3};
+  IdentityEdit fits;
+  fits.op = EditOp::kDelete;
+  fits.persons = {TrackId(1)};
+  fits.frames = FrameSpan{18, 19};
+  std::vector<IdentityEdit> done;
+  EXPECT_EQ(
+      ApplyEdits({join, gone, fits}, &frames, &done),
+      (std::vector<std::string>{
+          "join 0 1, frames 9 to 12: person 0 and person 1 are both there in "
+          "frame 5",
+          "delete 7, frames 0 to 3: person 7 is unknown"}));
+  ASSERT_EQ(done.size(), 2u);
+  EXPECT_EQ(done[0].op, EditOp::kUndecided);
+  EXPECT_EQ(done[1].op, EditOp::kDelete);
+  EXPECT_EQ(IdsIn(frames[7]), (std::vector<int64_t>{0, 1}));
+  EXPECT_TRUE(IdsIn(frames[19]).empty());
+}
+
 TEST(NamesAfterTest, JoinsBringNamesAlong) {
   IdentityEdit anna = Edit(EditOp::kName, {7});
   anna.name = "Anna";

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "core/identity/bones.h"
@@ -40,6 +41,73 @@ TEST(BoneModelTest, OneBodyAgainstTwo) {
   EXPECT_NEAR(model.MeanDifference(samples[0], samples[2]), 0.04, 0.015);
 }
 
+// Two of one body, the second for a second and 4 % longer as measured; a
+// frame's joints are stated to within `sigma_m` in each coordinate.
+double RatioOfShortPiece(double sigma_m) {
+  CrowdMaker crowd(400);
+  crowd.Add({0, 0, 299, {0.0, 0.0}, {0.0, 0.0}, 1.0});
+  crowd.Add({1, 310, 334, {0.0, 0.0}, {0.0, 0.0}, 1.04});
+  std::vector<TrackFrame> frames = crowd.frames();
+  for (TrackFrame& frame : frames) {
+    for (PersonPose& person : frame.people) {
+      person.covariances.assign(
+          person.joints.size(),
+          Eigen::Matrix3d(sigma_m * sigma_m * Eigen::Matrix3d::Identity()));
+    }
+  }
+  const std::vector<Tracklet> people = CollectTracklets(frames, Coco17());
+  BoneModel model(Coco17());
+  const BoneSamples one = model.Measure(people[0]);
+  const BoneSamples other = model.Measure(people[1]);
+  model.Learn({one, other});
+  return model.LogRatio(one, other);
+}
+
+TEST(BoneModelTest, AShortPieceIsAsUncertainAsItsJointsAreStated) {
+  // The side of 0.5 m is off by 20 mm. With joints to 5 mm its second is known
+  // to 5 mm * sqrt(2) * sqrt(0.35 / 1) = 4 mm and the floors of the two, 7 mm:
+  // 2.5 sigmas. With joints to 20 mm it is known to 17 mm: 1.1 sigmas.
+  const double sure = RatioOfShortPiece(0.005);
+  const double unsure = RatioOfShortPiece(0.02);
+  EXPECT_LT(sure, -3.0);
+  EXPECT_GT(unsure, sure + 2.0);
+}
+
+TEST(BoneModelTest, WhoAreBuiltAlikeAreNotToldByBones) {
+  CrowdMaker crowd(500);
+  crowd.Add({0, 0, 499, {0.0, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({1, 0, 499, {2.0, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({2, 0, 499, {0.0, 2.0}, {0.0, 0.0}, 1.1});
+  const std::vector<Tracklet> people = Bodies({1.0, 1.0, 1.1}, crowd.frames());
+  std::vector<BoneSamples> samples;
+  BoneModel model(Coco17());
+  for (const Tracklet& person : people)
+    samples.push_back(model.Measure(person));
+  model.Learn(samples);
+  // Nobody compared yet: one pair in 200.
+  EXPECT_NEAR(model.alike_share(), 0.005, 1e-12);
+  const double ratio = model.LogRatio(samples[0], samples[1]);
+  EXPECT_NEAR(model.AmongAlike(ratio, ratio), -std::log(0.005), 1.0);
+  model.LearnAlike({{samples[0], samples[1]},
+                    {samples[0], samples[2]},
+                    {samples[1], samples[2]}},
+                   3.0);
+  // One of the three, and 0.1 of twenty before: 1.1 of 23.
+  EXPECT_NEAR(model.alike_share(), 1.1 / 23.0, 0.005);
+  EXPECT_NEAR(model.AmongAlike(ratio, ratio), -std::log(1.1 / 23.0), 0.3);
+  // A stranger who fits better by five nats.
+  EXPECT_NEAR(model.AmongAlike(ratio, ratio + 5.0), -std::log(1.1 / 23.0) - 5.0,
+              0.3);
+  EXPECT_EQ(model.AmongAlike(0.0, 5.0), 0.0);
+  // Many tracks of the same two count once.
+  BoneModel again(Coco17());
+  again.Learn(samples);
+  again.LearnAlike(std::vector<std::pair<BoneSamples, BoneSamples>>(
+                       50, {samples[0], samples[1]}),
+                   1.0);
+  EXPECT_NEAR(again.alike_share(), 1.1 / 21.0, 0.005);
+}
+
 TEST(BoneModelTest, NothingMeasuredSaysNothing) {
   CrowdMaker crowd(100);
   crowd.Add({0, 0, 99, {0.0, 0.0}, {0.0, 0.0}, 1.0});
@@ -67,8 +135,8 @@ TEST(BoneModelTest, InferredJointsDoNotCount) {
   }
 }
 
-// 50 m^3.
-UsedSpace Box() { return UsedSpace({-5.0, -1.25, 0.0}, {5.0, 1.25, 2.0}); }
+// 25 m^2.
+UsedSpace Box() { return UsedSpace({-5.0, -1.25}, {5.0, 1.25}); }
 
 MotionState State(double time_s, double x_m, double vx_mps) {
   return {FromSeconds(time_s), {x_m, 0.0, 1.0}, {vx_mps, 0.0, 0.0}};
@@ -81,6 +149,18 @@ TEST(MotionModelTest, WhoWalksOnIsTheSame) {
   const double turns_back = model.LogRatio(from, State(0.4, -0.4, -1.0), 0.04);
   EXPECT_GT(walks_on, 3.0);
   EXPECT_GT(walks_on, turns_back + 2.0);
+}
+
+TEST(MotionModelTest, WhoStandsIsNotExpectedFarAway) {
+  const IdentityMotion model(Box(), false);
+  const auto ratio = [&](double speed_mps, double x_m) {
+    return model.LogRatio(State(0.0, 0.0, speed_mps), State(0.6, x_m, 0.0),
+                          0.04);
+  };
+  // 0.8 m away at rest after 0.6 s: a walker who stopped, hardly a stander.
+  EXPECT_GT(ratio(1.2, 0.8), ratio(0.0, 0.8) + 1.0);
+  // And who stands is surer to be there still.
+  EXPECT_GT(ratio(0.0, 0.0), ratio(1.2, 0.8) + 1.0);
 }
 
 TEST(MotionModelTest, NobodyCrossesARoomAtOnce) {

@@ -187,6 +187,55 @@ TEST(LinkingTest, ATrackThatTookOverAnotherPersonIsCut) {
   EXPECT_GT(late.people[1].joints[11].position_m.x(), 0.0);
 }
 
+TEST(LinkingTest, WhoComesBackOftenIsOne) {
+  // Fourteen visits of 8 s, 4 s apart, while three others stay: any of the
+  // visits might follow any earlier one by bones, and none is seen beside
+  // another.
+  CrowdMaker crowd(14 * 300);
+  for (int visit = 0; visit < 14; ++visit) {
+    const double x = visit % 2 == 0 ? -3.0 : 3.0;
+    crowd.Add({10 + visit,
+               visit * 300,
+               visit * 300 + 199,
+               {x, 0.0},
+               {0.0, 0.0},
+               1.0});
+  }
+  crowd.Add({0, 0, 4199, {-3.5, -3.0}, {0.0, 0.0}, 1.08})
+      .Add({1, 0, 4199, {3.5, 3.0}, {0.0, 0.0}, 0.94})
+      .Add({2, 0, 4199, {3.5, -3.0}, {0.0, 0.0}, 1.15});
+  const Linked linked = Link(crowd);
+  EXPECT_EQ(linked.Of(EditOp::kJoin).size(), 13u);
+  EXPECT_TRUE(linked.Of(EditOp::kUndecided).empty());
+  EXPECT_EQ(IdsIn(linked.frames[4050]), (std::vector<int64_t>{0, 1, 2, 10}));
+}
+
+TEST(LinkingTest, PeopleBuiltAlikeAreToldByMotion) {
+  // Two of one size stand 4 m apart, both hidden for a second.
+  CrowdMaker crowd(250);
+  crowd.Add({0, 0, 99, {-2.0, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({1, 0, 99, {2.0, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({2, 125, 249, {1.9, 0.1}, {0.0, 0.0}, 1.0})
+      .Add({3, 125, 249, {-1.9, 0.1}, {0.0, 0.0}, 1.0});
+  const Linked linked = Link(crowd);
+  const auto joins = linked.Of(EditOp::kJoin);
+  ASSERT_EQ(joins.size(), 2u);
+  EXPECT_EQ(joins[0].persons, Ids(1, 2));
+  EXPECT_EQ(joins[1].persons, Ids(0, 3));
+}
+
+TEST(LinkingTest, PeopleBuiltAlikeWhoMayHaveChangedPlacesStayOpen) {
+  // The same half a metre apart and for six seconds.
+  CrowdMaker crowd(500);
+  crowd.Add({0, 0, 99, {-0.25, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({1, 0, 99, {0.25, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({2, 250, 499, {0.0, -0.3}, {0.0, 0.0}, 1.0})
+      .Add({3, 250, 499, {0.0, 0.3}, {0.0, 0.0}, 1.0});
+  const Linked linked = Link(crowd);
+  EXPECT_TRUE(linked.Of(EditOp::kJoin).empty());
+  EXPECT_FALSE(linked.Of(EditOp::kUndecided).empty());
+}
+
 // Two people leave for two minutes; one comes back from elsewhere.
 CrowdMaker OneComesBack(double size_of_other) {
   CrowdMaker crowd(3400);
