@@ -126,6 +126,7 @@ def run(name, step, build, data):
     if "targets" in step:
         subprocess.run(["cmake", "--build", build, "--target", *step["targets"]],
                        check=True, stdout=subprocess.DEVNULL)
+    made_from = commit()
     begin = time.monotonic()
     with open(folder / "log.txt", "w") as log:
         for line in step["run"]:
@@ -142,7 +143,7 @@ def run(name, step, build, data):
     for made, place in step.get("files", {}).items():
         (ROOT / place).write_bytes((folder / made).read_bytes())
         files[place] = digest(ROOT / place)
-    kept = {"commit": commit(), "machine": machine(), "seconds": round(seconds, 1),
+    kept = {"commit": made_from, "machine": machine(), "seconds": round(seconds, 1),
             "run": step["run"], "figures": figures}
     if files:
         kept["files"] = files
