@@ -31,6 +31,8 @@ constexpr double kQuartileVariance = 3.34;
 // Of a median of N Gaussian values, times N, over that of a mean.
 constexpr double kMedianVariance = 1.571;
 
+double Square(double x) { return x * x; }
+
 bool SameBone(const Bone& x, int a, int b) {
   return (x.a == a && x.b == b) || (x.a == b && x.b == a);
 }
@@ -231,7 +233,8 @@ const BoneSpreads::Summary& BoneSpreads::SummaryOf(int bone_idx) const {
   summary.averaged_frames = WeightedQuantile(values, 0.5);
 
   // Length and spread in turn; they hardly depend on each other.
-  double spread = 0.0;  // variance
+  double spread = 0.0;   // variance
+  double missing = 0.0;  // share of the noise that looks do not show
   for (int round = 0; round < 3; ++round) {
     values.clear();
     for (const BoneLook& look : looks) {
@@ -250,10 +253,13 @@ const BoneSpreads::Summary& BoneSpreads::SummaryOf(int bone_idx) const {
     };
     double low = 0.0;
     double high = 0.25;  // half a metre, squared
-    if (quartile(low) <= kUpperQuartile) {
+    const double without = quartile(low);
+    if (without <= kUpperQuartile) {
       spread = 0.0;
+      missing = 1.0 - without / kUpperQuartile;
       continue;
     }
+    missing = 0.0;
     constexpr int kHalvings = 30;
     for (int i = 0; i < kHalvings; ++i) {
       const double middle = 0.5 * (low + high);
@@ -261,8 +267,6 @@ const BoneSpreads::Summary& BoneSpreads::SummaryOf(int bone_idx) const {
     }
     spread = high;
   }
-  summary.spread_variance_m2 = spread;
-
   // Correlation of neighbouring looks, and what all of them together are
   // worth: information, and the total variance of one look.
   double product = 0.0;
@@ -287,9 +291,65 @@ const BoneSpreads::Summary& BoneSpreads::SummaryOf(int bone_idx) const {
   const double of_square =
       std::max(1.0, count * (1.0 - rho * rho) / (1.0 + rho * rho));
   const double variance = count / information;
+  summary.spread_variance_m2 = spread - missing * variance;
   summary.length_variance_m2 = kMedianVariance * variance / of_mean;
-  summary.spread_error_m2 = variance * std::sqrt(kQuartileVariance / of_square);
+  const double share = std::sqrt(kQuartileVariance / of_square);
+  summary.spread_error_m2 = variance * share;
+  summary.rigid_error_m2 = (variance - spread) * share;
   return summary;
+}
+
+BoneSpreads::Pool BoneSpreads::PooledSpread() const {
+  double weights = 0.0;
+  double squares = 0.0;  // of weights
+  double sum = 0.0;
+  std::vector<const Summary*> known;
+  for (size_t i = 0; i < bones_.size(); ++i) {
+    const Summary& summary = SummaryOf(static_cast<int>(i));
+    if (!summary.known) continue;
+    known.push_back(&summary);
+    const double weight = 1.0 / Square(summary.rigid_error_m2);
+    weights += weight;
+    squares += weight * weight;
+    sum += weight * summary.spread_variance_m2;
+  }
+  Pool pool;
+  pool.bones = static_cast<int>(known.size());
+  if (pool.bones < 2) return pool;
+  const double mean = sum / weights;
+  double scatter = 0.0;
+  for (const Summary* summary : known) {
+    scatter +=
+        Square((summary->spread_variance_m2 - mean) / summary->rigid_error_m2);
+  }
+  pool.between = std::max(
+      0.0, (scatter - (pool.bones - 1)) / (weights - squares / weights));
+  weights = sum = 0.0;
+  for (const Summary* summary : known) {
+    const double weight =
+        1.0 / (Square(summary->rigid_error_m2) + pool.between);
+    weights += weight;
+    sum += weight * summary->spread_variance_m2;
+  }
+  pool.mean_m2 = sum / weights;
+  pool.mean_variance = 1.0 / weights;
+  return pool;
+}
+
+void BoneSpreads::SetSpread(const Summary& seen, BoneEstimate* estimate) const {
+  double spread = seen.spread_variance_m2;
+  double variance = Square(seen.spread_error_m2);
+  const Pool pool = PooledSpread();
+  if (pool.bones > 1) {
+    const double own =
+        pool.between / (pool.between + Square(seen.rigid_error_m2));
+    spread = pool.mean_m2 + own * (spread - pool.mean_m2);
+    variance = own * variance + Square(1.0 - own) * pool.mean_variance;
+  }
+  spread = std::max(0.0, spread);
+  estimate->spread_m = std::sqrt(spread);
+  estimate->spread_bound_m = std::sqrt(spread + std::sqrt(variance));
+  estimate->averaged_frames = seen.averaged_frames;
 }
 
 std::optional<BoneEstimate> BoneSpreads::Estimate(int bone_idx) const {
@@ -326,12 +386,10 @@ std::optional<BoneEstimate> BoneSpreads::Estimate(int bone_idx) const {
   // What was seen of neither side may vary as the population does.
   const Summary* seen = own.known ? &own : mirror;
   if (seen != nullptr) {
-    estimate.spread_m = std::sqrt(seen->spread_variance_m2);
-    estimate.spread_bound_m =
-        std::sqrt(seen->spread_variance_m2 + seen->spread_error_m2);
-    estimate.averaged_frames = seen->averaged_frames;
+    SetSpread(*seen, &estimate);
+    estimate.gives_way =
+        seen->spread_variance_m2 > Square(kGivesWay * estimate.length_m);
   }
-  estimate.gives_way = estimate.spread_m > kGivesWay * estimate.length_m;
   return estimate;
 }
 
@@ -341,11 +399,16 @@ BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
   constraint.a = bone.a;
   constraint.b = bone.b;
   constraint.length_m = estimate.length_m;
-  const double wrong_m2 = estimate.spread_bound_m * estimate.spread_bound_m +
-                          estimate.length_sigma_m * estimate.length_sigma_m;
-  constraint.sigma_m = std::sqrt(estimate.averaged_frames * wrong_m2);
+  const double spread_m2 = Square(estimate.spread_m);
+  const double hidden_m2 = Square(estimate.spread_bound_m) - spread_m2;
+  const double frames = estimate.averaged_frames;
+  constraint.sigma_m =
+      std::sqrt(frames * spread_m2 + std::sqrt(frames) * hidden_m2 +
+                Square(estimate.length_sigma_m));
   constraint.loss = loss;
-  constraint.loss_scale = 3.0 / std::sqrt(estimate.averaged_frames);
+  constraint.loss_scale =
+      3.0 * std::hypot(estimate.spread_bound_m, estimate.length_sigma_m) /
+      constraint.sigma_m;
   return constraint;
 }
 

@@ -72,8 +72,10 @@ struct BoneEstimate {
 // (l - L)^2 / (v + spread^2) that of chi-square with one degree of freedom
 // (Paule and Mandel 1982, with a quantile for the mean). Standard errors count
 // looks that follow each other as less than one each, by their correlation.
-// Left and right inform each other as if they differed by 1 cm, and the
-// population's length as if people differed by 15 %.
+// A bone's spread is drawn to that of the person's other bones as far as they
+// are alike: what little varies is hard to tell from one bone's looks.
+// Left and right inform each other as if they
+// differed by 1 cm, and the population's length as if people differed by 15 %.
 //
 // Memory does not grow: of many looks every second, fourth, ... is kept.
 class BoneSpreads {
@@ -84,7 +86,7 @@ class BoneSpreads {
   const std::vector<Bone>& bones() const { return bones_; }
 
   void Add(int bone_idx, const BoneLook& look);
-  // Looks at all bones whose ends were located.
+  // Looks at all bones whose ends were located, by joint.
   void AddFrame(const std::vector<std::optional<BoneEnd>>& ends);
 
   // nullopt while neither enough was seen nor the population's is known. The
@@ -107,12 +109,26 @@ class BoneSpreads {
     bool known = false;
     double length_m = 0.0;
     double length_variance_m2 = 0.0;
+    // Below zero where looks vary less than their noise says.
     double spread_variance_m2 = 0.0;
     double spread_error_m2 = 0.0;  // standard error of the line above
+    double rigid_error_m2 = 0.0;   // the same, were the bone rigid
     double averaged_frames = 1.0;
   };
 
+  // What the spreads (variances) of all bones are like: bones of one person,
+  // seen by one detector (DerSimonian and Laird 1986). The errors are those of
+  // rigid bones: own errors grow with the spread and would hide what differs.
+  struct Pool {
+    int bones = 0;
+    double mean_m2 = 0.0;
+    double mean_variance = 0.0;  // m^4
+    double between = 0.0;        // variance from bone to bone, m^4
+  };
+
   const Summary& SummaryOf(int bone_idx) const;
+  Pool PooledSpread() const;
+  void SetSpread(const Summary& seen, BoneEstimate* estimate) const;
 
   std::vector<Bone> bones_;
   std::vector<int> mirror_;  // of each bone; -1: none
@@ -121,11 +137,15 @@ class BoneSpreads {
   mutable std::vector<Summary> summaries_;
 };
 
-// The factor for a bone of which that is known. A length is wrong for longer
-// than a frame: as many frames as the solver averages over share one error, so
-// together they may not say more than spread and uncertainty allow. So each
-// says less: sigma^2 = frames (spread^2 + length_sigma^2). The loss begins
-// where the length itself is three times that off, frames apart.
+// The factor for a bone of which that is known. A joint centre that sways does
+// so for longer than a frame: as many frames as the solver averages over share
+// one error, so together they may not say more than the spread allows, and each
+// says less: frames spread^2. What the spread may be beyond that, though looks
+// do not show it, counts by the root of the frames, and the length's own
+// variance once: an error of the length is one number for the whole take, which
+// moves each end by half of it, and neither is as harmful as a joint without
+// its bone (docs/noise.md, "Bones that never hurt"). The loss begins where the
+// length itself is three times that off, frames apart.
 BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
                             LossKind loss);
 

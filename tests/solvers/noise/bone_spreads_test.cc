@@ -223,11 +223,11 @@ TEST(BoneSpreads, TheHeadIsRigid) {
   EXPECT_NEAR(spreads.Estimate(find(0, 4))->length_m, 0.15, 0.004);
 }
 
-TEST(BoneSpreads, TheFactorSaysNoMoreInAllThanSpreadAllows) {
+TEST(BoneSpreads, FramesThatShareASpreadSayItOnce) {
   BoneEstimate estimate;
   estimate.length_m = 0.4;
-  estimate.length_sigma_m = 0.003;
-  estimate.spread_bound_m = 0.004;
+  estimate.spread_m = 0.005;
+  estimate.spread_bound_m = 0.005;
   estimate.averaged_frames = 9.0;
   const BoneConstraint constraint =
       ConstraintOf({2, 5}, estimate, LossKind::kHuber);
@@ -239,6 +239,66 @@ TEST(BoneSpreads, TheFactorSaysNoMoreInAllThanSpreadAllows) {
       << "it begins three spreads from the length";
   // Nine frames together: 5 mm.
   EXPECT_NEAR(constraint.sigma_m / std::sqrt(9.0), 0.005, 1e-12);
+}
+
+TEST(BoneSpreads, WhatLooksDoNotShowCountsLess) {
+  BoneEstimate shown;
+  shown.length_m = 0.4;
+  shown.spread_m = 0.005;
+  shown.spread_bound_m = 0.005;
+  shown.averaged_frames = 16.0;
+  BoneEstimate hidden = shown;
+  hidden.spread_m = 0.0;
+  const double sigma = ConstraintOf({0, 1}, hidden, LossKind::kNone).sigma_m;
+  EXPECT_NEAR(sigma, 2 * 0.005, 1e-12) << "the fourth root of the frames";
+  EXPECT_LT(sigma, ConstraintOf({0, 1}, shown, LossKind::kNone).sigma_m);
+  hidden.length_sigma_m = 0.003;
+  EXPECT_NEAR(ConstraintOf({0, 1}, hidden, LossKind::kNone).sigma_m,
+              std::hypot(sigma, 0.003), 1e-12);
+}
+
+// Four bones, so that what three say can be told of the fourth.
+Skeleton FourBones() {
+  return Skeleton("four", {"a", "b", "c", "d", "e"},
+                  {{0, 1}, {1, 2}, {2, 3}, {3, 4}});
+}
+
+TEST(BoneSpreads, RigidBonesTellOfEachOther) {
+  double alone_m2 = 0.0;
+  double together_m2 = 0.0;
+  for (uint64_t seed = 20; seed < 40; ++seed) {
+    Looker looker(seed);
+    BoneSpreads alone(Legs());
+    BoneSpreads together(FourBones());
+    for (int i = 0; i < 150; ++i) {
+      const BoneLook look = looker.At(kLength);
+      alone.Add(0, look);
+      together.Add(0, look);
+      for (int b = 1; b < 4; ++b) together.Add(b, looker.At(kLength));
+    }
+    alone_m2 += std::pow(alone.Estimate(0)->spread_bound_m, 2);
+    together_m2 += std::pow(together.Estimate(0)->spread_bound_m, 2);
+  }
+  // Four estimates of one spread have half the standard error of its variance;
+  // what chance lets them differ takes some of that back.
+  EXPECT_LT(together_m2, 0.75 * alone_m2);
+}
+
+TEST(BoneSpreads, ABoneThatSwaysIsNotDrawnToRigidOnes) {
+  Looker looker(14);
+  Random random(15);
+  BoneSpreads spreads(FourBones());
+  for (int i = 0; i < 400; ++i) {
+    spreads.Add(0, looker.At(random.Normal(kLength, 0.02)));
+    for (int bone = 1; bone < 4; ++bone) spreads.Add(bone, looker.At(kLength));
+  }
+  // A standard error of the variance, 5 cm^2 in all times sqrt(3.34 / 400), is
+  // 0.45 cm^2: 1.1 mm of 2 cm. Twice that, and as much for the draw to the
+  // rest.
+  EXPECT_NEAR(spreads.Estimate(0)->spread_m, 0.02, 0.004);
+  for (int bone = 1; bone < 4; ++bone) {
+    EXPECT_LT(spreads.Estimate(bone)->spread_m, 0.006);
+  }
 }
 
 // Ends by their views alone.
