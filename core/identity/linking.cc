@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <limits>
 #include <map>
 #include <optional>
@@ -472,12 +470,6 @@ class Linker {
       if (from < 0) continue;
       Link link = MakeLink(from, static_cast<int>(to));
       link.margin = Margin(from, static_cast<int>(to), best, predecessor);
-      if (getenv("DBG"))
-        fprintf(stderr,
-                "n %zu link %d(%ld) -> %d(%ld) total %.2f margin %.2f\n",
-                chains_.size(), from, (long)Last(chains_[from]).last().frame,
-                (int)to, (long)First(chains_[to]).first().frame,
-                link.evidence.total(), link.margin);
       if (link.margin < options_.min_margin) continue;
       link.decided = true;
       links_.push_back(link);

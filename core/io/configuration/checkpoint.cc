@@ -24,7 +24,10 @@ Checkpoint::Checkpoint(const std::string& path, const std::string& build,
       quiet_s_(quiet_s),
       start_(std::chrono::steady_clock::now()) {
   if (!resume) return;
-  if (!StatusOf(path).has_value()) return;  // nothing was kept
+  // Nothing was kept: no file, or one killed between its making and its head.
+  const auto status = StatusOf(path);
+  if (!status.has_value()) return;
+  if (status->kind == FileKind::kRegular && status->size == 0) return;
   if (!OpenFile(true)) throw InputError(path, "", trouble_);
   ReadExisting();
 }

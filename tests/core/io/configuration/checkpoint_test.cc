@@ -63,6 +63,20 @@ TEST(Checkpoint, WhatIsCutOffIsNotThere) {
   }
 }
 
+// Killed between making the file and writing its head.
+TEST(Checkpoint, AnEmptyOneIsNone) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "c").string();
+  std::ofstream(path).flush();
+  ASSERT_TRUE(std::filesystem::exists(path));
+  {
+    Checkpoint resumed(path, "build", true, 0.0);
+    EXPECT_FALSE(resumed.Find(Key("a")).has_value());
+    resumed.Add(Key("a"), "first");
+  }
+  EXPECT_EQ(Checkpoint(path, "build", true, 0.0).Find(Key("a")), "first");
+}
+
 TEST(Checkpoint, AChangedByteIsAMiss) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "c").string();
