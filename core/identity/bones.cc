@@ -5,6 +5,8 @@
 #include <map>
 #include <utility>
 
+#include "core/base/weighted_quantile.h"
+
 namespace kinegraph {
 namespace {
 
@@ -50,23 +52,6 @@ double Median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<long>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
-}
-
-// The middle by weight of values with weights.
-double WeightedMedian(std::vector<std::pair<double, double>> values) {
-  std::sort(values.begin(), values.end());
-  double total = 0.0;
-  for (const auto& [value, weight] : values) total += weight;
-  double sum = 0.0;
-  for (size_t i = 0; i < values.size(); ++i) {
-    sum += values[i].second;
-    if (2.0 * sum < total) continue;
-    // Exactly half lies on either side.
-    return 2.0 * sum == total && i + 1 < values.size()
-               ? 0.5 * (values[i].first + values[i + 1].first)
-               : values[i].first;
-  }
-  return values.back().first;
 }
 
 // Variance of the bone's length that the two joints' covariances state [m^2],
@@ -293,7 +278,7 @@ BoneModel::Length BoneModel::LengthOf(const BoneSamples& samples,
   if (bone >= samples.of_bone.size()) return length;
   const std::vector<BoneSamples::Piece>& pieces = samples.of_bone[bone];
   if (pieces.empty()) return length;
-  std::vector<std::pair<double, double>> weighted;
+  std::vector<WeightedValue> weighted;
   double information = 0.0;
   for (const BoneSamples::Piece& piece : pieces) {
     weighted.emplace_back(piece.log_length, 1.0 / VarianceOf(piece, bone));

@@ -12,6 +12,7 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/text/bulk_json.h"
+#include "core/io/text/own_lines.h"
 #include "core/io/text/skeleton_json.h"
 
 namespace kinegraph {
@@ -21,61 +22,58 @@ class KinegraphSource : public DetectionSource {
  public:
   KinegraphSource(const std::string& path, const DetectionReadOptions& options)
       : options_(options), lines_(path) {
-    JsonValue line;
-    if (!lines_.Next(&line)) {
-      throw InputError(path, "", "is empty, expected a header line");
-    }
-    Locate([&] { ReadHeader(AsObject(line, "the header")); });
+    lines_.ReadHeader([&](const JsonObject& object) { ReadHeader(object); });
   }
 
   const DetectionHeader& header() const override { return header_; }
-  int64_t frame_count() const override {
-    const int64_t lines = lines_.CountLines();
-    return lines < 0 ? -1 : lines - 1;
-  }
+  int64_t frame_count() const override { return lines_.CountFrames(); }
 
   bool Next(DetectionFrame* frame) override {
-    JsonValue line;
-    if (!lines_.Next(&line)) return false;
-    Locate([&] { ReadFrame(AsObject(line, "the frame"), frame); });
-    return true;
+    return lines_.ReadFrame(
+        [&](const JsonObject& object) { ReadFrame(object, frame); });
   }
 
  private:
-  template <typename Read>
-  void Locate(const Read& read) const {
-    Located(
-        lines_.path(), [&] { return lines_.Place(); }, read);
-  }
+  template <typename Target>
+  using Key = JsonKey<KinegraphSource, Target>;
+
+  // ---- The header ----
 
   void ReadHeader(const JsonObject& object) {
-    ObjectKeys keys(
-        {"kinegraph_detections", "skeleton", "frame_rate", "views"});
-    for (const auto field : object) {
-      switch (keys.Take(field.key)) {
-        case 0:
-          AsInteger(field.value, field.key, 1, 1);
-          break;
-        case 1:
-          header_.skeleton = ReadSkeleton(field.value);
-          break;
-        case 2:
-          header_.frame_rate_hz = AsFrameRate(field.value, field.key);
-          break;
-        case 3:
-          ReadViewNames(AsArray(field.value, field.key));
-          break;
-        default:
-          break;
-      }
-    }
-    keys.Require(0);
-    keys.Require(1);
-    keys.Require(3);
+    using Self = KinegraphSource;
+    static constexpr Key<DetectionHeader> kKeys[] = {
+        {"kinegraph_detections", Presence::kRequired, &Self::TakeVersion},
+        {"skeleton", Presence::kRequired, &Self::TakeSkeleton},
+        {"frame_rate", Presence::kOptional, &Self::TakeFrameRate},
+        {"views", Presence::kRequired, &Self::TakeViewNames}};
+    ReadKeys(object, kKeys, this, &header_);
     if (options_.frame_rate_hz > 0.0) {
       header_.frame_rate_hz = options_.frame_rate_hz;
     }
     if (options_.skeleton) OverrideSkeleton();
+  }
+
+  void TakeVersion(JsonValue value, std::string_view key, DetectionHeader*) {
+    AsInteger(value, key, 1, 1);
+  }
+  void TakeSkeleton(JsonValue value, std::string_view,
+                    DetectionHeader* header) {
+    header->skeleton = ReadSkeleton(value);
+  }
+  void TakeFrameRate(JsonValue value, std::string_view key,
+                     DetectionHeader* header) {
+    header->frame_rate_hz = AsFrameRate(value, key);
+  }
+  void TakeViewNames(JsonValue value, std::string_view key,
+                     DetectionHeader* header) {
+    for (const JsonValue name : AsArray(value, key)) {
+      const std::string text(AsText(name, key));
+      if (FindView(text) >= 0) {
+        throw InputError("views: '" + Printable(text) + "' stands there twice");
+      }
+      header->view_names.push_back(text);
+    }
+    if (header->view_names.empty()) throw InputError("views: is empty");
   }
 
   void OverrideSkeleton() {
@@ -86,17 +84,6 @@ class KinegraphSource : public DetectionSource {
                        std::to_string(options_.skeleton->joint_count()));
     }
     header_.skeleton = *options_.skeleton;
-  }
-
-  void ReadViewNames(const JsonArray& names) {
-    for (const JsonValue name : names) {
-      const std::string text(AsText(name, "views"));
-      if (FindView(text) >= 0) {
-        throw InputError("views: '" + Printable(text) + "' stands there twice");
-      }
-      header_.view_names.push_back(text);
-    }
-    if (header_.view_names.empty()) throw InputError("views: is empty");
   }
 
   int FindView(std::string_view name) const {
@@ -114,44 +101,45 @@ class KinegraphSource : public DetectionSource {
     return static_cast<size_t>(view_idx);
   }
 
+  // ---- A frame ----
+
   void ReadFrame(const JsonObject& object, DetectionFrame* frame) {
+    using Self = KinegraphSource;
+    static constexpr Key<DetectionFrame> kKeys[] = {
+        {"frame", Presence::kRequired, &Self::TakeFrame},
+        {"time", Presence::kOptional, &Self::TakeTime},
+        {"views", Presence::kRequired, &Self::TakeViews},
+        {"capture_times", Presence::kOptional, &Self::TakeCaptureTimes},
+        {"view_times", Presence::kOptional, &Self::TakeCaptureTimes}};
     frame->views.resize(header_.view_names.size());
     for (ViewDetections& view : frame->views) view.detections.clear();
-    ObjectKeys keys({"frame", "time", "views", "capture_times", "view_times"});
-    JsonObject capture_times;
-    for (const auto field : object) {
-      switch (keys.Take(field.key)) {
-        case 0:
-          frame->frame = AsFrame(field.value, field.key);
-          break;
-        case 1:
-          frame->time = AsTime(field.value, field.key);
-          break;
-        case 2:
-          ReadViews(AsObject(field.value, field.key), frame);
-          break;
-        case 3:
-        case 4:
-          if (keys.Has(3) && keys.Has(4)) {
-            throw InputError(
-                "view_times: stands beside capture_times, which "
-                "says the same");
-          }
-          capture_times = AsObject(field.value, field.key);
-          break;
-        default:
-          break;
-      }
+    has_time_ = false;
+    capture_times_.reset();
+    ReadKeys(object, kKeys, this, frame);
+    lines_.CheckFrame(frame->frame);
+    SetTimes(frame);
+  }
+
+  void TakeFrame(JsonValue value, std::string_view key, DetectionFrame* frame) {
+    frame->frame = AsFrame(value, key);
+  }
+  void TakeTime(JsonValue value, std::string_view key, DetectionFrame* frame) {
+    frame->time = AsTime(value, key);
+    has_time_ = true;
+  }
+  // Read when the frame's own time is known.
+  void TakeCaptureTimes(JsonValue value, std::string_view key,
+                        DetectionFrame*) {
+    if (capture_times_.has_value()) {
+      throw InputError(
+          "view_times: stands beside capture_times, which says the same");
     }
-    keys.Require(0);
-    keys.Require(2);
-    if (frame->frame <= last_frame_) {
-      throw InputError("frame: found " + std::to_string(frame->frame) +
-                       " after " + std::to_string(last_frame_) +
-                       ", expected frames to ascend");
-    }
-    last_frame_ = frame->frame;
-    if (!keys.Has(1)) {
+    capture_times_ = AsObject(value, key);
+    capture_key_ = key;
+  }
+
+  void SetTimes(DetectionFrame* frame) {
+    if (!has_time_) {
       frame->time = TimeOfFrame(frame->frame, header_.frame_rate_hz);
     } else if (last_time_.has_value() && frame->time <= *last_time_) {
       throw InputError("time: found " + std::to_string(ToSeconds(frame->time)) +
@@ -160,16 +148,15 @@ class KinegraphSource : public DetectionSource {
     }
     last_time_ = frame->time;
     for (ViewDetections& view : frame->views) view.capture_time = frame->time;
-    if (keys.Has(3) || keys.Has(4)) {
-      const char* const name = keys.Has(3) ? "capture_times" : "view_times";
-      for (const auto field : capture_times) {
-        frame->views[ViewOf(field.key)].capture_time =
-            AsTime(field.value, name);
-      }
+    if (!capture_times_.has_value()) return;
+    for (const auto field : *capture_times_) {
+      frame->views[ViewOf(field.key)].capture_time =
+          AsTime(field.value, capture_key_);
     }
   }
 
-  void ReadViews(const JsonObject& views, DetectionFrame* frame) {
+  void TakeViews(JsonValue value, std::string_view key, DetectionFrame* frame) {
+    const JsonObject views = AsObject(value, key);
     seen_views_.assign(header_.view_names.size(), false);
     for (const auto field : views) {
       const size_t view_idx = ViewOf(field.key);
@@ -210,10 +197,12 @@ class KinegraphSource : public DetectionSource {
   }
 
   const DetectionReadOptions options_;
-  JsonLineReader lines_;
+  OwnLines lines_;
   DetectionHeader header_;
-  int64_t last_frame_ = -1;
   std::optional<TimeNs> last_time_;
+  bool has_time_ = false;                    // of one frame
+  std::optional<JsonObject> capture_times_;  // of one frame
+  std::string_view capture_key_;
   std::vector<bool> seen_views_;
 };
 

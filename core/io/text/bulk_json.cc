@@ -174,10 +174,16 @@ std::string_view AsText(JsonValue value, std::string_view key) {
 
 JsonValue Required(const JsonObject& object, std::string_view key) {
   JsonValue value;
-  if (object.at_key(key).get(value)) {
-    throw InputError(std::string(key) + ": is missing");
-  }
+  if (object.at_key(key).get(value)) FailMissing(key);
   return value;
+}
+
+void FailMissing(std::string_view key) {
+  throw InputError(std::string(key) + ": is missing");
+}
+
+void FailTwice(std::string_view key) {
+  throw InputError(std::string(key) + ": stands there twice");
 }
 
 void AsNumbers(JsonValue value, std::string_view key, size_t count,
@@ -238,23 +244,6 @@ double AsFrameRate(JsonValue value, std::string_view key) {
 TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz) {
   if (frame_rate_hz == 0.0) return 0;
   return CheckedTime(static_cast<double>(frame) / frame_rate_hz, "time");
-}
-
-int ObjectKeys::Take(std::string_view key) {
-  const auto at = std::find(known_.begin(), known_.end(), key);
-  if (at == known_.end()) return -1;
-  const int index = static_cast<int>(at - known_.begin());
-  if (Has(static_cast<size_t>(index))) {
-    throw InputError(std::string(key) + ": stands there twice");
-  }
-  seen_ |= uint64_t{1} << index;
-  return index;
-}
-
-void ObjectKeys::Require(size_t known_idx) const {
-  if (!Has(known_idx)) {
-    throw InputError(std::string(known_[known_idx]) + ": is missing");
-  }
 }
 
 JsonValue JsonFileParser::Parse(const std::string& path) {

@@ -4,7 +4,7 @@
 //
 // The DOM is used, not On Demand, which accepts garbage after what it reads.
 // Neither minds duplicate keys: readers of our own formats go through the keys
-// one by one and notice them (ObjectKeys).
+// one by one and notice them (ReadKeys).
 #ifndef KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
 #define KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
 
@@ -13,7 +13,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-#include <initializer_list>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -38,6 +37,8 @@ int64_t AsInteger(JsonValue value, std::string_view key, int64_t low,
                   int64_t high);
 std::string_view AsText(JsonValue value, std::string_view key);
 JsonValue Required(const JsonObject& object, std::string_view key);
+[[noreturn]] void FailMissing(std::string_view key);
+[[noreturn]] void FailTwice(std::string_view key);
 // Exactly `count` numbers, written to `numbers`.
 void AsNumbers(JsonValue value, std::string_view key, size_t count,
                double* numbers);
@@ -60,21 +61,42 @@ double AsFrameRate(JsonValue value, std::string_view key);
 // frame / rate; 0 when the rate is 0.
 TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz);
 
-// Notices a key that comes twice. `known` are the keys that have a meaning.
-class ObjectKeys {
- public:
-  explicit ObjectKeys(std::initializer_list<std::string_view> known)
-      : known_(known) {}
-  // Place of `key` in `known`, or -1. Throws InputError the second time.
-  int Take(std::string_view key);
-  bool Has(size_t known_idx) const { return (seen_ >> known_idx & 1U) != 0; }
-  // Throws InputError when that key did not come.
-  void Require(size_t known_idx) const;
-
- private:
-  std::vector<std::string_view> known_;
-  uint64_t seen_ = 0;
+// A key of an object of our own formats: its name, whether it must be there,
+// and the member of Reader that takes its value over into a Target. Readers
+// hold one table of them an object, static, in the order in which what is
+// missing is named.
+enum class Presence { kRequired, kOptional };
+template <typename Reader, typename Target>
+struct JsonKey {
+  std::string_view name;
+  Presence presence;
+  void (Reader::*read)(JsonValue value, std::string_view name, Target* target);
 };
+
+// Calls the member of each key in the order of the object; keys that the table
+// does not name are passed over. Throws InputError where one comes twice, or
+// one that must be there does not.
+template <typename Reader, typename Target, size_t N>
+void ReadKeys(const JsonObject& object,
+              const JsonKey<Reader, Target> (&keys)[N], Reader* reader,
+              Target* target) {
+  static_assert(N <= 32);
+  uint32_t seen = 0;
+  for (const auto field : object) {
+    for (size_t k = 0; k < N; ++k) {
+      if (keys[k].name != field.key) continue;
+      if ((seen >> k & 1U) != 0) FailTwice(field.key);
+      seen |= uint32_t{1} << k;
+      (reader->*keys[k].read)(field.value, keys[k].name, target);
+      break;
+    }
+  }
+  for (size_t k = 0; k < N; ++k) {
+    if (keys[k].presence == Presence::kRequired && (seen >> k & 1U) == 0) {
+      FailMissing(keys[k].name);
+    }
+  }
+}
 
 // Runs `read` and puts file and place in front of the message of its
 // InputError. `place` is a function, so that nothing is built when all is well.

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <fstream>
 #include <limits>
+#include <optional>
 
 #include "core/base/error.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/json.h"
+#include "core/io/text/own_lines.h"
 #include "core/io/text/skeleton_json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/formats.h"
@@ -33,11 +35,7 @@ class KinegraphTrackSource : public TrackSource {
  public:
   KinegraphTrackSource(const std::string& path, const TrackReadOptions& options)
       : lines_(path) {
-    JsonValue line;
-    if (!lines_.Next(&line)) {
-      throw InputError(path, "", "is empty, expected a header line");
-    }
-    Locate([&] { ReadHeader(AsObject(line, "the header")); });
+    lines_.ReadHeader([&](const JsonObject& object) { ReadHeader(object); });
     if (options.frame_rate_hz > 0.0) {
       header_.frame_rate_hz = options.frame_rate_hz;
     }
@@ -46,100 +44,89 @@ class KinegraphTrackSource : public TrackSource {
   const TrackHeader& header() const override { return header_; }
 
   bool Next(TrackFrame* frame) override {
-    JsonValue line;
-    if (!lines_.Next(&line)) return false;
-    Locate([&] { ReadFrame(AsObject(line, "the frame"), frame); });
-    return true;
+    return lines_.ReadFrame(
+        [&](const JsonObject& object) { ReadFrame(object, frame); });
   }
 
  private:
-  template <typename Read>
-  void Locate(const Read& read) const {
-    Located(
-        lines_.path(), [&] { return lines_.Place(); }, read);
-  }
+  template <typename Target>
+  using Key = JsonKey<KinegraphTrackSource, Target>;
+
+  // ---- The header ----
 
   void ReadHeader(const JsonObject& object) {
-    ObjectKeys keys({"kinegraph", "skeleton", "units", "mode", "frame_rate",
-                     "config", "views"});
-    for (const auto field : object) {
-      switch (keys.Take(field.key)) {
-        case 0:
-          AsInteger(field.value, field.key, 1, 1);
-          break;
-        case 1:
-          header_.skeleton = ReadSkeleton(field.value);
-          break;
-        case 2:
-          CheckUnits(AsObject(field.value, field.key));
-          break;
-        case 3:
-          header_.mode = AsText(field.value, field.key);
-          break;
-        case 4:
-          header_.frame_rate_hz = AsFrameRate(field.value, field.key);
-          break;
-        case 5:
-          AsObject(field.value, field.key);
-          header_.config_json = RawObject(lines_.line(), field.key);
-          break;
-        case 6:
-          for (const JsonValue name : AsArray(field.value, field.key)) {
-            header_.view_names.emplace_back(AsText(name, field.key));
-          }
-          break;
-        default:
-          break;
-      }
-    }
-    keys.Require(0);
-    keys.Require(1);
+    using Self = KinegraphTrackSource;
+    static constexpr Key<TrackHeader> kKeys[] = {
+        {"kinegraph", Presence::kRequired, &Self::TakeVersion},
+        {"skeleton", Presence::kRequired, &Self::TakeSkeleton},
+        {"units", Presence::kOptional, &Self::CheckUnits},
+        {"mode", Presence::kOptional, &Self::TakeMode},
+        {"frame_rate", Presence::kOptional, &Self::TakeFrameRate},
+        {"config", Presence::kOptional, &Self::TakeConfig},
+        {"views", Presence::kOptional, &Self::TakeViewNames}};
+    ReadKeys(object, kKeys, this, &header_);
   }
 
-  static void CheckUnits(const JsonObject& units) {
+  void TakeVersion(JsonValue value, std::string_view key, TrackHeader*) {
+    AsInteger(value, key, 1, 1);
+  }
+  void TakeSkeleton(JsonValue value, std::string_view, TrackHeader* header) {
+    header->skeleton = ReadSkeleton(value);
+  }
+  void CheckUnits(JsonValue value, std::string_view key, TrackHeader*) {
+    const JsonObject units = AsObject(value, key);
     const std::string_view length = AsText(Required(units, "length"), "length");
     const std::string_view time = AsText(Required(units, "time"), "time");
     if (length != "m" || time != "s") {
       throw InputError("units: expected metres (m) and seconds (s)");
     }
   }
+  void TakeMode(JsonValue value, std::string_view key, TrackHeader* header) {
+    header->mode = AsText(value, key);
+  }
+  void TakeFrameRate(JsonValue value, std::string_view key,
+                     TrackHeader* header) {
+    header->frame_rate_hz = AsFrameRate(value, key);
+  }
+  void TakeConfig(JsonValue value, std::string_view key, TrackHeader* header) {
+    AsObject(value, key);
+    header->config_json = RawObject(lines_.line(), key);
+  }
+  void TakeViewNames(JsonValue value, std::string_view key,
+                     TrackHeader* header) {
+    for (const JsonValue name : AsArray(value, key)) {
+      header->view_names.emplace_back(AsText(name, key));
+    }
+  }
+
+  // ---- A frame ----
 
   void ReadFrame(const JsonObject& object, TrackFrame* frame) {
+    using Self = KinegraphTrackSource;
+    static constexpr Key<TrackFrame> kKeys[] = {
+        {"frame", Presence::kRequired, &Self::TakeFrame},
+        {"time", Presence::kOptional, &Self::TakeTime},
+        {"people", Presence::kRequired, &Self::TakePeople}};
     frame->people.clear();
-    enum { kFrame, kTime, kPeople };  // in the order of `keys`
-    ObjectKeys keys({"frame", "time", "people"});
-    for (const auto field : object) {
-      switch (keys.Take(field.key)) {
-        case kFrame:
-          frame->frame = AsFrame(field.value, field.key);
-          break;
-        case kTime:
-          frame->time = AsTime(field.value, field.key);
-          break;
-        case kPeople:
-          ReadPeople(AsArray(field.value, field.key), frame);
-          break;
-        default:
-          break;
-      }
-    }
-    keys.Require(kFrame);
-    keys.Require(kPeople);
-    if (frame->frame <= last_frame_) {
-      throw InputError("frame: found " + std::to_string(frame->frame) +
-                       " after " + std::to_string(last_frame_) +
-                       ", expected frames to ascend");
-    }
-    last_frame_ = frame->frame;
-    if (!keys.Has(kTime)) {
+    has_time_ = false;
+    ReadKeys(object, kKeys, this, frame);
+    lines_.CheckFrame(frame->frame);
+    if (!has_time_) {
       frame->time = TimeOfFrame(frame->frame, header_.frame_rate_hz);
     }
   }
 
-  void ReadPeople(const JsonArray& people, TrackFrame* frame) {
-    for (const JsonValue value : people) {
+  void TakeFrame(JsonValue value, std::string_view key, TrackFrame* frame) {
+    frame->frame = AsFrame(value, key);
+  }
+  void TakeTime(JsonValue value, std::string_view key, TrackFrame* frame) {
+    frame->time = AsTime(value, key);
+    has_time_ = true;
+  }
+  void TakePeople(JsonValue value, std::string_view key, TrackFrame* frame) {
+    for (const JsonValue element : AsArray(value, key)) {
       PersonPose person;
-      ReadPerson(AsObject(value, "people"), &person);
+      ReadPerson(AsObject(element, key), &person);
       for (const PersonPose& other : frame->people) {
         if (other.id == person.id) {
           throw InputError("people: id " + std::to_string(person.id.value()) +
@@ -150,59 +137,98 @@ class KinegraphTrackSource : public TrackSource {
     }
   }
 
+  // ---- A person ----
+
   void ReadPerson(const JsonObject& object, PersonPose* person) {
-    enum {  // in the order of `keys`
-      kId,
-      kJoints,
-      kStatus,
-      kViews,
-      kCovariance,
-      kScore,
-      kMatches,
-      kWeights
-    };
-    ObjectKeys keys({"id", "joints", "status", "views", "covariance", "score",
-                     "matches", "weights"});
-    JsonObject weights;
-    for (const auto field : object) {
-      switch (keys.Take(field.key)) {
-        case kId:
-          person->id = TrackId(AsId(field.value, field.key));
-          break;
-        case kJoints:
-          ReadPositions(AsArray(field.value, field.key), person);
-          break;
-        case kStatus:
-          ReadStatuses(AsArray(field.value, field.key));
-          break;
-        case kViews:
-          for (const JsonValue count : AsArray(field.value, field.key)) {
-            person->inlier_views.push_back(
-                static_cast<int>(AsInteger(count, field.key, 0, kMaxInt)));
-          }
-          CheckLength(person->inlier_views.size(), field.key);
-          break;
-        case kCovariance:
-          ReadCovariances(AsArray(field.value, field.key), person);
-          break;
-        case kScore:
-          person->score = AsNumber(field.value, field.key);
-          break;
-        case kMatches:
-          ReadMatches(AsObject(field.value, field.key), person);
-          break;
-        case kWeights:
-          weights = AsObject(field.value, field.key);
-          break;
-        default:
-          break;
-      }
-    }
-    keys.Require(kId);
-    keys.Require(kJoints);
-    keys.Require(kStatus);
+    using Self = KinegraphTrackSource;
+    static constexpr Key<PersonPose> kKeys[] = {
+        {"id", Presence::kRequired, &Self::TakeId},
+        {"joints", Presence::kRequired, &Self::TakePositions},
+        {"status", Presence::kRequired, &Self::TakeStatuses},
+        {"views", Presence::kOptional, &Self::TakeViewCounts},
+        {"covariance", Presence::kOptional, &Self::TakeCovariances},
+        {"score", Presence::kOptional, &Self::TakeScore},
+        {"matches", Presence::kOptional, &Self::TakeMatches},
+        {"weights", Presence::kOptional, &Self::TakeWeights}};
+    weights_.reset();
+    ReadKeys(object, kKeys, this, person);
     MergeStatuses(person);
-    if (keys.Has(kWeights)) ReadWeights(weights, person);
+    if (weights_.has_value()) ReadWeights(*weights_, person);
+  }
+
+  void TakeId(JsonValue value, std::string_view key, PersonPose* person) {
+    person->id = TrackId(AsId(value, key));
+  }
+
+  void TakePositions(JsonValue value, std::string_view key,
+                     PersonPose* person) {
+    person->joints.reserve(header_.skeleton.joints().size());
+    for (const JsonValue position : AsArray(value, key)) {
+      if (position.is_null()) {
+        person->joints.emplace_back();
+        continue;
+      }
+      double m[3];
+      AsNumbers(position, key, 3, m);
+      person->joints.push_back(ObservedJoint(m[0], m[1], m[2]));
+    }
+    CheckLength(person->joints.size(), key);
+  }
+
+  void TakeStatuses(JsonValue value, std::string_view key, PersonPose*) {
+    statuses_.clear();
+    for (const JsonValue status : AsArray(value, key)) {
+      statuses_.push_back(ReadStatus(status));
+    }
+    CheckLength(statuses_.size(), key);
+  }
+
+  void TakeViewCounts(JsonValue value, std::string_view key,
+                      PersonPose* person) {
+    for (const JsonValue count : AsArray(value, key)) {
+      person->inlier_views.push_back(
+          static_cast<int>(AsInteger(count, key, 0, kMaxInt)));
+    }
+    CheckLength(person->inlier_views.size(), key);
+  }
+
+  void TakeCovariances(JsonValue value, std::string_view key,
+                       PersonPose* person) {
+    for (const JsonValue covariance : AsArray(value, key)) {
+      if (covariance.is_null()) {
+        person->covariances.emplace_back();
+        continue;
+      }
+      double c[6];
+      AsNumbers(covariance, key, 6, c);
+      Eigen::Matrix3d matrix;
+      matrix << c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5];
+      person->covariances.emplace_back(matrix);
+    }
+    CheckLength(person->covariances.size(), key);
+  }
+
+  void TakeScore(JsonValue value, std::string_view key, PersonPose* person) {
+    person->score = AsNumber(value, key);
+  }
+
+  void TakeMatches(JsonValue value, std::string_view key, PersonPose* person) {
+    for (const auto field : AsObject(value, key)) {
+      ViewMatch match;
+      match.view_idx = ViewOf(field.key);
+      match.detection_idx =
+          static_cast<int>(AsInteger(field.value, key, 0, kMaxInt));
+      if (MatchOf(match.view_idx, person) != nullptr) {
+        throw InputError("matches: '" + Printable(std::string(field.key)) +
+                         "' stands there twice");
+      }
+      person->matches.push_back(match);
+    }
+  }
+
+  // Read when all matches are known.
+  void TakeWeights(JsonValue value, std::string_view key, PersonPose*) {
+    weights_ = AsObject(value, key);
   }
 
   void CheckLength(size_t found, std::string_view key) const {
@@ -212,28 +238,6 @@ class KinegraphTrackSource : public TrackSource {
                        " entries, expected one a joint, " +
                        std::to_string(expected));
     }
-  }
-
-  void ReadPositions(const JsonArray& positions, PersonPose* person) const {
-    person->joints.reserve(header_.skeleton.joints().size());
-    for (const JsonValue position : positions) {
-      if (position.is_null()) {
-        person->joints.emplace_back();
-        continue;
-      }
-      double m[3];
-      AsNumbers(position, "joints", 3, m);
-      person->joints.push_back(ObservedJoint(m[0], m[1], m[2]));
-    }
-    CheckLength(person->joints.size(), "joints");
-  }
-
-  void ReadStatuses(const JsonArray& statuses) {
-    statuses_.clear();
-    for (const JsonValue status : statuses) {
-      statuses_.push_back(ReadStatus(status));
-    }
-    CheckLength(statuses_.size(), "status");
   }
 
   // A joint is null exactly when it is missing.
@@ -250,21 +254,6 @@ class KinegraphTrackSource : public TrackSource {
     }
   }
 
-  void ReadCovariances(const JsonArray& covariances, PersonPose* person) const {
-    for (const JsonValue value : covariances) {
-      if (value.is_null()) {
-        person->covariances.emplace_back();
-        continue;
-      }
-      double c[6];
-      AsNumbers(value, "covariance", 6, c);
-      Eigen::Matrix3d matrix;
-      matrix << c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5];
-      person->covariances.emplace_back(matrix);
-    }
-    CheckLength(person->covariances.size(), "covariance");
-  }
-
   // A file without view names in its header teaches them as they come.
   int ViewOf(std::string_view name) {
     auto& names = header_.view_names;
@@ -272,20 +261,6 @@ class KinegraphTrackSource : public TrackSource {
     const auto view_idx = static_cast<int>(at - names.begin());
     if (at == names.end()) names.emplace_back(name);
     return view_idx;
-  }
-
-  void ReadMatches(const JsonObject& matches, PersonPose* person) {
-    for (const auto field : matches) {
-      ViewMatch match;
-      match.view_idx = ViewOf(field.key);
-      match.detection_idx =
-          static_cast<int>(AsInteger(field.value, "matches", 0, kMaxInt));
-      if (MatchOf(match.view_idx, person) != nullptr) {
-        throw InputError("matches: '" + Printable(std::string(field.key)) +
-                         "' stands there twice");
-      }
-      person->matches.push_back(match);
-    }
   }
 
   static ViewMatch* MatchOf(int view_idx, PersonPose* person) {
@@ -312,10 +287,11 @@ class KinegraphTrackSource : public TrackSource {
     }
   }
 
-  JsonLineReader lines_;
+  OwnLines lines_;
   TrackHeader header_;
-  int64_t last_frame_ = -1;
+  bool has_time_ = false;              // of one frame
   std::vector<JointStatus> statuses_;  // of one person
+  std::optional<JsonObject> weights_;  // of one person
 };
 
 PersonNames ReadNames(const std::string& path) {

@@ -1,0 +1,42 @@
+#include "core/base/weighted_quantile.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace kinegraph {
+namespace {
+
+// Where a share is reached in ascending values, and whether exactly there.
+struct Reached {
+  size_t at = 0;
+  bool exactly = false;
+};
+
+Reached Reach(const std::vector<WeightedValue>& ascending, double share) {
+  double total = 0.0;
+  for (const auto& [value, weight] : ascending) total += weight;
+  const double wanted = share * total;
+  double below = 0.0;
+  for (size_t i = 0; i < ascending.size(); ++i) {
+    below += ascending[i].second;
+    if (below >= wanted) return {i, below == wanted};
+  }
+  return {ascending.size() - 1, false};
+}
+
+}  // namespace
+
+double WeightedQuantile(std::vector<WeightedValue> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[Reach(values, share).at].first;
+}
+
+double WeightedMedian(std::vector<WeightedValue> values) {
+  std::sort(values.begin(), values.end());
+  const auto [at, exactly] = Reach(values, 0.5);
+  return exactly && at + 1 < values.size()
+             ? 0.5 * (values[at].first + values[at + 1].first)
+             : values[at].first;
+}
+
+}  // namespace kinegraph
