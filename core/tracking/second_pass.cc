@@ -3,6 +3,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <mutex>
 #include <utility>
 
 #include "core/base/parallel.h"
@@ -55,16 +56,16 @@ void SecondPass::ExtendEnds(const std::vector<TrackFrame>& first_pass,
   for (const TrackId id : but) runs_.erase(id);
 }
 
-void SecondPass::Process(const DetectionFrame& frame,
-                         const TrackFrame& first_pass) {
+void SecondPass::Process(const DetectionFrame& frame, TrackFrame first_pass) {
   TrackFrame& written = frames_.emplace_back();
   written.frame = frame.frame;
   written.time = frame.time;
   // Stays where the second pass finds nobody.
-  written.people = first_pass.people;
+  written.people = std::move(first_pass.people);
+  const std::vector<PersonPose>& people = written.people;
   observations_.Prepare(frame);
   targets_.clear();
-  for (const PersonPose& person : first_pass.people) {
+  for (const PersonPose& person : people) {
     targets_.push_back({&person.joints, 1.0});
   }
   for (size_t v = 0; v < matches_.size(); ++v) {
@@ -77,7 +78,7 @@ void SecondPass::Process(const DetectionFrame& frame,
     now.taken.emplace_back(observations_.OfView(v).size(), 0);
   }
   for (size_t t = 0; t < targets_.size(); ++t) {
-    const PersonPose& person = first_pass.people[t];
+    const PersonPose& person = people[t];
     const TrackRun* run = RunThatBegins(person.id, frame.frame);
     if (run != nullptr) ExtendBack(person, frame.time, *run);
     used_views_.clear();
@@ -92,7 +93,7 @@ void SecondPass::Process(const DetectionFrame& frame,
   if (runs_.empty()) return;
   now.detections = frame;
   ExtendOn(&now);
-  for (const PersonPose& person : first_pass.people) {
+  for (const PersonPose& person : people) {
     const TrackRun* run = RunThatEnds(person.id, frame.frame);
     if (run == nullptr) continue;
     followers_.emplace(person.id, EndFollower(person.joints, frame.time,
@@ -274,15 +275,15 @@ std::vector<char> SecondPass::KeptBeyond(
   return kept;
 }
 
-void SecondPass::WritePerson(TrackId id, std::vector<FinalPose>* finals) {
+void SecondPass::WritePerson(TrackId id, std::vector<FinalPose> finals) {
   const std::vector<Beyond>& beyond = beyond_[id];
-  const std::vector<char> kept = KeptBeyond(beyond, *finals);
+  const std::vector<char> kept = KeptBeyond(beyond, finals);
   std::map<int64_t, bool> is_kept;
   for (size_t k = 0; k < beyond.size(); ++k) {
     is_kept[beyond[k].frame] = kept[k] != 0;
   }
   auto at = frames_.begin();
-  for (FinalPose& final_pose : *finals) {
+  for (FinalPose& final_pose : finals) {
     at = std::lower_bound(
         at, frames_.end(), final_pose.frame,
         [](const TrackFrame& f, int64_t n) { return f.frame < n; });
@@ -309,13 +310,17 @@ void SecondPass::WritePerson(TrackId id, std::vector<FinalPose>* finals) {
 std::vector<TrackFrame> SecondPass::Finish(int threads) {
   std::vector<TrackId> ids;
   for (const auto& [id, estimator] : estimators_) ids.push_back(id);
-  std::vector<std::vector<FinalPose>> finals(ids.size());
+  // Nobody's solution waits for those of others: together they are large.
+  std::mutex writing;
   ParallelFor(threads, static_cast<int>(ids.size()), [&](int i) {
-    Estimator& estimator = *estimators_.at(ids[i]);
-    estimator.Finish();
-    estimator.TakeFinals(&finals[i]);
+    std::unique_ptr<Estimator>& estimator = estimators_.at(ids[i]);
+    std::vector<FinalPose> finals;
+    estimator->Finish();
+    estimator->TakeFinals(&finals);
+    estimator.reset();
+    const std::lock_guard<std::mutex> lock(writing);
+    WritePerson(ids[i], std::move(finals));
   });
-  for (size_t i = 0; i < ids.size(); ++i) WritePerson(ids[i], &finals[i]);
   estimators_.clear();
   return std::move(frames_);
 }

@@ -44,7 +44,7 @@ class SecondPass {
 
   // The next frame in ascending order, and what the first pass wrote for it
   // (frames without people may be left out).
-  void Process(const DetectionFrame& frame, const TrackFrame& first_pass);
+  void Process(const DetectionFrame& frame, TrackFrame first_pass);
   // Estimates everyone, on up to `threads` threads, and gives every frame.
   // Nobody is lost: where the estimate has no joint, the first pass's stays.
   std::vector<TrackFrame> Finish(int threads);
@@ -83,7 +83,7 @@ class SecondPass {
   void Remember(Recent now);
   std::vector<char> KeptBeyond(const std::vector<Beyond>& beyond,
                                const std::vector<FinalPose>& finals) const;
-  void WritePerson(TrackId id, std::vector<FinalPose>* finals);
+  void WritePerson(TrackId id, std::vector<FinalPose> finals);
 
   SceneModel scene_;
   TrackerOptions options_;

@@ -15,6 +15,7 @@
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
+#include "solvers/graph/problem_store.h"
 #include "solvers/noise/bone_spreads.h"
 #include "solvers/noise/person_bias.h"
 #include "solvers/noise/person_noise.h"
@@ -80,7 +81,7 @@ class BatchEstimator final : public Estimator {
         options_(options),
         assembler_(scene_, options_),
         solver_(options_),
-        problem_(assembler_.EmptyProblem()),
+        store_(assembler_.EmptyProblem()),
         noise_(scene_, options_),
         notes_(std::move(notes)),
         bias_(scene_, notes_ == nullptr ? nullptr : notes_->view_bias()),
@@ -111,7 +112,8 @@ class BatchEstimator final : public Estimator {
   const GraphOptions options_;
   Assembler assembler_;
   TakeSolver solver_;
-  PersonProblem problem_;
+  ProblemStore store_;     // until all frames are there
+  PersonProblem problem_;  // then
   PersonNoise noise_;
   const std::shared_ptr<TakeNotes> notes_;  // null: nothing is shared
   PersonBias bias_;
@@ -123,8 +125,10 @@ class BatchEstimator final : public Estimator {
 };
 
 void BatchEstimator::Add(const EstimatorFrame& frame) {
-  records_.push_back(assembler_.Append(frame, &problem_));
-  bias_.Observe(problem_, records_.size() - 1, records_.back().triangulated);
+  records_.push_back(assembler_.Append(frame, store_.newest()));
+  bias_.Observe(*store_.newest(), store_.newest_frame(),
+                records_.back().triangulated);
+  store_.Keep();
   if (frame.has_initial || records_.size() == 1) {
     last_ = frame.initial;
     last_.resize(joint_count());
@@ -146,11 +150,12 @@ void BatchEstimator::TakeFinals(std::vector<FinalPose>* finals) {
 
 void BatchEstimator::Finish() {
   if (records_.empty()) return;
+  problem_ = store_.TakeAll();
   SolveAll();
   WriteFinals();
   solver_.HandInCounts(records_.front().frame, records_.back().frame);
   // Finals may wait long for those of other people: nothing else should.
-  problem_ = assembler_.EmptyProblem();
+  problem_ = {};
   solver_.FreeWorkSpace();
   records_ = {};
 }

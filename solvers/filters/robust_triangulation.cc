@@ -128,7 +128,6 @@ std::optional<RobustPoint> RobustTriangulator::TriangulateFrom(
   RobustPoint point;
   point.position_m = start_m;
   constexpr int kMaxIterations = 30;
-  constexpr double kStep_m = 1e-6;  // steps shrink by squares
   constexpr int kMaxHalvings = 8;
   Linearised here;
   Linearised there;
@@ -146,7 +145,7 @@ std::optional<RobustPoint> RobustTriangulator::TriangulateFrom(
     if (halvings > kMaxHalvings) break;  // as low as rounding allows
     point.position_m += step_m;
     std::swap(here, there);
-    if (step_m.norm() < kStep_m) break;
+    if (step_m.norm() < options_.last_step_m) break;
   }
   if (!point.position_m.allFinite() || !Invert(here.normal, &inverse)) {
     return std::nullopt;

@@ -23,6 +23,9 @@ struct RobustTriangulationOptions {
   LossKind loss = LossKind::kGemanMcClure;
   double loss_scale = 3.0;      // sigmas
   double inlier_weight = 0.25;  // views that weigh less do not support a point
+  // The last step [m]. Steps shrink by squares; one who only wants a start for
+  // another loss may stop earlier. No key: not the user's business.
+  double last_step_m = 1e-6;
 
   // Table [filters.robust_triangulation].
   void Describe(OptionVisitor& visitor);

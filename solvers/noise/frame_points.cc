@@ -7,10 +7,14 @@ namespace {
 
 constexpr double kLastScale = 3.0;  // sigmas
 
-RobustTriangulator Stage(LossKind loss, double scale) {
+constexpr double kExact_m = 1e-6;
+constexpr double kRough_m = 1e-3;  // of a stage that another one follows
+
+RobustTriangulator Stage(LossKind loss, double scale, double last_step_m) {
   RobustTriangulationOptions options;
   options.loss = loss;
   options.loss_scale = scale;
+  options.last_step_m = last_step_m;
   return RobustTriangulator(options);
 }
 
@@ -18,27 +22,50 @@ RobustTriangulator Stage(LossKind loss, double scale) {
 
 FrameTriangulator::FrameTriangulator(const CameraRig& cameras)
     : cameras_(cameras),
-      least_squares_(Stage(LossKind::kNone, 1.0)),
-      stages_({Stage(LossKind::kHuber, 1.5),
-               Stage(LossKind::kGemanMcClure, 2.0 * kLastScale),
-               Stage(LossKind::kGemanMcClure, kLastScale)}),
+      least_squares_(Stage(LossKind::kNone, 1.0, kExact_m)),
+      stages_({Stage(LossKind::kHuber, 1.5, kRough_m),
+               Stage(LossKind::kGemanMcClure, 2.0 * kLastScale, kRough_m),
+               Stage(LossKind::kGemanMcClure, kLastScale, kExact_m)}),
       correction_(InformationCorrection(LossKind::kGemanMcClure, kLastScale)) {}
 
-bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
+void FrameTriangulator::TakeViews(const JointChain& chain, size_t k) {
   views_.clear();
-  ideal_.clear();
-  residuals_.views.clear();
-  residuals_.square = 0.0;
   for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
     const PixelMeasurement& measurement = chain.measurements[m];
-    const Eigen::Vector2d px =
-        measurement.px - measurement.bias_px.cast<double>();
-    const auto ideal = measurement.camera->Undistort(px);
-    if (!ideal.has_value()) continue;
-    views_.push_back({measurement.camera, px, measurement.model_sigma_px});
-    ideal_.push_back(
-        {measurement.camera, *ideal, 1.0 / measurement.model_sigma_px});
+    views_.push_back({measurement.camera,
+                      measurement.px - measurement.bias_px.cast<double>(),
+                      measurement.model_sigma_px});
   }
+}
+
+// At the start; false where a view does not see it.
+bool FrameTriangulator::SetResiduals() {
+  residuals_.views.clear();
+  residuals_.square = 0.0;
+  for (const PixelPoint& view : views_) {
+    const auto image = view.camera->Project(start_.position_m);
+    if (!image.has_value()) return false;
+    TriangulationResiduals::View& seen = residuals_.views.emplace_back();
+    seen.view_idx = static_cast<int>(view.camera - cameras_.data());
+    seen.residual = (*image - view.px) / view.sigma_px;
+    residuals_.square += seen.residual.squaredNorm();
+  }
+  return true;
+}
+
+bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
+  start_ = {};
+  TakeViews(chain, k);
+  const size_t count = views_.size();
+  ideal_.clear();
+  size_t taken = 0;
+  for (const PixelPoint& view : views_) {
+    const auto ideal = view.camera->Undistort(view.px);
+    if (!ideal.has_value()) continue;
+    views_[taken++] = view;
+    ideal_.push_back({view.camera, *ideal, 1.0 / view.sigma_px});
+  }
+  views_.resize(taken);
   if (views_.size() < 2) return false;
   TriangulationOptions anywhere;
   anywhere.require_in_front = false;
@@ -52,23 +79,28 @@ bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
   if (views_.size() < 2) return false;
   const auto point = least_squares_.TriangulateFrom(dlt.point_m, views_);
   if (!point.has_value()) return false;
-  start_m_ = point->position_m;
-  for (const PixelPoint& view : views_) {
-    const auto image = view.camera->Project(start_m_);
-    if (!image.has_value()) return false;
-    TriangulationResiduals::View& seen = residuals_.views.emplace_back();
-    seen.view_idx = static_cast<int>(view.camera - cameras_.data());
-    seen.residual = (*image - view.px) / view.sigma_px;
-    residuals_.square += seen.residual.squaredNorm();
-  }
-  return true;
+  start_.position_m = point->position_m;
+  start_.by_all_views = views_.size() == count;
+  start_.found = SetResiduals();
+  return start_.found;
+}
+
+FrameTriangulator::Start FrameTriangulator::start() const { return start_; }
+
+bool FrameTriangulator::LoadAgain(const JointChain& chain, size_t k,
+                                  const Start& start) {
+  if (!start.found) return false;
+  if (!start.by_all_views) return Load(chain, k);
+  start_ = start;
+  TakeViews(chain, k);
+  return SetResiduals();
 }
 
 std::optional<FramePoint> FrameTriangulator::Robust(double scale) {
   scaled_ = views_;
   for (PixelPoint& view : scaled_) view.sigma_px *= scale;
   std::optional<RobustPoint> point;
-  Eigen::Vector3d start_m = start_m_;
+  Eigen::Vector3d start_m = start_.position_m;
   for (const RobustTriangulator& stage : stages_) {
     point = stage.TriangulateFrom(start_m, scaled_);
     if (!point.has_value()) return std::nullopt;

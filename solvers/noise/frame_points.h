@@ -32,6 +32,18 @@ class FrameTriangulator {
   // squares over all views: false with fewer than two that see it, or where
   // they leave a direction open.
   bool Load(const JointChain& chain, size_t k);
+
+  // Where least squares over all views put a joint.
+  struct Start {
+    Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+    bool found = false;
+    bool by_all_views = false;  // none was left out
+  };
+  // Of the frame that was loaded last, and what Load said of it.
+  Start start() const;
+  // Loads a frame again, without triangulating it.
+  bool LoadAgain(const JointChain& chain, size_t k, const Start& start);
+
   const TriangulationResiduals& residuals() const { return residuals_; }
   const std::vector<PixelPoint>& views() const { return views_; }
 
@@ -42,6 +54,9 @@ class FrameTriangulator {
   std::optional<FramePoint> Robust(double scale);
 
  private:
+  void TakeViews(const JointChain& chain, size_t k);
+  bool SetResiduals();
+
   const CameraRig& cameras_;
   RobustTriangulator least_squares_;
   std::vector<RobustTriangulator> stages_;
@@ -49,7 +64,7 @@ class FrameTriangulator {
   std::vector<PixelPoint> views_;
   std::vector<PixelPoint> scaled_;
   std::vector<PointMeasurement> ideal_;
-  Eigen::Vector3d start_m_ = Eigen::Vector3d::Zero();
+  Start start_;
   TriangulationResiduals residuals_;
 };
 

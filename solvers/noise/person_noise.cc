@@ -35,11 +35,22 @@ PersonNoise::PersonNoise(const SceneModel& scene, const GraphOptions& options)
   }
 }
 
-void PersonNoise::LearnPixels(const PersonProblem& problem, size_t k,
-                              int joint_idx) {
-  if (!triangulator_.Load(problem.joints[joint_idx], k)) return;
-  scales_.Add(scene_.skeleton.joint_class(joint_idx),
-              triangulator_.residuals());
+bool PersonNoise::Load(const PersonProblem& problem, size_t k, int joint_idx) {
+  const size_t at = (k - starts_from_) * static_cast<size_t>(joint_count()) +
+                    static_cast<size_t>(joint_idx);
+  const JointChain& chain = problem.joints[joint_idx];
+  if (at < starts_.size())
+    return triangulator_.LoadAgain(chain, k, starts_[at]);
+  return triangulator_.Load(chain, k);
+}
+
+void PersonNoise::LearnPixels(const PersonProblem& problem, size_t k) {
+  for (int j = 0; j < joint_count(); ++j) {
+    if (Load(problem, k, j)) {
+      scales_.Add(scene_.skeleton.joint_class(j), triangulator_.residuals());
+    }
+    starts_.push_back(triangulator_.start());
+  }
 }
 
 void PersonNoise::RefreshScales() {
@@ -57,7 +68,7 @@ PersonNoise::Frame PersonNoise::Locate(const PersonProblem& problem, size_t k,
   for (int j = 0; j < joint_count(); ++j) {
     const int joint_class = ClassOf(j);
     std::optional<FramePoint> point;
-    if (triangulator_.Load(problem.joints[j], k)) {
+    if (Load(problem, k, j)) {
       if (learns && anew) {
         correlations_.Add(j, frame.time, scale_[joint_class],
                           triangulator_.residuals());
@@ -82,13 +93,11 @@ PersonNoise::Frame PersonNoise::Locate(const PersonProblem& problem, size_t k,
 void PersonNoise::LearnTake(const PersonProblem& problem) {
   const size_t count = problem.times.size();
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
-    for (size_t k = 0; k < count; ++k) {
-      for (int j = 0; j < joint_count(); ++j) LearnPixels(problem, k, j);
-    }
+    for (size_t k = 0; k < count; ++k) LearnPixels(problem, k);
     RefreshScales();
     for (size_t k = 0; k < count; ++k) {
       for (int j = 0; j < joint_count(); ++j) {
-        if (!triangulator_.Load(problem.joints[j], k)) continue;
+        if (!Load(problem, k, j)) continue;
         correlations_.Add(j, problem.times[k], scale_[ClassOf(j)],
                           triangulator_.residuals());
       }
@@ -98,14 +107,17 @@ void PersonNoise::LearnTake(const PersonProblem& problem) {
   for (size_t k = 0; k < count; ++k) {
     frames_.push_back(Locate(problem, k, false));
   }
+  starts_ = {};
 }
 
 void PersonNoise::AddFrame(const PersonProblem& problem, size_t k) {
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
-    for (int j = 0; j < joint_count(); ++j) LearnPixels(problem, k, j);
+    starts_from_ = k;
+    LearnPixels(problem, k);
     RefreshScales();
   }
   frames_.push_back(Locate(problem, k, true));
+  starts_.clear();
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
     correlation_ = correlations_.Fit();
   }

@@ -76,7 +76,8 @@ class PersonNoise {
   int ClassOf(int joint_idx) const {
     return static_cast<int>(scene_.skeleton.joint_class(joint_idx));
   }
-  void LearnPixels(const PersonProblem& problem, size_t k, int joint_idx);
+  bool Load(const PersonProblem& problem, size_t k, int joint_idx);
+  void LearnPixels(const PersonProblem& problem, size_t k);
   void RefreshScales();
   Frame Locate(const PersonProblem& problem, size_t k, bool anew);
   double FrameSeconds(size_t k) const;
@@ -85,6 +86,10 @@ class PersonNoise {
   const SceneModel& scene_;
   const GraphOptions& options_;
   FrameTriangulator triangulator_;
+  // While frames are learnt from, which looks at each several times: of frame
+  // starts_from_ on, [frame][joint] in a row. Else empty.
+  std::vector<FrameTriangulator::Start> starts_;
+  size_t starts_from_ = 0;
   NoiseScales scales_;
   CorrelationLearner correlations_;
   JointClassTable scale_;

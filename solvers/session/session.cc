@@ -198,8 +198,9 @@ class Session::Impl {
           frame.frame != first_pass_[i].frame) {
         throw std::runtime_error("the detections changed between two passes");
       }
-      second.Process(frame, first_pass_[i]);
+      second.Process(frame, std::move(first_pass_[i]));
     }
+    first_pass_ = {};
     return second.Finish(request_.threads);
   }
 
