@@ -126,9 +126,9 @@ TaskOutcome RunTask(const Task& task, const std::string& out) {
   } catch (const std::exception& error) {
     outcome.error = error.what();
   }
-  // Where two batches share the work, the other one may have been first.
-  if (StateOf(task, out) == TaskState::kDone) return {true, ""};
   try {
+    // Where two batches share the work, the other one may have been first.
+    if (StateOf(task, out) == TaskState::kDone) return {true, ""};
     const OutputFolder take_folder(out + "/" + task.take);
     WriteText(FailureFile(task, out), outcome.error + "\n");
   } catch (const std::exception&) {  // it is told below all the same

@@ -65,14 +65,11 @@ int OpenToWrite(const std::string& path) {
 }
 
 int OpenNew(const std::string& path) {
-  return open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  return open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
 }
 
-int OpenToUpdate(const std::string& path, bool create) {
-  return open(
-      path.c_str(),
-      O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | (create ? O_CREAT : 0),
-      0666);
+int OpenToUpdate(const std::string& path) {
+  return open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
 }
 
 int Duplicate(int descriptor) { return fcntl(descriptor, F_DUPFD_CLOEXEC, 0); }
@@ -123,8 +120,9 @@ bool Truncate(int descriptor, int64_t size) {
   return ftruncate(descriptor, size) == 0;
 }
 
-bool LockFile(int descriptor) {
-  return flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+LockOutcome LockFile(int descriptor) {
+  if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return LockOutcome::kLocked;
+  return errno == EWOULDBLOCK ? LockOutcome::kInUse : LockOutcome::kFailed;
 }
 
 bool SetPermissions(int descriptor, unsigned permissions) {

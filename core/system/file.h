@@ -34,9 +34,10 @@ bool CanBeWritten(const std::string& path);
 // -1 when the system refuses. No program that is started inherits one.
 int OpenToRead(const std::string& path);
 int OpenToWrite(const std::string& path);  // what is no regular file
-int OpenNew(const std::string& path);      // never follows a link
-// To read and write at places of its own, never through a link.
-int OpenToUpdate(const std::string& path, bool create);
+// To read and write at places of its own, never through a link; a new one fails
+// where anything is.
+int OpenNew(const std::string& path);
+int OpenToUpdate(const std::string& path);
 int Duplicate(int descriptor);
 void CloseFile(int descriptor);
 std::FILE* StreamOf(int descriptor, const char* mode);
@@ -63,8 +64,9 @@ int64_t ReadSome(int descriptor, char* to, size_t size);
 bool ReadAt(int descriptor, int64_t offset, size_t size, std::string* bytes);
 bool WriteAt(int descriptor, int64_t offset, const std::string& bytes);
 bool Truncate(int descriptor, int64_t size);
-// Until it is closed; false when another process has it, without waiting.
-bool LockFile(int descriptor);
+// Until it is closed, without waiting.
+enum class LockOutcome { kLocked, kInUse, kFailed };
+LockOutcome LockFile(int descriptor);
 bool SetPermissions(int descriptor, unsigned permissions);
 
 // 0, or -1 when the system refuses.

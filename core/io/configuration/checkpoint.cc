@@ -14,6 +14,7 @@ namespace {
 
 constexpr size_t kKeyBytes = 32;  // as Fingerprint::Hex gives it
 constexpr size_t kRecordHead = kKeyBytes + sizeof(uint64_t) + sizeof(uint32_t);
+constexpr const char* kInUse = "is in use by another run";
 
 }  // namespace
 
@@ -39,12 +40,24 @@ Checkpoint::~Checkpoint() {
 
 // Locked, so that two runs never write into one another's.
 bool Checkpoint::OpenFile(bool resume) {
-  descriptor_ = OpenToUpdate(path_, !resume);
-  const auto status = descriptor_ < 0 ? std::nullopt : StatusOf(descriptor_);
+  const int made = resume ? -1 : OpenNew(path_);
+  descriptor_ = made >= 0 ? made : OpenToUpdate(path_);
+  if (descriptor_ < 0) {
+    trouble_ = "cannot be opened: " + std::string(std::strerror(errno));
+    return false;
+  }
+  if (CanBeUsed(resume)) return true;
+  // An empty one would be left of a file system that refuses.
+  if (made >= 0 && trouble_ != kInUse) RemoveFile(path_);
+  CloseFile(descriptor_);
+  descriptor_ = -1;
+  return false;
+}
+
+bool Checkpoint::CanBeUsed(bool resume) {
+  const auto status = StatusOf(descriptor_);
   if (!status.has_value()) {
     trouble_ = "cannot be opened: " + std::string(std::strerror(errno));
-    if (descriptor_ >= 0) CloseFile(descriptor_);
-    descriptor_ = -1;
     return false;
   }
   std::string head;
@@ -53,17 +66,19 @@ bool Checkpoint::OpenFile(bool resume) {
                     head.compare(0, 23, head_, 0, 23) == 0;
   if (!regular || (status->size > 0 && !ours)) {
     trouble_ = "is no checkpoint of kinegraph";
-  } else if (!LockFile(descriptor_)) {
-    trouble_ = "is in use by another run";
+    return false;
+  }
+  const LockOutcome lock = LockFile(descriptor_);
+  if (lock == LockOutcome::kInUse) {
+    trouble_ = kInUse;
+  } else if (lock == LockOutcome::kFailed) {
+    trouble_ = "cannot be locked: " + std::string(std::strerror(errno));
   } else if (resume && head != head_) {
     trouble_ =
         "was made by another build or on another kind of processor; without "
         "--resume the run begins anew";
   }
-  if (trouble_.empty()) return true;
-  CloseFile(descriptor_);
-  descriptor_ = -1;
-  return false;
+  return trouble_.empty();
 }
 
 void Checkpoint::ReadExisting() {
@@ -114,11 +129,11 @@ void Checkpoint::Add(const std::string& key, const std::string& value) {
       GiveUp(trouble_);
       return;
     }
-    end_ = static_cast<int64_t>(head_.size());
     if (!Truncate(descriptor_, 0) || !WriteAt(descriptor_, 0, head_)) {
       GiveUp(std::strerror(errno));
       return;
     }
+    end_ = static_cast<int64_t>(head_.size());
   }
   const auto waiting = std::exchange(waiting_, {});
   for (const auto& [name, bytes] : waiting) {

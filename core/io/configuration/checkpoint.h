@@ -58,6 +58,7 @@ class Checkpoint {
 
   void ReadExisting();
   bool OpenFile(bool resume);
+  bool CanBeUsed(bool resume);
   void Append(const std::string& key, const std::string& value);
   void GiveUp(const std::string& why);
 

@@ -22,6 +22,16 @@ namespace fs = std::filesystem;
                    std::string("cannot be read: ") + std::strerror(errno));
 }
 
+// Links are followed. A disk or a network that fails makes nothing absent.
+fs::file_type TypeAt(const std::string& path) {
+  std::error_code error;
+  const fs::file_type type = fs::status(path, error).type();
+  if (error.value() == EIO || error.value() == ESTALE) {
+    throw InputError(path, "", "cannot be read: " + error.message());
+  }
+  return type;
+}
+
 }  // namespace
 
 std::string ReadTextFile(const std::string& path, size_t max_bytes) {
@@ -70,18 +80,13 @@ std::string BeginningOf(const std::string& path, size_t bytes) {
 }
 
 bool IsFolder(const std::string& path) {
-  std::error_code ignored;
-  return fs::is_directory(path, ignored);
+  return TypeAt(path) == fs::file_type::directory;
 }
 
 bool IsFile(const std::string& path) {
-  std::error_code error;
-  const bool exists = fs::exists(path, error);
-  // A disk or a network that fails does not make a file absent.
-  if (error.value() == EIO || error.value() == ESTALE) {
-    throw InputError(path, "", "cannot be read: " + error.message());
-  }
-  return exists && !IsFolder(path);
+  const fs::file_type type = TypeAt(path);
+  return type != fs::file_type::none && type != fs::file_type::not_found &&
+         type != fs::file_type::directory;
 }
 
 std::string RelativeToFile(const std::string& path, const std::string& file) {

@@ -17,8 +17,8 @@ std::string ReadTextFile(const std::string& path,
 // At most the first `bytes`; empty when it cannot be read.
 std::string BeginningOf(const std::string& path, size_t bytes);
 
-// Whether the path leads to a folder, or to anything but a folder; false for
-// what is not there or out of reach.
+// Whether the path leads to a folder, or to anything but one; false for what is
+// not there or out of reach. Throws InputError when the disk does not answer.
 bool IsFolder(const std::string& path);
 bool IsFile(const std::string& path);
 

@@ -100,5 +100,31 @@ TEST(ClusterTest, FortyTasksOnASlurmWhoseNodeDies) {
   ExpectSameFiles(plain, slurm);
 }
 
+// The same Snakefile, each task a job of Slurm; what dies with the node is
+// submitted again without anybody's doing.
+TEST(ClusterTest, SnakemakeOnASlurmWhoseNodeDies) {
+  for (const char* program : {"snakemake", "slurmctld", "slurmd", "munged"}) {
+    if (!IsThere(program)) {
+      GTEST_SKIP() << "needs Snakemake and Slurm: apt-get install snakemake "
+                      "slurm-wlm munge";
+    }
+  }
+  const TemporaryFolder folder;
+  const std::string manifest = WriteStudy(folder, 3);
+  const std::string plain = (folder.path() / "plain").string();
+  const std::string slurm = (folder.path() / "slurm").string();
+  RunBatch(manifest, plain);
+  const ProgramOutcome drill = RunShell(
+      "'" + ProjectFile("tests/apps/cluster/profile_drill.sh").string() +
+      "' '" + ProgramPath("batch") + "' '" + manifest + "' '" + slurm + "' '" +
+      (folder.path() / "engine").string() + "' '" +
+      ProjectFile("workflow/Snakefile").string() + "'");
+  ASSERT_EQ(drill.exit_code, 0) << drill.errors;
+  const int at_death = std::atoi(drill.output.c_str());
+  EXPECT_GT(at_death, 0);
+  EXPECT_LT(at_death, 6);
+  ExpectSameFiles(plain, slurm);
+}
+
 }  // namespace
 }  // namespace kinegraph::testing

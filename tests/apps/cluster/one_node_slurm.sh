@@ -33,10 +33,11 @@ kill_jobs() {
   local id
   for id in $(grep -lz "^SLURM_CONF=$SLURM_CONF\$" /proc/[0-9]*/environ \
     2>/dev/null | cut -d / -f 3); do
-    case $({ tr "\0" " " <"/proc/$id/cmdline"; } 2>/dev/null) in
-      *slurmstepd* | *kinegraph-* | *slurm_script*)
-        kill -KILL "$id" 2>/dev/null || true ;;
-    esac
+    # Whoever submits jobs has the configuration too, but is none.
+    if grep -qz '^SLURM_JOB_ID=' "/proc/$id/environ" 2>/dev/null ||
+      grep -qz slurmstepd "/proc/$id/cmdline" 2>/dev/null; then
+      kill -KILL "$id" 2>/dev/null || true
+    fi
   done
 }
 

@@ -14,15 +14,19 @@
 #include <time.h>
 #include <unistd.h>
 // Loaded by failing_calls.py before a command (LD_PRELOAD). INJECT_AT=n: the
-// nth call of the functions below fails with EIO. INJECT_LOG=file: which one
-// that was. INJECT_COUNT=file: the number of calls, at exit. INJECT_CLOCK=1: the
-// clock of the day jumps by an hour, to and fro, each time it is read.
+// nth call of the functions below fails with EIO; INJECT_CALL=name: of this
+// function alone. INJECT_LOG=file: which one that was. INJECT_COUNT=file: the
+// number of calls, at exit. INJECT_CLOCK=1: the clock of the day jumps by an
+// hour, to and fro, each time it is read.
 static int count, at = -2;
+static const char* only;
 static int hit(const char* what) {
   if (at == -2) {
     const char* a = getenv("INJECT_AT");
     at = a ? atoi(a) : -1;
+    only = getenv("INJECT_CALL");
   }
+  if (only && strcmp(only, what) != 0) return 0;
   if (++count == at) {
     const char* f = getenv("INJECT_LOG");
     (void)f;

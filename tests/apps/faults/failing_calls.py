@@ -26,6 +26,10 @@ BUILD = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "build")
 MOST = int(sys.argv[2]) if len(sys.argv) > 2 else 40
 WANTED = sys.argv[3] if len(sys.argv) > 3 else ""
 CLOCKS = {"runtime.json"}  # differ each time
+# A command that cannot ask git records an unknown commit.
+COMMIT = subprocess.run(
+    ["git", "-C", ROOT, "describe", "--always", "--dirty", "--exclude=*"],
+    capture_output=True).stdout.strip() or b"unknown"
 
 
 def program(name):
@@ -89,7 +93,7 @@ def content(path):
         return path.read_bytes()
     if not path.is_dir():
         return None
-    return {str(e.relative_to(path)): e.read_bytes()
+    return {str(e.relative_to(path)): e.read_bytes().replace(COMMIT, b"unknown")
             for e in sorted(path.rglob("*"))
             if e.is_file() and e.name not in CLOCKS and "partial" not in e.name}
 
