@@ -20,11 +20,15 @@ constexpr double kLeast = 1.0;         // s of clean frames that make a piece
 // A track that no view sees for so long may be found again on somebody else.
 constexpr double kBlind = 0.12;       // s
 constexpr double kAroundBlind = 0.1;  // s, bent by what is not seen
+// Found so far from where it was going, about three times the error of a place,
+// a track was found on somebody else or has gone elsewhere meanwhile.
+constexpr double kHop = 0.25;  // m
 
 struct Interval {
   TimeNs begin = 0;
   TimeNs end = 0;
   bool blind = false;  // nobody else is near
+  std::vector<Pieces::Hop> hops;
 };
 
 // Who is there in each frame, and quick access to where.
@@ -109,8 +113,10 @@ void AddEnd(const Crowd& crowd, const std::vector<Tracklet>& tracks, size_t of,
     if ((other.frames[place.index].centre_m - at.centre_m).norm() >= kNear) {
       continue;
     }
-    (*intervals)[place.track].push_back(
-        {at.time - FromSeconds(kBefore), at.time + FromSeconds(kAfter), false});
+    (*intervals)[place.track].push_back({at.time - FromSeconds(kBefore),
+                                         at.time + FromSeconds(kAfter),
+                                         false,
+                                         {}});
   }
 }
 
@@ -138,7 +144,7 @@ void AddMeetings(const Crowd& crowd, const std::vector<Tracklet>& tracks,
         const double distance_m =
             (at.centre_m - b.frames[places[k].index].centre_m).norm();
         if (distance_m >= kMayExchange) continue;
-        Interval interval{at.time, at.time, false};
+        Interval interval{at.time, at.time, false, {}};
         if (distance_m >= kTouching) {
           if (!SeemExchanged(a, places[i].index, b, places[k].index)) continue;
           interval.end += FromSeconds(kExchangeTime);
@@ -155,19 +161,34 @@ bool IsSeen(const PersonPose& person) {
                      [](int views) { return views > 0; });
 }
 
+// From the last frame in which a track is seen to the next.
+Pieces::Hop HopOf(const Tracklet& track, size_t from, size_t to) {
+  Tracklet before;
+  before.frames.assign(track.frames.begin(),
+                       track.frames.begin() + static_cast<long>(from) + 1);
+  Tracklet after;
+  after.frames.assign(track.frames.begin() + static_cast<long>(to),
+                      track.frames.end());
+  return {StateAtEnd(before), StateAtBegin(after)};
+}
+
 // Where a track goes on after it was seen by nobody.
 void AddBlind(const std::vector<Tracklet>& tracks, Intervals* intervals) {
   for (size_t t = 0; t < tracks.size(); ++t) {
-    TimeNs seen = tracks[t].first().time;
-    for (const TrackletFrame& frame : tracks[t].frames) {
+    const std::vector<TrackletFrame>& frames = tracks[t].frames;
+    size_t seen = 0;
+    for (size_t k = 0; k < frames.size(); ++k) {
+      const PersonPose& pose = *frames[k].pose;
       // Without counts of views everybody is seen where they are.
-      if (!frame.pose->inlier_views.empty() && !IsSeen(*frame.pose)) continue;
-      if (frame.time - seen >= FromSeconds(kBlind)) {
-        (*intervals)[t].push_back({seen - FromSeconds(kAroundBlind),
-                                   frame.time + FromSeconds(kAroundBlind),
-                                   true});
+      if (!pose.inlier_views.empty() && !IsSeen(pose)) continue;
+      if (frames[k].time - frames[seen].time >= FromSeconds(kBlind)) {
+        (*intervals)[t].push_back(
+            {frames[seen].time - FromSeconds(kAroundBlind),
+             frames[k].time + FromSeconds(kAroundBlind),
+             true,
+             {HopOf(tracks[t], seen, k)}});
       }
-      seen = frame.time;
+      seen = k;
     }
   }
 }
@@ -186,6 +207,8 @@ std::vector<Interval> Merged(std::vector<Interval> intervals) {
     } else {
       merged.back().end = std::max(merged.back().end, interval.end);
       merged.back().blind = merged.back().blind && interval.blind;
+      merged.back().hops.insert(merged.back().hops.end(), interval.hops.begin(),
+                                interval.hops.end());
     }
   }
   return merged;
@@ -210,13 +233,44 @@ size_t FastestStep(const Tracklet& track, size_t begin, size_t end) {
   return fastest;
 }
 
+// How far from where it was going a track is found again [m].
+double Astray(const Pieces::Hop& hop) {
+  const auto& [before, after] = hop;
+  return (after.position_m - before.position_m -
+          ToSeconds(after.time - before.time) * before.velocity_mps)
+      .norm();
+}
+
+// The first frame of what comes after a contact with frames begin .. end - 1.
+// Where nobody saw it the track hops, and not where it is fast.
+size_t CutOf(const Tracklet& track, const Interval& contact, size_t begin,
+             size_t end) {
+  const Pieces::Hop* farthest = nullptr;
+  for (const Pieces::Hop& hop : contact.hops) {
+    if (Astray(hop) < kHop) continue;
+    if (farthest == nullptr || Astray(hop) > Astray(*farthest)) farthest = &hop;
+  }
+  if (farthest != nullptr) {
+    const long from = IndexAt(track, farthest->first.time);
+    const long to = IndexAt(track, farthest->second.time);
+    if (from >= 0 && to > from) {
+      begin = static_cast<size_t>(from) + 1;
+      end = static_cast<size_t>(to) + 1;
+    }
+  }
+  return FastestStep(track, begin - 1, std::max(end, begin + 1));
+}
+
 void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
               Pieces* pieces) {
   const TimeNs least = FromSeconds(kLeast);
   Tracklet rest = track;
-  const auto add = [&](Tracklet piece, bool goes_on, bool blind) {
+  const auto add = [&](Tracklet piece, bool goes_on, const Interval& contact) {
     pieces->tracklets.push_back(std::move(piece));
-    pieces->blind.push_back(blind);
+    pieces->blind.push_back(contact.blind);
+    // Of a blind contact alone the pieces' own states tell.
+    pieces->hops.push_back(contact.blind ? std::vector<Pieces::Hop>()
+                                         : contact.hops);
     pieces->next.push_back(goes_on ? static_cast<int>(pieces->tracklets.size())
                                    : -1);
   };
@@ -237,7 +291,7 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
       rest.dirty_end = std::max(rest.dirty_end, size - begin);
       continue;
     }
-    const size_t cut = FastestStep(rest, begin - 1, std::max(end, begin + 1));
+    const size_t cut = CutOf(rest, contact, begin, end);
     Tracklet before;
     before.id = rest.id;
     before.dirty_begin = rest.dirty_begin;
@@ -247,9 +301,9 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
     rest.frames.erase(rest.frames.begin(),
                       rest.frames.begin() + static_cast<long>(cut));
     rest.dirty_begin = end > cut ? end - cut : 0;
-    add(std::move(before), true, contact.blind);
+    add(std::move(before), true, contact);
   }
-  add(std::move(rest), false, false);
+  add(std::move(rest), false, {});
 }
 
 }  // namespace

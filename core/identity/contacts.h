@@ -3,8 +3,10 @@
 #ifndef KINEGRAPH_CORE_IDENTITY_CONTACTS_H_
 #define KINEGRAPH_CORE_IDENTITY_CONTACTS_H_
 
+#include <utility>
 #include <vector>
 
+#include "core/identity/motion.h"
 #include "core/identity/tracklet.h"
 
 namespace kinegraph {
@@ -15,6 +17,10 @@ struct Pieces {
   std::vector<int> next;
   // Whether it did so blindly: cut because no view saw the person for a while.
   std::vector<char> blind;
+  // Within a longer contact at whose cut the tracker went on: where it was seen
+  // by nobody, the state before and the one after.
+  using Hop = std::pair<MotionState, MotionState>;
+  std::vector<std::vector<Hop>> hops;
 };
 
 // Cuts tracks at their contacts. A contact's frames are dirty on both sides of

@@ -281,6 +281,17 @@ class Linker {
                                                kShortAbsence, kLongAbsence));
   }
 
+  // What speaks for the way the tracker went on after a piece.
+  double Continuity(size_t piece) const {
+    // A tracker that sees nobody keeps less of what it knew, and where it hops
+    // meanwhile as nobody does it went on with somebody else.
+    double nats = (pieces_.blind[piece] ? 0.5 : 1.0) * options_.continuity;
+    for (const auto& [before, after] : pieces_.hops[piece]) {
+      nats += std::min(0.0, motion_.LogRatio(before, after, frame_s_));
+    }
+    return nats;
+  }
+
   Evidence Weigh(size_t one, size_t other) const {
     const Chain& from = chains_[one];
     const Chain& to = chains_[other];
@@ -292,12 +303,12 @@ class Linker {
     const MotionState& begin = begin_[static_cast<size_t>(first)];
     evidence.allowed = true;
     evidence.bones = BonesOf(one, other);
-    evidence.motion = motion_.LogRatio(end, begin, frame_s_);
+    // Of two that are there at once, in the same place, the moment is compared.
+    const bool at_once = begin.time <= end.time;
+    evidence.motion = motion_.LogRatio(
+        at_once ? StateUpTo(Last(from), begin.time) : end, begin, frame_s_);
     evidence.other = kKnownRather + Absence(end, begin);
-    if (pieces_.next[last] == first) {
-      // A tracker that sees nobody keeps less of what it knew.
-      evidence.other += (pieces_.blind[last] ? 0.5 : 1.0) * options_.continuity;
-    }
+    if (pieces_.next[last] == first) evidence.other += Continuity(last);
     if (!IsEntry(end)) evidence.other += options_.entry_penalty;
     if (!IsEntry(begin)) evidence.other += options_.entry_penalty;
     evidence.other += reward_;
@@ -668,8 +679,12 @@ class Linker {
 
   // For each chain that nobody precedes, the join that was nearest to being
   // made, when the evidence does not speak clearly against it.
+  // What the best explanation joins below the margin, and who comes nearest
+  // where it joins nobody.
   void FindUndecided() {
     WeighAll();
+    std::vector<int> predecessor;
+    const double best = Assign({}, &predecessor);
     for (size_t to = 0; to < chains_.size(); ++to) {
       int nearest = -1;
       double most = -options_.min_margin;
@@ -687,9 +702,14 @@ class Linker {
           second = std::max(second, evidence.total());
         }
       }
-      if (nearest < 0) continue;
-      Link link = MakeLink(nearest, static_cast<int>(to));
-      link.margin = most - second;
+      const int chosen = predecessor[to];
+      if (nearest < 0 && chosen < 0) continue;
+      Link link =
+          MakeLink(chosen >= 0 ? chosen : nearest, static_cast<int>(to));
+      // Against the best explanation a join that it does not make has none.
+      link.margin =
+          chosen >= 0 ? Margin(chosen, static_cast<int>(to), best, predecessor)
+                      : std::min(0.0, most - second);
       undecided_.push_back(link);
     }
   }

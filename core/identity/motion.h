@@ -14,12 +14,17 @@ struct MotionState {
   TimeNs time = 0;
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // of the trunk, world
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
+  // From right to left, which turns as the person does; zero: not known.
+  Eigen::Vector3d across_m = Eigen::Vector3d::Zero();
 };
 
 // Where a tracklet's clean frames begin and end: a line through the outermost
 // 0.3 s. It must have frames.
 MotionState StateAtBegin(const Tracklet& tracklet);
 MotionState StateAtEnd(const Tracklet& tracklet);
+// The same at the last of all frames not later than `time`; the tracklet must
+// have begun by then.
+MotionState StateUpTo(const Tracklet& tracklet, TimeNs time);
 
 // Where people are in a take, on the plane in which they spread most: the
 // floor.
@@ -41,11 +46,16 @@ class UsedSpace {
   // a rectangle.
   double DepthM(const Eigen::Vector3d& position_m) const;
   // People come and go at the border of the space rather than in its middle:
-  // log of how often they do there, against anywhere [nats].
+  // log of how often they do there, against anywhere [nats]; 0 on average.
   double LogEntry(const Eigen::Vector3d& position_m) const;
 
  private:
+  double DepthOnFloor(const Eigen::Vector2d& at_m) const;
+  // log of the mean over the hull.
+  double LogMeanEntry() const;
+
   Eigen::Vector2d low_m_, high_m_;
+  double log_mean_entry_ = 0.0;
   Eigen::Vector3d origin_m_ = Eigen::Vector3d::Zero();
   Eigen::Matrix<double, 2, 3> floor_ = Eigen::Matrix<double, 2, 3>::Zero();
   std::vector<Eigen::Vector2d> hull_m_;  // counterclockwise
@@ -57,7 +67,8 @@ class UsedSpace {
 // their velocity before the gap tells and which lasts for some seconds. What
 // that expects across a gap, with the covariance of position and velocity, is
 // weighed against somebody who left and another who came, at the border rather
-// than in the middle. Nobody's way is known for sure: with the gap grows the
+// than in the middle. Whoever stands mostly faces the same way as before.
+// Nobody's way is known for sure: with the gap grows the
 // share of people who left and come back.
 class IdentityMotion {
  public:
@@ -71,6 +82,11 @@ class IdentityMotion {
                   double frame_s) const;
 
  private:
+  // log of how much likelier it is that somebody faces as `to` who faced as
+  // `from` [nats].
+  double LogTurn(const MotionState& from, const MotionState& to,
+                 double gap_s) const;
+
   UsedSpace space_;
   bool entries_at_border_;
 };

@@ -20,6 +20,23 @@ std::optional<Eigen::Vector3d> Centre(const Pose3d& pose,
   return Eigen::Vector3d(sum / count);
 }
 
+Eigen::Vector3d Across(const Pose3d& pose, const Skeleton& skeleton,
+                       const std::vector<int>& trunk) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  int count = 0;
+  for (const int left : trunk) {
+    const int right = skeleton.mirror(left);
+    if (skeleton.joints()[static_cast<size_t>(left)][0] != 'l' ||
+        right == left || !pose[left].present() || !pose[right].present()) {
+      continue;
+    }
+    sum += pose[left].position_m - pose[right].position_m;
+    ++count;
+  }
+  return count == 0 || !sum.allFinite() ? Eigen::Vector3d::Zero().eval()
+                                        : Eigen::Vector3d(sum / count);
+}
+
 }  // namespace
 
 std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
@@ -39,7 +56,8 @@ std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
           Centre(person.joints, trunk);
       if (!centre.has_value()) continue;
       people[person.id].frames.push_back(
-          {frame.frame, frame.time, &person, *centre});
+          {frame.frame, frame.time, &person, *centre,
+           Across(person.joints, skeleton, trunk)});
     }
   }
   std::vector<Tracklet> tracklets;

@@ -19,6 +19,8 @@ struct TrackletFrame {
   TimeNs time = 0;
   const PersonPose* pose = nullptr;
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  // of the trunk, world
+  // From right to left, shoulders and hips on average; zero: not known.
+  Eigen::Vector3d across_m = Eigen::Vector3d::Zero();
 };
 
 struct Tracklet {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/identity/bones.h"
+#include "core/identity/contacts.h"
 #include "core/identity/motion.h"
 #include "tests/core/identity/crowd.h"
 
@@ -196,8 +197,23 @@ TEST(UsedSpaceTest, DepthIsTheDistanceToTheBorder) {
   EXPECT_LT(space.DepthM({5.0, 0.0, 1.0}), -0.9);
   // The height does not matter.
   EXPECT_NEAR(space.DepthM({0.0, 0.0, 0.5}), 4.0, 0.05);
-  EXPECT_NEAR(space.LogEntry({3.6, 0.0, 1.0}), std::log(2.0), 1e-12);
-  EXPECT_NEAR(space.LogEntry({0.0, 0.0, 1.0}), -std::log(4.0), 1e-12);
+  // Two at the border, 1/4 in the middle, and 1 on average: of 64 m^2 21.75 lie
+  // nearer than 0.75 m to the border and 25 farther than 1.5 m; the mean over
+  // the 17.25 between, along log 2 .. -log 4, is (2 - 1/4) / log 8 = 0.842 but
+  // for the corners.
+  const double mean = (2.0 * 21.75 + 0.842 * 17.25 + 0.25 * 25.0) / 64.0;
+  EXPECT_NEAR(space.LogEntry({3.6, 0.0, 1.0}), std::log(2.0 / mean), 0.03);
+  EXPECT_NEAR(space.LogEntry({0.0, 0.0, 1.0}), std::log(0.25 / mean), 0.03);
+}
+
+TEST(UsedSpaceTest, WhereAllIsBorderItSaysNothing) {
+  CrowdMaker crowd(50);
+  crowd.Add({0, 0, 49, {-0.7, -0.7}, {0.0, 0.0}, 1.0})
+      .Add({1, 0, 49, {0.7, -0.7}, {0.0, 0.0}, 1.0})
+      .Add({2, 0, 49, {0.0, 0.7}, {0.0, 0.0}, 1.0});
+  const UsedSpace space(CollectTracklets(crowd.frames(), Coco17()));
+  EXPECT_NEAR(space.LogEntry({0.0, 0.0, 1.0}), 0.0, 1e-9);
+  EXPECT_NEAR(space.LogEntry({0.6, -0.6, 1.0}), 0.0, 1e-9);
 }
 
 TEST(MotionModelTest, WhoVanishesInTheMiddleIsRatherHidden) {
@@ -213,6 +229,29 @@ TEST(MotionModelTest, WhoVanishesInTheMiddleIsRatherHidden) {
   const IdentityMotion known(space, false);
   EXPECT_LT(known.LogRatio(State(0.0, 0.0, 0.0), State(1.0, 0.2, 0.0), 0.04),
             middle);
+}
+
+TEST(MotionModelTest, WhoStandsFacesTheSameWay) {
+  const IdentityMotion model(Box(), true);
+  const auto ratio = [&](double gap_s, double turned, double vx_mps) {
+    MotionState from = State(0.0, 0.0, 0.0);
+    MotionState to = State(gap_s, 0.0, vx_mps);
+    from.across_m = {0.0, 0.4, 0.0};
+    to.across_m = {-0.4 * std::sin(turned), 0.4 * std::cos(turned), 0.0};
+    return model.LogRatio(from, to, 0.04);
+  };
+  const double unknown =
+      model.LogRatio(State(0.0, 0.0, 0.0), State(1.0, 0.0, 0.0), 0.04);
+  EXPECT_GT(ratio(1.0, 0.1, 0.0), unknown + 1.0);
+  // Turned about it says less against them: people turn.
+  EXPECT_LT(ratio(1.0, 3.0, 0.0), unknown - 0.4);
+  EXPECT_GT(ratio(1.0, 3.0, 0.0), unknown - 1.5);
+  // Left and right are as good.
+  EXPECT_NEAR(ratio(1.0, 0.5, 0.0), ratio(1.0, -0.5, 0.0), 1e-9);
+  // After minutes, and of who strides, next to nothing.
+  EXPECT_NEAR(ratio(120.0, 0.1, 0.0), ratio(120.0, 3.0, 0.0), 0.05);
+  EXPECT_LT(ratio(1.0, 0.1, 2.0) - ratio(1.0, 3.0, 2.0),
+            0.25 * (ratio(1.0, 0.1, 0.0) - ratio(1.0, 3.0, 0.0)));
 }
 
 TEST(MotionModelTest, PeopleStayInTheSpace) {
@@ -237,6 +276,57 @@ TEST(MotionStateTest, ReadsPlaceAndVelocityAtBothEnds) {
   EXPECT_NEAR(end.velocity_mps.y(), -0.5, 0.08);
   EXPECT_NEAR(begin.position_m.x(), 1.0, 0.03);
   EXPECT_NEAR(end.position_m.x(), 1.0 + 99.0 / 25.0, 0.03);
+}
+
+TEST(MotionStateTest, UpToAMomentItIsTheEndOfWhatCameBefore) {
+  CrowdMaker crowd(100);
+  crowd.Add({0, 0, 99, {1.0, 2.0}, {1.0, -0.5}, 1.0}, 0.0);
+  const Tracklet walk = CollectTracklets(crowd.frames(), Coco17())[0];
+  const FrameClock clock(25.0);
+  const MotionState state = StateUpTo(walk, clock.TimeOf(50));
+  EXPECT_EQ(state.time, clock.TimeOf(50));
+  EXPECT_NEAR(state.position_m.x(), 1.0 + 50.0 / 25.0, 0.03);
+  EXPECT_EQ(StateUpTo(walk, clock.TimeOf(200)).time, clock.TimeOf(99));
+}
+
+// Track 0 stands beside another who leaves, then goes where nobody sees it and
+// is found elsewhere 0.4 s later. All that is one contact.
+std::vector<TrackFrame> HopAfterMeeting(double hop_m) {
+  CrowdMaker crowd(300);
+  crowd.Add({0, 0, 139, {0.0, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({0, 140, 149, {0.0, 0.0}, {2.5 * hop_m, 0.0}, 1.0, false})
+      .Add({0, 150, 299, {hop_m, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({1, 0, 125, {0.0, 0.6}, {0.0, 0.0}, 1.0});
+  return crowd.frames();
+}
+
+TEST(ContactsTest, AHopThatNobodySawIsKeptAndCutThere) {
+  const std::vector<TrackFrame> frames = HopAfterMeeting(1.2);
+  const Pieces pieces = CutAtContacts(CollectTracklets(frames, Coco17()));
+  ASSERT_EQ(pieces.tracklets.size(), 3u);  // two of track 0, and track 1
+  EXPECT_FALSE(pieces.blind[0]);
+  ASSERT_EQ(pieces.hops[0].size(), 1u);
+  const auto& [before, after] = pieces.hops[0][0];
+  EXPECT_EQ(before.time, frames[139].time);
+  EXPECT_EQ(after.time, frames[150].time);
+  EXPECT_NEAR(after.position_m.x() - before.position_m.x(), 1.2, 0.03);
+  EXPECT_GE(pieces.tracklets[1].first().frame, 140);
+  EXPECT_LE(pieces.tracklets[1].first().frame, 150);
+  // Nobody does that.
+  const IdentityMotion model(Box(), true);
+  EXPECT_LT(model.LogRatio(before, after, 0.04), -3.0);
+}
+
+TEST(ContactsTest, ABlindContactAloneIsNoHop) {
+  CrowdMaker crowd(300);
+  crowd.Add({0, 0, 139, {0.0, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({0, 140, 149, {0.0, 0.0}, {0.0, 0.0}, 1.0, false})
+      .Add({0, 150, 299, {0.0, 0.0}, {0.0, 0.0}, 1.0});
+  const Pieces pieces =
+      CutAtContacts(CollectTracklets(crowd.frames(), Coco17()));
+  ASSERT_EQ(pieces.tracklets.size(), 2u);
+  EXPECT_TRUE(pieces.blind[0]);
+  EXPECT_TRUE(pieces.hops[0].empty());
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "core/base/error.h"
@@ -317,6 +319,51 @@ TEST(LinkingTest, NobodyAtAll) {
   std::vector<TrackFrame> empty = CrowdMaker(10).frames();
   EXPECT_TRUE(LinkIdentities(Coco17(), 25.0, {}, &empty).empty());
   EXPECT_EQ(empty.size(), 10u);
+}
+
+// Tracks of two bodies that begin and end anywhere, over and beside each other,
+// some seen by nobody.
+std::vector<TrackFrame> AnyTracks(uint64_t seed) {
+  constexpr int64_t kFrames = 300;
+  Random random(seed);
+  CrowdMaker crowd(kFrames, seed);
+  const int64_t tracks = 3 + random.Index(5);
+  for (int64_t id = 0; id < tracks; ++id) {
+    const int64_t first = random.Index(200);
+    const int64_t last = std::min(first + 20 + random.Index(100), kFrames - 1);
+    const bool tall = random.Index(2) == 1;
+    const double x_m = 0.1 * static_cast<double>(random.Index(8));
+    const bool seen = random.Index(6) != 0;
+    crowd.Add({id,
+               first,
+               last,
+               {x_m, tall ? 1.5 : 0.0},
+               {0.0, 0.0},
+               tall ? 1.06 : 0.94,
+               seen});
+  }
+  return crowd.frames();
+}
+
+TEST(LinkingTest, WhatItDecidesFits) {
+  int changed = 0;
+  for (uint64_t seed = 1; seed <= 300; ++seed) {
+    std::vector<TrackFrame> frames = AnyTracks(seed);
+    std::vector<std::string> left_out;
+    for (const IdentityEdit& edit :
+         LinkIdentities(Coco17(), 25.0, {}, &frames, &left_out)) {
+      if (edit.op != EditOp::kUndecided) ++changed;
+    }
+    for (const std::string& line : left_out) {
+      ADD_FAILURE() << "seed " << seed << ": " << line;
+    }
+    for (const TrackFrame& frame : frames) {
+      const std::vector<int64_t> ids = testing::IdsIn(frame);
+      EXPECT_EQ(std::set<int64_t>(ids.begin(), ids.end()).size(), ids.size())
+          << "seed " << seed << ", frame " << frame.frame;
+    }
+  }
+  EXPECT_GT(changed, 300);  // one a take: it does decide
 }
 
 }  // namespace
