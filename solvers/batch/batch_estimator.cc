@@ -53,21 +53,23 @@ void InterpolateStarts(const std::vector<FrameRecord>& records, int joint_idx,
   }
 }
 
-// Time to the nearest frame with an inlier view, for every frame [s].
+// Time to the nearest frame with `views` inlier views or more, for every frame
+// [s].
 std::vector<double> SecondsToSupport(const std::vector<TimeNs>& times,
-                                     const std::vector<int>& inliers) {
+                                     const std::vector<int>& inliers,
+                                     int views) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   std::vector<double> nearest(times.size(), kFar);
   double since = kFar;
   for (size_t k = 0; k < times.size(); ++k) {
     if (k > 0) since += ToSeconds(times[k] - times[k - 1]);
-    if (inliers[k] > 0) since = 0.0;
+    if (inliers[k] >= views) since = 0.0;
     nearest[k] = since;
   }
   double until = kFar;
   for (size_t k = times.size(); k-- > 0;) {
     if (k + 1 < times.size()) until += ToSeconds(times[k + 1] - times[k]);
-    if (inliers[k] > 0) until = 0.0;
+    if (inliers[k] >= views) until = 0.0;
     nearest[k] = std::min(nearest[k], until);
   }
   return nearest;
@@ -103,6 +105,7 @@ class BatchEstimator final : public Estimator {
   void AddBonesOfTheTake();
   void AddFixedBones();
   void WriteFinals();
+  void DistrustBones(std::vector<std::vector<Eigen::Matrix3d>>* covariances);
   void WriteFinalsOf(int joint_idx, const std::vector<int>& inliers,
                      bool ever_two,
                      const std::vector<Eigen::Matrix3d>& covariances);
@@ -290,7 +293,10 @@ void BatchEstimator::WriteFinals() {
                              options_.covariance));
   }
   std::vector<std::vector<Eigen::Matrix3d>> covariances(joint_count());
-  if (options_.covariance) covariances = solver_.Covariances(problem_);
+  if (options_.covariance) {
+    covariances = solver_.Covariances(problem_);
+    if (!problem_.bones.empty()) DistrustBones(&covariances);
+  }
   for (int j = 0; j < joint_count(); ++j) {
     const std::vector<int> inliers = InliersOf(j);
     const bool ever_two = EverTwo(inliers);
@@ -299,11 +305,31 @@ void BatchEstimator::WriteFinals() {
   }
 }
 
+// A bone leaves two places on the ray of a view that alone sees its end, and a
+// circle without one. While two views have just seen the joint the motion tells
+// which; later the estimate may stand at the wrong one, and no covariance of
+// its surroundings says so. There what is stated is what is known without
+// bones.
+void BatchEstimator::DistrustBones(
+    std::vector<std::vector<Eigen::Matrix3d>>* covariances) {
+  constexpr double kSurely_s = 0.1;
+  const auto alone = solver_.JointCovariances(problem_, solver_.correction());
+  for (int j = 0; j < joint_count(); ++j) {
+    std::vector<Eigen::Matrix3d>& stated = (*covariances)[j];
+    const std::vector<double> nearest =
+        SecondsToSupport(problem_.times, InliersOf(j), 2);
+    for (size_t k = 0; k < std::min(stated.size(), alone[j].size()); ++k) {
+      if (nearest[k] > kSurely_s) stated[k] = alone[j][k].topLeftCorner<3, 3>();
+    }
+  }
+}
+
 void BatchEstimator::WriteFinalsOf(
     int joint_idx, const std::vector<int>& inliers, bool ever_two,
     const std::vector<Eigen::Matrix3d>& covariances) {
   const JointChain& chain = problem_.joints[joint_idx];
-  const std::vector<double> nearest = SecondsToSupport(problem_.times, inliers);
+  const std::vector<double> nearest =
+      SecondsToSupport(problem_.times, inliers, 1);
   for (size_t k = 0; k < records_.size(); ++k) {
     const JointStatus status =
         StatusOf(inliers[k], ever_two, nearest[k], options_.bridging_limit_s);

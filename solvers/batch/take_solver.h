@@ -22,6 +22,7 @@ class TakeSolver {
   explicit TakeSolver(const GraphOptions& options);
 
   const SolveSchedule& schedule() const { return whole_.schedule(); }
+  double correction() const { return whole_.correction(); }
 
   // All joints, each as if alone.
   void SolveJoints(const SolveSchedule& schedule, PersonProblem* problem);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/weighted_quantile.h"
+
 namespace kinegraph {
 namespace {
 
@@ -44,20 +46,6 @@ double LowChiSquare(int freedom) {
   const double spread = 2.0 / (9.0 * freedom);
   const double root = 1.0 - spread + kNormal * std::sqrt(spread);
   return freedom * root * root * root;
-}
-
-// The value at which `share` of the weight lies below.
-double WeightedQuantile(std::vector<std::pair<double, double>> values,
-                        double share) {
-  std::sort(values.begin(), values.end());
-  double total = 0.0;
-  for (const auto& [value, weight] : values) total += weight;
-  double below = 0.0;
-  for (const auto& [value, weight] : values) {
-    below += weight;
-    if (below >= share * total) return value;
-  }
-  return values.back().first;
 }
 
 // Normal equations of the views that count.
@@ -136,6 +124,188 @@ std::optional<BoneEnd> LocateEnd(const JointChain& chain, size_t k,
   return end;
 }
 
+// What looks say of a length, and how each of them deviates from it.
+struct LengthFit {
+  bool known = false;
+  double length_m = 0.0;
+  // Below zero where looks vary less than their noise says.
+  double spread_m2 = 0.0;
+  double noise_m2 = 0.0;             // of a look's length, on average
+  std::vector<double> deviations;    // of the looks, in sigmas
+  std::vector<double> variances_m2;  // of their lengths, spread included
+};
+
+// How right the modelled noise is: factor on its variance.
+double NoiseScale(const std::vector<BoneLook>& looks) {
+  std::vector<WeightedValue> values;
+  values.reserve(looks.size());
+  for (const BoneLook& look : looks) {
+    values.emplace_back(look.square / LowChiSquare(look.freedom), look.freedom);
+  }
+  return std::max(1e-6, WeightedQuantile(std::move(values), 0.3));
+}
+
+double UsualAveragedFrames(const std::vector<BoneLook>& looks) {
+  std::vector<WeightedValue> values;
+  values.reserve(looks.size());
+  for (const BoneLook& look : looks) {
+    values.emplace_back(look.averaged_frames, 1.0);
+  }
+  return WeightedQuantile(std::move(values), 0.5);
+}
+
+double Length(const BoneLook& look, double scale) {
+  return look.distance_m - scale * look.added_m;
+}
+
+// What keeps the variance of exact looks above zero [m^2].
+constexpr double kLeastVariance = 1e-8;
+
+// Upper quartile of the looks' squared deviations, were the spread's variance
+// `spread`.
+double UpperQuartile(const std::vector<BoneLook>& looks, double scale,
+                     double length_m, double spread) {
+  std::vector<WeightedValue> values;
+  values.reserve(looks.size());
+  for (const BoneLook& look : looks) {
+    values.emplace_back(
+        Square(Length(look, scale) - length_m) /
+            (scale * look.variance_m2 + spread + kLeastVariance),
+        1.0);
+  }
+  return WeightedQuantile(std::move(values), 0.75);
+}
+
+// Of a bone that is much longer than the noise: length and spread in turn,
+// which hardly depend on each other.
+LengthFit FitLength(const std::vector<BoneLook>& looks, double scale) {
+  LengthFit fit;
+  fit.known = true;
+  double spread = 0.0;   // variance
+  double missing = 0.0;  // share of the noise that looks do not show
+  for (int round = 0; round < 3; ++round) {
+    std::vector<WeightedValue> values;
+    values.reserve(looks.size());
+    for (const BoneLook& look : looks) {
+      values.emplace_back(Length(look, scale), 1.0 / (scale * look.variance_m2 +
+                                                      spread + kLeastVariance));
+    }
+    fit.length_m = WeightedQuantile(std::move(values), 0.5);
+    double low = 0.0;
+    double high = 0.25;  // half a metre, squared
+    const double without = UpperQuartile(looks, scale, fit.length_m, low);
+    if (without <= kUpperQuartile) {
+      spread = 0.0;
+      missing = 1.0 - without / kUpperQuartile;
+      continue;
+    }
+    missing = 0.0;
+    constexpr int kHalvings = 30;
+    for (int i = 0; i < kHalvings; ++i) {
+      const double middle = 0.5 * (low + high);
+      (UpperQuartile(looks, scale, fit.length_m, middle) > kUpperQuartile
+           ? low
+           : high) = middle;
+    }
+    spread = high;
+  }
+  double information = 0.0;
+  for (const BoneLook& look : looks) {
+    const double variance = scale * look.variance_m2 + spread + kLeastVariance;
+    fit.variances_m2.push_back(variance);
+    fit.deviations.push_back((Length(look, scale) - fit.length_m) /
+                             std::sqrt(variance));
+    information += 1.0 / variance;
+  }
+  const double variance = static_cast<double>(looks.size()) / information;
+  fit.noise_m2 = variance - spread;
+  fit.spread_m2 = spread - missing * variance;
+  return fit;
+}
+
+// Of a bone beside which the noise is not small. A look's |d|^2 - tr N has the
+// variance 4 L^2 v + 2 tr N^2 around L^2, with v along the bone.
+LengthFit FitSquaredLength(const std::vector<BoneLook>& looks, double scale) {
+  constexpr double kFar = 4.0;  // sigmas
+  std::vector<WeightedValue> values;
+  values.reserve(looks.size());
+  for (const BoneLook& look : looks) {
+    values.emplace_back(Square(look.distance_m) - scale * look.noise_m2, 1.0);
+  }
+  // From the median, which lies below the mean; a mean it has to be.
+  double square_m2 = WeightedQuantile(values, 0.5);
+  std::vector<double> variances_m4(looks.size());
+  for (int round = 0; round < 5; ++round) {
+    double information = 0.0;
+    double sum = 0.0;
+    for (size_t i = 0; i < looks.size(); ++i) {
+      variances_m4[i] =
+          4.0 * std::max(0.0, square_m2) * scale * looks[i].variance_m2 +
+          2.0 * scale * scale * looks[i].noise_square_m4 +
+          Square(kLeastVariance);
+      const double far = kFar * std::sqrt(variances_m4[i]);
+      const double seen =
+          std::clamp(values[i].first, square_m2 - far, square_m2 + far);
+      information += 1.0 / variances_m4[i];
+      sum += seen / variances_m4[i];
+    }
+    square_m2 = sum / information;
+  }
+  LengthFit fit;
+  fit.length_m = std::sqrt(std::max(0.0, square_m2));
+  if (!(fit.length_m > 0.0)) return fit;
+  fit.known = true;
+  double information = 0.0;
+  for (size_t i = 0; i < looks.size(); ++i) {
+    fit.variances_m2.push_back(variances_m4[i] / (4.0 * square_m2));
+    fit.deviations.push_back((values[i].first - square_m2) /
+                             std::sqrt(variances_m4[i]));
+    information += 1.0 / fit.variances_m2.back();
+  }
+  fit.noise_m2 = static_cast<double>(looks.size()) / information;
+  return fit;
+}
+
+// Whether the noise across the bone lengthens it by more than a twentieth: from
+// there on the second order is not enough.
+bool IsNoisy(const std::vector<BoneLook>& looks, double scale) {
+  constexpr double kMost = 0.1;  // tr N / L^2
+  std::vector<WeightedValue> squares;
+  std::vector<WeightedValue> noises;
+  for (const BoneLook& look : looks) {
+    squares.emplace_back(Square(look.distance_m), 1.0);
+    noises.emplace_back(scale * look.noise_m2, 1.0);
+  }
+  const double noise = WeightedQuantile(std::move(noises), 0.5);
+  const double square = WeightedQuantile(std::move(squares), 0.5);
+  return noise > kMost * (square - noise);
+}
+
+// How many independent looks these are worth, for a mean and for a variance:
+// neighbours are alike.
+struct Worth {
+  double of_mean = 1.0;
+  double of_square = 1.0;
+};
+
+Worth WorthOf(const std::vector<double>& deviations) {
+  double product = 0.0;
+  double square = 0.0;
+  double previous = 0.0;
+  for (const double deviation : deviations) {
+    // Outliers would feign independence.
+    const double z = std::clamp(deviation, -3.0, 3.0);
+    product += z * previous;
+    square += z * z;
+    previous = z;
+  }
+  const auto count = static_cast<double>(deviations.size());
+  const double rho =
+      square > 0.0 ? std::clamp(product / square, 0.0, 0.99) : 0.0;
+  return {std::max(1.0, count * (1.0 - rho) / (1.0 + rho)),
+          std::max(1.0, count * (1.0 - rho * rho) / (1.0 + rho * rho))};
+}
+
 }  // namespace
 
 std::vector<std::optional<BoneEnd>> LocateBoneEnds(const PersonProblem& problem,
@@ -158,10 +328,11 @@ std::optional<BoneLook> LookAtBone(const BoneEnd& a, const BoneEnd& b) {
   const Vector3d along = between / distance;
   BoneLook look;
   look.variance_m2 = along.dot(noise * along);
+  look.distance_m = distance;
+  look.noise_m2 = noise.trace();
+  look.noise_square_m4 = noise.squaredNorm();
   // E |d + e| = |d| + (variance across) / (2 |d|) to second order.
-  const double longer = (noise.trace() - look.variance_m2) / (2.0 * distance);
-  if (!(longer < 0.5 * distance)) return std::nullopt;
-  look.length_m = distance - longer;
+  look.added_m = (look.noise_m2 - look.variance_m2) / (2.0 * distance);
   look.square = a.square + b.square;
   look.freedom = a.freedom + b.freedom;
   look.averaged_frames = std::max(a.averaged_frames, b.averaged_frames);
@@ -217,85 +388,25 @@ const BoneSpreads::Summary& BoneSpreads::SummaryOf(int bone_idx) const {
     return summary;
   }
   summary.at_count = seen.count;
-  summary.known = true;
-  const std::vector<BoneLook>& looks = seen.looks;
-  std::vector<std::pair<double, double>> values;
-  values.reserve(looks.size());
-
-  // How right the modelled noise is.
-  for (const BoneLook& look : looks) {
-    values.emplace_back(look.square / LowChiSquare(look.freedom), look.freedom);
-  }
-  const double scale = std::max(1e-6, WeightedQuantile(values, 0.3));
-  values.clear();
-  for (const BoneLook& look : looks)
-    values.emplace_back(look.averaged_frames, 1.0);
-  summary.averaged_frames = WeightedQuantile(values, 0.5);
-
-  // Length and spread in turn; they hardly depend on each other.
-  double spread = 0.0;   // variance
-  double missing = 0.0;  // share of the noise that looks do not show
-  for (int round = 0; round < 3; ++round) {
-    values.clear();
-    for (const BoneLook& look : looks) {
-      values.emplace_back(look.length_m,
-                          1.0 / (scale * look.variance_m2 + spread + 1e-8));
-    }
-    summary.length_m = WeightedQuantile(values, 0.5);
-    const auto quartile = [&](double variance) {
-      values.clear();
-      for (const BoneLook& look : looks) {
-        const double away = look.length_m - summary.length_m;
-        values.emplace_back(
-            away * away / (scale * look.variance_m2 + variance + 1e-8), 1.0);
-      }
-      return WeightedQuantile(values, 0.75);
-    };
-    double low = 0.0;
-    double high = 0.25;  // half a metre, squared
-    const double without = quartile(low);
-    if (without <= kUpperQuartile) {
-      spread = 0.0;
-      missing = 1.0 - without / kUpperQuartile;
-      continue;
-    }
-    missing = 0.0;
-    constexpr int kHalvings = 30;
-    for (int i = 0; i < kHalvings; ++i) {
-      const double middle = 0.5 * (low + high);
-      (quartile(middle) > kUpperQuartile ? low : high) = middle;
-    }
-    spread = high;
-  }
-  // Correlation of neighbouring looks, and what all of them together are
-  // worth: information, and the total variance of one look.
-  double product = 0.0;
-  double square = 0.0;
+  summary.averaged_frames = UsualAveragedFrames(seen.looks);
+  const double scale = NoiseScale(seen.looks);
+  const bool noisy = IsNoisy(seen.looks, scale);
+  const LengthFit fit = noisy ? FitSquaredLength(seen.looks, scale)
+                              : FitLength(seen.looks, scale);
+  summary.known = fit.known;
+  if (!fit.known) return summary;
+  const Worth worth = WorthOf(fit.deviations);
   double information = 0.0;
-  double previous = 0.0;
-  for (size_t i = 0; i < looks.size(); ++i) {
-    const double variance = scale * looks[i].variance_m2 + spread + 1e-8;
-    // Outliers would feign independence.
-    const double z =
-        std::clamp((looks[i].length_m - summary.length_m) / std::sqrt(variance),
-                   -3.0, 3.0);
-    if (i > 0) product += z * previous;
-    square += z * z;
-    information += 1.0 / variance;
-    previous = z;
-  }
-  const auto count = static_cast<double>(looks.size());
-  const double rho =
-      square > 0.0 ? std::clamp(product / square, 0.0, 0.99) : 0.0;
-  const double of_mean = std::max(1.0, count * (1.0 - rho) / (1.0 + rho));
-  const double of_square =
-      std::max(1.0, count * (1.0 - rho * rho) / (1.0 + rho * rho));
+  for (const double variance : fit.variances_m2) information += 1.0 / variance;
+  const auto count = static_cast<double>(seen.looks.size());
   const double variance = count / information;
-  summary.spread_variance_m2 = spread - missing * variance;
-  summary.length_variance_m2 = kMedianVariance * variance / of_mean;
-  const double share = std::sqrt(kQuartileVariance / of_square);
+  const double share = std::sqrt(kQuartileVariance / worth.of_square);
+  summary.length_m = fit.length_m;
+  summary.length_variance_m2 =
+      (noisy ? 1.0 : kMedianVariance) * variance / worth.of_mean;
+  summary.spread_variance_m2 = fit.spread_m2;
   summary.spread_error_m2 = variance * share;
-  summary.rigid_error_m2 = (variance - spread) * share;
+  summary.rigid_error_m2 = fit.noise_m2 * share;
   return summary;
 }
 
@@ -381,6 +492,7 @@ std::optional<BoneEstimate> BoneSpreads::Estimate(int bone_idx) const {
                             : seen_[static_cast<size_t>(mirror_[at])].count) >=
       kEnough;
   if (!population_m.has_value() && !enough) return std::nullopt;
+  if (!(information > 0.0)) return std::nullopt;  // shorter than any noise
   estimate.length_m = sum / information;
   estimate.length_sigma_m = std::sqrt(1.0 / information);
   // What was seen of neither side may vary as the population does.

@@ -41,14 +41,19 @@ std::vector<std::optional<BoneEnd>> LocateBoneEnds(const PersonProblem& problem,
 
 // One look at a bone.
 struct BoneLook {
-  double length_m = 0.0;     // less what noise adds to every distance
-  double variance_m2 = 0.0;  // for the modelled noise of the pixels
-  double square = 0.0;       // of both ends
+  double distance_m = 0.0;
+  double square = 0.0;  // of both ends
   int freedom = 0;
   double averaged_frames = 1.0;
+  // For the modelled noise of the pixels: what it adds to every distance,
+  // variance along the bone, trace of its covariance and of that one's square.
+  double added_m = 0.0;
+  double variance_m2 = 0.0;
+  double noise_m2 = 0.0;
+  double noise_square_m4 = 0.0;
 };
 
-// nullopt where noise is as long as the bone.
+// nullopt where both ends are at the same place.
 std::optional<BoneLook> LookAtBone(const BoneEnd& a, const BoneEnd& b);
 
 // What the looks say of a bone.
@@ -72,6 +77,9 @@ struct BoneEstimate {
 // (l - L)^2 / (v + spread^2) that of chi-square with one degree of freedom
 // (Paule and Mandel 1982, with a quantile for the mean). Standard errors count
 // looks that follow each other as less than one each, by their correlation.
+// Where the noise is not small beside the bone, distances are no lengths any
+// more (the longest ones most of all): their squares are, less the noise's
+// variance, E |d + e|^2 = L^2 + tr N. Such a bone's spread cannot be seen.
 // A bone's spread is drawn to that of the person's other bones as far as they
 // are alike: what little varies is hard to tell from one bone's looks.
 // Left and right inform each other as if they

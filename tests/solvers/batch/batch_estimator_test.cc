@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/base/error.h"
 #include "tests/support/simulated_person.h"
 
@@ -114,6 +116,33 @@ TEST_F(BatchEstimatorTest, BridgesShortGapsOnly) {
   EXPECT_EQ(finals[70].person.joints[1].status, JointStatus::kInferred);
   EXPECT_EQ(finals[80].person.joints[1].status, JointStatus::kMissing);
   EXPECT_EQ(finals[90].person.joints[1].status, JointStatus::kInferred);
+}
+
+// One view's ray meets the sphere of a bone in two places.
+TEST_F(BatchEstimatorTest, ABoneAndOneViewDoNotPlaceAJointForLong) {
+  constexpr size_t kWrist = 2;
+  constexpr size_t kLost = 20;
+  constexpr size_t kFound = 40;
+  SimulatedTake take = Simulate(60, SimulatedNoise());
+  for (size_t k = kLost; k < kFound; ++k) {
+    for (size_t v = 1; v < 5; ++v) take.keypoints[k][v][kWrist].found = false;
+  }
+  take.Connect();
+  options_.covariance = true;
+  const std::vector<FinalPose> free = Run(take);
+  options_.bones = true;
+  const std::vector<FinalPose> held = Run(take);
+  const auto sigma_m = [](const std::vector<FinalPose>& finals, size_t k) {
+    return std::sqrt(finals[k].person.covariances[kWrist]->trace());
+  };
+  // Two frames are less than a tenth of a second: the bone counts.
+  EXPECT_LT(sigma_m(held, kLost + 1), sigma_m(free, kLost + 1));
+  // Ten are more. Both state the same but for where they stand and how right
+  // they take the pixels' noise to be.
+  EXPECT_NEAR(sigma_m(held, kLost + 10) / sigma_m(free, kLost + 10), 1.0, 0.2);
+  // The elbow has lost nothing.
+  EXPECT_LT(std::sqrt(held[kLost + 10].person.covariances[1]->trace()),
+            0.5 * sigma_m(held, kLost + 10));
 }
 
 TEST_F(BatchEstimatorTest, LossesByName) {

@@ -36,7 +36,7 @@ class Looker {
                       : random_.Normal();
     started_ = true;
     BoneLook look;
-    look.length_m = length_m + noise_m * state_;
+    look.distance_m = length_m + noise_m * state_;
     look.variance_m2 = modelled_m * modelled_m;
     look.freedom = 10;
     const double ratio = noise_m / modelled_m;
@@ -100,7 +100,7 @@ TEST(BoneSpreads, OutliersDoNotDecide) {
   for (int i = 0; i < 1000; ++i) {
     BoneLook look = looker.At(kLength);
     if (i % 10 == 0) {
-      look.length_m += 0.3;
+      look.distance_m += 0.3;
       look.square += 1000.0;
     }
     spreads.Add(0, look);
@@ -111,6 +111,68 @@ TEST(BoneSpreads, OutliersDoNotDecide) {
   // And the upper quartile of the rest to 5/6 (chi-square 1.91 for 1.32): the
   // spread looks like sqrt(0.45) cm.
   EXPECT_LT(estimate.spread_m, 0.0067 + 0.003);
+}
+
+// Ends of a bone along x, located with independent Gaussian noise.
+BoneEnd LocatedAt(double x_m, double noise_m, double modelled_m,
+                  Random* random) {
+  BoneEnd end;
+  end.position_m = Vector3d(x_m, 0.0, 0.0);
+  for (int i = 0; i < 3; ++i) end.position_m[i] += noise_m * random->Normal();
+  end.covariance_m2 = modelled_m * modelled_m * Eigen::Matrix3d::Identity();
+  end.freedom = 5;
+  for (int i = 0; i < end.freedom; ++i) {
+    const double residual = noise_m / modelled_m * random->Normal();
+    end.square += residual * residual;
+  }
+  return end;
+}
+
+TEST(BoneSpreads, NoiseDoesNotLengthenABone) {
+  Random random(11);
+  for (const double noise : {0.05, 0.15, 0.3}) {
+    for (const double modelled : {0.5 * noise, noise, 2.0 * noise}) {
+      BoneSpreads spreads(Legs());
+      double distances = 0.0;
+      for (int i = 0; i < 1000; ++i) {
+        const auto look =
+            LookAtBone(LocatedAt(0.0, noise, modelled, &random),
+                       LocatedAt(kLength, noise, modelled, &random));
+        ASSERT_TRUE(look.has_value());
+        distances += look->distance_m / 1000.0;
+        spreads.Add(0, *look);
+      }
+      const BoneEstimate estimate = *spreads.Estimate(0);
+      // Four standard errors, and the scale that the residuals' low quantile
+      // gives, known to a few per cent: of tr N / (2 L).
+      const double trace = 6.0 * noise * noise;
+      const double bound =
+          4.0 * estimate.length_sigma_m + 0.05 * trace / (2.0 * kLength);
+      EXPECT_NEAR(estimate.length_m, kLength, bound) << noise;
+      EXPECT_LT(bound, 0.5 * kLength);
+      if (noise > 0.1) {
+        EXPECT_GT(distances, kLength + 0.04) << "what they look like";
+      }
+      EXPECT_FALSE(estimate.gives_way);
+      EXPECT_TRUE(std::isfinite(estimate.spread_bound_m));
+    }
+  }
+}
+
+TEST(BoneSpreads, ABoneShorterThanAnyNoiseIsNotKnown) {
+  // Both ends in the same place, and more noise modelled than there is: what
+  // is left of the square is below zero.
+  Random random(12);
+  const Skeleton strange("strange", {"l_tip", "l_end", "r_tip", "r_end"},
+                         {{0, 1}, {2, 3}});
+  BoneSpreads spreads(strange);
+  for (int i = 0; i < 100; ++i) {
+    BoneLook look = *LookAtBone(LocatedAt(0.0, 0.01, 0.01, &random),
+                                LocatedAt(0.0, 0.01, 0.01, &random));
+    look.noise_m2 *= 3.0;
+    spreads.Add(0, look);
+  }
+  EXPECT_FALSE(spreads.Estimate(0).has_value());
 }
 
 TEST(BoneSpreads, LooksThatFollowEachOtherCountAsFewer) {
@@ -348,9 +410,10 @@ TEST_F(BoneEndsTest, AreWhereTheViewsSay) {
   const auto look = LookAtBone(*ends[0], *ends[1]);
   ASSERT_TRUE(look.has_value());
   EXPECT_EQ(look->freedom, 6);
-  // Exact pixels, yet the noise that the model expects would lengthen it.
-  EXPECT_LT(look->length_m, (a - b).norm());
-  EXPECT_NEAR(look->length_m, (a - b).norm(), 0.001);
+  // Exact pixels; the noise that the model expects would lengthen it.
+  EXPECT_NEAR(look->distance_m, (a - b).norm(), 1e-6);
+  EXPECT_GT(look->added_m, 0.0);
+  EXPECT_LT(look->added_m, 0.001);
 }
 
 TEST_F(BoneEndsTest, NeedTwoViewsThatCount) {
