@@ -6,39 +6,34 @@
 #include <cmath>
 #include <cstdio>
 
+#include "example_take.h"
+
 int main() {
-  kinegraph::SceneOptions scene_options;
-  scene_options.people = 2;
-  scene_options.duration_s = 4.0;
-  const kinegraph::Scene scene = kinegraph::MakeScene(scene_options);
-  kinegraph::NoiseOptions noise;
-  noise.joints.sigma_px = 3.0;
-  const kinegraph::DetectionSequence take =
-      kinegraph::Observe(scene, noise, nullptr);
-  const kinegraph::TrackSequence truth = kinegraph::TruthOf(scene);
+  const ExampleTake take = MakeExampleTake();
 
   kinegraph::RunOptions options;
   options.estimators.mode = kinegraph::Mode::kGraph;
   kinegraph::RunRequest request;
-  request.cameras = scene.cameras;
+  request.cameras = take.scene.cameras;
   const kinegraph::TrackSequence tracks =
-      kinegraph::TrackSequenceOf(options, request, take);
+      kinegraph::TrackSequenceOf(options, request, take.detections);
 
   // 95 % of a Gaussian in three dimensions lie within 2.795 sigmas.
   constexpr double kSigmas = 2.795;
-  const int wrist = scene.skeleton.IndexOf("l_wrist");
+  const int wrist = take.scene.skeleton.IndexOf("l_wrist");
   int count = 0;
   for (size_t k = 0; k < tracks.frames.size(); k += 10) {
     // Frames with one person need no search for who is who.
     if (tracks.frames[k].people.size() != 1) continue;
-    if (truth.frames[k].people.size() != 1) continue;
+    if (take.truth.frames[k].people.size() != 1) continue;
     const kinegraph::PersonPose& person = tracks.frames[k].people[0];
     if (!person.joints[wrist].present()) continue;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
         *person.covariances[wrist]);
-    const double error_m = (person.joints[wrist].position_m -
-                            truth.frames[k].people[0].joints[wrist].position_m)
-                               .norm();
+    const double error_m =
+        (person.joints[wrist].position_m -
+         take.truth.frames[k].people[0].joints[wrist].position_m)
+            .norm();
     std::printf("frame %3lld: %s, error %4.1f mm, 95 %% half-axis %4.1f mm\n",
                 static_cast<long long>(tracks.frames[k].frame),
                 ToString(person.joints[wrist].status), 1e3 * error_m,

@@ -5,22 +5,17 @@
 
 #include <cstdio>
 
+#include "example_take.h"
+
 int main() {
-  kinegraph::SceneOptions scene_options;
-  scene_options.people = 2;
-  scene_options.duration_s = 4.0;
-  const kinegraph::Scene scene = kinegraph::MakeScene(scene_options);
-  kinegraph::NoiseOptions noise;
-  noise.joints.sigma_px = 3.0;
-  const kinegraph::DetectionSequence take =
-      kinegraph::Observe(scene, noise, nullptr);
+  const ExampleTake take = MakeExampleTake();
 
   kinegraph::RunOptions options;
   options.estimators.mode = kinegraph::Mode::kGraph;
   options.estimators.graph.lag_s = 0.2;  // final so long after its capture
   kinegraph::RunRequest request;
-  request.cameras = scene.cameras;
-  kinegraph::Session session(options, request, take.header);
+  request.cameras = take.scene.cameras;
+  kinegraph::Session session(options, request, take.detections.header);
 
   const auto use = [](const std::vector<kinegraph::TrackFrame>& frames) {
     for (const kinegraph::TrackFrame& frame : frames) {
@@ -35,7 +30,7 @@ int main() {
       }
     }
   };
-  for (const kinegraph::DetectionFrame& frame : take.frames) {
+  for (const kinegraph::DetectionFrame& frame : take.detections.frames) {
     use(session.Process(frame));
   }
   use(session.Finish());

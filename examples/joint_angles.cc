@@ -3,22 +3,17 @@
 
 #include <cstdio>
 
+#include "example_take.h"
+
 int main() {
-  kinegraph::SceneOptions scene_options;
-  scene_options.people = 2;
-  scene_options.duration_s = 4.0;
-  const kinegraph::Scene scene = kinegraph::MakeScene(scene_options);
-  kinegraph::NoiseOptions noise;
-  noise.joints.sigma_px = 3.0;
-  const kinegraph::DetectionSequence take =
-      kinegraph::Observe(scene, noise, nullptr);
+  const ExampleTake take = MakeExampleTake();
 
   kinegraph::RunOptions options;
   options.estimators.mode = kinegraph::Mode::kGraph;
   kinegraph::RunRequest request;
-  request.cameras = scene.cameras;
+  request.cameras = take.scene.cameras;
   const kinegraph::TrackSequence tracks =
-      kinegraph::TrackSequenceOf(options, request, take);
+      kinegraph::TrackSequenceOf(options, request, take.detections);
 
   const kinegraph::KinematicsTable table = kinegraph::MeasureKinematics(tracks);
   const int knee = table.IndexOf("l_knee_flexion_deg");

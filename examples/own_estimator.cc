@@ -8,6 +8,8 @@
 #include <memory>
 #include <utility>
 
+#include "example_take.h"
+
 class MeanOfThree final : public kinegraph::Estimator {
  public:
   void Add(const kinegraph::EstimatorFrame& frame) override {
@@ -61,14 +63,7 @@ class MeanOfThree final : public kinegraph::Estimator {
 };
 
 int main() {
-  kinegraph::SceneOptions scene_options;
-  scene_options.people = 2;
-  scene_options.duration_s = 4.0;
-  const kinegraph::Scene scene = kinegraph::MakeScene(scene_options);
-  kinegraph::NoiseOptions noise;
-  noise.joints.sigma_px = 3.0;
-  const kinegraph::DetectionSequence take =
-      kinegraph::Observe(scene, noise, nullptr);
+  const ExampleTake take = MakeExampleTake();
 
   kinegraph::RunOptions options;
   options.estimators.mode = kinegraph::Mode::kGraph;
@@ -78,16 +73,17 @@ int main() {
     return std::make_unique<MeanOfThree>();
   };
   kinegraph::RunRequest request;
-  request.cameras = scene.cameras;
-  kinegraph::Session session(options, request, take.header, estimators);
-  kinegraph::MemorySource source(take);
+  request.cameras = take.scene.cameras;
+  kinegraph::Session session(options, request, take.detections.header,
+                             estimators);
+  kinegraph::MemorySource source(take.detections);
   kinegraph::TrackSequence tracks;
   tracks.header = session.scene().header;
   kinegraph::TrackAll(&source, &session, [&](kinegraph::TrackFrame&& frame) {
     tracks.frames.push_back(std::move(frame));
   });
   const kinegraph::MpjpeResult error =
-      kinegraph::EvaluateMpjpe(kinegraph::TruthOf(scene), tracks);
+      kinegraph::EvaluateMpjpe(take.truth, tracks);
   std::printf("%lld poses, mean error %.1f mm\n",
               static_cast<long long>(session.summary().person_frames),
               1e3 * error.raw_m);

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "example_take.h"
+
 // Residuals in sigmas: an ankle at rest is at one height and does not move.
 struct FloorContact {
   static constexpr double kHeightM = 0.07, kSigmaM = 0.01;
@@ -56,26 +58,20 @@ double AnkleError(const kinegraph::TrackSequence& truth,
 }
 
 int main() {
-  kinegraph::SceneOptions scene_options;
-  scene_options.people = 2;
-  scene_options.duration_s = 4.0;
-  const kinegraph::Scene scene = kinegraph::MakeScene(scene_options);
-  kinegraph::NoiseOptions noise;
-  noise.joints.sigma_px = 6.0;
-  const kinegraph::DetectionSequence take =
-      kinegraph::Observe(scene, noise, nullptr);
-  const kinegraph::TrackSequence truth = kinegraph::TruthOf(scene);
+  const ExampleTake take = MakeExampleTake(6.0);
 
   kinegraph::RunOptions options;
   options.estimators.mode = kinegraph::Mode::kGraph;
   options.estimators.graph.solver = kinegraph::GraphSolver::kCeres;
   kinegraph::RunRequest request;
-  request.cameras = scene.cameras;
+  request.cameras = take.scene.cameras;
   const double without_m =
-      AnkleError(truth, kinegraph::TrackSequenceOf(options, request, take));
+      AnkleError(take.truth,
+                 kinegraph::TrackSequenceOf(options, request, take.detections));
   options.estimators.graph.user_factors = FeetOnTheFloor;
   const double with_m =
-      AnkleError(truth, kinegraph::TrackSequenceOf(options, request, take));
+      AnkleError(take.truth,
+                 kinegraph::TrackSequenceOf(options, request, take.detections));
   std::printf("mean error of the ankles: %.1f mm, with the floor %.1f mm\n",
               1e3 * without_m, 1e3 * with_m);
   return with_m < without_m ? 0 : 1;

@@ -10,9 +10,16 @@ A file workflow/evidence/NAME.toml belongs to one page:
   read = {x = "x.json"}     result files; with *, all of them by their names
   figures.F = "EXPRESSION"  in Python, of what was read
   files = {"ablation.svg" = "docs/images/ablation.svg"}   taken over (optional)
+  slow = true               takes hours: run by --only alone (optional)
+  [table.TABLE]
+  rows = "STEP['F']"        in Python, of all steps' figures: a dict a row;
+                            shown(VALUE, SPEC), geometric_mean(VALUES)
+  columns = [["HEAD", "{KEY:.2f}"], ...]
   [block]
   BLOCK = '''...'''         Markdown with {STEP[F]:.2f}; a figure with an interval
-                            or counts prints these too
+                            or counts prints these too; {table[TABLE]}
+
+Result files are JSON; what does not end in .json is read as text.
 
 A block stands in its page between <!-- evidence:BLOCK --> and <!-- /evidence -->,
 filled with the figures of docs/evidence/STEP.json. Steps may be used by blocks
@@ -21,6 +28,7 @@ of other pages.
 import argparse
 import hashlib
 import json
+import math
 import os
 import pathlib
 import platform
@@ -53,9 +61,22 @@ class Figure(dict):
         return text
 
 
+def shown(value, spec):
+    return "-" if value is None else format(value, spec)
+
+
+def geometric_mean(values):
+    values = list(values)
+    return math.exp(sum(map(math.log, values)) / len(values))
+
+
+# What expressions may call.
+HELPERS = {"shown": shown, "geometric_mean": geometric_mean}
+
+
 def load():
-    """All steps, and the blocks of each page."""
-    steps, blocks = {}, {}
+    """All steps, the blocks of each page, and tables."""
+    steps, blocks, tables = {}, {}, {}
     for path in sorted((ROOT / "workflow/evidence").glob("*.toml")):
         table = tomllib.loads(path.read_text())
         for name, step in table.get("step", {}).items():
@@ -66,7 +87,11 @@ def load():
             if name in blocks:
                 raise Failure(f"{path.name}: block '{name}' is there twice")
             blocks[name] = (table["page"], text)
-    return steps, blocks
+        for name, one in table.get("table", {}).items():
+            if name in tables:
+                raise Failure(f"{path.name}: table '{name}' is there twice")
+            tables[name] = one
+    return steps, blocks, tables
 
 
 def git(*arguments):
@@ -103,6 +128,7 @@ def prepare(folder, build, data):
     """Names of the project's root, so that commands read as in the pages."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, target in [("configs", ROOT / "configs"), ("workflow", ROOT / "workflow"),
+                         ("examples", ROOT / "examples"), ("tests", ROOT / "tests"),
                          ("build", build), ("data", data)]:
         link = folder / name
         link.unlink(missing_ok=True)
@@ -115,12 +141,15 @@ def prepare(folder, build, data):
 
 def read(folder, file):
     """What a file says; of all that match a pattern: by name without ending."""
+    if not file.endswith(".json"):
+        return (folder / file).read_text()
     if "*" not in file:
         return json.loads((folder / file).read_text())
     return {path.stem: json.loads(path.read_text()) for path in folder.glob(file)}
 
 
 def run(name, step, build, data):
+    """Runs the commands; what they were run on stays beside their results."""
     folder = build / "evidence" / name
     prepare(folder, build, data)
     if "targets" in step:
@@ -135,16 +164,25 @@ def run(name, step, build, data):
                               stderr=log).returncode:
                 raise Failure(f"{name}: '{line}' failed; its words are in "
                               f"{folder}/log.txt")
-    seconds = time.monotonic() - begin
-    names = {key: read(folder, file) for key, file in step.get("read", {}).items()}
-    figures = {key: eval(text, dict(names))
-               for key, text in step.get("figures", {}).items()}
+    made = {"commit": made_from, "machine": machine(),
+            "seconds": round(time.monotonic() - begin, 1), "run": step["run"]}
+    (folder / "made.json").write_text(json.dumps(made))
+
+
+def keep(name, step, build):
+    """The figures of the last run, to docs/evidence."""
+    folder = build / "evidence" / name
+    if not (folder / "made.json").exists():
+        raise Failure(f"{name}: nothing was run in {folder}")
+    made = json.loads((folder / "made.json").read_text())
+    names = {**HELPERS, **{
+        key: read(folder, file) for key, file in step.get("read", {}).items()}}
+    kept = {**made, "figures": {key: eval(text, dict(names)) for key, text
+                                in step.get("figures", {}).items()}}
     files = {}
-    for made, place in step.get("files", {}).items():
-        (ROOT / place).write_bytes((folder / made).read_bytes())
+    for source, place in step.get("files", {}).items():
+        (ROOT / place).write_bytes((folder / source).read_bytes())
         files[place] = digest(ROOT / place)
-    kept = {"commit": made_from, "machine": machine(), "seconds": round(seconds, 1),
-            "run": step["run"], "figures": figures}
     if files:
         kept["files"] = files
     KEPT.mkdir(exist_ok=True)
@@ -152,7 +190,18 @@ def run(name, step, build, data):
         json.dumps(kept, indent=1, ensure_ascii=False) + "\n")
 
 
-def rendered(steps, blocks):
+def markdown(table, scope):
+    """A table of Markdown from a list of rows."""
+    scope = {**HELPERS, **scope}
+    heads = [head for head, _ in table["columns"]]
+    lines = [heads, ["---"] * len(heads)]
+    for row in eval(table["rows"], scope):
+        lines.append([text.format(**row) for _, text in table["columns"]])
+    return "\n".join("| " + " | ".join(cells) + " |" if cells[0] != "---"
+                     else "|" + "|".join(cells) + "|" for cells in lines)
+
+
+def rendered(steps, blocks, tables):
     """The text of every block, and what is wrong with the evidence."""
     wrong, scope = [], {}
     for name, step in steps.items():
@@ -169,11 +218,18 @@ def rendered(steps, blocks):
             if not (ROOT / place).exists() or digest(ROOT / place) != value:
                 wrong.append(f"{place} is not what step '{name}' made")
         scope[name] = {**kept["figures"], **{
-            key: kept[key] for key in ("commit", "machine", "seconds")}}
+            key: kept[key] for key in ("commit", "machine", "seconds")
+            if key in kept}}
     for path in KEPT.glob("*.json"):
         if path.stem not in steps:
             wrong.append(f"docs/evidence/{path.name} belongs to no step")
-    texts = {}
+    texts, made = {}, {}
+    for name, table in tables.items():
+        try:
+            made[name] = markdown(table, scope)
+        except Exception as error:  # whatever the expression can raise
+            wrong.append(f"table '{name}': {type(error).__name__} {error}")
+    scope["table"] = made
     for name, (page, text) in blocks.items():
         try:
             texts[name] = (page, text.strip("\n").format(**scope))
@@ -190,14 +246,18 @@ def index(steps, texts):
     lines = ["# Evidence", "",
              "What the marked figures of the pages come from, made by `./kinegraph "
              "evidence`; `./kinegraph evidence --check` compares. The commands "
-             "stand in each file.", "",
+             "stand in each file. *Taken over*: figures that a page had, of that "
+             "commit; a later `--only=FILE` replaces them.", "",
              "| file | commit | machine | seconds |", "|---|---|---|---|"]
     for name in sorted(steps):
         path = KEPT / f"{name}.json"
         if path.exists():
             kept = json.loads(path.read_text())
             lines.append(f"| [{name}]({name}.json) | {kept['commit']} | "
-                         f"{kept['machine']} | {kept['seconds']:.0f} |")
+                         f"{kept['machine']} | {kept['seconds']:.0f} |"
+                         if "seconds" in kept else
+                         f"| [{name}]({name}.json) | {kept['commit']} | "
+                         f"{kept['machine']} | taken over |")
     pages = sorted({page for page, _ in texts.values()})
     lines += ["", "Pages with marked figures: " + ", ".join(
         f"[{page}]({os.path.relpath(page, 'docs/evidence')})" for page in pages) + "."]
@@ -245,31 +305,39 @@ def main():
         prog="kinegraph evidence",
         description="Remakes the figures of the documentation from programs' JSON.")
     parser.add_argument("--only", default="", metavar="STEP,...",
-                        help="steps to run; default: all of them")
+                        help="steps to run; default: all that are not slow")
     parser.add_argument("--render", action="store_true",
                         help="run nothing, fill the pages from docs/evidence")
+    parser.add_argument("--reread", action="store_true",
+                        help="run nothing, take the figures of --only from what "
+                             "its last run left in the build folder")
     parser.add_argument("--check", action="store_true",
                         help="run and write nothing; pages must be up to date")
     parser.add_argument("--list", action="store_true", help="names of the steps")
     parser.add_argument("--build", default=ROOT / "build", type=pathlib.Path,
                         help="folder of the build")
     flags = parser.parse_args()
-    steps, blocks = load()
+    steps, blocks, tables = load()
     if flags.list:
         print("\n".join(steps))
         return 0
-    chosen = [name for name in flags.only.split(",") if name] or list(steps)
+    chosen = [name for name in flags.only.split(",") if name] or [
+        name for name, step in steps.items() if not step.get("slow")]
     for name in chosen:
         if name not in steps:
             raise Failure(f"no step is named '{name}', there are {', '.join(steps)}")
-    if not flags.check and not flags.render:
+    if flags.reread:
+        for name in chosen:
+            keep(name, steps[name], flags.build.resolve())
+    elif not flags.check and not flags.render:
         data = pathlib.Path(os.environ.get("KINEGRAPH_DATA", ROOT / "../shared/data"))
         if not data.is_dir():
             raise Failure(f"needs the data folder (KINEGRAPH_DATA), no '{data}'")
         for name in chosen:
             print(f"kinegraph: evidence: {name}", file=sys.stderr)
             run(name, steps[name], flags.build.resolve(), data.resolve())
-    texts, wrong = rendered(steps, blocks)
+            keep(name, steps[name], flags.build.resolve())
+    texts, wrong = rendered(steps, blocks, tables)
     wanted, more = pages(steps, texts)
     if flags.check:
         more += check(wanted)

@@ -2,20 +2,22 @@
 // how often it calls a sound one suspect. Each kind of fault is put into
 // synthetic scenes of other seeds than the tests use.
 //
-//   doctor_accuracy [SCENES_A_KIND] [FIRST_SEED] [KIND]
+//   doctor_accuracy [SCENES_A_KIND] [FIRST_SEED] [KIND] [--json=FILE]
 //
 // Prints one line a kind: named, not named, confidently wrong (a kind of
 // finding that is not the fault's with a confidence of 0.8 and more), and the
 // one-sided 95 % limits (Clopper and Pearson 1934).
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
+#include <fstream>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "core/base/random.h"
+#include "tests/support/arguments.h"
 #include "tests/support/faulty_scene.h"
 
 namespace kinegraph::testing {
@@ -216,7 +218,8 @@ double UpperLimit(int k, int n) {
   return high;
 }
 
-void Run(int scenes, uint64_t first_seed, const std::string& only) {
+nlohmann::json Run(int scenes, uint64_t first_seed, const std::string& only) {
+  nlohmann::json rows = nlohmann::json::array();
   constexpr double kConfident = 0.8;
   std::printf("%-40s %6s %6s %6s %9s\n", "fault", "n", "named", "wrong",
               "suspect");
@@ -249,6 +252,12 @@ void Run(int scenes, uint64_t first_seed, const std::string& only) {
     std::printf("%-40s %6d %6d %6d %9d\n", fault.name.c_str(), scenes, named,
                 wrong, suspect);
     std::fflush(stdout);
+    rows.push_back({{"fault", fault.name},
+                    {"scenes", scenes},
+                    {"sound", fault.kinds.empty()},
+                    {"named", named},
+                    {"wrong", wrong},
+                    {"suspect", suspect}});
     if (fault.kinds.empty()) {
       sound += scenes;
       false_alarms += suspect;
@@ -268,15 +277,30 @@ void Run(int scenes, uint64_t first_seed, const std::string& only) {
     std::printf("false alarms %d of %d: at most %.1f %% (95 %%)\n",
                 false_alarms, sound, 100.0 * UpperLimit(false_alarms, sound));
   }
+  const auto rate = [](int k, int n) {
+    return nlohmann::json{{"count", k},
+                          {"total", n},
+                          {"at_most_percent", 100.0 * UpperLimit(k, n)}};
+  };
+  return {{"faults", rows},
+          {"not_named", rate(all - all_named, all)},
+          {"wrong", rate(all_wrong, all)},
+          {"false_alarms", rate(false_alarms, sound)}};
 }
 
 }  // namespace
 }  // namespace kinegraph::testing
 
 int main(int argc, char** argv) {
-  const int scenes = argc > 1 ? std::atoi(argv[1]) : 5;
-  const uint64_t seed =
-      argc > 2 ? static_cast<uint64_t>(std::atoll(argv[2])) : 90001;
-  kinegraph::testing::Run(scenes, seed, argc > 3 ? argv[3] : "");
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  const std::string json_path =
+      kinegraph::testing::TakeFlag("--json=", &arguments);
+  arguments.resize(3);
+  const std::string& scenes = arguments[0];
+  const std::string& seed = arguments[1];
+  const nlohmann::json all = kinegraph::testing::Run(
+      scenes.empty() ? 5 : std::stoi(scenes),
+      seed.empty() ? 90001 : std::stoull(seed), arguments[2]);
+  if (!json_path.empty()) std::ofstream(json_path) << all.dump(1) << "\n";
   return 0;
 }

@@ -5,7 +5,7 @@
 //     [--noises=white2,...] [--seeds=FIRST:END] [--strategies=A,B]
 //     [--joint_sway=METRES] [--rest=SECONDS] [--seconds=S] [--cameras=N]
 //     [--details]
-//     [--oracle=FILE] [--write_oracle=FILE]
+//     [--oracle=FILE] [--write_oracle=FILE] [--json=FILE]
 //
 // Fixed association: every detection is known to be the person's. Errors are
 // those of shoulders to ankles; a joint that is not written costs 500 mm. The
@@ -20,6 +20,7 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -196,6 +197,7 @@ struct Settings {
   int cameras = 4;
   std::string oracle;
   std::string write_oracle;
+  std::string json;  // rows of cells
   bool details = false;
 };
 
@@ -404,6 +406,7 @@ int Run(const Settings& settings) {
                  static_cast<int>(settings.first_seed),
                  static_cast<int>(settings.end_seed));
   }
+  nlohmann::json rows = nlohmann::json::array();
   std::map<std::string, Errors> pooled;
   std::map<std::string, std::pair<double, double>>
       ratios;  // sum of logs, worst
@@ -429,15 +432,22 @@ int Run(const Settings& settings) {
       }
     }
     std::printf("%-34s", cell.name().c_str());
+    nlohmann::json row = {{"cell", cell.name()}};
     std::map<std::string, std::string> best;
     for (const Strategy& strategy : strategies) {
       const Errors& e = by_strategy[strategy.name];
       std::printf(" | %s %.2f", strategy.name.c_str(), e.rmse_mm());
+      nlohmann::json& figures = row["strategies"][strategy.name];
+      figures = {{"rmse_mm", e.rmse_mm()},
+                 {"covered_percent", e.inside.percent()}};
       const auto known = oracle.find(KindOf(strategy.name) + "," + cell.name());
       if (known != oracle.end()) {
         const double ratio = e.rmse_mm() / known->second.rmse_mm;
         std::printf(" (%.3f, p999 %.2f)", ratio,
                     e.quantile_mm(0.999) / known->second.p999_mm);
+        figures["ratio"] = ratio;
+        figures["tuned_mm"] = known->second.rmse_mm;
+        figures["p999_ratio"] = e.quantile_mm(0.999) / known->second.p999_mm;
         ratios[strategy.name].first += std::log(ratio);
         ratios[strategy.name].second =
             std::max(ratios[strategy.name].second, ratio);
@@ -456,6 +466,7 @@ int Run(const Settings& settings) {
     }
     std::printf("\n");
     std::fflush(stdout);
+    rows.push_back(row);
     for (const auto& [kind, name] : best) {
       if (frozen == nullptr) break;
       const Errors& e = by_strategy[name];
@@ -474,6 +485,9 @@ int Run(const Settings& settings) {
   }
   for (const auto& [name, e] : pooled) {
     if (strategies.size() <= 12) PrintSummary(name, e);
+  }
+  if (!settings.json.empty()) {
+    std::ofstream(settings.json) << rows.dump(1) << "\n";
   }
   return 0;
 }
@@ -508,6 +522,7 @@ int Main(int argc, char** argv) {
       settings.cameras = std::atoi(value.c_str());
     } else if (Take(argv[i], "oracle", &settings.oracle)) {
     } else if (Take(argv[i], "write_oracle", &settings.write_oracle)) {
+    } else if (Take(argv[i], "json", &settings.json)) {
     } else if (std::strcmp(argv[i], "--details") == 0) {
       settings.details = true;
     } else if (Take(argv[i], "seeds", &value)) {

@@ -1,7 +1,7 @@
 // What the five steps of docs/own_take.md reach without a hand-written
 // configuration, over detectors, frame rates, units and focal lengths:
 //
-//   build/tests/benchmarks/own_take_accuracy [FIRST [COUNT]]
+//   build/tests/benchmarks/own_take_accuracy [FIRST [COUNT]] [--json=FILE]
 //
 // takes those from FIRST on (0) of all 120, prints a line each and then a table
 // by detector. In the lines: joints' mean error with what `init` writes and
@@ -9,11 +9,13 @@
 // found and true, and whether anything was warned of.
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
+#include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "tests/support/arguments.h"
 #include "tests/support/own_take.h"
 #include "tests/support/test_data.h"
 
@@ -21,9 +23,14 @@ int main(int argc, char** argv) {
   using kinegraph::testing::OwnTake;
   using kinegraph::testing::OwnTakeOutcome;
   const std::vector<OwnTake> takes = kinegraph::testing::AllTakes();
-  const size_t first = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 0;
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  const std::string json_path =
+      kinegraph::testing::TakeFlag("--json=", &arguments);
+  arguments.resize(2);
+  const size_t first = arguments[0].empty() ? 0 : std::stoul(arguments[0]);
   const size_t count =
-      argc > 2 ? std::strtoul(argv[2], nullptr, 10) : takes.size();
+      arguments[1].empty() ? takes.size() : std::stoul(arguments[1]);
+  nlohmann::json json = nlohmann::json::array();
   struct Row {
     int takes = 0;
     int right = 0;   // identities
@@ -53,6 +60,13 @@ int main(int argc, char** argv) {
                 static_cast<long long>(identity.true_people),
                 warned ? "warned" : "-");
     std::fflush(stdout);
+    json.push_back({{"take", takes[i].name()},
+                    {"skeleton", takes[i].skeleton},
+                    {"error_mm", 1e3 * outcome.error_m},
+                    {"by_hand_mm", 1e3 * outcome.by_hand_error_m},
+                    {"right", identity.switches == 0 &&
+                                  identity.identities == identity.true_people},
+                    {"warned", warned}});
     Row& row = rows[takes[i].skeleton];
     ++row.takes;
     row.right += identity.switches == 0 &&
@@ -66,5 +80,6 @@ int main(int argc, char** argv) {
     std::printf("%-12s %5d  %16d  %10d  %11.3f\n", name.c_str(), row.takes,
                 row.right, row.within, row.worst);
   }
+  if (!json_path.empty()) std::ofstream(json_path) << json.dump(1) << "\n";
   return 0;
 }

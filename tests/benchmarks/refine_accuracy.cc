@@ -3,7 +3,7 @@
 // calibration, as stated, and refined, as `track` does it with the
 // configuration of everyday takes.
 //
-//   refine_accuracy [SEEDS] [FIRST_SEED] [FAULT]
+//   refine_accuracy [SEEDS] [FIRST_SEED] [FAULT] [--json=FILE]
 //
 // Per fault: mean error of joints [mm] true / stated / refined, their ratio,
 // share of joints in their 95 % ellipsoids after refinement, rms error of what
@@ -16,9 +16,10 @@
 // runs 100 ppm too fast: what is found, and the time it takes.
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <ctime>
+#include <fstream>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@
 #include "core/evaluation/mpjpe.h"
 #include "solvers/session/refine_take.h"
 #include "solvers/session/run.h"
+#include "tests/support/arguments.h"
 #include "tests/support/faulty_scene.h"
 
 namespace kinegraph::testing {
@@ -235,7 +237,8 @@ void AddTake(const Fault& fault, uint64_t seed, Sums* sums) {
   AddParameters(fault, scene, refined, sums);
 }
 
-void Run(int seeds, uint64_t first_seed, const std::string& only) {
+nlohmann::json Run(int seeds, uint64_t first_seed, const std::string& only) {
+  nlohmann::json rows = nlohmann::json::array();
   std::printf("%-24s %7s %7s %7s %6s %8s %9s %9s %6s %6s\n", "fault, refined",
               "true", "stated", "refined", "ratio", "covered", "rms", "sigma",
               "taken", "s");
@@ -247,15 +250,29 @@ void Run(int seeds, uint64_t first_seed, const std::string& only) {
     }
     const double takes = sums.takes;
     const double count = std::max(1.0, sums.count);
+    const nlohmann::json row = {
+        {"fault", fault.name},
+        {"true_mm", sums.truth_mm / takes},
+        {"stated_mm", sums.stated_mm / takes},
+        {"refined_mm", sums.refined_mm / takes},
+        {"ratio", sums.refined_mm / sums.truth_mm},
+        {"covered_percent", 100.0 * sums.covered / std::max(1.0, sums.all)},
+        {"left", std::sqrt(sums.squares / count)},
+        {"stated_sigma", std::sqrt(sums.stated_squares / count)},
+        {"taken", sums.taken},
+        {"takes", sums.takes},
+        {"refine_s", sums.refine_s / takes}};
+    const auto figure = [&](const char* key) { return row[key].get<double>(); };
     std::printf(
         "%-24s %7.2f %7.2f %7.2f %6.3f %7.1f%% %9.4f %9.4f %4d/%d %6.1f\n",
-        fault.name.c_str(), sums.truth_mm / takes, sums.stated_mm / takes,
-        sums.refined_mm / takes, sums.refined_mm / sums.truth_mm,
-        100.0 * sums.covered / std::max(1.0, sums.all),
-        std::sqrt(sums.squares / count), std::sqrt(sums.stated_squares / count),
-        sums.taken, sums.takes, sums.refine_s / takes);
+        fault.name.c_str(), figure("true_mm"), figure("stated_mm"),
+        figure("refined_mm"), figure("ratio"), figure("covered_percent"),
+        figure("left"), figure("stated_sigma"), sums.taken, sums.takes,
+        figure("refine_s"));
     std::fflush(stdout);
+    rows.push_back(row);
   }
+  return rows;
 }
 
 // The clock of view 3 gains 100 us a second; it is right in the middle.
@@ -299,14 +316,19 @@ void RunDrift(uint64_t seed) {
 }  // namespace kinegraph::testing
 
 int main(int argc, char** argv) {
-  if (argc > 1 && std::string(argv[1]) == "drift") {
-    kinegraph::testing::RunDrift(
-        argc > 2 ? static_cast<uint64_t>(std::atoll(argv[2])) : 70001);
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  const std::string json_path =
+      kinegraph::testing::TakeFlag("--json=", &arguments);
+  arguments.resize(3);
+  const uint64_t seed =
+      arguments[1].empty() ? 70001 : std::stoull(arguments[1]);
+  if (arguments[0] == "drift") {
+    kinegraph::testing::RunDrift(seed);
     return 0;
   }
-  const int seeds = argc > 1 ? std::atoi(argv[1]) : 3;
-  const uint64_t first =
-      argc > 2 ? static_cast<uint64_t>(std::atoll(argv[2])) : 70001;
-  kinegraph::testing::Run(seeds, first, argc > 3 ? argv[3] : "");
+  const int seeds = arguments[0].empty() ? 3 : std::stoi(arguments[0]);
+  const nlohmann::json rows =
+      kinegraph::testing::Run(seeds, seed, arguments[2]);
+  if (!json_path.empty()) std::ofstream(json_path) << rows.dump(1) << "\n";
   return 0;
 }

@@ -50,13 +50,13 @@ class EvidenceTest(unittest.TestCase):
                    "\n<!-- /evidence -->\nAfter.\n")
 
     def wanted(self):
-        steps, blocks = self.evidence.load()
-        texts, _ = self.evidence.rendered(steps, blocks)
+        steps, blocks, tables = self.evidence.load()
+        texts, _ = self.evidence.rendered(steps, blocks, tables)
         return self.evidence.pages(steps, texts)[0]
 
     def wrong(self):
-        steps, blocks = self.evidence.load()
-        texts, wrong = self.evidence.rendered(steps, blocks)
+        steps, blocks, tables = self.evidence.load()
+        texts, wrong = self.evidence.rendered(steps, blocks, tables)
         wanted, more = self.evidence.pages(steps, texts)
         return wrong + more + self.evidence.check(wanted)
 
@@ -81,6 +81,40 @@ class EvidenceTest(unittest.TestCase):
         self.keep(SHARE)
         self.write("docs/page.md", "97.3\n")
         self.assertIn("block 'drop' stands on no page", self.wrong())
+
+    def table(self, rows):
+        self.write("workflow/evidence/page.toml", TABLE.replace(
+            "{fall[share]:.1f}", "{table[falls]}") + f"""
+[table.falls]
+rows = "{rows}"
+columns = [["who", "{{name}}"], ["share", "{{share:.0f}}"]]
+""")
+
+    def test_tables_are_made_of_rows(self):
+        self.table("[{'name': n, 'share': fall['share']} for n in 'ab']")
+        self.page("| who | share |\n|---|---|\n| a | 97 [95, 99] (107/110) |\n"
+                  "| b | 97 [95, 99] (107/110) |")
+        self.assertEqual(self.wrong(), [])
+
+    def test_a_table_that_cannot_be_made_is_said(self):
+        self.table("[{'name': 'a'}]")
+        self.assertIn("table 'falls': KeyError 'share'", self.wrong())
+
+    def test_figures_are_read_again_from_the_last_run(self):
+        steps, _, _ = self.evidence.load()
+        steps["fall"].update(read={"x": "x.json", "log": "log.txt"})
+        steps["fall"]["figures"]["words"] = "log.split()"
+        build = self.evidence.ROOT / "build"
+        self.assertRaises(self.evidence.Failure, self.evidence.keep, "fall",
+                          steps["fall"], build)
+        folder = build / "evidence/fall"
+        folder.mkdir(parents=True)
+        for name, text in (("x.json", "3.5"), ("log.txt", "two words"),
+                           ("made.json", '{"commit": "abc", "run": ["true"]}')):
+            (folder / name).write_text(text)
+        self.evidence.keep("fall", steps["fall"], build)
+        kept = json.loads((self.evidence.KEPT / "fall.json").read_text())
+        self.assertEqual(kept["figures"], {"share": 3.5, "words": ["two", "words"]})
 
 
 if __name__ == "__main__":
