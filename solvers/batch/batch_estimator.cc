@@ -117,6 +117,8 @@ class BatchEstimator final : public Estimator {
   TakeSolver solver_;
   ProblemStore store_;     // until all frames are there
   PersonProblem problem_;  // then
+  // As problem_'s, for covariances.
+  std::vector<BoneConstraint> stated_bones_;
   PersonNoise noise_;
   const std::shared_ptr<TakeNotes> notes_;  // null: nothing is shared
   PersonBias bias_;
@@ -159,6 +161,7 @@ void BatchEstimator::Finish() {
   solver_.HandInCounts(records_.front().frame, records_.back().frame);
   // Finals may wait long for those of other people: nothing else should.
   problem_ = {};
+  stated_bones_ = {};
   solver_.FreeWorkSpace();
   records_ = {};
 }
@@ -255,6 +258,8 @@ void BatchEstimator::AddBonesOfTheTake() {
     placed.push_back(EverTwo(InliersOf(j)));
   }
   problem_.bones = ConstraintsOf(spreads, options_.bone_loss, placed);
+  stated_bones_ =
+      ConstraintsOf(spreads, options_.bone_loss, placed, BoneUse::kCovariance);
 }
 
 // Bones between joints that two views have placed, as long as the estimates
@@ -283,6 +288,7 @@ void BatchEstimator::AddFixedBones() {
     problem_.bones.push_back(
         {bones[i].a, bones[i].b, *length_m, options_.bone_sigma_m});
   }
+  stated_bones_ = problem_.bones;
 }
 
 void BatchEstimator::WriteFinals() {
@@ -294,8 +300,14 @@ void BatchEstimator::WriteFinals() {
   }
   std::vector<std::vector<Eigen::Matrix3d>> covariances(joint_count());
   if (options_.covariance) {
+    // Bones that could not be solved do not count.
+    const bool held = !problem_.bones.empty();
+    if (held) std::swap(problem_.bones, stated_bones_);
     covariances = solver_.Covariances(problem_);
-    if (!problem_.bones.empty()) DistrustBones(&covariances);
+    if (held) {
+      std::swap(problem_.bones, stated_bones_);
+      DistrustBones(&covariances);
+    }
   }
   for (int j = 0; j < joint_count(); ++j) {
     const std::vector<int> inliers = InliersOf(j);

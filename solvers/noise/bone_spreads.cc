@@ -506,7 +506,7 @@ std::optional<BoneEstimate> BoneSpreads::Estimate(int bone_idx) const {
 }
 
 BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
-                            LossKind loss) {
+                            LossKind loss, BoneUse use) {
   BoneConstraint constraint;
   constraint.a = bone.a;
   constraint.b = bone.b;
@@ -514,9 +514,10 @@ BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
   const double spread_m2 = Square(estimate.spread_m);
   const double hidden_m2 = Square(estimate.spread_bound_m) - spread_m2;
   const double frames = estimate.averaged_frames;
+  const double length_m2 = Square(estimate.length_sigma_m) *
+                           (use == BoneUse::kCovariance ? frames : 1.0);
   constraint.sigma_m =
-      std::sqrt(frames * spread_m2 + std::sqrt(frames) * hidden_m2 +
-                Square(estimate.length_sigma_m));
+      std::sqrt(frames * spread_m2 + std::sqrt(frames) * hidden_m2 + length_m2);
   constraint.loss = loss;
   constraint.loss_scale =
       3.0 * std::hypot(estimate.spread_bound_m, estimate.length_sigma_m) /
@@ -526,7 +527,8 @@ BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
 
 std::vector<BoneConstraint> ConstraintsOf(const BoneSpreads& spreads,
                                           LossKind loss,
-                                          const std::vector<bool>& placed) {
+                                          const std::vector<bool>& placed,
+                                          BoneUse use) {
   std::vector<BoneConstraint> constraints;
   for (size_t i = 0; i < spreads.bones().size(); ++i) {
     const Bone& bone = spreads.bones()[i];
@@ -536,7 +538,7 @@ std::vector<BoneConstraint> ConstraintsOf(const BoneSpreads& spreads,
     }
     const auto estimate = spreads.Estimate(static_cast<int>(i));
     if (!estimate.has_value() || estimate->gives_way) continue;
-    constraints.push_back(ConstraintOf(bone, *estimate, loss));
+    constraints.push_back(ConstraintOf(bone, *estimate, loss, use));
   }
   return constraints;
 }

@@ -145,6 +145,15 @@ class BoneSpreads {
   mutable std::vector<Summary> summaries_;
 };
 
+// What a bone's factor is for.
+enum class BoneUse {
+  kEstimate,
+  // Less sure, for what is stated: the length's own variance counts as often
+  // as frames are averaged, since its error is the same in all of them. In the
+  // estimate that would cost more than it gives (docs/noise.md).
+  kCovariance
+};
+
 // The factor for a bone of which that is known. A joint centre that sways does
 // so for longer than a frame: as many frames as the solver averages over share
 // one error, so together they may not say more than the spread allows, and each
@@ -155,13 +164,14 @@ class BoneSpreads {
 // its bone (docs/noise.md, "Bones that never hurt"). The loss begins where the
 // length itself is three times that off, frames apart.
 BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
-                            LossKind loss);
+                            LossKind loss, BoneUse use = BoneUse::kEstimate);
 
 // The factors of all bones that are known, do not give way and have both ends
 // `placed` (by joint).
 std::vector<BoneConstraint> ConstraintsOf(const BoneSpreads& spreads,
                                           LossKind loss,
-                                          const std::vector<bool>& placed);
+                                          const std::vector<bool>& placed,
+                                          BoneUse use = BoneUse::kEstimate);
 
 }  // namespace kinegraph
 

@@ -159,6 +159,22 @@ TEST(BoneSpreads, NoiseDoesNotLengthenABone) {
   }
 }
 
+TEST(BoneSpreads, AnErrorOfTheLengthIsStatedAsOneForAllFrames) {
+  BoneEstimate estimate;
+  estimate.length_m = kLength;
+  estimate.length_sigma_m = 0.004;
+  estimate.averaged_frames = 9.0;
+  const Bone bone{0, 1};
+  const BoneConstraint held =
+      ConstraintOf(bone, estimate, LossKind::kNone, BoneUse::kEstimate);
+  const BoneConstraint stated =
+      ConstraintOf(bone, estimate, LossKind::kNone, BoneUse::kCovariance);
+  EXPECT_DOUBLE_EQ(held.sigma_m, 0.004);
+  // Nine frames together then say no more than the length is known.
+  EXPECT_DOUBLE_EQ(stated.sigma_m, 0.012);
+  EXPECT_EQ(stated.length_m, held.length_m);
+}
+
 TEST(BoneSpreads, ABoneShorterThanAnyNoiseIsNotKnown) {
   // Both ends in the same place, and more noise modelled than there is: what
   // is left of the square is below zero.
