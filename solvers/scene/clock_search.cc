@@ -11,6 +11,10 @@ namespace {
 // any lag looks alike.
 constexpr double kMinGain = 0.04;
 constexpr int kFramesToCompare = 30;
+// Of one pair's gain, standard deviation; the best of many lags looks better
+// than it is by about three standard errors of the mean.
+constexpr double kGainSpread = 0.3;
+constexpr double kBestOfMany = 3.0;
 
 // Agreement of one pair of views by lag, -max .. max.
 class LagTable {
@@ -146,7 +150,11 @@ ClockSearch SearchClocks(const CameraRig& cameras,
   const PairAgreement after = AgreementWith(cameras, ideal, lags, frames);
   search.score_before = search.score_after = before.score();
   search.before_px = search.after_px = before.mean_px();
-  if (after.score() < before.score() + kMinGain) return search;
+  const double pairs = std::min(before.possible, after.possible);
+  const double chance = kBestOfMany * kGainSpread / std::sqrt(pairs);
+  if (!(after.score() > before.score() + std::max(kMinGain, chance))) {
+    return search;
+  }
   search.lag_frames = lags;
   search.score_after = after.score();
   search.after_px = after.mean_px();
