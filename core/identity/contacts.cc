@@ -163,13 +163,12 @@ bool IsSeen(const PersonPose& person) {
 
 // From the last frame in which a track is seen to the next.
 Pieces::Hop HopOf(const Tracklet& track, size_t from, size_t to) {
-  Tracklet before;
-  before.frames.assign(track.frames.begin(),
-                       track.frames.begin() + static_cast<long>(from) + 1);
+  // A state reads less than a second.
+  const long enough = IndexAt(track, track.frames[to].time + FromSeconds(1.0));
   Tracklet after;
   after.frames.assign(track.frames.begin() + static_cast<long>(to),
-                      track.frames.end());
-  return {StateAtEnd(before), StateAtBegin(after)};
+                      track.frames.begin() + enough + 1);
+  return {StateUpTo(track, track.frames[from].time), StateAtBegin(after)};
 }
 
 // Where a track goes on after it was seen by nobody.
