@@ -120,8 +120,8 @@ double CrossViewAffinity(const Observation& observation,
 class AffinityMeasure {
  public:
   virtual ~AffinityMeasure() = default;
-  // Whom the calls that follow are about, in the view of `camera`. What
-  // `target` points at must live on until then.
+  // Whom the calls of Of() that follow are about, in the view of `camera`.
+  // What `target` points at must not change before the last of them.
   virtual void SetTarget(const AssociationTarget& target,
                          const Camera& camera) = 0;
   // > 0: may be matched, the greater the better.

@@ -75,9 +75,9 @@ class Reconstructor {
                 const ReconstructionOptions& options, const Skeleton& skeleton);
 
   // With a prediction, which decides conflicts and stands in for joints with
-  // fewer than two views. Views in the order in which they joined the track; of
-  // several poses of one view, which follow each other with the newest first,
-  // each joint is the first one found.
+  // fewer than two views. Views in the order in which they joined the track;
+  // older poses of a view follow its newest one, and each joint is taken from
+  // the newest pose that has it.
   // Returns false when the update fails: fewer than two views, or too many
   // joints lost (`reconstruction` then tells what was found).
   bool Update(Span<UsedView> views, const Pose3d& predicted,

@@ -100,7 +100,7 @@ void Tracker::Process(const DetectionFrame& frame,
   StepLives(frame.time);
   StartNewPeople(frame);
   const StageTimer timer(stage_times_, &StageTimes::output_ns);
-  HandOver(false);
+  HandOver(Leaving::kEnded);
   assembler_.TakeComplete(finished);
 }
 
@@ -127,7 +127,7 @@ void Tracker::ForgetStale(TimeNs time) {
     track->life.BeginFrame(time);
     any = any || track->life.state() == TrackState::kDeleted;
   }
-  if (any) HandOver(false);
+  if (any) HandOver(Leaving::kEnded);
 }
 
 void Tracker::Prepare(const DetectionFrame& frame) {
@@ -261,25 +261,26 @@ void Tracker::StartTrack(const NewPerson& person, const DetectionFrame& frame) {
   tracks_.push_back(std::move(track));
 }
 
-// Hands finals to the assembler, and parts with tracks whose life has ended
-// (`all`: with every track).
-void Tracker::HandOver(bool all) {
+// Hands finals to the assembler, and parts with tracks whose life has ended, or
+// with every track.
+void Tracker::HandOver(Leaving leaving) {
   const auto ends = [&](const Track& track) {
-    return all || track.life.state() == TrackState::kDeleted;
+    return leaving == Leaving::kEverybody ||
+           track.life.state() == TrackState::kDeleted;
   };
   ParallelFor(threads_, static_cast<int>(tracks_.size()), [&](int t) {
     if (ends(*tracks_[t])) tracks_[t]->writer().Finish();
   });
   for (const auto& track : tracks_) {
     if (ends(*track)) track->gate.Close();
-    HandOver(track.get());
+    HandOverFinals(track.get());
   }
   tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(),
                                [&](const auto& track) { return ends(*track); }),
                 tracks_.end());
 }
 
-void Tracker::HandOver(Track* track) {
+void Tracker::HandOverFinals(Track* track) {
   if (track->output != nullptr) {
     // Nobody writes the feedback's finals; left alone they would pile up.
     finals_.clear();
@@ -301,7 +302,7 @@ void Tracker::HandOver(Track* track) {
 }
 
 void Tracker::Finish(std::vector<TrackFrame>* finished) {
-  HandOver(true);
+  HandOver(Leaving::kEverybody);
   assembler_.TakeComplete(finished);
 }
 

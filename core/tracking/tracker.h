@@ -72,8 +72,9 @@ class Tracker {
   void StepLives(TimeNs time);
   void StartNewPeople(const DetectionFrame& frame);
   void StartTrack(const NewPerson& person, const DetectionFrame& frame);
-  void HandOver(bool all);
-  void HandOver(Track* track);
+  enum class Leaving { kEnded, kEverybody };
+  void HandOver(Leaving leaving);
+  void HandOverFinals(Track* track);
 
   SceneModel scene_;
   TrackerOptions options_;

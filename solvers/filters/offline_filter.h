@@ -13,8 +13,8 @@ namespace kinegraph {
 
 // How samples become signals, alike for every filter.
 struct OfflineFilterOptions {
-  // Longest time between two samples of a joint that is bridged [s]: what
-  // graph.bridging_limit_s allows from both sides.
+  // Longest time between two samples of a joint that is bridged [s]: twice
+  // graph.bridging_limit_s, which reaches into a gap from either end.
   double max_gap_s = 1.0;
 
   // Into the table [filters].
