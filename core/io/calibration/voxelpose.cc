@@ -26,9 +26,13 @@ CalibrationFile Read(const CalibrationHead& head) {
     CameraRecord record;
     record.file = root.file();
     record.name = name;
-    record.K << camera.At("fx").Number(), 0.0, camera.At("cx").Number(),  //
-        0.0, camera.At("fy").Number(), camera.At("cy").Number(),          //
-        0.0, 0.0, 1.0;
+    // Read before they are put in: Eigen asserts that a list which has begun
+    // comes to its end, also when one of them throws.
+    const double fx = camera.At("fx").Number();
+    const double fy = camera.At("fy").Number();
+    const double cx = camera.At("cx").Number();
+    const double cy = camera.At("cy").Number();
+    record.K << fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0;
     record.R = ToMatrix3(camera.At("R").Matrix(3, 3));
     record.centre = ToVector3(camera.At("T").Matrix(3, 1));
     camera.ReadLens(&record);

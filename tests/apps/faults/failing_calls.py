@@ -15,6 +15,7 @@ with it. Needs gcc.
 import collections
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -26,10 +27,9 @@ BUILD = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "build")
 MOST = int(sys.argv[2]) if len(sys.argv) > 2 else 40
 WANTED = sys.argv[3] if len(sys.argv) > 3 else ""
 CLOCKS = {"runtime.json"}  # differ each time
-# A command that cannot ask git records an unknown commit.
-COMMIT = subprocess.run(
-    ["git", "-C", ROOT, "describe", "--always", "--dirty", "--exclude=*"],
-    capture_output=True).stdout.strip() or b"unknown"
+# A batch that cannot ask git records an unknown commit.
+COMMIT = re.compile(rb'(?<="commit": )"[^"]*"|(?<="commits": )\[[^]]*\]|'
+                    rb'(?<=, commit )[^\n]*')
 
 
 def program(name):
@@ -93,7 +93,7 @@ def content(path):
         return path.read_bytes()
     if not path.is_dir():
         return None
-    return {str(e.relative_to(path)): e.read_bytes().replace(COMMIT, b"unknown")
+    return {str(e.relative_to(path)): COMMIT.sub(b"", e.read_bytes())
             for e in sorted(path.rglob("*"))
             if e.is_file() and e.name not in CLOCKS and "partial" not in e.name}
 
@@ -141,6 +141,11 @@ def try_command(name, line, flag, file_name, library, folder):
         state = ("new" if found == new else "old" if found in (old, {}) else
                  "parts" if by_file and is_part(found, new) else "neither")
         call = log.read_text()
+        if call in ("unlink", "rmdir", "remove") and is_folder and found:
+            # What could not be removed stays beside the result.
+            more = found.keys() - new.keys()
+            if {n: d for n, d in found.items() if n not in more} == new:
+                state = "new"
         left = [str(e.relative_to(folder)) for e in folder.rglob("*")
                 if "partial" in e.name or
                 # What was solved before an error is kept on purpose.

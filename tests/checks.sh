@@ -1,0 +1,129 @@
+#!/bin/bash
+# What .ci/run does beside the tests: tests/checks.sh CHECK BUILD
+#   tidy     clang-tidy's findings are errors in sources that changed since
+#            KINEGRAPH_CI_BASE (default: the commit before this one)
+#   corpora  replays every input that once failed, and tries each reader a little
+#            with libFuzzer
+#   readers  tests of core/io under Clang's address and undefined-behaviour
+#            sanitizers
+#   units    the same for the rest of core
+# The last line tells what was done, or what is missing (exit code 77).
+set -uo pipefail
+root=$(cd -P "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
+build=$(readlink -f "$2")
+jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
+cd "$root" || exit 1
+
+skip() {
+  echo "$1"
+  exit 77
+}
+
+need() {  # PROGRAM...
+  local program
+  for program in "$@"; do
+    command -v "$program" >/dev/null || skip "needs $program"
+  done
+}
+
+# Sources of the library and the commands that changed, and those that implement
+# a header that did.
+changed_sources() {  # BASE
+  git diff --name-only --diff-filter=d "$1" -- core solvers apps |
+    sed -n 's/\.h$/.cc/p; /\.cc$/p' | sort -u |
+    while read -r file; do if [[ -e $file ]]; then echo "$file"; fi; done
+}
+
+tidy() {
+  need clang-tidy-14 git ninja
+  local base=${KINEGRAPH_CI_BASE:-HEAD^} sources
+  git rev-parse --quiet --verify "$base^{commit}" >/dev/null ||
+    skip "there is no commit '$base' to compare with"
+  mapfile -t sources < <(changed_sources "$base")
+  if ((${#sources[@]} == 0)); then
+    echo "no source of the library or the commands changed since $base"
+    return
+  fi
+  local database=$build/tidy
+  mkdir -p "$database"
+  ninja -C "$build" -t compdb >"$database/compile_commands.json" || return 1
+  printf '%s\0' "${sources[@]}" |
+    xargs -0 -n 1 -P "$jobs" clang-tidy-14 --quiet -p "$database" \
+      --extra-arg-before=-std=c++17 --warnings-as-errors='*' || return 1
+  echo "${#sources[@]} sources, changed since $base"
+}
+
+configure_instrumented() {
+  need clang-14 clang++-14 ninja
+  # Clang without its runtime libraries cannot link such programs.
+  local folder
+  folder=$(clang++-14 -print-file-name=libclang_rt.fuzzer-x86_64.a)
+  [[ $(uname -m) != x86_64 || -e $folder ]] || skip "needs libclang-rt-14-dev"
+  local launcher=""
+  if command -v ccache >/dev/null; then launcher=ccache; fi
+  cmake --preset fuzz -B "$build/fuzz" -DCMAKE_CXX_COMPILER_LAUNCHER=$launcher ||
+    exit 1
+}
+
+# One program a folder; those of core/tracking need the solvers.
+core_tests() {
+  (cd tests && find core -name '*_test.cc' -printf 'test_%h\n') | tr / _ |
+    sort -u | grep -v -x test_core_tracking
+}
+
+run_tests() {  # PROGRAM...
+  configure_instrumented
+  local program failed=0
+  cmake --build "$build/fuzz" --parallel "$jobs" --target "$@" || return 1
+  # Leaks are looked for by tracing, which not every machine allows.
+  ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
+  export ASAN_OPTIONS+=:detect_leaks=${KINEGRAPH_LEAKS:-0}
+  export UBSAN_OPTIONS=print_stacktrace=1
+  for program in "$@"; do
+    # Locale compares what commands write, which are not built here.
+    "$build/fuzz/tests/$program" --gtest_brief=1 --gtest_filter=-Locale.* ||
+      failed=1
+  done
+  ((failed == 0)) || return 1
+  echo "$# test programs"
+}
+
+readers() {
+  local programs
+  mapfile -t programs < <(core_tests | grep '^test_core_io')
+  run_tests "${programs[@]}"
+}
+
+units() {
+  local programs
+  mapfile -t programs < <(core_tests | grep -v '^test_core_io')
+  run_tests "${programs[@]}"
+}
+
+corpora() {
+  configure_instrumented
+  cmake --build "$build/fuzz" --parallel "$jobs" --target fuzz_readers || return 1
+  local fuzzer=$build/fuzz/tests/fuzz/fuzz_readers folder count=0 inputs
+  export GLOG_minloglevel=3
+  for folder in tests/fuzz/regressions/*/; do
+    inputs=("$folder"*)
+    if ! KINEGRAPH_FUZZ_TARGET=list "$fuzzer" -runs=0 |
+      grep -q -x "$(basename "$folder")"; then
+      continue
+    fi
+    KINEGRAPH_FUZZ_TARGET=$(basename "$folder") "$fuzzer" -rss_limit_mb=2048 \
+      "${inputs[@]}" || return 1
+    count=$((count + ${#inputs[@]}))
+  done
+  rm -rf "$build/fuzz/tried"
+  tests/fuzz/run.py "$fuzzer" 3 "$build/fuzz/tried" || return 1
+  echo "$count inputs that once failed, and 3 s of fuzzing a reader"
+}
+
+case $1 in
+  tidy | corpora | readers | units) "$1" ;;
+  *)
+    echo "unknown check '$1'"
+    exit 2
+    ;;
+esac
