@@ -162,8 +162,9 @@ BoneModel::BoneModel(const Skeleton& skeleton)
   std::map<std::pair<int, int>, size_t> group_of;
   for (const Bone& bone : skeleton.bones()) {
     if (!KeepsItsLength(skeleton, bone)) continue;
-    const auto key = std::minmax(bone.a, bone.b);
-    const auto mirrored =
+    // Values: std::minmax gives references, here to what is gone.
+    const std::pair<int, int> key = std::minmax(bone.a, bone.b);
+    const std::pair<int, int> mirrored =
         std::minmax(skeleton.mirror(bone.a), skeleton.mirror(bone.b));
     const auto known = group_of.find(mirrored);
     if (known != group_of.end()) {
@@ -228,6 +229,7 @@ void BoneModel::Learn(const std::vector<BoneSamples>& tracklets) {
       const std::vector<BoneSamples::Piece>& pieces = samples.of_bone[g];
       if (pieces.size() < 3) continue;
       std::vector<double> lengths;
+      lengths.reserve(pieces.size());
       for (const BoneSamples::Piece& piece : pieces) {
         lengths.push_back(piece.log_length);
       }
