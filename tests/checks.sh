@@ -9,6 +9,8 @@
 #   units    the same for the rest of core
 # The last line tells what was done, or what is missing (exit code 77).
 set -uo pipefail
+# In an empty environment bash has a path of its own, which cmake needs, too.
+export PATH
 root=$(cd -P "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
 build=$(readlink -f "$2")
 jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
