@@ -306,7 +306,10 @@ void BatchEstimator::WriteFinals() {
     covariances = solver_.Covariances(problem_);
     if (held) {
       std::swap(problem_.bones, stated_bones_);
-      DistrustBones(&covariances);
+      // Bones of fixed freedom state what they always did.
+      if (options_.bone_sigma_from == NoiseFrom::kTake) {
+        DistrustBones(&covariances);
+      }
     }
   }
   for (int j = 0; j < joint_count(); ++j) {

@@ -131,6 +131,7 @@ TEST_F(BatchEstimatorTest, ABoneAndOneViewDoNotPlaceAJointForLong) {
   options_.covariance = true;
   const std::vector<FinalPose> free = Run(take);
   options_.bones = true;
+  options_.bone_sigma_from = NoiseFrom::kTake;
   const std::vector<FinalPose> held = Run(take);
   const auto sigma_m = [](const std::vector<FinalPose>& finals, size_t k) {
     return std::sqrt(finals[k].person.covariances[kWrist]->trace());
