@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "core/base/weighted_quantile.h"
@@ -78,8 +77,8 @@ double FrameSeconds(const Tracklet& tracklet) {
 // The frames of one bone in one piece.
 class PieceMaker {
  public:
-  PieceMaker(double frame_s, size_t bones, std::vector<BoneSamples::Piece>* to)
-      : seconds_each_(frame_s / static_cast<double>(bones)), to_(to) {}
+  PieceMaker(double frame_s, std::vector<BoneSamples::Piece>* to)
+      : seconds_each_(frame_s), to_(to) {}
 
   void Add(TimeNs time, double length_m, double variance_m2) {
     if (!lengths_.empty() && ToSeconds(time - begin_) >= kPieceSeconds &&
@@ -159,43 +158,31 @@ void BoneSamples::Append(const BoneSamples& other) {
 
 BoneModel::BoneModel(const Skeleton& skeleton)
     : alike_share_(kAlikePrior / (kAlikePrior + kStrangersPrior)) {
-  std::map<std::pair<int, int>, size_t> group_of;
   for (const Bone& bone : skeleton.bones()) {
     if (!KeepsItsLength(skeleton, bone)) continue;
-    // Values: std::minmax gives references, here to what is gone.
-    const std::pair<int, int> key = std::minmax(bone.a, bone.b);
-    const std::pair<int, int> mirrored =
-        std::minmax(skeleton.mirror(bone.a), skeleton.mirror(bone.b));
-    const auto known = group_of.find(mirrored);
-    if (known != group_of.end()) {
-      groups_[known->second].bones.push_back(bone);
-      continue;
-    }
-    group_of[key] = groups_.size();
-    groups_.push_back({{bone}, FloorOf(skeleton, bone)});
+    bones_.push_back({bone, FloorOf(skeleton, bone)});
   }
-  piece_sigma_.assign(groups_.size(), kDefaultPieceSigma);
+  piece_sigma_.assign(bones_.size(), kDefaultPieceSigma);
 }
 
 BoneSamples BoneModel::Measure(const Tracklet& tracklet) const {
   BoneSamples samples;
-  samples.of_bone.resize(groups_.size());
+  samples.of_bone.resize(bones_.size());
   const double frame_s = FrameSeconds(tracklet);
-  for (size_t g = 0; g < groups_.size(); ++g) {
-    PieceMaker maker(frame_s, groups_[g].bones.size(), &samples.of_bone[g]);
+  for (size_t g = 0; g < bones_.size(); ++g) {
+    PieceMaker maker(frame_s, &samples.of_bone[g]);
     for (size_t k = tracklet.clean_begin(); k < tracklet.clean_end(); ++k) {
       const TrackletFrame& frame = tracklet.frames[k];
-      for (const Bone& bone : groups_[g].bones) {
-        const Joint3d& a = frame.pose->joints[bone.a];
-        const Joint3d& b = frame.pose->joints[bone.b];
-        if (a.status != JointStatus::kObserved ||
-            b.status != JointStatus::kObserved) {
-          continue;
-        }
-        const double length_m = (a.position_m - b.position_m).norm();
-        if (!(length_m > 0.0)) continue;
-        maker.Add(frame.time, length_m, StatedVariance(*frame.pose, bone));
+      const Bone& bone = bones_[g].bone;
+      const Joint3d& a = frame.pose->joints[bone.a];
+      const Joint3d& b = frame.pose->joints[bone.b];
+      if (a.status != JointStatus::kObserved ||
+          b.status != JointStatus::kObserved) {
+        continue;
       }
+      const double length_m = (a.position_m - b.position_m).norm();
+      if (!(length_m > 0.0)) continue;
+      maker.Add(frame.time, length_m, StatedVariance(*frame.pose, bone));
     }
     maker.Finish();
   }
@@ -204,18 +191,17 @@ BoneSamples BoneModel::Measure(const Tracklet& tracklet) const {
 
 std::vector<std::vector<double>> BoneModel::LogLengths(
     const Tracklet& tracklet) const {
-  std::vector<std::vector<double>> lengths(groups_.size());
+  std::vector<std::vector<double>> lengths(bones_.size());
   for (size_t k = tracklet.clean_begin(); k < tracklet.clean_end(); ++k) {
     const Pose3d& pose = tracklet.frames[k].pose->joints;
-    for (size_t g = 0; g < groups_.size(); ++g) {
-      for (const Bone& bone : groups_[g].bones) {
-        const Joint3d& a = pose[bone.a];
-        const Joint3d& b = pose[bone.b];
-        const double length_m = (a.position_m - b.position_m).norm();
-        if (a.status == JointStatus::kObserved &&
-            b.status == JointStatus::kObserved && length_m > 0.0) {
-          lengths[g].push_back(std::log(length_m));
-        }
+    for (size_t g = 0; g < bones_.size(); ++g) {
+      const Bone& bone = bones_[g].bone;
+      const Joint3d& a = pose[bone.a];
+      const Joint3d& b = pose[bone.b];
+      const double length_m = (a.position_m - b.position_m).norm();
+      if (a.status == JointStatus::kObserved &&
+          b.status == JointStatus::kObserved && length_m > 0.0) {
+        lengths[g].push_back(std::log(length_m));
       }
     }
   }
@@ -223,7 +209,7 @@ std::vector<std::vector<double>> BoneModel::LogLengths(
 }
 
 void BoneModel::Learn(const std::vector<BoneSamples>& tracklets) {
-  for (size_t g = 0; g < groups_.size(); ++g) {
+  for (size_t g = 0; g < bones_.size(); ++g) {
     std::vector<double> deviations;
     for (const BoneSamples& samples : tracklets) {
       const std::vector<BoneSamples::Piece>& pieces = samples.of_bone[g];
@@ -290,8 +276,8 @@ BoneModel::Length BoneModel::LengthOf(const BoneSamples& samples,
   const double of_median = pieces.size() < 3 ? 1.0 : 0.5 * M_PI;
   length.known = true;
   length.log_length = WeightedMedian(std::move(weighted));
-  const double floor = std::max(
-      kFloorSigma, groups_[bone].floor_m / std::exp(length.log_length));
+  const double floor =
+      std::max(kFloorSigma, bones_[bone].floor_m / std::exp(length.log_length));
   length.variance = of_median / information + floor * floor;
   return length;
 }
@@ -310,7 +296,7 @@ double BoneModel::LogRatio(const BoneSamples& a, const BoneSamples& b) const {
   constexpr double kMost = 4.0 * kWrongSigma;
   std::vector<double> difference;
   std::vector<double> variance;
-  for (size_t g = 0; g < groups_.size(); ++g) {
+  for (size_t g = 0; g < bones_.size(); ++g) {
     const Length one = LengthOf(a, g);
     const Length other = LengthOf(b, g);
     if (!one.known || !other.known) continue;
@@ -345,7 +331,7 @@ double BoneModel::MeanDifference(const BoneSamples& a,
                                  const BoneSamples& b) const {
   double sum_m = 0.0;
   int count = 0;
-  for (size_t g = 0; g < groups_.size(); ++g) {
+  for (size_t g = 0; g < bones_.size(); ++g) {
     const Length one = LengthOf(a, g);
     const Length other = LengthOf(b, g);
     if (!one.known || !other.known) continue;

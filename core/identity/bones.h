@@ -12,8 +12,9 @@
 
 namespace kinegraph {
 
-// A body's bone lengths, left and right together. Errors of neighbouring frames
-// go together, so lengths are medians of pieces of a second.
+// A body's bone lengths, left and right each for itself (the model's constants
+// were chosen so). Errors of neighbouring frames go together, so lengths are
+// medians of pieces of a second.
 struct BoneSamples {
   struct Piece {
     double log_length = 0.0;
@@ -34,8 +35,7 @@ class BoneModel {
 
   // From the clean frames, joints observed by two views alone.
   BoneSamples Measure(const Tracklet& tracklet) const;
-  // Logarithms of all lengths of the same frames, [bone][]; a bone and its
-  // mirror are one.
+  // Logarithms of all lengths of the same frames, [bone][].
   std::vector<std::vector<double>> LogLengths(const Tracklet& tracklet) const;
   // Learns from all tracklets how much the pieces of one body differ.
   void Learn(const std::vector<BoneSamples>& tracklets);
@@ -65,12 +65,12 @@ class BoneModel {
   Length LengthOf(const BoneSamples& samples, size_t bone) const;
   double VarianceOf(const BoneSamples::Piece& piece, size_t bone) const;
 
-  struct Group {  // a bone and its mirror
-    std::vector<Bone> bones;
+  struct KeptBone {
+    Bone bone;
     double floor_m = 0.0;  // of the errors that last
   };
-  std::vector<Group> groups_;
-  std::vector<double> piece_sigma_;  // of the log length in 1 s, by group
+  std::vector<KeptBone> bones_;
+  std::vector<double> piece_sigma_;  // of the log length in 1 s, by bone
   double alike_share_;
 };
 
