@@ -1,6 +1,6 @@
 #!/bin/bash
 # What .ci/run does beside the tests: tests/checks.sh CHECK BUILD
-#   tidy     clang-tidy's findings are errors in sources that changed since
+#   tidy     clang-tidy's findings are errors in lines that changed since
 #            KINEGRAPH_CI_BASE (default: the commit before this one)
 #   corpora  replays every input that once failed, and tries each reader a little
 #            with libFuzzer
@@ -36,8 +36,24 @@ changed_sources() {  # BASE
     while read -r file; do if [[ -e $file ]]; then echo "$file"; fi; done
 }
 
+# Lines that changed, as clang-tidy's --line-filter wants them: what stood there
+# before is not for this change to mend.
+changed_lines() {  # BASE
+  git diff -U0 --diff-filter=d "$1" -- '*.cc' '*.h' | python3 -c '
+import json, re, sys
+lines = {}
+for line in sys.stdin:
+  if line.startswith("+++ "):
+    at = lines.setdefault(line[6:].strip(), [])
+  found = re.match(r"@@ .* \+(\d+)(?:,(\d+))? @@", line)
+  if found:
+    first, count = int(found[1]), int(found[2] or 1)
+    if count: at.append([first, first + count - 1])
+print(json.dumps([{"name": name, "lines": at} for name, at in lines.items() if at]))'
+}
+
 tidy() {
-  need clang-tidy-14 git ninja
+  need clang-tidy-14 git ninja python3
   local base=${KINEGRAPH_CI_BASE:-HEAD^} sources
   git rev-parse --quiet --verify "$base^{commit}" >/dev/null ||
     skip "there is no commit '$base' to compare with"
@@ -51,6 +67,7 @@ tidy() {
   ninja -C "$build" -t compdb >"$database/compile_commands.json" || return 1
   printf '%s\0' "${sources[@]}" |
     xargs -0 -n 1 -P "$jobs" clang-tidy-14 --quiet -p "$database" \
+      --line-filter="$(changed_lines "$base")" \
       --extra-arg-before=-std=c++17 --warnings-as-errors='*' || return 1
   echo "${#sources[@]} sources, changed since $base"
 }

@@ -327,14 +327,14 @@ void BatchEstimator::WriteFinals() {
 // bones.
 void BatchEstimator::DistrustBones(
     std::vector<std::vector<Eigen::Matrix3d>>* covariances) {
-  constexpr double kSurely_s = 0.1;
+  constexpr double kSurelyS = 0.1;
   const auto alone = solver_.JointCovariances(problem_, solver_.correction());
   for (int j = 0; j < joint_count(); ++j) {
     std::vector<Eigen::Matrix3d>& stated = (*covariances)[j];
     const std::vector<double> nearest =
         SecondsToSupport(problem_.times, InliersOf(j), 2);
     for (size_t k = 0; k < std::min(stated.size(), alone[j].size()); ++k) {
-      if (nearest[k] > kSurely_s) stated[k] = alone[j][k].topLeftCorner<3, 3>();
+      if (nearest[k] > kSurelyS) stated[k] = alone[j][k].topLeftCorner<3, 3>();
     }
   }
 }

@@ -7,8 +7,8 @@ namespace {
 
 constexpr double kLastScale = 3.0;  // sigmas
 
-constexpr double kExact_m = 1e-6;
-constexpr double kRough_m = 1e-3;  // of a stage that another one follows
+constexpr double kExactM = 1e-6;
+constexpr double kRoughM = 1e-3;  // of a stage that another one follows
 
 RobustTriangulator Stage(LossKind loss, double scale, double last_step_m) {
   RobustTriangulationOptions options;
@@ -22,10 +22,10 @@ RobustTriangulator Stage(LossKind loss, double scale, double last_step_m) {
 
 FrameTriangulator::FrameTriangulator(const CameraRig& cameras)
     : cameras_(cameras),
-      least_squares_(Stage(LossKind::kNone, 1.0, kExact_m)),
-      stages_({Stage(LossKind::kHuber, 1.5, kRough_m),
-               Stage(LossKind::kGemanMcClure, 2.0 * kLastScale, kRough_m),
-               Stage(LossKind::kGemanMcClure, kLastScale, kExact_m)}),
+      least_squares_(Stage(LossKind::kNone, 1.0, kExactM)),
+      stages_({Stage(LossKind::kHuber, 1.5, kRoughM),
+               Stage(LossKind::kGemanMcClure, 2.0 * kLastScale, kRoughM),
+               Stage(LossKind::kGemanMcClure, kLastScale, kExactM)}),
       correction_(InformationCorrection(LossKind::kGemanMcClure, kLastScale)) {}
 
 void FrameTriangulator::TakeViews(const JointChain& chain, size_t k) {
