@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "solvers/batch/batch_estimator.h"
+#include "solvers/graph/noise_model.h"
 #include "solvers/window/window_estimator.h"
 
 namespace kinegraph {
@@ -50,13 +51,20 @@ bool Never(const EstimatorOptions&) { return false; }
 using MakeFilter =
     std::function<SegmentFilter(const FilterOptions&, double rate_hz)>;
 EstimatorFactory OverPoints(const EstimatorOptions& options, PointKind points,
-                            bool covariances, MakeFilter make_filter) {
-  return [=, filters = options.filters, noise = options.graph,
+                            PointCovariances covariances,
+                            MakeFilter make_filter) {
+  const PixelSigmaOf sigma_of = [graph = options.graph](
+                                    JointClass joint_class, double confidence,
+                                    double depth_m, double focal_px) {
+    return PixelSigma(graph, joint_class, confidence, depth_m, focal_px);
+  };
+  return [=, filters = options.filters,
           make_filter = std::move(make_filter)](const SceneModel& scene) {
-    return MakeOfflineFilter(scene, filters.segments,
-                             JointPoints(scene, points, covariances,
-                                         filters.robust_triangulation, noise),
-                             make_filter(filters, scene.frame_rate_hz));
+    return MakeOfflineFilter(
+        scene, filters.segments,
+        JointPoints(scene, points, covariances, filters.robust_triangulation,
+                    sigma_of),
+        make_filter(filters, scene.frame_rate_hz));
   };
 }
 
@@ -69,7 +77,8 @@ Smoother Filter(OutputKind kind, std::string name, MakeFilter make_filter) {
   smoother.make = [make_filter = std::move(make_filter)](
                       const EstimatorOptions& options,
                       const std::shared_ptr<TakeNotes>&) {
-    return OverPoints(options, options.filters.points, false, make_filter);
+    return OverPoints(options, options.filters.points, PointCovariances::kOff,
+                      make_filter);
   };
   return smoother;
 }
@@ -80,8 +89,10 @@ Smoother KalmanLike(OutputKind kind, std::string name, MakeFilter make_filter) {
   smoother.make = [make_filter = std::move(make_filter)](
                       const EstimatorOptions& options,
                       const std::shared_ptr<TakeNotes>&) {
-    const bool covariances =
-        options.filters.kalman.measurement == MeasurementNoise::kTriangulation;
+    const PointCovariances covariances =
+        options.filters.kalman.measurement == MeasurementNoise::kTriangulation
+            ? PointCovariances::kOn
+            : PointCovariances::kOff;
     return OverPoints(options, options.filters.points, covariances,
                       make_filter);
   };
@@ -92,7 +103,7 @@ Smoother KalmanLike(OutputKind kind, std::string name, MakeFilter make_filter) {
 
 // Points of one kind as they are.
 Smoother Points(OutputKind kind, std::string name, PointKind points,
-                bool covariances) {
+                PointCovariances covariances) {
   Smoother smoother;
   smoother.kind = kind;
   smoother.name = std::move(name);
@@ -108,15 +119,16 @@ Smoother Points(OutputKind kind, std::string name, PointKind points,
 }
 
 Smoother RawDlt() {
-  Smoother smoother =
-      Points(OutputKind::kRawDlt, "raw_dlt", PointKind::kDlt, false);
+  Smoother smoother = Points(OutputKind::kRawDlt, "raw_dlt", PointKind::kDlt,
+                             PointCovariances::kOff);
   smoother.variants = {Variant("raw_dlt", "raw DLT")};
   return smoother;
 }
 
 Smoother RobustTriangulation() {
-  Smoother smoother = Points(OutputKind::kRobustTriangulation,
-                             "robust_triangulation", PointKind::kRobust, true);
+  Smoother smoother =
+      Points(OutputKind::kRobustTriangulation, "robust_triangulation",
+             PointKind::kRobust, PointCovariances::kOn);
   smoother.variants = {
       Variant("robust_triangulation", "robust triangulation, each frame",
               {Field("loss_scale", "sigmas", {1.0, 2.0, 3.0, 4.5, 7.0, 10.0},
@@ -375,12 +387,14 @@ Smoother Window() {
   return smoother;
 }
 
-SmootherVariant BatchOf(std::string name, std::string title, bool bones,
+enum class Bones { kOff, kOn };
+
+SmootherVariant BatchOf(std::string name, std::string title, Bones bones,
                         SmootherParameter second) {
   return Variant(std::move(name), std::move(title),
                  {GraphProcessNoise(), std::move(second)},
                  [bones](double, EstimatorOptions* options) {
-                   options->graph.bones = bones;
+                   options->graph.bones = bones == Bones::kOn;
                    options->graph.bone_sigma_from = NoiseFrom::kFixed;
                  });
 }
@@ -398,9 +412,9 @@ Smoother Batch() {
     };
   };
   const SmootherVariant plain =
-      BatchOf("batch", "batch", false, GraphLossScale());
+      BatchOf("batch", "batch", Bones::kOff, GraphLossScale());
   const SmootherVariant bones = BatchOf(
-      "batch_bones", "batch with bones", true,
+      "batch_bones", "batch with bones", Bones::kOn,
       Field(
           "bone_sigma_m", "m", {0.01, 0.02, 0.04},
           [](EstimatorOptions& o) -> double& { return o.graph.bone_sigma_m; }));

@@ -14,7 +14,6 @@
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/csv_cell.h"
-#include "core/io/text/json.h"
 
 namespace kinegraph {
 namespace {
@@ -125,14 +124,6 @@ std::string SummaryCell(const BatchSummary& summary, int decimals) {
   return Fixed(summary.mean, decimals) + " [" +
          Fixed(summary.interval.low, decimals) + ", " +
          Fixed(summary.interval.high, decimals) + "]";
-}
-
-Json SummaryJson(const BatchSummary& summary) {
-  if (summary.takes == 0) return nullptr;
-  return {{"takes", summary.takes},
-          {"mean", summary.mean},
-          {"low", summary.interval.low},
-          {"high", summary.interval.high}};
 }
 
 std::string ListText(const std::set<std::string>& names) {
@@ -388,6 +379,14 @@ BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b) {
                    std::hypot(a[t]->standard_error, b[t]->standard_error)});
   }
   return Summarise(differences);
+}
+
+Json SummaryJson(const BatchSummary& summary) {
+  if (summary.takes == 0) return nullptr;
+  return {{"takes", summary.takes},
+          {"mean", summary.mean},
+          {"low", summary.interval.low},
+          {"high", summary.interval.high}};
 }
 
 int MergeBatch(const std::vector<Task>& tasks, const std::string& out) {

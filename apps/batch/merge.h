@@ -8,6 +8,7 @@
 
 #include "apps/batch/tasks.h"
 #include "core/evaluation/bootstrap.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 
@@ -42,6 +43,8 @@ struct BatchSummary {
   Interval interval;
 };
 BatchSummary Summarise(const BatchColumn& column);
+// null without takes.
+Json SummaryJson(const BatchSummary& summary);
 
 // The same of the difference of two configurations, take by take.
 BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "apps/common/terminal_markdown.h"
+
 namespace kinegraph {
 namespace {
 
@@ -57,26 +59,6 @@ std::string PeopleLines(const TakeReport& report) {
   return text;
 }
 
-// Wraps at spaces.
-std::string Wrapped(const std::string& text, const std::string& indent) {
-  constexpr size_t kColumns = 98;
-  std::string wrapped;
-  std::string line;
-  size_t begin = 0;
-  while (begin < text.size()) {
-    const size_t end = std::min(text.find(' ', begin), text.size());
-    const std::string word = text.substr(begin, end - begin);
-    if (!line.empty() && line.size() + 1 + word.size() > kColumns) {
-      wrapped += line + "\n";
-      line = indent + word;
-    } else {
-      line += (line.empty() ? "" : " ") + word;
-    }
-    begin = end + 1;
-  }
-  return wrapped + line + "\n";
-}
-
 }  // namespace
 
 std::string ReportText(const TakeReport& report) {
@@ -85,10 +67,11 @@ std::string ReportText(const TakeReport& report) {
 }
 
 std::string WarningsText(const TakeReport& report) {
+  constexpr size_t kColumns = 98;
   std::string text;
   for (const TakeWarning& warning : report.warnings) {
-    text += Wrapped("warning: " + warning.text + ".", "  ");
-    text += Wrapped("  try: " + warning.advice + ".", "  ");
+    text += Wrapped("warning: " + warning.text + ".", kColumns, "  ");
+    text += Wrapped("try: " + warning.advice + ".", kColumns, "  ");
   }
   return text;
 }

@@ -18,19 +18,6 @@ size_t Letters(const std::string& text) {
       [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
 }
 
-// At most `letters`, the last one a "~" where something is missing.
-std::string Cut(const std::string& text, size_t letters) {
-  if (Letters(text) <= letters) return text;
-  std::string cut;
-  size_t kept = 0;
-  for (const char c : text) {
-    const bool begins = (static_cast<unsigned char>(c) & 0xc0) != 0x80;
-    if (begins && kept++ == letters - 1) break;
-    cut += c;
-  }
-  return cut + "~";
-}
-
 std::string Padded(const std::string& text, size_t letters) {
   return text + std::string(letters - std::min(letters, Letters(text)), ' ');
 }
@@ -124,21 +111,35 @@ std::string TableText(std::vector<Row> rows, size_t columns,
   return text;
 }
 
-std::string Wrapped(const std::string& line, size_t columns) {
-  std::istringstream words(line);
-  std::string text;
-  std::string current;
-  for (std::string word; words >> word;) {
-    if (!current.empty() && Letters(current) + 1 + Letters(word) > columns) {
-      text += current + "\n";
-      current.clear();
-    }
-    current += (current.empty() ? "" : " ") + word;
+}  // namespace
+
+std::string Cut(const std::string& text, size_t letters) {
+  if (Letters(text) <= letters) return text;
+  std::string cut;
+  size_t kept = 0;
+  for (const char c : text) {
+    const bool begins = (static_cast<unsigned char>(c) & 0xc0) != 0x80;
+    if (begins && kept++ == letters - 1) break;
+    cut += c;
   }
-  return text + current + "\n";
+  return cut + "~";
 }
 
-}  // namespace
+std::string Wrapped(const std::string& text, size_t columns,
+                    const std::string& indent) {
+  std::istringstream words(text);
+  std::string lines;
+  std::string line;
+  for (std::string word; words >> word;) {
+    if (!line.empty() && Letters(line) + 1 + Letters(word) > columns) {
+      lines += line + "\n";
+      line = indent + word;
+    } else {
+      line += (line.empty() ? "" : " ") + word;
+    }
+  }
+  return lines + line + "\n";
+}
 
 std::string ForTerminal(const std::string& markdown, size_t columns,
                         const std::string& where) {

@@ -365,6 +365,48 @@ std::string Ranking(const CompareResult& result, const std::string& key) {
          line("worse", worse);
 }
 
+// [fold][view].
+Json ShiftsJson(const std::vector<std::vector<Eigen::Vector2d>>& shifts_px) {
+  Json json = Json::array();
+  for (const auto& of_fold : shifts_px) {
+    Json shifts = Json::array();
+    for (const Eigen::Vector2d& shift : of_fold) {
+      shifts.push_back({shift.x(), shift.y()});
+    }
+    json.push_back(shifts);
+  }
+  return json;
+}
+
+Json StrategyJson(const StrategyResult& one,
+                  const std::vector<std::string>& views) {
+  Json entry = {{"name", one.strategy.name}, {"title", one.strategy.title}};
+  entry["parameters"] = Json::array();
+  for (const StrategyValues& values : one.values) {
+    entry["parameters"].push_back(ValuesJson(one.strategy, values));
+  }
+  if (!one.scores.refused.empty()) {
+    entry["refused"] = one.scores.refused;
+    return entry;
+  }
+  entry["whole_take"] = one.scores.run.whole_take;
+  Json measures = Json::object();
+  for (const Measure& measure : one.measures) {
+    measures[measure.key] = MeasureJson(measure);
+  }
+  entry["measures"] = measures;
+  Json by_view = Json::object();
+  for (size_t v = 0; v < views.size(); ++v) {
+    by_view[views[v]] = NumberOrNull(one.scores.held_out_by_view[v].figure_px(
+        HeldOutFigure::kMeanTruncated));
+  }
+  entry["held_out_mean_px_by_view"] = by_view;
+  if (one.tuning.has_value()) {
+    entry["tuning"] = TuningJson(one.strategy, *one.tuning);
+  }
+  return entry;
+}
+
 }  // namespace
 
 std::string RankingText(const CompareResult& result) {
@@ -399,44 +441,11 @@ Json CompareJson(const CompareResult& result) {
                        {"confidence", bootstrap.confidence},
                        {"seed", bootstrap.seed}};
   if (!result.shifts_px.empty()) {
-    json["shifts_px"] = Json::array();
-    for (const auto& of_fold : result.shifts_px) {
-      Json shifts = Json::array();
-      for (const Eigen::Vector2d& shift : of_fold) {
-        shifts.push_back({shift.x(), shift.y()});
-      }
-      json["shifts_px"].push_back(shifts);
-    }
+    json["shifts_px"] = ShiftsJson(result.shifts_px);
   }
   json["strategies"] = Json::array();
   for (const StrategyResult& one : result.strategies) {
-    Json entry = {{"name", one.strategy.name}, {"title", one.strategy.title}};
-    entry["parameters"] = Json::array();
-    for (const StrategyValues& values : one.values) {
-      entry["parameters"].push_back(ValuesJson(one.strategy, values));
-    }
-    if (!one.scores.refused.empty()) {
-      entry["refused"] = one.scores.refused;
-      json["strategies"].push_back(entry);
-      continue;
-    }
-    entry["whole_take"] = one.scores.run.whole_take;
-    Json measures = Json::object();
-    for (const Measure& measure : one.measures) {
-      measures[measure.key] = MeasureJson(measure);
-    }
-    entry["measures"] = measures;
-    Json views = Json::object();
-    for (size_t v = 0; v < comparison.views().size(); ++v) {
-      views[comparison.views()[v]] =
-          NumberOrNull(one.scores.held_out_by_view[v].figure_px(
-              HeldOutFigure::kMeanTruncated));
-    }
-    entry["held_out_mean_px_by_view"] = views;
-    if (one.tuning.has_value()) {
-      entry["tuning"] = TuningJson(one.strategy, *one.tuning);
-    }
-    json["strategies"].push_back(entry);
+    json["strategies"].push_back(StrategyJson(one, comparison.views()));
   }
   json["lag_sweep"] = Json::array();
   for (const LagPoint& point : result.lag_sweep) {

@@ -4,6 +4,7 @@
 
 #include "apps/batch/merge.h"
 #include "apps/common/table.h"
+#include "apps/common/terminal_markdown.h"
 #include "apps/compare/study.h"
 #include "apps/compare/verdict.h"
 #include "core/io/text/csv_cell.h"
@@ -140,14 +141,6 @@ Json ScoreJson(const StudyScore& score) {
           {"verdict", ToString(score.verdict)}};
 }
 
-Json SummaryJson(const BatchSummary& summary) {
-  if (summary.takes == 0) return nullptr;
-  return {{"takes", summary.takes},
-          {"mean", summary.mean},
-          {"low", summary.interval.low},
-          {"high", summary.interval.high}};
-}
-
 }  // namespace
 
 std::string StudyMarkdown(const Study& study) {
@@ -235,7 +228,8 @@ std::string StudyToml(const Study& study) {
 
 std::string StudyDigest(const Study& study, const std::string& folder) {
   return StrategyTable(study).ToString() + "\n" + TakeTable(study).ToString() +
-         "\n" + Wrapped(VerdictSentences(study)) + "written to " + folder +
+         "\n" + Wrapped(VerdictSentences(study), kDigestColumns) +
+         "written to " + folder +
          ":\n  study.md, study.csv, study.json\n  recommended.toml: for track "
          "--config, the configuration given with the best strategy\n";
 }

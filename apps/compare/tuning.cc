@@ -110,82 +110,95 @@ size_t Least(const std::vector<RatioUnit>& errors) {
   return best;
 }
 
-StrategyTuning Tune(const Comparison& comparison, const Strategy& strategy,
-                    const Tick& tick) {
-  const std::vector<StrategyValues> grid = strategy.parameters.empty()
-                                               ? std::vector<StrategyValues>{{}}
-                                               : GridOf(strategy);
-  const std::vector<Piece> pieces = PiecesOf(comparison, grid.size());
-  // In the frames of each fold.
-  std::vector<std::array<RatioUnit, 2>> results(pieces.size());
-  std::vector<double> cpu_s(pieces.size(), 0.0);
-  std::vector<char> refused(pieces.size(), 0);
-  ParallelFor(comparison.threads, static_cast<int>(pieces.size()), [&](int i) {
-    const Piece& piece = pieces[i];
-    const double start_s = ThreadCpuSeconds();
-    const auto compute = [&] {
-      const PreparedTake& take = *comparison.folds[piece.fold].take;
-      const TrackSequence tracks =
-          RunWithout(comparison, strategy, grid[piece.point], take, piece.view);
-      for (size_t scored = 0; scored < 2; ++scored) {
-        HeldOutScores scores;
-        ScoreWithout(comparison,
-                     {comparison.folds[scored].frames,
-                      comparison.folds[piece.fold].take},
-                     piece.view, tracks, &scores);
-        results[i][scored] = Pool(scores);
-      }
-    };
-    try {
-      ComputeOrFind(
+// What was computed of one piece.
+struct PieceResult {
+  std::array<RatioUnit, 2> errors;  // in the frames of each fold
+  double cpu_s = 0.0;
+  bool refused = false;  // the strategy cannot do this take with these values
+};
+
+PieceResult ComputePiece(const Comparison& comparison, const Strategy& strategy,
+                         const StrategyValues& values, const Piece& piece) {
+  PieceResult result;
+  const double start_s = ThreadCpuSeconds();
+  const auto compute = [&] {
+    const PreparedTake& take = *comparison.folds[piece.fold].take;
+    const TrackSequence tracks =
+        RunWithout(comparison, strategy, values, take, piece.view);
+    for (size_t scored = 0; scored < 2; ++scored) {
+      HeldOutScores scores;
+      ScoreWithout(
           comparison,
-          PieceKey(comparison, "tuning " + std::to_string(piece.fold), strategy,
-                   {grid[piece.point]}, static_cast<int>(piece.view)),
-          compute,
-          [&](ByteWriter* writer) {
-            for (const RatioUnit& unit : results[i]) {
-              writer->Put(unit.sum);
-              writer->Put(unit.weight);
-            }
-          },
-          [&](ByteReader* reader) {
-            for (RatioUnit& unit : results[i]) {
-              unit.sum = reader->Get<double>();
-              unit.weight = reader->Get<double>();
-            }
-          });
-    } catch (const InputError&) {
-      refused[i] = 1;
-    } catch (const OptionError&) {
-      refused[i] = 1;
+          {comparison.folds[scored].frames, comparison.folds[piece.fold].take},
+          piece.view, tracks, &scores);
+      result.errors[scored] = Pool(scores);
     }
-    cpu_s[i] = ThreadCpuSeconds() - start_s;
-    if (tick) tick();
-  });
-  // [take of][frames of][point]
-  std::vector<RatioUnit> errors[2][2];
-  for (auto& of_take : errors) {
-    for (auto& in_frames : of_take) in_frames.resize(grid.size());
+  };
+  try {
+    ComputeOrFind(
+        comparison,
+        PieceKey(comparison, "tuning " + std::to_string(piece.fold), strategy,
+                 {values}, static_cast<int>(piece.view)),
+        compute,
+        [&](ByteWriter* writer) {
+          for (const RatioUnit& unit : result.errors) {
+            writer->Put(unit.sum);
+            writer->Put(unit.weight);
+          }
+        },
+        [&](ByteReader* reader) {
+          for (RatioUnit& unit : result.errors) {
+            unit.sum = reader->Get<double>();
+            unit.weight = reader->Get<double>();
+          }
+        });
+  } catch (const InputError&) {
+    result.refused = true;
+  } catch (const OptionError&) {
+    result.refused = true;
   }
-  std::vector<char> point_refused(grid.size(), 0);
-  StrategyTuning tuning;
+  result.cpu_s = ThreadCpuSeconds() - start_s;
+  return result;
+}
+
+// Errors of every point of a grid, over all views: [take of][frames of][point].
+using GridErrors = std::array<std::array<std::vector<RatioUnit>, 2>, 2>;
+
+// A point that was refused anywhere has no error.
+GridErrors PoolPieces(const Comparison& comparison,
+                      const std::vector<Piece>& pieces,
+                      const std::vector<PieceResult>& results, size_t points) {
+  GridErrors errors;
+  for (auto& of_take : errors) {
+    for (auto& in_frames : of_take) in_frames.resize(points);
+  }
+  std::vector<char> refused(points, 0);
   for (size_t i = 0; i < pieces.size(); ++i) {
     const Piece& piece = pieces[i];
     for (size_t scored = 0; scored < 2; ++scored) {
-      Add(results[i][scored], &errors[piece.fold][scored][piece.point]);
+      Add(results[i].errors[scored], &errors[piece.fold][scored][piece.point]);
       if (SharedTake(comparison)) {
-        Add(results[i][scored], &errors[1 - piece.fold][scored][piece.point]);
+        Add(results[i].errors[scored],
+            &errors[1 - piece.fold][scored][piece.point]);
       }
     }
-    if (refused[i]) point_refused[piece.point] = 1;
-    tuning.cpu_s += cpu_s[i];
+    if (results[i].refused) refused[piece.point] = 1;
   }
-  for (size_t point = 0; point < grid.size(); ++point) {
-    for (auto& of_take : errors) {
-      for (auto& in_frames : of_take) {
-        if (point_refused[point]) in_frames[point] = RatioUnit();
+  for (auto& of_take : errors) {
+    for (auto& in_frames : of_take) {
+      for (size_t point = 0; point < points; ++point) {
+        if (refused[point]) in_frames[point] = RatioUnit();
       }
     }
+  }
+  return errors;
+}
+
+// Chooses on one fold and scores on the other.
+StrategyTuning ChooseCrossed(const std::vector<StrategyValues>& grid,
+                             const GridErrors& errors) {
+  StrategyTuning tuning;
+  for (size_t point = 0; point < grid.size(); ++point) {
     RatioUnit both = errors[0][0][point];
     Add(errors[1][1][point], &both);
     tuning.points.push_back(
@@ -202,6 +215,24 @@ StrategyTuning Tune(const Comparison& comparison, const Strategy& strategy,
   }
   tuning.cross_px = Ratio(cross);
   tuning.same_fold_px = Ratio(same);
+  return tuning;
+}
+
+StrategyTuning Tune(const Comparison& comparison, const Strategy& strategy,
+                    const Tick& tick) {
+  const std::vector<StrategyValues> grid = strategy.parameters.empty()
+                                               ? std::vector<StrategyValues>{{}}
+                                               : GridOf(strategy);
+  const std::vector<Piece> pieces = PiecesOf(comparison, grid.size());
+  std::vector<PieceResult> results(pieces.size());
+  ParallelFor(comparison.threads, static_cast<int>(pieces.size()), [&](int i) {
+    results[i] =
+        ComputePiece(comparison, strategy, grid[pieces[i].point], pieces[i]);
+    if (tick) tick();
+  });
+  StrategyTuning tuning =
+      ChooseCrossed(grid, PoolPieces(comparison, pieces, results, grid.size()));
+  for (const PieceResult& result : results) tuning.cpu_s += result.cpu_s;
   return tuning;
 }
 

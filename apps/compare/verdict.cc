@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/common/table.h"
+#include "apps/common/terminal_markdown.h"
 #include "core/io/configuration/config.h"
 
 namespace kinegraph {
@@ -15,7 +16,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr char kHeldOut[] = "held_out_mean_px";
-constexpr size_t kColumns = 100;
 
 std::string Pixels(double value) { return Fixed(value, 2) + " px"; }
 
@@ -66,28 +66,7 @@ bool Overlap(const Measure& a, const Measure& b) {
          a.interval.low <= b.interval.high && b.interval.low <= a.interval.high;
 }
 
-std::string Shortened(const std::string& text, size_t letters) {
-  return text.size() <= letters ? text : text.substr(0, letters - 1) + "~";
-}
-
 }  // namespace
-
-std::string Wrapped(const std::string& text) {
-  std::string wrapped;
-  std::string line;
-  size_t begin = 0;
-  while (begin < text.size()) {
-    const size_t end = std::min(text.find(' ', begin), text.size());
-    const std::string word = text.substr(begin, end - begin);
-    if (!line.empty() && line.size() + 1 + word.size() > kColumns) {
-      wrapped += line + "\n";
-      line.clear();
-    }
-    line += (line.empty() ? "" : " ") + word;
-    begin = end + 1;
-  }
-  return wrapped + line + "\n";
-}
 
 std::string ChangedKeysToml(const RunOptions& options) {
   const std::map<std::string, std::string> defaults = KeysOf(RunOptions());
@@ -175,7 +154,7 @@ std::string Digest(const CompareResult& result, const std::string& folder) {
   Table table({"strategy", "held-out, px", "to baseline", "accel., m/s^2",
                "final after"});
   for (const StrategyResult& one : result.strategies) {
-    const std::string title = Shortened(one.strategy.title, 38);
+    const std::string title = Cut(one.strategy.title, 38);
     if (!one.scores.refused.empty()) {
       table.AddRow({title, "-", "-", "-", "-"});
       continue;
@@ -196,7 +175,7 @@ std::string Digest(const CompareResult& result, const std::string& folder) {
   return table.ToString() +
          "Held-out error in the mean; =: not told apart from the "
          "baseline.\n\n" +
-         Wrapped(VerdictText(result)) + "written to " + folder +
+         Wrapped(VerdictText(result), kDigestColumns) + "written to " + folder +
          ":\n  compare.md (all tables), compare.csv, compare.json, "
          "runtime.json\n  recommended.toml: for track --config, the "
          "configuration given with the best strategy\n";

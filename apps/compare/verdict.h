@@ -21,8 +21,8 @@ std::string RecommendedToml(const CompareResult& result);
 // The keys of `options` that differ from their defaults, a line each.
 std::string ChangedKeysToml(const RunOptions& options);
 
-// Lines of at most 100 columns.
-std::string Wrapped(const std::string& text);
+// How wide what is printed is at the most.
+inline constexpr size_t kDigestColumns = 100;
 
 // For a terminal, at most 100 columns: a row a strategy, the verdict, and the
 // files of `folder` that hold the rest.

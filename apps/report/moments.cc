@@ -5,6 +5,8 @@
 #include <map>
 #include <tuple>
 
+#include "core/base/median.h"
+
 namespace kinegraph {
 namespace {
 
@@ -28,12 +30,6 @@ std::vector<Eigen::Vector3d> VelocityOf(const Pose3d& now, const Pose3d& before,
     velocity[j] = (now[j].position_m - before[j].position_m) / dt_s;
   }
   return velocity;
-}
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 double BoneLength(const Pose3d& pose, const Bone& bone) {

@@ -311,6 +311,8 @@ class PageMaker {
                       ResultArrays* arrays) const;
   void AddMoments(size_t r, std::vector<Moment> moments);
   Json DetectionsJson() const;
+  // With the pictures and videos that go with them.
+  Json CamerasJson();
   Json PicturesJson(const std::map<int64_t, std::string>& pictures);
   Json VideoJson(const PageVideo& video);
   Json DoctorJson() const;
@@ -752,6 +754,27 @@ Json PageMaker::DoctorJson() const {
   return doctor;
 }
 
+Json PageMaker::CamerasJson() {
+  Json cameras = Json::array();
+  for (size_t v = 0; v < input_.cameras.size(); ++v) {
+    const Camera& camera = input_.cameras[v];
+    cameras.push_back(
+        ToJson(camera, input_.detections.has_value()
+                           ? input_.detections->header.view_names[v]
+                           : camera.name()));
+    if (v < input_.image_patterns.size() && !input_.image_patterns[v].empty()) {
+      cameras.back()["images"] = input_.image_patterns[v];
+    }
+    if (v < input_.pictures.size() && !input_.pictures[v].empty()) {
+      cameras.back()["pictures"] = PicturesJson(input_.pictures[v]);
+    }
+    if (v < input_.videos.size() && input_.videos[v].has_value()) {
+      cameras.back()["video"] = VideoJson(*input_.videos[v]);
+    }
+  }
+  return cameras;
+}
+
 PageData PageMaker::Make() {
   ChooseStrides();
   std::vector<int32_t> numbers;
@@ -778,22 +801,7 @@ PageData PageMaker::Make() {
                {"extrasStride", data_.extras_stride},
                {"cameras", Json::array()},
                {"results", Json::array()}};
-  for (size_t v = 0; v < input_.cameras.size(); ++v) {
-    const Camera& camera = input_.cameras[v];
-    page["cameras"].push_back(
-        ToJson(camera, input_.detections.has_value()
-                           ? input_.detections->header.view_names[v]
-                           : camera.name()));
-    if (v < input_.image_patterns.size() && !input_.image_patterns[v].empty()) {
-      page["cameras"].back()["images"] = input_.image_patterns[v];
-    }
-    if (v < input_.pictures.size() && !input_.pictures[v].empty()) {
-      page["cameras"].back()["pictures"] = PicturesJson(input_.pictures[v]);
-    }
-    if (v < input_.videos.size() && input_.videos[v].has_value()) {
-      page["cameras"].back()["video"] = VideoJson(*input_.videos[v]);
-    }
-  }
+  page["cameras"] = CamerasJson();
   colours_.reserve(input_.results.size());
   for (size_t r = 0; r < input_.results.size(); ++r) {
     page["results"].push_back(ResultJson(r));

@@ -148,6 +148,148 @@ Json ViewJson(const ViewEvidence& view, const std::string& name) {
   return json;
 }
 
+// What the views say without any estimate.
+void AddViewsAlone(const AuditResult& audit, const PcpResult& pcp,
+                   TableOutput* output) {
+  const std::set<PartKey>& refuted = audit.refuted_by_views;
+  output->markdown +=
+      "Views alone, no estimate: of " + std::to_string(audit.limbs) +
+      " annotated limbs " + std::to_string(audit.limbs_seen) +
+      " were seen by enough confident views; in " +
+      std::to_string(audit.limbs_agreed) + " these agree on one limb; in " +
+      std::to_string(refuted.size()) + " that limb refutes the annotation (" +
+      std::to_string(HeadlineCount(refuted, pcp)) +
+      " of the headline's actors; in " +
+      std::to_string(audit.refuted_by_three_views.size()) +
+      " three or more views took part).\n\n";
+  output->json["views_alone"] = {
+      {"limbs", audit.limbs},
+      {"seen", audit.limbs_seen},
+      {"agreed", audit.limbs_agreed},
+      {"refuted", refuted.size()},
+      {"refuted_by_three_or_more", audit.refuted_by_three_views.size()}};
+}
+
+// Adds a row with the number of lost parts by verdict; returns it as JSON.
+Json AddVerdictRow(const std::string& name, const AuditResult& audit,
+                   Table* table) {
+  std::vector<std::string> cells = {name, std::to_string(audit.cases.size())};
+  Json json = {{"estimate", name}, {"lost", audit.cases.size()}};
+  for (const AuditVerdict verdict : kVerdicts) {
+    cells.push_back(std::to_string(audit.Count(verdict)));
+    json[ToString(verdict)] = audit.Count(verdict);
+  }
+  const auto by_views =
+      std::count_if(audit.cases.begin(), audit.cases.end(),
+                    [](const AuditCase& one) { return one.refuted_by_views; });
+  cells.push_back(std::to_string(audit.HeldOutConfirmed().size()));
+  cells.push_back(std::to_string(by_views));
+  json["held_out_confirmed"] = audit.HeldOutConfirmed().size();
+  json["refuted_by_views"] = by_views;
+  table->AddRow(std::move(cells));
+  return json;
+}
+
+void AddVerdicts(const AuditedBenchmark& audited, TableOutput* output) {
+  std::vector<std::string> header = {"estimate", "lost parts"};
+  for (const AuditVerdict verdict : kVerdicts) {
+    header.emplace_back(ToString(verdict));
+  }
+  header.insert(header.end(),
+                {"held-out confirmed", "refuted by the views alone"});
+  Table table(header);
+  for (const AuditedEstimate& estimate : audited.estimates) {
+    output->json["estimates"].push_back(
+        AddVerdictRow(estimate.method, estimate.audit, &table));
+  }
+  for (const auto& variation : audited.variations) {
+    output->json["variations"].push_back(AddVerdictRow(
+        audited.estimates.front().method + ", " + variation.changed,
+        variation.audit, &table));
+  }
+  output->markdown +=
+      "Lost parts of all annotated actors by verdict; below, one threshold "
+      "changed at a time:\n\n" +
+      table.ToString(TableStyle::kMarkdown) + "\n";
+}
+
+// An audited estimate's PCP with its annotations and without some.
+Json AddOwnScores(const AuditedEstimate& estimate, const AuditResult& first,
+                  Table* table) {
+  const PcpResult contradicted =
+      WithoutParts(estimate.pcp, estimate.audit.Contradicted());
+  const PcpResult confirmed =
+      WithoutParts(estimate.pcp, estimate.audit.HeldOutConfirmed());
+  const PcpResult alone = WithoutParts(estimate.pcp, first.refuted_by_views);
+  const PcpResult by_three =
+      WithoutParts(estimate.pcp, first.refuted_by_three_views);
+  table->AddRow({estimate.method, MeanCell(estimate.pcp),
+                 MeanCell(contradicted), MeanCell(confirmed), MeanCell(alone),
+                 MeanCell(by_three)});
+  return {{"estimate", estimate.method},
+          {"as_scored", MeanJson(estimate.pcp)},
+          {"without_contradicted_annotations", MeanJson(contradicted)},
+          {"without_held_out_confirmed", MeanJson(confirmed)},
+          {"without_refuted_by_views_alone", MeanJson(alone)},
+          {"without_refuted_by_three_views", MeanJson(by_three)}};
+}
+
+// The same of tracks that were not audited: without what the views refute.
+Json AddTrackedScores(const TrackedRow& row, const PcpResult& pcp,
+                      const AuditResult& first, Table* table) {
+  const PcpResult alone = WithoutParts(pcp, first.refuted_by_views);
+  const PcpResult by_three = WithoutParts(pcp, first.refuted_by_three_views);
+  const std::string name =
+      row.take.empty() ? row.method : row.method + " (" + row.take + ")";
+  table->AddRow(
+      {name, MeanCell(pcp), "-", "-", MeanCell(alone), MeanCell(by_three)});
+  return {{"estimate", name},
+          {"as_scored", MeanJson(pcp)},
+          {"without_refuted_by_views_alone", MeanJson(alone)},
+          {"without_refuted_by_three_views", MeanJson(by_three)}};
+}
+
+void AddScores(const AuditedBenchmark& audited,
+               const std::vector<TrackedRow>& rows, const TrackSequence& truth,
+               TableOutput* output) {
+  const AuditedEstimate& first = audited.estimates.front();
+  Table table({"estimate", "PCP as scored", "without contradicted annotations",
+               "without those held-out confirmed",
+               "without those the views alone refute", "three or more views"});
+  std::set<std::string> shown;
+  for (const AuditedEstimate& estimate : audited.estimates) {
+    output->json["scores"].push_back(
+        AddOwnScores(estimate, first.audit, &table));
+    shown.insert(estimate.method);
+  }
+  for (const TrackedRow& row : rows) {
+    if (row.ours && shown.count(row.method) > 0 &&
+        row.detections_note == audited.detections_note) {
+      continue;
+    }
+    output->json["scores"].push_back(AddTrackedScores(
+        row, EvaluatePcp(truth, row.tracks, first.pcp.protocol), first.audit,
+        &table));
+  }
+  output->markdown +=
+      "**PCP with annotations left out** (mean of actors, 95 % interval, "
+      "pooled counts): separate figures, not to be set beside published ones. "
+      "The second and third leave out annotations that speak against this very "
+      "estimate, so they can only rise, and differ from row to row; the last "
+      "two leave out the same parts, lost or right, for everybody.\n\n" +
+      table.ToString(TableStyle::kMarkdown) + "\n";
+}
+
+// The runs of a take without each of its views in turn.
+std::vector<TrackSequence> RunsWithoutEachView(LoadedDataset* loaded) {
+  std::vector<TrackSequence> runs;
+  for (const std::string& view : loaded->detections.header.view_names) {
+    loaded->request.without_cameras = {view};
+    runs.push_back(TracksOf(*loaded));
+  }
+  return runs;
+}
+
 }  // namespace
 
 int64_t AuditStepCount(const Benchmark& benchmark) {
@@ -200,11 +342,7 @@ AuditedBenchmark RunAudit(const std::string& title, const Benchmark& benchmark,
     dataset.set = JoinSets(method.set, extra_set);
     LoadedDataset loaded = LoadDataset(dataset, data_folder);
     const TrackSequence tracks = TracksOf(loaded);
-    std::vector<TrackSequence> held_out;
-    for (const std::string& view : loaded.detections.header.view_names) {
-      loaded.request.without_cameras = {view};
-      held_out.push_back(TracksOf(loaded));
-    }
+    const std::vector<TrackSequence> held_out = RunsWithoutEachView(&loaded);
     input.held_out.clear();
     for (const TrackSequence& run : held_out) input.held_out.push_back(&run);
     audit(method.name, "configs/" + method.config, tracks);
@@ -222,124 +360,17 @@ AuditedBenchmark RunAudit(const std::string& title, const Benchmark& benchmark,
 TableOutput AuditTable(const AuditedBenchmark& audited,
                        const std::vector<TrackedRow>& rows,
                        const TrackSequence& truth, const std::string& page) {
+  const AuditedEstimate& first = audited.estimates.front();
   TableOutput output;
-  const AuditResult& first = audited.estimates.front().audit;
   output.json["detections"] = audited.detections_note;
   output.json["caution"] = audited.caution;
-  std::string& text = output.markdown;
-  text = "### " + audited.title + "\n\nWitnesses: " + audited.detections_note +
-         ". " + audited.caution + ".\n\nCases, drawn in each view: `" + page +
-         "`.\n\n";
-
-  const std::set<PartKey>& refuted = first.refuted_by_views;
-  const PcpResult& first_pcp = audited.estimates.front().pcp;
-  text += "Views alone, no estimate: of " + std::to_string(first.limbs) +
-          " annotated limbs " + std::to_string(first.limbs_seen) +
-          " were seen by enough confident views; in " +
-          std::to_string(first.limbs_agreed) + " these agree on one limb; in " +
-          std::to_string(refuted.size()) +
-          " that limb refutes the annotation (" +
-          std::to_string(HeadlineCount(refuted, first_pcp)) +
-          " of the headline's actors; in " +
-          std::to_string(first.refuted_by_three_views.size()) +
-          " three or more views took part).\n\n";
-  output.json["views_alone"] = {
-      {"limbs", first.limbs},
-      {"seen", first.limbs_seen},
-      {"agreed", first.limbs_agreed},
-      {"refuted", refuted.size()},
-      {"refuted_by_three_or_more", first.refuted_by_three_views.size()}};
-
-  std::vector<std::string> header = {"estimate", "lost parts"};
-  for (const AuditVerdict verdict : kVerdicts) {
-    header.emplace_back(ToString(verdict));
-  }
-  header.insert(header.end(),
-                {"held-out confirmed", "refuted by the views alone"});
-  Table verdicts(header);
-  const auto add_counts = [&](const std::string& name,
-                              const AuditResult& audit) {
-    std::vector<std::string> cells = {name, std::to_string(audit.cases.size())};
-    Json json = {{"estimate", name}, {"lost", audit.cases.size()}};
-    for (const AuditVerdict verdict : kVerdicts) {
-      cells.push_back(std::to_string(audit.Count(verdict)));
-      json[ToString(verdict)] = audit.Count(verdict);
-    }
-    const auto by_views = std::count_if(
-        audit.cases.begin(), audit.cases.end(),
-        [](const AuditCase& one) { return one.refuted_by_views; });
-    cells.push_back(std::to_string(audit.HeldOutConfirmed().size()));
-    cells.push_back(std::to_string(by_views));
-    json["held_out_confirmed"] = audit.HeldOutConfirmed().size();
-    json["refuted_by_views"] = by_views;
-    verdicts.AddRow(std::move(cells));
-    return json;
-  };
-  for (const AuditedEstimate& estimate : audited.estimates) {
-    output.json["estimates"].push_back(
-        add_counts(estimate.method, estimate.audit));
-  }
-  for (const auto& variation : audited.variations) {
-    output.json["variations"].push_back(
-        add_counts(audited.estimates.front().method + ", " + variation.changed,
-                   variation.audit));
-  }
-  text +=
-      "Lost parts of all annotated actors by verdict; below, one threshold "
-      "changed at a time:\n\n" +
-      verdicts.ToString(TableStyle::kMarkdown) + "\n";
-
-  Table scores({"estimate", "PCP as scored", "without contradicted annotations",
-                "without those held-out confirmed",
-                "without those the views alone refute", "three or more views"});
-  const std::set<PartKey>& by_three = first.refuted_by_three_views;
-  std::set<std::string> shown;
-  for (const AuditedEstimate& estimate : audited.estimates) {
-    const PcpResult contradicted =
-        WithoutParts(estimate.pcp, estimate.audit.Contradicted());
-    const PcpResult confirmed =
-        WithoutParts(estimate.pcp, estimate.audit.HeldOutConfirmed());
-    const PcpResult alone = WithoutParts(estimate.pcp, refuted);
-    scores.AddRow({estimate.method, MeanCell(estimate.pcp),
-                   MeanCell(contradicted), MeanCell(confirmed), MeanCell(alone),
-                   MeanCell(WithoutParts(estimate.pcp, by_three))});
-    output.json["scores"].push_back(
-        {{"estimate", estimate.method},
-         {"as_scored", MeanJson(estimate.pcp)},
-         {"without_contradicted_annotations", MeanJson(contradicted)},
-         {"without_held_out_confirmed", MeanJson(confirmed)},
-         {"without_refuted_by_views_alone", MeanJson(alone)},
-         {"without_refuted_by_three_views",
-          MeanJson(WithoutParts(estimate.pcp, by_three))}});
-    shown.insert(estimate.method);
-  }
-  for (const TrackedRow& row : rows) {
-    if (row.ours && shown.count(row.method) > 0 &&
-        row.detections_note == audited.detections_note) {
-      continue;
-    }
-    const PcpResult pcp = EvaluatePcp(truth, row.tracks, first_pcp.protocol);
-    const PcpResult alone = WithoutParts(pcp, refuted);
-    const std::string name =
-        row.take.empty() ? row.method : row.method + " (" + row.take + ")";
-    scores.AddRow({name, MeanCell(pcp), "-", "-", MeanCell(alone),
-                   MeanCell(WithoutParts(pcp, by_three))});
-    output.json["scores"].push_back(
-        {{"estimate", name},
-         {"as_scored", MeanJson(pcp)},
-         {"without_refuted_by_views_alone", MeanJson(alone)},
-         {"without_refuted_by_three_views",
-          MeanJson(WithoutParts(pcp, by_three))}});
-  }
-  text +=
-      "**PCP with annotations left out** (mean of actors, 95 % interval, "
-      "pooled "
-      "counts): separate figures, not to be set beside published ones. The "
-      "second and third leave out annotations that speak against this very "
-      "estimate, so they can only rise, and differ from row to row; the last "
-      "two "
-      "leave out the same parts, lost or right, for everybody.\n\n" +
-      scores.ToString(TableStyle::kMarkdown) + "\n";
+  output.markdown = "### " + audited.title +
+                    "\n\nWitnesses: " + audited.detections_note + ". " +
+                    audited.caution + ".\n\nCases, drawn in each view: `" +
+                    page + "`.\n\n";
+  AddViewsAlone(first.audit, first.pcp, &output);
+  AddVerdicts(audited, &output);
+  AddScores(audited, rows, truth, &output);
   return output;
 }
 

@@ -94,15 +94,10 @@ AuditPlan AuditOf(const Take& take) {
   return plan;
 }
 
-Benchmark DevelopersShelf() {
-  Benchmark shelf;
-  shelf.set = BenchmarkSet::kShelf;
-  shelf.ground_truth = ShelfReal().ground_truth;
-  shelf.takes = {TakeOf(ShelfReal(), ShelfMethods()),
-                 TakeOf(ShelfFilled(), FilledShelfMethods())};
-  shelf.audit = AuditOf(shelf.takes.front());
+// Other programs' results on Shelf that were published or run.
+std::vector<ResultFile> ShelfResults() {
   const std::string filled = ShelfFilled().name;
-  shelf.results = {
+  return {
       {"Chu et al., their own program",
        "shelf/reference/paper_code_shelf_warm3.json", "Shelf, filled", "",
        filled},
@@ -131,17 +126,14 @@ Benchmark DevelopersShelf() {
        "(voxelpose, 4d) misjudge it",
        {}},
   };
-  for (const size_t row : {2, 3}) {
-    shelf.own_rules.push_back(
-        {shelf.results[row], "shelf/raw/gt.txt", FourDAssociationProtocol(),
-         "one-to-one by 14 joints and the middle of the hips, its own head, "
-         "strictly less than half the length, unmatched actors skipped, stored "
-         "zeros as they are"});
-  }
+}
+
+// Programs for one person, given the detections of actor 0.
+std::vector<ResultFile> ShelfSinglePersonResults() {
   const std::string actor =
       "detections of actor 0, chosen with the authors' track";
   const std::string peers = "shelf/peers/";
-  shelf.single_person = {
+  return {
       {"aniposelib, triangulate",
        peers + "anipose_triangulate.json",
        actor,
@@ -179,6 +171,24 @@ Benchmark DevelopersShelf() {
        "",
        {}},
   };
+}
+
+Benchmark DevelopersShelf() {
+  Benchmark shelf;
+  shelf.set = BenchmarkSet::kShelf;
+  shelf.ground_truth = ShelfReal().ground_truth;
+  shelf.takes = {TakeOf(ShelfReal(), ShelfMethods()),
+                 TakeOf(ShelfFilled(), FilledShelfMethods())};
+  shelf.audit = AuditOf(shelf.takes.front());
+  shelf.results = ShelfResults();
+  for (const size_t row : {2, 3}) {
+    shelf.own_rules.push_back(
+        {shelf.results[row], "shelf/raw/gt.txt", FourDAssociationProtocol(),
+         "one-to-one by 14 joints and the middle of the hips, its own head, "
+         "strictly less than half the length, unmatched actors skipped, stored "
+         "zeros as they are"});
+  }
+  shelf.single_person = ShelfSinglePersonResults();
   return shelf;
 }
 

@@ -381,6 +381,28 @@ TableOutput PrintedTable(const PublishedTable& published) {
   return output;
 }
 
+// Every head conversion and rule, and what was lost where.
+std::string ActorDetails(const std::string& title,
+                         const std::vector<ScoredRow>& rows,
+                         const std::vector<HeadConversion>& heads) {
+  std::string details = "## " + title + "\n\n" + Notes(rows) + "\n";
+  for (const HeadConversion head : heads) {
+    for (const EndpointRule rule : kEndpointRules) {
+      details += "Head `" + std::string(ToString(head)) + "`, endpoints `" +
+                 ToString(rule) + "`:\n\n" +
+                 CountsTable(rows, head, rule, nullptr) + "\n";
+    }
+  }
+  details +=
+      "What each actor lost and where (head `" +
+      std::string(ToString(heads.front())) +
+      "`, mean rule). `nobody`: no pose in the frame; `elsewhere`: the nearest "
+      "pose is more than 0.5 m off; `no joint`: an end is missing; `too far`: "
+      "it is there but beyond half the part's length.\n\n" +
+      LossTable(rows, heads.front()) + "\n";
+  return details;
+}
+
 TableOutput ActorTable(const std::string& title,
                        const PublishedTable& published,
                        const TrackedBenchmark& tracked,
@@ -406,22 +428,7 @@ TableOutput ActorTable(const std::string& title,
                                                     : "each end within") +
             ":\n\n" + ConversionsTable(rows, heads, rule) + "\n";
   }
-  std::string& details = output.details;
-  details = "## " + title + "\n\n" + Notes(rows) + "\n";
-  for (const HeadConversion head : heads) {
-    for (const EndpointRule rule : kEndpointRules) {
-      details += "Head `" + std::string(ToString(head)) + "`, endpoints `" +
-                 ToString(rule) + "`:\n\n" +
-                 CountsTable(rows, head, rule, nullptr) + "\n";
-    }
-  }
-  details +=
-      "What each actor lost and where (head `" +
-      std::string(ToString(heads.front())) +
-      "`, mean rule). `nobody`: no pose in the frame; `elsewhere`: the nearest "
-      "pose is more than 0.5 m off; `no joint`: an end is missing; `too far`: "
-      "it is there but beyond half the part's length.\n\n" +
-      LossTable(rows, heads.front()) + "\n";
+  output.details = ActorDetails(title, rows, heads);
   output.json["printed"] = PrintedTable(published).json;
   output.json["measured"] = Json::array();
   for (const ScoredRow& row : rows) {

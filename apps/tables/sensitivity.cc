@@ -52,6 +52,34 @@ bool Told(const SweptValue& value) {
          value.difference_interval.high < 0.0;
 }
 
+// The values that are told from the published one, with their differences.
+std::string ToldValues(const Sweep& sweep) {
+  std::string told;
+  for (const SweptValue& value : sweep.values) {
+    if (!Told(value)) continue;
+    told += (told.empty() ? "" : ", ") + Fixed(value.value, 1) + " (" +
+            Fixed(value.difference, 2) + ")";
+  }
+  return told;
+}
+
+Json SweepJson(const Sweep& sweep) {
+  Json json = {{"detections", sweep.take},
+               {"detections_note", sweep.detections_note},
+               {"parameter", sweep.parameter},
+               {"unit", sweep.unit},
+               {"published", sweep.paper_value}};
+  for (const SweptValue& value : sweep.values) {
+    json["values"].push_back(
+        {{"value", value.value},
+         {"mean_of_actors", value.mean_of_actors},
+         {"interval", ToJson(value.interval)},
+         {"difference", value.difference},
+         {"difference_interval", ToJson(value.difference_interval)}});
+  }
+  return json;
+}
+
 }  // namespace
 
 const std::vector<SweptParameter>& SweptParameters() {
@@ -182,24 +210,7 @@ TableOutput SensitivityTable(const std::string& title,
     const auto [least, greatest] =
         std::minmax_element(sweep.values.begin(), sweep.values.end(), by_mean);
     const bool flat = least->mean_of_actors == greatest->mean_of_actors;
-    std::string told;
-    Json json = {{"detections", sweep.take},
-                 {"detections_note", sweep.detections_note},
-                 {"parameter", sweep.parameter},
-                 {"unit", sweep.unit},
-                 {"published", sweep.paper_value}};
-    for (const SweptValue& value : sweep.values) {
-      if (Told(value)) {
-        told += (told.empty() ? "" : ", ") + Fixed(value.value, 1) + " (" +
-                Fixed(value.difference, 2) + ")";
-      }
-      json["values"].push_back(
-          {{"value", value.value},
-           {"mean_of_actors", value.mean_of_actors},
-           {"interval", ToJson(value.interval)},
-           {"difference", value.difference},
-           {"difference_interval", ToJson(value.difference_interval)}});
-    }
+    const std::string told = ToldValues(sweep);
     table.AddRow({sweep.take, sweep.parameter + ", " + sweep.unit,
                   Fixed(sweep.paper_value, 1),
                   Fixed(sweep.values.front().value, 1) + " to " +
@@ -209,7 +220,7 @@ TableOutput SensitivityTable(const std::string& title,
                   Fixed(greatest->mean_of_actors, 2),
                   flat ? "-" : Fixed(greatest->value, 1),
                   told.empty() ? "no value" : told});
-    output.json.push_back(std::move(json));
+    output.json.push_back(SweepJson(sweep));
   }
   std::string notes;
   for (size_t i = 0; i < sweeps.size(); ++i) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/median.h"
 #include "core/base/weighted_quantile.h"
 
 namespace kinegraph {
@@ -46,12 +47,6 @@ constexpr double kStrangersPrior = 19.9;
 constexpr int kAlikeRounds = 20;
 // Statures are summed over at so many places, to three sigmas on either side.
 constexpr int kStatures = 25;
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Variance of the bone's length that the two joints' covariances state [m^2],
 // as if their errors were independent; 0: not stated.

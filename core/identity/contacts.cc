@@ -144,7 +144,7 @@ void AddMeetings(const Crowd& crowd, const std::vector<Tracklet>& tracks,
         const double distance_m =
             (at.centre_m - b.frames[places[k].index].centre_m).norm();
         if (distance_m >= kMayExchange) continue;
-        Interval interval{at.time, at.time, false, {}};
+        Interval interval{at.time, at.time, /*blind=*/false, {}};
         if (distance_m >= kTouching) {
           if (!SeemExchanged(a, places[i].index, b, places[k].index)) continue;
           interval.end += FromSeconds(kExchangeTime);
@@ -300,9 +300,9 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
     rest.frames.erase(rest.frames.begin(),
                       rest.frames.begin() + static_cast<long>(cut));
     rest.dirty_begin = end > cut ? end - cut : 0;
-    add(std::move(before), true, contact);
+    add(std::move(before), /*goes_on=*/true, contact);
   }
-  add(std::move(rest), false, {});
+  add(std::move(rest), /*goes_on=*/false, {});
 }
 
 }  // namespace

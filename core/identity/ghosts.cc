@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/median.h"
 #include "core/base/time.h"
 #include "core/identity/bones.h"
 
@@ -22,12 +23,6 @@ constexpr double kGhostLives = 0.15;   // s
 constexpr double kBodySigma = 0.06;
 constexpr double kFewFrames = 0.035;  // m
 constexpr double kNobodySigma = 0.45;
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double Life(const Tracklet& track) {
   return ToSeconds(track.last().time - track.first().time);

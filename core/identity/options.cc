@@ -13,8 +13,8 @@ void LinkOptions::Describe(OptionVisitor& visitor) {
   visitor.Integer("people", &people, Between(0, 10000), "people",
                   "hint: how many there are in the take; 0: not known");
   visitor.NumberList("entries", &entries, Between(-1e6, 1e6), "m",
-                     "hint: spheres where people come and go: x, y, z, radius, "
-                     "...");
+                     "hint: spheres where people come and go: x, y, z, radius "
+                     "of each");
   visitor.Number("entry_penalty", &entry_penalty, NonNegative(), "nats",
                  "of coming or going outside the entries");
 }

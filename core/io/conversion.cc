@@ -58,8 +58,8 @@ std::string LayoutOf(const TrackFormat& format) {
 std::vector<Format> MakeFormats() {
   std::vector<Format> formats;
   for (const CalibrationFormat& format : CalibrationFormats()) {
-    formats.push_back({kCalibration, format.name, true, format.write != nullptr,
-                       format.layout});
+    formats.push_back({kCalibration, format.name, /*readable=*/true,
+                       format.write != nullptr, format.layout});
   }
   for (const DetectionFormat& format : DetectionFormats()) {
     formats.push_back({kDetections, format.name, format.open != nullptr,

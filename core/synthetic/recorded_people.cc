@@ -160,10 +160,15 @@ double At(const std::vector<double>& list, size_t i) {
   return i < list.size() ? list[i] : 0.0;
 }
 
+// Of a list with a number a clip: it may end early, the rest are then 0; or it
+// is whole or left out.
+enum class Lists { kMayEndEarly, kAllOrNone };
+
 void CheckCount(const char* key, const std::vector<double>& list, size_t clips,
-                bool all_or_none) {
-  const bool wrong =
-      all_or_none ? !list.empty() && list.size() != clips : list.size() > clips;
+                Lists rule) {
+  const bool wrong = rule == Lists::kAllOrNone
+                         ? !list.empty() && list.size() != clips
+                         : list.size() > clips;
   if (!wrong) return;
   throw OptionError(key, "found " + std::to_string(list.size()) +
                              (list.size() == 1 ? " number" : " numbers") +
@@ -173,11 +178,11 @@ void CheckCount(const char* key, const std::vector<double>& list, size_t clips,
 
 void CheckLists(const RecordedPeopleOptions& options, size_t clips) {
   CheckOptions(options);
-  CheckCount("start", options.start_s, clips, false);
-  CheckCount("hold", options.hold_s, clips, false);
-  CheckCount("x", options.x_m, clips, true);
-  CheckCount("y", options.y_m, clips, true);
-  CheckCount("turn", options.turn_deg, clips, true);
+  CheckCount("start", options.start_s, clips, Lists::kMayEndEarly);
+  CheckCount("hold", options.hold_s, clips, Lists::kMayEndEarly);
+  CheckCount("x", options.x_m, clips, Lists::kAllOrNone);
+  CheckCount("y", options.y_m, clips, Lists::kAllOrNone);
+  CheckCount("turn", options.turn_deg, clips, Lists::kAllOrNone);
   if (options.x_m.empty() != options.y_m.empty()) {
     throw OptionError(options.x_m.empty() ? "x" : "y",
                       "is missing: a place needs both x and y");

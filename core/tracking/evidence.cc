@@ -79,7 +79,7 @@ bool EvidenceStep::Initialise(const std::vector<UsedView>& views,
     count += reconstruction_.triangulated[static_cast<size_t>(j)];
   }
   if (count < min_new_joints_) return false;
-  FillEstimatorFrame(views, reconstruction_, true, evidence);
+  FillEstimatorFrame(views, reconstruction_, /*succeeded=*/true, evidence);
   return true;
 }
 

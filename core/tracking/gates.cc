@@ -5,18 +5,13 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/base/median.h"
 #include "core/tracking/options.h"
 
 namespace kinegraph {
 namespace {
 
 constexpr double kUsualDistance = 4.0;  // m
-
-double Median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // The point nearest to all optical axes in the least-squares sense. False when
 // the axes do not determine it.
@@ -46,25 +41,25 @@ bool MeetingPoint(const CameraRig& cameras, Eigen::Vector3d* point_m) {
 
 void GateOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("units", &units, {"pixels", "metres"},
-                 "Gates as the other tables give them, or by this one.");
+                 "gates as the other tables give them, or by this one");
   visitor.Number("epipolar_m", &epipolar_m, Positive(), "m",
-                 "Distance at which two views of a joint contradict.");
+                 "distance at which two views of a joint contradict");
   visitor.Number("detector_px", &detector_px, NonNegative(), "px",
-                 "Added to it: a detector's error however far people are.");
+                 "added to it: a detector's error however far people are");
   visitor.Number("reach_m", &reach_m, NonNegative(), "m",
-                 "Distance of a joint from its prediction at any frame rate.");
+                 "distance of a joint from its prediction at any frame rate");
   visitor.Number("speed_mps", &speed_mps, NonNegative(), "m/s",
-                 "Added to it for each second since the last update.");
+                 "added to it for each second since the last update");
   visitor.Number("motion_detector_px", &motion_detector_px, NonNegative(), "px",
-                 "Added to the two: a detector's error.");
+                 "added to the two: a detector's error");
   visitor.Number("working_distance", &working_distance_m, NonNegative(), "m",
-                 "Of people from cameras; 0: where the optical axes meet.");
+                 "of people from cameras; 0: where the optical axes meet");
   visitor.Number("view_age_s", &view_age_s, Positive(), "s",
-                 "A view's newest 2D pose counts while younger than this.");
+                 "a view's newest 2D pose counts while younger than this");
   visitor.Number("affinity_decay", &affinity_decay_per_s, NonNegative(), "1/s",
-                 "Decay of the affinity with the age of the 3D pose.");
+                 "decay of the affinity with the age of the 3D pose");
   visitor.Number("view_decay", &view_decay_per_s, NonNegative(), "1/s",
-                 "Decay of an older view's weight in the DLT.");
+                 "decay of an older view's weight in the DLT");
 }
 
 double WorkingDistance(const CameraRig& cameras) {

@@ -249,14 +249,14 @@ void Tracker::StartTrack(const NewPerson& person, const DetectionFrame& frame) {
   }
   EstimatorFrame& work = track->frame;
   evidence_.Begin(frame.frame, frame.time, &work);
-  FillEstimatorFrame(views, person.reconstruction, true, &work);
+  FillEstimatorFrame(views, person.reconstruction, /*succeeded=*/true, &work);
   track->feedback = make_feedback_(scene_);
   track->feedback->Add(work);
   if (make_output_ != nullptr) {
     track->output = make_output_(scene_);
     track->output->Add(work);
   }
-  track->gate.Step(frame.time, track->life.state(), true);
+  track->gate.Step(frame.time, track->life.state(), /*updated=*/true);
   assembler_.Join();
   tracks_.push_back(std::move(track));
 }

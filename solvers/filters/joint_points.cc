@@ -1,19 +1,19 @@
 #include "solvers/filters/joint_points.h"
 
-#include "solvers/graph/noise_model.h"
+#include <utility>
 
 namespace kinegraph {
 
 JointPoints::JointPoints(const SceneModel& scene, PointKind kind,
-                         bool covariances,
+                         PointCovariances covariances,
                          const RobustTriangulationOptions& robust,
-                         const GraphOptions& noise)
+                         PixelSigmaOf sigma_of)
     : cameras_(scene.cameras),
       skeleton_(scene.skeleton),
       kind_(kind),
       covariances_(covariances),
       robust_(robust),
-      noise_(noise) {}
+      sigma_of_(std::move(sigma_of)) {}
 
 void JointPoints::Find(const EstimatorFrame& frame,
                        std::vector<std::optional<JointPoint>>* points,
@@ -35,7 +35,7 @@ void JointPoints::Find(const EstimatorFrame& frame,
 }
 
 void JointPoints::CollectViews(const EstimatorFrame& frame, size_t joint_idx,
-                               bool all) {
+                               Views which) {
   constexpr double kNearest_m = 0.1;
   views_.clear();
   slots_.clear();
@@ -46,15 +46,15 @@ void JointPoints::CollectViews(const EstimatorFrame& frame, size_t joint_idx,
     if (!joint.found || !joint.px.allFinite()) continue;
     const bool kept = joint_idx >= view.verdicts.size() ||
                       view.verdicts[joint_idx] == FilterVerdict::kKept;
-    if (!all && !kept) continue;
+    if (which == Views::kKeptByFilter && !kept) continue;
     const Camera& camera = cameras_[static_cast<size_t>(view.view_idx)];
     const double depth_m = camera.Depth(centre_);
     if (!(depth_m > kNearest_m)) continue;
     const JointClass joint_class =
         skeleton_.joint_class(static_cast<int>(joint_idx));
-    views_.push_back({&camera, joint.px,
-                      PixelSigma(noise_, joint_class, joint.confidence, depth_m,
-                                 camera.focal_px())});
+    views_.push_back(
+        {&camera, joint.px,
+         sigma_of_(joint_class, joint.confidence, depth_m, camera.focal_px())});
     slots_.push_back(v);
   }
 }
@@ -76,8 +76,8 @@ std::optional<JointPoint> JointPoints::FromInitialPose(
   }
   JointPoint point;
   point.position_m = joint.position_m;
-  if (!covariances_) return point;
-  CollectViews(frame, joint_idx, false);
+  if (covariances_ == PointCovariances::kOff) return point;
+  CollectViews(frame, joint_idx, Views::kKeptByFilter);
   const auto covariance = TriangulationCovariance(views_, point.position_m);
   if (!covariance.has_value()) return std::nullopt;
   point.covariance_m2 = *covariance;
@@ -87,7 +87,7 @@ std::optional<JointPoint> JointPoints::FromInitialPose(
 std::optional<JointPoint> JointPoints::FromViews(const EstimatorFrame& frame,
                                                  size_t joint_idx,
                                                  PersonPose* person) {
-  CollectViews(frame, joint_idx, true);
+  CollectViews(frame, joint_idx, Views::kAll);
   const std::optional<RobustPoint> robust = robust_.Triangulate(views_);
   for (size_t i = 0; i < views_.size() && !person->matches.empty(); ++i) {
     person->matches[slots_[i]].weights[joint_idx] =

@@ -3,12 +3,12 @@
 #define KINEGRAPH_SOLVERS_FILTERS_JOINT_POINTS_H_
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <vector>
 
 #include "core/tracking/estimator.h"
 #include "solvers/filters/robust_triangulation.h"
-#include "solvers/graph/options.h"
 
 namespace kinegraph {
 
@@ -16,6 +16,14 @@ enum class PointKind {
   kDlt,     // the initial pose: joints filter, then DLT
   kRobust,  // robust triangulation of the frame's own views, all of them
 };
+
+// Whether points come with covariances. kRobust always has them.
+enum class PointCovariances { kOff, kOn };
+
+// Standard deviation of a detector's joint, in one view and coordinate [px].
+using PixelSigmaOf =
+    std::function<double(JointClass joint_class, double confidence,
+                         double depth_m, double focal_px)>;
 
 struct JointPoint {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
@@ -26,15 +34,14 @@ struct JointPoint {
 // frame's own views support: those that the joints filter kept, or those that
 // robust triangulation gives weight. Nothing comes from views of older frames.
 //
-// Sigmas in pixels follow the noise model of the factor graph (PixelSigma) at
-// the depth of the person's last initial pose.
+// Sigmas are those at the depth of the person's last initial pose.
 class JointPoints {
  public:
-  // `covariances`: also for kDlt, from the views kept (kRobust always has
-  // them); a joint whose views leave a direction open then has no point.
-  JointPoints(const SceneModel& scene, PointKind kind, bool covariances,
-              const RobustTriangulationOptions& robust,
-              const GraphOptions& noise);
+  // With covariances kDlt's are those of the views kept; a joint whose views
+  // leave a direction open then has no point.
+  JointPoints(const SceneModel& scene, PointKind kind,
+              PointCovariances covariances,
+              const RobustTriangulationOptions& robust, PixelSigmaOf sigma_of);
 
   // Points of a frame, one a joint. `person` (as DescribeViews fills it) gets
   // the robust triangulation's inlier views and weights.
@@ -42,9 +49,10 @@ class JointPoints {
             std::vector<std::optional<JointPoint>>* points, PersonPose* person);
 
  private:
-  // Fills views_ with the frame's measurements of a joint, `all` or those the
-  // filter kept, and slots_ with their places among the frame's views.
-  void CollectViews(const EstimatorFrame& frame, size_t joint_idx, bool all);
+  enum class Views { kAll, kKeptByFilter };
+  // Fills views_ with the frame's measurements of a joint and slots_ with their
+  // places among the frame's views.
+  void CollectViews(const EstimatorFrame& frame, size_t joint_idx, Views which);
   std::optional<JointPoint> FromInitialPose(const EstimatorFrame& frame,
                                             size_t joint_idx);
   std::optional<JointPoint> FromViews(const EstimatorFrame& frame,
@@ -53,9 +61,9 @@ class JointPoints {
   CameraRig cameras_;
   Skeleton skeleton_;
   PointKind kind_;
-  bool covariances_;
+  PointCovariances covariances_;
   RobustTriangulator robust_;
-  GraphOptions noise_;
+  PixelSigmaOf sigma_of_;
   Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();  // of the person
   // Scratch.
   std::vector<PixelPoint> views_;

@@ -43,19 +43,20 @@ void Update(const Eigen::Vector3d& measured, const Eigen::Matrix3d& noise,
   P = (I_KH * P * I_KH.transpose() + K * noise * K.transpose()).eval();
 }
 
+// What the filter believes at each time of a segment.
 template <int kSize>
-SegmentEstimate Estimate(const PointModel& model, const JointSegment& segment,
-                         bool smooth) {
-  const size_t count = segment.times_s.size();
-  std::vector<Belief<kSize>> filtered(count);
-  std::vector<Belief<kSize>> predicted(count);
-  std::vector<StateMatrix<kSize>> transitions(count);
-  const auto position = [&](size_t k) -> Eigen::Vector3d {
-    return segment.positions_m.row(static_cast<Eigen::Index>(k)).transpose();
-  };
+struct FilterRun {
+  std::vector<Belief<kSize>> filtered;
+  std::vector<Belief<kSize>> predicted;         // none at the first time
+  std::vector<StateMatrix<kSize>> transitions;  // [k]: from time k - 1
+};
+
+template <int kSize>
+Belief<kSize> FirstBelief(const PointModel& model,
+                          const JointSegment& segment) {
   Belief<kSize> belief;
   belief.mean.setZero();
-  belief.mean.template head<3>() = position(0);
+  belief.mean.template head<3>() = segment.positions_m.row(0).transpose();
   belief.covariance.setZero();
   belief.covariance.template topLeftCorner<3, 3>() = segment.covariances_m2[0];
   for (int d = 1; d < kSize / 3; ++d) {
@@ -64,46 +65,83 @@ SegmentEstimate Estimate(const PointModel& model, const JointSegment& segment,
         .diagonal()
         .setConstant(sigma * sigma);
   }
-  filtered[0] = belief;
+  return belief;
+}
+
+template <int kSize>
+FilterRun<kSize> RunFilter(const PointModel& model,
+                           const JointSegment& segment) {
+  const size_t count = segment.times_s.size();
+  FilterRun<kSize> run;
+  run.filtered.resize(count);
+  run.predicted.resize(count);
+  run.transitions.resize(count);
+  Belief<kSize> belief = FirstBelief<kSize>(model, segment);
+  run.filtered[0] = belief;
   for (size_t k = 1; k < count; ++k) {
     const double dt_s = segment.times_s[k] - segment.times_s[k - 1];
-    transitions[k] = InSpace<kSize>(TransitionMatrix(kSize / 3, dt_s));
-    belief.mean = (transitions[k] * belief.mean).eval();
+    run.transitions[k] = InSpace<kSize>(TransitionMatrix(kSize / 3, dt_s));
+    belief.mean = (run.transitions[k] * belief.mean).eval();
     belief.covariance =
-        (transitions[k] * belief.covariance * transitions[k].transpose() +
+        (run.transitions[k] * belief.covariance *
+             run.transitions[k].transpose() +
          InSpace<kSize>(ProcessNoise(kSize / 3, model.power, dt_s)))
             .eval();
-    predicted[k] = belief;
+    run.predicted[k] = belief;
     if (segment.sampled[k]) {
-      Update<kSize>(position(k), segment.covariances_m2[k], &belief);
+      Update<kSize>(
+          segment.positions_m.row(static_cast<Eigen::Index>(k)).transpose(),
+          segment.covariances_m2[k], &belief);
     }
-    filtered[k] = belief;
+    run.filtered[k] = belief;
   }
-  for (size_t k = count - 1; smooth && k-- > 0;) {
+  return run;
+}
+
+// Makes the filter's beliefs the smoother's, from the last time to the first.
+template <int kSize>
+void SmoothBack(FilterRun<kSize>* run) {
+  std::vector<Belief<kSize>>& beliefs = run->filtered;
+  for (size_t k = beliefs.size() - 1; k-- > 0;) {
     // G = P F' P_predicted^-1 (Rauch, Tung and Striebel 1965, eq. 3.30).
+    const Belief<kSize>& predicted = run->predicted[k + 1];
     const StateMatrix<kSize> G =
-        predicted[k + 1]
-            .covariance.ldlt()
-            .solve(transitions[k + 1] * filtered[k].covariance)
+        predicted.covariance.ldlt()
+            .solve(run->transitions[k + 1] * beliefs[k].covariance)
             .transpose();
-    filtered[k].mean +=
-        (G * (filtered[k + 1].mean - predicted[k + 1].mean)).eval();
-    filtered[k].covariance +=
-        (G * (filtered[k + 1].covariance - predicted[k + 1].covariance) *
-         G.transpose())
+    beliefs[k].mean += (G * (beliefs[k + 1].mean - predicted.mean)).eval();
+    beliefs[k].covariance +=
+        (G * (beliefs[k + 1].covariance - predicted.covariance) * G.transpose())
             .eval();
   }
+}
+
+template <int kSize>
+SegmentEstimate EstimateOf(const FilterRun<kSize>& run) {
+  const size_t count = run.filtered.size();
   SegmentEstimate estimate;
   estimate.positions_m.resize(static_cast<Eigen::Index>(count), 3);
   estimate.covariances_m2.reserve(count);
   for (size_t k = 0; k < count; ++k) {
     estimate.positions_m.row(static_cast<Eigen::Index>(k)) =
-        filtered[k].mean.template head<3>().transpose();
+        run.filtered[k].mean.template head<3>().transpose();
     const Eigen::Matrix3d P =
-        filtered[k].covariance.template topLeftCorner<3, 3>();
+        run.filtered[k].covariance.template topLeftCorner<3, 3>();
     estimate.covariances_m2.emplace_back(0.5 * (P + P.transpose()));
   }
   return estimate;
+}
+
+template <int kSize>
+SegmentEstimate Filter(const PointModel& model, const JointSegment& segment) {
+  return EstimateOf(RunFilter<kSize>(model, segment));
+}
+
+template <int kSize>
+SegmentEstimate Smooth(const PointModel& model, const JointSegment& segment) {
+  FilterRun<kSize> run = RunFilter<kSize>(model, segment);
+  SmoothBack(&run);
+  return EstimateOf(run);
 }
 
 }  // namespace
@@ -150,14 +188,14 @@ Eigen::MatrixXd ProcessNoise(int derivatives, double power, double dt_s) {
 
 SegmentEstimate KalmanFilter(const PointModel& model,
                              const JointSegment& segment) {
-  return model.derivatives == 2 ? Estimate<6>(model, segment, false)
-                                : Estimate<9>(model, segment, false);
+  return model.derivatives == 2 ? Filter<6>(model, segment)
+                                : Filter<9>(model, segment);
 }
 
 SegmentEstimate RtsSmoother(const PointModel& model,
                             const JointSegment& segment) {
-  return model.derivatives == 2 ? Estimate<6>(model, segment, true)
-                                : Estimate<9>(model, segment, true);
+  return model.derivatives == 2 ? Smooth<6>(model, segment)
+                                : Smooth<9>(model, segment);
 }
 
 PointModel ModelOf(const KalmanOptions& options, JointClass joint_class) {

@@ -61,10 +61,12 @@ JointSegment WithConstantNoise(const KalmanOptions& options,
   return segment;
 }
 
-SegmentFilter StateSpace(const KalmanOptions& options, bool smooth) {
-  return [options, smooth](const JointSegment& segment) {
+// `run`: the filter or the smoother of kalman.h.
+using StateSpaceRun = SegmentEstimate (*)(const PointModel&,
+                                          const JointSegment&);
+SegmentFilter StateSpace(const KalmanOptions& options, StateSpaceRun run) {
+  return [options, run](const JointSegment& segment) {
     const PointModel model = ModelOf(options, segment.joint_class);
-    const auto run = smooth ? RtsSmoother : KalmanFilter;
     return options.measurement == MeasurementNoise::kConstant
                ? run(model, WithConstantNoise(options, segment))
                : run(model, segment);
@@ -98,10 +100,10 @@ void FilterOptions::Describe(OptionVisitor& visitor) {
   visitor.Leave();
 }
 
-SegmentFilter PointsAsTheyAre(bool with_covariances) {
-  return [with_covariances](const JointSegment& segment) {
+SegmentFilter PointsAsTheyAre(PointCovariances covariances) {
+  return [covariances](const JointSegment& segment) {
     SegmentEstimate estimate{segment.positions_m, {}};
-    if (!with_covariances) return estimate;
+    if (covariances == PointCovariances::kOff) return estimate;
     estimate.covariances_m2.resize(segment.times_s.size());
     for (size_t i = 0; i < segment.times_s.size(); ++i) {
       if (!segment.sampled[i]) continue;
@@ -182,11 +184,11 @@ SegmentFilter SmoothingSplineFilter(const SmoothingSplineOptions& options,
 }
 
 SegmentFilter KalmanPointFilter(const KalmanOptions& options) {
-  return StateSpace(options, false);
+  return StateSpace(options, KalmanFilter);
 }
 
 SegmentFilter RtsPointSmoother(const KalmanOptions& options) {
-  return StateSpace(options, true);
+  return StateSpace(options, RtsSmoother);
 }
 
 }  // namespace kinegraph

@@ -43,7 +43,7 @@ struct FilterOptions {
 // Butterworth and Savitzky-Golay take the linear bridge for samples. The causal
 // ones (One-Euro, the trailing median) hold their last value. The spline, the
 // Kalman filter and the RTS smoother go over the gap by their own model.
-SegmentFilter PointsAsTheyAre(bool with_covariances);
+SegmentFilter PointsAsTheyAre(PointCovariances covariances);
 SegmentFilter CentredGaussianFilter(const CentredGaussianOptions& options);
 SegmentFilter HampelMedianFilter(const HampelMedianOptions& options);
 SegmentFilter OneEuroFilter(const OneEuroOptions& options);

@@ -23,11 +23,15 @@ struct Rows {
   Eigen::VectorXd residual;
 };
 
+// What is left of a frame is kept twice: for the estimate, which the loss
+// weighs, and for the covariances that are stated (StatePrior::A_stated).
+enum class KeptFor { kEstimate, kCovariance };
+
 // Factors whose earliest state is in the first frame.
-FactorWalk FirstFrame(bool stated) {
+FactorWalk FirstFrame(KeptFor use) {
   FactorWalk walk;
   walk.end = 1;
-  walk.stated = stated;
+  walk.stated = use == KeptFor::kCovariance;
   return walk;
 }
 
@@ -71,11 +75,11 @@ void LineariseFirst(const std::vector<TimeNs>& times, const JointChain& chain,
 }
 
 SquareRootPrior MarginaliseWith(const std::vector<TimeNs>& times,
-                                const JointChain& chain, bool stated,
+                                const JointChain& chain, KeptFor use,
                                 double correction) {
   // At least as many rows as columns; prior, motion and measurements have.
   Eigen::Index row_count = 0;
-  const FactorWalk walk = FirstFrame(stated);
+  const FactorWalk walk = FirstFrame(use);
   LineariseFirst(times, chain, walk, correction,
                  [&](const auto& at, const auto&, double) {
                    row_count += std::size(at.residual);
@@ -121,7 +125,8 @@ void EraseFirst(std::vector<PlacedFactor>* user) {
 StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
                                  const JointChain& chain, double correction) {
   CHECK_GE(chain.states.size(), 2u);
-  const SquareRootPrior kept = MarginaliseWith(times, chain, false, 1.0);
+  const SquareRootPrior kept =
+      MarginaliseWith(times, chain, KeptFor::kEstimate, 1.0);
   StatePrior prior;
   prior.A = kept.A;
   prior.b = kept.b;
@@ -129,7 +134,9 @@ StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
   prior.A_stated =
       correction == 1.0
           ? prior.A
-          : Matrix6d(MarginaliseWith(times, chain, true, correction).A);
+          : Matrix6d(
+                MarginaliseWith(times, chain, KeptFor::kCovariance, correction)
+                    .A);
   return prior;
 }
 
@@ -144,7 +151,7 @@ Eigen::Index ColumnOf(const StateKey& key) { return kStateSize * key.joint; }
 // What a joint's first state alone is known by, as six rows.
 SquareRootPrior CompressFirst(const PersonProblem& problem,
                               const JointChain& chain) {
-  FactorWalk walk = FirstFrame(false);
+  FactorWalk walk = FirstFrame(KeptFor::kEstimate);
   walk.priors = problem.prior.empty();
   Eigen::Index row_count = kStateSize;  // of zeros, so that there are enough
   const auto count = [&](const auto& at, const auto& keys, double) {
@@ -172,7 +179,7 @@ void LineariseCouplings(const PersonProblem& problem, const Take& take) {
     return problem.joints[key.joint].states[key.frame].data();
   };
   ForEachCoupling(
-      problem, FirstFrame(false),
+      problem, FirstFrame(KeptFor::kEstimate),
       [&](const auto& factor, const auto& keys, const Robustness& robustness) {
         Linearised<std::decay_t<decltype(factor)>> at;
         if (!LineariseFactor(factor, keys, state_of, &at)) return true;
@@ -251,7 +258,7 @@ template <typename Take>
 void LineariseTransitions(const PersonProblem& problem, const Take& take) {
   for (size_t j = 0; j < problem.joints.size(); ++j) {
     LineariseFirst(
-        problem.times, problem.joints[j], FirstFrame(false), 1.0,
+        problem.times, problem.joints[j], FirstFrame(KeptFor::kEstimate), 1.0,
         [&](const auto& at, const auto& keys, double root) {
           if constexpr (std::tuple_size_v<std::decay_t<decltype(keys)>> == 2) {
             take(static_cast<Eigen::Index>(j), at, keys, root);
@@ -260,63 +267,92 @@ void LineariseTransitions(const PersonProblem& problem, const Take& take) {
   }
 }
 
-// Square root of the information that the dropped frame leaves for what is
-// stated, by Schur complement: less exact than the QR of the estimate's own
-// prior, in a fraction of its time. nullopt when it is not definite.
-std::optional<Eigen::MatrixXd> StatedInformation(const PersonProblem& problem,
-                                                 double correction) {
-  const Eigen::Index size = SizeOf(problem);
-  Eigen::MatrixXd first = Eigen::MatrixXd::Zero(size, size);
-  Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(size, size);
-  Eigen::MatrixXd second = Eigen::MatrixXd::Zero(size, size);
-  if (!problem.prior.empty()) {
-    first.noalias() =
-        problem.prior.A_stated.transpose() * problem.prior.A_stated;
-  }
-  const auto add = [](const auto& a, const auto& b, double root,
-                      Eigen::MatrixXd* information, Eigen::Index row,
-                      Eigen::Index column) {
-    Matrix6d block = Matrix6d::Zero();
-    AddProduct(a, b, root * root, block.data());
-    information->block<6, 6>(row, column) += block;
-  };
-  LineariseCouplings(problem,
-                     [&](const auto& at, const auto& keys, double root) {
-                       for (int i = 0; i < 2; ++i) {
-                         for (int l = 0; l < 2; ++l) {
-                           add(at.by_states[i], at.by_states[l], root, &first,
-                               ColumnOf(keys[i]), ColumnOf(keys[l]));
-                         }
-                       }
-                     });
-  FactorWalk walk = FirstFrame(true);
+// Information of the first two frames' states: of the first, between both, of
+// the second.
+struct TwoFrames {
+  Eigen::MatrixXd first;
+  Eigen::MatrixXd coupling;
+  Eigen::MatrixXd second;
+};
+
+// Adds a' b, times the square of `root`, at a place of `information`.
+template <typename JacobianA, typename JacobianB>
+void AddBlock(const JacobianA& a, const JacobianB& b, double root,
+              Eigen::Index row, Eigen::Index column,
+              Eigen::MatrixXd* information) {
+  Matrix6d block = Matrix6d::Zero();
+  AddProduct(a, b, root * root, block.data());
+  information->block<6, 6>(row, column) += block;
+}
+
+void AddCouplings(const PersonProblem& problem, TwoFrames* information) {
+  LineariseCouplings(
+      problem, [&](const auto& at, const auto& keys, double root) {
+        for (int i = 0; i < 2; ++i) {
+          for (int l = 0; l < 2; ++l) {
+            AddBlock(at.by_states[i], at.by_states[l], root, ColumnOf(keys[i]),
+                     ColumnOf(keys[l]), &information->first);
+          }
+        }
+      });
+}
+
+void AddJoints(const PersonProblem& problem, double correction,
+               TwoFrames* information) {
+  FactorWalk walk = FirstFrame(KeptFor::kCovariance);
   walk.priors = problem.prior.empty();
   for (size_t j = 0; j < problem.joints.size(); ++j) {
     const Eigen::Index own = kStateSize * static_cast<Eigen::Index>(j);
     LineariseFirst(
         problem.times, problem.joints[j], walk, correction,
         [&](const auto& at, const auto& keys, double root) {
-          add(at.by_states[0], at.by_states[0], root, &first, own, own);
+          AddBlock(at.by_states[0], at.by_states[0], root, own, own,
+                   &information->first);
           if constexpr (std::tuple_size_v<std::decay_t<decltype(keys)>> == 2) {
-            add(at.by_states[0], at.by_states[1], root, &coupling, own, own);
-            add(at.by_states[1], at.by_states[1], root, &second, own, own);
+            AddBlock(at.by_states[0], at.by_states[1], root, own, own,
+                     &information->coupling);
+            AddBlock(at.by_states[1], at.by_states[1], root, own, own,
+                     &information->second);
           }
         });
   }
+}
+
+void AddUser(const PersonProblem& problem, TwoFrames* information) {
   LineariseUser(problem, [&](const PlacedFactor& placed, const auto& from) {
     for (size_t a = 0; a < placed.keys.size(); ++a) {
       for (size_t b = 0; b < placed.keys.size(); ++b) {
         const StateKey& of_a = placed.keys[a];
         const StateKey& of_b = placed.keys[b];
         if (of_a.frame > of_b.frame) continue;
-        Eigen::MatrixXd& block = of_b.frame == 0   ? first
-                                 : of_a.frame == 0 ? coupling
-                                                   : second;
+        Eigen::MatrixXd& block = of_b.frame == 0   ? information->first
+                                 : of_a.frame == 0 ? information->coupling
+                                                   : information->second;
         block.block<6, 6>(ColumnOf(of_a), ColumnOf(of_b)) +=
             from.by_states[a].transpose() * from.by_states[b];
       }
     }
   });
+}
+
+// Square root of the information that the dropped frame leaves for the
+// covariances that are stated, by Schur complement: less exact than the QR of
+// the estimate's own prior, in a fraction of its time. nullopt when it is not
+// definite.
+std::optional<Eigen::MatrixXd> StatedInformation(const PersonProblem& problem,
+                                                 double correction) {
+  const Eigen::Index size = SizeOf(problem);
+  TwoFrames information{Eigen::MatrixXd::Zero(size, size),
+                        Eigen::MatrixXd::Zero(size, size),
+                        Eigen::MatrixXd::Zero(size, size)};
+  auto& [first, coupling, second] = information;
+  if (!problem.prior.empty()) {
+    first.noalias() =
+        problem.prior.A_stated.transpose() * problem.prior.A_stated;
+  }
+  AddCouplings(problem, &information);
+  AddJoints(problem, correction, &information);
+  AddUser(problem, &information);
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> eliminated(first);
   if (eliminated.info() != Eigen::Success) return std::nullopt;
   eliminated.matrixL().solveInPlace(coupling);

@@ -79,9 +79,9 @@ void ScaleSigmas(double scale, PersonProblem* problem) {
   }
 }
 
-bool CausalNoiseScale::Wants() {
-  constexpr int64_t kStride = 5;  // frames
-  return asked_++ % kStride == 0;
+bool CausalNoiseScale::TakeTurn() {
+  constexpr int64_t kStride = 5;
+  return turns_++ % kStride == 0;
 }
 
 void CausalNoiseScale::Add(const std::vector<double>& squares, double applied) {

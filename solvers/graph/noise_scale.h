@@ -32,17 +32,19 @@ class CausalNoiseScale {
  public:
   double scale() const { return scale_; }
 
-  // Whether the next final frame should be added: one in a few. Errors of
-  // neighbouring frames are alike, so that tells nearly as much as all.
-  bool Wants();
-  // `squares`: squared residuals in units of the problem's sigmas
-  // (CollectSquares), which were multiplied by `applied` before.
+  // To be called each time frames become final. True the first time and every
+  // fifth after it: the residuals of these frames are then to be given to Add.
+  // Errors of neighbouring frames are alike, so that these tell nearly as much
+  // as all.
+  bool TakeTurn();
+  // `squares` come from CollectSquares of a problem whose sigmas the caller had
+  // multiplied by `applied`; that factor is taken out again here.
   void Add(const std::vector<double>& squares, double applied);
 
  private:
   std::vector<double> squares_;  // of unscaled sigmas; a ring when full
   size_t next_ = 0;
-  int64_t asked_ = 0;
+  int64_t turns_ = 0;
   double scale_ = 1.0;
 };
 

@@ -5,15 +5,17 @@
 namespace kinegraph {
 namespace {
 
+enum class Gated { kVisited, kSkipped };
+
 // Calls `take(measurement, valid, squared norm)` for each measurement of the
-// chain at its states.
+// chain at its states, those that are gated included or not.
 template <typename Take>
-void ForEachMeasurement(bool gated, JointChain* chain, const Take& take) {
+void ForEachMeasurement(Gated gated, JointChain* chain, const Take& take) {
   for (size_t k = 0; k < chain->states.size(); ++k) {
     const double* states[] = {chain->states[k].data()};
     for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
       PixelMeasurement& measurement = chain->measurements[m];
-      if (measurement.gated && !gated) continue;
+      if (measurement.gated && gated == Gated::kSkipped) continue;
       Eigen::Vector2d residual = Eigen::Vector2d::Zero();
       const bool valid = ReprojectionOf(measurement)
                              .Evaluate(states, residual.data(), nullptr);
@@ -52,7 +54,7 @@ PersonStates StatesOf(const PersonProblem& problem) {
 }
 
 void GateMeasurements(JointChain* chain) {
-  ForEachMeasurement(true, chain,
+  ForEachMeasurement(Gated::kVisited, chain,
                      [](PixelMeasurement* measurement, bool valid, double) {
                        measurement->gated = !valid;
                        measurement->weight = 0.0;
@@ -64,7 +66,7 @@ void StoreWeights(const SolveStage& stage, JointChain* chain) {
     measurement.weight = 0.0;
   }
   ForEachMeasurement(
-      false, chain,
+      Gated::kSkipped, chain,
       [&](PixelMeasurement* measurement, bool valid, double squared_norm) {
         if (!valid) return;
         measurement->weight =

@@ -26,6 +26,68 @@ double LogLevel(int level) {
   return std::log(kLeastLevel) + level * LogLevelStep();
 }
 
+void FilterBank::Predict(double dt_s, double phi, double power,
+                         Filter* filter) {
+  const double dt = dt_s;
+  const double q = power;
+  for (Axis& x : filter->axes) {
+    x.p += dt * x.v;
+    x.n *= phi;
+    x.pp += dt * (2.0 * x.pv + dt * x.vv) + q * dt * dt * dt / 3.0;
+    x.pv += dt * x.vv + 0.5 * q * dt * dt;
+    x.vv += q * dt;
+    x.pn = phi * (x.pn + dt * x.vn);
+    x.vn *= phi;
+    x.nn = phi * phi * x.nn + 1.0 - phi * phi;
+  }
+}
+
+FilterBank::Innovation FilterBank::Innovate(
+    const Filter& filter, const FramePoint& point,
+    const ErrorCorrelation& correlation) {
+  // The part of the error that does not last; 0.02 of it and a tenth of a
+  // millimetre keep it above zero.
+  const double fresh_share = 1.02 - correlation.share;
+  constexpr double kLeastVariance_m2 = 1e-8;
+  Innovation innovation;
+  for (int i = 0; i < 3; ++i) {
+    const Axis& x = filter.axes[i];
+    const double variance = point.covariance_m2(i, i);
+    const double gain = std::sqrt(correlation.share * variance);
+    const double error = point.position_m[i] - x.p - gain * x.n;
+    const double spread = x.pp + 2.0 * gain * x.pn + gain * gain * x.nn +
+                          fresh_share * variance + kLeastVariance_m2;
+    innovation.gain[i] = gain;
+    innovation.error[i] = error;
+    innovation.spread[i] = spread;
+    innovation.mean_square += error * error / spread / 3.0;
+    innovation.log_spread += std::log(spread);
+  }
+  return innovation;
+}
+
+void FilterBank::Correct(const Innovation& innovation, double wider,
+                         Filter* filter) {
+  for (int i = 0; i < 3; ++i) {
+    Axis& x = filter->axes[i];
+    const double gain = innovation.gain[i];
+    const double error = innovation.error[i];
+    const double s = wider * innovation.spread[i];
+    const double hp = x.pp + gain * x.pn;
+    const double hv = x.pv + gain * x.vn;
+    const double hn = x.pn + gain * x.nn;
+    x.p += hp / s * error;
+    x.v += hv / s * error;
+    x.n += hn / s * error;
+    x.pp -= hp * hp / s;
+    x.pv -= hp * hv / s;
+    x.vv -= hv * hv / s;
+    x.pn -= hp * hn / s;
+    x.vn -= hv * hn / s;
+    x.nn -= hn * hn / s;
+  }
+}
+
 void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
                      const ErrorCorrelation& correlation, Levels* evidence) {
   if (!started_) {
@@ -37,58 +99,19 @@ void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
     }
   }
   constexpr double kKnown = 3.0;  // of the mean of e^2 / S
-  const double dt = ToSeconds(time - time_);
+  const double dt_s = ToSeconds(time - time_);
   time_ = time;
-  const double phi = std::exp(-dt / correlation.time_s);
+  const double phi = std::exp(-dt_s / correlation.time_s);
   for (int level = 0; level < kLevelCount; ++level) {
     Filter& filter = filters_[level];
-    const double q = usual_ * std::exp(LogLevel(level));
-    for (Axis& x : filter.axes) {
-      x.p += dt * x.v;
-      x.n *= phi;
-      x.pp += dt * (2.0 * x.pv + dt * x.vv) + q * dt * dt * dt / 3.0;
-      x.pv += dt * x.vv + 0.5 * q * dt * dt;
-      x.vv += q * dt;
-      x.pn = phi * (x.pn + dt * x.vn);
-      x.vn *= phi;
-      x.nn = phi * phi * x.nn + 1.0 - phi * phi;
-    }
+    Predict(dt_s, phi, usual_ * std::exp(LogLevel(level)), &filter);
     if (!point.has_value()) continue;
-    std::array<double, 3> gain{};  // of the lasting error
-    std::array<double, 3> error{};
-    std::array<double, 3> spread{};
-    double mean = 0.0;
-    double log_spread = 0.0;
-    for (int i = 0; i < 3; ++i) {
-      const Axis& x = filter.axes[i];
-      const double variance = point->covariance_m2(i, i);
-      gain[i] = std::sqrt(correlation.share * variance);
-      error[i] = point->position_m[i] - x.p - gain[i] * x.n;
-      spread[i] = x.pp + 2.0 * gain[i] * x.pn + gain[i] * gain[i] * x.nn +
-                  (1.02 - correlation.share) * variance + 1e-8;
-      mean += error[i] * error[i] / spread[i] / 3.0;
-      log_spread += std::log(spread[i]);
-    }
+    const Innovation innovation = Innovate(filter, *point, correlation);
+    const double mean = innovation.mean_square;
     const double robust =
         mean <= kKnown ? mean : kKnown * (1.0 + std::log(mean / kKnown));
-    (*evidence)[level] -= 0.5 * (log_spread + 3.0 * robust);
-    const double wider = std::max(1.0, mean / kKnown);
-    for (int i = 0; i < 3; ++i) {
-      Axis& x = filter.axes[i];
-      const double s = wider * spread[i];
-      const double hp = x.pp + gain[i] * x.pn;
-      const double hv = x.pv + gain[i] * x.vn;
-      const double hn = x.pn + gain[i] * x.nn;
-      x.p += hp / s * error[i];
-      x.v += hv / s * error[i];
-      x.n += hn / s * error[i];
-      x.pp -= hp * hp / s;
-      x.pv -= hp * hv / s;
-      x.vv -= hv * hv / s;
-      x.pn -= hp * hn / s;
-      x.vn -= hv * hn / s;
-      x.nn -= hn * hn / s;
-    }
+    (*evidence)[level] -= 0.5 * (innovation.log_spread + 3.0 * robust);
+    Correct(innovation, std::max(1.0, mean / kKnown), &filter);
   }
 }
 

@@ -48,6 +48,24 @@ class FilterBank {
     std::array<Axis, 3> axes;
   };
 
+  // Innovations of the three axes, before the filter takes them in.
+  struct Innovation {
+    std::array<double, 3> gain{};    // of the lasting error [m]
+    std::array<double, 3> error{};   // [m]
+    std::array<double, 3> spread{};  // its variance [m^2]
+    double mean_square = 0.0;        // mean over axes of error^2 / spread
+    double log_spread = 0.0;         // sum over axes
+  };
+
+  // `phi`: what is left of the lasting error; `power`: of the white noise on
+  // acceleration [m^2/s^3].
+  static void Predict(double dt_s, double phi, double power, Filter* filter);
+  static Innovation Innovate(const Filter& filter, const FramePoint& point,
+                             const ErrorCorrelation& correlation);
+  // `wider`: factor on the innovation's variance.
+  static void Correct(const Innovation& innovation, double wider,
+                      Filter* filter);
+
   double usual_;
   bool started_ = false;
   TimeNs time_ = 0;

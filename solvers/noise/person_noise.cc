@@ -59,17 +59,17 @@ void PersonNoise::RefreshScales() {
   }
 }
 
-// `anew`: the pixels of this frame are news.
 PersonNoise::Frame PersonNoise::Locate(const PersonProblem& problem, size_t k,
-                                       bool anew) {
-  const bool learns = options_.pixel_noise_from == NoiseFrom::kTake;
+                                       Pixels pixels) {
+  const bool learns =
+      options_.pixel_noise_from == NoiseFrom::kTake && pixels == Pixels::kNew;
   Frame frame;
   frame.time = problem.times[k];
   for (int j = 0; j < joint_count(); ++j) {
     const int joint_class = ClassOf(j);
     std::optional<FramePoint> point;
     if (Load(problem, k, j)) {
-      if (learns && anew) {
+      if (learns) {
         correlations_.Add(j, frame.time, scale_[joint_class],
                           triangulator_.residuals());
       }
@@ -105,7 +105,7 @@ void PersonNoise::LearnTake(const PersonProblem& problem) {
     correlation_ = correlations_.Fit();
   }
   for (size_t k = 0; k < count; ++k) {
-    frames_.push_back(Locate(problem, k, false));
+    frames_.push_back(Locate(problem, k, Pixels::kKnown));
   }
   starts_ = {};
 }
@@ -116,7 +116,7 @@ void PersonNoise::AddFrame(const PersonProblem& problem, size_t k) {
     LearnPixels(problem, k);
     RefreshScales();
   }
-  frames_.push_back(Locate(problem, k, true));
+  frames_.push_back(Locate(problem, k, Pixels::kNew));
   starts_.clear();
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
     correlation_ = correlations_.Fit();

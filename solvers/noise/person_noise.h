@@ -79,7 +79,9 @@ class PersonNoise {
   bool Load(const PersonProblem& problem, size_t k, int joint_idx);
   void LearnPixels(const PersonProblem& problem, size_t k);
   void RefreshScales();
-  Frame Locate(const PersonProblem& problem, size_t k, bool anew);
+  // Whether a frame's pixels were learnt from before.
+  enum class Pixels { kKnown, kNew };
+  Frame Locate(const PersonProblem& problem, size_t k, Pixels pixels);
   double FrameSeconds(size_t k) const;
   void ApplyLevels(PersonProblem* problem);
 

@@ -69,7 +69,8 @@ void PersonSolver::SolveJoints(const SolveSchedule& schedule,
 void PersonSolver::Finish(SolveReport report, const StateChain& start,
                           JointChain* chain) {
   report.finite = report.finite && AllFinite(chain->states);
-  Note(report, solver_ == GraphSolver::kSweeps);
+  Note(report, solver_ == GraphSolver::kSweeps ? Result::kTakenOver
+                                               : Result::kOnlyAStart);
   if (report.finite) return;
   chain->states = start;
   for (PixelMeasurement& measurement : chain->measurements) {
@@ -80,7 +81,8 @@ void PersonSolver::Finish(SolveReport report, const StateChain& start,
 double PersonSolver::JointCost(const std::vector<TimeNs>& times,
                                const JointChain& chain) {
   const SolveStage& stage = schedule_.stages.back();
-  if (!Linearise(times, chain, chain.states, stage, true, &linear_)) {
+  if (!Linearise(times, chain, chain.states, stage, OwnPrior::kCounts,
+                 &linear_)) {
     return std::numeric_limits<double>::infinity();
   }
   // A view that cannot see the joint costs as one that is far off.
@@ -148,7 +150,8 @@ void PersonSolver::SolveBones(PersonProblem* problem) {
   PersonProblem coupled = *problem;
   SolveReport report = bone_solver_.Solve(LastStage(schedule_), &coupled);
   report.finite = report.finite && AllFinite(coupled);
-  Note(report, solver_ == GraphSolver::kSweeps);
+  Note(report, solver_ == GraphSolver::kSweeps ? Result::kTakenOver
+                                               : Result::kOnlyAStart);
   if (report.finite) {
     *problem = std::move(coupled);
     return;
@@ -164,7 +167,7 @@ void PersonSolver::Refine(PersonProblem* problem) {
   const PersonStates start = StatesOf(*problem);
   SolveReport report = SolveWithCeres(LastStage(schedule_), problem);
   report.finite = report.finite && AllFinite(*problem);
-  Note(report, true);
+  Note(report, Result::kTakenOver);
   if (report.finite) return;
   for (size_t j = 0; j < start.size(); ++j) {
     problem->joints[j].states = start[j];
@@ -194,13 +197,13 @@ std::vector<std::vector<Matrix6d>> PersonSolver::JointCovariances(
   return covariances;
 }
 
-void PersonSolver::Note(const SolveReport& report, bool taken_over) {
+void PersonSolver::Note(const SolveReport& report, Result result) {
   counts_.sweep_iterations += report.iterations;
   counts_.ceres_iterations += report.ceres_iterations;
   counts_.ceres_problems += report.ceres_problems;
   counts_.cholmod_problems += report.cholmod_problems;
   if (!report.finite) ++counts_.not_finite;
-  if (!taken_over) return;
+  if (result != Result::kTakenOver) return;
   ++counts_.solves;
   if (!report.finite) return;
   counts_.ceres_decrease_millionths += std::llround(1e6 * report.cost_decrease);

@@ -80,8 +80,10 @@ class PersonSolver {
   void HandInCounts(int64_t first_frame, int64_t last_frame);
 
  private:
-  // `taken_over`: the result is what the estimator goes on with.
-  void Note(const SolveReport& report, bool taken_over);
+  // What becomes of a solve: the estimator goes on with it, or Ceres does.
+  enum class Result { kTakenOver, kOnlyAStart };
+  // Counts a solve.
+  void Note(const SolveReport& report, Result result);
   void Finish(SolveReport report, const StateChain& start, JointChain* chain);
   double JointCost(const std::vector<TimeNs>& times, const JointChain& chain);
   void TryRivals(const SolveSchedule& schedule, int joint_idx,

@@ -12,6 +12,7 @@
 
 #include "core/evaluation/bootstrap.h"
 #include "solvers/ceres/ceres_loss.h"
+#include "solvers/scene/fit_terms.h"
 
 namespace kinegraph {
 namespace {
@@ -201,7 +202,7 @@ class ReducedSystem {
            const std::vector<CameraChange>& changes) {
     Eigen::Matrix<double, kSegmentSize, kSegmentSize> H =
         StateInverseSigmas(options_.segments).cwiseAbs2().asDiagonal();
-    H.topLeftCorner<3, 3>().diagonal().array() += 1e-6;
+    H.topLeftCorner<3, 3>().diagonal().array() += kPositionInformation;
     Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(size_, kSegmentSize);
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size_);
     SegmentState state_gradient =

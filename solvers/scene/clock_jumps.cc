@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "solvers/scene/fit_terms.h"
+
 namespace kinegraph {
 namespace {
 
@@ -16,6 +18,51 @@ struct Bin {
   double gradient = 0.0;
 };
 using Bins = std::vector<Bin>;
+
+// Normal equations of one stretch, with the offset of every view beside its own
+// state.
+struct StretchSystem {
+  Eigen::Matrix<double, kSegmentSize, kSegmentSize> information;
+  SegmentState gradient;
+  Eigen::MatrixXd cross;  // between the state and each view's offset
+  Eigen::VectorXd offset_information;
+  Eigen::VectorXd offset_gradient;
+};
+
+StretchSystem LineariseStretch(const CameraRig& cameras,
+                               const SceneSegments& segments,
+                               const std::vector<CameraChange>& changes,
+                               const SegmentState& prior,
+                               const Stretch& segment,
+                               const SegmentState& state) {
+  StretchSystem system;
+  system.information = prior.asDiagonal();
+  system.information.topLeftCorner<3, 3>().diagonal().array() +=
+      kPositionInformation;
+  system.gradient = prior.cwiseProduct(state);
+  system.cross = Eigen::MatrixXd::Zero(kSegmentSize, segments.view_count);
+  system.offset_information = Eigen::VectorXd::Zero(segments.view_count);
+  system.offset_gradient = system.offset_information;
+  for (const SegmentMeasurement& measurement : segment.measurements) {
+    const int view_idx = measurement.view_idx;
+    const auto v = static_cast<size_t>(view_idx);
+    Eigen::Matrix<double, 2, kSegmentSize> A;
+    Eigen::Matrix<double, 2, kChangeSize> by_change;
+    const auto r =
+        SegmentResidual(cameras[v], changes[v], segment, state, measurement,
+                        segments.noise_scale, &A, &by_change);
+    if (!r.has_value()) continue;
+    const double weight =
+        EvaluateLoss(kSceneLoss, kSceneLossScale, r->squaredNorm()).first;
+    const Eigen::Vector2d B = by_change.col(kOffsetAt);
+    system.information += weight * A.transpose() * A;
+    system.gradient += weight * A.transpose() * *r;
+    system.cross.col(view_idx) += weight * A.transpose() * B;
+    system.offset_information[view_idx] += weight * B.squaredNorm();
+    system.offset_gradient[view_idx] += weight * B.dot(*r);
+  }
+  return system;
+}
 
 // The bins of all views. A bin is as long as a fortieth of the take, and at
 // least half a second: a walker's step.
@@ -43,39 +90,20 @@ std::vector<Bins> OffsetBins(const CameraRig& cameras,
                       &state)) {
       continue;
     }
-    Eigen::Matrix<double, kSegmentSize, kSegmentSize> H = prior.asDiagonal();
-    H.topLeftCorner<3, 3>().diagonal().array() += 1e-6;
-    SegmentState g = prior.cwiseProduct(state);
-    Eigen::MatrixXd cross =
-        Eigen::MatrixXd::Zero(kSegmentSize, segments.view_count);
-    Eigen::VectorXd information = Eigen::VectorXd::Zero(segments.view_count);
-    Eigen::VectorXd gradient = information;
-    for (const SegmentMeasurement& measurement : segment.measurements) {
-      const auto v = static_cast<size_t>(measurement.view_idx);
-      Eigen::Matrix<double, 2, kSegmentSize> A;
-      Eigen::Matrix<double, 2, kChangeSize> by_change;
-      const auto r =
-          SegmentResidual(cameras[v], changes[v], segment, state, measurement,
-                          segments.noise_scale, &A, &by_change);
-      if (!r.has_value()) continue;
-      const double weight =
-          EvaluateLoss(kSceneLoss, kSceneLossScale, r->squaredNorm()).first;
-      const Eigen::Vector2d B = by_change.col(kOffsetAt);
-      H += weight * A.transpose() * A;
-      g += weight * A.transpose() * *r;
-      cross.col(measurement.view_idx) += weight * A.transpose() * B;
-      information[measurement.view_idx] += weight * B.squaredNorm();
-      gradient[measurement.view_idx] += weight * B.dot(*r);
-    }
-    const Eigen::MatrixXd solved = H.ldlt().solve(cross);
+    const StretchSystem system =
+        LineariseStretch(cameras, segments, changes, prior, segment, state);
+    // The stretch's own state is eliminated.
+    const Eigen::MatrixXd solved =
+        system.information.ldlt().solve(system.cross);
     const auto b =
         std::min(count - 1, static_cast<size_t>(std::max(
                                 0.0, (segment.middle_s - first_s) / length_s)));
     for (size_t v = 0; v < bins.size(); ++v) {
       const auto i = static_cast<Eigen::Index>(v);
       bins[v][b].information +=
-          information[i] - cross.col(i).dot(solved.col(i));
-      bins[v][b].gradient += gradient[i] - solved.col(i).dot(g);
+          system.offset_information[i] - system.cross.col(i).dot(solved.col(i));
+      bins[v][b].gradient +=
+          system.offset_gradient[i] - solved.col(i).dot(system.gradient);
     }
   }
   return bins;

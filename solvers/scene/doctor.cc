@@ -12,6 +12,7 @@
 #include "solvers/scene/clock_jumps.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/consistency.h"
+#include "solvers/scene/fit_terms.h"
 #include "solvers/scene/readings.h"
 #include "solvers/scene/refine.h"
 
@@ -597,10 +598,7 @@ class Doctor {
   };
 
   std::vector<Model> Models() const {
-    FreeParameters clock;
-    clock.offset = true;
-    constexpr double kDriftSpanS = 20.0;
-    clock.drift = segments_.span_s > kDriftSpanS;
+    const FreeParameters clock = ClockParametersOf(segments_.span_s);
     FreeParameters shift;
     shift.shift = true;
     FreeParameters rotation;

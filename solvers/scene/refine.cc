@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "solvers/scene/fit_terms.h"
 #include "solvers/scene/refine_again.h"
 
 namespace kinegraph {
@@ -43,6 +44,31 @@ void Step(const CameraRig& cameras, const SceneSegments& segments,
   refinement->steps.push_back(std::move(step));
 }
 
+// Clocks (the first step) and cameras (the second) once more, together, from
+// where they are: what one took for the other is set right. Where they cannot
+// be told apart the clocks stay as they were stated.
+void StepTogether(const CameraRig& cameras, const SceneSegments& segments,
+                  const FreeParameters& both, const BundleOptions& options,
+                  Refinement* refinement) {
+  const BundleResult result =
+      AdjustBundle(cameras, segments, both, refinement->changes, options);
+  refinement->largest_correlation = result.largest_correlation;
+  if (!result.usable) return;
+  if (result.largest_correlation <= kMostCorrelation) {
+    refinement->changes = result.changes;
+    StoreUncertainty(result, refinement);
+    return;
+  }
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    for (const int place : {kOffsetAt, kDriftAt}) {
+      refinement->changes[v][place] = refinement->sigmas[v][place] = 0.0;
+    }
+  }
+  refinement->steps[0].taken = false;
+  refinement->steps[0].reason =
+      "clocks and cameras cannot be told apart in this take";
+}
+
 }  // namespace
 
 const std::vector<std::string>& RefineKindNames() {
@@ -58,12 +84,12 @@ const std::vector<std::string>& GroundKindNames() {
 
 void RefineOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("refine", &refine, RefineKindNames(),
-                 "What of each camera is estimated from the take's people.");
+                 "what of each camera is estimated from the take's people");
   visitor.Boolean("refine_clock", &refine_clock,
-                  "Estimate offset and drift of each view's clock.");
+                  "estimate offset and drift of each view's clock");
   visitor.Choice("ground", &ground, GroundKindNames(),
-                 "Turn the world so that z points up from the floor on which "
-                 "people stand.");
+                 "turn the world so that z points up from the floor on which "
+                 "people stand");
 }
 
 FreeParameters CameraParametersOf(RefineKind kind) {
@@ -119,57 +145,30 @@ Refinement RefineScene(const CameraRig& cameras,
   const BundleOptions bundle = WithLastingErrors(given, segments);
   refinement.stretches = static_cast<int64_t>(segments.segments.size());
   const bool enough = segments.segments.size() >= kLeastStretches;
-  FreeParameters clocks;
-  clocks.offset = true;
-  // Less than this and a drift of 100 ppm is under a tenth of a millisecond.
-  constexpr double kDriftSpanS = 20.0;
-  clocks.drift = segments.span_s > kDriftSpanS;
+  const FreeParameters clocks = ClockParametersOf(segments.span_s);
   const FreeParameters free = CameraParametersOf(options.refine);
-  if (!enough) {
-    if (options.refine_clock) {
-      refinement.steps.push_back({"clock", false, "too few matches", {}});
-    }
-    if (free.any_camera()) {
+  const auto step = [&](const FreeParameters& parameters,
+                        const std::string& what) {
+    if (enough) {
+      Step(cameras, segments, parameters, what, bundle, &refinement);
+    } else {
       refinement.steps.push_back(
-          {RefineKindNames()[static_cast<size_t>(options.refine)],
-           false,
-           "too few matches",
-           {}});
+          {what, /*taken=*/false, "too few matches", {}});
     }
-    return refinement;
-  }
-  if (options.refine_clock) {
-    Step(cameras, segments, clocks, "clock", bundle, &refinement);
-  }
+  };
+  if (options.refine_clock) step(clocks, "clock");
   if (free.any_camera()) {
-    Step(cameras, segments, free,
-         RefineKindNames()[static_cast<size_t>(options.refine)], bundle,
-         &refinement);
+    step(free, RefineKindNames()[static_cast<size_t>(options.refine)]);
   }
-  if (!options.refine_clock || !free.any_camera() || !refinement.any_taken()) {
-    return refinement;
-  }
-  // Together, from where they are: what one took for the other is set right.
+  const bool both_taken =
+      refinement.steps.size() == 2 &&
+      std::all_of(refinement.steps.begin(), refinement.steps.end(),
+                  [](const RefineStep& one) { return one.taken; });
+  if (!both_taken) return refinement;
   FreeParameters both = free;
-  both.offset = clocks.offset && refinement.steps[0].taken;
-  both.drift = clocks.drift && refinement.steps[0].taken;
-  if (!both.offset || !refinement.steps[1].taken) return refinement;
-  const BundleResult result =
-      AdjustBundle(cameras, segments, both, refinement.changes, bundle);
-  refinement.largest_correlation = result.largest_correlation;
-  if (result.usable && result.largest_correlation <= kMostCorrelation) {
-    refinement.changes = result.changes;
-    StoreUncertainty(result, &refinement);
-  } else if (result.usable) {
-    for (size_t v = 0; v < cameras.size(); ++v) {
-      for (const int place : {kOffsetAt, kDriftAt}) {
-        refinement.changes[v][place] = refinement.sigmas[v][place] = 0.0;
-      }
-    }
-    refinement.steps[0].taken = false;
-    refinement.steps[0].reason =
-        "clocks and cameras cannot be told apart in this take";
-  }
+  both.offset = clocks.offset;
+  both.drift = clocks.drift;
+  StepTogether(cameras, segments, both, bundle, &refinement);
   return refinement;
 }
 

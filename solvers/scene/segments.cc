@@ -8,6 +8,7 @@
 
 #include "core/evaluation/statistics.h"
 #include "core/geometry/triangulation.h"
+#include "solvers/scene/fit_terms.h"
 
 namespace kinegraph {
 namespace {
@@ -269,7 +270,7 @@ bool SolveSegment(const CameraRig& cameras,
       g.noalias() += weight * J.transpose() * *r;
     }
     // One view leaves the depth free.
-    H.topLeftCorner<3, 3>().diagonal().array() += 1e-6;
+    H.topLeftCorner<3, 3>().diagonal().array() += kPositionInformation;
     const SegmentState step = H.ldlt().solve(g);
     if (!step.allFinite()) return false;
     *state -= step;

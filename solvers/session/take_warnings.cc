@@ -6,6 +6,8 @@
 #include <iterator>
 #include <utility>
 
+#include "core/base/median.h"
+
 namespace kinegraph {
 namespace {
 
@@ -24,12 +26,6 @@ constexpr double kMaxSpread = 0.5;       // (p90 - p10) / median of a limb
 constexpr double kMaxSideDifference = 0.2;
 constexpr double kMaxBodySpeed = 8.0;  // m/s; sprinters reach 10
 constexpr int64_t kEnoughDetections = 20;
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 class Warnings {
  public:

@@ -35,11 +35,11 @@ void LinearChain::Reset(size_t frames, size_t measurements) {
 
 bool Linearise(const std::vector<TimeNs>& times, const JointChain& chain,
                const StateChain& states, const SolveStage& stage,
-               bool use_prior, LinearChain* linear) {
+               OwnPrior own_prior, LinearChain* linear) {
   linear->Reset(states.size(), chain.measurements.size());
   FactorWalk walk;
   walk.stage = stage;
-  walk.priors = use_prior;
+  walk.priors = own_prior == OwnPrior::kCounts;
   const auto state_of = [&](const StateKey& key) {
     return states[key.frame].data();
   };
@@ -66,10 +66,10 @@ bool Linearise(const std::vector<TimeNs>& times, const JointChain& chain,
 
 void LineariseInformation(const std::vector<TimeNs>& times,
                           const JointChain& chain, double correction,
-                          bool use_prior, LinearChain* linear) {
+                          OwnPrior own_prior, LinearChain* linear) {
   linear->Reset(times.size(), chain.measurements.size());
   FactorWalk walk;
-  walk.priors = use_prior;
+  walk.priors = own_prior == OwnPrior::kCounts;
   walk.stated = true;
   const auto state_of = [&](const StateKey& key) {
     return chain.states[key.frame].data();

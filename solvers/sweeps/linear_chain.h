@@ -22,18 +22,22 @@ struct LinearChain {
   void Reset(size_t frames, size_t measurements);
 };
 
-// At `states`. `use_prior`: the chain's own prior counts. False where a
-// measurement that is not gated has no image.
+// Whether a chain's own prior counts (JointChain::prior). It does not where the
+// person's prior stands in its place (PersonProblem::prior).
+enum class OwnPrior { kCounts, kReplaced };
+
+// The chain's system at `states`. False where a measurement that is not gated
+// has no image there.
 bool Linearise(const std::vector<TimeNs>& times, const JointChain& chain,
                const StateChain& states, const SolveStage& stage,
-               bool use_prior, LinearChain* linear);
+               OwnPrior own_prior, LinearChain* linear);
 
 // Blocks of the information at the chain's states and stored weights, each
 // observation's times `correction` (InformationCorrection of its loss).
 // Gradient and cost are not filled.
 void LineariseInformation(const std::vector<TimeNs>& times,
                           const JointChain& chain, double correction,
-                          bool use_prior, LinearChain* linear);
+                          OwnPrior own_prior, LinearChain* linear);
 
 }  // namespace kinegraph
 

@@ -205,9 +205,11 @@ class FrameInversion {
     }
   }
 
-  // What couples frame k + 1 (rows) with frame k, or the other way round.
+  // Loads what couples frames k and k + 1, with the states of `rows` as rows.
   // Returns the size of its diagonal blocks, 0 where it has others.
-  int LoadCoupling(size_t k, bool later_rows) {
+  enum class RowsOf { kEarlier, kLater };
+  int LoadCoupling(size_t k, RowsOf rows) {
+    const bool later_rows = rows == RowsOf::kLater;
     std::fill_n(coupling_.data(), rows_ * rows_, 0.0);
     Square coupling = Inside(&coupling_);
     const auto user = user_below_.find(k);
@@ -237,7 +239,7 @@ class FrameInversion {
     std::copy_n(message.data(), rows_ * rows_, pivot_.data());
     AddDiagonal(k, &pivot_);
     std::fill_n(next->data(), rows_ * rows_, 0.0);
-    const int block = LoadCoupling(k - 1, false);
+    const int block = LoadCoupling(k - 1, RowsOf::kEarlier);
     return Eliminate(block, next);
   }
 
@@ -281,7 +283,7 @@ class FrameInversion {
     std::swap(pivot_, earlier_);
     AddDiagonal(k, &pivot_);
     std::fill_n(earlier_.data(), rows_ * rows_, 0.0);
-    const int block = LoadCoupling(k, true);
+    const int block = LoadCoupling(k, RowsOf::kLater);
     return Eliminate(block, &earlier_);
   }
 
@@ -342,8 +344,10 @@ bool PersonCovariances(const PersonProblem& problem, double correction,
   system.chains.resize(joint_count);
   for (size_t j = 0; j < joint_count; ++j) {
     (*covariances)[j].resize(frame_end);
-    LineariseInformation(problem.times, problem.joints[j], correction,
-                         problem.prior.empty(), &system.chains[j]);
+    LineariseInformation(
+        problem.times, problem.joints[j], correction,
+        problem.prior.empty() ? OwnPrior::kCounts : OwnPrior::kReplaced,
+        &system.chains[j]);
   }
   AddCouplings(problem, &system);
   if (!problem.prior.empty()) {

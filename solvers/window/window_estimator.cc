@@ -68,7 +68,10 @@ class WindowEstimator final : public Estimator {
   size_t DueEnd() const;
   void LearnNoiseScale(const std::vector<double>& squares);
   void Emit(size_t end);
-  JointStatus StatusAt(size_t k, int joint_idx, int* inliers) const;
+  JointStatus StatusAt(size_t k, int joint_idx) const;
+  int InliersAt(size_t k, int joint_idx) const {
+    return CountInliers(problem_.joints[joint_idx], k, options_.inlier_weight);
+  }
 
   const SceneModel scene_;
   const GraphOptions options_;
@@ -129,9 +132,8 @@ std::vector<bool> WindowEstimator::StartNewStates() {
   const double dt_s = ToSeconds(problem_.times[k] - problem_.times[k - 1]);
   for (int j = 0; j < joint_count(); ++j) {
     JointChain& chain = problem_.joints[j];
-    int inliers = 0;
     placed_anew[j] = records_[k].triangulated[j] &&
-                     StatusAt(k - 1, j, &inliers) == JointStatus::kMissing;
+                     StatusAt(k - 1, j) == JointStatus::kMissing;
     if (placed_anew[j]) continue;
     const Eigen::Vector3d triangulated = chain.states[k].head<3>();
     chain.states[k] = Advance(chain.states[k - 1], dt_s);
@@ -196,24 +198,21 @@ void WindowEstimator::LearnNoiseScale(const std::vector<double>& squares) {
   scale_changed_ = true;
 }
 
-JointStatus WindowEstimator::StatusAt(size_t k, int joint_idx,
-                                      int* inliers) const {
+JointStatus WindowEstimator::StatusAt(size_t k, int joint_idx) const {
   const JointChain& chain = problem_.joints[joint_idx];
   JointSupport support = supports_[joint_idx];
   double nearest_s = std::numeric_limits<double>::infinity();
   if (support.by_one_view) {
     nearest_s = ToSeconds(problem_.times[k] - support.last_time);
   }
-  *inliers = 0;
   for (size_t i = 0; i + 1 < chain.first.size(); ++i) {
-    const int count = CountInliers(chain, i, options_.inlier_weight);
-    if (i == k) *inliers = count;
+    const int count = InliersAt(i, joint_idx);
     if (count == 0) continue;
     Extend(problem_.times[i], count, &support);
     const TimeNs away = problem_.times[k] - problem_.times[i];
     nearest_s = std::min(nearest_s, ToSeconds(away < 0 ? -away : away));
   }
-  return StatusOf(*inliers, support.by_two_views, nearest_s,
+  return StatusOf(InliersAt(k, joint_idx), support.by_two_views, nearest_s,
                   options_.bridging_limit_s);
 }
 
@@ -224,10 +223,9 @@ void WindowEstimator::UpdateLast() {
   last_.resize(joint_count());
   last_time_ = records_.back().time;
   for (int j = 0; j < joint_count(); ++j) {
-    int inliers = 0;
     last_states_[j] = problem_.joints[j].states[k];
     last_[j].position_m = last_states_[j].head<3>();
-    last_[j].status = StatusAt(k, j, &inliers);
+    last_[j].status = StatusAt(k, j);
   }
 }
 
@@ -281,8 +279,7 @@ void WindowEstimator::SolveBones() {
   LearnBoneLengths();
   std::vector<bool> placed(joint_count());
   for (int j = 0; j < joint_count(); ++j) {
-    int inliers = 0;
-    placed[j] = StatusAt(newest(), j, &inliers) != JointStatus::kMissing;
+    placed[j] = StatusAt(newest(), j) != JointStatus::kMissing;
   }
   if (options_.bone_sigma_from == NoiseFrom::kTake) {
     problem_.bones = ConstraintsOf(bone_spreads_, options_.bone_loss, placed);
@@ -315,7 +312,7 @@ void WindowEstimator::Emit(size_t end) {
   }
   const bool coupled = problem_.coupled();
   const bool learns = options_.pixel_noise_from == NoiseFrom::kFixed &&
-                      options_.estimate_noise_scale && learnt_scale_.Wants();
+                      options_.estimate_noise_scale && learnt_scale_.TakeTurn();
   std::vector<double> squares;
   std::vector<std::vector<Matrix6d>> covariances(joint_count());
   if (options_.covariance || learns) {
@@ -329,15 +326,13 @@ void WindowEstimator::Emit(size_t end) {
                      &squares);
     }
     for (size_t k = final_count_; k < end; ++k) {
-      int inliers = 0;
-      const JointStatus status = StatusAt(k, j, &inliers);
       Eigen::Matrix3d covariance;
       const bool known = options_.covariance && k < covariances[j].size();
       if (known) {
         covariance = noise_.CovarianceFactorOf(j, k) *
                      covariances[j][k].topLeftCorner<3, 3>();
       }
-      WriteJoint(problem_.joints[j], k, j, status, inliers,
+      WriteJoint(problem_.joints[j], k, j, StatusAt(k, j), InliersAt(k, j),
                  known ? &covariance : nullptr,
                  &finals_[offset + k - final_count_].person);
     }

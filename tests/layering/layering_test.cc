@@ -51,13 +51,30 @@ std::string FolderOf(const std::string& path) {
 }
 
 // The rooms of core/io: files <- text, binary <- the kinds of files, which
-// never include each other <- core/io itself, which converts among them.
+// never include each other <- core/io itself, which converts among them. Those
+// of solvers: factors <- the problem <- who solves it <- what is made of that
+// <- estimators <- factory and smoothers <- the run.
 const std::map<std::string, int>& RoomRanks() {
-  static const std::map<std::string, int> ranks = {
-      {"core/io/files", 0},       {"core/io/text", 1},
-      {"core/io/binary", 1},      {"core/io/configuration", 2},
-      {"core/io/calibration", 2}, {"core/io/detections", 2},
-      {"core/io/tracks", 2},      {"core/io", 3}};
+  static const std::map<std::string, int> ranks = {{"core/io/files", 0},
+                                                   {"core/io/text", 1},
+                                                   {"core/io/binary", 1},
+                                                   {"core/io/configuration", 2},
+                                                   {"core/io/calibration", 2},
+                                                   {"core/io/detections", 2},
+                                                   {"core/io/tracks", 2},
+                                                   {"core/io", 3},
+                                                   {"solvers/factors", 0},
+                                                   {"solvers/graph", 1},
+                                                   {"solvers/sweeps", 2},
+                                                   {"solvers/ceres", 2},
+                                                   {"solvers/filters", 2},
+                                                   {"solvers/person", 3},
+                                                   {"solvers/noise", 3},
+                                                   {"solvers/scene", 3},
+                                                   {"solvers/window", 4},
+                                                   {"solvers/batch", 4},
+                                                   {"solvers", 5},
+                                                   {"solvers/session", 6}};
   return ranks;
 }
 
@@ -141,7 +158,7 @@ std::string BrokenByInclude(const std::string& folder,
   return folder + " may not use " + other + ": dependencies go downwards";
 }
 
-// The same for the rooms of core/io.
+// The same for the rooms of core/io and of solvers.
 std::string BrokenByRoom(const std::string& path, const std::string& included) {
   const std::string room = path.substr(0, path.rfind('/'));
   const std::string other = included.substr(0, included.rfind('/'));
@@ -416,6 +433,12 @@ INSTANTIATE_TEST_SUITE_P(
         WrongLine{"core/tracking/x.h", "# include \"solvers/window/y.h\"",
                   "downwards"},
         WrongLine{"solvers/batch/x.h", "#include \"apps/common/app.h\"",
+                  "downwards"},
+        WrongLine{"solvers/graph/x.h", "#include \"solvers/sweeps/y.h\"",
+                  "solvers/graph may not use solvers/sweeps"},
+        WrongLine{"solvers/sweeps/x.h", "#include \"solvers/ceres/y.h\"",
+                  "downwards"},
+        WrongLine{"solvers/batch/x.h", "#include \"solvers/factory.h\"",
                   "downwards"},
         WrongLine{"core/data/x.h", "#include \"tests/support/y.h\"", "tests"}));
 

@@ -104,13 +104,13 @@ class Checker {
 
   void CheckArray(std::string_view rest, int depth) {
     if (depth > kMaxDepth) Fail("is nested too deeply");
-    const Element flags = Take(&rest, true);
+    const Element flags = Take(&rest, /*padded=*/true);
     if (flags.type != kUint32 || flags.data.size() != 8) {
       Fail("has an array without flags");
     }
     const uint32_t array_class = Number(flags.data, 0) & 0xFFU;
-    const uint64_t count = CountOf(Take(&rest, true));
-    Take(&rest, true);  // its name
+    const uint64_t count = CountOf(Take(&rest, /*padded=*/true));
+    Take(&rest, /*padded=*/true);  // its name
     if (array_class == kCellClass) return CheckArrays(count, rest, depth);
     if (array_class == kStructClass) {
       const uint64_t fields = FieldsOf(&rest);
@@ -124,7 +124,7 @@ class Checker {
            ", expected numbers, texts, cells or structures");
     }
     if (count == 0) return;
-    const Element numbers = Take(&rest, true);
+    const Element numbers = Take(&rest, /*padded=*/true);
     const size_t width = is_text ? 1 : WidthOf(numbers.type);
     const bool fits = is_text
                           ? numbers.data.size() >= count
@@ -156,18 +156,18 @@ class Checker {
 
   // A structure names the bytes of a field's name, then the names.
   uint64_t FieldsOf(std::string_view* rest) const {
-    const Element length = Take(rest, true);
+    const Element length = Take(rest, /*padded=*/true);
     if (length.type != kInt32 || length.data.size() != 4 ||
         Number(length.data, 0) == 0) {
       Fail("has a structure without names");
     }
-    return Take(rest, true).data.size() / Number(length.data, 0);
+    return Take(rest, /*padded=*/true).data.size() / Number(length.data, 0);
   }
 
   void CheckArrays(uint64_t count, std::string_view rest, int depth) {
     if (count > rest.size() / kTagBytes) FailCount(count);
     for (uint64_t i = 0; i < count; ++i) {
-      CheckElement(Take(&rest, true), depth + 1);
+      CheckElement(Take(&rest, /*padded=*/true), depth + 1);
     }
   }
 

@@ -216,19 +216,17 @@ void CameraReadOptions::Describe(OptionVisitor& visitor) {
   const auto at = std::find(names.begin(), names.end(), format);
   int index = at == names.end() ? 0 : static_cast<int>(at - names.begin());
   visitor.ChoiceIndex("format", &index, names,
-                      "Format of the calibration; auto tells it by content.");
+                      "format of the calibration; auto tells it by content");
   format = names[static_cast<size_t>(index)];
-  visitor.Choice(
-      "unit", &unit, {"auto", "m", "cm", "mm"},
-      "Unit of the calibration's lengths; auto is the format's own.");
+  visitor.Choice("unit", &unit, {"auto", "m", "cm", "mm"},
+                 "unit of the calibration's lengths; auto is the format's own");
   visitor.NumberList("image_size", &image_size, Positive(), "px",
-                     "Width and height where the calibration does not tell.");
+                     "width and height where the calibration does not tell");
   visitor.Boolean("ignore_distortion", &ignore_distortion,
-                  "Take every lens as an ideal pinhole.");
-  visitor.TextList("use", &use, "Names of the cameras to use; empty: all.");
-  visitor.TextMap(
-      "map", &map,
-      "Camera of a view, where equal names or numbers do not tell.");
+                  "take every lens as an ideal pinhole");
+  visitor.TextList("use", &use, "names of the cameras to use; empty: all");
+  visitor.TextMap("map", &map,
+                  "camera of a view, where equal names or numbers do not tell");
 }
 
 CameraRig ReadCameras(const std::string& path,

@@ -226,7 +226,7 @@ CalibrationFile Read(const CalibrationHead& head) {
   while (file.Next(&words)) {
     result.cameras.push_back(ReadImage(file, words, intrinsics));
     result.cameras.back().file = path;
-    if (!file.Next(&words, true)) break;  // the image's points
+    if (!file.Next(&words, /*keep_empty=*/true)) break;  // the image's points
   }
   NameByImages(&result.cameras);
   return result;

@@ -29,7 +29,7 @@ Checkpoint::Checkpoint(const std::string& path, const std::string& build,
   const auto status = StatusOf(path);
   if (!status.has_value()) return;
   if (status->kind == FileKind::kRegular && status->size == 0) return;
-  if (!OpenFile(true)) throw InputError(path, "", trouble_);
+  if (!OpenFile(/*resume=*/true)) throw InputError(path, "", trouble_);
   ReadExisting();
 }
 
@@ -125,7 +125,7 @@ void Checkpoint::Add(const std::string& key, const std::string& value) {
       std::chrono::steady_clock::now() - start_;
   if (descriptor_ < 0) {
     if (age.count() < quiet_s_) return;
-    if (!OpenFile(false)) {
+    if (!OpenFile(/*resume=*/false)) {
       GiveUp(trouble_);
       return;
     }

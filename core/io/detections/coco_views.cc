@@ -357,7 +357,7 @@ void Write(const std::string& path, const DetectionWriteOptions& options,
     writer.Write(frame);
   }
   writer.Commit();
-  finder.Report(true, losses, true);
+  finder.Report(/*skeleton_told=*/true, losses, /*rate_told=*/true);
   if (options.image_size.width_px == 0) {
     losses->push_back(
         "width and height of the images are 0; other programs may need them "

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "core/base/median.h"
+
 namespace kinegraph {
 namespace {
 
@@ -45,13 +47,6 @@ double DiagonalPx(const Detection& detection) {
     high = high.cwiseMax(joint.px);
   }
   return CountFound(detection) < kMinJoints ? 0.0 : (high - low).norm();
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

@@ -117,7 +117,7 @@ std::string JointNameOf(const std::string& label) {
   // Points without a name of their own, as those of a face: "left_face_3".
   for (const auto& [word, side] :
        {std::pair{"left_", "l_"}, {"right_", "r_"}}) {
-    if (Strip(label, word, true, &part)) return side + part;
+    if (Strip(label, word, /*at_front=*/true, &part)) return side + part;
   }
   return label;
 }

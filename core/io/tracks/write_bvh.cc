@@ -128,7 +128,7 @@ class Writer {
       : tracks_(tracks),
         rows_(rows),
         axes_(axes),
-        tree_(MakeJointTree(tracks.header.skeleton, true)) {
+        tree_(MakeJointTree(tracks.header.skeleton, /*pivots=*/true)) {
     AddInOrder(tree_, 0, &order_);
   }
 

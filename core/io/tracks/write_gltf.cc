@@ -170,9 +170,11 @@ class Body {
 
   Json Mesh(const std::string& name, int material, Buffer* buffer) const {
     const Json attributes = {
-        {"POSITION", buffer->Floats(positions_, 3, true, kVertices)},
+        {"POSITION",
+         buffer->Floats(positions_, 3, /*with_bounds=*/true, kVertices)},
         {"JOINTS_0", buffer->Shorts(joints_, 4)},
-        {"WEIGHTS_0", buffer->Floats(weights_, 4, false, kVertices)}};
+        {"WEIGHTS_0",
+         buffer->Floats(weights_, 4, /*with_bounds=*/false, kVertices)}};
     const Json primitive = {{"attributes", attributes},
                             {"indices", buffer->Indices(indices_)},
                             {"material", material}};
@@ -233,7 +235,7 @@ class Scene {
       : tracks_(tracks),
         axes_(options.axes.value_or(GltfAxes())),
         rows_(MakeTrackRows(tracks, "glTF")),
-        tree_(MakeJointTree(tracks.header.skeleton, false)) {
+        tree_(MakeJointTree(tracks.header.skeleton, /*pivots=*/false)) {
     rate_hz_ = RequireFrameRate(tracks, "glTF");
     const std::vector<int64_t> ids = IdsOf(tracks);
     if (ids.empty()) {
@@ -397,7 +399,7 @@ class Scene {
   void AddMotion(const Presence& presence, int person_node, int first_joint) {
     std::vector<float> times_s;
     for (const size_t row : presence.rows) times_s.push_back(SecondsOf(row));
-    const int input = buffer_.Floats(times_s, 1, true);
+    const int input = buffer_.Floats(times_s, 1, /*with_bounds=*/true);
     for (size_t j = 0; j < tree_.size(); ++j) {
       std::vector<float> places;
       std::vector<float> turns;
@@ -435,7 +437,8 @@ class Scene {
       const double scale = is_there ? 1.0 : 0.0;
       Append(Vector3d::Constant(scale), &scales);
     }
-    AddChannel(person_node, "scale", "STEP", buffer_.Floats(times_s, 1, true),
+    AddChannel(person_node, "scale", "STEP",
+               buffer_.Floats(times_s, 1, /*with_bounds=*/true),
                buffer_.Floats(scales, 3));
   }
 

@@ -32,9 +32,9 @@ void RecordRatio(const char* name, double ratio, const Interval& interval) {
       std::to_string(interval.low) + " .. " + std::to_string(interval.high));
 }
 
-// The bars are what was asked of graph mode before it was written: 0.88 and
-// 0.80 of paper mode, 96 % of the detections paired. docs/graph_mode.md has the
-// figures.
+// 0.88 and 0.80 of paper mode are what was asked of graph mode before it was
+// written. Interval by interval: all of what chance allows has to be better.
+// docs/graph_mode.md has the figures.
 TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const testing::ShelfTake take =
@@ -51,12 +51,13 @@ TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   const Interval p90 = HeldOutRatioInterval(graph, paper, HeldOutFigure::kP90);
   RecordRatio("mean_ratio", ratio(HeldOutFigure::kMeanTruncated), mean);
   RecordRatio("p90_ratio", ratio(HeldOutFigure::kP90), p90);
-  EXPECT_LE(ratio(HeldOutFigure::kMeanTruncated), 0.88);
-  EXPECT_LE(ratio(HeldOutFigure::kP90), 0.80);
-  EXPECT_GE(of_graph.paired.percent(), 96.0);
-  // The same frames drawn of both: better beyond chance.
-  EXPECT_LT(mean.high, 1.0);
-  EXPECT_LT(p90.high, 1.0);
+  // Ends of intervals for which the same frames were drawn of both modes.
+  EXPECT_LE(mean.high, 0.88);
+  EXPECT_LE(p90.high, 0.80);
+  // Its error is not smaller because it follows fewer people: of the same
+  // detections no fewer belong to somebody.
+  EXPECT_EQ(of_graph.paired.total, of_paper.paired.total);
+  EXPECT_GE(of_graph.paired.count, of_paper.paired.count);
 }
 
 TEST(GraphModeTest, MovesSmoothlyAndKeepsWhatTheAnnotationSays) {

@@ -2,6 +2,7 @@
 // figures on raw detections.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 
@@ -9,6 +10,7 @@
 #include "core/evaluation/identity.h"
 #include "core/evaluation/parity.h"
 #include "core/evaluation/pcp.h"
+#include "core/io/files/text_file.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/support/test_data.h"
 
@@ -88,13 +90,18 @@ TEST(PaperModeTest, RawShelfDetections) {
       TrackSequenceOf(loaded.options, loaded.request, loaded.detections);
   const PcpResult pcp =
       EvaluatePcp(loaded.truth, tracks, loaded.dataset.protocol);
-  // The lower end of the 95 % interval of this row in docs/paper_mode.md: what
-  // is below it is worse beyond chance. The authors' code falls to 71.0 here.
-  EXPECT_GE(MeanOfActors(pcp, PcpGroup::kTotal), 94.37);
+  // The lower end of the 95 % interval that docs/paper_mode.md shows: what is
+  // below it is worse beyond chance. The authors' code falls to 71.0 here.
+  const auto evidence = nlohmann::json::parse(ReadTextFile(
+      testing::ProjectFile("docs/evidence/shelf_paper.json").string()));
+  EXPECT_GE(MeanOfActors(pcp, PcpGroup::kTotal),
+            evidence["figures"]["mean"]["interval"]["low"].get<double>());
   std::set<TrackId> ids;
   for (const TrackFrame& frame : tracks.frames) {
     for (const PersonPose& person : frame.people) ids.insert(person.id);
   }
+  // Five people are in one view at once; one may be lost and found again as
+  // somebody else.
   EXPECT_LE(ids.size(), 6u);
   IdentityOptions options;
   options.frames = loaded.dataset.protocol.frames;

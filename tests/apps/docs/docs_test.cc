@@ -196,8 +196,21 @@ TEST(DocsTest, PagesNameOnlyFilesThatExist) {
   EXPECT_GT(named, 100);
 }
 
+// What a key means is said in one phrase, without a full stop.
+TEST(DocsTest, KeysAreExplainedInPhrases) {
+  const std::string page =
+      ReadTextFile(testing::ProjectFile("docs/configuration.md").string());
+  const std::vector<std::string> phrases =
+      Matches(page, "\n\\| `[^\n]*\\| ([^|\n]+) \\|");
+  EXPECT_GT(phrases.size(), 100u);
+  for (const std::string& phrase : phrases) {
+    EXPECT_NE(phrase.back(), '.') << phrase;
+  }
+}
+
 // A release changes all of them (CONTRIBUTING.md). The changelog's newest
-// heading with a number is that version too, once there is one.
+// heading with a number is that version, of the citation's day; what came since
+// stands above it.
 TEST(DocsTest, OneVersion) {
   const auto first = [](const char* file, const char* pattern) {
     const std::vector<std::string> found =
@@ -212,11 +225,13 @@ TEST(DocsTest, OneVersion) {
             version);
   EXPECT_EQ(first("packaging/conda/meta.yaml", "\n  version: ([^\n]+)"),
             version);
-  const std::string released =
-      first("CHANGELOG.md", "\n## \\[([0-9][^\\]]*)\\]");
-  if (!released.empty()) {
-    EXPECT_EQ(released, version);
-  }
+  EXPECT_EQ(first("CHANGELOG.md", "\n## \\[([^\\]]*)\\]"), "Unreleased");
+  EXPECT_EQ(first("CHANGELOG.md", "\n## \\[([0-9][^\\]]*)\\]"), version);
+  const std::string day =
+      first("CHANGELOG.md",
+            "\n## \\[[0-9][^\\]]*\\] - ([0-9]{4}-[0-9]{2}-[0-9]{2})\n");
+  EXPECT_FALSE(day.empty());
+  EXPECT_EQ(first("CITATION.cff", "\ndate-released: ([^\n]+)"), day);
 }
 
 // From the index every page is one step away, and no link leads nowhere.

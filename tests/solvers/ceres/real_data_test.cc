@@ -156,8 +156,8 @@ double CostOf(const PersonProblem& problem, const SolveStage& stage) {
   double cost = 0.0;
   LinearChain linear;
   for (const JointChain& chain : problem.joints) {
-    EXPECT_TRUE(
-        Linearise(problem.times, chain, chain.states, stage, true, &linear));
+    EXPECT_TRUE(Linearise(problem.times, chain, chain.states, stage,
+                          OwnPrior::kCounts, &linear));
     cost += linear.cost;
   }
   return cost;

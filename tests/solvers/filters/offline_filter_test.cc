@@ -44,9 +44,11 @@ EstimatorFrame Failed(int frame) {
   return in;
 }
 
-SegmentFilter Raw() { return PointsAsTheyAre(false); }
+SegmentFilter Raw() { return PointsAsTheyAre(PointCovariances::kOff); }
 
-JointPoints Points() { return {Scene(), PointKind::kDlt, false, {}, {}}; }
+JointPoints Points() {
+  return {Scene(), PointKind::kDlt, PointCovariances::kOff, {}, {}};
+}
 
 std::vector<FinalPose> RunRaw(const std::vector<EstimatorFrame>& frames,
                               double max_gap_s) {

@@ -85,7 +85,7 @@ TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
 Eigen::MatrixXd DenseCovariance(const std::vector<TimeNs>& times,
                                 const JointChain& chain, double correction) {
   LinearChain linear;
-  LineariseInformation(times, chain, correction, true, &linear);
+  LineariseInformation(times, chain, correction, OwnPrior::kCounts, &linear);
   const Eigen::Index size = kStateSize * times.size();
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
   for (size_t k = 0; k < times.size(); ++k) {

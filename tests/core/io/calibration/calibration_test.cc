@@ -674,8 +674,21 @@ TEST(Calibration, LongModelsWithoutFurtherTermsAreFiveCoefficients) {
   EXPECT_EQ(cameras[0].lens()->parameters()[0], 0.1);
 }
 
-TEST(Calibration, OptionsNameTheKeysOfTheContract) {
+// The keys of [cameras] that say how a calibration is read: files of users name
+// them.
+TEST(Calibration, OptionsNameTheirKeys) {
   struct Keys : OptionChecker {
+    void Boolean(const std::string& key, bool*, const std::string&) override {
+      names.push_back(key);
+    }
+    void TextList(const std::string& key, std::vector<std::string>*,
+                  const std::string&) override {
+      names.push_back(key);
+    }
+    void NumberList(const std::string& key, std::vector<double>*, const Limits&,
+                    const std::string&, const std::string&) override {
+      names.push_back(key);
+    }
     void TextMap(const std::string& key, std::map<std::string, std::string>*,
                  const std::string&) override {
       names.push_back(key);
@@ -690,7 +703,8 @@ TEST(Calibration, OptionsNameTheKeysOfTheContract) {
   } keys;
   CameraReadOptions options;
   options.Describe(keys);
-  EXPECT_THAT(keys.names, ElementsAre("format", "unit", "map"));
+  EXPECT_THAT(keys.names, ElementsAre("format", "unit", "image_size",
+                                      "ignore_distortion", "use", "map"));
 }
 
 }  // namespace

@@ -1,0 +1,629 @@
+#include "core/identity/chains.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "core/assignment/hungarian.h"
+#include "core/identity/doubles.h"
+#include "core/identity/motion.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kForbidden = 1e6;  // nats
+// Who appears is rather somebody of the take than a newcomer: odds of 20 to 1
+// before anything is measured.
+constexpr double kKnownRather = 3.0;  // nats
+// Absences are short rather than long, as 1 / length between these [s];
+// somebody of the take is likelier than a newcomer by the odds above after
+// kUsualAbsence.
+constexpr double kShortAbsence = 0.2;
+constexpr double kUsualAbsence = 3.0;
+constexpr double kLongAbsence = 30.0;
+constexpr double kMaxOverlap = 0.5;  // s, of a track that dies and its heir
+constexpr double kSeenAtOnce = 2.0;  // s, by two who are two for sure
+// Chains up to this many are weighed exactly against the second best.
+constexpr size_t kExactChains = 100;
+
+// How many are there in the fullest frame.
+size_t MostAtOnce(const std::vector<Tracklet>& tracks) {
+  std::map<int64_t, size_t> count;
+  size_t most = 0;
+  for (const Tracklet& track : tracks) {
+    for (const TrackletFrame& frame : track.frames) {
+      most = std::max(most, ++count[frame.frame]);
+    }
+  }
+  return most;
+}
+
+// A chain put into a gap of another.
+struct Insertion {
+  int guest = -1;  // chains
+  int host = -1;
+  size_t after = 0;  // index in the host's pieces
+  double bones = 0.0;
+  double motion = 0.0;
+  double gain = 0.0;
+  double margin = 0.0;
+};
+
+class Linker {
+ public:
+  Linker(const Skeleton& skeleton, double frame_rate_hz,
+         const LinkOptions& options, const std::vector<Tracklet>& tracks)
+      : options_(options),
+        frame_s_(1.0 / frame_rate_hz),
+        bones_(skeleton),
+        motion_(UsedSpace(tracks), options.entries.empty()),
+        pieces_(CutAtContacts(tracks)) {
+    std::vector<BoneSamples> samples;
+    for (const Tracklet& piece : pieces_.tracklets) {
+      samples.push_back(bones_.Measure(piece));
+      begin_.push_back(StateAtBegin(piece));
+      end_.push_back(StateAtEnd(piece));
+      take_begin_ = std::min(take_begin_, piece.first().time);
+      take_end_ = std::max(take_end_, piece.last().time);
+    }
+    bones_.Learn(samples);
+    LearnAlike(tracks);
+    for (size_t p = 0; p < samples.size(); ++p) {
+      chains_.push_back(
+          {{static_cast<int>(p)}, std::move(samples[p]), next_number_++});
+    }
+  }
+
+  void Run() {
+    // With a known number of people the reward of a join grows until no more
+    // are left.
+    constexpr double kStep = 2.0;
+    constexpr double kMost = 20.0;
+    JoinAll();
+    while (options_.people > 0 &&
+           static_cast<int64_t>(chains_.size()) > options_.people &&
+           reward_ < kMost) {
+      reward_ += kStep;
+      JoinAll();
+    }
+    reward_ = 0.0;
+    GoOnAsTracked();
+    JoinAll();
+    FindUndecided();
+  }
+
+  LinkedPieces Take() {
+    return {std::move(pieces_), std::move(chains_), std::move(links_),
+            std::move(undecided_)};
+  }
+
+ private:
+  const Tracklet& First(const Chain& chain) const {
+    return pieces_.tracklets[static_cast<size_t>(chain.pieces.front())];
+  }
+  const Tracklet& Last(const Chain& chain) const {
+    return pieces_.tracklets[static_cast<size_t>(chain.pieces.back())];
+  }
+
+  bool MayFollow(const Tracklet& from, const Tracklet& to) const {
+    const double gap_s = ToSeconds(to.first().time - from.last().time);
+    if (gap_s > 0.0) {
+      return options_.max_absence_s == 0.0 || gap_s <= options_.max_absence_s;
+    }
+    if (from.first().time >= to.first().time ||
+        from.last().time >= to.last().time) {
+      return false;
+    }
+    if (gap_s > -kMaxOverlap) return true;
+    return StandTogether(from, to);
+  }
+
+  // From those who are seen at once for long.
+  void LearnAlike(const std::vector<Tracklet>& tracks) {
+    std::vector<BoneSamples> samples;
+    for (const Tracklet& track : tracks) {
+      samples.push_back(bones_.Measure(track));
+    }
+    std::vector<std::pair<BoneSamples, BoneSamples>> strangers;
+    for (size_t a = 0; a < tracks.size(); ++a) {
+      for (size_t b = a + 1; b < tracks.size(); ++b) {
+        const TimeNs begin =
+            std::max(tracks[a].first().time, tracks[b].first().time);
+        const TimeNs end =
+            std::min(tracks[a].last().time, tracks[b].last().time);
+        if (end - begin < FromSeconds(kSeenAtOnce)) continue;
+        strangers.emplace_back(samples[a], samples[b]);
+      }
+    }
+    const auto people = static_cast<double>(MostAtOnce(tracks));
+    bones_.LearnAlike(strangers, 0.5 * people * (people - 1.0));
+  }
+
+  // Whether somebody may appear or vanish in this state.
+  bool IsEntry(const MotionState& state) const {
+    if (options_.entries.size() < 4) return true;
+    if (state.time - take_begin_ < FromSeconds(kMaxOverlap) ||
+        take_end_ - state.time < FromSeconds(kMaxOverlap)) {
+      return true;
+    }
+    for (size_t i = 0; i + 3 < options_.entries.size(); i += 4) {
+      const Eigen::Vector3d centre(options_.entries[i], options_.entries[i + 1],
+                                   options_.entries[i + 2]);
+      if ((state.position_m - centre).norm() <= options_.entries[i + 3]) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  // Log of how likely an absence of this length is, against the usual one.
+  static double Absence(const MotionState& end, const MotionState& begin) {
+    return std::log(kUsualAbsence / std::clamp(ToSeconds(begin.time - end.time),
+                                               kShortAbsence, kLongAbsence));
+  }
+
+  // What speaks for the way the tracker went on after a piece.
+  double Continuity(size_t piece) const {
+    // A tracker that sees nobody keeps less of what it knew, and where it hops
+    // meanwhile as nobody does it went on with somebody else.
+    double nats = (pieces_.blind[piece] ? 0.5 : 1.0) * options_.continuity;
+    for (const auto& [before, after] : pieces_.hops[piece]) {
+      nats += std::min(0.0, motion_.LogRatio(before, after, frame_s_));
+    }
+    return nats;
+  }
+
+  Evidence Weigh(size_t one, size_t other) const {
+    const Chain& from = chains_[one];
+    const Chain& to = chains_[other];
+    Evidence evidence;
+    if (!MayFollow(Last(from), First(to))) return evidence;
+    const auto last = static_cast<size_t>(from.pieces.back());
+    const int first = to.pieces.front();
+    const MotionState& end = end_[last];
+    const MotionState& begin = begin_[static_cast<size_t>(first)];
+    evidence.allowed = true;
+    evidence.bones = BonesOf(one, other);
+    // Of two that are there at once, in the same place, the moment is compared.
+    const bool at_once = begin.time <= end.time;
+    evidence.motion = motion_.LogRatio(
+        at_once ? StateUpTo(Last(from), begin.time) : end, begin, frame_s_);
+    evidence.other = kKnownRather + Absence(end, begin);
+    if (pieces_.next[last] == first) evidence.other += Continuity(last);
+    if (!IsEntry(end)) evidence.other += options_.entry_penalty;
+    if (!IsEntry(begin)) evidence.other += options_.entry_penalty;
+    evidence.other += reward_;
+    return evidence;
+  }
+
+  double RatioOf(const Chain& one, const Chain& other) const {
+    const auto known = known_bones_.find({one.number, other.number});
+    if (known != known_bones_.end()) return known->second;
+    const double ratio = bones_.LogRatio(one.bones, other.bones);
+    known_bones_[{one.number, other.number}] = ratio;
+    return ratio;
+  }
+
+  // Whether `to` has the body of `from` and not that of somebody who was seen
+  // beside them.
+  double BonesOf(size_t from, size_t to) const {
+    double most = ratio_[from][to];
+    for (size_t c = 0; c < chains_.size(); ++c) {
+      if (c != to && beside_[from][c]) most = std::max(most, ratio_[c][to]);
+    }
+    return bones_.AmongAlike(ratio_[from][to], most);
+  }
+
+  void CompareAll() {
+    const size_t n = chains_.size();
+    ratio_.assign(n, std::vector<double>(n, 0.0));
+    beside_.assign(n, std::vector<char>(n, 0));
+    for (size_t a = 0; a < n; ++a) {
+      for (size_t b = a + 1; b < n; ++b) {
+        ratio_[a][b] = ratio_[b][a] = RatioOf(chains_[a], chains_[b]);
+        beside_[a][b] = beside_[b][a] = !MayBeOne(a, b);
+      }
+    }
+  }
+
+  void WeighAll() {
+    const size_t n = chains_.size();
+    CompareAll();
+    evidence_.assign(n, std::vector<Evidence>(n));
+    for (size_t from = 0; from < n; ++from) {
+      for (size_t to = 0; to < n; ++to) {
+        if (from != to) evidence_[from][to] = Weigh(from, to);
+      }
+    }
+  }
+
+  // Rows are the chains that begin, columns those that end and "nobody" for
+  // each row. Returns the cost and the predecessors, -1 for nobody.
+  double Assign(const std::vector<std::pair<int, int>>& forbidden,
+                std::vector<int>* predecessor) {
+    const size_t n = chains_.size();
+    std::vector<double> cost(n * 2 * n, kForbidden);
+    for (size_t to = 0; to < n; ++to) {
+      for (size_t from = 0; from < n; ++from) {
+        const Evidence& evidence = evidence_[from][to];
+        if (!evidence.allowed) continue;
+        cost[to * 2 * n + from] = -evidence.total();
+      }
+      cost[to * 2 * n + n + to] = 0.0;
+    }
+    for (const auto& [from, to] : forbidden) {
+      cost[static_cast<size_t>(to) * 2 * n + static_cast<size_t>(from)] =
+          kForbidden;
+    }
+    solver_.Minimise(cost, static_cast<int>(n), static_cast<int>(2 * n),
+                     predecessor);
+    double total = 0.0;
+    for (size_t to = 0; to < n; ++to) {
+      int& from = (*predecessor)[to];
+      total += cost[to * 2 * n + static_cast<size_t>(from)];
+      if (from >= static_cast<int>(n)) from = -1;
+    }
+    return total;
+  }
+
+  // The best assignment in which the two are not one person, neither directly
+  // nor through others.
+  double BestApart(int from, int to,
+                   const std::vector<std::pair<int, int>>& forbidden) {
+    constexpr size_t kDeepest = 4;
+    std::vector<int> predecessor;
+    const double total = Assign(forbidden, &predecessor);
+    std::vector<std::pair<int, int>> way;
+    int at = to;
+    while (at != from && at >= 0) {
+      const int before = predecessor[static_cast<size_t>(at)];
+      way.push_back({before, at});
+      at = before;
+    }
+    if (at != from) return total;
+    if (forbidden.size() >= kDeepest) {
+      // Somebody who is hidden often may be joined in many ways. Two people it
+      // is, if not at the least cost, where the later one follows nobody.
+      std::vector<std::pair<int, int>> more = forbidden;
+      for (int before = 0; before < static_cast<int>(chains_.size());
+           ++before) {
+        more.emplace_back(before, to);
+      }
+      return Assign(more, &predecessor);
+    }
+    double best = std::numeric_limits<double>::max();
+    for (const std::pair<int, int>& join : way) {
+      std::vector<std::pair<int, int>> more = forbidden;
+      more.push_back(join);
+      best = std::min(best, BestApart(from, to, more));
+    }
+    return best;
+  }
+
+  // How much worse the best assignment is in which the two are two people.
+  double Margin(int from, int to, double best,
+                const std::vector<int>& predecessor) {
+    if (chains_.size() <= kExactChains) {
+      return BestApart(from, to, {{from, to}}) - best;
+    }
+    // Leaving the two alone, or exchanging with one other join.
+    const auto gain = [&](int f, int t) {
+      if (f < 0) return 0.0;
+      const Evidence& evidence = evidence_[f][t];
+      return evidence.allowed ? evidence.total() : -kForbidden;
+    };
+    double margin = gain(from, to);
+    std::vector<char> used(chains_.size(), 0);
+    for (const int f : predecessor) {
+      if (f >= 0) used[static_cast<size_t>(f)] = 1;
+    }
+    for (int t = 0; t < static_cast<int>(chains_.size()); ++t) {
+      if (t == to) continue;
+      const int f = predecessor[static_cast<size_t>(t)];
+      margin = std::min(margin, gain(from, to) + gain(f, t) -
+                                    std::max(0.0, gain(f, to)) -
+                                    std::max(0.0, gain(from, t)));
+      // A chain that nobody follows may take this one's place.
+      if (!used[static_cast<size_t>(t)] && !evidence_[from][t].allowed) {
+        margin = std::min(margin, gain(from, to) - gain(t, to));
+      }
+    }
+    return margin;
+  }
+
+  Link MakeLink(int from, int to) const {
+    const Chain& one = chains_[static_cast<size_t>(from)];
+    const Chain& other = chains_[static_cast<size_t>(to)];
+    Link link;
+    link.from = one.pieces.back();
+    link.to = other.pieces.front();
+    link.evidence =
+        evidence_[static_cast<size_t>(from)][static_cast<size_t>(to)];
+    link.gap_s = ToSeconds(First(other).first().time - Last(one).last().time);
+    link.bone_difference_m = bones_.MeanDifference(one.bones, other.bones);
+    return link;
+  }
+
+  // Joins what is clear, until nothing new is.
+  void JoinAll() {
+    do {
+      while (JoinClear()) {
+      }
+    } while (InsertClear());
+  }
+
+  bool JoinClear() {
+    WeighAll();
+    std::vector<int> predecessor;
+    const double best = Assign({}, &predecessor);
+    std::vector<std::pair<int, int>> joins;  // chains
+    for (size_t to = 0; to < predecessor.size(); ++to) {
+      const int from = predecessor[to];
+      if (from < 0) continue;
+      Link link = MakeLink(from, static_cast<int>(to));
+      link.margin = Margin(from, static_cast<int>(to), best, predecessor);
+      if (link.margin < options_.min_margin) continue;
+      link.decided = true;
+      links_.push_back(link);
+      joins.push_back({from, static_cast<int>(to)});
+    }
+    if (joins.empty()) joins = JoinAcross(predecessor, best);
+    Merge(joins);
+    return !joins.empty();
+  }
+
+  // Two of one chain may clearly be one person while what stands between them
+  // is not: the clearest of those, or none.
+  std::vector<std::pair<int, int>> JoinAcross(
+      const std::vector<int>& predecessor, double best) {
+    if (chains_.size() > kExactChains) return {};
+    Link clearest;
+    std::vector<std::pair<int, int>> joins;
+    for (size_t to = 0; to < predecessor.size(); ++to) {
+      int from = predecessor[to];
+      if (from < 0) continue;
+      for (from = predecessor[static_cast<size_t>(from)]; from >= 0;
+           from = predecessor[static_cast<size_t>(from)]) {
+        if (!evidence_[static_cast<size_t>(from)][to].allowed) continue;
+        Link link = MakeLink(from, static_cast<int>(to));
+        link.margin = Margin(from, static_cast<int>(to), best, predecessor);
+        if (link.margin < options_.min_margin) continue;
+        if (!joins.empty() && link.margin <= clearest.margin) continue;
+        link.decided = true;
+        clearest = link;
+        joins = {{from, static_cast<int>(to)}};
+      }
+    }
+    if (!joins.empty()) links_.push_back(clearest);
+    return joins;
+  }
+
+  // Puts the clearest of those in that are there only while somebody is away.
+  bool InsertClear() {
+    WeighAll();
+    const std::vector<Insertion> all = FindInsertions();
+    const Insertion* clearest = nullptr;
+    for (const Insertion& one : all) {
+      if (one.margin < options_.min_margin) continue;
+      if (clearest == nullptr || one.margin > clearest->margin) clearest = &one;
+    }
+    if (clearest == nullptr) return false;
+    Insert(*clearest);
+    return true;
+  }
+
+  // Where chain `guest` fits into chain `host`, by all gaps of the host.
+  std::optional<Insertion> Fit(size_t guest, size_t host) const {
+    const Chain& one = chains_[guest];
+    const Chain& other = chains_[host];
+    for (size_t k = 0; k + 1 < other.pieces.size(); ++k) {
+      const auto before = static_cast<size_t>(other.pieces[k]);
+      const auto after = static_cast<size_t>(other.pieces[k + 1]);
+      if (!MayFollow(pieces_.tracklets[before], First(one)) ||
+          !MayFollow(Last(one), pieces_.tracklets[after])) {
+        continue;
+      }
+      const auto first = static_cast<size_t>(one.pieces.front());
+      const auto last = static_cast<size_t>(one.pieces.back());
+      Insertion insertion;
+      insertion.guest = static_cast<int>(guest);
+      insertion.host = static_cast<int>(host);
+      insertion.after = k;
+      insertion.bones = BonesOf(host, guest);
+      insertion.motion =
+          motion_.LogRatio(end_[before], begin_[first], frame_s_) +
+          motion_.LogRatio(end_[last], begin_[after], frame_s_) -
+          motion_.LogRatio(end_[before], begin_[after], frame_s_);
+      insertion.gain =
+          insertion.bones + insertion.motion + kKnownRather + reward_;
+      return insertion;
+    }
+    return std::nullopt;
+  }
+
+  // Whether the two are never seen at once, as far as their pieces tell.
+  bool MayBeOne(size_t one, size_t other) const {
+    for (const int a : chains_[one].pieces) {
+      for (const int b : chains_[other].pieces) {
+        const Tracklet& x = pieces_.tracklets[static_cast<size_t>(a)];
+        const Tracklet& y = pieces_.tracklets[static_cast<size_t>(b)];
+        if (x.first().time <= y.last().time &&
+            y.first().time <= x.last().time) {
+          return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  // All that speak for one person, each with its advantage over nobody and over
+  // what it excludes.
+  std::vector<Insertion> FindInsertions() const {
+    std::vector<Insertion> all;
+    for (size_t guest = 0; guest < chains_.size(); ++guest) {
+      for (size_t host = 0; host < chains_.size(); ++host) {
+        if (guest == host) continue;
+        const std::optional<Insertion> fit = Fit(guest, host);
+        if (fit.has_value() && fit->gain > 0.0) all.push_back(*fit);
+      }
+    }
+    for (Insertion& one : all) {
+      const auto guest = static_cast<size_t>(one.guest);
+      const auto host = static_cast<size_t>(one.host);
+      double rival = 0.0;  // nobody
+      for (const Insertion& other : all) {
+        const bool same_guest =
+            other.guest == one.guest && other.host != one.host &&
+            !MayBeOne(static_cast<size_t>(other.host), host);
+        const bool same_place =
+            other.host == one.host && other.guest != one.guest &&
+            !MayBeOne(static_cast<size_t>(other.guest), guest);
+        if (same_guest || same_place) rival = std::max(rival, other.gain);
+      }
+      for (size_t c = 0; c < chains_.size(); ++c) {
+        if (c == guest || c == host || MayBeOne(c, host)) continue;
+        for (const Evidence& other :
+             {evidence_[guest][c], evidence_[c][guest]}) {
+          if (other.allowed) rival = std::max(rival, other.total());
+        }
+      }
+      one.margin = one.gain - rival;
+    }
+    return all;
+  }
+
+  void Insert(const Insertion& insertion) {
+    Chain& host = chains_[static_cast<size_t>(insertion.host)];
+    const Chain& guest = chains_[static_cast<size_t>(insertion.guest)];
+    const int before = host.pieces[insertion.after];
+    const Tracklet& last = pieces_.tracklets[static_cast<size_t>(before)];
+    Link link;
+    link.from = before;
+    link.to = guest.pieces.front();
+    link.evidence = {true, insertion.bones, insertion.motion, kKnownRather};
+    link.gap_s = ToSeconds(First(guest).first().time - last.last().time);
+    link.bone_difference_m = bones_.MeanDifference(host.bones, guest.bones);
+    link.margin = insertion.margin;
+    link.decided = true;
+    links_.push_back(link);
+    host.pieces.insert(
+        host.pieces.begin() + static_cast<long>(insertion.after) + 1,
+        guest.pieces.begin(), guest.pieces.end());
+    host.bones.Append(guest.bones);
+    host.number = next_number_++;
+    chains_.erase(chains_.begin() + insertion.guest);
+  }
+
+  // `joins` are a one-to-one choice without cycles: a chain follows one that
+  // began earlier.
+  void Merge(const std::vector<std::pair<int, int>>& joins) {
+    std::vector<int> next(chains_.size(), -1);
+    std::vector<char> follows(chains_.size(), 0);
+    for (const auto& [from, to] : joins) {
+      next[static_cast<size_t>(from)] = to;
+      follows[static_cast<size_t>(to)] = 1;
+    }
+    std::vector<Chain> merged;
+    for (size_t c = 0; c < chains_.size(); ++c) {
+      if (follows[c]) continue;
+      Chain chain = std::move(chains_[c]);
+      if (next[c] >= 0) chain.number = next_number_++;
+      for (int k = next[c]; k >= 0; k = next[static_cast<size_t>(k)]) {
+        const Chain& more = chains_[static_cast<size_t>(k)];
+        chain.pieces.insert(chain.pieces.end(), more.pieces.begin(),
+                            more.pieces.end());
+        chain.bones.Append(more.bones);
+      }
+      merged.push_back(std::move(chain));
+    }
+    chains_ = std::move(merged);
+  }
+
+  // What is not clearly somebody else goes on as the tracker had it.
+  void GoOnAsTracked() {
+    WeighAll();
+    std::vector<std::pair<int, int>> joins;
+    for (size_t from = 0; from < chains_.size(); ++from) {
+      const int next =
+          pieces_.next[static_cast<size_t>(chains_[from].pieces.back())];
+      for (size_t to = 0; to < chains_.size(); ++to) {
+        if (chains_[to].pieces.front() != next || from == to) continue;
+        const Evidence& evidence = evidence_[from][to];
+        if (!evidence.allowed || evidence.total() < -options_.min_margin) {
+          continue;
+        }
+        joins.push_back({static_cast<int>(from), static_cast<int>(to)});
+      }
+    }
+    Merge(joins);
+  }
+
+  // What the best explanation joins below the margin, and who comes nearest
+  // where it joins nobody.
+  void FindUndecided() {
+    WeighAll();
+    std::vector<int> predecessor;
+    const double best = Assign({}, &predecessor);
+    for (size_t to = 0; to < chains_.size(); ++to) {
+      int nearest = -1;
+      double most = -options_.min_margin;
+      double second = 0.0;  // nobody
+      for (size_t from = 0; from < chains_.size(); ++from) {
+        const Evidence& evidence = evidence_[from][to];
+        if (!evidence.allowed || evidence.total() <= -options_.min_margin) {
+          continue;
+        }
+        if (evidence.total() > most) {
+          if (nearest >= 0) second = std::max(second, most);
+          most = evidence.total();
+          nearest = static_cast<int>(from);
+        } else {
+          second = std::max(second, evidence.total());
+        }
+      }
+      const int chosen = predecessor[to];
+      if (nearest < 0 && chosen < 0) continue;
+      Link link =
+          MakeLink(chosen >= 0 ? chosen : nearest, static_cast<int>(to));
+      // Against the best explanation a join that it does not make has none.
+      link.margin =
+          chosen >= 0 ? Margin(chosen, static_cast<int>(to), best, predecessor)
+                      : std::min(0.0, most - second);
+      undecided_.push_back(link);
+    }
+  }
+
+  LinkOptions options_;
+  double frame_s_;
+  BoneModel bones_;
+  IdentityMotion motion_;
+  Pieces pieces_;
+  std::vector<MotionState> begin_, end_;  // by piece
+  TimeNs take_begin_ = std::numeric_limits<TimeNs>::max();
+  TimeNs take_end_ = std::numeric_limits<TimeNs>::min();
+  std::vector<Chain> chains_;
+  int next_number_ = 0;                                        // of a chain
+  mutable std::map<std::pair<int, int>, double> known_bones_;  // by numbers
+  std::vector<std::vector<double>> ratio_;  // of bones, of two chains [nats]
+  std::vector<std::vector<char>> beside_;   // seen at once
+  std::vector<std::vector<Evidence>> evidence_;  // [from][to]
+  double reward_ = 0.0;
+  HungarianSolver solver_;
+  std::vector<Link> links_;
+  std::vector<Link> undecided_;
+};
+
+}  // namespace
+
+LinkedPieces JoinPieces(const Skeleton& skeleton, double frame_rate_hz,
+                        const LinkOptions& options,
+                        const std::vector<Tracklet>& tracks) {
+  Linker linker(skeleton, frame_rate_hz, options, tracks);
+  linker.Run();
+  return linker.Take();
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,57 @@
+// Which pieces of tracks are one person.
+#ifndef KINEGRAPH_CORE_IDENTITY_CHAINS_H_
+#define KINEGRAPH_CORE_IDENTITY_CHAINS_H_
+
+#include <vector>
+
+#include "core/identity/bones.h"
+#include "core/identity/contacts.h"
+#include "core/identity/options.h"
+#include "core/identity/tracklet.h"
+#include "core/skeleton/skeleton.h"
+
+namespace kinegraph {
+
+// Pieces that are one person.
+struct Chain {
+  std::vector<int> pieces;  // ascending in time
+  BoneSamples bones;
+  int number = 0;  // never given twice
+};
+
+// What speaks for a join; log of odds, in nats.
+struct Evidence {
+  bool allowed = false;
+  double bones = 0.0;
+  double motion = 0.0;
+  double other = 0.0;  // continuity and hints
+  double total() const { return bones + motion + other; }
+};
+
+// One piece that another one follows.
+struct Link {
+  int from = 0;  // pieces
+  int to = 0;
+  Evidence evidence;
+  double gap_s = 0.0;
+  double bone_difference_m = 0.0;
+  double margin = 0.0;  // against the best explanation without it, nats
+  bool decided = false;
+};
+
+struct LinkedPieces {
+  Pieces pieces;
+  std::vector<Chain> chains;
+  std::vector<Link> links;      // that made the chains
+  std::vector<Link> undecided;  // the nearest that were not made
+};
+
+// Cuts the tracks at contacts and joins the pieces that are clearly one person:
+// one assignment over all of them, again and again until nothing new is clear.
+LinkedPieces JoinPieces(const Skeleton& skeleton, double frame_rate_hz,
+                        const LinkOptions& options,
+                        const std::vector<Tracklet>& tracks);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IDENTITY_CHAINS_H_

@@ -1,0 +1,25 @@
+// What several fits of cameras and clocks have in common.
+#ifndef KINEGRAPH_SOLVERS_SCENE_FIT_TERMS_H_
+#define KINEGRAPH_SOLVERS_SCENE_FIT_TERMS_H_
+
+#include "solvers/scene/camera_change.h"
+
+namespace kinegraph {
+
+// Information on a stretch's position that keeps its normal equations regular
+// where its views leave a direction open: that of a kilometre [1/m^2].
+inline constexpr double kPositionInformation = 1e-6;
+
+// A clock as it can be told from a take of this length: its offset, and its
+// drift where 100 ppm of it are two milliseconds.
+inline FreeParameters ClockParametersOf(double span_s) {
+  constexpr double kDriftSpanS = 20.0;
+  FreeParameters clock;
+  clock.offset = true;
+  clock.drift = span_s > kDriftSpanS;
+  return clock;
+}
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SCENE_FIT_TERMS_H_
