@@ -1,7 +1,7 @@
 // The formats of 2D detections: one entry each, from which follow recognition,
 // the key detections.format, `convert --formats`, its flags and `synthesize
 // --format`. A format joins by a file that defines its entry and by one line in
-// detection_format.cc.
+// format.cc.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_FORMAT_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_FORMAT_H_
 

@@ -2,7 +2,7 @@
 // `convert --formats`, what its flags belong to, what `track --out` and
 // `convert --out` make of an extension, and the table in docs/convert.md. A
 // format joins by a file that defines its entry and by one line in
-// track_format.cc.
+// format.cc.
 #ifndef KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
 #define KINEGRAPH_CORE_IO_TRACKS_FORMAT_H_
 
