@@ -1,6 +1,6 @@
-// The one list of a person's factors. Linearisation, information of
-// covariances, marginalisation, noise statistics, gates, weights and Ceres all
-// walk it, so a factor that joins here is known everywhere
+// The list of a person's factors. Information of covariances, marginalisation,
+// couplings and Ceres walk it. Chains in lanes (solvers/sweeps/chain_kernel.h)
+// take the same factors, over packs, in a list of their own
 // (docs/architecture.md, "How to add a factor").
 //
 // A visitor is called as

@@ -23,7 +23,7 @@ enum class ZeroConfidence {
 
 struct DetectionReadOptions {
   // "auto": by content; else a name among DetectionFormats
-  // (detection_format.h).
+  // (format.h).
   std::string format = "auto";
   ZeroConfidence zero_confidence = ZeroConfidence::kMissing;
   // Name of a built-in skeleton when the file does not tell its own or tells
