@@ -1,9 +1,7 @@
 #include "solvers/scene/doctor.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <set>
 #include <utility>
@@ -12,29 +10,16 @@
 #include "solvers/scene/clock_jumps.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/consistency.h"
-#include "solvers/scene/fit_terms.h"
+#include "solvers/scene/doctor_words.h"
+#include "solvers/scene/explain_residuals.h"
+#include "solvers/scene/frame_faults.h"
 #include "solvers/scene/readings.h"
 #include "solvers/scene/refine.h"
 
 namespace kinegraph {
 namespace {
 
-constexpr double kDegreesPerRadian = 57.29577951308232;
-constexpr double kMinConfidence = 0.3;
-// What is written beside the report, and how to use it.
-const char* const kUseCorrected = "--cameras=cameras.json of this report";
-
-std::string Format(const char* format, double a, double b = 0.0,
-                   double c = 0.0) {
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(), format, a, b, c);
-  return text.data();
-}
-
-// Sure things are 0.95, doubtful ones less, nothing is 1.
-double Shared(double confidence, size_t count) {
-  return std::min(0.95, confidence) / static_cast<double>(count);
-}
+constexpr double kMinConfidence = 0.3;  // of the joints that are looked at
 
 class Doctor {
  public:
@@ -45,7 +30,7 @@ class Doctor {
         detections_(input.detections) {}
 
   Diagnosis Run() {
-    LookAtFrames();
+    diagnosis_.findings = FindFrameFaults(input_);
     raw_ = PeopleOfViews(detections_, kMinConfidence);
     frames_ = FramesToLookAt(raw_, options_.frames_to_look_at);
     if (frames_.empty() || cameras_.size() < 2) {
@@ -76,86 +61,6 @@ class Doctor {
 
   void Add(Finding finding) {
     diagnosis_.findings.push_back(std::move(finding));
-  }
-
-  // ---- Frames and rates ----
-
-  void LookAtFrames() {
-    std::vector<double> gaps;
-    for (size_t k = 1; k < detections_.frames.size(); ++k) {
-      gaps.push_back(ToSeconds(detections_.frames[k].time -
-                               detections_.frames[k - 1].time));
-    }
-    if (gaps.empty()) return;
-    const double gap_s = Quantile(gaps, 0.5);
-    // Nothing that people do can be followed over a second.
-    constexpr double kLongestGapS = 1.0;
-    if (gap_s > kLongestGapS) {
-      Add({"frame_rate", "", 0.95, 0.0, 0.0,
-           "--set=input.independent_frames=true, or the right "
-           "input.frame_rate",
-           Format("%.3g s lie between two frames: nothing there is motion",
-                  gap_s)});
-    }
-    for (size_t v = 0; v < cameras_.size(); ++v) LookForRepeats(v);
-  }
-
-  // Share of the joints that lie elsewhere in the other picture; nullopt where
-  // the pictures show other people.
-  static std::optional<double> ChangedShare(const ViewDetections& a,
-                                            const ViewDetections& b) {
-    if (a.detections.empty() || a.detections.size() != b.detections.size()) {
-      return std::nullopt;
-    }
-    double changed = 0.0;
-    double all = 0.0;
-    for (size_t d = 0; d < a.detections.size(); ++d) {
-      const auto& one = a.detections[d].joints;
-      const auto& other = b.detections[d].joints;
-      for (size_t j = 0; j < one.size(); ++j) {
-        if (!one[j].found && !other[j].found) continue;
-        all += 1.0;
-        changed +=
-            one[j].found != other[j].found || one[j].px != other[j].px ? 1 : 0;
-      }
-    }
-    if (all == 0.0) return std::nullopt;
-    return changed / all;
-  }
-
-  // Pictures that come twice: a detector says the same to the last digit. Where
-  // detections are whole pixels and people stand, that is so by chance: the
-  // picture before must have differed in nearly every joint.
-  void LookForRepeats(size_t view) {
-    constexpr double kMoving = 0.8;
-    constexpr double kLeastShare = 0.01;
-    int64_t repeats = 0;
-    int64_t pairs = 0;
-    int64_t first = -1;
-    double last_change = 0.0;
-    for (size_t k = 1; k < detections_.frames.size(); ++k) {
-      const auto change = ChangedShare(detections_.frames[k - 1].views[view],
-                                       detections_.frames[k].views[view]);
-      if (!change.has_value()) continue;
-      ++pairs;
-      if (*change > 0.0) {
-        last_change = *change;
-      } else if (last_change >= kMoving) {
-        if (first < 0) first = detections_.frames[k].frame;
-        ++repeats;
-      }
-    }
-    if (repeats == 0 || static_cast<double>(repeats) <
-                            kLeastShare * static_cast<double>(pairs)) {
-      return;
-    }
-    Add({"frames", NameOf(view), 0.9, 0.0, 0.0,
-         "take the repeated pictures out, or give the view's own rate "
-         "(input.view_frame_rate)",
-         Format("%.0f of %.0f pictures repeat the one before, the first in "
-                "frame %.0f",
-                static_cast<double>(repeats), static_cast<double>(pairs),
-                static_cast<double>(first))});
   }
 
   // ---- Without tracking ----
@@ -453,12 +358,11 @@ class Doctor {
         before.MeanPx(), static_cast<double>(segments_.segments.size())));
     LookAtSpeeds();
     LookAtLens(before);
-    // A late clock of a camera that looks at one walking person is a shifted
-    // image: clocks and cameras compete. What explains most goes first; the
-    // other may explain what is left.
-    for (int round = 0; round < 2; ++round) {
-      if (!Explain()) break;
-    }
+    std::vector<std::string> names;
+    for (const Camera& camera : input_.cameras) names.push_back(camera.name());
+    changes_ = ExplainResiduals(
+        {cameras_, segments_, strangers_, names, input_.frame_rate_hz},
+        options_.bundle, changes_, &diagnosis_.findings);
     cameras_ = RefinedCameras(cameras_, changes_);
   }
 
@@ -590,249 +494,6 @@ class Doctor {
     cameras_ = bare;
   }
 
-  // ---- Single cameras and clocks ----
-
-  struct Model {
-    std::string kind;
-    FreeParameters free;
-  };
-
-  std::vector<Model> Models() const {
-    const FreeParameters clock = ClockParametersOf(segments_.span_s);
-    FreeParameters shift;
-    shift.shift = true;
-    FreeParameters rotation;
-    rotation.rotation = true;
-    FreeParameters focal;
-    focal.focal = true;
-    std::vector<Model> models;
-    if (!clocks_done_) models.push_back({"clock", clock});
-    if (!cameras_done_) {
-      models.push_back({"shift", shift});
-      models.push_back({"rotation", rotation});
-      models.push_back({"focal_length", focal});
-    }
-    return models;
-  }
-
-  // Root mean square distance [px] by which a change moves the points that the
-  // view sees, and the same of a length of 1 m at their depth.
-  void MeasureChange(size_t view, const CameraChange& change, double* moved_px,
-                     double* px_per_m) const {
-    double squares = 0.0;
-    double scale = 0.0;
-    double count = 0.0;
-    for (const Stretch& segment : segments_.segments) {
-      const Eigen::Vector3d point = PositionOf(segment);
-      const bool seen =
-          std::any_of(segment.measurements.begin(), segment.measurements.end(),
-                      [&](const SegmentMeasurement& m) {
-                        return m.view_idx == static_cast<int>(view);
-                      });
-      if (!seen) continue;
-      const auto before = ProjectChanged(cameras_[view], CameraChange::Zero(),
-                                         point, nullptr, nullptr);
-      const auto after =
-          ProjectChanged(cameras_[view], change, point, nullptr, nullptr);
-      if (!before.has_value() || !after.has_value()) continue;
-      squares += (*after - *before).squaredNorm();
-      scale += cameras_[view].focal_px() / cameras_[view].Depth(point);
-      count += 1.0;
-    }
-    *moved_px = count > 0.0 ? std::sqrt(squares / count) : 0.0;
-    *px_per_m = count > 0.0 ? scale / count : 0.0;
-  }
-
-  struct Explanation {
-    Model model;
-    CrossedGain gain;
-    BundleResult fit;
-    std::vector<char> moves;  // the views that it finds to be off
-  };
-
-  // Fits a model with those views free that `moves` names (empty: all).
-  std::optional<Explanation> FitModel(const Model& model,
-                                      const std::vector<char>& moves) const {
-    Explanation one;
-    one.model = model;
-    one.gain = CrossFit(cameras_, segments_, model.free, changes_,
-                        options_.bundle, moves);
-    if (!one.gain.all.certain()) return std::nullopt;
-    one.fit = AdjustBundle(cameras_, segments_, model.free, changes_,
-                           options_.bundle, moves);
-    if (!one.fit.usable) return std::nullopt;
-    one.moves.assign(cameras_.size(), 0);
-    if (model.kind == "clock") {
-      MarkLate(one.fit, &one.moves);
-    } else {
-      MarkMoved(one.fit, one.gain, &one.moves);
-    }
-    if (std::count(one.moves.begin(), one.moves.end(), 1) == 0) {
-      return std::nullopt;
-    }
-    return one;
-  }
-
-  // Finds what explains the residuals best and takes it; false when nothing
-  // does.
-  bool Explain() {
-    std::vector<Explanation> explanations;
-    std::vector<char> moves(cameras_.size(), 0);
-    for (const Model& model : Models()) {
-      if (auto one = FitModel(model, {})) {
-        for (size_t v = 0; v < moves.size() && model.kind != "clock"; ++v) {
-          moves[v] = moves[v] || one->moves[v];
-        }
-        explanations.push_back(*std::move(one));
-      }
-    }
-    // Cameras that are right keep their place: those alone may move that some
-    // model finds to be off.
-    for (Explanation& one : explanations) {
-      if (one.model.kind == "clock") continue;
-      if (auto again = FitModel(one.model, moves)) one = *std::move(again);
-    }
-    if (explanations.empty()) return false;
-    std::stable_sort(explanations.begin(), explanations.end(),
-                     [](const Explanation& a, const Explanation& b) {
-                       return a.gain.all.after_px < b.gain.all.after_px;
-                     });
-    const FitGain& best = explanations.front().gain.all;
-    // Within a tenth of what is gained they fit equally.
-    constexpr double kEqual = 0.1;
-    const double limit_px =
-        best.after_px + kEqual * (best.before_px - best.after_px);
-    size_t alike = 0;
-    while (alike < explanations.size() &&
-           explanations[alike].gain.all.after_px <= limit_px) {
-      ++alike;
-    }
-    for (size_t e = 0; e < alike; ++e) {
-      AddExplanation(explanations[e], alike);
-    }
-    const Explanation& taken = explanations.front();
-    (taken.model.kind == "clock" ? clocks_done_ : cameras_done_) = true;
-    changes_ = taken.fit.changes;
-    return true;
-  }
-
-  void AddExplanation(const Explanation& one, size_t alike) {
-    for (size_t v = 0; v < cameras_.size(); ++v) {
-      if (!one.moves[v]) continue;
-      const CameraChange& change = one.fit.changes[v];
-      Finding finding;
-      finding.camera = NameOf(v);
-      finding.confidence = Shared(0.95, alike);
-      finding.before_px = one.gain.views[v].before_px;
-      finding.after_px = one.gain.views[v].after_px;
-      if (one.model.kind != "clock") {
-        finding.kind = one.model.kind;
-        finding.fix = kUseCorrected;
-        finding.evidence = Words(one.model.kind, change);
-        Add(finding);
-        continue;
-      }
-      finding.fix = "--set=cameras.refine_clock=true";
-      const double usual_s = UsualOf(one.fit.changes, kOffsetAt);
-      if (IsLate(v, one.fit, kOffsetAt)) {
-        finding.kind = "clock_offset";
-        finding.evidence = Format(
-            "its pictures were taken %+.1f ms from the time told, against the "
-            "usual of all views",
-            1e3 * (change[kOffsetAt] - usual_s));
-        Add(finding);
-      }
-      if (one.model.free.drift && IsLate(v, one.fit, kDriftAt)) {
-        const double usual = UsualOf(one.fit.changes, kDriftAt);
-        finding.kind = "clock_drift";
-        finding.evidence = Format(
-            "it runs %+.0f ppm against the usual of all views, %+.0f "
-            "ms over the take",
-            1e6 * (change[kDriftAt] - usual),
-            1e3 * (change[kDriftAt] - usual) * segments_.span_s);
-        Add(finding);
-      }
-    }
-  }
-
-  // The first view's clock is the reference of the fit, which does not make it
-  // right: views are late against the median of all.
-  static double UsualOf(const std::vector<CameraChange>& changes, int place) {
-    std::vector<double> values;
-    for (const CameraChange& change : changes) values.push_back(change[place]);
-    return Quantile(values, 0.5);
-  }
-
-  bool IsLate(size_t view, const BundleResult& fit, int place) const {
-    // Under a sixth of a frame a clock hardly matters, and what walking people
-    // do to a detector's bias looks like it.
-    constexpr double kLeastFrames = 0.15;
-    constexpr double kSigmas = 4.0;
-    const double frame_s = 1.0 / std::max(1.0, input_.frame_rate_hz);
-    const double span_s = place == kDriftAt ? segments_.span_s : 1.0;
-    const double late =
-        std::abs(fit.changes[view][place] - UsualOf(fit.changes, place));
-    // The covariance has the free clocks in order, the first view's left out.
-    const size_t per_view = static_cast<size_t>(fit.covariance.rows()) /
-                            std::max<size_t>(1, cameras_.size() - 1);
-    const size_t other = view == 0 ? 1 : view;
-    const auto at = static_cast<Eigen::Index>((other - 1) * per_view +
-                                              (place == kDriftAt ? 1 : 0));
-    const double sigma = std::sqrt(std::max(0.0, fit.covariance(at, at)));
-    // Stretches are a fifth of a second long: what they say of a clock that is
-    // farther off is made up. Whole frames were looked for before.
-    constexpr double kFarthestS = 0.25;
-    return late * span_s < kFarthestS &&
-           late * span_s > kLeastFrames * frame_s && late > kSigmas * sigma;
-  }
-
-  void MarkLate(const BundleResult& fit, std::vector<char>* moves) const {
-    const bool drift =
-        segments_.span_s > 0.0 &&
-        fit.covariance.rows() > static_cast<Eigen::Index>(cameras_.size()) - 1;
-    for (size_t v = 0; v < cameras_.size(); ++v) {
-      if (strangers_.count(v) > 0) continue;
-      (*moves)[v] =
-          IsLate(v, fit, kOffsetAt) || (drift && IsLate(v, fit, kDriftAt));
-    }
-  }
-
-  void MarkMoved(const BundleResult& fit, const CrossedGain& gain,
-                 std::vector<char>* moves) const {
-    for (size_t v = 0; v < cameras_.size(); ++v) {
-      if (strangers_.count(v) > 0) continue;
-      CameraChange change = fit.changes[v] - changes_[v];
-      change[kOffsetAt] = change[kDriftAt] = 0.0;
-      double moved_px = 0.0;
-      double px_per_m = 0.0;
-      MeasureChange(v, change, &moved_px, &px_per_m);
-      // A detector's joints sit this far from where they should, on average
-      // over joints and directions of view: no fault of the camera.
-      constexpr double kDetectorBiasM = 0.012;
-      constexpr double kLeastShare = 0.05;
-      const FitGain& of_view = gain.views[v];
-      const bool worth = of_view.before_px - of_view.after_px >
-                         kLeastShare * of_view.before_px;
-      if (worth && of_view.certain() && moved_px > kDetectorBiasM * px_per_m) {
-        (*moves)[v] = 1;
-      }
-    }
-  }
-
-  static std::string Words(const std::string& kind,
-                           const CameraChange& change) {
-    if (kind == "shift") {
-      return Format("its image fits moved by (%+.1f, %+.1f) px",
-                    change[kShiftAt], change[kShiftAt + 1]);
-    }
-    if (kind == "rotation") {
-      return Format("it fits turned by %.2f degrees",
-                    kDegreesPerRadian * change.segment<3>(kRotationAt).norm());
-    }
-    return Format("its focal length fits multiplied by %.4f",
-                  std::exp(change[kFocalAt]));
-  }
-
   const DoctorInput& input_;
   const DoctorOptions& options_;
   Diagnosis diagnosis_;
@@ -842,8 +503,6 @@ class Doctor {
   std::vector<int> frames_;
   std::set<size_t> strangers_;
   SceneSegments segments_;
-  bool clocks_done_ = false;
-  bool cameras_done_ = false;
   std::vector<CameraChange> changes_;
 };
 
