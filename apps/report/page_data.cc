@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "apps/report/colours.h"
 #include "apps/report/encoding.h"
 #include "apps/report/moments.h"
 #include "apps/report/pairing.h"
@@ -91,81 +92,6 @@ Json ToJson(const Camera& camera, const std::string& view) {
   return json;
 }
 
-// Colours by identity: 0, 1, 2 in order of first appearance; an identity of a
-// later result takes the colour of the one that it is nearest to most often.
-class Colours {
- public:
-  // `lead` is null for the result that leads.
-  Colours(const TrackSequence& tracks, const TrackSequence* lead,
-          const Colours* lead_colours) {
-    std::map<TrackId, std::map<TrackId, int>> votes;
-    if (lead != nullptr) votes = Votes(tracks, *lead);
-    int next = lead_colours == nullptr
-                   ? 0
-                   : static_cast<int>(lead_colours->colour_.size());
-    for (const TrackFrame& frame : tracks.frames) {
-      for (const PersonPose& person : frame.people) {
-        if (colour_.count(person.id) > 0) continue;
-        ids_.push_back(person.id);
-        const auto& of_person = votes[person.id];
-        const auto best = std::max_element(
-            of_person.begin(), of_person.end(),
-            [](const auto& a, const auto& b) { return a.second < b.second; });
-        colour_[person.id] = best == of_person.end()
-                                 ? next++
-                                 : lead_colours->colour_.at(best->first);
-      }
-    }
-  }
-
-  const std::vector<TrackId>& ids() const { return ids_; }
-  int ColourOf(TrackId id) const { return colour_.at(id); }
-
- private:
-  static std::map<TrackId, std::map<TrackId, int>> Votes(
-      const TrackSequence& tracks, const TrackSequence& lead);
-
-  std::vector<TrackId> ids_;  // in order of first appearance
-  std::map<TrackId, int> colour_;
-};
-
-std::optional<Eigen::Vector3d> Middle(const Pose3d& pose) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  const int count = CountPresent(pose);
-  for (const Joint3d& joint : pose) {
-    if (joint.present()) sum += joint.position_m;
-  }
-  if (count == 0) return std::nullopt;
-  return sum / count;
-}
-
-std::map<TrackId, std::map<TrackId, int>> Colours::Votes(
-    const TrackSequence& tracks, const TrackSequence& lead) {
-  constexpr double kGateM = 0.5;
-  std::map<int64_t, const TrackFrame*> lead_frames;
-  for (const TrackFrame& frame : lead.frames) lead_frames[frame.frame] = &frame;
-  std::map<TrackId, std::map<TrackId, int>> votes;
-  for (const TrackFrame& frame : tracks.frames) {
-    const auto at = lead_frames.find(frame.frame);
-    if (at == lead_frames.end()) continue;
-    for (const PersonPose& person : frame.people) {
-      const auto here = Middle(person.joints);
-      double nearest = kGateM;
-      std::optional<TrackId> same;
-      for (const PersonPose& other : at->second->people) {
-        const auto there = Middle(other.joints);
-        if (!here.has_value() || !there.has_value()) continue;
-        const double distance = (*here - *there).norm();
-        if (distance >= nearest) continue;
-        nearest = distance;
-        same = other.id;
-      }
-      if (same.has_value()) ++votes[person.id][*same];
-    }
-  }
-  return votes;
-}
-
 // The arrays of one result. "Extras" are there only for frames on the extras'
 // stride: matches with weights, and covariances.
 struct ResultArrays {
@@ -217,7 +143,8 @@ double LargestReach(const TrackSequence& tracks) {
   double reach = 0.0;
   for (const TrackFrame& frame : tracks.frames) {
     for (const PersonPose& person : frame.people) {
-      const auto middle = Middle(person.joints);
+      const auto middle = MeanPosition(person.joints);
+      if (!middle.has_value()) continue;
       for (const Joint3d& joint : person.joints) {
         if (!joint.present()) continue;
         reach =
@@ -370,7 +297,7 @@ void PageMaker::ChooseStrides() {
 void PageMaker::AddPose(const PersonPose& person, uint32_t clock_idx,
                         double quantum, ResultArrays* arrays) const {
   const Eigen::Vector3d middle =
-      Middle(person.joints).value_or(Eigen::Vector3d::Zero());
+      MeanPosition(person.joints).value_or(Eigen::Vector3d::Zero());
   Eigen::Vector3d root_m;
   for (int k = 0; k < 3; ++k) {
     const auto root = Quantise<int32_t>(middle[k], kQuantumM);

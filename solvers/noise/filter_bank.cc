@@ -48,7 +48,7 @@ FilterBank::Innovation FilterBank::Innovate(
   // The part of the error that does not last; 0.02 of it and a tenth of a
   // millimetre keep it above zero.
   const double fresh_share = 1.02 - correlation.share;
-  constexpr double kLeastVariance_m2 = 1e-8;
+  constexpr double kLeastVarianceM2 = 1e-8;
   Innovation innovation;
   for (int i = 0; i < 3; ++i) {
     const Axis& x = filter.axes[i];
@@ -56,7 +56,7 @@ FilterBank::Innovation FilterBank::Innovate(
     const double gain = std::sqrt(correlation.share * variance);
     const double error = point.position_m[i] - x.p - gain * x.n;
     const double spread = x.pp + 2.0 * gain * x.pn + gain * gain * x.nn +
-                          fresh_share * variance + kLeastVariance_m2;
+                          fresh_share * variance + kLeastVarianceM2;
     innovation.gain[i] = gain;
     innovation.error[i] = error;
     innovation.spread[i] = spread;
