@@ -747,25 +747,9 @@ void BindDetections(py::module_& m) {
       });
 }
 
-void BindTracks(py::module_& m) {
-  py::class_<TrackSequence>(m, "Tracks", "3D poses of a take, as arrays.")
-      .def(
-          "__len__", [](const TrackSequence& t) { return t.frames.size(); },
-          "Number of frames, F.")
-      .def_property_readonly(
-          "skeleton", [](const TrackSequence& t) { return t.header.skeleton; },
-          "Skeleton of the J joints.")
-      .def_property_readonly(
-          "frame_rate_hz",
-          [](const TrackSequence& t) { return t.header.frame_rate_hz; },
-          "[Hz]; 0 when not known.")
-      .def_property_readonly(
-          "mode", [](const TrackSequence& t) { return t.header.mode; },
-          "\"paper\", \"graph\", or the format that was read.")
-      .def_property_readonly(
-          "config_json",
-          [](const TrackSequence& t) { return t.header.config_json; },
-          "The effective configuration.")
+// F frames, P people, J joints.
+void BindTrackArrays(py::class_<TrackSequence>* tracks) {
+  (*tracks)
       .def_property_readonly(
           "frames",
           [](const TrackSequence& t) {
@@ -804,12 +788,36 @@ void BindTracks(py::module_& m) {
       .def_property_readonly(
           "covariance_m2",
           [](const TrackSequence& t) { return TrackArrays(t).Covariances(); },
-          "(F, P, J, 3, 3) [m^2]; NaN where there is none.")
+          "(F, P, J, 3, 3) [m^2]; NaN where there is none.");
+}
+
+void BindTracks(py::module_& m) {
+  py::class_<TrackSequence> tracks(m, "Tracks",
+                                   "3D poses of a take, as arrays.");
+  tracks
+      .def(
+          "__len__", [](const TrackSequence& t) { return t.frames.size(); },
+          "Number of frames, F.")
+      .def_property_readonly(
+          "skeleton", [](const TrackSequence& t) { return t.header.skeleton; },
+          "Skeleton of the J joints.")
+      .def_property_readonly(
+          "frame_rate_hz",
+          [](const TrackSequence& t) { return t.header.frame_rate_hz; },
+          "[Hz]; 0 when not known.")
+      .def_property_readonly(
+          "mode", [](const TrackSequence& t) { return t.header.mode; },
+          "\"paper\", \"graph\", or the format that was read.")
+      .def_property_readonly(
+          "config_json",
+          [](const TrackSequence& t) { return t.header.config_json; },
+          "The effective configuration.")
       .def("__repr__", [](const TrackSequence& t) {
         return "<kinegraph.Tracks of " + std::to_string(t.frames.size()) +
                " frames, " + std::to_string(TrackArrays(t).Ids().size()) +
                " people>";
       });
+  BindTrackArrays(&tracks);
 }
 
 void BindKinematics(py::module_& m) {
