@@ -21,7 +21,7 @@ Colours::Colours(const TrackSequence& tracks, const TrackSequence* lead,
       const auto best = std::max_element(
           of_person.begin(), of_person.end(),
           [](const auto& a, const auto& b) { return a.second < b.second; });
-      colour_[person.id] = best == of_person.end()
+      colour_[person.id] = lead_colours == nullptr || best == of_person.end()
                                ? next++
                                : lead_colours->colour_.at(best->first);
     }

@@ -124,6 +124,7 @@ class Linker {
   // From those who are seen at once for long.
   void LearnAlike(const std::vector<Tracklet>& tracks) {
     std::vector<BoneSamples> samples;
+    samples.reserve(tracks.size());
     for (const Tracklet& track : tracks) {
       samples.push_back(bones_.Measure(track));
     }

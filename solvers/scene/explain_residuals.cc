@@ -195,6 +195,7 @@ class Explainer {
   // right: views are late against the median of all.
   static double UsualOf(const std::vector<CameraChange>& changes, int place) {
     std::vector<double> values;
+    values.reserve(changes.size());
     for (const CameraChange& change : changes) values.push_back(change[place]);
     return Quantile(values, 0.5);
   }
