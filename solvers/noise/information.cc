@@ -74,4 +74,13 @@ double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
   return true_power / stated_power;
 }
 
+double ProcessNoiseOfCrossover(const ErrorCorrelation& correlation,
+                               double frame_s, double variance_m2,
+                               double frequency_hz) {
+  const double w = 2.0 * kPi * frequency_hz;
+  const double divisor =
+      correlation.share > 0.0 ? Spectrum(correlation, frame_s)(w) : 1.0;
+  return w * w * w * w * variance_m2 * frame_s * std::max(1.0, divisor);
+}
+
 }  // namespace kinegraph

@@ -23,6 +23,12 @@ double InformationDivisor(const ErrorCorrelation& correlation, double frame_s,
 double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
                         double process_noise, double variance_m2);
 
+// The process noise [m^2/s^3] whose crossover w_c, as above, is at
+// `frequency_hz`: a smoother with less of it passes only what is slower.
+double ProcessNoiseOfCrossover(const ErrorCorrelation& correlation,
+                               double frame_s, double variance_m2,
+                               double frequency_hz);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_SOLVERS_NOISE_INFORMATION_H_

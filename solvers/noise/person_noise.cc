@@ -147,36 +147,66 @@ double PersonNoise::FrameSeconds(size_t k) const {
   return ToSeconds(frames_[end].time - frames_[end - 1].time);
 }
 
-void PersonNoise::ApplyLevels(PersonProblem* problem) {
+// ln of the class' level over the usual power, in every kept frame.
+std::vector<double> PersonNoise::LevelsOf(int joint_class) {
   std::vector<TimeNs> times;
-  for (const Frame& frame : frames_) times.push_back(frame.time);
-  std::vector<Levels> evidence(frames_.size());
+  std::vector<Levels> evidence;
+  for (const Frame& frame : frames_) {
+    times.push_back(frame.time);
+    evidence.push_back(frame.evidence[joint_class]);
+  }
+  level_[joint_class] = TakeLevel(evidence_[joint_class]);
+  const LevelChain chain(level_[joint_class]);
+  const LevelChain::Vector first =
+      has_belief_ ? LevelChain::Vector(
+                        chain.Transition(ToSeconds(times[0] - belief_time_)) *
+                        belief_[joint_class])
+                  : chain.stationary();
+  return SmoothLevels(chain, first, times, evidence);
+}
+
+// Heavy noise hides slow motion: a head that bobs in walking looks at rest, and
+// the evidence, of a model to which bobbing is foreign, says so too surely. A
+// person's joints move together, though, and limbs cannot hide. So below a
+// crossover at which the noise may hide motion a joint is as lively as the
+// person's joints are on average, each against its usual.
+double PersonNoise::ProcessNoiseOf(int joint_idx, size_t k, double level,
+                                   double activity) const {
+  // Below it lies nearly all of what trunk and head do in gait, whose
+  // recordings are filtered at 3 to 6 Hz.
+  constexpr double kHides_hz = 2.5;
+  const double usual =
+      UsualProcessNoise(scene_.skeleton.joint_class(joint_idx));
+  const double hidden =
+      ProcessNoiseOfCrossover(correlation_, FrameSeconds(k),
+                              frames_[k].variance_m2[joint_idx], kHides_hz);
+  return std::max(usual * std::exp(level),
+                  std::min(usual * std::exp(activity), hidden));
+}
+
+void PersonNoise::ApplyLevels(PersonProblem* problem) {
+  std::array<std::vector<double>, kJointClassCount> levels;
+  std::vector<double> activity(frames_.size(), 0.0);  // mean over classes
+  const auto classes =
+      static_cast<double>(std::count(present_.begin(), present_.end(), true));
   for (int c = 0; c < kJointClassCount; ++c) {
     if (!present_[c]) continue;
-    level_[c] = TakeLevel(evidence_[c]);
-    const LevelChain chain(level_[c]);
+    levels[c] = LevelsOf(c);
     for (size_t k = 0; k < frames_.size(); ++k) {
-      evidence[k] = frames_[k].evidence[c];
+      activity[k] += levels[c][k] / classes;
     }
-    const LevelChain::Vector first =
-        has_belief_ ? LevelChain::Vector(
-                          chain.Transition(ToSeconds(times[0] - belief_time_)) *
-                          belief_[c])
-                    : chain.stationary();
-    const std::vector<double> levels =
-        SmoothLevels(chain, first, times, evidence);
-    const double usual = UsualProcessNoise(static_cast<JointClass>(c));
-    for (int j = 0; j < joint_count(); ++j) {
-      if (ClassOf(j) != c) continue;
-      JointChain& joint = problem->joints[j];
-      for (size_t k = 0; k < frames_.size(); ++k) {
-        frames_[k].process_noise[j] = usual * std::exp(levels[k]);
-        if (k == 0) continue;
-        const double q = usual * std::exp(std::max(levels[k - 1], levels[k]));
-        joint.process_noise[k - 1] = q;
-        least_[c] = least_[c] > 0.0 ? std::min(least_[c], q) : q;
-        greatest_[c] = std::max(greatest_[c], q);
-      }
+  }
+  for (int j = 0; j < joint_count(); ++j) {
+    const int c = ClassOf(j);
+    JointChain& joint = problem->joints[j];
+    for (size_t k = 0; k < frames_.size(); ++k) {
+      std::vector<double>& found = frames_[k].process_noise;
+      found[j] = ProcessNoiseOf(j, k, levels[c][k], activity[k]);
+      if (k == 0) continue;
+      const double q = std::max(frames_[k - 1].process_noise[j], found[j]);
+      joint.process_noise[k - 1] = q;
+      least_[c] = least_[c] > 0.0 ? std::min(least_[c], q) : q;
+      greatest_[c] = std::max(greatest_[c], q);
     }
   }
 }

@@ -83,6 +83,9 @@ class PersonNoise {
   enum class Pixels { kKnown, kNew };
   Frame Locate(const PersonProblem& problem, size_t k, Pixels pixels);
   double FrameSeconds(size_t k) const;
+  std::vector<double> LevelsOf(int joint_class);
+  double ProcessNoiseOf(int joint_idx, size_t k, double level,
+                        double activity) const;
   void ApplyLevels(PersonProblem* problem);
 
   const SceneModel& scene_;

@@ -34,5 +34,20 @@ TEST(InformationTest, AFastSmootherFollowsThem) {
   EXPECT_GT(CovarianceFactor(lasting, kFrame_s, 10.0, 1e-4), 1.0);
 }
 
+TEST(InformationTest, ProcessNoiseHasItsCrossoverWhereItWasAsked) {
+  for (const double share : {0.0, 0.9}) {
+    const ErrorCorrelation correlation{share, 0.1};
+    for (const double frequency_hz : {0.5, 2.5, 5.0}) {
+      const double q =
+          ProcessNoiseOfCrossover(correlation, kFrame_s, 1e-3, frequency_hz);
+      const double divisor = InformationDivisor(correlation, kFrame_s, q, 1e-3);
+      const double w = std::pow(q / (1e-3 * kFrame_s * divisor), 0.25);
+      // The divisor's rounds: eight, each a quarter of the one before.
+      EXPECT_NEAR(w / (2.0 * 3.14159265358979 * frequency_hz), 1.0, 1e-4)
+          << share << " " << frequency_hz;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kinegraph

@@ -168,5 +168,42 @@ TEST_F(PersonNoiseTest, ViewsThatAgreeAreHeardAfterALongRest) {
   }
 }
 
+// Heavy noise hides what a quiet joint does, so it is thought as lively as the
+// person's others; little noise shows that it rests, whatever they do.
+TEST_F(PersonNoiseTest, NoiseHidesSlowMotionOfWhoMoves) {
+  constexpr int kFrames = 300;
+  const auto least_of_shoulder = [&](bool moves, double sigma_scale) {
+    std::vector<std::vector<State>> truth(3);
+    for (int k = 0; k < kFrames; ++k) {
+      constexpr double kSwing = 2.0 * 3.14159265 * 2.0;  // rad/s
+      const double t = k / scene_.frame_rate_hz;
+      for (size_t j = 0; j < 3; ++j) {
+        State state = State::Zero();
+        state[2] = 0.3 * static_cast<double>(j);
+        if (moves) state[0] = 0.15 * static_cast<double>(j) * sin(kSwing * t);
+        truth[j].push_back(state);
+      }
+    }
+    SimulatedNoise noise;
+    noise.sigma_scale = sigma_scale;
+    Random random(13);
+    const SimulatedTake take =
+        testing::Simulate(scene_, testing::FixedNoise(), truth, noise,
+                          Eigen::Vector3d::Zero(), &random);
+    const auto shoulder = static_cast<size_t>(JointClass::kShoulder);
+    return Learn(take, false).classes[shoulder].least_process_noise;
+  };
+  const double usual = UsualProcessNoise(JointClass::kShoulder);
+  // The stiffest filter is at a fortieth: nothing is quieter.
+  const double still = usual / 40.0;
+  // 12 px at 4 m are 48 mm, and 31 mm an axis of each located point. Two and a
+  // half cycles a second then ask for 1 m^2/s^3, more than the usual; what is
+  // left is the mean of three classes, of which two move about as usual.
+  EXPECT_GT(least_of_shoulder(true, 2.0), 0.25 * usual);
+  EXPECT_LT(least_of_shoulder(false, 2.0), 4.0 * still);
+  // 2.4 mm at 4 m: 2.5e-3 m^2/s^3, below the stiffest filter.
+  EXPECT_LT(least_of_shoulder(true, 0.1), 2.0 * still);
+}
+
 }  // namespace
 }  // namespace kinegraph
