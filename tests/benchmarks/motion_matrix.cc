@@ -1,11 +1,14 @@
 // How far estimates are from recorded motion that a modelled detector saw, over
 // clips, detectors and frame rates.
 //
-//   motion_matrix [--clips=A,B] [--rates=25,60]
+//   motion_matrix [--clips=A[:SECONDS],B] [--rates=25,60]
 //     [--noises=white2,...] [--seeds=FIRST:END] [--strategies=A,B]
 //     [--joint_sway=METRES] [--rest=SECONDS] [--seconds=S] [--cameras=N]
-//     [--details]
+//     [--solver=sweeps|ceres] [--details]
 //     [--oracle=FILE] [--write_oracle=FILE] [--json=FILE]
+//
+// --details adds to the JSON, by detector, coverage and errors by acceleration
+// and views with 95 % intervals: a bootstrap over clips and seeds.
 //
 // Fixed association: every detection is known to be the person's. Errors are
 // those of shoulders to ankles; a joint that is not written costs 500 mm. The
@@ -26,6 +29,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/evaluation/bootstrap.h"
 #include "core/evaluation/statistics.h"
 #include "solvers/factory.h"
 #include "tests/support/motion_takes.h"
@@ -170,6 +174,7 @@ void Score(const MotionTake& take, const Strategy& strategy, double from_s,
 
 struct Cell {
   std::string clip;
+  double seconds = 1e9;  // of the clip
   double rate_hz = 0.0;
   DetectorModel detector;
 
@@ -195,6 +200,7 @@ struct Settings {
   double rest_s = 0.0;
   double joint_sway_m = 0.0;
   int cameras = 4;
+  GraphSolver solver = GraphOptions().solver;
   std::string oracle;
   std::string write_oracle;
   std::string json;  // rows of cells
@@ -226,7 +232,13 @@ MotionClip Load(const std::string& name) {
 
 std::vector<Cell> CellsOf(const Settings& settings) {
   std::vector<Cell> cells;
-  for (const std::string& clip : settings.clips) {
+  for (const std::string& clip_and_seconds : settings.clips) {
+    const size_t colon = clip_and_seconds.find(':');
+    const std::string clip = clip_and_seconds.substr(0, colon);
+    const double seconds =
+        colon == std::string::npos
+            ? 1e9
+            : std::atof(clip_and_seconds.c_str() + colon + 1);
     const double native_hz = Load(clip).rate_hz;
     std::vector<double> rates = {25.0, native_hz};
     if (native_hz < 60.0) rates.push_back(60.0);
@@ -239,7 +251,7 @@ std::vector<Cell> CellsOf(const Settings& settings) {
       }
       for (const DetectorModel& detector : Detectors()) {
         if (!Named(settings.noises, detector.name)) continue;
-        cells.push_back({clip, rate_hz, detector});
+        cells.push_back({clip, seconds, rate_hz, detector});
       }
     }
   }
@@ -247,13 +259,14 @@ std::vector<Cell> CellsOf(const Settings& settings) {
 }
 
 // Commit 98b8b86 with every tuning of process noise and loss.
-std::vector<Strategy> FixedTunings(OutputKind kind) {
+std::vector<Strategy> FixedTunings(OutputKind kind, GraphSolver solver) {
   std::vector<Strategy> strategies;
   for (const LossKind loss : {LossKind::kGemanMcClure, LossKind::kHuber}) {
     for (const double multiple :
          {0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0}) {
       EstimatorOptions options;
       options.graph = testing::FixedNoise();
+      options.graph.solver = solver;
       options.graph.rival_starts = false;
       options.graph.loss = loss;
       if (loss == LossKind::kHuber) options.graph.loss_scale = 1.5;
@@ -268,21 +281,23 @@ std::vector<Strategy> FixedTunings(OutputKind kind) {
   return strategies;
 }
 
-std::vector<Strategy> AllStrategies() {
+std::vector<Strategy> AllStrategies(GraphSolver solver) {
   std::vector<Strategy> strategies;
   const auto add = [&](const std::string& name, OutputKind kind,
                        const EstimatorOptions& options) {
     strategies.push_back({name, MakeOutput(kind, options)});
   };
   EstimatorOptions defaults;
+  defaults.graph.solver = solver;
   add("window", OutputKind::kWindow, defaults);
   add("batch", OutputKind::kBatch, defaults);
   EstimatorOptions fixed;
   fixed.graph = testing::FixedNoise();
+  fixed.graph.solver = solver;
   fixed.graph.rival_starts = false;
   add("window_fixed", OutputKind::kWindow, fixed);
   add("batch_fixed", OutputKind::kBatch, fixed);
-  EstimatorOptions bones;
+  EstimatorOptions bones = defaults;
   bones.graph.bones = true;
   add("batch_bones", OutputKind::kBatch, bones);
   bones.graph.bone_sigma_from = NoiseFrom::kFixed;
@@ -314,12 +329,13 @@ std::vector<Strategy> Chosen(const Settings& settings) {
     if (name == "tunings_window" || name == "tunings_batch") {
       for (Strategy& s :
            FixedTunings(name == "tunings_window" ? OutputKind::kWindow
-                                                 : OutputKind::kBatch)) {
+                                                 : OutputKind::kBatch,
+                        settings.solver)) {
         chosen.push_back(std::move(s));
       }
       continue;
     }
-    for (Strategy& s : AllStrategies()) {
+    for (Strategy& s : AllStrategies(settings.solver)) {
       if (s.name == name || s.name.substr(0, s.name.find(' ')) == name) {
         chosen.push_back(std::move(s));
       }
@@ -387,110 +403,250 @@ void Merge(const Errors& part, Errors* whole) {
     whole->inside_by_views[v].Add(part.inside_by_views[v]);
   }
   whole->inside.Add(part.inside);
+  whole->first_second_sum += part.first_second_sum;
+  whole->first_second_count += part.first_second_count;
   whole->nees += part.nees;
   whole->log_score += part.log_score;
   whole->cpu_s += part.cpu_s;
   whole->frames += part.frames;
 }
 
-int Run(const Settings& settings) {
-  const std::vector<Strategy> strategies = Chosen(settings);
-  const Oracle oracle = ReadOracle(settings.oracle);
-  std::FILE* frozen = nullptr;
-  if (!settings.write_oracle.empty()) {
-    frozen = std::fopen(settings.write_oracle.c_str(), "w");
-    std::fprintf(frozen,
+// Of one detector and strategy, every clip and seed (at all rates) for itself.
+using Units = std::map<std::string, Errors>;
+
+Errors Pooled(const Units& units) {
+  Errors whole;
+  for (const auto& [name, part] : units) Merge(part, &whole);
+  return whole;
+}
+
+// Sum and weight of each unit's part of a share or a mean.
+using PartOf = std::function<std::pair<double, double>(const Errors&)>;
+
+// Sum over weight of all units, over that of `below` if it is given, and the
+// interval by drawing units; NaN, which JSON writes as null, without weight.
+nlohmann::json WithInterval(const Units& units, const PartOf& part,
+                            double scale, const Units* below = nullptr,
+                            bool root = false) {
+  std::vector<std::array<double, 4>> sums;
+  for (const auto& [name, e] : units) {
+    const auto [sum, weight] = part(e);
+    const auto [sum_below, weight_below] =
+        below == nullptr ? std::pair{1.0, 1.0} : part(below->at(name));
+    sums.push_back({sum, weight, sum_below, weight_below});
+  }
+  const auto statistic = [&](const DrawCounts& counts) {
+    std::array<double, 4> total = {};
+    for (size_t i = 0; i < sums.size(); ++i) {
+      for (size_t k = 0; k < 4; ++k) {
+        total[k] += static_cast<double>(counts[i]) * sums[i][k];
+      }
+    }
+    const double ratio = total[0] / total[1] / (total[2] / total[3]);
+    return scale * (root ? std::sqrt(ratio) : ratio);
+  };
+  BootstrapOptions options;
+  options.block_length = 1;
+  const Interval interval =
+      BlockBootstrap({static_cast<int64_t>(sums.size())}, statistic, options);
+  return {{"value", statistic(DrawCounts(sums.size(), 1))},
+          {"interval", {{"low", interval.low}, {"high", interval.high}}}};
+}
+
+PartOf Covered(const std::function<const Share2&(const Errors&)>& of) {
+  return [of](const Errors& e) { return std::pair{of(e).inside, of(e).count}; };
+}
+
+nlohmann::json DetailsOf(const Units& units, const Units* robust) {
+  const Errors whole = Pooled(units);
+  nlohmann::json details = {
+      {"rmse_mm", whole.rmse_mm()},
+      {"covered",
+       WithInterval(units, Covered([](const Errors& e) -> const Share2& {
+                      return e.inside;
+                    }),
+                    100.0)}};
+  for (size_t b = 0; b < 4; ++b) {
+    const auto squares = [b](const Errors& e) {
+      const auto count = static_cast<double>(e.by_acceleration_m[b].size());
+      if (count == 0.0) return std::pair{0.0, 0.0};
+      return std::pair{count * std::pow(RmseOf(e.by_acceleration_m[b]), 2),
+                       count};
+    };
+    const auto inside = [b](const Errors& e) -> const Share2& {
+      return e.inside_by_acceleration[b];
+    };
+    nlohmann::json bin = {
+        {"joint_frames", whole.by_acceleration_m[b].size()},
+        {"rmse_mm", RmseOf(whole.by_acceleration_m[b])},
+        {"covered", WithInterval(units, Covered(inside), 100.0)}};
+    if (robust != nullptr) {
+      bin["to_robust"] = WithInterval(units, squares, 1.0, robust, true);
+    }
+    details["by_acceleration"].push_back(bin);
+  }
+  for (size_t v = 0; v < 6; ++v) {
+    const auto inside = [v](const Errors& e) -> const Share2& {
+      return e.inside_by_views[v];
+    };
+    details["by_views"].push_back(
+        {{"joint_frames", whole.inside_by_views[v].count},
+         {"covered", WithInterval(units, Covered(inside), 100.0)}});
+  }
+  return details;
+}
+
+class Matrix {
+ public:
+  explicit Matrix(const Settings& settings)
+      : settings_(settings),
+        strategies_(Chosen(settings)),
+        oracle_(ReadOracle(settings.oracle)) {
+    if (settings.write_oracle.empty()) return;
+    frozen_ = std::fopen(settings.write_oracle.c_str(), "w");
+    std::fprintf(frozen_,
                  "# Best fixed tuning of each cell in hindsight; seeds %d:%d\n"
                  "# estimator,clip,rate_hz,noise,tuning,rmse_mm,p999_mm,"
                  "log_score\n",
                  static_cast<int>(settings.first_seed),
                  static_cast<int>(settings.end_seed));
   }
-  nlohmann::json rows = nlohmann::json::array();
-  std::map<std::string, Errors> pooled;
-  std::map<std::string, std::pair<double, double>>
-      ratios;  // sum of logs, worst
-  std::map<std::string, double> ratio_counts;
-  for (const Cell& cell : CellsOf(settings)) {
-    std::map<std::string, Errors> by_strategy;
-    MotionClip clip = testing::FirstSeconds(
-        testing::Resample(Load(cell.clip), cell.rate_hz), settings.seconds);
-    if (settings.rest_s > 0.0) {
-      clip = testing::AfterRest(clip, settings.rest_s);
+  ~Matrix() {
+    if (frozen_ != nullptr) std::fclose(frozen_);
+  }
+  Matrix(const Matrix&) = delete;
+  Matrix& operator=(const Matrix&) = delete;
+
+  void Run() {
+    for (const Cell& cell : CellsOf(settings_)) {
+      const ByStrategy found = Measure(cell);
+      Report(cell, found);
+      Freeze(cell, found);
     }
-    for (uint64_t seed = settings.first_seed; seed < settings.end_seed;
+    Summarize();
+    if (settings_.json.empty()) return;
+    std::ofstream(settings_.json) << rows_.dump(1) << "\n";
+  }
+
+ private:
+  using ByStrategy = std::map<std::string, Errors>;
+
+  ByStrategy Measure(const Cell& cell) {
+    ByStrategy found;
+    MotionClip clip =
+        testing::FirstSeconds(testing::Resample(Load(cell.clip), cell.rate_hz),
+                              std::min(cell.seconds, settings_.seconds));
+    if (settings_.rest_s > 0.0) {
+      clip = testing::AfterRest(clip, settings_.rest_s);
+    }
+    for (uint64_t seed = settings_.first_seed; seed < settings_.end_seed;
          ++seed) {
       const MotionClip seen =
-          settings.joint_sway_m > 0.0
-              ? testing::WithJointSway(clip, settings.joint_sway_m, seed)
+          settings_.joint_sway_m > 0.0
+              ? testing::WithJointSway(clip, settings_.joint_sway_m, seed)
               : clip;
-      const MotionTake take =
-          testing::ObserveMotion(seen, testing::MotionCameras(settings.cameras),
-                                 cell.detector, 1000 * seed + 17);
-      for (const Strategy& strategy : strategies) {
-        Score(take, strategy, settings.rest_s, &by_strategy[strategy.name]);
+      const MotionTake take = testing::ObserveMotion(
+          seen, testing::MotionCameras(settings_.cameras), cell.detector,
+          1000 * seed + 17);
+      for (const Strategy& strategy : strategies_) {
+        Errors errors;
+        Score(take, strategy, settings_.rest_s, &errors);
+        Merge(errors, &found[strategy.name]);
+        Merge(errors, &units_[cell.detector.name][strategy.name]
+                             [cell.clip + " " + std::to_string(seed)]);
       }
     }
+    return found;
+  }
+
+  void Report(const Cell& cell, const ByStrategy& found) {
     std::printf("%-34s", cell.name().c_str());
     nlohmann::json row = {{"cell", cell.name()}};
-    std::map<std::string, std::string> best;
-    for (const Strategy& strategy : strategies) {
-      const Errors& e = by_strategy[strategy.name];
+    for (const Strategy& strategy : strategies_) {
+      const Errors& e = found.at(strategy.name);
       std::printf(" | %s %.2f", strategy.name.c_str(), e.rmse_mm());
       nlohmann::json& figures = row["strategies"][strategy.name];
       figures = {{"rmse_mm", e.rmse_mm()},
                  {"covered_percent", e.inside.percent()}};
-      const auto known = oracle.find(KindOf(strategy.name) + "," + cell.name());
-      if (known != oracle.end()) {
-        const double ratio = e.rmse_mm() / known->second.rmse_mm;
-        std::printf(" (%.3f, p999 %.2f)", ratio,
-                    e.quantile_mm(0.999) / known->second.p999_mm);
-        figures["ratio"] = ratio;
-        figures["tuned_mm"] = known->second.rmse_mm;
-        figures["p999_ratio"] = e.quantile_mm(0.999) / known->second.p999_mm;
-        ratios[strategy.name].first += std::log(ratio);
-        ratios[strategy.name].second =
-            std::max(ratios[strategy.name].second, ratio);
-        ratio_counts[strategy.name] += 1.0;
+      const auto known =
+          oracle_.find(KindOf(strategy.name) + "," + cell.name());
+      if (known != oracle_.end()) {
+        Compare(e, known->second, &figures);
+        ratios_[strategy.name].push_back(figures["ratio"]);
       }
-      if (settings.details) {
+      if (settings_.details) {
         std::printf(" [cov %.1f, 1st s %.1f]", e.inside.percent(),
                     1e3 * std::sqrt(e.first_second_sum /
                                     std::max(1.0, e.first_second_count)));
       }
-      Merge(e, &pooled[cell.detector.name + " " + strategy.name]);
-      std::string& least = best[KindOf(strategy.name)];
-      if (least.empty() || e.rmse_mm() < by_strategy[least].rmse_mm()) {
-        least = strategy.name;
-      }
     }
     std::printf("\n");
     std::fflush(stdout);
-    rows.push_back(row);
+    rows_.push_back(row);
+  }
+
+  static void Compare(const Errors& e, const Frozen& tuned,
+                      nlohmann::json* figures) {
+    const double ratio = e.rmse_mm() / tuned.rmse_mm;
+    const double p999_ratio = e.quantile_mm(0.999) / tuned.p999_mm;
+    std::printf(" (%.3f, p999 %.2f)", ratio, p999_ratio);
+    (*figures)["ratio"] = ratio;
+    (*figures)["tuned_mm"] = tuned.rmse_mm;
+    (*figures)["p999_ratio"] = p999_ratio;
+    (*figures)["log_score_gain"] =
+        e.log_score / e.inside.count - tuned.log_score;
+  }
+
+  void Freeze(const Cell& cell, const ByStrategy& found) {
+    if (frozen_ == nullptr) return;
+    std::map<std::string, std::string> best;
+    for (const Strategy& strategy : strategies_) {
+      std::string& least = best[KindOf(strategy.name)];
+      if (least.empty() ||
+          found.at(strategy.name).rmse_mm() < found.at(least).rmse_mm()) {
+        least = strategy.name;
+      }
+    }
     for (const auto& [kind, name] : best) {
-      if (frozen == nullptr) break;
-      const Errors& e = by_strategy[name];
-      std::fprintf(frozen, "%s,%s,%s,%.3f,%.3f,%.4f\n", kind.c_str(),
+      const Errors& e = found.at(name);
+      std::fprintf(frozen_, "%s,%s,%s,%.3f,%.3f,%.4f\n", kind.c_str(),
                    cell.name().c_str(), name.c_str(), e.rmse_mm(),
                    e.quantile_mm(0.999), e.log_score / e.inside.count);
-      std::fflush(frozen);
+    }
+    std::fflush(frozen_);
+  }
+
+  void Summarize() {
+    for (const auto& [name, ratios] : ratios_) {
+      double sum = 0.0;
+      for (const double ratio : ratios) sum += std::log(ratio);
+      std::printf(
+          "%-18s to the best fixed tuning: geometric mean %.3f, worst %.3f\n",
+          name.c_str(), std::exp(sum / static_cast<double>(ratios.size())),
+          *std::max_element(ratios.begin(), ratios.end()));
+    }
+    for (const auto& [detector, by_strategy] : units_) {
+      if (strategies_.size() > 12) break;
+      nlohmann::json row = {{"detector", detector}};
+      const auto robust = by_strategy.find("robust");
+      for (const auto& [name, units] : by_strategy) {
+        PrintSummary(detector + " " + name, Pooled(units));
+        if (!settings_.details) continue;
+        row["strategies"][name] = DetailsOf(
+            units, robust == by_strategy.end() ? nullptr : &robust->second);
+      }
+      if (settings_.details) rows_.push_back(row);
     }
   }
-  if (frozen != nullptr) std::fclose(frozen);
-  for (const auto& [name, sums] : ratios) {
-    std::printf(
-        "%-18s to the best fixed tuning: geometric mean %.3f, worst "
-        "%.3f\n",
-        name.c_str(), std::exp(sums.first / ratio_counts[name]), sums.second);
-  }
-  for (const auto& [name, e] : pooled) {
-    if (strategies.size() <= 12) PrintSummary(name, e);
-  }
-  if (!settings.json.empty()) {
-    std::ofstream(settings.json) << rows.dump(1) << "\n";
-  }
-  return 0;
-}
+
+  const Settings& settings_;
+  std::vector<Strategy> strategies_;
+  Oracle oracle_;
+  std::FILE* frozen_ = nullptr;
+  nlohmann::json rows_ = nlohmann::json::array();
+  std::map<std::string, std::vector<double>> ratios_;
+  std::map<std::string, std::map<std::string, Units>> units_;  // by detector
+};
 
 bool Take(const char* argument, const std::string& name, std::string* value) {
   const std::string start = "--" + name + "=";
@@ -518,6 +674,13 @@ int Main(int argc, char** argv) {
       settings.rest_s = std::atof(value.c_str());
     } else if (Take(argv[i], "joint_sway", &value)) {
       settings.joint_sway_m = std::atof(value.c_str());
+    } else if (Take(argv[i], "solver", &value)) {
+      if (value != "sweeps" && value != "ceres") {
+        std::fprintf(stderr, "unknown solver %s\n", value.c_str());
+        return 2;
+      }
+      settings.solver =
+          value == "sweeps" ? GraphSolver::kSweeps : GraphSolver::kCeres;
     } else if (Take(argv[i], "cameras", &value)) {
       settings.cameras = std::atoi(value.c_str());
     } else if (Take(argv[i], "oracle", &settings.oracle)) {
@@ -535,7 +698,8 @@ int Main(int argc, char** argv) {
       return 2;
     }
   }
-  return Run(settings);
+  Matrix(settings).Run();
+  return 0;
 }
 
 }  // namespace
