@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What bones do to Campus' PCP, over resampled noise.
 
-    tests/benchmarks/campus_bones.py COMMANDS OUT [SEEDS] [SET]
+    tests/benchmarks/campus_bones.py COMMANDS OUT [SEEDS] [SET] [LEVELS]
 
 Campus has no detector's output, only noise modelled on its annotation
 (data/campus/detections_modelled). A seed here shifts that noise in time: what
@@ -15,7 +15,8 @@ annotated, follow the middle of the head.
 Tracks each seed of each level by the batch with and without bones and prints
 PCP (mean of actors, %, with its standard error) of both and the difference,
 and their means. SET:
-configuration keys for both. Figures are of modelled noise.
+configuration keys for both. LEVELS: of clean,typical,hard, all by default.
+Figures are of modelled noise.
 """
 import json
 import math
@@ -139,8 +140,9 @@ def main():
     commands, out = sys.argv[1:3]
     seeds = int(sys.argv[3]) if len(sys.argv) > 3 else 10
     extra = ";" + sys.argv[4] if len(sys.argv) > 4 else ""
+    levels = sys.argv[5] if len(sys.argv) > 5 else "clean,typical,hard"
     poses = annotation()
-    for level in ("clean", "typical", "hard"):
+    for level in levels.split(","):
         gains = []
         for seed in range(1, seeds + 1):
             folder = os.path.join(out, f"{level}_{seed}")
