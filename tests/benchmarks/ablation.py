@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """What each part of graph mode gives, over all data sets.
 
-    tests/benchmarks/ablation.py COMMANDS OUT [--json=FILE] [--only=TAKE,..]
+    tests/benchmarks/ablation.py COMMANDS OUT [--json=FILE] [--only="TAKE;.."]
       [--seeds=S,..]
 
 COMMANDS holds kinegraph-track and others. configs/offline.toml (batch, bones,
@@ -165,7 +165,7 @@ def main():
   takes = Takes(args.commands, args.out, args.seeds.split(","))
   every = columns(takes)
   if args.only:
-    wanted = tuple(args.only.split(","))
+    wanted = tuple(args.only.split(";"))
     every = {name: of for name, of in every.items() if name.startswith(wanted)}
   table = {}
   for take, figure in every.items():
