@@ -147,12 +147,17 @@ Skeleton SkeletonOf(const JsonObject& category,
   if (!known.bones().empty() || category.at_key("skeleton").get(skeleton)) {
     return known;
   }
+  const auto count = static_cast<int64_t>(joints.size());
   std::vector<Bone> bones;
   for (const JsonValue bone : AsArray(skeleton, "skeleton")) {
-    double ends[2];
-    AsNumbers(bone, "skeleton", 2, ends);
-    bones.push_back(
-        {static_cast<int>(ends[0]) - 1, static_cast<int>(ends[1]) - 1});
+    const JsonArray ends = AsArray(bone, "skeleton");
+    if (ends.size() != 2)
+      throw InputError("skeleton: expected pairs of joints");
+    const auto joint = [&](size_t side) {
+      return static_cast<int>(
+          AsInteger(ends.at(side).value_unsafe(), "skeleton", 1, count) - 1);
+    };
+    bones.push_back({joint(0), joint(1)});
   }
   try {
     return Skeleton(known.name(), joints, bones);
