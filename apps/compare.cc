@@ -28,6 +28,7 @@
 #include "core/io/configuration/manifest.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
+#include "core/io/files/text_file.h"
 #include "core/io/tracks/tracks.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
@@ -394,7 +395,9 @@ void RunCompare() {
   CheckFlags();
   if (FLAGS_plots && FLAGS_manifest.empty()) RequirePlotTool();
   const std::vector<Strategy> strategies = ReadStrategies();
-  AtomicFolder folder(WithFolders(FLAGS_out));
+  AtomicFolder folder(WithFolders(FLAGS_out),
+                      FLAGS_resume && IsFile(CheckpointPath(FLAGS_out)),
+                      "runtime.json");
   const std::unique_ptr<Checkpoint> checkpoint =
       OpenCheckpoint(FLAGS_out, FLAGS_resume, FLAGS_checkpoint_s);
   if (FLAGS_manifest.empty()) {

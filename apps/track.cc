@@ -79,13 +79,16 @@ std::string CamerasPath(const std::string& tracks) {
          ".cameras.json";
 }
 
-// Cameras that do not see people where, or when, the others do.
-void AddCameraWarnings(const CameraCheck& check, TakeReport* report) {
+// One line when a camera does not see people where the others put them.
+void WarnOfCameras(const CameraCheck& check) {
+  std::string all;
   for (const std::string& warning : check.Warnings()) {
-    report->warnings.push_back(
-        {"camera", warning,
-         "`kinegraph doctor`, which tells cameras from clocks"});
+    all += (all.empty() ? "" : "; ") + warning;
   }
+  if (all.empty()) return;
+  std::fprintf(stderr,
+               "kinegraph-track: warning: %s: kinegraph doctor says more\n",
+               all.c_str());
 }
 
 // Frames come one by one, without an end that could be waited for.
@@ -334,9 +337,8 @@ void RunTrack() {
       MarkersFlag(FLAGS_markers));
   CameraCheck check(session.scene().model.cameras, source->header().skeleton,
                     session.scene().model.skeleton);
-  TakeReport report =
+  const TakeReport report =
       TrackFrames(take, source.get(), &session, &check, output.get());
-  if (!IsLive()) AddCameraWarnings(check, &report);
   const RunSummary& summary = session.summary();
   RequireFrames(take, summary);
   const bool has_name = !IsStream(FLAGS_out);
@@ -345,10 +347,8 @@ void RunTrack() {
   CloseCheckpoint("track", checkpoint.get());
   std::FILE* const said = SummaryStream(FLAGS_out);
   SayOutcome(take, summary, output->path(), said);
-  if (!has_name) {
-    std::fputs(WarningsText(report).c_str(), said);
-    return;
-  }
+  if (!IsLive()) WarnOfCameras(check);
+  if (!has_name) return;
   WriteSummary(report, summary, session.learnt_noise());
   WriteBias(take.options, session);
   std::fputs(ReportText(report).c_str(), said);

@@ -22,24 +22,36 @@ lacks() {  # why this step cannot be run; nothing: it can
   done
 }
 
+# Every test program of the folders given.
+programs_of() {  # FOLDER...
+  (cd tests && find "$@" -name '*_test.cc' -printf 'test_%h\n' | tr / _ | sort -u)
+}
+
+# All programs are tried, also after one that fails.
 sanitizer() {  # PRESET TEST_PROGRAM...
-  local preset=$1 program
+  local preset=$1 program begin outcome=0
   shift
   cmake --preset "$preset" -B "$build/$preset" &&
     cmake --build "$build/$preset" --parallel "$jobs" --target "$@" || return 1
   for program in "$@"; do
     if [[ $program == test_* ]]; then
-      "$build/$preset/tests/$program" --gtest_brief=1 || return 1
+      begin=$SECONDS
+      "$build/$preset/tests/$program" --gtest_brief=1 || outcome=1
+      echo "$program took $((SECONDS - begin)) s"
     fi
   done
+  return $outcome
 }
 
-# Everything that reads, and all units.
+# Everything, built with the libraries that the fuzzers need as well. The engines
+# of clusters only start programs that are tested without them.
 asan() {
+  local programs
+  mapfile -t programs < <(programs_of apps core fuzz solvers |
+    grep -v -x test_apps_cluster)
   ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1 \
-    UBSAN_OPTIONS=print_stacktrace=1 sanitizer asan $(cd tests &&
-      find core solvers fuzz -name '*_test.cc' -printf 'test_%h\n' |
-      tr / _ | sort -u)
+    UBSAN_OPTIONS=print_stacktrace=1 \
+    sanitizer fuzz kinegraph_commands "${programs[@]}"
 }
 # What works in threads.
 tsan() {
@@ -85,9 +97,10 @@ run calls "calls of every command made to fail" gcc python3
 run slurm 'Snakemake, and 40 tasks on a Slurm whose node dies' snakemake \
   slurmctld slurmd munged sbatch
 run stream 'an hour of live input at constant memory' python3
-run asan 'address and undefined-behaviour sanitizers over units and readers' g++
+run asan 'address and undefined-behaviour sanitizers over all tests' clang++-14
 run tsan 'thread sanitizer over what works in threads' g++
 run fuzz 'a minute of fuzzing a target' clang++-14
 run package 'the Debian package in a bare root' debootstrap chroot
+printf "in all  %8d s\n" "$SECONDS"
 if ((failed)); then echo "the words of what failed: $logs"; fi
 exit $failed

@@ -20,6 +20,12 @@ std::string ThisBuild() {
 
 }  // namespace
 
+std::string CheckpointPath(const std::string& out) {
+  std::string path = out;
+  while (path.size() > 1 && path.back() == '/') path.pop_back();
+  return path + ".checkpoint";
+}
+
 std::unique_ptr<Checkpoint> OpenCheckpoint(const std::string& out, bool resume,
                                            double quiet_s) {
   if (!(quiet_s >= 0.0)) {
@@ -31,9 +37,7 @@ std::unique_ptr<Checkpoint> OpenCheckpoint(const std::string& out, bool resume,
     }
     return std::make_unique<Checkpoint>();
   }
-  std::string path = out;
-  while (path.size() > 1 && path.back() == '/') path.pop_back();
-  return std::make_unique<Checkpoint>(path + ".checkpoint", ThisBuild(), resume,
+  return std::make_unique<Checkpoint>(CheckpointPath(out), ThisBuild(), resume,
                                       quiet_s);
 }
 

@@ -9,6 +9,8 @@
 
 namespace kinegraph {
 
+std::string CheckpointPath(const std::string& out);
+
 // OUT.checkpoint beside the result `out`, from `quiet_s` seconds of work on.
 // Where the result is a stream nothing is kept, and `resume` is refused. Throws
 // InputError for a checkpoint that cannot be gone on from.

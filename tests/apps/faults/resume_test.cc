@@ -95,11 +95,15 @@ void KillAndResume(const std::vector<std::string>& command,
     const int status = program.Wait();
     if (WIFSIGNALED(status)) {
       ++kills;
-      continue;
+      // But for its last words it was done.
+      const bool was_done =
+          !fs::exists(checkpoint) && ContentsOf(killed) == expected;
+      if (!was_done) continue;
+    } else {
+      // It was faster: its result must be right, and the next begins anew.
+      ASSERT_EQ(status, 0) << ContentOf(errors);
+      EXPECT_EQ(ContentsOf(killed), expected);
     }
-    // It was faster: its result must be right, and the next begins anew.
-    ASSERT_EQ(status, 0) << ContentOf(errors);
-    EXPECT_EQ(ContentsOf(killed), expected);
     fs::remove_all(killed);
     fs::create_directory(killed);
   }
@@ -152,6 +156,48 @@ TEST(ResumeTest, CompareOfSeveralTakesGoesOn) {
   KillAndResume(Line("compare", {"--manifest=" + manifest, "--tune",
                                  "--strategies=raw_dlt,butterworth"}),
                 "compare");
+}
+
+// The folder has appeared, and the kill comes before the checkpoint is removed.
+TEST(ResumeTest, CompareKilledWhenItsFolderIsThereIsDone) {
+  const TemporaryFolder folder;
+  const std::string errors = (folder.path() / "errors").string();
+  const fs::path out = folder.path() / "compare";
+  const fs::path checkpoint = out.string() + ".checkpoint";
+  std::vector<std::string> line = Line("compare", SceneArguments());
+  line.emplace_back("--strategies=raw_dlt,butterworth,batch");
+  line.emplace_back("--plots=false");
+  line.emplace_back("--checkpoint_s=0");
+  line.push_back("--out=" + out.string());
+  {
+    RunningProgram program(line, errors);
+    ASSERT_TRUE(WaitUntil([&] { return SizeOf(checkpoint) > 100; }));
+    program.Signal(SIGKILL);
+    ASSERT_TRUE(WIFSIGNALED(program.Wait()));
+  }
+  const std::string kept = ContentOf(checkpoint);
+  line.emplace_back("--resume");
+  ASSERT_EQ(RunningProgram(line, errors).Wait(), 0) << ContentOf(errors);
+  const Contents expected = ContentsOf(out);
+  const std::string times = ContentOf(out / "runtime.json");
+  const std::set<std::string> names = NamesIn(folder.path());
+
+  folder.Write("compare.checkpoint", kept);
+  EXPECT_EQ(RunningProgram(line, errors).Wait(), 0) << ContentOf(errors);
+  EXPECT_EQ(ContentsOf(out), expected);
+  EXPECT_EQ(ContentOf(out / "runtime.json"), times);
+  EXPECT_FALSE(fs::exists(checkpoint));
+
+  // What another run has made is neither replaced nor taken for this one's.
+  folder.Write("compare.checkpoint", kept);
+  line[4] = "--strategies=raw_dlt,batch";
+  const int refused = RunningProgram(line, errors).Wait();
+  ASSERT_TRUE(WIFEXITED(refused));
+  EXPECT_EQ(WEXITSTATUS(refused), 2);
+  EXPECT_THAT(ContentOf(errors), HasSubstr("is there already, with other"));
+  EXPECT_EQ(ContentsOf(out), expected);
+  EXPECT_TRUE(fs::exists(checkpoint));
+  EXPECT_EQ(NamesIn(folder.path()).size(), names.size() + 1);
 }
 
 TEST(ResumeTest, ReproduceGoesOn) {
