@@ -79,16 +79,13 @@ std::string CamerasPath(const std::string& tracks) {
          ".cameras.json";
 }
 
-// One line when a camera does not see people where the others put them.
-void WarnOfCameras(const CameraCheck& check) {
-  std::string all;
+// Cameras that do not see people where, or when, the others do.
+void AddCameraWarnings(const CameraCheck& check, TakeReport* report) {
   for (const std::string& warning : check.Warnings()) {
-    all += (all.empty() ? "" : "; ") + warning;
+    report->warnings.push_back(
+        {"camera", warning,
+         "`kinegraph doctor`, which tells cameras from clocks"});
   }
-  if (all.empty()) return;
-  std::fprintf(stderr,
-               "kinegraph-track: warning: %s: kinegraph doctor says more\n",
-               all.c_str());
 }
 
 // Frames come one by one, without an end that could be waited for.
@@ -337,8 +334,9 @@ void RunTrack() {
       MarkersFlag(FLAGS_markers));
   CameraCheck check(session.scene().model.cameras, source->header().skeleton,
                     session.scene().model.skeleton);
-  const TakeReport report =
+  TakeReport report =
       TrackFrames(take, source.get(), &session, &check, output.get());
+  if (!IsLive()) AddCameraWarnings(check, &report);
   const RunSummary& summary = session.summary();
   RequireFrames(take, summary);
   const bool has_name = !IsStream(FLAGS_out);
@@ -347,8 +345,10 @@ void RunTrack() {
   CloseCheckpoint("track", checkpoint.get());
   std::FILE* const said = SummaryStream(FLAGS_out);
   SayOutcome(take, summary, output->path(), said);
-  if (!IsLive()) WarnOfCameras(check);
-  if (!has_name) return;
+  if (!has_name) {
+    std::fputs(WarningsText(report).c_str(), said);
+    return;
+  }
   WriteSummary(report, summary, session.learnt_noise());
   WriteBias(take.options, session);
   std::fputs(ReportText(report).c_str(), said);

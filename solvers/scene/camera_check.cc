@@ -1,14 +1,13 @@
 #include "solvers/scene/camera_check.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/evaluation/statistics.h"
 #include "core/geometry/triangulation.h"
 
 namespace kinegraph {
@@ -19,6 +18,15 @@ namespace {
 constexpr double kGateM = 0.5;
 constexpr double kMinConfidence = 0.3;
 constexpr int kMinJoints = 6;
+
+// What is worth a warning. A detector's own bias, averaged over joints and
+// directions, stays within a centimetre or so in each of the views that take
+// part.
+constexpr double kLeastM = 0.03;
+constexpr int64_t kEnoughPeople = 15;
+constexpr double kHardlySeen = 0.2;
+constexpr size_t kEnoughSamples = 300;  // joints
+constexpr double kOfTheLargest = 0.6;
 
 // Mean distance [px] of the joints that both have; infinite with too few.
 double Distance(const std::vector<std::optional<Eigen::Vector2d>>& projected,
@@ -50,25 +58,27 @@ CameraCheck::CameraCheck(CameraRig cameras, const Skeleton& detections,
                          const Skeleton& tracks)
     : cameras_(std::move(cameras)),
       track_joint_(MapByName(tracks, detections)),
+      clocks_(cameras_),
       views_(cameras_.size()) {}
 
 void CameraCheck::SeeDetections(const DetectionFrame& frame) {
-  if (frames_fed_++ % kStride != 0 || frames_kept_ >= kMostFrames) return;
-  ++frames_kept_;
-  waiting_[frame.frame] = frame;
+  if (frames_fed_++ % stride_ != 0) return;
+  waiting_[frame.frame] = {frame, static_cast<double>(stride_)};
+  if (++frames_kept_ % kFramesAStride == 0) stride_ *= 2;
 }
 
 void CameraCheck::SeeTracks(const TrackFrame& frame) {
   // What was fed before this frame and never written is not waited for.
   const auto at = waiting_.find(frame.frame);
   waiting_.erase(waiting_.begin(), waiting_.lower_bound(frame.frame));
-  if (at == waiting_.end()) return;
-  for (const PersonPose& person : frame.people) Compare(at->second, person);
-  waiting_.erase(at);
+  if (at != waiting_.end()) {
+    for (const PersonPose& person : frame.people) Compare(at->second, person);
+    waiting_.erase(at);
+  }
+  clocks_.SeeTracks(frame);
 }
 
-void CameraCheck::Compare(const DetectionFrame& frame,
-                          const PersonPose& person) {
+void CameraCheck::Compare(const KeptFrame& kept, const PersonPose& person) {
   const auto middle = MeanPosition(person.joints);
   if (!middle.has_value()) return;
   std::vector<const Detection*> seen(cameras_.size(), nullptr);
@@ -77,7 +87,7 @@ void CameraCheck::Compare(const DetectionFrame& frame,
     const auto middle_px = cameras_[v].Project(*middle);
     if (!middle_px.has_value() || !InImage(cameras_[v], *middle_px)) continue;
     shown[v] = 1;
-    seen[v] = NearestTo(frame.views[v], cameras_[v], person);
+    seen[v] = NearestTo(kept.frame.views[v], cameras_[v], person);
   }
   const auto others = [&](size_t v) {
     int count = 0;
@@ -85,12 +95,12 @@ void CameraCheck::Compare(const DetectionFrame& frame,
     return count;
   };
   for (size_t v = 0; v < cameras_.size(); ++v) {
-    if (!shown[v] || others(v) < 2) continue;
+    if (!shown[v] || others(v) < (is_pair() ? 1 : 2)) continue;
     ++views_[v].people;
     if (seen[v] == nullptr) continue;
     ++views_[v].seen;
     views_[v].px_per_m += cameras_[v].focal_px() / cameras_[v].Depth(*middle);
-    AddResiduals(seen, v);
+    AddResiduals(kept, person, seen, v);
   }
 }
 
@@ -120,8 +130,11 @@ const Detection* CameraCheck::NearestTo(const ViewDetections& view,
 }
 
 // What view `v` sees, less where the other views alone put it: a camera that
-// takes part in a pose hides a part of its own error.
-void CameraCheck::AddResiduals(const std::vector<const Detection*>& seen,
+// takes part in a pose hides a part of its own error. One other view alone puts
+// nothing anywhere; of a pair both take part, and either hides half of what
+// they differ by, across each other's epipolar lines.
+void CameraCheck::AddResiduals(const KeptFrame& kept, const PersonPose& person,
+                               const std::vector<const Detection*>& seen,
                                size_t v) {
   // A few joints of many people say as much as all.
   constexpr size_t kEvery = 3;
@@ -133,11 +146,15 @@ void CameraCheck::AddResiduals(const std::vector<const Detection*>& seen,
     const Keypoint& own = seen[v]->joints[j];
     if (track_joint_[j] < 0 || !counts(own)) continue;
     measurements.clear();
+    double others_s = 0.0;  // after the view's own picture
     for (size_t u = 0; u < seen.size(); ++u) {
-      if (u == v || seen[u] == nullptr || !counts(seen[u]->joints[j])) continue;
+      if (u == v && !is_pair()) continue;
+      if (seen[u] == nullptr || !counts(seen[u]->joints[j])) continue;
       const auto ideal = cameras_[u].Undistort(seen[u]->joints[j].px);
-      if (ideal.has_value())
-        measurements.push_back({&cameras_[u], *ideal, 1.0});
+      if (!ideal.has_value()) continue;
+      measurements.push_back({&cameras_[u], *ideal, 1.0});
+      others_s += ToSeconds(kept.frame.views[u].capture_time -
+                            kept.frame.views[v].capture_time);
     }
     if (measurements.size() < 2) continue;
     TriangulationOptions options;
@@ -147,53 +164,65 @@ void CameraCheck::AddResiduals(const std::vector<const Detection*>& seen,
     if (!point.ok()) continue;
     const auto px = cameras_[v].Project(point.point_m);
     if (!px.has_value()) continue;
-    views_[v].x_px.push_back(own.px.x() - px->x());
-    views_[v].y_px.push_back(own.px.y() - px->y());
+    const Eigen::Vector2d residual_px =
+        (is_pair() ? 2.0 : 1.0) * (own.px - *px);
+    views_[v].x_px.emplace_back(residual_px.x(), kept.weight);
+    views_[v].y_px.emplace_back(residual_px.y(), kept.weight);
+    if (is_pair()) continue;  // where people are when, two views do not tell
+    clocks_.Add({v, kept.frame.time, person.id,
+                 static_cast<size_t>(track_joint_[j]), residual_px, kept.weight,
+                 -others_s / static_cast<double>(measurements.size())});
   }
 }
 
 std::vector<CameraCheck::View> CameraCheck::Views() const {
+  const std::vector<ClockCheck::View> clocks = clocks_.Views();
   std::vector<View> views;
   for (const Residuals& residuals : views_) {
     View& view = views.emplace_back();
+    view.clock = clocks[views.size() - 1];
     view.people = residuals.people;
     view.seen = residuals.seen;
     if (residuals.x_px.empty()) continue;
-    view.median_x_px = Quantile(residuals.x_px, 0.5);
-    view.median_y_px = Quantile(residuals.y_px, 0.5);
+    view.median_x_px = WeightedMedian(residuals.x_px);
+    view.median_y_px = WeightedMedian(residuals.y_px);
     view.px_per_m = residuals.px_per_m / static_cast<double>(residuals.seen);
   }
   return views;
 }
 
 std::vector<std::string> CameraCheck::Warnings() const {
-  // A detector's own bias, averaged over joints and directions, stays within
-  // a centimetre or so in each of the views that take part.
-  constexpr double kLeastM = 0.03;
-  constexpr int64_t kEnoughPeople = 15;
-  constexpr double kHardlySeen = 0.2;
   std::vector<std::string> warnings;
   const std::vector<View> views = Views();
+  double largest_s = 0.0;  // of the clocks
+  for (const View& view : views) {
+    largest_s = std::max(largest_s, std::abs(view.clock.late_s));
+  }
   for (size_t v = 0; v < views.size(); ++v) {
     const View& view = views[v];
     if (view.people < kEnoughPeople) continue;
-    std::array<char, 200> text{};
+    const std::string name = "'" + Printable(cameras_[v].name()) + "'";
     if (static_cast<double>(view.seen) <
         kHardlySeen * static_cast<double>(view.people)) {
-      std::snprintf(text.data(), text.size(),
-                    "'%s' sees %lld of %lld people where the others put them",
-                    Printable(cameras_[v].name()).c_str(),
-                    static_cast<long long>(view.seen),
-                    static_cast<long long>(view.people));
-      warnings.emplace_back(text.data());
+      warnings.push_back(
+          fmt::format("{} sees {} of {} people where the others put them", name,
+                      view.seen, view.people));
       continue;
     }
     const double shift_px = std::hypot(view.median_x_px, view.median_y_px);
-    if (shift_px < kLeastM * view.px_per_m || view.px_per_m <= 0.0) continue;
-    std::snprintf(text.data(), text.size(),
-                  "'%s' sees people %.1f px from where the others put them",
-                  Printable(cameras_[v].name()).c_str(), shift_px);
-    warnings.emplace_back(text.data());
+    if (view.px_per_m > 0.0 && shift_px >= kLeastM * view.px_per_m) {
+      warnings.push_back(
+          fmt::format("{} sees people {:.1f} px from where the others put them",
+                      name, shift_px));
+    }
+    // One clock that is off makes the others look so, to a smaller part.
+    const double late_s = view.clock.late_s;
+    if (view.clock.samples >= kEnoughSamples && view.clock.error_m >= kLeastM &&
+        std::abs(late_s) > kOfTheLargest * largest_s) {
+      warnings.push_back(fmt::format(
+          "{} sees people about {:.0f} ms {} than the others", name,
+          1e3 * std::abs(late_s), late_s > 0.0 ? "later" : "earlier"));
+    }
   }
   return warnings;
 }

@@ -1,5 +1,5 @@
-// A cheap look at a finished run: does each camera see people where the others
-// put them? For one line at the end of `track`; the doctor says more.
+// A cheap look at a finished run: does each camera see people where, and when,
+// the others do? For warnings at the end of `track`; the doctor says more.
 #ifndef KINEGRAPH_SOLVERS_SCENE_CAMERA_CHECK_H_
 #define KINEGRAPH_SOLVERS_SCENE_CAMERA_CHECK_H_
 
@@ -8,10 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "core/base/weighted_quantile.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 #include "core/skeleton/skeleton.h"
+#include "solvers/scene/clock_check.h"
 
 namespace kinegraph {
 
@@ -21,8 +23,9 @@ class CameraCheck {
   CameraCheck(CameraRig cameras, const Skeleton& detections,
               const Skeleton& tracks);
 
-  // Frames as the tracker is fed, ascending. Keeps some: one in `kStride`, up
-  // to a few hundred.
+  // Frames as the tracker is fed, ascending. Keeps some: every second one of
+  // the first 400, every fourth of the next 800, and so on; each counts for
+  // those between, so that all parts of a take count alike.
   void SeeDetections(const DetectionFrame& frame);
   // Frames that were written, ascending.
   void SeeTracks(const TrackFrame& frame);
@@ -30,10 +33,12 @@ class CameraCheck {
   struct View {
     int64_t people = 0;  // written people whose place the view shows
     int64_t seen = 0;    // of them, with a detection near by
-    // Of detection less the projection of what the other views triangulate.
+    // Of detection less the projection of what the other views triangulate; of
+    // two views alone, across the epipolar line of the other.
     double median_x_px = 0.0;
     double median_y_px = 0.0;
     double px_per_m = 0.0;  // at the people's depth
+    ClockCheck::View clock;
   };
   std::vector<View> Views() const;
   // One sentence for each camera that is off; empty when all is well or too
@@ -41,27 +46,34 @@ class CameraCheck {
   std::vector<std::string> Warnings() const;
 
  private:
-  static constexpr int64_t kStride = 2;
-  static constexpr size_t kMostFrames = 200;
+  bool is_pair() const { return cameras_.size() == 2; }
+  static constexpr size_t kFramesAStride = 200;
 
   struct Residuals {
     int64_t people = 0;
     int64_t seen = 0;
-    std::vector<double> x_px;
-    std::vector<double> y_px;
+    std::vector<WeightedValue> x_px;
+    std::vector<WeightedValue> y_px;
     double px_per_m = 0.0;
   };
+  struct KeptFrame {
+    DetectionFrame frame;
+    double weight = 1.0;  // how many frames it stands for
+  };
 
-  void Compare(const DetectionFrame& frame, const PersonPose& person);
+  void Compare(const KeptFrame& kept, const PersonPose& person);
   const Detection* NearestTo(const ViewDetections& view, const Camera& camera,
                              const PersonPose& person) const;
-  void AddResiduals(const std::vector<const Detection*>& seen, size_t v);
+  void AddResiduals(const KeptFrame& kept, const PersonPose& person,
+                    const std::vector<const Detection*>& seen, size_t v);
 
   CameraRig cameras_;
   std::vector<int> track_joint_;  // of a detection's joint, or -1
+  ClockCheck clocks_;
   int64_t frames_fed_ = 0;
+  int64_t stride_ = 2;
   size_t frames_kept_ = 0;
-  std::map<int64_t, DetectionFrame> waiting_;
+  std::map<int64_t, KeptFrame> waiting_;
   std::vector<Residuals> views_;
 };
 

@@ -1,0 +1,127 @@
+#include "solvers/scene/camera_check.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "tests/support/faulty_scene.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::FaultyScene;
+using testing::FaultySceneOptions;
+using testing::MakeFaultyScene;
+
+// Tracks that are right, so that what is off are cameras and clocks.
+CameraCheck CheckOf(const FaultyScene& scene) {
+  CameraCheck check(scene.cameras, scene.detections.header.skeleton,
+                    scene.scene.skeleton);
+  for (const DetectionFrame& frame : scene.detections.frames) {
+    check.SeeDetections(frame);
+  }
+  for (const TrackFrame& frame : TruthOf(scene.scene).frames) {
+    check.SeeTracks(frame);
+  }
+  return check;
+}
+
+std::string Words(const CameraCheck& check) {
+  std::string words;
+  for (const std::string& one : check.Warnings()) words += one + "; ";
+  return words;
+}
+
+TEST(CameraCheck, SaysNothingOfSoundCameras) {
+  FaultySceneOptions options;
+  options.seed = 31;
+  const CameraCheck check = CheckOf(MakeFaultyScene(options));
+  EXPECT_EQ(Words(check), "");
+  for (const CameraCheck::View& view : check.Views()) {
+    EXPECT_GE(view.clock.samples, 300u);
+    // A residual of 2 px is one of 20 ms where a joint walks by; 300 of them,
+    // five in a row alike, leave 20 / sqrt(60) ms, of which this is four.
+    EXPECT_LT(std::abs(view.clock.late_s), 0.01);
+  }
+}
+
+TEST(CameraCheck, NamesTheImageThatIsShifted) {
+  FaultySceneOptions options;
+  options.seed = 32;
+  FaultyScene scene = MakeFaultyScene(options);
+  scene.cameras[1] = testing::Shifted(scene.cameras[1], 25.0, 10.0);
+  const CameraCheck check = CheckOf(scene);
+  EXPECT_NE(Words(check).find("'" + scene.cameras[1].name() + "' sees people"),
+            std::string::npos)
+      << Words(check);
+  // The image's middle goes right and down, so people seem to be left and up.
+  EXPECT_NEAR(check.Views()[1].median_x_px, -25.0, 2.0);
+  EXPECT_NEAR(check.Views()[1].median_y_px, -10.0, 2.0);
+}
+
+TEST(CameraCheck, NamesTheClockThatIsLate) {
+  FaultySceneOptions options;
+  options.seed = 33;
+  options.clock_offset_s = {0.0, 0.0, 0.1, 0.0, 0.0};
+  const FaultyScene scene = MakeFaultyScene(options);
+  const CameraCheck check = CheckOf(scene);
+  const std::string name = "'" + scene.cameras[2].name() + "'";
+  EXPECT_NE(Words(check).find(name + " sees people about"), std::string::npos)
+      << Words(check);
+  EXPECT_NE(Words(check).find("later than the others"), std::string::npos);
+  // The others are right: what they triangulate is at the time told. Straight
+  // lines over 0.2 s cut the corners of steps.
+  EXPECT_NEAR(check.Views()[2].clock.late_s, 0.1, 0.015);
+}
+
+TEST(CameraCheck, ATimeThatIsToldIsNotHeldAgainstAView) {
+  FaultySceneOptions options;
+  options.seed = 33;
+  options.clock_offset_s = {0.0, 0.0, 0.1, 0.0, 0.0};
+  FaultyScene scene = MakeFaultyScene(options);
+  for (DetectionFrame& frame : scene.detections.frames) {
+    frame.views[2].capture_time += FromSeconds(0.1);
+  }
+  const CameraCheck check = CheckOf(scene);
+  EXPECT_EQ(Words(check), "");
+  EXPECT_NEAR(check.Views()[2].clock.late_s, 0.0, 0.015);
+}
+
+TEST(CameraCheck, TwoCamerasAreCheckedByEpipolarLines) {
+  FaultySceneOptions options;
+  options.seed = 35;
+  options.cameras = 2;
+  options.arc_deg = 90.0;
+  FaultyScene scene = MakeFaultyScene(options);
+  EXPECT_EQ(Words(CheckOf(scene)), "");
+  // Cameras of one height: their epipolar lines run across the image.
+  scene.cameras[1] = testing::Shifted(scene.cameras[1], 0.0, 25.0);
+  const CameraCheck check = CheckOf(scene);
+  EXPECT_NE(Words(check), "");
+  EXPECT_NEAR(check.Views()[1].median_y_px, -25.0, 5.0);
+}
+
+TEST(CameraCheck, LooksAtTheWholeTake) {
+  FaultySceneOptions options;
+  options.seed = 34;
+  options.duration_s = 60.0;  // 1500 frames
+  FaultyScene scene = MakeFaultyScene(options);
+  // The camera is knocked after the first third.
+  const Camera knocked = testing::Shifted(scene.cameras[0], -40.0, 0.0);
+  for (DetectionFrame& frame : scene.detections.frames) {
+    if (frame.frame < 500) continue;
+    for (Detection& detection : frame.views[0].detections) {
+      for (Keypoint& joint : detection.joints) {
+        joint.px += knocked.K().col(2).head<2>() -
+                    scene.cameras[0].K().col(2).head<2>();
+      }
+    }
+  }
+  const CameraCheck check = CheckOf(scene);
+  EXPECT_NE(Words(check), "");
+  EXPECT_LT(check.Views()[0].median_x_px, -30.0);
+}
+
+}  // namespace
+}  // namespace kinegraph
