@@ -157,7 +157,13 @@ ErrorCorrelation CorrelationLearner::Fit() const {
   constexpr double kShortest_s = 0.02;
   constexpr double kLongest_s = 1.0;
   constexpr int kSteps = 60;
-  constexpr double kLeastShare = 0.15;  // below it the noise counts as white
+  // Below it the noise counts as white. White errors average out over frames
+  // and lasting ones do not, so of twice the frames half the share says as
+  // much.
+  constexpr double kLeastShare = 0.15;
+  constexpr double kItsFrame_s = 1.0 / 30.0;
+  const double least_share =
+      kLeastShare * std::min(1.0, frame_s_ / kItsFrame_s);
   ErrorCorrelation best;
   best.share = 0.0;
   double least = 1e300;
@@ -186,7 +192,7 @@ ErrorCorrelation CorrelationLearner::Fit() const {
       best = {share, time_s};
     }
   }
-  if (best.share < kLeastShare) best.share = 0.0;
+  if (best.share < least_share) best.share = 0.0;
   return best;
 }
 
