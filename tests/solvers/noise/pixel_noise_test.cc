@@ -118,7 +118,16 @@ TEST(CorrelationLearnerTest, FindsHowLongErrorsLast) {
 }
 
 TEST(CorrelationLearnerTest, WhiteErrorsAreWhite) {
-  EXPECT_EQ(FitSimulated(0.0, 0.1, 30.0, 60.0, 5).share, 0.0);
+  for (const double rate_hz : {30.0, 120.0, 240.0}) {
+    EXPECT_EQ(FitSimulated(0.0, 0.1, rate_hz, 60.0, 5).share, 0.0) << rate_hz;
+  }
+}
+
+TEST(CorrelationLearnerTest, ASmallShareCountsWhereManyFramesAverageTheRest) {
+  // Below the crossover it has 2 * 0.1 * 0.5 s / 0.9 * rate of the power of the
+  // white part: 27 times as much at 240 Hz, 2.8 at 25 Hz, where it is left out.
+  EXPECT_NEAR(FitSimulated(0.1, 0.5, 240.0, 60.0, 6).share, 0.1, 0.04);
+  EXPECT_EQ(FitSimulated(0.1, 0.5, 25.0, 60.0, 6).share, 0.0);
 }
 
 TEST(CorrelationLearnerTest, BelievesTheUsualBeforeItSaw) {

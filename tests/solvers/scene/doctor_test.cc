@@ -71,6 +71,24 @@ TEST(Doctor, OneTurnedCameraIsNamed) {
   EXPECT_LT(testing::AngleBetween(diagnosis.cameras[2], truth), 0.2);
 }
 
+TEST(Doctor, TurnedCamerasAreNotTakenForClocks) {
+  for (const uint64_t seed : {51, 54}) {
+    FaultySceneOptions options;
+    options.seed = seed;
+    options.people = 2;
+    FaultyScene scene = MakeFaultyScene(options);
+    for (size_t v = 0; v < scene.cameras.size(); ++v) {
+      scene.cameras[v] = testing::Turned(scene.cameras[v], 1.5, 10 * seed + v);
+    }
+    const Diagnosis diagnosis = DiagnoseScene(scene);
+    const Finding* clock = FindKind(diagnosis, "clock_offset");
+    EXPECT_TRUE(clock == nullptr || clock->confidence < 0.8)
+        << seed << ": " << Words(diagnosis);
+    EXPECT_NE(FindKind(diagnosis, "rotation"), nullptr)
+        << seed << ": " << Words(diagnosis);
+  }
+}
+
 TEST(Doctor, AShiftedImageIsNamed) {
   FaultySceneOptions options;
   options.seed = 13;
