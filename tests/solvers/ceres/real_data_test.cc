@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <ostream>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -66,6 +67,10 @@ struct SolverCase {
   const char* set;
   int64_t frames;  // of the take; 0: all. Windows with bones are slow.
 };
+// Without it the bytes would be printed, also those between the members.
+std::ostream& operator<<(std::ostream& out, const SolverCase& param) {
+  return out << param.name;
+}
 
 class SolversAgree : public ::testing::TestWithParam<SolverCase> {};
 
