@@ -17,6 +17,7 @@
 #include "apps/compare/pieces.h"
 #include "apps/compare/plots.h"
 #include "apps/compare/results.h"
+#include "apps/compare/scores.h"
 #include "apps/compare/shift.h"
 #include "apps/compare/strategies.h"
 #include "apps/compare/study.h"

@@ -3,31 +3,20 @@
 #include <gflags/gflags.h>
 
 #include <cstdio>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "apps/common/app.h"
-#include "apps/common/config_folder.h"
 #include "apps/common/evaluation_output.h"
-#include "apps/common/progress.h"
+#include "apps/common/held_out_cameras.h"
 #include "apps/common/summary.h"
 #include "apps/common/track_output.h"
 #include "core/base/error.h"
-#include "core/io/calibration/calibration.h"
-#include "core/io/configuration/held_out_set.h"
-#include "core/io/configuration/refinement_record.h"
-#include "core/io/configuration/view_bias_file.h"
-#include "core/io/detections/source.h"
-#include "core/io/detections/view_pairing.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/tracks.h"
-#include "solvers/noise/bias_model.h"
-#include "solvers/session/refine_take.h"
-#include "solvers/session/run.h"
 
 DEFINE_string(tracks, "", "tracks to evaluate");
 DEFINE_string(ground_truth, "", "what to compare with: a file or a folder");
@@ -292,257 +281,21 @@ void RunPanoptic() {
 
 // ---- Held-out cameras
 
-// Everything that is scored with, whoever made the runs.
-struct HeldOutInput {
-  RunOptions options;
-  CameraRig rig;      // as the file has them
-  CameraRig cameras;  // in the order of the views
-  DetectionSequence detections;
-
-  const std::vector<std::string>& views() const {
-    return detections.header.view_names;
-  }
-};
-
-HeldOutInput ReadHeldOutInput() {
-  RequireFlag("cameras", FLAGS_cameras);
-  RequireFlag("detections", FLAGS_detections);
-  HeldOutInput input;
-  if (!FLAGS_config.empty()) {
-    input.options =
-        ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, FLAGS_mode);
-  }
-  input.rig = ReadCameras(FLAGS_cameras, input.options.cameras);
-  input.detections =
-      ReadDetections(FLAGS_detections, DetectionOptionsOf(input.options));
-  const auto record = ReadRefinementRecord(FLAGS_cameras);
-  if (record.has_value() && record->has_clocks()) {
-    RunRequest request;
-    request.cameras = input.rig;
-    input.detections =
-        WithRecordedClocks(input.options, request, *record, input.detections);
-  }
-  input.cameras =
-      CamerasOfViews(input.views(), input.rig, input.options.cameras.map);
-  return input;
-}
-
-// Tracks with every view but `without` (none: -1).
-TrackSequence Track(const RunOptions& options, const HeldOutInput& input,
-                    int without, const std::vector<FrameRange>& frames,
-                    ViewBias* view_bias = nullptr) {
-  RunRequest request;
-  request.cameras = input.rig;
-  request.frames = frames;
-  if (without >= 0) request.without_cameras = {input.views()[without]};
-  // Poses are scored in the cameras as the file has them.
-  RunOptions in_place = options;
-  in_place.refine.ground = GroundKind::kOff;
-  return TrackSequenceOf(in_place, request, input.detections, view_bias);
-}
-
-// The tracks that name the people of the scored set.
-TrackSequence ReadOrTrackReference(const HeldOutInput& input) {
-  if (!FLAGS_reference.empty()) return ReadTracks(FLAGS_reference);
-  if (!FLAGS_held_out_set.empty()) {
-    throw InputError(
-        "--reference is required with --held_out_set: the tracks whose people "
-        "the set names");
-  }
-  RequireFlag("config", FLAGS_config);
-  RunOptions options =
-      ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, "paper");
-  options.output.observations = true;  // whom each detection belongs to
-  return Track(options, input, -1, Frames());
-}
-
-// Also the cap of each camera: that of the set, or a tenth of the image width.
-struct ScoredSet {
-  HeldOutSet set;
-  bool cap_by_width = false;
-
-  // The part that lies in `frames`; all where there are none.
-  HeldOutSet In(const std::vector<FrameRange>& frames) const {
-    HeldOutSet part = set;
-    part.detections.clear();
-    for (const HeldOutDetection& detection : set.detections) {
-      if (ContainsFrame(frames, detection.frame)) {
-        part.detections.push_back(detection);
-      }
-    }
-    return part;
-  }
-};
-
-ScoredSet ReadOrMakeSet(const HeldOutInput& input,
-                        const TrackSequence& reference) {
-  ScoredSet scored;
-  if (!FLAGS_held_out_set.empty()) {
-    scored.set = ReadHeldOutSet(FLAGS_held_out_set, input.views());
-  } else {
-    scored.set = MakeHeldOutSet(reference, 0.0);
-    scored.cap_by_width = true;
-  }
-  scored.set = scored.In(Frames());
-  if (!FLAGS_folds.empty()) scored.set = scored.In(Folds());
-  if (scored.set.detections.empty()) {
-    throw InputError(
-        "held-out set: no detection to score" +
-        std::string(FLAGS_held_out_set.empty()
-                        ? "; does --reference hold matches (track it with "
-                          "output.observations = true)?"
-                        : " in the frames asked for"));
-  }
-  return scored;
-}
-
-double CapOf(const ScoredSet& scored, const Camera& camera) {
-  if (!scored.cap_by_width) return scored.set.cap_px;
-  if (camera.width_px() <= 0) {
-    throw InputError(FLAGS_cameras, "camera '" + camera.name() + "'",
-                     "no image size, which bounds the held-out error "
-                     "(cameras.image_size)");
-  }
-  return 0.1 * camera.width_px();
-}
-
-// A run without a view, and what it has learnt of the detector.
-struct HeldOutRun {
-  TrackSequence tracks;
-  ViewBias bias;
-};
-
-// The runs without each view in turn: read, or tracked.
-class HeldOutRuns {
- public:
-  explicit HeldOutRuns(const HeldOutInput& input)
-      : input_(input), files_(ParseList(FLAGS_runs, "runs")) {
-    if (files_.empty()) {
-      RequireFlag("config", FLAGS_config);
-      return;
-    }
-    if (!FLAGS_folds.empty()) {
-      throw InputError(
-          "--folds has no meaning with --runs: they have learnt what they "
-          "have learnt");
-    }
-    if (files_.size() != input.views().size()) {
-      throw InputError("--runs: found " + std::to_string(files_.size()) +
-                       " files, expected one for each of the " +
-                       std::to_string(input.views().size()) + " views");
-    }
-  }
-
-  HeldOutRun Get(int view) const {
-    HeldOutRun run;
-    if (files_.empty()) {
-      run.tracks = Track(input_.options, input_, view, Frames(), &run.bias);
-      return run;
-    }
-    run.tracks = ReadTracks(files_[view]);
-    const std::string bias = BesideResult(files_[view], ".bias.json");
-    if (IsFile(bias)) run.bias = ReadViewBias(bias);
-    return run;
-  }
-
-  // The bias learnt in `fold` alone, used in a run over all frames.
-  HeldOutRun GetWithBiasOf(const FrameRange& fold, int view) const {
-    HeldOutRun run;
-    Track(input_.options, input_, view, {fold}, &run.bias);
-    RunOptions options = input_.options;
-    options.estimators.graph.given_view_bias =
-        std::make_shared<ViewBias>(run.bias);
-    run.tracks = Track(options, input_, view, Frames());
-    return run;
-  }
-
- private:
-  const HeldOutInput& input_;
-  std::vector<std::string> files_;
-};
-
-// Errors of the 3D points alone, and of the detections that they predict.
-struct HeldOutColumns {
-  HeldOutScores points;
-  HeldOutScores detections;
-  bool any_bias = false;
-
-  void Score(const HeldOutInput& input, const HeldOutSet& set, int view,
-             const TrackSequence& reference, const HeldOutRun& run) {
-    const Camera& camera = input.cameras[view];
-    ScoreHeldOutCamera(set, input.detections, view, camera, reference,
-                       run.tracks, &points);
-    HeldOutRules rules;
-    if (!run.bias.empty()) {
-      any_bias = true;
-      const auto predictor = std::make_shared<DetectionPredictor>(
-          run.tracks.header.skeleton, run.bias);
-      rules.bias_px = [predictor](const PersonPose& person, int joint_idx,
-                                  const Camera& in) {
-        return predictor->BiasOf(person, joint_idx, in);
-      };
-    }
-    ScoreHeldOutCamera(set, input.detections, view, camera, reference,
-                       run.tracks, &detections, rules);
-  }
-};
-
-// Scores one view; with --folds each fold with what the other one taught.
-void ScoreView(const HeldOutInput& input, const HeldOutRuns& runs,
-               const ScoredSet& scored, int view,
-               const TrackSequence& reference, HeldOutColumns* columns) {
-  if (FLAGS_folds.empty()) {
-    columns->Score(input, scored.set, view, reference, runs.Get(view));
-    return;
-  }
-  const std::vector<FrameRange> folds = Folds();
-  for (size_t f = 0; f < 2; ++f) {
-    columns->Score(input, scored.In({folds[f]}), view, reference,
-                   runs.GetWithBiasOf(folds[1 - f], view));
-  }
-}
-
-EvaluationOutput DescribeColumns(const HeldOutColumns& columns,
-                                 const HeldOutInput& input) {
-  EvaluationOutput output = DescribeHeldOut(columns.points, input.views());
-  if (!columns.any_bias) return output;
-  const EvaluationOutput predicted =
-      DescribeHeldOut(columns.detections, input.views());
-  output.text +=
-      "\nPredicting detections (the 3D point and the bias that the run has "
-      "learnt of the detector):\n" +
-      predicted.text;
-  output.json["predicts_detections"] = predicted.json;
-  return output;
-}
-
 void RunHeldOut() {
   RefuseFlags(
       {{"tracks", &FLAGS_tracks}, {"ground_truth", &FLAGS_ground_truth}});
-  const HeldOutInput input = ReadHeldOutInput();
-  const HeldOutRuns runs(input);
-  const TrackSequence reference = ReadOrTrackReference(input);
-  ScoredSet scored = ReadOrMakeSet(input, reference);
-  HeldOutColumns columns;
-  std::vector<double> caps_px;
-  {
-    const int views = static_cast<int>(input.views().size());
-    Progress progress("leaving out cameras", views);
-    for (int view = 0; view < views; ++view) {
-      scored.set.cap_px = CapOf(scored, input.cameras[view]);
-      caps_px.push_back(scored.set.cap_px);
-      ScoreView(input, runs, scored, view, reference, &columns);
-      progress.Set(view + 1);
-    }
-  }
-  EvaluationOutput output = DescribeColumns(columns, input);
-  output.json["min_confidence"] = scored.set.min_confidence;
-  output.json["pairing_gate_m"] = scored.set.pairing_gate_m;
-  output.json["cap_px"] = caps_px;
-  if (FLAGS_runs.empty()) {
-    output.json["config"] = Json::parse(EffectiveConfigJson(input.options));
-  }
-  Finish(output);
+  HeldOutRequest request;
+  request.cameras = FLAGS_cameras;
+  request.detections = FLAGS_detections;
+  request.config = FLAGS_config;
+  request.set = FLAGS_set;
+  request.mode = FLAGS_mode;
+  request.held_out_set = FLAGS_held_out_set;
+  request.reference = FLAGS_reference;
+  request.runs = ParseList(FLAGS_runs, "runs");
+  request.frames = Frames();
+  if (!FLAGS_folds.empty()) request.folds = Folds();
+  Finish(ScoreHeldOutCameras(request));
 }
 
 void RunEvaluate() {

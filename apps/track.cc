@@ -33,6 +33,7 @@
 #include "solvers/session/remembered_runs.h"
 #include "solvers/session/run.h"
 #include "solvers/session/take_report.h"
+#include "solvers/session/used_frames.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "",

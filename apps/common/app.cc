@@ -21,6 +21,7 @@
 #include "apps/common/interruption.h"
 #include "core/base/edit_distance.h"
 #include "core/base/error.h"
+#include "core/base/split.h"
 #include "core/io/files/input_files.h"
 #include "core/io/files/text_file.h"
 #include "core/system/file.h"
@@ -231,17 +232,6 @@ int Fail(const AppInfo& info, const std::string& message, int exit_code) {
                            "\n";
   std::fputs(line.c_str(), stderr);
   return exit_code;
-}
-
-std::vector<std::string> Split(const std::string& text, char separator) {
-  std::vector<std::string> parts;
-  size_t begin = 0;
-  while (true) {
-    const size_t end = text.find(separator, begin);
-    parts.push_back(text.substr(begin, end - begin));
-    if (end == std::string::npos) return parts;
-    begin = end + 1;
-  }
 }
 
 bool ParseInteger(const std::string& text, int64_t* value) {

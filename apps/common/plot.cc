@@ -3,16 +3,12 @@
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
-#include <memory>
-#include <stdexcept>
 
+#include "apps/common/gnuplot.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
-#include "core/system/process.h"
 
 namespace kinegraph {
 namespace {
@@ -27,8 +23,6 @@ constexpr int kCycledColours = kColourCount - 1;
 constexpr int kMarks[] = {7, 5, 9, 13, 11, 15, 6, 4, 8, 12};
 constexpr int kMarkCount = 10;
 constexpr double kBarGroupWidth = 0.8;  // of the distance of two categories
-
-// ---- The script -------------------------------------------------------------
 
 std::string Number(double value) {
   char text[40];
@@ -304,59 +298,6 @@ std::string Script(const std::vector<Plot>& panels, const PlotSize& size) {
   for (size_t p = 0; p < panels.size(); ++p) AddPanel(panels[p], p, &script);
   if (count > 1) script += "unset multiplot\n";
   return script;
-}
-
-// ---- The program ------------------------------------------------------------
-
-struct FileCloser {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using File = std::unique_ptr<std::FILE, FileCloser>;
-
-// A file without a name.
-File TemporaryFile() {
-  File file(std::tmpfile());
-  if (file == nullptr) {
-    throw std::runtime_error("no temporary file for a plot: " +
-                             std::string(std::strerror(errno)));
-  }
-  return file;
-}
-
-std::string ContentOf(const File& file) {
-  std::rewind(file.get());
-  std::string content;
-  char buffer[1 << 14];
-  size_t size;
-  while ((size = std::fread(buffer, 1, sizeof(buffer), file.get())) > 0) {
-    content.append(buffer, size);
-  }
-  return content;
-}
-
-// What gnuplot prints, given `script` and no settings of the user's.
-std::string RunGnuplot(const std::string& script) {
-  const File input = TemporaryFile();
-  const File output = TemporaryFile();
-  const File errors = TemporaryFile();
-  std::fwrite(script.data(), 1, script.size(), input.get());
-  std::fflush(input.get());
-  std::rewind(input.get());
-
-  // No start-up files; decimals as C writes them.
-  const ProcessEnd end =
-      RunWithStreams({"gnuplot", "-d", "-"}, input.get(), output.get(),
-                     errors.get(), "LC_ALL=C.UTF-8");
-  if (end.not_started != 0) {
-    throw std::runtime_error(
-        "plots need gnuplot (Debian: gnuplot-nox), which cannot be started: " +
-        std::string(std::strerror(end.not_started)));
-  }
-  const std::string complaints = ContentOf(errors);
-  if (!end.well()) {
-    throw std::runtime_error("gnuplot failed: " + Printable(complaints, 300));
-  }
-  return ContentOf(output);
 }
 
 // gnuplot's title of every picture, which a browser shows and a screen reader

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/measured_noise.h"
 #include "core/base/options.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
@@ -15,22 +16,6 @@
 #include "core/synthetic/scene.h"
 
 namespace kinegraph {
-
-// Table [noise.model]: measured figures in place of the joints' own keys, each
-// kind scaled by a factor.
-struct NoiseModelOptions {
-  std::string file;  // relative to the configuration's folder; empty: none
-  double noise = 1.0;
-  double floor_px = 0.0;
-  double outliers = 1.0;
-  double missing = 1.0;
-  double missed = 1.0;
-  double swaps = 1.0;
-  double false_people = 1.0;
-  double fragments = 1.0;
-
-  void Describe(OptionVisitor& visitor);
-};
 
 // A whole configuration.
 struct SynthesisOptions {

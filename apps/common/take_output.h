@@ -5,6 +5,7 @@
 #include <string>
 
 #include "solvers/noise/take_notes.h"
+#include "solvers/session/session.h"
 #include "solvers/session/take_report.h"
 
 namespace kinegraph {

@@ -1,7 +1,5 @@
 #include "apps/compare/comparison.h"
 
-#include <glog/logging.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -9,20 +7,15 @@
 #include <tuple>
 #include <utility>
 
-#include "apps/compare/pieces.h"
 #include "core/base/error.h"
-#include "core/base/parallel.h"
-#include "core/evaluation/correspondence.h"
-#include "core/evaluation/lag.h"
-#include "core/evaluation/motion.h"
-#include "core/evaluation/mpjpe.h"
 #include "solvers/graph/noise_model.h"
 
 namespace kinegraph {
 namespace {
 
-// The people of the run that are written, as poses that hold nothing but their
-// matches and are present: what the held-out set and the units are made of.
+// Who was written in which frame, and which detections were theirs: of this
+// the held-out set is made, and the units that errors are counted in. Joints
+// count as present; where they are is left open.
 TrackSequence WrittenPeople(const FrozenRun& run,
                             const std::vector<FrameRange>& frames) {
   TrackSequence people;
@@ -87,163 +80,11 @@ TrackSequence Assemble(const Comparison& comparison, const PreparedTake& take,
   return tracks;
 }
 
-// Whether two folds need one run alone.
-bool SameRun(const Comparison& comparison, const FoldValues& values) {
-  return comparison.folds.size() == 2 &&
-         comparison.folds[0].take == comparison.folds[1].take &&
-         values[0] == values[1];
-}
-
-// Gives each joint the status of its triangulation; positions alone are kept.
-TrackSequence AlikeObserved(const TrackSequence& tracks,
-                            const std::vector<Fold>& folds) {
-  TrackSequence alike;
-  alike.header = tracks.header;
-  for (const TrackFrame& frame : tracks.frames) {
-    TrackFrame& copy = alike.frames.emplace_back();
-    copy.frame = frame.frame;
-    copy.time = frame.time;
-    for (const PersonPose& person : frame.people) {
-      PersonPose& positions = copy.people.emplace_back();
-      positions.id = person.id;
-      positions.joints = person.joints;
-    }
-  }
-  for (const Fold& fold : folds) {
-    std::map<std::pair<int64_t, int64_t>, const EstimatorFrame*> frames;
-    for (const ReplayedPerson& person : fold.take->all) {
-      for (const EstimatorFrame& frame : person.frames) {
-        frames[{frame.frame, person.id.value()}] = &frame;
-      }
-    }
-    for (TrackFrame& frame : alike.frames) {
-      if (!fold.frames.Contains(frame.frame)) continue;
-      for (PersonPose& person : frame.people) {
-        const EstimatorFrame& given =
-            *frames.at({frame.frame, person.id.value()});
-        for (size_t j = 0; j < person.joints.size(); ++j) {
-          Joint3d& joint = person.joints[j];
-          if (!joint.present()) continue;
-          const bool observed = given.has_initial && given.initial[j].status ==
-                                                         JointStatus::kObserved;
-          joint.status =
-              observed ? JointStatus::kObserved : JointStatus::kInferred;
-        }
-      }
-    }
-  }
-  return alike;
-}
-
-// Only what two views saw.
-TrackSequence ObservedAlone(TrackSequence tracks) {
-  for (TrackFrame& frame : tracks.frames) {
-    for (PersonPose& person : frame.people) {
-      for (Joint3d& joint : person.joints) {
-        if (joint.status != JointStatus::kObserved) {
-          joint.status = JointStatus::kMissing;
-        }
-      }
-    }
-  }
-  return tracks;
-}
-
 DetectorSigma SigmaOf(const GraphOptions& options) {
   return [options](JointClass joint_class, double confidence, double depth_m,
                    double focal_px) {
     return PixelSigma(options, joint_class, confidence, depth_m, focal_px);
   };
-}
-
-// One series an actor, laid out by the truth.
-std::vector<RatioSeries> ErrorSeries(const std::vector<PersonError>& people,
-                                     double PersonError::*error) {
-  std::map<int64_t, RatioSeries> actors;
-  for (const PersonError& person : people) {
-    actors[person.actor].push_back(
-        {person.*error, static_cast<double>(person.joint_count)});
-  }
-  std::vector<RatioSeries> series;
-  for (auto& [actor, units] : actors) series.push_back(std::move(units));
-  return series;
-}
-
-void AddTruth(const Comparison& comparison, const BootstrapOptions& bootstrap,
-              StrategyScores* scores) {
-  const TrackSequence& tracks = scores->run.tracks;
-  MpjpeOptions options;
-  options.frames = comparison.scored_frames();
-  // In the world of CMU Panoptic y points down.
-  const std::string& skeleton = comparison.truth->header.skeleton.name();
-  if (skeleton == Panoptic19().name() || skeleton == Panoptic15().name()) {
-    options.up = -Eigen::Vector3d::UnitY();
-  }
-  BootstrapOptions none = bootstrap;
-  none.resamples = 1;  // its own intervals are not used
-  const MpjpeResult mpjpe =
-      EvaluateMpjpe(*comparison.truth, tracks, options, none);
-  scores->mpjpe = ErrorSeries(mpjpe.people, &PersonError::raw_m);
-  scores->mpjpe_bias_removed =
-      ErrorSeries(mpjpe.people, &PersonError::bias_removed_m);
-  scores->truth_consistency =
-      EvaluateConsistency(*comparison.truth, tracks, {options.frames}).all;
-  if (comparison.protocol.has_value()) {
-    scores->pcp = EvaluatePcp(*comparison.truth, tracks, *comparison.protocol);
-  }
-}
-
-void AddMotion(const Comparison& comparison, StrategyScores* scores) {
-  const TrackSequence& alike = scores->run.alike;
-  const double rate_hz = comparison.rate_hz();
-  scores->acceleration = DifferenceSeries(alike, comparison.people, 2, rate_hz);
-  scores->jerk = DifferenceSeries(alike, comparison.people, 3, rate_hz);
-  scores->power = PowerSeries(alike, comparison.people, rate_hz);
-  BootstrapOptions none;
-  none.resamples = 1;
-  scores->bone_spread_m =
-      EvaluateMotion(ObservedAlone(alike), rate_hz, {}, none)
-          .bone_length_spread_m;
-  const auto joints = static_cast<int64_t>(alike.header.skeleton.joint_count());
-  for (const PersonFrames& person : comparison.people) {
-    scores->joints_possible +=
-        joints * static_cast<int64_t>(person.frames.size());
-  }
-  for (const TrackFrame& frame : alike.frames) {
-    for (const PersonPose& person : frame.people) {
-      scores->joints += CountPresent(person.joints);
-    }
-  }
-}
-
-void AddHeldOut(const Comparison& comparison, const HeldOutScores& held_out,
-                StrategyScores* scores) {
-  BootstrapOptions bootstrap = comparison.bootstrap();
-  // Quantiles cost a walk over all joints a resample.
-  constexpr int64_t kMostWork = 400'000'000;
-  const auto joints = static_cast<int64_t>(held_out.joints.size());
-  bootstrap.resamples = std::clamp<int64_t>(
-      kMostWork / std::max<int64_t>(1, joints), 200, bootstrap.resamples);
-  scores->held_out = SummariseHeldOut(held_out, AllJoints(), bootstrap);
-  scores->held_out_errors = TruncatedErrors(held_out, AllJoints());
-  const std::vector<int64_t> frames = FramesOf(held_out);
-  for (const HeldOutJoint& joint : held_out.joints) {
-    const int64_t frame = held_out.people[joint.person_idx].frame;
-    const auto unit = std::lower_bound(frames.begin(), frames.end(), frame);
-    scores->joint_units.push_back(static_cast<int32_t>(unit - frames.begin()));
-    scores->joint_errors_px.push_back(
-        joint.predicted ? static_cast<float>(joint.error_px) : -1.0F);
-  }
-  for (int c = 0; c < kJointClassCount; ++c) {
-    scores->held_out_by_class.push_back(
-        TruncatedErrors(held_out, JointsOfClass(static_cast<JointClass>(c))));
-  }
-  bootstrap.resamples = 1;
-  for (size_t view = 0; view < comparison.views().size(); ++view) {
-    scores->held_out_by_view.push_back(SummariseHeldOut(
-        held_out, JointsOfView(static_cast<int>(view)), bootstrap));
-  }
-  scores->held_out_consistency = HeldOutConsistency(held_out);
 }
 
 }  // namespace
@@ -300,6 +141,52 @@ Comparison MakeComparison(RunOptions options, FrozenRun run,
                                                          : CapOf(camera));
   }
   return comparison;
+}
+
+bool SameRun(const Comparison& comparison, const FoldValues& values) {
+  return comparison.folds.size() == 2 &&
+         comparison.folds[0].take == comparison.folds[1].take &&
+         values[0] == values[1];
+}
+
+TrackSequence AlikeObserved(const TrackSequence& tracks,
+                            const std::vector<Fold>& folds) {
+  TrackSequence alike;
+  alike.header = tracks.header;
+  for (const TrackFrame& frame : tracks.frames) {
+    TrackFrame& copy = alike.frames.emplace_back();
+    copy.frame = frame.frame;
+    copy.time = frame.time;
+    for (const PersonPose& person : frame.people) {
+      PersonPose& positions = copy.people.emplace_back();
+      positions.id = person.id;
+      positions.joints = person.joints;
+    }
+  }
+  for (const Fold& fold : folds) {
+    std::map<std::pair<int64_t, int64_t>, const EstimatorFrame*> frames;
+    for (const ReplayedPerson& person : fold.take->all) {
+      for (const EstimatorFrame& frame : person.frames) {
+        frames[{frame.frame, person.id.value()}] = &frame;
+      }
+    }
+    for (TrackFrame& frame : alike.frames) {
+      if (!fold.frames.Contains(frame.frame)) continue;
+      for (PersonPose& person : frame.people) {
+        const EstimatorFrame& given =
+            *frames.at({frame.frame, person.id.value()});
+        for (size_t j = 0; j < person.joints.size(); ++j) {
+          Joint3d& joint = person.joints[j];
+          if (!joint.present()) continue;
+          const bool observed = given.has_initial && given.initial[j].status ==
+                                                         JointStatus::kObserved;
+          joint.status =
+              observed ? JointStatus::kObserved : JointStatus::kInferred;
+        }
+      }
+    }
+  }
+  return alike;
 }
 
 StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
@@ -370,163 +257,6 @@ void ScoreWithout(const Comparison& comparison, const Fold& fold, size_t view,
   ScoreHeldOutCamera(set, fold.take->detections, static_cast<int>(view),
                      comparison.scene().cameras[view], comparison.reference,
                      tracks, scores, rules);
-}
-
-int64_t PiecesOfScoring(const Comparison& comparison, size_t strategies) {
-  // Each camera left out, the run with all, and the scores.
-  const size_t pieces = comparison.views().size() + 2;
-  return static_cast<int64_t>(strategies * pieces);
-}
-
-namespace {
-
-// RunWithAll, or what the checkpoint has of it.
-StrategyRun RunOrFind(const Comparison& comparison, const Strategy& strategy,
-                      const FoldValues& values) {
-  StrategyRun run;
-  ComputeOrFind(
-      comparison, PieceKey(comparison, "run", strategy, values, -1),
-      [&] { run = RunWithAll(comparison, strategy, values); },
-      [&](ByteWriter* writer) { Put(run, writer); },
-      [&](ByteReader* reader) {
-        run = GetStrategyRun(reader);
-        run.tracks.header = comparison.run.scene.header;
-        run.alike = AlikeObserved(run.tracks, comparison.folds);
-      });
-  return run;
-}
-
-// Held-out errors of one camera in every fold, into `parts` [fold, view].
-void ScoreView(const Comparison& comparison, const Strategy& strategy,
-               const FoldValues& values, size_t view,
-               std::vector<HeldOutScores>* parts) {
-  const size_t views = comparison.views().size();
-  const auto part = [&](size_t fold) -> HeldOutScores& {
-    return (*parts)[fold * views + view];
-  };
-  const auto compute = [&] {
-    const bool same = SameRun(comparison, values);
-    TrackSequence tracks;
-    for (size_t fold = 0; fold < comparison.folds.size(); ++fold) {
-      const Fold& scored = comparison.folds[fold];
-      if (fold == 0 || !same) {
-        tracks =
-            RunWithout(comparison, strategy, values[fold], *scored.take, view);
-      }
-      ScoreWithout(comparison, scored, view, tracks, &part(fold));
-    }
-  };
-  ComputeOrFind(
-      comparison,
-      PieceKey(comparison, "without", strategy, values, static_cast<int>(view)),
-      compute,
-      [&](ByteWriter* writer) {
-        for (size_t f = 0; f < comparison.folds.size(); ++f) {
-          Put(part(f), writer);
-        }
-      },
-      [&](ByteReader* reader) {
-        for (size_t f = 0; f < comparison.folds.size(); ++f) {
-          part(f) = GetHeldOutScores(reader);
-        }
-      });
-}
-
-}  // namespace
-
-std::vector<StrategyScores> ScoreStrategies(
-    const Comparison& comparison, const std::vector<Strategy>& strategies,
-    const std::vector<FoldValues>& values, const Tick& tick) {
-  CHECK_EQ(values.size(), strategies.size());
-  std::vector<StrategyScores> all(strategies.size());
-  const size_t views = comparison.views().size();
-  const size_t folds = comparison.folds.size();
-  const size_t pieces = views + 1;
-  // One after the other, so that a strategy's scores do not wait in memory.
-  for (size_t s = 0; s < strategies.size(); ++s) {
-    StrategyScores& scores = all[s];
-    std::vector<HeldOutScores> parts(views * folds);
-    try {
-      ParallelFor(comparison.threads, static_cast<int>(pieces), [&](int i) {
-        const auto piece = static_cast<size_t>(i);
-        if (piece == 0) {
-          scores.run = RunOrFind(comparison, strategies[s], values[s]);
-        } else {
-          ScoreView(comparison, strategies[s], values[s], piece - 1, &parts);
-        }
-        if (tick) tick();
-      });
-    } catch (const InputError& error) {
-      scores.refused = error.what();
-      continue;
-    } catch (const OptionError& error) {
-      scores.refused = error.what();
-      continue;
-    }
-    HeldOutScores held_out;
-    for (const HeldOutScores& part : parts) {
-      const size_t before = held_out.people.size();
-      held_out.people.insert(held_out.people.end(), part.people.begin(),
-                             part.people.end());
-      for (HeldOutJoint joint : part.joints) {
-        joint.person_idx += before;
-        held_out.joints.push_back(joint);
-      }
-    }
-    ParallelFor(comparison.threads, 2, [&](int i) {
-      if (i == 0) {
-        AddHeldOut(comparison, held_out, &scores);
-        return;
-      }
-      AddMotion(comparison, &scores);
-      if (comparison.truth.has_value()) {
-        AddTruth(comparison, comparison.bootstrap(), &scores);
-      }
-    });
-    scores.run.tracks = TrackSequence();  // its covariances are large
-    if (tick) tick();
-  }
-  return all;
-}
-
-void AddCommon(std::vector<StrategyScores*> scores) {
-  scores.erase(std::remove_if(scores.begin(), scores.end(),
-                              [](const StrategyScores* one) {
-                                return !one->refused.empty();
-                              }),
-               scores.end());
-  if (scores.empty()) return;
-  const size_t joints = scores.front()->joint_errors_px.size();
-  std::vector<char> common(joints, 1);
-  for (const StrategyScores* one : scores) {
-    CHECK_EQ(one->joint_errors_px.size(), joints);
-    for (size_t j = 0; j < joints; ++j) {
-      if (one->joint_errors_px[j] < 0.0F) common[j] = 0;
-    }
-  }
-  for (StrategyScores* one : scores) {
-    one->held_out_common.assign(one->held_out_errors.size(), RatioUnit());
-    for (size_t j = 0; j < joints; ++j) {
-      if (!common[j]) continue;
-      RatioUnit& unit = one->held_out_common[one->joint_units[j]];
-      unit.sum +=
-          std::min<double>(one->joint_errors_px[j], kHeldOutTruncationPx);
-      unit.weight += 1.0;
-    }
-  }
-}
-
-void AddLags(const Comparison& comparison, const TrackSequence& reference,
-             StrategyScores* scores) {
-  if (!scores->refused.empty()) return;
-  const TrackSequence& tracks = scores->run.alike;
-  LagOptions options;
-  options.frames = comparison.scored_frames();
-  scores->lag_to_batch_s =
-      EstimateLag(reference, tracks, comparison.rate_hz(), options);
-  if (!comparison.truth.has_value()) return;
-  scores->lag_to_truth_s =
-      EstimateLag(*comparison.truth, tracks, comparison.rate_hz(), options);
 }
 
 }  // namespace kinegraph

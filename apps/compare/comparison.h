@@ -1,4 +1,4 @@
-// Strategies run on the same frozen matches, and what they are judged by.
+// Strategies run on the same frozen matches.
 #ifndef KINEGRAPH_APPS_COMPARE_COMPARISON_H_
 #define KINEGRAPH_APPS_COMPARE_COMPARISON_H_
 
@@ -98,6 +98,14 @@ struct StrategyRun {
   bool whole_take = false;  // nobody's pose was final before the end
 };
 
+// Whether one run serves both folds: the same take, with the same values.
+bool SameRun(const Comparison& comparison, const FoldValues& values);
+
+// The tracks with nothing but positions; a joint is observed where its
+// triangulation was (StrategyRun::alike).
+TrackSequence AlikeObserved(const TrackSequence& tracks,
+                            const std::vector<Fold>& folds);
+
 StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
                        const FoldValues& values);
 
@@ -110,53 +118,8 @@ TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
 void ScoreWithout(const Comparison& comparison, const Fold& fold, size_t view,
                   const TrackSequence& tracks, HeldOutScores* scores);
 
-// What a strategy is judged by. Series are laid out alike for all strategies of
-// a comparison.
-struct StrategyScores {
-  // Why it cannot be run on this take, in one line; nothing else then counts.
-  std::string refused;
-
-  HeldOutSummary held_out;
-  RatioSeries held_out_errors;  // min(error, 30 px)
-  // Each scored joint: its error; negative without a prediction. The unit (in
-  // held_out_errors) that it belongs to is the same for all strategies.
-  std::vector<float> joint_errors_px;
-  std::vector<int32_t> joint_units;
-  // Of the joints that every strategy of the comparison predicts: AddCommon.
-  RatioSeries held_out_common;
-  std::vector<RatioSeries> held_out_by_class;    // JointClass
-  std::vector<HeldOutSummary> held_out_by_view;  // without intervals
-  std::vector<RatioSeries> acceleration, jerk, power;
-  double bone_spread_m = 0.0;
-  int64_t joints = 0;  // positions given, of those that all could have given
-  int64_t joints_possible = 0;
-
-  std::optional<PcpResult> pcp;
-  std::vector<RatioSeries> mpjpe, mpjpe_bias_removed;  // empty without truth
-  std::optional<double> lag_to_truth_s;
-  std::optional<double> lag_to_batch_s;
-  Consistency truth_consistency, held_out_consistency;
-
-  StrategyRun run;
-};
-
 // Called after each piece of work, by any thread.
 using Tick = std::function<void()>;
-
-// Runs and scores; all strategies side by side on the comparison's threads, the
-// same result for any number of them. Lags are left to AddLags.
-std::vector<StrategyScores> ScoreStrategies(
-    const Comparison& comparison, const std::vector<Strategy>& strategies,
-    const std::vector<FoldValues>& values, const Tick& tick = nullptr);
-int64_t PiecesOfScoring(const Comparison& comparison, size_t strategies);
-
-// Fills in held_out_common, which compares strategies that leave different
-// gaps.
-void AddCommon(std::vector<StrategyScores*> scores);
-
-// Delays behind the truth (if any) and behind `reference`.
-void AddLags(const Comparison& comparison, const TrackSequence& reference,
-             StrategyScores* scores);
 
 // A progress bar that several threads may move.
 class SharedProgress {

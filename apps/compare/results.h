@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/compare/comparison.h"
+#include "apps/compare/scores.h"
 #include "apps/compare/strategies.h"
 #include "apps/compare/tuning.h"
 #include "core/evaluation/bootstrap.h"

@@ -8,6 +8,7 @@
 
 #include "apps/common/app.h"
 #include "apps/compare/pieces.h"
+#include "apps/compare/scores.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 

@@ -88,13 +88,13 @@ void RequireSameShape(const std::vector<RatioSeries>& a,
 
 void BootstrapOptions::Describe(OptionVisitor& visitor) {
   visitor.Integer("block_length", &block_length, Between(1, 1e9), "frames",
-                  "Frames drawn together, because neighbours are alike.");
+                  "frames drawn together, because neighbours are alike");
   visitor.Integer("resamples", &resamples, Between(1, 1e6), "",
-                  "How often the score is computed anew.");
+                  "how often the score is computed anew");
   visitor.Number("confidence", &confidence, Between(0.0, 1.0), "",
-                 "Share of the resamples inside the interval.");
+                 "share of the resamples inside the interval");
   visitor.Integer("seed", &seed, Between(0, 9e15), "",
-                  "Seed of the random numbers.");
+                  "seed of the random numbers");
 }
 
 Interval BlockBootstrap(
@@ -139,30 +139,46 @@ std::vector<Interval> BlockBootstrapAll(
   return intervals;
 }
 
+namespace {
+
+// A score of a draw of units.
+using Score = double (*)(const std::vector<RatioSeries>& series,
+                         const DrawCounts& counts);
+
+Interval IntervalOf(Score score, const std::vector<RatioSeries>& series,
+                    const BootstrapOptions& options) {
+  return BlockBootstrap(
+      Lengths(series),
+      [&](const DrawCounts& counts) { return score(series, counts); }, options);
+}
+
+Interval DifferenceOf(Score score, const std::vector<RatioSeries>& a,
+                      const std::vector<RatioSeries>& b,
+                      const BootstrapOptions& options) {
+  RequireSameShape(a, b);
+  return BlockBootstrap(
+      Lengths(a),
+      [&](const DrawCounts& counts) {
+        return score(a, counts) - score(b, counts);
+      },
+      options);
+}
+
+}  // namespace
+
 double MeanOfRatios(const std::vector<RatioSeries>& series) {
   return MeanOfRatios(series, DrawCounts(CountUnits(series), 1));
 }
 
 Interval MeanOfRatiosInterval(const std::vector<RatioSeries>& series,
                               const BootstrapOptions& options) {
-  return BlockBootstrap(
-      Lengths(series),
-      [&series](const DrawCounts& counts) {
-        return MeanOfRatios(series, counts);
-      },
-      options);
+  return IntervalOf(MeanOfRatios, series, options);
 }
 
 Interval PairedDifferenceInterval(const std::vector<RatioSeries>& a,
                                   const std::vector<RatioSeries>& b,
                                   const BootstrapOptions& options) {
-  RequireSameShape(a, b);
-  return BlockBootstrap(
-      Lengths(a),
-      [&a, &b](const DrawCounts& counts) {
-        return MeanOfRatios(a, counts) - MeanOfRatios(b, counts);
-      },
-      options);
+  return DifferenceOf(MeanOfRatios, a, b, options);
 }
 
 double PooledRatio(const std::vector<RatioSeries>& series) {
@@ -171,24 +187,13 @@ double PooledRatio(const std::vector<RatioSeries>& series) {
 
 Interval PooledRatioInterval(const std::vector<RatioSeries>& series,
                              const BootstrapOptions& options) {
-  return BlockBootstrap(
-      Lengths(series),
-      [&series](const DrawCounts& counts) {
-        return PooledRatio(series, counts);
-      },
-      options);
+  return IntervalOf(PooledRatio, series, options);
 }
 
 Interval PairedPooledInterval(const std::vector<RatioSeries>& a,
                               const std::vector<RatioSeries>& b,
                               const BootstrapOptions& options) {
-  RequireSameShape(a, b);
-  return BlockBootstrap(
-      Lengths(a),
-      [&a, &b](const DrawCounts& counts) {
-        return PooledRatio(a, counts) - PooledRatio(b, counts);
-      },
-      options);
+  return DifferenceOf(PooledRatio, a, b, options);
 }
 
 }  // namespace kinegraph

@@ -6,23 +6,10 @@
 #include <iterator>
 
 #include "core/assignment/hungarian.h"
+#include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
-
-bool IsBodyJoint(JointClass joint_class) {
-  switch (joint_class) {
-    case JointClass::kShoulder:
-    case JointClass::kElbow:
-    case JointClass::kWrist:
-    case JointClass::kHip:
-    case JointClass::kKnee:
-    case JointClass::kAnkle:
-      return true;
-    default:
-      return false;
-  }
-}
 
 template <typename Value, typename Key>
 auto LowerBound(const TrackSequence& tracks, Value value, Key key) {

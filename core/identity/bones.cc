@@ -6,6 +6,7 @@
 
 #include "core/base/median.h"
 #include "core/base/weighted_quantile.h"
+#include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
@@ -114,20 +115,8 @@ class PieceMaker {
 
 // Limbs, shoulders, hips, and from shoulder to hip.
 bool KeepsItsLength(const Skeleton& skeleton, const Bone& bone) {
-  const auto counts = [&](int joint) {
-    switch (skeleton.joint_class(joint)) {
-      case JointClass::kShoulder:
-      case JointClass::kElbow:
-      case JointClass::kWrist:
-      case JointClass::kHip:
-      case JointClass::kKnee:
-      case JointClass::kAnkle:
-        return true;
-      default:
-        return false;
-    }
-  };
-  return counts(bone.a) && counts(bone.b);
+  return IsBodyJoint(skeleton.joint_class(bone.a)) &&
+         IsBodyJoint(skeleton.joint_class(bone.b));
 }
 
 // What lasts of the errors of such a bone [m].

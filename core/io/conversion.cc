@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/split.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/writer.h"
@@ -169,7 +170,7 @@ struct ConvertOptions {
     visitor.Leave();
     visitor.Enter("tracks");
     visitor.Integer("first_frame", &first_frame, NonNegative(), "",
-                    "Frame of the first entry of 4D association's files.");
+                    "frame of the first entry of 4D association's files");
     visitor.Leave();
   }
 };
@@ -206,17 +207,6 @@ void CheckFlags(const ConversionOptions& flags, FileKind kind) {
   }
 }
 
-std::vector<std::string> SplitAtCommas(const std::string& text) {
-  std::vector<std::string> parts;
-  size_t begin = 0;
-  while (begin <= text.size()) {
-    const size_t end = std::min(text.find(',', begin), text.size());
-    parts.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return parts;
-}
-
 ConvertOptions ReadOptions(const ConversionOptions& flags) {
   ConfigFile config = ConfigFile::Empty();
   if (!flags.set.empty()) config.Override(flags.set, "--set");
@@ -227,7 +217,7 @@ ConvertOptions ReadOptions(const ConversionOptions& flags) {
   config.Apply(&options);
   config.RejectUnknown();
   if (!flags.image_size.empty()) {
-    for (const std::string& side : SplitAtCommas(flags.image_size)) {
+    for (const std::string& side : Split(flags.image_size, ',')) {
       char* end = nullptr;
       options.cameras.image_size.push_back(std::strtod(side.c_str(), &end));
       if (*end != '\0') options.cameras.image_size.push_back(0.0);

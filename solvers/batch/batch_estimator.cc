@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/tracking/final_poses.h"
 #include "solvers/batch/take_solver.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
@@ -142,15 +143,11 @@ void BatchEstimator::Add(const EstimatorFrame& frame) {
 }
 
 void BatchEstimator::Predict(TimeNs, Pose3d* pose) const {
-  *pose = last_;
-  for (Joint3d& joint : *pose) {
-    if (joint.present()) joint.status = JointStatus::kInferred;
-  }
+  ExpectUnmoved(last_, pose);
 }
 
 void BatchEstimator::TakeFinals(std::vector<FinalPose>* finals) {
-  std::move(finals_.begin(), finals_.end(), std::back_inserter(*finals));
-  finals_.clear();
+  MoveFinals(&finals_, finals);
 }
 
 void BatchEstimator::Finish() {

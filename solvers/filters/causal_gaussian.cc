@@ -7,6 +7,8 @@
 #include <deque>
 #include <utility>
 
+#include "core/tracking/final_poses.h"
+
 namespace kinegraph {
 namespace {
 
@@ -72,10 +74,7 @@ class CausalGaussian final : public Estimator {
   }
 
   void TakeFinals(std::vector<FinalPose>* finals) override {
-    for (FinalPose& final_pose : finals_) {
-      finals->push_back(std::move(final_pose));
-    }
-    finals_.clear();
+    MoveFinals(&finals_, finals);
   }
 
   void Finish() override {}

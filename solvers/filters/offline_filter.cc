@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/tracking/final_poses.h"
+
 namespace kinegraph {
 namespace {
 
@@ -71,15 +73,11 @@ void OfflineFilter::Add(const EstimatorFrame& frame) {
 }
 
 void OfflineFilter::Predict(TimeNs, Pose3d* pose) const {
-  *pose = last_;
-  for (Joint3d& joint : *pose) {
-    if (joint.present()) joint.status = JointStatus::kInferred;
-  }
+  ExpectUnmoved(last_, pose);
 }
 
 void OfflineFilter::TakeFinals(std::vector<FinalPose>* finals) {
-  std::move(finals_.begin(), finals_.end(), std::back_inserter(*finals));
-  finals_.clear();
+  MoveFinals(&finals_, finals);
 }
 
 void OfflineFilter::Finish() {

@@ -1,7 +1,7 @@
-// The list of a person's factors. Information of covariances, marginalisation,
-// couplings and Ceres walk it. Chains in lanes (solvers/sweeps/chain_kernel.h)
-// take the same factors, over packs, in a list of their own
-// (docs/architecture.md, "How to add a factor").
+// A person's factors: of each joint those of solvers/factors/joint_factors.h,
+// and what couples joints. Information of covariances, marginalisation,
+// couplings and Ceres walk them here; chains in lanes
+// (solvers/sweeps/chain_kernel.h) walk the former over packs.
 //
 // A visitor is called as
 //   bool visit(const Factor& factor, const Keys<Factor::kKeys>& keys,
@@ -13,12 +13,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include "core/base/time.h"
 #include "solvers/factors/bone_length.h"
 #include "solvers/factors/camera_view.h"
 #include "solvers/factors/constant_velocity.h"
 #include "solvers/factors/gaussian_prior.h"
+#include "solvers/factors/joint_factors.h"
 #include "solvers/graph/problem.h"
 
 namespace kinegraph {
@@ -47,36 +49,62 @@ inline GaussianPrior<double> PriorOf(const StatePrior& prior, bool stated) {
           prior.b.data()};
 }
 
+// A joint's chain as joint_factors.h walks it.
+class JointFactors {
+ public:
+  using Counting = Robustness;
+
+  JointFactors(const std::vector<TimeNs>& times, const JointChain& chain,
+               const FactorWalk& walk)
+      : times_(times),
+        chain_(chain),
+        walk_(walk),
+        pixels_{walk.stage.loss, walk.stage.scale} {}
+
+  size_t frame_count() const { return chain_.states.size(); }
+  bool HasPrior() const { return walk_.priors; }
+  GaussianPrior<double> Prior() const {
+    return PriorOf(chain_.prior, walk_.stated);
+  }
+  ConstantVelocity<double> Motion(size_t k) const {
+    return {ToSeconds(times_[k + 1] - times_[k]), chain_.process_noise[k]};
+  }
+  int32_t PixelsBegin(size_t k) const { return chain_.first[k]; }
+  int32_t PixelsEnd(size_t k) const { return chain_.first[k + 1]; }
+  bool IsLeftOut(int32_t m) const { return chain_.measurements[m].gated; }
+  CameraReprojection Pixel(int32_t m) const {
+    return ReprojectionOf(chain_.measurements[m]);
+  }
+  Robustness Always() const { return {}; }
+  Robustness CountingOf(int32_t m) const {
+    Robustness pixel = pixels_;
+    pixel.information = chain_.measurements[m].information;
+    pixel.measurement = m;
+    return pixel;
+  }
+
+ private:
+  const std::vector<TimeNs>& times_;
+  const JointChain& chain_;
+  const FactorWalk& walk_;
+  const Robustness pixels_;
+};
+
 // The factors of one joint; `joint` enters the keys only.
 template <typename Visit>
 bool ForEachFactor(const std::vector<TimeNs>& times, const JointChain& chain,
                    int joint, const FactorWalk& walk, Visit&& visit) {
-  const size_t frame_count = chain.states.size();
+  const JointFactors factors(times, chain, walk);
+  const size_t frame_count = factors.frame_count();
   const size_t end = walk.end < frame_count ? walk.end : frame_count;
-  if (walk.priors && walk.begin == 0 && end > 0) {
-    if (!visit(PriorOf(chain.prior, walk.stated), Keys<1>{{{joint, 0}}},
-               Robustness())) {
-      return false;
-    }
-  }
-  Robustness pixels = {walk.stage.loss, walk.stage.scale};
   for (size_t k = walk.begin; k < end; ++k) {
-    if (k + 1 < frame_count) {
-      const ConstantVelocity<double> motion(ToSeconds(times[k + 1] - times[k]),
-                                            chain.process_noise[k]);
-      if (!visit(motion, Keys<2>{{{joint, k}, {joint, k + 1}}}, Robustness())) {
-        return false;
-      }
-    }
-    for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
-      const PixelMeasurement& measurement = chain.measurements[m];
-      if (measurement.gated) continue;
-      pixels.information = measurement.information;
-      pixels.measurement = m;
-      if (!visit(ReprojectionOf(measurement), Keys<1>{{{joint, k}}}, pixels)) {
-        return false;
-      }
-    }
+    const auto with_keys = [&](const auto& factor,
+                               const Robustness& robustness) {
+      Keys<std::decay_t<decltype(factor)>::kKeys> keys;
+      for (size_t i = 0; i < keys.size(); ++i) keys[i] = {joint, k + i};
+      return visit(factor, keys, robustness);
+    };
+    if (!ForEachFactorOfFrame(factors, k, with_keys)) return false;
   }
   return true;
 }

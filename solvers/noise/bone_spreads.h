@@ -4,7 +4,6 @@
 #ifndef KINEGRAPH_SOLVERS_NOISE_BONE_SPREADS_H_
 #define KINEGRAPH_SOLVERS_NOISE_BONE_SPREADS_H_
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -14,47 +13,9 @@
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
+#include "solvers/noise/bone_looks.h"
 
 namespace kinegraph {
-
-// Where a joint stands in one frame by its views alone, so that neither motion
-// prior nor bones have a say.
-struct BoneEnd {
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
-  // For the modelled noise of the pixels.
-  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
-  // Squared residuals in sigmas and their degrees of freedom (2 views - 3): how
-  // right the modelled noise is.
-  double square = 0.0;
-  int freedom = 0;
-  // Over so many frames the solver averages the joint's position.
-  double averaged_frames = 1.0;
-};
-
-// One a joint; nullopt where fewer than two views count (weight of at least
-// `inlier_weight` at the estimate) or they leave a direction open.
-// `interval_s`: between frames.
-std::vector<std::optional<BoneEnd>> LocateBoneEnds(const PersonProblem& problem,
-                                                   size_t frame_idx,
-                                                   double inlier_weight,
-                                                   double interval_s);
-
-// One look at a bone.
-struct BoneLook {
-  double distance_m = 0.0;
-  double square = 0.0;  // of both ends
-  int freedom = 0;
-  double averaged_frames = 1.0;
-  // For the modelled noise of the pixels: what it adds to every distance,
-  // variance along the bone, trace of its covariance and of that one's square.
-  double added_m = 0.0;
-  double variance_m2 = 0.0;
-  double noise_m2 = 0.0;
-  double noise_square_m4 = 0.0;
-};
-
-// nullopt where both ends are at the same place.
-std::optional<BoneLook> LookAtBone(const BoneEnd& a, const BoneEnd& b);
 
 // What the looks say of a bone.
 struct BoneEstimate {
@@ -82,8 +43,8 @@ struct BoneEstimate {
 // variance, E |d + e|^2 = L^2 + tr N. Such a bone's spread cannot be seen.
 // A bone's spread is drawn to that of the person's other bones as far as they
 // are alike: what little varies is hard to tell from one bone's looks.
-// Left and right inform each other as if they
-// differed by 1 cm, and the population's length as if people differed by 15 %.
+// Left and right inform each other as if they differed by 1 cm, and the
+// population's length as if people differed by 15 %.
 //
 // Memory does not grow: of many looks every second, fourth, ... is kept.
 class BoneSpreads {
@@ -154,15 +115,18 @@ enum class BoneUse {
   kCovariance
 };
 
-// The factor for a bone of which that is known. A joint centre that sways does
-// so for longer than a frame: as many frames as the solver averages over share
-// one error, so together they may not say more than the spread allows, and each
-// says less: frames spread^2. What the spread may be beyond that, though looks
-// do not show it, counts by the root of the frames, and the length's own
-// variance once: an error of the length is one number for the whole take, which
-// moves each end by half of it, and neither is as harmful as a joint without
-// its bone (docs/noise.md, "Bones that never hurt"). The loss begins where the
-// length itself is three times that off, frames apart.
+// The factor for a bone of which that is known. Its variance in one frame is
+//   n spread^2 + sqrt(n) hidden^2 + length_sigma^2
+// with n the frames that the solver averages a joint over:
+// - A joint centre that sways does so for longer than a frame, so these n
+//   frames share one error and may together say no more than the spread allows.
+// - hidden^2 is what the spread may be beyond that without the looks showing it
+//   (spread_bound_m). Counted n times it would cost more than it saves.
+// - An error of the length is one number for the whole take, which moves each
+//   end by half of it; it counts once (BoneUse::kCovariance: n times).
+// docs/noise.md, "Bones that never hurt", has the figures. The loss begins
+// where a length is off by three times its spread bound and the length's own
+// sigma.
 BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
                             LossKind loss, BoneUse use = BoneUse::kEstimate);
 

@@ -2,17 +2,13 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <utility>
 
-#include "core/evaluation/bootstrap.h"
 #include "solvers/ceres/ceres_loss.h"
-#include "solvers/scene/fit_terms.h"
+#include "solvers/scene/reduced_system.h"
 
 namespace kinegraph {
 namespace {
@@ -180,140 +176,6 @@ std::vector<std::vector<int>> FreePlaces(size_t views,
   return places;
 }
 
-// The reduced system of the free parameters at a solution, block of time by
-// block of time, and from it covariance and correlations.
-class ReducedSystem {
- public:
-  ReducedSystem(const CameraRig& cameras, const SceneSegments& segments,
-                std::vector<std::vector<int>> places,
-                const BundleOptions& options)
-      : cameras_(cameras),
-        segments_(segments),
-        places_(std::move(places)),
-        options_(options) {
-    for (const auto& list : places_) {
-      begin_.push_back(size_);
-      size_ += static_cast<Eigen::Index>(list.size());
-    }
-    information_ = Eigen::MatrixXd::Zero(size_, size_);
-  }
-
-  void Add(const Stretch& segment, const SegmentState& state,
-           const std::vector<CameraChange>& changes) {
-    Eigen::Matrix<double, kSegmentSize, kSegmentSize> H =
-        StateInverseSigmas(options_.segments).cwiseAbs2().asDiagonal();
-    H.topLeftCorner<3, 3>().diagonal().array() += kPositionInformation;
-    Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(size_, kSegmentSize);
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(size_);
-    SegmentState state_gradient =
-        StateInverseSigmas(options_.segments).cwiseAbs2().cwiseProduct(state);
-    for (const SegmentMeasurement& measurement : segment.measurements) {
-      const auto v = static_cast<size_t>(measurement.view_idx);
-      Eigen::Matrix<double, 2, kSegmentSize> A;
-      Eigen::Matrix<double, 2, kChangeSize> all;
-      const auto r =
-          SegmentResidual(cameras_[v], changes[v], segment, state, measurement,
-                          segments_.noise_scale, &A, &all);
-      if (!r.has_value()) continue;
-      const double weight =
-          EvaluateLoss(kSceneLoss, kSceneLossScale, r->squaredNorm()).first;
-      H += weight * A.transpose() * A;
-      state_gradient += weight * A.transpose() * *r;
-      const auto count = static_cast<Eigen::Index>(places_[v].size());
-      Eigen::MatrixXd B(2, count);
-      for (Eigen::Index i = 0; i < count; ++i) {
-        B.col(i) = all.col(places_[v][static_cast<size_t>(i)]);
-      }
-      information_.block(begin_[v], begin_[v], count, count) +=
-          weight * B.transpose() * B;
-      cross.middleRows(begin_[v], count) += weight * B.transpose() * A;
-      gradient.segment(begin_[v], count) += weight * B.transpose() * *r;
-    }
-    const Eigen::MatrixXd solved = H.ldlt().solve(cross.transpose());
-    information_ -= cross * solved;
-    const auto block = static_cast<int64_t>(
-        std::floor(segment.middle_s / BinLength(segments_)));
-    auto [at, fresh] = scores_.try_emplace(block, gradient);
-    if (!fresh) at->second += gradient;
-    at->second -= solved.transpose() * state_gradient;
-  }
-
-  // The prior and, with `gauge` rows, what is held.
-  void AddPrior(const CameraChange& inverse_sigma,
-                const Eigen::MatrixXd& gauge) {
-    Eigen::MatrixXd held = Eigen::MatrixXd::Zero(gauge.rows(), size_);
-    for (size_t v = 0; v < places_.size(); ++v) {
-      for (size_t i = 0; i < places_[v].size(); ++i) {
-        const Eigen::Index at = begin_[v] + static_cast<Eigen::Index>(i);
-        const int place = places_[v][i];
-        information_(at, at) += inverse_sigma[place] * inverse_sigma[place];
-        if (gauge.rows() > 0) {
-          held.col(at) =
-              gauge.col(static_cast<Eigen::Index>(v) * kChangeSize + place);
-        }
-      }
-    }
-    information_ += held.transpose() * held / (kGaugeSigma * kGaugeSigma);
-  }
-
-  void Finish(BundleResult* result) const {
-    if (size_ == 0) return;
-    const Eigen::MatrixXd inverse =
-        information_.ldlt().solve(Eigen::MatrixXd::Identity(size_, size_));
-    Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(size_, size_);
-    for (const auto& [block, score] : scores_) {
-      meat += score * score.transpose();
-    }
-    // Few blocks make the sandwich thin: the usual factor of its degrees of
-    // freedom, and never less than the inverse information itself.
-    const auto blocks = static_cast<double>(scores_.size());
-    meat *= blocks / std::max(1.0, blocks - 1.0);
-    result->covariance = inverse * meat * inverse;
-    for (Eigen::Index i = 0; i < size_; ++i) {
-      const double floor = inverse(i, i);
-      const double stated = result->covariance(i, i);
-      if (stated >= floor) continue;
-      const double raise = std::sqrt(floor / std::max(stated, 1e-300));
-      result->covariance.row(i) *= raise;
-      result->covariance.col(i) *= raise;
-    }
-    result->largest_correlation = LargestCorrelation(inverse);
-  }
-
- private:
-  double LargestCorrelation(const Eigen::MatrixXd& inverse) const {
-    std::vector<char> is_clock;
-    for (const auto& list : places_) {
-      for (const int place : list) {
-        is_clock.push_back(place == kOffsetAt || place == kDriftAt);
-      }
-    }
-    double largest = 0.0;
-    for (Eigen::Index i = 0; i < size_; ++i) {
-      for (Eigen::Index j = 0; j < i; ++j) {
-        if (is_clock[static_cast<size_t>(i)] ==
-            is_clock[static_cast<size_t>(j)]) {
-          continue;
-        }
-        const double scale = std::sqrt(inverse(i, i) * inverse(j, j));
-        if (scale > 0.0) {
-          largest = std::max(largest, std::abs(inverse(i, j)) / scale);
-        }
-      }
-    }
-    return largest;
-  }
-
-  const CameraRig& cameras_;
-  const SceneSegments& segments_;
-  std::vector<std::vector<int>> places_;
-  const BundleOptions& options_;
-  std::vector<Eigen::Index> begin_;
-  Eigen::Index size_ = 0;
-  Eigen::MatrixXd information_;
-  std::map<int64_t, Eigen::VectorXd> scores_;
-};
-
 // Holds the Ceres problem and what its blocks point at.
 class BundleProblem {
  public:
@@ -443,147 +305,16 @@ BundleResult AdjustBundle(const CameraRig& cameras,
   if (holds_gauge) problem.AddGauge(gauge);
   problem.Solve(options.max_iterations, &result);
   if (!result.usable) return result;
-  ReducedSystem reduced(cameras, segments, places, options);
+  const SegmentState state_information =
+      StateInverseSigmas(options.segments).cwiseAbs2();
+  ReducedSystem reduced(cameras, segments, places, state_information);
   for (size_t s = 0; s < segments.segments.size(); ++s) {
     reduced.Add(segments.segments[s], problem.states()[s], result.changes);
   }
-  reduced.AddPrior(InverseSigmas(options), gauge);
-  reduced.Finish(&result);
+  reduced.AddPrior(InverseSigmas(options), gauge, kGaugeSigma);
+  result.covariance = reduced.Covariance();
+  result.largest_correlation = reduced.LargestCorrelation();
   return result;
-}
-
-namespace {
-
-// Segments come nearly in order.
-double FirstMiddle(const SceneSegments& segments) {
-  double first = segments.segments.front().middle_s;
-  for (const Stretch& segment : segments.segments) {
-    first = std::min(first, segment.middle_s);
-  }
-  return first;
-}
-
-}  // namespace
-
-FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
-                    const std::vector<CameraChange>& changes,
-                    const BundleOptions& options, double cap_px) {
-  FitError error;
-  if (segments.segments.empty()) return error;
-  const double first = FirstMiddle(segments);
-  const double bin_s = BinLength(segments);
-  const auto BinOf = [&](const Stretch& segment) {
-    return static_cast<size_t>(std::floor((segment.middle_s - first) / bin_s));
-  };
-  size_t bins = 0;
-  for (const Stretch& segment : segments.segments) {
-    bins = std::max(bins, BinOf(segment) + 1);
-  }
-  error.sum_px.assign(cameras.size(), std::vector<double>(bins, 0.0));
-  error.count = error.sum_px;
-  for (const Stretch& segment : segments.segments) {
-    SegmentState state = segment.state;
-    const bool solved =
-        SolveSegment(cameras, changes, segment, segments.noise_scale,
-                     options.segments, &state);
-    const size_t bin = BinOf(segment);
-    for (const SegmentMeasurement& measurement : segment.measurements) {
-      const auto v = static_cast<size_t>(measurement.view_idx);
-      double distance_px = cap_px;
-      if (solved) {
-        const auto r = SegmentResidual(cameras[v], changes[v], segment, state,
-                                       measurement, 1.0, nullptr, nullptr);
-        if (r.has_value()) {
-          distance_px = std::min(cap_px, r->norm() * measurement.sigma_px);
-        }
-      }
-      error.sum_px[v][bin] += distance_px;
-      error.count[v][bin] += 1.0;
-    }
-  }
-  return error;
-}
-
-double BinLength(const SceneSegments& segments) {
-  return std::min(1.0, std::max(0.2, segments.span_s / 20.0));
-}
-
-void FitError::Append(const FitError& other) {
-  if (sum_px.empty()) {
-    *this = other;
-    return;
-  }
-  for (size_t v = 0; v < other.sum_px.size(); ++v) {
-    sum_px[v].insert(sum_px[v].end(), other.sum_px[v].begin(),
-                     other.sum_px[v].end());
-    count[v].insert(count[v].end(), other.count[v].begin(),
-                    other.count[v].end());
-  }
-}
-
-double FitError::MeanPx() const {
-  double sum = 0.0;
-  double all = 0.0;
-  for (size_t v = 0; v < sum_px.size(); ++v) {
-    for (size_t s = 0; s < sum_px[v].size(); ++s) {
-      sum += sum_px[v][s];
-      all += count[v][s];
-    }
-  }
-  return all > 0.0 ? sum / all : 0.0;
-}
-
-double FitError::MeanPx(int view) const {
-  double sum = 0.0;
-  double all = 0.0;
-  const auto v = static_cast<size_t>(view);
-  for (size_t s = 0; v < sum_px.size() && s < sum_px[v].size(); ++s) {
-    sum += sum_px[v][s];
-    all += count[v][s];
-  }
-  return all > 0.0 ? sum / all : 0.0;
-}
-
-FitGain CompareFits(const FitError& before, const FitError& after, int view) {
-  FitGain gain;
-  gain.before_px = view < 0 ? before.MeanPx() : before.MeanPx(view);
-  gain.after_px = view < 0 ? after.MeanPx() : after.MeanPx(view);
-  RatioSeries series_before;
-  RatioSeries series_after;
-  const size_t bins = before.sum_px.empty() ? 0 : before.sum_px[0].size();
-  for (size_t s = 0; s < bins; ++s) {
-    RatioUnit unit_before;
-    RatioUnit unit_after;
-    for (size_t v = 0; v < before.sum_px.size(); ++v) {
-      if (view >= 0 && v != static_cast<size_t>(view)) continue;
-      unit_before.sum += before.sum_px[v][s];
-      unit_before.weight += before.count[v][s];
-      unit_after.sum += after.sum_px[v][s];
-      unit_after.weight += after.count[v][s];
-    }
-    if (!(unit_before.weight > 0.0)) continue;
-    series_before.push_back(unit_before);
-    series_after.push_back(unit_after);
-  }
-  if (series_before.size() < 2) return gain;
-  BootstrapOptions options;
-  options.block_length = 2;  // bins
-  options.resamples = 1000;
-  const Interval interval =
-      PairedPooledInterval({series_before}, {series_after}, options);
-  gain.low_px = interval.low;
-  gain.high_px = interval.high;
-  return gain;
-}
-
-SceneSegments HalfOf(const SceneSegments& segments, int half) {
-  SceneSegments part = segments;
-  const size_t middle = segments.segments.size() / 2;
-  const auto begin = segments.segments.begin();
-  const auto split = begin + static_cast<std::ptrdiff_t>(middle);
-  part.segments.assign(half == 0 ? begin : split,
-                       half == 0 ? split : segments.segments.end());
-  return part;
 }
 
 }  // namespace kinegraph

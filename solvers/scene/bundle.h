@@ -36,9 +36,7 @@ struct BundleResult {
   int iterations = 0;
   std::vector<CameraChange> changes;  // one a view
   // Covariance of the free parameters: view after view, in the order of
-  // FreeParameters::Places. Errors of a detector last, so it is the sandwich
-  // over blocks of time (Huber and Ronchetti, Robust Statistics, ch. 6), not
-  // the inverse of the information.
+  // FreeParameters::Places, with errors that last (ReducedSystem::Covariance).
   Eigen::MatrixXd covariance;
   std::vector<std::vector<int>> places;  // of the free parameters, one a view
   // Largest correlation of a clock's parameter with a camera's, by the inverse
@@ -56,41 +54,6 @@ BundleResult AdjustBundle(const CameraRig& cameras,
                           const std::vector<CameraChange>& start,
                           const BundleOptions& options,
                           const std::vector<char>& moves = {});
-
-// How well given cameras explain the take: each stretch's state is estimated
-// for them, and its residuals summed by short bins of time.
-struct FitError {
-  // Sums of min(|residual|, cap) [px] and counts.
-  std::vector<std::vector<double>> sum_px;  // [view][bin]
-  std::vector<std::vector<double>> count;   // [view][bin]
-  double MeanPx() const;                    // over everything
-  double MeanPx(int view) const;
-  // Takes the bins of `other` behind its own.
-  void Append(const FitError& other);
-};
-
-// Length of a bin of time [s]: a twentieth of the take, between 0.2 and 1 s.
-// Errors of a detector last a tenth of a second or so.
-double BinLength(const SceneSegments& segments);
-FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
-                    const std::vector<CameraChange>& changes,
-                    const BundleOptions& options, double cap_px = 30.0);
-
-// The paired 95 % interval of MeanPx of `before` less that of `after`
-// (moving blocks of two bins), over one view or all (-1).
-struct FitGain {
-  double before_px = 0.0;
-  double after_px = 0.0;
-  double low_px = 0.0;  // of the gain
-  double high_px = 0.0;
-  // The interval excludes zero: the cameras after explain the take better.
-  bool certain() const { return low_px > 0.0; }
-};
-FitGain CompareFits(const FitError& before, const FitError& after,
-                    int view = -1);
-
-// The stretches of one half of the take (0 or 1), in time.
-SceneSegments HalfOf(const SceneSegments& segments, int half);
 
 }  // namespace kinegraph
 

@@ -43,23 +43,16 @@ StretchSystem LineariseStretch(const CameraRig& cameras,
   system.cross = Eigen::MatrixXd::Zero(kSegmentSize, segments.view_count);
   system.offset_information = Eigen::VectorXd::Zero(segments.view_count);
   system.offset_gradient = system.offset_information;
-  for (const SegmentMeasurement& measurement : segment.measurements) {
-    const int view_idx = measurement.view_idx;
-    const auto v = static_cast<size_t>(view_idx);
-    Eigen::Matrix<double, 2, kSegmentSize> A;
-    Eigen::Matrix<double, 2, kChangeSize> by_change;
-    const auto r =
-        SegmentResidual(cameras[v], changes[v], segment, state, measurement,
-                        segments.noise_scale, &A, &by_change);
-    if (!r.has_value()) continue;
-    const double weight =
-        EvaluateLoss(kSceneLoss, kSceneLossScale, r->squaredNorm()).first;
-    const Eigen::Vector2d B = by_change.col(kOffsetAt);
-    system.information += weight * A.transpose() * A;
-    system.gradient += weight * A.transpose() * *r;
-    system.cross.col(view_idx) += weight * A.transpose() * B;
-    system.offset_information[view_idx] += weight * B.squaredNorm();
-    system.offset_gradient[view_idx] += weight * B.dot(*r);
+  for (const SegmentTerm& term :
+       TermsOf(cameras, changes, segment, state, segments.noise_scale)) {
+    const auto v = static_cast<Eigen::Index>(term.view);
+    const auto& A = term.by_state;
+    const Eigen::Vector2d B = term.by_change.col(kOffsetAt);
+    system.information += term.weight * A.transpose() * A;
+    system.gradient += term.weight * A.transpose() * term.residual;
+    system.cross.col(v) += term.weight * A.transpose() * B;
+    system.offset_information[v] += term.weight * B.squaredNorm();
+    system.offset_gradient[v] += term.weight * B.dot(term.residual);
   }
   return system;
 }

@@ -12,7 +12,9 @@
 #include "solvers/scene/consistency.h"
 #include "solvers/scene/doctor_words.h"
 #include "solvers/scene/explain_residuals.h"
+#include "solvers/scene/fit_error.h"
 #include "solvers/scene/frame_faults.h"
+#include "solvers/scene/reading_search.h"
 #include "solvers/scene/readings.h"
 #include "solvers/scene/refine.h"
 
@@ -351,7 +353,7 @@ class Doctor {
     }
     LookForJumps();
     const FitError before =
-        MeasureFit(cameras_, segments_, changes_, options_.bundle);
+        MeasureFit(cameras_, segments_, changes_, options_.bundle.segments);
     diagnosis_.notes.push_back(Format(
         "matched joints lie %.2f px from their best place in 3D (mean, "
         "capped at 30 px), %.0f stretches of a fifth of a second",
@@ -397,14 +399,14 @@ class Doctor {
     const auto number = static_cast<double>(
         at == frames.end() ? frames.back().frame : at->frame);
     const double before_px =
-        MeasureFit(cameras_, segments_, changes_, options_.bundle)
+        MeasureFit(cameras_, segments_, changes_, options_.bundle.segments)
             .MeanPx(jump->view_idx);
     DetectionSequence moved = WithoutJump(detections_, *jump, from);
     std::swap(detections_, moved);
     SceneSegments old = segments_;
     Match();
     const double after_px =
-        MeasureFit(cameras_, segments_, changes_, options_.bundle)
+        MeasureFit(cameras_, segments_, changes_, options_.bundle.segments)
             .MeanPx(jump->view_idx);
     constexpr double kLeastShare = 0.05;
     if (before_px - after_px < kLeastShare * before_px) {
@@ -480,7 +482,8 @@ class Doctor {
     }
     if (!any) return;
     const FitGain gain = CompareFits(
-        before, MeasureFit(bare, segments_, changes_, options_.bundle));
+        before,
+        MeasureFit(bare, segments_, changes_, options_.bundle.segments));
     // Lenses of a few coefficients that hardly bend anything fit either way.
     constexpr double kLeastShare = 0.05;
     if (!gain.certain() ||

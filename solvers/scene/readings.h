@@ -1,9 +1,8 @@
-// How a calibration may have been meant: the ways in which programs differ, and
-// a search for the one under which the views of a take agree.
+// How a calibration may have been meant: the ways in which programs differ.
 #ifndef KINEGRAPH_SOLVERS_SCENE_READINGS_H_
 #define KINEGRAPH_SOLVERS_SCENE_READINGS_H_
 
-#include <string>
+#include <optional>
 #include <vector>
 
 #include "core/geometry/camera.h"
@@ -23,8 +22,12 @@ enum class PoseReading {
 };
 inline constexpr int kPoseReadingCount = 7;
 const char* Describe(PoseReading reading);
-// In place; R and t as they were read.
+// The camera that is meant where R and t, as they were read, mean that.
 Camera WithPose(const Camera& camera, PoseReading reading);
+
+// As the camera says, or twice its principal point [px].
+double ImageWidth(const Camera& camera);
+double ImageHeight(const Camera& camera);
 
 // What was done to the images before people were detected in them.
 enum class ImageReading {
@@ -36,12 +39,13 @@ enum class ImageReading {
 };
 inline constexpr int kImageReadingCount = 5;
 const char* Describe(ImageReading reading);
-// Pixels of the images as the cameras took them, from those of the images as
-// they were shown to the detector. `width_px` and `height_px` are the camera's.
+// The detections moved from the images as the detector was shown them back to
+// the images as the cameras took them, which are `width_px` x `height_px`.
 ViewPeople Restored(const ViewPeople& view, ImageReading reading,
                     double width_px, double height_px);
-// A camera that sees the images as they were shown; nullopt for a mirror, which
-// no camera is.
+// The camera whose images are those that the detector was shown: with it the
+// detections need not be moved. nullopt for mirrored images, which no camera
+// takes.
 std::optional<Camera> Seeing(const Camera& camera, ImageReading reading);
 
 // One way to read everything: what is changed from the file's words.
@@ -56,30 +60,13 @@ struct Reading {
   bool operator==(const Reading& other) const;
 };
 
-// Cameras of the views under a reading; a mirrored view keeps its camera.
+// What the views' cameras are under a reading (of the images PeopleOf takes
+// care).
 CameraRig CamerasOf(const CameraRig& cameras, const Reading& reading);
-// Its people in the ideal pixels of those cameras.
+// The people in undistorted pixels of these cameras, their images restored.
 std::vector<ViewPeople> PeopleOf(const CameraRig& cameras,
                                  const std::vector<ViewPeople>& raw,
                                  const Reading& reading);
-
-struct ReadingScore {
-  Reading reading;
-  double score = 0.0;  // PairAgreement::score over all views
-  double distance_px = 0.0;
-};
-
-struct ReadingSearch {
-  ReadingScore as_read;
-  // Readings that agree better by far and fit equally well; empty when the
-  // calibration is read rightly as far as can be told. Best first.
-  std::vector<ReadingScore> better;
-};
-
-// Changes one thing at a time, twice at most.
-ReadingSearch SearchReadings(const CameraRig& cameras,
-                             const std::vector<ViewPeople>& raw,
-                             const std::vector<int>& frames);
 
 }  // namespace kinegraph
 

@@ -114,9 +114,10 @@ CrossedGain CrossFit(const CameraRig& cameras, const SceneSegments& segments,
     const SceneSegments other = HalfOf(segments, 1 - half);
     const BundleResult result =
         AdjustBundle(cameras, seen, free, start, options, moves);
-    before.Append(MeasureFit(cameras, other, start, options));
+    before.Append(MeasureFit(cameras, other, start, options.segments));
     after.Append(MeasureFit(cameras, other,
-                            result.usable ? result.changes : start, options));
+                            result.usable ? result.changes : start,
+                            options.segments));
   }
   CrossedGain gain;
   gain.all = CompareFits(before, after);

@@ -11,6 +11,7 @@
 #include "core/geometry/camera.h"
 #include "core/tracking/replay.h"
 #include "solvers/scene/bundle.h"
+#include "solvers/scene/fit_error.h"
 
 namespace kinegraph {
 

@@ -242,6 +242,29 @@ std::optional<Eigen::Vector2d> SegmentResidual(
   return inverse * (*image - measurement.px);
 }
 
+std::vector<SegmentTerm> TermsOf(const CameraRig& cameras,
+                                 const std::vector<CameraChange>& changes,
+                                 const Stretch& segment,
+                                 const SegmentState& state,
+                                 double noise_scale) {
+  std::vector<SegmentTerm> terms;
+  terms.reserve(segment.measurements.size());
+  for (const SegmentMeasurement& measurement : segment.measurements) {
+    SegmentTerm term;
+    term.view = static_cast<size_t>(measurement.view_idx);
+    const auto residual = SegmentResidual(
+        cameras[term.view], changes[term.view], segment, state, measurement,
+        noise_scale, &term.by_state, &term.by_change);
+    if (!residual.has_value()) continue;
+    term.residual = *residual;
+    term.weight =
+        EvaluateLoss(kSceneLoss, kSceneLossScale, residual->squaredNorm())
+            .first;
+    terms.push_back(term);
+  }
+  return terms;
+}
+
 bool SolveSegment(const CameraRig& cameras,
                   const std::vector<CameraChange>& changes,
                   const Stretch& segment, double noise_scale,
@@ -330,6 +353,20 @@ SceneSegments MakeSegments(const CameraRig& cameras,
   }
   result.noise_scale = NoiseScale(cameras, no_change, result.segments);
   return result;
+}
+
+double BinLength(const SceneSegments& segments) {
+  return std::min(1.0, std::max(0.2, segments.span_s / 20.0));
+}
+
+SceneSegments HalfOf(const SceneSegments& segments, int half) {
+  SceneSegments part = segments;
+  const size_t middle = segments.segments.size() / 2;
+  const auto begin = segments.segments.begin();
+  const auto split = begin + static_cast<std::ptrdiff_t>(middle);
+  part.segments.assign(half == 0 ? begin : split,
+                       half == 0 ? split : segments.segments.end());
+  return part;
 }
 
 }  // namespace kinegraph

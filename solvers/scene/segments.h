@@ -82,6 +82,22 @@ std::optional<Eigen::Vector2d> SegmentResidual(
     double noise_scale, Eigen::Matrix<double, 2, kSegmentSize>* by_state,
     Eigen::Matrix<double, 2, kChangeSize>* by_change);
 
+// What one measurement says of a stretch's state and of its view's camera: the
+// residual, its Jacobians, and its weight under the loss.
+struct SegmentTerm {
+  size_t view = 0;
+  Eigen::Vector2d residual;
+  Eigen::Matrix<double, 2, kSegmentSize> by_state;
+  Eigen::Matrix<double, 2, kChangeSize> by_change;
+  double weight = 0.0;
+};
+
+// The terms of all measurements that have an image at `state` and `changes`.
+std::vector<SegmentTerm> TermsOf(const CameraRig& cameras,
+                                 const std::vector<CameraChange>& changes,
+                                 const Stretch& segment,
+                                 const SegmentState& state, double noise_scale);
+
 // The stretch's most likely state for given cameras (Gauss-Newton under the
 // loss, from `state`); false when it has none.
 bool SolveSegment(const CameraRig& cameras,
@@ -93,6 +109,13 @@ bool SolveSegment(const CameraRig& cameras,
 inline Eigen::Vector3d PositionOf(const Stretch& segment) {
   return segment.state.head<3>();
 }
+
+// Length of a bin of time [s]: a twentieth of the take, between 0.2 and 1 s.
+// Errors of a detector last a tenth of a second or so.
+double BinLength(const SceneSegments& segments);
+
+// The stretches of one half of the take (0 or 1), in time.
+SceneSegments HalfOf(const SceneSegments& segments, int half);
 
 }  // namespace kinegraph
 

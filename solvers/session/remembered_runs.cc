@@ -8,6 +8,7 @@
 #include "core/base/bytes.h"
 #include "core/io/configuration/checkpoint_values.h"
 #include "core/io/configuration/config.h"
+#include "core/tracking/final_poses.h"
 #include "solvers/batch/batch_estimator.h"
 #include "solvers/noise/take_notes.h"
 #include "solvers/session/ready_take.h"
@@ -155,8 +156,7 @@ class RememberedBatch final : public Estimator {
     inner_->Predict(time, pose);
   }
   void TakeFinals(std::vector<FinalPose>* finals) override {
-    for (FinalPose& final : finals_) finals->push_back(std::move(final));
-    finals_.clear();
+    MoveFinals(&finals_, finals);
   }
 
   void Finish() override {

@@ -11,6 +11,7 @@
 #include "core/io/text/names.h"
 #include "core/tracking/gates.h"
 #include "solvers/session/run.h"
+#include "solvers/session/used_frames.h"
 
 namespace kinegraph {
 namespace {

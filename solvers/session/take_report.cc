@@ -1,7 +1,6 @@
 #include "solvers/session/take_report.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -10,59 +9,23 @@
 #include "core/tracking/gates.h"
 #include "solvers/scene/consistency.h"
 #include "solvers/scene/doctor.h"
+#include "solvers/session/limbs.h"
+#include "solvers/session/stream_sample.h"
 #include "solvers/session/take_warnings.h"
 
 namespace kinegraph {
 namespace {
 
-constexpr size_t kErrorSample = 4096;
-constexpr int kMinJoints = 5;  // fewer is no person
-constexpr size_t kMaxCounted = 64;
-
-// Segments of a body and their share of its height: Drillis and Contini (1966),
-// as Winter's "Biomechanics and Motor Control of Human Movement" tabulates
-// them. The trunk goes from the middle of the hips to that of the shoulders.
-struct Segment {
-  const char* a;
-  const char* b;
-  double share;
-};
-constexpr std::array<Segment, 4> kSegments = {{{"hip", "knee", 0.245},
-                                               {"knee", "ankle", 0.246},
-                                               {"shoulder", "elbow", 0.186},
-                                               {"elbow", "wrist", 0.146}}};
-constexpr double kTrunkShare = 0.288;
-
-struct Sides {
-  int left = -1;
-  int right = -1;
-};
-
-// Where the ends of a segment are in a skeleton.
-struct SegmentJoints {
-  Sides a;
-  Sides b;
-};
-
-std::optional<double> Length(const Pose3d& pose, int a, int b) {
-  if (a < 0 || b < 0) return std::nullopt;
-  const Joint3d& from = pose[static_cast<size_t>(a)];
-  const Joint3d& to = pose[static_cast<size_t>(b)];
-  // What a bone factor or a prediction filled in says nothing new.
-  if (from.status != JointStatus::kObserved ||
-      to.status != JointStatus::kObserved) {
-    return std::nullopt;
-  }
-  return (from.position_m - to.position_m).norm();
-}
+constexpr size_t kErrorSample = 4096;  // errors that are kept for quantiles
+constexpr int kMinJoints = 5;          // fewer is no person
+constexpr size_t kMaxCounted = 64;     // people in a view, and more
 
 struct PersonStatistics {
   int64_t frames = 0;
   int64_t first_frame = 0;
   int64_t last_frame = 0;
   TimeNs last_time = 0;
-  std::array<std::array<StreamSample, 2>, kSegments.size()> segments;
-  StreamSample trunk;
+  LimbSamples limbs;
 };
 
 struct CameraStatistics {
@@ -95,27 +58,6 @@ double CameraReport::error_share() const {
   return person_px > 0.0 ? median_px / person_px : 0.0;
 }
 
-void StreamSample::Add(double value) {
-  ++count_;
-  if (values_.size() < size_) {
-    values_.push_back(value);
-    return;
-  }
-  const auto place = static_cast<size_t>(random_.Index(count_));
-  if (place < size_) values_[place] = value;
-}
-
-double StreamSample::Quantile(double share) const {
-  if (values_.empty()) return 0.0;
-  std::vector<double> sorted = values_;
-  std::sort(sorted.begin(), sorted.end());
-  const double place = share * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<size_t>(place);
-  const size_t above = std::min(below + 1, sorted.size() - 1);
-  const double part = place - static_cast<double>(below);
-  return (1.0 - part) * sorted[below] + part * sorted[above];
-}
-
 class TakeReporter::Impl {
  public:
   Impl(const RunScene& scene, const Skeleton& detection_skeleton,
@@ -124,6 +66,7 @@ class TakeReporter::Impl {
         is_stream_(is_stream),
         detection_skeleton_(detection_skeleton),
         map_(MapByName(detection_skeleton, scene.model.skeleton)),
+        limbs_(scene.model.skeleton),
         candidates_(Candidates(detection_skeleton)),
         fit_(candidates_),
         cameras_(scene.view_names.size()) {
@@ -132,16 +75,6 @@ class TakeReporter::Impl {
       cameras_[v].counts.camera = scene.model.cameras[v].name();
       cameras_[v].frames_with.assign(kMaxCounted, 0);
     }
-    const Skeleton& skeleton = scene.model.skeleton;
-    const auto sides = [&skeleton](const std::string& part) {
-      return Sides{skeleton.IndexOf("l_" + part),
-                   skeleton.IndexOf("r_" + part)};
-    };
-    for (size_t s = 0; s < kSegments.size(); ++s) {
-      segments_[s] = {sides(kSegments[s].a), sides(kSegments[s].b)};
-    }
-    hips_ = sides("hip");
-    shoulders_ = sides("shoulder");
   }
 
   void set_empty_frames_left_out(bool left_out) {
@@ -240,7 +173,7 @@ class TakeReporter::Impl {
     return stature.count < kEnough ? 0.0 : stature.median_m;
   }
 
-  // For the doctor, as far as it needs no tracking.
+  // What the doctor is asked with; he looks at views, not at tracks.
   DoctorInput BeginningOf() const {
     DoctorInput input;
     input.cameras = scene_.model.cameras;
@@ -306,16 +239,7 @@ class TakeReporter::Impl {
     statistics.last_frame = frame.frame;
     statistics.last_time = frame.time;
     ++statistics.frames;
-    for (size_t s = 0; s < kSegments.size(); ++s) {
-      const auto& [a, b] = segments_[s];
-      const auto left = Length(person.joints, a.left, b.left);
-      const auto right = Length(person.joints, a.right, b.right);
-      if (left) statistics.segments[s][0].Add(*left);
-      if (right) statistics.segments[s][1].Add(*right);
-    }
-    const auto hips = Middle(person.joints, hips_);
-    const auto shoulders = Middle(person.joints, shoulders_);
-    if (hips && shoulders) statistics.trunk.Add((*hips - *shoulders).norm());
+    limbs_.See(person.joints, &statistics.limbs);
   }
 
   void SumUpThoseGone(TimeNs now) {
@@ -330,20 +254,14 @@ class TakeReporter::Impl {
     }
   }
 
-  static std::optional<Eigen::Vector3d> Middle(const Pose3d& pose,
-                                               const Sides& sides) {
-    if (!Length(pose, sides.left, sides.right)) return std::nullopt;
-    return 0.5 * (pose[static_cast<size_t>(sides.left)].position_m +
-                  pose[static_cast<size_t>(sides.right)].position_m);
-  }
-
   bool HasIndependentFrames() const {
     const Json config = Json::parse(scene_.header.config_json, nullptr, false);
     const auto input = config.find("input");
     return input != config.end() && input->value("independent_frames", false);
   }
 
-  // Of the used frames, before last_time_ becomes that of this one.
+  // Notes the time since the frame before; called before SeeSpeeds, which sets
+  // last_time_.
   void SeeStep(const TrackFrame& frame) {
     if (frames_ < 2) return;
     constexpr size_t kMostHoles = 100000;
@@ -355,11 +273,12 @@ class TakeReporter::Impl {
     }
   }
 
-  // Of the middle of the hips from frame to frame.
+  // Notes how fast the middle of each person's hips has moved since the frame
+  // before.
   void SeeSpeeds(const TrackFrame& frame) {
     std::map<TrackId, Eigen::Vector3d> now;
     for (const PersonPose& person : frame.people) {
-      const auto hips = Middle(person.joints, hips_);
+      const auto hips = limbs_.MiddleOfHips(person.joints);
       if (!hips) continue;
       now.emplace(person.id, *hips);
       const auto before = last_hips_.find(person.id);
@@ -389,46 +308,15 @@ class TakeReporter::Impl {
   }
 
   static PersonReport ReportOf(TrackId id, const PersonStatistics& person) {
-    // Fewer lengths than this say nothing of a bone.
-    constexpr int64_t kEnough = 10;
+    const LimbFigures figures = FiguresOf(person.limbs);
     PersonReport report;
     report.id = id;
     report.frames = person.frames;
     report.first_frame = person.first_frame;
     report.last_frame = person.last_frame;
-    double length_m = 0.0;
-    double share = 0.0;
-    std::vector<double> spreads;
-    std::vector<double> differences;
-    for (size_t s = 0; s < kSegments.size(); ++s) {
-      std::array<double, 2> medians = {};
-      for (size_t side = 0; side < 2; ++side) {
-        const StreamSample& sample = person.segments[s][side];
-        if (sample.count() < kEnough) continue;
-        medians[side] = sample.Quantile(0.5);
-        length_m += medians[side];
-        share += kSegments[s].share;
-        spreads.push_back((sample.Quantile(0.9) - sample.Quantile(0.1)) /
-                          medians[side]);
-      }
-      if (medians[0] > 0.0 && medians[1] > 0.0) {
-        differences.push_back(std::abs(medians[0] - medians[1]) /
-                              (0.5 * (medians[0] + medians[1])));
-      }
-    }
-    if (person.trunk.count() >= kEnough) {
-      length_m += person.trunk.Quantile(0.5);
-      share += kTrunkShare;
-    }
-    if (share > 0.4) report.height_m = length_m / share;
-    if (!spreads.empty()) {
-      std::sort(spreads.begin(), spreads.end());
-      report.bone_spread = spreads[spreads.size() / 2];
-    }
-    for (const double difference : differences) {
-      report.side_difference +=
-          difference / static_cast<double>(differences.size());
-    }
+    report.height_m = figures.height_m;
+    report.bone_spread = figures.bone_spread;
+    report.side_difference = figures.side_difference;
     return report;
   }
 
@@ -436,12 +324,10 @@ class TakeReporter::Impl {
   const bool is_stream_;
   const Skeleton detection_skeleton_;
   const std::vector<int> map_;
+  const Limbs limbs_;
   const std::vector<const Skeleton*> candidates_;
   SkeletonFit fit_;
   std::vector<CameraStatistics> cameras_;
-  std::array<SegmentJoints, kSegments.size()> segments_;
-  Sides hips_;
-  Sides shoulders_;
   std::map<TrackId, PersonStatistics> people_;
   std::vector<PersonReport> gone_;
   std::map<TrackId, Eigen::Vector3d> last_hips_;
@@ -468,28 +354,5 @@ void TakeReporter::See(const DetectionFrame& seen, const TrackFrame& tracked) {
   impl_->See(seen, tracked);
 }
 TakeReport TakeReporter::Report() const { return impl_->Report(); }
-
-UsedFrames::UsedFrames(const RunScene& scene, SourceOpener reopen)
-    : scene_(&scene), reopen_(std::move(reopen)) {}
-
-void UsedFrames::Feed(const DetectionFrame& used) {
-  if (!reopen_) waiting_.push_back(used);
-}
-
-const DetectionFrame* UsedFrames::At(int64_t frame) {
-  if (reopen_ && source_ == nullptr) source_ = reopen_();
-  while (source_ != nullptr ? source_->Next(&read_) : !waiting_.empty()) {
-    if (source_ == nullptr) {
-      current_ = std::move(waiting_.front());
-      waiting_.pop_front();
-    } else {
-      if (read_.frame < frame) continue;
-      KeepUsedViews(*scene_, &read_, &current_);
-    }
-    if (current_.frame == frame) return &current_;
-    if (current_.frame > frame) return nullptr;
-  }
-  return nullptr;
-}
 
 }  // namespace kinegraph

@@ -9,18 +9,15 @@
 #define KINEGRAPH_SOLVERS_SESSION_TAKE_REPORT_H_
 
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "core/base/random.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/io/detections/skeleton_fit.h"
 #include "solvers/session/scene.h"
-#include "solvers/session/session.h"
 
 namespace kinegraph {
 
@@ -72,22 +69,6 @@ struct TakeReport {
   std::vector<TakeWarning> warnings;
 };
 
-// A fair sample of a stream of numbers of any length (Vitter's reservoir), the
-// same one for the same stream.
-class StreamSample {
- public:
-  explicit StreamSample(size_t size = 256) : size_(size) {}
-  void Add(double value);
-  int64_t count() const { return count_; }  // of all numbers
-  double Quantile(double share) const;      // 0 without values
-
- private:
-  size_t size_;
-  std::vector<double> values_;
-  Random random_{1};
-  int64_t count_ = 0;
-};
-
 // Collects while frames go by; memory grows with the number of people alone,
 // by 40 KB each, or, in a stream, by what is reported of them.
 class TakeReporter {
@@ -110,26 +91,6 @@ class TakeReporter {
  private:
   class Impl;
   std::unique_ptr<Impl> impl_;
-};
-
-// Holds the detections of frames that are not final yet: those that it is fed,
-// or, where everything waits for the end of the take, those of a second
-// reading.
-class UsedFrames {
- public:
-  // Without `reopen` frames come from Feed. `scene` must outlive the object.
-  UsedFrames(const RunScene& scene, SourceOpener reopen);
-  void Feed(const DetectionFrame& used);
-  // Frames are asked for in ascending order; nullptr when it never came.
-  const DetectionFrame* At(int64_t frame);
-
- private:
-  const RunScene* scene_;
-  SourceOpener reopen_;
-  std::unique_ptr<DetectionSource> source_;
-  std::deque<DetectionFrame> waiting_;
-  DetectionFrame read_;
-  DetectionFrame current_;
 };
 
 }  // namespace kinegraph

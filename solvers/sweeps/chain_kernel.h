@@ -15,6 +15,7 @@
 #include "core/base/pack.h"
 #include "solvers/factors/constant_velocity.h"
 #include "solvers/factors/gaussian_prior.h"
+#include "solvers/factors/joint_factors.h"
 #include "solvers/factors/reprojection.h"
 #include "solvers/sweeps/chain_lanes.h"
 #include "solvers/sweeps/lane_blocks.h"
@@ -34,6 +35,9 @@ struct LaneCamera {
     return true;
   }
 };
+
+template <typename T>
+using LanePixel = Reprojection<T, LaneCamera<T>>;
 
 // Frame k's motion to the next, the same during a solve: information of both
 // ends and between them, each times the identity.
@@ -129,12 +133,64 @@ class ChainGroup {
   void StoreRow(const T& value, double* rows, int row) const {
     value.Store(rows + static_cast<long>(row) * chains_.lanes + lane_);
   }
-  Reprojection<T, LaneCamera<T>> FactorOf(int view, Mask<T>* visible) const {
+  LanePixel<T> FactorOf(int view, Mask<T>* visible) const {
     return {{chains_.views[view].camera, visible},
             {Row(chains_.x_px, view), Row(chains_.y_px, view)},
             Row(chains_.per_sigma, view),
             chains_.views[view].offset_s};
   }
+  // The group's chains as joint_factors.h walks them.
+  struct Factors {
+    using Counting = int;  // the view of a pixel, else -1
+
+    const ChainGroup& group;
+    Mask<T>* visible;  // where the last pixel that was evaluated has an image
+
+    int frame_count() const { return group.frames_; }
+    bool HasPrior() const { return true; }  // zero where it is left out
+    GaussianPrior<T> Prior() const {
+      return {group.prior_A_, group.prior_x0_, group.prior_b_};
+    }
+    const ConstantVelocity<T>& Motion(int k) const {
+      return group.motion_[k].factor;
+    }
+    int PixelsBegin(int k) const { return group.chains_.first_view[k]; }
+    int PixelsEnd(int k) const { return group.chains_.first_view[k + 1]; }
+    bool IsLeftOut(int) const { return false; }  // lane by lane: `counts`
+    LanePixel<T> Pixel(int view) const { return group.FactorOf(view, visible); }
+    int Always() const { return -1; }
+    int CountingOf(int view) const { return view; }
+  };
+
+  // Adds up what the factors of frame k cost and their gradients; of pixels the
+  // information, too. That of prior and motion BeginFrame has put there.
+  struct Lineariser {
+    const ChainGroup& group;
+    const LaneStage& stage;
+    const T (*states)[6];
+    T (*gradient)[6];
+    LaneBlock<T> diagonal = {};
+    T cost = 0.0;
+    Mask<T> valid = cost == cost;  // in all lanes
+    int k = 0;
+
+    bool operator()(const GaussianPrior<T>& prior, int view);
+    bool operator()(const ConstantVelocity<T>& motion, int view);
+    bool operator()(const LanePixel<T>& pixel, int view);
+  };
+
+  // Adds the information of frame k's pixels at the stored weights.
+  struct Informer {
+    const ChainGroup& group;
+    double correction;  // of observations
+    LaneBlock<T>* diagonal;
+    int k;
+
+    bool operator()(const GaussianPrior<T>&, int) { return true; }
+    bool operator()(const ConstantVelocity<T>&, int) { return true; }
+    bool operator()(const LanePixel<T>& pixel, int view);
+  };
+
   void LoadMotion();
   void LoadStates();
   void LoadPrior(const double* root);
@@ -271,60 +327,71 @@ KINEGRAPH_INLINE void ChainGroup<T>::AddObservation(
 }
 
 template <typename T>
-void ChainGroup<T>::Linearise(const T (*states)[6], const LaneStage& stage,
-                              LaneSystem<T>* system) const {
-  T cost = 0.0;
-  Mask<T> valid = cost == cost;  // in all lanes
-  for (int k = 0; k < frames_; ++k) {
-    for (T& value : system->gradient[k]) value = 0.0;
-  }
-  const GaussianPrior<T> prior = {prior_A_, prior_x0_, prior_b_};
-  const T* const first[1] = {states[0]};
+KINEGRAPH_INLINE bool ChainGroup<T>::Lineariser::operator()(
+    const GaussianPrior<T>& prior, int /*view*/) {
+  const T* const first[1] = {states[k]};
   T away[6];
   prior.Evaluate(first, away, nullptr);
   for (int i = 0; i < 6; ++i) {
     cost += 0.5 * (away[i] * away[i]);
     for (int row = 0; row <= i; ++row) {
-      system->gradient[0][i] += prior_A_[6 * i + row] * away[row];
+      gradient[k][i] += prior.A[6 * i + row] * away[row];
     }
   }
+  return true;
+}
+
+template <typename T>
+KINEGRAPH_INLINE bool ChainGroup<T>::Lineariser::operator()(
+    const ConstantVelocity<T>& motion, int /*view*/) {
+  const T* const ends[2] = {states[k], states[k + 1]};
+  T residual[6];
+  AxisJacobian<T> by[2];
+  motion.Evaluate(ends, residual, by);
+  AddGradient(by[0], residual, T(1.0), gradient[k]);
+  AddGradient(by[1], residual, T(1.0), gradient[k + 1]);
+  T square = residual[0] * residual[0];
+  for (int i = 1; i < 6; ++i) square += residual[i] * residual[i];
+  cost += 0.5 * square;
+  return true;
+}
+
+template <typename T>
+KINEGRAPH_INLINE bool ChainGroup<T>::Lineariser::operator()(
+    const LanePixel<T>& pixel, int view) {
+  const T* const state[1] = {states[k]};
+  T residual[2];
+  PointJacobian<2, T> jacobian;
+  pixel.Evaluate(state, residual, &jacobian);
+  const T counts = group.Row(group.chains_.counts, view);
+  valid = And(valid, Or(*pixel.view.visible, counts == T(0.0)));
+  const LossTerms<T> loss =
+      LossAt(stage.loss, stage.scale,
+             residual[0] * residual[0] + residual[1] * residual[1]);
+  const T information = counts * group.Row(group.chains_.information, view);
+  cost += 0.5 * (information * loss.rho);
+  const T weight = information * loss.first;
+  group.AddObservation(jacobian, weight, &diagonal);
+  AddGradient(jacobian, residual, weight, gradient[k]);
+  return true;
+}
+
+template <typename T>
+void ChainGroup<T>::Linearise(const T (*states)[6], const LaneStage& stage,
+                              LaneSystem<T>* system) const {
   for (int k = 0; k < frames_; ++k) {
-    LaneBlock<T> diagonal;
-    BeginFrame(k, &diagonal);
-    T* gradient = system->gradient[k];
-    if (k + 1 < frames_) {
-      const T* const ends[2] = {states[k], states[k + 1]};
-      T residual[6];
-      AxisJacobian<T> by[2];
-      motion_[k].factor.Evaluate(ends, residual, by);
-      AddGradient(by[0], residual, T(1.0), gradient);
-      AddGradient(by[1], residual, T(1.0), system->gradient[k + 1]);
-      T square = residual[0] * residual[0];
-      for (int i = 1; i < 6; ++i) square += residual[i] * residual[i];
-      cost += 0.5 * square;
-    }
-    for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
-      Mask<T> visible;
-      const auto factor = FactorOf(v, &visible);
-      const T* const state[1] = {states[k]};
-      T residual[2];
-      PointJacobian<2, T> jacobian;
-      factor.Evaluate(state, residual, &jacobian);
-      const T counts = Row(chains_.counts, v);
-      valid = And(valid, Or(visible, counts == T(0.0)));
-      const LossTerms<T> loss =
-          LossAt(stage.loss, stage.scale,
-                 residual[0] * residual[0] + residual[1] * residual[1]);
-      const T information = counts * Row(chains_.information, v);
-      cost += 0.5 * (information * loss.rho);
-      const T weight = information * loss.first;
-      AddObservation(jacobian, weight, &diagonal);
-      AddGradient(jacobian, residual, weight, gradient);
-    }
-    system->diagonal[k] = diagonal;
+    for (T& value : system->gradient[k]) value = 0.0;
   }
-  system->cost = cost;
-  system->valid = And(valid, cost < T(1e300));
+  Mask<T> visible;
+  const Factors factors = {*this, &visible};
+  Lineariser add = {*this, stage, states, system->gradient};
+  for (add.k = 0; add.k < frames_; ++add.k) {
+    BeginFrame(add.k, &add.diagonal);
+    ForEachFactorOfFrame(factors, add.k, add);
+    system->diagonal[add.k] = add.diagonal;
+  }
+  system->cost = add.cost;
+  system->valid = And(add.valid, add.cost < T(1e300));
 }
 
 template <typename T>
@@ -497,25 +564,33 @@ void ChainGroup<T>::Solve(const LaneStage* stages, int stage_count,
 }
 
 template <typename T>
+KINEGRAPH_INLINE bool ChainGroup<T>::Informer::operator()(
+    const LanePixel<T>& pixel, int view) {
+  const T* const state[1] = {group.states_[k]};
+  T residual[2];
+  PointJacobian<2, T> jacobian;
+  pixel.Evaluate(state, residual, &jacobian);
+  const ChainLanes& chains = group.chains_;
+  const T weight = correction * group.Row(chains.counts, view) *
+                   group.Row(chains.information, view) *
+                   group.Row(chains.weights, view);
+  group.AddObservation(jacobian, Select(*pixel.view.visible, weight, T(0.0)),
+                       diagonal);
+  return true;
+}
+
+template <typename T>
 void ChainGroup<T>::Covariances(double correction, int frame_end,
                                 double* covariances, double* known) {
   LoadStates();
   LoadMotion();
   LoadPrior(chains_.prior_A_stated);
+  Mask<T> visible;
+  const Factors factors = {*this, &visible};
   for (int k = 0; k < frames_; ++k) {
     LaneBlock<T>& diagonal = current_.diagonal[k];
     BeginFrame(k, &diagonal);
-    for (int v = chains_.first_view[k]; v < chains_.first_view[k + 1]; ++v) {
-      Mask<T> visible;
-      const auto factor = FactorOf(v, &visible);
-      const T* const state[1] = {states_[k]};
-      T residual[2];
-      PointJacobian<2, T> jacobian;
-      factor.Evaluate(state, residual, &jacobian);
-      const T weight = correction * Row(chains_.counts, v) *
-                       Row(chains_.information, v) * Row(chains_.weights, v);
-      AddObservation(jacobian, Select(visible, weight, T(0.0)), &diagonal);
-    }
+    ForEachFactorOfFrame(factors, k, Informer{*this, correction, &diagonal, k});
   }
   const Mask<T> definite = Eliminate(current_.diagonal, T(0.0));
   LaneBlock<T> covariance = inverse_[0];

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/tracking/final_poses.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/marginalise_frame.h"
@@ -342,8 +343,7 @@ void WindowEstimator::Emit(size_t end) {
 }
 
 void WindowEstimator::TakeFinals(std::vector<FinalPose>* finals) {
-  std::move(finals_.begin(), finals_.end(), std::back_inserter(*finals));
-  finals_.clear();
+  MoveFinals(&finals_, finals);
 }
 
 void WindowEstimator::Finish() {

@@ -10,6 +10,7 @@
 #include "core/io/detections/csv_keypoints.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/losses.h"
+#include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
@@ -207,12 +208,8 @@ void Write(const std::string& path, const DetectionWriteOptions& /*options*/,
            DetectionSource* source, Losses* losses) {
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
-  std::vector<std::unique_ptr<ViewFile>> files;
-  for (const std::string& view : header.view_names) {
-    CheckFileName(view, "view");
-    files.push_back(std::make_unique<ViewFile>(folder.PathOf(view + ".csv"),
-                                               header.skeleton));
-  }
+  const auto files =
+      MakeViewFiles<ViewFile>(header, ".csv", folder, header.skeleton);
   DetectionLossFinder finder(header);
   DetectionFrame frame;
   int64_t empty_frames = 0;

@@ -11,6 +11,7 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
 #include "core/io/detections/losses.h"
+#include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
@@ -221,14 +222,8 @@ void Write(const std::string& path, const DetectionWriteOptions& /*options*/,
            DetectionSource* source, Losses* losses) {
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
-  std::vector<std::unique_ptr<ViewFile>> files;
-  for (const std::string& view : header.view_names) {
-    CheckFileName(view, "view");
-    if (view == "truth") {  // readers take truth.json for something else
-      throw InputError("the view 'truth' cannot be written as MMPose's files");
-    }
-    files.push_back(std::make_unique<ViewFile>(folder.PathOf(view + ".json")));
-  }
+  RefuseViewTruth(header, "MMPose's files");
+  const auto files = MakeViewFiles<ViewFile>(header, ".json", folder);
   DetectionLossFinder finder(header);
   DetectionFrame frame;
   while (source->Next(&frame)) {

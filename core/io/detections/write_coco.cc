@@ -8,6 +8,7 @@
 #include "core/io/detections/formats.h"
 #include "core/io/detections/losses.h"
 #include "core/io/detections/summary.h"
+#include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/text/json_output.h"
@@ -92,14 +93,8 @@ void WriteCocoResults(const std::string& path,
                       DetectionSource* source, Losses* losses) {
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
-  std::vector<std::unique_ptr<ViewFile>> files;
-  for (const std::string& view : header.view_names) {
-    CheckFileName(view, "view");
-    if (view == "truth") {  // readers take truth.json for something else
-      throw InputError("the view 'truth' cannot be written as COCO results");
-    }
-    files.push_back(std::make_unique<ViewFile>(folder.PathOf(view + ".json")));
-  }
+  RefuseViewTruth(header, "COCO results");
+  const auto files = MakeViewFiles<ViewFile>(header, ".json", folder);
   DetectionLossFinder finder(header);
   DetectionFrame frame;
   int64_t empty_frames = 0;

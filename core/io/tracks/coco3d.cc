@@ -121,10 +121,7 @@ void WriteTracksCoco3d(const std::string& path, const TrackSequence& tracks,
   flush();
   file.Commit();
   losses->push_back("the configuration is not kept");
-  if (contents.has_covariances) losses->push_back("covariances are not kept");
-  if (contents.has_views || contents.has_matches) {
-    losses->push_back("counts of views and matches are not kept");
-  }
+  NoteStatistics(contents, losses);
   if (!contents.has_clock) losses->push_back(kNoClock);
 }
 

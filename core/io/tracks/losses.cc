@@ -40,16 +40,34 @@ std::vector<int64_t> IdsOf(const TrackSequence& tracks) {
   return ids;
 }
 
+void NoteStatistics(const TrackContents& contents, Losses* losses) {
+  if (contents.has_covariances) losses->push_back("covariances are not kept");
+  if (contents.has_views || contents.has_matches) {
+    losses->push_back("counts of views and matches are not kept");
+  }
+}
+
+void NotePlainPositions(const TrackContents& contents, Losses* losses) {
+  if (contents.has_inferred) {
+    losses->push_back("inferred joints are written like observed ones");
+  }
+  NoteStatistics(contents, losses);
+}
+
+void NoteFilledJoints(size_t count, Losses* losses) {
+  if (count == 0) return;
+  losses->push_back(std::to_string(count) +
+                    " missing joints got a place between their neighbours in "
+                    "time");
+}
+
 void NotePositionsOnly(const TrackSequence& tracks, Losses* losses) {
   const TrackContents contents = ContentsOf(tracks);
   losses->push_back("bones, names of joints and configuration are not kept");
   if (contents.has_inferred) {
     losses->push_back("inferred joints read back as observed");
   }
-  if (contents.has_covariances) losses->push_back("covariances are not kept");
-  if (contents.has_views || contents.has_matches) {
-    losses->push_back("counts of views and matches are not kept");
-  }
+  NoteStatistics(contents, losses);
 }
 
 void NoteRenumbering(const TrackSequence& tracks, int64_t first_lost,

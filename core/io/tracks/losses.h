@@ -28,6 +28,12 @@ inline constexpr const char* kNoClock =
 // Everybody in the take, ascending.
 std::vector<int64_t> IdsOf(const TrackSequence& tracks);
 
+// That covariances, views and matches are lost, as far as there are any.
+void NoteStatistics(const TrackContents& contents, Losses* losses);
+// The same, where the status of joints is lost as well.
+void NotePlainPositions(const TrackContents& contents, Losses* losses);
+// That the format wants a place for every joint, and so many were made up.
+void NoteFilledJoints(size_t count, Losses* losses);
 // What every format loses that keeps frames, identities and positions alone.
 void NotePositionsOnly(const TrackSequence& tracks, Losses* losses);
 // That identities from `first_lost` on, and all others with them, are counted

@@ -211,18 +211,8 @@ void NoteLosses(const TrackSequence& tracks, const Misfit& misfit,
       "bones have the median of their lengths: joints lie {:.1f} mm (RMS) and "
       "at most {:.1f} mm from the tracks",
       1000.0 * rms_m, 1000.0 * misfit.largest_m));
-  if (misfit.filled > 0) {
-    losses->push_back(std::to_string(misfit.filled) +
-                      " missing joints got a place between their neighbours "
-                      "in time");
-  }
-  if (contents.has_inferred) {
-    losses->push_back("inferred joints are written like observed ones");
-  }
-  if (contents.has_covariances) losses->push_back("covariances are not kept");
-  if (contents.has_views || contents.has_matches) {
-    losses->push_back("counts of views and matches are not kept");
-  }
+  NoteFilledJoints(misfit.filled, losses);
+  NotePlainPositions(contents, losses);
 }
 
 void WriteTracksBvh(const std::string& path, const TrackSequence& tracks,

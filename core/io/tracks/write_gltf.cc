@@ -471,18 +471,8 @@ void NoteLosses(const TrackSequence& tracks, const Scene& scene,
                 Losses* losses) {
   const TrackContents contents = ContentsOf(tracks);
   losses->push_back("configuration is not kept; positions are 32-bit floats");
-  if (scene.filled() > 0) {
-    losses->push_back(std::to_string(scene.filled()) +
-                      " missing joints got a place between their neighbours "
-                      "in time");
-  }
-  if (contents.has_inferred) {
-    losses->push_back("inferred joints are written like observed ones");
-  }
-  if (contents.has_covariances) losses->push_back("covariances are not kept");
-  if (contents.has_views || contents.has_matches) {
-    losses->push_back("counts of views and matches are not kept");
-  }
+  NoteFilledJoints(scene.filled(), losses);
+  NotePlainPositions(contents, losses);
   NoteAddedRows(tracks, scene.row_count(), "show nobody", losses);
 }
 

@@ -89,13 +89,7 @@ void WritePersonFile(const std::string& path, TrackId id,
 void NoteLosses(const TrackSequence& tracks, size_t row_count, Losses* losses) {
   const TrackContents contents = ContentsOf(tracks);
   losses->push_back("bones and configuration are not kept");
-  if (contents.has_inferred) {
-    losses->push_back("inferred joints are written like observed ones");
-  }
-  if (contents.has_covariances) losses->push_back("covariances are not kept");
-  if (contents.has_views || contents.has_matches) {
-    losses->push_back("counts of views and matches are not kept");
-  }
+  NotePlainPositions(contents, losses);
   NoteAddedRows(tracks, row_count, "have empty rows", losses);
 }
 

@@ -18,6 +18,7 @@
 #include "apps/compare/comparison.h"
 #include "apps/compare/output.h"
 #include "apps/compare/results.h"
+#include "apps/compare/scores.h"
 #include "apps/compare/shift.h"
 #include "apps/compare/strategies.h"
 #include "apps/compare/tuning.h"

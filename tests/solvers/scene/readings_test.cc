@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "solvers/scene/clock_search.h"
+#include "solvers/scene/reading_search.h"
 #include "tests/support/faulty_scene.h"
 
 namespace kinegraph {

@@ -16,7 +16,9 @@
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
 #include "solvers/session/run.h"
+#include "solvers/session/stream_sample.h"
 #include "solvers/session/take_warnings.h"
+#include "solvers/session/used_frames.h"
 
 namespace kinegraph {
 namespace {

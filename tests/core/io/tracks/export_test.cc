@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/random.h"
+#include "core/base/split.h"
 #include "core/io/binary/npz_file.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/tracks.h"
@@ -28,17 +29,6 @@ using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using ::testing::IsEmpty;
 using testing::TemporaryFolder;
-
-std::vector<std::string> Split(const std::string& text, char separator) {
-  std::vector<std::string> parts;
-  size_t begin = 0;
-  while (true) {
-    const size_t end = text.find(separator, begin);
-    parts.push_back(text.substr(begin, end - begin));
-    if (end == std::string::npos) return parts;
-    begin = end + 1;
-  }
-}
 
 std::vector<std::string> LinesOf(const std::string& path) {
   std::vector<std::string> lines = Split(ReadTextFile(path), '\n');

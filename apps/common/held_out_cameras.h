@@ -1,0 +1,32 @@
+// The protocol held_out_camera: each camera in turn is left out of everything,
+// and what it saw is compared with the tracks of the others.
+#ifndef KINEGRAPH_APPS_COMMON_HELD_OUT_CAMERAS_H_
+#define KINEGRAPH_APPS_COMMON_HELD_OUT_CAMERAS_H_
+
+#include <string>
+#include <vector>
+
+#include "apps/common/evaluation_output.h"
+#include "core/base/frame_range.h"
+
+namespace kinegraph {
+
+// As the flags of evaluate, which errors name.
+struct HeldOutRequest {
+  std::string cameras;
+  std::string detections;
+  std::string config;
+  std::string set;
+  std::string mode;
+  std::string held_out_set;
+  std::string reference;
+  std::vector<std::string> runs;   // one a view; empty: tracked here
+  std::vector<FrameRange> frames;  // empty: all
+  std::vector<FrameRange> folds;   // two, or none
+};
+
+EvaluationOutput ScoreHeldOutCameras(const HeldOutRequest& request);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMMON_HELD_OUT_CAMERAS_H_

@@ -1,0 +1,16 @@
+// scene.json: what a synthetic take was asked for, and what stands behind each
+// of its detections.
+#ifndef KINEGRAPH_APPS_COMMON_SCENE_FILE_H_
+#define KINEGRAPH_APPS_COMMON_SCENE_FILE_H_
+
+#include <string>
+
+#include "apps/common/synthesis.h"
+
+namespace kinegraph {
+
+void WriteSceneFile(const std::string& path, const SyntheticTake& take);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMMON_SCENE_FILE_H_

@@ -1,0 +1,123 @@
+#include "solvers/noise/bone_looks.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// Normal equations of the views that count.
+struct NormalEquations {
+  Matrix3d information = Matrix3d::Zero();
+  Matrix3d solver_information = Matrix3d::Zero();  // as the solver weighs them
+  Vector3d gradient = Vector3d::Zero();
+  double square = 0.0;
+  int views = 0;
+};
+
+NormalEquations Linearise(const JointChain& chain, size_t k,
+                          double inlier_weight, const Vector3d& at) {
+  NormalEquations sum;
+  for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+    const PixelMeasurement& measurement = chain.measurements[m];
+    if (measurement.gated || measurement.weight < inlier_weight) continue;
+    Matrix23d jacobian;
+    const auto image = measurement.camera->Project(at, &jacobian);
+    if (!image.has_value()) continue;
+    const double sigma = measurement.sigma_px;
+    const Eigen::Vector2d residual =
+        (*image + measurement.bias_px.cast<double>() - measurement.px) / sigma;
+    const Matrix23d whitened = jacobian / sigma;
+    const Matrix3d square = whitened.transpose() * whitened;
+    sum.information += square;
+    sum.solver_information +=
+        measurement.weight * measurement.information * square;
+    sum.gradient += whitened.transpose() * residual;
+    sum.square += residual.squaredNorm();
+    ++sum.views;
+  }
+  return sum;
+}
+
+// Noise-equivalent length of the smoother that is optimal for white noise on
+// acceleration, H(w) = 1 / (1 + (w / w_c)^4) with w_c^4 = q / (R h): it
+// averages over pi / (0.833 w_c) seconds (0.833: the integral of H^2 over w /
+// w_c). Not more than a second: motion is not stationary for longer.
+double AveragedFrames(const JointChain& chain, size_t k, double variance_m2,
+                      double interval_s) {
+  if (chain.process_noise.empty()) return 1.0;
+  const double noise =
+      chain.process_noise[std::min(k, chain.process_noise.size() - 1)];
+  const double crossover = std::pow(noise / (variance_m2 * interval_s), 0.25);
+  const double seconds = std::min(1.0, 3.77 / crossover);
+  return std::max(1.0, seconds / interval_s);
+}
+
+std::optional<BoneEnd> LocateEnd(const JointChain& chain, size_t k,
+                                 double inlier_weight, double interval_s) {
+  // Gauss-Newton from the estimate, which is near.
+  constexpr int kSteps = 3;
+  BoneEnd end;
+  end.position_m = chain.states[k].head<3>();
+  NormalEquations sum;
+  for (int step = 0; step < kSteps; ++step) {
+    sum = Linearise(chain, k, inlier_weight, end.position_m);
+    if (sum.views < 2) return std::nullopt;
+    const Eigen::LDLT<Matrix3d> factor(sum.information);
+    // A direction that is open to ten metres is no position.
+    constexpr double kOpen = 0.01;  // 1 / m^2
+    if (!factor.isPositive() || !(factor.vectorD().minCoeff() > kOpen)) {
+      return std::nullopt;
+    }
+    end.position_m -= factor.solve(sum.gradient);
+  }
+  if (!end.position_m.allFinite()) return std::nullopt;
+  end.covariance_m2 = sum.information.ldlt().solve(Matrix3d::Identity());
+  end.square = sum.square;
+  end.freedom = 2 * sum.views - 3;
+  const Matrix3d of_solver =
+      sum.solver_information.ldlt().solve(Matrix3d::Identity());
+  end.averaged_frames =
+      AveragedFrames(chain, k, of_solver.trace() / 3.0, interval_s);
+  return end;
+}
+
+}  // namespace
+
+std::vector<std::optional<BoneEnd>> LocateBoneEnds(const PersonProblem& problem,
+                                                   size_t frame_idx,
+                                                   double inlier_weight,
+                                                   double interval_s) {
+  std::vector<std::optional<BoneEnd>> ends;
+  ends.reserve(problem.joints.size());
+  for (const JointChain& chain : problem.joints) {
+    ends.push_back(LocateEnd(chain, frame_idx, inlier_weight, interval_s));
+  }
+  return ends;
+}
+
+std::optional<BoneLook> LookAtBone(const BoneEnd& a, const BoneEnd& b) {
+  const Vector3d between = a.position_m - b.position_m;
+  const double distance = between.norm();
+  if (!(distance > 0.0)) return std::nullopt;
+  const Matrix3d noise = a.covariance_m2 + b.covariance_m2;
+  const Vector3d along = between / distance;
+  BoneLook look;
+  look.variance_m2 = along.dot(noise * along);
+  look.distance_m = distance;
+  look.noise_m2 = noise.trace();
+  look.noise_square_m4 = noise.squaredNorm();
+  // E |d + e| = |d| + (variance across) / (2 |d|) to second order.
+  look.added_m = (look.noise_m2 - look.variance_m2) / (2.0 * distance);
+  look.square = a.square + b.square;
+  look.freedom = a.freedom + b.freedom;
+  look.averaged_frames = std::max(a.averaged_frames, b.averaged_frames);
+  return look;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,55 @@
+// Bones as the views of single frames show them: no motion prior has a say.
+#ifndef KINEGRAPH_SOLVERS_NOISE_BONE_LOOKS_H_
+#define KINEGRAPH_SOLVERS_NOISE_BONE_LOOKS_H_
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "solvers/graph/problem.h"
+
+namespace kinegraph {
+
+// Where a joint stands in one frame by its views alone, so that neither motion
+// prior nor bones have a say.
+struct BoneEnd {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  // For the modelled noise of the pixels.
+  Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
+  // Squared residuals in sigmas and their degrees of freedom (2 views - 3): how
+  // right the modelled noise is.
+  double square = 0.0;
+  int freedom = 0;
+  // Over so many frames the solver averages the joint's position.
+  double averaged_frames = 1.0;
+};
+
+// One a joint; nullopt where fewer than two views count (weight of at least
+// `inlier_weight` at the estimate) or they leave a direction open.
+// `interval_s`: between frames.
+std::vector<std::optional<BoneEnd>> LocateBoneEnds(const PersonProblem& problem,
+                                                   size_t frame_idx,
+                                                   double inlier_weight,
+                                                   double interval_s);
+
+// One look at a bone.
+struct BoneLook {
+  double distance_m = 0.0;
+  double square = 0.0;  // of both ends
+  int freedom = 0;
+  double averaged_frames = 1.0;
+  // For the modelled noise of the pixels: what it adds to every distance,
+  // variance along the bone, trace of its covariance and of that one's square.
+  double added_m = 0.0;
+  double variance_m2 = 0.0;
+  double noise_m2 = 0.0;
+  double noise_square_m4 = 0.0;
+};
+
+// nullopt where both ends are at the same place.
+std::optional<BoneLook> LookAtBone(const BoneEnd& a, const BoneEnd& b);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_NOISE_BONE_LOOKS_H_

@@ -1,0 +1,129 @@
+#include "solvers/scene/fit_error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "core/evaluation/bootstrap.h"
+
+namespace kinegraph {
+namespace {
+
+// Segments come nearly in order.
+double FirstMiddle(const SceneSegments& segments) {
+  double first = segments.segments.front().middle_s;
+  for (const Stretch& segment : segments.segments) {
+    first = std::min(first, segment.middle_s);
+  }
+  return first;
+}
+
+}  // namespace
+
+FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
+                    const std::vector<CameraChange>& changes,
+                    const SegmentOptions& options, double cap_px) {
+  FitError error;
+  if (segments.segments.empty()) return error;
+  const double first = FirstMiddle(segments);
+  const double bin_s = BinLength(segments);
+  const auto BinOf = [&](const Stretch& segment) {
+    return static_cast<size_t>(std::floor((segment.middle_s - first) / bin_s));
+  };
+  size_t bins = 0;
+  for (const Stretch& segment : segments.segments) {
+    bins = std::max(bins, BinOf(segment) + 1);
+  }
+  error.sum_px.assign(cameras.size(), std::vector<double>(bins, 0.0));
+  error.count = error.sum_px;
+  for (const Stretch& segment : segments.segments) {
+    SegmentState state = segment.state;
+    const bool solved = SolveSegment(cameras, changes, segment,
+                                     segments.noise_scale, options, &state);
+    const size_t bin = BinOf(segment);
+    for (const SegmentMeasurement& measurement : segment.measurements) {
+      const auto v = static_cast<size_t>(measurement.view_idx);
+      double distance_px = cap_px;
+      if (solved) {
+        const auto r = SegmentResidual(cameras[v], changes[v], segment, state,
+                                       measurement, 1.0, nullptr, nullptr);
+        if (r.has_value()) {
+          distance_px = std::min(cap_px, r->norm() * measurement.sigma_px);
+        }
+      }
+      error.sum_px[v][bin] += distance_px;
+      error.count[v][bin] += 1.0;
+    }
+  }
+  return error;
+}
+
+void FitError::Append(const FitError& other) {
+  if (sum_px.empty()) {
+    *this = other;
+    return;
+  }
+  for (size_t v = 0; v < other.sum_px.size(); ++v) {
+    sum_px[v].insert(sum_px[v].end(), other.sum_px[v].begin(),
+                     other.sum_px[v].end());
+    count[v].insert(count[v].end(), other.count[v].begin(),
+                    other.count[v].end());
+  }
+}
+
+double FitError::MeanPx() const {
+  double sum = 0.0;
+  double all = 0.0;
+  for (size_t v = 0; v < sum_px.size(); ++v) {
+    for (size_t s = 0; s < sum_px[v].size(); ++s) {
+      sum += sum_px[v][s];
+      all += count[v][s];
+    }
+  }
+  return all > 0.0 ? sum / all : 0.0;
+}
+
+double FitError::MeanPx(int view) const {
+  double sum = 0.0;
+  double all = 0.0;
+  const auto v = static_cast<size_t>(view);
+  for (size_t s = 0; v < sum_px.size() && s < sum_px[v].size(); ++s) {
+    sum += sum_px[v][s];
+    all += count[v][s];
+  }
+  return all > 0.0 ? sum / all : 0.0;
+}
+
+FitGain CompareFits(const FitError& before, const FitError& after, int view) {
+  FitGain gain;
+  gain.before_px = view < 0 ? before.MeanPx() : before.MeanPx(view);
+  gain.after_px = view < 0 ? after.MeanPx() : after.MeanPx(view);
+  RatioSeries series_before;
+  RatioSeries series_after;
+  const size_t bins = before.sum_px.empty() ? 0 : before.sum_px[0].size();
+  for (size_t s = 0; s < bins; ++s) {
+    RatioUnit unit_before;
+    RatioUnit unit_after;
+    for (size_t v = 0; v < before.sum_px.size(); ++v) {
+      if (view >= 0 && v != static_cast<size_t>(view)) continue;
+      unit_before.sum += before.sum_px[v][s];
+      unit_before.weight += before.count[v][s];
+      unit_after.sum += after.sum_px[v][s];
+      unit_after.weight += after.count[v][s];
+    }
+    if (!(unit_before.weight > 0.0)) continue;
+    series_before.push_back(unit_before);
+    series_after.push_back(unit_after);
+  }
+  if (series_before.size() < 2) return gain;
+  BootstrapOptions options;
+  options.block_length = 2;  // bins
+  options.resamples = 1000;
+  const Interval interval =
+      PairedPooledInterval({series_before}, {series_after}, options);
+  gain.low_px = interval.low;
+  gain.high_px = interval.high;
+  return gain;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,62 @@
+// What a take says of cameras and clocks together, at a bundle adjustment's
+// solution: how sure each is, and which cannot be told apart.
+#ifndef KINEGRAPH_SOLVERS_SCENE_REDUCED_SYSTEM_H_
+#define KINEGRAPH_SOLVERS_SCENE_REDUCED_SYSTEM_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <map>
+#include <vector>
+
+#include "core/geometry/camera.h"
+#include "solvers/scene/camera_change.h"
+#include "solvers/scene/segments.h"
+
+namespace kinegraph {
+
+// The normal equations of the cameras' free parameters, from which the states
+// of the people's stretches are eliminated one by one.
+class ReducedSystem {
+ public:
+  // `places`: the free parameters, one list a view. `state_information`: of the
+  // prior on a stretch's state. Cameras and segments must outlive the system.
+  ReducedSystem(const CameraRig& cameras, const SceneSegments& segments,
+                std::vector<std::vector<int>> places,
+                const SegmentState& state_information);
+
+  // What one stretch says.
+  void Add(const Stretch& segment, const SegmentState& state,
+           const std::vector<CameraChange>& changes);
+
+  // What the calibration says, and what is held: `gauge`, rows on all changes
+  // below each other, each zero but for `gauge_sigma`.
+  void AddPrior(const CameraChange& inverse_sigma, const Eigen::MatrixXd& gauge,
+                double gauge_sigma);
+
+  // Covariance of the free parameters. Errors of a detector last, so it is the
+  // sandwich over blocks of time (Huber and Ronchetti, Robust Statistics, ch.
+  // 6), and never less than the inverse of the information. Empty where nothing
+  // is free.
+  Eigen::MatrixXd Covariance() const;
+
+  // Largest correlation of a clock's parameter with a camera's, by the inverse
+  // of the information; 0 without both.
+  double LargestCorrelation() const;
+
+ private:
+  Eigen::MatrixXd Inverse() const;
+
+  const CameraRig& cameras_;
+  const SceneSegments& segments_;
+  const std::vector<std::vector<int>> places_;
+  const SegmentState state_information_;
+  std::vector<Eigen::Index> begin_;  // of each view's parameters
+  Eigen::Index size_ = 0;
+  Eigen::MatrixXd information_;
+  // Gradients of the cost, by block of time.
+  std::map<int64_t, Eigen::VectorXd> scores_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SCENE_REDUCED_SYSTEM_H_
