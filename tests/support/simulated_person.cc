@@ -136,6 +136,14 @@ Skeleton SmallSkeleton() {
                   {{0, 1}, {1, 2}});
 }
 
+SceneModel SmallScene(CameraRig cameras, double frame_rate_hz) {
+  SceneModel scene;
+  scene.cameras = std::move(cameras);
+  scene.skeleton = SmallSkeleton();
+  scene.frame_rate_hz = frame_rate_hz;
+  return scene;
+}
+
 void SimulatedTake::Connect() {
   for (size_t k = 0; k < frames.size(); ++k) {
     for (FreshView& view : frames[k].views) {

@@ -28,6 +28,9 @@ GraphOptions FixedNoise();
 // A shoulder, an elbow and a wrist, two bones.
 Skeleton SmallSkeleton();
 
+// That skeleton before these cameras.
+SceneModel SmallScene(CameraRig cameras, double frame_rate_hz);
+
 struct SimulatedNoise {
   double sigma_scale = 1.0;  // times the noise model's sigma
   double correlation_time_s = 0.0;

@@ -22,9 +22,8 @@ class SolverProblemTest : public ::testing::Test {
 
   // One arm that walks, from a poor start.
   void Make(const Rig& rig, const SimulatedNoise& noise) {
-    scene_.cameras = RingOfCameras(rig.cameras, 5.0, 1000.0, rig.distorted);
-    scene_.skeleton = SmallSkeleton();
-    scene_.frame_rate_hz = 25.0;
+    scene_ = SmallScene(RingOfCameras(rig.cameras, 5.0, 1000.0, rig.distorted),
+                        25.0);
     Random random(rig.seed);
     take_ = Simulate(scene_, options_, WalkingMotion(scene_, rig.frames), noise,
                      Eigen::Vector3d::Zero(), &random);

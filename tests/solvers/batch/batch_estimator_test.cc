@@ -16,9 +16,7 @@ using testing::SimulatedTake;
 class BatchEstimatorTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    scene_.cameras = testing::RingOfCameras(5, 5.0, 1000.0);
-    scene_.skeleton = testing::SmallSkeleton();
-    scene_.frame_rate_hz = 25.0;
+    scene_ = testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);
     scene_.keep_observations = true;
   }
 

@@ -21,9 +21,7 @@ namespace {
 class ChunksTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    scene_.cameras = testing::RingOfCameras(5, 5.0, 1000.0);
-    scene_.skeleton = testing::SmallSkeleton();
-    scene_.frame_rate_hz = 25.0;
+    scene_ = testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);
     testing::SimulatedNoise noise;
     noise.correlation_time_s = 0.1;
     noise.missing = 0.1;

@@ -19,11 +19,8 @@ using testing::SimulatedTake;
 constexpr double kInEllipsoid = 7.815;  // 95 % of chi-square(3)
 
 SceneModel MakeScene(double frame_rate_hz, double radius_m) {
-  SceneModel scene;
-  scene.cameras = testing::RingOfCameras(5, radius_m, 1000.0);
-  scene.skeleton = testing::SmallSkeleton();
-  scene.frame_rate_hz = frame_rate_hz;
-  return scene;
+  return testing::SmallScene(testing::RingOfCameras(5, radius_m, 1000.0),
+                             frame_rate_hz);
 }
 
 // Sums over poses of one joint.

@@ -44,9 +44,8 @@ Case Of(const std::string& name, bool batch, GraphSolver solver, bool bones) {
 class Graceful : public ::testing::TestWithParam<Case> {
  protected:
   void SetUp() override {
-    scene_.cameras = testing::RingOfCameras(5, 5.0, 1000.0, true);
-    scene_.skeleton = testing::SmallSkeleton();
-    scene_.frame_rate_hz = 25.0;
+    scene_ =
+        testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0, true), 25.0);
     scene_.keep_observations = true;
   }
 
@@ -262,10 +261,8 @@ class GracefulOptions
     : public ::testing::TestWithParam<std::tuple<GraphSolver, bool>> {};
 
 TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
-  SceneModel scene;
-  scene.cameras = testing::RingOfCameras(5, 5.0, 1000.0);
-  scene.skeleton = testing::SmallSkeleton();
-  scene.frame_rate_hz = 25.0;
+  SceneModel scene =
+      testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);
   GraphOptions options = testing::FixedNoise();
   options.max_iterations = 1;
   options.loss = LossKind::kHuber;
@@ -302,10 +299,8 @@ INSTANTIATE_TEST_SUITE_P(
 
 // Lengths that no pose can have: the bone solver has to give up somewhere.
 TEST(BoneSolverTest, SaysWhereItDidNotSettle) {
-  SceneModel scene;
-  scene.cameras = testing::RingOfCameras(5, 5.0, 1000.0);
-  scene.skeleton = testing::SmallSkeleton();
-  scene.frame_rate_hz = 25.0;
+  SceneModel scene =
+      testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);
   GraphOptions options = testing::FixedNoise();
   options.bone_sigma_m = 1e-4;
   Random random(44);

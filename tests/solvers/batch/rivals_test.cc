@@ -51,10 +51,8 @@ TEST(RivalsTest, AStretchIsTwoFramesWithMostViewsLost) {
 }
 
 TEST(RivalsTest, ALostStretchIsFoundAgain) {
-  SceneModel scene;
-  scene.cameras = testing::RingOfCameras(4, 5.0, 1250.0);
-  scene.skeleton = testing::SmallSkeleton();
-  scene.frame_rate_hz = 30.0;
+  SceneModel scene =
+      testing::SmallScene(testing::RingOfCameras(4, 5.0, 1250.0), 30.0);
   GraphOptions options = testing::FixedNoise();
   SimulatedNoise noise;
   noise.outliers = 0.3;

@@ -18,10 +18,8 @@ using testing::SimulatedTake;
 class DefaultSolverTest : public ::testing::Test {
  protected:
   SolveCounts Run(bool batch, int frames, const GraphOptions& given) {
-    SceneModel scene;
-    scene.cameras = testing::RingOfCameras(4, 5.0, 1000.0);
-    scene.skeleton = testing::SmallSkeleton();
-    scene.frame_rate_hz = 25.0;
+    SceneModel scene =
+        testing::SmallScene(testing::RingOfCameras(4, 5.0, 1000.0), 25.0);
     GraphOptions options = given;
     options.max_iterations = given.max_iterations == 1 ? 1 : 100;
     options.ledger = std::make_shared<SolveLedger>();

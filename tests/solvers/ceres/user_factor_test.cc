@@ -48,9 +48,7 @@ TEST(FloorContact, JacobiansAndZero) {
 class UserFactorTest : public ::testing::Test {
  protected:
   void Make(int frames) {
-    scene_.cameras = testing::RingOfCameras(3, 5.0, 1000.0);
-    scene_.skeleton = testing::SmallSkeleton();
-    scene_.frame_rate_hz = 25.0;
+    scene_ = testing::SmallScene(testing::RingOfCameras(3, 5.0, 1000.0), 25.0);
     joint_ = scene_.skeleton.joints()[2];
     Random random(61);
     SimulatedNoise noise;

@@ -18,9 +18,7 @@ using testing::SimulatedTake;
 class PersonNoiseTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    scene_.cameras = testing::RingOfCameras(4, 5.0, 1250.0);
-    scene_.skeleton = testing::SmallSkeleton();
-    scene_.frame_rate_hz = 60.0;
+    scene_ = testing::SmallScene(testing::RingOfCameras(4, 5.0, 1250.0), 60.0);
   }
 
   // A take of 20 s whose motion is drawn from the prior.

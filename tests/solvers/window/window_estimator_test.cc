@@ -12,12 +12,10 @@ using testing::SimulatedNoise;
 using testing::SimulatedTake;
 
 SceneModel MakeScene(double frame_rate_hz, bool affine) {
-  SceneModel scene;
-  scene.cameras = affine ? testing::RingOfCameras(5, 1e8, 2.5e10)
-                         : testing::RingOfCameras(5, 5.0, 1000.0, true);
-  scene.skeleton = testing::SmallSkeleton();
-  scene.frame_rate_hz = frame_rate_hz;
-  return scene;
+  return testing::SmallScene(affine
+                                 ? testing::RingOfCameras(5, 1e8, 2.5e10)
+                                 : testing::RingOfCameras(5, 5.0, 1000.0, true),
+                             frame_rate_hz);
 }
 
 // Final poses of the batch over the first `count` frames.
