@@ -173,7 +173,11 @@ class CommandLineParser {
 };
 
 #ifdef NDEBUG
-[[noreturn]] void LeaveAfterFailedCheck() { std::_Exit(kExitFailure); }
+// The attribute, not the keyword: Clang makes it part of the type, and glog
+// asks for it.
+__attribute__((noreturn)) void LeaveAfterFailedCheck() {
+  std::_Exit(kExitFailure);
+}
 #endif
 
 void InitLogging(const AppInfo& info) {

@@ -40,6 +40,7 @@ std::vector<RatioSeries> ErrorSeries(const std::vector<PersonError>& people,
         {person.*error, static_cast<double>(person.joint_count)});
   }
   std::vector<RatioSeries> series;
+  series.reserve(actors.size());
   for (auto& [actor, units] : actors) series.push_back(std::move(units));
   return series;
 }

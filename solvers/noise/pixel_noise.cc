@@ -161,9 +161,8 @@ ErrorCorrelation CorrelationLearner::Fit() const {
   // and lasting ones do not, so of twice the frames half the share says as
   // much.
   constexpr double kLeastShare = 0.15;
-  constexpr double kItsFrame_s = 1.0 / 30.0;
-  const double least_share =
-      kLeastShare * std::min(1.0, frame_s_ / kItsFrame_s);
+  constexpr double kItsRateHz = 30.0;
+  const double least_share = kLeastShare * std::min(1.0, frame_s_ * kItsRateHz);
   ErrorCorrelation best;
   best.share = 0.0;
   double least = 1e300;

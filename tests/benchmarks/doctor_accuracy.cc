@@ -192,6 +192,14 @@ std::vector<Fault> Faults() {
          o->clock_offset_s[static_cast<size_t>(random->Index(5))] = 0.06;
        },
        leave},
+      {"two people, every camera turned by 1 degree",
+       {"rotation", "shift"},
+       [](Random*, FaultySceneOptions* o) { o->people = 2; },
+       [](Random* random, FaultyScene* scene) {
+         for (Camera& camera : scene->cameras) {
+           camera = Turned(camera, 1.0, random->Fork());
+         }
+       }},
   };
 }
 
