@@ -10,12 +10,14 @@ namespace kinegraph {
 FrameObservations::FrameObservations(const CameraRig& cameras,
                                      const Skeleton& detections,
                                      const Skeleton& tracks,
-                                     double min_found_joints)
+                                     double min_found_joints,
+                                     FoundTwice found_twice)
     : cameras_(&cameras),
       joint_map_(MapByName(detections, tracks)),
       counted_joints_(tracks.association_joints()),
       min_found_joints_(
           std::max(1, ScaledJoints(min_found_joints, counted_joints_.size()))),
+      found_twice_(found_twice),
       observations_(cameras.size()),
       counts_(cameras.size(), 0) {}
 
@@ -36,7 +38,9 @@ void FrameObservations::Prepare(const DetectionFrame& frame) {
                       &observations[count]);
       if (observations[count].found_count >= min_found_joints_) ++count;
     }
-    counts_[v] = count;
+    counts_[v] = found_twice_ == FoundTwice::kDropped
+                     ? DropFoundTwice(count, &observations)
+                     : count;
   }
 }
 

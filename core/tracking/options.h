@@ -6,6 +6,7 @@
 #include "core/base/options.h"
 #include "core/reconstruction/initialisation.h"
 #include "core/reconstruction/reconstruction.h"
+#include "core/tracking/found_twice.h"
 #include "core/tracking/gates.h"
 
 namespace kinegraph {
@@ -33,6 +34,7 @@ struct TrackLifeOptions {
   // Set by the run, no keys of this table.
   bool in_seconds = false;          // the times above hold: graph mode
   bool independent_frames = false;  // each frame is a take of its own
+  FoundTwice found_twice = FoundTwice::kKept;  // graph mode: dropped
 
   void Describe(OptionVisitor& visitor);
 };

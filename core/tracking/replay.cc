@@ -135,9 +135,9 @@ Replay::Replay(SceneModel scene, const DetectionSequence& detections,
                                scene_.frame_rate_hz)),
       make_feedback_(std::move(feedback)),
       epipolar_(scene_.cameras) {
-  FrameObservations observations(scene_.cameras, detections.header.skeleton,
-                                 scene_.skeleton,
-                                 options_.life.min_found_joints);
+  FrameObservations observations(
+      scene_.cameras, detections.header.skeleton, scene_.skeleton,
+      options_.life.min_found_joints, options_.life.found_twice);
   // Frame by frame, so that each detection is made ready once.
   struct Place {
     int64_t frame;

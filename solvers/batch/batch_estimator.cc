@@ -246,6 +246,9 @@ void BatchEstimator::AddBones() {
 // without bones trust them.
 void BatchEstimator::AddBonesOfTheTake() {
   BoneSpreads spreads(scene_.skeleton);
+  if (options_.pixel_noise_from == NoiseFrom::kTake) {
+    spreads.SetLasting(noise_.correlation(), 1.0 / scene_.frame_rate_hz);
+  }
   for (size_t k = 0; k < records_.size(); ++k) {
     spreads.AddFrame(LocateBoneEnds(problem_, k, options_.inlier_weight,
                                     1.0 / scene_.frame_rate_hz));

@@ -68,6 +68,14 @@ Worth WorthOf(const std::vector<double>& deviations) {
           std::max(1.0, count * (1.0 - rho * rho) / (1.0 + rho * rho))};
 }
 
+// Variance of the mean of errors whose correlation is exp(-|dt| / tau) over a
+// time T, over that of one of them; x = T / tau.
+double MeanOfLasting(double x) {
+  constexpr double kShort = 1e-3;
+  if (x < kShort) return 1.0;
+  return 2.0 / x - 2.0 * (1.0 - std::exp(-x)) / (x * x);
+}
+
 }  // namespace
 
 BoneSpreads::BoneSpreads(const Skeleton& skeleton)
@@ -132,10 +140,21 @@ const BoneSpreads::Summary& BoneSpreads::SummaryOf(int bone_idx) const {
   summary.length_m = fit.length_m;
   summary.length_variance_m2 =
       (fit.is_median ? kMedianVariance : 1.0) * variance / worth.of_mean;
+  summary.noise_m2 = fit.noise_m2;
   summary.spread_variance_m2 = fit.spread_m2;
   summary.spread_error_m2 = variance * share;
   summary.rigid_error_m2 = fit.noise_m2 * share;
   return summary;
+}
+
+// Deviations show how long errors last up to a good part of the take; what
+// stays for longer moves all looks alike.
+double BoneSpreads::LengthVariance(const Summary& summary) const {
+  if (!(lasting_.share > 0.0)) return summary.length_variance_m2;
+  const double seen_s = static_cast<double>(summary.at_count) * frame_s_;
+  return std::max(summary.length_variance_m2,
+                  summary.noise_m2 * lasting_.share *
+                      MeanOfLasting(seen_s / lasting_.time_s));
 }
 
 BoneSpreads::Pool BoneSpreads::PooledSpread() const {
@@ -208,9 +227,9 @@ std::optional<BoneEstimate> BoneSpreads::Estimate(int bone_idx) const {
     const double sigma = kPopulationShare * *population_m;
     add(*population_m, sigma * sigma);
   }
-  if (own.known) add(own.length_m, own.length_variance_m2);
+  if (own.known) add(own.length_m, LengthVariance(own));
   if (mirror != nullptr) {
-    add(mirror->length_m, mirror->length_variance_m2 + kAsymmetry * kAsymmetry);
+    add(mirror->length_m, LengthVariance(*mirror) + kAsymmetry * kAsymmetry);
   }
   BoneEstimate estimate;
   estimate.looks = seen_[at].count;

@@ -14,6 +14,7 @@
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
 #include "solvers/noise/bone_looks.h"
+#include "solvers/noise/pixel_noise.h"
 
 namespace kinegraph {
 
@@ -38,6 +39,7 @@ struct BoneEstimate {
 // (l - L)^2 / (v + spread^2) that of chi-square with one degree of freedom
 // (Paule and Mandel 1982, with a quantile for the mean). Standard errors count
 // looks that follow each other as less than one each, by their correlation.
+// An error that stays shows in no deviation: SetLasting tells of it.
 // Where the noise is not small beside the bone, distances are no lengths any
 // more (the longest ones most of all): their squares are, less the noise's
 // variance, E |d + e|^2 = L^2 + tr N. Such a bone's spread cannot be seen.
@@ -53,6 +55,13 @@ class BoneSpreads {
 
   // RigidPairs(skeleton); the bones of the functions below.
   const std::vector<Bone>& bones() const { return bones_; }
+
+  // How long the detector's errors last, and the time between frames. What does
+  // not average out over the looks leaves the length unsure.
+  void SetLasting(const ErrorCorrelation& lasting, double frame_s) {
+    lasting_ = lasting;
+    frame_s_ = frame_s;
+  }
 
   void Add(int bone_idx, const BoneLook& look);
   // Looks at all bones whose ends were located, by joint.
@@ -77,7 +86,8 @@ class BoneSpreads {
     int64_t at_count = 0;  // of looks, when it was made
     bool known = false;
     double length_m = 0.0;
-    double length_variance_m2 = 0.0;
+    double length_variance_m2 = 0.0;  // by how the looks deviate
+    double noise_m2 = 0.0;            // variance of a look's length
     // Below zero where looks vary less than their noise says.
     double spread_variance_m2 = 0.0;
     double spread_error_m2 = 0.0;  // standard error of the line above
@@ -97,6 +107,7 @@ class BoneSpreads {
 
   const Summary& SummaryOf(int bone_idx) const;
   Pool PooledSpread() const;
+  double LengthVariance(const Summary& summary) const;
   void SetSpread(const Summary& seen, BoneEstimate* estimate) const;
 
   std::vector<Bone> bones_;
@@ -104,6 +115,8 @@ class BoneSpreads {
   std::vector<std::optional<double>> population_m_;
   std::vector<Seen> seen_;
   mutable std::vector<Summary> summaries_;
+  ErrorCorrelation lasting_;
+  double frame_s_ = 0.0;
 };
 
 // What a bone's factor is for.

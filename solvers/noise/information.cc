@@ -11,20 +11,48 @@ constexpr double kPi = 3.14159265358979323846;
 struct Spectrum {
   Spectrum(const ErrorCorrelation& correlation, double frame_s)
       : share(correlation.share),
+        time_s(correlation.time_s),
         phi(std::exp(-frame_s / correlation.time_s)),
         h(frame_s) {}
 
-  double operator()(double w) const {
+  double operator()(double w) const { return 1.0 - share + share * Lasting(w); }
+  // Of the lasting part alone, as if it were all.
+  double Lasting(double w) const {
     const double angle = std::min(kPi, w * h);
-    return 1.0 - share +
-           share * (1.0 - phi * phi) /
-               (1.0 + phi * phi - 2.0 * phi * std::cos(angle));
+    return (1.0 - phi * phi) / (1.0 + phi * phi - 2.0 * phi * std::cos(angle));
   }
 
   double share;
+  double time_s;
   double phi;
   double h;
 };
+
+// (1 / (1 + u^4))^2: the share of the errors' power that the smoother passes
+// at u times its crossover.
+double Passed(double u) {
+  const double gain = 1.0 / (1.0 + u * u * u * u);
+  return gain * gain;
+}
+
+// Where the integrals over u end.
+constexpr double kEnd = 4.0;
+
+// Integral over u of what is passed of the lasting errors' power. It has its
+// peak below 1 / time_s, which may lie far below the crossover, so over t with
+// w time_s = tan t, at midpoints.
+double LastingPower(const Spectrum& spectrum, double crossover) {
+  constexpr int kSteps = 48;
+  const double end = std::atan(kEnd * crossover * spectrum.time_s);
+  double sum = 0.0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double tangent = std::tan((i + 0.5) * end / kSteps);
+    const double w = tangent / spectrum.time_s;
+    sum +=
+        Passed(w / crossover) * spectrum.Lasting(w) * (1.0 + tangent * tangent);
+  }
+  return sum * end / kSteps / (crossover * spectrum.time_s);
+}
 
 struct Crossover {
   double frequency = 0.0;  // rad/s
@@ -60,18 +88,17 @@ double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
   const Crossover at = FindCrossover(spectrum, process_noise, variance_m2);
   // In units of R h S(w_c), over u = w / w_c, at midpoints.
   constexpr int kSteps = 48;
-  constexpr double kEnd = 4.0;
-  double true_power = 0.0;
-  double stated_power = 0.0;
+  double passed_power = 0.0;
+  double lag_power = 0.0;
   for (int i = 0; i < kSteps; ++i) {
     const double u = (i + 0.5) * kEnd / kSteps;
-    const double u4 = u * u * u * u;
-    const double passed = 1.0 / ((1.0 + u4) * (1.0 + u4));  // H^2
-    const double lag = u4 * passed;                         // (1 - H)^2 / u^4
-    true_power += passed * spectrum(u * at.frequency) / at.divisor + lag;
-    stated_power += passed + lag;
+    passed_power += Passed(u) * kEnd / kSteps;
+    lag_power += u * u * u * u * Passed(u) * kEnd / kSteps;  // (1 - H)^2 / u^4
   }
-  return true_power / stated_power;
+  const double errors_power =
+      (1.0 - spectrum.share) * passed_power +
+      spectrum.share * LastingPower(spectrum, at.frequency);
+  return (errors_power / at.divisor + lag_power) / (passed_power + lag_power);
 }
 
 double ProcessNoiseOfCrossover(const ErrorCorrelation& correlation,

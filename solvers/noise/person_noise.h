@@ -62,6 +62,8 @@ class PersonNoise {
   double CovarianceFactorOf(int joint_idx, size_t k) const;
 
   LearntNoise Learnt() const;
+  // How long the detector's errors last.
+  const ErrorCorrelation& correlation() const { return correlation_; }
 
  private:
   struct Frame {

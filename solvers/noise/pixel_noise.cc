@@ -154,9 +154,11 @@ ErrorCorrelation CorrelationLearner::Fit() const {
   constexpr double kPrior = 60.0;
   constexpr double kPriorShare = 0.9;
   constexpr double kPriorTime_s = 0.1;
+  // Sixty steps to a second, and on to ten: what lasts longer stays.
   constexpr double kShortest_s = 0.02;
-  constexpr double kLongest_s = 1.0;
+  constexpr double kSecond_s = 1.0;
   constexpr int kSteps = 60;
+  constexpr int kStepsToLongest = 95;
   // Below it the noise counts as white. White errors average out over frames
   // and lasting ones do not, so of twice the frames half the share says as
   // much.
@@ -166,10 +168,10 @@ ErrorCorrelation CorrelationLearner::Fit() const {
   ErrorCorrelation best;
   best.share = 0.0;
   double least = 1e300;
-  for (int i = 0; i <= kSteps; ++i) {
+  for (int i = 0; i <= kStepsToLongest; ++i) {
     const double time_s =
         kShortest_s *
-        std::pow(kLongest_s / kShortest_s, static_cast<double>(i) / kSteps);
+        std::pow(kSecond_s / kShortest_s, static_cast<double>(i) / kSteps);
     double cross = 0.0;
     double square = 0.0;
     double total = 0.0;

@@ -54,6 +54,7 @@ RunOptions WithRulesOfMode(RunOptions options) {
     options.identity.link = false;
   } else {
     options.tracker.life.in_seconds = true;
+    options.tracker.life.found_twice = FoundTwice::kDropped;
   }
   if (options.input.independent_frames) {
     options.tracker.life.independent_frames = true;

@@ -283,6 +283,10 @@ void WindowEstimator::SolveBones() {
     placed[j] = StatusAt(newest(), j) != JointStatus::kMissing;
   }
   if (options_.bone_sigma_from == NoiseFrom::kTake) {
+    if (options_.pixel_noise_from == NoiseFrom::kTake) {
+      bone_spreads_.SetLasting(noise_.correlation(),
+                               1.0 / scene_.frame_rate_hz);
+    }
     problem_.bones = ConstraintsOf(bone_spreads_, options_.bone_loss, placed);
   } else {
     AddFixedBones(placed);

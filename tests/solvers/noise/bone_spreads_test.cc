@@ -208,6 +208,24 @@ TEST(BoneSpreads, LooksThatFollowEachOtherCountAsFewer) {
   EXPECT_GT(b.Estimate(0)->spread_bound_m, a.Estimate(0)->spread_bound_m);
 }
 
+TEST(BoneSpreads, AnErrorThatStaysLeavesTheLengthUnsure) {
+  constexpr double kFrame_s = 0.01;
+  Looker looker(5);
+  BoneSpreads spreads(Legs());
+  for (int i = 0; i < 1000; ++i) spreads.Add(0, looker.At(kLength));
+  const double averaged_m = spreads.Estimate(0)->length_sigma_m;
+  // A quarter of the variance for good: half of the sigma of a look, 1 cm. The
+  // looks' own scale is known to some per cent (see ARigidBoneHasNoSpread).
+  spreads.SetLasting({0.25, 1e6}, kFrame_s);
+  EXPECT_NEAR(spreads.Estimate(0)->length_sigma_m, 0.005, 0.0003);
+  // For a fiftieth of these ten seconds: 2 * 0.2 / 10 of that variance.
+  spreads.SetLasting({0.25, 0.2}, kFrame_s);
+  EXPECT_NEAR(spreads.Estimate(0)->length_sigma_m, 0.001, 0.0001);
+  // Too short to matter beside what the deviations say.
+  spreads.SetLasting({0.25, 0.001}, kFrame_s);
+  EXPECT_EQ(spreads.Estimate(0)->length_sigma_m, averaged_m);
+}
+
 TEST(BoneSpreads, LeftAndRightShareWhereOneIsHardlySeen) {
   Looker looker(5);
   BoneSpreads spreads(Legs());

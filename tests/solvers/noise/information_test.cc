@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace kinegraph {
@@ -32,6 +33,51 @@ TEST(InformationTest, AFastSmootherFollowsThem) {
   EXPECT_GE(fast, 1.0);
   // Below the crossover the errors are larger than at it.
   EXPECT_GT(CovarianceFactor(lasting, kFrame_s, 10.0, 1e-4), 1.0);
+}
+
+// The integrals of CovarianceFactor over u = w / w_c by many narrow steps.
+double FactorByNarrowSteps(const ErrorCorrelation& correlation, double frame_s,
+                           double process_noise, double variance_m2) {
+  const double divisor =
+      InformationDivisor(correlation, frame_s, process_noise, variance_m2);
+  const double crossover =
+      std::pow(process_noise / (variance_m2 * frame_s * divisor), 0.25);
+  const double phi = std::exp(-frame_s / correlation.time_s);
+  constexpr int kSteps = 400000;
+  constexpr double kEnd = 4.0;
+  double true_power = 0.0;
+  double stated_power = 0.0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double u = (i + 0.5) * kEnd / kSteps;
+    const double u4 = u * u * u * u;
+    const double passed = 1.0 / ((1.0 + u4) * (1.0 + u4));
+    const double angle = std::min(3.14159265358979, u * crossover * frame_s);
+    const double spectrum = 1.0 - correlation.share +
+                            correlation.share * (1.0 - phi * phi) /
+                                (1.0 + phi * phi - 2.0 * phi * std::cos(angle));
+    true_power += passed * spectrum / divisor + u4 * passed;
+    stated_power += passed + u4 * passed;
+  }
+  return true_power / stated_power;
+}
+
+TEST(InformationTest, ErrorsThatStayArePassedWhole) {
+  // Their power lies below 1 / tau: a hundredth of the crossover and less.
+  for (const double frame_s : {1.0 / 25.0, 1.0 / 240.0}) {
+    for (const double time_s : {0.1, 1.0, 10.0}) {
+      for (const double process_noise : {0.1, 10.0, 1000.0}) {
+        const ErrorCorrelation lasting{0.2, time_s};
+        const double truth =
+            FactorByNarrowSteps(lasting, frame_s, process_noise, 1e-4);
+        // The bend of H below u = 4 lies within a few of the 48 steps where
+        // w_c tau is large: half a per cent at most.
+        EXPECT_NEAR(
+            CovarianceFactor(lasting, frame_s, process_noise, 1e-4) / truth,
+            1.0, 0.01)
+            << frame_s << " " << time_s << " " << process_noise;
+      }
+    }
+  }
 }
 
 TEST(InformationTest, ProcessNoiseHasItsCrossoverWhereItWasAsked) {

@@ -130,6 +130,17 @@ TEST(CorrelationLearnerTest, ASmallShareCountsWhereManyFramesAverageTheRest) {
   EXPECT_EQ(FitSimulated(0.1, 0.5, 25.0, 60.0, 6).share, 0.0);
 }
 
+TEST(CorrelationLearnerTest, WhatStaysIsFoundToStay) {
+  // A fifth of the variance as good as constant: over a quarter of a second it
+  // must not seem to fade. 60 s at 60 Hz make correlations good to about
+  // 1 / sqrt(8 * 3600) = 0.006, which a time of 2 s would miss by 0.2 * (1 -
+  // exp(-0.25 / 2)) = 0.024 at the longest lag.
+  const ErrorCorrelation fit = FitSimulated(0.2, 1e6, 60.0, 60.0, 7);
+  EXPECT_GT(fit.time_s, 2.0);
+  EXPECT_LT(fit.time_s, 10.0);
+  EXPECT_GT(fit.share, 0.0);
+}
+
 TEST(CorrelationLearnerTest, BelievesTheUsualBeforeItSaw) {
   const ErrorCorrelation fit = CorrelationLearner(17, 4, 25.0).Fit();
   EXPECT_NEAR(fit.share, 0.9, 0.02);

@@ -153,8 +153,26 @@ MovePoint AddEmptyCamera(Take* take) {
   return Stays;
 }
 
+// As detectors do that look at overlapping boxes.
+MovePoint FindTwiceInOneView(Take* take) {
+  for (DetectionFrame& frame : take->detections.frames) {
+    std::vector<Detection>& detections = frame.views.front().detections;
+    const size_t count = detections.size();
+    for (size_t d = 0; d < count; ++d) {
+      Detection again = detections[d];
+      again.index_in_file = static_cast<int>(count + d);
+      for (Keypoint& joint : again.joints) {
+        joint.px += Eigen::Vector2d(1.0, -1.0);
+      }
+      detections.push_back(again);
+    }
+  }
+  return Stays;
+}
+
 std::vector<Change> Changes() {
-  return {{"a moved world", MoveWorld},
+  return {{"everybody found twice in one view", FindTwiceInOneView},
+          {"a moved world", MoveWorld},
           {"detections in another order", TurnDetectionsAround},
           {"cameras in another order", TurnCamerasAround},
           {"a camera that sees nobody", AddEmptyCamera}};

@@ -1,0 +1,60 @@
+#include "core/tracking/found_twice.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <utility>
+
+namespace kinegraph {
+namespace {
+
+// Length of the diagonal of what was found [px].
+double BoxSize(const Observation& observation) {
+  Eigen::AlignedBox2d box;
+  for (const Keypoint& joint : observation.joints) {
+    if (joint.found) box.extend(joint.px);
+  }
+  return box.isEmpty() ? 0.0 : box.diagonal().norm();
+}
+
+bool IsBetter(const Observation& a, const Observation& b) {
+  if (a.found_count != b.found_count) return a.found_count > b.found_count;
+  return a.mean_confidence > b.mean_confidence;
+}
+
+}  // namespace
+
+bool IsOnePerson(const Observation& a, const Observation& b) {
+  constexpr double kApart = 0.05;
+  const double most_px = kApart * std::max(BoxSize(a), BoxSize(b));
+  double sum_px = 0.0;
+  int common = 0;
+  int found_a = 0;
+  int found_b = 0;
+  for (size_t j = 0; j < a.joints.size(); ++j) {
+    found_a += a.joints[j].found ? 1 : 0;
+    found_b += b.joints[j].found ? 1 : 0;
+    if (!a.joints[j].found || !b.joints[j].found) continue;
+    ++common;
+    sum_px += (a.joints[j].px - b.joints[j].px).norm();
+  }
+  return 2 * common >= std::min(found_a, found_b) && common > 0 &&
+         sum_px < most_px * common;
+}
+
+size_t DropFoundTwice(size_t count, std::vector<Observation>* observations) {
+  std::vector<Observation>& all = *observations;
+  size_t kept = 0;
+  for (size_t i = 0; i < count; ++i) {
+    size_t same = 0;
+    while (same < kept && !IsOnePerson(all[same], all[i])) ++same;
+    if (same == kept) {
+      if (kept != i) std::swap(all[kept], all[i]);
+      ++kept;
+    } else if (IsBetter(all[i], all[same])) {
+      std::swap(all[same], all[i]);
+    }
+  }
+  return kept;
+}
+
+}  // namespace kinegraph
