@@ -56,15 +56,16 @@ def fuzz(target):
         last[key] = int(seen[-1]) if seen else 0
     runs = re.findall(r"number_of_executed_units: (\d+)", done.stderr)
     findings = sorted(path.name for path in found.iterdir())
-    print(f"| {target} | {processor_s() - before:.0f} | {int(runs[-1]) if runs else 0:,} | {last['cov']:,} | "
+    print(f"| {target} | {processor_s() - before:.0f} | "
+          f"{int(runs[-1]) if runs else 0:,} | {last['cov']:,} | "
           f"{last['ft']:,} | {last['corp']:,} | {len(findings)} |", flush=True)
     return findings
 
 
 def main():
     wanted = sys.argv[4:] or targets()
-    print(f"| target ({SECONDS} s) | processor s | executions | edges | features | "
-          "inputs | findings |\n|---|---|---|---|---|---|---|", flush=True)
+    print(f"| target ({SECONDS} s) | processor s | executions | edges | "
+          "features | inputs | findings |\n|---|---|---|---|---|---|---|", flush=True)
     findings = [f"{target}/{name}" for target in wanted
                 for name in fuzz(target)]
     for finding in findings:
