@@ -13,7 +13,8 @@ A file workflow/evidence/NAME.toml belongs to one page:
   slow = true               takes hours: run by --only alone (optional)
   [table.TABLE]
   rows = "STEP['F']"        in Python, of all steps' figures: a dict a row;
-                            shown(VALUE, SPEC), geometric_mean(VALUES)
+                            shown(VALUE, SPEC), geometric_mean(VALUES),
+                            at_most(COUNT, TOTAL)
   columns = [["HEAD", "{KEY:.2f}"], ...]
   [block]
   BLOCK = '''...'''         Markdown with {STEP[F]:.2f}; a figure with an interval
@@ -70,8 +71,21 @@ def geometric_mean(values):
     return math.exp(sum(map(math.log, values)) / len(values))
 
 
+def at_most(count, total):
+    """One-sided 95 % limit of a share in per cent (Clopper and Pearson 1934)."""
+    if count >= total:
+        return 100.0
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        p = (low + high) / 2
+        tail = sum(math.comb(total, k) * p**k * (1 - p)**(total - k)
+                   for k in range(count + 1))
+        low, high = (p, high) if tail > 0.05 else (low, p)
+    return 100.0 * high
+
+
 # What expressions may call.
-HELPERS = {"shown": shown, "geometric_mean": geometric_mean}
+HELPERS = {"shown": shown, "geometric_mean": geometric_mean, "at_most": at_most}
 
 
 def load():

@@ -2,9 +2,11 @@
 // configuration, over detectors, frame rates, units and focal lengths:
 //
 //   build/tests/benchmarks/own_take_accuracy [FIRST [COUNT]] [--json=FILE]
+//   build/tests/benchmarks/own_take_accuracy covering [--json=FILE]
 //
-// takes those from FIRST on (0) of all 120, prints a line each and then a table
-// by detector. In the lines: joints' mean error with what `init` writes and
+// takes those from FIRST on (0) of all 120, or the twenty in which each value
+// of one meets each value of another, prints a line each and then a table by
+// detector. In the lines: joints' mean error with what `init` writes and
 // with hand-made gates [mm], their ratio, switches of identity, identities
 // found and true, and whether anything was warned of.
 #include <algorithm>
@@ -22,11 +24,15 @@
 int main(int argc, char** argv) {
   using kinegraph::testing::OwnTake;
   using kinegraph::testing::OwnTakeOutcome;
-  const std::vector<OwnTake> takes = kinegraph::testing::AllTakes();
   std::vector<std::string> arguments(argv + 1, argv + argc);
   const std::string json_path =
       kinegraph::testing::TakeFlag("--json=", &arguments);
   arguments.resize(2);
+  const bool covering = arguments[0] == "covering";
+  if (covering) arguments[0].clear();
+  const std::vector<OwnTake> takes = covering
+                                         ? kinegraph::testing::CoveringTakes()
+                                         : kinegraph::testing::AllTakes();
   const size_t first = arguments[0].empty() ? 0 : std::stoul(arguments[0]);
   const size_t count =
       arguments[1].empty() ? takes.size() : std::stoul(arguments[1]);

@@ -100,6 +100,17 @@ columns = [["who", "{{name}}"], ["share", "{{share:.0f}}"]]
         self.table("[{'name': 'a'}]")
         self.assertIn("table 'falls': KeyError 'share'", self.wrong())
 
+    def test_limits_of_shares(self):
+        # Of none in n: 1 - 0.05^(1/n); of all: nothing is ruled out.
+        self.assertAlmostEqual(self.evidence.at_most(0, 16),
+                               100.0 * (1.0 - 0.05 ** (1.0 / 16.0)), places=9)
+        self.assertAlmostEqual(self.evidence.at_most(0, 400),
+                               100.0 * (1.0 - 0.05 ** (1.0 / 400.0)), places=9)
+        # Of n - 1 in n: what makes all n as likely as 95 in 100.
+        self.assertAlmostEqual(self.evidence.at_most(4, 5),
+                               100.0 * 0.95 ** 0.2, places=9)
+        self.assertEqual(self.evidence.at_most(3, 3), 100.0)
+
     def test_figures_are_read_again_from_the_last_run(self):
         steps, _, _ = self.evidence.load()
         steps["fall"].update(read={"x": "x.json", "log": "log.txt"})

@@ -127,6 +127,10 @@ TEST(LinkingTest, ExchangedPeopleAreChangedBack) {
     EXPECT_LT(x_of(frame, 0), 0.0) << frame;
     EXPECT_GT(x_of(frame, 1), 0.0) << frame;
   }
+  // Who trusts the tracker more keeps what it did.
+  LinkOptions trusting;
+  trusting.continuity = 1000.0;
+  EXPECT_TRUE(Link(crowd, trusting).Of(EditOp::kSwap).empty());
 }
 
 TEST(LinkingTest, ATrackFoundAgainOnSomebodyElseIsCut) {
