@@ -15,8 +15,8 @@ enum class FoundTwice { kKept, kDropped };
 
 // Whether two observations of one view are one person: on average the joints
 // that both found are apart by less than a twentieth of the larger one's box
-// (some 9 cm on an adult), and they are at least half of what either found.
-// Two people who overlap that well do so for a frame or two.
+// (some 9 cm on an adult), and they are at least half of those of the one that
+// found fewer. Two people who overlap that well do so for a frame or two.
 bool IsOnePerson(const Observation& a, const Observation& b);
 
 // Of each person found twice keeps, at its place, what has more joints, then
