@@ -64,6 +64,11 @@ export function openVideo(panel) {
   panel.video = { node: node, at: decode(source.at, Float64Array), sought: NaN };
   const redraw = () => { if (panel.seen) drawPanel(panel, state.frame); };
   ['loadedmetadata', 'loadeddata', 'seeked', 'error'].forEach((name) => node.addEventListener(name, redraw));
+  // A browser may say that it is there before it has the picture.
+  if (node.requestVideoFrameCallback) {
+    const shown = () => { if (!state.playing) redraw(); node.requestVideoFrameCallback(shown); };
+    node.requestVideoFrameCallback(shown);
+  }
   node.src = source.data ? URL.createObjectURL(new Blob([decode(source.data, Uint8Array)], { type: source.type })) : fileUrl(source.source);
 }
 
