@@ -156,7 +156,7 @@ ErrorCorrelation CorrelationLearner::Fit() const {
   constexpr double kPriorTime_s = 0.1;
   // Sixty steps to a second, and on to ten: what lasts longer stays.
   constexpr double kShortest_s = 0.02;
-  constexpr double kSecond_s = 1.0;
+  constexpr double kOneSecond = 1.0;
   constexpr int kSteps = 60;
   constexpr int kStepsToLongest = 95;
   // Below it the noise counts as white. White errors average out over frames
@@ -171,7 +171,7 @@ ErrorCorrelation CorrelationLearner::Fit() const {
   for (int i = 0; i <= kStepsToLongest; ++i) {
     const double time_s =
         kShortest_s *
-        std::pow(kSecond_s / kShortest_s, static_cast<double>(i) / kSteps);
+        std::pow(kOneSecond / kShortest_s, static_cast<double>(i) / kSteps);
     double cross = 0.0;
     double square = 0.0;
     double total = 0.0;
