@@ -14,6 +14,7 @@
 //
 // A take of ten minutes (3 people, 5 cameras, 25 Hz, 2 px), one clock of which
 // runs 100 ppm too fast: what is found, and the time it takes.
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -97,10 +98,29 @@ std::vector<Fault> Faults() {
   };
 }
 
+// Turn of each camera against the truth, in the world's axes, without what all
+// have in common (the world's own turn): rms over cameras [degrees].
+double AngleAboutMean(const CameraRig& cameras, const CameraRig& truth) {
+  std::vector<Eigen::Vector3d> turns;
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    const Eigen::AngleAxisd turn(
+        Eigen::Matrix3d(truth[v].R().transpose() * cameras[v].R()));
+    turns.push_back(kDegrees * turn.angle() * turn.axis());
+    mean += turns.back() / static_cast<double>(cameras.size());
+  }
+  double squares = 0.0;
+  for (const Eigen::Vector3d& turn : turns) {
+    squares += (turn - mean).squaredNorm();
+  }
+  return std::sqrt(squares / static_cast<double>(turns.size()));
+}
+
 struct Sums {
   double truth_mm = 0.0, stated_mm = 0.0, refined_mm = 0.0;
   double covered = 0.0, all = 0.0;
   double squares = 0.0, stated_squares = 0.0, count = 0.0;
+  double about_mean_squares = 0.0;
   double refine_s = 0.0;
   int taken = 0;
   int takes = 0;
@@ -235,6 +255,8 @@ void AddTake(const Fault& fault, uint64_t seed, Sums* sums) {
   sums->taken += refined.refinement.any_taken() ? 1 : 0;
   ++sums->takes;
   AddParameters(fault, scene, refined, sums);
+  sums->about_mean_squares +=
+      std::pow(AngleAboutMean(refined.cameras, scene.scene.cameras), 2);
 }
 
 nlohmann::json Run(int seeds, uint64_t first_seed, const std::string& only) {
@@ -258,6 +280,7 @@ nlohmann::json Run(int seeds, uint64_t first_seed, const std::string& only) {
         {"ratio", sums.refined_mm / sums.truth_mm},
         {"covered_percent", 100.0 * sums.covered / std::max(1.0, sums.all)},
         {"left", std::sqrt(sums.squares / count)},
+        {"turned_about_mean_deg", std::sqrt(sums.about_mean_squares / takes)},
         {"stated_sigma", std::sqrt(sums.stated_squares / count)},
         {"taken", sums.taken},
         {"takes", sums.takes},

@@ -84,35 +84,46 @@ def summary(scores):
           "observed": observed, "takes": len(scores)}
 
 
-def main():
-  parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def score_rows(description, default_seeds, cells):
+  """Reads the command line, prints and writes a row per cell.
+
+  A cell is (what tells its row from others, clips, keys): its takes are made
+  of each clip with each seed, and every way of tracking is scored on them.
+  """
+  parser = argparse.ArgumentParser(description=description)
   parser.add_argument("commands")
   parser.add_argument("out")
   parser.add_argument("--json")
-  parser.add_argument("--seeds", default="401,402", help="of scene and noise")
+  parser.add_argument("--seeds", default=default_seeds,
+                      help="of scene and noise")
   args = parser.parse_args()
   takes = Takes(args.commands, args.out)
   rows = []
-  for part, (clips, part_keys) in PARTS.items():
-    for rate in RATES:
-      for noise, noise_keys in NOISES.items():
-        scores = {way: [] for way in WAYS}
-        keys = f"{part_keys};{noise_keys};scene.frame_rate={rate}"
-        for clip in clips:
-          for seed in args.seeds.split(","):
-            name = f"{part}_{rate}_{noise}_{clip}_{seed}"
-            folder = takes.take("".join(c if c.isalnum() else "_" for c in name),
-                                clip, keys, seed)
-            for way in WAYS:
-              scores[way].append(takes.score(folder, way))
-        rows.append({"part": part, "rate_hz": rate, "noise": noise,
-                     **{way: summary(scores[way]) for way in WAYS}})
-        print(" | ".join([part, str(rate), noise] + [
-            f"{rows[-1][way]['mm']:.2f} mm, {rows[-1][way]['inside_percent']:.1f} %"
-            for way in WAYS]), flush=True)
+  for labels, clips, keys in cells:
+    scores = {way: [] for way in WAYS}
+    for clip in clips:
+      for seed in args.seeds.split(","):
+        name = "_".join(str(part) for part in (*labels.values(), clip, seed))
+        folder = takes.take("".join(c if c.isalnum() else "_" for c in name),
+                            clip, keys, seed)
+        for way in WAYS:
+          scores[way].append(takes.score(folder, way))
+    row = {way: summary(scores[way]) for way in WAYS}
+    rows.append({**labels, **row})
+    print(" | ".join([str(label) for label in labels.values()] + [
+        f"{row[way]['mm']:.2f} mm, {row[way]['inside_percent']:.1f} %"
+        for way in WAYS]), flush=True)
   if args.json:
     pathlib.Path(args.json).write_text(json.dumps(rows, indent=1) + "\n")
 
 
+def cells():
+  for part, (clips, part_keys) in PARTS.items():
+    for rate in RATES:
+      for noise, noise_keys in NOISES.items():
+        yield ({"part": part, "rate_hz": rate, "noise": noise}, clips,
+               f"{part_keys};{noise_keys};scene.frame_rate={rate}")
+
+
 if __name__ == "__main__":
-  main()
+  score_rows(__doc__.splitlines()[0], "401,402", cells())

@@ -2,7 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
 #include <vector>
+
+#include "core/io/detections/source.h"
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+#include "core/tracking/frame_observations.h"
+#include "tests/support/rig.h"
+#include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
@@ -64,6 +72,73 @@ TEST(FoundTwice, OnlyTheFirstAreLookedAt) {
   EXPECT_EQ(DropFoundTwice(2, &seen), 2u);
   EXPECT_EQ(seen.size(), 3u);
   EXPECT_EQ(seen[0].joints[0].confidence, 0.5);
+}
+
+struct Counts {
+  size_t people = 0;  // of five joints or more of 17
+  size_t dropped = 0;
+};
+
+Counts CountsOf(const CameraRig& cameras, const DetectionSequence& take) {
+  const Skeleton& skeleton = take.header.skeleton;
+  FrameObservations all(cameras, skeleton, skeleton, 5.0, FoundTwice::kKept);
+  FrameObservations once(cameras, skeleton, skeleton, 5.0,
+                         FoundTwice::kDropped);
+  Counts counts;
+  for (const DetectionFrame& frame : take.frames) {
+    all.Prepare(frame);
+    once.Prepare(frame);
+    for (size_t v = 0; v < cameras.size(); ++v) {
+      counts.people += all.OfView(v).size();
+      counts.dropped += all.OfView(v).size() - once.OfView(v).size();
+    }
+  }
+  return counts;
+}
+
+// Nothing here tells of a detection found twice, so none may be dropped.
+void ExpectNobodyDropped(const std::string& detections, size_t least_people) {
+  const DetectionSequence take = ReadDetections(detections);
+  // The rule looks at pixels alone; any camera without a lens will do.
+  const CameraRig cameras(take.header.view_names.size(),
+                          testing::RingOfCameras(1).front());
+  const Counts counts = CountsOf(cameras, take);
+  EXPECT_GT(counts.people, least_people);
+  EXPECT_EQ(counts.dropped, 0u) << "of " << counts.people;
+}
+
+TEST(FoundTwice, NobodyOnShelf) {
+  KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
+  ExpectNobodyDropped(data, 4000);
+}
+
+TEST(FoundTwice, NobodyOnPose2Sim) {
+  for (const std::string trial : {"single", "multi"}) {
+    KINEGRAPH_DATA_OR_SKIP(data, "pose2sim/" + trial + "/pose");
+    ExpectNobodyDropped(data, 300);
+  }
+}
+
+// Eight people crowd a small area before five cameras and a heavy detector that
+// finds nobody twice: whoever is dropped was another one. Passing right in
+// front of each other does it for a frame; more than one in a thousand would
+// cost tracks.
+TEST(FoundTwice, AnotherPersonIsSeldomTakenForOne) {
+  SceneOptions scene_options;
+  scene_options.seed = 951;
+  scene_options.people = 8;
+  scene_options.motion.area_radius_m = 2.5;
+  const Scene scene = MakeScene(scene_options);
+  NoiseOptions noise;
+  noise.seed = 951;
+  noise.joints.sigma_px = 5.0;
+  noise.joints.missing_rate = 0.15;
+  noise.joints.outlier_rate = 0.05;
+  const Counts counts = CountsOf(scene.cameras, Observe(scene, noise, nullptr));
+  EXPECT_GT(counts.people, 10000u);
+  EXPECT_LT(1000 * counts.dropped, counts.people);
+  RecordProperty("people", std::to_string(counts.people));
+  RecordProperty("dropped", std::to_string(counts.dropped));
 }
 
 }  // namespace
