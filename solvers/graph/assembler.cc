@@ -132,6 +132,8 @@ void Assembler::AppendView(const EstimatorFrame& frame, const FreshView& view,
         PixelSigma(options_, scene_.skeleton.joint_class(static_cast<int>(j)),
                    joint.confidence, depth_m, camera.focal_px());
     measurement.model_sigma_px = measurement.sigma_px;
+    measurement.log_confidence = static_cast<float>(
+        std::log(TrustedConfidence(options_, joint.confidence)));
     TimeNs& last = last_measured_[view.view_idx * joint_count + j];
     const double since_s = last == kNever
                                ? std::numeric_limits<double>::infinity()

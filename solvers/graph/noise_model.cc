@@ -5,11 +5,14 @@
 
 namespace kinegraph {
 
+double TrustedConfidence(const GraphOptions& options, double confidence) {
+  return std::min(1.0, std::max(options.min_confidence, confidence));
+}
+
 double PixelSigma(const GraphOptions& options, JointClass joint_class,
                   double confidence, double depth_m, double focal_px) {
   constexpr double kReferenceSize = 1000.0 / 4.0;  // px per metre
-  const double trusted =
-      std::min(1.0, std::max(options.min_confidence, confidence));
+  const double trusted = TrustedConfidence(options, confidence);
   const double sigma_px = options.sigma_px[static_cast<int>(joint_class)] *
                           std::pow(trusted, -options.confidence_power) *
                           focal_px / depth_m / kReferenceSize;

@@ -54,6 +54,10 @@ void DescribeNoise(GraphOptions* options, OptionVisitor& visitor) {
                  {"take", "fixed"},
                  "learn the detector's error and how long it lasts from the "
                  "take, or use the figures here");
+  visitor.Choice("confidence_from", &options->confidence_from,
+                 {"take", "fixed"},
+                 "learn what confidences are worth from the take (where pixel "
+                 "noise is), or believe confidence_power");
   visitor.Choice("process_noise_from", &options->process_noise_from,
                  {"take", "fixed"},
                  "learn the process noise from moment to moment from the "

@@ -92,6 +92,9 @@ struct GraphOptions {
   // around sigma_px, instead of the three fields above. The process noise: from
   // moment to moment by class of joint, instead of the table.
   NoiseFrom pixel_noise_from = NoiseFrom::kTake;
+  // What confidences are worth (solvers/noise/confidence_power.h), around
+  // confidence_power; only where pixel noise is learnt.
+  NoiseFrom confidence_from = NoiseFrom::kTake;
   NoiseFrom process_noise_from = NoiseFrom::kTake;
   // Where most views of a joint are lost, solve from rival starts too and keep
   // what costs least.
@@ -101,6 +104,10 @@ struct GraphOptions {
   // (solvers/noise/bias_model.h).
   ViewBiasUse view_bias = ViewBiasUse::kOff;
 
+  bool LearnsConfidence() const {
+    return pixel_noise_from == NoiseFrom::kTake &&
+           confidence_from == NoiseFrom::kTake;
+  }
   bool LearnsNoise() const {
     return pixel_noise_from == NoiseFrom::kTake ||
            process_noise_from == NoiseFrom::kTake;

@@ -32,8 +32,9 @@ struct PixelMeasurement {
   double sigma_px = 1.0;
   // Before anything was learnt from the take: of the options' noise model.
   double model_sigma_px = 1.0;
-  double information = 1.0;  // factor after the loss
-  double offset_s = 0.0;     // capture time less the frame's
+  float log_confidence = 0.0f;  // ln, as far as it is trusted
+  double information = 1.0;     // factor after the loss
+  double offset_s = 0.0;        // capture time less the frame's
   const Camera* camera = nullptr;
   int32_t view_slot = 0;  // which of the frame's views
   // Left out: the current estimate has no image in this view.

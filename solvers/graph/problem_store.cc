@@ -70,6 +70,7 @@ void ProblemStore::KeepMeasurements() {
       }
       ++runs_.back().length;
       pixels_.push_back({measurement.px, measurement.sigma_px});
+      log_confidences_.push_back(measurement.log_confidence);
       joints_.push_back(static_cast<uint16_t>(j));
       ++next_[j];
       --left;
@@ -109,8 +110,10 @@ void ProblemStore::RestoreMeasurements() {
       measurement.px = pixels_.front().px;
       measurement.sigma_px = pixels_.front().sigma_px;
       measurement.model_sigma_px = measurement.sigma_px;
+      measurement.log_confidence = log_confidences_.front();
       whole_.joints[joints_.front()].measurements.push_back(measurement);
       pixels_.pop_front();
+      log_confidences_.pop_front();
       joints_.pop_front();
     }
   }

@@ -33,7 +33,8 @@ class ProblemStore {
   PersonProblem TakeAll();
 
  private:
-  // Neighbouring measurements that differ by joint, pixel and sigma alone.
+  // Neighbouring measurements that differ by joint, pixel, sigma and confidence
+  // alone.
   struct Run {
     const Camera* camera = nullptr;
     double offset_s = 0.0;
@@ -57,9 +58,10 @@ class ProblemStore {
   std::deque<Eigen::Vector3d> starts_m_;  // [frame][joint] in a row
   std::deque<double> process_noise_;      // the same but for the first frame
   std::deque<Run> runs_;
-  std::deque<Pixel> pixels_;     // of all runs in a row
-  std::deque<uint16_t> joints_;  // of the pixels
-  std::vector<int32_t> next_;    // of newest_'s measurements, by joint
+  std::deque<Pixel> pixels_;           // of all runs in a row
+  std::deque<float> log_confidences_;  // of the pixels
+  std::deque<uint16_t> joints_;        // of the pixels
+  std::vector<int32_t> next_;          // of newest_'s measurements, by joint
 };
 
 }  // namespace kinegraph

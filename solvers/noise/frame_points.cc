@@ -30,11 +30,14 @@ FrameTriangulator::FrameTriangulator(const CameraRig& cameras)
 
 void FrameTriangulator::TakeViews(const JointChain& chain, size_t k) {
   views_.clear();
+  log_confidences_.clear();
   for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
     const PixelMeasurement& measurement = chain.measurements[m];
     views_.push_back({measurement.camera,
                       measurement.px - measurement.bias_px.cast<double>(),
-                      measurement.model_sigma_px});
+                      measurement.model_sigma_px *
+                          weighting_.SigmaFactor(measurement.log_confidence)});
+    log_confidences_.push_back(measurement.log_confidence);
   }
 }
 
@@ -59,13 +62,16 @@ bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
   const size_t count = views_.size();
   ideal_.clear();
   size_t taken = 0;
-  for (const PixelPoint& view : views_) {
+  for (size_t v = 0; v < count; ++v) {
+    const PixelPoint view = views_[v];
     const auto ideal = view.camera->Undistort(view.px);
     if (!ideal.has_value()) continue;
+    log_confidences_[taken] = log_confidences_[v];
     views_[taken++] = view;
     ideal_.push_back({view.camera, *ideal, 1.0 / view.sigma_px});
   }
   views_.resize(taken);
+  log_confidences_.resize(taken);
   if (views_.size() < 2) return false;
   TriangulationOptions anywhere;
   anywhere.require_in_front = false;
@@ -75,6 +81,8 @@ bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
   for (size_t v = views_.size(); v-- > 0;) {
     if (views_[v].camera->Project(dlt.point_m).has_value()) continue;
     views_.erase(views_.begin() + static_cast<std::ptrdiff_t>(v));
+    log_confidences_.erase(log_confidences_.begin() +
+                           static_cast<std::ptrdiff_t>(v));
   }
   if (views_.size() < 2) return false;
   const auto point = least_squares_.TriangulateFrom(dlt.point_m, views_);

@@ -9,6 +9,7 @@
 #include "core/geometry/triangulation.h"
 #include "solvers/filters/robust_triangulation.h"
 #include "solvers/graph/problem.h"
+#include "solvers/noise/confidence_power.h"
 #include "solvers/noise/pixel_noise.h"
 
 namespace kinegraph {
@@ -26,6 +27,12 @@ class FrameTriangulator {
   // `cameras` must outlive the triangulator: the views are told by their
   // camera's place in it.
   explicit FrameTriangulator(const CameraRig& cameras);
+
+  // From now on modelled sigmas are changed by it.
+  void set_weighting(const ConfidenceWeighting& weighting) {
+    weighting_ = weighting;
+  }
+  const ConfidenceWeighting& weighting() const { return weighting_; }
 
   // Takes the measurements of frame `k`, with the modelled sigmas and without
   // what is known of their bias. Least
@@ -46,6 +53,10 @@ class FrameTriangulator {
 
   const TriangulationResiduals& residuals() const { return residuals_; }
   const std::vector<PixelPoint>& views() const { return views_; }
+  // ln, one a view.
+  const std::vector<double>& log_confidences() const {
+    return log_confidences_;
+  }
 
   // The point that a redescending loss leaves, sigmas times `scale`. Narrowed
   // in stages from least squares (Huber, then Geman-McClure). nullopt unless
@@ -61,7 +72,9 @@ class FrameTriangulator {
   RobustTriangulator least_squares_;
   std::vector<RobustTriangulator> stages_;
   double correction_;
+  ConfidenceWeighting weighting_;
   std::vector<PixelPoint> views_;
+  std::vector<double> log_confidences_;
   std::vector<PixelPoint> scaled_;
   std::vector<PointMeasurement> ideal_;
   Start start_;

@@ -19,6 +19,7 @@ PersonNoise::PersonNoise(const SceneModel& scene, const GraphOptions& options)
     : scene_(scene),
       options_(options),
       triangulator_(scene.cameras),
+      confidences_(options.confidence_power, scene.frame_rate_hz),
       correlations_(scene.skeleton.joint_count(),
                     static_cast<int>(scene.cameras.size()),
                     scene.frame_rate_hz),
@@ -47,10 +48,29 @@ bool PersonNoise::Load(const PersonProblem& problem, size_t k, int joint_idx) {
 void PersonNoise::LearnPixels(const PersonProblem& problem, size_t k) {
   for (int j = 0; j < joint_count(); ++j) {
     if (Load(problem, k, j)) {
-      scales_.Add(scene_.skeleton.joint_class(j), triangulator_.residuals());
+      const JointClass joint_class = scene_.skeleton.joint_class(j);
+      scales_.Add(joint_class, triangulator_.residuals());
+      if (options_.LearnsConfidence() && !knows_confidences_) {
+        confidences_.Add(
+            joint_class, triangulator_.views(), triangulator_.log_confidences(),
+            triangulator_.start().position_m, triangulator_.weighting());
+      }
     }
     starts_.push_back(triangulator_.start());
   }
+}
+
+void PersonNoise::LearnTakesPixels(const PersonProblem& problem) {
+  const size_t count = problem.times.size();
+  for (size_t k = 0; k < count; ++k) LearnPixels(problem, k);
+  if (!options_.LearnsConfidence()) return;
+  triangulator_.set_weighting(confidences_.Fit());
+  knows_confidences_ = true;
+  if (triangulator_.weighting().added_power == 0.0) return;
+  // Other points, and with them another size of the errors.
+  scales_ = NoiseScales();
+  starts_.clear();
+  for (size_t k = 0; k < count; ++k) LearnPixels(problem, k);
 }
 
 void PersonNoise::RefreshScales() {
@@ -93,7 +113,7 @@ PersonNoise::Frame PersonNoise::Locate(const PersonProblem& problem, size_t k,
 void PersonNoise::LearnTake(const PersonProblem& problem) {
   const size_t count = problem.times.size();
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
-    for (size_t k = 0; k < count; ++k) LearnPixels(problem, k);
+    LearnTakesPixels(problem);
     RefreshScales();
     for (size_t k = 0; k < count; ++k) {
       for (int j = 0; j < joint_count(); ++j) {
@@ -113,6 +133,9 @@ void PersonNoise::LearnTake(const PersonProblem& problem) {
 void PersonNoise::AddFrame(const PersonProblem& problem, size_t k) {
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
     starts_from_ = k;
+    if (options_.LearnsConfidence()) {
+      triangulator_.set_weighting(confidences_.Fit());
+    }
     LearnPixels(problem, k);
     RefreshScales();
   }
@@ -237,7 +260,9 @@ void PersonNoise::Apply(PersonProblem* problem) {
                              frames_[k].variance_m2[j]);
       for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
         PixelMeasurement& measurement = chain.measurements[m];
-        measurement.sigma_px = scale * measurement.model_sigma_px;
+        measurement.sigma_px =
+            scale * measurement.model_sigma_px *
+            triangulator_.weighting().SigmaFactor(measurement.log_confidence);
         measurement.information = information;
       }
     }
@@ -253,17 +278,20 @@ double PersonNoise::CovarianceFactorOf(int joint_idx, size_t k) const {
 
 LearntNoise PersonNoise::Learnt() const {
   LearntNoise learnt;
+  const ConfidenceWeighting& weighting = triangulator_.weighting();
   for (int c = 0; c < kJointClassCount; ++c) {
     if (!present_[c]) continue;
     LearntNoise::OfClass& of_class = learnt.classes[c];
     of_class.joints_seen = scales_.count(static_cast<JointClass>(c));
-    of_class.sigma_px = options_.sigma_px[c] * scale_[c];
+    of_class.sigma_px =
+        options_.sigma_px[c] * scale_[c] * weighting.SigmaFactor(0.0);
     of_class.process_noise =
         UsualProcessNoise(static_cast<JointClass>(c)) * std::exp(level_[c]);
     of_class.least_process_noise = least_[c];
     of_class.greatest_process_noise = greatest_[c];
   }
   learnt.correlation = correlation_;
+  learnt.confidence_power = options_.confidence_power + weighting.added_power;
   return learnt;
 }
 
@@ -271,7 +299,8 @@ std::string ToString(const LearntNoise& learnt) {
   std::ostringstream line;
   line.precision(2);
   line << "errors last " << learnt.correlation.time_s << " s (share "
-       << learnt.correlation.share << ")";
+       << learnt.correlation.share << "), grow with confidence^-"
+       << learnt.confidence_power;
   for (int c = 0; c < kJointClassCount; ++c) {
     const LearntNoise::OfClass& of_class = learnt.classes[c];
     if (of_class.joints_seen == 0) continue;

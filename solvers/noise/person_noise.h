@@ -11,6 +11,7 @@
 #include "core/tracking/estimator.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
+#include "solvers/noise/confidence_power.h"
 #include "solvers/noise/filter_bank.h"
 #include "solvers/noise/frame_points.h"
 #include "solvers/noise/motion_level.h"
@@ -34,9 +35,12 @@ struct LearntNoise {
   };
   std::array<OfClass, kJointClassCount> classes;
   ErrorCorrelation correlation;
+  // The errors grow with confidence^-power.
+  double confidence_power = 0.0;
 };
 
-// One line for the log: "errors last 0.10 s (share 0.90); wrist 3.1 px, 4.2
+// One line for the log: "errors last 0.10 s (share 0.90), grow with
+// confidence^-0.5; wrist 3.1 px, 4.2
 // (0.4 .. 120) m^2/s^3; ...".
 std::string ToString(const LearntNoise& learnt);
 
@@ -80,6 +84,7 @@ class PersonNoise {
   }
   bool Load(const PersonProblem& problem, size_t k, int joint_idx);
   void LearnPixels(const PersonProblem& problem, size_t k);
+  void LearnTakesPixels(const PersonProblem& problem);
   void RefreshScales();
   // Whether a frame's pixels were learnt from before.
   enum class Pixels { kKnown, kNew };
@@ -97,6 +102,8 @@ class PersonNoise {
   // starts_from_ on, [frame][joint] in a row. Else empty.
   std::vector<FrameTriangulator::Start> starts_;
   size_t starts_from_ = 0;
+  ConfidenceLearner confidences_;
+  bool knows_confidences_ = false;  // all that there is to know
   NoiseScales scales_;
   CorrelationLearner correlations_;
   JointClassTable scale_;

@@ -58,6 +58,8 @@ void AddPerson(const LearntNoise& from, LearntNoise* to) {
                                        from.correlation.share, added);
   to->correlation.time_s = WeightedMean(to->correlation.time_s, before,
                                         from.correlation.time_s, added);
+  to->confidence_power =
+      WeightedMean(to->confidence_power, before, from.confidence_power, added);
   for (int c = 0; c < kJointClassCount; ++c) {
     AddClass(from.classes[static_cast<size_t>(c)],
              &to->classes[static_cast<size_t>(c)]);
@@ -115,6 +117,7 @@ std::string ToJson(const LearntNoise& learnt) {
   json.precision(6);
   json << "{\"error_time_s\": " << learnt.correlation.time_s
        << ", \"error_share\": " << learnt.correlation.share
+       << ", \"confidence_power\": " << learnt.confidence_power
        << ", \"classes\": {";
   bool first = true;
   for (int c = 0; c < kJointClassCount; ++c) {

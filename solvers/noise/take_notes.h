@@ -44,8 +44,8 @@ class TakeNotes {
   std::vector<std::shared_ptr<LearntNoise>> people_;
 };
 
-// {"error_time_s", "error_share", "classes": {"wrist": {"joints_seen",
-// "sigma_px", "process_noise", "least_process_noise",
+// {"error_time_s", "error_share", "confidence_power", "classes": {"wrist":
+// {"joints_seen", "sigma_px", "process_noise", "least_process_noise",
 // "greatest_process_noise"}, ...}}: classes of which something was seen, units
 // as in LearntNoise.
 std::string ToJson(const LearntNoise& learnt);

@@ -60,11 +60,11 @@ class Takes:
              f"--set=scene.seed={seed};noise.seed={seed};{CAMERAS};{keys}")
     return folder
 
-  def score(self, folder, way):
-    tracks, report = folder / f"{way}.jsonl", folder / f"{way}.json"
+  def score(self, folder, flags):
+    tracks, report = folder / "tracks.jsonl", folder / "score.json"
     self.run("track", f"--cameras={folder}/cameras.json",
              f"--detections={folder}/detections.jsonl", f"--out={tracks}",
-             *WAYS[way])
+             *flags)
     self.run("evaluate", "--protocol=mpjpe", f"--tracks={tracks}",
              f"--ground_truth={folder}/truth.jsonl", f"--json={report}")
     result = json.loads(report.read_text())["result"]
@@ -84,11 +84,12 @@ def summary(scores):
           "observed": observed, "takes": len(scores)}
 
 
-def score_rows(description, default_seeds, cells):
+def score_rows(description, default_seeds, cells, ways=None):
   """Reads the command line, prints and writes a row per cell.
 
   A cell is (what tells its row from others, clips, keys): its takes are made
-  of each clip with each seed, and every way of tracking is scored on them.
+  of each clip with each seed, and every way of tracking (name: flags) is scored
+  on them.
   """
   parser = argparse.ArgumentParser(description=description)
   parser.add_argument("commands")
@@ -97,22 +98,23 @@ def score_rows(description, default_seeds, cells):
   parser.add_argument("--seeds", default=default_seeds,
                       help="of scene and noise")
   args = parser.parse_args()
+  ways = ways or WAYS
   takes = Takes(args.commands, args.out)
   rows = []
   for labels, clips, keys in cells:
-    scores = {way: [] for way in WAYS}
+    scores = {way: [] for way in ways}
     for clip in clips:
       for seed in args.seeds.split(","):
         name = "_".join(str(part) for part in (*labels.values(), clip, seed))
         folder = takes.take("".join(c if c.isalnum() else "_" for c in name),
                             clip, keys, seed)
-        for way in WAYS:
-          scores[way].append(takes.score(folder, way))
-    row = {way: summary(scores[way]) for way in WAYS}
+        for way, flags in ways.items():
+          scores[way].append(takes.score(folder, flags))
+    row = {way: summary(scores[way]) for way in ways}
     rows.append({**labels, **row})
     print(" | ".join([str(label) for label in labels.values()] + [
         f"{row[way]['mm']:.2f} mm, {row[way]['inside_percent']:.1f} %"
-        for way in WAYS]), flush=True)
+        for way in ways]), flush=True)
   if args.json:
     pathlib.Path(args.json).write_text(json.dumps(rows, indent=1) + "\n")
 

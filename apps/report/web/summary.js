@@ -36,6 +36,7 @@ function learntPart(summary) {
   });
   const part = element('details', {}, [element('summary', { textContent: 'Learnt from the take' })]);
   if (noise.error_time_s) part.append(element('p', { textContent: 'The detector\u2019s errors last ' + human(noise.error_time_s) + ' s.' }));
+  if (noise.confidence_power !== undefined) part.append(element('p', { textContent: 'They grow with confidence to the power of ' + human(-noise.confidence_power) + '.' }));
   part.append(element('table', {}, [row('th', ['joints', 'error', 'drive, m\u00b2/s\u00b3'])].concat(rows)));
   return part;
 }

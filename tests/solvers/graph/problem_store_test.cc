@@ -22,6 +22,7 @@ void ExpectSame(const PixelMeasurement& a, const PixelMeasurement& b) {
   EXPECT_EQ(a.bias_px, b.bias_px);
   EXPECT_EQ(a.sigma_px, b.sigma_px);
   EXPECT_EQ(a.model_sigma_px, b.model_sigma_px);
+  EXPECT_EQ(a.log_confidence, b.log_confidence);
   EXPECT_EQ(a.information, b.information);
   EXPECT_EQ(a.offset_s, b.offset_s);
   EXPECT_EQ(a.camera, b.camera);

@@ -196,6 +196,7 @@ TEST(TakeNotesTest, PeopleAreOneInGeometricMeans) {
   const auto one = notes.NewPerson();
   one->classes[knee] = {300, 2.0, 1.0, 0.5, 4.0};
   one->correlation = {0.9, 0.1};
+  one->confidence_power = 1.0;
   const auto other = notes.NewPerson();
   other->classes[knee] = {100, 32.0, 16.0, 0.25, 64.0};
   other->correlation = {0.5, 0.3};
@@ -208,9 +209,11 @@ TEST(TakeNotesTest, PeopleAreOneInGeometricMeans) {
   EXPECT_EQ(all.classes[knee].greatest_process_noise, 64.0);
   EXPECT_NEAR(all.correlation.share, 0.8, 1e-9);
   EXPECT_NEAR(all.correlation.time_s, 0.15, 1e-9);
+  EXPECT_NEAR(all.confidence_power, 0.75, 1e-9);
   EXPECT_EQ(ToJson(all),
-            "{\"error_time_s\": 0.15, \"error_share\": 0.8, \"classes\": "
-            "{\"knee\": {\"joints_seen\": 400, \"sigma_px\": 4, "
+            "{\"error_time_s\": 0.15, \"error_share\": 0.8, "
+            "\"confidence_power\": 0.75, \"classes\": {\"knee\": "
+            "{\"joints_seen\": 400, \"sigma_px\": 4, "
             "\"process_noise\": 2, \"least_process_noise\": 0.25, "
             "\"greatest_process_noise\": 64}}}");
 }

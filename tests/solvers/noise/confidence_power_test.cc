@@ -1,0 +1,184 @@
+#include "solvers/noise/confidence_power.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <vector>
+
+#include "core/base/random.h"
+#include "solvers/graph/assembler.h"
+#include "solvers/noise/person_noise.h"
+#include "tests/support/simulated_person.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::SimulatedNoise;
+using testing::SimulatedTake;
+
+constexpr double kBelieved = 0.5;
+
+// Joints of single frames before a ring of cameras, at 25 Hz.
+struct Looks {
+  int views = 4;
+  int frames = 400;
+  double power = kBelieved;  // of the confidence, in truth
+  double least_confidence = 0.1;
+  double greatest_confidence = 1.0;
+  double outliers = 0.0;  // share, 100 px off
+};
+
+ConfidenceWeighting Learnt(const Looks& looks, uint64_t seed) {
+  const CameraRig cameras = testing::RingOfCameras(looks.views, 5.0, 1250.0);
+  ConfidenceLearner learner(kBelieved, 25.0);
+  RobustTriangulationOptions options;
+  options.loss = LossKind::kNone;
+  const RobustTriangulator triangulator(options);
+  Random random(seed);
+  for (int k = 0; k < looks.frames; ++k) {
+    const Eigen::Vector3d point_m(random.Uniform(-1.0, 1.0),
+                                  random.Uniform(-1.0, 1.0),
+                                  random.Uniform(0.0, 2.0));
+    std::vector<PixelPoint> views;
+    std::vector<double> log_confidences;
+    for (const Camera& camera : cameras) {
+      const double confidence = random.Uniform(
+          looks.least_confidence, looks.greatest_confidence + 1e-300);
+      const double sigma_px = 3.0 * std::pow(confidence, -looks.power);
+      Eigen::Vector2d px = *camera.Project(point_m);
+      px += Eigen::Vector2d(sigma_px * random.Normal(),
+                            sigma_px * random.Normal());
+      if (random.Chance(looks.outliers)) px.x() += 100.0;
+      // As the noise model has it, three times too large.
+      views.push_back({&camera, px, 9.0 * std::pow(confidence, -kBelieved)});
+      log_confidences.push_back(std::log(confidence));
+    }
+    const auto solved = triangulator.TriangulateFrom(point_m, views);
+    if (!solved.has_value()) continue;
+    learner.Add(JointClass::kElbow, views, log_confidences, solved->position_m,
+                ConfidenceWeighting());
+  }
+  return learner.Fit();
+}
+
+class ConfidencePowerTest
+    : public ::testing::TestWithParam<std::tuple<double, int, double>> {};
+
+// 400 looks by four views are worth 80 independent ones (errors are thought to
+// last 0.1 s) of five numbers. A relative change of each view's sigma by
+// exp(-dp (ln c - mean)), whose logarithm varies by 0.56 for confidences
+// uniform from 0.1 to 1, is told with an information of about 2 per number:
+// sd of the power 1 / sqrt(2 * 400 * 0.56^2) = 0.06, below half a step of the
+// powers that are compared (0.25, then 0.5). Views of less help with less.
+TEST_P(ConfidencePowerTest, IsWhatTheErrorsShow) {
+  Looks looks;
+  looks.power = std::get<0>(GetParam());
+  looks.views = std::get<1>(GetParam());
+  looks.outliers = std::get<2>(GetParam());
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    const double step = looks.power < 1.0 ? 0.25 : 0.5;
+    EXPECT_NEAR(kBelieved + Learnt(looks, seed).added_power, looks.power,
+                1.01 * step)
+        << seed;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Truths, ConfidencePowerTest,
+                         ::testing::Combine(::testing::Values(0.0, 0.5, 1.0,
+                                                              2.0),
+                                            ::testing::Values(3, 4, 8),
+                                            ::testing::Values(0.0, 0.05)));
+
+TEST(ConfidencePower, WithoutDifferencesWhatIsBelievedStays) {
+  Looks looks;
+  looks.power = 0.0;
+  looks.least_confidence = looks.greatest_confidence = 0.7;
+  const ConfidenceWeighting learnt = Learnt(looks, 1);
+  EXPECT_EQ(learnt.added_power, 0.0);
+  EXPECT_EQ(learnt.SigmaFactor(std::log(0.3)), 1.0);
+}
+
+TEST(ConfidencePower, NothingSeenIsNothingLearnt) {
+  const ConfidenceLearner learner(0.6, 25.0);
+  EXPECT_EQ(learner.Fit().added_power, 0.0);
+}
+
+TEST(ConfidencePower, SizeOfTheErrorsIsLeftAtTheMeanConfidence) {
+  ConfidenceWeighting weighting;
+  weighting.added_power = 0.5;
+  weighting.mean_log = std::log(0.25);
+  EXPECT_NEAR(weighting.SigmaFactor(std::log(0.25)), 1.0, 1e-15);
+  EXPECT_NEAR(weighting.SigmaFactor(0.0), 0.5, 1e-15);
+}
+
+// A person whose detector's confidences say nothing, though the noise model
+// believes in them.
+class MeaninglessConfidenceTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    scene_ = testing::SmallScene(testing::RingOfCameras(4, 5.0, 1250.0), 60.0);
+    GraphOptions without = testing::FixedNoise();
+    without.confidence_power = 0.0;
+    SimulatedNoise noise;
+    noise.confidence_low = 0.05;
+    Random random(5);
+    take_ =
+        testing::Simulate(scene_, without, testing::WalkingMotion(scene_, 300),
+                          noise, Eigen::Vector3d::Zero(), &random);
+  }
+
+  LearntNoise Learn(bool causal) {
+    Assembler assembler(scene_, options_);
+    problem_ = assembler.EmptyProblem();
+    PersonNoise noise(scene_, options_);
+    for (const EstimatorFrame& frame : take_.frames) {
+      assembler.Append(frame, &problem_);
+      if (causal) noise.AddFrame(problem_, problem_.times.size() - 1);
+    }
+    if (!causal) noise.LearnTake(problem_);
+    noise.Apply(&problem_);
+    return noise.Learnt();
+  }
+
+  // Greatest sigma over the least, of one joint: 20^p, but for the person's
+  // distance from the cameras (4 to 6 m, at most 1.5).
+  double SigmaRange() const {
+    double least = 1e300;
+    double greatest = 0.0;
+    for (const PixelMeasurement& m : problem_.joints[0].measurements) {
+      least = std::min(least, m.sigma_px);
+      greatest = std::max(greatest, m.sigma_px);
+    }
+    return greatest / least;
+  }
+
+  SceneModel scene_;
+  GraphOptions options_;
+  SimulatedTake take_;
+  PersonProblem problem_;
+};
+
+TEST_F(MeaninglessConfidenceTest, IsNoticed) {
+  for (const bool causal : {false, true}) {
+    const LearntNoise learnt = Learn(causal);
+    EXPECT_EQ(learnt.confidence_power, 0.0) << causal;
+    EXPECT_LT(SigmaRange(), 1.6) << causal;
+    // What the noise was made with: 6 px whatever the confidence. As in
+    // person_noise_test.cc, good to 5 %.
+    EXPECT_NEAR(
+        learnt.classes[static_cast<size_t>(JointClass::kWrist)].sigma_px, 6.0,
+        0.6)
+        << causal;
+  }
+}
+
+TEST_F(MeaninglessConfidenceTest, CanBeBelievedAllTheSame) {
+  options_.confidence_from = NoiseFrom::kFixed;
+  EXPECT_EQ(Learn(false).confidence_power, 0.5);
+  EXPECT_GT(SigmaRange(), 3.5);  // sqrt(20) is 4.5
+}
+
+}  // namespace
+}  // namespace kinegraph
