@@ -10,6 +10,9 @@ namespace {
 // sure; none was seen to.
 constexpr std::array<double, 7> kPowers = {0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0};
 
+// How long a detector's errors last, usually.
+constexpr double kMemory_s = 0.1;
+
 constexpr double kLogGreatest = 2.7725887222397811;  // ln 16
 
 double LogScale(int i, int count) {
@@ -32,8 +35,9 @@ double Greatest(const std::array<double, N>& values) {
 ConfidenceLearner::ConfidenceLearner(double believed_power,
                                      double frame_rate_hz)
     : believed_power_(believed_power),
-      // Of the information of frames whose errors last a tenth of a second.
-      weight_(std::tanh(0.5 / (0.1 * frame_rate_hz))),
+      frame_s_(std::max(1.0 / frame_rate_hz, kMemory_s)),
+      // Share of the information of independent ones (noise_model.h).
+      weight_(std::tanh(0.5 * frame_s_ / kMemory_s)),
       powers_(kPowers.begin(), kPowers.end()) {
   const auto at =
       std::lower_bound(powers_.begin(), powers_.end(), believed_power);
@@ -45,6 +49,16 @@ ConfidenceLearner::ConfidenceLearner(double believed_power,
   for (auto& of_power : log_likelihood_) {
     for (Scales& of_class : of_power) of_class.fill(0.0);
   }
+}
+
+bool ConfidenceLearner::BeginFrame(TimeNs time) {
+  constexpr double kEarly = 0.5;  // of a millisecond: clocks are rounded
+  if (last_.has_value() &&
+      ToSeconds(time - *last_) < frame_s_ - 1e-3 * kEarly) {
+    return false;
+  }
+  last_ = time;
+  return true;
 }
 
 bool ConfidenceLearner::Linearise(const std::vector<PixelPoint>& views,

@@ -8,8 +8,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "core/base/time.h"
 #include "core/skeleton/skeleton.h"
 #include "solvers/filters/robust_triangulation.h"
 
@@ -38,9 +40,13 @@ struct ConfidenceWeighting {
 // the size of errors that suits it best, by class of joint.
 class ConfidenceLearner {
  public:
-  // `believed_power` is where it starts; `frame_rate_hz` > 0: frames that
-  // follow each other within a detector's memory tell less.
+  // `believed_power` is where it starts; `frame_rate_hz` > 0.
   ConfidenceLearner(double believed_power, double frame_rate_hz);
+
+  // The next frame: false when it follows the last one that was looked at too
+  // soon to tell anything new (a detector's errors last), so that its joints
+  // need not be added. `time` ascends.
+  bool BeginFrame(TimeNs time);
 
   // A joint of one frame: what its views measured, with the sigmas of
   // `weighting` and the ln of their confidences, around the point where least
@@ -64,7 +70,9 @@ class ConfidenceLearner {
   bool LogLikelihood(double added_power, Scales* log_likelihood) const;
 
   const double believed_power_;
+  const double frame_s_;        // between frames that are looked at, at least
   const double weight_;         // of a frame
+  std::optional<TimeNs> last_;  // that was looked at
   std::vector<double> powers_;  // that are compared, ascending
   // ln likelihood by power and class of joint.
   std::vector<std::array<Scales, kJointClassCount>> log_likelihood_;

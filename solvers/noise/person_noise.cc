@@ -46,11 +46,14 @@ bool PersonNoise::Load(const PersonProblem& problem, size_t k, int joint_idx) {
 }
 
 void PersonNoise::LearnPixels(const PersonProblem& problem, size_t k) {
+  const bool looks_at_confidences = options_.LearnsConfidence() &&
+                                    !knows_confidences_ &&
+                                    confidences_.BeginFrame(problem.times[k]);
   for (int j = 0; j < joint_count(); ++j) {
     if (Load(problem, k, j)) {
       const JointClass joint_class = scene_.skeleton.joint_class(j);
       scales_.Add(joint_class, triangulator_.residuals());
-      if (options_.LearnsConfidence() && !knows_confidences_) {
+      if (looks_at_confidences) {
         confidences_.Add(
             joint_class, triangulator_.views(), triangulator_.log_confidences(),
             triangulator_.start().position_m, triangulator_.weighting());

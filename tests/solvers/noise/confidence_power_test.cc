@@ -66,12 +66,12 @@ ConfidenceWeighting Learnt(const Looks& looks, uint64_t seed) {
 class ConfidencePowerTest
     : public ::testing::TestWithParam<std::tuple<double, int, double>> {};
 
-// 400 looks by four views are worth 80 independent ones (errors are thought to
-// last 0.1 s) of five numbers. A relative change of each view's sigma by
-// exp(-dp (ln c - mean)), whose logarithm varies by 0.56 for confidences
-// uniform from 0.1 to 1, is told with an information of about 2 per number:
-// sd of the power 1 / sqrt(2 * 400 * 0.56^2) = 0.06, below half a step of the
-// powers that are compared (0.25, then 0.5). Views of less help with less.
+// 400 looks by four views, of five numbers each. A relative change of each
+// view's sigma by exp(-dp (ln c - mean)), whose logarithm varies by 0.56 for
+// confidences uniform from 0.1 to 1, is told with an information of about 2 per
+// number: sd of the power 1 / sqrt(2 * 400 * 0.56^2) = 0.06, below half a step
+// of the powers that are compared (0.25, then 0.5). Views of less help with
+// less.
 TEST_P(ConfidencePowerTest, IsWhatTheErrorsShow) {
   Looks looks;
   looks.power = std::get<0>(GetParam());
@@ -103,6 +103,20 @@ TEST(ConfidencePower, WithoutDifferencesWhatIsBelievedStays) {
 TEST(ConfidencePower, NothingSeenIsNothingLearnt) {
   const ConfidenceLearner learner(0.6, 25.0);
   EXPECT_EQ(learner.Fit().added_power, 0.0);
+}
+
+TEST(ConfidencePower, FramesThatFollowTooSoonAreLeftOut) {
+  ConfidenceLearner fast(kBelieved, 120.0);
+  int looked_at = 0;
+  for (int k = 0; k < 1200; ++k) {
+    looked_at += fast.BeginFrame(FromSeconds(k / 120.0)) ? 1 : 0;
+  }
+  EXPECT_EQ(looked_at, 100);  // of ten seconds
+  ConfidenceLearner slow(kBelieved, 5.0);
+  for (int k = 0; k < 50; ++k) {
+    // Clocks that jitter by a tenth of a millisecond.
+    EXPECT_TRUE(slow.BeginFrame(FromSeconds(0.2 * k - 1e-4 * (k % 2)))) << k;
+  }
 }
 
 TEST(ConfidencePower, SizeOfTheErrorsIsLeftAtTheMeanConfidence) {
