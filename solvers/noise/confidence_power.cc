@@ -10,8 +10,8 @@ namespace {
 // sure; none was seen to.
 constexpr std::array<double, 7> kPowers = {0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0};
 
-// How long a detector's errors last, usually.
-constexpr double kMemory_s = 0.1;
+// [s], how long a detector's errors last, usually.
+constexpr double kMemory = 0.1;
 
 constexpr double kLogGreatest = 2.7725887222397811;  // ln 16
 
@@ -35,9 +35,9 @@ double Greatest(const std::array<double, N>& values) {
 ConfidenceLearner::ConfidenceLearner(double believed_power,
                                      double frame_rate_hz)
     : believed_power_(believed_power),
-      frame_s_(std::max(1.0 / frame_rate_hz, kMemory_s)),
+      frame_s_(std::max(1.0 / frame_rate_hz, kMemory)),
       // Share of the information of independent ones (noise_model.h).
-      weight_(std::tanh(0.5 * frame_s_ / kMemory_s)),
+      weight_(std::tanh(0.5 * frame_s_ / kMemory)),
       powers_(kPowers.begin(), kPowers.end()) {
   const auto at =
       std::lower_bound(powers_.begin(), powers_.end(), believed_power);

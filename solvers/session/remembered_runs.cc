@@ -25,6 +25,10 @@ constexpr int64_t SolveCounts::*kCounts[] = {
     &SolveCounts::no_covariance};
 static_assert(sizeof(SolveCounts) == sizeof(int64_t) * std::size(kCounts),
               "a count is missing above");
+static_assert(sizeof(LearntNoise) ==
+                  kJointClassCount * (sizeof(int64_t) + 4 * sizeof(double)) +
+                      3 * sizeof(double),
+              "Put(LearntNoise) leaves something out");
 
 void PutPose(const Pose3d& pose, ByteWriter* writer) {
   writer->PutSize(pose.size());
@@ -84,6 +88,7 @@ void Put(const LearntNoise& learnt, ByteWriter* writer) {
   }
   writer->Put(learnt.correlation.share);
   writer->Put(learnt.correlation.time_s);
+  writer->Put(learnt.confidence_power);
 }
 
 LearntNoise GetLearntNoise(ByteReader* reader) {
@@ -97,6 +102,7 @@ LearntNoise GetLearntNoise(ByteReader* reader) {
   }
   learnt.correlation.share = reader->Get<double>();
   learnt.correlation.time_s = reader->Get<double>();
+  learnt.confidence_power = reader->Get<double>();
   return learnt;
 }
 
