@@ -18,6 +18,7 @@
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/writer.h"
 #include "core/io/configuration/config.h"
+#include "core/io/configuration/refinement_record.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/file_kind.h"
@@ -245,7 +246,17 @@ std::string ConvertCalibration(const ConversionOptions& flags,
   CameraReadOptions read = options.cameras;
   if (flags.from != "auto") read.format = flags.from;
   const CameraRig cameras = ReadCameras(flags.in, read);
+  const std::string refinement = RefinementText(flags.in);
+  if (!refinement.empty() && flags.to == "kinegraph") {
+    WriteCameras(flags.out, cameras, refinement);
+    return Count(cameras.size(), "cameras");
+  }
   WriteCalibration(flags.out, flags.to, cameras, losses);
+  if (!refinement.empty()) {
+    losses->push_back(
+        "how the cameras were refined, their clocks and uncertainty are not "
+        "kept");
+  }
   return Count(cameras.size(), "cameras");
 }
 

@@ -159,6 +159,25 @@ TEST(Convert, OwnFormatsComeBackByteForByte) {
   }
 }
 
+TEST(Convert, RefinedCamerasKeepTheirRecordOrSaySo) {
+  const TemporaryFolder folder;
+  const Take take(folder);
+  const std::string refinement =
+      R"({"clock_zero_s":0.1,"cameras":[{"name":"cam0","clock":)"
+      R"({"offset_s":-0.0123,"drift":1e-06},"parameters":["shift_x_px"]}],)"
+      R"("covariance":[[0.25]]})";
+  const std::string refined = folder.path() / "refined.cameras.json";
+  WriteCameras(refined, ReadCameras(take.cameras), refinement);
+  const std::string in = "--in=" + refined + " --out=" + folder.path().string();
+  const Outcome own = Convert(folder, in + "/own.json --to=kinegraph");
+  EXPECT_EQ(own.exit_code, 0);
+  EXPECT_EQ(own.errors, "");
+  EXPECT_EQ(ReadTextFile(folder.path() / "own.json"), ReadTextFile(refined));
+  const Outcome other = Convert(folder, in + "/other.toml --to=pose2sim");
+  EXPECT_EQ(other.exit_code, 0);
+  EXPECT_THAT(other.errors, HasSubstr("clocks and uncertainty are not kept"));
+}
+
 TEST(Convert, FlagsTellWhatTheInputDoesNot) {
   const TemporaryFolder folder;
   const std::string krt =

@@ -51,6 +51,19 @@ Eigen::MatrixXd CovarianceOf(const JsonField& field, int size) {
   return matrix;
 }
 
+// The file; an empty object where there can be no record.
+Json JsonWithRecord(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return Json::object();
+  const std::string text = ReadTextFile(path);
+  // Other formats, and our own without a record, are not looked at further.
+  if (text.find("\"kinegraph_cameras\"") == std::string::npos ||
+      text.find("\"refinement\"") == std::string::npos) {
+    return Json::object();
+  }
+  return ParseJson(text, path);
+}
+
 }  // namespace
 
 bool RefinementRecord::has_clocks() const {
@@ -60,15 +73,7 @@ bool RefinementRecord::has_clocks() const {
 }
 
 std::optional<RefinementRecord> ReadRefinementRecord(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return std::nullopt;
-  const std::string text = ReadTextFile(path);
-  // Other formats, and our own without a record, are not looked at further.
-  if (text.find("\"kinegraph_cameras\"") == std::string::npos ||
-      text.find("\"refinement\"") == std::string::npos) {
-    return std::nullopt;
-  }
-  const Json json = ParseJson(text, path);
+  const Json json = JsonWithRecord(path);
   const auto root = JsonField(json, path).Find("refinement");
   if (!root.has_value()) return std::nullopt;
   RefinementRecord record;
@@ -83,6 +88,15 @@ std::optional<RefinementRecord> ReadRefinementRecord(const std::string& path) {
   if (count > 0)
     record.covariance = CovarianceOf(root->At("covariance"), count);
   return record;
+}
+
+std::string RefinementText(const std::string& path) {
+  const Json json = JsonWithRecord(path);
+  const auto record = JsonField(json, path).Find("refinement");
+  return record.has_value()
+             ? record->value().dump(-1, ' ', false,
+                                    Json::error_handler_t::replace)
+             : "";
 }
 
 }  // namespace kinegraph

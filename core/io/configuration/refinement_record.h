@@ -40,6 +40,11 @@ struct RefinementRecord {
 // for a record that cannot be read.
 std::optional<RefinementRecord> ReadRefinementRecord(const std::string& path);
 
+// The record as the file has it (JSON), to be written again with the same
+// cameras (WriteCameras); empty where there is none. Throws InputError for a
+// file that cannot be parsed.
+std::string RefinementText(const std::string& path);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_IO_CONFIGURATION_REFINEMENT_RECORD_H_
