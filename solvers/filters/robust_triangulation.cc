@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -13,14 +14,17 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// Lower triangle of a symmetric matrix, row by row.
+using Lower = std::array<double, 6>;
+
 // Cost and Gauss-Newton system at a point. A view that cannot see the point
 // costs as if it were `kUnseen` sigmas off and pulls nowhere.
 struct Linearised {
   double cost = 0.0;
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Lower normal{};
   // With the loss' own curvature along each residual, kept positive: steps by
   // it do not creep as those of reweighting do.
-  Eigen::Matrix3d curvature = Eigen::Matrix3d::Zero();
+  Lower curvature{};
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
   std::vector<double> weights;
 };
@@ -29,38 +33,51 @@ void Linearise(LossKind loss, double scale,
                const std::vector<PixelPoint>& views,
                const Eigen::Vector3d& point_m, Linearised* at) {
   constexpr double kUnseen = 1e3;
-  Linearised& result = *at;
-  result.cost = 0.0;
-  result.normal.setZero();
-  result.curvature.setZero();
-  result.gradient.setZero();
-  result.weights.clear();
+  // Sums in registers; of the symmetric ones the lower triangle.
+  double cost = 0.0;
+  Lower normal{};
+  Lower curvature{};
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  at->weights.clear();
   for (const PixelPoint& view : views) {
     Matrix23d J;
     const auto projected = view.camera->Project(point_m, &J);
     if (!projected.has_value()) {
-      result.cost += 0.5 * EvaluateLoss(loss, scale, kUnseen * kUnseen).rho;
-      result.weights.push_back(0.0);
+      cost += 0.5 * EvaluateLoss(loss, scale, kUnseen * kUnseen).rho;
+      at->weights.push_back(0.0);
       continue;
     }
     const Eigen::Vector2d residual = (*projected - view.px) / view.sigma_px;
     J /= view.sigma_px;
     const LossValue value = EvaluateLoss(loss, scale, residual.squaredNorm());
-    result.cost += 0.5 * value.rho;
-    const Eigen::Matrix3d square = value.first * J.transpose() * J;
+    cost += 0.5 * value.rho;
     const Eigen::Vector3d pull = J.transpose() * residual;
     constexpr double kLeast = 0.1;  // of the weight
     const double bend = std::max(
         2.0 * value.second,
         (kLeast - 1.0) * value.first / std::max(residual.squaredNorm(), 1e-12));
-    result.normal += square;
-    result.curvature += square + bend * pull * pull.transpose();
-    result.gradient += value.first * pull;
-    result.weights.push_back(value.first);
+    for (int i = 0, n = 0; i < 3; ++i) {
+      for (int j = 0; j <= i; ++j, ++n) {
+        const double square =
+            value.first * J(0, i) * J(0, j) + value.first * J(1, i) * J(1, j);
+        normal[n] += square;
+        curvature[n] += square + bend * pull[i] * pull[j];
+      }
+    }
+    gradient += value.first * pull;
+    at->weights.push_back(value.first);
   }
+  at->cost = cost;
+  at->normal = normal;
+  at->curvature = curvature;
+  at->gradient = gradient;
 }
 
-bool Invert(const Eigen::Matrix3d& matrix, Eigen::Matrix3d* inverse) {
+bool Invert(const Lower& lower, Eigen::Matrix3d* inverse) {
+  Eigen::Matrix3d matrix;
+  matrix << lower[0], lower[1], lower[3],  //
+      lower[1], lower[2], lower[4],        //
+      lower[3], lower[4], lower[5];
   const Eigen::LDLT<Eigen::Matrix3d> factor(matrix);
   if (factor.info() != Eigen::Success || !factor.isPositive()) return false;
   const Eigen::Vector3d d = factor.vectorD();

@@ -27,6 +27,7 @@ PARTS = {
     "pixel noise and process noise fixed":
         "graph.pixel_noise_from=fixed;graph.process_noise_from=fixed",
     "process noise fixed": "graph.process_noise_from=fixed",
+    "confidences believed": "graph.confidence_from=fixed",
     "no rival starts": "graph.rival_starts=false",
     "no bones": "graph.bones=false",
     "bones of fixed freedom": "graph.bone_sigma_from=fixed",
