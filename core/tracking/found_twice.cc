@@ -1,20 +1,12 @@
 #include "core/tracking/found_twice.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
 
+#include "core/data/box.h"
+
 namespace kinegraph {
 namespace {
-
-// Length of the diagonal of what was found [px].
-double BoxSize(const Observation& observation) {
-  Eigen::AlignedBox2d box;
-  for (const Keypoint& joint : observation.joints) {
-    if (joint.found) box.extend(joint.px);
-  }
-  return box.isEmpty() ? 0.0 : box.diagonal().norm();
-}
 
 bool IsBetter(const Observation& a, const Observation& b) {
   if (a.found_count != b.found_count) return a.found_count > b.found_count;
@@ -25,7 +17,8 @@ bool IsBetter(const Observation& a, const Observation& b) {
 
 bool IsOnePerson(const Observation& a, const Observation& b) {
   constexpr double kApart = 0.05;
-  const double most_px = kApart * std::max(BoxSize(a), BoxSize(b));
+  const double most_px = kApart * std::max(DiagonalPx(BoxAround(a.joints)),
+                                           DiagonalPx(BoxAround(b.joints)));
   double sum_px = 0.0;
   int common = 0;
   int found_a = 0;

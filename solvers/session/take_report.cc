@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/data/box.h"
 #include "core/io/text/json.h"
 #include "core/tracking/gates.h"
 #include "solvers/scene/consistency.h"
@@ -34,17 +35,6 @@ struct CameraStatistics {
   StreamSample person_px;
   std::vector<int64_t> frames_with;  // by number of people
 };
-
-double DiagonalPx(const Detection& detection) {
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
-  Eigen::Vector2d high = -low;
-  for (const Keypoint& joint : detection.joints) {
-    if (!joint.found) continue;
-    low = low.cwiseMin(joint.px);
-    high = high.cwiseMax(joint.px);
-  }
-  return (high - low).norm();
-}
 
 }  // namespace
 
@@ -200,7 +190,7 @@ class TakeReporter::Impl {
       if (CountFound(detection) < kMinJoints) continue;
       ++people;
       ++camera.counts.detections;
-      camera.person_px.Add(DiagonalPx(detection));
+      camera.person_px.Add(DiagonalPx(BoxAround(detection.joints)));
       if (!fit_.full()) fit_.See(detection);
     }
     ++camera.frames_with[std::min(people, kMaxCounted - 1)];

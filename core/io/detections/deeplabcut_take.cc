@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "core/base/error.h"
+#include "core/data/box.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/text/names.h"
@@ -31,19 +32,12 @@ void Check(DeepLabCutColumns* columns) {
 }
 
 // Of the box around all that the detectors found.
-double Diagonal(const std::vector<std::vector<Keypoint>>& said) {
-  Eigen::Vector2d low_px = Eigen::Vector2d::Zero();
-  Eigen::Vector2d high_px = Eigen::Vector2d::Zero();
-  bool any = false;
+double SizeOf(const std::vector<std::vector<Keypoint>>& said) {
+  Eigen::AlignedBox2d box;
   for (const std::vector<Keypoint>& joints : said) {
-    for (const Keypoint& joint : joints) {
-      if (!joint.found) continue;
-      low_px = any ? low_px.cwiseMin(joint.px) : joint.px;
-      high_px = any ? high_px.cwiseMax(joint.px) : joint.px;
-      any = true;
-    }
+    box.extend(BoxAround(joints));
   }
-  return (high_px - low_px).norm();
+  return DiagonalPx(box);
 }
 
 Keypoint FuseJoint(const std::vector<std::vector<Keypoint>>& said, size_t j,
@@ -144,7 +138,7 @@ void DeepLabCutTake::Add(int64_t frame, size_t view_idx, size_t person,
 std::unique_ptr<DetectionSource> DeepLabCutTake::Finish() {
   constexpr double kApart = 0.05;
   for (const auto& [place, said] : waiting_) {
-    const double apart_px = kApart * Diagonal(said);
+    const double apart_px = kApart * SizeOf(said);
     std::vector<Keypoint>& joints =
         collector_.Add(place.frame, place.view_idx)->joints;
     for (size_t j = 0; j < said.front().size(); ++j) {

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
 #include "core/base/median.h"
+#include "core/data/box.h"
 
 namespace kinegraph {
 namespace {
@@ -36,19 +36,6 @@ std::vector<Bone> BonesOf(const Skeleton& skeleton) {
   return bones;
 }
 
-// Diagonal of the box around the found joints; 0 when there are too few.
-double DiagonalPx(const Detection& detection) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  Eigen::Vector2d low = {kInfinity, kInfinity};
-  Eigen::Vector2d high = -low;
-  for (const Keypoint& joint : detection.joints) {
-    if (!joint.found) continue;
-    low = low.cwiseMin(joint.px);
-    high = high.cwiseMax(joint.px);
-  }
-  return CountFound(detection) < kMinJoints ? 0.0 : (high - low).norm();
-}
-
 }  // namespace
 
 SkeletonFit::SkeletonFit(std::vector<const Skeleton*> candidates) {
@@ -60,7 +47,8 @@ SkeletonFit::SkeletonFit(std::vector<const Skeleton*> candidates) {
 }
 
 void SkeletonFit::See(const Detection& detection) {
-  const double diagonal_px = DiagonalPx(detection);
+  if (CountFound(detection) < kMinJoints) return;
+  const double diagonal_px = DiagonalPx(BoxAround(detection.joints));
   if (!(diagonal_px > 0.0)) return;
   for (Candidate& candidate : candidates_) {
     if (candidate.skeleton->joints().size() != detection.joints.size() ||
