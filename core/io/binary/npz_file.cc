@@ -1,7 +1,8 @@
 #include "core/io/binary/npz_file.h"
 
+#include <zlib.h>
+
 #include <algorithm>
-#include <array>
 #include <type_traits>
 
 #include "core/base/error.h"
@@ -12,24 +13,10 @@ namespace {
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
               "arrays are written as little-endian numbers");
 
-std::array<uint32_t, 256> MakeCrcTable() {
-  std::array<uint32_t, 256> table{};
-  for (uint32_t byte = 0; byte < 256; ++byte) {
-    uint32_t value = byte;
-    for (int bit = 0; bit < 8; ++bit) {
-      value = (value & 1U) != 0 ? value >> 1U ^ 0xEDB88320U : value >> 1U;
-    }
-    table[byte] = value;
-  }
-  return table;
-}
-
+// Of what `crc` is the sum of and `bytes` behind it; 0 is that of nothing.
 uint32_t ContinueCrc(uint32_t crc, std::string_view bytes) {
-  static const std::array<uint32_t, 256> kTable = MakeCrcTable();
-  for (const char byte : bytes) {
-    crc = kTable[(crc ^ static_cast<unsigned char>(byte)) & 0xFFU] ^ crc >> 8U;
-  }
-  return crc;
+  return static_cast<uint32_t>(
+      crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
 template <typename Value>
@@ -120,9 +107,7 @@ std::u32string CodePoints(const std::string& text) {
 
 }  // namespace
 
-uint32_t Crc32(std::string_view bytes) {
-  return ContinueCrc(0xFFFFFFFFU, bytes) ^ 0xFFFFFFFFU;
-}
+uint32_t Crc32(std::string_view bytes) { return ContinueCrc(0, bytes); }
 
 void NpzFile::Add(const std::string& name, const std::vector<size_t>& shape,
                   const std::vector<double>& values) {
@@ -177,8 +162,7 @@ void NpzFile::AddBytes(const std::string& name, const std::string& type,
   }
   Entry entry;
   entry.name = name + ".npy";
-  entry.crc =
-      ContinueCrc(ContinueCrc(0xFFFFFFFFU, header), bytes) ^ 0xFFFFFFFFU;
+  entry.crc = ContinueCrc(ContinueCrc(0, header), bytes);
   entry.size = static_cast<uint32_t>(size);
   entry.offset = static_cast<uint32_t>(offset_);
   std::string local;
