@@ -34,6 +34,7 @@ import os
 import pathlib
 import platform
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -165,6 +166,8 @@ def read(folder, file):
 def run(name, step, build, data):
     """Runs the commands; what they were run on stays beside their results."""
     folder = build / "evidence" / name
+    if folder.exists():  # of a run before
+        shutil.rmtree(folder)
     prepare(folder, build, data)
     if "targets" in step:
         subprocess.run(["cmake", "--build", build, "--target", *step["targets"]],
