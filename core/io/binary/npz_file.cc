@@ -15,6 +15,7 @@ static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__,
 
 // Of what `crc` is the sum of and `bytes` behind it; 0 is that of nothing.
 uint32_t ContinueCrc(uint32_t crc, std::string_view bytes) {
+  if (bytes.empty()) return crc;  // zlib begins anew where there is no data
   return static_cast<uint32_t>(
       crc32_z(crc, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
