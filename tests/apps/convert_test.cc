@@ -176,6 +176,12 @@ TEST(Convert, RefinedCamerasKeepTheirRecordOrSaySo) {
   const Outcome other = Convert(folder, in + "/other.toml --to=pose2sim");
   EXPECT_EQ(other.exit_code, 0);
   EXPECT_THAT(other.errors, HasSubstr("clocks and uncertainty are not kept"));
+  // A broken one is not handed on.
+  WriteCameras(refined, ReadCameras(take.cameras), "{\"cameras\": 3}");
+  const Outcome broken = Convert(folder, in + "/broken.json --to=kinegraph");
+  EXPECT_EQ(broken.exit_code, 2);
+  EXPECT_THAT(broken.errors, HasSubstr("refinement: cameras: found 3"));
+  EXPECT_FALSE(fs::exists(folder.path() / "broken.json"));
 }
 
 TEST(Convert, FlagsTellWhatTheInputDoesNot) {

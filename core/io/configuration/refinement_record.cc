@@ -91,12 +91,10 @@ std::optional<RefinementRecord> ReadRefinementRecord(const std::string& path) {
 }
 
 std::string RefinementText(const std::string& path) {
+  if (!ReadRefinementRecord(path).has_value()) return "";
   const Json json = JsonWithRecord(path);
-  const auto record = JsonField(json, path).Find("refinement");
-  return record.has_value()
-             ? record->value().dump(-1, ' ', false,
-                                    Json::error_handler_t::replace)
-             : "";
+  return json.at("refinement")
+      .dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace kinegraph

@@ -42,7 +42,7 @@ std::optional<RefinementRecord> ReadRefinementRecord(const std::string& path);
 
 // The record as the file has it (JSON), to be written again with the same
 // cameras (WriteCameras); empty where there is none. Throws InputError for a
-// file that cannot be parsed.
+// record that cannot be read.
 std::string RefinementText(const std::string& path);
 
 }  // namespace kinegraph
