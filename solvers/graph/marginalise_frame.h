@@ -2,6 +2,8 @@
 #ifndef KINEGRAPH_SOLVERS_GRAPH_MARGINALISE_FRAME_H_
 #define KINEGRAPH_SOLVERS_GRAPH_MARGINALISE_FRAME_H_
 
+#include <optional>
+
 #include "solvers/graph/problem.h"
 
 namespace kinegraph {
@@ -14,9 +16,10 @@ StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
                                  const JointChain& chain, double correction);
 
 // The same for all joints together, where bones couple them: a prior on their
-// second states.
-PersonPrior MarginaliseFirstFrame(const PersonProblem& problem,
-                                  double correction);
+// second states, by Schur complement. nullopt where the information is not
+// positive definite, which takes a factor of the user's own that says so.
+std::optional<PersonPrior> MarginaliseFirstFrame(const PersonProblem& problem,
+                                                 double correction);
 
 // Replaces the first frame of every joint by such a prior; with bones, or a
 // person's prior from earlier ones, also the person's.

@@ -64,10 +64,12 @@ using PersonStates = std::vector<StateChain>;  // [joint][frame]
 
 // Gaussian on the first states of all joints below each other.
 struct PersonPrior {
-  Eigen::MatrixXd A;
+  Eigen::MatrixXd A;  // upper triangular
   Eigen::VectorXd x0;
   Eigen::VectorXd b;
-  Eigen::MatrixXd A_stated;  // as StatePrior's
+  Eigen::MatrixXd information;  // A'A
+  // The same for covariances, as StatePrior::A_stated.
+  Eigen::MatrixXd stated;
 
   bool empty() const { return A.size() == 0; }
   // A (x - x0) + b; the Jacobian is A.

@@ -52,7 +52,7 @@ void BoneSolver::LoadPrior(const PersonPrior& prior) {
   if (prior.empty()) return;
   const auto lanes = static_cast<Eigen::Index>(lanes_.lanes());
   const Eigen::Index size = prior.A.cols();
-  const Eigen::MatrixXd information = prior.A.transpose() * prior.A;
+  const Eigen::MatrixXd& information = prior.information;
   prior_own_.setZero(lanes, kLaneBlockSize);
   prior_cross_.setZero(6 * lanes, size);
   for (Eigen::Index column = 0; column < size; ++column) {

@@ -5,30 +5,11 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/base/lane_buffer.h"
 #include "solvers/graph/problem.h"
 #include "solvers/sweeps/chain_lanes.h"
 
 namespace kinegraph {
-
-// Numbers in rows of lanes, aligned for every instruction set.
-class LaneBuffer {
- public:
-  LaneBuffer() = default;
-  LaneBuffer(LaneBuffer&&) = default;
-  LaneBuffer& operator=(LaneBuffer&&) = default;
-
-  double* data() { return aligned_; }
-  const double* data() const { return aligned_; }
-  double& operator[](size_t index) { return aligned_[index]; }
-  double operator[](size_t index) const { return aligned_[index]; }
-  // What it holds afterwards is undefined.
-  void Reserve(size_t size);
-  void Assign(size_t size, double value);
-
- private:
-  std::vector<double> memory_;
-  double* aligned_ = nullptr;
-};
 
 // The arrays behind ChainLanes. Keeps its memory between calls.
 class LaneProblem {

@@ -66,23 +66,15 @@ void AddCouplings(const PersonProblem& problem, PersonSystem* system) {
   ForEachCoupling(problem, FactorWalk(), add);
 }
 
-// The joints' own blocks of A'A.
-void AddPriorInformation(const Eigen::MatrixXd& A, PersonSystem* system) {
+// What the prior says goes to the chains, and between joints to the coupling.
+void AddPrior(const PersonPrior& prior, PersonSystem* system) {
+  system->prior_coupling = prior.stated;
   for (size_t j = 0; j < system->chains.size(); ++j) {
-    // A is upper triangular: below the block there is nothing.
-    const auto columns =
-        A.block(0, j * kStateSize, (j + 1) * kStateSize, kStateSize);
-    system->chains[j].diagonal[0].noalias() += columns.transpose() * columns;
+    auto own = system->prior_coupling.block<kStateSize, kStateSize>(
+        j * kStateSize, j * kStateSize);
+    system->chains[j].diagonal[0] += own;
+    own.setZero();
   }
-}
-
-// A'A without the joints' own blocks; empty without a prior.
-Eigen::MatrixXd PriorCoupling(const Eigen::MatrixXd& A) {
-  Eigen::MatrixXd coupling = A.transpose() * A;
-  for (Eigen::Index at = 0; at < A.cols(); at += kStateSize) {
-    coupling.block<kStateSize, kStateSize>(at, at).setZero();
-  }
-  return coupling;
 }
 
 // Covariances by what each frame is told from both sides: a frame's pivot is
@@ -350,10 +342,7 @@ bool PersonCovariances(const PersonProblem& problem, double correction,
         &system.chains[j]);
   }
   AddCouplings(problem, &system);
-  if (!problem.prior.empty()) {
-    system.prior_coupling = PriorCoupling(problem.prior.A_stated);
-    AddPriorInformation(problem.prior.A_stated, &system);
-  }
+  if (!problem.prior.empty()) AddPrior(problem.prior, &system);
   return FrameInversion(problem, system).Run(frame_end, covariances);
 }
 
