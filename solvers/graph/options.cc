@@ -80,8 +80,9 @@ void DescribeBones(GraphOptions* options, OptionVisitor& visitor) {
                  "robust loss of lengths whose freedom the take shows; it "
                  "begins at three times that");
   visitor.Boolean("bone_swing", &options->bone_swing,
-                  "steps know that a stretched bone resists what turns it; off "
-                  "for figures of older versions");
+                  "steps know that a stretched bone resists what turns it, and "
+                  "are rough far from the minimum; off for figures of older "
+                  "versions");
 }
 
 void DescribeSolver(GraphOptions* options, OptionVisitor& visitor) {

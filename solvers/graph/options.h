@@ -124,7 +124,8 @@ struct GraphOptions {
   NoiseFrom bone_sigma_from = NoiseFrom::kTake;
   LossKind bone_loss = LossKind::kNone;
   // Steps of the sweeps know that a stretched bone resists what turns it
-  // (BoneLength::Swing): the same minimum, found sooner and more often.
+  // (BoneLength::Swing), and far from the minimum solve their system roughly:
+  // the same minimum, found sooner and more often.
   bool bone_swing = true;
 
   // A joint is written for at most this long without a supporting view [s].

@@ -100,7 +100,7 @@ void BoneSolver::AddCouplings(const PersonProblem& problem,
     const LossValue loss = robustness.Evaluate(at.squared_norm());
     system->cost += 0.5 * robustness.information * loss.rho;
     const double weight = robustness.information * loss.first;
-    const double swing = bone_swing_ ? factor.Swing(at.residual[0]) : 0.0;
+    const double swing = older_steps_ ? 0.0 : factor.Swing(at.residual[0]);
     const double resistance = swing * factor.per_sigma * factor.per_sigma;
     const auto information = [&](int i, int row, int j, int column) {
       const double along = at.by_states[i](0, row) * at.by_states[j](0, column);
@@ -172,12 +172,12 @@ bool BoneSolver::Linearise(const PersonProblem& problem,
   return std::isfinite(system->cost);
 }
 
-bool BoneSolver::FindStep(double damping) {
+bool BoneSolver::FindStep(double damping, double accuracy) {
   const LaneCouplings couplings = {
       system_.couplings.data(), static_cast<int>(system_.couplings.size()),
       prior_cross_.size() > 0 ? prior_cross_.data() : nullptr};
   return SolveCoupledLanes(lanes_.arrays(), system_.rows(), couplings, damping,
-                           workspace_.data(), step_.data());
+                           accuracy, workspace_.data(), step_.data());
 }
 
 double BoneSolver::MoveCandidate(double scale) {
@@ -208,14 +208,20 @@ double BoneSolver::Dot(const LaneBuffer& a, const LaneBuffer& b) const {
 
 bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
                           double step_tolerance_m, SolveReport* report) {
+  // The next step corrects what one leaves: far from the minimum a tenth of the
+  // gradient, near it a hundredth, so that a short step means little is left.
+  constexpr double kFar_m = 1e-3;
+  constexpr double kNear = 0.01;
+  const double accuracy_far = older_steps_ ? kNear : 0.1;
   if (!Linearise(problem, stage, &lanes_.states(), &system_)) return false;
   Damping damping;
+  double accuracy = accuracy_far;
   report->converged = false;
   has_previous_ = false;
   for (int iteration = 0; iteration < stage.max_iterations; ++iteration) {
     CheckStop();
     ++report->iterations;
-    if (!FindStep(damping.value())) {
+    if (!FindStep(damping.value(), accuracy)) {
       if (!damping.Raise()) break;
       continue;
     }
@@ -227,7 +233,9 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
     }
     damping.Lower();
     KeepCandidate();
-    if (move_m < step_tolerance_m) {
+    const bool settled = move_m < step_tolerance_m && accuracy == kNear;
+    accuracy = move_m > kFar_m ? accuracy_far : kNear;
+    if (settled) {
       report->converged = true;
       break;
     }
@@ -246,11 +254,15 @@ void BoneSolver::LeapAhead(const PersonProblem& problem,
               previous_step_.data());
   has_previous_ = true;
   if (to_come == 0.0) return;
-  MoveCandidate(to_come);
-  if (!Linearise(problem, stage, &candidate_, &trial_)) return;
-  if (!(trial_.cost < system_.cost)) return;
-  KeepCandidate();
-  has_previous_ = false;
+  for (const double share : {1.0, 0.25}) {
+    if (share < 1.0 && older_steps_) return;
+    MoveCandidate(share * to_come);
+    if (!Linearise(problem, stage, &candidate_, &trial_)) continue;
+    if (!(trial_.cost < system_.cost)) continue;
+    KeepCandidate();
+    has_previous_ = false;
+    return;
+  }
 }
 
 void BoneSolver::Unload(const SolveSchedule& schedule, SolveReport* report,
@@ -279,7 +291,7 @@ SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
   SolveReport report;
   if (problem->times.empty()) return report;
   Load(*problem);
-  bone_swing_ = schedule.bone_swing;
+  older_steps_ = !schedule.bone_swing;
   for (const SolveStage& stage : schedule.stages) {
     if (!RunStage(*problem, stage, schedule.step_tolerance_m, &report)) {
       report.finite = report.converged = false;

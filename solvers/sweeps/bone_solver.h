@@ -45,14 +45,15 @@ class BoneSolver {
                     System* system) const;
   void AddPrior(const PersonPrior& prior, const LaneBuffer& states,
                 System* system) const;
-  // Of H step = -gradient; false where it is not positive definite.
-  bool FindStep(double damping);
+  // Of H step = -gradient; false where it is not positive definite. `accuracy`
+  // as that of SolveCoupledLanes.
+  bool FindStep(double damping, double accuracy);
   // candidate = states + scale step; returns how far that moves a position [m].
   double MoveCandidate(double scale);
   void KeepCandidate();
   bool RunStage(const PersonProblem& problem, const SolveStage& stage,
                 double step_tolerance_m, SolveReport* report);
-  // Goes on along a step that creeps, if the cost falls (creep.h).
+  // Goes on along a step that creeps (creep.h), as far as the cost falls.
   void LeapAhead(const PersonProblem& problem, const SolveStage& stage);
   double Dot(const LaneBuffer& a, const LaneBuffer& b) const;
   void Unload(const SolveSchedule& schedule, SolveReport* report,
@@ -67,7 +68,7 @@ class BoneSolver {
   Eigen::MatrixXd prior_cross_;  // [6 lanes x 6 joints]
   LaneBuffer candidate_, step_, previous_step_, workspace_;
   bool has_previous_ = false;
-  bool bone_swing_ = true;
+  bool older_steps_ = false;  // SolveSchedule::bone_swing off
 };
 
 }  // namespace kinegraph

@@ -64,9 +64,9 @@ void WeighChainLanes(const ChainLanes& chains, const LaneStage& stage,
 
 bool SolveCoupledLanes(const ChainLanes& chains, const LaneSystemRows& system,
                        const LaneCouplings& couplings, double damping,
-                       double* workspace, double* step) {
-  return Kernels().solve_coupled(chains, system, couplings, damping, workspace,
-                                 step);
+                       double accuracy, double* workspace, double* step) {
+  return Kernels().solve_coupled(chains, system, couplings, damping, accuracy,
+                                 workspace, step);
 }
 
 }  // namespace kinegraph

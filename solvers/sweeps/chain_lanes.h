@@ -116,11 +116,12 @@ long CoupledWorkspaceSize(int frames, int lanes);
 
 // Solves H step = -gradient, step [frames][6][lanes], for the chains together
 // with what couples them and `damping` times the chains' diagonal: conjugate
-// gradients, preconditioned with the chains, down to a residual of a hundredth
-// in the chains' norm. False where the chains are not positive definite.
+// gradients, preconditioned with the chains, down to a residual of `accuracy`
+// of the gradient in the chains' norm. False where the chains are not positive
+// definite.
 bool SolveCoupledLanes(const ChainLanes& chains, const LaneSystemRows& system,
                        const LaneCouplings& couplings, double damping,
-                       double* workspace, double* step);
+                       double accuracy, double* workspace, double* step);
 
 }  // namespace kinegraph
 

@@ -20,8 +20,8 @@ namespace kinegraph {
 template <typename T>
 class CoupledSolve {
  public:
-  // Rows of a frame: inverse, motion, and five vectors.
-  static constexpr long kRowsPerFrame = kLaneBlockSize + 4 + 5 * 6;
+  // Rows of a frame: inverse, motion, five vectors, and one of positions.
+  static constexpr long kRowsPerFrame = kLaneBlockSize + 4 + 5 * 6 + 3;
 
   CoupledSolve(const ChainLanes& chains, const LaneCouplings& couplings,
                double* workspace)
@@ -38,13 +38,14 @@ class CoupledSolve {
     direction_ = take(6L * frames_);
     by_chains_ = take(6L * frames_);
     solution_ = take(6L * frames_);
+    by_couplings_ = take(3L * frames_);
     by_first_ = take(6);
     sums_ = take(1);
   }
 
   bool Factorise(const double* diagonal, double damping);
   // Once factorised.
-  void Solve(const double* gradient, double* step);
+  void Solve(const double* gradient, double accuracy, double* step);
 
  private:
   T Row(const double* rows, long row, int lane) const {
@@ -80,16 +81,6 @@ class CoupledSolve {
     for (int lane = 0; lane < chains_.joints; ++lane) sum += sums_[lane];
     return sum;
   }
-  double& At(double* rows, int k, int i, int lane) const {
-    return rows[(6L * k + i) * chains_.lanes + lane];
-  }
-  // The direction's positions at both ends.
-  void LoadEnds(const LaneCoupling& coupling, double* a, double* b) const {
-    for (int axis = 0; axis < 3; ++axis) {
-      a[axis] = At(direction_, coupling.frame, axis, coupling.a);
-      b[axis] = At(direction_, coupling.frame, axis, coupling.b);
-    }
-  }
   double Condition();
   double Turn(double turn);
   double Couple();
@@ -105,7 +96,8 @@ class CoupledSolve {
   double* direction_;    // d
   double* by_chains_;    // M d
   double* solution_;
-  double* by_first_;  // the first states' part of C d
+  double* by_couplings_;  // C d, of the positions
+  double* by_first_;      // and of the first states by their prior
   double* sums_;
 };
 
@@ -239,19 +231,30 @@ double CoupledSolve<T>::Turn(double turn) {
   return Sum();
 }
 
-// d'C d; keeps the first states' part of C d.
+// Fills C d; returns d'C d.
 template <typename T>
 double CoupledSolve<T>::Couple() {
+  const long lanes = chains_.lanes;
+  for (long i = 0; i < 3L * frames_ * lanes; ++i) by_couplings_[i] = 0.0;
   double sum = 0.0;
   for (int i = 0; i < couplings_.count; ++i) {
     const LaneCoupling& coupling = couplings_.list[i];
+    const double* const d = direction_ + 6L * coupling.frame * lanes;
+    double* const to = by_couplings_ + 3L * coupling.frame * lanes;
+    const auto& block = coupling.block;
     double a[3];
     double b[3];
-    LoadEnds(coupling, a, b);
-    for (int row = 0; row < 3; ++row) {
-      const double* const block = coupling.block[row];
-      sum +=
-          2.0 * a[row] * (block[0] * b[0] + block[1] * b[1] + block[2] * b[2]);
+    for (int axis = 0; axis < 3; ++axis) {
+      a[axis] = d[axis * lanes + coupling.a];
+      b[axis] = d[axis * lanes + coupling.b];
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      const double of_b =
+          block[axis][0] * b[0] + block[axis][1] * b[1] + block[axis][2] * b[2];
+      sum += 2.0 * a[axis] * of_b;
+      to[axis * lanes + coupling.a] += of_b;
+      to[axis * lanes + coupling.b] +=
+          block[0][axis] * a[0] + block[1][axis] * a[1] + block[2][axis] * a[2];
     }
   }
   if (couplings_.first == nullptr) return sum;
@@ -261,7 +264,7 @@ double CoupledSolve<T>::Couple() {
       T product = 0.0;
       for (int joint = 0; joint < chains_.joints; ++joint) {
         for (int j = 0; j < 6; ++j) {
-          product += At(direction_, 0, j, joint) *
+          product += direction_[j * lanes + joint] *
                      Row(couplings_.first, 6L * (6L * joint + j) + i, lane);
         }
       }
@@ -275,27 +278,17 @@ double CoupledSolve<T>::Couple() {
 // solution += share d, r -= share (M + C) d.
 template <typename T>
 void CoupledSolve<T>::Advance(double share) {
-  for (long row = 0; row < 6L * frames_; ++row) {
-    for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
-      StoreRow(Row(solution_, row, lane) + share * Row(direction_, row, lane),
-               solution_, row, lane);
-      StoreRow(Row(residual_, row, lane) - share * Row(by_chains_, row, lane),
-               residual_, row, lane);
-    }
-  }
-  for (int i = 0; i < couplings_.count; ++i) {
-    const LaneCoupling& coupling = couplings_.list[i];
-    double a[3];
-    double b[3];
-    LoadEnds(coupling, a, b);
-    const auto& block = coupling.block;
-    for (int axis = 0; axis < 3; ++axis) {
-      At(residual_, coupling.frame, axis, coupling.a) -=
-          share * (block[axis][0] * b[0] + block[axis][1] * b[1] +
-                   block[axis][2] * b[2]);
-      At(residual_, coupling.frame, axis, coupling.b) -=
-          share * (block[0][axis] * a[0] + block[1][axis] * a[1] +
-                   block[2][axis] * a[2]);
+  for (int k = 0; k < frames_; ++k) {
+    for (int i = 0; i < 6; ++i) {
+      const long row = 6L * k + i;
+      for (int lane = 0; lane < chains_.lanes; lane += T::kLanes) {
+        T product = Row(by_chains_, row, lane);
+        if (i < 3) product += Row(by_couplings_, 3L * k + i, lane);
+        StoreRow(Row(solution_, row, lane) + share * Row(direction_, row, lane),
+                 solution_, row, lane);
+        StoreRow(Row(residual_, row, lane) - share * product, residual_, row,
+                 lane);
+      }
     }
   }
   if (couplings_.first == nullptr) return;
@@ -308,9 +301,8 @@ void CoupledSolve<T>::Advance(double share) {
 }
 
 template <typename T>
-void CoupledSolve<T>::Solve(const double* gradient, double* step) {
-  // Gauss-Newton corrects what is left, so the systems need not be exact.
-  constexpr double kRelative = 1e-2;  // of the residual, in the chains' norm
+void CoupledSolve<T>::Solve(const double* gradient, double accuracy,
+                            double* step) {
   constexpr int kMaxIterations = 100;
   const long size = 6L * frames_ * chains_.lanes;
   for (long i = 0; i < size; ++i) {
@@ -322,7 +314,7 @@ void CoupledSolve<T>::Solve(const double* gradient, double* step) {
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     const double now = Condition();
     if (iteration == 0) first = now;
-    if (!(now > kRelative * kRelative * first)) break;
+    if (!(now > accuracy * accuracy * first)) break;
     const double chains = Turn(iteration == 0 ? 0.0 : now / before);
     before = now;
     const double curvature = chains + Couple();
@@ -336,10 +328,10 @@ template <typename T>
 bool SolveCoupledLanesWith(const ChainLanes& chains,
                            const LaneSystemRows& system,
                            const LaneCouplings& couplings, double damping,
-                           double* workspace, double* step) {
+                           double accuracy, double* workspace, double* step) {
   CoupledSolve<T> solve(chains, couplings, workspace);
   if (!solve.Factorise(system.diagonal, damping)) return false;
-  solve.Solve(system.gradient, step);
+  solve.Solve(system.gradient, accuracy, step);
   return true;
 }
 
