@@ -207,7 +207,7 @@ bool BatchEstimator::RescaleNoise(const SolveStage& stage,
                                   double least_change) {
   const double correction = InformationCorrection(stage.loss, stage.scale);
   std::vector<double> squares;
-  const auto covariances = solver_.JointCovariances(problem_, correction);
+  const auto covariances = solver_.StateCovariances(problem_, correction);
   for (int j = 0; j < joint_count(); ++j) {
     if (covariances[j].empty()) continue;
     CollectSquares(problem_.joints[j], covariances[j], 0, records_.size(),
@@ -328,13 +328,13 @@ void BatchEstimator::WriteFinals() {
 void BatchEstimator::DistrustBones(
     std::vector<std::vector<Eigen::Matrix3d>>* covariances) {
   constexpr double kSurelyS = 0.1;
-  const auto alone = solver_.JointCovariances(problem_, solver_.correction());
+  const auto alone = solver_.JointCovariances(problem_);
   for (int j = 0; j < joint_count(); ++j) {
     std::vector<Eigen::Matrix3d>& stated = (*covariances)[j];
     const std::vector<double> nearest =
         SecondsToSupport(problem_.times, InliersOf(j), 2);
     for (size_t k = 0; k < std::min(stated.size(), alone[j].size()); ++k) {
-      if (nearest[k] > kSurelyS) stated[k] = alone[j][k].topLeftCorner<3, 3>();
+      if (nearest[k] > kSurelyS) stated[k] = alone[j][k];
     }
   }
 }

@@ -111,38 +111,47 @@ void TakeSolver::SolveTogether(PersonProblem* problem) {
   });
 }
 
-std::vector<std::vector<Matrix6d>> TakeSolver::JointCovariances(
-    const PersonProblem& problem, double correction) {
+template <typename Matrix, typename Of>
+std::vector<std::vector<Matrix>> TakeSolver::InChunks(
+    const PersonProblem& problem, const Of& of) {
   const std::vector<Chunk> chunks = MakeChunks(problem, options_.chunk_s);
-  if (chunks.size() == 1) {
-    return whole_.JointCovariances(problem, correction, problem.times.size());
-  }
-  std::vector<std::vector<std::vector<Matrix6d>>> parts(chunks.size());
-  ForEachChunk(problem, chunks,
-               [&](PersonSolver* solver, int i, PersonProblem* part) {
-                 parts[i] = solver->JointCovariances(
-                     *part, correction, chunks[i].own_end - chunks[i].begin);
-               });
+  if (chunks.size() == 1) return of(&whole_, problem, problem.times.size());
+  std::vector<std::vector<std::vector<Matrix>>> parts(chunks.size());
+  ForEachChunk(
+      problem, chunks, [&](PersonSolver* solver, int i, PersonProblem* part) {
+        if (!part->bones.empty() && without_bones_[i]) part->bones.clear();
+        parts[i] = of(solver, *part, chunks[i].own_end - chunks[i].begin);
+      });
   return Join(chunks, parts);
+}
+
+std::vector<std::vector<Matrix6d>> TakeSolver::StateCovariances(
+    const PersonProblem& problem, double correction) {
+  return InChunks<Matrix6d>(
+      problem,
+      [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
+        return solver->JointCovariances(part, correction, end);
+      });
+}
+
+std::vector<std::vector<Eigen::Matrix3d>> TakeSolver::JointCovariances(
+    const PersonProblem& problem) {
+  return InChunks<Eigen::Matrix3d>(problem, [&](PersonSolver* solver,
+                                                const PersonProblem& part,
+                                                size_t end) {
+    return Positions(solver->JointCovariances(part, solver->correction(), end));
+  });
 }
 
 std::vector<std::vector<Eigen::Matrix3d>> TakeSolver::Covariances(
     const PersonProblem& problem) {
-  const auto of = [&](PersonSolver* solver, const PersonProblem& part,
-                      size_t end) {
-    return Positions(part.coupled() ? solver->BoneCovariances(part, end)
-                                    : solver->JointCovariances(
-                                          part, solver->correction(), end));
-  };
-  const std::vector<Chunk> chunks = MakeChunks(problem, options_.chunk_s);
-  if (chunks.size() == 1) return of(&whole_, problem, problem.times.size());
-  std::vector<std::vector<std::vector<Eigen::Matrix3d>>> parts(chunks.size());
-  ForEachChunk(
-      problem, chunks, [&](PersonSolver* solver, int i, PersonProblem* part) {
-        if (without_bones_[i]) part->bones.clear();
-        parts[i] = of(solver, *part, chunks[i].own_end - chunks[i].begin);
+  return InChunks<Eigen::Matrix3d>(
+      problem,
+      [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
+        return Positions(part.coupled() ? solver->BoneCovariances(part, end)
+                                        : solver->JointCovariances(
+                                              part, solver->correction(), end));
       });
-  return Join(chunks, parts);
 }
 
 }  // namespace kinegraph

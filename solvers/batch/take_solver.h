@@ -36,9 +36,11 @@ class TakeSolver {
   // kept; a joint has none where they are not positive definite.
   std::vector<std::vector<Eigen::Matrix3d>> Covariances(
       const PersonProblem& problem);
-  // The same of the joints alone and of whole states, with the information
-  // times `correction`.
-  std::vector<std::vector<Matrix6d>> JointCovariances(
+  // The same of each joint as if alone.
+  std::vector<std::vector<Eigen::Matrix3d>> JointCovariances(
+      const PersonProblem& problem);
+  // Those of whole states, with the information times `correction`.
+  std::vector<std::vector<Matrix6d>> StateCovariances(
       const PersonProblem& problem, double correction);
 
   void FreeWorkSpace() { whole_.FreeWorkSpace(); }
@@ -53,6 +55,10 @@ class TakeSolver {
   void ForEachChunk(
       const PersonProblem& problem, const std::vector<Chunk>& chunks,
       const std::function<void(PersonSolver*, int, PersonProblem*)>& work);
+  // What `of(solver, problem, end of its frames)` says of each chunk, joined.
+  template <typename Matrix, typename Of>
+  std::vector<std::vector<Matrix>> InChunks(const PersonProblem& problem,
+                                            const Of& of);
   // As ForEachChunk, and takes over what it does to the chunks' own frames.
   void Solve(
       PersonProblem* problem,

@@ -147,8 +147,12 @@ void PersonSolver::TryRivals(const SolveSchedule& schedule, int joint_idx,
 
 void PersonSolver::SolveBones(PersonProblem* problem) {
   if (problem->bones.empty() && problem->prior.empty()) return;
+  SolveSchedule schedule = LastStage(schedule_);
+  // A step of Ceres costs as much as many sweeps: from a third of its tolerance
+  // its first one shows that it has settled.
+  if (solver_ == GraphSolver::kCeres) schedule.step_tolerance_m /= 3.0;
   PersonProblem coupled = *problem;
-  SolveReport report = bone_solver_.Solve(LastStage(schedule_), &coupled);
+  SolveReport report = bone_solver_.Solve(schedule, &coupled);
   report.finite = report.finite && AllFinite(coupled);
   Note(report, solver_ == GraphSolver::kSweeps ? Result::kTakenOver
                                                : Result::kOnlyAStart);

@@ -139,7 +139,7 @@ TEST_F(ChunksTest, CovariancesAreThoseOfTheWholeTake) {
   for (const double chunk_s : {0.0, 7.0}) {
     GraphOptions options = options_;
     options.chunk_s = chunk_s;
-    covariances.push_back(TakeSolver(options).JointCovariances(solved, 1.1));
+    covariances.push_back(TakeSolver(options).StateCovariances(solved, 1.1));
   }
   for (size_t j = 0; j < 3; ++j) {
     ASSERT_EQ(covariances[0][j].size(), 750u);
