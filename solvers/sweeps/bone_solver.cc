@@ -210,7 +210,7 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
                           double step_tolerance_m, SolveReport* report) {
   // The next step corrects what one leaves: far from the minimum a tenth of the
   // gradient, near it a hundredth, so that a short step means little is left.
-  constexpr double kFar_m = 1e-3;
+  constexpr double kFarM = 1e-3;
   constexpr double kNear = 0.01;
   const double accuracy_far = older_steps_ ? kNear : 0.1;
   if (!Linearise(problem, stage, &lanes_.states(), &system_)) return false;
@@ -234,7 +234,7 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
     damping.Lower();
     KeepCandidate();
     const bool settled = move_m < step_tolerance_m && accuracy == kNear;
-    accuracy = move_m > kFar_m ? accuracy_far : kNear;
+    accuracy = move_m > kFarM ? accuracy_far : kNear;
     if (settled) {
       report->converged = true;
       break;
