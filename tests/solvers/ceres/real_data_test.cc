@@ -157,15 +157,42 @@ class Recorder final : public Estimator {
   Recording::Person* person_;
 };
 
+double CostOf(const PersonProblem& problem, const JointChain& chain,
+              const SolveStage& stage) {
+  LinearChain linear;
+  EXPECT_TRUE(Linearise(problem.times, chain, chain.states, stage,
+                        OwnPrior::kCounts, &linear));
+  return linear.cost;
+}
+
 double CostOf(const PersonProblem& problem, const SolveStage& stage) {
   double cost = 0.0;
-  LinearChain linear;
   for (const JointChain& chain : problem.joints) {
-    EXPECT_TRUE(Linearise(problem.times, chain, chain.states, stage,
-                          OwnPrior::kCounts, &linear));
-    cost += linear.cost;
+    cost += CostOf(problem, chain, stage);
   }
   return cost;
+}
+
+// Ceres alone, from the problem's states: once with all stages and once with
+// the last, whose redescending loss has several minima. Nothing couples the
+// joints, so each keeps the one that costs less, as rival starts do
+// (PersonSolver::SolveJointsWithRivals).
+PersonProblem ByCeresAlone(const SolveSchedule& schedule,
+                           const PersonProblem& start) {
+  SolveSchedule at_once = schedule;
+  at_once.stages.assign(1, schedule.stages.back());
+  PersonProblem graduated = start;
+  PersonProblem rival = start;
+  SolveWithCeres(schedule, &graduated);
+  SolveWithCeres(at_once, &rival);
+  for (size_t j = 0; j < start.joints.size(); ++j) {
+    const SolveStage& last = schedule.stages.back();
+    if (CostOf(rival, rival.joints[j], last) <
+        CostOf(graduated, graduated.joints[j], last)) {
+      graduated.joints[j] = rival.joints[j];
+    }
+  }
+  return graduated;
 }
 
 // Ceres is no decoration: from DLT behind the joints filter, at rest, it finds
@@ -197,12 +224,11 @@ TEST(CeresFromDlt, ReachesTheSweepsMinimumOnShelf) {
   SolveSchedule of_ceres_alone = schedule;
   of_ceres_alone.stages.front().max_iterations = 100;
   constexpr size_t kWindow = 11;  // frames: a lag of ten
-  constexpr size_t kStride = 4;   // of the windows, to bound the test's time
   int windows = 0;
   int reached = 0;
   ChainSolver sweeps;
   for (const auto& person : recording.people) {
-    for (size_t at = 0; at + kWindow <= person->frames.size(); at += kStride) {
+    for (size_t at = 0; at + kWindow <= person->frames.size(); ++at) {
       if (!person->frames[at].has_initial) continue;
       Assembler assembler(recording.scene, graph);
       PersonProblem problem = assembler.EmptyProblem();
@@ -210,11 +236,10 @@ TEST(CeresFromDlt, ReachesTheSweepsMinimumOnShelf) {
         assembler.Append(person->frames[at + k], &problem);
       }
       for (JointChain& chain : problem.joints) GateMeasurements(&chain);
-      PersonProblem by_ceres = problem;
+      const PersonProblem by_ceres = ByCeresAlone(of_ceres_alone, problem);
       for (JointChain& chain : problem.joints) {
         sweeps.Solve(problem.times, schedule, &chain);
       }
-      SolveWithCeres(of_ceres_alone, &by_ceres);
       const SolveStage& last = schedule.stages.back();
       const double of_sweeps = CostOf(problem, last);
       // Steps of 3e-5 m under a curvature of 1e4 / m^2 leave 1e-5 of cost a
@@ -227,9 +252,9 @@ TEST(CeresFromDlt, ReachesTheSweepsMinimumOnShelf) {
   RecordProperty("windows", windows);
   RecordProperty("reached", reached);
   ASSERT_GT(windows, 150);
-  // The loss redescends, so a few windows have several minima. Of all 816
-  // windows (stride 1) 805 reach it: 98.7 %, 95 % interval 97.6 .. 99.3 %.
-  EXPECT_GE(reached, 0.976 * windows) << reached << " of " << windows;
+  // The loss redescends, so a few windows have minima that neither start
+  // finds: 812 of 816 reach it, 99.5 %. With all stages alone 805 do.
+  EXPECT_GE(reached, 0.99 * windows) << reached << " of " << windows;
 }
 
 }  // namespace
