@@ -1,7 +1,9 @@
 #include "solvers/batch/take_solver.h"
 
 #include <memory>
+#include <mutex>
 #include <numeric>
+#include <utility>
 
 #include "core/base/parallel.h"
 
@@ -52,17 +54,29 @@ std::vector<std::vector<Eigen::Matrix3d>> Positions(
 TakeSolver::TakeSolver(const GraphOptions& options)
     : options_(options), whole_(options) {}
 
+std::unique_ptr<PersonSolver> TakeSolver::TakeIdle() {
+  const std::lock_guard<std::mutex> lock(taking_);
+  if (idle_.empty()) return std::make_unique<PersonSolver>(options_);
+  std::unique_ptr<PersonSolver> solver = std::move(idle_.back());
+  idle_.pop_back();
+  return solver;
+}
+
+void TakeSolver::GiveBack(std::unique_ptr<PersonSolver> solver) {
+  const std::lock_guard<std::mutex> lock(taking_);
+  whole_.TakeCounts(solver.get());
+  idle_.push_back(std::move(solver));
+}
+
 void TakeSolver::ForEachChunk(
     const PersonProblem& problem, const std::vector<Chunk>& chunks,
     const std::function<void(PersonSolver*, int, PersonProblem*)>& work) {
-  std::vector<std::unique_ptr<PersonSolver>> solvers(chunks.size());
   ParallelFor(AllowedThreads(), static_cast<int>(chunks.size()), [&](int i) {
     PersonProblem part = CutOut(problem, chunks[i]);
-    solvers[i] = std::make_unique<PersonSolver>(options_);
-    work(solvers[i].get(), i, &part);
-    solvers[i]->FreeWorkSpace();
+    std::unique_ptr<PersonSolver> solver = TakeIdle();
+    work(solver.get(), i, &part);
+    GiveBack(std::move(solver));
   });
-  for (const auto& solver : solvers) whole_.TakeCounts(solver.get());
 }
 
 void TakeSolver::Solve(

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <mutex>
 #include <vector>
 
 #include "solvers/batch/chunks.h"
@@ -43,13 +45,18 @@ class TakeSolver {
   std::vector<std::vector<Matrix6d>> StateCovariances(
       const PersonProblem& problem, double correction);
 
-  void FreeWorkSpace() { whole_.FreeWorkSpace(); }
+  void FreeWorkSpace() {
+    whole_.FreeWorkSpace();
+    idle_.clear();
+  }
 
   void HandInCounts(int64_t first_frame, int64_t last_frame) {
     whole_.HandInCounts(first_frame, last_frame);
   }
 
  private:
+  std::unique_ptr<PersonSolver> TakeIdle();
+  void GiveBack(std::unique_ptr<PersonSolver> solver);
   // Calls work(solver, chunk's number, chunk as a problem of its own) for every
   // chunk.
   void ForEachChunk(
@@ -66,6 +73,8 @@ class TakeSolver {
 
   const GraphOptions options_;
   PersonSolver whole_;
+  std::mutex taking_;
+  std::vector<std::unique_ptr<PersonSolver>> idle_;  // of chunks, between them
   std::vector<char> without_bones_;  // by chunk: they could not be solved
 };
 

@@ -1,6 +1,5 @@
 #include "solvers/filters/robust_triangulation.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -73,16 +72,29 @@ void Linearise(LossKind loss, double scale,
   at->gradient = gradient;
 }
 
+// By L D L' of a positive definite matrix. False for one that is none, or whose
+// pivots differ by more than rounding leaves.
 bool Invert(const Lower& lower, Eigen::Matrix3d* inverse) {
-  Eigen::Matrix3d matrix;
-  matrix << lower[0], lower[1], lower[3],  //
-      lower[1], lower[2], lower[4],        //
-      lower[3], lower[4], lower[5];
-  const Eigen::LDLT<Eigen::Matrix3d> factor(matrix);
-  if (factor.info() != Eigen::Success || !factor.isPositive()) return false;
-  const Eigen::Vector3d d = factor.vectorD();
-  if (!(d.minCoeff() > 1e-12 * d.maxCoeff())) return false;
-  *inverse = factor.solve(Eigen::Matrix3d::Identity());
+  const double d0 = lower[0];
+  const double l10 = lower[1] / d0;
+  const double l20 = lower[3] / d0;
+  const double d1 = lower[2] - l10 * lower[1];
+  const double low = lower[4] - l10 * lower[3];
+  const double l21 = low / d1;
+  const double d2 = lower[5] - l20 * lower[3] - l21 * low;
+  const double least = std::min({d0, d1, d2});
+  if (!(least > 0.0) || !(least > 1e-12 * std::max({d0, d1, d2}))) return false;
+  // Of L the inverse is unit lower triangular too.
+  const double m20 = l10 * l21 - l20;
+  const double i0 = 1.0 / d0;
+  const double i1 = 1.0 / d1;
+  const double i2 = 1.0 / d2;
+  const double xy = -l10 * i1 - m20 * l21 * i2;
+  const double xz = m20 * i2;
+  const double yz = -l21 * i2;
+  *inverse << i0 + l10 * l10 * i1 + m20 * m20 * i2, xy, xz,  //
+      xy, i1 + l21 * l21 * i2, yz,                           //
+      xz, yz, i2;
   return inverse->allFinite();
 }
 

@@ -38,6 +38,12 @@ double Passed(double u) {
 // Where the integrals over u end.
 constexpr double kEnd = 4.0;
 
+// Knots of CovarianceFactorTable: from 1e-7 to 1e14 in process noise over
+// variance [1/s^3].
+constexpr double kFirstKnot = -16.0;
+constexpr double kKnotsPerUnit = 8.0;
+constexpr int kKnots = 388;
+
 // Integral over u of what is passed of the lasting errors' power. It has its
 // peak below 1 / time_s, which may lie far below the crossover, so over t with
 // w time_s = tan t, at midpoints.
@@ -99,6 +105,42 @@ double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
       (1.0 - spectrum.share) * passed_power +
       spectrum.share * LastingPower(spectrum, at.frequency);
   return (errors_power / at.divisor + lag_power) / (passed_power + lag_power);
+}
+
+CovarianceFactorTable::CovarianceFactorTable(
+    const ErrorCorrelation& correlation, double frame_s)
+    : correlation_(correlation), frame_s_(frame_s), knots_(kKnots) {}
+
+const CovarianceFactorTable::Knot& CovarianceFactorTable::KnotAt(size_t i) {
+  Knot& knot = knots_[i];
+  if (knot.known) return knot;
+  const double ratio =
+      std::exp(kFirstKnot + static_cast<double>(i) / kKnotsPerUnit);
+  knot.known = true;
+  knot.divided = InformationDivisor(correlation_, frame_s_, ratio, 1.0) > 1.0;
+  knot.factor = CovarianceFactor(correlation_, frame_s_, ratio, 1.0);
+  return knot;
+}
+
+double CovarianceFactorTable::At(double process_noise, double variance_m2) {
+  if (!(correlation_.share > 0.0)) return 1.0;
+  const double at =
+      (std::log(process_noise / variance_m2) - kFirstKnot) * kKnotsPerUnit;
+  if (at >= 1.0 && at < kKnots - 2) {
+    const auto i = static_cast<size_t>(at);
+    const double t = at - static_cast<double>(i);
+    const Knot& before = KnotAt(i - 1);
+    const Knot& from = KnotAt(i);
+    const Knot& to = KnotAt(i + 1);
+    const Knot& after = KnotAt(i + 2);
+    if (before.divided == after.divided) {  // Lagrange's polynomial
+      return before.factor * (-t * (t - 1.0) * (t - 2.0) / 6.0) +
+             from.factor * ((t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0) +
+             to.factor * (-(t + 1.0) * t * (t - 2.0) / 2.0) +
+             after.factor * ((t + 1.0) * t * (t - 1.0) / 6.0);
+    }
+  }
+  return CovarianceFactor(correlation_, frame_s_, process_noise, variance_m2);
 }
 
 double ProcessNoiseOfCrossover(const ErrorCorrelation& correlation,

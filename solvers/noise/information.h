@@ -2,6 +2,8 @@
 #ifndef KINEGRAPH_SOLVERS_NOISE_INFORMATION_H_
 #define KINEGRAPH_SOLVERS_NOISE_INFORMATION_H_
 
+#include <vector>
+
 #include "solvers/noise/pixel_noise.h"
 
 namespace kinegraph {
@@ -22,6 +24,30 @@ double InformationDivisor(const ErrorCorrelation& correlation, double frame_s,
 // over w, divided by the same with S(w_c) in place of S(w).
 double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
                         double process_noise, double variance_m2);
+
+// CovarianceFactor for one kind of errors and one time between frames. It
+// depends on process_noise / variance_m2 alone: a table over the logarithm,
+// filled as it is asked, gives it to 1e-5 by cubic interpolation, and as it is
+// where the divisor comes down to 1, which is a bend, and beyond the table.
+class CovarianceFactorTable {
+ public:
+  CovarianceFactorTable(const ErrorCorrelation& correlation, double frame_s);
+
+  double frame_s() const { return frame_s_; }
+  double At(double process_noise, double variance_m2);
+
+ private:
+  struct Knot {
+    bool known = false;
+    bool divided = false;  // the divisor is above 1
+    double factor = 1.0;
+  };
+  const Knot& KnotAt(size_t i);
+
+  ErrorCorrelation correlation_;
+  double frame_s_;
+  std::vector<Knot> knots_;
+};
 
 // The process noise [m^2/s^3] whose crossover w_c, as above, is at
 // `frequency_hz`: a smoother with less of it passes only what is slower.

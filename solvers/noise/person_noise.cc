@@ -5,7 +5,6 @@
 #include <sstream>
 
 #include "solvers/graph/noise_model.h"
-#include "solvers/noise/information.h"
 
 namespace kinegraph {
 namespace {
@@ -131,6 +130,7 @@ void PersonNoise::LearnTake(const PersonProblem& problem) {
     frames_.push_back(Locate(problem, k, Pixels::kKnown));
   }
   starts_ = {};
+  covariance_factors_.emplace(correlation_, 1.0 / scene_.frame_rate_hz);
 }
 
 void PersonNoise::AddFrame(const PersonProblem& problem, size_t k) {
@@ -272,11 +272,18 @@ void PersonNoise::Apply(PersonProblem* problem) {
   }
 }
 
-double PersonNoise::CovarianceFactorOf(int joint_idx, size_t k) const {
+double PersonNoise::CovarianceFactorOf(int joint_idx, size_t k) {
   if (options_.pixel_noise_from != NoiseFrom::kTake) return 1.0;
-  return CovarianceFactor(correlation_, FrameSeconds(k),
-                          frames_[k].process_noise[joint_idx],
-                          frames_[k].variance_m2[joint_idx]);
+  const double frame_s = FrameSeconds(k);
+  const double process_noise = frames_[k].process_noise[joint_idx];
+  const double variance_m2 = frames_[k].variance_m2[joint_idx];
+  // Times are rounded to nanoseconds.
+  constexpr double kRounding_s = 2e-9;
+  if (covariance_factors_.has_value() &&
+      std::abs(frame_s - covariance_factors_->frame_s()) <= kRounding_s) {
+    return covariance_factors_->At(process_noise, variance_m2);
+  }
+  return CovarianceFactor(correlation_, frame_s, process_noise, variance_m2);
 }
 
 LearntNoise PersonNoise::Learnt() const {

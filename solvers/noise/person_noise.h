@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "solvers/noise/confidence_power.h"
 #include "solvers/noise/filter_bank.h"
 #include "solvers/noise/frame_points.h"
+#include "solvers/noise/information.h"
 #include "solvers/noise/motion_level.h"
 #include "solvers/noise/pixel_noise.h"
 
@@ -63,7 +65,7 @@ class PersonNoise {
   void Apply(PersonProblem* problem);
 
   // On the covariance of that joint, in a frame that Apply has seen.
-  double CovarianceFactorOf(int joint_idx, size_t k) const;
+  double CovarianceFactorOf(int joint_idx, size_t k);
 
   LearntNoise Learnt() const;
   // How long the detector's errors last.
@@ -108,8 +110,9 @@ class PersonNoise {
   CorrelationLearner correlations_;
   JointClassTable scale_;
   ErrorCorrelation correlation_;
-  std::vector<FilterBank> banks_;         // by joint
-  std::vector<double> last_variance_m2_;  // by joint
+  std::optional<CovarianceFactorTable> covariance_factors_;  // of a whole take
+  std::vector<FilterBank> banks_;                            // by joint
+  std::vector<double> last_variance_m2_;                     // by joint
   std::vector<Frame> frames_;
   std::array<Levels, kJointClassCount> evidence_{};  // of all frames ever
   std::array<bool, kJointClassCount> present_{};     // in the skeleton

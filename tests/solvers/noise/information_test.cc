@@ -80,6 +80,27 @@ TEST(InformationTest, ErrorsThatStayArePassedWhole) {
   }
 }
 
+TEST(InformationTest, TheTableSaysWhatItWasMadeOf) {
+  double farthest = 0.0;
+  for (const double share : {0.0, 0.3, 0.9}) {
+    for (const double time_s : {0.03, 0.1, 1.0}) {
+      const ErrorCorrelation correlation{share, time_s};
+      CovarianceFactorTable table(correlation, kFrame_s);
+      for (double ln = -30.0; ln < 45.0; ln += 0.37) {  // beyond it, too
+        const double ratio = std::exp(ln);
+        farthest = std::max(farthest,
+                            std::abs(table.At(ratio * 1e-4, 1e-4) /
+                                         CovarianceFactor(correlation, kFrame_s,
+                                                          ratio * 1e-4, 1e-4) -
+                                     1.0));
+      }
+    }
+  }
+  // Cubic interpolation at an eighth of a unit: (1/8)^4 of the fourth
+  // derivative, which is below 1 where nothing bends.
+  EXPECT_LT(farthest, 1e-4);
+}
+
 TEST(InformationTest, ProcessNoiseHasItsCrossoverWhereItWasAsked) {
   for (const double share : {0.0, 0.9}) {
     const ErrorCorrelation correlation{share, 0.1};
