@@ -19,7 +19,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 struct PersonState {
   TrackId last_match;
   bool ever_matched = false;
-  bool lost_since = false;  // true people without a match after one
+  bool holds_match = false;  // nobody else had that identity since
+  bool lost_since = false;   // true people without a match after one
 };
 
 // Matches of one frame: people that stay together first, then the rest.
@@ -40,7 +41,7 @@ class FrameMatcher {
     Eigen::MatrixXd open = distances_;
     for (size_t i = 0; i < truth_.size(); ++i) {
       const auto state = states.find(truth_[i].id);
-      if (state == states.end() || !state->second.ever_matched) continue;
+      if (state == states.end() || !state->second.holds_match) continue;
       for (size_t k = 0; k < found_.size(); ++k) {
         if (found_[k].id != state->second.last_match ||
             !(open(i, k) <= gate_m_)) {
@@ -119,7 +120,12 @@ void AddFrame(const std::vector<PersonPose>& truth,
     const TrackId id = found[pair.column].id;
     if (state.ever_matched && state.last_match != id) ++result->switches;
     if (state.lost_since) ++result->fragments;
-    state = {id, true, false};
+    state = {id, true, true, false};
+    for (auto& [other, its] : *states) {
+      if (other != truth[pair.row].id && its.last_match == id) {
+        its.holds_match = false;
+      }
+    }
   }
   for (size_t i = 0; i < truth.size(); ++i) {
     PersonState& state = (*states)[truth[i].id];

@@ -68,7 +68,8 @@ struct IdentityResult {
 };
 
 // In each frame a true person keeps the identity it had while the two stay
-// within the gate; the others are matched one-to-one.
+// within the gate and nobody else has had it since; the others are matched
+// one-to-one.
 //
 // Fair to a truth that does not say everything:
 // - Frames that it does not have are not scored. A frame that it has without

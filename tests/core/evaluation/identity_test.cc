@@ -65,6 +65,22 @@ TEST(IdentityTest, TwoPeopleSwapped) {
   EXPECT_EQ(result.identity_true_positives, 2);
 }
 
+TEST(IdentityTest, WhoHadAnIdentityLastKeepsIt) {
+  // Identity 7 goes from person 0 to person 1, and then 0 comes near it, too:
+  // 7 stays with 1, whoever stands first in a frame of the truth.
+  const TrackSequence found = Make({{{7, 0}}, {{7, 3}}, {{7, 3}, {8, 2.4}}});
+  const TrackSequence truths[] = {
+      Make({{{0, 0}, {1, 3}}, {{0, 0}, {1, 3}}, {{0, 2.7}, {1, 3}}}),
+      Make({{{1, 3}, {0, 0}}, {{1, 3}, {0, 0}}, {{1, 3}, {0, 2.7}}})};
+  for (const TrackSequence& truth : truths) {
+    const IdentityResult result = EvaluateIdentity(truth, found);
+    EXPECT_EQ(result.misses, 2);
+    EXPECT_EQ(result.false_positives, 0);
+    EXPECT_EQ(result.switches, 1);  // of person 0, from 7 to 8
+    EXPECT_DOUBLE_EQ(result.Mota(), 0.5);
+  }
+}
+
 TEST(IdentityTest, GapIsAFragment) {
   const IdentityResult result =
       EvaluateIdentity(Make({{{0, 0}}, {{0, 0}}, {{0, 0}}, {{0, 0}}}),
