@@ -149,6 +149,13 @@ std::string ConfigText(const TakeSurvey& survey) {
       text += Quoted(view) + " = " + Quoted(camera) + "\n";
     }
   }
+  if (survey.min_joints.has_value()) {
+    text += fmt::format(
+        "\n[initialisation]\n"
+        "min_common_joints = {0}  # of 17: the detections show few\n"
+        "min_joints = {0}\n",
+        *survey.min_joints);
+  }
   text +=
       "\n[gates]\n"
       "units = \"metres\"   # scale with focal length, distance and rate\n"

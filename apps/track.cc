@@ -18,7 +18,7 @@
 #include "apps/common/take_output.h"
 #include "apps/common/track_output.h"
 #include "core/base/error.h"
-#include "core/identity/edits.h"
+#include "core/data/identity_names.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/configuration/refinement_record.h"
 #include "core/io/configuration/view_bias_file.h"

@@ -176,21 +176,6 @@ std::vector<std::string> ApplyEdits(std::vector<IdentityEdit> edits,
   return left_out;
 }
 
-PersonNames NamesAfter(const std::vector<IdentityEdit>& edits) {
-  PersonNames names;
-  for (const IdentityEdit& edit : edits) {
-    if (edit.op == EditOp::kName && !edit.persons.empty()) {
-      names[edit.persons[0]] = edit.name;
-    }
-    if (edit.op != EditOp::kJoin || edit.persons.size() != 2) continue;
-    const auto other = names.find(edit.persons[1]);
-    if (other == names.end()) continue;
-    names.emplace(edit.persons[0], other->second);
-    names.erase(other);
-  }
-  return names;
-}
-
 bool SameEdit(const IdentityEdit& a, const IdentityEdit& b) {
   const auto same_span = [](const FrameSpan& one, const FrameSpan& other) {
     return one.first == other.first && one.last == other.last;

@@ -6,14 +6,9 @@
 #include <vector>
 
 #include "core/data/identity_edit.h"
-#include "core/data/person_names.h"
 #include "core/data/pose.h"
 
 namespace kinegraph {
-
-// What people are called after these edits: `name` gives a name, and who is
-// joined to somebody without one brings theirs along.
-PersonNames NamesAfter(const std::vector<IdentityEdit>& edits);
 
 // Does what one edit says; a cut without a second person takes the next free
 // identity and writes it into the edit. Names and undecided joins change no

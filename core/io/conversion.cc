@@ -14,6 +14,8 @@
 
 #include "core/base/error.h"
 #include "core/base/split.h"
+#include "core/base/time.h"
+#include "core/data/identity_names.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/writer.h"
@@ -322,6 +324,15 @@ std::string KnownPeople(const std::set<int64_t>& ids) {
   return text;
 }
 
+// What people of the tracks are called, in the file itself or beside it.
+PersonNames NamesIn(const std::string& path) {
+  PersonNames names = ReadPersonNames(path);
+  if (const std::string edits = IdentityPathOf(path); IsFile(edits)) {
+    names.merge(NamesAfter(ReadIdentityEdits(edits)));
+  }
+  return names;
+}
+
 // The identity that --person asks for.
 int64_t WantedPerson(const ConversionOptions& flags,
                      const std::set<int64_t>& ids) {
@@ -331,12 +342,11 @@ int64_t WantedPerson(const ConversionOptions& flags,
   std::string known = KnownPeople(ids);
   if (error == std::errc() && stop == end) {
     if (ids.count(number) > 0) return number;
-  } else if (const std::string edits = IdentityPathOf(flags.in);
-             IsFile(edits)) {
-    for (const IdentityEdit& edit : ReadIdentityEdits(edits)) {
-      if (edit.op != EditOp::kName || edit.persons.empty()) continue;
-      if (edit.name == flags.person) return edit.persons.front().value();
-      known += ", '" + Printable(edit.name) + "'";
+  } else {
+    for (const auto& [id, name] : NamesIn(flags.in)) {
+      if (ids.count(id.value()) == 0) continue;
+      if (name == flags.person) return id.value();
+      known += ", '" + Printable(name) + "'";
     }
   }
   throw InputError("--person: no '" + Printable(flags.person) +
@@ -413,6 +423,25 @@ std::optional<AxisMap> AxesFlag(const ConversionOptions& flags,
   return AxisMap::Parse(flags.axes);
 }
 
+// --frame_rate is for input that does not tell. Throws where the times that it
+// tells are those of another one.
+void CheckFrameRate(const ConversionOptions& flags,
+                    const TrackSequence& tracks) {
+  if (!(flags.frame_rate_hz > 0.0) || tracks.frames.size() < 2) return;
+  const TrackFrame& first = tracks.frames.front();
+  const TrackFrame& last = tracks.frames.back();
+  const double seconds = ToSeconds(last.time - first.time);
+  if (!(seconds > 0.0)) return;
+  const double rate_hz =
+      static_cast<double>(last.frame - first.frame) / seconds;
+  constexpr double kAlike = 0.01;  // times of single frames may be off
+  if (std::abs(rate_hz - flags.frame_rate_hz) <= kAlike * rate_hz) return;
+  throw InputError(
+      fmt::format("--frame_rate={:g} is for input that does not tell its rate: "
+                  "the times in it are those of {:.6g} Hz",
+                  flags.frame_rate_hz, rate_hz));
+}
+
 std::string ConvertTracks(const ConversionOptions& flags,
                           const ConvertOptions& options, Losses* losses) {
   TrackReadOptions read;
@@ -422,6 +451,7 @@ std::string ConvertTracks(const ConversionOptions& flags,
   read.first_frame = options.first_frame;
   if (!flags.axes.empty()) read.axes = AxisMap::Parse(flags.axes);
   TrackSequence tracks = ReadTracks(flags.in, read);
+  CheckFrameRate(flags, tracks);
   const TrackFormat& to = *FindTrackFormat(flags.to);
   KeepPerson(flags, to, &tracks);
   RenameMarkers(flags, to, &tracks);

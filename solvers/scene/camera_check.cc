@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/triangulation.h"
+#include "solvers/scene/confidence_scale.h"
 
 namespace kinegraph {
 namespace {
@@ -63,7 +64,13 @@ CameraCheck::CameraCheck(CameraRig cameras, const Skeleton& detections,
 
 void CameraCheck::SeeDetections(const DetectionFrame& frame) {
   if (frames_fed_++ % stride_ != 0) return;
-  waiting_[frame.frame] = {frame, static_cast<double>(stride_)};
+  if (confidences_.size() < kConfidences) {
+    CollectConfidences(frame, &confidences_);
+    confidence_scale_ = ConfidenceScale(confidences_);
+  }
+  KeptFrame& kept = waiting_[frame.frame];
+  kept = {frame, static_cast<double>(stride_)};
+  ScaleConfidences(confidence_scale_, &kept.frame);
   if (++frames_kept_ % kFramesAStride == 0) stride_ *= 2;
 }
 
@@ -157,6 +164,7 @@ void CameraCheck::AddResiduals(const KeptFrame& kept, const PersonPose& person,
                             kept.frame.views[v].capture_time);
     }
     if (measurements.size() < 2) continue;
+    ++views_[v].tried;
     TriangulationOptions options;
     options.min_angle_rad = 0.2;  // else depth is a guess
     const TriangulationResult point =
@@ -183,7 +191,11 @@ std::vector<CameraCheck::View> CameraCheck::Views() const {
     view.clock = clocks[views.size() - 1];
     view.people = residuals.people;
     view.seen = residuals.seen;
-    if (residuals.x_px.empty()) continue;
+    // Views that stand together place nothing but what they see wrongly.
+    if (2 * static_cast<int64_t>(residuals.x_px.size()) < residuals.tried ||
+        residuals.x_px.empty()) {
+      continue;
+    }
     view.median_x_px = WeightedMedian(residuals.x_px);
     view.median_y_px = WeightedMedian(residuals.y_px);
     view.px_per_m = residuals.px_per_m / static_cast<double>(residuals.seen);

@@ -48,11 +48,15 @@ class CameraCheck {
  private:
   bool is_pair() const { return cameras_.size() == 2; }
   static constexpr size_t kFramesAStride = 200;
+  // From so many on the scale of confidences is known.
+  static constexpr size_t kConfidences = 2000;
 
   struct Residuals {
     int64_t people = 0;
     int64_t seen = 0;
-    std::vector<WeightedValue> x_px;
+    int64_t tried = 0;                // joints that were to be triangulated
+    std::vector<WeightedValue> x_px;  // of those that could be
+
     std::vector<WeightedValue> y_px;
     double px_per_m = 0.0;
   };
@@ -73,6 +77,8 @@ class CameraCheck {
   int64_t frames_fed_ = 0;
   int64_t stride_ = 2;
   size_t frames_kept_ = 0;
+  std::vector<double> confidences_;  // of the first joints
+  double confidence_scale_ = 1.0;
   std::map<int64_t, KeptFrame> waiting_;
   std::vector<Residuals> views_;
 };

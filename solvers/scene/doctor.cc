@@ -9,6 +9,7 @@
 #include "core/evaluation/statistics.h"
 #include "solvers/scene/clock_jumps.h"
 #include "solvers/scene/clock_search.h"
+#include "solvers/scene/confidence_scale.h"
 #include "solvers/scene/consistency.h"
 #include "solvers/scene/doctor_words.h"
 #include "solvers/scene/explain_residuals.h"
@@ -29,7 +30,7 @@ class Doctor {
       : input_(input),
         options_(options),
         cameras_(input.cameras),
-        detections_(input.detections) {}
+        detections_(WithUsualConfidences(input.detections)) {}
 
   Diagnosis Run() {
     diagnosis_.findings = FindFrameFaults(input_);

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "solvers/scene/clock_search.h"
+#include "solvers/scene/confidence_scale.h"
 #include "solvers/scene/consistency.h"
 #include "solvers/scene/refine_again.h"
 #include "solvers/session/diagnose.h"
@@ -87,6 +88,7 @@ RefinedTake RefineTake(const RunOptions& options, const RunRequest& request,
   for (DetectionFrame frame : asked.frames) {
     KeepUsedViews(scene, &frame, &used.frames.emplace_back());
   }
+  used = WithUsualConfidences(std::move(used));
   std::vector<int> lags(scene.used_views.size(), 0);
   if (options.refine.refine_clock && scene.used_views.size() > 1) {
     lags = LagsOf(scene, used);

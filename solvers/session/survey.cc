@@ -6,11 +6,13 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/text/names.h"
 #include "core/tracking/gates.h"
 #include "solvers/session/run.h"
+#include "solvers/session/take_warnings.h"
 #include "solvers/session/used_frames.h"
 
 namespace kinegraph {
@@ -54,6 +56,21 @@ DetectionSequence ReadBeginning(DetectionSource* source, TakeSurvey* survey) {
   survey->detections = beginning.header;
   survey->frames_tried = static_cast<int64_t>(beginning.frames.size());
   return beginning;
+}
+
+// Joints of 17 that half of the detections show at most.
+double UsualJoints(const DetectionSequence& beginning) {
+  std::vector<double> shares;
+  for (const DetectionFrame& frame : beginning.frames) {
+    for (const ViewDetections& view : frame.views) {
+      for (const Detection& detection : view.detections) {
+        const int found = CountFound(detection);
+        if (found < kMinJoints) continue;
+        shares.push_back(found / static_cast<double>(detection.joints.size()));
+      }
+    }
+  }
+  return shares.empty() ? 0.0 : 17.0 * Median(std::move(shares));
 }
 
 // View -> camera in the order of their names; empty when names pair them.
@@ -159,7 +176,15 @@ TakeSurvey SurveyTake(const SurveyRequest& request) {
   if (survey.frames == 0) {
     throw InputError(request.detections, "", "holds no frames");
   }
-  SettleUnit(request, beginning, &survey);
+  SurveyRequest settled = request;
+  InitialisationOptions& new_people = settled.options.tracker.initialisation;
+  survey.min_joints =
+      FewerJoints(UsualJoints(beginning), new_people.min_joints);
+  if (survey.min_joints.has_value()) {
+    new_people.min_joints = *survey.min_joints;
+    new_people.min_common_joints = *survey.min_joints;
+  }
+  SettleUnit(settled, beginning, &survey);
   return survey;
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "core/data/detection.h"
@@ -30,6 +31,10 @@ struct TakeSurvey {
   std::string unit;   // "auto" where the file's own is right
   // View -> camera where names do not tell; filled in the order of the names.
   std::map<std::string, std::string> map;
+  // What a new person should need (initialisation.min_joints and
+  // min_common_joints, of 17) where detections show few; else as in the
+  // options.
+  std::optional<int> min_joints;
   TakeReport report;  // of the frames tried
 };
 

@@ -8,6 +8,7 @@
 #include "core/data/box.h"
 #include "core/io/text/json.h"
 #include "core/tracking/gates.h"
+#include "solvers/scene/confidence_scale.h"
 #include "solvers/scene/consistency.h"
 #include "solvers/scene/doctor.h"
 #include "solvers/session/limbs.h"
@@ -118,6 +119,8 @@ class TakeReporter::Impl {
     facts.frame_step_s = step_s_.Quantile(0.5);
     facts.holes_s = holes_s_;
     facts.independent_frames = HasIndependentFrames();
+    facts.joints_of_17 = 17.0 * found_share_.Quantile(0.5);
+    facts.least_joints_of_17 = LeastJoints();
     AddWarnings(facts, &report);
     AddCauses(Diagnose(BeginningOf()), &report);
     return report;
@@ -153,7 +156,7 @@ class TakeReporter::Impl {
     constexpr int kEnough = 20;
     const DoctorInput input = BeginningOf();
     std::vector<ViewPeople> people =
-        PeopleOfViews(input.detections, kMinConfidence);
+        PeopleOfViews(WithUsualConfidences(input.detections), kMinConfidence);
     for (size_t v = 0; v < people.size(); ++v) {
       people[v] = Undistorted(people[v], input.cameras[v]);
     }
@@ -191,6 +194,8 @@ class TakeReporter::Impl {
       ++people;
       ++camera.counts.detections;
       camera.person_px.Add(DiagonalPx(BoxAround(detection.joints)));
+      found_share_.Add(static_cast<double>(CountFound(detection)) /
+                       static_cast<double>(detection.joints.size()));
       if (!fit_.full()) fit_.See(detection);
     }
     ++camera.frames_with[std::min(people, kMaxCounted - 1)];
@@ -248,6 +253,13 @@ class TakeReporter::Impl {
     const Json config = Json::parse(scene_.header.config_json, nullptr, false);
     const auto input = config.find("input");
     return input != config.end() && input->value("independent_frames", false);
+  }
+
+  // What a new person needs, as the options say.
+  double LeastJoints() const {
+    const Json config = Json::parse(scene_.header.config_json, nullptr, false);
+    const auto table = config.find("initialisation");
+    return table != config.end() ? table->value("min_joints", 0.0) : 0.0;
   }
 
   // Notes the time since the frame before; called before SeeSpeeds, which sets
@@ -324,6 +336,7 @@ class TakeReporter::Impl {
   TimeNs last_time_ = 0;
   DetectionSequence beginning_;
   int64_t joints_kept_ = 0;
+  StreamSample found_share_;  // of a detection's joints
   StreamSample step_s_;
   std::vector<double> holes_s_;
   StreamSample speed_mps_;

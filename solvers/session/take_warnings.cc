@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -109,11 +110,32 @@ class Warnings {
           "look at the detections with `kinegraph report`, or at the video");
       return;
     }
+    if (AddFewJoints()) return;
     Add("nobody",
         fmt::format("nobody was found, though {} views show people", views),
         "views may have each other's cameras (cameras.map), other frames than "
         "each other, turned or mirrored images, or a calibration of another "
         "set-up; `kinegraph doctor` looks for it");
+  }
+
+  // Too few joints for a new person, where somebody was not found.
+  bool AddFewJoints() {
+    const auto fewer =
+        FewerJoints(facts_.joints_of_17, facts_.least_joints_of_17);
+    if (!fewer.has_value()) return false;
+    Add("joints",
+        fmt::format(
+            "{} found, and half of the detections show {:.0f} of 17 "
+            "joints or fewer: a new person needs {:.0f}, in two views",
+            report_->poses == 0
+                ? std::string("nobody was")
+                : fmt::format("{} of {} people were", report_->people.size(),
+                              report_->most_people_in_a_view),
+            facts_.joints_of_17, facts_.least_joints_of_17),
+        fmt::format("--set=\"initialisation.min_common_joints={0};"
+                    "initialisation.min_joints={0}\"",
+                    *fewer));
+    return true;
   }
 
   // The others' median of a figure.
@@ -256,6 +278,7 @@ class Warnings {
 
   void AddIdentities() {
     const auto identities = static_cast<int>(report_->people.size());
+    if (identities < report_->most_people_in_a_view) AddFewJoints();
     if (identities <= 2 * report_->most_people_in_a_view + 2) return;
     Add("identities",
         fmt::format("{} identities, though no view shows more than {} people "
@@ -286,6 +309,18 @@ double TypicalHeight(const std::vector<PersonReport>& people) {
     if (2 * below >= frames) return height_m;
   }
   return 0.0;
+}
+
+std::optional<int> FewerJoints(double joints_of_17, double least) {
+  constexpr double kWellWithin = 1.25;
+  constexpr double kCommon = 0.55;  // of the joints that a view shows
+  constexpr double kFewest = 4.0;   // a body's place and direction
+  if (!(joints_of_17 > 0.0) || joints_of_17 >= kWellWithin * least) {
+    return std::nullopt;
+  }
+  const double fewer = std::max(kFewest, std::floor(kCommon * joints_of_17));
+  if (fewer >= least) return std::nullopt;
+  return static_cast<int>(fewer);
 }
 
 std::string UnitOfHeight(double height_m) {

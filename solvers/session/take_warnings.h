@@ -4,6 +4,7 @@
 #define KINEGRAPH_SOLVERS_SESSION_TAKE_WARNINGS_H_
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,16 @@ struct TakeFacts {
   double frame_step_s = 0.0;    // median time from frame to frame
   std::vector<double> holes_s;  // longer steps than kHole, ascending in time
   bool independent_frames = false;  // as the options say
+  // In joints of 17: what a detection usually shows, and what a new person
+  // needs (initialisation.min_joints); 0: not known.
+  double joints_of_17 = 0.0;
+  double least_joints_of_17 = 0.0;
 };
+
+// Joints of 17 that a new person should need where detections usually show
+// `joints_of_17`; nullopt where `least` of them are well within what they show.
+// Of two views with a third of the joints missing in either, half is common.
+std::optional<int> FewerJoints(double joints_of_17, double least);
 
 // After this time without a frame somebody walks on beyond the gates [s].
 inline constexpr double kHole = 0.4;

@@ -345,13 +345,26 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
           .exit_code,
       0);
   EXPECT_EQ(ReadTracks(csv).frames.at(0).people.at(0).id, TrackId(3));
+  // The last name that somebody was given counts.
+  folder.Write("take.identity.jsonl",
+               R"({"op": "name", "persons": [3], "name": "Anna"})"
+               "\n"
+               R"({"op": "name", "persons": [3], "name": "Bea"})"
+               "\n"
+               R"({"op": "name", "persons": [8], "name": "Anna"})"
+               "\n");
+  EXPECT_EQ(
+      Convert(folder, "--to=csv --person=Anna --in=" + tracks + " --out=" + csv)
+          .exit_code,
+      0);
+  EXPECT_EQ(ReadTracks(csv).frames.at(0).people.at(0).id, TrackId(8));
   const std::multimap<std::string, std::string> wrong = {
       {"--to=trc --out=" + (folder.path() / "x.trc").string(),
        "one person, the tracks have 3, 8; choose one with --person"},
       {"--to=csv --person=5 --out=" + (folder.path() / "x").string(),
        "no '5' in the tracks, expected one of 3, 8"},
       {"--to=csv --person=Bob --out=" + (folder.path() / "x").string(),
-       "expected one of 3, 8, 'Anna'"},
+       "expected one of 3, 8, 'Bea', 'Anna'"},
       {"--to=poses --markers=pose2sim --out=" + (folder.path() / "x").string(),
        "--markers belongs to"},
       {"--to=csv --markers=vicon --out=" + (folder.path() / "x").string(),

@@ -71,9 +71,11 @@ CameraRecord ReadCamera(const std::string& name, const JsonField& field) {
   camera.ReadLens(&record);
   record.R = ReadRotation(camera.At("rotation"));
   record.t = ToVector3(camera.At("translation").Matrix(3, 1));
-  // How Caliscope shows the pictures and what it made the camera from.
-  for (const char* key : {"port", "rotation_count", "exposure", "grid_count",
-                          "ignore", "verified_resolutions"}) {
+  // How Caliscope shows the pictures and what it made the camera from, and the
+  // pose once more, the other way round, as newer FreeMoCap writes it.
+  for (const char* key :
+       {"port", "rotation_count", "exposure", "grid_count", "ignore",
+        "verified_resolutions", "world_orientation", "world_position"}) {
     camera.Find(key);
   }
   camera.RejectUnread();

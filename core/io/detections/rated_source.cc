@@ -138,7 +138,8 @@ class RatedSource final : public DetectionSource {
   }
 
   // Frames up to the next one in which a view of the take's own rate shows
-  // somebody; at the end, those in which none does any more.
+  // somebody, from the first such on; at the end, those in which none does any
+  // more.
   void ReadBase() {
     DetectionFrame frame;
     while (base_->Next(&frame)) {
@@ -155,6 +156,9 @@ class RatedSource final : public DetectionSource {
         if (is_rated_[v]) frame.views[v].detections.clear();
         has_any = has_any || !frame.views[v].detections.empty();
       }
+      // Nobody's before the first: numbers of files that count otherwise.
+      if (!has_any && !begun_) continue;
+      begun_ = true;
       waiting_.push_back(std::move(frame));
       if (has_any) return;
     }
@@ -166,6 +170,7 @@ class RatedSource final : public DetectionSource {
   std::vector<bool> is_rated_;
   std::vector<RatedViews> rated_;
   std::deque<DetectionFrame> waiting_;  // read and not passed
+  bool begun_ = false;
   bool ended_ = false;  // those that wait show nobody, nor does any later one
 };
 

@@ -291,7 +291,7 @@ Motion ReadMotion(Words* words) {
 
 // The rate that a rounded time means: 0.033333 s are 30 Hz.
 double NearWhole(double rate_hz) {
-  constexpr double kNear = 1e-3;
+  constexpr double kNear = 5e-4;  // a thousandth away is the next NTSC rate
   const double whole = std::round(rate_hz);
   return std::abs(rate_hz - whole) < kNear * whole ? whole : rate_hz;
 }

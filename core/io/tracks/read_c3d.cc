@@ -301,7 +301,16 @@ class Reader {
       return static_cast<int64_t>(low) + 65536 * static_cast<int64_t>(high);
     };
     first_frame_ = field("TRIAL:ACTUAL_START_FIELD", bytes_.Word(6));
-    const int64_t last = field("TRIAL:ACTUAL_END_FIELD", bytes_.Word(8));
+    int64_t last = field("TRIAL:ACTUAL_END_FIELD", bytes_.Word(8));
+    // A word holds no more; without TRIAL the points' own count may.
+    constexpr int64_t kFull = 65535;
+    if (last == kFull) {
+      const double count = parameters_->Number(
+          "POINT:LONG_FRAMES", parameters_->Number("POINT:FRAMES", 0.0));
+      if (count > 0.0 && count <= 1e9) {
+        last = std::max(last, first_frame_ - 1 + static_cast<int64_t>(count));
+      }
+    }
     frame_count_ = last - first_frame_ + 1;
     if (first_frame_ < 1 || frame_count_ < 0) {
       throw InputError("expected frames from 1 on, found " +

@@ -2,8 +2,8 @@
 // and give the header's values, the fourth names a marker over each three
 // columns, the fifth their coordinates; then a row a frame. Empty cells and NaN
 // are markers without position. One file is one person: the number after
-// "person_" (ours) or "_P" (Pose2Sim) in its name. The frame is
-// OrigDataStartFrame plus the row.
+// "person_" (ours) or "_P" (Pose2Sim) in its name. Rows are
+// frames, from OrigDataStartFrame on.
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -148,9 +148,31 @@ void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
   }
 }
 
+// The frame of the first row. OrigDataStartFrame counts from 0 here and in
+// Pose2Sim, and from 1 in laboratories' files, where a trimmed file keeps its
+// Frame# and the first frame stays 1. The first row's time tells which.
+int64_t FirstFrame(const Header& header, double time_s, double frame_number) {
+  const double by_time = time_s * header.frame_rate_hz;
+  const auto start = static_cast<double>(header.first_frame);
+  if (header.first_frame == 0 || std::abs(by_time - start) < 0.75) {
+    return header.first_frame;
+  }
+  for (const double candidate :
+       {start - 1.0, frame_number - 1.0, frame_number}) {
+    if (start > 1.0 && candidate != start - 1.0) break;  // its rows begin anew
+    if (candidate >= 0.0 && candidate <= kMaxFrame &&
+        candidate == std::floor(candidate) &&
+        std::abs(by_time - candidate) <= 0.25) {
+      return static_cast<int64_t>(candidate);
+    }
+  }
+  return header.first_frame;
+}
+
 void ReadRows(const Header& header, TrackId id, const AxisMap& axes,
               Lines* lines, TrackCollector* collector) {
   std::vector<std::string_view> cells;
+  int64_t first_frame = 0;
   int64_t row = 0;
   while (lines->Next(&cells)) {
     if (cells.size() < 2 + 3 * header.markers.size()) {
@@ -158,12 +180,16 @@ void ReadRows(const Header& header, TrackId id, const AxisMap& axes,
                        " cells, expected " +
                        std::to_string(2 + 3 * header.markers.size()));
     }
-    const int64_t number = header.first_frame + row++;
-    TrackFrame* frame = collector->Touch(number);
     const std::optional<double> time_s = NumberOf(cells[1]);
     if (!time_s.has_value() || std::abs(*time_s) > 1e9) {
       throw InputError("Time: expected seconds");
     }
+    if (row == 0) {
+      first_frame =
+          FirstFrame(header, *time_s, NumberOf(cells[0]).value_or(-1.0));
+    }
+    const int64_t number = first_frame + row++;
+    TrackFrame* frame = collector->Touch(number);
     frame->time = FromSeconds(*time_s);
     Pose3d joints(header.markers.size());
     ReadMarkers(cells, header.metres, axes, &joints);

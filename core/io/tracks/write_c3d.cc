@@ -206,14 +206,17 @@ class Take {
     return text;
   }
 
+  std::string NameOf(int64_t id) const {
+    const auto name = names_.find(TrackId(id));
+    return name != names_.end() ? name->second : "person_" + std::to_string(id);
+  }
+
   void AddSubjects(C3dParameters* parameters) const {
     std::vector<std::string> prefixes;
     std::vector<std::string> called;
     for (const int64_t id : ids_) {
       prefixes.push_back(Prefix(id));
-      const auto name = names_.find(TrackId(id));
-      called.push_back(name != names_.end() ? name->second
-                                            : "person_" + std::to_string(id));
+      called.push_back(NameOf(id));
     }
     parameters->Group("SUBJECTS").Word("IS_STATIC", 0);
     parameters->Word("USES_PREFIXES", ids_.size() > 1 ? 1 : 0);
@@ -235,7 +238,7 @@ class Take {
         times.push_back(std::floor(time_s / kMinute));
         times.push_back(time_s - kMinute * times.back());
         labels.push_back(label);
-        subjects.push_back("person_" + std::to_string(id));
+        subjects.push_back(NameOf(id));
       }
     }
     const size_t count = labels.size();

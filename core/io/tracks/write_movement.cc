@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/geometry/ball_probability.h"
 #include "core/io/binary/netcdf_file.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/losses.h"
@@ -16,17 +17,6 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kWithin_m = 0.05;
-
-// Probability that the true joint lies within 50 mm: a Gaussian's with the
-// covariance's mean variance in each direction.
-double ConfidenceOf(const Eigen::Matrix3d& covariance_m2) {
-  const double sigma_m = std::sqrt(std::max(0.0, covariance_m2.trace() / 3.0));
-  if (sigma_m == 0.0) return 1.0;
-  constexpr double kPi = 3.14159265358979323846;
-  const double r = kWithin_m / sigma_m;
-  return std::erf(r / std::sqrt(2.0)) -
-         std::sqrt(2.0 / kPi) * r * std::exp(-0.5 * r * r);
-}
 
 class Take {
  public:
@@ -144,7 +134,8 @@ class Take {
   }
   double Confidence(size_t i) const {
     const Eigen::Matrix3d* covariance = CovarianceOf(CellOf(i));
-    return covariance == nullptr ? kNaN : ConfidenceOf(*covariance);
+    return covariance == nullptr ? kNaN
+                                 : ProbabilityWithin(kWithin_m, *covariance);
   }
   int8_t Status(size_t i) const {
     const Cell cell = CellOf(i);

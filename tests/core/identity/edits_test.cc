@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/data/identity_names.h"
 #include "tests/core/identity/crowd.h"
 
 namespace kinegraph {

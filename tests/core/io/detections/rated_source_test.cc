@@ -130,6 +130,31 @@ TEST(RatedSource, EmptyFramesStay) {
   EXPECT_EQ(numbers, (std::vector<int64_t>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
+// Numbers that only the files of another rate have are no frames of the take.
+TEST(RatedSource, NumbersBeforeTheFirstFrameAreNone) {
+  class Late final : public DetectionSource {  // 25 Hz from frame 4 on
+   public:
+    Late() : all_(12, 12, 25.0) {}
+    const DetectionHeader& header() const override { return all_.header(); }
+    bool Next(DetectionFrame* frame) override {
+      if (!all_.Next(frame)) return false;
+      if (frame->frame < 4) frame->views[0].detections.clear();
+      if (frame->frame < 8) frame->views[1].detections.clear();
+      return true;
+    }
+
+   private:
+    Counting all_;
+  };
+  // Files of b count at 50 Hz: its 8 is the take's 4.
+  const auto source =
+      OpenRated([] { return std::make_unique<Late>(); }, {{"b", 50.0}});
+  std::vector<int64_t> numbers;
+  DetectionFrame frame;
+  while (source->Next(&frame)) numbers.push_back(frame.frame);
+  EXPECT_EQ(numbers, (std::vector<int64_t>{4, 5, 6, 7, 8, 9, 10, 11}));
+}
+
 // Files with times of their own have view_times.
 TEST(RatedSource, FilesThatTellTimesAreRefused) {
   const testing::TemporaryFolder folder;

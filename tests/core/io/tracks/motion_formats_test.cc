@@ -240,6 +240,25 @@ TEST(TracksBvh, ErrorsNameFileAndLine) {
               HasSubstr("Frames: expected 0 .. 10000000"));
 }
 
+// A rounded time means a whole rate; that of NTSC is a thousandth below.
+TEST(TracksBvh, RatesOfRoundedTimes) {
+  const TemporaryFolder folder;
+  const auto rate_of = [&](const std::string& step_s) {
+    return ReadTracks(folder.Write("a.bvh",
+                                   "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\n"
+                                   "CHANNELS 3 Xposition Yposition Zposition\n"
+                                   "End Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\n"
+                                   "Frames: 1\nFrame Time: " +
+                                       step_s + "\n0 0 0\n"))
+        .header.frame_rate_hz;
+  };
+  EXPECT_EQ(rate_of("0.0333333"), 30.0);
+  EXPECT_EQ(rate_of("0.033333"), 30.0);
+  EXPECT_EQ(rate_of("0.00833"), 120.0);
+  EXPECT_NEAR(rate_of("0.03336666666666667"), 30000.0 / 1001.0, 1e-9);
+  EXPECT_NEAR(rate_of("0.016683333333333335"), 60000.0 / 1001.0, 1e-9);
+}
+
 // What is written reads back where the rigid skeleton stands.
 TEST(TracksBvh, OwnFilesComeBack) {
   TrackSequence tracks;

@@ -335,6 +335,27 @@ TEST(TracksTrc, MillimetresAxesAndGaps) {
   EXPECT_EQ(tracks.frames[1].time, 10'000'000);
 }
 
+// Laboratories count from 1; a trimmed file keeps its numbers and times.
+TEST(TracksTrc, TheFirstRowsTimeTellsWhereFramesBegin) {
+  const TemporaryFolder folder;
+  const auto first_frame = [&](const std::string& start,
+                               const std::string& row) {
+    std::string text = kTrcHeader;
+    text.replace(text.find("100\t7\t2"), 7, "100\t" + start + "\t2");
+    return ReadTracks(folder.Write("x.trc", text + "\n" + row +
+                                                "\t1\t2\t3\n9\t9\t1\t2\t3\n"))
+        .frames.at(0)
+        .frame;
+  };
+  EXPECT_EQ(first_frame("0", "1\t0.00"), 0);
+  EXPECT_EQ(first_frame("1", "1\t0.00"), 0);
+  EXPECT_EQ(first_frame("1", "1\t0.01"), 1);  // ours, of a take from 1 on
+  EXPECT_EQ(first_frame("1", "101\t1.00"), 100);
+  EXPECT_EQ(first_frame("1", "101\t1.01"), 101);
+  EXPECT_EQ(first_frame("30", "1\t0.30"), 30);
+  EXPECT_EQ(first_frame("30", "1\t0.00"), 30);
+}
+
 TEST(TracksTrc, ErrorsNameFileAndLine) {
   const TemporaryFolder folder;
   const auto error_of = [&](const std::string& rows) {

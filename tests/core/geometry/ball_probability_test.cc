@@ -1,0 +1,67 @@
+#include "core/geometry/ball_probability.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "core/base/random.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kRadius_m = 0.05;
+
+Eigen::Matrix3d Covariance(double a_mm, double b_mm, double c_mm) {
+  const Eigen::Vector3d sigma_m = 1e-3 * Eigen::Vector3d(a_mm, b_mm, c_mm);
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized())
+          .toRotationMatrix();
+  return turn * sigma_m.cwiseAbs2().asDiagonal() * turn.transpose();
+}
+
+// The same in all directions: the distribution of Maxwell.
+TEST(BallProbability, OfABallIsMaxwells) {
+  constexpr double kPi = 3.14159265358979323846;
+  for (const double sigma_mm : {10.0, 20.0, 24.02, 30.0, 50.0, 100.0, 1000.0}) {
+    const double r = 1e3 * kRadius_m / sigma_mm;
+    const double expected = std::erf(r / std::sqrt(2.0)) -
+                            std::sqrt(2.0 / kPi) * r * std::exp(-0.5 * r * r);
+    EXPECT_NEAR(
+        ProbabilityWithin(kRadius_m, Covariance(sigma_mm, sigma_mm, sigma_mm)),
+        expected, 1e-5);
+  }
+  EXPECT_EQ(ProbabilityWithin(kRadius_m, Covariance(1, 1, 1)), 1.0);
+  EXPECT_EQ(ProbabilityWithin(kRadius_m, Eigen::Matrix3d::Zero()), 1.0);
+}
+
+// One long axis: the Gaussian's along it.
+TEST(BallProbability, OfALineIsTheErrorFunction) {
+  for (const double sigma_mm : {10.0, 30.0, 100.0, 1000.0}) {
+    EXPECT_NEAR(ProbabilityWithin(kRadius_m, Covariance(0, sigma_mm, 0)),
+                std::erf(1e3 * kRadius_m / sigma_mm / std::sqrt(2.0)), 1e-5);
+  }
+}
+
+// Against draws: 4 standard deviations of a share of 200,000.
+TEST(BallProbability, IsTheShareOfDraws) {
+  Random random(5);
+  for (const Eigen::Vector3d& mm :
+       {Eigen::Vector3d(100, 5, 5), Eigen::Vector3d(41, 14, 17),
+        Eigen::Vector3d(100, 100, 5), Eigen::Vector3d(50, 30, 10)}) {
+    constexpr int kDraws = 200000;
+    int inside = 0;
+    for (int i = 0; i < kDraws; ++i) {
+      const Eigen::Vector3d point_m(1e-3 * mm[0] * random.Normal(),
+                                    1e-3 * mm[1] * random.Normal(),
+                                    1e-3 * mm[2] * random.Normal());
+      inside += point_m.norm() < kRadius_m ? 1 : 0;
+    }
+    const double share = static_cast<double>(inside) / kDraws;
+    EXPECT_NEAR(ProbabilityWithin(kRadius_m, Covariance(mm[0], mm[1], mm[2])),
+                share, 4.0 * std::sqrt(share * (1.0 - share) / kDraws));
+  }
+}
+
+}  // namespace
+}  // namespace kinegraph
