@@ -111,7 +111,26 @@ std::string RefinementText(const ReadyTake& take) {
   const std::vector<RefineStep> steps = take.refinement.has_value()
                                             ? take.refinement->steps
                                             : std::vector<RefineStep>();
+  std::string lags;
+  if (take.refinement.has_value() && take.record.has_value()) {
+    for (size_t v = 0; v < take.refinement->lag_frames.size(); ++v) {
+      const int lag = take.refinement->lag_frames[v];
+      if (lag == 0) continue;
+      lags += (lags.empty() ? "" : ", ") +
+              Printable(take.record->cameras[v].name) + (lag > 0 ? " +" : " ") +
+              std::to_string(lag);
+    }
+  }
+  if (!lags.empty()) {
+    text +=
+        "clock, whole frames (of the first view's frame k the frame k + n): " +
+        lags + "\n";
+  }
   for (const RefineStep& step : steps) {
+    if (step.gain.before_px == 0.0 && !step.taken) {
+      text += step.what + ": left (" + step.reason + ")\n";
+      continue;
+    }
     char line[200];
     std::snprintf(line, sizeof(line),
                   "%s: %s, %.2f px instead of %.2f on the other half of the "

@@ -384,6 +384,7 @@ class Doctor {
   }
 
   bool TakeJump() {
+    if (!MoveEnough(segments_)) return false;
     const double frame_s = 1.0 / std::max(1.0, input_.frame_rate_hz);
     const auto jump = FindClockJump(cameras_, segments_, changes_,
                                     options_.bundle.segments, frame_s);

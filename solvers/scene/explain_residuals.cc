@@ -84,7 +84,8 @@ class Explainer {
     FreeParameters focal;
     focal.focal = true;
     std::vector<Model> models;
-    if (!clocks_done_) models.push_back({"clock", clock});
+    if (!clocks_done_ && MoveEnough(take_.segments))
+      models.push_back({"clock", clock});
     if (!cameras_done_) {
       models.push_back({"shift", shift});
       models.push_back({"rotation", rotation});

@@ -157,7 +157,16 @@ Refinement RefineScene(const CameraRig& cameras,
           {what, /*taken=*/false, "too few matches", {}});
     }
   };
-  if (options.refine_clock) step(clocks, "clock");
+  refinement.hardly_moves = enough && !MoveEnough(segments);
+  if (options.refine_clock && refinement.hardly_moves) {
+    refinement.steps.push_back(
+        {"clock",
+         /*taken=*/false,
+         "people hardly move, which tells nothing of clocks",
+         {}});
+  } else if (options.refine_clock) {
+    step(clocks, "clock");
+  }
   if (free.any_camera()) {
     step(free, RefineKindNames()[static_cast<size_t>(options.refine)]);
   }

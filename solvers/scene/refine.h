@@ -65,6 +65,9 @@ struct Refinement {
   std::vector<RefineStep> steps;
   double largest_correlation = 0.0;  // of a clock with a camera
   int64_t stretches = 0;             // that were used
+  // Whole frames that each view was moved by beforehand; part of `changes`.
+  std::vector<int> lag_frames;
+  bool hardly_moves = false;  // nobody, so that no clock is told
 
   bool any_taken() const;
 };

@@ -355,6 +355,17 @@ SceneSegments MakeSegments(const CameraRig& cameras,
   return result;
 }
 
+bool MoveEnough(const SceneSegments& segments) {
+  constexpr double kLeastSpeedMps = 0.3;
+  constexpr double kShare = 0.9;
+  if (segments.segments.empty()) return false;
+  std::vector<double> speeds_mps;
+  for (const Stretch& segment : segments.segments) {
+    speeds_mps.push_back(segment.state.segment<3>(3).norm());
+  }
+  return Quantile(std::move(speeds_mps), kShare) >= kLeastSpeedMps;
+}
+
 double BinLength(const SceneSegments& segments) {
   return std::min(1.0, std::max(0.2, segments.span_s / 20.0));
 }

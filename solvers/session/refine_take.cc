@@ -1,5 +1,6 @@
 #include "solvers/session/refine_take.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "solvers/scene/clock_search.h"
@@ -92,13 +93,28 @@ RefinedTake RefineTake(const RunOptions& options, const RunRequest& request,
   std::vector<int> lags(scene.used_views.size(), 0);
   if (options.refine.refine_clock && scene.used_views.size() > 1) {
     lags = LagsOf(scene, used);
-    used = Realigned(used, lags);
   }
   RefinedTake take;
   take.stated = scene.model.cameras;
-  take.refinement =
-      RefineScene(scene.model.cameras, used,
-                  MatchTake(options, scene.model, used), options.refine);
+  const auto refine = [&](const DetectionSequence& detections_used) {
+    take.refinement = RefineScene(
+        scene.model.cameras, detections_used,
+        MatchTake(options, scene.model, detections_used), options.refine);
+  };
+  if (std::any_of(lags.begin(), lags.end(), [](int lag) { return lag != 0; })) {
+    DetectionSequence as_told = Realigned(used, lags);
+    std::swap(used, as_told);
+    refine(used);
+    if (take.refinement.hardly_moves) {
+      // Whoever rests looks alike at any time.
+      std::fill(lags.begin(), lags.end(), 0);
+      used = std::move(as_told);
+      refine(used);
+    }
+  } else {
+    refine(used);
+  }
+  take.refinement.lag_frames = lags;
   if (take.refinement.any_taken()) {
     SceneModel refined = scene.model;
     refined.cameras =

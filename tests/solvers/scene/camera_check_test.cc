@@ -60,6 +60,32 @@ TEST(CameraCheck, NamesTheImageThatIsShifted) {
   EXPECT_NEAR(check.Views()[1].median_y_px, -10.0, 2.0);
 }
 
+// Of cameras side by side hardly a joint can be placed, and what can is wrong.
+TEST(CameraCheck, CamerasSideBySideAreNotAccused) {
+  for (const uint64_t seed : {3, 4, 5}) {
+    for (const double arc_deg : {1.0, 3.0, 6.0}) {
+      FaultySceneOptions options;
+      options.seed = seed;
+      options.cameras = 2;
+      FaultyScene scene = MakeFaultyScene(options);
+      SceneOptions narrow;
+      narrow.seed = static_cast<int64_t>(seed);
+      narrow.people = 2;
+      narrow.duration_s = 5.0;
+      narrow.motion.visitors = 0.0;
+      narrow.cameras.count = 2;
+      narrow.cameras.arc_deg = arc_deg;
+      NoiseOptions noise;
+      noise.joints.sigma_px = 2.0;
+      noise.joints.outlier_rate = 0.02;
+      scene.scene = MakeScene(narrow);
+      scene.cameras = scene.scene.cameras;
+      scene.detections = Observe(scene.scene, noise, nullptr);
+      EXPECT_EQ(Words(CheckOf(scene)), "") << seed << " " << arc_deg;
+    }
+  }
+}
+
 TEST(CameraCheck, NamesTheClockThatIsLate) {
   FaultySceneOptions options;
   options.seed = 33;

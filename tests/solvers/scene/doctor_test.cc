@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string>
 
+#include "solvers/scene/confidence_scale.h"
 #include "tests/support/faulty_scene.h"
 
 namespace kinegraph {
@@ -69,6 +70,56 @@ TEST(Doctor, OneTurnedCameraIsNamed) {
   EXPECT_EQ(rotation->camera, truth.name());
   EXPECT_LT(rotation->after_px, rotation->before_px);
   EXPECT_LT(testing::AngleBetween(diagnosis.cameras[2], truth), 0.2);
+}
+
+// Thresholds are those of detectors whose joints have 0.6 and more as a rule.
+TEST(Doctor, SmallConfidencesHideNothing) {
+  FaultySceneOptions options;
+  options.seed = 12;
+  options.cameras = 4;
+  FaultyScene scene = MakeFaultyScene(options);
+  for (DetectionFrame& frame : scene.detections.frames) {
+    ScaleConfidences(0.3, &frame);
+  }
+  EXPECT_TRUE(DiagnoseScene(scene).sound);
+  scene.cameras[2] = testing::Turned(scene.cameras[2], 1.0, 9);
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  const Finding* rotation = FindKind(diagnosis, "rotation");
+  ASSERT_NE(rotation, nullptr) << Words(diagnosis);
+  EXPECT_EQ(rotation->camera, scene.cameras[2].name());
+}
+
+TEST(Doctor, ConfidencesAreScaledWhereTheyAreSmall) {
+  EXPECT_EQ(ConfidenceScale({}), 1.0);
+  EXPECT_EQ(ConfidenceScale({0.0, 0.0, 0.0}), 1.0);
+  EXPECT_EQ(ConfidenceScale({0.2, 0.8, 0.9}), 1.0);
+  EXPECT_DOUBLE_EQ(ConfidenceScale({0.1, 0.2, 0.9}), 3.0);
+}
+
+// Somebody who stands tells nothing of clocks, whatever the detector's lasting
+// errors look like.
+TEST(Doctor, WhoStandsTellsNothingOfClocks) {
+  for (const uint64_t seed : {14, 15, 16, 17, 18, 19}) {
+    SceneOptions options;
+    options.seed = static_cast<int64_t>(seed);
+    options.people = 1;
+    options.duration_s = 5.0;
+    options.motion.visitors = options.motion.walking = 0.0;
+    options.motion.standing = 1.0;
+    options.motion.turning = options.motion.sitting = 0.0;
+    options.motion.arm_motion = 0.0;
+    options.cameras.count = 4;
+    NoiseOptions noise;
+    noise.seed = 1;
+    noise.joints.sigma_px = 2.0;
+    noise.joints.white_share = 0.5;
+    FaultyScene still;
+    still.scene = MakeScene(options);
+    still.cameras = still.scene.cameras;
+    still.detections = Observe(still.scene, noise, nullptr);
+    const Diagnosis diagnosis = DiagnoseScene(still);
+    EXPECT_TRUE(diagnosis.sound) << seed << " " << Words(diagnosis);
+  }
 }
 
 TEST(Doctor, TurnedCamerasAreNotTakenForClocks) {

@@ -307,6 +307,21 @@ INSTANTIATE_TEST_SUITE_P(
                    },
                    {"rate"},
                    "input.frame_rate"},
+        WrongSetUp{"legs_alone",
+                   [](Take* take) {
+                     constexpr size_t kFirst = 11;  // hips, knees, ankles
+                     for (DetectionFrame& frame : take->detections.frames) {
+                       for (ViewDetections& view : frame.views) {
+                         for (Detection& one : view.detections) {
+                           for (size_t j = 0; j < kFirst; ++j) {
+                             one.joints[j].found = false;
+                           }
+                         }
+                       }
+                     }
+                   },
+                   {"joints"},
+                   "initialisation.min_joints=4"},
         WrongSetUp{"one_view_with_people",
                    [](Take* take) {
                      for (DetectionFrame& frame : take->detections.frames) {
@@ -320,6 +335,15 @@ INSTANTIATE_TEST_SUITE_P(
     [](const ::testing::TestParamInfo<WrongSetUp>& test) {
       return test.param.name;
     });
+
+TEST(TakeReport, FewerJointsWhereDetectionsShowFew) {
+  EXPECT_EQ(FewerJoints(17.0, 10.0), std::nullopt);
+  EXPECT_EQ(FewerJoints(12.5, 10.0), std::nullopt);
+  EXPECT_EQ(FewerJoints(12.0, 10.0), 6);
+  EXPECT_EQ(FewerJoints(6.0, 10.0), 4);
+  EXPECT_EQ(FewerJoints(6.0, 4.0), std::nullopt);   // asked for already
+  EXPECT_EQ(FewerJoints(0.0, 10.0), std::nullopt);  // nobody was seen
+}
 
 TEST(TakeReport, UnitsFollowFromHeights) {
   EXPECT_EQ(UnitOfHeight(1720.0), "mm");
