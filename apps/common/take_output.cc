@@ -59,11 +59,19 @@ std::string PeopleLines(const TakeReport& report) {
   return text;
 }
 
+// Of two views that nothing speaks against.
+std::string PairText(const TakeReport& report) {
+  if (report.cameras.size() != 2 || !report.warnings.empty()) return "";
+  return "note: two cameras hide much of each other's errors; `kinegraph "
+         "doctor` looks closer.\n";
+}
+
 }  // namespace
 
 std::string ReportText(const TakeReport& report) {
   if (report.poses == 0) return WarningsText(report);
-  return CameraLines(report) + PeopleLines(report) + WarningsText(report);
+  return CameraLines(report) + PeopleLines(report) + WarningsText(report) +
+         PairText(report);
 }
 
 std::string WarningsText(const TakeReport& report) {

@@ -348,10 +348,17 @@ void AddCauses(const Diagnosis& diagnosis, TakeReport* report) {
         finding.camera.empty() ? "" : "view of " + finding.camera + ": ";
     // The report writes no cameras.
     const bool is_key = finding.fix.rfind("--cameras=", 0) != 0;
-    causes.push_back(
-        {finding.kind, of + finding.evidence,
-         is_key ? finding.fix
-                : "`kinegraph doctor` writes the corrected calibration"});
+    std::string advice = "`kinegraph doctor` writes the corrected calibration";
+    // By whole frames alone: cameras that are turned may look like it.
+    if (finding.kind == "clock_offset") {
+      advice =
+          "`kinegraph doctor`, which tells cameras from clocks; for a "
+          "clock " +
+          finding.fix;
+    } else if (is_key) {
+      advice = finding.fix;
+    }
+    causes.push_back({finding.kind, of + finding.evidence, advice});
   }
   report->warnings.insert(report->warnings.begin(),
                           std::make_move_iterator(causes.begin()),
