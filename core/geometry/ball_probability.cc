@@ -44,12 +44,12 @@ double Expected(double sigma, double end, const Function& function) {
 
 double ProbabilityWithin(double radius_m,
                          const Eigen::Matrix3d& covariance_m2) {
-  constexpr double kLeast_m2 = 1e-18;  // of a variance
+  constexpr double kLeastVariance = 1e-18;  // of a variance
   const Eigen::Vector3d sigma_m =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance_m2,
                                                      Eigen::EigenvaluesOnly)
           .eigenvalues()
-          .cwiseMax(kLeast_m2)
+          .cwiseMax(kLeastVariance)
           .cwiseSqrt();
   constexpr double kAll = 8.0;  // sigmas: beyond lies 1e-14
   if (radius_m > kAll * sigma_m[2]) return 1.0;

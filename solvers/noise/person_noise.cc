@@ -278,9 +278,9 @@ double PersonNoise::CovarianceFactorOf(int joint_idx, size_t k) {
   const double process_noise = frames_[k].process_noise[joint_idx];
   const double variance_m2 = frames_[k].variance_m2[joint_idx];
   // Times are rounded to nanoseconds.
-  constexpr double kRounding_s = 2e-9;
+  constexpr double kRoundingS = 2e-9;
   if (covariance_factors_.has_value() &&
-      std::abs(frame_s - covariance_factors_->frame_s()) <= kRounding_s) {
+      std::abs(frame_s - covariance_factors_->frame_s()) <= kRoundingS) {
     return covariance_factors_->At(process_noise, variance_m2);
   }
   return CovarianceFactor(correlation_, frame_s, process_noise, variance_m2);
