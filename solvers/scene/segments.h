@@ -111,8 +111,9 @@ inline Eigen::Vector3d PositionOf(const Stretch& segment) {
 }
 
 // Whether joints move fast enough to tell of clocks. Of people at rest a tenth
-// of the stretches come out at 0.2 m/s or more, by the detector's errors alone;
-// of people who talk, work, walk or dance at 0.7 m/s and more.
+// of the stretches come out at 0.2 m/s or more by a detector's errors of 8 mm
+// (at three times these errors too fast, and nothing is noticed); of people who
+// talk, work, walk or dance at 0.7 m/s and more.
 bool MoveEnough(const SceneSegments& segments);
 
 // Length of a bin of time [s]: a twentieth of the take, between 0.2 and 1 s.

@@ -60,17 +60,16 @@ DetectionSequence ReadBeginning(DetectionSource* source, TakeSurvey* survey) {
 
 // Joints of 17 that half of the detections show at most.
 double UsualJoints(const DetectionSequence& beginning) {
-  std::vector<double> shares;
+  std::vector<double> joints;
   for (const DetectionFrame& frame : beginning.frames) {
     for (const ViewDetections& view : frame.views) {
       for (const Detection& detection : view.detections) {
-        const int found = CountFound(detection);
-        if (found < kMinJoints) continue;
-        shares.push_back(found / static_cast<double>(detection.joints.size()));
+        if (CountFound(detection) < kMinJoints) continue;
+        joints.push_back(JointsOf17(detection, beginning.header.skeleton));
       }
     }
   }
-  return shares.empty() ? 0.0 : 17.0 * Median(std::move(shares));
+  return joints.empty() ? 0.0 : Median(std::move(joints));
 }
 
 // View -> camera in the order of their names; empty when names pair them.

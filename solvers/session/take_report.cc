@@ -118,9 +118,9 @@ class TakeReporter::Impl {
     if (best != 0) facts.better_skeleton = candidates_[best]->name();
     facts.frame_step_s = step_s_.Quantile(0.5);
     facts.holes_s = holes_s_;
-    facts.independent_frames = HasIndependentFrames();
-    facts.joints_of_17 = 17.0 * found_share_.Quantile(0.5);
-    facts.least_joints_of_17 = LeastJoints();
+    facts.independent_frames = KeyOf("input", "independent_frames", false);
+    facts.joints_of_17 = joints_of_17_.Quantile(0.5);
+    facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);
     AddWarnings(facts, &report);
     AddCauses(Diagnose(BeginningOf()), &report);
     return report;
@@ -194,8 +194,7 @@ class TakeReporter::Impl {
       ++people;
       ++camera.counts.detections;
       camera.person_px.Add(DiagonalPx(BoxAround(detection.joints)));
-      found_share_.Add(static_cast<double>(CountFound(detection)) /
-                       static_cast<double>(detection.joints.size()));
+      joints_of_17_.Add(JointsOf17(detection, detection_skeleton_));
       if (!fit_.full()) fit_.See(detection);
     }
     ++camera.frames_with[std::min(people, kMaxCounted - 1)];
@@ -249,17 +248,12 @@ class TakeReporter::Impl {
     }
   }
 
-  bool HasIndependentFrames() const {
+  // A key of the configuration that the take was tracked with.
+  template <typename Value>
+  Value KeyOf(const char* table, const char* key, Value otherwise) const {
     const Json config = Json::parse(scene_.header.config_json, nullptr, false);
-    const auto input = config.find("input");
-    return input != config.end() && input->value("independent_frames", false);
-  }
-
-  // What a new person needs, as the options say.
-  double LeastJoints() const {
-    const Json config = Json::parse(scene_.header.config_json, nullptr, false);
-    const auto table = config.find("initialisation");
-    return table != config.end() ? table->value("min_joints", 0.0) : 0.0;
+    const auto found = config.find(table);
+    return found != config.end() ? found->value(key, otherwise) : otherwise;
   }
 
   // Notes the time since the frame before; called before SeeSpeeds, which sets
@@ -336,7 +330,7 @@ class TakeReporter::Impl {
   TimeNs last_time_ = 0;
   DetectionSequence beginning_;
   int64_t joints_kept_ = 0;
-  StreamSample found_share_;  // of a detection's joints
+  StreamSample joints_of_17_;  // of a detection
   StreamSample step_s_;
   std::vector<double> holes_s_;
   StreamSample speed_mps_;

@@ -311,6 +311,16 @@ double TypicalHeight(const std::vector<PersonReport>& people) {
   return 0.0;
 }
 
+double JointsOf17(const Detection& detection, const Skeleton& skeleton) {
+  const std::vector<int>& compared = skeleton.association_joints();
+  const auto found =
+      std::count_if(compared.begin(), compared.end(), [&](int joint_idx) {
+        return detection.joints[static_cast<size_t>(joint_idx)].found;
+      });
+  return 17.0 * static_cast<double>(found) /
+         static_cast<double>(compared.size());
+}
+
 std::optional<int> FewerJoints(double joints_of_17, double least) {
   constexpr double kWellWithin = 1.25;
   constexpr double kCommon = 0.55;  // of the joints that a view shows

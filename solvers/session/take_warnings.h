@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "core/data/detection.h"
+#include "core/skeleton/skeleton.h"
 #include "solvers/scene/doctor.h"
 #include "solvers/session/take_report.h"
 
@@ -28,6 +30,10 @@ struct TakeFacts {
   double joints_of_17 = 0.0;
   double least_joints_of_17 = 0.0;
 };
+
+// How many of the joints that association compares were found, as if there were
+// 17 of them.
+double JointsOf17(const Detection& detection, const Skeleton& skeleton);
 
 // Joints of 17 that a new person should need where detections usually show
 // `joints_of_17`; nullopt where `least` of them are well within what they show.

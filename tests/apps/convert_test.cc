@@ -262,6 +262,8 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
        "--unit belongs to calibrations"},
       {"--to=krt --skeleton=coco17 --in=" + take.cameras + " --out=" + out,
        "--skeleton belongs to"},
+      {"--to=csv --frame_rate=61 --in=" + take.tracks + " --out=" + out,
+       "--frame_rate=61 is for input that does not tell its rate"},
       {"--to=csv --axes=x,y,z --in=" + take.tracks + " --out=" + out,
        "--axes belongs to"},
       {"--to=trc --axes=x,z,y --in=" + take.tracks + " --out=" + out,
@@ -345,6 +347,16 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
           .exit_code,
       0);
   EXPECT_EQ(ReadTracks(csv).frames.at(0).people.at(0).id, TrackId(3));
+  // Names in the tracks themselves count, too.
+  std::string named = ReadTextFile(tracks);
+  named.insert(1, R"("names":{"3":"Carl"},)");
+  const std::string own = folder.Write("own.jsonl", named);
+  const std::string carl = folder.path() / "carl.csv";
+  EXPECT_EQ(
+      Convert(folder, "--to=csv --person=Carl --in=" + own + " --out=" + carl)
+          .exit_code,
+      0);
+  EXPECT_EQ(ReadTracks(carl).frames.at(0).people.at(0).id, TrackId(3));
   // The last name that somebody was given counts.
   folder.Write("take.identity.jsonl",
                R"({"op": "name", "persons": [3], "name": "Anna"})"

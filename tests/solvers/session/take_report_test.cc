@@ -336,6 +336,16 @@ INSTANTIATE_TEST_SUITE_P(
       return test.param.name;
     });
 
+// A body without its hands and face is a whole body.
+TEST(TakeReport, JointsAreThoseThatAssociationCompares) {
+  Detection detection;
+  detection.joints.resize(WholeBody133().joints().size());
+  for (size_t j = 0; j < 17; ++j) detection.joints[j].found = true;
+  EXPECT_DOUBLE_EQ(JointsOf17(detection, WholeBody133()), 17.0);
+  for (size_t j = 0; j < 11; ++j) detection.joints[j].found = false;
+  EXPECT_DOUBLE_EQ(JointsOf17(detection, WholeBody133()), 6.0);
+}
+
 TEST(TakeReport, FewerJointsWhereDetectionsShowFew) {
   EXPECT_EQ(FewerJoints(17.0, 10.0), std::nullopt);
   EXPECT_EQ(FewerJoints(12.5, 10.0), std::nullopt);

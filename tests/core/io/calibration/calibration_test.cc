@@ -379,6 +379,8 @@ constexpr const char* kCaliscopeArray =
     "verified_resolutions = [[640, 480], [1280, 720]]\n"
     "translation = [0.1, -0.2, 0.7]\n"
     "rotation = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]\n"
+    "world_position = [0.2, 0.1, -0.7]\n"  // newer FreeMoCap
+    "world_orientation = [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]\n"
     "[cameras.2]\ncam_id = 2\nignore = true\nsize = [1280, 720]\n"
     "matrix = [[900.0, 0.0, 640.0], [0.0, 910.0, 360.0], [0.0, 0.0, 1.0]]\n"
     "distortions = [0.0, 0.0, 0.0, 0.0, 0.0]\n";

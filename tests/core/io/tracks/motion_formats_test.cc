@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/io/files/text_file.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/person_names.h"
 #include "core/io/tracks/tracks.h"
@@ -177,6 +178,43 @@ TEST(TracksC3d, UnitsAxesAndErrors) {
   spoilt[512 + 3] = 83;
   write(spoilt);
   EXPECT_THAT(error(), HasSubstr("byte order"));
+}
+
+// A header's word ends at 65535. TRIAL counts on, and where a file has none the
+// points' own count does.
+TEST(TracksC3d, MoreFramesThanAWordCounts) {
+  constexpr int64_t kFrames = 65600;
+  TrackSequence tracks;
+  tracks.header.skeleton = Skeleton("one", {"nose"}, {});
+  tracks.header.frame_rate_hz = 100.0;
+  for (int64_t f = 0; f < kFrames; ++f) {
+    TrackFrame& frame = tracks.frames.emplace_back();
+    frame.frame = f;
+    frame.time = f * 10'000'000;
+    PersonPose& person = frame.people.emplace_back();
+    person.id = TrackId(4);
+    person.joints = {{{1e-3 * static_cast<double>(f % 1000), 0.0, 1.0},
+                      JointStatus::kObserved}};
+  }
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "long.c3d";
+  Losses losses;
+  FindTrackFormat("c3d")->write(path, tracks, {{}, {{TrackId(4), "Anna"}}},
+                                &losses);
+  std::string bytes = ReadTextFile(path);
+  // SUBJECTS:NAMES, and EVENT:SUBJECTS of the first and the last frame.
+  int named = 0;
+  for (size_t at = 0; (at = bytes.find("Anna", at)) != std::string::npos;
+       ++at) {
+    ++named;
+  }
+  EXPECT_EQ(named, 3);
+  EXPECT_EQ(ReadTracks(path).frames.size(), static_cast<size_t>(kFrames));
+  const size_t trial = bytes.find("TRIAL");
+  ASSERT_NE(trial, std::string::npos);
+  bytes.replace(trial, 5, "OTHER");
+  std::ofstream(path, std::ios::binary) << bytes;
+  EXPECT_EQ(ReadTracks(path).frames.size(), static_cast<size_t>(kFrames));
 }
 
 // ---- BVH ----
