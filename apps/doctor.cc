@@ -18,7 +18,7 @@
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");
 DEFINE_string(config, "",
-              "configuration (TOML, see configs/); may be left out");
+              "configuration (TOML); without it configs/default.toml");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(frames, "", "frames to use: A:B includes A and excludes B");
 DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
@@ -101,7 +101,7 @@ void RunDoctor() {
   RequireFlag("out", FLAGS_out);
   RunOptions options =
       FLAGS_config.empty()
-          ? ParseRunOptions("", FLAGS_set, "")
+          ? ReadRunOptions(ProjectConfig("default.toml"), FLAGS_set, "")
           : ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, "");
   RunRequest request;
   request.frames = ParseFrameRanges(FLAGS_frames);

@@ -73,10 +73,7 @@ std::vector<Bins> OffsetBins(const CameraRig& cameras,
       of_view[b].time_s = first_s + (static_cast<double>(b) + 0.5) * length_s;
     }
   }
-  SegmentState prior = SegmentState::Zero();
-  prior.segment<3>(3).setConstant(std::pow(options.velocity_sigma_mps, -2));
-  prior.segment<3>(6).setConstant(
-      std::pow(options.acceleration_sigma_mps2, -2));
+  const SegmentState prior = PriorInformation(options);
   for (const Stretch& segment : segments.segments) {
     SegmentState state = segment.state;
     if (!SolveSegment(cameras, changes, segment, segments.noise_scale, options,

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/evaluation/statistics.h"
+#include "solvers/scene/camera_break.h"
 #include "solvers/scene/clock_jumps.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/confidence_scale.h"
@@ -46,7 +47,10 @@ class Doctor {
     LookForTwins();
     LookAtReadings();
     LookAtUnit();
-    if (input_.match) LookAtMatches();
+    if (input_.match) {
+      if (options_.looks_for_break) LookForBreak();
+      LookAtMatches();
+    }
     // The corrected file gives each view the right camera under the name that
     // the view is paired with.
     for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -107,6 +111,11 @@ class Doctor {
     for (DetectionFrame& frame : detections_.frames) {
       frame.views[wrong].detections.clear();
     }
+    LookAgain();
+  }
+
+  // At detections that have changed.
+  void LookAgain() {
     raw_ = PeopleOfViews(detections_, kMinConfidence);
     frames_ = FramesToLookAt(raw_, options_.frames_to_look_at);
   }
@@ -175,8 +184,7 @@ class Doctor {
                   static_cast<double>(lag), offset_s)});
     }
     detections_ = Realigned(detections_, clocks.lag_frames);
-    raw_ = PeopleOfViews(detections_, kMinConfidence);
-    frames_ = FramesToLookAt(raw_, options_.frames_to_look_at);
+    LookAgain();
   }
 
   // How sure a change is that brings agreement from `before` to `after`.
@@ -340,6 +348,95 @@ class Doctor {
     }
   }
 
+  // ---- A camera that was moved in the middle ----
+
+  // The two sides of a break are diagnosed apart: what is said of the view on
+  // the worse one and not on the other is the break. The rest of the diagnosis
+  // is of the better side.
+  void LookForBreak() {
+    const auto found = FindCameraBreak(cameras_, Ideal(), detections_);
+    if (!found.has_value()) return;
+    const int worse = found->worse_after() ? 1 : 0;
+    if (IsLag(*found, worse)) return;
+    std::vector<Finding> of_view;
+    for (const int side : {worse, 1 - worse}) {
+      const Diagnosis part =
+          DiagnosePart(SideOf(detections_, found->from, side));
+      for (const Finding& finding : part.findings) {
+        if (finding.camera != NameOf(found->view)) continue;
+        const bool sure = finding.confidence > 0.5;
+        if (side != worse || (finding.kind == "clock_offset" && sure)) return;
+        of_view.push_back(finding);
+      }
+    }
+    if (of_view.empty()) return;
+    for (const Finding& finding : of_view) AddBreak(*found, finding);
+    detections_ = SideOf(detections_, found->from, 1 - worse);
+    LookAgain();
+  }
+
+  // Whether a lag makes the worse side as good as the other one: pictures were
+  // lost, which are looked for later.
+  bool IsLag(const CameraBreak& found, int worse) const {
+    constexpr double kNearly = 0.05;  // of agreement
+    const auto ideal_of = [&](int side) {
+      const std::vector<ViewPeople> raw =
+          PeopleOfViews(SideOf(detections_, found.from, side), kMinConfidence);
+      std::vector<ViewPeople> ideal;
+      for (size_t v = 0; v < raw.size(); ++v) {
+        ideal.push_back(Undistorted(raw[v], cameras_[v]));
+      }
+      return ideal;
+    };
+    const ClockSearch lags =
+        SearchClocks(cameras_, ideal_of(worse), LongestLag());
+    const std::vector<ViewPeople> better = ideal_of(1 - worse);
+    const double score =
+        AgreementOfAll(cameras_, better,
+                       FramesToLookAt(better, options_.frames_to_look_at))
+            .score();
+    return lags.found() && lags.score_after > score - kNearly;
+  }
+
+  Diagnosis DiagnosePart(DetectionSequence part) const {
+    DoctorInput input = input_;
+    input.cameras.clear();
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      CameraParameters parameters = cameras_[v].parameters();
+      parameters.name = NameOf(v);
+      input.cameras.emplace_back(parameters);
+    }
+    input.detections = std::move(part);
+    DoctorOptions options = options_;
+    options.looks_for_break = false;
+    options.longest_lag_s = 0.0;
+    return Diagnose(input, options);
+  }
+
+  void AddBreak(const CameraBreak& found, Finding finding) {
+    const auto& frames = detections_.frames;
+    const auto first = static_cast<double>(frames.front().frame);
+    const auto from = static_cast<double>(frames[found.from].frame);
+    const auto end = static_cast<double>(frames.back().frame + 1);
+    const bool after = found.worse_after();
+    const std::string fix =
+        finding.kind == "never_matched"
+            ? finding.fix
+            : Format(
+                  "take the cameras.json that doctor --frames=%.0f:%.0f "
+                  "writes",
+                  after ? from : first, after ? end : from);
+    finding.fix =
+        Format("track the frames before and from %.0f on apart; for ", from) +
+        (after ? "those from it on " : "those before it ") + fix;
+    finding.evidence = Format(after ? "from about frame %.0f on: "
+                                    : "before about frame %.0f: ",
+                              from) +
+                       finding.evidence +
+                       "; it was moved in the middle of the take";
+    Add(std::move(finding));
+  }
+
   // ---- With the tracker's matches ----
 
   void LookAtMatches() {
@@ -453,8 +550,10 @@ class Doctor {
                 input_.frame_rate_hz)});
   }
 
-  // Views that are hardly ever matched.
+  // Views that are hardly ever matched. The few matches that they have are
+  // wrong, and take no part in what follows.
   void LookForStrangers() {
+    bool any = false;
     for (size_t v = 0; v < cameras_.size(); ++v) {
       const double all = static_cast<double>(segments_.detections[v]);
       const double share =
@@ -463,6 +562,10 @@ class Doctor {
       constexpr double kEnough = 20.0;
       if (all < kEnough || share > kStranger) continue;
       strangers_.insert(v);
+      any = true;
+      for (DetectionFrame& frame : detections_.frames) {
+        frame.views[v].detections.clear();
+      }
       std::string evidence = Format(
           "%.0f of %.0f detections are matched where two other views match "
           "somebody",
@@ -471,6 +574,7 @@ class Doctor {
            "--without_cameras=" + NameOf(v) + ", or calibrate it anew",
            evidence});
     }
+    if (any) Match();
   }
 
   void LookAtLens(const FitError& before) {

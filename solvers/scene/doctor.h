@@ -34,6 +34,7 @@ struct DoctorInput {
 struct DoctorOptions {
   int frames_to_look_at = 40;
   double longest_lag_s = 10.0;
+  bool looks_for_break = true;  // for a camera that moved in the middle
   BundleOptions bundle;
 
   DoctorOptions() { bundle.segments.max_segments = 900; }

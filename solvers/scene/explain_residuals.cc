@@ -125,19 +125,27 @@ class Explainer {
 
   struct Explanation {
     Model model;
-    CrossedGain gain;
+    CrossedGain gain;          // on the other half of the take
+    CrossedGain other_joints;  // on the other half of the joints
     BundleResult fit;
     std::vector<char> moves;  // the views that it finds to be off
   };
+
+  CrossedGain Cross(Halving halving, const Model& model,
+                    const std::vector<char>& moves) const {
+    return CrossFit(take_.cameras, take_.segments, halving, model.free,
+                    changes_, options_, moves);
+  }
 
   // Fits a model with those views free that `moves` names (empty: all).
   std::optional<Explanation> FitModel(const Model& model,
                                       const std::vector<char>& moves) const {
     Explanation one;
     one.model = model;
-    one.gain = CrossFit(take_.cameras, take_.segments, model.free, changes_,
-                        options_, moves);
+    one.gain = Cross(Halving::kTime, model, moves);
     if (!one.gain.all.certain()) return std::nullopt;
+    one.other_joints = Cross(Halving::kJoints, model, moves);
+    if (!one.other_joints.all.certain()) return std::nullopt;
     one.fit = AdjustBundle(take_.cameras, take_.segments, model.free, changes_,
                            options_, moves);
     if (!one.fit.usable) return std::nullopt;
@@ -145,7 +153,7 @@ class Explainer {
     if (model.kind == "clock") {
       MarkLate(one.fit, &one.moves);
     } else {
-      MarkMoved(one.fit, one.gain, &one.moves);
+      MarkMoved(one, &one.moves);
     }
     if (std::count(one.moves.begin(), one.moves.end(), 1) == 0) {
       return std::nullopt;
@@ -235,11 +243,10 @@ class Explainer {
     }
   }
 
-  void MarkMoved(const BundleResult& fit, const CrossedGain& gain,
-                 std::vector<char>* moves) const {
+  void MarkMoved(const Explanation& one, std::vector<char>* moves) const {
     for (size_t v = 0; v < take_.cameras.size(); ++v) {
       if (take_.strangers.count(v) > 0) continue;
-      CameraChange change = fit.changes[v] - changes_[v];
+      CameraChange change = one.fit.changes[v] - changes_[v];
       change[kOffsetAt] = change[kDriftAt] = 0.0;
       double moved_px = 0.0;
       double px_per_m = 0.0;
@@ -248,10 +255,11 @@ class Explainer {
       // over joints and directions of view: no fault of the camera.
       constexpr double kDetectorBiasM = 0.012;
       constexpr double kLeastShare = 0.05;
-      const FitGain& of_view = gain.views[v];
+      const FitGain& of_view = one.gain.views[v];
       const bool worth = of_view.before_px - of_view.after_px >
                          kLeastShare * of_view.before_px;
-      if (worth && of_view.certain() && moved_px > kDetectorBiasM * px_per_m) {
+      if (worth && of_view.certain() && one.other_joints.views[v].certain() &&
+          moved_px > kDetectorBiasM * px_per_m) {
         (*moves)[v] = 1;
       }
     }

@@ -24,9 +24,12 @@ void Step(const CameraRig& cameras, const SceneSegments& segments,
           const BundleOptions& options, Refinement* refinement) {
   RefineStep step;
   step.what = what;
-  const CrossedGain crossed =
-      CrossFit(cameras, segments, free, refinement->changes, options);
-  step.gain = crossed.all;
+  const auto gain_across = [&](Halving halving) {
+    return CrossFit(cameras, segments, halving, free, refinement->changes,
+                    options)
+        .all;
+  };
+  step.gain = gain_across(Halving::kTime);
   const BundleResult result =
       AdjustBundle(cameras, segments, free, refinement->changes, options);
   if (!result.usable) {
@@ -36,6 +39,8 @@ void Step(const CameraRig& cameras, const SceneSegments& segments,
   } else if (step.gain.before_px - step.gain.after_px <
              kLeastShareOfGain * step.gain.before_px) {
     step.reason = "the gain on the other half of the take is below 1 %";
+  } else if (!gain_across(Halving::kJoints).certain()) {
+    step.reason = "the gain on the other half of the joints is not certain";
   } else {
     step.taken = true;
     refinement->changes = result.changes;
@@ -103,15 +108,15 @@ FreeParameters CameraParametersOf(RefineKind kind) {
 }
 
 CrossedGain CrossFit(const CameraRig& cameras, const SceneSegments& segments,
-                     const FreeParameters& free,
+                     Halving halving, const FreeParameters& free,
                      const std::vector<CameraChange>& start,
                      const BundleOptions& options,
                      const std::vector<char>& moves) {
   FitError before;
   FitError after;
   for (const int half : {0, 1}) {
-    const SceneSegments seen = HalfOf(segments, half);
-    const SceneSegments other = HalfOf(segments, 1 - half);
+    const SceneSegments seen = HalfOf(segments, halving, half);
+    const SceneSegments other = HalfOf(segments, halving, 1 - half);
     const BundleResult result =
         AdjustBundle(cameras, seen, free, start, options, moves);
     before.Append(MeasureFit(cameras, other, start, options.segments));

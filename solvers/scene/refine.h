@@ -41,7 +41,7 @@ struct CrossedGain {
   std::vector<FitGain> views;
 };
 CrossedGain CrossFit(const CameraRig& cameras, const SceneSegments& segments,
-                     const FreeParameters& free,
+                     Halving halving, const FreeParameters& free,
                      const std::vector<CameraChange>& start,
                      const BundleOptions& options,
                      const std::vector<char>& moves = {});

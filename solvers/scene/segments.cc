@@ -208,7 +208,56 @@ double NoiseScale(const CameraRig& cameras,
   return std::sqrt(Quantile(norms, 0.5) / (2.0 * std::log(2.0)) / left);
 }
 
+// Root mean square of a stretch's velocity's standard deviations [m/s], at a
+// noise scale of 1.
+double VelocitySigma(const CameraRig& cameras, const Stretch& segment,
+                     const SegmentOptions& options) {
+  Eigen::Matrix<double, kSegmentSize, kSegmentSize> information =
+      PriorInformation(options).asDiagonal();
+  information.topLeftCorner<3, 3>().diagonal().array() += kPositionInformation;
+  const std::vector<CameraChange> no_change(cameras.size(),
+                                            CameraChange::Zero());
+  for (const SegmentTerm& term :
+       TermsOf(cameras, no_change, segment, segment.state, 1.0)) {
+    information.noalias() += term.by_state.transpose() * term.by_state;
+  }
+  Eigen::Matrix<double, kSegmentSize, 3> of_velocity =
+      Eigen::Matrix<double, kSegmentSize, 3>::Zero();
+  of_velocity.middleRows<3>(3).setIdentity();
+  const double variance =
+      information.ldlt().solve(of_velocity).middleRows<3>(3).trace() / 3.0;
+  return std::sqrt(variance);
+}
+
+// Whether each stretch is in the first half. Joints go in pairs, since
+// skeletons name left and right in turn: each half has both sides.
+std::vector<bool> FirstHalf(const std::vector<Stretch>& segments,
+                            Halving halving) {
+  std::vector<bool> first(segments.size());
+  if (halving == Halving::kTime) {
+    for (size_t s = 0; s < segments.size() / 2; ++s) first[s] = true;
+    return first;
+  }
+  std::map<int, int> ranks;
+  for (const Stretch& segment : segments) ranks[segment.joint] = 0;
+  int rank = 0;
+  for (auto& entry : ranks) entry.second = rank++;
+  for (size_t s = 0; s < segments.size(); ++s) {
+    first[s] = ranks[segments[s].joint] / 2 % 2 == 0;
+  }
+  return first;
+}
+
 }  // namespace
+
+SegmentState PriorInformation(const SegmentOptions& options) {
+  SegmentState prior = SegmentState::Zero();
+  prior.segment<3>(3).setConstant(1.0 /
+                                  std::pow(options.velocity_sigma_mps, 2));
+  prior.segment<3>(6).setConstant(1.0 /
+                                  std::pow(options.acceleration_sigma_mps2, 2));
+  return prior;
+}
 
 std::optional<Eigen::Vector2d> SegmentResidual(
     const Camera& camera, const CameraChange& change, const Stretch& segment,
@@ -273,11 +322,7 @@ bool SolveSegment(const CameraRig& cameras,
   // a handful.
   constexpr int kMaxIterations = 8;
   constexpr double kStepM = 1e-5;
-  SegmentState prior = SegmentState::Zero();
-  prior.segment<3>(3).setConstant(1.0 /
-                                  std::pow(options.velocity_sigma_mps, 2));
-  prior.segment<3>(6).setConstant(1.0 /
-                                  std::pow(options.acceleration_sigma_mps2, 2));
+  const SegmentState prior = PriorInformation(options);
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     Eigen::Matrix<double, kSegmentSize, kSegmentSize> H = prior.asDiagonal();
     SegmentState g = prior.cwiseProduct(*state);
@@ -349,6 +394,7 @@ SceneSegments MakeSegments(const CameraRig& cameras,
                       &segment.state)) {
       continue;
     }
+    segment.velocity_sigma_mps = VelocitySigma(cameras, segment, options);
     result.segments.push_back(std::move(segment));
   }
   result.noise_scale = NoiseScale(cameras, no_change, result.segments);
@@ -357,26 +403,33 @@ SceneSegments MakeSegments(const CameraRig& cameras,
 
 bool MoveEnough(const SceneSegments& segments) {
   constexpr double kLeastSpeedMps = 0.3;
+  constexpr double kLeastSigmas = 5.0;
   constexpr double kShare = 0.9;
   if (segments.segments.empty()) return false;
   std::vector<double> speeds_mps;
+  std::vector<double> sigmas;
   for (const Stretch& segment : segments.segments) {
     speeds_mps.push_back(segment.state.segment<3>(3).norm());
+    sigmas.push_back(speeds_mps.back() /
+                     (segment.velocity_sigma_mps * segments.noise_scale));
   }
-  return Quantile(std::move(speeds_mps), kShare) >= kLeastSpeedMps;
+  return Quantile(std::move(speeds_mps), kShare) >= kLeastSpeedMps &&
+         Quantile(std::move(sigmas), kShare) >= kLeastSigmas;
 }
 
 double BinLength(const SceneSegments& segments) {
   return std::min(1.0, std::max(0.2, segments.span_s / 20.0));
 }
 
-SceneSegments HalfOf(const SceneSegments& segments, int half) {
+SceneSegments HalfOf(const SceneSegments& segments, Halving halving, int half) {
+  const auto in_first = FirstHalf(segments.segments, halving);
   SceneSegments part = segments;
-  const size_t middle = segments.segments.size() / 2;
-  const auto begin = segments.segments.begin();
-  const auto split = begin + static_cast<std::ptrdiff_t>(middle);
-  part.segments.assign(half == 0 ? begin : split,
-                       half == 0 ? split : segments.segments.end());
+  part.segments.clear();
+  for (size_t s = 0; s < segments.segments.size(); ++s) {
+    if (in_first[s] == (half == 0)) {
+      part.segments.push_back(segments.segments[s]);
+    }
+  }
   return part;
 }
 

@@ -39,6 +39,8 @@ struct Stretch {
   double middle_s = 0.0;  // since the middle of the take
   std::vector<SegmentMeasurement> measurements;
   SegmentState state = SegmentState::Zero();  // at the calibration as stated
+  // Of each component of its velocity [m/s], at a noise scale of 1.
+  double velocity_sigma_mps = 0.0;
 };
 
 struct SegmentOptions {
@@ -105,23 +107,31 @@ bool SolveSegment(const CameraRig& cameras,
                   const Stretch& segment, double noise_scale,
                   const SegmentOptions& options, SegmentState* state);
 
+// The information of velocity and acceleration before anything is measured.
+SegmentState PriorInformation(const SegmentOptions& options);
+
 // 3D position of the middle of `segment`, at its own state.
 inline Eigen::Vector3d PositionOf(const Stretch& segment) {
   return segment.state.head<3>();
 }
 
-// Whether joints move fast enough to tell of clocks. Of people at rest a tenth
-// of the stretches come out at 0.2 m/s or more by a detector's errors of 8 mm
-// (at three times these errors too fast, and nothing is noticed); of people who
-// talk, work, walk or dance at 0.7 m/s and more.
+// Whether joints move fast enough to tell of clocks: a tenth of the stretches
+// at 0.3 m/s or more, and at five standard deviations of their velocity or
+// more. Of people at rest a tenth comes out at 2.9 to 3.5 standard deviations
+// (2.5 were their errors white), whatever the detector's noise; of people who
+// talk, work, walk or dance at 7 to 20, and at 0.7 m/s and more.
 bool MoveEnough(const SceneSegments& segments);
 
 // Length of a bin of time [s]: a twentieth of the take, between 0.2 and 1 s.
 // Errors of a detector last a tenth of a second or so.
 double BinLength(const SceneSegments& segments);
 
-// The stretches of one half of the take (0 or 1), in time.
-SceneSegments HalfOf(const SceneSegments& segments, int half);
+// Two ways to halve a take. What lasts in a detector's errors stays with its
+// joint: a second half of the time has it too, other joints have not.
+enum class Halving { kTime, kJoints };
+
+// The stretches of one half (0 or 1).
+SceneSegments HalfOf(const SceneSegments& segments, Halving halving, int half);
 
 }  // namespace kinegraph
 

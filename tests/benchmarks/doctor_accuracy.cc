@@ -185,6 +185,17 @@ std::vector<Fault> Faults() {
            if (k + 2 < frames.size()) lost = frames[k + 2].views[v].detections;
          }
        }},
+      {"one camera turned by 1 degree in the middle",
+       {"rotation", "shift"},
+       [](Random*, FaultySceneOptions* o) { o->duration_s = 12.0; },
+       [](Random* random, FaultyScene* scene) {
+         const size_t v = Any(random, *scene);
+         const auto count =
+             static_cast<int64_t>(scene->detections.frames.size());
+         const auto from = static_cast<size_t>(
+             count / 4 + static_cast<int64_t>(random->Index(count / 2)));
+         testing::TurnCameraFrom(from, v, 1.0, random->Fork(), scene);
+       }},
       {"one clock off by 60 ms",
        {"clock_offset"},
        [](Random* random, FaultySceneOptions* o) {

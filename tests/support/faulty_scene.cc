@@ -6,6 +6,8 @@
 
 #include "core/base/random.h"
 #include "solvers/scene/camera_change.h"
+#include "solvers/session/options.h"
+#include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
 
@@ -53,6 +55,23 @@ Camera Turned(const Camera& camera, double degrees, uint64_t seed) {
   return ChangedCamera(camera, change);
 }
 
+void TurnCameraFrom(size_t from, size_t v, double degrees, uint64_t seed,
+                    FaultyScene* scene) {
+  const Camera& before = scene->scene.cameras[v];
+  const Camera after = Turned(before, degrees, seed);
+  // A turn about the camera's centre moves pixels by a homography.
+  const Eigen::Matrix3d moves =
+      after.K() * after.R() * before.R().transpose() * before.K().inverse();
+  auto& frames = scene->detections.frames;
+  for (size_t k = from; k < frames.size(); ++k) {
+    for (Detection& detection : frames[k].views[v].detections) {
+      for (Keypoint& joint : detection.joints) {
+        joint.px = (moves * joint.px.homogeneous()).hnormalized();
+      }
+    }
+  }
+}
+
 Camera Shifted(const Camera& camera, double x_px, double y_px) {
   CameraChange change = CameraChange::Zero();
   change[kShiftAt] = x_px;
@@ -77,8 +96,9 @@ Camera WithExtrinsics(const Camera& camera, const Eigen::Matrix3d& R,
 Diagnosis DiagnoseScene(const FaultyScene& scene) {
   RunRequest request;
   request.cameras = scene.cameras;
-  return DiagnoseTake(RunOptions(), request, scene.detections,
-                      CalibrationUnit());
+  static const RunOptions kOptions =
+      ReadRunOptions(ProjectFile("configs/default.toml").string(), "", "");
+  return DiagnoseTake(kOptions, request, scene.detections, CalibrationUnit());
 }
 
 FrozenMatches MatchesOf(const FaultyScene& scene) {

@@ -48,7 +48,13 @@ Camera Magnified(const Camera& camera, double factor);
 Camera WithExtrinsics(const Camera& camera, const Eigen::Matrix3d& R,
                       const Eigen::Vector3d& t);
 
-// The doctor on it, with the default front end.
+// Turns the camera of view `v` from frame index `from` on, as somebody does who
+// bumps into it: the detections move as its image does (no lens), the stated
+// cameras stay.
+void TurnCameraFrom(size_t from, size_t v, double degrees, uint64_t seed,
+                    FaultyScene* scene);
+
+// The doctor on it, as the command runs it without a configuration.
 Diagnosis DiagnoseScene(const FaultyScene& scene);
 // The tracker's matches with the stated cameras.
 FrozenMatches MatchesOf(const FaultyScene& scene);

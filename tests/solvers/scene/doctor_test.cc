@@ -98,7 +98,7 @@ TEST(Doctor, ConfidencesAreScaledWhereTheyAreSmall) {
 
 // Somebody who stands tells nothing of clocks, whatever the detector's lasting
 // errors look like.
-TEST(Doctor, WhoStandsTellsNothingOfClocks) {
+void ExpectThatStandersAreSound(double sigma_px) {
   for (const uint64_t seed : {14, 15, 16, 17, 18, 19}) {
     SceneOptions options;
     options.seed = static_cast<int64_t>(seed);
@@ -111,7 +111,7 @@ TEST(Doctor, WhoStandsTellsNothingOfClocks) {
     options.cameras.count = 4;
     NoiseOptions noise;
     noise.seed = 1;
-    noise.joints.sigma_px = 2.0;
+    noise.joints.sigma_px = sigma_px;
     noise.joints.white_share = 0.5;
     FaultyScene still;
     still.scene = MakeScene(options);
@@ -120,6 +120,12 @@ TEST(Doctor, WhoStandsTellsNothingOfClocks) {
     const Diagnosis diagnosis = DiagnoseScene(still);
     EXPECT_TRUE(diagnosis.sound) << seed << " " << Words(diagnosis);
   }
+}
+
+TEST(Doctor, WhoStandsTellsNothingOfClocks) { ExpectThatStandersAreSound(2.0); }
+// What lasts in such errors looks like a clock or a turn, joint by joint.
+TEST(Doctor, WhoStandsTellsNothingWithLargeErrors) {
+  ExpectThatStandersAreSound(6.0);
 }
 
 TEST(Doctor, TurnedCamerasAreNotTakenForClocks) {
@@ -216,6 +222,50 @@ TEST(Doctor, LostPicturesAreNamed) {
   EXPECT_LT(lost->after_px, lost->before_px);
   // Once they are put back, nothing else is wrong.
   EXPECT_EQ(diagnosis.findings.size(), 1u) << Words(diagnosis);
+}
+
+// Somebody bumps into a camera in the middle of the take.
+TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
+  FaultySceneOptions options;
+  options.seed = 18;
+  FaultyScene scene = MakeFaultyScene(options);
+  constexpr size_t kFrom = 90;
+  testing::TurnCameraFrom(kFrom, 2, 1.0, 5, &scene);
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  const std::string& name = scene.cameras[2].name();
+  const Finding* turned = FindKind(diagnosis, "rotation", name);
+  ASSERT_NE(turned, nullptr) << Words(diagnosis);
+  double from = 0.0;
+  ASSERT_EQ(
+      std::sscanf(turned->evidence.c_str(), "from about frame %lf on: ", &from),
+      1)
+      << turned->evidence;
+  // A frame's agreement scatters; the pair of frames beside the turn decides.
+  EXPECT_NEAR(from, static_cast<double>(kFrom), 3.0);
+  EXPECT_NE(turned->evidence.find("turned by 1.0"), std::string::npos)
+      << turned->evidence;
+  for (const Finding& finding : diagnosis.findings) {
+    EXPECT_EQ(finding.camera, name) << Words(diagnosis);
+  }
+  // The calibration holds for the frames before it.
+  EXPECT_LT(testing::AngleBetween(diagnosis.cameras[2], scene.cameras[2]),
+            0.05);
+}
+
+// The other way round: it was calibrated after the take.
+TEST(Doctor, ACameraThatMovedBeforeItsCalibrationIsNamed) {
+  FaultySceneOptions options;
+  options.seed = 19;
+  FaultyScene scene = MakeFaultyScene(options);
+  testing::TurnCameraFrom(110, 1, 2.0, 6, &scene);
+  scene.cameras[1] = testing::Turned(scene.cameras[1], 2.0, 6);
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  const Finding* turned =
+      FindKind(diagnosis, "rotation", scene.cameras[1].name());
+  ASSERT_NE(turned, nullptr) << Words(diagnosis);
+  EXPECT_EQ(turned->evidence.rfind("before about frame 1", 0), 0u)
+      << turned->evidence;
+  EXPECT_NE(turned->fix.find("--frames=0:1"), std::string::npos) << turned->fix;
 }
 
 TEST(Doctor, SecondsBetweenFramesAreNoMotion) {

@@ -1,0 +1,179 @@
+#include "solvers/scene/camera_break.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace kinegraph {
+namespace {
+
+// A view's agreement with the others and that of the others among themselves,
+// over some frames.
+struct Sides {
+  PairAgreement own;
+  PairAgreement others;
+
+  void Add(const Sides& more) {
+    own.Add(more.own);
+    others.Add(more.others);
+  }
+  bool known() const { return own.possible > 0.0 && others.possible > 0.0; }
+  double level() const { return own.score() - others.score(); }
+};
+
+// [view][frame looked at]
+std::vector<std::vector<Sides>> LookAtFrames(
+    const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
+    const std::vector<int>& frames) {
+  const size_t views = cameras.size();
+  std::vector<std::vector<Sides>> all(views, std::vector<Sides>(frames.size()));
+  for (size_t i = 0; i < frames.size(); ++i) {
+    for (size_t a = 0; a < views; ++a) {
+      for (size_t b = a + 1; b < views; ++b) {
+        const PairAgreement pair = AgreementOf(cameras[a], ideal[a], cameras[b],
+                                               ideal[b], {frames[i]});
+        for (size_t v = 0; v < views; ++v) {
+          (v == a || v == b ? all[v][i].own : all[v][i].others).Add(pair);
+        }
+      }
+    }
+  }
+  return all;
+}
+
+// A view's levels by bins of neighbouring frames, each with the first frame
+// that it looks at.
+struct Bin {
+  size_t begin = 0;
+  double level = 0.0;
+};
+
+std::vector<Bin> BinsOf(const std::vector<Sides>& frames, size_t count) {
+  std::vector<Bin> bins;
+  for (size_t b = 0; b < count; ++b) {
+    const size_t begin = frames.size() * b / count;
+    const size_t end = frames.size() * (b + 1) / count;
+    Sides sum;
+    for (size_t i = begin; i < end; ++i) sum.Add(frames[i]);
+    if (sum.known()) bins.push_back({begin, sum.level()});
+  }
+  return bins;
+}
+
+double MeanLevel(const std::vector<Bin>& bins, size_t begin, size_t end) {
+  double sum = 0.0;
+  for (size_t b = begin; b < end; ++b) sum += bins[b].level;
+  return sum / static_cast<double>(end - begin);
+}
+
+struct Split {
+  size_t bin = 0;  // the first one behind it
+  double before = 0.0;
+  double after = 0.0;
+  double sigmas = 0.0;  // the step over its standard deviation
+
+  double step() const { return std::abs(after - before); }
+};
+
+Split SplitAt(const std::vector<Bin>& bins, size_t at) {
+  Split split{at, MeanLevel(bins, 0, at), MeanLevel(bins, at, bins.size()),
+              0.0};
+  double squares = 0.0;
+  for (size_t b = 0; b < bins.size(); ++b) {
+    squares +=
+        std::pow(bins[b].level - (b < at ? split.before : split.after), 2);
+  }
+  const auto count = static_cast<double>(bins.size());
+  const auto first = static_cast<double>(at);
+  const double variance = squares / (count - 2.0);
+  split.sigmas =
+      split.step() /
+      std::sqrt(variance * (1.0 / first + 1.0 / (count - first)) + 1e-12);
+  return split;
+}
+
+// Bins of either side.
+constexpr size_t kFewestBins = 3;
+
+// The split of a view's bins that is the surest.
+std::optional<Split> BestSplit(const std::vector<Bin>& bins) {
+  std::optional<Split> best;
+  for (size_t at = kFewestBins; at + kFewestBins <= bins.size(); ++at) {
+    const Split split = SplitAt(bins, at);
+    if (!best.has_value() || split.sigmas > best->sigmas) best = split;
+  }
+  return best;
+}
+
+// The frame about a split of the bins where the two sides differ most.
+size_t FrameOf(const std::vector<Sides>& frames, const std::vector<Bin>& bins,
+               const Split& split) {
+  const size_t begin = bins[split.bin - 1].begin;
+  const size_t end =
+      split.bin + 1 < bins.size() ? bins[split.bin + 1].begin : frames.size();
+  const double middle = 0.5 * (split.before + split.after);
+  const double sign = split.after < split.before ? 1.0 : -1.0;
+  // Frames before it should lie on the one side of the middle, those behind it
+  // on the other.
+  double sum = 0.0;
+  double most = 0.0;
+  size_t best = begin;
+  for (size_t i = begin; i < end; ++i) {
+    if (frames[i].known()) sum += sign * (frames[i].level() - middle);
+    if (sum > most) {
+      most = sum;
+      best = i + 1;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+std::optional<CameraBreak> FindCameraBreak(
+    const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
+    const DetectionSequence& detections) {
+  // People who come, go and hide each other move the level, too.
+  constexpr double kLeastStep = 0.1;
+  constexpr double kSigmas = 5.0;
+  constexpr int kMostFrames = 400;
+  constexpr double kBinS = 0.5;  // a walker's step
+  constexpr size_t kMostBins = 40;
+  if (cameras.size() < 3 || detections.frames.empty()) return std::nullopt;
+  const std::vector<int> frames = FramesToLookAt(ideal, kMostFrames);
+  const double span_s =
+      ToSeconds(detections.frames.back().time - detections.frames.front().time);
+  const size_t count =
+      std::min({static_cast<size_t>(span_s / kBinS), frames.size(), kMostBins});
+  const auto all = LookAtFrames(cameras, ideal, frames);
+  std::optional<CameraBreak> found;
+  for (size_t v = 0; v < all.size(); ++v) {
+    const std::vector<Bin> bins = BinsOf(all[v], count);
+    const auto split = BestSplit(bins);
+    if (!split.has_value() || split->sigmas < kSigmas ||
+        split->step() < kLeastStep ||
+        (found.has_value() &&
+         split->step() <= std::abs(found->after - found->before))) {
+      continue;
+    }
+    const size_t at =
+        std::min(FrameOf(all[v], bins, *split), frames.size() - 1);
+    found = CameraBreak{v, static_cast<size_t>(frames[at]), split->before,
+                        split->after};
+  }
+  return found;
+}
+
+DetectionSequence SideOf(const DetectionSequence& detections, size_t from,
+                         int side) {
+  DetectionSequence part;
+  part.header = detections.header;
+  const auto middle =
+      detections.frames.begin() + static_cast<std::ptrdiff_t>(from);
+  part.frames.assign(side == 0 ? detections.frames.begin() : middle,
+                     side == 0 ? middle : detections.frames.end());
+  return part;
+}
+
+}  // namespace kinegraph
