@@ -112,8 +112,8 @@ class TakeReporter::Impl {
     TakeFacts facts;
     if (report.height_m == 0.0) facts.stature_m = UntrackedStature();
     facts.body_speed_mps = speed_mps_.Quantile(0.95);
-    facts.bone_share = fit_.MedianShare(0);
-    facts.measured_people = fit_.people();
+    facts.followed_mps = FollowedSpeed();
+    facts.implausible_bones = fit_.Implausible(0);
     const size_t best = fit_.Best();
     if (best != 0) facts.better_skeleton = candidates_[best]->name();
     facts.frame_step_s = step_s_.Quantile(0.5);
@@ -254,6 +254,14 @@ class TakeReporter::Impl {
     const Json config = Json::parse(scene_.header.config_json, nullptr, false);
     const auto found = config.find(table);
     return found != config.end() ? found->value(key, otherwise) : otherwise;
+  }
+
+  double FollowedSpeed() const {
+    if (KeyOf("gates", "units", std::string()) != "metres") return 0.0;
+    const GateOptions usual;
+    return KeyOf("gates", "reach_m", usual.reach_m) *
+               scene_.model.frame_rate_hz +
+           KeyOf("gates", "speed_mps", usual.speed_mps);
   }
 
   // Notes the time since the frame before; called before SeeSpeeds, which sets

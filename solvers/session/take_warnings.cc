@@ -91,8 +91,7 @@ class Warnings {
           "--set=detections.skeleton=" + facts_.better_skeleton);
       return;
     }
-    const bool enough = facts_.measured_people >= SkeletonFit::kEnoughPeople;
-    if (enough && facts_.bone_share > SkeletonFit::kImplausible) {
+    if (facts_.implausible_bones) {
       Add("skeleton",
           "the people's bones look implausible as " + report_->skeleton,
           "name the order of the joints with detections.skeleton, built in or "
@@ -247,6 +246,16 @@ class Warnings {
   }
 
   void AddSpeed() {
+    const auto faster = FasterGate(facts_.body_speed_mps, facts_.followed_mps);
+    if (faster.has_value()) {
+      Add("speed",
+          fmt::format(
+              "people move at {:.1f} m/s, and gates follow up to {:.1f} "
+              "m/s at {:.6g} Hz: who is fast may get several identities",
+              facts_.body_speed_mps, facts_.followed_mps,
+              report_->frame_rate_hz),
+          fmt::format("--set=gates.speed_mps={:.0f}", *faster));
+    }
     if (!(facts_.body_speed_mps > kMaxBodySpeed)) return;
     Add("rate",
         fmt::format("people move at {:.1f} m/s at {:.6g} Hz",
@@ -319,6 +328,16 @@ double JointsOf17(const Detection& detection, const Skeleton& skeleton) {
       });
   return 17.0 * static_cast<double>(found) /
          static_cast<double>(compared.size());
+}
+
+std::optional<double> FasterGate(double body_speed_mps, double followed_mps) {
+  constexpr double kShare = 0.8;
+  constexpr double kLimbs = 1.4;  // times the body
+  if (!(followed_mps > 0.0) || body_speed_mps > kMaxBodySpeed ||
+      body_speed_mps <= kShare * followed_mps) {
+    return std::nullopt;
+  }
+  return std::ceil(kLimbs * body_speed_mps);
 }
 
 std::optional<int> FewerJoints(double joints_of_17, double least) {

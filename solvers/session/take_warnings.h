@@ -19,8 +19,8 @@ namespace kinegraph {
 struct TakeFacts {
   double stature_m = 0.0;       // of people paired between views, untracked
   double body_speed_mps = 0.0;  // 95th percentile, middle of the hips
-  double bone_share = 0.0;      // SkeletonFit::MedianShare of the skeleton
-  size_t measured_people = 0;   // that it rests on
+  double followed_mps = 0.0;    // as fast as gates in metres follow; 0: others
+  bool implausible_bones = false;  // SkeletonFit::Implausible of the skeleton
   std::string better_skeleton;  // another that fits clearly better, or empty
   double frame_step_s = 0.0;    // median time from frame to frame
   std::vector<double> holes_s;  // longer steps than kHole, ascending in time
@@ -39,6 +39,11 @@ double JointsOf17(const Detection& detection, const Skeleton& skeleton);
 // `joints_of_17`; nullopt where `least` of them are well within what they show.
 // Of two views with a third of the joints missing in either, half is common.
 std::optional<int> FewerJoints(double joints_of_17, double least);
+
+// gates.speed_mps [m/s] for people who move at `body_speed_mps`, where gates
+// follow them up to `followed_mps`; nullopt where that is enough. A gate is as
+// wide as the way between two frames, and limbs are faster than the body.
+std::optional<double> FasterGate(double body_speed_mps, double followed_mps);
 
 // After this time without a frame somebody walks on beyond the gates [s].
 inline constexpr double kHole = 0.4;

@@ -36,12 +36,22 @@ std::vector<Bone> BonesOf(const Skeleton& skeleton) {
   return bones;
 }
 
+bool ShowsAnkle(const Detection& detection, const Skeleton& skeleton) {
+  for (const char* name : {"l_ankle", "r_ankle"}) {
+    const int joint = skeleton.IndexOf(name);
+    if (joint >= 0 && detection.joints[static_cast<size_t>(joint)].found) {
+      return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 SkeletonFit::SkeletonFit(std::vector<const Skeleton*> candidates) {
   for (const Skeleton* skeleton : candidates) {
     const std::vector<Bone> bones = BonesOf(*skeleton);
-    candidates_.push_back({skeleton, bones, {}, {}});
+    candidates_.push_back({skeleton, bones, {}, {}, {}});
     candidates_.back().lengths.resize(bones.size());
   }
 }
@@ -69,6 +79,9 @@ void SkeletonFit::See(const Detection& detection) {
     if (seen.size() < kMinBones) continue;
     candidate.shares.push_back(length_px / static_cast<double>(seen.size()) /
                                diagonal_px);
+    if (ShowsAnkle(detection, *candidate.skeleton)) {
+      candidate.whole_shares.push_back(candidate.shares.back());
+    }
     for (const auto& [bone, bone_px] : seen) {
       candidate.lengths[bone].push_back(bone_px / diagonal_px);
     }
@@ -87,6 +100,11 @@ size_t SkeletonFit::people() const {
 
 double SkeletonFit::MedianShare(size_t candidate_idx) const {
   return Median(candidates_[candidate_idx].shares);
+}
+
+bool SkeletonFit::Implausible(size_t candidate_idx) const {
+  const std::vector<double>& shares = candidates_[candidate_idx].whole_shares;
+  return shares.size() >= kEnoughPeople && Median(shares) > kImplausible;
 }
 
 double SkeletonFit::SideDifference(size_t candidate_idx) const {

@@ -36,6 +36,10 @@ class SkeletonFit {
   size_t people() const;
   // Median share of the candidate; 0 when nobody could be measured.
   double MedianShare(size_t candidate_idx) const;
+  // Whether the candidate's bones are too long for people: the median share of
+  // those seen down to an ankle, `kEnoughPeople` of them or more. Of half a
+  // body the box is small, and bones of the right layout look long.
+  bool Implausible(size_t candidate_idx) const;
   // How far left and right limbs are from one another, as a share of their sum,
   // in the mean over limbs of the medians over people: 0 alike, 1 at most.
   double SideDifference(size_t candidate_idx) const;
@@ -54,6 +58,7 @@ class SkeletonFit {
     const Skeleton* skeleton = nullptr;
     std::vector<Bone> bones;
     std::vector<double> shares;
+    std::vector<double> whole_shares;  // of those seen down to an ankle
     // Per bone; empty where the people seen did not have it.
     std::vector<std::vector<double>> lengths;
   };

@@ -355,6 +355,15 @@ TEST(TakeReport, FewerJointsWhereDetectionsShowFew) {
   EXPECT_EQ(FewerJoints(0.0, 10.0), std::nullopt);  // nobody was seen
 }
 
+TEST(TakeReport, FasterGatesForThoseWhoRun) {
+  EXPECT_EQ(FasterGate(1.4, 6.2), std::nullopt);  // walks, at 30 Hz
+  EXPECT_EQ(FasterGate(4.9, 6.2), std::nullopt);
+  EXPECT_EQ(FasterGate(6.2, 6.2), 9.0);
+  EXPECT_EQ(FasterGate(6.2, 12.6), std::nullopt);  // with the gate asked for
+  EXPECT_EQ(FasterGate(9.0, 6.2), std::nullopt);   // nobody: a wrong rate
+  EXPECT_EQ(FasterGate(6.2, 0.0), std::nullopt);   // gates in pixels
+}
+
 TEST(TakeReport, UnitsFollowFromHeights) {
   EXPECT_EQ(UnitOfHeight(1720.0), "mm");
   EXPECT_EQ(UnitOfHeight(172.0), "cm");

@@ -67,7 +67,7 @@ TEST(SkeletonFitTest, Body25StaysBody25) {
   for (const Detection& person : PeopleIn(Body25())) fit.See(person);
   ASSERT_GT(fit.people(), 50u);
   EXPECT_EQ(fit.Best(), 0u);
-  EXPECT_LT(fit.MedianShare(0), SkeletonFit::kImplausible);
+  EXPECT_FALSE(fit.Implausible(0));
 }
 
 // The right layout of every detector looks plausible, so that a warning about
@@ -78,8 +78,34 @@ TEST(SkeletonFitTest, NoBuiltInLayoutLooksImplausible) {
     SkeletonFit fit({truth});
     for (const Detection& person : PeopleIn(*truth)) fit.See(person);
     ASSERT_GT(fit.people(), 50u);
-    EXPECT_LT(fit.MedianShare(0), SkeletonFit::kImplausible) << truth->name();
+    EXPECT_FALSE(fit.Implausible(0)) << truth->name();
   }
+}
+
+// The box around a body without knees and ankles is small, its bones are not.
+TEST(SkeletonFitTest, HalfABodyIsPlausible) {
+  SkeletonFit fit({&Coco17()});
+  for (Detection person : PeopleIn(Coco17())) {
+    for (const char* name : {"l_knee", "r_knee", "l_ankle", "r_ankle"}) {
+      person.joints[static_cast<size_t>(Coco17().IndexOf(name))].found = false;
+    }
+    fit.See(person);
+  }
+  EXPECT_GT(fit.MedianShare(0), SkeletonFit::kImplausible);
+  EXPECT_FALSE(fit.Implausible(0));
+}
+
+TEST(SkeletonFitTest, ShuffledJointsAreImplausible) {
+  SkeletonFit fit({&Coco17()});
+  for (Detection person : PeopleIn(Coco17())) {
+    // Places of 17 in steps of 7: neighbours come from all over the body.
+    const std::vector<Keypoint> joints = person.joints;
+    for (size_t j = 0; j < joints.size(); ++j) {
+      person.joints[j] = joints[7 * j % joints.size()];
+    }
+    fit.See(person);
+  }
+  EXPECT_TRUE(fit.Implausible(0));
 }
 
 TEST(SkeletonFitTest, TooFewPeopleLeaveTheFirstCandidate) {
