@@ -1,5 +1,6 @@
 #include "solvers/batch/take_solver.h"
 
+#include <algorithm>
 #include <memory>
 #include <mutex>
 #include <numeric>
@@ -16,32 +17,11 @@ std::vector<int> AllJoints(const PersonProblem& problem) {
   return all;
 }
 
-// [chunk][joint][frame of the chunk] to [joint][frame]: each chunk's own
-// frames. A joint that one chunk knows nothing of has none.
-template <typename Matrix>
-std::vector<std::vector<Matrix>> Join(
-    const std::vector<Chunk>& chunks,
-    const std::vector<std::vector<std::vector<Matrix>>>& parts) {
-  std::vector<std::vector<Matrix>> whole(parts.front().size());
-  for (size_t j = 0; j < whole.size(); ++j) {
-    for (size_t i = 0; i < chunks.size(); ++i) {
-      const std::vector<Matrix>& part = parts[i][j];
-      const size_t begin = chunks[i].own_begin - chunks[i].begin;
-      const size_t end = chunks[i].own_end - chunks[i].begin;
-      if (part.size() < end) {
-        whole[j].clear();
-        break;
-      }
-      whole[j].insert(whole[j].end(), part.begin() + begin, part.begin() + end);
-    }
-  }
-  return whole;
-}
-
 std::vector<std::vector<Eigen::Matrix3d>> Positions(
     const std::vector<std::vector<Matrix6d>>& covariances) {
   std::vector<std::vector<Eigen::Matrix3d>> positions(covariances.size());
   for (size_t j = 0; j < covariances.size(); ++j) {
+    positions[j].reserve(covariances[j].size());
     for (const Matrix6d& covariance : covariances[j]) {
       positions[j].push_back(covariance.topLeftCorner<3, 3>());
     }
@@ -130,13 +110,32 @@ std::vector<std::vector<Matrix>> TakeSolver::InChunks(
     const PersonProblem& problem, const Of& of) {
   const std::vector<Chunk> chunks = MakeChunks(problem, options_.chunk_s);
   if (chunks.size() == 1) return of(&whole_, problem, problem.times.size());
-  std::vector<std::vector<std::vector<Matrix>>> parts(chunks.size());
+  // Each chunk writes its own frames. A joint that one chunk knows nothing of
+  // has none.
+  std::vector<std::vector<Matrix>> whole(
+      problem.joints.size(), std::vector<Matrix>(problem.times.size()));
+  std::vector<std::vector<char>> known(
+      chunks.size(), std::vector<char>(problem.joints.size(), 0));
   ForEachChunk(
       problem, chunks, [&](PersonSolver* solver, int i, PersonProblem* part) {
         if (!part->bones.empty() && without_bones_[i]) part->bones.clear();
-        parts[i] = of(solver, *part, chunks[i].own_end - chunks[i].begin);
+        const Chunk& chunk = chunks[i];
+        const size_t begin = chunk.own_begin - chunk.begin;
+        const size_t end = chunk.own_end - chunk.begin;
+        const auto of_part = of(solver, *part, end);
+        for (size_t j = 0; j < whole.size(); ++j) {
+          if (of_part[j].size() < end) continue;
+          std::copy(of_part[j].begin() + begin, of_part[j].begin() + end,
+                    whole[j].begin() + chunk.own_begin);
+          known[i][j] = 1;
+        }
       });
-  return Join(chunks, parts);
+  for (const std::vector<char>& of_chunk : known) {
+    for (size_t j = 0; j < whole.size(); ++j) {
+      if (!of_chunk[j]) whole[j] = {};
+    }
+  }
+  return whole;
 }
 
 std::vector<std::vector<Matrix6d>> TakeSolver::StateCovariances(

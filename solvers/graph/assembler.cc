@@ -126,7 +126,7 @@ void Assembler::AppendView(const EstimatorFrame& frame, const FreshView& view,
     PixelMeasurement measurement;
     measurement.px = joint.px;
     measurement.camera = &camera;
-    measurement.view_slot = slot;
+    measurement.view_slot = static_cast<int16_t>(slot);
     measurement.offset_s = ToSeconds(view.capture_time - frame.time);
     measurement.sigma_px =
         PixelSigma(options_, scene_.skeleton.joint_class(static_cast<int>(j)),

@@ -23,7 +23,7 @@
 namespace kinegraph {
 
 // One joint in one view of one frame. All joints of a view in a frame share
-// camera and offset.
+// camera and offset. In an order that leaves no gaps: a take has millions.
 struct PixelMeasurement {
   Eigen::Vector2d px;
   // What the detector adds to the joint's true pixel in this view, as far as
@@ -32,15 +32,16 @@ struct PixelMeasurement {
   double sigma_px = 1.0;
   // Before anything was learnt from the take: of the options' noise model.
   double model_sigma_px = 1.0;
-  float log_confidence = 0.0f;  // ln, as far as it is trusted
-  double information = 1.0;     // factor after the loss
-  double offset_s = 0.0;        // capture time less the frame's
+  double information = 1.0;  // factor after the loss
+  double offset_s = 0.0;     // capture time less the frame's
   const Camera* camera = nullptr;
-  int32_t view_slot = 0;  // which of the frame's views
+  double weight = 0.0;          // rho' at the estimate, set by the solver
+  float log_confidence = 0.0f;  // ln, as far as it is trusted
+  int16_t view_slot = 0;        // which of the frame's views
   // Left out: the current estimate has no image in this view.
   bool gated = false;
-  double weight = 0.0;  // rho' at the estimate, set by the solver
 };
+static_assert(sizeof(PixelMeasurement) == 80);
 
 // Gaussian on one state: residual A (x - x0) + b. A is upper triangular.
 struct StatePrior {

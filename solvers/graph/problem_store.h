@@ -39,7 +39,7 @@ class ProblemStore {
     const Camera* camera = nullptr;
     double offset_s = 0.0;
     double information = 1.0;
-    int32_t view_slot = 0;
+    int16_t view_slot = 0;
     int32_t length = 0;
 
     bool Fits(const PixelMeasurement& measurement) const;

@@ -84,10 +84,11 @@ void ReadKeys(const JsonObject& object,
   uint32_t seen = 0;
   for (const auto field : object) {
     for (size_t k = 0; k < N; ++k) {
-      if (keys[k].name != field.key) continue;
+      const JsonKey<Reader, Target>& key = keys[k];
+      if (key.name != field.key) continue;
       if ((seen >> k & 1U) != 0) FailTwice(field.key);
       seen |= uint32_t{1} << k;
-      (reader->*keys[k].read)(field.value, keys[k].name, target);
+      (reader->*key.read)(field.value, key.name, target);
       break;
     }
   }
