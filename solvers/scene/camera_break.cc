@@ -135,7 +135,7 @@ std::optional<CameraBreak> FindCameraBreak(
     const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
     const DetectionSequence& detections) {
   // People who come, go and hide each other move the level, too.
-  constexpr double kLeastStep = 0.1;
+  constexpr double kLeastStep = 0.04;
   constexpr double kSigmas = 5.0;
   constexpr int kMostFrames = 400;
   constexpr double kBinS = 0.5;  // a walker's step

@@ -21,9 +21,9 @@ struct TakeFacts {
   double body_speed_mps = 0.0;  // 95th percentile, middle of the hips
   double followed_mps = 0.0;    // as fast as gates in metres follow; 0: others
   bool implausible_bones = false;  // SkeletonFit::Implausible of the skeleton
-  std::string better_skeleton;  // another that fits clearly better, or empty
-  double frame_step_s = 0.0;    // median time from frame to frame
-  std::vector<double> holes_s;  // longer steps than kHole, ascending in time
+  std::string better_skeleton;     // another that fits clearly better, or empty
+  double frame_step_s = 0.0;       // median time from frame to frame
+  std::vector<double> holes_s;     // longer steps than kHole, ascending in time
   bool independent_frames = false;  // as the options say
   // In joints of 17: what a detection usually shows, and what a new person
   // needs (initialisation.min_joints); 0: not known.
