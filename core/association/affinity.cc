@@ -21,6 +21,9 @@ void AssociationOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("max_speed", &max_speed_mps, NonNegative(), "m/s",
                  "graph mode: how fast the gate of a lost person grows; 0: by "
                  "alpha_2d");
+  visitor.Number("prediction_s", &prediction_s, NonNegative(), "s",
+                 "graph mode: so long a person is expected to go on moving; 0: "
+                 "where last seen");
   visitor.Choice("target_2d", &target_2d, {"matched", "projected"},
                  "cross_view: the 2D joint last matched, or the 3D one there");
   visitor.Number("weight_2d", &weight_2d, NonNegative(), "",

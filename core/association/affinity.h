@@ -37,6 +37,9 @@ struct AssociationOptions {
   // no faster than people move. The paper's grows by alpha_2d a frame and soon
   // reaches strangers. 0: the paper's.
   double max_speed_mps = 3.0;
+  // Graph mode: so long a person is expected to go on as their body went; then
+  // they stay. 0: expected where they were last seen, the paper's.
+  double prediction_s = 0.2;
   // Joints of 17 that must have a positive affinity. Where joints are missing
   // the same share of the joints that both poses have.
   double epsilon_joints = 10.0;
@@ -50,6 +53,8 @@ struct AssociationOptions {
 
   // Set by the tracker from max_speed, no key; 0: the gate is the paper's.
   double reach_m_per_frame = 0.0;
+  // Likewise prediction_s in graph mode, 0 in paper mode.
+  double horizon_s = 0.0;
 
   void Describe(OptionVisitor& visitor);
 };
@@ -61,7 +66,8 @@ struct LastSeenJoint {
   double age_frames = 0.0;                       // > 0
 };
 
-// A person as association sees them: the last stored pose and its age.
+// A person as association sees them: the last stored pose, in graph mode moved
+// to where it is expected, and its age.
 struct AssociationTarget {
   const Pose3d* pose = nullptr;
   double age_frames = 0.0;  // > 0

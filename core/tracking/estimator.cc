@@ -1,7 +1,25 @@
 #include "core/tracking/estimator.h"
 
+#include <Eigen/Core>
+#include <limits>
+#include <vector>
+
 namespace kinegraph {
 namespace {
+
+// The one of `ways` with the least sum of distances from all; zero without any.
+Eigen::Vector3d CommonWay(const std::vector<Eigen::Vector3d>& ways) {
+  Eigen::Vector3d common = Eigen::Vector3d::Zero();
+  double least = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& way : ways) {
+    double sum = 0.0;
+    for (const Eigen::Vector3d& other : ways) sum += (way - other).norm();
+    if (!(sum < least)) continue;
+    least = sum;
+    common = way;
+  }
+  return common;
+}
 
 std::optional<double> WeightOf(FilterVerdict verdict) {
   if (verdict == FilterVerdict::kUnmeasured) return std::nullopt;
@@ -9,6 +27,25 @@ std::optional<double> WeightOf(FilterVerdict verdict) {
 }
 
 }  // namespace
+
+void ExpectBody(const Estimator& estimator, TimeNs time, double horizon_s,
+                Pose3d* pose) {
+  const Pose3d& last = estimator.Last();
+  const double elapsed_s = ToSeconds(time - estimator.LastTime());
+  estimator.Predict(time, pose);
+  std::vector<Eigen::Vector3d> ways;
+  ways.reserve(last.size());
+  for (size_t j = 0; j < last.size(); ++j) {
+    if (!last[j].present() || !(*pose)[j].present()) continue;
+    ways.push_back((*pose)[j].position_m - last[j].position_m);
+  }
+  const double share = elapsed_s > horizon_s ? horizon_s / elapsed_s : 1.0;
+  const Eigen::Vector3d way = share * CommonWay(ways);
+  *pose = last;
+  for (Joint3d& joint : *pose) {
+    if (joint.present()) joint.position_m += way;
+  }
+}
 
 void DescribeViews(const EstimatorFrame& frame, bool matches,
                    PersonPose* person) {

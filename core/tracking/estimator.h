@@ -82,6 +82,12 @@ class Estimator {
   virtual void Finish() = 0;
 };
 
+// The newest pose of `estimator`, moved to where its body is expected at
+// `time`: by the way of the joint that goes most like the others, and no
+// farther than in `horizon_s`. How limbs swing is not expected.
+void ExpectBody(const Estimator& estimator, TimeNs time, double horizon_s,
+                Pose3d* pose);
+
 // What `frame` says of its views, for a final pose: inlier views by the joints
 // filter, and the score; with `matches`, each view's detection with weight 1
 // for joints that the filter kept and 0 for those it removed.

@@ -53,6 +53,8 @@ TrackerOptions TrackerOptions::At(double frame_rate_hz) const {
   options.life = LifeInFrames(life, frame_rate_hz);
   options.association.reach_m_per_frame =
       life.in_seconds ? association.max_speed_mps / frame_rate_hz : 0.0;
+  options.association.horizon_s =
+      life.in_seconds ? association.prediction_s : 0.0;
   return options;
 }
 

@@ -105,18 +105,22 @@ void EndFollower::Agree(const Pose3d& pose, TimeNs time) {
   time_ = time;
 }
 
+bool AtOnePlace(const Pose3d& a, const Pose3d& b) {
+  double sum_m = 0.0;
+  int count = 0;
+  for (size_t j = 0; j < a.size() && j < b.size(); ++j) {
+    if (!a[j].present() || !b[j].present()) continue;
+    sum_m += (a[j].position_m - b[j].position_m).norm();
+    ++count;
+  }
+  return count > 0 && sum_m / count < kSamePlace;
+}
+
 bool IsTaken(const Pose3d& pose, const std::vector<PersonPose>& people) {
-  return std::any_of(
-      people.begin(), people.end(), [&](const PersonPose& person) {
-        double sum = 0.0;
-        int count = 0;
-        for (size_t j = 0; j < pose.size(); ++j) {
-          if (!pose[j].present() || !person.joints[j].present()) continue;
-          sum += (pose[j].position_m - person.joints[j].position_m).norm();
-          ++count;
-        }
-        return count > 0 && sum / count < kSamePlace;
-      });
+  return std::any_of(people.begin(), people.end(),
+                     [&](const PersonPose& person) {
+                       return AtOnePlace(pose, person.joints);
+                     });
 }
 
 }  // namespace kinegraph

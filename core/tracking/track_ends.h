@@ -44,8 +44,12 @@ class EndFollower {
   Eigen::Vector3d velocity_mps_;
 };
 
-// Whether somebody of `people` stands where `pose` is, so that it would be
-// their double: 0.3 m, which is nearer than two people ever are.
+// Whether the two are at one place, so that one would be the other's double:
+// their joints 0.3 m apart on average, which is nearer than two people ever
+// are.
+bool AtOnePlace(const Pose3d& a, const Pose3d& b);
+
+// Whether somebody of `people` stands where `pose` is.
 bool IsTaken(const Pose3d& pose, const std::vector<PersonPose>& people);
 
 }  // namespace kinegraph

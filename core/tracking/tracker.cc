@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/tracking/track_ends.h"
 
 namespace kinegraph {
 namespace {
@@ -142,7 +143,13 @@ void Tracker::SetTargets(const DetectionFrame& frame) {
     AssociationTarget& target = targets_.emplace_back();
     target.pose = &track->feedback->Last();
     target.age_frames = clock_.Frames(frame.time - track->feedback->LastTime());
-    if (!cross_view_) continue;
+    if (!cross_view_) {
+      const double horizon_s = options_.association.horizon_s;
+      if (!(horizon_s > 0.0)) continue;
+      ExpectBody(*track->feedback, frame.time, horizon_s, &track->expected);
+      target.pose = &track->expected;
+      continue;
+    }
     track->feedback->Predict(frame.time, &track->expected);
     target.expected = &track->expected;
     target.expected_age_frames = target.age_frames;
@@ -234,7 +241,19 @@ void Tracker::StartNewPeople(const DetectionFrame& frame) {
   initialiser_.Run(unmatched_, &new_people_);
   assembler_.BeginFrame(frame.frame, frame.time);
   for (size_t t = 0; t < tracks_.size(); ++t) assembler_.Join();
-  for (const NewPerson& person : new_people_) StartTrack(person, frame);
+  for (const NewPerson& person : new_people_) {
+    if (!IsTracked(person)) StartTrack(person, frame);
+  }
+}
+
+// Whether the views that nobody took show somebody whom other views show where
+// they are tracked: then nobody new has come.
+bool Tracker::IsTracked(const NewPerson& person) const {
+  if (options_.life.found_twice == FoundTwice::kKept) return false;
+  return std::any_of(tracks_.begin(), tracks_.end(), [&](const auto& track) {
+    return track->frame.has_initial &&
+           AtOnePlace(person.reconstruction.pose, track->frame.initial);
+  });
 }
 
 void Tracker::StartTrack(const NewPerson& person, const DetectionFrame& frame) {

@@ -71,6 +71,7 @@ class Tracker {
   void Estimate();
   void StepLives(TimeNs time);
   void StartNewPeople(const DetectionFrame& frame);
+  bool IsTracked(const NewPerson& person) const;
   void StartTrack(const NewPerson& person, const DetectionFrame& frame);
   enum class Leaving { kEnded, kEverybody };
   void HandOver(Leaving leaving);

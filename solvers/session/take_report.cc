@@ -256,8 +256,13 @@ class TakeReporter::Impl {
     return found != config.end() ? found->value(key, otherwise) : otherwise;
   }
 
+  // 0 for gates in pixels, and where association expects people to go on as
+  // they went: then they are followed at any speed.
   double FollowedSpeed() const {
-    if (KeyOf("gates", "units", std::string()) != "metres") return 0.0;
+    if (KeyOf("gates", "units", std::string()) != "metres" ||
+        KeyOf("association", "prediction_s", 0.0) > 0.0) {
+      return 0.0;
+    }
     const GateOptions usual;
     return KeyOf("gates", "reach_m", usual.reach_m) *
                scene_.model.frame_rate_hz +

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
@@ -180,6 +181,81 @@ TEST_F(TrackerTest, OneViewGoesOnWhileOlderOnesCount) {
   for (const Joint3d& joint : frames[5].people[0].joints) {
     EXPECT_EQ(joint.status, JointStatus::kInferred)
         << "one view of the frame is no observation";
+  }
+}
+
+// A sprint start, 10 m/s^2 to 8 m/s: at the end each frame is 0.3 m from the
+// one before and 0.05 m from where the velocity of the last five leads; 20 px
+// are 0.1 m at 5 m.
+TEST_F(TrackerTest, WhoRunsIsExpectedFartherOn) {
+  for (const double prediction_s : {0.0, 0.2}) {
+    TrackerOptions options;
+    options.life.in_seconds = true;
+    options.association.alpha_2d_px_per_frame = 20.0;
+    options.association.prediction_s = prediction_s;
+    const auto tracker = Make(options);
+    std::vector<TrackFrame> frames;
+    for (int f = 0; f < 20; ++f) {
+      const double time_s = f / kFrameRate;
+      const Pose3d runner =
+          testing::StandingPerson(-1.5 + 5.0 * time_s * time_s, 0.0);
+      tracker->Process(See(f, {runner}), &frames);
+    }
+    if (prediction_s > 0.0) {
+      EXPECT_EQ(tracker->people_so_far(), 1);
+    } else {
+      EXPECT_GT(tracker->people_so_far(), 2);  // each lives for a frame or two
+    }
+  }
+}
+
+// A hop of 0.15 m, more than the gate of the views that see it from the side:
+// the others follow it, and nobody new has come.
+TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
+  for (const FoundTwice twice : {FoundTwice::kKept, FoundTwice::kDropped}) {
+    TrackerOptions options;
+    options.life.found_twice = twice;
+    options.association.alpha_2d_px_per_frame = 20.0;
+    const auto tracker = Make(options);
+    std::vector<TrackFrame> frames;
+    for (int f = 0; f < 10; ++f) {
+      const Pose3d hopper =
+          testing::StandingPerson(f < 5 ? 0.0 : 0.15, f < 5 ? 0.0 : 0.05);
+      tracker->Process(See(f, {hopper}), &frames);
+    }
+    EXPECT_EQ(tracker->people_so_far(), twice == FoundTwice::kKept ? 2 : 1);
+  }
+}
+
+// After a tenth of a second without a detection the body has gone on by 0.6 m;
+// 0.2 s on it is expected to stay.
+TEST_F(TrackerTest, NobodyIsExpectedToGoOnForLong) {
+  CausalGaussianOptions options;
+  options.smooth = false;
+  const auto estimator = MakeCausalGaussian(Scene(), options);
+  const FrameClock clock(kFrameRate);
+  for (int f = 0; f < 5; ++f) {
+    EstimatorFrame frame;
+    frame.frame = f;
+    frame.time = clock.TimeOf(f);
+    frame.has_initial = true;
+    frame.initial = testing::StandingPerson(0.24 * f, 0.0);  // 6 m/s
+    frame.initial[9].position_m.z() += 0.3 * f;  // a hand goes its own way
+    frame.triangulated.assign(frame.initial.size(), 1);
+    estimator->Add(frame);
+  }
+  for (const auto& [elapsed_s, way_m] :
+       {std::pair{0.1, 0.6}, {0.2, 1.2}, {0.3, 1.2}}) {
+    Pose3d expected;
+    ExpectBody(*estimator, estimator->LastTime() + FromSeconds(elapsed_s), 0.2,
+               &expected);
+    ASSERT_EQ(expected.size(), estimator->Last().size());
+    for (size_t j = 0; j < expected.size(); ++j) {
+      const Eigen::Vector3d way =
+          expected[j].position_m - estimator->Last()[j].position_m;
+      // Times are whole nanoseconds: 6 m/s * 1 ns.
+      EXPECT_LT((way - Eigen::Vector3d(way_m, 0.0, 0.0)).norm(), 1e-8);
+    }
   }
 }
 
