@@ -14,7 +14,7 @@ namespace kinegraph {
 namespace {
 
 // r = (project(change of camera, point at the capture) - u) / sigma       [2]
-// Blocks: the stretch's state [9], the camera's change [11].
+// Blocks: the stretch's state [9], the camera's change [12].
 class SegmentFactor final
     : public ceres::SizedCostFunction<2, kSegmentSize, kChangeSize> {
  public:
@@ -151,6 +151,7 @@ CameraChange InverseSigmas(const BundleOptions& options) {
   inverse.segment<3>(kCentreAt).setConstant(1.0 / options.centre_sigma_m);
   inverse.segment<2>(kShiftAt).setConstant(1.0 / options.shift_sigma_px);
   inverse[kFocalAt] = 1.0 / options.focal_sigma;
+  inverse[kLensAt] = 1.0 / options.lens_sigma;
   inverse[kOffsetAt] = 1.0 / options.offset_sigma_s;
   inverse[kDriftAt] = 1.0 / options.drift_sigma;
   return inverse;

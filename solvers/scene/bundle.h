@@ -26,6 +26,7 @@ struct BundleOptions {
   double centre_sigma_m = 0.1;
   double shift_sigma_px = 30.0;
   double focal_sigma = 0.05;
+  double lens_sigma = 0.3;
   double offset_sigma_s = 0.5;
   double drift_sigma = 1e-3;
   int max_iterations = 30;

@@ -2,6 +2,9 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <vector>
+
+#include "core/geometry/lens.h"
 
 namespace kinegraph {
 namespace {
@@ -56,6 +59,14 @@ std::optional<Eigen::Vector2d> ProjectChanged(
     distorted =
         camera.lens()->Distort(ideal, wants_jacobian ? &d_lens : nullptr);
   }
+  if (const double radial = change[kLensAt]; radial != 0.0) {
+    const double square = ideal.squaredNorm();
+    // Where the term alone folds the image back there is no image.
+    if (!(1.0 + 3.0 * radial * square > 0.0)) return std::nullopt;
+    distorted += radial * square * ideal;
+    d_lens += radial * (square * Eigen::Matrix2d::Identity() +
+                        2.0 * ideal * ideal.transpose());
+  }
   const Eigen::Matrix2d k =
       std::exp(change[kFocalAt]) * camera.K().topLeftCorner<2, 2>();
   const Eigen::Vector2d magnified = k * distorted;
@@ -76,6 +87,7 @@ std::optional<Eigen::Vector2d> ProjectChanged(
       by_change->middleCols<3>(kCentreAt) = -by_world;
       by_change->middleCols<2>(kShiftAt).setIdentity();
       by_change->col(kFocalAt) = magnified;
+      by_change->col(kLensAt) = k * (ideal.squaredNorm() * ideal);
     }
   }
   return px;
@@ -86,6 +98,12 @@ Camera ChangedCamera(const Camera& camera, const CameraChange& change) {
   parameters.K.topLeftCorner<2, 2>() *= std::exp(change[kFocalAt]);
   parameters.K.block<2, 1>(0, 2) += change.segment<2>(kShiftAt);
   parameters.R = ExpRotation(change.segment<3>(kRotationAt)) * camera.R();
+  if (const double radial = change[kLensAt]; radial != 0.0) {
+    std::vector<double> terms(5, 0.0);
+    if (camera.lens() != nullptr) terms = camera.lens()->parameters();
+    terms[0] += radial;
+    parameters.lens = MakeLens("opencv5", terms);
+  }
   parameters.t =
       -(parameters.R * (camera.centre() + change.segment<3>(kCentreAt)));
   return Camera(parameters);
@@ -102,6 +120,7 @@ std::vector<int> FreeParameters::Places() const {
   add(focal, kFocalAt, 1);
   add(offset, kOffsetAt, 1);
   add(drift, kDriftAt, 1);
+  add(lens, kLensAt, 1);
   return places;
 }
 

@@ -17,11 +17,13 @@ inline constexpr int kShiftAt = 6;     // 2 [px], on the image
 inline constexpr int kFocalAt = 8;     // 1, logarithm of the factor
 inline constexpr int kOffsetAt = 9;    // 1 [s], added to the time of capture
 inline constexpr int kDriftAt = 10;    // 1 [s/s], of the time in the take
-inline constexpr int kChangeSize = 11;
+inline constexpr int kLensAt = 11;     // 1, added to OpenCV's k1
+inline constexpr int kChangeSize = 12;
 
 // All zero: the calibration is right. Ideal rays are turned by exp(rotation)
-// after the stated rotation; the centre moves in the world; the image is
-// magnified about the principal point and then shifted.
+// after the stated rotation; the centre moves in the world; the lens gets
+// another first radial term; the image is magnified about the principal point
+// and then shifted.
 using CameraChange = Eigen::Matrix<double, kChangeSize, 1>;
 
 // Rotation by |vector| radians about its direction.
@@ -44,12 +46,15 @@ struct FreeParameters {
   bool centre = false;
   bool shift = false;
   bool focal = false;
+  bool lens = false;
   bool offset = false;
   bool drift = false;
 
   // Places in a CameraChange, ascending.
   std::vector<int> Places() const;
-  bool any_camera() const { return rotation || centre || shift || focal; }
+  bool any_camera() const {
+    return rotation || centre || shift || focal || lens;
+  }
   bool any_clock() const { return offset || drift; }
 };
 

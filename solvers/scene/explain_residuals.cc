@@ -83,6 +83,8 @@ class Explainer {
     rotation.rotation = true;
     FreeParameters focal;
     focal.focal = true;
+    FreeParameters lens;
+    lens.lens = true;
     std::vector<Model> models;
     if (!clocks_done_ && MoveEnough(take_.segments))
       models.push_back({"clock", clock});
@@ -90,6 +92,7 @@ class Explainer {
       models.push_back({"shift", shift});
       models.push_back({"rotation", rotation});
       models.push_back({"focal_length", focal});
+      models.push_back({"lens", lens});
     }
     return models;
   }
@@ -274,6 +277,12 @@ class Explainer {
     if (kind == "rotation") {
       return Format("it fits turned by %.2f degrees",
                     kDegreesPerRadian * change.segment<3>(kRotationAt).norm());
+    }
+    if (kind == "lens") {
+      return Format(
+          "its image fits with %+.3f more of the lens term k1: lens terms may "
+          "be missing or another lens's",
+          change[kLensAt]);
     }
     return Format("its focal length fits multiplied by %.4f",
                   std::exp(change[kFocalAt]));

@@ -20,8 +20,9 @@ struct ExplainedTake {
 };
 
 // Fits one kind of fault after the other (a clock, a shifted image, a turned
-// camera, another focal length) to one half of the take and measures it on the
-// other, adds what explains most to `findings`, and returns the changes taken.
+// camera, another focal length or lens) to one half of the take and measures it
+// on the other, adds what explains most to `findings`, and returns the changes
+// taken.
 //
 // A late clock of a camera that looks at one walking person is a shifted image:
 // clocks and cameras compete. What explains most goes first; the other may

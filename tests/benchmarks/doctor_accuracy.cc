@@ -102,6 +102,14 @@ std::vector<Fault> Faults() {
            camera = Camera(parameters);
          }
        }},
+      {"lens terms forgotten",
+       {"lens"},
+       [lens](Random*, FaultySceneOptions* o) { o->distortion = lens; },
+       [](Random*, FaultyScene* scene) {
+         for (Camera& camera : scene->cameras) {
+           camera = testing::WithoutLens(camera);
+         }
+       }},
       {"camera matrix of images half as large",
        {"intrinsics"},
        plain,

@@ -85,6 +85,12 @@ Camera Magnified(const Camera& camera, double factor) {
   return ChangedCamera(camera, change);
 }
 
+Camera WithoutLens(const Camera& camera) {
+  CameraParameters parameters = camera.parameters();
+  parameters.lens = nullptr;
+  return Camera(parameters);
+}
+
 Camera WithExtrinsics(const Camera& camera, const Eigen::Matrix3d& R,
                       const Eigen::Vector3d& t) {
   CameraParameters parameters = camera.parameters();

@@ -44,6 +44,8 @@ Camera Turned(const Camera& camera, double degrees, uint64_t seed);
 // With another image centre, or focal length times `factor`.
 Camera Shifted(const Camera& camera, double x_px, double y_px);
 Camera Magnified(const Camera& camera, double factor);
+// Without its lens terms, as somebody states it who forgot them.
+Camera WithoutLens(const Camera& camera);
 // With other extrinsics.
 Camera WithExtrinsics(const Camera& camera, const Eigen::Matrix3d& R,
                       const Eigen::Vector3d& t);

@@ -13,7 +13,8 @@ const std::vector<double> kLens = {-0.2, 0.05, 0.001, -0.002, 0.01};
 
 CameraChange SomeChange() {
   CameraChange change;
-  change << 0.02, -0.03, 0.01, 0.05, -0.02, 0.03, 12.0, -7.0, 0.02, 0.04, 1e-4;
+  change << 0.02, -0.03, 0.01, 0.05, -0.02, 0.03, 12.0, -7.0, 0.02, 0.04, 1e-4,
+      0.05;
   return change;
 }
 
