@@ -228,10 +228,7 @@ class Explainer {
     const auto at = static_cast<Eigen::Index>((other - 1) * per_view +
                                               (place == kDriftAt ? 1 : 0));
     const double sigma = std::sqrt(std::max(0.0, fit.covariance(at, at)));
-    // Stretches are a fifth of a second long: what they say of a clock that is
-    // farther off is made up. Whole frames were looked for before.
-    constexpr double kFarthestS = 0.25;
-    return late * span_s < kFarthestS &&
+    return late * span_s < kFarthestClockS &&
            late * span_s > kLeastFrames * frame_s && late > kSigmas * sigma;
   }
 

@@ -10,6 +10,11 @@ namespace kinegraph {
 // where its views leave a direction open: that of a kilometre [1/m^2].
 inline constexpr double kPositionInformation = 1e-6;
 
+// A stretch is a fifth of a second long. Of a clock that is off by more than
+// half of it it tells nothing: beyond its ends its speed and acceleration
+// follow a view's noise. Whole frames are looked for before.
+inline constexpr double kFarthestClockS = 0.1;
+
 // A clock as it can be told from a take of this length: its offset, and its
 // drift where 100 ppm of it are two milliseconds.
 inline FreeParameters ClockParametersOf(double span_s) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/median.h"
 #include "solvers/scene/fit_terms.h"
 #include "solvers/scene/refine_again.h"
 
@@ -17,6 +18,19 @@ constexpr double kMostCorrelation = 0.95;
 // Fewer stretches leave chance too much room: a few hundred numbers of each
 // view for up to nine of its camera.
 constexpr size_t kLeastStretches = 60;
+
+// The farthest that a clock is from the usual of all, their median [s].
+double FarthestClock(const std::vector<CameraChange>& changes) {
+  std::vector<double> offsets_s;
+  offsets_s.reserve(changes.size());
+  for (const CameraChange& one : changes) offsets_s.push_back(one[kOffsetAt]);
+  const double usual_s = Median(offsets_s);
+  double farthest_s = 0.0;
+  for (const double offset_s : offsets_s) {
+    farthest_s = std::max(farthest_s, std::abs(offset_s - usual_s));
+  }
+  return farthest_s;
+}
 
 // Fits, decides, and keeps what was worth it.
 void Step(const CameraRig& cameras, const SceneSegments& segments,
@@ -179,11 +193,20 @@ Refinement RefineScene(const CameraRig& cameras,
       refinement.steps.size() == 2 &&
       std::all_of(refinement.steps.begin(), refinement.steps.end(),
                   [](const RefineStep& one) { return one.taken; });
-  if (!both_taken) return refinement;
-  FreeParameters both = free;
-  both.offset = clocks.offset;
-  both.drift = clocks.drift;
-  StepTogether(cameras, segments, both, bundle, &refinement);
+  if (both_taken) {
+    FreeParameters both = free;
+    both.offset = clocks.offset;
+    both.drift = clocks.drift;
+    StepTogether(cameras, segments, both, bundle, &refinement);
+  }
+  if (FarthestClock(refinement.changes) <= kFarthestClockS) return refinement;
+  RefineStep clock = refinement.steps.front();
+  clock.taken = false;
+  clock.reason = "clocks that are off by more than 0.1 s may be noise";
+  RefineOptions cameras_alone = options;
+  cameras_alone.refine_clock = false;
+  refinement = RefineScene(cameras, detections, matches, cameras_alone, given);
+  refinement.steps.insert(refinement.steps.begin(), std::move(clock));
   return refinement;
 }
 
