@@ -78,6 +78,14 @@ void PrintFindings(const TakeSurvey& survey) {
               survey.cameras.size(), SizesOf(survey.cameras).c_str(),
               PixelsPerMetre(survey.cameras, distance_m) * distance_m);
   std::printf("            they look at a place %.1f m away\n", distance_m);
+  // Joints are then off while the views still agree.
+  if (std::none_of(
+          survey.cameras.begin(), survey.cameras.end(),
+          [](const Camera& camera) { return camera.lens() != nullptr; })) {
+    std::printf(
+        "            no lens terms stated; `doctor` tells if some are "
+        "missing\n");
+  }
   const TakeReport& report = survey.report;
   if (report.height_m > 0.0) {
     std::printf(
