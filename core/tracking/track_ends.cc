@@ -105,7 +105,7 @@ void EndFollower::Agree(const Pose3d& pose, TimeNs time) {
   time_ = time;
 }
 
-bool AtOnePlace(const Pose3d& a, const Pose3d& b) {
+bool AtOnePlace(const Pose3d& a, const Pose3d& b, double within_m) {
   double sum_m = 0.0;
   int count = 0;
   for (size_t j = 0; j < a.size() && j < b.size(); ++j) {
@@ -113,13 +113,13 @@ bool AtOnePlace(const Pose3d& a, const Pose3d& b) {
     sum_m += (a[j].position_m - b[j].position_m).norm();
     ++count;
   }
-  return count > 0 && sum_m / count < kSamePlace;
+  return count > 0 && sum_m / count < within_m;
 }
 
 bool IsTaken(const Pose3d& pose, const std::vector<PersonPose>& people) {
   return std::any_of(people.begin(), people.end(),
                      [&](const PersonPose& person) {
-                       return AtOnePlace(pose, person.joints);
+                       return AtOnePlace(pose, person.joints, kSamePlace);
                      });
 }
 

@@ -44,12 +44,12 @@ class EndFollower {
   Eigen::Vector3d velocity_mps_;
 };
 
-// Whether the two are at one place, so that one would be the other's double:
-// their joints 0.3 m apart on average, which is nearer than two people ever
-// are.
-bool AtOnePlace(const Pose3d& a, const Pose3d& b);
+// Whether the joints of the two are nearer than `within_m` on average, so that
+// one would be the other's double.
+bool AtOnePlace(const Pose3d& a, const Pose3d& b, double within_m);
 
-// Whether somebody of `people` stands where `pose` is.
+// Whether somebody of `people` stands where `pose` is: 0.3 m, which is nearer
+// than two people ever are for long.
 bool IsTaken(const Pose3d& pose, const std::vector<PersonPose>& people);
 
 }  // namespace kinegraph
