@@ -22,6 +22,7 @@ PersonNoise::PersonNoise(const SceneModel& scene, const GraphOptions& options)
       correlations_(scene.skeleton.joint_count(),
                     static_cast<int>(scene.cameras.size()),
                     scene.frame_rate_hz),
+      groups_(scene.skeleton),
       last_variance_m2_(scene.skeleton.joint_count(), kUnknownVariance_m2) {
   scale_.fill(1.0);
   for (int j = 0; j < joint_count(); ++j) {
@@ -87,6 +88,7 @@ PersonNoise::Frame PersonNoise::Locate(const PersonProblem& problem, size_t k,
       options_.pixel_noise_from == NoiseFrom::kTake && pixels == Pixels::kNew;
   Frame frame;
   frame.time = problem.times[k];
+  frame.evidence.resize(groups_.size());
   for (int j = 0; j < joint_count(); ++j) {
     const int joint_class = ClassOf(j);
     std::optional<FramePoint> point;
@@ -102,12 +104,11 @@ PersonNoise::Frame PersonNoise::Locate(const PersonProblem& problem, size_t k,
     }
     frame.variance_m2.push_back(last_variance_m2_[j]);
     banks_[j].Add(frame.time, point, correlation_,
-                  &frame.evidence[joint_class]);
+                  &frame.evidence[groups_.of_joint(j)]);
   }
-  for (int c = 0; c < kJointClassCount; ++c) {
-    for (int i = 0; i < kLevelCount; ++i) {
-      evidence_[c][i] += frame.evidence[c][i];
-    }
+  for (int g = 0; g < groups_.size(); ++g) {
+    Levels& of_class = evidence_[static_cast<int>(groups_.joint_class(g))];
+    for (int i = 0; i < kLevelCount; ++i) of_class[i] += frame.evidence[g][i];
   }
   return frame;
 }
@@ -149,21 +150,21 @@ void PersonNoise::AddFrame(const PersonProblem& problem, size_t k) {
   }
 }
 
+LevelChain::Vector PersonNoise::Foresee(int group, const LevelChain& chain,
+                                        TimeNs time) const {
+  if (belief_.empty()) return chain.stationary();
+  return chain.Transition(ToSeconds(time - belief_time_)) * belief_[group];
+}
+
 void PersonNoise::DropFirstFrame() {
   const Frame& first = frames_.front();
-  for (int c = 0; c < kJointClassCount; ++c) {
-    if (!present_[c]) continue;
-    const LevelChain chain(level_[c]);
-    const LevelChain::Vector predicted =
-        has_belief_
-            ? LevelChain::Vector(
-                  chain.Transition(ToSeconds(first.time - belief_time_)) *
-                  belief_[c])
-            : chain.stationary();
-    belief_[c] = Believe(predicted, first.evidence[c]);
+  std::vector<LevelChain::Vector> belief;
+  for (int g = 0; g < groups_.size(); ++g) {
+    const LevelChain chain(level_[static_cast<int>(groups_.joint_class(g))]);
+    belief.push_back(Believe(Foresee(g, chain, first.time), first.evidence[g]));
   }
+  belief_ = std::move(belief);
   belief_time_ = first.time;
-  has_belief_ = true;
   frames_.erase(frames_.begin());
 }
 
@@ -173,22 +174,16 @@ double PersonNoise::FrameSeconds(size_t k) const {
   return ToSeconds(frames_[end].time - frames_[end - 1].time);
 }
 
-// ln of the class' level over the usual power, in every kept frame.
-std::vector<double> PersonNoise::LevelsOf(int joint_class) {
+// ln of the group's level over the usual power, in every kept frame.
+std::vector<double> PersonNoise::LevelsOf(int group) {
   std::vector<TimeNs> times;
   std::vector<Levels> evidence;
   for (const Frame& frame : frames_) {
     times.push_back(frame.time);
-    evidence.push_back(frame.evidence[joint_class]);
+    evidence.push_back(frame.evidence[group]);
   }
-  level_[joint_class] = TakeLevel(evidence_[joint_class]);
-  const LevelChain chain(level_[joint_class]);
-  const LevelChain::Vector first =
-      has_belief_ ? LevelChain::Vector(
-                        chain.Transition(ToSeconds(times[0] - belief_time_)) *
-                        belief_[joint_class])
-                  : chain.stationary();
-  return SmoothLevels(chain, first, times, evidence);
+  const LevelChain chain(level_[static_cast<int>(groups_.joint_class(group))]);
+  return SmoothLevels(chain, Foresee(group, chain, times[0]), times, evidence);
 }
 
 // Heavy noise hides slow motion: a head that bobs in walking looks at rest, and
@@ -211,15 +206,18 @@ double PersonNoise::ProcessNoiseOf(int joint_idx, size_t k, double level,
 }
 
 void PersonNoise::ApplyLevels(PersonProblem* problem) {
-  std::array<std::vector<double>, kJointClassCount> levels;
+  for (int c = 0; c < kJointClassCount; ++c) {
+    if (present_[c]) level_[c] = TakeLevel(evidence_[c]);
+  }
+  std::vector<std::vector<double>> levels;
   std::vector<double> activity(frames_.size(), 0.0);  // mean over classes
   const auto classes =
       static_cast<double>(std::count(present_.begin(), present_.end(), true));
-  for (int c = 0; c < kJointClassCount; ++c) {
-    if (!present_[c]) continue;
-    levels[c] = LevelsOf(c);
+  for (int g = 0; g < groups_.size(); ++g) {
+    levels.push_back(LevelsOf(g));
+    const double share = groups_.share_of_class(g) / classes;
     for (size_t k = 0; k < frames_.size(); ++k) {
-      activity[k] += levels[c][k] / classes;
+      activity[k] += share * levels[g][k];
     }
   }
   for (int j = 0; j < joint_count(); ++j) {
@@ -227,7 +225,8 @@ void PersonNoise::ApplyLevels(PersonProblem* problem) {
     JointChain& joint = problem->joints[j];
     for (size_t k = 0; k < frames_.size(); ++k) {
       std::vector<double>& found = frames_[k].process_noise;
-      found[j] = ProcessNoiseOf(j, k, levels[c][k], activity[k]);
+      found[j] =
+          ProcessNoiseOf(j, k, levels[groups_.of_joint(j)][k], activity[k]);
       if (k == 0) continue;
       const double q = std::max(frames_[k - 1].process_noise[j], found[j]);
       joint.process_noise[k - 1] = q;

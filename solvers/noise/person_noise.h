@@ -16,6 +16,7 @@
 #include "solvers/noise/filter_bank.h"
 #include "solvers/noise/frame_points.h"
 #include "solvers/noise/information.h"
+#include "solvers/noise/motion_groups.h"
 #include "solvers/noise/motion_level.h"
 #include "solvers/noise/pixel_noise.h"
 
@@ -74,8 +75,8 @@ class PersonNoise {
  private:
   struct Frame {
     TimeNs time = 0;
-    // By class; where no joint of it was located all zero.
-    std::array<Levels, kJointClassCount> evidence{};
+    // By group; where no joint of it was located all zero.
+    std::vector<Levels> evidence;
     std::vector<double> variance_m2;  // by joint: of the located point, an axis
     std::vector<double> process_noise;  // by joint, as Apply found it
   };
@@ -92,7 +93,10 @@ class PersonNoise {
   enum class Pixels { kKnown, kNew };
   Frame Locate(const PersonProblem& problem, size_t k, Pixels pixels);
   double FrameSeconds(size_t k) const;
-  std::vector<double> LevelsOf(int joint_class);
+  std::vector<double> LevelsOf(int group);
+  // `belief_` of that group, carried on to `time`.
+  LevelChain::Vector Foresee(int group, const LevelChain& chain,
+                             TimeNs time) const;
   double ProcessNoiseOf(int joint_idx, size_t k, double level,
                         double activity) const;
   void ApplyLevels(PersonProblem* problem);
@@ -108,6 +112,7 @@ class PersonNoise {
   bool knows_confidences_ = false;  // all that there is to know
   NoiseScales scales_;
   CorrelationLearner correlations_;
+  const MotionGroups groups_;
   JointClassTable scale_;
   ErrorCorrelation correlation_;
   std::optional<CovarianceFactorTable> covariance_factors_;  // of a whole take
@@ -116,9 +121,9 @@ class PersonNoise {
   std::vector<Frame> frames_;
   std::array<Levels, kJointClassCount> evidence_{};  // of all frames ever
   std::array<bool, kJointClassCount> present_{};     // in the skeleton
-  // Of the frame before the first kept one; none: the stationary belief.
-  std::array<LevelChain::Vector, kJointClassCount> belief_;
-  bool has_belief_ = false;
+  // By group, of the frame before the first kept one; empty: the stationary
+  // belief.
+  std::vector<LevelChain::Vector> belief_;
   TimeNs belief_time_ = 0;
   std::array<double, kJointClassCount> level_{};  // ln, of the take
   std::array<double, kJointClassCount> least_{};

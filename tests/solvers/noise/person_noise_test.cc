@@ -166,6 +166,43 @@ TEST_F(PersonNoiseTest, ViewsThatAgreeAreHeardAfterALongRest) {
   }
 }
 
+// One arm works and the other rests: each has a level of its own.
+TEST_F(PersonNoiseTest, AnArmThatRestsIsQuietBesideOneThatWorks) {
+  scene_.skeleton = Skeleton("arms", {"l_wrist", "r_wrist"}, {});
+  constexpr int kFrames = 300;
+  constexpr double kSwing = 2.0 * 3.14159265 * 2.0;  // rad/s
+  std::vector<std::vector<State>> truth(2);
+  for (int k = 0; k < kFrames; ++k) {
+    State state = State::Zero();
+    state[2] = 1.0;
+    truth[1].push_back(state);
+    state[0] = 0.3 * sin(kSwing * k / scene_.frame_rate_hz);
+    truth[0].push_back(state);
+  }
+  SimulatedNoise noise;
+  noise.sigma_scale = 1.0 / 3.0;  // 2 px: 8 mm
+  Random random(14);
+  const SimulatedTake take =
+      testing::Simulate(scene_, testing::FixedNoise(), truth, noise,
+                        Eigen::Vector3d::Zero(), &random);
+  Assembler assembler(scene_, options_);
+  PersonProblem problem = assembler.EmptyProblem();
+  for (const EstimatorFrame& frame : take.frames) {
+    assembler.Append(frame, &problem);
+  }
+  PersonNoise person(scene_, options_);
+  person.LearnTake(problem);
+  person.Apply(&problem);
+  // A swing of 47 m/s^2 at 2 Hz asks for hundreds of times what the stiffest
+  // filter allows, which suits an arm that rests. A tenth of that is left here
+  // for how sharply few frames tell.
+  for (int k = 60; k < kFrames - 60; ++k) {
+    ASSERT_GT(problem.joints[0].process_noise[k],
+              20.0 * problem.joints[1].process_noise[k])
+        << k;
+  }
+}
+
 // Heavy noise hides what a quiet joint does, so it is thought as lively as the
 // person's others; little noise shows that it rests, whatever they do.
 TEST_F(PersonNoiseTest, NoiseHidesSlowMotionOfWhoMoves) {
