@@ -51,9 +51,10 @@ void ProjectPose(const Pose3d& pose, const Camera& camera,
 double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
               const AssociationOptions& options) {
   const double paper_px = options.alpha_2d_px_per_frame * age_frames;
-  if (!(options.reach_m_per_frame > 0.0) || !(age_frames > 1.0)) {
-    return paper_px;
-  }
+  if (!(options.reach_m_per_frame > 0.0)) return paper_px;
+  // Frames off the beat may follow each other closely; errors of the detector
+  // and of the prediction are as large then.
+  if (!(age_frames > 1.0)) return options.alpha_2d_px_per_frame;
   const std::optional<Eigen::Vector3d> centre = MeanPosition(pose);
   if (!centre.has_value()) return paper_px;
   const double depth_m = camera.Depth(*centre);

@@ -103,9 +103,9 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
                 double age_frames, const std::vector<int>& joints,
                 const AssociationOptions& options);
 
-// The gate of a person whose pose is `age_frames` old: alpha_2d a frame, and
-// not more than alpha_2d and what a person may have moved since
-// (reach_m_per_frame).
+// The gate of a person whose pose is `age_frames` old: alpha_2d a frame; with
+// reach_m_per_frame not less than alpha_2d, and not more than that and what a
+// person may have moved since.
 double GatePx(const Pose3d& pose, double age_frames, const Camera& camera,
               const AssociationOptions& options);
 

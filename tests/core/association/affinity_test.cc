@@ -190,6 +190,15 @@ TEST(GateTest, ThePapersGateGrowsWithEveryFrame) {
   AssociationOptions options;
   EXPECT_EQ(GatePx(pose, 1.0, FrontalCamera(), options), 70.0);
   EXPECT_EQ(GatePx(pose, 10.0, FrontalCamera(), options), 700.0);
+  EXPECT_EQ(GatePx(pose, 0.1, FrontalCamera(), options), 7.0);
+}
+
+// Half a millisecond after the last frame a detector errs no less.
+TEST(GateTest, FramesOffTheBeatDoNotNarrowIt) {
+  const Pose3d pose(17, {{0.0, 0.0, 5.0}, JointStatus::kObserved});
+  AssociationOptions options;
+  options.reach_m_per_frame = 0.125;
+  EXPECT_EQ(GatePx(pose, 0.1, FrontalCamera(), options), 70.0);
 }
 
 TEST(GateTest, ALostPersonIsLookedForWhereTheyMayHaveGone) {
