@@ -26,6 +26,9 @@ void ReconstructionOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("max_lost_share", &max_lost_share, Between(0.0, 1.0),
                  "share of joints",
                  "an update that loses more of the joints seen fails");
+  visitor.Choice("lost", &lost, {"seen", "contradicted"},
+                 "graph mode: what counts as lost, all that are seen or what "
+                 "two views measure; paper mode: all that are seen");
   visitor.Boolean("require_in_front", &require_in_front,
                   "a joint behind a camera that measured it is refused");
 }
@@ -58,9 +61,21 @@ Reconstructor::Reconstructor(const CameraRig& cameras,
 bool Reconstructor::Update(Span<UsedView> views, const Pose3d& predicted,
                            Reconstruction* reconstruction) {
   Run(views, options_.alpha_epi_px, &predicted, reconstruction);
-  if (!FromTwoViews(views)) return false;
-  return reconstruction->lost_joints <=
-         options_.max_lost_share * reconstruction->seen_joints;
+  return FromTwoViews(views) && KeepsEnough(*reconstruction);
+}
+
+bool Reconstructor::KeepsEnough(const Reconstruction& reconstruction) const {
+  const int seen = reconstruction.seen_joints;
+  const int lost = reconstruction.lost_joints;
+  if (options_.lost == LostRule::kSeen) {
+    return lost <= options_.max_lost_share * seen;
+  }
+  // Views that share hardly a joint do not show one person: of two views that
+  // miss half of the joints each, a third of what is seen is in both.
+  constexpr double kLeastShared = 0.25;
+  const int alone = reconstruction.alone_joints;
+  return seen - lost >= kLeastShared * seen &&
+         lost - alone <= options_.max_lost_share * (seen - alone);
 }
 
 void Reconstructor::Initialise(Span<UsedView> views, double alpha_px,
@@ -77,6 +92,7 @@ void Reconstructor::Reset(Span<UsedView> views,
                                   FilterVerdict::kUnmeasured);
   reconstruction->seen_joints = 0;
   reconstruction->lost_joints = 0;
+  reconstruction->alone_joints = 0;
 }
 
 // Pixels of all joints of all views, side by side.
@@ -87,6 +103,7 @@ void Reconstructor::Gather(Span<UsedView> views) {
   present_.assign(size, 0.0);
   view_weights_.resize(views.size());
   seen_.assign(joints_, 0);
+  views_of_.assign(joints_, 0);
   lane_views_.resize(views.size());
   for (size_t v = 0; v < views.size(); ++v) {
     const UsedView& view = views[v];
@@ -108,6 +125,7 @@ void Reconstructor::Gather(Span<UsedView> views) {
       y_px_[row + j] = observation.ideal_px[j].y();
       present_[row + j] = 1.0;
       seen_[j] |= view.fresh();
+      ++views_of_[j];
     }
     const Camera& camera = (*cameras_)[observation.view_idx];
     lane_views_[v] = {camera.P().data(), camera.centre().data(),
@@ -238,7 +256,9 @@ void Reconstructor::Run(Span<UsedView> views, double alpha_px,
     }
     if (!counts_[j] || !seen_[j]) continue;
     ++reconstruction->seen_joints;
-    if (!found) ++reconstruction->lost_joints;
+    if (found) continue;
+    ++reconstruction->lost_joints;
+    if (views_of_[j] < 2) ++reconstruction->alone_joints;
   }
 }
 

@@ -22,6 +22,12 @@ enum class NewestRule {
   kJoint,  // joint by joint the newest that it has (Chen et al. 2020)
 };
 
+// Which joints without a triangulation speak against an update.
+enum class LostRule {
+  kSeen,          // every joint that a view sees (the paper's)
+  kContradicted,  // those that two views measure and that do not fit
+};
+
 struct ReconstructionOptions {
   // The newest 2D pose of each view counts while it is younger than this.
   double tau_frames = 3.0;
@@ -37,6 +43,10 @@ struct ReconstructionOptions {
   // The update fails when more than this share of the joints seen in this
   // frame is left with fewer than two views.
   double max_lost_share = 1.0 / 3.0;
+  // Graph mode: where a joint is found in one view and missed in the others,
+  // nothing contradicts, and that view alone says something of it. Paper mode
+  // counts all that are seen.
+  LostRule lost = LostRule::kContradicted;
 
   // A joint behind a camera that measured it is no joint. The authors' code
   // does not ask.
@@ -59,10 +69,12 @@ struct Reconstruction {
   std::vector<char> triangulated;       // one a joint
   std::vector<int> fresh_inlier_views;  // one a joint
   std::vector<FilterVerdict> verdicts;  // [view * joints + joint]
-  // Of the joints that count: measured in at least one view of this frame, and
-  // of these left without a triangulation.
+  // Of the joints that count: measured in at least one view of this frame, of
+  // these left without a triangulation, and of those measured by one view
+  // alone.
   int seen_joints = 0;
   int lost_joints = 0;
+  int alone_joints = 0;
 };
 
 // Joints filter, then weighted DLT, joint by joint. Keeps its memory between
@@ -89,6 +101,7 @@ class Reconstructor {
                   Reconstruction* reconstruction);
 
  private:
+  bool KeepsEnough(const Reconstruction& reconstruction) const;
   // The steps of both, for all joints at a time.
   void Run(Span<UsedView> views, double alpha_px, const Pose3d* predicted,
            Reconstruction* reconstruction);
@@ -120,6 +133,7 @@ class Reconstructor {
   std::vector<double> point_m_;   // x, y, z of all joints in turn
   std::vector<double> found_;     // one a joint
   std::vector<char> seen_;        // one a joint: measured in this frame
+  std::vector<int> views_of_;     // one a joint: how many measure it
   std::vector<double> view_weights_;
   // Of the joint at hand: the views that measured it.
   std::vector<int> measured_;

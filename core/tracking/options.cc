@@ -55,6 +55,7 @@ TrackerOptions TrackerOptions::At(double frame_rate_hz) const {
       life.in_seconds ? association.max_speed_mps / frame_rate_hz : 0.0;
   options.association.horizon_s =
       life.in_seconds ? association.prediction_s : 0.0;
+  if (!life.in_seconds) options.reconstruction.lost = LostRule::kSeen;
   return options;
 }
 
