@@ -103,7 +103,9 @@ TEST_F(ReconstructionTest, OldViewsCountOnlyWhenFreshOnesAreFew) {
 }
 
 TEST_F(ReconstructionTest, SixLostJointsOfSeventeenFailFiveDoNot) {
-  Reconstructor reconstructor = Make();
+  ReconstructionOptions options;
+  options.lost = LostRule::kSeen;  // the paper's
+  Reconstructor reconstructor = Make(options);
   for (int j = 0; j < 5; ++j) SeenBy(j, {0});
   EXPECT_TRUE(reconstructor.Update(Views({0, 0, 0, 0}), person_, &out_));
   EXPECT_EQ(out_.lost_joints, 5);
@@ -111,6 +113,35 @@ TEST_F(ReconstructionTest, SixLostJointsOfSeventeenFailFiveDoNot) {
   EXPECT_FALSE(reconstructor.Update(Views({0, 0, 0, 0}), person_, &out_));
   EXPECT_EQ(out_.lost_joints, 6);
   EXPECT_EQ(out_.seen_joints, 17);
+}
+
+// Two views that miss joints each for itself contradict each other in none.
+TEST_F(ReconstructionTest, JointsOfOneViewAreNotLostInGraphMode) {
+  Reconstructor reconstructor = Make();
+  for (int j = 0; j < 12; ++j) SeenBy(j, {j % 2});
+  EXPECT_TRUE(reconstructor.Update(Views({0, 0}), person_, &out_));
+  EXPECT_EQ(out_.seen_joints, 17);
+  EXPECT_EQ(out_.lost_joints, 12);
+  EXPECT_EQ(out_.alone_joints, 12);
+  // 4 of 17 are less than a quarter.
+  SeenBy(12, {0});
+  EXPECT_FALSE(reconstructor.Update(Views({0, 0}), person_, &out_));
+}
+
+TEST_F(ReconstructionTest, ContradictionsFailInGraphModeToo) {
+  Reconstructor reconstructor = Make();
+  for (int j = 0; j < 8; ++j) SeenBy(j, {j % 2});
+  // Of the nine that two views measure three may contradict.
+  const auto put_off = [&](int j) {
+    observations_[1].joints[j].px.y() += 150.0;
+    observations_[1].ideal_px[j].y() += 150.0;
+  };
+  for (int j = 8; j < 11; ++j) put_off(j);
+  EXPECT_TRUE(reconstructor.Update(Views({0, 0}), person_, &out_));
+  EXPECT_EQ(out_.lost_joints, 11);
+  EXPECT_EQ(out_.alone_joints, 8);
+  put_off(11);
+  EXPECT_FALSE(reconstructor.Update(Views({0, 0}), person_, &out_));
 }
 
 TEST_F(ReconstructionTest, JointsNotSeenAtAllAreNotLost) {
