@@ -20,7 +20,8 @@ A file workflow/evidence/NAME.toml belongs to one page:
   BLOCK = '''...'''         Markdown with {STEP[F]:.2f}; a figure with an interval
                             or counts prints these too; {table[TABLE]}
 
-Result files are JSON; what does not end in .json is read as text.
+Result files are JSON, or JSON Lines where they end in .jsonl; all others are
+read as text.
 
 A block stands in its page between <!-- evidence:BLOCK --> and <!-- /evidence -->,
 filled with the figures of docs/evidence/STEP.json. Steps may be used by blocks
@@ -156,6 +157,9 @@ def prepare(folder, build, data):
 
 def read(folder, file):
     """What a file says; of all that match a pattern: by name without ending."""
+    if file.endswith(".jsonl"):
+        return [json.loads(line)
+                for line in (folder / file).read_text().splitlines()]
     if not file.endswith(".json"):
         return (folder / file).read_text()
     if "*" not in file:

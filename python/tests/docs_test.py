@@ -1,4 +1,4 @@
-"""The session in docs/python.md prints what its comments say."""
+"""The session in docs/python.md prints what its comments say; README's runs."""
 
 import contextlib
 import io
@@ -33,6 +33,34 @@ def alike(said, printed):
     )
 
 
+def code_of(page):
+    """The first block of Python."""
+    with open(os.path.join(SOURCE, page)) as file:
+        return re.search(r"```python\n(.*?)```", file.read(), re.S).group(1)
+
+
+@contextlib.contextmanager
+def scene(*flags):
+    """In a folder with the demo's scene in out/scene."""
+    before = os.getcwd()
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        try:
+            subprocess.run(
+                [
+                    os.path.join(APPS, "kinegraph-synthesize"),
+                    "--config=" + SOURCE + "/configs/synthetic/demo.toml",
+                    "--out=out/scene",
+                    *flags,
+                ],
+                check=True,
+                stdout=subprocess.DEVNULL,
+            )
+            yield
+        finally:
+            os.chdir(before)
+
+
 class Session(unittest.TestCase):
     def test_alike(self):
         self.assertTrue(alike("(5, 3): frames; metres", "(5, 3)"))
@@ -42,31 +70,23 @@ class Session(unittest.TestCase):
         self.assertFalse(alike("raw 0.1", "batch 0.1"))
 
     def test_prints_what_it_says(self):
-        with open(os.path.join(SOURCE, "docs", "python.md")) as file:
-            code = re.search(r"```python\n(.*?)```", file.read(), re.S).group(1)
+        code = code_of("docs/python.md")
         printed = io.StringIO()
-        before = os.getcwd()
-        with tempfile.TemporaryDirectory() as folder:
-            os.chdir(folder)
-            try:
-                subprocess.run(
-                    [
-                        os.path.join(APPS, "kinegraph-synthesize"),
-                        "--config=" + SOURCE + "/configs/synthetic/demo.toml",
-                        "--out=out/scene",
-                    ],
-                    check=True,
-                    stdout=subprocess.DEVNULL,
-                )
-                with contextlib.redirect_stdout(printed):
-                    exec(compile(code, "docs/python.md", "exec"), {})
-            finally:
-                os.chdir(before)
+        with scene(), contextlib.redirect_stdout(printed):
+            exec(compile(code, "docs/python.md", "exec"), {})
         lines = printed.getvalue().splitlines()
         said = list(expected(code))
         self.assertEqual(len(said), len(lines), (said, lines))
         for one, line in zip(said, lines):
             self.assertTrue(alike(one, line), f"says {one!r}, prints {line!r}")
+
+    def test_readme(self):
+        names = {}
+        with scene("--set=scene.duration=2"):
+            os.rename("out/scene/cameras.json", "calibration.json")
+            os.rename("out/scene/detections.jsonl", "detections.jsonl")
+            exec(compile(code_of("README.md"), "README.md", "exec"), names)
+        self.assertEqual(names["tracks"].positions_m.shape[0], 50)
 
 
 if __name__ == "__main__":

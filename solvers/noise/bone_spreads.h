@@ -137,7 +137,7 @@ enum class BoneUse {
 //   (spread_bound_m). Counted n times it would cost more than it saves.
 // - An error of the length is one number for the whole take, which moves each
 //   end by half of it; it counts once (BoneUse::kCovariance: n times).
-// docs/noise.md, "Bones that never hurt", has the figures. The loss begins
+// docs/noise.md, "What bones give", has the figures. The loss begins
 // where a length is off by three times its spread bound and the length's own
 // sigma.
 BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,

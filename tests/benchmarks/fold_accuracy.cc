@@ -4,9 +4,11 @@
 //
 //   build/tests/benchmarks/fold_accuracy [bones]
 //
-// The whole offline pipeline (configs/graph/offline.toml) runs once without
-// each camera for every candidate; without "bones" the candidates are scored
-// without bone lengths, in a tenth of the time.
+// The whole offline pipeline, at fixed noise and solved by sweeps
+// (configs/benchmark/offline.toml), runs once without each camera for every
+// candidate; without "bones" the candidates are scored without bone lengths, in
+// a tenth of the time. Where noise is learnt from the take most of these
+// parameters mean nothing.
 #include <cstdio>
 #include <cstring>
 #include <string>
@@ -82,7 +84,7 @@ double MeanOf(const HeldOutScores& scores) {
 HeldOutScores ScoreCandidate(const testing::ShelfTake& take,
                              const Candidate& candidate, bool bones) {
   RunOptions options =
-      ReadRunOptions(ProjectConfig("graph/offline.toml"), "", "");
+      ReadRunOptions(ProjectConfig("benchmark/offline.toml"), "", "");
   GraphOptions& graph = options.estimators.graph;
   const GraphOptions defaults;
   for (size_t i = 0; i < graph.process_noise.size(); ++i) {

@@ -113,19 +113,23 @@ columns = [["who", "{{name}}"], ["share", "{{share:.0f}}"]]
 
     def test_figures_are_read_again_from_the_last_run(self):
         steps, _, _ = self.evidence.load()
-        steps["fall"].update(read={"x": "x.json", "log": "log.txt"})
+        steps["fall"].update(read={"x": "x.json", "log": "log.txt",
+                                   "lines": "lines.jsonl"})
         steps["fall"]["figures"]["words"] = "log.split()"
+        steps["fall"]["figures"]["sum"] = "sum(x['n'] for x in lines)"
         build = self.evidence.ROOT / "build"
         self.assertRaises(self.evidence.Failure, self.evidence.keep, "fall",
                           steps["fall"], build)
         folder = build / "evidence/fall"
         folder.mkdir(parents=True)
         for name, text in (("x.json", "3.5"), ("log.txt", "two words"),
+                           ("lines.jsonl", '{"n": 3}\n{"n": 4}\n'),
                            ("made.json", '{"commit": "abc", "run": ["true"]}')):
             (folder / name).write_text(text)
         self.evidence.keep("fall", steps["fall"], build)
         kept = json.loads((self.evidence.KEPT / "fall.json").read_text())
-        self.assertEqual(kept["figures"], {"share": 3.5, "words": ["two", "words"]})
+        self.assertEqual(kept["figures"],
+                         {"share": 3.5, "words": ["two", "words"], "sum": 7})
 
 
 if __name__ == "__main__":

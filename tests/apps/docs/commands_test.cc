@@ -1,6 +1,7 @@
 // The commands that the pages show are run, in the order of each page, in a
 // folder where their names mean something, and print what the pages say: a
-// fenced block named `output` holds lines of what the block before it prints.
+// fenced block named `output` holds lines of what the block before it prints. A
+// block of TOML that begins with its name is that file.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -51,6 +52,16 @@ bool RunsCommands(const Block& block) {
     if (block.text.find(word) != std::string::npos) return false;
   }
   return true;
+}
+
+// The file that a block of TOML is, as its first line `# NAME.toml` says.
+std::string NameOfToml(const Block& block) {
+  static const std::regex kName("# ([a-z_]+\\.toml)");
+  const std::string first = block.text.substr(0, block.text.find('\n'));
+  std::smatch match;
+  return block.kind == "toml" && std::regex_match(first, match, kName)
+             ? match[1].str()
+             : "";
 }
 
 std::vector<std::string> Lines(const std::string& text) {
@@ -161,6 +172,7 @@ TEST_P(DocsCommandsTest, Run) {
   link("data", root);
   link("DATA", root);
   link("configs", testing::ProjectFile("configs"));
+  link("examples", testing::ProjectFile("examples"));
   link("calibration.json", root / "shelf/calibration.json");
   link("openpose", root / "shelf/detections/openpose");
   link("actorsGT.mat", root / "shelf/tum/actorsGT.mat");
@@ -181,6 +193,8 @@ TEST_P(DocsCommandsTest, Run) {
   for (const Block& block : FencedBlocks(page)) {
     if (block.kind == "output") {
       EXPECT_EQ(NotPrinted(block.text, printed), "") << printed;
+    } else if (const std::string name = NameOfToml(block); !name.empty()) {
+      folder.Write(name, block.text);
     } else if (RunsCommands(block)) {
       ++runs;
       const std::string script =
@@ -201,7 +215,8 @@ INSTANTIATE_TEST_SUITE_P(
                       "docs/convert.md", "docs/report.md",
                       "docs/results_reading.md", "docs/kinematics.md",
                       "docs/synthesize.md", "docs/own_take.md",
-                      "docs/cameras.md", "docs/doctor.md"),
+                      "docs/cameras.md", "docs/doctor.md", "docs/identity.md",
+                      "docs/batch.md", "docs/opensim.md", "docs/compare.md"),
     [](const ::testing::TestParamInfo<const char*>& page) {
       std::string name = page.param;
       for (char& c : name) {

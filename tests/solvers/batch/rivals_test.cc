@@ -87,7 +87,7 @@ TEST(RivalsTest, ALostStretchIsFoundAgain) {
   }
   // 238 of 10800 joint-frames, in 60 takes that know nothing of each other: a
   // rival that is no better than a coin would be ahead in half of such tests,
-  // and not by a quarter. Seen: 33 instead of 79 mm.
+  // and not by a quarter.
   ASSERT_GT(differ, 50);
   EXPECT_LT(with_sum, 0.75 * without_sum);
 }

@@ -334,25 +334,15 @@ TEST(PeersChainTest, FromDetectionsToMotion) {
   EstimatorOptions options;
   options.graph.bones = true;
   // The annotation's joints differ from the detector's by centimetres: its
-  // error ranks nothing by a millimetre. Measured here in mm (acceleration per
-  // frame^2, bone spread, error; theirs | ours | median distance):
+  // error ranks nothing by a millimetre. docs/filters.md has the figures.
   //   Pose2Sim weighs views by confidence and leaves out those that reproject
   //   badly, ours is unweighted DLT after the joints filter, as aniposelib's is
   //   without one; robust triangulation is nearest to Pose2Sim's.
-  //   p2s_tri_raw           17.2 13.1 48.7 | 20.1 14.9 51.3 | 4.4  raw_dlt
-  //   p2s_tri_raw           17.2 13.1 48.7 | 15.6 12.0 48.3 | 3.0  robust
-  //   anipose_triangulate   23.6 16.6 52.7 | 20.1 14.9 51.3 | 1.4  raw_dlt
   //   What the filters do is equal (PeersTest); their points are not, nor are
   //   cut-off (6.9 against 6 Hz), lambda (a joint, not a coordinate), noise
   //   (covariance by triangulation) and no outlier filter before.
-  //   butterworth            5.2 11.6 48.0 |  8.4 13.7 50.7 | 5.2
-  //   kalman                 3.2 11.2 47.8 |  3.0 12.5 49.9 | 5.8  rts
-  //   gcv_spline             5.4 11.4 47.9 |  4.5 12.9 50.3 | 5.7
-  //   Ours is causal and lags, theirs runs both ways.
-  //   one_euro               3.6 10.7 47.6 |  6.1 12.2 51.6 | 14.6
-  //   Smooth in time and of nearly constant bone lengths, both.
-  //   optim_default_bones    2.4  3.9 50.4 |  2.7  4.0 47.8 | 11.0 batch
-  //   optim_c03              3.0  2.2 47.5 |  2.7  4.0 47.8 | 5.7  batch
+  //   Ours of One-Euro is causal and lags, theirs runs both ways.
+  //   With bones both are smooth in time and of nearly constant lengths.
   // The limits leave half as much again for changes of front end and graph.
   const struct {
     const char* peer;
