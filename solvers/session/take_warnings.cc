@@ -22,6 +22,7 @@ constexpr double kMaxErrorShare = 0.06;  // of a person's size; Shelf: 0.02
 constexpr double kFarWorse = 2.5;        // times the others' error
 constexpr double kWorstPx = 4.0;         // smaller errors are a detector's
 constexpr double kMinMatched = 0.4;      // share of detections
+constexpr double kNearlyAll = 0.9;       // share of detections
 constexpr double kFarFewer = 0.5;        // times the others' share
 constexpr double kMaxSpread = 0.5;       // (p90 - p10) / median of a limb
 constexpr double kMaxSideDifference = 0.2;
@@ -117,6 +118,19 @@ class Warnings {
         "set-up; `kinegraph doctor` looks for it");
   }
 
+  std::string WhatWasFound() const {
+    const auto found = static_cast<int>(report_->people.size());
+    if (report_->poses == 0) return "nobody was found";
+    if (found < report_->most_people_in_a_view) {
+      return fmt::format("{} of {} people were found", found,
+                         report_->most_people_in_a_view);
+    }
+    return fmt::format(
+        "{:.0f} % of the detections belong to a person who was "
+        "found",
+        100.0 * MatchedShare());
+  }
+
   // Too few joints for a new person, where somebody was not found.
   bool AddFewJoints() {
     const auto fewer =
@@ -124,13 +138,9 @@ class Warnings {
     if (!fewer.has_value()) return false;
     Add("joints",
         fmt::format(
-            "{} found, and half of the detections show {:.0f} of 17 "
-            "joints or fewer: a new person needs {:.0f}, in two views",
-            report_->poses == 0
-                ? std::string("nobody was")
-                : fmt::format("{} of {} people were", report_->people.size(),
-                              report_->most_people_in_a_view),
-            facts_.joints_of_17, facts_.least_joints_of_17),
+            "{}, and half of the detections show {:.0f} of 17 joints or "
+            "fewer: a new person needs {:.0f}, in two views",
+            WhatWasFound(), facts_.joints_of_17, facts_.least_joints_of_17),
         fmt::format("--set=\"initialisation.min_common_joints={0};"
                     "initialisation.min_joints={0}\"",
                     *fewer));
@@ -194,17 +204,20 @@ class Warnings {
         "`kinegraph doctor` looks for it");
   }
 
-  void AddMatched() {
+  // Share of the detections that belong to a person; 1 where there are few.
+  double MatchedShare() const {
     int64_t detections = 0;
     int64_t matched = 0;
     for (const CameraReport& camera : report_->cameras) {
       detections += camera.detections;
       matched += camera.matched;
     }
-    const bool enough = detections >= kEnoughDetections;
-    const double share =
-        enough ? static_cast<double>(matched) / static_cast<double>(detections)
-               : 1.0;
+    if (detections < kEnoughDetections) return 1.0;
+    return static_cast<double>(matched) / static_cast<double>(detections);
+  }
+
+  void AddMatched() {
+    const double share = MatchedShare();
     if (share >= kMinMatched) return;
     Add("matched",
         fmt::format("{:.0f} % of the detections belong to a person who was "
@@ -287,7 +300,10 @@ class Warnings {
 
   void AddIdentities() {
     const auto identities = static_cast<int>(report_->people.size());
-    if (identities < report_->most_people_in_a_view) AddFewJoints();
+    if (identities < report_->most_people_in_a_view ||
+        MatchedShare() < kNearlyAll) {
+      AddFewJoints();
+    }
     if (identities <= 2 * report_->most_people_in_a_view + 2) return;
     Add("identities",
         fmt::format("{} identities, though no view shows more than {} people "
