@@ -90,6 +90,9 @@ void SecondPass::Process(const DetectionFrame& frame, TrackFrame first_pass) {
     }
     AddFrame(frame.frame, frame.time, person.id, person.joints);
   }
+  for (PersonPose& person : written.people) {
+    details_[person.id].emplace_back(&person);
+  }
   if (runs_.empty()) return;
   now.detections = frame;
   ExtendOn(&now);
@@ -282,17 +285,18 @@ void SecondPass::WritePerson(TrackId id, std::vector<FinalPose> finals) {
   for (size_t k = 0; k < beyond.size(); ++k) {
     is_kept[beyond[k].frame] = kept[k] != 0;
   }
+  std::deque<PackedDetails>& details = details_[id];
   auto at = frames_.begin();
   for (FinalPose& final_pose : finals) {
     at = std::lower_bound(
         at, frames_.end(), final_pose.frame,
         [](const TrackFrame& f, int64_t n) { return f.frame < n; });
     CHECK(at != frames_.end() && at->frame == final_pose.frame);
-    if (CountPresent(final_pose.person.joints) == 0) continue;
+    const bool is_empty = CountPresent(final_pose.person.joints) == 0;
     final_pose.person.id = id;
     const auto added = is_kept.find(final_pose.frame);
     if (added != is_kept.end()) {
-      if (!added->second) continue;
+      if (is_empty || !added->second) continue;
       const auto place = std::lower_bound(
           at->people.begin(), at->people.end(), id,
           [](const PersonPose& one, TrackId other) { return one.id < other; });
@@ -302,8 +306,13 @@ void SecondPass::WritePerson(TrackId id, std::vector<FinalPose> finals) {
     const auto person =
         std::find_if(at->people.begin(), at->people.end(),
                      [&](const PersonPose& one) { return one.id == id; });
-    CHECK(person != at->people.end());
-    *person = std::move(final_pose.person);
+    CHECK(person != at->people.end() && !details.empty());
+    if (is_empty) {
+      details.front().Restore(&*person);
+    } else {
+      *person = std::move(final_pose.person);
+    }
+    details.pop_front();
   }
 }
 

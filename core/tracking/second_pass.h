@@ -11,6 +11,7 @@
 
 #include "core/association/view_matching.h"
 #include "core/data/detection.h"
+#include "core/data/packed_details.h"
 #include "core/data/pose.h"
 #include "core/geometry/epipolar.h"
 #include "core/tracking/estimator.h"
@@ -95,6 +96,9 @@ class SecondPass {
   TimeNs max_lost_;  // of a track
 
   std::vector<TrackFrame> frames_;  // with the first pass's people
+  // By person, one a frame of theirs in frames_: what the first pass says of
+  // it, for where its pose stays.
+  std::map<TrackId, std::deque<PackedDetails>> details_;
   std::map<TrackId, std::vector<TrackRun>> runs_;  // whose ends are extended
   std::map<TrackId, EndFollower> followers_;       // beyond the last frame
   std::map<TrackId, int> end_of_;                  // that a follower is at

@@ -81,12 +81,16 @@ void PersonNoise::RefreshScales() {
   }
 }
 
-PersonNoise::Frame PersonNoise::Locate(const PersonProblem& problem, size_t k,
-                                       Pixels pixels) {
+// Keeps the frame.
+void PersonNoise::Locate(const PersonProblem& problem, size_t k,
+                         Pixels pixels) {
   const bool learns =
       options_.pixel_noise_from == NoiseFrom::kTake && pixels == Pixels::kNew;
-  Frame frame;
+  Frame& frame = frames_.emplace_back();
+  std::array<Levels, kJointClassCount>& evidence =
+      frame_evidence_.emplace_back();
   frame.time = problem.times[k];
+  frame.variance_m2.reserve(static_cast<size_t>(joint_count()));
   for (int j = 0; j < joint_count(); ++j) {
     const int joint_class = ClassOf(j);
     std::optional<FramePoint> point;
@@ -101,15 +105,13 @@ PersonNoise::Frame PersonNoise::Locate(const PersonProblem& problem, size_t k,
       last_variance_m2_[j] = point->covariance_m2.trace() / 3.0;
     }
     frame.variance_m2.push_back(last_variance_m2_[j]);
-    banks_[j].Add(frame.time, point, correlation_,
-                  &frame.evidence[joint_class]);
+    banks_[j].Add(frame.time, point, correlation_, &evidence[joint_class]);
   }
   for (int c = 0; c < kJointClassCount; ++c) {
     for (int i = 0; i < kLevelCount; ++i) {
-      evidence_[c][i] += frame.evidence[c][i];
+      evidence_[c][i] += evidence[c][i];
     }
   }
-  return frame;
 }
 
 void PersonNoise::LearnTake(const PersonProblem& problem) {
@@ -127,9 +129,9 @@ void PersonNoise::LearnTake(const PersonProblem& problem) {
     correlation_ = correlations_.Fit();
   }
   for (size_t k = 0; k < count; ++k) {
-    frames_.push_back(Locate(problem, k, Pixels::kKnown));
+    Locate(problem, k, Pixels::kKnown);
   }
-  starts_ = {};
+  starts_ = std::vector<FrameTriangulator::Start>();
   covariance_factors_.emplace(correlation_, 1.0 / scene_.frame_rate_hz);
 }
 
@@ -142,7 +144,7 @@ void PersonNoise::AddFrame(const PersonProblem& problem, size_t k) {
     LearnPixels(problem, k);
     RefreshScales();
   }
-  frames_.push_back(Locate(problem, k, Pixels::kNew));
+  Locate(problem, k, Pixels::kNew);
   starts_.clear();
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
     correlation_ = correlations_.Fit();
@@ -151,6 +153,8 @@ void PersonNoise::AddFrame(const PersonProblem& problem, size_t k) {
 
 void PersonNoise::DropFirstFrame() {
   const Frame& first = frames_.front();
+  const std::array<Levels, kJointClassCount>& evidence =
+      frame_evidence_.front();
   for (int c = 0; c < kJointClassCount; ++c) {
     if (!present_[c]) continue;
     const LevelChain chain(level_[c]);
@@ -160,11 +164,12 @@ void PersonNoise::DropFirstFrame() {
                   chain.Transition(ToSeconds(first.time - belief_time_)) *
                   belief_[c])
             : chain.stationary();
-    belief_[c] = Believe(predicted, first.evidence[c]);
+    belief_[c] = Believe(predicted, evidence[c]);
   }
   belief_time_ = first.time;
   has_belief_ = true;
   frames_.erase(frames_.begin());
+  frame_evidence_.erase(frame_evidence_.begin());
 }
 
 double PersonNoise::FrameSeconds(size_t k) const {
@@ -177,9 +182,9 @@ double PersonNoise::FrameSeconds(size_t k) const {
 std::vector<double> PersonNoise::LevelsOf(int joint_class) {
   std::vector<TimeNs> times;
   std::vector<Levels> evidence;
-  for (const Frame& frame : frames_) {
-    times.push_back(frame.time);
-    evidence.push_back(frame.evidence[joint_class]);
+  for (size_t k = 0; k < frames_.size(); ++k) {
+    times.push_back(frames_[k].time);
+    evidence.push_back(frame_evidence_[k][joint_class]);
   }
   level_[joint_class] = TakeLevel(evidence_[joint_class]);
   const LevelChain chain(level_[joint_class]);
