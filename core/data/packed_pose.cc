@@ -1,4 +1,4 @@
-#include "core/data/packed_details.h"
+#include "core/data/packed_pose.h"
 
 #include <optional>
 #include <utility>
@@ -68,9 +68,14 @@ ViewMatch GetMatch(ByteReader* reader) {
 
 }  // namespace
 
-PackedDetails::PackedDetails(PersonPose* pose) {
+PackedPose::PackedPose(PersonPose* pose) {
   ByteWriter writer;
   writer.Put(pose->score);
+  writer.PutSize(pose->joints.size());
+  for (const Joint3d& joint : pose->joints) {
+    writer.PutMatrix(joint.position_m);
+    writer.Put(joint.status);
+  }
   writer.PutSize(pose->inlier_views.size());
   for (const int views : pose->inlier_views) writer.Put(views);
   writer.PutSize(pose->covariances.size());
@@ -79,15 +84,19 @@ PackedDetails::PackedDetails(PersonPose* pose) {
   for (const ViewMatch& match : pose->matches) Put(match, &writer);
   bytes_ = writer.Take();
   bytes_.shrink_to_fit();
-  PersonPose rest;
-  rest.id = pose->id;
-  rest.joints = std::move(pose->joints);
-  *pose = std::move(rest);
+  PersonPose nobody;
+  nobody.id = pose->id;
+  *pose = std::move(nobody);
 }
 
-void PackedDetails::Restore(PersonPose* pose) const {
+void PackedPose::Restore(PersonPose* pose) const {
   ByteReader reader(bytes_);
   pose->score = reader.Get<double>();
+  pose->joints.resize(reader.GetSize(3 * sizeof(double)));
+  for (Joint3d& joint : pose->joints) {
+    reader.GetMatrix(&joint.position_m);
+    joint.status = reader.Get<JointStatus>();
+  }
   pose->inlier_views.resize(reader.GetSize(sizeof(int)));
   for (int& views : pose->inlier_views) views = reader.Get<int>();
   pose->covariances.resize(reader.GetSize());
