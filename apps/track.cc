@@ -212,7 +212,6 @@ Take ReadTake() {
   if (!FLAGS_corrections.empty()) {
     request.corrections = ReadIdentityEdits(FLAGS_corrections);
   }
-  request.keep_observations = true;  // the report needs them
   request.cameras = ReadCameras(FLAGS_cameras, take.options.cameras);
   take.ready =
       MakeTakeReady(take.options, request, ReadRecord(take.options), [&take] {
@@ -220,6 +219,11 @@ Take ReadTake() {
                               DetectionOptionsOf(take.options));
       });
   request.cameras = take.ready.cameras;
+  // The report needs to know whose detection was whose, the uncertainty of the
+  // cameras how much each joint counted.
+  request.kept_matches = take.ready.record.has_value()
+                             ? KeptMatches::kWeights
+                             : KeptMatches::kDetections;
   return take;
 }
 

@@ -47,22 +47,26 @@ void ExpectBody(const Estimator& estimator, TimeNs time, double horizon_s,
   }
 }
 
-void DescribeViews(const EstimatorFrame& frame, bool matches,
+void DescribeViews(const EstimatorFrame& frame, KeptMatches kept,
                    PersonPose* person) {
   person->inlier_views = frame.inlier_views;
-  if (!matches) return;
+  if (kept == KeptMatches::kNone) return;
   double confidence_sum = 0.0;
   int measured = 0;
   for (const FreshView& view : frame.views) {
     ViewMatch match;
     match.view_idx = view.view_idx;
     match.detection_idx = view.detection_idx;
-    match.weights.reserve(view.verdicts.size());
     for (size_t j = 0; j < view.verdicts.size(); ++j) {
-      match.weights.push_back(WeightOf(view.verdicts[j]));
-      if (!match.weights.back().has_value()) continue;
+      if (view.verdicts[j] == FilterVerdict::kUnmeasured) continue;
       confidence_sum += view.joints[j].confidence;
       ++measured;
+    }
+    if (kept == KeptMatches::kWeights) {
+      match.weights.reserve(view.verdicts.size());
+      for (const FilterVerdict verdict : view.verdicts) {
+        match.weights.push_back(WeightOf(verdict));
+      }
     }
     person->matches.push_back(std::move(match));
   }

@@ -51,13 +51,19 @@ struct FinalPose {
   PersonPose person;  // without its id; joints empty when there is no pose
 };
 
+// What final poses say of the views that saw them (PersonPose::matches).
+enum class KeptMatches : uint8_t {
+  kNone,
+  kDetections,  // which detections
+  kWeights,     // and how much each of their joints counted
+};
+
 // Constants that every estimator of a scene shares.
 struct SceneModel {
   CameraRig cameras;
   Skeleton skeleton;  // of the tracks
   double frame_rate_hz = 0.0;
-  // Finals carry what each view contributed (PersonPose::matches).
-  bool keep_observations = false;
+  KeptMatches kept_matches = KeptMatches::kNone;
 };
 
 class Estimator {
@@ -89,9 +95,9 @@ void ExpectBody(const Estimator& estimator, TimeNs time, double horizon_s,
                 Pose3d* pose);
 
 // What `frame` says of its views, for a final pose: inlier views by the joints
-// filter, and the score; with `matches`, each view's detection with weight 1
-// for joints that the filter kept and 0 for those it removed.
-void DescribeViews(const EstimatorFrame& frame, bool matches,
+// filter; where matches are kept the score, and each view's detection, with
+// weight 1 for joints that the filter kept and 0 for those it removed.
+void DescribeViews(const EstimatorFrame& frame, KeptMatches kept,
                    PersonPose* person);
 
 using EstimatorFactory =

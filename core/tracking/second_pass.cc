@@ -90,7 +90,10 @@ void SecondPass::Process(const DetectionFrame& frame, TrackFrame first_pass) {
     }
     AddFrame(frame.frame, frame.time, person.id, person.joints);
   }
-  if (runs_.empty()) return;
+  if (runs_.empty()) {
+    PackBefore(frames_.size());
+    return;
+  }
   now.detections = frame;
   ExtendOn(&now);
   for (const PersonPose& person : people) {
@@ -244,6 +247,15 @@ void SecondPass::Remember(Recent now) {
   while (time - recent_.front().detections.time > kLongestBack) {
     recent_.pop_front();
   }
+  PackBefore(recent_.front().index);
+}
+
+void SecondPass::PackBefore(size_t end) {
+  for (; packed_end_ < end; ++packed_end_) {
+    for (PersonPose& person : frames_[packed_end_].people) {
+      packed_[person.id].emplace_back(&person);
+    }
+  }
 }
 
 std::vector<char> SecondPass::KeptBeyond(
@@ -282,17 +294,18 @@ void SecondPass::WritePerson(TrackId id, std::vector<FinalPose> finals) {
   for (size_t k = 0; k < beyond.size(); ++k) {
     is_kept[beyond[k].frame] = kept[k] != 0;
   }
+  std::deque<PackedPose>& first_pass = packed_[id];
   auto at = frames_.begin();
   for (FinalPose& final_pose : finals) {
     at = std::lower_bound(
         at, frames_.end(), final_pose.frame,
         [](const TrackFrame& f, int64_t n) { return f.frame < n; });
     CHECK(at != frames_.end() && at->frame == final_pose.frame);
-    if (CountPresent(final_pose.person.joints) == 0) continue;
+    const bool is_empty = CountPresent(final_pose.person.joints) == 0;
     final_pose.person.id = id;
     const auto added = is_kept.find(final_pose.frame);
     if (added != is_kept.end()) {
-      if (!added->second) continue;
+      if (is_empty || !added->second) continue;
       const auto place = std::lower_bound(
           at->people.begin(), at->people.end(), id,
           [](const PersonPose& one, TrackId other) { return one.id < other; });
@@ -302,12 +315,18 @@ void SecondPass::WritePerson(TrackId id, std::vector<FinalPose> finals) {
     const auto person =
         std::find_if(at->people.begin(), at->people.end(),
                      [&](const PersonPose& one) { return one.id == id; });
-    CHECK(person != at->people.end());
-    *person = std::move(final_pose.person);
+    CHECK(person != at->people.end() && !first_pass.empty());
+    if (is_empty) {
+      first_pass.front().Restore(&*person);
+    } else {
+      *person = std::move(final_pose.person);
+    }
+    first_pass.pop_front();
   }
 }
 
 std::vector<TrackFrame> SecondPass::Finish(int threads) {
+  PackBefore(frames_.size());
   std::vector<TrackId> ids;
   for (const auto& [id, estimator] : estimators_) ids.push_back(id);
   // Nobody's solution waits for those of others: together they are large.

@@ -11,6 +11,7 @@
 
 #include "core/association/view_matching.h"
 #include "core/data/detection.h"
+#include "core/data/packed_pose.h"
 #include "core/data/pose.h"
 #include "core/geometry/epipolar.h"
 #include "core/tracking/estimator.h"
@@ -81,6 +82,7 @@ class SecondPass {
   void ExtendBack(const PersonPose& person, TimeNs time, const TrackRun& run);
   void ExtendOn(Recent* now);
   void Remember(Recent now);
+  void PackBefore(size_t end);  // index in frames_
   std::vector<char> KeptBeyond(const std::vector<Beyond>& beyond,
                                const std::vector<FinalPose>& finals) const;
   void WritePerson(TrackId id, std::vector<FinalPose> finals);
@@ -95,6 +97,10 @@ class SecondPass {
   TimeNs max_lost_;  // of a track
 
   std::vector<TrackFrame> frames_;  // with the first pass's people
+  // Before this frame their poses are packed, [person][frame of theirs]: they
+  // are where the second pass finds nobody, and seldom.
+  size_t packed_end_ = 0;
+  std::map<TrackId, std::deque<PackedPose>> packed_;
   std::map<TrackId, std::vector<TrackRun>> runs_;  // whose ends are extended
   std::map<TrackId, EndFollower> followers_;       // beyond the last frame
   std::map<TrackId, int> end_of_;                  // that a follower is at

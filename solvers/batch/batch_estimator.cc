@@ -85,7 +85,7 @@ class BatchEstimator final : public Estimator {
         assembler_(scene_, options_),
         solver_(options_),
         store_(assembler_.EmptyProblem()),
-        noise_(scene_, options_),
+        noise_(std::in_place, scene_, options_),
         notes_(std::move(notes)),
         bias_(scene_, notes_ == nullptr ? nullptr : notes_->view_bias()),
         learnt_(notes_ == nullptr ? nullptr : notes_->NewPerson()) {}
@@ -105,6 +105,7 @@ class BatchEstimator final : public Estimator {
   void AddBones();
   void AddBonesOfTheTake();
   void AddFixedBones();
+  std::vector<std::vector<Eigen::Matrix3d>> Covariances();
   void WriteFinals();
   void DistrustBones(std::vector<std::vector<Eigen::Matrix3d>>* covariances);
   void WriteFinalsOf(int joint_idx, const std::vector<int>& inliers,
@@ -120,7 +121,7 @@ class BatchEstimator final : public Estimator {
   PersonProblem problem_;  // then
   // As problem_'s, for covariances.
   std::vector<BoneConstraint> stated_bones_;
-  PersonNoise noise_;
+  std::optional<PersonNoise> noise_;        // until all is solved
   const std::shared_ptr<TakeNotes> notes_;  // null: nothing is shared
   PersonBias bias_;
   const std::shared_ptr<LearntNoise> learnt_;
@@ -158,9 +159,10 @@ void BatchEstimator::Finish() {
   solver_.HandInCounts(records_.front().frame, records_.back().frame);
   // Finals may wait long for those of other people: nothing else should.
   problem_ = {};
-  stated_bones_ = {};
+  stated_bones_.clear();
+  noise_.reset();
   solver_.FreeWorkSpace();
-  records_ = {};
+  records_ = std::vector<FrameRecord>();
 }
 
 void BatchEstimator::SolveAll() {
@@ -169,10 +171,11 @@ void BatchEstimator::SolveAll() {
   }
   bias_.ApplyTake(&problem_);
   if (options_.LearnsNoise()) {
-    noise_.LearnTake(problem_);
-    noise_.Apply(&problem_);
-    if (learnt_ != nullptr) *learnt_ = noise_.Learnt();
-    VLOG(1) << ToString(noise_.Learnt());
+    noise_->LearnTake(problem_);
+    noise_->Apply(&problem_);
+    if (learnt_ != nullptr) *learnt_ = noise_->Learnt();
+    VLOG(1) << ToString(noise_->Learnt());
+    noise_->FreeEvidence();
   }
   if (options_.pixel_noise_from == NoiseFrom::kFixed &&
       options_.estimate_noise_scale) {
@@ -247,7 +250,7 @@ void BatchEstimator::AddBones() {
 void BatchEstimator::AddBonesOfTheTake() {
   BoneSpreads spreads(scene_.skeleton);
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
-    spreads.SetLasting(noise_.correlation(), 1.0 / scene_.frame_rate_hz);
+    spreads.SetLasting(noise_->correlation(), 1.0 / scene_.frame_rate_hz);
   }
   for (size_t k = 0; k < records_.size(); ++k) {
     spreads.AddFrame(LocateBoneEnds(problem_, k, options_.inlier_weight,
@@ -291,32 +294,45 @@ void BatchEstimator::AddFixedBones() {
   stated_bones_ = problem_.bones;
 }
 
+std::vector<std::vector<Eigen::Matrix3d>> BatchEstimator::Covariances() {
+  std::vector<std::vector<Eigen::Matrix3d>> covariances(joint_count());
+  if (!options_.covariance) return covariances;
+  // Bones that could not be solved do not count.
+  const bool held = !problem_.bones.empty();
+  if (held) std::swap(problem_.bones, stated_bones_);
+  covariances = solver_.Covariances(problem_);
+  if (held) {
+    std::swap(problem_.bones, stated_bones_);
+    // Bones of fixed freedom state what they always did.
+    if (options_.bone_sigma_from == NoiseFrom::kTake) {
+      DistrustBones(&covariances);
+    }
+  }
+  solver_.FreeWorkSpace();
+  return covariances;
+}
+
 void BatchEstimator::WriteFinals() {
+  std::vector<std::vector<Eigen::Matrix3d>> covariances = Covariances();
+  std::vector<std::vector<int>> inliers;
+  for (int j = 0; j < joint_count(); ++j) inliers.push_back(InliersOf(j));
+  // Poses are as large as the measurements, which only weights still need.
+  if (scene_.kept_matches != KeptMatches::kWeights) {
+    for (JointChain& chain : problem_.joints) {
+      chain.measurements = std::vector<PixelMeasurement>();
+    }
+  }
   finals_.clear();
   finals_.reserve(records_.size());
   for (const FrameRecord& record : records_) {
-    finals_.push_back(PoseOf(record, joint_count(), scene_.keep_observations,
+    finals_.push_back(PoseOf(record, joint_count(), scene_.kept_matches,
                              options_.covariance));
   }
-  std::vector<std::vector<Eigen::Matrix3d>> covariances(joint_count());
-  if (options_.covariance) {
-    // Bones that could not be solved do not count.
-    const bool held = !problem_.bones.empty();
-    if (held) std::swap(problem_.bones, stated_bones_);
-    covariances = solver_.Covariances(problem_);
-    if (held) {
-      std::swap(problem_.bones, stated_bones_);
-      // Bones of fixed freedom state what they always did.
-      if (options_.bone_sigma_from == NoiseFrom::kTake) {
-        DistrustBones(&covariances);
-      }
-    }
-  }
   for (int j = 0; j < joint_count(); ++j) {
-    const std::vector<int> inliers = InliersOf(j);
-    const bool ever_two = EverTwo(inliers);
+    const bool ever_two = EverTwo(inliers[j]);
     if (!ever_two) covariances[j].clear();
-    WriteFinalsOf(j, inliers, ever_two, covariances[j]);
+    WriteFinalsOf(j, inliers[j], ever_two, covariances[j]);
+    covariances[j] = std::vector<Eigen::Matrix3d>();
   }
 }
 
@@ -351,7 +367,7 @@ void BatchEstimator::WriteFinalsOf(
     Eigen::Matrix3d covariance;
     const bool known = k < covariances.size();
     if (known) {
-      covariance = noise_.CovarianceFactorOf(joint_idx, k) * covariances[k];
+      covariance = noise_->CovarianceFactorOf(joint_idx, k) * covariances[k];
     }
     WriteJoint(chain, k, joint_idx, status, inliers[k],
                known ? &covariance : nullptr, &finals_[k].person);

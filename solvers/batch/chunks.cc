@@ -135,6 +135,9 @@ std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
     JointOutcome& outcome = outcomes.emplace_back();
     outcome.states.assign(chain.states.begin() + begin,
                           chain.states.begin() + end);
+    const int32_t count = chain.first[end] - chain.first[begin];
+    outcome.weights.reserve(static_cast<size_t>(count));
+    outcome.gated.reserve(static_cast<size_t>(count));
     for (int32_t m = chain.first[begin]; m < chain.first[end]; ++m) {
       outcome.weights.push_back(chain.measurements[m].weight);
       outcome.gated.push_back(chain.measurements[m].gated);

@@ -96,6 +96,7 @@ void TakeSolver::SolveJointsWithRivals(const SolveSchedule& schedule,
 }
 
 void TakeSolver::SolveTogether(PersonProblem* problem) {
+  FreeWorkSpace();
   const bool with_bones = !problem->bones.empty();
   without_bones_.assign(MakeChunks(*problem, options_.chunk_s).size(), 0);
   Solve(problem, [&](PersonSolver* solver, int i, PersonProblem* part) {
@@ -108,6 +109,7 @@ void TakeSolver::SolveTogether(PersonProblem* problem) {
 template <typename Matrix, typename Of>
 std::vector<std::vector<Matrix>> TakeSolver::InChunks(
     const PersonProblem& problem, const Of& of) {
+  FreeWorkSpace();
   const std::vector<Chunk> chunks = MakeChunks(problem, options_.chunk_s);
   if (chunks.size() == 1) return of(&whole_, problem, problem.times.size());
   // Each chunk writes its own frames. A joint that one chunk knows nothing of

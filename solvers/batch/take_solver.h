@@ -45,6 +45,8 @@ class TakeSolver {
   std::vector<std::vector<Matrix6d>> StateCovariances(
       const PersonProblem& problem, double correction);
 
+  // SolveTogether and the covariances begin with it: each needs work space of
+  // its own kind.
   void FreeWorkSpace() {
     whole_.FreeWorkSpace();
     idle_.clear();

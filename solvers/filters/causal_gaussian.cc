@@ -26,7 +26,7 @@ class CausalGaussian final : public Estimator {
   CausalGaussian(const SceneModel& scene, const CausalGaussianOptions& options)
       : options_(options),
         clock_(scene.frame_rate_hz),
-        keep_observations_(scene.keep_observations),
+        kept_matches_(scene.kept_matches),
         joint_count_(scene.skeleton.joint_count()),
         is_wrist_(joint_count_),
         velocity_(joint_count_, Eigen::Vector3d::Zero()),
@@ -45,7 +45,7 @@ class CausalGaussian final : public Estimator {
     Store(frame);
     UpdateVelocity();
     final_pose.person.joints = stored_.back().pose;
-    DescribeViews(frame, keep_observations_, &final_pose.person);
+    DescribeViews(frame, kept_matches_, &final_pose.person);
   }
 
   const Pose3d& Last() const override {
@@ -175,7 +175,7 @@ class CausalGaussian final : public Estimator {
 
   CausalGaussianOptions options_;
   FrameClock clock_;
-  bool keep_observations_;
+  KeptMatches kept_matches_;
   int joint_count_;
   std::vector<char> is_wrist_;
   std::vector<std::vector<double>> body_weights_;   // [length]

@@ -1,5 +1,6 @@
 #include "solvers/filters/joint_points.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace kinegraph {
@@ -25,7 +26,7 @@ void JointPoints::Find(const EstimatorFrame& frame,
   if (kind_ == PointKind::kRobust) {
     person->inlier_views.assign(points->size(), 0);
     for (ViewMatch& match : person->matches) {
-      match.weights.assign(points->size(), std::nullopt);
+      std::fill(match.weights.begin(), match.weights.end(), std::nullopt);
     }
   }
   for (size_t j = 0; j < points->size(); ++j) {
@@ -90,8 +91,10 @@ std::optional<JointPoint> JointPoints::FromViews(const EstimatorFrame& frame,
   CollectViews(frame, joint_idx, Views::kAll);
   const std::optional<RobustPoint> robust = robust_.Triangulate(views_);
   for (size_t i = 0; i < views_.size() && !person->matches.empty(); ++i) {
-    person->matches[slots_[i]].weights[joint_idx] =
-        robust.has_value() ? robust->weights[i] : 0.0;
+    std::vector<std::optional<double>>& weights =
+        person->matches[slots_[i]].weights;
+    if (joint_idx >= weights.size()) continue;  // not kept
+    weights[joint_idx] = robust.has_value() ? robust->weights[i] : 0.0;
   }
   if (!robust.has_value()) return std::nullopt;
   person->inlier_views[joint_idx] = robust->inlier_views;

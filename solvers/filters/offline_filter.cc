@@ -60,7 +60,7 @@ void OfflineFilter::Add(const EstimatorFrame& frame) {
   FinalPose& collected = collected_.emplace_back();
   collected.frame = frame.frame;
   collected.time = frame.time;
-  DescribeViews(frame, scene_.keep_observations, &collected.person);
+  DescribeViews(frame, scene_.kept_matches, &collected.person);
   collected.person.joints.resize(samples_.size());
   point_source_.Find(frame, &points_, &collected.person);
   for (size_t j = 0; j < samples_.size(); ++j) {

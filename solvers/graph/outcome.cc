@@ -30,7 +30,7 @@ JointStatus StatusOf(int inlier_views, bool ever_two_views,
                                                         : JointStatus::kMissing;
 }
 
-FinalPose PoseOf(const FrameRecord& record, int joint_count, bool matches,
+FinalPose PoseOf(const FrameRecord& record, int joint_count, KeptMatches kept,
                  bool covariances) {
   FinalPose pose;
   pose.frame = record.frame;
@@ -40,12 +40,13 @@ FinalPose PoseOf(const FrameRecord& record, int joint_count, bool matches,
   person.joints.resize(joint_count);
   person.inlier_views.assign(joint_count, 0);
   if (covariances) person.covariances.resize(joint_count);
-  if (!matches) return pose;
+  if (kept == KeptMatches::kNone) return pose;
+  person.matches.reserve(record.views.size());
   for (const FrameRecord::View& view : record.views) {
     ViewMatch match;
     match.view_idx = view.view_idx;
     match.detection_idx = view.detection_idx;
-    match.weights.resize(joint_count);
+    if (kept == KeptMatches::kWeights) match.weights.resize(joint_count);
     person.matches.push_back(std::move(match));
   }
   return pose;
@@ -61,7 +62,7 @@ void WriteJoint(const JointChain& chain, size_t k, int joint_idx,
     joint.position_m = chain.states[k].head<3>();
     if (covariance != nullptr) pose->covariances[joint_idx] = *covariance;
   }
-  if (pose->matches.empty()) return;
+  if (pose->matches.empty() || pose->matches.front().weights.empty()) return;
   for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
     const PixelMeasurement& measurement = chain.measurements[m];
     pose->matches[measurement.view_slot].weights[joint_idx] =

@@ -31,8 +31,7 @@ JointStatus StatusOf(int inlier_views, bool ever_two_views,
                      double nearest_support_s, double bridging_limit_s);
 
 // A final pose with everything but joints, weights and covariances filled in.
-// `matches`: it lists the frame's views (SceneModel::keep_observations).
-FinalPose PoseOf(const FrameRecord& record, int joint_count, bool matches,
+FinalPose PoseOf(const FrameRecord& record, int joint_count, KeptMatches kept,
                  bool covariances);
 
 // Writes joint `joint_idx` of the problem's frame `k` into the pose.

@@ -27,8 +27,8 @@ void ProblemStore::Keep() {
     }
   }
   for (const JointChain& chain : newest_.joints) {
-    starts_m_.emplace_back(chain.states[k].head<3>());
-    if (k > 0) process_noise_.push_back(chain.process_noise.back());
+    starts_m_.Push(chain.states[k].head<3>());
+    if (k > 0) process_noise_.Push(chain.process_noise.back());
   }
   KeepMeasurements();
   for (PlacedFactor& placed : newest_.user) {
@@ -65,13 +65,14 @@ void ProblemStore::KeepMeasurements() {
       const PixelMeasurement& measurement = chain.measurements[next_[j]];
       if (measurement.view_slot != slot) continue;
       if (runs_.empty() || !runs_.back().Fits(measurement)) {
-        runs_.push_back({measurement.camera, measurement.offset_s,
-                         measurement.information, measurement.view_slot, 0});
+        runs_.Push({measurement.camera, measurement.offset_s,
+                    measurement.information, measurement.view_slot, 0});
       }
       ++runs_.back().length;
-      pixels_.push_back({measurement.px, measurement.sigma_px});
-      log_confidences_.push_back(measurement.log_confidence);
-      joints_.push_back(static_cast<uint16_t>(j));
+      pixels_.Push(
+          {measurement.px.x(), measurement.px.y(), measurement.sigma_px});
+      log_confidences_.Push(measurement.log_confidence);
+      joints_.Push(static_cast<uint16_t>(j));
       ++next_[j];
       --left;
     }
@@ -89,10 +90,10 @@ void ProblemStore::RestoreStates() {
     for (JointChain& chain : whole_.joints) {
       State& state = chain.states.emplace_back(State::Zero());
       state.head<3>() = starts_m_.front();
-      starts_m_.pop_front();
+      starts_m_.Pop();
       if (k == 0) continue;
       chain.process_noise.push_back(process_noise_.front());
-      process_noise_.pop_front();
+      process_noise_.Pop();
     }
   }
 }
@@ -100,21 +101,21 @@ void ProblemStore::RestoreStates() {
 // Gives back each block as soon as it was read.
 void ProblemStore::RestoreMeasurements() {
   PixelMeasurement measurement;
-  for (; !runs_.empty(); runs_.pop_front()) {
+  for (; !runs_.empty(); runs_.Pop()) {
     const Run& run = runs_.front();
     measurement.camera = run.camera;
     measurement.offset_s = run.offset_s;
     measurement.information = run.information;
     measurement.view_slot = run.view_slot;
     for (int32_t i = 0; i < run.length; ++i) {
-      measurement.px = pixels_.front().px;
+      measurement.px = {pixels_.front().x_px, pixels_.front().y_px};
       measurement.sigma_px = pixels_.front().sigma_px;
       measurement.model_sigma_px = measurement.sigma_px;
       measurement.log_confidence = log_confidences_.front();
       whole_.joints[joints_.front()].measurements.push_back(measurement);
-      pixels_.pop_front();
-      log_confidences_.pop_front();
-      joints_.pop_front();
+      pixels_.Pop();
+      log_confidences_.Pop();
+      joints_.Pop();
     }
   }
 }

@@ -6,16 +6,16 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <vector>
 
+#include "core/base/growing_blocks.h"
 #include "solvers/graph/problem.h"
 
 namespace kinegraph {
 
 // Keeps of a frame what Assembler::Append writes: starts at rest, and
-// measurements that nothing was learnt of yet. In lists of small blocks, which
-// grow without being copied and have no room to spare.
+// measurements that nothing was learnt of yet. In blocks, which grow without
+// being copied and have little room to spare.
 class ProblemStore {
  public:
   // `empty` has the joints and no frames.
@@ -44,8 +44,9 @@ class ProblemStore {
 
     bool Fits(const PixelMeasurement& measurement) const;
   };
-  struct Pixel {
-    Eigen::Vector2d px;
+  struct Pixel {  // an Eigen vector would align it to 32 bytes
+    double x_px;
+    double y_px;
     double sigma_px;
   };
 
@@ -55,13 +56,13 @@ class ProblemStore {
 
   PersonProblem newest_;
   PersonProblem whole_;  // times, priors, a user's factors; counts as `first`
-  std::deque<Eigen::Vector3d> starts_m_;  // [frame][joint] in a row
-  std::deque<double> process_noise_;      // the same but for the first frame
-  std::deque<Run> runs_;
-  std::deque<Pixel> pixels_;           // of all runs in a row
-  std::deque<float> log_confidences_;  // of the pixels
-  std::deque<uint16_t> joints_;        // of the pixels
-  std::vector<int32_t> next_;          // of newest_'s measurements, by joint
+  GrowingBlocks<Eigen::Vector3d> starts_m_;  // [frame][joint] in a row
+  GrowingBlocks<double> process_noise_;      // the same but for the first frame
+  GrowingBlocks<Run> runs_;
+  GrowingBlocks<Pixel> pixels_;           // of all runs in a row
+  GrowingBlocks<float> log_confidences_;  // of the pixels
+  GrowingBlocks<uint16_t> joints_;        // of the pixels
+  std::vector<int32_t> next_;             // of newest_'s measurements, by joint
 };
 
 }  // namespace kinegraph

@@ -82,13 +82,16 @@ void PersonNoise::RefreshScales() {
   }
 }
 
-PersonNoise::Frame PersonNoise::Locate(const PersonProblem& problem, size_t k,
-                                       Pixels pixels) {
+// Keeps the frame.
+void PersonNoise::Locate(const PersonProblem& problem, size_t k,
+                         Pixels pixels) {
   const bool learns =
       options_.pixel_noise_from == NoiseFrom::kTake && pixels == Pixels::kNew;
-  Frame frame;
+  Frame& frame = frames_.emplace_back();
+  std::vector<Levels>& evidence = frame_evidence_.emplace_back();
   frame.time = problem.times[k];
-  frame.evidence.resize(groups_.size());
+  evidence.resize(static_cast<size_t>(groups_.size()));
+  frame.variance_m2.reserve(static_cast<size_t>(joint_count()));
   for (int j = 0; j < joint_count(); ++j) {
     const int joint_class = ClassOf(j);
     std::optional<FramePoint> point;
@@ -104,13 +107,12 @@ PersonNoise::Frame PersonNoise::Locate(const PersonProblem& problem, size_t k,
     }
     frame.variance_m2.push_back(last_variance_m2_[j]);
     banks_[j].Add(frame.time, point, correlation_,
-                  &frame.evidence[groups_.of_joint(j)]);
+                  &evidence[groups_.of_joint(j)]);
   }
   for (int g = 0; g < groups_.size(); ++g) {
     Levels& of_class = evidence_[static_cast<int>(groups_.joint_class(g))];
-    for (int i = 0; i < kLevelCount; ++i) of_class[i] += frame.evidence[g][i];
+    for (int i = 0; i < kLevelCount; ++i) of_class[i] += evidence[g][i];
   }
-  return frame;
 }
 
 void PersonNoise::LearnTake(const PersonProblem& problem) {
@@ -128,9 +130,9 @@ void PersonNoise::LearnTake(const PersonProblem& problem) {
     correlation_ = correlations_.Fit();
   }
   for (size_t k = 0; k < count; ++k) {
-    frames_.push_back(Locate(problem, k, Pixels::kKnown));
+    Locate(problem, k, Pixels::kKnown);
   }
-  starts_ = {};
+  starts_ = std::vector<FrameTriangulator::Start>();
   covariance_factors_.emplace(correlation_, 1.0 / scene_.frame_rate_hz);
 }
 
@@ -143,7 +145,7 @@ void PersonNoise::AddFrame(const PersonProblem& problem, size_t k) {
     LearnPixels(problem, k);
     RefreshScales();
   }
-  frames_.push_back(Locate(problem, k, Pixels::kNew));
+  Locate(problem, k, Pixels::kNew);
   starts_.clear();
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
     correlation_ = correlations_.Fit();
@@ -158,14 +160,16 @@ LevelChain::Vector PersonNoise::Foresee(int group, const LevelChain& chain,
 
 void PersonNoise::DropFirstFrame() {
   const Frame& first = frames_.front();
+  const std::vector<Levels>& evidence = frame_evidence_.front();
   std::vector<LevelChain::Vector> belief;
   for (int g = 0; g < groups_.size(); ++g) {
     const LevelChain chain(level_[static_cast<int>(groups_.joint_class(g))]);
-    belief.push_back(Believe(Foresee(g, chain, first.time), first.evidence[g]));
+    belief.push_back(Believe(Foresee(g, chain, first.time), evidence[g]));
   }
   belief_ = std::move(belief);
   belief_time_ = first.time;
   frames_.erase(frames_.begin());
+  frame_evidence_.erase(frame_evidence_.begin());
 }
 
 double PersonNoise::FrameSeconds(size_t k) const {
@@ -178,9 +182,9 @@ double PersonNoise::FrameSeconds(size_t k) const {
 std::vector<double> PersonNoise::LevelsOf(int group) {
   std::vector<TimeNs> times;
   std::vector<Levels> evidence;
-  for (const Frame& frame : frames_) {
-    times.push_back(frame.time);
-    evidence.push_back(frame.evidence[group]);
+  for (size_t k = 0; k < frames_.size(); ++k) {
+    times.push_back(frames_[k].time);
+    evidence.push_back(frame_evidence_[k][group]);
   }
   const LevelChain chain(level_[static_cast<int>(groups_.joint_class(group))]);
   return SmoothLevels(chain, Foresee(group, chain, times[0]), times, evidence);

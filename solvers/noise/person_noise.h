@@ -64,6 +64,9 @@ class PersonNoise {
   // Writes sigmas, information and process noise of all frames of `problem`,
   // which are those kept here.
   void Apply(PersonProblem* problem);
+  // Nothing more is learnt or applied: gives back the memory that only that
+  // needs.
+  void FreeEvidence() { frame_evidence_ = decltype(frame_evidence_)(); }
 
   // On the covariance of that joint, in a frame that Apply has seen.
   double CovarianceFactorOf(int joint_idx, size_t k);
@@ -75,8 +78,6 @@ class PersonNoise {
  private:
   struct Frame {
     TimeNs time = 0;
-    // By group; where no joint of it was located all zero.
-    std::vector<Levels> evidence;
     std::vector<double> variance_m2;  // by joint: of the located point, an axis
     std::vector<double> process_noise;  // by joint, as Apply found it
   };
@@ -91,7 +92,7 @@ class PersonNoise {
   void RefreshScales();
   // Whether a frame's pixels were learnt from before.
   enum class Pixels { kKnown, kNew };
-  Frame Locate(const PersonProblem& problem, size_t k, Pixels pixels);
+  void Locate(const PersonProblem& problem, size_t k, Pixels pixels);
   double FrameSeconds(size_t k) const;
   std::vector<double> LevelsOf(int group);
   // `belief_` of that group, carried on to `time`.
@@ -119,6 +120,8 @@ class PersonNoise {
   std::vector<FilterBank> banks_;                            // by joint
   std::vector<double> last_variance_m2_;                     // by joint
   std::vector<Frame> frames_;
+  // Of the same frames, by class; where no joint of it was located all zero.
+  std::vector<std::vector<Levels>> frame_evidence_;
   std::array<Levels, kJointClassCount> evidence_{};  // of all frames ever
   std::array<bool, kJointClassCount> present_{};     // in the skeleton
   // By group, of the frame before the first kept one; empty: the stationary

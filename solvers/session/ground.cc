@@ -380,7 +380,7 @@ std::optional<Ground> FindGround(const RunOptions& options,
   quick.identity.link = false;
   RunRequest asked = request;
   asked.corrections.clear();
-  asked.keep_observations = false;
+  asked.kept_matches = KeptMatches::kNone;
   const TrackSequence tracks = TrackSequenceOf(quick, asked, detections);
   return GroundOf(tracks.header, tracks.frames);
 }

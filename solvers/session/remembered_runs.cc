@@ -67,7 +67,7 @@ std::string BytesOf(const SceneModel& scene) {
   Put(scene.cameras, &writer);
   Put(scene.skeleton, &writer);
   writer.Put(scene.frame_rate_hz);
-  writer.Put(scene.keep_observations);
+  writer.Put(scene.kept_matches);
   return writer.Take();
 }
 
@@ -156,10 +156,14 @@ class RememberedBatch final : public Estimator {
     key_.Add(BytesOf(frame));
     inner_->Add(frame);
   }
-  const Pose3d& Last() const override { return inner_->Last(); }
-  TimeNs LastTime() const override { return inner_->LastTime(); }
-  void Predict(TimeNs time, Pose3d* pose) const override {
-    inner_->Predict(time, pose);
+  const Pose3d& Last() const override {
+    return inner_ == nullptr ? last_ : inner_->Last();
+  }
+  TimeNs LastTime() const override {
+    return inner_ == nullptr ? last_time_ : inner_->LastTime();
+  }
+  void Predict(TimeNs, Pose3d* pose) const override {
+    ExpectUnmoved(Last(), pose);
   }
   void TakeFinals(std::vector<FinalPose>* finals) override {
     MoveFinals(&finals_, finals);
@@ -176,6 +180,10 @@ class RememberedBatch final : public Estimator {
       solution.learnt = own_notes_->Noise();
       checkpoint_->Add(key_.Hex(), BytesOf(solution));
     }
+    // Finals may wait long for those of other people: nothing else should.
+    last_ = inner_->Last();
+    last_time_ = inner_->LastTime();
+    inner_.reset();
     finals_ = std::move(solution.finals);
     *shared_learnt_ = solution.learnt;
     if (shared_ledger_ != nullptr) shared_ledger_->Add(solution.counts);
@@ -188,7 +196,9 @@ class RememberedBatch final : public Estimator {
   const std::shared_ptr<LearntNoise> shared_learnt_;
   const std::shared_ptr<TakeNotes> own_notes_;
   Checkpoint* const checkpoint_;
-  std::unique_ptr<Estimator> inner_;
+  std::unique_ptr<Estimator> inner_;  // null when finished
+  Pose3d last_;                       // its last pose then
+  TimeNs last_time_ = 0;
   Fingerprint key_;
   std::vector<FinalPose> finals_;
 };
@@ -233,7 +243,7 @@ TrackSequence RememberedTracks(const RunOptions& options,
     depends.Put(range.begin);
     depends.Put(range.end);
   }
-  depends.Put(request.keep_observations);
+  depends.Put(request.kept_matches);
   depends.PutText(ContentOf(detections));
   const std::string key = FingerprintOf(depends.bytes());
   if (const auto kept = checkpoint->Find(key)) {

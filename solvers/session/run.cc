@@ -45,7 +45,7 @@ TrackSequence TrackWith(const RunOptions& options, const RunRequest& request,
                         ViewBias* view_bias,
                         const std::function<void(int64_t)>& progress) {
   RunRequest asked = request;
-  asked.keep_observations = asked.keep_observations || record.has_value();
+  if (record.has_value()) asked.kept_matches = KeptMatches::kWeights;
   MemorySource source(detections);
   Session session(options, asked, detections.header,
                   [&] { return std::make_unique<MemorySource>(detections); });
@@ -55,7 +55,7 @@ TrackSequence TrackWith(const RunOptions& options, const RunRequest& request,
           ? UncertaintyOf(*record, session.scene(), detections.header.skeleton)
           : nullptr;
   const bool keeps_matches =
-      options.output.observations || request.keep_observations;
+      options.output.observations || request.kept_matches != KeptMatches::kNone;
   TrackSequence tracks;
   tracks.header = session.scene().header;
   TrackAll(&source, &session, [&](TrackFrame&& frame) {

@@ -88,8 +88,8 @@ RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
     throw OptionError("input.frame_rate",
                       "not given, and the detections do not tell it [Hz]");
   }
-  scene.model.keep_observations =
-      options.output.observations || request.keep_observations;
+  scene.model.kept_matches = options.output.observations ? KeptMatches::kWeights
+                                                         : request.kept_matches;
   const std::vector<int> map =
       MapByName(detections.skeleton, scene.model.skeleton);
   if (std::all_of(map.begin(), map.end(), [](int j) { return j < 0; })) {

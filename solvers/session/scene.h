@@ -24,8 +24,8 @@ struct RunRequest {
   int threads = 1;                           // the result is the same
   // Applied in order after automatic linking (core/identity/edits.h).
   std::vector<IdentityEdit> corrections;
-  // Frames carry matches and weights, as with output.observations.
-  bool keep_observations = false;
+  // What poses carry, or more: output.observations asks for everything.
+  KeptMatches kept_matches = KeptMatches::kNone;
 };
 
 // The whole of a run but its frames.

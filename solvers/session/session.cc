@@ -200,7 +200,7 @@ class Session::Impl {
       }
       second.Process(frame, std::move(first_pass_[i]));
     }
-    first_pass_ = {};
+    first_pass_ = std::vector<TrackFrame>();
     return second.Finish(request_.threads);
   }
 

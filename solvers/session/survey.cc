@@ -96,7 +96,7 @@ TakeReport Try(const SurveyRequest& asked, const RunOptions& options,
                const CameraRig& cameras, const DetectionSequence& beginning) {
   RunRequest request;
   request.cameras = cameras;
-  request.keep_observations = true;
+  request.kept_matches = KeptMatches::kDetections;
   Session session(options, request, beginning.header,
                   [&] { return std::make_unique<MemorySource>(beginning); });
   TakeReporter reporter(session.scene(), beginning.header.skeleton);

@@ -84,7 +84,7 @@ class TakeReporter {
   TakeReporter& operator=(const TakeReporter&) = delete;
 
   // `seen` has the used views of the frame; `tracked` what was written of it,
-  // with its matches (RunRequest::keep_observations).
+  // with its matches (RunRequest::kept_matches).
   void See(const DetectionFrame& seen, const TrackFrame& tracked);
   TakeReport Report() const;
 

@@ -105,7 +105,7 @@ void Frame(benchmark::State& state) {
   const Scene scene = MakeSceneOf(size);
   const DetectionSequence detections = DetectionsOf(scene);
   const SceneModel model = {scene.cameras, scene.skeleton, scene.frame_rate_hz,
-                            false};
+                            KeptMatches::kNone};
   const auto timed_frames =
       static_cast<double>(detections.frames.size() - kWarmUpFrames);
   Times fastest;

@@ -131,7 +131,7 @@ TrackSequence Tracked(const RunOptions& options, const CameraRig& cameras,
                       const RefinementRecord* record) {
   RunRequest request;
   request.cameras = cameras;
-  request.keep_observations = true;
+  request.kept_matches = KeptMatches::kWeights;
   TrackSequence tracks = TrackSequenceOf(options, request, take);
   if (record == nullptr) return tracks;
   const RunScene scene = PrepareScene(options, request, take.header);

@@ -115,12 +115,12 @@ std::optional<std::string> Checkpoint::Find(const std::string& key) {
   return value;
 }
 
-void Checkpoint::Add(const std::string& key, const std::string& value) {
+void Checkpoint::Add(const std::string& key, std::string value) {
   const std::lock_guard<std::mutex> lock(mutex_);
   if (path_.empty() || key.size() != kKeyBytes || places_.count(key) > 0) {
     return;
   }
-  waiting_.emplace_back(key, value);
+  waiting_.emplace_back(key, std::move(value));
   const std::chrono::duration<double> age =
       std::chrono::steady_clock::now() - start_;
   if (descriptor_ < 0) {
@@ -142,21 +142,23 @@ void Checkpoint::Add(const std::string& key, const std::string& value) {
 }
 
 void Checkpoint::Append(const std::string& key, const std::string& value) {
+  const uint32_t checksum = Crc32(value);
   ByteWriter head;
   head.PutSize(value.size());
-  head.Put(Crc32(value));
-  const std::string record = key + head.bytes() + value;
+  head.Put(checksum);
+  const int64_t offset = end_ + static_cast<int64_t>(kRecordHead);
   // A killed program loses nothing; a power cut at most the last second.
   const auto now = std::chrono::steady_clock::now();
   const bool sync = now - synced_ > std::chrono::seconds(1);
-  if (!WriteAt(descriptor_, end_, record) || (sync && !SyncData(descriptor_))) {
+  if (!WriteAt(descriptor_, end_, key + head.bytes()) ||
+      !WriteAt(descriptor_, offset, value) ||
+      (sync && !SyncData(descriptor_))) {
     GiveUp(std::strerror(errno));
     return;
   }
   if (sync) synced_ = now;
-  places_[key] = {end_ + static_cast<int64_t>(kRecordHead), value.size(),
-                  Crc32(value)};
-  end_ += static_cast<int64_t>(record.size());
+  places_[key] = {offset, value.size(), checksum};
+  end_ = offset + static_cast<int64_t>(value.size());
 }
 
 // A checkpoint is a help: without it the work goes on all the same. What is

@@ -41,7 +41,7 @@ class Checkpoint {
 
   bool keeps() const { return !path_.empty(); }
   std::optional<std::string> Find(const std::string& key);
-  void Add(const std::string& key, const std::string& value);
+  void Add(const std::string& key, std::string value);
   // The work is complete.
   void Remove();
 

@@ -21,7 +21,8 @@ struct Take {
   DetectionSequence detections;
 
   SceneModel model() const {
-    return {scene.cameras, scene.skeleton, scene.frame_rate_hz, true};
+    return {scene.cameras, scene.skeleton, scene.frame_rate_hz,
+            KeptMatches::kWeights};
   }
 };
 

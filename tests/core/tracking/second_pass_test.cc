@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <set>
 #include <vector>
 
 #include "core/base/random.h"
+#include "core/tracking/final_poses.h"
 #include "solvers/filters/causal_gaussian.h"
 #include "tests/support/rig.h"
 
@@ -24,8 +26,9 @@ class SecondPassTest : public ::testing::Test {
   SecondPass Make() const {
     CausalGaussianOptions gaussian;
     gaussian.smooth = false;
-    return SecondPass({cameras_, Coco17(), kFrameRate, false}, Coco17(),
-                      TrackerOptions(), [gaussian](const SceneModel& scene) {
+    return SecondPass({cameras_, Coco17(), kFrameRate, KeptMatches::kNone},
+                      Coco17(), TrackerOptions(),
+                      [gaussian](const SceneModel& scene) {
                         return MakeCausalGaussian(scene, gaussian);
                       });
   }
@@ -96,6 +99,58 @@ TEST_F(SecondPassTest, APersonWhomNobodySeesKeepsTheirPose) {
   ASSERT_EQ(frames[0].people.size(), 2u);
   EXPECT_EQ(frames[0].people[0].joints[3].position_m,
             first.people[0].joints[3].position_m);
+}
+
+// Finds no joint in the frames before `from`, and those it is given later.
+class LateEstimator final : public Estimator {
+ public:
+  explicit LateEstimator(int64_t from) : from_(from) {}
+  void Add(const EstimatorFrame& frame) override {
+    FinalPose& pose = finals_.emplace_back();
+    pose.frame = frame.frame;
+    if (frame.frame >= from_) pose.person.joints = frame.initial;
+  }
+  const Pose3d& Last() const override { return none_; }
+  TimeNs LastTime() const override { return 0; }
+  void Predict(TimeNs, Pose3d* pose) const override { pose->clear(); }
+  void TakeFinals(std::vector<FinalPose>* finals) override {
+    MoveFinals(&finals_, finals);
+  }
+  void Finish() override {}
+
+ private:
+  const int64_t from_;
+  const Pose3d none_;
+  std::vector<FinalPose> finals_;
+};
+
+TEST_F(SecondPassTest, WhereNobodyIsFoundTheFirstPassStaysWithAllItSays) {
+  SecondPass pass({cameras_, Coco17(), kFrameRate, KeptMatches::kDetections},
+                  Coco17(), TrackerOptions(), [](const SceneModel&) {
+                    return std::make_unique<LateEstimator>(6);
+                  });
+  TrackFrame first = FirstPass(5);
+  for (PersonPose& person : first.people) {
+    person.score = 0.7;
+    person.inlier_views.assign(17, 3);
+    person.covariances.assign(17, Eigen::Matrix3d::Identity());
+    person.matches.push_back({2, static_cast<int>(person.id.value()), {}});
+  }
+  pass.Process(See(5), first);
+  first.frame = 6;
+  pass.Process(See(6), first);
+  const std::vector<TrackFrame> frames = pass.Finish(1);
+  ASSERT_EQ(frames[0].people.size(), 2u);
+  for (size_t p = 0; p < 2; ++p) {
+    const PersonPose& kept = frames[0].people[p];
+    EXPECT_EQ(kept.joints[3].position_m, first.people[p].joints[3].position_m);
+    EXPECT_EQ(kept.score, 0.7);
+    EXPECT_EQ(kept.inlier_views, first.people[p].inlier_views);
+    EXPECT_EQ(kept.covariances, first.people[p].covariances);
+    ASSERT_EQ(kept.matches.size(), 1u);
+    EXPECT_EQ(kept.matches[0].detection_idx, 10 + static_cast<int>(p));
+    EXPECT_TRUE(frames[1].people[p].matches.empty()) << "estimated anew";
+  }
 }
 
 // One of two people is tracked in some frames only and seen in more.

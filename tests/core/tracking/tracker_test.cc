@@ -24,7 +24,9 @@ class TrackerTest : public ::testing::Test {
   }
   static Pose3d Stander() { return testing::StandingPerson(1.0, 0.2); }
 
-  SceneModel Scene() const { return {cameras_, Coco17(), kFrameRate, false}; }
+  SceneModel Scene() const {
+    return {cameras_, Coco17(), kFrameRate, KeptMatches::kNone};
+  }
 
   std::unique_ptr<Tracker> Make(const TrackerOptions& options = {}) const {
     CausalGaussianOptions gaussian;

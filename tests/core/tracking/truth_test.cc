@@ -59,9 +59,10 @@ std::vector<TrackFrame> TrackAll(const Scene& scene,
                                  const DetectionSequence& detections,
                                  const PlainOptions& options) {
   EstimatorPair estimators = MakeEstimators(options.estimators);
-  Tracker tracker({scene.cameras, scene.skeleton, scene.frame_rate_hz, false},
-                  detections.header.skeleton, options.tracker,
-                  estimators.feedback, estimators.output);
+  Tracker tracker(
+      {scene.cameras, scene.skeleton, scene.frame_rate_hz, KeptMatches::kNone},
+      detections.header.skeleton, options.tracker, estimators.feedback,
+      estimators.output);
   std::vector<TrackFrame> frames;
   for (const DetectionFrame& frame : detections.frames) {
     tracker.Process(frame, &frames);

@@ -17,7 +17,7 @@ class BatchEstimatorTest : public ::testing::Test {
  protected:
   void SetUp() override {
     scene_ = testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);
-    scene_.keep_observations = true;
+    scene_.kept_matches = KeptMatches::kWeights;
   }
 
   SimulatedTake Simulate(int frames, const SimulatedNoise& noise) {
@@ -73,6 +73,30 @@ TEST_F(BatchEstimatorTest, KeepsFramesMatchesWeightsAndScore) {
   EXPECT_EQ(pose.person.joints[0].status, JointStatus::kObserved);
   // 14 joints found, three of them at one half.
   EXPECT_NEAR(pose.person.score, (11.0 + 1.5) / 14.0, 1e-12);
+}
+
+TEST_F(BatchEstimatorTest, WithoutWeightsAllElseIsTheSame) {
+  const SimulatedTake take = Simulate(40, SimulatedNoise());
+  const auto with_weights = Run(take);
+  scene_.kept_matches = KeptMatches::kDetections;
+  const auto finals = Run(take);
+  ASSERT_EQ(finals.size(), with_weights.size());
+  for (size_t k = 0; k < finals.size(); ++k) {
+    const PersonPose& pose = finals[k].person;
+    const PersonPose& other = with_weights[k].person;
+    EXPECT_EQ(pose.inlier_views, other.inlier_views);
+    EXPECT_EQ(pose.covariances, other.covariances);
+    for (size_t j = 0; j < pose.joints.size(); ++j) {
+      EXPECT_EQ(pose.joints[j].position_m, other.joints[j].position_m);
+      EXPECT_EQ(pose.joints[j].status, other.joints[j].status);
+    }
+    ASSERT_EQ(pose.matches.size(), other.matches.size());
+    for (size_t m = 0; m < pose.matches.size(); ++m) {
+      EXPECT_EQ(pose.matches[m].view_idx, other.matches[m].view_idx);
+      EXPECT_EQ(pose.matches[m].detection_idx, other.matches[m].detection_idx);
+      EXPECT_TRUE(pose.matches[m].weights.empty());
+    }
+  }
 }
 
 TEST_F(BatchEstimatorTest, UsesEachCamerasOwnClock) {

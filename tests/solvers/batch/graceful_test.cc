@@ -46,7 +46,7 @@ class Graceful : public ::testing::TestWithParam<Case> {
   void SetUp() override {
     scene_ =
         testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0, true), 25.0);
-    scene_.keep_observations = true;
+    scene_.kept_matches = KeptMatches::kWeights;
   }
 
   void Make(size_t frames, const SimulatedNoise& noise = SimulatedNoise()) {

@@ -49,7 +49,8 @@ World MakeWorld(uint64_t seed) {
   noise.seed = static_cast<int64_t>(seed);
   noise.joints.missing_rate = 0.05;
   World world;
-  world.scene = {scene.cameras, scene.skeleton, scene.frame_rate_hz, true};
+  world.scene = {scene.cameras, scene.skeleton, scene.frame_rate_hz,
+                 KeptMatches::kWeights};
   ObservationTruth truth;
   world.detections = Observe(scene, noise, &truth);
   const EstimatorPair estimators = MakeEstimators(GraphMode());

@@ -56,7 +56,8 @@ class CausalGaussianTest : public ::testing::Test {
  protected:
   std::unique_ptr<Estimator> Make(const CausalGaussianOptions& options) const {
     return MakeCausalGaussian(
-        {testing::RingOfCameras(2), Coco17(), 25.0, false}, options);
+        {testing::RingOfCameras(2), Coco17(), 25.0, KeptMatches::kNone},
+        options);
   }
 
   // A frame whose joints are all at x = `x_m`.

@@ -17,7 +17,7 @@ namespace {
 constexpr TimeNs kFrame = 40'000'000;  // 25 Hz
 
 SceneModel Scene() {
-  return {testing::RingOfCameras(3), Coco17(), 25.0, false};
+  return {testing::RingOfCameras(3), Coco17(), 25.0, KeptMatches::kNone};
 }
 
 // All joints at x = `x_m`, seen by three views.
@@ -151,7 +151,8 @@ class EveryStrategyTest : public ::testing::TestWithParam<int> {
   }
 
   const SceneModel scene_{testing::RingOfCameras(4, 5.0, 1000.0),
-                          testing::SmallSkeleton(), 25.0, true};
+                          testing::SmallSkeleton(), 25.0,
+                          KeptMatches::kWeights};
   EstimatorOptions options_;
 };
 
@@ -227,7 +228,7 @@ TEST(RobustPointsTest, SurviveWhatSpoilsTheInitialPose) {
   // Five views, one observation in ten off by 30 to 200 px, and an initial
   // pose that is the least-squares point of all rays.
   const SceneModel scene{testing::RingOfCameras(5, 5.0, 1000.0),
-                         testing::SmallSkeleton(), 25.0, true};
+                         testing::SmallSkeleton(), 25.0, KeptMatches::kWeights};
   EstimatorOptions options;
   const auto rms = [&](double outliers, OutputKind kind) {
     testing::SimulatedNoise noise;

@@ -214,7 +214,7 @@ class Actor0 {
  public:
   explicit Actor0(const std::string& folder)
       : scene_{ReadCameras(folder + "/calibration.json"), Coco17(), kRate_hz,
-               false} {
+               KeptMatches::kNone} {
     std::ifstream file(folder + "/peers/actor0_input.json");
     std::stringstream text;
     text << file.rdbuf();

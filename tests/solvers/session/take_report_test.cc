@@ -57,7 +57,7 @@ Take SoundTake(const Skeleton& skeleton = Coco17(),
 TakeReport ReportOf(const Take& take) {
   RunRequest request;
   request.cameras = take.cameras;
-  request.keep_observations = true;
+  request.kept_matches = KeptMatches::kDetections;
   Session session(take.options, request, take.detections.header);
   TakeReporter reporter(session.scene(), take.detections.header.skeleton);
   UsedFrames used(session.scene(), nullptr);

@@ -1,0 +1,110 @@
+#include "core/data/packed_pose.h"
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/base/bytes.h"
+
+namespace kinegraph {
+namespace {
+
+enum class Form : uint8_t { kNone, kSymmetric, kWhole };
+
+Form FormOf(const std::optional<Eigen::Matrix3d>& covariance) {
+  if (!covariance.has_value()) return Form::kNone;
+  return *covariance == covariance->transpose() ? Form::kSymmetric
+                                                : Form::kWhole;
+}
+
+void Put(const std::optional<Eigen::Matrix3d>& covariance, ByteWriter* writer) {
+  const Form form = FormOf(covariance);
+  writer->Put(form);
+  if (form == Form::kWhole) writer->PutMatrix(*covariance);
+  if (form != Form::kSymmetric) return;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = row; column < 3; ++column) {
+      writer->Put((*covariance)(row, column));
+    }
+  }
+}
+
+std::optional<Eigen::Matrix3d> GetCovariance(ByteReader* reader) {
+  const auto form = reader->Get<Form>();
+  if (form == Form::kNone) return std::nullopt;
+  Eigen::Matrix3d covariance;
+  if (form == Form::kWhole) {
+    reader->GetMatrix(&covariance);
+    return covariance;
+  }
+  for (int row = 0; row < 3; ++row) {
+    for (int column = row; column < 3; ++column) {
+      covariance(row, column) = covariance(column, row) = reader->Get<double>();
+    }
+  }
+  return covariance;
+}
+
+void Put(const ViewMatch& match, ByteWriter* writer) {
+  writer->Put(match.view_idx);
+  writer->Put(match.detection_idx);
+  writer->PutSize(match.weights.size());
+  for (const std::optional<double>& weight : match.weights) {
+    writer->Put(weight.has_value());
+    if (weight.has_value()) writer->Put(*weight);
+  }
+}
+
+ViewMatch GetMatch(ByteReader* reader) {
+  ViewMatch match;
+  match.view_idx = reader->Get<int>();
+  match.detection_idx = reader->Get<int>();
+  match.weights.resize(reader->GetSize());
+  for (std::optional<double>& weight : match.weights) {
+    if (reader->Get<bool>()) weight = reader->Get<double>();
+  }
+  return match;
+}
+
+}  // namespace
+
+PackedPose::PackedPose(PersonPose* pose) {
+  ByteWriter writer;
+  writer.Put(pose->score);
+  writer.PutSize(pose->joints.size());
+  for (const Joint3d& joint : pose->joints) {
+    writer.PutMatrix(joint.position_m);
+    writer.Put(joint.status);
+  }
+  writer.PutSize(pose->inlier_views.size());
+  for (const int views : pose->inlier_views) writer.Put(views);
+  writer.PutSize(pose->covariances.size());
+  for (const auto& covariance : pose->covariances) Put(covariance, &writer);
+  writer.PutSize(pose->matches.size());
+  for (const ViewMatch& match : pose->matches) Put(match, &writer);
+  bytes_ = writer.Take();
+  bytes_.shrink_to_fit();
+  PersonPose nobody;
+  nobody.id = pose->id;
+  *pose = std::move(nobody);
+}
+
+void PackedPose::Restore(PersonPose* pose) const {
+  ByteReader reader(bytes_);
+  pose->score = reader.Get<double>();
+  pose->joints.resize(reader.GetSize(3 * sizeof(double)));
+  for (Joint3d& joint : pose->joints) {
+    reader.GetMatrix(&joint.position_m);
+    joint.status = reader.Get<JointStatus>();
+  }
+  pose->inlier_views.resize(reader.GetSize(sizeof(int)));
+  for (int& views : pose->inlier_views) views = reader.Get<int>();
+  pose->covariances.resize(reader.GetSize());
+  for (auto& covariance : pose->covariances) {
+    covariance = GetCovariance(&reader);
+  }
+  pose->matches.resize(reader.GetSize(2 * sizeof(int)));
+  for (ViewMatch& match : pose->matches) match = GetMatch(&reader);
+}
+
+}  // namespace kinegraph
