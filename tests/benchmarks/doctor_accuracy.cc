@@ -19,6 +19,7 @@
 #include "core/base/random.h"
 #include "tests/support/arguments.h"
 #include "tests/support/faulty_scene.h"
+#include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
 namespace {
@@ -63,12 +64,21 @@ std::vector<Fault> Faults() {
   const auto pose = [](const std::function<Camera(const Camera&)>& stated) {
     return [stated](Random*, FaultyScene* scene) { EachPose(scene, stated); };
   };
+  // Three people who hop (data/motion), nobody in step.
+  const auto hop = [](FaultySceneOptions* o) {
+    o->clips.assign(3, FindData("motion/hop_30hz.jsonl").value().string());
+    o->clip_start_s = {0.0, 0.37, 0.74};
+  };
   const std::vector<double> lens = {-0.28, 0.1, 0.0, 0.0, 0.0};
   return {
       {"sound", {}, plain, leave},
       {"sound, with a lens",
        {},
        [lens](Random*, FaultySceneOptions* o) { o->distortion = lens; },
+       leave},
+      {"sound, people hop",
+       {},
+       [hop](Random*, FaultySceneOptions* o) { hop(o); },
        leave},
       {"unit",
        {"unit"},
@@ -207,6 +217,14 @@ std::vector<Fault> Faults() {
       {"one clock off by 60 ms",
        {"clock_offset"},
        [](Random* random, FaultySceneOptions* o) {
+         o->clock_offset_s.assign(5, 0.0);
+         o->clock_offset_s[static_cast<size_t>(random->Index(5))] = 0.06;
+       },
+       leave},
+      {"people hop, one clock off by 60 ms",
+       {"clock_offset"},
+       [hop](Random* random, FaultySceneOptions* o) {
+         hop(o);
          o->clock_offset_s.assign(5, 0.0);
          o->clock_offset_s[static_cast<size_t>(random->Index(5))] = 0.06;
        },
