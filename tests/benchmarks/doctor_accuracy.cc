@@ -30,6 +30,7 @@ struct Fault {
   std::set<std::string> kinds;
   std::function<void(Random*, FaultySceneOptions*)> options;
   std::function<void(Random*, FaultyScene*)> spoil;
+  bool recorded = false;  // people of data/motion
 };
 
 size_t Any(Random* random, const FaultyScene& scene) {
@@ -79,7 +80,8 @@ std::vector<Fault> Faults() {
       {"sound, people hop",
        {},
        [hop](Random*, FaultySceneOptions* o) { hop(o); },
-       leave},
+       leave,
+       true},
       {"unit",
        {"unit"},
        plain,
@@ -228,7 +230,8 @@ std::vector<Fault> Faults() {
          o->clock_offset_s.assign(5, 0.0);
          o->clock_offset_s[static_cast<size_t>(random->Index(5))] = 0.06;
        },
-       leave},
+       leave,
+       true},
       {"two people, every camera turned by 1 degree",
        {"rotation", "shift"},
        [](Random*, FaultySceneOptions* o) { o->people = 2; },
@@ -272,6 +275,11 @@ nlohmann::json Run(int scenes, uint64_t first_seed, const std::string& only) {
   int sound = 0, false_alarms = 0;
   for (const Fault& fault : Faults()) {
     if (!only.empty() && fault.name.find(only) == std::string::npos) continue;
+    if (fault.recorded && !FindData("motion").has_value()) {
+      std::fprintf(stderr, "%s: needs motion/ (set KINEGRAPH_DATA), left out\n",
+                   fault.name.c_str());
+      continue;
+    }
     int named = 0, wrong = 0, suspect = 0;
     for (int i = 0; i < scenes; ++i) {
       Random random(first_seed + 1000 * static_cast<uint64_t>(i) +

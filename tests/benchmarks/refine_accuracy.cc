@@ -302,6 +302,11 @@ nlohmann::json Run(int seeds, uint64_t first_seed, const std::string& only) {
               "taken", "s");
   for (const Fault& fault : Faults()) {
     if (fault.name.find(only) == std::string::npos) continue;
+    if (!fault.clips.empty() && !FindData("motion").has_value()) {
+      std::fprintf(stderr, "%s: needs motion/ (set KINEGRAPH_DATA), left out\n",
+                   fault.name.c_str());
+      continue;
+    }
     Sums sums;
     for (int i = 0; i < seeds; ++i) {
       AddTake(fault, first_seed + static_cast<uint64_t>(i), &sums);
