@@ -129,8 +129,8 @@ std::string MeasureTable(const CompareResult& result,
 
 std::string HeldOutTable(const CompareResult& result) {
   Table table({"strategy", "mean [px]", "against the baseline", "",
-               "joints that all predict", "", "median", "90th", "97th",
-               "predicted [%]"});
+               "joints that all predict", "", "their median", "median", "90th",
+               "97th", "predicted [%]"});
   for (const StrategyResult& one : result.strategies) {
     if (!one.scores.refused.empty()) continue;
     const Measure& mean = *one.Find(kHeldOut);
@@ -142,9 +142,9 @@ std::string HeldOutTable(const CompareResult& result) {
     table.AddRow({one.strategy.title,
                   WithInterval(mean.value, mean.interval, mean.decimals),
                   DifferenceCell(mean), Judged(mean), value(common.key.c_str()),
-                  Judged(common), value("held_out_median_px"),
-                  value("held_out_p90_px"), value("held_out_p97_px"),
-                  value("predicted_percent")});
+                  Judged(common), value("held_out_common_median_px"),
+                  value("held_out_median_px"), value("held_out_p90_px"),
+                  value("held_out_p97_px"), value("predicted_percent")});
   }
   return table.ToString(TableStyle::kMarkdown);
 }

@@ -96,6 +96,10 @@ void AddHeldOutMeasures(const StrategyScores& own,
   list->Ratio(Named("held_out_common_px",
                     "held-out error of the joints that all predict", "px", 2),
               {own.held_out_common}, {baseline.held_out_common});
+  list->Plain(
+      Named("held_out_common_median_px",
+            "held-out error of the joints that all predict, median", "px", 2),
+      own.held_out_common_median_px);
   const struct {
     HeldOutFigure figure;
     const char* key;

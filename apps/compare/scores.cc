@@ -13,6 +13,7 @@
 #include "core/evaluation/lag.h"
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
+#include "core/evaluation/statistics.h"
 
 namespace kinegraph {
 namespace {
@@ -254,13 +255,16 @@ void AddCommon(std::vector<StrategyScores*> scores) {
   }
   for (StrategyScores* one : scores) {
     one->held_out_common.assign(one->held_out_errors.size(), RatioUnit());
+    std::vector<double> errors_px;
     for (size_t j = 0; j < joints; ++j) {
       if (!common[j]) continue;
+      errors_px.push_back(one->joint_errors_px[j]);
       RatioUnit& unit = one->held_out_common[one->joint_units[j]];
       unit.sum +=
           std::min<double>(one->joint_errors_px[j], kHeldOutTruncationPx);
       unit.weight += 1.0;
     }
+    one->held_out_common_median_px = Quantile(std::move(errors_px), 0.5);
   }
 }
 

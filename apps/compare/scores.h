@@ -30,6 +30,7 @@ struct StrategyScores {
   std::vector<int32_t> joint_units;
   // Of the joints that every strategy of the comparison predicts: AddCommon.
   RatioSeries held_out_common;
+  double held_out_common_median_px = 0.0;  // of their errors; NaN without any
   std::vector<RatioSeries> held_out_by_class;    // JointClass
   std::vector<HeldOutSummary> held_out_by_view;  // without intervals
   std::vector<RatioSeries> acceleration, jerk, power;
@@ -53,8 +54,8 @@ std::vector<StrategyScores> ScoreStrategies(
     const std::vector<FoldValues>& values, const Tick& tick = nullptr);
 int64_t PiecesOfScoring(const Comparison& comparison, size_t strategies);
 
-// Fills in held_out_common, which compares strategies that leave different
-// gaps.
+// Fills in held_out_common and its median, which compare strategies that leave
+// different gaps.
 void AddCommon(std::vector<StrategyScores*> scores);
 
 // Delays behind the truth (if any) and behind `reference`.

@@ -120,7 +120,7 @@ class PersonNoise {
   std::vector<FilterBank> banks_;                            // by joint
   std::vector<double> last_variance_m2_;                     // by joint
   std::vector<Frame> frames_;
-  // Of the same frames, by class; where no joint of it was located all zero.
+  // Of the same frames, by group; where no joint of it was located all zero.
   std::vector<std::vector<Levels>> frame_evidence_;
   std::array<Levels, kJointClassCount> evidence_{};  // of all frames ever
   std::array<bool, kJointClassCount> present_{};     // in the skeleton

@@ -5,9 +5,9 @@
 #include <optional>
 #include <utility>
 
-#include "core/evaluation/statistics.h"
 #include "solvers/scene/doctor_words.h"
 #include "solvers/scene/fit_terms.h"
+#include "solvers/scene/late_clocks.h"
 #include "solvers/scene/refine.h"
 
 namespace kinegraph {
@@ -181,7 +181,7 @@ class Explainer {
         continue;
       }
       finding.fix = "--set=cameras.refine_clock=true";
-      const double usual_s = UsualOf(one.fit.changes, kOffsetAt);
+      const double usual_s = UsualClock(one.fit.changes, kOffsetAt);
       if (IsLate(v, one.fit, kOffsetAt)) {
         finding.kind = "clock_offset";
         finding.evidence = Format(
@@ -191,7 +191,7 @@ class Explainer {
         findings_->push_back(finding);
       }
       if (one.model.free.drift && IsLate(v, one.fit, kDriftAt)) {
-        const double usual = UsualOf(one.fit.changes, kDriftAt);
+        const double usual = UsualClock(one.fit.changes, kDriftAt);
         finding.kind = "clock_drift";
         finding.evidence = Format(
             "it runs %+.0f ppm against the usual of all views, %+.0f "
@@ -203,43 +203,16 @@ class Explainer {
     }
   }
 
-  // The first view's clock is the reference of the fit, which does not make it
-  // right: views are late against the median of all.
-  static double UsualOf(const std::vector<CameraChange>& changes, int place) {
-    std::vector<double> values;
-    values.reserve(changes.size());
-    for (const CameraChange& change : changes) values.push_back(change[place]);
-    return Quantile(values, 0.5);
-  }
-
   bool IsLate(size_t view, const BundleResult& fit, int place) const {
-    // Under a sixth of a frame a clock hardly matters, and what walking people
-    // do to a detector's bias looks like it.
-    constexpr double kLeastFrames = 0.15;
-    constexpr double kSigmas = 4.0;
-    const double frame_s = 1.0 / std::max(1.0, take_.frame_rate_hz);
-    const double span_s = place == kDriftAt ? take_.segments.span_s : 1.0;
-    const double late =
-        std::abs(fit.changes[view][place] - UsualOf(fit.changes, place));
-    // The covariance has the free clocks in order, the first view's left out.
-    const size_t per_view = static_cast<size_t>(fit.covariance.rows()) /
-                            std::max<size_t>(1, take_.cameras.size() - 1);
-    const size_t other = view == 0 ? 1 : view;
-    const auto at = static_cast<Eigen::Index>((other - 1) * per_view +
-                                              (place == kDriftAt ? 1 : 0));
-    const double sigma = std::sqrt(std::max(0.0, fit.covariance(at, at)));
-    return late * span_s < kFarthestClockS &&
-           late * span_s > kLeastFrames * frame_s && late > kSigmas * sigma;
+    return kinegraph::IsLate(fit, view, place,
+                             1.0 / std::max(1.0, take_.frame_rate_hz),
+                             take_.segments.span_s);
   }
 
   void MarkLate(const BundleResult& fit, std::vector<char>* moves) const {
-    const bool drift = take_.segments.span_s > 0.0 &&
-                       fit.covariance.rows() >
-                           static_cast<Eigen::Index>(take_.cameras.size()) - 1;
     for (size_t v = 0; v < take_.cameras.size(); ++v) {
       if (take_.strangers.count(v) > 0) continue;
-      (*moves)[v] =
-          IsLate(v, fit, kOffsetAt) || (drift && IsLate(v, fit, kDriftAt));
+      (*moves)[v] = IsLate(v, fit, kOffsetAt) || IsLate(v, fit, kDriftAt);
     }
   }
 

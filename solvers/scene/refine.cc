@@ -6,12 +6,14 @@
 
 #include "core/base/median.h"
 #include "solvers/scene/fit_terms.h"
+#include "solvers/scene/late_clocks.h"
 #include "solvers/scene/refine_again.h"
 
 namespace kinegraph {
 namespace {
 
 // A gain below this is not worth other cameras than those that were calibrated.
+// A clock that is late is: whoever stands does not see it, and thins the gain.
 constexpr double kLeastShareOfGain = 0.01;
 // Groups that move together this much cannot be told apart.
 constexpr double kMostCorrelation = 0.95;
@@ -51,7 +53,8 @@ void Step(const CameraRig& cameras, const SceneSegments& segments,
   } else if (!step.gain.certain()) {
     step.reason = "the gain on the other half of the take is not certain";
   } else if (step.gain.before_px - step.gain.after_px <
-             kLeastShareOfGain * step.gain.before_px) {
+                 kLeastShareOfGain * step.gain.before_px &&
+             !AnyIsLate(result, segments.frame_s, segments.span_s)) {
     step.reason = "the gain on the other half of the take is below 1 %";
   } else if (!gain_across(Halving::kJoints).certain()) {
     step.reason = "the gain on the other half of the joints is not certain";

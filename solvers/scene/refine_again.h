@@ -11,8 +11,8 @@
 
 namespace kinegraph {
 
-// A detector's errors last longer than a stretch: what a view says in one
-// counts once, however many frames it has. The priors' sigmas for that.
+// A detector's errors last: what a view says of a joint within a second counts
+// once, however many frames and stretches it has. The priors' sigmas for that.
 BundleOptions WithLastingErrors(BundleOptions options,
                                 const SceneSegments& segments);
 

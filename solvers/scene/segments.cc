@@ -360,6 +360,7 @@ SceneSegments MakeSegments(const CameraRig& cameras,
   result.span_s = ToSeconds(last - first);
   const TimeNs take_middle = first + (last - first) / 2;
   const TimeNs beat = BeatOf(detections);
+  result.frame_s = ToSeconds(beat);
   const TimeNs span = FromSeconds(options.span_s);
   std::vector<std::vector<SeenFrame>> people;
   std::vector<Run> runs;

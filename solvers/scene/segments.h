@@ -57,6 +57,7 @@ struct SceneSegments {
   std::vector<Stretch> segments;  // by ascending middle
   int view_count = 0;
   double span_s = 0.0;       // of the whole take
+  double frame_s = 0.0;      // the frames' usual distance
   double noise_scale = 1.0;  // on every sigma, from the residuals
   // A view's detections that were matched to a person, and all of them, over
   // frames in which two other views matched somebody.

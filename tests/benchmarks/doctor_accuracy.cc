@@ -19,6 +19,7 @@
 #include "core/base/random.h"
 #include "tests/support/arguments.h"
 #include "tests/support/faulty_scene.h"
+#include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
 namespace {
@@ -29,6 +30,7 @@ struct Fault {
   std::set<std::string> kinds;
   std::function<void(Random*, FaultySceneOptions*)> options;
   std::function<void(Random*, FaultyScene*)> spoil;
+  bool recorded = false;  // people of data/motion
 };
 
 size_t Any(Random* random, const FaultyScene& scene) {
@@ -63,6 +65,11 @@ std::vector<Fault> Faults() {
   const auto pose = [](const std::function<Camera(const Camera&)>& stated) {
     return [stated](Random*, FaultyScene* scene) { EachPose(scene, stated); };
   };
+  // Three people who hop (data/motion), nobody in step.
+  const auto hop = [](FaultySceneOptions* o) {
+    o->clips.assign(3, FindData("motion/hop_30hz.jsonl").value().string());
+    o->clip_start_s = {0.0, 0.37, 0.74};
+  };
   const std::vector<double> lens = {-0.28, 0.1, 0.0, 0.0, 0.0};
   return {
       {"sound", {}, plain, leave},
@@ -70,6 +77,11 @@ std::vector<Fault> Faults() {
        {},
        [lens](Random*, FaultySceneOptions* o) { o->distortion = lens; },
        leave},
+      {"sound, people hop",
+       {},
+       [hop](Random*, FaultySceneOptions* o) { hop(o); },
+       leave,
+       true},
       {"unit",
        {"unit"},
        plain,
@@ -211,6 +223,15 @@ std::vector<Fault> Faults() {
          o->clock_offset_s[static_cast<size_t>(random->Index(5))] = 0.06;
        },
        leave},
+      {"people hop, one clock off by 60 ms",
+       {"clock_offset"},
+       [hop](Random* random, FaultySceneOptions* o) {
+         hop(o);
+         o->clock_offset_s.assign(5, 0.0);
+         o->clock_offset_s[static_cast<size_t>(random->Index(5))] = 0.06;
+       },
+       leave,
+       true},
       {"two people, every camera turned by 1 degree",
        {"rotation", "shift"},
        [](Random*, FaultySceneOptions* o) { o->people = 2; },
@@ -254,6 +275,11 @@ nlohmann::json Run(int scenes, uint64_t first_seed, const std::string& only) {
   int sound = 0, false_alarms = 0;
   for (const Fault& fault : Faults()) {
     if (!only.empty() && fault.name.find(only) == std::string::npos) continue;
+    if (fault.recorded && !FindData("motion").has_value()) {
+      std::fprintf(stderr, "%s: needs motion/ (set KINEGRAPH_DATA), left out\n",
+                   fault.name.c_str());
+      continue;
+    }
     int named = 0, wrong = 0, suspect = 0;
     for (int i = 0; i < scenes; ++i) {
       Random random(first_seed + 1000 * static_cast<uint64_t>(i) +

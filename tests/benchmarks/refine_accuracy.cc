@@ -22,6 +22,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/common/config_folder.h"
@@ -32,11 +33,15 @@
 #include "solvers/session/run.h"
 #include "tests/support/arguments.h"
 #include "tests/support/faulty_scene.h"
+#include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
 namespace {
 
 constexpr double kDegrees = 180.0 / M_PI;
+
+// Tracks files of data/motion, and when their people appear [s].
+using Clips = std::vector<std::pair<std::string, double>>;
 
 struct Fault {
   std::string name;
@@ -45,7 +50,13 @@ struct Fault {
   std::vector<double> offsets_s;  // of the clocks
   std::function<void(Random*, CameraRig*)> spoil;
   int cameras = 5;
+  Clips clips = {};  // of recorded people in place of simulated ones
 };
+
+// The same clip four times, and nobody in step.
+Clips FourOf(const std::string& clip) {
+  return {{clip, 0.0}, {clip, 0.37}, {clip, 0.74}, {clip, 1.11}};
+}
 
 std::vector<Fault> Faults() {
   const auto turned = [](double degrees) {
@@ -74,6 +85,13 @@ std::vector<Fault> Faults() {
   };
   const std::string rotation = "cameras.refine=rotation";
   const std::string clock = "cameras.refine_clock=true";
+  const std::vector<double> in_time(5, 0.0);
+  const std::vector<double> off_s = {0.0, 0.08, 0.0, -0.05, 0.0};
+  // Five seconds long: three people after three.
+  const Clips hop = {{"hop_30hz", 0.0}, {"hop_30hz", 0.37}, {"hop_30hz", 0.74},
+                     {"hop_30hz", 5.0}, {"hop_30hz", 5.37}, {"hop_30hz", 5.74}};
+  const Clips hop_stop = FourOf("start_hop_stop_120hz");
+  const Clips dance = FourOf("dance_30hz");
   return {
       {"nothing, shift", "cameras.refine=shift", kShiftAt, {}, none},
       {"nothing, rotation", rotation, kRotationAt, {}, none},
@@ -82,6 +100,7 @@ std::vector<Fault> Faults() {
        kRotationAt,
        {},
        none},
+      {"nothing, clock", clock, kOffsetAt, in_time, none},
       {"0.2 deg, rotation", rotation, kRotationAt, {}, turned(0.2)},
       {"0.5 deg, rotation", rotation, kRotationAt, {}, turned(0.5)},
       {"1 deg, rotation", rotation, kRotationAt, {}, turned(1.0)},
@@ -92,7 +111,14 @@ std::vector<Fault> Faults() {
        {},
        focal},
       {"15 px centre, shift", "cameras.refine=shift", kShiftAt, {}, shifted},
-      {"clocks to 80 ms", clock, kOffsetAt, {0.0, 0.08, 0.0, -0.05, 0.0}, none},
+      {"clocks to 80 ms", clock, kOffsetAt, off_s, none},
+      {"hopping, nothing", clock, kOffsetAt, in_time, none, 5, hop},
+      {"hopping, clocks to 80 ms", clock, kOffsetAt, off_s, none, 5, hop},
+      {"hop and stop, clocks to 80 ms", clock, kOffsetAt, off_s, none, 5,
+       hop_stop},
+      {"dance, clocks to 80 ms", clock, kOffsetAt, off_s, none, 5, dance},
+      {"dance, nothing", clock, kOffsetAt, in_time, none, 5, dance},
+      {"hop and stop, nothing", clock, kOffsetAt, in_time, none, 5, hop_stop},
       {"clock 3 s", clock, kOffsetAt, {0.0, 3.0, 0.0, 0.0, 0.0}, none},
       {"one of 4, 2 deg", rotation, kRotationAt, {}, one_turned, 4},
   };
@@ -218,6 +244,11 @@ void AddTake(const Fault& fault, uint64_t seed, Sums* sums) {
   scene_options.people = 6;
   scene_options.duration_s = 10.0;
   scene_options.cameras = fault.cameras;
+  for (const auto& [clip, start_s] : fault.clips) {
+    scene_options.clips.push_back(
+        FindData("motion/" + clip + ".jsonl").value().string());
+    scene_options.clip_start_s.push_back(start_s);
+  }
   FaultyScene scene = LateScene(scene_options, fault.offsets_s);
   fault.spoil(&random, &scene.cameras);
   const TrackSequence truth = TruthOf(scene.scene);
@@ -233,13 +264,18 @@ void AddTake(const Fault& fault, uint64_t seed, Sums* sums) {
   const double start_s = ProcessorSeconds();
   const RefinedTake refined = RefineTake(options, request, scene.detections);
   sums->refine_s += ProcessorSeconds() - start_s;
+  for (const RefineStep& step : refined.refinement.steps) {
+    if (step.taken) continue;
+    std::fprintf(stderr, "%s, seed %llu: %s not taken: %s\n",
+                 fault.name.c_str(), static_cast<unsigned long long>(seed),
+                 step.what.c_str(), step.reason.c_str());
+  }
   const TrackSequence tracks =
       Tracked(plain, refined.cameras, refined.detections, &refined.record);
   // What the true clocks would give: the same people, seen in time.
-  FaultySceneOptions in_time = scene_options;
-  const DetectionSequence& best = fault.offsets_s.empty()
-                                      ? scene.detections
-                                      : MakeFaultyScene(in_time).detections;
+  const DetectionSequence best =
+      fault.offsets_s.empty() ? scene.detections
+                              : MakeFaultyScene(scene_options).detections;
   sums->truth_mm +=
       1e3 *
       EvaluateMpjpe(truth, Tracked(plain, scene.scene.cameras, best, nullptr))
@@ -266,6 +302,11 @@ nlohmann::json Run(int seeds, uint64_t first_seed, const std::string& only) {
               "taken", "s");
   for (const Fault& fault : Faults()) {
     if (fault.name.find(only) == std::string::npos) continue;
+    if (!fault.clips.empty() && !FindData("motion").has_value()) {
+      std::fprintf(stderr, "%s: needs motion/ (set KINEGRAPH_DATA), left out\n",
+                   fault.name.c_str());
+      continue;
+    }
     Sums sums;
     for (int i = 0; i < seeds; ++i) {
       AddTake(fault, first_seed + static_cast<uint64_t>(i), &sums);

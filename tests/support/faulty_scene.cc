@@ -5,11 +5,34 @@
 #include <cmath>
 
 #include "core/base/random.h"
+#include "core/io/configuration/config.h"
+#include "core/io/tracks/tracks.h"
+#include "core/synthetic/recorded_people.h"
 #include "solvers/scene/camera_change.h"
 #include "solvers/session/options.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
+
+namespace {
+
+Scene SceneOf(const SceneOptions& scene, const FaultySceneOptions& options) {
+  if (options.clips.empty()) return MakeScene(scene);
+  const Skeleton skeleton = ResolveSkeleton(scene.skeleton, {});
+  std::vector<MotionClip> clips;
+  for (const std::string& clip : options.clips) {
+    clips.push_back({clip, ReadTracks(clip)});
+  }
+  RecordedPeopleOptions recorded;
+  recorded.start_s = options.clip_start_s;
+  return MakeScene(
+      scene, skeleton,
+      MakeRecordedPeople(recorded, clips, skeleton,
+                         {scene.motion.area_radius_m,
+                          scene.motion.min_distance_m, options.seed}));
+}
+
+}  // namespace
 
 FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
   SceneOptions scene;
@@ -29,7 +52,7 @@ FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
   noise.clock_offset_s = options.clock_offset_s;
   noise.tell_times = false;
   FaultyScene result;
-  result.scene = MakeScene(scene);
+  result.scene = SceneOf(scene, options);
   // Real rigs are uneven: each camera stands a little off its place.
   Random random(options.seed * 7919 + 13);
   for (Camera& camera : result.scene.cameras) {

@@ -28,6 +28,10 @@ struct FaultySceneOptions {
   // Uneven rings: even ones look alike from every camera, and no image could
   // tell which is which.
   double arc_deg = 290.0;
+  // Tracks files whose people take the place of simulated ones, each at a place
+  // and a turn drawn from `seed`, and when they appear (the rest at 0).
+  std::vector<std::string> clips;
+  std::vector<double> clip_start_s;
 };
 
 struct FaultyScene {

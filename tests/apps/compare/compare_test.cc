@@ -309,6 +309,22 @@ TEST(Shift, IsFoundAndTakenOff) {
   EXPECT_LT(after, 1.05 * without_any);
 }
 
+TEST(Scores, WhatAllPredictIsScoredAlike) {
+  StrategyScores one, other;
+  one.joint_errors_px = {1.0F, 2.0F, -1.0F, 40.0F};  // negative: not predicted
+  other.joint_errors_px = {3.0F, -1.0F, 5.0F, 6.0F};
+  for (StrategyScores* scores : {&one, &other}) {
+    scores->joint_units = {0, 0, 1, 1};
+    scores->held_out_errors.resize(2);
+  }
+  AddCommon({&one, &other});
+  // The first joint and the last.
+  EXPECT_DOUBLE_EQ(one.held_out_common_median_px, 20.5);
+  EXPECT_DOUBLE_EQ(other.held_out_common_median_px, 4.5);
+  EXPECT_DOUBLE_EQ(one.held_out_common[1].sum, 30.0);  // the cap of the mean
+  EXPECT_DOUBLE_EQ(other.held_out_common[0].weight, 1.0);
+}
+
 // ---- The table
 
 TEST(Strategies, HaveNamesOfTheirOwnAndSettableParameters) {

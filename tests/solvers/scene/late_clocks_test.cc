@@ -1,0 +1,89 @@
+#include "solvers/scene/late_clocks.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "solvers/scene/refine_again.h"
+
+namespace kinegraph {
+namespace {
+
+// Four views; the clocks of all but the first are free, each sure to 1 ms.
+BundleResult FitOf(const std::vector<double>& offsets_s) {
+  BundleResult fit;
+  fit.usable = true;
+  fit.changes.assign(offsets_s.size(), CameraChange::Zero());
+  fit.places.assign(offsets_s.size(), {kOffsetAt});
+  fit.places.front().clear();
+  for (size_t v = 0; v < offsets_s.size(); ++v) {
+    fit.changes[v][kOffsetAt] = offsets_s[v];
+  }
+  const auto free = static_cast<Eigen::Index>(offsets_s.size()) - 1;
+  fit.covariance = 1e-6 * Eigen::MatrixXd::Identity(free, free);
+  return fit;
+}
+
+constexpr double kFrameS = 0.04;  // 0.15 of it are 6 ms
+constexpr double kTakeS = 10.0;
+
+TEST(LateClocks, BeginAtAFractionOfAFrame) {
+  EXPECT_FALSE(AnyIsLate(FitOf({0.0, 0.0, 0.0059, 0.0}), kFrameS, kTakeS));
+  EXPECT_TRUE(AnyIsLate(FitOf({0.0, 0.0, 0.0061, 0.0}), kFrameS, kTakeS));
+}
+
+TEST(LateClocks, AreBeyondFourSigmas) {
+  // A frame of 10 ms: 3.9 ms are more than 0.15 of it.
+  EXPECT_FALSE(AnyIsLate(FitOf({0.0, 0.0, 0.0039, 0.0}), 0.01, kTakeS));
+  EXPECT_TRUE(AnyIsLate(FitOf({0.0, 0.0, 0.0041, 0.0}), 0.01, kTakeS));
+}
+
+TEST(LateClocks, BeyondAStretchAreNoise) {
+  EXPECT_FALSE(AnyIsLate(FitOf({0.0, 0.0, 0.101, 0.0}), kFrameS, kTakeS));
+}
+
+TEST(LateClocks, TheFirstViewIsLateWhereAllOthersAgree) {
+  const BundleResult fit = FitOf({0.0, 0.02, 0.02, 0.02});
+  EXPECT_TRUE(IsLate(fit, 0, kOffsetAt, kFrameS, kTakeS));
+  EXPECT_FALSE(IsLate(fit, 1, kOffsetAt, kFrameS, kTakeS));
+}
+
+TEST(LateClocks, ADriftThatWasNotEstimatedIsNone) {
+  BundleResult fit = FitOf({0.0, 0.0, 0.0, 0.0});
+  fit.changes[2][kDriftAt] = 1e-3;
+  EXPECT_FALSE(AnyIsLate(fit, kFrameS, kTakeS));
+}
+
+// A joint in two views, five frames of each.
+Stretch StretchAt(double middle_s, int joint) {
+  Stretch stretch;
+  stretch.joint = joint;
+  stretch.middle_s = middle_s;
+  for (int view = 0; view < 2; ++view) {
+    for (int k = 0; k < 5; ++k) {
+      stretch.measurements.emplace_back();
+      stretch.measurements.back().view_idx = view;
+    }
+  }
+  return stretch;
+}
+
+TEST(LastingErrors, AViewSaysAJointOnceASecond) {
+  SceneSegments segments;
+  // Two stretches of joint 0 within the first second and one in the next, one
+  // of joint 1: 40 samples that say 6 things.
+  segments.segments = {StretchAt(-1.0, 0), StretchAt(-0.8, 0),
+                       StretchAt(-0.5, 1), StretchAt(0.1, 0)};
+  BundleOptions options;
+  const BundleOptions lasting = WithLastingErrors(options, segments);
+  const double factor = std::sqrt(6.0 / 40.0);
+  EXPECT_DOUBLE_EQ(lasting.shift_sigma_px, factor * options.shift_sigma_px);
+  EXPECT_DOUBLE_EQ(lasting.rotation_sigma_rad,
+                   factor * options.rotation_sigma_rad);
+  // A clock is no error of the detector's.
+  EXPECT_EQ(lasting.offset_sigma_s, options.offset_sigma_s);
+}
+
+}  // namespace
+}  // namespace kinegraph
