@@ -59,7 +59,7 @@ class Linker {
       : options_(options),
         frame_s_(1.0 / frame_rate_hz),
         bones_(skeleton),
-        motion_(UsedSpace(tracks), options.entries.empty()),
+        motion_(UsedSpace(tracks), options.entries.empty(), tracks),
         pieces_(CutAtContacts(tracks)) {
     std::vector<BoneSamples> samples;
     for (const Tracklet& piece : pieces_.tracklets) {
