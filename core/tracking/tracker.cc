@@ -215,18 +215,26 @@ void Tracker::Associate(const DetectionFrame& frame) {
   }
 }
 
-// Whether a detection goes on from what another track held that is lost by now.
-// Of two who are there their poses tell better than one view does.
-bool Tracker::IsOfSomebodyLost(size_t view_idx, size_t observation_idx,
-                               TrackId but, TimeNs time) const {
+// The track from whose detections one goes on, if that track is lost by now. Of
+// those who are there their poses tell better than one view does.
+std::optional<TrackId> Tracker::LostHolder(size_t view_idx,
+                                           size_t observation_idx) const {
   constexpr double kLost = 0.1;  // s without an update
   const std::optional<TrackId> holder =
       strands_[view_idx].HolderOf(observation_idx);
-  if (!holder.has_value() || *holder == but) return false;
-  return std::none_of(tracks_.begin(), tracks_.end(), [&](const auto& track) {
-    return track->id == *holder &&
-           ToSeconds(time - track->life.last_update()) <= kLost;
-  });
+  if (!holder.has_value()) return std::nullopt;
+  const bool there =
+      std::any_of(tracks_.begin(), tracks_.end(), [&](const auto& track) {
+        return track->id == *holder &&
+               ToSeconds(last_time_ - track->life.last_update()) <= kLost;
+      });
+  return there ? std::nullopt : holder;
+}
+
+bool Tracker::IsOfSomebodyLost(size_t view_idx, size_t observation_idx,
+                               TrackId but) const {
+  const std::optional<TrackId> holder = LostHolder(view_idx, observation_idx);
+  return holder.has_value() && *holder != but;
 }
 
 // Nobody takes a detection of somebody lost.
@@ -237,7 +245,7 @@ void Tracker::AssociateView(size_t view_idx, TimeNs time) {
     strands_[view_idx].Follow(observations, time);
     for (const auto& track : tracks_) {
       for (size_t k = 0; k < observations.size(); ++k) {
-        barred_.push_back(IsOfSomebodyLost(view_idx, k, track->id, time));
+        barred_.push_back(IsOfSomebodyLost(view_idx, k, track->id));
       }
     }
   }
@@ -267,7 +275,7 @@ void Tracker::TakeWhatIsLeft(size_t view_idx, TimeNs time) {
     if (views < kSure) continue;
     for (size_t k = 0; k < observations.size(); ++k) {
       if (unmatched_[view_idx][k] == nullptr ||
-          !IsOfSomebodyLost(view_idx, k, tracks_[t]->id, time)) {
+          !IsOfSomebodyLost(view_idx, k, tracks_[t]->id)) {
         continue;
       }
       barred_[t * observations.size() + k] = 0;
@@ -350,15 +358,14 @@ void Tracker::StartNewPeople(const DetectionFrame& frame) {
   }
 }
 
-// Whether its views show two people: what they show goes on from what two
+// Whether its views show two people: what they show goes on from what two lost
 // tracks held.
 bool Tracker::IsOfTwo(const NewPerson& person) const {
   if (!HoldsStrands()) return false;
   std::optional<TrackId> holder;
   for (const Observation* member : person.members) {
     const std::optional<TrackId> one =
-        strands_[static_cast<size_t>(member->view_idx)].HolderOf(
-            IndexOf(*member));
+        LostHolder(static_cast<size_t>(member->view_idx), IndexOf(*member));
     if (!one.has_value()) continue;
     if (holder.has_value() && *holder != *one) return true;
     holder = one;
@@ -373,7 +380,8 @@ void Tracker::NoteSuccession(const NewPerson& person, TrackId track) {
   for (const Observation* member : person.members) {
     const ViewStrands& strands =
         strands_[static_cast<size_t>(member->view_idx)];
-    const std::optional<TrackId> one = strands.HolderOf(IndexOf(*member));
+    const std::optional<TrackId> one =
+        LostHolder(static_cast<size_t>(member->view_idx), IndexOf(*member));
     if (!one.has_value()) continue;
     const TimeNs since = strands.HeldSince(IndexOf(*member));
     succession.from = *one;

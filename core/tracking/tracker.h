@@ -72,8 +72,10 @@ class Tracker {
   void SetLastSeen(const DetectionFrame& frame, int view_idx);
   void UpdateExpected(Track* track, TimeNs time);
   void AssociateView(size_t view_idx, TimeNs time);
-  bool IsOfSomebodyLost(size_t view_idx, size_t observation_idx, TrackId but,
-                        TimeNs time) const;
+  std::optional<TrackId> LostHolder(size_t view_idx,
+                                    size_t observation_idx) const;
+  bool IsOfSomebodyLost(size_t view_idx, size_t observation_idx,
+                        TrackId but) const;
   void TakeWhatIsLeft(size_t view_idx, TimeNs time);
   void Give(size_t view_idx, size_t observation_idx, size_t target,
             TimeNs time);
