@@ -6,6 +6,7 @@ namespace kinegraph {
 
 void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
                         Span<Observation> observations, const Camera& camera,
+                        const std::vector<char>& barred,
                         std::vector<int>* match) {
   const size_t cols = observations.size();
   affinities_.resize(targets.size() * cols);
@@ -15,8 +16,10 @@ void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
     for (size_t col = 0; col < cols; ++col) {
       // A pair that may not match must not take part in the bargain either: a
       // negative affinity counts as none.
-      affinities_[row * cols + col] =
-          std::max(0.0, measure_->Of(observations[col]));
+      const size_t pair = row * cols + col;
+      const bool may = barred.empty() || !barred[pair];
+      affinities_[pair] =
+          may ? std::max(0.0, measure_->Of(observations[col])) : 0.0;
     }
   }
   solver_.Maximise(affinities_, static_cast<int>(targets.size()),

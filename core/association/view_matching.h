@@ -20,10 +20,16 @@ class ViewMatcher {
       : measure_(MakeAffinityMeasure(options, std::move(joints))) {}
 
   // (*match)[target] is the index of its observation, or -1. A pair is a match
-  // only if its affinity is > 0, with no tolerance.
+  // only if its affinity is > 0, with no tolerance. Pairs that are `barred`
+  // (row-major targets x observations; empty: none) are no matches.
   void Match(const std::vector<AssociationTarget>& targets,
              Span<Observation> observations, const Camera& camera,
-             std::vector<int>* match);
+             const std::vector<char>& barred, std::vector<int>* match);
+  void Match(const std::vector<AssociationTarget>& targets,
+             Span<Observation> observations, const Camera& camera,
+             std::vector<int>* match) {
+    Match(targets, observations, camera, {}, match);
+  }
 
   // Affinities of the last call, row-major targets x observations.
   const std::vector<double>& affinities() const { return affinities_; }

@@ -166,6 +166,7 @@ Pieces::Hop HopOf(const Tracklet& track, size_t from, size_t to) {
   // A state reads less than a second.
   const long enough = IndexAt(track, track.frames[to].time + FromSeconds(1.0));
   Tracklet after;
+  after.body_joints = track.body_joints;
   after.frames.assign(track.frames.begin() + static_cast<long>(to),
                       track.frames.begin() + enough + 1);
   return {StateUpTo(track, track.frames[from].time), StateAtBegin(after)};
@@ -293,6 +294,7 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
     const size_t cut = CutOf(rest, contact, begin, end);
     Tracklet before;
     before.id = rest.id;
+    before.body_joints = rest.body_joints;
     before.dirty_begin = rest.dirty_begin;
     before.frames.assign(rest.frames.begin(),
                          rest.frames.begin() + static_cast<long>(cut));

@@ -21,11 +21,10 @@ void CheckLinkOptions(const LinkOptions& options) {
                         " numbers, expected four a sphere: x, y, z, radius");
 }
 
-std::vector<IdentityEdit> LinkIdentities(const Skeleton& skeleton,
-                                         double frame_rate_hz,
-                                         const LinkOptions& options,
-                                         std::vector<TrackFrame>* frames,
-                                         std::vector<std::string>* left_out) {
+std::vector<IdentityEdit> LinkIdentities(
+    const Skeleton& skeleton, double frame_rate_hz, const LinkOptions& options,
+    std::vector<TrackFrame>* frames, std::vector<std::string>* left_out,
+    const std::vector<Succession>& successions) {
   CheckLinkOptions(options);
   std::vector<IdentityEdit> edits;
   const auto apply = [&](std::vector<IdentityEdit> more) {
@@ -39,8 +38,9 @@ std::vector<IdentityEdit> LinkIdentities(const Skeleton& skeleton,
                    CollectTracklets(*frames, skeleton)));
   const std::vector<Tracklet> tracks = CollectTracklets(*frames, skeleton);
   if (tracks.empty()) return edits;
-  apply(EditsOf(JoinPieces(skeleton, frame_rate_hz, options, tracks),
-                frames->back().frame));
+  apply(
+      EditsOf(JoinPieces(skeleton, frame_rate_hz, options, tracks, successions),
+              frames->back().frame));
   return edits;
 }
 

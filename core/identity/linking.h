@@ -8,6 +8,7 @@
 
 #include "core/data/identity_edit.h"
 #include "core/data/pose.h"
+#include "core/data/succession.h"
 #include "core/identity/options.h"
 #include "core/skeleton/skeleton.h"
 
@@ -16,7 +17,7 @@ namespace kinegraph {
 // Decides and changes `frames` (ascending); returns what was done, in order.
 // The same edits applied to the same frames give the same result (ApplyEdit).
 // What was decided and does not fit is left out, with a line each in `left_out`
-// (ApplyEdits).
+// (ApplyEdits). `successions` are what the tracker saw of who began as whom.
 //
 // Tracks are cut where they may have gone on with the wrong person
 // (contacts.h). The pieces are then put together again as the assignment of
@@ -30,7 +31,8 @@ namespace kinegraph {
 std::vector<IdentityEdit> LinkIdentities(
     const Skeleton& skeleton, double frame_rate_hz, const LinkOptions& options,
     std::vector<TrackFrame>* frames,
-    std::vector<std::string>* left_out = nullptr);
+    std::vector<std::string>* left_out = nullptr,
+    const std::vector<Succession>& successions = {});
 
 // Throws OptionError for a value out of range or entries that are no spheres.
 void CheckLinkOptions(const LinkOptions& options);

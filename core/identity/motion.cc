@@ -1,6 +1,7 @@
 #include "core/identity/motion.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -192,7 +193,9 @@ MotionState StateBefore(const Tracklet& tracklet, size_t begin, size_t end) {
          ToSeconds(at - tracklet.frames[from - 1].time) <= kStateSeconds) {
     --from;
   }
-  return FitState(tracklet, from, end, at);
+  MotionState state = FitState(tracklet, from, end, at);
+  state.posture = PostureOf(tracklet, end - 1);
+  return state;
 }
 
 }  // namespace
@@ -205,7 +208,9 @@ MotionState StateAtBegin(const Tracklet& tracklet) {
          ToSeconds(tracklet.frames[end].time - at) <= kStateSeconds) {
     ++end;
   }
-  return FitState(tracklet, begin, end, at);
+  MotionState state = FitState(tracklet, begin, end, at);
+  state.posture = PostureOf(tracklet, begin);
+  return state;
 }
 
 MotionState StateAtEnd(const Tracklet& tracklet) {
@@ -251,11 +256,12 @@ double IdentityMotion::LogRatio(const MotionState& from, const MotionState& to,
   if (entries_at_border_) {
     other += space_.LogEntry(from.position_m) + space_.LogEntry(to.position_m);
   }
-  const double turn = LogTurn(from, to, gap_s);
+  const double body = LogTurn(from, to, gap_s) +
+                      postures_.LogRatio(from.posture, to.posture, gap_s);
   const double share =
       std::min(kMostElsewhere, std::pow(gap_s / kElsewhere, 3.0));
   return LogSum(std::array<double, 2>{
-      LogSum(same) + turn - other + std::log1p(-share), std::log(share)});
+      LogSum(same) + body - other + std::log1p(-share), std::log(share)});
 }
 
 // Whoever was hidden for a while mostly still faces the same way, or has turned
@@ -338,6 +344,10 @@ double UsedSpace::LogMeanEntry() const {
 
 Eigen::Vector2d UsedSpace::OnFloor(const Eigen::Vector3d& position_m) const {
   return floor_ * (position_m - origin_m_);
+}
+
+Eigen::Vector3d UsedSpace::Up() const {
+  return Eigen::Vector3d(floor_.row(0)).cross(Eigen::Vector3d(floor_.row(1)));
 }
 
 Eigen::Vector2d UsedSpace::AlongFloor(const Eigen::Vector3d& direction) const {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/identity/posture.h"
 #include "core/identity/tracklet.h"
 
 namespace kinegraph {
@@ -16,6 +17,7 @@ struct MotionState {
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   // From right to left, which turns as the person does; zero: not known.
   Eigen::Vector3d across_m = Eigen::Vector3d::Zero();
+  Posture posture = {};  // in the outermost frame
 };
 
 // Where a tracklet's clean frames begin and end: a line through the outermost
@@ -41,6 +43,8 @@ class UsedSpace {
   double area_m2() const { return (high_m_ - low_m_).prod(); }
   Eigen::Vector2d OnFloor(const Eigen::Vector3d& position_m) const;
   Eigen::Vector2d AlongFloor(const Eigen::Vector3d& direction) const;
+  // A unit vector across the floor, up or down.
+  Eigen::Vector3d Up() const;
 
   // How far inside the convex hull of all centres [m]; negative outside, 0 for
   // a rectangle.
@@ -73,8 +77,12 @@ class UsedSpace {
 class IdentityMotion {
  public:
   // `entries_at_border`: false where entries are known otherwise.
-  IdentityMotion(UsedSpace space, bool entries_at_border)
-      : space_(std::move(space)), entries_at_border_(entries_at_border) {}
+  // How alike people hold themselves is learnt from `tracklets`.
+  IdentityMotion(UsedSpace space, bool entries_at_border,
+                 const std::vector<Tracklet>& tracklets = {})
+      : space_(std::move(space)),
+        entries_at_border_(entries_at_border),
+        postures_(tracklets, space_.Up()) {}
 
   // Log likelihood ratio [nats] of `to` for the one who was in `from` and for
   // somebody else. A `to` that is not later counts as `frame_s` later.
@@ -89,6 +97,7 @@ class IdentityMotion {
 
   UsedSpace space_;
   bool entries_at_border_;
+  PostureModel postures_;
 };
 
 }  // namespace kinegraph

@@ -4,6 +4,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/skeleton/body_joints.h"
+
 namespace kinegraph {
 namespace {
 
@@ -42,8 +44,10 @@ Eigen::Vector3d Across(const Pose3d& pose, const Skeleton& skeleton,
 std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
                                        const Skeleton& skeleton) {
   std::vector<int> trunk;
+  std::vector<int> body_joints;
   for (int j = 0; j < skeleton.joint_count(); ++j) {
     const JointClass joint_class = skeleton.joint_class(j);
+    if (IsBodyJoint(joint_class)) body_joints.push_back(j);
     if (joint_class == JointClass::kHip ||
         joint_class == JointClass::kShoulder) {
       trunk.push_back(j);
@@ -63,6 +67,7 @@ std::vector<Tracklet> CollectTracklets(const std::vector<TrackFrame>& frames,
   std::vector<Tracklet> tracklets;
   for (auto& [id, tracklet] : people) {
     tracklet.id = id;
+    tracklet.body_joints = body_joints;
     tracklets.push_back(std::move(tracklet));
   }
   return tracklets;

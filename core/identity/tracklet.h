@@ -26,6 +26,7 @@ struct TrackletFrame {
 struct Tracklet {
   TrackId id;
   std::vector<TrackletFrame> frames;  // ascending
+  std::vector<int> body_joints;       // shoulders to wrists, hips to ankles
   // Frames at the beginning and at the end that say nothing of the person:
   // somebody else was too near.
   size_t dirty_begin = 0;

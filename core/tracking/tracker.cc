@@ -43,6 +43,22 @@ const TrackerOptions& Checked(const TrackerOptions& options) {
   return options;
 }
 
+// Views of this frame whose joints the filter kept, most of them.
+std::vector<int> AgreeingViews(const EstimatorFrame& frame) {
+  std::vector<int> views;
+  if (!frame.has_initial) return views;
+  for (const FreshView& view : frame.views) {
+    int kept = 0;
+    int removed = 0;
+    for (const FilterVerdict verdict : view.verdicts) {
+      kept += verdict == FilterVerdict::kKept;
+      removed += verdict == FilterVerdict::kRemoved;
+    }
+    if (kept > removed) views.push_back(view.view_idx);
+  }
+  return views;
+}
+
 SceneModel Checked(SceneModel scene) {
   if (scene.cameras.empty()) {
     throw OptionError("cameras", "a scene needs at least one camera");
@@ -84,7 +100,11 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
               ? static_cast<int>(std::ceil(options_.reconstruction.tau_frames))
               : 1),
       unmatched_(scene_.cameras.size()),
-      matches_(scene_.cameras.size()) {}
+      matches_(scene_.cameras.size()) {
+  if (options_.life.found_twice == FoundTwice::kKept) return;
+  strands_.assign(scene_.cameras.size(),
+                  ViewStrands(scene_.skeleton.association_joints()));
+}
 
 Tracker::~Tracker() = default;
 
@@ -97,6 +117,7 @@ void Tracker::Process(const DetectionFrame& frame,
   Prepare(frame);
   Associate(frame);
   Reconstruct(frame);
+  if (HoldsStrands()) ClaimStrands();
   Estimate();
   StepLives(frame.time);
   StartNewPeople(frame);
@@ -183,28 +204,119 @@ void Tracker::Associate(const DetectionFrame& frame) {
   const StageTimer timer(stage_times_, &StageTimes::association_ns);
   SetTargets(frame);
   for (size_t v = 0; v < observations_.view_count(); ++v) {
-    const Span<Observation> observations = observations_.OfView(v);
     if (cross_view_) SetLastSeen(frame, static_cast<int>(v));
-    matcher_.Match(targets_, observations, scene_.cameras[v], &matches_[v]);
-    unmatched_[v].clear();
-    for (const Observation& observation : observations) {
-      unmatched_[v].push_back(&observation);
-    }
-    for (size_t t = 0; t < tracks_.size(); ++t) {
-      const int match = matches_[v][t];
-      if (match < 0) continue;
-      // The detection leaves the pool and is remembered also if the update
-      // then fails.
-      tracks_[t]->matched = true;
-      tracks_[t]->memory.Store(observations[match], frame.time);
-      unmatched_[v][match] = nullptr;
-      if (!cross_view_ || !options_.reconstruction.incremental) continue;
-      UpdateExpected(tracks_[t].get(), frame.time);
-      targets_[t].expected_age_frames = 0.0;
-    }
+    AssociateView(v, frame.time);
+  }
+  for (size_t v = 0; v < observations_.view_count(); ++v) {
+    if (HoldsStrands()) TakeWhatIsLeft(v, frame.time);
     unmatched_[v].erase(
         std::remove(unmatched_[v].begin(), unmatched_[v].end(), nullptr),
         unmatched_[v].end());
+  }
+}
+
+// The track from whose detections one goes on, if that track is lost by now. Of
+// those who are there their poses tell better than one view does.
+std::optional<TrackId> Tracker::LostHolder(size_t view_idx,
+                                           size_t observation_idx) const {
+  constexpr double kLost = 0.1;  // s without an update
+  const std::optional<TrackId> holder =
+      strands_[view_idx].HolderOf(observation_idx);
+  if (!holder.has_value()) return std::nullopt;
+  const bool there =
+      std::any_of(tracks_.begin(), tracks_.end(), [&](const auto& track) {
+        return track->id == *holder &&
+               ToSeconds(last_time_ - track->life.last_update()) <= kLost;
+      });
+  return there ? std::nullopt : holder;
+}
+
+bool Tracker::IsOfSomebodyLost(size_t view_idx, size_t observation_idx,
+                               TrackId but) const {
+  const std::optional<TrackId> holder = LostHolder(view_idx, observation_idx);
+  return holder.has_value() && *holder != but;
+}
+
+// Nobody takes a detection of somebody lost.
+void Tracker::AssociateView(size_t view_idx, TimeNs time) {
+  const Span<Observation> observations = observations_.OfView(view_idx);
+  barred_.clear();
+  if (HoldsStrands()) {
+    strands_[view_idx].Follow(observations, time);
+    for (const auto& track : tracks_) {
+      for (size_t k = 0; k < observations.size(); ++k) {
+        barred_.push_back(IsOfSomebodyLost(view_idx, k, track->id));
+      }
+    }
+  }
+  matcher_.Match(targets_, observations, scene_.cameras[view_idx], barred_,
+                 &matches_[view_idx]);
+  unmatched_[view_idx].clear();
+  for (const Observation& observation : observations) {
+    unmatched_[view_idx].push_back(&observation);
+  }
+  for (size_t t = 0; t < tracks_.size(); ++t) {
+    const int match = matches_[view_idx][t];
+    if (match >= 0) Give(view_idx, static_cast<size_t>(match), t, time);
+  }
+}
+
+// Whom two other views have needs no protection from a detection that another
+// held and nobody took: they say where the person is, whatever it shows.
+void Tracker::TakeWhatIsLeft(size_t view_idx, TimeNs time) {
+  constexpr int kSure = 2;  // views
+  const Span<Observation> observations = observations_.OfView(view_idx);
+  barred_.assign(tracks_.size() * observations.size(), 1);
+  bool any = false;
+  for (size_t t = 0; t < tracks_.size(); ++t) {
+    if (matches_[view_idx][t] >= 0) continue;
+    int views = 0;
+    for (const std::vector<int>& matches : matches_) views += matches[t] >= 0;
+    if (views < kSure) continue;
+    for (size_t k = 0; k < observations.size(); ++k) {
+      if (unmatched_[view_idx][k] == nullptr ||
+          !IsOfSomebodyLost(view_idx, k, tracks_[t]->id)) {
+        continue;
+      }
+      barred_[t * observations.size() + k] = 0;
+      any = true;
+    }
+  }
+  if (!any) return;
+  std::vector<int> left;
+  matcher_.Match(targets_, observations, scene_.cameras[view_idx], barred_,
+                 &left);
+  for (size_t t = 0; t < tracks_.size(); ++t) {
+    if (left[t] < 0) continue;
+    matches_[view_idx][t] = left[t];
+    Give(view_idx, static_cast<size_t>(left[t]), t, time);
+  }
+}
+
+// The detection leaves the pool and is remembered also if the update then
+// fails.
+void Tracker::Give(size_t view_idx, size_t observation_idx, size_t target,
+                   TimeNs time) {
+  Track& track = *tracks_[target];
+  track.matched = true;
+  track.memory.Store(observations_.OfView(view_idx)[observation_idx], time);
+  unmatched_[view_idx][observation_idx] = nullptr;
+  if (!cross_view_ || !options_.reconstruction.incremental) return;
+  UpdateExpected(&track, time);
+  targets_[target].expected_age_frames = 0.0;
+}
+
+// Who has two views that agree has a right to their detections.
+void Tracker::ClaimStrands() {
+  for (size_t t = 0; t < tracks_.size(); ++t) {
+    const std::vector<int> views = AgreeingViews(tracks_[t]->frame);
+    if (views.size() < 2) continue;
+    for (const int v : views) {
+      const int match = matches_[static_cast<size_t>(v)][t];
+      if (match < 0) continue;
+      strands_[static_cast<size_t>(v)].Claim(static_cast<size_t>(match),
+                                             tracks_[t]->id);
+    }
   }
 }
 
@@ -242,8 +354,48 @@ void Tracker::StartNewPeople(const DetectionFrame& frame) {
   assembler_.BeginFrame(frame.frame, frame.time);
   for (size_t t = 0; t < tracks_.size(); ++t) assembler_.Join();
   for (const NewPerson& person : new_people_) {
-    if (!IsTracked(person)) StartTrack(person, frame);
+    if (!IsTracked(person) && !IsOfTwo(person)) StartTrack(person, frame);
   }
+}
+
+// Whether its views show two people: what they show goes on from what two lost
+// tracks held.
+bool Tracker::IsOfTwo(const NewPerson& person) const {
+  if (!HoldsStrands()) return false;
+  std::optional<TrackId> holder;
+  for (const Observation* member : person.members) {
+    const std::optional<TrackId> one =
+        LostHolder(static_cast<size_t>(member->view_idx), IndexOf(*member));
+    if (!one.has_value()) continue;
+    if (holder.has_value() && *holder != *one) return true;
+    holder = one;
+  }
+  return false;
+}
+
+void Tracker::NoteSuccession(const NewPerson& person, TrackId track) {
+  if (!HoldsStrands()) return;
+  Succession succession;
+  succession.to = track;
+  for (const Observation* member : person.members) {
+    const ViewStrands& strands =
+        strands_[static_cast<size_t>(member->view_idx)];
+    const std::optional<TrackId> one =
+        LostHolder(static_cast<size_t>(member->view_idx), IndexOf(*member));
+    if (!one.has_value()) continue;
+    const TimeNs since = strands.HeldSince(IndexOf(*member));
+    succession.from = *one;
+    succession.since =
+        succession.views == 0 ? since : std::min(succession.since, since);
+    ++succession.views;
+  }
+  if (succession.views > 0) successions_.push_back(succession);
+}
+
+// Within its view and frame.
+size_t Tracker::IndexOf(const Observation& observation) const {
+  const auto view = static_cast<size_t>(observation.view_idx);
+  return static_cast<size_t>(&observation - observations_.OfView(view).data());
 }
 
 // Whether the views that nobody took show somebody whom other views show where
@@ -265,10 +417,15 @@ void Tracker::StartTrack(const NewPerson& person, const DetectionFrame& frame) {
   auto track = std::make_unique<Track>(
       TrackId(next_id_++), TrackLife(options_.life, clock_, frame.time),
       WriteGate(options_.life, clock_), memory_depth_);
+  NoteSuccession(person, track->id);
   // The whole 2D poses are remembered, joints the filter removed included.
   std::vector<UsedView> views;
   for (const Observation* member : person.members) {
     track->memory.Store(*member, frame.time);
+    if (HoldsStrands()) {
+      strands_[static_cast<size_t>(member->view_idx)].Claim(IndexOf(*member),
+                                                            track->id);
+    }
     views.push_back({member, 0.0});
   }
   EstimatorFrame& work = track->frame;

@@ -6,9 +6,11 @@
 #include <optional>
 #include <vector>
 
+#include "core/association/strands.h"
 #include "core/association/view_matching.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
+#include "core/data/succession.h"
 #include "core/reconstruction/initialisation.h"
 #include "core/reconstruction/reconstruction.h"
 #include "core/tracking/estimator.h"
@@ -54,6 +56,8 @@ class Tracker {
   // People known now, tentative ones included.
   size_t track_count() const { return tracks_.size(); }
   int64_t people_so_far() const { return next_id_; }
+  // Who began with whose detections, so far; graph mode.
+  const std::vector<Succession>& successions() const { return successions_; }
   // Null (the default) to measure nothing.
   void set_stage_times(StageTimes* times) { stage_times_ = times; }
   // Threads for the estimators; results do not depend on it.
@@ -67,11 +71,24 @@ class Tracker {
   void SetTargets(const DetectionFrame& frame);
   void SetLastSeen(const DetectionFrame& frame, int view_idx);
   void UpdateExpected(Track* track, TimeNs time);
+  void AssociateView(size_t view_idx, TimeNs time);
+  std::optional<TrackId> LostHolder(size_t view_idx,
+                                    size_t observation_idx) const;
+  bool IsOfSomebodyLost(size_t view_idx, size_t observation_idx,
+                        TrackId but) const;
+  void TakeWhatIsLeft(size_t view_idx, TimeNs time);
+  void Give(size_t view_idx, size_t observation_idx, size_t target,
+            TimeNs time);
+  bool HoldsStrands() const { return !strands_.empty(); }
+  void ClaimStrands();
   void Reconstruct(const DetectionFrame& frame);
   void Estimate();
   void StepLives(TimeNs time);
   void StartNewPeople(const DetectionFrame& frame);
   bool IsTracked(const NewPerson& person) const;
+  bool IsOfTwo(const NewPerson& person) const;
+  void NoteSuccession(const NewPerson& person, TrackId track);
+  size_t IndexOf(const Observation& observation) const;
   void StartTrack(const NewPerson& person, const DetectionFrame& frame);
   enum class Leaving { kEnded, kEverybody };
   void HandOver(Leaving leaving);
@@ -85,6 +102,7 @@ class Tracker {
   EpipolarGeometry epipolar_;
   FrameObservations observations_;
   ViewMatcher matcher_;
+  std::vector<ViewStrands> strands_;  // [view]; empty: nobody holds any
   EvidenceStep evidence_;
   Initialiser initialiser_;
   const bool cross_view_;   // the affinity of Chen et al.
@@ -92,6 +110,7 @@ class Tracker {
 
   std::vector<std::unique_ptr<Track>> tracks_;
   int64_t next_id_ = 0;
+  std::vector<Succession> successions_;
   std::optional<int64_t> last_frame_;
   TimeNs last_time_ = 0;  // of last_frame_
   int threads_ = 1;
@@ -102,6 +121,7 @@ class Tracker {
   std::vector<ObservationGroup> unmatched_;  // [view]
   std::vector<AssociationTarget> targets_;
   std::vector<std::vector<int>> matches_;  // [view][track]
+  std::vector<char> barred_;               // of a view, [track][observation]
   Pose3d predicted_;
   std::vector<NewPerson> new_people_;
   std::vector<FinalPose> finals_;

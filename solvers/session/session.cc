@@ -93,6 +93,9 @@ class Session::Impl {
   const RunSummary& summary() const { return summary_; }
   const std::vector<IdentityEdit>& identity_edits() const { return edits_; }
   const std::vector<std::string>& left_out() const { return left_out_; }
+  const std::vector<Succession>& successions() const {
+    return tracker_.successions();
+  }
   const TakeNotes* notes() const { return notes_.get(); }
 
   void set_stage_times(StageTimes* times) { tracker_.set_stage_times(times); }
@@ -115,7 +118,8 @@ class Session::Impl {
   void DecideIdentities() {
     if (options_.identity.link) {
       edits_ = LinkIdentities(scene_.model.skeleton, scene_.model.frame_rate_hz,
-                              options_.identity, &first_pass_, &left_out_);
+                              options_.identity, &first_pass_, &left_out_,
+                              tracker_.successions());
     }
     const size_t automatic = edits_.size();
     for (IdentityEdit edit : request_.corrections) {
@@ -295,6 +299,10 @@ ViewBias Session::view_bias() const {
 }
 const std::vector<IdentityEdit>& Session::identity_edits() const {
   return impl_->identity_edits();
+}
+
+const std::vector<Succession>& Session::successions() const {
+  return impl_->successions();
 }
 
 const std::vector<std::string>& Session::linking_left_out() const {

@@ -100,6 +100,8 @@ class Session {
   const std::vector<IdentityEdit>& identity_edits() const;
   // Lines for what linking decided and could not do; none in a sound take.
   const std::vector<std::string>& linking_left_out() const;
+  // Who began with whose detections, so far: what linking is told.
+  const std::vector<Succession>& successions() const;
 
  private:
   class Impl;

@@ -28,6 +28,7 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <set>
 #include <sstream>
@@ -419,6 +420,24 @@ void PrintPieces(const char* mode, const TrackSequence& truth,
   }
 }
 
+// Whether those who began with another's detections are that one.
+void PrintSuccessions(const TrackSequence& truth, const TrackSequence& tracks,
+                      const std::vector<Succession>& successions) {
+  const TrueNames names(truth, tracks);
+  constexpr int64_t kEnd = std::numeric_limits<int64_t>::max();
+  for (const Succession& one : successions) {
+    const double rate_hz = truth.header.frame_rate_hz;
+    std::printf(
+        "#   succession %lld %lld truth %lld %lld views %d\n",
+        static_cast<long long>(one.from.value()),
+        static_cast<long long>(one.to.value()),
+        static_cast<long long>(
+            NameAt(names, one.from, kEnd, false, rate_hz).value()),
+        static_cast<long long>(NameAt(names, one.to, 0, true, rate_hz).value()),
+        one.views);
+  }
+}
+
 using Key = std::pair<std::string, std::string>;  // scene, mode
 
 const char* const kModes[] = {"paper", "graph", "graph, linked",
@@ -536,6 +555,28 @@ std::map<Key, Counts> ReadLines(const std::string& path) {
   return table;
 }
 
+void WriteSuccessions(const std::string& path,
+                      const std::vector<Succession>& successions) {
+  std::ofstream file(path);
+  for (const Succession& one : successions) {
+    file << one.from.value() << ' ' << one.to.value() << ' ' << one.views << ' '
+         << one.since << '\n';
+  }
+}
+
+std::vector<Succession> ReadSuccessions(const std::string& path) {
+  std::vector<Succession> successions;
+  std::ifstream file(path);
+  int64_t from = 0;
+  int64_t to = 0;
+  int views = 0;
+  TimeNs since = 0;
+  while (file >> from >> to >> views >> since) {
+    successions.push_back({TrackId(from), TrackId(to), views, since});
+  }
+  return successions;
+}
+
 struct Arguments {
   std::vector<std::string> scenes;
   int first_seed = 1;
@@ -577,12 +618,12 @@ class Benchmark {
       add("paper", CountsOf(take.truth,
                             TrackSequenceOf(paper_, request, take.detections)));
     }
-    const TrackSequence tracks = FirstPass(layout, seed, take, graph_);
+    const auto [tracks, successions] = FirstPass(layout, seed, take, graph_);
     add("graph", CountsOf(take.truth, tracks));
     TrackSequence linked = tracks;
     const std::vector<IdentityEdit> edits =
         LinkIdentities(tracks.header.skeleton, tracks.header.frame_rate_hz,
-                       whole_.identity, &linked.frames);
+                       whole_.identity, &linked.frames, nullptr, successions);
     Counts counts = CountsOf(take.truth, linked);
     CountJoins(take.truth, tracks, edits, arguments_.details, &counts);
     add("graph, linked", counts);
@@ -594,6 +635,7 @@ class Benchmark {
                    TrackSequenceOf(whole_, request, take.detections)));
     }
     if (!arguments_.details) return;
+    PrintSuccessions(take.truth, tracks, successions);
     PrintPieces("graph", take.truth, tracks);
     PrintPieces("linked", take.truth, linked);
   }
@@ -641,13 +683,13 @@ class Benchmark {
     Hide(layout, seed, &take);
     RunOptions options = graph_;
     options.estimators.output = OutputKind::kGaussian;
-    const TrackSequence tracks =
+    const auto [tracks, successions] =
         FirstPass(layout, seed, take, options, "_ten_minutes");
     TrackSequence linked = tracks;
     const std::clock_t begin = std::clock();
     const std::vector<IdentityEdit> edits =
         LinkIdentities(tracks.header.skeleton, tracks.header.frame_rate_hz,
-                       whole_.identity, &linked.frames);
+                       whole_.identity, &linked.frames, nullptr, successions);
     const double seconds =
         static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     Counts counts;
@@ -689,20 +731,37 @@ class Benchmark {
     return take;
   }
 
+  struct Tracked {
+    TrackSequence tracks;
+    std::vector<Succession> successions;
+  };
+
   // The tracks of graph mode, from their file if they are there.
-  TrackSequence FirstPass(const Layout& layout, int seed,
-                          const SyntheticTake& take, const RunOptions& options,
-                          const std::string& what = "") const {
+  Tracked FirstPass(const Layout& layout, int seed, const SyntheticTake& take,
+                    const RunOptions& options,
+                    const std::string& what = "") const {
     const std::string path = arguments_.tracks + "/" + layout.name + "_" +
                              std::to_string(seed) + what + ".jsonl";
+    Tracked tracked;
     if (!arguments_.tracks.empty() && std::filesystem::exists(path)) {
-      return ReadTracks(path);
+      tracked.tracks = ReadTracks(path);
+      tracked.successions = ReadSuccessions(path + ".successions");
+      return tracked;
     }
     RunRequest request;
     request.cameras = take.scene.cameras;
-    TrackSequence tracks = TrackSequenceOf(options, request, take.detections);
-    if (!arguments_.tracks.empty()) WriteTracks(path, tracks);
-    return tracks;
+    MemorySource source(take.detections);
+    Session session(options, request, take.detections.header);
+    tracked.tracks.header = session.scene().header;
+    TrackAll(&source, &session, [&](TrackFrame&& frame) {
+      tracked.tracks.frames.push_back(std::move(frame));
+    });
+    tracked.successions = session.successions();
+    if (!arguments_.tracks.empty()) {
+      WriteTracks(path, tracked.tracks);
+      WriteSuccessions(path + ".successions", tracked.successions);
+    }
+    return tracked;
   }
 
   void Add(const Layout& layout, int seed, const char* mode, Counts counts) {

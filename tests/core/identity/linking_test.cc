@@ -71,6 +71,32 @@ TEST(LinkingTest, JoinsTwoPeopleWhoWereHidden) {
   EXPECT_EQ(IdsIn(linked.frames[200]), (std::vector<int64_t>{0, 1}));
 }
 
+// Two people of one body come back after two seconds, each between the places
+// where both were: only the view that saw one of them all the time tells.
+TEST(LinkingTest, AViewThatSawWhoWentOnDecides) {
+  CrowdMaker crowd(250);
+  crowd.Add({0, 0, 99, {-0.7, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({1, 0, 99, {0.7, 0.0}, {0.0, 0.0}, 1.0})
+      .Add({2, 150, 249, {0.0, -0.7}, {0.0, 0.0}, 1.0})
+      .Add({3, 150, 249, {0.0, 0.7}, {0.0, 0.0}, 1.0});
+  const auto joins = [&](const std::vector<Succession>& successions) {
+    std::vector<TrackFrame> frames = crowd.frames();
+    std::vector<std::vector<TrackId>> found;
+    for (const IdentityEdit& edit :
+         LinkIdentities(Coco17(), testing::kCrowdRate, {}, &frames, nullptr,
+                        successions)) {
+      if (edit.op == EditOp::kJoin) found.push_back(edit.persons);
+    }
+    return found;
+  };
+  EXPECT_TRUE(joins({}).empty());
+  const auto found = joins({{TrackId(0), TrackId(3), 1, 0}});
+  // The other two are left for each other.
+  EXPECT_EQ(found, (std::vector<std::vector<TrackId>>{Ids(1, 2), Ids(0, 3)}));
+  // What track 0 had only after its last frame says nothing of it.
+  EXPECT_TRUE(joins({{TrackId(0), TrackId(3), 1, FromSeconds(4.5)}}).empty());
+}
+
 TEST(LinkingTest, TheSameTakeGivesTheSameEdits) {
   const Linked one = Link(TwoHidden());
   const Linked again = Link(TwoHidden());

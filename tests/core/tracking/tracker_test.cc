@@ -229,6 +229,83 @@ TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
   }
 }
 
+// Two cameras, and two people one behind the other for the second of them. The
+// hind one is lost to the first camera and to the tracker; then the front one
+// is missed by the second camera, which still shows the hind one within the
+// gate. It goes on as that one, and is taken for nobody else.
+TEST_F(TrackerTest, WhoIsLostIsNotTakenForSomebodyElse) {
+  cameras_ = testing::RingOfCameras(4);
+  cameras_ = {cameras_[0], cameras_[1]};
+  const Pose3d hind = testing::StandingPerson(0.0, -0.4);
+  const Pose3d front = testing::StandingPerson(0.0, 0.4);
+  for (const FoundTwice twice : {FoundTwice::kKept, FoundTwice::kDropped}) {
+    TrackerOptions options;
+    options.life.found_twice = twice;
+    SceneModel scene = Scene();
+    scene.keep_observations = true;
+    CausalGaussianOptions gaussian;
+    gaussian.smooth = false;
+    Tracker tracker(scene, Coco17(), options, [gaussian](const SceneModel& of) {
+      return MakeCausalGaussian(of, gaussian);
+    });
+    std::vector<TrackFrame> frames;
+    for (int f = 0; f < 50; ++f) {
+      DetectionFrame seen = See(f, {hind, front});
+      auto& first = seen.views[0].detections;
+      auto& second = seen.views[1].detections;
+      if (f >= 20) first.erase(first.begin());
+      if (f >= 35 && f < 40) second.erase(second.begin() + 1);
+      tracker.Process(seen, &frames);
+    }
+    tracker.Finish(&frames);
+    int taken = 0;
+    for (const TrackFrame& frame : frames) {
+      for (const PersonPose& person : frame.people) {
+        if (person.id != TrackId(1)) continue;
+        for (const ViewMatch& match : person.matches) {
+          taken += match.view_idx == 1 && match.detection_idx == 0;
+        }
+      }
+    }
+    EXPECT_EQ(tracker.people_so_far(), 2);
+    if (twice == FoundTwice::kKept) {
+      EXPECT_GT(taken, 0);  // so the scene is one where it matters
+    } else {
+      EXPECT_EQ(taken, 0);
+    }
+  }
+}
+
+// Somebody whom one of two cameras loses for a second comes back as somebody
+// new: the other camera had them all the time and says so.
+TEST_F(TrackerTest, AViewThatSawSomebodyGoOnSaysSo) {
+  const Pose3d person = testing::StandingPerson(0.0, 0.0);
+  cameras_ = testing::RingOfCameras(4);
+  cameras_ = {cameras_[0], cameras_[1]};
+  for (const FoundTwice twice : {FoundTwice::kKept, FoundTwice::kDropped}) {
+    TrackerOptions options;
+    options.life.found_twice = twice;
+    const auto tracker = Make(options);
+    std::vector<TrackFrame> frames;
+    for (int f = 0; f < 60; ++f) {
+      DetectionFrame seen = See(f, {person});
+      if (f >= 20 && f < 45) seen.views[0].detections.clear();
+      tracker->Process(seen, &frames);
+    }
+    EXPECT_EQ(tracker->people_so_far(), 2);
+    if (twice == FoundTwice::kKept) {  // paper mode
+      EXPECT_TRUE(tracker->successions().empty());
+      continue;
+    }
+    ASSERT_EQ(tracker->successions().size(), 1u);
+    const Succession& one = tracker->successions().front();
+    EXPECT_EQ(one.from, TrackId(0));
+    EXPECT_EQ(one.to, TrackId(1));
+    EXPECT_EQ(one.views, 1);
+    EXPECT_EQ(one.since, 0);
+  }
+}
+
 // After a tenth of a second without a detection the body has gone on by 0.6 m;
 // 0.2 s on it is expected to stay.
 TEST_F(TrackerTest, NobodyIsExpectedToGoOnForLong) {
