@@ -242,7 +242,7 @@ TEST_F(TrackerTest, WhoIsLostIsNotTakenForSomebodyElse) {
     TrackerOptions options;
     options.life.found_twice = twice;
     SceneModel scene = Scene();
-    scene.keep_observations = true;
+    scene.kept_matches = KeptMatches::kDetections;
     CausalGaussianOptions gaussian;
     gaussian.smooth = false;
     Tracker tracker(scene, Coco17(), options, [gaussian](const SceneModel& of) {
