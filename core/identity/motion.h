@@ -17,7 +17,7 @@ struct MotionState {
   Eigen::Vector3d velocity_mps = Eigen::Vector3d::Zero();
   // From right to left, which turns as the person does; zero: not known.
   Eigen::Vector3d across_m = Eigen::Vector3d::Zero();
-  Posture posture = {};  // in the outermost frame
+  LimbPosture posture = {};  // in the outermost frame
 };
 
 // Where a tracklet's clean frames begin and end: a line through the outermost

@@ -36,7 +36,7 @@ double Swing(double gap_s) {
 }
 
 // x to the left, y back or forth, z up; none where the direction is not known.
-std::optional<Eigen::Matrix3d> Axes(const Posture& posture,
+std::optional<Eigen::Matrix3d> Axes(const LimbPosture& posture,
                                     const Eigen::Vector3d& up) {
   const Eigen::Vector3d across =
       posture.across_m - posture.across_m.dot(up) * up;
@@ -50,9 +50,9 @@ std::optional<Eigen::Matrix3d> Axes(const Posture& posture,
 
 }  // namespace
 
-Posture PostureOf(const Tracklet& tracklet, size_t frame_idx) {
+LimbPosture PostureOf(const Tracklet& tracklet, size_t frame_idx) {
   const TrackletFrame& frame = tracklet.frames[frame_idx];
-  Posture posture;
+  LimbPosture posture;
   posture.across_m = frame.across_m;
   for (const int j : tracklet.body_joints) {
     const Joint3d& joint = frame.pose->joints[static_cast<size_t>(j)];
@@ -64,7 +64,8 @@ Posture PostureOf(const Tracklet& tracklet, size_t frame_idx) {
   return posture;
 }
 
-std::optional<double> PostureDistance(const Posture& a, const Posture& b,
+std::optional<double> PostureDistance(const LimbPosture& a,
+                                      const LimbPosture& b,
                                       const Eigen::Vector3d& up) {
   const auto axes_a = Axes(a, up);
   const auto axes_b = Axes(b, up);
@@ -86,7 +87,7 @@ PostureModel::PostureModel(const std::vector<Tracklet>& tracklets,
                            const Eigen::Vector3d& up)
     : up_(up), strangers_m_(kStrangers) {
   // Everybody's postures twice a second, by when.
-  std::map<int64_t, std::vector<Posture>> looks;
+  std::map<int64_t, std::vector<LimbPosture>> looks;
   for (const Tracklet& tracklet : tracklets) {
     int64_t last = std::numeric_limits<int64_t>::min();
     for (size_t k = 0; k < tracklet.frames.size(); ++k) {
@@ -110,7 +111,7 @@ PostureModel::PostureModel(const std::vector<Tracklet>& tracklets,
   }
 }
 
-double PostureModel::LogRatio(const Posture& from, const Posture& to,
+double PostureModel::LogRatio(const LimbPosture& from, const LimbPosture& to,
                               double gap_s) const {
   const std::optional<double> distance = PostureDistance(from, to, up_);
   if (!distance.has_value()) return 0.0;

@@ -12,17 +12,18 @@ namespace kinegraph {
 
 // Shoulders to wrists and hips to ankles from the trunk's centre, in world axes
 // [m]; NaN where a joint has no position. Empty: not known.
-struct Posture {
+struct LimbPosture {
   std::vector<Eigen::Vector3d> limbs_m;
   Eigen::Vector3d across_m = Eigen::Vector3d::Zero();
 };
 
-Posture PostureOf(const Tracklet& tracklet, size_t frame_idx);
+LimbPosture PostureOf(const Tracklet& tracklet, size_t frame_idx);
 
 // Root mean square distance of the limbs when both face the same way [m]; `up`
 // is a unit vector. nullopt where too few joints are common or nobody knows
 // which way they face.
-std::optional<double> PostureDistance(const Posture& a, const Posture& b,
+std::optional<double> PostureDistance(const LimbPosture& a,
+                                      const LimbPosture& b,
                                       const Eigen::Vector3d& up);
 
 class PostureModel {
@@ -34,7 +35,8 @@ class PostureModel {
 
   // Log likelihood ratio [nats] of the second posture, so long after the first,
   // for the same person and for another.
-  double LogRatio(const Posture& from, const Posture& to, double gap_s) const;
+  double LogRatio(const LimbPosture& from, const LimbPosture& to,
+                  double gap_s) const;
   double strangers_m() const { return strangers_m_; }
 
  private:

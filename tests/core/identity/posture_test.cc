@@ -14,7 +14,7 @@ namespace {
 const Eigen::Vector3d kUp = Eigen::Vector3d::UnitZ();
 
 // Who stands with the right wrist (joint 10) raised by so much, in one frame.
-Posture Raised(double raised_m, double turn_rad = 0.0) {
+LimbPosture Raised(double raised_m, double turn_rad = 0.0) {
   testing::CrowdMaker crowd(1);
   crowd.Add({0, 0, 0, {1.0, 2.0}, {0.0, 0.0}, 1.0}, 0.0);
   std::vector<TrackFrame> frames = crowd.frames();
@@ -42,20 +42,20 @@ TEST(PostureTest, WhichWayAndWhereSomebodyStandsDoesNotCount) {
 }
 
 TEST(PostureTest, TooFewJointsAreNoPosture) {
-  Posture few = Raised(0.0);
+  LimbPosture few = Raised(0.0);
   for (size_t i = 0; i < 5; ++i) few.limbs_m[i].setConstant(std::nan(""));
   EXPECT_FALSE(PostureDistance(few, Raised(0.0), kUp).has_value());
-  EXPECT_FALSE(PostureDistance(Posture(), Raised(0.0), kUp).has_value());
+  EXPECT_FALSE(PostureDistance(LimbPosture(), Raised(0.0), kUp).has_value());
   const PostureModel model({}, kUp);
-  EXPECT_EQ(model.LogRatio(Posture(), Raised(0.0), 0.1), 0.0);
+  EXPECT_EQ(model.LogRatio(LimbPosture(), Raised(0.0), 0.1), 0.0);
 }
 
 TEST(PostureTest, ItTellsMuchAtOnceAndLittleLater) {
   const PostureModel model({}, kUp);
   // 0.1 m as one's own after 0.2 s, 0.4 m as a stranger's.
-  const Posture here = Raised(0.0);
-  const Posture own = Raised(0.1 * std::sqrt(12.0));
-  const Posture other = Raised(0.4 * std::sqrt(12.0));
+  const LimbPosture here = Raised(0.0);
+  const LimbPosture own = Raised(0.1 * std::sqrt(12.0));
+  const LimbPosture other = Raised(0.4 * std::sqrt(12.0));
   EXPECT_GT(model.LogRatio(here, own, 0.2), 1.0);
   EXPECT_LT(model.LogRatio(here, other, 0.2), -1.0);
   EXPECT_LT(model.LogRatio(here, own, 2.0), model.LogRatio(here, own, 0.2));
