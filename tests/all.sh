@@ -27,20 +27,34 @@ programs_of() {  # FOLDER...
   (cd tests && find "$@" -name '*_test.cc' -printf 'test_%h\n' | tr / _ | sort -u)
 }
 
-# All programs are tried, also after one that fails.
-sanitizer() {  # PRESET TEST_PROGRAM...
-  local preset=$1 program begin outcome=0
+# One part of a test program: a line with its times, and its words where it fails.
+part() {  # TEST_PROGRAM INDEX
+  local log=$parts/${1##*/}.$2.log
+  TIMEFORMAT="%R s, %U s of processor time: ${1##*/} $2"
+  if time GTEST_SHARD_INDEX=$2 "$1" --gtest_brief=1 >"$log" 2>&1; then
+    return 0
+  fi
+  echo "FAILED: ${1##*/} $2, $log:"
+  tail -n 200 "$log"
+  return 1
+}
+
+# All programs are tried, also after one that fails; each in as many parts as
+# run side by side.
+sanitizer() {  # PRESET TARGET...
+  local preset=$1 target index
   shift
   cmake --preset "$preset" -B "$build/$preset" &&
     cmake --build "$build/$preset" --parallel "$jobs" --target "$@" || return 1
-  for program in "$@"; do
-    if [[ $program == test_* ]]; then
-      begin=$SECONDS
-      "$build/$preset/tests/$program" --gtest_brief=1 || outcome=1
-      echo "$program took $((SECONDS - begin)) s"
-    fi
-  done
-  return $outcome
+  mkdir -p "$logs/$preset"
+  export -f part
+  export parts=$logs/$preset GTEST_TOTAL_SHARDS=$jobs
+  for target in "$@"; do
+    if [[ $target != test_* ]]; then continue; fi
+    for ((index = 0; index < jobs; ++index)); do
+      printf '%s\n' "$build/$preset/tests/$target" "$index"
+    done
+  done | xargs -d '\n' -n 2 -P "$jobs" bash -c 'part "$@"' part
 }
 
 # Everything, built with the libraries that the fuzzers need as well. The engines

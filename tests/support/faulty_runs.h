@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "tests/support/program.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
@@ -153,18 +154,21 @@ class RunningProgram {
   pid_t process_ = -1;
 };
 
-// Waits up to half a minute, which only a machine at a standstill needs.
+// Waits up to half a minute, which only a machine at a standstill needs; under
+// a sanitizer five.
 template <typename Condition>
 bool WaitUntil(const Condition& condition) {
-  for (int i = 0; i < 3000; ++i) {
-    if (condition()) return true;
+  const auto until = std::chrono::steady_clock::now() +
+                     std::chrono::seconds(kSanitized ? 300 : 30);
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > until) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  return false;
+  return true;
 }
 
 // The writing end of a pipe, once a program reads it; a closed stream where
-// none does within half a minute (a plain open would wait for ever).
+// none does in time (a plain open would wait for ever).
 inline std::ofstream OpenPipe(const std::string& path) {
   int reader_is_there = -1;
   WaitUntil([&] {

@@ -6,7 +6,6 @@
 #include <unistd.h>
 #include <zlib.h>
 
-#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -25,6 +24,7 @@
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/mat_file.h"
+#include "tests/support/processor_time.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -34,18 +34,17 @@ namespace fs = std::filesystem;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
+using testing::ProcessorTime;
 using testing::TemporaryFolder;
 
 // Far beyond what a refusal takes, far below what believing the file took.
-void ExpectQuick(std::chrono::steady_clock::time_point start) {
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
-}
+void ExpectQuick(const ProcessorTime& used) { EXPECT_LT(used.Seconds(), 5.0); }
 
 // ---- YAML
 
 TEST(YamlBounds, AStrayCommaEnds) {
   const TemporaryFolder folder;
-  const auto start = std::chrono::steady_clock::now();
+  const ProcessorTime used;
   for (const char* text :
        {"%YAML:1.0\n---\n,", "%YAML:1.0\n---\nnames: 1\n,",
         "%YAML:1.0\n---\n,,", "%YAML:1.0\n---\nK: 1\n...\n,\n---\n",
@@ -54,17 +53,17 @@ TEST(YamlBounds, AStrayCommaEnds) {
     EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }), HasSubstr("a.yml"))
         << text;
   }
-  ExpectQuick(start);
+  ExpectQuick(used);
 }
 
 TEST(YamlBounds, CommasDoNotFillTheMemory) {
   const TemporaryFolder folder;
-  const auto start = std::chrono::steady_clock::now();
+  const ProcessorTime used;
   const std::string path = folder.Write(
       "a.yml", "%YAML:1.0\n---\na: [" + std::string(2'000'000, ',') + "]\n");
   EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
               AnyOf(HasSubstr("too many values"), HasSubstr("is not YAML")));
-  ExpectQuick(start);
+  ExpectQuick(used);
 }
 
 // ---- NPZ
@@ -113,12 +112,12 @@ std::string Archive(const std::vector<std::string>& names,
 
 TEST(NpzBounds, TextsWithoutBytesAreRefused) {
   const TemporaryFolder folder;
-  const auto start = std::chrono::steady_clock::now();
+  const ProcessorTime used;
   const std::string path = folder.Write(
       "a.npz", Archive({"joints.npy"}, NpyOf("<U0", "(100000000,)", "")));
   EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }),
               HasSubstr("has the type '<U0'"));
-  ExpectQuick(start);
+  ExpectQuick(used);
 }
 
 TEST(NpzBounds, ArraysThatShareTheirBytesAreRefused) {
@@ -177,7 +176,7 @@ TEST(MatBounds, DimensionsMustHaveTheirEntries) {
   constexpr uint32_t kStruct = 2;
   constexpr uint32_t kDouble = 6;
   const TemporaryFolder folder;
-  const auto start = std::chrono::steady_clock::now();
+  const ProcessorTime used;
   for (const uint32_t array_class : {kCell, kStruct, kDouble}) {
     const std::string element =
         MatArray(array_class, 100'000'000, 20, std::string(1500, '\0'));
@@ -187,7 +186,7 @@ TEST(MatBounds, DimensionsMustHaveTheirEntries) {
           << array_class;
     }
   }
-  ExpectQuick(start);
+  ExpectQuick(used);
 }
 
 TEST(MatBounds, WholeFilesPass) {
@@ -302,11 +301,11 @@ TEST(CsvCells, AreNoFormulas) {
 }
 
 TEST(SkeletonBounds, TooManyJointsAreRefusedAtOnce) {
-  const auto start = std::chrono::steady_clock::now();
+  const ProcessorTime used;
   std::vector<std::string> joints;
   for (int j = 0; j < 100'000; ++j) joints.push_back(std::to_string(j));
   EXPECT_THROW(Skeleton("many", joints, {}), OptionError);
-  ExpectQuick(start);
+  ExpectQuick(used);
 }
 
 // ---- Files

@@ -1,0 +1,23 @@
+// Whether a sanitizer watches this build: it computes ten to twenty times as
+// long, and tests that repeat themselves do so less often.
+#ifndef KINEGRAPH_TESTS_SUPPORT_SANITIZED_H_
+#define KINEGRAPH_TESTS_SUPPORT_SANITIZED_H_
+
+namespace kinegraph::testing {
+
+// GCC says it with macros, Clang with __has_feature.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool kSanitized = true;
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+inline constexpr bool kSanitized = true;
+#else
+inline constexpr bool kSanitized = false;
+#endif
+#else
+inline constexpr bool kSanitized = false;
+#endif
+
+}  // namespace kinegraph::testing
+
+#endif  // KINEGRAPH_TESTS_SUPPORT_SANITIZED_H_
