@@ -16,7 +16,7 @@ class MeanOfThree final : public kinegraph::Estimator {
     kinegraph::FinalPose pose;
     pose.frame = frame.frame;
     pose.time = frame.time;
-    DescribeViews(frame, false, &pose.person);
+    DescribeViews(frame, kinegraph::KeptMatches::kNone, &pose.person);
     if (frame.has_initial) {
       recent_.push_back(frame.initial);
       if (recent_.size() > 3) recent_.pop_front();
