@@ -90,8 +90,8 @@ TEST(LinkingTest, AViewThatSawWhoWentOnDecides) {
     return found;
   };
   EXPECT_TRUE(joins({}).empty());
-  const auto found = joins({{TrackId(0), TrackId(3), 1, 0}});
-  // The other two are left for each other.
+  const auto found =
+      joins({{TrackId(0), TrackId(3), 1, 0}, {TrackId(1), TrackId(2), 1, 0}});
   EXPECT_EQ(found, (std::vector<std::vector<TrackId>>{Ids(1, 2), Ids(0, 3)}));
   // What track 0 had only after its last frame says nothing of it.
   EXPECT_TRUE(joins({{TrackId(0), TrackId(3), 1, FromSeconds(4.5)}}).empty());
