@@ -125,6 +125,11 @@ void PrintFindings(const TakeSurvey& survey) {
         static_cast<long long>(survey.frames_tried));
   }
   std::fputs(WarningsText(report).c_str(), stdout);
+  if (survey.cameras_are_off) {
+    std::printf(
+        "cameras.refine = \"pose\": where that fits the other half of the take "
+        "better,\nthey are moved; `doctor` looks for the cause\n");
+  }
 }
 
 std::string ConfigText(const TakeSurvey& survey) {
@@ -149,6 +154,12 @@ std::string ConfigText(const TakeSurvey& survey) {
   text += survey.unit == "auto"
               ? "# unit: the calibration's own\n"
               : "unit = " + Quoted(survey.unit) + "  # by people's height\n";
+  if (survey.cameras_are_off) {
+    text +=
+        "refine = \"pose\"      # some see people beside where the others do; "
+        "moved where\n"
+        "                     # the other half of the take then fits better\n";
+  }
   if (!survey.map.empty()) {
     text +=
         "\n# View = camera, in the order of their names: check them.\n"

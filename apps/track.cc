@@ -80,15 +80,6 @@ std::string CamerasPath(const std::string& tracks) {
          ".cameras.json";
 }
 
-// Cameras that do not see people where, or when, the others do.
-void AddCameraWarnings(const CameraCheck& check, TakeReport* report) {
-  for (const std::string& warning : check.Warnings()) {
-    report->warnings.push_back(
-        {"camera", warning,
-         "`kinegraph doctor`, which tells cameras from clocks"});
-  }
-}
-
 // Frames come one by one, without an end that could be waited for.
 bool IsLive() { return FLAGS_detections == "-"; }
 
@@ -341,7 +332,7 @@ void RunTrack() {
                     session.scene().model.skeleton);
   TakeReport report =
       TrackFrames(take, source.get(), &session, &check, output.get());
-  if (!IsLive()) AddCameraWarnings(check, &report);
+  if (!IsLive()) AddCameraWarnings(check.Warnings(), &report);
   const RunSummary& summary = session.summary();
   RequireFrames(take, summary);
   const bool has_name = !IsStream(FLAGS_out);

@@ -203,8 +203,9 @@ std::vector<CameraCheck::View> CameraCheck::Views() const {
   return views;
 }
 
-std::vector<std::string> CameraCheck::Warnings() const {
-  std::vector<std::string> warnings;
+std::vector<CameraWarning> CameraCheck::Warnings() const {
+  using Kind = CameraWarning::Kind;
+  std::vector<CameraWarning> warnings;
   const std::vector<View> views = Views();
   double largest_s = 0.0;  // of the clocks
   for (const View& view : views) {
@@ -217,23 +218,28 @@ std::vector<std::string> CameraCheck::Warnings() const {
     if (static_cast<double>(view.seen) <
         kHardlySeen * static_cast<double>(view.people)) {
       warnings.push_back(
-          fmt::format("{} sees {} of {} people where the others put them", name,
-                      view.seen, view.people));
+          {Kind::kHardlySeen,
+           fmt::format("{} sees {} of {} people where the others put them",
+                       name, view.seen, view.people)});
       continue;
     }
     const double shift_px = std::hypot(view.median_x_px, view.median_y_px);
     if (view.px_per_m > 0.0 && shift_px >= kLeastM * view.px_per_m) {
       warnings.push_back(
-          fmt::format("{} sees people {:.1f} px from where the others put them",
-                      name, shift_px));
+          {Kind::kElsewhere,
+           fmt::format(
+               "{} sees people {:.1f} px from where the others put them", name,
+               shift_px)});
     }
     // One clock that is off makes the others look so, to a smaller part.
     const double late_s = view.clock.late_s;
     if (view.clock.samples >= kEnoughSamples && view.clock.error_m >= kLeastM &&
         std::abs(late_s) > kOfTheLargest * largest_s) {
-      warnings.push_back(fmt::format(
-          "{} sees people about {:.0f} ms {} than the others", name,
-          1e3 * std::abs(late_s), late_s > 0.0 ? "later" : "earlier"));
+      warnings.push_back(
+          {Kind::kOffBeat,
+           fmt::format("{} sees people about {:.0f} ms {} than the others",
+                       name, 1e3 * std::abs(late_s),
+                       late_s > 0.0 ? "later" : "earlier")});
     }
   }
   return warnings;

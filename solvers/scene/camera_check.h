@@ -17,6 +17,17 @@
 
 namespace kinegraph {
 
+// One camera that is off, in a sentence that names it.
+struct CameraWarning {
+  enum class Kind {
+    kHardlySeen,  // people are hardly found where the others put them
+    kElsewhere,   // people are seen beside where the others put them
+    kOffBeat,     // they are seen as if pictures were taken earlier or later
+  };
+  Kind kind;
+  std::string text;
+};
+
 class CameraCheck {
  public:
   // Cameras in the order of the views; skeletons of detections and tracks.
@@ -41,9 +52,8 @@ class CameraCheck {
     ClockCheck::View clock;
   };
   std::vector<View> Views() const;
-  // One sentence for each camera that is off; empty when all is well or too
-  // little was seen.
-  std::vector<std::string> Warnings() const;
+  // Of each camera that is off; empty when all is well or too little was seen.
+  std::vector<CameraWarning> Warnings() const;
 
  private:
   bool is_pair() const { return cameras_.size() == 2; }

@@ -11,6 +11,7 @@
 #include "core/io/detections/view_pairing.h"
 #include "core/io/text/names.h"
 #include "core/tracking/gates.h"
+#include "solvers/scene/camera_check.h"
 #include "solvers/session/run.h"
 #include "solvers/session/take_warnings.h"
 #include "solvers/session/used_frames.h"
@@ -92,8 +93,29 @@ std::map<std::string, std::string> MapOf(
   return map;
 }
 
-TakeReport Try(const SurveyRequest& asked, const RunOptions& options,
-               const CameraRig& cameras, const DetectionSequence& beginning) {
+struct Trial {
+  TakeReport report;
+  bool cameras_are_off = false;
+};
+
+// Whether all that is wrong is where some cameras stand or look: of two, either
+// may be wrong, and what looks like it may be clocks or exchanged views.
+bool AreOff(const std::vector<CameraWarning>& cameras,
+            const TakeReport& report) {
+  return report.cameras.size() > 2 && !cameras.empty() &&
+         std::all_of(cameras.begin(), cameras.end(),
+                     [](const CameraWarning& camera) {
+                       return camera.kind == CameraWarning::Kind::kElsewhere;
+                     }) &&
+         std::all_of(report.warnings.begin(), report.warnings.end(),
+                     [](const TakeWarning& warning) {
+                       return warning.kind == "camera" ||
+                              warning.kind == "error";
+                     });
+}
+
+Trial Try(const SurveyRequest& asked, const RunOptions& options,
+          const CameraRig& cameras, const DetectionSequence& beginning) {
   RunRequest request;
   request.cameras = cameras;
   request.kept_matches = KeptMatches::kDetections;
@@ -104,13 +126,23 @@ TakeReport Try(const SurveyRequest& asked, const RunOptions& options,
       LeavesOutEmptyFrames(asked.detections, options.detections));
   UsedFrames used(session.scene(),
                   [&] { return std::make_unique<MemorySource>(beginning); });
+  CameraCheck check(session.scene().model.cameras, beginning.header.skeleton,
+                    session.scene().model.skeleton);
+  session.set_frame_listener(
+      [&](const DetectionFrame& frame) { check.SeeDetections(frame); });
   MemorySource source(beginning);
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
+    check.SeeTracks(frame);
     if (const DetectionFrame* seen = used.At(frame.frame)) {
       reporter.See(*seen, frame);
     }
   });
-  return reporter.Report();
+  Trial trial;
+  trial.report = reporter.Report();
+  const std::vector<CameraWarning> warnings = check.Warnings();
+  trial.cameras_are_off = AreOff(warnings, trial.report);
+  AddCameraWarnings(warnings, &trial.report);
+  return trial;
 }
 
 bool HasPlausibleHeight(const TakeReport& report) {
@@ -145,11 +177,12 @@ void SettleUnit(const SurveyRequest& request,
     const bool possible =
         distance_m >= kMinDistance && distance_m <= kMaxDistance;
     if (!first && !possible) continue;
-    TakeReport report = Try(request, options, cameras, beginning);
-    if (first || HasPlausibleHeight(report)) {
+    Trial trial = Try(request, options, cameras, beginning);
+    if (first || HasPlausibleHeight(trial.report)) {
       survey->cameras = cameras;
       survey->unit = unit.name;
-      survey->report = std::move(report);
+      survey->report = std::move(trial.report);
+      survey->cameras_are_off = trial.cameras_are_off;
     }
     if (HasPlausibleHeight(survey->report)) return;
     first = false;

@@ -36,6 +36,9 @@ struct TakeSurvey {
   // options.
   std::optional<int> min_joints;
   TakeReport report;  // of the frames tried
+  // Some cameras see people beside where the others put them, and nothing else
+  // looks wrong: they are worth to be refined (cameras.refine).
+  bool cameras_are_off = false;
 };
 
 // Reads cameras and detections and tracks up to 250 frames in which two views

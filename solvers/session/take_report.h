@@ -17,6 +17,7 @@
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/io/detections/skeleton_fit.h"
+#include "solvers/scene/camera_check.h"
 #include "solvers/session/scene.h"
 
 namespace kinegraph {
@@ -68,6 +69,10 @@ struct TakeReport {
   std::vector<PersonReport> people;  // ascending ids
   std::vector<TakeWarning> warnings;
 };
+
+// Cameras that do not see people where, or when, the others do.
+void AddCameraWarnings(const std::vector<CameraWarning>& cameras,
+                       TakeReport* report);
 
 // Collects while frames go by; memory grows with the number of people alone,
 // by 40 KB each, or, in a stream, by what is reported of them.

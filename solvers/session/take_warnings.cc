@@ -381,6 +381,15 @@ void AddWarnings(const TakeFacts& facts, TakeReport* report) {
   Warnings(facts, report).AddAll();
 }
 
+void AddCameraWarnings(const std::vector<CameraWarning>& cameras,
+                       TakeReport* report) {
+  for (const CameraWarning& camera : cameras) {
+    report->warnings.push_back(
+        {"camera", camera.text,
+         "`kinegraph doctor`, which tells cameras from clocks"});
+  }
+}
+
 void AddCauses(const Diagnosis& diagnosis, TakeReport* report) {
   // The report has its own words for these.
   const bool knows_unit =

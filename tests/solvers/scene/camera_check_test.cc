@@ -29,7 +29,7 @@ CameraCheck CheckOf(const FaultyScene& scene) {
 
 std::string Words(const CameraCheck& check) {
   std::string words;
-  for (const std::string& one : check.Warnings()) words += one + "; ";
+  for (const CameraWarning& one : check.Warnings()) words += one.text + "; ";
   return words;
 }
 
