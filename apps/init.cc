@@ -125,10 +125,13 @@ void PrintFindings(const TakeSurvey& survey) {
         static_cast<long long>(survey.frames_tried));
   }
   std::fputs(WarningsText(report).c_str(), stdout);
-  if (survey.cameras_are_off) {
+  if (survey.cameras_are_off || survey.clocks_are_off) {
     std::printf(
-        "cameras.refine = \"pose\": where that fits the other half of the take "
-        "better,\nthey are moved; `doctor` looks for the cause\n");
+        "the configuration has %s refined, where that fits the other half of "
+        "the take\nbetter ([cameras]); `doctor` looks for the cause\n",
+        !survey.clocks_are_off   ? "cameras"
+        : survey.cameras_are_off ? "cameras and clocks"
+                                 : "clocks");
   }
 }
 
@@ -154,12 +157,13 @@ std::string ConfigText(const TakeSurvey& survey) {
   text += survey.unit == "auto"
               ? "# unit: the calibration's own\n"
               : "unit = " + Quoted(survey.unit) + "  # by people's height\n";
-  if (survey.cameras_are_off) {
+  if (survey.cameras_are_off || survey.clocks_are_off) {
     text +=
-        "refine = \"pose\"      # some see people beside where the others do; "
-        "moved where\n"
-        "                     # the other half of the take then fits better\n";
+        "# Some see people beside where, or when, the others do: moved where\n"
+        "# the other half of the take then fits better.\n";
   }
+  if (survey.cameras_are_off) text += "refine = \"pose\"\n";
+  if (survey.clocks_are_off) text += "refine_clock = true\n";
   if (!survey.map.empty()) {
     text +=
         "\n# View = camera, in the order of their names: check them.\n"

@@ -177,7 +177,7 @@ class Doctor {
       if (lag == 0) continue;
       const double offset_s = -lag / input_.frame_rate_hz;
       Add({"clock_offset", NameOf(v),
-           Shared(Sureness(clocks.score_before, clocks.score_after), 1),
+           Shared(Sureness(clocks.moved_gain, clocks.score_after), 1),
            clocks.before_px, clocks.after_px, "--set=cameras.refine_clock=true",
            Format("its frames agree best with those of the first view %+.0f "
                   "frames away (%+.3f s)",
@@ -187,11 +187,9 @@ class Doctor {
     LookAgain();
   }
 
-  // How sure a change is that brings agreement from `before` to `after`.
-  static double Sureness(double before, double after) {
-    const double gain = std::min(1.0, (after - before) / 0.15);
-    const double reach = std::min(1.0, after / 0.5);
-    return 0.95 * gain * reach;
+  // How sure a change is that gains so much agreement, up to `after`.
+  static double Sureness(double gain, double after) {
+    return 0.95 * std::min(1.0, gain / 0.15) * std::min(1.0, after / 0.5);
   }
 
   void TakeReading(const ReadingSearch& search) {
@@ -233,7 +231,7 @@ class Doctor {
   void AddReading(const ReadingScore& before, const ReadingScore& after,
                   size_t alike) {
     const double confidence =
-        Shared(Sureness(before.score, after.score), alike);
+        Shared(Sureness(after.score - before.score, after.score), alike);
     const std::string agreement =
         Format("; agreement %.2f instead of %.2f", after.score, before.score);
     const Reading& reading = after.reading;

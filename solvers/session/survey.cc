@@ -93,24 +93,29 @@ std::map<std::string, std::string> MapOf(
   return map;
 }
 
+// The doctor's word for clocks that are whole frames off.
+constexpr const char* kClockOffset = "clock_offset";
+
 struct Trial {
   TakeReport report;
   bool cameras_are_off = false;
+  bool clocks_are_off = false;
 };
 
-// Whether all that is wrong is where some cameras stand or look: of two, either
-// may be wrong, and what looks like it may be clocks or exchanged views.
-bool AreOff(const std::vector<CameraWarning>& cameras,
-            const TakeReport& report) {
-  return report.cameras.size() > 2 && !cameras.empty() &&
-         std::all_of(cameras.begin(), cameras.end(),
-                     [](const CameraWarning& camera) {
-                       return camera.kind == CameraWarning::Kind::kElsewhere;
-                     }) &&
+// Whether nothing but where cameras stand and look, and their clocks, seems
+// wrong. Of two, either may be: that is not for a configuration to settle.
+bool MayBeRefined(const std::vector<CameraWarning>& cameras,
+                  const TakeReport& report) {
+  return report.cameras.size() > 2 &&
+         std::none_of(cameras.begin(), cameras.end(),
+                      [](const CameraWarning& camera) {
+                        return camera.kind == CameraWarning::Kind::kHardlySeen;
+                      }) &&
          std::all_of(report.warnings.begin(), report.warnings.end(),
                      [](const TakeWarning& warning) {
                        return warning.kind == "camera" ||
-                              warning.kind == "error";
+                              warning.kind == "error" ||
+                              warning.kind == kClockOffset;
                      });
 }
 
@@ -140,7 +145,20 @@ Trial Try(const SurveyRequest& asked, const RunOptions& options,
   Trial trial;
   trial.report = reporter.Report();
   const std::vector<CameraWarning> warnings = check.Warnings();
-  trial.cameras_are_off = AreOff(warnings, trial.report);
+  if (MayBeRefined(warnings, trial.report)) {
+    const auto any = [&](CameraWarning::Kind kind) {
+      return std::any_of(
+          warnings.begin(), warnings.end(),
+          [kind](const CameraWarning& camera) { return camera.kind == kind; });
+    };
+    trial.cameras_are_off = any(CameraWarning::Kind::kElsewhere);
+    trial.clocks_are_off =
+        any(CameraWarning::Kind::kOffBeat) ||
+        std::any_of(trial.report.warnings.begin(), trial.report.warnings.end(),
+                    [](const TakeWarning& warning) {
+                      return warning.kind == kClockOffset;
+                    });
+  }
   AddCameraWarnings(warnings, &trial.report);
   return trial;
 }
@@ -183,6 +201,7 @@ void SettleUnit(const SurveyRequest& request,
       survey->unit = unit.name;
       survey->report = std::move(trial.report);
       survey->cameras_are_off = trial.cameras_are_off;
+      survey->clocks_are_off = trial.clocks_are_off;
     }
     if (HasPlausibleHeight(survey->report)) return;
     first = false;

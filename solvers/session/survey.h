@@ -36,9 +36,11 @@ struct TakeSurvey {
   // options.
   std::optional<int> min_joints;
   TakeReport report;  // of the frames tried
-  // Some cameras see people beside where the others put them, and nothing else
-  // looks wrong: they are worth to be refined (cameras.refine).
+  // Some cameras see people beside where, or at another time than, the others
+  // put them, and nothing else looks wrong: worth to be refined
+  // (cameras.refine, cameras.refine_clock).
   bool cameras_are_off = false;
+  bool clocks_are_off = false;
 };
 
 // Reads cameras and detections and tracks up to 250 frames in which two views

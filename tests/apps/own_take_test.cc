@@ -6,11 +6,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
+#include <vector>
 
+#include "core/io/calibration/calibration.h"
+#include "core/io/calibration/writer.h"
 #include "core/io/tracks/tracks.h"
 #include "solvers/session/options.h"
+#include "tests/support/faulty_scene.h"
 #include "tests/support/program.h"
 #include "tests/support/test_data.h"
 
@@ -120,6 +127,57 @@ TEST(OwnTake, InitKeepsWhatItIsTold) {
                   "/x.toml'");
   EXPECT_EQ(unknown.exit_code, 2);
   EXPECT_THAT(unknown.errors, HasSubstr("cameras.unit"));
+}
+
+// `detections` with the pictures of view "cam1" so many frames late.
+std::string WithLateView(const std::string& detections, size_t frames_late) {
+  std::istringstream lines(detections);
+  std::string header;
+  std::getline(lines, header);
+  std::vector<nlohmann::json> frames;
+  for (std::string line; std::getline(lines, line);) {
+    frames.push_back(nlohmann::json::parse(line));
+  }
+  std::string late = header + "\n";
+  for (size_t k = 0; k < frames.size(); ++k) {
+    nlohmann::json frame = frames[k];
+    frame["views"]["cam1"] =
+        frames[k - std::min(k, frames_late)]["views"]["cam1"];
+    late += frame.dump() + "\n";
+  }
+  return late;
+}
+
+// Cameras that were bumped into, and one that started late, are refined by what
+// `init` writes; a sound take is left alone.
+TEST(OwnTake, InitHasWhatIsOffRefined) {
+  const TemporaryFolder folder;
+  const std::string in = folder.path().string();
+  OwnTake take = SmallTake("coco", "coco17");
+  take.people = 3;
+  take.duration_s = 6.0;
+  testing::MakeOwnTake(take, in);
+  CameraRig turned;
+  for (const Camera& camera : ReadCameras(in + "/cameras.json")) {
+    turned.push_back(testing::Turned(camera, 0.7, 21 + turned.size()));
+  }
+  Losses losses;
+  WriteCalibration(in + "/turned.json", "krt", turned, &losses);
+  std::ofstream(in + "/late.jsonl")
+      << WithLateView(ContentOf(folder.path() / "detections.jsonl"), 4);
+  const auto written = [&](const std::string& cameras,
+                           const std::string& detections) {
+    const std::string out = in + "/my.toml";
+    Expect0("init", "--cameras='" + in + "/" + cameras + "' --detections='" +
+                        in + "/" + detections + "' --out='" + out + "'");
+    return ReadRunOptions(out, "", "").refine;
+  };
+  const RefineOptions sound = written("cameras.json", "detections.jsonl");
+  EXPECT_EQ(sound.refine, RefineKind::kOff);
+  EXPECT_FALSE(sound.refine_clock);
+  EXPECT_EQ(written("turned.json", "detections.jsonl").refine,
+            RefineKind::kPose);
+  EXPECT_TRUE(written("cameras.json", "late.jsonl").refine_clock);
 }
 
 TEST(OwnTake, TheExtensionChoosesTheFormat) {

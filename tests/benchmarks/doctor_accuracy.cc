@@ -65,6 +65,13 @@ std::vector<Fault> Faults() {
   const auto pose = [](const std::function<Camera(const Camera&)>& stated) {
     return [stated](Random*, FaultyScene* scene) { EachPose(scene, stated); };
   };
+  // One view of five, whose pictures are so much later than told.
+  const auto late = [](double offset_s) {
+    return [offset_s](Random* random, FaultySceneOptions* o) {
+      o->clock_offset_s.assign(5, 0.0);
+      o->clock_offset_s[static_cast<size_t>(random->Index(5))] = offset_s;
+    };
+  };
   // Three people who hop (data/motion), nobody in step.
   const auto hop = [](FaultySceneOptions* o) {
     o->clips.assign(3, FindData("motion/hop_30hz.jsonl").value().string());
@@ -216,13 +223,9 @@ std::vector<Fault> Faults() {
              count / 4 + static_cast<int64_t>(random->Index(count / 2)));
          testing::TurnCameraFrom(from, v, 1.0, random->Fork(), scene);
        }},
-      {"one clock off by 60 ms",
-       {"clock_offset"},
-       [](Random* random, FaultySceneOptions* o) {
-         o->clock_offset_s.assign(5, 0.0);
-         o->clock_offset_s[static_cast<size_t>(random->Index(5))] = 0.06;
-       },
-       leave},
+      {"one clock off by 60 ms", {"clock_offset"}, late(0.06), leave},
+      {"one clock off by 120 ms", {"clock_offset"}, late(0.12), leave},
+      {"one clock off by 0.2 s", {"clock_offset"}, late(0.2), leave},
       {"people hop, one clock off by 60 ms",
        {"clock_offset"},
        [hop](Random* random, FaultySceneOptions* o) {

@@ -188,6 +188,29 @@ TEST(ClockSearch, SynchronousViewsHaveNoLag) {
   EXPECT_FALSE(SearchClocks(scene.cameras, people, 30).found());
 }
 
+// 120 ms of one view are too little for all views together, whose others agree,
+// and too much for stretches of a fifth of a second.
+TEST(ClockSearch, OneViewOfFiveThatIsThreeFramesLateIsFound) {
+  for (const uint64_t seed : {31, 32, 33}) {
+    for (const size_t view : {0, 3}) {
+      FaultySceneOptions options;
+      options.seed = seed;
+      options.clock_offset_s.assign(5, 0.0);
+      options.clock_offset_s[view] = 0.12;
+      const FaultyScene scene = MakeFaultyScene(options);
+      const std::vector<ViewPeople> people =
+          PeopleOfViews(scene.detections, 0.3);
+      const ClockSearch search = SearchClocks(scene.cameras, people, 250);
+      for (size_t v = 0; v < 5; ++v) {
+        const int lag = (v == view ? -3 : 0) - (view == 0 ? -3 : 0);
+        // A frame either way is left to what comes after.
+        EXPECT_NEAR(search.lag_frames[v], lag, v == view || view == 0 ? 1 : 0)
+            << "seed " << seed << ", view " << view << ", lag of " << v;
+      }
+    }
+  }
+}
+
 // Of many lags some agree better by chance where little was compared.
 TEST(ClockSearch, FewNoisyPeopleProveNoLag) {
   FaultySceneOptions options;
