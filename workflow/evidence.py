@@ -288,7 +288,7 @@ def index(steps, texts):
 def pages(steps, texts):
     """What every page should be."""
     wanted, wrong, placed = {}, [], set()
-    for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+    for path in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
         page = str(path.relative_to(ROOT))
         text = path.read_text()
 
