@@ -22,6 +22,7 @@
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/files/text_file.h"
+#include "core/io/text/json.h"
 #include "core/io/tracks/identity_edits.h"
 #include "core/io/tracks/person_names.h"
 #include "core/io/tracks/tracks.h"
@@ -118,12 +119,38 @@ std::vector<PageResult> ReadResults() {
   return results;
 }
 
+// Whether `track` was asked to move cameras (core/data/pose.h, TrackHeader).
+bool WereCamerasMoved(const TrackHeader& header) {
+  const Json config = Json::parse(header.config_json);
+  const auto cameras = config.find("cameras");
+  if (cameras == config.end()) return false;
+  return cameras->value("refine", "off") != "off" ||
+         cameras->value("refine_clock", false) ||
+         cameras->value("ground", "off") != "off";
+}
+
+// Of --cameras; where `track` moved them, those that it wrote beside the
+// result, in which alone the result fits the pictures.
+CameraRig CamerasOfResult(const RunOptions& options, const PageInput& input) {
+  const std::string moved =
+      BesideResult(ParseList(FLAGS_tracks, "tracks").front(), ".cameras.json");
+  if (!WereCamerasMoved(input.results.front().tracks.header) ||
+      !IsFile(moved)) {
+    return ReadCameras(FLAGS_cameras, options.cameras);
+  }
+  if (moved != FLAGS_cameras) {
+    std::fprintf(SummaryStream(FLAGS_out),
+                 "cameras as `track` moved them: %s\n", moved.c_str());
+  }
+  return ReadCameras(moved);  // their own unit, all that were used
+}
+
 void ReadViews(const RunOptions& options, PageInput* input) {
   if (FLAGS_cameras.empty()) {
     if (FLAGS_detections.empty()) return;
     throw InputError("--detections: needs --cameras");
   }
-  CameraRig rig = ReadCameras(FLAGS_cameras, options.cameras);
+  CameraRig rig = CamerasOfResult(options, *input);
   if (FLAGS_detections.empty()) {
     input->cameras = std::move(rig);
     return;

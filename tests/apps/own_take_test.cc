@@ -178,6 +178,17 @@ TEST(OwnTake, InitHasWhatIsOffRefined) {
   EXPECT_EQ(written("turned.json", "detections.jsonl").refine,
             RefineKind::kPose);
   EXPECT_TRUE(written("cameras.json", "late.jsonl").refine_clock);
+
+  // What was moved is what the page shows, though --cameras names the others.
+  written("turned.json", "detections.jsonl");
+  const std::string what = "--cameras='" + in + "/turned.json' --detections='" +
+                           in + "/detections.jsonl' --config='" + in +
+                           "/my.toml' ";
+  Expect0("track", what + "--out='" + in + "/take.jsonl'");
+  EXPECT_THAT(Expect0("report", what + "--tracks='" + in +
+                                    "/take.jsonl' --out='" + in + "/take.html'")
+                  .output,
+              HasSubstr("moved them: " + in + "/take.cameras.json"));
 }
 
 TEST(OwnTake, TheExtensionChoosesTheFormat) {
