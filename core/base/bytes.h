@@ -22,6 +22,12 @@ class ByteWriter {
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value));
   }
   void PutSize(size_t size) { Put(static_cast<uint64_t>(size)); }
+  // Of what is never more than 65535; throws InputError.
+  void PutCount(size_t count) {
+    const auto small = static_cast<uint16_t>(count);
+    if (small != count) throw InputError("too many to be counted in two bytes");
+    Put(small);
+  }
   void PutText(std::string_view text) {
     PutSize(text.size());
     bytes_.append(text);
@@ -59,6 +65,7 @@ class ByteReader {
     if (size > bytes_.size() / bytes_each) Fail();
     return static_cast<size_t>(size);
   }
+  size_t GetCount() { return Get<uint16_t>(); }
   std::string GetText() { return std::string(Next(GetSize())); }
   template <typename Derived>
   void GetMatrix(Eigen::MatrixBase<Derived>* matrix) {

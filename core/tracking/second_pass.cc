@@ -253,7 +253,7 @@ void SecondPass::Remember(Recent now) {
 void SecondPass::PackBefore(size_t end) {
   for (; packed_end_ < end; ++packed_end_) {
     for (PersonPose& person : frames_[packed_end_].people) {
-      packed_[person.id].emplace_back(&person);
+      packed_[person.id].Push(&person);
     }
   }
 }
@@ -294,7 +294,7 @@ void SecondPass::WritePerson(TrackId id, std::vector<FinalPose> finals) {
   for (size_t k = 0; k < beyond.size(); ++k) {
     is_kept[beyond[k].frame] = kept[k] != 0;
   }
-  std::deque<PackedPose>& first_pass = packed_[id];
+  PackedPoses& first_pass = packed_[id];
   auto at = frames_.begin();
   for (FinalPose& final_pose : finals) {
     at = std::lower_bound(
@@ -317,11 +317,11 @@ void SecondPass::WritePerson(TrackId id, std::vector<FinalPose> finals) {
                      [&](const PersonPose& one) { return one.id == id; });
     CHECK(person != at->people.end() && !first_pass.empty());
     if (is_empty) {
-      first_pass.front().Restore(&*person);
+      first_pass.RestoreFront(&*person);
     } else {
       *person = std::move(final_pose.person);
     }
-    first_pass.pop_front();
+    first_pass.Pop();
   }
 }
 

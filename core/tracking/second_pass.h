@@ -11,7 +11,7 @@
 
 #include "core/association/view_matching.h"
 #include "core/data/detection.h"
-#include "core/data/packed_pose.h"
+#include "core/data/packed_poses.h"
 #include "core/data/pose.h"
 #include "core/geometry/epipolar.h"
 #include "core/tracking/estimator.h"
@@ -100,7 +100,7 @@ class SecondPass {
   // Before this frame their poses are packed, [person][frame of theirs]: they
   // are where the second pass finds nobody, and seldom.
   size_t packed_end_ = 0;
-  std::map<TrackId, std::deque<PackedPose>> packed_;
+  std::map<TrackId, PackedPoses> packed_;
   std::map<TrackId, std::vector<TrackRun>> runs_;  // whose ends are extended
   std::map<TrackId, EndFollower> followers_;       // beyond the last frame
   std::map<TrackId, int> end_of_;                  // that a follower is at

@@ -10,13 +10,15 @@
 #include <utility>
 #include <vector>
 
+#include "core/system/memory.h"
 #include "core/tracking/final_poses.h"
+#include "core/tracking/packed_frames.h"
+#include "solvers/batch/person_take.h"
 #include "solvers/batch/take_solver.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
-#include "solvers/graph/problem_store.h"
 #include "solvers/noise/bone_spreads.h"
 #include "solvers/noise/person_bias.h"
 #include "solvers/noise/person_noise.h"
@@ -76,15 +78,20 @@ std::vector<double> SecondsToSupport(const std::vector<TimeNs>& times,
   return nearest;
 }
 
+GraphOptions WithoutUserFactors(GraphOptions options) {
+  options.user_factors = nullptr;
+  return options;
+}
+
 class BatchEstimator final : public Estimator {
  public:
   BatchEstimator(const SceneModel& scene, const GraphOptions& options,
                  std::shared_ptr<TakeNotes> notes)
       : scene_(scene),
         options_(options),
-        assembler_(scene_, options_),
+        without_user_(WithoutUserFactors(options)),
+        seen_by_bias_(scene_, without_user_),
         solver_(options_),
-        store_(assembler_.EmptyProblem()),
         noise_(std::in_place, scene_, options_),
         notes_(std::move(notes)),
         bias_(scene_, notes_ == nullptr ? nullptr : notes_->view_bias()),
@@ -98,6 +105,20 @@ class BatchEstimator final : public Estimator {
   void Finish() override;
 
  private:
+  // What is known of a joint in a frame without bones.
+  struct KnownAlone {
+    size_t joint_idx = 0;
+    size_t frame = 0;
+    Eigen::Matrix3d covariance_m2;
+  };
+  // What final poses say of one joint.
+  struct Written {
+    std::vector<int> inliers;       // by frame
+    std::vector<double> nearest_s;  // by frame: time to a view that saw it
+    bool ever_two = false;          // views agreed
+    std::vector<Eigen::Matrix3d> covariances;  // m^2, by frame; or none
+  };
+
   int joint_count() const { return scene_.skeleton.joint_count(); }
   void SolveAll();
   bool RescaleNoise(const SolveStage& stage, double least_change);
@@ -106,20 +127,22 @@ class BatchEstimator final : public Estimator {
   void AddBonesOfTheTake();
   void AddFixedBones();
   std::vector<std::vector<Eigen::Matrix3d>> Covariances();
+  void LearnNoise();
   void WriteFinals();
-  void DistrustBones(std::vector<std::vector<Eigen::Matrix3d>>* covariances);
-  void WriteFinalsOf(int joint_idx, const std::vector<int>& inliers,
-                     bool ever_two,
-                     const std::vector<Eigen::Matrix3d>& covariances);
-  std::vector<int> InliersOf(int joint_idx) const;
+  std::vector<KnownAlone> DistrustBones();
+  void WriteFinalsOf(int joint_idx, const PersonTake::Piece& piece,
+                     const Written& written);
+  std::vector<std::vector<int>> Inliers() const;
 
   const SceneModel scene_;
   const GraphOptions options_;
-  Assembler assembler_;
+  // Frames as they come in, for the detector's bias alone.
+  const GraphOptions without_user_;
+  Assembler seen_by_bias_;
   TakeSolver solver_;
-  ProblemStore store_;     // until all frames are there
-  PersonProblem problem_;  // then
-  // As problem_'s, for covariances.
+  PackedFrames frames_;  // until all are there
+  PersonTake take_;      // then
+  // As take_'s, for covariances.
   std::vector<BoneConstraint> stated_bones_;
   std::optional<PersonNoise> noise_;        // until all is solved
   const std::shared_ptr<TakeNotes> notes_;  // null: nothing is shared
@@ -132,11 +155,13 @@ class BatchEstimator final : public Estimator {
 };
 
 void BatchEstimator::Add(const EstimatorFrame& frame) {
-  records_.push_back(assembler_.Append(frame, store_.newest()));
-  bias_.Observe(*store_.newest(), store_.newest_frame(),
-                records_.back().triangulated);
-  store_.Keep();
-  if (frame.has_initial || records_.size() == 1) {
+  frames_.Push(frame);
+  if (bias_.observes()) {
+    PersonProblem now = seen_by_bias_.EmptyProblem();
+    const FrameRecord record = seen_by_bias_.Append(frame, &now);
+    bias_.Observe(now, 0, record.triangulated);
+  }
+  if (frame.has_initial || frames_.size() == 1) {
     last_ = frame.initial;
     last_.resize(joint_count());
     last_time_ = frame.time;
@@ -152,39 +177,61 @@ void BatchEstimator::TakeFinals(std::vector<FinalPose>* finals) {
 }
 
 void BatchEstimator::Finish() {
-  if (records_.empty()) return;
-  problem_ = store_.TakeAll();
+  if (frames_.empty()) return;
+  ReturnFreeMemory();
+  Assembler assembler(scene_, options_);
+  take_ = AssembleTake(&frames_, &assembler, &records_);
+  ReturnFreeMemory();
   SolveAll();
   WriteFinals();
   solver_.HandInCounts(records_.front().frame, records_.back().frame);
   // Finals may wait long for those of other people: nothing else should.
-  problem_ = {};
+  take_ = {};
   stated_bones_.clear();
   noise_.reset();
-  solver_.FreeWorkSpace();
   records_ = std::vector<FrameRecord>();
+  solver_.FreeWorkSpace();
 }
 
 void BatchEstimator::SolveAll() {
   for (int j = 0; j < joint_count(); ++j) {
-    InterpolateStarts(records_, j, problem_.times, &problem_.joints[j]);
+    InterpolateStarts(records_, j, take_.graph.times, &take_.graph.joints[j]);
   }
-  bias_.ApplyTake(&problem_);
-  if (options_.LearnsNoise()) {
-    noise_->LearnTake(problem_);
-    noise_->Apply(&problem_);
-    if (learnt_ != nullptr) *learnt_ = noise_->Learnt();
-    VLOG(1) << ToString(noise_->Learnt());
-    noise_->FreeEvidence();
+  if (const auto bias = bias_.OfTake()) {
+    take_.ChangeNoise([&](PersonTake::Piece* piece) {
+      bias_.ApplyTake(*bias, take_.graph.times, piece->begin, piece->end,
+                      &piece->part);
+    });
   }
+  if (options_.LearnsNoise()) LearnNoise();
   if (options_.pixel_noise_from == NoiseFrom::kFixed &&
       options_.estimate_noise_scale) {
     LearnNoiseScale();
   } else {
-    solver_.SolveJointsWithRivals(solver_.schedule(), &problem_);
+    take_.measurements.SettleNoise();
+    ReturnFreeMemory();
+    solver_.SolveJointsWithRivals(solver_.schedule(), &take_);
   }
   if (options_.bones) AddBones();
-  solver_.SolveTogether(&problem_);
+  solver_.SolveTogether(&take_);
+}
+
+void BatchEstimator::LearnNoise() {
+  noise_->LearnTake([&](const PersonNoise::FrameVisitor& visit) {
+    take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+      for (size_t k = piece.begin; k < piece.end; ++k) {
+        visit(piece.part, k - piece.begin);
+      }
+    });
+  });
+  ReturnFreeMemory();
+  noise_->ApplyProcessNoise(&take_.graph);
+  take_.ChangeNoise([&](PersonTake::Piece* piece) {
+    noise_->ApplyPixelNoise(piece->begin, piece->end, &piece->part);
+  });
+  if (learnt_ != nullptr) *learnt_ = noise_->Learnt();
+  VLOG(1) << ToString(noise_->Learnt());
+  noise_->FreeEvidence();
 }
 
 // Solves the joints under one factor on all sigmas.
@@ -194,13 +241,13 @@ void BatchEstimator::LearnNoiseScale() {
   SolveSchedule first = whole;
   first.stages.resize(1);
   first.doubt_unsettled = false;
-  solver_.SolveJoints(first, &problem_);
+  solver_.SolveJoints(first, &take_);
   RescaleNoise(first.stages.front(), 0.0);
   // What the whole schedule leaves tells better who is an outlier. Solved
   // from the convex stage again: a redescending loss may not start warm.
-  solver_.SolveJointsWithRivals(whole, &problem_);
+  solver_.SolveJointsWithRivals(whole, &take_);
   if (RescaleNoise(whole.stages.back(), kLeastChange)) {
-    solver_.SolveJointsWithRivals(whole, &problem_);
+    solver_.SolveJointsWithRivals(whole, &take_);
   }
 }
 
@@ -210,25 +257,37 @@ bool BatchEstimator::RescaleNoise(const SolveStage& stage,
                                   double least_change) {
   const double correction = InformationCorrection(stage.loss, stage.scale);
   std::vector<double> squares;
-  const auto covariances = solver_.StateCovariances(problem_, correction);
-  for (int j = 0; j < joint_count(); ++j) {
-    if (covariances[j].empty()) continue;
-    CollectSquares(problem_.joints[j], covariances[j], 0, records_.size(),
-                   &squares);
-  }
+  const auto covariances = solver_.StateCovariances(take_, correction);
+  take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+    for (int j = 0; j < joint_count(); ++j) {
+      if (covariances[j].empty()) continue;
+      const auto from = covariances[j].begin();
+      CollectSquares(
+          piece.part.joints[j],
+          std::vector<Matrix6d>(from + static_cast<std::ptrdiff_t>(piece.begin),
+                                from + static_cast<std::ptrdiff_t>(piece.end)),
+          0, piece.end - piece.begin, &squares);
+    }
+  });
   const double scale = EstimateNoiseScale(std::move(squares));
   VLOG(1) << "noise scale times " << scale;
   if (std::abs(scale - 1.0) <= least_change) return false;
-  ScaleSigmas(scale, &problem_);
+  take_.ChangeNoise(
+      [&](PersonTake::Piece* piece) { ScaleSigmas(scale, &piece->part); });
   return true;
 }
 
-std::vector<int> BatchEstimator::InliersOf(int joint_idx) const {
-  std::vector<int> inliers(records_.size());
-  for (size_t k = 0; k < inliers.size(); ++k) {
-    inliers[k] =
-        CountInliers(problem_.joints[joint_idx], k, options_.inlier_weight);
-  }
+// [joint][frame].
+std::vector<std::vector<int>> BatchEstimator::Inliers() const {
+  std::vector<std::vector<int>> inliers(static_cast<size_t>(joint_count()));
+  take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+    for (int j = 0; j < joint_count(); ++j) {
+      for (size_t k = 0; k < piece.end - piece.begin; ++k) {
+        inliers[j].push_back(
+            CountInliers(piece.part.joints[j], k, options_.inlier_weight));
+      }
+    }
+  });
   return inliers;
 }
 
@@ -252,15 +311,17 @@ void BatchEstimator::AddBonesOfTheTake() {
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
     spreads.SetLasting(noise_->correlation(), 1.0 / scene_.frame_rate_hz);
   }
-  for (size_t k = 0; k < records_.size(); ++k) {
-    spreads.AddFrame(LocateBoneEnds(problem_, k, options_.inlier_weight,
-                                    1.0 / scene_.frame_rate_hz));
-  }
+  take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+    for (size_t k = 0; k < piece.end - piece.begin; ++k) {
+      spreads.AddFrame(LocateBoneEnds(piece.part, k, options_.inlier_weight,
+                                      1.0 / scene_.frame_rate_hz));
+    }
+  });
   std::vector<bool> placed;
-  for (int j = 0; j < joint_count(); ++j) {
-    placed.push_back(EverTwo(InliersOf(j)));
+  for (const std::vector<int>& inliers : Inliers()) {
+    placed.push_back(EverTwo(inliers));
   }
-  problem_.bones = ConstraintsOf(spreads, options_.bone_loss, placed);
+  take_.graph.bones = ConstraintsOf(spreads, options_.bone_loss, placed);
   stated_bones_ =
       ConstraintsOf(spreads, options_.bone_loss, placed, BoneUse::kCovariance);
 }
@@ -269,15 +330,14 @@ void BatchEstimator::AddBonesOfTheTake() {
 // without bones say.
 void BatchEstimator::AddFixedBones() {
   BoneLengths lengths(scene_.skeleton);
-  std::vector<std::vector<int>> inliers;
-  for (int j = 0; j < joint_count(); ++j) inliers.push_back(InliersOf(j));
+  const std::vector<std::vector<int>> inliers = Inliers();
   const std::vector<Bone>& bones = lengths.bones();
   for (size_t i = 0; i < bones.size(); ++i) {
     for (size_t k = 0; k < records_.size(); ++k) {
       if (inliers[bones[i].a][k] < 2 || inliers[bones[i].b][k] < 2) continue;
       const double distance_m =
-          (problem_.joints[bones[i].a].states[k].head<3>() -
-           problem_.joints[bones[i].b].states[k].head<3>())
+          (take_.graph.joints[bones[i].a].states[k].head<3>() -
+           take_.graph.joints[bones[i].b].states[k].head<3>())
               .norm();
       lengths.Add(static_cast<int>(i), distance_m, 1.0 / scene_.frame_rate_hz);
     }
@@ -288,25 +348,28 @@ void BatchEstimator::AddFixedBones() {
     if (!EverTwo(inliers[bones[i].a]) || !EverTwo(inliers[bones[i].b])) {
       continue;
     }
-    problem_.bones.push_back(
+    take_.graph.bones.push_back(
         {bones[i].a, bones[i].b, *length_m, options_.bone_sigma_m});
   }
-  stated_bones_ = problem_.bones;
+  stated_bones_ = take_.graph.bones;
 }
 
 std::vector<std::vector<Eigen::Matrix3d>> BatchEstimator::Covariances() {
   std::vector<std::vector<Eigen::Matrix3d>> covariances(joint_count());
   if (!options_.covariance) return covariances;
   // Bones that could not be solved do not count.
-  const bool held = !problem_.bones.empty();
-  if (held) std::swap(problem_.bones, stated_bones_);
-  covariances = solver_.Covariances(problem_);
-  if (held) {
-    std::swap(problem_.bones, stated_bones_);
-    // Bones of fixed freedom state what they always did.
-    if (options_.bone_sigma_from == NoiseFrom::kTake) {
-      DistrustBones(&covariances);
-    }
+  const bool held = !take_.graph.bones.empty();
+  // Bones of fixed freedom state what they always did.
+  std::vector<KnownAlone> alone;
+  if (held && options_.bone_sigma_from == NoiseFrom::kTake) {
+    alone = DistrustBones();
+  }
+  if (held) std::swap(take_.graph.bones, stated_bones_);
+  covariances = solver_.Covariances(take_);
+  if (held) std::swap(take_.graph.bones, stated_bones_);
+  for (const KnownAlone& one : alone) {
+    std::vector<Eigen::Matrix3d>& stated = covariances[one.joint_idx];
+    if (!stated.empty()) stated[one.frame] = one.covariance_m2;
   }
   solver_.FreeWorkSpace();
   return covariances;
@@ -314,26 +377,29 @@ std::vector<std::vector<Eigen::Matrix3d>> BatchEstimator::Covariances() {
 
 void BatchEstimator::WriteFinals() {
   std::vector<std::vector<Eigen::Matrix3d>> covariances = Covariances();
-  std::vector<std::vector<int>> inliers;
-  for (int j = 0; j < joint_count(); ++j) inliers.push_back(InliersOf(j));
-  // Poses are as large as the measurements, which only weights still need.
-  if (scene_.kept_matches != KeptMatches::kWeights) {
-    for (JointChain& chain : problem_.joints) {
-      chain.measurements = std::vector<PixelMeasurement>();
-    }
+  std::vector<std::vector<int>> inliers = Inliers();
+  std::vector<Written> written(inliers.size());
+  for (size_t j = 0; j < written.size(); ++j) {
+    Written& one = written[j];
+    one.inliers = std::move(inliers[j]);
+    one.nearest_s = SecondsToSupport(take_.graph.times, one.inliers, 1);
+    one.ever_two = EverTwo(one.inliers);
+    if (one.ever_two) one.covariances = std::move(covariances[j]);
+    covariances[j] = std::vector<Eigen::Matrix3d>();
   }
+  // Poses are as large as the measurements, which only weights still need.
+  if (scene_.kept_matches != KeptMatches::kWeights) take_.measurements.Clear();
   finals_.clear();
   finals_.reserve(records_.size());
   for (const FrameRecord& record : records_) {
     finals_.push_back(PoseOf(record, joint_count(), scene_.kept_matches,
                              options_.covariance));
   }
-  for (int j = 0; j < joint_count(); ++j) {
-    const bool ever_two = EverTwo(inliers[j]);
-    if (!ever_two) covariances[j].clear();
-    WriteFinalsOf(j, inliers[j], ever_two, covariances[j]);
-    covariances[j] = std::vector<Eigen::Matrix3d>();
-  }
+  take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+    for (int j = 0; j < joint_count(); ++j) {
+      WriteFinalsOf(j, piece, written[j]);
+    }
+  });
 }
 
 // A bone leaves two places on the ray of a view that alone sees its end, and a
@@ -341,35 +407,36 @@ void BatchEstimator::WriteFinals() {
 // which; later the estimate may stand at the wrong one, and no covariance of
 // its surroundings says so. There what is stated is what is known without
 // bones.
-void BatchEstimator::DistrustBones(
-    std::vector<std::vector<Eigen::Matrix3d>>* covariances) {
+std::vector<BatchEstimator::KnownAlone> BatchEstimator::DistrustBones() {
   constexpr double kSurelyS = 0.1;
-  const auto alone = solver_.JointCovariances(problem_);
-  for (int j = 0; j < joint_count(); ++j) {
-    std::vector<Eigen::Matrix3d>& stated = (*covariances)[j];
+  const auto alone = solver_.JointCovariances(take_);
+  const std::vector<std::vector<int>> inliers = Inliers();
+  std::vector<KnownAlone> distrusted;
+  for (size_t j = 0; j < alone.size(); ++j) {
     const std::vector<double> nearest =
-        SecondsToSupport(problem_.times, InliersOf(j), 2);
-    for (size_t k = 0; k < std::min(stated.size(), alone[j].size()); ++k) {
-      if (nearest[k] > kSurelyS) stated[k] = alone[j][k];
+        SecondsToSupport(take_.graph.times, inliers[j], 2);
+    for (size_t k = 0; k < alone[j].size(); ++k) {
+      if (nearest[k] > kSurelyS) distrusted.push_back({j, k, alone[j][k]});
     }
   }
+  return distrusted;
 }
 
-void BatchEstimator::WriteFinalsOf(
-    int joint_idx, const std::vector<int>& inliers, bool ever_two,
-    const std::vector<Eigen::Matrix3d>& covariances) {
-  const JointChain& chain = problem_.joints[joint_idx];
-  const std::vector<double> nearest =
-      SecondsToSupport(problem_.times, inliers, 1);
-  for (size_t k = 0; k < records_.size(); ++k) {
+void BatchEstimator::WriteFinalsOf(int joint_idx,
+                                   const PersonTake::Piece& piece,
+                                   const Written& written) {
+  const JointChain& chain = piece.part.joints[joint_idx];
+  for (size_t k = piece.begin; k < piece.end; ++k) {
     const JointStatus status =
-        StatusOf(inliers[k], ever_two, nearest[k], options_.bridging_limit_s);
+        StatusOf(written.inliers[k], written.ever_two, written.nearest_s[k],
+                 options_.bridging_limit_s);
     Eigen::Matrix3d covariance;
-    const bool known = k < covariances.size();
+    const bool known = k < written.covariances.size();
     if (known) {
-      covariance = noise_->CovarianceFactorOf(joint_idx, k) * covariances[k];
+      covariance =
+          noise_->CovarianceFactorOf(joint_idx, k) * written.covariances[k];
     }
-    WriteJoint(chain, k, joint_idx, status, inliers[k],
+    WriteJoint(chain, k - piece.begin, joint_idx, status, written.inliers[k],
                known ? &covariance : nullptr, &finals_[k].person);
   }
 }

@@ -52,28 +52,6 @@ size_t ExtendForth(const PersonProblem& problem, size_t own) {
   return end;
 }
 
-JointChain CutOutJoint(const JointChain& chain, const Chunk& chunk) {
-  JointChain part;
-  part.states.assign(chain.states.begin() + chunk.begin,
-                     chain.states.begin() + chunk.end);
-  part.process_noise.assign(chain.process_noise.begin() + chunk.begin,
-                            chain.process_noise.begin() + chunk.end - 1);
-  const int32_t before = chain.first[chunk.begin];
-  part.first.clear();
-  for (size_t k = chunk.begin; k <= chunk.end; ++k) {
-    part.first.push_back(chain.first[k] - before);
-  }
-  part.measurements.assign(chain.measurements.begin() + before,
-                           chain.measurements.begin() + chain.first[chunk.end]);
-  // A birth like any other: so weak that the frames of the overlap outweigh it.
-  constexpr double kPositionSigma = 1.0;  // m
-  constexpr double kVelocitySigma = 3.0;  // m/s
-  part.prior = chunk.begin == 0 ? chain.prior
-                                : BirthPrior(part.states.front().head<3>(),
-                                             kPositionSigma, kVelocitySigma);
-  return part;
-}
-
 }  // namespace
 
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s) {
@@ -104,13 +82,17 @@ std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s) {
   return chunks;
 }
 
-PersonProblem CutOut(const PersonProblem& problem, const Chunk& chunk) {
-  PersonProblem part;
-  part.times.assign(problem.times.begin() + chunk.begin,
-                    problem.times.begin() + chunk.end);
-  for (const JointChain& chain : problem.joints) {
-    part.joints.push_back(CutOutJoint(chain, chunk));
+PersonProblem CutOut(const PersonTake& take, const Chunk& chunk) {
+  PersonProblem part = take.Part(chunk.begin, chunk.end);
+  // A birth like any other: so weak that the frames of the overlap outweigh it.
+  constexpr double kPositionSigma = 1.0;  // m
+  constexpr double kVelocitySigma = 3.0;  // m/s
+  for (JointChain& chain : part.joints) {
+    if (chunk.begin == 0) break;
+    chain.prior = BirthPrior(chain.states.front().head<3>(), kPositionSigma,
+                             kVelocitySigma);
   }
+  const PersonProblem& problem = take.graph;
   part.bones = problem.bones;
   if (chunk.begin == 0) part.prior = problem.prior;
   for (const PlacedFactor& placed : problem.user) {
@@ -146,13 +128,15 @@ std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
   return outcomes;
 }
 
-void Paste(const JointOutcome& outcome, const Chunk& chunk, JointChain* whole) {
-  std::copy(outcome.states.begin(), outcome.states.end(),
-            whole->states.begin() + chunk.own_begin);
-  const int32_t first = whole->first[chunk.own_begin];
-  for (size_t m = 0; m < outcome.weights.size(); ++m) {
-    whole->measurements[first + m].weight = outcome.weights[m];
-    whole->measurements[first + m].gated = outcome.gated[m] != 0;
+void Paste(const std::vector<JointOutcome>& outcomes, const Chunk& chunk,
+           PersonTake* take) {
+  for (size_t j = 0; j < outcomes.size(); ++j) {
+    const JointOutcome& outcome = outcomes[j];
+    std::copy(outcome.states.begin(), outcome.states.end(),
+              take->graph.joints[j].states.begin() +
+                  static_cast<std::ptrdiff_t>(chunk.own_begin));
+    take->measurements.TakeWeights(j, chunk.own_begin, chunk.own_end,
+                                   outcome.weights, outcome.gated);
   }
 }
 

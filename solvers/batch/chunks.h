@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "solvers/batch/person_take.h"
 #include "solvers/graph/problem.h"
 
 namespace kinegraph {
@@ -23,14 +24,15 @@ struct Chunk {
   size_t own_end = 0;
 };
 
-// Chunks whose own frames span about `chunk_s` [s]; one of everything where it
-// is 0 or the take is not much longer. The overlap is 1.1 s on each side, and
-// up to 5.5 s where a joint is measured in less than half of that.
+// By times and counts of measurements (PersonTake::graph): chunks whose own
+// frames span about `chunk_s` [s]; one of everything where it is 0 or the take
+// is not much longer. The overlap is 1.1 s on each side, and up to 5.5 s where
+// a joint is measured in less than half of that.
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
 
 // The chunk as a problem of its own. Where the take goes on before it, its
 // first states have the prior of a birth at their starts.
-PersonProblem CutOut(const PersonProblem& problem, const Chunk& chunk);
+PersonProblem CutOut(const PersonTake& take, const Chunk& chunk);
 
 // What a solve found for a joint's own frames.
 struct JointOutcome {
@@ -43,8 +45,9 @@ struct JointOutcome {
 std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
                                      const Chunk& chunk);
 
-// Writes it into the whole.
-void Paste(const JointOutcome& outcome, const Chunk& chunk, JointChain* whole);
+// Writes those of all joints into the whole.
+void Paste(const std::vector<JointOutcome>& outcomes, const Chunk& chunk,
+           PersonTake* take);
 
 }  // namespace kinegraph
 

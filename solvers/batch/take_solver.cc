@@ -7,9 +7,14 @@
 #include <utility>
 
 #include "core/base/parallel.h"
+#include "core/system/memory.h"
 
 namespace kinegraph {
 namespace {
+
+// What chunks used and freed lies scattered; with a small share of the time it
+// takes to solve them it is returned so often.
+constexpr int kChunksATidying = 32;
 
 std::vector<int> AllJoints(const PersonProblem& problem) {
   std::vector<int> all(problem.joints.size());
@@ -34,6 +39,12 @@ std::vector<std::vector<Eigen::Matrix3d>> Positions(
 TakeSolver::TakeSolver(const GraphOptions& options)
     : options_(options), whole_(options) {}
 
+void TakeSolver::FreeWorkSpace() {
+  whole_.FreeWorkSpace();
+  idle_.clear();
+  ReturnFreeMemory();
+}
+
 std::unique_ptr<PersonSolver> TakeSolver::TakeIdle() {
   const std::lock_guard<std::mutex> lock(taking_);
   if (idle_.empty()) return std::make_unique<PersonSolver>(options_);
@@ -49,57 +60,59 @@ void TakeSolver::GiveBack(std::unique_ptr<PersonSolver> solver) {
 }
 
 void TakeSolver::ForEachChunk(
-    const PersonProblem& problem, const std::vector<Chunk>& chunks,
+    const PersonTake& take, const std::vector<Chunk>& chunks,
     const std::function<void(PersonSolver*, int, PersonProblem*)>& work) {
   ParallelFor(AllowedThreads(), static_cast<int>(chunks.size()), [&](int i) {
-    PersonProblem part = CutOut(problem, chunks[i]);
+    PersonProblem part = CutOut(take, chunks[i]);
     std::unique_ptr<PersonSolver> solver = TakeIdle();
     work(solver.get(), i, &part);
     GiveBack(std::move(solver));
+    if (i % kChunksATidying == kChunksATidying - 1) ReturnFreeMemory();
   });
 }
 
 void TakeSolver::Solve(
-    PersonProblem* problem,
+    PersonTake* take,
     const std::function<void(PersonSolver*, int, PersonProblem*)>& work) {
-  const std::vector<Chunk> chunks = MakeChunks(*problem, options_.chunk_s);
+  const std::vector<Chunk> chunks = MakeChunks(take->graph, options_.chunk_s);
   if (chunks.size() == 1) {
-    work(&whole_, 0, problem);
+    PersonProblem all = CutOut(*take, chunks.front());
+    work(&whole_, 0, &all);
+    Paste(OutcomesOf(all, chunks.front()), chunks.front(), take);
+    take->graph.bones = std::move(all.bones);
     return;
   }
   // All are cut out before any is put back: they overlap.
   std::vector<std::vector<JointOutcome>> outcomes(chunks.size());
-  ForEachChunk(*problem, chunks,
+  ForEachChunk(*take, chunks,
                [&](PersonSolver* solver, int i, PersonProblem* part) {
                  work(solver, i, part);
                  outcomes[i] = OutcomesOf(*part, chunks[i]);
                });
   for (size_t i = 0; i < chunks.size(); ++i) {
-    for (size_t j = 0; j < problem->joints.size(); ++j) {
-      Paste(outcomes[i][j], chunks[i], &problem->joints[j]);
-    }
+    Paste(outcomes[i], chunks[i], take);
+    outcomes[i] = {};
   }
 }
 
-void TakeSolver::SolveJoints(const SolveSchedule& schedule,
-                             PersonProblem* problem) {
-  Solve(problem, [&](PersonSolver* solver, int, PersonProblem* part) {
+void TakeSolver::SolveJoints(const SolveSchedule& schedule, PersonTake* take) {
+  Solve(take, [&](PersonSolver* solver, int, PersonProblem* part) {
     solver->SolveJoints(schedule, AllJoints(*part), part);
   });
 }
 
 void TakeSolver::SolveJointsWithRivals(const SolveSchedule& schedule,
-                                       PersonProblem* problem) {
-  Solve(problem, [&](PersonSolver* solver, int, PersonProblem* part) {
+                                       PersonTake* take) {
+  Solve(take, [&](PersonSolver* solver, int, PersonProblem* part) {
     solver->SolveJointsWithRivals(schedule, AllJoints(*part), part);
   });
 }
 
-void TakeSolver::SolveTogether(PersonProblem* problem) {
+void TakeSolver::SolveTogether(PersonTake* take) {
   FreeWorkSpace();
-  const bool with_bones = !problem->bones.empty();
-  without_bones_.assign(MakeChunks(*problem, options_.chunk_s).size(), 0);
-  Solve(problem, [&](PersonSolver* solver, int i, PersonProblem* part) {
+  const bool with_bones = !take->graph.bones.empty();
+  without_bones_.assign(MakeChunks(take->graph, options_.chunk_s).size(), 0);
+  Solve(take, [&](PersonSolver* solver, int i, PersonProblem* part) {
     solver->SolveBones(part);
     without_bones_[i] = with_bones && part->bones.empty();
     solver->Refine(part);
@@ -107,19 +120,21 @@ void TakeSolver::SolveTogether(PersonProblem* problem) {
 }
 
 template <typename Matrix, typename Of>
-std::vector<std::vector<Matrix>> TakeSolver::InChunks(
-    const PersonProblem& problem, const Of& of) {
+std::vector<std::vector<Matrix>> TakeSolver::InChunks(const PersonTake& take,
+                                                      const Of& of) {
   FreeWorkSpace();
-  const std::vector<Chunk> chunks = MakeChunks(problem, options_.chunk_s);
-  if (chunks.size() == 1) return of(&whole_, problem, problem.times.size());
+  const std::vector<Chunk> chunks = MakeChunks(take.graph, options_.chunk_s);
+  if (chunks.size() == 1) {
+    return of(&whole_, CutOut(take, chunks.front()), take.frame_count());
+  }
   // Each chunk writes its own frames. A joint that one chunk knows nothing of
   // has none.
   std::vector<std::vector<Matrix>> whole(
-      problem.joints.size(), std::vector<Matrix>(problem.times.size()));
+      take.graph.joints.size(), std::vector<Matrix>(take.frame_count()));
   std::vector<std::vector<char>> known(
-      chunks.size(), std::vector<char>(problem.joints.size(), 0));
+      chunks.size(), std::vector<char>(take.graph.joints.size(), 0));
   ForEachChunk(
-      problem, chunks, [&](PersonSolver* solver, int i, PersonProblem* part) {
+      take, chunks, [&](PersonSolver* solver, int i, PersonProblem* part) {
         if (!part->bones.empty() && without_bones_[i]) part->bones.clear();
         const Chunk& chunk = chunks[i];
         const size_t begin = chunk.own_begin - chunk.begin;
@@ -141,28 +156,26 @@ std::vector<std::vector<Matrix>> TakeSolver::InChunks(
 }
 
 std::vector<std::vector<Matrix6d>> TakeSolver::StateCovariances(
-    const PersonProblem& problem, double correction) {
+    const PersonTake& take, double correction) {
   return InChunks<Matrix6d>(
-      problem,
-      [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
+      take, [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
         return solver->JointCovariances(part, correction, end);
       });
 }
 
 std::vector<std::vector<Eigen::Matrix3d>> TakeSolver::JointCovariances(
-    const PersonProblem& problem) {
-  return InChunks<Eigen::Matrix3d>(problem, [&](PersonSolver* solver,
-                                                const PersonProblem& part,
-                                                size_t end) {
-    return Positions(solver->JointCovariances(part, solver->correction(), end));
-  });
+    const PersonTake& take) {
+  return InChunks<Eigen::Matrix3d>(
+      take, [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
+        return Positions(
+            solver->JointCovariances(part, solver->correction(), end));
+      });
 }
 
 std::vector<std::vector<Eigen::Matrix3d>> TakeSolver::Covariances(
-    const PersonProblem& problem) {
+    const PersonTake& take) {
   return InChunks<Eigen::Matrix3d>(
-      problem,
-      [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
+      take, [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
         return Positions(part.coupled() ? solver->BoneCovariances(part, end)
                                         : solver->JointCovariances(
                                               part, solver->correction(), end));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "solvers/batch/chunks.h"
+#include "solvers/batch/person_take.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
 #include "solvers/person/person_solver.h"
@@ -27,30 +28,25 @@ class TakeSolver {
   double correction() const { return whole_.correction(); }
 
   // All joints, each as if alone.
-  void SolveJoints(const SolveSchedule& schedule, PersonProblem* problem);
-  void SolveJointsWithRivals(const SolveSchedule& schedule,
-                             PersonProblem* problem);
+  void SolveJoints(const SolveSchedule& schedule, PersonTake* take);
+  void SolveJointsWithRivals(const SolveSchedule& schedule, PersonTake* take);
 
   // Bones if there are any, then Ceres if the options name it.
-  void SolveTogether(PersonProblem* problem);
+  void SolveTogether(PersonTake* take);
 
   // Positions' covariances [joint][frame] in m^2, under what SolveTogether
   // kept; a joint has none where they are not positive definite.
-  std::vector<std::vector<Eigen::Matrix3d>> Covariances(
-      const PersonProblem& problem);
+  std::vector<std::vector<Eigen::Matrix3d>> Covariances(const PersonTake& take);
   // The same of each joint as if alone.
   std::vector<std::vector<Eigen::Matrix3d>> JointCovariances(
-      const PersonProblem& problem);
+      const PersonTake& take);
   // Those of whole states, with the information times `correction`.
-  std::vector<std::vector<Matrix6d>> StateCovariances(
-      const PersonProblem& problem, double correction);
+  std::vector<std::vector<Matrix6d>> StateCovariances(const PersonTake& take,
+                                                      double correction);
 
   // SolveTogether and the covariances begin with it: each needs work space of
   // its own kind.
-  void FreeWorkSpace() {
-    whole_.FreeWorkSpace();
-    idle_.clear();
-  }
+  void FreeWorkSpace();
 
   void HandInCounts(int64_t first_frame, int64_t last_frame) {
     whole_.HandInCounts(first_frame, last_frame);
@@ -62,15 +58,15 @@ class TakeSolver {
   // Calls work(solver, chunk's number, chunk as a problem of its own) for every
   // chunk.
   void ForEachChunk(
-      const PersonProblem& problem, const std::vector<Chunk>& chunks,
+      const PersonTake& take, const std::vector<Chunk>& chunks,
       const std::function<void(PersonSolver*, int, PersonProblem*)>& work);
   // What `of(solver, problem, end of its frames)` says of each chunk, joined.
   template <typename Matrix, typename Of>
-  std::vector<std::vector<Matrix>> InChunks(const PersonProblem& problem,
+  std::vector<std::vector<Matrix>> InChunks(const PersonTake& take,
                                             const Of& of);
   // As ForEachChunk, and takes over what it does to the chunks' own frames.
   void Solve(
-      PersonProblem* problem,
+      PersonTake* take,
       const std::function<void(PersonSolver*, int, PersonProblem*)>& work);
 
   const GraphOptions options_;

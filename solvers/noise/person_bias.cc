@@ -131,13 +131,18 @@ const BodyStance* PersonBias::NearestFrame(
   return nearest;
 }
 
-void PersonBias::ApplyTake(PersonProblem* problem) {
-  if (pool_ == nullptr) return;
-  const std::shared_ptr<const ViewBias> bias = pool_->Now();
-  if (bias == nullptr || bias->empty()) return;
-  for (size_t k = 0; k < problem->times.size(); ++k) {
-    const BodyStance* frame = NearestFrame(k, problem->times);
-    if (frame != nullptr) Apply(*bias, *frame, k, problem);
+std::shared_ptr<const ViewBias> PersonBias::OfTake() const {
+  if (pool_ == nullptr) return nullptr;
+  std::shared_ptr<const ViewBias> bias = pool_->Now();
+  return bias == nullptr || bias->empty() ? nullptr : bias;
+}
+
+void PersonBias::ApplyTake(const ViewBias& bias,
+                           const std::vector<TimeNs>& times, size_t begin,
+                           size_t end, PersonProblem* part) const {
+  for (size_t k = begin; k < end; ++k) {
+    const BodyStance* frame = NearestFrame(k, times);
+    if (frame != nullptr) Apply(bias, *frame, k - begin, part);
   }
 }
 

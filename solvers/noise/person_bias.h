@@ -28,8 +28,14 @@ class PersonBias {
   // Writes the bias of the frame that was observed last, from what earlier
   // frames told (window).
   void ApplyCausally(size_t k, PersonProblem* problem);
-  // Writes the bias of all observed frames from all there is (batch).
-  void ApplyTake(PersonProblem* problem);
+  // Whether Observe has anything to learn.
+  bool observes() const { return pool_ != nullptr; }
+  // From all there is (batch); null: nothing.
+  std::shared_ptr<const ViewBias> OfTake() const;
+  // Writes it to the observed frames begin .. end - 1, the first ones of
+  // `part`; all observed ones were at `times`.
+  void ApplyTake(const ViewBias& bias, const std::vector<TimeNs>& times,
+                 size_t begin, size_t end, PersonProblem* part) const;
 
  private:
   void Learn(const PersonProblem& problem, size_t k);

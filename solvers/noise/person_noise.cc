@@ -36,8 +36,9 @@ PersonNoise::PersonNoise(const SceneModel& scene, const GraphOptions& options)
   }
 }
 
-bool PersonNoise::Load(const PersonProblem& problem, size_t k, int joint_idx) {
-  const size_t at = (k - starts_from_) * static_cast<size_t>(joint_count()) +
+bool PersonNoise::Load(const PersonProblem& problem, size_t k, int joint_idx,
+                       size_t place) {
+  const size_t at = place * static_cast<size_t>(joint_count()) +
                     static_cast<size_t>(joint_idx);
   const JointChain& chain = problem.joints[joint_idx];
   if (at < starts_.size())
@@ -50,7 +51,7 @@ void PersonNoise::LearnPixels(const PersonProblem& problem, size_t k) {
                                     !knows_confidences_ &&
                                     confidences_.BeginFrame(problem.times[k]);
   for (int j = 0; j < joint_count(); ++j) {
-    if (Load(problem, k, j)) {
+    if (triangulator_.Load(problem.joints[j], k)) {
       const JointClass joint_class = scene_.skeleton.joint_class(j);
       scales_.Add(joint_class, triangulator_.residuals());
       if (looks_at_confidences) {
@@ -63,9 +64,12 @@ void PersonNoise::LearnPixels(const PersonProblem& problem, size_t k) {
   }
 }
 
-void PersonNoise::LearnTakesPixels(const PersonProblem& problem) {
-  const size_t count = problem.times.size();
-  for (size_t k = 0; k < count; ++k) LearnPixels(problem, k);
+void PersonNoise::LearnTakesPixels(
+    const std::function<void(const FrameVisitor&)>& for_each) {
+  const FrameVisitor learn = [&](const PersonProblem& part, size_t k) {
+    LearnPixels(part, k);
+  };
+  for_each(learn);
   if (!options_.LearnsConfidence()) return;
   triangulator_.set_weighting(confidences_.Fit());
   knows_confidences_ = true;
@@ -73,7 +77,7 @@ void PersonNoise::LearnTakesPixels(const PersonProblem& problem) {
   // Other points, and with them another size of the errors.
   scales_ = NoiseScales();
   starts_.clear();
-  for (size_t k = 0; k < count; ++k) LearnPixels(problem, k);
+  for_each(learn);
 }
 
 void PersonNoise::RefreshScales() {
@@ -83,7 +87,7 @@ void PersonNoise::RefreshScales() {
 }
 
 // Keeps the frame.
-void PersonNoise::Locate(const PersonProblem& problem, size_t k,
+void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place,
                          Pixels pixels) {
   const bool learns =
       options_.pixel_noise_from == NoiseFrom::kTake && pixels == Pixels::kNew;
@@ -95,7 +99,7 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k,
   for (int j = 0; j < joint_count(); ++j) {
     const int joint_class = ClassOf(j);
     std::optional<FramePoint> point;
-    if (Load(problem, k, j)) {
+    if (Load(problem, k, j, place)) {
       if (learns) {
         correlations_.Add(j, frame.time, scale_[joint_class],
                           triangulator_.residuals());
@@ -115,37 +119,49 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k,
   }
 }
 
-void PersonNoise::LearnTake(const PersonProblem& problem) {
-  const size_t count = problem.times.size();
+void PersonNoise::LearnCorrelation(const PersonProblem& problem, size_t k,
+                                   size_t place) {
+  for (int j = 0; j < joint_count(); ++j) {
+    if (!Load(problem, k, j, place)) continue;
+    correlations_.Add(j, problem.times[k], scale_[ClassOf(j)],
+                      triangulator_.residuals());
+  }
+}
+
+void PersonNoise::LearnTake(
+    const std::function<void(const FrameVisitor&)>& for_each) {
+  size_t place = 0;
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
-    LearnTakesPixels(problem);
+    LearnTakesPixels(for_each);
     RefreshScales();
-    for (size_t k = 0; k < count; ++k) {
-      for (int j = 0; j < joint_count(); ++j) {
-        if (!Load(problem, k, j)) continue;
-        correlations_.Add(j, problem.times[k], scale_[ClassOf(j)],
-                          triangulator_.residuals());
-      }
-    }
+    for_each([&](const PersonProblem& part, size_t k) {
+      LearnCorrelation(part, k, place++);
+    });
     correlation_ = correlations_.Fit();
   }
-  for (size_t k = 0; k < count; ++k) {
-    Locate(problem, k, Pixels::kKnown);
-  }
+  place = 0;
+  for_each([&](const PersonProblem& part, size_t k) {
+    Locate(part, k, place++, Pixels::kKnown);
+  });
   starts_ = std::vector<FrameTriangulator::Start>();
   covariance_factors_.emplace(correlation_, 1.0 / scene_.frame_rate_hz);
 }
 
+void PersonNoise::LearnTake(const PersonProblem& problem) {
+  LearnTake([&](const FrameVisitor& visit) {
+    for (size_t k = 0; k < problem.times.size(); ++k) visit(problem, k);
+  });
+}
+
 void PersonNoise::AddFrame(const PersonProblem& problem, size_t k) {
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
-    starts_from_ = k;
     if (options_.LearnsConfidence()) {
       triangulator_.set_weighting(confidences_.Fit());
     }
     LearnPixels(problem, k);
     RefreshScales();
   }
-  Locate(problem, k, Pixels::kNew);
+  Locate(problem, k, 0, Pixels::kNew);
   starts_.clear();
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
     correlation_ = correlations_.Fit();
@@ -241,30 +257,41 @@ void PersonNoise::ApplyLevels(PersonProblem* problem) {
 }
 
 void PersonNoise::Apply(PersonProblem* problem) {
+  ApplyProcessNoise(problem);
+  ApplyPixelNoise(0, frames_.size(), problem);
+}
+
+void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
   for (Frame& frame : frames_) {
     frame.process_noise.resize(static_cast<size_t>(joint_count()));
   }
   if (options_.process_noise_from == NoiseFrom::kTake) {
     ApplyLevels(problem);
-  } else {
-    for (Frame& frame : frames_) {
-      for (int j = 0; j < joint_count(); ++j) {
-        frame.process_noise[j] = options_.process_noise[ClassOf(j)];
-      }
+    return;
+  }
+  for (Frame& frame : frames_) {
+    for (int j = 0; j < joint_count(); ++j) {
+      frame.process_noise[j] = options_.process_noise[ClassOf(j)];
     }
   }
+}
+
+void PersonNoise::ApplyPixelNoise(size_t begin, size_t end,
+                                  PersonProblem* part) const {
   if (options_.pixel_noise_from != NoiseFrom::kTake) return;
   for (int j = 0; j < joint_count(); ++j) {
-    JointChain& chain = problem->joints[j];
+    JointChain& chain = part->joints[j];
     const double scale = kLearntWidening * scale_[ClassOf(j)];
-    for (size_t k = 0; k < frames_.size(); ++k) {
-      if (chain.first[k] == chain.first[k + 1]) continue;
+    for (size_t k = begin; k < end; ++k) {
+      const int32_t first = chain.first[k - begin];
+      const int32_t stop = chain.first[k - begin + 1];
+      if (first == stop) continue;
       const double information =
           kLearntWidening * kLearntWidening /
           InformationDivisor(correlation_, FrameSeconds(k),
                              frames_[k].process_noise[j],
                              frames_[k].variance_m2[j]);
-      for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+      for (int32_t m = first; m < stop; ++m) {
         PixelMeasurement& measurement = chain.measurements[m];
         measurement.sigma_px =
             scale * measurement.model_sigma_px *

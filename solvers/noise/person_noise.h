@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -53,7 +54,11 @@ class PersonNoise {
   // `scene` and `options` must outlive it.
   PersonNoise(const SceneModel& scene, const GraphOptions& options);
 
-  // Everything from all frames of the problem.
+  // A frame of the take: frame `k` of `part`, in which `part` may go on.
+  using FrameVisitor = std::function<void(const PersonProblem& part, size_t k)>;
+  // Everything from a whole take. `for_each` calls what it is given for all
+  // frames, in order; it is used several times.
+  void LearnTake(const std::function<void(const FrameVisitor&)>& for_each);
   void LearnTake(const PersonProblem& problem);
 
   // From what was seen so far: the problem's frame `k`, which follows those
@@ -61,9 +66,13 @@ class PersonNoise {
   void AddFrame(const PersonProblem& problem, size_t k);
   void DropFirstFrame();
 
-  // Writes sigmas, information and process noise of all frames of `problem`,
+  // Writes process noise, sigmas and information of all frames of `problem`,
   // which are those kept here.
   void Apply(PersonProblem* problem);
+  // Process noise alone, which comes first; then sigmas and information of the
+  // kept frames begin .. end - 1, which are the first ones of `part`.
+  void ApplyProcessNoise(PersonProblem* problem);
+  void ApplyPixelNoise(size_t begin, size_t end, PersonProblem* part) const;
   // Nothing more is learnt or applied: gives back the memory that only that
   // needs.
   void FreeEvidence() { frame_evidence_ = decltype(frame_evidence_)(); }
@@ -86,13 +95,18 @@ class PersonNoise {
   int ClassOf(int joint_idx) const {
     return static_cast<int>(scene_.skeleton.joint_class(joint_idx));
   }
-  bool Load(const PersonProblem& problem, size_t k, int joint_idx);
+  // `place` is the frame's among those that are learnt from.
+  bool Load(const PersonProblem& problem, size_t k, int joint_idx,
+            size_t place);
   void LearnPixels(const PersonProblem& problem, size_t k);
-  void LearnTakesPixels(const PersonProblem& problem);
+  void LearnTakesPixels(
+      const std::function<void(const FrameVisitor&)>& for_each);
+  void LearnCorrelation(const PersonProblem& problem, size_t k, size_t place);
   void RefreshScales();
   // Whether a frame's pixels were learnt from before.
   enum class Pixels { kKnown, kNew };
-  void Locate(const PersonProblem& problem, size_t k, Pixels pixels);
+  void Locate(const PersonProblem& problem, size_t k, size_t place,
+              Pixels pixels);
   double FrameSeconds(size_t k) const;
   std::vector<double> LevelsOf(int group);
   // `belief_` of that group, carried on to `time`.
@@ -105,10 +119,9 @@ class PersonNoise {
   const SceneModel& scene_;
   const GraphOptions& options_;
   FrameTriangulator triangulator_;
-  // While frames are learnt from, which looks at each several times: of frame
-  // starts_from_ on, [frame][joint] in a row. Else empty.
+  // While frames are learnt from, which looks at each several times: of those
+  // frames, [frame][joint] in a row. Else empty.
   std::vector<FrameTriangulator::Start> starts_;
-  size_t starts_from_ = 0;
   ConfidenceLearner confidences_;
   bool knows_confidences_ = false;  // all that there is to know
   NoiseScales scales_;

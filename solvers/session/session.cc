@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/identity/edits.h"
 #include "core/identity/linking.h"
+#include "core/system/memory.h"
 #include "core/tracking/second_pass.h"
 
 namespace kinegraph {
@@ -191,6 +192,7 @@ class Session::Impl {
     const std::unique_ptr<DetectionSource> source =
         reopen_ ? reopen_() : nullptr;
     if (notes_ != nullptr) notes_->BeginPass();
+    ReturnFreeMemory();  // of the first pass's solves
     SecondPass second(scene_.model, detection_skeleton_, options_.tracker,
                       second_pass_estimator_);
     if (!options_.tracker.life.independent_frames) {

@@ -91,7 +91,8 @@ class FrameInversion {
         rows_(PaddedLanes(static_cast<int>(size_))) {
     SortCouplings();
     AddUserFactors();
-    for (LaneBuffer* square : {&pivot_, &coupling_, &earlier_}) {
+    for (LaneBuffer* square :
+         {&pivot_, &coupling_, &earlier_, &later_[0], &later_[1]}) {
       square->Assign(rows_ * rows_, 0.0);
     }
   }
@@ -100,13 +101,13 @@ class FrameInversion {
     covariances_ = covariances;
     const size_t stretch = std::min(Stretch(), frame_end);
     messages_.resize(stretch);
-    for (LaneBuffer& message : messages_) message.Reserve(rows_ * rows_);
     if (!SweepBack(frame_end)) return false;
     for (size_t begin = 0; begin < frame_end; begin += stretch) {
       const size_t end = std::min(begin + stretch, frame_end);
       if (begin > 0 && !Recall(begin, end)) return false;
       for (size_t k = begin; k < end; ++k) {
-        if (!Take(k, messages_[k - begin])) return false;
+        Restore(messages_[k - begin], &later_[0]);
+        if (!Take(k, later_[0])) return false;
         if (k + 1 < frame_end && !PassOn(k)) return false;
       }
     }
@@ -115,12 +116,32 @@ class FrameInversion {
 
  private:
   using Square = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
+  using Triangle = std::vector<double>;  // a square's lower one, by columns
 
   // Frames whose messages are kept; those of later ones are made again from
   // the last of their stretch.
   size_t Stretch() const {
-    constexpr size_t kBytes = 32 << 20;
-    return std::max<size_t>(8, kBytes / (rows_ * rows_ * sizeof(double)));
+    constexpr size_t kBytes = 16 << 20;
+    return std::max<size_t>(
+        8, kBytes / (size_ * (size_ + 1) / 2 * sizeof(double)));
+  }
+
+  void Store(const LaneBuffer& square, Triangle* triangle) const {
+    triangle->resize(size_ * (size_ + 1) / 2);
+    auto to = triangle->begin();
+    for (size_t column = 0; column < size_; ++column) {
+      const double* const from = square.data() + column * rows_;
+      to = std::copy(from + column, from + size_, to);
+    }
+  }
+
+  void Restore(const Triangle& triangle, LaneBuffer* square) const {
+    auto from = triangle.begin();
+    for (size_t column = 0; column < size_; ++column) {
+      const auto end = from + static_cast<std::ptrdiff_t>(size_ - column);
+      std::copy(from, end, square->data() + column * rows_ + column);
+      from = end;
+    }
   }
 
   void SortCouplings() {
@@ -240,32 +261,28 @@ class FrameInversion {
   bool SweepBack(size_t frame_end) {
     const size_t stretch = messages_.size();
     kept_.resize((frame_end + stretch - 1) / stretch);
-    LaneBuffer buffers[2];
-    for (LaneBuffer& buffer : buffers) buffer.Assign(rows_ * rows_, 0.0);
-    const auto place = [&](size_t k) {
-      return k < stretch ? &messages_[k] : &buffers[k % 2];
-    };
-    std::fill_n(place(frame_count_ - 1)->data(), rows_ * rows_, 0.0);
+    std::fill_n(later_[(frame_count_ - 1) % 2].data(), rows_ * rows_, 0.0);
     for (size_t k = frame_count_; k-- > 0;) {
-      const LaneBuffer& message = *place(k);
+      const LaneBuffer& message = later_[k % 2];
       const bool last = k % stretch == stretch - 1 || k + 1 == frame_end;
-      if (last && k >= stretch && k < frame_end) {
-        LaneBuffer& kept = kept_[k / stretch];
-        kept.Reserve(rows_ * rows_);
-        std::copy_n(message.data(), rows_ * rows_, kept.data());
+      if (k < stretch) {
+        Store(message, &messages_[k]);
+      } else if (last && k < frame_end) {
+        Store(message, &kept_[k / stretch]);
       }
-      if (k > 0 && !PassBack(k, message, place(k - 1))) return false;
+      if (k > 0 && !PassBack(k, message, &later_[(k - 1) % 2])) return false;
     }
     return true;
   }
 
   // The messages of a stretch once more.
   bool Recall(size_t begin, size_t end) {
-    std::swap(messages_[end - 1 - begin], kept_[begin / messages_.size()]);
+    messages_[end - 1 - begin] = std::move(kept_[begin / messages_.size()]);
+    Restore(messages_[end - 1 - begin], &later_[(end - 1) % 2]);
     for (size_t k = end; k-- > begin + 1;) {
-      if (!PassBack(k, messages_[k - begin], &messages_[k - 1 - begin])) {
-        return false;
-      }
+      LaneBuffer& next = later_[(k - 1) % 2];
+      if (!PassBack(k, later_[k % 2], &next)) return false;
+      Store(next, &messages_[k - 1 - begin]);
     }
     return true;
   }
@@ -319,9 +336,10 @@ class FrameInversion {
   std::map<size_t, Eigen::MatrixXd> user_below_;     // by the earlier frame
   // Squares of rows_ x rows_, of which the lower triangle counts.
   LaneBuffer pivot_, coupling_;
-  LaneBuffer earlier_;                // the message of earlier frames
-  std::vector<LaneBuffer> messages_;  // of later frames, in the stretch at hand
-  std::vector<LaneBuffer> kept_;      // that of each stretch's last frame
+  LaneBuffer earlier_;              // the message of earlier frames
+  LaneBuffer later_[2];             // those of later frames, in turn
+  std::vector<Triangle> messages_;  // the same, in the stretch at hand
+  std::vector<Triangle> kept_;      // that of each stretch's last frame
   std::vector<std::vector<Matrix6d>>* covariances_ = nullptr;
 };
 

@@ -45,12 +45,12 @@ class ChunksTest : public ::testing::Test {
   PersonProblem Solve(double chunk_s, int threads) const {
     GraphOptions options = options_;
     options.chunk_s = chunk_s;
-    PersonProblem problem = problem_;
+    PersonTake take = PackTake(problem_);
     ParallelFor(threads, 1, [&](int) {
       TakeSolver solver(options);
-      solver.SolveJoints(solver.schedule(), &problem);
+      solver.SolveJoints(solver.schedule(), &take);
     });
-    return problem;
+    return UnpackTake(take);
   }
 
   SceneModel scene_;
@@ -81,7 +81,7 @@ TEST_F(ChunksTest, OwnEveryFrameOnce) {
 
 TEST_F(ChunksTest, CutOutIsTheSamePartOfTheProblem) {
   const Chunk chunk = {100, 200, 120, 180};
-  const PersonProblem part = CutOut(problem_, chunk);
+  const PersonProblem part = CutOut(PackTake(problem_), chunk);
   ASSERT_EQ(part.times.size(), 100u);
   for (size_t j = 0; j < 3; ++j) {
     const JointChain& whole = problem_.joints[j];
@@ -139,7 +139,8 @@ TEST_F(ChunksTest, CovariancesAreThoseOfTheWholeTake) {
   for (const double chunk_s : {0.0, 7.0}) {
     GraphOptions options = options_;
     options.chunk_s = chunk_s;
-    covariances.push_back(TakeSolver(options).StateCovariances(solved, 1.1));
+    covariances.push_back(
+        TakeSolver(options).StateCovariances(PackTake(solved), 1.1));
   }
   for (size_t j = 0; j < 3; ++j) {
     ASSERT_EQ(covariances[0][j].size(), 750u);

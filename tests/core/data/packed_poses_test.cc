@@ -1,4 +1,4 @@
-#include "core/data/packed_pose.h"
+#include "core/data/packed_poses.h"
 
 #include <gtest/gtest.h>
 
@@ -24,12 +24,13 @@ PersonPose FullPose() {
   return pose;
 }
 
-TEST(PackedPoseTest, EveryBitComesBack) {
+TEST(PackedPosesTest, EveryBitComesBack) {
   const PersonPose before = FullPose();
   ASSERT_NE((*before.covariances[2])(2, 1), (*before.covariances[2])(1, 2));
   PersonPose pose = before;
-  const PackedPose packed(&pose);
-  packed.Restore(&pose);
+  PackedPoses packed;
+  packed.Push(&pose);
+  packed.RestoreFront(&pose);
   EXPECT_EQ(pose.id, before.id);
   EXPECT_EQ(pose.score, before.score);
   ASSERT_EQ(pose.joints.size(), before.joints.size());
@@ -45,9 +46,10 @@ TEST(PackedPoseTest, EveryBitComesBack) {
   }
 }
 
-TEST(PackedPoseTest, TheIdentityStays) {
+TEST(PackedPosesTest, TheIdentityStays) {
   PersonPose pose = FullPose();
-  const PackedPose packed(&pose);
+  PackedPoses packed;
+  packed.Push(&pose);
   EXPECT_EQ(pose.id, TrackId(7));
   EXPECT_TRUE(pose.joints.empty());
   EXPECT_TRUE(pose.inlier_views.empty());
@@ -55,10 +57,27 @@ TEST(PackedPoseTest, TheIdentityStays) {
   EXPECT_TRUE(pose.matches.empty());
 }
 
-TEST(PackedPoseTest, NothingKeptIsNothingRestored) {
+TEST(PackedPosesTest, TheOldestComesFirst) {
+  PackedPoses packed;
   PersonPose pose;
-  const PackedPose packed(&pose);
-  packed.Restore(&pose);
+  for (const double score : {0.25, 0.5}) {
+    pose.score = score;
+    packed.Push(&pose);
+  }
+  packed.RestoreFront(&pose);
+  EXPECT_EQ(pose.score, 0.25);
+  packed.Pop();
+  packed.RestoreFront(&pose);
+  EXPECT_EQ(pose.score, 0.5);
+  packed.Pop();
+  EXPECT_TRUE(packed.empty());
+}
+
+TEST(PackedPosesTest, NothingKeptIsNothingRestored) {
+  PersonPose pose;
+  PackedPoses packed;
+  packed.Push(&pose);
+  packed.RestoreFront(&pose);
   EXPECT_EQ(pose.score, 0.0);
   EXPECT_TRUE(pose.joints.empty());
   EXPECT_TRUE(pose.inlier_views.empty());

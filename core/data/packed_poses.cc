@@ -1,4 +1,4 @@
-#include "core/data/packed_pose.h"
+#include "core/data/packed_poses.h"
 
 #include <optional>
 #include <utility>
@@ -48,7 +48,7 @@ std::optional<Eigen::Matrix3d> GetCovariance(ByteReader* reader) {
 void Put(const ViewMatch& match, ByteWriter* writer) {
   writer->Put(match.view_idx);
   writer->Put(match.detection_idx);
-  writer->PutSize(match.weights.size());
+  writer->PutCount(match.weights.size());
   for (const std::optional<double>& weight : match.weights) {
     writer->Put(weight.has_value());
     if (weight.has_value()) writer->Put(*weight);
@@ -59,7 +59,7 @@ ViewMatch GetMatch(ByteReader* reader) {
   ViewMatch match;
   match.view_idx = reader->Get<int>();
   match.detection_idx = reader->Get<int>();
-  match.weights.resize(reader->GetSize());
+  match.weights.resize(reader->GetCount());
   for (std::optional<double>& weight : match.weights) {
     if (reader->Get<bool>()) weight = reader->Get<double>();
   }
@@ -68,42 +68,45 @@ ViewMatch GetMatch(ByteReader* reader) {
 
 }  // namespace
 
-PackedPose::PackedPose(PersonPose* pose) {
+void PackedPoses::Push(PersonPose* pose) {
   ByteWriter writer;
   writer.Put(pose->score);
-  writer.PutSize(pose->joints.size());
+  writer.PutCount(pose->joints.size());
   for (const Joint3d& joint : pose->joints) {
     writer.PutMatrix(joint.position_m);
     writer.Put(joint.status);
   }
-  writer.PutSize(pose->inlier_views.size());
-  for (const int views : pose->inlier_views) writer.Put(views);
-  writer.PutSize(pose->covariances.size());
+  writer.PutCount(pose->inlier_views.size());
+  for (const int views : pose->inlier_views) {
+    writer.PutCount(static_cast<size_t>(views));
+  }
+  writer.PutCount(pose->covariances.size());
   for (const auto& covariance : pose->covariances) Put(covariance, &writer);
-  writer.PutSize(pose->matches.size());
+  writer.PutCount(pose->matches.size());
   for (const ViewMatch& match : pose->matches) Put(match, &writer);
-  bytes_ = writer.Take();
-  bytes_.shrink_to_fit();
+  poses_.Push(writer.bytes());
   PersonPose nobody;
   nobody.id = pose->id;
   *pose = std::move(nobody);
 }
 
-void PackedPose::Restore(PersonPose* pose) const {
-  ByteReader reader(bytes_);
+void PackedPoses::RestoreFront(PersonPose* pose) const {
+  ByteReader reader(poses_.front());
   pose->score = reader.Get<double>();
-  pose->joints.resize(reader.GetSize(3 * sizeof(double)));
+  pose->joints.resize(reader.GetCount());
   for (Joint3d& joint : pose->joints) {
     reader.GetMatrix(&joint.position_m);
     joint.status = reader.Get<JointStatus>();
   }
-  pose->inlier_views.resize(reader.GetSize(sizeof(int)));
-  for (int& views : pose->inlier_views) views = reader.Get<int>();
-  pose->covariances.resize(reader.GetSize());
+  pose->inlier_views.resize(reader.GetCount());
+  for (int& views : pose->inlier_views) {
+    views = static_cast<int>(reader.GetCount());
+  }
+  pose->covariances.resize(reader.GetCount());
   for (auto& covariance : pose->covariances) {
     covariance = GetCovariance(&reader);
   }
-  pose->matches.resize(reader.GetSize(2 * sizeof(int)));
+  pose->matches.resize(reader.GetCount());
   for (ViewMatch& match : pose->matches) match = GetMatch(&reader);
 }
 
