@@ -28,11 +28,13 @@ programs_of() {  # FOLDER...
   (cd tests && find "$@" -name '*_test.cc' -printf 'test_%h\n' | tr / _ | sort -u)
 }
 
-# What each program came to is kept in BUILD/all/PRESET/PROGRAM.json.
-# KINEGRAPH_PROGRAMS chooses some of the programs.
+# What each program came to is kept in BUILD/all/PRESET/PROGRAM.json, the names
+# of all in programs.txt. KINEGRAPH_PROGRAMS chooses some of them.
 sanitizer() {  # PRESET PROGRAM...
   local preset=$1 program programs=()
   shift
+  mkdir -p "$logs/$preset"
+  printf '%s\n' "$@" >"$logs/$preset/programs.txt"
   for program in "$@"; do
     if [[ " ${KINEGRAPH_PROGRAMS:-$*} " == *" $program "* ]]; then
       programs+=("$program")
