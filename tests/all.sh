@@ -1,7 +1,8 @@
 #!/bin/bash
 # What takes too long for every change; `./kinegraph test --all` runs it after
 # all tests. A line a step: outcome, seconds, what it was; its words are in
-# BUILD/all/*.log. A step that lacks something it needs is skipped and says what.
+# BUILD/all/STEP.log, and BUILD/all/STEP.json keeps the line. A step that lacks
+# something it needs is skipped and says what.
 #
 #   tests/all.sh BUILD [STEP...]     default: every step
 set -uo pipefail
@@ -27,52 +28,41 @@ programs_of() {  # FOLDER...
   (cd tests && find "$@" -name '*_test.cc' -printf 'test_%h\n' | tr / _ | sort -u)
 }
 
-# One part of a test program: a line with its times, and its words where it fails.
-part() {  # TEST_PROGRAM INDEX
-  local log=$parts/${1##*/}.$2.log
-  TIMEFORMAT="%R s, %U s of processor time: ${1##*/} $2"
-  if time GTEST_SHARD_INDEX=$2 "$1" --gtest_brief=1 >"$log" 2>&1; then
-    return 0
-  fi
-  echo "FAILED: ${1##*/} $2, $log:"
-  tail -n 200 "$log"
-  return 1
-}
-
-# All programs are tried, also after one that fails; each in as many parts as
-# run side by side.
-sanitizer() {  # PRESET TARGET...
-  local preset=$1 target index
+# What each program came to is kept in BUILD/all/PRESET/PROGRAM.json, the names
+# of all in programs.txt. KINEGRAPH_PROGRAMS chooses some of them.
+sanitizer() {  # PRESET PROGRAM...
+  local preset=$1 program programs=()
   shift
-  cmake --preset "$preset" -B "$build/$preset" &&
-    cmake --build "$build/$preset" --parallel "$jobs" --target "$@" || return 1
   mkdir -p "$logs/$preset"
-  export -f part
-  export parts=$logs/$preset GTEST_TOTAL_SHARDS=$jobs
-  for target in "$@"; do
-    if [[ $target != test_* ]]; then continue; fi
-    for ((index = 0; index < jobs; ++index)); do
-      printf '%s\n' "$build/$preset/tests/$target" "$index"
-    done
-  done | xargs -d '\n' -n 2 -P "$jobs" bash -c 'part "$@"' part
+  printf '%s\n' "$@" >"$logs/$preset/programs.txt"
+  for program in "$@"; do
+    if [[ " ${KINEGRAPH_PROGRAMS:-$*} " == *" $program "* ]]; then
+      programs+=("$program")
+    fi
+  done
+  cmake --preset "$preset" -B "$build/$preset" &&
+    cmake --build "$build/$preset" --parallel "$jobs" \
+      --target kinegraph_commands "${programs[@]}" &&
+    tests/parts/run_parts.py "$logs/$preset" "$jobs" \
+      "${programs[@]/#/$build/$preset/tests/}"
 }
 
-# Everything, built with the libraries that the fuzzers need as well. The engines
-# of clusters only start programs that are tested without them.
+# Everything. The engines of clusters only start programs that are tested
+# without them.
 asan() {
   local programs
   mapfile -t programs < <(programs_of apps core fuzz solvers |
     grep -v -x test_apps_cluster)
   ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1 \
-    UBSAN_OPTIONS=print_stacktrace=1 \
-    sanitizer fuzz kinegraph_commands "${programs[@]}"
+    UBSAN_OPTIONS=print_stacktrace=1 sanitizer asan "${programs[@]}"
 }
 # What works in threads.
 tsan() {
   # CHOLMOD starts OpenMP teams, of which the sanitizer sees neither begin nor
   # end, since Debian's libgomp is not instrumented.
   OMP_THREAD_LIMIT=1 TSAN_OPTIONS=halt_on_error=1 sanitizer tsan test_core_base \
-    test_solvers_session test_solvers_batch test_core_tracking
+    test_core_tracking test_solvers_batch test_solvers_session test_apps_batch \
+    test_apps_compare
 }
 kills() {
   KINEGRAPH_KILLS=20 "$build/tests/test_apps_faults" --gtest_brief=1 \
@@ -99,11 +89,13 @@ step() {  # NAME TITLE NEEDED_PROGRAM...
     printf 'SKIPPED          %s: needs %s\n' "$title" "$missing"
     return
   fi
-  if "$name" >"$logs/$name.log" 2>&1 </dev/null; then outcome='passed '; else
-    outcome='FAILED '
+  if "$name" >"$logs/$name.log" 2>&1 </dev/null; then outcome=passed; else
+    outcome=FAILED
     failed=1
   fi
-  printf '%s %6d s  %s\n' "$outcome" $((SECONDS - begin)) "$title"
+  printf '%s  %6d s  %s\n' "$outcome" $((SECONDS - begin)) "$title"
+  tests/parts/keep_step.py "$logs" "$name" "$title" "$outcome" \
+    $((SECONDS - begin))
 }
 
 wanted=" ${*:-asan tsan kills calls stream slurm fuzz package} "
@@ -114,7 +106,7 @@ run slurm 'Snakemake, and 40 tasks on a Slurm whose node dies' snakemake \
   slurmctld slurmd munged sbatch
 run stream 'an hour of live input at constant memory' python3
 run asan 'address and undefined-behaviour sanitizers over all tests' clang++-14
-run tsan 'thread sanitizer over what works in threads' g++
+run tsan 'thread sanitizer over what works in threads' clang++-14
 run fuzz 'a minute of fuzzing a target' clang++-14
 run package 'the Debian package in a bare root' debootstrap chroot
 printf "in all  %8d s\n" "$SECONDS"

@@ -14,7 +14,8 @@ A file workflow/evidence/NAME.toml belongs to one page:
   [table.TABLE]
   rows = "STEP['F']"        in Python, of all steps' figures: a dict a row;
                             shown(VALUE, SPEC), geometric_mean(VALUES),
-                            at_most(COUNT, TOTAL)
+                            at_most(COUNT, TOTAL),
+                            with_sum(ROWS, KEYS, KEY='of the last row', ...)
   columns = [["HEAD", "{KEY:.2f}"], ...]
   [block]
   BLOCK = '''...'''         Markdown with {STEP[F]:.2f}; a figure with an interval
@@ -86,8 +87,15 @@ def at_most(count, total):
     return 100.0 * high
 
 
+def with_sum(rows, keys, **rest):
+    """The rows and a last one: sums of `keys`, and `rest` in its other columns."""
+    rows = list(rows)
+    return rows + [{**rest, **{key: sum(row[key] for row in rows) for key in keys}}]
+
+
 # What expressions may call.
-HELPERS = {"shown": shown, "geometric_mean": geometric_mean, "at_most": at_most}
+HELPERS = {"shown": shown, "geometric_mean": geometric_mean, "at_most": at_most,
+           "with_sum": with_sum}
 
 
 def load():

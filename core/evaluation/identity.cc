@@ -274,6 +274,8 @@ class HotaCounter {
     for (const Similarities& frame : frames_) {
       for (const int i : frame.truth) totals.truth(i) += 1.0;
       for (const int k : frame.found) totals.found(k) += 1.0;
+      // Nobody on one side: Eigen's sums would step through no memory.
+      if (frame.values.size() == 0) continue;
       const Eigen::VectorXd rows = frame.values.rowwise().sum();
       const Eigen::RowVectorXd columns = frame.values.colwise().sum();
       for (int i = 0; i < frame.values.rows(); ++i) {

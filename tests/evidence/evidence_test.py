@@ -96,6 +96,12 @@ columns = [["who", "{{name}}"], ["share", "{{share:.0f}}"]]
                   "| b | 97 [95, 99] (107/110) |")
         self.assertEqual(self.wrong(), [])
 
+    def test_a_last_row_sums(self):
+        self.table("with_sum([{'name': n, 'share': 2} for n in 'ab'], ['share'], "
+                   "name='all')")
+        self.page("| who | share |\n|---|---|\n| a | 2 |\n| b | 2 |\n| all | 4 |")
+        self.assertEqual(self.wrong(), [])
+
     def test_a_table_that_cannot_be_made_is_said(self):
         self.table("[{'name': 'a'}]")
         self.assertIn("table 'falls': KeyError 'share'", self.wrong())

@@ -59,17 +59,22 @@ def fuzz(target):
     print(f"| {target} | {processor_s() - before:.0f} | "
           f"{int(runs[-1]) if runs else 0:,} | {last['cov']:,} | "
           f"{last['ft']:,} | {last['corp']:,} | {len(findings)} |", flush=True)
-    return findings
+    return int(runs[-1]) if runs else 0, findings
 
 
 def main():
     wanted = sys.argv[4:] or targets()
     print(f"| target ({SECONDS} s) | processor s | executions | edges | "
           "features | inputs | findings |\n|---|---|---|---|---|---|---|", flush=True)
-    findings = [f"{target}/{name}" for target in wanted
-                for name in fuzz(target)]
+    executions, findings = 0, []
+    for target in wanted:
+        tried, found = fuzz(target)
+        executions += tried
+        findings += [f"{target}/{name}" for name in found]
     for finding in findings:
         print("found:", FOLDER / "found" / finding)
+    print(f"{executions:,} inputs over {len(wanted)} targets, "
+          f"{len(findings)} findings")
     sys.exit(bool(findings))
 
 

@@ -56,9 +56,11 @@ FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
   // Real rigs are uneven: each camera stands a little off its place.
   Random random(options.seed * 7919 + 13);
   for (Camera& camera : result.scene.cameras) {
-    const Eigen::Vector3d moved(random.Uniform(-0.8, 0.8),
-                                random.Uniform(-0.8, 0.8),
-                                random.Uniform(-0.5, 0.5));
+    // Drawn one by one, for compilers differ in the order of arguments.
+    const double z = random.Uniform(-0.5, 0.5);
+    const double y = random.Uniform(-0.8, 0.8);
+    const double x = random.Uniform(-0.8, 0.8);
+    const Eigen::Vector3d moved(x, y, z);
     CameraParameters parameters = camera.parameters();
     parameters.t = -(camera.R() * (camera.centre() + moved));
     camera = Camera(parameters);
@@ -70,9 +72,10 @@ FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
 
 Camera Turned(const Camera& camera, double degrees, uint64_t seed) {
   Random random(seed);
-  const Eigen::Vector3d axis =
-      Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal())
-          .normalized();
+  const double z = random.Normal();
+  const double y = random.Normal();
+  const double x = random.Normal();
+  const Eigen::Vector3d axis = Eigen::Vector3d(x, y, z).normalized();
   CameraChange change = CameraChange::Zero();
   change.segment<3>(kRotationAt) = degrees * M_PI / 180.0 * axis;
   return ChangedCamera(camera, change);

@@ -20,7 +20,9 @@ constexpr double kPi = 3.14159265358979323846;
 class SlowNoise {
  public:
   Eigen::Vector2d Next(double correlation, Random* random) {
-    const Eigen::Vector2d fresh(random->Normal(), random->Normal());
+    const double y = random->Normal();
+    const double x = random->Normal();
+    const Eigen::Vector2d fresh(x, y);
     state_ = started_ ? Eigen::Vector2d(
                             correlation * state_ +
                             std::sqrt(1.0 - correlation * correlation) * fresh)

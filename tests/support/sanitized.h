@@ -1,5 +1,5 @@
-// Whether a sanitizer watches this build: it computes ten to twenty times as
-// long, and tests that repeat themselves do so less often.
+// Whether a sanitizer watches this build: it computes five times as long or
+// more, and tests that repeat themselves do so less often.
 #ifndef KINEGRAPH_TESTS_SUPPORT_SANITIZED_H_
 #define KINEGRAPH_TESTS_SUPPORT_SANITIZED_H_
 

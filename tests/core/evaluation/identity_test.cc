@@ -174,6 +174,19 @@ TEST(HotaTest, MissesAndFalsePositives) {
   EXPECT_DOUBLE_EQ(hota.hota, std::sqrt(0.2));
 }
 
+TEST(HotaTest, FramesWithNobodyOnOneSide) {
+  // Two people of two frames are found in the second alone, and in a third
+  // there are only two who are not there. TP 2, FN 2, FP 2: DetA = 2/6. Each
+  // identity shares 1 of 2 + 2 - 1 frames: AssA = 1/3.
+  const IdentityResult result =
+      EvaluateIdentity(Make({{{0, 0}, {1, 3}}, {{0, 0}, {1, 3}}, {}}),
+                       Make({{}, {{5, 0}, {6, 3}}, {{5, 0}, {6, 3}}}));
+  const HotaScores hota = result.Hota();
+  EXPECT_DOUBLE_EQ(hota.detection, 1.0 / 3.0);
+  EXPECT_DOUBLE_EQ(hota.association, 1.0 / 3.0);
+  EXPECT_DOUBLE_EQ(hota.hota, 1.0 / 3.0);
+}
+
 TEST(HotaTest, ThresholdsOfSimilarity) {
   // Always 0.25 m off: similarity 1 - 0.25 / (2 * 0.5) = 0.75, which passes the
   // fifteen thresholds 0.05 ... 0.75 and none of the four above.
