@@ -256,19 +256,24 @@ void BatchEstimator::LearnNoiseScale() {
 bool BatchEstimator::RescaleNoise(const SolveStage& stage,
                                   double least_change) {
   const double correction = InformationCorrection(stage.loss, stage.scale);
-  std::vector<double> squares;
   const auto covariances = solver_.StateCovariances(take_, correction);
+  std::vector<std::vector<double>> of_joints(covariances.size());
   take_.ForEachPiece([&](const PersonTake::Piece& piece) {
-    for (int j = 0; j < joint_count(); ++j) {
+    for (size_t j = 0; j < of_joints.size(); ++j) {
       if (covariances[j].empty()) continue;
       const auto from = covariances[j].begin();
       CollectSquares(
           piece.part.joints[j],
           std::vector<Matrix6d>(from + static_cast<std::ptrdiff_t>(piece.begin),
                                 from + static_cast<std::ptrdiff_t>(piece.end)),
-          0, piece.end - piece.begin, &squares);
+          0, piece.end - piece.begin, &of_joints[j]);
     }
   });
+  // Joint by joint, however the take is cut: sums depend on the order.
+  std::vector<double> squares;
+  for (const std::vector<double>& of_joint : of_joints) {
+    squares.insert(squares.end(), of_joint.begin(), of_joint.end());
+  }
   const double scale = EstimateNoiseScale(std::move(squares));
   VLOG(1) << "noise scale times " << scale;
   if (std::abs(scale - 1.0) <= least_change) return false;
