@@ -54,8 +54,8 @@ PixelMeasurement PackedMeasurements::Piece::At(size_t m, size_t joint_idx,
   measurement.information =
       settled ? information[CellOf(joint_idx, frame)] : information[m];
   measurement.view_slot = view_slots[m];
-  const View& view =
-      views[static_cast<size_t>(first_view[frame - begin] + view_slots[m])];
+  const View& view = views[static_cast<size_t>(first_view[frame - begin]) +
+                           static_cast<size_t>(view_slots[m])];
   measurement.camera = view.camera;
   measurement.offset_s = view.offset_s;
   measurement.model_sigma_px =
