@@ -4,7 +4,8 @@
   tests/parts/run_parts.py FOLDER JOBS PROGRAM...
 
 FOLDER/NAME.json counts the tests of program NAME that passed, were skipped, or
-failed, and says the processor time and the commit. FOLDER/parts/NAME.INDEX.json
+failed, and says the processor time and the commit; it is replaced when all parts
+of the program are through. FOLDER/parts/NAME.INDEX.json
 is what GoogleTest wrote of one part, .log its words; of a part that ends before
 it has written any, no test counts as passed. Programs that come after one that
 fails are run, too. Exit code 1 where one failed.
@@ -114,7 +115,6 @@ def main():
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         waited = []
         for program in programs:
-            (folder / f"{program.name}.json").unlink(missing_ok=True)
             tests = tests_of(program)
             parts = max(1, -(-tests // TESTS_A_PART), min(jobs, tests))
             waited.append((program, tests, [
