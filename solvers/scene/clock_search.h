@@ -19,7 +19,7 @@ struct ClockSearch {
   double score_before = 0.0;  // PairAgreement::score over all views
   double score_after = 0.0;
   double moved_gain = 0.0;  // of the score, over pairs whose lags differ
-  double before_px = 0.0;  // PairAgreement::mean_px
+  double before_px = 0.0;   // PairAgreement::mean_px
   double after_px = 0.0;
   bool found() const;
 };

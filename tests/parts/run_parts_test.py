@@ -9,7 +9,7 @@ SCRIPT = pathlib.Path(__file__).resolve().parent / "run_parts.py"
 # Stands in for a program of GoogleTest with five tests, one of them switched
 # off; CASE says what comes of them.
 PROGRAM = """#!/usr/bin/env python3
-import json, os, sys
+import json, os, sys, time
 if "--gtest_list_tests" in sys.argv:
     print("Fall.\\n  Down\\n  Up  # GetParam() = 1\\n  DISABLED_Not\\nDISABLED_Off.\\n"
           "  Not\\nRise.\\n  Far\\n  Near")
@@ -17,6 +17,8 @@ if "--gtest_list_tests" in sys.argv:
 index, total = (int(os.environ["GTEST_" + name])
                 for name in ("SHARD_INDEX", "TOTAL_SHARDS"))
 case = CASE
+while time.process_time() < 0.1:
+    pass
 if case == "dies" and index == 1:
     os.abort()
 tests = []
@@ -58,7 +60,8 @@ class RunPartsTest(unittest.TestCase):
         self.assertEqual([kept[key] for key in ("program", "tests", "passed",
                                                 "skipped", "failed")],
                          ["test_passes", 4, 3, 1, []])
-        self.assertGreater(kept["processor_s"], 0.0)
+        # Two parts of 0.1 s each, rounded to a tenth.
+        self.assertGreaterEqual(kept["processor_s"], 0.2)
 
     def test_the_next_program_runs_after_one_that_fails(self):
         code, (fails, passes) = self.run_of("fails", "passes")
