@@ -119,14 +119,16 @@ std::vector<PageResult> ReadResults() {
   return results;
 }
 
-// Whether `track` was asked to move cameras (core/data/pose.h, TrackHeader).
+// Whether `track` was asked to move cameras. Headers of others hold what they
+// like.
 bool WereCamerasMoved(const TrackHeader& header) {
   const Json config = Json::parse(header.config_json);
-  const auto cameras = config.find("cameras");
-  if (cameras == config.end()) return false;
-  return cameras->value("refine", "off") != "off" ||
-         cameras->value("refine_clock", false) ||
-         cameras->value("ground", "off") != "off";
+  const auto says = [&config](const char* key, const Json& usual) {
+    const Json::json_pointer place = Json::json_pointer("/cameras") / key;
+    return config.contains(place) && config.at(place) != usual;
+  };
+  return says("refine", "off") || says("refine_clock", false) ||
+         says("ground", "off");
 }
 
 // Of --cameras; where `track` moved them, those that it wrote beside the

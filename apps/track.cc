@@ -69,17 +69,6 @@ DEFINE_bool(keys, false, "list the keys of a configuration and leave");
 namespace kinegraph {
 namespace {
 
-// NAME.cameras.json beside NAME.jsonl.
-std::string CamerasPath(const std::string& tracks) {
-  const std::string extension = ".jsonl";
-  const bool has_it = tracks.size() > extension.size() &&
-                      tracks.compare(tracks.size() - extension.size(),
-                                     extension.size(), extension) == 0;
-  return (has_it ? tracks.substr(0, tracks.size() - extension.size())
-                 : tracks) +
-         ".cameras.json";
-}
-
 // Frames come one by one, without an end that could be waited for.
 bool IsLive() { return FLAGS_detections == "-"; }
 
@@ -280,7 +269,7 @@ void WriteDecisions(const Take& take, const Session& session) {
                  line.c_str());
   }
   if (take.ready.changes_cameras()) {
-    WriteCameras(CamerasPath(FLAGS_out), take.ready.cameras,
+    WriteCameras(BesideResult(FLAGS_out, ".cameras.json"), take.ready.cameras,
                  RefinementJson(take.ready));
   }
 }
@@ -293,7 +282,8 @@ void SayOutcome(const Take& take, const RunSummary& summary,
                static_cast<long long>(summary.person_frames), path.c_str());
   std::fputs(RefinementText(take.ready).c_str(), said);
   if (take.ready.changes_cameras() && !IsStream(FLAGS_out)) {
-    std::fprintf(said, "-> %s\n", CamerasPath(FLAGS_out).c_str());
+    std::fprintf(said, "-> %s\n",
+                 BesideResult(FLAGS_out, ".cameras.json").c_str());
   }
   const std::string troubles = DescribeTroubles(summary.solves);
   if (!troubles.empty()) {

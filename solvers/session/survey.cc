@@ -7,11 +7,13 @@
 
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/io/configuration/refinement_record.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/text/names.h"
 #include "core/tracking/gates.h"
 #include "solvers/scene/camera_check.h"
+#include "solvers/session/ready_take.h"
 #include "solvers/session/run.h"
 #include "solvers/session/take_warnings.h"
 #include "solvers/session/used_frames.h"
@@ -119,11 +121,18 @@ bool MayBeRefined(const std::vector<CameraWarning>& cameras,
                      });
 }
 
-Trial Try(const SurveyRequest& asked, const RunOptions& options,
-          const CameraRig& cameras, const DetectionSequence& beginning) {
+// With the clocks that the calibration records, as a run takes them.
+Trial Try(const SurveyRequest& asked, RunOptions options,
+          const CameraRig& cameras, const DetectionSequence& as_told) {
   RunRequest request;
   request.cameras = cameras;
   request.kept_matches = KeptMatches::kDetections;
+  options.refine = RefineOptions();  // for the whole take to decide
+  const auto record = ReadRefinementRecord(asked.cameras);
+  const ReadyTake ready =
+      MakeTakeReady(options, request, record, [&] { return as_told; });
+  const DetectionSequence& beginning =
+      ready.detections.has_value() ? *ready.detections : as_told;
   Session session(options, request, beginning.header,
                   [&] { return std::make_unique<MemorySource>(beginning); });
   TakeReporter reporter(session.scene(), beginning.header.skeleton);
@@ -145,7 +154,8 @@ Trial Try(const SurveyRequest& asked, const RunOptions& options,
   Trial trial;
   trial.report = reporter.Report();
   const std::vector<CameraWarning> warnings = check.Warnings();
-  if (MayBeRefined(warnings, trial.report)) {
+  // What was refined once is not refined again.
+  if (!record.has_value() && MayBeRefined(warnings, trial.report)) {
     const auto any = [&](CameraWarning::Kind kind) {
       return std::any_of(
           warnings.begin(), warnings.end(),

@@ -179,6 +179,12 @@ TEST(OwnTake, InitHasWhatIsOffRefined) {
             RefineKind::kPose);
   EXPECT_TRUE(written("cameras.json", "late.jsonl").refine_clock);
 
+  // What a calibration records of clocks is set right before anybody looks.
+  Expect0("track", "--cameras='" + in + "/cameras.json' --detections='" + in +
+                       "/late.jsonl' --config='" + in + "/my.toml' --out='" +
+                       in + "/clocks.jsonl'");
+  EXPECT_FALSE(written("clocks.cameras.json", "late.jsonl").refine_clock);
+
   // What was moved is what the page shows, though --cameras names the others.
   written("turned.json", "detections.jsonl");
   const std::string what = "--cameras='" + in + "/turned.json' --detections='" +
