@@ -57,6 +57,8 @@ DEFINE_string(held_out_set, "", "score these detections only");
 DEFINE_bool(fit_shift, false,
             "take a constant pixel shift off each camera, fitted on the other "
             "fold");
+DEFINE_bool(errors, false,
+            "write every scored joint's held-out error, too (errors.csv)");
 DEFINE_bool(plots, true, "draw the plots (needs gnuplot)");
 DEFINE_string(plot_strategies,
               "raw_dlt,causal_gaussian,butterworth,rts_cv,batch,batch_bones",
@@ -88,7 +90,8 @@ void CheckFlagsOfManifest() {
       {"folds", !FLAGS_folds.empty()},
       {"parameters", !FLAGS_parameters.empty()},
       {"held_out_set", !FLAGS_held_out_set.empty()},
-      {"fit_shift", FLAGS_fit_shift}};
+      {"fit_shift", FLAGS_fit_shift},
+      {"errors", FLAGS_errors}};
   for (const auto& [name, given] : others) {
     if (!given) continue;
     throw InputError("--" + std::string(name) +
@@ -357,6 +360,9 @@ void CompareOneTake(const std::vector<Strategy>& strategies,
 
   WriteFile(folder->PathOf("compare.json"), CompareJson(result).dump(1) + "\n");
   WriteFile(folder->PathOf("compare.csv"), CompareCsv(result));
+  if (FLAGS_errors) {
+    WriteFile(folder->PathOf("errors.csv"), ErrorsCsv(result));
+  }
   std::string markdown = CompareMarkdown(result);
   if (FLAGS_tune) {
     WriteTunedValues(strategies, result, folder->PathOf("parameters.toml"));

@@ -484,6 +484,33 @@ std::string CompareCsv(const CompareResult& result) {
   return csv;
 }
 
+std::string ErrorsCsv(const CompareResult& result) {
+  std::string csv = "frame";
+  std::vector<const StrategyScores*> columns;
+  for (const StrategyResult& one : result.strategies) {
+    if (!one.scores.refused.empty()) continue;
+    csv += "," + one.strategy.name;
+    columns.push_back(&one.scores);
+  }
+  csv += "\n";
+  const StrategyScores& first = *columns.front();
+  for (size_t j = 0; j < first.joint_units.size(); ++j) {
+    const auto unit = static_cast<size_t>(first.joint_units[j]);
+    csv += std::to_string(first.unit_frames[unit]);
+    for (const StrategyScores* one : columns) {
+      csv += ",";
+      if (one->joint_errors_px[j] < 0.0F) continue;
+      char text[40];
+      // All digits of a float.
+      std::snprintf(text, sizeof(text), "%.9g",
+                    static_cast<double>(one->joint_errors_px[j]));
+      csv += text;
+    }
+    csv += "\n";
+  }
+  return csv;
+}
+
 std::string CompareMarkdown(const CompareResult& result) {
   const Comparison& comparison = result.comparison;
   std::string text = "# Smoothing strategies compared\n\n";

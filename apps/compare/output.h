@@ -13,6 +13,9 @@ namespace kinegraph {
 Json CompareJson(const CompareResult& result);
 // Tidy: one row a strategy and measure.
 std::string CompareCsv(const CompareResult& result);
+// One row a scored joint: its frame and each strategy's held-out error [px],
+// empty without a prediction.
+std::string ErrorsCsv(const CompareResult& result);
 std::string CompareMarkdown(const CompareResult& result);
 
 // Processor time of each strategy.

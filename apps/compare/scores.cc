@@ -103,7 +103,8 @@ void AddHeldOut(const Comparison& comparison, const HeldOutScores& held_out,
       kMostWork / std::max<int64_t>(1, joints), 200, bootstrap.resamples);
   scores->held_out = SummariseHeldOut(held_out, AllJoints(), bootstrap);
   scores->held_out_errors = TruncatedErrors(held_out, AllJoints());
-  const std::vector<int64_t> frames = FramesOf(held_out);
+  scores->unit_frames = FramesOf(held_out);
+  const std::vector<int64_t>& frames = scores->unit_frames;
   for (const HeldOutJoint& joint : held_out.joints) {
     const int64_t frame = held_out.people[joint.person_idx].frame;
     const auto unit = std::lower_bound(frames.begin(), frames.end(), frame);

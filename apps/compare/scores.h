@@ -28,6 +28,7 @@ struct StrategyScores {
   // held_out_errors) that it belongs to is the same for all strategies.
   std::vector<float> joint_errors_px;
   std::vector<int32_t> joint_units;
+  std::vector<int64_t> unit_frames;
   // Of the joints that every strategy of the comparison predicts: AddCommon.
   RatioSeries held_out_common;
   double held_out_common_median_px = 0.0;  // of their errors; NaN without any

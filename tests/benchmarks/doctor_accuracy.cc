@@ -59,6 +59,19 @@ void TurnImages(FaultyScene* scene, size_t v, int quarter_turns) {
   }
 }
 
+// The times of the frames as somebody tells them whose clock runs `factor`
+// times as fast.
+void TellRate(double factor, FaultyScene* scene) {
+  scene->scene.frame_rate_hz *= factor;
+  scene->detections.header.frame_rate_hz *= factor;
+  for (DetectionFrame& frame : scene->detections.frames) {
+    frame.time = FromSeconds(ToSeconds(frame.time) / factor);
+    for (ViewDetections& view : frame.views) {
+      view.capture_time = FromSeconds(ToSeconds(view.capture_time) / factor);
+    }
+  }
+}
+
 std::vector<Fault> Faults() {
   const auto plain = [](Random*, FaultySceneOptions*) {};
   const auto leave = [](Random*, FaultyScene*) {};
@@ -139,6 +152,16 @@ std::vector<Fault> Faults() {
            camera = Camera(parameters);
          }
        }},
+      {"camera matrix divided by the images' width",
+       {"intrinsics"},
+       plain,
+       [](Random*, FaultyScene* scene) {
+         for (Camera& camera : scene->cameras) {
+           CameraParameters parameters = camera.parameters();
+           parameters.K.topRows<2>() /= camera.width_px();
+           camera = Camera(parameters);
+         }
+       }},
       {"one view's images turned or mirrored",
        {"image"},
        plain,
@@ -189,6 +212,14 @@ std::vector<Fault> Faults() {
          scene->cameras[v] = Shifted(scene->cameras[v], 15.0 * std::cos(angle),
                                      15.0 * std::sin(angle));
        }},
+      {"one focal length off by 5 %",
+       {"focal_length"},
+       plain,
+       [](Random* random, FaultyScene* scene) {
+         const size_t v = Any(random, *scene);
+         const double factor = random->Index(2) == 0 ? 1.05 : 0.95;
+         scene->cameras[v] = Magnified(scene->cameras[v], factor);
+       }},
       {"one clock off by 0.96 s",
        {"clock_offset"},
        [](Random* random, FaultySceneOptions* o) {
@@ -212,6 +243,32 @@ std::vector<Fault> Faults() {
            if (k + 2 < frames.size()) lost = frames[k + 2].views[v].detections;
          }
        }},
+      {"one view repeats every 50th picture",
+       {"frames"},
+       plain,
+       [](Random* random, FaultyScene* scene) {
+         const size_t v = Any(random, *scene);
+         auto& frames = scene->detections.frames;
+         for (size_t k = 50; k < frames.size(); k += 50) {
+           frames[k].views[v] = frames[k - 1].views[v];
+         }
+       }},
+      {"frame rate told ten times too high",
+       {"frame_rate"},
+       plain,
+       [](Random*, FaultyScene* scene) { TellRate(10.0, scene); }},
+      {"75 s between frames",
+       {"frame_rate"},
+       plain,
+       [](Random*, FaultyScene* scene) {
+         TellRate(1.0 / (75.0 * scene->scene.frame_rate_hz), scene);
+       }},
+      {"joints of BODY_25B told as BODY_25's",
+       {"skeleton"},
+       [](Random*, FaultySceneOptions* o) { o->skeleton = "body25b"; },
+       [](Random*, FaultyScene* scene) {
+         scene->detections.header.skeleton = Body25();
+       }},
       {"one camera turned by 1 degree in the middle",
        {"rotation", "shift"},
        [](Random*, FaultySceneOptions* o) { o->duration_s = 12.0; },
@@ -226,6 +283,15 @@ std::vector<Fault> Faults() {
       {"one clock off by 60 ms", {"clock_offset"}, late(0.06), leave},
       {"one clock off by 120 ms", {"clock_offset"}, late(0.12), leave},
       {"one clock off by 0.2 s", {"clock_offset"}, late(0.2), leave},
+      {"one clock late by 2 ms more each second",
+       {"clock_drift", "clock_offset"},
+       [](Random* random, FaultySceneOptions* o) {
+         o->people = 2;
+         o->duration_s = 30.0;
+         o->clock_drift.assign(5, 0.0);
+         o->clock_drift[static_cast<size_t>(random->Index(5))] = 0.002;
+       },
+       leave},
       {"people hop, one clock off by 60 ms",
        {"clock_offset"},
        [hop](Random* random, FaultySceneOptions* o) {

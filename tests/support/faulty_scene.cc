@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/random.h"
 #include "core/io/configuration/config.h"
@@ -32,12 +33,38 @@ Scene SceneOf(const SceneOptions& scene, const FaultySceneOptions& options) {
                           scene.motion.min_distance_m, options.seed}));
 }
 
+// As views see it whose clocks drift: each second with the offsets that it
+// begins with.
+DetectionSequence ObserveDrifting(const Scene& scene,
+                                  const std::vector<double>& drift,
+                                  NoiseOptions noise) {
+  const std::vector<double> offset_s = noise.clock_offset_s;
+  DetectionSequence result;
+  for (int second = 0; result.frames.size() < scene.frames.size(); ++second) {
+    noise.clock_offset_s.assign(drift.size(), 0.0);
+    for (size_t v = 0; v < drift.size(); ++v) {
+      noise.clock_offset_s[v] =
+          (v < offset_s.size() ? offset_s[v] : 0.0) + drift[v] * second;
+    }
+    DetectionSequence seen = Observe(scene, noise, nullptr);
+    if (second == 0) result.header = seen.header;
+    const auto end = std::min(
+        seen.frames.size(),
+        static_cast<size_t>(std::lround((second + 1) * scene.frame_rate_hz)));
+    for (size_t k = result.frames.size(); k < end; ++k) {
+      result.frames.push_back(std::move(seen.frames[k]));
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
   SceneOptions scene;
   scene.seed = static_cast<int64_t>(options.seed);
   scene.people = options.people;
+  scene.skeleton = options.skeleton;
   scene.duration_s = options.duration_s;
   scene.frame_rate_hz = options.frame_rate_hz;
   scene.motion.visitors = 0.0;
@@ -66,7 +93,10 @@ FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
     camera = Camera(parameters);
   }
   result.cameras = result.scene.cameras;
-  result.detections = Observe(result.scene, noise, nullptr);
+  result.detections =
+      options.clock_drift.empty()
+          ? Observe(result.scene, noise, nullptr)
+          : ObserveDrifting(result.scene, options.clock_drift, noise);
   return result;
 }
 

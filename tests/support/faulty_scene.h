@@ -23,8 +23,10 @@ struct FaultySceneOptions {
   double duration_s = 8.0;
   double frame_rate_hz = 25.0;
   double noise_px = 2.0;
+  std::string skeleton = "coco17";
   std::vector<double> distortion;      // of the lenses, as MakeLens takes it
   std::vector<double> clock_offset_s;  // one a view; the times do not tell it
+  std::vector<double> clock_drift;     // one a view [s/s], likewise
   // Uneven rings: even ones look alike from every camera, and no image could
   // tell which is which.
   double arc_deg = 290.0;

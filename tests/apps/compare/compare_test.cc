@@ -326,6 +326,38 @@ TEST(Scores, WhatAllPredictIsScoredAlike) {
   EXPECT_DOUBLE_EQ(other.held_out_common[0].weight, 1.0);
 }
 
+TEST(Scores, ErrorsOfEachJointHaveTheMean) {
+  CompareResult result = Compare(MakeNoisyTake(), "raw_dlt,batch");
+  Score(&result);
+  std::istringstream lines(ErrorsCsv(result));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "frame,raw_dlt,batch");
+  double sums_px[] = {0.0, 0.0};
+  int count = 0;
+  while (std::getline(lines, line)) {
+    const size_t first = line.find(',');
+    const size_t second = line.find(',', first + 1);
+    ASSERT_NE(second, std::string::npos) << line;
+    const int frame = std::stoi(line.substr(0, first));
+    EXPECT_GE(frame, 0);
+    EXPECT_LT(frame, 150);
+    const std::string cells[] = {line.substr(first + 1, second - first - 1),
+                                 line.substr(second + 1)};
+    for (int i = 0; i < 2; ++i) {
+      sums_px[i] +=
+          cells[i].empty() ? 30.0 : std::min(30.0, std::stod(cells[i]));
+    }
+    ++count;
+  }
+  ASSERT_GT(count, 1000);
+  for (size_t i = 0; i < 2; ++i) {
+    // Errors are kept as floats, of 6e-8 relatively, up to 30 px.
+    EXPECT_NEAR(sums_px[i] / count,
+                result.strategies[i].Find("held_out_mean_px")->value, 2e-6);
+  }
+}
+
 // ---- The table
 
 TEST(Strategies, HaveNamesOfTheirOwnAndSettableParameters) {
@@ -382,7 +414,7 @@ class CompareCommand : public ::testing::Test {
 
 TEST_F(CompareCommand, WritesTheSameFilesWhateverTheThreads) {
   const std::string flags =
-      "--strategies=raw_dlt,butterworth,rts_cv --tune --noplots ";
+      "--strategies=raw_dlt,butterworth,rts_cv --tune --noplots --errors ";
   for (const char* threads : {"1", "3"}) {
     const auto outcome = testing::RunProgram(
         "compare", Flags(threads) + flags + "--threads=" + threads);
@@ -399,8 +431,9 @@ TEST_F(CompareCommand, WritesTheSameFilesWhateverTheThreads) {
     EXPECT_TRUE(
         std::filesystem::exists(Path(threads) + std::string("/runtime.json")));
   }
-  for (const char* name : {"/compare.json", "/compare.csv", "/compare.md",
-                           "/parameters.toml", "/recommended.toml"}) {
+  for (const char* name :
+       {"/compare.json", "/compare.csv", "/compare.md", "/errors.csv",
+        "/parameters.toml", "/recommended.toml"}) {
     const std::string one = testing::ContentOf(Path("1") + name);
     EXPECT_FALSE(one.empty()) << name;
     EXPECT_EQ(one, testing::ContentOf(Path("3") + name)) << name;
