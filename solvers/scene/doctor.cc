@@ -531,7 +531,8 @@ class Doctor {
   // People who are faster than any: the frame rate is less than told.
   void LookAtSpeeds() {
     constexpr double kFastestMps = 8.0;  // sprinters reach 10
-    constexpr size_t kEnough = 50;
+    // A take that is told as too short by its rate has few stretches.
+    constexpr size_t kEnough = 20;
     std::vector<double> speeds;
     for (const Stretch& segment : segments_.segments) {
       const std::string& name =

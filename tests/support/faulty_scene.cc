@@ -40,7 +40,8 @@ DetectionSequence ObserveDrifting(const Scene& scene,
                                   NoiseOptions noise) {
   const std::vector<double> offset_s = noise.clock_offset_s;
   DetectionSequence result;
-  for (int second = 0; result.frames.size() < scene.frames.size(); ++second) {
+  bool more = true;
+  for (int second = 0; more; ++second) {
     noise.clock_offset_s.assign(drift.size(), 0.0);
     for (size_t v = 0; v < drift.size(); ++v) {
       noise.clock_offset_s[v] =
@@ -54,6 +55,7 @@ DetectionSequence ObserveDrifting(const Scene& scene,
     for (size_t k = result.frames.size(); k < end; ++k) {
       result.frames.push_back(std::move(seen.frames[k]));
     }
+    more = end < seen.frames.size();
   }
   return result;
 }
