@@ -15,8 +15,8 @@ constexpr double kMayExchange = 1.5;   // m
 constexpr double kExchangeTime = 0.4;  // s, in which an exchange shows
 constexpr double kBefore = 0.4;        // s, a track is bad before it is lost
 constexpr double kAfter = 0.2;         // s
-constexpr double kMerge = 2.0;         // s, contacts nearer than this are one
 constexpr double kLeast = 1.0;         // s of clean frames that make a piece
+constexpr double kMerge = kLeast;      // contacts nearer than this are one
 // A track that no view sees for so long may be found again on somebody else.
 constexpr double kBlind = 0.12;       // s
 constexpr double kAroundBlind = 0.1;  // s, bent by what is not seen
