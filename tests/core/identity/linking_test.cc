@@ -180,6 +180,28 @@ TEST(LinkingTest, ATrackFoundAgainOnSomebodyElseIsCut) {
   EXPECT_NEAR(people[1].joints[11].position_m.x(), 0.8, 0.3);
 }
 
+TEST(LinkingTest, ATrackThatWasSeenAloneForASecondIsCut) {
+  // The tall person is lost beside track 0 soon after that began; it is alone
+  // for 1.4 s, then sees nobody and is found again on the tall one.
+  CrowdMaker crowd(400);
+  crowd.Add({0, 100, 155, {0.0, 0.0}, {0.0, 0.0}, 0.94})
+      .Add({0, 156, 165, {0.0, 0.0}, {2.0, 0.0}, 0.94, false})
+      .Add({0, 166, 399, {0.8, 0.0}, {0.0, 0.0}, 1.06})
+      .Add({1, 0, 115, {0.8, 0.0}, {0.0, 0.0}, 1.06})
+      .Add({2, 250, 399, {0.0, 0.0}, {0.0, 0.0}, 0.94})
+      .Add({3, 0, 399, {-3.0, -3.0}, {0.0, 0.0}, 1.0})
+      .Add({4, 0, 399, {3.0, 3.0}, {0.0, 0.0}, 1.0});
+  const Linked linked = Link(crowd);
+  EXPECT_EQ(linked.Of(EditOp::kCut).size(), 1u);
+  EXPECT_EQ(linked.Of(EditOp::kJoin).size(), 2u);
+  const std::vector<PersonPose>& people = linked.frames[390].people;
+  ASSERT_EQ(people.size(), 4u);
+  EXPECT_EQ(people[0].id, TrackId(0));
+  EXPECT_NEAR(people[0].joints[11].position_m.x(), 0.0, 0.3);
+  EXPECT_EQ(people[1].id, TrackId(1));
+  EXPECT_NEAR(people[1].joints[11].position_m.x(), 0.8, 0.3);
+}
+
 TEST(LinkingTest, AShortVisitInAGapOfAPersonIsTheirs) {
   // Seen for 0.4 s in the middle of an absence of eight seconds.
   CrowdMaker crowd(500);
