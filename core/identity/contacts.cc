@@ -17,6 +17,7 @@ constexpr double kBefore = 0.4;        // s, a track is bad before it is lost
 constexpr double kAfter = 0.2;         // s
 constexpr double kLeast = 1.0;         // s of clean frames that make a piece
 constexpr double kMerge = kLeast;      // contacts nearer than this are one
+constexpr double kLeastAtHop = 0.4;    // s, before or after a hop (kHop)
 // A track that no view sees for so long may be found again on somebody else.
 constexpr double kBlind = 0.12;       // s
 constexpr double kAroundBlind = 0.1;  // s, bent by what is not seen
@@ -241,15 +242,20 @@ double Astray(const Pieces::Hop& hop) {
       .norm();
 }
 
-// The first frame of what comes after a contact with frames begin .. end - 1.
-// Where nobody saw it the track hops, and not where it is fast.
-size_t CutOf(const Tracklet& track, const Interval& contact, size_t begin,
-             size_t end) {
+const Pieces::Hop* FarthestHop(const Interval& contact) {
   const Pieces::Hop* farthest = nullptr;
   for (const Pieces::Hop& hop : contact.hops) {
     if (Astray(hop) < kHop) continue;
     if (farthest == nullptr || Astray(hop) > Astray(*farthest)) farthest = &hop;
   }
+  return farthest;
+}
+
+// The first frame of what comes after a contact with frames begin .. end - 1.
+// Where nobody saw it the track hops, and not where it is fast.
+size_t CutOf(const Tracklet& track, const Interval& contact, size_t begin,
+             size_t end) {
+  const Pieces::Hop* farthest = FarthestHop(contact);
   if (farthest != nullptr) {
     const long from = IndexAt(track, farthest->first.time);
     const long to = IndexAt(track, farthest->second.time);
@@ -263,7 +269,6 @@ size_t CutOf(const Tracklet& track, const Interval& contact, size_t begin,
 
 void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
               Pieces* pieces) {
-  const TimeNs least = FromSeconds(kLeast);
   Tracklet rest = track;
   const auto add = [&](Tracklet piece, bool goes_on, const Interval& contact) {
     pieces->tracklets.push_back(std::move(piece));
@@ -280,6 +285,8 @@ void CutTrack(const Tracklet& track, const std::vector<Interval>& contacts,
     const auto begin =
         static_cast<size_t>(std::max(0L, IndexAt(rest, contact.begin - 1) + 1));
     const auto end = static_cast<size_t>(IndexAt(rest, contact.end) + 1);
+    const TimeNs least =
+        FromSeconds(FarthestHop(contact) == nullptr ? kLeast : kLeastAtHop);
     const bool starts_with = contact.begin < rest.first().time + least;
     const bool ends_with = contact.end > rest.last().time - least;
     if (starts_with && ends_with) continue;
