@@ -59,6 +59,16 @@ void TurnImages(FaultyScene* scene, size_t v, int quarter_turns) {
   }
 }
 
+// Camera matrices of images so many times as large.
+void ScaleImages(const std::function<double(const Camera&)>& factor,
+                 FaultyScene* scene) {
+  for (Camera& camera : scene->cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.K.topRows<2>() *= factor(camera);
+    camera = Camera(parameters);
+  }
+}
+
 // The times of the frames as somebody tells them whose clock runs `factor`
 // times as fast.
 void TellRate(double factor, FaultyScene* scene) {
@@ -146,21 +156,13 @@ std::vector<Fault> Faults() {
        {"intrinsics"},
        plain,
        [](Random*, FaultyScene* scene) {
-         for (Camera& camera : scene->cameras) {
-           CameraParameters parameters = camera.parameters();
-           parameters.K.topRows<2>() *= 0.5;
-           camera = Camera(parameters);
-         }
+         ScaleImages([](const Camera&) { return 0.5; }, scene);
        }},
       {"camera matrix divided by the images' width",
        {"intrinsics"},
        plain,
        [](Random*, FaultyScene* scene) {
-         for (Camera& camera : scene->cameras) {
-           CameraParameters parameters = camera.parameters();
-           parameters.K.topRows<2>() /= camera.width_px();
-           camera = Camera(parameters);
-         }
+         ScaleImages([](const Camera& c) { return 1.0 / c.width_px(); }, scene);
        }},
       {"one view's images turned or mirrored",
        {"image"},

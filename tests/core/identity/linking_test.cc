@@ -159,18 +159,24 @@ TEST(LinkingTest, ExchangedPeopleAreChangedBack) {
   EXPECT_TRUE(Link(crowd, trusting).Of(EditOp::kSwap).empty());
 }
 
-TEST(LinkingTest, ATrackFoundAgainOnSomebodyElseIsCut) {
-  // Track 0 sees nobody for ten frames and goes on with the tall person who was
-  // lost two seconds before, 0.8 m away; the small one comes back later.
+// Track 0 begins in frame `first` with the small person, sees nobody for ten
+// frames from `blind` on and goes on with the tall one, 0.8 m away, who was
+// lost in frame `lost`; the small one comes back later.
+CrowdMaker FoundAgainOnSomebodyElse(int64_t first, int64_t lost,
+                                    int64_t blind) {
   CrowdMaker crowd(400);
-  crowd.Add({0, 0, 139, {0.0, 0.0}, {0.0, 0.0}, 0.94})
-      .Add({0, 140, 149, {0.0, 0.0}, {2.0, 0.0}, 0.94, false})
-      .Add({0, 150, 399, {0.8, 0.0}, {0.0, 0.0}, 1.06})
-      .Add({1, 0, 99, {0.8, 0.0}, {0.0, 0.0}, 1.06})
+  crowd.Add({0, first, blind - 1, {0.0, 0.0}, {0.0, 0.0}, 0.94})
+      .Add({0, blind, blind + 9, {0.0, 0.0}, {2.0, 0.0}, 0.94, false})
+      .Add({0, blind + 10, 399, {0.8, 0.0}, {0.0, 0.0}, 1.06})
+      .Add({1, 0, lost - 1, {0.8, 0.0}, {0.0, 0.0}, 1.06})
       .Add({2, 250, 399, {0.0, 0.0}, {0.0, 0.0}, 0.94})
       .Add({3, 0, 399, {-3.0, -3.0}, {0.0, 0.0}, 1.0})
       .Add({4, 0, 399, {3.0, 3.0}, {0.0, 0.0}, 1.0});
-  const Linked linked = Link(crowd);
+  return crowd;
+}
+
+void ExpectBothToBeThemselves(const Linked& linked) {
+  EXPECT_EQ(linked.Of(EditOp::kCut).size(), 1u);
   EXPECT_EQ(linked.Of(EditOp::kJoin).size(), 2u);
   const std::vector<PersonPose>& people = linked.frames[390].people;
   ASSERT_EQ(people.size(), 4u);
@@ -180,26 +186,14 @@ TEST(LinkingTest, ATrackFoundAgainOnSomebodyElseIsCut) {
   EXPECT_NEAR(people[1].joints[11].position_m.x(), 0.8, 0.3);
 }
 
+TEST(LinkingTest, ATrackFoundAgainOnSomebodyElseIsCut) {
+  ExpectBothToBeThemselves(Link(FoundAgainOnSomebodyElse(0, 100, 140)));
+}
+
 TEST(LinkingTest, ATrackThatWasSeenAloneForASecondIsCut) {
-  // The tall person is lost beside track 0 soon after that began; it is alone
-  // for 1.4 s, then sees nobody and is found again on the tall one.
-  CrowdMaker crowd(400);
-  crowd.Add({0, 100, 155, {0.0, 0.0}, {0.0, 0.0}, 0.94})
-      .Add({0, 156, 165, {0.0, 0.0}, {2.0, 0.0}, 0.94, false})
-      .Add({0, 166, 399, {0.8, 0.0}, {0.0, 0.0}, 1.06})
-      .Add({1, 0, 115, {0.8, 0.0}, {0.0, 0.0}, 1.06})
-      .Add({2, 250, 399, {0.0, 0.0}, {0.0, 0.0}, 0.94})
-      .Add({3, 0, 399, {-3.0, -3.0}, {0.0, 0.0}, 1.0})
-      .Add({4, 0, 399, {3.0, 3.0}, {0.0, 0.0}, 1.0});
-  const Linked linked = Link(crowd);
-  EXPECT_EQ(linked.Of(EditOp::kCut).size(), 1u);
-  EXPECT_EQ(linked.Of(EditOp::kJoin).size(), 2u);
-  const std::vector<PersonPose>& people = linked.frames[390].people;
-  ASSERT_EQ(people.size(), 4u);
-  EXPECT_EQ(people[0].id, TrackId(0));
-  EXPECT_NEAR(people[0].joints[11].position_m.x(), 0.0, 0.3);
-  EXPECT_EQ(people[1].id, TrackId(1));
-  EXPECT_NEAR(people[1].joints[11].position_m.x(), 0.8, 0.3);
+  // The tall person is lost beside the track soon after that began; then it is
+  // alone for 1.4 s.
+  ExpectBothToBeThemselves(Link(FoundAgainOnSomebodyElse(100, 116, 156)));
 }
 
 TEST(LinkingTest, AHopSoonAfterATrackBeganIsCut) {
