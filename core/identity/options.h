@@ -13,8 +13,8 @@ struct LinkOptions {
   bool link = false;  // graph mode; needs the whole take
 
   // By how many nats (powers of e) a change must beat the second best
-  // explanation: 2.5 are odds of 12 to 1.
-  double min_margin = 2.5;
+  // explanation: 2 are odds of 7 to 1.
+  double min_margin = 2.0;
   // What continues as the tracker had it starts with this advantage [nats].
   double continuity = 4.0;
   // Absences up to this are bridged with motion and bones; 0: any [s].

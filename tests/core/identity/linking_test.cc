@@ -348,10 +348,11 @@ TEST(LinkingTest, DoublesGo) {
 }
 
 TEST(LinkingTest, AKnownNumberOfPeopleJoinsWhatIsLeft) {
-  // Somebody too short to measure comes back from elsewhere: nothing tells.
-  CrowdMaker crowd(400);
+  // Somebody too short to measure comes from elsewhere after ten seconds:
+  // nothing tells.
+  CrowdMaker crowd(500);
   crowd.Add({0, 0, 199, {-2.0, 0.0}, {0.0, 0.0}, 1.0})
-      .Add({1, 350, 351, {2.0, 0.0}, {0.0, 0.0}, 1.0});
+      .Add({1, 450, 451, {2.0, 0.0}, {0.0, 0.0}, 1.0});
   EXPECT_TRUE(Link(crowd).Of(EditOp::kJoin).empty());
   LinkOptions options;
   options.people = 1;
