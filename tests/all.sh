@@ -71,10 +71,12 @@ kills() {
 calls() { tests/apps/faults/failing_calls.py "$build"; }
 stream() { tests/apps/faults/long_stream.py "$build" 1 "$logs/stream"; }
 slurm() { "$build/tests/test_apps_cluster" --gtest_brief=1; }
+# KINEGRAPH_FUZZ_S: seconds a target; inputs of earlier runs are gone on from.
 fuzz() {
   cmake --preset fuzz -B "$build/fuzz" &&
     cmake --build "$build/fuzz" --parallel "$jobs" --target fuzz_targets &&
-    tests/fuzz/run.py "$build/fuzz/tests/fuzz/fuzz_targets" 60 "$logs/fuzz"
+    tests/fuzz/run.py "$build/fuzz/tests/fuzz/fuzz_targets" \
+      "${KINEGRAPH_FUZZ_S:-60}" "$logs/fuzz"
 }
 package() {
   (cd "$build" && rm -f kinegraph_*.deb && cpack -G DEB) &&
