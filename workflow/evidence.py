@@ -93,9 +93,21 @@ def with_sum(rows, keys, **rest):
     return rows + [{**rest, **{key: sum(row[key] for row in rows) for key in keys}}]
 
 
+def programs_run(kept, names):
+    """What tests/parts/run_parts.py left of each test program named."""
+    none = {"tests": 0, "passed": 0, "skipped": 0, "failed": [],
+            "processor_s": 0.0, "commit": "not run"}
+    rows = []
+    for name in names.split():
+        one = kept.get(name, none)
+        rows.append({**one, "program": name.removeprefix("test_"),
+                     "failed": len(one["failed"])})
+    return rows
+
+
 # What expressions may call.
 HELPERS = {"shown": shown, "geometric_mean": geometric_mean, "at_most": at_most,
-           "with_sum": with_sum}
+           "with_sum": with_sum, "programs_run": programs_run}
 
 
 def load():
