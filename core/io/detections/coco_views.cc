@@ -25,6 +25,7 @@
 #include "core/io/text/json.h"
 #include "core/io/text/json_output.h"
 #include "core/io/text/names.h"
+#include "core/io/text/skeleton_json.h"
 
 namespace kinegraph {
 namespace {
@@ -97,13 +98,8 @@ std::optional<Skeleton> SkeletonOf(const JsonArray& categories) {
         category["skeleton"].get(pairs) != simdjson::SUCCESS) {
       return skeleton;
     }
-    std::vector<Bone> bones;
-    for (const JsonValue pair : AsArray(pairs, "skeleton")) {
-      double ends[2] = {0.0, 0.0};
-      AsNumbers(pair, "skeleton", 2, ends);
-      bones.push_back(
-          {static_cast<int>(ends[0]) - 1, static_cast<int>(ends[1]) - 1});
-    }
+    const std::vector<Bone> bones =
+        ReadBones(pairs, "skeleton", 1, static_cast<int>(labels.size()));
     try {
       return Skeleton(skeleton.name(), skeleton.joints(), bones);
     } catch (const OptionError& error) {

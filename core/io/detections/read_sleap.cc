@@ -2,6 +2,8 @@
 // track in each frame, NaN where there is none), `point_scores`, `node_names`
 // and `edge_inds`. The attribute `dims` tells the order of the axes; files
 // without one have track, xy, node, frame. Frames count from 0.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -80,6 +82,12 @@ Skeleton SkeletonOf(const Hdf5File& file,
   const Skeleton known = SkeletonOfLabels(names);
   if (!known.bones().empty() || !file.Has("edge_inds")) return known;
   const std::vector<double> ends = file.Numbers("edge_inds");
+  const auto count = static_cast<double>(names.size());
+  for (const double end : ends) {
+    if (end >= 0.0 && end < count) continue;
+    throw InputError(
+        fmt::format("edge_inds: found {}, expected 0 .. {}", end, count - 1.0));
+  }
   std::vector<Bone> bones;
   for (size_t e = 0; e + 1 < ends.size(); e += 2) {
     bones.push_back({static_cast<int>(ends[e]), static_cast<int>(ends[e + 1])});

@@ -9,6 +9,24 @@
 
 namespace kinegraph {
 
+std::vector<Bone> ReadBones(JsonValue value, std::string_view key, int first,
+                            int last) {
+  std::vector<Bone> bones;
+  for (const JsonValue bone : AsArray(value, key)) {
+    const JsonArray ends = AsArray(bone, key);
+    if (ends.size() != 2) {
+      throw InputError(std::string(key) + ": expected pairs of joint indices");
+    }
+    const auto end = [&](size_t side) {
+      return static_cast<int>(
+                 AsInteger(ends.at(side).value_unsafe(), key, first, last)) -
+             first;
+    };
+    bones.push_back({end(0), end(1)});
+  }
+  return bones;
+}
+
 Skeleton ReadSkeleton(JsonValue value) {
   const JsonObject object = AsObject(value, "skeleton");
   const std::string name(AsText(Required(object, "name"), "skeleton.name"));
@@ -17,20 +35,9 @@ Skeleton ReadSkeleton(JsonValue value) {
        AsArray(Required(object, "joints"), "skeleton.joints")) {
     joints.emplace_back(AsText(joint, "skeleton.joints"));
   }
-  std::vector<Bone> bones;
-  for (const JsonValue bone :
-       AsArray(Required(object, "bones"), "skeleton.bones")) {
-    const JsonArray ends = AsArray(bone, "skeleton.bones");
-    if (ends.size() != 2) {
-      throw InputError("skeleton.bones: expected pairs of joint indices");
-    }
-    const auto end = [&](size_t side) {
-      return static_cast<int>(AsInteger(ends.at(side).value_unsafe(),
-                                        "skeleton.bones", 0,
-                                        std::numeric_limits<int>::max()));
-    };
-    bones.push_back({end(0), end(1)});
-  }
+  std::vector<Bone> bones =
+      ReadBones(Required(object, "bones"), "skeleton.bones", 0,
+                std::numeric_limits<int>::max());
   try {
     return Skeleton(name, std::move(joints), std::move(bones));
   } catch (const OptionError& error) {

@@ -4,6 +4,8 @@
 #define KINEGRAPH_CORE_IO_TEXT_SKELETON_JSON_H_
 
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "core/io/text/bulk_json.h"
 #include "core/skeleton/skeleton.h"
@@ -12,6 +14,11 @@ namespace kinegraph {
 
 // Throws InputError without a file (bulk_json.h).
 Skeleton ReadSkeleton(JsonValue value);
+
+// Pairs of joints counted from `first` to `last`, as indices from 0. Throws
+// InputError "KEY: ..." without a file.
+std::vector<Bone> ReadBones(JsonValue value, std::string_view key, int first,
+                            int last);
 
 std::string SkeletonJson(const Skeleton& skeleton);
 

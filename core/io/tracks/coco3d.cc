@@ -10,6 +10,7 @@
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/json.h"
 #include "core/io/text/json_output.h"
+#include "core/io/text/skeleton_json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/formats.h"
 #include "core/io/tracks/losses.h"
@@ -144,18 +145,8 @@ Skeleton SkeletonOf(const JsonObject& category,
   if (!known.bones().empty() || category.at_key("skeleton").get(skeleton)) {
     return known;
   }
-  const auto count = static_cast<int64_t>(joints.size());
-  std::vector<Bone> bones;
-  for (const JsonValue bone : AsArray(skeleton, "skeleton")) {
-    const JsonArray ends = AsArray(bone, "skeleton");
-    if (ends.size() != 2)
-      throw InputError("skeleton: expected pairs of joints");
-    const auto joint = [&](size_t side) {
-      return static_cast<int>(
-          AsInteger(ends.at(side).value_unsafe(), "skeleton", 1, count) - 1);
-    };
-    bones.push_back({joint(0), joint(1)});
-  }
+  const std::vector<Bone> bones =
+      ReadBones(skeleton, "skeleton", 1, static_cast<int>(joints.size()));
   try {
     return Skeleton(known.name(), joints, bones);
   } catch (const OptionError& error) {

@@ -1,5 +1,7 @@
 // Tracks from the arrays that WriteTracksNpz writes (track_export.h). Without
 // `status` every position is an observed joint.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -81,6 +83,12 @@ class Reader {
         file_.Has("skeleton")) {
       std::vector<Bone> bones;
       const std::vector<int64_t> ends = file_.Integers("bones", 2);
+      const auto count = static_cast<int64_t>(joints_);
+      for (const int64_t end : ends) {
+        if (end >= 0 && end < count) continue;
+        file_.Fail("bones",
+                   fmt::format("found {}, expected 0 .. {}", end, count - 1));
+      }
       for (size_t b = 0; b + 1 < ends.size(); b += 2) {
         bones.push_back(
             {static_cast<int>(ends[b]), static_cast<int>(ends[b + 1])});

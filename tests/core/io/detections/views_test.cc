@@ -91,6 +91,8 @@ TEST(CocoViews, SaysWhatIsWrong) {
   EXPECT_THAT(error_of("[10, 20, 2, 0", "[10, 20, 0"),
               HasSubstr("annotation 0: keypoints"));
   EXPECT_THAT(error_of("[2, 3]]", "[2, 4]]"), HasSubstr("skeleton"));
+  EXPECT_THAT(error_of("[2, 3]]", "[127777777777, 3]]"),
+              HasSubstr("skeleton: found 127777777777, expected 1 .. 3"));
 }
 
 // ---- FreeMoCap's array ----
