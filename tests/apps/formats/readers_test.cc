@@ -21,6 +21,7 @@
 #include "core/io/text/json.h"
 #include "core/io/tracks/writer.h"
 #include "tests/apps/formats/take.h"
+#include "tests/core/io/input_error.h"
 #include "tests/support/browser.h"
 #include "tests/support/program.h"
 #include "tests/support/test_data.h"
@@ -521,6 +522,16 @@ TEST(FormatReaders, SleapsHdf5) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("cut.h5"));
   }
+
+  // A bone that no int holds.
+  const fs::path cam0 = views / "cam0.h5";  // tells the skeleton
+  ASSERT_EQ(std::system(("/usr/bin/python3 -c \"import h5py; h5py.File('" +
+                         cam0.string() +
+                         "', 'a')['edge_inds'][0, 1] = 127777777777\"")
+                            .c_str()),
+            0);
+  EXPECT_THAT(testing::InputErrorOf([&] { ReadDetections(views); }),
+              HasSubstr("edge_inds: found 127777777777, expected 0 .. 2"));
 }
 
 TEST(FormatReaders, DeepLabCutsHdf5) {
