@@ -145,7 +145,7 @@ Json Browser::Receive() {
   }
 }
 
-Json Browser::Call(const std::string& method, const Json& parameters) {
+int Browser::Send(const std::string& method, const Json& parameters) {
   const int id = ++last_id_;
   Json message = {{"id", id}, {"method", method}, {"params", parameters}};
   if (!session_.empty()) message["sessionId"] = session_;
@@ -157,6 +157,11 @@ Json Browser::Call(const std::string& method, const Json& parameters) {
     if (count <= 0) Fail("it does not listen");
     done += static_cast<size_t>(count);
   }
+  return id;
+}
+
+Json Browser::Call(const std::string& method, const Json& parameters) {
+  const int id = Send(method, parameters);
   for (;;) {
     const Json answer = Receive();
     if (!answer.contains("id")) {
@@ -304,6 +309,19 @@ void Browser::Drag(const std::vector<PagePoint>& from,
     if (at[0].x != from[0].x || at[0].y != from[0].y) TouchAt("touchMove", at);
   }
   TouchAt("touchEnd", {});
+}
+
+void Browser::Tap(PagePoint at) {
+  Evaluate(
+      "window.tapped = false; addEventListener('click',"
+      "() => { window.tapped = true; }, {capture: true, once: true})");
+  // A finger that stays for half a second is no tap any more: on a busy machine
+  // the answer to its coming could take longer.
+  Send("Input.dispatchTouchEvent",
+       {{"type", "touchStart"},
+        {"touchPoints", Json::array({{{"x", at.x}, {"y", at.y}}})}});
+  TouchAt("touchEnd", {});
+  if (!WaitFor("window.tapped")) Fail("no click came of a tap");
 }
 
 void Browser::StartTrace(const std::string& categories) {

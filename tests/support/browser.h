@@ -64,7 +64,8 @@ class Browser {
   // Fingers go from one place to another, one row a finger.
   void Drag(const std::vector<PagePoint>& from,
             const std::vector<PagePoint>& to);
-  void Tap(PagePoint at) { Drag({at}, {at}); }
+  // Waits for the click, which comes when the browser is sure of the tap.
+  void Tap(PagePoint at);
   void Tap(const std::string& selector) { Tap(MiddleOf(selector)); }
 
   // Records events of Chromium's own work, comma-separated categories; Stop
@@ -85,6 +86,8 @@ class Browser {
   const std::vector<std::string>& requests() const { return requests_; }
 
  private:
+  // Sends a message without waiting for its answer; gives the message's number.
+  int Send(const std::string& method, const Json& parameters);
   Json Call(const std::string& method, const Json& parameters = Json::object());
   Json Receive();
   void Note(const Json& event);
