@@ -408,8 +408,8 @@ bool Tracker::IsTracked(const NewPerson& person) const {
   if (options_.life.found_twice == FoundTwice::kKept) return false;
   return std::any_of(tracks_.begin(), tracks_.end(), [&](const auto& track) {
     return track->frame.has_initial &&
-           AtOnePlace(person.reconstruction.pose, track->frame.initial,
-                      kOnePersonM);
+           SeenAtOnePlace(person.reconstruction.pose, track->frame.initial,
+                          kOnePersonM);
   });
 }
 

@@ -74,6 +74,23 @@ TEST(EndFollowerTest, LearnsFromWhatViewsAgreeOn) {
   EXPECT_NEAR(step_m, 0.5 * (1.0 - std::exp(-0.08)), 1e-4);
 }
 
+TEST(AtOnePlaceTest, WhatIsSeenTellsAndWhatIsInferredDoesNot) {
+  const Pose3d here = testing::StandingPerson(0.0, 0.0);
+  Pose3d there = testing::StandingPerson(0.19, 0.0);
+  EXPECT_TRUE(AtOnePlace(here, there, 0.2));
+  EXPECT_TRUE(SeenAtOnePlace(here, there, 0.2));
+  EXPECT_FALSE(SeenAtOnePlace(here, there, 0.18));
+  for (size_t j = 3; j < there.size(); ++j) {
+    there[j].status = JointStatus::kInferred;
+    there[j].position_m.x() += 1.0;
+  }
+  EXPECT_FALSE(AtOnePlace(here, there, 0.2));
+  EXPECT_TRUE(SeenAtOnePlace(here, there, 0.2));
+  EXPECT_TRUE(SeenAtOnePlace(there, here, 0.2));
+  there[2].status = JointStatus::kInferred;  // two joints are no body
+  EXPECT_FALSE(SeenAtOnePlace(here, there, 0.2));
+}
+
 TEST(IsTakenTest, NearerThanPeopleStand) {
   const TrackFrame frame = Frame(0, {0.0});
   const std::vector<PersonPose>& people = frame.people;

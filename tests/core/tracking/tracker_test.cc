@@ -229,6 +229,35 @@ TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
   }
 }
 
+// Elbows to ankles leap by 0.8 m. Two views see only what stayed, and go on;
+// the others, which see all, do not fit any more. The track's own arms and legs
+// are where they were, but that is a prediction's word.
+TEST_F(TrackerTest, WhatNobodySeesMakesNoDouble) {
+  for (const FoundTwice twice : {FoundTwice::kKept, FoundTwice::kDropped}) {
+    TrackerOptions options;
+    options.life.found_twice = twice;
+    options.association.alpha_2d_px_per_frame = 20.0;
+    const auto tracker = Make(options);
+    std::vector<TrackFrame> frames;
+    for (int f = 0; f < 10; ++f) {
+      const auto leaps = [](size_t j) { return j > 6 && j != 11 && j != 12; };
+      Pose3d leaper = Stander();
+      for (size_t j = 0; f >= 5 && j < leaper.size(); ++j) {
+        if (leaps(j)) leaper[j].position_m.x() -= 0.8;
+      }
+      DetectionFrame seen = See(f, {leaper});
+      for (size_t v = 0; f >= 5 && v < 2; ++v) {
+        std::vector<Keypoint>& joints = seen.views[v].detections[0].joints;
+        for (size_t j = 0; j < joints.size(); ++j) {
+          if (leaps(j)) joints[j] = Keypoint();
+        }
+      }
+      tracker->Process(seen, &frames);
+    }
+    EXPECT_EQ(tracker->people_so_far(), twice == FoundTwice::kKept ? 2 : 1);
+  }
+}
+
 // Two cameras, and two people one behind the other for the second of them. The
 // hind one is lost to the first camera and to the tracker; then the front one
 // is missed by the second camera, which still shows the hind one within the
