@@ -72,6 +72,25 @@ class Reader {
     return values;
   }
 
+  std::vector<Bone> ReadBones() const {
+    if (file_.At("bones", 2).shape[1] != 2) {
+      file_.Fail("bones", "expected [.., 2]");
+    }
+    const std::vector<int64_t> ends = file_.Integers("bones", 2);
+    const auto count = static_cast<int64_t>(joints_);
+    for (const int64_t end : ends) {
+      if (end >= 0 && end < count) continue;
+      file_.Fail("bones",
+                 fmt::format("found {}, expected 0 .. {}", end, count - 1));
+    }
+    std::vector<Bone> bones;
+    for (size_t b = 0; b < ends.size(); b += 2) {
+      bones.push_back(
+          {static_cast<int>(ends[b]), static_cast<int>(ends[b + 1])});
+    }
+    return bones;
+  }
+
   TrackHeader ReadHeader() const {
     TrackHeader header;
     header.mode = "npz";
@@ -81,21 +100,9 @@ class Reader {
     }
     if (!options_.skeleton.has_value() && file_.Has("bones") &&
         file_.Has("skeleton")) {
-      std::vector<Bone> bones;
-      const std::vector<int64_t> ends = file_.Integers("bones", 2);
-      const auto count = static_cast<int64_t>(joints_);
-      for (const int64_t end : ends) {
-        if (end >= 0 && end < count) continue;
-        file_.Fail("bones",
-                   fmt::format("found {}, expected 0 .. {}", end, count - 1));
-      }
-      for (size_t b = 0; b + 1 < ends.size(); b += 2) {
-        bones.push_back(
-            {static_cast<int>(ends[b]), static_cast<int>(ends[b + 1])});
-      }
       try {
         header.skeleton =
-            Skeleton(file_.Texts("skeleton", 0).front(), names, bones);
+            Skeleton(file_.Texts("skeleton", 0).front(), names, ReadBones());
       } catch (const OptionError& error) {
         file_.Fail("skeleton", error.message());
       }

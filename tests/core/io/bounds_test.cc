@@ -128,6 +128,29 @@ TEST(NpzBounds, ArraysThatShareTheirBytesAreRefused) {
   EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }), HasSubstr("overlaps"));
 }
 
+TEST(NpzBounds, BonesAreBetweenJointsThatAreThere) {
+  const TemporaryFolder folder;
+  const std::string path = (folder.path() / "a.npz").string();
+  const auto said_of = [&](const std::vector<size_t>& shape,
+                           const std::vector<int64_t>& bones) {
+    NpzFile file(path);
+    file.Add("positions", {1, 1, 2, 3}, std::vector<double>(6, 1.0));
+    file.Add("ids", {1}, std::vector<int64_t>{0});
+    file.Add("frames", {1}, std::vector<int64_t>{0});
+    file.AddTexts("joints", {2}, {"a", "b"});
+    file.AddTexts("skeleton", {}, {"two"});
+    file.Add("bones", shape, bones);
+    file.Commit();
+    return InputErrorOf([&] { ReadTracks(path); });
+  };
+  // 2^32 + 1 is joint 1 to who takes it for an int.
+  EXPECT_THAT(said_of({1, 2}, {0, (int64_t{1} << 32) + 1}),
+              HasSubstr("bones: found 4294967297, expected 0 .. 1"));
+  EXPECT_THAT(said_of({1, 2}, {0, -1}),
+              HasSubstr("bones: found -1, expected 0 .. 1"));
+  EXPECT_THAT(said_of({1, 3}, {0, 1, 0}), HasSubstr("bones: expected [.., 2]"));
+}
+
 // ---- .mat
 
 std::string MatArray(uint32_t array_class, int32_t rows, int32_t columns,
