@@ -57,6 +57,9 @@ class TrackLife {
   // Tells of one frame: matched in any view, and whether the update succeeded.
   void Step(TimeNs time, bool matched, bool updated);
 
+  // The track is not what it seemed to be.
+  void End() { state_ = TrackState::kDeleted; }
+
   TrackState state() const { return state_; }
   int64_t hits() const { return hits_; }
   TimeNs last_update() const { return last_update_; }

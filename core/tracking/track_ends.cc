@@ -63,20 +63,6 @@ std::vector<TrackRun> RunsOf(const std::vector<Place>& places) {
   return runs;
 }
 
-// Of the joints that count in both, `least` or more: their mean distance.
-template <typename Counts>
-bool AreNear(const Pose3d& a, const Pose3d& b, double within_m, int least,
-             const Counts& counts) {
-  double sum_m = 0.0;
-  int count = 0;
-  for (size_t j = 0; j < a.size() && j < b.size(); ++j) {
-    if (!counts(a[j]) || !counts(b[j])) continue;
-    sum_m += (a[j].position_m - b[j].position_m).norm();
-    ++count;
-  }
-  return count >= least && sum_m / count < within_m;
-}
-
 }  // namespace
 
 std::map<TrackId, std::vector<TrackRun>> FindRuns(
@@ -120,15 +106,29 @@ void EndFollower::Agree(const Pose3d& pose, TimeNs time) {
 }
 
 bool AtOnePlace(const Pose3d& a, const Pose3d& b, double within_m) {
-  return AreNear(a, b, within_m, 1,
-                 [](const Joint3d& joint) { return joint.present(); });
+  double sum_m = 0.0;
+  int count = 0;
+  for (size_t j = 0; j < a.size() && j < b.size(); ++j) {
+    if (!a[j].present() || !b[j].present()) continue;
+    sum_m += (a[j].position_m - b[j].position_m).norm();
+    ++count;
+  }
+  return count > 0 && sum_m / count < within_m;
 }
 
 bool SeenAtOnePlace(const Pose3d& a, const Pose3d& b, double within_m) {
   constexpr int kABody = 3;  // joints that tell where it is and how it stands
-  return AreNear(a, b, within_m, kABody, [](const Joint3d& joint) {
-    return joint.status == JointStatus::kObserved;
-  });
+  int seen = 0;
+  int near = 0;
+  for (size_t j = 0; j < a.size() && j < b.size(); ++j) {
+    if (a[j].status != JointStatus::kObserved ||
+        b[j].status != JointStatus::kObserved) {
+      continue;
+    }
+    ++seen;
+    near += (a[j].position_m - b[j].position_m).norm() < within_m;
+  }
+  return seen >= kABody && 2 * near > seen;
 }
 
 bool IsTaken(const Pose3d& pose, const std::vector<PersonPose>& people) {

@@ -117,6 +117,7 @@ void Tracker::Process(const DetectionFrame& frame,
   Prepare(frame);
   Associate(frame);
   Reconstruct(frame);
+  FindNewPeople(frame);
   if (HoldsStrands()) ClaimStrands();
   Estimate();
   StepLives(frame.time);
@@ -215,18 +216,23 @@ void Tracker::Associate(const DetectionFrame& frame) {
   }
 }
 
+// By the frames before this one, until lives are stepped.
+bool Tracker::IsLost(const Track& track) const {
+  constexpr double kLost = 0.1;  // s without an update, and a frame or more
+  const TimeNs age = last_time_ - track.life.last_update();
+  return ToSeconds(age) > kLost && !clock_.Less(age, 2.0);
+}
+
 // The track from whose detections one goes on, if that track is lost by now. Of
 // those who are there their poses tell better than one view does.
 std::optional<TrackId> Tracker::LostHolder(size_t view_idx,
                                            size_t observation_idx) const {
-  constexpr double kLost = 0.1;  // s without an update
   const std::optional<TrackId> holder =
       strands_[view_idx].HolderOf(observation_idx);
   if (!holder.has_value()) return std::nullopt;
   const bool there =
       std::any_of(tracks_.begin(), tracks_.end(), [&](const auto& track) {
-        return track->id == *holder &&
-               ToSeconds(last_time_ - track->life.last_update()) <= kLost;
+        return track->id == *holder && !IsLost(*track);
       });
   return there ? std::nullopt : holder;
 }
@@ -348,13 +354,50 @@ void Tracker::StepLives(TimeNs time) {
   }
 }
 
-void Tracker::StartNewPeople(const DetectionFrame& frame) {
+// Who was lost and now has some of the views of a person, while the others
+// would start somebody new, is as likely another: a track that drifts unseen
+// takes who comes back where it happens to be. It ends as it was lost, all
+// views start somebody new, and linking tells whether they are the same.
+void Tracker::FindNewPeople(const DetectionFrame& frame) {
   const StageTimer timer(stage_times_, &StageTimes::initialisation_ns);
   initialiser_.Run(unmatched_, &new_people_);
+  if (options_.life.found_twice == FoundTwice::kKept) return;
+  bool taken_back = false;
+  for (const NewPerson& person : new_people_) {
+    const std::optional<size_t> at = TrackedAt(person);
+    if (!at.has_value() || !IsLost(*tracks_[*at])) continue;
+    TakeBack(*at, frame);
+    taken_back = true;
+  }
+  if (taken_back) initialiser_.Run(unmatched_, &new_people_);
+}
+
+// What the track was given in this frame; its life ends.
+void Tracker::TakeBack(size_t target, const DetectionFrame& frame) {
+  Track& track = *tracks_[target];
+  for (size_t v = 0; v < unmatched_.size(); ++v) {
+    int& match = matches_[v][target];
+    if (match < 0) continue;
+    const Observation* observation =
+        &observations_.OfView(v)[static_cast<size_t>(match)];
+    ObservationGroup& left = unmatched_[v];
+    left.insert(std::upper_bound(left.begin(), left.end(), observation),
+                observation);
+    match = -1;
+  }
+  evidence_.Begin(frame.frame, frame.time, &track.frame);
+  track.matched = false;
+  track.life.End();
+}
+
+void Tracker::StartNewPeople(const DetectionFrame& frame) {
+  const StageTimer timer(stage_times_, &StageTimes::initialisation_ns);
   assembler_.BeginFrame(frame.frame, frame.time);
   for (size_t t = 0; t < tracks_.size(); ++t) assembler_.Join();
   for (const NewPerson& person : new_people_) {
-    if (!IsTracked(person) && !IsOfTwo(person)) StartTrack(person, frame);
+    if (!TrackedAt(person).has_value() && !IsOfTwo(person)) {
+      StartTrack(person, frame);
+    }
   }
 }
 
@@ -398,19 +441,22 @@ size_t Tracker::IndexOf(const Observation& observation) const {
   return static_cast<size_t>(&observation - observations_.OfView(view).data());
 }
 
-// Whether the views that nobody took show somebody whom other views show where
-// they are tracked: then nobody new has come.
-bool Tracker::IsTracked(const NewPerson& person) const {
+// The track that other views show where the views that nobody took show this
+// person: then nobody new has come.
+std::optional<size_t> Tracker::TrackedAt(const NewPerson& person) const {
   // Both are of this frame and differ by errors of triangulation. At 0.3 m a
   // track that has gone astray kept the one it stood on from a track of their
   // own.
   constexpr double kOnePersonM = 0.2;
-  if (options_.life.found_twice == FoundTwice::kKept) return false;
-  return std::any_of(tracks_.begin(), tracks_.end(), [&](const auto& track) {
-    return track->frame.has_initial &&
-           SeenAtOnePlace(person.reconstruction.pose, track->frame.initial,
-                          kOnePersonM);
-  });
+  if (options_.life.found_twice == FoundTwice::kKept) return std::nullopt;
+  for (size_t t = 0; t < tracks_.size(); ++t) {
+    const EstimatorFrame& seen = tracks_[t]->frame;
+    if (seen.has_initial &&
+        SeenAtOnePlace(person.reconstruction.pose, seen.initial, kOnePersonM)) {
+      return t;
+    }
+  }
+  return std::nullopt;
 }
 
 void Tracker::StartTrack(const NewPerson& person, const DetectionFrame& frame) {

@@ -72,6 +72,7 @@ class Tracker {
   void SetLastSeen(const DetectionFrame& frame, int view_idx);
   void UpdateExpected(Track* track, TimeNs time);
   void AssociateView(size_t view_idx, TimeNs time);
+  bool IsLost(const Track& track) const;
   std::optional<TrackId> LostHolder(size_t view_idx,
                                     size_t observation_idx) const;
   bool IsOfSomebodyLost(size_t view_idx, size_t observation_idx,
@@ -84,8 +85,10 @@ class Tracker {
   void Reconstruct(const DetectionFrame& frame);
   void Estimate();
   void StepLives(TimeNs time);
+  void FindNewPeople(const DetectionFrame& frame);
+  void TakeBack(size_t target, const DetectionFrame& frame);
   void StartNewPeople(const DetectionFrame& frame);
-  bool IsTracked(const NewPerson& person) const;
+  std::optional<size_t> TrackedAt(const NewPerson& person) const;
   bool IsOfTwo(const NewPerson& person) const;
   void NoteSuccession(const NewPerson& person, TrackId track);
   size_t IndexOf(const Observation& observation) const;

@@ -80,6 +80,11 @@ TEST(AtOnePlaceTest, WhatIsSeenTellsAndWhatIsInferredDoesNot) {
   EXPECT_TRUE(AtOnePlace(here, there, 0.2));
   EXPECT_TRUE(SeenAtOnePlace(here, there, 0.2));
   EXPECT_FALSE(SeenAtOnePlace(here, there, 0.18));
+  for (size_t j = 0; j < 8; ++j) there[j].position_m.z() += 2.0;
+  EXPECT_TRUE(SeenAtOnePlace(here, there, 0.2));  // nine of 17
+  there[8].position_m.z() += 2.0;
+  EXPECT_FALSE(SeenAtOnePlace(here, there, 0.2));
+  there = testing::StandingPerson(0.19, 0.0);
   for (size_t j = 3; j < there.size(); ++j) {
     there[j].status = JointStatus::kInferred;
     there[j].position_m.x() += 1.0;
