@@ -47,9 +47,9 @@ class EndFollower {
 // Whether the joints of the two are nearer than `within_m` on average, so that
 // one would be the other's double.
 bool AtOnePlace(const Pose3d& a, const Pose3d& b, double within_m);
-// Whether most of the joints that both have seen (kObserved), three or more, are
-// nearer than that. Where the others are is a prediction's word, and of two views
-// one joint may be triangulated metres off.
+// Whether most of the joints that both have seen (kObserved), three or more,
+// are nearer than that. Where the others are is a prediction's word, and of two
+// views one joint may be triangulated metres off.
 bool SeenAtOnePlace(const Pose3d& a, const Pose3d& b, double within_m);
 
 // Whether somebody of `people` stands where `pose` is: 0.3 m, which is nearer
