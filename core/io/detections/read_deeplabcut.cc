@@ -25,16 +25,16 @@ struct Header {
 class HeaderReader {
  public:
   void Take(std::vector<std::string> row) {
-    if (row.front() == "scorer") {
-      width_ = row.size();
-    } else if (row.size() != width_) {
+    if (width_ == 0) width_ = row.size();
+    if (row.size() != width_) {
       throw InputError("found " + std::to_string(row.size()) +
                        " cells, expected " + std::to_string(width_));
-    } else if (row.front() == "individuals") {
+    }
+    if (row.front() == "individuals") {
       individuals_ = std::move(row);
     } else if (row.front() == "bodyparts") {
       parts_ = std::move(row);
-    } else {
+    } else if (row.front() == "coords") {
       coords_ = std::move(row);
     }
   }

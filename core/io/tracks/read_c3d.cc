@@ -30,6 +30,7 @@ namespace {
 constexpr int kIntel = 84;
 constexpr int kDec = 85;
 constexpr int kMips = 86;
+constexpr double kMostFrames = 1e9;
 
 // Bytes in one of the three orders; reading beyond the end throws InputError.
 class Bytes {
@@ -295,9 +296,15 @@ class Reader {
   }
 
   void FindFrames() {
+    // Two words, or a number of another type.
     const auto field = [&](const char* name, int header) {
       const double low = parameters_->Number(name, header);
       const double high = parameters_->Number(name, 0.0, 1);
+      if (!(low >= 0.0 && low <= kMostFrames && high >= 0.0 &&
+            high < 65536.0)) {
+        throw InputError(std::string(name) +
+                         ": expected the number of a frame");
+      }
       return static_cast<int64_t>(low) + 65536 * static_cast<int64_t>(high);
     };
     first_frame_ = field("TRIAL:ACTUAL_START_FIELD", bytes_.Word(6));
@@ -307,7 +314,7 @@ class Reader {
     if (last == kFull) {
       const double count = parameters_->Number(
           "POINT:LONG_FRAMES", parameters_->Number("POINT:FRAMES", 0.0));
-      if (count > 0.0 && count <= 1e9) {
+      if (count > 0.0 && count <= kMostFrames) {
         last = std::max(last, first_frame_ - 1 + static_cast<int64_t>(count));
       }
     }

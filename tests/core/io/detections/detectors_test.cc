@@ -157,6 +157,12 @@ TEST(DetectorFiles, DeepLabCutSaysWhatIsWrong) {
   EXPECT_THAT(
       InputErrorOf([&] {
         ReadDetections(folder.Write(
+            "w.csv", "scorer,n\nbodyparts,a\nscorer,n,n\ncoords,x,y\n"));
+      }),
+      HasSubstr("w.csv: line 3: found 3 cells, expected 2"));
+  EXPECT_THAT(
+      InputErrorOf([&] {
+        ReadDetections(folder.Write(
             "b.csv", std::string(kDeepLabCut) + "2,here,1,1,1,1,1\n"));
       }),
       HasSubstr("b.csv: line 6: left_hip: found the text 'here', expected a "

@@ -217,6 +217,38 @@ TEST(TracksC3d, MoreFramesThanAWordCounts) {
   EXPECT_EQ(ReadTracks(path).frames.size(), static_cast<size_t>(kFrames));
 }
 
+TEST(TracksC3d, AFrameIsANumber) {
+  TrackSequence tracks;
+  tracks.header.skeleton = Skeleton("one", {"nose"}, {});
+  tracks.header.frame_rate_hz = 100.0;
+  TrackFrame& frame = tracks.frames.emplace_back();
+  PersonPose& person = frame.people.emplace_back();
+  person.id = TrackId(0);
+  person.joints = {{{1.0, 2.0, 3.0}, JointStatus::kObserved}};
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "a.c3d";
+  Losses losses;
+  FindTrackFormat("c3d")->write(path, tracks, {}, &losses);
+  const std::string whole = ReadTextFile(path);
+  // Type, number of sides, side, then two words: here one float instead.
+  const std::string name = "ACTUAL_START_FIELD";
+  const size_t at = whole.find(name) + name.size() + 2;
+  ASSERT_EQ(whole.substr(at, 3), std::string("\x02\x01\x02"));
+  for (const float number : {1.0f, NAN, -1.0f, 1e30f}) {
+    std::string bytes = whole;
+    bytes.replace(at, 3, "\x04\x01\x01");
+    std::memcpy(&bytes[at + 3], &number, sizeof(number));
+    std::ofstream(path, std::ios::binary) << bytes;
+    if (number == 1.0f) {
+      EXPECT_EQ(ReadTracks(path).frames.size(), 1u);
+      continue;
+    }
+    EXPECT_THAT(
+        InputErrorOf([&] { ReadTracks(path); }),
+        HasSubstr("TRIAL:ACTUAL_START_FIELD: expected the number of a frame"));
+  }
+}
+
 // ---- BVH ----
 
 constexpr const char* kBvh =
