@@ -19,6 +19,7 @@ constexpr uint32_t kInt32 = 5;
 constexpr uint32_t kUint32 = 6;
 constexpr uint32_t kMatrix = 14;
 constexpr uint32_t kCompressed = 15;
+constexpr uint32_t kComplex = 0x800;  // a flag beside the class
 constexpr uint32_t kCellClass = 1;
 constexpr uint32_t kStructClass = 2;
 constexpr uint32_t kCharClass = 4;
@@ -123,7 +124,11 @@ class Checker {
       Fail("holds an array of class " + std::to_string(array_class) +
            ", expected numbers, texts, cells or structures");
     }
-    if (count == 0) return;
+    if (count == 0) {
+      // matio takes memory for what a tag declares here, too.
+      if (!rest.empty()) Take(&rest, /*padded=*/true);
+      return;
+    }
     const Element numbers = Take(&rest, /*padded=*/true);
     const size_t width = is_text ? 1 : WidthOf(numbers.type);
     const bool fits = is_text
@@ -131,6 +136,8 @@ class Checker {
                           : width > 0 && numbers.data.size() / width == count &&
                                 numbers.data.size() % width == 0;
     if (!fits) FailCount(count);
+    const bool is_complex = (Number(flags.data, 0) & kComplex) != 0;
+    if (is_complex) Take(&rest, /*padded=*/true);
   }
 
   [[noreturn]] void FailCount(uint64_t count) const {

@@ -212,6 +212,27 @@ TEST(MatBounds, DimensionsMustHaveTheirEntries) {
   ExpectQuick(used);
 }
 
+// Without entries, and of the imaginary parts.
+TEST(MatBounds, TagsMustHaveTheirBytes) {
+  constexpr uint32_t kChar = 4;
+  constexpr uint32_t kComplexDouble = 0x800 | 6;
+  std::string parts;
+  for (const uint32_t length : {8u, 2768241048u}) {
+    Append(uint32_t{9}, &parts);  // doubles
+    Append(length, &parts);
+    parts += std::string(8, '\0');
+  }
+  const TemporaryFolder folder;
+  for (const std::string& element : {MatArray(kChar, 2577, 0, parts.substr(16)),
+                                     MatArray(kComplexDouble, 1, 1, parts)}) {
+    const std::string path =
+        folder.Write("a.mat", MatFile(MatArray(1, 1, 1, element)));
+    EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }),
+                HasSubstr("a.mat: is truncated: an element of 2768241048 "
+                          "bytes has only 8"));
+  }
+}
+
 TEST(MatBounds, WholeFilesPass) {
   const TemporaryFolder folder;
   Pose3d pose(14);
