@@ -7,13 +7,14 @@
 build/fuzz/tests/fuzz/fuzz_targets). FOLDER/corpus/TARGET keeps what grows from
 the seeds, so that a later run goes on; findings go to FOLDER/found/TARGET. A row
 a target: seconds of processor time (fewer than the clock's on a busy machine),
-executions, covered edges of ours, features, inputs kept, findings.
-Exit code 1 where something was found.
+executions, covered edges of ours, features, inputs kept, findings. As many
+targets run side by side as there are cores. Exit code 1 where something was
+found.
 """
+import concurrent.futures
 import os
 import pathlib
 import re
-import resource
 import subprocess
 import sys
 
@@ -34,36 +35,39 @@ def targets():
     return listed.stdout.split()
 
 
-def processor_s():
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
 def fuzz(target):
+    """Its row, how many inputs were tried, and the files of what was found."""
     corpus = FOLDER / "corpus" / target
     found = FOLDER / "found" / target
     corpus.mkdir(parents=True, exist_ok=True)
     found.mkdir(parents=True, exist_ok=True)
-    before = processor_s()
-    done = subprocess.run(
-        [PROGRAM, str(corpus), f"-artifact_prefix={found}/",
-         f"-max_total_time={SECONDS}", "-rss_limit_mb=2048",
-         f"-timeout={LIMITS_S.get(target, 10)}", "-max_len=65536",
-         "-print_final_stats=1", "-detect_leaks=0"],
-        capture_output=True, text=True, errors="replace",
-        env=dict(os.environ, KINEGRAPH_FUZZ_TARGET=target,
-                 KINEGRAPH_FUZZ_SEEDS=str(corpus), GLOG_minloglevel="3"))
-    (FOLDER / f"{target}.log").write_text(done.stderr)
+    log = FOLDER / f"{target}.log"
+    with open(log, "w") as words:
+        child = subprocess.Popen(
+            [PROGRAM, str(corpus), f"-artifact_prefix={found}/",
+             f"-max_total_time={SECONDS}", "-rss_limit_mb=2048",
+             f"-timeout={LIMITS_S.get(target, 10)}", "-max_len=65536",
+             "-print_final_stats=1", "-detect_leaks=0"],
+            stdout=subprocess.DEVNULL, stderr=words,
+            env=dict(os.environ, KINEGRAPH_FUZZ_TARGET=target,
+                     KINEGRAPH_FUZZ_SEEDS=str(corpus), GLOG_minloglevel="3"))
+        # Unlike wait, it tells what this child has used.
+        _, status, used = os.wait4(child.pid, 0)
+    child.returncode = os.waitstatus_to_exitcode(status)
+    said = log.read_text(errors="replace")
     last = {}
     for key in ("cov", "ft", "corp"):
-        seen = re.findall(rf"\b{key}: (\d+)", done.stderr)
+        seen = re.findall(rf"\b{key}: (\d+)", said)
         last[key] = int(seen[-1]) if seen else 0
-    runs = re.findall(r"number_of_executed_units: (\d+)", done.stderr)
-    findings = sorted(path.name for path in found.iterdir())
-    print(f"| {target} | {processor_s() - before:.0f} | "
-          f"{int(runs[-1]) if runs else 0:,} | {last['cov']:,} | "
-          f"{last['ft']:,} | {last['corp']:,} | {len(findings)} |", flush=True)
-    return int(runs[-1]) if runs else 0, findings
+    runs = re.findall(r"number_of_executed_units: (\d+)", said)
+    executions = int(runs[-1]) if runs else 0
+    findings = sorted(map(str, found.iterdir()))
+    if child.returncode and not findings:
+        findings = [f"exit code {child.returncode}, {log}"]
+    row = (f"| {target} | {used.ru_utime + used.ru_stime:.0f} | {executions:,} | "
+           f"{last['cov']:,} | {last['ft']:,} | {last['corp']:,} | "
+           f"{len(findings)} |")
+    return row, executions, findings
 
 
 def main():
@@ -71,12 +75,14 @@ def main():
     print(f"| target ({SECONDS} s) | processor s | executions | edges | "
           "features | inputs | findings |\n|---|---|---|---|---|---|---|", flush=True)
     executions, findings = 0, []
-    for target in wanted:
-        tried, found = fuzz(target)
-        executions += tried
-        findings += [f"{target}/{name}" for name in found]
+    with concurrent.futures.ThreadPoolExecutor(
+            len(os.sched_getaffinity(0))) as pool:
+        for row, tried, found in pool.map(fuzz, wanted):
+            print(row, flush=True)
+            executions += tried
+            findings += found
     for finding in findings:
-        print("found:", FOLDER / "found" / finding)
+        print("found:", finding)
     print(f"{executions:,} inputs over {len(wanted)} targets, "
           f"{len(findings)} findings")
     sys.exit(bool(findings))
