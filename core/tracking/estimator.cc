@@ -1,8 +1,11 @@
 #include "core/tracking/estimator.h"
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <limits>
 #include <vector>
+
+#include "core/base/parallel.h"
 
 namespace kinegraph {
 namespace {
@@ -27,6 +30,15 @@ std::optional<double> WeightOf(FilterVerdict verdict) {
 }
 
 }  // namespace
+
+void RehearseTogether(const std::vector<Estimator*>& estimators, int threads) {
+  std::vector<char> again(estimators.size(), 1);
+  while (
+      std::any_of(again.begin(), again.end(), [](char one) { return one; })) {
+    ParallelFor(threads, static_cast<int>(estimators.size()),
+                [&](int i) { again[i] = estimators[i]->Rehearse(); });
+  }
+}
 
 void ExpectBody(const Estimator& estimator, TimeNs time, double horizon_s,
                 Pose3d* pose) {

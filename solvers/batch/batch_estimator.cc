@@ -102,6 +102,7 @@ class BatchEstimator final : public Estimator {
   TimeNs LastTime() const override { return last_time_; }
   void Predict(TimeNs time, Pose3d* pose) const override;
   void TakeFinals(std::vector<FinalPose>* finals) override;
+  bool Rehearse() override;
   void Finish() override;
 
  private:
@@ -120,7 +121,8 @@ class BatchEstimator final : public Estimator {
   };
 
   int joint_count() const { return scene_.skeleton.joint_count(); }
-  void SolveAll();
+  void Solve(const PersonBias& person_bias, const ViewBias* bias);
+  void SolveAll(const PersonBias& person_bias, const ViewBias* bias);
   bool RescaleNoise(const SolveStage& stage, double least_change);
   void LearnNoiseScale();
   void AddBones();
@@ -178,11 +180,7 @@ void BatchEstimator::TakeFinals(std::vector<FinalPose>* finals) {
 
 void BatchEstimator::Finish() {
   if (frames_.empty()) return;
-  ReturnFreeMemory();
-  Assembler assembler(scene_, options_);
-  take_ = AssembleTake(&frames_, &assembler, &records_);
-  ReturnFreeMemory();
-  SolveAll();
+  Solve(bias_, bias_.OfTake().get());
   WriteFinals();
   solver_.HandInCounts(records_.front().frame, records_.back().frame);
   // Finals may wait long for those of other people: nothing else should.
@@ -193,14 +191,44 @@ void BatchEstimator::Finish() {
   solver_.FreeWorkSpace();
 }
 
-void BatchEstimator::SolveAll() {
+// Another one solves, so that nothing stays but what the solution tells.
+bool BatchEstimator::Rehearse() {
+  if (frames_.empty() || !bias_.HasRound()) return false;
+  const auto told = bias_.OfRound();
+  BatchEstimator rehearsal(scene_, options_, nullptr);
+  rehearsal.frames_ = frames_;
+  rehearsal.Solve(bias_, told.get());
+  PersonBias::Round round = bias_.BeginRound(rehearsal.scene_.cameras,
+                                             rehearsal.noise_->correlation());
+  rehearsal.take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+    for (size_t k = piece.begin; k < piece.end; ++k) {
+      round.Add(piece.part, k - piece.begin);
+    }
+  });
+  round.HandIn();
+  return true;
+}
+
+// Without what the detector adds: as `bias` says (null: nothing) of the body
+// whose frames `person_bias` has observed.
+void BatchEstimator::Solve(const PersonBias& person_bias,
+                           const ViewBias* bias) {
+  ReturnFreeMemory();
+  Assembler assembler(scene_, options_);
+  take_ = AssembleTake(&frames_, &assembler, &records_);
+  ReturnFreeMemory();
+  SolveAll(person_bias, bias);
+}
+
+void BatchEstimator::SolveAll(const PersonBias& person_bias,
+                              const ViewBias* bias) {
   for (int j = 0; j < joint_count(); ++j) {
     InterpolateStarts(records_, j, take_.graph.times, &take_.graph.joints[j]);
   }
-  if (const auto bias = bias_.OfTake()) {
+  if (bias != nullptr) {
     take_.ChangeNoise([&](PersonTake::Piece* piece) {
-      bias_.ApplyTake(*bias, take_.graph.times, piece->begin, piece->end,
-                      &piece->part);
+      person_bias.ApplyTake(*bias, take_.graph.times, piece->begin, piece->end,
+                            &piece->part);
     });
   }
   if (options_.LearnsNoise()) LearnNoise();

@@ -10,25 +10,23 @@ namespace {
 
 using BiasVector = Eigen::Matrix<double, kBiasSize, 1>;
 
-// Observations of mean weight that say zero, by class: large where the bias was
-// small beside the noise of real detections. Chosen on frames taken 25 times a
-// second; here there are ten.
+// Independent observations of mean weight that say zero, by class: large where
+// the bias was small beside the noise of real detections.
 double RidgeOf(JointClass joint_class) {
-  constexpr double kRate = 10.0 / 25.0;
   switch (joint_class) {
     case JointClass::kHip:
     case JointClass::kShoulder:
-      return kRate * 10.0;
+      return 10.0;
     case JointClass::kKnee:
     case JointClass::kTrunk:
-      return kRate * 20.0;
+      return 20.0;
     case JointClass::kElbow:
-      return kRate * 150.0;
+      return 150.0;
     case JointClass::kAnkle:
     case JointClass::kFoot:
-      return kRate * 300.0;
+      return 300.0;
     default:
-      return kRate * 100.0;
+      return 100.0;
   }
 }
 
@@ -39,6 +37,24 @@ double LimitOfStudent(double degrees_of_freedom) {
 
 int64_t FloorDivide(TimeNs time, TimeNs step) {
   return time >= 0 ? time / step : -((-time + step - 1) / step);
+}
+
+// From `before` towards `joint`, `relaxed` times as far.
+void Step(double relaxed, const ViewBias::OfJoint& before,
+          ViewBias::OfJoint* joint) {
+  for (size_t i = 0; i < joint->across_m.size(); ++i) {
+    joint->across_m[i] = before.across_m[i] +
+                         relaxed * (joint->across_m[i] - before.across_m[i]);
+    joint->along_m[i] =
+        before.along_m[i] + relaxed * (joint->along_m[i] - before.along_m[i]);
+  }
+}
+
+// Of the sides that each of `views` cameras has seen. Together they must have
+// gone around people more than once, or else no side is seen by two of them,
+// and a bias is not told from cameras that are shifted, each in its own way.
+double LeastAzimuthDegrees(double views) {
+  return std::max(90.0, 360.0 / views);
 }
 
 // How much less the squares become.
@@ -56,6 +72,7 @@ void BiasSums::Clear() {
   weight = 0.0;
   square = 0.0;
   observations = 0;
+  independent = 0.0;
 }
 
 BiasSums& BiasSums::operator+=(const BiasSums& other) {
@@ -66,6 +83,7 @@ BiasSums& BiasSums::operator+=(const BiasSums& other) {
   weight += other.weight;
   square += other.square;
   observations += other.observations;
+  independent += other.independent;
   return *this;
 }
 
@@ -81,14 +99,30 @@ bool AddViews(const std::vector<BiasView>& views, BiasSums* sums) {
   if (factor.info() != Eigen::Success) return false;
   const Eigen::Matrix3d inverse = factor.solve(Eigen::Matrix3d::Identity());
   if (!inverse.allFinite()) return false;
+  AddSolvedViews(views, 1.0, sums);
   // D' J, and D' r.
   Eigen::Matrix<double, kBiasSize, 3> cross;
   cross.setZero();
   for (const BiasView& view : views) {
     const auto& features = view.direction.features;
+    const Matrix23d J = view.per_sigma * view.jacobian;
     const Eigen::Vector2d across = view.per_sigma * view.direction.across_px;
     const Eigen::Vector2d along = view.per_sigma * view.direction.along_px;
-    const Matrix23d J = view.per_sigma * view.jacobian;
+    cross.topRows<kViewFeatureCount>() += features * (across.transpose() * J);
+    cross.bottomRows<kViewFeatureCount>() += features * (along.transpose() * J);
+  }
+  sums->A -= cross * inverse * cross.transpose();
+  sums->g -= cross * (inverse * point_gradient);
+  sums->square -= point_gradient.dot(inverse * point_gradient);
+  return true;
+}
+
+void AddSolvedViews(const std::vector<BiasView>& views, double independent,
+                    BiasSums* sums) {
+  for (const BiasView& view : views) {
+    const auto& features = view.direction.features;
+    const Eigen::Vector2d across = view.per_sigma * view.direction.across_px;
+    const Eigen::Vector2d along = view.per_sigma * view.direction.along_px;
     const Eigen::Vector2d r = view.per_sigma * view.residual_px;
     // Across and along are at right angles and equally long.
     const double weight = along.squaredNorm();
@@ -98,9 +132,8 @@ bool AddViews(const std::vector<BiasView>& views, BiasSums* sums) {
     sums->A.bottomRightCorner<kViewFeatureCount, kViewFeatureCount>() += outer;
     sums->g.head<kViewFeatureCount>() += features * across.dot(r);
     sums->g.tail<kViewFeatureCount>() += features * along.dot(r);
-    cross.topRows<kViewFeatureCount>() += features * (across.transpose() * J);
-    cross.bottomRows<kViewFeatureCount>() += features * (along.transpose() * J);
-    const Matrix23d by_body = J * view.direction.body;
+    const Matrix23d by_body =
+        view.per_sigma * view.jacobian * view.direction.body;
     sums->offset.topRows<kViewFeatureCount>() +=
         features * (across.transpose() * by_body);
     sums->offset.bottomRows<kViewFeatureCount>() +=
@@ -109,19 +142,20 @@ bool AddViews(const std::vector<BiasView>& views, BiasSums* sums) {
     sums->weight += weight;
     sums->square += r.squaredNorm();
     ++sums->observations;
+    sums->independent += independent;
   }
-  sums->A -= cross * inverse * cross.transpose();
-  sums->g -= cross * (inverse * point_gradient);
-  sums->square -= point_gradient.dot(inverse * point_gradient);
-  return true;
+}
+
+double IndependentShare(const ErrorCorrelation& correlation, double period_s) {
+  const double others = std::expm1(period_s / correlation.time_s);
+  return 1.0 / (1.0 + 2.0 * correlation.share / others);
 }
 
 BiasVector SolveBias(const BiasSums& sums, double ridge) {
   if (sums.observations == 0) return BiasVector::Zero();
   // In units where each feature has a root mean square of one and weights a
   // mean of one.
-  const double mean_weight =
-      sums.weight / static_cast<double>(sums.observations);
+  const double mean_weight = sums.weight / sums.independent;
   BiasVector diagonal;
   for (int i = 0; i < kViewFeatureCount; ++i) {
     const double square = sums.feature_squares[i] / sums.weight;
@@ -152,15 +186,29 @@ void BiasSeries::Add(TimeNs time, const std::vector<BiasSums>& sums) {
     block[i] += sums[i];
     observations_ += sums[i].observations;
   }
-  while (blocks_.size() > kMostBlocks) {
-    block_ns_ *= 2;
-    std::map<int64_t, std::vector<BiasSums>> joined;
-    for (auto& [key, from] : blocks_) {
-      std::vector<BiasSums>& to = joined[FloorDivide(key, 2)];
-      to.resize(classes_.size());
-      for (size_t i = 0; i < to.size(); ++i) to[i] += from[i];
+  while (blocks_.size() > kMostBlocks) JoinNeighbours();
+}
+
+void BiasSeries::JoinNeighbours() {
+  block_ns_ *= 2;
+  std::map<int64_t, std::vector<BiasSums>> joined;
+  for (auto& [key, from] : blocks_) {
+    std::vector<BiasSums>& to = joined[FloorDivide(key, 2)];
+    to.resize(classes_.size());
+    for (size_t i = 0; i < to.size(); ++i) to[i] += from[i];
+  }
+  blocks_ = std::move(joined);
+}
+
+void BiasSeries::Add(const BiasSeries& other) {
+  while (block_ns_ < other.block_ns_) JoinNeighbours();
+  for (const auto& [key, block] : other.blocks_) {
+    Add(key * other.block_ns_, block);
+  }
+  for (size_t v = 0; v < azimuths_.size(); ++v) {
+    for (size_t i = 0; i < azimuths_[v].size(); ++i) {
+      azimuths_[v][i] += other.azimuths_[v][i];
     }
-    blocks_ = std::move(joined);
   }
 }
 
@@ -237,14 +285,14 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
 
 ViewBias BiasSeries::Fit(const std::vector<std::string>& names,
                          bool always) const {
-  // With fewer a bias is not told from a camera's own shift.
-  constexpr double kLeastAzimuth_deg = 180.0;
+  const double least_deg =
+      LeastAzimuthDegrees(static_cast<double>(azimuths_.size()));
   ViewBias bias;
   bias.azimuth_deg = AzimuthDegrees();
   for (size_t i = 0; i < classes_.size(); ++i) {
     ViewBias::OfJoint& joint = bias.joints.emplace_back(FitJoint(i, always));
     joint.joint = names[i];
-    joint.used = joint.used && bias.azimuth_deg >= kLeastAzimuth_deg;
+    joint.used = joint.used && bias.azimuth_deg >= least_deg;
   }
   return bias;
 }
@@ -291,6 +339,10 @@ std::shared_ptr<const ViewBias> ViewBiasPool::Now() {
   if (!learns()) return given_;
   const std::lock_guard<std::mutex> lock(mutex_);
   if (series_ == nullptr) return std::make_shared<ViewBias>();
+  if (solved_) {
+    FitRound();
+    return fitted_;
+  }
   Collect();
   if (fitted_ == nullptr || series_->observations() != fitted_at_) Refit();
   return fitted_;
@@ -320,6 +372,55 @@ void ViewBiasPool::Collect() {
 void ViewBiasPool::Refit() {
   fitted_ = std::make_shared<ViewBias>(series_->Fit(names_, always_));
   fitted_at_ = series_->observations();
+}
+
+std::shared_ptr<const ViewBias> ViewBiasPool::BeforeRound(int round) {
+  if (round == 0) return nullptr;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (rounds_told_ < round) FitRound();
+  return fitted_;
+}
+
+void ViewBiasPool::HandSolved(std::unique_ptr<BiasSeries> solved,
+                              Pending* pending) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  pending->solved = std::move(solved);
+  solved_ = true;
+}
+
+std::unique_ptr<BiasSeries> ViewBiasPool::EmptySeries() const {
+  return std::make_unique<BiasSeries>(series_->Empty());
+}
+
+// Joints that the first round uses are used; afterwards solutions have been
+// pulled towards what it told, and would confirm it.
+void ViewBiasPool::FitRound() {
+  // Poses follow a bias slowly where few views hold them. The last step goes
+  // no farther than its round tells.
+  constexpr double kOverRelaxed = 1.5;
+  BiasSeries all = series_->Empty();
+  bool any = false;
+  for (const auto& person : people_) {
+    if (person->solved == nullptr) continue;
+    all.Add(*person->solved);
+    person->solved.reset();
+    any = true;
+  }
+  if (!any) return;
+  auto bias = std::make_shared<ViewBias>(all.Fit(names_, always_));
+  const bool last = rounds_told_ + 1 == kRounds;
+  for (size_t i = 0; i < bias->joints.size(); ++i) {
+    ViewBias::OfJoint& joint = bias->joints[i];
+    ViewBias::OfJoint before;
+    if (rounds_told_ > 0) before = fitted_->joints[i];
+    Step(last ? 1.0 : kOverRelaxed, before, &joint);
+    if (rounds_told_ == 0) continue;
+    joint.used = before.used;
+    joint.gain = before.gain;
+    joint.gain_error = before.gain_error;
+  }
+  fitted_ = std::move(bias);
+  ++rounds_told_;
 }
 
 }  // namespace kinegraph

@@ -1,5 +1,6 @@
-// Learns the detector's bias from a take: from what single frames' views
-// disagree about once the best point is taken away, over all people.
+// Learns the detector's bias from a take, over all people: from what single
+// frames' views disagree about once the best point is taken away, and, where
+// the take is solved as a whole, from what its solutions leave.
 #ifndef KINEGRAPH_SOLVERS_NOISE_BIAS_LEARNER_H_
 #define KINEGRAPH_SOLVERS_NOISE_BIAS_LEARNER_H_
 
@@ -16,6 +17,7 @@
 #include "core/base/time.h"
 #include "core/data/view_bias.h"
 #include "solvers/noise/bias_model.h"
+#include "solvers/noise/pixel_noise.h"
 
 namespace kinegraph {
 
@@ -30,6 +32,10 @@ inline constexpr int kBiasSize = 2 * kViewFeatureCount;
 // offset = sum D' J B (B: the body's axes) they keep offset' c = 0, which is
 // orthogonal to the coefficients of a constant offset in the take's own metric
 // D' D. What is written is the position of the detector's own joint.
+//
+// Where a solution of the take says where the joint is, nothing is eliminated
+// (M = I): neighbouring frames and bones have placed it with far less of each
+// view's error than its own frame can.
 struct BiasSums {
   Eigen::Matrix<double, kBiasSize, kBiasSize> A;
   Eigen::Matrix<double, kBiasSize, 1> g;
@@ -38,6 +44,9 @@ struct BiasSums {
   double weight = 0.0;  // sum of the squared whitening [1/m^2]
   double square = 0.0;  // r' M r
   int64_t observations = 0;
+  // What the observations count as beside a prior: errors that last are seen
+  // again and again.
+  double independent = 0.0;
 
   BiasSums() { Clear(); }
   void Clear();
@@ -56,8 +65,17 @@ struct BiasView {
 // False, and nothing is added, where the views leave a direction open.
 bool AddViews(const std::vector<BiasView>& views, BiasSums* sums);
 
-// The ridge solution that moves no joint. `ridge` counts observations of mean
-// weight.
+// The same where the joint's position is known otherwise; an observation counts
+// as `independent` ones (at most 1).
+void AddSolvedViews(const std::vector<BiasView>& views, double independent,
+                    BiasSums* sums);
+
+// The share of an independent observation that each of a row counts as, which
+// come every `period_s`: the variance of a mean of AR(1) errors.
+double IndependentShare(const ErrorCorrelation& correlation, double period_s);
+
+// The ridge solution that moves no joint. `ridge` counts independent
+// observations of mean weight.
 Eigen::Matrix<double, kBiasSize, 1> SolveBias(const BiasSums& sums,
                                               double ridge);
 
@@ -68,11 +86,17 @@ class BiasSeries {
   BiasSeries(std::vector<JointClass> classes, int view_count);
 
   int name_count() const { return static_cast<int>(classes_.size()); }
+  // Of the same joints and views.
+  BiasSeries Empty() const {
+    return {classes_, static_cast<int>(azimuths_.size())};
+  }
   void Add(TimeNs time, const std::vector<BiasSums>& sums);
   void AddAzimuth(int view_idx, double azimuth);
+  // What another person's say, of as many joints and views.
+  void Add(const BiasSeries& other);
 
   // `names` as the classes of the constructor. A joint is used where cameras
-  // have seen people from half of all sides and, unless `always`, where the
+  // have seen people from enough sides and, unless `always`, where the
   // gain of one half's coefficients on the other is surely positive: the lower
   // 97.5 % limit over stretches of time.
   ViewBias Fit(const std::vector<std::string>& names, bool always) const;
@@ -81,6 +105,7 @@ class BiasSeries {
  private:
   static constexpr size_t kMostBlocks = 32;
   static constexpr int kSectors = 24;
+  void JoinNeighbours();
   double AzimuthDegrees() const;
   ViewBias::OfJoint FitJoint(size_t name_idx, bool always) const;
 
@@ -94,14 +119,22 @@ class BiasSeries {
 // What the people of a run share of it. Each registers; what it saw in a frame
 // counts for everybody from the next frame on, whatever the order in which
 // threads get there, so results do not depend on it.
+//
+// Where everybody is solved at the end, rounds follow: all are solved with the
+// bias that the round before told (none in the first), and what their solutions
+// leave tells it anew. Taking a bias away moves the joints it has pulled, and
+// more of it shows.
 class ViewBiasPool {
  public:
+  static constexpr int kRounds = 3;
+
   // Of one person.
   struct Pending {
     TimeNs time = 0;
     std::vector<BiasSums> sums;
     std::vector<std::pair<int, double>> azimuths;  // view, azimuth
     bool full = false;
+    std::unique_ptr<BiasSeries> solved;  // of this round
   };
 
   // `always` as BiasSeries::Fit; `given`, if not null, is the answer whatever
@@ -118,12 +151,20 @@ class ViewBiasPool {
   // Moves what one person saw in a frame, after Before of that frame; leaves it
   // cleared.
   void Hand(Pending* seen, Pending* pending);
-  // As told by everything; nobody may add meanwhile.
+  // As told by everything, by the last round where there are any; nobody may
+  // add meanwhile.
   std::shared_ptr<const ViewBias> Now();
+
+  // What `round` (0 .. kRounds - 1) begins with; null: nothing. Everybody has
+  // handed in the solution of the round before.
+  std::shared_ptr<const ViewBias> BeforeRound(int round);
+  void HandSolved(std::unique_ptr<BiasSeries> solved, Pending* pending);
+  std::unique_ptr<BiasSeries> EmptySeries() const;
 
  private:
   void Collect();
   void Refit();
+  void FitRound();
 
   const bool always_;
   std::shared_ptr<const ViewBias> given_;  // as names_ after Register
@@ -133,6 +174,8 @@ class ViewBiasPool {
   std::vector<std::shared_ptr<Pending>> people_;  // in order of birth
   std::shared_ptr<const ViewBias> fitted_;
   int64_t fitted_at_ = 0;  // observations
+  int rounds_told_ = 0;    // that fitted_ has heard of
+  bool solved_ = false;    // somebody has handed in a solution
   bool any_time_ = false;
   TimeNs time_ = 0;
 };

@@ -3,11 +3,16 @@
 #include <cmath>
 #include <utility>
 
+#include "solvers/factors/jacobian.h"
+
 namespace kinegraph {
 namespace {
 
 // A body turns little in that time.
 constexpr double kLongest_s = 0.3;
+
+// Errors of neighbouring frames are alike: ten looks a second tell it all.
+constexpr double kPeriod_s = 0.1;
 
 }  // namespace
 
@@ -38,13 +43,15 @@ void PersonBias::Observe(const PersonProblem& problem, size_t k,
   last_ = frame;
   last_time_ = time;
   if (!pool_->learns()) return;
-  // Errors of neighbouring frames are alike: ten looks a second tell it all.
-  constexpr double kPeriod_s = 0.1;
-  const TimeNs due = FromSeconds(kPeriod_s - 0.5 / scene_.frame_rate_hz);
-  if (learnt_ && time - learnt_time_ < due) return;
+  if (learnt_ && time - learnt_time_ < LookAfter()) return;
   learnt_ = true;
   learnt_time_ = time;
   Learn(problem, k);
+}
+
+// As near to the period as frames come.
+TimeNs PersonBias::LookAfter() const {
+  return FromSeconds(kPeriod_s - 0.5 / scene_.frame_rate_hz);
 }
 
 void PersonBias::Learn(const PersonProblem& problem, size_t k) {
@@ -135,6 +142,79 @@ std::shared_ptr<const ViewBias> PersonBias::OfTake() const {
   if (pool_ == nullptr) return nullptr;
   std::shared_ptr<const ViewBias> bias = pool_->Now();
   return bias == nullptr || bias->empty() ? nullptr : bias;
+}
+
+bool PersonBias::HasRound() const {
+  return pool_ != nullptr && pool_->learns() && round_ < ViewBiasPool::kRounds;
+}
+
+std::shared_ptr<const ViewBias> PersonBias::OfRound() const {
+  return pool_->BeforeRound(round_);
+}
+
+PersonBias::Round PersonBias::BeginRound(const CameraRig& cameras,
+                                         const ErrorCorrelation& correlation) {
+  return {this, cameras, correlation};
+}
+
+PersonBias::Round::Round(PersonBias* person, const CameraRig& cameras,
+                         const ErrorCorrelation& correlation)
+    : person_(person),
+      cameras_(cameras),
+      independent_(IndependentShare(correlation, kPeriod_s)),
+      series_(person->pool_->EmptySeries()),
+      sums_(person->joints_.names().size()) {}
+
+void PersonBias::Round::Add(const PersonProblem& solved, size_t k) {
+  const TimeNs time = solved.times[k];
+  if (looked_ && time - look_time_ < person_->LookAfter()) return;
+  const BiasJoints& joints = person_->joints_;
+  const auto stance = joints.FrameOf([&](int j) {
+    return std::optional<Eigen::Vector3d>(
+        solved.joints[static_cast<size_t>(j)].states[k].head<3>());
+  });
+  if (!stance.has_value()) return;
+  looked_ = true;
+  look_time_ = time;
+  for (BiasSums& sums : sums_) sums.Clear();
+  for (int j = 0; j < static_cast<int>(solved.joints.size()); ++j) {
+    const std::vector<BiasView> views = ViewsOf(solved, k, j, *stance);
+    AddSolvedViews(views, independent_,
+                   &sums_[static_cast<size_t>(joints.IndexOf(j))]);
+    for (const BiasView& view : views) {
+      series_->AddAzimuth(view.view_idx, view.direction.azimuth);
+    }
+  }
+  series_->Add(time, sums_);
+}
+
+std::vector<BiasView> PersonBias::Round::ViewsOf(
+    const PersonProblem& solved, size_t k, int joint_idx,
+    const BodyStance& stance) const {
+  const JointChain& chain = solved.joints[static_cast<size_t>(joint_idx)];
+  std::vector<BiasView> views;
+  for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
+    const PixelMeasurement& seen = chain.measurements[m];
+    if (seen.gated || seen.weight <= 0.0) continue;
+    Eigen::Vector3d point_m;
+    PointAt(chain.states[k].data(), seen.offset_s, point_m.data());
+    BiasView view;
+    const auto image = seen.camera->Project(point_m, &view.jacobian);
+    const auto direction =
+        DirectionOf(person_->joints_, stance, joint_idx, point_m, *seen.camera);
+    if (!image.has_value() || !direction.has_value()) continue;
+    view.view_idx = static_cast<int>(seen.camera - cameras_.data());
+    view.direction = *direction;
+    view.residual_px = seen.px - *image;
+    view.per_sigma = std::sqrt(seen.weight * seen.information) / seen.sigma_px;
+    views.push_back(view);
+  }
+  return views;
+}
+
+void PersonBias::Round::HandIn() {
+  person_->pool_->HandSolved(std::move(series_), person_->pending_.get());
+  ++person_->round_;
 }
 
 void PersonBias::ApplyTake(const ViewBias& bias,

@@ -32,12 +32,23 @@ class PersonBias {
   bool observes() const { return pool_ != nullptr; }
   // From all there is (batch); null: nothing.
   std::shared_ptr<const ViewBias> OfTake() const;
+  // Whether a solution of the take has something to tell; each round once.
+  bool HasRound() const;
+  // What the round's solution begins with; null: nothing.
+  std::shared_ptr<const ViewBias> OfRound() const;
+  // Tells the round what a solution leaves of its frames, in order. Its
+  // measurements name `cameras`, which must outlive the round; errors last as
+  // `correlation` says.
+  class Round;
+  Round BeginRound(const CameraRig& cameras,
+                   const ErrorCorrelation& correlation);
   // Writes it to the observed frames begin .. end - 1, the first ones of
   // `part`; all observed ones were at `times`.
   void ApplyTake(const ViewBias& bias, const std::vector<TimeNs>& times,
                  size_t begin, size_t end, PersonProblem* part) const;
 
  private:
+  TimeNs LookAfter() const;
   void Learn(const PersonProblem& problem, size_t k);
   bool AddJoint(const PersonProblem& problem, size_t k, int joint_idx);
   void Apply(const ViewBias& bias, const BodyStance& frame, size_t k,
@@ -58,6 +69,29 @@ class PersonBias {
   TimeNs last_time_ = 0;
   bool learnt_ = false;
   TimeNs learnt_time_ = 0;
+  int round_ = 0;
+};
+
+// A solution is looked at frame by frame, and handed in as a whole.
+class PersonBias::Round {
+ public:
+  Round(PersonBias* person, const CameraRig& cameras,
+        const ErrorCorrelation& correlation);
+  // Frame `k` of `solved`, with the weights that the solver gave.
+  void Add(const PersonProblem& solved, size_t k);
+  void HandIn();
+
+ private:
+  std::vector<BiasView> ViewsOf(const PersonProblem& solved, size_t k,
+                                int joint_idx, const BodyStance& stance) const;
+
+  PersonBias* const person_;
+  const CameraRig& cameras_;
+  const double independent_;  // what a look counts as
+  std::unique_ptr<BiasSeries> series_;
+  std::vector<BiasSums> sums_;  // of the frame that is looked at
+  bool looked_ = false;
+  TimeNs look_time_ = 0;
 };
 
 }  // namespace kinegraph
