@@ -183,7 +183,7 @@ TEST_F(ViewBiasTest, NothingOfAFrameIsToldBeforeTheNext) {
       seen.time = time;
       seen.sums.resize(classes_.size());
       seen.sums[line_].observations = 5;
-      seen.sums[line_].weight = 5.0;
+      seen.sums[line_].weight = seen.sums[line_].independent = 5.0;
       pool.Hand(&seen, person.get());
       EXPECT_EQ(pool.Before(time), before);
     }
