@@ -12,7 +12,7 @@ namespace {
 constexpr double kLongest_s = 0.3;
 
 // Errors of neighbouring frames are alike: ten looks a second tell it all.
-constexpr double kPeriod_s = 0.1;
+constexpr double kPeriodS = 0.1;
 
 }  // namespace
 
@@ -51,7 +51,7 @@ void PersonBias::Observe(const PersonProblem& problem, size_t k,
 
 // As near to the period as frames come.
 TimeNs PersonBias::LookAfter() const {
-  return FromSeconds(kPeriod_s - 0.5 / scene_.frame_rate_hz);
+  return FromSeconds(kPeriodS - 0.5 / scene_.frame_rate_hz);
 }
 
 void PersonBias::Learn(const PersonProblem& problem, size_t k) {
@@ -161,7 +161,7 @@ PersonBias::Round::Round(PersonBias* person, const CameraRig& cameras,
                          const ErrorCorrelation& correlation)
     : person_(person),
       cameras_(cameras),
-      independent_(IndependentShare(correlation, kPeriod_s)),
+      independent_(IndependentShare(correlation, kPeriodS)),
       series_(person->pool_->EmptySeries()),
       sums_(person->joints_.names().size()) {}
 
