@@ -43,7 +43,8 @@ WAYS = {
 class Takes:
   """Makes takes and scores what is tracked of them."""
 
-  def __init__(self, commands, out):
+  def __init__(self, commands, out, cameras):
+    self.cameras = cameras
     self.commands = pathlib.Path(commands)
     self.out = pathlib.Path(out)
     self.out.mkdir(parents=True, exist_ok=True)
@@ -57,7 +58,7 @@ class Takes:
     self.run("synthesize",
              f"--config={ROOT}/configs/synthetic/motion.toml",
              f"--motion={DATA}/motion/{clip}_30hz.jsonl", f"--out={folder}",
-             f"--set=scene.seed={seed};noise.seed={seed};{CAMERAS};{keys}")
+             f"--set=scene.seed={seed};noise.seed={seed};{self.cameras};{keys}")
     return folder
 
   def score(self, folder, flags):
@@ -84,7 +85,7 @@ def summary(scores):
           "observed": observed, "takes": len(scores)}
 
 
-def score_rows(description, default_seeds, cells, ways=None):
+def score_rows(description, default_seeds, cells, ways=None, cameras=CAMERAS):
   """Reads the command line, prints and writes a row per cell.
 
   A cell is (what tells its row from others, clips, keys): its takes are made
@@ -99,7 +100,7 @@ def score_rows(description, default_seeds, cells, ways=None):
                       help="of scene and noise")
   args = parser.parse_args()
   ways = ways or WAYS
-  takes = Takes(args.commands, args.out)
+  takes = Takes(args.commands, args.out, cameras)
   rows = []
   for labels, clips, keys in cells:
     scores = {way: [] for way in ways}
