@@ -50,11 +50,56 @@ void Step(double relaxed, const ViewBias::OfJoint& before,
   }
 }
 
-// Of the sides that each of `views` cameras has seen. Together they must have
-// gone around people more than once, or else no side is seen by two of them,
-// and a bias is not told from cameras that are shifted, each in its own way.
-double LeastAzimuthDegrees(double views) {
-  return std::max(90.0, 360.0 / views);
+// What the views say of the joint's coefficients where it stands.
+void AddView(const BiasView& view, double independent, BiasSums* sums) {
+  const auto& features = view.direction.features;
+  const Eigen::Vector2d across = view.per_sigma * view.direction.across_px;
+  const Eigen::Vector2d along = view.per_sigma * view.direction.along_px;
+  const Eigen::Vector2d r = view.per_sigma * view.residual_px;
+  // Across and along are at right angles and equally long.
+  const double weight = along.squaredNorm();
+  const Eigen::Matrix<double, kViewFeatureCount, kViewFeatureCount> outer =
+      weight * features * features.transpose();
+  sums->A.topLeftCorner<kViewFeatureCount, kViewFeatureCount>() += outer;
+  sums->A.bottomRightCorner<kViewFeatureCount, kViewFeatureCount>() += outer;
+  sums->g.head<kViewFeatureCount>() += features * across.dot(r);
+  sums->g.tail<kViewFeatureCount>() += features * along.dot(r);
+  const Matrix23d by_body =
+      view.per_sigma * view.jacobian * view.direction.body;
+  sums->offset.topRows<kViewFeatureCount>() +=
+      features * (across.transpose() * by_body);
+  sums->offset.bottomRows<kViewFeatureCount>() +=
+      features * (along.transpose() * by_body);
+  sums->feature_squares += weight * features.cwiseAbs2();
+  sums->weight += weight;
+  sums->square += r.squaredNorm();
+  ++sums->observations;
+  sums->independent += independent;
+}
+
+// How its pictures' shift adds to that.
+void AddShift(const BiasView& view, BiasSums* sums) {
+  const auto at = static_cast<size_t>(view.view_idx);
+  if (sums->views.size() <= at) sums->views.resize(at + 1);
+  BiasSums::OfView& of_view = sums->views[at];
+  const auto& features = view.direction.features;
+  const double weight = view.per_sigma * view.per_sigma;
+  of_view.cross.topRows<kViewFeatureCount>() +=
+      weight * features * view.direction.across_px.transpose();
+  of_view.cross.bottomRows<kViewFeatureCount>() +=
+      weight * features * view.direction.along_px.transpose();
+  of_view.pull += weight * view.residual_px;
+  of_view.weight += weight;
+}
+
+void AddShifts(const std::vector<BiasSums::OfView>& from,
+               std::vector<BiasSums::OfView>* to) {
+  to->resize(std::max(to->size(), from.size()));
+  for (size_t v = 0; v < from.size(); ++v) {
+    (*to)[v].cross += from[v].cross;
+    (*to)[v].pull += from[v].pull;
+    (*to)[v].weight += from[v].weight;
+  }
 }
 
 // How much less the squares become.
@@ -73,6 +118,7 @@ void BiasSums::Clear() {
   square = 0.0;
   observations = 0;
   independent = 0.0;
+  views.clear();
 }
 
 BiasSums& BiasSums::operator+=(const BiasSums& other) {
@@ -84,6 +130,7 @@ BiasSums& BiasSums::operator+=(const BiasSums& other) {
   square += other.square;
   observations += other.observations;
   independent += other.independent;
+  AddShifts(other.views, &views);
   return *this;
 }
 
@@ -99,7 +146,7 @@ bool AddViews(const std::vector<BiasView>& views, BiasSums* sums) {
   if (factor.info() != Eigen::Success) return false;
   const Eigen::Matrix3d inverse = factor.solve(Eigen::Matrix3d::Identity());
   if (!inverse.allFinite()) return false;
-  AddSolvedViews(views, 1.0, sums);
+  for (const BiasView& view : views) AddView(view, 1.0, sums);
   // D' J, and D' r.
   Eigen::Matrix<double, kBiasSize, 3> cross;
   cross.setZero();
@@ -120,29 +167,8 @@ bool AddViews(const std::vector<BiasView>& views, BiasSums* sums) {
 void AddSolvedViews(const std::vector<BiasView>& views, double independent,
                     BiasSums* sums) {
   for (const BiasView& view : views) {
-    const auto& features = view.direction.features;
-    const Eigen::Vector2d across = view.per_sigma * view.direction.across_px;
-    const Eigen::Vector2d along = view.per_sigma * view.direction.along_px;
-    const Eigen::Vector2d r = view.per_sigma * view.residual_px;
-    // Across and along are at right angles and equally long.
-    const double weight = along.squaredNorm();
-    const Eigen::Matrix<double, kViewFeatureCount, kViewFeatureCount> outer =
-        weight * features * features.transpose();
-    sums->A.topLeftCorner<kViewFeatureCount, kViewFeatureCount>() += outer;
-    sums->A.bottomRightCorner<kViewFeatureCount, kViewFeatureCount>() += outer;
-    sums->g.head<kViewFeatureCount>() += features * across.dot(r);
-    sums->g.tail<kViewFeatureCount>() += features * along.dot(r);
-    const Matrix23d by_body =
-        view.per_sigma * view.jacobian * view.direction.body;
-    sums->offset.topRows<kViewFeatureCount>() +=
-        features * (across.transpose() * by_body);
-    sums->offset.bottomRows<kViewFeatureCount>() +=
-        features * (along.transpose() * by_body);
-    sums->feature_squares += weight * features.cwiseAbs2();
-    sums->weight += weight;
-    sums->square += r.squaredNorm();
-    ++sums->observations;
-    sums->independent += independent;
+    AddView(view, independent, sums);
+    AddShift(view, sums);
   }
 }
 
@@ -240,6 +266,33 @@ double BiasSeries::AzimuthDegrees() const {
   return *middle * 360.0 / kSectors;
 }
 
+// Of the sides that each camera has seen. Where shifts of the cameras could
+// pass for a bias each must have seen half a turn. Else they must have gone
+// around people more than once together, or no side is seen by two of them.
+double BiasSeries::LeastAzimuthDegrees() const {
+  if (!shifts_away_) return 180.0;
+  return std::max(90.0, 360.0 / static_cast<double>(azimuths_.size()));
+}
+
+void BiasSeries::TakeShiftsAway() {
+  std::vector<BiasSums::OfView> all;
+  for (const auto& [key, block] : blocks_) {
+    for (const BiasSums& sums : block) AddShifts(sums.views, &all);
+  }
+  for (auto& [key, block] : blocks_) {
+    for (BiasSums& sums : block) {
+      for (size_t v = 0; v < sums.views.size(); ++v) {
+        const BiasSums::OfView& view = sums.views[v];
+        if (!(view.weight > 0.0)) continue;
+        const Eigen::Vector2d shift_px = all[v].pull / all[v].weight;
+        sums.g -= view.cross * shift_px;
+        sums.square += shift_px.dot(view.weight * shift_px - 2.0 * view.pull);
+      }
+    }
+  }
+  shifts_away_ = true;
+}
+
 ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
   const double ridge = RidgeOf(classes_[name_idx]);
   BiasSums halves[2];
@@ -285,14 +338,12 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
 
 ViewBias BiasSeries::Fit(const std::vector<std::string>& names,
                          bool always) const {
-  const double least_deg =
-      LeastAzimuthDegrees(static_cast<double>(azimuths_.size()));
   ViewBias bias;
   bias.azimuth_deg = AzimuthDegrees();
   for (size_t i = 0; i < classes_.size(); ++i) {
     ViewBias::OfJoint& joint = bias.joints.emplace_back(FitJoint(i, always));
     joint.joint = names[i];
-    joint.used = joint.used && bias.azimuth_deg >= least_deg;
+    joint.used = joint.used && bias.azimuth_deg >= LeastAzimuthDegrees();
   }
   return bias;
 }
@@ -407,6 +458,7 @@ void ViewBiasPool::FitRound() {
     any = true;
   }
   if (!any) return;
+  all.TakeShiftsAway();
   auto bias = std::make_shared<ViewBias>(all.Fit(names_, always_));
   const bool last = rounds_told_ + 1 == kRounds;
   for (size_t i = 0; i < bias->joints.size(); ++i) {

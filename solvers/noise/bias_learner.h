@@ -47,6 +47,15 @@ struct BiasSums {
   // What the observations count as beside a prior: errors that last are seen
   // again and again.
   double independent = 0.0;
+  // By view, as many as were seen: what a shift of that camera's pictures by a
+  // pixel does, S (whitened). Of solved positions alone.
+  struct OfView {
+    Eigen::Matrix<double, kBiasSize, 2> cross =
+        Eigen::Matrix<double, kBiasSize, 2>::Zero();  // D' S
+    Eigen::Vector2d pull = Eigen::Vector2d::Zero();   // S' r
+    double weight = 0.0;                              // S' S [1/px^2]
+  };
+  std::vector<OfView> views;
 
   BiasSums() { Clear(); }
   void Clear();
@@ -95,6 +104,12 @@ class BiasSeries {
   // What another person's say, of as many joints and views.
   void Add(const BiasSeries& other);
 
+  // A shift of a camera's pictures moves all joints alike. Where each camera
+  // has seen people from some sides only it would pass for their bias; so what
+  // the joints of a camera leave on average (weighted) is taken away. Of solved
+  // positions; afterwards nothing may be added.
+  void TakeShiftsAway();
+
   // `names` as the classes of the constructor. A joint is used where cameras
   // have seen people from enough sides and, unless `always`, where the
   // gain of one half's coefficients on the other is surely positive: the lower
@@ -107,6 +122,7 @@ class BiasSeries {
   static constexpr int kSectors = 24;
   void JoinNeighbours();
   double AzimuthDegrees() const;
+  double LeastAzimuthDegrees() const;
   ViewBias::OfJoint FitJoint(size_t name_idx, bool always) const;
 
   std::vector<JointClass> classes_;
@@ -114,6 +130,7 @@ class BiasSeries {
   TimeNs block_ns_ = FromSeconds(1.0);
   std::vector<std::array<int64_t, kSectors>> azimuths_;  // by view
   int64_t observations_ = 0;
+  bool shifts_away_ = false;
 };
 
 // What the people of a run share of it. Each registers; what it saw in a frame

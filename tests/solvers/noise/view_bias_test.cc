@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/random.h"
@@ -231,6 +232,75 @@ TEST_F(ViewBiasTest, SolvedViewsTellTheBiasAsItIs) {
   const auto told = SolveBias(sums, 1.0);
   EXPECT_NEAR(told[3], 0.02, 4e-4);
   EXPECT_NEAR(told[kViewFeatureCount + 4], 0.015, 4e-4);
+}
+
+// Hips and knees whose positions are known, before a camera whose pictures are
+// shifted.
+class ShiftedCameraTest : public ViewBiasTest {
+ protected:
+  // The hip's coefficients across, of a body that turns so often in a minute.
+  std::vector<double> Learn(double turns, const ViewBias::OfJoint& of_hip,
+                            bool knows_shifts) const {
+    BiasSeries series(classes_, static_cast<int>(cameras_.size()));
+    const int knee = skeleton_.IndexOf("l_knee");
+    for (int k = 0; k < 600; ++k) {
+      const BodyStance stance = StanceAt(2.0 * kPi * turns * k / 600);
+      std::vector<BiasSums> sums(classes_.size());
+      for (const int joint : {hip_, knee}) {
+        const Eigen::Vector3d point =
+            Eigen::Vector3d(0.3, 0.2, joint == knee ? 0.5 : 0.9) +
+            0.15 * stance.trunk.left;
+        std::vector<BiasView> views;
+        for (size_t v = 0; v < cameras_.size(); ++v) {
+          BiasView view;
+          view.view_idx = static_cast<int>(v);
+          view.direction =
+              *DirectionOf(joints_, stance, joint, point, cameras_[v]);
+          EXPECT_TRUE(cameras_[v].Project(point, &view.jacobian).has_value());
+          if (v == 1) view.residual_px = {12.0, -7.0};
+          if (joint == hip_) {
+            view.residual_px += BiasOf(of_hip, view.direction);
+          }
+          series.AddAzimuth(view.view_idx, view.direction.azimuth);
+          views.push_back(view);
+        }
+        AddSolvedViews(views, 1.0,
+                       &sums[static_cast<size_t>(joints_.IndexOf(joint))]);
+      }
+      series.Add(FromSeconds(0.1 * k), sums);
+    }
+    if (knows_shifts) series.TakeShiftsAway();
+    const ViewBias bias = series.Fit(joints_.names(), true);
+    used_ = bias.joints[line_].used;
+    const auto& across = bias.joints[line_].across_m;
+    return {across.begin(), across.end()};
+  }
+
+  static double Greatest(const std::vector<double>& values) {
+    double greatest = 0.0;
+    for (const double value : values) {
+      greatest = std::max(greatest, std::abs(value));
+    }
+    return greatest;
+  }
+
+  mutable bool used_ = false;
+};
+
+// 12 px are 5 cm there.
+TEST_F(ShiftedCameraTest, PassesForABiasUnlessItIsTakenAway) {
+  EXPECT_GT(Greatest(Learn(0.3, {}, false)), 5e-3);
+  EXPECT_FALSE(used_);  // 108 degrees do not do
+  // Rounding of sums of 12,000 numbers of the size of a metre.
+  EXPECT_LT(Greatest(Learn(0.3, {}, true)), 1e-9);
+  EXPECT_TRUE(used_);
+}
+
+// From all sides a bias has no mean to lose, but for distances that differ.
+TEST_F(ShiftedCameraTest, LeavesABiasThatIsOne) {
+  const std::vector<double> across = Learn(6.0, TwiceAround(), true);
+  EXPECT_NEAR(across[3], 0.02, 1e-3);
+  EXPECT_TRUE(used_);
 }
 
 // A person's solved looks at one joint: residuals along one feature.
