@@ -12,8 +12,8 @@ from slow_motion import CLIPS, ROOT, WAYS, score_rows
 CAMERAS = ("scene.cameras.radius=5;scene.cameras.focal=1000;"
            "scene.cameras.height=1.6")
 RINGS = {
-    "2, a quarter turn apart": "scene.cameras.count=2;scene.cameras.arc=90",
-    "2, face to face": "scene.cameras.count=2",
+    "2, 90 degrees apart": "scene.cameras.count=2;scene.cameras.arc=90",
+    "2, 30 degrees apart": "scene.cameras.count=2;scene.cameras.arc=30",
     "3": "scene.cameras.count=3",
     "8": "scene.cameras.count=8",
 }
