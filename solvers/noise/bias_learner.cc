@@ -303,7 +303,8 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
   all += halves[1];
   ViewBias::OfJoint result;
   result.observations = all.observations;
-  if (all.observations == 0) return result;
+  // Of residuals that are all a shift's nothing but rounding may be left.
+  if (all.observations == 0 || !(all.square > 0.0)) return result;
   const BiasVector bias = SolveBias(all, ridge);
   for (int i = 0; i < kViewFeatureCount; ++i) {
     result.across_m[static_cast<size_t>(i)] = bias[i];

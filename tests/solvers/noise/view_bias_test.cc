@@ -293,6 +293,7 @@ TEST_F(ShiftedCameraTest, PassesForABiasUnlessItIsTakenAway) {
   EXPECT_FALSE(used_);  // 108 degrees do not do
   // Rounding of sums of 12,000 numbers of the size of a metre.
   EXPECT_LT(Greatest(Learn(0.3, {}, true)), 1e-9);
+  Learn(0.3, TwiceAround(), true);
   EXPECT_TRUE(used_);
 }
 
