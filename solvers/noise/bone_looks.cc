@@ -63,7 +63,8 @@ std::optional<BoneEnd> LocateEnd(const JointChain& chain, size_t k,
   // Gauss-Newton from the estimate, which is near.
   constexpr int kSteps = 3;
   BoneEnd end;
-  end.position_m = chain.states[k].head<3>();
+  end.estimate_m = chain.states[k].head<3>();
+  end.position_m = end.estimate_m;
   NormalEquations sum;
   for (int step = 0; step < kSteps; ++step) {
     sum = Linearise(chain, k, inlier_weight, end.position_m);
@@ -102,18 +103,19 @@ std::vector<std::optional<BoneEnd>> LocateBoneEnds(const PersonProblem& problem,
 }
 
 std::optional<BoneLook> LookAtBone(const BoneEnd& a, const BoneEnd& b) {
-  const Vector3d between = a.position_m - b.position_m;
-  const double distance = between.norm();
-  if (!(distance > 0.0)) return std::nullopt;
+  const double distance = (a.position_m - b.position_m).norm();
+  const Vector3d between = a.estimate_m - b.estimate_m;
+  const double length = between.norm();
+  if (!(distance > 0.0 && length > 0.0)) return std::nullopt;
   const Matrix3d noise = a.covariance_m2 + b.covariance_m2;
-  const Vector3d along = between / distance;
+  const Vector3d along = between / length;
   BoneLook look;
   look.variance_m2 = along.dot(noise * along);
   look.distance_m = distance;
   look.noise_m2 = noise.trace();
   look.noise_square_m4 = noise.squaredNorm();
   // E |d + e| = |d| + (variance across) / (2 |d|) to second order.
-  look.added_m = (look.noise_m2 - look.variance_m2) / (2.0 * distance);
+  look.added_m = (look.noise_m2 - look.variance_m2) / (2.0 * length);
   look.square = a.square + b.square;
   look.freedom = a.freedom + b.freedom;
   look.averaged_frames = std::max(a.averaged_frames, b.averaged_frames);

@@ -15,6 +15,8 @@ namespace kinegraph {
 // prior nor bones have a say.
 struct BoneEnd {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  // Where the solver has it: what the frame's own noise has hardly a part in.
+  Eigen::Vector3d estimate_m = Eigen::Vector3d::Zero();
   // For the modelled noise of the pixels.
   Eigen::Matrix3d covariance_m2 = Eigen::Matrix3d::Identity();
   // Squared residuals in sigmas and their degrees of freedom (2 views - 3): how
@@ -41,13 +43,16 @@ struct BoneLook {
   double averaged_frames = 1.0;
   // For the modelled noise of the pixels: what it adds to every distance,
   // variance along the bone, trace of its covariance and of that one's square.
+  // The bone's direction is the estimate's. Where a frame's noise is long, it
+  // turns the bone towards itself: by its own direction a look that is too long
+  // would count as a noisy one, and what is left would be too short.
   double added_m = 0.0;
   double variance_m2 = 0.0;
   double noise_m2 = 0.0;
   double noise_square_m4 = 0.0;
 };
 
-// nullopt where both ends are at the same place.
+// nullopt where both ends are, or are estimated, at the same place.
 std::optional<BoneLook> LookAtBone(const BoneEnd& a, const BoneEnd& b);
 
 }  // namespace kinegraph
