@@ -259,7 +259,8 @@ std::vector<Cell> CellsOf(const Settings& settings) {
 }
 
 // Commit 98b8b86 with every tuning of process noise and loss.
-std::vector<Strategy> FixedTunings(OutputKind kind, GraphSolver solver) {
+std::vector<Strategy> FixedTunings(OutputKind kind, bool bones,
+                                   GraphSolver solver) {
   std::vector<Strategy> strategies;
   for (const LossKind loss : {LossKind::kGemanMcClure, LossKind::kHuber}) {
     for (const double multiple :
@@ -271,9 +272,12 @@ std::vector<Strategy> FixedTunings(OutputKind kind, GraphSolver solver) {
       options.graph.loss = loss;
       if (loss == LossKind::kHuber) options.graph.loss_scale = 1.5;
       for (double& q : options.graph.process_noise) q *= multiple;
+      options.graph.bones = bones;
+      options.graph.bone_sigma_from = NoiseFrom::kFixed;
       char name[60];
-      std::snprintf(name, sizeof(name), "%s %s x%g",
+      std::snprintf(name, sizeof(name), "%s%s %s x%g",
                     OutputNames()[static_cast<int>(kind)].c_str(),
+                    bones ? "_bones" : "",
                     loss == LossKind::kHuber ? "huber" : "gm", multiple);
       strategies.push_back({name, MakeOutput(kind, options)});
     }
@@ -326,11 +330,12 @@ std::vector<Strategy> AllStrategies(GraphSolver solver) {
 std::vector<Strategy> Chosen(const Settings& settings) {
   std::vector<Strategy> chosen;
   for (const std::string& name : settings.strategies) {
-    if (name == "tunings_window" || name == "tunings_batch") {
+    if (name == "tunings_window" || name == "tunings_batch" ||
+        name == "tunings_batch_bones") {
       for (Strategy& s :
            FixedTunings(name == "tunings_window" ? OutputKind::kWindow
                                                  : OutputKind::kBatch,
-                        settings.solver)) {
+                        name == "tunings_batch_bones", settings.solver)) {
         chosen.push_back(std::move(s));
       }
       continue;
