@@ -5,7 +5,10 @@
 //     [--noises=white2,...] [--seeds=FIRST:END] [--strategies=A,B]
 //     [--joint_sway=METRES] [--rest=SECONDS] [--seconds=S] [--cameras=N]
 //     [--solver=sweeps|ceres] [--details]
-//     [--oracle=FILE] [--write_oracle=FILE] [--json=FILE]
+//     [--oracle=FILE[,FILE]] [--write_oracle=FILE] [--json=FILE]
+//
+// Ratios are to the best fixed tuning of --oracle, of a batch with bones to the
+// better of those with bones and without.
 //
 // --details adds to the JSON, by detector, coverage and errors by acceleration
 // and views with 95 % intervals: a bootstrap over clips and seeds.
@@ -201,7 +204,7 @@ struct Settings {
   double joint_sway_m = 0.0;
   int cameras = 4;
   GraphSolver solver = GraphOptions().solver;
-  std::string oracle;
+  std::vector<std::string> oracles;
   std::string write_oracle;
   std::string json;  // rows of cells
   bool details = false;
@@ -358,22 +361,46 @@ struct Frozen {
 };
 using Oracle = std::map<std::string, Frozen>;  // "kind,clip,rate,noise"
 
-Oracle ReadOracle(const std::string& path) {
-  Oracle oracle;
+void ReadOracle(const std::string& path, Oracle* oracle) {
   std::ifstream file(path);
+  if (!file) {
+    std::fprintf(stderr, "cannot read oracle '%s'\n", path.c_str());
+    std::exit(2);
+  }
   for (std::string line; std::getline(file, line);) {
     if (line.empty() || line[0] == '#') continue;
     const std::vector<std::string> parts = Split(line);
     if (parts.size() != 8) continue;
-    oracle[parts[0] + "," + parts[1] + "," + parts[2] + "," + parts[3]] = {
+    (*oracle)[parts[0] + "," + parts[1] + "," + parts[2] + "," + parts[3]] = {
         parts[4], std::atof(parts[5].c_str()), std::atof(parts[6].c_str()),
         std::atof(parts[7].c_str())};
   }
-  return oracle;
 }
 
+constexpr char kBatchBones[] = "batch_bones";
+
 std::string KindOf(const std::string& strategy) {
-  return strategy.compare(0, 6, "window") == 0 ? "window" : "batch";
+  if (strategy.compare(0, 6, "window") == 0) return "window";
+  return strategy.compare(0, std::strlen(kBatchBones), kBatchBones) == 0
+             ? kBatchBones
+             : "batch";
+}
+
+// What a strategy is held against in a cell; null: nothing is frozen.
+const Frozen* TunedFor(const Oracle& oracle, const std::string& strategy,
+                       const std::string& cell) {
+  const std::string kind = KindOf(strategy);
+  const Frozen* best = nullptr;
+  for (const std::string& one :
+       kind == kBatchBones ? std::vector<std::string>{"batch", kBatchBones}
+                           : std::vector<std::string>{kind}) {
+    const auto found = oracle.find(one + "," + cell);
+    if (found == oracle.end()) continue;
+    if (best == nullptr || found->second.rmse_mm < best->rmse_mm) {
+      best = &found->second;
+    }
+  }
+  return best;
 }
 
 void PrintSummary(const std::string& name, const Errors& e) {
@@ -504,9 +531,8 @@ nlohmann::json DetailsOf(const Units& units, const Units* robust) {
 class Matrix {
  public:
   explicit Matrix(const Settings& settings)
-      : settings_(settings),
-        strategies_(Chosen(settings)),
-        oracle_(ReadOracle(settings.oracle)) {
+      : settings_(settings), strategies_(Chosen(settings)) {
+    for (const std::string& path : settings.oracles) ReadOracle(path, &oracle_);
     if (settings.write_oracle.empty()) return;
     frozen_ = std::fopen(settings.write_oracle.c_str(), "w");
     std::fprintf(frozen_,
@@ -573,10 +599,9 @@ class Matrix {
       nlohmann::json& figures = row["strategies"][strategy.name];
       figures = {{"rmse_mm", e.rmse_mm()},
                  {"covered_percent", e.inside.percent()}};
-      const auto known =
-          oracle_.find(KindOf(strategy.name) + "," + cell.name());
-      if (known != oracle_.end()) {
-        Compare(e, known->second, &figures);
+      const Frozen* tuned = TunedFor(oracle_, strategy.name, cell.name());
+      if (tuned != nullptr) {
+        Compare(e, *tuned, &figures);
         ratios_[strategy.name].push_back(figures["ratio"]);
       }
       if (settings_.details) {
@@ -597,6 +622,7 @@ class Matrix {
     std::printf(" (%.3f, p999 %.2f)", ratio, p999_ratio);
     (*figures)["ratio"] = ratio;
     (*figures)["tuned_mm"] = tuned.rmse_mm;
+    (*figures)["tuning"] = tuned.tuning;
     (*figures)["p999_ratio"] = p999_ratio;
     (*figures)["log_score_gain"] =
         e.log_score / e.inside.count - tuned.log_score;
@@ -688,7 +714,8 @@ int Main(int argc, char** argv) {
           value == "sweeps" ? GraphSolver::kSweeps : GraphSolver::kCeres;
     } else if (Take(argv[i], "cameras", &value)) {
       settings.cameras = std::atoi(value.c_str());
-    } else if (Take(argv[i], "oracle", &settings.oracle)) {
+    } else if (Take(argv[i], "oracle", &value)) {
+      settings.oracles = Split(value);
     } else if (Take(argv[i], "write_oracle", &settings.write_oracle)) {
     } else if (Take(argv[i], "json", &settings.json)) {
     } else if (std::strcmp(argv[i], "--details") == 0) {
