@@ -13,6 +13,7 @@
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
 #include "tests/fuzz/targets.h"
+#include "tests/support/hdf5_files.h"
 
 namespace kinegraph::testing {
 namespace {
@@ -188,6 +189,8 @@ std::vector<std::string> FuzzSeeds(const std::string& target) {
   const auto known = ByHand().find(target);
   if (known != ByHand().end()) return known->second;
   if (target == "calibration") return Calibrations();
+  if (target == "detections_sleap") return {SleapHdf5()};
+  if (target == "detections_deeplabcut_h5") return {DeepLabCutHdf5()};
   if (target == "configuration") {
     return {ContentOf(KINEGRAPH_SOURCE_DIR "/configs/graph/offline.toml"),
             ContentOf(KINEGRAPH_SOURCE_DIR "/configs/paper/shelf.toml")};

@@ -2,6 +2,7 @@
 
 #include <hdf5.h>
 
+#include <algorithm>
 #include <functional>
 #include <mutex>
 
@@ -53,6 +54,40 @@ size_t CountOf(const std::vector<size_t>& shape) {
   return count;
 }
 
+// Bytes that `count` elements of a type may have, refused where they are more
+// than the file can hold: what deflate stores is at most 1032 times as long
+// unpacked, and a little may be all fill values.
+void CheckHeld(size_t count, hid_t type, hsize_t stored_bytes) {
+  constexpr hsize_t kUnpacked = 1032;
+  constexpr hsize_t kFilled_bytes = 1 << 20;
+  const hsize_t size = H5Tget_size(type);
+  if (size == 0 || count > (kFilled_bytes + kUnpacked * stored_bytes) / size) {
+    throw InputError("is larger than what the file holds");
+  }
+}
+
+// Elements of a data set, all of which the file itself holds.
+size_t HeldCount(hid_t file, hid_t set, hid_t type, hid_t space) {
+  const Handle settings(H5Dget_create_plist(set), H5Pclose);
+  const H5D_layout_t layout = H5Pget_layout(settings.get());
+  if ((layout != H5D_COMPACT && layout != H5D_CONTIGUOUS &&
+       layout != H5D_CHUNKED) ||
+      H5Pget_external_count(settings.get()) != 0) {
+    throw InputError("is damaged, or lies in other files");
+  }
+  hsize_t file_bytes = 0;
+  H5Fget_filesize(file, &file_bytes);
+  const size_t count = CountOf(ShapeOf(space));
+  CheckHeld(count, type, std::min(H5Dget_storage_size(set), file_bytes));
+  if (layout == H5D_CHUNKED) {  // which the library unpacks as a whole
+    std::vector<hsize_t> sides(H5S_MAX_RANK);
+    const int rank = H5Pget_chunk(settings.get(), H5S_MAX_RANK, sides.data());
+    if (rank < 0) throw InputError("is damaged");
+    CheckHeld(CountOf({sides.begin(), sides.begin() + rank}), type, file_bytes);
+  }
+  return count;
+}
+
 // Reads `count` texts of a type by `read`, which fills a buffer.
 std::vector<std::string> TextsOf(
     hid_t type, hid_t space, size_t count,
@@ -65,11 +100,12 @@ std::vector<std::string> TextsOf(
   if (H5Tis_variable_str(type) > 0) {
     H5Tset_size(memory.get(), H5T_VARIABLE);
     std::vector<char*> words(count, nullptr);
-    if (read(memory.get(), words.data()) < 0) throw InputError("is damaged");
+    const bool is_read = read(memory.get(), words.data()) >= 0;
     for (size_t i = 0; i < count; ++i) {
       if (words[i] != nullptr) texts[i] = words[i];
     }
     H5Dvlen_reclaim(memory.get(), space, H5P_DEFAULT, words.data());
+    if (!is_read) throw InputError("is damaged");
     return texts;
   }
   constexpr size_t kLongest = 1 << 20;
@@ -123,7 +159,8 @@ std::vector<double> Hdf5File::Numbers(const std::string& name) const {
   const H5T_class_t kind = H5Tget_class(type.get());
   if (kind != H5T_FLOAT && kind != H5T_INTEGER) Fail(name, "expected numbers");
   try {
-    std::vector<double> numbers(CountOf(ShapeOf(space.get())));
+    std::vector<double> numbers(
+        HeldCount(file_, set.get(), type.get(), space.get()));
     if (!numbers.empty() && H5Dread(set.get(), H5T_NATIVE_DOUBLE, H5S_ALL,
                                     H5S_ALL, H5P_DEFAULT, numbers.data()) < 0) {
       Fail(name, "is damaged");
@@ -140,8 +177,17 @@ std::vector<std::string> Hdf5File::Texts(const std::string& name) const {
   const Handle space(H5Dget_space(set.get()), H5Sclose);
   const Handle type(H5Dget_type(set.get()), H5Tclose);
   try {
-    return TextsOf(type.get(), space.get(), CountOf(ShapeOf(space.get())),
+    const size_t count = HeldCount(file_, set.get(), type.get(), space.get());
+    return TextsOf(type.get(), space.get(), count,
                    [&](hid_t memory_type, void* to) {
+                     // Several may be one text of the file.
+                     hsize_t bytes = 0;
+                     if (H5Tis_variable_str(memory_type) > 0 &&
+                         H5Dvlen_get_buf_size(set.get(), memory_type,
+                                              space.get(), &bytes) >= 0 &&
+                         bytes > kMaxSmallFileBytes) {
+                       throw InputError("is too large");
+                     }
                      return H5Dread(set.get(), memory_type, H5S_ALL, H5S_ALL,
                                     H5P_DEFAULT, to);
                    });
@@ -181,9 +227,8 @@ std::vector<double> Hdf5File::Field(const std::string& name,
   H5Tinsert(record.get(), field.c_str(), 0, numbers_type.get());
   const Handle space(H5Dget_space(set.get()), H5Sclose);
   try {
-    std::vector<size_t> shape = ShapeOf(space.get());
-    shape.push_back(side);
-    std::vector<double> numbers(CountOf(shape));
+    const size_t count = HeldCount(file_, set.get(), type.get(), space.get());
+    std::vector<double> numbers(CountOf({count, side}));
     if (!numbers.empty() && H5Dread(set.get(), record.get(), H5S_ALL, H5S_ALL,
                                     H5P_DEFAULT, numbers.data()) < 0) {
       Fail(name, "is damaged");
@@ -204,11 +249,12 @@ std::string Hdf5File::Attribute(const std::string& name,
   const Handle space(H5Aget_space(value.get()), H5Sclose);
   const Handle type(H5Aget_type(value.get()), H5Tclose);
   try {
-    const std::vector<std::string> texts =
-        TextsOf(type.get(), space.get(), CountOf(ShapeOf(space.get())),
-                [&](hid_t memory_type, void* to) {
-                  return H5Aread(value.get(), memory_type, to);
-                });
+    const size_t count = CountOf(ShapeOf(space.get()));
+    if (count > 1) throw InputError("expected one text");
+    const std::vector<std::string> texts = TextsOf(
+        type.get(), space.get(), count, [&](hid_t memory_type, void* to) {
+          return H5Aread(value.get(), memory_type, to);
+        });
     return texts.empty() ? "" : texts.front();
   } catch (const InputError& error) {
     Fail(name + "." + attribute, error.what());

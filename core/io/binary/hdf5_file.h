@@ -10,7 +10,8 @@
 namespace kinegraph {
 
 // Reads whole data sets. One file is read at a time, as Debian's library asks;
-// further threads wait. Everything throws InputError naming file and data set.
+// further threads wait. Everything throws InputError naming file and data set;
+// a data set that claims more than the file holds, before the memory is taken.
 class Hdf5File {
  public:
   explicit Hdf5File(const std::string& path);
@@ -29,7 +30,7 @@ class Hdf5File {
   // each has `width` of them.
   std::vector<double> Field(const std::string& name, const std::string& field,
                             size_t* width) const;
-  // A text beside a data set; empty when there is none.
+  // The one text beside a data set; empty when there is none.
   std::string Attribute(const std::string& name,
                         const std::string& attribute) const;
 

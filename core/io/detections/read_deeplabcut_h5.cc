@@ -19,6 +19,7 @@ namespace {
 
 constexpr const char* kTable = "df_with_missing/table";
 constexpr const char* kValues = "values_block_0";
+constexpr size_t kMostNames = 4;  // scorer, individual, bodypart, coord
 
 // A list of tuples of texts in pickle's protocol 0, of whose commands it knows
 // those that such a list needs; none of them can run anything.
@@ -50,7 +51,7 @@ class TupleListReader {
       case 't':  // a tuple of what came since the mark
         break;
       case 'V':  // a text
-        tuple_.push_back(Line());
+        Add(Line());
         last_ = tuple_.back();
         is_text_ = true;
         break;
@@ -63,7 +64,7 @@ class TupleListReader {
       case 'g': {  // what was remembered
         const auto at = memory_.find(Line());
         if (at == memory_.end()) Fail();
-        tuple_.push_back(at->second);
+        Add(at->second);
         break;
       }
       case 'a':  // the tuple goes to the list
@@ -73,6 +74,11 @@ class TupleListReader {
         Fail();
     }
     if (command != 'V') is_text_ = false;
+  }
+
+  void Add(const std::string& name) {
+    if (tuple_.size() == kMostNames) Fail();
+    tuple_.push_back(name);
   }
 
   std::string Line() {
@@ -92,7 +98,8 @@ class TupleListReader {
   bool is_text_ = false;  // what came last
 };
 
-DeepLabCutColumns ColumnsOf(const Hdf5File& file) {
+// `width`: numbers a frame, a name each.
+DeepLabCutColumns ColumnsOf(const Hdf5File& file, size_t width) {
   const std::string pickled =
       file.Attribute(kTable, std::string(kValues) + "_kind");
   std::vector<std::string> individuals;
@@ -100,16 +107,20 @@ DeepLabCutColumns ColumnsOf(const Hdf5File& file) {
   std::vector<std::string> coords;
   for (const auto& names : TupleListReader(pickled).Read()) {
     // scorer, (individual,) bodypart, coord
-    if (names.size() != 3 && names.size() != 4) {
+    if (names.size() != 3 && names.size() != kMostNames) {
       throw InputError("found a column of " + std::to_string(names.size()) +
                        " names, expected scorer, bodypart and coord");
     }
-    if (names.size() == 4) individuals.push_back(names[1]);
+    if (names.size() == kMostNames) individuals.push_back(names[1]);
     parts.push_back(names[names.size() - 2]);
     coords.push_back(names.back());
   }
   if (!individuals.empty() && individuals.size() != parts.size()) {
     throw InputError("some columns name an individual and some do not");
+  }
+  if (coords.size() != width) {
+    throw InputError("has " + std::to_string(width) + " numbers a frame, and " +
+                     std::to_string(coords.size()) + " names of columns");
   }
   return FindDeepLabCutColumns(individuals, parts, coords, 0);
 }
@@ -134,11 +145,8 @@ void ReadFile(const std::string& path, size_t view_idx,
   Located(
       path, [] { return std::string(kTable); },
       [&] {
-        const DeepLabCutColumns columns = ColumnsOf(file);
-        if (columns.people.size() * columns.labels.size() * 2 > width ||
-            one != 1 || values.size() != frames.size() * width) {
-          throw InputError("has fewer numbers than its columns' names");
-        }
+        const DeepLabCutColumns columns = ColumnsOf(file, width);
+        if (one != 1) throw InputError("index: expected one number a frame");
         take->SettleSkeleton(columns.labels);
         for (size_t r = 0; r < frames.size(); ++r) {
           const double* row = &values[r * width];

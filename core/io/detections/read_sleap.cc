@@ -43,6 +43,12 @@ std::vector<std::string> AxesOf(const Hdf5File& file, const std::string& path) {
   for (const Json& axis : json) {
     if (axis.is_string()) axes.push_back(axis.get<std::string>());
   }
+  std::vector<std::string> sorted = axes;
+  std::sort(sorted.begin(), sorted.end());
+  if (sorted != std::vector<std::string>{"frame", "node", "track", "xy"}) {
+    throw InputError(path, std::string(kTracks) + ".dims",
+                     "expected each of frame, track, node and xy once");
+  }
   return axes;
 }
 
@@ -126,6 +132,7 @@ class Reader {
         throw InputError(path, kScores, "does not fit the tracks");
       }
     }
+    if (px.empty()) return;  // nobody, however many frames it claims
     for (size_t f = 0; f < tracks.frames; ++f) {
       collector_.Touch(static_cast<int64_t>(f));
       for (size_t p = 0; p < tracks.people; ++p) {

@@ -14,6 +14,8 @@
 #include "core/base/error.h"
 #include "core/io/binary/npz_file.h"
 #include "core/io/calibration/calibration.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/input_files.h"
@@ -23,6 +25,7 @@
 #include "core/io/tracks/export.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
+#include "tests/support/hdf5_files.h"
 #include "tests/support/mat_file.h"
 #include "tests/support/processor_time.h"
 #include "tests/support/test_data.h"
@@ -63,6 +66,80 @@ TEST(YamlBounds, CommasDoNotFillTheMemory) {
       "a.yml", "%YAML:1.0\n---\na: [" + std::string(2'000'000, ',') + "]\n");
   EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
               AnyOf(HasSubstr("too many values"), HasSubstr("is not YAML")));
+  ExpectQuick(used);
+}
+
+// ---- HDF5
+
+DetectionSequence ReadSleap(const testing::SleapFile& content) {
+  const TemporaryFolder folder;
+  DetectionReadOptions options;
+  options.format = "sleap";
+  return ReadDetections(folder.Write("a.h5", testing::SleapHdf5(content)),
+                        options);
+}
+
+TEST(Hdf5Bounds, NumbersMustBeThere) {
+  testing::SleapFile content;
+  EXPECT_EQ(ReadSleap(content).frames.size(), 3u);
+  content.has_numbers = false;
+  content.sides = {100'000'000, 1, 3, 2};  // 4.8 GB in 3 kB
+  const ProcessorTime used;
+  EXPECT_THAT(InputErrorOf([&] { ReadSleap(content); }),
+              HasSubstr("tracks: is larger than what the file holds"));
+  ExpectQuick(used);
+}
+
+TEST(Hdf5Bounds, TextsMustBeThere) {
+  testing::SleapFile content;
+  content.claimed_nodes = 30'000'000;  // 30 GB
+  const ProcessorTime used;
+  EXPECT_THAT(InputErrorOf([&] { ReadSleap(content); }),
+              HasSubstr("node_names: is larger than what the file holds"));
+  ExpectQuick(used);
+}
+
+TEST(Hdf5Bounds, FramesOfNobodyAreNotCounted) {
+  testing::SleapFile content;
+  content.has_numbers = false;
+  content.sides = {2'000'000'000, 0, 3, 2};
+  const ProcessorTime used;
+  EXPECT_EQ(ReadSleap(content).frames.size(), 0u);
+  ExpectQuick(used);
+}
+
+TEST(Hdf5Bounds, EveryAxisIsThereOnce) {
+  testing::SleapFile content;
+  content.axes = {"frame", "track", "node", "node"};
+  EXPECT_THAT(InputErrorOf([&] { ReadSleap(content); }),
+              HasSubstr("expected each of frame, track, node and xy once"));
+}
+
+DetectionSequence ReadDeepLabCut(const testing::DeepLabCutFile& content) {
+  const TemporaryFolder folder;
+  DetectionReadOptions options;
+  options.format = "deeplabcut_h5";
+  return ReadDetections(folder.Write("a.h5", testing::DeepLabCutHdf5(content)),
+                        options);
+}
+
+TEST(Hdf5Bounds, ANameANumber) {
+  testing::DeepLabCutFile content;
+  EXPECT_EQ(ReadDeepLabCut(content).frames.size(), 3u);
+  content.width = 2;  // and likelihood stands third
+  EXPECT_THAT(InputErrorOf([&] { ReadDeepLabCut(content); }),
+              HasSubstr("has 2 numbers a frame, and 3 names of columns"));
+}
+
+TEST(Hdf5Bounds, NamesDoNotFillTheMemory) {
+  // A tuple of 15,000 names, 15,000 times.
+  testing::DeepLabCutFile content;
+  content.pickled = "(lp0\n(";
+  for (int i = 0; i < 15'000; ++i) content.pickled += "V\n";
+  content.pickled += std::string(15'000, 'a') + ".";
+  const ProcessorTime used;
+  EXPECT_THAT(InputErrorOf([&] { ReadDeepLabCut(content); }),
+              HasSubstr("expected the names of columns"));
   ExpectQuick(used);
 }
 
