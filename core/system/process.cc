@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -43,6 +44,25 @@ std::vector<char*> Pointers(std::vector<std::string>* words) {
   _exit(127);
 }
 
+// Silent, without a core file.
+[[noreturn]] void DoAndLeave(const std::function<void()>& work, rlim_t limit_s,
+                             pid_t parent) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(1);
+  const int nowhere = open("/dev/null", O_RDWR);
+  dup2(nowhere, STDOUT_FILENO);
+  dup2(nowhere, STDERR_FILENO);
+  const rlimit no_core = {0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+  const rlimit time = {limit_s, limit_s};
+  setrlimit(RLIMIT_CPU, &time);
+  try {
+    work();
+  } catch (...) {
+  }
+  _exit(0);
+}
+
 ProcessEnd WaitFor(pid_t process) {
   int status = 0;
   while (waitpid(process, &status, 0) < 0 && errno == EINTR) {
@@ -77,6 +97,18 @@ ProcessEnd RunInFolder(std::vector<std::string> words,
   if (process == 0) {
     Become(arguments.data(), folder.c_str(), printed, errors, parent);
   }
+  return WaitFor(process);
+}
+
+ProcessEnd Rehearse(const std::function<void()>& work, int limit_s) {
+  const pid_t parent = getpid();
+  const pid_t process = fork();
+  if (process < 0) {
+    ProcessEnd none;
+    none.not_started = errno;
+    return none;
+  }
+  if (process == 0) DoAndLeave(work, static_cast<rlim_t>(limit_s), parent);
   return WaitFor(process);
 }
 

@@ -3,6 +3,7 @@
 #define KINEGRAPH_CORE_SYSTEM_PROCESS_H_
 
 #include <cstdio>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,12 @@ ProcessEnd RunInFolder(std::vector<std::string> words,
 ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,
                           std::FILE* output, std::FILE* errors,
                           const std::string& setting);
+
+// Does work in a process of its own, of which nothing stays but how it ended:
+// for libraries that damaged input brings down. Exceptions end it well, for
+// they come again where the work is done in earnest. More than `limit_s` of
+// processor time ends it by a signal.
+ProcessEnd Rehearse(const std::function<void()>& work, int limit_s);
 
 // The first line that a command of the shell prints; empty when it fails.
 std::string FirstLineOf(const std::string& command);

@@ -8,20 +8,23 @@
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/identity_edits.h"
 #include "core/io/tracks/tracks.h"
-#include "tests/fuzz/memory_file.h"
+#include "tests/fuzz/input_file.h"
 #include "tests/fuzz/targets.h"
 
 namespace kinegraph::testing {
 namespace {
 
-void FuzzCalibration(const uint8_t* bytes, size_t size) {
-  Reading(bytes, size, [](const std::string& path) { ReadCameras(path); });
+bool FuzzCalibration(const uint8_t* bytes, size_t size) {
+  CameraReadOptions options;
+  options.image_size = {1280, 720};  // of the seeds, which some formats lack
+  return Reading(bytes, size,
+                 [&](const std::string& path) { ReadCameras(path, options); });
 }
 
 // An empty name: recognised by content.
-void FuzzDetections(const std::string& format, const uint8_t* bytes,
+bool FuzzDetections(const std::string& format, const uint8_t* bytes,
                     size_t size) {
-  Reading(bytes, size, [&](const std::string& path) {
+  return Reading(bytes, size, [&](const std::string& path) {
     DetectionReadOptions options;
     if (!format.empty()) options.format = format;
     const auto source = OpenDetections(path, options);
@@ -31,25 +34,27 @@ void FuzzDetections(const std::string& format, const uint8_t* bytes,
   });
 }
 
-void FuzzTracks(const std::string& format, const uint8_t* bytes, size_t size) {
-  Reading(bytes, size, [&](const std::string& path) {
+bool FuzzTracks(const std::string& format, const uint8_t* bytes, size_t size) {
+  return Reading(bytes, size, [&](const std::string& path) {
     TrackReadOptions options;
     options.format = format;
     ReadTracks(path, options);
   });
 }
 
-void FuzzManifest(const uint8_t* bytes, size_t size) {
-  Reading(bytes, size, [](const std::string& path) { ReadManifest(path); });
+bool FuzzManifest(const uint8_t* bytes, size_t size) {
+  return Reading(bytes, size,
+                 [](const std::string& path) { ReadManifest(path); });
 }
 
-void FuzzHeldOutSet(const uint8_t* bytes, size_t size) {
-  Reading(bytes, size, [](const std::string& path) { ReadHeldOutSet(path); });
+bool FuzzHeldOutSet(const uint8_t* bytes, size_t size) {
+  return Reading(bytes, size,
+                 [](const std::string& path) { ReadHeldOutSet(path); });
 }
 
-void FuzzCorrections(const uint8_t* bytes, size_t size) {
-  Reading(bytes, size,
-          [](const std::string& path) { ReadIdentityEdits(path); });
+bool FuzzCorrections(const uint8_t* bytes, size_t size) {
+  return Reading(bytes, size,
+                 [](const std::string& path) { ReadIdentityEdits(path); });
 }
 
 }  // namespace

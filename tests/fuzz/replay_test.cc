@@ -19,8 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void TryInput(const FuzzTarget &target, const std::string &input) {
-  target.run(reinterpret_cast<const uint8_t *>(input.data()), input.size());
+bool TryInput(const FuzzTarget &target, const std::string &input) {
+  return target.run(reinterpret_cast<const uint8_t *>(input.data()),
+                    input.size());
 }
 
 std::vector<std::string> Names() {
@@ -49,6 +50,24 @@ TEST_P(ReplayTest, InputsThatOnceFailed) {
     }
   }
   RecordProperty("inputs", count);
+}
+
+// Otherwise its mutations would try nothing.
+TEST_P(ReplayTest, EveryGoodInputIsRead) {
+  const std::vector<std::string> seeds = FuzzSeeds(GetParam());
+  EXPECT_FALSE(seeds.empty());
+  std::string refused;  // beginnings of those
+  size_t read = 0;
+  for (const std::string &seed : seeds) {
+    if (TryInput(Target(), seed)) {
+      ++read;
+    } else {
+      refused += seed.substr(0, 80) + "\n";
+    }
+  }
+  // Formats that are known by the name of their file alone are not recognised.
+  const bool by_content = GetParam() == "detections" || GetParam() == "tracks";
+  EXPECT_GE(read, by_content ? seeds.size() / 2 : seeds.size()) << refused;
 }
 
 std::string Mutated(std::string input, Random *random) {

@@ -23,6 +23,9 @@ PROGRAM = sys.argv[1] if len(sys.argv) > 1 else (
 # An input that takes longer hangs, by the clock: a scene of some seconds of
 # processor time needs four times as many on a busy machine.
 LIMITS_S = {"scene": 60}
+# Debian's HDF5 leaks where it refuses, and asks for any memory that a file names.
+ASAN_OPTIONS = {"detections_sleap": "detect_leaks=0:allocator_may_return_null=1"}
+ASAN_OPTIONS["detections_deeplabcut_h5"] = ASAN_OPTIONS["detections_sleap"]
 SECONDS = int(sys.argv[2]) if len(sys.argv) > 2 else 600
 FOLDER = pathlib.Path(sys.argv[3] if len(sys.argv) > 3 else "out/fuzz")
 
@@ -41,6 +44,9 @@ def fuzz(target):
     found = FOLDER / "found" / target
     corpus.mkdir(parents=True, exist_ok=True)
     found.mkdir(parents=True, exist_ok=True)
+    # What a target that dies was reading stays there.
+    work = (FOLDER / "work").resolve()
+    work.mkdir(exist_ok=True)
     log = FOLDER / f"{target}.log"
     with open(log, "w") as words:
         child = subprocess.Popen(
@@ -49,7 +55,8 @@ def fuzz(target):
              f"-timeout={LIMITS_S.get(target, 10)}", "-max_len=65536",
              "-print_final_stats=1", "-detect_leaks=0"],
             stdout=subprocess.DEVNULL, stderr=words,
-            env=dict(os.environ, KINEGRAPH_FUZZ_TARGET=target,
+            env=dict(os.environ, TMPDIR=str(work),
+                     ASAN_OPTIONS=ASAN_OPTIONS.get(target, ""), KINEGRAPH_FUZZ_TARGET=target,
                      KINEGRAPH_FUZZ_SEEDS=str(corpus), GLOG_minloglevel="3"))
         # Unlike wait, it tells what this child has used.
         _, status, used = os.wait4(child.pid, 0)

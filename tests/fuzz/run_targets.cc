@@ -9,20 +9,20 @@
 #include "core/synthetic/scene.h"
 #include "solvers/session/options.h"
 #include "solvers/session/run.h"
-#include "tests/fuzz/memory_file.h"
+#include "tests/fuzz/input_file.h"
 #include "tests/fuzz/targets.h"
 
 namespace kinegraph::testing {
 namespace {
 
-void FuzzConfiguration(const uint8_t* bytes, size_t size) {
-  Reading(bytes, size,
-          [](const std::string& path) { ReadRunOptions(path, "", ""); });
+bool FuzzConfiguration(const uint8_t* bytes, size_t size) {
+  return Reading(bytes, size,
+                 [](const std::string& path) { ReadRunOptions(path, "", ""); });
 }
 
 // The bytes choose a small valid scene; the whole pipeline must give finite
 // positions, ascending frames and everybody once a frame.
-void FuzzScene(const uint8_t* bytes, size_t size) {
+bool FuzzScene(const uint8_t* bytes, size_t size) {
   const auto byte = [&](size_t at) {
     return at < size ? bytes[at] : uint8_t{0};
   };
@@ -60,11 +60,12 @@ void FuzzScene(const uint8_t* bytes, size_t size) {
       }
     }
   }
+  return true;
 }
 
 // A few frames of people with names and places of any kind; the data must be
 // JSON that cannot end the script it stands in.
-void FuzzPage(const uint8_t* bytes, size_t size) {
+bool FuzzPage(const uint8_t* bytes, size_t size) {
   size_t at = 0;
   const auto byte = [&] { return at < size ? bytes[at++] : uint8_t{0}; };
   const auto text = [&] {
@@ -104,9 +105,11 @@ void FuzzPage(const uint8_t* bytes, size_t size) {
     const PageData data = MakePageData(input);
     if (!nlohmann::json::accept(data.json)) std::abort();
     if (data.json.find("</") != std::string::npos) std::abort();
+    return true;
   } catch (const InputError& error) {
     if (std::strchr(error.what(), '\n') != nullptr) std::abort();
   }
+  return false;
 }
 
 }  // namespace

@@ -66,23 +66,32 @@ struct Sample {
   TrackSequence tracks;
 };
 
-const Sample& TheSample() {
-  static const Sample* const sample = [] {
-    SceneOptions options;
-    options.people = 1;
-    options.motion.visitors = 0.0;  // there from the first frame on
-    options.duration_s = 0.12;
-    auto* made = new Sample;
-    made->scene = MakeScene(options);
-    ObservationTruth truth;
-    made->detections = Observe(made->scene, NoiseOptions(), &truth);
-    made->tracks = TruthOf(made->scene);
-    return made;
-  }();
-  return *sample;
+const Sample& SampleWith(const std::string& skeleton) {
+  static std::map<std::string, Sample> samples;
+  const auto [at, is_new] = samples.try_emplace(skeleton);
+  if (!is_new) return at->second;
+  SceneOptions options;
+  options.people = 1;
+  options.motion.visitors = 0.0;  // there from the first frame on
+  options.duration_s = 0.12;
+  options.skeleton = skeleton;
+  Sample& made = at->second;
+  made.scene = MakeScene(options);
+  ObservationTruth truth;
+  made.detections = Observe(made.scene, NoiseOptions(), &truth);
+  made.tracks = TruthOf(made.scene);
+  return made;
 }
 
-// The file itself, or one of those in the folder.
+// The skeletons of formats that have but one.
+const Sample& SampleFor(const std::string& format) {
+  static const std::map<std::string, std::string> kSkeletons = {
+      {"longcw", "tum14"}, {"tum", "tum14"}, {"4da", "tum15"}};
+  const auto known = kSkeletons.find(format);
+  return SampleWith(known == kSkeletons.end() ? "coco17" : known->second);
+}
+
+// The file itself, or the first of a folder with a file a view or person.
 std::string OneFileOf(const fs::path& path) {
   if (!fs::is_directory(path)) return ContentOf(path);
   fs::path first;
@@ -94,22 +103,28 @@ std::string OneFileOf(const fs::path& path) {
 }
 
 std::vector<std::string> WrittenTracks(const TrackFormat& format) {
-  if (format.write == nullptr) return {};
+  if (format.write == nullptr ||
+      format.files == TrackFormat::Files::kFileAFrame) {
+    return {};
+  }
   const SeedFolder folder;
   const std::string path = (folder.path() / "seed").string();
   Losses losses;
-  format.write(path, TheSample().tracks, {}, &losses);
+  format.write(path, SampleFor(format.name).tracks, {}, &losses);
   return {OneFileOf(path)};
 }
 
 std::vector<std::string> WrittenDetections(const DetectionFormat& format) {
-  if (format.write == nullptr) return {};
+  if (format.write == nullptr ||
+      format.files == DetectionFormat::Files::kFolderAView) {
+    return {};
+  }
   const SeedFolder folder;
   const std::string path = (folder.path() / "seed").string();
   Losses losses;
   DetectionWriteOptions options;
   options.image_size = {1280, 720};
-  SampleSource source(TheSample().detections);
+  SampleSource source(SampleFor(format.name).detections);
   format.write(path, options, &source, &losses);
   return {OneFileOf(path)};
 }
@@ -122,14 +137,18 @@ std::vector<std::string> Calibrations() {
     const SeedFolder folder;
     const std::string path = (folder.path() / "seed").string();
     Losses losses;
-    format.write(path, TheSample().scene.cameras, &losses);
-    seeds.push_back(OneFileOf(path));
+    format.write(path, SampleFor(format.name).scene.cameras, &losses);
+    if (!fs::is_directory(path)) seeds.push_back(ContentOf(path));
   }
   seeds.emplace_back(
       "%YAML:1.0\n---\nnames:\n  - \"0\"\nK_0: !!opencv-matrix\n  rows: 3\n"
       "  cols: 3\n  dt: d\n  data: [1000, 0, 500, 0, 1000, 500, 0, 0, 1]\n"
       "dist_0: !!opencv-matrix\n  rows: 1\n  cols: 5\n  dt: d\n"
-      "  data: [0, 0, 0, 0, 0]\n");
+      "  data: [0, 0, 0, 0, 0]\n"
+      "R_0: !!opencv-matrix\n  rows: 3\n  cols: 1\n  dt: d\n"
+      "  data: [0, 0, 1]\n"
+      "T_0: !!opencv-matrix\n  rows: 3\n  cols: 1\n  dt: d\n"
+      "  data: [0, 0, 2]\n");
   return seeds;
 }
 
@@ -141,9 +160,8 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
         "detections = \"d\"\n[[configurations]]\nname = \"b\"\n"
         "config = \"e.toml\"\n"}},
       {"held_out_set",
-       {R"({"min_confidence": 0.3, "pairing_gate_m": 0.5, "cap_px": 100,)"
-        R"( "views": ["a"], "detections": [{"frame": 3, "view": 0,)"
-        R"( "detection": 0, "person": 1}]})"}},
+       {R"({"confidence_at_least": 0.3, "pairing_gate_m": 0.5, "cap_px": 100,)"
+        R"( "set": [{"frame": 3, "camera": "a", "detection": 0, "person": 1}]})"}},
       {"corrections",
        {R"({"op": "join", "persons": [3, 7], "frames": [120, 131]})"
         "\n"
@@ -162,6 +180,11 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
         "scorer,,,me,me,me,me\nindividuals,,,a,a,b,b\n"
         "bodyparts,,,nose,nose,nose,nose\ncoords,,,x,y,x,y\n"
         "labeled-data,cam1,img0012.png,1,2,3,4\n"}},
+      {"detections_freemocap",
+       // One camera, one frame of 17 points; the header has 70 bytes.
+       {std::string("\x93NUMPY\x01\x00\x46\x00", 10) +
+        "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 1, 17, 2), }" +
+        std::string(3, ' ') + "\n" + std::string(17 * 2 * 8, '\x40')}},
       {"tracks_freemocap",
        {"nose_x,nose_y,nose_z,left_hip_x,left_hip_y,left_hip_z\n"
         "100,200,300,,,\n1000,-2000,3000,1,2,3\n"}},

@@ -1,8 +1,8 @@
 // What is fuzzed: one function a reader (every format of detections and of
 // tracks that is read from one file has its own), one that makes scenes and one
-// that makes the page's data. Each takes any bytes and comes back; what a
-// reader refuses, it refuses with InputError or OptionError. Anything else ends
-// the program, which the fuzzer notices.
+// that makes the page's data. Each takes any bytes, and comes back with whether
+// it made something of them; what a reader refuses, it refuses with InputError
+// or OptionError. Anything else ends the program, which the fuzzer notices.
 #ifndef KINEGRAPH_TESTS_FUZZ_TARGETS_H_
 #define KINEGRAPH_TESTS_FUZZ_TARGETS_H_
 
@@ -16,7 +16,7 @@ namespace kinegraph::testing {
 
 struct FuzzTarget {
   std::string name;
-  std::function<void(const uint8_t* bytes, size_t size)> run;
+  std::function<bool(const uint8_t* bytes, size_t size)> run;
 };
 
 const std::vector<FuzzTarget>& FuzzTargets();

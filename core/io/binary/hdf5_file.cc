@@ -8,15 +8,11 @@
 
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
+#include "core/system/file.h"
+#include "core/system/process.h"
 
 namespace kinegraph {
 namespace {
-
-// A recursive one, as a reader opens the next file while another is open.
-std::recursive_mutex& LibraryMutex() {
-  static std::recursive_mutex mutex;
-  return mutex;
-}
 
 // A handle of the library and what closes it.
 class Handle {
@@ -34,6 +30,32 @@ class Handle {
   const hid_t id_;
   herr_t (*const close_)(hid_t);
 };
+
+// Numbers as processors have them. Others the library converts bit by bit, as
+// their description says, which may be damaged.
+bool IsPlainNumber(hid_t type) {
+  for (const hid_t plain :
+       {H5T_IEEE_F32LE, H5T_IEEE_F32BE, H5T_IEEE_F64LE, H5T_IEEE_F64BE,
+        H5T_STD_I8LE,   H5T_STD_I8BE,   H5T_STD_I16LE,  H5T_STD_I16BE,
+        H5T_STD_I32LE,  H5T_STD_I32BE,  H5T_STD_I64LE,  H5T_STD_I64BE,
+        H5T_STD_U8LE,   H5T_STD_U8BE,   H5T_STD_U16LE,  H5T_STD_U16BE,
+        H5T_STD_U32LE,  H5T_STD_U32BE,  H5T_STD_U64LE,  H5T_STD_U64BE}) {
+    if (H5Tequal(type, plain) > 0) return true;
+  }
+  return false;
+}
+
+// Whether all fields lie within the record.
+bool HoldsItsFields(hid_t record) {
+  const int fields = H5Tget_nmembers(record);
+  const size_t size = H5Tget_size(record);
+  for (unsigned i = 0; fields >= 0 && i < static_cast<unsigned>(fields); ++i) {
+    const Handle field(H5Tget_member_type(record, i), H5Tclose);
+    const size_t begin = H5Tget_member_offset(record, i);
+    if (begin > size || size - begin < H5Tget_size(field.get())) return false;
+  }
+  return fields > 0;
+}
 
 std::vector<size_t> ShapeOf(hid_t space) {
   const int rank = H5Sget_simple_extent_ndims(space);
@@ -77,8 +99,15 @@ size_t HeldCount(hid_t file, hid_t set, hid_t type, hid_t space) {
   }
   hsize_t file_bytes = 0;
   H5Fget_filesize(file, &file_bytes);
+  const hsize_t stored = std::min(H5Dget_storage_size(set), file_bytes);
   const size_t count = CountOf(ShapeOf(space));
-  CheckHeld(count, type, std::min(H5Dget_storage_size(set), file_bytes));
+  CheckHeld(count, type, stored);
+  // In one piece; in the file's own types, so texts of variable length aside.
+  if (layout != H5D_CHUNKED && H5Tis_variable_str(type) <= 0 &&
+      stored != count * H5Tget_size(type) &&
+      (layout == H5D_COMPACT || stored != 0)) {
+    throw InputError("is damaged");
+  }
   if (layout == H5D_CHUNKED) {  // which the library unpacks as a whole
     std::vector<hsize_t> sides(H5S_MAX_RANK);
     const int rank = H5Pget_chunk(settings.get(), H5S_MAX_RANK, sides.data());
@@ -121,20 +150,15 @@ std::vector<std::string> TextsOf(
 }  // namespace
 
 Hdf5File::Hdf5File(const std::string& path) : path_(path) {
-  LibraryMutex().lock();
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // it prints otherwise
   if (IsFile(path)) file_ = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   if (file_ >= 0) return;
-  LibraryMutex().unlock();
   throw InputError(
       path, "",
       IsFile(path) ? "is no HDF5 file, or damaged" : "cannot be read");
 }
 
-Hdf5File::~Hdf5File() {
-  H5Fclose(file_);
-  LibraryMutex().unlock();
-}
+Hdf5File::~Hdf5File() { H5Fclose(file_); }
 
 void Hdf5File::Fail(const std::string& name, const std::string& message) const {
   throw InputError(path_, name, message);
@@ -156,8 +180,7 @@ std::vector<double> Hdf5File::Numbers(const std::string& name) const {
   if (!set.is_valid()) Fail(name, "is missing");
   const Handle space(H5Dget_space(set.get()), H5Sclose);
   const Handle type(H5Dget_type(set.get()), H5Tclose);
-  const H5T_class_t kind = H5Tget_class(type.get());
-  if (kind != H5T_FLOAT && kind != H5T_INTEGER) Fail(name, "expected numbers");
+  if (!IsPlainNumber(type.get())) Fail(name, "expected numbers");
   try {
     std::vector<double> numbers(
         HeldCount(file_, set.get(), type.get(), space.get()));
@@ -206,18 +229,22 @@ std::vector<double> Hdf5File::Field(const std::string& name,
                         ? H5Tget_member_index(type.get(), field.c_str())
                         : -1;
   if (place < 0) Fail(name, "has no field " + field);
+  if (!HoldsItsFields(type.get())) Fail(name, "is damaged");
   const Handle member(
       H5Tget_member_type(type.get(), static_cast<unsigned>(place)), H5Tclose);
   const bool is_array = H5Tget_class(member.get()) == H5T_ARRAY;
   const Handle element(
       is_array ? H5Tget_super(member.get()) : H5Tcopy(member.get()), H5Tclose);
-  const H5T_class_t kind = H5Tget_class(element.get());
-  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) ||
+  if (!IsPlainNumber(element.get()) ||
       (is_array && H5Tget_array_ndims(member.get()) != 1)) {
     Fail(name, "field " + field + ": expected numbers");
   }
   hsize_t side = 1;
   if (is_array) H5Tget_array_dims2(member.get(), &side);
+  const size_t number_bytes = H5Tget_size(element.get());
+  if (H5Tget_size(member.get()) / number_bytes != side) {
+    Fail(name, "field " + field + ": is damaged");
+  }
   *width = side;
   const Handle numbers_type(is_array
                                 ? H5Tarray_create2(H5T_NATIVE_DOUBLE, 1, &side)
@@ -259,6 +286,27 @@ std::string Hdf5File::Attribute(const std::string& name,
   } catch (const InputError& error) {
     Fail(name + "." + attribute, error.what());
   }
+}
+
+void ReadHdf5(const std::string& path,
+              const std::function<void(const Hdf5File& file)>& read) {
+  const auto read_once = [&] {
+    const Hdf5File file(path);
+    read(file);
+  };
+  const auto status = StatusOf(path);
+  // A minute, and a second a megabyte: fifty times what reading takes.
+  const int64_t bytes = status.has_value() ? status->size : 0;
+  const int limit_s =
+      60 + static_cast<int>(std::min(bytes, int64_t{1} << 40) >> 20);
+  // Nor is a process made while another thread is within the library.
+  static std::mutex one_at_a_time;
+  const std::lock_guard<std::mutex> alone(one_at_a_time);
+  const ProcessEnd end = Rehearse(read_once, limit_s);
+  if (end.not_started == 0 && !end.well()) {
+    throw InputError(path, "", "is damaged, HDF5's library cannot read it");
+  }
+  read_once();
 }
 
 }  // namespace kinegraph

@@ -4,14 +4,15 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
 namespace kinegraph {
 
-// Reads whole data sets. One file is read at a time, as Debian's library asks;
-// further threads wait. Everything throws InputError naming file and data set;
-// a data set that claims more than the file holds, before the memory is taken.
+// Reads whole data sets, for ReadHdf5. Everything throws InputError naming file
+// and data set; a data set that claims more than the file holds, before the
+// memory is taken.
 class Hdf5File {
  public:
   explicit Hdf5File(const std::string& path);
@@ -41,6 +42,13 @@ class Hdf5File {
   const std::string path_;
   int64_t file_ = -1;
 };
+
+// Debian's library can be brought down by a damaged file. So `read` is
+// rehearsed in a process of its own, and done here where that went well. One
+// file is read at a time, as the library asks; further threads wait. Throws
+// InputError where the rehearsal ended badly, and what `read` throws.
+void ReadHdf5(const std::string& path,
+              const std::function<void(const Hdf5File& file)>& read);
 
 }  // namespace kinegraph
 

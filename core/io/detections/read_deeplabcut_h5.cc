@@ -125,9 +125,8 @@ DeepLabCutColumns ColumnsOf(const Hdf5File& file, size_t width) {
   return FindDeepLabCutColumns(individuals, parts, coords, 0);
 }
 
-void ReadFile(const std::string& path, size_t view_idx,
-              const DetectionReadOptions& options, DeepLabCutTake* take) {
-  const Hdf5File file(path);
+void Read(const Hdf5File& file, const std::string& path, size_t view_idx,
+          const DetectionReadOptions& options, DeepLabCutTake* take) {
   if (!file.Has("df_with_missing") || !file.Has(kTable)) {
     throw InputError(path, "",
                      "has no df_with_missing/table, expected DeepLabCut's "
@@ -168,6 +167,13 @@ void ReadFile(const std::string& path, size_t view_idx,
           }
         }
       });
+}
+
+void ReadFile(const std::string& path, size_t view_idx,
+              const DetectionReadOptions& options, DeepLabCutTake* take) {
+  ReadHdf5(path, [&](const Hdf5File& file) {
+    Read(file, path, view_idx, options, take);
+  });
 }
 
 std::unique_ptr<DetectionSource> Open(const std::string& path,

@@ -44,7 +44,7 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
   const size_t frames = shape[1];
   const size_t points = shape[2];
   const size_t step = shape[3];
-  if (views == 0 || (step != 2 && step != 3)) {
+  if (numbers.empty() || (step != 2 && step != 3)) {
     reader.Fail(kOnlyArray, "expected the shape [cameras, frames, points, 2]");
   }
   DetectionHeader header;

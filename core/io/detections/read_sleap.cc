@@ -39,7 +39,7 @@ std::vector<std::string> AxesOf(const Hdf5File& file, const std::string& path) {
   const std::string dims = file.Attribute(kTracks, "dims");
   if (dims.empty()) return {"track", "xy", "node", "frame"};
   std::vector<std::string> axes;
-  const Json json = ParseJson(dims, path);
+  const Json json = ParseJson(dims, path + ": " + kTracks + ".dims");
   for (const Json& axis : json) {
     if (axis.is_string()) axes.push_back(axis.get<std::string>());
   }
@@ -111,7 +111,13 @@ class Reader {
       : zero_confidence_(options.zero_confidence), collector_(header) {}
 
   void ReadFile(const std::string& path, size_t view_idx) {
-    const Hdf5File file(path);
+    ReadHdf5(path, [&](const Hdf5File& file) { Read(file, path, view_idx); });
+  }
+
+  std::unique_ptr<DetectionSource> Finish() { return collector_.Finish(); }
+
+ private:
+  void Read(const Hdf5File& file, const std::string& path, size_t view_idx) {
     const std::vector<std::string> axes = AxesOf(file, path);
     const Layout tracks = Located(
         path, [&] { return std::string(kTracks); },
@@ -141,9 +147,6 @@ class Reader {
     }
   }
 
-  std::unique_ptr<DetectionSource> Finish() { return collector_.Finish(); }
-
- private:
   void SettleSkeleton(const Hdf5File& file, const std::string& path,
                       size_t joint_count) {
     if (collector_.header().skeleton.joint_count() == 0) {

@@ -163,6 +163,18 @@ std::string NpyOf(const std::string& type, const std::string& shape,
   return file + dictionary + data;
 }
 
+TEST(NpzBounds, CamerasWithoutFramesAreRefused) {
+  const TemporaryFolder folder;
+  DetectionReadOptions options;
+  options.format = "freemocap";
+  const std::string path =
+      folder.Write("a.npy", NpyOf("<f8", "(2000000000, 0, 17, 2)", ""));
+  const ProcessorTime used;
+  EXPECT_THAT(InputErrorOf([&] { ReadDetections(path, options); }),
+              HasSubstr("expected the shape [cameras, frames, points, 2]"));
+  ExpectQuick(used);
+}
+
 // An archive in which all names lead to one file.
 std::string Archive(const std::vector<std::string>& names,
                     const std::string& file) {
