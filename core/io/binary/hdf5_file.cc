@@ -81,9 +81,9 @@ size_t CountOf(const std::vector<size_t>& shape) {
 // unpacked, and a little may be all fill values.
 void CheckHeld(size_t count, hid_t type, hsize_t stored_bytes) {
   constexpr hsize_t kUnpacked = 1032;
-  constexpr hsize_t kFilled_bytes = 1 << 20;
+  constexpr hsize_t kFilledBytes = 1 << 20;
   const hsize_t size = H5Tget_size(type);
-  if (size == 0 || count > (kFilled_bytes + kUnpacked * stored_bytes) / size) {
+  if (size == 0 || count > (kFilledBytes + kUnpacked * stored_bytes) / size) {
     throw InputError("is larger than what the file holds");
   }
 }
