@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <string>
 
 #include "core/base/error.h"
@@ -42,13 +43,62 @@ class InputFile {
   const std::filesystem::path path_;
 };
 
-// Runs `read` on a file with these bytes, false where it refuses them; only
-// what a user is told may be thrown, in one line.
-template <typename Read>
+// A folder among the temporary ones with the files that the bytes list: each
+// begins with a line "=== NAME". Names lead to no place outside.
+class InputFolder {
+ public:
+  static constexpr const char* kFileMark = "=== ";
+
+  InputFolder(const uint8_t* bytes, size_t size)
+      : path_(std::filesystem::temp_directory_path() /
+              ("kinegraph_fuzz_" + std::to_string(getpid()) + "_folder")) {
+    std::filesystem::create_directory(path_);
+    std::istringstream lines(
+        std::string(reinterpret_cast<const char*>(bytes), size));
+    std::ofstream file;
+    for (std::string line; std::getline(lines, line);) {
+      if (line.rfind(kFileMark, 0) == 0) {
+        file = std::ofstream();
+        const std::string name = line.substr(std::strlen(kFileMark));
+        if (!IsWithin(name)) continue;
+        std::error_code ignored;
+        std::filesystem::create_directories((path_ / name).parent_path(),
+                                            ignored);
+        file.open(path_ / name, std::ios::binary | std::ios::trunc);
+      } else if (file.is_open()) {
+        file << line << '\n';
+      }
+    }
+  }
+  ~InputFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  InputFolder(const InputFolder&) = delete;
+  InputFolder& operator=(const InputFolder&) = delete;
+
+  std::string path() const { return path_; }
+
+ private:
+  static bool IsWithin(const std::string& name) {
+    return !name.empty() && name.size() < 80 && name.front() != '/' &&
+           name.find("..") == std::string::npos &&
+           name.find_first_not_of(
+               "abcdefghijklmnopqrstuvwxyz"
+               "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
+               "0123456789_-./") == std::string::npos;
+  }
+
+  const std::filesystem::path path_;
+};
+
+// Runs `read` on a file with these bytes, or on a folder; false where it
+// refuses them. Only what a user is told may be thrown, in one line.
+template <typename Input = InputFile, typename Read>
 bool Reading(const uint8_t* bytes, size_t size, const Read& read) {
-  const InputFile file(bytes, size);
+  const Input input(bytes, size);
   try {
-    read(file.path());
+    read(input.path());
     return true;
   } catch (const InputError& error) {
     if (std::strchr(error.what(), '\n') != nullptr) std::abort();

@@ -14,17 +14,20 @@
 namespace kinegraph::testing {
 namespace {
 
+template <typename Input>
 bool FuzzCalibration(const uint8_t* bytes, size_t size) {
   CameraReadOptions options;
   options.image_size = {1280, 720};  // of the seeds, which some formats lack
-  return Reading(bytes, size,
-                 [&](const std::string& path) { ReadCameras(path, options); });
+  return Reading<Input>(bytes, size, [&](const std::string& path) {
+    ReadCameras(path, options);
+  });
 }
 
 // An empty name: recognised by content.
+template <typename Input>
 bool FuzzDetections(const std::string& format, const uint8_t* bytes,
                     size_t size) {
-  return Reading(bytes, size, [&](const std::string& path) {
+  return Reading<Input>(bytes, size, [&](const std::string& path) {
     DetectionReadOptions options;
     if (!format.empty()) options.format = format;
     const auto source = OpenDetections(path, options);
@@ -34,8 +37,9 @@ bool FuzzDetections(const std::string& format, const uint8_t* bytes,
   });
 }
 
+template <typename Input>
 bool FuzzTracks(const std::string& format, const uint8_t* bytes, size_t size) {
-  return Reading(bytes, size, [&](const std::string& path) {
+  return Reading<Input>(bytes, size, [&](const std::string& path) {
     TrackReadOptions options;
     options.format = format;
     ReadTracks(path, options);
@@ -62,27 +66,28 @@ bool FuzzCorrections(const uint8_t* bytes, size_t size) {
 std::vector<FuzzTarget> ReaderTargets() {
   using namespace std::placeholders;  // NOLINT
   std::vector<FuzzTarget> targets = {
-      {"calibration", FuzzCalibration},
+      {"calibration", FuzzCalibration<InputFile>},
+      {"calibration_folder", FuzzCalibration<InputFolder>},
       {"manifest", FuzzManifest},
       {"held_out_set", FuzzHeldOutSet},
       {"corrections", FuzzCorrections},
-      {"detections", std::bind(FuzzDetections, "", _1, _2)},
-      {"tracks", std::bind(FuzzTracks, "", _1, _2)}};
+      {"detections", std::bind(FuzzDetections<InputFile>, "", _1, _2)},
+      {"tracks", std::bind(FuzzTracks<InputFile>, "", _1, _2)}};
   for (const DetectionFormat& format : DetectionFormats()) {
-    if (format.open == nullptr ||
-        format.files == DetectionFormat::Files::kFolderAView) {
-      continue;
-    }
-    targets.push_back({"detections_" + format.name,
-                       std::bind(FuzzDetections, format.name, _1, _2)});
+    if (format.open == nullptr) continue;
+    const auto fuzz = format.files == DetectionFormat::Files::kFolderAView
+                          ? FuzzDetections<InputFolder>
+                          : FuzzDetections<InputFile>;
+    targets.push_back(
+        {"detections_" + format.name, std::bind(fuzz, format.name, _1, _2)});
   }
   for (const TrackFormat& format : TrackFormats()) {
-    if (format.read == nullptr ||
-        format.files == TrackFormat::Files::kFileAFrame) {
-      continue;
-    }
+    if (format.read == nullptr) continue;
+    const auto fuzz = format.files == TrackFormat::Files::kFileAFrame
+                          ? FuzzTracks<InputFolder>
+                          : FuzzTracks<InputFile>;
     targets.push_back(
-        {"tracks_" + format.name, std::bind(FuzzTracks, format.name, _1, _2)});
+        {"tracks_" + format.name, std::bind(fuzz, format.name, _1, _2)});
   }
   return targets;
 }

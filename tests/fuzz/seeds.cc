@@ -12,6 +12,7 @@
 #include "core/io/tracks/identity_edits.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
+#include "tests/fuzz/input_file.h"
 #include "tests/fuzz/targets.h"
 #include "tests/support/hdf5_files.h"
 
@@ -91,34 +92,44 @@ const Sample& SampleFor(const std::string& format) {
   return SampleWith(known == kSkeletons.end() ? "coco17" : known->second);
 }
 
+// Of a folder, its files by name.
+std::map<std::string, fs::path> FilesOf(const fs::path& folder) {
+  std::map<std::string, fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    files[fs::relative(entry.path(), folder)] = entry.path();
+  }
+  return files;
+}
+
 // The file itself, or the first of a folder with a file a view or person.
 std::string OneFileOf(const fs::path& path) {
-  if (!fs::is_directory(path)) return ContentOf(path);
-  fs::path first;
-  for (const auto& entry : fs::recursive_directory_iterator(path)) {
-    if (!entry.is_regular_file()) continue;
-    if (first.empty() || entry.path() < first) first = entry.path();
+  return ContentOf(fs::is_directory(path) ? FilesOf(path).begin()->second
+                                          : path);
+}
+
+// As InputFolder takes it.
+std::string WholeFolder(const fs::path& folder) {
+  std::string listed;
+  for (const auto& [name, path] : FilesOf(folder)) {
+    listed += InputFolder::kFileMark + name + "\n" + ContentOf(path);
+    if (listed.back() != '\n') listed += '\n';
   }
-  return ContentOf(first);
+  return listed;
 }
 
 std::vector<std::string> WrittenTracks(const TrackFormat& format) {
-  if (format.write == nullptr ||
-      format.files == TrackFormat::Files::kFileAFrame) {
-    return {};
-  }
+  if (format.write == nullptr) return {};
   const SeedFolder folder;
   const std::string path = (folder.path() / "seed").string();
   Losses losses;
   format.write(path, SampleFor(format.name).tracks, {}, &losses);
-  return {OneFileOf(path)};
+  return {format.files == TrackFormat::Files::kFileAFrame ? WholeFolder(path)
+                                                          : OneFileOf(path)};
 }
 
 std::vector<std::string> WrittenDetections(const DetectionFormat& format) {
-  if (format.write == nullptr ||
-      format.files == DetectionFormat::Files::kFolderAView) {
-    return {};
-  }
+  if (format.write == nullptr) return {};
   const SeedFolder folder;
   const std::string path = (folder.path() / "seed").string();
   Losses losses;
@@ -126,20 +137,28 @@ std::vector<std::string> WrittenDetections(const DetectionFormat& format) {
   options.image_size = {1280, 720};
   SampleSource source(SampleFor(format.name).detections);
   format.write(path, options, &source, &losses);
-  return {OneFileOf(path)};
+  return {format.files == DetectionFormat::Files::kFolderAView
+              ? WholeFolder(path)
+              : OneFileOf(path)};
 }
 
-std::vector<std::string> Calibrations() {
+// Of formats of one file, or of those that are folders.
+std::vector<std::string> WrittenCalibrations(bool folders) {
   std::vector<std::string> seeds;
   for (const CalibrationFormat& format : CalibrationFormats()) {
     if (format.write == nullptr) continue;
-    if (format.name == "tum") continue;  // refuses lenses
     const SeedFolder folder;
     const std::string path = (folder.path() / "seed").string();
     Losses losses;
     format.write(path, SampleFor(format.name).scene.cameras, &losses);
-    if (!fs::is_directory(path)) seeds.push_back(ContentOf(path));
+    if (fs::is_directory(path) != folders) continue;
+    seeds.push_back(folders ? WholeFolder(path) : ContentOf(path));
   }
+  return seeds;
+}
+
+std::vector<std::string> Calibrations() {
+  std::vector<std::string> seeds = WrittenCalibrations(false);
   seeds.emplace_back(
       "%YAML:1.0\n---\nnames:\n  - \"0\"\nK_0: !!opencv-matrix\n  rows: 3\n"
       "  cols: 3\n  dt: d\n  data: [1000, 0, 500, 0, 1000, 500, 0, 0, 1]\n"
@@ -212,6 +231,7 @@ std::vector<std::string> FuzzSeeds(const std::string& target) {
   const auto known = ByHand().find(target);
   if (known != ByHand().end()) return known->second;
   if (target == "calibration") return Calibrations();
+  if (target == "calibration_folder") return WrittenCalibrations(true);
   if (target == "detections_sleap") return {SleapHdf5()};
   if (target == "detections_deeplabcut_h5") return {DeepLabCutHdf5()};
   if (target == "configuration") {
@@ -223,12 +243,15 @@ std::vector<std::string> FuzzSeeds(const std::string& target) {
     seeds.insert(seeds.end(), more.begin(), more.end());
   };
   for (const DetectionFormat& format : DetectionFormats()) {
-    if (target == "detections" || target == "detections_" + format.name) {
+    const bool is_file = format.files != DetectionFormat::Files::kFolderAView;
+    if ((target == "detections" && is_file) ||
+        target == "detections_" + format.name) {
       add(WrittenDetections(format));
     }
   }
   for (const TrackFormat& format : TrackFormats()) {
-    if (target == "tracks" || target == "tracks_" + format.name) {
+    const bool is_file = format.files != TrackFormat::Files::kFileAFrame;
+    if ((target == "tracks" && is_file) || target == "tracks_" + format.name) {
       add(WrittenTracks(format));
     }
   }
