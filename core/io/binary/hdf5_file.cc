@@ -304,7 +304,9 @@ void ReadHdf5(const std::string& path,
   const std::lock_guard<std::mutex> alone(one_at_a_time);
   const ProcessEnd end = Rehearse(read_once, limit_s);
   if (end.not_started == 0 && !end.well()) {
-    throw InputError(path, "", "is damaged, HDF5's library cannot read it");
+    throw InputError(path, "",
+                     "cannot be read by HDF5's library: it is damaged, or too "
+                     "large for the memory");
   }
   read_once();
 }
