@@ -73,6 +73,20 @@ ProcessEnd WaitFor(pid_t process) {
   return end;
 }
 
+// `child` never comes back.
+template <typename Child>
+ProcessEnd InProcess(const Child& child) {
+  const pid_t parent = getpid();
+  const pid_t process = fork();
+  if (process < 0) {
+    ProcessEnd none;
+    none.not_started = errno;
+    return none;
+  }
+  if (process == 0) child(parent);
+  return WaitFor(process);
+}
+
 }  // namespace
 
 int ProcessNumber() { return getpid(); }
@@ -87,29 +101,15 @@ ProcessEnd RunInFolder(std::vector<std::string> words,
                        const std::string& folder, const char* printed,
                        const char* errors) {
   const std::vector<char*> arguments = Pointers(&words);
-  const pid_t parent = getpid();
-  const pid_t process = fork();
-  if (process < 0) {
-    ProcessEnd none;
-    none.not_started = errno;
-    return none;
-  }
-  if (process == 0) {
+  return InProcess([&](pid_t parent) {
     Become(arguments.data(), folder.c_str(), printed, errors, parent);
-  }
-  return WaitFor(process);
+  });
 }
 
 ProcessEnd Rehearse(const std::function<void()>& work, int limit_s) {
-  const pid_t parent = getpid();
-  const pid_t process = fork();
-  if (process < 0) {
-    ProcessEnd none;
-    none.not_started = errno;
-    return none;
-  }
-  if (process == 0) DoAndLeave(work, static_cast<rlim_t>(limit_s), parent);
-  return WaitFor(process);
+  return InProcess([&](pid_t parent) {
+    DoAndLeave(work, static_cast<rlim_t>(limit_s), parent);
+  });
 }
 
 ProcessEnd RunWithStreams(std::vector<std::string> words, std::FILE* input,

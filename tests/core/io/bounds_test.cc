@@ -71,12 +71,19 @@ TEST(YamlBounds, CommasDoNotFillTheMemory) {
 
 // ---- HDF5
 
-DetectionSequence ReadSleap(const testing::SleapFile& content) {
+DetectionSequence ReadAs(const std::string& format, const std::string& bytes) {
   const TemporaryFolder folder;
   DetectionReadOptions options;
-  options.format = "sleap";
-  return ReadDetections(folder.Write("a.h5", testing::SleapHdf5(content)),
-                        options);
+  options.format = format;
+  return ReadDetections(folder.Write("a", bytes), options);
+}
+
+DetectionSequence ReadSleap(const testing::SleapFile& content) {
+  return ReadAs("sleap", testing::SleapHdf5(content));
+}
+
+DetectionSequence ReadDeepLabCut(const testing::DeepLabCutFile& content) {
+  return ReadAs("deeplabcut_h5", testing::DeepLabCutHdf5(content));
 }
 
 TEST(Hdf5Bounds, NumbersMustBeThere) {
@@ -113,14 +120,6 @@ TEST(Hdf5Bounds, EveryAxisIsThereOnce) {
   content.axes = {"frame", "track", "node", "node"};
   EXPECT_THAT(InputErrorOf([&] { ReadSleap(content); }),
               HasSubstr("expected each of frame, track, node and xy once"));
-}
-
-DetectionSequence ReadDeepLabCut(const testing::DeepLabCutFile& content) {
-  const TemporaryFolder folder;
-  DetectionReadOptions options;
-  options.format = "deeplabcut_h5";
-  return ReadDetections(folder.Write("a.h5", testing::DeepLabCutHdf5(content)),
-                        options);
 }
 
 TEST(Hdf5Bounds, ANameANumber) {
@@ -164,13 +163,10 @@ std::string NpyOf(const std::string& type, const std::string& shape,
 }
 
 TEST(NpzBounds, CamerasWithoutFramesAreRefused) {
-  const TemporaryFolder folder;
-  DetectionReadOptions options;
-  options.format = "freemocap";
-  const std::string path =
-      folder.Write("a.npy", NpyOf("<f8", "(2000000000, 0, 17, 2)", ""));
   const ProcessorTime used;
-  EXPECT_THAT(InputErrorOf([&] { ReadDetections(path, options); }),
+  EXPECT_THAT(InputErrorOf([&] {
+                ReadAs("freemocap", NpyOf("<f8", "(2000000000, 0, 17, 2)", ""));
+              }),
               HasSubstr("expected the shape [cameras, frames, points, 2]"));
   ExpectQuick(used);
 }
