@@ -14,6 +14,10 @@
 namespace kinegraph {
 namespace {
 
+// As h5py's own lzf is.
+constexpr const char* kUnreadable =
+    "is damaged, or compressed in a way that HDF5 does not know by itself";
+
 // A handle of the library and what closes it.
 class Handle {
  public:
@@ -134,7 +138,7 @@ std::vector<std::string> TextsOf(
       if (words[i] != nullptr) texts[i] = words[i];
     }
     H5Dvlen_reclaim(memory.get(), space, H5P_DEFAULT, words.data());
-    if (!is_read) throw InputError("is damaged");
+    if (!is_read) throw InputError(kUnreadable);
     return texts;
   }
   constexpr size_t kLongest = 1 << 20;
@@ -142,7 +146,7 @@ std::vector<std::string> TextsOf(
   if (width == 0 || width > kLongest) throw InputError("is damaged");
   H5Tset_size(memory.get(), width + 1);  // with the zero at the end
   std::vector<char> bytes(count * (width + 1));
-  if (read(memory.get(), bytes.data()) < 0) throw InputError("is damaged");
+  if (read(memory.get(), bytes.data()) < 0) throw InputError(kUnreadable);
   for (size_t i = 0; i < count; ++i) texts[i] = &bytes[i * (width + 1)];
   return texts;
 }
@@ -186,7 +190,7 @@ std::vector<double> Hdf5File::Numbers(const std::string& name) const {
         HeldCount(file_, set.get(), type.get(), space.get()));
     if (!numbers.empty() && H5Dread(set.get(), H5T_NATIVE_DOUBLE, H5S_ALL,
                                     H5S_ALL, H5P_DEFAULT, numbers.data()) < 0) {
-      Fail(name, "is damaged");
+      throw InputError(kUnreadable);
     }
     return numbers;
   } catch (const InputError& error) {
@@ -258,7 +262,7 @@ std::vector<double> Hdf5File::Field(const std::string& name,
     std::vector<double> numbers(CountOf({count, side}));
     if (!numbers.empty() && H5Dread(set.get(), record.get(), H5S_ALL, H5S_ALL,
                                     H5P_DEFAULT, numbers.data()) < 0) {
-      Fail(name, "is damaged");
+      throw InputError(kUnreadable);
     }
     return numbers;
   } catch (const InputError& error) {
