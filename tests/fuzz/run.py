@@ -24,8 +24,7 @@ PROGRAM = sys.argv[1] if len(sys.argv) > 1 else (
 # processor time needs four times as many on a busy machine.
 LIMITS_S = {"scene": 60}
 # Debian's HDF5 asks for any memory that a file names, and bears a refusal.
-ASAN_OPTIONS = {"detections_sleap": "allocator_may_return_null=1"}
-ASAN_OPTIONS["detections_deeplabcut_h5"] = ASAN_OPTIONS["detections_sleap"]
+HDF5 = ("detections_sleap", "detections_deeplabcut_h5")
 SECONDS = int(sys.argv[2]) if len(sys.argv) > 2 else 600
 FOLDER = pathlib.Path(sys.argv[3] if len(sys.argv) > 3 else "out/fuzz")
 
@@ -48,6 +47,9 @@ def fuzz(target):
     work = (FOLDER / "work").resolve()
     work.mkdir(exist_ok=True)
     log = FOLDER / f"{target}.log"
+    asan = [os.environ.get("ASAN_OPTIONS", "")]
+    if target in HDF5:
+        asan.append("allocator_may_return_null=1")
     with open(log, "w") as words:
         child = subprocess.Popen(
             [PROGRAM, str(corpus), f"-artifact_prefix={found}/",
@@ -56,7 +58,8 @@ def fuzz(target):
              "-print_final_stats=1", "-detect_leaks=0"],
             stdout=subprocess.DEVNULL, stderr=words,
             env=dict(os.environ, TMPDIR=str(work),
-                     ASAN_OPTIONS=ASAN_OPTIONS.get(target, ""), KINEGRAPH_FUZZ_TARGET=target,
+                     ASAN_OPTIONS=":".join(filter(None, asan)),
+                     KINEGRAPH_FUZZ_TARGET=target,
                      KINEGRAPH_FUZZ_SEEDS=str(corpus), GLOG_minloglevel="3"))
         # Unlike wait, it tells what this child has used.
         _, status, used = os.wait4(child.pid, 0)
