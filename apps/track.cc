@@ -30,7 +30,6 @@
 #include "solvers/scene/camera_check.h"
 #include "solvers/session/ready_take.h"
 #include "solvers/session/refine_take.h"
-#include "solvers/session/remembered_runs.h"
 #include "solvers/session/run.h"
 #include "solvers/session/take_report.h"
 #include "solvers/session/used_frames.h"
@@ -303,10 +302,8 @@ void RunTrack() {
   const std::unique_ptr<Checkpoint> checkpoint =
       OpenCheckpoint(FLAGS_out, FLAGS_resume, FLAGS_checkpoint_s);
   take.options.estimators.graph.ledger = std::make_shared<SolveLedger>();
+  take.options.estimators.graph.pieces = checkpoint.get();
   Session session(take.options, take.request, source->header(),
-                  MakeRememberedEstimators(take.options.estimators,
-                                           EffectiveConfigJson(take.options),
-                                           checkpoint.get()),
                   [&take] { return take.Open(); });
   if (session.scene().used_views.size() < 2) {
     std::fputs(

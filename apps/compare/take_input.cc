@@ -10,7 +10,6 @@
 #include "core/io/configuration/refinement_record.h"
 #include "core/io/detections/source.h"
 #include "solvers/session/refine_take.h"
-#include "solvers/session/remembered_runs.h"
 
 namespace kinegraph {
 namespace {
@@ -70,12 +69,8 @@ FrozenTake FreezeTake(const TakeInput& input, int threads,
   if (record.has_value() && record->has_clocks()) {
     detections = WithRecordedClocks(take.options, request, *record, detections);
   }
-  take.run = FreezeTracking(take.options, request, detections,
-                            [&](const EstimatorOptions& estimators) {
-                              return MakeRememberedEstimators(
-                                  estimators, EffectiveConfigJson(take.options),
-                                  checkpoint);
-                            });
+  take.options.estimators.graph.pieces = checkpoint;
+  take.run = FreezeTracking(take.options, request, detections);
   if (take.run.tracks.frames.empty()) {
     throw InputError(input.detections, "", "no frame in the frames asked for");
   }

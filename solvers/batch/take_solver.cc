@@ -6,8 +6,12 @@
 #include <numeric>
 #include <utility>
 
+#include "core/base/bytes.h"
 #include "core/base/parallel.h"
+#include "core/base/piece_store.h"
 #include "core/system/memory.h"
+#include "solvers/batch/chunk_pieces.h"
+#include "solvers/graph/schedule.h"
 
 namespace kinegraph {
 namespace {
@@ -20,6 +24,18 @@ std::vector<int> AllJoints(const PersonProblem& problem) {
   std::vector<int> all(problem.joints.size());
   std::iota(all.begin(), all.end(), 0);
   return all;
+}
+
+std::string BytesOf(const SolveSchedule& schedule) {
+  ByteWriter writer;
+  Put(schedule, &writer);
+  return writer.Take();
+}
+
+std::string BytesOf(double number) {
+  ByteWriter writer;
+  writer.Put(number);
+  return writer.Take();
 }
 
 std::vector<std::vector<Eigen::Matrix3d>> Positions(
@@ -55,96 +71,136 @@ std::unique_ptr<PersonSolver> TakeSolver::TakeIdle() {
 
 void TakeSolver::GiveBack(std::unique_ptr<PersonSolver> solver) {
   const std::lock_guard<std::mutex> lock(taking_);
-  whole_.TakeCounts(solver.get());
   idle_.push_back(std::move(solver));
 }
 
-void TakeSolver::ForEachChunk(
-    const PersonTake& take, const std::vector<Chunk>& chunks,
-    const std::function<void(PersonSolver*, int, PersonProblem*)>& work) {
+template <typename Outcome, typename Compute, typename TakeOver>
+void TakeSolver::ForEachChunk(const std::string& step, const PersonTake& take,
+                              const std::vector<Chunk>& chunks,
+                              const Compute& compute,
+                              const TakeOver& take_over) {
   ParallelFor(AllowedThreads(), static_cast<int>(chunks.size()), [&](int i) {
     PersonProblem part = CutOut(take, chunks[i]);
-    std::unique_ptr<PersonSolver> solver = TakeIdle();
-    work(solver.get(), i, &part);
-    GiveBack(std::move(solver));
+    if (!without_bones_.empty() && without_bones_[i]) part.bones.clear();
+    SolveCounts counts;
+    Outcome outcome;
+    const auto fill = [&] {
+      std::unique_ptr<PersonSolver> solver = TakeIdle();
+      outcome = compute(solver.get(), chunks[i], &part);
+      counts = solver->TakeCounts();
+      GiveBack(std::move(solver));
+    };
+    const std::string key = options_.pieces == nullptr
+                                ? ""
+                                : ChunkKey(step, whole_, chunks[i], part);
+    if (key.empty()) {
+      fill();
+    } else if (const auto kept = options_.pieces->Find(key)) {
+      ByteReader reader(*kept);
+      Get(&reader, &counts);
+      Get(&reader, &outcome);
+    } else {
+      fill();
+      ByteWriter writer;
+      Put(counts, &writer);
+      Put(outcome, &writer);
+      options_.pieces->Add(key, writer.Take());
+    }
+    {
+      const std::lock_guard<std::mutex> lock(taking_);
+      whole_.AddCounts(counts);
+    }
+    take_over(i, std::move(outcome));
     if (i % kChunksATidying == kChunksATidying - 1) ReturnFreeMemory();
   });
 }
 
-void TakeSolver::Solve(
-    PersonTake* take,
-    const std::function<void(PersonSolver*, int, PersonProblem*)>& work) {
+std::vector<char> TakeSolver::Solve(const std::string& step, PersonTake* take,
+                                    const Work& work) {
   const std::vector<Chunk> chunks = MakeChunks(take->graph, options_.chunk_s);
-  if (chunks.size() == 1) {
-    PersonProblem all = CutOut(*take, chunks.front());
-    work(&whole_, 0, &all);
-    Paste(OutcomesOf(all, chunks.front()), chunks.front(), take);
-    take->graph.bones = std::move(all.bones);
-    return;
-  }
   // All are cut out before any is put back: they overlap.
-  std::vector<std::vector<JointOutcome>> outcomes(chunks.size());
-  ForEachChunk(*take, chunks,
-               [&](PersonSolver* solver, int i, PersonProblem* part) {
-                 work(solver, i, part);
-                 outcomes[i] = OutcomesOf(*part, chunks[i]);
-               });
+  std::vector<ChunkSolution> solutions(chunks.size());
+  ForEachChunk<ChunkSolution>(
+      step, *take, chunks,
+      [&](PersonSolver* solver, const Chunk& chunk, PersonProblem* part) {
+        const bool with_bones = !part->bones.empty();
+        work(solver, part);
+        return ChunkSolution{OutcomesOf(*part, chunk),
+                             with_bones && part->bones.empty()};
+      },
+      [&](int i, ChunkSolution&& solution) {
+        solutions[i] = std::move(solution);
+      });
+  std::vector<char> without_bones;
   for (size_t i = 0; i < chunks.size(); ++i) {
-    Paste(outcomes[i], chunks[i], take);
-    outcomes[i] = {};
+    Paste(solutions[i].joints, chunks[i], take);
+    without_bones.push_back(solutions[i].bones_dropped);
+    solutions[i] = {};
   }
+  return without_bones;
 }
 
 void TakeSolver::SolveJoints(const SolveSchedule& schedule, PersonTake* take) {
-  Solve(take, [&](PersonSolver* solver, int, PersonProblem* part) {
-    solver->SolveJoints(schedule, AllJoints(*part), part);
-  });
+  Solve("joints" + BytesOf(schedule), take,
+        [&](PersonSolver* solver, PersonProblem* part) {
+          solver->SolveJoints(schedule, AllJoints(*part), part);
+        });
 }
 
 void TakeSolver::SolveJointsWithRivals(const SolveSchedule& schedule,
                                        PersonTake* take) {
-  Solve(take, [&](PersonSolver* solver, int, PersonProblem* part) {
-    solver->SolveJointsWithRivals(schedule, AllJoints(*part), part);
-  });
+  Solve("joints with rivals" + BytesOf(schedule), take,
+        [&](PersonSolver* solver, PersonProblem* part) {
+          solver->SolveJointsWithRivals(schedule, AllJoints(*part), part);
+        });
 }
 
 void TakeSolver::SolveTogether(PersonTake* take) {
   FreeWorkSpace();
-  const bool with_bones = !take->graph.bones.empty();
-  without_bones_.assign(MakeChunks(take->graph, options_.chunk_s).size(), 0);
-  Solve(take, [&](PersonSolver* solver, int i, PersonProblem* part) {
-    solver->SolveBones(part);
-    without_bones_[i] = with_bones && part->bones.empty();
-    solver->Refine(part);
-  });
+  without_bones_.clear();
+  without_bones_ =
+      Solve("together", take, [](PersonSolver* solver, PersonProblem* part) {
+        solver->SolveBones(part);
+        solver->Refine(part);
+      });
+  // Then the take has none.
+  if (without_bones_.size() == 1 && without_bones_[0])
+    take->graph.bones.clear();
 }
 
 template <typename Matrix, typename Of>
-std::vector<std::vector<Matrix>> TakeSolver::InChunks(const PersonTake& take,
+std::vector<std::vector<Matrix>> TakeSolver::InChunks(const std::string& step,
+                                                      const PersonTake& take,
                                                       const Of& of) {
   FreeWorkSpace();
   const std::vector<Chunk> chunks = MakeChunks(take.graph, options_.chunk_s);
-  if (chunks.size() == 1) {
-    return of(&whole_, CutOut(take, chunks.front()), take.frame_count());
-  }
   // Each chunk writes its own frames. A joint that one chunk knows nothing of
   // has none.
   std::vector<std::vector<Matrix>> whole(
       take.graph.joints.size(), std::vector<Matrix>(take.frame_count()));
   std::vector<std::vector<char>> known(
       chunks.size(), std::vector<char>(take.graph.joints.size(), 0));
-  ForEachChunk(
-      take, chunks, [&](PersonSolver* solver, int i, PersonProblem* part) {
-        if (!part->bones.empty() && without_bones_[i]) part->bones.clear();
-        const Chunk& chunk = chunks[i];
-        const size_t begin = chunk.own_begin - chunk.begin;
+  ForEachChunk<ChunkCovariances<Matrix>>(
+      step, take, chunks,
+      [&](PersonSolver* solver, const Chunk& chunk, PersonProblem* part) {
         const size_t end = chunk.own_end - chunk.begin;
-        const auto of_part = of(solver, *part, end);
+        ChunkCovariances<Matrix> covariances = of(solver, *part, end);
+        for (std::vector<Matrix>& of_joint : covariances) {
+          if (of_joint.size() < end) of_joint.clear();
+          if (of_joint.empty()) continue;
+          of_joint.resize(end);
+          const size_t before = chunk.own_begin - chunk.begin;
+          of_joint.erase(
+              of_joint.begin(),
+              of_joint.begin() + static_cast<std::ptrdiff_t>(before));
+        }
+        return covariances;
+      },
+      [&](int i, ChunkCovariances<Matrix>&& covariances) {
         for (size_t j = 0; j < whole.size(); ++j) {
-          if (of_part[j].size() < end) continue;
-          std::copy(of_part[j].begin() + begin, of_part[j].begin() + end,
-                    whole[j].begin() + chunk.own_begin);
-          known[i][j] = 1;
+          std::copy(covariances[j].begin(), covariances[j].end(),
+                    whole[j].begin() + chunks[i].own_begin);
+          known[i][j] = !covariances[j].empty();
         }
       });
   for (const std::vector<char>& of_chunk : known) {
@@ -158,7 +214,8 @@ std::vector<std::vector<Matrix>> TakeSolver::InChunks(const PersonTake& take,
 std::vector<std::vector<Matrix6d>> TakeSolver::StateCovariances(
     const PersonTake& take, double correction) {
   return InChunks<Matrix6d>(
-      take, [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
+      "states" + BytesOf(correction), take,
+      [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
         return solver->JointCovariances(part, correction, end);
       });
 }
@@ -166,7 +223,8 @@ std::vector<std::vector<Matrix6d>> TakeSolver::StateCovariances(
 std::vector<std::vector<Eigen::Matrix3d>> TakeSolver::JointCovariances(
     const PersonTake& take) {
   return InChunks<Eigen::Matrix3d>(
-      take, [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
+      "joints' positions", take,
+      [](PersonSolver* solver, const PersonProblem& part, size_t end) {
         return Positions(
             solver->JointCovariances(part, solver->correction(), end));
       });
@@ -175,7 +233,8 @@ std::vector<std::vector<Eigen::Matrix3d>> TakeSolver::JointCovariances(
 std::vector<std::vector<Eigen::Matrix3d>> TakeSolver::Covariances(
     const PersonTake& take) {
   return InChunks<Eigen::Matrix3d>(
-      take, [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
+      "positions", take,
+      [](PersonSolver* solver, const PersonProblem& part, size_t end) {
         return Positions(part.coupled() ? solver->BoneCovariances(part, end)
                                         : solver->JointCovariances(
                                               part, solver->correction(), end));

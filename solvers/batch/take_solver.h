@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 #include "solvers/batch/chunks.h"
@@ -18,6 +19,7 @@ namespace kinegraph {
 
 // Does with every chunk of a take what PersonSolver does with a problem, on as
 // many threads as the caller may use; the result is the same for any number.
+// What the options' store has (GraphOptions::pieces) is not computed again.
 // What is learnt from the take (noise, bones) is learnt by the caller, over all
 // chunks.
 class TakeSolver {
@@ -53,21 +55,26 @@ class TakeSolver {
   }
 
  private:
+  using Work = std::function<void(PersonSolver*, PersonProblem*)>;
+
   std::unique_ptr<PersonSolver> TakeIdle();
   void GiveBack(std::unique_ptr<PersonSolver> solver);
-  // Calls work(solver, chunk's number, chunk as a problem of its own) for every
-  // chunk.
-  void ForEachChunk(
-      const PersonTake& take, const std::vector<Chunk>& chunks,
-      const std::function<void(PersonSolver*, int, PersonProblem*)>& work);
+  // Calls take_over(chunk's number, outcome) for every chunk, with what
+  // compute(solver, chunk, chunk as a problem of its own) returns or the store
+  // has of it under `step` (ChunkKey).
+  template <typename Outcome, typename Compute, typename TakeOver>
+  void ForEachChunk(const std::string& step, const PersonTake& take,
+                    const std::vector<Chunk>& chunks, const Compute& compute,
+                    const TakeOver& take_over);
   // What `of(solver, problem, end of its frames)` says of each chunk, joined.
   template <typename Matrix, typename Of>
-  std::vector<std::vector<Matrix>> InChunks(const PersonTake& take,
+  std::vector<std::vector<Matrix>> InChunks(const std::string& step,
+                                            const PersonTake& take,
                                             const Of& of);
-  // As ForEachChunk, and takes over what it does to the chunks' own frames.
-  void Solve(
-      PersonTake* take,
-      const std::function<void(PersonSolver*, int, PersonProblem*)>& work);
+  // Takes over what `work` does to the chunks' own frames. Whether that dropped
+  // their bones, by chunk.
+  std::vector<char> Solve(const std::string& step, PersonTake* take,
+                          const Work& work);
 
   const GraphOptions options_;
   PersonSolver whole_;

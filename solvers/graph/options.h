@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/options.h"
+#include "core/base/piece_store.h"
 #include "core/data/view_bias.h"
 #include "core/skeleton/skeleton.h"
 #include "solvers/factors/loss.h"
@@ -143,11 +144,13 @@ struct GraphOptions {
   double chunk_s = 10.0;
 
   // Given in code alone: a bias that is known and not learnt (unless view_bias
-  // is off), factors of the caller's own (solver ceres), and where estimators
-  // add how their solves ended.
+  // is off), factors of the caller's own (solver ceres), where estimators add
+  // how their solves ended, and where the batch keeps what it has solved, chunk
+  // by chunk (null: nowhere; it must outlive the estimators).
   std::shared_ptr<const ViewBias> given_view_bias;
   UserFactorSource user_factors;
   std::shared_ptr<SolveLedger> ledger;
+  PieceStore* pieces = nullptr;
 
   void Describe(OptionVisitor& visitor);
 };

@@ -25,4 +25,16 @@ SolveSchedule MakeSchedule(const GraphOptions& options) {
   return schedule;
 }
 
+void Put(const SolveSchedule& schedule, ByteWriter* writer) {
+  writer->PutSize(schedule.stages.size());
+  for (const SolveStage& stage : schedule.stages) {
+    writer->Put(stage.loss);
+    writer->Put(stage.scale);
+    writer->Put(stage.max_iterations);
+  }
+  writer->Put(schedule.step_tolerance_m);
+  writer->Put(schedule.doubt_unsettled);
+  writer->Put(schedule.bone_swing);
+}
+
 }  // namespace kinegraph

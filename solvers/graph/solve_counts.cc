@@ -18,17 +18,7 @@ bool SolveCounts::AllWell() const {
 }
 
 SolveCounts& SolveCounts::operator+=(const SolveCounts& other) {
-  solves += other.solves;
-  sweep_iterations += other.sweep_iterations;
-  ceres_problems += other.ceres_problems;
-  ceres_iterations += other.ceres_iterations;
-  cholmod_problems += other.cholmod_problems;
-  ceres_decrease_millionths += other.ceres_decrease_millionths;
-  not_converged += other.not_converged;
-  not_finite += other.not_finite;
-  bones_dropped += other.bones_dropped;
-  positions_in_doubt += other.positions_in_doubt;
-  no_covariance += other.no_covariance;
+  for (const auto count : kSolveCounts) this->*count += other.*count;
   return *this;
 }
 

@@ -3,6 +3,7 @@
 #define KINEGRAPH_SOLVERS_GRAPH_SOLVE_COUNTS_H_
 
 #include <cstdint>
+#include <iterator>
 #include <mutex>
 #include <string>
 
@@ -18,6 +19,8 @@ struct SolveCounts {
   int64_t cholmod_problems = 0;  // of them factorised by SuiteSparse
   // Decrease of the cost from the start to Ceres' result [1e-6].
   int64_t ceres_decrease_millionths = 0;
+  int64_t rivals_tried = 0;  // times most views of a joint were lost
+  int64_t rivals_taken = 0;  // of which a rival start was better
 
   // What went wrong.
   int64_t not_converged = 0;  // solves that reached their iterations
@@ -32,6 +35,18 @@ struct SolveCounts {
   bool AllWell() const;
   SolveCounts& operator+=(const SolveCounts& other);
 };
+
+// All of them.
+inline constexpr int64_t SolveCounts::*kSolveCounts[] = {
+    &SolveCounts::solves,           &SolveCounts::sweep_iterations,
+    &SolveCounts::ceres_problems,   &SolveCounts::ceres_iterations,
+    &SolveCounts::cholmod_problems, &SolveCounts::ceres_decrease_millionths,
+    &SolveCounts::rivals_tried,     &SolveCounts::rivals_taken,
+    &SolveCounts::not_converged,    &SolveCounts::not_finite,
+    &SolveCounts::bones_dropped,    &SolveCounts::positions_in_doubt,
+    &SolveCounts::no_covariance};
+static_assert(sizeof(SolveCounts) == sizeof(int64_t) * std::size(kSolveCounts),
+              "a count is missing above");
 
 // What went wrong, for people; empty where nothing did.
 std::string DescribeTroubles(const SolveCounts& counts);

@@ -110,7 +110,7 @@ void PersonSolver::TryRivals(const SolveSchedule& schedule, int joint_idx,
   const std::vector<LostStretch> stretches =
       LostStretches(chain, inlier_weight_);
   if (stretches.empty()) return;
-  ++rivals_.cases;
+  ++counts_.rivals_tried;
   // What becomes of the rivals is no result that anybody takes over.
   const SolveCounts counted = counts_;
   SolveSchedule last = schedule;
@@ -142,7 +142,7 @@ void PersonSolver::TryRivals(const SolveSchedule& schedule, int joint_idx,
   const int64_t iterations = counts_.sweep_iterations;
   counts_ = counted;
   counts_.sweep_iterations = iterations;
-  if (taken) ++rivals_.taken;
+  if (taken) ++counts_.rivals_taken;
 }
 
 void PersonSolver::SolveBones(PersonProblem* problem) {
@@ -221,23 +221,29 @@ void PersonSolver::FreeWorkSpace() {
   linear_ = LinearChain();
 }
 
-void PersonSolver::TakeCounts(PersonSolver* other) {
-  counts_ += std::exchange(other->counts_, SolveCounts());
-  const RivalCounts rivals = std::exchange(other->rivals_, RivalCounts());
-  rivals_.cases += rivals.cases;
-  rivals_.taken += rivals.taken;
+void PersonSolver::PutOptions(ByteWriter* writer) const {
+  writer->Put(solver_);
+  writer->Put(rival_starts_);
+  writer->Put(inlier_weight_);
+  writer->Put(correction_);
+  Put(schedule_, writer);
+}
+
+SolveCounts PersonSolver::TakeCounts() {
+  return std::exchange(counts_, SolveCounts());
 }
 
 void PersonSolver::HandInCounts(int64_t first_frame, int64_t last_frame) {
-  const SolveCounts counts = std::exchange(counts_, SolveCounts());
+  const SolveCounts counts = TakeCounts();
   if (ledger_ != nullptr) ledger_->Add(counts);
-  if (counts.AllWell() && rivals_.cases == 0) return;
+  if (counts.AllWell() && counts.rivals_tried == 0) return;
   std::ostringstream line;
   line << "a person of frames " << first_frame << " to " << last_frame << ": "
        << DescribeTroubles(counts);
-  if (rivals_.cases > 0) {
-    line << "; " << rivals_.cases << " times most views of a joint were lost, "
-         << rivals_.taken << " times a rival start was better";
+  if (counts.rivals_tried > 0) {
+    line << "; " << counts.rivals_tried
+         << " times most views of a joint were lost, " << counts.rivals_taken
+         << " times a rival start was better";
   }
   // Reweighting may creep for longer than it is worth; a state that still
   // moves far is another matter.

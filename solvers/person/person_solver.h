@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
 #include "solvers/graph/solve_counts.h"
@@ -43,13 +44,6 @@ class PersonSolver {
                              const std::vector<int>& joint_indices,
                              PersonProblem* problem);
 
-  // What rival starts came to.
-  struct RivalCounts {
-    int64_t cases = 0;  // solves of a joint that left lost stretches
-    int64_t taken = 0;  // of which a rival cost less
-  };
-  const RivalCounts& rivals() const { return rivals_; }
-
   // Couples the joints by the problem's bones, from the estimates that the
   // joints have alone and under the last stage's loss. Where that finds nothing
   // finite those estimates stay and the problem's bones are dropped.
@@ -72,8 +66,13 @@ class PersonSolver {
   // Gives back the memory that solves needed.
   void FreeWorkSpace();
 
-  // Takes over what `other` has counted.
-  void TakeCounts(PersonSolver* other);
+  // All but the problem that a result depends on.
+  void PutOptions(ByteWriter* writer) const;
+
+  // What was counted since the last call.
+  SolveCounts TakeCounts();
+  // Counts what another one has.
+  void AddCounts(const SolveCounts& counts) { counts_ += counts; }
 
   // Adds what was counted since the last call to the options' ledger, and logs
   // what went wrong in the frames first .. last of this person.
@@ -89,7 +88,6 @@ class PersonSolver {
   void TryRivals(const SolveSchedule& schedule, int joint_idx,
                  PersonProblem* problem);
 
-  RivalCounts rivals_;
   bool rival_starts_;
   double inlier_weight_;
   GraphSolver solver_;

@@ -72,12 +72,12 @@ TrackSequence TrackWith(const RunOptions& options, const RunRequest& request,
 }
 
 FrozenRun Freeze(const RunOptions& options, const RunRequest& request,
-                 const DetectionSequence& detections,
-                 EstimatorPair estimators) {
+                 const DetectionSequence& detections) {
   RunOptions one_pass = options;
   one_pass.tracker.life.second_pass = false;
   one_pass.identity.link = false;
   MatchFreezer freezer;
+  EstimatorPair estimators = MakeEstimators(options.estimators);
   // The estimator that is written sees every frame of a life.
   EstimatorFactory& written =
       estimators.output ? estimators.output : estimators.feedback;
@@ -127,15 +127,14 @@ TrackSequence TrackSequenceOf(const RunOptions& options,
 }
 
 FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
-                         const DetectionSequence& detections,
-                         const EstimatorMaker& make) {
+                         const DetectionSequence& detections) {
   if (!options.refine.any()) {
-    return Freeze(options, request, detections, make(options.estimators));
+    return Freeze(options, request, detections);
   }
   const RefinedTake refined = RefineTake(options, request, detections);
   RunRequest asked = request;
   asked.cameras = refined.cameras;
-  return Freeze(options, asked, refined.detections, make(options.estimators));
+  return Freeze(options, asked, refined.detections);
 }
 
 }  // namespace kinegraph

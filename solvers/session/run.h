@@ -56,16 +56,11 @@ struct FrozenRun {
   TrackSequence tracks;  // what the run itself wrote
 };
 
-// Makes what the options ask for; others do the same and remember it
-// (solvers/session/remembered_runs.h).
-using EstimatorMaker = std::function<EstimatorPair(const EstimatorOptions&)>;
-
 // Tracks detections in memory and freezes the matches, with cameras and clocks
 // refined before, where the options ask for it. There is one pass: a second one
 // (tracking.second_pass) is left out, and the world stays where it is.
 FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
-                         const DetectionSequence& detections,
-                         const EstimatorMaker& make = MakeEstimators);
+                         const DetectionSequence& detections);
 
 }  // namespace kinegraph
 

@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/piece_store.h"
+
 namespace kinegraph {
 
 // A piece is known by the fingerprint (core/base/bytes.h) of everything that
@@ -26,7 +28,7 @@ namespace kinegraph {
 //   }
 //   WriteResult();
 //   checkpoint.Remove();
-class Checkpoint {
+class Checkpoint final : public PieceStore {
  public:
   Checkpoint() = default;  // remembers nothing
   // Nothing is written before `quiet_s` have passed: short work leaves no file
@@ -35,13 +37,13 @@ class Checkpoint {
   // file is begun anew. Where none can be written, nothing is kept (trouble()).
   Checkpoint(const std::string& path, const std::string& build, bool resume,
              double quiet_s);
-  ~Checkpoint();
+  ~Checkpoint() override;
   Checkpoint(const Checkpoint&) = delete;
   Checkpoint& operator=(const Checkpoint&) = delete;
 
   bool keeps() const { return !path_.empty(); }
-  std::optional<std::string> Find(const std::string& key);
-  void Add(const std::string& key, std::string value);
+  std::optional<std::string> Find(const std::string& key) override;
+  void Add(const std::string& key, std::string value) override;
   // The work is complete.
   void Remove();
 
