@@ -164,8 +164,8 @@ void TakeSolver::SolveTogether(PersonTake* take) {
         solver->Refine(part);
       });
   // Then the take has none.
-  if (without_bones_.size() == 1 && without_bones_[0])
-    take->graph.bones.clear();
+  const bool as_a_whole = without_bones_.size() == 1;
+  if (as_a_whole && without_bones_[0]) take->graph.bones.clear();
 }
 
 template <typename Matrix, typename Of>
