@@ -2,21 +2,10 @@
 
 #include <algorithm>
 
-#include "core/geometry/camera.h"
+#include "core/geometry/camera_bytes.h"
 
 namespace kinegraph {
 namespace {
-
-void PutCamera(const Camera& camera, ByteWriter* writer) {
-  writer->Put(camera.width_px());
-  writer->Put(camera.height_px());
-  writer->PutMatrix(camera.K());
-  writer->PutMatrix(camera.R());
-  writer->PutMatrix(camera.t());
-  writer->PutText(camera.lens() ? camera.lens()->model() : "");
-  if (!camera.lens()) return;
-  for (const double value : camera.lens()->parameters()) writer->Put(value);
-}
 
 void PutPrior(const StatePrior& prior, ByteWriter* writer) {
   writer->PutMatrix(prior.A);
@@ -43,7 +32,7 @@ void PutMeasurement(const PixelMeasurement& measurement,
   writer->PutSize(static_cast<size_t>(at - cameras->begin()));
   if (at == cameras->end()) {
     cameras->push_back(measurement.camera);
-    PutCamera(*measurement.camera, writer);
+    Put(*measurement.camera, writer);
   }
   writer->PutMatrix(measurement.px);
   writer->PutMatrix(measurement.bias_px);

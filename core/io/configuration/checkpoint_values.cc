@@ -3,6 +3,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/geometry/camera_bytes.h"
+
 namespace kinegraph {
 namespace {
 
@@ -114,17 +116,7 @@ void Put(const Skeleton& skeleton, ByteWriter* writer) {
 
 void Put(const CameraRig& cameras, ByteWriter* writer) {
   writer->PutSize(cameras.size());
-  for (const Camera& camera : cameras) {
-    writer->PutText(camera.name());
-    writer->Put(camera.width_px());
-    writer->Put(camera.height_px());
-    writer->PutMatrix(camera.K());
-    writer->PutMatrix(camera.R());
-    writer->PutMatrix(camera.t());
-    writer->PutText(camera.lens() ? camera.lens()->model() : "");
-    if (!camera.lens()) continue;
-    for (const double value : camera.lens()->parameters()) writer->Put(value);
-  }
+  for (const Camera& camera : cameras) Put(camera, writer);
 }
 
 void Put(const Keypoint& joint, ByteWriter* writer) {
