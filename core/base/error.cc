@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "core/base/utf8.h"
+
 namespace kinegraph {
 namespace {
 
@@ -15,6 +17,11 @@ std::string Join(const std::string& file, const std::string& where,
 // A message stays on one line whatever a file name or a key contains.
 std::string OneLine(const std::string& message) {
   return Printable(message, 1000);
+}
+
+// Terminals obey control characters, U+0080 to U+009F among them.
+bool IsControl(char32_t point) {
+  return point < 0x20 || (point >= 0x7f && point < 0xa0);
 }
 
 }  // namespace
@@ -33,10 +40,12 @@ OptionError::OptionError(std::string key, const std::string& message)
 
 std::string Printable(const std::string& text, size_t max_length) {
   std::string shown;
-  for (const char c : text) {
+  for (size_t i = 0; i < text.size();) {
     if (shown.size() >= max_length) return shown + "...";
-    const auto byte = static_cast<unsigned char>(c);
-    shown += (byte < 0x20 || byte == 0x7f) ? '?' : c;
+    const Utf8Letter letter = LetterAt(text, i);
+    const bool can_be_shown = letter.point && !IsControl(*letter.point);
+    shown += can_be_shown ? text.substr(i, letter.size) : "?";
+    i += letter.size;
   }
   return shown;
 }

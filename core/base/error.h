@@ -31,8 +31,8 @@ class OptionError : public std::runtime_error {
   std::string message_;
 };
 
-// `text` on one line, fit to be shown: control characters replaced, cut after
-// `max_length` characters.
+// `text` on one line, fit to be shown: control characters and bytes that are no
+// UTF-8 replaced, cut at the letter that reaches `max_length` bytes.
 std::string Printable(const std::string& text, size_t max_length = 60);
 
 }  // namespace kinegraph

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "core/base/error.h"
+#include "core/base/utf8.h"
 
 namespace kinegraph {
 namespace {
@@ -81,27 +82,9 @@ std::u32string CodePoints(const std::string& text) {
   constexpr char32_t kReplacement = 0xFFFD;
   std::u32string points;
   for (size_t i = 0; i < text.size();) {
-    const auto first = static_cast<unsigned char>(text[i++]);
-    const int more = first < 0x80   ? 0
-                     : first < 0xC2 ? -1
-                     : first < 0xE0 ? 1
-                     : first < 0xF0 ? 2
-                     : first < 0xF5 ? 3
-                                    : -1;
-    if (more < 0) {
-      points += kReplacement;
-      continue;
-    }
-    char32_t point = more == 0 ? first : first & (0x3FU >> more);
-    int taken = 0;
-    while (taken < more && i < text.size() &&
-           (static_cast<unsigned char>(text[i]) & 0xC0U) == 0x80U) {
-      point = point << 6U | (static_cast<unsigned char>(text[i++]) & 0x3FU);
-      ++taken;
-    }
-    const bool valid = taken == more && point <= 0x10FFFF &&
-                       (point < 0xD800 || point > 0xDFFF);
-    points += valid ? point : kReplacement;
+    const Utf8Letter letter = LetterAt(text, i);
+    points += letter.point.value_or(kReplacement);
+    i += letter.size;
   }
   return points;
 }
