@@ -302,7 +302,9 @@ void RunTrack() {
   const std::unique_ptr<Checkpoint> checkpoint =
       OpenCheckpoint(FLAGS_out, FLAGS_resume, FLAGS_checkpoint_s);
   take.options.estimators.graph.ledger = std::make_shared<SolveLedger>();
-  take.options.estimators.graph.pieces = checkpoint.get();
+  if (checkpoint->keeps()) {
+    take.options.estimators.graph.pieces = checkpoint.get();
+  }
   Session session(take.options, take.request, source->header(),
                   [&take] { return take.Open(); });
   if (session.scene().used_views.size() < 2) {

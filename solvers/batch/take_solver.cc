@@ -4,6 +4,7 @@
 #include <memory>
 #include <mutex>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "core/base/bytes.h"
@@ -82,29 +83,29 @@ void TakeSolver::ForEachChunk(const std::string& step, const PersonTake& take,
   ParallelFor(AllowedThreads(), static_cast<int>(chunks.size()), [&](int i) {
     PersonProblem part = CutOut(take, chunks[i]);
     if (!without_bones_.empty() && without_bones_[i]) part.bones.clear();
+    PieceStore* pieces = options_.pieces;
+    std::string key;
+    if (pieces != nullptr) key = ChunkKey(step, whole_, chunks[i], part);
+    if (key.empty()) pieces = nullptr;
+    std::optional<std::string> kept;
+    if (pieces != nullptr) kept = pieces->Find(key);
     SolveCounts counts;
     Outcome outcome;
-    const auto fill = [&] {
-      std::unique_ptr<PersonSolver> solver = TakeIdle();
-      outcome = compute(solver.get(), chunks[i], &part);
-      counts = solver->TakeCounts();
-      GiveBack(std::move(solver));
-    };
-    const std::string key = options_.pieces == nullptr
-                                ? ""
-                                : ChunkKey(step, whole_, chunks[i], part);
-    if (key.empty()) {
-      fill();
-    } else if (const auto kept = options_.pieces->Find(key)) {
+    if (kept.has_value()) {
       ByteReader reader(*kept);
       Get(&reader, &counts);
       Get(&reader, &outcome);
     } else {
-      fill();
+      std::unique_ptr<PersonSolver> solver = TakeIdle();
+      outcome = compute(solver.get(), chunks[i], &part);
+      counts = solver->TakeCounts();
+      GiveBack(std::move(solver));
+    }
+    if (pieces != nullptr && !kept.has_value()) {
       ByteWriter writer;
       Put(counts, &writer);
       Put(outcome, &writer);
-      options_.pieces->Add(key, writer.Take());
+      pieces->Add(key, writer.Take());
     }
     {
       const std::lock_guard<std::mutex> lock(taking_);
