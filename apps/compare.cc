@@ -11,10 +11,8 @@
 
 #include "apps/common/app.h"
 #include "apps/common/plot.h"
-#include "apps/common/resume.h"
 #include "apps/compare/comparison.h"
 #include "apps/compare/output.h"
-#include "apps/compare/pieces.h"
 #include "apps/compare/plots.h"
 #include "apps/compare/results.h"
 #include "apps/compare/scores.h"
@@ -65,12 +63,6 @@ DEFINE_string(plot_strategies,
               "those drawn where not all fit");
 DEFINE_string(joint, "r_wrist", "whose trajectory is drawn");
 DEFINE_int32(threads, 1, "threads; the result does not depend on it");
-DEFINE_bool(resume, false,
-            "go on from OUT.checkpoint, which an ended run of the same build "
-            "has left; the result is the same but for times");
-DEFINE_double(checkpoint_s, 10.0,
-              "seconds of work from which on finished pieces are kept in "
-              "OUT.checkpoint until the result is there");
 DEFINE_string(out, "", "folder for the results; must not hold files yet");
 
 namespace kinegraph {
@@ -282,8 +274,7 @@ void Score(const std::vector<Strategy>& strategies, CompareResult* result) {
 
 // Folds, the scored set and the values that strategies begin with.
 CompareResult PrepareResult(FrozenTake take,
-                            const std::vector<Strategy>& strategies,
-                            Checkpoint* checkpoint) {
+                            const std::vector<Strategy>& strategies) {
   const double rate_hz = take.run.scene.model.frame_rate_hz;
   std::optional<ParameterFile> file;
   if (!FLAGS_parameters.empty()) {
@@ -301,8 +292,6 @@ CompareResult PrepareResult(FrozenTake take,
   result.comparison =
       MakeComparison(std::move(take.options), std::move(take.run),
                      std::move(folds), set, FLAGS_threads);
-  result.comparison.checkpoint = checkpoint;
-  result.comparison.content = PieceContent(result.comparison);
   ReadTruth(&result.comparison);
   result.baseline_idx = IndexOf(strategies, FLAGS_baseline);
   for (size_t s = 0; s < strategies.size(); ++s) {
@@ -344,7 +333,7 @@ std::string PlotsText(const CompareResult& result, const std::string& folder) {
 }
 
 void CompareOneTake(const std::vector<Strategy>& strategies,
-                    Checkpoint* checkpoint, AtomicFolder* folder) {
+                    AtomicFolder* folder) {
   TakeInput input;
   input.cameras = FLAGS_cameras;
   input.detections = FLAGS_detections;
@@ -352,8 +341,8 @@ void CompareOneTake(const std::vector<Strategy>& strategies,
   input.mode = FLAGS_mode;
   input.set = FLAGS_set;
   input.frames = FLAGS_frames;
-  CompareResult result = PrepareResult(
-      FreezeTake(input, FLAGS_threads, checkpoint), strategies, checkpoint);
+  CompareResult result =
+      PrepareResult(FreezeTake(input, FLAGS_threads), strategies);
   if (FLAGS_tune) Tune(strategies, &result);
   Score(strategies, &result);
   AddMeasures(&result);
@@ -373,13 +362,12 @@ void CompareOneTake(const std::vector<Strategy>& strategies,
   WriteFile(folder->PathOf("runtime.json"), RuntimeJson(result).dump(1) + "\n");
   WriteFile(folder->PathOf("recommended.toml"), RecommendedToml(result));
   folder->Commit();
-  CloseCheckpoint("compare", checkpoint);
   std::printf("Processor time:\n\n%s\n%s", RuntimeTable(result).c_str(),
               Digest(result, FLAGS_out).c_str());
 }
 
 void CompareManyTakes(const std::vector<Strategy>& strategies,
-                      Checkpoint* checkpoint, AtomicFolder* folder) {
+                      AtomicFolder* folder) {
   StudyRequest request;
   request.takes = TakesOf(ReadManifest(FLAGS_manifest), FLAGS_manifest,
                           FLAGS_config, FLAGS_mode, FLAGS_set);
@@ -387,14 +375,12 @@ void CompareManyTakes(const std::vector<Strategy>& strategies,
   request.baseline_idx = IndexOf(strategies, FLAGS_baseline);
   request.tune = FLAGS_tune;
   request.threads = FLAGS_threads;
-  request.checkpoint = checkpoint;
   const Study study = RunStudy(request);
   WriteFile(folder->PathOf("study.json"), StudyJson(study));
   WriteFile(folder->PathOf("study.csv"), StudyCsv(study));
   WriteFile(folder->PathOf("study.md"), StudyMarkdown(study));
   WriteFile(folder->PathOf("recommended.toml"), StudyToml(study));
   folder->Commit();
-  CloseCheckpoint("compare", checkpoint);
   std::fputs(StudyDigest(study, FLAGS_out).c_str(), stdout);
 }
 
@@ -402,15 +388,11 @@ void RunCompare() {
   CheckFlags();
   if (FLAGS_plots && FLAGS_manifest.empty()) RequirePlotTool();
   const std::vector<Strategy> strategies = ReadStrategies();
-  AtomicFolder folder(WithFolders(FLAGS_out),
-                      FLAGS_resume && IsFile(CheckpointPath(FLAGS_out)),
-                      "runtime.json");
-  const std::unique_ptr<Checkpoint> checkpoint =
-      OpenCheckpoint(FLAGS_out, FLAGS_resume, FLAGS_checkpoint_s);
+  AtomicFolder folder(WithFolders(FLAGS_out));
   if (FLAGS_manifest.empty()) {
-    CompareOneTake(strategies, checkpoint.get(), &folder);
+    CompareOneTake(strategies, &folder);
   } else {
-    CompareManyTakes(strategies, checkpoint.get(), &folder);
+    CompareManyTakes(strategies, &folder);
   }
 }
 

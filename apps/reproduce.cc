@@ -14,7 +14,6 @@
 #include "apps/common/machine.h"
 #include "apps/common/plot.h"
 #include "apps/common/progress.h"
-#include "apps/common/resume.h"
 #include "apps/common/table.h"
 #include "apps/common/terminal_markdown.h"
 #include "apps/tables/ablation.h"
@@ -38,12 +37,6 @@ DEFINE_string(table, "",
 DEFINE_string(set, "",
               "changes in every configuration, as key=value;... (what your "
               "detections need)");
-DEFINE_bool(resume, false,
-            "go on from OUT.checkpoint, which an ended run of the same build "
-            "has left; the result is the same but for times");
-DEFINE_double(checkpoint_s, 10.0,
-              "seconds of work from which on finished tracks are kept in "
-              "OUT.checkpoint until the result is there");
 DEFINE_string(out, "", "folder for reproduce.json, reproduce.md and plots");
 
 namespace kinegraph {
@@ -287,13 +280,6 @@ std::string Heading(const Machine& machine, const Spent& spent) {
          "an interval cannot tell from another is not a win.\n\n";
 }
 
-void KeepTracksIn(Checkpoint* checkpoint, BenchmarkData* data) {
-  for (Benchmark& benchmark : data->benchmarks) {
-    for (Take& take : benchmark.takes) take.dataset.checkpoint = checkpoint;
-    benchmark.audit.dataset.checkpoint = checkpoint;
-  }
-}
-
 void RunReproduce() {
   RequireFlag("data", FLAGS_data);
   RequireFlag("out", FLAGS_out);
@@ -301,10 +287,7 @@ void RunReproduce() {
   if (Wanted("sensitivity") || Wanted("ablation")) RequirePlotTool();
   // Before the work, so that a wrong place costs none.
   const OutputFolder folder(FLAGS_out);
-  BenchmarkData data = FindBenchmarks(FLAGS_data);
-  const std::unique_ptr<Checkpoint> checkpoint =
-      OpenCheckpoint(FLAGS_out, FLAGS_resume, FLAGS_checkpoint_s);
-  KeepTracksIn(checkpoint.get(), &data);
+  const BenchmarkData data = FindBenchmarks(FLAGS_data);
   const Machine machine = ThisMachine();
   Report report;
   const Stopwatch stopwatch;
@@ -346,7 +329,6 @@ void RunReproduce() {
   if (!report.details.empty()) {
     WriteFile(FLAGS_out + "/details.md", kDetailsHeading + report.details);
   }
-  CloseCheckpoint("reproduce", checkpoint.get());
   constexpr size_t kColumns = 100;
   const std::string where = FLAGS_out + "/reproduce.md";
   std::fputs(ForTerminal(report.markdown, kColumns, where).c_str(), stdout);

@@ -13,7 +13,6 @@
 #include "apps/common/key_tables.h"
 #include "apps/common/progress.h"
 #include "apps/common/refinement.h"
-#include "apps/common/resume.h"
 #include "apps/common/summary.h"
 #include "apps/common/take_output.h"
 #include "apps/common/track_output.h"
@@ -57,12 +56,6 @@ DEFINE_string(
 DEFINE_string(markers, "ours",
               "names of the joints in formats such as TRC: ours (l_hip), "
               "pose2sim (LHip) or opensim, as for `convert`");
-DEFINE_bool(resume, false,
-            "go on from OUT.checkpoint, which an ended run of the same build "
-            "has left; the result is the same");
-DEFINE_double(checkpoint_s, 10.0,
-              "seconds of work from which on what the batch has solved is kept "
-              "in OUT.checkpoint until the result is there");
 DEFINE_bool(keys, false, "list the keys of a configuration and leave");
 
 namespace kinegraph {
@@ -299,12 +292,7 @@ void RunTrack() {
   CheckFlags();
   Take take = ReadTake();
   const std::unique_ptr<DetectionSource> source = take.Open();
-  const std::unique_ptr<Checkpoint> checkpoint =
-      OpenCheckpoint(FLAGS_out, FLAGS_resume, FLAGS_checkpoint_s);
   take.options.estimators.graph.ledger = std::make_shared<SolveLedger>();
-  if (checkpoint->keeps()) {
-    take.options.estimators.graph.pieces = checkpoint.get();
-  }
   Session session(take.options, take.request, source->header(),
                   [&take] { return take.Open(); });
   if (session.scene().used_views.size() < 2) {
@@ -327,7 +315,6 @@ void RunTrack() {
   const bool has_name = !IsStream(FLAGS_out);
   if (has_name) WriteDecisions(take, session);
   output->Commit();
-  CloseCheckpoint("track", checkpoint.get());
   std::FILE* const said = SummaryStream(FLAGS_out);
   SayOutcome(take, summary, output->path(), said);
   if (!has_name) {

@@ -64,10 +64,6 @@ tsan() {
     test_core_tracking test_solvers_batch test_solvers_session test_apps_batch \
     test_apps_compare
 }
-kills() {
-  KINEGRAPH_KILLS=20 "$build/tests/test_apps_faults" --gtest_brief=1 \
-    --gtest_filter='ResumeTest.*'
-}
 calls() { tests/apps/faults/failing_calls.py "$build"; }
 stream() { tests/apps/faults/long_stream.py "$build" 1 "$logs/stream"; }
 slurm() { "$build/tests/test_apps_cluster" --gtest_brief=1; }
@@ -100,9 +96,8 @@ step() {  # NAME TITLE NEEDED_PROGRAM...
     $((SECONDS - begin))
 }
 
-wanted=" ${*:-asan tsan kills calls stream slurm fuzz package} "
+wanted=" ${*:-asan tsan calls stream slurm fuzz package} "
 run() { if [[ $wanted == *" $1 "* ]]; then step "$@"; fi; }
-run kills 'track, compare, reproduce killed 20 times each' python3
 run calls "calls of every command made to fail" gcc python3
 run slurm 'Snakemake, and 40 tasks on a Slurm whose node dies' snakemake \
   slurmctld slurmd munged sbatch

@@ -195,13 +195,11 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
   run.tracks.header = comparison.run.scene.header;
   run.whole_take = true;
   const bool same = SameRun(comparison, values);
-  // Its time is told: nothing may be there already.
-  EstimatorOptions options = comparison.options.estimators;
-  options.graph.pieces = nullptr;
   for (size_t f = 0; f < comparison.folds.size(); ++f) {
     const Fold& fold = comparison.folds[f];
     const EstimatorFactory estimator =
-        MakeStrategy(strategy, values[f], comparison.rate_hz(), options);
+        MakeStrategy(strategy, values[f], comparison.rate_hz(),
+                     comparison.options.estimators);
     std::vector<ReplayOutcome> outcomes =
         RunEstimators(comparison.scene(), fold.take->all, estimator);
     for (const ReplayOutcome& outcome : outcomes) {
@@ -211,7 +209,8 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
       run.whole_take = false;
       run.delay = std::max(run.delay.value_or(0), *outcome.delay);
     }
-    if (IsCausalStrategy(strategy, values[f], comparison.rate_hz(), options)) {
+    if (IsCausalStrategy(strategy, values[f], comparison.rate_hz(),
+                         comparison.options.estimators)) {
       // It could answer at once, whenever this estimator does.
       run.whole_take = false;
       run.delay = 0;

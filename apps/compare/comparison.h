@@ -19,7 +19,6 @@
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/pcp.h"
 #include "core/evaluation/smoothness.h"
-#include "core/io/configuration/checkpoint.h"
 #include "core/tracking/replay.h"
 #include "solvers/session/run.h"
 
@@ -53,10 +52,6 @@ struct Comparison {
   std::optional<TrackSequence> truth;
   std::optional<PcpProtocol> protocol;  // of PCP; frames those of the folds
   int threads = 1;
-  // Where finished pieces are kept, and the fingerprint of all that they depend
-  // on but strategy, values and view (PieceContent). Null: nothing is kept.
-  Checkpoint* checkpoint = nullptr;
-  std::string content;
 
   const SceneModel& scene() const { return run.scene.model; }
   double rate_hz() const { return scene().frame_rate_hz; }

@@ -6,7 +6,6 @@
 #include <map>
 #include <utility>
 
-#include "apps/compare/pieces.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/evaluation/correspondence.h"
@@ -124,56 +123,22 @@ void AddHeldOut(const Comparison& comparison, const HeldOutScores& held_out,
   scores->held_out_consistency = HeldOutConsistency(held_out);
 }
 
-// RunWithAll, or what the checkpoint has of it.
-StrategyRun RunOrFind(const Comparison& comparison, const Strategy& strategy,
-                      const FoldValues& values) {
-  StrategyRun run;
-  ComputeOrFind(
-      comparison, PieceKey(comparison, "run", strategy, values, -1),
-      [&] { run = RunWithAll(comparison, strategy, values); },
-      [&](ByteWriter* writer) { Put(run, writer); },
-      [&](ByteReader* reader) {
-        run = GetStrategyRun(reader);
-        run.tracks.header = comparison.run.scene.header;
-        run.alike = AlikeObserved(run.tracks, comparison.folds);
-      });
-  return run;
-}
-
 // Held-out errors of one camera in every fold, into `parts` [fold, view].
 void ScoreView(const Comparison& comparison, const Strategy& strategy,
                const FoldValues& values, size_t view,
                std::vector<HeldOutScores>* parts) {
   const size_t views = comparison.views().size();
-  const auto part = [&](size_t fold) -> HeldOutScores& {
-    return (*parts)[fold * views + view];
-  };
-  const auto compute = [&] {
-    const bool same = SameRun(comparison, values);
-    TrackSequence tracks;
-    for (size_t fold = 0; fold < comparison.folds.size(); ++fold) {
-      const Fold& scored = comparison.folds[fold];
-      if (fold == 0 || !same) {
-        tracks =
-            RunWithout(comparison, strategy, values[fold], *scored.take, view);
-      }
-      ScoreWithout(comparison, scored, view, tracks, &part(fold));
+  const bool same = SameRun(comparison, values);
+  TrackSequence tracks;
+  for (size_t fold = 0; fold < comparison.folds.size(); ++fold) {
+    const Fold& scored = comparison.folds[fold];
+    if (fold == 0 || !same) {
+      tracks =
+          RunWithout(comparison, strategy, values[fold], *scored.take, view);
     }
-  };
-  ComputeOrFind(
-      comparison,
-      PieceKey(comparison, "without", strategy, values, static_cast<int>(view)),
-      compute,
-      [&](ByteWriter* writer) {
-        for (size_t f = 0; f < comparison.folds.size(); ++f) {
-          Put(part(f), writer);
-        }
-      },
-      [&](ByteReader* reader) {
-        for (size_t f = 0; f < comparison.folds.size(); ++f) {
-          part(f) = GetHeldOutScores(reader);
-        }
-      });
+    ScoreWithout(comparison, scored, view, tracks,
+                 &(*parts)[fold * views + view]);
+  }
 }
 
 }  // namespace
@@ -200,7 +165,7 @@ std::vector<StrategyScores> ScoreStrategies(
       ParallelFor(comparison.threads, static_cast<int>(pieces), [&](int i) {
         const auto piece = static_cast<size_t>(i);
         if (piece == 0) {
-          scores.run = RunOrFind(comparison, strategies[s], values[s]);
+          scores.run = RunWithAll(comparison, strategies[s], values[s]);
         } else {
           ScoreView(comparison, strategies[s], values[s], piece - 1, &parts);
         }

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "apps/common/app.h"
-#include "apps/compare/pieces.h"
 #include "apps/compare/scores.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -46,12 +45,8 @@ Comparison ComparisonOf(FrozenTake take, const StudyRequest& request) {
       PrepareTake(take.run, take.options, take.run.detections, request.threads);
   const FrameRange all = {take.run.first_frame,
                           take.run.tracks.frames.back().frame + 1};
-  Comparison comparison =
-      MakeComparison(std::move(take.options), std::move(take.run),
-                     {{all, prepared}}, std::nullopt, request.threads);
-  comparison.checkpoint = request.checkpoint;
-  comparison.content = PieceContent(comparison);
-  return comparison;
+  return MakeComparison(std::move(take.options), std::move(take.run),
+                        {{all, prepared}}, std::nullopt, request.threads);
 }
 
 // What is wrong with one of many takes names it.
@@ -68,28 +63,15 @@ void ForTake(const TakeInput& input, const Work& work) {
 RatioUnit ScorePoint(const Comparison& comparison, const Strategy& strategy,
                      const StrategyValues& values, size_t view) {
   RatioUnit pooled;
-  ComputeOrFind(
-      comparison,
-      PieceKey(comparison, "point", strategy, {values}, static_cast<int>(view)),
-      [&] {
-        const Fold& fold = comparison.folds.front();
-        HeldOutScores scores;
-        ScoreWithout(comparison, fold, view,
-                     RunWithout(comparison, strategy, values, *fold.take, view),
-                     &scores);
-        for (const RatioUnit& unit : TruncatedErrors(scores, AllJoints())) {
-          pooled.sum += unit.sum;
-          pooled.weight += unit.weight;
-        }
-      },
-      [&](ByteWriter* writer) {
-        writer->Put(pooled.sum);
-        writer->Put(pooled.weight);
-      },
-      [&](ByteReader* reader) {
-        pooled.sum = reader->Get<double>();
-        pooled.weight = reader->Get<double>();
-      });
+  const Fold& fold = comparison.folds.front();
+  HeldOutScores scores;
+  ScoreWithout(comparison, fold, view,
+               RunWithout(comparison, strategy, values, *fold.take, view),
+               &scores);
+  for (const RatioUnit& unit : TruncatedErrors(scores, AllJoints())) {
+    pooled.sum += unit.sum;
+    pooled.weight += unit.weight;
+  }
   return pooled;
 }
 
@@ -176,8 +158,8 @@ class Maker {
         "tuning", static_cast<int64_t>(request_.takes.size() * tuned_.size()));
     for (const TakeInput& input : request_.takes) {
       ForTake(input, [&] {
-        const Comparison comparison = ComparisonOf(
-            FreezeTake(input, request_.threads, request_.checkpoint), request_);
+        const Comparison comparison =
+            ComparisonOf(FreezeTake(input, request_.threads), request_);
         for (size_t s = 0; s < tuned_.size(); ++s) {
           grids_[s].errors.push_back(
               ScorePoints(comparison, tuned_[s], grids_[s].points));
@@ -215,9 +197,8 @@ class Maker {
   }
 
   void ScoreTake(size_t t) {
-    const Comparison comparison = ComparisonOf(
-        FreezeTake(request_.takes[t], request_.threads, request_.checkpoint),
-        request_);
+    const Comparison comparison =
+        ComparisonOf(FreezeTake(request_.takes[t], request_.threads), request_);
     std::vector<FoldValues> values;
     for (size_t s = 0; s < request_.strategies.size(); ++s) {
       const StrategyValues defaults =

@@ -78,7 +78,6 @@ struct StudyRequest {
   size_t baseline_idx = 0;
   bool tune = false;
   int threads = 1;
-  Checkpoint* checkpoint = nullptr;
 };
 // Reads one take at a time. Throws InputError naming the take.
 Study RunStudy(const StudyRequest& request);

@@ -54,8 +54,7 @@ std::vector<TakeInput> TakesOf(const Manifest& manifest,
   return takes;
 }
 
-FrozenTake FreezeTake(const TakeInput& input, int threads,
-                      Checkpoint* checkpoint) {
+FrozenTake FreezeTake(const TakeInput& input, int threads) {
   FrozenTake take;
   take.options =
       ReadRunOptions(FindConfig(input.config), input.set, input.mode);
@@ -69,7 +68,6 @@ FrozenTake FreezeTake(const TakeInput& input, int threads,
   if (record.has_value() && record->has_clocks()) {
     detections = WithRecordedClocks(take.options, request, *record, detections);
   }
-  take.options.estimators.graph.pieces = checkpoint;
   take.run = FreezeTracking(take.options, request, detections);
   if (take.run.tracks.frames.empty()) {
     throw InputError(input.detections, "", "no frame in the frames asked for");

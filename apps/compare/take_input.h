@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "core/io/configuration/checkpoint.h"
 #include "core/io/configuration/manifest.h"
 #include "solvers/session/run.h"
 
@@ -35,9 +34,8 @@ struct FrozenTake {
   FrozenRun run;
 };
 
-// What the batch solves is looked up in the checkpoint. Throws InputError.
-FrozenTake FreezeTake(const TakeInput& input, int threads,
-                      Checkpoint* checkpoint);
+// Throws InputError.
+FrozenTake FreezeTake(const TakeInput& input, int threads);
 
 }  // namespace kinegraph
 

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "apps/common/app.h"
-#include "apps/compare/pieces.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/io/configuration/config.h"
@@ -121,7 +120,7 @@ PieceResult ComputePiece(const Comparison& comparison, const Strategy& strategy,
                          const StrategyValues& values, const Piece& piece) {
   PieceResult result;
   const double start_s = ThreadCpuSeconds();
-  const auto compute = [&] {
+  try {
     const PreparedTake& take = *comparison.folds[piece.fold].take;
     const TrackSequence tracks =
         RunWithout(comparison, strategy, values, take, piece.view);
@@ -133,25 +132,6 @@ PieceResult ComputePiece(const Comparison& comparison, const Strategy& strategy,
           piece.view, tracks, &scores);
       result.errors[scored] = Pool(scores);
     }
-  };
-  try {
-    ComputeOrFind(
-        comparison,
-        PieceKey(comparison, "tuning " + std::to_string(piece.fold), strategy,
-                 {values}, static_cast<int>(piece.view)),
-        compute,
-        [&](ByteWriter* writer) {
-          for (const RatioUnit& unit : result.errors) {
-            writer->Put(unit.sum);
-            writer->Put(unit.weight);
-          }
-        },
-        [&](ByteReader* reader) {
-          for (RatioUnit& unit : result.errors) {
-            unit.sum = reader->Get<double>();
-            unit.weight = reader->Get<double>();
-          }
-        });
   } catch (const InputError&) {
     result.refused = true;
   } catch (const OptionError&) {

@@ -4,7 +4,6 @@
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
 #include "core/io/tracks/tracks.h"
-#include "solvers/session/remembered_runs.h"
 
 namespace kinegraph {
 namespace {
@@ -77,8 +76,7 @@ LoadedDataset LoadDataset(const Dataset& dataset,
 }
 
 TrackSequence TracksOf(const LoadedDataset& loaded, const RunOptions& options) {
-  return RememberedTracks(options, loaded.request, loaded.detections,
-                          loaded.dataset.checkpoint);
+  return TrackSequenceOf(options, loaded.request, loaded.detections);
 }
 
 std::string JoinSets(const std::string& first, const std::string& second) {

@@ -8,7 +8,6 @@
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/evaluation/pcp.h"
-#include "core/io/configuration/checkpoint.h"
 #include "solvers/session/run.h"
 
 namespace kinegraph {
@@ -24,7 +23,6 @@ struct Dataset {
   std::string set;                 // as --set takes it
   std::vector<FrameRange> frames;  // tracked; none: all
   PcpProtocol protocol;
-  Checkpoint* checkpoint = nullptr;  // where its tracks are kept, if not null
 };
 
 // Shelf with the reference's filled detections (the authors' configuration,
@@ -48,7 +46,7 @@ struct LoadedDataset {
 LoadedDataset LoadDataset(const Dataset& dataset,
                           const std::string& data_folder);
 
-// The take tracked, or what its checkpoint has of that.
+// The take tracked.
 TrackSequence TracksOf(const LoadedDataset& loaded, const RunOptions& options);
 inline TrackSequence TracksOf(const LoadedDataset& loaded) {
   return TracksOf(loaded, loaded.options);

@@ -1,7 +1,6 @@
 #include "core/system/file.h"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -68,10 +67,6 @@ int OpenNew(const std::string& path) {
   return open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
 }
 
-int OpenToUpdate(const std::string& path) {
-  return open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-}
-
 int Duplicate(int descriptor) { return fcntl(descriptor, F_DUPFD_CLOEXEC, 0); }
 
 void CloseFile(int descriptor) { close(descriptor); }
@@ -88,41 +83,6 @@ int64_t ReadSome(int descriptor, char* to, size_t size) {
     got = read(descriptor, to, size);
   } while (got < 0 && errno == EINTR);
   return got;
-}
-
-bool ReadAt(int descriptor, int64_t offset, size_t size, std::string* bytes) {
-  bytes->resize(size);
-  size_t done = 0;
-  while (done < size) {
-    const ssize_t got = pread(descriptor, bytes->data() + done, size - done,
-                              offset + static_cast<int64_t>(done));
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return false;
-    done += static_cast<size_t>(got);
-  }
-  return true;
-}
-
-bool WriteAt(int descriptor, int64_t offset, const std::string& bytes) {
-  size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t put =
-        pwrite(descriptor, bytes.data() + done, bytes.size() - done,
-               offset + static_cast<int64_t>(done));
-    if (put < 0 && errno == EINTR) continue;
-    if (put <= 0) return false;
-    done += static_cast<size_t>(put);
-  }
-  return true;
-}
-
-bool Truncate(int descriptor, int64_t size) {
-  return ftruncate(descriptor, size) == 0;
-}
-
-LockOutcome LockFile(int descriptor) {
-  if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return LockOutcome::kLocked;
-  return errno == EWOULDBLOCK ? LockOutcome::kInUse : LockOutcome::kFailed;
 }
 
 bool SetPermissions(int descriptor, unsigned permissions) {
@@ -142,8 +102,6 @@ int SyncFile(int descriptor) {
   } while (outcome != 0 && errno == EINTR);
   return Tolerant(outcome);
 }
-
-bool SyncData(int descriptor) { return fdatasync(descriptor) == 0; }
 
 int SyncTree(const std::string& folder) {
   const int descriptor = OpenFolder(folder);

@@ -34,10 +34,8 @@ bool CanBeWritten(const std::string& path);
 // -1 when the system refuses. No program that is started inherits one.
 int OpenToRead(const std::string& path);
 int OpenToWrite(const std::string& path);  // what is no regular file
-// To read and write at places of its own, never through a link; a new one fails
-// where anything is.
+// Fails where anything is, a link too.
 int OpenNew(const std::string& path);
-int OpenToUpdate(const std::string& path);
 int Duplicate(int descriptor);
 void CloseFile(int descriptor);
 std::FILE* StreamOf(int descriptor, const char* mode);
@@ -60,13 +58,6 @@ class Descriptor {
 
 // Bytes that are there, 0 at the end, -1 when the system refuses.
 int64_t ReadSome(int descriptor, char* to, size_t size);
-// All of the bytes, or false.
-bool ReadAt(int descriptor, int64_t offset, size_t size, std::string* bytes);
-bool WriteAt(int descriptor, int64_t offset, const std::string& bytes);
-bool Truncate(int descriptor, int64_t size);
-// Until it is closed, without waiting.
-enum class LockOutcome { kLocked, kInUse, kFailed };
-LockOutcome LockFile(int descriptor);
 bool SetPermissions(int descriptor, unsigned permissions);
 
 // 0, or -1 when the system refuses.
@@ -77,8 +68,6 @@ void RemoveEmptyFolder(const std::string& path);
 // Brings an open file's bytes to the disk: 0, or -1 when they were lost; a file
 // system that knows no such request counts as done.
 int SyncFile(int descriptor);
-// The same for what was appended, whatever its times; false: lost.
-bool SyncData(int descriptor);
 // Everything below a folder: its whole file system. As SyncFile.
 int SyncTree(const std::string& folder);
 // The entry of a name in its folder. Best effort: the name is there already.

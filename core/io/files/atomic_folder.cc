@@ -5,8 +5,6 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
 #include <system_error>
 
@@ -25,32 +23,17 @@ std::string WithoutTrailingSlashes(std::string path) {
   return path;
 }
 
-bool HaveSameBytes(const fs::path& a, const fs::path& b) {
-  std::ifstream first(a, std::ios::binary);
-  std::ifstream second(b, std::ios::binary);
-  using Bytes = std::istreambuf_iterator<char>;
-  return first && second &&
-         std::equal(Bytes(first), Bytes(), Bytes(second), Bytes());
-}
-
 }  // namespace
 
 AtomicFolder::AtomicFolder(const std::string& path)
-    : AtomicFolder(path, false, "") {}
-
-AtomicFolder::AtomicFolder(const std::string& path, bool goes_on,
-                           const std::string& times)
-    : target_(WithoutTrailingSlashes(path)), times_(times) {
+    : target_(WithoutTrailingSlashes(path)) {
   if (path.empty()) throw InputError("an output folder has an empty name");
   std::error_code error;
   if (fs::exists(fs::symlink_status(target_, error)) &&
       !(fs::is_directory(fs::symlink_status(target_, error)) &&
         fs::is_empty(target_, error) && !error)) {
-    if (!goes_on || !fs::is_directory(target_, error)) {
-      throw InputError(path, "",
-                       "is there already, expected the name of a new folder");
-    }
-    target_is_there_ = true;
+    throw InputError(path, "",
+                     "is there already, expected the name of a new folder");
   }
   constexpr int kAttempts = 1000;  // leftovers of killed programs are skipped
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
@@ -67,29 +50,7 @@ AtomicFolder::~AtomicFolder() {
   if (!committed_) PartialFiles::Remove(temporary_);
 }
 
-bool AtomicFolder::TargetHoldsTheSame() const {
-  for (const auto& entry : fs::recursive_directory_iterator(temporary_)) {
-    if (!entry.is_regular_file()) continue;
-    const fs::path there =
-        fs::path(target_) / fs::relative(entry.path(), temporary_);
-    if (entry.path().filename() == times_
-            ? !fs::is_regular_file(there)
-            : !HaveSameBytes(entry.path(), there)) {
-      return false;
-    }
-  }
-  return true;
-}
-
 void AtomicFolder::Commit() {
-  if (target_is_there_) {
-    if (!TargetHoldsTheSame()) {
-      throw InputError(target_, "",
-                       "is there already, with other contents than this run "
-                       "gives");
-    }
-    return;
-  }
   if (SyncTree(temporary_) != 0 ||
       PartialFiles::Rename(temporary_, target_) != 0) {
     throw std::runtime_error(

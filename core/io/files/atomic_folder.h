@@ -19,11 +19,6 @@ class AtomicFolder {
   // Throws InputError when `path` is there and is no empty folder, or when no
   // folder can be made beside it.
   explicit AtomicFolder(const std::string& path);
-  // With `goes_on` a run that was ended is gone on with, and it may have been
-  // ended just after its folder appeared. Commit() then leaves a folder that is
-  // there as it is, and throws InputError unless it holds what was written now;
-  // files named `times` may differ.
-  AtomicFolder(const std::string& path, bool goes_on, const std::string& times);
   ~AtomicFolder();
   AtomicFolder(const AtomicFolder&) = delete;
   AtomicFolder& operator=(const AtomicFolder&) = delete;
@@ -37,12 +32,8 @@ class AtomicFolder {
   void Commit();
 
  private:
-  bool TargetHoldsTheSame() const;
-
   std::string target_;
   std::string temporary_;
-  std::string times_;
-  bool target_is_there_ = false;
   bool committed_ = false;
 };
 

@@ -367,6 +367,83 @@ TEST(LimitTest, SkeletonsOfManyJointsAreRefusedUntilTheKeyAllowsThem) {
   EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
 }
 
+// A take of which people are solved at the end, for a second or more, in lines
+// that lack --out.
+std::vector<std::string> OfflineLine(const std::string& detections) {
+  return {ProgramPath("track"), "--cameras=" + DemoScene("8") + "/cameras.json",
+          "--detections=" + detections,
+          "--config=" + ProjectFile("configs/offline.toml").string()};
+}
+
+// Ctrl-C while people are being solved: at once, in one line.
+TEST(SignalTest, ASolveIsLeftAtOnce) {
+  const TemporaryFolder folder;
+  const std::string errors = (folder.path() / "errors").string();
+  const fs::path out = folder.path() / "out";
+  std::vector<std::string> line =
+      OfflineLine(DemoScene("8") + "/detections.jsonl");
+  line.push_back("--out=" + (out / "tracks.jsonl").string());
+  const auto clock = std::chrono::steady_clock::now;
+  const auto begin = clock();
+  ASSERT_EQ(RunningProgram(line, errors).Wait(), 0) << ContentOf(errors);
+  const auto whole = clock() - begin;
+  fs::remove_all(out);
+  RunningProgram program(line, errors);
+  std::this_thread::sleep_for(whole / 2);
+  program.Signal(SIGINT);
+  const auto signal = clock();
+  const int status = program.Wait();
+  // Nothing is waited for; the rest is a machine that is busy.
+  EXPECT_LT(clock() - signal, std::chrono::seconds(2));
+  ASSERT_TRUE(WIFSIGNALED(status)) << "the take was solved too fast";
+  EXPECT_EQ(WTERMSIG(status), SIGINT);
+  EXPECT_EQ(ContentOf(errors),
+            "kinegraph-track: stopped by SIGINT; what was half-written is "
+            "removed\n");
+  EXPECT_THAT(NamesIn(out), IsEmpty());
+}
+
+// Detections that change between the first reading and the last: the result is
+// not made, or is that of what was read first.
+TEST(InputTest, AChangeUnderneathIsNoHarm) {
+  const TemporaryFolder folder;
+  const std::string errors = (folder.path() / "errors").string();
+  const fs::path out = folder.path() / "out";
+  const std::string detections = folder.Write(
+      "detections.jsonl", ContentOf(DemoScene("8") + "/detections.jsonl"));
+  std::vector<std::string> line = OfflineLine(detections);
+  line.push_back("--out=" + (out / "tracks.jsonl").string());
+  ASSERT_EQ(RunningProgram(line, errors).Wait(), 0) << ContentOf(errors);
+  const std::string whole = ContentOf(out / "tracks.jsonl");
+  fs::remove_all(out);
+  RunningProgram program(line, errors);
+  // The first reading is over.
+  ASSERT_TRUE(WaitUntil([&] { return fs::exists(out) && HasPartial(out); }));
+  fs::resize_file(detections, fs::file_size(detections) / 2);
+  const int status = program.Wait();
+  ASSERT_TRUE(WIFEXITED(status));
+  if (WEXITSTATUS(status) == 0) {
+    EXPECT_EQ(ContentOf(out / "tracks.jsonl"), whole);
+  } else {
+    EXPECT_THAT(ContentOf(errors), HasSubstr("detections.jsonl"));
+    EXPECT_FALSE(fs::exists(out / "tracks.jsonl"));
+    EXPECT_FALSE(HasPartial(out));
+  }
+}
+
+TEST(GoneTest, AFlagThatWentSaysWhatReplacesIt) {
+  for (const std::string command : {"track", "compare", "reproduce"}) {
+    for (const std::string flag :
+         {"--resume", "--noresume", "--checkpoint_s=5"}) {
+      const ProgramOutcome outcome = RunProgram(command, flag);
+      EXPECT_EQ(outcome.exit_code, 2);
+      EXPECT_THAT(outcome.errors, HasSubstr("kinegraph-batch --resume"));
+      EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'),
+                1);
+    }
+  }
+}
+
 TEST(DriverTest, HelpNeedsNeitherPackagesNorACompiler) {
   // A folder without a build, and no apt-get that could be found.
   const TemporaryFolder folder;

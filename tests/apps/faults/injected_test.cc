@@ -71,30 +71,5 @@ TEST(InjectedTest, AMergeThatCannotLookNeverCountsLess) {
   }
 }
 
-TEST(InjectedTest, ACheckpointThatCannotBeUsedIsNotLeft) {
-  if (Injector().empty()) GTEST_SKIP() << "needs gcc";
-  const TemporaryFolder folder;
-  const std::string line = "'" + ProgramPath("track") + "' --cameras='" +
-                           DemoScene("0.4") + "/cameras.json' --detections='" +
-                           DemoScene("0.4") + "/detections.jsonl' --config='" +
-                           ProjectFile("configs/offline.toml").string() +
-                           "' --frames=0:8 --checkpoint_s=0 --out='" +
-                           (folder.path() / "o.jsonl").string() + "'";
-  for (const std::string call : {"flock", "fstat", "ftruncate", "pwrite"}) {
-    const int count = CountOf(call, line);
-    EXPECT_GT(count, 0) << call;
-    for (int n = 1; n <= count; ++n) {
-      const ProgramOutcome outcome = RunShell(Refusing(call, n) + line);
-      const bool left = fs::exists(folder.path() / "o.jsonl.checkpoint");
-      if (outcome.exit_code == 0) {
-        EXPECT_FALSE(left) << call << " " << n;
-      } else {
-        EXPECT_EQ(LinesIn(outcome.errors), 1) << outcome.errors;
-      }
-      fs::remove(folder.path() / "o.jsonl.checkpoint");
-    }
-  }
-}
-
 }  // namespace
 }  // namespace kinegraph::testing

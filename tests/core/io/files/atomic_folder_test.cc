@@ -70,37 +70,5 @@ TEST(AtomicFolder, TakesAnEmptyFolderAndNoOther) {
   EXPECT_THAT(ListFolder(path), ElementsAre("a.txt"));
 }
 
-// A run that goes on finds the folder that it had completed.
-TEST(AtomicFolder, GoingOnKeepsWhatIsTheSameAndRefusesTheRest) {
-  const TemporaryFolder temporary;
-  const std::string path = temporary.path() / "result";
-  fs::create_directory(path);
-  temporary.Write("result/a.txt", "text");
-  temporary.Write("result/times", "1 s");
-  temporary.Write("result/notes", "of somebody else");
-  {
-    AtomicFolder folder(path, true, "times");
-    WriteIn(folder, "a.txt");
-    WriteIn(folder, "times");
-    folder.Commit();
-  }
-  EXPECT_EQ(ReadTextFile(path + "/times"), "1 s");
-  {
-    AtomicFolder folder(path, true, "times");
-    WriteIn(folder, "notes");
-    EXPECT_THAT(InputErrorOf([&] { folder.Commit(); }),
-                HasSubstr("is there already, with other contents"));
-  }
-  {
-    AtomicFolder folder(path, true, "times");
-    WriteIn(folder, "missing");
-    EXPECT_THAT(InputErrorOf([&] { folder.Commit(); }),
-                HasSubstr("is there already, with other contents"));
-  }
-  EXPECT_EQ(ReadTextFile(path + "/notes"), "of somebody else");
-  EXPECT_THAT(ListFolder(path), ElementsAre("a.txt", "notes", "times"));
-  EXPECT_THAT(ListFolder(temporary.path().string()), ElementsAre("result"));
-}
-
 }  // namespace
 }  // namespace kinegraph
