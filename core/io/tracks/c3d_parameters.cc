@@ -122,7 +122,7 @@ std::string C3dParameters::Section() const {
   if (blocks > kMostBlocks) {
     throw InputError(
         "the names of all joints of all people are longer than what C3D has "
-        "room for");
+        "room for (convert one with --person=N)");
   }
   section.resize(blocks * kC3dBlock, '\0');
   section[0] = 1;

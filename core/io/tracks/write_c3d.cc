@@ -84,7 +84,8 @@ class Take {
     if (points > kMaxWord) {
       throw InputError(std::to_string(ids_.size()) + " people of " +
                        std::to_string(joint_count_) +
-                       " joints are too many for C3D, which has 65535 points");
+                       " joints are too many for C3D, which has 65535 points "
+                       "(convert one with --person=N)");
     }
     constexpr int64_t kMaxFrameNumber = int64_t{1} << 31;
     if (last_ > kMaxFrameNumber) {
@@ -122,8 +123,10 @@ class Take {
           text.Float(0.0).Float(0.0).Float(0.0).Float(-1.0);
           continue;
         }
-        const Eigen::Vector3d mm =
+        Eigen::Vector3d mm =
             kMillimetresPerMetre * axes_.Apply(person->joints[j].position_m);
+        // Exact zeros are read as a missing point, here and elsewhere.
+        if (mm.isZero(0.0)) mm.x() = std::numeric_limits<float>::min();
         text.Float(mm.x()).Float(mm.y()).Float(mm.z());
         text.Float(FourthWord(*person, j));
       }
@@ -188,7 +191,7 @@ class Take {
     parameters->Float("SCALE", -scale_mm_).Float("RATE", rate_hz_);
     parameters->Word("DATA_START", data_block);
     parameters->Word("FRAMES", std::min(frames, kMaxWord));
-    if (frames > kMaxWord) {
+    if (frames >= kMaxWord) {  // of which a word says "or more"
       parameters->Float("LONG_FRAMES", static_cast<double>(frames));
     }
     parameters->Texts("LABELS", Labels()).Texts("UNITS", {"mm"});

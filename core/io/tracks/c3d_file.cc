@@ -1,0 +1,450 @@
+#include "core/io/tracks/c3d_file.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string_view>
+
+#include "core/base/error.h"
+#include "core/base/utf8.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/tracks/c3d_parameters.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kMostFrames = 1e9;
+constexpr int64_t kFull = 65535;  // the most that a word holds; -1 if signed
+constexpr int64_t kWords = 65536;
+
+std::string Upper(std::string text) {
+  for (char& c : text) {
+    c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  }
+  return text;
+}
+
+std::string Trimmed(const std::string& text) {
+  const size_t end = text.find_last_not_of(std::string(" \0", 2));
+  return end == std::string::npos ? "" : text.substr(0, end + 1);
+}
+
+std::string AsUtf8(const std::string& text) {
+  size_t at = 0;
+  while (at < text.size()) {
+    const Utf8Letter letter = LetterAt(text, at);
+    if (!letter.point.has_value()) break;
+    at += letter.size;
+  }
+  if (at >= text.size()) return text;
+  std::string utf8;
+  for (const char c : text) {  // Latin-1's bytes are Unicode's first 256
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80) {
+      utf8 += c;
+      continue;
+    }
+    utf8 += static_cast<char>(0xC0 | byte >> 6);
+    utf8 += static_cast<char>(0x80 | (byte & 0x3F));
+  }
+  return utf8;
+}
+
+double MetresOf(const std::vector<std::string>& units) {
+  const std::string unit = units.empty() ? "" : Upper(units.front());
+  for (const auto& [name, metres] :
+       {std::pair{"MM", 0.001}, {"", 0.001}, {"CM", 0.01}, {"M", 1.0}}) {
+    if (unit == name) return metres;
+  }
+  throw InputError("POINT:UNITS: found '" + Printable(units.front()) +
+                   "', expected mm, cm or m");
+}
+
+bool IsRate(double hz) { return hz > 0.0 && hz <= 1e6; }
+
+size_t BlockBegin(double block) {
+  return block >= 1.0 && block <= static_cast<double>(kFull)
+             ? kC3dBlock * (static_cast<size_t>(block) - 1)
+             : 0;
+}
+
+}  // namespace
+
+// ---- bytes ----
+
+double C3dBytes::Float(size_t at) const {
+  const auto first = static_cast<uint32_t>(Word(at));
+  const auto second = static_cast<uint32_t>(Word(at + 2));
+  // DEC's and MIPS' more significant half comes first; DEC's exponent counts
+  // two more.
+  const uint32_t bits =
+      order_ == kIntel ? second << 16 | first : first << 16 | second;
+  float number = 0.0F;
+  std::memcpy(&number, &bits, sizeof(number));
+  return order_ == kDec ? number / 4.0 : number;
+}
+
+bool C3dBytes::AllZero(size_t begin, size_t end) const {
+  return std::all_of(text_.data() + begin, text_.data() + end,
+                     [](char c) { return c == '\0'; });
+}
+
+void C3dBytes::Require(size_t at, size_t length) const {
+  if (!Has(at, length)) throw InputError("is cut off");
+}
+
+// ---- parameters ----
+
+size_t C3dValues::Place::count() const {
+  size_t count = 1;  // seven sides of 255 at most: no overflow
+  for (const size_t side : shape) count *= side;
+  return count;
+}
+
+C3dValues::C3dValues(const C3dBytes& bytes, size_t begin) : bytes_(bytes) {
+  const auto blocks = static_cast<size_t>(bytes.Byte(begin + 2));
+  // Some writers leave out how many blocks there are.
+  const size_t end = blocks == 0
+                         ? bytes.size()
+                         : std::min(begin + kC3dBlock * blocks, bytes.size());
+  std::map<int, std::string> groups;
+  std::vector<std::pair<std::pair<int, std::string>, Place>> found;
+  for (size_t at = begin + 4; at + 2 < end;) {
+    const auto length =
+        static_cast<size_t>(std::abs(static_cast<signed char>(bytes.Byte(at))));
+    const int group = static_cast<signed char>(bytes.Byte(at + 1));
+    if (length == 0 || group == 0) break;
+    const std::string name = Upper(Trimmed(bytes.Text(at + 2, length)));
+    const size_t here = at + 2 + length;
+    const auto step = static_cast<size_t>(bytes.Word(here));
+    if (group < 0) {
+      groups[-group] = name;
+    } else if (const auto place = PlaceAt(here + 2)) {
+      found.push_back({{group, name}, *place});
+    }
+    if (step == 0) break;
+    at = here + step;
+  }
+  for (auto& [key, place] : found) {  // a group may follow its parameters
+    places_[groups[key.first] + ":" + key.second] = std::move(place);
+  }
+}
+
+std::optional<C3dValues::Place> C3dValues::PlaceAt(size_t at) const {
+  constexpr size_t kMostSides = 7;
+  Place place;
+  place.type = static_cast<signed char>(bytes_.Byte(at));
+  const auto sides = static_cast<size_t>(bytes_.Byte(at + 1));
+  const auto width = static_cast<size_t>(std::abs(place.type));
+  if (sides > kMostSides || width == 0 || width > 4) return std::nullopt;
+  for (size_t s = 0; s < sides; ++s) {
+    place.shape.push_back(static_cast<size_t>(bytes_.Byte(at + 2 + s)));
+  }
+  place.at = at + 2 + sides;
+  if (!bytes_.Has(place.at, width * place.count())) return std::nullopt;
+  return place;
+}
+
+std::optional<double> C3dValues::Number(const std::string& name,
+                                        size_t index) const {
+  const auto found = places_.find(name);
+  if (found == places_.end() || index >= found->second.count()) {
+    return std::nullopt;
+  }
+  const Place& place = found->second;
+  if (place.type == 4) return bytes_.Float(place.at + 4 * index);
+  if (place.type == 2) return bytes_.Word(place.at + 2 * index);
+  if (place.type == 1) return bytes_.Byte(place.at + index);
+  throw InputError(name + ": expected a number");
+}
+
+std::vector<std::string> C3dValues::Texts(const std::string& name) const {
+  std::vector<std::string> texts;
+  for (int part = 1;; ++part) {
+    const auto found =
+        places_.find(part == 1 ? name : name + std::to_string(part));
+    if (found == places_.end()) return texts;
+    const Place& place = found->second;
+    if (place.type != -1) throw InputError(name + ": expected texts");
+    const size_t width = place.shape.empty() ? 1 : place.shape[0];
+    if (width == 0) continue;
+    for (size_t i = 0; i + width <= place.count(); i += width) {
+      texts.push_back(AsUtf8(Trimmed(bytes_.Text(place.at + i, width))));
+    }
+  }
+}
+
+// ---- the file ----
+
+C3dFile::C3dFile(const std::string& path)
+    : bytes_(ReadTextFile(path)), values_(bytes_, OpenParameters()) {
+  rate_hz_ = values_.Number("POINT:RATE").value_or(0.0);
+  if (!IsRate(rate_hz_)) rate_hz_ = bytes_.Float(20);
+  unit_m_ = MetresOf(values_.Texts("POINT:UNITS"));
+  FindRange();
+  FindSegments();
+  FindPoints();
+  if (points_.width + segments_.width == 0) {
+    throw InputError("has no points (POINT:USED is 0)");
+  }
+}
+
+// Sets the order of bytes; where the parameters begin.
+size_t C3dFile::OpenParameters() {
+  if (!bytes_.Has(0, kC3dBlock)) throw InputError("is cut off");
+  if (bytes_.Byte(1) != 0x50) throw InputError("is no C3D file");
+  const size_t begin = BlockBegin(bytes_.Byte(0));
+  const int order = bytes_.Byte(begin + 3);
+  if (order < C3dBytes::kIntel || order > C3dBytes::kMips) {
+    throw InputError("names no byte order (Intel, DEC or MIPS)");
+  }
+  bytes_.set_order(order);
+  return begin;
+}
+
+// Two words, or a number of another type.
+int64_t C3dFile::FrameNumber(const char* name, double low, double high) const {
+  if (!(low >= 0.0 && low <= kMostFrames && high >= 0.0 && high < kWords)) {
+    throw InputError(std::string(name) + ": expected the number of a frame");
+  }
+  return static_cast<int64_t>(low) + kWords * static_cast<int64_t>(high);
+}
+
+// The first frame, and how many there are by each convention, the most trusted
+// first. 0 says nothing, and a full word only that there are as many or more.
+void C3dFile::FindRange() {
+  const auto state = [&](const char* where, int64_t count, bool is_word) {
+    if (count > 0) stated_.push_back({where, count, is_word});
+  };
+  int64_t first = bytes_.Word(6);
+  const auto start = values_.Number("TRIAL:ACTUAL_START_FIELD");
+  const auto stop = values_.Number("TRIAL:ACTUAL_END_FIELD");
+  if (start && stop) {
+    const auto high = [&](const char* name) {
+      return values_.Number(name, 1).value_or(0.0);
+    };
+    const int64_t begin = FrameNumber("TRIAL:ACTUAL_START_FIELD", *start,
+                                      high("TRIAL:ACTUAL_START_FIELD"));
+    const int64_t end = FrameNumber("TRIAL:ACTUAL_END_FIELD", *stop,
+                                    high("TRIAL:ACTUAL_END_FIELD"));
+    if (end >= begin && end > 0) first = begin;
+    if (end == kFull) {
+      at_least_ = std::max(at_least_, end - begin + 1);
+    } else {
+      state("TRIAL", end - begin + 1, false);
+    }
+  }
+  for (const char* name : {"POINT:LONG_FRAMES", "POINT:FRAMES"}) {
+    const double frames = values_.Number(name).value_or(0.0);
+    // A float may be -1, too.
+    if (frames > 0.0 && frames <= kMostFrames && frames != kFull) {
+      state(name, std::llround(frames), std::string(name) == "POINT:FRAMES");
+    }
+  }
+  const int64_t last = bytes_.Word(8);
+  const int64_t in_header = last - bytes_.Word(6) + 1;
+  if (last == kFull) {
+    at_least_ = std::max(at_least_, in_header);
+  } else if (last > 0) {
+    state("the header", (in_header + kWords) % kWords, true);
+  }
+  first_ = std::max<int64_t>(first, 1) - 1;
+}
+
+// The stated count with which the frames end where the data do, but for less
+// than a block. What stands in a word may have run over.
+std::optional<int64_t> C3dFile::FittingCount(const C3dFrames& frames,
+                                             size_t end) const {
+  if (frames.frame_bytes == 0 || frames.begin > end) return std::nullopt;
+  const auto room =
+      static_cast<int64_t>((end - frames.begin) / frames.frame_bytes);
+  const auto fits = [&](int64_t count) {
+    return count <= room &&
+           end - frames.begin -
+                   static_cast<size_t>(count) * frames.frame_bytes <
+               kC3dBlock;
+  };
+  for (const Stated& stated : stated_) {
+    if (fits(stated.count)) return stated.count;
+  }
+  for (const Stated& stated : stated_) {
+    const int64_t over = (room - stated.count) / kWords * kWords;
+    if (stated.is_word && over > 0 && fits(stated.count + over)) {
+      return stated.count + over;
+    }
+  }
+  return std::nullopt;
+}
+
+int64_t C3dFile::CountOf(const C3dFrames& frames, size_t end) const {
+  if (const auto count = FittingCount(frames, end)) return *count;
+  const int64_t room =
+      frames.begin > end
+          ? 0
+          : static_cast<int64_t>((end - frames.begin) / frames.frame_bytes);
+  if (!stated_.empty()) {
+    const Stated& most_trusted = stated_.front();
+    for (const Stated& stated : stated_) {
+      if (stated.count == most_trusted.count) continue;
+      throw InputError("is of " + std::to_string(most_trusted.count) +
+                       " frames (" + most_trusted.where + ") or " +
+                       std::to_string(stated.count) + " (" + stated.where +
+                       "), and has room for " + std::to_string(room));
+    }
+    const bool may_have_run_over =
+        most_trusted.is_word && room >= most_trusted.count + kWords;
+    if (most_trusted.count > room || most_trusted.count < at_least_ ||
+        may_have_run_over) {
+      throw InputError("is cut off or miscounted: " + most_trusted.where +
+                       " says " + std::to_string(most_trusted.count) +
+                       " frames, there is room for " + std::to_string(room));
+    }
+    return most_trusted.count;
+  }
+  if (room < at_least_) throw InputError("is cut off");
+  // Only the size tells. The last block may be filled up with zeros.
+  int64_t count = room;
+  const auto begin_of = [&](int64_t frame) {
+    return frames.begin + static_cast<size_t>(frame) * frames.frame_bytes;
+  };
+  while (count > at_least_ && end - begin_of(count - 1) < kC3dBlock &&
+         bytes_.AllZero(begin_of(count - 1), end)) {
+    --count;
+  }
+  return count;
+}
+
+void C3dFile::FindSegments() {
+  constexpr size_t kMatrixBytes = 17 * 4;
+  const double used = values_.Number("ROTATION:USED").value_or(0.0);
+  const size_t begin =
+      BlockBegin(values_.Number("ROTATION:DATA_START").value_or(0.0));
+  if (!(used >= 1.0 && used <= static_cast<double>(kFull)) || begin == 0) {
+    return;
+  }
+  const double rate_hz = values_.Number("ROTATION:RATE").value_or(0.0);
+  double ratio = values_.Number("ROTATION:RATIO").value_or(0.0);
+  if (!(ratio >= 1.0)) ratio = IsRate(rate_hz_) ? rate_hz / rate_hz_ : 1.0;
+  const int64_t each =
+      ratio >= 1.0 && ratio <= 1000.0 ? std::llround(ratio) : 1;
+  segments_.width = static_cast<size_t>(used);
+  segments_.begin = begin;
+  segments_.frame_bytes =
+      kMatrixBytes * segments_.width * static_cast<size_t>(each);
+  if (bytes_.Word(2) > 0 && !stated_.empty() &&
+      !FittingCount(segments_, bytes_.size())) {
+    segments_ = {};  // beyond what the word of DATA_START reaches, or broken
+    return;
+  }
+  segments_.count = each * CountOf(segments_, bytes_.size());
+  segments_.frame_bytes /= static_cast<size_t>(each);
+  segments_.first = each * first_;
+  segments_.rate_hz = IsRate(rate_hz_)  ? static_cast<double>(each) * rate_hz_
+                      : IsRate(rate_hz) ? rate_hz
+                                        : 0.0;
+}
+
+double C3dFile::Scale() const {
+  for (const double scale :
+       {values_.Number("POINT:SCALE").value_or(0.0), bytes_.Float(12)}) {
+    if (std::isfinite(scale) && scale != 0.0) return scale;
+  }
+  throw InputError("POINT:SCALE: expected a number other than 0");
+}
+
+void C3dFile::FindPoints() {
+  const int in_header = bytes_.Word(2);
+  const double used = values_.Number("POINT:USED").value_or(in_header);
+  points_.width = used >= 1.0 && used <= kMostFrames
+                      ? static_cast<size_t>(used)
+                      : static_cast<size_t>(in_header);
+  if (points_.width == 0) return;
+  const double scale = Scale();
+  is_float_ = scale < 0.0;
+  points_.begin = BlockBegin(bytes_.Word(16));
+  if (points_.begin == 0) {
+    points_.begin = BlockBegin(values_.Number("POINT:DATA_START").value_or(0));
+  }
+  if (points_.begin == 0)
+    throw InputError("POINT:DATA_START: expected a block");
+  const size_t end = segments_.begin > points_.begin
+                         ? std::min(segments_.begin, bytes_.size())
+                         : bytes_.size();
+  const auto set_bytes = [&] {
+    points_.frame_bytes =
+        (is_float_ ? 4 : 2) *
+        (4 * points_.width + static_cast<size_t>(bytes_.Word(4)));
+    return FittingCount(points_, end).has_value();
+  };
+  const size_t width = points_.width;
+  if (!set_bytes()) {
+    // Header and parameters disagree, or floats with the scale of integers:
+    // what fills the file is meant.
+    points_.width = static_cast<size_t>(in_header);
+    if (in_header == 0 || !set_bytes()) {
+      points_.width = width;
+      const bool was_float = is_float_;
+      is_float_ = true;
+      if (!set_bytes()) is_float_ = was_float;
+      set_bytes();
+    }
+  }
+  step_m_ = is_float_ ? unit_m_ : unit_m_ * scale;
+  points_.count = CountOf(points_, end);
+  points_.first = first_;
+  points_.rate_hz = IsRate(rate_hz_) ? rate_hz_ : 0.0;
+}
+
+std::optional<Eigen::Vector3d> C3dFile::Point(int64_t frame,
+                                              size_t point) const {
+  const size_t width = is_float_ ? 4 : 2;
+  const size_t at = points_.begin +
+                    points_.frame_bytes * static_cast<size_t>(frame) +
+                    4 * width * point;
+  double values[4];
+  for (size_t k = 0; k < 4; ++k) {
+    values[k] = is_float_ ? bytes_.Float(at + 4 * k)
+                          : static_cast<int16_t>(bytes_.Word(at + 2 * k));
+  }
+  if (is_float_ && std::abs(values[3]) < std::numeric_limits<float>::min()) {
+    // Some write the residual as a word here too.
+    values[3] = static_cast<int16_t>(bytes_.Word(at + 12));
+  }
+  if (!(values[3] >= 0.0)) return std::nullopt;
+  const Eigen::Vector3d at_m(step_m_ * values[0], step_m_ * values[1],
+                             step_m_ * values[2]);
+  if (!at_m.allFinite()) return std::nullopt;
+  if (values[3] == 0.0 && values[0] == 0.0 && values[1] == 0.0 &&
+      values[2] == 0.0) {
+    return std::nullopt;
+  }
+  return at_m;
+}
+
+std::optional<Eigen::Isometry3d> C3dFile::Segment(int64_t frame,
+                                                  size_t segment) const {
+  constexpr size_t kNumbers = 17;  // a matrix by columns, and its reliability
+  const size_t at = segments_.begin +
+                    segments_.frame_bytes * static_cast<size_t>(frame) +
+                    4 * kNumbers * segment;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 3; ++row) {
+      pose(row, column) =
+          bytes_.Float(at + 4 * static_cast<size_t>(4 * column + row));
+    }
+  }
+  const double reliability = bytes_.Float(at + 4 * (kNumbers - 1));
+  // A missing segment is without numbers or all zeros.
+  if (!(reliability >= 0.0) || !pose.matrix().allFinite() ||
+      !(pose.linear().determinant() > 0.5)) {
+    return std::nullopt;
+  }
+  pose.translation() *= unit_m_;
+  return pose;
+}
+
+}  // namespace kinegraph

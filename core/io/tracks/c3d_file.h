@@ -1,0 +1,145 @@
+// The content of a C3D file as c3d.org's user guide has it, by whichever
+// program: integers or floats, Intel, DEC or MIPS order, analog samples passed
+// over; and C-Motion's ROTATION group, a 4x4 matrix a segment and frame. For
+// core/io alone.
+#ifndef KINEGRAPH_CORE_IO_TRACKS_C3D_FILE_H_
+#define KINEGRAPH_CORE_IO_TRACKS_C3D_FILE_H_
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kinegraph {
+
+// Bytes in one of the three orders; reading beyond the end throws InputError.
+class C3dBytes {
+ public:
+  enum Order { kIntel = 84, kDec = 85, kMips = 86 };
+
+  explicit C3dBytes(std::string text) : text_(std::move(text)) {}
+  void set_order(int order) { order_ = order; }
+  size_t size() const { return text_.size(); }
+
+  int Byte(size_t at) const {
+    Require(at, 1);
+    return static_cast<unsigned char>(text_[at]);
+  }
+  int Word(size_t at) const {
+    const int a = Byte(at);
+    const int b = Byte(at + 1);
+    return order_ == kMips ? a << 8 | b : b << 8 | a;
+  }
+  double Float(size_t at) const;
+  std::string Text(size_t at, size_t length) const {
+    Require(at, length);
+    return text_.substr(at, length);
+  }
+  bool Has(size_t at, size_t length) const {
+    return at <= text_.size() && length <= text_.size() - at;
+  }
+  bool AllZero(size_t begin, size_t end) const;
+
+ private:
+  void Require(size_t at, size_t length) const;
+
+  std::string text_;
+  int order_ = kIntel;
+};
+
+// Parameters by "GROUP:NAME". What is not as the guide has it is not there.
+class C3dValues {
+ public:
+  C3dValues(const C3dBytes& bytes, size_t begin);
+
+  // The value at `index`, nullopt when it is not there. Throws InputError for a
+  // text.
+  std::optional<double> Number(const std::string& name, size_t index = 0) const;
+  // With those of NAME2, NAME3, ..., without spaces behind. Bytes that are no
+  // UTF-8 are taken as Latin-1.
+  std::vector<std::string> Texts(const std::string& name) const;
+
+ private:
+  // Where a parameter's values stand.
+  struct Place {
+    int type = 0;  // -1 characters, 1 bytes, 2 words, 4 floats
+    std::vector<size_t> shape;
+    size_t at = 0;
+
+    size_t count() const;
+  };
+
+  std::optional<Place> PlaceAt(size_t at) const;
+
+  const C3dBytes& bytes_;
+  std::map<std::string, Place> places_;
+};
+
+// Frames of points or of segments' matrices.
+struct C3dFrames {
+  size_t width = 0;  // points or segments in a frame
+  int64_t count = 0;
+  int64_t first = 0;     // counted from 0; C3D counts from 1
+  double rate_hz = 0.0;  // 0: not known
+  size_t begin = 0;      // bytes
+  size_t frame_bytes = 0;
+};
+
+class C3dFile {
+ public:
+  // Throws InputError without the file's name when it cannot be read, is cut
+  // off, or when what it says of its length disagrees.
+  explicit C3dFile(const std::string& path);
+  C3dFile(const C3dFile&) = delete;
+  C3dFile& operator=(const C3dFile&) = delete;
+
+  const C3dValues& values() const { return values_; }
+  const C3dFrames& points() const { return points_; }
+  const C3dFrames& segments() const { return segments_; }
+
+  // In metres and the axes of the file; nullopt for a point that is not valid:
+  // residual below 0, no number, or 0, 0, 0 with residual 0, as many programs
+  // write a missing one.
+  std::optional<Eigen::Vector3d> Point(int64_t frame, size_t point) const;
+  // From the segment's axes to the file's; nullopt where the segment is
+  // missing.
+  std::optional<Eigen::Isometry3d> Segment(int64_t frame, size_t segment) const;
+
+ private:
+  // What the file says of its count of frames.
+  struct Stated {
+    std::string where;
+    int64_t count = 0;
+    bool is_word = false;  // known modulo 65536
+  };
+
+  size_t OpenParameters();
+  double Scale() const;
+  void FindRange();
+  void FindPoints();
+  void FindSegments();
+  int64_t FrameNumber(const char* name, double low, double high) const;
+  std::optional<int64_t> FittingCount(const C3dFrames& frames,
+                                      size_t end) const;
+  int64_t CountOf(const C3dFrames& frames, size_t end) const;
+
+  C3dBytes bytes_;
+  const C3dValues values_;
+  bool is_float_ = true;
+  double unit_m_ = 0.001;
+  double step_m_ = 0.001;  // of a coordinate of a point
+  double rate_hz_ = 0.0;
+  int64_t first_ = 0;  // counted from 0
+  std::vector<Stated> stated_;
+  int64_t at_least_ = 0;  // frames, where a full word says so
+  C3dFrames points_;
+  C3dFrames segments_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TRACKS_C3D_FILE_H_

@@ -1,0 +1,724 @@
+// C3D of other programs: byte orders, every convention for the number of
+// frames, missing points, people, segments, and what is refused; and that what
+// is written here keeps the same conventions.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/files/text_file.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/person_names.h"
+#include "core/io/tracks/segments.h"
+#include "core/io/tracks/tracks.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using testing::TemporaryFolder;
+
+constexpr int kIntel = 84;
+constexpr int kDec = 85;
+constexpr int kMips = 86;
+
+// A file in another program's manner. Parameters come before their groups.
+class C3dMaker {
+ public:
+  explicit C3dMaker(int order = kIntel, bool is_float = true)
+      : order_(order), is_float_(is_float), scale_(is_float ? -1.0 : 0.5) {}
+
+  C3dMaker& Header(int points, int first, int last) {
+    points_ = points;
+    first_ = first;
+    last_ = last;
+    return *this;
+  }
+  C3dMaker& Analog(int samples) { return Set(&analog_, samples); }
+  C3dMaker& Rate(double hz) { return Set(&rate_hz_, hz); }
+  C3dMaker& Scale(double scale) { return Set(&scale_, scale); }
+  C3dMaker& Words(const std::string& name, const std::vector<int>& values) {
+    std::string content = Sides(2, values.size());
+    for (const int value : values) content += Word(value);
+    return Add(name, content);
+  }
+  C3dMaker& Floats(const std::string& name, const std::vector<double>& values) {
+    std::string content = Sides(4, values.size());
+    for (const double value : values) content += Float(value);
+    return Add(name, content);
+  }
+  C3dMaker& Texts(const std::string& name,
+                  const std::vector<std::string>& texts) {
+    size_t width = 1;
+    for (const std::string& text : texts) width = std::max(width, text.size());
+    std::string content = {'\xFF', '\x02', static_cast<char>(width),
+                           static_cast<char>(texts.size())};
+    for (std::string text : texts) {
+      text.resize(width, ' ');
+      content += text;
+    }
+    return Add(name, content);
+  }
+  C3dMaker& Labels(const std::vector<std::string>& labels) {
+    return Texts("POINT:LABELS", labels);
+  }
+  // In the file's unit.
+  C3dMaker& Point(double x, double y, double z, int word = 0) {
+    for (const double value : {x, y, z}) Value(is_float_ ? value : value / 0.5);
+    return Value(word);
+  }
+  C3dMaker& Value(double value) {
+    data_ += is_float_ ? Float(value) : Word(static_cast<int>(value));
+    return *this;
+  }
+  C3dMaker& Raw(const std::string& bytes) {
+    data_ += bytes;
+    return *this;
+  }
+  // A rotation by columns, an origin and a reliability.
+  C3dMaker& Matrix(const Eigen::Matrix4d& matrix, double reliability) {
+    for (int i = 0; i < 16; ++i) data_ += Float(matrix(i % 4, i / 4));
+    data_ += Float(reliability);
+    return *this;
+  }
+  // Up to the next block.
+  C3dMaker& Pad() {
+    data_.resize((data_.size() + 511) / 512 * 512, '\0');
+    return *this;
+  }
+
+  std::string Make() const {
+    std::string text = {'\x02', '\x50'};
+    text += Word(points_) + Word(analog_) + Word(first_) + Word(last_);
+    text += Word(0) + Float(scale_) + Word(kDataBlock) + Word(0);
+    text += Float(rate_hz_);
+    text.resize(512, '\0');
+    text += {'\x01', '\x50', '\x02', static_cast<char>(order_)};
+    std::map<std::string, int> groups;
+    for (const auto& [name, content] : parameters_) {
+      const size_t colon = name.find(':');
+      const int group =
+          groups.try_emplace(name.substr(0, colon), groups.size() + 1)
+              .first->second;
+      text += Record(group, name.substr(colon + 1), content);
+    }
+    for (const auto& [name, group] : groups) {
+      text += Record(-group, name, std::string("\x05words", 6));
+    }
+    text.resize(512 * (kDataBlock - 1), '\0');
+    return text + data_;
+  }
+
+ private:
+  static constexpr int kDataBlock = 4;
+
+  template <typename T>
+  C3dMaker& Set(T* place, T value) {
+    *place = value;
+    return *this;
+  }
+  C3dMaker& Add(const std::string& name, const std::string& content) {
+    parameters_.emplace_back(name, content + '\0');
+    return *this;
+  }
+  static std::string Sides(char type, size_t count) {
+    if (count == 1) return {type, '\0'};
+    return {type, '\x01', static_cast<char>(count)};
+  }
+  std::string Word(int value) const {
+    const char low = static_cast<char>(value & 255);
+    const char high = static_cast<char>(value >> 8 & 255);
+    return order_ == kMips ? std::string{high, low} : std::string{low, high};
+  }
+  std::string Float(double value) const {
+    // DEC's exponent counts two more.
+    const auto number =
+        static_cast<float>(order_ == kDec ? 4.0 * value : value);
+    uint32_t bits = 0;
+    std::memcpy(&bits, &number, 4);
+    const auto high = static_cast<int>(bits >> 16);
+    const auto low = static_cast<int>(bits & 0xFFFF);
+    return order_ == kIntel ? Word(low) + Word(high) : Word(high) + Word(low);
+  }
+  std::string Record(int group, const std::string& name,
+                     const std::string& content) const {
+    return static_cast<char>(name.size()) + (static_cast<char>(group) + name) +
+           Word(static_cast<int>(content.size()) + 2) + content;
+  }
+
+  const int order_;
+  const bool is_float_;
+  int points_ = 0;
+  int analog_ = 0;
+  int first_ = 1;
+  int last_ = 0;
+  double scale_;
+  double rate_hz_ = 100.0;
+  std::vector<std::pair<std::string, std::string>> parameters_;
+  std::string data_;
+};
+
+// One point, `count` frames; point and frame f at x = f + 1 mm.
+C3dMaker OnePoint(int first, int last, int count) {
+  C3dMaker maker;
+  maker.Header(1, first, last).Labels({"nose"});
+  for (int f = 0; f < count; ++f) maker.Point(f + 1, 20.0, 30.0);
+  return maker;
+}
+
+class TracksC3d : public ::testing::Test {
+ protected:
+  std::string Put(const std::string& bytes) const {
+    const std::string path = folder_.path() / "walk.c3d";
+    std::ofstream(path, std::ios::binary) << bytes;
+    return path;
+  }
+  TrackSequence Read(const C3dMaker& maker) const {
+    return ReadTracks(Put(maker.Make()));
+  }
+  std::string ErrorOf(const C3dMaker& maker) const {
+    return InputErrorOf([&] { Read(maker); });
+  }
+
+  const TemporaryFolder folder_;
+};
+
+C3dMaker TwoPeople(int order, bool is_float) {
+  C3dMaker maker(order, is_float);
+  maker.Header(3, 11, 12).Analog(2);
+  maker.Labels({"Anna:HEAD", "Ben:HEAD", "Ben:C7"})
+      .Texts("POINT:UNITS", {"mm"});
+  for (int frame = 0; frame < 2; ++frame) {
+    maker.Point(100.0 + frame, -200.0, 300.0, 5);
+    maker.Point(10.0, 20.0, 30.0, frame == 0 ? 0 : -1);
+    maker.Point(-1000.0, 2000.0, -3000.0, 0x0102);
+    maker.Value(7.0).Value(8.0);
+  }
+  return maker;
+}
+
+TEST_F(TracksC3d, IntegersAndFloatsOfEveryByteOrder) {
+  for (const int order : {kIntel, kDec, kMips}) {
+    for (const bool is_float : {false, true}) {
+      const TrackSequence tracks = Read(TwoPeople(order, is_float));
+      EXPECT_EQ(tracks.header.frame_rate_hz, 100.0) << order;
+      EXPECT_EQ(tracks.header.skeleton.joints(),
+                (std::vector<std::string>{"HEAD", "C7"}));
+      ASSERT_EQ(tracks.frames.size(), 2u);
+      EXPECT_EQ(tracks.frames[0].frame, 10) << "C3D counts from 1";
+      EXPECT_EQ(tracks.frames[1].time, 110'000'000);
+      ASSERT_EQ(tracks.frames[1].people.size(), 2u);
+      const PersonPose& anna = tracks.frames[1].people[0];
+      const PersonPose& ben = tracks.frames[1].people[1];
+      // 101 mm is 202 steps of half a millimetre.
+      EXPECT_LT((anna.joints[0].position_m - Vector3d(0.101, -0.2, 0.3)).norm(),
+                1e-12);
+      EXPECT_FALSE(anna.joints[1].present());
+      EXPECT_FALSE(ben.joints[0].present()) << "residual -1";
+      EXPECT_LT((ben.joints[1].position_m - Vector3d(-1.0, 2.0, -3.0)).norm(),
+                1e-12);
+      EXPECT_EQ(ReadPersonNames(folder_.path() / "walk.c3d"),
+                (PersonNames{{TrackId(0), "Anna"}, {TrackId(1), "Ben"}}));
+    }
+  }
+}
+
+TEST_F(TracksC3d, UnitsAxesAndErrors) {
+  const auto in = [](const std::string& unit) {
+    return OnePoint(1, 2, 2).Texts("POINT:UNITS", {unit});
+  };
+  for (const auto& [unit, metres] : std::vector<std::pair<std::string, double>>{
+           {"mm", 1e-3}, {"", 1e-3}, {"MM", 1e-3}, {"cm", 1e-2}, {"m", 1.0}}) {
+    EXPECT_EQ(Read(in(unit)).frames[1].people[0].joints[0].position_m,
+              metres * Vector3d(2.0, 20.0, 30.0))
+        << unit;
+  }
+  TrackReadOptions options;
+  options.axes = AxisMap::Parse("x,z,-y");
+  EXPECT_EQ(ReadTracks(Put(in("m").Make()), options)
+                .frames[0]
+                .people[0]
+                .joints[0]
+                .position_m,
+            Vector3d(1.0, -30.0, 20.0));
+  EXPECT_THAT(ErrorOf(in("inch")),
+              HasSubstr("walk.c3d: POINT:UNITS: found 'inch'"));
+  const std::string whole = in("mm").Make();
+  Put(whole.substr(0, whole.size() - 1));
+  const auto error = [&] {
+    return InputErrorOf([&] { ReadTracks(folder_.path() / "walk.c3d"); });
+  };
+  EXPECT_THAT(error(), HasSubstr("is cut off"));
+  std::string spoilt = whole;
+  spoilt[512 + 3] = 83;
+  Put(spoilt);
+  EXPECT_THAT(error(), HasSubstr("byte order"));
+}
+
+// ---- how many frames ----
+
+TEST_F(TracksC3d, EveryConventionForLongFiles) {
+  constexpr int kLong = 66'000;
+  const C3dMaker full = OnePoint(1, 65535, kLong);
+  const auto words = [](int value) {
+    return std::vector<int>{value & 0xFFFF, value >> 16};
+  };
+  std::map<std::string, C3dMaker> files;
+  files.emplace("header alone", full);
+  files.emplace("-1", C3dMaker(full).Words("POINT:FRAMES", {-1}));
+  files.emplace("-1 as float", C3dMaker(full).Floats("POINT:FRAMES", {-1.0}));
+  files.emplace(
+      "run over",
+      OnePoint(1, kLong - 65536, kLong).Words("POINT:FRAMES", {kLong - 65536}));
+  files.emplace("float", C3dMaker(full).Floats("POINT:FRAMES", {kLong}));
+  files.emplace("LONG_FRAMES", C3dMaker(full)
+                                   .Words("POINT:FRAMES", {65535})
+                                   .Floats("POINT:LONG_FRAMES", {kLong}));
+  files.emplace("TRIAL", C3dMaker(full)
+                             .Words("POINT:FRAMES", {65535})
+                             .Words("TRIAL:ACTUAL_START_FIELD", {1, 0})
+                             .Words("TRIAL:ACTUAL_END_FIELD", words(kLong)));
+  files.emplace("TRIAL full, too",
+                C3dMaker(full)
+                    .Words("TRIAL:ACTUAL_START_FIELD", {1, 0})
+                    .Words("TRIAL:ACTUAL_END_FIELD", {65535, 0}));
+  files.emplace("TRIAL beside words that ran over",
+                OnePoint(1, kLong - 65536, kLong)
+                    .Words("POINT:FRAMES", {kLong - 65536})
+                    .Words("TRIAL:ACTUAL_START_FIELD", {1, 0})
+                    .Words("TRIAL:ACTUAL_END_FIELD", words(kLong)));
+  for (auto& [name, maker] : files) {
+    for (const bool is_padded : {false, true}) {
+      if (is_padded) maker.Pad();
+      const TrackSequence tracks = Read(maker);
+      ASSERT_EQ(tracks.frames.size(), static_cast<size_t>(kLong))
+          << name << is_padded;
+      EXPECT_EQ(tracks.frames.back().frame, kLong - 1);
+      EXPECT_EQ(tracks.frames.back().people[0].joints[0].position_m.x(),
+                0.001 * kLong);
+    }
+  }
+}
+
+TEST_F(TracksC3d, AsManyAsAWordHoldsAndOneMore) {
+  for (const int count : {65534, 65535, 65536}) {
+    const int last = std::min(count, 65535);
+    C3dMaker maker = OnePoint(1, last, count);
+    maker.Words("POINT:FRAMES", {last});
+    EXPECT_EQ(Read(maker).frames.size(), static_cast<size_t>(count));
+    EXPECT_EQ(Read(maker.Pad()).frames.size(), static_cast<size_t>(count));
+  }
+  EXPECT_THAT(ErrorOf(OnePoint(1, 65535, 60'000)), HasSubstr("is cut off"))
+      << "a full word says 65535 or more";
+}
+
+TEST_F(TracksC3d, TheSizeDecidesWhereTheFileContradictsItself) {
+  // The header has nothing: parameters say it.
+  EXPECT_EQ(
+      Read(OnePoint(0, 0, 90).Words("POINT:FRAMES", {90}).Pad()).frames.size(),
+      90u);
+  EXPECT_EQ(Read(OnePoint(5, 0, 90).Words("POINT:FRAMES", {90}).Pad())
+                .frames.front()
+                .frame,
+            4);
+  // FRAMES = 0: the header says it.
+  EXPECT_EQ(
+      Read(OnePoint(1, 90, 90).Words("POINT:FRAMES", {0}).Pad()).frames.size(),
+      90u);
+  // Neither: to the end.
+  EXPECT_EQ(Read(OnePoint(0, 0, 90)).frames.size(), 90u);
+  // The header keeps the numbers of the recording that was cut.
+  for (const int in_parameters : {90, 500}) {
+    const int in_header = in_parameters == 90 ? 500 : 90;
+    EXPECT_EQ(Read(OnePoint(1, in_header, 90)
+                       .Words("POINT:FRAMES", {in_parameters})
+                       .Pad())
+                  .frames.size(),
+              90u);
+  }
+  // One block more than a statement needs is no contradiction.
+  EXPECT_EQ(
+      Read(OnePoint(1, 90, 90).Pad().Raw(std::string(512, '\7'))).frames.size(),
+      90u);
+  EXPECT_THAT(ErrorOf(OnePoint(1, 200, 90).Words("POINT:FRAMES", {300})),
+              HasSubstr("is of 300 frames (POINT:FRAMES) or 200 (the header), "
+                        "and has room for 90"));
+  EXPECT_THAT(ErrorOf(OnePoint(1, 200, 90).Words("POINT:FRAMES", {200})),
+              HasSubstr("is cut off"));
+}
+
+TEST_F(TracksC3d, TheFirstFrame) {
+  const auto first = [&](const C3dMaker& maker) {
+    return Read(maker).frames.front().frame;
+  };
+  EXPECT_EQ(first(OnePoint(101, 150, 50)), 100) << "a file that was trimmed";
+  EXPECT_EQ(first(OnePoint(0, 49, 50)), 0) << "a writer that counts from 0";
+  EXPECT_EQ(first(OnePoint(1, 50, 50)
+                      .Words("TRIAL:ACTUAL_START_FIELD", {101, 0})
+                      .Words("TRIAL:ACTUAL_END_FIELD", {150, 0})),
+            100);
+  EXPECT_EQ(first(OnePoint(65535, 65535, 50)
+                      .Words("POINT:FRAMES", {50})
+                      .Words("TRIAL:ACTUAL_START_FIELD", {4465, 1})
+                      .Words("TRIAL:ACTUAL_END_FIELD", {4514, 1})),
+            70'000);
+}
+
+TEST_F(TracksC3d, AFrameIsANumber) {
+  for (const double number : {1.0, static_cast<double>(NAN), -1.0, 1e30}) {
+    C3dMaker maker = OnePoint(1, 90, 90);
+    maker.Floats("TRIAL:ACTUAL_START_FIELD", {number});
+    maker.Floats("TRIAL:ACTUAL_END_FIELD", {90.0});
+    if (number == 1.0) {
+      EXPECT_EQ(Read(maker).frames.size(), 90u);
+      continue;
+    }
+    EXPECT_THAT(
+        ErrorOf(maker),
+        HasSubstr("TRIAL:ACTUAL_START_FIELD: expected the number of a frame"));
+  }
+}
+
+TEST_F(TracksC3d, RateScaleAndPointsFromTheOtherPlace) {
+  EXPECT_EQ(Read(OnePoint(1, 9, 9).Rate(0.0).Floats("POINT:RATE", {59.94}))
+                .header.frame_rate_hz,
+            static_cast<double>(59.94F));
+  EXPECT_EQ(Read(OnePoint(1, 9, 9).Rate(0.0)).header.frame_rate_hz, 0.0)
+      << "not known, as in other formats";
+  EXPECT_EQ(Read(OnePoint(1, 9, 9).Scale(0.0).Floats("POINT:SCALE", {-1.0}))
+                .frames.size(),
+            9u);
+  EXPECT_THAT(ErrorOf(OnePoint(1, 9, 9).Scale(0.0)), HasSubstr("POINT:SCALE"));
+  // The data are floats, whatever the scale's sign says.
+  const TrackSequence floats = Read(OnePoint(1, 90, 90).Scale(0.5).Pad());
+  ASSERT_EQ(floats.frames.size(), 90u);
+  EXPECT_EQ(floats.frames[89].people[0].joints[0].position_m,
+            0.001 * Vector3d(90.0, 20.0, 30.0));
+  EXPECT_EQ(Read(OnePoint(1, 90, 90).Header(0, 1, 90).Words("POINT:USED", {1}))
+                .frames.size(),
+            90u);
+  EXPECT_EQ(Read(OnePoint(1, 90, 90).Words("POINT:USED", {0})).frames.size(),
+            90u);
+  EXPECT_EQ(
+      Read(OnePoint(1, 90, 90).Words("POINT:USED", {7}).Pad()).frames.size(),
+      90u);
+  EXPECT_THAT(ErrorOf(C3dMaker().Header(0, 1, 90).Analog(4)),
+              HasSubstr("has no points"));
+}
+
+// ---- missing points ----
+
+TEST_F(TracksC3d, WhatIsMissing) {
+  for (const bool is_float : {true, false}) {
+    C3dMaker maker(kIntel, is_float);
+    maker.Header(2, 1, 4).Labels({"nose", "l_hip"});
+    for (const auto& [x, word] : std::vector<std::pair<double, int>>{
+             {0.0, 0}, {0.0, 3}, {1.0, 0}, {1.0, -1}}) {
+      maker.Point(x, 0.0, 0.0, word).Point(1.0, 2.0, 3.0);
+    }
+    const TrackSequence tracks = Read(maker);
+    const auto is_there = [&](size_t f) {
+      return tracks.frames[f].people[0].joints[0].present();
+    };
+    EXPECT_FALSE(is_there(0)) << "0, 0, 0 with residual 0";
+    EXPECT_TRUE(is_there(1)) << "measured at the origin";
+    EXPECT_TRUE(is_there(2));
+    EXPECT_FALSE(is_there(3)) << "residual -1";
+  }
+  C3dMaker maker;
+  maker.Header(2, 1, 4).Labels({"nose", "l_hip"});
+  maker.Point(NAN, 0.0, 0.0).Point(1.0, 2.0, 3.0);
+  maker.Point(1.0, INFINITY, 0.0).Point(1.0, 2.0, 3.0);
+  // -1 as a word or two, among floats.
+  for (const char* word : {"\xFF\xFF\0\0", "\xFF\xFF\xFF\xFF"}) {
+    maker.Value(1.0).Value(1.0).Value(1.0).Raw(std::string(word, 4));
+    maker.Point(1.0, 2.0, 3.0);
+  }
+  for (const TrackFrame& frame : Read(maker).frames) {
+    EXPECT_FALSE(frame.people[0].joints[0].present()) << frame.frame;
+    EXPECT_TRUE(frame.people[0].joints[1].present());
+  }
+}
+
+// ---- labels and people ----
+
+TrackSequence ReadLabels(const TemporaryFolder& folder, C3dMaker maker,
+                         const std::vector<std::string>& labels) {
+  maker.Header(static_cast<int>(labels.size()), 1, 1);
+  if (!labels.empty()) maker.Labels(labels);
+  for (size_t i = 0; i < labels.size(); ++i) {
+    maker.Point(1.0 + static_cast<double>(i), 0.0, 0.0);
+  }
+  return ReadTracks(folder.Write("labels.c3d", maker.Make()));
+}
+
+using Names = std::vector<std::string>;
+
+TEST_F(TracksC3d, LabelsOfAnyKind) {
+  const auto joints = [&](const Names& labels) {
+    return ReadLabels(folder_, C3dMaker(), labels).header.skeleton.joints();
+  };
+  EXPECT_EQ(joints({"C7  ", "", "*12", "L"}), (Names{"C7", "L"}));
+  EXPECT_EQ(joints({"C7", "L", "C7", "C7_2"}),
+            (Names{"C7", "L", "C7_3", "C7_2"}))
+      << "a label twice";
+  EXPECT_EQ(joints({"", ""}), (Names{"point_1", "point_2"}));
+  EXPECT_EQ(joints({"*1", "*2"}), (Names{"point_1", "point_2"}));
+  EXPECT_EQ(joints({"Fu\xDF", "Fu\xC3\x9F l"}),
+            (Names{"Fu\xC3\x9F", "Fu\xC3\x9F l"}))
+      << "Latin-1 beside UTF-8";
+}
+
+TEST_F(TracksC3d, MoreLabelsThanAParameterHolds) {
+  constexpr int kPoints = 600;
+  C3dMaker maker;
+  maker.Header(kPoints, 1, 1);
+  int label = 0;
+  for (const char* name : {"POINT:LABELS", "POINT:LABELS2", "POINT:LABELS3"}) {
+    Names part;
+    while (part.size() < 255 && label < kPoints) {
+      std::string text(1, static_cast<char>('A' + label / 36));
+      text += "0123456789abcdefghijklmnopqrstuvwxyz"[label++ % 36];
+      part.push_back(text);
+    }
+    maker.Texts(name, part);
+  }
+  for (int p = 0; p < kPoints; ++p) maker.Point(p + 1, 0.0, 0.0);
+  const TrackSequence tracks = ReadTracks(Put(maker.Make()));
+  ASSERT_EQ(tracks.header.skeleton.joints().size(), 600u);
+  EXPECT_EQ(tracks.frames[0].people[0].joints[599].position_m.x(), 0.6);
+}
+
+TEST_F(TracksC3d, PeopleByPrefixes) {
+  const auto people = [&](const C3dMaker& maker, const Names& labels) {
+    const TrackSequence tracks = ReadLabels(folder_, maker, labels);
+    std::string text;
+    for (const PersonPose& person : tracks.frames[0].people) {
+      text += std::to_string(person.id.value()) + ":";
+      for (size_t j = 0; j < person.joints.size(); ++j) {
+        if (!person.joints[j].present()) continue;
+        text += " " + tracks.header.skeleton.joints()[j];
+      }
+      text += "; ";
+    }
+    for (const auto& [id, name] :
+         ReadPersonNames(folder_.path() / "labels.c3d")) {
+      text += name + " ";
+    }
+    return text;
+  };
+  EXPECT_EQ(people(C3dMaker(), {"A:C7", "B:C7", "B:L"}),
+            "0: C7; 1: C7 L; A B ");
+  EXPECT_EQ(people(C3dMaker(), {"person_4:C7", "person_9:C7"}),
+            "4: C7; 9: C7; ");
+  // Vicon's prefixes need no colon.
+  EXPECT_EQ(people(C3dMaker()
+                       .Texts("SUBJECTS:LABEL_PREFIXES", {"A_", "B_"})
+                       .Texts("SUBJECTS:NAMES", {"Anna", "Ben"})
+                       .Words("SUBJECTS:USES_PREFIXES", {1}),
+                   {"A_C7", "B_C7"}),
+            "0: C7; 1: C7; Anna Ben ");
+  // A file that says that it has none, and a colon in a joint's name.
+  EXPECT_EQ(people(C3dMaker()
+                       .Texts("SUBJECTS:NAMES", {"Anna"})
+                       .Words("SUBJECTS:USES_PREFIXES", {0}),
+                   {"rig:Hips", "rig:Head"}),
+            "0: rig:Hips rig:Head; Anna ");
+  EXPECT_EQ(people(C3dMaker()
+                       .Texts("SUBJECTS:NAMES", {"Anna"})
+                       .Words("SUBJECTS:USES_PREFIXES", {0}),
+                   {"Anna:Hips"}),
+            "0: Hips; Anna ");
+  // The same labels for everybody.
+  EXPECT_EQ(people(C3dMaker(), {"C7", "L", "C7", "L"}), "0: C7 L; 1: C7 L; ");
+  EXPECT_EQ(people(C3dMaker().Texts("SUBJECTS:NAMES", {"Anna", "Ben"}),
+                   {"C7", "L", "C7", "L"}),
+            "0: C7 L; 1: C7 L; Anna Ben ");
+}
+
+// ---- segments ----
+
+TEST_F(TracksC3d, SegmentsHavePosesAndTheirOriginsAreJoints) {
+  Eigen::Matrix4d shank = Eigen::Matrix4d::Identity();
+  shank.topLeftCorner<3, 3>() =
+      Eigen::AngleAxisd(0.5, Vector3d::UnitX()).toRotationMatrix();
+  shank.topRightCorner<3, 1>() = Vector3d(100.0, 200.0, 500.0);
+  Eigen::Matrix4d moved = shank;
+  moved(0, 3) = 101.0;
+  for (const int order : {kIntel, kDec, kMips}) {
+    for (const int ratio : {1, 2}) {
+      C3dMaker maker(order);
+      maker.Header(0, 11, 12).Words("POINT:USED", {0});
+      maker.Words("ROTATION:USED", {2}).Words("ROTATION:DATA_START", {4});
+      maker.Floats("ROTATION:RATE", {100.0 * ratio});
+      maker.Words("ROTATION:RATIO", {ratio});
+      maker.Texts("ROTATION:LABELS", {"worldbody_4X4", "l_shank_4X4"});
+      for (int f = 0; f < 2 * ratio; ++f) {
+        maker.Matrix(Eigen::Matrix4d::Identity(), 0.0);
+        maker.Matrix(f % 2 == 0 ? shank : moved, f == 1 ? -1.0 : 0.0);
+      }
+      const TrackSequence tracks = Read(maker.Pad());
+      EXPECT_EQ(tracks.header.skeleton.joints(), Names{"l_shank"})
+          << "the laboratory is no segment of a person";
+      EXPECT_EQ(tracks.header.frame_rate_hz, 100.0 * ratio);
+      ASSERT_EQ(tracks.frames.size(), 2u * static_cast<size_t>(ratio));
+      EXPECT_EQ(tracks.frames[0].frame, 10 * ratio);
+      EXPECT_LT((tracks.frames[0].people[0].joints[0].position_m -
+                 Vector3d(0.1, 0.2, 0.5))
+                    .norm(),
+                1e-12);
+      EXPECT_TRUE(tracks.frames[1].people.empty()) << "reliability -1";
+
+      const SegmentSequence segments =
+          ReadSegments(folder_.path() / "walk.c3d", AxisMap::Parse("x,z,-y"));
+      EXPECT_EQ(segments.names, (Names{"worldbody", "l_shank"}));
+      ASSERT_TRUE(segments.frames[0].world_from_segment[1].has_value());
+      const Eigen::Isometry3d& pose = *segments.frames[0].world_from_segment[1];
+      // The file's Y is up: world (x, y, z) = file (X, -Z, Y). Floats keep a
+      // turn to half their last digit.
+      const Vector3d z_of_segment = shank.block<3, 1>(0, 2);
+      EXPECT_LT(
+          (pose.linear().col(2) -
+           Vector3d(z_of_segment.x(), -z_of_segment.z(), z_of_segment.y()))
+              .norm(),
+          1e-7);
+      EXPECT_LT((pose.translation() - Vector3d(0.1, -0.5, 0.2)).norm(), 1e-12);
+      EXPECT_FALSE(segments.frames[1].world_from_segment[1].has_value());
+    }
+  }
+}
+
+TEST_F(TracksC3d, SegmentsBehindPoints) {
+  C3dMaker maker = OnePoint(1, 65535, 32 * 4);  // a block has 32 frames
+  maker.Header(1, 1, 0);
+  maker.Words("ROTATION:USED", {1}).Words("ROTATION:DATA_START", {8});
+  maker.Texts("ROTATION:LABELS", {"pelvis_4X4"});
+  for (int f = 0; f < 128; ++f) {
+    Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
+    pose(2, 3) = 900.0 + f;
+    maker.Matrix(pose, 0.0);
+  }
+  EXPECT_EQ(Read(maker).frames.size(), 128u)
+      << "points end where the segments begin";
+  EXPECT_EQ(Read(maker).header.skeleton.joints(), Names{"nose"});
+  const SegmentSequence segments = ReadSegments(folder_.path() / "walk.c3d");
+  ASSERT_EQ(segments.frames.size(), 128u);
+  EXPECT_EQ(segments.frames[127].world_from_segment[0]->translation().z(),
+            1.027);
+  EXPECT_TRUE(ReadSegments(Put(OnePoint(1, 9, 9).Make())).frames.empty());
+}
+
+// Theia3D's file and a person's markers, of one recording.
+TEST_F(TracksC3d, TheiasSegmentsLieWhereTheMarkersAre) {
+  KINEGRAPH_DATA_OR_SKIP(folder, "markers/qualisys_theia");
+  const TrackSequence theia = ReadTracks(folder + "/dynamic_1_theia.c3d");
+  const TrackSequence markers = ReadTracks(folder + "/dynamic_1_markers.c3d");
+  ASSERT_EQ(theia.frames.size(), 662u);
+  ASSERT_EQ(markers.frames.size(), 662u);
+  EXPECT_EQ(theia.header.frame_rate_hz, 200.0);
+  EXPECT_EQ(theia.header.skeleton.joints().size(), 20u);
+  const auto at = [](const TrackSequence& tracks, size_t f, const char* joint) {
+    const Names& joints = tracks.header.skeleton.joints();
+    const auto found = std::find(joints.begin(), joints.end(), joint);
+    EXPECT_NE(found, joints.end()) << joint;
+    const auto& people = tracks.frames[f].people;
+    if (found == joints.end() || people.empty()) return Joint3d();
+    return people[0].joints[static_cast<size_t>(found - joints.begin())];
+  };
+  // The median distance of the origin from the middle of the joint's markers,
+  // by an independent script, in the data's README.
+  for (const auto& [segment, out, in, median_mm] :
+       {std::tuple{"l_larm", "LElbowOut", "LElbowIn", 23.7},
+        {"r_larm", "RElbowOut", "RElbowIn", 21.0},
+        {"l_hand", "LWristOut", "LWristIn", 10.2},
+        {"r_hand", "RWristOut", "RWristIn", 14.9}}) {
+    std::vector<double> distances_mm;
+    for (size_t f = 0; f < 662; ++f) {
+      const Joint3d a = at(markers, f, out);
+      const Joint3d b = at(markers, f, in);
+      const Joint3d origin = at(theia, f, segment);
+      if (!a.present() || !b.present() || !origin.present()) continue;
+      distances_mm.push_back(
+          1000.0 *
+          (origin.position_m - 0.5 * (a.position_m + b.position_m)).norm());
+    }
+    ASSERT_GT(distances_mm.size(), 600u);
+    const auto middle = distances_mm.begin() +
+                        static_cast<std::ptrdiff_t>(distances_mm.size() / 2);
+    std::nth_element(distances_mm.begin(), middle, distances_mm.end());
+    EXPECT_NEAR(*middle, median_mm, 0.051) << segment << ", given to 0.1 mm";
+  }
+}
+
+// ---- written here ----
+
+TrackSequence NosesAt(const std::vector<Vector3d>& positions_m) {
+  TrackSequence tracks;
+  tracks.header.skeleton = Skeleton("one", {"nose"}, {});
+  tracks.header.frame_rate_hz = 100.0;
+  for (const Vector3d& position_m : positions_m) {
+    TrackFrame& frame = tracks.frames.emplace_back();
+    frame.frame = static_cast<int64_t>(tracks.frames.size()) - 1;
+    frame.time = frame.frame * 10'000'000;
+    PersonPose& person = frame.people.emplace_back();
+    person.id = TrackId(4);
+    person.joints = {{position_m, JointStatus::kObserved}};
+  }
+  return tracks;
+}
+
+TEST_F(TracksC3d, WritesMoreFramesThanAWordCounts) {
+  const std::string path = folder_.path() / "long.c3d";
+  for (const size_t count : {size_t{65534}, size_t{65535}, size_t{65600}}) {
+    Losses losses;
+    FindTrackFormat("c3d")->write(
+        path, NosesAt(std::vector<Vector3d>(count, Vector3d(0.5, 0.25, 1.0))),
+        {{}, {{TrackId(4), "Anna"}}}, &losses);
+    std::string bytes = ReadTextFile(path);
+    EXPECT_EQ(bytes.find("LONG_FRAMES") != std::string::npos, count >= 65535);
+    // SUBJECTS:NAMES, and EVENT:SUBJECTS of the first and the last frame.
+    int named = 0;
+    for (size_t at = 0; (at = bytes.find("Anna", at)) != std::string::npos;
+         ++at) {
+      ++named;
+    }
+    EXPECT_EQ(named, 3);
+    EXPECT_EQ(ReadTracks(path).frames.size(), count);
+    // By each of the conventions alone, and by the size.
+    for (const char* gone : {"TRIAL", "LONG_FRAMES"}) {
+      const size_t at = bytes.find(gone);
+      if (at == std::string::npos) continue;
+      bytes[at] = 'X';
+      Put(bytes);
+      EXPECT_EQ(ReadTracks(folder_.path() / "walk.c3d").frames.size(), count)
+          << gone;
+    }
+  }
+}
+
+TEST_F(TracksC3d, AJointAtTheOriginIsNoMissingPoint) {
+  const std::string path = folder_.path() / "origin.c3d";
+  Losses losses;
+  FindTrackFormat("c3d")->write(
+      path, NosesAt({Vector3d::Zero(), Vector3d(0.0, 0.0, 0.5)}), {}, &losses);
+  const TrackSequence tracks = ReadTracks(path);
+  ASSERT_EQ(tracks.frames[0].people.size(), 1u);
+  EXPECT_LT(tracks.frames[0].people[0].joints[0].position_m.norm(), 1e-40);
+}
+
+}  // namespace
+}  // namespace kinegraph
