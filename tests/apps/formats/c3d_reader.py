@@ -90,6 +90,10 @@ def read(path):
     assert point["SCALE"] == scale < 0, "points are floats"
     assert point["RATE"] == rate
     assert first == min(begin, 65535) and last == min(end, 65535)
+    count = end - begin + 1
+    assert point["FRAMES"] == min(count, 65535)
+    if count >= 65535:
+        assert point["LONG_FRAMES"] == count, "a word says 65535 or more"
     at = (start - 1) * BLOCK
     frames = []
     for _ in range(begin, end + 1):

@@ -176,6 +176,23 @@ TEST(FormatReaders, C3dBeyondSixteenBits) {
   EXPECT_EQ(read["frames"].size(), 40u);
 }
 
+TEST(FormatReaders, C3dOfMoreFramesThanAWordCounts) {
+  if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
+  TrackSequence take = MakeTake();
+  take.frames.resize(2);
+  for (TrackFrame& frame : take.frames) frame.people.resize(1);
+  constexpr int64_t kFrames = 65'600;
+  take.frames[1].frame = take.frames[0].frame + kFrames - 1;
+  take.frames[1].time = take.frames[1].frame * 20'000'000;
+  const TemporaryFolder folder;
+  Convert(folder, take, "take.c3d");
+  const Json read =
+      RunPython(folder, "c3d_reader.py", folder.path() / "take.c3d");
+  ASSERT_EQ(read["frames"].size(), static_cast<size_t>(kFrames));
+  EXPECT_FALSE(read["frames"][kFrames - 1][0].is_null());
+  EXPECT_TRUE(read["frames"][1][0].is_null()) << "the take has no such frame";
+}
+
 // ---- three.js ----
 
 constexpr const char* kThree = "/usr/share/javascript/three/";
