@@ -49,5 +49,6 @@ set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "gnuplot-nox, python3-numpy")
 # For programs that link the library.
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "g++, cmake, make, libceres-dev, libeigen3-dev,\
  libgoogle-glog-dev, libgflags-dev, libtomlplusplus-dev, libsimdjson-dev,\
- nlohmann-json3-dev, libyaml-cpp-dev, libmatio-dev, libhdf5-dev, libfmt-dev, pkg-config")
+ nlohmann-json3-dev, libyaml-cpp-dev, libpugixml-dev,\
+ libmatio-dev, libhdf5-dev, libfmt-dev, pkg-config")
 include(CPack)

@@ -15,6 +15,7 @@
 //   And, Or, Not            of masks
 //   Sqrt, Abs, Max, Min     Max(a, b) is b where a is no number
 //   Log1p                   log(1 + a)
+//   Atan                    the arc tangent of a, radians
 // and sqrt and max by the names that std has.
 #ifndef KINEGRAPH_CORE_BASE_PACK_H_
 #define KINEGRAPH_CORE_BASE_PACK_H_
@@ -147,6 +148,11 @@ struct Pack {
     for (int i = 0; i < W; ++i) log.v[i] = __builtin_log1p(a.v[i]);
     return log;
   }
+  friend KINEGRAPH_INLINE Pack Atan(Pack a) {
+    Pack angle;
+    for (int i = 0; i < W; ++i) angle.v[i] = __builtin_atan(a.v[i]);
+    return angle;
+  }
   friend KINEGRAPH_INLINE Pack sqrt(Pack a) { return Sqrt(a); }
   friend KINEGRAPH_INLINE Pack max(Pack a, Pack b) { return Max(a, b); }
 };
@@ -187,6 +193,7 @@ KINEGRAPH_INLINE double Abs(double a) { return __builtin_fabs(a); }
 KINEGRAPH_INLINE double Max(double a, double b) { return a > b ? a : b; }
 KINEGRAPH_INLINE double Min(double a, double b) { return a < b ? a : b; }
 KINEGRAPH_INLINE double Log1p(double a) { return __builtin_log1p(a); }
+KINEGRAPH_INLINE double Atan(double a) { return __builtin_atan(a); }
 KINEGRAPH_INLINE bool And(bool a, bool b) { return a && b; }
 KINEGRAPH_INLINE bool Or(bool a, bool b) { return a || b; }
 KINEGRAPH_INLINE bool Not(bool a) { return !a; }

@@ -33,15 +33,67 @@ double FirstFold(double k1, double k2, double k3) {
   return std::numeric_limits<double>::infinity();
 }
 
+void CheckFinite(const double* coefficients, size_t count) {
+  const bool finite = std::all_of(coefficients, coefficients + count,
+                                  [](double k) { return std::isfinite(k); });
+  if (!finite) {
+    throw OptionError("distortion", "a coefficient is not a finite number");
+  }
+}
+
+Eigen::Vector2d DistortPlain(const LensModel& lens,
+                             const Eigen::Vector2d& ideal,
+                             Eigen::Matrix2d* jacobian) {
+  Eigen::Vector2d distorted;
+  double symmetric[3];
+  Distort(lens, ideal.x(), ideal.y(), &distorted.x(), &distorted.y(),
+          jacobian == nullptr ? nullptr : symmetric);
+  if (jacobian != nullptr) {
+    *jacobian << symmetric[0], symmetric[1], symmetric[1], symmetric[2];
+  }
+  return distorted;
+}
+
+// r' and d r' / d a of a fisheye lens at the angle a [rad] off the axis.
+struct FisheyeRadius {
+  double radius = 0.0;
+  double slope = 0.0;
+};
+FisheyeRadius RadiusAt(const LensModel& lens, double angle) {
+  const double s = angle * angle;
+  return {
+      angle *
+          (1.0 + s * (lens.k1 + s * (lens.k2 + s * (lens.k3 + s * lens.k4)))),
+      1.0 +
+          s * (3.0 * lens.k1 +
+               s * (5.0 * lens.k2 + s * (7.0 * lens.k3 + s * 9.0 * lens.k4)))};
+}
+
+// The smallest angle [rad] at which the slope falls to zero, at most 90
+// degrees.
+double FirstFisheyeFold(const LensModel& lens) {
+  constexpr double kRightAngle = 1.57079632679489662;
+  constexpr int kSteps = 2000;
+  double low = 0.0;
+  for (int i = 1; i <= kSteps; ++i) {
+    double high = kRightAngle * i / kSteps;
+    if (RadiusAt(lens, high).slope <= 0.0) {
+      for (int step = 0; step < 60; ++step) {
+        const double middle = 0.5 * (low + high);
+        (RadiusAt(lens, middle).slope > 0.0 ? low : high) = middle;
+      }
+      return low;
+    }
+    low = high;
+  }
+  return kRightAngle;
+}
+
 }  // namespace
 
 OpenCv5Lens::OpenCv5Lens(const std::array<double, 5>& coefficients)
     : k_(coefficients) {
-  for (const double k : k_) {
-    if (!std::isfinite(k)) {
-      throw OptionError("distortion", "a coefficient is not a finite number");
-    }
-  }
+  CheckFinite(k_.data(), k_.size());
   plain_.kind = LensKind::kOpenCv5;
   plain_.k1 = k_[0];
   plain_.k2 = k_[1];
@@ -58,14 +110,7 @@ std::vector<double> OpenCv5Lens::parameters() const {
 
 Eigen::Vector2d OpenCv5Lens::Distort(const Eigen::Vector2d& ideal,
                                      Eigen::Matrix2d* jacobian) const {
-  Eigen::Vector2d distorted;
-  double symmetric[3];
-  kinegraph::Distort(plain_, ideal.x(), ideal.y(), &distorted.x(),
-                     &distorted.y(), jacobian == nullptr ? nullptr : symmetric);
-  if (jacobian != nullptr) {
-    *jacobian << symmetric[0], symmetric[1], symmetric[1], symmetric[2];
-  }
-  return distorted;
+  return DistortPlain(plain_, ideal, jacobian);
 }
 
 std::optional<Eigen::Vector2d> OpenCv5Lens::Undistort(
@@ -103,14 +148,122 @@ bool OpenCv5Lens::InDomain(const Eigen::Vector2d& ideal) const {
   return kinegraph::InDomain(plain_, ideal.x(), ideal.y());
 }
 
+FisheyeLens::FisheyeLens(const std::array<double, 4>& coefficients) {
+  CheckFinite(coefficients.data(), coefficients.size());
+  plain_.kind = LensKind::kFisheye;
+  plain_.k1 = coefficients[0];
+  plain_.k2 = coefficients[1];
+  plain_.k3 = coefficients[2];
+  plain_.k4 = coefficients[3];
+  max_angle_ = FirstFisheyeFold(plain_);
+  const double radius = std::tan(max_angle_);
+  plain_.max_radius_squared = radius * radius;
+}
+
+std::vector<double> FisheyeLens::parameters() const {
+  return {plain_.k1, plain_.k2, plain_.k3, plain_.k4};
+}
+
+Eigen::Vector2d FisheyeLens::Distort(const Eigen::Vector2d& ideal,
+                                     Eigen::Matrix2d* jacobian) const {
+  return DistortPlain(plain_, ideal, jacobian);
+}
+
+std::optional<Eigen::Vector2d> FisheyeLens::Undistort(
+    const Eigen::Vector2d& distorted) const {
+  const double radius = distorted.norm();
+  if (!(radius < RadiusAt(plain_, max_angle_).radius)) return std::nullopt;
+  // The radius grows with the angle up to max_angle_: Newton's method, with
+  // bisection where it would leave the interval that holds the root.
+  double low = 0.0;
+  double high = max_angle_;
+  double angle = std::min(radius, 0.5 * max_angle_);
+  constexpr int kMaxIterations = 100;
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    const FisheyeRadius at = RadiusAt(plain_, angle);
+    const double error = at.radius - radius;
+    (error > 0.0 ? high : low) = angle;
+    double next = angle - error / at.slope;
+    if (!(next > low && next < high)) next = 0.5 * (low + high);
+    // As far as doubles tell angles of order one apart.
+    const bool settled = std::abs(next - angle) <= 4e-16 || error == 0.0;
+    angle = error == 0.0 ? angle : next;
+    if (settled) break;
+  }
+  if (!(radius > 0.0)) return distorted;
+  return distorted * (std::tan(angle) / radius);
+}
+
+bool FisheyeLens::InDomain(const Eigen::Vector2d& ideal) const {
+  return kinegraph::InDomain(plain_, ideal.x(), ideal.y());
+}
+
+double FirstRadialFactor(const Lens* lens, const Eigen::Vector2d& ideal,
+                         Eigen::Matrix2d* jacobian) {
+  const double r2 = ideal.squaredNorm();
+  double factor = r2;
+  double slope = 2.0;  // d factor / d r, over r
+  // Below it both models agree to rounding.
+  if (lens != nullptr && lens->plain().kind == LensKind::kFisheye &&
+      r2 > 1e-16) {
+    const double r = std::sqrt(r2);
+    const double angle = std::atan(r);
+    const double square = angle * angle;
+    factor = angle * square / r;
+    slope = (3.0 * square / (1.0 + r2) - factor) / r2;
+  }
+  if (jacobian != nullptr) {
+    *jacobian = factor * Eigen::Matrix2d::Identity() +
+                slope * ideal * ideal.transpose();
+  }
+  return factor;
+}
+
+std::shared_ptr<const Lens> WithRadial(const std::shared_ptr<const Lens>& lens,
+                                       double added) {
+  std::vector<double> terms(5, 0.0);
+  if (lens != nullptr) terms = lens->parameters();
+  terms[0] += added;
+  return MakeLens(lens == nullptr ? "opencv5" : lens->model(), terms);
+}
+
+std::shared_ptr<const Lens> Turned(const std::shared_ptr<const Lens>& lens,
+                                   ImageTurn turn) {
+  if (lens == nullptr || lens->plain().kind != LensKind::kOpenCv5) return lens;
+  std::vector<double> terms = lens->parameters();
+  const double p1 = terms[2];
+  const double p2 = terms[3];
+  if (turn == ImageTurn::kHalf) {
+    terms[2] = -p1;
+    terms[3] = -p2;
+  } else {
+    const bool clockwise = turn == ImageTurn::kClockwise;
+    terms[2] = clockwise ? p2 : -p2;
+    terms[3] = clockwise ? -p1 : p1;
+  }
+  return MakeLens(lens->model(), terms);
+}
+
 std::shared_ptr<const Lens> MakeLens(const std::string& model,
                                      const std::vector<double>& parameters) {
   if (model == "pinhole") return nullptr;
-  if (model != "opencv5") {
-    throw OptionError("model", "found '" + Printable(model) +
-                                   "', known are pinhole and opencv5");
-  }
   const size_t count = parameters.size();
+  if (model == kFisheyeModel) {
+    std::array<double, 4> coefficients{};
+    if (count > coefficients.size()) {
+      throw OptionError("distortion",
+                        "found " + std::to_string(count) +
+                            " coefficients of a fisheye lens, expected k1 k2 "
+                            "k3 k4");
+    }
+    std::copy(parameters.begin(), parameters.end(), coefficients.begin());
+    return std::make_shared<FisheyeLens>(coefficients);
+  }
+  if (model != "opencv5") {
+    throw OptionError("model",
+                      "found '" + Printable(model) +
+                          "', known are pinhole, opencv5 and opencv_fisheye");
+  }
   if (count != 0 && count != 2 && count != 4 && count != 5) {
     throw OptionError("distortion", "found " + std::to_string(count) +
                                         " coefficients, expected 0, 2, 4 or "

@@ -58,11 +58,53 @@ class OpenCv5Lens final : public Lens {
   LensModel plain_;
 };
 
-// nullptr (an ideal pinhole) for "pinhole" or all-zero coefficients. Throws
-// OptionError for an unknown model or a wrong number of parameters; "opencv5"
-// takes 0, 2, 4 or 5.
+inline constexpr const char* kFisheyeModel = "opencv_fisheye";
+
+// OpenCV's fisheye model with k1 k2 k3 k4 (Kannala and Brandt); the formula
+// stands at DistortFisheye in projection.h. As every lens here it works on x/z,
+// y/z, so it sees rays less than 90 degrees off the axis: pixels further out
+// have no ideal point, points at the camera's side or behind it no image. It is
+// one-to-one up to where its polynomial turns back, or up to 90 degrees.
+class FisheyeLens final : public Lens {
+ public:
+  // Throws OptionError for a coefficient that is not finite.
+  explicit FisheyeLens(const std::array<double, 4>& coefficients);
+
+  std::string model() const override { return kFisheyeModel; }
+  std::vector<double> parameters() const override;
+  const LensModel& plain() const override { return plain_; }
+  Eigen::Vector2d Distort(const Eigen::Vector2d& ideal,
+                          Eigen::Matrix2d* jacobian) const override;
+  std::optional<Eigen::Vector2d> Undistort(
+      const Eigen::Vector2d& distorted) const override;
+  bool InDomain(const Eigen::Vector2d& ideal) const override;
+
+ private:
+  LensModel plain_;
+  double max_angle_ = 0.0;  // rad off the axis
+};
+
+// nullptr (an ideal pinhole) for "pinhole", or "opencv5" with nothing but zeros
+// (a fisheye lens of zeros bends, too). Throws OptionError for an unknown model
+// or a wrong number of parameters: "opencv5" takes 0, 2, 4 or 5,
+// "opencv_fisheye" up to 4.
 std::shared_ptr<const Lens> MakeLens(const std::string& model,
                                      const std::vector<double>& parameters);
+
+// What k1 and the ideal point (x, y) are multiplied with in the distorted point
+// of a lens (null: a pinhole, whose k1 is OpenCV's): r^2, or a^3 / r of a
+// fisheye lens. `jacobian`, if not null, receives the derivative of this times
+// (x, y) by (x, y).
+double FirstRadialFactor(const Lens* lens, const Eigen::Vector2d& ideal,
+                         Eigen::Matrix2d* jacobian);
+// The lens (null: a pinhole) with this added to its k1.
+std::shared_ptr<const Lens> WithRadial(const std::shared_ptr<const Lens>& lens,
+                                       double added);
+// The lens of the image turned by 180 or by 90 degrees (clockwise or not): the
+// tangential terms turn with it.
+enum class ImageTurn { kHalf, kClockwise, kCounterClockwise };
+std::shared_ptr<const Lens> Turned(const std::shared_ptr<const Lens>& lens,
+                                   ImageTurn turn);
 
 }  // namespace kinegraph
 

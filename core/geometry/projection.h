@@ -12,10 +12,11 @@ namespace kinegraph {
 
 // A lens as plain numbers (core/geometry/lens.h). Another model joins with a
 // kind, and with its formula in Distort.
-enum class LensKind { kNone, kOpenCv5 };
+enum class LensKind { kNone, kOpenCv5, kFisheye };
 struct LensModel {
   LensKind kind = LensKind::kNone;  // none: an ideal pinhole
   double k1 = 0.0, k2 = 0.0, p1 = 0.0, p2 = 0.0, k3 = 0.0;
+  double k4 = 0.0;  // of kFisheye, which has no p1 and p2
   // One-to-one up to this squared distance from the axis (dimensionless).
   double max_radius_squared = 0.0;
 };
@@ -36,8 +37,9 @@ struct CameraModel {
 // `jacobian`, if not null, receives d (x', y') / d (x, y) as xx, xy, yy: it is
 // symmetric.
 template <typename T>
-KINEGRAPH_INLINE void Distort(const LensModel& lens, const T& x, const T& y,
-                              T* distorted_x, T* distorted_y, T* jacobian) {
+KINEGRAPH_INLINE void DistortOpenCv5(const LensModel& lens, const T& x,
+                                     const T& y, T* distorted_x, T* distorted_y,
+                                     T* jacobian) {
   const T r2 = x * x + y * y;
   const T radial = 1.0 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3));
   if (jacobian != nullptr) {
@@ -53,6 +55,53 @@ KINEGRAPH_INLINE void Distort(const LensModel& lens, const T& x, const T& y,
       x * radial + 2.0 * lens.p1 * x * y + lens.p2 * (r2 + 2.0 * x * x);
   *distorted_y =
       y * radial + lens.p1 * (r2 + 2.0 * y * y) + 2.0 * lens.p2 * x * y;
+}
+
+// The same by OpenCV's fisheye model (Kannala and Brandt 2006, symmetric part):
+// the ray at the angle a = atan(r) off the axis comes to lie at the radius
+//   r' = a (1 + k1 a^2 + k2 a^4 + k3 a^6 + k4 a^8)
+// in the direction of (x, y).
+template <typename T>
+KINEGRAPH_INLINE void DistortFisheye(const LensModel& lens, const T& x,
+                                     const T& y, T* distorted_x, T* distorted_y,
+                                     T* jacobian) {
+  const T r2 = x * x + y * y;
+  // Below it the first term of the series in r is exact to rounding, and the
+  // quotients of the closed form are 0 / 0 in the end.
+  const auto small = r2 < T(1e-8);
+  const T safe_r2 = Select(small, T(1.0), r2);
+  const T r = Sqrt(safe_r2);
+  const T a = Atan(r);
+  const T s = a * a;
+  const T bent =
+      a * (1.0 + s * (lens.k1 + s * (lens.k2 + s * (lens.k3 + s * lens.k4))));
+  const double first = lens.k1 - 1.0 / 3.0;
+  const T scale = Select(small, 1.0 + first * r2, bent / r);
+  if (jacobian != nullptr) {
+    // d r' / d r
+    const T radial =
+        (1.0 +
+         s * (3.0 * lens.k1 +
+              s * (5.0 * lens.k2 + s * (7.0 * lens.k3 + s * 9.0 * lens.k4)))) /
+        (1.0 + safe_r2);
+    const T slope = Select(small, T(2.0 * first), (radial - scale) / safe_r2);
+    jacobian[0] = scale + x * x * slope;
+    jacobian[1] = x * y * slope;
+    jacobian[2] = scale + y * y * slope;
+  }
+  *distorted_x = x * scale;
+  *distorted_y = y * scale;
+}
+
+// By the formula of the lens, which must have one.
+template <typename T>
+KINEGRAPH_INLINE void Distort(const LensModel& lens, const T& x, const T& y,
+                              T* distorted_x, T* distorted_y, T* jacobian) {
+  if (lens.kind == LensKind::kFisheye) {
+    DistortFisheye(lens, x, y, distorted_x, distorted_y, jacobian);
+  } else {
+    DistortOpenCv5(lens, x, y, distorted_x, distorted_y, jacobian);
+  }
 }
 
 // Whether the lens is one-to-one at the ideal point (x, y).

@@ -150,7 +150,15 @@ FileKind ChooseKind(const ConversionOptions& flags) {
                      ", --to=" + flags.to + " of " + TextOf(to));
   }
   const FileKind kind = RecogniseKind(flags.in);
-  if (std::count(both.begin(), both.end(), kind) == 0) {
+  const auto wants = [&both](FileKind one) {
+    return std::count(both.begin(), both.end(), one) > 0;
+  };
+  // A session's folder holds cameras and detections.
+  if (!wants(kind) && wants(kDetections) && IsFolder(flags.in) &&
+      RecogniseDetections(LookAtDetections(flags.in)) != nullptr) {
+    return kDetections;
+  }
+  if (!wants(kind)) {
     throw InputError(flags.in, "",
                      "holds " + std::string(ToString(kind)) +
                          ", --to=" + flags.to + " is of " + TextOf(both));

@@ -96,8 +96,20 @@ bool IsDetectionTable(const std::string& path) {
   return RecogniseDetections(LookAtDetections(path)) != nullptr;
 }
 
+// XML in any encoding, and pickles, which begin with a byte of their own.
+bool IsXmlOrPickle(const std::string& path) {
+  const std::string text = BeginningOf(path, 16);
+  const size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  return text.rfind("\xFF\xFE", 0) == 0 || text.rfind("\xFE\xFF", 0) == 0 ||
+         text.rfind('\x80', 0) == 0 ||
+         (first != std::string::npos && text[first] == '<');
+}
+
 FileKind KindOfFile(const std::string& path) {
   if (AreSurelyTracks(path)) return FileKind::kTracks;
+  if (HasExtension(path, {".calib"}) || IsXmlOrPickle(path)) {
+    return FileKind::kCalibration;
+  }
   if (IsDetectionTable(path)) return FileKind::kDetections;
   if (HasExtension(path, {".toml", ".yml", ".yaml"}) ||
       LooksLikeTomlOrYaml(Beginning(path))) {

@@ -160,6 +160,8 @@ void RingOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("focal", &focal_px, Positive(), "px", "focal length");
   visitor.NumberList("distortion", &distortion, Between(-10.0, 10.0), "",
                      "k1 k2 p1 p2 k3 of OpenCV's model; empty: none");
+  visitor.Boolean("fisheye", &fisheye,
+                  "the lenses are OpenCV's fisheye model: k1 k2 k3 k4");
 }
 
 void SceneOptions::Describe(OptionVisitor& visitor) {
@@ -187,7 +189,8 @@ void SceneOptions::Describe(OptionVisitor& visitor) {
 CameraRig MakeRing(const RingOptions& options) {
   CheckOptions(options);
   CameraRig rig;
-  const auto lens = MakeLens("opencv5", options.distortion);
+  const auto lens = MakeLens(options.fisheye ? kFisheyeModel : "opencv5",
+                             options.distortion);
   // Two cameras that face each other see no depth, so a pair stands at a right
   // angle.
   const double arc = options.arc_deg * kPi / 180.0;

@@ -29,6 +29,7 @@ struct RingOptions {
   int64_t height_px = 720;
   double focal_px = 800.0;
   std::vector<double> distortion;  // k1 k2 p1 p2 k3 of OpenCV; empty: none
+  bool fisheye = false;            // `distortion` is k1 k2 k3 k4 of its fisheye
 
   void Describe(OptionVisitor& visitor);
 };

@@ -60,12 +60,14 @@ std::optional<Eigen::Vector2d> ProjectChanged(
         camera.lens()->Distort(ideal, wants_jacobian ? &d_lens : nullptr);
   }
   if (const double radial = change[kLensAt]; radial != 0.0) {
-    const double square = ideal.squaredNorm();
+    Eigen::Matrix2d d_term;
+    const double factor =
+        FirstRadialFactor(camera.lens().get(), ideal, &d_term);
     // Where the term alone folds the image back there is no image.
-    if (!(1.0 + 3.0 * radial * square > 0.0)) return std::nullopt;
-    distorted += radial * square * ideal;
-    d_lens += radial * (square * Eigen::Matrix2d::Identity() +
-                        2.0 * ideal * ideal.transpose());
+    const double along = ideal.dot(d_term * ideal);
+    if (!(ideal.squaredNorm() + radial * along >= 0.0)) return std::nullopt;
+    distorted += radial * factor * ideal;
+    d_lens += radial * d_term;
   }
   const Eigen::Matrix2d k =
       std::exp(change[kFocalAt]) * camera.K().topLeftCorner<2, 2>();
@@ -87,7 +89,8 @@ std::optional<Eigen::Vector2d> ProjectChanged(
       by_change->middleCols<3>(kCentreAt) = -by_world;
       by_change->middleCols<2>(kShiftAt).setIdentity();
       by_change->col(kFocalAt) = magnified;
-      by_change->col(kLensAt) = k * (ideal.squaredNorm() * ideal);
+      by_change->col(kLensAt) =
+          k * (FirstRadialFactor(camera.lens().get(), ideal, nullptr) * ideal);
     }
   }
   return px;
@@ -99,10 +102,7 @@ Camera ChangedCamera(const Camera& camera, const CameraChange& change) {
   parameters.K.block<2, 1>(0, 2) += change.segment<2>(kShiftAt);
   parameters.R = ExpRotation(change.segment<3>(kRotationAt)) * camera.R();
   if (const double radial = change[kLensAt]; radial != 0.0) {
-    std::vector<double> terms(5, 0.0);
-    if (camera.lens() != nullptr) terms = camera.lens()->parameters();
-    terms[0] += radial;
-    parameters.lens = MakeLens("opencv5", terms);
+    parameters.lens = WithRadial(camera.lens(), radial);
   }
   parameters.t =
       -(parameters.R * (camera.centre() + change.segment<3>(kCentreAt)));

@@ -17,7 +17,7 @@ inline constexpr int kShiftAt = 6;     // 2 [px], on the image
 inline constexpr int kFocalAt = 8;     // 1, logarithm of the factor
 inline constexpr int kOffsetAt = 9;    // 1 [s], added to the time of capture
 inline constexpr int kDriftAt = 10;    // 1 [s/s], of the time in the take
-inline constexpr int kLensAt = 11;     // 1, added to OpenCV's k1
+inline constexpr int kLensAt = 11;     // 1, added to the lens' k1
 inline constexpr int kChangeSize = 12;
 
 // All zero: the calibration is right. Ideal rays are turned by exp(rotation)

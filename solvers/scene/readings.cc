@@ -140,25 +140,11 @@ std::optional<Camera> Seeing(const Camera& camera, ImageReading reading) {
   }
   parameters.R = turn * camera.R();
   parameters.t = turn * camera.t();
-  if (camera.lens() != nullptr && reading != ImageReading::kRotated180) {
-    // Radial terms stay; the tangential ones turn with the image.
-    std::vector<double> lens = camera.lens()->parameters();
-    if (lens.size() >= 4) {
-      const double p1 = lens[2];
-      const double p2 = lens[3];
-      const bool clockwise = reading == ImageReading::kRotated90;
-      lens[2] = clockwise ? p2 : -p2;
-      lens[3] = clockwise ? -p1 : p1;
-    }
-    parameters.lens = MakeLens(camera.lens()->model(), lens);
-  } else if (camera.lens() != nullptr) {
-    std::vector<double> lens = camera.lens()->parameters();
-    if (lens.size() >= 4) {
-      lens[2] = -lens[2];
-      lens[3] = -lens[3];
-    }
-    parameters.lens = MakeLens(camera.lens()->model(), lens);
-  }
+  parameters.lens = Turned(camera.lens(), reading == ImageReading::kRotated180
+                                              ? ImageTurn::kHalf
+                                          : reading == ImageReading::kRotated90
+                                              ? ImageTurn::kClockwise
+                                              : ImageTurn::kCounterClockwise);
   return Camera(parameters);
 }
 

@@ -1,6 +1,7 @@
 #include <functional>
 
 #include "core/io/calibration/calibration.h"
+#include "core/io/calibration/format.h"
 #include "core/io/configuration/held_out_set.h"
 #include "core/io/configuration/manifest.h"
 #include "core/io/detections/format.h"
@@ -18,16 +19,18 @@ extern "C" const char* __lsan_default_suppressions() { return "leak:libhdf5"; }
 namespace kinegraph::testing {
 namespace {
 
+// An empty name: recognised by content.
 template <typename Input>
-bool FuzzCalibration(const uint8_t* bytes, size_t size) {
+bool FuzzCalibration(const std::string& format, const uint8_t* bytes,
+                     size_t size) {
   CameraReadOptions options;
+  if (!format.empty()) options.format = format;
   options.image_size = {1280, 720};  // of the seeds, which some formats lack
   return Reading<Input>(bytes, size, [&](const std::string& path) {
     ReadCameras(path, options);
   });
 }
 
-// An empty name: recognised by content.
 template <typename Input>
 bool FuzzDetections(const std::string& format, const uint8_t* bytes,
                     size_t size) {
@@ -70,13 +73,21 @@ bool FuzzCorrections(const uint8_t* bytes, size_t size) {
 std::vector<FuzzTarget> ReaderTargets() {
   using namespace std::placeholders;  // NOLINT
   std::vector<FuzzTarget> targets = {
-      {"calibration", FuzzCalibration<InputFile>},
-      {"calibration_folder", FuzzCalibration<InputFolder>},
+      {"calibration", std::bind(FuzzCalibration<InputFile>, "", _1, _2)},
+      {"calibration_folder",
+       std::bind(FuzzCalibration<InputFolder>, "", _1, _2)},
       {"manifest", FuzzManifest},
       {"held_out_set", FuzzHeldOutSet},
       {"corrections", FuzzCorrections},
       {"detections", std::bind(FuzzDetections<InputFile>, "", _1, _2)},
       {"tracks", std::bind(FuzzTracks<InputFile>, "", _1, _2)}};
+  // Those that are written are seeds of the two targets above.
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    if (format.write != nullptr) continue;
+    targets.push_back(
+        {"calibration_" + format.name,
+         std::bind(FuzzCalibration<InputFile>, format.name, _1, _2)});
+  }
   for (const DetectionFormat& format : DetectionFormats()) {
     if (format.open == nullptr) continue;
     const auto fuzz = format.files == DetectionFormat::Files::kFolderAView

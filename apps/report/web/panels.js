@@ -11,11 +11,31 @@ function lensLimit(k) {
   return Infinity;
 }
 
+function fisheyeRadius(camera, angle) {
+  // Radius of the image at an angle off the axis; null where the polynomial has turned back before.
+  const k = camera.distortion;
+  const slope = (s) => 1 + s * (3 * k[0] + s * (5 * k[1] + s * (7 * k[2] + s * 9 * k[3])));
+  if (camera.limit === undefined) {
+    camera.limit = Infinity;
+    for (let a = 0; a < Math.PI / 2 && camera.limit === Infinity; a += 1e-3) if (slope(a * a) <= 0) camera.limit = a;
+  }
+  const s = angle * angle;
+  return angle < camera.limit ? angle * (1 + s * (k[0] + s * (k[1] + s * (k[2] + s * k[3])))) : null;
+}
+
 function project(camera, x, y, z) {
   const R = camera.R, t = camera.t, K = camera.K;
   const depth = R[6] * x + R[7] * y + R[8] * z + t[2];
   if (depth <= 1e-6) return null;
   let u = (R[0] * x + R[1] * y + R[2] * z + t[0]) / depth, v = (R[3] * x + R[4] * y + R[5] * z + t[1]) / depth;
+  if (camera.model === 'opencv_fisheye') {
+    const radius = Math.hypot(u, v), bent = fisheyeRadius(camera, Math.atan(radius));
+    if (bent === null) return null;
+    if (radius > 1e-9) {
+      u *= bent / radius;
+      v *= bent / radius;
+    }
+  }
   if (camera.model === 'opencv5') {
     const k = camera.distortion, s = u * u + v * v;
     if (camera.limit === undefined) camera.limit = lensLimit(k);

@@ -29,8 +29,8 @@ CalibrationFile ReadFile(const std::string& path, const std::string& name) {
   throw InputError(
       path, "",
       head.is_folder
-          ? "is a folder without intri.yml, P0.txt or other files of a known "
-            "calibration format"
+          ? "is a folder without calibration.toml, intri.yml, P0.txt or other "
+            "files of a known calibration format"
           : "is no calibration in a known format (cameras.format can name "
             "one)");
 }
@@ -91,6 +91,7 @@ class CameraBuilder {
     parameters.height_px = static_cast<int>(size.height_px);
     parameters.K = record_.K;
     if (record_.normalised_K) ScaleK(size, &parameters.K);
+    ShrinkK(size, &parameters.K);
     try {
       parameters.lens = ChooseLens();
       parameters.R = record_.R;
@@ -121,13 +122,35 @@ class CameraBuilder {
       Fail("found an image size of " + Text(own) + " px");
     }
     const ImageSize option = SizeOf(options_);
-    if (own.width_px == 0) return option;
+    if (own.width_px == 0 || IsScaled(own, option)) return option;
     if (option.width_px != 0 && (own.width_px != option.width_px ||
                                  own.height_px != option.height_px)) {
       Fail("the file says " + Text(own) + " px, cameras.image_size " +
            Text(option));
     }
     return own;
+  }
+
+  // Whether a picture is a whole sensor's at another resolution, whose sides
+  // were rounded.
+  bool IsScaled(const ImageSize& sensor, const ImageSize& picture) const {
+    if (!record_.may_be_scaled || picture.width_px == 0) return false;
+    const double high = static_cast<double>(picture.width_px) *
+                        static_cast<double>(sensor.height_px) /
+                        static_cast<double>(sensor.width_px);
+    return std::abs(high - static_cast<double>(picture.height_px)) < 1.0;
+  }
+
+  // The middle of the first pixel is (0, 0) in both resolutions.
+  void ShrinkK(const ImageSize& size, Eigen::Matrix3d* K) const {
+    if (record_.width_px == 0 || size.width_px == record_.width_px) return;
+    const auto scale = [](int64_t to, int64_t from) {
+      return static_cast<double>(to) / static_cast<double>(from);
+    };
+    K->row(0) *= scale(size.width_px, record_.width_px);
+    K->row(1) *= scale(size.height_px, record_.height_px);
+    (*K)(0, 2) += 0.5 * scale(size.width_px, record_.width_px) - 0.5;
+    (*K)(1, 2) += 0.5 * scale(size.height_px, record_.height_px) - 0.5;
   }
 
   void ScaleK(const ImageSize& size, Eigen::Matrix3d* K) const {
@@ -144,8 +167,8 @@ class CameraBuilder {
     if (options_.ignore_distortion) return nullptr;
     std::vector<double> coefficients = record_.distortion;
     // Longer OpenCV models whose further terms are zero are this one.
-    constexpr size_t kCoefficients = 5;
-    while (coefficients.size() > kCoefficients && coefficients.back() == 0.0) {
+    const size_t count = record_.lens_model == kFisheyeModel ? 4 : 5;
+    while (coefficients.size() > count && coefficients.back() == 0.0) {
       coefficients.pop_back();
     }
     return MakeLens(record_.lens_model, coefficients);

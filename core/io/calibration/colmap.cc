@@ -97,18 +97,28 @@ class ModelFile {
 
 // ---- Reading ----
 
-struct LensModel {
+struct ColmapModel {
   const char* name;
   int focal_lengths;  // one, or fx and fy
-  int coefficients;   // in OpenCV's order k1 k2 p1 p2 k3 k4 k5 k6
+  int coefficients;   // in OpenCV's order k1 k2 p1 p2 k3 k4 k5 k6; k1 .. k4
+  bool is_fisheye = false;
 };
 
-// Models whose lens OpenCV's polynomial says.
-const LensModel* FindModel(const std::string& name) {
-  static const std::vector<LensModel> kModels = {
-      {"SIMPLE_PINHOLE", 1, 0}, {"PINHOLE", 2, 0}, {"SIMPLE_RADIAL", 1, 1},
-      {"RADIAL", 1, 2},         {"OPENCV", 2, 4},  {"FULL_OPENCV", 2, 8}};
-  for (const LensModel& model : kModels) {
+// Models whose lens OpenCV's polynomial or its fisheye model says.
+const ColmapModel* FindModel(const std::string& name) {
+  static const std::vector<ColmapModel> kModels = {
+      {"SIMPLE_PINHOLE", 1, 0},
+      {"PINHOLE", 2, 0},
+      {"SIMPLE_RADIAL", 1, 1},
+      {"RADIAL", 1, 2},
+      {"OPENCV", 2, 4},
+      {"FULL_OPENCV", 2, 8},
+      {"SIMPLE_FISHEYE", 1, 0, true},
+      {"FISHEYE", 2, 0, true},
+      {"SIMPLE_RADIAL_FISHEYE", 1, 1, true},
+      {"RADIAL_FISHEYE", 1, 2, true},
+      {"OPENCV_FISHEYE", 2, 4, true}};
+  for (const ColmapModel& model : kModels) {
     if (name == model.name) return &model;
   }
   return nullptr;
@@ -119,11 +129,12 @@ CameraRecord ReadIntrinsics(const ModelFile& file,
   if (words.size() < 4) {
     file.Fail("expected CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS");
   }
-  const LensModel* model = FindModel(words[1]);
+  const ColmapModel* model = FindModel(words[1]);
   if (model == nullptr) {
     file.Fail("the lens model '" + Printable(words[1]) +
               "' is not read, expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, "
-              "RADIAL, OPENCV or FULL_OPENCV (COLMAP's model_converter and "
+              "RADIAL, OPENCV, FULL_OPENCV, SIMPLE_RADIAL_FISHEYE, "
+              "RADIAL_FISHEYE or OPENCV_FISHEYE (COLMAP's model_converter and "
               "image_undistorter make others into these)");
   }
   const auto count =
@@ -146,6 +157,7 @@ CameraRecord ReadIntrinsics(const ModelFile& file,
   record.K(0, 2) = *next++ - kPixelMiddle;
   record.K(1, 2) = *next++ - kPixelMiddle;
   record.distortion.assign(next, numbers.end());
+  if (model->is_fisheye) record.lens_model = kFisheyeModel;
   // MakeLens takes two coefficients or four.
   if (record.distortion.size() == 1) record.distortion.push_back(0.0);
   return record;
@@ -264,19 +276,22 @@ std::string CameraLine(const Camera& camera, size_t id) {
   if (std::abs(K(0, 1)) > kRoundingPx) {
     throw CannotWrite(camera, "a skewed K cannot be said in this format");
   }
-  const auto lens = OpenCvCoefficients(camera);
-  const bool is_full = lens[4] != 0.0;
-  std::string line =
-      fmt::format("{} {} {} {} {} {} {} {}", id,
-                  camera.lens() == nullptr ? "PINHOLE"
-                  : is_full                ? "FULL_OPENCV"
-                                           : "OPENCV",
-                  camera.width_px(), camera.height_px(), K(0, 0), K(1, 1),
-                  K(0, 2) + kPixelMiddle, K(1, 2) + kPixelMiddle);
-  if (camera.lens() == nullptr) return line + "\n";
-  for (int k = 0; k < (is_full ? 5 : 4); ++k)
-    line += fmt::format(" {}", lens[k]);
-  return line + (is_full ? " 0 0 0\n" : "\n");
+  std::string model = "PINHOLE";
+  std::string terms;
+  const auto add = [&terms](double term) { terms += fmt::format(" {}", term); };
+  if (IsFisheye(camera)) {
+    model = "OPENCV_FISHEYE";
+    for (const double term : FisheyeCoefficients(camera)) add(term);
+  } else if (camera.lens() != nullptr) {
+    const auto lens = OpenCvCoefficients(camera);
+    const bool is_full = lens[4] != 0.0;
+    model = is_full ? "FULL_OPENCV" : "OPENCV";
+    for (int k = 0; k < (is_full ? 5 : 4); ++k) add(lens[k]);
+    if (is_full) terms += " 0 0 0";
+  }
+  return fmt::format("{} {} {} {} {} {} {} {}{}\n", id, model,
+                     camera.width_px(), camera.height_px(), K(0, 0), K(1, 1),
+                     K(0, 2) + kPixelMiddle, K(1, 2) + kPixelMiddle, terms);
 }
 
 std::string ImageLines(const Camera& camera, size_t id) {

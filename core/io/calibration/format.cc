@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
+#include "core/io/calibration/pickle.h"
 #include "core/io/calibration/yaml.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/toml_file.h"
@@ -21,7 +22,12 @@
   FORMAT(TumCalibrationFormat)                \
   FORMAT(OpencvCalibrationFormat)             \
   FORMAT(EasymocapCalibrationFormat)          \
-  FORMAT(ColmapCalibrationFormat)
+  FORMAT(ColmapCalibrationFormat)             \
+  FORMAT(QualisysCalibrationFormat)           \
+  FORMAT(ViconCalibrationFormat)              \
+  FORMAT(OptitrackCalibrationFormat)          \
+  FORMAT(OpencapCalibrationFormat)            \
+  FORMAT(BiocvCalibrationFormat)
 
 namespace kinegraph {
 
@@ -43,6 +49,10 @@ CalibrationHead LookAtFolder(const std::string& path) {
   return head;
 }
 
+bool IsUtf16(const std::string& text) {
+  return text.rfind("\xFF\xFE", 0) == 0 || text.rfind("\xFE\xFF", 0) == 0;
+}
+
 // What a text looks like, before it is parsed.
 Syntax GuessSyntax(const std::string& text, const std::string& path) {
   const size_t start =
@@ -52,6 +62,7 @@ Syntax GuessSyntax(const std::string& text, const std::string& path) {
     throw InputError(path, "", "is empty, expected a calibration");
   }
   if (text[first] == '{') return Syntax::kJson;
+  if (text[first] == '<') return Syntax::kXml;
   const std::string extension = fs::path(path).extension().string();
   if (text[first] == '%' || IsYamlName(path)) return Syntax::kYaml;
   if (IsNumberTable(text)) return Syntax::kNumbers;
@@ -84,6 +95,11 @@ bool CalibrationHead::HasJsonKey(const std::string& key) const {
   return Is(Syntax::kJson) && json.is_object() && json.contains(key);
 }
 
+const XmlElement& CalibrationHead::XmlRoot() const {
+  if (!xml.has_value()) throw InputError(path, "", "expected a file of XML");
+  return *xml;
+}
+
 bool CalibrationHead::HasFile(const std::string& name) const {
   return std::binary_search(names.begin(), names.end(), name);
 }
@@ -108,7 +124,10 @@ CalibrationHead LookAtCalibration(const std::string& path) {
   CalibrationHead head;
   head.path = path;
   const std::string text = ReadTextFile(path, kMaxSmallFileBytes);
-  head.syntax = GuessSyntax(text, path);
+  head.syntax = IsPickle(text)  ? Syntax::kPickle
+                : IsUtf16(text) ? Syntax::kXml
+                                : GuessSyntax(text, path);
+  if (head.syntax == Syntax::kXml) head.xml = ParseXml(text, path);
   if (head.syntax == Syntax::kJson) head.json = ParseJson(text, path);
   if (head.syntax == Syntax::kToml) head.json = ToJson(ParseToml(text, path));
   if (head.syntax == Syntax::kYaml) head.json = ReadCalibrationYaml(path);
@@ -120,8 +139,12 @@ CalibrationHead LookAtCalibration(const std::string& path,
   CalibrationHead head;
   head.path = path;
   head.syntax = format.syntax;
+  if (IsFolder(path)) return LookAtFolder(path);
+  if (format.syntax == Syntax::kXml) {
+    head.xml = ParseXml(ReadTextFile(path, kMaxSmallFileBytes), path);
+  }
   if (format.syntax != Syntax::kJson && format.syntax != Syntax::kToml) {
-    return IsFolder(path) ? LookAtFolder(path) : head;
+    return head;
   }
   const std::string text = ReadTextFile(path, kMaxSmallFileBytes);
   head.json = format.syntax == Syntax::kJson ? ParseJson(text, path)
@@ -143,7 +166,8 @@ bool IsCalibrationFolder(const std::string& path) {
 std::string TableRow(const CalibrationFormat& format) {
   return "| `" + format.name + "` | yes | " +
          (format.write == nullptr ? "no" : format.written_as) + " | " +
-         format.kept + " | " + format.lost + (format.lost.empty() ? "|" : " |");
+         format.kept + (format.kept.empty() ? "| " : " | ") + format.lost +
+         (format.lost.empty() ? "|" : " |");
 }
 
 }  // namespace kinegraph

@@ -5,6 +5,7 @@
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,11 +13,20 @@
 #include "core/io/calibration/formats.h"
 #include "core/io/text/json.h"
 #include "core/io/text/losses.h"
+#include "core/io/text/xml_file.h"
 
 namespace kinegraph {
 
 // How the text of a calibration is written.
-enum class CalibrationSyntax { kJson, kToml, kYaml, kNumbers, kOther };
+enum class CalibrationSyntax {
+  kJson,
+  kToml,
+  kYaml,
+  kXml,
+  kPickle,
+  kNumbers,
+  kOther
+};
 
 // What a path looks like, for recognising its format and for reading it.
 struct CalibrationHead {
@@ -26,6 +36,7 @@ struct CalibrationHead {
   // The rest is of a file.
   CalibrationSyntax syntax = CalibrationSyntax::kOther;
   Json json;  // of JSON and TOML; of YAML for recognising alone
+  std::optional<XmlElement> xml;  // the outermost element of XML
 
   bool Is(CalibrationSyntax of_file) const {
     return !is_folder && syntax == of_file;
@@ -35,6 +46,8 @@ struct CalibrationHead {
   // The folder has a file of that name.
   bool HasFile(const std::string& name) const;
   JsonField Root() const { return JsonField(json, path); }
+  // Throws InputError where the file is no XML.
+  const XmlElement& XmlRoot() const;
 };
 
 struct CalibrationFormat {

@@ -23,6 +23,9 @@ struct CameraRecord {
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
   // K belongs to coordinates divided by the image size.
   bool normalised_K = false;
+  // The size is that of the sensor: a picture of another size and the same
+  // proportions (cameras.image_size) is the whole of it, scaled.
+  bool may_be_scaled = false;
   std::string lens_model = "opencv5";
   std::vector<double> distortion;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // cam_from_world

@@ -60,12 +60,14 @@ bool IsFisheyeKey(const std::string& key) {
   return kNames.count(Plain(key)) > 0;
 }
 
-// Places of k1 k2 p1 p2 k3 k4 k5 k6 in OpenCV's vector.
-const std::map<std::string, size_t>& NumberedTerms() {
+// Places of k1 k2 p1 p2 k3 k4 k5 k6 in OpenCV's vector, or of k1 k2 k3 k4.
+const std::map<std::string, size_t>& NumberedTerms(bool is_fisheye) {
   static const std::map<std::string, size_t> kTerms = {
       {"k1", 0}, {"k2", 1}, {"p1", 2}, {"p2", 3},
       {"k3", 4}, {"k4", 5}, {"k5", 6}, {"k6", 7}};
-  return kTerms;
+  static const std::map<std::string, size_t> kOfFisheye = {
+      {"k1", 0}, {"k2", 1}, {"k3", 2}, {"k4", 3}};
+  return is_fisheye ? kOfFisheye : kTerms;
 }
 
 std::vector<double> WithoutZeros(std::vector<double> coefficients) {
@@ -75,9 +77,17 @@ std::vector<double> WithoutZeros(std::vector<double> coefficients) {
   return coefficients;
 }
 
-void CheckModel(const JsonField& model) {
-  if (model.value().is_null()) return;
+// Whether the model is OpenCV's fisheye one, by the names that ROS, Kalibr and
+// others give it.
+bool IsFisheyeModel(const JsonField& model) {
+  if (model.value().is_null()) return false;
   const std::string name = Plain(model.Text());
+  static const std::set<std::string> kFisheye = {
+      "fisheye",           "opencvfisheye",  "kannalabrandt",
+      "kannalabrandt4",    "kannalabrandt8", "kb4",
+      "equidistant",       "equi",           "pinholeequi",
+      "pinholeequidistant"};
+  if (kFisheye.count(name) > 0) return true;
   static const std::set<std::string> kPolynomials = {"pinhole",
                                                      "opencv",
                                                      "opencv5",
@@ -97,8 +107,10 @@ void CheckModel(const JsonField& model) {
                                                      "radialtangential"};
   if (kPolynomials.count(name) == 0) {
     model.FailExpected(
-        "'pinhole', 'opencv' or another name of OpenCV's polynomial");
+        "'pinhole', 'opencv' or another name of OpenCV's polynomial, or "
+        "'fisheye'");
   }
+  return false;
 }
 
 }  // namespace
@@ -177,9 +189,10 @@ JsonField KeyReader::AtAny(const std::vector<std::string>& keys) {
   object_.Fail("has no key " + all);
 }
 
-void KeyReader::ReadCoefficients(std::vector<std::vector<double>>* lenses) {
+void KeyReader::ReadCoefficients(bool is_fisheye,
+                                 std::vector<std::vector<double>>* lenses) {
   std::vector<double> numbered;
-  for (const auto& [key, place] : NumberedTerms()) {
+  for (const auto& [key, place] : NumberedTerms(is_fisheye)) {
     const auto field = Find(key);
     if (!field.has_value()) continue;
     numbered.resize(std::max(numbered.size(), place + 1), 0.0);
@@ -196,29 +209,34 @@ void KeyReader::ReadCoefficients(std::vector<std::vector<double>>* lenses) {
 
 void KeyReader::ReadLens(CameraRecord* record) {
   std::vector<std::vector<double>> lenses;
+  bool is_fisheye = false;
   for (const auto& [key, value] : object_.value().items()) {
     const JsonField field = *object_.Find(key);
     if (IsModelKey(key)) {
       read_.insert(key);
-      CheckModel(field);
+      is_fisheye = IsFisheyeModel(field) || is_fisheye;
     } else if (IsFisheyeKey(key)) {
       read_.insert(key);
-      const bool zero = value.is_number() && field.Number() == 0.0;
-      if (!zero && field.Boolean()) {
-        field.Fail("found true: fisheye lenses are not supported");
+      const bool is_true = value.is_number()
+                               ? field.Number() != 0.0
+                               : !value.is_null() && field.Boolean();
+      if (is_true && Plain(key) == "omnidirectional") {
+        field.Fail("found true: omnidirectional lenses are not supported");
       }
+      is_fisheye = is_true || is_fisheye;
     } else if (IsLensKey(key)) {
       read_.insert(key);
       if (!value.is_null()) lenses.push_back(field.Numbers());
     }
   }
-  ReadCoefficients(&lenses);
+  ReadCoefficients(is_fisheye, &lenses);
   for (const std::vector<double>& lens : lenses) {
     if (WithoutZeros(lens) != WithoutZeros(lenses.front())) {
       object_.Fail("states its lens twice, and not the same one");
     }
   }
   if (!lenses.empty()) record->distortion = lenses.front();
+  if (is_fisheye) record->lens_model = kFisheyeModel;
 }
 
 void KeyReader::ReadUnit(CalibrationFile* file) {

@@ -38,8 +38,9 @@ class KeyReader {
   // "dist_coef", "dist", "D", "distortion_coefficients", ... in OpenCV's order;
   // lists "k" (3) and "p" (2); or numbers "k1" .. "k6", "p1", "p2".
   // Several names must say the same. The name of a model ("camera_model",
-  // "distortion_model", ...) must be a pinhole or OpenCV's polynomial, and
-  // "fisheye" must be false. Leaves `record` alone when nothing is said.
+  // "distortion_model", ...) must be a pinhole, OpenCV's polynomial or its
+  // fisheye model, whose terms are k1 k2 k3 k4 in this order; "fisheye": true
+  // says the latter, too. Leaves `record` alone when nothing is said.
   void ReadLens(CameraRecord* record);
 
   // "unit" or "units" as the text m, cm or mm (or their names).
@@ -50,7 +51,8 @@ class KeyReader {
   void RejectUnread() const;
 
  private:
-  void ReadCoefficients(std::vector<std::vector<double>>* lenses);
+  void ReadCoefficients(bool is_fisheye,
+                        std::vector<std::vector<double>>* lenses);
 
   JsonField object_;
   std::set<std::string> read_;

@@ -92,8 +92,15 @@ std::string OpencvCameraText(const Camera& camera) {
   }
   text += "camera_name: \"" + camera.name() + "\"\n";
   text += OpencvMatrix("camera_matrix", camera.K());
-  text += OpencvMatrix("distortion_coefficients",
-                       OpenCvCoefficients(camera).transpose());
+  if (IsFisheye(camera)) {
+    // As OpenCV's calibration program marks it.
+    text += "fisheye_model: 1\n";
+    text += OpencvMatrix("distortion_coefficients",
+                         FisheyeCoefficients(camera).transpose());
+  } else {
+    text += OpencvMatrix("distortion_coefficients",
+                         OpenCvCoefficients(camera).transpose());
+  }
   text += OpencvMatrix("R", camera.R());
   return text + OpencvMatrix("T", camera.t());
 }

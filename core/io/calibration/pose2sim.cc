@@ -7,9 +7,17 @@
 //
 // Caliscope's camera_array.toml has its cameras inside "cameras", its
 // config.toml beside the board and the pairs that it began with; those that it
-// did not place ("null") or ignores are no cameras.
+// did not place ("null", or no pose in newer versions) or ignores are no
+// cameras.
+//
+// A folder is read by its file of cameras: a session of Caliscope's
+// (camera_array.toml, or config.toml of old ones), of FreeMoCap's, Anipose's or
+// sleap-anipose's (calibration.toml). Where a board.toml beside it says that
+// the squares of the board are larger than 1, lengths are millimetres.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <optional>
 #include <set>
 
@@ -17,11 +25,15 @@
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/keys.h"
 #include "core/io/calibration/write_formats.h"
+#include "core/io/files/text_file.h"
 #include "core/io/text/skeleton_json.h"
+#include "core/io/text/toml_file.h"
 
 namespace kinegraph {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 bool IsText(const std::optional<JsonField>& field, const char* text) {
   return field.has_value() && field->value().is_string() &&
@@ -36,6 +48,12 @@ bool IsUnplaced(const JsonField& camera) {
   }
   return IsText(camera.Find("rotation"), "null") &&
          IsText(camera.Find("translation"), "null");
+}
+
+// Newer Caliscope leaves out what it does not know.
+bool HasNoPose(const JsonField& camera) {
+  return !camera.Find("rotation").has_value() &&
+         !camera.Find("translation").has_value();
 }
 
 // Tables and values of Caliscope's and Anipose's files that are no cameras.
@@ -92,12 +110,49 @@ bool IsInMillimetres(const JsonField& root) {
          square->Number() > 1.0;
 }
 
-bool Recognise(const CalibrationHead& head) {
-  return head.Is(CalibrationSyntax::kToml);
+// Whether a table has cameras, for config.toml, which many programs have.
+bool HasCameras(const Json& root) {
+  const auto is_camera = [](const Json& table) {
+    return table.is_object() && table.contains("matrix") &&
+           table.contains("rotation");
+  };
+  return std::any_of(root.begin(), root.end(), is_camera);
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
-  const JsonField root = head.Root();
+Json ReadToml(const fs::path& path) {
+  const std::string name = path.string();
+  return ToJson(ParseToml(ReadTextFile(name, kMaxSmallFileBytes), name));
+}
+
+// The file of cameras in a session's folder; empty when there is none.
+fs::path SessionFile(const CalibrationHead& head) {
+  const fs::path folder = head.path;
+  for (const char* name : {"camera_array.toml", "calibration.toml"}) {
+    if (head.HasFile(name)) return folder / name;
+  }
+  constexpr const char* kConfig = "config.toml";
+  if (!head.HasFile(kConfig) || !HasCameras(ReadToml(folder / kConfig))) {
+    return {};
+  }
+  return folder / kConfig;
+}
+
+bool Recognise(const CalibrationHead& head) {
+  return head.is_folder ? !SessionFile(head).empty()
+                        : head.Is(CalibrationSyntax::kToml);
+}
+
+// A board beside the calibration whose squares are larger than any in metres.
+bool HasBoardInMillimetres(const fs::path& calibration) {
+  const fs::path board = calibration.parent_path() / "board.toml";
+  if (!IsFile(board.string())) return false;
+  const Json json = ReadToml(board);
+  const auto square = json.find("square_length");
+  return square != json.end() && square->is_number() &&
+         square->get<double>() > 1.0;
+}
+
+CalibrationFile ReadTables(const JsonField& root) {
   CalibrationFile file;
   if (IsInMillimetres(root)) file.unit = LengthUnit::kMillimetre;
   const auto inside = root.Find("cameras");
@@ -105,10 +160,12 @@ CalibrationFile Read(const CalibrationHead& head) {
                         !inside->value().contains("matrix");
   for (const auto& [table, field] :
        (is_array ? *inside : root).Members("camera")) {
-    if (IsBesideCameras(table)) continue;
-    if (field.value().is_object() && IsUnplaced(field)) continue;
-    const auto name =
-        field.value().is_object() ? field.Find("name") : std::nullopt;
+    if (IsBesideCameras(table) || table == "CreationDate") continue;
+    const bool is_table = field.value().is_object();
+    if (is_table && (IsUnplaced(field) || (is_array && HasNoPose(field)))) {
+      continue;
+    }
+    const auto name = is_table ? field.Find("name") : std::nullopt;
     // Caliscope's videos are cam_0.mp4, cam_1.mp4, ...
     file.cameras.push_back(ReadCamera(
         name.has_value() ? name->Text() : (is_array ? "cam_" : "") + table,
@@ -117,12 +174,35 @@ CalibrationFile Read(const CalibrationHead& head) {
   return file;
 }
 
+CalibrationFile Read(const CalibrationHead& head) {
+  if (!head.is_folder) return ReadTables(head.Root());
+  const fs::path path = SessionFile(head);
+  if (path.empty()) {
+    throw InputError(head.path, "",
+                     "has no camera_array.toml, calibration.toml or "
+                     "config.toml with cameras");
+  }
+  const Json json = ReadToml(path);
+  CalibrationFile file = ReadTables(JsonField(json, path.string()));
+  if (file.unit == LengthUnit::kMetre && HasBoardInMillimetres(path)) {
+    file.unit = LengthUnit::kMillimetre;
+  }
+  return file;
+}
+
+// A fisheye lens' four, or OpenCV's: Pose2Sim's own files have four
+// coefficients; OpenCV takes k3 as fifth.
+Eigen::RowVectorXd LensTerms(const Camera& camera) {
+  if (IsFisheye(camera)) return FisheyeCoefficients(camera).transpose();
+  const auto lens = OpenCvCoefficients(camera);
+  return lens.head(lens[4] == 0.0 ? 4 : 5).transpose();
+}
+
 void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
   NoteUnknownSizes(cameras, losses);
   std::string text;
   int number = 0;
   for (const Camera& camera : cameras) {
-    const auto lens = OpenCvCoefficients(camera);
     const Eigen::Matrix3d& K = camera.K();
     text += fmt::format("[cam_{:02}]\n", ++number);
     // JSON's escapes are TOML's.
@@ -133,12 +213,10 @@ void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
     }
     text += "matrix = [" + DecimalList(K.row(0)) + ", " +
             DecimalList(K.row(1)) + ", " + DecimalList(K.row(2)) + "]\n";
-    // Pose2Sim's own files have four coefficients; OpenCV takes k3 as fifth.
-    const Eigen::Index count = lens[4] == 0.0 ? 4 : 5;
-    text += "distortions = " + DecimalList(lens.head(count)) + "\n";
+    text += "distortions = " + DecimalList(LensTerms(camera)) + "\n";
     text += "rotation = " + DecimalList(RotationVector(camera.R())) + "\n";
     text += "translation = " + DecimalList(camera.t()) + "\n";
-    text += "fisheye = false\n\n";
+    text += IsFisheye(camera) ? "fisheye = true\n\n" : "fisheye = false\n\n";
   }
   WriteText(path, text + "[metadata]\nadjusted = false\nerror = 0.0\n");
 }

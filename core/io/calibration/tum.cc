@@ -146,7 +146,8 @@ std::vector<std::string> TumFilesAmong(
 
 bool Recognise(const CalibrationHead& head) {
   return head.is_folder ? HasTumFiles(head.names)
-                        : head.Is(CalibrationSyntax::kNumbers);
+                        : head.Is(CalibrationSyntax::kNumbers) &&
+                              fs::path(head.path).extension() != ".calib";
 }
 
 CalibrationFile Read(const CalibrationHead& head) {

@@ -25,6 +25,10 @@ void NoteUnknownSizes(const CameraRig& cameras, Losses* losses);
 // another model.
 Eigen::Matrix<double, 5, 1> OpenCvCoefficients(const Camera& camera);
 
+bool IsFisheye(const Camera& camera);
+// k1 k2 k3 k4 of a fisheye lens.
+Eigen::Vector4d FisheyeCoefficients(const Camera& camera);
+
 // "camera 'NAME': message".
 InputError CannotWrite(const Camera& camera, const std::string& message);
 

@@ -50,10 +50,19 @@ Eigen::Matrix<double, 5, 1> OpenCvCoefficients(const Camera& camera) {
   const std::vector<double> parameters = camera.lens()->parameters();
   if (camera.lens()->model() != "opencv5" || parameters.size() != 5) {
     throw CannotWrite(camera, "the lens model '" + camera.lens()->model() +
-                                  "' cannot be said in this format");
+                                  "' cannot be said in this format; kinegraph, "
+                                  "pose2sim, opencv and colmap can");
   }
   std::copy(parameters.begin(), parameters.end(), coefficients.data());
   return coefficients;
+}
+
+bool IsFisheye(const Camera& camera) {
+  return camera.lens() != nullptr && camera.lens()->model() == kFisheyeModel;
+}
+
+Eigen::Vector4d FisheyeCoefficients(const Camera& camera) {
+  return Eigen::Vector4d(camera.lens()->parameters().data());
 }
 
 std::string JsonLines(const Json& object) {

@@ -14,6 +14,7 @@
 // function that makes the format's entry, which its own file defines.
 #define KINEGRAPH_DETECTION_FORMATS(FORMAT) \
   FORMAT(KinegraphDetectionFormat)          \
+  FORMAT(CaliscopeFormat)                   \
   FORMAT(OpenPoseFormat)                    \
   FORMAT(CocoResultsFormat)                 \
   FORMAT(CocoViewsFormat)                   \
@@ -91,6 +92,7 @@ bool DetectionHead::HasKey(const std::string& key) const {
 
 DetectionHead LookAtDetections(const std::string& path) {
   DetectionHead head;
+  head.path = path;
   head.is_folder = IsFolder(path);
   head.file = path;
   if (head.is_folder) {

@@ -25,6 +25,7 @@ struct DetectionWriteOptions {
 
 // What a path looks like, for recognising its format.
 struct DetectionHead {
+  std::string path;
   bool is_folder = false;
   bool has_folders = false;  // in the folder: one a view
   // The file itself, or the first of the folder's .json and .csv files, or of
@@ -55,6 +56,7 @@ struct DetectionFormat {
     kOne,          // the whole take
     kFileAView,    // a folder with a file a view; one alone is a view
     kFolderAView,  // a folder with a folder a view, a file a frame
+    kSession,      // the whole take, found in the folder of its session
   };
 
   std::string name;

@@ -1,26 +1,34 @@
 // SLEAP's analysis HDF5, a file a view: `tracks` (x, y of each node of each
 // track in each frame, NaN where there is none), `point_scores`, `node_names`
 // and `edge_inds`. The attribute `dims` tells the order of the axes; files
-// without one have track, xy, node, frame. Frames count from 0.
+// without one have track, xy, node, frame. Frames count from 0. In a session of
+// sleap-anipose's a view is a folder with one such file.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/error.h"
 #include "core/io/binary/hdf5_file.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
+#include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/text/json.h"
+#include "core/io/text/names.h"
 
 namespace kinegraph {
 namespace {
 
+namespace fs = std::filesystem;
+
+constexpr const char* kExtension = ".h5";
 constexpr const char* kTracks = "tracks";
 constexpr const char* kScores = "point_scores";
 
@@ -189,15 +197,69 @@ class Reader {
   DetectionCollector collector_;
 };
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
-  return OpenViewFiles<Reader>(path, options, ".h5");
+bool IsAnalysis(const std::string& path) {
+  if (fs::path(path).extension() != kExtension || !IsFile(path)) return false;
+  try {
+    bool is_analysis = false;
+    ReadHdf5(path, [&](const Hdf5File& file) {
+      is_analysis = file.Has("node_names") && file.Has(kTracks);
+    });
+    return is_analysis;
+  } catch (const InputError&) {
+    return false;  // another kind of file, which has a word of its own to say
+  }
 }
 
-// HDF5 with the names of SLEAP's data sets, which stand at its beginning.
+std::vector<std::string> AnalysesIn(const fs::path& folder) {
+  std::vector<std::string> files;
+  for (const std::string& name : ListFolder(folder.string())) {
+    const std::string path = (folder / name).string();
+    if (name.front() != '.' && IsAnalysis(path)) files.push_back(path);
+  }
+  return files;
+}
+
+// A session of sleap-anipose's: a folder a camera with one analysis in it.
+// Pairs of view and file, as ListViewFiles gives them.
+std::vector<std::pair<std::string, std::string>> SessionFiles(
+    const std::string& path) {
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const std::string& name : ListFolder(path)) {
+    const fs::path inside = fs::path(path) / name;
+    if (name.front() == '.' || !IsFolder(inside.string())) continue;
+    const std::vector<std::string> analyses = AnalysesIn(inside);
+    if (analyses.empty()) continue;
+    if (analyses.size() > 1) {
+      throw InputError(inside.string(), "",
+                       "holds " + std::to_string(analyses.size()) +
+                           " analyses, expected one a camera");
+    }
+    files.emplace_back(name, analyses.front());
+  }
+  std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) {
+    return NaturalLess(a.first, b.first);
+  });
+  return files;
+}
+
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
+  if (!IsFolder(path) || !AnalysesIn(path).empty()) {
+    return OpenViewFiles<Reader>(path, options, kExtension);
+  }
+  const auto files = SessionFiles(path);
+  if (files.empty()) throw InputError(path, "", "holds no analysis of SLEAP's");
+  Reader reader(HeaderOfViews(files, options), options);
+  for (size_t v = 0; v < files.size(); ++v) reader.ReadFile(files[v].second, v);
+  return reader.Finish();
+}
+
+// HDF5 with SLEAP's data sets.
 bool Recognise(const DetectionHead& head) {
-  return head.beginning.compare(0, 4, "\x89HDF") == 0 &&
-         head.Contains("node_names") && head.Contains(kTracks);
+  if (head.is_folder && AnalysesIn(head.path).empty()) {
+    return head.has_folders && !SessionFiles(head.path).empty();
+  }
+  return IsAnalysis(head.file);
 }
 
 }  // namespace
@@ -205,8 +267,9 @@ bool Recognise(const DetectionHead& head) {
 DetectionFormat SleapFormat() {
   DetectionFormat format;
   format.name = "sleap";
-  format.layout = "analysis HDF5, a file a view";
-  format.extension = ".h5";
+  format.layout =
+      "analysis HDF5, a file a view, or sleap-anipose's folder a camera";
+  format.extension = kExtension;
   format.files = DetectionFormat::Files::kFileAView;
   format.recognise = Recognise;
   format.open = Open;

@@ -99,8 +99,8 @@ TEST(ColmapCalibration, BrokenFilesAreNamed) {
   const std::string image = "1 1 0 0 0 1 2 3 7 cam_2.jpg\n\n";
   const std::string camera = "7 PINHOLE 640 480 600 610 320 240\n";
   const std::vector<Broken> all = {
-      {"7 OPENCV_FISHEYE 9 9 1 1 1 1 0 0 0 0\n", image,
-       "cameras.txt: line 1: the lens model 'OPENCV_FISHEYE' is not read"},
+      {"7 FOV 9 9 1 1 1 1 0\n", image,
+       "cameras.txt: line 1: the lens model 'FOV' is not read"},
       {"7 PINHOLE 640 480 600 610 320\n", image,
        "cameras.txt: line 1: found 3 parameters, expected the 4 of PINHOLE"},
       {"# a\n\n7 PINHOLE 640 480 600 nan 320 240\n", image,

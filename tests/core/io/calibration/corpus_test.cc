@@ -253,7 +253,6 @@ std::vector<Sample> Samples() {
            {"nan", "2.0, 3.0]", "nan, 3.0]", "not finite"},
            {"inf", "2.0, 3.0]", "-inf, 3.0]", "not finite"},
            {"1e400", "2.0, 3.0]", "1e400, 3.0]", ""},
-           {"fisheye", "false", "true", "fisheye"},
            {"fisheye text", "false", "'no'", "fisheye"},
            {"rotation of two", "0.2, 0.3]", "0.3]", "rotation"},
            {"no matrix", "matrix", "matrices", "matrix"},
@@ -312,8 +311,8 @@ std::vector<Sample> Samples() {
        {
            {"no pose", "\nR:", "\nQ:", "'rvec' or 'R'"},
            {"no T", "\nT:", "\nU:", "'tvec' or 'T'"},
-           {"fisheye", "image_width",
-            "distortion_model: equidistant\nimage_width", "equidistant"},
+           {"another lens", "image_width", "distortion_model: mei\nimage_width",
+            "distortion_model"},
            {"width", "640", "wide", "image_width"},
            {"wrong shape", "rows: 3\n  cols: 1", "rows: 1\n  cols: 1", "1 x 1"},
            {"lens of eight", "rows: 5", "rows: 8", "8 x 1"},

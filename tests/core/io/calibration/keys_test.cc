@@ -136,15 +136,28 @@ TEST_P(CalibrationKeys, TwoLensesMustBeOne) {
 TEST_P(CalibrationKeys, AModelThatIsNoPolynomialIsRefused) {
   const FormatSample& sample = GetParam();
   EXPECT_NO_THROW(Read(sample, sample.member("camera_model", "\"pinhole\"")));
-  for (const char* model : {"\"fisheye\"", "\"equidistant\"", "\"omni\""}) {
+  for (const char* model : {"\"mei\"", "\"double_sphere\"", "\"omni\""}) {
     EXPECT_THAT(InputErrorOf([&] {
                   Read(sample, sample.member("distortion_model", model));
                 }),
                 HasSubstr("distortion_model"));
   }
-  EXPECT_THAT(
-      InputErrorOf([&] { Read(sample, sample.member("fisheye_model", "1")); }),
-      HasSubstr("fisheye_model"));
+  EXPECT_THAT(InputErrorOf(
+                  [&] { Read(sample, sample.member("omnidirectional", "1")); }),
+              HasSubstr("omnidirectional"));
+}
+
+TEST_P(CalibrationKeys, AFisheyeLensIsOneUnderAnyName) {
+  const FormatSample& sample = GetParam();
+  for (const char* mark : {"distortion_model", "fisheye_model"}) {
+    const std::string value =
+        std::string(mark) == "fisheye_model" ? "1" : "\"equidistant\"";
+    const Camera camera =
+        Read(sample, sample.member(mark, value) +
+                         sample.member("dist", "[0.1, -0.02, 0.003, 0.0]"))[0];
+    ASSERT_NE(camera.lens(), nullptr);
+    EXPECT_EQ(camera.lens()->model(), kFisheyeModel);
+  }
 }
 
 TEST_P(CalibrationKeys, AnUnknownKeyIsRefusedByName) {

@@ -1,0 +1,415 @@
+// Caliscope's points: xy_TRACKER.csv (or xy.csv), one table of the whole take,
+// a row a point: sync_index, cam_id (port in older versions), keypoint_id
+// (point_id), img_loc_x, img_loc_y [px], and perhaps object_id and frame_time
+// [s]. Where the table has no times they come from timestamps.csv or
+// frame_time_history.csv beside it. Views are cam_0, cam_1, ... after the
+// cameras; frames are the indices of synchronised pictures.
+//
+// A session's folder is read by the one such table in it: its own, one of a
+// recording, or that of the calibration.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/base/time.h"
+#include "core/io/detections/csv_keypoints.h"
+#include "core/io/detections/format.h"
+#include "core/io/detections/formats.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+#include "core/io/text/csv_rows.h"
+#include "core/io/text/names.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+// ---- Where the table is ----
+
+bool IsTableName(const std::string& name) {
+  return name.rfind("xy_", 0) == 0 && fs::path(name).extension() == ".csv";
+}
+
+void FindTables(const fs::path& folder, int depth,
+                std::vector<std::string>* tables) {
+  if (depth == 0) return;
+  std::vector<fs::path> folders;
+  bool found = false;
+  for (const std::string& name : ListFolder(folder.string())) {
+    if (name.front() == '.') continue;
+    const fs::path inside = folder / name;
+    if (IsTableName(name)) {
+      tables->push_back(inside.string());
+      found = true;
+    }
+    if (IsFolder(inside.string())) folders.push_back(inside);
+  }
+  if (found) return;
+  for (const fs::path& inside : folders) FindTables(inside, depth - 1, tables);
+}
+
+// The tables of points in a session: its own, else those of its recordings,
+// else those of its calibration.
+std::vector<std::string> TablesOf(const std::string& path) {
+  if (!IsFolder(path)) return {path};
+  std::vector<std::string> tables;
+  // SESSION/calibration/extrinsic/TRACKER
+  constexpr int kDepth = 4;
+  const fs::path recordings = fs::path(path) / "recordings";
+  if (IsFolder(recordings.string())) FindTables(recordings, kDepth, &tables);
+  if (tables.empty()) FindTables(path, kDepth, &tables);
+  return tables;
+}
+
+std::string TableOf(const std::string& path) {
+  const std::vector<std::string> tables = TablesOf(path);
+  if (tables.size() == 1) return tables.front();
+  if (tables.empty()) throw InputError(path, "", "has no xy_TRACKER.csv");
+  std::string names;
+  for (const std::string& table : tables) {
+    names += (names.empty() ? "" : ", ") +
+             Printable(fs::path(table).lexically_relative(path).string());
+  }
+  throw InputError(path, "",
+                   "has several tables of points: give one of them (" + names +
+                       ") as detections");
+}
+
+// ---- Reading ----
+
+int PlaceOf(const std::vector<std::string>& header,
+            const std::vector<const char*>& names) {
+  for (const char* name : names) {
+    const auto at = std::find(header.begin(), header.end(), name);
+    if (at != header.end()) return static_cast<int>(at - header.begin());
+  }
+  return -1;
+}
+
+// Columns by their names in any version.
+struct Columns {
+  int sync = -1;
+  int camera = -1;
+  int object = -1;
+  int point = -1;
+  int x = -1;
+  int y = -1;
+  int time = -1;
+};
+
+Columns FindColumns(const std::vector<std::string>& header) {
+  Columns columns;
+  columns.sync = PlaceOf(header, {"sync_index"});
+  columns.camera = PlaceOf(header, {"cam_id", "port"});
+  columns.object = PlaceOf(header, {"object_id"});
+  columns.point = PlaceOf(header, {"keypoint_id", "point_id"});
+  columns.x = PlaceOf(header, {"img_loc_x"});
+  columns.y = PlaceOf(header, {"img_loc_y"});
+  columns.time = PlaceOf(header, {"frame_time"});
+  return columns;
+}
+
+bool AreOfPoints(const Columns& columns) {
+  return columns.sync >= 0 && columns.camera >= 0 && columns.point >= 0 &&
+         columns.x >= 0 && columns.y >= 0;
+}
+
+struct Point {
+  int64_t sync = 0;
+  int64_t camera = 0;
+  int64_t object = 0;
+  int64_t point = 0;
+  double x_px = 0.0;
+  double y_px = 0.0;
+};
+
+// Seconds of a camera's picture.
+using Times = std::map<std::pair<int64_t, int64_t>, double>;
+
+// Cells of one row, with what is wrong with them.
+class Row {
+ public:
+  Row(const std::vector<std::string>& header,
+      const std::vector<std::string>& cells)
+      : header_(header), cells_(cells) {}
+
+  double Number(int column) const {
+    const std::string& cell = cells_[static_cast<size_t>(column)];
+    const KeypointColumns one = {column, column, -1};
+    const Detection read =
+        ReadKeypointRow(cells_, {one}, {header_[static_cast<size_t>(column)]},
+                        ZeroConfidence::kPosition);
+    if (!read.joints.front().found) {
+      throw InputError(header_[static_cast<size_t>(column)] + ": found '" +
+                       Printable(cell) + "', expected a number");
+    }
+    return read.joints.front().px.x();
+  }
+
+  int64_t Index(int column) const {
+    const double number = Number(column);
+    if (number >= 0.0 && number <= static_cast<double>(kMaxFrame) &&
+        number == std::floor(number)) {
+      return static_cast<int64_t>(number);
+    }
+    throw InputError(header_[static_cast<size_t>(column)] + ": found '" +
+                     Printable(cells_[static_cast<size_t>(column)]) +
+                     "', expected a whole number from 0");
+  }
+
+ private:
+  const std::vector<std::string>& header_;
+  const std::vector<std::string>& cells_;
+};
+
+// Calls `read` with header and cells of each row.
+template <typename Read>
+void ForEachRow(const std::string& path, const Read& read) {
+  const std::string text = ReadTextFile(path);
+  CsvRows rows(text);
+  Located(
+      path, [&] { return rows.Place(); },
+      [&] {
+        std::vector<std::string> header;
+        std::vector<std::string> cells;
+        if (!rows.Next(&header)) throw InputError("is empty");
+        while (rows.Next(&cells)) {
+          if (cells.size() != header.size()) {
+            throw InputError("found " + std::to_string(cells.size()) +
+                             " cells, expected " +
+                             std::to_string(header.size()));
+          }
+          read(header, cells);
+        }
+      });
+}
+
+void AddTime(const Row& row, const Columns& columns, Times* times) {
+  const double time_s = row.Number(columns.time);
+  if (!(std::abs(time_s) < 1e9)) {
+    throw InputError("frame_time: found " + std::to_string(time_s) +
+                     ", expected seconds");
+  }
+  times->emplace(
+      std::make_pair(row.Index(columns.sync), row.Index(columns.camera)),
+      time_s);
+}
+
+// Of the tables of times beside the points.
+Times ReadTimesBeside(const std::string& table) {
+  Times times;
+  const fs::path folder = fs::path(table).parent_path();
+  for (const char* name : {"timestamps.csv", "frame_time_history.csv"}) {
+    const std::string path = (folder / name).string();
+    if (!IsFile(path)) continue;
+    ForEachRow(path, [&](const std::vector<std::string>& header,
+                         const std::vector<std::string>& cells) {
+      const Columns columns = FindColumns(header);
+      if (columns.sync < 0 || columns.camera < 0 || columns.time < 0) return;
+      AddTime(Row(header, cells), columns, &times);
+    });
+    if (!times.empty()) break;
+  }
+  return times;
+}
+
+class Reader {
+ public:
+  explicit Reader(const DetectionReadOptions& options) : options_(options) {}
+
+  std::unique_ptr<DetectionSource> Read(const std::string& table) {
+    ForEachRow(table, [this](const std::vector<std::string>& header,
+                             const std::vector<std::string>& cells) {
+      const Columns columns = FindColumns(header);
+      if (!AreOfPoints(columns)) {
+        throw InputError(
+            "expected columns sync_index, cam_id, keypoint_id, img_loc_x and "
+            "img_loc_y");
+      }
+      ReadPoint(Row(header, cells), columns);
+    });
+    if (times_.empty()) times_ = ReadTimesBeside(table);
+    return Located(table, [&] { return Collect(fs::path(table)); });
+  }
+
+ private:
+  void ReadPoint(const Row& row, const Columns& columns) {
+    Point point;
+    point.sync = row.Index(columns.sync);
+    point.camera = row.Index(columns.camera);
+    point.object = columns.object < 0 ? 0 : row.Index(columns.object);
+    point.point = row.Index(columns.point);
+    point.x_px = row.Number(columns.x);
+    point.y_px = row.Number(columns.y);
+    points_.push_back(point);
+    if (columns.time >= 0) AddTime(row, columns, &times_);
+  }
+
+  // Joints by the points' numbers.
+  void SettleSkeleton(const fs::path& table) {
+    const std::string tracker = table.stem().string();
+    const bool is_mediapipe = tracker == "xy_POSE" ||
+                              tracker == "xy_HOLISTIC" ||
+                              tracker == "xy_SIMPLE_HOLISTIC";
+    if (options_.skeleton.has_value() || is_mediapipe) {
+      // Holistic's hands count from 100 and 200, its face from 500.
+      skeleton_ = options_.skeleton.value_or(MediaPipe33());
+      for (int64_t j = 0; j < skeleton_.joint_count(); ++j) joints_[j] = j;
+      return;
+    }
+    std::set<int64_t> numbers;
+    for (const Point& point : points_) numbers.insert(point.point);
+    std::vector<std::string> names;
+    for (const int64_t number : numbers) {
+      joints_[number] = static_cast<int64_t>(names.size());
+      names.push_back("point_" + std::to_string(number));
+    }
+    skeleton_ = Skeleton("caliscope", names, {});
+  }
+
+  // Median rate of the pictures; 0 without times.
+  double FrameRate() const {
+    std::map<int64_t, std::pair<int64_t, double>> last;  // of each camera
+    std::vector<double> steps;
+    for (const auto& [place, time] : times_) {
+      const auto& [sync, camera] = place;
+      const auto before = last.find(camera);
+      if (before != last.end() && sync > before->second.first) {
+        steps.push_back((time - before->second.second) /
+                        static_cast<double>(sync - before->second.first));
+      }
+      last[camera] = {sync, time};
+    }
+    if (steps.empty()) return 0.0;
+    const double step = Median(steps);
+    return step > 1e-6 ? std::round(100.0 / step) / 100.0 : 0.0;
+  }
+
+  std::unique_ptr<DetectionSource> Collect(const fs::path& table) {
+    SettleSkeleton(table);
+    std::map<int64_t, size_t> views;
+    for (const Point& point : points_) views[point.camera] = 0;
+    DetectionHeader header;
+    header.skeleton = skeleton_;
+    header.frame_rate_hz =
+        options_.frame_rate_hz > 0.0 ? options_.frame_rate_hz : FrameRate();
+    for (auto& [camera, place] : views) {
+      place = header.view_names.size();
+      header.view_names.push_back("cam_" + std::to_string(camera));
+    }
+    DetectionCollector collector(header);
+    std::map<std::pair<std::pair<int64_t, int64_t>, int64_t>, size_t> people;
+    for (const Point& point : points_) {
+      const auto joint = joints_.find(point.point);
+      if (joint == joints_.end()) continue;
+      const Keypoint keypoint =
+          MakeKeypoint(point.x_px, point.y_px, 1.0, options_.zero_confidence);
+      const size_t view = views.at(point.camera);
+      ViewDetections& seen = collector.Touch(point.sync)->views[view];
+      if (!keypoint.found) continue;
+      const auto [place, is_new] = people.emplace(
+          std::make_pair(std::make_pair(point.sync, point.camera),
+                         point.object),
+          seen.detections.size());
+      if (is_new) {
+        collector.Add(point.sync, view)
+            ->joints.resize(skeleton_.joints().size());
+      }
+      seen.detections[place->second]
+          .joints[static_cast<size_t>(joint->second)] = keypoint;
+    }
+    SetTimes(views, &collector);
+    return collector.Finish();
+  }
+
+  // The cameras run freely: each picture has its own time, which counts from
+  // where the first frame stands at the take's rate.
+  void SetTimes(const std::map<int64_t, size_t>& views,
+                DetectionCollector* collector) {
+    if (options_.frame_rate_hz > 0.0 || points_.empty()) return;
+    std::map<int64_t, std::vector<std::pair<size_t, double>>> of_frames;
+    for (const auto& [place, time] : times_) {
+      const auto view = views.find(place.second);
+      if (view != views.end()) {
+        of_frames[place.first].emplace_back(view->second, time);
+      }
+    }
+    std::set<int64_t> frames;
+    for (const Point& point : points_) frames.insert(point.sync);
+    std::optional<double> origin_s;
+    TimeNs last = std::numeric_limits<TimeNs>::min();
+    for (const auto& [sync, times] : of_frames) {
+      if (frames.count(sync) == 0) continue;
+      DetectionFrame* frame = collector->Touch(sync);
+      std::vector<double> seconds;
+      for (const auto& [view, time] : times) seconds.push_back(time);
+      const double middle = Median(seconds);
+      if (!origin_s.has_value()) {
+        origin_s = middle - ToSeconds(frame->time);
+      }
+      // Times of frames ascend, whichever cameras saw them.
+      frame->time = std::max(FromSeconds(middle - *origin_s), last + 1);
+      last = frame->time;
+      for (ViewDetections& view : frame->views) view.capture_time = frame->time;
+      for (const auto& [view, time] : times) {
+        frame->views[view].capture_time = FromSeconds(time - *origin_s);
+      }
+    }
+  }
+
+  const DetectionReadOptions& options_;
+  std::vector<Point> points_;
+  Times times_;
+  Skeleton skeleton_;
+  std::map<int64_t, int64_t> joints_;  // of a point's number
+};
+
+std::unique_ptr<DetectionSource> Open(const std::string& path,
+                                      const DetectionReadOptions& options) {
+  return Reader(options).Read(TableOf(path));
+}
+
+// Only what is a session is searched: folders may hold a million files.
+bool IsSession(const std::string& folder) {
+  const std::vector<std::string> names = ListFolder(folder);
+  return std::any_of(names.begin(), names.end(), [](const std::string& name) {
+    return name == "camera_array.toml" || name == "config.toml" ||
+           IsTableName(name);
+  });
+}
+
+bool Recognise(const DetectionHead& head) {
+  if (head.is_folder) {
+    return IsSession(head.path) && !TablesOf(head.path).empty();
+  }
+  CsvRows rows(head.beginning);
+  std::vector<std::string> header;
+  return head.beginning.rfind("sync_index", 0) == 0 && rows.Next(&header) &&
+         AreOfPoints(FindColumns(header));
+}
+
+}  // namespace
+
+DetectionFormat CaliscopeFormat() {
+  DetectionFormat format;
+  format.name = "caliscope";
+  format.layout = "Caliscope's xy_TRACKER.csv, or the folder of its session";
+  format.extension = ".csv";
+  format.files = DetectionFormat::Files::kSession;
+  format.recognise = Recognise;
+  format.open = Open;
+  return format;
+}
+
+}  // namespace kinegraph

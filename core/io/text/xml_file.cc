@@ -1,0 +1,129 @@
+#include "core/io/text/xml_file.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+
+struct XmlElement::Document {
+  std::string text;
+  std::string file;
+  pugi::xml_document tree;
+
+  // Counted in bytes of the file: right for UTF-8 and, as every line end has
+  // one byte of that value, for UTF-16.
+  std::string LineAt(ptrdiff_t offset) const {
+    const auto end =
+        text.begin() +
+        std::clamp<ptrdiff_t>(offset, 0, static_cast<ptrdiff_t>(text.size()));
+    return "line " + std::to_string(1 + std::count(text.begin(), end, '\n'));
+  }
+};
+
+const std::string& XmlElement::file() const { return document_->file; }
+
+void XmlElement::Fail(const std::string& message) const {
+  throw InputError(document_->file, document_->LineAt(node_.offset_debug()),
+                   message);
+}
+
+std::vector<XmlElement> XmlElement::All(const std::string& name) const {
+  std::vector<XmlElement> elements;
+  for (const pugi::xml_node child : node_.children(name.c_str())) {
+    elements.push_back(XmlElement(document_, child));
+  }
+  return elements;
+}
+
+std::optional<XmlElement> XmlElement::Find(const std::string& name) const {
+  const pugi::xml_node child = node_.child(name.c_str());
+  if (!child) return std::nullopt;
+  return XmlElement(document_, child);
+}
+
+XmlElement XmlElement::At(const std::string& name) const {
+  if (auto element = Find(name)) return *std::move(element);
+  Fail("<" + Printable(this->name()) + "> has no element <" + name + ">");
+}
+
+std::optional<std::string> XmlElement::FindText(
+    const std::string& attribute) const {
+  const pugi::xml_attribute found = node_.attribute(attribute.c_str());
+  if (!found) return std::nullopt;
+  return std::string(found.value());
+}
+
+std::string XmlElement::Text(const std::string& attribute) const {
+  if (auto text = FindText(attribute)) return *std::move(text);
+  Fail("<" + Printable(name()) + "> has no attribute " + attribute);
+}
+
+double XmlElement::Number(const std::string& attribute) const {
+  return ToNumber(attribute, Text(attribute));
+}
+
+double XmlElement::NumberOr(const std::string& attribute,
+                            double otherwise) const {
+  return FindText(attribute).has_value() ? Number(attribute) : otherwise;
+}
+
+double XmlElement::ToNumber(const std::string& attribute,
+                            const std::string& word) const {
+  double number = 0.0;
+  const char* begin = word.data();
+  const char* const end = begin + word.size();
+  if (begin != end && *begin == '+') ++begin;
+  const auto [stop, error] = std::from_chars(begin, end, number);
+  if (error != std::errc() || stop != end || !std::isfinite(number)) {
+    Fail(attribute + ": found '" + Printable(word) +
+         "', expected a finite number");
+  }
+  return number;
+}
+
+std::vector<double> XmlElement::Numbers(const std::string& attribute,
+                                        size_t count) const {
+  constexpr const char* kSpaces = " \t\r\n";
+  const std::string text = Text(attribute);
+  std::vector<double> numbers;
+  size_t begin = text.find_first_not_of(kSpaces);
+  bool is_first = true;
+  while (begin != std::string::npos && numbers.size() <= count) {
+    const size_t end =
+        std::min(text.find_first_of(kSpaces, begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    const bool is_name = is_first && word.find_first_of("0123456789") != 0 &&
+                         word.find_first_of("+-.") != 0;
+    if (!is_name) numbers.push_back(ToNumber(attribute, word));
+    is_first = false;
+    begin = text.find_first_not_of(kSpaces, end);
+  }
+  if (numbers.size() != count) {
+    Fail(attribute + ": found " +
+         (numbers.size() > count ? "more than " + std::to_string(count)
+                                 : std::to_string(numbers.size())) +
+         " numbers, expected " + std::to_string(count));
+  }
+  return numbers;
+}
+
+XmlElement ParseXml(std::string text, const std::string& file) {
+  auto document = std::make_shared<XmlElement::Document>();
+  document->text = std::move(text);
+  document->file = file;
+  const pugi::xml_parse_result result =
+      document->tree.load_buffer(document->text.data(), document->text.size());
+  const pugi::xml_node root = document->tree.document_element();
+  if (!result || !root) {
+    throw InputError(file, document->LineAt(result.offset),
+                     std::string("is no XML: ") +
+                         (result ? "has no element" : result.description()));
+  }
+  return XmlElement(std::move(document), root);
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,54 @@
+// XML as laboratories' programs write calibrations. For the readers of core/io
+// alone.
+#ifndef KINEGRAPH_CORE_IO_TEXT_XML_FILE_H_
+#define KINEGRAPH_CORE_IO_TEXT_XML_FILE_H_
+
+#include <memory>
+#include <optional>
+#include <pugixml.hpp>
+#include <string>
+#include <vector>
+
+namespace kinegraph {
+
+// An element, and its place for messages. Keeps the whole document alive.
+class XmlElement {
+ public:
+  const std::string& file() const;
+  std::string name() const { return node_.name(); }
+
+  // Throws InputError "file: line 12: message".
+  [[noreturn]] void Fail(const std::string& message) const;
+
+  // Elements inside, in file order; Find gives the first or nullopt, At fails.
+  std::vector<XmlElement> All(const std::string& name) const;
+  std::optional<XmlElement> Find(const std::string& name) const;
+  XmlElement At(const std::string& name) const;
+
+  // Attributes. The numbers are finite; `Numbers` are separated by spaces, and
+  // a text before them is passed over (Vicon's "ViconRadial2 0 0 ...").
+  std::optional<std::string> FindText(const std::string& attribute) const;
+  std::string Text(const std::string& attribute) const;
+  double Number(const std::string& attribute) const;
+  double NumberOr(const std::string& attribute, double otherwise) const;
+  std::vector<double> Numbers(const std::string& attribute, size_t count) const;
+
+ private:
+  struct Document;
+  friend XmlElement ParseXml(std::string text, const std::string& file);
+  XmlElement(std::shared_ptr<const Document> document, pugi::xml_node node)
+      : document_(std::move(document)), node_(node) {}
+  double ToNumber(const std::string& attribute, const std::string& word) const;
+
+  std::shared_ptr<const Document> document_;
+  pugi::xml_node node_;
+};
+
+// The outermost element of a text in UTF-8, UTF-16 or UTF-32. No entity but
+// XML's own five is replaced, nothing outside is read. Throws InputError naming
+// `file` and line for a syntax error.
+XmlElement ParseXml(std::string text, const std::string& file);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TEXT_XML_FILE_H_

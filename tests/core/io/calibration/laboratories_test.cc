@@ -1,0 +1,544 @@
+// Calibrations of laboratories' systems. Samples of the makers' are read where
+// they are at hand; all others follow the makers' documentation.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/calibration/format.h"
+#include "core/io/calibration/writer.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using testing::TemporaryFolder;
+
+std::string Replaced(std::string text, const std::string& from,
+                     const std::string& to) {
+  const size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  if (at != std::string::npos) text.replace(at, from.size(), to);
+  return text;
+}
+
+// ---- Qualisys ----
+
+// Looks along the world's x, its picture's top towards z: the file's rows are
+// right (-y), up (z) and backwards (-x).
+constexpr const char* kQca =
+    R"(<?xml version="1.0" encoding="us-ascii"?>
+<calibration calibrated="true" source="x.qca" qtm-version="2022.2" type="regular">
+ <results std-dev="0.3"/>
+ <cameras>
+  <camera active="1" calibrated="true" serial="22707" model="Miqus Video" viewrotation="180" video_resolution="1080p">
+   <fov_marker left="0" top="0" right="1919" bottom="1087"/>
+   <fov_video left="512" top="192" right="1471" bottom="959"/>
+   <transform x="-2000" y="500" z="1000" r11="0" r12="-1" r13="0" r21="0" r22="0" r23="1" r31="-1" r32="0" r33="0"/>
+   <intrinsic focallength="9.2" sensorMinU="0" sensorMaxU="122879" sensorMinV="0" sensorMaxV="69631" focalLengthU="64000" focalLengthV="76800" centerPointU="61440" centerPointV="34816" skew="0" radialDistortion1="-0.05" radialDistortion2="0.1" radialDistortion3="0" tangentalDistortion1="0.001" tangentalDistortion2="-0.002"/>
+  </camera>
+  <camera active="1" serial="18089" model="Oqus 700+" viewrotation="0"/>
+  <camera active="0" serial="1" model="Miqus Video" viewrotation="0"/>
+  <camera active="1" calibrated="false" serial="2" model="Miqus Video"/>
+ </cameras>
+</calibration>
+)";
+
+TEST(QualisysCalibration, IsReadByHand) {
+  const TemporaryFolder folder;
+  const CameraRig cameras = ReadCameras(folder.Write("lab.qca.txt", kQca));
+  ASSERT_EQ(cameras.size(), 1u) << "markers alone, inactive, not calibrated";
+  const Camera& camera = cameras.front();
+  EXPECT_EQ(camera.name(), "22707");
+  EXPECT_EQ(camera.width_px(), 960);
+  EXPECT_EQ(camera.height_px(), 768);
+  EXPECT_EQ(camera.K()(0, 0), 1000.0);
+  EXPECT_EQ(camera.K()(1, 1), 1200.0);
+  EXPECT_EQ(camera.K()(0, 2), 960.0 - 512.0);
+  EXPECT_EQ(camera.K()(1, 2), 544.0 - 192.0);
+  EXPECT_EQ(camera.lens()->parameters(),
+            (std::vector<double>{-0.05, 0.1, 0.001, -0.002, 0.0}));
+  EXPECT_LT((camera.centre() - Eigen::Vector3d(-2.0, 0.5, 1.0)).norm(), 1e-15);
+  // Four metres ahead, 0.4 m to the left and 0.8 m above: x = -0.1, y = -0.2.
+  const Eigen::Vector3d point(2.0, 0.9, 1.8);
+  const double radial = 1.0 - 0.05 * 0.05 + 0.1 * 0.05 * 0.05;
+  const double x = -0.1 * radial + 2 * 0.001 * 0.02 - 0.002 * (0.05 + 0.02);
+  const double y = -0.2 * radial + 0.001 * (0.05 + 0.08) - 2 * 0.002 * 0.02;
+  const auto px = camera.Project(point);
+  ASSERT_TRUE(px.has_value());
+  EXPECT_NEAR(px->x(), 1000.0 * x + 448.0, 1e-9);
+  EXPECT_NEAR(px->y(), 1200.0 * y + 352.0, 1e-9);
+}
+
+// 720p of a sensor that is 1088 high: its picture is the field of view, scaled.
+TEST(QualisysCalibration, ASmallerVideoIsScaled) {
+  const TemporaryFolder folder;
+  const std::string path = folder.Write("cal.txt", kQca);
+  CameraReadOptions options;
+  options.image_size = {640.0, 512.0};
+  const Camera camera = ReadCameras(path, options).front();
+  EXPECT_EQ(camera.width_px(), 640);
+  EXPECT_NEAR(camera.K()(1, 1), 800.0, 1e-12);
+  // The edges stay edges: -0.5 and 959.5 become -0.5 and 639.5.
+  EXPECT_NEAR(camera.K()(0, 2), (448.0 + 0.5) / 1.5 - 0.5, 1e-12);
+  options.image_size = {640.0, 480.0};
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path, options); }),
+              HasSubstr("960 x 768"));
+}
+
+TEST(QualisysCalibration, CamerasOfMarkersAreReadWhereThereAreNoOthers) {
+  const TemporaryFolder folder;
+  std::string text = Replaced(kQca, "Miqus Video", "Oqus 700+");
+  text = Replaced(text, "<camera active=\"1\" serial=\"18089\"",
+                  "<camera active=\"0\" serial=\"18089\"");
+  EXPECT_EQ(ReadCameras(folder.Write("a.txt", text)).size(), 1u);
+}
+
+TEST(QualisysCalibration, FaultsAreNamed) {
+  const TemporaryFolder folder;
+  const auto fault = [&](const std::string& text) {
+    const std::string path = folder.Write("cal.txt", text);
+    return InputErrorOf([&] { ReadCameras(path); });
+  };
+  EXPECT_THAT(fault(Replaced(kQca, "focalLengthU=\"64000\"", "")),
+              HasSubstr("line 9: <intrinsic> has no attribute focalLengthU"));
+  EXPECT_THAT(fault(Replaced(kQca, "r13=\"0\"", "r13=\"zero\"")),
+              HasSubstr("r13: found 'zero'"));
+  EXPECT_THAT(fault(Replaced(kQca, "</cameras>", "</camera>")),
+              HasSubstr("is no XML"));
+  EXPECT_THAT(
+      fault(Replaced(kQca, "sensorMaxU=\"122879\"", "sensorMaxU=\"1919\"")),
+      HasSubstr("sensorMaxU"));
+  EXPECT_THAT(fault(Replaced(kQca, "<camera active=\"1\" calibrated=\"true\"",
+                             "<camera active=\"0\"")),
+              HasSubstr("intrinsic"))
+      << "Oqus, without numbers";
+  EXPECT_THAT(fault("<html></html>"), HasSubstr("no calibration"));
+}
+
+// Points of a room as both see them: the largest distance in the pictures, and
+// in places of the cameras.
+struct Apart {
+  double px = 0.0;
+  double m = 0.0;
+  int points = 0;
+};
+Apart Compare(const CameraRig& a, const CameraRig& b) {
+  Apart apart;
+  for (size_t c = 0; c < a.size(); ++c) {
+    apart.m = std::max(apart.m, (a[c].centre() - b[c].centre()).norm());
+    for (double x = -1.5; x <= 1.5; x += 0.5) {
+      for (double y = -1.5; y <= 1.5; y += 0.5) {
+        for (double z = 0.0; z <= 2.0; z += 0.5) {
+          const auto one = a[c].Project({x, y, z});
+          const auto other = b[c].Project({x, y, z});
+          if (!one.has_value() || !other.has_value()) continue;
+          apart.px = std::max(apart.px, (*one - *other).norm());
+          ++apart.points;
+        }
+      }
+    }
+  }
+  return apart;
+}
+
+// Pose2Sim made the one of the other.
+TEST(QualisysCalibration, EqualsTheTomlThatPose2SimMakesOfIt) {
+  KINEGRAPH_DATA_OR_SKIP(folder, "takes/pose2sim_static");
+  const CameraRig qca = ReadCameras(folder + "/Calib.qca.txt");
+  for (const char* name : {"Calib_qca.toml", "Calib_qualisys.toml"}) {
+    const CameraRig toml = ReadCameras(folder + "/" + name);
+    ASSERT_EQ(qca.size(), toml.size());
+    const Apart apart = Compare(qca, toml);
+    EXPECT_GT(apart.points, 500);
+    // The TOML has eight digits.
+    EXPECT_LT(apart.px, 0.001);
+    EXPECT_LT(apart.m, 1e-6);
+  }
+}
+
+// The cameras stand round the people and look at them.
+TEST(QualisysCalibration, TheExportForTheiaIsRead) {
+  KINEGRAPH_DATA_OR_SKIP(file, "markers/qualisys_theia/qualisys_cal.txt");
+  const CameraRig cameras = ReadCameras(file);
+  ASSERT_EQ(cameras.size(), 8u) << "video cameras, of 20";
+  for (const Camera& camera : cameras) {
+    EXPECT_EQ(camera.width_px(), 960);
+    // The first capture is of a person about the origin, 1 m up.
+    const auto px = camera.Project({0.0, 0.0, 1.0});
+    ASSERT_TRUE(px.has_value()) << camera.name();
+    EXPECT_GT(px->minCoeff(), -200.0) << camera.name();
+    EXPECT_LT(px->maxCoeff(), 1200.0) << camera.name();
+    EXPECT_GT(camera.centre().z(), 0.5);
+  }
+}
+
+// ---- Vicon ----
+
+// Turned by 90 degrees about x: x_cam = X, y_cam = -Z, z_cam = Y.
+constexpr const char* kXcp =
+    R"(<?xml version="1.0" encoding="UTF-8" standalone="no" ?>
+<Cameras NAME="" VERSION="1.0">
+ <Camera ACTIVE_THRESHOLD="1" DEVICEID="2118670" DISPLAY_TYPE="Vue" NAME="" PIXEL_ASPECT_RATIO="1.25" SENSOR_SIZE="1920 1080" SKEW="0" TYPE="VideoCamera" USERID="1">
+  <KeyFrames>
+   <KeyFrame FOCAL_LENGTH="1500" FRAME="0" ORIENTATION="0.70710678118654752 0 0 0.70710678118654752" POSITION="100 -4000 1500" PRINCIPAL_POINT="960 540" VICON_RADIAL2="ViconRadial2 960 540 RADIAL"/>
+  </KeyFrames>
+ </Camera>
+ <Camera DEVICEID="7" DISPLAY_TYPE="Vantage5" TYPE="DxCore" SENSOR_SIZE="2432 2048"><KeyFrames/></Camera>
+</Cameras>
+)";
+
+std::string XcpWith(const std::string& radial) {
+  return Replaced(kXcp, "RADIAL\"/>", radial + "\"/>");
+}
+
+TEST(ViconCalibration, IsReadByHand) {
+  const TemporaryFolder folder;
+  const CameraRig cameras =
+      ReadCameras(folder.Write("lab.xcp", XcpWith("0 0 0")));
+  ASSERT_EQ(cameras.size(), 1u);
+  const Camera& camera = cameras.front();
+  EXPECT_EQ(camera.name(), "2118670");
+  EXPECT_EQ(camera.K()(1, 1), 1200.0);
+  EXPECT_EQ(camera.lens(), nullptr);
+  // 4 m ahead, 0.4 m right, 0.8 m below: x = 0.1, y = 0.2.
+  const auto px = camera.Project({0.5, 0.0, 0.7});
+  ASSERT_TRUE(px.has_value());
+  EXPECT_NEAR(px->x(), 960 + 150, 1e-9);
+  EXPECT_NEAR(px->y(), 540 + 240, 1e-9);
+}
+
+// Terms in px move a raw point to where a pinhole has it.
+TEST(ViconCalibration, RadialTermsFreeARawPointOfDistortion) {
+  const TemporaryFolder folder;
+  const std::string text = Replaced(XcpWith("3e-8 -4e-15 0"), "1.25", "1");
+  const Camera camera = ReadCameras(folder.Write("lab.xcp", text)).front();
+  for (double r_px = 50.0; r_px < 1100.0; r_px += 50.0) {
+    const Eigen::Vector2d offset = r_px * Eigen::Vector2d(0.8, -0.6);
+    const double factor = 1.0 + 3e-8 * r_px * r_px - 4e-15 * std::pow(r_px, 4);
+    const Eigen::Vector2d middle(960, 540);
+    const auto ideal = camera.Undistort(middle + offset);
+    ASSERT_TRUE(ideal.has_value());
+    // The lens is a fit by OpenCV's terms, held to 0.1 px.
+    EXPECT_LT((*ideal - middle - factor * offset).norm(), 0.1) << r_px;
+  }
+}
+
+// As other programs write them; as px they would turn the picture inside out.
+TEST(ViconCalibration, TermsWithoutUnitAreOpenCvs) {
+  const TemporaryFolder folder;
+  const Camera camera =
+      ReadCameras(folder.Write("lab.xcp", XcpWith("-0.1 0.05 0.01"))).front();
+  EXPECT_EQ(camera.lens()->parameters(),
+            (std::vector<double>{-0.1, 0.05, 0.0, 0.0, 0.01}));
+}
+
+TEST(ViconCalibration, FaultsAreNamed) {
+  const TemporaryFolder folder;
+  const auto fault = [&](const std::string& text) {
+    const std::string path = folder.Write("lab.xcp", text);
+    return InputErrorOf([&] { ReadCameras(path); });
+  };
+  EXPECT_THAT(fault(XcpWith("0 0")), HasSubstr("found 4 numbers, expected 5"));
+  EXPECT_THAT(
+      fault(Replaced(XcpWith("0 0 0"), "0.70710678118654752 0 0", "0.9 0 0")),
+      HasSubstr("no unit quaternion"));
+  EXPECT_THAT(fault(Replaced(XcpWith("0 0 0"), "1920 1080", "1920")),
+              HasSubstr("SENSOR_SIZE"));
+}
+
+// ---- OptiTrack ----
+
+// The columns of OrientMatrix are the camera's axes: right (-y), up (z),
+// backwards (-x), as in kQca; the world is Motive's, in metres.
+constexpr const char* kMcal =
+    R"(<?xml version="1.0" encoding="UTF-16"?>
+<Profile Name="Cal 2024"><Calibration><Cameras>
+<Camera Serial="C11764"><Properties CameraID="13"/>
+<Attributes ImagerPixelWidth="1920" ImagerPixelHeight="1080"/>
+<Intrinsic LensCenterX="1" LensCenterY="1" HorizontalFocalLength="1" VerticalFocalLength="1" KC1="9"/>
+<IntrinsicStandardCameraModel LensCenterX="960" LensCenterY="540" HorizontalFocalLength="1000" VerticalFocalLength="1200" k1="-0.05" k2="0.1" k3="0.0" TangentialX="0.001" TangentialY="-0.002"/>
+<Extrinsic X="-2" Y="0.5" Z="1" OrientMatrix0="0" OrientMatrix1="0" OrientMatrix2="-1" OrientMatrix3="-1" OrientMatrix4="0" OrientMatrix5="0" OrientMatrix6="0" OrientMatrix7="1" OrientMatrix8="0"/>
+</Camera></Cameras></Calibration></Profile>
+)";
+
+std::string Utf16(const std::string& text) {
+  std::string wide = "\xFF\xFE";
+  for (const char c : text) wide += {c, '\0'};
+  return wide;
+}
+
+TEST(OptiTrackCalibration, IsReadInBothEncodings) {
+  const TemporaryFolder folder;
+  const std::string plain = Replaced(kMcal, "UTF-16", "UTF-8");
+  for (const std::string& text : {plain, Utf16(kMcal)}) {
+    const CameraRig cameras = ReadCameras(folder.Write("Cal.mcal", text));
+    ASSERT_EQ(cameras.size(), 1u);
+    const Camera& camera = cameras.front();
+    EXPECT_EQ(camera.name(), "C11764");
+    EXPECT_EQ(camera.width_px(), 1920);
+    // As the camera of kQca, whose picture is cut.
+    const TemporaryFolder other;
+    const Camera qualisys = ReadCameras(other.Write("a.txt", kQca)).front();
+    EXPECT_LT((camera.R() - qualisys.R()).norm(), 1e-15);
+    const Eigen::Vector3d point(2.0, 0.9, 1.8);
+    EXPECT_LT((*camera.Project(point) - Eigen::Vector2d(512.0, 188.0 + 0.0) -
+               *qualisys.Project(point))
+                  .norm(),
+              1e-9);
+  }
+}
+
+TEST(OptiTrackCalibration, MotivesOwnLensIsRefused) {
+  const TemporaryFolder folder;
+  const std::string text = Replaced(Replaced(kMcal, "UTF-16", "UTF-8"),
+                                    "IntrinsicStandardCameraModel", "Other");
+  const std::string path = folder.Write("Cal.mcal", text);
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
+              HasSubstr("IntrinsicStandardCameraModel"));
+}
+
+// ---- bioCV ----
+
+constexpr const char* kCalib =
+    "1920\n1080\n1500 0 960 \n0 1510 540 \n0 0 1 \n\n"
+    "0 -1 0 100 \n1 0 0 -200 \n0 0 1 3000 \n0 0 0 1 \n\n"
+    "-0.1 0.05 0.001 -0.002 0.01 \n";
+
+TEST(BioCvCalibration, IsReadFromFileAndFolder) {
+  const TemporaryFolder folder;
+  for (const char* name : {"10", "02", "00"}) {
+    folder.Write("calib/" + std::string(name) + ".mp4.calib", kCalib);
+  }
+  folder.Write("calib/frameOffset", "3");
+  const std::string path = (folder.path() / "calib").string();
+  const CameraRig cameras = ReadCameras(path);
+  ASSERT_EQ(cameras.size(), 3u);
+  EXPECT_EQ(cameras[0].name(), "00");
+  EXPECT_EQ(cameras[2].name(), "10");
+  for (const Camera& camera :
+       {cameras[1], ReadCameras(path + "/02.mp4.calib").front()}) {
+    EXPECT_EQ(camera.name(), "02");
+    EXPECT_EQ(camera.height_px(), 1080);
+    EXPECT_EQ(camera.K()(1, 1), 1510.0);
+    EXPECT_LT((camera.t() - Eigen::Vector3d(0.1, -0.2, 3.0)).norm(), 1e-15);
+    EXPECT_EQ(camera.R()(0, 1), -1.0);
+    EXPECT_EQ(camera.lens()->parameters(),
+              (std::vector<double>{-0.1, 0.05, 0.001, -0.002, 0.01}));
+  }
+}
+
+TEST(BioCvCalibration, FaultsAreNamed) {
+  const TemporaryFolder folder;
+  const auto fault = [&](const std::string& text) {
+    const std::string path = folder.Write("a.calib", text);
+    return InputErrorOf([&] { ReadCameras(path); });
+  };
+  EXPECT_THAT(fault(std::string(kCalib) + "7\n"), HasSubstr("33 numbers"));
+  EXPECT_THAT(fault(Replaced(kCalib, "0 0 0 1", "0 0 1 1")),
+              HasSubstr("0 0 0 1"));
+  EXPECT_THAT(fault(Replaced(kCalib, "1510", "1510.5.5")),
+              HasSubstr("number 7"));
+}
+
+// ---- Sessions ----
+
+constexpr const char* kArray = R"([cameras.0]
+cam_id = 0
+size = [1280, 720]
+matrix = [[600.0, 0.0, 640.0], [0.0, 600.0, 360.0], [0.0, 0.0, 1.0]]
+distortions = [-0.02, 0.01, -0.003, 0.001]
+fisheye = true
+rotation = [0.1, 0.2, 0.3]
+translation = [0.0, 0.0, 2.0]
+[cameras.1]
+cam_id = 1
+ignore = true
+size = [1280, 720]
+matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+rotation = [0.0, 0.0, 0.0]
+translation = [0.0, 0.0, 2.0]
+[cameras.2]
+cam_id = 2
+size = [1280, 720]
+[cameras.10]
+cam_id = 10
+size = [1280, 720]
+matrix = [[600.0, 0.0, 640.0], [0.0, 600.0, 360.0], [0.0, 0.0, 1.0]]
+distortions = [0.0, 0.0, 0.0, 0.0, 0.0]
+fisheye = false
+rotation = [0.1, 0.2, 0.3]
+translation = [0.5, 0.0, 2.0]
+)";
+
+TEST(SessionFolder, CaliscopesIsReadByItsArrayOfCameras) {
+  const TemporaryFolder folder;
+  folder.Write("session/camera_array.toml", kArray);
+  folder.Write("session/config.toml", "CreationDate = 2023-05-06\n");
+  const CameraRig cameras = ReadCameras((folder.path() / "session").string());
+  ASSERT_EQ(cameras.size(), 2u) << "one is ignored, one has no pose";
+  EXPECT_EQ(cameras[0].name(), "cam_0");
+  EXPECT_EQ(cameras[1].name(), "cam_10");
+  ASSERT_NE(cameras[0].lens(), nullptr);
+  EXPECT_EQ(cameras[0].lens()->model(), kFisheyeModel);
+  EXPECT_EQ(cameras[0].lens()->parameters(),
+            (std::vector<double>{-0.02, 0.01, -0.003, 0.001}));
+  EXPECT_EQ(cameras[1].lens(), nullptr);
+}
+
+constexpr const char* kTable = R"([cam_0]
+name = "back"
+size = [ 1280, 1024,]
+matrix = [ [ 769.9, 0.0, 639.5,], [ 0.0, 769.9, 511.5,], [ 0.0, 0.0, 1.0,],]
+distortions = [ -0.28, 0.0, 0.0, 0.0, 0.0,]
+rotation = [ 0.0, 0.0, 0.0,]
+translation = [ 100.0, 0.0, 2000.0,]
+[metadata]
+)";
+
+TEST(SessionFolder, TheBoardBesideTellsTheUnit) {
+  const TemporaryFolder folder;
+  folder.Write("mice/calibration.toml", kTable);
+  folder.Write("mice/back/a.h5", "anything");
+  const std::string path = (folder.path() / "mice").string();
+  EXPECT_EQ(ReadCameras(path).front().t().z(), 2000.0);
+  folder.Write("mice/board.toml", "square_length = 24.0\n");
+  EXPECT_EQ(ReadCameras(path).front().t().z(), 2.0);
+  CameraReadOptions centimetres;
+  centimetres.unit = LengthUnit::kCentimetre;
+  EXPECT_EQ(ReadCameras(path, centimetres).front().t().z(), 20.0);
+}
+
+TEST(SessionFolder, OldCaliscopesIsItsConfig) {
+  const TemporaryFolder folder;
+  folder.Write("old/config.toml", kTable);
+  folder.Write("other/config.toml", "mode = 'graph'\n");
+  EXPECT_EQ(ReadCameras((folder.path() / "old").string()).size(), 1u);
+  const std::string other = (folder.path() / "other").string();
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(other); }),
+              HasSubstr("is a folder without"));
+}
+
+// The session's cameras and board are read from its folder as from its files.
+TEST(SessionFolder, SamplesOfOthersAreRead) {
+  KINEGRAPH_DATA_OR_SKIP(found, "takes");
+  const std::filesystem::path takes = found;
+  for (const char* name :
+       {"caliscope_human/config.toml", "caliscope_board/camera_array.toml"}) {
+    const CameraRig file = ReadCameras((takes / name).string());
+    const CameraRig folder = ReadCameras((takes / name).parent_path().string());
+    ASSERT_EQ(file.size(), 4u);
+    ASSERT_EQ(folder.size(), 4u);
+    EXPECT_EQ(Compare(file, folder).px, 0.0);
+    EXPECT_EQ(folder[3].name(), "cam_3");
+  }
+  const CameraRig mouse =
+      ReadCameras((takes / "mouse_sleap/minimal_session").string());
+  ASSERT_EQ(mouse.size(), 4u);
+  EXPECT_NEAR(mouse[0].t().z(), -0.122279, 1e-6) << "millimetres";
+}
+
+// ---- Fisheye lenses in others' files ----
+
+TEST(FisheyeCalibration, ColmapsModelsAreRead) {
+  const TemporaryFolder folder;
+  folder.Write("m/images.txt",
+               "1 1 0 0 0 0 0 4 1 a.jpg\n\n2 1 0 0 0 0 0 4 2 b.jpg\n\n"
+               "3 1 0 0 0 0 0 4 3 c.jpg\n\n4 1 0 0 0 0 0 4 4 d.jpg\n\n");
+  folder.Write("m/cameras.txt",
+               "1 OPENCV_FISHEYE 640 480 300 310 320 240 0.1 -0.02 0.003 1e-4\n"
+               "2 RADIAL_FISHEYE 640 480 300 320 240 0.1 -0.02\n"
+               "3 SIMPLE_RADIAL_FISHEYE 640 480 300 320 240 0.1\n"
+               "4 OPENCV_FISHEYE 640 480 300 310 320 240 0 0 0 0\n");
+  const CameraRig cameras = ReadCameras((folder.path() / "m").string());
+  const std::vector<std::vector<double>> terms = {{0.1, -0.02, 0.003, 1e-4},
+                                                  {0.1, -0.02, 0, 0},
+                                                  {0.1, 0, 0, 0},
+                                                  {0, 0, 0, 0}};
+  ASSERT_EQ(cameras.size(), 4u);
+  for (size_t c = 0; c < 4; ++c) {
+    ASSERT_NE(cameras[c].lens(), nullptr);
+    EXPECT_EQ(cameras[c].lens()->model(), kFisheyeModel);
+    EXPECT_EQ(cameras[c].lens()->parameters(), terms[c]);
+    EXPECT_EQ(cameras[c].K()(0, 2), 319.5);
+  }
+}
+
+TEST(FisheyeCalibration, RosAndNumberedTermsAreRead) {
+  const TemporaryFolder folder;
+  const std::string body =
+      "image_width: 640\nimage_height: 480\n"
+      "camera_matrix: {rows: 3, cols: 3, data: [300, 0, 320, 0, 300, 240, 0, "
+      "0, 1]}\nR: [0.0, 0.0, 0.0]\nT: [0.0, 0.0, 4.0]\n";
+  const std::string list =
+      "distortion_coefficients: {rows: 1, cols: 4, data: [0.1, -0.02, 0.003, "
+      "0.0001]}\n";
+  for (const std::string& lens :
+       {"distortion_model: equidistant\n" + list, "fisheye_model: 1\n" + list,
+        std::string("distortion_model: fisheye\nk1: 0.1\nk2: -0.02\nk3: 0.003\n"
+                    "k4: 0.0001\n")}) {
+    const Camera camera =
+        ReadCameras(folder.Write("a.yml", "%YAML:1.0\n" + body + lens)).front();
+    ASSERT_NE(camera.lens(), nullptr);
+    EXPECT_EQ(camera.lens()->model(), kFisheyeModel);
+    EXPECT_EQ(camera.lens()->parameters(),
+              (std::vector<double>{0.1, -0.02, 0.003, 1e-4}));
+  }
+}
+
+TEST(FisheyeCalibration, FiveTermsAreNoneOfIt) {
+  const TemporaryFolder folder;
+  std::string text = Replaced(kTable, "0.0, 0.0,]\nrotation",
+                              "0.0, 0.2,]\nfisheye = true\nrotation");
+  const std::string path = folder.Write("a.toml", text);
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
+              HasSubstr("5 coefficients of a fisheye lens"));
+}
+
+// Every format gives the lens back or names it.
+TEST(FisheyeCalibration, IsWrittenWhereAFormatCanSayIt) {
+  CameraParameters p;
+  p.name = "a";
+  p.width_px = 1920;
+  p.height_px = 1440;
+  p.K << 600, 0, 960, 0, 610, 720, 0, 0, 1;
+  p.t = {0.1, 0.2, 4.0};
+  p.lens = MakeLens(kFisheyeModel, {-0.02, 0.015, -0.01, 0.002});
+  const CameraRig cameras = {Camera(p)};
+  std::vector<std::string> written;
+  for (const CalibrationFormat& format : CalibrationFormats()) {
+    if (format.write == nullptr) continue;
+    const TemporaryFolder folder;
+    const std::string path = folder.path() / "result";
+    Losses losses;
+    try {
+      WriteCalibration(path, format.name, cameras, &losses);
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("camera 'a'")) << format.name;
+      EXPECT_FALSE(std::filesystem::exists(path)) << format.name;
+      continue;
+    }
+    written.push_back(format.name);
+    const CameraRig back = ReadCameras(path);
+    ASSERT_EQ(back.size(), 1u);
+    // K of COLMAP's goes through half a pixel.
+    EXPECT_LT(Compare(cameras, back).px, 1e-9) << format.name;
+    ASSERT_NE(back[0].lens(), nullptr) << format.name;
+    EXPECT_EQ(back[0].lens()->parameters(), cameras[0].lens()->parameters());
+  }
+  EXPECT_THAT(written,
+              ElementsAre("kinegraph", "pose2sim", "opencv", "colmap"));
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,255 @@
+#include "core/io/calibration/pickle.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/io/calibration/calibration.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/base64.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::FromBase64;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using testing::TemporaryFolder;
+
+// One camera as OpenCap keeps it: K with 1300.5 1301.5 640.25 360.75, the lens
+// 0.1 -0.2 0.001 -0.002 0.05, 1280 x 720, turned by a quarter about z, the
+// translation 100 -200 3000 mm.
+// pickle.dumps(camera, 2) of Python 3.11 with NumPy 1.24.
+constexpr const char* kProtocol2 =
+    "gAJ9cQAoWAwAAABpbnRyaW5zaWNNYXRxAWNudW1weS5jb3JlLm11bHRpYXJyYXkKX3JlY2"
+    "9uc3RydWN0CnECY251bXB5Cm5kYXJyYXkKcQNLAIVxBGNfY29kZWNzCmVuY29kZQpxBVgB"
+    "AAAAYnEGWAYAAABsYXRpbjFxB4ZxCFJxCYdxClJxCyhLAUsDSwOGcQxjbnVtcHkKZHR5cG"
+    "UKcQ1YAgAAAGY4cQ6JiIdxD1JxEChLA1gBAAAAPHERTk5OSv////9K/////0sAdHESYolo"
+    "BVhNAAAAAAAAAABSwpRAAAAAAAAAAAAAAAAAAALChEAAAAAAAAAAAAAAAAAAVsKUQAAAAA"
+    "AAwox2QAAAAAAAAAAAAAAAAAAAAAAAAAAAAADDsD9xE2gHhnEUUnEVdHEWYlgKAAAAZGlz"
+    "dG9ydGlvbnEXaAJoA0sAhXEYaAmHcRlScRooSwFLAUsFhnEbaBCJaAVYRwAAAMKawpnCmc"
+    "KZwpnCmcK5P8KawpnCmcKZwpnCmcOJwr/DvMKpw7HDkk1iUD/DvMKpw7HDkk1iYMK/wprC"
+    "mcKZwpnCmcKZwqk/cRxoB4ZxHVJxHnRxH2JYCQAAAGltYWdlU2l6ZXEgaAJoA0sAhXEhaA"
+    "mHcSJScSMoSwFLAksBhnEkaBCJaAVYEwAAAAAAAAAAwoDChkAAAAAAAADClEBxJWgHhnEm"
+    "UnEndHEoYlgIAAAAcm90YXRpb25xKWgCaANLAIVxKmgJh3ErUnEsKEsBSwNLA4ZxLWgQiW"
+    "gFWEwAAAAAAAAAAAAAAAAAAAAAAMOwwr8AAAAAAAAAAAAAAAAAAMOwPwAAAAAAAAAAAAAA"
+    "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAw7A/cS5oB4ZxL1JxMHRxMWJYCwAAAHRyYW"
+    "5zbGF0aW9ucTJoAmgDSwCFcTNoCYdxNFJxNShLAUsDSwGGcTZoEIloBVgaAAAAAAAAAAAA"
+    "WUAAAAAAAABpw4AAAAAAAHDCp0BxN2gHhnE4UnE5dHE6YlgUAAAAcm90YXRpb25fRXVsZX"
+    "JBbmdsZXNxO2gCaANLAIVxPGgJh3E9UnE+KEsBSwNLAYZxP2gQiWgFWBkAAAAAAAAAAAAA"
+    "AAAAAAAAAAAAAAAAAAAAw7g/cUBoB4ZxQVJxQnRxQ2J1Lg==";
+
+// Protocol 4, the rotation by columns, K as float32, the size as integers.
+constexpr const char* kColumnsFirst =
+    "gASVngIAAAAAAAB9lCiMDGludHJpbnNpY01hdJSMFW51bXB5LmNvcmUubXVsdGlhcnJheZ"
+    "SMDF9yZWNvbnN0cnVjdJSTlIwFbnVtcHmUjAduZGFycmF5lJOUSwCFlEMBYpSHlFKUKEsB"
+    "SwNLA4aUaAWMBWR0eXBllJOUjAJmNJSJiIeUUpQoSwOMATyUTk5OSv////9K/////0sAdJ"
+    "RiiUMkAJCiRAAAAAAAECBEAAAAAACwokQAYLRDAAAAAAAAAAAAAIA/lHSUYowKZGlzdG9y"
+    "dGlvbpRoBGgHSwCFlGgJh5RSlChLAUsBSwWGlGgOjAJmOJSJiIeUUpQoSwNoEk5OTkr///"
+    "//Sv////9LAHSUYolDKJqZmZmZmbk/mpmZmZmZyb/8qfHSTWJQP/yp8dJNYmC/mpmZmZmZ"
+    "qT+UdJRijAlpbWFnZVNpemWUaARoB0sAhZRoCYeUUpQoSwFLAksBhpRoDowCaTiUiYiHlF"
+    "KUKEsDaBJOTk5K/////0r/////SwB0lGKJQxDQAgAAAAAAAAAFAAAAAAAAlHSUYowIcm90"
+    "YXRpb26UaARoB0sAhZRoCYeUUpQoSwFLA0sDhpRoHYhDSAAAAAAAAAAAAAAAAAAA8D8AAA"
+    "AAAAAAAAAAAAAAAPC/AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAADw"
+    "P5R0lGKMC3RyYW5zbGF0aW9ulGgEaAdLAIWUaAmHlFKUKEsBSwNLAYaUaB2JQxgAAAAAAA"
+    "BZQAAAAAAAAGnAAAAAAABwp0CUdJRijBRyb3RhdGlvbl9FdWxlckFuZ2xlc5RoBGgHSwCF"
+    "lGgJh5RSlChLAUsDSwGGlGgdiUMYAAAAAAAAAAAAAAAAAAAAAAAAAAAAAPg/lHSUYnUu";
+
+// Protocol 5, whose arrays are made from buffers.
+constexpr const char* kProtocol5 =
+    "gAWVUAIAAAAAAAB9lCiMDGludHJpbnNpY01hdJSMEm51bXB5LmNvcmUubnVtZXJpY5SMC1"
+    "9mcm9tYnVmZmVylJOUKJZIAAAAAAAAAAAAAAAAUpRAAAAAAAAAAAAAAAAAAAKEQAAAAAAA"
+    "AAAAAAAAAABWlEAAAAAAAIx2QAAAAAAAAAAAAAAAAAAAAAAAAAAAAADwP5SMBW51bXB5lI"
+    "wFZHR5cGWUk5SMAmY4lImIh5RSlChLA4wBPJROTk5K/////0r/////SwB0lGJLA0sDhpSM"
+    "AUOUdJRSlIwKZGlzdG9ydGlvbpRoBCiWKAAAAAAAAACamZmZmZm5P5qZmZmZmcm//Knx0k"
+    "1iUD/8qfHSTWJgv5qZmZmZmak/lGgLSwFLBYaUaA90lFKUjAlpbWFnZVNpemWUaAQolhAA"
+    "AAAAAAAAAAAAAACAhkAAAAAAAACUQJRoC0sCSwGGlGgPdJRSlIwIcm90YXRpb26UaAQolk"
+    "gAAAAAAAAAAAAAAAAAAAAAAAAAAADwvwAAAAAAAAAAAAAAAAAA8D8AAAAAAAAAAAAAAAAA"
+    "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAPA/lGgLSwNLA4aUaA90lFKUjAt0cmFuc2xhdG"
+    "lvbpRoBCiWGAAAAAAAAAAAAAAAAABZQAAAAAAAAGnAAAAAAABwp0CUaAtLA0sBhpRoD3SU"
+    "UpSMFHJvdGF0aW9uX0V1bGVyQW5nbGVzlGgEKJYYAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA"
+    "AAAAAAAAD4P5RoC0sDSwGGlGgPdJRSlHUu";
+
+std::string Replaced(std::string text, const std::string& from,
+                     const std::string& to) {
+  for (size_t at = text.find(from); at != std::string::npos;
+       at = text.find(from, at + to.size())) {
+    text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+void ExpectTheCamera(const CameraRig& cameras, const std::string& name) {
+  ASSERT_EQ(cameras.size(), 1u);
+  const Camera& camera = cameras.front();
+  EXPECT_EQ(camera.name(), name);
+  EXPECT_EQ(camera.width_px(), 1280);
+  EXPECT_EQ(camera.height_px(), 720);
+  Eigen::Matrix3d K;
+  K << 1300.5, 0, 640.25, 0, 1301.5, 360.75, 0, 0, 1;
+  EXPECT_EQ(camera.K(), K);
+  Eigen::Matrix3d R;
+  R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  EXPECT_EQ(camera.R(), R);
+  // 100 / 1000 is rounded once.
+  EXPECT_LT((camera.t() - Eigen::Vector3d(0.1, -0.2, 3.0)).norm(), 1e-15);
+  ASSERT_NE(camera.lens(), nullptr);
+  EXPECT_EQ(camera.lens()->parameters(),
+            (std::vector<double>{0.1, -0.2, 0.001, -0.002, 0.05}));
+}
+
+TEST(OpenCapCalibration, IsReadInEveryProtocol) {
+  const TemporaryFolder folder;
+  for (const char* text : {kProtocol2, kColumnsFirst, kProtocol5}) {
+    const std::string path = folder.Write(
+        "Cam0/cameraIntrinsicsExtrinsics.pickle", FromBase64(text));
+    ExpectTheCamera(ReadCameras(path), "Cam0");
+  }
+}
+
+// NumPy 2 calls its modules numpy._core; the names' lengths stand before them.
+TEST(OpenCapCalibration, IsReadAsNumPy2WritesIt) {
+  const TemporaryFolder folder;
+  std::string bytes = FromBase64(kProtocol5);
+  bytes = Replaced(bytes, std::string("\x8c\x12") + "numpy.core.numeric",
+                   std::string("\x8c\x13") + "numpy._core.numeric");
+  ASSERT_NE(bytes.find("numpy._core"), std::string::npos);
+  ExpectTheCamera(ReadCameras(folder.Write("left.pickle", bytes)), "left");
+}
+
+TEST(OpenCapCalibration, ASessionIsAFolderACamera) {
+  const TemporaryFolder folder;
+  const std::string bytes = FromBase64(kProtocol2);
+  for (const char* camera : {"Cam10", "Cam2", "Cam0"}) {
+    folder.Write("session/Videos/" + std::string(camera) +
+                     "/cameraIntrinsicsExtrinsics.pickle",
+                 bytes);
+  }
+  folder.Write("session/Videos/mappingCamDevice.pickle", "anything");
+  for (const char* where : {"session", "session/Videos"}) {
+    const CameraRig cameras = ReadCameras((folder.path() / where).string());
+    ASSERT_EQ(cameras.size(), 3u);
+    EXPECT_EQ(cameras[0].name(), "Cam0");
+    EXPECT_EQ(cameras[1].name(), "Cam2");
+    EXPECT_EQ(cameras[2].name(), "Cam10");
+  }
+  CameraReadOptions metres;
+  metres.unit = LengthUnit::kMetre;
+  EXPECT_NEAR(
+      ReadCameras((folder.path() / "session").string(), metres)[0].t().z(),
+      3000.0, 1e-12);
+}
+
+TEST(OpenCapCalibration, AFileOfTheLensAloneSaysSo) {
+  const TemporaryFolder folder;
+  const std::string path = folder.Write(
+      "cameraIntrinsics.pickle",
+      Replaced(FromBase64(kProtocol5), "\x8c\x08rotation", "\x8c\x08_otation"));
+  EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
+              HasSubstr("has no rotation"));
+}
+
+TEST(Pickle, ValuesOfPythonArePlain) {
+  // {'a': [1, -2, 2.5, None, True, (b-less text 'x',)], 'big': -129}
+  const std::string bytes = std::string(
+                                "\x80\x02}(U\x01"
+                                "a](K\x01J\xfe\xff\xff\xffG\x40\x04") +
+                            std::string(6, '\0') + "N\x88X\x01" +
+                            std::string(3, '\0') + "x\x85" +
+                            "eU\x03"
+                            "big\x8a\x02\x7f\xff"
+                            "u.";
+  EXPECT_EQ(ParsePickle(bytes, "f").dump(),
+            R"({"a":[1,-2,2.5,null,true,["x"]],"big":-129})");
+}
+
+TEST(Pickle, NothingIsExecuted) {
+  struct Attack {
+    const char* what;
+    std::string bytes;
+    const char* says;
+  };
+  const std::vector<Attack> attacks = {
+      {"a command",
+       "\x80\x02"
+       "cos\nsystem\nU\x02ls\x85R.",
+       "'os.system'"},
+      {"builtins",
+       "\x80\x02"
+       "c__builtin__\neval\nU\x01"
+       "1\x85R.",
+       "'__builtin__.eval'"},
+      {"by the stack",
+       "\x80\x04\x8c\x05posix\x8c\x06system\x93\x8c\x02ls\x85R.",
+       "'posix.system'"},
+      {"a class",
+       "\x80\x02"
+       "cos\nsystem\n)\x81.",
+       "instruction 129"},
+      {"an extension", "\x80\x02\x82\x01.", "instruction 130"},
+      {"a persistent object", "\x80\x02Pname\n.", "instruction 80"},
+      {"a state",
+       "\x80\x02}}\x85"
+       "b.",
+       "state"},
+      {"a subclass",
+       "\x80\x02"
+       "cnumpy.core.multiarray\n_reconstruct\n"
+       "cos\nsystem\nK\x01\x85U\x01"
+       "b\x87R.",
+       "_reconstruct"},
+      {"a name alone",
+       "\x80\x02"
+       "cos\nsystem\n.",
+       "no number"},
+      {"objects",
+       "\x80\x02"
+       "cnumpy\ndtype\nU\x02O8\x85R.",
+       "no number"},
+      {"text", "print('x')", "no pickle"},
+      {"protocol 0", "(dp0\nS'a'\np1\n.", "no pickle"}};
+  for (const Attack& attack : attacks) {
+    EXPECT_THAT(InputErrorOf([&] { ParsePickle(attack.bytes, "f"); }),
+                HasSubstr(attack.says))
+        << attack.what;
+  }
+}
+
+// Bytes that a C string would end at.
+std::string Bytes(std::initializer_list<int> codes) {
+  std::string bytes;
+  for (const int code : codes) bytes += static_cast<char>(code);
+  return bytes;
+}
+
+TEST(Pickle, BrokenOnesEndWithAMessage) {
+  const std::string whole = FromBase64(kProtocol2);
+  for (size_t length = 0; length < whole.size(); ++length) {
+    EXPECT_NE(InputErrorOf([&] { ParsePickle(whole.substr(0, length), "f"); }),
+              "");
+  }
+  // A list in itself, a value that was never made, an empty stack, a huge text.
+  for (const std::string& bytes :
+       {Bytes({0x80, 2, ']', 'q', 0, 'h', 0, 'a', '.'}),
+        Bytes({0x80, 2, 'h', 7, '.'}), Bytes({0x80, 2, '.'}),
+        Bytes({0x80, 2, '(', '.'}), Bytes({0x80, 2, 'a', '.'}),
+        Bytes({0x80, 4, 0x8d, 255, 255, 255, 255, 255, 255, 255, 255, '.'}),
+        Bytes({0x80, 2, 0x8a, 200, '.'})}) {
+    EXPECT_NE(InputErrorOf([&] { ParsePickle(bytes, "f"); }), "");
+  }
+}
+
+// Twenty tuples, each twice the last, would be a million values.
+TEST(Pickle, RepetitionIsBounded) {
+  std::string bytes = Bytes({0x80, 2, 'K', 1});
+  for (int i = 0; i < 30; ++i) {
+    bytes += Bytes({'q', i, 'h', i, 0x86});
+  }
+  EXPECT_THAT(InputErrorOf([&] { ParsePickle(bytes + ".", "f"); }),
+              HasSubstr("too many values"));
+}
+
+}  // namespace
+}  // namespace kinegraph
