@@ -20,7 +20,9 @@ DEFINE_string(out, "",
               "file a person, such as TRC, NAME.trc is one person's file");
 DEFINE_string(skeleton, "", "skeleton of the input where it does not tell");
 DEFINE_double(frame_rate, 0.0, "frame rate [Hz] where the input does not tell");
-DEFINE_string(unit, "", "unit of a calibration: m, cm or mm");
+DEFINE_string(unit, "",
+              "unit of a calibration, or of tracks whose format does not tell "
+              "it (BVH): m, cm or mm");
 DEFINE_string(image_size, "",
               "image size [px] of a calibration that does not tell: W,H");
 DEFINE_string(

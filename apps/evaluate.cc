@@ -12,6 +12,7 @@
 #include "apps/common/evaluation_output.h"
 #include "apps/common/held_out_cameras.h"
 #include "apps/common/summary.h"
+#include "apps/common/track_input.h"
 #include "apps/common/track_output.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
@@ -52,6 +53,9 @@ DEFINE_string(runs, "",
 DEFINE_string(folds, "",
               "held_out_camera: two frame ranges A:B,C:D; the detector's bias "
               "is learnt on each and scored on the other");
+DEFINE_string(unit, "",
+              "unit of tracks and ground truth whose format does not tell it "
+              "(BVH): m, cm or mm");
 DEFINE_string(json, "", "file to write the result to");
 
 namespace kinegraph {
@@ -171,8 +175,10 @@ struct Compared {
 Compared ReadBoth(const TrackReadOptions& options = {}) {
   RequireFlag("tracks", FLAGS_tracks);
   RequireFlag("ground_truth", FLAGS_ground_truth);
-  return {ReadTracks(FLAGS_ground_truth, options),
-          ReadTracks(FLAGS_tracks, options)};
+  const TrackInput input("evaluate", FLAGS_unit,
+                         {FLAGS_ground_truth, FLAGS_tracks});
+  return {input.Read(FLAGS_ground_truth, options),
+          input.Read(FLAGS_tracks, options)};
 }
 
 // A wrong pair of files or of frames shall not pass for a bad score.

@@ -13,6 +13,7 @@
 #include "core/io/configuration/config.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
+#include "core/io/tracks/reading_notes.h"
 #include "core/tracking/gates.h"
 #include "solvers/session/survey.h"
 
@@ -72,7 +73,21 @@ std::string SizesOf(const CameraRig& cameras) {
   return fmt::format("{} x {} px", first.width_px(), first.height_px());
 }
 
-void PrintFindings(const TakeSurvey& survey) {
+// Where people do not stand as files for other programs have them.
+void PrintUpright(const TakeSurvey& survey, const RunOptions& options) {
+  if (options.refine.ground != GroundKind::kOff) return;
+  const auto up =
+      survey.stance.UpUnlike(Eigen::Vector3d::UnitZ(), survey.cameras);
+  if (!up) return;
+  std::printf(
+      "upright     people stand along %s of the world, not along z, which "
+      "files "
+      "for other\n            programs show as up: "
+      "--set=cameras.ground=feet stands them up\n",
+      DirectionText(*up).c_str());
+}
+
+void PrintFindings(const TakeSurvey& survey, const RunOptions& options) {
   const double distance_m = WorkingDistance(survey.cameras);
   std::printf("cameras     %zu, %s, focal length about %.0f px\n",
               survey.cameras.size(), SizesOf(survey.cameras).c_str(),
@@ -95,6 +110,7 @@ void PrintFindings(const TakeSurvey& survey) {
   } else {
     std::printf("unit        not known: nobody could be measured\n");
   }
+  PrintUpright(survey, options);
   std::string views;
   for (const CameraReport& camera : report.cameras) {
     views += (views.empty() ? "" : ", ") + camera.view + " = " + camera.camera;
@@ -270,7 +286,7 @@ void RunInit() {
   RequireFlag("out", FLAGS_out);
   const SurveyRequest request = RequestOfFlags();
   const TakeSurvey survey = SurveyTake(request);
-  PrintFindings(survey);
+  PrintFindings(survey, request.options);
   AtomicFile file(WithFolders(FLAGS_out));
   file.Write(WithGivenKeys(request.options, ConfigText(survey)));
   file.Commit();

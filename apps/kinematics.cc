@@ -14,6 +14,7 @@
 #include "apps/common/app.h"
 #include "apps/common/summary.h"
 #include "apps/common/table.h"
+#include "apps/common/track_input.h"
 #include "core/base/error.h"
 #include "core/io/configuration/config.h"
 #include "core/io/files/atomic_file.h"
@@ -34,6 +35,9 @@ DEFINE_bool(observed, false,
             "missing");
 DEFINE_string(skeleton, "", "skeleton of the tracks where they do not tell");
 DEFINE_double(frame_rate, 0.0, "frame rate [Hz] where the tracks do not tell");
+DEFINE_string(unit, "",
+              "unit of tracks whose format does not tell it (BVH): m, cm or "
+              "mm");
 
 namespace kinegraph {
 namespace {
@@ -53,7 +57,9 @@ TrackSequence ReadInput() {
     throw InputError("--frame_rate: expected a number > 0");
   }
   read.frame_rate_hz = FLAGS_frame_rate;
+  if (!FLAGS_unit.empty()) read.unit_m = ParseLengthUnit(FLAGS_unit);
   TrackSequence tracks = ReadTracks(FLAGS_tracks, read);
+  PrintUnitNote("kinematics", FLAGS_tracks, read, tracks);
   // Angles are defined by our names; "RHip" and "right_hip" are r_hip.
   tracks.header.skeleton = WithOurNames(tracks.header.skeleton);
   return tracks;

@@ -12,6 +12,7 @@
 #include "apps/common/config_folder.h"
 #include "apps/common/progress.h"
 #include "apps/common/summary.h"
+#include "apps/common/track_input.h"
 #include "apps/common/track_output.h"
 #include "apps/report/frame_pictures.h"
 #include "apps/report/page.h"
@@ -56,6 +57,9 @@ DEFINE_string(doctor, "",
               "on the page");
 DEFINE_string(title, "", "heading of the page; default: the tracks' name");
 DEFINE_string(up, "auto", "upward axis: auto, x, y, z, -x, -y or -z");
+DEFINE_string(unit, "",
+              "unit of tracks whose format does not tell it (BVH): m, cm or "
+              "mm");
 DEFINE_bool(with_covariance, false, "keep covariances, for the ellipsoids");
 DEFINE_string(out, "", "page to write (HTML)");
 
@@ -103,8 +107,11 @@ std::vector<PageResult> ReadResults() {
     throw InputError("--tracks: found " + std::to_string(paths.size()) +
                      " files, expected one to " + std::to_string(kMaxResults));
   }
+  std::vector<std::string> all = paths;
+  if (!FLAGS_ground_truth.empty()) all.push_back(FLAGS_ground_truth);
+  const TrackInput input("report", FLAGS_unit, all);
   for (const std::string& path : paths) {
-    results.push_back({BaseName(path), ResultRole::kTracks, ReadTracks(path)});
+    results.push_back({BaseName(path), ResultRole::kTracks, input.Read(path)});
     const std::string summary = BesideResult(path, ".summary.json");
     if (IsFile(summary)) {
       results.back().summary_json = ReadTextFile(summary, kMaxSmallFileBytes);
@@ -114,7 +121,7 @@ std::vector<PageResult> ReadResults() {
   NameApart(paths, &results);
   if (!FLAGS_ground_truth.empty()) {
     results.push_back({BaseName(FLAGS_ground_truth), ResultRole::kGroundTruth,
-                       ReadTracks(FLAGS_ground_truth)});
+                       input.Read(FLAGS_ground_truth)});
   }
   return results;
 }

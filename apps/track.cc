@@ -304,7 +304,7 @@ void RunTrack() {
   const std::unique_ptr<TrackOutput> output = MakeTrackOutput(
       WithFolders(FLAGS_out), session.scene().header,
       take.options.output.observations, NamesAfter(take.request.corrections),
-      MarkersFlag(FLAGS_markers));
+      MarkersFlag(FLAGS_markers), session.scene().model.cameras);
   CameraCheck check(session.scene().model.cameras, source->header().skeleton,
                     session.scene().model.skeleton);
   TakeReport report =

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/tracks/format.h"
+#include "core/io/tracks/reading_notes.h"
 #include "core/io/tracks/writer.h"
 
 namespace kinegraph {
@@ -44,11 +45,14 @@ class JsonLinesOutput final : public TrackOutput {
 class WholeTakeOutput final : public TrackOutput {
  public:
   WholeTakeOutput(const std::string& path, const TrackHeader& header,
-                  const PersonNames& names, MarkerNames markers)
-      : format_(*TrackFormatOfExtension(path)), path_(path) {
+                  const PersonNames& names, MarkerNames markers,
+                  const CameraRig& cameras)
+      : format_(*TrackFormatOfExtension(path)),
+        path_(path),
+        markers_(markers),
+        cameras_(cameras) {
     options_.names = names;
     tracks_.header = header;
-    tracks_.header.skeleton = WithMarkerNames(header.skeleton, markers);
     if (format_.files != TrackFormat::Files::kOne) {
       path_ = WithoutExtension(path);
     }
@@ -59,6 +63,13 @@ class WholeTakeOutput final : public TrackOutput {
   }
   void Commit() override {
     Losses losses;
+    if (const auto note =
+            FindAxesNote(StanceOf(tracks_), cameras_, format_, {})) {
+      losses.push_back(note->text +
+                       ": --set=cameras.ground=feet stands them up");
+    }
+    tracks_.header.skeleton =
+        WithMarkerNames(tracks_.header.skeleton, markers_);
     format_.write(path_, tracks_, options_, &losses);
     for (const std::string& loss : losses) {
       std::fprintf(stderr, "kinegraph-track: note: %s\n",
@@ -70,6 +81,8 @@ class WholeTakeOutput final : public TrackOutput {
  private:
   const TrackFormat& format_;
   std::string path_;
+  const MarkerNames markers_;
+  const CameraRig cameras_;
   TrackExportOptions options_;
   TrackSequence tracks_;
 };
@@ -95,17 +108,16 @@ void CheckTrackOutput(const std::string& path, MarkerNames markers) {
                    "; `kinegraph convert` writes other formats");
 }
 
-std::unique_ptr<TrackOutput> MakeTrackOutput(const std::string& path,
-                                             const TrackHeader& header,
-                                             bool observations,
-                                             const PersonNames& names,
-                                             MarkerNames markers) {
+std::unique_ptr<TrackOutput> MakeTrackOutput(
+    const std::string& path, const TrackHeader& header, bool observations,
+    const PersonNames& names, MarkerNames markers, const CameraRig& cameras) {
   CheckTrackOutput(path, markers);
   const std::string extension = ExtensionOf(path);
   if (IsJsonLines(extension) || IsStream(path)) {
     return std::make_unique<JsonLinesOutput>(path, header, observations, names);
   }
-  return std::make_unique<WholeTakeOutput>(path, header, names, markers);
+  return std::make_unique<WholeTakeOutput>(path, header, names, markers,
+                                           cameras);
 }
 
 MarkerNames MarkersFlag(const std::string& text) {

@@ -7,6 +7,7 @@
 
 #include "core/data/person_names.h"
 #include "core/data/pose.h"
+#include "core/geometry/camera.h"
 #include "core/io/text/joint_names.h"
 
 namespace kinegraph {
@@ -28,10 +29,12 @@ class TrackOutput {
 // such as .trc, make a folder of that name without the extension. Throws
 // InputError naming --out and the extensions for any other. `observations` as
 // TrackWriteOptions has it. `markers` names the joints of formats that have
-// names of markers; others keep ours.
+// names of markers; others keep ours. `cameras` tell, beside people, which way
+// is up: Commit() says when a format with a way up shows another.
 std::unique_ptr<TrackOutput> MakeTrackOutput(
     const std::string& path, const TrackHeader& header, bool observations,
-    const PersonNames& names = {}, MarkerNames markers = MarkerNames::kOurs);
+    const PersonNames& names = {}, MarkerNames markers = MarkerNames::kOurs,
+    const CameraRig& cameras = {});
 
 // Throws as MakeTrackOutput does, before any work is done, and naming --markers
 // where the format has no names of markers.

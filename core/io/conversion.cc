@@ -29,6 +29,7 @@
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/identity_edits.h"
 #include "core/io/tracks/person_names.h"
+#include "core/io/tracks/reading_notes.h"
 #include "core/io/tracks/tracks.h"
 
 namespace kinegraph {
@@ -197,7 +198,9 @@ void RefuseFlag(const char* name, bool given, const char* belongs_to,
 void CheckFlags(const ConversionOptions& flags, FileKind kind) {
   const bool is_calibration = kind == kCalibration;
   if (!is_calibration) {
-    RefuseFlag("unit", !flags.unit.empty(), "calibrations", kind);
+    if (kind == kDetections) {
+      RefuseFlag("unit", !flags.unit.empty(), "calibrations and tracks", kind);
+    }
     if (kind != kDetections ||
         !FindDetectionFormat(flags.to)->names_image_size) {
       RefuseFlag("image_size", !flags.image_size.empty(), "calibrations", kind);
@@ -218,10 +221,10 @@ void CheckFlags(const ConversionOptions& flags, FileKind kind) {
   }
 }
 
-ConvertOptions ReadOptions(const ConversionOptions& flags) {
+ConvertOptions ReadOptions(const ConversionOptions& flags, FileKind kind) {
   ConfigFile config = ConfigFile::Empty();
   if (!flags.set.empty()) config.Override(flags.set, "--set");
-  if (!flags.unit.empty()) {
+  if (!flags.unit.empty() && kind == kCalibration) {
     config.Override("cameras.unit=" + flags.unit, "--unit");
   }
   ConvertOptions options;
@@ -417,18 +420,42 @@ void RenameMarkers(const ConversionOptions& flags, const TrackFormat& to,
 
 // --axes, where one of the two formats has axes of its own.
 std::optional<AxisMap> AxesFlag(const ConversionOptions& flags,
-                                const TrackFormat& to,
-                                const std::string& mode) {
+                                const TrackFormat& from,
+                                const TrackFormat& to) {
   if (flags.axes.empty()) return std::nullopt;
-  const TrackFormat* from = FindTrackFormat(mode);
-  const bool is_read = from != nullptr && from->axes.has_value();
-  if (!to.axes.has_value() && !is_read) {
+  if (!to.axes.has_value() && !from.axes.has_value()) {
     throw InputError("--axes belongs to files of " +
                      TrackFormatsWith([](const TrackFormat& format) {
                        return format.axes.has_value();
                      }));
   }
   return AxisMap::Parse(flags.axes);
+}
+
+// That people do not stand up in the result, and what mends it.
+void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
+              const TrackFormat& to, const std::optional<AxisMap>& axes,
+              Losses* losses) {
+  const auto note = FindAxesNote(StanceOf(tracks), {}, to, axes);
+  if (!note) return;
+  if (note->axes.empty()) {
+    losses->push_back(note->text +
+                      ": no --axes stands them up, tracking with "
+                      "--set=cameras.ground=feet does");
+  } else if (!from.axes.has_value()) {
+    losses->push_back(note->text + ": --axes=" + note->axes +
+                      " stands them up");
+  } else {
+    // The flag would hold for both.
+    const AxisMap read = axes.value_or(*from.axes);
+    const AxisMap right = AxisMap::Parse(note->axes);
+    size_t of_file = 0;
+    while (read.axis[of_file] != right.axis[1]) ++of_file;
+    losses->push_back(
+        note->text + ": convert to a .jsonl with --axes=" +
+        AxisMap::With(of_file, 2, read.sign[of_file] * right.sign[1]).Text() +
+        " first, and that without");
+  }
 }
 
 // --frame_rate is for input that does not tell. Throws where the times that it
@@ -458,13 +485,20 @@ std::string ConvertTracks(const ConversionOptions& flags,
   read.frame_rate_hz = flags.frame_rate_hz;
   read.first_frame = options.first_frame;
   if (!flags.axes.empty()) read.axes = AxisMap::Parse(flags.axes);
+  if (!flags.unit.empty()) read.unit_m = ParseLengthUnit(flags.unit);
+  const TrackFormat& from = FormatOfTracks(flags.in, read);
   TrackSequence tracks = ReadTracks(flags.in, read);
   CheckFrameRate(flags, tracks);
   const TrackFormat& to = *FindTrackFormat(flags.to);
   KeepPerson(flags, to, &tracks);
-  RenameMarkers(flags, to, &tracks);
   TrackExportOptions write;
-  write.axes = AxesFlag(flags, to, tracks.header.mode);
+  write.axes = AxesFlag(flags, from, to);
+  if (const std::string note = UnitNote(flags.in, read, tracks);
+      !note.empty()) {
+    losses->push_back(note);
+  }
+  NoteAxes(tracks, from, to, write.axes, losses);
+  RenameMarkers(flags, to, &tracks);
   write.names = ReadPersonNames(flags.in);
   if (!write.names.empty() && !to.keeps_names) {
     losses->push_back("names of people are not kept");
@@ -488,7 +522,7 @@ Conversion Convert(const ConversionOptions& options) {
   }
   const FileKind kind = ChooseKind(flags);
   CheckFlags(flags, kind);
-  const ConvertOptions read = ReadOptions(flags);
+  const ConvertOptions read = ReadOptions(flags, kind);
   const size_t slash = flags.out.find_last_of('/');
   if (slash != std::string::npos && slash > 0) {
     MakeFolder(flags.out.substr(0, slash));

@@ -17,7 +17,7 @@ struct ConversionOptions {
   std::string to;             // format; empty: by the end of `out`
   std::string skeleton;       // these two where the input does not tell
   double frame_rate_hz = 0.0;
-  std::string unit;              // of a calibration: m, cm or mm
+  std::string unit;              // of calibrations and tracks: m, cm or mm
   std::string image_size;        // "W,H" px, where a calibration does not tell
   std::string axes;              // "x,-z,y": world axes of the file's X, Y, Z
   std::string markers = "ours";  // names of joints: ours, pose2sim or opensim

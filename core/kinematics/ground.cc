@@ -6,35 +6,15 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/data/stance.h"
 
 namespace kinegraph {
 namespace {
 
-constexpr double kSnapDegrees = 25.0;
 constexpr double kAnkleHeightM = 0.08;
-constexpr double kPi = 3.14159265358979323846;
-
-// Mean of the class's joints; nullopt when none is there.
-std::optional<Eigen::Vector3d> Centre(const Skeleton& skeleton,
-                                      const Pose3d& pose, JointClass wanted) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  int count = 0;
-  for (int j = 0; j < skeleton.joint_count(); ++j) {
-    const Joint3d& joint = pose[static_cast<size_t>(j)];
-    if (skeleton.joint_class(j) != wanted || !joint.present()) continue;
-    sum += joint.position_m;
-    ++count;
-  }
-  if (count == 0) return std::nullopt;
-  return sum / count;
-}
 
 Eigen::Vector3d Snapped(const Eigen::Vector3d& direction) {
-  const Eigen::Vector3d unit = direction.normalized();
-  Eigen::Index axis = 0;
-  const double cosine = unit.cwiseAbs().maxCoeff(&axis);
-  if (cosine < std::cos(kSnapDegrees * kPi / 180.0)) return unit;
-  return std::copysign(1.0, unit[axis]) * Eigen::Vector3d::Unit(axis);
+  return NearestAxis(direction).value_or(direction.normalized());
 }
 
 }  // namespace
@@ -55,18 +35,13 @@ std::optional<Eigen::Vector3d> ParseUp(const std::string& text,
 
 Eigen::Vector3d UpDirection(const TrackSequence& tracks,
                             const CameraRig& cameras) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const TrackFrame& frame : tracks.frames) {
-    for (const PersonPose& person : frame.people) {
-      const Skeleton& skeleton = tracks.header.skeleton;
-      const auto low = Centre(skeleton, person.joints, JointClass::kAnkle);
-      const auto high = Centre(skeleton, person.joints, JointClass::kShoulder);
-      if (low.has_value() && high.has_value()) sum += *high - *low;
-    }
+  const Stance stance = StanceOf(tracks.header.skeleton, tracks.frames);
+  if (const auto up = stance.Up()) return Snapped(*up);
+  for (const Eigen::Vector3d& up :
+       {stance.body_sum_m(), UpOfCameras(cameras)}) {
+    if (up.norm() > 0.0) return Snapped(up);
   }
-  if (sum.norm() > 0.0) return Snapped(sum);
-  for (const Camera& camera : cameras) sum -= camera.R().row(1).transpose();
-  return sum.norm() > 0.0 ? Snapped(sum) : Eigen::Vector3d::UnitZ();
+  return Eigen::Vector3d::UnitZ();
 }
 
 double FloorHeight(const TrackSequence& tracks, const Eigen::Vector3d& up) {

@@ -1,6 +1,35 @@
 #include "core/skeleton/body_joints.h"
 
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <string>
+
 namespace kinegraph {
+namespace {
+
+// "Tail_base", "tailbase", "ForepawL" and "root of tail", but not "ponytail".
+bool IsAnimalsOnly(const std::string& joint) {
+  constexpr std::array<const char*, 9> kAnywhere = {
+      "paw",     "hoof",    "snout",   "muzzle", "beak",
+      "whisker", "antenna", "withers", "hock"};
+  std::string text;
+  bool was_small = false;
+  for (const char c : joint) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool is_letter = std::isalpha(byte) != 0;
+    if (!is_letter || (was_small && std::isupper(byte) != 0)) text += ' ';
+    if (is_letter) text += static_cast<char>(std::tolower(byte));
+    was_small = std::islower(byte) != 0;
+  }
+  const auto has = [&text](const std::string& word) {
+    return text.find(word) != std::string::npos;
+  };
+  return text.compare(0, 4, "tail") == 0 || has(" tail") ||
+         std::any_of(kAnywhere.begin(), kAnywhere.end(), has);
+}
+
+}  // namespace
 
 bool IsBodyJoint(JointClass joint_class) {
   switch (joint_class) {
@@ -14,6 +43,20 @@ bool IsBodyJoint(JointClass joint_class) {
     default:
       return false;
   }
+}
+
+bool IsHuman(const Skeleton& skeleton) {
+  const auto has = [&skeleton](const std::string& joint) {
+    return skeleton.IndexOf(joint) >= 0;
+  };
+  bool has_limb = false;
+  for (const std::string side : {"l_", "r_"}) {
+    has_limb |=
+        has(side + "shoulder") && has(side + "elbow") && has(side + "wrist");
+    has_limb |= has(side + "hip") && has(side + "knee") && has(side + "ankle");
+  }
+  const std::vector<std::string>& joints = skeleton.joints();
+  return has_limb && std::none_of(joints.begin(), joints.end(), IsAnimalsOnly);
 }
 
 }  // namespace kinegraph

@@ -1,4 +1,4 @@
-// The joints that every detector finds, and that move.
+// What is known of human bodies, by the names of joints.
 #ifndef KINEGRAPH_CORE_SKELETON_BODY_JOINTS_H_
 #define KINEGRAPH_CORE_SKELETON_BODY_JOINTS_H_
 
@@ -6,8 +6,14 @@
 
 namespace kinegraph {
 
-// Shoulders to wrists and hips to ankles.
+// Shoulders to wrists and hips to ankles: the joints that every detector finds,
+// and that move.
 bool IsBodyJoint(JointClass joint_class);
+
+// Whether the joints are those of a human, so that what is known of human
+// bones, heights and speeds applies: one whole arm or leg at least, and nothing
+// that only animals have, such as a tail or a paw.
+bool IsHuman(const Skeleton& skeleton);
 
 }  // namespace kinegraph
 

@@ -11,6 +11,7 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/text/names.h"
+#include "core/skeleton/body_joints.h"
 #include "core/tracking/gates.h"
 #include "solvers/scene/camera_check.h"
 #include "solvers/session/ready_take.h"
@@ -100,6 +101,7 @@ constexpr const char* kClockOffset = "clock_offset";
 
 struct Trial {
   TakeReport report;
+  Stance stance = Stance(Skeleton());
   bool cameras_are_off = false;
   bool clocks_are_off = false;
 };
@@ -145,14 +147,20 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
   session.set_frame_listener(
       [&](const DetectionFrame& frame) { check.SeeDetections(frame); });
   MemorySource source(beginning);
+  const Skeleton& skeleton = session.scene().header.skeleton;
+  const bool is_human = IsHuman(skeleton);
+  Stance stance(skeleton);
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
     check.SeeTracks(frame);
     if (const DetectionFrame* seen = used.At(frame.frame)) {
       reporter.See(*seen, frame);
     }
+    if (!is_human) return;
+    for (const PersonPose& person : frame.people) stance.See(person);
   });
   Trial trial;
   trial.report = reporter.Report();
+  trial.stance = std::move(stance);
   const std::vector<CameraWarning> warnings = check.Warnings();
   // What was refined once is not refined again.
   if (!record.has_value() && MayBeRefined(warnings, trial.report)) {
@@ -210,6 +218,7 @@ void SettleUnit(const SurveyRequest& request,
       survey->cameras = cameras;
       survey->unit = unit.name;
       survey->report = std::move(trial.report);
+      survey->stance = std::move(trial.stance);
       survey->cameras_are_off = trial.cameras_are_off;
       survey->clocks_are_off = trial.clocks_are_off;
     }

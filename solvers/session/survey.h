@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/data/detection.h"
+#include "core/data/stance.h"
 #include "solvers/session/options.h"
 #include "solvers/session/take_report.h"
 
@@ -36,6 +37,8 @@ struct TakeSurvey {
   // options.
   std::optional<int> min_joints;
   TakeReport report;  // of the frames tried
+  // How people stand in them; those whose skeleton is not human do not.
+  Stance stance = Stance(Skeleton());
   // Some cameras see people beside where, or at another time than, the others
   // put them, and nothing else looks wrong: worth to be refined
   // (cameras.refine, cameras.refine_clock).

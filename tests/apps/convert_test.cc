@@ -20,6 +20,7 @@
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
 #include "core/io/tracks/writer.h"
+#include "tests/support/standing_person.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -259,7 +260,7 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
       {"--to=kinegraph --in=missing.json --out=" + out, "missing.json"},
       {"--from=krt --to=tum --in=" + lens + " --out=" + out, "has a lens"},
       {"--to=csv --unit=cm --in=" + take.tracks + " --out=" + out,
-       "--unit belongs to calibrations"},
+       "tells its unit; --unit belongs to tracks of"},
       {"--to=krt --skeleton=coco17 --in=" + take.cameras + " --out=" + out,
        "--skeleton belongs to"},
       {"--to=csv --frame_rate=61 --in=" + take.tracks + " --out=" + out,
@@ -288,6 +289,49 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
   for (const auto& entry : fs::directory_iterator(folder.path())) {
     EXPECT_THAT(entry.path().string(), Not(HasSubstr(".partial")));
   }
+}
+
+// Each note's advice is a command that runs and keeps the next note away.
+TEST(Convert, PeopleOnTheirSideAndTheWayUp) {
+  const TemporaryFolder folder;
+  TrackSequence found;
+  found.header.skeleton = Body25();
+  found.header.frame_rate_hz = 25.0;
+  for (int64_t f = 0; f < 30; ++f) {
+    testing::StandingPerson person;
+    for (Joint3d& joint : person.pose().joints) {
+      joint.position_m.x() += 0.1 * static_cast<double>(f);
+    }
+    TrackFrame& frame = found.frames.emplace_back();
+    frame.frame = f;
+    frame.people = {person.pose()};
+    frame.people[0].id = TrackId(0);
+  }
+  const std::string tracks = folder.path() / "take.jsonl";
+  WriteTracks(tracks, found);
+  const auto convert = [&](const std::string& in, const std::string& out,
+                           const std::string& more) {
+    const Outcome outcome =
+        Convert(folder, more + " --in=" + in +
+                            " --out=" + folder.path().string() + "/" + out);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+    return outcome.errors;
+  };
+  const auto stands = Not(HasSubstr("people stand"));
+  EXPECT_THAT(convert(tracks, "up.trc", ""), stands);
+  // The file's Z is up, as its maker may have left it.
+  EXPECT_THAT(convert(tracks, "side.trc", "--axes=x,y,z"),
+              HasSubstr("people stand along z of the world, not along y, which "
+                        "trc shows as up: --axes=x,z,-y stands them up"));
+  EXPECT_THAT(convert(tracks, "mended.trc", "--axes=x,z,-y"), stands);
+  const std::string side = folder.path() / "side.trc";
+  EXPECT_THAT(convert(side, "side.bvh", ""),
+              HasSubstr("people stand along x of the world, not along z, which "
+                        "bvh shows as up: convert to a .jsonl with "
+                        "--axes=x,y,z first, and that without"));
+  EXPECT_THAT(convert(side, "turned.jsonl", "--axes=x,y,z"), stands);
+  EXPECT_THAT(convert(folder.path() / "turned.jsonl", "turned.bvh", ""),
+              stands);
 }
 
 std::string FourthLineOf(const std::string& path) {

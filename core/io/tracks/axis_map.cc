@@ -5,6 +5,18 @@
 #include "core/base/error.h"
 
 namespace kinegraph {
+namespace {
+
+double Determinant(const AxisMap& map) {
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const auto at = static_cast<size_t>(i);
+    matrix(i, map.axis[at]) = map.sign[at];
+  }
+  return matrix.determinant();
+}
+
+}  // namespace
 
 AxisMap AxisMap::Parse(const std::string& text) {
   const auto fail = [&text](const std::string& expected) {
@@ -28,14 +40,21 @@ AxisMap AxisMap::Parse(const std::string& text) {
     map.axis[i] = text[next++] - 'x';
   }
   if (next != text.size()) throw fail("three axes such as y,z,x");
-  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
-  for (int i = 0; i < 3; ++i) {
-    const auto at = static_cast<size_t>(i);
-    matrix(i, map.axis[at]) = map.sign[at];
-  }
-  if (matrix.determinant() != 1.0) {
+  if (Determinant(map) != 1.0) {
     throw fail("each axis once, and no mirror image such as x,z,y");
   }
+  return map;
+}
+
+AxisMap AxisMap::With(size_t of_file, int of_world, double sign) {
+  AxisMap map;
+  int next = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    if (next == of_world) ++next;
+    map.axis[i] = i == of_file ? of_world : next++;
+    map.sign[i] = i == of_file ? sign : 1.0;
+  }
+  map.sign[of_file == 2 ? 1 : 2] = Determinant(map);
   return map;
 }
 

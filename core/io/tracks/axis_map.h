@@ -17,6 +17,9 @@ struct AxisMap {
   // "y,z,x" (the default: from z up to y up), "x,-z,y". Throws InputError for
   // anything but three different axes that keep left and right apart.
   static AxisMap Parse(const std::string& text);
+  // The file's axis `of_file` (0: X) is the world's `of_world`, turned about by
+  // `sign`; the others follow in their order, with no mirror image.
+  static AxisMap With(size_t of_file, int of_world, double sign);
   // The text that Parse() reads.
   std::string Text() const;
 

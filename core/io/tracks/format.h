@@ -70,6 +70,8 @@ struct TrackFormat {
   std::string person_extension;  // of a file a person
   // The format's own axes, where a file has axes of its own (--axes).
   std::optional<AxisMap> axes;
+  // The usual unit of lengths [m] where files do not tell theirs (--unit).
+  std::optional<double> unit_m;
   bool has_marker_names = false;  // joints may be written under other names
 
   // Whatever it recognises is of no other kind than tracks.
@@ -101,6 +103,11 @@ std::string TrackExtensions();
 TrackHead LookAtTracks(const std::string& path);
 // The format that recognises it, or nullptr.
 const TrackFormat* RecogniseTracks(const TrackHead& head);
+
+// The option's format, else the one that recognises the path; throws as
+// OpenTracks.
+const TrackFormat& FormatOfTracks(const std::string& path,
+                                  const TrackReadOptions& options);
 
 // "| `csv` | yes | file | what is kept | what is lost |".
 std::string TableRow(const TrackFormat& format);

@@ -1,10 +1,12 @@
 #include "core/io/tracks/joint_tree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 
 #include "core/io/text/joint_names.h"
+#include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
@@ -21,41 +23,60 @@ double SideOf(const std::string& name) {
   return name.rfind("r_", 0) == 0 ? -1.0 : 0.0;
 }
 
-// What a part of the body hangs on: a part of the same side, else of the
-// middle.
-const std::map<std::string, std::string>& ParentParts() {
-  static const std::map<std::string, std::string> kParts = {
-      {"neck", "mid_hip"},    {"hip", "mid_hip"},      {"knee", "hip"},
-      {"ankle", "knee"},      {"heel", "ankle"},       {"big_toe", "ankle"},
-      {"small_toe", "ankle"}, {"foot_index", "ankle"}, {"shoulder", "neck"},
-      {"elbow", "shoulder"},  {"wrist", "elbow"},      {"hand_0", "wrist"},
-      {"nose", "neck"},       {"head_top", "neck"},    {"ear", "eye"},
-      {"eye", "nose"},        {"eye_inner", "nose"},   {"eye_outer", "nose"},
-      {"mouth", "nose"}};
-  return kParts;
+// What is known of a part of the human body.
+struct Part {
+  const char* name;
+  const char* parent;  // a part of the same side, else of the middle
+  // At rest, of the left side; x is mirrored for the right one.
+  double x, y, z;
+  double stature_share;
+};
+
+// A foot is 0.152 of the stature long, a quarter of it behind the ankle, which
+// stands 0.039 above the floor; half of a hand's 0.108 is palm; the nose is in
+// the middle between chin and eyes.
+constexpr Part kParts[] = {{"neck", "mid_hip", 0.0, 1.0, 0.0, 0.288},
+                           {"mid_hip", "neck", 0.0, -1.0, 0.0, 0.288},
+                           {"hip", "mid_hip", 1.0, 0.0, 0.0, 0.0955},
+                           {"knee", "hip", 0.0, -1.0, 0.0, 0.245},
+                           {"ankle", "knee", 0.0, -1.0, 0.0, 0.246},
+                           {"heel", "ankle", 0.0, -1.0, -1.0, 0.054},
+                           {"big_toe", "ankle", -0.1, -0.3, 1.0, 0.120},
+                           {"small_toe", "ankle", 0.3, -0.3, 1.0, 0.120},
+                           {"foot_index", "ankle", 0.0, -0.3, 1.0, 0.120},
+                           {"shoulder", "neck", 1.0, 0.0, 0.0, 0.1295},
+                           {"elbow", "shoulder", 1.0, 0.0, 0.0, 0.186},
+                           {"wrist", "elbow", 1.0, 0.0, 0.0, 0.146},
+                           {"thumb", "wrist", 0.7, 0.0, 0.7, 0.054},
+                           {"index", "wrist", 1.0, 0.0, 0.25, 0.054},
+                           {"pinky", "wrist", 1.0, 0.0, -0.25, 0.054},
+                           {"hand_0", "wrist", 1.0, 0.0, 0.0, 0.0},
+                           {"hand_1", "hand_0", 0.7, 0.0, 0.7, 0.018},
+                           {"hand_2", "hand_1", 0.7, 0.0, 0.7, 0.018},
+                           {"hand_3", "hand_2", 0.7, 0.0, 0.7, 0.018},
+                           {"hand_4", "hand_3", 0.7, 0.0, 0.7, 0.018},
+                           {"hand_5", "hand_0", 1.0, 0.0, 0.25, 0.054},
+                           {"hand_9", "hand_0", 1.0, 0.0, 0.08, 0.054},
+                           {"hand_13", "hand_0", 1.0, 0.0, -0.1, 0.054},
+                           {"hand_17", "hand_0", 1.0, 0.0, -0.25, 0.054},
+                           {"nose", "neck", 0.0, 0.6, 0.8, 0.085},
+                           {"head_top", "neck", 0.0, 1.0, 0.0, 0.182},
+                           {"ear", "eye", 0.4, -0.2, -0.9, 0.0},
+                           {"eye", "nose", 0.6, 0.7, -0.3, 0.0},
+                           {"eye_inner", "nose", 0.3, 0.8, -0.3, 0.0},
+                           {"eye_outer", "nose", 0.7, 0.6, -0.4, 0.0},
+                           {"mouth", "nose", 0.6, -0.7, -0.3, 0.0}};
+
+const Part* FindPart(const std::string& ours) {
+  const std::string name = PartOf(ours);
+  for (const Part& part : kParts) {
+    if (name == part.name) return &part;
+  }
+  return nullptr;
 }
 
-Eigen::Vector3d RestDirection(const std::string& name) {
-  const double side = SideOf(name);
-  const std::map<std::string, Eigen::Vector3d> kDirections = {
-      {"hip", {side, 0.0, 0.0}},
-      {"knee", {0.0, -1.0, 0.0}},
-      {"ankle", {0.0, -1.0, 0.0}},
-      {"heel", {0.0, -1.0, -1.0}},
-      {"big_toe", {-0.1 * side, -0.3, 1.0}},
-      {"small_toe", {0.3 * side, -0.3, 1.0}},
-      {"foot_index", {0.0, -0.3, 1.0}},
-      {"shoulder", {side, 0.0, 0.0}},
-      {"elbow", {side, 0.0, 0.0}},
-      {"wrist", {side, 0.0, 0.0}},
-      {"nose", {0.0, 0.6, 0.8}},
-      {"eye", {0.6 * side, 0.7, -0.3}},
-      {"ear", {0.4 * side, -0.2, -0.9}},
-      {"mouth", {0.6 * side, -0.7, -0.3}}};
-  const auto known = kDirections.find(PartOf(name));
-  if (known != kDirections.end()) return known->second.normalized();
-  if (PartOf(name).rfind("hand_", 0) == 0) return {side, 0.0, 0.0};
-  return Eigen::Vector3d::UnitY();
+bool IsFinger(const std::string& ours) {
+  return PartOf(ours).rfind("hand_", 0) == 0;
 }
 
 // A joint that is to hang somewhere.
@@ -68,31 +89,56 @@ struct Node {
 
 class TreeMaker {
  public:
-  explicit TreeMaker(const Skeleton& skeleton) : skeleton_(skeleton) {
+  TreeMaker(const Skeleton& skeleton, const std::vector<bool>& is_seen)
+      : skeleton_(skeleton), is_seen_(is_seen) {
+    const Skeleton named = WithOurNames(skeleton);
+    is_human_ = IsHuman(named);
     for (int j = 0; j < skeleton.joint_count(); ++j) {
-      const std::string& name = skeleton.joints()[static_cast<size_t>(j)];
-      std::string ours = JointNameOf(name);
+      const auto at = static_cast<size_t>(j);
+      std::string ours = named.joints()[at];
       if (ours == "head_bottom") ours = "neck";
-      nodes_.push_back({name, ours, {j}});
+      nodes_.push_back({skeleton.joints()[at], ours, {j}});
     }
+    by_body_ = is_human_ && !(IsTree() && NodeOf("mid_hip") >= 0);
+    if (!by_body_) return;
     AddMiddle("mid_hip", "hip");
     AddMiddle("neck", "shoulder");
   }
 
   JointTree Make() {
     Place(RootNode(), -1);
-    while (PlaceByBody() || PlaceByBones()) {
+    while ((by_body_ && PlaceByBody()) || PlaceByBones()) {
     }
     for (size_t n = 0; n < nodes_.size(); ++n) {
       if (nodes_[n].is_placed) continue;
+      // The points of a face hang on the nose.
       const int nose = PlaceOf("nose");
-      const bool is_head = ClassOfJoint(nodes_[n].ours) == JointClass::kHead;
-      Place(n, is_head && nose >= 0 ? nose : 0);
+      const bool is_face = is_human_ && IsHead(nodes_[n]) && nose >= 0;
+      Place(n, is_face ? nose : 0);
+      tree_.back().is_held = is_face;
+    }
+    for (const auto& [node, place] : place_of_node_) {
+      const std::string& ours = nodes_[static_cast<size_t>(node)].ours;
+      if (SideOf(ours) == 0.0) continue;
+      tree_[static_cast<size_t>(place)].mirror =
+          PlaceOf((SideOf(ours) > 0.0 ? "r_" : "l_") + PartOf(ours));
+    }
+    const int left = PlaceOf("l_shoulder");
+    const int right = PlaceOf("r_shoulder");
+    if (is_human_ && left >= 0 && right >= 0) {
+      const int chest = tree_[static_cast<size_t>(left)].parent;
+      if (chest >= 0 && chest == tree_[static_cast<size_t>(right)].parent) {
+        tree_[static_cast<size_t>(chest)].is_chest = true;
+      }
     }
     return std::move(tree_);
   }
 
  private:
+  static bool IsHead(const Node& node) {
+    return ClassOfJoint(node.ours) == JointClass::kHead;
+  }
+
   int NodeOf(const std::string& ours) const {
     for (size_t n = 0; n < nodes_.size(); ++n) {
       if (nodes_[n].ours == ours) return static_cast<int>(n);
@@ -102,10 +148,24 @@ class TreeMaker {
 
   // In the tree; -1 when it is not placed.
   int PlaceOf(const std::string& ours) const {
-    const int node = NodeOf(ours);
-    return node < 0                         ? -1
-           : place_of_node_.count(node) > 0 ? place_of_node_.at(node)
-                                            : -1;
+    const auto at = place_of_node_.find(NodeOf(ours));
+    return at == place_of_node_.end() ? -1 : at->second;
+  }
+
+  // Whether bones lead from each joint to each other on one way only.
+  bool IsTree() const {
+    const auto& bones = skeleton_.bones();
+    if (bones.size() + 1 != skeleton_.joints().size()) return false;
+    std::vector<bool> reached(skeleton_.joints().size(), false);
+    reached[0] = true;
+    for (size_t round = 0; round < bones.size(); ++round) {
+      for (const Bone& bone : bones) {
+        const auto a = static_cast<size_t>(bone.a);
+        const auto b = static_cast<size_t>(bone.b);
+        reached[a] = reached[b] = reached[a] || reached[b];
+      }
+    }
+    return std::count(reached.begin(), reached.end(), false) == 0;
   }
 
   void AddMiddle(const std::string& name, const std::string& part) {
@@ -118,13 +178,28 @@ class TreeMaker {
                        nodes_[static_cast<size_t>(right)].sources[0]}});
   }
 
+  bool IsSeen(const Node& node) const {
+    return std::all_of(node.sources.begin(), node.sources.end(), [this](int j) {
+      return is_seen_[static_cast<size_t>(j)];
+    });
+  }
+
   size_t RootNode() const {
-    const int hips = NodeOf("mid_hip");
-    if (hips >= 0) return static_cast<size_t>(hips);
+    if (is_human_) {
+      for (const char* const name : {"mid_hip", "neck"}) {
+        const int node = NodeOf(name);
+        if (node >= 0 && IsSeen(nodes_[static_cast<size_t>(node)])) {
+          return static_cast<size_t>(node);
+        }
+      }
+    }
     std::vector<int> bones(nodes_.size(), 0);
     for (const Bone& bone : skeleton_.bones()) {
       ++bones[static_cast<size_t>(bone.a)];
       ++bones[static_cast<size_t>(bone.b)];
+    }
+    for (size_t n = 0; n < nodes_.size(); ++n) {
+      if (!IsSeen(nodes_[n])) bones[n] -= static_cast<int>(nodes_.size());
     }
     return static_cast<size_t>(std::max_element(bones.begin(), bones.end()) -
                                bones.begin());
@@ -138,13 +213,24 @@ class TreeMaker {
     joint.name = nodes_[node].name;
     joint.parent = parent;
     joint.sources = nodes_[node].sources;
-    joint.is_chest = parent >= 0 && nodes_[node].ours == "neck";
-    joint.is_head = ClassOfJoint(nodes_[node].ours) == JointClass::kHead;
+    joint.is_head = is_human_ && IsHead(nodes_[node]);
     if (parent >= 0) {
-      joint.rest_direction = RestDirection(nodes_[node].ours);
+      if (is_human_) AddAnatomy(nodes_[node].ours, &joint);
       tree_[static_cast<size_t>(parent)].children.push_back(place);
     }
     tree_.push_back(std::move(joint));
+  }
+
+  static void AddAnatomy(const std::string& ours, TreeJoint* joint) {
+    const double side = SideOf(ours);
+    if (const Part* part = FindPart(ours)) {
+      joint->rest_direction =
+          Eigen::Vector3d(side * part->x, part->y, part->z).normalized();
+      joint->stature_share = part->stature_share;
+    } else if (IsFinger(ours)) {
+      joint->rest_direction = {side, 0.0, 0.0};
+      joint->stature_share = 0.018;  // three bones in half of the hand
+    }
   }
 
   bool PlaceByBody() {
@@ -152,11 +238,11 @@ class TreeMaker {
     for (size_t n = 0; n < nodes_.size(); ++n) {
       if (nodes_[n].is_placed) continue;
       const std::string& ours = nodes_[n].ours;
-      const auto part = ParentParts().find(PartOf(ours));
-      if (part == ParentParts().end()) continue;
+      const Part* part = FindPart(ours);
+      if (part == nullptr) continue;
       const std::string side = SideOf(ours) == 0.0 ? "" : ours.substr(0, 2);
-      const int of_side = PlaceOf(side + part->second);
-      const int parent = of_side >= 0 ? of_side : PlaceOf(part->second);
+      const int of_side = PlaceOf(side + part->parent);
+      const int parent = of_side >= 0 ? of_side : PlaceOf(part->parent);
       if (parent < 0) continue;
       Place(n, parent);
       any = true;
@@ -180,10 +266,23 @@ class TreeMaker {
   }
 
   const Skeleton& skeleton_;
+  const std::vector<bool>& is_seen_;
+  bool is_human_ = false;
+  bool by_body_ = false;
   std::vector<Node> nodes_;  // those of the skeleton first
   std::map<int, int> place_of_node_;
   JointTree tree_;
 };
+
+// The last bones of a head, a hand or a foot do not turn about their common
+// joint.
+bool IsRigidEnd(const JointTree& tree, const TreeJoint& joint) {
+  if (!joint.children.empty()) return false;
+  if (joint.is_head) return !tree[static_cast<size_t>(joint.parent)].is_chest;
+  const JointClass kind = ClassOfJoint(JointNameOf(joint.name));
+  return !joint.rest_direction.isZero() &&
+         (kind == JointClass::kFoot || kind == JointClass::kOther);
+}
 
 // Places of the joints change: a pivot comes right before its bone's end.
 JointTree WithPivots(const JointTree& tree) {
@@ -195,12 +294,13 @@ JointTree WithPivots(const JointTree& tree) {
     if (joint.parent >= 0) {
       const TreeJoint& parent = tree[static_cast<size_t>(joint.parent)];
       joint.parent = place[static_cast<size_t>(joint.parent)];
-      if (parent.children.size() > 1 && !tree[j].children.empty()) {
+      if (parent.children.size() > 1 && !IsRigidEnd(tree, tree[j])) {
         TreeJoint pivot;
         pivot.name = parent.name + "_to_" + joint.name;
         pivot.parent = joint.parent;
         pivot.sources = parent.sources;
         pivot.is_pivot = true;
+        pivot.is_held = joint.is_held;
         joint.parent = static_cast<int>(result.size());
         result.push_back(std::move(pivot));
       }
@@ -208,8 +308,13 @@ JointTree WithPivots(const JointTree& tree) {
     place[j] = static_cast<int>(result.size());
     result.push_back(std::move(joint));
   }
-  for (size_t j = 1; j < result.size(); ++j) {
-    result[static_cast<size_t>(result[j].parent)].children.push_back(
+  for (size_t j = 0; j < result.size(); ++j) {
+    TreeJoint& joint = result[j];
+    if (joint.mirror >= 0) {
+      joint.mirror = place[static_cast<size_t>(joint.mirror)];
+    }
+    if (joint.parent < 0) continue;
+    result[static_cast<size_t>(joint.parent)].children.push_back(
         static_cast<int>(j));
   }
   return result;
@@ -217,8 +322,9 @@ JointTree WithPivots(const JointTree& tree) {
 
 }  // namespace
 
-JointTree MakeJointTree(const Skeleton& skeleton, bool pivots) {
-  JointTree tree = TreeMaker(skeleton).Make();
+JointTree MakeJointTree(const Skeleton& skeleton,
+                        const std::vector<bool>& is_seen, bool pivots) {
+  JointTree tree = TreeMaker(skeleton, is_seen).Make();
   return pivots ? WithPivots(tree) : tree;
 }
 

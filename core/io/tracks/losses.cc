@@ -28,6 +28,18 @@ TrackContents ContentsOf(const TrackSequence& tracks) {
   return contents;
 }
 
+std::vector<bool> JointsSeen(const TrackSequence& tracks) {
+  std::vector<bool> is_seen(tracks.header.skeleton.joints().size(), false);
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      for (size_t j = 0; j < is_seen.size(); ++j) {
+        if (person.joints[j].present()) is_seen[j] = true;
+      }
+    }
+  }
+  return is_seen;
+}
+
 std::vector<int64_t> IdsOf(const TrackSequence& tracks) {
   std::vector<int64_t> ids;
   for (const TrackFrame& frame : tracks.frames) {

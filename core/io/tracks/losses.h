@@ -25,6 +25,9 @@ TrackContents ContentsOf(const TrackSequence& tracks);
 inline constexpr const char* kNoClock =
     "times are not known and left out (--frame_rate=HZ)";
 
+// Of each joint of the skeleton, whether anybody has it in some frame.
+std::vector<bool> JointsSeen(const TrackSequence& tracks);
+
 // Everybody in the take, ascending.
 std::vector<int64_t> IdsOf(const TrackSequence& tracks);
 
@@ -32,7 +35,8 @@ std::vector<int64_t> IdsOf(const TrackSequence& tracks);
 void NoteStatistics(const TrackContents& contents, Losses* losses);
 // The same, where the status of joints is lost as well.
 void NotePlainPositions(const TrackContents& contents, Losses* losses);
-// That the format wants a place for every joint, and so many were made up.
+// That the format wants a place for every joint, and so many were made up
+// between others of their own in time.
 void NoteFilledJoints(size_t count, Losses* losses);
 // What every format loses that keeps frames, identities and positions alone.
 void NotePositionsOnly(const TrackSequence& tracks, Losses* losses);

@@ -159,6 +159,7 @@ TrackFormat FourDAssociationTrackFormat() {
   TrackFormat format;
   format.name = "4da";
   format.layout = "4D association's gt.txt, skel.txt";
+  format.unit_m = 1.0;
   format.is_unmistakable = false;
   format.recognise = [](const TrackHead& head) {
     return head.kind >= '0' && head.kind <= '9';

@@ -175,6 +175,7 @@ TrackFormat FreeMoCapTrackFormat() {
   TrackFormat format;
   format.name = "freemocap";
   format.layout = "FreeMoCap's 3D points: CSV NAME_x, NAME_y, NAME_z; NPY";
+  format.unit_m = 0.001;
   format.recognise = [](const TrackHead& head) {
     return IsArray(head) || IsTable(head);
   };

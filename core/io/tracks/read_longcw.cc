@@ -154,6 +154,7 @@ TrackFormat LongcwTrackFormat() {
   TrackFormat format;
   format.name = "longcw";
   format.layout = "annotation_3d.json, result_3d.json";
+  format.unit_m = 0.01;
   format.is_unmistakable = false;
   format.recognise = [](const TrackHead& head) { return head.kind == '['; };
   format.read = ReadLongcwTracks;

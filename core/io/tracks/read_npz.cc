@@ -223,6 +223,7 @@ TrackFormat NpzTrackFormat() {
   TrackFormat format;
   format.name = "npz";
   format.layout = "NumPy's arrays";
+  format.unit_m = 1.0;
   format.extensions = {".npz"};
   format.has_marker_names = true;
   format.recognise = [](const TrackHead& head) {

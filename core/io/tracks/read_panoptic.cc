@@ -89,6 +89,7 @@ TrackFormat PanopticTrackFormat() {
   TrackFormat format;
   format.name = "panoptic";
   format.layout = "body3DScene_*.json";
+  format.unit_m = 0.01;
   format.files = TrackFormat::Files::kFileAFrame;
   format.recognise = [](const TrackHead& head) {
     return head.HasKey("bodies") ||

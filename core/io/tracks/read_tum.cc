@@ -149,6 +149,7 @@ TrackFormat TumTrackFormat() {
   TrackFormat format;
   format.name = "tum";
   format.layout = "actorsGT.mat";
+  format.unit_m = 1.0;
   // "MATLAB 5.0 MAT-file".
   format.recognise = [](const TrackHead& head) { return head.kind == 'M'; };
   format.read = ReadTumTracks;

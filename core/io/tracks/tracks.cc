@@ -54,10 +54,37 @@ TrackSequence ReadAll(TrackSource* source) {
   return sequence;
 }
 
+// In another unit than the format's usual one.
+void Scale(double factor, TrackSequence* tracks) {
+  for (TrackFrame& frame : tracks->frames) {
+    for (PersonPose& person : frame.people) {
+      for (Joint3d& joint : person.joints) joint.position_m *= factor;
+      for (auto& covariance : person.covariances) {
+        if (covariance) *covariance *= factor * factor;
+      }
+    }
+  }
+}
+
 TrackSequence Read(const std::string& path, const TrackFormat& format,
                    const TrackReadOptions& options) {
-  if (format.open != nullptr) return ReadAll(format.open(path, options).get());
-  return format.read(path, options);
+  if (options.unit_m > 0.0 && !format.unit_m) {
+    std::string open;
+    for (const TrackFormat& other : TrackFormats()) {
+      if (other.unit_m) open += (open.empty() ? "" : ", ") + other.name;
+    }
+    throw InputError(
+        path, "",
+        "is " + format.name +
+            ", which tells its unit; --unit belongs to tracks of " + open);
+  }
+  TrackSequence tracks = format.open != nullptr
+                             ? ReadAll(format.open(path, options).get())
+                             : format.read(path, options);
+  if (options.unit_m > 0.0 && options.unit_m != *format.unit_m) {
+    Scale(options.unit_m / *format.unit_m, &tracks);
+  }
+  return tracks;
 }
 
 // Hands out frames that are in memory.
@@ -79,12 +106,31 @@ class SequenceSource : public TrackSource {
 
 }  // namespace
 
+const TrackFormat& FormatOfTracks(const std::string& path,
+                                  const TrackReadOptions& options) {
+  return FormatOf(path, options);
+}
+
+double ParseLengthUnit(const std::string& text, const std::string& flag) {
+  for (const auto& [name, length_m] : kLengthUnits) {
+    if (text == name) return length_m;
+  }
+  throw InputError(flag + ": found '" + Printable(text) +
+                   "', expected m, cm or mm");
+}
+
+bool LeavesUnitOpen(const std::string& path, const TrackReadOptions& options) {
+  return FormatOf(path, options).unit_m.has_value();
+}
+
 std::unique_ptr<TrackSource> OpenTracks(const std::string& path,
                                         const TrackReadOptions& options) {
   Check(options);
   const TrackFormat& format = FormatOf(path, options);
-  if (format.open != nullptr) return format.open(path, options);
-  return std::make_unique<SequenceSource>(format.read(path, options));
+  if (format.open != nullptr && !(options.unit_m > 0.0)) {
+    return format.open(path, options);
+  }
+  return std::make_unique<SequenceSource>(Read(path, format, options));
 }
 
 TrackSequence ReadTracks(const std::string& path,

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/data/pose.h"
 #include "core/io/tracks/axis_map.h"
@@ -35,7 +36,20 @@ struct TrackReadOptions {
   // Which world axes the file's X, Y, Z are, in formats with axes of their own
   // (TRC); else the format's.
   std::optional<AxisMap> axes;
+  // Length of the file's unit [m], in formats that do not tell it (BVH); 0: the
+  // format's usual one.
+  double unit_m = 0.0;
 };
+
+// The units of length that files have [m].
+inline constexpr std::pair<const char*, double> kLengthUnits[] = {
+    {"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}};
+// Length of "m", "cm" or "mm" [m]; throws InputError naming `flag`.
+double ParseLengthUnit(const std::string& text,
+                       const std::string& flag = "--unit");
+// Whether the format at the path leaves its unit open. Throws as OpenTracks.
+bool LeavesUnitOpen(const std::string& path,
+                    const TrackReadOptions& options = {});
 
 class TrackSource {
  public:

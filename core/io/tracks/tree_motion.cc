@@ -2,7 +2,9 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cmath>
 #include <optional>
+#include <utility>
 
 namespace kinegraph {
 namespace {
@@ -44,24 +46,44 @@ std::vector<Value> Fill(const std::vector<std::optional<Value>>& known,
   return values;
 }
 
-// The rotation that leads the `from` to the `to` best; nullopt when they do not
-// determine one.
-std::optional<Quaterniond> Fit(const std::vector<Vector3d>& from,
-                               const std::vector<Vector3d>& to) {
+// A direction at rest and as it is seen.
+struct Ray {
+  Vector3d at_rest_m;
+  Vector3d seen_m;
+};
+
+// Wahba's problem: the proper rotation R nearest to the sum of the rays, so
+// that R at_rest = seen. nullopt when they all lie on one line and `prior`,
+// which weighs next to nothing else, does not say how they turn about it.
+std::optional<Quaterniond> Fit(const std::vector<Ray>& rays,
+                               const Quaterniond* prior = nullptr) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (size_t i = 0; i < from.size(); ++i) {
-    sum += to[i].normalized() * from[i].normalized().transpose();
+  double weight = 0.0;
+  for (const Ray& ray : rays) {
+    sum += ray.seen_m.normalized() * ray.at_rest_m.transpose();
+    weight += ray.at_rest_m.norm();
+  }
+  constexpr double kWeak = 1e-6;  // the digits left bear a thousandth of a mrad
+  if (prior != nullptr) {
+    sum += (rays.empty() ? 1.0 : kWeak * weight) * prior->toRotationMatrix();
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(
       sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
   constexpr double kSmallest = 0.01;  // all on one line
-  if (!(svd.singularValues()[1] > kSmallest * svd.singularValues()[0])) {
+  if (prior == nullptr &&
+      !(svd.singularValues()[1] > kSmallest * svd.singularValues()[0])) {
     return std::nullopt;
   }
   const Eigen::Matrix3d turn = svd.matrixU() * svd.matrixV().transpose();
-  Eigen::Vector3d sign(1.0, 1.0, turn.determinant() < 0.0 ? -1.0 : 1.0);
+  const Eigen::Vector3d sign(1.0, 1.0, turn.determinant() < 0.0 ? -1.0 : 1.0);
   return Quaterniond(Eigen::Matrix3d(svd.matrixU() * sign.asDiagonal() *
                                      svd.matrixV().transpose()));
+}
+
+double MedianOf(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 class Solver {
@@ -73,24 +95,20 @@ class Solver {
     for (size_t j = 0; j < tree.size(); ++j) {
       for (const PersonPose* pose : poses) {
         positions_[j].push_back(PositionOf(tree[j], pose, axes));
-        if (pose != nullptr && !positions_[j].back() && !tree[j].is_pivot) {
-          ++motion_.filled;
-        }
       }
     }
     is_seen_ = positions_;
-    // Who is never seen lies on the parent, so that what hangs there goes on.
+    for (const Known& places : positions_) {
+      is_ever_seen_.push_back(
+          std::any_of(places.begin(), places.end(),
+                      [](const auto& at) { return at.has_value(); }));
+    }
+    CountMissing(poses);
     for (size_t j = 1; j < tree.size(); ++j) {
-      if (std::none_of(positions_[j].begin(), positions_[j].end(),
-                       [](const auto& at) { return at.has_value(); })) {
-        positions_[j] = positions_[static_cast<size_t>(tree[j].parent)];
-      }
+      if (!is_ever_seen_[j]) PutOnLine(j);
     }
     motion_.offsets_m.assign(tree.size(), Vector3d::Zero());
-    for (size_t j = 1; j < tree.size(); ++j) {
-      motion_.offsets_m[j] = MedianLength(j) * tree[j].rest_direction;
-    }
-    for (size_t j = 0; j < tree.size(); ++j) Shape(j);
+    SetLengths();
     motion_.rows.resize(row_count_);
     for (TreeMotion::Row& row : motion_.rows) {
       row.global.resize(tree.size());
@@ -102,7 +120,9 @@ class Solver {
   TreeMotion Solve() {
     for (size_t j = 0; j < tree_.size(); ++j) {
       Place(j);
+      Shape(j);
       Turn(j);
+      if (j == 0) PlaceRootByOthers();
     }
     return std::move(motion_);
   }
@@ -123,6 +143,54 @@ class Solver {
     return axes.Apply(sum / static_cast<double>(joint.sources.size()));
   }
 
+  void CountMissing(const std::vector<const PersonPose*>& poses) {
+    for (size_t j = 0; j < tree_.size(); ++j) {
+      if (tree_[j].is_pivot) continue;
+      if (!is_ever_seen_[j]) {
+        motion_.never_seen.push_back(j);
+        continue;
+      }
+      if (tree_[j].sources.size() > 1) continue;  // the middle of others
+      for (size_t r = 0; r < row_count_; ++r) {
+        if (poses[r] != nullptr && !positions_[j][r]) ++motion_.filled;
+      }
+    }
+  }
+
+  // The nearest joint below that somebody saw, and how many bones away it is;
+  // 0 bones where there is none.
+  std::pair<size_t, int> SeenBelow(size_t joint) const {
+    std::pair<size_t, int> best = {0, 0};
+    for (const int child : tree_[joint].children) {
+      const auto c = static_cast<size_t>(child);
+      std::pair<size_t, int> one = {c, 1};
+      if (tree_[c].is_pivot || !is_ever_seen_[c]) {
+        one = SeenBelow(c);
+        if (one.second > 0 && !tree_[c].is_pivot) ++one.second;
+      }
+      if (one.second > 0 && (best.second == 0 || one.second < best.second)) {
+        best = one;
+      }
+    }
+    return best;
+  }
+
+  // A joint that is never seen, between its parent and the next that is seen.
+  void PutOnLine(size_t joint) {
+    const Known& above = positions_[static_cast<size_t>(tree_[joint].parent)];
+    if (tree_[joint].is_pivot) {
+      positions_[joint] = above;
+      return;
+    }
+    const auto [below, bones] = SeenBelow(joint);
+    if (bones == 0) return;
+    for (size_t r = 0; r < row_count_; ++r) {
+      const auto& end = positions_[below][r];
+      if (!above[r] || !end) continue;
+      positions_[joint][r] = Between(*above[r], *end, 1.0 / (1.0 + bones));
+    }
+  }
+
   // From the parent to the joint; nullopt where one of them is missing.
   std::optional<Vector3d> BoneAt(size_t joint, size_t row) const {
     const auto parent = static_cast<size_t>(tree_[joint].parent);
@@ -134,19 +202,51 @@ class Solver {
     return bone;
   }
 
-  double MedianLength(size_t joint) const {
+  std::optional<double> MedianLength(size_t joint) const {
     std::vector<double> lengths_m;
     for (size_t r = 0; r < row_count_; ++r) {
       if (const auto bone = BoneAt(joint, r)) lengths_m.push_back(bone->norm());
     }
-    if (lengths_m.empty()) return 0.0;
-    const auto middle =
-        lengths_m.begin() + static_cast<long>(lengths_m.size() / 2);
-    std::nth_element(lengths_m.begin(), middle, lengths_m.end());
-    return *middle;
+    if (!lengths_m.empty()) return MedianOf(std::move(lengths_m));
+    const Known& above = positions_[static_cast<size_t>(tree_[joint].parent)];
+    for (size_t r = 0; r < row_count_; ++r) {
+      if (positions_[joint][r] && above[r]) return 0.0;  // on its parent
+    }
+    return std::nullopt;
   }
 
-  // The ends of the bones that turn a joint.
+  void SetLengths() {
+    lengths_m_.assign(tree_.size(), 0.0);
+    std::vector<std::optional<double>> known(tree_.size());
+    std::vector<double> all_m;
+    double length_m = 0.0;  // of those that tell the stature, and their shares
+    double share = 0.0;
+    for (size_t j = 1; j < tree_.size(); ++j) {
+      if (tree_[j].is_pivot) continue;
+      known[j] = MedianLength(j);
+      if (!known[j] || *known[j] == 0.0) continue;
+      all_m.push_back(*known[j]);
+      if (tree_[j].stature_share > 0.0) length_m += *known[j];
+      share += tree_[j].stature_share;
+    }
+    constexpr double kNominal_m = 0.05;  // where nothing at all is known
+    const double other_m =
+        all_m.empty() ? kNominal_m : 0.2 * MedianOf(std::move(all_m));
+    const double stature_m = share > 0.0 ? length_m / share : 0.0;
+    for (size_t j = 1; j < tree_.size(); ++j) {
+      if (tree_[j].is_pivot) continue;
+      const int mirror = tree_[j].mirror;
+      const double by_stature_m = stature_m * tree_[j].stature_share;
+      lengths_m_[j] = known[j] ? *known[j]
+                      : mirror >= 0 && known[static_cast<size_t>(mirror)]
+                          ? *known[static_cast<size_t>(mirror)]
+                      : by_stature_m > 0.0 ? by_stature_m
+                                           : other_m;
+      motion_.offsets_m[j] = lengths_m_[j] * tree_[j].rest_direction;
+    }
+  }
+
+  // The ends of the bones that begin at a joint.
   std::vector<size_t> EndsOf(size_t joint) const {
     std::vector<size_t> ends;
     for (const int child : tree_[joint].children) {
@@ -154,61 +254,193 @@ class Solver {
       if (tree_[end].is_pivot) {
         end = static_cast<size_t>(tree_[end].children.front());
       }
-      if (tree_[joint].is_chest && tree_[end].is_head) continue;
       ends.push_back(end);
     }
     return ends;
+  }
+
+  // Whether the bone to `end` turns the joint where it begins.
+  bool Turns(size_t joint, size_t end) const {
+    return tree_[end].is_held && lengths_m_[end] >= kShortest_m &&
+           !(tree_[joint].is_chest && tree_[end].is_head);
   }
 
   bool FitsSeveral(size_t joint) const {
     return tree_[joint].children.size() > 1;
   }
 
-  // The best rotation of a joint where several bones begin.
-  std::optional<Quaterniond> FitAt(size_t joint, size_t row) const {
-    std::vector<Vector3d> at_rest;
-    std::vector<Vector3d> seen;
-    for (const size_t end : EndsOf(joint)) {
-      const auto bone = BoneAt(end, row);
-      if (!bone || motion_.offsets_m[end].norm() < kShortest_m) continue;
-      at_rest.push_back(motion_.offsets_m[end]);
-      seen.push_back(*bone);
-    }
-    if (tree_[joint].is_chest) {
-      const auto bone = BoneAt(joint, row);
-      if (bone && motion_.offsets_m[joint].norm() >= kShortest_m) {
-        at_rest.push_back(-motion_.offsets_m[joint]);
-        seen.push_back(-*bone);
-      }
-    }
-    if (at_rest.size() < 2) return std::nullopt;
-    return Fit(at_rest, seen);
+  bool FitsBack(size_t joint) const {
+    return tree_[joint].is_chest && tree_[joint].parent >= 0;
   }
 
-  // Gives the bones that begin at a joint the mean shape that they have in the
-  // take, where there are several: fit, mean, and again.
-  void Shape(size_t joint) {
-    if (!FitsSeveral(joint)) return;
-    constexpr int kRounds = 5;
-    for (int round = 0; round < kRounds; ++round) {
-      std::vector<Vector3d> sums(tree_.size(), Vector3d::Zero());
-      for (size_t r = 0; r < row_count_; ++r) {
-        const auto turn = FitAt(joint, r);
-        if (!turn) continue;
-        for (const size_t end : EndsOf(joint)) {
-          const auto bone = BoneAt(end, r);
-          if (bone) sums[end] += turn->conjugate() * bone->normalized();
-        }
+  // What a joint where several bones begin is fitted to. Where it is missing
+  // itself, its neighbours among each other.
+  std::vector<Ray> RaysAt(size_t joint, size_t row) const {
+    std::vector<Ray> points;
+    const auto add = [&](const Vector3d& at_rest_m, size_t other) {
+      const auto& at = positions_[other][row];
+      if (at && at_rest_m.norm() >= kShortest_m) {
+        points.push_back({at_rest_m, *at});
       }
-      for (const size_t end : EndsOf(joint)) {
-        // A bone that a pivot turns keeps the direction of the rest pose.
-        const bool has_pivot =
-            tree_[static_cast<size_t>(tree_[end].parent)].is_pivot;
-        if (has_pivot || sums[end].norm() < kShortest_m) continue;
-        motion_.offsets_m[end] =
-            motion_.offsets_m[end].norm() * sums[end].normalized();
+    };
+    for (const size_t end : EndsOf(joint)) {
+      if (Turns(joint, end)) add(motion_.offsets_m[end], end);
+    }
+    if (FitsBack(joint)) add(back_m_, static_cast<size_t>(tree_[joint].parent));
+    Ray centre = {Vector3d::Zero(), Vector3d::Zero()};
+    if (positions_[joint][row]) {
+      centre.seen_m = *positions_[joint][row];
+    } else {
+      const auto count = static_cast<double>(points.size());
+      for (const Ray& point : points) {
+        centre.at_rest_m += point.at_rest_m / count;
+        centre.seen_m += point.seen_m / count;
       }
     }
+    std::vector<Ray> rays;
+    for (const Ray& point : points) {
+      const Ray ray = {point.at_rest_m - centre.at_rest_m,
+                       point.seen_m - centre.seen_m};
+      const bool has_direction = ray.at_rest_m.norm() >= kShortest_m &&
+                                 ray.seen_m.norm() >= kShortest_m;
+      if (has_direction) rays.push_back(ray);
+    }
+    return rays;
+  }
+
+  // The row that shows the most bones of a joint and, of these, has them
+  // nearest to their lengths: no outlier.
+  size_t TypicalRow(size_t joint, const std::vector<size_t>& ends) const {
+    size_t best = 0;
+    size_t most = 0;
+    double least_m = 0.0;
+    for (size_t r = 0; r < row_count_; ++r) {
+      size_t count = 0;
+      double off_m = 0.0;
+      const auto see = [&](size_t end) {
+        const auto bone = BoneAt(end, r);
+        if (!bone) return;
+        ++count;
+        off_m += std::abs(bone->norm() - lengths_m_[end]);
+      };
+      for (const size_t end : ends) see(end);
+      if (FitsBack(joint)) see(joint);
+      if (count > most || (count == most && count > 0 && off_m < least_m)) {
+        best = r;
+        most = count;
+        least_m = off_m;
+      }
+    }
+    return best;
+  }
+
+  Quaterniond Above(size_t joint, size_t row) const {
+    const int parent = tree_[joint].parent;
+    return parent < 0 ? Quaterniond::Identity()
+                      : motion_.rows[row].global[static_cast<size_t>(parent)];
+  }
+
+  // The directions at rest of the bones that begin at a joint: of one alone as
+  // its name tells or as it stands to the joint's parent in a typical row; of
+  // several their mean shape, turned to what the names tell.
+  void Shape(size_t joint) {
+    const std::vector<size_t> ends = EndsOf(joint);
+    if (ends.empty()) return;
+    const size_t typical = TypicalRow(joint, ends);
+    const Quaterniond above = Above(joint, typical);
+    if (!FitsSeveral(joint)) {
+      Vector3d& offset_m = motion_.offsets_m[ends.front()];
+      const auto bone = BoneAt(ends.front(), typical);
+      if (bone && offset_m.isZero()) {
+        offset_m =
+            lengths_m_[ends.front()] * (above.conjugate() * *bone).normalized();
+      }
+      GoStraightOn(joint, ends);
+      return;
+    }
+    // As the names tell, before the shape takes their places.
+    std::vector<Vector3d> named;
+    for (const size_t end : ends) named.push_back(motion_.offsets_m[end]);
+    const Vector3d named_back = FitsBack(joint)
+                                    ? Vector3d(-motion_.offsets_m[joint])
+                                    : Vector3d::Zero();
+    for (const size_t end : ends) {
+      const auto bone = BoneAt(end, typical);
+      motion_.offsets_m[end] =
+          bone ? Vector3d(lengths_m_[end] * bone->normalized())
+               : Vector3d::Zero();
+    }
+    if (FitsBack(joint)) {
+      const auto bone = BoneAt(joint, typical);
+      back_m_ = bone ? Vector3d(-lengths_m_[joint] * bone->normalized())
+                     : Vector3d::Zero();
+    }
+    AverageShape(joint, ends);
+    TurnShape(joint, ends, named, named_back, above.conjugate());
+    GoStraightOn(joint, ends);
+  }
+
+  // Bones of which neither the take nor their names tell a direction.
+  void GoStraightOn(size_t joint, const std::vector<size_t>& ends) {
+    const size_t from = tree_[joint].is_pivot
+                            ? static_cast<size_t>(tree_[joint].parent)
+                            : joint;
+    const Vector3d along = motion_.offsets_m[from];
+    for (const size_t end : ends) {
+      Vector3d& offset_m = motion_.offsets_m[end];
+      if (!offset_m.isZero()) continue;
+      offset_m = lengths_m_[end] *
+                 (along.isZero() ? Vector3d::UnitY() : along.normalized());
+    }
+  }
+
+  // Fit, mean, and again.
+  void AverageShape(size_t joint, const std::vector<size_t>& ends) {
+    constexpr int kRounds = 3;
+    constexpr size_t kMostRows = 500;  // evenly from the take, but for the last
+    for (int round = 1; round <= kRounds; ++round) {
+      const size_t step = round < kRounds ? 1 + row_count_ / kMostRows : 1;
+      std::vector<Vector3d> sums(ends.size() + 1, Vector3d::Zero());
+      for (size_t r = 0; r < row_count_; r += step) {
+        const auto turn = Fit(RaysAt(joint, r));
+        if (!turn) continue;
+        const auto add = [&](size_t end, Vector3d* sum) {
+          const auto bone = BoneAt(end, r);
+          if (bone) *sum += turn->conjugate() * bone->normalized();
+        };
+        for (size_t e = 0; e < ends.size(); ++e) add(ends[e], &sums[e]);
+        if (FitsBack(joint)) add(joint, &sums.back());
+      }
+      for (size_t e = 0; e < ends.size(); ++e) {
+        if (sums[e].norm() < kShortest_m) continue;
+        motion_.offsets_m[ends[e]] = lengths_m_[ends[e]] * sums[e].normalized();
+      }
+      if (sums.back().norm() >= kShortest_m) {
+        back_m_ = -lengths_m_[joint] * sums.back().normalized();
+      }
+    }
+  }
+
+  // Turns the shape to the directions that names tell; where they leave a turn
+  // open, as it stood to the joint's parent in the row that it is from.
+  void TurnShape(size_t joint, const std::vector<size_t>& ends,
+                 const std::vector<Vector3d>& named, const Vector3d& named_back,
+                 const Quaterniond& as_seen) {
+    std::vector<Ray> rays;
+    const auto add = [&rays](const Vector3d& shape, const Vector3d& name) {
+      if (shape.norm() < kShortest_m || name.norm() < kShortest_m) return;
+      rays.push_back({shape, name});
+    };
+    for (size_t e = 0; e < ends.size(); ++e) {
+      if (Turns(joint, ends[e])) add(motion_.offsets_m[ends[e]], named[e]);
+    }
+    if (FitsBack(joint)) add(back_m_, named_back);
+    const Quaterniond turn = *Fit(rays, &as_seen);
+    for (size_t e = 0; e < ends.size(); ++e) {
+      Vector3d& offset_m = motion_.offsets_m[ends[e]];
+      offset_m = offset_m.isZero() ? named[e] : turn * offset_m;
+    }
+    if (FitsBack(joint)) back_m_ = turn * back_m_;
   }
 
   // Positions of a joint in all rows, where its parent is known already.
@@ -241,19 +473,35 @@ class Solver {
     }
   }
 
+  // A root that is missing stands where its neighbours want it.
+  void PlaceRootByOthers() {
+    for (size_t r = 0; r < row_count_; ++r) {
+      if (positions_[0][r]) continue;
+      TreeMotion::Row& row = motion_.rows[r];
+      Vector3d sum = Vector3d::Zero();
+      int count = 0;
+      for (const size_t end : EndsOf(0)) {
+        if (!positions_[end][r] || !tree_[end].is_held) continue;
+        sum += *positions_[end][r] - row.global[0] * motion_.offsets_m[end];
+        ++count;
+      }
+      if (count > 0) row.positions_m[0] = sum / count;
+    }
+  }
+
   // Rotations of a joint in all rows.
   void Turn(size_t joint) {
-    const int parent = tree_[joint].parent;
-    const auto global_of_parent = [&](size_t r) {
-      return parent < 0 ? Quaterniond::Identity()
-                        : motion_.rows[r].global[static_cast<size_t>(parent)];
-    };
     std::vector<std::optional<Quaterniond>> local(row_count_);
+    std::vector<std::vector<Ray>> too_few(row_count_);
     for (size_t r = 0; r < row_count_; ++r) {
-      const Quaterniond above = global_of_parent(r);
+      const Quaterniond above = Above(joint, r);
       if (FitsSeveral(joint)) {
-        if (const auto turn = FitAt(joint, r))
+        std::vector<Ray> rays = RaysAt(joint, r);
+        if (const auto turn = Fit(rays)) {
           local[r] = above.conjugate() * *turn;
+        } else {
+          too_few[r] = std::move(rays);
+        }
       } else if (tree_[joint].children.size() == 1) {
         const auto end = static_cast<size_t>(tree_[joint].children.front());
         const auto bone = BoneAt(end, r);
@@ -268,8 +516,9 @@ class Solver {
     const std::vector<Quaterniond> filled =
         Fill(local, Quaterniond::Identity());
     for (size_t r = 0; r < row_count_; ++r) {
-      motion_.rows[r].global[joint] =
-          (global_of_parent(r) * filled[r]).normalized();
+      Quaterniond turn = Above(joint, r) * filled[r];
+      if (!too_few[r].empty()) turn = *Fit(too_few[r], &turn);
+      motion_.rows[r].global[joint] = turn.normalized();
     }
   }
 
@@ -277,10 +526,71 @@ class Solver {
   const size_t row_count_;
   std::vector<Known> positions_;  // [joint][row]
   std::vector<Known> is_seen_;    // as the tracks have them
+  std::vector<bool> is_ever_seen_;
+  std::vector<double> lengths_m_;  // of the bones to the joints
+  // From the chest to its parent at rest, in the chest's shape.
+  Vector3d back_m_ = Vector3d::Zero();
   TreeMotion motion_;
 };
 
+// "l_knee, r_knee and 3 more".
+std::string Listed(const std::vector<std::string>& names, size_t most) {
+  std::string text;
+  for (size_t i = 0; i < std::min(names.size(), most); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  if (names.size() > most) {
+    text += " and " + std::to_string(names.size() - most) + " more";
+  }
+  return text;
+}
+
 }  // namespace
+
+void NoteUnheld(const JointTree& tree, Losses* losses) {
+  std::vector<std::string> names;
+  for (const TreeJoint& joint : tree) {
+    if (!joint.is_held && !joint.is_pivot) names.push_back(joint.name);
+  }
+  if (names.empty()) return;
+  constexpr size_t kMostNamed = 30;
+  losses->push_back("no bone holds " + Listed(names, kMostNamed) +
+                    ": points that hang on " + tree.front().name);
+}
+
+void NeverSeen::See(const JointTree& tree, const TreeMotion& motion,
+                    const std::string& person) {
+  std::vector<std::string> joints;
+  for (const size_t j : motion.never_seen) {
+    // The middle of others is nobody's joint.
+    if (tree[j].sources.size() > 1) continue;
+    joints.push_back(tree[j].name);
+    by_stature_ = by_stature_ || tree[j].stature_share > 0.0;
+  }
+  constexpr size_t kMostNamed = 30;
+  people_[Listed(joints, kMostNamed)].push_back(person);
+}
+
+void NeverSeen::Note(Losses* losses) const {
+  constexpr size_t kMostLines = 5;
+  constexpr size_t kMostNamed = 10;
+  size_t lines = 0;
+  for (const auto& [joints, people] : people_) {
+    if (joints.empty()) continue;
+    if (++lines > kMostLines) {
+      losses->push_back("other people lack other joints for the whole take");
+      return;
+    }
+    losses->push_back(
+        "never seen" +
+        (people_.size() == 1 ? "" : " of " + Listed(people, kMostNamed)) +
+        ": " + joints +
+        "; they stand as at rest or on the line to the next joint that is "
+        "seen, with the other side's lengths or " +
+        (by_stature_ ? "those of the stature (Drillis and Contini, 1966)"
+                     : "a fifth of the median bone"));
+  }
+}
 
 TreeMotion SolveTreeMotion(const JointTree& tree,
                            const std::vector<const PersonPose*>& poses,

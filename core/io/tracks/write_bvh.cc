@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <vector>
 
 #include "core/base/error.h"
@@ -95,10 +96,13 @@ void WriteJoint(const JointTree& tree, const TreeMotion& motion, size_t joint,
     WriteJoint(tree, motion, static_cast<size_t>(child), depth + 1, text);
   }
   if (tree[joint].children.empty()) {
-    constexpr double kEnd_m = 0.05;
+    // Straight on; a joint alone has something to be seen, too.
+    constexpr double kShare = 0.3;
+    const Vector3d end_m = motion.offsets_m[joint].isZero()
+                               ? Vector3d(0.05 * Vector3d::UnitY())
+                               : Vector3d(kShare * motion.offsets_m[joint]);
     *text += inside + "End Site\n" + inside + "{\n" +
-             Offset(kEnd_m * tree[joint].rest_direction, inside + "\t") +
-             inside + "}\n";
+             Offset(end_m, inside + "\t") + inside + "}\n";
   }
   *text += indent + "}\n";
 }
@@ -121,53 +125,84 @@ struct Misfit {
   size_t filled = 0;
 };
 
+// The rows of a person, from the first to the last that has him.
+struct Span {
+  size_t first = 0;
+  size_t count = 0;
+};
+
 class Writer {
  public:
   Writer(const TrackSequence& tracks, const std::vector<TrackRow>& rows,
-         const AxisMap& axes)
+         const TrackExportOptions& options)
       : tracks_(tracks),
         rows_(rows),
-        axes_(axes),
-        tree_(MakeJointTree(tracks.header.skeleton, /*pivots=*/true)) {
+        axes_(options.axes.value_or(BvhAxes())),
+        tree_(MakeJointTree(tracks.header.skeleton, JointsSeen(tracks),
+                            /*pivots=*/true)) {
+    RequireBones();
     AddInOrder(tree_, 0, &order_);
+    for (size_t r = 0; r < rows.size(); ++r) {
+      if (rows[r].frame == nullptr) continue;
+      for (const PersonPose& person : rows[r].frame->people) {
+        const auto [at, is_new] = spans_.try_emplace(person.id.value());
+        if (is_new) at->second.first = r;
+        at->second.count = r + 1 - at->second.first;
+      }
+    }
+    size_t there = 0;
+    for (const auto& [id, span] : spans_) there += span.count;
+    // Many who come and go would be files of people who stand still.
+    constexpr size_t kMostRows = 200'000;
+    constexpr size_t kMostTimes = 5;
+    const size_t all = rows.size() * spans_.size();
+    on_one_clock_ = all <= std::max(kMostRows, kMostTimes * there);
   }
 
   void WritePerson(const std::string& path, TrackId id) {
+    const Span span = spans_.at(id.value());
     std::vector<const PersonPose*> poses;
-    for (const TrackRow& row : rows_)
-      poses.push_back(FindPerson(row.frame, id));
-    const auto is_there = [](const PersonPose* pose) {
-      return pose != nullptr;
-    };
-    const auto begin = std::find_if(poses.begin(), poses.end(), is_there);
-    const auto end =
-        std::find_if(poses.rbegin(), poses.rend(), is_there).base();
-    const auto first = static_cast<size_t>(begin - poses.begin());
-    const TreeMotion motion = SolveTreeMotion(tree_, {begin, end}, axes_);
+    for (size_t r = span.first; r < span.first + span.count; ++r) {
+      poses.push_back(FindPerson(rows_[r].frame, id));
+    }
+    const TreeMotion motion = SolveTreeMotion(tree_, poses, axes_);
     misfit_.filled += motion.filled;
+    never_seen_.See(tree_, motion, "person_" + std::to_string(id.value()));
+    // Before and after the person the first and the last pose stand.
+    const size_t before = on_one_clock_ ? span.first : 0;
+    const size_t after =
+        on_one_clock_ ? rows_.size() - span.first - span.count : 0;
     AtomicFile file(path);
     std::string text = "HIERARCHY\n";
     WriteJoint(tree_, motion, 0, 0, &text);
     file.Write(text + fmt::format("MOTION\nFrames: {}\nFrame Time: {}\n",
-                                  rows_.size(),
+                                  before + span.count + after,
                                   1.0 / tracks_.header.frame_rate_hz));
     std::vector<Angles> last(tree_.size());
-    std::string line;
-    for (size_t r = 0; r < rows_.size(); ++r) {
-      // Before and after the person the first and the last pose stand.
-      const size_t of_person =
-          std::min(r < first ? 0 : r - first, motion.rows.size() - 1);
-      if (r <= first || r < first + motion.rows.size()) {
-        line = Line(motion, of_person, &last);
-      }
-      file.Write(line);
+    for (size_t r = 0; r < span.count; ++r) {
+      const std::string line = Line(motion, r, &last);
+      const size_t times =
+          1 + (r == 0 ? before : 0) + (r + 1 == span.count ? after : 0);
+      for (size_t i = 0; i < times; ++i) file.Write(line);
     }
     file.Commit();
   }
 
-  const Misfit& misfit() const { return misfit_; }
+  void NoteLosses(Losses* losses) const;
 
  private:
+  // Rotations turn bones; of points alone nothing would be left.
+  void RequireBones() const {
+    const bool has_bones =
+        std::any_of(tree_.begin() + 1, tree_.end(), [](const TreeJoint& joint) {
+          return joint.is_held && !joint.is_pivot;
+        });
+    if (has_bones || tree_.size() == 1) return;
+    throw InputError("BVH is made of bones, and the skeleton '" +
+                     Printable(tracks_.header.skeleton.name()) +
+                     "' has none; C3D, TRC and glTF hold points");
+  }
+
   std::string Line(const TreeMotion& motion, size_t row,
                    std::vector<Angles>* last) {
     const std::vector<Vector3d> rigid_m = motion.Rigid(tree_, row);
@@ -195,24 +230,34 @@ class Writer {
   const AxisMap axes_;
   const JointTree tree_;
   std::vector<size_t> order_;
+  std::map<int64_t, Span> spans_;  // by identity
+  bool on_one_clock_ = true;
   Misfit misfit_;
+  NeverSeen never_seen_;
 };
 
-void NoteLosses(const TrackSequence& tracks, const Misfit& misfit,
-                Losses* losses) {
-  const TrackContents contents = ContentsOf(tracks);
+void Writer::NoteLosses(Losses* losses) const {
   losses->push_back(
       "frame numbers, times of their own and configuration are not kept");
+  if (!on_one_clock_) {
+    losses->push_back(fmt::format(
+        "{} people in each of {} frames would be files of people who stand "
+        "still: each file begins and ends with its person (--person=N writes "
+        "one in all frames)",
+        spans_.size(), rows_.size()));
+  }
   const double rms_m =
-      misfit.count > 0
-          ? std::sqrt(misfit.sum_m2 / static_cast<double>(misfit.count))
+      misfit_.count > 0
+          ? std::sqrt(misfit_.sum_m2 / static_cast<double>(misfit_.count))
           : 0.0;
   losses->push_back(fmt::format(
       "bones have the median of their lengths: joints lie {:.1f} mm (RMS) and "
       "at most {:.1f} mm from the tracks",
-      1000.0 * rms_m, 1000.0 * misfit.largest_m));
-  NoteFilledJoints(misfit.filled, losses);
-  NotePlainPositions(contents, losses);
+      1000.0 * rms_m, 1000.0 * misfit_.largest_m));
+  NoteFilledJoints(misfit_.filled, losses);
+  never_seen_.Note(losses);
+  NoteUnheld(tree_, losses);
+  NotePlainPositions(ContentsOf(tracks_), losses);
 }
 
 void WriteTracksBvh(const std::string& path, const TrackSequence& tracks,
@@ -220,12 +265,12 @@ void WriteTracksBvh(const std::string& path, const TrackSequence& tracks,
   RequireFrameRate(tracks, "BVH");
   const std::vector<int64_t> ids = PeopleToWrite(path, kBvhExtension, tracks);
   const std::vector<TrackRow> rows = MakeTrackRows(tracks, "BVH");
-  Writer writer(tracks, rows, options.axes.value_or(BvhAxes()));
+  Writer writer(tracks, rows, options);
   WritePersonFiles(path, kBvhExtension, ids, options.names,
                    [&writer](const std::string& file, TrackId id) {
                      writer.WritePerson(file, id);
                    });
-  NoteLosses(tracks, writer.misfit(), losses);
+  writer.NoteLosses(losses);
 }
 
 }  // namespace
@@ -238,6 +283,7 @@ TrackFormat BvhTrackFormat() {
   format.files = TrackFormat::Files::kFileAPerson;
   format.person_extension = kBvhExtension;
   format.axes = BvhAxes();
+  format.unit_m = kBvhCentimetre_m;
   format.has_marker_names = true;
   format.keeps_names = true;
   format.recognise = [](const TrackHead& head) {
@@ -248,7 +294,8 @@ TrackFormat BvhTrackFormat() {
     return NamesOfPersonFiles(path, kBvhExtension);
   };
   format.write = WriteTracksBvh;
-  format.read_note = "cm; CMU's and Mixamo's names of joints";
+  format.read_note =
+      "cm, or as `--unit` says; CMU's and Mixamo's names of joints";
   format.kept = "frame rate, identity, directions of bones";
   format.lost =
       "changes of bone lengths, missing joints (filled), absence (the pose "

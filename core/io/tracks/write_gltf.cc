@@ -6,8 +6,11 @@
 // Each joint has its rotation, by the directions of its bones, and its place in
 // its parent's frame, so that joints stand where the tracks have them, to the
 // last bit of a float. A person who is not there has scale 0.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -15,7 +18,7 @@
 
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
-#include "core/io/text/json.h"
+#include "core/io/text/skeleton_json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/joint_tree.h"
 #include "core/io/tracks/losses.h"
@@ -68,77 +71,93 @@ std::string Base64(const std::string& bytes) {
   return text;
 }
 
+// An array of JSON, written as it grows: a tree of values for thousands of
+// people would take a hundred times the memory of their text.
+class JsonList {
+ public:
+  // The index of the item.
+  size_t Add(const std::string& item) {
+    text_ += (count_ == 0 ? "" : ",") + item;
+    return count_++;
+  }
+  size_t size() const { return count_; }
+  std::string Text() const { return "[" + text_ + "]"; }
+
+ private:
+  std::string text_;
+  size_t count_ = 0;
+};
+
 // The one buffer, with the views and accessors into it.
 class Buffer {
  public:
   // Arrays of `width` numbers each; the index of the accessor.
-  int Floats(const std::vector<float>& values, size_t width,
-             bool with_bounds = false, BufferTarget target = kNoTarget) {
-    Json accessor = Add(values.data(), values.size(), width, kFloat, target);
+  size_t Floats(const std::vector<float>& values, size_t width,
+                bool with_bounds = false, BufferTarget target = kNoTarget) {
+    std::string bounds;
     if (with_bounds) {
-      for (const char* bound : {"min", "max"}) {
-        Json numbers = Json::array();
+      for (const bool is_min : {true, false}) {
+        JsonList numbers;
         for (size_t k = 0; k < width; ++k) {
           float found = values[k];
           for (size_t i = k; i < values.size(); i += width) {
-            found = bound[1] == 'i' ? std::min(found, values[i])
-                                    : std::max(found, values[i]);
+            found = is_min ? std::min(found, values[i])
+                           : std::max(found, values[i]);
           }
-          numbers.push_back(found);
+          numbers.Add(fmt::format("{}", found));
         }
-        accessor[bound] = numbers;
+        bounds += (is_min ? ",\"min\":" : ",\"max\":") + numbers.Text();
       }
     }
-    return Push(accessor);
+    return Add(values, width, kFloat, target, bounds);
   }
-  int Shorts(const std::vector<uint16_t>& values, size_t width) {
-    return Push(
-        Add(values.data(), values.size(), width, kUnsignedShort, kVertices));
+  size_t Shorts(const std::vector<uint16_t>& values, size_t width) {
+    return Add(values, width, kUnsignedShort, kVertices);
   }
-  int Indices(const std::vector<uint32_t>& values) {
-    return Push(Add(values.data(), values.size(), 1, kUnsignedInt, kIndices));
+  size_t Indices(const std::vector<uint32_t>& values) {
+    return Add(values, 1, kUnsignedInt, kIndices);
   }
 
   const std::string& bytes() const { return bytes_; }
-  Json views() const { return views_; }
-  Json accessors() const { return accessors_; }
+  std::string views() const { return views_.Text(); }
+  std::string accessors() const { return accessors_.Text(); }
 
  private:
   template <typename Number>
-  Json Add(const Number* values, size_t count, size_t width,
-           ComponentType component, BufferTarget target) {
+  size_t Add(const std::vector<Number>& values, size_t width,
+             ComponentType component, BufferTarget target,
+             const std::string& bounds = "") {
     PadTo4('\0', &bytes_);
-    Json view = {{"buffer", 0},
-                 {"byteOffset", bytes_.size()},
-                 {"byteLength", count * sizeof(Number)}};
-    if (target != kNoTarget) view["target"] = static_cast<int>(target);
-    if (count > 0) {
-      bytes_.append(reinterpret_cast<const char*>(values),
-                    count * sizeof(Number));
+    const size_t size = values.size() * sizeof(Number);
+    const size_t view = views_.Add(fmt::format(
+        R"({{"buffer":0,"byteOffset":{},"byteLength":{}{}}})", bytes_.size(),
+        size,
+        target == kNoTarget ? "" : fmt::format(R"(,"target":{})", +target)));
+    if (size > 0) {
+      bytes_.append(reinterpret_cast<const char*>(values.data()), size);
     }
     const char* type = width == 1   ? "SCALAR"
                        : width == 3 ? "VEC3"
                        : width == 4 ? "VEC4"
                                     : "MAT4";
-    Json accessor = {{"bufferView", views_.size()},
-                     {"componentType", static_cast<int>(component)},
-                     {"count", count / width},
-                     {"type", type}};
-    views_.push_back(view);
-    return accessor;
-  }
-  int Push(const Json& accessor) {
-    accessors_.push_back(accessor);
-    return static_cast<int>(accessors_.size()) - 1;
+    return accessors_.Add(fmt::format(
+        R"({{"bufferView":{},"componentType":{},"count":{},"type":"{}"{}}})",
+        view, +component, values.size() / width, type, bounds));
   }
 
   std::string bytes_;
-  Json views_ = Json::array();
-  Json accessors_ = Json::array();
+  JsonList views_;
+  JsonList accessors_;
 };
 
 void Append(const Vector3d& v, std::vector<float>* values) {
-  for (int k = 0; k < 3; ++k) values->push_back(static_cast<float>(v[k]));
+  for (int k = 0; k < 3; ++k) {
+    const auto number = static_cast<float>(v[k]);
+    if (!std::isfinite(number)) {
+      throw InputError("a joint is farther away than a 32-bit float counts");
+    }
+    values->push_back(number);
+  }
 }
 
 void Append(const Quaterniond& q, std::vector<float>* values) {
@@ -152,33 +171,40 @@ void Append(const Quaterniond& q, std::vector<float>* values) {
 class Body {
  public:
   Body(const JointTree& tree, const std::vector<Vector3d>& rest_m) {
+    // Small beside the bones of a small animal, too.
+    double ball_m = 0.0;
+    for (size_t j = 1; j < tree.size(); ++j) {
+      const auto parent = static_cast<size_t>(tree[j].parent);
+      ball_m = std::max(ball_m, 0.05 * (rest_m[j] - rest_m[parent]).norm());
+    }
     constexpr double kBall_m = 0.02;
+    ball_m = ball_m > 0.0 ? std::min(ball_m, kBall_m) : kBall_m;
     for (size_t j = 0; j < tree.size(); ++j) {
-      AddSpindle(rest_m[j] - kBall_m * Vector3d::UnitY(), j,
-                 rest_m[j] + kBall_m * Vector3d::UnitY(), j, rest_m[j],
-                 kBall_m);
-      if (tree[j].parent < 0) continue;
+      AddSpindle(rest_m[j] - ball_m * Vector3d::UnitY(), j,
+                 rest_m[j] + ball_m * Vector3d::UnitY(), j, rest_m[j], ball_m);
+      if (tree[j].parent < 0 || !tree[j].is_held) continue;
       const auto parent = static_cast<size_t>(tree[j].parent);
       const Vector3d bone_m = rest_m[j] - rest_m[parent];
-      if (bone_m.norm() < kBall_m) continue;
+      if (bone_m.norm() < ball_m) continue;
       constexpr double kThickest = 0.15;  // share of the way along the bone
       AddSpindle(rest_m[parent], parent, rest_m[j], j,
                  rest_m[parent] + kThickest * bone_m,
-                 std::min(0.1 * bone_m.norm(), 1.5 * kBall_m));
+                 std::min(0.1 * bone_m.norm(), 1.5 * ball_m));
     }
   }
 
-  Json Mesh(const std::string& name, int material, Buffer* buffer) const {
-    const Json attributes = {
-        {"POSITION",
-         buffer->Floats(positions_, 3, /*with_bounds=*/true, kVertices)},
-        {"JOINTS_0", buffer->Shorts(joints_, 4)},
-        {"WEIGHTS_0",
-         buffer->Floats(weights_, 4, /*with_bounds=*/false, kVertices)}};
-    const Json primitive = {{"attributes", attributes},
-                            {"indices", buffer->Indices(indices_)},
-                            {"material", material}};
-    return {{"name", name}, {"primitives", Json::array({primitive})}};
+  std::string Mesh(const std::string& name, size_t material,
+                   Buffer* buffer) const {
+    const size_t positions =
+        buffer->Floats(positions_, 3, /*with_bounds=*/true, kVertices);
+    const size_t joints = buffer->Shorts(joints_, 4);
+    const size_t weights =
+        buffer->Floats(weights_, 4, /*with_bounds=*/false, kVertices);
+    return fmt::format(
+        R"({{"name":{},"primitives":[{{"attributes":{{"POSITION":{},)"
+        R"("JOINTS_0":{},"WEIGHTS_0":{}}},"indices":{},"material":{}}}]}})",
+        JsonText(name), positions, joints, weights, buffer->Indices(indices_),
+        material);
   }
 
  private:
@@ -226,7 +252,6 @@ struct Presence {
   std::vector<size_t> rows;  // of the take
   std::vector<TreeMotion::Row> poses;
   std::vector<Vector3d> offsets_m;
-  size_t filled = 0;
 };
 
 class Scene {
@@ -235,7 +260,8 @@ class Scene {
       : tracks_(tracks),
         axes_(options.axes.value_or(GltfAxes())),
         rows_(MakeTrackRows(tracks, "glTF")),
-        tree_(MakeJointTree(tracks.header.skeleton, /*pivots=*/false)) {
+        tree_(MakeJointTree(tracks.header.skeleton, JointsSeen(tracks),
+                            /*pivots=*/false)) {
     rate_hz_ = RequireFrameRate(tracks, "glTF");
     const std::vector<int64_t> ids = IdsOf(tracks);
     if (ids.empty()) {
@@ -249,30 +275,31 @@ class Scene {
     }
   }
 
-  Json Document() const {
+  // All but the buffer and the closing bracket.
+  std::string Document() const {
     const TrackFrame& first = tracks_.frames.front();
-    const Json scene = {{"name", "kinegraph"},
-                        {"nodes", scene_nodes_},
-                        {"extras",
-                         {{"frame_rate_hz", rate_hz_},
-                          {"first_frame", first.frame},
-                          {"start_s", ToSeconds(first.time)}}}};
-    return {{"asset", {{"version", "2.0"}, {"generator", "kinegraph"}}},
-            {"scene", 0},
-            {"scenes", Json::array({scene})},
-            {"nodes", nodes_},
-            {"meshes", meshes_},
-            {"materials", materials_},
-            {"skins", skins_},
-            {"animations", Json::array({{{"name", "take"},
-                                         {"channels", channels_},
-                                         {"samplers", samplers_}}})},
-            {"accessors", buffer_.accessors()},
-            {"bufferViews", buffer_.views()}};
+    return fmt::format(
+        R"({{"asset":{{"version":"2.0","generator":"kinegraph"}},"scene":0,)"
+        R"("scenes":[{{"name":"kinegraph","nodes":{},"extras":{{)"
+        R"("frame_rate_hz":{},"first_frame":{},"start_s":{}}}}}],"nodes":{},)"
+        R"("meshes":{},"materials":{},"skins":{},"animations":[{{)"
+        R"("name":"take","channels":{},"samplers":{}}}],"accessors":{},)"
+        R"("bufferViews":{},"buffers":[{{"byteLength":{})",
+        scene_nodes_.Text(), rate_hz_, first.frame, ToSeconds(first.time),
+        nodes_.Text(), meshes_.Text(), materials_.Text(), skins_.Text(),
+        channels_.Text(), samplers_.Text(), buffer_.accessors(),
+        buffer_.views(), buffer_.bytes().size());
   }
   const std::string& bytes() const { return buffer_.bytes(); }
-  size_t filled() const { return filled_; }
-  size_t row_count() const { return rows_.size(); }
+
+  void NoteLosses(Losses* losses) const {
+    losses->push_back("configuration is not kept; positions are 32-bit floats");
+    NoteFilledJoints(filled_, losses);
+    never_seen_.Note(losses);
+    NoteUnheld(tree_, losses);
+    NotePlainPositions(ContentsOf(tracks_), losses);
+    NoteAddedRows(tracks_, rows_.size(), "show nobody", losses);
+  }
 
  private:
   // Seconds since the first frame: those of a long day would not fit a float.
@@ -280,7 +307,7 @@ class Scene {
     return static_cast<float>(rows_[row].time_s - rows_.front().time_s);
   }
 
-  Presence Solve(TrackId id) const {
+  Presence Solve(TrackId id, const std::string& name) {
     Presence presence;
     std::vector<const PersonPose*> poses;
     size_t first = 0;
@@ -293,24 +320,24 @@ class Scene {
     }
     poses.resize(presence.rows.back() - first + 1);
     TreeMotion motion = SolveTreeMotion(tree_, poses, axes_);
+    filled_ += motion.filled;
+    never_seen_.See(tree_, motion, name);
     for (const size_t row : presence.rows) {
       presence.poses.push_back(std::move(motion.rows[row - first]));
     }
     presence.offsets_m = std::move(motion.offsets_m);
-    presence.filled = motion.filled;
     return presence;
   }
 
   void AddPerson(size_t person_idx, TrackId id, const std::string& name,
                  const std::string& prefix) {
-    const Presence presence = Solve(id);
-    filled_ += presence.filled;
-    const auto person_node = static_cast<int>(nodes_.size());
-    const int first_joint = person_node + 1;
-    nodes_.push_back({{"name", name},
-                      {"children", Json::array({first_joint})},
-                      {"extras", {{"id", id.value()}}}});
-    scene_nodes_.push_back(person_node);
+    const Presence presence = Solve(id, name);
+    const size_t person_node = nodes_.size();
+    const size_t first_joint = person_node + 1;
+    nodes_.Add(
+        fmt::format(R"({{"name":{},"children":[{}],"extras":{{"id":{}}}}})",
+                    JsonText(name), first_joint, id.value()));
+    scene_nodes_.Add(std::to_string(person_node));
     AddJoints(presence, prefix, first_joint);
     AddSkin(presence, name, person_idx, first_joint);
     AddMotion(presence, person_node, first_joint);
@@ -318,52 +345,52 @@ class Scene {
 
   // In the pose of the person's first frame.
   void AddJoints(const Presence& presence, const std::string& prefix,
-                 int first_joint) {
+                 size_t first_joint) {
     for (size_t j = 0; j < tree_.size(); ++j) {
       const Vector3d at = LocalPosition(presence.poses[0], j);
       const Quaterniond turn = LocalTurn(presence.poses[0], j);
-      Json node = {{"name", prefix + tree_[j].name},
-                   {"translation", {at.x(), at.y(), at.z()}},
-                   {"rotation", {turn.x(), turn.y(), turn.z(), turn.w()}}};
+      JsonList children;
       for (const int child : tree_[j].children) {
-        node["children"].push_back(first_joint + child);
+        children.Add(std::to_string(first_joint + static_cast<size_t>(child)));
       }
-      nodes_.push_back(std::move(node));
+      nodes_.Add(fmt::format(
+          R"({{"name":{},"translation":[{},{},{}],"rotation":[{},{},{},{}]{}}})",
+          JsonText(prefix + tree_[j].name), at.x(), at.y(), at.z(), turn.x(),
+          turn.y(), turn.z(), turn.w(),
+          children.size() == 0 ? "" : ",\"children\":" + children.Text()));
     }
   }
 
   void AddSkin(const Presence& presence, const std::string& name,
-               size_t person_idx, int first_joint) {
+               size_t person_idx, size_t first_joint) {
     std::vector<Vector3d> rest_m(tree_.size(), Vector3d::Zero());
     std::vector<float> inverses;
-    Json joints = Json::array();
+    JsonList joints;
     for (size_t j = 0; j < tree_.size(); ++j) {
       if (tree_[j].parent >= 0) {
         rest_m[j] = rest_m[static_cast<size_t>(tree_[j].parent)] +
                     presence.offsets_m[j];
       }
-      for (const double k :
-           {1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0}) {
-        inverses.push_back(static_cast<float>(k));
+      for (const float k : {1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F, 0.0F, 0.0F,
+                            0.0F, 0.0F, 1.0F, 0.0F}) {
+        inverses.push_back(k);
       }
       Append(-rest_m[j], &inverses);
       inverses.push_back(1.0F);
-      joints.push_back(first_joint + static_cast<int>(j));
+      joints.Add(std::to_string(first_joint + j));
     }
-    const int inverse_accessor = buffer_.Floats(inverses, 16);
-    const auto index = static_cast<int>(skins_.size());
-    skins_.push_back({{"name", name},
-                      {"inverseBindMatrices", inverse_accessor},
-                      {"skeleton", first_joint},
-                      {"joints", joints}});
-    materials_.push_back(Material(name, person_idx));
-    meshes_.push_back(Body(tree_, rest_m).Mesh(name, index, &buffer_));
-    scene_nodes_.push_back(static_cast<int>(nodes_.size()));
-    nodes_.push_back(
-        {{"name", name + "_body"}, {"mesh", index}, {"skin", index}});
+    const size_t index = skins_.Add(fmt::format(
+        R"({{"name":{},"inverseBindMatrices":{},"skeleton":{},"joints":{}}})",
+        JsonText(name), buffer_.Floats(inverses, 16), first_joint,
+        joints.Text()));
+    materials_.Add(Material(name, person_idx));
+    meshes_.Add(Body(tree_, rest_m).Mesh(name, index, &buffer_));
+    scene_nodes_.Add(std::to_string(nodes_.size()));
+    nodes_.Add(fmt::format(R"({{"name":{},"mesh":{},"skin":{}}})",
+                           JsonText(name + "_body"), index, index));
   }
 
-  static Json Material(const std::string& name, size_t person_idx) {
+  static std::string Material(const std::string& name, size_t person_idx) {
     // Okabe and Ito's colours, told apart by everybody.
     constexpr std::array<std::array<double, 3>, 7> kColours = {
         {{0.90, 0.60, 0.00},
@@ -374,11 +401,10 @@ class Scene {
          {0.84, 0.37, 0.00},
          {0.80, 0.47, 0.65}}};
     const auto& c = kColours[person_idx % kColours.size()];
-    return {{"name", name},
-            {"pbrMetallicRoughness",
-             {{"baseColorFactor", {c[0], c[1], c[2], 1.0}},
-              {"metallicFactor", 0.0},
-              {"roughnessFactor", 0.8}}}};
+    return fmt::format(
+        R"({{"name":{},"pbrMetallicRoughness":{{"baseColorFactor":)"
+        R"([{},{},{},1],"metallicFactor":0,"roughnessFactor":0.8}}}})",
+        JsonText(name), c[0], c[1], c[2]);
   }
 
   Vector3d LocalPosition(const TreeMotion::Row& pose, size_t joint) const {
@@ -396,10 +422,11 @@ class Scene {
            pose.global[joint];
   }
 
-  void AddMotion(const Presence& presence, int person_node, int first_joint) {
+  void AddMotion(const Presence& presence, size_t person_node,
+                 size_t first_joint) {
     std::vector<float> times_s;
     for (const size_t row : presence.rows) times_s.push_back(SecondsOf(row));
-    const int input = buffer_.Floats(times_s, 1, /*with_bounds=*/true);
+    const size_t input = buffer_.Floats(times_s, 1, /*with_bounds=*/true);
     for (size_t j = 0; j < tree_.size(); ++j) {
       std::vector<float> places;
       std::vector<float> turns;
@@ -412,7 +439,7 @@ class Scene {
         last = turn;
         Append(turn, &turns);
       }
-      const int node = first_joint + static_cast<int>(j);
+      const size_t node = first_joint + j;
       AddChannel(node, "translation", "LINEAR", input,
                  buffer_.Floats(places, 3));
       AddChannel(node, "rotation", "LINEAR", input, buffer_.Floats(turns, 4));
@@ -421,7 +448,7 @@ class Scene {
   }
 
   // Scale 1 while the person is there, else 0.
-  void AddVisibility(const Presence& presence, int person_node) {
+  void AddVisibility(const Presence& presence, size_t person_node) {
     if (presence.rows.size() == rows_.size()) return;
     std::vector<float> times_s;
     std::vector<float> scales;
@@ -442,13 +469,14 @@ class Scene {
                buffer_.Floats(scales, 3));
   }
 
-  void AddChannel(int node, const char* path, const char* interpolation,
-                  int input, int output) {
-    channels_.push_back({{"sampler", samplers_.size()},
-                         {"target", {{"node", node}, {"path", path}}}});
-    samplers_.push_back({{"input", input},
-                         {"interpolation", interpolation},
-                         {"output", output}});
+  void AddChannel(size_t node, const char* path, const char* interpolation,
+                  size_t input, size_t output) {
+    const size_t sampler = samplers_.Add(
+        fmt::format(R"({{"input":{},"interpolation":"{}","output":{}}})", input,
+                    interpolation, output));
+    channels_.Add(
+        fmt::format(R"({{"sampler":{},"target":{{"node":{},"path":"{}"}}}})",
+                    sampler, node, path));
   }
 
   const TrackSequence& tracks_;
@@ -457,51 +485,49 @@ class Scene {
   const JointTree tree_;
   double rate_hz_ = 0.0;
   size_t filled_ = 0;
+  NeverSeen never_seen_;
   Buffer buffer_;
-  Json nodes_ = Json::array();
-  Json scene_nodes_ = Json::array();
-  Json meshes_ = Json::array();
-  Json materials_ = Json::array();
-  Json skins_ = Json::array();
-  Json channels_ = Json::array();
-  Json samplers_ = Json::array();
+  JsonList nodes_;
+  JsonList scene_nodes_;
+  JsonList meshes_;
+  JsonList materials_;
+  JsonList skins_;
+  JsonList channels_;
+  JsonList samplers_;
 };
 
-void NoteLosses(const TrackSequence& tracks, const Scene& scene,
-                Losses* losses) {
-  const TrackContents contents = ContentsOf(tracks);
-  losses->push_back("configuration is not kept; positions are 32-bit floats");
-  NoteFilledJoints(scene.filled(), losses);
-  NotePlainPositions(contents, losses);
-  NoteAddedRows(tracks, scene.row_count(), "show nobody", losses);
-}
-
 // Header, a chunk of JSON and one of bytes (section 4.4 of the specification).
-std::string BinaryFile(Json document, std::string bytes) {
-  PadTo4('\0', &bytes);
-  document["buffers"] = Json::array({{{"byteLength", bytes.size()}}});
-  std::string text = document.dump();
+void WriteBinary(const Scene& scene, AtomicFile* file) {
+  std::string text = scene.Document() + "}]}";
   PadTo4(' ', &text);
+  const std::string padding((4 - scene.bytes().size() % 4) % 4, '\0');
+  const size_t buffer_size = scene.bytes().size() + padding.size();
   constexpr size_t kHeaders = 12 + 2 * 8;
-  const size_t size = kHeaders + text.size() + bytes.size();
+  const size_t size = kHeaders + text.size() + buffer_size;
   if (size > std::numeric_limits<uint32_t>::max()) {
     throw InputError("the take is larger than the 4 GB of a .glb file");
   }
-  std::string file = "glTF";
-  AddWord(2, &file);
-  AddWord(static_cast<uint32_t>(size), &file);
-  AddWord(static_cast<uint32_t>(text.size()), &file);
-  file += "JSON" + text;
-  AddWord(static_cast<uint32_t>(bytes.size()), &file);
-  file += std::string("BIN\0", 4) + bytes;
-  return file;
+  std::string header = "glTF";
+  AddWord(2, &header);
+  AddWord(static_cast<uint32_t>(size), &header);
+  AddWord(static_cast<uint32_t>(text.size()), &header);
+  file->Write(header + "JSON");
+  file->Write(text);
+  std::string chunk;
+  AddWord(static_cast<uint32_t>(buffer_size), &chunk);
+  file->Write(chunk + std::string("BIN\0", 4));
+  file->Write(scene.bytes());
+  file->Write(padding);
 }
 
-std::string TextFile(Json document, const std::string& bytes) {
-  document["buffers"] = Json::array(
-      {{{"byteLength", bytes.size()},
-        {"uri", "data:application/octet-stream;base64," + Base64(bytes)}}});
-  return document.dump() + "\n";
+void WriteText(const Scene& scene, AtomicFile* file) {
+  file->Write(scene.Document());
+  file->Write(",\"uri\":\"data:application/octet-stream;base64,");
+  constexpr size_t kPiece = 3 << 18;  // three bytes make four digits
+  for (size_t at = 0; at < scene.bytes().size(); at += kPiece) {
+    file->Write(Base64(scene.bytes().substr(at, kPiece)));
+  }
+  file->Write("\"}]}\n");
 }
 
 void WriteTracksGltf(const std::string& path, const TrackSequence& tracks,
@@ -512,10 +538,9 @@ void WriteTracksGltf(const std::string& path, const TrackSequence& tracks,
       path.size() > end.size() &&
       path.compare(path.size() - end.size(), end.size(), end) == 0;
   AtomicFile file(path);
-  file.Write(is_binary ? BinaryFile(scene.Document(), scene.bytes())
-                       : TextFile(scene.Document(), scene.bytes()));
+  is_binary ? WriteBinary(scene, &file) : WriteText(scene, &file);
   file.Commit();
-  NoteLosses(tracks, scene, losses);
+  scene.NoteLosses(losses);
 }
 
 }  // namespace

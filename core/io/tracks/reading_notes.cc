@@ -1,0 +1,119 @@
+#include "core/io/tracks/reading_notes.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "core/io/text/joint_names.h"
+#include "core/skeleton/body_joints.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector3d;
+
+// Median diagonal of the upright boxes around people [m]; 0 without any.
+double MedianExtent(const TrackSequence& tracks) {
+  std::vector<double> extents_m;
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      if (CountPresent(person.joints) < 2) continue;
+      Eigen::AlignedBox3d box;
+      for (const Joint3d& joint : person.joints) {
+        if (joint.present()) box.extend(joint.position_m);
+      }
+      extents_m.push_back(box.diagonal().norm());
+    }
+  }
+  if (extents_m.empty()) return 0.0;
+  const auto middle =
+      extents_m.begin() + static_cast<long>(extents_m.size() / 2);
+  std::nth_element(extents_m.begin(), middle, extents_m.end());
+  return *middle;
+}
+
+// From a newborn to a giant with raised arms.
+bool IsPlausible(double extent_m) { return extent_m > 0.3 && extent_m < 5.0; }
+
+bool IsHumanByAnyName(const Skeleton& skeleton) {
+  return IsHuman(WithOurNames(skeleton));
+}
+
+// The axis of a file that shows the world's z as up, X being 0.
+size_t UpAxisOf(const AxisMap& own) {
+  size_t up = 0;
+  while (own.axis[up] != 2) ++up;
+  return up;
+}
+
+}  // namespace
+
+std::string UnitNote(const std::string& path, const TrackReadOptions& options,
+                     const TrackSequence& tracks) {
+  const TrackFormat& format = FormatOfTracks(path, options);
+  if (!format.unit_m.has_value()) return "";
+  if (!IsHumanByAnyName(tracks.header.skeleton)) return "";
+  const double extent_m = MedianExtent(tracks);
+  if (extent_m == 0.0 || IsPlausible(extent_m)) return "";
+  const double unit_m = options.unit_m > 0.0 ? options.unit_m : *format.unit_m;
+  std::string fitting;
+  std::string used;
+  for (const auto& [name, other_m] : kLengthUnits) {
+    const double then_m = extent_m * other_m / unit_m;
+    if (other_m == unit_m) used = name;
+    if (!IsPlausible(then_m)) continue;
+    fitting += fmt::format("{}--unit={} makes that {:.2g} m",
+                           fitting.empty() ? ": " : ", ", name, then_m);
+  }
+  return fmt::format("people in {} as {} are {:.2g} m tall{}", format.name,
+                     used, extent_m, fitting);
+}
+
+Stance StanceOf(const TrackSequence& tracks) {
+  const Skeleton named = WithOurNames(tracks.header.skeleton);
+  if (!IsHuman(named)) return Stance(named);
+  return StanceOf(named, tracks.frames);
+}
+
+std::string DirectionText(const Vector3d& direction) {
+  const auto axis = NearestAxis(direction);
+  if (!axis) {
+    const Vector3d unit = direction.normalized();
+    return fmt::format("({:.1f}, {:.1f}, {:.1f})", unit.x(), unit.y(),
+                       unit.z());
+  }
+  Eigen::Index index = 0;
+  axis->cwiseAbs().maxCoeff(&index);
+  return std::string((*axis)[index] < 0.0 ? "-" : "") +
+         static_cast<char>('x' + index);
+}
+
+std::optional<AxesNote> FindAxesNote(const Stance& stance,
+                                     const CameraRig& cameras,
+                                     const TrackFormat& format,
+                                     const std::optional<AxisMap>& axes) {
+  if (!format.axes.has_value()) return std::nullopt;
+  const AxisMap used = axes.value_or(*format.axes);
+  const size_t file_axis = UpAxisOf(*format.axes);
+  const Vector3d shown =
+      used.sign[file_axis] * Vector3d::Unit(used.axis[file_axis]);
+  const auto up = stance.UpUnlike(shown, cameras);
+  if (!up) return std::nullopt;
+  AxesNote note;
+  note.text = "people stand along " + DirectionText(*up) +
+              " of the world, not along " + DirectionText(shown) + ", which " +
+              format.name + " shows as up";
+  if (const auto axis = NearestAxis(*up)) {
+    Eigen::Index of_world = 0;
+    axis->cwiseAbs().maxCoeff(&of_world);
+    note.axes =
+        AxisMap::With(file_axis, static_cast<int>(of_world), (*axis)[of_world])
+            .Text();
+  }
+  return note;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,531 @@
+// Bodies as trees of bones: BVH and glTF turn every joint right.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "core/io/files/text_file.h"
+#include "core/io/text/json.h"
+#include "core/io/tracks/format.h"
+#include "core/io/tracks/joint_tree.h"
+#include "core/io/tracks/losses.h"
+#include "core/io/tracks/tracks.h"
+#include "tests/core/io/input_error.h"
+#include "tests/support/base64.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using testing::InputErrorOf;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using testing::TemporaryFolder;
+
+JointTree TreeOf(const Skeleton& skeleton) {
+  return MakeJointTree(skeleton,
+                       std::vector<bool>(skeleton.joints().size(), true),
+                       /*pivots=*/false);
+}
+
+// A rotation that swings with the frame, by up to 60 degrees, about an axis of
+// the joint's own.
+Quaterniond Swing(size_t joint, int64_t frame) {
+  const double phase = 1.7 * static_cast<double>(joint);
+  const Vector3d axis(std::sin(phase), std::cos(2.3 * phase),
+                      std::sin(1.0 + 3.1 * phase));
+  return Quaterniond(Eigen::AngleAxisd(
+      std::sin(0.3 * static_cast<double>(frame) + phase), axis.normalized()));
+}
+
+// Offsets of a body without symmetry but where a joint is the middle of two.
+std::vector<Vector3d> OffsetsOf(const JointTree& tree, double size_m) {
+  std::vector<Vector3d> offsets_m(tree.size(), Vector3d::Zero());
+  const auto place_of = [&](const std::string& name) {
+    for (size_t j = 0; j < tree.size(); ++j) {
+      if (tree[j].name == name) return j;
+    }
+    return tree.size();
+  };
+  for (size_t j = 1; j < tree.size(); ++j) {
+    const double phase = 2.1 * static_cast<double>(j);
+    offsets_m[j] =
+        size_m * (0.6 + 0.4 * std::sin(5.0 * phase)) *
+        Vector3d(std::cos(phase), std::sin(phase), std::sin(1.9 * phase))
+            .normalized();
+  }
+  for (const std::string part : {"hip", "shoulder"}) {
+    const size_t left = place_of("l_" + part);
+    const size_t right = place_of("r_" + part);
+    if (left < tree.size() && right < tree.size()) {
+      offsets_m[right] = -offsets_m[left];
+    }
+  }
+  return offsets_m;
+}
+
+// A person whose joints turn about each other without changing any length:
+// joints that hang on one joint keep their shape. The chest does not bend
+// against the spine, which is one of the bones that turn it.
+TrackSequence RigidTruth(const Skeleton& skeleton, int64_t frames,
+                         double size_m = 0.25) {
+  const JointTree tree = TreeOf(skeleton);
+  const std::vector<Vector3d> offsets_m = OffsetsOf(tree, size_m);
+  TrackSequence tracks;
+  tracks.header.skeleton = skeleton;
+  tracks.header.frame_rate_hz = 30.0;
+  for (int64_t f = 0; f < frames; ++f) {
+    TrackFrame& frame = tracks.frames.emplace_back();
+    frame.frame = f;
+    PersonPose& person = frame.people.emplace_back();
+    person.id = TrackId(0);
+    person.joints.resize(skeleton.joints().size());
+    std::vector<Quaterniond> turns(tree.size());
+    std::vector<Vector3d> places(tree.size());
+    for (size_t j = 0; j < tree.size(); ++j) {
+      const auto p = static_cast<size_t>(std::max(0, tree[j].parent));
+      turns[j] = j == 0             ? Swing(j, f)
+                 : tree[j].is_chest ? turns[p]
+                                    : turns[p] * Swing(j, f);
+      places[j] = j == 0 ? Vector3d(0.02 * static_cast<double>(f), 0.1, 1.0)
+                         : Vector3d(places[p] + turns[p] * offsets_m[j]);
+      if (tree[j].sources.size() > 1) continue;
+      person.joints[static_cast<size_t>(tree[j].sources[0])] = {
+          places[j], JointStatus::kObserved};
+    }
+  }
+  return tracks;
+}
+
+Losses WriteTo(const std::string& format, const std::string& path,
+               const TrackSequence& tracks) {
+  Losses losses;
+  FindTrackFormat(format)->write(path, tracks, {}, &losses);
+  return losses;
+}
+
+// The largest distance of joints that BVH's reader finds, by its own forward
+// kinematics, from those of the tracks [m].
+double WorstInBvh(const std::string& path, const TrackSequence& tracks) {
+  const TrackSequence read = ReadTracks(path);
+  double worst_m = 0.0;
+  for (size_t f = 0; f < tracks.frames.size(); ++f) {
+    const Pose3d& pose = tracks.frames[f].people[0].joints;
+    for (size_t j = 0; j < pose.size(); ++j) {
+      const std::string& name = tracks.header.skeleton.joints()[j];
+      const int at = read.header.skeleton.IndexOf(name);
+      EXPECT_GE(at, 0) << name;
+      if (at < 0 || !pose[j].present()) continue;
+      const Joint3d& found =
+          read.frames[f].people[0].joints[static_cast<size_t>(at)];
+      worst_m =
+          std::max(worst_m, (found.position_m - pose[j].position_m).norm());
+    }
+  }
+  return worst_m;
+}
+
+// A .gltf: numbers of an accessor, joints of the first skin by name.
+class GltfFile {
+ public:
+  explicit GltfFile(const std::string& path)
+      : json_(Json::parse(ReadTextFile(path))) {
+    const std::string uri = json_["buffers"][0]["uri"];
+    bytes_ = testing::FromBase64(uri.substr(uri.find(',') + 1));
+  }
+
+  std::vector<float> Numbers(const Json& accessor_idx) const {
+    const Json& accessor = json_["accessors"][accessor_idx.get<size_t>()];
+    const Json& view =
+        json_["bufferViews"][accessor["bufferView"].get<size_t>()];
+    std::vector<float> numbers(view["byteLength"].get<size_t>() /
+                               sizeof(float));
+    std::memcpy(numbers.data(),
+                bytes_.data() + view["byteOffset"].get<size_t>(),
+                numbers.size() * sizeof(float));
+    return numbers;
+  }
+
+  // Where rotations alone put the joints of a person's row, from the pose at
+  // rest that the skin is bound in and the root's place.
+  std::map<std::string, Vector3d> ByRotations(size_t row) const {
+    const Json& skin = json_["skins"][0];
+    const std::vector<float> inverses = Numbers(skin["inverseBindMatrices"]);
+    std::map<size_t, size_t> parent_of;
+    for (size_t n = 0; n < json_["nodes"].size(); ++n) {
+      const Json& node = json_["nodes"][n];
+      if (!node.contains("children")) continue;
+      for (const Json& child : node["children"]) {
+        parent_of[child.get<size_t>()] = n;
+      }
+    }
+    std::map<size_t, Vector3d> rest_m;
+    std::map<size_t, Quaterniond> turns;
+    std::map<size_t, Vector3d> places_m;
+    std::map<std::string, Vector3d> result;
+    for (size_t j = 0; j < skin["joints"].size(); ++j) {
+      const auto node = skin["joints"][j].get<size_t>();
+      const float* m = &inverses[16 * j];
+      rest_m[node] = -Vector3d(m[12], m[13], m[14]);
+      const Quaterniond local = TurnOf(node, row);
+      const size_t parent = parent_of[node];
+      if (turns.count(parent) == 0) {
+        turns[node] = local;
+        places_m[node] = PlaceOf(node, row);
+      } else {
+        turns[node] = turns[parent] * local;
+        places_m[node] =
+            places_m[parent] + turns[parent] * (rest_m[node] - rest_m[parent]);
+      }
+      result[json_["nodes"][node]["name"]] = places_m[node];
+    }
+    return result;
+  }
+
+  const Json& json() const { return json_; }
+
+ private:
+  std::vector<float> Channel(size_t node, const std::string& path) const {
+    const Json& animation = json_["animations"][0];
+    for (const Json& channel : animation["channels"]) {
+      if (channel["target"]["node"] != node ||
+          channel["target"]["path"] != path) {
+        continue;
+      }
+      return Numbers(
+          animation["samplers"][channel["sampler"].get<size_t>()]["output"]);
+    }
+    ADD_FAILURE() << "no " << path << " of node " << node;
+    return {};
+  }
+  Quaterniond TurnOf(size_t node, size_t row) const {
+    const std::vector<float> q = Channel(node, "rotation");
+    return {q[4 * row + 3], q[4 * row], q[4 * row + 1], q[4 * row + 2]};
+  }
+  Vector3d PlaceOf(size_t node, size_t row) const {
+    const std::vector<float> p = Channel(node, "translation");
+    return {p[3 * row], p[3 * row + 1], p[3 * row + 2]};
+  }
+
+  Json json_;
+  std::string bytes_;
+};
+
+// A mouse, as SLEAP's users draw it, and a fly, of which all hangs on one
+// joint.
+const std::vector<Skeleton>& Animals() {
+  static const std::vector<Skeleton> kAnimals = {
+      Skeleton(
+          "mouse",
+          {"snout", "ear_l", "ear_r", "neck", "hips", "tail_base", "tail_tip",
+           "paw_l", "paw_r"},
+          {{0, 3}, {1, 3}, {2, 3}, {3, 4}, {4, 5}, {5, 6}, {4, 7}, {4, 8}}),
+      Skeleton("fly",
+               {"head", "thorax", "abdomen", "wing_l", "wing_r", "leg_1",
+                "leg_2", "tip_1", "tip_2", "eye_l", "eye_r"},
+               {{1, 0},
+                {1, 2},
+                {1, 3},
+                {1, 4},
+                {1, 5},
+                {1, 6},
+                {5, 7},
+                {6, 8},
+                {0, 9},
+                {0, 10}})};
+  return kAnimals;
+}
+
+std::vector<Skeleton> AllSkeletons() {
+  std::vector<Skeleton> all = Animals();
+  for (const std::string& name : SkeletonNames()) {
+    all.push_back(*FindSkeleton(name));
+  }
+  return all;
+}
+
+// Six digits of centimetres and degrees along at most ten bones of 0.25 m.
+constexpr double kBvhDigits_m = 1e-6;
+
+TEST(TreeMotion, BvhPutsEveryJointOfARigidBodyWhereItIs) {
+  for (const Skeleton& skeleton : AllSkeletons()) {
+    const TemporaryFolder folder;
+    const std::string path = folder.path() / "person_0.bvh";
+    const TrackSequence truth = RigidTruth(skeleton, 40);
+    const Losses losses = WriteTo("bvh", path, truth);
+    EXPECT_THAT(losses,
+                Contains(HasSubstr("lie 0.0 mm (RMS) and at most 0.0 mm")))
+        << skeleton.name();
+    EXPECT_LT(WorstInBvh(path, truth), kBvhDigits_m) << skeleton.name();
+  }
+}
+
+TEST(TreeMotion, GltfTurnsEveryJointOfARigidBodyFromItsRest) {
+  for (const Skeleton& skeleton : AllSkeletons()) {
+    const TemporaryFolder folder;
+    const std::string path = folder.path() / "take.gltf";
+    const TrackSequence truth = RigidTruth(skeleton, 40);
+    WriteTo("gltf", path, truth);
+    const GltfFile file(path);
+    double worst_m = 0.0;
+    for (const size_t f : {0u, 17u, 39u}) {
+      const std::map<std::string, Vector3d> found = file.ByRotations(f);
+      const Pose3d& pose = truth.frames[f].people[0].joints;
+      for (size_t j = 0; j < pose.size(); ++j) {
+        const Vector3d expected(pose[j].position_m.x(), pose[j].position_m.z(),
+                                -pose[j].position_m.y());
+        worst_m = std::max(worst_m,
+                           (found.at(skeleton.joints()[j]) - expected).norm());
+      }
+    }
+    // Ten links of at most 0.25 m, each rotation, of four floats, to 2^-23, the
+    // root at 1 m to 2^-24: 10 * 10 / 2 * 0.25 m * 2^-23 + 2^-24 m, and a mean
+    // shape whose angles are known to some ten digits.
+    EXPECT_LT(worst_m, 2e-5) << skeleton.name();
+  }
+}
+
+// One frame is its own shape; a mirror image is as rigid as its person.
+TEST(TreeMotion, OneFrameAndMirrorImages) {
+  for (const Skeleton* skeleton : {&MediaPipe33(), &Halpe26()}) {
+    TrackSequence truth = RigidTruth(*skeleton, 1);
+    const TemporaryFolder folder;
+    const std::string path = folder.path() / "person_0.bvh";
+    WriteTo("bvh", path, truth);
+    EXPECT_LT(WorstInBvh(path, truth), kBvhDigits_m);
+    truth = RigidTruth(*skeleton, 30);
+    for (TrackFrame& frame : truth.frames) {
+      for (Joint3d& joint : frame.people[0].joints) joint.position_m.x() *= -1;
+    }
+    WriteTo("bvh", path, truth);
+    EXPECT_LT(WorstInBvh(path, truth), kBvhDigits_m);
+  }
+}
+
+// What is missing in some frames does not spoil what is seen there: hips, of
+// which the root is the middle, and all but one joint of a hand.
+TEST(TreeMotion, JointsThatAreMissingInSomeFrames) {
+  TrackSequence truth = RigidTruth(MediaPipe33(), 40);
+  for (size_t f = 10; f < 20; ++f) {
+    Pose3d& pose = truth.frames[f].people[0].joints;
+    for (const char* joint : {"l_hip", "r_hip", "l_pinky", "l_thumb"}) {
+      pose[static_cast<size_t>(MediaPipe33().IndexOf(joint))] = {};
+    }
+  }
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "person_0.bvh";
+  const Losses losses = WriteTo("bvh", path, truth);
+  // Ten frames of four joints; the middle of the hips is nobody's joint.
+  EXPECT_THAT(losses, Contains(HasSubstr("40 missing joints")));
+  const TrackSequence read = ReadTracks(path);
+  const auto at = [&](size_t frame, const std::string& joint) {
+    return read.frames[frame]
+        .people[0]
+        .joints[static_cast<size_t>(read.header.skeleton.IndexOf(joint))]
+        .position_m;
+  };
+  for (size_t f = 0; f < 40; ++f) {
+    const Pose3d& pose = truth.frames[f].people[0].joints;
+    const auto index = [](const std::string& joint) {
+      return static_cast<size_t>(MediaPipe33().IndexOf(joint));
+    };
+    // Bones keep their directions whatever the root does.
+    const Vector3d finger = (at(f, "l_index") - at(f, "l_wrist")).normalized();
+    const Vector3d expected =
+        (pose[index("l_index")].position_m - pose[index("l_wrist")].position_m)
+            .normalized();
+    // One direction alone is bent by what the rotation between the frames
+    // weighs, a millionth.
+    EXPECT_LT((finger - expected).norm(), 2e-6) << f;
+  }
+}
+
+TrackSequence WithoutJoints(const Skeleton& skeleton,
+                            const std::vector<std::string>& joints) {
+  TrackSequence tracks = RigidTruth(skeleton, 20);
+  for (TrackFrame& frame : tracks.frames) {
+    for (const std::string& joint : joints) {
+      frame.people[0].joints[static_cast<size_t>(skeleton.IndexOf(joint))] = {};
+    }
+  }
+  return tracks;
+}
+
+// Length of the bone to each joint at rest, from the text [cm]. Pivots, which
+// have none, are left out.
+std::map<std::string, double> OffsetLengths(const std::string& bvh) {
+  std::map<std::string, double> lengths;
+  std::istringstream words(bvh);
+  std::string name;
+  for (std::string word; words >> word && word != "MOTION";) {
+    if (word == "JOINT") words >> name;
+    if (word == "End") name.clear();
+    if (word != "OFFSET" || name.empty()) continue;
+    Vector3d offset;
+    words >> offset.x() >> offset.y() >> offset.z();
+    if (name.find("_to_") == std::string::npos) lengths[name] = offset.norm();
+  }
+  return lengths;
+}
+
+TEST(TreeMotion, LegsNeverSeenHaveLengthsByStature) {
+  const std::vector<std::string> legs = {
+      "l_knee", "r_knee",    "l_ankle",     "r_ankle", "l_big_toe",
+      "l_heel", "r_big_toe", "l_small_toe", "r_heel",  "r_small_toe"};
+  TrackSequence tracks = WithoutJoints(Halpe26(), legs);
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "person_0.bvh";
+  const Losses losses = WriteTo("bvh", path, tracks);
+  EXPECT_THAT(losses,
+              Contains(HasSubstr("never seen: l_knee, l_ankle, r_knee, ")));
+  EXPECT_THAT(losses, Contains(HasSubstr("Drillis and Contini")));
+  EXPECT_THAT(losses, Not(Contains(HasSubstr("missing joints got a place"))));
+  const auto lengths = OffsetLengths(ReadTextFile(path));
+  for (const auto& [joint, length_cm] : lengths) {
+    EXPECT_GT(length_cm, 0.1) << joint;
+  }
+  // A thigh is 0.245 of the stature, a shank 0.246.
+  EXPECT_NEAR(lengths.at("l_ankle") / lengths.at("l_knee"), 0.246 / 0.245,
+              1e-6);
+  EXPECT_EQ(lengths.at("l_knee"), lengths.at("r_knee"));
+}
+
+TEST(TreeMotion, TheOtherSideTellsALengthBeforeTheStatureDoes) {
+  const TrackSequence tracks = WithoutJoints(
+      Halpe26(), {"l_knee", "l_ankle", "l_heel", "l_big_toe", "l_small_toe"});
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "person_0.bvh";
+  WriteTo("bvh", path, tracks);
+  const auto lengths = OffsetLengths(ReadTextFile(path));
+  EXPECT_NEAR(lengths.at("l_knee"), lengths.at("r_knee"), 1e-5);
+}
+
+// At a desk: the root is the chest then, so that hips and legs turn with it.
+TEST(TreeMotion, HipsNeverSeen) {
+  const std::vector<std::string> below = {"l_hip",  "r_hip",   "l_knee",
+                                          "r_knee", "l_ankle", "r_ankle"};
+  const TrackSequence tracks = WithoutJoints(Coco17(), below);
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "person_0.bvh";
+  const Losses losses = WriteTo("bvh", path, tracks);
+  EXPECT_THAT(losses,
+              Contains(HasSubstr("never seen: l_hip, r_hip, l_knee, r_knee, "
+                                 "l_ankle, r_ankle;")));
+  EXPECT_LT(WorstInBvh(path, tracks), kBvhDigits_m);
+  EXPECT_THAT(ReadTextFile(path), HasSubstr("ROOT neck"));
+  for (const auto& [joint, length_cm] : OffsetLengths(ReadTextFile(path))) {
+    EXPECT_GT(length_cm, 0.1) << joint;
+  }
+}
+
+// An elbow that nobody saw lies between shoulder and wrist.
+TEST(TreeMotion, AJointNeverSeenBetweenTwoThatAre) {
+  const TrackSequence tracks = WithoutJoints(Coco17(), {"l_elbow"});
+  const TemporaryFolder folder;
+  const std::string path = folder.path() / "take.gltf";
+  const Losses losses = WriteTo("gltf", path, tracks);
+  EXPECT_THAT(losses, Contains(HasSubstr("never seen: l_elbow;")));
+  EXPECT_EQ(GltfFile(path).ByRotations(3).count("l_elbow"), 1u);
+}
+
+TEST(TreeMotion, PointsWithoutBones) {
+  const Skeleton points("markers", {"C7", "STRN", "CLAV"}, {});
+  TrackSequence tracks = RigidTruth(points, 5);
+  const TemporaryFolder folder;
+  EXPECT_THAT(
+      InputErrorOf(
+          [&] { WriteTo("bvh", folder.path() / "person_0.bvh", tracks); }),
+      HasSubstr("the skeleton 'markers' has none; C3D, TRC and glTF hold"));
+  const std::string path = folder.path() / "take.gltf";
+  EXPECT_THAT(WriteTo("gltf", path, tracks),
+              Contains("no bone holds STRN, CLAV: points that hang on C7"));
+  EXPECT_EQ(GltfFile(path).ByRotations(0).size(), 3u);
+}
+
+TEST(TreeMotion, BonesOfTheFileMakeTheTree) {
+  // Human 3.6M's: the neck hangs on the thorax, which anatomy by names does
+  // not know.
+  const Skeleton h36m(
+      "custom",
+      {"mid_hip", "r_hip", "r_knee", "r_ankle", "l_hip", "l_knee", "l_ankle",
+       "spine", "thorax", "neck", "head_top", "l_shoulder", "l_elbow",
+       "l_wrist", "r_shoulder", "r_elbow", "r_wrist"},
+      {{0, 1},
+       {1, 2},
+       {2, 3},
+       {0, 4},
+       {4, 5},
+       {5, 6},
+       {0, 7},
+       {7, 8},
+       {8, 9},
+       {9, 10},
+       {8, 11},
+       {11, 12},
+       {12, 13},
+       {8, 14},
+       {14, 15},
+       {15, 16}});
+  const JointTree tree = TreeOf(h36m);
+  EXPECT_EQ(tree[0].name, "mid_hip");
+  for (const TreeJoint& joint : tree) {
+    const std::string parent =
+        joint.parent < 0 ? "" : tree[static_cast<size_t>(joint.parent)].name;
+    if (joint.name == "neck" || joint.name == "l_shoulder") {
+      EXPECT_EQ(parent, "thorax") << joint.name;
+    }
+    EXPECT_EQ(joint.is_chest, joint.name == "thorax");
+    EXPECT_TRUE(joint.is_held);
+  }
+  // An animal's ears hang where its own bones have them.
+  for (const TreeJoint& joint : TreeOf(Animals()[0])) {
+    EXPECT_TRUE(joint.rest_direction.isZero()) << joint.name;
+  }
+}
+
+// Many who come and go are not written as people who stand still.
+TEST(TreeMotion, BvhOfManyWhoComeAndGo) {
+  const TrackSequence one = RigidTruth(Coco17(), 3);
+  TrackSequence tracks;
+  tracks.header = one.header;
+  constexpr int64_t kPeople = 450;
+  for (int64_t f = 0; f < kPeople; ++f) {
+    TrackFrame& frame = tracks.frames.emplace_back();
+    frame.frame = f;
+    frame.people = one.frames[0].people;
+    frame.people[0].id = TrackId(f);
+  }
+  const TemporaryFolder folder;
+  EXPECT_THAT(WriteTo("bvh", folder.path() / "bvh", tracks),
+              Contains(HasSubstr("each file begins and ends with its person")));
+  EXPECT_THAT(ReadTextFile(folder.path() / "bvh" / "person_7.bvh"),
+              HasSubstr("Frames: 1\n"));
+  tracks.frames.resize(400);  // 160,000 rows
+  EXPECT_THAT(WriteTo("bvh", folder.path() / "few", tracks),
+              Not(Contains(HasSubstr("begins and ends"))));
+  EXPECT_THAT(ReadTextFile(folder.path() / "few" / "person_7.bvh"),
+              HasSubstr("Frames: 400\n"));
+}
+
+TEST(TreeMotion, GltfRefusesWhatNoFloatHolds) {
+  TrackSequence tracks = RigidTruth(Coco17(), 2);
+  tracks.frames[1].people[0].joints[3].position_m.x() = 1e300;
+  const TemporaryFolder folder;
+  EXPECT_THAT(InputErrorOf([&] {
+                WriteTo("gltf", folder.path() / "take.gltf", tracks);
+              }),
+              HasSubstr("32-bit float"));
+}
+
+}  // namespace
+}  // namespace kinegraph
