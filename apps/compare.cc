@@ -23,11 +23,13 @@
 #include "apps/compare/tuning.h"
 #include "apps/compare/verdict.h"
 #include "core/base/error.h"
+#include "core/evaluation/correspondence.h"
 #include "core/io/configuration/held_out_set.h"
 #include "core/io/configuration/manifest.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
+#include "core/io/text/joint_names.h"
 #include "core/io/tracks/tracks.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
@@ -167,6 +169,10 @@ std::vector<FrameRange> Common(const std::vector<FrameRange>& a,
 void ReadTruth(Comparison* comparison) {
   if (FLAGS_ground_truth.empty()) return;
   comparison->truth = ReadTracks(FLAGS_ground_truth);
+  Skeleton& skeleton = comparison->truth->header.skeleton;
+  skeleton = WithOurNames(skeleton);
+  RequireCommonJoints(comparison->scene().skeleton, FLAGS_detections, skeleton,
+                      FLAGS_ground_truth);
   comparison->protocol = PcpProtocolByName(FLAGS_protocol);
   if (!comparison->protocol.has_value()) return;
   comparison->protocol->frames =

@@ -15,8 +15,10 @@
 #include "apps/common/track_input.h"
 #include "apps/common/track_output.h"
 #include "core/base/error.h"
+#include "core/evaluation/correspondence.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
+#include "core/io/text/joint_names.h"
 #include "core/io/tracks/tracks.h"
 
 DEFINE_string(tracks, "", "tracks to evaluate");
@@ -177,8 +179,14 @@ Compared ReadBoth(const TrackReadOptions& options = {}) {
   RequireFlag("ground_truth", FLAGS_ground_truth);
   const TrackInput input("evaluate", FLAGS_unit,
                          {FLAGS_ground_truth, FLAGS_tracks});
-  return {input.Read(FLAGS_ground_truth, options),
-          input.Read(FLAGS_tracks, options)};
+  Compared compared = {input.Read(FLAGS_ground_truth, options),
+                       input.Read(FLAGS_tracks, options)};
+  for (TrackSequence* side : {&compared.truth, &compared.tracks}) {
+    side->header.skeleton = WithOurNames(side->header.skeleton);
+  }
+  RequireCommonJoints(compared.truth.header.skeleton, FLAGS_ground_truth,
+                      compared.tracks.header.skeleton, FLAGS_tracks);
+  return compared;
 }
 
 // A wrong pair of files or of frames shall not pass for a bad score.

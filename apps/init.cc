@@ -14,6 +14,7 @@
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/reading_notes.h"
+#include "core/skeleton/body_joints.h"
 #include "core/tracking/gates.h"
 #include "solvers/session/survey.h"
 
@@ -107,6 +108,10 @@ void PrintFindings(const TakeSurvey& survey, const RunOptions& options) {
         "unit        %s: people are then %.2f m tall\n",
         survey.unit == "auto" ? "the calibration's own" : survey.unit.c_str(),
         report.height_m);
+  } else if (!IsHuman(survey.detections.skeleton)) {
+    std::printf(
+        "unit        taken as %s: the joints are no human's\n",
+        survey.unit == "auto" ? "the calibration's own" : survey.unit.c_str());
   } else {
     std::printf("unit        not known: nobody could be measured\n");
   }
@@ -116,10 +121,8 @@ void PrintFindings(const TakeSurvey& survey, const RunOptions& options) {
     views += (views.empty() ? "" : ", ") + camera.view + " = " + camera.camera;
   }
   std::printf("views       %s\n", Printable(views, 1000).c_str());
-  if (!survey.map.empty()) {
-    std::printf(
-        "            paired in the order of their names, which are "
-        "not alike\n");
+  if (survey.paired_by != PairedBy::kName) {
+    std::printf("            paired %s\n", ToString(survey.paired_by));
   }
   std::printf("skeleton    %s, %d joints\n",
               Printable(survey.detections.skeleton.name()).c_str(),
@@ -151,6 +154,14 @@ void PrintFindings(const TakeSurvey& survey, const RunOptions& options) {
   }
 }
 
+// Files may have bones of their own between the joints of a built-in skeleton.
+bool SameBones(const Skeleton& one, const Skeleton& other) {
+  return std::equal(
+      one.bones().begin(), one.bones().end(), other.bones().begin(),
+      other.bones().end(),
+      [](const Bone& a, const Bone& b) { return a.a == b.a && a.b == b.b; });
+}
+
 std::string ConfigText(const TakeSurvey& survey) {
   std::string text =
       "# Made by `kinegraph init` for one take. The whole take at once with "
@@ -165,9 +176,10 @@ std::string ConfigText(const TakeSurvey& survey) {
       "frame_rate = {:.17g}  # Hz, {}\n", survey.detections.frame_rate_hz,
       FLAGS_frame_rate > 0.0 ? "as given" : "as the detections tell");
   text += "\n[detections]\n";
-  const std::string& skeleton = survey.detections.skeleton.name();
-  text += FindSkeleton(skeleton) != nullptr
-              ? "skeleton = " + Quoted(skeleton) + "\n"
+  const Skeleton& skeleton = survey.detections.skeleton;
+  const Skeleton* known = FindSkeleton(skeleton.name());
+  text += known != nullptr && SameBones(skeleton, *known)
+              ? "skeleton = " + Quoted(skeleton.name()) + "\n"
               : "# skeleton: the files' own\n";
   text += "\n[cameras]\n";
   text += survey.unit == "auto"
@@ -181,9 +193,10 @@ std::string ConfigText(const TakeSurvey& survey) {
   if (survey.cameras_are_off) text += "refine = \"pose\"\n";
   if (survey.clocks_are_off) text += "refine_clock = true\n";
   if (!survey.map.empty()) {
-    text +=
-        "\n# View = camera, in the order of their names: check them.\n"
-        "[cameras.map]\n";
+    text += survey.paired_by == PairedBy::kOrder
+                ? "\n# View = camera, in the order of their names: check them."
+                : "\n# View = camera.";
+    text += "\n[cameras.map]\n";
     for (const auto& [view, camera] : survey.map) {
       text += Quoted(view) + " = " + Quoted(camera) + "\n";
     }

@@ -19,10 +19,12 @@
 #include "apps/report/page_data.h"
 #include "apps/report/view_images.h"
 #include "core/base/error.h"
+#include "core/evaluation/correspondence.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
 #include "core/io/files/text_file.h"
+#include "core/io/text/joint_names.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/identity_edits.h"
 #include "core/io/tracks/person_names.h"
@@ -122,6 +124,13 @@ std::vector<PageResult> ReadResults() {
   if (!FLAGS_ground_truth.empty()) {
     results.push_back({BaseName(FLAGS_ground_truth), ResultRole::kGroundTruth,
                        input.Read(FLAGS_ground_truth)});
+  }
+  // They are compared joint by joint.
+  const Skeleton& first = results.front().tracks.header.skeleton;
+  for (PageResult& result : results) {
+    Skeleton& skeleton = result.tracks.header.skeleton;
+    skeleton = WithOurNames(skeleton);
+    RequireCommonJoints(first, results.front().label, skeleton, result.label);
   }
   return results;
 }

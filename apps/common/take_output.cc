@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/common/terminal_markdown.h"
+#include "core/base/error.h"
 
 namespace kinegraph {
 namespace {
@@ -13,6 +14,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr size_t kMaxPeopleShown = 12;
+constexpr size_t kColumns = 98;
 
 std::string CameraLines(const TakeReport& report) {
   size_t width = 4;
@@ -59,6 +61,23 @@ std::string PeopleLines(const TakeReport& report) {
   return text;
 }
 
+// Where names do not say it at a glance.
+std::string PairingText(const TakeReport& report) {
+  if (report.paired_by < PairedBy::kWithin ||
+      report.paired_by == PairedBy::kNumber) {
+    return "";
+  }
+  std::string text = fmt::format(
+      "views are paired with cameras {} "
+      "(cameras.map pairs them otherwise): ",
+      ToString(report.paired_by));
+  for (const CameraReport& camera : report.cameras) {
+    text += (&camera == &report.cameras.front() ? "" : ", ") +
+            Printable(camera.view) + " = " + Printable(camera.camera);
+  }
+  return Wrapped(text, kColumns, "  ");
+}
+
 // Of two views that nothing speaks against.
 std::string PairText(const TakeReport& report) {
   if (report.cameras.size() != 2 || !report.warnings.empty()) return "";
@@ -69,13 +88,12 @@ std::string PairText(const TakeReport& report) {
 }  // namespace
 
 std::string ReportText(const TakeReport& report) {
-  if (report.poses == 0) return WarningsText(report);
-  return CameraLines(report) + PeopleLines(report) + WarningsText(report) +
-         PairText(report);
+  if (report.poses == 0) return PairingText(report) + WarningsText(report);
+  return PairingText(report) + CameraLines(report) + PeopleLines(report) +
+         WarningsText(report) + PairText(report);
 }
 
 std::string WarningsText(const TakeReport& report) {
-  constexpr size_t kColumns = 98;
   std::string text;
   for (const TakeWarning& warning : report.warnings) {
     text += Wrapped("warning: " + warning.text + ".", kColumns, "  ");
@@ -122,6 +140,7 @@ std::string ReportJson(const TakeReport& report, const RunSummary& run,
                                    {"p90", report.p90_px}};
   json["most_people_in_a_view"] = report.most_people_in_a_view;
   json["height_m"] = report.height_m > 0.0 ? Json(report.height_m) : Json();
+  json["paired"] = ToString(report.paired_by);
   json["cameras"] = Json::array();
   for (const CameraReport& camera : report.cameras) {
     json["cameras"].push_back({{"view", camera.view},

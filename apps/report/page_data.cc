@@ -12,7 +12,6 @@
 #include "apps/report/moments.h"
 #include "apps/report/pairing.h"
 #include "core/base/error.h"
-#include "core/io/text/joint_names.h"
 #include "core/io/text/json.h"
 #include "core/kinematics/ground.h"
 #include "core/kinematics/kinematics.h"
@@ -549,15 +548,7 @@ Json PageMaker::ResultJson(size_t r) {
 void PageMaker::AddAngles(const TrackSequence& tracks, Json* json) {
   KinematicsOptions options;
   options.up = up_;
-  TrackSequence renamed;
-  const Skeleton our_names = WithOurNames(tracks.header.skeleton);
-  const bool is_ours = our_names == tracks.header.skeleton;
-  if (!is_ours) {
-    renamed = tracks;
-    renamed.header.skeleton = our_names;
-  }
-  const KinematicsTable table =
-      MeasureKinematics(is_ours ? tracks : renamed, options);
+  const KinematicsTable table = MeasureKinematics(tracks, options);
   Json names = Json::array();
   std::map<std::string, Json> lists;
   for (const std::string& angle : table.angles) {

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "core/assignment/hungarian.h"
+#include "core/base/error.h"
 #include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
@@ -16,6 +17,16 @@ auto LowerBound(const TrackSequence& tracks, Value value, Key key) {
   return std::lower_bound(
       tracks.frames.begin(), tracks.frames.end(), value,
       [key](const TrackFrame& frame, Value v) { return frame.*key < v; });
+}
+
+// The first names of a list, for a message.
+std::string Listed(const std::vector<std::string>& names) {
+  constexpr size_t kShown = 4;
+  std::string text;
+  for (size_t i = 0; i < std::min(names.size(), kShown); ++i) {
+    text += (i == 0 ? "'" : ", '") + Printable(names[i]) + "'";
+  }
+  return text + (names.size() > kShown ? ", ..." : "");
 }
 
 }  // namespace
@@ -49,6 +60,15 @@ JointPairs CommonJoints(const Skeleton& a, const Skeleton& b) {
     if (b_of_a[joint] >= 0) pairs.push_back({joint, b_of_a[joint]});
   }
   return pairs;
+}
+
+void RequireCommonJoints(const Skeleton& a, const std::string& file_a,
+                         const Skeleton& b, const std::string& file_b) {
+  if (!CommonJoints(a, b).empty()) return;
+  throw InputError(file_b, "",
+                   "has no joint in common with " + file_a + ": it has " +
+                       Listed(b.joints()) + ", the other " +
+                       Listed(a.joints()));
 }
 
 JointPairs CommonBodyJoints(const Skeleton& a, const Skeleton& b) {

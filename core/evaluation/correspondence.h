@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/base/frame_range.h"
@@ -37,6 +38,10 @@ using JointPairs = std::vector<JointPair>;
 
 // Joints of the same name, in the order of `a`.
 JointPairs CommonJoints(const Skeleton& a, const Skeleton& b);
+// Throws InputError naming file `b` when there are none: a score would say that
+// nobody was found.
+void RequireCommonJoints(const Skeleton& a, const std::string& file_a,
+                         const Skeleton& b, const std::string& file_b);
 // Only shoulders, elbows, wrists, hips, knees and ankles of those: the twelve
 // joints that all conventions agree on. All common joints when there are none.
 JointPairs CommonBodyJoints(const Skeleton& a, const Skeleton& b);

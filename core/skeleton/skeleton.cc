@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
@@ -100,7 +101,7 @@ JointClass ClassOfJoint(const std::string& joint_name) {
   const std::string part = sided ? joint_name.substr(2) : joint_name;
   if (part == "nose" || part == "ear" || StartsWith(part, "eye") ||
       part == "mouth" || part == "head_top" || part == "head_bottom" ||
-      StartsWith(part, "face_")) {
+      part == "head" || part == "forehead" || StartsWith(part, "face_")) {
     return JointClass::kHead;
   }
   if (part == "neck" || part == "mid_hip") return JointClass::kTrunk;
@@ -111,7 +112,7 @@ JointClass ClassOfJoint(const std::string& joint_name) {
   if (part == "knee") return JointClass::kKnee;
   if (part == "ankle") return JointClass::kAnkle;
   if (part == "heel" || part == "big_toe" || part == "small_toe" ||
-      part == "foot_index") {
+      part == "foot_index" || part == "foot" || part == "toe") {
     return JointClass::kFoot;
   }
   return JointClass::kOther;
@@ -166,7 +167,8 @@ Skeleton::Skeleton(std::string name, std::vector<std::string> joints,
     const int index = IndexOf(joint);
     if (index >= 0) association_joints_.push_back(index);
   }
-  if (association_joints_.size() < (Coco17Joints().size() + 1) / 2) {
+  if (association_joints_.size() < (Coco17Joints().size() + 1) / 2 ||
+      !IsHuman(*this)) {
     association_joints_.resize(joints_.size());
     for (int j = 0; j < count; ++j) association_joints_[j] = j;
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "core/skeleton/body_joints.h"
+
 namespace kinegraph {
 namespace {
 
@@ -49,6 +51,7 @@ std::optional<double> PopulationLength(const std::string& joint_a,
 std::vector<Bone> RigidPairs(const Skeleton& skeleton) {
   std::vector<Bone> pairs = skeleton.bones();
   std::vector<int> head;
+  if (!IsHuman(skeleton)) return pairs;
   for (const char* joint : {"nose", "l_eye", "r_eye", "l_ear", "r_ear"}) {
     const int index = skeleton.IndexOf(joint);
     if (index >= 0) head.push_back(index);
@@ -66,6 +69,7 @@ std::vector<Bone> RigidPairs(const Skeleton& skeleton) {
 
 BoneLengths::BoneLengths(const Skeleton& skeleton)
     : bones_(RigidPairs(skeleton)) {
+  const bool is_human = IsHuman(skeleton);
   for (size_t i = 0; i < bones_.size(); ++i) {
     const int mirror_a = skeleton.mirror(bones_[i].a);
     const int mirror_b = skeleton.mirror(bones_[i].b);
@@ -76,8 +80,10 @@ BoneLengths::BoneLengths(const Skeleton& skeleton)
     if (group < 0) {
       group = static_cast<int>(seen_.size());
       seen_.push_back({std::vector<float>(kBinCount, 0.0f), 0.0});
-      population_m_.push_back(PopulationLength(skeleton.joints()[bones_[i].a],
-                                               skeleton.joints()[bones_[i].b]));
+      population_m_.push_back(
+          is_human ? PopulationLength(skeleton.joints()[bones_[i].a],
+                                      skeleton.joints()[bones_[i].b])
+                   : std::nullopt);
     }
     group_.push_back(group);
   }

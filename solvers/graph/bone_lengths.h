@@ -17,14 +17,15 @@ namespace kinegraph {
 std::optional<double> PopulationLength(const std::string& joint_a,
                                        const std::string& joint_b);
 
-// Pairs of joints whose distance a person keeps: the skeleton's bones, and the
-// remaining pairs of nose, eyes and ears, which one rigid head carries.
+// Pairs of joints whose distance a person keeps: the skeleton's bones, and of a
+// human the remaining pairs of nose, eyes and ears, which one rigid head
+// carries.
 std::vector<Bone> RigidPairs(const Skeleton& skeleton);
 
 // Collects the distances of bones' ends where both were observed, and tells
 // each bone's length: the median, shared by left and right, drawn towards the
-// population's while little has been seen. Memory does not grow: distances are
-// counted in bins of 2 mm.
+// population's while little has been seen, of a human. Memory does not grow:
+// distances are counted in bins of 2 mm.
 class BoneLengths {
  public:
   explicit BoneLengths(const Skeleton& skeleton);

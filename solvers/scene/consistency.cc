@@ -9,6 +9,7 @@
 #include "core/evaluation/statistics.h"
 #include "core/geometry/epipolar.h"
 #include "core/geometry/triangulation.h"
+#include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
@@ -279,6 +280,7 @@ PairAgreement AgreementOfAll(const CameraRig& cameras,
 Stature StatureOf(const CameraRig& cameras,
                   const std::vector<ViewPeople>& ideal,
                   const std::vector<int>& frames, const Skeleton& skeleton) {
+  if (!IsHuman(skeleton)) return {};
   // Positions of the named joints among those that count.
   const std::vector<int>& counted = skeleton.association_joints();
   const auto place = [&](const std::string& name) {

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/skeleton/body_joints.h"
+
 namespace kinegraph {
 namespace {
 
@@ -80,9 +82,10 @@ Limbs::Sides Limbs::SidesOf(const Skeleton& skeleton, const std::string& part) {
   return {skeleton.IndexOf("l_" + part), skeleton.IndexOf("r_" + part)};
 }
 
-Limbs::Limbs(const Skeleton& skeleton)
-    : hips_(SidesOf(skeleton, "hip")),
-      shoulders_(SidesOf(skeleton, "shoulder")) {
+Limbs::Limbs(const Skeleton& skeleton) {
+  if (!IsHuman(skeleton)) return;
+  hips_ = SidesOf(skeleton, "hip");
+  shoulders_ = SidesOf(skeleton, "shoulder");
   for (size_t i = 0; i < kLimbCount; ++i) {
     limbs_[i] = {SidesOf(skeleton, kLimbs[i].a),
                  SidesOf(skeleton, kLimbs[i].b)};

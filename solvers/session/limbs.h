@@ -28,7 +28,7 @@ struct LimbFigures {
 };
 LimbFigures FiguresOf(const LimbSamples& samples);
 
-// Where limbs are in the poses of a skeleton.
+// Where limbs are in the poses of a skeleton; one that is no human's has none.
 class Limbs {
  public:
   explicit Limbs(const Skeleton& skeleton);

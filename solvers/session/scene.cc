@@ -1,11 +1,9 @@
 #include "solvers/session/scene.h"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/io/detections/view_pairing.h"
 
 namespace kinegraph {
 namespace {
@@ -20,32 +18,25 @@ bool IsNamed(const std::vector<std::string>& names, const std::string& name) {
 struct UsedViews {
   std::vector<int> views;  // indices into the detections' views
   CameraRig cameras;
+  PairedBy paired_by = PairedBy::kMap;
 };
 
 UsedViews ChooseViews(const RunOptions& options, const RunRequest& request,
                       const std::vector<std::string>& view_names) {
   const std::vector<std::string>& without = request.without_cameras;
-  std::vector<int> candidates;
-  std::vector<std::string> names;
-  std::map<std::string, std::string> map = options.cameras.map;
-  for (size_t v = 0; v < view_names.size(); ++v) {
-    if (IsNamed(without, view_names[v])) {
-      map.erase(view_names[v]);
-      continue;
-    }
-    candidates.push_back(static_cast<int>(v));
-    names.push_back(view_names[v]);
-  }
-  const std::vector<int> cameras = PairViewsWithCameras(
-      names, request.cameras, map,
+  const ViewPairing pairing = PairViewsWithCameras(
+      view_names, request.cameras, options.cameras.map,
       options.cameras.use.empty() ? UnpairedViews::kRefuse
-                                  : UnpairedViews::kLeaveOut);
+                                  : UnpairedViews::kLeaveOut,
+      without);
   UsedViews used;
-  for (size_t i = 0; i < cameras.size(); ++i) {
-    if (cameras[i] < 0) continue;
-    const Camera& camera = request.cameras[static_cast<size_t>(cameras[i])];
+  used.paired_by = pairing.paired_by;
+  for (size_t v = 0; v < view_names.size(); ++v) {
+    const int c = pairing.camera_of_view[v];
+    if (c < 0 || IsNamed(without, view_names[v])) continue;
+    const Camera& camera = request.cameras[static_cast<size_t>(c)];
     if (IsNamed(without, camera.name())) continue;
-    used.views.push_back(candidates[i]);
+    used.views.push_back(static_cast<int>(v));
     used.cameras.push_back(camera);
   }
   for (const std::string& name : without) {
@@ -76,6 +67,7 @@ RunScene PrepareScene(const RunOptions& options, const RunRequest& request,
   UsedViews used = ChooseViews(options, request, detections.view_names);
   scene.used_views = std::move(used.views);
   scene.model.cameras = std::move(used.cameras);
+  scene.paired_by = used.paired_by;
   for (const int v : scene.used_views) {
     scene.view_names.push_back(detections.view_names[v]);
   }

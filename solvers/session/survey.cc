@@ -10,7 +10,6 @@
 #include "core/io/configuration/refinement_record.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/view_pairing.h"
-#include "core/io/text/names.h"
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/gates.h"
 #include "solvers/scene/camera_check.h"
@@ -74,26 +73,6 @@ double UsualJoints(const DetectionSequence& beginning) {
     }
   }
   return joints.empty() ? 0.0 : Median(std::move(joints));
-}
-
-// View -> camera in the order of their names; empty when names pair them.
-std::map<std::string, std::string> MapOf(
-    const std::vector<std::string>& views, const CameraRig& cameras,
-    const std::map<std::string, std::string>& given) {
-  try {
-    PairViewsWithCameras(views, cameras, given);
-    return given;
-  } catch (const InputError&) {
-    if (!given.empty() || views.size() != cameras.size()) throw;
-  }
-  std::vector<std::string> names;
-  for (const Camera& camera : cameras) names.push_back(camera.name());
-  std::vector<std::string> sorted_views = views;
-  std::sort(sorted_views.begin(), sorted_views.end(), NaturalLess);
-  std::sort(names.begin(), names.end(), NaturalLess);
-  std::map<std::string, std::string> map;
-  for (size_t i = 0; i < names.size(); ++i) map[sorted_views[i]] = names[i];
-  return map;
 }
 
 // The doctor's word for clocks that are whole frames off.
@@ -185,6 +164,22 @@ bool HasPlausibleHeight(const TakeReport& report) {
   return report.height_m >= kMinHeight && report.height_m <= kMaxHeight;
 }
 
+// As a run does; what nothing but the order of the names told is kept as a map.
+void PairViews(const std::vector<std::string>& views,
+               const CameraReadOptions& options, TakeSurvey* survey) {
+  const ViewPairing pairing = PairViewsWithCameras(
+      views, survey->cameras, options.map,
+      options.use.empty() ? UnpairedViews::kRefuse : UnpairedViews::kLeaveOut);
+  survey->map = options.map;
+  survey->paired_by = pairing.paired_by;
+  if (pairing.paired_by != PairedBy::kOrder) return;
+  for (size_t v = 0; v < views.size(); ++v) {
+    const int camera = pairing.camera_of_view[v];
+    if (camera < 0) continue;
+    survey->map[views[v]] = survey->cameras[static_cast<size_t>(camera)].name();
+  }
+}
+
 // Tries the file's own unit, then the others.
 void SettleUnit(const SurveyRequest& request,
                 const DetectionSequence& beginning, TakeSurvey* survey) {
@@ -222,7 +217,11 @@ void SettleUnit(const SurveyRequest& request,
       survey->cameras_are_off = trial.cameras_are_off;
       survey->clocks_are_off = trial.clocks_are_off;
     }
-    if (HasPlausibleHeight(survey->report)) return;
+    // What is no human has no height to tell the unit by.
+    if (HasPlausibleHeight(survey->report) ||
+        !IsHuman(beginning.header.skeleton)) {
+      return;
+    }
     first = false;
   }
 }
@@ -240,8 +239,7 @@ TakeSurvey SurveyTake(const SurveyRequest& request) {
         "does not tell its frame rate, which is never guessed: give it with "
         "--frame_rate=HZ");
   }
-  survey.map = MapOf(source->header().view_names, survey.cameras,
-                     request.options.cameras.map);
+  PairViews(source->header().view_names, request.options.cameras, &survey);
   const DetectionSequence beginning = ReadBeginning(source.get(), &survey);
   if (survey.frames == 0) {
     throw InputError(request.detections, "", "holds no frames");

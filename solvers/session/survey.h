@@ -30,8 +30,9 @@ struct TakeSurvey {
 
   CameraRig cameras;  // in the unit that was settled on
   std::string unit;   // "auto" where the file's own is right
-  // View -> camera where names do not tell; filled in the order of the names.
+  // View -> camera as given, or where nothing but the order of the names tells.
   std::map<std::string, std::string> map;
+  PairedBy paired_by = PairedBy::kMap;
   // What a new person should need (initialisation.min_joints and
   // min_common_joints, of 17) where detections show few; else as in the
   // options.
@@ -48,8 +49,7 @@ struct TakeSurvey {
 
 // Reads cameras and detections and tracks up to 250 frames in which two views
 // show people: with the calibration's own unit, and where people come out as no
-// person is tall, with others. Where names do not pair views with cameras and
-// there are as many of both, they are paired in the order of their names.
+// person is tall, with others.
 // Throws InputError when something cannot be read or paired, or when nothing
 // tells the frame rate, which is never guessed.
 TakeSurvey SurveyTake(const SurveyRequest& request);

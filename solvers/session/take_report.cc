@@ -7,6 +7,7 @@
 
 #include "core/data/box.h"
 #include "core/io/text/json.h"
+#include "core/skeleton/body_joints.h"
 #include "core/tracking/gates.h"
 #include "solvers/scene/confidence_scale.h"
 #include "solvers/scene/consistency.h"
@@ -95,6 +96,7 @@ class TakeReporter::Impl {
     report.frame_rate_hz = scene_.model.frame_rate_hz;
     report.working_distance_m = WorkingDistance(scene_.model.cameras);
     report.skeleton = detection_skeleton_.name();
+    report.paired_by = scene_.paired_by;
     report.median_px = error_px_.Quantile(0.5);
     report.p90_px = error_px_.Quantile(0.9);
     for (const CameraStatistics& camera : cameras_) {
@@ -110,6 +112,7 @@ class TakeReporter::Impl {
               [](const auto& a, const auto& b) { return a.id < b.id; });
     report.height_m = TypicalHeight(report.people);
     TakeFacts facts;
+    facts.is_human = IsHuman(detection_skeleton_);
     if (report.height_m == 0.0) facts.stature_m = UntrackedStature();
     facts.body_speed_mps = speed_mps_.Quantile(0.95);
     facts.followed_mps = FollowedSpeed();

@@ -65,6 +65,7 @@ struct TakeReport {
   // As many people as some view shows in one frame of twenty.
   int most_people_in_a_view = 0;
   double height_m = 0.0;  // median over people, weighed by their frames
+  PairedBy paired_by = PairedBy::kMap;  // views with cameras
   std::vector<CameraReport> cameras;
   std::vector<PersonReport> people;  // ascending ids
   std::vector<TakeWarning> warnings;

@@ -54,8 +54,10 @@ class Warnings {
     report_->warnings.push_back({kind, std::move(text), std::move(advice)});
   }
 
-  // Unit of the calibration. True when people have no plausible height.
+  // Unit of the calibration. True when people have no plausible height; what is
+  // no human may have any, and stand at any distance.
   bool AddScale() {
+    if (!facts_.is_human) return false;
     // In a world too small or too large nobody is tracked.
     const double height_m =
         report_->height_m > 0.0 ? report_->height_m : facts_.stature_m;

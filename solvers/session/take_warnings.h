@@ -17,6 +17,7 @@ namespace kinegraph {
 
 // What a report does not show but its warnings need.
 struct TakeFacts {
+  bool is_human = true;         // IsHuman of the skeleton
   double stature_m = 0.0;       // of people paired between views, untracked
   double body_speed_mps = 0.0;  // 95th percentile, middle of the hips
   double followed_mps = 0.0;    // as fast as gates in metres follow; 0: others

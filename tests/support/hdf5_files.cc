@@ -119,8 +119,8 @@ std::string SleapHdf5(const SleapFile& content) {
     made.Set("node_names", MemoryHdf5::TextType(kWidth), {content.nodes.size()},
              names.data());
   }
-  const std::vector<int64_t> edges = {0, 1, 0, 2};
-  made.Set("edge_inds", H5T_NATIVE_INT64, {2, 2}, edges.data());
+  made.Set("edge_inds", H5T_NATIVE_INT64, content.edge_sides,
+           content.edges.data());
   return made.Bytes();
 }
 

@@ -15,6 +15,8 @@ struct SleapFile {
   // A data set without it claims its numbers and has none.
   bool has_numbers = true;
   std::vector<std::string> nodes = {"snout", "left_ear", "tail"};
+  std::vector<int64_t> edges = {0, 1, 0, 2};
+  std::vector<uint64_t> edge_sides = {2, 2};
   uint64_t claimed_nodes = 0;  // instead of `nodes`, each of 1000 bytes
 };
 

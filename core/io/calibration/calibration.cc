@@ -249,7 +249,7 @@ void CameraReadOptions::Describe(OptionVisitor& visitor) {
                   "take every lens as an ideal pinhole");
   visitor.TextList("use", &use, "names of the cameras to use; empty: all");
   visitor.TextMap("map", &map,
-                  "camera of a view, where equal names or numbers do not tell");
+                  "camera of a view, where names do not tell");
 }
 
 CameraRig ReadCameras(const std::string& path,

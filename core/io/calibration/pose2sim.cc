@@ -56,8 +56,9 @@ bool HasNoPose(const JsonField& camera) {
          !camera.Find("translation").has_value();
 }
 
-// Tables and values of Caliscope's and Anipose's files that are no cameras.
-bool IsBesideCameras(const std::string& key) {
+// Tables and values of Caliscope's and Anipose's files that are no cameras,
+// whatever a camera is called: those have a matrix and a pose.
+bool IsBesideCameras(const std::string& key, const JsonField& field) {
   static const std::set<std::string> kKeys = {"metadata",
                                               "capture_volume",
                                               "charuco",
@@ -68,6 +69,11 @@ bool IsBesideCameras(const std::string& key) {
                                               "save_tracked_points_video",
                                               "creation_date"};
   constexpr const char* kPair = "stereo_";
+  const Json& table = field.value();
+  if (table.is_object() && table.contains("matrix") &&
+      table.contains("rotation") && table.contains("translation")) {
+    return false;
+  }
   return kKeys.count(key) > 0 || key.rfind(kPair, 0) == 0;
 }
 
@@ -160,7 +166,7 @@ CalibrationFile ReadTables(const JsonField& root) {
                         !inside->value().contains("matrix");
   for (const auto& [table, field] :
        (is_array ? *inside : root).Members("camera")) {
-    if (IsBesideCameras(table) || table == "CreationDate") continue;
+    if (IsBesideCameras(table, field) || table == "CreationDate") continue;
     const bool is_table = field.value().is_object();
     if (is_table && (IsUnplaced(field) || (is_array && HasNoPose(field)))) {
       continue;

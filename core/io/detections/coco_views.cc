@@ -92,19 +92,12 @@ std::optional<Skeleton> SkeletonOf(const JsonArray& categories) {
       labels.emplace_back(AsText(name, "keypoints"));
     }
     if (labels.empty()) continue;
-    Skeleton skeleton = SkeletonOfLabels(labels);
+    std::vector<Bone> bones;
     JsonValue pairs;
-    if (skeleton.name() != "custom" ||
-        category["skeleton"].get(pairs) != simdjson::SUCCESS) {
-      return skeleton;
+    if (category["skeleton"].get(pairs) == simdjson::SUCCESS) {
+      bones = ReadBones(pairs, "skeleton", 1, static_cast<int>(labels.size()));
     }
-    const std::vector<Bone> bones =
-        ReadBones(pairs, "skeleton", 1, static_cast<int>(labels.size()));
-    try {
-      return Skeleton(skeleton.name(), skeleton.joints(), bones);
-    } catch (const OptionError& error) {
-      throw InputError("skeleton: " + error.message());
-    }
+    return SkeletonOfLabels(labels, bones);
   }
   return std::nullopt;
 }

@@ -6,7 +6,6 @@
 #include "core/base/error.h"
 #include "core/data/box.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/joint_names.h"
 #include "core/io/text/names.h"
 
 namespace kinegraph {
@@ -109,17 +108,6 @@ DeepLabCutColumns FindDeepLabCutColumns(
 bool DeepLabCutTake::Place::operator<(const Place& other) const {
   return std::tie(frame, view_idx, person) <
          std::tie(other.frame, other.view_idx, other.person);
-}
-
-void DeepLabCutTake::SettleSkeleton(const std::vector<std::string>& labels) {
-  const Skeleton& known = collector_.header().skeleton;
-  if (known.joint_count() == 0) {
-    collector_.set_skeleton(SkeletonOfLabels(labels));
-  } else if (known.joints().size() != labels.size()) {
-    throw InputError(
-        "found " + std::to_string(labels.size()) + " bodyparts, expected the " +
-        std::to_string(known.joints().size()) + " of '" + known.name() + "'");
-  }
 }
 
 void DeepLabCutTake::Add(int64_t frame, size_t view_idx, size_t person,

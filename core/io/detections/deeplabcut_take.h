@@ -39,8 +39,10 @@ class DeepLabCutTake {
   DeepLabCutTake(const DetectionHeader& header, int detectors)
       : detectors_(detectors), collector_(header) {}
 
-  // Throws InputError without a file for another number of bodyparts.
-  void SettleSkeleton(const std::vector<std::string>& labels);
+  // DetectionCollector's.
+  void SettleSkeleton(const std::vector<std::string>& labels) {
+    collector_.SettleSkeleton(labels);
+  }
   void Touch(int64_t frame) { collector_.Touch(frame); }
   void Add(int64_t frame, size_t view_idx, size_t person,
            std::vector<Keypoint> joints);

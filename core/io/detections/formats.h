@@ -63,6 +63,12 @@ class DetectionCollector {
   const DetectionHeader& header() const { return header_; }
   // For files that tell it by their first person.
   void set_skeleton(const Skeleton& skeleton) { header_.skeleton = skeleton; }
+  // For files that state it, one after the other (SkeletonOfLabels). The first
+  // decides, where the options do not. Throws InputError without a file when
+  // the next one has other labels, or not as many as the options' skeleton.
+  void SettleSkeleton(const std::vector<std::string>& labels,
+                      const std::vector<Bone>& bones = {},
+                      const std::string& name = "");
   // The place of a new detection, its index_in_file set.
   Detection* Add(int64_t frame, size_t view_idx);
   // Makes sure that the frame is there even if nobody was seen.
@@ -71,6 +77,7 @@ class DetectionCollector {
 
  private:
   DetectionHeader header_;
+  std::vector<std::string> labels_;  // of the first file that states them
   std::map<int64_t, DetectionFrame> frames_;
 };
 

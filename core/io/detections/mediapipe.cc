@@ -86,7 +86,7 @@ class Reader {
           if (!rows.Next(&cells)) throw InputError("is empty");
           const size_t width = cells.size();
           const Columns columns = FindColumns(cells);
-          SettleSkeleton(columns.labels);
+          collector_.SettleSkeleton(columns.labels);
           while (rows.Next(&cells)) {
             if (cells.size() != width) {
               throw InputError("found " + std::to_string(cells.size()) +
@@ -108,18 +108,6 @@ class Reader {
   }
 
  private:
-  void SettleSkeleton(const std::vector<std::string>& labels) {
-    const Skeleton found = SkeletonOfLabels(labels);
-    const Skeleton& known = collector_.header().skeleton;
-    if (known.joint_count() == 0) {
-      collector_.set_skeleton(found);
-    } else if (known.joints().size() != labels.size()) {
-      throw InputError(
-          "found " + std::to_string(labels.size()) + " joints, expected the " +
-          std::to_string(known.joints().size()) + " of '" + known.name() + "'");
-    }
-  }
-
   void ReadRow(const std::vector<std::string>& cells, const Columns& columns,
                size_t view_idx) {
     const int64_t frame =

@@ -1,10 +1,15 @@
 // MMPose's (RTMPose's) predictions, a file a view: [{"frame_id": 0,
 // "instances": [{"keypoints": [[x, y], ...], "keypoint_scores": [s, ...]}]}],
-// or the same list as "instance_info" of an object. A folder a view with a file
-// an image has the list of instances alone in each.
+// or the same list as "instance_info" of an object, whose "meta_info" states
+// the joints (keypoint_id2name), bones (skeleton_links) and the skeleton's name
+// (dataset_name). A folder a view with a file an image has the list of
+// instances alone in each.
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "core/base/error.h"
@@ -18,6 +23,7 @@
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/json_output.h"
 #include "core/io/text/names.h"
+#include "core/io/text/skeleton_json.h"
 
 namespace kinegraph {
 namespace {
@@ -34,16 +40,12 @@ class Reader {
   // A file with all frames of a view.
   void ReadView(const std::string& path, size_t view_idx) {
     const JsonValue root = parser_.Parse(path);
+    Located(path, [&] { SettleSkeleton(root); });
     size_t place = 0;
     Located(
         path, [&] { return "entry " + std::to_string(place); },
         [&] {
-          const JsonArray frames =
-              root.is_object() ? AsArray(Required(AsObject(root, kOutermost),
-                                                  "instance_info"),
-                                         "instance_info")
-                               : AsArray(root, kOutermost);
-          for (const JsonValue entry : frames) {
+          for (const JsonValue entry : FramesOf(root)) {
             const JsonObject frame = AsObject(entry, "a frame");
             ReadInstances(AsArray(Required(frame, "instances"), "instances"),
                           AsFrame(Required(frame, "frame_id"), "frame_id"),
@@ -73,6 +75,50 @@ class Reader {
   }
 
  private:
+  static JsonArray FramesOf(JsonValue root) {
+    if (!root.is_object()) return AsArray(root, kOutermost);
+    return AsArray(Required(AsObject(root, kOutermost), "instance_info"),
+                   "instance_info");
+  }
+
+  // By `meta_info`, where there is one that names the joints.
+  void SettleSkeleton(JsonValue root) {
+    JsonObject meta;
+    JsonObject names;
+    if (root.at_key("meta_info").get(meta) != simdjson::SUCCESS ||
+        meta["keypoint_id2name"].get(names) != simdjson::SUCCESS) {
+      return;
+    }
+    const std::vector<std::string> labels = LabelsOf(names);
+    std::vector<Bone> bones;
+    JsonValue links;
+    if (meta["skeleton_links"].get(links) == simdjson::SUCCESS) {
+      bones = ReadBones(links, "meta_info.skeleton_links", 0,
+                        static_cast<int>(labels.size()) - 1);
+    }
+    std::string_view name;
+    if (meta["dataset_name"].get(name) != simdjson::SUCCESS) name = "";
+    collector_.SettleSkeleton(labels, bones, std::string(name));
+  }
+
+  // {"0": "nose", "1": "left_eye", ...}, in any order.
+  static std::vector<std::string> LabelsOf(const JsonObject& names) {
+    constexpr const char* kKey = "meta_info.keypoint_id2name";
+    std::vector<std::string> labels(names.size());
+    for (const auto& [key, name] : names) {
+      size_t number = 0;
+      const char* end = key.data() + key.size();
+      const auto [stop, error] = std::from_chars(key.data(), end, number);
+      if (error != std::errc() || stop != end || number >= labels.size()) {
+        throw InputError(std::string(kKey) + ": found '" +
+                         Printable(std::string(key)) + "', expected 0 .. " +
+                         std::to_string(labels.size() - 1));
+      }
+      labels[number] = AsText(name, kKey);
+    }
+    return labels;
+  }
+
   void ReadInstances(const JsonArray& instances, int64_t frame,
                      size_t view_idx) {
     collector_.Touch(frame);

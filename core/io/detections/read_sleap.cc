@@ -19,7 +19,6 @@
 #include "core/io/detections/formats.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
-#include "core/io/text/joint_names.h"
 #include "core/io/text/json.h"
 #include "core/io/text/names.h"
 
@@ -91,26 +90,45 @@ Layout LayoutOf(const std::vector<std::string>& axes,
   return layout;
 }
 
-Skeleton SkeletonOf(const Hdf5File& file,
-                    const std::vector<std::string>& names) {
-  const Skeleton known = SkeletonOfLabels(names);
-  if (!known.bones().empty() || !file.Has("edge_inds")) return known;
-  const std::vector<double> ends = file.Numbers("edge_inds");
-  const auto count = static_cast<double>(names.size());
+// The two nodes of each edge, one after the other: of `edge_inds`, [edges, 2]
+// or [2, edges] as MATLAB has it, else of `edge_names`.
+std::vector<double> EdgesOf(const Hdf5File& file,
+                            const std::vector<std::string>& nodes) {
+  if (!file.Has("edge_inds")) {
+    std::vector<double> places;
+    if (!file.Has("edge_names")) return places;
+    for (const std::string& name : file.Texts("edge_names")) {
+      places.push_back(static_cast<double>(
+          std::find(nodes.begin(), nodes.end(), name) - nodes.begin()));
+    }
+    return places;
+  }
+  const std::vector<double> stored = file.Numbers("edge_inds");
+  const std::vector<size_t> shape = file.Shape("edge_inds");
+  if (shape.size() != 2 || shape[1] == 2) return stored;
+  std::vector<double> places(stored.size());
+  for (size_t e = 0; e < stored.size(); ++e) {
+    places[e] = stored[e / 2 + (e % 2) * (stored.size() / 2)];
+  }
+  return places;
+}
+
+std::vector<Bone> BonesOf(const Hdf5File& file,
+                          const std::vector<std::string>& nodes) {
+  const std::vector<double> ends = EdgesOf(file, nodes);
+  const auto count = static_cast<double>(nodes.size());
   for (const double end : ends) {
     if (end >= 0.0 && end < count) continue;
     throw InputError(
-        fmt::format("edge_inds: found {}, expected 0 .. {}", end, count - 1.0));
+        fmt::format("{}: found {}, expected 0 .. {}",
+                    file.Has("edge_inds") ? "edge_inds" : "edge_names: node",
+                    end, count - 1.0));
   }
   std::vector<Bone> bones;
   for (size_t e = 0; e + 1 < ends.size(); e += 2) {
     bones.push_back({static_cast<int>(ends[e]), static_cast<int>(ends[e + 1])});
   }
-  try {
-    return Skeleton(known.name(), known.joints(), bones);
-  } catch (const OptionError& error) {
-    throw InputError("edge_inds: " + error.message());
-  }
+  return bones;
 }
 
 class Reader {
@@ -157,11 +175,10 @@ class Reader {
 
   void SettleSkeleton(const Hdf5File& file, const std::string& path,
                       size_t joint_count) {
-    if (collector_.header().skeleton.joint_count() == 0) {
+    Located(path, [&] {
       const std::vector<std::string> names = file.Texts("node_names");
-      collector_.set_skeleton(
-          Located(path, [&] { return SkeletonOf(file, names); }));
-    }
+      collector_.SettleSkeleton(names, BonesOf(file, names));
+    });
     const Skeleton& skeleton = collector_.header().skeleton;
     if (skeleton.joints().size() == joint_count) return;
     throw InputError(path, kTracks,

@@ -7,6 +7,7 @@
 
 #include "core/base/median.h"
 #include "core/data/box.h"
+#include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
@@ -17,6 +18,7 @@ constexpr size_t kMinBones = 4;
 
 // Arms, legs, trunk: what every layout of a body has.
 std::vector<Bone> BonesOf(const Skeleton& skeleton) {
+  if (!IsHuman(skeleton)) return {};
   std::vector<std::pair<std::string, std::string>> names = {
       {"l_shoulder", "r_shoulder"}, {"l_hip", "r_hip"}};
   for (const std::string side : {"l_", "r_"}) {

@@ -12,6 +12,7 @@
 #include "core/io/detections/rated_source.h"
 #include "core/io/files/folder_entry.h"
 #include "core/io/text/bulk_json.h"
+#include "core/io/text/joint_names.h"
 #include "core/io/text/names.h"
 
 namespace kinegraph {
@@ -302,6 +303,29 @@ bool IsToldByJointCount(const Skeleton& skeleton) {
     return *DetectorSkeletons(skeleton.joints().size(), "").front() == skeleton;
   } catch (const InputError&) {
     return false;
+  }
+}
+
+void DetectionCollector::SettleSkeleton(const std::vector<std::string>& labels,
+                                        const std::vector<Bone>& bones,
+                                        const std::string& name) {
+  const Skeleton& known = header_.skeleton;
+  if (known.joint_count() == 0) {
+    set_skeleton(SkeletonOfLabels(labels, bones, name));
+    labels_ = labels;
+  }
+  if (known.joints().size() != labels.size()) {
+    throw InputError("found " + std::to_string(labels.size()) +
+                     " joints, expected the " +
+                     std::to_string(known.joints().size()) + " of '" +
+                     Printable(known.name()) + "'");
+  }
+  if (labels_.empty()) return;  // the options' skeleton
+  for (size_t j = 0; j < labels.size(); ++j) {
+    if (labels[j] == labels_[j]) continue;
+    throw InputError("joint " + std::to_string(j) + " is '" +
+                     Printable(labels[j]) + "', expected '" +
+                     Printable(labels_[j]) + "' as in the first file");
   }
 }
 

@@ -1,27 +1,47 @@
 #include "core/io/detections/view_pairing.h"
 
 #include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <cstdlib>
 #include <optional>
+#include <set>
 
 #include "core/base/error.h"
+#include "core/io/text/names.h"
 
 namespace kinegraph {
 namespace {
 
 constexpr int kNone = -1;
 
+using Words = std::vector<std::string>;
+
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
-// Digits of the last number of a name without leading zeros; compared as text,
-// so that no number is too large.
-std::optional<std::string> LastDigits(const std::string& name) {
-  auto end = name.size();
-  while (end > 0 && !IsDigit(name[end - 1])) --end;
-  if (end == 0) return std::nullopt;
-  auto begin = end;
-  while (begin > 0 && IsDigit(name[begin - 1])) --begin;
-  while (begin + 1 < end && name[begin] == '0') ++begin;
-  return name.substr(begin, end - begin);
+// "Take_Cam-01" -> take, cam, 1. Numbers stay texts, so that none is too large.
+Words WordsOf(const std::string& name) {
+  Words words;
+  char before = ' ';
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool counts = std::isalnum(byte) != 0 || byte >= 0x80;
+    const bool goes_on = counts && !words.empty() && before != ' ' &&
+                         IsDigit(c) == IsDigit(before);
+    before = counts ? c : ' ';
+    if (!counts) continue;
+    if (!goes_on) words.emplace_back();
+    if (words.back() == "0") words.back().clear();
+    words.back() += static_cast<char>(std::tolower(byte));
+  }
+  return words;
+}
+
+std::optional<std::string> LastNumber(const Words& words) {
+  const auto at = std::find_if(words.rbegin(), words.rend(), [](const auto& w) {
+    return IsDigit(w.front());
+  });
+  return at == words.rend() ? std::nullopt : std::optional(*at);
 }
 
 // The first names of a list, for a message.
@@ -48,27 +68,264 @@ int IndexOf(const std::vector<std::string>& names, const std::string& name) {
   return at == names.end() ? kNone : static_cast<int>(at - names.begin());
 }
 
-int CameraByNumber(const std::string& view,
-                   const std::vector<std::string>& cameras,
-                   UnpairedViews unpaired) {
-  const std::optional<std::string> number = LastDigits(view);
-  std::vector<std::string> candidates;
-  if (number.has_value()) {
-    for (const std::string& camera : cameras) {
-      if (LastDigits(camera) == number) candidates.push_back(camera);
+std::vector<Words> WordsOfAll(const std::vector<std::string>& names) {
+  std::vector<Words> words;
+  for (const std::string& name : names) words.push_back(WordsOf(name));
+  return words;
+}
+
+bool StandsIn(const Words& part, const Words& whole) {
+  return std::search(whole.begin(), whole.end(), part.begin(), part.end()) !=
+         whole.end();
+}
+
+std::string Joined(const Words& words) {
+  std::string text;
+  for (const std::string& word : words) text += word + " ";
+  return text;
+}
+
+// Without the words that all names begin with, and those that all end with.
+std::vector<Words> Distinct(const std::vector<Words>& names) {
+  if (names.size() < 2) return names;
+  const auto shared = [&names](bool from_end) {
+    size_t count = 0;
+    const auto word = [&](const Words& name) {
+      return count >= name.size()
+                 ? ""
+                 : name[from_end ? name.size() - 1 - count : count];
+    };
+    while (!word(names.front()).empty() &&
+           std::all_of(names.begin(), names.end(), [&](const Words& name) {
+             return word(name) == word(names.front());
+           })) {
+      ++count;
+    }
+    return count;
+  };
+  const size_t front = shared(false);
+  const size_t back = shared(true);
+  std::vector<Words> rests;
+  for (const Words& name : names) {
+    rests.emplace_back();
+    for (size_t i = front; i + back < name.size(); ++i) {
+      rests.back().push_back(name[i]);
     }
   }
-  if (candidates.size() == 1) return IndexOf(cameras, candidates.front());
-  if (candidates.empty() && unpaired == UnpairedViews::kLeaveOut) return kNone;
-  if (candidates.empty()) {
-    throw InputError("view '" + Printable(view) +
-                     "' has no camera of the same name or number among " +
-                     Listed(cameras) + "; cameras.map can name one");
-  }
-  throw InputError("view '" + Printable(view) + "' may belong to " +
-                   Listed(candidates) +
-                   "; cameras.map (or cameras.use) must decide");
+  return rests;
 }
+
+class Pairing {
+ public:
+  Pairing(const std::vector<std::string>& views,
+          const std::vector<std::string>& cameras, UnpairedViews unpaired)
+      : views_(views),
+        cameras_(cameras),
+        unpaired_(unpaired),
+        view_words_(WordsOfAll(views)),
+        camera_words_(WordsOfAll(cameras)),
+        view_rests_(Distinct(view_words_)),
+        camera_rests_(Distinct(camera_words_)),
+        owner_(cameras.size(), kNone) {
+    result_.camera_of_view.assign(views.size(), kNone);
+  }
+
+  void PairByName(const std::map<std::string, std::string>& map) {
+    for (size_t v = 0; v < views_.size(); ++v) {
+      const auto mapped = map.find(views_[v]);
+      const bool is_mapped = mapped != map.end();
+      const int camera =
+          IndexOf(cameras_, is_mapped ? mapped->second : views_[v]);
+      if (camera != kNone) Give(v, camera);
+      if (camera != kNone && !is_mapped) Note(PairedBy::kName);
+    }
+  }
+
+  // By the first rule that fits all of `views` that have no camera yet.
+  bool PairRest(const std::vector<size_t>& views) {
+    std::vector<size_t> left;
+    for (const size_t v : views) {
+      if (result_.camera_of_view[v] == kNone) left.push_back(v);
+    }
+    if (left.empty()) return true;
+    return PairBy(PairedBy::kWithin, left,
+                  [this](size_t v) { return Longest(v); }) ||
+           PairBy(PairedBy::kNumber, left,
+                  [this](size_t v) { return OfSameNumber(v); }) ||
+           PairBy(PairedBy::kDistinct, left,
+                  [this](size_t v) { return OfSameRest(v); }) ||
+           PairByOrder(left);
+  }
+
+  // Why the rules do not fit.
+  void Fail(const std::vector<size_t>& views) const {
+    const bool may_be_left = unpaired_ == UnpairedViews::kLeaveOut;
+    std::map<int, size_t> claimed;
+    for (size_t c = 0; c < owner_.size(); ++c) {
+      if (owner_[c] != kNone) {
+        claimed[static_cast<int>(c)] = static_cast<size_t>(owner_[c]);
+      }
+    }
+    for (const size_t v : views) {
+      if (result_.camera_of_view[v] != kNone) continue;
+      const std::vector<int> candidates = OfSameNumber(v);
+      const std::string view = "view '" + Printable(views_[v]) + "'";
+      if (candidates.empty() && may_be_left) continue;
+      if (candidates.empty()) {
+        throw InputError(view +
+                         " has no camera of the same name or number among " +
+                         Listed(cameras_) + "; cameras.map can name one");
+      }
+      if (candidates.size() > 1) {
+        std::vector<std::string> names;
+        for (const int c : candidates) {
+          names.push_back(cameras_[static_cast<size_t>(c)]);
+        }
+        throw InputError(view + " may belong to " + Listed(names) +
+                         "; cameras.map (or cameras.use) must decide");
+      }
+      const auto [other, is_new] = claimed.try_emplace(candidates.front(), v);
+      if (!is_new) FailTwice(other->second, v, candidates.front());
+    }
+    if (may_be_left) return;
+    throw InputError("the views " + Listed(views_) + " and the cameras " +
+                     Listed(cameras_) +
+                     " have names of two kinds; cameras.map must pair them");
+  }
+
+  const ViewPairing& result() const { return result_; }
+
+ private:
+  [[noreturn]] void FailTwice(size_t view, size_t other, int camera) const {
+    throw InputError("views '" + Printable(views_[view]) + "' and '" +
+                     Printable(views_[other]) + "' both belong to camera '" +
+                     Printable(cameras_[static_cast<size_t>(camera)]) +
+                     "'; cameras.map must decide");
+  }
+
+  void Note(PairedBy paired_by) {
+    result_.paired_by = std::max(result_.paired_by, paired_by);
+  }
+
+  void Give(size_t view, int camera) {
+    int& owner = owner_[static_cast<size_t>(camera)];
+    if (owner != kNone) FailTwice(static_cast<size_t>(owner), view, camera);
+    owner = static_cast<int>(view);
+    result_.camera_of_view[view] = camera;
+  }
+
+  template <typename Fits>
+  std::vector<int> Where(const Fits& fits) const {
+    std::vector<int> cameras;
+    for (size_t c = 0; c < cameras_.size(); ++c) {
+      if (fits(c)) cameras.push_back(static_cast<int>(c));
+    }
+    return cameras;
+  }
+
+  std::vector<int> OfSameNumber(size_t v) const {
+    const auto number = LastNumber(view_words_[v]);
+    return Where([&](size_t c) {
+      return number.has_value() && LastNumber(camera_words_[c]) == number;
+    });
+  }
+
+  std::vector<int> OfSameRest(size_t v) const {
+    return Where([&](size_t c) { return view_rests_[v] == camera_rests_[c]; });
+  }
+
+  // The cameras with the most words in common, one name whole in the other.
+  std::vector<int> Longest(size_t v) const {
+    size_t most = 1;
+    const auto common = [&](size_t c) {
+      const Words& view = view_words_[v];
+      const Words& camera = camera_words_[c];
+      const bool fits = StandsIn(camera, view) || StandsIn(view, camera);
+      return fits ? std::min(view.size(), camera.size()) : 0;
+    };
+    for (size_t c = 0; c < cameras_.size(); ++c) {
+      most = std::max(most, common(c));
+    }
+    return Where([&](size_t c) { return common(c) == most; });
+  }
+
+  template <typename Candidates>
+  bool PairBy(PairedBy paired_by, const std::vector<size_t>& views,
+              const Candidates& candidates) {
+    std::map<size_t, int> pairs;
+    std::set<int> taken;
+    for (const size_t v : views) {
+      const std::vector<int> cameras = candidates(v);
+      if (cameras.empty() && unpaired_ == UnpairedViews::kLeaveOut) continue;
+      if (cameras.size() != 1 ||
+          owner_[static_cast<size_t>(cameras.front())] != kNone ||
+          !taken.insert(cameras.front()).second) {
+        return false;
+      }
+      pairs[v] = cameras.front();
+    }
+    for (const auto& [v, camera] : pairs) Give(v, camera);
+    if (!pairs.empty()) Note(paired_by);
+    return !pairs.empty();
+  }
+
+  bool PairByOrder(std::vector<size_t> views) {
+    std::vector<int> cameras =
+        Where([&](size_t c) { return owner_[c] == kNone; });
+    if (views.size() != cameras.size() || views.size() != views_.size()) {
+      return false;
+    }
+    std::sort(views.begin(), views.end(), [this](size_t a, size_t b) {
+      return NaturalLess(views_[a], views_[b]);
+    });
+    std::sort(cameras.begin(), cameras.end(), [this](int a, int b) {
+      return NaturalLess(cameras_[static_cast<size_t>(a)],
+                         cameras_[static_cast<size_t>(b)]);
+    });
+    if (!MayBeOrdered(views, cameras)) return false;
+    for (size_t i = 0; i < views.size(); ++i) Give(views[i], cameras[i]);
+    Note(PairedBy::kOrder);
+    return true;
+  }
+
+  // Names that share numbers are in the same order where one set counts from 0
+  // and the other from 1, not where some number is missing.
+  bool MayBeOrdered(const std::vector<size_t>& views,
+                    const std::vector<int>& cameras) const {
+    std::set<int64_t> of_views;
+    std::set<int64_t> of_cameras;
+    std::set<int64_t> shifts;
+    for (size_t i = 0; i < views.size(); ++i) {
+      const auto view = LastInteger(Joined(view_rests_[views[i]]));
+      const auto camera =
+          LastInteger(Joined(camera_rests_[static_cast<size_t>(cameras[i])]));
+      if (view.has_value()) of_views.insert(*view);
+      if (camera.has_value()) of_cameras.insert(*camera);
+      shifts.insert(camera.value_or(0) - view.value_or(0));
+    }
+    const bool share =
+        std::any_of(
+            of_views.begin(), of_views.end(),
+            [&](int64_t number) { return of_cameras.count(number) > 0; }) ||
+        std::any_of(views.begin(), views.end(),
+                    [this](size_t v) { return !OfSameNumber(v).empty(); });
+    if (!share) return true;
+    if (of_views.empty() || of_cameras.empty()) return false;
+    const int64_t first = std::min(*of_views.begin(), *of_cameras.begin());
+    const int64_t shift = *shifts.begin();
+    return shifts.size() == 1 && first == 0 && std::abs(shift) == 1;
+  }
+
+  const std::vector<std::string>& views_;
+  const std::vector<std::string>& cameras_;
+  const UnpairedViews unpaired_;
+  const std::vector<Words> view_words_;
+  const std::vector<Words> camera_words_;
+  const std::vector<Words> view_rests_;  // what tells them apart
+  const std::vector<Words> camera_rests_;
+  std::vector<int> owner_;  // the view of each camera
+  ViewPairing result_;
+};
 
 // Every name that the map uses must exist.
 void CheckMap(const std::vector<std::string>& views,
@@ -89,44 +346,49 @@ void CheckMap(const std::vector<std::string>& views,
 
 }  // namespace
 
-std::vector<int> PairViewsWithCameras(
-    const std::vector<std::string>& view_names, const CameraRig& cameras,
-    const std::map<std::string, std::string>& map, UnpairedViews unpaired) {
+const char* ToString(PairedBy paired_by) {
+  switch (paired_by) {
+    case PairedBy::kMap:
+      return "as cameras.map says";
+    case PairedBy::kName:
+      return "by their names";
+    case PairedBy::kWithin:
+      return "by the name of one within the other's";
+    case PairedBy::kDistinct:
+      return "by what tells their names apart";
+    case PairedBy::kNumber:
+      return "by the last number in their names";
+    case PairedBy::kOrder:
+      break;
+  }
+  return "in the order of their names, which are not alike";
+}
+
+ViewPairing PairViewsWithCameras(const std::vector<std::string>& view_names,
+                                 const CameraRig& cameras,
+                                 const std::map<std::string, std::string>& map,
+                                 UnpairedViews unpaired,
+                                 const std::vector<std::string>& without) {
   const std::vector<std::string> camera_names = NamesOf(cameras);
   CheckMap(view_names, camera_names, map);
-  std::vector<int> camera_of_view;
-  std::vector<int> view_of_camera(cameras.size(), kNone);
+  std::vector<size_t> all;
+  std::vector<size_t> wanted;
   for (size_t v = 0; v < view_names.size(); ++v) {
-    const std::string& view = view_names[v];
-    const auto mapped = map.find(view);
-    int camera =
-        IndexOf(camera_names, mapped == map.end() ? view : mapped->second);
-    if (camera == kNone) {
-      camera = CameraByNumber(view, camera_names, unpaired);
-    }
-    if (camera == kNone) {
-      camera_of_view.push_back(kNone);
-      continue;
-    }
-    int& owner = view_of_camera[static_cast<size_t>(camera)];
-    if (owner != kNone) {
-      throw InputError(
-          "views '" + Printable(view_names[static_cast<size_t>(owner)]) +
-          "' and '" + Printable(view) + "' both belong to camera '" +
-          Printable(camera_names[static_cast<size_t>(camera)]) +
-          "'; cameras.map must decide");
-    }
-    owner = static_cast<int>(v);
-    camera_of_view.push_back(camera);
+    all.push_back(v);
+    if (IndexOf(without, view_names[v]) == kNone) wanted.push_back(v);
   }
-  return camera_of_view;
+  Pairing pairing(view_names, camera_names, unpaired);
+  pairing.PairByName(map);
+  if (!pairing.PairRest(all) && !pairing.PairRest(wanted)) pairing.Fail(wanted);
+  return pairing.result();
 }
 
 CameraRig CamerasOfViews(const std::vector<std::string>& view_names,
                          const CameraRig& cameras,
                          const std::map<std::string, std::string>& map) {
   CameraRig paired;
-  for (const int camera : PairViewsWithCameras(view_names, cameras, map)) {
+  for (const int camera :
+       PairViewsWithCameras(view_names, cameras, map).camera_of_view) {
     paired.push_back(cameras[static_cast<size_t>(camera)]);
   }
   return paired;

@@ -3,68 +3,109 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <map>
+#include <set>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
 
+// What a label calls a part of the body. Parts that one joint may be called by
+// stand together, the exacter before the vaguer.
 struct Part {
   const char* squeezed;  // without separators, in small letters
-  const char* name;
+  const char* joint;
+  const char* own;  // its name where an exacter one has the joint
 };
 
-constexpr std::array<Part, 21> kSided = {{{"eye", "eye"},
-                                          {"eyeinner", "eye_inner"},
-                                          {"eyeouter", "eye_outer"},
-                                          {"ear", "ear"},
-                                          {"mouth", "mouth"},
-                                          {"shoulder", "shoulder"},
-                                          {"elbow", "elbow"},
-                                          {"wrist", "wrist"},
-                                          {"pinky", "pinky"},
-                                          {"index", "index"},
-                                          {"thumb", "thumb"},
-                                          {"hip", "hip"},
-                                          {"knee", "knee"},
-                                          {"ankle", "ankle"},
-                                          {"heel", "heel"},
-                                          {"bigtoe", "big_toe"},
-                                          {"smalltoe", "small_toe"},
-                                          {"footindex", "foot_index"},
-                                          {"toe", "big_toe"},
-                                          {"foot", "ankle"},
-                                          {"hand", "wrist"}}};
+constexpr std::array<Part, 22> kSided = {
+    {{"eye", "eye", "eye"},
+     {"eyeinner", "eye_inner", "eye_inner"},
+     {"eyeouter", "eye_outer", "eye_outer"},
+     {"ear", "ear", "ear"},
+     {"mouth", "mouth", "mouth"},
+     {"shoulder", "shoulder", "shoulder"},
+     {"elbow", "elbow", "elbow"},
+     {"wrist", "wrist", "wrist"},
+     {"hand", "wrist", "hand"},
+     {"pinky", "pinky", "pinky"},
+     {"index", "index", "index"},
+     {"thumb", "thumb", "thumb"},
+     {"hip", "hip", "hip"},
+     {"knee", "knee", "knee"},
+     {"ankle", "ankle", "ankle"},
+     {"foot", "ankle", "foot"},
+     {"heel", "heel", "heel"},
+     {"bigtoe", "big_toe", "big_toe"},
+     {"toe", "big_toe", "toe"},
+     {"toes", "big_toe", "toes"},
+     {"smalltoe", "small_toe", "small_toe"},
+     {"footindex", "foot_index", "foot_index"}}};
 
-constexpr std::array<Part, 14> kCentral = {{{"nose", "nose"},
-                                            {"neck", "neck"},
-                                            {"head", "head_top"},
-                                            {"headtop", "head_top"},
-                                            {"tophead", "head_top"},
-                                            {"forehead", "head_top"},
-                                            {"headbottom", "head_bottom"},
-                                            {"hip", "mid_hip"},
-                                            {"midhip", "mid_hip"},
-                                            {"chip", "mid_hip"},
-                                            {"pelvis", "mid_hip"},
-                                            {"hips", "mid_hip"},
-                                            {"root", "mid_hip"},
-                                            {"chin", "head_bottom"}}};
+constexpr std::array<Part, 14> kCentral = {
+    {{"nose", "nose", "nose"},
+     {"neck", "neck", "neck"},
+     {"headtop", "head_top", "head_top"},
+     {"tophead", "head_top", "top_head"},
+     {"head", "head_top", "head"},
+     {"forehead", "head_top", "forehead"},
+     {"headbottom", "head_bottom", "head_bottom"},
+     {"chin", "head_bottom", "chin"},
+     {"midhip", "mid_hip", "mid_hip"},
+     {"chip", "mid_hip", "chip"},
+     {"pelvis", "mid_hip", "pelvis"},
+     {"hips", "mid_hip", "hips"},
+     {"hip", "mid_hip", "hip"},
+     {"root", "mid_hip", "root"}}};
+
+// A label as it is understood.
+struct Meaning {
+  std::string joint;  // our name for it; the label itself where it names none
+  std::string own;    // ours where another label has the joint
+  int vagueness = 0;  // the more, the vaguer
+};
 
 template <size_t kCount>
-const char* Find(const std::array<Part, kCount>& parts,
+const Part* Find(const std::array<Part, kCount>& parts,
                  const std::string& squeezed) {
   for (const Part& part : parts) {
-    if (squeezed == part.squeezed) return part.name;
+    if (squeezed == part.squeezed) return &part;
   }
   return nullptr;
 }
 
+template <size_t kCount>
+Meaning MeaningOf(const std::array<Part, kCount>& parts, const Part& part,
+                  const std::string& side, const std::string& label) {
+  const std::string joint = side + part.joint;
+  // The exact word comes before any other spelling.
+  const int place = static_cast<int>(&part - parts.data());
+  return {joint, side + part.own, label == joint ? -1 : place};
+}
+
+// "LAnkle (mm)" -> "LAnkle".
+std::string WithoutUnit(const std::string& label) {
+  if (label.empty() || (label.back() != ')' && label.back() != ']')) {
+    return label;
+  }
+  const size_t begin = label.find_last_of("([");
+  if (begin == std::string::npos) return label;
+  const std::string unit = label.substr(begin + 1, label.size() - begin - 2);
+  for (const char* known : {"m", "cm", "mm", "px"}) {
+    if (unit == known) return label.substr(0, begin);
+  }
+  return label;
+}
+
+// "Anna:LAnkle (mm)" -> "lankle".
 std::string Squeezed(const std::string& label) {
+  const std::string name = WithoutUnit(label);
   std::string squeezed;
-  for (const char c : label) {
-    const auto byte = static_cast<unsigned char>(c);
+  for (size_t i = name.find_last_of(':') + 1; i < name.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(name[i]);
     if (std::isalnum(byte) != 0) {
       squeezed += static_cast<char>(std::tolower(byte));
     }
@@ -79,6 +120,32 @@ bool Strip(const std::string& text, const std::string& end, bool at_front,
   if (text.compare(at, end.size(), end) != 0) return false;
   *rest = at_front ? text.substr(end.size()) : text.substr(0, at);
   return true;
+}
+
+Meaning MeaningOf(const std::string& label) {
+  const std::string squeezed = Squeezed(label);
+  if (const Part* part = Find(kCentral, squeezed)) {
+    return MeaningOf(kCentral, *part, "", label);
+  }
+  std::string rest;
+  // Whole words first: "left_ear" must not become "l" and "eftear".
+  for (const auto& [word, side] :
+       {std::pair{"left", "l_"}, {"right", "r_"}, {"l", "l_"}, {"r", "r_"}}) {
+    for (const bool at_front : {true, false}) {
+      if (!Strip(squeezed, word, at_front, &rest)) continue;
+      if (const Part* part = Find(kSided, rest)) {
+        return MeaningOf(kSided, *part, side, label);
+      }
+    }
+  }
+  // Points without a name of their own, as those of a face: "left_face_3".
+  for (const auto& [word, side] :
+       {std::pair{"left_", "l_"}, {"right_", "r_"}}) {
+    if (Strip(label, word, /*at_front=*/true, &rest)) {
+      return {side + rest, label};
+    }
+  }
+  return {label, label, -1};
 }
 
 // "LBigToe" for l_big_toe.
@@ -101,25 +168,32 @@ std::string CamelCase(const std::string& joint) {
 }  // namespace
 
 std::string JointNameOf(const std::string& label) {
-  const std::string squeezed = Squeezed(label);
-  if (const char* name = Find(kCentral, squeezed)) return name;
-  std::string part;
-  // Whole words first: "left_ear" must not become "l" and "eftear".
-  for (const auto& [word, side] :
-       {std::pair{"left", "l_"}, {"right", "r_"}, {"l", "l_"}, {"r", "r_"}}) {
-    for (const bool at_front : {true, false}) {
-      if (!Strip(squeezed, word, at_front, &part)) continue;
-      if (const char* name = Find(kSided, part)) {
-        return side + std::string(name);
-      }
-    }
+  return MeaningOf(label).joint;
+}
+
+std::vector<std::string> OurJointNames(const std::vector<std::string>& labels) {
+  std::vector<Meaning> meanings;
+  std::map<std::string, size_t> exactest;  // by the joint
+  for (size_t i = 0; i < labels.size(); ++i) {
+    meanings.push_back(MeaningOf(labels[i]));
+    size_t& best = exactest.try_emplace(meanings[i].joint, i).first->second;
+    if (meanings[i].vagueness < meanings[best].vagueness) best = i;
   }
-  // Points without a name of their own, as those of a face: "left_face_3".
-  for (const auto& [word, side] :
-       {std::pair{"left_", "l_"}, {"right_", "r_"}}) {
-    if (Strip(label, word, /*at_front=*/true, &part)) return side + part;
+  std::vector<std::string> names(labels.size());
+  std::set<std::string> taken;
+  const auto give = [&](size_t i, const std::string& name) {
+    if (names[i].empty() && taken.insert(name).second) names[i] = name;
+  };
+  for (const auto& [joint, i] : exactest) give(i, joint);
+  // What is spelt as we spell it keeps that before other spellings of it.
+  for (size_t i = 0; i < labels.size(); ++i) {
+    if (meanings[i].own == labels[i]) give(i, labels[i]);
   }
-  return label;
+  for (size_t i = 0; i < labels.size(); ++i) {
+    give(i, meanings[i].own);
+    if (names[i].empty()) names[i] = labels[i];
+  }
+  return names;
 }
 
 std::string LongJointName(const std::string& joint) {
@@ -156,33 +230,58 @@ Skeleton WithMarkerNames(const Skeleton& skeleton, MarkerNames names) {
 }
 
 Skeleton WithOurNames(const Skeleton& skeleton) {
-  std::vector<std::string> joints;
-  for (const std::string& label : skeleton.joints()) {
-    joints.push_back(JointNameOf(label));
-    if (std::count(joints.begin(), joints.end(), joints.back()) > 1) {
-      return skeleton;
-    }
-  }
-  return Skeleton(skeleton.name(), joints, skeleton.bones());
+  return Skeleton(skeleton.name(), OurJointNames(skeleton.joints()),
+                  skeleton.bones());
 }
 
-Skeleton SkeletonOfLabels(const std::vector<std::string>& labels) {
-  std::vector<std::string> joints;
-  joints.reserve(labels.size());
-  for (const std::string& label : labels) joints.push_back(JointNameOf(label));
-  if (const Skeleton* known = FindSkeletonOf(joints)) return *known;
+namespace {
+
+// MMPose has names of its own for the points of faces and hands.
+const Skeleton* FindKnown(const std::vector<std::string>& joints) {
+  constexpr int kNamedAlike = 23;  // the body and its feet
+  const std::vector<std::string>& whole = WholeBody133().joints();
+  if (joints.size() == whole.size() &&
+      std::equal(joints.begin(), joints.begin() + kNamedAlike, whole.begin())) {
+    return &WholeBody133();
+  }
+  return FindSkeletonOf(joints);
+}
+
+// Those of COCO-17 between the joints that there are.
+std::vector<Bone> HumanBones(const Skeleton& skeleton) {
+  std::vector<Bone> bones;
+  if (!IsHuman(skeleton)) return bones;
+  const std::vector<int> own = MapByName(skeleton, Coco17());
+  for (const Bone& bone : Coco17().bones()) {
+    const Bone here = {own[static_cast<size_t>(bone.a)],
+                       own[static_cast<size_t>(bone.b)]};
+    if (here.a >= 0 && here.b >= 0) bones.push_back(here);
+  }
+  return bones;
+}
+
+}  // namespace
+
+Skeleton SkeletonOfLabels(const std::vector<std::string>& labels,
+                          const std::vector<Bone>& bones,
+                          const std::string& name) {
+  std::set<std::string> once;
+  for (const std::string& label : labels) {
+    if (once.insert(label).second) continue;
+    throw InputError("joints: '" + Printable(label) + "' stands there twice");
+  }
+  const std::vector<std::string> joints = OurJointNames(labels);
   try {
-    const Skeleton bare("custom", joints, {});
-    std::vector<Bone> bones;
-    for (const Bone& bone : Coco17().bones()) {
-      const Bone own = {
-          bare.IndexOf(Coco17().joints()[static_cast<size_t>(bone.a)]),
-          bare.IndexOf(Coco17().joints()[static_cast<size_t>(bone.b)])};
-      if (own.a >= 0 && own.b >= 0) bones.push_back(own);
+    if (const Skeleton* known = FindKnown(joints)) {
+      return bones.empty() ? *known
+                           : Skeleton(known->name(), known->joints(), bones);
     }
-    return Skeleton("custom", joints, bones);
+    const bool is_free = !name.empty() && FindSkeleton(name) == nullptr;
+    const Skeleton bare(is_free ? name : "custom", joints, bones);
+    if (!bones.empty()) return bare;
+    return Skeleton(bare.name(), joints, HumanBones(bare));
   } catch (const OptionError& error) {
-    throw InputError(std::string("joints: ") + error.message());
+    throw InputError(error.key() + ": " + error.message());
   }
 }
 

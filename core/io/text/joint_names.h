@@ -12,9 +12,15 @@ namespace kinegraph {
 
 // Our name for what a detector calls a joint, whatever its spelling:
 // "left_shoulder", "LShoulder", "shoulder_left" and "Shoulder L" are
-// l_shoulder, "Hip" is mid_hip, "Neck" neck. A label that names no joint we
-// know is given back as it is.
+// l_shoulder, "Hip" is mid_hip, "Neck" neck, "Anna:LAnkle (mm)" l_ankle. A
+// label that names no joint we know is given back as it is.
 std::string JointNameOf(const std::string& label);
+
+// Our names of a set of labels, one each and all different: of several that
+// may be one joint the exactest is, the others keep names of their own
+// ("left_ankle" and "left_foot" are l_ankle and l_foot; "left_foot" alone is
+// l_ankle).
+std::vector<std::string> OurJointNames(const std::vector<std::string>& labels);
 
 // The other way: "left_shoulder" for l_shoulder, "mouth_left" for l_mouth, as
 // MediaPipe writes them; other names as they are.
@@ -31,14 +37,18 @@ std::optional<MarkerNames> ParseMarkerNames(const std::string& text);
 // OpenCap hands them to OpenSim. JointNameOf reads all of them back.
 Skeleton WithMarkerNames(const Skeleton& skeleton, MarkerNames names);
 
-// The same joints and bones under our names; unchanged where two of them would
-// have one name.
+// The same joints and bones under our names (OurJointNames).
 Skeleton WithOurNames(const Skeleton& skeleton);
 
-// A skeleton of labels: the built-in one with these joints in this order, else
-// one called "custom" with the bones of COCO-17 between those it has. Throws
-// InputError without a file when two labels are the same joint.
-Skeleton SkeletonOfLabels(const std::vector<std::string>& labels);
+// The skeleton that a file states: its labels under our names, its bones, and
+// its own name where it is no built-in one's. A built-in set of joints in this
+// order is the built-in skeleton, with the file's bones where it states any.
+// Without bones a human's are those of COCO-17 between the joints that there
+// are (IsHuman). Throws InputError "joints: ..." or "bones: ..." without a
+// file.
+Skeleton SkeletonOfLabels(const std::vector<std::string>& labels,
+                          const std::vector<Bone>& bones = {},
+                          const std::string& name = "");
 
 }  // namespace kinegraph
 

@@ -140,18 +140,12 @@ std::vector<std::string> JointsOf(const JsonObject& category) {
 Skeleton SkeletonOf(const JsonObject& category,
                     const TrackReadOptions& options) {
   const std::vector<std::string> joints = JointsOf(category);
-  const Skeleton known = SkeletonOfNames(joints, options);
+  std::vector<Bone> bones;
   JsonValue skeleton;
-  if (!known.bones().empty() || category.at_key("skeleton").get(skeleton)) {
-    return known;
+  if (category.at_key("skeleton").get(skeleton) == simdjson::SUCCESS) {
+    bones = ReadBones(skeleton, "skeleton", 1, static_cast<int>(joints.size()));
   }
-  const std::vector<Bone> bones =
-      ReadBones(skeleton, "skeleton", 1, static_cast<int>(joints.size()));
-  try {
-    return Skeleton(known.name(), joints, bones);
-  } catch (const OptionError& error) {
-    throw InputError("skeleton: " + error.message());
-  }
+  return SkeletonOfNames(joints, options, bones);
 }
 
 TrackHeader HeaderOf(const JsonObject& root, const TrackReadOptions& options) {

@@ -33,11 +33,12 @@ TrackSequence ReadTracksTrc(const std::string& path,
 TrackSequence ReadTracksNpz(const std::string& path,
                             const TrackReadOptions& options);
 
-// The skeleton of a file that names its joints but no bones: the option's, else
-// a known one with the same names, else one without bones. Throws InputError
-// without a file when the option's has other joints.
+// The skeleton of a file that names its joints, and perhaps bones: the
+// option's, else SkeletonOfLabels'. Throws InputError without a file when the
+// option's has other joints.
 Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
-                         const TrackReadOptions& options);
+                         const TrackReadOptions& options,
+                         const std::vector<Bone>& bones = {});
 
 // Skeleton that a {"poses"} file with so many joints is taken to have, or null.
 const Skeleton* SkeletonOfPoses(size_t joint_count);

@@ -217,6 +217,7 @@ std::vector<Vector3d> PlacesOf(const Hierarchy& hierarchy,
 std::string BodyName(const std::string& label) {
   static const std::map<std::string, std::string> kNames = {
       {"Hips", "mid_hip"},          {"Neck", "neck"},
+      {"Head", "head_base"},  // not its top, as other files have it
       {"LeftUpLeg", "l_hip"},       {"RightUpLeg", "r_hip"},
       {"LeftLeg", "l_knee"},        {"RightLeg", "r_knee"},
       {"LeftFoot", "l_ankle"},      {"RightFoot", "r_ankle"},
@@ -260,12 +261,6 @@ Joints JointsOf(const Hierarchy& hierarchy) {
     joints.names.push_back(counts[name] == 1 ? name : node.name);
   }
   return joints;
-}
-
-Skeleton SkeletonOf(const Joints& joints, const TrackReadOptions& options) {
-  const Skeleton known = SkeletonOfNames(joints.names, options);
-  if (!known.bones().empty()) return known;
-  return Skeleton(known.name(), joints.names, joints.bones);
 }
 
 struct Motion {
@@ -339,11 +334,7 @@ class Reader {
     header.frame_rate_hz = options_.frame_rate_hz > 0.0
                                ? options_.frame_rate_hz
                                : NearWhole(motion.rate_hz);
-    try {
-      header.skeleton = SkeletonOf(joints, options_);
-    } catch (const OptionError& error) {
-      throw InputError("joints: " + error.message());
-    }
+    header.skeleton = SkeletonOfNames(joints.names, options_, joints.bones);
     collector_.emplace(std::move(header));
   }
 

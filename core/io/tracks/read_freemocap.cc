@@ -14,7 +14,6 @@
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
-#include "core/io/text/joint_names.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/formats.h"
 
@@ -91,12 +90,8 @@ TrackSequence ReadTable(const std::string& path,
           throw InputError("expected columns NAME_x, NAME_y, NAME_z, ...");
         }
         const size_t width = cells.size();
-        const Skeleton skeleton = SkeletonOfLabels(names);
         TrackCollector collector(
-            HeaderOf(options.skeleton.has_value()
-                         ? SkeletonOfNames(skeleton.joints(), options)
-                         : skeleton,
-                     options));
+            HeaderOf(SkeletonOfNames(names, options), options));
         std::vector<double> numbers;
         int64_t frame = 0;
         while (rows.Next(&cells)) {

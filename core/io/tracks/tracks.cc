@@ -140,24 +140,15 @@ TrackSequence ReadTracks(const std::string& path,
 }
 
 Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
-                         const TrackReadOptions& options) {
-  if (options.skeleton.has_value()) {
-    if (options.skeleton->joints() != joints) {
-      throw InputError("the joints are not those of '" +
-                       Printable(options.skeleton->name()) + "'");
-    }
-    return *options.skeleton;
+                         const TrackReadOptions& options,
+                         const std::vector<Bone>& bones) {
+  if (!options.skeleton.has_value()) return SkeletonOfLabels(joints, bones);
+  if (options.skeleton->joints() != joints &&
+      options.skeleton->joints() != SkeletonOfLabels(joints).joints()) {
+    throw InputError("the joints are not those of '" +
+                     Printable(options.skeleton->name()) + "'");
   }
-  if (const Skeleton* known = FindSkeletonOf(joints)) return *known;
-  // Under the names that another program gives them.
-  std::vector<std::string> ours;
-  for (const std::string& joint : joints) ours.push_back(JointNameOf(joint));
-  if (const Skeleton* known = FindSkeletonOf(ours)) return *known;
-  try {
-    return Skeleton("custom", joints, {});
-  } catch (const OptionError& error) {
-    throw InputError(std::string("joints: ") + error.message());
-  }
+  return *options.skeleton;
 }
 
 TrackFrame* TrackCollector::Touch(int64_t frame_number) {

@@ -7,8 +7,11 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/io/text/json.h"
+#include "core/skeleton/skeleton.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
@@ -133,6 +136,40 @@ TEST_F(EvaluateProgramTest, OtherProtocols) {
       Evaluate("--protocol=panoptic" + Against(found_, truth_));
   ASSERT_EQ(panoptic.exit_code, 0) << panoptic.output;
   EXPECT_THAT(panoptic.output, HasSubstr("AP, %"));
+}
+
+// Some names are another program's, some nobody's: each that is known counts.
+TEST_F(EvaluateProgramTest, JointsUnderOtherNames) {
+  const auto renamed =
+      [](const std::vector<std::pair<std::string, std::string>>& names) {
+        std::string text = TrackFile(0.6);
+        for (const auto& [ours, theirs] : names) {
+          text.replace(text.find('"' + ours + '"'), ours.size() + 2,
+                       '"' + theirs + '"');
+        }
+        return text;
+      };
+  const std::string some = folder_.Write(
+      "some.jsonl",
+      renamed(
+          {{"tum14", "mine"}, {"r_ankle", "RAnkle"}, {"r_knee", "patella"}}));
+  // 600 mm in one of 13 joints.
+  const Outcome mpjpe = Evaluate("--protocol=mpjpe" + Against(some, truth_));
+  ASSERT_EQ(mpjpe.exit_code, 0) << mpjpe.output;
+  EXPECT_THAT(mpjpe.output, HasSubstr("46.2"));
+  std::vector<std::pair<std::string, std::string>> all = {{"tum14", "mine"}};
+  for (const std::string& joint : Tum14().joints()) {
+    all.emplace_back(joint, "p" + std::to_string(all.size()));
+  }
+  const std::string none = folder_.Write("none.jsonl", renamed(all));
+  for (const char* protocol :
+       {"mpjpe", "identity", "parity", "shelf", "panoptic"}) {
+    const Outcome outcome =
+        Evaluate(std::string("--protocol=") + protocol + Against(none, truth_));
+    EXPECT_EQ(outcome.exit_code, 2) << protocol;
+    EXPECT_THAT(outcome.output, HasSubstr("none.jsonl: has no joint in common"))
+        << protocol;
+  }
 }
 
 struct BadUsage {

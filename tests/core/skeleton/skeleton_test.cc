@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/skeleton/body_joints.h"
 
 namespace kinegraph {
 namespace {
@@ -124,6 +125,40 @@ TEST(SkeletonTest, FeetAndHandsDoNotAssociate) {
   EXPECT_EQ(Tum14().association_joints().size(), 12u);
   const Skeleton hand("hand", {"thumb", "index", "ring"}, {{0, 1}});
   EXPECT_EQ(hand.association_joints(), (std::vector<int>{0, 1, 2}));
+}
+
+TEST(SkeletonTest, TellsHumansByALimbAndNoTail) {
+  for (const std::string& name : SkeletonNames()) {
+    EXPECT_TRUE(IsHuman(*FindSkeleton(name))) << name;
+  }
+  const std::vector<std::string> leg = {"l_hip", "l_knee", "l_ankle"};
+  const auto is_human = [](std::vector<std::string> joints,
+                           const std::string& more) {
+    if (!more.empty()) joints.push_back(more);
+    return IsHuman(Skeleton("x", joints, {}));
+  };
+  EXPECT_TRUE(is_human(leg, ""));
+  EXPECT_TRUE(is_human(leg, "ponytail"));
+  for (const char* part : {"tail", "TailBase", "TAILTIP", "root of tail",
+                           "ForepawL", "l_hind_hoof", "Snout"}) {
+    EXPECT_FALSE(is_human(leg, part)) << part;
+  }
+  EXPECT_FALSE(is_human({"l_hip", "l_knee", "r_hip", "r_knee"}, "spine"));
+}
+
+// A mouse shares twelve names with COCO-17.
+TEST(SkeletonTest, OfAnAnimalAllJointsAssociate) {
+  std::vector<std::string> joints = {"snout", "tail_base"};
+  for (const std::string side : {"l_", "r_"}) {
+    for (const char* part :
+         {"ear", "shoulder", "elbow", "wrist", "knee", "ankle"}) {
+      joints.push_back(side + part);
+    }
+  }
+  EXPECT_EQ(Skeleton("mouse", joints, {}).association_joints().size(), 14u);
+  joints[0] = "nose";
+  joints[1] = "neck";
+  EXPECT_EQ(Skeleton("human", joints, {}).association_joints().size(), 13u);
 }
 
 TEST(SkeletonTest, RefusesWhatIsNoSkeleton) {

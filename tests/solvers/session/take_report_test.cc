@@ -15,6 +15,7 @@
 
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
+#include "solvers/session/limbs.h"
 #include "solvers/session/run.h"
 #include "solvers/session/stream_sample.h"
 #include "solvers/session/take_warnings.h"
@@ -382,6 +383,25 @@ TEST(TakeReport, UnitsFollowFromHeights) {
   EXPECT_EQ(UnitOfHeight(0.00172), "m");
   EXPECT_EQ(UnitOfHeight(0.0172), "m");
   EXPECT_EQ(UnitOfHeight(6.0), "");
+}
+
+// A fly 12 mm from its cameras, and a mouse as long as it likes.
+TEST(TakeReport, NoUnitIsToldByWhatIsNoHuman) {
+  TakeFacts facts;
+  for (const bool is_human : {true, false}) {
+    facts.is_human = is_human;
+    TakeReport report;
+    report.working_distance_m = 0.012;
+    AddWarnings(facts, &report);
+    EXPECT_EQ(KindsOf(report).front() == "unit", is_human);
+  }
+  std::vector<std::string> joints = Coco17().joints();
+  joints.push_back("tail_base");
+  const Pose3d pose(joints.size(),
+                    {Eigen::Vector3d::UnitZ(), JointStatus::kObserved});
+  const Limbs mouse(Skeleton("mouse", joints, {}));
+  EXPECT_FALSE(mouse.MiddleOfHips(pose).has_value());
+  EXPECT_TRUE(Limbs(Coco17()).MiddleOfHips(pose).has_value());
 }
 
 TEST(TakeReport, TypicalHeightWeighsByFrames) {

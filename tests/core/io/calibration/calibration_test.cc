@@ -417,6 +417,11 @@ TEST(Calibration, ReadsCaliscope) {
         1e-15);
     ASSERT_NE(cameras[0].lens(), nullptr);
   }
+  // A camera may be called as Caliscope calls its pairs.
+  std::string stereo = kCaliscopeConfig;
+  stereo.replace(stereo.find("[cam_0]"), 7, "[stereo_left]");
+  EXPECT_THAT(NamesOf(ReadCameras(folder.Write("array.toml", stereo))),
+              ElementsAre("stereo_left"));
   // A table that could be a camera is not passed over.
   EXPECT_THAT(InputErrorOf([&] {
                 ReadCameras(folder.Write(

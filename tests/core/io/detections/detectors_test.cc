@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/io/detections/source.h"
 #include "core/io/files/text_file.h"
-#include "core/io/text/joint_names.h"
 #include "tests/core/io/input_error.h"
+#include "tests/support/hdf5_files.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -16,26 +18,6 @@ namespace {
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using testing::TemporaryFolder;
-
-TEST(JointNames, AreKnownInManySpellings) {
-  for (const char* label : {"left_shoulder", "LShoulder", "shoulder_left",
-                            "Shoulder L", "l_shoulder", "L_Shoulder"}) {
-    EXPECT_EQ(JointNameOf(label), "l_shoulder") << label;
-  }
-  EXPECT_EQ(JointNameOf("left_ear"), "l_ear");
-  EXPECT_EQ(JointNameOf("right_eye_inner"), "r_eye_inner");
-  EXPECT_EQ(JointNameOf("mouth_right"), "r_mouth");
-  EXPECT_EQ(JointNameOf("RBigToe"), "r_big_toe");
-  EXPECT_EQ(JointNameOf("Hip"), "mid_hip");
-  EXPECT_EQ(JointNameOf("RHip"), "r_hip");
-  EXPECT_EQ(JointNameOf("snout"), "snout");
-  // Written names read back, for every joint of every built-in skeleton.
-  for (const std::string& name : SkeletonNames()) {
-    for (const std::string& joint : FindSkeleton(name)->joints()) {
-      EXPECT_EQ(JointNameOf(LongJointName(joint)), joint);
-    }
-  }
-}
 
 std::string Points(int count) {
   std::string text = "[";
@@ -99,6 +81,40 @@ TEST(DetectorFiles, MmposeSaysWhatIsWrong) {
       HasSubstr("keypoints: found 17 joints, expected 26"));
 }
 
+// H36M's 17 are not COCO's, and no layout has CrowdPose's 14.
+TEST(DetectorFiles, MmposeStatesItsJoints) {
+  const TemporaryFolder folder;
+  const auto file = [](const std::string& meta, int joints) {
+    return "{\"meta_info\": {" + meta +
+           "}, \"instance_info\": [{\"frame_id\": 0, \"instances\": [" +
+           Instance(joints) + "]}]}";
+  };
+  const std::string h36m =
+      "\"dataset_name\": \"h36m\", \"keypoint_id2name\": {\"1\": "
+      "\"right_hip\", \"0\": \"root\", \"2\": \"right_knee\", \"3\": "
+      "\"right_foot\"}, \"skeleton_links\": [[0, 1], [1, 2], [2, 3]]";
+  const Skeleton skeleton =
+      ReadDetections(folder.Write("a.json", file(h36m, 4))).header.skeleton;
+  EXPECT_EQ(skeleton.name(), "h36m");
+  EXPECT_EQ(skeleton.joints(), (std::vector<std::string>{"mid_hip", "r_hip",
+                                                         "r_knee", "r_ankle"}));
+  ASSERT_EQ(skeleton.bones().size(), 3u);
+  EXPECT_EQ(skeleton.bones()[2].a, 2);
+  EXPECT_EQ(skeleton.bones()[2].b, 3);
+  const auto error = [&](const std::string& meta, int joints) {
+    return InputErrorOf(
+        [&] { ReadDetections(folder.Write("b.json", file(meta, joints))); });
+  };
+  EXPECT_THAT(error(h36m, 5), HasSubstr("found 5 joints, expected 4"));
+  EXPECT_THAT(error("\"keypoint_id2name\": {\"0\": \"a\", \"2\": \"b\"}", 2),
+              HasSubstr("b.json: meta_info.keypoint_id2name: found '2', "
+                        "expected 0 .. 1"));
+  EXPECT_THAT(error("\"keypoint_id2name\": {\"0\": \"a\", \"1\": \"b\"}, "
+                    "\"skeleton_links\": [[0, 2]]",
+                    2),
+              HasSubstr("meta_info.skeleton_links: found 2, expected 0 .. 1"));
+}
+
 TEST(DetectorFiles, AlphaPoseNamesImagesAndHas26Joints) {
   const TemporaryFolder folder;
   std::string numbers = "1, 2, 0.5";
@@ -132,6 +148,19 @@ TEST(DetectorFiles, DeepLabCutOfOne) {
   EXPECT_EQ(joints[0].px, Eigen::Vector2d(11.5, 21));
   EXPECT_EQ(joints[0].confidence, 0.9);
   EXPECT_FALSE(joints[1].found);
+}
+
+// A network a camera, and each with an order of its own.
+TEST(DetectorFiles, ViewsHaveTheSameJoints) {
+  const TemporaryFolder folder;
+  MakeFolder(folder.path() / "take");
+  folder.Write("take/cam1.csv", kDeepLabCut);
+  folder.Write("take/cam2.csv",
+               "scorer,n,n,n,n\nbodyparts,tail,tail,left_hip,left_hip\n"
+               "coords,x,y,x,y\n0,1,2,3,4\n");
+  EXPECT_THAT(InputErrorOf([&] { ReadDetections(folder.path() / "take"); }),
+              HasSubstr("cam2.csv: line 3: joint 0 is 'tail', expected "
+                        "'left_hip' as in the first file"));
 }
 
 TEST(DetectorFiles, DeepLabCutOfSeveralAndLabelledImages) {
@@ -172,6 +201,45 @@ TEST(DetectorFiles, DeepLabCutSaysWhatIsWrong) {
                     folder.Write("c.csv", std::string(kDeepLabCut) + "2,1\n"));
               }),
               HasSubstr("c.csv: line 6: found 2 cells, expected 7"));
+}
+
+std::vector<std::pair<int, int>> EndsOf(const Skeleton& skeleton) {
+  std::vector<std::pair<int, int>> ends;
+  for (const Bone& bone : skeleton.bones()) ends.emplace_back(bone.a, bone.b);
+  return ends;
+}
+
+// Edges of the file, whatever a human has between joints of these names.
+TEST(DetectorFiles, SleapHasItsOwnEdges) {
+  const TemporaryFolder folder;
+  testing::SleapFile file;
+  file.nodes = {"left_shoulder", "left_elbow", "left_wrist"};
+  file.edges = {2, 0, 0, 1};
+  const std::vector<std::pair<int, int>> edges = {{2, 0}, {0, 1}};
+  const auto skeleton = [&] {
+    return ReadDetections(folder.Write("a.h5", testing::SleapHdf5(file)))
+        .header.skeleton;
+  };
+  EXPECT_EQ(EndsOf(skeleton()), edges);
+  file.edges = {2, 0, 1, 0, 1, 2};  // as MATLAB has {2, 0}, {0, 1}, {1, 2}
+  file.edge_sides = {2, 3};
+  EXPECT_EQ(EndsOf(skeleton()),
+            (std::vector<std::pair<int, int>>{{2, 0}, {0, 1}, {1, 2}}));
+}
+
+TEST(DetectorFiles, CocoHasItsOwnBones) {
+  const TemporaryFolder folder;
+  const Skeleton skeleton =
+      ReadDetections(
+          folder.Write(
+              "all.json",
+              "{\"images\": [{\"id\": 1, \"file_name\": \"cam1/1.jpg\"}], "
+              "\"annotations\": [], \"categories\": [{\"keypoints\": "
+              "[\"left_hip\", \"left_knee\", \"left_ankle\"], "
+              "\"skeleton\": [[3, 1]]}]}"))
+          .header.skeleton;
+  EXPECT_EQ(EndsOf(skeleton), (std::vector<std::pair<int, int>>{{2, 0}}));
+  EXPECT_EQ(skeleton.joints().front(), "l_hip");
 }
 
 TEST(DetectorFiles, MediaPipeTablesInPixelsAlone) {

@@ -25,43 +25,51 @@ CameraRig Rig(const std::vector<std::string>& names) {
   return cameras;
 }
 
+std::vector<int> CameraIdx(const std::vector<std::string>& views,
+                           const CameraRig& cameras,
+                           const std::map<std::string, std::string>& map = {}) {
+  return PairViewsWithCameras(views, cameras, map).camera_of_view;
+}
+
+PairedBy How(const std::vector<std::string>& views,
+             const std::vector<std::string>& cameras) {
+  return PairViewsWithCameras(views, Rig(cameras)).paired_by;
+}
+
 std::string ErrorOf(const std::vector<std::string>& views,
                     const std::vector<std::string>& cameras,
                     const std::map<std::string, std::string>& map = {}) {
-  return InputErrorOf([&] { PairViewsWithCameras(views, Rig(cameras), map); });
+  return InputErrorOf([&] { CameraIdx(views, Rig(cameras), map); });
 }
 
 TEST(ViewPairing, TakesEqualNames) {
-  EXPECT_THAT(
-      PairViewsWithCameras({"left", "right"}, Rig({"right", "top", "left"})),
-      ElementsAre(2, 0));
+  EXPECT_THAT(CameraIdx({"left", "right"}, Rig({"right", "top", "left"})),
+              ElementsAre(2, 0));
 }
 
 TEST(ViewPairing, TakesEqualLastIntegers) {
   // Campus: the calibration lists Camera1, Camera2, Camera0.
-  EXPECT_THAT(PairViewsWithCameras({"cam0", "cam1", "cam2"},
-                                   Rig({"Camera1", "Camera2", "Camera0"})),
+  EXPECT_THAT(CameraIdx({"cam0", "cam1", "cam2"},
+                        Rig({"Camera1", "Camera2", "Camera0"})),
               ElementsAre(2, 0, 1));
-  EXPECT_THAT(
-      PairViewsWithCameras({"cam01_json", "v2_007"}, Rig({"P7", "cam_1"})),
-      ElementsAre(1, 0));
-  EXPECT_THAT(PairViewsWithCameras({"a00"}, Rig({"0"})), ElementsAre(0));
+  EXPECT_THAT(CameraIdx({"cam01_json", "v2_007"}, Rig({"P7", "cam_1"})),
+              ElementsAre(1, 0));
+  EXPECT_THAT(CameraIdx({"a00"}, Rig({"0"})), ElementsAre(0));
 }
 
 TEST(ViewPairing, PrefersTheNameToTheNumber) {
-  EXPECT_THAT(PairViewsWithCameras({"00_01", "01_01"}, Rig({"01_01", "00_01"})),
+  EXPECT_THAT(CameraIdx({"00_01", "01_01"}, Rig({"01_01", "00_01"})),
               ElementsAre(1, 0));
 }
 
 TEST(ViewPairing, PrefersTheMapToTheName) {
-  EXPECT_THAT(PairViewsWithCameras({"a", "b"}, Rig({"a", "b"}),
-                                   {{"a", "b"}, {"b", "a"}}),
+  EXPECT_THAT(CameraIdx({"a", "b"}, Rig({"a", "b"}), {{"a", "b"}, {"b", "a"}}),
               ElementsAre(1, 0));
 }
 
 TEST(ViewPairing, ComparesNumbersOfAnySize) {
   const std::string big = "123456789012345678901234567890";
-  EXPECT_THAT(PairViewsWithCameras({"cam" + big}, Rig({"x0" + big, "y1"})),
+  EXPECT_THAT(CameraIdx({"cam" + big}, Rig({"x0" + big, "y1"})),
               ElementsAre(0));
 }
 
@@ -80,7 +88,68 @@ TEST(ViewPairing, RefusesTwoViewsOfOneCamera) {
 
 TEST(ViewPairing, RefusesAViewWithoutCamera) {
   EXPECT_THAT(ErrorOf({"cam3"}, {"0", "1"}), HasSubstr("view 'cam3'"));
-  EXPECT_THAT(ErrorOf({"left"}, {"links"}), HasSubstr("'links'"));
+  EXPECT_THAT(ErrorOf({"left", "right"}, {"links"}), HasSubstr("'links'"));
+}
+
+TEST(ViewPairing, FindsTheCamerasNameInTheViews) {
+  const std::vector<std::string> cameras = {"Cam-C", "Cam-A", "Cam-B"};
+  EXPECT_THAT(CameraIdx({"05272019_fly4_0_R1C24_Cam-A_rot-ccw-0.06_sec.rng=0",
+                         "05272019_fly4_0_R1C24_Cam-B_rot-ccw-0.06_sec.rng=0",
+                         "05272019_fly4_0_R1C24_Cam-C_rot-ccw-0.06_sec.rng=0"},
+                        Rig(cameras)),
+              ElementsAre(1, 2, 0));
+  EXPECT_EQ(How({"x_cam_a", "x_CAM B", "x_cam-c_2"}, cameras),
+            PairedBy::kWithin);
+  // Not cam1 in cam10, and the longer name wins.
+  EXPECT_THAT(
+      CameraIdx({"rec_cam10_2024", "rec_cam1_2024"}, Rig({"cam1", "cam10"})),
+      ElementsAre(1, 0));
+  EXPECT_THAT(CameraIdx({"left_top", "left"}, Rig({"left", "left_top"})),
+              ElementsAre(1, 0));
+  EXPECT_THAT(
+      CameraIdx({"a left top 7", "a left 7"}, Rig({"left", "left_top"})),
+      ElementsAre(1, 0));
+  // The other way round.
+  EXPECT_THAT(CameraIdx({"cam2", "cam1"}, Rig({"cam1_4k", "cam2_4k"})),
+              ElementsAre(1, 0));
+}
+
+TEST(ViewPairing, LooksAtWhatTellsTheNamesApart) {
+  const std::vector<std::string> views = {"trial_cam2_20240101",
+                                          "trial_cam1_20240101"};
+  EXPECT_THAT(CameraIdx(views, Rig({"Camera1", "Camera02"})),
+              ElementsAre(1, 0));
+  EXPECT_EQ(How(views, {"Camera1", "Camera02"}), PairedBy::kDistinct);
+  // A number is not cut in two: 10 and 11 are no 0 and 1.
+  EXPECT_EQ(How({"cam10", "cam11"}, {"cam0", "cam1"}), PairedBy::kOrder);
+}
+
+TEST(ViewPairing, CountsFromZeroAndFromOne) {
+  const std::vector<std::string> views = {"cam_0", "cam_1", "cam_2"};
+  EXPECT_THAT(CameraIdx(views, Rig({"1", "2", "3"})), ElementsAre(0, 1, 2));
+  EXPECT_EQ(How(views, {"1", "2", "3"}), PairedBy::kOrder);
+  // Who leaves out a view leaves the others their cameras.
+  EXPECT_THAT(PairViewsWithCameras(views, Rig({"1", "2", "3"}), {},
+                                   UnpairedViews::kRefuse, {"cam_0"})
+                  .camera_of_view,
+              ElementsAre(0, 1, 2));
+  EXPECT_THAT(PairViewsWithCameras(views, Rig({"1", "2"}), {},
+                                   UnpairedViews::kRefuse, {"cam_0"})
+                  .camera_of_view,
+              ElementsAre(-1, 0, 1));
+  EXPECT_THAT(ErrorOf({"cam_2", "cam_3"}, {"1", "2"}),
+              HasSubstr("view 'cam_3' has no camera"));
+  // A number that is missing is no other way of counting.
+  EXPECT_THAT(ErrorOf({"cam_1", "cam_2", "cam_4"}, {"1", "2", "3"}),
+              HasSubstr("view 'cam_4' has no camera"));
+}
+
+TEST(ViewPairing, TakesTheOrderOfNamesOfTwoKinds) {
+  EXPECT_THAT(CameraIdx({"cam_2", "cam_1"}, Rig({"26585", "26578"})),
+              ElementsAre(0, 1));
+  EXPECT_EQ(How({"cam_2", "cam_1"}, {"26585", "26578"}), PairedBy::kOrder);
+  EXPECT_EQ(How({"b", "a"}, {"a", "b"}), PairedBy::kName);
+  EXPECT_EQ(How({"cam1", "cam0"}, {"Camera0", "Camera1"}), PairedBy::kNumber);
 }
 
 TEST(ViewPairing, RefusesAMapOfUnknownNames) {
