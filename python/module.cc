@@ -86,7 +86,8 @@ Array ProjectPoints(const Camera& camera, const Array& points) {
 
 // ---- Detections -------------------------------------------------------------
 
-// (people, joints, 3) of x [px], y [px], confidence; NaN anywhere: not found.
+// (people, joints, 3) of x [px], y [px], confidence; NaN anywhere, or (0, 0),
+// which YOLO's arrays have for what it does not see: not found.
 std::vector<Detection> DetectionsOf(const Array& people, int joint_count) {
   if (people.size() == 0) return {};
   if (people.ndim() != 3 || people.shape(1) != joint_count ||
@@ -105,7 +106,8 @@ std::vector<Detection> DetectionsOf(const Array& people, int joint_count) {
       Keypoint& joint = detection.joints[static_cast<size_t>(j)];
       joint.px = {in(p, j, 0), in(p, j, 1)};
       joint.confidence = in(p, j, 2);
-      joint.found = joint.px.allFinite() && std::isfinite(joint.confidence);
+      joint.found = joint.px.allFinite() && !joint.px.isZero(0.0) &&
+                    std::isfinite(joint.confidence);
     }
   }
   return detections;

@@ -80,7 +80,7 @@ std::vector<TaskStep> StepsOf(const Manifest& manifest,
 std::string ContentMark(const std::string& path) {
   if (path.empty() || !IsFile(path)) return path + "\n";
   char mark[16];
-  std::snprintf(mark, sizeof(mark), "%08x", Crc32(ReadTextFile(path)));
+  std::snprintf(mark, sizeof(mark), "%08x", Crc32(ReadBytes(path)));
   return path + " " + mark + "\n";
 }
 

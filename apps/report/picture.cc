@@ -188,7 +188,7 @@ Picture MakePicture(int width, int height, Colour colour) {
 }
 
 Picture ReadPicture(const std::string& path) {
-  const std::string bytes = ReadTextFile(path, kMaxFileBytes);
+  const std::string bytes = ReadBytes(path, kMaxFileBytes);
   if (BeginsWith(bytes, "\xff\xd8\xff")) return ReadJpeg(path, bytes);
   if (BeginsWith(bytes, "\x89PNG")) return ReadPng(path, bytes);
   throw InputError(path, "", "is no picture that is read: JPEG or PNG");

@@ -184,7 +184,7 @@ size_t AddVideos(const ViewImages& images, const std::string& page_path,
     // A third more as Base64.
     const size_t room = (max_bytes - std::min(bytes, max_bytes)) / 4 * 3;
     try {
-      shown.bytes = ReadTextFile(path, room);
+      shown.bytes = ReadBytes(path, room);
     } catch (const InputError&) {
       if (!IsFile(path)) throw;
       throw InputError(path, "",

@@ -86,13 +86,15 @@ bool LooksLikeTomlOrYaml(const std::string& text) {
          text[second] != ']';
 }
 
-// Tables of key points begin with letters, as no other text of ours does; HDF5
-// and NumPy's arrays with a byte of their own.
+// Tables of key points begin with letters, maybe in quotation marks, as no
+// other text of ours does; HDF5 and NumPy's arrays with a byte of their own.
 bool IsDetectionTable(const std::string& path) {
   const std::string text = Beginning(path);
   if (text.empty()) return false;
   const bool is_letter = std::isalpha(static_cast<unsigned char>(text[0])) != 0;
-  if (!is_letter && text[0] != '\x89' && text[0] != '\x93') return false;
+  if (!is_letter && text[0] != '"' && text[0] != '\x89' && text[0] != '\x93') {
+    return false;
+  }
   return RecogniseDetections(LookAtDetections(path)) != nullptr;
 }
 

@@ -20,6 +20,7 @@
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
 #include "core/io/tracks/writer.h"
+#include "tests/support/opensim_trc.h"
 #include "tests/support/standing_person.h"
 #include "tests/support/test_data.h"
 
@@ -135,6 +136,9 @@ TEST(Convert, EveryFormatFromOurOwnAndBack) {
                       one.more + " --in=" + one.in + " --out=" + out);
       EXPECT_EQ(outcome.exit_code, 0) << one.to << ": " << outcome.errors;
       EXPECT_TRUE(fs::exists(out)) << one.to;
+      if (one.to == std::string("trc")) {
+        EXPECT_TRUE(testing::OpenSimReads(out));
+      }
       EXPECT_THAT(outcome.errors, Not(HasSubstr("error")));
       // And back, told by content or by name.
       for (const std::string& back : {std::string("auto"), one.to}) {
@@ -374,6 +378,7 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
     for (const std::string& marker : one.expected) {
       EXPECT_THAT(FourthLineOf(out), HasSubstr(marker)) << one.names;
     }
+    EXPECT_TRUE(testing::OpenSimReads(out));
     // Whatever the names, the joints are known again.
     const TrackSequence back = ReadTracks(out);
     EXPECT_TRUE(back.header.skeleton == Halpe26()) << one.names;
@@ -490,6 +495,9 @@ TEST(Convert, RealFilesAreToldByContent) {
         folder, "--to=" + to + " --in='" + root + "'/" + in + " --out=" + out);
     EXPECT_EQ(outcome.exit_code, 0) << in << ": " << outcome.errors;
     EXPECT_TRUE(fs::exists(out)) << in;
+    if (to == "trc") {
+      EXPECT_TRUE(testing::OpenSimReads(out));
+    }
   }
 }
 

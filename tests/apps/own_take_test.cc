@@ -18,6 +18,7 @@
 #include "core/io/tracks/tracks.h"
 #include "solvers/session/options.h"
 #include "tests/support/faulty_scene.h"
+#include "tests/support/opensim_trc.h"
 #include "tests/support/program.h"
 #include "tests/support/test_data.h"
 
@@ -214,9 +215,11 @@ TEST(OwnTake, TheExtensionChoosesTheFormat) {
   }
   Expect0("track", what + "--out='" + in + "/sub/people.trc'");
   EXPECT_GT(ReadTracks(in + "/sub/people").frames.size(), 50u);
+  EXPECT_TRUE(testing::OpenSimReads(in + "/sub/people"));
   EXPECT_THAT(ContentOf(folder.path() / "sub/people/person_0.trc"),
               HasSubstr("l_hip"));
   Expect0("track", what + "--markers=opensim --out='" + in + "/osim.trc'");
+  EXPECT_TRUE(testing::OpenSimReads(in + "/osim"));
   EXPECT_THAT(ContentOf(folder.path() / "osim/person_0.trc"),
               HasSubstr("LHip"));
   const ProgramOutcome markers = RunProgram(

@@ -106,6 +106,11 @@ std::string SleapHdf5(const SleapFile& content) {
     dims += (dims.empty() ? "[\"" : ", \"") + axis + "\"";
   }
   MemoryHdf5::Attribute(tracks, "dims", dims + "]");
+  const double zero = 0.0;
+  for (int i = 0; i < content.other_sets; ++i) {
+    made.Set("a_set_of_another_name_" + std::to_string(i), H5T_NATIVE_DOUBLE,
+             {1}, &zero);
+  }
   if (content.claimed_nodes > 0) {
     made.Set("node_names", MemoryHdf5::TextType(1000), {content.claimed_nodes},
              nullptr);

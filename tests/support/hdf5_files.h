@@ -17,6 +17,8 @@ struct SleapFile {
   std::vector<std::string> nodes = {"snout", "left_ear", "tail"};
   std::vector<int64_t> edges = {0, 1, 0, 2};
   std::vector<uint64_t> edge_sides = {2, 2};
+  // As SLEAP writes it: so many other sets stand between tracks and names.
+  int other_sets = 0;
   uint64_t claimed_nodes = 0;  // instead of `nodes`, each of 1000 bytes
 };
 

@@ -172,6 +172,19 @@ bool Hdf5File::Has(const std::string& name) const {
   return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
 }
 
+std::vector<std::string> Hdf5File::Names() const {
+  std::vector<std::string> names;
+  const auto add = [](hid_t, const char* name, const H5L_info_t*,
+                      void* to) -> herr_t {
+    static_cast<std::vector<std::string>*>(to)->push_back(name);
+    return 0;
+  };
+  if (H5Literate(file_, H5_INDEX_NAME, H5_ITER_INC, nullptr, add, &names) < 0) {
+    Fail("", "is damaged");
+  }
+  return names;
+}
+
 std::vector<size_t> Hdf5File::Shape(const std::string& name) const {
   const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
   if (!set.is_valid()) Fail(name, "is missing");
@@ -290,6 +303,16 @@ std::string Hdf5File::Attribute(const std::string& name,
   } catch (const InputError& error) {
     Fail(name + "." + attribute, error.what());
   }
+}
+
+bool IsHdf5(const std::string& path) {
+  return BeginningOf(path, 4) == "\x89HDF";
+}
+
+std::vector<std::string> Hdf5Names(const std::string& path) {
+  std::vector<std::string> names;
+  ReadHdf5(path, [&](const Hdf5File& file) { names = file.Names(); });
+  return names;
 }
 
 void ReadHdf5(const std::string& path,

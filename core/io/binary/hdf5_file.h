@@ -21,6 +21,8 @@ class Hdf5File {
   Hdf5File& operator=(const Hdf5File&) = delete;
 
   bool Has(const std::string& name) const;
+  // Of the outermost group, sorted.
+  std::vector<std::string> Names() const;
   // Empty for a single value.
   std::vector<size_t> Shape(const std::string& name) const;
   // In C order, whatever number type the file has.
@@ -42,6 +44,11 @@ class Hdf5File {
   const std::string path_;
   int64_t file_ = -1;
 };
+
+// Whether the file begins as HDF5 does.
+bool IsHdf5(const std::string& path);
+// Names in its outermost group, sorted. Throws as ReadHdf5.
+std::vector<std::string> Hdf5Names(const std::string& path);
 
 // Debian's library can be brought down by a damaged file. So `read` is
 // rehearsed in a process of its own, and done here where that went well. One

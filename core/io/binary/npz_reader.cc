@@ -78,7 +78,7 @@ size_t NpyArray::Count() const {
 }
 
 NpzReader::NpzReader(const std::string& path)
-    : path_(path), text_(ReadTextFile(path)) {
+    : path_(path), text_(ReadBytes(path)) {
   if (text_.compare(0, 6, "\x93NUMPY") == 0) {
     arrays_[""] = Parse("", text_);
     return;

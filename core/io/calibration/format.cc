@@ -55,9 +55,7 @@ bool IsUtf16(const std::string& text) {
 
 // What a text looks like, before it is parsed.
 Syntax GuessSyntax(const std::string& text, const std::string& path) {
-  const size_t start =
-      text.rfind("\xEF\xBB\xBF", 0) == 0 ? 3 : 0;  // UTF-8 mark
-  const size_t first = text.find_first_not_of(" \t\r\n", start);
+  const size_t first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos) {
     throw InputError(path, "", "is empty, expected a calibration");
   }

@@ -6,6 +6,7 @@
 // 1). v is COCO's flag, 0 for a joint that is not there, or a confidence up to
 // 1; "keypoint_scores", where somebody has them, are the confidences.
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <optional>
@@ -72,12 +73,8 @@ Image ReadImage(const JsonObject& object) {
     return image;
   }
   const size_t slash = file_name.find_last_of("/\\");
-  const std::optional<int64_t> number = FrameOfFileName(
+  image.frame = FrameOfName(
       slash == std::string::npos ? file_name : file_name.substr(slash + 1));
-  if (!number.has_value()) {
-    throw InputError("expected a key frame_id, or a number in file_name");
-  }
-  image.frame = *number;
   return image;
 }
 
@@ -189,12 +186,13 @@ class Reader {
     std::vector<Keypoint> joints;
     for (size_t j = 0; j < count; ++j) {
       const double v = numbers_[3 * j + 2];
-      const double confidence = scores_.empty() ? std::min(v, 1.0) : scores_[j];
-      joints.push_back(MakeKeypoint(numbers_[3 * j], numbers_[3 * j + 1],
-                                    confidence,
-                                    scores_.empty() ? options_.zero_confidence
-                                    : v > 0.0       ? ZeroConfidence::kPosition
-                                              : ZeroConfidence::kMissing));
+      Keypoint joint = MakeKeypoint(numbers_[3 * j], numbers_[3 * j + 1],
+                                    std::min(v, 1.0), options_.zero_confidence);
+      if (!scores_.empty()) {
+        joint.found = joint.found && v > 0.0 && std::isfinite(scores_[j]);
+        joint.confidence = scores_[j];
+      }
+      joints.push_back(joint);
     }
     collector_->Add(image->second.frame, view_idx_[image->second.view])
         ->joints = std::move(joints);

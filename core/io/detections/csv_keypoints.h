@@ -25,13 +25,6 @@ Detection ReadKeypointRow(const std::vector<std::string>& cells,
                           const std::vector<std::string>& labels,
                           ZeroConfidence zero_confidence);
 
-// A frame number, or a file name with one. Throws InputError without a file.
-int64_t FrameOfCell(const std::string& cell);
-
-// True when every position of the take lies within the unit square: shares of
-// the image, not pixels.
-bool LooksNormalised(double low_px, double high_px);
-
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_IO_DETECTIONS_CSV_KEYPOINTS_H_

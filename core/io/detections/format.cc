@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <optional>
 
+#include "core/io/binary/hdf5_file.h"
 #include "core/io/files/folder_entry.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
+#include "core/io/text/csv_rows.h"
 #include "core/io/text/names.h"
 
 // One line a format, in the order in which they are listed. Each names the
@@ -90,6 +92,10 @@ bool DetectionHead::HasKey(const std::string& key) const {
   return std::find(keys.begin(), keys.end(), key) != keys.end();
 }
 
+std::vector<std::string> DetectionHead::FirstRow() const {
+  return FirstCsvRow(beginning);
+}
+
 DetectionHead LookAtDetections(const std::string& path) {
   DetectionHead head;
   head.path = path;
@@ -109,6 +115,7 @@ DetectionHead LookAtDetections(const std::string& path) {
   head.kind = json.kind;
   head.keys = json.keys;
   head.beginning = BeginningOf(head.file, 1 << 16);
+  if (IsHdf5(head.file)) head.keys = Hdf5Names(head.file);
   return head;
 }
 

@@ -31,11 +31,13 @@ struct DetectionHead {
   // The file itself, or the first of the folder's .json and .csv files, or of
   // its first folder's; empty when there is none.
   std::string file;
-  char kind = '\0';               // first character of it that is no space
-  std::vector<std::string> keys;  // outermost keys of a JSON object
-  std::string beginning;          // its first 64 KiB
+  char kind = '\0';  // first character of it that is no space
+  // Outermost keys of a JSON object, outermost names of an HDF5 file.
+  std::vector<std::string> keys;
+  std::string beginning;  // its first 64 KiB
 
   bool HasKey(const std::string& key) const;
+  std::vector<std::string> FirstRow() const;  // of a table
   bool Contains(const std::string& text) const {
     return beginning.find(text) != std::string::npos;
   }

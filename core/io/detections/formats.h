@@ -18,8 +18,9 @@ namespace kinegraph {
 // The options that a format's `open` is given are checked; `skeleton` is set
 // when either the value or a name was given.
 
-// What a file stores as x, y, confidence. NaN, also as confidence, is no
-// measurement.
+// What a file stores as x, y, confidence, in the file's own pixels. NaN, also
+// as confidence, is no measurement. Every reader asks here which points are
+// missing.
 Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
                       ZeroConfidence zero_confidence);
 

@@ -18,6 +18,7 @@
 #include "core/io/text/csv_rows.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/text/json_output.h"
+#include "core/io/text/names.h"
 
 namespace kinegraph {
 namespace {
@@ -97,51 +98,35 @@ class Reader {
         });
   }
 
-  std::unique_ptr<DetectionSource> Finish(const std::string& path) {
-    if (low_ <= high_ && LooksNormalised(low_, high_)) {
-      throw InputError(path, "",
-                       "positions are within the unit square, expected "
-                       "pixels: multiply x by the image's width and y by its "
-                       "height");
-    }
-    return collector_.Finish();
-  }
+  std::unique_ptr<DetectionSource> Finish() { return collector_.Finish(); }
 
  private:
   void ReadRow(const std::vector<std::string>& cells, const Columns& columns,
                size_t view_idx) {
     const int64_t frame =
-        FrameOfCell(cells[static_cast<size_t>(columns.frame)]);
+        FrameOfName(cells[static_cast<size_t>(columns.frame)]);
     Detection detection = ReadKeypointRow(cells, columns.joints, columns.labels,
                                           options_.zero_confidence);
     collector_.Touch(frame);
     if (CountFound(detection) == 0) return;
-    for (const Keypoint& joint : detection.joints) {
-      if (!joint.found) continue;
-      low_ = std::min(low_, joint.px.minCoeff());
-      high_ = std::max(high_, joint.px.maxCoeff());
-    }
     collector_.Add(frame, view_idx)->joints = std::move(detection.joints);
   }
 
   const DetectionReadOptions& options_;
   DetectionCollector collector_;
-  double low_ = 1e300;
-  double high_ = -1e300;
 };
 
 std::unique_ptr<DetectionSource> Open(const std::string& path,
                                       const DetectionReadOptions& options) {
-  const auto files = ListViewFiles(path, ".csv");
-  Reader reader(HeaderOfViews(files, options), options);
-  for (size_t v = 0; v < files.size(); ++v) reader.ReadFile(files[v].second, v);
-  return reader.Finish(path);
+  return OpenViewFiles<Reader>(path, options, ".csv");
 }
 
 bool Recognise(const DetectionHead& head) {
-  const std::string line = head.beginning.substr(0, head.beginning.find('\n'));
-  return line.compare(0, 6, "frame,") == 0 &&
-         line.find("_x,") != std::string::npos;
+  const std::vector<std::string> row = head.FirstRow();
+  return !row.empty() && row.front() == "frame" &&
+         std::any_of(row.begin(), row.end(), [](const std::string& name) {
+           return EndsWith(name, "_x");
+         });
 }
 
 // ---- Writing ----

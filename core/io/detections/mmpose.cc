@@ -57,13 +57,10 @@ class Reader {
 
   // A file with the instances of one image.
   void ReadImage(const std::string& path, size_t view_idx) {
-    const auto frame = FrameOfFileName(fs::path(path).filename().string());
-    if (!frame || *frame > kMaxFrame) {
-      throw InputError(path, "", "the file name holds no frame number");
-    }
     const JsonValue root = parser_.Parse(path);
     Located(path, [&] {
-      ReadInstances(AsArray(root, kOutermost), *frame, view_idx);
+      ReadInstances(AsArray(root, kOutermost),
+                    FrameOfName(fs::path(path).filename().string()), view_idx);
     });
   }
 

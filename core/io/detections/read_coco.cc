@@ -73,12 +73,7 @@ class CocoReader {
 
   static int64_t FrameOf(JsonValue image_id) {
     if (!image_id.is_string()) return AsFrame(image_id, kImageId);
-    const std::string_view name = AsText(image_id, kImageId);
-    const std::optional<int64_t> frame = FrameOfFileName(name);
-    if (frame) return *frame;
-    throw InputError(std::string(kImageId) + ": found the text '" +
-                     Printable(std::string(name)) +
-                     "', expected a frame number or a file name with one");
+    return FrameOfName(AsText(image_id, kImageId));
   }
 
   const ZeroConfidence zero_confidence_;

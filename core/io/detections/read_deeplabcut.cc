@@ -12,6 +12,7 @@
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
+#include "core/io/text/names.h"
 
 namespace kinegraph {
 namespace {
@@ -85,7 +86,7 @@ void ReadRows(CsvRows* rows, size_t view_idx,
       throw InputError("found " + std::to_string(cells.size()) +
                        " cells, expected " + std::to_string(header.width));
     }
-    const int64_t frame = FrameOfCell(cells[header.first - 1]);
+    const int64_t frame = FrameOfName(cells[header.first - 1]);
     take->Touch(frame);
     for (size_t p = 0; p < columns.people.size(); ++p) {
       take->Add(frame, view_idx, p,
@@ -111,7 +112,8 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
 }
 
 bool Recognise(const DetectionHead& head) {
-  return head.beginning.compare(0, 7, "scorer,") == 0;
+  const std::vector<std::string> row = head.FirstRow();
+  return row.size() > 1 && row.front() == "scorer";
 }
 
 }  // namespace

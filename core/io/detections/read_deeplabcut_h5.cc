@@ -181,10 +181,8 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
   return OpenDeepLabCut(path, options, ".h5", ReadFile);
 }
 
-// HDF5 with the name of DeepLabCut's table, which stands at its beginning.
 bool Recognise(const DetectionHead& head) {
-  return head.beginning.compare(0, 4, "\x89HDF") == 0 &&
-         head.Contains("df_with_missing");
+  return head.HasKey("df_with_missing");
 }
 
 }  // namespace

@@ -51,12 +51,8 @@ View ListFrames(const std::string& folder) {
     const std::string name = entry.path().filename().string();
     if (name.front() == '.' || entry.path().extension() != ".json") continue;
     if (!IsFileOrFolder(entry)) continue;
-    const std::optional<int64_t> frame = FrameOfFileName(name);
-    if (!frame || *frame > kMaxFrame) {
-      throw InputError(entry.path().string(), "",
-                       "the file name holds no frame number");
-    }
-    view.files.push_back({*frame, name});
+    view.files.push_back(
+        {Located(folder, [&] { return FrameOfName(name); }), name});
   }
   if (view.files.empty()) {
     throw InputError(folder, "", "holds no .json files, expected one a frame");

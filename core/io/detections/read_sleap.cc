@@ -273,10 +273,11 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
 
 // HDF5 with SLEAP's data sets.
 bool Recognise(const DetectionHead& head) {
-  if (head.is_folder && AnalysesIn(head.path).empty()) {
-    return head.has_folders && !SessionFiles(head.path).empty();
+  if (!head.is_folder) {
+    return head.HasKey("node_names") && head.HasKey(kTracks);
   }
-  return IsAnalysis(head.file);
+  return !AnalysesIn(head.path).empty() ||
+         (head.has_folders && !SessionFiles(head.path).empty());
 }
 
 }  // namespace

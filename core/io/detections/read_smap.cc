@@ -22,9 +22,10 @@ void ReadPerson(JsonValue person, ZeroConfidence zero_confidence,
   for (const JsonValue joint : AsArray(person, "pred_2d")) {
     double numbers[4];
     AsNumbers(joint, "pred_2d", 4, numbers);
-    detection->joints.push_back(MakeKeypoint(numbers[0] * kScale,
-                                             (numbers[1] - kBarPx) * kScale,
-                                             numbers[3], zero_confidence));
+    Keypoint point =
+        MakeKeypoint(numbers[0], numbers[1], numbers[3], zero_confidence);
+    point.px = (point.px - Eigen::Vector2d(0.0, kBarPx)) * kScale;
+    detection->joints.push_back(point);
   }
   if (detection->joints.size() != static_cast<size_t>(joint_count)) {
     throw InputError("pred_2d: found " +

@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
+#include "core/io/detections/plausible_pixels.h"
 #include "core/io/detections/rated_source.h"
 #include "core/io/files/folder_entry.h"
 #include "core/io/text/bulk_json.h"
@@ -110,14 +111,15 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
   return format->open(path, options);
 }
 
-// Refuses what would take too long to associate.
-class LimitedSource : public DetectionSource {
+// Refuses what would take too long to associate, and what are no pixels.
+class CheckedSource : public DetectionSource {
  public:
-  LimitedSource(std::string path, const DetectionReadOptions& options,
+  CheckedSource(std::string path, const DetectionReadOptions& options,
                 std::unique_ptr<DetectionSource> source)
       : path_(std::move(path)),
         max_per_view_(static_cast<size_t>(options.max_per_view)),
-        source_(std::move(source)) {
+        source_(std::move(source)),
+        pixels_(source_->header().view_names) {
     const int64_t joints = header().skeleton.joint_count();
     if (joints <= options.max_joints) return;
     throw InputError(path_, "skeleton",
@@ -129,12 +131,13 @@ class LimitedSource : public DetectionSource {
   const DetectionHeader& header() const override { return source_->header(); }
   int64_t frame_count() const override { return source_->frame_count(); }
   bool Next(DetectionFrame* frame) override {
-    if (!source_->Next(frame)) return false;
-    for (size_t v = 0; v < frame->views.size(); ++v) {
+    const bool more = source_->Next(frame);
+    for (size_t v = 0; more && v < frame->views.size(); ++v) {
       const size_t count = frame->views[v].detections.size();
       if (count > max_per_view_) Fail(frame->frame, v, count);
     }
-    return true;
+    Located(path_, [&] { more ? pixels_.See(*frame) : pixels_.SeeEnd(); });
+    return more;
   }
 
  private:
@@ -151,6 +154,7 @@ class LimitedSource : public DetectionSource {
   const std::string path_;
   const size_t max_per_view_;
   const std::unique_ptr<DetectionSource> source_;
+  PlausiblePixels pixels_;
 };
 
 // Hands out frames that are in memory.
@@ -190,7 +194,7 @@ void DetectionReadOptions::Describe(OptionVisitor& visitor) {
   visitor.Text("skeleton", &skeleton_name,
                "skeleton of the detections where the file does not tell it");
   visitor.Choice("zero_confidence", &zero_confidence, {"missing", "position"},
-                 "what a joint with confidence 0 is");
+                 "what a joint with confidence 0, or at exactly (0, 0), is");
   visitor.Integer("first_frame", &first_frame,
                   Between(0.0, static_cast<double>(kMaxFrame)), "frames",
                   "frame number of a file that names none");
@@ -205,17 +209,17 @@ std::unique_ptr<DetectionSource> OpenDetections(
     const std::string& path, const DetectionReadOptions& options) {
   try {
     const DetectionReadOptions checked = Checked(options);
-    if (checked.view_frame_rate_hz.empty()) {
-      return std::make_unique<LimitedSource>(path, checked,
-                                             Open(path, checked));
-    }
+    const auto check = [&](std::unique_ptr<DetectionSource> source) {
+      return std::make_unique<CheckedSource>(path, checked, std::move(source));
+    };
+    if (checked.view_frame_rate_hz.empty()) return check(Open(path, checked));
     if (IsPipe(path)) {
       throw InputError(path, "",
                        "views with rates of their own (input.view_frame_rate) "
                        "are read several times, which a stream cannot be");
     }
-    return OpenRated([=] { return Open(path, checked); },
-                     checked.view_frame_rate_hz);
+    return check(OpenRated([=] { return Open(path, checked); },
+                           checked.view_frame_rate_hz));
   } catch (const fs::filesystem_error& error) {
     throw InputError(path, "", "cannot be read: " + error.code().message());
   }
@@ -240,8 +244,8 @@ Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
   }
   joint.px = {x_px, y_px};
   joint.confidence = confidence;
-  joint.found =
-      confidence > 0.0 || zero_confidence == ZeroConfidence::kPosition;
+  joint.found = zero_confidence == ZeroConfidence::kPosition ||
+                (confidence > 0.0 && (x_px != 0.0 || y_px != 0.0));
   return joint;
 }
 

@@ -15,7 +15,8 @@
 
 namespace kinegraph {
 
-// What a joint with confidence 0 is.
+// What a joint is that has confidence 0, or lies at exactly (0, 0): detectors
+// such as YOLO's write that for what they do not see, with any confidence.
 enum class ZeroConfidence {
   kMissing,   // not a measurement
   kPosition,  // an ordinary position (filled in by whoever wrote the file)

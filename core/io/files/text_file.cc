@@ -32,9 +32,36 @@ fs::file_type TypeAt(const std::string& path) {
   return type;
 }
 
+bool BeginsWith(const std::string& text, const char* mark) {
+  return text.compare(0, std::strlen(mark), mark) == 0;
+}
+
 }  // namespace
 
+void MakePlainText(const std::string& path, std::string* text) {
+  if (BeginsWith(*text, "\xff\xfe") || BeginsWith(*text, "\xfe\xff")) {
+    throw InputError(path, "",
+                     "is a text in UTF-16, expected UTF-8 (`iconv -f UTF-16 -t "
+                     "UTF-8 OLD > NEW` makes it one)");
+  }
+  if (BeginsWith(*text, "\x1f\x8b")) {
+    throw InputError(path, "",
+                     "is compressed, expected what `gunzip` makes of it");
+  }
+  if (BeginsWith(*text, "\xef\xbb\xbf")) text->erase(0, 3);
+  if (text->find('\n') == std::string::npos &&
+      text->find('\0') == std::string::npos) {
+    std::replace(text->begin(), text->end(), '\r', '\n');
+  }
+}
+
 std::string ReadTextFile(const std::string& path, size_t max_bytes) {
+  std::string text = ReadBytes(path, max_bytes);
+  MakePlainText(path, &text);
+  return text;
+}
+
+std::string ReadBytes(const std::string& path, size_t max_bytes) {
   const Descriptor file(OpenToRead(path));
   if (file.get() < 0) FailToRead(path);
   const auto status = StatusOf(file.get());
@@ -76,6 +103,7 @@ std::string BeginningOf(const std::string& path, size_t bytes) {
   std::ifstream file(path, std::ios::binary);
   file.read(text.data(), static_cast<std::streamsize>(bytes));
   text.resize(static_cast<size_t>(std::max<std::streamsize>(0, file.gcount())));
+  MakePlainText(path, &text);
   return text;
 }
 

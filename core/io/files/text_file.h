@@ -1,4 +1,4 @@
-// Whole files as text, with errors a user can act on.
+// Whole files, with errors a user can act on.
 #ifndef KINEGRAPH_CORE_IO_FILES_TEXT_FILE_H_
 #define KINEGRAPH_CORE_IO_FILES_TEXT_FILE_H_
 
@@ -11,10 +11,19 @@ namespace kinegraph {
 
 // The file's bytes. Throws InputError naming the file when it is missing, a
 // folder, may not be read, or is larger than `max_bytes`.
+std::string ReadBytes(const std::string& path,
+                      size_t max_bytes = std::numeric_limits<size_t>::max());
+// The same as plain text.
 std::string ReadTextFile(const std::string& path,
                          size_t max_bytes = std::numeric_limits<size_t>::max());
 
-// At most the first `bytes`; empty when it cannot be read.
+// What spreadsheets and editors put around a text goes: UTF-8's byte order mark
+// is cut, and lines that end as on old Macs, by a carriage return alone, end by
+// a newline. Lines that end by both keep both. Throws InputError naming the
+// file when it is UTF-16 or compressed.
+void MakePlainText(const std::string& path, std::string* text);
+
+// At most the first `bytes`, as plain text; empty when it cannot be read.
 std::string BeginningOf(const std::string& path, size_t bytes);
 
 // Whether the path leads to a folder, or to anything but one; false for what is

@@ -8,6 +8,7 @@
 
 #include "core/io/files/input_files.h"
 #include "core/io/files/input_stop.h"
+#include "core/io/files/text_file.h"
 #include "core/io/text/ids.h"
 #include "core/system/file.h"
 
@@ -243,6 +244,13 @@ double AsFrameRate(JsonValue value, std::string_view key) {
 
 TimeNs TimeOfFrame(int64_t frame, double frame_rate_hz) {
   if (frame_rate_hz == 0.0) return 0;
+  constexpr double kMaxFrames = 1e12;  // 30 years at 1000 Hz
+  if (static_cast<double>(frame) >= kMaxFrames) {
+    throw InputError("frame " + std::to_string(frame) +
+                     ": is too large for a frame's number, it looks like a "
+                     "time since 1970; number the frames of all views by (time "
+                     "- first time) x frame rate, rounded");
+  }
   return CheckedTime(static_cast<double>(frame) / frame_rate_hz, "time");
 }
 
@@ -380,7 +388,7 @@ JsonHead PeekJson(const std::string& path) {
   const Descriptor file(OpenOrFail(path));
   std::string text(kPeekBytes, '\0');
   text.resize(ReadFully(path, file.get(), text.data(), text.size()));
-  if (text.compare(0, 3, kByteOrderMark) == 0) text.erase(0, 3);
+  MakePlainText(path, &text);
   const size_t first = text.find_first_not_of(" \t\r\n");
   JsonHead head;
   if (first == std::string::npos) return head;

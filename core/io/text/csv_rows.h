@@ -2,36 +2,26 @@
 #ifndef KINEGRAPH_CORE_IO_TEXT_CSV_ROWS_H_
 #define KINEGRAPH_CORE_IO_TEXT_CSV_ROWS_H_
 
-#include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "core/base/error.h"
-
 namespace kinegraph {
 
-// Cells of one row after the other (RFC 4180).
+// Cells of one row after the other (RFC 4180), blank lines left out. What
+// separates cells is the first comma, semicolon or tabulator of the first line,
+// or what a spreadsheet's line "sep=;" names. Where it is no comma,
+// spreadsheets of many countries write decimal commas: a cell such as 12,5
+// reads 12.5.
 class CsvRows {
  public:
-  explicit CsvRows(std::string_view text) : rest_(text) {}
+  explicit CsvRows(std::string_view text);
 
-  // The cells are valid until the next call; false at the end.
-  bool Next(std::vector<std::string>* cells) {
-    cells->clear();
-    if (rest_.empty()) return false;
-    line_ = next_line_;
-    do {
-      cells->push_back(Cell());
-    } while (TakeIf(','));
-    TakeIf('\r');
-    if (!rest_.empty() && !TakeIf('\n')) {
-      throw InputError("text after a closing quotation mark");
-    }
-    ++next_line_;
-    return true;
-  }
+  // The cells are valid until the next call; false at the end. Throws
+  // InputError without a file.
+  bool Next(std::vector<std::string>* cells);
 
   std::string Place() const { return "line " + std::to_string(line_); }
 
@@ -41,29 +31,20 @@ class CsvRows {
     rest_.remove_prefix(1);
     return true;
   }
-
-  std::string Cell() {
-    if (!TakeIf('"')) {
-      const size_t end = std::min(rest_.find_first_of(",\r\n"), rest_.size());
-      const std::string cell(rest_.substr(0, end));
-      rest_.remove_prefix(end);
-      return cell;
-    }
-    std::string cell;
-    while (!rest_.empty()) {
-      const char c = rest_.front();
-      rest_.remove_prefix(1);
-      if (c == '"' && !TakeIf('"')) return cell;
-      next_line_ += c == '\n' ? 1 : 0;
-      cell += c;
-    }
-    throw InputError("a quotation mark is not closed");
-  }
+  std::string Cell();
 
   std::string_view rest_;
+  char separator_ = ',';
   int64_t line_ = 0;
   int64_t next_line_ = 1;
 };
+
+// The cells of the first row; none of a text that has no rows.
+std::vector<std::string> FirstCsvRow(std::string_view text);
+
+// The number in a cell of a table; nullopt for an empty one and for NaN. Spaces
+// around it do not count. Throws InputError without a file for a text.
+std::optional<double> NumberOfCell(std::string_view cell);
 
 }  // namespace kinegraph
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "core/base/error.h"
+
 namespace kinegraph {
 namespace {
 
@@ -17,6 +19,39 @@ std::string_view CutNumber(std::string_view* text) {
   text->remove_prefix(length);
   digits.remove_prefix(std::min(digits.find_first_not_of('0'), digits.size()));
   return digits;
+}
+
+// Of a file's name what may hold a frame number.
+std::string_view BeforeEnd(std::string_view file_name) {
+  const size_t keypoints = file_name.rfind("_keypoints");
+  return file_name.substr(0, keypoints != std::string_view::npos
+                                 ? keypoints
+                                 : file_name.rfind('.'));
+}
+
+// Whether the name has seconds since 1970, or of any long clock, with their
+// fraction: "1305031102.175304.png".
+bool HasSeconds(std::string_view name) {
+  constexpr int kDigits = 9;
+  int digits = 0;  // of the run so far, leading zeros not counted
+  for (size_t i = 0; i + 1 < name.size(); ++i) {
+    if (name[i] == '.' && digits >= kDigits && IsDigit(name[i + 1])) {
+      return true;
+    }
+    digits = !IsDigit(name[i])              ? 0
+             : digits > 0 || name[i] != '0' ? digits + 1
+                                            : 0;
+  }
+  return false;
+}
+
+// What a number that no frame has looks like.
+std::string TimeLikeness(std::optional<int64_t> number) {
+  if (!number.has_value()) return "a time in nanoseconds";
+  const size_t digits = std::to_string(*number).size();
+  if (digits == 13) return "a time in milliseconds since 1970";
+  if (digits == 16) return "a time in microseconds since 1970";
+  return "a date and time";
 }
 
 }  // namespace
@@ -36,11 +71,24 @@ std::optional<int64_t> LastInteger(std::string_view name) {
 }
 
 std::optional<int64_t> FrameOfFileName(std::string_view file_name) {
-  const size_t keypoints = file_name.rfind("_keypoints");
-  if (keypoints != std::string_view::npos) {
-    return LastInteger(file_name.substr(0, keypoints));
-  }
-  return LastInteger(file_name.substr(0, file_name.rfind('.')));
+  return LastInteger(BeforeEnd(file_name));
+}
+
+int64_t FrameOfName(std::string_view file_name) {
+  const std::string_view name = BeforeEnd(file_name);
+  const std::optional<int64_t> number = LastInteger(name);
+  // 30 years at 1000 Hz, and some 30 years after 1970 in milliseconds.
+  constexpr int64_t kMost = 1'000'000'000'000;
+  const bool has_seconds = HasSeconds(name);
+  if (number.has_value() && *number < kMost && !has_seconds) return *number;
+  const std::string fault =
+      "'" + Printable(std::string(file_name)) + "' holds no frame number";
+  if (std::none_of(name.begin(), name.end(), IsDigit)) throw InputError(fault);
+  throw InputError(
+      fault + " but what looks like " +
+      (has_seconds ? "a time in seconds" : TimeLikeness(number)) +
+      "; number the frames of all views by (time - first time) x frame rate, "
+      "rounded");
 }
 
 bool NaturalLess(std::string_view a, std::string_view b) {

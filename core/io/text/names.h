@@ -17,6 +17,10 @@ std::optional<int64_t> LastInteger(std::string_view name);
 // before the extension.
 std::optional<int64_t> FrameOfFileName(std::string_view file_name);
 
+// The same, also of an image's name. Throws InputError without a file where
+// there is none, and where the number is a time or a date.
+int64_t FrameOfName(std::string_view file_name);
+
 // Order in which "cam2" comes before "cam10".
 bool NaturalLess(std::string_view a, std::string_view b);
 

@@ -180,7 +180,7 @@ std::vector<std::string> C3dValues::Texts(const std::string& name) const {
 // ---- the file ----
 
 C3dFile::C3dFile(const std::string& path)
-    : bytes_(ReadTextFile(path)), values_(bytes_, OpenParameters()) {
+    : bytes_(ReadBytes(path)), values_(bytes_, OpenParameters()) {
   rate_hz_ = values_.Number("POINT:RATE").value_or(0.0);
   if (!IsRate(rate_hz_)) rate_hz_ = bytes_.Float(20);
   unit_m_ = MetresOf(values_.Texts("POINT:UNITS"));

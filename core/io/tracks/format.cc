@@ -5,6 +5,7 @@
 
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
+#include "core/io/text/csv_rows.h"
 
 // One line a format, in the order in which they are listed; no other order
 // matters, as no two recognise the same. Each names the function that makes the
@@ -95,6 +96,10 @@ std::string TrackExtensions() {
 
 bool TrackHead::HasKey(const std::string& key) const {
   return std::find(keys.begin(), keys.end(), key) != keys.end();
+}
+
+std::vector<std::string> TrackHead::FirstRow() const {
+  return FirstCsvRow(beginning);
 }
 
 bool TrackHead::HasFile(const std::string& extension) const {

@@ -28,6 +28,7 @@ struct TrackHead {
   std::string beginning;           // of a file: its first 64 KiB
 
   bool HasKey(const std::string& key) const;
+  std::vector<std::string> FirstRow() const;  // of a table
   bool BeginsWith(const std::string& text) const {
     return beginning.compare(0, text.size(), text) == 0;
   }

@@ -40,28 +40,22 @@ enum Column : size_t {
 };
 constexpr size_t kRequired = 8;
 
-template <typename Number>
-Number Parse(const std::string& cell, size_t column, const char* expected) {
-  Number number{};
+double Finite(const std::string& cell, size_t column) {
+  return Located(kColumns[column], [&] {
+    const std::optional<double> number = NumberOfCell(cell);
+    if (number.has_value() && std::isfinite(*number)) return *number;
+    throw InputError("found '" + Printable(cell) + "', expected a number");
+  });
+}
+
+int64_t Whole(const std::string& cell, size_t column, int64_t high) {
+  int64_t number = -1;
   const char* end = cell.data() + cell.size();
   const auto [stop, error] = std::from_chars(cell.data(), end, number);
   if (error != std::errc() || stop != end) {
     throw InputError(std::string(kColumns[column]) + ": found '" +
-                     Printable(cell) + "', expected " + expected);
+                     Printable(cell) + "', expected a whole number");
   }
-  return number;
-}
-
-double Finite(const std::string& cell, size_t column) {
-  const auto number = Parse<double>(cell, column, "a number");
-  if (!std::isfinite(number)) {
-    throw InputError(std::string(kColumns[column]) + ": is not finite");
-  }
-  return number;
-}
-
-int64_t Whole(const std::string& cell, size_t column, int64_t high) {
-  const auto number = Parse<int64_t>(cell, column, "a whole number");
   if (number < 0 || number > high) {
     throw InputError(std::string(kColumns[column]) + ": found " + cell +
                      ", expected 0 .. " + std::to_string(high));
@@ -258,7 +252,9 @@ TrackFormat CsvTrackFormat() {
   format.extensions = {".csv"};
   format.has_marker_names = true;
   format.recognise = [](const TrackHead& head) {
-    return head.BeginsWith("frame,time_s,id,joint,");
+    const std::vector<std::string> row = head.FirstRow();
+    return row.size() > kJoint &&
+           std::equal(row.begin(), row.begin() + kJoint + 1, kColumns.begin());
   };
   format.read = ReadTracksCsv;
   format.read_names = ReadNames;

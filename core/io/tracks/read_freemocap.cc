@@ -3,7 +3,6 @@
 // (mediapipe_body_3d_xyz.csv), or an array [frames, points, 3]
 // (mediapipe_body_3d_xyz.npy, mediapipe_skeleton_3d.npy), NaN where a point is
 // not there. Frames count from 0, the person is 0.
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -65,17 +64,6 @@ std::vector<std::string> PointsOf(const std::vector<std::string>& cells) {
   return cells.size() % 3 == 0 ? names : std::vector<std::string>();
 }
 
-// NaN for an empty cell.
-double NumberOf(const std::string& cell) {
-  if (cell.empty()) return std::numeric_limits<double>::quiet_NaN();
-  double number = 0.0;
-  const char* end = cell.data() + cell.size();
-  const auto [stop, error] = std::from_chars(cell.data(), end, number);
-  if (error == std::errc() && stop == end) return number;
-  throw InputError("found the text '" + Printable(cell) +
-                   "', expected a number");
-}
-
 TrackSequence ReadTable(const std::string& path,
                         const TrackReadOptions& options) {
   const std::string text = ReadTextFile(path);
@@ -101,7 +89,8 @@ TrackSequence ReadTable(const std::string& path,
           }
           numbers.clear();
           for (const std::string& cell : cells) {
-            numbers.push_back(NumberOf(cell));
+            numbers.push_back(NumberOfCell(cell).value_or(
+                std::numeric_limits<double>::quiet_NaN()));
           }
           AddRow(frame++, numbers.data(), &collector);
         }
@@ -146,17 +135,8 @@ bool IsArray(const TrackHead& head) {
 }
 
 bool IsTable(const TrackHead& head) {
-  const size_t end = head.beginning.find('\n');
-  if (head.is_folder || end == std::string::npos) return false;
-  const std::string line = head.beginning.substr(0, end + 1);
-  if (line.find("_z") == std::string::npos) return false;
-  CsvRows rows(line);
-  std::vector<std::string> cells;
-  try {
-    return rows.Next(&cells) && !PointsOf(cells).empty();
-  } catch (const InputError&) {
-    return false;
-  }
+  return !head.is_folder && head.beginning.find('\n') != std::string::npos &&
+         !PointsOf(head.FirstRow()).empty();
 }
 
 TrackSequence Read(const std::string& path, const TrackReadOptions& options) {

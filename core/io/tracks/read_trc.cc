@@ -3,8 +3,7 @@
 // columns, the fifth their coordinates; then a row a frame. Empty cells and NaN
 // are markers without position. One file is one person: the number after
 // "person_" (ours) or "_P" (Pose2Sim) in its name. Rows are
-// frames, from OrigDataStartFrame on.
-#include <charconv>
+// frames, from the one on that the first row's time tells.
 #include <cmath>
 #include <optional>
 #include <string_view>
@@ -13,6 +12,7 @@
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
+#include "core/io/text/csv_rows.h"
 #include "core/io/tracks/export.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/formats.h"
@@ -20,6 +20,8 @@
 
 namespace kinegraph {
 namespace {
+
+constexpr std::string_view kTrcMark = "PathFileType";
 
 // Lines without what ends them, blank ones left out.
 class Lines {
@@ -54,17 +56,10 @@ class Lines {
 
 // nullopt for an empty cell and NaN.
 std::optional<double> NumberOf(std::string_view cell) {
-  while (!cell.empty() && cell.front() == ' ') cell.remove_prefix(1);
-  while (!cell.empty() && cell.back() == ' ') cell.remove_suffix(1);
-  if (cell.empty()) return std::nullopt;
-  double number = 0.0;
-  const char* end = cell.data() + cell.size();
-  const auto [stop, error] = std::from_chars(cell.data(), end, number);
-  if (error != std::errc() || stop != end || std::isinf(number)) {
-    throw InputError("found '" + Printable(std::string(cell)) +
-                     "', expected a number");
+  const std::optional<double> number = NumberOfCell(cell);
+  if (number.has_value() && std::isinf(*number)) {
+    throw InputError("found an infinite number");
   }
-  if (std::isnan(number)) return std::nullopt;
   return number;
 }
 
@@ -94,8 +89,12 @@ std::vector<std::string_view> NextOf(Lines* lines) {
 Header ReadHeader(Lines* lines) {
   constexpr int64_t kMaxRows = 10'000'000;
   Header header;
-  if (NextOf(lines)[0] != "PathFileType") {
+  const std::vector<std::string_view> first = NextOf(lines);
+  if (first[0].substr(0, kTrcMark.size()) != kTrcMark) {
     throw InputError("does not begin with PathFileType");
+  }
+  if (first[0] != kTrcMark) {
+    throw InputError("expected tabulators between cells, as TRC has them");
   }
   const std::vector<std::string_view> names = NextOf(lines);
   const std::vector<std::string_view> values = NextOf(lines);
@@ -148,25 +147,25 @@ void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
   }
 }
 
-// The frame of the first row. OrigDataStartFrame counts from 0 here and in
-// Pose2Sim, and from 1 in laboratories' files, where a trimmed file keeps its
-// Frame# and the first frame stays 1. The first row's time tells which.
-int64_t FirstFrame(const Header& header, double time_s, double frame_number) {
+// The frame of the first row. Its time tells it: programs that trim a take keep
+// the times, and number rows and OrigDataStartFrame anew, from 0 or from 1. A
+// quarter of a frame is what rounding of times and rates may cost. Times that
+// begin anew themselves, or lie between frames, tell nothing; then the header
+// does, which counts from 0 here and in Pose2Sim, whose rows and times count
+// from 1, and from 1 in laboratories' files.
+int64_t FirstFrame(const Header& header, double time_s, double row_number) {
   const double by_time = time_s * header.frame_rate_hz;
+  const double nearest = std::round(by_time);
   const auto start = static_cast<double>(header.first_frame);
-  if (header.first_frame == 0 || std::abs(by_time - start) < 0.75) {
+  if (std::abs(by_time - start) < 0.75) return header.first_frame;
+  if (std::abs(by_time - nearest) > 0.25 || nearest < 0.0 ||
+      nearest > static_cast<double>(kMaxFrame)) {
     return header.first_frame;
   }
-  for (const double candidate :
-       {start - 1.0, frame_number - 1.0, frame_number}) {
-    if (start > 1.0 && candidate != start - 1.0) break;  // its rows begin anew
-    if (candidate >= 0.0 && candidate <= kMaxFrame &&
-        candidate == std::floor(candidate) &&
-        std::abs(by_time - candidate) <= 0.25) {
-      return static_cast<int64_t>(candidate);
-    }
-  }
-  return header.first_frame;
+  const bool begins_anew =
+      nearest == 0.0 || (nearest == 1.0 && row_number == 1.0);
+  if (begins_anew && start != 1.0) return header.first_frame;
+  return static_cast<int64_t>(nearest);
 }
 
 void ReadRows(const Header& header, TrackId id, const AxisMap& axes,
@@ -245,7 +244,7 @@ TrackFormat TrcTrackFormat() {
   format.axes = AxisMap();
   format.has_marker_names = true;
   format.recognise = [](const TrackHead& head) {
-    return head.BeginsWith("PathFileType") || head.HasFile(".trc");
+    return head.BeginsWith(std::string(kTrcMark)) || head.HasFile(".trc");
   };
   format.read = ReadTracksTrc;
   format.read_names = [](const std::string& path) {

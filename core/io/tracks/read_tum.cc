@@ -125,7 +125,7 @@ class TumReader {
 
 TrackSequence ReadTumTracks(const std::string& path,
                             const TrackReadOptions& options) {
-  CheckMatFile(ReadTextFile(path), path);
+  CheckMatFile(ReadBytes(path), path);
   static std::once_flag quiet;
   std::call_once(quiet, [] { Mat_LogInitFunc("kinegraph", Quiet); });
   const std::unique_ptr<mat_t, MatCloser> file(

@@ -1,5 +1,8 @@
 // TRC, the marker format of OpenSim and Pose2Sim: tab-separated, five header
-// lines, then a row a frame. The layout is that of the files Pose2Sim writes.
+// lines, then a row a frame. The layout is that of the files Pose2Sim writes,
+// but each row ends with a tabulator, as in OpenSim's: its reader counts what
+// follows the last one only where it is not empty, and refuses rows that lack a
+// cell.
 #include <fmt/format.h>
 
 #include <vector>
@@ -45,7 +48,7 @@ std::string HeaderText(const std::string& file_name,
   for (size_t j = 1; j <= joints.size(); ++j) {
     text += fmt::format("\tX{}\tY{}\tZ{}", j, j, j);
   }
-  return text + "\n";
+  return text + "\t\n";
 }
 
 void WriteMarkers(const PersonPose* person, size_t joint_count,
@@ -79,7 +82,7 @@ void WritePersonFile(const std::string& path, TrackId id,
     out.Text("\t");
     out.Number(rows[r].time_s);
     WriteMarkers(FindPerson(rows[r].frame, id), joint_count, axes, &out);
-    out.Text("\n");
+    out.Text("\t\n");
     file.Write(out.text().data(), out.text().size());
     out.Clear();
   }

@@ -303,7 +303,7 @@ std::vector<Case> DetectionCases() {
               Replaced(Coco(), "image_id", "image"), "image_id: is missing"),
       OneFile("COCO frame is a text without a number", kind,
               "[" + CocoEntry("\"front.jpg\"") + "]",
-              "entry 0: image_id: found the text 'front.jpg'"),
+              "entry 0: 'front.jpg' holds no frame number"),
       OneFile("COCO frame negative", kind,
               "[" + CocoEntry() + "," + CocoEntry("-1") + "]",
               "entry 1: image_id: found -1"),

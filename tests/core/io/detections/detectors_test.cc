@@ -2,11 +2,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/io/detections/source.h"
+#include "core/io/file_kind.h"
 #include "core/io/files/text_file.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/hdf5_files.h"
@@ -259,7 +262,247 @@ TEST(DetectorFiles, MediaPipeTablesInPixelsAlone) {
                 ReadDetections(folder.Write(
                     "cam2.csv", header + "3,0.5,0.25,0.5,0.75,0.25,0.5\n"));
               }),
-              HasSubstr("within the unit square, expected pixels"));
+              HasSubstr("shares of the image, expected pixels"));
+}
+
+// As Excel saves a table where numbers have decimal commas, and as editors
+// leave it.
+std::string Semicolons(std::string text) {
+  std::replace(text.begin(), text.end(), ',', ';');
+  std::replace(text.begin(), text.end(), '.', ',');
+  return text;
+}
+
+std::string Carriage(const std::string& text, const std::string& end) {
+  std::string other;
+  for (const char c : text) other += c == '\n' ? end : std::string(1, c);
+  return other;
+}
+
+void ExpectSameJoints(const DetectionSequence& a, const DetectionSequence& b) {
+  EXPECT_EQ(a.header.skeleton.joints(), b.header.skeleton.joints());
+  ASSERT_EQ(a.frames.size(), b.frames.size());
+  for (size_t f = 0; f < a.frames.size(); ++f) {
+    const auto& joints = a.frames[f].views[0].detections.at(0).joints;
+    const auto& others = b.frames[f].views[0].detections.at(0).joints;
+    for (size_t j = 0; j < joints.size(); ++j) {
+      EXPECT_EQ(joints[j].found, others[j].found);
+      EXPECT_EQ(joints[j].px, others[j].px);
+      EXPECT_EQ(joints[j].confidence, others[j].confidence);
+    }
+  }
+}
+
+TEST(DetectorFiles, TablesAsSpreadsheetsAndEditorsLeaveThem) {
+  const TemporaryFolder folder;
+  const std::string mark = "\xef\xbb\xbf";
+  for (const std::string text :
+       {kDeepLabCut,
+        "frame,left_hip_x,left_hip_y,left_hip_visibility\n3,100.5,200,0.5\n"
+        "5,102.5,201,0.25\n"}) {
+    const DetectionSequence plain =
+        ReadDetections(folder.Write("plain.csv", text));
+    std::string tabs = text;
+    std::replace(tabs.begin(), tabs.end(), ',', '\t');
+    for (const std::string& other :
+         {mark + text, Carriage(text, "\r\n"), Carriage(text, "\r"),
+          mark + Carriage(text, "\r\n"), Semicolons(text), tabs,
+          mark + Carriage(Semicolons(text), "\r\n"), "sep=,\n" + text,
+          "sep=;\r\n" + Carriage(Semicolons(text), "\r\n"), text + "\n\n"}) {
+      SCOPED_TRACE(other);
+      ExpectSameJoints(plain, ReadDetections(folder.Write("x.csv", other)));
+    }
+  }
+  std::string unsure = kDeepLabCut;
+  unsure.replace(unsure.find("11.5"), 4, "\"11,5\"");
+  EXPECT_THAT(
+      InputErrorOf([&] { ReadDetections(folder.Write("unsure.csv", unsure)); }),
+      HasSubstr("unsure.csv: line 5: left_hip: found the text '11,5', "
+                "expected a number with a decimal point"));
+  EXPECT_THAT(
+      InputErrorOf([&] {
+        ReadDetections(folder.Write("wide.csv", std::string("\xff\xfes\0", 4)));
+      }),
+      HasSubstr("wide.csv: is a text in UTF-16, expected UTF-8"));
+}
+
+// What detectors such as YOLO's write for joints that they do not see.
+TEST(DetectorFiles, JointsAtZeroAreMissingInEveryFormat) {
+  const TemporaryFolder folder;
+  std::string coco = "0, 0, 0.4";
+  std::string points = "[0, 0]";
+  std::string scores = "0.4";
+  for (int j = 1; j < 17; ++j) {
+    coco += ", 10, 20, 0.5";
+    points += ", [10, 20]";
+    scores += ", 0.5";
+  }
+  std::string tum = points;  // the first 14
+  for (int j = 14; j < 17; ++j) tum.erase(tum.rfind(", ["));
+  std::string of_tum = scores;
+  for (int j = 14; j < 17; ++j) of_tum.erase(of_tum.rfind(", "));
+  std::string smap = "[0, 0, 1, 0.4]";
+  for (int j = 1; j < 15; ++j) smap += ", [10, 30, 1, 0.5]";
+  MakeFolder(folder.path() / "openpose");
+  MakeFolder(folder.path() / "openpose/cam1");
+  folder.Write("openpose/cam1/cam1_7_keypoints.json",
+               R"({"people": [{"pose_keypoints_2d": [)" + coco + "]}]}");
+  for (const std::string& path :
+       {(folder.path() / "openpose").string(),
+        folder.Write("coco.json", R"([{"image_id": 7, "keypoints": [)" + coco +
+                                      R"(], "score": 1}])"),
+        folder.Write("alphapose.json",
+                     R"([{"image_id": "7.jpg", "keypoints": [)" + coco +
+                         R"(], "score": 1, "idx": 0}])"),
+        folder.Write("views.json",
+                     R"({"images": [{"id": 1, "camera": "a", "frame": 7}], )"
+                     R"("annotations": [{"image_id": 1, "keypoints": [)" +
+                         coco + "]}]}"),
+        folder.Write("scores.json",
+                     R"({"images": [{"id": 1, "camera": "a", "frame": 7}], )"
+                     R"("annotations": [{"image_id": 1, "keypoints": [)" +
+                         coco + R"(], "keypoint_scores": [)" + scores + "]}]}"),
+        folder.Write("mmpose.json",
+                     R"([{"frame_id": 7, "instances": [{"keypoints": [)" +
+                         points + R"(], "keypoint_scores": [)" + scores +
+                         "]}]}]"),
+        folder.Write("deeplabcut.csv",
+                     "scorer,n,n,n,n,n,n\nbodyparts,a,a,a,b,b,b\ncoords,x,y,"
+                     "likelihood,x,y,likelihood\n7,0,0,0.4,10,20,0.5\n"),
+        folder.Write("mediapipe.csv",
+                     "frame,a_x,a_y,a_score,b_x,b_y,b_score\n7,0.0,0,0.4,10,20,"
+                     "0.5\n"),
+        folder.Write("longcw.json",
+                     R"({"image_wh": [360, 288], "frames": {"Camera0/7.jpg": )"
+                     R"({"camera": "Camera0", "timestamp": 0.28, "poses": )"
+                     R"([{"points_2d": [)" +
+                         tum + R"(], "scores": [)" + of_tum + "]}]}}}"),
+        folder.Write("smap.json", R"({"3d_pairs": {"num": 1, "pred_2d": [[)" +
+                                      smap + "]]}}"),
+        folder.Write("own.jsonl",
+                     R"({"kinegraph_detections": 1, "skeleton": {"name": )"
+                     R"("two", "joints": ["a", "b"], "bones": []}, "views": )"
+                     R"(["a"]})"
+                     "\n"
+                     R"({"frame": 7, "views": {"a": [{"joints": [[0, 0, 0.4], )"
+                     R"([10, 20, 0.5]]}]}})"
+                     "\n")}) {
+    SCOPED_TRACE(path);
+    DetectionReadOptions options;
+    const auto first_two = [&] {
+      const DetectionSequence take = ReadDetections(path, options);
+      const auto& joints = take.frames.at(0).views[0].detections.at(0).joints;
+      return std::pair(joints.at(0).found, joints.at(1).found);
+    };
+    EXPECT_EQ(first_two(), std::pair(false, true));
+    options.zero_confidence = ZeroConfidence::kPosition;
+    EXPECT_EQ(first_two(), std::pair(true, true));
+  }
+}
+
+// A take of two views, `count` frames each, as our own detections.
+std::string TakeOf(int count, const std::string& first_view,
+                   const std::string& second_view) {
+  std::string text =
+      R"({"kinegraph_detections": 1, "skeleton": {"name": "two", "joints": )"
+      R"(["a", "b"], "bones": []}, "views": ["cam1", "cam2"]})"
+      "\n";
+  for (int f = 0; f < count; ++f) {
+    text += R"({"frame": )" + std::to_string(f) +
+            R"(, "views": {"cam1": [{"joints": )" + first_view +
+            R"(}], "cam2": [{"joints": )" + second_view + "}]}}\n";
+  }
+  return text;
+}
+
+TEST(DetectorFiles, SharesOfTheImageAreNoPixels) {
+  const TemporaryFolder folder;
+  const auto error_of = [&](int count, const std::string& first_view,
+                            const std::string& second_view) {
+    const std::string path =
+        folder.Write("take.jsonl", TakeOf(count, first_view, second_view));
+    return InputErrorOf([&] { ReadDetections(path); });
+  };
+  const std::string shares = "[[0.5, 0.25, 1], [0.75, 0.5, 1]]";
+  const std::string of_signs = "[[-0.75, 0.25, 1], [0.5, -0.5, 1]]";
+  const std::string pixels = "[[0.5, 0.25, 1], [640, 360, 1]]";
+  const std::string nobody = "[null, null]";
+  EXPECT_THAT(error_of(1, shares, nobody),
+              HasSubstr("take.jsonl: view 'cam1': positions are within x 0.5 "
+                        ".. 0.75 and y 0.25 .. 0.5, shares of the image, "
+                        "expected pixels: multiply x by the image's width"));
+  EXPECT_THAT(error_of(3, of_signs, of_signs),
+              HasSubstr("multiply (x + 1) / 2 by the image's width"));
+  EXPECT_THAT(error_of(20, pixels, shares), HasSubstr("view 'cam2'"));
+  EXPECT_THAT(error_of(20, "[[655360, 1e5, 1], [9e6, 1e6, 1]]", pixels),
+              HasSubstr("view 'cam1': positions are within x 6.55e+05 .. 9e+06 "
+                        "and y 1e+05 .. 1e+06, where no image reaches"));
+  // Neither one person in the corner of a view, nor joints at a place that
+  // stands for none.
+  std::string odd = TakeOf(20, pixels, pixels);
+  odd.replace(odd.find(pixels), pixels.size(), shares);
+  for (const std::string& take :
+       {odd, TakeOf(20, pixels, pixels), TakeOf(20, nobody, nobody),
+        TakeOf(20, "[[-1, -1, 0.1], [-1, -1, 0.1]]", pixels),
+        TakeOf(1, pixels, shares)}) {
+    const std::string path = folder.Write("sound.jsonl", take);
+    EXPECT_GT(ReadDetections(path).frames.size(), 0u);
+  }
+}
+
+// SLEAP's names move behind the numbers of a take of more than two seconds.
+TEST(DetectorFiles, SleapsFileIsAskedForItsNames) {
+  const TemporaryFolder folder;
+  testing::SleapFile content;
+  content.sides = {3000, 1, 3, 2};
+  content.other_sets = 12;
+  const std::string bytes = testing::SleapHdf5(content);
+  ASSERT_GT(bytes.find("node_names"), size_t{1} << 16);
+  const std::string path = folder.Write("cam1.h5", bytes);
+  EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
+  EXPECT_EQ(ReadDetections(path).frames.size(), 3000u);
+  EXPECT_THAT(InputErrorOf([&] {
+                ReadDetections(folder.Write("half.h5", bytes.substr(0, 70000)));
+              }),
+              HasSubstr("half.h5"));
+}
+
+TEST(DetectorFiles, TimesAreNoFrameNumbers) {
+  const TemporaryFolder folder;
+  MakeFolder(folder.path() / "take");
+  MakeFolder(folder.path() / "take/cam1");
+  struct Case {
+    const char* name;
+    const char* said;
+  };
+  for (const Case& one :
+       {Case{"cam1_1716223456789", "a time in milliseconds since 1970"},
+        Case{"cam1_1716223456789012", "a time in microseconds since 1970"},
+        Case{"1716223456789012345", "a time in nanoseconds"},
+        Case{"20240520164416789", "a date and time"},
+        Case{"cam1_1716223456.789012", "a time in seconds"},
+        Case{"99999999999999999999", "holds no frame number"},
+        Case{"calibration", "'calibration_keypoints.json' holds no frame"}}) {
+    const std::string file =
+        "take/cam1/" + std::string(one.name) + "_keypoints.json";
+    folder.Write(file, R"({"people": []})");
+    EXPECT_THAT(InputErrorOf([&] { ReadDetections(folder.path() / "take"); }),
+                ::testing::AllOf(HasSubstr(one.name), HasSubstr(one.said)));
+    std::filesystem::remove(folder.path() / file);
+  }
+  folder.Write("take/cam1/2024-05-20_000000000012_keypoints.json",
+               R"({"people": []})");
+  EXPECT_EQ(ReadDetections(folder.path() / "take").frames.at(0).frame, 12);
+  std::string keypoints = "1";
+  for (int n = 1; n < 51; ++n) keypoints += ", 1";
+  const std::string path = folder.Write(
+      "coco.json",
+      R"([{"image_id": 1716223456789, "keypoints": [)" + keypoints + "]}]");
+  DetectionReadOptions options;
+  options.frame_rate_hz = 30.0;
+  EXPECT_THAT(
+      InputErrorOf([&] { ReadDetections(path, options); }),
+      HasSubstr("coco.json: entry 0: frame 1716223456789: is too large"));
 }
 
 }  // namespace

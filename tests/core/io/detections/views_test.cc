@@ -85,7 +85,7 @@ TEST(CocoViews, SaysWhatIsWrong) {
   EXPECT_THAT(error_of("take/cam10/000005.jpg", "000005.jpg"),
               HasSubstr("image 0: expected a key camera, or a folder"));
   EXPECT_THAT(error_of("take/cam10/000005.jpg", "cam10/a.jpg"),
-              HasSubstr("image 0: expected a key frame_id, or a number"));
+              HasSubstr("image 0: 'a.jpg' holds no frame number"));
   EXPECT_THAT(error_of("\"image_id\": 13", "\"image_id\": 14"),
               HasSubstr("annotation 2: image_id 14 is none of the images"));
   EXPECT_THAT(error_of("[10, 20, 2, 0", "[10, 20, 0"),

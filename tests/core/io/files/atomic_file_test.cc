@@ -8,6 +8,7 @@
 #include <iterator>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
@@ -102,13 +103,43 @@ TEST(AtomicFile, RefusesFoldersAndMissingFolders) {
   EXPECT_THROW(AtomicFile(""), InputError);
 }
 
-TEST(ReadTextFile, GivesEveryByte) {
+TEST(ReadBytes, GivesEveryByte) {
   const testing::TemporaryFolder folder;
   std::string content(300000, 'x');  // more than one read
   content[1000] = '\0';
-  content.back() = '\n';
-  EXPECT_EQ(ReadTextFile(folder.Write("a", content)), content);
-  EXPECT_EQ(ReadTextFile(folder.Write("b", "")), "");
+  content.back() = '\r';
+  for (const std::string& bytes : {content, "\xef\xbb\xbf" + content}) {
+    EXPECT_EQ(ReadBytes(folder.Write("a", bytes)), bytes);
+  }
+  EXPECT_EQ(ReadBytes(folder.Write("b", "")), "");
+}
+
+TEST(ReadTextFile, CutsMarksAndEndsLinesOfOldMacs) {
+  const testing::TemporaryFolder folder;
+  for (const auto& [bytes, text] :
+       {std::pair<std::string, std::string>{"a\nb", "a\nb"},
+        {"\xef\xbb\xbf"
+         "a\r\nb",
+         "a\r\nb"},
+        {"a\rb\r", "a\nb\n"},
+        {"\xef\xbb\xbf"
+         "a\rb",
+         "a\nb"},
+        {"a\r\"b\r\"\n", "a\r\"b\r\"\n"},
+        {"\xef\xbb\xbf", ""}}) {
+    const std::string path = folder.Write("a", bytes);
+    EXPECT_EQ(ReadTextFile(path), text);
+    EXPECT_EQ(BeginningOf(path, 100), text);
+  }
+  for (const char* bytes : {"\xff\xfe"
+                            "a",
+                            "\xfe\xff"
+                            "a",
+                            "\x1f\x8b\x08"}) {
+    const std::string path = folder.Write("a", bytes);
+    EXPECT_THROW(ReadTextFile(path), InputError);
+    EXPECT_THROW(BeginningOf(path, 100), InputError);
+  }
 }
 
 TEST(ReadTextFile, NamesWhatItCannotRead) {

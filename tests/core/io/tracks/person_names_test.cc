@@ -8,6 +8,7 @@
 #include "core/io/tracks/export.h"
 #include "core/io/tracks/tracks.h"
 #include "core/io/tracks/writer.h"
+#include "tests/support/opensim_trc.h"
 #include "tests/support/rig.h"
 #include "tests/support/test_data.h"
 
@@ -64,6 +65,7 @@ TEST(PersonNames, OfTrcStandInTheFilesNames) {
   Losses losses;
   WriteTracksTrc(path, Tracks(), AxisMap::Parse("x,y,z"), &losses,
                  {{TrackId(12), "Anna P_7/Ö"}});
+  EXPECT_TRUE(testing::OpenSimReads(path));
   EXPECT_EQ(ReadPersonNames(path), (PersonNames{{TrackId(12), "Anna-P-7-Ö"}}));
   const TrackSequence read = ReadTracks(path);
   // In the order of the files' names.

@@ -19,6 +19,7 @@
 #include "core/io/tracks/tracks.h"
 #include "core/io/tracks/writer.h"
 #include "tests/core/io/input_error.h"
+#include "tests/support/opensim_trc.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -191,10 +192,10 @@ TEST_P(TrackRoundTrip, SameTracksSameBytes) {
     std::string content;
     if (fs::is_directory(path)) {
       for (const std::string& file : ListFolder(path)) {
-        content += file + ReadTextFile(path / file);
+        content += file + ReadBytes(path / file);
       }
     } else {
-      content = ReadTextFile(path);
+      content = ReadBytes(path);
     }
     contents.push_back(content);
   }
@@ -211,7 +212,7 @@ TEST_P(TrackRoundTrip, SpoiltFilesAreRefusedOrRead) {
   format.write(path, RandomTracks(*format.skeleton), &losses);
   fs::path file = path;
   if (fs::is_directory(path)) file = path / ListFolder(path).front();
-  const std::string whole = ReadTextFile(file);
+  const std::string whole = ReadBytes(file);
   Random random(3);
   const auto read = [&](const std::string& content) {
     std::ofstream(file, std::ios::binary) << content;
@@ -247,6 +248,7 @@ INSTANTIATE_TEST_SUITE_P(
                            [](const std::string& path,
                               const TrackSequence& tracks, Losses* losses) {
                              WriteTracksTrc(path, tracks, AxisMap(), losses);
+                             EXPECT_TRUE(testing::OpenSimReads(path));
                            },
                            &Coco17()},
                       Case{"c3d", "c3d", PlainFormat<kC3d>, &Coco17(), false,
@@ -294,6 +296,7 @@ TEST(TracksTrc, Pose2SimsOwnFilesReadAndComeBack) {
     const TemporaryFolder folder;
     Losses losses;
     WriteTracksTrc(folder.path() / "trc", own, AxisMap(), &losses);
+    EXPECT_TRUE(testing::OpenSimReads(folder.path() / "trc"));
     const TrackSequence again = ReadTracks(folder.path() / "trc");
     ASSERT_EQ(again.frames.size(), own.frames.size());
     for (size_t f = 0; f < own.frames.size(); ++f) {
@@ -354,6 +357,60 @@ TEST(TracksTrc, TheFirstRowsTimeTellsWhereFramesBegin) {
   EXPECT_EQ(first_frame("1", "101\t1.01"), 101);
   EXPECT_EQ(first_frame("30", "1\t0.30"), 30);
   EXPECT_EQ(first_frame("30", "1\t0.00"), 30);
+  EXPECT_EQ(first_frame("30", "30\t0.00"), 30);
+  // Pose2Sim's rows and times count from 1.
+  EXPECT_EQ(first_frame("0", "1\t0.01"), 0);
+  EXPECT_EQ(first_frame("30", "1\t0.01"), 30);
+  // Trimmed, and rows or the first frame numbered anew, whatever they say.
+  EXPECT_EQ(first_frame("1", "4\t0.03"), 3);
+  EXPECT_EQ(first_frame("0", "1\t0.03"), 3);
+  EXPECT_EQ(first_frame("1", "1\t0.03"), 3);
+  EXPECT_EQ(first_frame("101", "1\t1.10"), 110);
+  EXPECT_EQ(first_frame("0", "57\t12.34"), 1234);
+  EXPECT_EQ(first_frame("0", "\t0.03"), 3);
+  // Times that are rounded, lie between frames, or begin before 0.
+  EXPECT_EQ(first_frame("1", "1\t0.0317"), 3);
+  EXPECT_EQ(first_frame("1", "1\t0.035"), 1);
+  EXPECT_EQ(first_frame("1", "1\t-0.5"), 1);
+}
+
+TEST(TracksTrc, TimesOf2997HertzAreRounded) {
+  const TemporaryFolder folder;
+  for (const int64_t frame : {2, 100, 1799}) {
+    std::string text = kTrcHeader;
+    text.replace(text.find("100\t100\t2"), 9, "29.97\t29.97\t1");
+    text.replace(text.find("100\t7\t2"), 7, "29.97\t0\t1");
+    const double time_s = static_cast<double>(frame) * 1001.0 / 30000.0;
+    text += "1\t" + std::to_string(time_s).substr(0, 5) + "\t1\t2\t3\n";
+    EXPECT_EQ(ReadTracks(folder.Write("x.trc", text)).frames.at(0).frame,
+              frame);
+  }
+}
+
+// As editors and old Macs leave it; other separators are named.
+TEST(TracksTrc, MarksAndLineEndsOfOtherSystems) {
+  const TemporaryFolder folder;
+  const std::string text =
+      std::string(kTrcHeader) + "1\t0.0\t1\t2\t3\n2\t0.01\t1\t2\t3\n";
+  const auto replaced = [&](char from, const std::string& to) {
+    std::string other;
+    for (const char c : text) other += c == from ? to : std::string(1, c);
+    return other;
+  };
+  for (const std::string& other :
+       {"\xef\xbb\xbf" + text, replaced('\n', "\r\n"), replaced('\n', "\r"),
+        "\xef\xbb\xbf" + replaced('\n', "\r"), replaced('\n', " \t\n")}) {
+    const TrackSequence tracks = ReadTracks(folder.Write("x.trc", other));
+    ASSERT_EQ(tracks.frames.size(), 2u) << other;
+    EXPECT_EQ(tracks.header.skeleton.joints().at(0), "C7");
+    EXPECT_EQ(tracks.frames[1].people.at(0).joints.at(0).position_m.x(), 0.003);
+  }
+  for (const char* separator : {",", " ", ";"}) {
+    EXPECT_THAT(InputErrorOf([&] {
+                  ReadTracks(folder.Write("x.trc", replaced('\t', separator)));
+                }),
+                HasSubstr("expected tabulators between cells"));
+  }
 }
 
 TEST(TracksTrc, ErrorsNameFileAndLine) {
@@ -365,9 +422,35 @@ TEST(TracksTrc, ErrorsNameFileAndLine) {
   EXPECT_THAT(error_of("1\t0.0\t1\t2\t3\n"), HasSubstr("NumFrames says 2"));
   EXPECT_THAT(error_of("1\t0.0\t1\t2\n"),
               HasSubstr("walk.trc: line 6: found 4 cells, expected 5"));
-  EXPECT_THAT(error_of("1\t0.0\t1\t2\tx\n"), HasSubstr("found 'x'"));
+  EXPECT_THAT(error_of("1\t0.0\t1\t2\tx\n"),
+              HasSubstr("line 6: found the text 'x', expected a number"));
+  EXPECT_THAT(error_of("1\t0,0\t1\t2\t3\n"),
+              HasSubstr("found the text '0,0', expected a number with a "
+                        "decimal point"));
   EXPECT_THAT(error_of("1\t0.0\t1\t2\t\n"), HasSubstr("some coordinates"));
   EXPECT_THAT(error_of("1\t\t1\t2\t3\n"), HasSubstr("Time"));
+}
+
+// As Excel saves a table where numbers have decimal commas.
+TEST(TracksCsv, SemicolonsAndDecimalCommas) {
+  const TemporaryFolder folder;
+  const std::string head = "frame;time_s;id;joint;x_m;y_m;z_m;status\r\n";
+  const std::string row = "3;0,12;1;l_hip;1,5;-2;3,25;observed\r\n";
+  const std::string path =
+      folder.Write("excel.csv", "\xef\xbb\xbf" + head + row);
+  EXPECT_EQ(RecogniseTracks(LookAtTracks(path))->name, "csv");
+  const TrackSequence tracks = ReadTracks(path);
+  ASSERT_EQ(tracks.frames.size(), 1u);
+  EXPECT_EQ(tracks.frames[0].time, 120'000'000);
+  EXPECT_EQ(tracks.frames[0].people.at(0).joints.at(0).position_m,
+            Eigen::Vector3d(1.5, -2, 3.25));
+  EXPECT_THAT(
+      InputErrorOf([&] {
+        ReadTracks(folder.Write(
+            "b.csv", head + "3;0,12;1;l_hip;1.234,5;-2;3;observed\n"));
+      }),
+      HasSubstr("b.csv: line 2: x_m: found the text '1.234,5', expected "
+                "a number with a decimal point"));
 }
 
 TEST(TracksCsv, ColumnsInAnyOrderAndQuotedNames) {
@@ -404,7 +487,7 @@ TEST(TracksCsv, ErrorsNameFileAndLine) {
               HasSubstr("own.csv: line 2: found 7 cells, expected 8"));
   EXPECT_THAT(error_of("1,0,0,a,1,2,,observed\n"), HasSubstr("z_m: found ''"));
   EXPECT_THAT(error_of("1,0,0,a,1,2,inf,observed\n"),
-              HasSubstr("z_m: is not finite"));
+              HasSubstr("z_m: found 'inf', expected a number"));
   EXPECT_THAT(error_of("1,0,0,a,1,2,3,seen\n"), HasSubstr("status: found"));
   EXPECT_THAT(error_of("1.5,0,0,a,1,2,3,observed\n"), HasSubstr("frame: fou"));
   EXPECT_THAT(error_of("1,0,-1,a,1,2,3,observed\n"), HasSubstr("id: found"));

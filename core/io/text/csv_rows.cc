@@ -1,0 +1,118 @@
+#include "core/io/text/csv_rows.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "core/base/error.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr std::string_view kSeparators = ",;\t";
+
+// Of the first line; what stands in quotation marks does not count.
+char SeparatorOf(std::string_view text) {
+  bool quoted = false;
+  for (const char c : text) {
+    if (c == '\n' && !quoted) break;
+    if (c == '"') quoted = !quoted;
+    if (!quoted && kSeparators.find(c) != std::string_view::npos) return c;
+  }
+  return ',';
+}
+
+// "-12,5e3" becomes "-12.5e3"; anything but such a number stays.
+void ReadDecimalComma(std::string* cell) {
+  const size_t comma = cell->find(',');
+  if (comma == std::string::npos ||
+      cell->find_first_not_of("0123456789,+-eE ") != std::string::npos ||
+      cell->find(',', comma + 1) != std::string::npos) {
+    return;
+  }
+  (*cell)[comma] = '.';
+}
+
+}  // namespace
+
+CsvRows::CsvRows(std::string_view text) : rest_(text) {
+  constexpr std::string_view kNamed = "sep=";
+  if (rest_.substr(0, kNamed.size()) == kNamed) {
+    separator_ = SeparatorOf(rest_);
+    rest_.remove_prefix(std::min(rest_.find('\n'), rest_.size()));
+  } else {
+    separator_ = SeparatorOf(rest_);
+  }
+}
+
+bool CsvRows::Next(std::vector<std::string>* cells) {
+  cells->clear();
+  while (!rest_.empty() && (rest_.front() == '\n' || rest_.front() == '\r')) {
+    next_line_ += rest_.front() == '\n' ? 1 : 0;
+    rest_.remove_prefix(1);
+  }
+  if (rest_.empty()) return false;
+  line_ = next_line_;
+  do {
+    cells->push_back(Cell());
+  } while (TakeIf(separator_));
+  TakeIf('\r');
+  if (!rest_.empty() && !TakeIf('\n')) {
+    throw InputError("text after a closing quotation mark");
+  }
+  ++next_line_;
+  return true;
+}
+
+std::string CsvRows::Cell() {
+  if (!TakeIf('"')) {
+    const char ends[] = {separator_, '\r', '\n'};
+    const size_t end =
+        std::min(rest_.find_first_of(std::string_view(ends, sizeof(ends))),
+                 rest_.size());
+    std::string cell(rest_.substr(0, end));
+    rest_.remove_prefix(end);
+    if (separator_ != ',') ReadDecimalComma(&cell);
+    return cell;
+  }
+  std::string cell;
+  while (!rest_.empty()) {
+    const char c = rest_.front();
+    rest_.remove_prefix(1);
+    if (c == '"' && !TakeIf('"')) return cell;
+    next_line_ += c == '\n' ? 1 : 0;
+    cell += c;
+  }
+  throw InputError("a quotation mark is not closed");
+}
+
+std::vector<std::string> FirstCsvRow(std::string_view text) {
+  std::vector<std::string> cells;
+  try {
+    CsvRows(text).Next(&cells);
+  } catch (const InputError&) {
+    cells.clear();
+  }
+  return cells;
+}
+
+std::optional<double> NumberOfCell(std::string_view cell) {
+  std::string_view word = cell;
+  while (!word.empty() && word.front() == ' ') word.remove_prefix(1);
+  while (!word.empty() && word.back() == ' ') word.remove_suffix(1);
+  if (word.empty()) return std::nullopt;
+  if (word.front() == '+') word.remove_prefix(1);
+  double number = 0.0;
+  const char* end = word.data() + word.size();
+  const auto [stop, error] = std::from_chars(word.data(), end, number);
+  if (error != std::errc() || stop != end) {
+    const bool has_comma = cell.find(',') != std::string_view::npos;
+    throw InputError("found the text '" + Printable(std::string(cell)) +
+                     "', expected a number" +
+                     (has_comma ? " with a decimal point" : ""));
+  }
+  if (std::isnan(number)) return std::nullopt;
+  return number;
+}
+
+}  // namespace kinegraph
