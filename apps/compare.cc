@@ -353,7 +353,8 @@ void CompareOneTake(const std::vector<Strategy>& strategies,
   Score(strategies, &result);
   AddMeasures(&result);
 
-  WriteFile(folder->PathOf("compare.json"), CompareJson(result).dump(1) + "\n");
+  WriteFile(folder->PathOf("compare.json"),
+            DumpJson(CompareJson(result), 1) + "\n");
   WriteFile(folder->PathOf("compare.csv"), CompareCsv(result));
   if (FLAGS_errors) {
     WriteFile(folder->PathOf("errors.csv"), ErrorsCsv(result));
@@ -365,7 +366,8 @@ void CompareOneTake(const std::vector<Strategy>& strategies,
   if (FLAGS_plots) markdown += PlotsText(result, folder->PathOf(""));
   WriteFile(folder->PathOf("compare.md"), markdown);
   // Times differ each time, all else does not.
-  WriteFile(folder->PathOf("runtime.json"), RuntimeJson(result).dump(1) + "\n");
+  WriteFile(folder->PathOf("runtime.json"),
+            DumpJson(RuntimeJson(result), 1) + "\n");
   WriteFile(folder->PathOf("recommended.toml"), RecommendedToml(result));
   folder->Commit();
   std::printf("Processor time:\n\n%s\n%s", RuntimeTable(result).c_str(),

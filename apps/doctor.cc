@@ -3,7 +3,6 @@
 #include <gflags/gflags.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "apps/common/app.h"
@@ -13,6 +12,7 @@
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
+#include "core/io/text/json.h"
 #include "solvers/session/diagnose.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
@@ -26,8 +26,6 @@ DEFINE_string(out, "", "folder to write: doctor.json, cameras.json, doctor.md");
 
 namespace kinegraph {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json ToJson(const Finding& finding) {
   return {
@@ -48,7 +46,7 @@ std::string JsonReport(const Diagnosis& diagnosis) {
   const Json report = {{"verdict", diagnosis.sound ? "sound" : "suspect"},
                        {"findings", findings},
                        {"notes", diagnosis.notes}};
-  return report.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return DumpJson(report, 1) + "\n";
 }
 
 std::string Sentence(const Finding& finding) {

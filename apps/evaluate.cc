@@ -151,7 +151,7 @@ void WriteResult(const EvaluationOutput& output) {
   if (!FLAGS_runs.empty()) json["runs"] = ParseList(FLAGS_runs, "runs");
   json["result"] = output.json;
   AtomicFile file(WithFolders(FLAGS_json));
-  file.Write(json.dump(1) + "\n");
+  file.Write(DumpJson(json, 1) + "\n");
   file.Commit();
 }
 

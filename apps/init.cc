@@ -32,20 +32,6 @@ DEFINE_string(out, "", "configuration to write (.toml)");
 namespace kinegraph {
 namespace {
 
-// A TOML basic string.
-std::string Quoted(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    if (static_cast<unsigned char>(c) < 0x20) {
-      quoted += fmt::format("\\u{:04x}", static_cast<int>(c));
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + "\"";
-}
-
 SurveyRequest RequestOfFlags() {
   if (!(FLAGS_frame_rate >= 0.0 && FLAGS_frame_rate <= 1e5)) {
     throw InputError("--frame_rate: expected above 0 .. 1e5 Hz");
@@ -179,12 +165,12 @@ std::string ConfigText(const TakeSurvey& survey) {
   const Skeleton& skeleton = survey.detections.skeleton;
   const Skeleton* known = FindSkeleton(skeleton.name());
   text += known != nullptr && SameBones(skeleton, *known)
-              ? "skeleton = " + Quoted(skeleton.name()) + "\n"
+              ? "skeleton = " + JsonText(skeleton.name()) + "\n"
               : "# skeleton: the files' own\n";
   text += "\n[cameras]\n";
   text += survey.unit == "auto"
               ? "# unit: the calibration's own\n"
-              : "unit = " + Quoted(survey.unit) + "  # by people's height\n";
+              : "unit = " + JsonText(survey.unit) + "  # by people's height\n";
   if (survey.cameras_are_off || survey.clocks_are_off) {
     text +=
         "# Some see people beside where, or when, the others do: moved where\n"
@@ -198,7 +184,7 @@ std::string ConfigText(const TakeSurvey& survey) {
                 : "\n# View = camera.";
     text += "\n[cameras.map]\n";
     for (const auto& [view, camera] : survey.map) {
-      text += Quoted(view) + " = " + Quoted(camera) + "\n";
+      text += JsonText(view) + " = " + JsonText(camera) + "\n";
     }
   }
   if (survey.min_joints.has_value()) {
@@ -238,7 +224,7 @@ std::string TomlValue(const Json& effective, const std::string& dotted,
   for (size_t begin = 0; begin <= dotted.size();) {
     const size_t end = std::min(dotted.find('.', begin), dotted.size());
     const auto inner = value->find(dotted.substr(begin, end - begin));
-    if (inner == value->end()) return Quoted(given);
+    if (inner == value->end()) return JsonText(given);
     value = &*inner;
     begin = end + 1;
   }

@@ -138,7 +138,7 @@ std::vector<PageResult> ReadResults() {
 // Whether `track` was asked to move cameras. Headers of others hold what they
 // like.
 bool WereCamerasMoved(const TrackHeader& header) {
-  const Json config = Json::parse(header.config_json);
+  const Json config = ParseJson(header.config_json, "the configuration");
   const auto says = [&config](const char* key, const Json& usual) {
     const Json::json_pointer place = Json::json_pointer("/cameras") / key;
     return config.contains(place) && config.at(place) != usual;
@@ -300,6 +300,9 @@ void PrintSummary(const PageData& data, size_t page_bytes) {
     std::fprintf(summary,
                  "decimated: detections and covariances of one frame in %d\n",
                  data.extras_stride);
+  }
+  for (const std::string& note : data.notes) {
+    std::fprintf(summary, "%s\n", note.c_str());
   }
 }
 

@@ -227,7 +227,7 @@ void AddAudit(const BenchmarkData& data,
         for_everybody ? tracked->truth : TrackSequence(), file + ".html");
     WriteFile(FLAGS_out + "/" + file + ".md", AuditCasesMarkdown(audited));
     WriteFile(FLAGS_out + "/" + file + ".json",
-              AuditCasesJson(audited).dump(1) + "\n");
+              DumpJson(AuditCasesJson(audited), 1) + "\n");
     WriteFile(FLAGS_out + "/" + file + ".html", AuditPage(audited));
     audit.markdown += one.markdown;
     audit.json[name] = std::move(one.json);
@@ -324,7 +324,7 @@ void RunReproduce() {
   report.json["machine"]["processor_s"] = spent.processor_s;
   report.json["machine"]["wall_s"] = spent.wall_s;
   report.markdown = Heading(machine, spent) + report.markdown;
-  WriteFile(FLAGS_out + "/reproduce.json", report.json.dump(1) + "\n");
+  WriteFile(FLAGS_out + "/reproduce.json", DumpJson(report.json, 1) + "\n");
   WriteFile(FLAGS_out + "/reproduce.md", report.markdown);
   if (!report.details.empty()) {
     WriteFile(FLAGS_out + "/details.md", kDetailsHeading + report.details);

@@ -6,12 +6,14 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <memory>
@@ -539,12 +541,14 @@ py::array_t<Number> RowNumbers(const KinematicsTable& table, const Get& get) {
 
 // ---- Files ------------------------------------------------------------------
 
-Losses WriteCamerasAs(const std::string& path,
-                      const std::vector<Camera>& cameras,
+// str, bytes or os.PathLike; names that are no UTF-8 as Python holds them.
+using Path = std::filesystem::path;
+
+Losses WriteCamerasAs(const Path& path, const std::vector<Camera>& cameras,
                       const std::string& format) {
   const py::gil_scoped_release unlocked;
   Losses losses;
-  WriteCalibration(path, format, cameras, &losses);
+  WriteCalibration(path.string(), format, cameras, &losses);
   return losses;
 }
 
@@ -559,8 +563,9 @@ bool HasMatches(const TrackSequence& tracks) {
 
 // `names_of` is the file that the tracks came from, for the names of people in
 // it; empty for none.
-Losses WriteTracksAs(const std::string& path, const TrackSequence& tracks,
-                     const std::string& format, const std::string& names_of) {
+Losses WriteTracksAs(const Path& file, const TrackSequence& tracks,
+                     const std::string& format, const Path& names_of) {
+  const std::string path = file.string();
   const TrackFormat* found =
       format.empty() ? TrackFormatOfExtension(path) : FindTrackFormat(format);
   if (format.empty() && found == nullptr) {
@@ -576,7 +581,7 @@ Losses WriteTracksAs(const std::string& path, const TrackSequence& tracks,
   }
   const py::gil_scoped_release unlocked;
   TrackExportOptions options;
-  if (!names_of.empty()) options.names = ReadPersonNames(names_of);
+  if (!names_of.empty()) options.names = ReadPersonNames(names_of.string());
   Losses losses;
   if (!options.names.empty() && !found->keeps_names) {
     losses.push_back("names of people are not kept");
@@ -590,8 +595,7 @@ Losses WriteTracksAs(const std::string& path, const TrackSequence& tracks,
   return losses;
 }
 
-Losses WriteDetectionsAs(const std::string& path,
-                         const DetectionSequence& detections,
+Losses WriteDetectionsAs(const Path& path, const DetectionSequence& detections,
                          const std::string& format,
                          const std::pair<int, int>& image_size) {
   const DetectionFormat* found = FindDetectionFormat(format);
@@ -608,19 +612,19 @@ Losses WriteDetectionsAs(const std::string& path,
   options.image_size = {image_size.first, image_size.second};
   MemorySource source(detections);
   Losses losses;
-  found->write(path, options, &source, &losses);
+  found->write(path.string(), options, &source, &losses);
   return losses;
 }
 
-Losses ConvertFiles(const std::string& source, const std::string& target,
+Losses ConvertFiles(const Path& source, const Path& target,
                     const std::string& to, const std::string& from,
                     const std::string& skeleton, double frame_rate_hz,
                     const std::string& image_size, const std::string& unit,
                     const std::string& axes, const std::string& markers,
                     const std::string& person, const std::string& set) {
   ConversionOptions options;
-  options.in = source;
-  options.out = target;
+  options.in = source.string();
+  options.out = target.string();
   options.from = from;
   options.to = to;
   options.skeleton = skeleton;
@@ -913,29 +917,28 @@ void BindRuns(py::module_& m) {
 void BindFiles(py::module_& m) {
   using Unlocked = py::call_guard<py::gil_scoped_release>;
   m.def(
-      "read_cameras", [](const std::string& path) { return ReadCameras(path); },
-      "path"_a, Unlocked(),
+      "read_cameras",
+      [](const Path& path) { return ReadCameras(path.string()); }, "path"_a,
+      Unlocked(),
       "Reads a calibration in any known format; lengths become metres.");
   m.def(
       "read_detections",
-      [](const std::string& path, const std::string& skeleton,
-         double frame_rate_hz) {
+      [](const Path& path, const std::string& skeleton, double frame_rate_hz) {
         DetectionReadOptions options;
         if (!skeleton.empty()) options.skeleton = NamedSkeleton(skeleton);
         options.frame_rate_hz = frame_rate_hz;
-        return ReadDetections(path, options);
+        return ReadDetections(path.string(), options);
       },
       "path"_a, "skeleton"_a = "", "frame_rate_hz"_a = 0.0, Unlocked(),
       "Reads 2D detections in any known format. skeleton and frame_rate_hz\n"
       "[Hz] win over the file's.");
   m.def(
       "read_tracks",
-      [](const std::string& path, const std::string& skeleton,
-         double frame_rate_hz) {
+      [](const Path& path, const std::string& skeleton, double frame_rate_hz) {
         TrackReadOptions options;
         if (!skeleton.empty()) options.skeleton = NamedSkeleton(skeleton);
         options.frame_rate_hz = frame_rate_hz;
-        return ReadTracks(path, options);
+        return ReadTracks(path.string(), options);
       },
       "path"_a, "skeleton"_a = "", "frame_rate_hz"_a = 0.0, Unlocked(),
       "Reads 3D results or a ground truth in any known format. skeleton and\n"
@@ -958,8 +961,8 @@ void BindFiles(py::module_& m) {
       "(width, height) [px], for formats that hold it.");
   m.def(
       "file_kind",
-      [](const std::string& path) {
-        return std::string(ToString(RecogniseKind(path)));
+      [](const Path& path) {
+        return std::string(ToString(RecogniseKind(path.string())));
       },
       "path"_a,
       "What a file or folder holds, by content: \"calibrations\",\n"

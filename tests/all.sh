@@ -65,6 +65,8 @@ tsan() {
     test_apps_compare
 }
 calls() { tests/apps/faults/failing_calls.py "$build"; }
+memory() { tests/apps/faults/failing_calls.py --memory "$build" 20; }
+commands() { tests/fuzz/commands.py "$build" "${KINEGRAPH_FUZZ_RUNS:-20000}"; }
 stream() { tests/apps/faults/long_stream.py "$build" 1 "$logs/stream"; }
 slurm() { "$build/tests/test_apps_cluster" --gtest_brief=1; }
 # KINEGRAPH_FUZZ_S: seconds a target; inputs of earlier runs are gone on from.
@@ -96,9 +98,11 @@ step() {  # NAME TITLE NEEDED_PROGRAM...
     $((SECONDS - begin))
 }
 
-wanted=" ${*:-asan tsan calls stream slurm fuzz package} "
+wanted=" ${*:-asan tsan calls memory commands stream slurm fuzz package} "
 run() { if [[ $wanted == *" $1 "* ]]; then step "$@"; fi; }
 run calls "calls of every command made to fail" gcc python3
+run memory "allocations of every command made to fail" gcc python3
+run commands "whole commands on mutated files" python3
 run slurm 'Snakemake, and 40 tasks on a Slurm whose node dies' snakemake \
   slurmctld slurmd munged sbatch
 run stream 'an hour of live input at constant memory' python3

@@ -57,7 +57,9 @@ class TaskFiles {
     if (known != files_.end()) return &known->second;
     const std::string path = folder_ + "/" + name;
     if (!IsFile(path)) return nullptr;
-    return &files_.emplace(name, ParseJson(ReadTextFile(path), path))
+    return &files_
+                .emplace(name, ParseJson(ReadTextFile(path, kMaxSmallFileBytes),
+                                         path))
                 .first->second;
   }
 
@@ -208,8 +210,8 @@ std::string Csv(const Results& results) {
       for (size_t t = 0; t < column.size(); ++t) {
         if (!column[t].has_value()) continue;
         csv += CsvCell(results.takes[t]) + "," + CsvCell(configuration) + "," +
-               measure.key + "," + Json(column[t]->value).dump() + "," +
-               Json(column[t]->standard_error).dump() + "\n";
+               measure.key + "," + DumpJson(column[t]->value) + "," +
+               DumpJson(column[t]->standard_error) + "\n";
       }
     }
   }
@@ -392,7 +394,7 @@ Json SummaryJson(const BatchSummary& summary) {
 int MergeBatch(const std::vector<Task>& tasks, const std::string& out) {
   const Results results = ReadResults(tasks, out);
   WriteText(out + "/batch.csv", Csv(results));
-  WriteText(out + "/batch.json", ResultsJson(results).dump(1) + "\n");
+  WriteText(out + "/batch.json", DumpJson(ResultsJson(results), 1) + "\n");
   WriteText(out + "/batch.md", Markdown(results, out, tasks.size()));
   WriteText(out + "/index.html", IndexPage(tasks, results, out));
   return static_cast<int>(results.missing.size());

@@ -86,7 +86,7 @@ std::string TaskJson(const Task& task) {
   for (const TaskStep& step : task.steps) {
     json["outputs"].push_back(step.output);
   }
-  return json.dump(1) + "\n";
+  return DumpJson(json, 1) + "\n";
 }
 
 }  // namespace

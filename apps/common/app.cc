@@ -19,10 +19,12 @@
 
 #include "apps/common/flag_examples.h"
 #include "apps/common/interruption.h"
+#include "apps/common/out_of_memory.h"
 #include "core/base/edit_distance.h"
 #include "core/base/error.h"
 #include "core/base/split.h"
 #include "core/io/files/input_files.h"
+#include "core/io/files/partial_files.h"
 #include "core/io/files/text_file.h"
 #include "core/system/file.h"
 #include "core/system/streams.h"
@@ -182,6 +184,7 @@ class CommandLineParser {
 // The attribute, not the keyword: Clang makes it part of the type, and glog
 // asks for it.
 __attribute__((noreturn)) void LeaveAfterFailedCheck() {
+  PartialFiles::RemoveAllForGood();
   std::_Exit(kExitFailure);
 }
 #endif
@@ -265,6 +268,7 @@ FrameRange ParseFrameRange(const std::string& text, const std::string& flag) {
 
 int RunApp(int argc, char** argv, const AppInfo& info,
            const std::function<void()>& body) {
+  EndWhenOutOfMemory("kinegraph-" + info.command);
   PrepareStandardStreams();
   try {
     Run(argc, argv, info, body);
@@ -274,7 +278,7 @@ int RunApp(int argc, char** argv, const AppInfo& info,
   } catch (const OptionError& error) {
     return Fail(info, error.what(), kExitBadInput);
   } catch (const std::bad_alloc&) {
-    return Fail(info, "out of memory", kExitFailure);
+    EndOutOfMemory();
   } catch (const std::exception& error) {
     return Fail(info, error.what(), kExitFailure);
   } catch (...) {

@@ -2,12 +2,11 @@
 
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
+
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr double kDegrees = 57.29577951308232;  // a radian
 
@@ -103,7 +102,7 @@ std::string RefinementJson(const ReadyTake& take) {
   Json json = RecordJson(take.record.value_or(RefinementRecord()));
   if (take.refinement.has_value()) AddRefinement(*take.refinement, &json);
   if (take.ground.has_value()) json["ground"] = GroundJson(*take.ground);
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return DumpJson(json);
 }
 
 std::string RefinementText(const ReadyTake& take) {

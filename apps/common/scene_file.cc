@@ -44,11 +44,6 @@ std::string SpansJson(const std::vector<TimeSpan>& spans, double end_s) {
   return json + "]";
 }
 
-// A name of a file may hold anything.
-std::string JsonText(const std::string& text) {
-  return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
 std::string PersonJson(const Actor& person, size_t id, double end_s) {
   const ActorFacts facts = person.Facts();
   std::string json = "{\"id\": " + std::to_string(id);

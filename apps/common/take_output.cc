@@ -3,15 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "apps/common/terminal_markdown.h"
 #include "core/base/error.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr size_t kMaxPeopleShown = 12;
 constexpr size_t kColumns = 98;
@@ -177,7 +175,7 @@ std::string ReportJson(const TakeReport& report, const RunSummary& run,
                                 {"try", warning.advice}});
   }
   // View names need not be UTF-8.
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return DumpJson(json, 1) + "\n";
 }
 
 }  // namespace kinegraph

@@ -209,7 +209,7 @@ std::string StudyJson(const Study& study) {
       one["strategies"][study.strategies[s].name] = ScoreJson(take.scores[s]);
     }
   }
-  return json.dump(1) + "\n";
+  return DumpJson(json, 1) + "\n";
 }
 
 std::string StudyToml(const Study& study) {

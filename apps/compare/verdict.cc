@@ -4,16 +4,14 @@
 #include <cctype>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "apps/common/table.h"
 #include "apps/common/terminal_markdown.h"
 #include "core/io/configuration/config.h"
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr char kHeldOut[] = "held_out_mean_px";
 
@@ -26,7 +24,7 @@ std::string KeyPart(const std::string& part) {
         return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' ||
                c == '-';
       });
-  return bare ? part : Json(part).dump();
+  return bare ? part : JsonText(part);
 }
 
 // Effective keys by their dotted names, values as TOML writes them (scalars and
@@ -40,14 +38,15 @@ std::map<std::string, std::string> Flatten(const Json& json,
     if (value.is_object()) {
       keys.merge(Flatten(value, name));
     } else if (!value.is_null()) {
-      keys[name] = value.dump();
+      keys[name] = DumpJson(value);
     }
   }
   return keys;
 }
 
 std::map<std::string, std::string> KeysOf(const RunOptions& options) {
-  return Flatten(Json::parse(EffectiveConfigJson(options)), "");
+  return Flatten(ParseJson(EffectiveConfigJson(options), "the configuration"),
+                 "");
 }
 
 // When a pose of the strategy is final.

@@ -11,6 +11,7 @@
 #include "apps/report/encoding.h"
 #include "apps/report/moments.h"
 #include "apps/report/pairing.h"
+#include "apps/report/side_files.h"
 #include "core/base/error.h"
 #include "core/io/text/json.h"
 #include "core/kinematics/ground.h"
@@ -241,7 +242,6 @@ class PageMaker {
   Json CamerasJson();
   Json PicturesJson(const std::map<int64_t, std::string>& pictures);
   Json VideoJson(const PageVideo& video);
-  Json DoctorJson() const;
   size_t view_count() const {
     return input_.detections.has_value() ? input_.cameras.size() : 0;
   }
@@ -534,8 +534,12 @@ Json PageMaker::ResultJson(size_t r) {
   if (is_tracks) AddIdentity(result, &json);
   if (!result.summary_json.empty()) {
     // A summary that is none is not worth losing the page for.
-    const Json summary = Json::parse(result.summary_json, nullptr, false);
-    if (summary.is_object()) json["summary"] = summary;
+    try {
+      json["summary"] = ReadSummaryJson(result.summary_json,
+                                        "the summary of " + result.label);
+    } catch (const InputError& error) {
+      data_.notes.push_back("left out: " + std::string(error.what()));
+    }
   }
   AddArrays(work.arrays, &json);
   AddAngles(result.tracks, &json);
@@ -660,18 +664,6 @@ Json PageMaker::VideoJson(const PageVideo& video) {
   return json;
 }
 
-Json PageMaker::DoctorJson() const {
-  Json doctor = Json::parse(input_.doctor_json, nullptr, false);
-  const bool whole = doctor.is_object() && doctor.contains("verdict") &&
-                     doctor["verdict"].is_string() &&
-                     doctor.contains("findings") &&
-                     doctor["findings"].is_array();
-  if (!whole) {
-    throw InputError("doctor.json: expected verdict and findings");
-  }
-  return doctor;
-}
-
 Json PageMaker::CamerasJson() {
   Json cameras = Json::array();
   for (size_t v = 0; v < input_.cameras.size(); ++v) {
@@ -695,13 +687,13 @@ Json PageMaker::CamerasJson() {
 
 PageData PageMaker::Make() {
   ChooseStrides();
-  std::vector<int32_t> numbers;
+  std::vector<double> numbers;
   std::vector<double> times_s;
   size_t position = 0;
   for (const auto& [number, time] : clock_) {
     if (position++ % static_cast<size_t>(data_.frame_stride) != 0) continue;
     index_[number] = static_cast<uint32_t>(numbers.size());
-    numbers.push_back(static_cast<int32_t>(number));
+    numbers.push_back(static_cast<double>(number));
     times_s.push_back(ToSeconds(time));
   }
   data_.frames = numbers.size();
@@ -730,13 +722,14 @@ PageData PageMaker::Make() {
         TextBytes(page["detections"], {"counts", "xy", "confidence"});
   }
   page["moments"] = moments_;
-  if (!input_.doctor_json.empty()) page["doctor"] = DoctorJson();
+  if (!input_.doctor_json.empty()) {
+    page["doctor"] = ReadDoctorJson(input_.doctor_json, "doctor.json");
+  }
   page["bytes"] = {{"detections", data_.detection_bytes},
                    {"covariances", data_.covariance_bytes},
                    {"pictures", data_.picture_bytes}};
   data_.moments = moments_.size();
-  data_.json = WithoutAngleBrackets(
-      page.dump(-1, ' ', false, Json::error_handler_t::replace));
+  data_.json = WithoutAngleBrackets(DumpJson(page));
   return std::move(data_);
 }
 

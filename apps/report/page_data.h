@@ -78,6 +78,7 @@ struct PageData {
   size_t detection_bytes = 0;  // with matches, weights and residuals
   size_t covariance_bytes = 0;
   size_t picture_bytes = 0;
+  std::vector<std::string> notes;  // lines on what was left out for itself
 };
 
 // Throws InputError when there is no frame to show, or the doctor's file is

@@ -5,9 +5,13 @@
 #include <cstdlib>
 // libjpeg's header wants size_t and FILE to be known.
 #include <jpeglib.h>
+// After it.
+#include <jerror.h>
 #include <png.h>
 
 #include <algorithm>
+#include <memory>
+#include <new>
 #include <string>
 
 #include "core/base/error.h"
@@ -19,12 +23,23 @@ namespace {
 constexpr size_t kMaxFileBytes = 200'000'000;
 constexpr int64_t kMaxPixels = 100'000'000;
 
-void CheckSize(const std::string& path, int64_t width, int64_t height) {
-  if (width >= 1 && height >= 1 && width * height <= kMaxPixels) return;
+void CheckSize(const std::string& path, int64_t width, int64_t height,
+               size_t file_bytes) {
+  const std::string what = "is a picture of " + std::to_string(width) + " x " +
+                           std::to_string(height) + " px, ";
+  if (width < 1 || height < 1 || width * height > kMaxPixels) {
+    throw InputError(path, "", what + "expected at most 100 megapixels");
+  }
+  // Deflate reaches 1032 bytes for one, JPEG's shortest codes some 1500.
+  constexpr int64_t kMostForAByte = 1600;
+  constexpr int64_t kSmallBytes = int64_t{32} << 20;
+  if (3 * width * height <=
+      kSmallBytes + kMostForAByte * static_cast<int64_t>(file_bytes)) {
+    return;
+  }
   throw InputError(path, "",
-                   "is a picture of " + std::to_string(width) + " x " +
-                       std::to_string(height) +
-                       " px, expected at most 100 megapixels");
+                   what + "more than its " + std::to_string(file_bytes) +
+                       " bytes can stand for");
 }
 
 // libjpeg leaves by longjmp; nothing with a destructor may live in between.
@@ -45,12 +60,19 @@ void SetErrors(JpegErrors* errors, jpeg_error_mgr** used) {
   errors->manager.emit_message = StayQuiet;
 }
 
+// After an error: false, or no memory was left.
+bool IsFine(const JpegErrors& errors) {
+  if (errors.manager.msg_code == JERR_OUT_OF_MEMORY) throw std::bad_alloc();
+  return false;
+}
+
 // False when the file is broken. `picture` gets its size from the header by
 // `begin`, which may throw; it is called outside of libjpeg.
 class JpegReader {
  public:
   explicit JpegReader(const std::string& bytes) {
     SetErrors(&errors_, &codec_.err);
+    if (setjmp(errors_.back) != 0) IsFine(errors_);
     jpeg_create_decompress(&codec_);
     bytes_ = reinterpret_cast<const unsigned char*>(bytes.data());
     size_ = bytes.size();
@@ -60,7 +82,7 @@ class JpegReader {
   JpegReader& operator=(const JpegReader&) = delete;
 
   bool ReadHeader() {
-    if (setjmp(errors_.back) != 0) return false;
+    if (setjmp(errors_.back) != 0) return IsFine(errors_);
     jpeg_mem_src(&codec_, bytes_, static_cast<unsigned long>(size_));
     if (jpeg_read_header(&codec_, TRUE) != JPEG_HEADER_OK) return false;
     codec_.out_color_space = JCS_RGB;
@@ -70,7 +92,7 @@ class JpegReader {
   int64_t height() const { return codec_.image_height; }
 
   bool ReadRows(uint8_t* rgb) {
-    if (setjmp(errors_.back) != 0) return false;
+    if (setjmp(errors_.back) != 0) return IsFine(errors_);
     jpeg_start_decompress(&codec_);
     while (codec_.output_scanline < codec_.output_height) {
       JSAMPROW row = rgb + size_t{3} * codec_.output_width *
@@ -93,7 +115,7 @@ Picture ReadJpeg(const std::string& path, const std::string& bytes) {
   if (!reader.ReadHeader()) {
     throw InputError(path, "", "is a broken JPEG picture");
   }
-  CheckSize(path, reader.width(), reader.height());
+  CheckSize(path, reader.width(), reader.height(), bytes.size());
   Picture picture = MakePicture(static_cast<int>(reader.width()),
                                 static_cast<int>(reader.height()), {});
   if (!reader.ReadRows(picture.rgb.data())) {
@@ -112,8 +134,9 @@ Picture ReadPng(const std::string& path, const std::string& bytes) {
   image.format = PNG_FORMAT_RGB;
   const int64_t width = image.width;
   const int64_t height = image.height;
-  if (width * height > kMaxPixels) png_image_free(&image);
-  CheckSize(path, width, height);
+  const std::unique_ptr<png_image, void (*)(png_image*)> owner(&image,
+                                                               png_image_free);
+  CheckSize(path, width, height, bytes.size());
   Picture picture =
       MakePicture(static_cast<int>(width), static_cast<int>(height), {});
   const png_color background = {255, 255, 255};
@@ -128,6 +151,7 @@ class JpegWriter {
  public:
   JpegWriter() {
     SetErrors(&errors_, &codec_.err);
+    if (setjmp(errors_.back) != 0) IsFine(errors_);
     jpeg_create_compress(&codec_);
   }
   ~JpegWriter() {
@@ -138,7 +162,7 @@ class JpegWriter {
   JpegWriter& operator=(const JpegWriter&) = delete;
 
   bool Write(const Picture& picture, int quality) {
-    if (setjmp(errors_.back) != 0) return false;
+    if (setjmp(errors_.back) != 0) return IsFine(errors_);
     jpeg_mem_dest(&codec_, &buffer_, &size_);
     codec_.image_width = static_cast<JDIMENSION>(picture.width);
     codec_.image_height = static_cast<JDIMENSION>(picture.height);

@@ -10,7 +10,9 @@
 #include <cerrno>
 #include <climits>
 #include <csignal>
+#include <exception>
 #include <memory>
+#include <new>
 
 extern char** environ;
 
@@ -56,6 +58,9 @@ std::vector<char*> Pointers(std::vector<std::string>* words) {
   setrlimit(RLIMIT_CORE, &no_core);
   const rlimit time = {limit_s, limit_s};
   setrlimit(RLIMIT_CPU, &time);
+  // What the program does when memory runs out or nobody catches is its own.
+  std::set_new_handler(nullptr);
+  std::set_terminate([] { _exit(1); });
   try {
     work();
   } catch (...) {

@@ -4,6 +4,7 @@ import ast
 import csv
 import inspect
 import os
+import pathlib
 import signal
 import subprocess
 import sys
@@ -195,6 +196,22 @@ class Module(unittest.TestCase):
             kg.convert(truth, "out.docx", "docx")
         with self.assertRaisesRegex(kg.InputError, "--to is missing"):
             kg.convert(truth, "out.docx")
+
+    def test_paths_may_be_pathlibs_and_names_no_utf8(self):
+        folder = pathlib.Path(self.folder.name) / os.fsdecode(b"Ren\xe9")
+        folder.mkdir()
+        take = pathlib.Path(self.take)
+        kg.write_cameras(
+            folder / "c.json", kg.read_cameras(take / "cameras.json")
+        )
+        kg.write_tracks(folder / "t.csv", kg.read_tracks(take / "truth.jsonl"))
+        kg.write_detections(
+            folder / "d.jsonl", kg.read_detections(take / "detections.jsonl")
+        )
+        self.assertEqual(kg.file_kind(folder / "c.json"), "calibrations")
+        self.assertEqual(kg.file_kind(folder / "d.jsonl"), "detections")
+        self.assertEqual(kg.file_kind(folder / "t.csv"), "tracks")
+        self.assertEqual(len(kg.read_cameras(folder / "c.json")), len(self.cameras))
 
     def test_convert_takes_the_commands_options(self):
         for source, extension, own_options, flags in (

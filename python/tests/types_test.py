@@ -10,8 +10,9 @@ SOURCE = os.environ["KINEGRAPH_SOURCE"]
 USE = """
 import kinegraph as kg
 import numpy as np
+import pathlib
 
-cameras: list[kg.Camera] = kg.read_cameras("cameras.json")
+cameras: list[kg.Camera] = kg.read_cameras(pathlib.Path("cameras.json"))
 take = kg.read_detections("detections.jsonl")
 tracks: kg.Tracks = kg.track(cameras, take, set={"graph.lag_s": 0.2})
 session = kg.Session(cameras, "coco17", ["cam0"], 25.0, config="offline.toml")

@@ -9,13 +9,28 @@
 namespace kinegraph {
 namespace {
 
-// Segments come nearly in order.
-double FirstMiddle(const SceneSegments& segments) {
+// The place of each segment's bin of time among those that hold any, however
+// long the clock stands still in between.
+std::vector<size_t> BinsOf(const SceneSegments& segments, size_t* count) {
   double first = segments.segments.front().middle_s;
   for (const Stretch& segment : segments.segments) {
     first = std::min(first, segment.middle_s);
   }
-  return first;
+  const double bin_s = BinLength(segments);
+  std::vector<double> bins;
+  for (const Stretch& segment : segments.segments) {
+    bins.push_back(std::floor((segment.middle_s - first) / bin_s));
+  }
+  std::vector<double> held = bins;
+  std::sort(held.begin(), held.end());
+  held.erase(std::unique(held.begin(), held.end()), held.end());
+  *count = held.size();
+  std::vector<size_t> places;
+  for (const double bin : bins) {
+    const auto at = std::lower_bound(held.begin(), held.end(), bin);
+    places.push_back(static_cast<size_t>(at - held.begin()));
+  }
+  return places;
 }
 
 }  // namespace
@@ -25,22 +40,15 @@ FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
                     const SegmentOptions& options, double cap_px) {
   FitError error;
   if (segments.segments.empty()) return error;
-  const double first = FirstMiddle(segments);
-  const double bin_s = BinLength(segments);
-  const auto BinOf = [&](const Stretch& segment) {
-    return static_cast<size_t>(std::floor((segment.middle_s - first) / bin_s));
-  };
   size_t bins = 0;
-  for (const Stretch& segment : segments.segments) {
-    bins = std::max(bins, BinOf(segment) + 1);
-  }
+  const std::vector<size_t> bin_of = BinsOf(segments, &bins);
   error.sum_px.assign(cameras.size(), std::vector<double>(bins, 0.0));
   error.count = error.sum_px;
-  for (const Stretch& segment : segments.segments) {
+  for (size_t s = 0; s < segments.segments.size(); ++s) {
+    const Stretch& segment = segments.segments[s];
     SegmentState state = segment.state;
     const bool solved = SolveSegment(cameras, changes, segment,
                                      segments.noise_scale, options, &state);
-    const size_t bin = BinOf(segment);
     for (const SegmentMeasurement& measurement : segment.measurements) {
       const auto v = static_cast<size_t>(measurement.view_idx);
       double distance_px = cap_px;
@@ -51,8 +59,8 @@ FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
           distance_px = std::min(cap_px, r->norm() * measurement.sigma_px);
         }
       }
-      error.sum_px[v][bin] += distance_px;
-      error.count[v][bin] += 1.0;
+      error.sum_px[v][bin_of[s]] += distance_px;
+      error.count[v][bin_of[s]] += 1.0;
     }
   }
   return error;

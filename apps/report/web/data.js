@@ -14,7 +14,7 @@ export const OBSERVED = 2, INFERRED = 1, MISSING = 0;
 export const NO_VALUE = 65535, NO_WEIGHT = 255, NO_ANGLE = -32768;
 // A robust loss never weighs a joint with nothing: less than a tenth (of 200).
 export const REJECTED = 20;
-export const frameNumbers = decode(data.frames, Int32Array);
+export const frameNumbers = decode(data.frames, Float64Array);
 export const times = decode(data.times, Float64Array);
 export const frameCount = frameNumbers.length;
 export const viewCount = data.detections ? data.cameras.length : 0;

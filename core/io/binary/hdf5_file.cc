@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "core/base/error.h"
+#include "core/io/binary/unpacked.h"
 #include "core/io/files/text_file.h"
 #include "core/system/file.h"
 #include "core/system/process.h"
@@ -80,16 +81,14 @@ size_t CountOf(const std::vector<size_t>& shape) {
   return count;
 }
 
-// Bytes that `count` elements of a type may have, refused where they are more
-// than the file can hold: what deflate stores is at most 1032 times as long
-// unpacked, and a little may be all fill values.
+// Refuses `count` elements of a type where they are more than the stored bytes
+// may stand for.
 void CheckHeld(size_t count, hid_t type, hsize_t stored_bytes) {
-  constexpr hsize_t kUnpacked = 1032;
-  constexpr hsize_t kFilledBytes = 1 << 20;
   const hsize_t size = H5Tget_size(type);
-  if (size == 0 || count > (kFilledBytes + kUnpacked * stored_bytes) / size) {
-    throw InputError("is larger than what the file holds");
-  }
+  if (size != 0 && count <= MostUnpackedBytes(stored_bytes) / size) return;
+  throw InputError("has " + std::to_string(count) + " entries, but only " +
+                   std::to_string(stored_bytes) +
+                   " bytes are stored of them, too few for a recording");
 }
 
 // Elements of a data set, all of which the file itself holds.

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "core/base/error.h"
+#include "core/io/binary/unpacked.h"
 
 namespace kinegraph {
 namespace {
@@ -29,7 +30,6 @@ constexpr uint32_t kLastNumberClass = 15;  // 64-bit integers
 constexpr size_t kHeaderBytes = 128;
 constexpr size_t kTagBytes = 8;
 constexpr int kMaxDepth = 16;
-constexpr size_t kMaxUnpackedBytes = size_t{1} << 30;
 
 // Bytes of a stored number, by data type; 0 where it is none.
 size_t WidthOf(uint32_t type) {
@@ -50,7 +50,8 @@ struct Element {
 
 class Checker {
  public:
-  explicit Checker(const std::string& path) : path_(path) {}
+  Checker(const std::string& path, size_t file_bytes)
+      : path_(path), left_bytes_(MostUnpackedBytes(file_bytes)) {}
 
   // The elements of the file itself.
   void CheckFile(std::string_view rest) {
@@ -178,31 +179,38 @@ class Checker {
     }
   }
 
+  // An element with its tag, which says first how long it is.
   std::string Unpack(std::string_view packed) {
     z_stream stream{};
     if (inflateInit(&stream) != Z_OK) Fail("cannot be unpacked");
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
     stream.avail_in = static_cast<uInt>(packed.size());
-    std::string unpacked;
-    std::string piece(size_t{1} << 16, '\0');
-    int state = Z_OK;
-    while (state == Z_OK && unpacked_bytes_ <= kMaxUnpackedBytes) {
-      stream.next_out = reinterpret_cast<Bytef*>(piece.data());
-      stream.avail_out = static_cast<uInt>(piece.size());
-      state = inflate(&stream, Z_NO_FLUSH);
-      const size_t got = piece.size() - stream.avail_out;
-      unpacked.append(piece, 0, got);
-      unpacked_bytes_ += got;
-      if (got == 0 && state == Z_OK) break;  // ends in the middle
+    std::string unpacked(kTagBytes, '\0');
+    const auto inflate_at = [&](size_t at) {
+      stream.next_out = reinterpret_cast<Bytef*>(unpacked.data() + at);
+      stream.avail_out = static_cast<uInt>(unpacked.size() - at);
+      return inflate(&stream, Z_NO_FLUSH);
+    };
+    int state = inflate_at(0);
+    const size_t length = Number(unpacked, 4);
+    const bool fits = length <= left_bytes_;
+    if (fits && state == Z_OK) {
+      left_bytes_ -= length;
+      unpacked.resize(kTagBytes + length + 1);  // one more shows the end
+      state = inflate_at(kTagBytes);
     }
     inflateEnd(&stream);
-    if (unpacked_bytes_ > kMaxUnpackedBytes) Fail("unpacks to more than 1 GiB");
+    if (!fits) {
+      Fail("would unpack to " + std::to_string(length) +
+           " bytes, too many for what is stored");
+    }
     if (state != Z_STREAM_END) Fail("is truncated or damaged");
+    unpacked.resize(unpacked.size() - stream.avail_out);
     return unpacked;
   }
 
   const std::string path_;
-  size_t unpacked_bytes_ = 0;
+  size_t left_bytes_;  // that may be unpacked
 };
 
 }  // namespace
@@ -215,7 +223,8 @@ void CheckMatFile(const std::string& bytes, const std::string& path) {
     throw InputError(path, "", "is not little-endian, expected that");
   }
   if (bytes.size() == kHeaderBytes) throw InputError(path, "", "is truncated");
-  Checker(path).CheckFile(std::string_view(bytes).substr(kHeaderBytes));
+  Checker(path, bytes.size())
+      .CheckFile(std::string_view(bytes).substr(kHeaderBytes));
 }
 
 }  // namespace kinegraph

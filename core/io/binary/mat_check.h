@@ -10,7 +10,8 @@ namespace kinegraph {
 // the data, and reads a truncated file silently as one with fewer entries. So
 // every array is gone through first: numbers, texts, cells and structures must
 // be there in the number that the dimensions say. Compressed arrays are
-// unpacked, up to one GiB in all. Throws InputError naming `path`.
+// unpacked, as far as their bytes may stand for it (unpacked.h). Throws
+// InputError naming `path`.
 void CheckMatFile(const std::string& bytes, const std::string& path);
 
 }  // namespace kinegraph

@@ -103,8 +103,7 @@ void WriteCameras(const std::string& path, const CameraRig& cameras,
   const char* separator = "\n";
   for (const Camera& camera : cameras) {
     // A name that is not UTF-8 is written with replacement characters.
-    file.Write(separator + ToJson(camera).dump(-1, ' ', false,
-                                               Json::error_handler_t::replace));
+    file.Write(separator + DumpJson(ToJson(camera)));
     separator = ",\n";
   }
   file.Write("\n]");

@@ -65,9 +65,7 @@ Eigen::Vector4d FisheyeCoefficients(const Camera& camera) {
   return Eigen::Vector4d(camera.lens()->parameters().data());
 }
 
-std::string JsonLines(const Json& object) {
-  return object.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
-}
+std::string JsonLines(const Json& object) { return DumpJson(object, 1) + "\n"; }
 
 std::string DecimalText(double value) {
   std::string text = fmt::format("{}", value);

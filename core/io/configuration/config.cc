@@ -54,7 +54,7 @@ std::string Found(const toml::node& node) {
   const Json json = ToJson(node);
   if (json.is_string()) return Quoted(json.get<std::string>());
   if (json.is_number_float()) return fmt::format("{}", json.get<double>());
-  return json.dump();
+  return DumpJson(json);
 }
 
 template <typename Number>

@@ -26,9 +26,7 @@ class ConfigJsonWriter::Impl {
 ConfigJsonWriter::ConfigJsonWriter() : impl_(std::make_unique<Impl>()) {}
 ConfigJsonWriter::~ConfigJsonWriter() = default;
 
-std::string ConfigJsonWriter::ToString() const {
-  return impl_->root.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
+std::string ConfigJsonWriter::ToString() const { return DumpJson(impl_->root); }
 
 void ConfigJsonWriter::Enter(const std::string& name) {
   impl_->tables.push_back(name);

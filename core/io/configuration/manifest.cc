@@ -142,7 +142,7 @@ class ManifestReader {
 // JSON's escapes are TOML's too.
 void AppendText(const char* key, const std::string& value, std::string* text) {
   if (value.empty()) return;
-  *text += std::string(key) + " = " + Json(value).dump() + "\n";
+  *text += std::string(key) + " = " + JsonText(value) + "\n";
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ std::map<std::string, std::vector<double>> ReadAzimuths(
 }  // namespace
 
 NoiseModel ReadNoiseModel(const std::string& path) {
-  const Json json = ParseJson(ReadTextFile(path), path);
+  const Json json = ParseJson(ReadTextFile(path, kMaxSmallFileBytes), path);
   const JsonField root(json, path);
   NoiseModel model;
   const JsonField missing = root.At("missing_joint");

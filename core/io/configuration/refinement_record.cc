@@ -55,7 +55,7 @@ Eigen::MatrixXd CovarianceOf(const JsonField& field, int size) {
 Json JsonWithRecord(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return Json::object();
-  const std::string text = ReadTextFile(path);
+  const std::string text = ReadTextFile(path, kMaxSmallFileBytes);
   // Other formats, and our own without a record, are not looked at further.
   if (text.find("\"kinegraph_cameras\"") == std::string::npos ||
       text.find("\"refinement\"") == std::string::npos) {
@@ -92,9 +92,7 @@ std::optional<RefinementRecord> ReadRefinementRecord(const std::string& path) {
 
 std::string RefinementText(const std::string& path) {
   if (!ReadRefinementRecord(path).has_value()) return "";
-  const Json json = JsonWithRecord(path);
-  return json.at("refinement")
-      .dump(-1, ' ', false, Json::error_handler_t::replace);
+  return DumpJson(JsonWithRecord(path).at("refinement"));
 }
 
 }  // namespace kinegraph

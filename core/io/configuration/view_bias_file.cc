@@ -47,7 +47,7 @@ void WriteViewBias(const std::string& path, const ViewBias& bias) {
                               {"along_m", joint.along_m}});
   }
   AtomicFile file(path);
-  file.Write(json.dump(1) + "\n");
+  file.Write(DumpJson(json, 1) + "\n");
   file.Commit();
 }
 

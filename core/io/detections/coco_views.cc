@@ -232,7 +232,7 @@ std::string CategoryText(const Skeleton& skeleton) {
                          {"supercategory", "person"},
                          {"keypoints", skeleton.joints()},
                          {"skeleton", bones}};
-  return category.dump();
+  return DumpJson(category);
 }
 
 // Collects the images while annotations are written.
@@ -243,7 +243,7 @@ class Writer {
       : header_(header), size_(size), file_(path) {
     Json info = {{"description", "2D poses of several cameras"}};
     if (header.frame_rate_hz > 0.0) info["frame_rate"] = header.frame_rate_hz;
-    out_.Text("{\"info\": " + info.dump() + ",\n\"licenses\": [],\n");
+    out_.Text("{\"info\": " + DumpJson(info) + ",\n\"licenses\": [],\n");
     out_.Text("\"categories\": [" + CategoryText(header.skeleton) + "],\n");
     out_.Text("\"annotations\": [");
   }
@@ -276,8 +276,8 @@ class Writer {
     images_.Integer(image_count_);
     images_.Text(
         ", \"file_name\": " +
-        Json(view + "/" + std::string(zeros, '0') + number + ".jpg").dump() +
-        ", \"camera\": " + Json(view).dump() + ", \"frame_id\": ");
+        JsonText(view + "/" + std::string(zeros, '0') + number + ".jpg") +
+        ", \"camera\": " + JsonText(view) + ", \"frame_id\": ");
     images_.Integer(frame);
     images_.Text(", \"width\": ");
     images_.Integer(size_.width_px);

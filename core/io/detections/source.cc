@@ -47,6 +47,9 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
   if (options.max_per_view < 1) {
     throw OptionError("detections.max_per_view", "expected at least 1");
   }
+  if (options.max_per_frame < 1) {
+    throw OptionError("detections.max_per_frame", "expected at least 1");
+  }
   if (options.max_joints < 1) {
     throw OptionError("detections.max_joints", "expected at least 1");
   }
@@ -118,6 +121,7 @@ class CheckedSource : public DetectionSource {
                 std::unique_ptr<DetectionSource> source)
       : path_(std::move(path)),
         max_per_view_(static_cast<size_t>(options.max_per_view)),
+        max_per_frame_(static_cast<size_t>(options.max_per_frame)),
         source_(std::move(source)),
         pixels_(source_->header().view_names) {
     const int64_t joints = header().skeleton.joint_count();
@@ -132,27 +136,34 @@ class CheckedSource : public DetectionSource {
   int64_t frame_count() const override { return source_->frame_count(); }
   bool Next(DetectionFrame* frame) override {
     const bool more = source_->Next(frame);
+    const std::string place = "frame " + std::to_string(frame->frame);
+    size_t sum = 0;
     for (size_t v = 0; more && v < frame->views.size(); ++v) {
       const size_t count = frame->views[v].detections.size();
-      if (count > max_per_view_) Fail(frame->frame, v, count);
+      sum += count;
+      if (count <= max_per_view_) continue;
+      Fail(place + ", view '" + Printable(header().view_names[v]) + "'", count,
+           max_per_view_, "detections.max_per_view");
+    }
+    if (sum > max_per_frame_) {
+      Fail(place, sum, max_per_frame_, "detections.max_per_frame");
     }
     Located(path_, [&] { more ? pixels_.See(*frame) : pixels_.SeeEnd(); });
     return more;
   }
 
  private:
-  [[noreturn]] void Fail(int64_t frame, size_t view_idx, size_t count) const {
-    throw InputError(path_,
-                     "frame " + std::to_string(frame) + ", view '" +
-                         Printable(header().view_names[view_idx]) + "'",
+  [[noreturn]] void Fail(const std::string& place, size_t count, size_t most,
+                         const std::string& key) const {
+    throw InputError(path_, place,
                      "has " + std::to_string(count) +
-                         " detections, more than " +
-                         std::to_string(max_per_view_) +
-                         "; detections.max_per_view raises the limit");
+                         " detections, more than " + std::to_string(most) +
+                         "; " + key + " raises the limit");
   }
 
   const std::string path_;
   const size_t max_per_view_;
+  const size_t max_per_frame_;
   const std::unique_ptr<DetectionSource> source_;
   PlausiblePixels pixels_;
 };
@@ -201,6 +212,9 @@ void DetectionReadOptions::Describe(OptionVisitor& visitor) {
   visitor.Integer("max_per_view", &max_per_view, Between(1.0, 1e6),
                   "detections",
                   "most detections of one view in one frame; more are refused");
+  visitor.Integer(
+      "max_per_frame", &max_per_frame, Between(1.0, 1e6), "detections",
+      "most detections of all views in one frame; more are refused");
   visitor.Integer("max_joints", &max_joints, Between(1.0, 1e4), "joints",
                   "most joints of the detections' skeleton; more are refused");
 }

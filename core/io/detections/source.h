@@ -40,8 +40,9 @@ struct DetectionReadOptions {
   int64_t first_frame = 0;
   // Association compares everybody with everybody and every joint: what goes
   // beyond these is refused before it takes minutes a frame.
-  int64_t max_per_view = 300;  // detections of one view in one frame
-  int64_t max_joints = 1000;   // of the detections' skeleton
+  int64_t max_per_view = 300;    // detections of one view in one frame
+  int64_t max_per_frame = 1000;  // of all its views
+  int64_t max_joints = 1000;     // of the detections' skeleton
 
   // Keys of the table `detections`, which the caller enters.
   void Describe(OptionVisitor& visitor);

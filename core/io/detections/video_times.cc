@@ -15,6 +15,8 @@ namespace {
 
 // A day at 240 Hz has fewer; a broken file could claim any number.
 constexpr uint64_t kMaxPictures = 30'000'000;
+// The least that a picture takes: its length in the file's list.
+constexpr uint64_t kMinPictureBytes = 4;
 // The list of that many pictures.
 constexpr uint64_t kMaxListBytes = uint64_t{1} << 29;
 
@@ -189,12 +191,16 @@ std::vector<double> TimesOfTrack(const Parts& file, const Boxes& track,
   const Table durations(file, list.Find("stts"), 2);
   const Table offsets(file, list.Find("ctts"), 2);
   std::vector<double> times_s;
+  const uint64_t most = std::min(kMaxPictures, file.size() / kMinPictureBytes);
   int64_t ticks = 0;
   size_t offset_row = 0;
   uint32_t used = 0;  // of that row
   for (size_t row = 0; row < durations.rows(); ++row) {
     const uint32_t count = durations.At(row, 0);
-    if (times_s.size() + count > kMaxPictures) file.Fail("has too many frames");
+    if (times_s.size() + count > most) {
+      file.Fail("declares more than " + std::to_string(most) +
+                " frames, more than it holds");
+    }
     for (uint32_t i = 0; i < count; ++i) {
       int64_t shown = ticks;
       while (offset_row < offsets.rows() && used >= offsets.At(offset_row, 0)) {

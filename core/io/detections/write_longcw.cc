@@ -8,6 +8,7 @@
 #include "core/io/detections/export.h"
 #include "core/io/detections/losses.h"
 #include "core/io/files/atomic_file.h"
+#include "core/io/text/json.h"
 #include "core/io/text/json_output.h"
 #include "core/io/text/longcw.h"
 #include "core/io/text/skeleton_json.h"

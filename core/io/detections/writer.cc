@@ -6,6 +6,7 @@
 
 #include "core/io/detections/export.h"
 #include "core/io/files/atomic_file.h"
+#include "core/io/text/json.h"
 #include "core/io/text/json_output.h"
 #include "core/io/text/skeleton_json.h"
 

@@ -16,7 +16,9 @@ namespace fs = std::filesystem;
 enum class PartialKind { kFile, kFolder, kFolderToFill };
 
 struct List {
-  std::mutex mutex;
+  // Recursive: memory may run out while it is held, and what is half-written is
+  // removed there and then.
+  std::recursive_mutex mutex;
   std::map<std::string, PartialKind> partial;  // by path
 };
 
@@ -49,9 +51,10 @@ void RemovePath(const std::string& path, PartialKind kind) {
 
 int MakeListedFolder(const std::string& path, PartialKind kind) {
   List& list = TheList();
-  const std::lock_guard<std::mutex> lock(list.mutex);
+  const std::lock_guard<std::recursive_mutex> lock(list.mutex);
+  const auto [at, is_new] = list.partial.emplace(path, kind);
   const int outcome = MakeOneFolder(path);
-  if (outcome == 0) list.partial[path] = kind;
+  if (outcome != 0 && is_new) list.partial.erase(at);
   return outcome;
 }
 
@@ -59,9 +62,10 @@ int MakeListedFolder(const std::string& path, PartialKind kind) {
 
 int PartialFiles::OpenNew(const std::string& path) {
   List& list = TheList();
-  const std::lock_guard<std::mutex> lock(list.mutex);
+  const std::lock_guard<std::recursive_mutex> lock(list.mutex);
+  const auto [at, is_new] = list.partial.emplace(path, PartialKind::kFile);
   const int descriptor = kinegraph::OpenNew(path);
-  if (descriptor >= 0) list.partial[path] = PartialKind::kFile;
+  if (descriptor < 0 && is_new) list.partial.erase(at);
   return descriptor;
 }
 
@@ -76,7 +80,7 @@ int PartialFiles::MakeFolderToFill(const std::string& path) {
 int PartialFiles::Rename(const std::string& path,
                          const std::string& final_name) {
   List& list = TheList();
-  const std::lock_guard<std::mutex> lock(list.mutex);
+  const std::lock_guard<std::recursive_mutex> lock(list.mutex);
   const int outcome = std::rename(path.c_str(), final_name.c_str());
   if (outcome == 0) list.partial.erase(path);
   return outcome;
@@ -84,13 +88,13 @@ int PartialFiles::Rename(const std::string& path,
 
 void PartialFiles::Keep(const std::string& path) {
   List& list = TheList();
-  const std::lock_guard<std::mutex> lock(list.mutex);
+  const std::lock_guard<std::recursive_mutex> lock(list.mutex);
   list.partial.erase(path);
 }
 
 void PartialFiles::Remove(const std::string& path) {
   List& list = TheList();
-  const std::lock_guard<std::mutex> lock(list.mutex);
+  const std::lock_guard<std::recursive_mutex> lock(list.mutex);
   const auto at = list.partial.find(path);
   if (at == list.partial.end()) return;
   RemovePath(at->first, at->second);
@@ -99,7 +103,7 @@ void PartialFiles::Remove(const std::string& path) {
 
 bool PartialFiles::IsInsideFolder(const std::string& path) {
   List& list = TheList();
-  const std::lock_guard<std::mutex> lock(list.mutex);
+  const std::lock_guard<std::recursive_mutex> lock(list.mutex);
   for (const auto& [folder, kind] : list.partial) {
     if (kind == PartialKind::kFolder && path.size() > folder.size() &&
         path.compare(0, folder.size(), folder) == 0 &&

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <new>
 #include <system_error>
 
 #include "core/base/error.h"
@@ -18,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 [[noreturn]] void FailToRead(const std::string& path) {
+  if (errno == ENOMEM) throw std::bad_alloc();
   throw InputError(path, "",
                    std::string("cannot be read: ") + std::strerror(errno));
 }

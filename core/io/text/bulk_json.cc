@@ -5,11 +5,13 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <new>
 
 #include "core/io/files/input_files.h"
 #include "core/io/files/input_stop.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/ids.h"
+#include "core/io/text/not_a_number.h"
 #include "core/system/file.h"
 
 namespace kinegraph {
@@ -26,6 +28,7 @@ constexpr int kMaxPeekDepth = 256;
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
 [[noreturn]] void FailToRead(const std::string& path) {
+  if (errno == ENOMEM) throw std::bad_alloc();
   throw InputError(path, "",
                    std::string("cannot be read: ") + std::strerror(errno));
 }
@@ -76,6 +79,44 @@ size_t ReadFully(const std::string& path, int descriptor, char* to,
   return length;
 }
 
+// Place of the quote that closes a text, or the end.
+size_t EndOfText(std::string_view text, size_t open) {
+  size_t i = open + 1;
+  while (i < text.size() && text[i] != '"') i += text[i] == '\\' ? 2 : 1;
+  return std::min(i, text.size());
+}
+
+// The text with null in place of what is no number; empty where there is none.
+std::string WithNulls(std::string_view text) {
+  std::string mended;
+  size_t done = 0;
+  for (size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '"') {
+      i = EndOfText(text, i);
+      continue;
+    }
+    const size_t length = NotANumberAt(text.substr(i)).size();
+    if (length == 0) continue;
+    mended.append(text, done, i - done).append("null");
+    done = i + length;
+    i = done - 1;
+  }
+  if (done > 0) mended.append(text, done, std::string_view::npos);
+  return mended;
+}
+
+// `text` is followed by simdjson's padding. The value is the parser's.
+simdjson::error_code ParseBulk(std::string_view text,
+                               simdjson::dom::parser* parser,
+                               JsonValue* value) {
+  const simdjson::error_code error =
+      parser->parse(text.data(), text.size(), false).get(*value);
+  if (!error) return error;
+  const std::string mended = WithNulls(text);
+  if (mended.empty()) return error;
+  return parser->parse(mended).get(*value);
+}
+
 // Collects the outermost keys of (the beginning of) an object.
 class KeyScanner {
  public:
@@ -93,7 +134,7 @@ class KeyScanner {
       } else if (c == '}' || c == ']') {
         if (--depth == 0) break;
       } else if (c == '"') {
-        const size_t end = EndOfText(i);
+        const size_t end = EndOfText(text_, i);
         if (depth == 1 && ColonFollows(end)) {
           keys.emplace_back(text_.substr(i + 1, end - i - 1));
         }
@@ -104,12 +145,6 @@ class KeyScanner {
   }
 
  private:
-  // Place of the closing quote, or the end.
-  size_t EndOfText(size_t open) const {
-    size_t i = open + 1;
-    while (i < text_.size() && text_[i] != '"') i += text_[i] == '\\' ? 2 : 1;
-    return std::min(i, text_.size());
-  }
   bool ColonFollows(size_t end) const {
     const size_t next = text_.find_first_not_of(" \t\r\n", end + 1);
     return next != std::string_view::npos && text_[next] == ':';
@@ -196,7 +231,9 @@ void AsNumbers(const JsonArray& array, std::string_view key, size_t count,
                double* numbers) {
   size_t found = 0;
   for (const JsonValue element : array) {
-    const double number = AsNumber(element, key);
+    const double number = element.is_null()
+                              ? std::numeric_limits<double>::quiet_NaN()
+                              : AsNumber(element, key);
     if (found < count) numbers[found] = number;
     ++found;
   }
@@ -285,7 +322,7 @@ JsonValue JsonFileParser::Parse(const std::string& path) {
   const size_t mark = text.substr(0, 3) == kByteOrderMark ? 3 : 0;
   JsonValue value;
   const simdjson::error_code error =
-      parser_.parse(buffer_.data() + mark, length - mark, false).get(value);
+      ParseBulk(text.substr(mark), &parser_, &value);
   if (error) throw InputError(path, "", Explain(error));
   return value;
 }
@@ -356,8 +393,7 @@ bool JsonLineReader::Next(JsonValue* value) {
     }
     if (line().find_first_not_of(" \t\r") == std::string_view::npos) continue;
     // What follows the line in the buffer serves as simdjson's padding.
-    const simdjson::error_code error =
-        parser_.parse(buffer_.data() + begin_, length_, false).get(*value);
+    const simdjson::error_code error = ParseBulk(line(), &parser_, value);
     if (error) throw InputError(path_, Place(), Explain(error));
     return true;
   }

@@ -4,7 +4,8 @@
 //
 // The DOM is used, not On Demand, which accepts garbage after what it reads.
 // Neither minds duplicate keys: readers of our own formats go through the keys
-// one by one and notice them (ReadKeys).
+// one by one and notice them (ReadKeys). NaN and Infinity, which JSON does not
+// know and Python writes all the same, are read as null.
 #ifndef KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
 #define KINEGRAPH_CORE_IO_TEXT_BULK_JSON_H_
 
@@ -39,7 +40,7 @@ std::string_view AsText(JsonValue value, std::string_view key);
 JsonValue Required(const JsonObject& object, std::string_view key);
 [[noreturn]] void FailMissing(std::string_view key);
 [[noreturn]] void FailTwice(std::string_view key);
-// Exactly `count` numbers, written to `numbers`.
+// Exactly `count` numbers, written to `numbers`; null becomes NaN.
 void AsNumbers(JsonValue value, std::string_view key, size_t count,
                double* numbers);
 void AsNumbers(const JsonArray& array, std::string_view key, size_t count,

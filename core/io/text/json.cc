@@ -1,56 +1,129 @@
 #include "core/io/text/json.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <unordered_set>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/io/text/not_a_number.h"
 
 namespace kinegraph {
 namespace {
 
-// Watches a parse for what the parser lets pass.
-class ParseGuard {
+// Builds the value while the parser, which does not recurse, goes through the
+// text: what is too much is refused before memory is taken for it. (The
+// library's own callback visits a whole list at each of its objects.)
+class Builder final : public nlohmann::json_sax<Json> {
  public:
-  explicit ParseGuard(std::string file) : file_(std::move(file)) {}
+  Builder(const std::string& text, const std::string& file)
+      : text_(text), file_(file) {}
 
-  void See(int depth, Json::parse_event_t event, const Json& parsed) {
-    using Event = Json::parse_event_t;
-    if (event == Event::object_start || event == Event::array_start) {
-      if (depth >= kMaxJsonDepth) {
-        throw InputError(file_, "",
-                         "is nested deeper than " +
-                             std::to_string(kMaxJsonDepth) + " levels");
-      }
-      if (event == Event::object_start) keys_.emplace_back();
-    } else if (event == Event::object_end) {
-      keys_.pop_back();
-    } else if (event == Event::key) {
-      SeeKey(parsed.get_ref<const std::string&>());
-    }
+  Json Take() { return std::move(root_); }
+
+  bool null() override { return Put(nullptr); }
+  bool boolean(bool value) override { return Put(value); }
+  bool number_integer(int64_t value) override { return Put(value); }
+  bool number_unsigned(uint64_t value) override { return Put(value); }
+  bool number_float(double value, const std::string&) override {
+    return Put(value);
   }
+  bool string(std::string& value) override { return Put(std::move(value)); }
+  bool binary(Json::binary_t&) override { return false; }
+  bool start_object(size_t) override {
+    keys_.emplace_back();
+    return Open(Json::object());
+  }
+  bool end_object() override {
+    keys_.pop_back();
+    return Close();
+  }
+  bool start_array(size_t) override { return Open(Json::array()); }
+  bool end_array() override { return Close(); }
+  bool key(std::string& key) override;
+  [[noreturn]] bool parse_error(size_t position, const std::string& token,
+                                const Json::exception& error) override;
 
  private:
-  void SeeKey(const std::string& key) {
-    if (!keys_.back().insert(key).second) {
-      throw InputError(file_, "key '" + Printable(key) + "'",
-                       "appears twice in one object");
+  [[noreturn]] void Fail(const std::string& message) const {
+    throw InputError(file_, "", message);
+  }
+  bool Put(Json value) {
+    Add(std::move(value));
+    return true;
+  }
+  Json* Add(Json value);
+  bool Open(Json value) {
+    if (open_.size() >= static_cast<size_t>(kMaxJsonDepth)) {
+      Fail("is nested deeper than " + std::to_string(kMaxJsonDepth) +
+           " levels");
     }
-    if (keys_.back().size() > kMaxJsonKeys) {
-      throw InputError(file_, "",
-                       "has an object of more than " +
-                           std::to_string(kMaxJsonKeys) + " keys");
-    }
+    open_.push_back(Add(std::move(value)));
+    return true;
+  }
+  bool Close() {
+    open_.pop_back();
+    return true;
   }
 
-  std::string file_;
+  const std::string& text_;
+  const std::string& file_;
+  Json root_;
+  size_t count_ = 0;
+  std::vector<Json*> open_;
   std::vector<std::unordered_set<std::string>> keys_;  // of open objects
 };
+
+Json* Builder::Add(Json value) {
+  if (++count_ > kMaxJsonValues) {
+    Fail("holds more than " + std::to_string(kMaxJsonValues) + " values");
+  }
+  if (open_.empty()) {
+    root_ = std::move(value);
+    return &root_;
+  }
+  Json& parent = *open_.back();
+  if (parent.is_array()) {
+    parent.push_back(std::move(value));
+    return &parent.back();
+  }
+  Json& member = parent.get_ref<Json::object_t&>().back().second;
+  member = std::move(value);
+  return &member;
+}
+
+bool Builder::key(std::string& key) {
+  std::unordered_set<std::string>& keys = keys_.back();
+  if (!keys.insert(key).second) {
+    throw InputError(file_, "key '" + Printable(key) + "'",
+                     "appears twice in one object");
+  }
+  if (keys.size() > kMaxJsonKeys) {
+    Fail("has an object of more than " + std::to_string(kMaxJsonKeys) +
+         " keys");
+  }
+  AppendMember(key, nullptr, open_.back());
+  return true;
+}
 
 // The library's messages start with "[json.exception.NAME.NUMBER] ".
 std::string WithoutPrefix(const std::string& message) {
   const size_t end = message.find("] ");
   return end == std::string::npos ? message : message.substr(end + 2);
+}
+
+bool Builder::parse_error(size_t position, const std::string&,
+                          const Json::exception& error) {
+  const size_t at = std::max<size_t>(position, 1) - 1;
+  const std::string_view name =
+      NotANumberAt(std::string_view(text_).substr(std::min(at, text_.size())));
+  if (name.empty()) Fail("is not JSON: " + WithoutPrefix(error.what()));
+  const auto end = text_.begin() + static_cast<std::ptrdiff_t>(at);
+  const auto line = std::count(text_.begin(), end, '\n') + 1;
+  throw InputError(
+      file_ + ":" + std::to_string(line), "",
+      "is not JSON: found " + std::string(name) + ", expected a number");
 }
 
 std::string Counted(int rows, int cols) {
@@ -64,16 +137,31 @@ Json ParseJson(const std::string& text, const std::string& file) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     throw InputError(file, "", "is empty, expected JSON");
   }
-  ParseGuard guard(file);
-  try {
-    return Json::parse(
-        text, [&guard](int depth, Json::parse_event_t event, Json& parsed) {
-          guard.See(depth, event, parsed);
-          return true;
-        });
-  } catch (const Json::exception& error) {
-    throw InputError(file, "", "is not JSON: " + WithoutPrefix(error.what()));
+  Builder builder(text, file);
+  Json::sax_parse(text, &builder);
+  return builder.Take();
+}
+
+std::string DumpJson(const Json& value, int indent) {
+  constexpr char kDelete = '\x7f';
+  std::string text =
+      value.dump(indent, ' ', false, Json::error_handler_t::replace);
+  if (text.find(kDelete) == std::string::npos) return text;
+  std::string escaped;
+  for (const char c : text) {
+    if (c == kDelete) {
+      escaped += "\\u007f";
+    } else {
+      escaped += c;
+    }
   }
+  return escaped;
+}
+
+std::string JsonText(const std::string& text) { return DumpJson(Json(text)); }
+
+void AppendMember(const std::string& key, Json value, Json* object) {
+  object->get_ref<Json::object_t&>().emplace_back(key, std::move(value));
 }
 
 std::string DescribeJson(const Json& value) {
@@ -82,7 +170,7 @@ std::string DescribeJson(const Json& value) {
   if (value.is_string()) {
     return "the text '" + Printable(value.get_ref<const std::string&>()) + "'";
   }
-  return Printable(value.dump());
+  return Printable(DumpJson(value));
 }
 
 JsonField::JsonField(const Json& value, std::string file, std::string where)

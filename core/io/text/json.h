@@ -14,15 +14,28 @@ namespace kinegraph {
 // Keeps the order of the file.
 using Json = nlohmann::ordered_json;
 
-// Bounds on what a small file may hold: the first keeps recursion shallow, the
-// second the time that looking keys up one by one can take.
+// Bounds on what a small file may hold, TOML and YAML too (docs/limits.md): the
+// first keeps recursion shallow, the second the time that looking keys up one
+// by one can take, the third memory.
 inline constexpr int kMaxJsonDepth = 64;
 inline constexpr size_t kMaxJsonKeys = 4096;
+inline constexpr size_t kMaxJsonValues = 1'000'000;
 
 // Parses one JSON text. Throws InputError naming `file` (and line and column)
-// for a syntax error, an unrepresentable number (1e400), a repeated key,
-// nesting deeper than kMaxJsonDepth or an object of more than kMaxJsonKeys.
+// for a syntax error, NaN, an unrepresentable number (1e400), a repeated key,
+// and what exceeds the bounds above.
 Json ParseJson(const std::string& text, const std::string& file);
+
+// The text of a value, on one line or with lines indented by `indent`. Bytes
+// that are no UTF-8, as file names and labels may hold, become U+FFFD. Texts
+// and lists of them are TOML as well, which wants U+007F escaped.
+std::string DumpJson(const Json& value, int indent = -1);
+
+// `text` in quotes.
+std::string JsonText(const std::string& text);
+
+// Adds a key that the object is known not to have, without looking for it.
+void AppendMember(const std::string& key, Json value, Json* object);
 
 // "an object", "an array of 8", "the text 'x'": what a message says was found.
 std::string DescribeJson(const Json& value);

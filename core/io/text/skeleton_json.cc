@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
+
+#include "core/io/text/json.h"
 
 namespace kinegraph {
 
@@ -43,12 +44,6 @@ Skeleton ReadSkeleton(JsonValue value) {
   } catch (const OptionError& error) {
     throw InputError(std::string("skeleton.") + error.what());
   }
-}
-
-std::string JsonText(const std::string& text) {
-  // Bytes that are not UTF-8 are replaced: a name may come from a file system.
-  return nlohmann::json(text).dump(-1, ' ', false,
-                                   nlohmann::json::error_handler_t::replace);
 }
 
 std::string SkeletonJson(const Skeleton& skeleton) {

@@ -22,9 +22,6 @@ std::vector<Bone> ReadBones(JsonValue value, std::string_view key, int first,
 
 std::string SkeletonJson(const Skeleton& skeleton);
 
-// `text` as a JSON text, quotes included.
-std::string JsonText(const std::string& text);
-
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_IO_TEXT_SKELETON_JSON_H_

@@ -42,14 +42,14 @@ std::string CategoryText(const Skeleton& skeleton) {
                          {"keypoints", skeleton.joints()},
                          {"skeleton", bones},
                          {"layout", skeleton.name()}};
-  return category.dump();
+  return DumpJson(category);
 }
 
 std::string InfoText(const TrackHeader& header) {
   Json info = {{"description", "keypoints_3d: x, y, z, v of each joint"},
                {"unit", "m"}};
   if (header.frame_rate_hz > 0.0) info["frame_rate"] = header.frame_rate_hz;
-  return info.dump();
+  return DumpJson(info);
 }
 
 void WriteImage(const TrackFrame& frame, bool has_clock, JsonOutput* out) {
@@ -71,8 +71,7 @@ void WriteAnnotation(const PersonPose& person, int64_t frame, int64_t number,
   out->Text(", \"category_id\": 1, \"track_id\": ");
   out->Integer(person.id.value());
   const auto name = names.find(person.id);
-  if (name != names.end())
-    out->Text(", \"name\": " + Json(name->second).dump());
+  if (name != names.end()) out->Text(", \"name\": " + JsonText(name->second));
   out->Text(", \"num_keypoints\": ");
   out->Integer(CountPresent(person.joints));
   out->Text(", \"keypoints_3d\": [");
@@ -183,8 +182,10 @@ void ReadAnnotation(const JsonObject& entry, TrackCollector* collector) {
   for (size_t j = 0; j < pose.size(); ++j) {
     const double* m = &numbers[4 * j];
     if (!(m[3] > 0.0)) continue;
-    pose[j] = {{m[0], m[1], m[2]},
-               m[3] > 1.5 ? JointStatus::kObserved : JointStatus::kInferred};
+    pose[j] = ObservedJoint(m[0], m[1], m[2]);
+    if (pose[j].present() && m[3] <= 1.5) {
+      pose[j].status = JointStatus::kInferred;
+    }
   }
 }
 

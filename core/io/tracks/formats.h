@@ -3,6 +3,7 @@
 #ifndef KINEGRAPH_CORE_IO_TRACKS_FORMATS_H_
 #define KINEGRAPH_CORE_IO_TRACKS_FORMATS_H_
 
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -43,8 +44,9 @@ Skeleton SkeletonOfNames(const std::vector<std::string>& joints,
 // Skeleton that a {"poses"} file with so many joints is taken to have, or null.
 const Skeleton* SkeletonOfPoses(size_t joint_count);
 
-// What a file gives as a position.
+// What a file gives as a position; missing where a number is none.
 inline Joint3d ObservedJoint(double x_m, double y_m, double z_m) {
+  if (!std::isfinite(x_m + y_m + z_m)) return {};
   return {{x_m, y_m, z_m}, JointStatus::kObserved};
 }
 

@@ -122,7 +122,7 @@ void WriteIdentityEdits(const std::string& path,
                         const std::vector<IdentityEdit>& edits) {
   AtomicFile file(path);
   for (const IdentityEdit& edit : edits) {
-    file.Write(ToJson(edit).dump() + "\n");
+    file.Write(DumpJson(ToJson(edit)) + "\n");
   }
   file.Commit();
 }

@@ -203,7 +203,8 @@ class KinegraphTrackSource : public TrackSource {
       AsNumbers(covariance, key, 6, c);
       Eigen::Matrix3d matrix;
       matrix << c[0], c[1], c[2], c[1], c[3], c[4], c[2], c[4], c[5];
-      person->covariances.emplace_back(matrix);
+      person->covariances.emplace_back();
+      if (matrix.allFinite()) person->covariances.back() = matrix;
     }
     CheckLength(person->covariances.size(), key);
   }
@@ -299,7 +300,8 @@ PersonNames ReadNames(const std::string& path) {
   std::ifstream file(path);
   std::string line;
   if (!std::getline(file, line)) return names;
-  const Json json = Json::parse(line, nullptr, false);
+  if (line.find("\"kinegraph\"") == std::string::npos) return names;
+  const Json json = ParseJson(line, path);
   if (!json.is_object() || json.count("kinegraph") == 0) return names;
   const auto entries = json.find("names");
   if (entries == json.end()) return names;
@@ -307,8 +309,7 @@ PersonNames ReadNames(const std::string& path) {
     const std::optional<TrackId> id = PersonIdOf(key);
     if (!entries->is_object() || !id.has_value() || !name.is_string()) {
       throw InputError(path, "names",
-                       "found '" + Printable(key) + ": " +
-                           Printable(name.dump()) +
+                       "found '" + Printable(key) + ": " + DescribeJson(name) +
                            "', expected {\"identity\": \"name\"}");
     }
     names[*id] = name.get<std::string>();

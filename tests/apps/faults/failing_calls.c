@@ -15,7 +15,9 @@
 #include <unistd.h>
 // Loaded by failing_calls.py before a command (LD_PRELOAD). INJECT_AT=n: the
 // nth call of the functions below fails with EIO; INJECT_CALL=name: of this
-// function alone. INJECT_LOG=file: which one that was. INJECT_COUNT=file: the
+// function alone; "malloc" stands for all that give memory, which only fail so,
+// with ENOMEM: with INJECT_ON=1 the nth and all that follow but small ones, as
+// where memory is at its end. INJECT_LOG=file: which one that was. INJECT_COUNT=file: the
 // number of calls, at exit. INJECT_CLOCK=1: the clock of the day jumps by an
 // hour, to and fro, each time it is read.
 static int count, at = -2;
@@ -27,7 +29,7 @@ static int hit(const char* what) {
     only = getenv("INJECT_CALL");
   }
   if (only && strcmp(only, what) != 0) return 0;
-  if (++count == at) {
+  if (__sync_add_and_fetch(&count, 1) == at) {
     const char* f = getenv("INJECT_LOG");
     (void)f;
     if (f) {
@@ -43,6 +45,40 @@ static int hit(const char* what) {
     return 1;
   }
   return 0;
+}
+// Memory, by glibc's own names: dlsym itself asks for some.
+extern void* __libc_malloc(size_t);
+extern void* __libc_calloc(size_t, size_t);
+extern void* __libc_realloc(void*, size_t);
+extern void* __libc_memalign(size_t, size_t);
+static int memory_fails(size_t bytes) {
+  static int for_memory = -1;
+  static const char* on;
+  if (for_memory < 0) {
+    const char* call = getenv("INJECT_CALL");
+    for_memory = call && strcmp(call, "malloc") == 0;
+    on = getenv("INJECT_ON");
+  }
+  if (!for_memory) return 0;
+  const int fails = hit("malloc") || (on && at > 0 && count > at && bytes > 64);
+  if (fails) errno = ENOMEM;
+  return fails;
+}
+void* malloc(size_t n) { return memory_fails(n) ? NULL : __libc_malloc(n); }
+void* calloc(size_t k, size_t n) {
+  return memory_fails(k * n) ? NULL : __libc_calloc(k, n);
+}
+void* realloc(void* p, size_t n) {
+  return n && memory_fails(n) ? NULL : __libc_realloc(p, n);
+}
+void* memalign(size_t a, size_t n) {
+  return memory_fails(n) ? NULL : __libc_memalign(a, n);
+}
+void* aligned_alloc(size_t a, size_t n) { return memalign(a, n); }
+int posix_memalign(void** p, size_t a, size_t n) {
+  void* got = memalign(a, n);
+  if (got) *p = got;
+  return got ? 0 : ENOMEM;
 }
 #define REAL(n)               \
   static __typeof__(n)* real; \

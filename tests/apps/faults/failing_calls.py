@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Lets the calls of every command that touch files fail, one run a call.
 
-  tests/apps/faults/failing_calls.py [build folder] [calls a command] [name]
+  tests/apps/faults/failing_calls.py [--memory] [build folder]
+      [calls a command] [name]
 
 Each command runs once to count its calls of open, read, write, fwrite, fsync,
 rename, close, readdir, mmap and others, then again with the nth of them failing
@@ -11,6 +12,10 @@ standard error; no partial file may be left, but where the very call that should
 remove it failed. With a clock of the day that jumps by an hour, to and fro, each
 command must give what it gives otherwise. A name runs the commands that begin
 with it. Needs gcc.
+
+With --memory allocations fail instead: once the nth alone, once the nth and all
+that follow. Then exit code 1 and "out of memory" is what is right, or the whole
+result where whoever asked can do without.
 """
 import collections
 import os
@@ -23,6 +28,9 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve()
 ROOT = HERE.parents[3]
+MEMORY = "--memory" in sys.argv
+if MEMORY:
+    sys.argv.remove("--memory")
 BUILD = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "build")
 MOST = int(sys.argv[2]) if len(sys.argv) > 2 else 40
 WANTED = sys.argv[3] if len(sys.argv) > 3 else ""
@@ -119,7 +127,8 @@ def try_command(name, line, flag, file_name, library, folder):
 
     clear()
     count = folder.parent / "count"
-    whole = run(line, library, INJECT_COUNT=str(count))
+    kind = {"INJECT_CALL": "malloc"} if MEMORY else {}
+    whole = run(line, library, INJECT_COUNT=str(count), **kind)
     if whole.returncode != 0:
         sys.exit(f"{name}: {whole.stderr}")
     calls = int(count.read_text())
@@ -130,13 +139,19 @@ def try_command(name, line, flag, file_name, library, folder):
     jumping = run(line, library, INJECT_CLOCK="1")
     if jumping.returncode != 0 or content(out) != new:
         wrong.append(("clock", jumping.returncode, jumping.stderr.strip()[:300]))
-    for n in range(1, calls + 1, max(1, calls // MOST)):
+    tries = [(n, on) for n in range(1, calls + 1, max(1, calls // MOST))
+             for on in ((False, True) if MEMORY else (False,))]
+    for n, on in tries:
         clear()
         if not is_folder:
             out.write_bytes(b"old")
         log = folder.parent / "log"
         log.write_text("")
-        done = run(line, library, INJECT_AT=str(n), INJECT_LOG=str(log))
+        if on:
+            kind["INJECT_ON"] = "1"
+        else:
+            kind.pop("INJECT_ON", None)
+        done = run(line, library, INJECT_AT=str(n), INJECT_LOG=str(log), **kind)
         found = content(out)
         state = ("new" if found == new else "old" if found in (old, {}) else
                  "parts" if by_file and is_part(found, new) else "neither")
@@ -152,10 +167,11 @@ def try_command(name, line, flag, file_name, library, folder):
         # The tables of a batch tell which of its tasks have failed.
         told = "tasks failed" in done.stderr
         good = state == "new" if done.returncode == 0 else (
-            done.returncode in (1, 2) and (state != "neither" or told)
-            and one_error(done.stderr))
+            done.returncode in ((1,) if MEMORY else (1, 2))
+            and (state != "neither" or told) and one_error(done.stderr)
+            and (not MEMORY or "memory" in done.stderr))
         if not good or (left and call not in ("unlink", "rmdir", "remove")):
-            wrong.append((n, call, done.returncode, state, left,
+            wrong.append((n, "on" if on else call, done.returncode, state, left,
                           done.stderr.strip()[:300]))
     print(f"{name}: {calls} calls, {sum(outcomes.values())} tried: "
           f"{dict(outcomes)}", flush=True)

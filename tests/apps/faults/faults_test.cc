@@ -343,6 +343,40 @@ TEST(LimitTest, ManyDetectionsAreRefusedUntilTheKeyAllowsThem) {
   EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
 }
 
+// Of all views together, whatever a view alone may have; a view of a rate of
+// its own is a view.
+TEST(LimitTest, ManyDetectionsInAFrameAreRefused) {
+  const TemporaryFolder folder;
+  const auto view = [](const std::string& name) {
+    std::string text = "\"" + name + "\": [";
+    for (int i = 0; i < 300; ++i) {
+      text += (i > 0 ? ", " : "") + std::string(R"({"joints": [[1, 2, 0.9]]})");
+    }
+    return text + "]";
+  };
+  const std::string detections = folder.Write(
+      "detections.jsonl",
+      R"({"kinegraph_detections": 1, "skeleton": {"name": "a", "joints": ["nose"], "bones": []}, "frame_rate": 25, "views": ["a", "b", "c", "d"]})"
+      "\n"
+      R"({"frame": 0, "views": {)" +
+          view("a") + ", " + view("b") + ", " + view("c") + ", " + view("d") +
+          "}}\n");
+  const std::string line = "--in=" + detections + " --to=kinegraph --out=" +
+                           (folder.path() / "out.jsonl").string();
+  for (const std::string set :
+       {"detections.first_frame=0", "input.view_frame_rate.a=25"}) {
+    const ProgramOutcome refused =
+        RunProgram("convert", line + " --set='" + set + "'");
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.errors,
+                HasSubstr("frame 0: has 1200 detections, more than 1000; "
+                          "detections.max_per_frame raises the limit"));
+  }
+  const ProgramOutcome allowed =
+      RunProgram("convert", line + " --set='detections.max_per_frame=1200'");
+  EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
+}
+
 TEST(LimitTest, SkeletonsOfManyJointsAreRefusedUntilTheKeyAllowsThem) {
   const TemporaryFolder folder;
   std::string names;

@@ -74,6 +74,50 @@ TEST(Encoding, Base64OfKnownTexts) {
   EXPECT_EQ(encode("foobar"), "Zm9vYmFy");
 }
 
+TEST(PageData, FrameNumbersAreWhole) {
+  TrackSequence tracks = Walk(3, 1, 25.0);
+  for (TrackFrame& frame : tracks.frames) frame.frame += int64_t{1} << 50;
+  const Json page = ParseJson(MakePageData(InputOf(tracks)).json, "page");
+  EXPECT_THAT(Decode<double>(page["frames"]),
+              ::testing::ElementsAre(0x1p50, 0x1p50 + 1, 0x1p50 + 2));
+}
+
+// Whatever stands beside the tracks, the page works.
+TEST(PageData, ASummaryThatIsNoneIsLeftOut) {
+  PageInput input = InputOf(Walk(3, 1, 25.0));
+  const std::string whole =
+      R"({"cameras": [{"view": "a", "matched_share": 1, "median_px": 2, )"
+      R"("p90_px": 3}], "people": [{"frames": 3, "height_m": null}], )"
+      R"("most_people_in_a_view": 1, "warnings": [{"text": "a", "try": "b"}]})";
+  input.results[0].summary_json = whole;
+  const PageData shown = MakePageData(input);
+  EXPECT_TRUE(ParseJson(shown.json, "page")["results"][0].contains("summary"));
+  EXPECT_TRUE(shown.notes.empty());
+  const std::string deep =
+      R"({"a": )" + std::string(200000, '[') + std::string(200000, ']') + "}";
+  for (const std::string text :
+       {std::string("{}"), std::string("[]"), std::string("{"), deep,
+        whole.substr(0, 100), std::string(R"({"cameras": [null]})")}) {
+    input.results[0].summary_json = text;
+    const PageData data = MakePageData(input);
+    EXPECT_FALSE(
+        ParseJson(data.json, "page")["results"][0].contains("summary"));
+    ASSERT_EQ(data.notes.size(), 1u);
+    EXPECT_THAT(data.notes[0], ::testing::StartsWith("left out: "));
+  }
+}
+
+TEST(PageData, ADoctorsFileThatIsNoneIsRefused) {
+  PageInput input = InputOf(Walk(3, 1, 25.0));
+  for (const std::string text :
+       {std::string("[]"), std::string(R"({"verdict": "x", "findings": [{}]})"),
+        R"({"verdict": "x", "findings": [)" + std::string(200000, '[') +
+            std::string(200000, ']') + "]}"}) {
+    input.doctor_json = text;
+    EXPECT_THROW(MakePageData(input), InputError);
+  }
+}
+
 TEST(PageData, JointsComeBackWithinHalfAQuantum) {
   const TrackSequence tracks = Walk(10, 2, 25.0);
   const PageData data = MakePageData(InputOf(tracks));

@@ -93,7 +93,7 @@ TEST(Hdf5Bounds, NumbersMustBeThere) {
   content.sides = {100'000'000, 1, 3, 2};  // 4.8 GB in 3 kB
   const ProcessorTime used;
   EXPECT_THAT(InputErrorOf([&] { ReadSleap(content); }),
-              HasSubstr("tracks: is larger than what the file holds"));
+              HasSubstr("tracks: has 600000000 entries, but only"));
   ExpectQuick(used);
 }
 
@@ -102,7 +102,7 @@ TEST(Hdf5Bounds, TextsMustBeThere) {
   content.claimed_nodes = 30'000'000;  // 30 GB
   const ProcessorTime used;
   EXPECT_THAT(InputErrorOf([&] { ReadSleap(content); }),
-              HasSubstr("node_names: is larger than what the file holds"));
+              HasSubstr("node_names: has 30000000 entries, but only"));
   ExpectQuick(used);
 }
 

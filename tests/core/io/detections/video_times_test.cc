@@ -55,10 +55,12 @@ std::string Box(const std::string& name, const std::string& content) {
 }
 
 // Of three pictures at 10 Hz; `edits` is the content of its edit list.
-std::string Movie(const std::string& handler, const std::string& edits) {
+std::string Movie(const std::string& handler, const std::string& edits,
+                  uint32_t pictures = 3) {
   const std::string zero = Number(0);
   const std::string clock = zero + zero + zero + Number(1000) + zero + zero;
-  const std::string durations = zero + Number(1) + Number(3) + Number(100);
+  const std::string durations =
+      zero + Number(1) + Number(pictures) + Number(100);
   return Box("ftyp", "isom") +
          Box("moov",
              Box("mvhd", clock) +
@@ -101,6 +103,7 @@ TEST(VideoTimes, WhatIsNoneIsRefusedByName) {
       {Movie("soun", none), "no video track"},
       {whole.substr(0, 900), "moov"},
       {Movie("vide", Number(0) + Number(9)), "ends in the middle"},
+      {Movie("vide", none, 29'999'999), "frames, more than it holds"},
   };
   for (const auto& [bytes, message] : cases) {
     try {

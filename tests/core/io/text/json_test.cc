@@ -50,6 +50,32 @@ TEST(ParseJson, LimitsDepthAndKeys) {
   EXPECT_THAT(ParseError(nested(kMaxJsonDepth + 1)), HasSubstr("nested"));
 }
 
+TEST(ParseJson, LimitsValues) {
+  std::string objects = "[{}";
+  for (size_t i = 1; i < kMaxJsonValues - 1; ++i) objects += ",{}";
+  EXPECT_EQ(ParseJson(objects + "]", "a.json").size(), kMaxJsonValues - 1);
+  EXPECT_EQ(ParseError(objects + ",{},{}]"),
+            "a.json: holds more than 1000000 values");
+}
+
+TEST(ParseJson, NamesWhatIsNoNumberAndItsLine) {
+  for (const std::string name : {"NaN", "Infinity"}) {
+    EXPECT_EQ(ParseError("{\"K\": [1,\n" + name + "]}"),
+              "a.json:2: is not JSON: found " + name + ", expected a number");
+  }
+  EXPECT_THAT(ParseError("[-Infinity]"), HasSubstr("found Infinity"));
+  EXPECT_EQ(ParseJson(R"(["NaN"])", "a.json")[0], "NaN");
+}
+
+// Names come from file systems and from files in Latin-1; TOML wants U+007F
+// escaped, and JSON allows it.
+TEST(DumpJson, TakesAnyBytes) {
+  const std::string text = "a\xe9\x7f\"\n\xc3\xa9";
+  EXPECT_EQ(JsonText(text), "\"a\xef\xbf\xbd\\u007f\\\"\\n\xc3\xa9\"");
+  const Json json = ParseJson(DumpJson(Json{{text, text}}, 1), "a.json");
+  EXPECT_EQ(json.begin().value(), "a\xef\xbf\xbd\x7f\"\n\xc3\xa9");
+}
+
 TEST(JsonField, NamesThePlace) {
   const Json json = ParseJson(R"({"a": {"b": "text"}, "c": [1, [2]]})", "");
   const JsonField root(json, "a.json");

@@ -1,0 +1,20 @@
+// The end of a program that gets no more memory.
+#ifndef KINEGRAPH_APPS_COMMON_OUT_OF_MEMORY_H_
+#define KINEGRAPH_APPS_COMMON_OUT_OF_MEMORY_H_
+
+#include <string>
+
+namespace kinegraph {
+
+// From here on the program ends so wherever an allocation fails. An exception
+// would not do: destructors of libraries ask for memory (JSON's), and so do
+// threads of libraries, which nobody catches for.
+void EndWhenOutOfMemory(const std::string& program);
+
+// Says so in one line, removes what is half-written and leaves with exit code
+// 1; only the first thread that calls it does, others wait for the end.
+[[noreturn]] void EndOutOfMemory();
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_COMMON_OUT_OF_MEMORY_H_
