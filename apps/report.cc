@@ -13,7 +13,6 @@
 #include "apps/common/progress.h"
 #include "apps/common/summary.h"
 #include "apps/common/track_input.h"
-#include "apps/common/track_output.h"
 #include "apps/report/frame_pictures.h"
 #include "apps/report/page.h"
 #include "apps/report/page_data.h"
@@ -23,6 +22,8 @@
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
+#include "core/io/files/commit_together.h"
+#include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/text/json.h"
@@ -91,14 +92,16 @@ void NameApart(const std::vector<std::string>& paths,
 }
 
 // Names, and what `track` wrote beside its result.
-void ReadIdentity(const std::string& path, PageResult* result) {
+void ReadIdentity(const std::string& path, PageResult* result,
+                  std::vector<std::string>* notes) {
   result->names = ReadPersonNames(path);
-  const std::string edits = IdentityPathOf(path);
-  if (!IsFile(edits)) return;
+  const std::string edits = SideFileOf(path, kIdentityEnd, notes);
+  if (edits.empty()) return;
   result->identity_edits = ReadIdentityEdits(edits);
   std::istringstream text(ReadTextFile(edits, kMaxSmallFileBytes));
   for (std::string line; std::getline(text, line);) {
-    if (!line.empty()) result->identity_lines.push_back(line);
+    if (line.empty() || IsFingerprintLine(line)) continue;
+    result->identity_lines.push_back(line);
   }
 }
 
@@ -112,14 +115,16 @@ std::vector<PageResult> ReadResults() {
   std::vector<std::string> all = paths;
   if (!FLAGS_ground_truth.empty()) all.push_back(FLAGS_ground_truth);
   const TrackInput input("report", FLAGS_unit, all);
+  std::vector<std::string> notes;
   for (const std::string& path : paths) {
     results.push_back({BaseName(path), ResultRole::kTracks, input.Read(path)});
-    const std::string summary = BesideResult(path, ".summary.json");
-    if (IsFile(summary)) {
+    const std::string summary = SideFileOf(path, kSummaryEnd, &notes);
+    if (!summary.empty()) {
       results.back().summary_json = ReadTextFile(summary, kMaxSmallFileBytes);
     }
-    ReadIdentity(path, &results.back());
+    ReadIdentity(path, &results.back(), &notes);
   }
+  SayNotes(notes);
   NameApart(paths, &results);
   if (!FLAGS_ground_truth.empty()) {
     results.push_back({BaseName(FLAGS_ground_truth), ResultRole::kGroundTruth,
@@ -150,12 +155,14 @@ bool WereCamerasMoved(const TrackHeader& header) {
 // Of --cameras; where `track` moved them, those that it wrote beside the
 // result, in which alone the result fits the pictures.
 CameraRig CamerasOfResult(const RunOptions& options, const PageInput& input) {
-  const std::string moved =
-      BesideResult(ParseList(FLAGS_tracks, "tracks").front(), ".cameras.json");
-  if (!WereCamerasMoved(input.results.front().tracks.header) ||
-      !IsFile(moved)) {
-    return ReadCameras(FLAGS_cameras, options.cameras);
+  std::vector<std::string> notes;
+  std::string moved;
+  if (WereCamerasMoved(input.results.front().tracks.header)) {
+    moved = SideFileOf(ParseList(FLAGS_tracks, "tracks").front(), kCamerasEnd,
+                       &notes);
   }
+  SayNotes(notes);
+  if (moved.empty()) return ReadCameras(FLAGS_cameras, options.cameras);
   if (moved != FLAGS_cameras) {
     std::fprintf(SummaryStream(FLAGS_out),
                  "cameras as `track` moved them: %s\n", moved.c_str());
@@ -224,15 +231,15 @@ std::string AddImages(const ViewImages& images, PageInput* input) {
   return text + "\n";
 }
 
-// The annotated series of --frames_out.
-void WriteFrames(const PageInput& input, const ViewImages& images) {
-  if (FLAGS_frames_out.empty()) return;
+// The annotated series of --frames_out; a line on it.
+std::string WriteFrames(const PageInput& input, const ViewImages& images) {
+  if (FLAGS_frames_out.empty()) return "";
   Progress progress("annotated pictures", FrameCount(input));
   const size_t files = WriteAnnotatedFrames(
       input, images.patterns, WithFolders(FLAGS_frames_out),
       [&progress] { progress.Advance(); });
-  std::fprintf(SummaryStream(FLAGS_out), "%zu annotated pictures -> %s\n",
-               files, FLAGS_frames_out.c_str());
+  return std::to_string(files) + " annotated pictures -> " + FLAGS_frames_out +
+         "\n";
 }
 
 void CheckPictureFlags(const PageInput& input) {
@@ -336,9 +343,12 @@ void RunReport() {
   const std::string told = AddImages(images, &input);
 
   const PageData data = MakePageData(input, page_options);
-  PrintSummary(data, WritePage(input.title, data.json, FLAGS_out));
-  std::fputs(told.c_str(), SummaryStream(FLAGS_out));
-  WriteFrames(input, images);
+  CommitTogether together;
+  const size_t page_bytes = WritePage(input.title, data.json, FLAGS_out);
+  const std::string frames = WriteFrames(input, images);
+  together.Commit();
+  PrintSummary(data, page_bytes);
+  std::fputs((told + frames).c_str(), SummaryStream(FLAGS_out));
 }
 
 }  // namespace

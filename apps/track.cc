@@ -19,11 +19,15 @@
 #include "core/base/error.h"
 #include "core/data/identity_names.h"
 #include "core/io/calibration/calibration.h"
+#include "core/io/calibration/tracked_cameras.h"
 #include "core/io/configuration/refinement_record.h"
 #include "core/io/configuration/view_bias_file.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
+#include "core/io/files/commit_together.h"
+#include "core/io/files/input_files.h"
+#include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/identity_edits.h"
 #include "solvers/scene/camera_check.h"
@@ -106,12 +110,29 @@ std::string KnownFrames(std::unique_ptr<DetectionSource> source) {
          std::to_string(last);
 }
 
-void WriteSummary(const TakeReport& report, const RunSummary& run,
-                  const LearntNoise& learnt) {
-  AtomicFile file(BesideResult(FLAGS_out, ".summary.json"));
-  file.Write(ReportJson(report, run, learnt));
-  file.Commit();
-}
+// A live stream up to the first frame that cannot be read: it ends there as at
+// its end, so that what was read is finished and kept.
+class ReadableFrames final : public DetectionSource {
+ public:
+  explicit ReadableFrames(std::unique_ptr<DetectionSource> source)
+      : source_(std::move(source)) {}
+  const DetectionHeader& header() const override { return source_->header(); }
+  BadFrames bad_frames() const override { return source_->bad_frames(); }
+  bool Next(DetectionFrame* frame) override {
+    try {
+      return !error_.has_value() && source_->Next(frame);
+    } catch (const InputError& error) {
+      error_ = error;
+      return false;
+    }
+  }
+  // What ended it, if it was an error.
+  const std::optional<InputError>& error() const { return error_; }
+
+ private:
+  const std::unique_ptr<DetectionSource> source_;
+  std::optional<InputError> error_;
+};
 
 // What an earlier run records beside the cameras. Its clocks are applied to the
 // whole take, and what is refined already is not refined again from there.
@@ -131,14 +152,6 @@ std::optional<RefinementRecord> ReadRecord(const RunOptions& options) {
   return record;
 }
 
-// Where a bias was looked for: what was found, and whether it is used.
-void WriteBias(const RunOptions& options, const Session& session) {
-  if (options.estimators.graph.view_bias == ViewBiasUse::kOff) return;
-  const ViewBias bias = session.view_bias();
-  if (bias.joints.empty()) return;
-  WriteViewBias(BesideResult(FLAGS_out, ".bias.json"), bias);
-}
-
 // What a run starts from.
 struct Take {
   RunOptions options;
@@ -151,8 +164,9 @@ struct Take {
     if (ready.detections.has_value()) {
       return std::make_unique<MemorySource>(*ready.detections);
     }
-    return OpenDetections(IsLive() ? "/dev/stdin" : FLAGS_detections,
-                          DetectionOptionsOf(options));
+    DetectionReadOptions read = DetectionOptionsOf(options);
+    read.any_clock = true;  // the session starts anew where it does not go on
+    return OpenDetections(IsLive() ? "/dev/stdin" : FLAGS_detections, read);
   }
 };
 
@@ -251,31 +265,73 @@ void RequireFrames(const Take& take, const RunSummary& summary) {
   throw InputError(FLAGS_detections, "", "no frame to track" + asked);
 }
 
-// Files beside the tracks that have to be there before them.
-void WriteDecisions(const Take& take, const Session& session) {
+// Files beside the tracks, each with their fingerprint `tracks`.
+void WriteSideFiles(const Take& take, const Session& session,
+                    const TakeReport& report, const std::string& tracks) {
   if (take.options.identity.link || !FLAGS_corrections.empty()) {
-    WriteIdentityEdits(IdentityPathOf(FLAGS_out), session.identity_edits());
+    WriteIdentityEdits(BesideTracks(FLAGS_out, kIdentityEnd),
+                       session.identity_edits(), tracks);
   }
+  if (take.ready.changes_cameras()) {
+    WriteTrackedCameras(BesideTracks(FLAGS_out, kCamerasEnd),
+                        take.ready.cameras, RefinementJson(take.ready), tracks);
+  }
+  // Where a bias was looked for: what was found, and whether it is used.
+  const ViewBias bias = session.view_bias();
+  if (!bias.joints.empty()) {
+    WriteViewBias(BesideTracks(FLAGS_out, kBiasEnd), bias, tracks);
+  }
+  AtomicFile summary(BesideTracks(FLAGS_out, kSummaryEnd));
+  summary.Write(WithFingerprint(
+      ReportJson(report, session.summary(), session.learnt_noise()), tracks));
+  summary.Commit();
+}
+
+// Tracks and what belongs to them appear together or not at all; what an
+// earlier run of the same name wrote beside its own goes.
+void CommitResult(const Take& take, const Session& session,
+                  const TakeReport& report, TrackOutput* output) {
+  CommitTogether together;
+  output->Commit();
+  WriteSideFiles(take, session, report,
+                 FingerprintOfTracks(together.WaitingAt(output->path())));
+  for (const char* end : kSideFileEnds) {
+    const std::string path = BesideTracks(FLAGS_out, end);
+    const bool is_new = together.WaitingAt(path) != path;
+    if (!is_new && !FingerprintIn(path).empty() && !InputFiles::Has(path)) {
+      together.RemoveOld(path);
+    }
+  }
+  together.Commit();
+}
+
+// What the run passed over, for its report.
+void AddBadFrames(const BadFrames& bad, TakeReport* report) {
+  if (bad.count == 0) return;
+  report->warnings.push_back(
+      {"bad_frames",
+       std::to_string(bad.count) +
+           (bad.count == 1 ? " frame that cannot be read was passed over: "
+                           : " frames that cannot be read were passed over, "
+                             "the last one: ") +
+           bad.last,
+       "without input.skip_bad_frames the first one ends the run"});
+}
+
+void SayOutcome(const Take& take, const Session& session,
+                const std::string& path, std::FILE* said) {
   for (const std::string& line : session.linking_left_out()) {
     std::fprintf(stderr, "kinegraph-track: warning: linking left out %s\n",
                  line.c_str());
   }
-  if (take.ready.changes_cameras()) {
-    WriteCameras(BesideResult(FLAGS_out, ".cameras.json"), take.ready.cameras,
-                 RefinementJson(take.ready));
-  }
-}
-
-void SayOutcome(const Take& take, const RunSummary& summary,
-                const std::string& path, std::FILE* said) {
+  const RunSummary& summary = session.summary();
   std::fprintf(said, "%lld frames, %lld people, %lld poses -> %s\n",
                static_cast<long long>(summary.frames),
                static_cast<long long>(summary.people),
                static_cast<long long>(summary.person_frames), path.c_str());
   std::fputs(RefinementText(take.ready).c_str(), said);
   if (take.ready.changes_cameras() && !IsStream(FLAGS_out)) {
-    std::fprintf(said, "-> %s\n",
-                 BesideResult(FLAGS_out, ".cameras.json").c_str());
+    std::fprintf(said, "-> %s\n", BesideTracks(FLAGS_out, kCamerasEnd).c_str());
   }
   const std::string troubles = DescribeTroubles(summary.solves);
   if (!troubles.empty()) {
@@ -291,7 +347,13 @@ void RunTrack() {
   }
   CheckFlags();
   Take take = ReadTake();
-  const std::unique_ptr<DetectionSource> source = take.Open();
+  ReadableFrames* live = nullptr;
+  std::unique_ptr<DetectionSource> source = take.Open();
+  if (IsLive()) {
+    auto readable = std::make_unique<ReadableFrames>(std::move(source));
+    live = readable.get();
+    source = std::move(readable);
+  }
   take.options.estimators.graph.ledger = std::make_shared<SolveLedger>();
   Session session(take.options, take.request, source->header(),
                   [&take] { return take.Open(); });
@@ -310,20 +372,27 @@ void RunTrack() {
   TakeReport report =
       TrackFrames(take, source.get(), &session, &check, output.get());
   if (!IsLive()) AddCameraWarnings(check.Warnings(), &report);
+  AddBadFrames(source->bad_frames(), &report);
   const RunSummary& summary = session.summary();
+  const std::optional<InputError> ended =
+      live == nullptr ? std::nullopt : live->error();
+  if (ended.has_value() && summary.frames == 0) throw *ended;
   RequireFrames(take, summary);
   const bool has_name = !IsStream(FLAGS_out);
-  if (has_name) WriteDecisions(take, session);
-  output->Commit();
-  std::FILE* const said = SummaryStream(FLAGS_out);
-  SayOutcome(take, summary, output->path(), said);
-  if (!has_name) {
-    std::fputs(WarningsText(report).c_str(), said);
-    return;
+  if (has_name) {
+    CommitResult(take, session, report, output.get());
+  } else {
+    output->Commit();
   }
-  WriteSummary(report, summary, session.learnt_noise());
-  WriteBias(take.options, session);
-  std::fputs(ReportText(report).c_str(), said);
+  std::FILE* const said = SummaryStream(FLAGS_out);
+  SayOutcome(take, session, output->path(), said);
+  const std::string text = has_name ? ReportText(report) : WarningsText(report);
+  std::fputs(text.c_str(), said);
+  if (!ended.has_value()) return;
+  throw InputError(std::string(ended->what()) + "; the " +
+                   std::to_string(summary.frames) +
+                   " frames before it are kept (input.skip_bad_frames=true "
+                   "passes such frames over)");
 }
 
 }  // namespace

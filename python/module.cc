@@ -17,6 +17,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -143,6 +144,11 @@ DetectionFrame FrameOf(int64_t number, const std::vector<Array>& views,
   if (!time_s.has_value() && !(header.frame_rate_hz > 0.0)) {
     throw InputError("frame " + std::to_string(number) +
                      ": expected a time, or detections with a frame rate");
+  }
+  if (time_s.has_value() && !(std::abs(*time_s) <= 4.6e9)) {
+    throw InputError("frame " + std::to_string(number) + ": found a time of " +
+                     std::to_string(*time_s) +
+                     " s, expected at most 4.6e9 s");
   }
   DetectionFrame frame;
   frame.frame = number;
@@ -450,6 +456,7 @@ RunOptions LiveOptionsOf(const std::string& config, const std::string& set,
 }
 
 // A Session that is fed arrays and answers with the frames that became final.
+// Calls from several threads wait for each other.
 class LiveSession {
  public:
   LiveSession(const std::vector<Camera>& cameras, const std::string& skeleton,
@@ -463,20 +470,40 @@ class LiveSession {
   TrackSequence Process(int64_t number, const std::vector<Array>& views,
                         std::optional<double> time_s) {
     DetectionFrame frame = FrameOf(number, views, time_s, header_);
-    return With(
-        Interruptible([&] { return session_.Process(std::move(frame)); }));
+    return Alone([&] { return session_.Process(std::move(frame)); });
   }
   TrackSequence Finish() {
-    return With(Interruptible([&] { return session_.Finish(); }));
+    return Alone([&] { return session_.Finish(); });
   }
 
  private:
+  template <typename Work>
+  TrackSequence Alone(const Work& work) {
+    const std::thread::id self = std::this_thread::get_id();
+    if (owner_ == self) {  // a handler of signals; it would wait for ever
+      throw std::runtime_error(
+          "this Session is at work already, further up in the same thread");
+    }
+    return With(Interruptible([&] {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      owner_ = self;
+      const Released released{&owner_};
+      return work();
+    }));
+  }
+  struct Released {
+    std::atomic<std::thread::id>* owner;
+    ~Released() { *owner = std::thread::id(); }
+  };
+
   TrackSequence With(std::vector<TrackFrame> frames) const {
     return {session_.scene().header, std::move(frames)};
   }
 
   DetectionHeader header_;
   Session session_;
+  std::mutex mutex_;
+  std::atomic<std::thread::id> owner_{std::thread::id()};
 };
 
 // ---- Scores -----------------------------------------------------------------
@@ -898,7 +925,10 @@ void BindRuns(py::module_& m) {
       .def("smooth", &Frozen::Smooth, "strategy"_a,
            "The same matches, smoothed by another strategy (strategies()).");
   m.def("strategies", &OutputNames, "Names of the smoothing strategies.");
-  py::class_<LiveSession>(m, "Session", "A run that is fed frame by frame.")
+  py::class_<LiveSession>(
+      m, "Session",
+      "A run that is fed frame by frame. Calls from several threads wait for\n"
+      "each other; each Session is independent of every other.")
       .def(py::init<const std::vector<Camera>&, const std::string&,
                     const std::vector<std::string>&, double, const std::string&,
                     const std::string&, const std::string&>(),

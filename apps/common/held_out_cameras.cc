@@ -6,7 +6,8 @@
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/progress.h"
-#include "apps/common/track_output.h"
+#include "apps/common/summary.h"
+#include "apps/common/summary.h"
 #include "core/base/error.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/configuration/held_out_set.h"
@@ -14,6 +15,7 @@
 #include "core/io/configuration/view_bias_file.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/view_pairing.h"
+#include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/tracks.h"
 #include "solvers/noise/bias_model.h"
@@ -180,8 +182,10 @@ class HeldOutRuns {
       return run;
     }
     run.tracks = ReadTracks(files_[view]);
-    const std::string bias = BesideResult(files_[view], ".bias.json");
-    if (IsFile(bias)) run.bias = ReadViewBias(bias);
+    std::vector<std::string> notes;
+    const std::string bias = SideFileOf(files_[view], kBiasEnd, &notes);
+    if (!bias.empty()) run.bias = ReadViewBias(bias);
+    SayNotes(notes);
     return run;
   }
 

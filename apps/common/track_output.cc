@@ -127,8 +127,4 @@ MarkerNames MarkersFlag(const std::string& text) {
                    kMarkerNamesList);
 }
 
-std::string BesideResult(const std::string& path, const std::string& end) {
-  return WithoutExtension(path) + end;
-}
-
 }  // namespace kinegraph

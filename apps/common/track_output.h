@@ -44,9 +44,6 @@ void CheckTrackOutput(const std::string& path,
 // The value of --markers. Throws InputError listing those that there are.
 MarkerNames MarkersFlag(const std::string& text);
 
-// `path` with another end: "out/take.jsonl" -> "out/take.summary.json".
-std::string BesideResult(const std::string& path, const std::string& end);
-
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_APPS_COMMON_TRACK_OUTPUT_H_

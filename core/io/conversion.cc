@@ -24,6 +24,7 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/file_kind.h"
+#include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/format.h"
@@ -336,11 +337,10 @@ std::string KnownPeople(const std::set<int64_t>& ids) {
 }
 
 // What people of the tracks are called, in the file itself or beside it.
-PersonNames NamesIn(const std::string& path) {
+PersonNames NamesIn(const std::string& path, std::vector<std::string>* notes) {
   PersonNames names = ReadPersonNames(path);
-  if (const std::string edits = IdentityPathOf(path); IsFile(edits)) {
-    names.merge(NamesAfter(ReadIdentityEdits(edits)));
-  }
+  const std::string edits = SideFileOf(path, kIdentityEnd, notes);
+  if (!edits.empty()) names.merge(NamesAfter(ReadIdentityEdits(edits)));
   return names;
 }
 
@@ -351,17 +351,19 @@ int64_t WantedPerson(const ConversionOptions& flags,
   const char* end = flags.person.data() + flags.person.size();
   const auto [stop, error] = std::from_chars(flags.person.data(), end, number);
   std::string known = KnownPeople(ids);
+  std::vector<std::string> notes;
   if (error == std::errc() && stop == end) {
     if (ids.count(number) > 0) return number;
   } else {
-    for (const auto& [id, name] : NamesIn(flags.in)) {
+    for (const auto& [id, name] : NamesIn(flags.in, &notes)) {
       if (ids.count(id.value()) == 0) continue;
       if (name == flags.person) return id.value();
       known += ", '" + Printable(name) + "'";
     }
   }
   throw InputError("--person: no '" + Printable(flags.person) +
-                   "' in the tracks, expected one of " + known);
+                   "' in the tracks, expected one of " + known +
+                   (notes.empty() ? "" : "; " + notes.front()));
 }
 
 // Leaves the person of --person alone in the tracks.

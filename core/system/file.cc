@@ -1,6 +1,7 @@
 #include "core/system/file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -83,6 +84,10 @@ int64_t ReadSome(int descriptor, char* to, size_t size) {
     got = read(descriptor, to, size);
   } while (got < 0 && errno == EINTR);
   return got;
+}
+
+bool LockFile(int descriptor) {
+  return flock(descriptor, LOCK_EX | LOCK_NB) == 0;
 }
 
 bool SetPermissions(int descriptor, unsigned permissions) {

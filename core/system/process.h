@@ -2,6 +2,7 @@
 #ifndef KINEGRAPH_CORE_SYSTEM_PROCESS_H_
 #define KINEGRAPH_CORE_SYSTEM_PROCESS_H_
 
+#include <cstdint>
 #include <cstdio>
 #include <functional>
 #include <string>
@@ -10,6 +11,8 @@
 namespace kinegraph {
 
 int ProcessNumber();
+// Whether a process of that number is there, whoever's it is.
+bool IsRunning(int64_t process);
 
 // The file of the running program, links followed; empty where the system does
 // not tell.

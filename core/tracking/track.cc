@@ -33,23 +33,26 @@ TrackLife::TrackLife(const TrackLifeOptions& options, const FrameClock& clock,
 }
 
 void TrackLife::ConfirmIfDue() {
-  if (state_ == TrackState::kTentative && hits_ >= confirm_hits_) {
+  if (state_ == TrackState::kTentative &&
+      hits_ >= std::min<int64_t>(2, confirm_hits_) &&
+      hit_frames_ >= static_cast<double>(confirm_hits_)) {
     state_ = TrackState::kConfirmed;
   }
 }
 
-void TrackLife::BeginFrame(TimeNs time) {
+void TrackLife::BeginFrame(TimeNs time, double look_frames) {
   // Of consecutive frames, Step deletes at an age of max_age and so leaves
   // nothing to do here.
   if (independent_frames_ ||
-      !clock_.Less(time - last_update_, max_age_frames_ + 1.0)) {
+      !clock_.Less(time - last_update_, max_age_frames_ + look_frames)) {
     state_ = TrackState::kDeleted;
   }
 }
 
-void TrackLife::Step(TimeNs time, bool matched, bool updated) {
+void TrackLife::Step(TimeNs time, bool matched, bool updated, double frames) {
   if (updated) {
     ++hits_;
+    hit_frames_ += frames;
     last_update_ = time;
     ConfirmIfDue();
     return;

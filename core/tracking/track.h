@@ -41,7 +41,9 @@ enum class TrackState { kTentative, kConfirmed, kDeleted };
 
 // Track life, after the authors' code (the paper is silent): confirmed at a
 // number of hits; a tentative track without a match is deleted at once, any
-// track when its last update is too old. Misses do not reset hits.
+// track when its last update is too old. Misses do not reset hits. Where a
+// detector does not look in every frame (look_rhythm.h), a hit counts as the
+// frames that it stands for, and two are enough.
 class TrackLife {
  public:
   // Options in frames (LifeInFrames).
@@ -51,11 +53,13 @@ class TrackLife {
   // A new frame begins. A track whose last update is longer ago than its age
   // allows is deleted before it can match anything: where frames were dropped
   // or cut out, its gate would by now be as wide as the image. Nothing lives on
-  // into another of several independent frames.
-  void BeginFrame(TimeNs time);
+  // into another of several independent frames. `look_frames`: usual time from
+  // one look of the detector to the next.
+  void BeginFrame(TimeNs time, double look_frames = 1.0);
 
-  // Tells of one frame: matched in any view, and whether the update succeeded.
-  void Step(TimeNs time, bool matched, bool updated);
+  // Tells of a frame in which the detector looked: matched in any view, and
+  // whether the update succeeded. The look stands for so many `frames`.
+  void Step(TimeNs time, bool matched, bool updated, double frames = 1.0);
 
   // The track is not what it seemed to be.
   void End() { state_ = TrackState::kDeleted; }
@@ -72,7 +76,8 @@ class TrackLife {
   bool independent_frames_;
   FrameClock clock_;
   TrackState state_ = TrackState::kTentative;
-  int64_t hits_ = 1;  // birth is the first
+  int64_t hits_ = 1;         // birth is the first
+  double hit_frames_ = 1.0;  // that they stand for
   TimeNs last_update_;
 };
 

@@ -86,6 +86,8 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
       make_feedback_(std::move(feedback)),
       make_output_(std::move(output)),
       clock_(scene_.frame_rate_hz),
+      goes_by_looks_(options.life.in_seconds),
+      rhythm_(clock_),
       epipolar_(scene_.cameras),
       observations_(scene_.cameras, detection_skeleton, scene_.skeleton,
                     options_.life.min_found_joints, options_.life.found_twice),
@@ -101,9 +103,7 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
               : 1),
       unmatched_(scene_.cameras.size()),
       matches_(scene_.cameras.size()) {
-  if (options_.life.found_twice == FoundTwice::kKept) return;
-  strands_.assign(scene_.cameras.size(),
-                  ViewStrands(scene_.skeleton.association_joints()));
+  ForgetStrands();
 }
 
 Tracker::~Tracker() = default;
@@ -113,6 +113,7 @@ void Tracker::Process(const DetectionFrame& frame,
   CheckFrame(frame);
   last_frame_ = frame.frame;
   last_time_ = frame.time;
+  const bool is_look = !goes_by_looks_ || rhythm_.IsLook(frame);
   ForgetStale(frame.time);
   Prepare(frame);
   Associate(frame);
@@ -120,7 +121,7 @@ void Tracker::Process(const DetectionFrame& frame,
   FindNewPeople(frame);
   if (HoldsStrands()) ClaimStrands();
   Estimate();
-  StepLives(frame.time);
+  StepLives(frame.time, is_look);
   StartNewPeople(frame);
   const StageTimer timer(stage_times_, &StageTimes::output_ns);
   HandOver(Leaving::kEnded);
@@ -147,10 +148,22 @@ void Tracker::CheckFrame(const DetectionFrame& frame) const {
 void Tracker::ForgetStale(TimeNs time) {
   bool any = false;
   for (const auto& track : tracks_) {
-    track->life.BeginFrame(time);
+    track->life.BeginFrame(time, rhythm_.usual_frames());
     any = any || track->life.state() == TrackState::kDeleted;
   }
   if (any) HandOver(Leaving::kEnded);
+}
+
+void Tracker::ForgetStrands() {
+  if (options_.life.found_twice == FoundTwice::kKept) return;
+  strands_.assign(scene_.cameras.size(),
+                  ViewStrands(scene_.skeleton.association_joints()));
+}
+
+void Tracker::StartAnew() {
+  HandOver(Leaving::kEverybody);
+  ForgetStrands();
+  rhythm_ = LookRhythm(clock_);
 }
 
 void Tracker::Prepare(const DetectionFrame& frame) {
@@ -218,9 +231,10 @@ void Tracker::Associate(const DetectionFrame& frame) {
 
 // By the frames before this one, until lives are stepped.
 bool Tracker::IsLost(const Track& track) const {
-  constexpr double kLost = 0.1;  // s without an update, and a frame or more
+  constexpr double kLost = 0.1;  // s without an update, and a look or more
   const TimeNs age = last_time_ - track.life.last_update();
-  return ToSeconds(age) > kLost && !clock_.Less(age, 2.0);
+  return ToSeconds(age) > kLost &&
+         !clock_.Less(age, 1.0 + rhythm_.usual_frames());
 }
 
 // The track from whose detections one goes on, if that track is lost by now. Of
@@ -346,10 +360,12 @@ void Tracker::Estimate() {
   });
 }
 
-void Tracker::StepLives(TimeNs time) {
+void Tracker::StepLives(TimeNs time, bool is_look) {
+  const bool counts_time = options_.life.confirm_s > 0.0;
+  const double look_frames = counts_time ? rhythm_.newest_frames() : 1.0;
   for (const auto& track : tracks_) {
     const bool updated = track->frame.has_initial;
-    track->life.Step(time, track->matched, updated);
+    if (is_look) track->life.Step(time, track->matched, updated, look_frames);
     track->gate.Step(time, track->life.state(), updated);
   }
 }

@@ -17,6 +17,7 @@
 #include "core/tracking/evidence.h"
 #include "core/tracking/frame_assembler.h"
 #include "core/tracking/frame_observations.h"
+#include "core/tracking/look_rhythm.h"
 #include "core/tracking/options.h"
 #include "core/tracking/track.h"
 
@@ -50,6 +51,8 @@ class Tracker {
   // Throws InputError when frame number or time does not ascend, OptionError
   // when there is not one view a camera.
   void Process(const DetectionFrame& frame, std::vector<TrackFrame>* finished);
+  // Nobody lives on into the next frame.
+  void StartAnew();
   // No more frames: everything left becomes final.
   void Finish(std::vector<TrackFrame>* finished);
 
@@ -81,10 +84,11 @@ class Tracker {
   void Give(size_t view_idx, size_t observation_idx, size_t target,
             TimeNs time);
   bool HoldsStrands() const { return !strands_.empty(); }
+  void ForgetStrands();
   void ClaimStrands();
   void Reconstruct(const DetectionFrame& frame);
   void Estimate();
-  void StepLives(TimeNs time);
+  void StepLives(TimeNs time, bool is_look);
   void FindNewPeople(const DetectionFrame& frame);
   void TakeBack(size_t target, const DetectionFrame& frame);
   void StartNewPeople(const DetectionFrame& frame);
@@ -102,6 +106,8 @@ class Tracker {
   EstimatorFactory make_feedback_;
   EstimatorFactory make_output_;
   FrameClock clock_;
+  const bool goes_by_looks_;  // graph mode: empty frames may be no misses
+  LookRhythm rhythm_;
   EpipolarGeometry epipolar_;
   FrameObservations observations_;
   ViewMatcher matcher_;

@@ -8,6 +8,10 @@ namespace {
 
 constexpr double kLeastLevel = 1.0 / 40.0;
 constexpr double kGreatestLevel = 1000.0;
+// Where a filter knows less than this it knows nothing, and its variances would
+// grow past the digits that a correction needs: it starts anew.
+constexpr double kForgotten_s = 10.0;  // from frame to frame
+constexpr double kUnknownM2 = 1e6;     // of a position
 
 }  // namespace
 
@@ -90,6 +94,10 @@ void FilterBank::Correct(const Innovation& innovation, double wider,
 
 void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
                      const ErrorCorrelation& correlation, Levels* evidence) {
+  if (started_ && (ToSeconds(time - time_) > kForgotten_s ||
+                   filters_.back().axes[0].pp > kUnknownM2)) {
+    *this = FilterBank(usual_);
+  }
   if (!started_) {
     if (!point.has_value()) return;
     started_ = true;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <locale>
 #include <sstream>
+#include <stdexcept>
+#include <string>
 
 #include "solvers/noise/bias_learner.h"
 
@@ -40,6 +42,30 @@ void AddClass(const LearntNoise::OfClass& from, LearntNoise::OfClass* to) {
   to->greatest_process_noise =
       std::max(to->greatest_process_noise, from.greatest_process_noise);
   to->joints_seen += from.joints_seen;
+}
+
+// What is wrong with it is a fault of ours.
+void RequireFinite(const LearntNoise& learnt) {
+  const auto require = [](double value, const char* what) {
+    if (std::isfinite(value) && value >= 0.0) return;
+    throw std::logic_error(std::string("what was learnt of the take's noise is "
+                                       "no number: ") +
+                           what +
+                           "; this is a fault of kinegraph, please report it "
+                           "with the take");
+  };
+  require(learnt.correlation.share, "error_share");
+  require(learnt.correlation.time_s, "error_time_s");
+  if (!std::isfinite(learnt.confidence_power)) {
+    require(learnt.confidence_power, "confidence_power");
+  }
+  for (const LearntNoise::OfClass& one : learnt.classes) {
+    if (one.joints_seen == 0) continue;
+    require(one.sigma_px, "sigma_px");
+    require(one.process_noise, "process_noise");
+    require(one.least_process_noise, "process_noise");
+    require(one.greatest_process_noise, "process_noise");
+  }
 }
 
 int64_t JointsSeen(const LearntNoise& learnt) {
@@ -102,6 +128,7 @@ LearntNoise TakeNotes::Noise() const {
   const std::lock_guard<std::mutex> lock(mutex_);
   LearntNoise all;
   for (const auto& person : people_) AddPerson(*person, &all);
+  RequireFinite(all);
   return all;
 }
 

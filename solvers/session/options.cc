@@ -14,6 +14,9 @@ void InputOptions::Describe(OptionVisitor& visitor) {
                   "frames", "feeds the first frame so often before the take");
   visitor.Boolean("independent_frames", &independent_frames,
                   "single frames: nobody lives on into the next");
+  visitor.Boolean("skip_bad_frames", &skip_bad_frames,
+                  "our own detections: a frame that cannot be read is passed "
+                  "over, not an error");
   visitor.TextMap("view_frame_rate", &view_frame_rate,
                   "rate [Hz] at which a view's files count frames, where it is "
                   "another");
@@ -122,6 +125,7 @@ double RateOf(const std::string& view, const std::string& text) {
 DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {
   DetectionReadOptions read = options.detections;
   read.frame_rate_hz = options.input.frame_rate_hz;
+  read.skip_bad_frames = options.input.skip_bad_frames;
   for (const auto& [view, text] : options.input.view_frame_rate) {
     read.view_frame_rate_hz[view] = RateOf(view, text);
   }

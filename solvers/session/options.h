@@ -25,6 +25,7 @@ struct InputOptions {
   // what is fed again is not written.
   int64_t repeat_first_frame = 0;
   bool independent_frames = false;  // single frames, no motion between them
+  bool skip_bad_frames = false;     // of our own detections
   // View -> rate [Hz] at which its files count frames, where it is another.
   std::map<std::string, std::string> view_frame_rate;
 

@@ -1,16 +1,20 @@
 #include "solvers/session/session.h"
 
 #include <algorithm>
+#include <atomic>
 #include <iterator>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/data/detection_check.h"
+#include "core/data/pose_check.h"
 #include "core/identity/edits.h"
 #include "core/identity/linking.h"
 #include "core/system/memory.h"
 #include "core/tracking/second_pass.h"
+#include "solvers/session/take_clock.h"
 
 namespace kinegraph {
 namespace {
@@ -33,6 +37,37 @@ RunOptions WithLedger(RunOptions options) {
   return options;
 }
 
+// The longest time between two frames that anything in a run can tell from a
+// longer one: lives, gaps and absences end before it, and covariances keep
+// their digits over it.
+TimeNs LongestPause(const RunOptions& options, double frame_rate_hz) {
+  constexpr double kHour_s = 3600.0;
+  const TrackLifeOptions life =
+      LifeInFrames(options.tracker.life, frame_rate_hz);
+  const double life_frames =
+      100.0 + 2.0 * (life.max_age_frames + life.max_gap_frames);
+  const double longest_s = std::max({kHour_s, life_frames / frame_rate_hz,
+                                     2.0 * options.identity.max_absence_s});
+  return FromSeconds(std::min(longest_s, 1e9));
+}
+
+// Marks an object as in use by one call.
+class Turn {
+ public:
+  explicit Turn(std::atomic<bool>* taken) : taken_(taken) {
+    if (!taken->exchange(true)) return;
+    throw std::logic_error(
+        "a Session is called while another call of it is at work; it belongs "
+        "to one thread at a time");
+  }
+  ~Turn() { *taken_ = false; }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  std::atomic<bool>* taken_;
+};
+
 }  // namespace
 
 int PassCount(const RunOptions& options) {
@@ -47,34 +82,36 @@ class Session::Impl {
       : options_(WithRulesOfMode(options)),
         request_(request),
         scene_(PrepareScene(options_, request_, detections)),
-        detection_skeleton_(detections.skeleton),
+        detections_(detections),
+        clock_(LongestPause(options_, scene_.model.frame_rate_hz)),
         reopen_(std::move(reopen)),
         notes_(estimators.notes),
         second_pass_estimator_(estimators.output ? estimators.output
                                                  : estimators.feedback),
-        tracker_(scene_.model, detection_skeleton_, options_.tracker,
+        tracker_(scene_.model, detections_.skeleton, options_.tracker,
                  std::move(estimators.feedback), std::move(estimators.output)) {
     tracker_.set_threads(request_.threads);
     CheckLinkOptions(options_.identity);
   }
 
   std::vector<TrackFrame> Process(DetectionFrame* frame) {
+    const Turn turn(&taken_);
+    RequireUsable();
+    CheckDetectionFrame(detections_, *frame);
     CountRead();
     if (!ContainsFrame(request_.frames, frame->frame)) return {};
     KeepUsedViews(scene_, frame, &used_);
-    if (!started_) WarmUp(used_);
-    Feed(used_);
-    if (HasSecondPass() && !reopen_) kept_.push_back(used_);
-    if (NeedsWholeTake()) {
-      Collect(&first_pass_);
-      return {};
-    }
-    std::vector<TrackFrame> written;
-    Collect(&written);
-    return Count(std::move(written));
+    if (clock_.Enter(&used_)) tracker_.StartAnew();
+    unusable_ = "was stopped in the middle of a frame";  // should it throw
+    std::vector<TrackFrame> written = ProcessUsed();
+    unusable_ = nullptr;
+    return written;
   }
 
   std::vector<TrackFrame> Finish() {
+    const Turn turn(&taken_);
+    RequireUsable();
+    unusable_ = "is finished";
     tracker_.Finish(&finished_);
     if (!NeedsWholeTake()) {
       std::vector<TrackFrame> written;
@@ -108,6 +145,25 @@ class Session::Impl {
   }
 
  private:
+  void RequireUsable() const {
+    if (unusable_ == nullptr) return;
+    throw std::logic_error(std::string("a Session ") + unusable_ +
+                           " and takes no more frames");
+  }
+
+  std::vector<TrackFrame> ProcessUsed() {
+    if (!started_) WarmUp(used_);
+    Feed(used_);
+    if (HasSecondPass() && !reopen_) kept_.push_back(used_);
+    if (NeedsWholeTake()) {
+      Collect(&first_pass_);
+      return {};
+    }
+    std::vector<TrackFrame> written;
+    Collect(&written);
+    return Count(std::move(written));
+  }
+
   bool HasSecondPass() const { return options_.tracker.life.second_pass; }
   bool NeedsWholeTake() const {
     return HasSecondPass() || options_.identity.link ||
@@ -174,6 +230,7 @@ class Session::Impl {
       CountRead();
       if (!ContainsFrame(request_.frames, all_views.frame)) continue;
       KeepUsedViews(scene_, &all_views, frame);
+      clock_again_.Enter(frame);
       return true;
     }
     return false;
@@ -193,7 +250,7 @@ class Session::Impl {
         reopen_ ? reopen_() : nullptr;
     if (notes_ != nullptr) notes_->BeginPass();
     ReturnFreeMemory();  // of the first pass's solves
-    SecondPass second(scene_.model, detection_skeleton_, options_.tracker,
+    SecondPass second(scene_.model, detections_.skeleton, options_.tracker,
                       second_pass_estimator_);
     if (!options_.tracker.life.independent_frames) {
       second.ExtendEnds(first_pass_, Shortened());
@@ -211,7 +268,9 @@ class Session::Impl {
   }
 
   std::vector<TrackFrame> Count(std::vector<TrackFrame> frames) {
-    for (const TrackFrame& frame : frames) {
+    for (TrackFrame& frame : frames) {
+      clock_.Leave(&frame);
+      check_.Require(scene_.header, frame);
       ++summary_.frames;
       summary_.person_frames += static_cast<int64_t>(frame.people.size());
       for (const PersonPose& person : frame.people) people_.insert(person.id);
@@ -231,7 +290,10 @@ class Session::Impl {
   const RunOptions options_;
   const RunRequest request_;
   const RunScene scene_;
-  const Skeleton detection_skeleton_;
+  const DetectionHeader detections_;
+  const PoseCheck check_{scene_.model.cameras};
+  TakeClock clock_;
+  TakeClock clock_again_ = clock_;  // of the second pass
   const SourceOpener reopen_;
   const std::shared_ptr<TakeNotes> notes_;
   const EstimatorFactory second_pass_estimator_;
@@ -239,6 +301,8 @@ class Session::Impl {
   std::function<void(const DetectionFrame&)> frame_listener_;
   std::function<void(int64_t)> progress_;
 
+  std::atomic<bool> taken_{false};
+  const char* unusable_ = nullptr;  // why
   bool started_ = false;
   int64_t first_frame_ = 0;  // that is written
   int64_t frames_read_ = 0;

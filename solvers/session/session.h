@@ -48,6 +48,10 @@ struct RunSummary {
 // How often a run goes over its frames.
 int PassCount(const RunOptions& options);
 
+// One call at a time: a Session may be handed from thread to thread, but a call
+// while another one is at work throws std::logic_error, as does one after
+// Finish or after a call that was stopped in its middle. Sessions share
+// nothing: several may be at work in as many threads.
 class Session {
  public:
   // `detections` describes the frames to come: views, skeleton, rate. With a
@@ -69,7 +73,8 @@ class Session {
   // Processor time by stage of the first pass; null: nothing is measured.
   void set_stage_times(StageTimes* times);
   // Sees every frame that the first pass is fed, the warm-up included, with
-  // the used views alone; set before the first frame.
+  // the used views alone and times of the run's own clock, which ascend; set
+  // before the first frame.
   void set_frame_listener(std::function<void(const DetectionFrame&)> listener);
   // Sees how many frames were read so far, over both passes.
   void set_progress(std::function<void(int64_t)> progress);
@@ -77,8 +82,10 @@ class Session {
   // The next frame with all views of the header, in ascending order; frames
   // that were not asked for (RunRequest::frames) are passed over. Returns the
   // frames that became final, ascending: possibly none, and none before Finish
-  // with a second pass, linking or corrections. Throws InputError when frame or
-  // time do not ascend.
+  // with a second pass, linking or corrections. Where times do not ascend, or
+  // pause for an hour and more, tracks start anew. Throws InputError when frame
+  // numbers do not ascend and for a frame that is not as the header says
+  // (CheckDetectionFrame); the session can go on with the next one.
   std::vector<TrackFrame> Process(const DetectionFrame& frame);
   // The same without a copy: takes the views, and leaves the memory of earlier
   // ones in `frame`, so that a reader which fills it again need not allocate.

@@ -9,6 +9,7 @@
 #include "core/io/text/json.h"
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/gates.h"
+#include "core/tracking/look_rhythm.h"
 #include "solvers/scene/confidence_scale.h"
 #include "solvers/scene/consistency.h"
 #include "solvers/scene/doctor.h"
@@ -76,6 +77,7 @@ class TakeReporter::Impl {
   void See(const DetectionFrame& seen, const TrackFrame& tracked) {
     ++frames_;
     poses_ += static_cast<int64_t>(tracked.people.size());
+    empty_frames_ += ShowsSomebody(seen) ? 0 : 1;
     for (size_t v = 0; v < cameras_.size(); ++v) SeeView(seen.views[v], v);
     Keep(seen);
     for (const PersonPose& person : tracked.people) {
@@ -121,6 +123,9 @@ class TakeReporter::Impl {
     if (best != 0) facts.better_skeleton = candidates_[best]->name();
     facts.frame_step_s = step_s_.Quantile(0.5);
     facts.holes_s = holes_s_;
+    facts.steps_back = steps_back_;
+    facts.empty_frames = empty_frames_;
+    facts.in_seconds = scene_.header.mode == ToString(Mode::kGraph);
     facts.independent_frames = KeyOf("input", "independent_frames", false);
     facts.joints_of_17 = joints_of_17_.Quantile(0.5);
     facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);
@@ -279,6 +284,7 @@ class TakeReporter::Impl {
     constexpr size_t kMostHoles = 100000;
     const double step_s = ToSeconds(frame.time - last_time_);
     step_s_.Add(step_s);
+    steps_back_ += step_s > 0.0 ? 0 : 1;
     if (empty_frames_left_out_) return;
     if (step_s > kHole && holes_s_.size() < kMostHoles) {
       holes_s_.push_back(step_s);
@@ -353,6 +359,8 @@ class TakeReporter::Impl {
   StreamSample error_px_{kErrorSample};
   int64_t frames_ = 0;
   int64_t poses_ = 0;
+  int64_t steps_back_ = 0;
+  int64_t empty_frames_ = 0;
   bool empty_frames_left_out_ = false;
 };
 

@@ -112,7 +112,7 @@ class Warnings {
           "look at the detections with `kinegraph report`, or at the video");
       return;
     }
-    if (AddFewJoints()) return;
+    if (AddFewJoints() || AddEmptyFrames()) return;
     Add("nobody",
         fmt::format("nobody was found, though {} views show people", views),
         "views may have each other's cameras (cameras.map), other frames than "
@@ -146,6 +146,24 @@ class Warnings {
         fmt::format("--set=\"initialisation.min_common_joints={0};"
                     "initialisation.min_joints={0}\"",
                     *fewer));
+    return true;
+  }
+
+  // Frames without anybody among those with people: a detector that did not
+  // look in every frame, which paper mode takes for misses.
+  bool AddEmptyFrames() {
+    constexpr double kMany = 0.2;  // of the frames
+    const double share =
+        static_cast<double>(facts_.empty_frames) /
+        static_cast<double>(std::max<int64_t>(1, report_->frames));
+    if (share < kMany || facts_.in_seconds) return false;
+    Add("nobody",
+        fmt::format("nobody was found, and in {:.0f} % of the frames no view "
+                    "shows anybody: who is new must be seen in several frames "
+                    "in a row",
+                    100.0 * share),
+        "leave frames out of the file in which the detector did not run, or "
+        "track with --mode=graph, which goes by the detector's own rhythm");
     return true;
   }
 
@@ -281,6 +299,14 @@ class Warnings {
   // Frames too far apart to follow anybody, all of them or some.
   void AddSteps() {
     if (facts_.independent_frames) return;
+    if (facts_.steps_back > 0) {
+      Add("frames",
+          fmt::format("the clock stands or steps back {} {}: tracks end there",
+                      facts_.steps_back,
+                      facts_.steps_back == 1 ? "time" : "times"),
+          "look at the times in the detections; without \"time\" a frame's "
+          "is its number over the frame rate");
+    }
     if (facts_.frame_step_s > kHole) {
       Add("frames",
           fmt::format("{:.3g} s lie between two frames: nobody can be followed "

@@ -4,6 +4,7 @@
 #define KINEGRAPH_SOLVERS_SESSION_TAKE_WARNINGS_H_
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,7 +26,10 @@ struct TakeFacts {
   std::string better_skeleton;     // another that fits clearly better, or empty
   double frame_step_s = 0.0;       // median time from frame to frame
   std::vector<double> holes_s;     // longer steps than kHole, ascending in time
+  int64_t steps_back = 0;          // how often the clock stood or stepped back
+  int64_t empty_frames = 0;        // no view shows anybody; of report.frames
   bool independent_frames = false;  // as the options say
+  bool in_seconds = false;          // graph mode
   // In joints of 17: what a detection usually shows, and what a new person
   // needs (initialisation.min_joints); 0: not known.
   double joints_of_17 = 0.0;

@@ -8,8 +8,10 @@
 #include "core/base/error.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/keys.h"
+#include "core/io/calibration/tracked_cameras.h"
 #include "core/io/calibration/write_formats.h"
 #include "core/io/files/atomic_file.h"
+#include "core/io/files/side_files.h"
 
 namespace kinegraph {
 namespace {
@@ -96,10 +98,17 @@ CalibrationFormat KinegraphCalibrationFormat() {
 
 void WriteCameras(const std::string& path, const CameraRig& cameras,
                   const std::string& refinement) {
+  WriteTrackedCameras(path, cameras, refinement, "");
+}
+
+void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
+                         const std::string& refinement,
+                         const std::string& tracks) {
   AtomicFile file(path);
   file.Write(
-      "{\"kinegraph_cameras\": 1, \"units\": {\"length\": \"m\"}, "
-      "\"cameras\": [");
+      WithFingerprint("{\"kinegraph_cameras\": 1, \"units\": "
+                      "{\"length\": \"m\"}, \"cameras\": [",
+                      tracks));
   const char* separator = "\n";
   for (const Camera& camera : cameras) {
     // A name that is not UTF-8 is written with replacement characters.

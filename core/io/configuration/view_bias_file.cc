@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/io/files/atomic_file.h"
+#include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 
@@ -34,7 +35,8 @@ ViewBias::OfJoint ReadJoint(const JsonField& field) {
 
 }  // namespace
 
-void WriteViewBias(const std::string& path, const ViewBias& bias) {
+void WriteViewBias(const std::string& path, const ViewBias& bias,
+                   const std::string& tracks) {
   Json json = {{"kinegraph_bias", 1}, {"azimuth_deg", bias.azimuth_deg}};
   json["joints"] = Json::array();
   for (const ViewBias::OfJoint& joint : bias.joints) {
@@ -47,7 +49,7 @@ void WriteViewBias(const std::string& path, const ViewBias& bias) {
                               {"along_m", joint.along_m}});
   }
   AtomicFile file(path);
-  file.Write(DumpJson(json, 1) + "\n");
+  file.Write(WithFingerprint(DumpJson(json, 1) + "\n", tracks));
   file.Commit();
 }
 

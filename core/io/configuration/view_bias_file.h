@@ -10,7 +10,9 @@ namespace kinegraph {
 
 // {"kinegraph_bias": 1, "azimuth_deg", "joints": [{"joint", "used",
 // "observations", "gain", "gain_error", "across_m": [10 numbers], "along_m"}]}
-void WriteViewBias(const std::string& path, const ViewBias& bias);
+// `tracks`: the fingerprint of the tracks beside it (side_files.h), or empty.
+void WriteViewBias(const std::string& path, const ViewBias& bias,
+                   const std::string& tracks = "");
 
 // Throws InputError naming file and key for whatever is not such a file.
 ViewBias ReadViewBias(const std::string& path);

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/base/error.h"
+#include "core/data/detection_check.h"
 #include "core/io/detections/export.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
@@ -28,9 +29,21 @@ class KinegraphSource : public DetectionSource {
   const DetectionHeader& header() const override { return header_; }
   int64_t frame_count() const override { return lines_.CountFrames(); }
 
+  BadFrames bad_frames() const override { return bad_; }
+
   bool Next(DetectionFrame* frame) override {
-    return lines_.ReadFrame(
-        [&](const JsonObject& object) { ReadFrame(object, frame); });
+    // What cannot be read at all must not be tried for ever.
+    constexpr int kMostInARow = 1000;
+    for (int bad = 1;; ++bad) {
+      try {
+        return lines_.ReadFrame(
+            [&](const JsonObject& object) { ReadFrame(object, frame); });
+      } catch (const InputError& error) {
+        if (!options_.skip_bad_frames || bad == kMostInARow) throw;
+        ++bad_.count;
+        bad_.last = error.what();
+      }
+    }
   }
 
  private:
@@ -141,7 +154,8 @@ class KinegraphSource : public DetectionSource {
   void SetTimes(DetectionFrame* frame) {
     if (!has_time_) {
       frame->time = TimeOfFrame(frame->frame, header_.frame_rate_hz);
-    } else if (last_time_.has_value() && frame->time <= *last_time_) {
+    } else if (!options_.any_clock && last_time_.has_value() &&
+               frame->time <= *last_time_) {
       throw InputError("time: found " + std::to_string(ToSeconds(frame->time)) +
                        " after " + std::to_string(ToSeconds(*last_time_)) +
                        ", expected times to ascend");
@@ -150,8 +164,9 @@ class KinegraphSource : public DetectionSource {
     for (ViewDetections& view : frame->views) view.capture_time = frame->time;
     if (!capture_times_.has_value()) return;
     for (const auto field : *capture_times_) {
-      frame->views[ViewOf(field.key)].capture_time =
-          AsTime(field.value, capture_key_);
+      const TimeNs time = AsTime(field.value, capture_key_);
+      CheckCaptureTime(std::string(field.key), time, frame->time);
+      frame->views[ViewOf(field.key)].capture_time = time;
     }
   }
 
@@ -199,6 +214,7 @@ class KinegraphSource : public DetectionSource {
   const DetectionReadOptions options_;
   OwnLines lines_;
   DetectionHeader header_;
+  BadFrames bad_;
   std::optional<TimeNs> last_time_;
   bool has_time_ = false;                    // of one frame
   std::optional<JsonObject> capture_times_;  // of one frame

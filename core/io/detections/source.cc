@@ -105,11 +105,16 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
   const std::string name = options.format == "auto" && IsPipe(path)
                                ? std::string("kinegraph")
                                : options.format;
-  if (name == "auto") return Recognise(path).open(path, options);
-  const DetectionFormat* format = FindDetectionFormat(name);
+  const DetectionFormat* format =
+      name == "auto" ? &Recognise(path) : FindDetectionFormat(name);
   if (format == nullptr || format->open == nullptr) {
     throw OptionError("detections.format",
                       "found '" + Printable(name) + "', which is not read");
+  }
+  if (options.skip_bad_frames && format->name != "kinegraph") {
+    throw OptionError("input.skip_bad_frames",
+                      "is for our own detections (JSON Lines), and '" +
+                          Printable(path) + "' is " + format->name);
   }
   return format->open(path, options);
 }
@@ -122,6 +127,7 @@ class CheckedSource : public DetectionSource {
       : path_(std::move(path)),
         max_per_view_(static_cast<size_t>(options.max_per_view)),
         max_per_frame_(static_cast<size_t>(options.max_per_frame)),
+        skips_(options.skip_bad_frames),
         source_(std::move(source)),
         pixels_(source_->header().view_names) {
     const int64_t joints = header().skeleton.joint_count();
@@ -134,12 +140,33 @@ class CheckedSource : public DetectionSource {
 
   const DetectionHeader& header() const override { return source_->header(); }
   int64_t frame_count() const override { return source_->frame_count(); }
+  BadFrames bad_frames() const override {
+    BadFrames all = source_->bad_frames();
+    all.count += bad_.count;
+    if (all.last.empty()) all.last = bad_.last;
+    return all;
+  }
   bool Next(DetectionFrame* frame) override {
-    const bool more = source_->Next(frame);
-    const std::string place = "frame " + std::to_string(frame->frame);
+    while (source_->Next(frame)) {
+      try {
+        Check(*frame);
+        return true;
+      } catch (const InputError& error) {
+        if (!skips_) throw;
+        ++bad_.count;
+        bad_.last = error.what();
+      }
+    }
+    Located(path_, [&] { pixels_.SeeEnd(); });
+    return false;
+  }
+
+ private:
+  void Check(const DetectionFrame& frame) {
+    const std::string place = "frame " + std::to_string(frame.frame);
     size_t sum = 0;
-    for (size_t v = 0; more && v < frame->views.size(); ++v) {
-      const size_t count = frame->views[v].detections.size();
+    for (size_t v = 0; v < frame.views.size(); ++v) {
+      const size_t count = frame.views[v].detections.size();
       sum += count;
       if (count <= max_per_view_) continue;
       Fail(place + ", view '" + Printable(header().view_names[v]) + "'", count,
@@ -148,11 +175,9 @@ class CheckedSource : public DetectionSource {
     if (sum > max_per_frame_) {
       Fail(place, sum, max_per_frame_, "detections.max_per_frame");
     }
-    Located(path_, [&] { more ? pixels_.See(*frame) : pixels_.SeeEnd(); });
-    return more;
+    Located(path_, [&] { pixels_.See(frame); });
   }
 
- private:
   [[noreturn]] void Fail(const std::string& place, size_t count, size_t most,
                          const std::string& key) const {
     throw InputError(path_, place,
@@ -164,6 +189,8 @@ class CheckedSource : public DetectionSource {
   const std::string path_;
   const size_t max_per_view_;
   const size_t max_per_frame_;
+  const bool skips_;
+  BadFrames bad_;
   const std::unique_ptr<DetectionSource> source_;
   PlausiblePixels pixels_;
 };

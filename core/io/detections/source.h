@@ -43,9 +43,20 @@ struct DetectionReadOptions {
   int64_t max_per_view = 300;    // detections of one view in one frame
   int64_t max_per_frame = 1000;  // of all its views
   int64_t max_joints = 1000;     // of the detections' skeleton
+  // Times of our own format may stand or step back, for a reader that can take
+  // it (Session).
+  bool any_clock = false;
+  // Frames of our own format that cannot be read are passed over and counted.
+  bool skip_bad_frames = false;
 
   // Keys of the table `detections`, which the caller enters.
   void Describe(OptionVisitor& visitor);
+};
+
+// Frames that were passed over (DetectionReadOptions::skip_bad_frames).
+struct BadFrames {
+  int64_t count = 0;
+  std::string last;  // what is wrong with the last one
 };
 
 class DetectionSource {
@@ -62,6 +73,8 @@ class DetectionSource {
   // Number of frames in all, for progress; -1 when only reading would tell.
   // May go through the file once more (our own format), so ask it once.
   virtual int64_t frame_count() const { return -1; }
+  // How many were passed over so far, and why the last one was.
+  virtual BadFrames bad_frames() const { return {}; }
 };
 
 // Opens detections and reads what holds for the whole take. Throws InputError

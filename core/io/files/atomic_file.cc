@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/io/files/commit_together.h"
 #include "core/io/files/input_files.h"
 #include "core/io/files/partial_files.h"
 #include "core/system/file.h"
@@ -22,7 +23,8 @@ namespace fs = std::filesystem;
 // Opens a new file beside `target`, with the permissions the user's umask
 // gives (mkstemp would make it private).
 int OpenBeside(const std::string& target, std::string* temporary) {
-  constexpr int kAttempts = 1000;  // leftovers of killed programs are skipped
+  PartialFiles::SweepLeftovers(target);
+  constexpr int kAttempts = 1000;  // leftovers that are still there
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     *temporary = target + ".partial-" + std::to_string(ProcessNumber()) + "-" +
                  std::to_string(attempt);
@@ -88,6 +90,7 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path) {
     if (present.has_value()) RefuseInput();
     if (present.has_value() && !CanBeWritten(target_)) Refuse(path, errno);
     descriptor = OpenBeside(target_, &temporary_);
+    if (descriptor >= 0) LockFile(descriptor);  // best effort, too
     // Best effort: some file systems have no permissions.
     if (present.has_value() && descriptor >= 0 &&
         !SetPermissions(descriptor, present->permissions)) {
@@ -155,13 +158,18 @@ void AtomicFile::Commit() {
     if (!closed) Fail();
     return;
   }
+  const bool is_inside = PartialFiles::IsInsideFolder(target_);
+  if (closed && !is_inside &&
+      CommitTogether::Take(path_, temporary_, target_)) {
+    return;
+  }
   if (!closed || PartialFiles::Rename(temporary_, target_) != 0) {
     const int reason = errno;
     PartialFiles::Remove(temporary_);
     errno = reason;
     Fail();
   }
-  if (!PartialFiles::IsInsideFolder(target_)) SyncFolderOf(target_);
+  if (!is_inside) SyncFolderOf(target_);
 }
 
 bool IsStandardOutput(const std::string& path) {

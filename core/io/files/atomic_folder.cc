@@ -9,8 +9,8 @@
 #include <system_error>
 
 #include "core/base/error.h"
+#include "core/io/files/commit_together.h"
 #include "core/io/files/partial_files.h"
-#include "core/system/file.h"
 #include "core/system/process.h"
 
 namespace kinegraph {
@@ -35,11 +35,16 @@ AtomicFolder::AtomicFolder(const std::string& path)
     throw InputError(path, "",
                      "is there already, expected the name of a new folder");
   }
-  constexpr int kAttempts = 1000;  // leftovers of killed programs are skipped
+  PartialFiles::SweepLeftovers(target_);
+  constexpr int kAttempts = 1000;  // leftovers that are still there
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     temporary_ = target_ + ".partial-" + std::to_string(ProcessNumber()) + "-" +
                  std::to_string(attempt);
-    if (PartialFiles::MakeFolder(temporary_) == 0) return;
+    if (PartialFiles::MakeFolder(temporary_) == 0) {
+      lock_ = std::make_unique<Descriptor>(OpenToRead(temporary_));
+      LockFile(lock_->get());  // best effort: against being swept
+      return;
+    }
     if (errno != EEXIST) break;
   }
   throw InputError(path, "",
@@ -51,8 +56,12 @@ AtomicFolder::~AtomicFolder() {
 }
 
 void AtomicFolder::Commit() {
-  if (SyncTree(temporary_) != 0 ||
-      PartialFiles::Rename(temporary_, target_) != 0) {
+  const bool is_whole = SyncTree(temporary_) == 0;
+  if (is_whole && CommitTogether::Take(target_, temporary_, target_)) {
+    committed_ = true;
+    return;
+  }
+  if (!is_whole || PartialFiles::Rename(temporary_, target_) != 0) {
     throw std::runtime_error(
         Printable(target_ + ": cannot be made: " + std::strerror(errno), 1000));
   }

@@ -2,8 +2,11 @@
 #ifndef KINEGRAPH_CORE_IO_FILES_ATOMIC_FOLDER_H_
 #define KINEGRAPH_CORE_IO_FILES_ATOMIC_FOLDER_H_
 
+#include <memory>
 #include <string>
 #include <vector>
+
+#include "core/system/file.h"
 
 namespace kinegraph {
 
@@ -34,6 +37,7 @@ class AtomicFolder {
  private:
   std::string target_;
   std::string temporary_;
+  std::unique_ptr<Descriptor> lock_;  // on it, while it is written
   bool committed_ = false;
 };
 

@@ -19,6 +19,11 @@ class PartialFiles {
   // The same for a folder that is to stay once anything is in it.
   static int MakeFolderToFill(const std::string& path);
 
+  // Removes what runs that were killed have left of the file or folder `target`,
+  // TARGET.partial-PROCESS-N, where that process is no more and nobody holds a
+  // lock on it. A folder is looked through once a process.
+  static void SweepLeftovers(const std::string& target);
+
   // Gives a file or folder its final name and takes it off the list.
   static int Rename(const std::string& path, const std::string& final_name);
   // Takes it off the list, as it is.

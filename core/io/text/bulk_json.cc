@@ -253,12 +253,12 @@ int64_t AsId(JsonValue value, std::string_view key) {
 
 namespace {
 
-// Nanoseconds in 64 bits reach 292 years.
+// Differences of two times fit nanoseconds in 64 bits.
 TimeNs CheckedTime(double seconds, std::string_view key) {
-  constexpr double kMaxSeconds = 9.2e9;
+  constexpr double kMaxSeconds = 4.6e9;
   if (!(std::abs(seconds) <= kMaxSeconds)) {
     throw InputError(std::string(key) +
-                     ": is out of range, expected at most 9.2e9 seconds");
+                     ": is out of range, expected at most 4.6e9 seconds");
   }
   return FromSeconds(seconds);
 }

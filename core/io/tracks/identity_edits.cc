@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
+#include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 
@@ -113,26 +114,21 @@ std::vector<IdentityEdit> ReadIdentityEdits(const std::string& path) {
   std::string line;
   for (int number = 1; std::getline(text, line); ++number) {
     if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    if (number == 1 && IsFingerprintLine(line)) continue;
     edits.push_back(ReadEdit(line, path, number));
   }
   return edits;
 }
 
 void WriteIdentityEdits(const std::string& path,
-                        const std::vector<IdentityEdit>& edits) {
+                        const std::vector<IdentityEdit>& edits,
+                        const std::string& tracks) {
   AtomicFile file(path);
+  if (!tracks.empty()) file.Write(WithFingerprint("{}", tracks) + "\n");
   for (const IdentityEdit& edit : edits) {
     file.Write(DumpJson(ToJson(edit)) + "\n");
   }
   file.Commit();
-}
-
-std::string IdentityPathOf(const std::string& tracks_path) {
-  const size_t folder = tracks_path.find_last_of('/') + 1;  // npos + 1 is 0
-  const size_t dot = tracks_path.find_last_of('.');
-  const bool has_extension = dot != std::string::npos && dot > folder;
-  return (has_extension ? tracks_path.substr(0, dot) : tracks_path) +
-         ".identity.jsonl";
 }
 
 }  // namespace kinegraph

@@ -13,17 +13,17 @@ namespace kinegraph {
 //   {"op": "join", "persons": [3, 7], "frames": [120, 131],
 //    "evidence": {"bones": 6.1, "motion": 2.3, "gap_s": 0.44}, "margin": 8.4}
 // `op` is join, cut, swap, delete, name (with "name": "Anna") or undecided.
-// Evidence and margin are for the reader and not asked for. Throws InputError
+// Evidence and margin are for the reader and not asked for. A first line may say
+// of which tracks they are (side_files.h), and is passed over. Throws InputError
 // naming file and line: an unknown key or op, persons or frames of another
 // shape, an empty range.
 std::vector<IdentityEdit> ReadIdentityEdits(const std::string& path);
 
-// The file appears when it is complete.
+// The file appears when it is complete. `tracks`: the fingerprint of the tracks
+// beside it, or empty.
 void WriteIdentityEdits(const std::string& path,
-                        const std::vector<IdentityEdit>& edits);
-
-// "DIR/NAME.identity.jsonl" beside the tracks "DIR/NAME.jsonl".
-std::string IdentityPathOf(const std::string& tracks_path);
+                        const std::vector<IdentityEdit>& edits,
+                        const std::string& tracks = "");
 
 }  // namespace kinegraph
 

@@ -86,6 +86,27 @@ TrackLifeOptions InSeconds(double frame_rate_hz) {
   return LifeInFrames(options, frame_rate_hz);
 }
 
+TEST(TrackLifeTest, LooksThatAreRareConfirmByTheTimeTheyStandFor) {
+  TrackLife life = Born(InSeconds(120.0));  // 11 hits in a row
+  life.Step(6 * kFrame, true, true, 6.0);
+  EXPECT_EQ(life.state(), TrackState::kTentative);
+  life.Step(12 * kFrame, true, true, 6.0);
+  EXPECT_EQ(life.state(), TrackState::kConfirmed);
+  // One look alone is never enough, however long it stands for.
+  TrackLife once = Born();
+  EXPECT_EQ(once.state(), TrackState::kTentative);
+  once.Step(1 * kFrame, true, false, 100.0);
+  EXPECT_EQ(once.state(), TrackState::kTentative);
+}
+
+TEST(TrackLifeTest, MayBeMatchedUntilTheNextLookIsDue) {
+  TrackLife life = Born();
+  life.BeginFrame(14 * kFrame, 5.0);
+  EXPECT_NE(life.state(), TrackState::kDeleted);
+  life.BeginFrame(15 * kFrame, 5.0);
+  EXPECT_EQ(life.state(), TrackState::kDeleted);
+}
+
 TEST(LifeInFramesTest, PaperModeCountsFrames) {
   const TrackLifeOptions life = LifeInFrames({}, 120.0);
   EXPECT_EQ(life.confirm_hits, 3);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/io/files/side_files.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
@@ -86,10 +87,24 @@ TEST(IdentityEditsTest, WrongLinesAreNamed) {
   }
 }
 
+TEST(IdentityEditsTest, SayOfWhichTracksTheyAre) {
+  const testing::TemporaryFolder folder;
+  const std::string path = (folder.path() / "a.identity.jsonl").string();
+  IdentityEdit edit;
+  edit.op = EditOp::kJoin;
+  edit.persons = {TrackId(0), TrackId(1)};
+  const std::string digits(32, 'a');
+  WriteIdentityEdits(path, {edit}, digits);
+  EXPECT_EQ(FingerprintIn(path), digits);
+  EXPECT_EQ(ReadIdentityEdits(path).size(), 1u);
+}
+
 TEST(IdentityEditsTest, StandsBesideTheTracks) {
-  EXPECT_EQ(IdentityPathOf("out/take.jsonl"), "out/take.identity.jsonl");
-  EXPECT_EQ(IdentityPathOf("out.v2/take"), "out.v2/take.identity.jsonl");
-  EXPECT_EQ(IdentityPathOf("take.csv"), "take.identity.jsonl");
+  EXPECT_EQ(BesideTracks("out/take.jsonl", kIdentityEnd),
+            "out/take.identity.jsonl");
+  EXPECT_EQ(BesideTracks("out.v2/take/", kIdentityEnd),
+            "out.v2/take.identity.jsonl");
+  EXPECT_EQ(BesideTracks("take.csv", kIdentityEnd), "take.identity.jsonl");
 }
 
 }  // namespace

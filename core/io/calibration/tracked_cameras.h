@@ -1,0 +1,19 @@
+// The cameras that stand beside tracks.
+#ifndef KINEGRAPH_CORE_IO_CALIBRATION_TRACKED_CAMERAS_H_
+#define KINEGRAPH_CORE_IO_CALIBRATION_TRACKED_CAMERAS_H_
+
+#include <string>
+
+#include "core/geometry/camera.h"
+
+namespace kinegraph {
+
+// As WriteCameras (calibration.h), with the fingerprint of the tracks beside the
+// file (side_files.h) where it is not empty.
+void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
+                         const std::string& refinement,
+                         const std::string& tracks);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_CALIBRATION_TRACKED_CAMERAS_H_

@@ -1,0 +1,119 @@
+#include "core/io/files/side_files.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+
+#include "core/base/bytes.h"
+#include "core/base/error.h"
+#include "core/io/files/text_file.h"
+#include "core/system/file.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+
+void AddFile(const std::string& path, Fingerprint* fingerprint) {
+  const Descriptor file(OpenToRead(path));
+  std::string buffer(size_t{1} << 18, '\0');
+  int64_t got = file.get() < 0 ? -1 : 0;
+  while (got >= 0) {
+    got = ReadSome(file.get(), buffer.data(), buffer.size());
+    if (got == 0) return;
+    if (got > 0) {
+      fingerprint->Add(
+          std::string_view(buffer).substr(0, static_cast<size_t>(got)));
+    }
+  }
+  throw InputError(path, "",
+                   std::string("cannot be read: ") + std::strerror(errno));
+}
+
+// The value of the key, where a text begins with it.
+std::string FingerprintAtHead(const std::string& text) {
+  constexpr size_t kDigits = 32;
+  constexpr const char* kSpace = " \t\r\n";
+  const std::string key = std::string("\"") + kFingerprintKey + "\"";
+  size_t at = text.find_first_not_of(kSpace);
+  if (at == std::string::npos || text[at] != '{') return "";
+  at = text.find_first_not_of(kSpace, at + 1);
+  if (at == std::string::npos || text.compare(at, key.size(), key) != 0) {
+    return "";
+  }
+  at = text.find('"', at + key.size());
+  if (at == std::string::npos) return "";
+  const size_t end = text.find('"', at + 1);
+  return end == at + 1 + kDigits ? text.substr(at + 1, kDigits) : "";
+}
+
+}  // namespace
+
+std::string BesideTracks(const std::string& tracks_path,
+                         const std::string& end) {
+  const std::string path =
+      tracks_path.substr(0, tracks_path.find_last_not_of('/') + 1);
+  const size_t folder = path.find_last_of('/') + 1;  // npos + 1 is 0
+  const size_t dot = path.find_last_of('.');
+  const bool has_extension = dot != std::string::npos && dot > folder;
+  return (has_extension ? path.substr(0, dot) : path) + end;
+}
+
+std::string FingerprintOfTracks(const std::string& path) {
+  Fingerprint fingerprint;
+  std::error_code error;
+  if (!fs::is_directory(path, error)) {
+    AddFile(path, &fingerprint);
+    return fingerprint.Hex();
+  }
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(path, error)) {
+    if (entry.is_regular_file(error)) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) {
+    fingerprint.Add(file.filename().string() + '\0');
+    AddFile(file.string(), &fingerprint);
+  }
+  return fingerprint.Hex();
+}
+
+std::string WithFingerprint(const std::string& object,
+                            const std::string& fingerprint) {
+  if (fingerprint.empty()) return object;
+  const size_t begin = object.find('{') + 1;
+  const bool is_empty =
+      object.find_first_not_of(" \n", begin) == object.find('}', begin);
+  return object.substr(0, begin) + "\"" + kFingerprintKey + "\": \"" +
+         fingerprint + "\"" + (is_empty ? "" : ", ") + object.substr(begin);
+}
+
+bool IsFingerprintLine(const std::string& line) {
+  return !FingerprintAtHead(line).empty();
+}
+
+std::string FingerprintIn(const std::string& path) {
+  const Descriptor file(OpenToRead(path));
+  std::string head(256, '\0');
+  const int64_t got =
+      file.get() < 0 ? -1 : ReadSome(file.get(), head.data(), head.size());
+  head.resize(static_cast<size_t>(std::max<int64_t>(0, got)));
+  return FingerprintAtHead(head);
+}
+
+std::string SideFileOf(const std::string& tracks_path, const std::string& end,
+                       std::vector<std::string>* notes) {
+  const std::string path = BesideTracks(tracks_path, end);
+  if (!IsFile(path)) return "";
+  const std::string found = FingerprintIn(path);
+  if (!found.empty() && found == FingerprintOfTracks(tracks_path)) return path;
+  notes->push_back(path +
+                   (found.empty() ? ": does not say of which tracks it is"
+                                  : ": belongs to other tracks") +
+                   ", and is left out; track again to have it anew");
+  return "";
+}
+
+}  // namespace kinegraph

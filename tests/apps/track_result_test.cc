@@ -1,0 +1,212 @@
+// What `track` leaves behind: a result with all that belongs to it, or nothing.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/writer.h"
+#include "core/io/tracks/tracks.h"
+#include "tests/support/program.h"
+#include "tests/support/rig.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ContentOf;
+using ::testing::HasSubstr;
+using testing::ProgramOutcome;
+using testing::RunProgram;
+using ::testing::UnorderedElementsAre;
+
+constexpr int kFrames = 60;
+
+// One person who walks slowly, seen by four cameras.
+DetectionSequence Walk(const CameraRig& rig, double y_m) {
+  DetectionSequence seen;
+  seen.header.skeleton = Coco17();
+  seen.header.frame_rate_hz = 25.0;
+  for (const Camera& camera : rig) {
+    seen.header.view_names.push_back(camera.name());
+  }
+  for (int f = 0; f < kFrames; ++f) {
+    DetectionFrame frame;
+    frame.frame = f;
+    frame.time = FrameClock(25.0).TimeOf(f);
+    for (const Camera& camera : rig) {
+      ViewDetections& view = frame.views.emplace_back();
+      view.capture_time = frame.time;
+      view.detections.push_back(
+          testing::Project(testing::StandingPerson(0.01 * f, y_m), camera));
+    }
+    seen.frames.push_back(frame);
+  }
+  return seen;
+}
+
+class TrackResultTest : public ::testing::Test {
+ protected:
+  TrackResultTest() {
+    const CameraRig rig = testing::RingOfCameras(4);
+    WriteCameras(Path("cameras.json"), rig);
+    WriteDetections(Path("first.jsonl"), Walk(rig, 0.0));
+    WriteDetections(Path("second.jsonl"), Walk(rig, 1.0));
+  }
+
+  ProgramOutcome Track(const std::string& detections, const std::string& out,
+                       const std::string& flags = "--mode=graph") const {
+    return RunProgram("track", "--cameras=" + Path("cameras.json") +
+                                   " --detections=" + detections +
+                                   " --out=" + Path(out) + " " + flags);
+  }
+  ProgramOutcome TrackLive(const std::string& text, const std::string& out,
+                           const std::string& flags = "--mode=graph") const {
+    return Track("- < " + folder_.Write("live.txt", text), out, flags);
+  }
+  // The lines of a take, with their ends; the header first.
+  std::vector<std::string> Lines(const std::string& name) const {
+    std::ifstream file(Path(name));
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(file, line);) {
+      lines.push_back(line + "\n");
+    }
+    return lines;
+  }
+  static std::string Joined(const std::vector<std::string>& lines) {
+    std::string text;
+    for (const std::string& line : lines) text += line;
+    return text;
+  }
+  std::string Path(const std::string& name) const {
+    return (folder_.path() / name).string();
+  }
+  std::set<std::string> FilesOf(const std::string& name) const {
+    std::set<std::string> files;
+    for (const auto& entry : fs::directory_iterator(folder_.path())) {
+      const std::string file = entry.path().filename().string();
+      if (file.rfind(name + ".", 0) == 0) files.insert(file);
+    }
+    return files;
+  }
+
+  testing::TemporaryFolder folder_;
+};
+
+TEST_F(TrackResultTest, AnOlderRunsFilesGoAndAreNotBelieved) {
+  const std::string names = folder_.Write(
+      "names.jsonl",
+      "{\"op\": \"name\", \"persons\": [0], \"name\": \"Anna\"}\n");
+  ASSERT_EQ(Track(Path("first.jsonl"), "a.jsonl",
+                  "--mode=graph --corrections=" + names)
+                .exit_code,
+            0);
+  EXPECT_THAT(FilesOf("a"), UnorderedElementsAre("a.jsonl", "a.identity.jsonl",
+                                                 "a.summary.json"));
+  const std::string convert =
+      "--in=" + Path("a.jsonl") +
+      " --to=csv --person=Anna --out=" + Path("anna.csv");
+  EXPECT_EQ(RunProgram("convert", convert).exit_code, 0);
+  fs::copy(Path("a.identity.jsonl"), Path("b.identity.jsonl"));
+  ASSERT_EQ(Track(Path("second.jsonl"), "b.jsonl").exit_code, 0);
+  EXPECT_THAT(FilesOf("b"), UnorderedElementsAre("b.jsonl", "b.summary.json"));
+  // Somebody puts it back.
+  fs::copy(Path("a.identity.jsonl"), Path("b.identity.jsonl"));
+  const ProgramOutcome nobody = RunProgram(
+      "convert", "--in=" + Path("b.jsonl") +
+                     " --to=csv --person=Anna --out=" + Path("anna.csv"));
+  EXPECT_EQ(nobody.exit_code, 2);
+  EXPECT_THAT(nobody.errors, HasSubstr("belongs to other tracks"));
+  const ProgramOutcome page = RunProgram(
+      "report", "--tracks=" + Path("b.jsonl") + " --out=" + Path("b.html"));
+  EXPECT_EQ(page.exit_code, 0) << page.errors;
+  EXPECT_THAT(page.errors, HasSubstr("belongs to other tracks"));
+  EXPECT_EQ(ContentOf(Path("b.html")).find("Anna"), std::string::npos);
+}
+
+TEST_F(TrackResultTest, AFileThatIsNoneOfATracksStays) {
+  folder_.Write("a.identity.jsonl", "mine\n");
+  ASSERT_EQ(Track(Path("first.jsonl"), "a.jsonl").exit_code, 0);
+  EXPECT_EQ(ContentOf(Path("a.identity.jsonl")), "mine\n");
+}
+
+TEST_F(TrackResultTest, WhatIsRefusedAtTheEndLeavesNothing) {
+  fs::copy(Path("cameras.json"), Path("z.summary.json"));
+  const ProgramOutcome outcome =
+      RunProgram("track", "--cameras=" + Path("z.summary.json") +
+                              " --detections=" + Path("first.jsonl") +
+                              " --mode=graph --out=" + Path("z.jsonl"));
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.errors;
+  EXPECT_THAT(FilesOf("z"), UnorderedElementsAre("z.summary.json"));
+  EXPECT_EQ(ContentOf(Path("z.summary.json")), ContentOf(Path("cameras.json")));
+}
+
+TEST_F(TrackResultTest, AStreamKeepsWhatStandsBeforeABadLine) {
+  const std::vector<std::string> good = Lines("first.jsonl");
+  for (const std::string& bad :
+       {std::string("{\"frame\": 39, \"ti\n"), good[39],
+        std::string("{\"frame\": 99, \"views\": {\"cam9\": []}}\n")}) {
+    std::vector<std::string> lines = good;
+    lines.insert(lines.begin() + 41, bad);  // after frame 39
+    const ProgramOutcome outcome = TrackLive(Joined(lines), "day.jsonl");
+    EXPECT_EQ(outcome.exit_code, 2) << bad;
+    EXPECT_THAT(outcome.errors, HasSubstr("line 42"));
+    EXPECT_THAT(outcome.errors, HasSubstr("the 40 frames before it are kept"));
+    EXPECT_EQ(ReadTracks(Path("day.jsonl")).frames.size(), 40u);
+    EXPECT_THAT(FilesOf("day"),
+                UnorderedElementsAre("day.jsonl", "day.summary.json"));
+    // What is asked to be passed over is, and is counted.
+    const ProgramOutcome skipped =
+        TrackLive(Joined(lines), "day.jsonl",
+                  "--mode=graph --set=input.skip_bad_frames=true");
+    EXPECT_EQ(skipped.exit_code, 0) << skipped.errors;
+    EXPECT_EQ(ReadTracks(Path("day.jsonl")).frames.size(),
+              static_cast<size_t>(kFrames));
+    EXPECT_THAT(ContentOf(Path("day.summary.json")),
+                HasSubstr("1 frame that cannot be read was passed over"));
+  }
+}
+
+TEST_F(TrackResultTest, OfAStreamWithoutAGoodFrameNothingIsKept) {
+  const ProgramOutcome outcome =
+      TrackLive(Lines("first.jsonl")[0] + "{\"frame\"\n", "day.jsonl");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.errors, HasSubstr("line 2"));
+  EXPECT_TRUE(FilesOf("day").empty());
+}
+
+TEST_F(TrackResultTest, AClockThatStepsBackIsNoBadLine) {
+  std::string text;
+  for (const std::string& line : Lines("first.jsonl")) {
+    // Frames from 50 on, 1.96 s too early.
+    const size_t at = line.find("\"time\": 2.");
+    text += at == std::string::npos
+                ? line
+                : line.substr(0, at + 8) + "0." + line.substr(at + 10);
+  }
+  const ProgramOutcome outcome = TrackLive(text, "day.jsonl");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const TrackSequence tracks = ReadTracks(Path("day.jsonl"));
+  ASSERT_EQ(tracks.frames.size(), static_cast<size_t>(kFrames));
+  EXPECT_EQ(tracks.frames[50].time, 0);
+  EXPECT_THAT(ContentOf(Path("day.summary.json")),
+              HasSubstr("steps back 1 time"));
+}
+
+TEST_F(TrackResultTest, ClocksOfViewsInAnotherEpochAreRefused) {
+  std::vector<std::string> lines = Lines("first.jsonl");
+  lines[7].insert(1, "\"view_times\": {\"cam1\": 1.7e9}, ");
+  folder_.Write("epoch.jsonl", Joined(lines));
+  const ProgramOutcome outcome = Track(Path("epoch.jsonl"), "a.jsonl");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.errors, HasSubstr("line 8: view_times: 'cam1'"));
+  EXPECT_TRUE(FilesOf("a").empty());
+}
+
+}  // namespace
+}  // namespace kinegraph
