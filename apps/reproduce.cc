@@ -17,7 +17,6 @@
 #include "apps/common/table.h"
 #include "apps/common/terminal_markdown.h"
 #include "apps/tables/ablation.h"
-#include "apps/tables/audit.h"
 #include "apps/tables/benchmark.h"
 #include "apps/tables/pcp_tables.h"
 #include "apps/tables/rows.h"
@@ -32,8 +31,8 @@ DEFINE_string(data, "",
               "folder of the datasets: the developers' (data/README.md) or "
               "official downloads (docs/official_data.md)");
 DEFINE_string(table, "",
-              "campus, campus_extended, shelf, parts, ablation, runtime, "
-              "sensitivity or audit; empty: every table");
+              "campus, campus_extended, shelf, parts, ablation, runtime or "
+              "sensitivity; empty: every table");
 DEFINE_string(set, "",
               "changes in every configuration, as key=value;... (what your "
               "detections need)");
@@ -42,9 +41,9 @@ DEFINE_string(out, "", "folder for reproduce.json, reproduce.md and plots");
 namespace kinegraph {
 namespace {
 
-constexpr const char* kTables[] = {
-    "campus",   "campus_extended", "shelf",       "parts",
-    "ablation", "runtime",         "sensitivity", "audit"};
+constexpr const char* kTables[] = {"campus",     "campus_extended", "shelf",
+                                   "parts",      "ablation",        "runtime",
+                                   "sensitivity"};
 
 constexpr const char* kDetailsHeading =
     "# Details of the tables\n\nEvery count behind `reproduce.md`, under every "
@@ -197,49 +196,11 @@ void AddSensitivity(const BenchmarkData& data, Report* report) {
   report->Add("sensitivity", std::move(all));
 }
 
-void AddAudit(const BenchmarkData& data,
-              const std::vector<TrackedBenchmark>& all, Report* report) {
-  TableOutput audit;
-  audit.markdown =
-      "## Annotation audit\n\nDo views contradict the annotation where PCP "
-      "counts a part wrong? The rules and every case with its evidence: "
-      "`audit_shelf.md`, `audit_campus.md` and the JSON beside them.\n\n";
-  int64_t steps = 0;
-  for (const Benchmark& benchmark : data.benchmarks) {
-    steps += AuditStepCount(benchmark);
-  }
-  Progress progress("audit", steps);
-  for (const Benchmark& benchmark : data.benchmarks) {
-    const bool shelf = benchmark.set == BenchmarkSet::kShelf;
-    const std::string name = shelf ? "shelf" : "campus";
-    const AuditedBenchmark audited =
-        RunAudit(shelf ? "Shelf" : "Campus", benchmark, data.folder, FLAGS_set,
-                 [&progress] { progress.Advance(); });
-    const auto tracked =
-        std::find_if(all.begin(), all.end(), [&](const TrackedBenchmark& one) {
-          return one.benchmark.set == benchmark.set;
-        });
-    // Only detections can refute for everybody.
-    const bool for_everybody = tracked != all.end() && shelf;
-    const std::string file = "audit_" + name;
-    TableOutput one = AuditTable(
-        audited, for_everybody ? tracked->rows : std::vector<TrackedRow>(),
-        for_everybody ? tracked->truth : TrackSequence(), file + ".html");
-    WriteFile(FLAGS_out + "/" + file + ".md", AuditCasesMarkdown(audited));
-    WriteFile(FLAGS_out + "/" + file + ".json",
-              DumpJson(AuditCasesJson(audited), 1) + "\n");
-    WriteFile(FLAGS_out + "/" + file + ".html", AuditPage(audited));
-    audit.markdown += one.markdown;
-    audit.json[name] = std::move(one.json);
-  }
-  report->Add("audit", std::move(audit));
-}
-
 // Whether a table wants the tracks of a benchmark.
 bool NeedsTracks(const Benchmark& benchmark) {
   if (Wanted("parts")) return true;
   return benchmark.set == BenchmarkSet::kShelf
-             ? Wanted("shelf") || Wanted("audit")
+             ? Wanted("shelf")
              : Wanted("campus") || Wanted("campus_extended");
 }
 
@@ -319,7 +280,6 @@ void RunReproduce() {
   if (Wanted("ablation")) AddAblation(data, &report);
   if (Wanted("runtime")) AddRuntime(data, &report);
   if (Wanted("sensitivity")) AddSensitivity(data, &report);
-  if (Wanted("audit")) AddAudit(data, tracked, &report);
   const Spent spent = stopwatch.Read();
   report.json["machine"]["processor_s"] = spent.processor_s;
   report.json["machine"]["wall_s"] = spent.wall_s;

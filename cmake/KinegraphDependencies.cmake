@@ -19,5 +19,4 @@ pkg_check_modules(hdf5 REQUIRED IMPORTED_TARGET hdf5)
 
 if(KINEGRAPH_TESTS)
   find_package(GTest REQUIRED)
-  find_package(benchmark REQUIRED)
 endif()

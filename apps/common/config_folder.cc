@@ -21,7 +21,7 @@ std::string FindProjectConfig(const std::string& name) {
   const std::string installed =
       Parent(folder) + "/share/kinegraph/configs/" + name;
   if (IsFile(installed)) return installed;
-  // build/apps, build/tests/benchmarks: the project's root is further up.
+  // build/apps: the project's root is further up.
   for (; !folder.empty(); folder = Parent(folder)) {
     const std::string candidate = folder + "/configs/" + name;
     if (IsFile(candidate)) return candidate;
@@ -61,6 +61,11 @@ std::string FindConfig(const std::string& path) {
   const std::string found = FindProjectConfig(
       path.rfind(folder, 0) == 0 ? path.substr(folder.size()) : path);
   if (!found.empty()) return found;
+  if (path == "configs/graph/offline.toml" || path == "graph/offline.toml") {
+    throw InputError(path, "",
+                     "is gone; use configs/offline.toml, with --set=skeleton="
+                     "NAME and input.frame_rate where the data need them");
+  }
   throw InputError(path, "", "is not there; " + ShippedConfigs());
 }
 

@@ -16,7 +16,7 @@ constexpr const char* kWarmUp = "input.repeat_first_frame=3";
 // Zeros are positions, the take is warmed up as the authors do.
 constexpr const char* kFilledSet =
     "detections.zero_confidence=position;input.repeat_first_frame=3";
-// configs/graph/offline.toml without what that file has of Shelf.
+// configs/offline.toml in what Campus is tracked with.
 constexpr const char* kBatchSet =
     "output.estimator=batch;graph.bones=true;tracking.backfill=true;"
     "tracking.second_pass=true";
@@ -39,7 +39,8 @@ std::vector<Method> ShelfMethods() {
       {"†Chen et al., projected target", "paper/chen_shelf.toml",
        kProjectedSet},
       {"graph mode, window", "graph/shelf.toml", ""},
-      {"graph mode, batch offline", "graph/offline.toml", ""},
+      {"graph mode, batch offline", "offline.toml",
+       "skeleton=coco17;input.frame_rate=25"},
   };
 }
 
@@ -71,27 +72,6 @@ Take TakeOf(Dataset dataset, std::vector<Method> methods) {
   dataset.config = methods.front().config;
   dataset.set = methods.front().set;
   return {std::move(dataset), std::move(methods)};
-}
-
-// Our three estimates on a take whose detections a detector made.
-AuditPlan AuditOf(const Take& take) {
-  AuditPlan plan;
-  plan.dataset = take.dataset;
-  for (const Method& method : take.methods) {
-    for (const char* name : {"paper mode, text", "graph mode, window",
-                             "graph mode, batch offline"}) {
-      if (method.name == name) plan.methods.push_back(method);
-    }
-  }
-  plan.caution =
-      "The views are detections, which err too, and which the estimates are "
-      "made of: an estimate agrees with views more easily than an annotation "
-      "does. So the annotation, not the estimate, chooses each view's "
-      "detection, from joints that are not the part's; the estimate made "
-      "without a view is held against that view; and the views' own rule uses "
-      "no estimate at all. A detector that errs alike in several views (a "
-      "hidden wrist guessed at the same wrong place) deceives every rule";
-  return plan;
 }
 
 // Other programs' results on Shelf that were published or run.
@@ -179,7 +159,6 @@ Benchmark DevelopersShelf() {
   shelf.ground_truth = ShelfReal().ground_truth;
   shelf.takes = {TakeOf(ShelfReal(), ShelfMethods()),
                  TakeOf(ShelfFilled(), FilledShelfMethods())};
-  shelf.audit = AuditOf(shelf.takes.front());
   shelf.results = ShelfResults();
   for (const size_t row : {2, 3}) {
     shelf.own_rules.push_back(
@@ -204,22 +183,6 @@ Benchmark DevelopersCampus() {
                      "Chen et al.'s own detections, which are not public",
                      "its head conversion was tuned on this set",
                      {}}};
-  AuditPlan& audit = campus.audit;
-  audit.dataset = CampusModelled("clean");
-  audit.dataset.name = "Campus, 2D annotation";
-  audit.dataset.detections_note =
-      "the 2D annotation of Camera0 and Camera1, no detector's output";
-  audit.dataset.detections = "campus/annotation_2d.json";
-  audit.dataset.set = "skeleton=tum14";
-  audit.results = campus.results;
-  audit.without_views = {"Camera2"};
-  audit.caution =
-      "No detections of Campus are public; the modelled ones are made of the "
-      "annotation and cannot speak against it. What is left as a witness is "
-      "the 2D annotation of Camera0 and Camera1 (that of Camera2 is exactly "
-      "the projection of the 3D one), made by the same hands as the 3D one: it "
-      "can show where the two disagree, and that the published result errs "
-      "where both stand against it, but not where both are wrong alike";
   return campus;
 }
 
@@ -298,7 +261,6 @@ std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
   benchmark.set = set;
   benchmark.ground_truth = *truth;
   benchmark.takes = {TakeOf(std::move(dataset), std::move(methods))};
-  benchmark.audit = AuditOf(benchmark.takes.front());
   return benchmark;
 }
 

@@ -49,16 +49,6 @@ struct OwnRules {
   std::string rules;  // what they are
 };
 
-// Which estimates are held against which views (core/evaluation/
-// annotation_audit.h).
-struct AuditPlan {
-  Dataset dataset;                  // its detections bear witness
-  std::vector<Method> methods;      // estimates, also made without each camera
-  std::vector<ResultFile> results;  // estimates that are only read
-  std::vector<std::string> without_views;  // which are no witnesses
-  std::string caution;  // what this audit can tell and what it cannot
-};
-
 // One benchmark: all that is scored against one ground truth.
 struct Benchmark {
   BenchmarkSet set = BenchmarkSet::kShelf;
@@ -67,7 +57,6 @@ struct Benchmark {
   std::vector<ResultFile> results;        // of everybody in the take
   std::vector<ResultFile> single_person;  // of actor 0 alone
   std::vector<OwnRules> own_rules;
-  AuditPlan audit;
 };
 
 struct BenchmarkData {

@@ -1,5 +1,4 @@
-// Plain values as bytes of this machine, and back: for files that only the same
-// build on the same machine reads again. And a fingerprint of such bytes.
+// Plain values as bytes of this machine, and back.
 #ifndef KINEGRAPH_CORE_BASE_BYTES_H_
 #define KINEGRAPH_CORE_BASE_BYTES_H_
 
@@ -27,10 +26,6 @@ class ByteWriter {
     const auto small = static_cast<uint16_t>(count);
     if (small != count) throw InputError("too many to be counted in two bytes");
     Put(small);
-  }
-  void PutText(std::string_view text) {
-    PutSize(text.size());
-    bytes_.append(text);
   }
   template <typename Derived>
   void PutMatrix(const Eigen::MatrixBase<Derived>& matrix) {
@@ -66,7 +61,6 @@ class ByteReader {
     return static_cast<size_t>(size);
   }
   size_t GetCount() { return Get<uint16_t>(); }
-  std::string GetText() { return std::string(Next(GetSize())); }
   template <typename Derived>
   void GetMatrix(Eigen::MatrixBase<Derived>* matrix) {
     for (Eigen::Index c = 0; c < matrix->cols(); ++c) {
@@ -90,18 +84,6 @@ class ByteReader {
 
   std::string_view bytes_;
 };
-
-// 128 bits that tell contents apart (not against somebody who means harm).
-class Fingerprint {
- public:
-  void Add(std::string_view bytes);
-  std::string Hex() const;  // 32 digits
-
- private:
-  uint64_t a_ = 0xcbf29ce484222325u;
-  uint64_t b_ = 0x9e3779b97f4a7c15u;
-};
-std::string FingerprintOf(std::string_view bytes);
 
 }  // namespace kinegraph
 

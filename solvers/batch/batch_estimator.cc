@@ -238,7 +238,7 @@ void BatchEstimator::SolveAll(const PersonBias& person_bias,
   } else {
     take_.measurements.SettleNoise();
     ReturnFreeMemory();
-    solver_.SolveJointsWithRivals(solver_.schedule(), &take_);
+    solver_.SolveJoints(solver_.schedule(), &take_);
   }
   if (options_.bones) AddBones();
   solver_.SolveTogether(&take_);
@@ -273,9 +273,9 @@ void BatchEstimator::LearnNoiseScale() {
   RescaleNoise(first.stages.front(), 0.0);
   // What the whole schedule leaves tells better who is an outlier. Solved
   // from the convex stage again: a redescending loss may not start warm.
-  solver_.SolveJointsWithRivals(whole, &take_);
+  solver_.SolveJoints(whole, &take_);
   if (RescaleNoise(whole.stages.back(), kLeastChange)) {
-    solver_.SolveJointsWithRivals(whole, &take_);
+    solver_.SolveJoints(whole, &take_);
   }
 }
 
@@ -354,9 +354,8 @@ void BatchEstimator::AddBonesOfTheTake() {
   for (const std::vector<int>& inliers : Inliers()) {
     placed.push_back(EverTwo(inliers));
   }
-  take_.graph.bones = ConstraintsOf(spreads, options_.bone_loss, placed);
-  stated_bones_ =
-      ConstraintsOf(spreads, options_.bone_loss, placed, BoneUse::kCovariance);
+  take_.graph.bones = ConstraintsOf(spreads, placed);
+  stated_bones_ = ConstraintsOf(spreads, placed, BoneUse::kCovariance);
 }
 
 // Bones between joints that two views have placed, as long as the estimates

@@ -4,14 +4,10 @@
 #include <memory>
 #include <mutex>
 #include <numeric>
-#include <optional>
 #include <utility>
 
-#include "core/base/bytes.h"
 #include "core/base/parallel.h"
-#include "core/base/piece_store.h"
 #include "core/system/memory.h"
-#include "solvers/batch/chunk_pieces.h"
 #include "solvers/graph/schedule.h"
 
 namespace kinegraph {
@@ -27,17 +23,16 @@ std::vector<int> AllJoints(const PersonProblem& problem) {
   return all;
 }
 
-std::string BytesOf(const SolveSchedule& schedule) {
-  ByteWriter writer;
-  Put(schedule, &writer);
-  return writer.Take();
-}
+// What a solve found in a chunk's own frames.
+struct ChunkSolution {
+  std::vector<JointOutcome> joints;
+  bool bones_dropped = false;  // they could not be solved
+};
 
-std::string BytesOf(double number) {
-  ByteWriter writer;
-  writer.Put(number);
-  return writer.Take();
-}
+// Of a chunk's own frames, [joint][frame]; a joint has none where it is not
+// known.
+template <typename Matrix>
+using ChunkCovariances = std::vector<std::vector<Matrix>>;
 
 std::vector<std::vector<Eigen::Matrix3d>> Positions(
     const std::vector<std::vector<Matrix6d>>& covariances) {
@@ -72,57 +67,32 @@ std::unique_ptr<PersonSolver> TakeSolver::TakeIdle() {
 
 void TakeSolver::GiveBack(std::unique_ptr<PersonSolver> solver) {
   const std::lock_guard<std::mutex> lock(taking_);
+  whole_.AddCounts(solver->TakeCounts());
   idle_.push_back(std::move(solver));
 }
 
 template <typename Outcome, typename Compute, typename TakeOver>
-void TakeSolver::ForEachChunk(const std::string& step, const PersonTake& take,
+void TakeSolver::ForEachChunk(const PersonTake& take,
                               const std::vector<Chunk>& chunks,
                               const Compute& compute,
                               const TakeOver& take_over) {
   ParallelFor(AllowedThreads(), static_cast<int>(chunks.size()), [&](int i) {
     PersonProblem part = CutOut(take, chunks[i]);
     if (!without_bones_.empty() && without_bones_[i]) part.bones.clear();
-    PieceStore* pieces = options_.pieces;
-    std::string key;
-    if (pieces != nullptr) key = ChunkKey(step, whole_, chunks[i], part);
-    if (key.empty()) pieces = nullptr;
-    std::optional<std::string> kept;
-    if (pieces != nullptr) kept = pieces->Find(key);
-    SolveCounts counts;
-    Outcome outcome;
-    if (kept.has_value()) {
-      ByteReader reader(*kept);
-      Get(&reader, &counts);
-      Get(&reader, &outcome);
-    } else {
-      std::unique_ptr<PersonSolver> solver = TakeIdle();
-      outcome = compute(solver.get(), chunks[i], &part);
-      counts = solver->TakeCounts();
-      GiveBack(std::move(solver));
-    }
-    if (pieces != nullptr && !kept.has_value()) {
-      ByteWriter writer;
-      Put(counts, &writer);
-      Put(outcome, &writer);
-      pieces->Add(key, writer.Take());
-    }
-    {
-      const std::lock_guard<std::mutex> lock(taking_);
-      whole_.AddCounts(counts);
-    }
+    std::unique_ptr<PersonSolver> solver = TakeIdle();
+    Outcome outcome = compute(solver.get(), chunks[i], &part);
+    GiveBack(std::move(solver));
     take_over(i, std::move(outcome));
     if (i % kChunksATidying == kChunksATidying - 1) ReturnFreeMemory();
   });
 }
 
-std::vector<char> TakeSolver::Solve(const std::string& step, PersonTake* take,
-                                    const Work& work) {
+std::vector<char> TakeSolver::Solve(PersonTake* take, const Work& work) {
   const std::vector<Chunk> chunks = MakeChunks(take->graph, options_.chunk_s);
   // All are cut out before any is put back: they overlap.
   std::vector<ChunkSolution> solutions(chunks.size());
   ForEachChunk<ChunkSolution>(
-      step, *take, chunks,
+      *take, chunks,
       [&](PersonSolver* solver, const Chunk& chunk, PersonProblem* part) {
         const bool with_bones = !part->bones.empty();
         work(solver, part);
@@ -142,36 +112,25 @@ std::vector<char> TakeSolver::Solve(const std::string& step, PersonTake* take,
 }
 
 void TakeSolver::SolveJoints(const SolveSchedule& schedule, PersonTake* take) {
-  Solve("joints" + BytesOf(schedule), take,
-        [&](PersonSolver* solver, PersonProblem* part) {
-          solver->SolveJoints(schedule, AllJoints(*part), part);
-        });
-}
-
-void TakeSolver::SolveJointsWithRivals(const SolveSchedule& schedule,
-                                       PersonTake* take) {
-  Solve("joints with rivals" + BytesOf(schedule), take,
-        [&](PersonSolver* solver, PersonProblem* part) {
-          solver->SolveJointsWithRivals(schedule, AllJoints(*part), part);
-        });
+  Solve(take, [&](PersonSolver* solver, PersonProblem* part) {
+    solver->SolveJoints(schedule, AllJoints(*part), part);
+  });
 }
 
 void TakeSolver::SolveTogether(PersonTake* take) {
   FreeWorkSpace();
   without_bones_.clear();
-  without_bones_ =
-      Solve("together", take, [](PersonSolver* solver, PersonProblem* part) {
-        solver->SolveBones(part);
-        solver->Refine(part);
-      });
+  without_bones_ = Solve(take, [](PersonSolver* solver, PersonProblem* part) {
+    solver->SolveBones(part);
+    solver->Refine(part);
+  });
   // Then the take has none.
   const bool as_a_whole = without_bones_.size() == 1;
   if (as_a_whole && without_bones_[0]) take->graph.bones.clear();
 }
 
 template <typename Matrix, typename Of>
-std::vector<std::vector<Matrix>> TakeSolver::InChunks(const std::string& step,
-                                                      const PersonTake& take,
+std::vector<std::vector<Matrix>> TakeSolver::InChunks(const PersonTake& take,
                                                       const Of& of) {
   FreeWorkSpace();
   const std::vector<Chunk> chunks = MakeChunks(take.graph, options_.chunk_s);
@@ -182,7 +141,7 @@ std::vector<std::vector<Matrix>> TakeSolver::InChunks(const std::string& step,
   std::vector<std::vector<char>> known(
       chunks.size(), std::vector<char>(take.graph.joints.size(), 0));
   ForEachChunk<ChunkCovariances<Matrix>>(
-      step, take, chunks,
+      take, chunks,
       [&](PersonSolver* solver, const Chunk& chunk, PersonProblem* part) {
         const size_t end = chunk.own_end - chunk.begin;
         ChunkCovariances<Matrix> covariances = of(solver, *part, end);
@@ -215,8 +174,7 @@ std::vector<std::vector<Matrix>> TakeSolver::InChunks(const std::string& step,
 std::vector<std::vector<Matrix6d>> TakeSolver::StateCovariances(
     const PersonTake& take, double correction) {
   return InChunks<Matrix6d>(
-      "states" + BytesOf(correction), take,
-      [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
+      take, [&](PersonSolver* solver, const PersonProblem& part, size_t end) {
         return solver->JointCovariances(part, correction, end);
       });
 }
@@ -224,8 +182,7 @@ std::vector<std::vector<Matrix6d>> TakeSolver::StateCovariances(
 std::vector<std::vector<Eigen::Matrix3d>> TakeSolver::JointCovariances(
     const PersonTake& take) {
   return InChunks<Eigen::Matrix3d>(
-      "joints' positions", take,
-      [](PersonSolver* solver, const PersonProblem& part, size_t end) {
+      take, [](PersonSolver* solver, const PersonProblem& part, size_t end) {
         return Positions(
             solver->JointCovariances(part, solver->correction(), end));
       });
@@ -234,8 +191,7 @@ std::vector<std::vector<Eigen::Matrix3d>> TakeSolver::JointCovariances(
 std::vector<std::vector<Eigen::Matrix3d>> TakeSolver::Covariances(
     const PersonTake& take) {
   return InChunks<Eigen::Matrix3d>(
-      "positions", take,
-      [](PersonSolver* solver, const PersonProblem& part, size_t end) {
+      take, [](PersonSolver* solver, const PersonProblem& part, size_t end) {
         return Positions(part.coupled() ? solver->BoneCovariances(part, end)
                                         : solver->JointCovariances(
                                               part, solver->correction(), end));

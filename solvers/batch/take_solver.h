@@ -19,7 +19,6 @@ namespace kinegraph {
 
 // Does with every chunk of a take what PersonSolver does with a problem, on as
 // many threads as the caller may use; the result is the same for any number.
-// What the options' store has (GraphOptions::pieces) is not computed again.
 // What is learnt from the take (noise, bones) is learnt by the caller, over all
 // chunks.
 class TakeSolver {
@@ -31,7 +30,6 @@ class TakeSolver {
 
   // All joints, each as if alone.
   void SolveJoints(const SolveSchedule& schedule, PersonTake* take);
-  void SolveJointsWithRivals(const SolveSchedule& schedule, PersonTake* take);
 
   // Bones if there are any, then Ceres if the options name it.
   void SolveTogether(PersonTake* take);
@@ -60,21 +58,17 @@ class TakeSolver {
   std::unique_ptr<PersonSolver> TakeIdle();
   void GiveBack(std::unique_ptr<PersonSolver> solver);
   // Calls take_over(chunk's number, outcome) for every chunk, with what
-  // compute(solver, chunk, chunk as a problem of its own) returns or the store
-  // has of it under `step` (ChunkKey).
+  // compute(solver, chunk, chunk as a problem of its own) returns.
   template <typename Outcome, typename Compute, typename TakeOver>
-  void ForEachChunk(const std::string& step, const PersonTake& take,
-                    const std::vector<Chunk>& chunks, const Compute& compute,
-                    const TakeOver& take_over);
+  void ForEachChunk(const PersonTake& take, const std::vector<Chunk>& chunks,
+                    const Compute& compute, const TakeOver& take_over);
   // What `of(solver, problem, end of its frames)` says of each chunk, joined.
   template <typename Matrix, typename Of>
-  std::vector<std::vector<Matrix>> InChunks(const std::string& step,
-                                            const PersonTake& take,
+  std::vector<std::vector<Matrix>> InChunks(const PersonTake& take,
                                             const Of& of);
   // Takes over what `work` does to the chunks' own frames. Whether that dropped
   // their bones, by chunk.
-  std::vector<char> Solve(const std::string& step, PersonTake* take,
-                          const Work& work);
+  std::vector<char> Solve(PersonTake* take, const Work& work);
 
   const GraphOptions options_;
   PersonSolver whole_;

@@ -118,8 +118,7 @@ bool ForEachCoupling(const PersonProblem& problem, const FactorWalk& walk,
   for (const BoneConstraint& bone : problem.bones) {
     const BoneLength<double> factor = {bone.length_m, 1.0 / bone.sigma_m};
     for (size_t k = walk.begin; k < end; ++k) {
-      if (!visit(factor, Keys<2>{{{bone.a, k}, {bone.b, k}}},
-                 Robustness{bone.loss, bone.loss_scale})) {
+      if (!visit(factor, Keys<2>{{{bone.a, k}, {bone.b, k}}}, Robustness{})) {
         return false;
       }
     }

@@ -23,9 +23,6 @@ void DescribeLoss(GraphOptions* options, OptionVisitor& visitor) {
                  "robust loss of the reprojections");
   visitor.Number("loss_scale", &options->loss_scale, Positive(), "sigmas",
                  "where the loss starts to doubt an observation");
-  visitor.NumberList("stages", &options->stages, Positive(), "",
-                     "multiples of loss_scale that a non-convex loss runs "
-                     "through after a Huber stage");
   visitor.Number("inlier_weight", &options->inlier_weight, Between(0.0, 1.0),
                  "", "weight from which a view counts as an inlier");
 }
@@ -36,8 +33,6 @@ void DescribeNoise(GraphOptions* options, OptionVisitor& visitor) {
   DescribeJointClasses(
       visitor, "sigma_px", &options->sigma_px, "px",
       "detector error at 4 m, focal length 1000 px, confidence 1");
-  visitor.Number("min_sigma_px", &options->min_sigma_px, Positive(), "px",
-                 "smallest detector error");
   visitor.Number("confidence_power", &options->confidence_power,
                  Between(0.0, 4.0), "",
                  "the detector error grows with confidence^-power");
@@ -76,20 +71,9 @@ void DescribeBones(GraphOptions* options, OptionVisitor& visitor) {
                  {"take", "fixed"},
                  "how far a bone's length may vary: as the take shows of each "
                  "bone, or bone_sigma_m for all");
-  visitor.Choice("bone_loss", &options->bone_loss, LossNames(),
-                 "robust loss of lengths whose freedom the take shows; it "
-                 "begins at three times that");
-  visitor.Boolean("bone_swing", &options->bone_swing,
-                  "steps know that a stretched bone resists what turns it, and "
-                  "are rough far from the minimum; off for figures of older "
-                  "versions");
 }
 
 void DescribeSolver(GraphOptions* options, OptionVisitor& visitor) {
-  visitor.Choice("start_from", &options->start_from,
-                 {"triangulation", "motion"},
-                 "where the window starts a new state: where the frame's own "
-                 "views place the joint, or where the motion leads");
   visitor.Choice("solver", &options->solver, {"ceres", "sweeps"},
                  "Ceres, started from block-tridiagonal sweeps, or these "
                  "alone");
@@ -109,13 +93,6 @@ void GraphOptions::Describe(OptionVisitor& visitor) {
                  "how long the window keeps a frame before it is final");
   DescribeLoss(this, visitor);
   DescribeNoise(this, visitor);
-  visitor.Boolean("rival_starts", &rival_starts,
-                  "where most views of a joint are lost, also solve from other "
-                  "starts and keep what costs least");
-  visitor.Number("birth_position_sigma_m", &birth_position_sigma_m, Positive(),
-                 "m", "spread of the joints around the person's centre");
-  visitor.Number("birth_velocity_sigma_mps", &birth_velocity_sigma_mps,
-                 Positive(), "m/s", "spread of the joints' first velocity");
   DescribeBones(this, visitor);
   visitor.Number("bridging_limit_s", &bridging_limit_s, NonNegative(), "s",
                  "how long a joint is written without a supporting view");

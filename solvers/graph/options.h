@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "core/base/options.h"
-#include "core/base/piece_store.h"
 #include "core/data/view_bias.h"
 #include "core/skeleton/skeleton.h"
 #include "solvers/factors/loss.h"
@@ -40,12 +39,6 @@ enum class NoiseFrom {
   kFixed,  // the options' own figures
 };
 
-// Where the window's newest state starts.
-enum class StartFrom {
-  kTriangulation,  // the frame's own views, where they place the joint
-  kMotion,         // where the motion leads
-};
-
 // Whether the detector's bias by view is learnt and taken away.
 enum class ViewBiasUse {
   kOff,
@@ -60,9 +53,6 @@ struct GraphOptions {
 
   LossKind loss = LossKind::kGemanMcClure;
   double loss_scale = 3.0;  // sigmas
-  // Multiples of loss_scale that a loss that is not convex runs through after a
-  // Huber stage; the last should be 1.
-  std::vector<double> stages = {2.0, 1.0};
   // Weight above which a view counts as an inlier (0.25: three sigmas under
   // Geman-McClure with loss_scale 3).
   double inlier_weight = 0.25;
@@ -75,7 +65,6 @@ struct GraphOptions {
   // Detector error of a confidence of 1 [px] at a depth of 4 m with a focal
   // length of 1000 px. It scales with the size of the person in the image.
   JointClassTable sigma_px = {6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0};
-  double min_sigma_px = 1.0;      // no detector is better than this [px]
   double confidence_power = 0.5;  // sigma grows with confidence^-power
   double min_confidence = 0.05;   // lower ones count as this
 
@@ -97,9 +86,6 @@ struct GraphOptions {
   // confidence_power; only where pixel noise is learnt.
   NoiseFrom confidence_from = NoiseFrom::kTake;
   NoiseFrom process_noise_from = NoiseFrom::kTake;
-  // Where most views of a joint are lost, solve from rival starts too and keep
-  // what costs least.
-  bool rival_starts = true;
 
   // The detector's bias as a function of the view, over all people of the take
   // (solvers/noise/bias_model.h).
@@ -114,27 +100,16 @@ struct GraphOptions {
            process_noise_from == NoiseFrom::kTake;
   }
 
-  double birth_position_sigma_m = 1.0;
-  double birth_velocity_sigma_mps = 3.0;
-
   bool bones = false;
   double bone_sigma_m = 0.02;
   // Length and freedom of each bone as the take shows them
-  // (solvers/noise/bone_spreads.h), with a loss that doubts a length from three
-  // times its freedom on; or the median of the estimates and bone_sigma_m.
+  // (solvers/noise/bone_spreads.h); or the median of the estimates and
+  // bone_sigma_m.
   NoiseFrom bone_sigma_from = NoiseFrom::kTake;
-  LossKind bone_loss = LossKind::kNone;
-  // Steps of the sweeps know that a stretched bone resists what turns it
-  // (BoneLength::Swing), and far from the minimum solve their system roughly:
-  // the same minimum, found sooner and more often.
-  bool bone_swing = true;
 
   // A joint is written for at most this long without a supporting view [s].
   double bridging_limit_s = 0.5;
   bool covariance = true;
-
-  // Where the window starts a new state, before the schedule.
-  StartFrom start_from = StartFrom::kTriangulation;
 
   GraphSolver solver = GraphSolver::kCeres;
   int64_t max_iterations = 100;    // of the last stage; earlier ones take three
@@ -143,14 +118,17 @@ struct GraphOptions {
   // their neighbours on both sides; 0 for the take as a whole [s].
   double chunk_s = 10.0;
 
-  // Given in code alone: a bias that is known and not learnt (unless view_bias
-  // is off), factors of the caller's own (solver ceres), where estimators add
-  // how their solves ended, and where the batch keeps what it has solved, chunk
-  // by chunk (null: nowhere; it must outlive the estimators).
+  // Given in code alone: how far a new person's joints may be from its centre
+  // and how fast they move, the error that no detector falls below [px], a bias
+  // that is known and not learnt (unless view_bias
+  // is off), factors of the caller's own (solver ceres), and where estimators
+  // add how their solves ended.
+  double birth_position_sigma_m = 1.0;
+  double birth_velocity_sigma_mps = 3.0;
+  double min_sigma_px = 1.0;
   std::shared_ptr<const ViewBias> given_view_bias;
   UserFactorSource user_factors;
   std::shared_ptr<SolveLedger> ledger;
-  PieceStore* pieces = nullptr;
 
   void Describe(OptionVisitor& visitor);
 };

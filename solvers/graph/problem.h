@@ -94,8 +94,6 @@ struct BoneConstraint {
   int b = 0;
   double length_m = 0.0;
   double sigma_m = 0.02;
-  LossKind loss = LossKind::kNone;
-  double loss_scale = 3.0;  // sigmas
 };
 
 struct PersonProblem {
@@ -128,7 +126,6 @@ struct SolveSchedule {
   // Whether states that still move far at the end lose their measurements
   // (SolveReport::unsettled). Not for solves that only hand over a start.
   bool doubt_unsettled = true;
-  bool bone_swing = true;  // steps count BoneLength::Swing
 };
 
 struct SolveReport {

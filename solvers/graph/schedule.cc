@@ -8,33 +8,22 @@ SolveSchedule MakeSchedule(const GraphOptions& options) {
   constexpr double kHuberScale = 1.5;
   // Earlier stages only hand over a start.
   constexpr int kEarlyIterations = 3;
+  // Of loss_scale, after the Huber stage.
+  constexpr double kMultiples[] = {2.0, 1.0};
   const int last_iterations = static_cast<int>(options.max_iterations);
   SolveSchedule schedule;
   schedule.step_tolerance_m = options.step_tolerance_m;
-  schedule.bone_swing = options.bone_swing;
   if (IsConvex(options.loss)) {
     schedule.stages = {{options.loss, options.loss_scale, last_iterations}};
     return schedule;
   }
   schedule.stages.push_back({LossKind::kHuber, kHuberScale, kEarlyIterations});
-  for (const double multiple : options.stages) {
+  for (const double multiple : kMultiples) {
     schedule.stages.push_back(
         {options.loss, multiple * options.loss_scale, kEarlyIterations});
   }
   schedule.stages.back().max_iterations = last_iterations;
   return schedule;
-}
-
-void Put(const SolveSchedule& schedule, ByteWriter* writer) {
-  writer->PutSize(schedule.stages.size());
-  for (const SolveStage& stage : schedule.stages) {
-    writer->Put(stage.loss);
-    writer->Put(stage.scale);
-    writer->Put(stage.max_iterations);
-  }
-  writer->Put(schedule.step_tolerance_m);
-  writer->Put(schedule.doubt_unsettled);
-  writer->Put(schedule.bone_swing);
 }
 
 }  // namespace kinegraph

@@ -2,7 +2,6 @@
 #ifndef KINEGRAPH_SOLVERS_GRAPH_SCHEDULE_H_
 #define KINEGRAPH_SOLVERS_GRAPH_SCHEDULE_H_
 
-#include "core/base/bytes.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
 
@@ -14,9 +13,6 @@ namespace kinegraph {
 // A redescending loss that starts from an old estimate instead can lock good
 // views out for ever, so every window runs the whole schedule again.
 SolveSchedule MakeSchedule(const GraphOptions& options);
-
-// For keys (core/base/piece_store.h).
-void Put(const SolveSchedule& schedule, ByteWriter* writer);
 
 }  // namespace kinegraph
 

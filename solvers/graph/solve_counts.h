@@ -19,8 +19,6 @@ struct SolveCounts {
   int64_t cholmod_problems = 0;  // of them factorised by SuiteSparse
   // Decrease of the cost from the start to Ceres' result [1e-6].
   int64_t ceres_decrease_millionths = 0;
-  int64_t rivals_tried = 0;  // times most views of a joint were lost
-  int64_t rivals_taken = 0;  // of which a rival start was better
 
   // What went wrong.
   int64_t not_converged = 0;  // solves that reached their iterations
@@ -41,7 +39,6 @@ inline constexpr int64_t SolveCounts::*kSolveCounts[] = {
     &SolveCounts::solves,           &SolveCounts::sweep_iterations,
     &SolveCounts::ceres_problems,   &SolveCounts::ceres_iterations,
     &SolveCounts::cholmod_problems, &SolveCounts::ceres_decrease_millionths,
-    &SolveCounts::rivals_tried,     &SolveCounts::rivals_taken,
     &SolveCounts::not_converged,    &SolveCounts::not_finite,
     &SolveCounts::bones_dropped,    &SolveCounts::positions_in_doubt,
     &SolveCounts::no_covariance};

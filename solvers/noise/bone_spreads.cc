@@ -253,7 +253,7 @@ std::optional<BoneEstimate> BoneSpreads::Estimate(int bone_idx) const {
 }
 
 BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
-                            LossKind loss, BoneUse use) {
+                            BoneUse use) {
   BoneConstraint constraint;
   constraint.a = bone.a;
   constraint.b = bone.b;
@@ -265,15 +265,10 @@ BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
                            (use == BoneUse::kCovariance ? frames : 1.0);
   constraint.sigma_m =
       std::sqrt(frames * spread_m2 + std::sqrt(frames) * hidden_m2 + length_m2);
-  constraint.loss = loss;
-  constraint.loss_scale =
-      3.0 * std::hypot(estimate.spread_bound_m, estimate.length_sigma_m) /
-      constraint.sigma_m;
   return constraint;
 }
 
 std::vector<BoneConstraint> ConstraintsOf(const BoneSpreads& spreads,
-                                          LossKind loss,
                                           const std::vector<bool>& placed,
                                           BoneUse use) {
   std::vector<BoneConstraint> constraints;
@@ -285,7 +280,7 @@ std::vector<BoneConstraint> ConstraintsOf(const BoneSpreads& spreads,
     }
     const auto estimate = spreads.Estimate(static_cast<int>(i));
     if (!estimate.has_value() || estimate->gives_way) continue;
-    constraints.push_back(ConstraintOf(bone, *estimate, loss, use));
+    constraints.push_back(ConstraintOf(bone, *estimate, use));
   }
   return constraints;
 }

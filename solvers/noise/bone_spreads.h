@@ -137,16 +137,13 @@ enum class BoneUse {
 //   (spread_bound_m). Counted n times it would cost more than it saves.
 // - An error of the length is one number for the whole take, which moves each
 //   end by half of it; it counts once (BoneUse::kCovariance: n times).
-// docs/noise.md, "What bones give", has the figures. The loss begins
-// where a length is off by three times its spread bound and the length's own
-// sigma.
+// docs/noise.md, "What bones give", has the figures.
 BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
-                            LossKind loss, BoneUse use = BoneUse::kEstimate);
+                            BoneUse use = BoneUse::kEstimate);
 
 // The factors of all bones that are known, do not give way and have both ends
 // `placed` (by joint).
 std::vector<BoneConstraint> ConstraintsOf(const BoneSpreads& spreads,
-                                          LossKind loss,
                                           const std::vector<bool>& placed,
                                           BoneUse use = BoneUse::kEstimate);
 

@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <sstream>
 #include <utility>
 
 #include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/noise_model.h"
 #include "solvers/graph/schedule.h"
-#include "solvers/person/rivals.h"
 #include "solvers/sweeps/person_system.h"
 
 namespace kinegraph {
@@ -39,9 +37,7 @@ SolveSchedule LastStage(SolveSchedule schedule) {
 }  // namespace
 
 PersonSolver::PersonSolver(const GraphOptions& options)
-    : rival_starts_(options.rival_starts),
-      inlier_weight_(options.inlier_weight),
-      solver_(options.solver),
+    : solver_(options.solver),
       ledger_(options.ledger),
       schedule_(MakeSchedule(options)),
       correction_(InformationCorrection(
@@ -76,73 +72,6 @@ void PersonSolver::Finish(SolveReport report, const StateChain& start,
   for (PixelMeasurement& measurement : chain->measurements) {
     measurement.weight = 0.0;
   }
-}
-
-double PersonSolver::JointCost(const std::vector<TimeNs>& times,
-                               const JointChain& chain) {
-  const SolveStage& stage = schedule_.stages.back();
-  if (!Linearise(times, chain, chain.states, stage, OwnPrior::kCounts,
-                 &linear_)) {
-    return std::numeric_limits<double>::infinity();
-  }
-  // A view that cannot see the joint costs as one that is far off.
-  constexpr double kFar = 1e6;  // sigmas, squared
-  double cost = linear_.cost;
-  for (const PixelMeasurement& measurement : chain.measurements) {
-    if (!measurement.gated) continue;
-    cost += 0.5 * measurement.information *
-            EvaluateLoss(stage.loss, stage.scale, kFar).rho;
-  }
-  return cost;
-}
-
-void PersonSolver::SolveJointsWithRivals(const SolveSchedule& schedule,
-                                         const std::vector<int>& joint_indices,
-                                         PersonProblem* problem) {
-  SolveJoints(schedule, joint_indices, problem);
-  if (!rival_starts_ || IsConvex(schedule.stages.back().loss)) return;
-  for (const int j : joint_indices) TryRivals(schedule, j, problem);
-}
-
-void PersonSolver::TryRivals(const SolveSchedule& schedule, int joint_idx,
-                             PersonProblem* problem) {
-  JointChain& chain = problem->joints[joint_idx];
-  const std::vector<LostStretch> stretches =
-      LostStretches(chain, inlier_weight_);
-  if (stretches.empty()) return;
-  ++counts_.rivals_tried;
-  // What becomes of the rivals is no result that anybody takes over.
-  const SolveCounts counted = counts_;
-  SolveSchedule last = schedule;
-  last.stages.erase(last.stages.begin(), last.stages.end() - 1);
-  const JointChain first = chain;
-  JointChain best = chain;
-  double least = JointCost(problem->times, chain);
-  bool taken = false;
-  for (const RivalMask mask : {RivalMask::kBelieved, RivalMask::kAll}) {
-    chain = first;
-    const std::vector<char> masked =
-        MaskFor(mask, stretches, inlier_weight_, first);
-    for (size_t m = 0; m < masked.size(); ++m) {
-      if (masked[m]) chain.measurements[m].information = 0.0;
-    }
-    SolveJoints(schedule, {joint_idx}, problem);
-    for (size_t m = 0; m < masked.size(); ++m) {
-      chain.measurements[m].information = first.measurements[m].information;
-    }
-    SolveJoints(last, {joint_idx}, problem);
-    const double cost = JointCost(problem->times, chain);
-    // Not for the sake of rounding.
-    if (!(cost < least - 1e-6 * (1.0 + least))) continue;
-    least = cost;
-    best = chain;
-    taken = true;
-  }
-  chain = std::move(best);
-  const int64_t iterations = counts_.sweep_iterations;
-  counts_ = counted;
-  counts_.sweep_iterations = iterations;
-  if (taken) ++counts_.rivals_taken;
 }
 
 void PersonSolver::SolveBones(PersonProblem* problem) {
@@ -218,15 +147,6 @@ void PersonSolver::Note(const SolveReport& report, Result result) {
 void PersonSolver::FreeWorkSpace() {
   chain_solver_ = ChainSolver();
   bone_solver_ = BoneSolver();
-  linear_ = LinearChain();
-}
-
-void PersonSolver::PutOptions(ByteWriter* writer) const {
-  writer->Put(solver_);
-  writer->Put(rival_starts_);
-  writer->Put(inlier_weight_);
-  writer->Put(correction_);
-  Put(schedule_, writer);
 }
 
 SolveCounts PersonSolver::TakeCounts() {
@@ -236,15 +156,10 @@ SolveCounts PersonSolver::TakeCounts() {
 void PersonSolver::HandInCounts(int64_t first_frame, int64_t last_frame) {
   const SolveCounts counts = TakeCounts();
   if (ledger_ != nullptr) ledger_->Add(counts);
-  if (counts.AllWell() && counts.rivals_tried == 0) return;
+  if (counts.AllWell()) return;
   std::ostringstream line;
   line << "a person of frames " << first_frame << " to " << last_frame << ": "
        << DescribeTroubles(counts);
-  if (counts.rivals_tried > 0) {
-    line << "; " << counts.rivals_tried
-         << " times most views of a joint were lost, " << counts.rivals_taken
-         << " times a rival start was better";
-  }
   // Reweighting may creep for longer than it is worth; a state that still
   // moves far is another matter.
   if (counts.positions_in_doubt + counts.not_finite + counts.no_covariance >

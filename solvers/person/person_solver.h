@@ -6,13 +6,11 @@
 #include <memory>
 #include <vector>
 
-#include "core/base/bytes.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
 #include "solvers/graph/solve_counts.h"
 #include "solvers/sweeps/bone_solver.h"
 #include "solvers/sweeps/chain_solver.h"
-#include "solvers/sweeps/linear_chain.h"
 
 namespace kinegraph {
 
@@ -34,15 +32,6 @@ class PersonSolver {
   void SolveJoints(const SolveSchedule& schedule,
                    const std::vector<int>& joint_indices,
                    PersonProblem* problem);
-
-  // As SolveJoints. Where most views of a joint are lost then
-  // (LostStretches), it is solved again from two rival starts, found without
-  // the views that were believed there and without any view there; the lowest
-  // cost under the last stage's loss is kept. Problems without bones and
-  // person's prior only.
-  void SolveJointsWithRivals(const SolveSchedule& schedule,
-                             const std::vector<int>& joint_indices,
-                             PersonProblem* problem);
 
   // Couples the joints by the problem's bones, from the estimates that the
   // joints have alone and under the last stage's loss. Where that finds nothing
@@ -66,9 +55,6 @@ class PersonSolver {
   // Gives back the memory that solves needed.
   void FreeWorkSpace();
 
-  // All but the problem that a result depends on.
-  void PutOptions(ByteWriter* writer) const;
-
   // What was counted since the last call.
   SolveCounts TakeCounts();
   // Counts what another one has.
@@ -84,12 +70,7 @@ class PersonSolver {
   // Counts a solve.
   void Note(const SolveReport& report, Result result);
   void Finish(SolveReport report, const StateChain& start, JointChain* chain);
-  double JointCost(const std::vector<TimeNs>& times, const JointChain& chain);
-  void TryRivals(const SolveSchedule& schedule, int joint_idx,
-                 PersonProblem* problem);
 
-  bool rival_starts_;
-  double inlier_weight_;
   GraphSolver solver_;
   std::shared_ptr<SolveLedger> ledger_;
   SolveCounts counts_;
@@ -97,7 +78,6 @@ class PersonSolver {
   double correction_;
   ChainSolver chain_solver_;
   BoneSolver bone_solver_;
-  LinearChain linear_;
 };
 
 }  // namespace kinegraph

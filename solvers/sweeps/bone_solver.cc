@@ -100,7 +100,7 @@ void BoneSolver::AddCouplings(const PersonProblem& problem,
     const LossValue loss = robustness.Evaluate(at.squared_norm());
     system->cost += 0.5 * robustness.information * loss.rho;
     const double weight = robustness.information * loss.first;
-    const double swing = older_steps_ ? 0.0 : factor.Swing(at.residual[0]);
+    const double swing = factor.Swing(at.residual[0]);
     const double resistance = swing * factor.per_sigma * factor.per_sigma;
     const auto information = [&](int i, int row, int j, int column) {
       const double along = at.by_states[i](0, row) * at.by_states[j](0, column);
@@ -212,10 +212,10 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
   // gradient, near it a hundredth, so that a short step means little is left.
   constexpr double kFarM = 1e-3;
   constexpr double kNear = 0.01;
-  const double accuracy_far = older_steps_ ? kNear : 0.1;
+  constexpr double kFar = 0.1;
   if (!Linearise(problem, stage, &lanes_.states(), &system_)) return false;
   Damping damping;
-  double accuracy = accuracy_far;
+  double accuracy = kFar;
   report->converged = false;
   has_previous_ = false;
   for (int iteration = 0; iteration < stage.max_iterations; ++iteration) {
@@ -234,7 +234,7 @@ bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
     damping.Lower();
     KeepCandidate();
     const bool settled = move_m < step_tolerance_m && accuracy == kNear;
-    accuracy = move_m > kFarM ? accuracy_far : kNear;
+    accuracy = move_m > kFarM ? kFar : kNear;
     if (settled) {
       report->converged = true;
       break;
@@ -255,7 +255,6 @@ void BoneSolver::LeapAhead(const PersonProblem& problem,
   has_previous_ = true;
   if (to_come == 0.0) return;
   for (const double share : {1.0, 0.25}) {
-    if (share < 1.0 && older_steps_) return;
     MoveCandidate(share * to_come);
     if (!Linearise(problem, stage, &candidate_, &trial_)) continue;
     if (!(trial_.cost < system_.cost)) continue;
@@ -291,7 +290,6 @@ SolveReport BoneSolver::Solve(const SolveSchedule& schedule,
   SolveReport report;
   if (problem->times.empty()) return report;
   Load(*problem);
-  older_steps_ = !schedule.bone_swing;
   for (const SolveStage& stage : schedule.stages) {
     if (!RunStage(*problem, stage, schedule.step_tolerance_m, &report)) {
       report.finite = report.converged = false;

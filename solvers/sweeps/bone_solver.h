@@ -68,7 +68,6 @@ class BoneSolver {
   Eigen::MatrixXd prior_cross_;  // [6 lanes x 6 joints]
   LaneBuffer candidate_, step_, previous_step_, workspace_;
   bool has_previous_ = false;
-  bool older_steps_ = false;  // SolveSchedule::bone_swing off
 };
 
 }  // namespace kinegraph

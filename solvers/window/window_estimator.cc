@@ -141,8 +141,7 @@ std::vector<bool> WindowEstimator::StartNewStates() {
     // Without a measurement of its own the state is not solved again, and where
     // the motion leads it adds no cost.
     const bool measured = chain.first[k] != chain.first[k + 1];
-    if (measured && records_[k].triangulated[j] &&
-        options_.start_from == StartFrom::kTriangulation) {
+    if (measured && records_[k].triangulated[j]) {
       chain.states[k].head<3>() = triangulated;
     }
   }
@@ -183,7 +182,7 @@ bool WindowEstimator::SolveMeasuredJoints() {
     if (chain.first[k] == chain.first[k + 1] && !all) continue;
     measured.push_back(j);
   }
-  solver_.SolveJointsWithRivals(solver_.schedule(), measured, &problem_);
+  solver_.SolveJoints(solver_.schedule(), measured, &problem_);
   scale_changed_ = false;
   return !measured.empty();
 }
@@ -287,7 +286,7 @@ void WindowEstimator::SolveBones() {
       bone_spreads_.SetLasting(noise_.correlation(),
                                1.0 / scene_.frame_rate_hz);
     }
-    problem_.bones = ConstraintsOf(bone_spreads_, options_.bone_loss, placed);
+    problem_.bones = ConstraintsOf(bone_spreads_, placed);
   } else {
     AddFixedBones(placed);
   }

@@ -301,7 +301,7 @@ std::vector<std::string> FuzzSeeds(const std::string& target) {
   if (target == "detections_sleap") return {SleapHdf5()};
   if (target == "detections_deeplabcut_h5") return {DeepLabCutHdf5()};
   if (target == "configuration") {
-    return {ContentOf(KINEGRAPH_SOURCE_DIR "/configs/graph/offline.toml"),
+    return {ContentOf(KINEGRAPH_SOURCE_DIR "/configs/offline.toml"),
             ContentOf(KINEGRAPH_SOURCE_DIR "/configs/paper/shelf.toml")};
   }
   std::vector<std::string> seeds;

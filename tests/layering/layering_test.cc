@@ -1,4 +1,5 @@
-// The rules of who may use what, asserted on the sources themselves.
+// Rules that the build cannot keep, asserted on the sources themselves. Who may
+// use which library of the project is the build's (kinegraph_library).
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -17,30 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// base <- system, skeleton, geometry, assignment <- data <- {io, association,
-// reconstruction, evaluation, synthetic} <- tracking <- solvers <- apps.
-// A folder includes itself and lower ranks; folders of one rank do not include
-// each other.
-const std::map<std::string, int>& Ranks() {
-  static const std::map<std::string, int> ranks = {{"core/base", 0},
-                                                   {"core/system", 1},
-                                                   {"core/skeleton", 1},
-                                                   {"core/geometry", 1},
-                                                   {"core/assignment", 1},
-                                                   {"core/data", 2},
-                                                   {"core/io", 3},
-                                                   {"core/association", 3},
-                                                   {"core/reconstruction", 3},
-                                                   {"core/evaluation", 3},
-                                                   {"core/synthetic", 3},
-                                                   {"core/identity", 3},
-                                                   {"core/kinematics", 3},
-                                                   {"core/tracking", 4},
-                                                   {"solvers", 5},
-                                                   {"apps", 6}};
-  return ranks;
-}
-
 // "core/geometry" of "core/geometry/camera.h"; solvers and apps count as one
 // each.
 std::string FolderOf(const std::string& path) {
@@ -48,34 +25,6 @@ std::string FolderOf(const std::string& path) {
   const std::string top = path.substr(0, first);
   if (top != "core" || first == std::string::npos) return top;
   return path.substr(0, path.find('/', first + 1));
-}
-
-// The rooms of core/io: files <- text, binary <- the kinds of files, which
-// never include each other <- core/io itself, which converts among them. Those
-// of solvers: factors <- the problem <- who solves it <- what is made of that
-// <- estimators <- factory and smoothers <- the run.
-const std::map<std::string, int>& RoomRanks() {
-  static const std::map<std::string, int> ranks = {{"core/io/files", 0},
-                                                   {"core/io/text", 1},
-                                                   {"core/io/binary", 1},
-                                                   {"core/io/configuration", 2},
-                                                   {"core/io/calibration", 2},
-                                                   {"core/io/detections", 2},
-                                                   {"core/io/tracks", 2},
-                                                   {"core/io", 3},
-                                                   {"solvers/factors", 0},
-                                                   {"solvers/graph", 1},
-                                                   {"solvers/sweeps", 2},
-                                                   {"solvers/ceres", 2},
-                                                   {"solvers/filters", 2},
-                                                   {"solvers/person", 3},
-                                                   {"solvers/noise", 3},
-                                                   {"solvers/scene", 3},
-                                                   {"solvers/window", 4},
-                                                   {"solvers/batch", 4},
-                                                   {"solvers", 5},
-                                                   {"solvers/session", 6}};
-  return ranks;
 }
 
 bool StartsWith(const std::string& text, const std::string& beginning) {
@@ -149,25 +98,8 @@ std::string BrokenByInclude(const std::string& folder,
       return reserved.rule;
     }
   }
-  const std::string other = FolderOf(included);
   if (StartsWith(included, "tests/")) return "tests are used by tests alone";
-  const auto rank = Ranks().find(folder);
-  const auto other_rank = Ranks().find(other);
-  if (other_rank == Ranks().end() || other == folder) return "";
-  if (rank->second > other_rank->second) return "";
-  return folder + " may not use " + other + ": dependencies go downwards";
-}
-
-// The same for the rooms of core/io and of solvers.
-std::string BrokenByRoom(const std::string& path, const std::string& included) {
-  const std::string room = path.substr(0, path.rfind('/'));
-  const std::string other = included.substr(0, included.rfind('/'));
-  const auto rank = RoomRanks().find(room);
-  const auto other_rank = RoomRanks().find(other);
-  if (rank == RoomRanks().end() || room == other) return "";
-  if (other_rank == RoomRanks().end()) return "";
-  if (rank->second > other_rank->second) return "";
-  return room + " may not use " + other + ": dependencies go downwards";
+  return "";
 }
 
 std::string BrokenByWords(const std::string& folder, const std::string& line) {
@@ -187,9 +119,6 @@ std::vector<std::string> Violations(const std::string& path,
       "^\\s*#\\s*include\\s*[<\"]([^>\"]+)[>\"].*");
   const std::string folder = FolderOf(path);
   std::vector<std::string> found;
-  if (Ranks().count(folder) == 0) {
-    return {path + ": the folder is not in the list of layers"};
-  }
   std::istringstream lines(source);
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {
@@ -197,9 +126,8 @@ std::vector<std::string> Violations(const std::string& path,
     const std::string code = line.substr(0, line.find("//"));
     std::smatch match;
     const bool includes = std::regex_match(line, match, kInclude);
-    std::string rule = includes ? BrokenByInclude(folder, match[1])
-                                : BrokenByWords(folder, code);
-    if (includes && rule.empty()) rule = BrokenByRoom(path, match[1]);
+    const std::string rule = includes ? BrokenByInclude(folder, match[1])
+                                      : BrokenByWords(folder, code);
     if (rule.empty()) continue;
     found.push_back(path + ":" + std::to_string(number) + ": " + rule + ": " +
                     line);
@@ -418,28 +346,6 @@ INSTANTIATE_TEST_SUITE_P(
         WrongLine{"core/data/x.cc", "#include <iostream>", "print"},
         WrongLine{"core/data/x.cc", "  std::printf(\"%d\", x);", "print"},
         WrongLine{"core/data/x.cc", "std::random_device d;", "seeded"},
-        WrongLine{"core/association/x.h", "#include \"core/io/y.h\"",
-                  "core/association may not use core/io"},
-        WrongLine{"core/io/x.h", "#include \"core/evaluation/y.h\"",
-                  "core/io may not use core/evaluation"},
-        WrongLine{"core/io/tracks/x.cc", "#include \"core/io/detections/y.h\"",
-                  "downwards"},
-        WrongLine{"core/io/files/x.cc", "#include \"core/io/text/y.h\"",
-                  "core/io/files may not use core/io/text"},
-        WrongLine{"core/io/text/x.cc", "#include \"core/io/y.h\"", "downwards"},
-        WrongLine{"core/base/x.h", "#include \"core/data/y.h\"", "downwards"},
-        WrongLine{"core/geometry/x.h", "#include \"core/skeleton/y.h\"",
-                  "downwards"},
-        WrongLine{"core/tracking/x.h", "# include \"solvers/window/y.h\"",
-                  "downwards"},
-        WrongLine{"solvers/batch/x.h", "#include \"apps/common/app.h\"",
-                  "downwards"},
-        WrongLine{"solvers/graph/x.h", "#include \"solvers/sweeps/y.h\"",
-                  "solvers/graph may not use solvers/sweeps"},
-        WrongLine{"solvers/sweeps/x.h", "#include \"solvers/ceres/y.h\"",
-                  "downwards"},
-        WrongLine{"solvers/batch/x.h", "#include \"solvers/factory.h\"",
-                  "downwards"},
         WrongLine{"core/data/x.h", "#include \"tests/support/y.h\"", "tests"}));
 
 TEST(Layering, AllowsWhatTheRulesAllow) {
@@ -460,24 +366,6 @@ TEST(Layering, AllowsWhatTheRulesAllow) {
                          "DEFINE_string(out, \"\", \"\");\n")
                   .empty());
   EXPECT_TRUE(Violations("core/data/x.h", "// FLAGS_x is not used\n").empty());
-}
-
-TEST(Layering, FindsAWrongLineInATree) {
-  TemporaryFolder folder;
-  folder.Write("core/base/good.h", "#include <vector>\n");
-  folder.Write("core/base/bad.h", "int x;\n#include \"core/io/reader.h\"\n");
-  folder.Write("core/new_folder/file.cc", "int y;\n");
-  const TreeReport report = CheckTree(folder.path());
-  ASSERT_EQ(report.violations.size(), 2u);
-  const std::set<std::string> found(report.violations.begin(),
-                                    report.violations.end());
-  EXPECT_EQ(found.count("core/base/bad.h:2: core/base may not use core/io: "
-                        "dependencies go downwards: "
-                        "#include \"core/io/reader.h\""),
-            1u);
-  EXPECT_EQ(found.count("core/new_folder/file.cc: the folder is not in the "
-                        "list of layers"),
-            1u);
 }
 
 }  // namespace

@@ -90,6 +90,22 @@ std::string Nearest(const std::string& key, const std::set<std::string>& keys) {
   return nearest;
 }
 
+// Keys that went, and what stands in their place.
+struct GoneKey {
+  const char* key;
+  const char* instead;
+};
+constexpr GoneKey kGoneKeys[] = {
+    {"graph.stages", "the loss narrows in two stages, always"},
+    {"graph.min_sigma_px", "1 px, always; graph.sigma_px sets the errors"},
+    {"graph.rival_starts", "no take has shown a gain"},
+    {"graph.birth_position_sigma_m", "1 m, always"},
+    {"graph.birth_velocity_sigma_mps", "3 m/s, always"},
+    {"graph.bone_loss", "lengths are not doubted; see graph.bone_sigma_from"},
+    {"graph.bone_swing", "steps know of it, always"},
+    {"graph.start_from", "where the frame's own views place the joint, always"},
+};
+
 // A value given on the command line.
 struct OverrideValue {
   std::string text;
@@ -225,6 +241,11 @@ void ConfigFile::Impl::CollectUnknown(const toml::table& table,
 }
 
 std::string ConfigFile::Impl::UnknownMessage(const std::string& key) const {
+  for (const GoneKey& gone : kGoneKeys) {
+    if (key == gone.key) {
+      return std::string("is gone (leave it out): ") + gone.instead;
+    }
+  }
   std::set<std::string> all = known_;
   all.insert(open_.begin(), open_.end());
   const std::string nearest = Nearest(key, all);

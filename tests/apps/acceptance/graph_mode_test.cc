@@ -22,7 +22,8 @@ RunOptions Paper() {
 }
 
 RunOptions Offline() {
-  return ReadRunOptions(ProjectConfig("graph/offline.toml"), "", "");
+  return ReadRunOptions(ProjectConfig("offline.toml"),
+                        "skeleton=coco17;input.frame_rate=25", "");
 }
 
 void RecordRatio(const char* name, double ratio, const Interval& interval) {

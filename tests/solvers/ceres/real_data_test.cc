@@ -183,8 +183,7 @@ double CostOf(const PersonProblem& problem, const SolveStage& stage) {
 
 // Ceres alone, from the problem's states: once with all stages and once with
 // the last, whose redescending loss has several minima. Nothing couples the
-// joints, so each keeps the one that costs less, as rival starts do
-// (PersonSolver::SolveJointsWithRivals).
+// joints, so each keeps the one that costs less.
 PersonProblem ByCeresAlone(const SolveSchedule& schedule,
                            const PersonProblem& start) {
   SolveSchedule at_once = schedule;

@@ -92,12 +92,11 @@ TEST(Schedule, StartsConvexAndEndsWithTheLossItself) {
   GraphOptions options;
   options.loss = LossKind::kTukey;
   options.loss_scale = 4.0;
-  options.stages = {3.0, 1.0};
   const SolveSchedule schedule = MakeSchedule(options);
   ASSERT_EQ(schedule.stages.size(), 3u);
   EXPECT_EQ(schedule.stages[0].loss, LossKind::kHuber);
   EXPECT_EQ(schedule.stages[1].loss, LossKind::kTukey);
-  EXPECT_DOUBLE_EQ(schedule.stages[1].scale, 12.0);
+  EXPECT_DOUBLE_EQ(schedule.stages[1].scale, 8.0);
   EXPECT_DOUBLE_EQ(schedule.stages[2].scale, 4.0);
   EXPECT_EQ(schedule.stages[2].max_iterations, options.max_iterations);
   options.loss = LossKind::kHuber;

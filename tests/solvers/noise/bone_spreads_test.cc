@@ -202,10 +202,9 @@ TEST(BoneSpreads, AnErrorOfTheLengthIsStatedAsOneForAllFrames) {
   estimate.length_sigma_m = 0.004;
   estimate.averaged_frames = 9.0;
   const Bone bone{0, 1};
-  const BoneConstraint held =
-      ConstraintOf(bone, estimate, LossKind::kNone, BoneUse::kEstimate);
+  const BoneConstraint held = ConstraintOf(bone, estimate, BoneUse::kEstimate);
   const BoneConstraint stated =
-      ConstraintOf(bone, estimate, LossKind::kNone, BoneUse::kCovariance);
+      ConstraintOf(bone, estimate, BoneUse::kCovariance);
   EXPECT_DOUBLE_EQ(held.sigma_m, 0.004);
   // Nine frames together then say no more than the length is known.
   EXPECT_DOUBLE_EQ(stated.sigma_m, 0.012);
@@ -362,14 +361,10 @@ TEST(BoneSpreads, FramesThatShareASpreadSayItOnce) {
   estimate.spread_m = 0.005;
   estimate.spread_bound_m = 0.005;
   estimate.averaged_frames = 9.0;
-  const BoneConstraint constraint =
-      ConstraintOf({2, 5}, estimate, LossKind::kHuber);
+  const BoneConstraint constraint = ConstraintOf({2, 5}, estimate);
   EXPECT_EQ(constraint.a, 2);
   EXPECT_EQ(constraint.b, 5);
   EXPECT_EQ(constraint.length_m, 0.4);
-  EXPECT_EQ(constraint.loss, LossKind::kHuber);
-  EXPECT_NEAR(constraint.loss_scale * constraint.sigma_m, 3 * 0.005, 1e-12)
-      << "it begins three spreads from the length";
   // Nine frames together: 5 mm.
   EXPECT_NEAR(constraint.sigma_m / std::sqrt(9.0), 0.005, 1e-12);
 }
@@ -382,12 +377,12 @@ TEST(BoneSpreads, WhatLooksDoNotShowCountsLess) {
   shown.averaged_frames = 16.0;
   BoneEstimate hidden = shown;
   hidden.spread_m = 0.0;
-  const double sigma = ConstraintOf({0, 1}, hidden, LossKind::kNone).sigma_m;
+  const double sigma = ConstraintOf({0, 1}, hidden).sigma_m;
   EXPECT_NEAR(sigma, 2 * 0.005, 1e-12) << "the fourth root of the frames";
-  EXPECT_LT(sigma, ConstraintOf({0, 1}, shown, LossKind::kNone).sigma_m);
+  EXPECT_LT(sigma, ConstraintOf({0, 1}, shown).sigma_m);
   hidden.length_sigma_m = 0.003;
-  EXPECT_NEAR(ConstraintOf({0, 1}, hidden, LossKind::kNone).sigma_m,
-              std::hypot(sigma, 0.003), 1e-12);
+  EXPECT_NEAR(ConstraintOf({0, 1}, hidden).sigma_m, std::hypot(sigma, 0.003),
+              1e-12);
 }
 
 // Four bones, so that what three say can be told of the fourth.
