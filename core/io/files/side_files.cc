@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <system_error>
 
-#include "core/base/bytes.h"
 #include "core/base/error.h"
+#include "core/base/fingerprint.h"
 #include "core/io/files/text_file.h"
 #include "core/system/file.h"
 
