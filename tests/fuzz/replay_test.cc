@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <string>
 
 #include "core/base/random.h"
@@ -66,7 +67,9 @@ TEST_P(ReplayTest, EveryGoodInputIsRead) {
     }
   }
   // Formats that are known by the name of their file alone are not recognised.
-  const bool by_content = GetParam() == "detections" || GetParam() == "tracks";
+  static const std::set<std::string> kByContent = {
+      "detections", "tracks", "rewritten_detections", "rewritten_tracks"};
+  const bool by_content = kByContent.count(GetParam()) > 0;
   EXPECT_GE(read, by_content ? seeds.size() / 2 : seeds.size()) << refused;
 }
 
@@ -108,7 +111,10 @@ int64_t NumberFrom(const char *variable, int64_t otherwise) {
 TEST_P(ReplayTest, MutationsOfGoodInputs) {
   const std::string &name = GetParam();
   const int64_t count =
-      NumberFrom("KINEGRAPH_FUZZ_RUNS", name == "scene" ? 3 : 150);
+      NumberFrom("KINEGRAPH_FUZZ_RUNS", name == "scene" ? 3
+                                        : name.rfind("rewritten_", 0) == 0
+                                            ? 5
+                                            : 150);
   const char *const kept = std::getenv("KINEGRAPH_FUZZ_INPUT");
   Random random(static_cast<uint64_t>(NumberFrom("KINEGRAPH_FUZZ_SEED", 1)));
   for (const std::string &seed : FuzzSeeds(name)) {

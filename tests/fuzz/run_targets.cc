@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/report/page_data.h"
+#include "apps/report/picture.h"
 #include "core/base/error.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
@@ -112,12 +113,52 @@ bool FuzzPage(const uint8_t* bytes, size_t size) {
   return false;
 }
 
+// A page of one result beside which such a file lies.
+bool MakesPage(const std::string& summary, const std::string& doctor) {
+  PageInput input;
+  PageResult& result = input.results.emplace_back();
+  result.tracks.header.skeleton = Skeleton("one", {"nose"}, {});
+  result.tracks.frames.emplace_back();
+  result.summary_json = summary;
+  input.doctor_json = doctor;
+  try {
+    const PageData data = MakePageData(input);
+    if (!nlohmann::json::accept(data.json)) std::abort();
+    if (data.json.find("</") != std::string::npos) std::abort();
+    return true;
+  } catch (const InputError& error) {
+    if (std::strchr(error.what(), '\n') != nullptr) std::abort();
+  }
+  return false;
+}
+
+std::string TextOf(const uint8_t* bytes, size_t size) {
+  return {reinterpret_cast<const char*>(bytes), size};
+}
+
+bool FuzzSummary(const uint8_t* bytes, size_t size) {
+  return MakesPage(TextOf(bytes, size), "");
+}
+
+bool FuzzDoctor(const uint8_t* bytes, size_t size) {
+  return MakesPage("", TextOf(bytes, size));
+}
+
+bool FuzzPicture(const uint8_t* bytes, size_t size) {
+  return Reading(bytes, size, [](const std::string& path) {
+    EncodeJpeg(ScaledDown(ReadPicture(path), 16), 70);
+  });
+}
+
 }  // namespace
 
 std::vector<FuzzTarget> RunTargets() {
   return {{"configuration", FuzzConfiguration},
           {"scene", FuzzScene},
-          {"page", FuzzPage}};
+          {"page", FuzzPage},
+          {"summary", FuzzSummary},
+          {"doctor", FuzzDoctor},
+          {"picture", FuzzPicture}};
 }
 
 }  // namespace kinegraph::testing

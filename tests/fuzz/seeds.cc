@@ -254,6 +254,40 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
        {"sync_index,port,frame_index,frame_time,point_id,img_loc_x,img_loc_y,"
         "obj_loc_x,obj_loc_y\n6,0,5,1000.0,0,100,200,,\n"
         "7,1,5,1000.1,11,110.5,210,,\n"}},
+      {"bias",
+       {R"({"kinegraph_bias": 1, "azimuth_deg": 140.5, "joints": [{)"
+        R"("joint": "hip", "used": true, "observations": 52, "gain": 0.12,)"
+        R"( "gain_error": 0.02, "across_m": [0, 1, 2, 3, 4, 5, 6, 7, 8, 9],)"
+        R"( "along_m": [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]}]})"}},
+      {"refinement",
+       {R"({"kinegraph_cameras": 1, "cameras": [], "refinement": {)"
+        R"("clock_zero_s": 1, "cameras": [{"name": "a", "clock": {)"
+        R"("offset_s": 0.01, "drift": 0}, "parameters": ["rotation_x_rad",)"
+        R"( "log_focal"]}], "covariance": [[2, 1], [1, 2]]}})"}},
+      {"summary",
+       {R"({"kinegraph_summary": 1, "frames": 3, "height_m": null,)"
+        R"( "cameras": [{"view": "a", "matched_share": 0.5}], "people": [],)"
+        R"( "warnings": [{"kind": "height", "text": "</script>",)"
+        R"( "try": "cameras.unit"}]})"}},
+      {"doctor",
+       {R"({"verdict": "suspect", "findings": [{"kind": "rotation",)"
+        R"( "camera": null, "confidence": 0.9, "before_px": 8.5,)"
+        R"( "after_px": 3.5, "fix": "</script>", "evidence": "x"}],)"
+        R"( "notes": ["y"]})"}},
+      {"picture",
+       // PNG of one grey pixel.
+       {std::string(
+           "\211\120\116\107\015\012\032\012\000\000\000\015\111\110\104\122"
+           "\000"
+           "\000\000\001\000\000\000\001\010\000\000\000\000\072\176\233\125"
+           "\000"
+           "\000\000\012\111\104\101\124\170\234\143\150\000\000\000\202\000"
+           "\201"
+           "\167\315\162\266\000\000\000\000\111\105\116\104\256\102\140\202",
+           67)}},
+      {"video_times",
+       {ContentOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.mp4"),
+        ContentOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.webm")}},
       {"scene",
        {std::string("\x01\x02\x80\x02\x03\x40\x40\x40\x40\x01\x01", 11)}},
       {"page", {std::string(200, '\x41'), "</script>"}},
@@ -298,6 +332,9 @@ std::vector<std::string> FuzzSeeds(const std::string& target) {
   if (known != ByHand().end()) return known->second;
   if (target == "calibration") return Calibrations();
   if (target == "calibration_folder") return WrittenCalibrations(true);
+  if (target.rfind("rewritten_", 0) == 0) {
+    return FuzzSeeds(target.substr(target.find('_') + 1));
+  }
   if (target == "detections_sleap") return {SleapHdf5()};
   if (target == "detections_deeplabcut_h5") return {DeepLabCutHdf5()};
   if (target == "configuration") {

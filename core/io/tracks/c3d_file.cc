@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstring>
-#include <limits>
 #include <string_view>
 
 #include "core/base/error.h"
@@ -75,26 +73,12 @@ size_t BlockBegin(double block) {
 
 // ---- bytes ----
 
-double C3dBytes::Float(size_t at) const {
-  const auto first = static_cast<uint32_t>(Word(at));
-  const auto second = static_cast<uint32_t>(Word(at + 2));
-  // DEC's and MIPS' more significant half comes first; DEC's exponent counts
-  // two more.
-  const uint32_t bits =
-      order_ == kIntel ? second << 16 | first : first << 16 | second;
-  float number = 0.0F;
-  std::memcpy(&number, &bits, sizeof(number));
-  return order_ == kDec ? number / 4.0 : number;
-}
-
 bool C3dBytes::AllZero(size_t begin, size_t end) const {
   return std::all_of(text_.data() + begin, text_.data() + end,
                      [](char c) { return c == '\0'; });
 }
 
-void C3dBytes::Require(size_t at, size_t length) const {
-  if (!Has(at, length)) throw InputError("is cut off");
-}
+void C3dBytes::FailCutOff() { throw InputError("is cut off"); }
 
 // ---- parameters ----
 
@@ -168,7 +152,7 @@ std::vector<std::string> C3dValues::Texts(const std::string& name) const {
         places_.find(part == 1 ? name : name + std::to_string(part));
     if (found == places_.end()) return texts;
     const Place& place = found->second;
-    if (place.type != -1) throw InputError(name + ": expected texts");
+    if (place.type != -1) return texts;
     const size_t width = place.shape.empty() ? 1 : place.shape[0];
     if (width == 0) continue;
     for (size_t i = 0; i + width <= place.count(); i += width) {
@@ -216,10 +200,11 @@ int64_t C3dFile::FrameNumber(const char* name, double low, double high) const {
 // The first frame, and how many there are by each convention, the most trusted
 // first. 0 says nothing, and a full word only that there are as many or more.
 void C3dFile::FindRange() {
-  const auto state = [&](const char* where, int64_t count, bool is_word) {
-    if (count > 0) stated_.push_back({where, count, is_word});
+  const auto state = [&](const char* where, int64_t count, bool is_word,
+                         int64_t first = -1) {
+    if (count > 0) stated_.push_back({where, count, is_word, first});
   };
-  int64_t first = bytes_.Word(6);
+  first_ = bytes_.Word(6);
   const auto start = values_.Number("TRIAL:ACTUAL_START_FIELD");
   const auto stop = values_.Number("TRIAL:ACTUAL_END_FIELD");
   if (start && stop) {
@@ -230,11 +215,11 @@ void C3dFile::FindRange() {
                                       high("TRIAL:ACTUAL_START_FIELD"));
     const int64_t end = FrameNumber("TRIAL:ACTUAL_END_FIELD", *stop,
                                     high("TRIAL:ACTUAL_END_FIELD"));
-    if (end >= begin && end > 0) first = begin;
+    if (end >= begin && end > 0) first_ = begin;
     if (end == kFull) {
       at_least_ = std::max(at_least_, end - begin + 1);
     } else {
-      state("TRIAL", end - begin + 1, false);
+      state("TRIAL", end - begin + 1, false, begin);
     }
   }
   for (const char* name : {"POINT:LONG_FRAMES", "POINT:FRAMES"}) {
@@ -249,9 +234,8 @@ void C3dFile::FindRange() {
   if (last == kFull) {
     at_least_ = std::max(at_least_, in_header);
   } else if (last > 0) {
-    state("the header", (in_header + kWords) % kWords, true);
+    state("the header", (in_header + kWords) % kWords, true, bytes_.Word(6));
   }
-  first_ = std::max<int64_t>(first, 1) - 1;
 }
 
 // The stated count with which the frames end where the data do, but for less
@@ -277,6 +261,16 @@ std::optional<int64_t> C3dFile::FittingCount(const C3dFrames& frames,
     }
   }
   return std::nullopt;
+}
+
+// Counted from 0: by what says `count` as well, as a file that was trimmed may
+// keep another range in one place.
+int64_t C3dFile::FirstOf(int64_t count) const {
+  int64_t first = first_;
+  for (auto at = stated_.rbegin(); at != stated_.rend(); ++at) {
+    if (at->first >= 0 && at->count == count) first = at->first;
+  }
+  return std::max<int64_t>(first, 1) - 1;
 }
 
 int64_t C3dFile::CountOf(const C3dFrames& frames, size_t end) const {
@@ -339,9 +333,10 @@ void C3dFile::FindSegments() {
     segments_ = {};  // beyond what the word of DATA_START reaches, or broken
     return;
   }
-  segments_.count = each * CountOf(segments_, bytes_.size());
+  const int64_t count = CountOf(segments_, bytes_.size());
+  segments_.count = each * count;
   segments_.frame_bytes /= static_cast<size_t>(each);
-  segments_.first = each * first_;
+  segments_.first = each * FirstOf(count);
   segments_.rate_hz = IsRate(rate_hz_)  ? static_cast<double>(each) * rate_hz_
                       : IsRate(rate_hz) ? rate_hz
                                         : 0.0;
@@ -358,7 +353,7 @@ double C3dFile::Scale() const {
 void C3dFile::FindPoints() {
   const int in_header = bytes_.Word(2);
   const double used = values_.Number("POINT:USED").value_or(in_header);
-  points_.width = used >= 1.0 && used <= kMostFrames
+  points_.width = used >= 1.0 && used <= static_cast<double>(kFull)
                       ? static_cast<size_t>(used)
                       : static_cast<size_t>(in_header);
   if (points_.width == 0) return;
@@ -368,8 +363,9 @@ void C3dFile::FindPoints() {
   if (points_.begin == 0) {
     points_.begin = BlockBegin(values_.Number("POINT:DATA_START").value_or(0));
   }
-  if (points_.begin == 0)
+  if (points_.begin == 0) {
     throw InputError("POINT:DATA_START: expected a block");
+  }
   const size_t end = segments_.begin > points_.begin
                          ? std::min(segments_.begin, bytes_.size())
                          : bytes_.size();
@@ -394,34 +390,8 @@ void C3dFile::FindPoints() {
   }
   step_m_ = is_float_ ? unit_m_ : unit_m_ * scale;
   points_.count = CountOf(points_, end);
-  points_.first = first_;
+  points_.first = FirstOf(points_.count);
   points_.rate_hz = IsRate(rate_hz_) ? rate_hz_ : 0.0;
-}
-
-std::optional<Eigen::Vector3d> C3dFile::Point(int64_t frame,
-                                              size_t point) const {
-  const size_t width = is_float_ ? 4 : 2;
-  const size_t at = points_.begin +
-                    points_.frame_bytes * static_cast<size_t>(frame) +
-                    4 * width * point;
-  double values[4];
-  for (size_t k = 0; k < 4; ++k) {
-    values[k] = is_float_ ? bytes_.Float(at + 4 * k)
-                          : static_cast<int16_t>(bytes_.Word(at + 2 * k));
-  }
-  if (is_float_ && std::abs(values[3]) < std::numeric_limits<float>::min()) {
-    // Some write the residual as a word here too.
-    values[3] = static_cast<int16_t>(bytes_.Word(at + 12));
-  }
-  if (!(values[3] >= 0.0)) return std::nullopt;
-  const Eigen::Vector3d at_m(step_m_ * values[0], step_m_ * values[1],
-                             step_m_ * values[2]);
-  if (!at_m.allFinite()) return std::nullopt;
-  if (values[3] == 0.0 && values[0] == 0.0 && values[1] == 0.0 &&
-      values[2] == 0.0) {
-    return std::nullopt;
-  }
-  return at_m;
 }
 
 std::optional<Eigen::Isometry3d> C3dFile::Segment(int64_t frame,

@@ -6,8 +6,11 @@
 #define KINEGRAPH_CORE_IO_TRACKS_C3D_FILE_H_
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -30,11 +33,22 @@ class C3dBytes {
     return static_cast<unsigned char>(text_[at]);
   }
   int Word(size_t at) const {
-    const int a = Byte(at);
-    const int b = Byte(at + 1);
+    Require(at, 2);
+    const int a = static_cast<unsigned char>(text_[at]);
+    const int b = static_cast<unsigned char>(text_[at + 1]);
     return order_ == kMips ? a << 8 | b : b << 8 | a;
   }
-  double Float(size_t at) const;
+  double Float(size_t at) const {
+    const auto first = static_cast<uint32_t>(Word(at));
+    const auto second = static_cast<uint32_t>(Word(at + 2));
+    // DEC's and MIPS' more significant half comes first; DEC's exponent counts
+    // two more.
+    const uint32_t bits =
+        order_ == kIntel ? second << 16 | first : first << 16 | second;
+    float number = 0.0F;
+    std::memcpy(&number, &bits, sizeof(number));
+    return order_ == kDec ? number / 4.0 : number;
+  }
   std::string Text(size_t at, size_t length) const {
     Require(at, length);
     return text_.substr(at, length);
@@ -45,7 +59,10 @@ class C3dBytes {
   bool AllZero(size_t begin, size_t end) const;
 
  private:
-  void Require(size_t at, size_t length) const;
+  [[noreturn]] static void FailCutOff();
+  void Require(size_t at, size_t length) const {
+    if (!Has(at, length)) FailCutOff();
+  }
 
   std::string text_;
   int order_ = kIntel;
@@ -59,8 +76,8 @@ class C3dValues {
   // The value at `index`, nullopt when it is not there. Throws InputError for a
   // text.
   std::optional<double> Number(const std::string& name, size_t index = 0) const;
-  // With those of NAME2, NAME3, ..., without spaces behind. Bytes that are no
-  // UTF-8 are taken as Latin-1.
+  // With those of NAME2, NAME3, ..., without spaces behind; none where it has
+  // numbers. Bytes that are no UTF-8 are taken as Latin-1.
   std::vector<std::string> Texts(const std::string& name) const;
 
  private:
@@ -115,6 +132,7 @@ class C3dFile {
     std::string where;
     int64_t count = 0;
     bool is_word = false;  // known modulo 65536
+    int64_t first = -1;    // frame, counted from 1; -1: not stated
   };
 
   size_t OpenParameters();
@@ -125,6 +143,7 @@ class C3dFile {
   int64_t FrameNumber(const char* name, double low, double high) const;
   std::optional<int64_t> FittingCount(const C3dFrames& frames,
                                       size_t end) const;
+  int64_t FirstOf(int64_t count) const;
   int64_t CountOf(const C3dFrames& frames, size_t end) const;
 
   C3dBytes bytes_;
@@ -133,12 +152,37 @@ class C3dFile {
   double unit_m_ = 0.001;
   double step_m_ = 0.001;  // of a coordinate of a point
   double rate_hz_ = 0.0;
-  int64_t first_ = 0;  // counted from 0
+  int64_t first_ = 0;  // counted from 1; where no statement is believed
   std::vector<Stated> stated_;
   int64_t at_least_ = 0;  // frames, where a full word says so
   C3dFrames points_;
   C3dFrames segments_;
 };
+
+// Here, so that it is inlined: it is called for each point of each frame.
+inline std::optional<Eigen::Vector3d> C3dFile::Point(int64_t frame,
+                                                     size_t point) const {
+  const size_t width = is_float_ ? 4 : 2;
+  const size_t at = points_.begin +
+                    points_.frame_bytes * static_cast<size_t>(frame) +
+                    4 * width * point;
+  double values[4];
+  for (size_t k = 0; k < 4; ++k) {
+    values[k] = is_float_ ? bytes_.Float(at + 4 * k)
+                          : static_cast<int16_t>(bytes_.Word(at + 2 * k));
+  }
+  constexpr double kLeast = std::numeric_limits<float>::min();
+  if (is_float_ && values[3] != 0.0 && std::abs(values[3]) < kLeast) {
+    // Some write the residual as a word here too.
+    values[3] = static_cast<int16_t>(bytes_.Word(at + 12));
+  }
+  if (!(values[3] >= 0.0)) return std::nullopt;
+  const Eigen::Vector3d at_m(step_m_ * values[0], step_m_ * values[1],
+                             step_m_ * values[2]);
+  const bool is_zero = values[0] == 0.0 && values[1] == 0.0 && values[2] == 0.0;
+  if (!at_m.allFinite() || (is_zero && values[3] == 0.0)) return std::nullopt;
+  return at_m;
+}
 
 }  // namespace kinegraph
 

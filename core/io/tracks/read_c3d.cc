@@ -186,22 +186,45 @@ std::string SegmentName(const std::string& label) {
   return label;
 }
 
+// Vicon's models keep what they compute as points, too: angles [degrees],
+// forces, ..., whose labels stand in lists of their own.
+void DropModelled(const C3dValues& values, std::vector<std::string>* labels) {
+  std::set<std::string> modelled;
+  for (const char* kind :
+       {"ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS"}) {
+    for (const std::string& label :
+         values.Texts(std::string("POINT:") + kind)) {
+      if (IsJoint(label)) modelled.insert(label);
+    }
+  }
+  if (modelled.empty()) return;
+  for (std::string& label : *labels) {
+    if (modelled.count(label) > 0) label.clear();
+  }
+  if (std::none_of(labels->begin(), labels->end(), IsJoint)) {
+    throw InputError("has angles or other results of a model, and no points");
+  }
+}
+
 Contents ContentsOf(const C3dFile& file) {
-  constexpr size_t kMostJoints = 1'000'000;
+  // Everybody has a place for every joint, so places are a multiple of points.
+  constexpr size_t kMostPlaces = 64;
   const bool has_points = file.points().width > 0;
   std::vector<std::string> labels =
       file.values().Texts(has_points ? "POINT:LABELS" : "ROTATION:LABELS");
   labels.resize(has_points ? file.points().width : file.segments().width);
-  for (std::string& label : labels) {
-    if (!has_points) label = SegmentName(label);
+  if (!has_points) {
+    std::transform(labels.begin(), labels.end(), labels.begin(), SegmentName);
   }
+  DropModelled(file.values(), &labels);
   if (std::none_of(labels.begin(), labels.end(), IsJoint)) {
     for (size_t i = 0; i < labels.size(); ++i) {
       labels[i] = "point_" + std::to_string(i + 1);
     }
   }
   Contents contents = Labels(file.values(), labels).Read();
-  if (contents.ids.size() * contents.joints.size() > kMostJoints) {
+  if (contents.ids.size() * contents.joints.size() >
+      kMostPlaces * contents.points.size()) {
     throw InputError("names " + std::to_string(contents.ids.size()) +
                      " people and " + std::to_string(contents.joints.size()) +
                      " joints, which are not the same for all");

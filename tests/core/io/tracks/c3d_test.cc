@@ -378,6 +378,21 @@ TEST_F(TracksC3d, TheFirstFrame) {
             70'000);
 }
 
+// What was not trimmed with the file says another count.
+TEST_F(TracksC3d, TheFirstFrameOfATrimmedFile) {
+  const auto trimmed = [](int first, int last, int start, int end) {
+    return OnePoint(first, last, 50)
+        .Words("TRIAL:ACTUAL_START_FIELD", {start, 0})
+        .Words("TRIAL:ACTUAL_END_FIELD", {end, 0});
+  };
+  for (const C3dMaker& maker :
+       {trimmed(101, 150, 1, 500), trimmed(1, 500, 101, 150)}) {
+    const TrackSequence tracks = Read(maker);
+    EXPECT_EQ(tracks.frames.size(), 50u);
+    EXPECT_EQ(tracks.frames.front().frame, 100);
+  }
+}
+
 TEST_F(TracksC3d, AFrameIsANumber) {
   for (const double number : {1.0, static_cast<double>(NAN), -1.0, 1e30}) {
     C3dMaker maker = OnePoint(1, 90, 90);
@@ -481,6 +496,32 @@ TEST_F(TracksC3d, LabelsOfAnyKind) {
   EXPECT_EQ(joints({"Fu\xDF", "Fu\xC3\x9F l"}),
             (Names{"Fu\xC3\x9F", "Fu\xC3\x9F l"}))
       << "Latin-1 beside UTF-8";
+}
+
+TEST_F(TracksC3d, WhatAModelComputedIsNoJoint) {
+  const C3dMaker maker = C3dMaker()
+                             .Texts("POINT:ANGLES", {"LHipAngles"})
+                             .Texts("POINT:POWERS", {"LHipPower"})
+                             .Floats("POINT:FORCES", {1.0});
+  EXPECT_EQ(ReadLabels(folder_, maker, {"LHipAngles", "LKNE", "LHipPower"})
+                .header.skeleton.joints(),
+            Names{"LKNE"});
+  EXPECT_THAT(
+      InputErrorOf([&] { ReadLabels(folder_, maker, {"LHipAngles"}); }),
+      HasSubstr("has angles or other results of a model, and no points"));
+}
+
+// Dense poses of people without a joint in common would outgrow the file.
+TEST_F(TracksC3d, PeopleWithoutJointsInCommon) {
+  Names labels;
+  for (int i = 0; i < 65; ++i) {
+    labels.push_back("A" + std::to_string(i) + ":B" + std::to_string(i));
+  }
+  EXPECT_THAT(InputErrorOf([&] { ReadLabels(folder_, C3dMaker(), labels); }),
+              HasSubstr("names 65 people and 65 joints"));
+  labels.pop_back();
+  EXPECT_EQ(ReadLabels(folder_, C3dMaker(), labels).frames[0].people.size(),
+            64u);
 }
 
 TEST_F(TracksC3d, MoreLabelsThanAParameterHolds) {
