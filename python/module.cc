@@ -65,7 +65,7 @@ Camera MakeCamera(const std::string& name, const Eigen::Matrix3d& K,
   parameters.t = t;
   parameters.width_px = image_size.first;
   parameters.height_px = image_size.second;
-  if (!distortion.empty()) parameters.lens = MakeLens(model, distortion);
+  parameters.lens = MakeLens(model, distortion);
   return Camera(parameters);
 }
 
@@ -696,6 +696,7 @@ void BindCamera(py::module_& m) {
            "distortion"_a = std::vector<double>(), "model"_a = "opencv5",
            "image_size"_a = std::pair<int, int>(0, 0),
            "K (3, 3) [px]; R (3, 3), t (3,) [m]: x_camera = R x_world + t;\n"
+           "model: opencv5 (k1 k2 p1 p2 k3) or opencv_fisheye (k1 k2 k3 k4);\n"
            "distortion: coefficients of the lens model, empty for none;\n"
            "image_size: (width, height) [px], (0, 0) when not known.")
       .def_property_readonly("name", &Camera::name, "As the views name it.")

@@ -288,6 +288,71 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
       {"video_times",
        {ContentOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.mp4"),
         ContentOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.webm")}},
+      {"calibration_qualisys",
+       {"<?xml version='1.0'?><calibration qtm-version='none'><cameras><camera "
+        "serial='a' active='1'><fov_video left='0' top='0' right='1279' "
+        "bottom='719'/><transform x='1' y='2' z='3' r11='1' r12='0' r13='0' "
+        "r21='0' r22='1' r23='0' r31='0' r32='0' r33='1'/><intrinsic "
+        "focalLengthU='640' focalLengthV='640' centerPointU='320' "
+        "centerPointV='320'/></camera></cameras></calibration>"}},
+      {"calibration_vicon",
+       {"<Cameras><Camera DEVICEID='7' TYPE='Video' SENSOR_SIZE='1280 720'>"
+        "<KeyFrames><KeyFrame FOCAL_LENGTH='600' ORIENTATION='0 0 0 1' "
+        "POSITION='1 2 3' PRINCIPAL_POINT='320 240' VICON_RADIAL2='"
+        "ViconRadial2 320 240 1e-8 0 0'/></KeyFrames></Camera></Cameras>"}},
+      {"calibration_optitrack",
+       {"<Profile><Calibration><Cameras><Camera Serial='a'><Attributes "
+        "ImagerPixelWidth='1280' ImagerPixelHeight='720'/>"
+        "<IntrinsicStandardCameraModel LensCenterX='320' LensCenterY='240' "
+        "HorizontalFocalLength='600' VerticalFocalLength='600' k1='0.1'/>"
+        "<Extrinsic X='0' Y='1' Z='2' OrientMatrix0='1' OrientMatrix1='0' "
+        "OrientMatrix2='0' OrientMatrix3='0' OrientMatrix4='1' "
+        "OrientMatrix5='0' OrientMatrix6='0' OrientMatrix7='0' "
+        "OrientMatrix8='1'/></Camera></Cameras></Calibration></Profile>"}},
+      {"calibration_opencap",
+       {FromBase64(
+            "gAJ9cQAoWAwAAABpbnRyaW5zaWNNYXRxAWNudW1weS5jb3JlLm11bHRpYXJy"
+            "YXkKX3JlY29uc3RydWN0CnECY251bXB5Cm5kYXJyYXkKcQNLAIVxBGNfY29k"
+            "ZWNzCmVuY29kZQpxBVgBAAAAYnEGWAYAAABsYXRpbjFxB4ZxCFJxCYdxClJx"
+            "CyhLAUsDSwOGcQxjbnVtcHkKZHR5cGUKcQ1YAgAAAGY4cQ6JiIdxD1JxEChL"
+            "A1gBAAAAPHERTk5OSv////9K/////0sAdHESYoloBVhNAAAAAAAAAABSwpRA"
+            "AAAAAAAAAAAAAAAAAALChEAAAAAAAAAAAAAAAAAAVsKUQAAAAAAAwox2QAAA"
+            "AAAAAAAAAAAAAAAAAAAAAAAAAADDsD9xE2gHhnEUUnEVdHEWYlgKAAAAZGlz"
+            "dG9ydGlvbnEXaAJoA0sAhXEYaAmHcRlScRooSwFLAUsFhnEbaBCJaAVYRwAA"
+            "AMKawpnCmcKZwpnCmcK5P8KawpnCmcKZwpnCmcOJwr/DvMKpw7HDkk1iUD/D"
+            "vMKpw7HDkk1iYMK/wprCmcKZwpnCmcKZwqk/cRxoB4ZxHVJxHnRxH2JYCQAA"
+            "AGltYWdlU2l6ZXEgaAJoA0sAhXEhaAmHcSJScSMoSwFLAksBhnEkaBCJaAVY"
+            "EwAAAAAAAAAAwoDChkAAAAAAAADClEBxJWgHhnEmUnEndHEoYlgIAAAAcm90"
+            "YXRpb25xKWgCaANLAIVxKmgJh3ErUnEsKEsBSwNLA4ZxLWgQiWgFWEwAAAAA"
+            "AAAAAAAAAAAAAAAAAMOwwr8AAAAAAAAAAAAAAAAAAMOwPwAAAAAAAAAAAAAA"
+            "AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAw7A/cS5oB4ZxL1JxMHRxMWJY"
+            "CwAAAHRyYW5zbGF0aW9ucTJoAmgDSwCFcTNoCYdxNFJxNShLAUsDSwGGcTZo"
+            "EIloBVgaAAAAAAAAAAAAWUAAAAAAAABpw4AAAAAAAHDCp0BxN2gHhnE4UnE5"
+            "dHE6YlgUAAAAcm90YXRpb25fRXVsZXJBbmdsZXNxO2gCaANLAIVxPGgJh3E9"
+            "UnE+KEsBSwNLAYZxP2gQiWgFWBkAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA"
+            "w7g/cUBoB4ZxQVJxQnRxQ2J1Lg=="),
+        FromBase64(
+            "gAWVUAIAAAAAAAB9lCiMDGludHJpbnNpY01hdJSMEm51bXB5LmNvcmUubnVt"
+            "ZXJpY5SMC19mcm9tYnVmZmVylJOUKJZIAAAAAAAAAAAAAAAAUpRAAAAAAAAA"
+            "AAAAAAAAAAKEQAAAAAAAAAAAAAAAAABWlEAAAAAAAIx2QAAAAAAAAAAAAAAA"
+            "AAAAAAAAAAAAAADwP5SMBW51bXB5lIwFZHR5cGWUk5SMAmY4lImIh5RSlChL"
+            "A4wBPJROTk5K/////0r/////SwB0lGJLA0sDhpSMAUOUdJRSlIwKZGlzdG9y"
+            "dGlvbpRoBCiWKAAAAAAAAACamZmZmZm5P5qZmZmZmcm//Knx0k1iUD/8qfHS"
+            "TWJgv5qZmZmZmak/lGgLSwFLBYaUaA90lFKUjAlpbWFnZVNpemWUaAQolhAA"
+            "AAAAAAAAAAAAAACAhkAAAAAAAACUQJRoC0sCSwGGlGgPdJRSlIwIcm90YXRp"
+            "b26UaAQolkgAAAAAAAAAAAAAAAAAAAAAAAAAAADwvwAAAAAAAAAAAAAAAAAA"
+            "8D8AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAPA/lGgL"
+            "SwNLA4aUaA90lFKUjAt0cmFuc2xhdGlvbpRoBCiWGAAAAAAAAAAAAAAAAABZ"
+            "QAAAAAAAAGnAAAAAAABwp0CUaAtLA0sBhpRoD3SUUpSMFHJvdGF0aW9uX0V1"
+            "bGVyQW5nbGVzlGgEKJYYAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAD4"
+            "P5RoC0sDSwGGlGgPdJRSlHUu")}},
+      {"calibration_biocv",
+       {"1280\n720\n600 0 320\n0 600 240\n0 0 1\n\n1 0 0 1\n0 1 0 2\n"
+        "0 0 1 3\n0 0 0 1\n\n0.1 0 0 0 0\n"}},
+      {"detections_caliscope",
+       {"sync_index,port,frame_index,frame_time,point_id,img_loc_x,img_loc_y,"
+        "obj_loc_x,obj_loc_y\n6,0,5,1000.0,0,100,200,,\n"
+        "7,1,5,1000.1,11,110.5,210,,\n"}},
       {"scene",
        {std::string("\x01\x02\x80\x02\x03\x40\x40\x40\x40\x01\x01", 11)}},
       {"page", {std::string(200, '\x41'), "</script>"}},

@@ -112,6 +112,13 @@ std::vector<double> XmlElement::Numbers(const std::string& attribute,
 }
 
 XmlElement ParseXml(std::string text, const std::string& file) {
+  // Far more than a laboratory's cameras need; each element takes memory.
+  constexpr size_t kMaxBytes = size_t{16} << 20;
+  if (text.size() > kMaxBytes) {
+    throw InputError(file, "",
+                     "is larger than 16 MiB, more than XML of "
+                     "cameras can need");
+  }
   auto document = std::make_shared<XmlElement::Document>();
   document->text = std::move(text);
   document->file = file;

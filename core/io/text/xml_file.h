@@ -46,7 +46,7 @@ class XmlElement {
 
 // The outermost element of a text in UTF-8, UTF-16 or UTF-32. No entity but
 // XML's own five is replaced, nothing outside is read. Throws InputError naming
-// `file` and line for a syntax error.
+// `file` for more than 16 MiB, and with the line for a syntax error.
 XmlElement ParseXml(std::string text, const std::string& file);
 
 }  // namespace kinegraph

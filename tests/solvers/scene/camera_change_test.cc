@@ -2,14 +2,25 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "core/base/random.h"
 #include "tests/support/rig.h"
 
 namespace kinegraph {
 namespace {
 
-// A lens that bends visibly, so that its derivative takes part.
-const std::vector<double> kLens = {-0.2, 0.05, 0.001, -0.002, 0.01};
+// Lenses that bend visibly, so that their derivatives take part.
+CameraRig BentCameras() {
+  CameraRig cameras =
+      testing::RingOfCameras(3, 5.0, {-0.2, 0.05, 0.001, -0.002, 0.01});
+  for (const Camera& camera : testing::RingOfCameras(3)) {
+    CameraParameters parameters = camera.parameters();
+    parameters.lens = MakeLens(kFisheyeModel, {-0.02, 0.015, -0.01, 0.002});
+    cameras.emplace_back(parameters);
+  }
+  return cameras;
+}
 
 CameraChange SomeChange() {
   CameraChange change;
@@ -19,7 +30,7 @@ CameraChange SomeChange() {
 }
 
 TEST(CameraChange, NoChangeProjectsAsTheCamera) {
-  const CameraRig cameras = testing::RingOfCameras(3, 5.0, kLens);
+  const CameraRig cameras = BentCameras();
   const Eigen::Vector3d point(0.3, -0.2, 1.1);
   for (const Camera& camera : cameras) {
     const auto px =
@@ -31,7 +42,7 @@ TEST(CameraChange, NoChangeProjectsAsTheCamera) {
 }
 
 TEST(CameraChange, ProjectsAsTheChangedCamera) {
-  const CameraRig cameras = testing::RingOfCameras(3, 5.0, kLens);
+  const CameraRig cameras = BentCameras();
   const Eigen::Vector3d point(0.3, -0.2, 1.1);
   for (const Camera& camera : cameras) {
     const auto px =
@@ -44,11 +55,13 @@ TEST(CameraChange, ProjectsAsTheChangedCamera) {
 }
 
 TEST(CameraChange, JacobiansAreTheDerivatives) {
-  const CameraRig cameras = testing::RingOfCameras(2, 5.0, kLens);
-  const Camera& camera = cameras[1];
+  const CameraRig cameras = BentCameras();
   const Eigen::Vector3d point(0.3, -0.2, 1.1);
-  for (const CameraChange& change :
-       {SomeChange(), CameraChange(CameraChange::Zero())}) {
+  for (const auto& [camera, change] :
+       {std::pair(cameras[1], SomeChange()),
+        std::pair(cameras[1], CameraChange(CameraChange::Zero())),
+        std::pair(cameras[4], SomeChange()),
+        std::pair(cameras[4], CameraChange(CameraChange::Zero()))}) {
     Matrix23d by_point;
     Eigen::Matrix<double, 2, kChangeSize> by_change;
     ASSERT_TRUE(ProjectChanged(camera, change, point, &by_point, &by_change));
