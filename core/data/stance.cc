@@ -41,12 +41,13 @@ Vector3d UpOfCameras(const CameraRig& cameras) {
   return sum;
 }
 
-std::optional<Vector3d> NearestAxis(const Vector3d& direction) {
-  constexpr double kNear_deg = 25.0;
+std::optional<Vector3d> NearestAxis(const Vector3d& direction,
+                                    double within_deg) {
   const Vector3d unit = direction.normalized();
   Eigen::Index axis = 0;
   const double cosine = unit.cwiseAbs().maxCoeff(&axis);
-  if (!(cosine >= std::cos(kNear_deg * kRadiansPerDegree))) return std::nullopt;
+  if (!(cosine >= std::cos(within_deg * kRadiansPerDegree)))
+    return std::nullopt;
   return Vector3d(std::copysign(1.0, unit[axis]) * Vector3d::Unit(axis));
 }
 

@@ -17,9 +17,10 @@ namespace kinegraph {
 // Mean way up of the cameras' images, not of unit length; zero without cameras.
 Eigen::Vector3d UpOfCameras(const CameraRig& cameras);
 
-// The world axis, with its sign, that a direction is within 25 degrees of;
+// The world axis, with its sign, that a direction is within so many degrees of;
 // nullopt when there is none.
-std::optional<Eigen::Vector3d> NearestAxis(const Eigen::Vector3d& direction);
+std::optional<Eigen::Vector3d> NearestAxis(const Eigen::Vector3d& direction,
+                                           double within_deg);
 
 // Looks at poses of a skeleton under our names.
 class Stance {

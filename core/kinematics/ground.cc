@@ -14,7 +14,8 @@ namespace {
 constexpr double kAnkleHeightM = 0.08;
 
 Eigen::Vector3d Snapped(const Eigen::Vector3d& direction) {
-  return NearestAxis(direction).value_or(direction.normalized());
+  constexpr double kSnap_deg = 25.0;
+  return NearestAxis(direction, kSnap_deg).value_or(direction.normalized());
 }
 
 }  // namespace

@@ -15,6 +15,9 @@ namespace {
 
 using Eigen::Vector3d;
 
+// Who sits leans forward from ankles to shoulders.
+constexpr double kNear_deg = 40.0;
+
 // Median diagonal of the upright boxes around people [m]; 0 without any.
 double MedianExtent(const TrackSequence& tracks) {
   std::vector<double> extents_m;
@@ -79,7 +82,7 @@ Stance StanceOf(const TrackSequence& tracks) {
 }
 
 std::string DirectionText(const Vector3d& direction) {
-  const auto axis = NearestAxis(direction);
+  const auto axis = NearestAxis(direction, kNear_deg);
   if (!axis) {
     const Vector3d unit = direction.normalized();
     return fmt::format("({:.1f}, {:.1f}, {:.1f})", unit.x(), unit.y(),
@@ -106,7 +109,7 @@ std::optional<AxesNote> FindAxesNote(const Stance& stance,
   note.text = "people stand along " + DirectionText(*up) +
               " of the world, not along " + DirectionText(shown) + ", which " +
               format.name + " shows as up";
-  if (const auto axis = NearestAxis(*up)) {
+  if (const auto axis = NearestAxis(*up, kNear_deg)) {
     Eigen::Index of_world = 0;
     axis->cwiseAbs().maxCoeff(&of_world);
     note.axes =

@@ -96,7 +96,8 @@ TEST(ReadingNotes, WorldsOnTheirSideAndTheAxesThatMendThem) {
 TEST(ReadingNotes, TiltedWorlds) {
   const Vector3d axis = Vector3d(1.0, 0.5, 0.0).normalized();
   EXPECT_FALSE(NoteOf(Walk(Turned(15, axis)), "trc").has_value());
-  const auto note = NoteOf(Walk(Turned(65, axis)), "trc");
+  const auto note =
+      NoteOf(Walk(Turned(55, Vector3d(1.0, 1.0, 0.0).normalized())), "trc");
   ASSERT_TRUE(note.has_value());
   EXPECT_EQ(note->axes, "") << "near to no axis";
 }
