@@ -268,7 +268,7 @@ FrameRange ParseFrameRange(const std::string& text, const std::string& flag) {
 
 int RunApp(int argc, char** argv, const AppInfo& info,
            const std::function<void()>& body) {
-  EndWhenOutOfMemory("kinegraph-" + info.command);
+  NameProgram(ProgramName(info));
   PrepareStandardStreams();
   try {
     Run(argc, argv, info, body);

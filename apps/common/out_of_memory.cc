@@ -55,16 +55,22 @@ void HandleFailedNew() {
   std::abort();
 }
 
+// Before whatever else the program's own files construct.
+struct Handlers {
+  Handlers() {
+    constexpr size_t kReserveBytes = size_t{256} << 10;
+    usual_terminate = std::set_terminate(HandleTerminate);
+    std::set_new_handler(HandleFailedNew);
+    reserve = std::malloc(kReserveBytes);
+  }
+};
+[[gnu::init_priority(101)]] const Handlers handlers;
+
 }  // namespace
 
-void EndWhenOutOfMemory(const std::string& program) {
+void NameProgram(const std::string& program) {
   std::snprintf(last_words, sizeof(last_words), "%.90s: error: out of memory\n",
                 program.c_str());
-  constexpr size_t kReserveBytes = size_t{256} << 10;
-  if (usual_terminate != nullptr) return;
-  usual_terminate = std::set_terminate(HandleTerminate);
-  std::set_new_handler(HandleFailedNew);
-  reserve = std::malloc(kReserveBytes);
 }
 
 void EndOutOfMemory() {

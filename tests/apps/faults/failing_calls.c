@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <malloc.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,7 +18,7 @@
 // nth call of the functions below fails with EIO; INJECT_CALL=name: of this
 // function alone; "malloc" stands for all that give memory, which only fail so,
 // with ENOMEM: with INJECT_ON=1 the nth and all that follow but small ones, as
-// where memory is at its end. INJECT_LOG=file: which one that was. INJECT_COUNT=file: the
+// where memory is at its end, until a large block is given back. INJECT_LOG=file: which one that was. INJECT_COUNT=file: the
 // number of calls, at exit. INJECT_CLOCK=1: the clock of the day jumps by an
 // hour, to and fro, each time it is read.
 static int count, at = -2;
@@ -51,6 +52,24 @@ extern void* __libc_malloc(size_t);
 extern void* __libc_calloc(size_t, size_t);
 extern void* __libc_realloc(void*, size_t);
 extern void* __libc_memalign(size_t, size_t);
+extern void __libc_free(void*);
+// Not before main: libraries of libraries ask for memory as they are loaded.
+static int is_running;
+static int (*real_main)(int, char**, char**);
+static int counted_main(int argc, char** argv, char** variables) {
+  is_running = 1;
+  return real_main(argc, argv, variables);
+}
+int __libc_start_main(int (*program)(int, char**, char**), int argc,
+                      char** argv, void (*init)(void), void (*fini)(void),
+                      void (*linker)(void), void* stack) {
+  int (*start)(int (*)(int, char**, char**), int, char**, void (*)(void),
+               void (*)(void), void (*)(void), void*) =
+      dlsym(RTLD_NEXT, "__libc_start_main");
+  real_main = program;
+  return start(counted_main, argc, argv, init, fini, linker, stack);
+}
+static int given_back;
 static int memory_fails(size_t bytes) {
   static int for_memory = -1;
   static const char* on;
@@ -59,10 +78,17 @@ static int memory_fails(size_t bytes) {
     for_memory = call && strcmp(call, "malloc") == 0;
     on = getenv("INJECT_ON");
   }
-  if (!for_memory) return 0;
-  const int fails = hit("malloc") || (on && at > 0 && count > at && bytes > 64);
+  if (!for_memory || !is_running) return 0;
+  const int fails = hit("malloc") ||
+                    (on && at > 0 && count > at && bytes > 64 && !given_back);
   if (fails) errno = ENOMEM;
   return fails;
+}
+void free(void* p) {
+  if (p && at > 0 && count >= at && malloc_usable_size(p) > 200000) {
+    given_back = 1;
+  }
+  __libc_free(p);
 }
 void* malloc(size_t n) { return memory_fails(n) ? NULL : __libc_malloc(n); }
 void* calloc(size_t k, size_t n) {
