@@ -121,10 +121,16 @@ CalibrationHead LookAtCalibration(const std::string& path) {
   if (IsFolder(path)) return LookAtFolder(path);
   CalibrationHead head;
   head.path = path;
-  const std::string text = ReadTextFile(path, kMaxSmallFileBytes);
-  head.syntax = IsPickle(text)  ? Syntax::kPickle
-                : IsUtf16(text) ? Syntax::kXml
-                                : GuessSyntax(text, path);
+  // XML tells its own encoding.
+  std::string text = ReadBytes(path, kMaxSmallFileBytes);
+  if (IsPickle(text)) {
+    head.syntax = Syntax::kPickle;
+  } else if (IsUtf16(text)) {
+    head.syntax = Syntax::kXml;
+  } else {
+    MakePlainText(path, &text);
+    head.syntax = GuessSyntax(text, path);
+  }
   if (head.syntax == Syntax::kXml) head.xml = ParseXml(text, path);
   if (head.syntax == Syntax::kJson) head.json = ParseJson(text, path);
   if (head.syntax == Syntax::kToml) head.json = ToJson(ParseToml(text, path));
@@ -139,7 +145,7 @@ CalibrationHead LookAtCalibration(const std::string& path,
   head.syntax = format.syntax;
   if (IsFolder(path)) return LookAtFolder(path);
   if (format.syntax == Syntax::kXml) {
-    head.xml = ParseXml(ReadTextFile(path, kMaxSmallFileBytes), path);
+    head.xml = ParseXml(ReadBytes(path, kMaxSmallFileBytes), path);
   }
   if (format.syntax != Syntax::kJson && format.syntax != Syntax::kToml) {
     return head;

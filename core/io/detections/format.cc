@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "core/base/error.h"
 #include "core/io/binary/hdf5_file.h"
 #include "core/io/files/folder_entry.h"
 #include "core/io/files/text_file.h"
@@ -115,7 +116,14 @@ DetectionHead LookAtDetections(const std::string& path) {
   head.kind = json.kind;
   head.keys = json.keys;
   head.beginning = BeginningOf(head.file, 1 << 16);
-  if (IsHdf5(head.file)) head.keys = Hdf5Names(head.file);
+  if (IsHdf5(head.file)) {
+    try {
+      head.keys = Hdf5Names(head.file);
+    } catch (const InputError&) {
+      // Beside other files of a folder it may be nobody's.
+      if (!head.is_folder) throw;
+    }
+  }
   return head;
 }
 

@@ -19,7 +19,6 @@
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
-#include "core/io/text/skeleton_json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/joint_tree.h"
 #include "core/io/tracks/losses.h"

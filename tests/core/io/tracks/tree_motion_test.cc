@@ -12,6 +12,7 @@
 
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
+#include "core/io/text/joint_names.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/joint_tree.h"
 #include "core/io/tracks/losses.h"
@@ -118,11 +119,12 @@ Losses WriteTo(const std::string& format, const std::string& path,
 // kinematics, from those of the tracks [m].
 double WorstInBvh(const std::string& path, const TrackSequence& tracks) {
   const TrackSequence read = ReadTracks(path);
+  const Skeleton ours = WithOurNames(tracks.header.skeleton);
   double worst_m = 0.0;
   for (size_t f = 0; f < tracks.frames.size(); ++f) {
     const Pose3d& pose = tracks.frames[f].people[0].joints;
     for (size_t j = 0; j < pose.size(); ++j) {
-      const std::string& name = tracks.header.skeleton.joints()[j];
+      const std::string& name = ours.joints()[j];
       const int at = read.header.skeleton.IndexOf(name);
       EXPECT_GE(at, 0) << name;
       if (at < 0 || !pose[j].present()) continue;
