@@ -242,7 +242,10 @@ TrackSequence ReadFile(const std::string& path,
   header.mode = "c3d";
   header.frame_rate_hz =
       options.frame_rate_hz > 0.0 ? options.frame_rate_hz : frames.rate_hz;
-  header.skeleton = SkeletonOfNames(contents.joints, options);
+  // A segment's origin keeps the segment's name: that of a head is no top of it.
+  header.skeleton = has_points || options.skeleton.has_value()
+                        ? SkeletonOfNames(contents.joints, options)
+                        : Skeleton("custom", contents.joints, {});
   TrackCollector collector(std::move(header));
   const AxisMap axes = options.axes.value_or(C3dAxes());
   const auto at_m = [&](int64_t f, size_t i) -> std::optional<Eigen::Vector3d> {

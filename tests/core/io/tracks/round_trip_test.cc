@@ -281,15 +281,15 @@ TEST(TracksTrc, Pose2SimsOwnFilesReadAndComeBack) {
         Peer{"S00_P01_T02_Participants1-2_P2_0-100_filt_butterworth.trc", 2}}) {
     const TrackSequence own = ReadTracks(peers + "/" + peer.file);
     EXPECT_EQ(own.header.frame_rate_hz, 60.0);
-    EXPECT_EQ(own.header.skeleton.joints().front(), "RHip");
+    EXPECT_EQ(own.header.skeleton.joints().front(), "r_hip");
     ASSERT_EQ(own.frames.size(), 100u);
     EXPECT_EQ(own.frames[0].frame, 0) << "OrigDataStartFrame";
     // Its clock: row n is n / 60 s. One of its files has sixteen digits.
     EXPECT_EQ(own.frames[99].time, FromSeconds(100.0 / 60.0));
     const PersonPose& person = own.frames[50].people.at(0);
     EXPECT_EQ(person.id, TrackId(peer.id));
-    const int head = own.header.skeleton.IndexOf("Head");
-    const int ankle = own.header.skeleton.IndexOf("RAnkle");
+    const int head = own.header.skeleton.IndexOf("head_top");
+    const int ankle = own.header.skeleton.IndexOf("r_ankle");
     EXPECT_GT(person.joints[static_cast<size_t>(head)].position_m.z(),
               person.joints[static_cast<size_t>(ankle)].position_m.z() + 1.0)
         << "z is up again";
