@@ -34,13 +34,12 @@ class C3dBytes {
   }
   int Word(size_t at) const {
     Require(at, 2);
-    const int a = static_cast<unsigned char>(text_[at]);
-    const int b = static_cast<unsigned char>(text_[at + 1]);
-    return order_ == kMips ? a << 8 | b : b << 8 | a;
+    return WordThere(at);
   }
   double Float(size_t at) const {
-    const auto first = static_cast<uint32_t>(Word(at));
-    const auto second = static_cast<uint32_t>(Word(at + 2));
+    Require(at, 4);
+    const auto first = static_cast<uint32_t>(WordThere(at));
+    const auto second = static_cast<uint32_t>(WordThere(at + 2));
     // DEC's and MIPS' more significant half comes first; DEC's exponent counts
     // two more.
     const uint32_t bits =
@@ -59,6 +58,11 @@ class C3dBytes {
   bool AllZero(size_t begin, size_t end) const;
 
  private:
+  int WordThere(size_t at) const {
+    const int a = static_cast<unsigned char>(text_[at]);
+    const int b = static_cast<unsigned char>(text_[at + 1]);
+    return order_ == kMips ? a << 8 | b : b << 8 | a;
+  }
   [[noreturn]] static void FailCutOff();
   void Require(size_t at, size_t length) const {
     if (!Has(at, length)) FailCutOff();
