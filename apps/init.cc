@@ -13,6 +13,7 @@
 #include "core/io/configuration/config.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
+#include "core/io/tracks/format.h"
 #include "core/io/tracks/reading_notes.h"
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/gates.h"
@@ -60,18 +61,22 @@ std::string SizesOf(const CameraRig& cameras) {
   return fmt::format("{} x {} px", first.width_px(), first.height_px());
 }
 
-// Where people do not stand as files for other programs have them.
+// Where people do not stand as files for other programs have them: BVH for
+// those with y up.
 void PrintUpright(const TakeSurvey& survey, const RunOptions& options) {
   if (options.refine.ground != GroundKind::kOff) return;
-  const auto up =
-      survey.stance.UpUnlike(Eigen::Vector3d::UnitZ(), survey.cameras);
-  if (!up) return;
+  const auto note = FindAxesNote(survey.stance, survey.cameras,
+                                 *FindTrackFormat("bvh"), std::nullopt);
+  if (!note) return;
   std::printf(
-      "upright     people stand along %s of the world, not along z, which "
-      "files "
-      "for other\n            programs show as up: "
-      "--set=cameras.ground=feet stands them up\n",
-      DirectionText(*up).c_str());
+      "upright     %s, as trc and gltf do:\n            %s"
+      "--set=cameras.ground=feet turns the world where enough feet rest\n",
+      note->text.c_str(),
+      note->axes.empty()
+          ? ""
+          : ("--axes=" + note->axes +
+             " of `track` and `convert` stands them up, or\n            ")
+                .c_str());
 }
 
 void PrintFindings(const TakeSurvey& survey, const RunOptions& options) {

@@ -62,8 +62,17 @@ DEFINE_string(markers, "ours",
               "pose2sim (LHip) or opensim, as for `convert`");
 DEFINE_bool(keys, false, "list the keys of a configuration and leave");
 
+DEFINE_string(axes, "",
+              "world axes that the file's X,Y,Z are, such as x,-y,-z, in "
+              "formats that have their own, as for `convert`");
+
 namespace kinegraph {
 namespace {
+
+std::optional<AxisMap> AxesFlag() {
+  if (FLAGS_axes.empty()) return std::nullopt;
+  return AxisMap::Parse(FLAGS_axes);
+}
 
 // Frames come one by one, without an end that could be waited for.
 bool IsLive() { return FLAGS_detections == "-"; }
@@ -178,7 +187,7 @@ void CheckFlags() {
     throw InputError("--threads: found " + std::to_string(FLAGS_threads) +
                      ", expected at least 1");
   }
-  CheckTrackOutput(FLAGS_out, MarkersFlag(FLAGS_markers));
+  CheckTrackOutput(FLAGS_out, MarkersFlag(FLAGS_markers), AxesFlag());
 }
 
 Take ReadTake() {
@@ -366,7 +375,7 @@ void RunTrack() {
   const std::unique_ptr<TrackOutput> output = MakeTrackOutput(
       WithFolders(FLAGS_out), session.scene().header,
       take.options.output.observations, NamesAfter(take.request.corrections),
-      MarkersFlag(FLAGS_markers), session.scene().model.cameras);
+      MarkersFlag(FLAGS_markers), session.scene().model.cameras, AxesFlag());
   CameraCheck check(session.scene().model.cameras, source->header().skeleton,
                     session.scene().model.skeleton);
   TakeReport report =

@@ -46,12 +46,13 @@ class WholeTakeOutput final : public TrackOutput {
  public:
   WholeTakeOutput(const std::string& path, const TrackHeader& header,
                   const PersonNames& names, MarkerNames markers,
-                  const CameraRig& cameras)
+                  const CameraRig& cameras, const std::optional<AxisMap>& axes)
       : format_(*TrackFormatOfExtension(path)),
         path_(path),
         markers_(markers),
         cameras_(cameras) {
     options_.names = names;
+    options_.axes = axes;
     tracks_.header = header;
     if (format_.files != TrackFormat::Files::kOne) {
       path_ = WithoutExtension(path);
@@ -64,9 +65,11 @@ class WholeTakeOutput final : public TrackOutput {
   void Commit() override {
     Losses losses;
     if (const auto note =
-            FindAxesNote(StanceOf(tracks_), cameras_, format_, {})) {
-      losses.push_back(note->text +
-                       ": --set=cameras.ground=feet stands them up");
+            FindAxesNote(StanceOf(tracks_), cameras_, format_, options_.axes)) {
+      losses.push_back(note->text + ": " +
+                       (note->axes.empty() ? "--set=cameras.ground=feet"
+                                           : "--axes=" + note->axes) +
+                       " stands them up");
     }
     tracks_.header.skeleton =
         WithMarkerNames(tracks_.header.skeleton, markers_);
@@ -93,11 +96,16 @@ bool IsJsonLines(const std::string& extension) {
 
 }  // namespace
 
-void CheckTrackOutput(const std::string& path, MarkerNames markers) {
+void CheckTrackOutput(const std::string& path, MarkerNames markers,
+                      const std::optional<AxisMap>& axes) {
   const std::string extension = ExtensionOf(path);
   const bool is_ours = IsJsonLines(extension) || IsStream(path);
   const TrackFormat* format = is_ours ? nullptr : TrackFormatOfExtension(path);
   if (is_ours || format != nullptr) {
+    if (axes && (format == nullptr || !format->axes)) {
+      throw InputError("--axes belongs to formats with axes of their own, '" +
+                       Printable(path) + "' has none");
+    }
     const bool has_names = format != nullptr && format->has_marker_names;
     if (has_names || markers == MarkerNames::kOurs) return;
     throw InputError("--markers belongs to formats with names of markers, '" +
@@ -110,14 +118,15 @@ void CheckTrackOutput(const std::string& path, MarkerNames markers) {
 
 std::unique_ptr<TrackOutput> MakeTrackOutput(
     const std::string& path, const TrackHeader& header, bool observations,
-    const PersonNames& names, MarkerNames markers, const CameraRig& cameras) {
-  CheckTrackOutput(path, markers);
+    const PersonNames& names, MarkerNames markers, const CameraRig& cameras,
+    const std::optional<AxisMap>& axes) {
+  CheckTrackOutput(path, markers, axes);
   const std::string extension = ExtensionOf(path);
   if (IsJsonLines(extension) || IsStream(path)) {
     return std::make_unique<JsonLinesOutput>(path, header, observations, names);
   }
   return std::make_unique<WholeTakeOutput>(path, header, names, markers,
-                                           cameras);
+                                           cameras, axes);
 }
 
 MarkerNames MarkersFlag(const std::string& text) {

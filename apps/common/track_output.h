@@ -3,12 +3,14 @@
 #define KINEGRAPH_APPS_COMMON_TRACK_OUTPUT_H_
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/data/person_names.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 #include "core/io/text/joint_names.h"
+#include "core/io/tracks/axis_map.h"
 
 namespace kinegraph {
 
@@ -30,16 +32,18 @@ class TrackOutput {
 // InputError naming --out and the extensions for any other. `observations` as
 // TrackWriteOptions has it. `markers` names the joints of formats that have
 // names of markers; others keep ours. `cameras` tell, beside people, which way
-// is up: Commit() says when a format with a way up shows another.
+// is up: Commit() says when a format with a way up shows another, by its own
+// axes or `axes`.
 std::unique_ptr<TrackOutput> MakeTrackOutput(
     const std::string& path, const TrackHeader& header, bool observations,
     const PersonNames& names = {}, MarkerNames markers = MarkerNames::kOurs,
-    const CameraRig& cameras = {});
+    const CameraRig& cameras = {}, const std::optional<AxisMap>& axes = {});
 
 // Throws as MakeTrackOutput does, before any work is done, and naming --markers
-// where the format has no names of markers.
+// where the format has no names of markers, --axes where it has no axes.
 void CheckTrackOutput(const std::string& path,
-                      MarkerNames markers = MarkerNames::kOurs);
+                      MarkerNames markers = MarkerNames::kOurs,
+                      const std::optional<AxisMap>& axes = {});
 
 // The value of --markers. Throws InputError listing those that there are.
 MarkerNames MarkersFlag(const std::string& text);

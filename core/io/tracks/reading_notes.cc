@@ -52,6 +52,20 @@ size_t UpAxisOf(const AxisMap& own) {
   return up;
 }
 
+// "-y", or "(0.1, -0.7, 0.7)" where it is near to no axis.
+std::string DirectionText(const Vector3d& direction) {
+  const auto axis = NearestAxis(direction, kNear_deg);
+  if (!axis) {
+    const Vector3d unit = direction.normalized();
+    return fmt::format("({:.1f}, {:.1f}, {:.1f})", unit.x(), unit.y(),
+                       unit.z());
+  }
+  Eigen::Index index = 0;
+  axis->cwiseAbs().maxCoeff(&index);
+  return std::string((*axis)[index] < 0.0 ? "-" : "") +
+         static_cast<char>('x' + index);
+}
+
 }  // namespace
 
 std::string UnitNote(const std::string& path, const TrackReadOptions& options,
@@ -79,19 +93,6 @@ Stance StanceOf(const TrackSequence& tracks) {
   const Skeleton named = WithOurNames(tracks.header.skeleton);
   if (!IsHuman(named)) return Stance(named);
   return StanceOf(named, tracks.frames);
-}
-
-std::string DirectionText(const Vector3d& direction) {
-  const auto axis = NearestAxis(direction, kNear_deg);
-  if (!axis) {
-    const Vector3d unit = direction.normalized();
-    return fmt::format("({:.1f}, {:.1f}, {:.1f})", unit.x(), unit.y(),
-                       unit.z());
-  }
-  Eigen::Index index = 0;
-  axis->cwiseAbs().maxCoeff(&index);
-  return std::string((*axis)[index] < 0.0 ? "-" : "") +
-         static_cast<char>('x' + index);
 }
 
 std::optional<AxesNote> FindAxesNote(const Stance& stance,

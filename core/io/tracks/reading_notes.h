@@ -3,7 +3,6 @@
 #ifndef KINEGRAPH_CORE_IO_TRACKS_READING_NOTES_H_
 #define KINEGRAPH_CORE_IO_TRACKS_READING_NOTES_H_
 
-#include <Eigen/Core>
 #include <optional>
 #include <string>
 
@@ -36,9 +35,6 @@ std::optional<AxesNote> FindAxesNote(const Stance& stance,
                                      const CameraRig& cameras,
                                      const TrackFormat& format,
                                      const std::optional<AxisMap>& axes);
-
-// "-y", or "(0.1, -0.7, 0.7)" where it is near to no axis.
-std::string DirectionText(const Eigen::Vector3d& direction);
 
 }  // namespace kinegraph
 
