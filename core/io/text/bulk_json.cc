@@ -258,7 +258,8 @@ TimeNs CheckedTime(double seconds, std::string_view key) {
   constexpr double kMaxSeconds = 4.6e9;
   if (!(std::abs(seconds) <= kMaxSeconds)) {
     throw InputError(std::string(key) +
-                     ": is out of range, expected at most 4.6e9 seconds");
+                     ": is out of range, expected seconds, at most 4.6e9 (not "
+                     "milliseconds)");
   }
   return FromSeconds(seconds);
 }
