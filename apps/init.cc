@@ -101,8 +101,8 @@ void PrintFindings(const TakeSurvey& survey, const RunOptions& options) {
         report.height_m);
   } else if (!IsHuman(survey.detections.skeleton)) {
     std::printf(
-        "unit        taken as %s: the joints are no human's\n",
-        survey.unit == "auto" ? "the calibration's own" : survey.unit.c_str());
+        "unit        as given: the joints are no human's, whose height would "
+        "tell\n");
   } else {
     std::printf("unit        not known: nobody could be measured\n");
   }

@@ -6,16 +6,14 @@
 #include <string>
 
 namespace kinegraph {
-namespace {
 
-// "Tail_base", "tailbase", "ForepawL" and "root of tail", but not "ponytail".
-bool IsAnimalsOnly(const std::string& joint) {
+bool IsAnimalPart(const std::string& label) {
   constexpr std::array<const char*, 9> kAnywhere = {
       "paw",     "hoof",    "snout",   "muzzle", "beak",
       "whisker", "antenna", "withers", "hock"};
   std::string text;
   bool was_small = false;
-  for (const char c : joint) {
+  for (const char c : label) {
     const auto byte = static_cast<unsigned char>(c);
     const bool is_letter = std::isalpha(byte) != 0;
     if (!is_letter || (was_small && std::isupper(byte) != 0)) text += ' ';
@@ -28,8 +26,6 @@ bool IsAnimalsOnly(const std::string& joint) {
   return text.compare(0, 4, "tail") == 0 || has(" tail") ||
          std::any_of(kAnywhere.begin(), kAnywhere.end(), has);
 }
-
-}  // namespace
 
 bool IsBodyJoint(JointClass joint_class) {
   switch (joint_class) {
@@ -56,7 +52,7 @@ bool IsHuman(const Skeleton& skeleton) {
     has_limb |= has(side + "hip") && has(side + "knee") && has(side + "ankle");
   }
   const std::vector<std::string>& joints = skeleton.joints();
-  return has_limb && std::none_of(joints.begin(), joints.end(), IsAnimalsOnly);
+  return has_limb && std::none_of(joints.begin(), joints.end(), IsAnimalPart);
 }
 
 }  // namespace kinegraph

@@ -2,6 +2,8 @@
 #ifndef KINEGRAPH_CORE_SKELETON_BODY_JOINTS_H_
 #define KINEGRAPH_CORE_SKELETON_BODY_JOINTS_H_
 
+#include <string>
+
 #include "core/skeleton/skeleton.h"
 
 namespace kinegraph {
@@ -9,6 +11,10 @@ namespace kinegraph {
 // Shoulders to wrists and hips to ankles: the joints that every detector finds,
 // and that move.
 bool IsBodyJoint(JointClass joint_class);
+
+// Whether only animals have what the label says: "Tail_base", "tailbase",
+// "ForepawL" and "root of tail", but not "ponytail".
+bool IsAnimalPart(const std::string& label);
 
 // Whether the joints are those of a human, so that what is known of human
 // bones, heights and speeds applies: one whole arm or leg at least, and nothing

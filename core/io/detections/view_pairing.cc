@@ -264,8 +264,14 @@ class Pairing {
       }
       pairs[v] = cameras.front();
     }
-    for (const auto& [v, camera] : pairs) Give(v, camera);
-    if (!pairs.empty()) Note(paired_by);
+    // "cam01_json" and "cam_01" need no word about names within names.
+    bool same_numbers = paired_by == PairedBy::kWithin;
+    for (const auto& [v, camera] : pairs) {
+      const std::vector<int> of_number = OfSameNumber(v);
+      same_numbers = same_numbers && of_number == std::vector<int>{camera};
+      Give(v, camera);
+    }
+    if (!pairs.empty()) Note(same_numbers ? PairedBy::kNumber : paired_by);
     return !pairs.empty();
   }
 

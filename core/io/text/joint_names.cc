@@ -63,6 +63,8 @@ constexpr std::array<Part, 14> kCentral = {
 
 // A label as it is understood.
 struct Meaning {
+  enum class Kind { kExact, kVague, kNone };
+  Kind kind = Kind::kNone;
   std::string joint;  // our name for it; the label itself where it names none
   std::string own;    // ours where another label has the joint
   int vagueness = 0;  // the more, the vaguer
@@ -81,9 +83,11 @@ template <size_t kCount>
 Meaning MeaningOf(const std::array<Part, kCount>& parts, const Part& part,
                   const std::string& side, const std::string& label) {
   const std::string joint = side + part.joint;
-  // The exact word comes before any other spelling.
+  const std::string own = side + part.own;
+  // Our spelling comes before any other.
   const int place = static_cast<int>(&part - parts.data());
-  return {joint, side + part.own, label == joint ? -1 : place};
+  return {joint == own ? Meaning::Kind::kExact : Meaning::Kind::kVague, joint,
+          own, label == joint ? -1 : place};
 }
 
 // "LAnkle (mm)" -> "LAnkle".
@@ -142,10 +146,10 @@ Meaning MeaningOf(const std::string& label) {
   for (const auto& [word, side] :
        {std::pair{"left_", "l_"}, {"right_", "r_"}}) {
     if (Strip(label, word, /*at_front=*/true, &rest)) {
-      return {side + rest, label};
+      return {Meaning::Kind::kNone, side + rest, label};
     }
   }
-  return {label, label, -1};
+  return {Meaning::Kind::kNone, label, label, -1};
 }
 
 // "LBigToe" for l_big_toe.
@@ -173,9 +177,17 @@ std::string JointNameOf(const std::string& label) {
 
 std::vector<std::string> OurJointNames(const std::vector<std::string>& labels) {
   std::vector<Meaning> meanings;
+  for (const std::string& label : labels) meanings.push_back(MeaningOf(label));
+  const bool are_a_humans =
+      std::none_of(labels.begin(), labels.end(), IsAnimalPart) &&
+      std::any_of(meanings.begin(), meanings.end(), [](const Meaning& meaning) {
+        return meaning.kind == Meaning::Kind::kExact;
+      });
   std::map<std::string, size_t> exactest;  // by the joint
   for (size_t i = 0; i < labels.size(); ++i) {
-    meanings.push_back(MeaningOf(labels[i]));
+    if (!are_a_humans && meanings[i].kind == Meaning::Kind::kVague) {
+      meanings[i] = {Meaning::Kind::kNone, labels[i], labels[i], -1};
+    }
     size_t& best = exactest.try_emplace(meanings[i].joint, i).first->second;
     if (meanings[i].vagueness < meanings[best].vagueness) best = i;
   }
@@ -216,9 +228,9 @@ Skeleton WithMarkerNames(const Skeleton& skeleton, MarkerNames names) {
   if (names == MarkerNames::kOurs) return skeleton;
   std::vector<std::string> markers;
   for (const std::string& joint : skeleton.joints()) {
-    if (joint == "head_top") {
+    if (joint == "head_top" && skeleton.IndexOf("head") < 0) {
       markers.emplace_back("Head");
-    } else if (joint == "mid_hip") {
+    } else if (joint == "mid_hip" && skeleton.IndexOf("hip") < 0) {
       markers.emplace_back(names == MarkerNames::kOpenSim ? "midHip"
                            : skeleton == Body25()         ? "CHip"
                                                           : "Hip");

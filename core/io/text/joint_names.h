@@ -18,8 +18,9 @@ std::string JointNameOf(const std::string& label);
 
 // Our names of a set of labels, one each and all different: of several that
 // may be one joint the exactest is, the others keep names of their own
-// ("left_ankle" and "left_foot" are l_ankle and l_foot; "left_foot" alone is
-// l_ankle).
+// ("left_ankle" and "left_foot" are l_ankle and l_foot; "left_hip" and
+// "left_foot" l_hip and l_ankle). Where no label is exact, as of markers
+// ("HEAD", "C7", "LTOE"), and of animals (IsAnimalPart) no vaguer one is.
 std::vector<std::string> OurJointNames(const std::vector<std::string>& labels);
 
 // The other way: "left_shoulder" for l_shoulder, "mouth_left" for l_mouth, as

@@ -150,6 +150,8 @@ TEST(ViewPairing, TakesTheOrderOfNamesOfTwoKinds) {
   EXPECT_EQ(How({"cam_2", "cam_1"}, {"26585", "26578"}), PairedBy::kOrder);
   EXPECT_EQ(How({"b", "a"}, {"a", "b"}), PairedBy::kName);
   EXPECT_EQ(How({"cam1", "cam0"}, {"Camera0", "Camera1"}), PairedBy::kNumber);
+  EXPECT_EQ(How({"cam02_json", "cam01_json"}, {"cam_01", "cam_02"}),
+            PairedBy::kNumber);
 }
 
 TEST(ViewPairing, RefusesAMapOfUnknownNames) {

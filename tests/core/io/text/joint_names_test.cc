@@ -41,14 +41,24 @@ TEST(JointNames, TheExactOneWinsAndTheVaguerKeepsItsOwn) {
               ElementsAre("l_foot", "l_ankle", "r_ankle"));
   EXPECT_THAT(OurJointNames({"LHand", "LWrist", "RHand"}),
               ElementsAre("l_hand", "l_wrist", "r_wrist"));
-  EXPECT_THAT(OurJointNames({"forehead", "head"}),
-              ElementsAre("forehead", "head_top"));
+  EXPECT_THAT(OurJointNames({"forehead", "head", "nose"}),
+              ElementsAre("forehead", "head_top", "nose"));
   EXPECT_THAT(OurJointNames({"Head", "top_head", "chin", "head_bottom"}),
               ElementsAre("head", "head_top", "chin", "head_bottom"));
   EXPECT_THAT(OurJointNames({"root", "hip", "pelvis", "left_hip"}),
               ElementsAre("root", "hip", "mid_hip", "l_hip"));
   EXPECT_THAT(OurJointNames({"left_toe", "left_big_toe"}),
               ElementsAre("l_toe", "l_big_toe"));
+}
+
+TEST(JointNames, OfMarkersAreTheirOwn) {
+  EXPECT_THAT(OurJointNames({"HEAD", "C7", "LTOE"}),
+              ElementsAre("HEAD", "C7", "LTOE"));
+}
+
+TEST(JointNames, OfAnimalsAreTheirOwn) {
+  EXPECT_THAT(OurJointNames({"nose", "head", "left_hip", "foot_l", "Tail_0"}),
+              ElementsAre("nose", "head", "l_hip", "foot_l", "Tail_0"));
 }
 
 TEST(JointNames, AreAllDifferentHoweverTheyAreSpelt) {
@@ -108,6 +118,20 @@ TEST(JointNames, BonesOfTheFileWin) {
                 SkeletonOfLabels(arm, {{0, 3}});
               }),
               HasSubstr("bones: [0, 3] does not join two of the 3 joints"));
+}
+
+// As markers, "head" and "hip" must not become what others call head_top and
+// mid_hip.
+TEST(JointNames, AreMarkersThatReadBack) {
+  const std::vector<std::string> joints = {"head_top", "head",     "mid_hip",
+                                           "hip",      "l_foot",   "l_ankle",
+                                           "r_toe",    "r_big_toe"};
+  for (const MarkerNames names :
+       {MarkerNames::kPose2Sim, MarkerNames::kOpenSim}) {
+    const Skeleton markers =
+        WithMarkerNames(Skeleton("mine", joints, {}), names);
+    EXPECT_EQ(OurJointNames(markers.joints()), joints);
+  }
 }
 
 TEST(JointNames, OfMmposesWholeBodyAreKnown) {

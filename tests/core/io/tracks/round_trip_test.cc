@@ -281,7 +281,8 @@ TEST(TracksTrc, Pose2SimsOwnFilesReadAndComeBack) {
         Peer{"S00_P01_T02_Participants1-2_P2_0-100_filt_butterworth.trc", 2}}) {
     const TrackSequence own = ReadTracks(peers + "/" + peer.file);
     EXPECT_EQ(own.header.frame_rate_hz, 60.0);
-    EXPECT_EQ(own.header.skeleton.joints().front(), "r_hip");
+    EXPECT_EQ(own.header.skeleton.joints().front(), "r_hip")
+        << "though the set has no skeleton";
     ASSERT_EQ(own.frames.size(), 100u);
     EXPECT_EQ(own.frames[0].frame, 0) << "OrigDataStartFrame";
     // Its clock: row n is n / 60 s. One of its files has sixteen digits.
