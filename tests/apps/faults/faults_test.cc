@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <sstream>
+
 #include "tests/support/faulty_runs.h"
 
 namespace kinegraph::testing {
@@ -341,6 +343,26 @@ TEST(LimitTest, ManyDetectionsAreRefusedUntilTheKeyAllowsThem) {
   const ProgramOutcome allowed =
       RunProgram("track", line + " --set='detections.max_per_view=301'");
   EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
+}
+
+// A clock that was set in the middle: time and memory are those of the frames.
+TEST(LimitTest, AJumpOfTheClockTakesNoMemory) {
+  const TemporaryFolder folder;
+  std::istringstream lines(ContentOf(Scene() + "/detections.jsonl"));
+  std::string shifted;
+  int number = 0;
+  for (std::string line; std::getline(lines, line); ++number) {
+    const size_t at = line.find("\"time\": ");
+    if (number > 10 && at != std::string::npos)
+      line.insert(at + 8, "170000000");
+    shifted += line + "\n";
+  }
+  const std::string detections = folder.Write("detections.jsonl", shifted);
+  const ProgramOutcome outcome =
+      RunShell("ulimit -v 2000000; '" + ProgramPath("doctor") + "' " +
+               TrackArguments(detections) +
+               " --out=" + (folder.path() / "doctor").string());
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
 }
 
 // Of all views together, whatever a view alone may have; a view of a rate of
