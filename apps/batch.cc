@@ -15,9 +15,9 @@
 #include "apps/common/app.h"
 #include "core/base/error.h"
 #include "core/io/configuration/manifest.h"
-#include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
+#include "core/io/files/write_text_file.h"
 
 DEFINE_string(manifest, "", "takes and configurations (TOML, docs/batch.md)");
 DEFINE_string(out, "", "folder of the results; made if missing");
@@ -99,9 +99,7 @@ std::string KeptManifest() { return FLAGS_out + "/manifest.toml"; }
 void KeepManifest(const Manifest& manifest) {
   const std::string text = ManifestText(manifest);
   if (IsFile(KeptManifest()) && ReadTextFile(KeptManifest()) == text) return;
-  AtomicFile file(KeptManifest());
-  file.Write(text);
-  file.Commit();
+  WriteTextFile(KeptManifest(), text);
 }
 
 Manifest GivenManifest() {

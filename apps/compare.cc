@@ -26,9 +26,9 @@
 #include "core/evaluation/correspondence.h"
 #include "core/io/configuration/held_out_set.h"
 #include "core/io/configuration/manifest.h"
-#include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
+#include "core/io/files/write_text_file.h"
 #include "core/io/text/joint_names.h"
 #include "core/io/tracks/tracks.h"
 
@@ -202,12 +202,6 @@ std::vector<Strategy> ReadStrategies() {
   return strategies;
 }
 
-void WriteFile(const std::string& path, const std::string& text) {
-  AtomicFile file(path);
-  file.Write(text);
-  file.Commit();
-}
-
 // What each fold is scored on: the detections as they are, or freed of the
 // shift that was fitted on the other fold.
 std::vector<Fold> PrepareFolds(const RunOptions& options, const FrozenRun& run,
@@ -353,22 +347,22 @@ void CompareOneTake(const std::vector<Strategy>& strategies,
   Score(strategies, &result);
   AddMeasures(&result);
 
-  WriteFile(folder->PathOf("compare.json"),
-            DumpJson(CompareJson(result), 1) + "\n");
-  WriteFile(folder->PathOf("compare.csv"), CompareCsv(result));
+  WriteTextFile(folder->PathOf("compare.json"),
+                DumpJson(CompareJson(result), 1) + "\n");
+  WriteTextFile(folder->PathOf("compare.csv"), CompareCsv(result));
   if (FLAGS_errors) {
-    WriteFile(folder->PathOf("errors.csv"), ErrorsCsv(result));
+    WriteTextFile(folder->PathOf("errors.csv"), ErrorsCsv(result));
   }
   std::string markdown = CompareMarkdown(result);
   if (FLAGS_tune) {
     WriteTunedValues(strategies, result, folder->PathOf("parameters.toml"));
   }
   if (FLAGS_plots) markdown += PlotsText(result, folder->PathOf(""));
-  WriteFile(folder->PathOf("compare.md"), markdown);
+  WriteTextFile(folder->PathOf("compare.md"), markdown);
   // Times differ each time, all else does not.
-  WriteFile(folder->PathOf("runtime.json"),
-            DumpJson(RuntimeJson(result), 1) + "\n");
-  WriteFile(folder->PathOf("recommended.toml"), RecommendedToml(result));
+  WriteTextFile(folder->PathOf("runtime.json"),
+                DumpJson(RuntimeJson(result), 1) + "\n");
+  WriteTextFile(folder->PathOf("recommended.toml"), RecommendedToml(result));
   folder->Commit();
   std::printf("Processor time:\n\n%s\n%s", RuntimeTable(result).c_str(),
               Digest(result, FLAGS_out).c_str());
@@ -384,10 +378,10 @@ void CompareManyTakes(const std::vector<Strategy>& strategies,
   request.tune = FLAGS_tune;
   request.threads = FLAGS_threads;
   const Study study = RunStudy(request);
-  WriteFile(folder->PathOf("study.json"), StudyJson(study));
-  WriteFile(folder->PathOf("study.csv"), StudyCsv(study));
-  WriteFile(folder->PathOf("study.md"), StudyMarkdown(study));
-  WriteFile(folder->PathOf("recommended.toml"), StudyToml(study));
+  WriteTextFile(folder->PathOf("study.json"), StudyJson(study));
+  WriteTextFile(folder->PathOf("study.csv"), StudyCsv(study));
+  WriteTextFile(folder->PathOf("study.md"), StudyMarkdown(study));
+  WriteTextFile(folder->PathOf("recommended.toml"), StudyToml(study));
   folder->Commit();
   std::fputs(StudyDigest(study, FLAGS_out).c_str(), stdout);
 }

@@ -22,7 +22,7 @@
 #include "core/evaluation/motion.h"
 #include "core/evaluation/mpjpe.h"
 #include "core/evaluation/parity.h"
-#include "core/io/files/atomic_file.h"
+#include "core/io/files/write_text_file.h"
 #include "core/io/tracks/writer.h"
 #include "solvers/session/run.h"
 
@@ -160,12 +160,6 @@ void WriteDemoPage(const SyntheticTake& take,
 
 // ---- Files
 
-void WriteText(const std::string& path, const std::string& text) {
-  AtomicFile file(path);
-  file.Write(text);
-  file.Commit();
-}
-
 void PrintFiles(const TakeFiles& take, const std::vector<std::string>& tracks,
                 const std::string& scores, const std::string& page) {
   const auto print = [](const std::string& path, const char* meaning) {
@@ -226,7 +220,8 @@ void RunDemo() {
       scores, EvaluateMotion(take.truth, take.truth.header.frame_rate_hz),
       static_cast<int64_t>(take.scene.people.size()));
   const std::string score_file = FLAGS_out + "/scores.md";
-  WriteText(score_file, table.ToString(TableStyle::kMarkdown) + "\n" + kLegend);
+  WriteTextFile(score_file,
+                table.ToString(TableStyle::kMarkdown) + "\n" + kLegend);
   std::printf("\n%s\n%s", table.ToString().c_str(), kLegend);
   const std::string page_file = FLAGS_out + "/page.html";
   WriteDemoPage(take, std::move(of_modes), page_file);

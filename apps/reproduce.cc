@@ -23,9 +23,9 @@
 #include "apps/tables/runtime.h"
 #include "apps/tables/sensitivity.h"
 #include "core/base/error.h"
-#include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
+#include "core/io/files/write_text_file.h"
 
 DEFINE_string(data, "",
               "folder of the datasets: the developers' (data/README.md) or "
@@ -62,12 +62,6 @@ void CheckTable() {
   }
   throw InputError("--table: found '" + Printable(FLAGS_table) +
                    "', expected one of " + known);
-}
-
-void WriteFile(const std::string& path, const std::string& text) {
-  AtomicFile file(path);
-  file.Write(text);
-  file.Commit();
 }
 
 // The report as it grows.
@@ -284,10 +278,10 @@ void RunReproduce() {
   report.json["machine"]["processor_s"] = spent.processor_s;
   report.json["machine"]["wall_s"] = spent.wall_s;
   report.markdown = Heading(machine, spent) + report.markdown;
-  WriteFile(FLAGS_out + "/reproduce.json", DumpJson(report.json, 1) + "\n");
-  WriteFile(FLAGS_out + "/reproduce.md", report.markdown);
+  WriteTextFile(FLAGS_out + "/reproduce.json", DumpJson(report.json, 1) + "\n");
+  WriteTextFile(FLAGS_out + "/reproduce.md", report.markdown);
   if (!report.details.empty()) {
-    WriteFile(FLAGS_out + "/details.md", kDetailsHeading + report.details);
+    WriteTextFile(FLAGS_out + "/details.md", kDetailsHeading + report.details);
   }
   constexpr size_t kColumns = 100;
   const std::string where = FLAGS_out + "/reproduce.md";

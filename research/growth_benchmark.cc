@@ -15,7 +15,6 @@
 // in the joints filter). a and b are fitted, for each number of joints, to the
 // small sizes alone, by least squares of the relative error.
 #include <benchmark/benchmark.h>
-#include <time.h>
 
 #include <algorithm>
 #include <array>
@@ -31,6 +30,7 @@
 #include "core/synthetic/body.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
+#include "core/system/clock.h"
 #include "solvers/session/run.h"
 
 namespace kinegraph {
@@ -91,12 +91,7 @@ DetectionSequence DetectionsOf(const Scene& scene) {
   return Observe(scene, noise, nullptr);
 }
 
-double ProcessorSeconds() {
-  timespec now = {};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) +
-         1e-9 * static_cast<double>(now.tv_nsec);
-}
+double ProcessorSeconds() { return 1e-9 * static_cast<double>(ThreadCpuNs()); }
 
 void Frame(benchmark::State& state) {
   const Size size = {static_cast<int>(state.range(0)),

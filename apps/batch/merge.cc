@@ -11,8 +11,8 @@
 #include "apps/common/table.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
-#include "core/io/files/atomic_file.h"
 #include "core/io/files/text_file.h"
+#include "core/io/files/write_text_file.h"
 #include "core/io/text/csv_cell.h"
 
 namespace kinegraph {
@@ -303,12 +303,6 @@ std::string IndexPage(const std::vector<Task>& tasks, const Results& results,
   return page + "</table>\n</html>\n";
 }
 
-void WriteText(const std::string& path, const std::string& text) {
-  AtomicFile file(path);
-  file.Write(text);
-  file.Commit();
-}
-
 }  // namespace
 
 const std::vector<BatchMeasure>& BatchMeasures() {
@@ -393,10 +387,10 @@ Json SummaryJson(const BatchSummary& summary) {
 
 int MergeBatch(const std::vector<Task>& tasks, const std::string& out) {
   const Results results = ReadResults(tasks, out);
-  WriteText(out + "/batch.csv", Csv(results));
-  WriteText(out + "/batch.json", DumpJson(ResultsJson(results), 1) + "\n");
-  WriteText(out + "/batch.md", Markdown(results, out, tasks.size()));
-  WriteText(out + "/index.html", IndexPage(tasks, results, out));
+  WriteTextFile(out + "/batch.csv", Csv(results));
+  WriteTextFile(out + "/batch.json", DumpJson(ResultsJson(results), 1) + "\n");
+  WriteTextFile(out + "/batch.md", Markdown(results, out, tasks.size()));
+  WriteTextFile(out + "/index.html", IndexPage(tasks, results, out));
   return static_cast<int>(results.missing.size());
 }
 

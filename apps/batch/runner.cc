@@ -12,10 +12,10 @@
 
 #include "apps/common/machine.h"
 #include "core/base/error.h"
-#include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/input_files.h"
 #include "core/io/files/text_file.h"
+#include "core/io/files/write_text_file.h"
 #include "core/io/text/json.h"
 #include "core/system/file.h"
 #include "core/system/process.h"
@@ -69,12 +69,6 @@ std::string RunStep(const TaskStep& step, const std::string& folder) {
                       : Printable(LastLine(said), 1000);
 }
 
-void WriteText(const std::string& path, const std::string& text) {
-  AtomicFile file(path);
-  file.Write(text);
-  file.Commit();
-}
-
 std::string TaskJson(const Task& task) {
   const Machine machine = ThisMachine();
   Json json = {{"kinegraph_task", 1},
@@ -117,7 +111,7 @@ TaskOutcome RunTask(const Task& task, const std::string& out) {
       if (!outcome.error.empty()) break;
     }
     if (outcome.error.empty()) {
-      WriteText(folder.PathOf("task.json"), TaskJson(task));
+      WriteTextFile(folder.PathOf("task.json"), TaskJson(task));
       folder.Commit();
       RemoveFile(FailureFile(task, out));
       outcome.done = true;
@@ -130,7 +124,7 @@ TaskOutcome RunTask(const Task& task, const std::string& out) {
     // Where two batches share the work, the other one may have been first.
     if (StateOf(task, out) == TaskState::kDone) return {true, ""};
     const OutputFolder take_folder(out + "/" + task.take);
-    WriteText(FailureFile(task, out), outcome.error + "\n");
+    WriteTextFile(FailureFile(task, out), outcome.error + "\n");
   } catch (const std::exception&) {  // it is told below all the same
   }
   return outcome;

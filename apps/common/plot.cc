@@ -8,7 +8,7 @@
 
 #include "apps/common/gnuplot.h"
 #include "core/base/error.h"
-#include "core/io/files/atomic_file.h"
+#include "core/io/files/write_text_file.h"
 
 namespace kinegraph {
 namespace {
@@ -334,9 +334,7 @@ std::string RenderPlot(const std::vector<Plot>& panels, const PlotSize& size) {
 
 void WritePlot(const std::vector<Plot>& panels, const std::string& path,
                const PlotSize& size) {
-  AtomicFile file(path);
-  file.Write(RenderPlot(panels, size));
-  file.Commit();
+  WriteTextFile(path, RenderPlot(panels, size));
 }
 
 void RequirePlotTool() { RunGnuplot("exit\n"); }

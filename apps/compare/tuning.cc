@@ -1,7 +1,6 @@
 #include "apps/compare/tuning.h"
 
 #include <glog/logging.h>
-#include <time.h>  // clock_gettime
 
 #include <algorithm>
 #include <array>
@@ -15,18 +14,13 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/io/configuration/config.h"
-#include "core/io/files/atomic_file.h"
+#include "core/io/files/write_text_file.h"
+#include "core/system/clock.h"
 
 namespace kinegraph {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-double ThreadCpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * now.tv_nsec;
-}
 
 const Strategy& TunedAs(const Strategy& strategy) {
   if (strategy.tuned_as.empty()) return strategy;
@@ -119,7 +113,7 @@ struct PieceResult {
 PieceResult ComputePiece(const Comparison& comparison, const Strategy& strategy,
                          const StrategyValues& values, const Piece& piece) {
   PieceResult result;
-  const double start_s = ThreadCpuSeconds();
+  const int64_t start_ns = ThreadCpuNs();
   try {
     const PreparedTake& take = *comparison.folds[piece.fold].take;
     const TrackSequence tracks =
@@ -137,7 +131,7 @@ PieceResult ComputePiece(const Comparison& comparison, const Strategy& strategy,
   } catch (const OptionError&) {
     result.refused = true;
   }
-  result.cpu_s = ThreadCpuSeconds() - start_s;
+  result.cpu_s = 1e-9 * static_cast<double>(ThreadCpuNs() - start_ns);
   return result;
 }
 
@@ -297,9 +291,7 @@ void WriteParameters(const std::vector<Strategy>& strategies,
       }
     }
   }
-  AtomicFile file(path);
-  file.Write(text);
-  file.Commit();
+  WriteTextFile(path, text);
 }
 
 ParameterFile ReadParameters(const std::string& path,

@@ -7,7 +7,7 @@
 
 #include "apps/report/assets.h"
 #include "apps/report/encoding.h"
-#include "core/io/files/atomic_file.h"
+#include "core/io/files/write_text_file.h"
 
 namespace kinegraph {
 
@@ -37,9 +37,7 @@ std::string MakePage(const std::string& title, const std::string& data_json) {
 size_t WritePage(const std::string& title, const std::string& data_json,
                  const std::string& path) {
   const std::string page = MakePage(title, data_json);
-  AtomicFile file(path);
-  file.Write(page);
-  file.Commit();
+  WriteTextFile(path, page);
   return page.size();
 }
 

@@ -1,7 +1,5 @@
 #include "apps/tables/runtime.h"
 
-#include <time.h>  // clock_gettime
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -11,17 +9,12 @@
 
 #include "apps/common/table.h"
 #include "core/evaluation/statistics.h"
+#include "core/system/clock.h"
 
 namespace kinegraph {
 namespace {
 
 constexpr double kNsPerMs = 1e6;
-
-int64_t ProcessorTimeNs() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
 
 struct TimedMethod {
   std::string name;
@@ -75,7 +68,7 @@ struct Timing {
 
 Timing Measure(const LoadedDataset& loaded, const RuntimeOptions& options) {
   std::array<std::vector<double>, 6> samples;
-  const int64_t start_ns = ProcessorTimeNs();
+  const int64_t start_ns = ThreadCpuNs();
   int done = 0;
   while (done < options.repetitions) {
     StageTimes stages;
@@ -84,9 +77,9 @@ Timing Measure(const LoadedDataset& loaded, const RuntimeOptions& options) {
         [&] { return std::make_unique<MemorySource>(loaded.detections); });
     session.set_stage_times(&stages);
     MemorySource source(loaded.detections);
-    const int64_t begin_ns = ProcessorTimeNs();
+    const int64_t begin_ns = ThreadCpuNs();
     TrackAll(&source, &session, [](TrackFrame&&) {});
-    const int64_t whole_ns = ProcessorTimeNs() - begin_ns;
+    const int64_t whole_ns = ThreadCpuNs() - begin_ns;
     const double frames =
         static_cast<double>(std::max<int64_t>(1, session.summary().frames));
     const std::array<int64_t, 6> values_ns = {
@@ -98,8 +91,7 @@ Timing Measure(const LoadedDataset& loaded, const RuntimeOptions& options) {
                            frames);
     }
     ++done;
-    const double spent_s =
-        static_cast<double>(ProcessorTimeNs() - start_ns) * 1e-9;
+    const double spent_s = static_cast<double>(ThreadCpuNs() - start_ns) * 1e-9;
     if (done >= 2 && spent_s > options.max_seconds) break;
   }
   const auto median = [&](size_t i) { return Quantile(samples[i], 0.5); };

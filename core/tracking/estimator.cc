@@ -5,8 +5,6 @@
 #include <limits>
 #include <vector>
 
-#include "core/base/parallel.h"
-
 namespace kinegraph {
 namespace {
 
@@ -30,15 +28,6 @@ std::optional<double> WeightOf(FilterVerdict verdict) {
 }
 
 }  // namespace
-
-void RehearseTogether(const std::vector<Estimator*>& estimators, int threads) {
-  std::vector<char> again(estimators.size(), 1);
-  while (
-      std::any_of(again.begin(), again.end(), [](char one) { return one; })) {
-    ParallelFor(threads, static_cast<int>(estimators.size()),
-                [&](int i) { again[i] = estimators[i]->Rehearse(); });
-  }
-}
 
 void ExpectBody(const Estimator& estimator, TimeNs time, double horizon_s,
                 Pose3d* pose) {

@@ -84,15 +84,9 @@ class Estimator {
   // Moves out the poses that became final since the last call: one for each
   // Add, in order, possibly frames later.
   virtual void TakeFinals(std::vector<FinalPose>* finals) = 0;
-  // What people tell each other by their solutions they tell in rounds
-  // (RehearseTogether), before anybody's Finish. False: no round is left.
-  virtual bool Rehearse() { return false; }
   // Makes all that is left final. Nothing may be added afterwards.
   virtual void Finish() = 0;
 };
-
-// All rounds of those that finish together, on `threads` threads.
-void RehearseTogether(const std::vector<Estimator*>& estimators, int threads);
 
 // The newest pose of `estimator`, moved to where its body is expected at
 // `time`: by the way of the joint that goes most like the others, and no

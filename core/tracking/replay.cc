@@ -1,7 +1,6 @@
 #include "core/tracking/replay.h"
 
 #include <glog/logging.h>
-#include <time.h>  // clock_gettime
 
 #include <algorithm>
 #include <string>
@@ -9,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/system/clock.h"
 #include "core/tracking/evidence.h"
 #include "core/tracking/frame_observations.h"
 #include "core/tracking/track.h"
@@ -21,12 +21,6 @@ struct MatchFreezer::Record {
 };
 
 namespace {
-
-int64_t ThreadCpuNs() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
 
 // Passes everything on, and remembers what was matched.
 class FreezingEstimator final : public Estimator {
@@ -53,7 +47,6 @@ class FreezingEstimator final : public Estimator {
   void TakeFinals(std::vector<FinalPose>* finals) override {
     estimator_->TakeFinals(finals);
   }
-  bool Rehearse() override { return estimator_->Rehearse(); }
   void Finish() override { estimator_->Finish(); }
 
  private:
@@ -248,13 +241,6 @@ class RunningEstimator {
     outcome_.delay = std::max(outcome_.delay.value_or(0), delay);
   }
 
-  bool Rehearse() {
-    const int64_t start_ns = ThreadCpuNs();
-    const bool again = estimator_->Rehearse();
-    outcome_.cpu_ns += ThreadCpuNs() - start_ns;
-    return again;
-  }
-
   ReplayOutcome Finish() {
     const int64_t start_ns = ThreadCpuNs();
     estimator_->Finish();
@@ -274,8 +260,6 @@ ReplayOutcome RunEstimator(const SceneModel& scene,
                            const EstimatorFactory& estimator) {
   RunningEstimator one(scene, estimator);
   for (const EstimatorFrame& frame : person.frames) one.Add(frame);
-  while (one.Rehearse()) {
-  }
   ReplayOutcome outcome = one.Finish();
   CHECK_EQ(outcome.finals.size(), person.frames.size());
   return outcome;
@@ -304,12 +288,6 @@ std::vector<ReplayOutcome> RunEstimators(
       one = std::make_unique<RunningEstimator>(scene, estimator);
     }
     one->Add(people[step.person].frames[step.index]);
-  }
-  for (bool again = true; again;) {
-    again = false;
-    for (const auto& one : running) {
-      again = (one != nullptr && one->Rehearse()) || again;
-    }
   }
   std::vector<ReplayOutcome> outcomes;
   for (size_t p = 0; p < people.size(); ++p) {

@@ -328,12 +328,7 @@ void SecondPass::WritePerson(TrackId id, std::vector<FinalPose> finals) {
 std::vector<TrackFrame> SecondPass::Finish(int threads) {
   PackBefore(frames_.size());
   std::vector<TrackId> ids;
-  std::vector<Estimator*> everybody;
-  for (const auto& [id, estimator] : estimators_) {
-    ids.push_back(id);
-    everybody.push_back(estimator.get());
-  }
-  RehearseTogether(everybody, threads);
+  for (const auto& one : estimators_) ids.push_back(one.first);
   // Nobody's solution waits for those of others: together they are large.
   std::mutex writing;
   ParallelFor(threads, static_cast<int>(ids.size()), [&](int i) {

@@ -1,7 +1,5 @@
 #include "core/tracking/tracker.h"
 
-#include <time.h>  // clock_gettime
-
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -9,26 +7,20 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/system/clock.h"
 #include "core/tracking/track_ends.h"
 
 namespace kinegraph {
 namespace {
-
-// Processor time of this thread: what other programs do does not count.
-int64_t NowNs() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-}
 
 // Adds the time until it dies to a stage; without stage times does nothing.
 class StageTimer {
  public:
   StageTimer(StageTimes* times, int64_t StageTimes::*stage)
       : total_(times == nullptr ? nullptr : &(times->*stage)),
-        start_(total_ == nullptr ? 0 : NowNs()) {}
+        start_(total_ == nullptr ? 0 : ThreadCpuNs()) {}
   ~StageTimer() {
-    if (total_ != nullptr) *total_ += NowNs() - start_;
+    if (total_ != nullptr) *total_ += ThreadCpuNs() - start_;
   }
   StageTimer(const StageTimer&) = delete;
   StageTimer& operator=(const StageTimer&) = delete;

@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/system/memory.h"
 #include "core/tracking/final_poses.h"
 #include "core/tracking/packed_frames.h"
 #include "solvers/batch/person_take.h"
@@ -78,23 +77,22 @@ std::vector<double> SecondsToSupport(const std::vector<TimeNs>& times,
   return nearest;
 }
 
-GraphOptions WithoutUserFactors(GraphOptions options) {
-  options.user_factors = nullptr;
-  return options;
-}
-
 class BatchEstimator final : public Estimator {
  public:
   BatchEstimator(const SceneModel& scene, const GraphOptions& options,
                  std::shared_ptr<TakeNotes> notes)
       : scene_(scene),
         options_(options),
-        without_user_(WithoutUserFactors(options)),
-        seen_by_bias_(scene_, without_user_),
         solver_(options_),
         noise_(std::in_place, scene_, options_),
         notes_(std::move(notes)),
-        bias_(scene_, notes_ == nullptr ? nullptr : notes_->view_bias()),
+        bias_joints_(scene_.skeleton),
+        bias_(notes_ == nullptr ? nullptr : notes_->view_bias()),
+        series_(
+            notes_ == nullptr
+                ? nullptr
+                : notes_->NewSeries(bias_joints_,
+                                    static_cast<int>(scene_.cameras.size()))),
         learnt_(notes_ == nullptr ? nullptr : notes_->NewPerson()) {}
 
   void Add(const EstimatorFrame& frame) override;
@@ -102,7 +100,6 @@ class BatchEstimator final : public Estimator {
   TimeNs LastTime() const override { return last_time_; }
   void Predict(TimeNs time, Pose3d* pose) const override;
   void TakeFinals(std::vector<FinalPose>* finals) override;
-  bool Rehearse() override;
   void Finish() override;
 
  private:
@@ -121,8 +118,9 @@ class BatchEstimator final : public Estimator {
   };
 
   int joint_count() const { return scene_.skeleton.joint_count(); }
-  void Solve(const PersonBias& person_bias, const ViewBias* bias);
-  void SolveAll(const PersonBias& person_bias, const ViewBias* bias);
+  void Solve();
+  void TakeBiasAway();
+  void TellBias() const;
   bool RescaleNoise(const SolveStage& stage, double least_change);
   void LearnNoiseScale();
   void AddBones();
@@ -138,9 +136,6 @@ class BatchEstimator final : public Estimator {
 
   const SceneModel scene_;
   const GraphOptions options_;
-  // Frames as they come in, for the detector's bias alone.
-  const GraphOptions without_user_;
-  Assembler seen_by_bias_;
   TakeSolver solver_;
   PackedFrames frames_;  // until all are there
   PersonTake take_;      // then
@@ -148,7 +143,10 @@ class BatchEstimator final : public Estimator {
   std::vector<BoneConstraint> stated_bones_;
   std::optional<PersonNoise> noise_;        // until all is solved
   const std::shared_ptr<TakeNotes> notes_;  // null: nothing is shared
-  PersonBias bias_;
+  const BiasJoints bias_joints_;
+  // What is taken away, and where the solution is told; null: nothing, nowhere.
+  const std::shared_ptr<const ViewBias> bias_;
+  const std::shared_ptr<BiasSeries> series_;
   const std::shared_ptr<LearntNoise> learnt_;
   std::vector<FrameRecord> records_;
   std::vector<FinalPose> finals_;
@@ -158,11 +156,6 @@ class BatchEstimator final : public Estimator {
 
 void BatchEstimator::Add(const EstimatorFrame& frame) {
   frames_.Push(frame);
-  if (bias_.observes()) {
-    PersonProblem now = seen_by_bias_.EmptyProblem();
-    const FrameRecord record = seen_by_bias_.Append(frame, &now);
-    bias_.Observe(now, 0, record.triangulated);
-  }
   if (frame.has_initial || frames_.size() == 1) {
     last_ = frame.initial;
     last_.resize(joint_count());
@@ -180,7 +173,8 @@ void BatchEstimator::TakeFinals(std::vector<FinalPose>* finals) {
 
 void BatchEstimator::Finish() {
   if (frames_.empty()) return;
-  Solve(bias_, bias_.OfTake().get());
+  Solve();
+  if (series_ != nullptr) TellBias();
   WriteFinals();
   solver_.HandInCounts(records_.front().frame, records_.back().frame);
   // Finals may wait long for those of other people: nothing else should.
@@ -191,53 +185,36 @@ void BatchEstimator::Finish() {
   solver_.FreeWorkSpace();
 }
 
-// Another one solves, so that nothing stays but what the solution tells.
-bool BatchEstimator::Rehearse() {
-  if (frames_.empty() || !bias_.HasRound()) return false;
-  const auto told = bias_.OfRound();
-  BatchEstimator rehearsal(scene_, options_, nullptr);
-  rehearsal.frames_ = frames_;
-  rehearsal.Solve(bias_, told.get());
-  PersonBias::Round round = bias_.BeginRound(rehearsal.scene_.cameras,
-                                             rehearsal.noise_->correlation());
-  rehearsal.take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+void BatchEstimator::TellBias() const {
+  BiasObserver observer(bias_joints_, scene_.cameras, scene_.frame_rate_hz,
+                        noise_->correlation(), series_.get());
+  take_.ForEachPiece([&](const PersonTake::Piece& piece) {
     for (size_t k = piece.begin; k < piece.end; ++k) {
-      round.Add(piece.part, k - piece.begin);
+      observer.Add(piece.part, k - piece.begin);
     }
   });
-  round.HandIn();
-  return true;
 }
 
-// Without what the detector adds: as `bias` says (null: nothing) of the body
-// whose frames `person_bias` has observed.
-void BatchEstimator::Solve(const PersonBias& person_bias,
-                           const ViewBias* bias) {
-  ReturnFreeMemory();
+void BatchEstimator::TakeBiasAway() {
+  const BiasWriter writer(bias_joints_, *bias_, take_.graph, records_);
+  take_.ChangeNoise([&](PersonTake::Piece* piece) {
+    writer.Write(piece->begin, piece->end, &piece->part);
+  });
+}
+
+void BatchEstimator::Solve() {
   Assembler assembler(scene_, options_);
   take_ = AssembleTake(&frames_, &assembler, &records_);
-  ReturnFreeMemory();
-  SolveAll(person_bias, bias);
-}
-
-void BatchEstimator::SolveAll(const PersonBias& person_bias,
-                              const ViewBias* bias) {
   for (int j = 0; j < joint_count(); ++j) {
     InterpolateStarts(records_, j, take_.graph.times, &take_.graph.joints[j]);
   }
-  if (bias != nullptr) {
-    take_.ChangeNoise([&](PersonTake::Piece* piece) {
-      person_bias.ApplyTake(*bias, take_.graph.times, piece->begin, piece->end,
-                            &piece->part);
-    });
-  }
+  if (bias_ != nullptr && !bias_->empty()) TakeBiasAway();
   if (options_.LearnsNoise()) LearnNoise();
   if (options_.pixel_noise_from == NoiseFrom::kFixed &&
       options_.estimate_noise_scale) {
     LearnNoiseScale();
   } else {
     take_.measurements.SettleNoise();
-    ReturnFreeMemory();
     solver_.SolveJoints(solver_.schedule(), &take_);
   }
   if (options_.bones) AddBones();
@@ -252,7 +229,6 @@ void BatchEstimator::LearnNoise() {
       }
     });
   });
-  ReturnFreeMemory();
   noise_->ApplyProcessNoise(&take_.graph);
   take_.ChangeNoise([&](PersonTake::Piece* piece) {
     noise_->ApplyPixelNoise(piece->begin, piece->end, &piece->part);

@@ -7,15 +7,10 @@
 #include <utility>
 
 #include "core/base/parallel.h"
-#include "core/system/memory.h"
 #include "solvers/graph/schedule.h"
 
 namespace kinegraph {
 namespace {
-
-// What chunks used and freed lies scattered; with a small share of the time it
-// takes to solve them it is returned so often.
-constexpr int kChunksATidying = 32;
 
 std::vector<int> AllJoints(const PersonProblem& problem) {
   std::vector<int> all(problem.joints.size());
@@ -54,7 +49,6 @@ TakeSolver::TakeSolver(const GraphOptions& options)
 void TakeSolver::FreeWorkSpace() {
   whole_.FreeWorkSpace();
   idle_.clear();
-  ReturnFreeMemory();
 }
 
 std::unique_ptr<PersonSolver> TakeSolver::TakeIdle() {
@@ -83,7 +77,6 @@ void TakeSolver::ForEachChunk(const PersonTake& take,
     Outcome outcome = compute(solver.get(), chunks[i], &part);
     GiveBack(std::move(solver));
     take_over(i, std::move(outcome));
-    if (i % kChunksATidying == kChunksATidying - 1) ReturnFreeMemory();
   });
 }
 

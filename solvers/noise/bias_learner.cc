@@ -39,17 +39,6 @@ int64_t FloorDivide(TimeNs time, TimeNs step) {
   return time >= 0 ? time / step : -((-time + step - 1) / step);
 }
 
-// From `before` towards `joint`, `relaxed` times as far.
-void Step(double relaxed, const ViewBias::OfJoint& before,
-          ViewBias::OfJoint* joint) {
-  for (size_t i = 0; i < joint->across_m.size(); ++i) {
-    joint->across_m[i] = before.across_m[i] +
-                         relaxed * (joint->across_m[i] - before.across_m[i]);
-    joint->along_m[i] =
-        before.along_m[i] + relaxed * (joint->along_m[i] - before.along_m[i]);
-  }
-}
-
 // What the views say of the joint's coefficients where it stands.
 void AddView(const BiasView& view, double independent, BiasSums* sums) {
   const auto& features = view.direction.features;
@@ -134,38 +123,8 @@ BiasSums& BiasSums::operator+=(const BiasSums& other) {
   return *this;
 }
 
-bool AddViews(const std::vector<BiasView>& views, BiasSums* sums) {
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d point_gradient = Eigen::Vector3d::Zero();
-  for (const BiasView& view : views) {
-    const Matrix23d J = view.per_sigma * view.jacobian;
-    normal += J.transpose() * J;
-    point_gradient += J.transpose() * (view.per_sigma * view.residual_px);
-  }
-  const Eigen::LLT<Eigen::Matrix3d> factor(normal);
-  if (factor.info() != Eigen::Success) return false;
-  const Eigen::Matrix3d inverse = factor.solve(Eigen::Matrix3d::Identity());
-  if (!inverse.allFinite()) return false;
-  for (const BiasView& view : views) AddView(view, 1.0, sums);
-  // D' J, and D' r.
-  Eigen::Matrix<double, kBiasSize, 3> cross;
-  cross.setZero();
-  for (const BiasView& view : views) {
-    const auto& features = view.direction.features;
-    const Matrix23d J = view.per_sigma * view.jacobian;
-    const Eigen::Vector2d across = view.per_sigma * view.direction.across_px;
-    const Eigen::Vector2d along = view.per_sigma * view.direction.along_px;
-    cross.topRows<kViewFeatureCount>() += features * (across.transpose() * J);
-    cross.bottomRows<kViewFeatureCount>() += features * (along.transpose() * J);
-  }
-  sums->A -= cross * inverse * cross.transpose();
-  sums->g -= cross * (inverse * point_gradient);
-  sums->square -= point_gradient.dot(inverse * point_gradient);
-  return true;
-}
-
-void AddSolvedViews(const std::vector<BiasView>& views, double independent,
-                    BiasSums* sums) {
+void AddViews(const std::vector<BiasView>& views, double independent,
+              BiasSums* sums) {
   for (const BiasView& view : views) {
     AddView(view, independent, sums);
     AddShift(view, sums);
@@ -210,7 +169,6 @@ void BiasSeries::Add(TimeNs time, const std::vector<BiasSums>& sums) {
   for (size_t i = 0; i < sums.size(); ++i) {
     if (sums[i].observations == 0) continue;
     block[i] += sums[i];
-    observations_ += sums[i].observations;
   }
   while (blocks_.size() > kMostBlocks) JoinNeighbours();
 }
@@ -347,133 +305,6 @@ ViewBias BiasSeries::Fit(const std::vector<std::string>& names,
     joint.used = joint.used && bias.azimuth_deg >= LeastAzimuthDegrees();
   }
   return bias;
-}
-
-std::shared_ptr<ViewBiasPool::Pending> ViewBiasPool::Register(
-    const BiasJoints& joints, int view_count) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (series_ == nullptr) {
-    std::vector<JointClass> classes;
-    names_ = joints.names();
-    for (size_t i = 0; i < names_.size(); ++i) {
-      classes.push_back(joints.ClassOf(static_cast<int>(i)));
-    }
-    series_ = std::make_unique<BiasSeries>(std::move(classes), view_count);
-    if (given_ != nullptr) {
-      given_ = std::make_shared<ViewBias>(InOrderOf(names_, *given_));
-    }
-  }
-  people_.push_back(std::make_shared<Pending>());
-  people_.back()->sums.resize(names_.size());
-  return people_.back();
-}
-
-std::shared_ptr<const ViewBias> ViewBiasPool::Before(TimeNs time) {
-  if (!learns()) return given_;
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (!any_time_ || time != time_) {
-    any_time_ = true;
-    time_ = time;
-    Collect();
-    // Refitting is worth it when a twentieth more was seen.
-    if (20 * (series_->observations() - fitted_at_) > fitted_at_) Refit();
-  }
-  return fitted_;
-}
-
-void ViewBiasPool::Hand(Pending* seen, Pending* pending) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  std::swap(*seen, *pending);
-  pending->full = true;
-}
-
-std::shared_ptr<const ViewBias> ViewBiasPool::Now() {
-  if (!learns()) return given_;
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (series_ == nullptr) return std::make_shared<ViewBias>();
-  if (solved_) {
-    FitRound();
-    return fitted_;
-  }
-  Collect();
-  if (fitted_ == nullptr || series_->observations() != fitted_at_) Refit();
-  return fitted_;
-}
-
-void ViewBiasPool::Collect() {
-  for (const auto& person : people_) {
-    if (!person->full) continue;
-    series_->Add(person->time, person->sums);
-    for (const auto& [view, azimuth] : person->azimuths) {
-      series_->AddAzimuth(view, azimuth);
-    }
-    for (BiasSums& sums : person->sums) {
-      if (sums.observations > 0) sums.Clear();
-    }
-    person->azimuths.clear();
-    person->full = false;
-  }
-  // Who is held by nobody else has died.
-  people_.erase(std::remove_if(people_.begin(), people_.end(),
-                               [](const std::shared_ptr<Pending>& person) {
-                                 return person.use_count() == 1;
-                               }),
-                people_.end());
-}
-
-void ViewBiasPool::Refit() {
-  fitted_ = std::make_shared<ViewBias>(series_->Fit(names_, always_));
-  fitted_at_ = series_->observations();
-}
-
-std::shared_ptr<const ViewBias> ViewBiasPool::BeforeRound(int round) {
-  if (round == 0) return nullptr;
-  const std::lock_guard<std::mutex> lock(mutex_);
-  if (rounds_told_ < round) FitRound();
-  return fitted_;
-}
-
-void ViewBiasPool::HandSolved(std::unique_ptr<BiasSeries> solved,
-                              Pending* pending) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  pending->solved = std::move(solved);
-  solved_ = true;
-}
-
-std::unique_ptr<BiasSeries> ViewBiasPool::EmptySeries() const {
-  return std::make_unique<BiasSeries>(series_->Empty());
-}
-
-// Joints that the first round uses are used; afterwards solutions have been
-// pulled towards what it told, and would confirm it.
-void ViewBiasPool::FitRound() {
-  // Poses follow a bias slowly where few views hold them. The last step goes
-  // no farther than its round tells.
-  constexpr double kOverRelaxed = 1.5;
-  BiasSeries all = series_->Empty();
-  bool any = false;
-  for (const auto& person : people_) {
-    if (person->solved == nullptr) continue;
-    all.Add(*person->solved);
-    person->solved.reset();
-    any = true;
-  }
-  if (!any) return;
-  all.TakeShiftsAway();
-  auto bias = std::make_shared<ViewBias>(all.Fit(names_, always_));
-  const bool last = rounds_told_ + 1 == kRounds;
-  for (size_t i = 0; i < bias->joints.size(); ++i) {
-    ViewBias::OfJoint& joint = bias->joints[i];
-    ViewBias::OfJoint before;
-    if (rounds_told_ > 0) before = fitted_->joints[i];
-    Step(last ? 1.0 : kOverRelaxed, before, &joint);
-    if (rounds_told_ == 0) continue;
-    joint.used = before.used;
-    joint.gain = before.gain;
-    joint.gain_error = before.gain_error;
-  }
-  fitted_ = std::move(bias);
-  ++rounds_told_;
 }
 
 }  // namespace kinegraph

@@ -47,7 +47,8 @@ class BiasJoints {
   int IndexOf(int joint_idx) const { return index_[joint_idx]; }
   double SideOf(int joint_idx) const { return side_[joint_idx]; }
   bool OnHead(int joint_idx) const { return on_head_[joint_idx]; }
-  JointClass ClassOf(int name_idx) const { return classes_[name_idx]; }
+  // Of each name.
+  const std::vector<JointClass>& classes() const { return classes_; }
 
   // From shoulders and hips; nullopt where `at` does not know all four, or
   // they lie together.

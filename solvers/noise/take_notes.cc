@@ -7,16 +7,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "solvers/noise/bias_learner.h"
-
 namespace kinegraph {
 namespace {
-
-std::shared_ptr<ViewBiasPool> PoolOf(const GraphOptions& options) {
-  if (options.view_bias == ViewBiasUse::kOff) return nullptr;
-  return std::make_shared<ViewBiasPool>(options.view_bias == ViewBiasUse::kOn,
-                                        options.given_view_bias);
-}
 
 double WeightedMean(double mean, double weight, double value, double added) {
   return mean + (value - mean) * added / (weight + added);
@@ -94,13 +86,37 @@ void AddPerson(const LearntNoise& from, LearntNoise* to) {
 
 }  // namespace
 
-TakeNotes::TakeNotes(const GraphOptions& options)
-    : options_(options), view_bias_(PoolOf(options)) {}
+TakeNotes::TakeNotes(const GraphOptions& options) : options_(options) {
+  if (options.view_bias != ViewBiasUse::kOff) {
+    view_bias_ = options.given_view_bias;
+  }
+}
+
+void TakeNotes::LearnViewBias() {
+  learns_view_bias_ =
+      options_.view_bias != ViewBiasUse::kOff && view_bias_ == nullptr;
+}
+
+std::shared_ptr<BiasSeries> TakeNotes::NewSeries(const BiasJoints& joints,
+                                                 int view_count) {
+  if (!learns_view_bias_) return nullptr;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  names_ = joints.names();
+  series_.push_back(std::make_shared<BiasSeries>(joints.classes(), view_count));
+  return series_.back();
+}
 
 void TakeNotes::BeginPass() {
   const std::lock_guard<std::mutex> lock(mutex_);
-  view_bias_ = PoolOf(options_);
   people_.clear();
+  learns_view_bias_ = false;
+  if (series_.empty()) return;
+  BiasSeries& all = *series_.front();
+  for (size_t i = 1; i < series_.size(); ++i) all.Add(*series_[i]);
+  all.TakeShiftsAway();
+  view_bias_ = std::make_shared<ViewBias>(
+      all.Fit(names_, options_.view_bias == ViewBiasUse::kOn));
+  series_.clear();
 }
 
 std::shared_ptr<LearntNoise> TakeNotes::NewPerson() {
@@ -130,12 +146,6 @@ LearntNoise TakeNotes::Noise() const {
   for (const auto& person : people_) AddPerson(*person, &all);
   RequireFinite(all);
   return all;
-}
-
-ViewBias TakeNotes::Bias() const {
-  if (view_bias_ == nullptr) return {};
-  const auto bias = view_bias_->Now();
-  return bias == nullptr ? ViewBias() : *bias;
 }
 
 std::string ToJson(const LearntNoise& learnt) {

@@ -10,36 +10,43 @@
 
 #include "core/data/view_bias.h"
 #include "solvers/graph/options.h"
+#include "solvers/noise/bias_learner.h"
+#include "solvers/noise/bias_model.h"
 #include "solvers/noise/person_noise.h"
 
 namespace kinegraph {
 
-class ViewBiasPool;
-
-// People register as they are born,
-// one after the other; the rest may come from any thread.
+// People register as they are born, one after the other; the rest may come from
+// any thread.
 class TakeNotes {
  public:
   explicit TakeNotes(const GraphOptions& options);
 
-  // The run begins anew with the same take: forgets what was learnt. People of
-  // the pass before keep what they have.
+  // Another pass follows this one: what the solutions of this one leave tells
+  // the detector's bias, where the options ask for it.
+  void LearnViewBias();
+  // The run begins anew with the same take, without the bias that was told:
+  // forgets what was learnt else. Nobody may write meanwhile.
   void BeginPass();
 
-  // Null where the options ask for no bias.
-  std::shared_ptr<ViewBiasPool> view_bias() const { return view_bias_; }
+  // The bias to take away; null: none.
+  std::shared_ptr<const ViewBias> view_bias() const { return view_bias_; }
+  // Where a person leaves what its solution tells of it; null: nowhere.
+  std::shared_ptr<BiasSeries> NewSeries(const BiasJoints& joints,
+                                        int view_count);
   // Where a person leaves what was learnt of its noise.
   std::shared_ptr<LearntNoise> NewPerson();
 
   // Of all people that left something: geometric means, weighed by the joints
   // seen; least and greatest process noise of any. Nobody may write meanwhile.
   LearntNoise Noise() const;
-  // As told by everything so far; empty where none is asked for.
-  ViewBias Bias() const;
 
  private:
   const GraphOptions options_;
-  std::shared_ptr<ViewBiasPool> view_bias_;
+  bool learns_view_bias_ = false;
+  std::shared_ptr<const ViewBias> view_bias_;
+  std::vector<std::shared_ptr<BiasSeries>> series_;  // in order of birth
+  std::vector<std::string> names_;                   // of their joints
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<LearntNoise>> people_;
 };

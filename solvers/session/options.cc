@@ -79,6 +79,21 @@ void PreferStatedFrames(const ConfigFile& config, TrackLifeOptions* life) {
   if (frames_alone("max_gap", "max_gap_s")) life->max_gap_s = 0.0;
 }
 
+void CheckViewBias(const RunOptions& options) {
+  const EstimatorOptions& estimators = options.estimators;
+  if (estimators.mode == Mode::kPaper ||
+      estimators.graph.view_bias != ViewBiasUse::kOn) {
+    return;
+  }
+  if (estimators.output != OutputKind::kBatch ||
+      !options.tracker.life.second_pass) {
+    throw OptionError("graph.view_bias",
+                      "\"on\" needs output.estimator = \"batch\" and "
+                      "tracking.second_pass = true: the first pass tells the "
+                      "bias that the second takes away");
+  }
+}
+
 RunOptions OptionsOf(ConfigFile config, const std::string& set,
                      const std::string& mode) {
   if (!set.empty()) config.Override(set, "--set");
@@ -92,7 +107,9 @@ RunOptions OptionsOf(ConfigFile config, const std::string& set,
     options.detections.skeleton = ResolveSkeleton(
         options.detections.skeleton_name, options.user_skeletons);
   }
-  return WithRulesOfMode(std::move(options));
+  options = WithRulesOfMode(std::move(options));
+  CheckViewBias(options);
+  return options;
 }
 
 }  // namespace

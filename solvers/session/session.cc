@@ -12,7 +12,6 @@
 #include "core/data/pose_check.h"
 #include "core/identity/edits.h"
 #include "core/identity/linking.h"
-#include "core/system/memory.h"
 #include "core/tracking/second_pass.h"
 #include "solvers/session/take_clock.h"
 
@@ -92,6 +91,7 @@ class Session::Impl {
                  std::move(estimators.feedback), std::move(estimators.output)) {
     tracker_.set_threads(request_.threads);
     CheckLinkOptions(options_.identity);
+    if (notes_ != nullptr && HasSecondPass()) notes_->LearnViewBias();
   }
 
   std::vector<TrackFrame> Process(DetectionFrame* frame) {
@@ -249,7 +249,6 @@ class Session::Impl {
     const std::unique_ptr<DetectionSource> source =
         reopen_ ? reopen_() : nullptr;
     if (notes_ != nullptr) notes_->BeginPass();
-    ReturnFreeMemory();  // of the first pass's solves
     SecondPass second(scene_.model, detections_.skeleton, options_.tracker,
                       second_pass_estimator_);
     if (!options_.tracker.life.independent_frames) {
@@ -361,7 +360,9 @@ LearntNoise Session::learnt_noise() const {
 }
 ViewBias Session::view_bias() const {
   const TakeNotes* notes = impl_->notes();
-  return notes == nullptr ? ViewBias() : notes->Bias();
+  return notes == nullptr || notes->view_bias() == nullptr
+             ? ViewBias()
+             : *notes->view_bias();
 }
 const std::vector<IdentityEdit>& Session::identity_edits() const {
   return impl_->identity_edits();

@@ -17,7 +17,6 @@
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/noise/bone_spreads.h"
-#include "solvers/noise/person_bias.h"
 #include "solvers/noise/person_noise.h"
 #include "solvers/person/person_solver.h"
 
@@ -41,7 +40,6 @@ class WindowEstimator final : public Estimator {
         problem_(assembler_.EmptyProblem()),
         noise_(scene_, options_),
         notes_(std::move(notes)),
-        bias_(scene_, notes_ == nullptr ? nullptr : notes_->view_bias()),
         learnt_(notes_ == nullptr ? nullptr : notes_->NewPerson()),
         bone_lengths_(scene_.skeleton),
         bone_spreads_(scene_.skeleton),
@@ -81,7 +79,6 @@ class WindowEstimator final : public Estimator {
   PersonProblem problem_;
   PersonNoise noise_;
   const std::shared_ptr<TakeNotes> notes_;  // null: nothing is shared
-  PersonBias bias_;
   const std::shared_ptr<LearntNoise> learnt_;
   BoneLengths bone_lengths_;
   BoneSpreads bone_spreads_;
@@ -107,8 +104,6 @@ void WindowEstimator::Add(const EstimatorFrame& frame) {
       m->sigma_px *= noise_scale_;
     }
   }
-  bias_.Observe(problem_, newest(), records_.back().triangulated);
-  bias_.ApplyCausally(newest(), &problem_);
   if (options_.LearnsNoise()) noise_.AddFrame(problem_, newest());
   const std::vector<bool> placed_anew = StartNewStates();
   DropFinalFrames();

@@ -29,11 +29,8 @@ class ViewBiasTest : public ::testing::Test {
         skeleton_(Coco17()),
         joints_(skeleton_),
         hip_(skeleton_.IndexOf("l_hip")),
-        line_(static_cast<size_t>(joints_.IndexOf(hip_))) {
-    for (size_t i = 0; i < joints_.names().size(); ++i) {
-      classes_.push_back(joints_.ClassOf(static_cast<int>(i)));
-    }
-  }
+        line_(static_cast<size_t>(joints_.IndexOf(hip_))),
+        classes_(joints_.classes()) {}
 
   static BodyStance StanceAt(double heading) {
     BodyAxes axes;
@@ -70,7 +67,7 @@ class ViewBiasTest : public ::testing::Test {
         series.AddAzimuth(view.view_idx, view.direction.azimuth);
         views.push_back(view);
       }
-      EXPECT_TRUE(AddViews(views, &sums[line_]));
+      AddViews(views, 1.0, &sums[line_]);
       series.Add(FromSeconds(0.1 * k), sums);
     }
     return series.Fit(joints_.names(), always);
@@ -169,28 +166,6 @@ TEST_F(ViewBiasTest, SidesAreMirrored) {
   EXPECT_NEAR(left.y(), right.y(), 1e-9);
 }
 
-TEST_F(ViewBiasTest, NothingOfAFrameIsToldBeforeTheNext) {
-  ViewBiasPool pool(true, nullptr);
-  const auto pending = pool.Register(joints_, 5);
-  const auto other = pool.Register(joints_, 5);
-  for (int k = 0; k < 3; ++k) {
-    const TimeNs time = FromSeconds(0.1 * k);
-    const auto before = pool.Before(time);
-    const int64_t told =
-        before == nullptr ? 0 : before->joints[line_].observations;
-    EXPECT_EQ(told, 10 * k);
-    for (const auto& person : {pending, other}) {
-      ViewBiasPool::Pending seen;
-      seen.time = time;
-      seen.sums.resize(classes_.size());
-      seen.sums[line_].observations = 5;
-      seen.sums[line_].weight = seen.sums[line_].independent = 5.0;
-      pool.Hand(&seen, person.get());
-      EXPECT_EQ(pool.Before(time), before);
-    }
-  }
-}
-
 // Ten AR(1) errors with a part that lasts: the variance of their mean, pair by
 // pair, against that of one, in the limit of a long row.
 TEST(IndependentShareTest, IsTheVarianceOfAMean) {
@@ -209,7 +184,7 @@ TEST(IndependentShareTest, IsTheVarianceOfAMean) {
 }
 
 // Where positions are known, the directions' own least squares.
-TEST_F(ViewBiasTest, SolvedViewsTellTheBiasAsItIs) {
+TEST_F(ViewBiasTest, ViewsTellTheBiasAsItIs) {
   const ViewBias::OfJoint bias = TwiceAround();
   BiasSums sums;
   for (int k = 0; k < 600; ++k) {
@@ -224,7 +199,7 @@ TEST_F(ViewBiasTest, SolvedViewsTellTheBiasAsItIs) {
       view.residual_px = BiasOf(bias, view.direction);
       views.push_back(view);
     }
-    AddSolvedViews(views, 0.1, &sums);
+    AddViews(views, 0.1, &sums);
   }
   EXPECT_NEAR(sums.independent, 0.1 * 3000.0, 1e-9);
   // One of ridge beside 300, halved by the features' squares, for two of which
@@ -264,8 +239,8 @@ class ShiftedCameraTest : public ViewBiasTest {
           series.AddAzimuth(view.view_idx, view.direction.azimuth);
           views.push_back(view);
         }
-        AddSolvedViews(views, 1.0,
-                       &sums[static_cast<size_t>(joints_.IndexOf(joint))]);
+        AddViews(views, 1.0,
+                 &sums[static_cast<size_t>(joints_.IndexOf(joint))]);
       }
       series.Add(FromSeconds(0.1 * k), sums);
     }
@@ -304,12 +279,10 @@ TEST_F(ShiftedCameraTest, LeavesABiasThatIsOne) {
   EXPECT_TRUE(used_);
 }
 
-// A person's solved looks at one joint: residuals along one feature.
-std::unique_ptr<BiasSeries> Solved(const ViewBiasPool& pool, size_t line,
-                                   double residual_m) {
-  auto series = pool.EmptySeries();
+// A person's looks at one joint: residuals along one feature.
+void Tell(size_t line, double residual_m, size_t names, BiasSeries* series) {
   for (int k = 0; k < 100; ++k) {
-    std::vector<BiasSums> sums(static_cast<size_t>(series->name_count()));
+    std::vector<BiasSums> sums(names);
     BiasSums& one = sums[line];
     one.A.diagonal().setOnes();
     one.g[0] = residual_m;
@@ -321,47 +294,28 @@ std::unique_ptr<BiasSeries> Solved(const ViewBiasPool& pool, size_t line,
     }
     series->Add(FromSeconds(0.1 * k), sums);
   }
-  return series;
 }
 
-TEST_F(ViewBiasTest, RoundsAreOfEverybodyWhateverTheOrder) {
-  for (const bool swapped : {false, true}) {
-    ViewBiasPool pool(true, nullptr);
-    const auto first = pool.Register(joints_, 1);
-    const auto second = pool.Register(joints_, 1);
-    EXPECT_EQ(pool.BeforeRound(0), nullptr);
-    double expected = 0.0;
-    for (int round = 0; round < ViewBiasPool::kRounds; ++round) {
-      auto of_first = Solved(pool, line_, 0.01);
-      auto of_second = Solved(pool, line_, 0.03);
-      if (swapped) pool.HandSolved(std::move(of_second), second.get());
-      pool.HandSolved(std::move(of_first), first.get());
-      if (!swapped) pool.HandSolved(std::move(of_second), second.get());
-      const bool last = round + 1 == ViewBiasPool::kRounds;
-      const auto told = last ? pool.Now() : pool.BeforeRound(round + 1);
-      ASSERT_NE(told, nullptr);
-      EXPECT_EQ(told->joints[line_].observations, 200);
-      EXPECT_TRUE(told->joints[line_].used);
-      // 200 looks that say 2 cm on average beside the ridge of ten; one and a
-      // half times as far but in the last round.
-      const double fit = 0.02 * 200.0 / 210.0;
-      expected += (last ? 1.0 : 1.5) * (fit - expected);
-      EXPECT_NEAR(told->joints[line_].across_m[0], expected, 1e-12);
-    }
-    // Asked again it says the same.
-    EXPECT_NEAR(pool.Now()->joints[line_].across_m[0], expected, 1e-12);
-  }
-}
-
-// Solutions that were pulled towards a bias look as if they had it.
-TEST_F(ViewBiasTest, OnlyTheFirstRoundDecides) {
-  ViewBiasPool pool(false, nullptr);
-  const auto person = pool.Register(joints_, 1);
-  for (int round = 0; round < 2; ++round) {
-    // Sums without a residual gain nothing.
-    pool.HandSolved(Solved(pool, line_, round == 0 ? 0.0 : 0.03), person.get());
-    EXPECT_FALSE(pool.BeforeRound(round + 1)->joints[line_].used) << round;
-  }
+TEST_F(ViewBiasTest, OnePassTellsTheNext) {
+  GraphOptions options;
+  options.view_bias = ViewBiasUse::kOn;
+  TakeNotes notes(options);
+  EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // nobody asks
+  notes.LearnViewBias();
+  const auto first = notes.NewSeries(joints_, 1);
+  const auto second = notes.NewSeries(joints_, 1);
+  // Whoever is done first.
+  Tell(line_, 0.03, classes_.size(), second.get());
+  Tell(line_, 0.01, classes_.size(), first.get());
+  EXPECT_EQ(notes.view_bias(), nullptr);
+  notes.BeginPass();
+  ASSERT_NE(notes.view_bias(), nullptr);
+  const ViewBias::OfJoint& told = notes.view_bias()->joints[line_];
+  EXPECT_EQ(told.observations, 200);
+  EXPECT_TRUE(told.used);
+  // 200 looks that say 2 cm on average beside the ridge of ten.
+  EXPECT_NEAR(told.across_m[0], 0.02 * 200.0 / 210.0, 1e-12);
+  EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // it has been told
 }
 
 TEST(TakeNotesTest, PeopleAreOneInGeometricMeans) {
