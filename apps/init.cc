@@ -69,7 +69,7 @@ void PrintUpright(const TakeSurvey& survey, const RunOptions& options) {
                                  *FindTrackFormat("bvh"), std::nullopt);
   if (!note) return;
   std::printf(
-      "upright     %s, as trc and gltf do:\n            %s"
+      "upright     %s:\n            %s"
       "--set=cameras.ground=feet turns the world where enough feet rest\n",
       note->text.c_str(),
       note->axes.empty()
