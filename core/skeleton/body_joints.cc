@@ -11,7 +11,8 @@ bool IsAnimalPart(const std::string& label) {
   constexpr std::array<const char*, 9> kAnywhere = {
       "paw",     "hoof",    "snout",   "muzzle", "beak",
       "whisker", "antenna", "withers", "hock"};
-  std::string text;
+  constexpr std::array<const char*, 2> kAtAWordsBegin = {"tail", "wing"};
+  std::string text = " ";
   bool was_small = false;
   for (const char c : label) {
     const auto byte = static_cast<unsigned char>(c);
@@ -23,8 +24,10 @@ bool IsAnimalPart(const std::string& label) {
   const auto has = [&text](const std::string& word) {
     return text.find(word) != std::string::npos;
   };
-  return text.compare(0, 4, "tail") == 0 || has(" tail") ||
-         std::any_of(kAnywhere.begin(), kAnywhere.end(), has);
+  return std::any_of(kAnywhere.begin(), kAnywhere.end(), has) ||
+         std::any_of(
+             kAtAWordsBegin.begin(), kAtAWordsBegin.end(),
+             [&has](const std::string& word) { return has(" " + word); });
 }
 
 bool IsBodyJoint(JointClass joint_class) {

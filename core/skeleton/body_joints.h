@@ -13,7 +13,7 @@ namespace kinegraph {
 bool IsBodyJoint(JointClass joint_class);
 
 // Whether only animals have what the label says: "Tail_base", "tailbase",
-// "ForepawL" and "root of tail", but not "ponytail".
+// "ForepawL", "wingR" and "root of tail", but not "ponytail".
 bool IsAnimalPart(const std::string& label);
 
 // Whether the joints are those of a human, so that what is known of human

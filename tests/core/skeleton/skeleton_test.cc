@@ -140,7 +140,7 @@ TEST(SkeletonTest, TellsHumansByALimbAndNoTail) {
   EXPECT_TRUE(is_human(leg, ""));
   EXPECT_TRUE(is_human(leg, "ponytail"));
   for (const char* part : {"tail", "TailBase", "TAILTIP", "root of tail",
-                           "ForepawL", "l_hind_hoof", "Snout"}) {
+                           "ForepawL", "l_hind_hoof", "Snout", "wing_l"}) {
     EXPECT_FALSE(is_human(leg, part)) << part;
   }
   EXPECT_FALSE(is_human({"l_hip", "l_knee", "r_hip", "r_knee"}, "spine"));

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "core/io/files/text_file.h"
-#include "core/io/text/json.h"
 #include "core/io/text/joint_names.h"
+#include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/joint_tree.h"
 #include "core/io/tracks/losses.h"
