@@ -217,7 +217,7 @@ TEST_F(TracksC3d, IntegersAndFloatsOfEveryByteOrder) {
       const TrackSequence tracks = Read(TwoPeople(order, is_float));
       EXPECT_EQ(tracks.header.frame_rate_hz, 100.0) << order;
       EXPECT_EQ(tracks.header.skeleton.joints(),
-                (std::vector<std::string>{"head_top", "C7"}));
+                (std::vector<std::string>{"HEAD", "C7"}));
       ASSERT_EQ(tracks.frames.size(), 2u);
       EXPECT_EQ(tracks.frames[0].frame, 10) << "C3D counts from 1";
       EXPECT_EQ(tracks.frames[1].time, 110'000'000);
