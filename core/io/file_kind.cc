@@ -98,20 +98,21 @@ bool IsDetectionTable(const std::string& path) {
   return RecogniseDetections(LookAtDetections(path)) != nullptr;
 }
 
-// XML in any encoding, and pickles, which begin with a byte of their own.
-bool IsXmlOrPickle(const std::string& path) {
+// Laboratories' calibrations: those whose bytes are no plain text by their
+// names, XML and pickles by how they begin.
+bool IsOfLaboratory(const std::string& path) {
+  if (HasExtension(path, {".calib", ".mcal", ".xcp", ".pickle", ".pkl"})) {
+    return true;
+  }
   const std::string text = BeginningOf(path, 16);
-  const size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
-  return text.rfind("\xFF\xFE", 0) == 0 || text.rfind("\xFE\xFF", 0) == 0 ||
-         text.rfind('\x80', 0) == 0 ||
-         (first != std::string::npos && text[first] == '<');
+  const size_t first = text.find_first_not_of(" \t\r\n");
+  return first != std::string::npos &&
+         (text[first] == '<' || text[first] == '\x80');
 }
 
 FileKind KindOfFile(const std::string& path) {
+  if (IsOfLaboratory(path)) return FileKind::kCalibration;
   if (AreSurelyTracks(path)) return FileKind::kTracks;
-  if (HasExtension(path, {".calib"}) || IsXmlOrPickle(path)) {
-    return FileKind::kCalibration;
-  }
   if (IsDetectionTable(path)) return FileKind::kDetections;
   if (HasExtension(path, {".toml", ".yml", ".yaml"}) ||
       LooksLikeTomlOrYaml(Beginning(path))) {

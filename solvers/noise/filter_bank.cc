@@ -8,10 +8,17 @@ namespace {
 
 constexpr double kLeastLevel = 1.0 / 40.0;
 constexpr double kGreatestLevel = 1000.0;
-// Where a filter knows less than this it knows nothing, and its variances would
-// grow past the digits that a correction needs: it starts anew.
-constexpr double kForgotten_s = 10.0;  // from frame to frame
-constexpr double kUnknownM2 = 1e6;     // of a position
+// The part of a point's error that never lasts: of its variance, and a tenth of
+// a millimetre, which keeps it above zero.
+constexpr double kFreshShare = 0.02;
+constexpr double kLeastVarianceM2 = 1e-8;
+
+// Whether a correction would lose what stands in the last two of the 16 digits
+// of a variance: what is predicted is so vague, as after a pause of hours, that
+// nothing is known.
+bool LosesDigits(double predicted_m2, double variance_m2) {
+  return predicted_m2 > 1e14 * (kFreshShare * variance_m2 + kLeastVarianceM2);
+}
 
 }  // namespace
 
@@ -49,10 +56,7 @@ void FilterBank::Predict(double dt_s, double phi, double power,
 FilterBank::Innovation FilterBank::Innovate(
     const Filter& filter, const FramePoint& point,
     const ErrorCorrelation& correlation) {
-  // The part of the error that does not last; 0.02 of it and a tenth of a
-  // millimetre keep it above zero.
-  const double fresh_share = 1.02 - correlation.share;
-  constexpr double kLeastVarianceM2 = 1e-8;
+  const double fresh_share = 1.0 + kFreshShare - correlation.share;
   Innovation innovation;
   for (int i = 0; i < 3; ++i) {
     const Axis& x = filter.axes[i];
@@ -94,26 +98,34 @@ void FilterBank::Correct(const Innovation& innovation, double wider,
 
 void FilterBank::Add(TimeNs time, const std::optional<FramePoint>& point,
                      const ErrorCorrelation& correlation, Levels* evidence) {
-  if (started_ && (ToSeconds(time - time_) > kForgotten_s ||
-                   filters_.back().axes[0].pp > kUnknownM2)) {
-    *this = FilterBank(usual_);
-  }
+  const auto start = [&] {
+    filters_ = {};
+    for (Filter& filter : filters_) {
+      for (int i = 0; i < 3; ++i) filter.axes[i].p = point->position_m[i];
+    }
+  };
   if (!started_) {
     if (!point.has_value()) return;
     started_ = true;
     time_ = time;
-    for (Filter& filter : filters_) {
-      for (int i = 0; i < 3; ++i) filter.axes[i].p = point->position_m[i];
-    }
+    start();
   }
   constexpr double kKnown = 3.0;  // of the mean of e^2 / S
   const double dt_s = ToSeconds(time - time_);
   time_ = time;
   const double phi = std::exp(-dt_s / correlation.time_s);
   for (int level = 0; level < kLevelCount; ++level) {
+    Predict(dt_s, phi, usual_ * std::exp(LogLevel(level)), &filters_[level]);
+  }
+  if (!point.has_value()) return;
+  for (int i = 0; i < 3; ++i) {
+    // The last level is driven most.
+    if (LosesDigits(filters_.back().axes[i].pp, point->covariance_m2(i, i))) {
+      start();
+    }
+  }
+  for (int level = 0; level < kLevelCount; ++level) {
     Filter& filter = filters_[level];
-    Predict(dt_s, phi, usual_ * std::exp(LogLevel(level)), &filter);
-    if (!point.has_value()) continue;
     const Innovation innovation = Innovate(filter, *point, correlation);
     const double mean = innovation.mean_square;
     const double robust =

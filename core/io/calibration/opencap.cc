@@ -54,7 +54,7 @@ std::string NameOf(const std::string& file) {
 
 CameraRecord ReadCamera(const std::string& file) {
   constexpr size_t kMaxBytes = size_t{1} << 20;
-  const Json json = ParsePickle(ReadTextFile(file, kMaxBytes), file);
+  const Json json = ParsePickle(ReadBytes(file, kMaxBytes), file);
   CameraRecord record;
   record.file = file;
   record.name = NameOf(file);

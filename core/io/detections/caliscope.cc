@@ -6,7 +6,8 @@
 // cameras; frames are the indices of synchronised pictures.
 //
 // A session's folder is read by the one such table in it: its own, one of a
-// recording, or that of the calibration.
+// recording, or that of the calibration. Views of cameras that the session
+// ignores or has not placed are left out there.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -29,6 +30,7 @@
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
 #include "core/io/text/names.h"
+#include "core/io/text/toml_file.h"
 
 namespace kinegraph {
 namespace {
@@ -84,6 +86,35 @@ std::string TableOf(const std::string& path) {
   throw InputError(path, "",
                    "has several tables of points: give one of them (" + names +
                        ") as detections");
+}
+
+// Cameras that a session's folder says it ignores or has not placed: their
+// views belong to no camera.
+std::set<int64_t> UnusedCameras(const std::string& session) {
+  std::set<int64_t> unused;
+  if (!IsFolder(session)) return unused;
+  for (const char* name : {"camera_array.toml", "config.toml"}) {
+    const std::string path = (fs::path(session) / name).string();
+    if (!IsFile(path)) continue;
+    const Json root =
+        ToJson(ParseToml(ReadTextFile(path, kMaxSmallFileBytes), path));
+    const bool is_array =
+        root.contains("cameras") && root["cameras"].is_object();
+    for (const auto& [key, camera] :
+         (is_array ? root["cameras"] : root).items()) {
+      const std::optional<int64_t> number = LastInteger(key);
+      const bool is_camera = number.has_value() && camera.is_object() &&
+                             (is_array || key.rfind("cam_", 0) == 0);
+      if (!is_camera) continue;
+      const bool is_placed =
+          camera.contains("rotation") && camera["rotation"].is_array();
+      if (!is_placed || camera.value("ignore", Json()) == Json(true)) {
+        unused.insert(*number);
+      }
+    }
+    break;
+  }
+  return unused;
 }
 
 // ---- Reading ----
@@ -226,7 +257,8 @@ Times ReadTimesBeside(const std::string& table) {
 
 class Reader {
  public:
-  explicit Reader(const DetectionReadOptions& options) : options_(options) {}
+  Reader(const DetectionReadOptions& options, std::set<int64_t> unused)
+      : options_(options), unused_(std::move(unused)) {}
 
   std::unique_ptr<DetectionSource> Read(const std::string& table) {
     ForEachRow(table, [this](const std::vector<std::string>& header,
@@ -252,6 +284,7 @@ class Reader {
     point.point = row.Index(columns.point);
     point.x_px = row.Number(columns.x);
     point.y_px = row.Number(columns.y);
+    if (unused_.count(point.camera) > 0) return;
     points_.push_back(point);
     if (columns.time >= 0) AddTime(row, columns, &times_);
   }
@@ -369,6 +402,7 @@ class Reader {
   }
 
   const DetectionReadOptions& options_;
+  const std::set<int64_t> unused_;
   std::vector<Point> points_;
   Times times_;
   Skeleton skeleton_;
@@ -377,7 +411,7 @@ class Reader {
 
 std::unique_ptr<DetectionSource> Open(const std::string& path,
                                       const DetectionReadOptions& options) {
-  return Reader(options).Read(TableOf(path));
+  return Reader(options, UnusedCameras(path)).Read(TableOf(path));
 }
 
 // Only what is a session is searched: folders may hold a million files.

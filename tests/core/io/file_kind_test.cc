@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "tests/core/io/input_error.h"
 #include "tests/support/test_data.h"
@@ -80,6 +81,20 @@ TEST(FileKind, RefusesWhatIsNone) {
   EXPECT_THAT(
       InputErrorOf([&] { RecogniseKind((folder.path() / "empty").string()); }),
       HasSubstr("is no calibration"));
+}
+
+// Whatever their bytes: XML in UTF-8 and UTF-16, a pickle, plain numbers.
+TEST(FileKind, LaboratoriesCalibrations) {
+  const TemporaryFolder folder;
+  const std::string wide = std::string("\xff\xfe<\0a\0/\0>\0", 10);
+  for (const auto& [name, text] :
+       {std::pair<std::string, std::string>{"cal.txt", "\n <calibration/>"},
+        {"Cal.mcal", wide},
+        {"camera", std::string("\x80\x04}.", 4)},
+        {"00.mp4.calib", "1920\n1080\n1 0 0\n"}}) {
+    EXPECT_EQ(RecogniseKind(folder.Write(name, text)), FileKind::kCalibration)
+        << name;
+  }
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ void ShowSwing(TimeNs begin, FilterBank* bank, Levels* evidence) {
 
 class FilterBankPauses : public ::testing::TestWithParam<double> {};
 
+// After a minute even the least driven level has lost the joint by metres.
 // Between the evidence of a pause and that of two takes stands the first point
 // after it alone, which tells of the levels what the ways of years would.
 TEST_P(FilterBankPauses, KeepTheirDigits) {
@@ -50,7 +51,7 @@ TEST_P(FilterBankPauses, KeepTheirDigits) {
             std::max_element(parts.begin(), parts.end()) - parts.begin());
 }
 INSTANTIATE_TEST_SUITE_P(All, FilterBankPauses,
-                         ::testing::Values(1.0, 60.0, 3600.0, 14400.0, 86400.0,
+                         ::testing::Values(60.0, 3600.0, 14400.0, 86400.0,
                                            3.15e7));
 
 }  // namespace

@@ -99,6 +99,20 @@ TEST(CaliscopeDetections, ASessionIsReadByTheOneTableInIt) {
   EXPECT_THAT(error, HasSubstr("recordings/walk/POSE/xy_POSE.csv"));
 }
 
+TEST(CaliscopeDetections, ViewsOfIgnoredCamerasAreLeftOut) {
+  const TemporaryFolder folder;
+  folder.Write("s/xy_POSE.csv", kOld);
+  const std::string path = (folder.path() / "s").string();
+  const std::string pose = "rotation = [0.0, 0.0, 0.0]\n";
+  folder.Write("s/config.toml", "[cam_0]\nport = 0\nignore = false\n" + pose +
+                                    "[cam_1]\nport = 1\nignore = true\n" +
+                                    pose);
+  EXPECT_THAT(ReadDetections(path).header.view_names, ElementsAre("cam_0"));
+  folder.Write("s/camera_array.toml",
+               "[cameras.0]\nsize = [640, 480]\n[cameras.1]\n" + pose);
+  EXPECT_THAT(ReadDetections(path).header.view_names, ElementsAre("cam_1"));
+}
+
 TEST(CaliscopeDetections, FaultsAreNamed) {
   const TemporaryFolder folder;
   const auto fault = [&](const std::string& row) {
