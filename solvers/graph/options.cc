@@ -1,5 +1,8 @@
 #include "solvers/graph/options.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/base/error.h"
 
 namespace kinegraph {
@@ -108,6 +111,14 @@ const char* ToString(GraphSolver solver) {
 
 void CheckGraphOptions(const GraphOptions& options) {
   CheckOptions(options);
+  const auto is_positive = [](double multiple) {
+    return std::isfinite(multiple) && multiple > 0.0;
+  };
+  if (options.stages.empty() ||
+      !std::all_of(options.stages.begin(), options.stages.end(), is_positive)) {
+    throw OptionError("graph.stages",
+                      "expected positive multiples, one or more");
+  }
   if (options.user_factors && options.solver != GraphSolver::kCeres) {
     throw OptionError("graph.solver",
                       "found sweeps with factors of the user's own, expected "

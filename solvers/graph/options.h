@@ -118,11 +118,13 @@ struct GraphOptions {
   // their neighbours on both sides; 0 for the take as a whole [s].
   double chunk_s = 10.0;
 
-  // Given in code alone: how far a new person's joints may be from its centre
-  // and how fast they move, the error that no detector falls below [px], a bias
-  // that is known and not learnt (unless view_bias
-  // is off), factors of the caller's own (solver ceres), and where estimators
-  // add how their solves ended.
+  // Given in code alone: multiples of loss_scale that a loss that is not convex
+  // runs through after a Huber stage, how far a new person's joints may be from
+  // its centre and how fast they move, the error that no detector falls below
+  // [px], a bias that is known and not learnt (unless view_bias is off),
+  // factors of the caller's own (solver ceres), and where estimators add how
+  // their solves ended.
+  std::vector<double> stages = {2.0, 1.0};
   double birth_position_sigma_m = 1.0;
   double birth_velocity_sigma_mps = 3.0;
   double min_sigma_px = 1.0;

@@ -8,8 +8,6 @@ SolveSchedule MakeSchedule(const GraphOptions& options) {
   constexpr double kHuberScale = 1.5;
   // Earlier stages only hand over a start.
   constexpr int kEarlyIterations = 3;
-  // Of loss_scale, after the Huber stage.
-  constexpr double kMultiples[] = {2.0, 1.0};
   const int last_iterations = static_cast<int>(options.max_iterations);
   SolveSchedule schedule;
   schedule.step_tolerance_m = options.step_tolerance_m;
@@ -18,7 +16,7 @@ SolveSchedule MakeSchedule(const GraphOptions& options) {
     return schedule;
   }
   schedule.stages.push_back({LossKind::kHuber, kHuberScale, kEarlyIterations});
-  for (const double multiple : kMultiples) {
+  for (const double multiple : options.stages) {
     schedule.stages.push_back(
         {options.loss, multiple * options.loss_scale, kEarlyIterations});
   }
