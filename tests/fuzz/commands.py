@@ -22,7 +22,8 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-BUILD = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "build")
+BUILD = pathlib.Path(
+    sys.argv[1] if len(sys.argv) > 1 else ROOT / "build").resolve()
 RUNS = int(sys.argv[2]) if len(sys.argv) > 2 else 20000
 FIRST = int(sys.argv[3]) if len(sys.argv) > 3 else 1
 MOST_S, MOST_BYTES = 20, 2 << 30

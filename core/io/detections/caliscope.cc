@@ -330,6 +330,7 @@ class Reader {
   }
 
   std::unique_ptr<DetectionSource> Collect(const fs::path& table) {
+    if (points_.empty()) throw InputError("has no points");
     SettleSkeleton(table);
     std::map<int64_t, size_t> views;
     for (const Point& point : points_) views[point.camera] = 0;

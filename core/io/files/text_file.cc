@@ -143,6 +143,7 @@ std::vector<std::string> ListFolder(const std::string& path) {
       names.push_back(entry->path().filename().string());
     }
   }
+  if (error == std::errc::not_enough_memory) throw std::bad_alloc();
   if (error) {
     throw InputError(path, "", "cannot be listed: " + error.message());
   }

@@ -95,7 +95,7 @@ TEST(PageData, ASummaryThatIsNoneIsLeftOut) {
   EXPECT_TRUE(shown.notes.empty());
   const std::string deep =
       R"({"a": )" + std::string(200000, '[') + std::string(200000, ']') + "}";
-  for (const std::string text :
+  for (const std::string& text :
        {std::string("{}"), std::string("[]"), std::string("{"), deep,
         whole.substr(0, 100), std::string(R"({"cameras": [null]})")}) {
     input.results[0].summary_json = text;
@@ -109,7 +109,7 @@ TEST(PageData, ASummaryThatIsNoneIsLeftOut) {
 
 TEST(PageData, ADoctorsFileThatIsNoneIsRefused) {
   PageInput input = InputOf(Walk(3, 1, 25.0));
-  for (const std::string text :
+  for (const std::string& text :
        {std::string("[]"), std::string(R"({"verdict": "x", "findings": [{}]})"),
         R"({"verdict": "x", "findings": [)" + std::string(200000, '[') +
             std::string(200000, ']') + "]}"}) {

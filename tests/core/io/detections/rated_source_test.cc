@@ -71,6 +71,25 @@ TEST(RatedSource, AViewTwiceAsFastGivesEverySecondFrame) {
   }
 }
 
+// Limits hold for views of their own rates, too.
+TEST(RatedSource, LimitsHold) {
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.Write(
+      "d.jsonl",
+      R"({"kinegraph_detections": 1, "skeleton": {"name": "s", "joints": ["a"], )"
+      R"("bones": []}, "frame_rate": 25, "views": ["a", "b"]})"
+      "\n"
+      R"({"frame": 0, "views": {"a": [{"joints": [[1, 2, 1]]}], )"
+      R"("b": [{"joints": [[1, 2, 1]]}]}})"
+      "\n");
+  DetectionReadOptions options;
+  options.frame_rate_hz = 25.0;
+  options.view_frame_rate_hz["a"] = 25.0;
+  EXPECT_EQ(ReadDetections(path, options).frames.size(), 1u);
+  options.max_per_frame = 1;
+  EXPECT_THROW(ReadDetections(path, options), InputError);
+}
+
 TEST(RatedSource, ASlowViewLeavesFramesOut) {
   // 10 Hz at 25 Hz: its frames are 2.5 of the take's apart.
   const std::vector<DetectionFrame> frames = Read(10, 4, {{"b", 10.0}});

@@ -125,6 +125,11 @@ TEST(CaliscopeDetections, FaultsAreNamed) {
   EXPECT_THAT(fault("-9,0,1,1000.2,0,1,2,,\n"), HasSubstr("sync_index"));
   EXPECT_THAT(fault("9,0,1,1e300,0,1,2,,\n"), HasSubstr("frame_time"));
   EXPECT_THAT(fault("9,0,1\n"), HasSubstr("found 3 cells"));
+  const std::string head = kOld;
+  const std::string empty =
+      folder.Write("xy.csv", head.substr(0, head.find('\n') + 1));
+  EXPECT_THAT(InputErrorOf([&] { ReadDetections(empty); }),
+              HasSubstr("has no points"));
 }
 
 TEST(CaliscopeDetections, SamplesOfOthersAreRead) {
