@@ -106,6 +106,7 @@ void BiasSums::Clear() {
   weight = 0.0;
   square = 0.0;
   observations = 0;
+  looks = 0;
   independent = 0.0;
   views.clear();
 }
@@ -118,6 +119,7 @@ BiasSums& BiasSums::operator+=(const BiasSums& other) {
   weight += other.weight;
   square += other.square;
   observations += other.observations;
+  looks += other.looks;
   independent += other.independent;
   AddShifts(other.views, &views);
   return *this;
@@ -125,6 +127,8 @@ BiasSums& BiasSums::operator+=(const BiasSums& other) {
 
 void AddViews(const std::vector<BiasView>& views, double independent,
               BiasSums* sums) {
+  if (views.size() < 2) return;
+  ++sums->looks;
   for (const BiasView& view : views) {
     AddView(view, independent, sums);
     AddShift(view, sums);
@@ -291,7 +295,11 @@ ViewBias::OfJoint BiasSeries::FitJoint(size_t name_idx, bool always) const {
   const double n = count;
   result.gain_error =
       std::sqrt(std::max(0.0, (squares - sum * sum / n) * n / (n - 1.0)));
-  result.used = always || sum > LimitOfStudent(n - 1.0) * result.gain_error;
+  // What explains less is a tenth of the errors' size at most, and its own
+  // error is as large.
+  constexpr double kLeastGain = 0.01;
+  result.used = always || sum > std::max(kLeastGain, LimitOfStudent(n - 1.0) *
+                                                         result.gain_error);
   return result;
 }
 
@@ -303,6 +311,25 @@ ViewBias BiasSeries::Fit(const std::vector<std::string>& names,
     ViewBias::OfJoint& joint = bias.joints.emplace_back(FitJoint(i, always));
     joint.joint = names[i];
     joint.used = joint.used && bias.azimuth_deg >= LeastAzimuthDegrees();
+  }
+  return bias;
+}
+
+ViewBias BiasSeries::FitSolved(const std::vector<std::string>& names,
+                               bool always) const {
+  ViewBias bias = Fit(names, always);
+  for (size_t i = 0; i < bias.joints.size(); ++i) {
+    double numbers = 0.0;
+    double taken = 0.0;
+    for (const auto& [key, block] : blocks_) {
+      numbers += 2.0 * static_cast<double>(block[i].observations);
+      taken += 3.0 * static_cast<double>(block[i].looks);
+    }
+    if (!(numbers > 0.0)) continue;
+    // Two views and more of each: at least a quarter is kept.
+    const double larger = numbers / (numbers - taken);
+    for (double& coefficient : bias.joints[i].across_m) coefficient *= larger;
+    for (double& coefficient : bias.joints[i].along_m) coefficient *= larger;
   }
   return bias;
 }

@@ -37,6 +37,7 @@ struct BiasSums {
   double weight = 0.0;  // sum of the squared whitening [1/m^2]
   double square = 0.0;  // r' r
   int64_t observations = 0;
+  int64_t looks = 0;  // joints in frames, of which the observations are views
   // What the observations count as beside a prior: errors that last are seen
   // again and again.
   double independent = 0.0;
@@ -64,8 +65,8 @@ struct BiasView {
   double per_sigma = 1.0;  // root of the robust weight over sigma [1/px]
 };
 
-// Views of a joint at its solution's position; an observation counts as
-// `independent` ones (at most 1).
+// Views of a joint in a frame, at its solution's position; an observation
+// counts as `independent` ones (at most 1). One view alone contradicts nobody.
 void AddViews(const std::vector<BiasView>& views, double independent,
               BiasSums* sums);
 
@@ -97,9 +98,15 @@ class BiasSeries {
 
   // `names` as the classes of the constructor. A joint is used where cameras
   // have seen people from enough sides and, unless `always`, where the
-  // gain of one half's coefficients on the other is surely positive: the lower
-  // 97.5 % limit over stretches of time.
+  // gain of one half's coefficients on the other is one per cent or more and
+  // surely positive: the lower 97.5 % limit over stretches of time.
   ViewBias Fit(const std::vector<std::string>& names, bool always) const;
+  // The same where the positions were solved from the very views, and have been
+  // pulled by the bias: a bias lasts longer than neighbouring frames could
+  // correct, so a position takes 3 of the 2 n numbers that its n views add to
+  // it. The residuals have kept the share 1 - 3 / (2 n), and coefficients are
+  // as many times larger as that says.
+  ViewBias FitSolved(const std::vector<std::string>& names, bool always) const;
 
  private:
   static constexpr size_t kMostBlocks = 32;

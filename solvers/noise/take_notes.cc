@@ -115,7 +115,7 @@ void TakeNotes::BeginPass() {
   for (size_t i = 1; i < series_.size(); ++i) all.Add(*series_[i]);
   all.TakeShiftsAway();
   view_bias_ = std::make_shared<ViewBias>(
-      all.Fit(names_, options_.view_bias == ViewBiasUse::kOn));
+      all.FitSolved(names_, options_.view_bias == ViewBiasUse::kOn));
   series_.clear();
 }
 
