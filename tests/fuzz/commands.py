@@ -202,6 +202,8 @@ def main():
         for seed in range(FIRST, FIRST + RUNS):
             command, name, code, line, fault = try_once(seed, inputs, folder)
             outcomes[command, f"exit {code}"] += 1
+            if (seed - FIRST) % 1000 == 999:
+                print(f"{seed - FIRST + 1} runs, {wrong} wrong", flush=True)
             if not fault:
                 continue
             wrong += 1
