@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include "apps/common/app.h"
@@ -296,6 +297,15 @@ void WriteSideFiles(const Take& take, const Session& session,
   summary.Commit();
 }
 
+// What was written a moment ago and cannot be read again is no bad input.
+std::string FingerprintOfOwn(const std::string& path) {
+  try {
+    return FingerprintOfTracks(path);
+  } catch (const InputError& error) {
+    throw std::runtime_error(error.what());
+  }
+}
+
 // Tracks and what belongs to them appear together or not at all; what an
 // earlier run of the same name wrote beside its own goes.
 void CommitResult(const Take& take, const Session& session,
@@ -303,7 +313,7 @@ void CommitResult(const Take& take, const Session& session,
   CommitTogether together;
   output->Commit();
   WriteSideFiles(take, session, report,
-                 FingerprintOfTracks(together.WaitingAt(output->path())));
+                 FingerprintOfOwn(together.WaitingAt(output->path())));
   for (const char* end : kSideFileEnds) {
     const std::string path = BesideTracks(FLAGS_out, end);
     const bool is_new = together.WaitingAt(path) != path;

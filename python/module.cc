@@ -147,8 +147,7 @@ DetectionFrame FrameOf(int64_t number, const std::vector<Array>& views,
   }
   if (time_s.has_value() && !(std::abs(*time_s) <= 4.6e9)) {
     throw InputError("frame " + std::to_string(number) + ": found a time of " +
-                     std::to_string(*time_s) +
-                     " s, expected at most 4.6e9 s");
+                     std::to_string(*time_s) + " s, expected at most 4.6e9 s");
   }
   DetectionFrame frame;
   frame.frame = number;

@@ -7,7 +7,6 @@
 #include "apps/common/config_folder.h"
 #include "apps/common/progress.h"
 #include "apps/common/summary.h"
-#include "apps/common/summary.h"
 #include "core/base/error.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/configuration/held_out_set.h"

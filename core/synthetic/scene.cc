@@ -189,8 +189,8 @@ void SceneOptions::Describe(OptionVisitor& visitor) {
 CameraRig MakeRing(const RingOptions& options) {
   CheckOptions(options);
   CameraRig rig;
-  const auto lens = MakeLens(options.fisheye ? kFisheyeModel : "opencv5",
-                             options.distortion);
+  const auto lens =
+      MakeLens(options.fisheye ? kFisheyeModel : "opencv5", options.distortion);
   // Two cameras that face each other see no depth, so a pair stands at a right
   // angle.
   const double arc = options.arc_deg * kPi / 180.0;

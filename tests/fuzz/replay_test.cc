@@ -110,11 +110,10 @@ int64_t NumberFrom(const char *variable, int64_t otherwise) {
 // is tried, so that one which ends the program is left there.
 TEST_P(ReplayTest, MutationsOfGoodInputs) {
   const std::string &name = GetParam();
-  const int64_t count =
-      NumberFrom("KINEGRAPH_FUZZ_RUNS", name == "scene" ? 3
-                                        : name.rfind("rewritten_", 0) == 0
-                                            ? 5
-                                            : 150);
+  const int64_t count = NumberFrom("KINEGRAPH_FUZZ_RUNS",
+                                   name == "scene"                    ? 3
+                                   : name.rfind("rewritten_", 0) == 0 ? 5
+                                                                      : 150);
   const char *const kept = std::getenv("KINEGRAPH_FUZZ_INPUT");
   Random random(static_cast<uint64_t>(NumberFrom("KINEGRAPH_FUZZ_SEED", 1)));
   for (const std::string &seed : FuzzSeeds(name)) {

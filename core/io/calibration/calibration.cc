@@ -248,8 +248,7 @@ void CameraReadOptions::Describe(OptionVisitor& visitor) {
   visitor.Boolean("ignore_distortion", &ignore_distortion,
                   "take every lens as an ideal pinhole");
   visitor.TextList("use", &use, "names of the cameras to use; empty: all");
-  visitor.TextMap("map", &map,
-                  "camera of a view, where names do not tell");
+  visitor.TextMap("map", &map, "camera of a view, where names do not tell");
 }
 
 CameraRig ReadCameras(const std::string& path,

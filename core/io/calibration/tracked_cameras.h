@@ -8,8 +8,8 @@
 
 namespace kinegraph {
 
-// As WriteCameras (calibration.h), with the fingerprint of the tracks beside the
-// file (side_files.h) where it is not empty.
+// As WriteCameras (calibration.h), with the fingerprint of the tracks beside
+// the file (side_files.h) where it is not empty.
 void WriteTrackedCameras(const std::string& path, const CameraRig& cameras,
                          const std::string& refinement,
                          const std::string& tracks);

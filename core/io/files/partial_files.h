@@ -19,9 +19,9 @@ class PartialFiles {
   // The same for a folder that is to stay once anything is in it.
   static int MakeFolderToFill(const std::string& path);
 
-  // Removes what runs that were killed have left of the file or folder `target`,
-  // TARGET.partial-PROCESS-N, where that process is no more and nobody holds a
-  // lock on it. A folder is looked through once a process.
+  // Removes what runs that were killed have left of the file or folder
+  // `target`, TARGET.partial-PROCESS-N, where that process is no more and
+  // nobody holds a lock on it. A folder is looked through once a process.
   static void SweepLeftovers(const std::string& target);
 
   // Gives a file or folder its final name and takes it off the list.

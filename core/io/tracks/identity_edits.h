@@ -13,10 +13,10 @@ namespace kinegraph {
 //   {"op": "join", "persons": [3, 7], "frames": [120, 131],
 //    "evidence": {"bones": 6.1, "motion": 2.3, "gap_s": 0.44}, "margin": 8.4}
 // `op` is join, cut, swap, delete, name (with "name": "Anna") or undecided.
-// Evidence and margin are for the reader and not asked for. A first line may say
-// of which tracks they are (side_files.h), and is passed over. Throws InputError
-// naming file and line: an unknown key or op, persons or frames of another
-// shape, an empty range.
+// Evidence and margin are for the reader and not asked for. A first line may
+// say of which tracks they are (side_files.h), and is passed over. Throws
+// InputError naming file and line: an unknown key or op, persons or frames of
+// another shape, an empty range.
 std::vector<IdentityEdit> ReadIdentityEdits(const std::string& path);
 
 // The file appears when it is complete. `tracks`: the fingerprint of the tracks

@@ -242,7 +242,8 @@ TrackSequence ReadFile(const std::string& path,
   header.mode = "c3d";
   header.frame_rate_hz =
       options.frame_rate_hz > 0.0 ? options.frame_rate_hz : frames.rate_hz;
-  // A segment's origin keeps the segment's name: that of a head is no top of it.
+  // A segment's origin keeps the segment's name: that of a head is no top of
+  // it.
   header.skeleton = has_points || options.skeleton.has_value()
                         ? SkeletonOfNames(contents.joints, options)
                         : Skeleton("custom", contents.joints, {});

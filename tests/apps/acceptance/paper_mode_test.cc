@@ -88,9 +88,9 @@ TEST(PaperModeTest, RawShelfDetections) {
       TrackSequenceOf(loaded.options, loaded.request, loaded.detections);
   const PcpResult pcp =
       EvaluatePcp(loaded.truth, tracks, loaded.dataset.protocol);
-  // The lower end of the 95 % interval that `evaluate --protocol=shelf` prints of
-  // this run: what is below it is worse beyond chance. The authors' code falls to
-  // 71.0 here.
+  // The lower end of the 95 % interval that `evaluate --protocol=shelf` prints
+  // of this run: what is below it is worse beyond chance. The authors' code
+  // falls to 71.0 here.
   EXPECT_GE(MeanOfActors(pcp, PcpGroup::kTotal), 94.37);
   std::set<TrackId> ids;
   for (const TrackFrame& frame : tracks.frames) {
