@@ -16,6 +16,7 @@
 #include "core/io/detections/format.h"
 #include "core/io/detections/source.h"
 #include "core/io/detections/writer.h"
+#include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/tracks.h"
@@ -360,8 +361,9 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
   const std::string tracks = folder.path() / "take.jsonl";
   WriteTracks(tracks, found);
   folder.Write("take.identity.jsonl",
-               R"({"op": "name", "persons": [8], "name": "Anna"})"
-               "\n");
+               "{\"tracks_fingerprint\": \"" + FingerprintOfTracks(tracks) +
+                   "\"}\n" R"({"op": "name", "persons": [8], "name": "Anna"})"
+                   "\n");
   struct Case {
     std::string names;
     std::vector<std::string> expected;

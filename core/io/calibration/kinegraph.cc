@@ -73,7 +73,8 @@ CalibrationFile Read(const CalibrationHead& head) {
   for (const JsonField& camera : root.At("cameras").Elements("camera")) {
     file.cameras.push_back(ReadCamera(camera));
   }
-  root.Find("refinement");  // how the cameras came about
+  root.Find("refinement");     // how the cameras came about
+  root.Find(kFingerprintKey);  // of the tracks that they came with
   root.RejectUnread();
   return file;
 }

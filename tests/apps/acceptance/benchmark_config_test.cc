@@ -1,5 +1,5 @@
-// configs/benchmark holds the figures of docs/graph_mode.md, whatever becomes
-// the default.
+// configs/benchmark holds the figures of frozen configurations, whatever
+// becomes the default.
 #include <gtest/gtest.h>
 #include <toml++/toml.h>
 
@@ -18,7 +18,9 @@ namespace {
 struct Frozen {
   const char* name;  // configs/benchmark/NAME.toml
   bool campus;
-  int64_t right_parts;  // of the headline's actors, as commit 98b8b86 had it
+  // Of the headline's actors. Those without bones are what commit 98b8b86 had;
+  // with bones it stopped at ten rough steps (4710 and 3674), whose key is gone.
+  int64_t right_parts;
 };
 
 class BenchmarkConfig : public ::testing::TestWithParam<Frozen> {
@@ -74,9 +76,9 @@ TEST_P(BenchmarkConfig, StatesEveryKeyOfTheGraphAndOfTracking) {
 INSTANTIATE_TEST_SUITE_P(
     Takes, BenchmarkConfig,
     ::testing::Values(Frozen{"shelf", false, 4670},
-                      Frozen{"offline", false, 4710},
+                      Frozen{"offline", false, 4709},
                       Frozen{"campus", true, 3613},
-                      Frozen{"campus_offline", true, 3674}),
+                      Frozen{"campus_offline", true, 3685}),
     [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace

@@ -213,7 +213,7 @@ INSTANTIATE_TEST_SUITE_P(
     Pages, DocsCommandsTest,
     ::testing::Values("README.md", "docs/paper_mode.md", "docs/inputs.md",
                       "docs/convert.md", "docs/report.md",
-                      "docs/results_reading.md", "docs/kinematics.md",
+                      "docs/kinematics.md",
                       "docs/synthesize.md", "docs/own_take.md",
                       "docs/cameras.md", "docs/doctor.md", "docs/identity.md",
                       "docs/batch.md", "docs/opensim.md", "docs/compare.md"),

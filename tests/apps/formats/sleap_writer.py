@@ -20,7 +20,7 @@ for view in range(2):
             for n in range(3):
                 if (t == 1 and f < 2) or (f, t, n) == (3, 0, 1):
                     continue
-                x = 100 * view + 10 * t + n + f / 8
+                x = 1 + 100 * view + 10 * t + n + f / 8  # (0, 0) is no point
                 tracks[f, t, n] = x, 2 * x
                 scores[f, t, n] = 1 / (1 + n)
     with h5py.File("%s/cam%d.h5" % (sys.argv[1], view), "w") as file:
