@@ -360,10 +360,11 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
   }
   const std::string tracks = folder.path() / "take.jsonl";
   WriteTracks(tracks, found);
+  const std::string of_tracks =
+      "{\"tracks_fingerprint\": \"" + FingerprintOfTracks(tracks) + "\"}\n";
   folder.Write("take.identity.jsonl",
-               "{\"tracks_fingerprint\": \"" + FingerprintOfTracks(tracks) +
-                   "\"}\n" R"({"op": "name", "persons": [8], "name": "Anna"})"
-                   "\n");
+               of_tracks + R"({"op": "name", "persons": [8], "name": "Anna"})"
+                           "\n");
   struct Case {
     std::string names;
     std::vector<std::string> expected;
@@ -410,12 +411,12 @@ TEST(Convert, MarkersAreNamedAsOthersNameThem) {
   EXPECT_EQ(ReadTracks(carl).frames.at(0).people.at(0).id, TrackId(3));
   // The last name that somebody was given counts.
   folder.Write("take.identity.jsonl",
-               R"({"op": "name", "persons": [3], "name": "Anna"})"
-               "\n"
-               R"({"op": "name", "persons": [3], "name": "Bea"})"
-               "\n"
-               R"({"op": "name", "persons": [8], "name": "Anna"})"
-               "\n");
+               of_tracks + R"({"op": "name", "persons": [3], "name": "Anna"})"
+                           "\n"
+                           R"({"op": "name", "persons": [3], "name": "Bea"})"
+                           "\n"
+                           R"({"op": "name", "persons": [8], "name": "Anna"})"
+                           "\n");
   EXPECT_EQ(
       Convert(folder, "--to=csv --person=Anna --in=" + tracks + " --out=" + csv)
           .exit_code,

@@ -212,8 +212,10 @@ TEST_F(BoneTest, MarginalisingKeepsStatedCovariances) {
 }
 
 TEST(BoneLengths, MedianOfBothSidesDrawnToThePopulation) {
-  const Skeleton skeleton("legs", {"l_knee", "l_ankle", "r_knee", "r_ankle"},
-                          {{0, 1}, {2, 3}});
+  // Whole legs, which make it a human's.
+  const Skeleton skeleton(
+      "legs", {"l_knee", "l_ankle", "r_knee", "r_ankle", "l_hip", "r_hip"},
+      {{0, 1}, {2, 3}});
   BoneLengths lengths(skeleton);
   ASSERT_TRUE(lengths.Length(0).has_value());
   EXPECT_DOUBLE_EQ(*lengths.Length(0), 0.246 * 1.70);
