@@ -1,7 +1,7 @@
 """Writes two views as DeepLabCut's HDF5 with pandas, of one and of two animals.
 
 Bodypart n of individual t in frame f of view v stands at
-x = 100 v + 10 t + n + f / 8, y = 2 x; its likelihood is 1 / (1 + n). Individual 1
+x = 1 + 100 v + 10 t + n + f / 8, y = 2 x (a point at (0, 0) is none); its likelihood is 1 / (1 + n). Individual 1
 is there from frame 2 on only.
 """
 
@@ -17,7 +17,7 @@ for name, individuals in (("one", [None]), ("two", ["a", "b"])):
         columns, numbers = [], []
         for t, individual in enumerate(individuals):
             for n, part in enumerate(parts):
-                x = 100 * view + 10 * t + n + np.arange(5) / 8
+                x = 1 + 100 * view + 10 * t + n + np.arange(5) / 8
                 likelihood = np.full(5, 1 / (1 + n))
                 for coord, values in zip(coords, (x, 2 * x, likelihood)):
                     if t == 1:

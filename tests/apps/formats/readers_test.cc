@@ -583,8 +583,9 @@ TEST(FormatReaders, DeepLabCutsHdf5) {
             const Keypoint& joint = found[t].joints[n];
             ASSERT_TRUE(joint.found);
             const double x =
-                100.0 * static_cast<double>(v) + 10.0 * static_cast<double>(t) +
-                static_cast<double>(n) + static_cast<double>(f) / 8.0;
+                1.0 + 100.0 * static_cast<double>(v) +
+                10.0 * static_cast<double>(t) + static_cast<double>(n) +
+                static_cast<double>(f) / 8.0;
             EXPECT_EQ(joint.px, Eigen::Vector2d(x, 2.0 * x));
             EXPECT_EQ(joint.confidence, 1.0 / static_cast<double>(1 + n));
           }
