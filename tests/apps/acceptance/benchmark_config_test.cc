@@ -19,7 +19,8 @@ struct Frozen {
   const char* name;  // configs/benchmark/NAME.toml
   bool campus;
   // Of the headline's actors. Those without bones are what commit 98b8b86 had;
-  // with bones it stopped at ten rough steps (4710 and 3674), whose key is gone.
+  // with bones it stopped at ten rough steps (4710 and 3674), whose key is
+  // gone.
   int64_t right_parts;
 };
 

@@ -212,8 +212,7 @@ TEST_P(DocsCommandsTest, Run) {
 INSTANTIATE_TEST_SUITE_P(
     Pages, DocsCommandsTest,
     ::testing::Values("README.md", "docs/paper_mode.md", "docs/inputs.md",
-                      "docs/convert.md", "docs/report.md",
-                      "docs/kinematics.md",
+                      "docs/convert.md", "docs/report.md", "docs/kinematics.md",
                       "docs/synthesize.md", "docs/own_take.md",
                       "docs/cameras.md", "docs/doctor.md", "docs/identity.md",
                       "docs/batch.md", "docs/opensim.md", "docs/compare.md"),

@@ -518,10 +518,10 @@ TEST(FormatReaders, SleapsHdf5) {
           const Keypoint& joint = found[t].joints[n];
           ASSERT_EQ(joint.found, !(f == 3 && t == 0 && n == 1));
           if (!joint.found) continue;
-          const double x =
-              1.0 + 100.0 * static_cast<double>(v) +
-              10.0 * static_cast<double>(t) + static_cast<double>(n) +
-              static_cast<double>(f) / 8.0;
+          const double x = 1.0 + 100.0 * static_cast<double>(v) +
+                           10.0 * static_cast<double>(t) +
+                           static_cast<double>(n) +
+                           static_cast<double>(f) / 8.0;
           EXPECT_EQ(joint.px, Eigen::Vector2d(x, 2.0 * x));
           EXPECT_EQ(joint.confidence, 1.0 / static_cast<double>(1 + n));
         }
@@ -582,10 +582,10 @@ TEST(FormatReaders, DeepLabCutsHdf5) {
           for (size_t n = 0; n < 3; ++n) {
             const Keypoint& joint = found[t].joints[n];
             ASSERT_TRUE(joint.found);
-            const double x =
-                1.0 + 100.0 * static_cast<double>(v) +
-                10.0 * static_cast<double>(t) + static_cast<double>(n) +
-                static_cast<double>(f) / 8.0;
+            const double x = 1.0 + 100.0 * static_cast<double>(v) +
+                             10.0 * static_cast<double>(t) +
+                             static_cast<double>(n) +
+                             static_cast<double>(f) / 8.0;
             EXPECT_EQ(joint.px, Eigen::Vector2d(x, 2.0 * x));
             EXPECT_EQ(joint.confidence, 1.0 / static_cast<double>(1 + n));
           }
