@@ -1,5 +1,7 @@
-// The lanes' arithmetic of dlt_lanes.h, over the type of pack. Included by the
-// files that are compiled for one instruction set each; nothing of Eigen.
+// The arithmetic of the direct linear transformation over T: a double, which
+// triangulation.h takes one point at a time, or a pack (core/base/pack.h) of
+// them, which dlt_lanes.h does. Included by files that are compiled for one
+// instruction set each; nothing of Eigen.
 #ifndef KINEGRAPH_CORE_GEOMETRY_DLT_KERNEL_H_
 #define KINEGRAPH_CORE_GEOMETRY_DLT_KERNEL_H_
 
@@ -8,11 +10,15 @@
 
 namespace kinegraph {
 
-// The rows of A kept small, as RowReducer of triangulation.cc; a view that does
-// not count gives rows of zeros.
+// The rows of A, kept few by orthogonal reduction: |A X| depends on R of
+// A = Q R alone. The normal matrix A^T A would square the condition number, and
+// a point seen by one new view and one three frames old has weights of 1 and
+// e^-15 (Golub and Van Loan, Matrix Computations, section 5.3).
 template <typename T>
-class LaneRows {
+class RowReducer {
  public:
+  // Appends `weight` times the unit vector along (pixel p3 - p_axis); `P` is
+  // 3x4 by columns. Without a positive weight the row is zero.
   void Add(const double* P, const T& pixel, int axis, const T& weight) {
     if (rows_ == kCapacity) Reduce();
     T row[4];
@@ -41,7 +47,8 @@ class LaneRows {
       const Mask<T> empty = norm_squared == T(0.0);
       const T norm = Sqrt(norm_squared);
       const T alpha = Select(pivot[k] > T(0.0), -norm, norm);
-      // An empty column stays: its reflector is scaled by zero.
+      // Reflector v = pivot - alpha e_k, v^T v = 2 (norm^2 - alpha pivot_k).
+      // That of a column of zeros is scaled by zero and leaves all as it is.
       const T scale =
           Select(empty, T(0.0), 1.0 / (norm_squared - alpha * pivot[k]));
       pivot[k] -= alpha;
@@ -66,10 +73,14 @@ class LaneRows {
   int rows_ = 0;
 };
 
-// As SmallestSingularVector of triangulation.cc, with the sums in the order in
-// which Eigen forms them there. The mask tells where it settled.
+// Right singular vector of the smallest singular value of the upper-triangular
+// R, which is the dominant eigenvector of G = (R^T R)^-1 = S S^T: squares G,
+// scaled to trace 1, until it has rank one, G = x x^T. A squaring doubles the
+// digits; noise of pixels needs two or three. The mask is false where R is
+// singular or its two smallest singular values are nearly equal; the vector is
+// zero there.
 template <typename T>
-Mask<T> SmallestSingularVector(const LaneRows<T>& rows, T vector[4]) {
+Mask<T> SmallestSingularVector(const RowReducer<T>& rows, T vector[4]) {
   T S[4][4];  // R^-1, upper triangular
   T largest = 0.0;
   for (int k = 0; k < 4; ++k) largest = Max(Abs(rows.R(k, k)), largest);
@@ -86,8 +97,8 @@ Mask<T> SmallestSingularVector(const LaneRows<T>& rows, T vector[4]) {
   T G[4][4];
   for (int r = 0; r < 4; ++r) {
     for (int c = 0; c <= r; ++c) {
-      T sum = 0.0;
-      for (int k = r; k < 4; ++k) sum += S[r][k] * S[c][k];
+      T sum = S[r][r] * S[c][r];
+      for (int k = r + 1; k < 4; ++k) sum += S[r][k] * S[c][k];
       G[r][c] = sum;
       G[c][r] = sum;
     }
@@ -100,8 +111,7 @@ Mask<T> SmallestSingularVector(const LaneRows<T>& rows, T vector[4]) {
     for (auto& row : G) {
       for (T& value : row) value *= inverse_trace;
     }
-    // Squares by pairs of rows: one column after the other, even rows apart
-    // from odd ones.
+    // Squared Frobenius norm: even rows apart from odd ones, columns in pairs.
     T pairs[2];
     for (int odd = 0; odd < 2; ++odd) {
       T columns[4];
@@ -110,6 +120,8 @@ Mask<T> SmallestSingularVector(const LaneRows<T>& rows, T vector[4]) {
       }
       pairs[odd] = (columns[0] + columns[1]) + (columns[2] + columns[3]);
     }
+    // Trace minus norm is the share of the other eigenvalues: 1e-15 of it
+    // leaves an error of that size in the direction.
     const T others = 1.0 - Sqrt(pairs[0] + pairs[1]);
     const Mask<T> now = And(And(regular, others < T(1e-15)), Not(settled));
     if (Any(now)) {
@@ -145,44 +157,50 @@ Mask<T> SmallestSingularVector(const LaneRows<T>& rows, T vector[4]) {
   return settled;
 }
 
-// Three terms as Eigen sums them.
+// Three terms in the order in which Eigen sums them.
 template <typename T>
 T Dot3(const T a[3], const T b[3]) {
   return a[0] * b[0] + (a[1] * b[1] + a[2] * b[2]);
 }
 
-// As HasParallax of triangulation.cc: some ray differs from the first by the
-// least angle.
+// Whether two rays to a point differ by the least angle. Compares each with the
+// first: where all are within half of the least angle of it, no two reach it,
+// and in between the answer errs by a factor of two at most.
 template <typename T>
-Mask<T> HaveParallax(const LaneView* views, int view_count, int lane,
-                     const T point[3], double min_angle_rad) {
-  const double limit = min_angle_rad * min_angle_rad;
-  T first[3] = {T(0.0), T(0.0), T(0.0)};
-  Mask<T> begun = T(0.0) > T(0.0);
-  Mask<T> parallax = begun;
-  for (int i_view = 0; i_view < view_count; ++i_view) {
-    const LaneView& view = views[i_view];
-    const Mask<T> counts = view.weight * T::Load(view.present + lane) > T(0.0);
+class ParallaxTest {
+ public:
+  explicit ParallaxTest(double min_angle_rad)
+      : limit_(min_angle_rad * min_angle_rad) {}
+
+  // The ray from a camera's centre, where the camera counts.
+  void Add(const double centre[3], const T point[3], const Mask<T>& counts) {
     T ray[3];
-    for (int i = 0; i < 3; ++i) ray[i] = point[i] - view.centre[i];
-    const T dot = Dot3(first, ray);
-    const T lengths = Dot3(first, first) * Dot3(ray, ray);
+    for (int i = 0; i < 3; ++i) ray[i] = point[i] - centre[i];
+    const T dot = Dot3(first_, ray);
+    const T lengths = Dot3(first_, first_) * Dot3(ray, ray);
+    // |a x b|^2 = |a|^2 |b|^2 - (a b)^2
     const Mask<T> differs =
-        lengths - dot * dot > limit * Dot3(first, first) * Dot3(ray, ray);
-    parallax = Or(parallax, And(And(begun, counts), differs));
-    const Mask<T> is_first = And(counts, Not(begun));
-    for (int i = 0; i < 3; ++i) first[i] = Select(is_first, ray[i], first[i]);
-    begun = Or(begun, counts);
+        lengths - dot * dot > limit_ * Dot3(first_, first_) * Dot3(ray, ray);
+    passed_ = Or(passed_, And(And(begun_, counts), differs));
+    const Mask<T> is_first = And(counts, Not(begun_));
+    for (int i = 0; i < 3; ++i) first_[i] = Select(is_first, ray[i], first_[i]);
+    begun_ = Or(begun_, counts);
   }
-  return parallax;
-}
+  const Mask<T>& passed() const { return passed_; }
+
+ private:
+  const double limit_;
+  T first_[3] = {T(0.0), T(0.0), T(0.0)};
+  Mask<T> begun_ = T(0.0) > T(0.0);  // in no lane yet
+  Mask<T> passed_ = begun_;
+};
 
 template <typename T>
 void TriangulateLanesWith(const LaneView* views, int view_count, int lanes,
                           const DltLanesOptions& options,
                           const LanePoints& points) {
   for (int lane = 0; lane < lanes; lane += T::kLanes) {
-    LaneRows<T> rows;
+    RowReducer<T> rows;
     T used = 0.0;
     for (int i = 0; i < view_count; ++i) {
       const LaneView& view = views[i];
@@ -199,8 +217,13 @@ void TriangulateLanesWith(const LaneView* views, int view_count, int lanes,
       T homogeneous[4];
       const Mask<T> settled = SmallestSingularVector(rows, homogeneous);
       for (int i = 0; i < 3; ++i) point[i] = homogeneous[i] / homogeneous[3];
-      Mask<T> good =
-          HaveParallax(views, view_count, lane, point, options.min_angle_rad);
+      ParallaxTest<T> parallax(options.min_angle_rad);
+      for (int i = 0; i < view_count; ++i) {
+        const LaneView& view = views[i];
+        parallax.Add(view.centre, point,
+                     view.weight * T::Load(view.present + lane) > T(0.0));
+      }
+      Mask<T> good = parallax.passed();
       for (const T& coordinate : point) {
         good = And(good, Abs(coordinate) < T(1e300));  // finite
       }
