@@ -68,6 +68,10 @@ double Affinity(const Observation& observation, const ProjectedPose& projected,
                 double age_frames, double gate_px,
                 const std::vector<int>& joints,
                 const AssociationOptions& options) {
+  // Eq. 1, of joint n at age dt = t - t':
+  //   g_n = (1 - d_n / (alpha_2d dt)) exp(-lambda_a dt),
+  // whose second factor is that of the whole pair. The part-aware affinity is
+  // the mean over the joints with g_n > 0 if these are epsilon or more.
   const double scale = 1.0 / gate_px;
   int common = 0;
   int positive = 0;

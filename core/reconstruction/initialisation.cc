@@ -141,6 +141,8 @@ Initialiser::Initialiser(const InitialisationOptions& options,
       joints_(joints),
       rule_(MakeGroupingRule(options, epipolar, std::move(joints))) {}
 
+// Algorithm 2, a view: its detections join the groups of the views before by
+// the assignment of the largest total gain, or begin groups of their own.
 void Initialiser::AssignView(const ObservationGroup& detections) {
   const size_t cols = detections.size();
   gains_.resize(groups_.size() * cols);

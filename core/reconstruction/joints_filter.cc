@@ -5,6 +5,7 @@ namespace kinegraph {
 size_t JointsFilter::Loser(Span<JointRay> rays, size_t i, size_t j,
                            const Eigen::Vector3d* predicted_m) const {
   if (predicted_m != nullptr) {
+    // Eq. 3: the distance of the predicted joint from the back-projected ray.
     const double distance_i = DistanceToRay((*cameras_)[rays[i].view_idx],
                                             rays[i].ideal_px, *predicted_m);
     const double distance_j = DistanceToRay((*cameras_)[rays[j].view_idx],
@@ -32,6 +33,7 @@ void JointsFilter::Apply(Span<JointRay> rays, double alpha_px,
   bool conflict = false;
   for (size_t i = 0; i < count; ++i) {
     for (size_t j = i + 1; j < count; ++j) {
+      // Eq. 2: E_ij = 1 - (d(x_i, L_j) + d(x_j, L_i)) / (2 alpha_epi).
       const double distance_px =
           epipolar_->Distance(rays[i].view_idx, rays[i].ideal_px,
                               rays[j].view_idx, rays[j].ideal_px);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/tracking/duplicate_suppression.h"
 
 namespace kinegraph {
 
@@ -11,13 +12,13 @@ FrameObservations::FrameObservations(const CameraRig& cameras,
                                      const Skeleton& detections,
                                      const Skeleton& tracks,
                                      double min_found_joints,
-                                     FoundTwice found_twice)
+                                     bool suppress_duplicates)
     : cameras_(&cameras),
       joint_map_(MapByName(detections, tracks)),
       counted_joints_(tracks.association_joints()),
       min_found_joints_(
           std::max(1, ScaledJoints(min_found_joints, counted_joints_.size()))),
-      found_twice_(found_twice),
+      suppress_duplicates_(suppress_duplicates),
       observations_(cameras.size()),
       counts_(cameras.size(), 0) {}
 
@@ -38,9 +39,8 @@ void FrameObservations::Prepare(const DetectionFrame& frame) {
                       &observations[count]);
       if (observations[count].found_count >= min_found_joints_) ++count;
     }
-    counts_[v] = found_twice_ == FoundTwice::kDropped
-                     ? DropFoundTwice(count, &observations)
-                     : count;
+    counts_[v] =
+        suppress_duplicates_ ? SuppressDuplicates(count, &observations) : count;
   }
 }
 

@@ -11,7 +11,6 @@
 #include "core/data/observation.h"
 #include "core/geometry/camera.h"
 #include "core/skeleton/skeleton.h"
-#include "core/tracking/found_twice.h"
 
 namespace kinegraph {
 
@@ -23,7 +22,7 @@ class FrameObservations {
   // `min_found_joints` of 17 are left out.
   FrameObservations(const CameraRig& cameras, const Skeleton& detections,
                     const Skeleton& tracks, double min_found_joints,
-                    FoundTwice found_twice);
+                    bool suppress_duplicates);
 
   // Throws OptionError when the frame has not one view for each camera.
   void Prepare(const DetectionFrame& frame);
@@ -39,7 +38,7 @@ class FrameObservations {
   std::vector<int> joint_map_;
   std::vector<int> counted_joints_;
   int min_found_joints_;
-  FoundTwice found_twice_;
+  bool suppress_duplicates_;
   std::vector<std::vector<Observation>> observations_;  // [view]
   std::vector<size_t> counts_;                          // [view]
 };

@@ -6,7 +6,6 @@
 #include "core/base/options.h"
 #include "core/reconstruction/initialisation.h"
 #include "core/reconstruction/reconstruction.h"
-#include "core/tracking/found_twice.h"
 #include "core/tracking/gates.h"
 
 namespace kinegraph {
@@ -34,7 +33,6 @@ struct TrackLifeOptions {
   // Set by the run, no keys of this table.
   bool in_seconds = false;          // the times above hold: graph mode
   bool independent_frames = false;  // each frame is a take of its own
-  FoundTwice found_twice = FoundTwice::kKept;  // graph mode: dropped
 
   void Describe(OptionVisitor& visitor);
 };
@@ -45,12 +43,21 @@ struct TrackLifeOptions {
 TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
                               double frame_rate_hz);
 
+// What association does beside the paper (core/tracking/association_policy.h).
+enum class AssociationRules { kPaper, kGraph };
+
 struct TrackerOptions {
   AssociationOptions association;
   ReconstructionOptions reconstruction;
   InitialisationOptions initialisation;
   TrackLifeOptions life;
   GateOptions gates;
+
+  // Set by the run, no key.
+  AssociationRules rules = AssociationRules::kPaper;
+  bool suppresses_duplicates() const {
+    return rules == AssociationRules::kGraph;
+  }
 
   // With the life in frames and the reach a frame, for a take's nominal rate.
   TrackerOptions At(double frame_rate_hz) const;

@@ -131,7 +131,7 @@ Replay::Replay(SceneModel scene, const DetectionSequence& detections,
       epipolar_(scene_.cameras) {
   FrameObservations observations(
       scene_.cameras, detections.header.skeleton, scene_.skeleton,
-      options_.life.min_found_joints, options_.life.found_twice);
+      options_.life.min_found_joints, options_.suppresses_duplicates());
   // Frame by frame, so that each detection is made ready once.
   struct Place {
     int64_t frame;

@@ -41,14 +41,16 @@ SecondPass::SecondPass(SceneModel scene, const Skeleton& detection_skeleton,
       make_estimator_(std::move(estimator)),
       epipolar_(scene_.cameras),
       observations_(scene_.cameras, detection_skeleton, scene_.skeleton,
-                    options_.life.min_found_joints, options_.life.found_twice),
+                    options_.life.min_found_joints,
+                    options_.suppresses_duplicates()),
       matcher_(options_.association, scene_.skeleton.association_joints()),
       evidence_(scene_, epipolar_, options_),
       max_lost_(
           FromSeconds(options_.life.max_age_frames / scene_.frame_rate_hz)),
       matches_(scene_.cameras.size()),
       earlier_(scene_.cameras, detection_skeleton, scene_.skeleton,
-               options_.life.min_found_joints, options_.life.found_twice) {}
+               options_.life.min_found_joints,
+               options_.suppresses_duplicates()) {}
 
 void SecondPass::ExtendEnds(const std::vector<TrackFrame>& first_pass,
                             const std::set<TrackId>& but) {

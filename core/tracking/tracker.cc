@@ -35,22 +35,6 @@ const TrackerOptions& Checked(const TrackerOptions& options) {
   return options;
 }
 
-// Views of this frame whose joints the filter kept, most of them.
-std::vector<int> AgreeingViews(const EstimatorFrame& frame) {
-  std::vector<int> views;
-  if (!frame.has_initial) return views;
-  for (const FreshView& view : frame.views) {
-    int kept = 0;
-    int removed = 0;
-    for (const FilterVerdict verdict : view.verdicts) {
-      kept += verdict == FilterVerdict::kKept;
-      removed += verdict == FilterVerdict::kRemoved;
-    }
-    if (kept > removed) views.push_back(view.view_idx);
-  }
-  return views;
-}
-
 SceneModel Checked(SceneModel scene) {
   if (scene.cameras.empty()) {
     throw OptionError("cameras", "a scene needs at least one camera");
@@ -82,7 +66,8 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
       rhythm_(clock_),
       epipolar_(scene_.cameras),
       observations_(scene_.cameras, detection_skeleton, scene_.skeleton,
-                    options_.life.min_found_joints, options_.life.found_twice),
+                    options_.life.min_found_joints,
+                    options_.suppresses_duplicates()),
       matcher_(options_.association, scene_.skeleton.association_joints()),
       evidence_(scene_, epipolar_, options_),
       initialiser_(options_.initialisation, epipolar_,
@@ -94,9 +79,10 @@ Tracker::Tracker(SceneModel scene, const Skeleton& detection_skeleton,
               ? static_cast<int>(std::ceil(options_.reconstruction.tau_frames))
               : 1),
       unmatched_(scene_.cameras.size()),
-      matches_(scene_.cameras.size()) {
-  ForgetStrands();
-}
+      matches_(scene_.cameras.size()),
+      state_{scene_,        clock_,  rhythm_, last_time_,
+             observations_, tracks_, matches_},
+      policy_(MakeAssociationPolicy(options_.rules, state_)) {}
 
 Tracker::~Tracker() = default;
 
@@ -111,7 +97,7 @@ void Tracker::Process(const DetectionFrame& frame,
   Associate(frame);
   Reconstruct(frame);
   FindNewPeople(frame);
-  if (HoldsStrands()) ClaimStrands();
+  policy_->LearnUpdates();
   Estimate();
   StepLives(frame.time, is_look);
   StartNewPeople(frame);
@@ -146,15 +132,9 @@ void Tracker::ForgetStale(TimeNs time) {
   if (any) HandOver(Leaving::kEnded);
 }
 
-void Tracker::ForgetStrands() {
-  if (options_.life.found_twice == FoundTwice::kKept) return;
-  strands_.assign(scene_.cameras.size(),
-                  ViewStrands(scene_.skeleton.association_joints()));
-}
-
 void Tracker::StartAnew() {
   HandOver(Leaving::kEverybody);
-  ForgetStrands();
+  policy_->StartAnew();
   rhythm_ = LookRhythm(clock_);
 }
 
@@ -210,128 +190,57 @@ void Tracker::Associate(const DetectionFrame& frame) {
   const StageTimer timer(stage_times_, &StageTimes::association_ns);
   SetTargets(frame);
   for (size_t v = 0; v < observations_.view_count(); ++v) {
+    matches_[v].assign(tracks_.size(), -1);
     if (cross_view_) SetLastSeen(frame, static_cast<int>(v));
-    AssociateView(v, frame.time);
+    policy_->Forbid(v, &forbidden_);
+    MatchView(v, frame.time);
   }
   for (size_t v = 0; v < observations_.view_count(); ++v) {
-    if (HoldsStrands()) TakeWhatIsLeft(v, frame.time);
-    unmatched_[v].erase(
-        std::remove(unmatched_[v].begin(), unmatched_[v].end(), nullptr),
-        unmatched_[v].end());
+    if (policy_->MatchesAgain(v, &forbidden_)) MatchView(v, frame.time);
   }
+  CollectUnmatched();
 }
 
-// By the frames before this one, until lives are stepped.
-bool Tracker::IsLost(const Track& track) const {
-  constexpr double kLost = 0.1;  // s without an update, and a look or more
-  const TimeNs age = last_time_ - track.life.last_update();
-  return ToSeconds(age) > kLost &&
-         !clock_.Less(age, 1.0 + rhythm_.usual_frames());
-}
-
-// The track from whose detections one goes on, if that track is lost by now. Of
-// those who are there their poses tell better than one view does.
-std::optional<TrackId> Tracker::LostHolder(size_t view_idx,
-                                           size_t observation_idx) const {
-  const std::optional<TrackId> holder =
-      strands_[view_idx].HolderOf(observation_idx);
-  if (!holder.has_value()) return std::nullopt;
-  const bool there =
-      std::any_of(tracks_.begin(), tracks_.end(), [&](const auto& track) {
-        return track->id == *holder && !IsLost(*track);
-      });
-  return there ? std::nullopt : holder;
-}
-
-bool Tracker::IsOfSomebodyLost(size_t view_idx, size_t observation_idx,
-                               TrackId but) const {
-  const std::optional<TrackId> holder = LostHolder(view_idx, observation_idx);
-  return holder.has_value() && *holder != but;
-}
-
-// Nobody takes a detection of somebody lost.
-void Tracker::AssociateView(size_t view_idx, TimeNs time) {
-  const Span<Observation> observations = observations_.OfView(view_idx);
-  barred_.clear();
-  if (HoldsStrands()) {
-    strands_[view_idx].Follow(observations, time);
-    for (const auto& track : tracks_) {
-      for (size_t k = 0; k < observations.size(); ++k) {
-        barred_.push_back(IsOfSomebodyLost(view_idx, k, track->id));
-      }
-    }
-  }
-  matcher_.Match(targets_, observations, scene_.cameras[view_idx], barred_,
-                 &matches_[view_idx]);
-  unmatched_[view_idx].clear();
-  for (const Observation& observation : observations) {
-    unmatched_[view_idx].push_back(&observation);
-  }
+// Eq. 1: the affinities of all tracks and the view's detections, and the
+// assignment of the largest total.
+void Tracker::MatchView(size_t view_idx, TimeNs time) {
+  matcher_.Match(targets_, observations_.OfView(view_idx),
+                 scene_.cameras[view_idx], forbidden_, &view_match_);
   for (size_t t = 0; t < tracks_.size(); ++t) {
-    const int match = matches_[view_idx][t];
-    if (match >= 0) Give(view_idx, static_cast<size_t>(match), t, time);
+    const int match = view_match_[t];
+    if (match >= 0) Assign(view_idx, static_cast<size_t>(match), t, time);
   }
 }
 
-// Whom two other views have needs no protection from a detection that another
-// held and nobody took: they say where the person is, whatever it shows.
-void Tracker::TakeWhatIsLeft(size_t view_idx, TimeNs time) {
-  constexpr int kSure = 2;  // views
-  const Span<Observation> observations = observations_.OfView(view_idx);
-  barred_.assign(tracks_.size() * observations.size(), 1);
-  bool any = false;
-  for (size_t t = 0; t < tracks_.size(); ++t) {
-    if (matches_[view_idx][t] >= 0) continue;
-    int views = 0;
-    for (const std::vector<int>& matches : matches_) views += matches[t] >= 0;
-    if (views < kSure) continue;
-    for (size_t k = 0; k < observations.size(); ++k) {
-      if (unmatched_[view_idx][k] == nullptr ||
-          !IsOfSomebodyLost(view_idx, k, tracks_[t]->id)) {
-        continue;
-      }
-      barred_[t * observations.size() + k] = 0;
-      any = true;
-    }
-  }
-  if (!any) return;
-  std::vector<int> left;
-  matcher_.Match(targets_, observations, scene_.cameras[view_idx], barred_,
-                 &left);
-  for (size_t t = 0; t < tracks_.size(); ++t) {
-    if (left[t] < 0) continue;
-    matches_[view_idx][t] = left[t];
-    Give(view_idx, static_cast<size_t>(left[t]), t, time);
-  }
-}
-
-// The detection leaves the pool and is remembered also if the update then
+// The detection counts as matched and is remembered also if the update then
 // fails.
-void Tracker::Give(size_t view_idx, size_t observation_idx, size_t target,
-                   TimeNs time) {
+void Tracker::Assign(size_t view_idx, size_t observation_idx, size_t target,
+                     TimeNs time) {
   Track& track = *tracks_[target];
   track.matched = true;
   track.memory.Store(observations_.OfView(view_idx)[observation_idx], time);
-  unmatched_[view_idx][observation_idx] = nullptr;
+  matches_[view_idx][target] = static_cast<int>(observation_idx);
   if (!cross_view_ || !options_.reconstruction.incremental) return;
   UpdateExpected(&track, time);
   targets_[target].expected_age_frames = 0.0;
 }
 
-// Who has two views that agree has a right to their detections.
-void Tracker::ClaimStrands() {
-  for (size_t t = 0; t < tracks_.size(); ++t) {
-    const std::vector<int> views = AgreeingViews(tracks_[t]->frame);
-    if (views.size() < 2) continue;
-    for (const int v : views) {
-      const int match = matches_[static_cast<size_t>(v)][t];
-      if (match < 0) continue;
-      strands_[static_cast<size_t>(v)].Claim(static_cast<size_t>(match),
-                                             tracks_[t]->id);
+void Tracker::CollectUnmatched() {
+  std::vector<char> taken;
+  for (size_t v = 0; v < observations_.view_count(); ++v) {
+    const Span<Observation> observations = observations_.OfView(v);
+    taken.assign(observations.size(), 0);
+    for (const int match : matches_[v]) {
+      if (match >= 0) taken[static_cast<size_t>(match)] = 1;
+    }
+    unmatched_[v].clear();
+    for (size_t k = 0; k < observations.size(); ++k) {
+      if (!taken[k]) unmatched_[v].push_back(&observations[k]);
     }
   }
 }
 
+// Eq. 2 and 3, then DLT: of the tracks that were matched in some view.
 void Tracker::Reconstruct(const DetectionFrame& frame) {
   const StageTimer timer(stage_times_, &StageTimes::reconstruction_ns);
   for (const auto& track : tracks_) {
@@ -362,37 +271,26 @@ void Tracker::StepLives(TimeNs time, bool is_look) {
   }
 }
 
-// Who was lost and now has some of the views of a person, while the others
-// would start somebody new, is as likely another: a track that drifts unseen
-// takes who comes back where it happens to be. It ends as it was lost, all
-// views start somebody new, and linking tells whether they are the same.
+// Algorithm 2, on the detections that no track was matched with.
 void Tracker::FindNewPeople(const DetectionFrame& frame) {
   const StageTimer timer(stage_times_, &StageTimes::initialisation_ns);
   initialiser_.Run(unmatched_, &new_people_);
-  if (options_.life.found_twice == FoundTwice::kKept) return;
-  bool taken_back = false;
+  bool withdrawn = false;
   for (const NewPerson& person : new_people_) {
-    const std::optional<size_t> at = TrackedAt(person);
-    if (!at.has_value() || !IsLost(*tracks_[*at])) continue;
-    TakeBack(*at, frame);
-    taken_back = true;
+    const std::optional<size_t> track = policy_->FalseRecovery(person);
+    if (!track.has_value()) continue;
+    Withdraw(*track, frame);
+    withdrawn = true;
   }
-  if (taken_back) initialiser_.Run(unmatched_, &new_people_);
+  if (!withdrawn) return;
+  CollectUnmatched();
+  initialiser_.Run(unmatched_, &new_people_);
 }
 
-// What the track was given in this frame; its life ends.
-void Tracker::TakeBack(size_t target, const DetectionFrame& frame) {
+// The track's matches of this frame are undone, and its life ends.
+void Tracker::Withdraw(size_t target, const DetectionFrame& frame) {
   Track& track = *tracks_[target];
-  for (size_t v = 0; v < unmatched_.size(); ++v) {
-    int& match = matches_[v][target];
-    if (match < 0) continue;
-    const Observation* observation =
-        &observations_.OfView(v)[static_cast<size_t>(match)];
-    ObservationGroup& left = unmatched_[v];
-    left.insert(std::upper_bound(left.begin(), left.end(), observation),
-                observation);
-    match = -1;
-  }
+  for (std::vector<int>& matches : matches_) matches[target] = -1;
   evidence_.Begin(frame.frame, frame.time, &track.frame);
   track.matched = false;
   track.life.End();
@@ -403,83 +301,19 @@ void Tracker::StartNewPeople(const DetectionFrame& frame) {
   assembler_.BeginFrame(frame.frame, frame.time);
   for (size_t t = 0; t < tracks_.size(); ++t) assembler_.Join();
   for (const NewPerson& person : new_people_) {
-    if (!TrackedAt(person).has_value() && !IsOfTwo(person)) {
-      StartTrack(person, frame);
-    }
+    if (policy_->MayBegin(person)) StartTrack(person, frame);
   }
-}
-
-// Whether its views show two people: what they show goes on from what two lost
-// tracks held.
-bool Tracker::IsOfTwo(const NewPerson& person) const {
-  if (!HoldsStrands()) return false;
-  std::optional<TrackId> holder;
-  for (const Observation* member : person.members) {
-    const std::optional<TrackId> one =
-        LostHolder(static_cast<size_t>(member->view_idx), IndexOf(*member));
-    if (!one.has_value()) continue;
-    if (holder.has_value() && *holder != *one) return true;
-    holder = one;
-  }
-  return false;
-}
-
-void Tracker::NoteSuccession(const NewPerson& person, TrackId track) {
-  if (!HoldsStrands()) return;
-  Succession succession;
-  succession.to = track;
-  for (const Observation* member : person.members) {
-    const ViewStrands& strands =
-        strands_[static_cast<size_t>(member->view_idx)];
-    const std::optional<TrackId> one =
-        LostHolder(static_cast<size_t>(member->view_idx), IndexOf(*member));
-    if (!one.has_value()) continue;
-    const TimeNs since = strands.HeldSince(IndexOf(*member));
-    succession.from = *one;
-    succession.since =
-        succession.views == 0 ? since : std::min(succession.since, since);
-    ++succession.views;
-  }
-  if (succession.views > 0) successions_.push_back(succession);
-}
-
-// Within its view and frame.
-size_t Tracker::IndexOf(const Observation& observation) const {
-  const auto view = static_cast<size_t>(observation.view_idx);
-  return static_cast<size_t>(&observation - observations_.OfView(view).data());
-}
-
-// The track that other views show where the views that nobody took show this
-// person: then nobody new has come.
-std::optional<size_t> Tracker::TrackedAt(const NewPerson& person) const {
-  // Both are of this frame and differ by errors of triangulation. At 0.3 m a
-  // track that has gone astray kept the one it stood on from a track of their
-  // own.
-  constexpr double kOnePersonM = 0.2;
-  if (options_.life.found_twice == FoundTwice::kKept) return std::nullopt;
-  for (size_t t = 0; t < tracks_.size(); ++t) {
-    const EstimatorFrame& seen = tracks_[t]->frame;
-    if (seen.has_initial &&
-        SeenAtOnePlace(person.reconstruction.pose, seen.initial, kOnePersonM)) {
-      return t;
-    }
-  }
-  return std::nullopt;
 }
 
 void Tracker::StartTrack(const NewPerson& person, const DetectionFrame& frame) {
   auto track = std::make_unique<Track>(
       TrackId(next_id_++), TrackLife(options_.life, clock_, frame.time),
       WriteGate(options_.life, clock_), memory_depth_);
-  NoteSuccession(person, track->id);
+  policy_->LearnBeginning(person, track->id);
   // The whole 2D poses are remembered, joints the filter removed included.
   std::vector<UsedView> views;
   for (const Observation* member : person.members) {
     track->memory.Store(*member, frame.time);
-    if (HoldsStrands()) {
-      strands_[static_cast<size_t>(member->view_idx)].Claim(IndexOf(*member),
-                                                            track->id);
-    }
     views.push_back({member, 0.0});
   }
   EstimatorFrame& work = track->frame;

@@ -1,4 +1,8 @@
-// The front end: calls the stages in order and owns no maths.
+// The front end of Chu et al. (2021): calls the stages of a frame in their
+// order and owns no maths. 2D-3D association view by view (Eq. 1), joints
+// filter and DLT for each track (Eq. 2 and 3), new people from what is left
+// (Algorithm 2). What graph mode adds to association is a policy's
+// (association_policy.h).
 #ifndef KINEGRAPH_CORE_TRACKING_TRACKER_H_
 #define KINEGRAPH_CORE_TRACKING_TRACKER_H_
 
@@ -6,13 +10,13 @@
 #include <optional>
 #include <vector>
 
-#include "core/association/strands.h"
 #include "core/association/view_matching.h"
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/data/succession.h"
 #include "core/reconstruction/initialisation.h"
 #include "core/reconstruction/reconstruction.h"
+#include "core/tracking/association_policy.h"
 #include "core/tracking/estimator.h"
 #include "core/tracking/evidence.h"
 #include "core/tracking/frame_assembler.h"
@@ -60,7 +64,9 @@ class Tracker {
   size_t track_count() const { return tracks_.size(); }
   int64_t people_so_far() const { return next_id_; }
   // Who began with whose detections, so far; graph mode.
-  const std::vector<Succession>& successions() const { return successions_; }
+  const std::vector<Succession>& successions() const {
+    return policy_->successions();
+  }
   // Null (the default) to measure nothing.
   void set_stage_times(StageTimes* times) { stage_times_ = times; }
   // Threads for the estimators; results do not depend on it.
@@ -74,28 +80,16 @@ class Tracker {
   void SetTargets(const DetectionFrame& frame);
   void SetLastSeen(const DetectionFrame& frame, int view_idx);
   void UpdateExpected(Track* track, TimeNs time);
-  void AssociateView(size_t view_idx, TimeNs time);
-  bool IsLost(const Track& track) const;
-  std::optional<TrackId> LostHolder(size_t view_idx,
-                                    size_t observation_idx) const;
-  bool IsOfSomebodyLost(size_t view_idx, size_t observation_idx,
-                        TrackId but) const;
-  void TakeWhatIsLeft(size_t view_idx, TimeNs time);
-  void Give(size_t view_idx, size_t observation_idx, size_t target,
-            TimeNs time);
-  bool HoldsStrands() const { return !strands_.empty(); }
-  void ForgetStrands();
-  void ClaimStrands();
+  void MatchView(size_t view_idx, TimeNs time);
+  void Assign(size_t view_idx, size_t observation_idx, size_t target,
+              TimeNs time);
+  void CollectUnmatched();
   void Reconstruct(const DetectionFrame& frame);
   void Estimate();
   void StepLives(TimeNs time, bool is_look);
   void FindNewPeople(const DetectionFrame& frame);
-  void TakeBack(size_t target, const DetectionFrame& frame);
+  void Withdraw(size_t target, const DetectionFrame& frame);
   void StartNewPeople(const DetectionFrame& frame);
-  std::optional<size_t> TrackedAt(const NewPerson& person) const;
-  bool IsOfTwo(const NewPerson& person) const;
-  void NoteSuccession(const NewPerson& person, TrackId track);
-  size_t IndexOf(const Observation& observation) const;
   void StartTrack(const NewPerson& person, const DetectionFrame& frame);
   enum class Leaving { kEnded, kEverybody };
   void HandOver(Leaving leaving);
@@ -111,7 +105,6 @@ class Tracker {
   EpipolarGeometry epipolar_;
   FrameObservations observations_;
   ViewMatcher matcher_;
-  std::vector<ViewStrands> strands_;  // [view]; empty: nobody holds any
   EvidenceStep evidence_;
   Initialiser initialiser_;
   const bool cross_view_;   // the affinity of Chen et al.
@@ -119,7 +112,6 @@ class Tracker {
 
   std::vector<std::unique_ptr<Track>> tracks_;
   int64_t next_id_ = 0;
-  std::vector<Succession> successions_;
   std::optional<int64_t> last_frame_;
   TimeNs last_time_ = 0;  // of last_frame_
   int threads_ = 1;
@@ -130,10 +122,14 @@ class Tracker {
   std::vector<ObservationGroup> unmatched_;  // [view]
   std::vector<AssociationTarget> targets_;
   std::vector<std::vector<int>> matches_;  // [view][track]
-  std::vector<char> barred_;               // of a view, [track][observation]
+  std::vector<int> view_match_;            // of a view, [track]
+  std::vector<char> forbidden_;            // of a view, [track][observation]
   Pose3d predicted_;
   std::vector<NewPerson> new_people_;
   std::vector<FinalPose> finals_;
+
+  const AssociationState state_;  // of the members above
+  const std::unique_ptr<AssociationPolicy> policy_;
 };
 
 }  // namespace kinegraph

@@ -57,7 +57,7 @@ RunOptions WithRulesOfMode(RunOptions options) {
     options.identity.link = false;
   } else {
     options.tracker.life.in_seconds = true;
-    options.tracker.life.found_twice = FoundTwice::kDropped;
+    options.tracker.rules = AssociationRules::kGraph;
   }
   if (options.input.independent_frames) {
     options.tracker.life.independent_frames = true;

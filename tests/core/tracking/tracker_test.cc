@@ -215,9 +215,10 @@ TEST_F(TrackerTest, WhoRunsIsExpectedFartherOn) {
 // A hop of 0.15 m, more than the gate of the views that see it from the side:
 // the others follow it, and nobody new has come.
 TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
-  for (const FoundTwice twice : {FoundTwice::kKept, FoundTwice::kDropped}) {
+  for (const AssociationRules rules :
+       {AssociationRules::kPaper, AssociationRules::kGraph}) {
     TrackerOptions options;
-    options.life.found_twice = twice;
+    options.rules = rules;
     options.association.alpha_2d_px_per_frame = 20.0;
     const auto tracker = Make(options);
     std::vector<TrackFrame> frames;
@@ -226,7 +227,8 @@ TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
           testing::StandingPerson(f < 5 ? 0.0 : 0.15, f < 5 ? 0.0 : 0.05);
       tracker->Process(See(f, {hopper}), &frames);
     }
-    EXPECT_EQ(tracker->people_so_far(), twice == FoundTwice::kKept ? 2 : 1);
+    EXPECT_EQ(tracker->people_so_far(),
+              rules == AssociationRules::kPaper ? 2 : 1);
   }
 }
 
@@ -241,12 +243,13 @@ TEST_F(TrackerTest, ViewsOfOnePersonAreNotSharedByTwo) {
   for (size_t j = 0; j < leaper.size(); ++j) {
     if (leaps(j)) leaper[j].position_m.x() -= 2.0;
   }
-  for (const FoundTwice twice : {FoundTwice::kKept, FoundTwice::kDropped}) {
+  for (const AssociationRules rules :
+       {AssociationRules::kPaper, AssociationRules::kGraph}) {
     for (const auto& [lost, rate_hz] :
          {std::pair{0, 25.0}, {0, 5.0}, {4, 25.0}}) {
       rate_hz_ = rate_hz;
       TrackerOptions options;
-      options.life.found_twice = twice;
+      options.rules = rules;
       options.association.alpha_2d_px_per_frame = 20.0;
       const auto tracker = Make(options);
       std::vector<TrackFrame> frames;
@@ -264,7 +267,7 @@ TEST_F(TrackerTest, ViewsOfOnePersonAreNotSharedByTwo) {
         }
         tracker->Process(seen, &frames);
       }
-      const bool kept = twice == FoundTwice::kKept;
+      const bool kept = rules == AssociationRules::kPaper;
       EXPECT_EQ(tracker->track_count(), kept ? 2u : 1u);
       EXPECT_EQ(tracker->people_so_far(), kept || lost > 0 ? 2 : 1);
       tracker->Finish(&frames);
@@ -293,9 +296,10 @@ TEST_F(TrackerTest, WhoIsLostIsNotTakenForSomebodyElse) {
   cameras_ = {cameras_[0], cameras_[1]};
   const Pose3d hind = testing::StandingPerson(0.0, -0.4);
   const Pose3d front = testing::StandingPerson(0.0, 0.4);
-  for (const FoundTwice twice : {FoundTwice::kKept, FoundTwice::kDropped}) {
+  for (const AssociationRules rules :
+       {AssociationRules::kPaper, AssociationRules::kGraph}) {
     TrackerOptions options;
-    options.life.found_twice = twice;
+    options.rules = rules;
     SceneModel scene = Scene();
     scene.kept_matches = KeptMatches::kDetections;
     CausalGaussianOptions gaussian;
@@ -323,7 +327,7 @@ TEST_F(TrackerTest, WhoIsLostIsNotTakenForSomebodyElse) {
       }
     }
     EXPECT_EQ(tracker.people_so_far(), 2);
-    if (twice == FoundTwice::kKept) {
+    if (rules == AssociationRules::kPaper) {
       EXPECT_GT(taken, 0);  // so the scene is one where it matters
     } else {
       EXPECT_EQ(taken, 0);
@@ -337,9 +341,10 @@ TEST_F(TrackerTest, AViewThatSawSomebodyGoOnSaysSo) {
   const Pose3d person = testing::StandingPerson(0.0, 0.0);
   cameras_ = testing::RingOfCameras(4);
   cameras_ = {cameras_[0], cameras_[1]};
-  for (const FoundTwice twice : {FoundTwice::kKept, FoundTwice::kDropped}) {
+  for (const AssociationRules rules :
+       {AssociationRules::kPaper, AssociationRules::kGraph}) {
     TrackerOptions options;
-    options.life.found_twice = twice;
+    options.rules = rules;
     const auto tracker = Make(options);
     std::vector<TrackFrame> frames;
     for (int f = 0; f < 60; ++f) {
@@ -348,7 +353,7 @@ TEST_F(TrackerTest, AViewThatSawSomebodyGoOnSaysSo) {
       tracker->Process(seen, &frames);
     }
     EXPECT_EQ(tracker->people_so_far(), 2);
-    if (twice == FoundTwice::kKept) {  // paper mode
+    if (rules == AssociationRules::kPaper) {
       EXPECT_TRUE(tracker->successions().empty());
       continue;
     }

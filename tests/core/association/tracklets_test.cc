@@ -1,4 +1,4 @@
-#include "core/association/strands.h"
+#include "core/association/tracklets.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace {
 constexpr double kFrameS = 0.04;
 
 // The view of one camera, with people at these places from left to right.
-class StrandsTest : public ::testing::Test {
+class TrackletsTest : public ::testing::Test {
  protected:
   void See(const std::vector<double>& places_m) {
     observations_.clear();
@@ -21,7 +21,7 @@ class StrandsTest : public ::testing::Test {
       observations_.push_back(
           testing::Observe(testing::StandingPerson(x_m, 0.0), cameras_, kView));
     }
-    strands_.Follow(observations_, FromSeconds(kFrameS * frame_));
+    tracklets_.Follow(observations_, FromSeconds(kFrameS * frame_));
     ++frame_;
   }
 
@@ -29,75 +29,75 @@ class StrandsTest : public ::testing::Test {
   void SeeTwo(double one_m, double other_m) {
     for (int k = 0; k < 10; ++k) {
       See({one_m, other_m});
-      strands_.Claim(0, TrackId(1));
-      strands_.Claim(1, TrackId(2));
+      tracklets_.Claim(0, TrackId(1));
+      tracklets_.Claim(1, TrackId(2));
     }
   }
 
   static constexpr int kView = 1;  // of four, looks along x's normal
   CameraRig cameras_ = testing::RingOfCameras(4);
-  ViewStrands strands_{Coco17().association_joints()};
+  ViewTracklets tracklets_{Coco17().association_joints()};
   std::vector<Observation> observations_;
   int frame_ = 0;
 };
 
-TEST_F(StrandsTest, WhoHadItHoldsWhatGoesOn) {
+TEST_F(TrackletsTest, WhoHadItHoldsWhatGoesOn) {
   SeeTwo(-0.8, 0.8);
   See({0.8, -0.8});  // the order in the file says nothing
-  EXPECT_EQ(strands_.HolderOf(0), TrackId(2));
-  EXPECT_EQ(strands_.HolderOf(1), TrackId(1));
-  EXPECT_EQ(strands_.HeldSince(1), 0);
+  EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(2));
+  EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(1));
+  EXPECT_EQ(tracklets_.OwnedSince(1), 0);
 }
 
-TEST_F(StrandsTest, ADetectorMayMissSomebodyForAWhile) {
+TEST_F(TrackletsTest, ADetectorMayMissSomebodyForAWhile) {
   SeeTwo(-0.8, 0.8);
   for (int k = 0; k < 4; ++k) See({0.8});
   See({-0.8, 0.8});  // 0.2 s after it was seen
-  EXPECT_EQ(strands_.HolderOf(0), TrackId(1));
+  EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(1));
   for (int k = 0; k < 5; ++k) See({0.8});
   See({-0.8, 0.8});  // 0.24 s
-  EXPECT_EQ(strands_.HolderOf(0), std::nullopt);
-  EXPECT_EQ(strands_.HolderOf(1), TrackId(2));
+  EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
+  EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(2));
 }
 
-TEST_F(StrandsTest, WhoHadItForAMomentHoldsNothing) {
+TEST_F(TrackletsTest, WhoHadItForAMomentHoldsNothing) {
   // 0.16 s, less than the 0.2 s that make a right.
   for (int k = 0; k < 5; ++k) {
     See({0.0});
-    strands_.Claim(0, TrackId(1));
+    tracklets_.Claim(0, TrackId(1));
   }
-  EXPECT_EQ(strands_.HolderOf(0), std::nullopt);
+  EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
   See({0.0});
-  strands_.Claim(0, TrackId(1));
-  EXPECT_EQ(strands_.HolderOf(0), TrackId(1));
+  tracklets_.Claim(0, TrackId(1));
+  EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(1));
   // Whoever is given it then starts anew.
-  strands_.Claim(0, TrackId(2));
-  EXPECT_EQ(strands_.HolderOf(0), std::nullopt);
+  tracklets_.Claim(0, TrackId(2));
+  EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
 }
 
 // Of two who are side by side one is not seen: the other stands between the
 // places of both, and nothing tells whose it is.
-TEST_F(StrandsTest, WhatIsNotClearIsNobodys) {
+TEST_F(TrackletsTest, WhatIsNotClearIsNobodys) {
   SeeTwo(-0.05, 0.05);
   See({0.0});
-  EXPECT_EQ(strands_.HolderOf(0), std::nullopt);
+  EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
   for (int k = 0; k < 3; ++k) See({0.0});
-  EXPECT_EQ(strands_.HolderOf(0), std::nullopt);
+  EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
 }
 
-TEST_F(StrandsTest, NobodyJumps) {
+TEST_F(TrackletsTest, NobodyJumps) {
   SeeTwo(-0.8, 0.8);
   See({1.6, -0.8});  // 0.8 m in 0.04 s
-  EXPECT_EQ(strands_.HolderOf(0), std::nullopt);
-  EXPECT_EQ(strands_.HolderOf(1), TrackId(1));
+  EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
+  EXPECT_EQ(tracklets_.OwnerOf(1), TrackId(1));
 }
 
-TEST_F(StrandsTest, ALostTrackIsForgotten) {
+TEST_F(TrackletsTest, ALostTrackIsForgotten) {
   SeeTwo(-0.8, 0.8);  // until 0.36 s
   while (frame_ * kFrameS < 2.3) See({-0.8, 0.8});
-  EXPECT_EQ(strands_.HolderOf(0), TrackId(1));
+  EXPECT_EQ(tracklets_.OwnerOf(0), TrackId(1));
   while (frame_ * kFrameS < 2.5) See({-0.8, 0.8});
-  EXPECT_EQ(strands_.HolderOf(0), std::nullopt);
+  EXPECT_EQ(tracklets_.OwnerOf(0), std::nullopt);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "core/tracking/found_twice.h"
+#include "core/tracking/duplicate_suppression.h"
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ Observation Person(double at_px, double size_px, double confidence,
   return person;
 }
 
-TEST(FoundTwice, ATwentiethOfTheBoxIsOnePerson) {
+TEST(DuplicateSuppression, ATwentiethOfTheBoxIsOnePerson) {
   const Observation person = Person(100.0, 200.0, 0.8);
   EXPECT_TRUE(IsOnePerson(person, person));
   EXPECT_TRUE(IsOnePerson(person, Person(109.9, 200.0, 0.8)));
@@ -41,7 +41,7 @@ TEST(FoundTwice, ATwentiethOfTheBoxIsOnePerson) {
   EXPECT_FALSE(IsOnePerson(Person(100.0, 60.0, 0.8), Person(105.0, 60.0, 0.8)));
 }
 
-TEST(FoundTwice, HalfOfTheJointsMustBeCommon) {
+TEST(DuplicateSuppression, HalfOfTheJointsMustBeCommon) {
   const Observation whole = Person(100.0, 200.0, 0.8);
   Observation part = whole;
   for (size_t j = 0; j < 8; ++j) part.joints[j].found = false;
@@ -54,22 +54,22 @@ TEST(FoundTwice, HalfOfTheJointsMustBeCommon) {
   EXPECT_FALSE(IsOnePerson(part, part));
 }
 
-TEST(FoundTwice, WhatHasMoreJointsStaysThenTheSurerOne) {
+TEST(DuplicateSuppression, WhatHasMoreJointsStaysThenTheSurerOne) {
   std::vector<Observation> seen = {
       Person(100.0, 200.0, 0.5), Person(400.0, 200.0, 0.5),
       Person(101.0, 200.0, 0.9), Person(402.0, 200.0, 0.9)};
   seen[3].joints.back().found = false;
   seen[3].found_count = 10;
-  ASSERT_EQ(DropFoundTwice(seen.size(), &seen), 2u);
+  ASSERT_EQ(SuppressDuplicates(seen.size(), &seen), 2u);
   EXPECT_EQ(seen[0].joints[0].px.x(), 101.0);
   EXPECT_EQ(seen[1].joints[0].px.x(), 400.0);
 }
 
-TEST(FoundTwice, OnlyTheFirstAreLookedAt) {
+TEST(DuplicateSuppression, OnlyTheFirstAreLookedAt) {
   std::vector<Observation> seen = {Person(100.0, 200.0, 0.5),
                                    Person(300.0, 200.0, 0.5),
                                    Person(100.0, 200.0, 0.9)};
-  EXPECT_EQ(DropFoundTwice(2, &seen), 2u);
+  EXPECT_EQ(SuppressDuplicates(2, &seen), 2u);
   EXPECT_EQ(seen.size(), 3u);
   EXPECT_EQ(seen[0].joints[0].confidence, 0.5);
 }
@@ -81,9 +81,10 @@ struct Counts {
 
 Counts CountsOf(const CameraRig& cameras, const DetectionSequence& take) {
   const Skeleton& skeleton = take.header.skeleton;
-  FrameObservations all(cameras, skeleton, skeleton, 5.0, FoundTwice::kKept);
+  FrameObservations all(cameras, skeleton, skeleton, 5.0,
+                        /*suppress_duplicates=*/false);
   FrameObservations once(cameras, skeleton, skeleton, 5.0,
-                         FoundTwice::kDropped);
+                         /*suppress_duplicates=*/true);
   Counts counts;
   for (const DetectionFrame& frame : take.frames) {
     all.Prepare(frame);
@@ -96,7 +97,7 @@ Counts CountsOf(const CameraRig& cameras, const DetectionSequence& take) {
   return counts;
 }
 
-// Nothing here tells of a detection found twice, so none may be dropped.
+// Nothing here tells of a duplicate, so none may be dropped.
 void ExpectNobodyDropped(const std::string& detections, size_t least_people) {
   const DetectionSequence take = ReadDetections(detections);
   // The rule looks at pixels alone; any camera without a lens will do.
@@ -107,12 +108,12 @@ void ExpectNobodyDropped(const std::string& detections, size_t least_people) {
   EXPECT_EQ(counts.dropped, 0u) << "of " << counts.people;
 }
 
-TEST(FoundTwice, NobodyOnShelf) {
+TEST(DuplicateSuppression, NobodyOnShelf) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   ExpectNobodyDropped(data, 4000);
 }
 
-TEST(FoundTwice, NobodyOnPose2Sim) {
+TEST(DuplicateSuppression, NobodyOnPose2Sim) {
   for (const std::string trial : {"single", "multi"}) {
     KINEGRAPH_DATA_OR_SKIP(data, "pose2sim/" + trial + "/pose");
     ExpectNobodyDropped(data, 300);
@@ -120,10 +121,10 @@ TEST(FoundTwice, NobodyOnPose2Sim) {
 }
 
 // Eight people crowd a small area before five cameras and a heavy detector that
-// finds nobody twice: whoever is dropped was another one. Passing right in
+// makes no duplicates: whoever is dropped was another one. Passing right in
 // front of each other does it for a frame; more than one in a thousand would
 // cost tracks.
-TEST(FoundTwice, AnotherPersonIsSeldomTakenForOne) {
+TEST(DuplicateSuppression, AnotherPersonIsSeldomTakenForOne) {
   SceneOptions scene_options;
   scene_options.seed = 951;
   scene_options.people = 8;

@@ -1,4 +1,4 @@
-#include "core/tracking/found_twice.h"
+#include "core/tracking/duplicate_suppression.h"
 
 #include <algorithm>
 #include <utility>
@@ -34,7 +34,8 @@ bool IsOnePerson(const Observation& a, const Observation& b) {
          sum_px < most_px * common;
 }
 
-size_t DropFoundTwice(size_t count, std::vector<Observation>* observations) {
+size_t SuppressDuplicates(size_t count,
+                          std::vector<Observation>* observations) {
   std::vector<Observation>& all = *observations;
   size_t kept = 0;
   for (size_t i = 0; i < count; ++i) {

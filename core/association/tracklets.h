@@ -1,0 +1,70 @@
+// 2D tracklets: detections of one view that follow each other from frame to
+// frame, by the image alone, and the tracks that they belong to.
+#ifndef KINEGRAPH_CORE_ASSOCIATION_TRACKLETS_H_
+#define KINEGRAPH_CORE_ASSOCIATION_TRACKLETS_H_
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/base/span.h"
+#include "core/base/time.h"
+#include "core/data/observation.h"
+
+namespace kinegraph {
+
+// The tracklets of one view. A detection continues the nearest tracklet if
+// every other tracklet is at least twice as far from the detection and every
+// other detection twice as far from the tracklet. Where that is ambiguous
+// tracklets end and new ones begin, so that a tracklet is short rather than
+// wrong.
+//
+// A tracklet belongs to the track that was given its detections for 0.2 s; what
+// continues it is that person still.
+class ViewTracklets {
+ public:
+  // `joints` are those that count (Skeleton::association_joints).
+  explicit ViewTracklets(std::vector<int> joints)
+      : joints_(std::move(joints)) {}
+
+  // The detections of the next frame.
+  void Follow(Span<Observation> observations, TimeNs time);
+
+  // Of the detections of that frame, by their index: the track to which the
+  // tracklet belongs.
+  std::optional<TrackId> OwnerOf(size_t observation_idx) const;
+  // Since when it has been given to that track without a break.
+  TimeNs OwnedSince(size_t observation_idx) const {
+    return tracklets_[tracklet_of_[observation_idx]].since;
+  }
+  // The detection was given to a track, and that fitted.
+  void Claim(size_t observation_idx, TrackId track);
+
+ private:
+  struct Tracklet {
+    TimeNs time = 0;  // of the newest detection
+    std::vector<Keypoint> joints;
+    // Who had it last, since when, and until when.
+    TrackId owner;
+    TimeNs since = 0;
+    TimeNs until = 0;
+  };
+
+  double Distance(const std::vector<Keypoint>& a,
+                  const std::vector<Keypoint>& b) const;
+  // How far a detection may be from the tracklet that it continues [px].
+  double Gate(const Observation& observation, const Tracklet& tracklet) const;
+  // The tracklet that a detection continues without ambiguity; -1: none.
+  int Unambiguous(size_t observation_idx,
+                  const std::vector<double>& distances) const;
+
+  std::vector<int> joints_;
+  TimeNs now_ = 0;
+  std::vector<Tracklet> tracklets_;
+  std::vector<size_t> tracklet_of_;  // [observation]
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_ASSOCIATION_TRACKLETS_H_

@@ -1,0 +1,213 @@
+// The policy of graph mode. By Eq. 1 alone a lost track takes whoever comes
+// near to where it was last seen: its gate grows with its age, and a single
+// view cannot tell people apart who stand behind each other. Three rules speak
+// against such exchanges of identity and against duplicate tracks:
+// - A 2D tracklet (core/association/tracklets.h) that belonged to a track which
+//   is lost by now belongs to it still. No other track takes its detections,
+//   unless two other views show that track already.
+// - A recovery that explains only some of the views of a person, while the rest
+//   would begin a new track at the same place, is false. The track ends as it
+//   was lost, and all views begin the new one; linking (core/identity) decides
+//   later whether they are the same.
+// - A new person where a track was seen in this very frame is a duplicate of
+//   it; one made of tracklets of two lost tracks is nobody.
+#include <algorithm>
+#include <utility>
+
+#include "core/association/tracklets.h"
+#include "core/tracking/association_policy.h"
+#include "core/tracking/track_ends.h"
+
+namespace kinegraph {
+namespace {
+
+// Views of the frame in which the joints filter kept most of the joints.
+std::vector<size_t> AgreeingViews(const EstimatorFrame& frame) {
+  std::vector<size_t> views;
+  if (!frame.has_initial) return views;
+  for (const FreshView& view : frame.views) {
+    const auto count = [&](FilterVerdict verdict) {
+      return std::count(view.verdicts.begin(), view.verdicts.end(), verdict);
+    };
+    if (count(FilterVerdict::kKept) > count(FilterVerdict::kRemoved)) {
+      views.push_back(static_cast<size_t>(view.view_idx));
+    }
+  }
+  return views;
+}
+
+class GraphAssociation final : public AssociationPolicy {
+ public:
+  explicit GraphAssociation(const AssociationState& state) : state_(state) {
+    StartAnew();
+  }
+
+  void StartAnew() override {
+    tracklets_.assign(
+        state_.scene.cameras.size(),
+        ViewTracklets(state_.scene.skeleton.association_joints()));
+  }
+
+  void Forbid(size_t view_idx, std::vector<char>* forbidden) override {
+    const Span<Observation> observations = state_.observations.OfView(view_idx);
+    tracklets_[view_idx].Follow(observations, state_.time);
+    forbidden->clear();
+    for (const auto& track : state_.tracks) {
+      for (size_t k = 0; k < observations.size(); ++k) {
+        forbidden->push_back(BelongsToAnother(view_idx, k, track->id));
+      }
+    }
+  }
+
+  // Opens what Forbid closed and nobody took to tracks that two views show.
+  bool MatchesAgain(size_t view_idx, std::vector<char>* forbidden) override {
+    constexpr int kSureViews = 2;
+    const size_t count = state_.observations.OfView(view_idx).size();
+    std::vector<char> taken(count, 0);
+    for (const int match : state_.matches[view_idx]) {
+      if (match >= 0) taken[static_cast<size_t>(match)] = 1;
+    }
+    forbidden->assign(state_.tracks.size() * count, 1);
+    bool any = false;
+    for (size_t t = 0; t < state_.tracks.size(); ++t) {
+      if (state_.matches[view_idx][t] >= 0) continue;
+      int views = 0;
+      for (const std::vector<int>& matches : state_.matches) {
+        views += matches[t] >= 0;
+      }
+      if (views < kSureViews) continue;
+      for (size_t k = 0; k < count; ++k) {
+        if (taken[k] || !BelongsToAnother(view_idx, k, state_.tracks[t]->id)) {
+          continue;
+        }
+        (*forbidden)[t * count + k] = 0;
+        any = true;
+      }
+    }
+    return any;
+  }
+
+  std::optional<size_t> FalseRecovery(const NewPerson& person) const override {
+    const std::optional<size_t> track = TrackSeenAt(person);
+    return track.has_value() && IsLost(*state_.tracks[*track]) ? track
+                                                               : std::nullopt;
+  }
+
+  // A tracklet belongs to the track that takes it in a frame in which two of
+  // the track's views agree.
+  void LearnUpdates() override {
+    for (size_t t = 0; t < state_.tracks.size(); ++t) {
+      const std::vector<size_t> views = AgreeingViews(state_.tracks[t]->frame);
+      if (views.size() < 2) continue;
+      for (const size_t v : views) {
+        const int match = state_.matches[v][t];
+        if (match < 0) continue;
+        tracklets_[v].Claim(static_cast<size_t>(match), state_.tracks[t]->id);
+      }
+    }
+  }
+
+  bool MayBegin(const NewPerson& person) const override {
+    return !TrackSeenAt(person).has_value() && !IsOfTwoOwners(person);
+  }
+
+  void LearnBeginning(const NewPerson& person, TrackId track) override {
+    Succession succession;
+    succession.to = track;
+    for (const Observation* member : person.members) {
+      const auto view_idx = static_cast<size_t>(member->view_idx);
+      const size_t index = IndexOf(*member);
+      const std::optional<TrackId> owner = LostOwner(view_idx, index);
+      if (owner.has_value()) {
+        const TimeNs since = tracklets_[view_idx].OwnedSince(index);
+        succession.from = *owner;
+        succession.since =
+            succession.views == 0 ? since : std::min(succession.since, since);
+        ++succession.views;
+      }
+      tracklets_[view_idx].Claim(index, track);
+    }
+    if (succession.views > 0) successions_.push_back(succession);
+  }
+
+ private:
+  // By the frames before this one: without an update for a tenth of a second,
+  // in which a detector looked.
+  bool IsLost(const Track& track) const {
+    constexpr double kLostS = 0.1;
+    const TimeNs age = state_.time - track.life.last_update();
+    return ToSeconds(age) > kLostS &&
+           !state_.clock.Less(age, 1.0 + state_.rhythm.usual_frames());
+  }
+
+  // The owner of the observation's tracklet, if that track is lost or gone.
+  // Tracks that are not lost are told apart by their 3D poses, which know more
+  // than one view does.
+  std::optional<TrackId> LostOwner(size_t view_idx,
+                                   size_t observation_idx) const {
+    const std::optional<TrackId> owner =
+        tracklets_[view_idx].OwnerOf(observation_idx);
+    if (!owner.has_value()) return std::nullopt;
+    const bool is_followed = std::any_of(
+        state_.tracks.begin(), state_.tracks.end(), [&](const auto& track) {
+          return track->id == *owner && !IsLost(*track);
+        });
+    return is_followed ? std::nullopt : owner;
+  }
+
+  bool BelongsToAnother(size_t view_idx, size_t observation_idx,
+                        TrackId track) const {
+    const std::optional<TrackId> owner = LostOwner(view_idx, observation_idx);
+    return owner.has_value() && *owner != track;
+  }
+
+  // The track that was triangulated in this frame where the person is.
+  std::optional<size_t> TrackSeenAt(const NewPerson& person) const {
+    // Both are of this frame and differ by errors of triangulation. At 0.3 m a
+    // track that has gone astray kept the one it stood on from a track of their
+    // own.
+    constexpr double kOnePersonM = 0.2;
+    for (size_t t = 0; t < state_.tracks.size(); ++t) {
+      const EstimatorFrame& seen = state_.tracks[t]->frame;
+      if (seen.has_initial && SeenAtOnePlace(person.reconstruction.pose,
+                                             seen.initial, kOnePersonM)) {
+        return t;
+      }
+    }
+    return std::nullopt;
+  }
+
+  bool IsOfTwoOwners(const NewPerson& person) const {
+    std::optional<TrackId> owner;
+    for (const Observation* member : person.members) {
+      const std::optional<TrackId> one =
+          LostOwner(static_cast<size_t>(member->view_idx), IndexOf(*member));
+      if (!one.has_value()) continue;
+      if (owner.has_value() && *owner != *one) return true;
+      owner = one;
+    }
+    return false;
+  }
+
+  // Within its view and frame.
+  size_t IndexOf(const Observation& observation) const {
+    const auto view_idx = static_cast<size_t>(observation.view_idx);
+    return static_cast<size_t>(&observation -
+                               state_.observations.OfView(view_idx).data());
+  }
+
+  const AssociationState& state_;
+  std::vector<ViewTracklets> tracklets_;  // [view]
+};
+
+}  // namespace
+
+std::unique_ptr<AssociationPolicy> MakeAssociationPolicy(
+    AssociationRules rules, const AssociationState& state) {
+  if (rules == AssociationRules::kGraph) {
+    return std::make_unique<GraphAssociation>(state);
+  }
+  return std::make_unique<AssociationPolicy>();
+}
+
+}  // namespace kinegraph
