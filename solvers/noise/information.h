@@ -8,20 +8,33 @@
 
 namespace kinegraph {
 
-// For points of variance `variance_m2` every `frame_s`, smoothed with process
-// noise `process_noise` [m^2/s^3]. The errors' power at frequency w, over that
-// of white ones, is
-//   S(w) = (1 - a) + a (1 - phi^2) / (1 + phi^2 - 2 phi cos(w h)),
-// phi = exp(-h / tau). The smoother passes H(w) = 1 / (1 + (w / w_c)^4) with
-// w_c^4 = q / (R h S(w_c)). Its information of each observation is divided by
-// S(w_c), 1 or more.
+// For points of variance R = `variance_m2` every h = `frame_s`, smoothed with
+// process noise q = `process_noise` [m^2/s^3].
+//
+// A position that white noise of power q on its acceleration drives has the
+// power spectrum q / w^4. A point's error is white but for a share a of its
+// variance that decays as exp(-t / tau); sampled every h, its spectrum is R h
+// S(w), where S sums the autocovariance (1 - a) [k = 0] + a phi^|k|, phi =
+// exp(-h / tau), over all lags k:
+//   S(w) = (1 - a) + a (1 - phi^2) / (1 + phi^2 - 2 phi cos(w h)).
+// A smoother that takes the errors for white with the power R h S0 is, far from
+// the ends, the Wiener filter of both spectra,
+//   H(w) = (q / w^4) / (q / w^4 + R h S0) = 1 / (1 + (w / w_c)^4),
+//   w_c^4 = q / (R h S0).
+// Below the crossover w_c it follows its points, above it follows the motion
+// prior: what the errors do near w_c decides, so S0 = S(w_c), which makes w_c a
+// fixed point. The information of each observation is divided by S(w_c); the
+// divisor is held at 1 or more.
 double InformationDivisor(const ErrorCorrelation& correlation, double frame_s,
                           double process_noise, double variance_m2);
 
 // Factor on the covariances that the smoother then states, since the divisor
-// is right at the crossover only: the integral of
-//   H^2 R h S(w) + (1 - H)^2 q / w^4
-// over w, divided by the same with S(w_c) in place of S(w).
+// is right at the crossover only. The error of the smoothed position is what H
+// passes of the points' errors and what 1 - H keeps back of the motion, which
+// are independent: its variance is the integral over w of
+//   H^2 R h S(w) + (1 - H)^2 q / w^4.
+// The smoother states the same integral with S(w_c) in place of S(w); the
+// factor is the ratio of the two.
 double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
                         double process_noise, double variance_m2);
 
