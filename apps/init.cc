@@ -103,6 +103,12 @@ void PrintFindings(const TakeSurvey& survey, const RunOptions& options) {
     std::printf(
         "unit        as given: the joints are no human's, whose height would "
         "tell\n");
+    if (report.subject_m > 0.0) {
+      std::printf(
+          "            who is seen measures about %.2g m, and is tracked in "
+          "proportion\n",
+          report.subject_m);
+    }
   } else {
     std::printf("unit        not known: nobody could be measured\n");
   }

@@ -252,7 +252,10 @@ TakeReport TrackFrames(const Take& take, DetectionSource* source,
   session->set_progress(
       [&](int64_t frames_read) { progress.Set(frames_read); });
   TrackAll(source, session, [&](TrackFrame&& frame) {
-    if (!IsLive()) check->SeeTracks(frame);
+    if (!IsLive()) {
+      check->set_metre(session->scale().metres());
+      check->SeeTracks(frame);
+    }
     if (const DetectionFrame* seen = used.At(frame.frame)) {
       reporter.See(*seen, frame);
       if (uncertainty != nullptr) uncertainty->AddTo(*seen, &frame);
@@ -260,6 +263,7 @@ TakeReport TrackFrames(const Take& take, DetectionSource* source,
     output->Write(std::move(frame));
     if (IsLive()) output->Flush();
   });
+  reporter.set_scale(session->scale());
   return reporter.Report();
 }
 
@@ -342,6 +346,14 @@ void SayOutcome(const Take& take, const Session& session,
   for (const std::string& line : session.linking_left_out()) {
     std::fprintf(stderr, "kinegraph-track: warning: linking left out %s\n",
                  line.c_str());
+  }
+  if (!session.scale().is_one()) {
+    std::fprintf(stderr,
+                 "kinegraph-track: who is tracked measures about %.2g m, where "
+                 "the tracker's lengths are those of people of %.1f m: they "
+                 "count %.2g times (cameras.subject_m)\n",
+                 session.scale().size_m(), kPersonSize_m,
+                 session.scale().metres());
   }
   const RunSummary& summary = session.summary();
   std::fprintf(said, "%lld frames, %lld people, %lld poses -> %s\n",

@@ -398,9 +398,9 @@ class Frozen {
     const RunRequest request = RequestOf(cameras, {}, {}, 1);
     Interruptible([&] {
       run_ = FreezeTracking(options_, request, detections);
-      replay_ = std::make_unique<Replay>(run_.scene.model, run_.detections,
-                                         run_.matches, options_.tracker,
-                                         FeedbackOf(options_));
+      replay_ = std::make_unique<Replay>(
+          run_.scene.model, run_.detections, run_.matches,
+          run_.scale.IntoRun(options_).tracker, FeedbackOf(options_));
       people_ = replay_->Prepare(-1, 1);
     });
   }
@@ -432,6 +432,9 @@ class Frozen {
     tracks.header = run_.tracks.header;
     tracks.frames = AssembleReplay(replay_->empty_frames(), people_,
                                    std::move(outcomes), run_.first_frame);
+    for (TrackFrame& frame : tracks.frames) {
+      frame = run_.scale.IntoWorld(std::move(frame));
+    }
     return tracks;
   }
 

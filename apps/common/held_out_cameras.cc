@@ -20,6 +20,7 @@
 #include "solvers/noise/bias_model.h"
 #include "solvers/session/refine_take.h"
 #include "solvers/session/run.h"
+#include "solvers/session/subject_scale.h"
 
 namespace kinegraph {
 namespace {
@@ -119,6 +120,7 @@ ScoredSet ReadOrMakeSet(const HeldOutInput& input,
     scored.set = ReadHeldOutSet(request.held_out_set, input.views());
   } else {
     scored.set = MakeHeldOutSet(reference, 0.0);
+    scored.set.pairing_gate_m *= ScaleOf(reference).metres();
     scored.cap_by_width = true;
   }
   scored.set = scored.In(request.frames);

@@ -48,10 +48,12 @@ std::string PeopleLines(const TakeReport& report) {
     const PersonReport& person = people[i];
     const std::string height = person.height_m > 0.0
                                    ? fmt::format("{:.2f} m", person.height_m)
-                                   : "height unknown";
-    text += fmt::format("  person {:<4} {:<14}  {:>6} frames, {}..{}\n",
-                        person.id.value(), height, person.frames,
-                        person.first_frame, person.last_frame);
+                               : report.is_human ? "height unknown"
+                                                 : "";
+    text += fmt::format("  {} {:<4} {:<14}  {:>6} frames, {}..{}\n",
+                        report.is_human ? "person" : "track", person.id.value(),
+                        height, person.frames, person.first_frame,
+                        person.last_frame);
   }
   if (people.size() > kMaxPeopleShown) {
     text += fmt::format("  and {} more\n", people.size() - kMaxPeopleShown);
@@ -139,6 +141,10 @@ std::string ReportJson(const TakeReport& report, const RunSummary& run,
   json["most_people_in_a_view"] = report.most_people_in_a_view;
   json["height_m"] = report.height_m > 0.0 ? Json(report.height_m) : Json();
   json["paired"] = ToString(report.paired_by);
+  if (!run.subject_scale.is_one()) {
+    json["subject"] = {{"size_m", run.subject_scale.size_m()},
+                       {"scale", run.subject_scale.metres()}};
+  }
   json["cameras"] = Json::array();
   for (const CameraReport& camera : report.cameras) {
     json["cameras"].push_back({{"view", camera.view},

@@ -107,9 +107,9 @@ std::shared_ptr<const PreparedTake> PrepareTake(const FrozenRun& run,
                                                 int threads) {
   auto take = std::make_shared<PreparedTake>();
   take->detections = std::move(detections);
-  take->replay =
-      std::make_unique<Replay>(run.scene.model, take->detections, run.matches,
-                               options.tracker, FeedbackOf(options));
+  take->replay = std::make_unique<Replay>(
+      run.scene.model, take->detections, run.matches,
+      run.scale.IntoRun(options).tracker, FeedbackOf(options));
   take->all = take->replay->Prepare(-1, threads);
   for (size_t view = 0; view < run.scene.view_names.size(); ++view) {
     take->without.push_back(
@@ -222,7 +222,8 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
           !(same && comparison.folds[1].frames.Contains(frame.frame))) {
         continue;
       }
-      run.tracks.frames.push_back(std::move(frame));
+      run.tracks.frames.push_back(
+          comparison.run.scale.IntoWorld(std::move(frame)));
     }
     if (same) break;
   }

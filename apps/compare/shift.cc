@@ -55,7 +55,8 @@ std::vector<Eigen::Vector2d> FitShifts(const FrozenRun& run,
                                          Eigen::Vector2d::Zero());
   for (int round = 0; round < kMaxRounds; ++round) {
     const DetectionSequence shifted = Shifted(run.detections, shifts_px);
-    const Replay replay(run.scene.model, shifted, run.matches, options.tracker,
+    const Replay replay(run.scene.model, shifted, run.matches,
+                        run.scale.IntoRun(options).tracker,
                         FeedbackOf(options));
     double moved_px = 0.0;
     const std::vector<Residuals> residuals =

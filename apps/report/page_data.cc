@@ -16,6 +16,7 @@
 #include "core/io/text/json.h"
 #include "core/kinematics/ground.h"
 #include "core/kinematics/kinematics.h"
+#include "solvers/session/subject_scale.h"
 
 namespace kinegraph {
 namespace {
@@ -199,8 +200,12 @@ void AddIdentity(const PageResult& result, Json* json) {
 
 class PageMaker {
  public:
-  PageMaker(const PageInput& input, const PageOptions& options)
-      : input_(input), options_(options), clock_(ClockOf(input)) {
+  // Lengths of the input are in `metre` metres.
+  PageMaker(const PageInput& input, const PageOptions& options, double metre)
+      : input_(input),
+        options_(options),
+        metre_(metre),
+        clock_(ClockOf(input)) {
     if (clock_.empty()) {
       throw InputError("--tracks: there is no frame to show");
     }
@@ -248,6 +253,7 @@ class PageMaker {
 
   const PageInput& input_;
   const PageOptions& options_;
+  const double metre_;
   std::map<int64_t, TimeNs> clock_;
   bool assumed_rate_ = false;  // no file tells times
   std::map<int64_t, const DetectionFrame*> detections_;
@@ -704,6 +710,7 @@ PageData PageMaker::Make() {
   Json page = {{"title", input_.title},
                {"frames", Base64(numbers)},
                {"times", Base64(times_s)},
+               {"metre", metre_},
                {"up", Numbers(up_)},
                {"floor", FloorHeight(lead, up_)},
                {"assumedRate", assumed_rate_ ? kFallbackRateHz : 0.0},
@@ -736,7 +743,19 @@ PageData PageMaker::Make() {
 }  // namespace
 
 PageData MakePageData(const PageInput& input, const PageOptions& options) {
-  return PageMaker(input, options).Make();
+  // What is drawn, told and quantised on the page is as large as people.
+  const SubjectScale scale = input.results.empty()
+                                 ? SubjectScale()
+                                 : ScaleOf(input.results.front().tracks);
+  if (scale.is_one()) return PageMaker(input, options, 1.0).Make();
+  PageInput scaled = input;
+  scaled.cameras = scale.IntoRun(std::move(scaled.cameras));
+  for (PageResult& result : scaled.results) {
+    for (TrackFrame& frame : result.tracks.frames) {
+      frame = scale.IntoRun(std::move(frame));
+    }
+  }
+  return PageMaker(scaled, options, scale.metres()).Make();
 }
 
 }  // namespace kinegraph

@@ -126,7 +126,7 @@ const Detection* CameraCheck::NearestTo(const ViewDetections& view,
   }
   if (!(depth_m > 0.0)) return nullptr;
   const Detection* nearest = nullptr;
-  double nearest_px = kGateM * camera.focal_px() / depth_m;
+  double nearest_px = kGateM * metre_ * camera.focal_px() / depth_m;
   for (const Detection& detection : view.detections) {
     const double distance_px = Distance(projected, detection);
     if (distance_px >= nearest_px) continue;
@@ -207,6 +207,7 @@ std::vector<CameraWarning> CameraCheck::Warnings() const {
   using Kind = CameraWarning::Kind;
   std::vector<CameraWarning> warnings;
   const std::vector<View> views = Views();
+  const double least_m = kLeastM * metre_;
   double largest_s = 0.0;  // of the clocks
   for (const View& view : views) {
     largest_s = std::max(largest_s, std::abs(view.clock.late_s));
@@ -224,7 +225,7 @@ std::vector<CameraWarning> CameraCheck::Warnings() const {
       continue;
     }
     const double shift_px = std::hypot(view.median_x_px, view.median_y_px);
-    if (view.px_per_m > 0.0 && shift_px >= kLeastM * view.px_per_m) {
+    if (view.px_per_m > 0.0 && shift_px >= least_m * view.px_per_m) {
       warnings.push_back(
           {Kind::kElsewhere,
            fmt::format(
@@ -233,7 +234,7 @@ std::vector<CameraWarning> CameraCheck::Warnings() const {
     }
     // One clock that is off makes the others look so, to a smaller part.
     const double late_s = view.clock.late_s;
-    if (view.clock.samples >= kEnoughSamples && view.clock.error_m >= kLeastM &&
+    if (view.clock.samples >= kEnoughSamples && view.clock.error_m >= least_m &&
         std::abs(late_s) > kOfTheLargest * largest_s) {
       warnings.push_back(
           {Kind::kOffBeat,

@@ -34,6 +34,12 @@ class CameraCheck {
   CameraCheck(CameraRig cameras, const Skeleton& detections,
               const Skeleton& tracks);
 
+  // What a metre of people's is in the world (SubjectScale); before the first
+  // tracks.
+  void set_metre(double metre) {
+    metre_ = metre;
+    clocks_.set_metre(metre);
+  }
   // Frames as the tracker is fed, ascending. Keeps some: every second one of
   // the first 400, every fourth of the next 800, and so on; each counts for
   // those between, so that all parts of a take count alike.
@@ -84,6 +90,7 @@ class CameraCheck {
   CameraRig cameras_;
   std::vector<int> track_joint_;  // of a detection's joint, or -1
   ClockCheck clocks_;
+  double metre_ = 1.0;
   int64_t frames_fed_ = 0;
   int64_t stride_ = 2;
   size_t frames_kept_ = 0;

@@ -22,6 +22,7 @@ class ClockCheck {
  public:
   explicit ClockCheck(CameraRig cameras);
 
+  void set_metre(double metre) { metre_ = metre; }  // as CameraCheck's
   // A joint in one view, less where the other views alone put it.
   struct Sample {
     size_t view = 0;
@@ -56,6 +57,7 @@ class ClockCheck {
   void Weigh(const Sample& sample);
 
   CameraRig cameras_;
+  double metre_ = 1.0;
   std::deque<Moment> recent_;
   std::deque<Sample> waiting_;
   struct Lateness {

@@ -4,7 +4,9 @@
 #include <vector>
 
 #include "core/io/detections/skeleton_fit.h"
+#include "core/skeleton/body_joints.h"
 #include "core/tracking/tracker.h"
+#include "solvers/session/subject_scale.h"
 
 namespace kinegraph {
 
@@ -59,7 +61,6 @@ Diagnosis DiagnoseTake(const RunOptions& options, const RunRequest& request,
                        const CalibrationUnit& unit) {
   const RunScene scene = PrepareScene(options, request, detections.header);
   DoctorInput input;
-  input.cameras = scene.model.cameras;
   input.frame_rate_hz = scene.model.frame_rate_hz;
   input.units_per_metre = unit.per_metre;
   input.unit_can_be_set = unit.can_be_changed;
@@ -69,13 +70,21 @@ Diagnosis DiagnoseTake(const RunOptions& options, const RunRequest& request,
     if (!ContainsFrame(request.frames, frame.frame)) continue;
     KeepUsedViews(scene, &frame, &input.detections.frames.emplace_back());
   }
+  // The doctor has a word of his own on people who are too small or too large.
+  const SubjectScale scale =
+      IsHuman(detections.header.skeleton)
+          ? SubjectScale()
+          : ScaleOf(options, scene.model.cameras, input.detections);
+  input.cameras = scale.IntoRun(scene.model.cameras);
+  const RunOptions scaled = scale.IntoRun(options);
   input.match = [&](const CameraRig& cameras,
                     const DetectionSequence& aligned) {
     SceneModel model = scene.model;
     model.cameras = cameras;
-    return MatchTake(options, model, aligned);
+    return MatchTake(scaled, model, aligned);
   };
   Diagnosis diagnosis = Diagnose(input);
+  diagnosis.cameras = scale.IntoWorld(std::move(diagnosis.cameras));
   LookAtSkeleton(input.detections, &diagnosis);
   return diagnosis;
 }

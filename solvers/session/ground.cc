@@ -381,8 +381,17 @@ std::optional<Ground> FindGround(const RunOptions& options,
   RunRequest asked = request;
   asked.corrections.clear();
   asked.kept_matches = KeptMatches::kNone;
-  const TrackSequence tracks = TrackSequenceOf(quick, asked, detections);
-  return GroundOf(tracks.header, tracks.frames);
+  TrackSequence tracks = TrackSequenceOf(quick, asked, detections);
+  const SubjectScale scale = ScaleOf(tracks);
+  for (TrackFrame& frame : tracks.frames) {
+    frame = scale.IntoRun(std::move(frame));
+  }
+  std::optional<Ground> ground = GroundOf(tracks.header, tracks.frames);
+  if (ground.has_value()) {
+    ground->t *= scale.metres();
+    ground->spread_m *= scale.metres();
+  }
+  return ground;
 }
 
 }  // namespace kinegraph

@@ -23,6 +23,7 @@ constexpr std::array<Limb, kLimbCount> kLimbs = {{{"hip", "knee", 0.245},
                                                   {"shoulder", "elbow", 0.186},
                                                   {"elbow", "wrist", 0.146}}};
 constexpr double kTrunkShare = 0.288;
+constexpr double kLeastShare = 0.4;  // of the height: less says nothing of it
 
 std::optional<double> Length(const Pose3d& pose, int a, int b) {
   if (a < 0 || b < 0) return std::nullopt;
@@ -66,7 +67,7 @@ LimbFigures FiguresOf(const LimbSamples& samples) {
     length_m += samples.trunk.Quantile(0.5);
     share += kTrunkShare;
   }
-  if (share > 0.4) figures.height_m = length_m / share;
+  if (share > kLeastShare) figures.height_m = length_m / share;
   if (!spreads.empty()) {
     std::sort(spreads.begin(), spreads.end());
     figures.bone_spread = spreads[spreads.size() / 2];
@@ -103,6 +104,26 @@ void Limbs::See(const Pose3d& pose, LimbSamples* samples) const {
   const auto hips = Middle(pose, hips_);
   const auto shoulders = Middle(pose, shoulders_);
   if (hips && shoulders) samples->trunk.Add((*hips - *shoulders).norm());
+}
+
+std::optional<double> Limbs::HeightOf(const Pose3d& pose) const {
+  double length_m = 0.0;
+  double share = 0.0;
+  const auto add = [&](std::optional<double> seen_m, double its_share) {
+    if (!seen_m.has_value()) return;
+    length_m += *seen_m;
+    share += its_share;
+  };
+  for (size_t i = 0; i < kLimbCount; ++i) {
+    const auto& [a, b] = limbs_[i];
+    add(Length(pose, a.left, b.left), kLimbs[i].share);
+    add(Length(pose, a.right, b.right), kLimbs[i].share);
+  }
+  const auto hips = Middle(pose, hips_);
+  const auto shoulders = Middle(pose, shoulders_);
+  if (hips && shoulders) add((*hips - *shoulders).norm(), kTrunkShare);
+  return share > kLeastShare ? std::optional<double>(length_m / share)
+                             : std::nullopt;
 }
 
 std::optional<Eigen::Vector3d> Limbs::MiddleOfHips(const Pose3d& pose) const {

@@ -35,6 +35,8 @@ class Limbs {
 
   // Adds what was observed in a pose.
   void See(const Pose3d& pose, LimbSamples* samples) const;
+  // Stature that one pose tells [m]; nullopt where too little was observed.
+  std::optional<double> HeightOf(const Pose3d& pose) const;
   // Between two hips that were observed.
   std::optional<Eigen::Vector3d> MiddleOfHips(const Pose3d& pose) const;
 

@@ -36,6 +36,8 @@ void RunOptions::Describe(OptionVisitor& visitor) {
   visitor.Enter("cameras");
   cameras.Describe(visitor);
   refine.Describe(visitor);
+  visitor.Number("subject_m", &subject_m, NonNegative(), "m",
+                 "stature or length of who is tracked; 0: measured");
   visitor.Leave();
   visitor.Enter("detections");
   detections.Describe(visitor);

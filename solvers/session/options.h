@@ -44,6 +44,8 @@ struct RunOptions {
   std::string skeleton;  // of the tracks; empty: the detections'
   CameraReadOptions cameras;
   RefineOptions refine;  // in the table of the cameras
+  // Size of the subject (subject_scale.h); 0: measured.
+  double subject_m = 0.0;
   DetectionReadOptions detections;
   TrackerOptions tracker;
   LinkOptions identity;

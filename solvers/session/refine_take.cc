@@ -8,6 +8,7 @@
 #include "solvers/scene/consistency.h"
 #include "solvers/scene/refine_again.h"
 #include "solvers/session/diagnose.h"
+#include "solvers/session/subject_scale.h"
 
 namespace kinegraph {
 namespace {
@@ -81,7 +82,7 @@ DetectionSequence Asked(const RunRequest& request,
 
 RefinedTake RefineTake(const RunOptions& options, const RunRequest& request,
                        const DetectionSequence& detections) {
-  const RunScene scene = PrepareScene(options, request, detections.header);
+  RunScene scene = PrepareScene(options, request, detections.header);
   const DetectionSequence asked = Asked(request, detections);
   DetectionSequence used;
   used.header = detections.header;
@@ -96,10 +97,13 @@ RefinedTake RefineTake(const RunOptions& options, const RunRequest& request,
   }
   RefinedTake take;
   take.stated = scene.model.cameras;
+  const SubjectScale scale = ScaleOf(options, scene.model.cameras, used);
+  scene.model.cameras = scale.IntoRun(std::move(scene.model.cameras));
+  const RunOptions scaled = scale.IntoRun(options);
   const auto refine = [&](const DetectionSequence& detections_used) {
     take.refinement = RefineScene(
         scene.model.cameras, detections_used,
-        MatchTake(options, scene.model, detections_used), options.refine);
+        MatchTake(scaled, scene.model, detections_used), options.refine);
   };
   if (std::any_of(lags.begin(), lags.end(), [](int lag) { return lag != 0; })) {
     DetectionSequence as_told = Realigned(used, lags);
@@ -120,7 +124,7 @@ RefinedTake RefineTake(const RunOptions& options, const RunRequest& request,
     refined.cameras =
         RefinedCameras(scene.model.cameras, take.refinement.changes);
     const DetectionSequence moved = WithClocks(used, take.refinement.changes);
-    RefineAgain(scene.model.cameras, moved, MatchTake(options, refined, moved),
+    RefineAgain(scene.model.cameras, moved, MatchTake(scaled, refined, moved),
                 options.refine, BundleOptions(), &take.refinement);
   }
   for (size_t v = 0; v < lags.size(); ++v) {
@@ -128,6 +132,7 @@ RefinedTake RefineTake(const RunOptions& options, const RunRequest& request,
     take.refinement.changes[v][kOffsetAt] -=
         lags[v] / scene.model.frame_rate_hz;
   }
+  scale.IntoWorld(&take.refinement);
   const CameraRig refined =
       RefinedCameras(take.stated, take.refinement.changes);
   take.cameras = request.cameras;

@@ -97,6 +97,9 @@ FrozenRun Freeze(const RunOptions& options, const RunRequest& request,
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
     run.tracks.frames.push_back(std::move(frame));
   });
+  run.scale = session.scale();
+  CameraRig& cameras = run.scene.model.cameras;
+  cameras = run.scale.IntoRun(std::move(cameras));
   if (!run.tracks.frames.empty()) {
     run.first_frame = run.tracks.frames.front().frame;
   }

@@ -48,7 +48,8 @@ TrackSequence TrackSequenceOf(
 
 // A run whose matches are kept (core/tracking/replay.h).
 struct FrozenRun {
-  RunScene scene;
+  RunScene scene;      // its cameras in the run's metres
+  SubjectScale scale;  // of them
   // As the tracker was fed: used views alone, the warm-up before `first_frame`.
   DetectionSequence detections;
   int64_t first_frame = 0;  // that is written

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <deque>
 #include <iterator>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <utility>
@@ -75,8 +77,10 @@ int PassCount(const RunOptions& options) {
 
 class Session::Impl {
  public:
+  using MakeEstimatorPair = std::function<EstimatorPair(const RunOptions&)>;
+
   Impl(const RunOptions& options, const RunRequest& request,
-       const DetectionHeader& detections, EstimatorPair estimators,
+       const DetectionHeader& detections, MakeEstimatorPair make_estimators,
        SourceOpener reopen)
       : options_(WithRulesOfMode(options)),
         request_(request),
@@ -84,14 +88,12 @@ class Session::Impl {
         detections_(detections),
         clock_(LongestPause(options_, scene_.model.frame_rate_hz)),
         reopen_(std::move(reopen)),
-        notes_(estimators.notes),
-        second_pass_estimator_(estimators.output ? estimators.output
-                                                 : estimators.feedback),
-        tracker_(scene_.model, detections_.skeleton, options_.tracker,
-                 std::move(estimators.feedback), std::move(estimators.output)) {
-    tracker_.set_threads(request_.threads);
+        make_estimators_(std::move(make_estimators)),
+        gauge_(scene_.model.cameras, detections_.skeleton, options_.subject_m),
+        model_(scene_.model) {
     CheckLinkOptions(options_.identity);
-    if (notes_ != nullptr && HasSecondPass()) notes_->LearnViewBias();
+    MakeTracker();
+    if (gauge_.is_settled()) SettleScale();
   }
 
   std::vector<TrackFrame> Process(DetectionFrame* frame) {
@@ -101,23 +103,26 @@ class Session::Impl {
     CountRead();
     if (!ContainsFrame(request_.frames, frame->frame)) return {};
     KeepUsedViews(scene_, frame, &used_);
-    if (clock_.Enter(&used_)) tracker_.StartAnew();
+    const bool anew = clock_.Enter(&used_);
     unusable_ = "was stopped in the middle of a frame";  // should it throw
-    std::vector<TrackFrame> written = ProcessUsed();
+    if (!settled_) gauge_.See(used_);
+    if (settled_ || !gauge_.has_begun()) {
+      ProcessUsed(used_, anew);
+    } else {
+      waiting_.push_back({used_, anew});
+      if (gauge_.is_settled()) ProcessWaiting();
+    }
     unusable_ = nullptr;
-    return written;
+    return Written();
   }
 
   std::vector<TrackFrame> Finish() {
     const Turn turn(&taken_);
     RequireUsable();
     unusable_ = "is finished";
-    tracker_.Finish(&finished_);
-    if (!NeedsWholeTake()) {
-      std::vector<TrackFrame> written;
-      Collect(&written);
-      return Count(std::move(written));
-    }
+    ProcessWaiting();
+    tracker_->Finish(&finished_);
+    if (!NeedsWholeTake()) return Written();
     Collect(&first_pass_);
     DecideIdentities();
     return Count(HasSecondPass() ? RunSecondPass() : std::move(first_pass_));
@@ -132,11 +137,15 @@ class Session::Impl {
   const std::vector<IdentityEdit>& identity_edits() const { return edits_; }
   const std::vector<std::string>& left_out() const { return left_out_; }
   const std::vector<Succession>& successions() const {
-    return tracker_.successions();
+    return tracker_->successions();
   }
   const TakeNotes* notes() const { return notes_.get(); }
+  const SubjectScale& scale() const { return scale_; }
 
-  void set_stage_times(StageTimes* times) { tracker_.set_stage_times(times); }
+  void set_stage_times(StageTimes* times) {
+    stage_times_ = times;
+    tracker_->set_stage_times(times);
+  }
   void set_frame_listener(std::function<void(const DetectionFrame&)> listener) {
     frame_listener_ = std::move(listener);
   }
@@ -151,14 +160,54 @@ class Session::Impl {
                            " and takes no more frames");
   }
 
-  std::vector<TrackFrame> ProcessUsed() {
-    if (!started_) WarmUp(used_);
-    Feed(used_);
-    if (HasSecondPass() && !reopen_) kept_.push_back(used_);
-    if (NeedsWholeTake()) {
-      Collect(&first_pass_);
-      return {};
-    }
+  // A used frame, and whether nobody lives on into it.
+  struct Waiting {
+    DetectionFrame frame;
+    bool anew = false;
+  };
+
+  void MakeTracker() {
+    EstimatorPair estimators = make_estimators_(options_);
+    notes_ = estimators.notes;
+    if (notes_ != nullptr && HasSecondPass()) notes_->LearnViewBias();
+    second_pass_estimator_ =
+        estimators.output ? estimators.output : estimators.feedback;
+    tracker_.emplace(model_, detections_.skeleton, options_.tracker,
+                     std::move(estimators.feedback),
+                     std::move(estimators.output));
+    tracker_->set_threads(request_.threads);
+    tracker_->set_stage_times(stage_times_);
+  }
+
+  // Before anybody is known: frames until here showed nobody in two views.
+  void SettleScale() {
+    settled_ = true;
+    scale_ = gauge_.Scale();
+    summary_.subject_scale = scale_;
+    if (scale_.is_one()) return;
+    tracker_->Finish(&finished_);
+    options_ = scale_.IntoRun(std::move(options_));
+    model_.cameras = scale_.IntoRun(std::move(model_.cameras));
+    MakeTracker();
+  }
+
+  void ProcessWaiting() {
+    if (!settled_) SettleScale();
+    for (const Waiting& one : waiting_) ProcessUsed(one.frame, one.anew);
+    waiting_.clear();
+  }
+
+  void ProcessUsed(const DetectionFrame& used, bool anew) {
+    if (anew) tracker_->StartAnew();
+    if (!started_) WarmUp(used);
+    Feed(used);
+    if (HasSecondPass() && !reopen_) kept_.push_back(used);
+    if (NeedsWholeTake()) Collect(&first_pass_);
+  }
+
+  // What is final and was not returned yet.
+  std::vector<TrackFrame> Written() {
+    if (NeedsWholeTake()) return {};
     std::vector<TrackFrame> written;
     Collect(&written);
     return Count(std::move(written));
@@ -176,7 +225,7 @@ class Session::Impl {
     if (options_.identity.link) {
       edits_ = LinkIdentities(scene_.model.skeleton, scene_.model.frame_rate_hz,
                               options_.identity, &first_pass_, &left_out_,
-                              tracker_.successions());
+                              tracker_->successions());
     }
     const size_t automatic = edits_.size();
     for (IdentityEdit edit : request_.corrections) {
@@ -207,7 +256,7 @@ class Session::Impl {
 
   void Feed(const DetectionFrame& frame) {
     if (frame_listener_) frame_listener_(frame);
-    tracker_.Process(frame, &finished_);
+    tracker_->Process(frame, &finished_);
   }
 
   // Appends what the tracker finished, but for its warm-up.
@@ -249,7 +298,7 @@ class Session::Impl {
     const std::unique_ptr<DetectionSource> source =
         reopen_ ? reopen_() : nullptr;
     if (notes_ != nullptr) notes_->BeginPass();
-    SecondPass second(scene_.model, detections_.skeleton, options_.tracker,
+    SecondPass second(model_, detections_.skeleton, options_.tracker,
                       second_pass_estimator_);
     if (!options_.tracker.life.independent_frames) {
       second.ExtendEnds(first_pass_, Shortened());
@@ -269,6 +318,7 @@ class Session::Impl {
   std::vector<TrackFrame> Count(std::vector<TrackFrame> frames) {
     for (TrackFrame& frame : frames) {
       clock_.Leave(&frame);
+      frame = scale_.IntoWorld(std::move(frame));
       check_.Require(scene_.header, frame);
       ++summary_.frames;
       summary_.person_frames += static_cast<int64_t>(frame.people.size());
@@ -286,7 +336,7 @@ class Session::Impl {
     if (summary_.solves.solves > 0) summary_.solver = ToString(graph.solver);
   }
 
-  const RunOptions options_;
+  RunOptions options_;  // in the run's metres
   const RunRequest request_;
   const RunScene scene_;
   const DetectionHeader detections_;
@@ -294,9 +344,16 @@ class Session::Impl {
   TakeClock clock_;
   TakeClock clock_again_ = clock_;  // of the second pass
   const SourceOpener reopen_;
-  const std::shared_ptr<TakeNotes> notes_;
-  const EstimatorFactory second_pass_estimator_;
-  Tracker tracker_;
+  const MakeEstimatorPair make_estimators_;
+  SubjectGauge gauge_;
+  SubjectScale scale_;
+  bool settled_ = false;         // the scale, once and for all
+  std::deque<Waiting> waiting_;  // for it
+  SceneModel model_;             // in the run's metres
+  std::shared_ptr<TakeNotes> notes_;
+  EstimatorFactory second_pass_estimator_;
+  std::optional<Tracker> tracker_;
+  StageTimes* stage_times_ = nullptr;
   std::function<void(const DetectionFrame&)> frame_listener_;
   std::function<void(int64_t)> progress_;
 
@@ -317,17 +374,19 @@ class Session::Impl {
 
 Session::Session(const RunOptions& options, const RunRequest& request,
                  const DetectionHeader& detections, SourceOpener reopen) {
-  const RunOptions counted = WithLedger(options);
-  impl_ = std::make_unique<Impl>(counted, request, detections,
-                                 MakeEstimators(counted.estimators),
-                                 std::move(reopen));
+  impl_ = std::make_unique<Impl>(
+      WithLedger(options), request, detections,
+      [](const RunOptions& used) { return MakeEstimators(used.estimators); },
+      std::move(reopen));
 }
 
 Session::Session(const RunOptions& options, const RunRequest& request,
                  const DetectionHeader& detections, EstimatorPair estimators,
                  SourceOpener reopen)
-    : impl_(std::make_unique<Impl>(options, request, detections,
-                                   std::move(estimators), std::move(reopen))) {}
+    : impl_(std::make_unique<Impl>(
+          options, request, detections,
+          [estimators](const RunOptions&) { return estimators; },
+          std::move(reopen))) {}
 
 Session::~Session() = default;
 
@@ -356,14 +415,17 @@ bool Session::IsPastEnd(int64_t frame) const { return impl_->IsPastEnd(frame); }
 std::vector<TrackFrame> Session::Finish() { return impl_->Finish(); }
 LearntNoise Session::learnt_noise() const {
   const TakeNotes* notes = impl_->notes();
-  return notes == nullptr ? LearntNoise() : notes->Noise();
+  return notes == nullptr ? LearntNoise()
+                          : impl_->scale().IntoWorld(notes->Noise());
 }
 ViewBias Session::view_bias() const {
   const TakeNotes* notes = impl_->notes();
   return notes == nullptr || notes->view_bias() == nullptr
              ? ViewBias()
-             : *notes->view_bias();
+             : impl_->scale().IntoWorld(*notes->view_bias());
 }
+const SubjectScale& Session::scale() const { return impl_->scale(); }
+
 const std::vector<IdentityEdit>& Session::identity_edits() const {
   return impl_->identity_edits();
 }

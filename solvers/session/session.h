@@ -28,6 +28,7 @@
 #include "solvers/noise/take_notes.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"
+#include "solvers/session/subject_scale.h"
 
 namespace kinegraph {
 
@@ -43,6 +44,7 @@ struct RunSummary {
   // solves of the people whose tracks ended went.
   std::string solver;
   SolveCounts solves;
+  SubjectScale subject_scale;
 };
 
 // How often a run goes over its frames.
@@ -98,6 +100,11 @@ class Session {
 
   // Of the frames returned so far.
   const RunSummary& summary() const;
+  // What a metre of tracker and estimators is in the world. Known after the
+  // first frame that was given to them; before that the scale of people. What
+  // is asked of this object is in the world; estimators of the caller's own see
+  // the run's metres.
+  const SubjectScale& scale() const;
   // After Finish: what the estimators that were written learnt from the take
   // (graph.pixel_noise_from, graph.process_noise_from, graph.view_bias). ToJson
   // (solvers/noise/take_notes.h) makes JSON of the first.

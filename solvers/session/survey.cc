@@ -130,6 +130,7 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
   const bool is_human = IsHuman(skeleton);
   Stance stance(skeleton);
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
+    check.set_metre(session.scale().metres());
     check.SeeTracks(frame);
     if (const DetectionFrame* seen = used.At(frame.frame)) {
       reporter.See(*seen, frame);
@@ -137,6 +138,7 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
     if (!is_human) return;
     for (const PersonPose& person : frame.people) stance.See(person);
   });
+  reporter.set_scale(session.scale());
   Trial trial;
   trial.report = reporter.Report();
   trial.stance = std::move(stance);

@@ -74,6 +74,8 @@ class TakeReporter::Impl {
     empty_frames_left_out_ = left_out;
   }
 
+  void set_scale(const SubjectScale& scale) { scale_ = scale; }
+
   void See(const DetectionFrame& seen, const TrackFrame& tracked) {
     ++frames_;
     poses_ += static_cast<int64_t>(tracked.people.size());
@@ -98,6 +100,10 @@ class TakeReporter::Impl {
     report.frame_rate_hz = scene_.model.frame_rate_hz;
     report.working_distance_m = WorkingDistance(scene_.model.cameras);
     report.skeleton = detection_skeleton_.name();
+    report.is_human = IsHuman(detection_skeleton_);
+    if (!report.is_human && !scale_.is_one()) {
+      report.subject_m = scale_.size_m();
+    }
     report.paired_by = scene_.paired_by;
     report.median_px = error_px_.Quantile(0.5);
     report.p90_px = error_px_.Quantile(0.9);
@@ -114,7 +120,7 @@ class TakeReporter::Impl {
               [](const auto& a, const auto& b) { return a.id < b.id; });
     report.height_m = TypicalHeight(report.people);
     TakeFacts facts;
-    facts.is_human = IsHuman(detection_skeleton_);
+    facts.is_human = report.is_human;
     if (report.height_m == 0.0) facts.stature_m = UntrackedStature();
     facts.body_speed_mps = speed_mps_.Quantile(0.95);
     facts.followed_mps = FollowedSpeed();
@@ -178,6 +184,10 @@ class TakeReporter::Impl {
   DoctorInput BeginningOf() const {
     DoctorInput input;
     input.cameras = scene_.model.cameras;
+    // Of people it is the doctor who finds the unit.
+    if (!IsHuman(detection_skeleton_)) {
+      input.cameras = scale_.IntoRun(std::move(input.cameras));
+    }
     input.detections = beginning_;
     input.detections.header.skeleton = detection_skeleton_;
     input.detections.header.view_names = scene_.view_names;
@@ -345,6 +355,7 @@ class TakeReporter::Impl {
   const Limbs limbs_;
   const std::vector<const Skeleton*> candidates_;
   SkeletonFit fit_;
+  SubjectScale scale_;
   std::vector<CameraStatistics> cameras_;
   std::map<TrackId, PersonStatistics> people_;
   std::vector<PersonReport> gone_;
@@ -370,6 +381,9 @@ TakeReporter::TakeReporter(const RunScene& scene,
 TakeReporter::~TakeReporter() = default;
 void TakeReporter::set_empty_frames_left_out(bool left_out) {
   impl_->set_empty_frames_left_out(left_out);
+}
+void TakeReporter::set_scale(const SubjectScale& scale) {
+  impl_->set_scale(scale);
 }
 void TakeReporter::See(const DetectionFrame& seen, const TrackFrame& tracked) {
   impl_->See(seen, tracked);

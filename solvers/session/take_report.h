@@ -19,6 +19,7 @@
 #include "core/io/detections/skeleton_fit.h"
 #include "solvers/scene/camera_check.h"
 #include "solvers/session/scene.h"
+#include "solvers/session/subject_scale.h"
 
 namespace kinegraph {
 
@@ -59,6 +60,8 @@ struct TakeReport {
   int64_t poses = 0;
   double frame_rate_hz = 0.0;
   double working_distance_m = 0.0;
+  bool is_human = true;    // by the names of the joints
+  double subject_m = 0.0;  // size of who is no human; 0: not known
   std::string skeleton;
   double median_px = 0.0;  // over all cameras
   double p90_px = 0.0;
@@ -83,6 +86,8 @@ class TakeReporter {
   // same identity, and what was collected of them is summed up.
   TakeReporter(const RunScene& scene, const Skeleton& detection_skeleton,
                bool is_stream = false);
+  // Before Report: of what was tracked (Session::scale).
+  void set_scale(const SubjectScale& scale);
   // Frames that do not come are frames in which nobody was found: no holes.
   void set_empty_frames_left_out(bool left_out);
   ~TakeReporter();

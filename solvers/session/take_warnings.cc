@@ -55,9 +55,9 @@ class Warnings {
   }
 
   // Unit of the calibration. True when people have no plausible height; what is
-  // no human may have any, and stand at any distance.
+  // no human may be as small as it likes, and as near.
   bool AddScale() {
-    if (!facts_.is_human) return false;
+    if (!facts_.is_human) return AddScaleOfOthers();
     // In a world too small or too large nobody is tracked.
     const double height_m =
         report_->height_m > 0.0 ? report_->height_m : facts_.stature_m;
@@ -69,20 +69,34 @@ class Warnings {
     if (!height_is_wrong && !(distance_is_wrong && height_m == 0.0)) {
       return false;
     }
-    const std::string unit = height_is_wrong
-                                 ? UnitOfHeight(height_m)
-                                 : UnitOfHeight(1.7 * distance_m / 4.0);
+    const std::string units =
+        height_is_wrong ? UnitsThatFit(height_m, 1.0, kMaxHeight)
+                        : UnitsThatFit(distance_m, kMinDistance, kMaxDistance);
     const std::string found =
         height_is_wrong
             ? fmt::format("people are {:.3g} m tall", height_m)
             : fmt::format("the cameras look at a place {:.3g} m away",
                           distance_m);
     Add("unit", found + ", which no person and no room is",
-        unit.empty()
+        units.empty()
             ? "check the scale of the calibration (cameras.unit), the "
               "skeleton (detections.skeleton) and which camera is which"
-            : "lengths of the calibration seem to be in " + unit +
-                  ": --set=cameras.unit=" + unit);
+            : "lengths of the calibration seem to be in another unit: " +
+                  units);
+    return true;
+  }
+
+  bool AddScaleOfOthers() {
+    constexpr double kNearest = 0.005;  // m; a microscope
+    const double distance_m = report_->working_distance_m;
+    if (distance_m <= kMaxDistance) return false;
+    Add("unit",
+        fmt::format("the cameras look at a place {:.3g} m away", distance_m) +
+            (report_->subject_m > 0.0
+                 ? fmt::format(", at somebody of {:.2g} m", report_->subject_m)
+                 : ""),
+        "lengths of the calibration seem to be in another unit: " +
+            UnitsThatFit(distance_m, kNearest, kMaxDistance));
     return true;
   }
 
@@ -396,13 +410,17 @@ std::optional<int> FewerJoints(double joints_of_17, double least) {
   return static_cast<int>(fewer);
 }
 
-std::string UnitOfHeight(double height_m) {
+std::string UnitsThatFit(double length_m, double least_m, double most_m) {
+  std::string fixes;
   for (const auto& [unit, metres] :
        {std::pair{"cm", 0.01}, {"mm", 0.001}, {"m", 1000.0}, {"m", 100.0}}) {
-    const double height = height_m * metres;
-    if (height >= 1.0 && height <= kMaxHeight) return unit;
+    const double length = length_m * metres;
+    if (length < least_m || length > most_m) continue;
+    fixes +=
+        std::string(fixes.empty() ? "" : " or ") + "--set=cameras.unit=" + unit;
+    if (metres > 1.0) break;  // whatever it was read in
   }
-  return "";
+  return fixes;
 }
 
 void AddWarnings(const TakeFacts& facts, TakeReport* report) {

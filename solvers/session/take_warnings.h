@@ -56,10 +56,9 @@ inline constexpr double kHole = 0.4;
 // Median height of the people, each weighed by its frames; 0 when unknown.
 double TypicalHeight(const std::vector<PersonReport>& people);
 
-// Which unit the calibration's lengths seem to be in, as against metres:
-// "mm" when `height` is 1000 times a person's, and so on; empty when no unit
-// makes people of 1 to 2.3 m.
-std::string UnitOfHeight(double height_m);
+// Units in which the calibration's lengths may be instead, as flags joined by
+// " or ": those that bring `length_m` between the two; empty: none.
+std::string UnitsThatFit(double length_m, double least_m, double most_m);
 
 void AddWarnings(const TakeFacts& facts, TakeReport* report);
 

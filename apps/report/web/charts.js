@@ -1,5 +1,5 @@
 // The timelines.
-import { NO_ANGLE, NO_VALUE, byId, colourOf, dark, decode, element, frameCount, nameOf, results, times } from './data.js';
+import { LENGTH, NO_ANGLE, NO_VALUE, SPEED, byId, colourOf, dark, decode, element, frameCount, nameOf, results, times } from './data.js';
 import { boneLengthOf, meanViews, perPerson, residualSeries, speedOf } from './series.js';
 import { drawEdits } from './identity.js';
 import { pause, setFrame } from './playback.js';
@@ -225,11 +225,11 @@ export function makeCharts() {
   }
   const compared = results.filter((result) => result.difference);
   if (compared.length) {
-    const series = [].concat(...compared.map((result) => perPerson(result, (p) => result.difference[p] === NO_VALUE ? NaN : result.difference[p] * 0.1)));
-    legend(lineChart('Distance to ' + referenceName(), 'cm', 80, () => series), series);
+    const series = [].concat(...compared.map((result) => perPerson(result, (p) => result.difference[p] === NO_VALUE ? NaN : result.difference[p] * 0.001 * LENGTH.per)));
+    legend(lineChart('Distance to ' + referenceName(), LENGTH.unit, 80, () => series), series);
   }
   const speed = [].concat(...results.map((result) => perPerson(result, speedOf(result))));
-  const speedChart = lineChart('Mean speed of joints', 'm/s', 80, () => speed);
+  const speedChart = lineChart('Mean speed of joints', SPEED.unit, 80, () => speed);
   legend(speedChart, speed);
   angleChart();
   if (lead.bones.length === 0) return;
@@ -242,7 +242,7 @@ export function makeCharts() {
     }));
   };
   choose(0);
-  const boneChart = lineChart('Bone length', 'cm', 80, () => bones);
+  const boneChart = lineChart('Bone length', LENGTH.unit, 80, () => bones);
   boneChart.fromZero = false;
   const select = element('select', { id: 'bone' });
   select.setAttribute('aria-label', 'Bone');

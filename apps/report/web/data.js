@@ -22,6 +22,13 @@ export const viewCount = data.detections ? data.cameras.length : 0;
 // hide), and two that are farthest from them for any kind of colour vision.
 export const PALETTE = ['#0072b2', '#e69f00', '#009e73', '#d55e00', '#56b4e9', '#cc79a7', '#8833ff', '#774422'];
 
+// Lengths on the page are as if everybody had a person's size; one metre of them
+// is data.metre in the world. How they are told:
+const metre = data.metre;
+const told = (unit, perMetre) => ({ unit: unit, per: perMetre * metre });
+export const LENGTH = metre > 0.3 ? told('cm', 100) : metre > 0.003 ? told('mm', 1e3) : told('\u00b5m', 1e6);
+export const SPEED = metre > 0.03 ? told('m/s', 1) : told('mm/s', 1e3);
+
 function loadResult(source, index) {
   const result = {
     index: index, label: source.label, truth: source.role === 'truth', mode: source.mode,

@@ -1,13 +1,13 @@
 // The worst moments.
-import { byId, colourOf, data, element, nameOf, results } from './data.js';
+import { LENGTH, SPEED, byId, colourOf, data, element, nameOf, results } from './data.js';
 import { human, jointName, referenceName } from './charts.js';
 import { pause, setFrame } from './playback.js';
 
 const KINDS = {
   residual: ['largest residual', (m) => ': ' + human(m.value) + ' px off the detection in ' + m.detail],
-  speed: ['speed jump', (m) => ', ' + jointName(m.detail) + ': velocity jumps by ' + human(m.value) + ' m/s'],
-  bone: ['bone length jump', (m) => ', ' + jointName(m.detail) + ': length jumps by ' + human(100 * m.value) + ' cm'],
-  difference: [results.some((r) => r.truth) ? 'far from the truth' : 'results differ', (m) => ': ' + human(100 * m.value) + ' cm from ' + referenceName()],
+  speed: ['speed jump', (m) => ', ' + jointName(m.detail) + ': velocity jumps by ' + human(SPEED.per * m.value) + ' ' + SPEED.unit],
+  bone: ['bone length jump', (m) => ', ' + jointName(m.detail) + ': length jumps by ' + human(LENGTH.per * m.value) + ' ' + LENGTH.unit],
+  difference: [results.some((r) => r.truth) ? 'far from the truth' : 'results differ', (m) => ': ' + human(LENGTH.per * m.value) + ' ' + LENGTH.unit + ' from ' + referenceName()],
   start: ['identity appears', () => ' appears'],
   end: ['identity is lost', () => ' is lost']
 };

@@ -1,5 +1,5 @@
 // Series for the timelines.
-import { MISSING, NO_VALUE, PALETTE, colourOf, data, frameCount, nameOf, times, viewCount } from './data.js';
+import { LENGTH, MISSING, NO_VALUE, PALETTE, SPEED, colourOf, data, frameCount, nameOf, times, viewCount } from './data.js';
 
 function jointDistance(result, p, q, j) {
   const J = result.joints.length, a = (p * J + j) * 3, b = (q * J + j) * 3, xyz = result.xyz;
@@ -25,7 +25,7 @@ export function speedOf(result) {
       const distance = jointDistance(result, p, q, j);
       if (distance === distance) { sum += distance; ++n; }
     }
-    return n ? sum / n / dt : NaN;
+    return n ? SPEED.per * sum / n / dt : NaN;
   };
 }
 
@@ -34,7 +34,7 @@ export function boneLengthOf(result, bone) {
   return (p) => {
     if ((result.status[p * J + a] & 3) === MISSING || (result.status[p * J + b] & 3) === MISSING) return NaN;
     const x = (p * J + a) * 3, y = (p * J + b) * 3, xyz = result.xyz;
-    return 100 * Math.hypot(xyz[x] - xyz[y], xyz[x + 1] - xyz[y + 1], xyz[x + 2] - xyz[y + 2]);
+    return LENGTH.per * Math.hypot(xyz[x] - xyz[y], xyz[x + 1] - xyz[y + 1], xyz[x + 2] - xyz[y + 2]);
   };
 }
 

@@ -1,5 +1,5 @@
 // What the tracker said of the take.
-import { NO_VALUE, byId, data, element, results } from './data.js';
+import { LENGTH, NO_VALUE, byId, data, element, results } from './data.js';
 import { human, referenceName } from './charts.js';
 
 function medianOf(values) {
@@ -80,8 +80,8 @@ export function makeSummary() {
       if (learnt) box.append(learnt);
     }
     if (result.difference && !result.truth) {
-      const apart = medianOf(Array.from(result.difference, (d) => (d === NO_VALUE ? NaN : 0.1 * d)));
-      if (apart === apart) line(result.label + ': ' + human(apart) + ' cm from ' + referenceName() + ' in the median');
+      const apart = medianOf(Array.from(result.difference, (d) => (d === NO_VALUE ? NaN : 0.001 * LENGTH.per * d)));
+      if (apart === apart) line(result.label + ': ' + human(apart) + ' ' + LENGTH.unit + ' from ' + referenceName() + ' in the median');
     }
   });
   if (data.doctor) line('Doctor: ' + data.doctor.verdict + (data.doctor.findings.length ? ', see the top of the page' : ''), data.doctor.findings.length ? 'warning' : '');

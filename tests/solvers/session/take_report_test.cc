@@ -378,11 +378,14 @@ TEST(TakeReport, FasterGatesForThoseWhoRun) {
 }
 
 TEST(TakeReport, UnitsFollowFromHeights) {
-  EXPECT_EQ(UnitOfHeight(1720.0), "mm");
-  EXPECT_EQ(UnitOfHeight(172.0), "cm");
-  EXPECT_EQ(UnitOfHeight(0.00172), "m");
-  EXPECT_EQ(UnitOfHeight(0.0172), "m");
-  EXPECT_EQ(UnitOfHeight(6.0), "");
+  EXPECT_EQ(UnitsThatFit(1720.0, 1.0, 2.3), "--set=cameras.unit=mm");
+  EXPECT_EQ(UnitsThatFit(172.0, 1.0, 2.3), "--set=cameras.unit=cm");
+  EXPECT_EQ(UnitsThatFit(0.00172, 1.0, 2.3), "--set=cameras.unit=m");
+  EXPECT_EQ(UnitsThatFit(0.0172, 1.0, 2.3), "--set=cameras.unit=m");
+  EXPECT_EQ(UnitsThatFit(6.0, 1.0, 2.3), "");
+  // The distance of a mouse's cameras in mm: all that may be are named.
+  EXPECT_EQ(UnitsThatFit(333.0, 0.005, 150.0),
+            "--set=cameras.unit=cm or --set=cameras.unit=mm");
 }
 
 // A fly 12 mm from its cameras, and a mouse as long as it likes.

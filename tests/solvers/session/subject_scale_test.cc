@@ -1,0 +1,330 @@
+// A world that is larger or smaller throughout gives the same poses, larger or
+// smaller by the same factor.
+#include "solvers/session/subject_scale.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+#include "solvers/session/diagnose.h"
+#include "solvers/session/ready_take.h"
+#include "solvers/session/run.h"
+#include "solvers/session/take_report.h"
+#include "solvers/session/take_warnings.h"
+#include "solvers/session/used_frames.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kStature_m = 1.72;  // the scene's mean
+
+struct Take {
+  CameraRig cameras;
+  DetectionSequence detections;
+};
+
+// Two people before four cameras for three seconds, with a detector's errors.
+Take HumanTake() {
+  SceneOptions options;
+  options.seed = 5;
+  options.people = 2;
+  options.duration_s = 3.0;
+  options.motion.visitors = 0.0;
+  options.cameras.count = 4;
+  const Scene scene = MakeScene(options, Coco17());
+  NoiseOptions noise;
+  noise.joints.sigma_px = 3.0;
+  noise.joints.missing_rate = 0.03;
+  return {scene.cameras, Observe(scene, noise, nullptr)};
+}
+
+// The same motion of somebody whose joints are no human's.
+Take AnimalTake() {
+  Take take = HumanTake();
+  std::vector<std::string> joints = Coco17().joints();
+  for (std::string& joint : joints) joint = "paw_" + joint;
+  take.detections.header.skeleton =
+      Skeleton("animal", joints, Coco17().bones());
+  return take;
+}
+
+// The cameras of a world that is larger by a factor.
+CameraRig Larger(const CameraRig& cameras, double factor) {
+  CameraRig larger;
+  for (const Camera& camera : cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.t *= factor;
+    larger.emplace_back(parameters);
+  }
+  return larger;
+}
+
+RunOptions OptionsOf(const std::string& set, const std::string& mode) {
+  return ParseRunOptions(
+      "[gates]\nunits = \"metres\"\n[output]\nestimator = \"batch\"\n"
+      "[tracking]\nsecond_pass = true\n[identity]\nlink = true\n",
+      set, mode);
+}
+
+TrackSequence Track(const Take& take, double factor,
+                    const std::string& set = "",
+                    const std::string& mode = "graph") {
+  RunRequest request;
+  request.cameras = Larger(take.cameras, factor);
+  return TrackSequenceOf(OptionsOf(set, mode), request, take.detections);
+}
+
+// Largest distance of joints that both have, and of their standard deviations,
+// as the smaller world has them [m]; infinite where other people or joints were
+// written.
+double Apart(const TrackSequence& world, const TrackSequence& larger,
+             double factor) {
+  double apart = world.frames.size() == larger.frames.size() ? 0.0 : INFINITY;
+  for (size_t f = 0; apart < INFINITY && f < world.frames.size(); ++f) {
+    const auto& people = world.frames[f].people;
+    const auto& others = larger.frames[f].people;
+    if (people.size() != others.size()) return INFINITY;
+    for (size_t p = 0; p < people.size(); ++p) {
+      if (people[p].id != others[p].id) return INFINITY;
+      for (size_t j = 0; j < people[p].joints.size(); ++j) {
+        const Joint3d& joint = people[p].joints[j];
+        const Joint3d& other = others[p].joints[j];
+        if (joint.status != other.status) return INFINITY;
+        if (!joint.present()) continue;
+        apart = std::max(apart,
+                         (joint.position_m - other.position_m / factor).norm());
+        if (people[p].covariances.empty() ||
+            !people[p].covariances[j].has_value()) {
+          continue;
+        }
+        const double sigma_m = std::sqrt(people[p].covariances[j]->trace());
+        const double other_m = std::sqrt(others[p].covariances[j]->trace());
+        apart = std::max(apart, std::abs(sigma_m - other_m / factor));
+      }
+    }
+  }
+  return apart;
+}
+
+class AnyScale : public ::testing::TestWithParam<double> {};
+
+// The scale is measured anew, so nothing but rounding differs, which a solver
+// that goes on until joints move by 0.03 mm and a few decisions make visible.
+TEST_P(AnyScale, AnimalsMoveAlike) {
+  const Take take = AnimalTake();
+  for (const char* mode : {"graph", "paper"}) {
+    const TrackSequence world = Track(take, 1.0, "", mode);
+    ASSERT_EQ(world.frames.size(), take.detections.frames.size());
+    EXPECT_LT(Apart(world, Track(take, GetParam(), "", mode), GetParam()), 1e-4)
+        << mode;
+  }
+}
+
+TEST_P(AnyScale, AWindowThatGivesPosesAtOnceDoesSo) {
+  const Take take = AnimalTake();
+  const std::string set =
+      "output.estimator=window;tracking.second_pass=false;identity.link=false";
+  EXPECT_LT(
+      Apart(Track(take, 1.0, set), Track(take, GetParam(), set), GetParam()),
+      1e-4);
+}
+
+// At 1 they have their own size, elsewhere that of 1.7 m: priors differ by the
+// ratio, and joints by less than a hundredth of the body.
+TEST_P(AnyScale, PeopleMoveAlike) {
+  const Take take = HumanTake();
+  EXPECT_LT(Apart(Track(take, 1.0), Track(take, GetParam()), GetParam()),
+            0.01 * kStature_m);
+}
+
+TEST_P(AnyScale, RefinedCamerasAndFloorFollow) {
+  const Take take = HumanTake();
+  const auto ready = [&](double factor) {
+    RunRequest request;
+    request.cameras = Larger(take.cameras, factor);
+    return MakeTakeReady(
+        OptionsOf("cameras.refine=pose;cameras.ground=feet", "graph"), request,
+        std::nullopt, [&] { return take.detections; });
+  };
+  const ReadyTake world = ready(1.0);
+  const ReadyTake larger = ready(GetParam());
+  ASSERT_TRUE(world.ground.has_value());
+  ASSERT_TRUE(larger.ground.has_value());
+  EXPECT_EQ(world.refinement->any_taken(), larger.refinement->any_taken());
+  // A standard deviation of where a camera stands is some millimetres.
+  constexpr double kTolerance_m = 5e-3;
+  EXPECT_NEAR(larger.ground->spread_m / GetParam(), world.ground->spread_m,
+              kTolerance_m);
+  for (size_t v = 0; v < world.cameras.size(); ++v) {
+    EXPECT_LT(
+        (larger.cameras[v].centre() / GetParam() - world.cameras[v].centre())
+            .norm(),
+        kTolerance_m);
+  }
+}
+
+TEST_P(AnyScale, FrozenMatchesGiveTheSame) {
+  const Take take = AnimalTake();
+  const auto frozen = [&](double factor) {
+    RunRequest request;
+    request.cameras = Larger(take.cameras, factor);
+    return FreezeTracking(OptionsOf("", "graph"), request, take.detections);
+  };
+  const FrozenRun world = frozen(1.0);
+  const FrozenRun larger = frozen(GetParam());
+  EXPECT_EQ(larger.matches.people.size(), world.matches.people.size());
+  EXPECT_NEAR(larger.scale.metres() / world.scale.metres(), GetParam(),
+              1e-9 * GetParam());
+  for (size_t v = 0; v < take.cameras.size(); ++v) {
+    EXPECT_LT((larger.scene.model.cameras[v].centre() -
+               world.scene.model.cameras[v].centre())
+                  .norm(),
+              1e-9);
+  }
+}
+
+std::vector<std::string> WarningsOf(const Take& take, double factor) {
+  RunRequest request;
+  request.cameras = Larger(take.cameras, factor);
+  request.kept_matches = KeptMatches::kDetections;
+  Session session(OptionsOf("", "graph"), request, take.detections.header);
+  TakeReporter reporter(session.scene(), take.detections.header.skeleton);
+  UsedFrames used(session.scene(), [&] {
+    return std::make_unique<MemorySource>(take.detections);
+  });
+  MemorySource source(take.detections);
+  TrackAll(&source, &session, [&](TrackFrame&& frame) {
+    reporter.See(*used.At(frame.frame), frame);
+  });
+  reporter.set_scale(session.scale());
+  std::vector<std::string> kinds;
+  for (const TakeWarning& warning : reporter.Report().warnings) {
+    kinds.push_back(warning.kind);
+  }
+  return kinds;
+}
+
+TEST_P(AnyScale, FindingsAreTheSame) {
+  Take take = AnimalTake();
+  EXPECT_EQ(WarningsOf(take, GetParam()), WarningsOf(take, 1.0));
+  // One camera turned.
+  CameraParameters turned = take.cameras[0].parameters();
+  turned.R = Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitY()) * turned.R;
+  take.cameras[0] = Camera(turned);
+  const std::vector<std::string> kinds = WarningsOf(take, 1.0);
+  EXPECT_EQ(WarningsOf(take, GetParam()), kinds);
+  const auto diagnosed = [&](double factor) {
+    RunRequest request;
+    request.cameras = Larger(take.cameras, factor);
+    std::vector<std::string> found;
+    for (const Finding& finding :
+         DiagnoseTake(OptionsOf("", "graph"), request, take.detections, {})
+             .findings) {
+      found.push_back(finding.kind + " " + finding.camera);
+    }
+    return found;
+  };
+  EXPECT_EQ(diagnosed(GetParam()), diagnosed(1.0));
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, AnyScale, ::testing::Values(0.002, 0.05, 20.0));
+
+SubjectScale Measured(const Take& take, double factor,
+                      const std::string& set = "") {
+  return ScaleOf(OptionsOf(set, "graph"), Larger(take.cameras, factor),
+                 take.detections);
+}
+
+TEST(SubjectScale, PeopleOfAnySizeKeepOne) {
+  const Take take = HumanTake();
+  for (const double factor : {0.35, 0.6, 1.0, 1.25}) {
+    EXPECT_TRUE(Measured(take, factor).is_one()) << factor;
+  }
+  for (const double factor : {0.002, 0.1, 3.0, 1000.0}) {
+    // Limbs tell a stature to some centimetres, hidden ones to a decimetre.
+    EXPECT_NEAR(Measured(take, factor).size_m() / factor, kStature_m, 0.15)
+        << factor;
+  }
+}
+
+TEST(SubjectScale, WhatIsStatedIsNotMeasured) {
+  const Take take = AnimalTake();
+  EXPECT_DOUBLE_EQ(Measured(take, 1.0, "cameras.subject_m=0.34").metres(), 0.2);
+  // People are people.
+  EXPECT_TRUE(Measured(HumanTake(), 1.0, "cameras.subject_m=1.1").is_one());
+}
+
+TEST(SubjectScale, APointHasNoSize) {
+  Take take = AnimalTake();
+  take.detections.header.skeleton = Skeleton("drone", {"drone"}, {});
+  for (DetectionFrame& frame : take.detections.frames) {
+    for (ViewDetections& view : frame.views) {
+      for (Detection& one : view.detections) one.joints.resize(1);
+    }
+  }
+  EXPECT_TRUE(Measured(take, 0.1).is_one());
+  EXPECT_DOUBLE_EQ(Measured(take, 0.1, "cameras.subject_m=0.17").metres(), 0.1);
+}
+
+// A stream of people answers as soon as it did.
+TEST(SubjectScale, PeopleAreNotKeptWaiting) {
+  const Take take = HumanTake();
+  RunRequest request;
+  request.cameras = take.cameras;
+  const RunOptions options = ParseRunOptions("mode = \"paper\"\n", "", "");
+  Session session(options, request, take.detections.header);
+  for (const DetectionFrame& frame : take.detections.frames) {
+    EXPECT_EQ(session.Process(frame).size(), 1U);
+  }
+}
+
+// Others wait for their size, and nothing of theirs is lost.
+TEST(SubjectScale, AStreamBeginsWithItsSize) {
+  const Take take = AnimalTake();
+  RunRequest request;
+  request.cameras = Larger(take.cameras, 0.01);
+  const RunOptions options = ParseRunOptions("mode = \"paper\"\n", "", "");
+  Session session(options, request, take.detections.header);
+  size_t written = 0;
+  size_t waited = 0;
+  for (const DetectionFrame& frame : take.detections.frames) {
+    const size_t now = session.Process(frame).size();
+    if (written + now == 0) ++waited;
+    written += now;
+  }
+  EXPECT_GT(waited, 0U);
+  EXPECT_LT(waited, 40U);
+  written += session.Finish().size();
+  EXPECT_EQ(written, take.detections.frames.size());
+}
+
+TEST(SubjectScale, PlacesOfTheWorldAreScaledAlone) {
+  const SubjectScale scale = SubjectScale::OfSize(0.17);
+  RunOptions options;
+  options.identity.entries = {1.0, 2.0, 3.0, 0.5};
+  options.tracker.gates.working_distance_m = 0.4;
+  const RunOptions inside = scale.IntoRun(options);
+  EXPECT_NEAR(inside.identity.entries[1], 20.0, 1e-9);
+  EXPECT_NEAR(inside.identity.entries[3], 5.0, 1e-9);
+  EXPECT_NEAR(inside.tracker.gates.working_distance_m, 4.0, 1e-9);
+  EXPECT_EQ(inside.tracker.gates.reach_m, options.tracker.gates.reach_m);
+}
+
+TEST(SubjectScale, WhatWasLearntIsToldInTheWorld) {
+  LearntNoise noise;
+  noise.classes[0].sigma_px = 3.0;
+  noise.classes[0].process_noise = 2.0;
+  const LearntNoise told = SubjectScale::OfSize(0.17).IntoWorld(noise);
+  EXPECT_NEAR(told.classes[0].sigma_px, 0.3, 1e-12);
+  EXPECT_NEAR(told.classes[0].process_noise, 0.02, 1e-12);
+}
+
+}  // namespace
+}  // namespace kinegraph
