@@ -5,12 +5,16 @@
 #include <algorithm>
 #include <cstdio>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
 #include "apps/common/take_output.h"
 #include "core/base/error.h"
+#include "core/evaluation/statistics.h"
 #include "core/io/configuration/config.h"
+#include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
@@ -290,9 +294,53 @@ std::string WithGivenKeys(const RunOptions& options, std::string text) {
   return text;
 }
 
+// The smallest usual size of images that holds nearly all joints.
+std::pair<int, int> LikelyImageSize(const DetectionSequence& take) {
+  std::vector<double> x;
+  std::vector<double> y;
+  for (const DetectionFrame& frame : take.frames) {
+    for (const ViewDetections& view : frame.views) {
+      for (const Detection& detection : view.detections) {
+        for (const Keypoint& joint : detection.joints) {
+          if (!joint.found) continue;
+          x.push_back(joint.px.x());
+          y.push_back(joint.px.y());
+        }
+      }
+    }
+  }
+  constexpr double kNearlyAll = 0.99;
+  const double width = x.empty() ? 0.0 : Quantile(std::move(x), kNearlyAll);
+  const double height = y.empty() ? 0.0 : Quantile(std::move(y), kNearlyAll);
+  constexpr std::pair<int, int> kUsual[] = {
+      {640, 480},   {480, 640},   {1280, 720},  {720, 1280},
+      {1920, 1080}, {1080, 1920}, {3840, 2160}, {2160, 3840}};
+  for (const auto& size : kUsual) {
+    if (width <= size.first && height <= size.second) return size;
+  }
+  return {static_cast<int>(width) + 1, static_cast<int>(height) + 1};
+}
+
+// Without a calibration: the command that makes one.
+[[noreturn]] void OfferCalibrate() {
+  const SurveyRequest request = RequestOfFlags();
+  const auto [width, height] = LikelyImageSize(
+      ReadDetections(FLAGS_detections, DetectionOptionsOf(request.options)));
+  std::string more;
+  if (FLAGS_frame_rate > 0.0) {
+    more += fmt::format(" --frame_rate={:g}", FLAGS_frame_rate);
+  }
+  if (!FLAGS_skeleton.empty()) more += " --skeleton=" + FLAGS_skeleton;
+  throw InputError(fmt::format(
+      "--cameras: not given; without a calibration the people tell it (put "
+      "the size of your images): ./kinegraph calibrate --detections={} "
+      "--image_size={},{}{} --out=cameras.json",
+      FLAGS_detections, width, height, more));
+}
+
 void RunInit() {
-  RequireFlag("cameras", FLAGS_cameras);
   RequireFlag("detections", FLAGS_detections);
+  if (FLAGS_cameras.empty()) OfferCalibrate();
   RequireFlag("out", FLAGS_out);
   const SurveyRequest request = RequestOfFlags();
   const TakeSurvey survey = SurveyTake(request);

@@ -12,12 +12,16 @@ const std::map<std::string, std::string>& Examples() {
       {"axes", "x,-z,y"},
       {"baseline", "butterworth"},
       {"cameras", "calibration.toml"},
+      {"cameras_apart", "cam1,cam2,3.42"},
       {"config", "my.toml"},
       {"corrections", "take.identity.jsonl"},
       {"data", "data"},
       {"detections", "openpose/"},
+      {"distance", "l_hip,l_knee,0.44"},
       {"embed_megabytes", "20"},
       {"endpoints", "each"},
+      {"focal", "1150"},
+      {"focal_error", "5"},
       {"folds", "300:438,463:601"},
       {"format", "openpose"},
       {"frame_rate", "60"},
@@ -44,6 +48,7 @@ const std::map<std::string, std::string>& Examples() {
       {"protocol", "mpjpe"},
       {"reference", "paper.jsonl"},
       {"runs", "without_cam0.jsonl,without_cam1.jsonl"},
+      {"scale", "1.78"},
       {"set", "'input.frame_rate=60;cameras.unit=mm'"},
       {"skeleton", "body25b"},
       {"strategies", "butterworth,batch"},
@@ -61,17 +66,12 @@ const std::map<std::string, std::string>& Examples() {
 
 const std::map<std::string, std::string>& Results() {
   static const std::map<std::string, std::string> kResults = {
-      {"track", "out/take.jsonl"},
-      {"init", "my.toml"},
-      {"report", "out/take.html"},
-      {"convert", "out/take.csv"},
-      {"batch", "out/batch"},
-      {"compare", "out/compare"},
-      {"demo", "out/demo"},
-      {"doctor", "out/doctor"},
-      {"reproduce", "out/tables"},
-      {"synthesize", "out/scene"},
-      {"kinematics", "out/angles.csv"}};
+      {"track", "out/take.jsonl"}, {"init", "my.toml"},
+      {"report", "out/take.html"}, {"convert", "out/take.csv"},
+      {"batch", "out/batch"},      {"calibrate", "out/cameras.json"},
+      {"compare", "out/compare"},  {"demo", "out/demo"},
+      {"doctor", "out/doctor"},    {"reproduce", "out/tables"},
+      {"synthesize", "out/scene"}, {"kinematics", "out/angles.csv"}};
   return kResults;
 }
 

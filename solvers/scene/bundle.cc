@@ -309,6 +309,7 @@ BundleResult AdjustBundle(const CameraRig& cameras,
   const SegmentState state_information =
       StateInverseSigmas(options.segments).cwiseAbs2();
   ReducedSystem reduced(cameras, segments, places, state_information);
+  reduced.SetLastingOffsets(options.common_offset_m, options.person_offset_m);
   for (size_t s = 0; s < segments.segments.size(); ++s) {
     reduced.Add(segments.segments[s], problem.states()[s], result.changes);
   }

@@ -29,6 +29,10 @@ struct BundleOptions {
   double lens_sigma = 0.3;
   double offset_sigma_s = 0.5;
   double drift_sigma = 1e-3;
+  // A detector's offsets that last (ReducedSystem::SetLastingOffsets), which
+  // the covariance then has.
+  double common_offset_m = 0.0;
+  double person_offset_m = 0.0;
   int max_iterations = 30;
 };
 

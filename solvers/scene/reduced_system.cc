@@ -56,6 +56,52 @@ void ReducedSystem::Add(const Stretch& segment, const SegmentState& state,
   auto [at, fresh] = scores_.try_emplace(block, gradient);
   if (!fresh) at->second += gradient;
   at->second -= solved.transpose() * state_gradient;
+  if (common_offset_m_ > 0.0 || person_offset_m_ > 0.0) {
+    AddOffsets(segment, state, changes, solved);
+  }
+}
+
+void ReducedSystem::AddOffsets(const Stretch& segment,
+                               const SegmentState& state,
+                               const std::vector<CameraChange>& changes,
+                               const Eigen::MatrixXd& solved) {
+  for (const SegmentTerm& term :
+       TermsOf(cameras_, changes, segment, state, segments_.noise_scale)) {
+    const size_t v = term.view;
+    // Of the residual, by an offset along the image's axes [m].
+    const Eigen::Matrix2d by_offset = term.weight *
+                                      term.by_state.leftCols<3>() *
+                                      cameras_[v].R().topRows<2>().transpose();
+    OffsetGradient gradient =
+        -solved.transpose() * term.by_state.transpose() * by_offset;
+    for (size_t i = 0; i < places_[v].size(); ++i) {
+      gradient.row(begin_[v] + static_cast<Eigen::Index>(i)) +=
+          term.by_change.col(places_[v][i]).transpose() * by_offset;
+    }
+    const auto view = static_cast<int>(v);
+    const auto add = [&gradient](auto* sums, const auto& key) {
+      auto [at, fresh] = sums->try_emplace(key, gradient);
+      if (!fresh) at->second += gradient;
+    };
+    add(&by_joint_, std::array<int, 2>{segment.joint, view});
+    add(&by_person_, std::array<int, 3>{segment.person, segment.joint, view});
+  }
+}
+
+void ReducedSystem::SetLastingOffsets(double common_m, double person_m) {
+  common_offset_m_ = common_m;
+  person_offset_m_ = person_m;
+}
+
+Eigen::MatrixXd ReducedSystem::OffsetScores() const {
+  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(size_, size_);
+  for (const auto& [key, gradient] : by_joint_) {
+    meat += std::pow(common_offset_m_, 2) * gradient * gradient.transpose();
+  }
+  for (const auto& [key, gradient] : by_person_) {
+    meat += std::pow(person_offset_m_, 2) * gradient * gradient.transpose();
+  }
+  return meat;
 }
 
 void ReducedSystem::AddPrior(const CameraChange& inverse_sigma,
@@ -90,7 +136,7 @@ Eigen::MatrixXd ReducedSystem::Covariance() const {
   // freedom, and never less than the inverse information itself.
   const auto blocks = static_cast<double>(scores_.size());
   meat *= blocks / std::max(1.0, blocks - 1.0);
-  Eigen::MatrixXd covariance = inverse * meat * inverse;
+  Eigen::MatrixXd covariance = inverse * (meat + OffsetScores()) * inverse;
   for (Eigen::Index i = 0; i < size_; ++i) {
     const double floor = inverse(i, i);
     const double stated = covariance(i, i);

@@ -4,6 +4,7 @@
 #define KINEGRAPH_SOLVERS_SCENE_REDUCED_SYSTEM_H_
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <map>
 #include <vector>
@@ -44,6 +45,11 @@ class ReducedSystem {
   void AddPrior(const CameraChange& inverse_sigma, const Eigen::MatrixXd& gauge,
                 double gauge_sigma);
 
+  // Errors of the detector that last for the whole take: of each joint in each
+  // view [m, each axis across the ray], for everybody and for one person.
+  // Called before Add.
+  void SetLastingOffsets(double common_m, double person_m);
+
   // Covariance of the free parameters. Errors of a detector last, so it is the
   // sandwich over blocks of time (Huber and Ronchetti, Robust Statistics, ch.
   // 6), and never less than the inverse of the information. Empty where nothing
@@ -56,6 +62,13 @@ class ReducedSystem {
 
  private:
   Eigen::MatrixXd Inverse() const;
+  // What one stretch says of the offsets: `solved` is the state's information
+  // inverted times its products with the parameters.
+  void AddOffsets(const Stretch& segment, const SegmentState& state,
+                  const std::vector<CameraChange>& changes,
+                  const Eigen::MatrixXd& solved);
+  // What the lasting offsets add to the meat of the sandwich.
+  Eigen::MatrixXd OffsetScores() const;
 
   const CameraRig& cameras_;
   const SceneSegments& segments_;
@@ -66,6 +79,12 @@ class ReducedSystem {
   Eigen::MatrixXd information_;
   // Gradients of the cost, by block of time.
   std::map<int64_t, Eigen::VectorXd> scores_;
+  // Gradients by an offset of a metre: [joint, view], [person, joint, view].
+  using OffsetGradient = Eigen::Matrix<double, Eigen::Dynamic, 2>;
+  double common_offset_m_ = 0.0;
+  double person_offset_m_ = 0.0;
+  std::map<std::array<int, 2>, OffsetGradient> by_joint_;
+  std::map<std::array<int, 3>, OffsetGradient> by_person_;
 };
 
 }  // namespace kinegraph

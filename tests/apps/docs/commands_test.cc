@@ -215,7 +215,8 @@ INSTANTIATE_TEST_SUITE_P(
                       "docs/convert.md", "docs/report.md", "docs/kinematics.md",
                       "docs/synthesize.md", "docs/own_take.md",
                       "docs/cameras.md", "docs/doctor.md", "docs/identity.md",
-                      "docs/batch.md", "docs/opensim.md", "docs/compare.md"),
+                      "docs/batch.md", "docs/opensim.md", "docs/compare.md",
+                      "docs/calibrate.md"),
     [](const ::testing::TestParamInfo<const char*>& page) {
       std::string name = page.param;
       for (char& c : name) {

@@ -1,0 +1,319 @@
+// kinegraph-calibrate: cameras and clocks from the people themselves.
+#include <fmt/format.h>
+#include <gflags/gflags.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "apps/common/app.h"
+#include "apps/common/config_folder.h"
+#include "apps/common/refinement.h"
+#include "apps/common/summary.h"
+#include "core/base/error.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/calibration/format.h"
+#include "core/io/detections/source.h"
+#include "core/io/files/atomic_file.h"
+#include "core/io/text/json.h"
+#include "solvers/session/calibrate_take.h"
+
+DEFINE_string(detections, "", "2D detections: a file or a folder");
+DEFINE_string(cameras, "",
+              "calibration whose focal lengths and lenses hold; where its "
+              "cameras stand is not looked at");
+DEFINE_string(image_size, "", "size of the images [px] without --cameras: W,H");
+DEFINE_string(focal, "",
+              "focal length [px] of all views, or one of each: PX[,PX...]; "
+              "without it fields of view of 40 to 90 degrees are tried");
+DEFINE_double(focal_error, 0.0,
+              "how far focal lengths may be off [%]; 0: they hold");
+DEFINE_double(scale, 0.0, "height of the people [m]");
+DEFINE_string(distance, "", "distance of two joints [m]: JOINT,JOINT,METRES");
+DEFINE_string(cameras_apart, "",
+              "distance of two cameras [m]: VIEW,VIEW,METRES");
+DEFINE_double(frame_rate, 0.0,
+              "frame rate [Hz] where the files do not tell it; never guessed");
+DEFINE_string(skeleton, "",
+              "joints of the detections where bones do not tell them");
+DEFINE_string(set, "", "keys to change: key=value;key=value");
+DEFINE_string(to, "kinegraph",
+              "format of the calibration (`convert --formats` lists them)");
+DEFINE_string(out, "",
+              "calibration to write; NAME.calibrate.json goes beside it");
+
+namespace kinegraph {
+namespace {
+
+double NumberOf(const std::string& text, const std::string& flag) {
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !(number > 0.0) ||
+      !std::isfinite(number)) {
+    throw InputError("--" + flag + ": '" + Printable(text) +
+                     "', expected a number above 0");
+  }
+  return number;
+}
+
+RunOptions OptionsOfFlags() {
+  if (!(FLAGS_frame_rate >= 0.0 && FLAGS_frame_rate <= 1e5)) {
+    throw InputError("--frame_rate: expected above 0 .. 1e5 Hz");
+  }
+  std::string set = FLAGS_set;
+  const auto add = [&set](const std::string& change) {
+    set += (set.empty() ? "" : ";") + change;
+  };
+  if (FLAGS_frame_rate > 0.0) {
+    add(fmt::format("input.frame_rate={:.17g}", FLAGS_frame_rate));
+  }
+  if (!FLAGS_skeleton.empty()) add("detections.skeleton=" + FLAGS_skeleton);
+  return ReadRunOptions(ProjectConfig("default.toml"), set, "");
+}
+
+KnownLength LengthOfFlags() {
+  if (!(FLAGS_scale >= 0.0 && std::isfinite(FLAGS_scale))) {
+    throw InputError("--scale: expected the height of the people in metres");
+  }
+  const int given = (FLAGS_scale > 0.0 ? 1 : 0) +
+                    (FLAGS_distance.empty() ? 0 : 1) +
+                    (FLAGS_cameras_apart.empty() ? 0 : 1);
+  if (given > 1) {
+    throw InputError(
+        "--scale, --distance, --cameras_apart: expected one of them");
+  }
+  KnownLength length;
+  if (FLAGS_scale > 0.0) {
+    length.kind = KnownLength::Kind::kStature;
+    length.metres = FLAGS_scale;
+  }
+  const auto between = [&](const std::string& text, const std::string& flag,
+                           KnownLength::Kind kind) {
+    if (text.empty()) return;
+    const std::vector<std::string> parts = ParseList(text, flag);
+    if (parts.size() != 3) {
+      throw InputError("--" + flag + ": '" + Printable(text) +
+                       "', expected two names and metres: A,B,METRES");
+    }
+    length = {kind, NumberOf(parts[2], flag), parts[0], parts[1]};
+  };
+  between(FLAGS_distance, "distance", KnownLength::Kind::kDistance);
+  between(FLAGS_cameras_apart, "cameras_apart", KnownLength::Kind::kCameras);
+  return length;
+}
+
+// Of pinhole cameras with the image's middle as principal point.
+CameraRig RigOfFlags(const std::vector<std::string>& views) {
+  const std::vector<std::string> size =
+      ParseList(FLAGS_image_size, "image_size");
+  if (size.size() != 2) {
+    throw InputError(
+        "--image_size: expected W,H [px], or --cameras with a calibration "
+        "whose focal lengths hold");
+  }
+  const double width = NumberOf(size[0], "image_size");
+  const double height = NumberOf(size[1], "image_size");
+  std::vector<double> focal;
+  for (const std::string& one : ParseList(FLAGS_focal, "focal")) {
+    focal.push_back(NumberOf(one, "focal"));
+  }
+  if (focal.size() > 1 && focal.size() != views.size()) {
+    throw InputError(fmt::format(
+        "--focal: {} lengths for {} views, expected one or one of each",
+        focal.size(), views.size()));
+  }
+  CameraRig cameras;
+  for (size_t v = 0; v < views.size(); ++v) {
+    CameraParameters camera;
+    camera.name = views[v];
+    camera.width_px = static_cast<int>(width);
+    camera.height_px = static_cast<int>(height);
+    // Without any: a field of view of 60 degrees along the longer side.
+    const double px = focal.empty() ? 0.866 * std::max(width, height)
+                                    : focal[focal.size() > 1 ? v : 0];
+    camera.K << px, 0.0, 0.5 * width, 0.0, px, 0.5 * height, 0.0, 0.0, 1.0;
+    cameras.emplace_back(camera);
+  }
+  return cameras;
+}
+
+CalibrationInput InputOfFlags(const RunOptions& options,
+                              const std::vector<std::string>& views) {
+  CalibrationInput input;
+  input.length = LengthOfFlags();
+  if (!(FLAGS_focal_error >= 0.0 && FLAGS_focal_error <= 50.0)) {
+    throw InputError("--focal_error: expected 0 .. 50 %");
+  }
+  input.focal_sigma = 0.01 * FLAGS_focal_error;
+  if (!FLAGS_cameras.empty()) {
+    if (!FLAGS_focal.empty()) {
+      throw InputError("--focal: --cameras has focal lengths already");
+    }
+    input.cameras = ReadCameras(FLAGS_cameras, options.cameras);
+    return input;
+  }
+  input.cameras = RigOfFlags(views);
+  // 40 to 90 degrees are one and a half of it on either side.
+  if (FLAGS_focal.empty()) input.focal_sigma = 0.3;
+  return input;
+}
+
+const char* MetreFrom(KnownLength::Kind kind) {
+  switch (kind) {
+    case KnownLength::Kind::kPopulation:
+      return "population";
+    case KnownLength::Kind::kStature:
+      return "scale";
+    case KnownLength::Kind::kDistance:
+      return "distance";
+    case KnownLength::Kind::kCameras:
+      return "cameras_apart";
+  }
+  return "";
+}
+
+std::string JsonReport(const TakeCalibration& take, const KnownLength& length,
+                       const std::vector<std::string>& views) {
+  Json of_views = Json::object();
+  Json clocks = Json::object();
+  Json left_out = Json::array();
+  for (size_t v = 0; v < views.size(); ++v) {
+    const RigView& view = take.rig.views[v];
+    if (!view.left_out.empty()) left_out.push_back(views[v]);
+    Json one = {{"calibrated", view.joined && view.left_out.empty()},
+                {"reason", view.left_out}};
+    if (view.joined) {
+      one["rotation_sigma_deg"] = view.rotation_sigma_deg;
+      one["centre_sigma_m"] = view.centre_sigma_m;
+      one["residual_px"] = view.mean_px;
+      clocks[views[v]] = {{"offset_s", view.clock_s}, {"drift", view.drift}};
+    }
+    of_views[views[v]] = one;
+  }
+  Json covariance = Json::array();
+  for (Eigen::Index i = 0; i < take.record.covariance.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index k = 0; k < take.record.covariance.cols(); ++k) {
+      row.push_back(take.record.covariance(i, k));
+    }
+    covariance.push_back(row);
+  }
+  const Json report = {{"verdict", ToString(take.rig.verdict)},
+                       {"reasons", take.rig.reasons},
+                       {"views", of_views},
+                       {"left_out", left_out},
+                       {"scale",
+                        {{"from", MetreFrom(length.kind)},
+                         {"sigma", take.scale_sigma},
+                         {"stature_m", take.stature_m}}},
+                       {"floor", take.ground.has_value()},
+                       {"clocks_told", take.rig.clocks_told},
+                       {"clocks", clocks},
+                       {"covariance", covariance}};
+  return DumpJson(report, 1) + "\n";
+}
+
+void PrintFindings(const TakeCalibration& take,
+                   const std::vector<std::string>& views, std::FILE* out) {
+  std::fprintf(out, "%s\n", ToString(take.rig.verdict));
+  for (const std::string& reason : take.rig.reasons) {
+    std::fprintf(out, "  - %s\n", reason.c_str());
+  }
+  if (take.rig.verdict == RigVerdict::kRefused) return;
+  std::fprintf(out, "%-10s %8s %8s %8s %8s\n", "view", "deg", "mm", "px",
+               "clock ms");
+  size_t joined = 0;
+  for (size_t v = 0; v < views.size(); ++v) {
+    const RigView& view = take.rig.views[v];
+    if (!view.left_out.empty()) {
+      std::fprintf(out, "%-10s left out: %s\n", Printable(views[v]).c_str(),
+                   view.left_out.c_str());
+    }
+    if (!view.joined) continue;
+    std::fprintf(out, "%-10s %8.2f %8.0f %8.1f %8.0f\n",
+                 Printable(views[v]).c_str(), view.rotation_sigma_deg,
+                 1e3 * view.centre_sigma_m, view.mean_px, 1e3 * view.clock_s);
+    ++joined;
+  }
+  if (take.stature_m > 0.0) {
+    std::fprintf(out, "people are %.2f m tall, all lengths within %.0f %%\n",
+                 take.stature_m, 100.0 * take.scale_sigma);
+  }
+  std::fprintf(out, "floor      %s\n",
+               take.ground.has_value() ? "from the feet, z up"
+                                       : "not told: too few feet rest");
+}
+
+// NAME.calibrate.json of NAME.json.
+std::string ReportPath(const std::string& out) {
+  const size_t slash = out.find_last_of('/');
+  const size_t dot = out.find_last_of('.');
+  const bool has_end =
+      dot != std::string::npos && (slash == std::string::npos || dot > slash);
+  return (has_end ? out.substr(0, dot) : out) + ".calibrate.json";
+}
+
+void WriteAll(const TakeCalibration& take, const KnownLength& length,
+              const std::vector<std::string>& views,
+              const CalibrationFormat& format) {
+  const std::string path = WithFolders(FLAGS_out);
+  AtomicFile report(ReportPath(path));
+  report.Write(JsonReport(take, length, views));
+  if (take.rig.verdict != RigVerdict::kRefused) {
+    if (format.name == "kinegraph") {
+      ReadyTake ready;
+      ready.cameras = take.cameras;
+      ready.record = take.record;
+      WriteCameras(path, take.cameras, RefinementJson(ready));
+    } else {
+      Losses losses;
+      format.write(path, take.cameras, &losses);
+      SayNotes(losses);
+    }
+  }
+  report.Commit();
+}
+
+void RunCalibrate() {
+  RequireFlag("detections", FLAGS_detections);
+  RequireFlag("out", FLAGS_out);
+  const CalibrationFormat* format = FindCalibrationFormat(FLAGS_to);
+  if (format == nullptr || format->write == nullptr) {
+    throw InputError("--to: '" + Printable(FLAGS_to) +
+                     "' is no format of calibrations that is written; "
+                     "`convert --formats` lists them");
+  }
+  const RunOptions options = OptionsOfFlags();
+  const DetectionSequence detections =
+      ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
+  const std::vector<std::string>& views = detections.header.view_names;
+  if (views.size() < 2) {
+    throw InputError("--detections: one view, expected two and more");
+  }
+  const CalibrationInput input = InputOfFlags(options, views);
+  const TakeCalibration take = CalibrateTake(options, input, detections);
+  WriteAll(take, input.length, take.view_names, *format);
+  std::FILE* out = SummaryStream(FLAGS_out);
+  PrintFindings(take, take.view_names, out);
+  std::fprintf(out, "-> %s\n",
+               take.rig.verdict == RigVerdict::kRefused
+                   ? ReportPath(FLAGS_out).c_str()
+                   : FLAGS_out.c_str());
+}
+
+}  // namespace
+}  // namespace kinegraph
+
+int main(int argc, char** argv) {
+  return kinegraph::RunApp(
+      argc, argv,
+      {"calibrate", "cameras and clocks from the people themselves",
+       "--detections=PATH [--image_size=W,H] [--focal=PX,..|--cameras=F] "
+       "[--frame_rate=HZ]\n"
+       "    [--scale=M|--distance=JOINT,JOINT,M|--cameras_apart=A,B,M] "
+       "--out=cameras.json"},
+      kinegraph::RunCalibrate);
+}

@@ -1,0 +1,535 @@
+#include "solvers/rig/rig.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "core/base/median.h"
+#include "core/skeleton/body_joints.h"
+#include "solvers/rig/rig_start.h"
+#include "solvers/rig/tracklets.h"
+#include "solvers/rig/view_pairs.h"
+#include "solvers/scene/clock_search.h"
+#include "solvers/scene/confidence_scale.h"
+#include "solvers/scene/consistency.h"
+#include "solvers/scene/fit_error.h"
+#include "solvers/scene/fit_terms.h"
+#include "solvers/scene/refine.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kMinConfidence = 0.3;
+constexpr double kDegrees = 57.29577951308232;
+constexpr double kStatureM = 1.7;
+// How far a detector is off for a whole recording, of each joint in each view,
+// on each axis: for everybody, and for one person (of people 1.7 m tall).
+constexpr double kCommonOffsetM = 0.005;
+constexpr double kPersonOffsetM = 0.010;
+// A view is calibrated when it is as sure as this: degrees, and shares of the
+// rig's size.
+constexpr double kMostRotationDeg = 0.8;
+constexpr double kMostPlace = 0.025;
+// Fits on halves of the joints may differ by this many times as much.
+constexpr double kMostApart = 3.0;
+
+// Every frame number from first to last, each at its time; no clock but the
+// frames' own. `late_s`: the mean of what each view's times told beside it.
+DetectionSequence Regular(DetectionSequence detections,
+                          std::vector<double>* late_s) {
+  DetectionSequence take;
+  take.header = detections.header;
+  const double beat_s = 1.0 / take.header.frame_rate_hz;
+  const int64_t first = detections.frames.front().frame;
+  const TimeNs zero = detections.frames.front().time;
+  late_s->assign(take.header.view_names.size(), 0.0);
+  for (DetectionFrame& frame : detections.frames) {
+    while (!take.frames.empty() && take.frames.back().frame + 1 < frame.frame) {
+      DetectionFrame empty;
+      empty.frame = take.frames.back().frame + 1;
+      empty.views.resize(frame.views.size());
+      take.frames.push_back(std::move(empty));
+    }
+    const double regular_s = static_cast<double>(frame.frame - first) * beat_s;
+    for (size_t v = 0; v < frame.views.size(); ++v) {
+      (*late_s)[v] +=
+          (ToSeconds(frame.views[v].capture_time - zero) - regular_s) /
+          static_cast<double>(detections.frames.size());
+    }
+    take.frames.push_back(std::move(frame));
+  }
+  for (DetectionFrame& frame : take.frames) {
+    frame.time = FromSeconds(static_cast<double>(frame.frame - first) * beat_s);
+    for (ViewDetections& view : frame.views) view.capture_time = frame.time;
+  }
+  return take;
+}
+
+CameraRig Magnified(const CameraRig& cameras, double factor) {
+  CameraRig magnified;
+  for (const Camera& camera : cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.K.topLeftCorner<2, 2>() *= factor;
+    magnified.emplace_back(parameters);
+  }
+  return magnified;
+}
+
+CameraRig Scaled(const CameraRig& cameras, double factor) {
+  CameraRig scaled;
+  for (const Camera& camera : cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.t *= factor;
+    scaled.emplace_back(parameters);
+  }
+  return scaled;
+}
+
+DetectionSequence OfViews(const DetectionSequence& detections,
+                          const std::vector<int>& views) {
+  DetectionSequence part;
+  part.header = detections.header;
+  part.header.view_names.clear();
+  for (const int v : views) {
+    part.header.view_names.push_back(
+        detections.header.view_names[static_cast<size_t>(v)]);
+  }
+  for (const DetectionFrame& frame : detections.frames) {
+    DetectionFrame kept;
+    kept.frame = frame.frame;
+    kept.time = frame.time;
+    for (const int v : views) {
+      kept.views.push_back(frame.views[static_cast<size_t>(v)]);
+    }
+    part.frames.push_back(std::move(kept));
+  }
+  return part;
+}
+
+// Twice the rms distance of the cameras from their middle.
+double SizeOf(const CameraRig& cameras) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  const auto count = static_cast<double>(cameras.size());
+  for (const Camera& camera : cameras) middle += camera.centre() / count;
+  double squares = 0.0;
+  for (const Camera& camera : cameras) {
+    squares += (camera.centre() - middle).squaredNorm() / count;
+  }
+  return 2.0 * std::sqrt(squares);
+}
+
+// How much the lengths of limbs vary: the median over limbs and people of 1.48
+// times the median deviation, as a share of the length; 0 where none is seen.
+double LimbSpread(const SceneSegments& segments, const Skeleton& skeleton) {
+  std::map<std::pair<int, double>, std::map<int, Eigen::Vector3d>> poses;
+  for (const Stretch& one : segments.segments) {
+    poses[{one.person, one.middle_s}][one.joint] = PositionOf(one);
+  }
+  std::map<std::pair<int, size_t>, std::vector<double>> lengths;
+  for (const auto& [key, joints] : poses) {
+    for (size_t i = 0; i < skeleton.bones().size(); ++i) {
+      const Bone& bone = skeleton.bones()[i];
+      if (!IsBodyJoint(skeleton.joint_class(bone.a)) ||
+          !IsBodyJoint(skeleton.joint_class(bone.b))) {
+        continue;
+      }
+      const auto a = joints.find(bone.a);
+      const auto b = joints.find(bone.b);
+      if (a == joints.end() || b == joints.end()) continue;
+      lengths[{key.first, i}].push_back((a->second - b->second).norm());
+    }
+  }
+  std::vector<double> spreads;
+  constexpr size_t kLeast = 8;
+  for (const auto& [key, of_limb] : lengths) {
+    if (of_limb.size() < kLeast) continue;
+    const double usual = Median(of_limb);
+    std::vector<double> off;
+    off.reserve(of_limb.size());
+    for (const double length : of_limb) off.push_back(std::abs(length - usual));
+    spreads.push_back(1.4826 * Median(std::move(off)) / usual);
+  }
+  return Median(std::move(spreads));
+}
+
+class RigEstimate {
+ public:
+  explicit RigEstimate(const RigInput& input)
+      : input_(input),
+        take_(Regular(WithUsualConfidences(input.detections), &told_late_s_)),
+        joints_(RigJoints(take_.header.skeleton)),
+        human_(IsHuman(take_.header.skeleton)),
+        intrinsics_(input.intrinsics) {
+    result_.views.resize(intrinsics_.size());
+  }
+
+  RigResult Run() {
+    if (Start() && Adjust()) Judge();
+    for (size_t v = 0; v < result_.views.size(); ++v) {
+      RigView& view = result_.views[v];
+      if (!view.joined && view.left_out.empty()) {
+        view.left_out = "it shares no moving people with the others";
+      }
+    }
+    return std::move(result_);
+  }
+
+ private:
+  // A rig put together from pairs, for one guess of the focal lengths.
+  struct Guess {
+    CameraRig intrinsics;
+    std::vector<ViewTracklet> tracklets;
+    std::vector<PairFit> pairs;
+    RigStart start;
+    double score = -1.0;
+  };
+
+  std::vector<Bone> RigBones() const {
+    std::vector<Bone> bones;
+    const auto place = [&](int joint) {
+      const auto at = std::find(joints_.begin(), joints_.end(), joint);
+      return at == joints_.end() ? -1 : static_cast<int>(at - joints_.begin());
+    };
+    for (const Bone& bone : take_.header.skeleton.bones()) {
+      if (place(bone.a) >= 0 && place(bone.b) >= 0) {
+        bones.push_back({place(bone.a), place(bone.b)});
+      }
+    }
+    return bones;
+  }
+
+  static std::vector<int> Joined(const RigStart& start) {
+    std::vector<int> views;
+    for (size_t v = 0; v < start.joined.size(); ++v) {
+      if (start.joined[v]) views.push_back(static_cast<int>(v));
+    }
+    return views;
+  }
+
+  // How well the views agree, 0 .. 1 (PairAgreement::score).
+  double Agreement(const CameraRig& cameras,
+                   const DetectionSequence& aligned) const {
+    constexpr int kFrames = 80;
+    std::vector<ViewPeople> people = PeopleOfViews(aligned, kMinConfidence);
+    for (size_t v = 0; v < people.size(); ++v) {
+      people[v] = Undistorted(people[v], cameras[v]);
+    }
+    return AgreementOfAll(cameras, people, FramesToLookAt(people, kFrames))
+        .score();
+  }
+
+  Guess GuessAt(double magnification, std::vector<PairFit> pairs) const {
+    Guess guess;
+    guess.intrinsics = Magnified(intrinsics_, magnification);
+    guess.tracklets =
+        FollowInViews(guess.intrinsics, take_, joints_, kMinConfidence);
+    guess.pairs = std::move(pairs);
+    if (input_.focal_sigma > 0.0) {
+      for (PairFit& pair : guess.pairs) {
+        PairPoints(guess.tracklets, pair).Refit(1.0, &pair.pose);
+      }
+    }
+    guess.start =
+        JoinPairs(guess.intrinsics, guess.tracklets, guess.pairs, RigBones());
+    if (guess.start.joined_count() < 2) return guess;
+    const std::vector<int> used = Joined(guess.start);
+    CameraRig cameras;
+    std::vector<int> lags;
+    for (const int v : used) {
+      cameras.push_back(guess.start.cameras[static_cast<size_t>(v)]);
+      lags.push_back(guess.start.lag_frames[static_cast<size_t>(v)]);
+    }
+    guess.score = static_cast<double>(used.size()) *
+                  Agreement(cameras, Realigned(OfViews(take_, used), lags));
+    return guess;
+  }
+
+  std::vector<PairFit> SearchPairs() const {
+    const std::vector<ViewTracklet> tracklets =
+        FollowInViews(intrinsics_, take_, joints_, kMinConfidence);
+    const auto views = static_cast<int>(intrinsics_.size());
+    const MotionSignals signals(tracklets, joints_, take_.header.skeleton,
+                                views, take_.header.frame_rate_hz);
+    PairSearchOptions options;
+    options.frame_rate_hz = take_.header.frame_rate_hz;
+    options.focal_sigma = input_.focal_sigma;
+    options.longest_lag_s = std::min(
+        options.longest_lag_s,
+        0.4 * static_cast<double>(take_.frames.size()) / options.frame_rate_hz);
+    std::vector<PairFit> pairs;
+    for (int a = 0; a < views; ++a) {
+      for (int b = a + 1; b < views; ++b) {
+        pairs.push_back(SearchViewPair(tracklets, signals, a, b, options));
+      }
+    }
+    return pairs;
+  }
+
+  // Pairs, tree, people.
+  bool Start() {
+    const std::vector<PairFit> pairs = SearchPairs();
+    Guess best = GuessAt(1.0, pairs);
+    constexpr int kSteps = 3;  // on both sides of the guess, to two sigmas
+    for (int step = -kSteps; input_.focal_sigma > 0.0 && step <= kSteps;
+         ++step) {
+      if (step == 0) continue;
+      Guess other =
+          GuessAt(std::exp(2.0 * step / kSteps * input_.focal_sigma), pairs);
+      if (other.score > best.score) best = std::move(other);
+    }
+    if (best.start.joined_count() < 2) {
+      result_.reasons.push_back(
+          "no two views see the same people move: record people who walk "
+          "through the room, arms moving, where two cameras and more see them");
+      return false;
+    }
+    result_.used = Joined(best.start);
+    matches_ = PeopleOf(take_, best.tracklets, best.pairs, best.start);
+    for (FrozenPerson& person : matches_.people) {
+      for (FrozenFrame& frame : person.frames) {
+        for (FrozenDetection& one : frame.detections) {
+          one.view_idx =
+              static_cast<int>(std::find(result_.used.begin(),
+                                         result_.used.end(), one.view_idx) -
+                               result_.used.begin());
+        }
+      }
+    }
+    for (const int v : result_.used) {
+      cameras_.push_back(best.start.cameras[static_cast<size_t>(v)]);
+      lags_.push_back(best.start.lag_frames[static_cast<size_t>(v)]);
+    }
+    used_take_ = OfViews(take_, result_.used);
+    aligned_ = Realigned(used_take_, lags_);
+    changes_.assign(cameras_.size(), CameraChange::Zero());
+    ScaleByStature();
+    return true;
+  }
+
+  // People are as tall as people are; other bodies are seen from some metres
+  // away.
+  void ScaleByStature() {
+    std::vector<ViewPeople> people = PeopleOfViews(aligned_, kMinConfidence);
+    for (size_t v = 0; v < people.size(); ++v) {
+      people[v] = Undistorted(people[v], cameras_[v]);
+    }
+    constexpr int kFrames = 100;
+    const Stature stature =
+        StatureOf(cameras_, people, FramesToLookAt(people, kFrames),
+                  take_.header.skeleton);
+    if (stature.count > 0 && stature.median_m > 0.0) {
+      cameras_ = Scaled(cameras_, kStatureM / stature.median_m);
+    } else if (!human_ && SizeOf(cameras_) > 0.0) {
+      constexpr double kRigM = 3.0;
+      cameras_ = Scaled(cameras_, kRigM / SizeOf(cameras_));
+    }
+  }
+
+  BundleOptions Options(int max_segments) const {
+    BundleOptions options;
+    options.segments.max_segments = max_segments;
+    options.rotation_sigma_rad = 1.0;
+    options.centre_sigma_m = 10.0;
+    options.focal_sigma = std::max(1e-3, input_.focal_sigma);
+    options.offset_sigma_s = 0.1;
+    options.drift_sigma = 2e-4;
+    if (human_) {
+      options.common_offset_m = kCommonOffsetM;
+      options.person_offset_m = kPersonOffsetM;
+    }
+    return options;
+  }
+
+  bool Fit(int max_segments, bool clocks) {
+    const BundleOptions options = Options(max_segments);
+    segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
+    free_ = FreeParameters();
+    free_.rotation = free_.centre = true;
+    free_.focal = input_.focal_sigma > 0.0;
+    if (clocks && MoveEnough(segments_)) {
+      const FreeParameters clock = ClockParametersOf(segments_.span_s);
+      free_.offset = clock.offset;
+      free_.drift = clock.drift;
+    }
+    fit_ = AdjustBundle(
+        cameras_, segments_, free_,
+        std::vector<CameraChange>(cameras_.size(), CameraChange::Zero()),
+        options);
+    return fit_.usable;
+  }
+
+  bool Adjust() {
+    for (int round = 0; round < 3; ++round) {
+      if (!Fit(500, round > 0)) return Fails();
+      Take();
+    }
+    for (int round = 0; round < 2; ++round) {
+      ScaleByStature();
+      matches_ = input_.match(cameras_, aligned_);
+      if (!Fit(1500, !wild_clocks_)) return Fails();
+      Take();
+    }
+    if (!wild_clocks_) return true;
+    // Clocks that ran away from the whole frames found may be noise.
+    for (CameraChange& change : changes_) change.setZero();
+    aligned_ = Realigned(used_take_, lags_);
+    matches_ = input_.match(cameras_, aligned_);
+    if (!Fit(1500, false)) return Fails();
+    Take();
+    return true;
+  }
+
+  bool Fails() {
+    result_.used.clear();
+    result_.reasons.push_back(
+        "what the views show cannot be put together in one room");
+    return false;
+  }
+
+  // The fit's cameras, and its clocks on the frames as they were.
+  void Take() {
+    for (size_t v = 0; v < fit_.changes.size(); ++v) {
+      changes_[v][kOffsetAt] += fit_.changes[v][kOffsetAt];
+      changes_[v][kDriftAt] += fit_.changes[v][kDriftAt];
+      wild_clocks_ = wild_clocks_ ||
+                     std::abs(changes_[v][kOffsetAt] - changes_[0][kOffsetAt]) >
+                         1.5 * kFarthestClockS;
+    }
+    cameras_ = RefinedCameras(cameras_, fit_.changes);
+    aligned_ = WithClocks(Realigned(used_take_, lags_), changes_);
+  }
+
+  double Spread(Eigen::Index begin) const {
+    return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(
+                         fit_.covariance.block<3, 3>(begin, begin))
+                         .eigenvalues()[2]);
+  }
+
+  // How far fits on halves of the joints are apart, in what a view may be
+  // unsure.
+  std::vector<double> HalvesApart() const {
+    const BundleOptions options = Options(1500);
+    const std::vector<CameraChange> none(cameras_.size(), CameraChange::Zero());
+    std::vector<BundleResult> fits;
+    for (const int half : {0, 1}) {
+      fits.push_back(AdjustBundle(cameras_,
+                                  HalfOf(segments_, Halving::kJoints, half),
+                                  free_, none, options));
+      if (!fits.back().usable) {
+        return std::vector<double>(cameras_.size(), 1e9);
+      }
+    }
+    std::vector<double> apart;
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      const CameraChange off = fits[0].changes[v] - fits[1].changes[v];
+      apart.push_back(std::max(
+          kDegrees * off.segment<3>(kRotationAt).norm() / kMostRotationDeg,
+          off.segment<3>(kCentreAt).norm() / (kMostPlace * SizeOf(cameras_))));
+    }
+    return apart;
+  }
+
+  void Judge() {
+    result_.cameras = cameras_;
+    result_.covariance = fit_.covariance;
+    result_.places = fit_.places;
+    result_.take = aligned_;
+    result_.size_m = SizeOf(cameras_);
+    result_.clocks_told = free_.offset;
+    result_.limb_spread = LimbSpread(segments_, take_.header.skeleton);
+    result_.agreement = Agreement(cameras_, aligned_);
+    const std::vector<double> apart = HalvesApart();
+    const FitError error = MeasureFit(
+        cameras_, segments_,
+        std::vector<CameraChange>(cameras_.size(), CameraChange::Zero()),
+        Options(0).segments);
+    Eigen::Index at = 0;
+    size_t sure = 0;
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      const auto of_take = static_cast<size_t>(result_.used[v]);
+      RigView& view = result_.views[of_take];
+      view.joined = true;
+      view.rotation_sigma_deg = kDegrees * Spread(at);
+      view.centre_sigma_m = Spread(at + kCentreAt);
+      at += static_cast<Eigen::Index>(fit_.places[v].size());
+      view.clock_s = changes_[v][kOffsetAt] -
+                     lags_[v] / take_.header.frame_rate_hz -
+                     told_late_s_[of_take];
+      view.drift = changes_[v][kDriftAt];
+      view.mean_px = error.MeanPx(static_cast<int>(v));
+      view.halves_apart = apart[v];
+      const bool is_sure = view.rotation_sigma_deg <= kMostRotationDeg &&
+                           view.centre_sigma_m <= kMostPlace * result_.size_m &&
+                           apart[v] <= kMostApart;
+      if (!is_sure) view.left_out = "its place is not sure enough";
+      sure += is_sure ? 1 : 0;
+    }
+    Verdict(sure);
+  }
+
+  void Verdict(size_t sure) {
+    const bool all = sure == result_.views.size();
+    constexpr size_t kFewest = 2;
+    result_.verdict = all               ? RigVerdict::kCalibrated
+                      : sure >= kFewest ? RigVerdict::kPartly
+                                        : RigVerdict::kRefused;
+    if (!free_.offset) {
+      result_.reasons.push_back(
+          "people hardly move: the clocks are not told beyond whole frames");
+    }
+    if (sure < cameras_.size()) {
+      result_.reasons.push_back(
+          "what people do leaves cameras unsure: record people who walk "
+          "through all of the room, arms moving, for a minute");
+    }
+  }
+
+  const RigInput& input_;
+  std::vector<double> told_late_s_;
+  const DetectionSequence take_;
+  const std::vector<int> joints_;
+  const bool human_;
+  const CameraRig intrinsics_;
+  RigResult result_;
+  // Of the joined views.
+  CameraRig cameras_;
+  std::vector<int> lags_;
+  std::vector<CameraChange> changes_;  // clocks alone, after the lags
+  DetectionSequence used_take_;
+  DetectionSequence aligned_;
+  bool wild_clocks_ = false;
+  FrozenMatches matches_;
+  // The last fit.
+  SceneSegments segments_;
+  FreeParameters free_;
+  BundleResult fit_;
+};
+
+}  // namespace
+
+const char* ToString(RigVerdict verdict) {
+  switch (verdict) {
+    case RigVerdict::kCalibrated:
+      return "calibrated";
+    case RigVerdict::kPartly:
+      return "partly";
+    case RigVerdict::kRefused:
+      return "refused";
+  }
+  return "";
+}
+
+RigResult EstimateRig(const RigInput& input) {
+  if (input.detections.frames.empty()) {
+    RigResult nothing;
+    nothing.views.resize(input.intrinsics.size());
+    nothing.reasons.push_back("there are no detections");
+    return nothing;
+  }
+  return RigEstimate(input).Run();
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,72 @@
+// Cameras and clocks from the people themselves: 2D detections alone, whose
+// person is whose unknown, clocks apart, focal lengths known or not.
+#ifndef KINEGRAPH_SOLVERS_RIG_RIG_H_
+#define KINEGRAPH_SOLVERS_RIG_RIG_H_
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/geometry/camera.h"
+#include "core/tracking/replay.h"
+#include "solvers/scene/bundle.h"
+#include "solvers/scene/segments.h"
+
+namespace kinegraph {
+
+// Whose detections are whose, for cameras that are nearly right.
+using RigMatcher = std::function<FrozenMatches(const CameraRig& cameras,
+                                               const DetectionSequence& take)>;
+
+struct RigInput {
+  // One a view, in the order of the detections: names, image sizes, lenses and
+  // a guess of the focal lengths; where they stand is not looked at.
+  CameraRig intrinsics;
+  // Standard deviation of the logarithm of the focal lengths about the guess;
+  // 0: they are known.
+  double focal_sigma = 0.0;
+  DetectionSequence detections;  // with a frame rate
+  RigMatcher match;
+};
+
+// How sure one view is.
+struct RigView {
+  bool joined = false;
+  double rotation_sigma_deg = 0.0;  // along the least sure axis
+  double centre_sigma_m = 0.0;      // likewise
+  double clock_s = 0.0;             // added to its time of capture
+  double drift = 0.0;               // [s/s]
+  double mean_px = 0.0;             // of residuals, each at most 30 px
+  // How far fits on halves of the joints put it apart, in what is sure enough.
+  double halves_apart = 0.0;
+  std::string left_out;  // why, in words; empty where it is sure
+};
+
+enum class RigVerdict { kCalibrated, kPartly, kRefused };
+const char* ToString(RigVerdict verdict);
+
+struct RigResult {
+  RigVerdict verdict = RigVerdict::kRefused;
+  std::vector<std::string> reasons;  // what cannot be told, what to record
+  std::vector<RigView> views;        // one a view of the detections
+  // The joined views: their indices, cameras (metres by people's stature; the
+  // world is the first one's) and the covariance of their parameters.
+  std::vector<int> used;
+  CameraRig cameras;
+  std::vector<std::vector<int>> places;
+  Eigen::MatrixXd covariance;
+  bool clocks_told = false;  // beyond whole frames
+  double agreement = 0.0;    // PairAgreement::score
+  double limb_spread = 0.0;  // of lengths of limbs over time, as a share
+  double size_m = 0.0;  // of the rig: twice the rms distance from its middle
+  // The detections of the joined views with their clocks set right.
+  DetectionSequence take;
+};
+
+RigResult EstimateRig(const RigInput& input);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_RIG_RIG_H_

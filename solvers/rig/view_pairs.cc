@@ -1,0 +1,437 @@
+#include "solvers/rig/view_pairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/base/random.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr size_t kMostTracklets = 16;  // of a view, the longest, in the search
+constexpr int kLagsTried = 6;          // besides none
+constexpr int kDraws = 160;            // of a sample, for each lag
+constexpr int kRefined = 3;            // of the best poses, for each lag
+// Distances in sizes of the person (some 1.8 m): a decimetre while searching,
+// half of it in the end.
+constexpr double kWide = 0.06;
+constexpr double kNarrow = 0.03;
+constexpr double kScale = 0.012;  // of the robust loss
+// Anybody's joints come near to some epipolar line.
+constexpr double kByChance = 0.35;
+
+// Joints that two tracklets have in common at a lag.
+struct Candidate {
+  int a = 0;  // tracklets
+  int b = 0;
+  double seconds = 0.0;  // both seen
+  double likeness = 0.0;
+  // In turn: those that poses are fitted to, and those that they are held to.
+  std::vector<PointPair> fitted;
+  std::vector<PointPair> held;
+};
+
+std::vector<int> LongestOf(const std::vector<ViewTracklet>& tracklets, int view,
+                           size_t most) {
+  std::vector<int> of_view;
+  for (size_t i = 0; i < tracklets.size(); ++i) {
+    if (tracklets[i].view == view) of_view.push_back(static_cast<int>(i));
+  }
+  std::stable_sort(of_view.begin(), of_view.end(), [&](int x, int y) {
+    return tracklets[static_cast<size_t>(x)].detections.size() >
+           tracklets[static_cast<size_t>(y)].detections.size();
+  });
+  if (of_view.size() > most) of_view.resize(most);
+  return of_view;
+}
+
+// Frames that both tracklets have, of `a`.
+std::vector<int> CommonFrames(const ViewTracklet& a, const ViewTracklet& b,
+                              int lag) {
+  std::vector<int> frames;
+  for (int k = std::max(a.first, b.first - lag);
+       k < std::min(a.end(), b.end() - lag); ++k) {
+    if (a.SeenAt(k) && b.SeenAt(k + lag)) frames.push_back(k);
+  }
+  return frames;
+}
+
+Candidate MakeCandidate(const std::vector<ViewTracklet>& tracklets, int a,
+                        int b, int lag, double frame_rate_hz,
+                        size_t most_frames) {
+  const ViewTracklet& one = tracklets[static_cast<size_t>(a)];
+  const ViewTracklet& other = tracklets[static_cast<size_t>(b)];
+  Candidate candidate;
+  candidate.a = a;
+  candidate.b = b;
+  const std::vector<int> frames = CommonFrames(one, other, lag);
+  candidate.seconds = static_cast<double>(frames.size()) / frame_rate_hz;
+  const double step = std::max(1.0, static_cast<double>(frames.size()) /
+                                        static_cast<double>(most_frames));
+  const double size = std::sqrt(one.size * other.size);
+  int turn = 0;
+  for (double at = 0.0; at < static_cast<double>(frames.size()); at += step) {
+    const int k = frames[static_cast<size_t>(at)];
+    const NormalisedJoints& points_a = one.At(k);
+    const NormalisedJoints& points_b = other.At(k + lag);
+    ++turn;
+    for (Eigen::Index j = 0; j < points_a.cols(); ++j) {
+      if (!points_a.col(j).allFinite() || !points_b.col(j).allFinite()) {
+        continue;
+      }
+      // Neighbouring joints and frames go to both sides.
+      auto& list = (turn + j / 2) % 2 == 0 ? candidate.fitted : candidate.held;
+      list.push_back({points_a.col(j), points_b.col(j), size});
+    }
+  }
+  return candidate;
+}
+
+double GainOf(const std::vector<PointPair>& pairs, const RelativePose& pose,
+              double width, size_t most) {
+  if (pairs.empty()) return 0.0;
+  const Eigen::Matrix3d essential = pose.Essential();
+  const size_t step = std::max<size_t>(1, pairs.size() / most);
+  double gain = 0.0;
+  double count = 0.0;
+  for (size_t i = 0; i < pairs.size(); i += step) {
+    const double squared =
+        SampsonSquared(essential, pose.magnification, pairs[i]);
+    gain += std::max(0.0, 1.0 - squared / (width * width));
+    count += 1.0;
+  }
+  return gain / count;
+}
+
+// A pose with whom it makes the same.
+struct Explanation {
+  RelativePose pose;
+  int lag = 0;
+  std::vector<size_t> matched;  // candidates
+  std::vector<double> gains;    // of them
+  double score = 0.0;           // [s]
+};
+
+bool Overlap(const ViewTracklet& x, const ViewTracklet& y) {
+  return x.first < y.end() && y.first < x.end();
+}
+
+// Matches greedily; nobody is two people at once.
+Explanation Explain(const std::vector<ViewTracklet>& tracklets,
+                    const std::vector<Candidate>& candidates,
+                    const RelativePose& pose, int lag, double width,
+                    size_t most) {
+  Explanation result;
+  result.pose = pose;
+  result.lag = lag;
+  std::vector<std::pair<double, size_t>> order;
+  std::vector<double> gains(candidates.size());
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    gains[i] = GainOf(candidates[i].held, pose, width, most);
+    const double worth = (gains[i] - kByChance) * candidates[i].seconds;
+    if (worth > 0.0) order.emplace_back(-worth, i);
+  }
+  std::sort(order.begin(), order.end());
+  for (const auto& [worth, i] : order) {
+    const bool taken = std::any_of(
+        result.matched.begin(), result.matched.end(), [&, i = i](size_t m) {
+          const auto clash = [&](int x, int y) {
+            return Overlap(tracklets[static_cast<size_t>(x)],
+                           tracklets[static_cast<size_t>(y)]);
+          };
+          const Candidate& one = candidates[i];
+          const Candidate& other = candidates[m];
+          // The same in one view: the other view's may follow each other.
+          return (one.a == other.a && clash(one.b, other.b)) ||
+                 (one.b == other.b && clash(one.a, other.a));
+        });
+    if (taken) continue;
+    result.matched.push_back(i);
+    result.gains.push_back(gains[i]);
+    result.score -= worth;
+  }
+  return result;
+}
+
+class PairSearch {
+ public:
+  PairSearch(const std::vector<ViewTracklet>& tracklets,
+             const MotionSignals& signals, int a, int b,
+             const PairSearchOptions& options)
+      : tracklets_(tracklets),
+        signals_(signals),
+        options_(options),
+        of_a_(LongestOf(tracklets, a, kMostTracklets)),
+        of_b_(LongestOf(tracklets, b, kMostTracklets)),
+        random_(static_cast<uint64_t>(1 + a * 1000 + b)) {}
+
+  PairFit Run(int a, int b) {
+    PairFit pair;
+    pair.a = a;
+    pair.b = b;
+    std::vector<Explanation> found;
+    for (const int lag : LikelyLags()) {
+      for (Explanation& one : TryLag(lag)) found.push_back(std::move(one));
+    }
+    if (found.empty()) return pair;
+    const auto less = [](const Explanation& x, const Explanation& y) {
+      return x.score < y.score;
+    };
+    Explanation best = *std::max_element(found.begin(), found.end(), less);
+    best = WithExactLag(best);
+    for (const Explanation& other : found) {
+      if (IsOther(best, other)) pair.rival = std::max(pair.rival, other.score);
+    }
+    pair.lag = best.lag;
+    pair.pose = best.pose;
+    pair.evidence = best.score;
+    // The short tracklets too.
+    of_a_ = LongestOf(tracklets_, a, tracklets_.size());
+    of_b_ = LongestOf(tracklets_, b, tracklets_.size());
+    const auto candidates = CandidatesAt(best.lag, kFewFrames);
+    best = Explain(tracklets_, candidates, best.pose, best.lag, kNarrow,
+                   kAllPairs);
+    for (size_t m = 0; m < best.matched.size(); ++m) {
+      const Candidate& candidate = candidates[best.matched[m]];
+      pair.matches.push_back({candidate.a, candidate.b, best.gains[m]});
+    }
+    return pair;
+  }
+
+ private:
+  static constexpr size_t kExactFrames = 100;
+  static constexpr size_t kFewFrames = 24;
+  static constexpr size_t kFewPairs = 48;
+  static constexpr size_t kAllPairs = 100000;
+
+  // The lags at which people move alike, and none.
+  std::vector<int> LikelyLags() const {
+    const int step = signals_.step();
+    const auto reach = static_cast<int>(options_.longest_lag_s *
+                                        options_.frame_rate_hz / step);
+    std::vector<double> likeness;
+    for (int lag = -reach; lag <= reach; ++lag) {
+      double sum = 0.0;
+      for (const int x : of_a_) {
+        for (const int y : of_b_) {
+          const auto one = signals_.Compare(static_cast<size_t>(x),
+                                            static_cast<size_t>(y), lag);
+          if (one.correlation > 0.0) {
+            sum += one.correlation * one.correlation * one.samples;
+          }
+        }
+      }
+      likeness.push_back(sum);
+    }
+    std::vector<std::pair<double, int>> peaks;
+    for (size_t i = 0; i < likeness.size(); ++i) {
+      const double before = i > 0 ? likeness[i - 1] : 0.0;
+      const double after = i + 1 < likeness.size() ? likeness[i + 1] : 0.0;
+      if (likeness[i] > before && likeness[i] >= after) {
+        peaks.emplace_back(-likeness[i], (static_cast<int>(i) - reach) * step);
+      }
+    }
+    std::sort(peaks.begin(), peaks.end());
+    std::vector<int> lags = {0};
+    for (const auto& peak : peaks) {
+      if (static_cast<int>(lags.size()) > kLagsTried) break;
+      if (peak.second != 0) lags.push_back(peak.second);
+    }
+    return lags;
+  }
+
+  std::vector<Candidate> CandidatesAt(int lag, size_t most_frames) const {
+    std::vector<Candidate> candidates;
+    for (const int x : of_a_) {
+      for (const int y : of_b_) {
+        Candidate one = MakeCandidate(tracklets_, x, y, lag,
+                                      options_.frame_rate_hz, most_frames);
+        constexpr size_t kLeastPairs = 24;
+        if (one.seconds < 0.5 || one.fitted.size() < kLeastPairs) continue;
+        const double like =
+            signals_
+                .Compare(static_cast<size_t>(x), static_cast<size_t>(y),
+                         static_cast<int>(std::lround(static_cast<double>(lag) /
+                                                      signals_.step())))
+                .correlation;
+        one.likeness = std::pow(std::max(0.05, like), 2) * one.seconds;
+        candidates.push_back(std::move(one));
+      }
+    }
+    return candidates;
+  }
+
+  size_t Draw(const std::vector<double>& sums) {
+    const double at = random_.Uniform(0.0, sums.back());
+    return static_cast<size_t>(std::upper_bound(sums.begin(), sums.end(), at) -
+                               sums.begin());
+  }
+
+  double DrawMagnification() {
+    if (options_.focal_sigma <= 0.0) return 1.0;
+    return std::exp(options_.focal_sigma * random_.Uniform(-1.7, 1.7));
+  }
+
+  std::vector<PointPair> Sample(const std::vector<Candidate>& candidates,
+                                const std::vector<double>& sums) {
+    constexpr int kOfOne = 12;
+    constexpr int kOfTwo = 8;
+    std::vector<PointPair> sample;
+    const auto add = [&](const Candidate& candidate, int count) {
+      for (int i = 0; i < count; ++i) {
+        sample.push_back(candidate.fitted[static_cast<size_t>(
+            random_.Index(static_cast<int64_t>(candidate.fitted.size())))]);
+      }
+    };
+    const size_t first = std::min(Draw(sums), candidates.size() - 1);
+    const bool two = random_.Chance(0.5);
+    add(candidates[first], two ? kOfTwo : kOfOne);
+    if (!two) return sample;
+    const size_t second = std::min(Draw(sums), candidates.size() - 1);
+    // Whoever is in both must be so in both views.
+    const bool fits = (candidates[first].a == candidates[second].a) ==
+                      (candidates[first].b == candidates[second].b);
+    add(candidates[fits ? second : first], kOfTwo);
+    return sample;
+  }
+
+  // Matches and pose in turn.
+  Explanation Refine(const std::vector<Candidate>& candidates,
+                     Explanation found, int rounds) const {
+    for (int round = 0; round < rounds; ++round) {
+      std::vector<PointPair> pairs;
+      for (const size_t m : found.matched) {
+        const auto& fitted = candidates[m].fitted;
+        pairs.insert(pairs.end(), fitted.begin(), fitted.end());
+      }
+      if (pairs.size() < 16) break;
+      const RelativePose pose = WithMostInFront(
+          pairs, RefinePose(pairs, found.pose, kScale, options_.focal_sigma));
+      found =
+          Explain(tracklets_, candidates, pose, found.lag, kNarrow, kAllPairs);
+    }
+    return found;
+  }
+
+  std::vector<Explanation> TryLag(int lag) {
+    const std::vector<Candidate> candidates = CandidatesAt(lag, kFewFrames);
+    if (candidates.empty()) return {};
+    std::vector<double> sums(candidates.size());
+    for (size_t i = 0; i < candidates.size(); ++i) {
+      sums[i] = candidates[i].likeness + (i > 0 ? sums[i - 1] : 0.0);
+    }
+    std::vector<Explanation> found;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const auto pose =
+          EightPoint(Sample(candidates, sums), DrawMagnification());
+      if (!pose.has_value()) continue;
+      found.push_back(
+          Explain(tracklets_, candidates, *pose, lag, kWide, kFewPairs));
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const Explanation& x, const Explanation& y) {
+                       return x.score > y.score;
+                     });
+    std::vector<Explanation> best;
+    for (const Explanation& one : found) {
+      if (best.size() >= kRefined || one.matched.empty()) break;
+      best.push_back(Refine(candidates, one, 3));
+    }
+    return best;
+  }
+
+  // Of the whole frames near the lag, by all joints.
+  Explanation WithExactLag(const Explanation& coarse) const {
+    Explanation best;
+    best.score = -1.0;
+    for (int lag = coarse.lag - signals_.step();
+         lag <= coarse.lag + signals_.step(); ++lag) {
+      const auto candidates = CandidatesAt(lag, kExactFrames);
+      Explanation one = Refine(
+          candidates,
+          Explain(tracklets_, candidates, coarse.pose, lag, kWide, kAllPairs),
+          2);
+      if (one.score > best.score) best = std::move(one);
+    }
+    return best;
+  }
+
+  bool IsOther(const Explanation& best, const Explanation& other) const {
+    constexpr double kOtherS = 0.25;
+    constexpr double kOtherCosine = 0.94;  // of 20 degrees
+    const double trace = (best.pose.R.transpose() * other.pose.R).trace();
+    return std::abs(best.lag - other.lag) > kOtherS * options_.frame_rate_hz ||
+           0.5 * (trace - 1.0) < kOtherCosine;
+  }
+
+  const std::vector<ViewTracklet>& tracklets_;
+  const MotionSignals& signals_;
+  const PairSearchOptions& options_;
+  std::vector<int> of_a_;
+  std::vector<int> of_b_;
+  Random random_;
+};
+
+}  // namespace
+
+PairFit SearchViewPair(const std::vector<ViewTracklet>& tracklets,
+                       const MotionSignals& signals, int a, int b,
+                       const PairSearchOptions& options) {
+  return PairSearch(tracklets, signals, a, b, options).Run(a, b);
+}
+
+PairPoints::PairPoints(const std::vector<ViewTracklet>& tracklets,
+                       const PairFit& pair) {
+  constexpr size_t kFrames = 60;
+  for (const TrackletMatch& match : pair.matches) {
+    const Candidate one =
+        MakeCandidate(tracklets, match.a, match.b, pair.lag, 1.0, kFrames);
+    pairs_.insert(pairs_.end(), one.fitted.begin(), one.fitted.end());
+    pairs_.insert(pairs_.end(), one.held.begin(), one.held.end());
+  }
+}
+
+double PairPoints::Refit(double magnification, RelativePose* pose) const {
+  pose->magnification = magnification;
+  constexpr size_t kLeast = 16;
+  if (pairs_.size() < kLeast) return 0.0;
+  // What is tried costs by the number of points.
+  constexpr size_t kMost = 400;
+  std::vector<PointPair> few;
+  const size_t step = std::max<size_t>(1, pairs_.size() / kMost);
+  for (size_t i = 0; i < pairs_.size(); i += step) few.push_back(pairs_[i]);
+  constexpr int kTries = 60;
+  constexpr int kOfEach = 12;
+  Random random(1);
+  std::vector<std::pair<double, RelativePose>> found = {
+      {RobustCost(few, *pose, kScale), *pose}};
+  for (int i = 0; i < kTries; ++i) {
+    std::vector<PointPair> sample;
+    for (int k = 0; k < kOfEach; ++k) {
+      sample.push_back(few[static_cast<size_t>(
+          random.Index(static_cast<int64_t>(few.size())))]);
+    }
+    const auto one = EightPoint(sample, magnification);
+    if (one.has_value()) {
+      found.emplace_back(RobustCost(few, *one, kScale), *one);
+    }
+  }
+  std::stable_sort(
+      found.begin(), found.end(),
+      [](const auto& x, const auto& y) { return x.first < y.first; });
+  found.resize(std::min<size_t>(found.size(), kRefined));
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& start : found) {
+    const RelativePose one = RefinePose(few, start.second, kScale, 0.0);
+    const double cost = RobustCost(few, one, kScale);
+    if (cost >= least) continue;
+    least = cost;
+    *pose = one;
+  }
+  *pose = WithMostInFront(few, RefinePose(pairs_, *pose, kScale, 0.0));
+  return RobustCost(pairs_, *pose, kScale);
+}
+
+}  // namespace kinegraph

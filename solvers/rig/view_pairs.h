@@ -1,0 +1,96 @@
+// How two views stand to each other, how far their clocks are apart and whose
+// tracklet of one is whose in the other: all at once, from tracklets alone.
+#ifndef KINEGRAPH_SOLVERS_RIG_VIEW_PAIRS_H_
+#define KINEGRAPH_SOLVERS_RIG_VIEW_PAIRS_H_
+
+#include <vector>
+
+#include "core/skeleton/skeleton.h"
+#include "solvers/rig/tracklets.h"
+#include "solvers/rig/two_views.h"
+
+namespace kinegraph {
+
+// What the search knows beforehand.
+struct PairSearchOptions {
+  double frame_rate_hz = 25.0;
+  double longest_lag_s = 10.0;
+  // Standard deviation of the logarithm of the focal lengths; 0: known.
+  double focal_sigma = 0.0;
+};
+
+struct TrackletMatch {
+  int a = 0;  // indices among all tracklets
+  int b = 0;
+  double gain = 0.0;  // 0 .. 1: how near their joints are to epipolar lines
+};
+
+struct PairFit {
+  int a = 0;
+  int b = 0;
+  int lag = 0;  // frame k of view a was taken with frame k + lag of view b
+  RelativePose pose;
+  std::vector<TrackletMatch> matches;
+  // Seconds of people that fit, on joints and frames that the pose was not
+  // fitted to, each less what anybody's joints would fit by chance.
+  double evidence = 0.0;
+  // The same of the best other explanation: a lag further than a quarter of a
+  // second off, or a rotation more than 20 degrees off.
+  double rival = 0.0;
+
+  // What the pair is worth for joining views.
+  double lead() const { return evidence - 0.5 * rival; }
+};
+
+// Motion of the tracklets that looks alike from every side: heights of joints
+// above the body's middle, and their speeds, without what lasts.
+class MotionSignals {
+ public:
+  MotionSignals(const std::vector<ViewTracklet>& tracklets,
+                const std::vector<int>& joints, const Skeleton& skeleton,
+                int view_count, double frame_rate_hz);
+
+  // Frames between samples.
+  int step() const { return step_; }
+  // Correlation of two tracklets, sample k of `a` with k + lag of `b`, and how
+  // many samples both have; 0 for less than a second.
+  struct Likeness {
+    double correlation = 0.0;
+    int samples = 0;
+  };
+  Likeness Compare(size_t a, size_t b, int lag) const;
+
+ private:
+  struct Signal {
+    int first = 0;  // sample
+    Eigen::MatrixXf values;
+    std::vector<double> energy;  // up to each sample
+  };
+
+  int step_ = 1;
+  int least_samples_ = 1;
+  std::vector<Signal> signals_;
+};
+
+// Searches lag, pose and matches of views `a` and `b`. Without any evidence
+// where nothing fits.
+PairFit SearchViewPair(const std::vector<ViewTracklet>& tracklets,
+                       const MotionSignals& signals, int a, int b,
+                       const PairSearchOptions& options);
+
+// The points that a pair's matches have in common, for fitting its pose anew.
+class PairPoints {
+ public:
+  PairPoints(const std::vector<ViewTracklet>& tracklets, const PairFit& pair);
+
+  // Fits the pose for focal lengths that are so many times those of the
+  // tracklets' normalised coordinates; returns the robust cost.
+  double Refit(double magnification, RelativePose* pose) const;
+
+ private:
+  std::vector<PointPair> pairs_;
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_RIG_VIEW_PAIRS_H_

@@ -1,0 +1,174 @@
+// From detections alone to cameras, on scenes whose truth is known.
+#include "solvers/rig/rig.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+#include "solvers/session/calibrate_take.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr double kDegrees = 180.0 / M_PI;
+
+Scene Walkers(double seconds, double walking = 0.8, double standing = 0.1) {
+  SceneOptions options;
+  options.seed = 5;
+  options.people = 2;
+  options.duration_s = seconds;
+  options.cameras.count = 3;
+  options.cameras.arc_deg = 200.0;
+  options.motion.walking = walking;
+  options.motion.standing = standing;
+  options.motion.sitting = 0.0;
+  options.motion.turning = 0.0;
+  options.motion.visitors = 0.0;
+  return MakeScene(options);
+}
+
+CalibrationInput WithoutPlaces(const CameraRig& cameras) {
+  CalibrationInput input;
+  for (const Camera& camera : cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.R.setIdentity();
+    parameters.t.setZero();
+    input.cameras.emplace_back(parameters);
+  }
+  return input;
+}
+
+// The largest error of the cameras' rotations against each other [deg].
+double RotationError(const CameraRig& truth, const CameraRig& found) {
+  double worst = 0.0;
+  for (size_t v = 1; v < truth.size(); ++v) {
+    const Eigen::Matrix3d one = truth[v].R() * truth[0].R().transpose();
+    const Eigen::Matrix3d other = found[v].R() * found[0].R().transpose();
+    worst = std::max(
+        worst,
+        kDegrees * Eigen::AngleAxisd(Eigen::Matrix3d(one.transpose() * other))
+                       .angle());
+  }
+  return worst;
+}
+
+NoiseOptions Noise() {
+  NoiseOptions noise;
+  noise.joints.sigma_px = 3.0;
+  noise.joints.missing_rate = 0.05;
+  noise.confidence = 0.8;
+  noise.tell_times = false;
+  return noise;
+}
+
+TEST(Rig, CamerasClocksAndWhoIsWhoFromWalkers) {
+  const Scene scene = Walkers(16.0);
+  NoiseOptions noise = Noise();
+  noise.clock_offset_s = {0.0, 0.52, -0.33};
+  const DetectionSequence take = Observe(scene, noise, nullptr);
+  const TakeCalibration found =
+      CalibrateTake(RunOptions(), WithoutPlaces(scene.cameras), take);
+  ASSERT_EQ(found.rig.verdict, RigVerdict::kCalibrated);
+  // 3 px are 0.2 degrees at 800 px; thousands of joints leave a tenth of it,
+  // five times for how weakly single directions are held.
+  EXPECT_LT(RotationError(scene.cameras, found.cameras), 0.1);
+  // 3 px at 1 m/s are some 20 ms, over thousands of joints.
+  const double zero = found.rig.views[0].clock_s;
+  EXPECT_NEAR(found.rig.views[1].clock_s - zero, 0.52, 0.005);
+  EXPECT_NEAR(found.rig.views[2].clock_s - zero, -0.33, 0.005);
+  // People are taken for 1.70 m tall, those of the scene are 1.72 in the mean.
+  const double apart =
+      (found.cameras[1].centre() - found.cameras[0].centre()).norm();
+  const double truth =
+      (scene.cameras[1].centre() - scene.cameras[0].centre()).norm();
+  EXPECT_NEAR(apart / truth, 1.0, 3.0 * found.scale_sigma);
+  // Upright and on the floor: heights of the cameras, within the scale.
+  ASSERT_TRUE(found.ground.has_value());
+  for (size_t v = 0; v < scene.cameras.size(); ++v) {
+    EXPECT_NEAR(found.cameras[v].centre().z(), scene.cameras[v].centre().z(),
+                0.15 * scene.cameras[v].centre().z());
+  }
+}
+
+TEST(Rig, FocalLengthsNotKnown) {
+  const Scene scene = Walkers(16.0);
+  const DetectionSequence take = Observe(scene, Noise(), nullptr);
+  CalibrationInput input = WithoutPlaces(scene.cameras);
+  for (Camera& camera : input.cameras) {
+    CameraParameters parameters = camera.parameters();
+    parameters.K.topLeftCorner<2, 2>() *= 1.25;
+    camera = Camera(parameters);
+  }
+  input.focal_sigma = 0.3;
+  const TakeCalibration found = CalibrateTake(RunOptions(), input, take);
+  ASSERT_NE(found.rig.verdict, RigVerdict::kRefused);
+  for (size_t v = 0; v < scene.cameras.size(); ++v) {
+    // As sure as the covariance says, three of its deviations.
+    Eigen::Index at = 0;
+    for (size_t u = 0; u < v; ++u) {
+      at += static_cast<Eigen::Index>(found.record.cameras[u].places.size());
+    }
+    const auto& places = found.record.cameras[v].places;
+    const auto focal = std::find(places.begin(), places.end(), kFocalAt);
+    ASSERT_NE(focal, places.end());
+    at += focal - places.begin();
+    const double sigma = std::sqrt(found.record.covariance(at, at));
+    EXPECT_NEAR(
+        std::log(found.cameras[v].focal_px() / scene.cameras[v].focal_px()),
+        0.0, 3.0 * sigma);
+    EXPECT_LT(sigma, 0.05);
+  }
+}
+
+TEST(Rig, ADistanceTellsTheMetre) {
+  const Scene scene = Walkers(10.0);
+  const DetectionSequence take = Observe(scene, Noise(), nullptr);
+  CalibrationInput input = WithoutPlaces(scene.cameras);
+  input.length = {KnownLength::Kind::kCameras, 5.0, "cam0", "cam1"};
+  const TakeCalibration found = CalibrateTake(RunOptions(), input, take);
+  ASSERT_NE(found.rig.verdict, RigVerdict::kRefused);
+  EXPECT_NEAR((found.cameras[1].centre() - found.cameras[0].centre()).norm(),
+              5.0, 1e-9);
+}
+
+TEST(Rig, ViewsOfDifferentRoomsAreRefused) {
+  const Scene scene = Walkers(10.0);
+  SceneOptions other;
+  other.seed = 77;
+  other.people = 2;
+  other.duration_s = 10.0;
+  other.cameras.count = 3;
+  DetectionSequence take = Observe(scene, Noise(), nullptr);
+  DetectionSequence elsewhere = Observe(MakeScene(other), Noise(), nullptr);
+  SceneOptions third = other;
+  third.seed = 78;
+  const DetectionSequence farther = Observe(MakeScene(third), Noise(), nullptr);
+  for (size_t k = 0; k < take.frames.size(); ++k) {
+    take.frames[k].views[1] = elsewhere.frames[k].views[1];
+    take.frames[k].views[2] = farther.frames[k].views[2];
+  }
+  const TakeCalibration found =
+      CalibrateTake(RunOptions(), WithoutPlaces(scene.cameras), take);
+  EXPECT_EQ(found.rig.verdict, RigVerdict::kRefused);
+  EXPECT_FALSE(found.rig.reasons.empty());
+}
+
+TEST(Rig, NobodyIsRefused) {
+  const Scene scene = Walkers(10.0);
+  DetectionSequence take = Observe(scene, Noise(), nullptr);
+  for (DetectionFrame& frame : take.frames) {
+    for (ViewDetections& view : frame.views) view.detections.clear();
+  }
+  const TakeCalibration found =
+      CalibrateTake(RunOptions(), WithoutPlaces(scene.cameras), take);
+  EXPECT_EQ(found.rig.verdict, RigVerdict::kRefused);
+  EXPECT_TRUE(found.cameras.empty());
+}
+
+}  // namespace
+}  // namespace kinegraph
