@@ -31,6 +31,7 @@
 #include "core/io/files/side_files.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/identity_edits.h"
+#include "core/skeleton/body_joints.h"
 #include "solvers/scene/camera_check.h"
 #include "solvers/session/ready_take.h"
 #include "solvers/session/refine_take.h"
@@ -356,9 +357,10 @@ void SayOutcome(const Take& take, const Session& session,
                  session.scale().metres());
   }
   const RunSummary& summary = session.summary();
-  std::fprintf(said, "%lld frames, %lld people, %lld poses -> %s\n",
+  std::fprintf(said, "%lld frames, %lld %s, %lld poses -> %s\n",
                static_cast<long long>(summary.frames),
                static_cast<long long>(summary.people),
+               IsHuman(session.scene().model.skeleton) ? "people" : "tracks",
                static_cast<long long>(summary.person_frames), path.c_str());
   std::fputs(RefinementText(take.ready).c_str(), said);
   if (take.ready.changes_cameras() && !IsStream(FLAGS_out)) {

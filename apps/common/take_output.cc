@@ -46,10 +46,11 @@ std::string PeopleLines(const TakeReport& report) {
                    });
   for (size_t i = 0; i < std::min(people.size(), kMaxPeopleShown); ++i) {
     const PersonReport& person = people[i];
-    const std::string height = person.height_m > 0.0
-                                   ? fmt::format("{:.2f} m", person.height_m)
-                               : report.is_human ? "height unknown"
-                                                 : "";
+    std::string height = report.is_human ? "height unknown" : "";
+    if (person.height_m > 0.0) {
+      height = person.height_m > 0.5 ? fmt::format("{:.2f} m", person.height_m)
+                                     : fmt::format("{:.2g} m", person.height_m);
+    }
     text += fmt::format("  {} {:<4} {:<14}  {:>6} frames, {}..{}\n",
                         report.is_human ? "person" : "track", person.id.value(),
                         height, person.frames, person.first_frame,

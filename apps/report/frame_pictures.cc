@@ -196,6 +196,15 @@ class FrameArtist {
       }
       pen->Line(*from, *to, own);
     }
+    for (int j = 0; j < skeleton.joint_count(); ++j) {
+      const auto touches = [j](const Bone& bone) {
+        return bone.a == j || bone.b == j;
+      };
+      const std::vector<Bone>& bones = skeleton.bones();
+      if (std::any_of(bones.begin(), bones.end(), touches)) continue;
+      const auto px = Project(canvas, person.joints[static_cast<size_t>(j)]);
+      if (px.has_value()) pen->Disc(*px, stroke.width_px, stroke.colour);
+    }
   }
 
   void DrawName(const PersonPose& person, const Canvas& canvas,

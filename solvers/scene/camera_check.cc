@@ -62,6 +62,17 @@ CameraCheck::CameraCheck(CameraRig cameras, const Skeleton& detections,
       clocks_(cameras_),
       views_(cameras_.size()) {}
 
+void CameraCheck::set_metre(double metre) {
+  if (metre == metre_) return;
+  for (Camera& camera : cameras_) {
+    CameraParameters parameters = camera.parameters();
+    parameters.t *= metre_ / metre;
+    camera = Camera(std::move(parameters));
+  }
+  clocks_ = ClockCheck(cameras_);
+  metre_ = metre;
+}
+
 void CameraCheck::SeeDetections(const DetectionFrame& frame) {
   if (frames_fed_++ % stride_ != 0) return;
   if (confidences_.size() < kConfidences) {
@@ -74,7 +85,15 @@ void CameraCheck::SeeDetections(const DetectionFrame& frame) {
   if (++frames_kept_ % kFramesAStride == 0) stride_ *= 2;
 }
 
-void CameraCheck::SeeTracks(const TrackFrame& frame) {
+void CameraCheck::SeeTracks(const TrackFrame& in_world) {
+  TrackFrame scaled;
+  if (metre_ != 1.0) {
+    scaled = in_world;
+    for (PersonPose& person : scaled.people) {
+      for (Joint3d& joint : person.joints) joint.position_m /= metre_;
+    }
+  }
+  const TrackFrame& frame = metre_ == 1.0 ? in_world : scaled;
   // What was fed before this frame and never written is not waited for.
   const auto at = waiting_.find(frame.frame);
   waiting_.erase(waiting_.begin(), waiting_.lower_bound(frame.frame));
@@ -126,7 +145,7 @@ const Detection* CameraCheck::NearestTo(const ViewDetections& view,
   }
   if (!(depth_m > 0.0)) return nullptr;
   const Detection* nearest = nullptr;
-  double nearest_px = kGateM * metre_ * camera.focal_px() / depth_m;
+  double nearest_px = kGateM * camera.focal_px() / depth_m;
   for (const Detection& detection : view.detections) {
     const double distance_px = Distance(projected, detection);
     if (distance_px >= nearest_px) continue;
@@ -207,7 +226,6 @@ std::vector<CameraWarning> CameraCheck::Warnings() const {
   using Kind = CameraWarning::Kind;
   std::vector<CameraWarning> warnings;
   const std::vector<View> views = Views();
-  const double least_m = kLeastM * metre_;
   double largest_s = 0.0;  // of the clocks
   for (const View& view : views) {
     largest_s = std::max(largest_s, std::abs(view.clock.late_s));
@@ -225,7 +243,7 @@ std::vector<CameraWarning> CameraCheck::Warnings() const {
       continue;
     }
     const double shift_px = std::hypot(view.median_x_px, view.median_y_px);
-    if (view.px_per_m > 0.0 && shift_px >= least_m * view.px_per_m) {
+    if (view.px_per_m > 0.0 && shift_px >= kLeastM * view.px_per_m) {
       warnings.push_back(
           {Kind::kElsewhere,
            fmt::format(
@@ -234,7 +252,7 @@ std::vector<CameraWarning> CameraCheck::Warnings() const {
     }
     // One clock that is off makes the others look so, to a smaller part.
     const double late_s = view.clock.late_s;
-    if (view.clock.samples >= kEnoughSamples && view.clock.error_m >= least_m &&
+    if (view.clock.samples >= kEnoughSamples && view.clock.error_m >= kLeastM &&
         std::abs(late_s) > kOfTheLargest * largest_s) {
       warnings.push_back(
           {Kind::kOffBeat,

@@ -34,12 +34,9 @@ class CameraCheck {
   CameraCheck(CameraRig cameras, const Skeleton& detections,
               const Skeleton& tracks);
 
-  // What a metre of people's is in the world (SubjectScale); before the first
-  // tracks.
-  void set_metre(double metre) {
-    metre_ = metre;
-    clocks_.set_metre(metre);
-  }
+  // Looks at the world in a metre that is so long (SubjectScale), before the
+  // first tracks with people.
+  void set_metre(double metre);
   // Frames as the tracker is fed, ascending. Keeps some: every second one of
   // the first 400, every fourth of the next 800, and so on; each counts for
   // those between, so that all parts of a take count alike.

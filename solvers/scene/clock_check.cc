@@ -72,7 +72,7 @@ void ClockCheck::Weigh(const Sample& sample) {
   const Eigen::Vector2d px_per_s = (*to_px - *from_px) / span_s;
   const double m_per_px = camera.Depth(*to) / camera.focal_px();
   const double speed_mps = px_per_s.norm() * m_per_px;
-  if (speed_mps < kLeastSpeedMps * metre_) return;
+  if (speed_mps < kLeastSpeedMps) return;
   const double late_s =
       sample.residual_px.dot(px_per_s) / px_per_s.squaredNorm();
   const double squared_speed = sample.weight * speed_mps * speed_mps;

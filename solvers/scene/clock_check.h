@@ -22,7 +22,6 @@ class ClockCheck {
  public:
   explicit ClockCheck(CameraRig cameras);
 
-  void set_metre(double metre) { metre_ = metre; }  // as CameraCheck's
   // A joint in one view, less where the other views alone put it.
   struct Sample {
     size_t view = 0;
@@ -57,7 +56,6 @@ class ClockCheck {
   void Weigh(const Sample& sample);
 
   CameraRig cameras_;
-  double metre_ = 1.0;
   std::deque<Moment> recent_;
   std::deque<Sample> waiting_;
   struct Lateness {

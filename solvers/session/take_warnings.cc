@@ -93,7 +93,7 @@ class Warnings {
     Add("unit",
         fmt::format("the cameras look at a place {:.3g} m away", distance_m) +
             (report_->subject_m > 0.0
-                 ? fmt::format(", at somebody of {:.2g} m", report_->subject_m)
+                 ? fmt::format(", at somebody of {:.3g} m", report_->subject_m)
                  : ""),
         "lengths of the calibration seem to be in another unit: " +
             UnitsThatFit(distance_m, kNearest, kMaxDistance));

@@ -44,6 +44,8 @@ function loadResult(source, index) {
     names: source.names || {}, edits: source.edits || [], lines: source.identityLines || [],
     angles: source.angles || null
   };
+  // Joints without a bone are drawn as dots where the others are lines.
+  result.bare = result.joints.map((name, j) => j).filter((j) => !result.bones.some((bone) => bone.includes(j)));
   const root = decode(source.root, Int32Array), offset = decode(source.joints, Int16Array);
   const count = result.frame.length, J = result.joints.length;
   result.xyz = new Float32Array(count * J * 3);

@@ -1,6 +1,6 @@
 // A picture to keep, as SVG and PNG.
 import { INFERRED, MISSING, colourOf, dark, data, element, frameNumbers, nameOf, results, times } from './data.js';
-import { reach, scratch, show } from './scene.js';
+import { reach, scratch, show, up } from './scene.js';
 import { headOf } from './labels.js';
 import { paintPanel, panels } from './panels.js';
 import { state } from './playback.js';
@@ -122,6 +122,10 @@ function paintScene(pen, stage, colours) {
         const least = Math.min(status(j), status(k));
         if (least === MISSING) return;
         add(a.fromArray(result.xyz, (p * J + j) * 3), b.fromArray(result.xyz, (p * J + k) * 3), thick, colour, least === INFERRED ? 0.35 : 1);
+      });
+      result.bare.filter((j) => status(j) !== MISSING).forEach((j) => {
+        a.fromArray(result.xyz, (p * J + j) * 3);
+        add(a, b.copy(a).addScaledVector(up, 1e-3), 1.5 * thick, colour, status(j) === INFERRED ? 0.35 : 1);
       });
     }
   });

@@ -150,6 +150,14 @@ function drawReprojections(pen, panel, result, f, px) {
       pen.lineTo(points[b][0], points[b][1]);
       pen.stroke();
     }
+    pen.fillStyle = pen.strokeStyle;
+    for (const j of result.bare) {
+      if (!points[j]) continue;
+      pen.globalAlpha = (result.status[p * J + j] & 3) === INFERRED ? 0.35 : 0.8;
+      pen.beginPath();
+      pen.arc(points[j][0], points[j][1], (result.index === 0 ? 4 : 2.5) * px, 0, 7);
+      pen.fill();
+    }
   }
   pen.globalAlpha = 1;
 }
