@@ -113,7 +113,12 @@ export class Scene {
     const solid = new THREE.MeshLambertMaterial({ color: colourOf(result, person) });
     const faint = new THREE.MeshLambertMaterial({ color: colourOf(result, person), transparent: true, opacity: 0.3, depthWrite: false });
     const shape = result.index === 0 ? this.ball : this.gem;
-    const mesh = (geometry, material, count) => {
+    const mesh = (shared, material, count) => {
+      // Of two meshes in a row with one geometry three.js draws the second where
+      // the first is; the buffers may be shared.
+      const geometry = new THREE.BufferGeometry();
+      geometry.index = shared.index;
+      Object.assign(geometry.attributes, shared.attributes);
       const instanced = new THREE.InstancedMesh(geometry, material, Math.max(1, count));
       instanced.frustumCulled = false;
       this.scene.add(instanced);
