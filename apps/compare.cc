@@ -93,7 +93,7 @@ void CheckFlagsOfManifest() {
   }
 }
 
-void CheckFlags() {
+void CheckCompareFlags() {
   RequireFlag("out", FLAGS_out);
   if (FLAGS_manifest.empty()) {
     RequireFlag("cameras", FLAGS_cameras);
@@ -387,7 +387,7 @@ void CompareManyTakes(const std::vector<Strategy>& strategies,
 }
 
 void RunCompare() {
-  CheckFlags();
+  CheckCompareFlags();
   if (FLAGS_plots && FLAGS_manifest.empty()) RequirePlotTool();
   const std::vector<Strategy> strategies = ReadStrategies();
   AtomicFolder folder(WithFolders(FLAGS_out));

@@ -14,6 +14,15 @@ endif()
 function(kinegraph_compile_settings target)
   target_compile_features(${target} PUBLIC cxx_std_17)
   target_compile_options(${target} PRIVATE ${KINEGRAPH_WARNINGS})
+  if(KINEGRAPH_UNITY)
+    # Files with options of their own (kinegraph_lanes) stay alone.
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON
+      UNITY_BUILD_BATCH_SIZE 12)
+    # A class with a private part in an anonymous namespace is no danger in a
+    # file that no other includes.
+    target_compile_options(${target} PRIVATE
+      $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  endif()
   # NaN-filled Eigen memory in debug builds shows what was never written.
   target_compile_definitions(${target} PRIVATE
     $<$<CONFIG:Debug>:EIGEN_INITIALIZE_MATRICES_BY_NAN>)

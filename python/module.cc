@@ -14,7 +14,6 @@
 #include <cmath>
 #include <exception>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -24,6 +23,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/base/stop_check.h"
 #include "core/geometry/lens.h"
 #include "core/io/calibration/writer.h"
@@ -44,8 +44,6 @@ namespace kinegraph {
 namespace {
 
 using Array = py::array_t<double, py::array::c_style | py::array::forcecast>;
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // ---- Skeletons and cameras --------------------------------------------------
 

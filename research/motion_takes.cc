@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/base/constants.h"
 #include "core/base/random.h"
 #include "core/io/tracks/tracks.h"
 #include "core/synthetic/recorded_actor.h"
@@ -13,8 +14,6 @@
 
 namespace kinegraph::testing {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 // AR(1) errors of unit variance in each axis.
 class SlowNoise {

@@ -7,7 +7,7 @@
 namespace kinegraph {
 namespace {
 
-using Row = std::vector<std::string>;
+using TextCells = std::vector<std::string>;
 
 constexpr size_t kLeastFirstColumn = 24;  // letters
 
@@ -28,8 +28,8 @@ std::string Trimmed(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
 }
 
-Row CellsOf(const std::string& line) {
-  Row cells;
+TextCells CellsOf(const std::string& line) {
+  TextCells cells;
   size_t begin = 1;
   for (size_t at = 1; at < line.size(); ++at) {
     if (line[at] != '|' || line[at - 1] == '\\') continue;
@@ -39,7 +39,7 @@ Row CellsOf(const std::string& line) {
   return cells;
 }
 
-bool IsRule(const Row& cells) {
+bool IsRule(const TextCells& cells) {
   return !cells.empty() &&
          std::all_of(cells.begin(), cells.end(), [](const std::string& cell) {
            return cell.find_first_not_of("-:") == std::string::npos;
@@ -56,9 +56,9 @@ std::string WithoutBrackets(std::string cell) {
   }
 }
 
-std::vector<size_t> WidthsOf(const std::vector<Row>& rows) {
+std::vector<size_t> WidthsOf(const std::vector<TextCells>& rows) {
   std::vector<size_t> widths;
-  for (const Row& row : rows) {
+  for (const TextCells& row : rows) {
     widths.resize(std::max(widths.size(), row.size()));
     for (size_t c = 0; c < row.size(); ++c) {
       widths[c] = std::max(widths[c], Letters(row[c]));
@@ -73,11 +73,11 @@ size_t WidthOf(const std::vector<size_t>& widths) {
   return sum < 2 ? 0 : sum - 2;
 }
 
-std::string TableText(std::vector<Row> rows, size_t columns,
+std::string TableText(std::vector<TextCells> rows, size_t columns,
                       const std::string& where) {
   std::vector<size_t> widths = WidthsOf(rows);
   if (WidthOf(widths) > columns) {
-    for (Row& row : rows) {
+    for (TextCells& row : rows) {
       for (std::string& cell : row) cell = WithoutBrackets(cell);
     }
     widths = WidthsOf(rows);
@@ -145,14 +145,14 @@ std::string ForTerminal(const std::string& markdown, size_t columns,
                         const std::string& where) {
   std::istringstream lines(markdown);
   std::string text;
-  std::vector<Row> table;
+  std::vector<TextCells> table;
   const auto flush = [&] {
     if (!table.empty()) text += TableText(std::move(table), columns, where);
     table.clear();
   };
   for (std::string line; std::getline(lines, line);) {
     if (!line.empty() && line[0] == '|') {
-      Row cells = CellsOf(line);
+      TextCells cells = CellsOf(line);
       if (!IsRule(cells)) table.push_back(std::move(cells));
       continue;
     }

@@ -13,8 +13,6 @@
 namespace kinegraph {
 namespace {
 
-constexpr char kHeldOut[] = "held_out_mean_px";
-
 Json NumberOrNull(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }

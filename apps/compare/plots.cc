@@ -2,17 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
 #include "apps/common/plot.h"
+#include "core/base/constants.h"
 
 namespace kinegraph {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr char kHeldOut[] = "held_out_mean_px";
 constexpr char kHeldOutLabel[] =
     "held-out error, mean of min(error, 30 px) [px]";
 

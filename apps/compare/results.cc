@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/base/parallel.h"
 #include "core/evaluation/correspondence.h"
 #include "core/evaluation/statistics.h"
@@ -12,7 +12,6 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kMmPerM = 1000.0;
 
 Interval Scaled(Interval interval, double factor) {

@@ -25,6 +25,8 @@ enum class Verdict {
 const char* ToString(Verdict verdict);
 Verdict VerdictOf(const Interval& difference);
 
+inline constexpr char kHeldOut[] = "held_out_mean_px";  // a key of Measure
+
 // One figure of one strategy.
 struct Measure {
   std::string key;    // "held_out_mean_px"

@@ -2,19 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
 #include "apps/common/app.h"
 #include "apps/compare/scores.h"
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 
 namespace kinegraph {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 // Points of every strategy, and the errors there.
 struct StrategyPoints {

@@ -27,7 +27,8 @@ BatchColumn Means(const Study& study, size_t s) {
 
 // Its difference to the baseline; `s` may differ from take to take.
 template <typename StrategyOf>
-BatchColumn Differences(const Study& study, const StrategyOf& strategy_of) {
+BatchColumn StudyDifferences(const Study& study,
+                             const StrategyOf& strategy_of) {
   BatchColumn column;
   for (const StudyTake& take : study.takes) {
     column.emplace_back();
@@ -40,13 +41,13 @@ BatchColumn Differences(const Study& study, const StrategyOf& strategy_of) {
 }
 
 BatchSummary DifferenceOf(const Study& study, size_t s) {
-  return Summarise(Differences(
+  return Summarise(StudyDifferences(
       study, [s](const StudyTake&) { return std::optional<size_t>(s); }));
 }
 
 BatchSummary DifferenceOfChosen(const Study& study) {
-  return Summarise(
-      Differences(study, [](const StudyTake& take) { return take.chosen; }));
+  return Summarise(StudyDifferences(
+      study, [](const StudyTake& take) { return take.chosen; }));
 }
 
 std::string Cell(const BatchSummary& summary) {

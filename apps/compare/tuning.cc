@@ -6,11 +6,11 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <map>
 #include <utility>
 
 #include "apps/common/app.h"
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/io/configuration/config.h"
@@ -19,8 +19,6 @@
 
 namespace kinegraph {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 const Strategy& TunedAs(const Strategy& strategy) {
   if (strategy.tuned_as.empty()) return strategy;

@@ -13,8 +13,6 @@
 namespace kinegraph {
 namespace {
 
-constexpr char kHeldOut[] = "held_out_mean_px";
-
 std::string Pixels(double value) { return Fixed(value, 2) + " px"; }
 
 // A part of a dotted key: bare where TOML allows it.

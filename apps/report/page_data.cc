@@ -32,7 +32,6 @@ constexpr double kWeightSteps = 200.0;
 constexpr size_t kMomentsOfAKind = 8;
 constexpr size_t kMaxStartsAndEnds = 60;
 constexpr int kMaxExtrasStride = 64;
-constexpr double kFallbackRateHz = 25.0;
 
 // The frames of all results, each once. Ground truth may go on for longer than
 // the tracks; only what lies within their span is shown.

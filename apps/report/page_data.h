@@ -19,6 +19,9 @@
 
 namespace kinegraph {
 
+// Where neither the video nor the tracks tell one.
+inline constexpr double kFallbackRateHz = 25.0;
+
 // A video behind a panel.
 struct PageVideo {
   std::string source;       // a path relative to the page; empty: `bytes`

@@ -13,9 +13,6 @@
 namespace kinegraph {
 namespace {
 
-// Where neither the video nor the tracks tell one, as the page's clock.
-constexpr double kFallbackRateHz = 25.0;
-
 int64_t FirstFrame(const PageInput& input) {
   const auto& frames = input.results.front().tracks.frames;
   return frames.empty() ? 0 : frames.front().frame;

@@ -17,7 +17,7 @@ constexpr int kStepsPerOctave = 4;
 // Between the error bars of two takes, so that none hides another.
 constexpr double kBarShift = 0.012;
 
-PcpResult Score(const LoadedDataset& loaded, const RunOptions& options) {
+PcpResult ScoreOf(const LoadedDataset& loaded, const RunOptions& options) {
   return EvaluatePcp(loaded.truth, TracksOf(loaded, options),
                      loaded.dataset.protocol);
 }
@@ -29,12 +29,12 @@ Sweep RunSweep(const LoadedDataset& loaded, const SweptParameter& parameter) {
   sweep.parameter = parameter.name;
   sweep.unit = parameter.unit;
   sweep.paper_value = parameter.get(loaded.options.tracker);
-  const PcpResult paper = Score(loaded, loaded.options);
+  const PcpResult paper = ScoreOf(loaded, loaded.options);
   const double paper_mean = MeanOfActors(paper, PcpGroup::kTotal);
   for (const double value : SweepValues(sweep.paper_value, parameter.largest)) {
     RunOptions options = loaded.options;
     parameter.set(value, &options.tracker);
-    const PcpResult pcp = Score(loaded, options);
+    const PcpResult pcp = ScoreOf(loaded, options);
     SweptValue swept;
     swept.value = value;
     swept.mean_of_actors = MeanOfActors(pcp, PcpGroup::kTotal);

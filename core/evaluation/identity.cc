@@ -2,18 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "core/assignment/hungarian.h"
+#include "core/base/constants.h"
 
 namespace kinegraph {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // What is known of a true person while the frames go by.
 struct PersonState {
@@ -48,8 +46,8 @@ class FrameMatcher {
           continue;
         }
         pairs.push_back({static_cast<int>(i), static_cast<int>(k), open(i, k)});
-        open.row(i).setConstant(kNaN);
-        open.col(k).setConstant(kNaN);
+        open.row(i).setConstant(kNan);
+        open.col(k).setConstant(kNan);
       }
     }
     for (const CostPair& pair : MatchOneToOne(open, gate_m_)) {
@@ -314,7 +312,7 @@ class HotaCounter {
                              const Eigen::MatrixXd& together) {
     const double pairs = static_cast<double>(matched.size());
     const double people = totals.truth.sum() + totals.found.sum() - pairs;
-    if (people == 0.0) return {kNaN, kNaN, kNaN, kNaN};
+    if (people == 0.0) return {kNan, kNan, kNan, kNan};
     HotaScores scores;
     scores.detection = pairs / people;
     double sum = 0.0;
@@ -343,14 +341,14 @@ class HotaCounter {
 }  // namespace
 
 double IdentityResult::Mota() const {
-  if (true_person_frames == 0) return kNaN;
+  if (true_person_frames == 0) return kNan;
   return 1.0 - static_cast<double>(misses + false_positives + switches) /
                    static_cast<double>(true_person_frames);
 }
 
 double IdentityResult::Idf1() const {
   const int64_t people = true_person_frames + found_person_frames;
-  if (people == 0) return kNaN;
+  if (people == 0) return kNan;
   return 2.0 * static_cast<double>(identity_true_positives) /
          static_cast<double>(people);
 }

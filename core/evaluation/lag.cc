@@ -40,7 +40,7 @@ class PoseByFrame {
   std::vector<const Pose3d*> poses_;
 };
 
-std::map<TrackId, PoseByFrame> ByIdentity(const TrackSequence& tracks) {
+std::map<TrackId, PoseByFrame> PosesByIdentity(const TrackSequence& tracks) {
   std::map<TrackId, PoseByFrame> people;
   for (const TrackFrame& frame : tracks.frames) {
     for (const PersonPose& person : frame.people) {
@@ -82,8 +82,8 @@ std::optional<double> EstimateLag(const TrackSequence& reference,
       std::max(2, static_cast<int>(std::ceil(options.max_lag_s * rate_hz)));
   const JointPairs joints =
       CommonBodyJoints(reference.header.skeleton, tracks.header.skeleton);
-  const auto true_people = ByIdentity(reference);
-  const auto found_people = ByIdentity(tracks);
+  const auto true_people = PosesByIdentity(reference);
+  const auto found_people = PosesByIdentity(tracks);
   Correlation correlation(reach);
   std::vector<Eigen::Vector3d> shifted;
   for (const TrackFrame& frame : reference.frames) {

@@ -55,9 +55,9 @@ void AddJoints(int64_t frame, const PersonPose* reference,
   }
 }
 
-void AddFrame(const TrackFrame& reference, const TrackFrame& tracks,
-              const JointPairs& joints, const ParityOptions& options,
-              IdentityMap* identities, ParityResult* result) {
+void CompareFrame(const TrackFrame& reference, const TrackFrame& tracks,
+                  const JointPairs& joints, const ParityOptions& options,
+                  IdentityMap* identities, ParityResult* result) {
   std::vector<bool> reference_paired(reference.people.size());
   std::vector<bool> person_paired(tracks.people.size());
   for (const CostPair& pair : MatchOneToOne(
@@ -120,8 +120,8 @@ ParityResult EvaluateParity(const TrackSequence& reference,
     if (!ContainsFrame(options.frames, frame)) continue;
     const TrackFrame* expected = FindFrame(reference, frame);
     const TrackFrame* found = FindFrame(tracks, frame);
-    AddFrame(expected ? *expected : nobody, found ? *found : nobody, joints,
-             options, &identities, &result);
+    CompareFrame(expected ? *expected : nobody, found ? *found : nobody, joints,
+                 options, &identities, &result);
   }
   result.identities_one_to_one = identities.OneToOne();
   const Census expected = CountPeople(reference, options.frames);

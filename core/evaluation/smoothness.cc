@@ -6,12 +6,11 @@
 #include <map>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/evaluation/correspondence.h"
 
 namespace kinegraph {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 std::vector<int> BodyJoints(const Skeleton& skeleton) {
   std::vector<int> joints;

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
+
+#include "core/base/constants.h"
 
 namespace kinegraph {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // Where quantile `q` of `count` ordered values lies: between rank `below` and
 // the next, `between` of the way.
@@ -30,12 +29,12 @@ double Interpolate(double low, double high, double between) {
 }  // namespace
 
 double Share::fraction() const {
-  if (total == 0) return kNaN;
+  if (total == 0) return kNan;
   return static_cast<double>(count) / static_cast<double>(total);
 }
 
 double Mean(const std::vector<double>& values) {
-  if (values.empty()) return kNaN;
+  if (values.empty()) return kNan;
   return std::accumulate(values.begin(), values.end(), 0.0) /
          static_cast<double>(values.size());
 }
@@ -44,12 +43,12 @@ double StandardDeviation(const std::vector<double>& values) {
   const double mean = Mean(values);
   double sum = 0.0;
   for (const double value : values) sum += (value - mean) * (value - mean);
-  if (values.empty()) return kNaN;
+  if (values.empty()) return kNan;
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
 double Quantile(std::vector<double> values, double q) {
-  if (values.empty()) return kNaN;
+  if (values.empty()) return kNan;
   const Rank rank(static_cast<int64_t>(values.size()), q);
   const auto at = values.begin() + rank.below;
   std::nth_element(values.begin(), at, values.end());
@@ -60,7 +59,7 @@ double Quantile(std::vector<double> values, double q) {
 
 double QuantileOfRepeated(const std::vector<double>& ascending,
                           const std::vector<int64_t>& upto, double q) {
-  if (upto.empty() || upto.back() == 0) return kNaN;
+  if (upto.empty() || upto.back() == 0) return kNan;
   const Rank rank(upto.back(), q);
   const auto value = [&](int64_t place) {
     const auto at = std::upper_bound(upto.begin(), upto.end(), place);

@@ -12,8 +12,8 @@
 namespace kinegraph {
 namespace {
 
-constexpr size_t kMinCommon = 8;       // of twelve joints
-constexpr double kLeastAcross = 0.05;  // m, shorter tells no direction
+constexpr size_t kMinCommon = 8;      // of twelve joints
+constexpr double kLeastWidth = 0.05;  // m, shorter tells no direction
 // Recorded people (walk, dance, hop, stand) hold their limbs as they did, at a
 // root mean square distance with these medians: 0.08 m after 0.1 s, 0.11 after
 // 0.2, 0.18 after 0.5 and 0.2 from 1 s on. Half of all lie within a quarter
@@ -40,7 +40,7 @@ std::optional<Eigen::Matrix3d> Axes(const LimbPosture& posture,
                                     const Eigen::Vector3d& up) {
   const Eigen::Vector3d across =
       posture.across_m - posture.across_m.dot(up) * up;
-  if (!(across.norm() >= kLeastAcross)) return std::nullopt;
+  if (!(across.norm() >= kLeastWidth)) return std::nullopt;
   Eigen::Matrix3d axes;
   axes.row(0) = across.normalized();
   axes.row(1) = up.cross(across).normalized();

@@ -6,10 +6,11 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/constants.h"
+
 namespace kinegraph {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kDegrees = 180.0 / kPi;
 constexpr double kSigmas = 1.959964;       // 95 % of one dimension
 constexpr double kDiscSigmas = 2.447747;   // 95 % of two

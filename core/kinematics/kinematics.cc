@@ -1,18 +1,16 @@
 #include "core/kinematics/kinematics.h"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/kinematics/angles.h"
 #include "core/kinematics/ground.h"
 #include "core/kinematics/mass.h"
 
 namespace kinegraph {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 using MaybePoint = std::optional<Eigen::Vector3d>;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/base/random.h"
 
 namespace kinegraph {
@@ -12,7 +13,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kStep = 0.05;  // of the simulation [s]
 constexpr int kStepsPerKnot = 4;
 constexpr double kRelaxation = 0.6;        // of the walking velocity [s]

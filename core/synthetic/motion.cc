@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/base/random.h"
 
 namespace kinegraph {
@@ -12,7 +13,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kSwingShare = 0.85;     // of a step's period
 constexpr double kHeelRiseTime = 0.22;   // before the foot leaves the ground
 constexpr double kFootFlatTime = 0.13;   // after the heel strikes

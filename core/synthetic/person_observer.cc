@@ -4,12 +4,13 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/constants.h"
+
 namespace kinegraph {
 namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kLeastConfidence = 0.05;
 
 double Correlation(double time_s, double frame_rate_hz) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "core/synthetic/spline.h"
@@ -17,8 +18,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-constexpr double kPi = 3.14159265358979323846;
 
 // Clips state times in microseconds, scenes in nanoseconds: a time that misses
 // a clip's end by rounding counts as the end.

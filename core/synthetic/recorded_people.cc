@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 
@@ -16,9 +17,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 
-constexpr double kPi = 3.14159265358979323846;
-
-using People = std::vector<std::shared_ptr<const Actor>>;
+using RecordedPeople = std::vector<std::shared_ptr<const Actor>>;
 
 // The frames of one person.
 struct Knots {
@@ -191,10 +190,11 @@ void CheckLists(const RecordedPeopleOptions& options, size_t clips) {
 
 // The least distance of two trunks in the time that both are there.
 double ClosestOf(const Actor& a, const Actor& b) {
-  constexpr double kStep = 0.1;  // [s]: nobody goes farther than 0.5 m in it
+  constexpr double kSampleStep =
+      0.1;  // [s]: nobody goes farther than 0.5 m in it
   double closest = std::numeric_limits<double>::infinity();
   for (const TimeSpan& span : a.Facts().present) {
-    for (double t = span.begin_s; t <= span.end_s; t += kStep) {
+    for (double t = span.begin_s; t <= span.end_s; t += kSampleStep) {
       if (!a.PresentAt(t) || !b.PresentAt(t)) continue;
       closest = std::min(
           closest,
@@ -204,7 +204,7 @@ double ClosestOf(const Actor& a, const Actor& b) {
   return closest;
 }
 
-double ClosestOf(const People& some, const People& others) {
+double ClosestOf(const RecordedPeople& some, const RecordedPeople& others) {
   double closest = std::numeric_limits<double>::infinity();
   for (const auto& a : some) {
     for (const auto& b : others) closest = std::min(closest, ClosestOf(*a, *b));
@@ -238,7 +238,7 @@ class ClipPlacer {
       if (!options_.turn_deg.empty()) {
         place.turn_rad = options_.turn_deg[clip_idx] * kPi / 180.0;
       }
-      People people = Make(motions, place, clip_idx);
+      RecordedPeople people = Make(motions, place, clip_idx);
       const bool apart = ClosestOf(people, people_) >= room_.min_distance_m;
       if (!apart && !given) continue;
       people_.insert(people_.end(), people.begin(), people.end());
@@ -251,7 +251,7 @@ class ClipPlacer {
                      "larger scene.motion.area_radius");
   }
 
-  const People& people() const { return people_; }
+  const RecordedPeople& people() const { return people_; }
 
  private:
   static constexpr int kAttempts = 300;
@@ -266,12 +266,12 @@ class ClipPlacer {
     return place;
   }
 
-  People Make(const std::vector<RecordedMotion>& motions,
-              const ClipPlace& place, size_t clip_idx) const {
+  RecordedPeople Make(const std::vector<RecordedMotion>& motions,
+                      const ClipPlace& place, size_t clip_idx) const {
     const ClipTiming timing = {At(options_.start_s, clip_idx),
                                At(options_.hold_s, clip_idx),
                                options_.hold_sway_m};
-    People people;
+    RecordedPeople people;
     for (size_t i = 0; i < motions.size(); ++i) {
       people.push_back(std::make_shared<RecordedActor>(
           motions[i], place, timing,
@@ -285,7 +285,7 @@ class ClipPlacer {
   Random seeds_;
   uint64_t sway_seed_ = 0;
   uint64_t body_seed_ = 0;
-  People people_;
+  RecordedPeople people_;
 };
 
 }  // namespace
@@ -333,9 +333,10 @@ std::vector<RecordedMotion> MotionsOf(const MotionClip& clip,
   return motions;
 }
 
-People MakeRecordedPeople(const RecordedPeopleOptions& options,
-                          const std::vector<MotionClip>& clips,
-                          const Skeleton& skeleton, const ClipRoom& room) {
+RecordedPeople MakeRecordedPeople(const RecordedPeopleOptions& options,
+                                  const std::vector<MotionClip>& clips,
+                                  const Skeleton& skeleton,
+                                  const ClipRoom& room) {
   CheckLists(options, clips.size());
   ClipPlacer placer(options, room);
   for (size_t i = 0; i < clips.size(); ++i) {
@@ -344,7 +345,7 @@ People MakeRecordedPeople(const RecordedPeopleOptions& options,
   return placer.people();
 }
 
-double EndOf(const People& people) {
+double EndOf(const RecordedPeople& people) {
   double end_s = 0.0;
   for (const auto& person : people) {
     for (const TimeSpan& span : person->Facts().present) {

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/base/random.h"
 #include "core/synthetic/simulated_actor.h"
@@ -15,8 +16,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-constexpr double kPi = 3.14159265358979323846;
 
 // cam_from_world rotation of a camera at `centre` that looks at `target`; the
 // world's z stays up in the image.

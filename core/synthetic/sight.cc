@@ -2,13 +2,13 @@
 
 #include <cmath>
 
+#include "core/base/constants.h"
+
 namespace kinegraph {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kPi = 3.14159265358979323846;
 
 // Direction of the camera as the person sees it [deg].
 double AzimuthOf(const Camera& camera, const SegmentPose& trunk) {

@@ -11,10 +11,10 @@
 namespace kinegraph {
 namespace {
 
-FileKind KindOf(mode_t mode) {
-  if (S_ISREG(mode)) return FileKind::kRegular;
-  if (S_ISDIR(mode)) return FileKind::kFolder;
-  return S_ISBLK(mode) ? FileKind::kBlockDevice : FileKind::kOther;
+FileType KindOf(mode_t mode) {
+  if (S_ISREG(mode)) return FileType::kRegular;
+  if (S_ISDIR(mode)) return FileType::kFolder;
+  return S_ISBLK(mode) ? FileType::kBlockDevice : FileType::kOther;
 }
 
 FileStatus StatusFrom(const struct stat& status) {

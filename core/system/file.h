@@ -16,10 +16,10 @@ inline constexpr int kStandardInput = 0;
 inline constexpr int kStandardOutput = 1;
 inline constexpr int kStandardError = 2;
 
-enum class FileKind { kRegular, kFolder, kBlockDevice, kOther };
+enum class FileType { kRegular, kFolder, kBlockDevice, kOther };
 
 struct FileStatus {
-  FileKind kind = FileKind::kOther;
+  FileType kind = FileType::kOther;
   int64_t size = 0;  // bytes; 0 where it has none
   // Which file it is, by whatever name: of two that exist, equal for one alone.
   std::pair<uint64_t, uint64_t> number;

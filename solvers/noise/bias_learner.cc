@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/constants.h"
+
 namespace kinegraph {
 namespace {
 
@@ -201,7 +203,6 @@ void BiasSeries::Add(const BiasSeries& other) {
 }
 
 void BiasSeries::AddAzimuth(int view_idx, double azimuth) {
-  constexpr double kPi = 3.14159265358979323846;
   const double share = (azimuth + kPi) / (2.0 * kPi);
   const int sector =
       std::clamp(static_cast<int>(share * kSectors), 0, kSectors - 1);

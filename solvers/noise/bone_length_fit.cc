@@ -11,8 +11,6 @@ namespace {
 
 // Of chi-square with one degree of freedom.
 constexpr double kUpperQuartile = 1.3233;
-double Square(double x) { return x * x; }
-
 // Quantile 0.3 of chi-square (Wilson and Hilferty 1931): within 1 % from one
 // degree of freedom on.
 double LowChiSquare(int freedom) {

@@ -8,6 +8,8 @@
 
 namespace kinegraph {
 
+inline double Square(double x) { return x * x; }
+
 // What looks say of a length, and how each of them deviates from it.
 struct LengthFit {
   bool known = false;

@@ -28,8 +28,6 @@ constexpr double kQuartileVariance = 3.34;
 // Of a median of N Gaussian values, times N, over that of a mean.
 constexpr double kMedianVariance = 1.571;
 
-double Square(double x) { return x * x; }
-
 bool SameBone(const Bone& x, int a, int b) {
   return (x.a == a && x.b == b) || (x.a == b && x.b == a);
 }

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/constants.h"
+
 namespace kinegraph {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 struct Spectrum {
   Spectrum(const ErrorCorrelation& correlation, double frame_s)

@@ -17,8 +17,8 @@ namespace {
 // Farther than this from every detection a person was not seen: half a metre
 // at their depth.
 constexpr double kGateM = 0.5;
-constexpr double kMinConfidence = 0.3;
-constexpr int kMinJoints = 6;
+constexpr double kMinJointConfidence = 0.3;
+constexpr int kMinPersonJoints = 6;
 
 // What is worth a warning. A detector's own bias, averaged over joints and
 // directions, stays within a centimetre or so in each of the views that take
@@ -37,14 +37,14 @@ double Distance(const std::vector<std::optional<Eigen::Vector2d>>& projected,
   for (size_t j = 0; j < projected.size(); ++j) {
     const Keypoint& point = detection.joints[j];
     if (!projected[j].has_value() || !point.found ||
-        point.confidence < kMinConfidence) {
+        point.confidence < kMinJointConfidence) {
       continue;
     }
     sum += (point.px - *projected[j]).norm();
     ++count;
   }
-  return count >= kMinJoints ? sum / count
-                             : std::numeric_limits<double>::infinity();
+  return count >= kMinPersonJoints ? sum / count
+                                   : std::numeric_limits<double>::infinity();
 }
 
 bool InImage(const Camera& camera, const Eigen::Vector2d& px) {
@@ -165,7 +165,7 @@ void CameraCheck::AddResiduals(const KeptFrame& kept, const PersonPose& person,
   // A few joints of many people say as much as all.
   constexpr size_t kEvery = 3;
   const auto counts = [](const Keypoint& point) {
-    return point.found && point.confidence >= kMinConfidence;
+    return point.found && point.confidence >= kMinJointConfidence;
   };
   std::vector<PointMeasurement> measurements;
   for (size_t j = v % kEvery; j < track_joint_.size(); j += kEvery) {

@@ -12,12 +12,12 @@ namespace {
 
 // What a bin says of one view's offset: its information [1/s^2] and the
 // gradient there, so that the offset is -gradient / information.
-struct Bin {
+struct ClockBin {
   double time_s = 0.0;
   double information = 0.0;
   double gradient = 0.0;
 };
-using Bins = std::vector<Bin>;
+using ClockBins = std::vector<ClockBin>;
 
 // Normal equations of one stretch, with the offset of every view beside its own
 // state.
@@ -59,16 +59,16 @@ StretchSystem LineariseStretch(const CameraRig& cameras,
 
 // The bins of all views. A bin is as long as a fortieth of the take, and at
 // least half a second: a walker's step.
-std::vector<Bins> OffsetBins(const CameraRig& cameras,
-                             const SceneSegments& segments,
-                             const std::vector<CameraChange>& changes,
-                             const SegmentOptions& options) {
+std::vector<ClockBins> OffsetBins(const CameraRig& cameras,
+                                  const SceneSegments& segments,
+                                  const std::vector<CameraChange>& changes,
+                                  const SegmentOptions& options) {
   const double length_s = std::max(0.5, segments.span_s / 40.0);
   const double first_s = -0.5 * segments.span_s;
   const auto count =
       static_cast<size_t>(std::ceil(segments.span_s / length_s)) + 1;
-  std::vector<Bins> bins(cameras.size(), Bins(count));
-  for (Bins& of_view : bins) {
+  std::vector<ClockBins> bins(cameras.size(), ClockBins(count));
+  for (ClockBins& of_view : bins) {
     for (size_t b = 0; b < count; ++b) {
       of_view[b].time_s = first_s + (static_cast<double>(b) + 0.5) * length_s;
     }
@@ -107,7 +107,7 @@ struct Sums {
   double gain() const { return gradient * gradient / information; }
 };
 
-Sums SumOf(const Bins& bins, size_t begin, size_t end) {
+Sums SumOf(const ClockBins& bins, size_t begin, size_t end) {
   Sums sums;
   for (size_t b = begin; b < end; ++b) {
     sums.information += bins[b].information;
@@ -117,10 +117,10 @@ Sums SumOf(const Bins& bins, size_t begin, size_t end) {
 }
 
 // What offset and drift gain.
-double GainOfLine(const Bins& bins) {
+double GainOfLine(const ClockBins& bins) {
   Eigen::Matrix2d H = Eigen::Matrix2d::Zero();
   Eigen::Vector2d g = Eigen::Vector2d::Zero();
-  for (const Bin& bin : bins) {
+  for (const ClockBin& bin : bins) {
     const Eigen::Vector2d row(1.0, bin.time_s);
     H += bin.information * row * row.transpose();
     g += bin.gradient * row;
@@ -130,7 +130,7 @@ double GainOfLine(const Bins& bins) {
 
 // How much more the bins scatter about two levels than their information says:
 // a detector's errors last.
-double ScatterOf(const Bins& bins, size_t split, const Sums& before,
+double ScatterOf(const ClockBins& bins, size_t split, const Sums& before,
                  const Sums& after) {
   double squares = 0.0;
   double count = 0.0;
@@ -145,17 +145,17 @@ double ScatterOf(const Bins& bins, size_t split, const Sums& before,
 }
 
 // A split needs this many bins with something in them on either side.
-constexpr int kFewestBins = 3;
+constexpr int kFewestClockBins = 3;
 
-int FilledBins(const Bins& bins, size_t begin, size_t end) {
+int FilledBins(const ClockBins& bins, size_t begin, size_t end) {
   return static_cast<int>(
       std::count_if(bins.begin() + static_cast<std::ptrdiff_t>(begin),
                     bins.begin() + static_cast<std::ptrdiff_t>(end),
-                    [](const Bin& bin) { return bin.information > 0.0; }));
+                    [](const ClockBin& bin) { return bin.information > 0.0; }));
 }
 
 // A split of one view's bins with the levels on either side.
-struct Split {
+struct ClockSplit {
   size_t view = 0;
   size_t bin = 0;  // the first one behind it
   double at_s = 0.0;
@@ -163,11 +163,12 @@ struct Split {
   double sigma_s = 0.0;
 };
 
-Split SplitAt(const Bins& bins, size_t view, size_t bin, double* gain) {
+ClockSplit ClockSplitAt(const ClockBins& bins, size_t view, size_t bin,
+                        double* gain) {
   const Sums before = SumOf(bins, 0, bin);
   const Sums after = SumOf(bins, bin, bins.size());
   const double scatter = ScatterOf(bins, bin, before, after);
-  Split split;
+  ClockSplit split;
   split.view = view;
   split.bin = bin;
   split.at_s = 0.5 * (bins[bin - 1].time_s + bins[bin].time_s);
@@ -179,21 +180,22 @@ Split SplitAt(const Bins& bins, size_t view, size_t bin, double* gain) {
 }
 
 // The split that explains most, of those that are worth it.
-std::optional<Split> BestSplit(const std::vector<Bins>& all, double least_s) {
+std::optional<ClockSplit> BestClockSplit(const std::vector<ClockBins>& all,
+                                         double least_s) {
   // Six standard deviations, for some forty splits of a handful of views; a
   // step that a drift explains nearly as well is none.
   constexpr double kSigmas = 6.0;
   constexpr double kLeastGain = 25.0;
-  std::optional<Split> best;
+  std::optional<ClockSplit> best;
   double most = kLeastGain;
   for (size_t v = 0; v < all.size(); ++v) {
     for (size_t bin = 1; bin < all[v].size(); ++bin) {
-      if (FilledBins(all[v], 0, bin) < kFewestBins ||
-          FilledBins(all[v], bin, all[v].size()) < kFewestBins) {
+      if (FilledBins(all[v], 0, bin) < kFewestClockBins ||
+          FilledBins(all[v], bin, all[v].size()) < kFewestClockBins) {
         continue;
       }
       double gain = 0.0;
-      const Split split = SplitAt(all[v], v, bin, &gain);
+      const ClockSplit split = ClockSplitAt(all[v], v, bin, &gain);
       if (!(gain > most) || std::abs(split.jump_s) < least_s ||
           std::abs(split.jump_s) < kSigmas * split.sigma_s) {
         continue;
@@ -206,7 +208,7 @@ std::optional<Split> BestSplit(const std::vector<Bins>& all, double least_s) {
 }
 
 // The stretches with a view's clock moved behind the split.
-SceneSegments Moved(const SceneSegments& segments, const Split& split,
+SceneSegments Moved(const SceneSegments& segments, const ClockSplit& split,
                     double jump_s) {
   SceneSegments moved = segments;
   for (Stretch& segment : moved.segments) {
@@ -227,18 +229,18 @@ std::optional<ClockJump> FindClockJump(const CameraRig& cameras,
                                        const std::vector<CameraChange>& changes,
                                        const SegmentOptions& options,
                                        double frame_s) {
-  const auto split =
-      BestSplit(OffsetBins(cameras, segments, changes, options), 0.3 * frame_s);
+  const auto split = BestClockSplit(
+      OffsetBins(cameras, segments, changes, options), 0.3 * frame_s);
   if (!split.has_value()) return std::nullopt;
   // One step falls short: the states and the loss take their share.
   double jump_s = split->jump_s;
   constexpr int kMostSteps = 6;
   for (int step = 0; step < kMostSteps; ++step) {
-    const std::vector<Bins> left =
+    const std::vector<ClockBins> left =
         OffsetBins(cameras, Moved(segments, *split, jump_s), changes, options);
     double gain = 0.0;
     const double more_s =
-        SplitAt(left[split->view], split->view, split->bin, &gain).jump_s;
+        ClockSplitAt(left[split->view], split->view, split->bin, &gain).jump_s;
     jump_s += more_s;
     if (std::abs(more_s) < 0.05 * frame_s) break;
   }

@@ -10,7 +10,7 @@ namespace {
 
 // A lag must bring this much agreement (of 1): between people who stand about
 // any lag looks alike.
-constexpr double kMinGain = 0.04;
+constexpr double kMinClockGain = 0.04;
 constexpr int kFramesToCompare = 30;
 // Of one pair's gain, standard deviation; the best of many lags looks better
 // than it is by about three standard errors of the mean.
@@ -158,7 +158,7 @@ bool IsWorthIt(const PairAgreement& before, const PairAgreement& after,
   const double pairs = std::min(before.possible, after.possible);
   const double chance = kBestOfMany * kGainSpread / std::sqrt(pairs);
   return after.mean_px() < closer * before.mean_px() &&
-         after.score() > before.score() + std::max(kMinGain, chance);
+         after.score() > before.score() + std::max(kMinClockGain, chance);
 }
 
 // Lags of fewer than half of the views, each against all others as they are,

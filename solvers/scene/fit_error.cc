@@ -11,7 +11,7 @@ namespace {
 
 // The place of each segment's bin of time among those that hold any, however
 // long the clock stands still in between.
-std::vector<size_t> BinsOf(const SceneSegments& segments, size_t* count) {
+std::vector<size_t> SegmentBins(const SceneSegments& segments, size_t* count) {
   double first = segments.segments.front().middle_s;
   for (const Stretch& segment : segments.segments) {
     first = std::min(first, segment.middle_s);
@@ -41,7 +41,7 @@ FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
   FitError error;
   if (segments.segments.empty()) return error;
   size_t bins = 0;
-  const std::vector<size_t> bin_of = BinsOf(segments, &bins);
+  const std::vector<size_t> bin_of = SegmentBins(segments, &bins);
   error.sum_px.assign(cameras.size(), std::vector<double>(bins, 0.0));
   error.count = error.sum_px;
   for (size_t s = 0; s < segments.segments.size(); ++s) {

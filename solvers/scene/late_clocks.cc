@@ -17,7 +17,7 @@ constexpr double kSigmas = 4.0;
 
 // Standard deviation of a view's offset or drift; the first view, which has
 // none of its own, has the second one's. 0 where it was not estimated.
-double SigmaOf(const BundleResult& fit, size_t view, int place) {
+double ClockSigma(const BundleResult& fit, size_t view, int place) {
   const size_t wanted = view == 0 ? 1 : view;
   Eigen::Index at = 0;
   for (size_t v = 0; v < fit.places.size(); ++v) {
@@ -42,7 +42,7 @@ double UsualClock(const std::vector<CameraChange>& changes, int place) {
 
 bool IsLate(const BundleResult& fit, size_t view, int place, double frame_s,
             double span_s) {
-  const double sigma = SigmaOf(fit, view, place);
+  const double sigma = ClockSigma(fit, view, place);
   if (!(sigma > 0.0)) return false;
   const double reach_s = place == kDriftAt ? span_s : 1.0;
   const double late =

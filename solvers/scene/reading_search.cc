@@ -11,7 +11,7 @@ namespace {
 // Another reading must agree this much better (of 1) to be thought of. Wrong
 // readings of sound scenes stay below the right one; what chance gives to a
 // maximum over all of them is a few hundredths.
-constexpr double kMinGain = 0.08;
+constexpr double kMinReadingGain = 0.08;
 // And reach this much itself: two views of one person agree to 0.6 to 0.9.
 constexpr double kMinScore = 0.3;
 // Readings this near the best fit equally.
@@ -226,7 +226,7 @@ ReadingSearch SearchReadings(const CameraRig& cameras,
     std::vector<ReadingScore> scores = search.Neighbours(best.reading);
     SortBest(&scores);
     if (scores.empty() || scores.front().score < kMinScore ||
-        scores.front().score < best.score + kMinGain) {
+        scores.front().score < best.score + kMinReadingGain) {
       break;
     }
     result.better.clear();

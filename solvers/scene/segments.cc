@@ -78,8 +78,8 @@ TimeNs BeatOf(const DetectionSequence& detections) {
   return static_cast<TimeNs>(Quantile(gaps, 0.5));
 }
 
-double SigmaOf(const SegmentOptions& options, const Keypoint& joint,
-               const Camera& camera, double depth_m) {
+double JointSigma(const SegmentOptions& options, const Keypoint& joint,
+                  const Camera& camera, double depth_m) {
   constexpr double kReferencePxPerMetre = 1000.0 / 4.0;
   const double scale = camera.focal_px() / depth_m / kReferencePxPerMetre;
   const double confidence = std::min(1.0, std::max(0.05, joint.confidence));
@@ -145,7 +145,7 @@ bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
       measurement.view_idx = view;
       measurement.time_s = ToSeconds(frames[k].capture_times[i] - middle);
       measurement.px = point.px;
-      measurement.sigma_px = SigmaOf(options, point, cameras[view], depth_m);
+      measurement.sigma_px = JointSigma(options, point, cameras[view], depth_m);
       segment->measurements.push_back(measurement);
       seen[view] = 1;
     }

@@ -11,6 +11,7 @@
 #include "core/skeleton/body_joints.h"
 #include "solvers/scene/consistency.h"
 #include "solvers/session/diagnose.h"
+#include "solvers/session/refine_take.h"
 #include "solvers/session/run.h"
 
 namespace kinegraph {
@@ -230,13 +231,6 @@ class Finisher {
   double clock_zero_s_;
   TakeCalibration* result_;
 };
-
-// Where WithClocks counts drifts from.
-double MiddleOf(const DetectionSequence& detections) {
-  if (detections.frames.empty()) return 0.0;
-  const TimeNs first = detections.frames.front().time;
-  return ToSeconds(first + (detections.frames.back().time - first) / 2);
-}
 
 }  // namespace
 

@@ -28,13 +28,6 @@ std::vector<int> LagsOf(const RunScene& scene,
   return SearchClocks(scene.model.cameras, people, longest).lag_frames;
 }
 
-// Where WithClocks counts drifts from.
-double MiddleOf(const DetectionSequence& detections) {
-  if (detections.frames.empty()) return 0.0;
-  const TimeNs first = detections.frames.front().time;
-  return ToSeconds(first + (detections.frames.back().time - first) / 2);
-}
-
 RefinementRecord RecordOf(const RunScene& scene, const Refinement& refinement,
                           double clock_zero_s) {
   RefinementRecord record;
@@ -79,6 +72,12 @@ DetectionSequence Asked(const RunRequest& request,
 }
 
 }  // namespace
+
+double MiddleOf(const DetectionSequence& detections) {
+  if (detections.frames.empty()) return 0.0;
+  const TimeNs first = detections.frames.front().time;
+  return ToSeconds(first + (detections.frames.back().time - first) / 2);
+}
 
 RefinedTake RefineTake(const RunOptions& options, const RunRequest& request,
                        const DetectionSequence& detections) {

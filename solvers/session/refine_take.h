@@ -24,6 +24,9 @@ struct RefinedTake {
   DetectionSequence detections;
 };
 
+// Where WithClocks counts drifts from.
+double MiddleOf(const DetectionSequence& detections);
+
 // Tracks the take once to match it, with whole-frame lags of its clocks found
 // first where the options ask for clocks, and refines what they ask for.
 // Throws as PrepareScene.

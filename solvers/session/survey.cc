@@ -22,20 +22,14 @@ namespace kinegraph {
 namespace {
 
 constexpr size_t kFramesToTry = 250;
-constexpr int kMinJoints = 5;
-
-// Heights of people of all ages; distances of cameras in rooms and on fields.
-constexpr double kMinHeight = 0.8;      // m
-constexpr double kMaxHeight = 2.3;      // m
-constexpr double kMinDistance = 0.5;    // m
-constexpr double kMaxDistance = 150.0;  // m
+constexpr int kMinSeenJoints = 5;
 
 bool ShowsPeopleTwice(const DetectionFrame& frame) {
   int views = 0;
   for (const ViewDetections& view : frame.views) {
     views += std::any_of(view.detections.begin(), view.detections.end(),
                          [](const Detection& detection) {
-                           return CountFound(detection) >= kMinJoints;
+                           return CountFound(detection) >= kMinSeenJoints;
                          });
   }
   return views >= 2;
@@ -67,7 +61,7 @@ double UsualJoints(const DetectionSequence& beginning) {
   for (const DetectionFrame& frame : beginning.frames) {
     for (const ViewDetections& view : frame.views) {
       for (const Detection& detection : view.detections) {
-        if (CountFound(detection) < kMinJoints) continue;
+        if (CountFound(detection) < kMinSeenJoints) continue;
         joints.push_back(JointsOf17(detection, beginning.header.skeleton));
       }
     }

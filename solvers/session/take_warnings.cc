@@ -14,10 +14,6 @@ namespace {
 
 // Limits of what is plausible. None was fitted to a score; beside each stands
 // what sound takes show.
-constexpr double kMinHeight = 0.8;       // m; small children
-constexpr double kMaxHeight = 2.3;       // m
-constexpr double kMinDistance = 0.5;     // m, cameras to people; a desk
-constexpr double kMaxDistance = 150.0;   // m; a stadium
 constexpr double kMaxErrorShare = 0.06;  // of a person's size; Shelf: 0.02
 constexpr double kFarWorse = 2.5;        // times the others' error
 constexpr double kWorstPx = 4.0;         // smaller errors are a detector's

@@ -16,6 +16,12 @@
 
 namespace kinegraph {
 
+// Heights of people of all ages; distances of cameras in rooms and on fields.
+inline constexpr double kMinHeight = 0.8;      // m; small children
+inline constexpr double kMaxHeight = 2.3;      // m
+inline constexpr double kMinDistance = 0.5;    // m, cameras to people; a desk
+inline constexpr double kMaxDistance = 150.0;  // m; a stadium
+
 // What a report does not show but its warnings need.
 struct TakeFacts {
   bool is_human = true;         // IsHuman of the skeleton

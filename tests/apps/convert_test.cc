@@ -303,7 +303,7 @@ TEST(Convert, PeopleOnTheirSideAndTheWayUp) {
   found.header.skeleton = Body25();
   found.header.frame_rate_hz = 25.0;
   for (int64_t f = 0; f < 30; ++f) {
-    testing::StandingPerson person;
+    testing::PosedPerson person;
     for (Joint3d& joint : person.pose().joints) {
       joint.position_m.x() += 0.1 * static_cast<double>(f);
     }

@@ -19,9 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::ContentOf;
+using testing::PosedPerson;
 using testing::ProgramOutcome;
 using testing::RunProgram;
-using testing::StandingPerson;
 using testing::TemporaryFolder;
 
 using Row = std::map<std::string, std::string>;
@@ -62,7 +62,7 @@ std::string WriteBend(const TemporaryFolder& folder) {
   tracks.header.mode = "graph";
   tracks.header.frame_rate_hz = 25.0;
   for (int k = 0; k < 3; ++k) {
-    StandingPerson person;
+    PosedPerson person;
     person.Turn({"l_knee", "l_ankle"}, 45.0 * k, Eigen::Vector3d::UnitY());
     if (k == 1) person.Remove("r_elbow");
     TrackFrame frame;
@@ -146,7 +146,7 @@ TEST(Kinematics, OtherProgramsNamesAreKnown) {
   TrackSequence tracks;
   tracks.header.skeleton = Skeleton("custom", {"RHip", "RKnee", "RAnkle"}, {});
   tracks.header.mode = "graph";
-  StandingPerson person;
+  PosedPerson person;
   person.Turn({"r_knee", "r_ankle"}, 60.0, Eigen::Vector3d::UnitY());
   TrackFrame frame;
   frame.people.resize(1);

@@ -39,7 +39,7 @@ class SeedFolder {
   const fs::path path_;
 };
 
-std::string ContentOf(const fs::path& path) {
+std::string BytesOf(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
 }
@@ -105,15 +105,14 @@ std::map<std::string, fs::path> FilesOf(const fs::path& folder) {
 
 // The file itself, or the first of a folder with a file a view or person.
 std::string OneFileOf(const fs::path& path) {
-  return ContentOf(fs::is_directory(path) ? FilesOf(path).begin()->second
-                                          : path);
+  return BytesOf(fs::is_directory(path) ? FilesOf(path).begin()->second : path);
 }
 
 // As InputFolder takes it.
 std::string WholeFolder(const fs::path& folder) {
   std::string listed;
   for (const auto& [name, path] : FilesOf(folder)) {
-    listed += InputFolder::kFileMark + name + "\n" + ContentOf(path);
+    listed += InputFolder::kFileMark + name + "\n" + BytesOf(path);
     if (listed.back() != '\n') listed += '\n';
   }
   return listed;
@@ -153,7 +152,7 @@ std::vector<std::string> WrittenCalibrations(bool folders) {
     Losses losses;
     format.write(path, SampleFor(format.name).scene.cameras, &losses);
     if (fs::is_directory(path) != folders) continue;
-    seeds.push_back(folders ? WholeFolder(path) : ContentOf(path));
+    seeds.push_back(folders ? WholeFolder(path) : BytesOf(path));
   }
   return seeds;
 }
@@ -221,8 +220,8 @@ const std::map<std::string, std::vector<std::string>>& ByHand() {
            "\167\315\162\266\000\000\000\000\111\105\116\104\256\102\140\202",
            67)}},
       {"video_times",
-       {ContentOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.mp4"),
-        ContentOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.webm")}},
+       {BytesOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.mp4"),
+        BytesOf(KINEGRAPH_SOURCE_DIR "/tests/apps/report/videos/bars.webm")}},
       {"calibration_qualisys",
        {"<?xml version='1.0'?><calibration qtm-version='none'><cameras><camera "
         "serial='a' active='1'><fov_video left='0' top='0' right='1279' "
@@ -338,8 +337,8 @@ std::vector<std::string> FuzzSeeds(const std::string& target) {
   if (target == "detections_sleap") return {SleapHdf5()};
   if (target == "detections_deeplabcut_h5") return {DeepLabCutHdf5()};
   if (target == "configuration") {
-    return {ContentOf(KINEGRAPH_SOURCE_DIR "/configs/offline.toml"),
-            ContentOf(KINEGRAPH_SOURCE_DIR "/configs/paper/shelf.toml")};
+    return {BytesOf(KINEGRAPH_SOURCE_DIR "/configs/offline.toml"),
+            BytesOf(KINEGRAPH_SOURCE_DIR "/configs/paper/shelf.toml")};
   }
   std::vector<std::string> seeds;
   const auto add = [&](const std::vector<std::string>& more) {

@@ -5,12 +5,11 @@
 #include <cmath>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "solvers/graph/noise_model.h"
 
 namespace kinegraph::testing {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 Eigen::Vector3d NormalVector(Random* random) {
   const double x = random->Normal();

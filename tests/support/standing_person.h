@@ -11,9 +11,9 @@
 namespace kinegraph::testing {
 
 // Faces x, z is up, y is to the left. Straight limbs, soles level.
-class StandingPerson {
+class PosedPerson {
  public:
-  StandingPerson() {
+  PosedPerson() {
     pose_.joints.resize(static_cast<size_t>(Body25().joint_count()));
     for (const double side : {1.0, -1.0}) {
       const std::string s = side > 0.0 ? "l_" : "r_";

@@ -15,7 +15,7 @@ enum Type { kByte = 1, kChar = 2, kInt = 4, kDouble = 6 };
 
 // Most significant byte first.
 template <typename Number>
-void Append(Number number, std::string* bytes) {
+void AppendBigEndian(Number number, std::string* bytes) {
   char raw[sizeof(Number)];
   std::memcpy(raw, &number, sizeof(Number));  // of a little-endian machine
   std::reverse(raw, raw + sizeof(Number));
@@ -28,21 +28,21 @@ void AppendPadded(const std::string& text, std::string* bytes) {
 }
 
 void AppendName(const std::string& name, std::string* bytes) {
-  Append(static_cast<int32_t>(name.size()), bytes);
+  AppendBigEndian(static_cast<int32_t>(name.size()), bytes);
   AppendPadded(name, bytes);
 }
 
 void AppendAttribute(const std::string& name, const std::string& text,
                      std::string* bytes) {
   AppendName(name, bytes);
-  Append(int32_t{kChar}, bytes);
+  AppendBigEndian(int32_t{kChar}, bytes);
   AppendName(text, bytes);  // a length and padded letters, as a name
 }
 
 // How a list begins; an empty one has no tag.
 void AppendList(Tag tag, size_t count, std::string* bytes) {
-  Append(count > 0 ? int32_t{tag} : int32_t{0}, bytes);
-  Append(static_cast<int32_t>(count), bytes);
+  AppendBigEndian(count > 0 ? int32_t{tag} : int32_t{0}, bytes);
+  AppendBigEndian(static_cast<int32_t>(count), bytes);
 }
 
 }  // namespace
@@ -63,9 +63,9 @@ void NetcdfFile::Attribute(const std::string& name, const std::string& text) {
 
 void NetcdfFile::Attribute(const std::string& name, double number) {
   AppendName(name, &attributes_);
-  Append(int32_t{kDouble}, &attributes_);
-  Append(int32_t{1}, &attributes_);
-  Append(number, &attributes_);
+  AppendBigEndian(int32_t{kDouble}, &attributes_);
+  AppendBigEndian(int32_t{1}, &attributes_);
+  AppendBigEndian(number, &attributes_);
   ++attribute_count_;
 }
 
@@ -87,7 +87,7 @@ void NetcdfFile::Doubles(const std::string& name,
                          std::function<double(size_t)> value) {
   Add(name, dimensions, attributes, kDouble, sizeof(double),
       [value = std::move(value)](size_t i, std::string* bytes) {
-        Append(value(i), bytes);
+        AppendBigEndian(value(i), bytes);
       });
 }
 
@@ -97,7 +97,7 @@ void NetcdfFile::Integers(const std::string& name,
                           std::function<int32_t(size_t)> value) {
   Add(name, dimensions, attributes, kInt, sizeof(int32_t),
       [value = std::move(value)](size_t i, std::string* bytes) {
-        Append(value(i), bytes);
+        AppendBigEndian(value(i), bytes);
       });
 }
 
@@ -107,7 +107,7 @@ void NetcdfFile::Bytes(const std::string& name,
                        std::function<int8_t(size_t)> value) {
   Add(name, dimensions, attributes, kByte, 1,
       [value = std::move(value)](size_t i, std::string* bytes) {
-        Append(value(i), bytes);
+        AppendBigEndian(value(i), bytes);
       });
 }
 
@@ -125,11 +125,11 @@ void NetcdfFile::Texts(const std::string& name, int dimension,
 
 std::string NetcdfFile::Header(uint64_t first_byte) const {
   std::string header = {'C', 'D', 'F', '\x02'};
-  Append(int32_t{0}, &header);  // no records
+  AppendBigEndian(int32_t{0}, &header);  // no records
   AppendList(kDimensionTag, dimensions_.size(), &header);
   for (const auto& [name, length] : dimensions_) {
     AppendName(name, &header);
-    Append(static_cast<int32_t>(length), &header);
+    AppendBigEndian(static_cast<int32_t>(length), &header);
   }
   AppendList(kAttributeTag, static_cast<size_t>(attribute_count_), &header);
   header += attributes_;
@@ -137,17 +137,17 @@ std::string NetcdfFile::Header(uint64_t first_byte) const {
   uint64_t begin = first_byte;
   for (const Variable& variable : variables_) {
     AppendName(variable.name, &header);
-    Append(static_cast<int32_t>(variable.dimensions.size()), &header);
+    AppendBigEndian(static_cast<int32_t>(variable.dimensions.size()), &header);
     for (const int dimension : variable.dimensions) {
-      Append(int32_t{dimension}, &header);
+      AppendBigEndian(int32_t{dimension}, &header);
     }
     AppendList(kAttributeTag, variable.attributes.size(), &header);
     for (const auto& [name, text] : variable.attributes) {
       AppendAttribute(name, text, &header);
     }
-    Append(int32_t{variable.type}, &header);
-    Append(static_cast<uint32_t>(variable.Bytes()), &header);
-    Append(begin, &header);
+    AppendBigEndian(int32_t{variable.type}, &header);
+    AppendBigEndian(static_cast<uint32_t>(variable.Bytes()), &header);
+    AppendBigEndian(begin, &header);
     begin += variable.Bytes();
   }
   return header;

@@ -22,7 +22,7 @@ uint32_t ContinueCrc(uint32_t crc, std::string_view bytes) {
 }
 
 template <typename Value>
-void Append(std::string* bytes, Value value) {
+void AppendLittleEndian(std::string* bytes, Value value) {
   static_assert(std::is_unsigned_v<Value>);
   bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
 }
@@ -31,16 +31,17 @@ void Append(std::string* bytes, Value value) {
 // needed" to the length of the extra field.
 void AppendCommon(std::string* bytes, const std::string& name, uint32_t crc,
                   uint32_t size) {
-  Append<uint16_t>(bytes, 20);    // version 2.0
-  Append<uint16_t>(bytes, 0);     // no flags
-  Append<uint16_t>(bytes, 0);     // stored, not compressed
-  Append<uint16_t>(bytes, 0);     // time 00:00:00
-  Append<uint16_t>(bytes, 0x21);  // date 1980-01-01: same input, same bytes
-  Append<uint32_t>(bytes, crc);
-  Append<uint32_t>(bytes, size);  // compressed
-  Append<uint32_t>(bytes, size);  // as it is
-  Append<uint16_t>(bytes, static_cast<uint16_t>(name.size()));
-  Append<uint16_t>(bytes, 0);  // no extra field
+  AppendLittleEndian<uint16_t>(bytes, 20);  // version 2.0
+  AppendLittleEndian<uint16_t>(bytes, 0);   // no flags
+  AppendLittleEndian<uint16_t>(bytes, 0);   // stored, not compressed
+  AppendLittleEndian<uint16_t>(bytes, 0);   // time 00:00:00
+  AppendLittleEndian<uint16_t>(
+      bytes, 0x21);  // date 1980-01-01: same input, same bytes
+  AppendLittleEndian<uint32_t>(bytes, crc);
+  AppendLittleEndian<uint32_t>(bytes, size);  // compressed
+  AppendLittleEndian<uint32_t>(bytes, size);  // as it is
+  AppendLittleEndian<uint16_t>(bytes, static_cast<uint16_t>(name.size()));
+  AppendLittleEndian<uint16_t>(bytes, 0);  // no extra field
 }
 
 std::string ShapeText(const std::vector<size_t>& shape) {
@@ -67,7 +68,8 @@ std::string NpyHeader(const std::string& type,
   std::string header = "\x93NUMPY";
   header += '\x01';
   header += '\x00';
-  Append<uint16_t>(&header, static_cast<uint16_t>(dictionary.size()));
+  AppendLittleEndian<uint16_t>(&header,
+                               static_cast<uint16_t>(dictionary.size()));
   return header + dictionary;
 }
 
@@ -127,7 +129,7 @@ void NpzFile::AddTexts(const std::string& name,
   for (std::u32string& row : rows) {
     row.resize(width);  // shorter texts end with zeros
     for (const char32_t point : row) {
-      Append<uint32_t>(&bytes, static_cast<uint32_t>(point));
+      AppendLittleEndian<uint32_t>(&bytes, static_cast<uint32_t>(point));
     }
   }
   AddBytes(name, "<U" + std::to_string(width), shape, bytes);
@@ -150,7 +152,7 @@ void NpzFile::AddBytes(const std::string& name, const std::string& type,
   entry.size = static_cast<uint32_t>(size);
   entry.offset = static_cast<uint32_t>(offset_);
   std::string local;
-  Append<uint32_t>(&local, 0x04034B50);
+  AppendLittleEndian<uint32_t>(&local, 0x04034B50);
   AppendCommon(&local, entry.name, entry.crc, entry.size);
   local += entry.name;
   file_.Write(local);
@@ -163,26 +165,26 @@ void NpzFile::AddBytes(const std::string& name, const std::string& type,
 void NpzFile::Commit() {
   std::string directory;
   for (const Entry& entry : entries_) {
-    Append<uint32_t>(&directory, 0x02014B50);
-    Append<uint16_t>(&directory, 20);  // made by version 2.0
+    AppendLittleEndian<uint32_t>(&directory, 0x02014B50);
+    AppendLittleEndian<uint16_t>(&directory, 20);  // made by version 2.0
     AppendCommon(&directory, entry.name, entry.crc, entry.size);
-    Append<uint16_t>(&directory, 0);  // no comment
-    Append<uint16_t>(&directory, 0);  // first disk
-    Append<uint16_t>(&directory, 0);  // internal attributes
-    Append<uint32_t>(&directory, 0);  // external attributes
-    Append<uint32_t>(&directory, entry.offset);
+    AppendLittleEndian<uint16_t>(&directory, 0);  // no comment
+    AppendLittleEndian<uint16_t>(&directory, 0);  // first disk
+    AppendLittleEndian<uint16_t>(&directory, 0);  // internal attributes
+    AppendLittleEndian<uint32_t>(&directory, 0);  // external attributes
+    AppendLittleEndian<uint32_t>(&directory, entry.offset);
     directory += entry.name;
   }
   const auto count = static_cast<uint16_t>(entries_.size());
   const auto size = static_cast<uint32_t>(directory.size());
-  Append<uint32_t>(&directory, 0x06054B50);
-  Append<uint16_t>(&directory, 0);  // this disk
-  Append<uint16_t>(&directory, 0);  // disk of the directory
-  Append<uint16_t>(&directory, count);
-  Append<uint16_t>(&directory, count);
-  Append<uint32_t>(&directory, size);
-  Append<uint32_t>(&directory, static_cast<uint32_t>(offset_));
-  Append<uint16_t>(&directory, 0);  // no comment
+  AppendLittleEndian<uint32_t>(&directory, 0x06054B50);
+  AppendLittleEndian<uint16_t>(&directory, 0);  // this disk
+  AppendLittleEndian<uint16_t>(&directory, 0);  // disk of the directory
+  AppendLittleEndian<uint16_t>(&directory, count);
+  AppendLittleEndian<uint16_t>(&directory, count);
+  AppendLittleEndian<uint32_t>(&directory, size);
+  AppendLittleEndian<uint32_t>(&directory, static_cast<uint32_t>(offset_));
+  AppendLittleEndian<uint16_t>(&directory, 0);  // no comment
   file_.Write(directory);
   file_.Commit();
 }

@@ -23,7 +23,7 @@ bool IsCalib(const std::string& name) {
   return fs::path(name).extension() == kExtension;
 }
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseBiocv(const CalibrationHead& head) {
   if (head.is_folder) {
     return std::any_of(head.names.begin(), head.names.end(), IsCalib) &&
            !HasTumFiles(head.names);
@@ -63,7 +63,7 @@ std::vector<double> ReadNumbers(const std::string& path, size_t count) {
   return numbers;
 }
 
-CameraRecord ReadCamera(const std::string& path) {
+CameraRecord ReadBiocvCamera(const std::string& path) {
   const std::vector<double> numbers = ReadNumbers(path, 2 + 9 + 16 + 5);
   CameraRecord record;
   record.file = path;
@@ -87,18 +87,19 @@ CameraRecord ReadCamera(const std::string& path) {
   return record;
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadBiocv(const CalibrationHead& head) {
   CalibrationFile file;
   file.unit = LengthUnit::kMillimetre;
   if (!head.is_folder) {
-    file.cameras.push_back(ReadCamera(head.path));
+    file.cameras.push_back(ReadBiocvCamera(head.path));
     return file;
   }
   std::vector<std::string> names = head.names;
   std::sort(names.begin(), names.end(), NaturalLess);
   for (const std::string& name : names) {
     if (!IsCalib(name)) continue;
-    file.cameras.push_back(ReadCamera((fs::path(head.path) / name).string()));
+    file.cameras.push_back(
+        ReadBiocvCamera((fs::path(head.path) / name).string()));
   }
   return file;
 }
@@ -110,8 +111,8 @@ CalibrationFormat BiocvCalibrationFormat() {
   format.name = "biocv";
   format.layout = "bioCV's .calib, a file a camera";
   format.syntax = CalibrationSyntax::kNumbers;
-  format.recognise = Recognise;
-  format.read = Read;
+  format.recognise = RecogniseBiocv;
+  format.read = ReadBiocv;
   return format;
 }
 

@@ -222,7 +222,7 @@ bool IsModelName(const std::string& path) {
   return name == kCameras || name == kImages;
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadColmap(const CalibrationHead& head) {
   if (!head.is_folder && !IsModelName(head.path)) {
     throw InputError(head.path, "",
                      "is no cameras.txt or images.txt, nor their folder");
@@ -244,7 +244,7 @@ CalibrationFile Read(const CalibrationHead& head) {
   return result;
 }
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseColmap(const CalibrationHead& head) {
   if (head.is_folder) {
     return head.HasFile(kCameras) && head.HasFile(kImages) &&
            !HasTumFiles(head.names);
@@ -304,7 +304,8 @@ std::string ImageLines(const Camera& camera, size_t id) {
                      camera.name());
 }
 
-void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+void WriteColmap(const std::string& path, const CameraRig& cameras,
+                 Losses* losses) {
   std::string intrinsics = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
   std::string images =
       "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n"
@@ -337,9 +338,9 @@ CalibrationFormat ColmapCalibrationFormat() {
   format.layout =
       "COLMAP's text: cameras.txt and images.txt, an image a camera";
   format.syntax = CalibrationSyntax::kOther;
-  format.recognise = Recognise;
-  format.read = Read;
-  format.write = Write;
+  format.recognise = RecogniseColmap;
+  format.read = ReadColmap;
+  format.write = WriteColmap;
   format.written_as = "folder";
   format.kept = "everything; R as a quaternion, to 1e-14";
   format.lost =

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseEasymocap(const CalibrationHead& head) {
   if (head.is_folder) {
     return (head.HasFile("intri.yml") || head.HasFile("intri.yaml")) &&
            !HasTumFiles(head.names);
@@ -135,7 +135,7 @@ CameraRecord ReadEasymocapCamera(const JsonField& intrinsic_file,
   return record;
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadEasymocap(const CalibrationHead& head) {
   const std::string& path = head.path;
   const EasymocapFiles files = FindEasymocapFiles(path);
   const Json intrinsic_json = ReadCalibrationYaml(files.intrinsic.string());
@@ -158,7 +158,8 @@ CalibrationFile Read(const CalibrationHead& head) {
   return file;
 }
 
-void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+void WriteEasymocap(const std::string& path, const CameraRig& cameras,
+                    Losses* losses) {
   NoteUnknownSizes(cameras, losses);
   std::string names;
   std::string intrinsic;
@@ -194,9 +195,9 @@ CalibrationFormat EasymocapCalibrationFormat() {
   format.name = "easymocap";
   format.layout = "intri.yml and extri.yml";
   format.syntax = CalibrationSyntax::kYaml;
-  format.recognise = Recognise;
-  format.read = Read;
-  format.write = Write;
+  format.recognise = RecogniseEasymocap;
+  format.read = ReadEasymocap;
+  format.write = WriteEasymocap;
   format.written_as = "folder";
   format.kept = "everything; R as a rotation vector, to 1e-14";
   format.lost = "refused: names as for `opencv`";

@@ -33,7 +33,7 @@ Json ToJson(const Camera& camera) {
   return json;
 }
 
-CameraRecord ReadCamera(const JsonField& field) {
+CameraRecord ReadKinegraphCamera(const JsonField& field) {
   CameraRecord record;
   record.file = field.file();
   record.name = field.At("name").Text();
@@ -56,11 +56,11 @@ CameraRecord ReadCamera(const JsonField& field) {
   return record;
 }
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseKinegraph(const CalibrationHead& head) {
   return head.HasJsonKey("kinegraph_cameras");
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadKinegraph(const CalibrationHead& head) {
   KeyReader root(head.Root());
   const JsonField version = root.At("kinegraph_cameras");
   if (version.Integer() != 1) version.FailExpected("version 1");
@@ -71,7 +71,7 @@ CalibrationFile Read(const CalibrationHead& head) {
   CalibrationFile file;
   file.states_unit = true;
   for (const JsonField& camera : root.At("cameras").Elements("camera")) {
-    file.cameras.push_back(ReadCamera(camera));
+    file.cameras.push_back(ReadKinegraphCamera(camera));
   }
   root.Find("refinement");     // how the cameras came about
   root.Find(kFingerprintKey);  // of the tracks that they came with
@@ -79,8 +79,8 @@ CalibrationFile Read(const CalibrationHead& head) {
   return file;
 }
 
-void Write(const std::string& path, const CameraRig& cameras,
-           Losses* /*losses*/) {
+void WriteKinegraph(const std::string& path, const CameraRig& cameras,
+                    Losses* /*losses*/) {
   WriteCameras(path, cameras);
 }
 
@@ -90,9 +90,9 @@ CalibrationFormat KinegraphCalibrationFormat() {
   CalibrationFormat format;
   format.name = "kinegraph";
   format.layout = "cameras.json";
-  format.recognise = Recognise;
-  format.read = Read;
-  format.write = Write;
+  format.recognise = RecogniseKinegraph;
+  format.read = ReadKinegraph;
+  format.write = WriteKinegraph;
   format.kept = "everything, bit for bit";
   return format;
 }

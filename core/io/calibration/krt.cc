@@ -8,11 +8,11 @@
 namespace kinegraph {
 namespace {
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseKrt(const CalibrationHead& head) {
   return FirstMemberHas(head, {"RT"});
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadKrt(const CalibrationHead& head) {
   const JsonField root = head.Root();
   CalibrationFile file;
   KeyReader(root).ReadUnit(&file);
@@ -36,7 +36,8 @@ CalibrationFile Read(const CalibrationHead& head) {
   return file;
 }
 
-void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+void WriteKrt(const std::string& path, const CameraRig& cameras,
+              Losses* losses) {
   NoteUnknownSizes(cameras, losses);
   Json json = Json::object();
   for (const Camera& camera : cameras) {
@@ -60,9 +61,9 @@ CalibrationFormat KrtCalibrationFormat() {
   CalibrationFormat format;
   format.name = "krt";
   format.layout = "JSON: K and RT of each camera";
-  format.recognise = Recognise;
-  format.read = Read;
-  format.write = Write;
+  format.recognise = RecogniseKrt;
+  format.read = ReadKrt;
+  format.write = WriteKrt;
   format.kept = "everything, bit for bit; a lens as `distCoeff`";
   return format;
 }

@@ -1,6 +1,7 @@
 // JSON of longcw's crossview data: {"cameras": {"Camera0": {"K": 3x3,
 // "Tw": 4x4, "dist_coeffs": [k1, k2, p1, p2]}, ...}}. K belongs to coordinates
 // divided by the image's width and height; Tw is world_from_cam, centimetres.
+#include "core/base/constants.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/keys.h"
 #include "core/io/calibration/write_formats.h"
@@ -8,12 +9,12 @@
 namespace kinegraph {
 namespace {
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseLongcw(const CalibrationHead& head) {
   return head.HasJsonKey("cameras") && !head.HasJsonKey("kinegraph_cameras") &&
          FirstMemberHas(head.json["cameras"], {"Tw"});
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadLongcw(const CalibrationHead& head) {
   const JsonField root = head.Root();
   CalibrationFile file;
   file.unit = LengthUnit::kCentimetre;
@@ -45,8 +46,8 @@ CalibrationFile Read(const CalibrationHead& head) {
 
 // K is divided by the image size, which the file does not tell: a reader is
 // told one size for all cameras.
-void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
-  constexpr double kCentimetresPerMetre = 100.0;
+void WriteLongcw(const std::string& path, const CameraRig& cameras,
+                 Losses* losses) {
   Json members = Json::object();
   for (const Camera& camera : cameras) {
     if (!HasSize(camera)) {
@@ -88,9 +89,9 @@ CalibrationFormat LongcwCalibrationFormat() {
   CalibrationFormat format;
   format.name = "longcw";
   format.layout = "JSON, cm";
-  format.recognise = Recognise;
-  format.read = Read;
-  format.write = Write;
+  format.recognise = RecogniseLongcw;
+  format.read = ReadLongcw;
+  format.write = WriteLongcw;
   format.kept = "K, lens, pose; t through the camera centre and cm, to 1e-14";
   format.lost =
       "lost: the image size, by which K is divided (`--image_size` when "

@@ -39,7 +39,7 @@ std::vector<std::string> FindPickles(const std::string& path) {
   return {};
 }
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseOpencap(const CalibrationHead& head) {
   if (head.is_folder) return !FindPickles(head.path).empty();
   return head.Is(CalibrationSyntax::kPickle);
 }
@@ -52,7 +52,7 @@ std::string NameOf(const std::string& file) {
                                                        : path.stem().string();
 }
 
-CameraRecord ReadCamera(const std::string& file) {
+CameraRecord ReadOpencapCamera(const std::string& file) {
   constexpr size_t kMaxBytes = size_t{1} << 20;
   const Json json = ParsePickle(ReadBytes(file, kMaxBytes), file);
   CameraRecord record;
@@ -76,14 +76,14 @@ CameraRecord ReadCamera(const std::string& file) {
   return record;
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadOpencap(const CalibrationHead& head) {
   CalibrationFile file;
   file.unit = LengthUnit::kMillimetre;
   const std::vector<std::string> files =
       head.is_folder ? FindPickles(head.path)
                      : std::vector<std::string>{head.path};
   for (const std::string& path : files)
-    file.cameras.push_back(ReadCamera(path));
+    file.cameras.push_back(ReadOpencapCamera(path));
   return file;
 }
 
@@ -95,8 +95,8 @@ CalibrationFormat OpencapCalibrationFormat() {
   format.layout =
       "a session's folder, cameraIntrinsicsExtrinsics.pickle a camera";
   format.syntax = CalibrationSyntax::kPickle;
-  format.recognise = Recognise;
-  format.read = Read;
+  format.recognise = RecogniseOpencap;
+  format.read = ReadOpencap;
   return format;
 }
 

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseOpencv(const CalibrationHead& head) {
   if (head.is_folder) {
     return !YamlFilesAmong(head.names).empty() && !head.HasFile("intri.yml") &&
            !head.HasFile("intri.yaml") && !HasTumFiles(head.names);
@@ -68,7 +68,7 @@ CameraRecord ReadOpencvCamera(const fs::path& path) {
   return record;
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadOpencv(const CalibrationHead& head) {
   CalibrationFile file;
   if (!head.is_folder) {
     file.cameras.push_back(ReadOpencvCamera(head.path));
@@ -105,7 +105,8 @@ std::string OpencvCameraText(const Camera& camera) {
   return text + OpencvMatrix("T", camera.t());
 }
 
-void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+void WriteOpencv(const std::string& path, const CameraRig& cameras,
+                 Losses* losses) {
   NoteUnknownSizes(cameras, losses);
   AtomicFolder folder(path);
   for (const Camera& camera : cameras) {
@@ -130,9 +131,9 @@ CalibrationFormat OpencvCalibrationFormat() {
   format.name = "opencv";
   format.layout = "YAML, a file a camera";
   format.syntax = CalibrationSyntax::kYaml;
-  format.recognise = Recognise;
-  format.read = Read;
-  format.write = Write;
+  format.recognise = RecogniseOpencv;
+  format.read = ReadOpencv;
+  format.write = WriteOpencv;
   format.written_as = "folder, a file a camera";
   format.kept = "everything, bit for bit";
   format.lost =

@@ -19,7 +19,7 @@ std::optional<XmlElement> CamerasOf(const XmlElement& root) {
   return parent.Find("Cameras");
 }
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseOptitrack(const CalibrationHead& head) {
   if (!head.Is(CalibrationSyntax::kXml) || !head.xml.has_value()) return false;
   const auto cameras = CamerasOf(*head.xml);
   if (!cameras.has_value()) return false;
@@ -27,7 +27,7 @@ bool Recognise(const CalibrationHead& head) {
   return camera.has_value() && camera->Find("Extrinsic").has_value();
 }
 
-CameraRecord ReadCamera(const XmlElement& camera) {
+CameraRecord ReadOptitrackCamera(const XmlElement& camera) {
   CameraRecord record;
   record.file = camera.file();
   record.name = camera.Text("Serial");
@@ -68,14 +68,14 @@ CameraRecord ReadCamera(const XmlElement& camera) {
   return record;
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadOptitrack(const CalibrationHead& head) {
   const XmlElement& root = head.XmlRoot();
   const auto cameras = CamerasOf(root);
   if (!cameras.has_value()) root.Fail("has no element <Cameras>");
   CalibrationFile file;
   file.states_unit = true;
   for (const XmlElement& camera : cameras->All("Camera")) {
-    file.cameras.push_back(ReadCamera(camera));
+    file.cameras.push_back(ReadOptitrackCamera(camera));
   }
   return file;
 }
@@ -87,8 +87,8 @@ CalibrationFormat OptitrackCalibrationFormat() {
   format.name = "optitrack";
   format.layout = "XML: .mcal of Motive 3";
   format.syntax = CalibrationSyntax::kXml;
-  format.recognise = Recognise;
-  format.read = Read;
+  format.recognise = RecogniseOptitrack;
+  format.read = ReadOptitrack;
   return format;
 }
 

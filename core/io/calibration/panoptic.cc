@@ -1,6 +1,7 @@
 // CMU Panoptic's JSON: {"cameras": [{"name": "00_03", "resolution": [w, h],
 // "K": 3x3, "distCoef": [k1, k2, p1, p2, k3], "R": 3x3, "t": 3x1}, ...]}:
 // x_cam = R X + t, centimetres.
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/keys.h"
@@ -9,12 +10,12 @@
 namespace kinegraph {
 namespace {
 
-bool Recognise(const CalibrationHead& head) {
+bool RecognisePanoptic(const CalibrationHead& head) {
   return head.HasJsonKey("cameras") && !head.HasJsonKey("kinegraph_cameras") &&
          head.json["cameras"].is_array();
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadPanoptic(const CalibrationHead& head) {
   const JsonField root = head.Root();
   CalibrationFile file;
   file.unit = LengthUnit::kCentimetre;
@@ -39,9 +40,9 @@ CalibrationFile Read(const CalibrationHead& head) {
   return file;
 }
 
-void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+void WritePanoptic(const std::string& path, const CameraRig& cameras,
+                   Losses* losses) {
   NoteUnknownSizes(cameras, losses);
-  constexpr double kCentimetresPerMetre = 100.0;
   Json list = Json::array();
   for (const Camera& camera : cameras) {
     const Eigen::Vector3d t_cm = kCentimetresPerMetre * camera.t();
@@ -64,9 +65,9 @@ CalibrationFormat PanopticCalibrationFormat() {
   CalibrationFormat format;
   format.name = "panoptic";
   format.layout = "CMU Panoptic's JSON, cm";
-  format.recognise = Recognise;
-  format.read = Read;
-  format.write = Write;
+  format.recognise = RecognisePanoptic;
+  format.read = ReadPanoptic;
+  format.write = WritePanoptic;
   format.kept = "everything; cm, so the last bit of `t` may change";
   return format;
 }

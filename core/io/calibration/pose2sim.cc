@@ -85,7 +85,8 @@ Eigen::Matrix3d ReadRotation(const JsonField& field) {
   return RotationOf(ToVector3(field.Matrix(3, 1)));
 }
 
-CameraRecord ReadCamera(const std::string& name, const JsonField& field) {
+CameraRecord ReadPose2simCamera(const std::string& name,
+                                const JsonField& field) {
   CameraRecord record;
   record.file = field.file();
   record.name = name;
@@ -143,7 +144,7 @@ fs::path SessionFile(const CalibrationHead& head) {
   return folder / kConfig;
 }
 
-bool Recognise(const CalibrationHead& head) {
+bool RecognisePose2sim(const CalibrationHead& head) {
   return head.is_folder ? !SessionFile(head).empty()
                         : head.Is(CalibrationSyntax::kToml);
 }
@@ -173,14 +174,14 @@ CalibrationFile ReadTables(const JsonField& root) {
     }
     const auto name = is_table ? field.Find("name") : std::nullopt;
     // Caliscope's videos are cam_0.mp4, cam_1.mp4, ...
-    file.cameras.push_back(ReadCamera(
+    file.cameras.push_back(ReadPose2simCamera(
         name.has_value() ? name->Text() : (is_array ? "cam_" : "") + table,
         field));
   }
   return file;
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadPose2sim(const CalibrationHead& head) {
   if (!head.is_folder) return ReadTables(head.Root());
   const fs::path path = SessionFile(head);
   if (path.empty()) {
@@ -204,7 +205,8 @@ Eigen::RowVectorXd LensTerms(const Camera& camera) {
   return lens.head(lens[4] == 0.0 ? 4 : 5).transpose();
 }
 
-void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+void WritePose2sim(const std::string& path, const CameraRig& cameras,
+                   Losses* losses) {
   NoteUnknownSizes(cameras, losses);
   std::string text;
   int number = 0;
@@ -234,9 +236,9 @@ CalibrationFormat Pose2simCalibrationFormat() {
   format.name = "pose2sim";
   format.layout = "TOML: Pose2Sim, Anipose, FreeMoCap, Caliscope";
   format.syntax = CalibrationSyntax::kToml;
-  format.recognise = Recognise;
-  format.read = Read;
-  format.write = Write;
+  format.recognise = RecognisePose2sim;
+  format.read = ReadPose2sim;
+  format.write = WritePose2sim;
   format.kept = "everything; R as a rotation vector, to 1e-14";
   return format;
 }

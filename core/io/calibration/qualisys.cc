@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kPerPixel = 64.0;
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseQualisys(const CalibrationHead& head) {
   if (!head.Is(CalibrationSyntax::kXml) || !head.xml.has_value()) return false;
   const auto cameras = head.xml->Find("cameras");
   return head.xml->name() == "calibration" && cameras.has_value() &&
@@ -40,7 +40,7 @@ bool IsOff(const XmlElement& camera) {
 
 // Models are "Miqus Video", "Miqus Video Plus", ...; files that other programs
 // wrote say "none" or nothing.
-bool HasVideo(const XmlElement& camera) {
+bool HasQualisysVideo(const XmlElement& camera) {
   std::string model = camera.FindText("model").value_or("none");
   std::transform(model.begin(), model.end(), model.begin(), [](char c) {
     return static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -60,7 +60,7 @@ Eigen::Matrix3d RotationOf(const XmlElement& transform) {
   return Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal() * axes;
 }
 
-CameraRecord ReadCamera(const XmlElement& camera, double lens_divisor) {
+CameraRecord ReadQualisysCamera(const XmlElement& camera, double lens_divisor) {
   CameraRecord record;
   record.file = camera.file();
   record.name = camera.Text("serial");
@@ -104,7 +104,7 @@ CameraRecord ReadCamera(const XmlElement& camera, double lens_divisor) {
   return record;
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadQualisys(const CalibrationHead& head) {
   const XmlElement& root = head.XmlRoot();
   CalibrationFile file;
   file.unit = LengthUnit::kMillimetre;
@@ -112,11 +112,13 @@ CalibrationFile Read(const CalibrationHead& head) {
   std::vector<XmlElement> cameras = root.At("cameras").All("camera");
   cameras.erase(std::remove_if(cameras.begin(), cameras.end(), IsOff),
                 cameras.end());
-  const bool any_video = std::any_of(cameras.begin(), cameras.end(), HasVideo);
+  const bool any_video =
+      std::any_of(cameras.begin(), cameras.end(), HasQualisysVideo);
   const bool from_pose2sim = root.FindText("qtm-version") == "none";
   for (const XmlElement& camera : cameras) {
-    if (any_video && !HasVideo(camera)) continue;
-    file.cameras.push_back(ReadCamera(camera, from_pose2sim ? kPerPixel : 1.0));
+    if (any_video && !HasQualisysVideo(camera)) continue;
+    file.cameras.push_back(
+        ReadQualisysCamera(camera, from_pose2sim ? kPerPixel : 1.0));
   }
   if (file.cameras.empty()) root.Fail("has no camera that is calibrated");
   return file;
@@ -129,8 +131,8 @@ CalibrationFormat QualisysCalibrationFormat() {
   format.name = "qualisys";
   format.layout = "XML: QTM's .qca.txt, and cal.txt as exported for Theia";
   format.syntax = CalibrationSyntax::kXml;
-  format.recognise = Recognise;
-  format.read = Read;
+  format.recognise = RecogniseQualisys;
+  format.read = ReadQualisys;
   return format;
 }
 

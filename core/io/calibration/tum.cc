@@ -117,7 +117,7 @@ std::string NumberOf(const std::string& file_name) {
   return number;
 }
 
-CameraRecord ReadCamera(const fs::path& path) {
+CameraRecord ReadTumCamera(const fs::path& path) {
   CameraRecord record;
   record.file = path.string();
   record.name = path.stem().string();
@@ -144,20 +144,20 @@ std::vector<std::string> TumFilesAmong(
   return names;
 }
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseTum(const CalibrationHead& head) {
   return head.is_folder ? HasTumFiles(head.names)
                         : head.Is(CalibrationSyntax::kNumbers) &&
                               fs::path(head.path).extension() != ".calib";
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadTum(const CalibrationHead& head) {
   CalibrationFile file;
   if (!head.is_folder) {
-    file.cameras.push_back(ReadCamera(head.path));
+    file.cameras.push_back(ReadTumCamera(head.path));
     return file;
   }
   for (const std::string& name : TumFilesAmong(head.names)) {
-    file.cameras.push_back(ReadCamera(fs::path(head.path) / name));
+    file.cameras.push_back(ReadTumCamera(fs::path(head.path) / name));
   }
   if (file.cameras.empty()) {
     throw InputError(head.path, "", "has no files P0.txt, P1.txt, ...");
@@ -165,7 +165,8 @@ CalibrationFile Read(const CalibrationHead& head) {
   return file;
 }
 
-void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
+void WriteTum(const std::string& path, const CameraRig& cameras,
+              Losses* losses) {
   AtomicFolder folder(path);
   bool has_size = false;
   bool renames = false;
@@ -218,9 +219,9 @@ CalibrationFormat TumCalibrationFormat() {
   format.name = "tum";
   format.layout = "a folder of P0.txt, P1.txt, ...";
   format.syntax = CalibrationSyntax::kNumbers;
-  format.recognise = Recognise;
-  format.read = Read;
-  format.write = Write;
+  format.recognise = RecogniseTum;
+  format.read = ReadTum;
+  format.write = WriteTum;
   format.written_as = "folder";
   format.kept = "the projection, to 1e-11 when taken apart again";
   format.lost = "lost: image sizes, names; refused: a lens";

@@ -22,13 +22,13 @@
 namespace kinegraph {
 namespace {
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseVicon(const CalibrationHead& head) {
   return head.Is(CalibrationSyntax::kXml) && head.xml.has_value() &&
          head.xml->name() == "Cameras" && head.xml->Find("Camera").has_value();
 }
 
 // "Vue" is Vicon's own video camera, "VideoInputDevice:..." are others'.
-bool HasVideo(const XmlElement& camera) {
+bool HasViconVideo(const XmlElement& camera) {
   for (const char* attribute : {"TYPE", "DISPLAY_TYPE"}) {
     std::string type = camera.FindText(attribute).value_or("");
     std::transform(type.begin(), type.end(), type.begin(), [](char c) {
@@ -105,7 +105,8 @@ std::vector<double> LensOf(const XmlElement& frame,
   return {k[0], k[1], 0.0, 0.0, k[2]};
 }
 
-CameraRecord ReadCamera(const XmlElement& camera, const XmlElement& frame) {
+CameraRecord ReadViconCamera(const XmlElement& camera,
+                             const XmlElement& frame) {
   CameraRecord record;
   record.file = camera.file();
   record.name = camera.Text("DEVICEID");
@@ -133,7 +134,7 @@ CameraRecord ReadCamera(const XmlElement& camera, const XmlElement& frame) {
   return record;
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadVicon(const CalibrationHead& head) {
   const XmlElement& root = head.XmlRoot();
   CalibrationFile file;
   file.unit = LengthUnit::kMillimetre;
@@ -144,10 +145,11 @@ CalibrationFile Read(const CalibrationHead& head) {
   };
   cameras.erase(std::remove_if(cameras.begin(), cameras.end(), is_unplaced),
                 cameras.end());
-  const bool any_video = std::any_of(cameras.begin(), cameras.end(), HasVideo);
+  const bool any_video =
+      std::any_of(cameras.begin(), cameras.end(), HasViconVideo);
   for (const XmlElement& camera : cameras) {
-    if (any_video && !HasVideo(camera)) continue;
-    file.cameras.push_back(ReadCamera(camera, *KeyFrameOf(camera)));
+    if (any_video && !HasViconVideo(camera)) continue;
+    file.cameras.push_back(ReadViconCamera(camera, *KeyFrameOf(camera)));
   }
   if (file.cameras.empty()) root.Fail("has no camera with a KeyFrame");
   return file;
@@ -160,8 +162,8 @@ CalibrationFormat ViconCalibrationFormat() {
   format.name = "vicon";
   format.layout = "XML: .xcp of Nexus, Shogun or Tracker";
   format.syntax = CalibrationSyntax::kXml;
-  format.recognise = Recognise;
-  format.read = Read;
+  format.recognise = RecogniseVicon;
+  format.read = ReadVicon;
   return format;
 }
 

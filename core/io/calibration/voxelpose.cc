@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/constants.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/keys.h"
 #include "core/io/calibration/write_formats.h"
@@ -11,11 +12,11 @@
 namespace kinegraph {
 namespace {
 
-bool Recognise(const CalibrationHead& head) {
+bool RecogniseVoxelpose(const CalibrationHead& head) {
   return FirstMemberHas(head, {"T", "fx"}) && !FirstMemberHas(head, {"RT"});
 }
 
-CalibrationFile Read(const CalibrationHead& head) {
+CalibrationFile ReadVoxelpose(const CalibrationHead& head) {
   const JsonField root = head.Root();
   CalibrationFile file;
   file.unit = LengthUnit::kMillimetre;
@@ -42,8 +43,8 @@ CalibrationFile Read(const CalibrationHead& head) {
   return file;
 }
 
-void Write(const std::string& path, const CameraRig& cameras, Losses* losses) {
-  constexpr double kMillimetresPerMetre = 1000.0;
+void WriteVoxelpose(const std::string& path, const CameraRig& cameras,
+                    Losses* losses) {
   Json json = Json::object();
   bool has_size = false;
   double largest_skew_px = 0.0;
@@ -85,9 +86,9 @@ CalibrationFormat VoxelposeCalibrationFormat() {
   CalibrationFormat format;
   format.name = "voxelpose";
   format.layout = "JSON, mm";
-  format.recognise = Recognise;
-  format.read = Read;
-  format.write = Write;
+  format.recognise = RecogniseVoxelpose;
+  format.read = ReadVoxelpose;
+  format.write = WriteVoxelpose;
   format.kept = "K, lens, pose; t through the camera centre, to 1e-14";
   format.lost =
       "lost: image sizes, a skew that is rounding (0.01 px); refused: a skewed "

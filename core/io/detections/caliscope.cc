@@ -119,8 +119,8 @@ std::set<int64_t> UnusedCameras(const std::string& session) {
 
 // ---- Reading ----
 
-int PlaceOf(const std::vector<std::string>& header,
-            const std::vector<const char*>& names) {
+int CaliscopePlaceOf(const std::vector<std::string>& header,
+                     const std::vector<const char*>& names) {
   for (const char* name : names) {
     const auto at = std::find(header.begin(), header.end(), name);
     if (at != header.end()) return static_cast<int>(at - header.begin());
@@ -129,7 +129,7 @@ int PlaceOf(const std::vector<std::string>& header,
 }
 
 // Columns by their names in any version.
-struct Columns {
+struct CaliscopeColumns {
   int sync = -1;
   int camera = -1;
   int object = -1;
@@ -139,19 +139,19 @@ struct Columns {
   int time = -1;
 };
 
-Columns FindColumns(const std::vector<std::string>& header) {
-  Columns columns;
-  columns.sync = PlaceOf(header, {"sync_index"});
-  columns.camera = PlaceOf(header, {"cam_id", "port"});
-  columns.object = PlaceOf(header, {"object_id"});
-  columns.point = PlaceOf(header, {"keypoint_id", "point_id"});
-  columns.x = PlaceOf(header, {"img_loc_x"});
-  columns.y = PlaceOf(header, {"img_loc_y"});
-  columns.time = PlaceOf(header, {"frame_time"});
+CaliscopeColumns FindCaliscopeColumns(const std::vector<std::string>& header) {
+  CaliscopeColumns columns;
+  columns.sync = CaliscopePlaceOf(header, {"sync_index"});
+  columns.camera = CaliscopePlaceOf(header, {"cam_id", "port"});
+  columns.object = CaliscopePlaceOf(header, {"object_id"});
+  columns.point = CaliscopePlaceOf(header, {"keypoint_id", "point_id"});
+  columns.x = CaliscopePlaceOf(header, {"img_loc_x"});
+  columns.y = CaliscopePlaceOf(header, {"img_loc_y"});
+  columns.time = CaliscopePlaceOf(header, {"frame_time"});
   return columns;
 }
 
-bool AreOfPoints(const Columns& columns) {
+bool AreOfPoints(const CaliscopeColumns& columns) {
   return columns.sync >= 0 && columns.camera >= 0 && columns.point >= 0 &&
          columns.x >= 0 && columns.y >= 0;
 }
@@ -226,7 +226,7 @@ void ForEachRow(const std::string& path, const Read& read) {
       });
 }
 
-void AddTime(const Row& row, const Columns& columns, Times* times) {
+void AddTime(const Row& row, const CaliscopeColumns& columns, Times* times) {
   const double time_s = row.Number(columns.time);
   if (!(std::abs(time_s) < 1e9)) {
     throw InputError("frame_time: found " + std::to_string(time_s) +
@@ -246,7 +246,7 @@ Times ReadTimesBeside(const std::string& table) {
     if (!IsFile(path)) continue;
     ForEachRow(path, [&](const std::vector<std::string>& header,
                          const std::vector<std::string>& cells) {
-      const Columns columns = FindColumns(header);
+      const CaliscopeColumns columns = FindCaliscopeColumns(header);
       if (columns.sync < 0 || columns.camera < 0 || columns.time < 0) return;
       AddTime(Row(header, cells), columns, &times);
     });
@@ -255,15 +255,15 @@ Times ReadTimesBeside(const std::string& table) {
   return times;
 }
 
-class Reader {
+class CaliscopeReader {
  public:
-  Reader(const DetectionReadOptions& options, std::set<int64_t> unused)
+  CaliscopeReader(const DetectionReadOptions& options, std::set<int64_t> unused)
       : options_(options), unused_(std::move(unused)) {}
 
   std::unique_ptr<DetectionSource> Read(const std::string& table) {
     ForEachRow(table, [this](const std::vector<std::string>& header,
                              const std::vector<std::string>& cells) {
-      const Columns columns = FindColumns(header);
+      const CaliscopeColumns columns = FindCaliscopeColumns(header);
       if (!AreOfPoints(columns)) {
         throw InputError(
             "expected columns sync_index, cam_id, keypoint_id, img_loc_x and "
@@ -276,7 +276,7 @@ class Reader {
   }
 
  private:
-  void ReadPoint(const Row& row, const Columns& columns) {
+  void ReadPoint(const Row& row, const CaliscopeColumns& columns) {
     Point point;
     point.sync = row.Index(columns.sync);
     point.camera = row.Index(columns.camera);
@@ -410,9 +410,9 @@ class Reader {
   std::map<int64_t, int64_t> joints_;  // of a point's number
 };
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
-  return Reader(options, UnusedCameras(path)).Read(TableOf(path));
+std::unique_ptr<DetectionSource> OpenCaliscopeFile(
+    const std::string& path, const DetectionReadOptions& options) {
+  return CaliscopeReader(options, UnusedCameras(path)).Read(TableOf(path));
 }
 
 // Only what is a session is searched: folders may hold a million files.
@@ -424,14 +424,14 @@ bool IsSession(const std::string& folder) {
   });
 }
 
-bool Recognise(const DetectionHead& head) {
+bool RecogniseCaliscope(const DetectionHead& head) {
   if (head.is_folder) {
     return IsSession(head.path) && !TablesOf(head.path).empty();
   }
   CsvRows rows(head.beginning);
   std::vector<std::string> header;
   return head.beginning.rfind("sync_index", 0) == 0 && rows.Next(&header) &&
-         AreOfPoints(FindColumns(header));
+         AreOfPoints(FindCaliscopeColumns(header));
 }
 
 }  // namespace
@@ -442,8 +442,8 @@ DetectionFormat CaliscopeFormat() {
   format.layout = "Caliscope's xy_TRACKER.csv, or the folder of its session";
   format.extension = ".csv";
   format.files = DetectionFormat::Files::kSession;
-  format.recognise = Recognise;
-  format.open = Open;
+  format.recognise = RecogniseCaliscope;
+  format.open = OpenCaliscopeFile;
   return format;
 }
 

@@ -79,7 +79,7 @@ Image ReadImage(const JsonObject& object) {
 }
 
 // Of the first category that has key points.
-std::optional<Skeleton> SkeletonOf(const JsonArray& categories) {
+std::optional<Skeleton> CocoViewsSkeleton(const JsonArray& categories) {
   for (const JsonValue value : categories) {
     const JsonObject category = AsObject(value, "a category");
     JsonValue names;
@@ -99,9 +99,9 @@ std::optional<Skeleton> SkeletonOf(const JsonArray& categories) {
   return std::nullopt;
 }
 
-class Reader {
+class CocoViewsReader {
  public:
-  Reader(const std::string& path, const DetectionReadOptions& options)
+  CocoViewsReader(const std::string& path, const DetectionReadOptions& options)
       : path_(path), options_(options) {}
 
   std::unique_ptr<DetectionSource> Read() {
@@ -157,7 +157,7 @@ class Reader {
       JsonValue categories;
       std::optional<Skeleton> own;
       if (root["categories"].get(categories) == simdjson::SUCCESS) {
-        own = SkeletonOf(AsArray(categories, "categories"));
+        own = CocoViewsSkeleton(AsArray(categories, "categories"));
       }
       header.skeleton = options_.skeleton.value_or(own.value_or(Coco17()));
       return header;
@@ -208,13 +208,13 @@ class Reader {
   std::unique_ptr<DetectionCollector> collector_;
 };
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
-  return Reader(path, options).Read();
+std::unique_ptr<DetectionSource> OpenCocoViewsFile(
+    const std::string& path, const DetectionReadOptions& options) {
+  return CocoViewsReader(path, options).Read();
 }
 
 // Tracks in COCO's manner have keypoints_3d and come without cameras.
-bool Recognise(const DetectionHead& head) {
+bool RecogniseCocoViews(const DetectionHead& head) {
   return !head.is_folder && head.kind == '{' &&
          (head.HasKey("images") || head.HasKey("annotations")) &&
          !head.HasKey("kinegraph_detections") && !head.Contains("keypoints_3d");
@@ -333,8 +333,9 @@ class Writer {
   int64_t person_count_ = 0;
 };
 
-void Write(const std::string& path, const DetectionWriteOptions& options,
-           DetectionSource* source, Losses* losses) {
+void WriteCocoViews(const std::string& path,
+                    const DetectionWriteOptions& options,
+                    DetectionSource* source, Losses* losses) {
   const DetectionHeader header = source->header();
   DetectionLossFinder finder(header);
   Writer writer(path, header, options.image_size);
@@ -359,9 +360,9 @@ DetectionFormat CocoViewsFormat() {
   format.name = "coco_views";
   format.layout = "one COCO file of all cameras: images, annotations";
   format.extension = ".json";
-  format.recognise = Recognise;
-  format.open = Open;
-  format.write = Write;
+  format.recognise = RecogniseCocoViews;
+  format.open = OpenCocoViewsFile;
+  format.write = WriteCocoViews;
   format.names_image_size = true;
   return format;
 }

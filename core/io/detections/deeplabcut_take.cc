@@ -5,13 +5,15 @@
 
 #include "core/base/error.h"
 #include "core/data/box.h"
+#include "core/io/detections/format.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/names.h"
 
 namespace kinegraph {
 namespace {
 
-size_t PlaceOf(const std::string& name, std::vector<std::string>* names) {
+size_t DeepLabCutPlaceOf(const std::string& name,
+                         std::vector<std::string>* names) {
   const auto at = std::find(names->begin(), names->end(), name);
   const auto place = static_cast<size_t>(at - names->begin());
   if (at == names->end()) names->push_back(name);
@@ -70,17 +72,6 @@ Keypoint FuseJoint(const std::vector<std::vector<Keypoint>>& said, size_t j,
   return best;
 }
 
-std::vector<std::string> FoldersIn(const std::string& path) {
-  std::vector<std::string> folders;
-  for (const std::string& name : ListFolder(path)) {
-    if (name.front() != '.' && IsFolder(path + "/" + name)) {
-      folders.push_back(path + "/" + name);
-    }
-  }
-  std::sort(folders.begin(), folders.end(), NaturalLess);
-  return folders;
-}
-
 }  // namespace
 
 DeepLabCutColumns FindDeepLabCutColumns(
@@ -91,8 +82,8 @@ DeepLabCutColumns FindDeepLabCutColumns(
   std::vector<std::string> people;
   for (size_t c = first; c < coords.size(); ++c) {
     const size_t person =
-        PlaceOf(individuals.empty() ? "" : individuals[c], &people);
-    const size_t joint = PlaceOf(parts[c], &columns.labels);
+        DeepLabCutPlaceOf(individuals.empty() ? "" : individuals[c], &people);
+    const size_t joint = DeepLabCutPlaceOf(parts[c], &columns.labels);
     if (columns.people.size() <= person) columns.people.emplace_back();
     std::vector<KeypointColumns>& joints = columns.people[person];
     if (joints.size() <= joint) joints.resize(joint + 1);

@@ -62,6 +62,8 @@ std::optional<std::string> FirstFile(const std::string& folder) {
   return folder + "/" + *first;
 }
 
+}  // namespace
+
 std::vector<std::string> FoldersIn(const std::string& folder) {
   std::vector<std::string> folders;
   for (const std::string& name : ListFolder(folder)) {
@@ -71,8 +73,6 @@ std::vector<std::string> FoldersIn(const std::string& folder) {
   std::sort(folders.begin(), folders.end(), NaturalLess);
   return folders;
 }
-
-}  // namespace
 
 const std::vector<DetectionFormat>& DetectionFormats() {
 #define KINEGRAPH_MAKE(make) make(),

@@ -77,6 +77,9 @@ const std::vector<DetectionFormat>& DetectionFormats();
 // nullptr when there is none of that name.
 const DetectionFormat* FindDetectionFormat(const std::string& name);
 
+// The folders in a folder, hidden ones left out, 2 before 10.
+std::vector<std::string> FoldersIn(const std::string& folder);
+
 // Looks at a path; throws InputError when it cannot be read.
 DetectionHead LookAtDetections(const std::string& path);
 // The format that recognises it, or nullptr.

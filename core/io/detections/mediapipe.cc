@@ -28,14 +28,14 @@ bool EndsWith(const std::string& text, const std::string& end) {
          text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-struct Columns {
+struct MediapipeColumns {
   int frame = -1;
   std::vector<std::string> labels;  // of the joints
   std::vector<KeypointColumns> joints;
 };
 
-Columns FindColumns(const std::vector<std::string>& header) {
-  Columns columns;
+MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
+  MediapipeColumns columns;
   const auto joint_of = [&columns](const std::string& label) -> auto& {
     const auto at =
         std::find(columns.labels.begin(), columns.labels.end(), label);
@@ -72,9 +72,10 @@ Columns FindColumns(const std::vector<std::string>& header) {
   return columns;
 }
 
-class Reader {
+class MediapipeReader {
  public:
-  Reader(const DetectionHeader& header, const DetectionReadOptions& options)
+  MediapipeReader(const DetectionHeader& header,
+                  const DetectionReadOptions& options)
       : options_(options), collector_(header) {}
 
   void ReadFile(const std::string& path, size_t view_idx) {
@@ -86,7 +87,7 @@ class Reader {
           std::vector<std::string> cells;
           if (!rows.Next(&cells)) throw InputError("is empty");
           const size_t width = cells.size();
-          const Columns columns = FindColumns(cells);
+          const MediapipeColumns columns = FindMediapipeColumns(cells);
           collector_.SettleSkeleton(columns.labels);
           while (rows.Next(&cells)) {
             if (cells.size() != width) {
@@ -101,8 +102,8 @@ class Reader {
   std::unique_ptr<DetectionSource> Finish() { return collector_.Finish(); }
 
  private:
-  void ReadRow(const std::vector<std::string>& cells, const Columns& columns,
-               size_t view_idx) {
+  void ReadRow(const std::vector<std::string>& cells,
+               const MediapipeColumns& columns, size_t view_idx) {
     const int64_t frame =
         FrameOfName(cells[static_cast<size_t>(columns.frame)]);
     Detection detection = ReadKeypointRow(cells, columns.joints, columns.labels,
@@ -116,12 +117,12 @@ class Reader {
   DetectionCollector collector_;
 };
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
-  return OpenViewFiles<Reader>(path, options, ".csv");
+std::unique_ptr<DetectionSource> OpenMediapipeFile(
+    const std::string& path, const DetectionReadOptions& options) {
+  return OpenViewFiles<MediapipeReader>(path, options, ".csv");
 }
 
-bool Recognise(const DetectionHead& head) {
+bool RecogniseMediapipe(const DetectionHead& head) {
   const std::vector<std::string> row = head.FirstRow();
   return !row.empty() && row.front() == "frame" &&
          std::any_of(row.begin(), row.end(), [](const std::string& name) {
@@ -131,9 +132,10 @@ bool Recognise(const DetectionHead& head) {
 
 // ---- Writing ----
 
-class ViewFile {
+class MediapipeView {
  public:
-  ViewFile(const std::string& path, const Skeleton& skeleton) : file_(path) {
+  MediapipeView(const std::string& path, const Skeleton& skeleton)
+      : file_(path) {
     out_.Text("frame,person");
     for (const std::string& joint : skeleton.joints()) {
       for (const char* column : {"_x", "_y", "_visibility"}) {
@@ -177,12 +179,13 @@ class ViewFile {
   JsonOutput out_;
 };
 
-void Write(const std::string& path, const DetectionWriteOptions& /*options*/,
-           DetectionSource* source, Losses* losses) {
+void WriteMediapipe(const std::string& path,
+                    const DetectionWriteOptions& /*options*/,
+                    DetectionSource* source, Losses* losses) {
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
   const auto files =
-      MakeViewFiles<ViewFile>(header, ".csv", folder, header.skeleton);
+      MakeViewFiles<MediapipeView>(header, ".csv", folder, header.skeleton);
   DetectionLossFinder finder(header);
   DetectionFrame frame;
   int64_t empty_frames = 0;
@@ -215,9 +218,9 @@ DetectionFormat MediaPipeCsvFormat() {
   format.layout = "CSV, a file a view: frame, NAME_x, NAME_y, NAME_visibility";
   format.extension = ".csv";
   format.files = DetectionFormat::Files::kFileAView;
-  format.recognise = Recognise;
-  format.open = Open;
-  format.write = Write;
+  format.recognise = RecogniseMediapipe;
+  format.open = OpenMediapipeFile;
+  format.write = WriteMediapipe;
   return format;
 }
 

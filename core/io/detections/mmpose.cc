@@ -30,11 +30,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kKeypoints = "keypoints";
+constexpr const char* kMmposeKeypoints = "keypoints";
 
-class Reader {
+class MmposeReader {
  public:
-  Reader(const DetectionHeader& header, ZeroConfidence zero_confidence)
+  MmposeReader(const DetectionHeader& header, ZeroConfidence zero_confidence)
       : zero_confidence_(zero_confidence), collector_(header) {}
 
   // A file with all frames of a view.
@@ -122,10 +122,11 @@ class Reader {
     for (const JsonValue value : instances) {
       const JsonObject instance = AsObject(value, "an instance");
       const JsonArray points =
-          AsArray(Required(instance, kKeypoints), kKeypoints);
+          AsArray(Required(instance, kMmposeKeypoints), kMmposeKeypoints);
       const size_t count = points.size();
       if (collector_.header().skeleton.joint_count() == 0) {
-        collector_.set_skeleton(*DetectorSkeletons(count, kKeypoints).front());
+        collector_.set_skeleton(
+            *DetectorSkeletons(count, kMmposeKeypoints).front());
       }
       CheckCount(count);
       scores_.resize(count);
@@ -135,7 +136,7 @@ class Reader {
       detection->joints.reserve(count);
       for (const JsonValue point : points) {
         double px[2];
-        AsNumbers(point, kKeypoints, 2, px);
+        AsNumbers(point, kMmposeKeypoints, 2, px);
         detection->joints.push_back(MakeKeypoint(
             px[0], px[1], scores_[detection->joints.size()], zero_confidence_));
       }
@@ -145,7 +146,7 @@ class Reader {
   void CheckCount(size_t found) const {
     const size_t expected = collector_.header().skeleton.joints().size();
     if (found == expected) return;
-    throw InputError(std::string(kKeypoints) + ": found " +
+    throw InputError(std::string(kMmposeKeypoints) + ": found " +
                      std::to_string(found) + " joints, expected " +
                      std::to_string(expected));
   }
@@ -169,8 +170,8 @@ std::vector<std::string> ViewFolders(const std::string& path) {
   return folders;
 }
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
+std::unique_ptr<DetectionSource> OpenMmposeFile(
+    const std::string& path, const DetectionReadOptions& options) {
   DetectionHeader header;
   header.skeleton = options.skeleton.value_or(Skeleton());
   header.frame_rate_hz = options.frame_rate_hz;
@@ -179,7 +180,7 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
   std::vector<std::pair<std::string, std::string>> files;
   if (!by_image) files = ListViewFiles(path);
   for (const auto& [view, file] : files) header.view_names.push_back(view);
-  Reader reader(header, options.zero_confidence);
+  MmposeReader reader(header, options.zero_confidence);
   for (size_t v = 0; v < header.view_names.size(); ++v) {
     if (!by_image) {
       reader.ReadView(files[v].second, v);
@@ -193,7 +194,7 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
   return reader.Finish();
 }
 
-bool Recognise(const DetectionHead& head) {
+bool RecogniseMmpose(const DetectionHead& head) {
   return head.HasKey("instance_info") ||
          (head.kind == '[' &&
           (head.Contains("\"keypoint_scores\"") ||
@@ -202,9 +203,9 @@ bool Recognise(const DetectionHead& head) {
 
 // ---- Writing ----
 
-class ViewFile {
+class MmposeView {
  public:
-  explicit ViewFile(const std::string& path) : file_(path) {}
+  explicit MmposeView(const std::string& path) : file_(path) {}
 
   void Write(int64_t frame, const std::vector<Detection>& detections) {
     out_.Text(is_first_ ? "[\n" : ",\n");
@@ -261,12 +262,13 @@ class ViewFile {
   bool is_first_ = true;
 };
 
-void Write(const std::string& path, const DetectionWriteOptions& /*options*/,
-           DetectionSource* source, Losses* losses) {
+void WriteMmpose(const std::string& path,
+                 const DetectionWriteOptions& /*options*/,
+                 DetectionSource* source, Losses* losses) {
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
   RefuseViewTruth(header, "MMPose's files");
-  const auto files = MakeViewFiles<ViewFile>(header, ".json", folder);
+  const auto files = MakeViewFiles<MmposeView>(header, ".json", folder);
   DetectionLossFinder finder(header);
   DetectionFrame frame;
   while (source->Next(&frame)) {
@@ -288,9 +290,9 @@ DetectionFormat MmposeFormat() {
   format.layout = "JSON, a file a view (MMPose, RTMPose)";
   format.extension = ".json";
   format.files = DetectionFormat::Files::kFileAView;
-  format.recognise = Recognise;
-  format.open = Open;
-  format.write = Write;
+  format.recognise = RecogniseMmpose;
+  format.open = OpenMmposeFile;
+  format.write = WriteMmpose;
   return format;
 }
 

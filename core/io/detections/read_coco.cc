@@ -82,13 +82,13 @@ class CocoReader {
   JsonFileParser parser_;
 };
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
+std::unique_ptr<DetectionSource> OpenCocoFile(
+    const std::string& path, const DetectionReadOptions& options) {
   return OpenViewFiles<CocoReader>(path, options, ".json");
 }
 
 // AlphaPose's files have more keys and the same ones.
-bool Recognise(const DetectionHead& head) {
+bool RecogniseCoco(const DetectionHead& head) {
   return head.kind == '[' && !head.has_folders &&
          !head.Contains("\"keypoint_scores\"") &&
          !head.Contains("\"instances\"");
@@ -103,8 +103,8 @@ DetectionFormat CocoResultsFormat() {
   format.extension = ".json";
   format.files = DetectionFormat::Files::kFileAView;
   format.leaves_out_empty = true;
-  format.recognise = Recognise;
-  format.open = Open;
+  format.recognise = RecogniseCoco;
+  format.open = OpenCocoFile;
   format.write = WriteCocoResults;
   return format;
 }

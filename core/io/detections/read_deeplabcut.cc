@@ -97,8 +97,9 @@ void ReadRows(CsvRows* rows, size_t view_idx,
   }
 }
 
-void ReadFile(const std::string& path, size_t view_idx,
-              const DetectionReadOptions& options, DeepLabCutTake* take) {
+void ReadDeepLabCutView(const std::string& path, size_t view_idx,
+                        const DetectionReadOptions& options,
+                        DeepLabCutTake* take) {
   const std::string text = ReadTextFile(path);
   CsvRows rows(text);
   Located(
@@ -106,12 +107,12 @@ void ReadFile(const std::string& path, size_t view_idx,
       [&] { ReadRows(&rows, view_idx, options, take); });
 }
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
-  return OpenDeepLabCut(path, options, ".csv", ReadFile);
+std::unique_ptr<DetectionSource> OpenDeepLabCutFile(
+    const std::string& path, const DetectionReadOptions& options) {
+  return OpenDeepLabCut(path, options, ".csv", ReadDeepLabCutView);
 }
 
-bool Recognise(const DetectionHead& head) {
+bool RecogniseDeepLabCut(const DetectionHead& head) {
   const std::vector<std::string> row = head.FirstRow();
   return row.size() > 1 && row.front() == "scorer";
 }
@@ -126,8 +127,8 @@ DetectionFormat DeepLabCutFormat() {
       "detectors that are fused";
   format.extension = ".csv";
   format.files = DetectionFormat::Files::kFileAView;
-  format.recognise = Recognise;
-  format.open = Open;
+  format.recognise = RecogniseDeepLabCut;
+  format.open = OpenDeepLabCutFile;
   return format;
 }
 

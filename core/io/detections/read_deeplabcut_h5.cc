@@ -125,8 +125,9 @@ DeepLabCutColumns ColumnsOf(const Hdf5File& file, size_t width) {
   return FindDeepLabCutColumns(individuals, parts, coords, 0);
 }
 
-void Read(const Hdf5File& file, const std::string& path, size_t view_idx,
-          const DetectionReadOptions& options, DeepLabCutTake* take) {
+void ReadDeepLabCutH5File(const Hdf5File& file, const std::string& path,
+                          size_t view_idx, const DetectionReadOptions& options,
+                          DeepLabCutTake* take) {
   if (!file.Has("df_with_missing") || !file.Has(kTable)) {
     throw InputError(path, "",
                      "has no df_with_missing/table, expected DeepLabCut's "
@@ -169,19 +170,20 @@ void Read(const Hdf5File& file, const std::string& path, size_t view_idx,
       });
 }
 
-void ReadFile(const std::string& path, size_t view_idx,
-              const DetectionReadOptions& options, DeepLabCutTake* take) {
+void ReadDeepLabCutH5View(const std::string& path, size_t view_idx,
+                          const DetectionReadOptions& options,
+                          DeepLabCutTake* take) {
   ReadHdf5(path, [&](const Hdf5File& file) {
-    Read(file, path, view_idx, options, take);
+    ReadDeepLabCutH5File(file, path, view_idx, options, take);
   });
 }
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
-  return OpenDeepLabCut(path, options, ".h5", ReadFile);
+std::unique_ptr<DetectionSource> OpenDeepLabCutH5File(
+    const std::string& path, const DetectionReadOptions& options) {
+  return OpenDeepLabCut(path, options, ".h5", ReadDeepLabCutH5View);
 }
 
-bool Recognise(const DetectionHead& head) {
+bool RecogniseDeepLabCutH5(const DetectionHead& head) {
   return head.HasKey("df_with_missing");
 }
 
@@ -193,8 +195,8 @@ DetectionFormat DeepLabCutH5Format() {
   format.layout = "DeepLabCut's HDF5, a file a view";
   format.extension = ".h5";
   format.files = DetectionFormat::Files::kFileAView;
-  format.recognise = Recognise;
-  format.open = Open;
+  format.recognise = RecogniseDeepLabCutH5;
+  format.open = OpenDeepLabCutH5File;
   return format;
 }
 

@@ -22,7 +22,7 @@ bool IsMediaPipe(size_t points) {
   return points == 33 || points == 75 || points == 543 || points == 553;
 }
 
-Skeleton SkeletonOf(size_t points, const DetectionReadOptions& options) {
+Skeleton FreemocapSkeleton(size_t points, const DetectionReadOptions& options) {
   if (options.skeleton.has_value()) {
     const size_t count = options.skeleton->joints().size();
     if (count <= points) return *options.skeleton;
@@ -34,8 +34,8 @@ Skeleton SkeletonOf(size_t points, const DetectionReadOptions& options) {
   return *DetectorSkeletons(points, "points").front();
 }
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
+std::unique_ptr<DetectionSource> OpenFreemocapFile(
+    const std::string& path, const DetectionReadOptions& options) {
   const NpzReader reader(path);
   constexpr const char* kOnlyArray = "";
   const std::vector<size_t> shape = reader.At(kOnlyArray, 4).shape;
@@ -48,7 +48,8 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
     reader.Fail(kOnlyArray, "expected the shape [cameras, frames, points, 2]");
   }
   DetectionHeader header;
-  header.skeleton = Located(path, [&] { return SkeletonOf(points, options); });
+  header.skeleton =
+      Located(path, [&] { return FreemocapSkeleton(points, options); });
   header.frame_rate_hz = options.frame_rate_hz;
   for (size_t v = 0; v < views; ++v) {
     header.view_names.push_back("cam_" + std::to_string(v));
@@ -73,7 +74,7 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
 }
 
 // NumPy's array of four dimensions.
-bool Recognise(const DetectionHead& head) {
+bool RecogniseFreemocap(const DetectionHead& head) {
   if (head.is_folder || head.beginning.compare(0, 6, "\x93NUMPY") != 0) {
     return false;
   }
@@ -94,8 +95,8 @@ DetectionFormat FreeMoCapFormat() {
   format.name = "freemocap";
   format.layout = "FreeMoCap's 2D points, one NPY of all cameras";
   format.extension = ".npy";
-  format.recognise = Recognise;
-  format.open = Open;
+  format.recognise = RecogniseFreemocap;
+  format.open = OpenFreemocapFile;
   return format;
 }
 

@@ -222,12 +222,12 @@ class KinegraphSource : public DetectionSource {
   std::vector<bool> seen_views_;
 };
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
+std::unique_ptr<DetectionSource> OpenKinegraphFile(
+    const std::string& path, const DetectionReadOptions& options) {
   return std::make_unique<KinegraphSource>(path, options);
 }
 
-bool Recognise(const DetectionHead& head) {
+bool RecogniseKinegraph(const DetectionHead& head) {
   return head.HasKey("kinegraph_detections");
 }
 
@@ -239,8 +239,8 @@ DetectionFormat KinegraphDetectionFormat() {
   format.layout = "JSON Lines";
   format.extension = ".jsonl";
   format.files = DetectionFormat::Files::kOne;
-  format.recognise = Recognise;
-  format.open = Open;
+  format.recognise = RecogniseKinegraph;
+  format.open = OpenKinegraphFile;
   format.write = WriteKinegraphDetections;
   return format;
 }

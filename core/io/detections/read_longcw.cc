@@ -45,9 +45,8 @@ void ReadPose(const JsonObject& pose, ZeroConfidence zero_confidence,
   }
 }
 
-std::unique_ptr<DetectionSource> Read(JsonValue root,
-                                      const DetectionReadOptions& options,
-                                      std::string* place) {
+std::unique_ptr<DetectionSource> ReadLongcwFile(
+    JsonValue root, const DetectionReadOptions& options, std::string* place) {
   const JsonObject frames =
       AsObject(Required(AsObject(root, kOutermost), "frames"), "frames");
   DetectionHeader header;
@@ -84,16 +83,17 @@ std::unique_ptr<DetectionSource> Read(JsonValue root,
   return collector.Finish();
 }
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
+std::unique_ptr<DetectionSource> OpenLongcwFile(
+    const std::string& path, const DetectionReadOptions& options) {
   JsonFileParser parser;
   const JsonValue root = parser.Parse(path);
   std::string place;
   return Located(
-      path, [&] { return place; }, [&] { return Read(root, options, &place); });
+      path, [&] { return place; },
+      [&] { return ReadLongcwFile(root, options, &place); });
 }
 
-bool Recognise(const DetectionHead& head) {
+bool RecogniseLongcw(const DetectionHead& head) {
   return head.HasKey("frames") && head.HasKey("image_wh");
 }
 
@@ -106,8 +106,8 @@ DetectionFormat LongcwDetectionFormat() {
   format.layout = "annotation_2d.json";
   format.extension = ".json";
   format.files = DetectionFormat::Files::kOne;
-  format.recognise = Recognise;
-  format.open = Open;
+  format.recognise = RecogniseLongcw;
+  format.open = OpenLongcwFile;
   format.write = WriteLongcwDetections;
   return format;
 }

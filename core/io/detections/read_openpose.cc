@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kKeypoints = "pose_keypoints_2d";
+constexpr const char* kOpenposeKeypoints = "pose_keypoints_2d";
 
 // Some hundred people tell two layouts apart beyond doubt.
 constexpr size_t kPeopleToRecogniseBy = 200;
@@ -89,11 +89,11 @@ std::vector<std::string> ListViews(const std::string& path) {
 // BODY_25 before all others: OpenPose's own.
 std::vector<const Skeleton*> ByNumberCount(size_t number_count) {
   if (number_count % 3 != 0) {
-    throw InputError(std::string(kKeypoints) + ": found " +
+    throw InputError(std::string(kOpenposeKeypoints) + ": found " +
                      std::to_string(number_count) +
                      " numbers, expected three a joint");
   }
-  return DetectorSkeletons(number_count / 3, kKeypoints);
+  return DetectorSkeletons(number_count / 3, kOpenposeKeypoints);
 }
 
 class OpenPoseSource : public DetectionSource {
@@ -223,8 +223,8 @@ class OpenPoseSource : public DetectionSource {
   }
 
   static JsonArray Keypoints(JsonValue person) {
-    return AsArray(Required(AsObject(person, "people"), kKeypoints),
-                   kKeypoints);
+    return AsArray(Required(AsObject(person, "people"), kOpenposeKeypoints),
+                   kOpenposeKeypoints);
   }
 
   void ReadView(const std::string& path, std::vector<Detection>* detections) {
@@ -249,7 +249,7 @@ class OpenPoseSource : public DetectionSource {
   bool ReadPerson(JsonValue person, Detection* detection) {
     const JsonArray keypoints = Keypoints(person);
     if (keypoints.begin() == keypoints.end()) return false;
-    AsNumbers(keypoints, kKeypoints, numbers_.size(), numbers_.data());
+    AsNumbers(keypoints, kOpenposeKeypoints, numbers_.size(), numbers_.data());
     detection->joints.resize(numbers_.size() / 3);
     const double* next = numbers_.data();
     for (Keypoint& joint : detection->joints) {
@@ -267,12 +267,12 @@ class OpenPoseSource : public DetectionSource {
   std::vector<double> numbers_;  // of one person
 };
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
+std::unique_ptr<DetectionSource> OpenOpenposeFile(
+    const std::string& path, const DetectionReadOptions& options) {
   return std::make_unique<OpenPoseSource>(path, options);
 }
 
-bool Recognise(const DetectionHead& head) {
+bool RecogniseOpenpose(const DetectionHead& head) {
   if (!head.is_folder) return false;
   if (head.HasKey("people")) return true;
   // Folders of other files than JSON are detectors, not views.
@@ -288,8 +288,8 @@ DetectionFormat OpenPoseFormat() {
       "a folder a view, a file a frame (OpenPose, Pose2Sim, Sports2D)";
   format.extension = ".json";
   format.files = DetectionFormat::Files::kFolderAView;
-  format.recognise = Recognise;
-  format.open = Open;
+  format.recognise = RecogniseOpenpose;
+  format.open = OpenOpenposeFile;
   format.write = WriteOpenPose;
   return format;
 }

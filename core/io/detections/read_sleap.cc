@@ -113,8 +113,8 @@ std::vector<double> EdgesOf(const Hdf5File& file,
   return places;
 }
 
-std::vector<Bone> BonesOf(const Hdf5File& file,
-                          const std::vector<std::string>& nodes) {
+std::vector<Bone> SleapBones(const Hdf5File& file,
+                             const std::vector<std::string>& nodes) {
   const std::vector<double> ends = EdgesOf(file, nodes);
   const auto count = static_cast<double>(nodes.size());
   for (const double end : ends) {
@@ -131,9 +131,10 @@ std::vector<Bone> BonesOf(const Hdf5File& file,
   return bones;
 }
 
-class Reader {
+class SleapReader {
  public:
-  Reader(const DetectionHeader& header, const DetectionReadOptions& options)
+  SleapReader(const DetectionHeader& header,
+              const DetectionReadOptions& options)
       : zero_confidence_(options.zero_confidence), collector_(header) {}
 
   void ReadFile(const std::string& path, size_t view_idx) {
@@ -177,7 +178,7 @@ class Reader {
                       size_t joint_count) {
     Located(path, [&] {
       const std::vector<std::string> names = file.Texts("node_names");
-      collector_.SettleSkeleton(names, BonesOf(file, names));
+      collector_.SettleSkeleton(names, SleapBones(file, names));
     });
     const Skeleton& skeleton = collector_.header().skeleton;
     if (skeleton.joints().size() == joint_count) return;
@@ -259,20 +260,20 @@ std::vector<std::pair<std::string, std::string>> SessionFiles(
   return files;
 }
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
+std::unique_ptr<DetectionSource> OpenSleapFile(
+    const std::string& path, const DetectionReadOptions& options) {
   if (!IsFolder(path) || !AnalysesIn(path).empty()) {
-    return OpenViewFiles<Reader>(path, options, kExtension);
+    return OpenViewFiles<SleapReader>(path, options, kExtension);
   }
   const auto files = SessionFiles(path);
   if (files.empty()) throw InputError(path, "", "holds no analysis of SLEAP's");
-  Reader reader(HeaderOfViews(files, options), options);
+  SleapReader reader(HeaderOfViews(files, options), options);
   for (size_t v = 0; v < files.size(); ++v) reader.ReadFile(files[v].second, v);
   return reader.Finish();
 }
 
 // HDF5 with SLEAP's data sets.
-bool Recognise(const DetectionHead& head) {
+bool RecogniseSleap(const DetectionHead& head) {
   if (!head.is_folder) {
     return head.HasKey("node_names") && head.HasKey(kTracks);
   }
@@ -289,8 +290,8 @@ DetectionFormat SleapFormat() {
       "analysis HDF5, a file a view, or sleap-anipose's folder a camera";
   format.extension = kExtension;
   format.files = DetectionFormat::Files::kFileAView;
-  format.recognise = Recognise;
-  format.open = Open;
+  format.recognise = RecogniseSleap;
+  format.open = OpenSleapFile;
   return format;
 }
 

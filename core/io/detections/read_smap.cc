@@ -34,8 +34,8 @@ void ReadPerson(JsonValue person, ZeroConfidence zero_confidence,
   }
 }
 
-std::unique_ptr<DetectionSource> Open(const std::string& path,
-                                      const DetectionReadOptions& options) {
+std::unique_ptr<DetectionSource> OpenSmapFile(
+    const std::string& path, const DetectionReadOptions& options) {
   const auto files = ListViewFiles(path);
   DetectionHeader header;
   header.skeleton = options.skeleton.value_or(Panoptic15());
@@ -63,7 +63,9 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
   return collector.Finish();
 }
 
-bool Recognise(const DetectionHead& head) { return head.HasKey("3d_pairs"); }
+bool RecogniseSmap(const DetectionHead& head) {
+  return head.HasKey("3d_pairs");
+}
 
 }  // namespace
 
@@ -73,8 +75,8 @@ DetectionFormat SmapFormat() {
   format.layout = "a file a view";
   format.extension = ".json";
   format.files = DetectionFormat::Files::kFileAView;
-  format.recognise = Recognise;
-  format.open = Open;
+  format.recognise = RecogniseSmap;
+  format.open = OpenSmapFile;
   return format;
 }
 

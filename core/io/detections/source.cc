@@ -88,7 +88,7 @@ DetectionReadOptions Checked(DetectionReadOptions options) {
                        " (`convert --formats` says what they are)");
 }
 
-const DetectionFormat& Recognise(const std::string& path) {
+const DetectionFormat& RecognisedFormat(const std::string& path) {
   const DetectionHead head = LookAtDetections(path);
   const DetectionFormat* format = RecogniseDetections(head);
   if (format == nullptr) FailUnknown(path, head);
@@ -106,7 +106,7 @@ std::unique_ptr<DetectionSource> Open(const std::string& path,
                                ? std::string("kinegraph")
                                : options.format;
   const DetectionFormat* format =
-      name == "auto" ? &Recognise(path) : FindDetectionFormat(name);
+      name == "auto" ? &RecognisedFormat(path) : FindDetectionFormat(name);
   if (format == nullptr || format->open == nullptr) {
     throw OptionError("detections.format",
                       "found '" + Printable(name) + "', which is not read");

@@ -256,7 +256,7 @@ std::vector<double> Mp4Times(Parts* file) {
 constexpr uint64_t kSegment = 0x18538067;
 constexpr uint64_t kInfo = 0x1549A966;
 constexpr uint64_t kTimestampScale = 0x2AD7B1;
-constexpr uint64_t kTracks = 0x1654AE6B;
+constexpr uint64_t kMatroskaTracks = 0x1654AE6B;
 constexpr uint64_t kTrackEntry = 0xAE;
 constexpr uint64_t kTrackNumber = 0xD7;
 constexpr uint64_t kTrackType = 0x83;
@@ -309,7 +309,7 @@ class MatroskaReader {
     switch (id) {
       case kSegment:
       case kInfo:
-      case kTracks:
+      case kMatroskaTracks:
       case kCluster:
       case kBlockGroup:
         return content;

@@ -16,9 +16,9 @@
 namespace kinegraph {
 namespace {
 
-class ViewFile {
+class CocoView {
  public:
-  explicit ViewFile(const std::string& path) : file_(path) {}
+  explicit CocoView(const std::string& path) : file_(path) {}
 
   void Write(int64_t frame, const Detection& detection) {
     const DetectionSummary summary = Summarise(detection);
@@ -94,7 +94,7 @@ void WriteCocoResults(const std::string& path,
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
   RefuseViewTruth(header, "COCO results");
-  const auto files = MakeViewFiles<ViewFile>(header, ".json", folder);
+  const auto files = MakeViewFiles<CocoView>(header, ".json", folder);
   DetectionLossFinder finder(header);
   DetectionFrame frame;
   int64_t empty_frames = 0;

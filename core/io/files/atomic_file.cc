@@ -86,7 +86,7 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path) {
   const auto present = StatusOf(target_);
   if (destination.open_file.has_value()) {
     descriptor = Duplicate(*destination.open_file);
-  } else if (!present.has_value() || present->kind == FileKind::kRegular) {
+  } else if (!present.has_value() || present->kind == FileType::kRegular) {
     if (present.has_value()) RefuseInput();
     if (present.has_value() && !CanBeWritten(target_)) Refuse(path, errno);
     descriptor = OpenBeside(target_, &temporary_);
@@ -96,9 +96,9 @@ AtomicFile::AtomicFile(const std::string& path) : path_(path) {
         !SetPermissions(descriptor, present->permissions)) {
       errno = 0;
     }
-  } else if (present->kind == FileKind::kFolder) {
+  } else if (present->kind == FileType::kFolder) {
     throw InputError(path, "", "is a folder, expected a file to write");
-  } else if (present->kind == FileKind::kBlockDevice) {
+  } else if (present->kind == FileType::kBlockDevice) {
     throw InputError(path, "", "is a block device, expected a file to write");
   } else {
     descriptor = OpenToWrite(target_);
@@ -182,7 +182,7 @@ bool IsStandardOutput(const std::string& path) {
   // A pipe or terminal by another name. A regular file is replaced, and what is
   // printed goes to the old one.
   const auto of_path = StatusOf(path);
-  return of_path.has_value() && of_path->kind != FileKind::kRegular &&
+  return of_path.has_value() && of_path->kind != FileType::kRegular &&
          of_path->number == of_stdout->number;
 }
 

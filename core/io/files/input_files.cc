@@ -42,7 +42,7 @@ void InputFiles::Note(int descriptor, const std::string& path) {
   Inputs& inputs = TheInputs();
   if (!inputs.protect) return;
   const auto status = StatusOf(descriptor);
-  if (!status.has_value() || status->kind != FileKind::kRegular) return;
+  if (!status.has_value() || status->kind != FileType::kRegular) return;
   const State now = {path, *status};
   const std::lock_guard<std::mutex> lock(inputs.mutex);
   const auto known = inputs.files.find(status->number);

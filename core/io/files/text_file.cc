@@ -68,7 +68,7 @@ std::string ReadBytes(const std::string& path, size_t max_bytes) {
   if (file.get() < 0) FailToRead(path);
   const auto status = StatusOf(file.get());
   if (!status.has_value()) FailToRead(path);
-  if (status->kind == FileKind::kFolder) {
+  if (status->kind == FileType::kFolder) {
     throw InputError(path, "", "is a folder, expected a file");
   }
   const auto refuse = [&] {

@@ -296,7 +296,7 @@ JsonValue JsonFileParser::Parse(const std::string& path) {
   const Descriptor file(OpenOrFail(path));
   const auto status = StatusOf(file.get());
   if (!status.has_value()) FailToRead(path);
-  if (status->kind == FileKind::kFolder) {
+  if (status->kind == FileType::kFolder) {
     throw InputError(path, "", "is a folder, expected a file");
   }
   const auto refuse = [&path] {
@@ -404,7 +404,7 @@ bool JsonLineReader::Next(JsonValue* value) {
 int64_t JsonLineReader::CountLines() const {
   const Descriptor file(OpenOrFail(path_));
   const auto status = StatusOf(file.get());
-  if (!status.has_value() || status->kind != FileKind::kRegular) return -1;
+  if (!status.has_value() || status->kind != FileType::kRegular) return -1;
   std::vector<char> text(kPeekBytes);
   int64_t count = 0;
   char last = '\n';
@@ -440,8 +440,8 @@ JsonHead PeekJson(const std::string& path) {
 
 bool IsPipe(const std::string& path) {
   const auto status = StatusOf(path);
-  return status.has_value() && status->kind != FileKind::kRegular &&
-         status->kind != FileKind::kFolder;
+  return status.has_value() && status->kind != FileType::kRegular &&
+         status->kind != FileType::kFolder;
 }
 
 std::string RawObject(std::string_view line, std::string_view key) {

@@ -127,7 +127,7 @@ void WriteTracksCoco3d(const std::string& path, const TrackSequence& tracks,
 
 // ---- Reading ----
 
-std::vector<std::string> JointsOf(const JsonObject& category) {
+std::vector<std::string> Coco3dJoints(const JsonObject& category) {
   std::vector<std::string> joints;
   for (const JsonValue joint :
        AsArray(Required(category, "keypoints"), "keypoints")) {
@@ -138,7 +138,7 @@ std::vector<std::string> JointsOf(const JsonObject& category) {
 
 Skeleton SkeletonOf(const JsonObject& category,
                     const TrackReadOptions& options) {
-  const std::vector<std::string> joints = JointsOf(category);
+  const std::vector<std::string> joints = Coco3dJoints(category);
   std::vector<Bone> bones;
   JsonValue skeleton;
   if (category.at_key("skeleton").get(skeleton) == simdjson::SUCCESS) {
@@ -147,7 +147,8 @@ Skeleton SkeletonOf(const JsonObject& category,
   return SkeletonOfNames(joints, options, bones);
 }
 
-TrackHeader HeaderOf(const JsonObject& root, const TrackReadOptions& options) {
+TrackHeader Coco3dHeader(const JsonObject& root,
+                         const TrackReadOptions& options) {
   TrackHeader header;
   header.mode = "coco3d";
   header.frame_rate_hz = options.frame_rate_hz;
@@ -189,9 +190,10 @@ void ReadAnnotation(const JsonObject& entry, TrackCollector* collector) {
   }
 }
 
-TrackSequence Read(const JsonObject& root, const TrackReadOptions& options,
-                   std::string* place) {
-  TrackCollector collector(HeaderOf(root, options));
+TrackSequence ReadCoco3dFile(const JsonObject& root,
+                             const TrackReadOptions& options,
+                             std::string* place) {
+  TrackCollector collector(Coco3dHeader(root, options));
   size_t index = 0;
   for (const JsonValue value : AsArray(Required(root, "images"), "images")) {
     *place = "images[" + std::to_string(index++) + "]";
@@ -218,10 +220,12 @@ TrackSequence ReadTracksCoco3d(const std::string& path,
   std::string place;
   return Located(
       path, [&] { return place; },
-      [&] { return Read(AsObject(root, kOutermost), options, &place); });
+      [&] {
+        return ReadCoco3dFile(AsObject(root, kOutermost), options, &place);
+      });
 }
 
-PersonNames ReadNames(const std::string& path) {
+PersonNames ReadCoco3dNames(const std::string& path) {
   PersonNames names;
   JsonFileParser parser;
   const JsonValue root = parser.Parse(path);
@@ -251,7 +255,7 @@ TrackFormat Coco3dTrackFormat() {
            head.beginning.find("keypoints_3d") != std::string::npos;
   };
   format.read = ReadTracksCoco3d;
-  format.read_names = ReadNames;
+  format.read_names = ReadCoco3dNames;
   format.keeps_names = true;
   format.write = WriteTracksCoco3d;
   format.kept = "frame, time, frame rate, identity, positions, status, bones";

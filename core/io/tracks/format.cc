@@ -6,6 +6,7 @@
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"
+#include "core/io/tracks/person_files.h"
 
 // One line a format, in the order in which they are listed; no other order
 // matters, as no two recognise the same. Each names the function that makes the
@@ -35,11 +36,6 @@ KINEGRAPH_TRACK_FORMATS(KINEGRAPH_DECLARE)
 #undef KINEGRAPH_DECLARE
 
 namespace {
-
-bool EndsIn(const std::string& text, const std::string& end) {
-  return text.size() > end.size() &&
-         text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
 
 std::string FilesText(const TrackFormat& format) {
   switch (format.files) {

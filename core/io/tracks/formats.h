@@ -15,6 +15,9 @@
 
 namespace kinegraph {
 
+// Of CMU Panoptic's high-definition cameras.
+inline constexpr double kHdFrameRateHz = 29.97;
+
 std::unique_ptr<TrackSource> OpenKinegraphTracks(
     const std::string& path, const TrackReadOptions& options);
 TrackSequence ReadTumTracks(const std::string& path,

@@ -13,14 +13,15 @@
 namespace kinegraph {
 namespace {
 
-constexpr int64_t kMaxId = int64_t{1} << 50;
+constexpr int64_t kMaxEditedId = int64_t{1} << 50;
 constexpr size_t kMaxName = 100;  // bytes
 
 std::vector<TrackId> ReadPersons(const JsonField& field) {
   std::vector<TrackId> persons;
   for (const JsonField& person : field.Elements(field.where() + ", entry")) {
     const int64_t id = person.Integer();
-    if (id < 0 || id > kMaxId) person.FailExpected("an identity, 0 or above");
+    if (id < 0 || id > kMaxEditedId)
+      person.FailExpected("an identity, 0 or above");
     persons.emplace_back(id);
   }
   if (persons.empty()) field.FailExpected("one or two identities");

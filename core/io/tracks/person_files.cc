@@ -44,12 +44,12 @@ std::vector<std::string> FilesOf(const std::string& folder,
   return names;
 }
 
+}  // namespace
+
 bool EndsIn(const std::string& path, const std::string& end) {
   return path.size() > end.size() &&
          path.compare(path.size() - end.size(), end.size(), end) == 0;
 }
-
-}  // namespace
 
 std::optional<TrackId> PersonIdOf(std::string_view text) {
   int64_t id = -1;

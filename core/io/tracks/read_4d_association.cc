@@ -99,7 +99,8 @@ class Tokens {
   int64_t line_ = 1;
 };
 
-Skeleton ByJointCount(int64_t joint_count, const TrackReadOptions& options) {
+Skeleton FourDAssociationSkeleton(int64_t joint_count,
+                                  const TrackReadOptions& options) {
   if (options.skeleton && options.skeleton->joint_count() == joint_count) {
     return *options.skeleton;
   }
@@ -136,7 +137,7 @@ TrackSequence ReadFourDAssociation(const std::string& path,
   header.frame_rate_hz = options.frame_rate_hz;
   header.skeleton = Located(
       path, [&] { return tokens.Place(); },
-      [&] { return ByJointCount(joint_count, options); });
+      [&] { return FourDAssociationSkeleton(joint_count, options); });
   TrackCollector collector(std::move(header));
   const int64_t frame_count = tokens.Integer("number of frames", 0, kMaxFrames);
   for (int64_t i = 0; i < frame_count; ++i) {

@@ -83,7 +83,7 @@ struct Channel {
   int axis = 0;
 };
 
-struct Node {
+struct BvhNode {
   std::string name;
   int parent = -1;
   Vector3d offset = Vector3d::Zero();
@@ -91,7 +91,7 @@ struct Node {
 };
 
 struct Hierarchy {
-  std::vector<Node> nodes;
+  std::vector<BvhNode> nodes;
   size_t channel_count = 0;
 };
 
@@ -122,7 +122,7 @@ class HierarchyReader {
 
  private:
   void Open() {
-    Node node;
+    BvhNode node;
     node.name = std::string(words_.Need("the name of a joint"));
     node.parent = open_.empty() ? -1 : open_.back();
     words_.Expect("{");
@@ -134,7 +134,7 @@ class HierarchyReader {
   }
 
   void Inside() {
-    Node& node = hierarchy_.nodes[static_cast<size_t>(open_.back())];
+    BvhNode& node = hierarchy_.nodes[static_cast<size_t>(open_.back())];
     const std::string_view word = words_.Need("}");
     if (word == "}") {
       open_.pop_back();
@@ -157,7 +157,7 @@ class HierarchyReader {
     }
   }
 
-  void ReadChannels(Node* node) {
+  void ReadChannels(BvhNode* node) {
     constexpr double kMostChannels = 6.0;
     const double count = words_.Number("a number of channels");
     if (!(count >= 0.0 && count <= kMostChannels) || !node->channels.empty()) {
@@ -187,7 +187,7 @@ std::vector<Vector3d> PlacesOf(const Hierarchy& hierarchy,
   std::vector<Matrix3d> turns(hierarchy.nodes.size());
   size_t next = 0;
   for (size_t n = 0; n < hierarchy.nodes.size(); ++n) {
-    const Node& node = hierarchy.nodes[n];
+    const BvhNode& node = hierarchy.nodes[n];
     Vector3d local = node.offset;
     Matrix3d turn = Matrix3d::Identity();
     for (const Channel& channel : node.channels) {
@@ -238,13 +238,13 @@ struct Joints {
   std::vector<Bone> bones;
 };
 
-Joints JointsOf(const Hierarchy& hierarchy) {
+Joints BvhJoints(const Hierarchy& hierarchy) {
   Joints joints;
   std::vector<int> joint_of(hierarchy.nodes.size(), -1);
   std::map<std::string, int> counts;
-  for (const Node& node : hierarchy.nodes) ++counts[BodyName(node.name)];
+  for (const BvhNode& node : hierarchy.nodes) ++counts[BodyName(node.name)];
   for (size_t n = 0; n < hierarchy.nodes.size(); ++n) {
-    const Node& node = hierarchy.nodes[n];
+    const BvhNode& node = hierarchy.nodes[n];
     const int above =
         node.parent < 0 ? -1 : joint_of[static_cast<size_t>(node.parent)];
     const bool moves =
@@ -269,13 +269,13 @@ struct Motion {
 };
 
 Motion ReadMotion(Words* words) {
-  constexpr double kMostFrames = 1e7;
+  constexpr double kMostBvhFrames = 1e7;
   words->Expect("Frames:");
   const double frames = words->Number("a number of frames");
   words->Expect("Frame");
   words->Expect("Time:");
   const double step_s = words->Number("seconds");
-  if (!(frames >= 0.0 && frames <= kMostFrames)) {
+  if (!(frames >= 0.0 && frames <= kMostBvhFrames)) {
     throw InputError("Frames: expected 0 .. 10000000");
   }
   if (!(step_s >= 1e-6 && step_s <= 1e6)) {
@@ -291,13 +291,13 @@ double NearWhole(double rate_hz) {
   return std::abs(rate_hz - whole) < kNear * whole ? whole : rate_hz;
 }
 
-class Reader {
+class BvhReader {
  public:
-  explicit Reader(const TrackReadOptions& options) : options_(options) {}
+  explicit BvhReader(const TrackReadOptions& options) : options_(options) {}
 
   void Read(Words* words, TrackId id) {
     const Hierarchy hierarchy = HierarchyReader(words).Read();
-    const Joints joints = JointsOf(hierarchy);
+    const Joints joints = BvhJoints(hierarchy);
     const Motion motion = ReadMotion(words);
     Prepare(joints, motion);
     const AxisMap axes = options_.axes.value_or(BvhAxes());
@@ -347,7 +347,7 @@ class Reader {
 
 TrackSequence ReadTracksBvh(const std::string& path,
                             const TrackReadOptions& options) {
-  Reader reader(options);
+  BvhReader reader(options);
   for (const PersonFile& file : ListPersonFiles(path, kBvhExtension)) {
     const std::string text = ReadTextFile(file.path);
     Words words(text);

@@ -232,8 +232,8 @@ Contents ContentsOf(const C3dFile& file) {
   return contents;
 }
 
-TrackSequence ReadFile(const std::string& path,
-                       const TrackReadOptions& options) {
+TrackSequence ReadC3dFile(const std::string& path,
+                          const TrackReadOptions& options) {
   const C3dFile file(path);
   const Contents contents = ContentsOf(file);
   const bool has_points = file.points().width > 0;
@@ -276,10 +276,10 @@ TrackSequence ReadFile(const std::string& path,
 
 TrackSequence ReadTracksC3d(const std::string& path,
                             const TrackReadOptions& options) {
-  return Located(path, [&] { return ReadFile(path, options); });
+  return Located(path, [&] { return ReadC3dFile(path, options); });
 }
 
-PersonNames ReadNames(const std::string& path) {
+PersonNames ReadC3dNames(const std::string& path) {
   return Located(path, [&] { return ContentsOf(C3dFile(path)).names; });
 }
 
@@ -332,7 +332,7 @@ TrackFormat C3dTrackFormat() {
            head.beginning[0] < ' ';
   };
   format.read = ReadTracksC3d;
-  format.read_names = ReadNames;
+  format.read_names = ReadC3dNames;
   format.keeps_names = true;
   format.write = WriteTracksC3d;
   format.read_note =

@@ -73,9 +73,9 @@ JointStatus StatusOf(const std::string& cell) {
                    "', expected observed, inferred or missing");
 }
 
-class Reader {
+class CsvTrackReader {
  public:
-  Reader(std::string_view text, const TrackReadOptions& options)
+  CsvTrackReader(std::string_view text, const TrackReadOptions& options)
       : text_(text), options_(options) {}
 
   TrackSequence Read(std::string* place) {
@@ -212,7 +212,7 @@ class Reader {
   std::vector<bool> seen_;
 };
 
-PersonNames ReadNames(const std::string& path) {
+PersonNames ReadCsvNames(const std::string& path) {
   PersonNames names;
   const std::string text = ReadTextFile(path);
   CsvRows rows(text);
@@ -242,7 +242,7 @@ TrackSequence ReadTracksCsv(const std::string& path,
   std::string place;
   return Located(
       path, [&] { return place; },
-      [&] { return Reader(text, options).Read(&place); });
+      [&] { return CsvTrackReader(text, options).Read(&place); });
 }
 
 TrackFormat CsvTrackFormat() {
@@ -257,7 +257,7 @@ TrackFormat CsvTrackFormat() {
            std::equal(row.begin(), row.begin() + kJoint + 1, kColumns.begin());
   };
   format.read = ReadTracksCsv;
-  format.read_names = ReadNames;
+  format.read_names = ReadCsvNames;
   format.keeps_names = true;
   format.write = [](const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options, Losses* losses) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/binary/npz_reader.h"
 #include "core/io/files/text_file.h"
@@ -19,10 +20,8 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kMillimetresPerMetre = 1000.0;
-
-TrackHeader HeaderOf(const Skeleton& skeleton,
-                     const TrackReadOptions& options) {
+TrackHeader FreemocapHeader(const Skeleton& skeleton,
+                            const TrackReadOptions& options) {
   TrackHeader header;
   header.mode = "freemocap";
   header.frame_rate_hz = options.frame_rate_hz;
@@ -79,7 +78,7 @@ TrackSequence ReadTable(const std::string& path,
         }
         const size_t width = cells.size();
         TrackCollector collector(
-            HeaderOf(SkeletonOfNames(names, options), options));
+            FreemocapHeader(SkeletonOfNames(names, options), options));
         std::vector<double> numbers;
         int64_t frame = 0;
         while (rows.Next(&cells)) {
@@ -114,7 +113,7 @@ TrackSequence ReadArray(const std::string& path,
                         std::to_string(skeleton.joints().size()) + " of '" +
                         skeleton.name() + "'");
   }
-  TrackCollector collector(HeaderOf(skeleton, options));
+  TrackCollector collector(FreemocapHeader(skeleton, options));
   for (size_t f = 0; f < shape[0]; ++f) {
     AddRow(static_cast<int64_t>(f), &numbers[f * points * 3], &collector);
   }
@@ -139,7 +138,8 @@ bool IsTable(const TrackHead& head) {
          !PointsOf(head.FirstRow()).empty();
 }
 
-TrackSequence Read(const std::string& path, const TrackReadOptions& options) {
+TrackSequence ReadFreemocapFile(const std::string& path,
+                                const TrackReadOptions& options) {
   return BeginningOf(path, 6) == "\x93NUMPY" ? ReadArray(path, options)
                                              : ReadTable(path, options);
 }
@@ -154,7 +154,7 @@ TrackFormat FreeMoCapTrackFormat() {
   format.recognise = [](const TrackHead& head) {
     return IsArray(head) || IsTable(head);
   };
-  format.read = Read;
+  format.read = ReadFreemocapFile;
   format.read_note = "mm";
   return format;
 }

@@ -295,7 +295,7 @@ class KinegraphTrackSource : public TrackSource {
   std::optional<JsonObject> weights_;  // of one person
 };
 
-PersonNames ReadNames(const std::string& path) {
+PersonNames ReadKinegraphNames(const std::string& path) {
   PersonNames names;
   std::ifstream file(path);
   std::string line;
@@ -333,7 +333,7 @@ TrackFormat KinegraphTrackFormat() {
     return head.HasKey("kinegraph");
   };
   format.open = OpenKinegraphTracks;
-  format.read_names = ReadNames;
+  format.read_names = ReadKinegraphNames;
   format.keeps_names = true;
   format.write = [](const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options, Losses* losses) {

@@ -3,6 +3,7 @@
 // with score 0 is missing. Results have ids beyond 2^63.
 #include <unordered_map>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/longcw.h"
@@ -12,8 +13,6 @@
 
 namespace kinegraph {
 namespace {
-
-constexpr double kMetresPerCentimetre = 0.01;
 
 uint64_t AsUnsignedId(JsonValue value) {
   uint64_t id = 0;
@@ -41,16 +40,16 @@ class IdMap {
   std::unordered_map<uint64_t, int64_t> order_;
 };
 
-const Skeleton& ByJointCount(size_t joint_count) {
+const Skeleton& LongcwSkeleton(size_t joint_count) {
   if (joint_count == 14) return Tum14();
   if (joint_count == 17) return Coco17();
   throw InputError("points_3d: found " + std::to_string(joint_count) +
                    " joints, expected 14 (TUM) or 17 (COCO)");
 }
 
-class Reader {
+class LongcwReader {
  public:
-  Reader(const std::string& path, const TrackReadOptions& options)
+  LongcwReader(const std::string& path, const TrackReadOptions& options)
       : path_(path), options_(options) {}
 
   TrackSequence Read(JsonValue root) {
@@ -105,7 +104,7 @@ class Reader {
         const JsonObject pose = AsObject(value, "poses");
         ids_.Learn(AsUnsignedId(Required(pose, "id")));
         if (has_skeleton) continue;
-        skeleton_ = ByJointCount(
+        skeleton_ = LongcwSkeleton(
             AsArray(Required(pose, "points_3d"), "points_3d").size());
         has_skeleton = true;
       }
@@ -147,7 +146,7 @@ class Reader {
 TrackSequence ReadLongcwTracks(const std::string& path,
                                const TrackReadOptions& options) {
   JsonFileParser parser;
-  return Reader(path, options).Read(parser.Parse(path));
+  return LongcwReader(path, options).Read(parser.Parse(path));
 }
 
 TrackFormat LongcwTrackFormat() {

@@ -18,9 +18,9 @@
 namespace kinegraph {
 namespace {
 
-class Reader {
+class NpzTrackReader {
  public:
-  Reader(const std::string& path, const TrackReadOptions& options)
+  NpzTrackReader(const std::string& path, const TrackReadOptions& options)
       : path_(path), options_(options), file_(path) {}
 
   TrackSequence Read() {
@@ -199,7 +199,7 @@ class Reader {
   std::vector<int64_t> numbers_;
 };
 
-PersonNames ReadNames(const std::string& path) {
+PersonNames ReadNpzNames(const std::string& path) {
   PersonNames names;
   const NpzReader file(path);
   if (!file.Has("names") || !file.Has("ids")) return names;
@@ -216,7 +216,7 @@ PersonNames ReadNames(const std::string& path) {
 
 TrackSequence ReadTracksNpz(const std::string& path,
                             const TrackReadOptions& options) {
-  return Reader(path, options).Read();
+  return NpzTrackReader(path, options).Read();
 }
 
 TrackFormat NpzTrackFormat() {
@@ -230,7 +230,7 @@ TrackFormat NpzTrackFormat() {
     return head.BeginsWith("PK\x03\x04");
   };
   format.read = ReadTracksNpz;
-  format.read_names = ReadNames;
+  format.read_names = ReadNpzNames;
   format.keeps_names = true;
   format.write = [](const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options, Losses* losses) {

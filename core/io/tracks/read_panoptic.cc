@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/files/folder_entry.h"
 #include "core/io/text/bulk_json.h"
@@ -17,9 +18,6 @@ namespace kinegraph {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double kMetresPerCentimetre = 0.01;
-constexpr double kHdFrameRateHz = 29.97;
 
 std::vector<std::string> ListFiles(const std::string& path) {
   if (!fs::is_directory(path)) return {path};
@@ -38,7 +36,8 @@ std::vector<std::string> ListFiles(const std::string& path) {
   return files;
 }
 
-void ReadFile(JsonValue root, int64_t frame, TrackCollector* collector) {
+void ReadPanopticFrame(JsonValue root, int64_t frame,
+                       TrackCollector* collector) {
   if (!collector->Touch(frame)->people.empty()) {
     throw InputError("frame " + std::to_string(frame) + " stands there twice");
   }
@@ -80,7 +79,7 @@ TrackSequence ReadPanoptic(const std::string& path,
       throw InputError(file, "", "the file name holds no frame number");
     }
     const JsonValue root = parser.Parse(file);
-    Located(file, [&] { ReadFile(root, *frame, &collector); });
+    Located(file, [&] { ReadPanopticFrame(root, *frame, &collector); });
   }
   return collector.Finish();
 }

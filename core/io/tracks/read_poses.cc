@@ -10,7 +10,7 @@
 namespace kinegraph {
 namespace {
 
-const Skeleton& ByJointCount(size_t joint_count) {
+const Skeleton& PosesSkeleton(size_t joint_count) {
   if (const Skeleton* skeleton = SkeletonOfPoses(joint_count)) return *skeleton;
   throw InputError("joints: found " + std::to_string(joint_count) +
                    ", expected 17 (COCO), 14, 15, 19 or 25");
@@ -53,8 +53,9 @@ void CheckUnit(const JsonObject& root) {
   }
 }
 
-TrackSequence Read(const JsonObject& root, const TrackReadOptions& options,
-                   std::string* place) {
+TrackSequence ReadPosesFile(const JsonObject& root,
+                            const TrackReadOptions& options,
+                            std::string* place) {
   CheckUnit(root);
   const JsonArray poses = AsArray(Required(root, "poses"), "poses");
   const bool own_joints = options.skeleton && *options.skeleton == FourDA19();
@@ -65,7 +66,7 @@ TrackSequence Read(const JsonObject& root, const TrackReadOptions& options,
   header.skeleton = options.skeleton.value_or(Coco17());
   if (!options.skeleton && poses.begin() != poses.end()) {
     const JsonObject first = AsObject(*poses.begin(), "poses");
-    header.skeleton = ByJointCount(AsArray(Required(first, key), key).size());
+    header.skeleton = PosesSkeleton(AsArray(Required(first, key), key).size());
   }
   TrackCollector collector(std::move(header));
   size_t index = 0;
@@ -97,7 +98,9 @@ TrackSequence ReadPoses(const std::string& path,
   std::string place;
   return Located(
       path, [&] { return place; },
-      [&] { return Read(AsObject(root, kOutermost), options, &place); });
+      [&] {
+        return ReadPosesFile(AsObject(root, kOutermost), options, &place);
+      });
 }
 
 TrackFormat PosesTrackFormat() {

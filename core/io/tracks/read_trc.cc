@@ -71,7 +71,7 @@ struct Header {
   std::vector<std::string> markers;
 };
 
-double MetresOf(std::string_view unit) {
+double TrcMetres(std::string_view unit) {
   for (const auto& [name, metres] :
        {std::pair{"m", 1.0}, {"cm", 0.01}, {"mm", 0.001}}) {
     if (unit == name) return metres;
@@ -113,7 +113,7 @@ Header ReadHeader(Lines* lines) {
     return given;
   };
   header.frame_rate_hz = number("DataRate", 1e6);
-  header.metres = MetresOf(value("Units"));
+  header.metres = TrcMetres(value("Units"));
   header.frames = static_cast<int64_t>(number("NumFrames", kMaxRows));
   header.first_frame =
       static_cast<int64_t>(number("OrigDataStartFrame", kMaxFrame));

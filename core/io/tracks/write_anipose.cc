@@ -2,6 +2,7 @@
 // NAME_x, NAME_y, NAME_z [mm], NAME_error, NAME_ncams and NAME_score of each
 // joint, then the rotation M_00 .. M_22 and the centre by which Anipose turned
 // the points (none here), and the frame's number. A file is one person.
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/csv_cell.h"
@@ -14,8 +15,7 @@
 namespace kinegraph {
 namespace {
 
-constexpr const char* kExtension = ".csv";
-constexpr double kMillimetresPerMetre = 1000.0;
+constexpr const char* kAniposeExtension = ".csv";
 
 std::string TitleRow(const Skeleton& skeleton) {
   std::string text;
@@ -33,7 +33,8 @@ std::string TitleRow(const Skeleton& skeleton) {
 }
 
 // Empty cells are NaN for those who read them.
-void WriteJoint(const PersonPose* person, size_t joint_idx, JsonOutput* out) {
+void WriteAniposeJoint(const PersonPose* person, size_t joint_idx,
+                       JsonOutput* out) {
   if (person == nullptr || !person->joints[joint_idx].present()) {
     out->Text(",,,,,,");
     return;
@@ -50,9 +51,9 @@ void WriteJoint(const PersonPose* person, size_t joint_idx, JsonOutput* out) {
   out->Text(",,");
 }
 
-void WritePersonFile(const std::string& path, TrackId id,
-                     const TrackSequence& tracks,
-                     const std::vector<TrackRow>& rows) {
+void WriteAniposePerson(const std::string& path, TrackId id,
+                        const TrackSequence& tracks,
+                        const std::vector<TrackRow>& rows) {
   AtomicFile file(path);
   file.Write(TitleRow(tracks.header.skeleton));
   const size_t joint_count = tracks.header.skeleton.joints().size();
@@ -60,7 +61,7 @@ void WritePersonFile(const std::string& path, TrackId id,
   JsonOutput out;
   for (const TrackRow& row : rows) {
     const PersonPose* person = FindPerson(row.frame, id);
-    for (size_t j = 0; j < joint_count; ++j) WriteJoint(person, j, &out);
+    for (size_t j = 0; j < joint_count; ++j) WriteAniposeJoint(person, j, &out);
     out.Text("1,0,0,0,1,0,0,0,1,0,0,0,");
     out.Integer(number++);
     out.Text("\n");
@@ -72,11 +73,12 @@ void WritePersonFile(const std::string& path, TrackId id,
 
 void WriteTracksAnipose(const std::string& path, const TrackSequence& tracks,
                         const TrackExportOptions& options, Losses* losses) {
-  const std::vector<int64_t> ids = PeopleToWrite(path, kExtension, tracks);
+  const std::vector<int64_t> ids =
+      PeopleToWrite(path, kAniposeExtension, tracks);
   const std::vector<TrackRow> rows = MakeTrackRows(tracks, "Anipose");
-  WritePersonFiles(path, kExtension, ids, options.names,
+  WritePersonFiles(path, kAniposeExtension, ids, options.names,
                    [&](const std::string& file, TrackId id) {
-                     WritePersonFile(file, id, tracks, rows);
+                     WriteAniposePerson(file, id, tracks, rows);
                    });
   const TrackContents contents = ContentsOf(tracks);
   losses->push_back(
@@ -96,7 +98,7 @@ TrackFormat AniposeTrackFormat() {
   format.name = "anipose";
   format.layout = "Anipose's table of 3D points, mm, a file a person";
   format.files = TrackFormat::Files::kFileAPerson;
-  format.person_extension = kExtension;
+  format.person_extension = kAniposeExtension;
   format.has_marker_names = true;
   format.keeps_names = true;
   format.write = WriteTracksAnipose;

@@ -9,6 +9,7 @@
 #include <map>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/tracks/format.h"
@@ -24,7 +25,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kDegrees = 180.0 / kPi;
 
 struct Angles {
@@ -81,8 +81,8 @@ std::string Offset(const Vector3d& offset_m, const std::string& indent) {
                      cm.z());
 }
 
-void WriteJoint(const JointTree& tree, const TreeMotion& motion, size_t joint,
-                int depth, std::string* text) {
+void WriteBvhJoint(const JointTree& tree, const TreeMotion& motion,
+                   size_t joint, int depth, std::string* text) {
   const std::string indent(static_cast<size_t>(depth), '\t');
   const std::string inside = indent + "\t";
   const bool is_root = tree[joint].parent < 0;
@@ -93,7 +93,7 @@ void WriteJoint(const JointTree& tree, const TreeMotion& motion, size_t joint,
       (is_root ? "CHANNELS 6 Xposition Yposition Zposition " : "CHANNELS 3 ") +
       "Zrotation Xrotation Yrotation\n";
   for (const int child : tree[joint].children) {
-    WriteJoint(tree, motion, static_cast<size_t>(child), depth + 1, text);
+    WriteBvhJoint(tree, motion, static_cast<size_t>(child), depth + 1, text);
   }
   if (tree[joint].children.empty()) {
     // Straight on; a joint alone has something to be seen, too.
@@ -174,7 +174,7 @@ class Writer {
         on_one_clock_ ? rows_.size() - span.first - span.count : 0;
     AtomicFile file(path);
     std::string text = "HIERARCHY\n";
-    WriteJoint(tree_, motion, 0, 0, &text);
+    WriteBvhJoint(tree_, motion, 0, 0, &text);
     file.Write(text + fmt::format("MOTION\nFrames: {}\nFrame Time: {}\n",
                                   before + span.count + after,
                                   1.0 / tracks_.header.frame_rate_hz));

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/tracks/c3d_parameters.h"
@@ -21,7 +22,6 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kMillimetresPerMetre = 1000.0;
 constexpr int64_t kMaxWord = 65535;
 constexpr int kMaskBits = 7;
 
@@ -67,9 +67,9 @@ int CameraMask(const PersonPose& person, size_t joint_idx) {
 }
 
 // Everything that is said before the points.
-class Take {
+class C3dTake {
  public:
-  Take(const TrackSequence& tracks, const TrackExportOptions& options)
+  C3dTake(const TrackSequence& tracks, const TrackExportOptions& options)
       : tracks_(tracks),
         names_(options.names),
         axes_(options.axes.value_or(C3dAxes())),
@@ -275,7 +275,8 @@ class Take {
   int64_t last_ = 1;
 };
 
-void NoteLosses(const TrackSequence& tracks, size_t row_count, Losses* losses) {
+void NoteC3dLosses(const TrackSequence& tracks, size_t row_count,
+                   Losses* losses) {
   const TrackContents contents = ContentsOf(tracks);
   losses->push_back("bones, configuration and times of their own are not kept");
   if (contents.has_covariances) {
@@ -299,7 +300,7 @@ void NoteLosses(const TrackSequence& tracks, size_t row_count, Losses* losses) {
 
 void WriteTracksC3d(const std::string& path, const TrackSequence& tracks,
                     const TrackExportOptions& options, Losses* losses) {
-  const Take take(tracks, options);
+  const C3dTake take(tracks, options);
   const std::string parameters = take.Parameters();
   AtomicFile file(path);
   file.Write(take.Header(static_cast<int>(parameters.size() / kC3dBlock) + 2));
@@ -312,7 +313,7 @@ void WriteTracksC3d(const std::string& path, const TrackSequence& tracks,
   }
   file.Write(std::string((kC3dBlock - bytes % kC3dBlock) % kC3dBlock, '\0'));
   file.Commit();
-  NoteLosses(tracks, take.rows().size(), losses);
+  NoteC3dLosses(tracks, take.rows().size(), losses);
 }
 
 }  // namespace kinegraph

@@ -150,7 +150,7 @@ class Buffer {
   JsonList accessors_;
 };
 
-void Append(const Vector3d& v, std::vector<float>* values) {
+void AppendFloats(const Vector3d& v, std::vector<float>* values) {
   for (int k = 0; k < 3; ++k) {
     const auto number = static_cast<float>(v[k]);
     if (!std::isfinite(number)) {
@@ -160,7 +160,7 @@ void Append(const Vector3d& v, std::vector<float>* values) {
   }
 }
 
-void Append(const Quaterniond& q, std::vector<float>* values) {
+void AppendFloats(const Quaterniond& q, std::vector<float>* values) {
   for (int k = 0; k < 4; ++k) {
     values->push_back(static_cast<float>(q.coeffs()[k]));  // x, y, z, w
   }
@@ -231,7 +231,7 @@ class Body {
   }
 
   void AddCorner(const Vector3d& at, size_t joint) {
-    Append(at, &positions_);
+    AppendFloats(at, &positions_);
     for (const uint16_t j : {static_cast<uint16_t>(joint), uint16_t{0},
                              uint16_t{0}, uint16_t{0}}) {
       joints_.push_back(j);
@@ -375,7 +375,7 @@ class Scene {
                             0.0F, 0.0F, 1.0F, 0.0F}) {
         inverses.push_back(k);
       }
-      Append(-rest_m[j], &inverses);
+      AppendFloats(-rest_m[j], &inverses);
       inverses.push_back(1.0F);
       joints.Add(std::to_string(first_joint + j));
     }
@@ -432,12 +432,12 @@ class Scene {
       std::vector<float> turns;
       Quaterniond last = Quaterniond::Identity();
       for (const TreeMotion::Row& pose : presence.poses) {
-        Append(LocalPosition(pose, j), &places);
+        AppendFloats(LocalPosition(pose, j), &places);
         Quaterniond turn = LocalTurn(pose, j);
         // The nearer of the two that say the same, for what lies between rows.
         if (turn.dot(last) < 0.0) turn.coeffs() *= -1.0;
         last = turn;
-        Append(turn, &turns);
+        AppendFloats(turn, &turns);
       }
       const size_t node = first_joint + j;
       AddChannel(node, "translation", "LINEAR", input,
@@ -462,7 +462,7 @@ class Scene {
       last = is_there;
       times_s.push_back(SecondsOf(r));
       const double scale = is_there ? 1.0 : 0.0;
-      Append(Vector3d::Constant(scale), &scales);
+      AppendFloats(Vector3d::Constant(scale), &scales);
     }
     AddChannel(person_node, "scale", "STEP",
                buffer_.Floats(times_s, 1, /*with_bounds=*/true),

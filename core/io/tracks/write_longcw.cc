@@ -1,5 +1,6 @@
 // longcw's annotation_3d.json: [{"timestamp": s, "poses": [{"id", "points_3d":
 // [[x, y, z] cm], "scores": [1 or 0]}]}].
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json_output.h"
@@ -9,8 +10,6 @@
 
 namespace kinegraph {
 namespace {
-
-constexpr double kCentimetresPerMetre = 100.0;
 
 void WritePose(const PersonPose& person, JsonOutput* out) {
   out->Text("{\"id\": ");

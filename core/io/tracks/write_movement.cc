@@ -2,9 +2,9 @@
 // xarray: netCDF with the dimensions time, space, keypoints and individuals.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/geometry/ball_probability.h"
 #include "core/io/binary/netcdf_file.h"
@@ -15,12 +15,11 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kWithin_m = 0.05;
 
-class Take {
+class MovementTake {
  public:
-  Take(const TrackSequence& tracks, const PersonNames& names)
+  MovementTake(const TrackSequence& tracks, const PersonNames& names)
       : tracks_(tracks),
         contents_(ContentsOf(tracks)),
         ids_(IdsOf(tracks)),
@@ -124,17 +123,17 @@ class Take {
   double Position(size_t i) const {
     int axis = 0;
     const Cell cell = CellOf(i, &axis);
-    if (!IsPresent(cell)) return kNaN;
+    if (!IsPresent(cell)) return kNan;
     return cell.person->joints[cell.joint_idx].position_m[axis];
   }
   double Sigma(size_t i) const {
     int axis = 0;
     const Eigen::Matrix3d* covariance = CovarianceOf(CellOf(i, &axis));
-    return covariance == nullptr ? kNaN : std::sqrt((*covariance)(axis, axis));
+    return covariance == nullptr ? kNan : std::sqrt((*covariance)(axis, axis));
   }
   double Confidence(size_t i) const {
     const Eigen::Matrix3d* covariance = CovarianceOf(CellOf(i));
-    return covariance == nullptr ? kNaN
+    return covariance == nullptr ? kNan
                                  : ProbabilityWithin(kWithin_m, *covariance);
   }
   int8_t Status(size_t i) const {
@@ -164,7 +163,7 @@ void WriteTracksMovement(const std::string& path, const TrackSequence& tracks,
   if (IdsOf(tracks).empty()) {
     throw InputError("the tracks have nobody in them, nothing to write");
   }
-  const Take take(tracks, options.names);
+  const MovementTake take(tracks, options.names);
   take.Write(path);
   losses->push_back("bones, views and configuration are not kept");
   if (take.contents().has_covariances) {

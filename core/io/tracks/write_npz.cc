@@ -3,6 +3,7 @@
 #include <limits>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/binary/npz_file.h"
 #include "core/io/tracks/export.h"
@@ -10,8 +11,6 @@
 
 namespace kinegraph {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // The arrays of one take. Each is made, written and forgotten in turn.
 class Arrays {
@@ -31,7 +30,7 @@ class Arrays {
   const std::vector<int64_t>& ids() const { return ids_; }
 
   std::vector<double> Positions() const {
-    return Dense<double>(3, kNaN,
+    return Dense<double>(3, kNan,
                          [](const PersonPose& person, size_t j, double* to) {
                            const Joint3d& joint = person.joints[j];
                            if (joint.present())
@@ -69,7 +68,7 @@ class Arrays {
 
   std::vector<double> Covariances() const {
     return Dense<double>(
-        9, kNaN, [](const PersonPose& person, size_t j, double* to) {
+        9, kNan, [](const PersonPose& person, size_t j, double* to) {
           if (person.covariances.empty() || !person.covariances[j]) return;
           std::copy_n(person.covariances[j]->data(), 9, to);  // symmetric
         });
@@ -118,12 +117,12 @@ void AddClock(const TrackSequence& tracks, bool has_clock, NpzFile* file) {
   std::vector<double> times;
   for (const TrackFrame& frame : tracks.frames) {
     frames.push_back(frame.frame);
-    times.push_back(has_clock ? ToSeconds(frame.time) : kNaN);
+    times.push_back(has_clock ? ToSeconds(frame.time) : kNan);
   }
   const double rate = tracks.header.frame_rate_hz;
   file->Add("frames", {frames.size()}, frames);
   file->Add("times", {times.size()}, times);
-  file->Add("frame_rate", {}, std::vector<double>{rate > 0.0 ? rate : kNaN});
+  file->Add("frame_rate", {}, std::vector<double>{rate > 0.0 ? rate : kNan});
 }
 
 void AddNames(const PersonNames& names, const std::vector<int64_t>& ids,

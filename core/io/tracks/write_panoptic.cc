@@ -2,18 +2,17 @@
 // are Panoptic's nineteen, taken over by name.
 #include <fmt/format.h>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/export.h"
+#include "core/io/tracks/formats.h"
 #include "core/io/tracks/losses.h"
 
 namespace kinegraph {
 namespace {
-
-constexpr double kCentimetresPerMetre = 100.0;
-constexpr double kHdFrameRateHz = 29.97;
 
 void WriteBody(const PersonPose& person, const std::vector<int>& map,
                JsonOutput* out) {

@@ -25,7 +25,7 @@ void WriteJoints(const Pose3d& joints, JsonOutput* out) {
   }
 }
 
-void NoteLosses(const TrackSequence& tracks, Losses* losses) {
+void NotePosesLosses(const TrackSequence& tracks, Losses* losses) {
   NotePositionsOnly(tracks, losses);
   NoteClock(tracks, losses);
   const int64_t empty_frames = ContentsOf(tracks).empty_frames;
@@ -65,7 +65,7 @@ void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
   }
   file.Write("\n]}\n");
   file.Commit();
-  NoteLosses(tracks, losses);
+  NotePosesLosses(tracks, losses);
 }
 
 }  // namespace kinegraph

@@ -18,7 +18,7 @@
 namespace kinegraph {
 namespace {
 
-constexpr const char* kExtension = ".trc";
+constexpr const char* kTrcExtension = ".trc";
 
 void CheckMarkerNames(const Skeleton& skeleton) {
   for (const std::string& joint : skeleton.joints()) {
@@ -66,9 +66,9 @@ void WriteMarkers(const PersonPose* person, size_t joint_count,
   }
 }
 
-void WritePersonFile(const std::string& path, TrackId id,
-                     const TrackSequence& tracks,
-                     const std::vector<TrackRow>& rows, const AxisMap& axes) {
+void WriteTrcPerson(const std::string& path, TrackId id,
+                    const TrackSequence& tracks,
+                    const std::vector<TrackRow>& rows, const AxisMap& axes) {
   AtomicFile file(path);
   const size_t slash = path.find_last_of('/');
   const std::string name =
@@ -89,7 +89,8 @@ void WritePersonFile(const std::string& path, TrackId id,
   file.Commit();
 }
 
-void NoteLosses(const TrackSequence& tracks, size_t row_count, Losses* losses) {
+void NoteTrcLosses(const TrackSequence& tracks, size_t row_count,
+                   Losses* losses) {
   const TrackContents contents = ContentsOf(tracks);
   losses->push_back("bones and configuration are not kept");
   NotePlainPositions(contents, losses);
@@ -103,13 +104,13 @@ void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
                     const PersonNames& names) {
   RequireFrameRate(tracks, "TRC");
   CheckMarkerNames(tracks.header.skeleton);
-  const std::vector<int64_t> ids = PeopleToWrite(path, kExtension, tracks);
+  const std::vector<int64_t> ids = PeopleToWrite(path, kTrcExtension, tracks);
   const std::vector<TrackRow> rows = MakeTrackRows(tracks, "TRC");
-  WritePersonFiles(path, kExtension, ids, names,
+  WritePersonFiles(path, kTrcExtension, ids, names,
                    [&](const std::string& file, TrackId id) {
-                     WritePersonFile(file, id, tracks, rows, axes);
+                     WriteTrcPerson(file, id, tracks, rows, axes);
                    });
-  NoteLosses(tracks, rows.size(), losses);
+  NoteTrcLosses(tracks, rows.size(), losses);
   constexpr int64_t kKeptIds = 1'000'000'000'000'000'000;  // 18 digits
   NoteRenumbering(tracks, kKeptIds, losses);
 }

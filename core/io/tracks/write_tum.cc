@@ -36,14 +36,14 @@ constexpr uint32_t kDoubleClass = 6;
 constexpr uint64_t kTagBytes = 8;
 
 template <typename Value>
-void Append(Value value, std::string* bytes) {
+void AppendNumber(Value value, std::string* bytes) {
   static_assert(std::is_trivially_copyable_v<Value>);
   bytes->append(reinterpret_cast<const char*>(&value), sizeof(value));
 }
 
 void AppendTag(uint32_t type, uint64_t length, std::string* bytes) {
-  Append(type, bytes);
-  Append(static_cast<uint32_t>(length), bytes);
+  AppendNumber(type, bytes);
+  AppendNumber(static_cast<uint32_t>(length), bytes);
 }
 
 // An array up to its content: tag, flags, dimensions and name. Every element
@@ -52,11 +52,11 @@ std::string ArrayHeader(uint32_t array_class, uint64_t rows, uint64_t columns,
                         const std::string& name, uint64_t content_bytes) {
   std::string header;
   AppendTag(kUint32, 8, &header);
-  Append(array_class, &header);
-  Append(uint32_t{0}, &header);
+  AppendNumber(array_class, &header);
+  AppendNumber(uint32_t{0}, &header);
   AppendTag(kInt32, 8, &header);
-  Append(static_cast<int32_t>(rows), &header);
-  Append(static_cast<int32_t>(columns), &header);
+  AppendNumber(static_cast<int32_t>(rows), &header);
+  AppendNumber(static_cast<int32_t>(columns), &header);
   AppendTag(kInt8, name.size(), &header);
   header += name;
   header.resize((header.size() + 7) / 8 * 8, '\0');
@@ -71,9 +71,9 @@ std::string PoseArray(const Pose3d* pose) {
   if (pose != nullptr) {
     for (int axis = 0; axis < 3; ++axis) {
       for (const Joint3d& joint : *pose) {
-        Append(joint.present() ? joint.position_m[axis]
-                               : std::numeric_limits<double>::quiet_NaN(),
-               &numbers);
+        AppendNumber(joint.present() ? joint.position_m[axis]
+                                     : std::numeric_limits<double>::quiet_NaN(),
+                     &numbers);
       }
     }
   }
@@ -137,7 +137,7 @@ class ActorsFile {
   static std::string FileHeader() {
     std::string header = "MATLAB 5.0 MAT-file, by kinegraph";
     header.resize(124, ' ');
-    Append(uint16_t{0x0100}, &header);
+    AppendNumber(uint16_t{0x0100}, &header);
     return header + "IM";
   }
 

@@ -5,11 +5,11 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "core/base/constants.h"
 #include "tests/support/program.h"
 #include "tests/support/test_data.h"
 
@@ -19,9 +19,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-Plot Sample() {
+Plot SamplePlot() {
   Plot plot;
   plot.title = "Error & 'lag' <of> {filters}_1";
   plot.x.label = "cut-off [Hz]";
@@ -94,7 +92,7 @@ class PlotTest : public ::testing::Test {
 TEST_F(PlotTest, WritesSvgWithItsTexts) {
   const testing::TemporaryFolder folder;
   const std::string path = (folder.path() / "plot.svg").string();
-  WritePlot({Sample()}, path);
+  WritePlot({SamplePlot()}, path);
   const std::string svg = testing::ContentOf(path);
   EXPECT_TRUE(IsXml(svg));
   for (const char* text :
@@ -106,7 +104,7 @@ TEST_F(PlotTest, WritesSvgWithItsTexts) {
 }
 
 TEST_F(PlotTest, GivesTheSameBytesAgain) {
-  EXPECT_EQ(RenderPlot({Sample()}), RenderPlot({Sample()}));
+  EXPECT_EQ(RenderPlot({SamplePlot()}), RenderPlot({SamplePlot()}));
 }
 
 TEST_F(PlotTest, DrawsBarsOfCategoriesSideBySide) {
@@ -142,7 +140,8 @@ TEST_F(PlotTest, DrawsPanelsAndNamesOnBothAxes) {
   named.series = {points};
   Plot empty;
   empty.title = "Nothing";
-  const std::string svg = RenderPlot({named, Sample(), empty}, {900, 900, 2});
+  const std::string svg =
+      RenderPlot({named, SamplePlot(), empty}, {900, 900, 2});
   EXPECT_TRUE(IsXml(svg));
   for (const char* text : {"Strategies", "raw DLT", "batch", "Butterworth_2"}) {
     EXPECT_THAT(svg, HasSubstr(text));
@@ -150,7 +149,7 @@ TEST_F(PlotTest, DrawsPanelsAndNamesOnBothAxes) {
 }
 
 TEST_F(PlotTest, TakesASeriesWithoutAnyValue) {
-  Plot plot = Sample();
+  Plot plot = SamplePlot();
   plot.series[0].y.assign(4, kNan);
   EXPECT_TRUE(IsXml(RenderPlot({plot})));
 }

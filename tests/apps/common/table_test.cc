@@ -8,7 +8,7 @@
 namespace kinegraph {
 namespace {
 
-Table Sample() {
+Table SampleTable() {
   Table table({"actor", "PCP"});
   table.AddRow({"first", "99.71"});
   table.AddRow({"2", "4.3"});
@@ -16,7 +16,7 @@ Table Sample() {
 }
 
 TEST(Table, SetsNamesLeftAndNumbersRight) {
-  EXPECT_EQ(Sample().ToString(),
+  EXPECT_EQ(SampleTable().ToString(),
             "actor    PCP\n"
             "-----  -----\n"
             "first  99.71\n"
@@ -24,7 +24,7 @@ TEST(Table, SetsNamesLeftAndNumbersRight) {
 }
 
 TEST(Table, WritesMarkdown) {
-  EXPECT_EQ(Sample().ToString(TableStyle::kMarkdown),
+  EXPECT_EQ(SampleTable().ToString(TableStyle::kMarkdown),
             "| actor |   PCP |\n"
             "|-------|------:|\n"
             "| first | 99.71 |\n"

@@ -24,7 +24,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr const char* kHostile = "</script><img src=x onerror=alert(1)>";
+constexpr const char* kHostileName = "</script><img src=x onerror=alert(1)>";
 
 // People who walk along x at 1 m/s, side by side.
 TrackSequence Walk(int frames, int people, double rate_hz) {
@@ -174,13 +174,14 @@ TEST(PageData, AnglesComeBackWithinHalfAQuantum) {
 
 TEST(PageData, HostileNamesStayData) {
   TrackSequence tracks = Walk(3, 1, 25.0);
-  tracks.header.skeleton = Skeleton("x", {kHostile, "<!--"}, {{0, 1}});
+  tracks.header.skeleton = Skeleton("x", {kHostileName, "<!--"}, {{0, 1}});
   for (TrackFrame& frame : tracks.frames) frame.people[0].joints.resize(2);
   PageInput input = InputOf(tracks);
-  input.title = input.results[0].label = kHostile;
+  input.title = input.results[0].label = kHostileName;
   const PageData data = MakePageData(input);
   EXPECT_THAT(data.json, Not(HasSubstr("<")));
-  EXPECT_EQ(ParseJson(data.json, "page")["title"], kHostile) << "nothing lost";
+  EXPECT_EQ(ParseJson(data.json, "page")["title"], kHostileName)
+      << "nothing lost";
   const std::string page = MakePage(input.title, data.json);
   EXPECT_THAT(page, Not(HasSubstr("<img")));
   EXPECT_THAT(page, HasSubstr("<title>&lt;/script&gt;&lt;img"));

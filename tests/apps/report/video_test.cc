@@ -22,9 +22,9 @@ namespace {
 using testing::Browser;
 using ::testing::HasSubstr;
 
-constexpr int kFirstFrame = 100;
+constexpr int kFirstPicture = 100;
 // Two more than the video has pictures.
-constexpr int kFrames = 42;
+constexpr int kPictures = 42;
 
 // Nobody is there, so that nothing is drawn over the pictures.
 PageInput EmptyTake() {
@@ -38,9 +38,9 @@ PageInput EmptyTake() {
   DetectionSequence seen;
   seen.header.skeleton = Coco17();
   seen.header.view_names = tracks.header.view_names;
-  for (int f = 0; f < kFrames; ++f) {
+  for (int f = 0; f < kPictures; ++f) {
     TrackFrame frame;
-    frame.frame = kFirstFrame + f;
+    frame.frame = kFirstPicture + f;
     // 30 Hz, as people say of 29.97.
     frame.time = FrameClock(30.0).TimeOf(frame.frame);
     tracks.frames.push_back(frame);
@@ -60,7 +60,7 @@ std::string Bars(const std::string& ending) {
 }
 
 std::string ImagesFlag() {
-  const std::string first = "@" + std::to_string(kFirstFrame);
+  const std::string first = "@" + std::to_string(kFirstPicture);
   return "one=" + Bars("mp4") + first + ";two=" + Bars("webm") + first;
 }
 
@@ -156,7 +156,8 @@ TEST_P(VideoPanels, PlayAlongAndStopAtThePicture) {
 }
 
 TEST_P(VideoPanels, FramesBeyondTheVideoSaySo) {
-  browser_->Evaluate("kinegraph.setFrame(" + std::to_string(kFrames - 1) + ")");
+  browser_->Evaluate("kinegraph.setFrame(" + std::to_string(kPictures - 1) +
+                     ")");
   EXPECT_THAT(browser_->Evaluate("kinegraph.panels[0].facts.textContent")
                   .get<std::string>(),
               HasSubstr("no picture of this frame"));

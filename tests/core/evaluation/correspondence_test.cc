@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/base/constants.h"
 #include "tests/core/evaluation/people.h"
 
 namespace kinegraph {
@@ -14,8 +15,6 @@ using testing::Moved;
 using testing::Person;
 using testing::StandingTum14;
 using testing::Tracks;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 TEST(FindFrameTest, FindsByNumber) {
   const TrackSequence tracks = Tracks({Frame(3, {}), Frame(7, {})});
@@ -77,10 +76,10 @@ TEST(MatchOneToOneTest, PrefersMorePairsThenLessCost) {
 
 TEST(MatchOneToOneTest, GateIncludesItsLimit) {
   Eigen::MatrixXd cost(1, 2);
-  cost << 0.5, kNaN;
+  cost << 0.5, kNan;
   EXPECT_EQ(MatchOneToOne(cost, 0.5).size(), 1u);
   EXPECT_TRUE(MatchOneToOne(cost, 0.4999).empty());
-  cost << kNaN, kNaN;
+  cost << kNan, kNan;
   EXPECT_TRUE(MatchOneToOne(cost, kNoGate).empty());
 }
 

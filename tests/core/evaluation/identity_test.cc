@@ -15,16 +15,16 @@ using testing::StandingTum14;
 using testing::Tracks;
 
 // People as (id, place) pairs.
-struct At {
+struct Placed {
   int64_t id;
   double x;
 };
 
-TrackSequence Make(const std::vector<std::vector<At>>& frames) {
+TrackSequence Make(const std::vector<std::vector<Placed>>& frames) {
   std::vector<TrackFrame> made;
   for (size_t k = 0; k < frames.size(); ++k) {
     std::vector<PersonPose> people;
-    for (const At& at : frames[k]) {
+    for (const Placed& at : frames[k]) {
       people.push_back(Person(at.id, StandingTum14(at.x)));
     }
     made.push_back(Frame(static_cast<int64_t>(k), people));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "core/base/constants.h"
 #include "tests/core/evaluation/people.h"
 
 namespace kinegraph {
@@ -15,8 +16,6 @@ using testing::Moved;
 using testing::Person;
 using testing::StandingTum14;
 using testing::Tracks;
-
-constexpr double kPi = 3.14159265358979323846;
 
 // One person who moves along x as `motion` says [m] at times k / rate.
 TrackSequence Moving(int frames, double rate_hz,

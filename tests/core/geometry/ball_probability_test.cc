@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "core/base/constants.h"
 #include "core/base/random.h"
 
 namespace kinegraph {
@@ -22,7 +23,6 @@ Eigen::Matrix3d Covariance(double a_mm, double b_mm, double c_mm) {
 
 // The same in all directions: the distribution of Maxwell.
 TEST(BallProbability, OfABallIsMaxwells) {
-  constexpr double kPi = 3.14159265358979323846;
   for (const double sigma_mm : {10.0, 20.0, 24.02, 30.0, 50.0, 100.0, 1000.0}) {
     const double r = 1e3 * kRadius_m / sigma_mm;
     const double expected = std::erf(r / std::sqrt(2.0)) -

@@ -71,7 +71,8 @@ TEST(YamlBounds, CommasDoNotFillTheMemory) {
 
 // ---- HDF5
 
-DetectionSequence ReadAs(const std::string& format, const std::string& bytes) {
+DetectionSequence ReadDetectionsAs(const std::string& format,
+                                   const std::string& bytes) {
   const TemporaryFolder folder;
   DetectionReadOptions options;
   options.format = format;
@@ -79,11 +80,11 @@ DetectionSequence ReadAs(const std::string& format, const std::string& bytes) {
 }
 
 DetectionSequence ReadSleap(const testing::SleapFile& content) {
-  return ReadAs("sleap", testing::SleapHdf5(content));
+  return ReadDetectionsAs("sleap", testing::SleapHdf5(content));
 }
 
 DetectionSequence ReadDeepLabCut(const testing::DeepLabCutFile& content) {
-  return ReadAs("deeplabcut_h5", testing::DeepLabCutHdf5(content));
+  return ReadDetectionsAs("deeplabcut_h5", testing::DeepLabCutHdf5(content));
 }
 
 TEST(Hdf5Bounds, NumbersMustBeThere) {
@@ -165,7 +166,8 @@ std::string NpyOf(const std::string& type, const std::string& shape,
 TEST(NpzBounds, CamerasWithoutFramesAreRefused) {
   const ProcessorTime used;
   EXPECT_THAT(InputErrorOf([&] {
-                ReadAs("freemocap", NpyOf("<f8", "(2000000000, 0, 17, 2)", ""));
+                ReadDetectionsAs("freemocap",
+                                 NpyOf("<f8", "(2000000000, 0, 17, 2)", ""));
               }),
               HasSubstr("expected the shape [cameras, frames, points, 2]"));
   ExpectQuick(used);

@@ -53,18 +53,18 @@ class InCommas {
   const std::locale before_;
 };
 
-struct Sample {
+struct LocaleSample {
   Scene scene;
   DetectionSequence detections;
   TrackSequence tracks;
 };
 
-Sample MakeSample() {
+LocaleSample MakeSample() {
   SceneOptions options;
   options.people = 1;
   options.motion.visitors = 0.0;
   options.duration_s = 0.2;
-  Sample sample;
+  LocaleSample sample;
   sample.scene = MakeScene(options);
   ObservationTruth truth;
   sample.detections = Observe(sample.scene, NoiseOptions(), &truth);
@@ -73,9 +73,9 @@ Sample MakeSample() {
 }
 
 // Every file of a result by its name in it.
-using Files = std::vector<std::pair<std::string, std::string>>;
-Files FilesOf(const fs::path& path) {
-  Files files;
+using Written = std::vector<std::pair<std::string, std::string>>;
+Written FilesOf(const fs::path& path) {
+  Written files;
   if (!fs::is_directory(path)) return {{"", testing::ContentOf(path)}};
   for (const auto& entry : fs::recursive_directory_iterator(path)) {
     if (!entry.is_regular_file()) continue;
@@ -121,7 +121,7 @@ std::vector<double> CamerasIn(const std::string& path) {
 }
 
 TEST(Locale, TracksAreTheSameFiles) {
-  const Sample sample = MakeSample();
+  const LocaleSample sample = MakeSample();
   int read = 0;
   for (const TrackFormat& format : TrackFormats()) {
     if (format.write == nullptr) continue;
@@ -145,7 +145,7 @@ TEST(Locale, TracksAreTheSameFiles) {
 }
 
 TEST(Locale, CamerasAndDetectionsAreTheSameFiles) {
-  const Sample sample = MakeSample();
+  const LocaleSample sample = MakeSample();
   const TemporaryFolder folder;
   int read = 0;
   for (const CalibrationFormat& format : CalibrationFormats()) {

@@ -13,7 +13,7 @@
 namespace kinegraph {
 namespace {
 
-using testing::StandingPerson;
+using testing::PosedPerson;
 using Vec = Eigen::Vector3d;
 
 const Vec kX = Vec::UnitX(), kY = Vec::UnitY(), kZ = Vec::UnitZ();
@@ -30,14 +30,14 @@ std::map<std::string, AngleEstimate> AnglesAt(const PersonPose& pose,
   return angles;
 }
 
-double AngleAt(const StandingPerson& person, const std::string& name) {
+double AngleAt(const PosedPerson& person, const std::string& name) {
   const auto angles = AnglesAt(person.pose());
   const auto at = angles.find(name);
   return at == angles.end() ? std::nan("") : at->second.deg;
 }
 
 TEST(JointAngles, StandingIsZero) {
-  const auto angles = AnglesAt(StandingPerson().pose());
+  const auto angles = AnglesAt(PosedPerson().pose());
   // Seven a side but the plane of hanging arms, and four of the trunk.
   EXPECT_EQ(angles.size(), 16u);
   for (const auto& [name, estimate] : angles) {
@@ -50,7 +50,7 @@ TEST(JointAngles, StandingIsZero) {
 
 TEST(JointAngles, KneeAndElbowBend) {
   for (const std::string s : {"l_", "r_"}) {
-    StandingPerson person;
+    PosedPerson person;
     // The heel comes up behind: y points left, so x turns away from z.
     person.Turn({s + "knee", s + "ankle"}, 90.0, kY);
     EXPECT_NEAR(AngleAt(person, s + "knee_flexion"), 90.0, kRounding);
@@ -66,15 +66,15 @@ TEST(JointAngles, KneeAndElbowBend) {
 TEST(JointAngles, HipFlexionIsForwardAndAdductionIsInward) {
   for (const std::string s : {"l_", "r_"}) {
     const double outward = s == "l_" ? 1.0 : -1.0;
-    StandingPerson person;
+    PosedPerson person;
     person.Turn({s + "hip", s + "knee"}, -90.0, kY);
     EXPECT_NEAR(person.At(s + "knee").x(), 0.5, kRounding);
     EXPECT_NEAR(AngleAt(person, s + "hip_flexion"), 90.0, kRounding);
     EXPECT_NEAR(AngleAt(person, s + "hip_adduction"), 0.0, kRounding);
-    person = StandingPerson();
+    person = PosedPerson();
     person.Turn({s + "hip", s + "knee"}, 20.0, kY);
     EXPECT_NEAR(AngleAt(person, s + "hip_flexion"), -20.0, kRounding);
-    person = StandingPerson();
+    person = PosedPerson();
     person.Turn({s + "hip", s + "knee"}, 30.0 * outward, kX);
     EXPECT_GT(outward * person.At(s + "knee").y(), 0.3) << "away from the body";
     EXPECT_NEAR(AngleAt(person, s + "hip_adduction"), -30.0, kRounding);
@@ -87,7 +87,7 @@ TEST(JointAngles, HipFlexionIsForwardAndAdductionIsInward) {
 }
 
 TEST(JointAngles, AnkleDorsiflexionIsToesUp) {
-  StandingPerson person;
+  PosedPerson person;
   person.Turn({"l_heel", "l_big_toe"}, -20.0, kY);
   EXPECT_GT(person.At("l_big_toe").z(), person.At("l_heel").z());
   EXPECT_NEAR(AngleAt(person, "l_ankle_dorsiflexion"), 20.0, kRounding);
@@ -99,11 +99,11 @@ TEST(JointAngles, AnkleDorsiflexionIsToesUp) {
 TEST(JointAngles, ShoulderElevationAndItsPlane) {
   for (const std::string s : {"l_", "r_"}) {
     const double outward = s == "l_" ? 1.0 : -1.0;
-    StandingPerson person;
+    PosedPerson person;
     person.Turn({s + "shoulder", s + "elbow"}, 90.0 * outward, kX);
     EXPECT_NEAR(AngleAt(person, s + "shoulder_elevation"), 90.0, kRounding);
     EXPECT_NEAR(AngleAt(person, s + "shoulder_plane"), 0.0, kRounding);
-    person = StandingPerson();
+    person = PosedPerson();
     person.Turn({s + "shoulder", s + "elbow"}, -60.0, kY);
     EXPECT_NEAR(AngleAt(person, s + "shoulder_elevation"), 60.0, kRounding);
     EXPECT_NEAR(AngleAt(person, s + "shoulder_plane"), 90.0, kRounding)
@@ -118,29 +118,29 @@ TEST(JointAngles, ShoulderElevationAndItsPlane) {
 TEST(JointAngles, TrunkLeansAndTurns) {
   const std::vector<std::string> shoulders = {"l_shoulder", "r_shoulder"};
   const Vec hips = {0.0, 0.0, 1.0};
-  StandingPerson person;
+  PosedPerson person;
   person.TurnAbout(hips, shoulders, 30.0, kY);
   EXPECT_NEAR(AngleAt(person, "trunk_forward"), 30.0, kRounding);
   EXPECT_NEAR(AngleAt(person, "trunk_right"), 0.0, kRounding);
   // The hip's frame leans with the trunk: the standing thigh is bent in it.
   EXPECT_NEAR(AngleAt(person, "l_hip_flexion"), 30.0, kRounding);
-  person = StandingPerson();
+  person = PosedPerson();
   person.TurnAbout(hips, shoulders, 20.0, kX);
   EXPECT_LT(person.At("l_shoulder").y(), 0.2) << "to the right";
   EXPECT_NEAR(AngleAt(person, "trunk_right"), 20.0, kRounding);
   EXPECT_NEAR(AngleAt(person, "trunk_forward"), 0.0, kRounding);
-  person = StandingPerson();
+  person = PosedPerson();
   person.TurnAbout(hips, shoulders, 40.0, kZ);
   EXPECT_NEAR(AngleAt(person, "trunk_turn"), 40.0, kRounding) << "to the left";
   EXPECT_NEAR(AngleAt(person, "trunk_forward"), 0.0, kRounding);
-  person = StandingPerson();
+  person = PosedPerson();
   person.TurnAbout(hips, {"l_hip", "r_hip"}, 10.0, -kX);
   EXPECT_GT(person.At("r_hip").z(), 1.0);
   EXPECT_NEAR(AngleAt(person, "pelvis_obliquity"), 10.0, kRounding);
 }
 
-StandingPerson Sprinter() {
-  StandingPerson person;
+PosedPerson Sprinter() {
+  PosedPerson person;
   person.Turn({"l_hip", "l_knee", "l_ankle", "l_heel", "l_big_toe"}, -70.0,
               Vec(0.2, 1.0, 0.1).normalized());
   person.Turn({"l_knee", "l_ankle", "l_heel", "l_big_toe"}, 80.0, kY);
@@ -159,7 +159,7 @@ StandingPerson Sprinter() {
 }
 
 TEST(JointAngles, DoNotDependOnTheWorld) {
-  const StandingPerson person = Sprinter();
+  const PosedPerson person = Sprinter();
   const auto expected = AnglesAt(person.pose());
   EXPECT_EQ(expected.size(), 18u);
   const Eigen::Quaterniond turn(
@@ -176,9 +176,9 @@ TEST(JointAngles, DoNotDependOnTheWorld) {
 }
 
 TEST(JointAngles, AMirrorExchangesTheSides) {
-  const StandingPerson person = Sprinter();
+  const PosedPerson person = Sprinter();
   const auto expected = AnglesAt(person.pose());
-  StandingPerson mirrored;
+  PosedPerson mirrored;
   for (int j = 0; j < Body25().joint_count(); ++j) {
     const auto from = static_cast<size_t>(j);
     const auto to = static_cast<size_t>(Body25().mirror(j));
@@ -197,25 +197,25 @@ TEST(JointAngles, AMirrorExchangesTheSides) {
 }
 
 TEST(JointAngles, NothingIsMadeUp) {
-  StandingPerson person;
+  PosedPerson person;
   person.Remove("l_knee");
   EXPECT_TRUE(std::isnan(AngleAt(person, "l_knee_flexion")));
   EXPECT_TRUE(std::isnan(AngleAt(person, "l_hip_flexion")));
   EXPECT_TRUE(std::isnan(AngleAt(person, "l_ankle_dorsiflexion")));
   EXPECT_NEAR(AngleAt(person, "r_knee_flexion"), 0.0, kRounding);
-  person = StandingPerson();
+  person = PosedPerson();
   person.Put("l_knee", person.At("l_hip"));
   EXPECT_TRUE(std::isnan(AngleAt(person, "l_knee_flexion")));
   EXPECT_TRUE(std::isnan(AngleAt(person, "l_hip_flexion")));
   // A thigh along the axis of flexion says nothing of flexion.
-  person = StandingPerson();
+  person = PosedPerson();
   person.Turn({"l_hip", "l_knee"}, 85.0, kX);
   EXPECT_TRUE(std::isnan(AngleAt(person, "l_hip_flexion")));
   EXPECT_NEAR(AngleAt(person, "l_hip_adduction"), -85.0, kRounding);
   // Who lies on the side has no heading.
-  person = StandingPerson();
+  person = PosedPerson();
   EXPECT_EQ(AnglesAt(person.pose(), kY).count("trunk_forward"), 0u);
-  person.pose().joints[StandingPerson::Index("l_ankle")].status =
+  person.pose().joints[PosedPerson::Index("l_ankle")].status =
       JointStatus::kInferred;
   EXPECT_FALSE(AnglesAt(person.pose()).at("l_knee_flexion").observed);
 }
@@ -313,7 +313,7 @@ TEST(JointAngleIntervals, SpreadIsThatOfSamples) {
 TEST(JointAngleIntervals, HoldForStraightLimbs) {
   Random random(8);
   for (const double bend_deg : {0.0, 1.0, 2.0, 3.0, 5.0, 8.0}) {
-    StandingPerson person;
+    PosedPerson person;
     person.Turn({"l_knee", "l_ankle"}, bend_deg, kY);
     person.Turn({"r_elbow", "r_wrist"}, 180.0 - bend_deg, kY);
     PersonPose pose = person.pose();
@@ -325,7 +325,7 @@ TEST(JointAngleIntervals, HoldForStraightLimbs) {
       EXPECT_GT(covered, 0.935) << name << " bent by " << bend_deg;
     }
   }
-  PersonPose pose = StandingPerson().pose();
+  PersonPose pose = PosedPerson().pose();
   GiveCovariances(0.01, &pose, &random);
   const AngleEstimate knee = AnglesAt(pose).at("l_knee_flexion");
   EXPECT_EQ(*knee.low_deg, 0.0) << "no angle is below 0";
@@ -336,7 +336,7 @@ TEST(JointAngleIntervals, NeedEveryCovariance) {
   Random random(9);
   PersonPose pose = Sprinter().pose();
   GiveCovariances(0.01, &pose, &random);
-  pose.covariances[StandingPerson::Index("l_ankle")].reset();
+  pose.covariances[PosedPerson::Index("l_ankle")].reset();
   const auto angles = AnglesAt(pose);
   EXPECT_FALSE(angles.at("l_knee_flexion").low_deg);
   EXPECT_TRUE(angles.at("r_knee_flexion").low_deg);

@@ -11,10 +11,10 @@
 namespace kinegraph {
 namespace {
 
-using testing::StandingPerson;
+using testing::PosedPerson;
 using Vec = Eigen::Vector3d;
 
-PersonPose Shifted(const StandingPerson& person, const Vec& by_m, int id) {
+PersonPose Shifted(const PosedPerson& person, const Vec& by_m, int id) {
   PersonPose pose = person.pose();
   for (Joint3d& joint : pose.joints) joint.position_m += by_m;
   pose.id = TrackId(id);
@@ -40,7 +40,7 @@ TrackSequence Walk(int frames) {
   TrackSequence tracks = Take(frames);
   for (int k = 0; k < frames; ++k) {
     tracks.frames[k].people.push_back(
-        Shifted(StandingPerson(), {0.03 * k, 0.0, k % 2 == 0 ? 0.0 : 0.02}, 3));
+        Shifted(PosedPerson(), {0.03 * k, 0.0, k % 2 == 0 ? 0.0 : 0.02}, 3));
   }
   return tracks;
 }
@@ -53,7 +53,7 @@ double ValueAt(const KinematicsTable& table, size_t row,
 }
 
 // Sums of a few positions of metres.
-constexpr double kRounding = 1e-12;
+constexpr double kMetreRounding = 1e-12;
 
 TEST(Kinematics, SpeedAndWayOfAWalk) {
   const TrackSequence tracks = Walk(11);
@@ -71,7 +71,7 @@ TEST(Kinematics, SpeedAndWayOfAWalk) {
     EXPECT_TRUE(std::isnan(ValueAt(table, 10, column)));
   }
   // Along the floor: the bobbing is no way.
-  EXPECT_NEAR(ValueAt(table, 10, "pelvis_path_m"), 0.3, kRounding);
+  EXPECT_NEAR(ValueAt(table, 10, "pelvis_path_m"), 0.3, kMetreRounding);
   EXPECT_EQ(ValueAt(table, 0, "pelvis_path_m"), 0.0);
   EXPECT_TRUE(std::isnan(ValueAt(table, 5, "nose_speed_m_s"))) << "no nose";
 }
@@ -85,27 +85,27 @@ TEST(Kinematics, AGapHasNoSpeedAndAStraightWay) {
   EXPECT_TRUE(std::isnan(ValueAt(table, 4, "pelvis_speed_m_s")));
   EXPECT_TRUE(std::isnan(ValueAt(table, 5, "pelvis_speed_m_s")));
   EXPECT_NEAR(ValueAt(table, 6, "pelvis_speed_m_s"), 1.5, 1e-10);
-  EXPECT_NEAR(ValueAt(table, 9, "pelvis_path_m"), 0.3, kRounding);
+  EXPECT_NEAR(ValueAt(table, 9, "pelvis_path_m"), 0.3, kMetreRounding);
 }
 
 TEST(Kinematics, PeopleAreKeptApart) {
   TrackSequence tracks = Walk(6);
   for (size_t k = 0; k < 6; ++k) {
-    tracks.frames[k].people.push_back(Shifted(
-        StandingPerson(), {2.0, 0.06 * static_cast<double>(k), 0.0}, 1));
+    tracks.frames[k].people.push_back(
+        Shifted(PosedPerson(), {2.0, 0.06 * static_cast<double>(k), 0.0}, 1));
   }
   const KinematicsTable table = MeasureKinematics(tracks);
   ASSERT_EQ(table.rows.size(), 12u);
-  EXPECT_NEAR(ValueAt(table, 10, "pelvis_path_m"), 0.15, kRounding);
-  EXPECT_NEAR(ValueAt(table, 11, "pelvis_path_m"), 0.30, kRounding);
+  EXPECT_NEAR(ValueAt(table, 10, "pelvis_path_m"), 0.15, kMetreRounding);
+  EXPECT_NEAR(ValueAt(table, 11, "pelvis_path_m"), 0.30, kMetreRounding);
   EXPECT_NEAR(ValueAt(table, 7, "pelvis_speed_m_s"), 3.0, 1e-10);
 }
 
 TEST(Kinematics, MissingJointsGiveNoValue) {
   TrackSequence tracks = Walk(5);
-  StandingPerson person;
-  tracks.frames[2].people[0].joints[StandingPerson::Index("l_hip")] = {};
-  tracks.frames[3].people[0].joints[StandingPerson::Index("r_knee")].status =
+  PosedPerson person;
+  tracks.frames[2].people[0].joints[PosedPerson::Index("l_hip")] = {};
+  tracks.frames[3].people[0].joints[PosedPerson::Index("r_knee")].status =
       JointStatus::kInferred;
   KinematicsTable table = MeasureKinematics(tracks);
   for (const char* column :
@@ -115,7 +115,7 @@ TEST(Kinematics, MissingJointsGiveNoValue) {
   }
   EXPECT_NEAR(ValueAt(table, 2, "r_knee_flexion_deg"), 0.0, 1e-9);
   EXPECT_NEAR(ValueAt(table, 3, "r_knee_flexion_deg"), 0.0, 1e-9);
-  EXPECT_NEAR(ValueAt(table, 4, "pelvis_path_m"), 0.12, kRounding);
+  EXPECT_NEAR(ValueAt(table, 4, "pelvis_path_m"), 0.12, kMetreRounding);
   KinematicsOptions options;
   options.observed_only = true;
   table = MeasureKinematics(tracks, options);
@@ -135,7 +135,7 @@ TEST(Kinematics, WhatCannotBeGivenIsSaid) {
   PersonPose& person = tracks.frames[1].people[0];
   person.covariances.assign(person.joints.size(), std::nullopt);
   for (const char* joint : {"l_hip", "l_knee", "l_ankle"}) {
-    person.covariances[StandingPerson::Index(joint)] =
+    person.covariances[PosedPerson::Index(joint)] =
         1e-4 * Eigen::Matrix3d::Identity();
   }
   table = MeasureKinematics(tracks);
@@ -152,12 +152,12 @@ TEST(CentreOfMass, ByHand) {
   const MassWeights weights = MassWeightsOf(Body25());
   double sum = 0.0;
   for (const auto& [joint, weight] : weights) sum += weight;
-  EXPECT_NEAR(sum, 1.0, kRounding);
-  StandingPerson person;
+  EXPECT_NEAR(sum, 1.0, kMetreRounding);
+  PosedPerson person;
   const auto centre = CentreOfMass(weights, person.pose().joints);
   ASSERT_TRUE(centre.has_value());
-  EXPECT_NEAR(centre->z(), 1.0788404, kRounding);
-  EXPECT_NEAR(centre->y(), 0.0, kRounding);
+  EXPECT_NEAR(centre->z(), 1.0788404, kMetreRounding);
+  EXPECT_NEAR(centre->y(), 0.0, kMetreRounding);
   person.Remove("r_wrist");
   EXPECT_FALSE(CentreOfMass(weights, person.pose().joints).has_value());
   EXPECT_TRUE(MassWeightsOf(Skeleton("hand", {"a", "b"}, {})).empty());

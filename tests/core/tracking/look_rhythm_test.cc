@@ -7,7 +7,7 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kRate = 25.0;
+constexpr double kCameraRate = 25.0;
 
 class LookRhythmTest : public ::testing::Test {
  protected:
@@ -15,13 +15,13 @@ class LookRhythmTest : public ::testing::Test {
   bool See(bool somebody) {
     DetectionFrame frame;
     frame.frame = next_;
-    frame.time = FrameClock(kRate).TimeOf(next_++);
+    frame.time = FrameClock(kCameraRate).TimeOf(next_++);
     frame.views.resize(2);
     if (somebody) frame.views[1].detections.emplace_back();
     return rhythm_.IsLook(frame);
   }
 
-  LookRhythm rhythm_{FrameClock(kRate)};
+  LookRhythm rhythm_{FrameClock(kCameraRate)};
   int next_ = 0;
 };
 

@@ -14,7 +14,7 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kFrameRate = 25.0;
+constexpr double kRateHz = 25.0;
 
 class SecondPassTest : public ::testing::Test {
  protected:
@@ -26,7 +26,7 @@ class SecondPassTest : public ::testing::Test {
   SecondPass Make() const {
     CausalGaussianOptions gaussian;
     gaussian.smooth = false;
-    return SecondPass({cameras_, Coco17(), kFrameRate, KeptMatches::kNone},
+    return SecondPass({cameras_, Coco17(), kRateHz, KeptMatches::kNone},
                       Coco17(), TrackerOptions(),
                       [gaussian](const SceneModel& scene) {
                         return MakeCausalGaussian(scene, gaussian);
@@ -36,7 +36,7 @@ class SecondPassTest : public ::testing::Test {
   DetectionFrame See(int frame) const {
     DetectionFrame seen;
     seen.frame = frame;
-    seen.time = FrameClock(kFrameRate).TimeOf(frame);
+    seen.time = FrameClock(kRateHz).TimeOf(frame);
     for (const Camera& camera : cameras_) {
       ViewDetections& view = seen.views.emplace_back();
       for (const Pose3d& person : people_) {
@@ -125,7 +125,7 @@ class LateEstimator final : public Estimator {
 };
 
 TEST_F(SecondPassTest, WhereNobodyIsFoundTheFirstPassStaysWithAllItSays) {
-  SecondPass pass({cameras_, Coco17(), kFrameRate, KeptMatches::kDetections},
+  SecondPass pass({cameras_, Coco17(), kRateHz, KeptMatches::kDetections},
                   Coco17(), TrackerOptions(), [](const SceneModel&) {
                     return std::make_unique<LateEstimator>(6);
                   });
@@ -166,7 +166,7 @@ class ExtendEndsTest : public SecondPassTest {
     std::vector<TrackFrame> first_pass;
     for (int f = 0; f < kFrames; ++f) {
       first_pass.push_back(FirstPass(f));
-      first_pass.back().time = FrameClock(kFrameRate).TimeOf(f);
+      first_pass.back().time = FrameClock(kRateHz).TimeOf(f);
       if (f < begin || f >= end) first_pass.back().people.pop_back();
     }
     pass.ExtendEnds(first_pass, but);
@@ -225,7 +225,7 @@ TEST_F(ExtendEndsTest, ClosesAGapOfOnePerson) {
   std::vector<TrackFrame> first_pass;
   for (int f = 0; f < kFrames; ++f) {
     first_pass.push_back(FirstPass(f));
-    first_pass.back().time = FrameClock(kFrameRate).TimeOf(f);
+    first_pass.back().time = FrameClock(kRateHz).TimeOf(f);
     if (f >= 5 && f < 9) first_pass.back().people.pop_back();
   }
   pass.ExtendEnds(first_pass, {});

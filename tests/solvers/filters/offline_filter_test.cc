@@ -14,7 +14,7 @@
 namespace kinegraph {
 namespace {
 
-constexpr TimeNs kFrame = 40'000'000;  // 25 Hz
+constexpr TimeNs kFrameStep = 40'000'000;  // 25 Hz
 
 SceneModel Scene() {
   return {testing::RingOfCameras(3), Coco17(), 25.0, KeptMatches::kNone};
@@ -24,7 +24,7 @@ SceneModel Scene() {
 EstimatorFrame At(int frame, double x_m) {
   EstimatorFrame in;
   in.frame = frame;
-  in.time = frame * kFrame;
+  in.time = frame * kFrameStep;
   in.has_initial = true;
   in.initial.resize(17);
   for (Joint3d& joint : in.initial) {
@@ -39,7 +39,7 @@ EstimatorFrame At(int frame, double x_m) {
 EstimatorFrame Failed(int frame) {
   EstimatorFrame in;
   in.frame = frame;
-  in.time = frame * kFrame;
+  in.time = frame * kFrameStep;
   in.inlier_views.assign(17, 0);
   return in;
 }

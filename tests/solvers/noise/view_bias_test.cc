@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/constants.h"
 #include "core/base/random.h"
 #include "solvers/noise/bias_learner.h"
 #include "solvers/noise/bias_model.h"
@@ -11,8 +12,6 @@
 
 namespace kinegraph {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 // A left hip that five cameras see ten times a second for a minute.
 struct HipTake {

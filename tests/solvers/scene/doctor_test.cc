@@ -17,7 +17,7 @@ using testing::FaultyScene;
 using testing::FaultySceneOptions;
 using testing::MakeFaultyScene;
 
-std::string Words(const Diagnosis& diagnosis) {
+std::string DiagnosisWords(const Diagnosis& diagnosis) {
   std::string text;
   for (const Finding& finding : diagnosis.findings) {
     text += finding.kind + " " + finding.camera + " " +
@@ -40,7 +40,7 @@ TEST(Doctor, SoundScenesAreSound) {
   FaultySceneOptions options;
   options.seed = 11;
   const Diagnosis diagnosis = DiagnoseScene(MakeFaultyScene(options));
-  EXPECT_TRUE(diagnosis.sound) << Words(diagnosis);
+  EXPECT_TRUE(diagnosis.sound) << DiagnosisWords(diagnosis);
   EXPECT_EQ(diagnosis.cameras.size(), 5u);
 }
 
@@ -51,10 +51,10 @@ TEST(Doctor, AUnitIsToldByTheHeightOfPeople) {
   }
   const Diagnosis diagnosis = DiagnoseScene(scene);
   const Finding* unit = FindKind(diagnosis, "unit");
-  ASSERT_NE(unit, nullptr) << Words(diagnosis);
+  ASSERT_NE(unit, nullptr) << DiagnosisWords(diagnosis);
   EXPECT_EQ(unit->fix, "--set=cameras.unit=mm");
   EXPECT_GT(unit->confidence, 0.8);
-  EXPECT_EQ(diagnosis.findings.size(), 1u) << Words(diagnosis);
+  EXPECT_EQ(diagnosis.findings.size(), 1u) << DiagnosisWords(diagnosis);
 }
 
 TEST(Doctor, OneTurnedCameraIsNamed) {
@@ -67,7 +67,7 @@ TEST(Doctor, OneTurnedCameraIsNamed) {
   const Diagnosis diagnosis = DiagnoseScene(scene);
   EXPECT_FALSE(diagnosis.sound);
   const Finding* rotation = FindKind(diagnosis, "rotation");
-  ASSERT_NE(rotation, nullptr) << Words(diagnosis);
+  ASSERT_NE(rotation, nullptr) << DiagnosisWords(diagnosis);
   EXPECT_EQ(rotation->camera, truth.name());
   EXPECT_LT(rotation->after_px, rotation->before_px);
   EXPECT_LT(testing::AngleBetween(diagnosis.cameras[2], truth), 0.2);
@@ -86,7 +86,7 @@ TEST(Doctor, SmallConfidencesHideNothing) {
   scene.cameras[2] = testing::Turned(scene.cameras[2], 1.0, 9);
   const Diagnosis diagnosis = DiagnoseScene(scene);
   const Finding* rotation = FindKind(diagnosis, "rotation");
-  ASSERT_NE(rotation, nullptr) << Words(diagnosis);
+  ASSERT_NE(rotation, nullptr) << DiagnosisWords(diagnosis);
   EXPECT_EQ(rotation->camera, scene.cameras[2].name());
 }
 
@@ -120,7 +120,7 @@ void ExpectThatStandersAreSound(double sigma_px) {
     still.cameras = still.scene.cameras;
     still.detections = Observe(still.scene, noise, nullptr);
     const Diagnosis diagnosis = DiagnoseScene(still);
-    EXPECT_TRUE(diagnosis.sound) << seed << " " << Words(diagnosis);
+    EXPECT_TRUE(diagnosis.sound) << seed << " " << DiagnosisWords(diagnosis);
   }
 }
 
@@ -143,9 +143,9 @@ TEST(Doctor, TurnedCamerasAreNotTakenForClocks) {
     const Diagnosis diagnosis = DiagnoseScene(scene);
     const Finding* clock = FindKind(diagnosis, "clock_offset");
     EXPECT_TRUE(clock == nullptr || clock->confidence < 0.8)
-        << seed << ": " << Words(diagnosis);
+        << seed << ": " << DiagnosisWords(diagnosis);
     EXPECT_NE(FindKind(diagnosis, "rotation"), nullptr)
-        << seed << ": " << Words(diagnosis);
+        << seed << ": " << DiagnosisWords(diagnosis);
   }
 }
 
@@ -156,9 +156,10 @@ TEST(Doctor, AShiftedImageIsNamed) {
   scene.cameras[1] = testing::Shifted(scene.cameras[1], 12.0, 9.0);
   const Diagnosis diagnosis = DiagnoseScene(scene);
   ASSERT_NE(FindKind(diagnosis, "shift", scene.cameras[1].name()), nullptr)
-      << Words(diagnosis);
+      << DiagnosisWords(diagnosis);
   for (const Finding& finding : diagnosis.findings) {
-    EXPECT_EQ(finding.camera, scene.cameras[1].name()) << Words(diagnosis);
+    EXPECT_EQ(finding.camera, scene.cameras[1].name())
+        << DiagnosisWords(diagnosis);
   }
 }
 
@@ -173,8 +174,8 @@ TEST(Doctor, ForgottenLensesAreNamed) {
   const Diagnosis diagnosis = DiagnoseScene(scene);
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     const Finding* lens = FindKind(diagnosis, "lens", scene.cameras[v].name());
-    ASSERT_NE(lens, nullptr) << Words(diagnosis);
-    EXPECT_GT(lens->confidence, 0.8) << Words(diagnosis);
+    ASSERT_NE(lens, nullptr) << DiagnosisWords(diagnosis);
+    EXPECT_GT(lens->confidence, 0.8) << DiagnosisWords(diagnosis);
     // The corrected camera bends as the true one: half of it at least, since
     // the second term is not fitted.
     ASSERT_NE(diagnosis.cameras[v].lens(), nullptr);
@@ -193,7 +194,7 @@ TEST(Doctor, AnotherOnesCalibrationIsNamed) {
   scene.cameras[3] = Camera(parameters);
   const Diagnosis diagnosis = DiagnoseScene(scene);
   const Finding* stranger = FindKind(diagnosis, "never_matched");
-  ASSERT_NE(stranger, nullptr) << Words(diagnosis);
+  ASSERT_NE(stranger, nullptr) << DiagnosisWords(diagnosis);
   EXPECT_EQ(stranger->camera, scene.cameras[3].name());
   EXPECT_NE(stranger->evidence.find("equals that of"), std::string::npos);
 }
@@ -206,7 +207,7 @@ TEST(Doctor, ALateClockIsNamed) {
   const Diagnosis diagnosis = DiagnoseScene(scene);
   ASSERT_NE(FindKind(diagnosis, "clock_offset", scene.cameras[2].name()),
             nullptr)
-      << Words(diagnosis);
+      << DiagnosisWords(diagnosis);
 }
 
 TEST(Doctor, RepeatedPicturesAreCounted) {
@@ -221,7 +222,7 @@ TEST(Doctor, RepeatedPicturesAreCounted) {
   const Diagnosis diagnosis = DiagnoseScene(scene);
   const Finding* frames =
       FindKind(diagnosis, "frames", scene.cameras[1].name());
-  ASSERT_NE(frames, nullptr) << Words(diagnosis);
+  ASSERT_NE(frames, nullptr) << DiagnosisWords(diagnosis);
   EXPECT_NE(frames->evidence.find("4 of"), std::string::npos)
       << frames->evidence;
 }
@@ -240,12 +241,12 @@ TEST(Doctor, LostPicturesAreNamed) {
   }
   const Diagnosis diagnosis = DiagnoseScene(scene);
   const Finding* lost = FindKind(diagnosis, "frames", scene.cameras[3].name());
-  ASSERT_NE(lost, nullptr) << Words(diagnosis);
+  ASSERT_NE(lost, nullptr) << DiagnosisWords(diagnosis);
   EXPECT_EQ(lost->evidence.rfind("2 pictures are missing before", 0), 0u)
       << lost->evidence;
   EXPECT_LT(lost->after_px, lost->before_px);
   // Once they are put back, nothing else is wrong.
-  EXPECT_EQ(diagnosis.findings.size(), 1u) << Words(diagnosis);
+  EXPECT_EQ(diagnosis.findings.size(), 1u) << DiagnosisWords(diagnosis);
 }
 
 // Somebody bumps into a camera in the middle of the take.
@@ -258,7 +259,7 @@ TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
   const Diagnosis diagnosis = DiagnoseScene(scene);
   const std::string& name = scene.cameras[2].name();
   const Finding* turned = FindKind(diagnosis, "rotation", name);
-  ASSERT_NE(turned, nullptr) << Words(diagnosis);
+  ASSERT_NE(turned, nullptr) << DiagnosisWords(diagnosis);
   double from = 0.0;
   ASSERT_EQ(
       std::sscanf(turned->evidence.c_str(), "from about frame %lf on: ", &from),
@@ -269,7 +270,7 @@ TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
   EXPECT_NE(turned->evidence.find("turned by 1.0"), std::string::npos)
       << turned->evidence;
   for (const Finding& finding : diagnosis.findings) {
-    EXPECT_EQ(finding.camera, name) << Words(diagnosis);
+    EXPECT_EQ(finding.camera, name) << DiagnosisWords(diagnosis);
   }
   // The calibration holds for the frames before it.
   EXPECT_LT(testing::AngleBetween(diagnosis.cameras[2], scene.cameras[2]),
@@ -286,7 +287,7 @@ TEST(Doctor, ACameraThatMovedBeforeItsCalibrationIsNamed) {
   const Diagnosis diagnosis = DiagnoseScene(scene);
   const Finding* turned =
       FindKind(diagnosis, "rotation", scene.cameras[1].name());
-  ASSERT_NE(turned, nullptr) << Words(diagnosis);
+  ASSERT_NE(turned, nullptr) << DiagnosisWords(diagnosis);
   EXPECT_EQ(turned->evidence.rfind("before about frame 1", 0), 0u)
       << turned->evidence;
   EXPECT_NE(turned->fix.find("--frames=0:1"), std::string::npos) << turned->fix;

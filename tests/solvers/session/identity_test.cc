@@ -13,14 +13,14 @@
 namespace kinegraph::testing {
 namespace {
 
-struct Take {
+struct ExactTake {
   RunRequest request;
   DetectionSequence detections;
   TrackSequence truth;
 };
 
 // Exact detections of people who stay.
-Take MakeTake(int people, double duration_s) {
+ExactTake MakeTake(int people, double duration_s) {
   SceneOptions options;
   options.seed = 5;
   options.people = people;
@@ -28,7 +28,7 @@ Take MakeTake(int people, double duration_s) {
   options.cameras.count = 4;
   options.motion.visitors = 0.0;
   const Scene scene = MakeScene(options);
-  Take take;
+  ExactTake take;
   take.request.cameras = scene.cameras;
   ObservationTruth labels;
   take.detections = Observe(scene, NoiseOptions(), &labels);
@@ -37,8 +37,8 @@ Take MakeTake(int people, double duration_s) {
 }
 
 // Two people for eight seconds; nobody is seen in the fourth.
-Take TwoHidden() {
-  Take take = MakeTake(2, 8.0);
+ExactTake TwoHidden() {
+  ExactTake take = MakeTake(2, 8.0);
   for (DetectionFrame& frame : take.detections.frames) {
     if (frame.frame < 75 || frame.frame >= 100) continue;
     for (ViewDetections& view : frame.views) view.detections.clear();
@@ -62,7 +62,7 @@ std::set<TrackId> IdsOf(const TrackSequence& tracks) {
 }
 
 TEST(SessionIdentity, LinkingMakesOnePersonOfTwoTracks) {
-  const Take take = TwoHidden();
+  const ExactTake take = TwoHidden();
   RunOptions options = GraphOptions();
   EXPECT_EQ(
       IdsOf(TrackSequenceOf(options, take.request, take.detections)).size(),
@@ -77,7 +77,7 @@ TEST(SessionIdentity, LinkingMakesOnePersonOfTwoTracks) {
 }
 
 TEST(SessionIdentity, PaperModeDoesNotLink) {
-  const Take take = TwoHidden();
+  const ExactTake take = TwoHidden();
   RunOptions options;
   options.identity.link = true;
   EXPECT_EQ(
@@ -94,7 +94,7 @@ IdentityEdit Join(int64_t one, int64_t other) {
 }
 
 TEST(SessionIdentity, CorrectionsAreAppliedAfterTracking) {
-  Take take = TwoHidden();
+  ExactTake take = TwoHidden();
   take.request.corrections = {Join(0, 2)};
   const TrackSequence tracks =
       TrackSequenceOf(GraphOptions(), take.request, take.detections);
@@ -103,7 +103,7 @@ TEST(SessionIdentity, CorrectionsAreAppliedAfterTracking) {
 }
 
 TEST(SessionIdentity, WhatLinkingDidItselfMayBeHandedInAgain) {
-  Take take = TwoHidden();
+  ExactTake take = TwoHidden();
   RunOptions options = GraphOptions();
   options.identity.link = true;
   Session session(options, take.request, take.detections.header);
@@ -117,7 +117,7 @@ TEST(SessionIdentity, WhatLinkingDidItselfMayBeHandedInAgain) {
 }
 
 TEST(SessionIdentity, ACorrectionThatDoesNotFitNamesItsPlace) {
-  Take take = TwoHidden();
+  ExactTake take = TwoHidden();
   take.request.corrections = {Join(0, 77)};
   try {
     TrackSequenceOf(GraphOptions(), take.request, take.detections);
@@ -128,7 +128,7 @@ TEST(SessionIdentity, ACorrectionThatDoesNotFitNamesItsPlace) {
 }
 
 TEST(SessionIdentity, TheSecondPassFollowsNobodyIntoWhatWasDeleted) {
-  Take take = MakeTake(2, 4.0);
+  ExactTake take = MakeTake(2, 4.0);
   IdentityEdit edit;
   edit.op = EditOp::kDelete;
   edit.persons = {TrackId(1)};
@@ -150,8 +150,8 @@ TEST(SessionIdentity, TheSecondPassFollowsNobodyIntoWhatWasDeleted) {
 }
 
 // Moments two seconds apart, handed in as if they followed each other.
-Take SingleFrames() {
-  Take take = MakeTake(3, 40.0);
+ExactTake SingleFrames() {
+  ExactTake take = MakeTake(3, 40.0);
   std::vector<DetectionFrame> kept;
   std::vector<TrackFrame> truth;
   const FrameClock clock(25.0);
@@ -170,7 +170,7 @@ Take SingleFrames() {
 }
 
 TEST(SessionIdentity, SingleFramesAreTakesOfTheirOwn) {
-  const Take take = SingleFrames();
+  const ExactTake take = SingleFrames();
   RunOptions options = GraphOptions();
   options.input.independent_frames = true;
   options.tracker.life.second_pass = true;

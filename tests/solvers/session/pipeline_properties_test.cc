@@ -35,12 +35,12 @@ struct Recipe {
   }
 };
 
-struct Take {
+struct PropertyTake {
   CameraRig cameras;
   DetectionSequence detections;
 };
 
-Take TakeOf(const Recipe& recipe) {
+PropertyTake PropertyTakeOf(const Recipe& recipe) {
   SceneOptions options;
   options.seed = recipe.seed;
   options.people = recipe.people;
@@ -55,7 +55,7 @@ Take TakeOf(const Recipe& recipe) {
   return {scene.cameras, Observe(scene, noise, &truth)};
 }
 
-TrackSequence Track(const Take& take) {
+TrackSequence Track(const PropertyTake& take) {
   RunOptions options = ReadRunOptions(
       ProjectFile("configs/default.toml").string(), "graph.solver=sweeps", "");
   RunRequest request;
@@ -101,10 +101,10 @@ std::string Difference(const TrackSequence& a, const TrackSequence& b,
 // What is done to a take, and where its people are then.
 struct Change {
   std::string name;
-  std::function<MovePoint(Take*)> apply;
+  std::function<MovePoint(PropertyTake*)> apply;
 };
 
-MovePoint MoveWorld(Take* take) {
+MovePoint MoveWorld(PropertyTake* take) {
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(1.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   const Eigen::Vector3d shift(4.0, -7.0, 0.0);
@@ -119,7 +119,7 @@ MovePoint MoveWorld(Take* take) {
   };
 }
 
-MovePoint TurnDetectionsAround(Take* take) {
+MovePoint TurnDetectionsAround(PropertyTake* take) {
   for (DetectionFrame& frame : take->detections.frames) {
     for (ViewDetections& view : frame.views) {
       std::reverse(view.detections.begin(), view.detections.end());
@@ -131,7 +131,7 @@ MovePoint TurnDetectionsAround(Take* take) {
   return Stays;
 }
 
-MovePoint TurnCamerasAround(Take* take) {
+MovePoint TurnCamerasAround(PropertyTake* take) {
   std::reverse(take->cameras.begin(), take->cameras.end());
   auto& names = take->detections.header.view_names;
   std::reverse(names.begin(), names.end());
@@ -141,7 +141,7 @@ MovePoint TurnCamerasAround(Take* take) {
   return Stays;
 }
 
-MovePoint AddEmptyCamera(Take* take) {
+MovePoint AddEmptyCamera(PropertyTake* take) {
   CameraParameters parameters = take->cameras.front().parameters();
   parameters.name = "blind";
   take->cameras.emplace_back(parameters);
@@ -154,7 +154,7 @@ MovePoint AddEmptyCamera(Take* take) {
 }
 
 // As detectors do that look at overlapping boxes.
-MovePoint FindTwiceInOneView(Take* take) {
+MovePoint FindTwiceInOneView(PropertyTake* take) {
   for (DetectionFrame& frame : take->detections.frames) {
     std::vector<Detection>& detections = frame.views.front().detections;
     const size_t count = detections.size();
@@ -179,8 +179,8 @@ std::vector<Change> Changes() {
 }
 
 std::string Fails(const Recipe& recipe, const Change& change) {
-  const Take take = TakeOf(recipe);
-  Take changed = take;
+  const PropertyTake take = PropertyTakeOf(recipe);
+  PropertyTake changed = take;
   const MovePoint move = change.apply(&changed);
   return Difference(Track(take), Track(changed), move);
 }
@@ -208,7 +208,7 @@ Recipe Shrunk(Recipe recipe, const Change& change) {
 TEST(PipelineDifference, IsSeen) {
   Recipe recipe;
   recipe.seed = 2;
-  const TrackSequence tracks = Track(TakeOf(recipe));
+  const TrackSequence tracks = Track(PropertyTakeOf(recipe));
   ASSERT_GT(tracks.frames.back().people.size(), 0u);
   EXPECT_EQ(Difference(tracks, tracks, Stays), "");
   TrackSequence fewer = tracks;
@@ -232,7 +232,7 @@ TEST_P(PipelineProperties, TheSamePeople) {
   recipe.people = static_cast<int>(1 + random.Index(4));
   recipe.cameras = static_cast<int>(3 + random.Index(3));
   int64_t people = 0;
-  for (const TrackFrame& frame : Track(TakeOf(recipe)).frames) {
+  for (const TrackFrame& frame : Track(PropertyTakeOf(recipe)).frames) {
     people += static_cast<int64_t>(frame.people.size());
   }
   EXPECT_GT(people, 0) << recipe.Text();

@@ -25,13 +25,13 @@ namespace {
 
 constexpr double kStature_m = 1.72;  // the scene's mean
 
-struct Take {
+struct ScaledTake {
   CameraRig cameras;
   DetectionSequence detections;
 };
 
 // Two people before four cameras for three seconds, with a detector's errors.
-Take HumanTake() {
+ScaledTake HumanTake() {
   SceneOptions options;
   options.seed = 5;
   options.people = 2;
@@ -46,8 +46,8 @@ Take HumanTake() {
 }
 
 // The same motion of somebody whose joints are no human's.
-Take AnimalTake() {
-  Take take = HumanTake();
+ScaledTake AnimalTake() {
+  ScaledTake take = HumanTake();
   std::vector<std::string> joints = Coco17().joints();
   for (std::string& joint : joints) joint = "paw_" + joint;
   take.detections.header.skeleton =
@@ -73,7 +73,7 @@ RunOptions OptionsOf(const std::string& set, const std::string& mode) {
       set, mode);
 }
 
-TrackSequence Track(const Take& take, double factor,
+TrackSequence Track(const ScaledTake& take, double factor,
                     const std::string& set = "",
                     const std::string& mode = "graph") {
   RunRequest request;
@@ -118,7 +118,7 @@ class AnyScale : public ::testing::TestWithParam<double> {};
 // The scale is measured anew, so nothing but rounding differs, which a solver
 // that goes on until joints move by 0.03 mm and a few decisions make visible.
 TEST_P(AnyScale, AnimalsMoveAlike) {
-  const Take take = AnimalTake();
+  const ScaledTake take = AnimalTake();
   for (const char* mode : {"graph", "paper"}) {
     const TrackSequence world = Track(take, 1.0, "", mode);
     ASSERT_EQ(world.frames.size(), take.detections.frames.size());
@@ -128,7 +128,7 @@ TEST_P(AnyScale, AnimalsMoveAlike) {
 }
 
 TEST_P(AnyScale, AWindowThatGivesPosesAtOnceDoesSo) {
-  const Take take = AnimalTake();
+  const ScaledTake take = AnimalTake();
   const std::string set =
       "output.estimator=window;tracking.second_pass=false;identity.link=false";
   EXPECT_LT(
@@ -139,13 +139,13 @@ TEST_P(AnyScale, AWindowThatGivesPosesAtOnceDoesSo) {
 // At 1 they have their own size, elsewhere that of 1.7 m: priors differ by the
 // ratio, and joints by less than a hundredth of the body.
 TEST_P(AnyScale, PeopleMoveAlike) {
-  const Take take = HumanTake();
+  const ScaledTake take = HumanTake();
   EXPECT_LT(Apart(Track(take, 1.0), Track(take, GetParam()), GetParam()),
             0.01 * kStature_m);
 }
 
 TEST_P(AnyScale, RefinedCamerasAndFloorFollow) {
-  const Take take = HumanTake();
+  const ScaledTake take = HumanTake();
   const auto ready = [&](double factor) {
     RunRequest request;
     request.cameras = Larger(take.cameras, factor);
@@ -171,7 +171,7 @@ TEST_P(AnyScale, RefinedCamerasAndFloorFollow) {
 }
 
 TEST_P(AnyScale, FrozenMatchesGiveTheSame) {
-  const Take take = AnimalTake();
+  const ScaledTake take = AnimalTake();
   const auto frozen = [&](double factor) {
     RunRequest request;
     request.cameras = Larger(take.cameras, factor);
@@ -190,7 +190,7 @@ TEST_P(AnyScale, FrozenMatchesGiveTheSame) {
   }
 }
 
-std::vector<std::string> WarningsOf(const Take& take, double factor) {
+std::vector<std::string> WarningsOf(const ScaledTake& take, double factor) {
   RunRequest request;
   request.cameras = Larger(take.cameras, factor);
   request.kept_matches = KeptMatches::kDetections;
@@ -212,7 +212,7 @@ std::vector<std::string> WarningsOf(const Take& take, double factor) {
 }
 
 TEST_P(AnyScale, FindingsAreTheSame) {
-  Take take = AnimalTake();
+  ScaledTake take = AnimalTake();
   EXPECT_EQ(WarningsOf(take, GetParam()), WarningsOf(take, 1.0));
   // One camera turned.
   CameraParameters turned = take.cameras[0].parameters();
@@ -236,14 +236,14 @@ TEST_P(AnyScale, FindingsAreTheSame) {
 
 INSTANTIATE_TEST_SUITE_P(Of, AnyScale, ::testing::Values(0.002, 0.05, 20.0));
 
-SubjectScale Measured(const Take& take, double factor,
+SubjectScale Measured(const ScaledTake& take, double factor,
                       const std::string& set = "") {
   return ScaleOf(OptionsOf(set, "graph"), Larger(take.cameras, factor),
                  take.detections);
 }
 
 TEST(SubjectScale, PeopleOfAnySizeKeepOne) {
-  const Take take = HumanTake();
+  const ScaledTake take = HumanTake();
   for (const double factor : {0.35, 0.6, 1.0, 1.25}) {
     EXPECT_TRUE(Measured(take, factor).is_one()) << factor;
   }
@@ -255,14 +255,14 @@ TEST(SubjectScale, PeopleOfAnySizeKeepOne) {
 }
 
 TEST(SubjectScale, WhatIsStatedIsNotMeasured) {
-  const Take take = AnimalTake();
+  const ScaledTake take = AnimalTake();
   EXPECT_DOUBLE_EQ(Measured(take, 1.0, "cameras.subject_m=0.34").metres(), 0.2);
   // People are people.
   EXPECT_TRUE(Measured(HumanTake(), 1.0, "cameras.subject_m=1.1").is_one());
 }
 
 TEST(SubjectScale, APointHasNoSize) {
-  Take take = AnimalTake();
+  ScaledTake take = AnimalTake();
   take.detections.header.skeleton = Skeleton("drone", {"drone"}, {});
   for (DetectionFrame& frame : take.detections.frames) {
     for (ViewDetections& view : frame.views) {
@@ -275,7 +275,7 @@ TEST(SubjectScale, APointHasNoSize) {
 
 // A stream of people answers as soon as it did.
 TEST(SubjectScale, PeopleAreNotKeptWaiting) {
-  const Take take = HumanTake();
+  const ScaledTake take = HumanTake();
   RunRequest request;
   request.cameras = take.cameras;
   const RunOptions options = ParseRunOptions("mode = \"paper\"\n", "", "");
@@ -287,7 +287,7 @@ TEST(SubjectScale, PeopleAreNotKeptWaiting) {
 
 // Others wait for their size, and nothing of theirs is lost.
 TEST(SubjectScale, AStreamBeginsWithItsSize) {
-  const Take take = AnimalTake();
+  const ScaledTake take = AnimalTake();
   RunRequest request;
   request.cameras = Larger(take.cameras, 0.01);
   const RunOptions options = ParseRunOptions("mode = \"paper\"\n", "", "");

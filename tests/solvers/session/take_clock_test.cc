@@ -20,13 +20,13 @@ namespace {
 
 constexpr double kYear_s = 365.0 * 86400.0;
 
-struct Take {
+struct ClockTake {
   RunRequest request;
   DetectionSequence detections;
 };
 
 // Two people who stay, three cameras.
-Take TakeAt(double frame_rate_hz, double duration_s) {
+ClockTake TakeAt(double frame_rate_hz, double duration_s) {
   SceneOptions options;
   options.people = 2;
   options.motion.visitors = 0;
@@ -34,7 +34,7 @@ Take TakeAt(double frame_rate_hz, double duration_s) {
   options.frame_rate_hz = frame_rate_hz;
   options.cameras.count = 3;
   const Scene scene = MakeScene(options);
-  Take take;
+  ClockTake take;
   take.request.cameras = scene.cameras;
   ObservationTruth labels;
   take.detections = Observe(scene, NoiseOptions(), &labels);
@@ -55,14 +55,14 @@ void Shift(double seconds, DetectionFrame* frame) {
 }
 
 // `take` with `seconds` put on all times from frame `from` on.
-Take WithPause(Take take, int64_t from, double seconds) {
+ClockTake WithPause(ClockTake take, int64_t from, double seconds) {
   for (DetectionFrame& frame : take.detections.frames) {
     if (frame.frame >= from) Shift(seconds, &frame);
   }
   return take;
 }
 
-TrackSequence Track(const Take& take, const RunOptions& options) {
+TrackSequence Track(const ClockTake& take, const RunOptions& options) {
   return TrackSequenceOf(options, take.request, take.detections);
 }
 
@@ -101,7 +101,7 @@ class Pauses : public ::testing::TestWithParam<double> {};
 // A pause of an hour ends everything that lives on from frame to frame, and a
 // longer one no more than that: the same bits.
 TEST_P(Pauses, AreTrackedAsAnHourIs) {
-  const Take take = TakeAt(25.0, 3.0);
+  const ClockTake take = TakeAt(25.0, 3.0);
   for (const bool batch : {false, true}) {
     RunOptions options = GraphMode();
     if (batch) {
@@ -109,7 +109,7 @@ TEST_P(Pauses, AreTrackedAsAnHourIs) {
       options.identity.link = true;
       options.tracker.life.second_pass = true;
     }
-    const Take paused = WithPause(take, 40, GetParam());
+    const ClockTake paused = WithPause(take, 40, GetParam());
     const TrackSequence tracks = Track(paused, options);
     const TrackSequence hour = Track(WithPause(take, 40, 3600.0), options);
     EXPECT_EQ(Positions(tracks), Positions(hour));
@@ -126,8 +126,8 @@ INSTANTIATE_TEST_SUITE_P(All, Pauses,
 
 // What stands before a pause of any length is what it is alone.
 TEST(TakeClockTest, ThePartBeforeAPauseIsAsItIsAlone) {
-  const Take take = TakeAt(25.0, 3.0);
-  Take alone = take;
+  const ClockTake take = TakeAt(25.0, 3.0);
+  ClockTake alone = take;
   alone.detections.frames.resize(40);
   const std::vector<double> expected = Positions(Track(alone, GraphMode()));
   for (const double pause_s :
@@ -140,7 +140,7 @@ TEST(TakeClockTest, ThePartBeforeAPauseIsAsItIsAlone) {
 }
 
 TEST(TakeClockTest, AClockThatStandsForEverIsNoError) {
-  Take take = TakeAt(25.0, 1.0);
+  ClockTake take = TakeAt(25.0, 1.0);
   for (DetectionFrame& frame : take.detections.frames) {
     Shift(-ToSeconds(frame.time), &frame);
   }
@@ -161,8 +161,8 @@ class Looks : public ::testing::TestWithParam<Pattern> {};
 TEST_P(Looks, FramesWithoutALookChangeNobody) {
   const auto [rate_hz, on, off] = GetParam();
   for (const bool backfill : {false, true}) {
-    Take with = TakeAt(rate_hz, 6.0);
-    Take without = with;
+    ClockTake with = TakeAt(rate_hz, 6.0);
+    ClockTake without = with;
     without.detections.frames.clear();
     for (DetectionFrame& frame : with.detections.frames) {
       if (frame.frame % (on + off) < on) {
@@ -192,7 +192,7 @@ INSTANTIATE_TEST_SUITE_P(
 class Frames : public ::testing::Test {
  protected:
   DetectionFrame At(size_t k) const { return take_.detections.frames[k]; }
-  const Take take_ = TakeAt(25.0, 1.0);
+  const ClockTake take_ = TakeAt(25.0, 1.0);
 };
 
 TEST_F(Frames, ThatAreNotAsTheHeaderSaysAreRefusedAndPassedOver) {

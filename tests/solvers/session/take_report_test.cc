@@ -27,15 +27,15 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-struct Take {
+struct ReportTake {
   CameraRig cameras;
   DetectionSequence detections;
   RunOptions options;
 };
 
 // Two people before four cameras for three seconds, with a detector's errors.
-Take SoundTake(const Skeleton& skeleton = Coco17(),
-               double missing_rate = 0.03) {
+ReportTake SoundTake(const Skeleton& skeleton = Coco17(),
+                     double missing_rate = 0.03) {
   SceneOptions options;
   options.seed = 5;
   options.people = 2;
@@ -47,7 +47,7 @@ Take SoundTake(const Skeleton& skeleton = Coco17(),
   NoiseOptions noise;
   noise.joints.sigma_px = 4.0;
   noise.joints.missing_rate = missing_rate;
-  Take take;
+  ReportTake take;
   take.cameras = scene.cameras;
   take.detections = Observe(scene, noise, nullptr);
   take.options.estimators.mode = Mode::kGraph;
@@ -55,7 +55,7 @@ Take SoundTake(const Skeleton& skeleton = Coco17(),
   return take;
 }
 
-TakeReport ReportOf(const Take& take) {
+TakeReport ReportOf(const ReportTake& take) {
   RunRequest request;
   request.cameras = take.cameras;
   request.kept_matches = KeptMatches::kDetections;
@@ -146,7 +146,7 @@ void Delay(DetectionSequence* take, size_t view, size_t late) {
 
 struct WrongSetUp {
   std::string name;
-  std::function<void(Take*)> spoil;
+  std::function<void(ReportTake*)> spoil;
   std::vector<std::string> kinds;  // one of them must be there
   std::string words;               // that must be among the warnings'
 };
@@ -154,7 +154,8 @@ struct WrongSetUp {
 class WrongSetUps : public ::testing::TestWithParam<WrongSetUp> {};
 
 TEST_P(WrongSetUps, EndInAWarningThatNamesTheCause) {
-  Take take = SoundTake(GetParam().name == "skeleton" ? Body25B() : Coco17());
+  ReportTake take =
+      SoundTake(GetParam().name == "skeleton" ? Body25B() : Coco17());
   GetParam().spoil(&take);
   const TakeReport report = ReportOf(take);
   const std::vector<std::string> kinds = KindsOf(report);
@@ -167,7 +168,7 @@ TEST_P(WrongSetUps, EndInAWarningThatNamesTheCause) {
 }
 
 // Every frame but those between `from` and `to`.
-void Drop(Take* take, int64_t from, int64_t to) {
+void Drop(ReportTake* take, int64_t from, int64_t to) {
   std::vector<DetectionFrame>& frames = take->detections.frames;
   frames.erase(std::remove_if(frames.begin(), frames.end(),
                               [&](const DetectionFrame& frame) {
@@ -177,7 +178,7 @@ void Drop(Take* take, int64_t from, int64_t to) {
 }
 
 TEST(TakeReport, HolesInTheRecordingAreNamed) {
-  Take take = SoundTake();
+  ReportTake take = SoundTake();
   Drop(&take, 20, 29);  // 0.36 s without a frame: within a lost track's life
   EXPECT_THAT(KindsOf(ReportOf(take)), IsEmpty());
   Drop(&take, 40, 55);
@@ -188,7 +189,7 @@ TEST(TakeReport, HolesInTheRecordingAreNamed) {
 }
 
 TEST(TakeReport, SingleFramesAreNamedUnlessTheOptionsSaySo) {
-  Take take = SoundTake();
+  ReportTake take = SoundTake();
   for (DetectionFrame& frame : take.detections.frames) {
     const TimeNs shift = frame.frame * FromSeconds(60.0);
     frame.time += shift;
@@ -207,7 +208,7 @@ INSTANTIATE_TEST_SUITE_P(
     TakeReport, WrongSetUps,
     ::testing::Values(
         WrongSetUp{"millimetres_as_metres",
-                   [](Take* take) {
+                   [](ReportTake* take) {
                      take->cameras =
                          Changed(take->cameras, kAll,
                                  [](CameraParameters* p) { p->t *= 1000.0; });
@@ -215,7 +216,7 @@ INSTANTIATE_TEST_SUITE_P(
                    {"unit"},
                    "cameras.unit=mm"},
         WrongSetUp{"centimetres_as_metres",
-                   [](Take* take) {
+                   [](ReportTake* take) {
                      take->cameras =
                          Changed(take->cameras, kAll,
                                  [](CameraParameters* p) { p->t *= 100.0; });
@@ -223,20 +224,21 @@ INSTANTIATE_TEST_SUITE_P(
                    {"unit"},
                    "cameras.unit=cm"},
         WrongSetUp{"metres_as_millimetres",
-                   [](Take* take) {
+                   [](ReportTake* take) {
                      take->cameras =
                          Changed(take->cameras, kAll,
                                  [](CameraParameters* p) { p->t *= 0.001; });
                    },
                    {"unit"},
                    "cameras.unit=m\n"},
-        WrongSetUp{
-            "skeleton",
-            [](Take* take) { take->detections.header.skeleton = Body25(); },
-            {"skeleton"},
-            "detections.skeleton=body25b"},
+        WrongSetUp{"skeleton",
+                   [](ReportTake* take) {
+                     take->detections.header.skeleton = Body25();
+                   },
+                   {"skeleton"},
+                   "detections.skeleton=body25b"},
         WrongSetUp{"exchanged_cameras",
-                   [](Take* take) {
+                   [](ReportTake* take) {
                      for (DetectionFrame& frame : take->detections.frames) {
                        std::swap(frame.views[0], frame.views[1]);
                      }
@@ -244,7 +246,7 @@ INSTANTIATE_TEST_SUITE_P(
                    {"swapped_views"},
                    "cameras.map"},
         WrongSetUp{"mirrored_view",
-                   [](Take* take) {
+                   [](ReportTake* take) {
                      const double width = take->cameras[1].width_px();
                      ForEachJoint(&take->detections, 1,
                                   [width](Keypoint* joint) {
@@ -254,7 +256,7 @@ INSTANTIATE_TEST_SUITE_P(
                    {"image"},
                    "images were mirrored"},
         WrongSetUp{"upside_down_view",
-                   [](Take* take) {
+                   [](ReportTake* take) {
                      const Eigen::Vector2d size(take->cameras[2].width_px(),
                                                 take->cameras[2].height_px());
                      ForEachJoint(&take->detections, 2,
@@ -265,7 +267,7 @@ INSTANTIATE_TEST_SUITE_P(
                    {"image"},
                    "turned by 180 degrees"},
         WrongSetUp{"turned_camera",
-                   [](Take* take) {
+                   [](ReportTake* take) {
                      take->cameras =
                          Changed(take->cameras, 3, [](CameraParameters* p) {
                            const Eigen::Matrix3d turn =
@@ -278,11 +280,11 @@ INSTANTIATE_TEST_SUITE_P(
                    {"camera", "matched", "error"},
                    "kinegraph doctor"},
         WrongSetUp{"late_view",
-                   [](Take* take) { Delay(&take->detections, 0, 25); },
+                   [](ReportTake* take) { Delay(&take->detections, 0, 25); },
                    {"clock_offset"},
                    "cameras.refine_clock"},
         WrongSetUp{"another_room",
-                   [](Take* take) {
+                   [](ReportTake* take) {
                      take->cameras =
                          Changed(take->cameras, kAll, [](CameraParameters* p) {
                            // Each camera looks elsewhere.
@@ -298,7 +300,7 @@ INSTANTIATE_TEST_SUITE_P(
                    {"never_matched", "nobody", "matched"},
                    "another set-up"},
         WrongSetUp{"rate",
-                   [](Take* take) {
+                   [](ReportTake* take) {
                      take->detections.header.frame_rate_hz *= 20.0;
                      for (DetectionFrame& frame : take->detections.frames) {
                        frame.time /= 20;
@@ -310,7 +312,7 @@ INSTANTIATE_TEST_SUITE_P(
                    {"rate"},
                    "input.frame_rate"},
         WrongSetUp{"legs_alone",
-                   [](Take* take) {
+                   [](ReportTake* take) {
                      constexpr size_t kFirst = 11;  // hips, knees, ankles
                      for (DetectionFrame& frame : take->detections.frames) {
                        for (ViewDetections& view : frame.views) {
@@ -325,7 +327,7 @@ INSTANTIATE_TEST_SUITE_P(
                    {"joints"},
                    "initialisation.min_joints=4"},
         WrongSetUp{"one_view_with_people",
-                   [](Take* take) {
+                   [](ReportTake* take) {
                      for (DetectionFrame& frame : take->detections.frames) {
                        for (size_t v = 1; v < frame.views.size(); ++v) {
                          frame.views[v].detections.clear();
@@ -430,7 +432,7 @@ TEST(StreamSample, IsFairAndBounded) {
 }
 
 TEST(UsedFrames, ReadAgainAndFedGiveTheSameFrames) {
-  const Take take = SoundTake();
+  const ReportTake take = SoundTake();
   RunRequest request;
   request.cameras = take.cameras;
   const RunScene scene =

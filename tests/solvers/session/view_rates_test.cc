@@ -56,7 +56,7 @@ std::string WriteFolders(const FaultyScene& scene,
   return path;
 }
 
-RunOptions OptionsWith(const std::string& keys) {
+RunOptions OptionsAt25HzWith(const std::string& keys) {
   return ParseRunOptions(
       "mode = \"graph\"\n[gates]\nunits = \"metres\"\n[output]\n"
       "estimator = \"batch\"\n[input]\nframe_rate = 25\n",
@@ -88,19 +88,20 @@ TEST(ViewRates, ASlowViewAddsWhatItSaw) {
   const std::string path = WriteFolders(scene, folder);
   const auto& names = scene.detections.header.view_names;
   const RunOptions rated =
-      OptionsWith("input.view_frame_rate." + names[3] +
-                  "=10;input.view_frame_rate." + names[4] + "=10");
+      OptionsAt25HzWith("input.view_frame_rate." + names[3] +
+                        "=10;input.view_frame_rate." + names[4] + "=10");
   const double rated_m = ErrorOf(scene, rated, path);
   // Two more views in two frames of five, some of them 20 ms off the frame:
   // more measurements, less error.
   EXPECT_LT(rated_m, ErrorOf(scene, rated, path, {names[3], names[4]}));
   // Read at the take's rate the two show other moments.
-  EXPECT_LT(rated_m, 0.8 * ErrorOf(scene, OptionsWith(""), path));
+  EXPECT_LT(rated_m, 0.8 * ErrorOf(scene, OptionsAt25HzWith(""), path));
 }
 
 TEST(ViewRates, BadRatesAreNamed) {
   for (const std::string value : {"x", "0", "-1", "1e9", "nan", "25Hz"}) {
-    const RunOptions options = OptionsWith("input.view_frame_rate.a=" + value);
+    const RunOptions options =
+        OptionsAt25HzWith("input.view_frame_rate.a=" + value);
     EXPECT_THROW(DetectionOptionsOf(options), OptionError) << value;
   }
   const RunOptions table = ParseRunOptions(

@@ -82,8 +82,9 @@ TEST_F(ChainSolverTest, FindsTheMinimumThatCeresFinds) {
 }
 
 // The whole information matrix, inverted densely.
-Eigen::MatrixXd DenseCovariance(const std::vector<TimeNs>& times,
-                                const JointChain& chain, double correction) {
+Eigen::MatrixXd DenseChainCovariance(const std::vector<TimeNs>& times,
+                                     const JointChain& chain,
+                                     double correction) {
   LinearChain linear;
   LineariseInformation(times, chain, correction, OwnPrior::kCounts, &linear);
   const Eigen::Index size = kStateSize * times.size();
@@ -107,7 +108,8 @@ TEST_F(ChainSolverTest, CovariancesAreBlocksOfTheDenseInverse) {
   solver.Solve(problem_.times, Exact(LossKind::kGemanMcClure, 3.0), &chain);
   std::vector<Matrix6d> covariances;
   ASSERT_TRUE(solver.Covariances(problem_.times, chain, 1.1, &covariances));
-  const Eigen::MatrixXd dense = DenseCovariance(problem_.times, chain, 1.1);
+  const Eigen::MatrixXd dense =
+      DenseChainCovariance(problem_.times, chain, 1.1);
   for (size_t k = 0; k < covariances.size(); ++k) {
     const Matrix6d expected = dense.block<6, 6>(6 * k, 6 * k);
     // The information's condition is about 1e7: 1e-16 of that, with room.
@@ -163,7 +165,8 @@ TEST_F(ChainSolverTest, FullRankWithNoViewAndWithOne) {
     const SolveReport report = solver.Solve(
         problem_.times, Exact(LossKind::kGemanMcClure, 3.0), &chain);
     EXPECT_TRUE(report.finite);
-    const Eigen::MatrixXd dense = DenseCovariance(problem_.times, chain, 1.0);
+    const Eigen::MatrixXd dense =
+        DenseChainCovariance(problem_.times, chain, 1.0);
     EXPECT_TRUE(dense.allFinite());
     std::vector<Matrix6d> covariances;
     ASSERT_TRUE(solver.Covariances(problem_.times, chain, 1.0, &covariances));
@@ -208,14 +211,15 @@ TEST_F(ChainSolverTest, MarginalisingKeepsValuesAndCovariances) {
   solver.Solve(problem_.times, schedule, &chain);
   // The whole problem, linear at the minimum and with its weights: what is
   // marginalised is that.
-  const Eigen::MatrixXd stated = DenseCovariance(problem_.times, chain, 1.1);
+  const Eigen::MatrixXd stated =
+      DenseChainCovariance(problem_.times, chain, 1.1);
   PersonProblem rest;
   rest.times = problem_.times;
   rest.joints.push_back(chain);
   for (int dropped = 1; dropped <= 5; ++dropped) {
     DropFirstFrame(1.1, &rest);
     JointChain& kept = rest.joints[0];
-    const Eigen::MatrixXd after = DenseCovariance(rest.times, kept, 1.1);
+    const Eigen::MatrixXd after = DenseChainCovariance(rest.times, kept, 1.1);
     const Eigen::Index size = after.rows();
     EXPECT_LT((after - stated.bottomRightCorner(size, size)).norm(),
               1e-8 * stated.norm())

@@ -635,13 +635,13 @@ TEST(Calibration, ProjectionFilesComeByNumber) {
 
 // ---- Options ----
 
-constexpr const char* kKrt =
+constexpr const char* kSmallKrt =
     R"({"0": {"K": [9,0,4, 0,9,3, 0,0,1], "RT": [1,0,0,100, 0,1,0,200,
        0,0,1,300], "imgSize": [8, 6]}})";
 
 TEST(Calibration, UnitAndSizeOptions) {
   const TemporaryFolder folder;
-  const std::string path = folder.Write("c.json", kKrt);
+  const std::string path = folder.Write("c.json", kSmallKrt);
   CameraReadOptions options;
   EXPECT_EQ(ReadCameras(path, options)[0].t().z(), 300.0);
   options.unit = LengthUnit::kMillimetre;
@@ -674,7 +674,7 @@ TEST(Calibration, OwnFormatIsInMetres) {
 
 TEST(Calibration, LongModelsWithoutFurtherTermsAreFiveCoefficients) {
   const TemporaryFolder folder;
-  std::string text = kKrt;
+  std::string text = kSmallKrt;
   text.insert(text.rfind("}}"), R"(, "distCoeff": [0.1, 0, 0, 0, 0, 0, 0, 0])");
   const CameraRig cameras = ReadCameras(folder.Write("c.json", text));
   ASSERT_NE(cameras[0].lens(), nullptr);

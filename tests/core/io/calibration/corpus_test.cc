@@ -128,7 +128,7 @@ struct Sample {
   std::vector<Change> changes;
 };
 
-CameraReadOptions WithSize() {
+CameraReadOptions Sized() {
   CameraReadOptions options;
   options.image_size = {640, 480};
   return options;
@@ -225,7 +225,7 @@ std::vector<Sample> Samples() {
        }},
       {"longcw.json",
        kLongcw,
-       WithSize(),
+       Sized(),
        {
            {"last row", "[0, 0, 0, 1]", "[0, 0, 1, 1]", "0 0 0 1"},
            {"3 x 4", ", [0, 0, 0, 1]]", "]", "4 x 4"},

@@ -39,7 +39,7 @@ std::string EasymocapMember(const std::string& key, const std::string& value) {
   return key + "_1: " + value + "\n";
 }
 
-std::vector<FormatSample> Samples() {
+std::vector<FormatSample> KeySamples() {
   return {
       {"krt.json",
        R"({"0": {"K": [600, 0, 320, 0, 600, 240, 0, 0, 1],
@@ -184,7 +184,7 @@ TEST_P(CalibrationKeys, WhatProgramsWriteBesideIsPassedOver) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    EachFormat, CalibrationKeys, ::testing::ValuesIn(Samples()),
+    EachFormat, CalibrationKeys, ::testing::ValuesIn(KeySamples()),
     [](const ::testing::TestParamInfo<FormatSample>& sample) {
       const std::string file = sample.param.file;
       return file.substr(0, file.find('.'));

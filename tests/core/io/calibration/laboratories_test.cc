@@ -24,8 +24,8 @@ using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using testing::TemporaryFolder;
 
-std::string Replaced(std::string text, const std::string& from,
-                     const std::string& to) {
+std::string WithReplaced(std::string text, const std::string& from,
+                         const std::string& to) {
   const size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   if (at != std::string::npos) text.replace(at, from.size(), to);
@@ -98,9 +98,9 @@ TEST(QualisysCalibration, ASmallerVideoIsScaled) {
 
 TEST(QualisysCalibration, CamerasOfMarkersAreReadWhereThereAreNoOthers) {
   const TemporaryFolder folder;
-  std::string text = Replaced(kQca, "Miqus Video", "Oqus 700+");
-  text = Replaced(text, "<camera active=\"1\" serial=\"18089\"",
-                  "<camera active=\"0\" serial=\"18089\"");
+  std::string text = WithReplaced(kQca, "Miqus Video", "Oqus 700+");
+  text = WithReplaced(text, "<camera active=\"1\" serial=\"18089\"",
+                      "<camera active=\"0\" serial=\"18089\"");
   EXPECT_EQ(ReadCameras(folder.Write("a.txt", text)).size(), 1u);
 }
 
@@ -110,18 +110,19 @@ TEST(QualisysCalibration, FaultsAreNamed) {
     const std::string path = folder.Write("cal.txt", text);
     return InputErrorOf([&] { ReadCameras(path); });
   };
-  EXPECT_THAT(fault(Replaced(kQca, "focalLengthU=\"64000\"", "")),
+  EXPECT_THAT(fault(WithReplaced(kQca, "focalLengthU=\"64000\"", "")),
               HasSubstr("line 9: <intrinsic> has no attribute focalLengthU"));
-  EXPECT_THAT(fault(Replaced(kQca, "r13=\"0\"", "r13=\"zero\"")),
+  EXPECT_THAT(fault(WithReplaced(kQca, "r13=\"0\"", "r13=\"zero\"")),
               HasSubstr("r13: found 'zero'"));
-  EXPECT_THAT(fault(Replaced(kQca, "</cameras>", "</camera>")),
+  EXPECT_THAT(fault(WithReplaced(kQca, "</cameras>", "</camera>")),
               HasSubstr("is no XML"));
   EXPECT_THAT(
-      fault(Replaced(kQca, "sensorMaxU=\"122879\"", "sensorMaxU=\"1919\"")),
+      fault(WithReplaced(kQca, "sensorMaxU=\"122879\"", "sensorMaxU=\"1919\"")),
       HasSubstr("sensorMaxU"));
-  EXPECT_THAT(fault(Replaced(kQca, "<camera active=\"1\" calibrated=\"true\"",
-                             "<camera active=\"0\"")),
-              HasSubstr("intrinsic"))
+  EXPECT_THAT(
+      fault(WithReplaced(kQca, "<camera active=\"1\" calibrated=\"true\"",
+                         "<camera active=\"0\"")),
+      HasSubstr("intrinsic"))
       << "Oqus, without numbers";
   EXPECT_THAT(fault("<html></html>"), HasSubstr("no calibration"));
 }
@@ -199,7 +200,7 @@ constexpr const char* kXcp =
 )";
 
 std::string XcpWith(const std::string& radial) {
-  return Replaced(kXcp, "RADIAL\"/>", radial + "\"/>");
+  return WithReplaced(kXcp, "RADIAL\"/>", radial + "\"/>");
 }
 
 TEST(ViconCalibration, IsReadByHand) {
@@ -221,7 +222,7 @@ TEST(ViconCalibration, IsReadByHand) {
 // Terms in px move a raw point to where a pinhole has it.
 TEST(ViconCalibration, RadialTermsFreeARawPointOfDistortion) {
   const TemporaryFolder folder;
-  const std::string text = Replaced(XcpWith("3e-8 -4e-15 0"), "1.25", "1");
+  const std::string text = WithReplaced(XcpWith("3e-8 -4e-15 0"), "1.25", "1");
   const Camera camera = ReadCameras(folder.Write("lab.xcp", text)).front();
   for (double r_px = 50.0; r_px < 1100.0; r_px += 50.0) {
     const Eigen::Vector2d offset = r_px * Eigen::Vector2d(0.8, -0.6);
@@ -250,10 +251,10 @@ TEST(ViconCalibration, FaultsAreNamed) {
     return InputErrorOf([&] { ReadCameras(path); });
   };
   EXPECT_THAT(fault(XcpWith("0 0")), HasSubstr("found 4 numbers, expected 5"));
-  EXPECT_THAT(
-      fault(Replaced(XcpWith("0 0 0"), "0.70710678118654752 0 0", "0.9 0 0")),
-      HasSubstr("no unit quaternion"));
-  EXPECT_THAT(fault(Replaced(XcpWith("0 0 0"), "1920 1080", "1920")),
+  EXPECT_THAT(fault(WithReplaced(XcpWith("0 0 0"), "0.70710678118654752 0 0",
+                                 "0.9 0 0")),
+              HasSubstr("no unit quaternion"));
+  EXPECT_THAT(fault(WithReplaced(XcpWith("0 0 0"), "1920 1080", "1920")),
               HasSubstr("SENSOR_SIZE"));
 }
 
@@ -280,7 +281,7 @@ std::string Utf16(const std::string& text) {
 
 TEST(OptiTrackCalibration, IsReadInBothEncodings) {
   const TemporaryFolder folder;
-  const std::string plain = Replaced(kMcal, "UTF-16", "UTF-8");
+  const std::string plain = WithReplaced(kMcal, "UTF-16", "UTF-8");
   for (const std::string& text : {plain, Utf16(kMcal)}) {
     const CameraRig cameras = ReadCameras(folder.Write("Cal.mcal", text));
     ASSERT_EQ(cameras.size(), 1u);
@@ -301,8 +302,9 @@ TEST(OptiTrackCalibration, IsReadInBothEncodings) {
 
 TEST(OptiTrackCalibration, MotivesOwnLensIsRefused) {
   const TemporaryFolder folder;
-  const std::string text = Replaced(Replaced(kMcal, "UTF-16", "UTF-8"),
-                                    "IntrinsicStandardCameraModel", "Other");
+  const std::string text =
+      WithReplaced(WithReplaced(kMcal, "UTF-16", "UTF-8"),
+                   "IntrinsicStandardCameraModel", "Other");
   const std::string path = folder.Write("Cal.mcal", text);
   EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
               HasSubstr("IntrinsicStandardCameraModel"));
@@ -345,9 +347,9 @@ TEST(BioCvCalibration, FaultsAreNamed) {
     return InputErrorOf([&] { ReadCameras(path); });
   };
   EXPECT_THAT(fault(std::string(kCalib) + "7\n"), HasSubstr("33 numbers"));
-  EXPECT_THAT(fault(Replaced(kCalib, "0 0 0 1", "0 0 1 1")),
+  EXPECT_THAT(fault(WithReplaced(kCalib, "0 0 0 1", "0 0 1 1")),
               HasSubstr("0 0 0 1"));
-  EXPECT_THAT(fault(Replaced(kCalib, "1510", "1510.5.5")),
+  EXPECT_THAT(fault(WithReplaced(kCalib, "1510", "1510.5.5")),
               HasSubstr("number 7"));
 }
 
@@ -498,8 +500,8 @@ TEST(FisheyeCalibration, RosAndNumberedTermsAreRead) {
 
 TEST(FisheyeCalibration, FiveTermsAreNoneOfIt) {
   const TemporaryFolder folder;
-  std::string text = Replaced(kTable, "0.0, 0.0,]\nrotation",
-                              "0.0, 0.2,]\nfisheye = true\nrotation");
+  std::string text = WithReplaced(kTable, "0.0, 0.0,]\nrotation",
+                                  "0.0, 0.2,]\nfisheye = true\nrotation");
   const std::string path = folder.Write("a.toml", text);
   EXPECT_THAT(InputErrorOf([&] { ReadCameras(path); }),
               HasSubstr("5 coefficients of a fisheye lens"));

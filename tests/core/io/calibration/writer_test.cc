@@ -28,7 +28,7 @@ using testing::TemporaryFolder;
 enum class WithLens { kNo, kYes };
 
 // Cameras all round a place, with numbers of all digits.
-CameraRig RandomRig(WithLens with_lens) {
+CameraRig RigWith(WithLens with_lens) {
   Random random(3);
   CameraRig cameras;
   for (int c = 0; c < 12; ++c) {
@@ -94,7 +94,7 @@ void ExpectSameCameras(const CameraRig& a, const CameraRig& b,
   }
 }
 
-std::vector<std::string> NamesOf(const CameraRig& cameras) {
+std::vector<std::string> CameraNames(const CameraRig& cameras) {
   std::vector<std::string> names;
   for (const Camera& camera : cameras) names.push_back(camera.name());
   return names;
@@ -128,7 +128,7 @@ class RoundTrip : public ::testing::TestWithParam<Case> {};
 TEST_P(RoundTrip, ReadsBack) {
   const Case& format = GetParam();
   CameraRig cameras =
-      RandomRig(format.keeps_lens ? WithLens::kYes : WithLens::kNo);
+      RigWith(format.keeps_lens ? WithLens::kYes : WithLens::kNo);
   // One image size for all is told when reading; names are in their order.
   const bool is_longcw = format.format == "longcw";
   if (is_longcw) cameras = WithSize(cameras, 1920, 1080);
@@ -144,7 +144,7 @@ TEST_P(RoundTrip, ReadsBack) {
     const CameraRig again = ReadCameras(path, options);
     ExpectSameCameras(cameras, again, format.tolerance);
     if (format.format != "tum") {
-      EXPECT_EQ(NamesOf(cameras), NamesOf(again));
+      EXPECT_EQ(CameraNames(cameras), CameraNames(again));
     }
     for (size_t c = 0; c < again.size(); ++c) {
       EXPECT_EQ(again[c].width_px(),
@@ -198,7 +198,7 @@ TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
     Losses losses;
     return InputErrorOf([&] { WriteCalibration(path, format, rig, &losses); });
   };
-  EXPECT_THAT(error_of("tum", RandomRig(WithLens::kYes)),
+  EXPECT_THAT(error_of("tum", RigWith(WithLens::kYes)),
               HasSubstr("camera 'cam-11': has a lens"));
   CameraParameters parameters;
   parameters.name = "a b";
@@ -208,7 +208,7 @@ TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
               HasSubstr("camera 'a b': the name"));
   EXPECT_THAT(error_of("longcw", {Camera(parameters)}),
               HasSubstr("--image_size"));
-  EXPECT_THAT(error_of("longcw", RandomRig(WithLens::kNo)),
+  EXPECT_THAT(error_of("longcw", RigWith(WithLens::kNo)),
               HasSubstr("has another image size"));
   EXPECT_THAT(error_of("colmap", {Camera(parameters)}),
               HasSubstr("camera 'a b': the name"));
@@ -233,7 +233,7 @@ TEST(CalibrationWriter, NeverReplacesAFolderWithFiles) {
   Losses losses;
   EXPECT_THAT(InputErrorOf([&] {
                 WriteCalibration(folder.path().string(), "tum",
-                                 RandomRig(WithLens::kNo), &losses);
+                                 RigWith(WithLens::kNo), &losses);
               }),
               HasSubstr("is there already"));
   EXPECT_THAT(ListFolder(folder.path().string()), ElementsAre("mine.txt"));
@@ -308,7 +308,7 @@ TEST(CalibrationWriter, PanopticThroughEveryFormatWithLens) {
 
 // So no order of the registry's lines matters.
 TEST(CalibrationFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
-  const CameraRig cameras = WithSize(RandomRig(WithLens::kNo), 1920, 1080);
+  const CameraRig cameras = WithSize(RigWith(WithLens::kNo), 1920, 1080);
   for (const CalibrationFormat& written : CalibrationFormats()) {
     EXPECT_EQ(FindCalibrationFormat(written.name), &written);
     EXPECT_FALSE(written.layout.empty()) << written.name;

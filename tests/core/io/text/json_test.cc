@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using ::testing::IsEmpty;
 
-std::string ParseError(const std::string& text) {
+std::string JsonError(const std::string& text) {
   return InputErrorOf([&] { ParseJson(text, "a.json"); });
 }
 
@@ -28,7 +28,7 @@ TEST(ParseJson, KeepsTheOrderOfTheFile) {
 }
 
 TEST(ParseJson, RefusesRepeatedKeysOfOneObjectAlone) {
-  EXPECT_EQ(ParseError(R"({"a": {"b": 1, "b": 2}})"),
+  EXPECT_EQ(JsonError(R"({"a": {"b": 1, "b": 2}})"),
             "a.json: key 'b': appears twice in one object");
   EXPECT_EQ(
       ParseJson(R"({"a": {"a": 1}, "b": [{"a": 1}, {"a": 2}]})", "").size(),
@@ -36,9 +36,9 @@ TEST(ParseJson, RefusesRepeatedKeysOfOneObjectAlone) {
 }
 
 TEST(ParseJson, RefusesGarbageBehindTheValue) {
-  EXPECT_THAT(ParseError("{} {}"), HasSubstr("line 1, column 4"));
-  EXPECT_THAT(ParseError("{}\n,"), HasSubstr("line 2"));
-  EXPECT_THAT(ParseError("{} // comment"), HasSubstr("not JSON"));
+  EXPECT_THAT(JsonError("{} {}"), HasSubstr("line 1, column 4"));
+  EXPECT_THAT(JsonError("{}\n,"), HasSubstr("line 2"));
+  EXPECT_THAT(JsonError("{} // comment"), HasSubstr("not JSON"));
 }
 
 TEST(ParseJson, LimitsDepthAndKeys) {
@@ -47,23 +47,23 @@ TEST(ParseJson, LimitsDepthAndKeys) {
     return std::string(count, '[') + std::string(count, ']');
   };
   EXPECT_TRUE(ParseJson(nested(kMaxJsonDepth), "a.json").is_array());
-  EXPECT_THAT(ParseError(nested(kMaxJsonDepth + 1)), HasSubstr("nested"));
+  EXPECT_THAT(JsonError(nested(kMaxJsonDepth + 1)), HasSubstr("nested"));
 }
 
 TEST(ParseJson, LimitsValues) {
   std::string objects = "[{}";
   for (size_t i = 1; i < kMaxJsonValues - 1; ++i) objects += ",{}";
   EXPECT_EQ(ParseJson(objects + "]", "a.json").size(), kMaxJsonValues - 1);
-  EXPECT_EQ(ParseError(objects + ",{},{}]"),
+  EXPECT_EQ(JsonError(objects + ",{},{}]"),
             "a.json: holds more than 1000000 values");
 }
 
 TEST(ParseJson, NamesWhatIsNoNumberAndItsLine) {
   for (const std::string name : {"NaN", "Infinity"}) {
-    EXPECT_EQ(ParseError("{\"K\": [1,\n" + name + "]}"),
+    EXPECT_EQ(JsonError("{\"K\": [1,\n" + name + "]}"),
               "a.json:2: is not JSON: found " + name + ", expected a number");
   }
-  EXPECT_THAT(ParseError("[-Infinity]"), HasSubstr("found Infinity"));
+  EXPECT_THAT(JsonError("[-Infinity]"), HasSubstr("found Infinity"));
   EXPECT_EQ(ParseJson(R"(["NaN"])", "a.json")[0], "NaN");
 }
 

@@ -25,7 +25,7 @@ std::string Repeated(const std::string& part, int count) {
 }
 
 // Empty: it is taken.
-std::string ParseError(const std::string& text) {
+std::string TomlError(const std::string& text) {
   try {
     ToJson(ParseToml(text, "a.toml"));
   } catch (const InputError& error) {
@@ -56,28 +56,27 @@ TEST(ParseToml, RefusesWhatHidesDepth) {
         "x = '''a''''\n", "x = \"\\\\\"\n", "x = '\\'\n", "# \"\n",
         "x = \"\"\"\\\\\"\"\"\n", "x = \"\"\"\n\"\"\\\"\"\"\"\n", "x = \"\"\n",
         "x = ''''''\n", "x = {a = \"\"\"b\"\"\"\"}\n"}) {
-    EXPECT_THAT(ParseError(before + deep), HasSubstr("nested deeper"))
-        << before;
+    EXPECT_THAT(TomlError(before + deep), HasSubstr("nested deeper")) << before;
   }
-  EXPECT_THAT(ParseError("[" + deep), HasSubstr("nested deeper"));
-  EXPECT_THAT(ParseError("b = {" + deep + "}"), HasSubstr("nested deeper"));
-  EXPECT_THAT(ParseError("b = " + Repeated("{a.a = ", 30)),
+  EXPECT_THAT(TomlError("[" + deep), HasSubstr("nested deeper"));
+  EXPECT_THAT(TomlError("b = {" + deep + "}"), HasSubstr("nested deeper"));
+  EXPECT_THAT(TomlError("b = " + Repeated("{a.a = ", 30)),
               HasSubstr("nested deeper"));
 }
 
 TEST(ParseToml, TakesWhatIsNotDeep) {
   const std::string dots = Repeated(".", 5000);
-  EXPECT_THAT(ParseError("a = \"" + dots + "\" # " + dots + "\nb = '" + dots +
-                         "'\nc = \"\"\"\n" + dots + "\"\"\"\n"),
+  EXPECT_THAT(TomlError("a = \"" + dots + "\" # " + dots + "\nb = '" + dots +
+                        "'\nc = \"\"\"\n" + dots + "\"\"\"\n"),
               IsEmpty());
-  EXPECT_THAT(ParseError("a = [" + Repeated("1.5, ", 5000) + "]\n"), IsEmpty());
+  EXPECT_THAT(TomlError("a = [" + Repeated("1.5, ", 5000) + "]\n"), IsEmpty());
   EXPECT_THAT(
-      ParseError(Repeated("[[a.b]]\nc.d = [[1.5, 2.5], [3.5, 4.5]]\n", 5000)),
+      TomlError(Repeated("[[a.b]]\nc.d = [[1.5, 2.5], [3.5, 4.5]]\n", 5000)),
       IsEmpty());
 }
 
 TEST(ParseToml, LimitsValues) {
-  EXPECT_THAT(ParseError("a = [" + Repeated("1,", 1000001) + "]"),
+  EXPECT_THAT(TomlError("a = [" + Repeated("1,", 1000001) + "]"),
               HasSubstr("a.toml:1: holds more than 1000000 values"));
 }
 
@@ -131,13 +130,13 @@ TEST(ParseToml, WhatTheGuardTakesNeedsLittleStack) {
       for (size_t n = random() % 24; n > 0; --n) {
         text += pieces[random() % pieces.size()];
       }
-      taken += ParseError(text).empty() ? 1 : 0;
+      taken += TomlError(text).empty() ? 1 : 0;
     }
     // The deepest that pass: header upon key upon brackets.
     const std::string header = "[[" + Repeated("a.", 29) + "a]]\n";
-    EXPECT_THAT(ParseError(header + Repeated("b.", 32) + "b = 1\n"), IsEmpty());
-    EXPECT_THAT(ParseError(header + "c = " + Repeated("[", 32) +
-                           Repeated("]", 32) + "\n"),
+    EXPECT_THAT(TomlError(header + Repeated("b.", 32) + "b = 1\n"), IsEmpty());
+    EXPECT_THAT(TomlError(header + "c = " + Repeated("[", 32) +
+                          Repeated("]", 32) + "\n"),
                 IsEmpty());
   });
   EXPECT_GT(taken, 100);

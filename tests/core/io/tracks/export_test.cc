@@ -46,7 +46,7 @@ double NumberOf(const std::string& text) {
 }
 
 // Two people who come and go, numbers of all digits, a dropped frame.
-TrackSequence RandomTracks(bool with_covariances) {
+TrackSequence TracksToExport(bool with_covariances) {
   Random random(5);
   TrackSequence tracks;
   tracks.header.skeleton = Coco17();
@@ -91,7 +91,7 @@ TrackSequence RandomTracks(bool with_covariances) {
 
 TEST(TrackExport, CsvHoldsEveryJointBitForBit) {
   for (const bool with_covariances : {false, true}) {
-    const TrackSequence tracks = RandomTracks(with_covariances);
+    const TrackSequence tracks = TracksToExport(with_covariances);
     const TemporaryFolder folder;
     const std::string path = folder.path() / "tracks.csv";
     Losses losses;
@@ -159,7 +159,7 @@ TEST(TrackExport, CsvQuotesJointNames) {
 // ---- {"poses"} ----
 
 TEST(TrackExport, PosesReadBackBitForBit) {
-  const TrackSequence tracks = RandomTracks(true);
+  const TrackSequence tracks = TracksToExport(true);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "poses.json";
   Losses losses;
@@ -232,7 +232,7 @@ void ExpectSound(const TrcFile& file) {
 }
 
 TEST(TrackExport, TrcHoldsEveryMarkerBitForBit) {
-  const TrackSequence tracks = RandomTracks(false);
+  const TrackSequence tracks = TracksToExport(false);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "trc";
   Losses losses;
@@ -343,13 +343,13 @@ TEST(TrackExport, TrcRefusesWhatItCannotHold) {
       WriteTracksTrc(folder.path() / "trc", tracks, AxisMap(), &losses);
     });
   };
-  TrackSequence tracks = RandomTracks(false);
+  TrackSequence tracks = TracksToExport(false);
   tracks.header.frame_rate_hz = 0.0;
   EXPECT_THAT(error_of(tracks), HasSubstr("frame rate"));
-  tracks = RandomTracks(false);
+  tracks = TracksToExport(false);
   tracks.frames.back().frame = int64_t{1} << 40;
   EXPECT_THAT(error_of(tracks), HasSubstr("span"));
-  tracks = RandomTracks(false);
+  tracks = TracksToExport(false);
   for (TrackFrame& frame : tracks.frames) frame.people.clear();
   EXPECT_THAT(error_of(tracks), HasSubstr("nobody"));
   EXPECT_THAT(ListFolder(folder.path().string()), IsEmpty());
@@ -379,7 +379,7 @@ void ExpectPython(const TemporaryFolder& folder, const std::string& script) {
 
 TEST(TrackExport, NumpyReadsTheArrays) {
   if (!HasNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
-  const TrackSequence tracks = RandomTracks(true);
+  const TrackSequence tracks = TracksToExport(true);
   const TemporaryFolder folder;
   const std::string npz = folder.path() / "tracks.npz";
   const std::string csv = folder.path() / "tracks.csv";

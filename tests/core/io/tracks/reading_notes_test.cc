@@ -18,18 +18,18 @@ namespace {
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
-using testing::StandingPerson;
+using testing::PosedPerson;
 using testing::TemporaryFolder;
 
 // A person who walks two metres along x, under `world` and what `turn` makes of
 // the pose before.
 TrackSequence Walk(const Eigen::Matrix3d& world,
-                   const std::function<void(StandingPerson*)>& turn = {}) {
+                   const std::function<void(PosedPerson*)>& turn = {}) {
   TrackSequence tracks;
   tracks.header.skeleton = Body25();
   tracks.header.frame_rate_hz = 25.0;
   for (int64_t f = 0; f < 50; ++f) {
-    StandingPerson person;
+    PosedPerson person;
     if (turn) turn(&person);
     for (Joint3d& joint : person.pose().joints) {
       joint.position_m.x() += 0.04 * static_cast<double>(f);
@@ -114,7 +114,7 @@ TEST(ReadingNotes, WhoLiesOrStandsOnTheHandsIsNoTurnedWorld) {
     }
     EXPECT_FALSE(NoteOf(lying, "trc").has_value()) << height_m;
   }
-  const auto handstand = [](StandingPerson* person) {
+  const auto handstand = [](PosedPerson* person) {
     for (const std::string side : {"l_", "r_"}) {
       person->Put(side + "wrist",
                   person->At(side + "shoulder") + Vector3d(0.0, 0.0, 0.55));

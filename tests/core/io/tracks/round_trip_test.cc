@@ -498,14 +498,14 @@ TEST(TracksCsv, ErrorsNameFileAndLine) {
               HasSubstr("person 0 stands there twice"));
 }
 
-bool HasNumpy() {
+bool FindsNumpy() {
   return std::system("/usr/bin/python3 -c 'import numpy' > /dev/null 2>&1") ==
          0;
 }
 
 // Arrays as NumPy itself writes them, with its own choices in the archive.
 TEST(TracksNpz, ReadsWhatNumpyWrites) {
-  if (!HasNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
+  if (!FindsNumpy()) GTEST_SKIP() << "needs numpy of /usr/bin/python3";
   const TemporaryFolder folder;
   const std::string path = folder.path() / "numpy.npz";
   const auto write = [&](const std::string& function) {

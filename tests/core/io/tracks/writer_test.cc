@@ -87,8 +87,8 @@ TrackSequence RandomSequence() {
   return sequence;
 }
 
-void ExpectSamePerson(const PersonPose& a, const PersonPose& b,
-                      bool observations) {
+void ExpectPersonWritten(const PersonPose& a, const PersonPose& b,
+                         bool observations) {
   EXPECT_EQ(a.id, b.id);
   ASSERT_EQ(a.joints.size(), b.joints.size());
   for (size_t j = 0; j < a.joints.size(); ++j) {
@@ -125,8 +125,8 @@ void ExpectSame(const TrackSequence& a, const TrackSequence& b,
     EXPECT_EQ(a.frames[f].time, b.frames[f].time);
     ASSERT_EQ(a.frames[f].people.size(), b.frames[f].people.size());
     for (size_t p = 0; p < a.frames[f].people.size(); ++p) {
-      ExpectSamePerson(a.frames[f].people[p], b.frames[f].people[p],
-                       observations);
+      ExpectPersonWritten(a.frames[f].people[p], b.frames[f].people[p],
+                          observations);
     }
   }
 }
