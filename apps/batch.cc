@@ -140,8 +140,11 @@ void RunBatch() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
-      {"batch", "takes x configurations, each in a folder of its own",
+      {"batch",
+       "takes x configurations, each in a folder of its own",
        "--manifest=F.toml --out=DIR [--jobs=N] [--resume]\n"
-       "       kinegraph-batch --merge --out=DIR"},
+       "       kinegraph-batch --merge --out=DIR",
+       {"--manifest=study.toml --jobs=2 --out=out/study",
+        "--manifest=study.toml --resume --out=out/study"}},
       kinegraph::RunBatch);
 }

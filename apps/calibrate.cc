@@ -310,10 +310,15 @@ void RunCalibrate() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
-      {"calibrate", "cameras and clocks from the people themselves",
+      {"calibrate",
+       "cameras and clocks from the people themselves",
        "--detections=PATH [--image_size=W,H] [--focal=PX,..|--cameras=F] "
        "[--frame_rate=HZ]\n"
        "    [--scale=M|--distance=JOINT,JOINT,M|--cameras_apart=A,B,M] "
-       "--out=cameras.json"},
+       "--out=cameras.json",
+       {"--detections=openpose/ --image_size=1920,1080 --frame_rate=25 "
+        "--scale=1.75 --out=cameras.json",
+        "--detections=openpose/ --cameras=lenses.json "
+        "--cameras_apart=cam1,cam2,3.2 --out=cameras.json"}},
       kinegraph::RunCalibrate);
 }

@@ -404,11 +404,15 @@ void RunCompare() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
-      {"compare", "every smoothing strategy on the same frozen observations",
+      {"compare",
+       "every smoothing strategy on the same frozen observations",
        "--cameras=F --detections=PATH --config=F.toml\n"
        "       [--ground_truth=PATH --protocol=NAME] [--tune] --out=DIR\n"
        "       kinegraph-compare --manifest=TAKES.toml [--config=F.toml] "
        "[--tune] "
-       "--out=DIR"},
+       "--out=DIR",
+       {"--cameras=calibration.json --detections=openpose/ --config=my.toml "
+        "--out=out/compare",
+        "--manifest=takes.toml --tune --out=out/compare"}},
       kinegraph::RunCompare);
 }

@@ -83,7 +83,10 @@ void RunConvert() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
-      {"convert", "calibrations, detections and tracks between formats",
-       "--in=PATH --out=PATH [--to=FORMAT] [--from=FORMAT]"},
+      {"convert",
+       "calibrations, detections and tracks between formats",
+       "--in=PATH --out=PATH [--to=FORMAT] [--from=FORMAT]",
+       {"--in=take.jsonl --out=take.trc",
+        "--in=calibration.json --to=pose2sim --out=calibration.toml"}},
       kinegraph::RunConvert);
 }

@@ -179,20 +179,21 @@ void PrintFiles(const TakeFiles& take, const std::vector<std::string>& tracks,
 
 void PrintNext(const TakeFiles& take, const std::vector<std::string>& tracks,
                const std::string& page) {
+  const std::string driver = DriverName();
   std::printf(
       "\nNext, the page: open %s in a browser.\n"
       "Joint by joint:\n"
-      "  ./kinegraph evaluate --protocol=mpjpe --tracks=%s \\\n"
+      "  %s evaluate --protocol=mpjpe --tracks=%s \\\n"
       "    --ground_truth=%s\n"
       "A scene of your own (keys: configs/synthetic):\n"
-      "  ./kinegraph synthesize --config=configs/synthetic/hard.toml "
-      "--out=out/hard\n"
+      "  %s synthesize --config=configs/synthetic/hard.toml --out=out/hard\n"
       "Your cameras and detections (formats: docs/inputs.md):\n"
-      "  ./kinegraph track --cameras=%s \\\n"
+      "  %s track --cameras=%s \\\n"
       "    --detections=%s \\\n"
       "    --config=configs/synthetic/track_window.toml --out=tracks.jsonl\n",
-      page.c_str(), tracks.back().c_str(), take.truth.c_str(),
-      take.cameras.c_str(), take.detections.c_str());
+      page.c_str(), driver.c_str(), tracks.back().c_str(), take.truth.c_str(),
+      driver.c_str(), driver.c_str(), take.cameras.c_str(),
+      take.detections.c_str());
 }
 
 void RunDemo() {
@@ -235,7 +236,9 @@ void RunDemo() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
-      {"demo", "a synthetic scene, tracked in every mode and scored",
-       "[--out=DIR]"},
+      {"demo",
+       "a synthetic scene, tracked in every mode and scored",
+       "[--out=DIR]",
+       {"", "--out=out/demo"}},
       kinegraph::RunDemo);
 }

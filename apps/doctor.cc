@@ -132,7 +132,11 @@ void RunDoctor() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
-      {"doctor", "what is wrong with a calibration or the clocks of a take",
-       "--cameras=F --detections=PATH [--config=F.toml] --out=DIR"},
+      {"doctor",
+       "what is wrong with a calibration or the clocks of a take",
+       "--cameras=F --detections=PATH [--config=F.toml] --out=DIR",
+       {"--cameras=calibration.json --detections=openpose/ --out=out/doctor",
+        "--cameras=calibration.json --detections=openpose/ --config=my.toml "
+        "--out=out/doctor"}},
       kinegraph::RunDoctor);
 }

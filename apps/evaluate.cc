@@ -350,9 +350,13 @@ void RunEvaluate() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
-      {"evaluate", "scores tracks",
+      {"evaluate",
+       "scores tracks",
        "--protocol=NAME --tracks=F --ground_truth=PATH\n"
        "       kinegraph-evaluate --protocol=held_out_camera --cameras=F "
-       "--detections=PATH --config=F"},
+       "--detections=PATH --config=F",
+       {"--protocol=mpjpe --tracks=take.jsonl --ground_truth=truth.jsonl",
+        "--protocol=held_out_camera --cameras=calibration.json "
+        "--detections=openpose/ --config=my.toml"}},
       kinegraph::RunEvaluate);
 }

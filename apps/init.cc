@@ -357,8 +357,13 @@ void RunInit() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
-      {"init", "looks at a take and writes a configuration for it",
+      {"init",
+       "looks at a take and writes a configuration for it",
        "--cameras=F --detections=PATH [--frame_rate=HZ] [--set=KEY=VALUE;...] "
-       "--out=F.toml"},
+       "--out=F.toml",
+       {"--cameras=calibration.json --detections=openpose/ --frame_rate=25 "
+        "--out=my.toml",
+        "--cameras=calibration.json --detections=openpose/ "
+        "--set=skeleton=body25 --out=my.toml"}},
       kinegraph::RunInit);
 }

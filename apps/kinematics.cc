@@ -212,7 +212,10 @@ void RunKinematics() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
-      {"kinematics", "joint angles, speeds and distances of tracks, as CSV",
-       "--tracks=F --out=NAME.csv [--up=AXIS] [--observed]"},
+      {"kinematics",
+       "joint angles, speeds and distances of tracks, as CSV",
+       "--tracks=F --out=NAME.csv [--up=AXIS] [--observed]",
+       {"--tracks=take.jsonl --out=angles.csv",
+        "--tracks=take.jsonl --up=z --observed --out=angles.csv"}},
       kinegraph::RunKinematics);
 }

@@ -357,10 +357,15 @@ void RunReport() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
-      {"report", "one self-contained page to look at tracks",
+      {"report",
+       "one self-contained page to look at tracks",
        "--tracks=F[,F2,...] [--ground_truth=F] [--cameras=F "
        "--detections=PATH [--images=VIEW=PATTERN|VIDEO;...] "
        "[--frames_out=DIR]] "
-       "--out=F.html"},
+       "--out=F.html",
+       {"--tracks=take.jsonl --cameras=calibration.json --detections=openpose/ "
+        "--out=take.html",
+        "--tracks=take.jsonl,other.jsonl --ground_truth=truth.jsonl "
+        "--out=compared.html"}},
       kinegraph::RunReport);
 }

@@ -293,9 +293,11 @@ void RunReproduce() {
 }  // namespace kinegraph
 
 int main(int argc, char** argv) {
-  return kinegraph::RunApp(
-      argc, argv,
-      {"reproduce", "the paper's tables beside what is measured",
-       "--data=DIR [--table=NAME] --out=DIR"},
-      kinegraph::RunReproduce);
+  return kinegraph::RunApp(argc, argv,
+                           {"reproduce",
+                            "the paper's tables beside what is measured",
+                            "--data=DIR [--table=NAME] --out=DIR",
+                            {"--data=data --out=out/tables",
+                             "--data=data --table=shelf --out=out/tables"}},
+                           kinegraph::RunReproduce);
 }

@@ -87,7 +87,11 @@ void RunSynthesize() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
-      {"synthesize", "a seeded scene: cameras, detections and their truth",
-       "--config=F.toml [--motion=F[,F2]] --out=DIR"},
+      {"synthesize",
+       "a seeded scene: cameras, detections and their truth",
+       "--config=F.toml [--motion=F[,F2]] --out=DIR",
+       {"--config=configs/synthetic/demo.toml --out=out/scene",
+        "--config=configs/synthetic/hard.toml --set=scene.people=8 "
+        "--out=out/crowd"}},
       kinegraph::RunSynthesize);
 }

@@ -434,7 +434,12 @@ void RunTrack() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
-      {"track", "2D detections to 3D tracks",
-       "--cameras=F --detections=PATH [--config=F.toml] --out=F.jsonl"},
+      {"track",
+       "2D detections to 3D tracks",
+       "--cameras=F --detections=PATH [--config=F.toml] --out=F.jsonl",
+       {"--cameras=calibration.json --detections=openpose/ --config=my.toml "
+        "--out=take.jsonl",
+        "--cameras=calibration.json --detections=openpose/ "
+        "--config=offline.toml --out=take.jsonl"}},
       kinegraph::RunTrack);
 }

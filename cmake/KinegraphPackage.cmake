@@ -8,17 +8,19 @@ foreach(command ${commands})
 endforeach()
 add_custom_command(OUTPUT ${KINEGRAPH_PAGES}/kinegraph.bash
   COMMAND ${CMAKE_COMMAND} -D "PROGRAMS=${programs}" -D OUT=${KINEGRAPH_PAGES}
-    -D VERSION=${PROJECT_VERSION}
+    -D VERSION=${PROJECT_VERSION} -D TASKS=${PROJECT_SOURCE_DIR}/apps/commands.txt
     -P ${PROJECT_SOURCE_DIR}/cmake/package/make_pages.cmake
-  DEPENDS ${commands} ${PROJECT_SOURCE_DIR}/cmake/package/make_pages.cmake
+  DEPENDS ${commands} ${PROJECT_SOURCE_DIR}/apps/commands.txt
+    ${PROJECT_SOURCE_DIR}/cmake/package/make_pages.cmake
+    ${PROJECT_SOURCE_DIR}/cmake/package/kinegraph.sh.in
   COMMENT "Manual pages and completion" VERBATIM)
 add_custom_target(kinegraph_pages ALL
   DEPENDS ${KINEGRAPH_PAGES}/kinegraph.bash)
 
 add_dependencies(kinegraph_commands kinegraph_pages)
 
-install(PROGRAMS ${PROJECT_SOURCE_DIR}/cmake/package/kinegraph.sh
-  DESTINATION ${CMAKE_INSTALL_BINDIR} RENAME kinegraph)
+install(PROGRAMS ${KINEGRAPH_PAGES}/kinegraph
+  DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY ${KINEGRAPH_PAGES}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1
   FILES_MATCHING PATTERN "*.1")
 install(FILES ${KINEGRAPH_PAGES}/kinegraph.bash

@@ -2,6 +2,8 @@
 # What .ci/run does beside the tests: tests/checks.sh CHECK BUILD
 #   tidy     clang-tidy's findings are errors in lines that changed since
 #            KINEGRAPH_CI_BASE (default: the commit before this one)
+#   single   every source of solvers and commands by itself, without unity (the
+#            sanitizers compile core so)
 #   corpora  replays every input that once failed, and tries each reader a little
 #            with libFuzzer
 #   readers  tests of core/io under Clang's address and undefined-behaviour
@@ -62,14 +64,44 @@ tidy() {
     echo "no source of the library or the commands changed since $base"
     return
   fi
-  local database=$build/tidy
-  mkdir -p "$database"
-  ninja -C "$build" -t compdb >"$database/compile_commands.json" || return 1
+  local database=$build/single
+  configure_single || return 1
   printf '%s\0' "${sources[@]}" |
     xargs -0 -n 1 -P "$jobs" clang-tidy-14 --quiet -p "$database" \
       --line-filter="$(changed_lines "$base")" \
       --extra-arg-before=-std=c++17 --warnings-as-errors='*' || return 1
   echo "${#sources[@]} sources, changed since $base"
+}
+
+# Compile commands of a build that takes each source by itself.
+configure_single() {
+  cmake -S . -B "$build/single" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+    -DCMAKE_CXX_COMPILER=clang++-14 -DCMAKE_EXPORT_COMPILE_COMMANDS=ON \
+    -DKINEGRAPH_WARNINGS_AS_ERRORS=ON -DKINEGRAPH_UNITY=OFF \
+    -DKINEGRAPH_TESTS=OFF >"$build/single.log" 2>&1
+}
+
+single() {
+  need clang++-14 ninja python3
+  configure_single || return 1
+  python3 - "$build/single/compile_commands.json" "$jobs" <<'PYTHON' || return 1
+import concurrent.futures, json, os, shlex, subprocess, sys
+
+root = os.getcwd()
+own = tuple(f"{root}/{folder}/" for folder in ("apps", "python", "solvers"))
+commands = [c for c in json.load(open(sys.argv[1])) if c["file"].startswith(own)]
+
+def compiles(command):
+    words = shlex.split(command["command"])
+    at = words.index("-o")
+    return subprocess.call(words[:at] + words[at + 2:] + ["-fsyntax-only"],
+                           cwd=command["directory"]) == 0
+
+with concurrent.futures.ThreadPoolExecutor(int(sys.argv[2])) as threads:
+    if not all(list(threads.map(compiles, commands))):
+        sys.exit(1)
+print(len(commands), "sources")
+PYTHON
 }
 
 configure_instrumented() {
@@ -141,7 +173,7 @@ corpora() {
 }
 
 case $1 in
-  tidy | corpora | readers | units) "$1" ;;
+  tidy | single | corpora | readers | units) "$1" ;;
   *)
     echo "unknown check '$1'"
     exit 2

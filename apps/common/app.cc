@@ -318,7 +318,12 @@ std::string HelpText(const AppInfo& info) {
         FlagExample(info.command, flag.name, flag.type, flag.default_value) +
         "\n";
   }
-  return ProgramName(info) + ": " + info.summary +
+  std::string examples;
+  for (const std::string& example : info.examples) {
+    examples += "\n  kinegraph " + info.command +
+                (example.empty() ? "" : " " + example);
+  }
+  return ProgramName(info) + ": " + info.summary + "\n" + examples +
          "\n\nUsage: " + ProgramName(info) + " " + info.usage +
          (first.empty() ? "" : "\n\nRequired:\n" + first) +
          (first.empty() ? "\n\n" : "\n") + "As one likes:\n" + others +

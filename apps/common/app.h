@@ -5,7 +5,8 @@
 //   int main(int argc, char** argv) {
 //     return kinegraph::RunApp(
 //         argc, argv,
-//         {"track", "2D detections to 3D tracks", "--cameras=F --out=F.jsonl"},
+//         {"track", "2D detections to 3D tracks", "--cameras=F --out=F.jsonl",
+//          {"--cameras=calibration.json --out=take.jsonl", ...}},
 //         [] {
 //           kinegraph::RequireFlag("cameras", FLAGS_cameras);
 //           ...
@@ -18,6 +19,7 @@
 #ifndef KINEGRAPH_APPS_COMMON_APP_H_
 #define KINEGRAPH_APPS_COMMON_APP_H_
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -36,6 +38,8 @@ struct AppInfo {
   std::string command;  // "track" for kinegraph-track
   std::string summary;  // one line
   std::string usage;    // the flags as one types them, one line or several
+  // Two command lines that people need, without "kinegraph track".
+  std::array<std::string, 2> examples;
 };
 
 // Parses the flags, runs `body` and returns the exit code for main.

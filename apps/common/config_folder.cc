@@ -69,4 +69,9 @@ std::string FindConfig(const std::string& path) {
   throw InputError(path, "", "is not there; " + ShippedConfigs());
 }
 
+std::string DriverName() {
+  const std::string name = "kinegraph";
+  return IsFile(Parent(ProgramPath()) + "/" + name) ? name : "./" + name;
+}
+
 }  // namespace kinegraph

@@ -16,6 +16,10 @@ std::string ProjectConfig(const std::string& name);
 // InputError that lists the project's where it is neither.
 std::string FindConfig(const std::string& path);
 
+// How one types the commands: "kinegraph" where it lies beside this program,
+// else "./kinegraph", the driver of the sources.
+std::string DriverName();
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_APPS_COMMON_CONFIG_FOLDER_H_

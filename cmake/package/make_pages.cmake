@@ -1,6 +1,9 @@
-# Writes a manual page a command and the shells' completions, from what the
-# commands say of themselves with --help.
-#   cmake -D PROGRAMS=... -D OUT=FOLDER -D VERSION=... -P make_pages.cmake
+# Writes `kinegraph`, a manual page a command and the shells' completions, from
+# what the commands say of themselves with --help and their order by task.
+#   cmake -D PROGRAMS=... -D OUT=FOLDER -D VERSION=... -D TASKS=apps/commands.txt
+#     -P make_pages.cmake
+file(READ ${TASKS} tasks)
+string(REGEX REPLACE "^(#[^\n]*\n)+" "" tasks "${tasks}")
 separate_arguments(PROGRAMS)
 file(MAKE_DIRECTORY ${OUT})
 set(bash_cases "")
@@ -17,6 +20,11 @@ foreach(program ${PROGRAMS})
   endif()
   string(REGEX MATCH "^[^:]*: ([^\n]*)" first_line "${help}")
   set(summary "${CMAKE_MATCH_1}")
+  string(REGEX MATCH "\n  ${command} +([^\n]*)" listed "${tasks}")
+  if(NOT CMAKE_MATCH_1 STREQUAL summary)
+    message(FATAL_ERROR
+      "apps/commands.txt says '${CMAKE_MATCH_1}' of ${command}, it itself: ${summary}")
+  endif()
   # roff takes a line that begins with a dot or an apostrophe as a request, and
   # a backslash or hyphen as its own.
   string(REPLACE "\\" "\\e" body "${help}")
@@ -35,12 +43,26 @@ ${body}
 ")
   string(REGEX MATCHALL "\n  --[a-z_]+" flags "${help}")
   string(REGEX REPLACE "\n  " "" flags "${flags}")
+  # Two examples stand before everything else, of flags that there are.
+  string(REGEX MATCHALL "\n  kinegraph ${command}[^\n]*" examples "${help}")
+  string(REGEX MATCHALL "--[a-z_]+" used "${examples}")
+  list(LENGTH examples count)
+  list(REMOVE_ITEM used ${flags})
+  if(NOT count EQUAL 2 OR used)
+    message(FATAL_ERROR
+      "${name} --help: ${count} examples, expected two; flags it has not: ${used}")
+  endif()
   string(REPLACE ";" " " flags "${flags}")
   string(APPEND bash_cases "    ${command}) flags='${flags}' ;;\n")
   string(APPEND names " ${command}")
 endforeach()
 
 string(STRIP "${names}" names)
+set(COMMANDS "${tasks}")
+set(NAMES "${names}")
+configure_file(${CMAKE_CURRENT_LIST_DIR}/kinegraph.sh.in ${OUT}/kinegraph @ONLY
+  FILE_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE
+    WORLD_READ WORLD_EXECUTE)
 file(WRITE ${OUT}/kinegraph.bash "# Completion of kinegraph's commands, flags and files for bash and zsh.
 _kinegraph_flags() {
   local flags=''
@@ -83,7 +105,9 @@ kinegraph \\- 3D motion of people from the 2D poses that calibrated cameras see
 .B kinegraph
 COMMAND [flags]
 .SH COMMANDS
-${names}
+.nf
+${tasks}
+.fi
 .PP
 Each has a page of its own: man kinegraph\\-COMMAND.
 ")
