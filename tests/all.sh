@@ -80,6 +80,11 @@ package() {
   (cd "$build" && rm -f kinegraph_*.deb && cpack -G DEB) &&
     tests/install/bare_root.sh "$build"/kinegraph_*.deb "$logs/bare_root"
 }
+wheel() {
+  rm -f "$build"/kinegraph-*.whl
+  KINEGRAPH_BUILD=$build packaging/wheel.sh "$build" &&
+    tests/install/bare_wheel.sh "$build"/kinegraph-*.whl "$logs/bare_wheel"
+}
 
 step() {  # NAME TITLE NEEDED_PROGRAM...
   local name=$1 title=$2 begin=$SECONDS outcome missing
@@ -98,7 +103,7 @@ step() {  # NAME TITLE NEEDED_PROGRAM...
     $((SECONDS - begin))
 }
 
-wanted=" ${*:-asan tsan calls memory commands stream slurm fuzz package} "
+wanted=" ${*:-asan tsan calls memory commands stream slurm fuzz package wheel} "
 run() { if [[ $wanted == *" $1 "* ]]; then step "$@"; fi; }
 run calls "calls of every command made to fail" gcc python3
 run memory "allocations of every command made to fail" gcc python3
@@ -110,6 +115,7 @@ run asan 'address and undefined-behaviour sanitizers over all tests' clang++-14
 run tsan 'thread sanitizer over what works in threads' clang++-14
 run fuzz 'a minute of fuzzing a target' clang++-14
 run package 'the Debian package in a bare root' debootstrap chroot
+run wheel 'the wheel in a bare root' debootstrap chroot patchelf
 printf "in all  %8d s\n" "$SECONDS"
 if ((failed)); then echo "the words of what failed: $logs"; fi
 exit $failed

@@ -1,0 +1,280 @@
+"""Packs what CMake built into a wheel that brings its libraries along.
+
+    make_wheel.py BUILD OUT
+
+Every library that is not part of manylinux_2_36 goes into kinegraph.libs under
+a name of its own ("libglog-kinegraph.so.1"), so that no other module's copy is
+taken for it, and is found there by a relative path.
+"""
+
+import base64
+import hashlib
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+import zipfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+GLIBC = (2, 36)
+# What PEP 600's policy of this glibc lets a wheel expect.
+EXPECTED = {
+    "ld-linux-x86-64.so.2", "libc.so.6", "libm.so.6", "libpthread.so.0",
+    "libdl.so.2", "librt.so.1", "libutil.so.1", "libresolv.so.2",
+    "libgcc_s.so.1", "libstdc++.so.6", "libz.so.1",
+}  # fmt: skip
+NEWEST = {
+    "GLIBC": GLIBC, "GLIBCXX": (3, 4, 30), "CXXABI": (1, 3, 13),
+    "GCC": (12, 0, 0), "ZLIB": (1, 2, 9),
+}  # fmt: skip
+# HDF5 reaches files in the cloud through these. Our readers never do, so that
+# functions that fail stand for them.
+STUBBED = {"libcurl.so.4", "libcrypto.so.3"}
+# A BLAS of one thread, the last that is there: ATLAS, which Debian's Ceres links, else
+# the reference.
+PREFERRED = ["blas", "lapack", "atlas"]
+# Linked into the programs, or put into them.
+INSIDE = ["libceres-dev", "libeigen3-dev", "pybind11-dev", "libjs-three",
+          "nlohmann-json3-dev"]  # fmt: skip
+
+
+def output(*command):
+    return subprocess.run(
+        [str(part) for part in command], check=True, text=True, stdout=subprocess.PIPE
+    ).stdout
+
+
+def needed(path):
+    return re.findall(r"\(NEEDED\).*\[(.+)\]", output("readelf", "-dW", path))
+
+
+def where(program):
+    """Path of each library that the loader finds for a program, by name."""
+    found = dict(re.findall(r"(\S+) => (/\S+)", output("ldd", program)))
+    for folder in PREFERRED:
+        for path in pathlib.Path("/usr/lib").glob(f"*-linux-gnu/{folder}/lib*.so.3"):
+            found[path.name] = str(path)
+    return found
+
+
+def own_name(library):
+    return library.replace(".so", "-kinegraph.so", 1)
+
+
+def make_stub(library, callers, folder):
+    """A library with what `callers` take from it; each function returns 0."""
+    functions = set()
+    for caller in callers:
+        functions |= set(
+            re.findall(r"\*UND\*\s+\S+\s+\(?(\w+?_[\d.]+\w*|\w+)\)?\s+(\w+)",
+                       output("objdump", "-T", caller))
+        )  # fmt: skip
+    prefix = {"libcurl.so.4": "CURL_", "libcrypto.so.3": "OPENSSL_"}[library]
+    functions = sorted(f for f in functions if f[0].startswith(prefix))
+    (folder / "stub.c").write_text(
+        "".join(f"void *{name}(void) {{ return 0; }}\n" for _, name in functions)
+    )
+    (folder / "stub.map").write_text(
+        "".join(
+            f"{version} {{ global: "
+            + " ".join(f"{name};" for v, name in functions if v == version)
+            + " };\n"
+            for version in sorted({v for v, _ in functions})
+        )
+    )
+    made = folder / library
+    output("gcc", "-shared", "-fPIC", "-nostdlib", "-fno-builtin", "-w",
+           f"-Wl,-soname,{library}", f"-Wl,--version-script,{folder}/stub.map",
+           folder / "stub.c", "-o", made)  # fmt: skip
+    return str(made)
+
+
+def collect_libraries(programs, libs, scratch):
+    """Copies what the programs need into `libs`; returns where each came from."""
+    paths = {}
+    for program in programs:
+        paths.update(where(program))
+    sources = {}
+    wanted = sorted({name for program in programs for name in needed(program)})
+    while wanted:
+        name = wanted.pop()
+        if name in EXPECTED or name in sources:
+            continue
+        if name in STUBBED:
+            users = [path for path in paths.values() if name in needed(path)]
+            callers = [path for path in users if "hdf5" in path]
+            paths[name] = make_stub(name, callers, scratch)
+        if name not in paths:
+            sys.exit(f"make_wheel: error: {name} is nowhere")
+        sources[name] = paths[name]
+        shutil.copy(paths[name], libs / own_name(name))
+        (libs / own_name(name)).chmod(0o755)
+        wanted += needed(paths[name])
+    return sources
+
+
+def relink(path, rpath, names):
+    """Strips a program or library and has it look in kinegraph.libs alone."""
+    output("strip", "--strip-unneeded", path)
+    # One change a call: patchelf 0.14 mixes up several.
+    for name in needed(path):
+        if name in names:
+            output("patchelf", "--replace-needed", name, own_name(name), path)
+    if path.parent.name == "kinegraph.libs":
+        output("patchelf", "--set-soname", path.name, path)
+    output("patchelf", "--force-rpath", "--set-rpath", rpath, path)
+
+
+def check(path, names):
+    """Refuses what a machine with the promised glibc might lack."""
+    own = {own_name(name) for name in names}
+    strange = set(needed(path)) - own - EXPECTED
+    if strange:
+        sys.exit(f"make_wheel: error: {path.name} needs {sorted(strange)}")
+    for kind, version in re.findall(
+        r"Name: ([A-Z]+)_([\d.]+)", output("readelf", "-VW", path)
+    ):
+        number = tuple(int(part) for part in version.split("."))
+        if kind in NEWEST and number > NEWEST[kind]:
+            sys.exit(
+                f"make_wheel: error: {path.name} needs {kind}_{version}, which is "
+                "newer than the wheel promises; build on Debian 12"
+            )
+
+
+def package_of(path):
+    real = pathlib.Path(path).resolve()
+    # dpkg knows some by the place they had before /lib became /usr/lib.
+    for candidate in (real, str(real).removeprefix("/usr")):
+        found = subprocess.run(
+            ["dpkg-query", "-S", candidate], capture_output=True, text=True
+        ).stdout
+        if found:
+            return found.split(":")[0]
+    sys.exit(f"make_wheel: error: {path} belongs to no Debian package")
+
+
+def add_licences(sources, folder):
+    """Ours, and the copyright of every Debian package that is inside."""
+    folder.mkdir(parents=True)
+    for name in ("LICENSE", "third_party_notes.md"):
+        shutil.copy(ROOT / name, folder)
+    packages = set(INSIDE)
+    packages |= {
+        package_of(path) for name, path in sources.items() if name not in STUBBED
+    }
+    lines = []
+    for package in sorted(packages):
+        shutil.copy(f"/usr/share/doc/{package}/copyright", folder / package)
+        lines.append(
+            output("dpkg-query", "-Wf", "${Package} ${Version}, source ${source:Package}"
+                   " ${source:Version}\n", package).splitlines()[0] + "\n"
+        )  # fmt: skip
+    (folder / "packages.txt").write_text(
+        "This wheel as a whole may be passed on under the terms of the GNU General\n"
+        "Public Licence, version 3 or later (third_party_notes.md). Inside are these\n"
+        "packages of Debian 12, whose sources Debian keeps:\n\n" + "".join(lines)
+    )
+
+
+def metadata(version):
+    return (
+        "Metadata-Version: 2.1\n"
+        "Name: kinegraph\n"
+        f"Version: {version}\n"
+        "Summary: 3D motion of people from the 2D poses that calibrated cameras see\n"
+        "License: BSD-3-Clause (sources), GPL-3.0-or-later (this binary)\n"
+        "Requires-Python: >=3.9\n"
+        "Requires-Dist: numpy\n"
+        "Description-Content-Type: text/markdown\n\n"
+        + (ROOT / "README.md").read_text(encoding="utf-8")
+    )
+
+
+def pack(stage, info, wheel):
+    """The archive, the same bytes for the same files, with its list of hashes."""
+    files = sorted(path for path in stage.rglob("*") if path.is_file())
+    record = []
+    with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+
+        def add(name, data, mode):
+            entry = zipfile.ZipInfo(name)
+            entry.external_attr = (0o100000 | mode) << 16
+            archive.writestr(entry, data, zipfile.ZIP_DEFLATED, 9)
+
+        for path in files:
+            name = path.relative_to(stage).as_posix()
+            data = path.read_bytes()
+            add(name, data, 0o755 if path.stat().st_mode & 0o100 else 0o644)
+            digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest())
+            record.append(f"{name},sha256={digest.decode().rstrip('=')},{len(data)}\n")
+        name = f"{info}/RECORD"
+        add(name, "".join(record) + f"{name},,\n", 0o644)
+
+
+def stage_files(build, stage, version):
+    """Package, commands, manual pages; returns what is a program or a module."""
+    package = stage / "kinegraph"
+    shutil.copytree(
+        build / "python" / "kinegraph", package,
+        ignore=shutil.ignore_patterns("__pycache__"),
+    )  # fmt: skip
+    folder = package / "bin"
+    folder.mkdir()
+    shutil.copy(build / "pages" / "kinegraph", folder)
+    for program in (build / "apps").glob("kinegraph-*"):
+        shutil.copy(program, folder)
+    data = stage / f"kinegraph-{version}.data"
+    for pattern, place in (
+        ("*.1", "share/man/man1"),
+        ("kinegraph.bash", "share/bash-completion/completions"),
+    ):
+        (data / "data" / place).mkdir(parents=True)
+        for page in (build / "pages").glob(pattern):
+            shutil.copy(page, data / "data" / place / page.name.replace(".bash", ""))
+    (data / "scripts").mkdir()
+    script = data / "scripts" / "kinegraph"
+    shutil.copy(ROOT / "packaging" / "kinegraph_script.py", script)
+    for path in (folder / "kinegraph", script):
+        path.chmod(0o755)
+    return [*folder.glob("kinegraph-*"), *package.glob("_kinegraph*.so")]
+
+
+def main():
+    build, out = (pathlib.Path(argument).resolve() for argument in sys.argv[1:3])
+    text = (ROOT / "CMakeLists.txt").read_text(encoding="utf-8")
+    version = re.search(r"project\(kinegraph VERSION ([0-9.]+)", text).group(1)
+    module = next((build / "python" / "kinegraph").glob("_kinegraph*.so"))
+    python = "cp" + re.search(r"cpython-(\d+)", module.name).group(1)
+    machine = sysconfig.get_platform().split("-")[-1]
+    tag = f"{python}-{python}-manylinux_{GLIBC[0]}_{GLIBC[1]}_{machine}"
+    info = f"kinegraph-{version}.dist-info"
+    with tempfile.TemporaryDirectory() as scratch:
+        scratch = pathlib.Path(scratch)
+        stage = scratch / "stage"
+        programs = stage_files(build, stage, version)
+        libs = stage / "kinegraph.libs"
+        libs.mkdir()
+        sources = collect_libraries(programs, libs, scratch)
+        for program in programs:
+            up = "../.." if program.parent.name == "bin" else ".."
+            relink(program, f"$ORIGIN/{up}/kinegraph.libs", sources)
+        for library in libs.iterdir():
+            relink(library, "$ORIGIN", sources)
+        for path in [*programs, *libs.iterdir()]:
+            check(path, sources)
+        add_licences(sources, stage / info / "licenses")
+        (stage / info / "METADATA").write_text(metadata(version), encoding="utf-8")
+        (stage / info / "WHEEL").write_text(
+            "Wheel-Version: 1.0\nGenerator: kinegraph\nRoot-Is-Purelib: false\n"
+            f"Tag: {tag}\n"
+        )
+        wheel = out / f"kinegraph-{version}-{tag}.whl"
+        pack(stage, info, wheel)
+    print(f"{wheel}: {wheel.stat().st_size / 1e6:.1f} MB, {len(sources)} libraries")
+
+
+main()

@@ -1,0 +1,30 @@
+#!/bin/bash
+# The wheel, with commands, module and every library they link inside: nothing
+# but NumPy and the C library of Debian 12 (glibc 2.36) or newer is needed.
+#
+#   packaging/wheel.sh [FOLDER]     default: out/wheel, for the python3 there is
+#
+# Needs what `./kinegraph build` needs, and patchelf. KINEGRAPH_BUILD: a build
+# folder that is there already (cmake's, with the module); default build/wheel.
+set -euo pipefail
+root=$(cd -P "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/.." && pwd)
+out=${1:-$root/out/wheel}
+build=${KINEGRAPH_BUILD:-$root/build/wheel}
+
+for program in patchelf strip gcc readelf dpkg-query; do
+  command -v "$program" >/dev/null || {
+    echo "wheel.sh: error: needs $program (apt-get install ${program/strip/binutils})" >&2
+    exit 1
+  }
+done
+if [[ ! -e $build/build.ninja ]]; then
+  cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+    -DKINEGRAPH_TESTS=OFF -DKINEGRAPH_UNITY=ON \
+    -DCMAKE_CXX_FLAGS="-ffunction-sections -fdata-sections" \
+    -DCMAKE_EXE_LINKER_FLAGS=-Wl,--gc-sections \
+    -DCMAKE_MODULE_LINKER_FLAGS=-Wl,--gc-sections
+fi
+cmake --build "$build" --parallel "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}" \
+  --target kinegraph_commands
+mkdir -p "$out"
+python3 "$root/packaging/make_wheel.py" "$build" "$out"
