@@ -2,6 +2,7 @@
 // camera saw that was left out.
 #include <gflags/gflags.h>
 
+#include <charconv>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -12,8 +13,10 @@
 #include "apps/common/evaluation_output.h"
 #include "apps/common/held_out_cameras.h"
 #include "apps/common/summary.h"
+#include "apps/common/terminal_markdown.h"
 #include "apps/common/track_input.h"
 #include "apps/common/track_output.h"
+#include "apps/markers/marker_output.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
 #include "core/io/files/atomic_file.h"
@@ -25,7 +28,19 @@ DEFINE_string(tracks, "", "tracks to evaluate");
 DEFINE_string(ground_truth, "", "what to compare with: a file or a folder");
 DEFINE_string(protocol, "",
               "shelf, campus, campus_extended, 4d_association, panoptic, "
-              "mpjpe, identity, parity or held_out_camera");
+              "mpjpe, identity, parity, markers or held_out_camera");
+DEFINE_string(joints, "",
+              "markers: what a joint is among the markers (TOML, "
+              "docs/validate.md); empty: by a marker set's labels");
+DEFINE_bool(plates, false,
+            "markers: when feet touch down and leave against the force plates "
+            "of the ground truth (C3D)");
+DEFINE_string(person, "",
+              "markers: identity of the tracks; empty: who fits best");
+DEFINE_string(align, "both",
+              "markers: both, clock, world or none is found and taken off");
+DEFINE_bool(drift, false, "markers: one clock may run faster than the other");
+DEFINE_string(out, "", "markers: new folder for tables, plots and the page");
 DEFINE_string(head, "",
               "PCP: chu, mvpose, voxelpose, 4d or raw; empty: the protocol's");
 DEFINE_string(endpoints, "", "PCP: mean or each; empty: the protocol's");
@@ -144,15 +159,19 @@ void ApplyPcpFlags(PcpProtocol* protocol) {
 
 // ---- Output
 
+void WriteJson(const Json& json) {
+  AtomicFile file(WithFolders(FLAGS_json));
+  file.Write(DumpJson(json, 1) + "\n");
+  file.Commit();
+}
+
 void WriteResult(const EvaluationOutput& output) {
   Json json = {{"protocol", FLAGS_protocol}};
   if (!FLAGS_tracks.empty()) json["tracks"] = FLAGS_tracks;
   if (!FLAGS_ground_truth.empty()) json["ground_truth"] = FLAGS_ground_truth;
   if (!FLAGS_runs.empty()) json["runs"] = ParseList(FLAGS_runs, "runs");
   json["result"] = output.json;
-  AtomicFile file(WithFolders(FLAGS_json));
-  file.Write(DumpJson(json, 1) + "\n");
-  file.Commit();
+  WriteJson(json);
 }
 
 void Finish(const EvaluationOutput& output) {
@@ -164,6 +183,55 @@ void Append(const std::string& key, const EvaluationOutput& more,
             EvaluationOutput* output) {
   output->text += "\n" + more.text;
   output->json[key] = more.json;
+}
+
+// ---- Against markers
+
+constexpr size_t kColumns = 100;
+
+std::optional<TrackId> PersonFlag() {
+  if (FLAGS_person.empty()) return std::nullopt;
+  const char* const end = FLAGS_person.data() + FLAGS_person.size();
+  int64_t id = 0;
+  const auto [at, error] = std::from_chars(FLAGS_person.data(), end, id);
+  if (error != std::errc() || at != end) {
+    FailFlag("person", FLAGS_person, "the number of an identity");
+  }
+  return TrackId(id);
+}
+
+void RunMarkers() {
+  RequireFlag("tracks", FLAGS_tracks);
+  RequireFlag("ground_truth", FLAGS_ground_truth);
+  MarkerRequest request;
+  request.tracks = FLAGS_tracks;
+  request.ground_truth = FLAGS_ground_truth;
+  request.joints = FLAGS_joints;
+  request.unit = FLAGS_unit;
+  request.plates = FLAGS_plates;
+  request.align = {ParseAlign(FLAGS_align), FLAGS_drift, PersonFlag()};
+  const MarkerStudy study = RunMarkerStudy(request);
+  Json json = {{"protocol", FLAGS_protocol},
+               {"tracks", FLAGS_tracks},
+               {"ground_truth", FLAGS_ground_truth},
+               {"align", FLAGS_align}};
+  json.update(MarkerJson(study));
+  if (!FLAGS_out.empty()) WriteMarkerFolder(study, json, FLAGS_out);
+  if (!FLAGS_json.empty()) WriteJson(json);
+  std::fputs(ForTerminal(MarkerMarkdown(study), kColumns,
+                         FLAGS_out.empty() ? "--out=DIR" : FLAGS_out)
+                 .c_str(),
+             SummaryStream(FLAGS_json));
+}
+
+void RefuseMarkerFlags() {
+  RefuseFlags({{"joints", &FLAGS_joints},
+               {"person", &FLAGS_person},
+               {"out", &FLAGS_out}});
+  if (FLAGS_plates || FLAGS_drift || FLAGS_align != "both") {
+    throw InputError(
+        "--plates, --drift and --align belong to --protocol=markers");
+  }
 }
 
 // ---- Against a ground truth
@@ -314,6 +382,7 @@ void RunHeldOut() {
 
 void RunEvaluate() {
   RequireFlag("protocol", FLAGS_protocol);
+  if (FLAGS_protocol != "markers") RefuseMarkerFlags();
   if (FLAGS_protocol == kHeldOutCamera) {
     RefusePcpFlags();
     RefuseFlags({{"annotated", &FLAGS_annotated}});
@@ -329,7 +398,9 @@ void RunEvaluate() {
     return;
   }
   RefusePcpFlags();
-  if (FLAGS_protocol == "parity") {
+  if (FLAGS_protocol == "markers") {
+    RunMarkers();
+  } else if (FLAGS_protocol == "parity") {
     RunParity();
   } else if (FLAGS_protocol == "mpjpe") {
     RunMpjpe();
@@ -340,7 +411,7 @@ void RunEvaluate() {
   } else {
     FailFlag("protocol", FLAGS_protocol,
              "shelf, campus, campus_extended, 4d_association, panoptic, mpjpe, "
-             "identity, parity or held_out_camera");
+             "identity, parity, markers or held_out_camera");
   }
 }
 

@@ -171,6 +171,7 @@ C3dFile::C3dFile(const std::string& path)
   FindRange();
   FindSegments();
   FindPoints();
+  FindAnalog();
   if (points_.width + segments_.width == 0) {
     throw InputError("has no points (POINT:USED is 0)");
   }
@@ -392,6 +393,33 @@ void C3dFile::FindPoints() {
   points_.count = CountOf(points_, end);
   points_.first = FirstOf(points_.count);
   points_.rate_hz = IsRate(rate_hz_) ? rate_hz_ : 0.0;
+}
+
+// A frame of the header has so many values, in so many samples.
+void C3dFile::FindAnalog() {
+  const auto values = static_cast<size_t>(bytes_.Word(4));
+  const auto per_frame = static_cast<size_t>(bytes_.Word(18));
+  if (points_.width == 0 || values == 0) return;
+  analog_.per_frame = std::max<size_t>(1, per_frame);
+  analog_.channels = values / analog_.per_frame;
+}
+
+double C3dFile::Analog(int64_t frame, size_t sample, size_t channel) const {
+  const size_t width = is_float_ ? 4 : 2;
+  const size_t at =
+      points_.begin + points_.frame_bytes * static_cast<size_t>(frame) +
+      width * (4 * points_.width + sample * analog_.channels + channel);
+  const auto formats = values_.Texts("ANALOG:FORMAT");
+  const bool is_unsigned =
+      !formats.empty() && Upper(formats.front()) == "UNSIGNED";
+  const auto whole = [is_unsigned](double word) {
+    return is_unsigned || word < kWords / 2 ? word : word - kWords;
+  };
+  const double raw = is_float_ ? bytes_.Float(at) : whole(bytes_.Word(at));
+  const double offset = values_.Number("ANALOG:OFFSET", channel).value_or(0.0);
+  return (raw - whole(offset)) *
+         values_.Number("ANALOG:SCALE", channel).value_or(1.0) *
+         values_.Number("ANALOG:GEN_SCALE").value_or(1.0);
 }
 
 std::optional<Eigen::Isometry3d> C3dFile::Segment(int64_t frame,

@@ -110,6 +110,12 @@ struct C3dFrames {
   size_t frame_bytes = 0;
 };
 
+// Analog samples, which stand behind the points of each frame.
+struct C3dAnalog {
+  size_t channels = 0;
+  size_t per_frame = 0;  // samples of each channel
+};
+
 class C3dFile {
  public:
   // Throws InputError without the file's name when it cannot be read, is cut
@@ -121,11 +127,15 @@ class C3dFile {
   const C3dValues& values() const { return values_; }
   const C3dFrames& points() const { return points_; }
   const C3dFrames& segments() const { return segments_; }
+  const C3dAnalog& analog() const { return analog_; }
+  double unit_m() const { return unit_m_; }
 
   // In metres and the axes of the file; nullopt for a point that is not valid:
   // residual below 0, no number, or 0, 0, 0 with residual 0, as many programs
   // write a missing one.
   std::optional<Eigen::Vector3d> Point(int64_t frame, size_t point) const;
+  // In the channel's unit.
+  double Analog(int64_t frame, size_t sample, size_t channel) const;
   // From the segment's axes to the file's; nullopt where the segment is
   // missing.
   std::optional<Eigen::Isometry3d> Segment(int64_t frame, size_t segment) const;
@@ -144,6 +154,7 @@ class C3dFile {
   void FindRange();
   void FindPoints();
   void FindSegments();
+  void FindAnalog();
   int64_t FrameNumber(const char* name, double low, double high) const;
   std::optional<int64_t> FittingCount(const C3dFrames& frames,
                                       size_t end) const;
@@ -161,6 +172,7 @@ class C3dFile {
   int64_t at_least_ = 0;  // frames, where a full word says so
   C3dFrames points_;
   C3dFrames segments_;
+  C3dAnalog analog_;
 };
 
 // Here, so that it is inlined: it is called for each point of each frame.

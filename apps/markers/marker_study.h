@@ -1,0 +1,71 @@
+// Tracks against optical markers or another program's segments: reading,
+// aligning, scoring.
+#ifndef KINEGRAPH_APPS_MARKERS_MARKER_STUDY_H_
+#define KINEGRAPH_APPS_MARKERS_MARKER_STUDY_H_
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/data/force_plate.h"
+#include "core/data/pose.h"
+#include "core/evaluation/markers/agreement.h"
+#include "core/evaluation/markers/alignment.h"
+#include "core/evaluation/markers/gait_events.h"
+#include "core/evaluation/markers/marker_sets.h"
+
+namespace kinegraph {
+
+struct MarkerRequest {
+  std::string tracks;
+  std::string ground_truth;
+  std::string joints;  // rules (TOML); empty: a set recognised by its labels
+  std::string unit;
+  bool plates = false;
+  AlignRequest align;
+};
+
+// Throws InputError naming --align.
+Align ParseAlign(const std::string& text);
+const char* ToString(Align align);
+
+// What a file says of joints: by `rules`, else by the set that its labels are
+// of, else by joints' names.
+struct MarkerInput {
+  std::string path;
+  std::string set;       // name of the set; empty: the file has joints
+  TrackSequence points;  // as the file has them
+  MarkerJoints joints;
+};
+MarkerInput ReadMarkerInput(const std::string& path, const std::string& rules,
+                            TrackSequence points);
+
+struct MarkerStudy {
+  Align align = Align::kBoth;
+  MarkerInput truth;
+  MarkerInput tracks;
+  Alignment alignment;
+  PairedMotion motion;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // of the truth's world
+  MotionAgreement agreement;
+  double block_s = 1.0;  // of the bootstrap
+  bool blocks_are_strides = false;
+  std::map<std::string, ValueAgreement> angles;  // degrees
+  FootEvents true_events, found_events;
+  // Empty without plates: by the markers, by the tracks.
+  std::vector<TimedEvent> true_on_plates, found_on_plates;
+};
+
+// Throws InputError naming the file.
+MarkerStudy RunMarkerStudy(const MarkerRequest& request);
+
+// The markers' joints as a ground truth for the tracks given: in their frames,
+// on their clock and in their world, aligned to them.
+TrackSequence MarkersAsTruth(const std::string& path, const std::string& rules,
+                             const TrackSequence& tracks);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_APPS_MARKERS_MARKER_STUDY_H_

@@ -1,0 +1,135 @@
+// How well tracks agree with markers, once both are on one clock and in one
+// world: errors by joint and axis of the body, intervals against what they
+// promise, and the measures of published protocols.
+#ifndef KINEGRAPH_CORE_EVALUATION_MARKERS_AGREEMENT_H_
+#define KINEGRAPH_CORE_EVALUATION_MARKERS_AGREEMENT_H_
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/data/pose.h"
+#include "core/evaluation/bootstrap.h"
+#include "core/evaluation/markers/alignment.h"
+#include "core/evaluation/statistics.h"
+
+namespace kinegraph {
+
+// Truth and tracks of one person in the frames of the tracks, with the same
+// joints in the same order, in the truth's world and on its clock.
+struct PairedMotion {
+  TrackSequence truth;
+  TrackSequence tracks;
+  std::vector<bool> is_centre;  // one a joint: its errors are pooled
+};
+
+// The truth's joints between its samples, in each frame of the tracks that its
+// clock reaches. Of several people that of `person`; in frames without that one
+// who is nearest, within half a metre, unless `only` that one is meant.
+// Covariances turn with the tracks.
+PairedMotion PairMotion(const TrackSequence& truth, const JointPaths& paths,
+                        const TrackSequence& tracks, TrackId person, bool only,
+                        const JointPairs& joints, const ClockFit& clock,
+                        const WorldFit& world);
+
+// Probability that a normal error in three dimensions has a squared Mahalanobis
+// distance of at most `squared` >= 0 (chi-square, three degrees of freedom).
+double ChiSquareCdf3(double squared);
+
+// Stated covariances against the errors that were made.
+class Calibration {
+ public:
+  void Add(const Eigen::Vector3d& error_m, const Eigen::Matrix3d& covariance);
+
+  int64_t count() const { return count_; }
+  // Share of the errors within the ellipsoid that should hold `level` of them,
+  // a multiple of 0.05; NaN without covariances.
+  double Covered(double level) const;
+  // Mean over the levels 0.05, 0.10, ..., 0.95 of |covered - level|.
+  double ExpectedCalibrationError() const;
+  // Sharpness: square root of the covariances' mean trace [m].
+  double StatedRms() const;
+  // Mean of -log density, lengths in millimetres [nat]: less is better.
+  double LogScore() const;
+
+ private:
+  static constexpr int kLevels = 19;
+  int64_t count_ = 0;
+  std::array<int64_t, kLevels> within_ = {};
+  int64_t definite_ = 0;
+  double trace_m2_ = 0.0;
+  double log_score_ = 0.0;
+};
+
+struct JointAgreement {
+  std::string joint;  // "pooled": of all that count
+  int64_t count = 0;
+  double median_m = 0.0;  // NaN: none, as all below
+  double mean_m = 0.0;
+  double rms_m = 0.0;
+  double p95_m = 0.0;
+  Interval median_interval;
+  // Found minus true, right, forward, up: mean, and 1.96 standard deviations
+  // around it (Bland and Altman 1986).
+  Eigen::Vector3d bias_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d limits_m = Eigen::Vector3d::Zero();
+  // Each half freed of the median offset in the body's frame of the other.
+  double after_offset_median_m = 0.0;
+  // Root mean square of the difference's first and second derivative.
+  double velocity_rms_m_s = 0.0;
+  double acceleration_rms_m_s2 = 0.0;
+  Calibration calibration;
+  Calibration after_offset;
+};
+
+struct MotionAgreement {
+  std::vector<JointAgreement> joints;
+  JointAgreement pooled;  // of the centres; of all joints where there is none
+  double mean_of_medians_m = 0.0;  // of the joints that are pooled
+  Calibration observed, inferred;  // of the joints that are pooled
+  // Mean per joint error of all joints after Procrustes' turn, shift and scale
+  // in each frame (Ionescu et al. 2014, protocol 2 of Human3.6M).
+  double pa_mpjpe_m = 0.0;
+  // Share of the joints within 150 mm, and the mean of that share over 0, 5,
+  // ..., 150 mm (3DPCK and AUC of MPI-INF-3DHP, Mehta et al. 2017), the middle
+  // of the hips in one place; as they stand where hips are missing.
+  Share pck_150;
+  double auc = 0.0;
+  bool root_aligned = false;
+};
+
+// `up` is the world's; blocks of the bootstrap are `block_s` long.
+MotionAgreement CompareMotion(const PairedMotion& motion,
+                              const Eigen::Vector3d& up, double block_s);
+
+// A quantity over time from both, with the 95 % interval of the second.
+struct PairedValue {
+  double truth = 0.0;
+  double found = 0.0;
+  double low = 0.0;  // NaN: none
+  double high = 0.0;
+};
+struct ValueAgreement {
+  int64_t count = 0;
+  double bias = 0.0;
+  double limits = 0.0;  // 1.96 standard deviations
+  double rms = 0.0;
+  double after_offset_rms = 0.0;  // as of joints
+  Share covered;                  // by the interval
+  Share covered_after_offset;
+};
+// Values in the order of time. `period` > 0: they go round, as angles do.
+ValueAgreement CompareValues(const std::vector<PairedValue>& values,
+                             double period);
+
+// Procrustes' similarity of `found` to `truth` applied to `found`; nullopt for
+// fewer than three points. The columns belong together.
+std::optional<Eigen::Matrix3Xd> ProcrustesAligned(
+    const Eigen::Matrix3Xd& found, const Eigen::Matrix3Xd& truth);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_EVALUATION_MARKERS_AGREEMENT_H_

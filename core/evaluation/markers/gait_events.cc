@@ -1,0 +1,306 @@
+#include "core/evaluation/markers/gait_events.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "core/evaluation/statistics.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+// Extremes of a step stand farther apart than this [s].
+constexpr double kWindowS = 0.2;
+
+// A joint's positions, NaN where it is missing.
+class Points {
+ public:
+  explicit Points(const TrackSequence& motion) : motion_(motion) {}
+
+  std::vector<Vector3d> Of(const std::string& joint) const {
+    std::vector<Vector3d> points;
+    const int at = motion_.header.skeleton.IndexOf(joint);
+    for (const TrackFrame& frame : motion_.frames) {
+      const bool there =
+          at >= 0 && !frame.people.empty() &&
+          frame.people.front().joints[static_cast<size_t>(at)].present();
+      points.push_back(
+          there
+              ? frame.people.front().joints[static_cast<size_t>(at)].position_m
+              : Vector3d::Constant(kNaN));
+    }
+    return points;
+  }
+  // The first of these that the skeleton has.
+  std::vector<Vector3d> OfFirst(const std::vector<std::string>& joints) const {
+    for (const std::string& joint : joints) {
+      if (motion_.header.skeleton.IndexOf(joint) >= 0) return Of(joint);
+    }
+    return Of("");
+  }
+
+ private:
+  const TrackSequence& motion_;
+};
+
+std::string SideOf(Foot foot) { return foot == Foot::kLeft ? "l_" : "r_"; }
+
+class Finder {
+ public:
+  Finder(const TrackSequence& motion, const Vector3d& up)
+      : points_(motion), up_(up) {
+    for (const TrackFrame& frame : motion.frames) {
+      times_s_.push_back(ToSeconds(frame.time));
+    }
+    const std::vector<Vector3d> left = points_.Of("l_hip");
+    const std::vector<Vector3d> right = points_.Of("r_hip");
+    pelvis_ = points_.Of("mid_hip");
+    for (size_t i = 0; i < pelvis_.size(); ++i) {
+      const Vector3d middle = 0.5 * (left[i] + right[i]);
+      if (middle.allFinite()) pelvis_[i] = middle;
+    }
+  }
+
+  FootEvents Find() {
+    FootEvents result;
+    std::vector<std::vector<double>> heels, toes;
+    double swing_m = std::numeric_limits<double>::infinity();
+    for (const Foot foot : {Foot::kLeft, Foot::kRight}) {
+      heels.push_back(Ahead(foot, {"heel", "ankle"}));
+      toes.push_back(Ahead(foot, {"big_toe", "small_toe", "ankle"}));
+      swing_m = std::min(swing_m, Swing(heels.back()));
+    }
+    // Both heels swing by more than a squat or a jump moves them.
+    constexpr double kLeastSwingM = 0.3;
+    result.is_walk = swing_m > kLeastSwingM;
+    for (const Foot foot : {Foot::kLeft, Foot::kRight}) {
+      const auto side = static_cast<size_t>(foot);
+      if (result.is_walk) {
+        AddExtremes(foot, true, heels[side], 1.0, &result.events);
+        AddExtremes(foot, false, toes[side], -1.0, &result.events);
+      } else {
+        AddVertical(foot, &result.events);
+      }
+    }
+    std::sort(result.events.begin(), result.events.end(),
+              [](const FootEvent& a, const FootEvent& b) {
+                return a.foot != b.foot ? a.foot < b.foot : a.time_s < b.time_s;
+              });
+    return result;
+  }
+
+ private:
+  std::vector<Vector3d> Part(Foot foot, std::vector<std::string> names) const {
+    for (std::string& name : names) name = SideOf(foot) + name;
+    return points_.OfFirst(names);
+  }
+
+  // How far ahead of the pelvis it is, along the feet [m].
+  std::vector<double> Ahead(Foot foot, const std::vector<std::string>& names) {
+    const std::vector<Vector3d> points = Part(foot, names);
+    const std::vector<Vector3d> toes = Part(foot, {"big_toe", "small_toe"});
+    const std::vector<Vector3d> heels = Part(foot, {"heel", "ankle"});
+    Vector3d forward = Vector3d::Zero();
+    for (size_t i = 0; i < points.size(); ++i) {
+      const Vector3d sole = toes[i] - heels[i];
+      if (sole.allFinite()) forward += sole - sole.dot(up_) * up_;
+    }
+    if (forward.isZero()) forward = Way();
+    forward.normalize();
+    std::vector<double> ahead;
+    for (size_t i = 0; i < points.size(); ++i) {
+      ahead.push_back(forward.dot(points[i] - pelvis_[i]));
+    }
+    return ahead;
+  }
+
+  // From the pelvis' first place to its last.
+  Vector3d Way() const {
+    std::vector<Vector3d> places;
+    for (const Vector3d& place : pelvis_) {
+      if (place.allFinite()) places.push_back(place);
+    }
+    if (places.size() < 2) return Vector3d::Zero();
+    const Vector3d way = places.back() - places.front();
+    return way - way.dot(up_) * up_;
+  }
+
+  static double Swing(std::vector<double> ahead) {
+    ahead.erase(std::remove_if(ahead.begin(), ahead.end(),
+                               [](double value) { return std::isnan(value); }),
+                ahead.end());
+    if (ahead.empty()) return 0.0;
+    return Quantile(ahead, 0.95) - Quantile(ahead, 0.05);
+  }
+
+  // Whether it is the greatest within the window, of which it is no end.
+  bool IsPeak(const std::vector<double>& values, size_t i, double sign) const {
+    if (std::isnan(values[i])) return false;
+    for (int way : {-1, 1}) {
+      bool reached = false;
+      for (size_t k = i; k + 1 > 0 && k < values.size();
+           k += static_cast<size_t>(way)) {
+        if (std::abs(times_s_[k] - times_s_[i]) > kWindowS) {
+          reached = true;
+          break;
+        }
+        if (sign * values[k] > sign * values[i]) return false;
+        if (way < 0 && k != i && values[k] == values[i]) return false;
+      }
+      if (!reached) return false;
+    }
+    return true;
+  }
+
+  void AddExtremes(Foot foot, bool is_contact,
+                   const std::vector<double>& values, double sign,
+                   std::vector<FootEvent>* events) const {
+    std::vector<double> there;
+    for (const double value : values) {
+      if (!std::isnan(value)) there.push_back(value);
+    }
+    const double middle = 0.5 * (Quantile(there, 0.05) + Quantile(there, 0.95));
+    for (size_t i = 1; i + 1 < values.size(); ++i) {
+      if (sign * (values[i] - middle) <= 0.0 || !IsPeak(values, i, sign)) {
+        continue;
+      }
+      // The parabola through the peak and its neighbours.
+      const double bend = values[i - 1] - 2.0 * values[i] + values[i + 1];
+      double shift = 0.5 * (values[i - 1] - values[i + 1]) / bend;
+      if (!std::isfinite(shift)) shift = 0.0;
+      events->push_back(
+          {foot, is_contact,
+           times_s_[i] + shift * 0.5 * (times_s_[i + 1] - times_s_[i - 1])});
+    }
+  }
+
+  void AddVertical(Foot foot, std::vector<FootEvent>* events) const {
+    constexpr double kLeastM_S = 0.8;  // feet that shuffle rise more slowly
+    const std::vector<Vector3d> toes =
+        Part(foot, {"big_toe", "small_toe", "ankle"});
+    std::vector<double> speed(toes.size(), kNaN);
+    for (size_t i = 1; i + 1 < toes.size(); ++i) {
+      speed[i] = up_.dot(toes[i + 1] - toes[i - 1]) /
+                 (times_s_[i + 1] - times_s_[i - 1]);
+    }
+    for (size_t i = 0; i < speed.size(); ++i) {
+      if (speed[i] > kLeastM_S && IsPeak(speed, i, 1.0)) {
+        Cross(foot, false, speed, i, -1, events);
+      } else if (speed[i] < -kLeastM_S && IsPeak(speed, i, -1.0)) {
+        Cross(foot, true, speed, i, 1, events);
+      }
+    }
+  }
+
+  // Where, going `way` from the peak, half of it is left.
+  void Cross(Foot foot, bool is_contact, const std::vector<double>& speed,
+             size_t peak, int way, std::vector<FootEvent>* events) const {
+    const double half = 0.5 * speed[peak];
+    for (size_t k = peak; k > 0 && k + 1 < speed.size();
+         k += static_cast<size_t>(way)) {
+      const size_t next = k + static_cast<size_t>(way);
+      if (std::isnan(speed[next])) return;
+      if (std::abs(speed[next]) > std::abs(half) && speed[next] * half > 0.0) {
+        continue;
+      }
+      const double share = (speed[k] - half) / (speed[k] - speed[next]);
+      events->push_back({foot, is_contact,
+                         times_s_[k] + share * (times_s_[next] - times_s_[k])});
+      return;
+    }
+  }
+
+  const Points points_;
+  const Vector3d up_;
+  std::vector<double> times_s_;
+  std::vector<Vector3d> pelvis_;
+};
+
+// Times at which the load passes the threshold, and whether upwards.
+std::vector<std::pair<double, bool>> Crossings(const ForcePlate& plate) {
+  constexpr double kThresholdN = 20.0;
+  constexpr double kKnockS = 0.05;
+  std::vector<std::pair<double, bool>> crossings;
+  if (plate.load_n.empty()) return crossings;
+  bool loaded = plate.load_n.front() > kThresholdN;
+  for (size_t i = 1; i < plate.load_n.size(); ++i) {
+    if ((plate.load_n[i] > kThresholdN) == loaded) continue;
+    loaded = !loaded;
+    const double time_s =
+        plate.first_s + static_cast<double>(i) / plate.rate_hz;
+    if (!crossings.empty() && time_s - crossings.back().first < kKnockS) {
+      crossings.pop_back();
+      continue;
+    }
+    crossings.push_back({time_s, loaded});
+  }
+  return crossings;
+}
+
+}  // namespace
+
+FootEvents FindFootEvents(const TrackSequence& motion, const Vector3d& up) {
+  return Finder(motion, up).Find();
+}
+
+double StrideTime(const FootEvents& events) {
+  std::vector<double> strides_s;
+  const FootEvent* last = nullptr;
+  for (const FootEvent& event : events.events) {
+    if (!event.is_contact) continue;
+    if (last != nullptr && last->foot == event.foot) {
+      strides_s.push_back(event.time_s - last->time_s);
+    }
+    last = &event;
+  }
+  return events.is_walk ? Quantile(strides_s, 0.5) : kNaN;
+}
+
+std::vector<TimedEvent> CompareWithPlates(const std::vector<ForcePlate>& plates,
+                                          const FootEvents& found,
+                                          const TrackSequence& motion,
+                                          const Vector3d& up) {
+  constexpr double kNearS = 0.15;
+  const Points points(motion);
+  const std::vector<Vector3d> ankles[] = {points.Of("l_ankle"),
+                                          points.Of("r_ankle")};
+  std::vector<TimedEvent> timed;
+  for (const ForcePlate& plate : plates) {
+    for (const auto& [time_s, loaded] : Crossings(plate)) {
+      size_t frame = 0;
+      while (frame + 1 < motion.frames.size() &&
+             ToSeconds(motion.frames[frame].time) < time_s) {
+        ++frame;
+      }
+      const auto distance_m = [&](Foot foot) {
+        const Vector3d way =
+            ankles[static_cast<size_t>(foot)][frame] - plate.centre_m;
+        return (way - way.dot(up) * up).norm();
+      };
+      TimedEvent event;
+      event.plate = {distance_m(Foot::kRight) < distance_m(Foot::kLeft)
+                         ? Foot::kRight
+                         : Foot::kLeft,
+                     loaded, time_s};
+      event.found_minus_plate_s = kNaN;
+      for (const FootEvent& one : found.events) {
+        const double difference_s = one.time_s - time_s;
+        if (one.foot != event.plate.foot || one.is_contact != loaded ||
+            std::abs(difference_s) > kNearS ||
+            std::abs(difference_s) >= std::abs(event.found_minus_plate_s)) {
+          continue;
+        }
+        event.found_minus_plate_s = difference_s;
+      }
+      timed.push_back(event);
+    }
+  }
+  return timed;
+}
+
+}  // namespace kinegraph

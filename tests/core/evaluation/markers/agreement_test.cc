@@ -1,0 +1,164 @@
+#include "core/evaluation/markers/agreement.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/core/evaluation/markers/moving_person.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using testing::Frame;
+using testing::Moved;
+using testing::Person;
+using testing::StandingTum14;
+using testing::Tracks;
+
+PairedMotion Paired(const std::vector<Pose3d>& truth,
+                    const std::vector<Pose3d>& found) {
+  PairedMotion motion;
+  motion.truth = Tracks({});
+  motion.tracks = Tracks({});
+  for (size_t f = 0; f < truth.size(); ++f) {
+    const auto number = static_cast<int64_t>(f);
+    motion.truth.frames.push_back(Frame(number, {Person(0, truth[f])}));
+    motion.tracks.frames.push_back(Frame(number, {Person(0, found[f])}));
+  }
+  motion.is_centre.assign(truth.front().size(), true);
+  return motion;
+}
+
+TEST(Agreement, BiasAndLimitsByHand) {
+  // Off by 10 and 30 mm to the right, 4 mm forward: bias 20 and 4, standard
+  // deviations 10 and 0, limits 19.6 and 0. The halves' offsets are those of
+  // the other: 20 mm are left in both.
+  const Pose3d truth = StandingTum14();
+  const MotionAgreement found = CompareMotion(
+      Paired({truth, truth},
+             {Moved(truth, 0.010, 0.004), Moved(truth, 0.030, 0.004)}),
+      Vector3d::UnitZ(), 1.0);
+  ASSERT_EQ(found.joints.size(), 14u);
+  const JointAgreement& joint = found.joints.front();
+  EXPECT_EQ(joint.count, 2);
+  EXPECT_TRUE(joint.bias_m.isApprox(Vector3d(0.020, 0.004, 0.0), 1e-9));
+  EXPECT_NEAR(joint.limits_m.x(), 0.0195996, 1e-6);
+  EXPECT_NEAR(joint.limits_m.y(), 0.0, 1e-9);
+  EXPECT_NEAR(joint.after_offset_median_m, 0.020, 1e-9);
+  const double first = std::hypot(0.010, 0.004);
+  const double second = std::hypot(0.030, 0.004);
+  EXPECT_NEAR(joint.median_m, 0.5 * (first + second), 1e-9);
+  EXPECT_NEAR(joint.rms_m, std::sqrt(0.5 * (first * first + second * second)),
+              1e-9);
+  EXPECT_NEAR(found.pooled.bias_m.x(), 0.020, 1e-9);
+  EXPECT_EQ(found.pooled.count, 28);
+  EXPECT_NEAR(found.mean_of_medians_m, joint.median_m, 1e-9);
+}
+
+TEST(Agreement, OnlyCentresArePooled) {
+  const Pose3d truth = StandingTum14();
+  Pose3d found = truth;
+  found[0].position_m.x() += 1.0;
+  PairedMotion motion = Paired({truth}, {found});
+  motion.is_centre[0] = false;
+  const MotionAgreement result = CompareMotion(motion, Vector3d::UnitZ(), 1.0);
+  EXPECT_EQ(result.pooled.count, 13);
+  EXPECT_NEAR(result.pooled.mean_m, 0.0, 1e-12);
+}
+
+TEST(Agreement, ChiSquareOfThree) {
+  // Quantiles of tables.
+  EXPECT_NEAR(ChiSquareCdf3(2.36597), 0.50, 1e-5);
+  EXPECT_NEAR(ChiSquareCdf3(7.81473), 0.95, 1e-5);
+  EXPECT_EQ(ChiSquareCdf3(0.0), 0.0);
+}
+
+TEST(Agreement, CalibrationByHand) {
+  const Matrix3d covariance = 1e-6 * Matrix3d::Identity();  // 1 mm
+  Calibration calibration;
+  calibration.Add(Vector3d::Zero(), covariance);
+  // All levels hold it: the mean of 1 - level.
+  EXPECT_NEAR(calibration.ExpectedCalibrationError(), 0.5, 1e-12);
+  // -log of the density at the middle, in mm: 1.5 log(2 pi).
+  EXPECT_NEAR(calibration.LogScore(), 2.756816, 1e-6);
+  EXPECT_NEAR(calibration.StatedRms(), std::sqrt(3.0) * 1e-3, 1e-12);
+  // A second one that none holds: half at each level, mean |0.5 - level| of
+  // 0.05 .. 0.95 is 4.5 / 19.
+  calibration.Add(Vector3d(1.0, 0.0, 0.0), covariance);
+  EXPECT_EQ(calibration.Covered(0.50), 0.5);
+  EXPECT_EQ(calibration.Covered(0.95), 0.5);
+  EXPECT_NEAR(calibration.ExpectedCalibrationError(), 4.5 / 19.0, 1e-12);
+}
+
+TEST(Agreement, RightCovariancesAreCalibrated) {
+  // Of 20000 normal errors a share's standard error is 0.0035 at most.
+  Random random(3);
+  Calibration calibration;
+  const Matrix3d root = Vector3d(0.001, 0.003, 0.010).asDiagonal();
+  for (int i = 0; i < 20000; ++i) {
+    const Vector3d error =
+        root * Vector3d(random.Normal(), random.Normal(), random.Normal());
+    calibration.Add(error, root * root.transpose());
+  }
+  EXPECT_NEAR(calibration.Covered(0.80), 0.80, 0.015);
+  EXPECT_LT(calibration.ExpectedCalibrationError(), 0.01);
+}
+
+TEST(Agreement, PckAndItsAreaByHand) {
+  // Without hips nothing is shifted. 100 mm: within 100, 105, ..., 150 mm, 11
+  // of 31 thresholds; 200 mm within none.
+  PairedMotion motion;
+  const Skeleton two("two", {"l_wrist", "r_wrist"}, {});
+  const Pose3d truth = {testing::Observed(0, 0, 0), testing::Observed(1, 0, 0)};
+  Pose3d found = truth;
+  found[0].position_m.z() += 0.100 - 1e-12;
+  found[1].position_m.z() += 0.200;
+  motion.truth = Tracks({Frame(0, {Person(0, truth)})}, two);
+  motion.tracks = Tracks({Frame(0, {Person(0, found)})}, two);
+  motion.is_centre = {true, true};
+  const MotionAgreement result = CompareMotion(motion, Vector3d::UnitZ(), 1.0);
+  EXPECT_FALSE(result.root_aligned);
+  EXPECT_EQ(result.pck_150.count, 1);
+  EXPECT_EQ(result.pck_150.total, 2);
+  EXPECT_NEAR(result.auc, 11.0 / 62.0, 1e-9);
+}
+
+TEST(Agreement, ProcrustesByHand) {
+  // A square against a rectangle of 1 x 3: no turn, scale (1 + 3) / (1 + 9) =
+  // 0.4, so two corners are 0.6 and two 0.2 away: 0.4 in the mean.
+  Eigen::Matrix3Xd truth(3, 4), found(3, 4);
+  truth << 1, -1, 0, 0, 0, 0, 1, -1, 0, 0, 0, 0;
+  found << 1, -1, 0, 0, 0, 0, 3, -3, 5, 5, 5, 5;
+  const auto aligned = ProcrustesAligned(found, truth);
+  ASSERT_TRUE(aligned.has_value());
+  EXPECT_NEAR((*aligned - truth).colwise().norm().mean(), 0.4, 1e-9);
+  EXPECT_FALSE(
+      ProcrustesAligned(found.leftCols(2), truth.leftCols(2)).has_value());
+}
+
+TEST(Agreement, ValuesAndTheirIntervalsByHand) {
+  // Differences 1, 1, 3, 3: bias 2, standard deviation 1. The offset of the
+  // other half leaves -2, -2, 2, 2. Intervals of +- 2 hold the first two; after
+  // the offset all four.
+  std::vector<PairedValue> values;
+  for (const double difference : {1.0, 1.0, 3.0, 3.0}) {
+    values.push_back(
+        {10.0, 10.0 + difference, 8.0 + difference, 12.0 + difference});
+  }
+  const ValueAgreement result = CompareValues(values, 0.0);
+  EXPECT_EQ(result.count, 4);
+  EXPECT_NEAR(result.bias, 2.0, 1e-12);
+  EXPECT_NEAR(result.limits, 1.959964, 1e-6);
+  EXPECT_NEAR(result.rms, std::sqrt(5.0), 1e-12);
+  EXPECT_NEAR(result.after_offset_rms, 2.0, 1e-12);
+  EXPECT_EQ(result.covered.count, 2);
+  EXPECT_EQ(result.covered_after_offset.count, 4);
+  // 179 and -179 degrees are 2 apart.
+  EXPECT_NEAR(CompareValues({{179.0, -179.0, NAN, NAN}}, 360.0).bias, 2.0,
+              1e-12);
+}
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,91 @@
+#include "core/evaluation/markers/gait_events.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/core/evaluation/people.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::Frame;
+using testing::Observed;
+using testing::Person;
+
+constexpr double kRate = 100.0;
+constexpr double kPi = 3.141592653589793;
+
+TrackSequence Feet(const std::vector<Pose3d>& poses) {
+  TrackSequence tracks = testing::Tracks(
+      {}, Skeleton("feet",
+                   {"l_hip", "r_hip", "l_ankle", "r_ankle", "l_heel", "r_heel",
+                    "l_big_toe", "r_big_toe"},
+                   {}));
+  for (size_t f = 0; f < poses.size(); ++f) {
+    tracks.frames.push_back({static_cast<int64_t>(f),
+                             FromSeconds(static_cast<double>(f) / kRate),
+                             {Person(0, poses[f])}});
+  }
+  return tracks;
+}
+
+Pose3d Standing(double pelvis, double left, double right, double lift) {
+  return {Observed(pelvis, 0.1, 1.0),       Observed(pelvis, -0.1, 1.0),
+          Observed(left, 0.1, 0.1 + lift),  Observed(right, -0.1, 0.1 + lift),
+          Observed(left - 0.05, 0.1, lift), Observed(right - 0.05, -0.1, lift),
+          Observed(left + 0.2, 0.1, lift),  Observed(right + 0.2, -0.1, lift)};
+}
+
+TEST(GaitEvents, WalkingByFeetAgainstThePelvis) {
+  // Feet swing 0.3 m about the pelvis, the right one half a second of 1 s late.
+  std::vector<Pose3d> poses;
+  for (int f = 0; f < 400; ++f) {
+    const double t = f / kRate;
+    const double swing = 0.3 * std::sin(2.0 * kPi * t);
+    poses.push_back(Standing(1.2 * t, 1.2 * t + swing, 1.2 * t - swing, 0.0));
+  }
+  const FootEvents found = FindFootEvents(Feet(poses), {0.0, 0.0, 1.0});
+  EXPECT_TRUE(found.is_walk);
+  EXPECT_NEAR(StrideTime(found), 1.0, 1e-3);
+  int left_contacts = 0;
+  for (const FootEvent& event : found.events) {
+    const double sine_at = event.time_s - std::floor(event.time_s);
+    const bool is_front = (event.foot == Foot::kLeft) == event.is_contact;
+    EXPECT_NEAR(sine_at, is_front ? 0.25 : 0.75, 1e-3);
+    left_contacts += event.foot == Foot::kLeft && event.is_contact ? 1 : 0;
+  }
+  EXPECT_EQ(left_contacts, 4);
+}
+
+TEST(GaitEvents, AJumpByVerticalSpeedAndPlates) {
+  // In the air from 1.0 to 1.4 s, on the floor before and after.
+  std::vector<Pose3d> poses;
+  for (int f = 0; f < 300; ++f) {
+    const double t = f / kRate;
+    const double u = t - 1.0;
+    const double lift = u > 0.0 && u < 0.4 ? 0.5 * 9.81 * u * (0.4 - u) : 0.0;
+    poses.push_back(Standing(0.0, 0.0, 0.0, lift));
+  }
+  const TrackSequence motion = Feet(poses);
+  const FootEvents found = FindFootEvents(motion, {0.0, 0.0, 1.0});
+  EXPECT_FALSE(found.is_walk);
+  ASSERT_EQ(found.events.size(), 4u);
+  ForcePlate plate;
+  plate.centre_m = {0.0, 0.15, 0.0};
+  plate.rate_hz = 1000.0;
+  for (int i = 0; i < 3000; ++i) {
+    plate.load_n.push_back(i > 1000 && i < 1400 ? 0.0 : 400.0);
+  }
+  const auto timed = CompareWithPlates({plate}, found, motion, {0.0, 0.0, 1.0});
+  ASSERT_EQ(timed.size(), 2u);
+  EXPECT_FALSE(timed[0].plate.is_contact);
+  EXPECT_EQ(timed[0].plate.foot, Foot::kLeft);
+  EXPECT_NEAR(timed[0].plate.time_s, 1.001, 1e-9);
+  // Speeds are differences over two frames of 10 ms.
+  EXPECT_NEAR(timed[0].found_minus_plate_s, 0.0, 0.010);
+  EXPECT_NEAR(timed[1].found_minus_plate_s, 0.0, 0.010);
+}
+
+}  // namespace
+}  // namespace kinegraph

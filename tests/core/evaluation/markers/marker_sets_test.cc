@@ -1,0 +1,163 @@
+#include "core/evaluation/markers/marker_sets.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "core/base/error.h"
+#include "tests/core/evaluation/people.h"
+
+namespace kinegraph {
+namespace {
+
+using Eigen::Vector3d;
+using ::testing::Contains;
+using testing::Frame;
+using ::testing::HasSubstr;
+using testing::Person;
+
+using Markers = std::map<std::string, Vector3d>;
+
+TrackSequence OneFrame(const Markers& markers) {
+  std::vector<std::string> labels;
+  Pose3d pose;
+  for (const auto& [label, at_m] : markers) {
+    labels.push_back(label);
+    pose.push_back({at_m, JointStatus::kObserved});
+  }
+  return testing::Tracks({Frame(0, {Person(0, pose)})},
+                         Skeleton("markers", labels, {}));
+}
+
+Vector3d JointOf(const MarkerJoints& joints, const std::string& joint) {
+  const int at = joints.tracks.header.skeleton.IndexOf(joint);
+  EXPECT_GE(at, 0) << joint;
+  if (at < 0) return Vector3d::Constant(NAN);
+  return joints.tracks.frames[0]
+      .people[0]
+      .joints[static_cast<size_t>(at)]
+      .position_m;
+}
+
+std::string NameOf(const std::vector<std::string>& labels) {
+  const MarkerSet* set = RecogniseMarkerSet(labels);
+  return set == nullptr ? "" : set->name;
+}
+
+TEST(MarkerSets, AreRecognisedByTheirLabels) {
+  EXPECT_EQ(NameOf({"LASI", "RASI", "LPSI", "RPSI", "LKNE", "LANK"}),
+            "Plug-in Gait");
+  EXPECT_EQ(NameOf({"Jim:LASI", "Jim:RASI", "Jim:SACR", "Jim:LTOE"}),
+            "Plug-in Gait");
+  EXPECT_EQ(NameOf({"LKneeOut", "LKneeIn", "RKneeOut", "RKneeIn"}),
+            "Qualisys Sports");
+  EXPECT_EQ(NameOf({"R_FLE", "R_FME", "L_IAS", "R_IAS"}), "CAST");
+  EXPECT_EQ(NameOf({"RFLE", "RFME", "LIAS", "RIAS"}), "CAST");
+  EXPECT_EQ(NameOf({"r_knee", "r_mknee_study", "L_mknee_study",
+                    "r_mankle_study", "r.ASIS_study"}),
+            "OpenCap");
+  EXPECT_EQ(NameOf({"l_thigh", "l_shank", "r_thigh", "r_shank", "pelvis"}),
+            "Theia3D segments");
+  // Joints under their own names are joints.
+  EXPECT_EQ(NameOf(Coco17().joints()), "");
+  EXPECT_EQ(NameOf(Body25().joints()), "");
+  EXPECT_EQ(NameOf({"RHip", "RKnee", "RAnkle", "RBigToe", "RSmallToe", "RHeel",
+                    "LHip", "LKnee", "LShoulder", "LElbow", "LWrist"}),
+            "");
+}
+
+TEST(MarkerSets, MiddlesAndGaps) {
+  TrackSequence markers = OneFrame({{"LKneeOut", {0.0, 0.0, 0.5}},
+                                    {"LKneeIn", {0.1, 0.0, 0.5}},
+                                    {"LAnkleOut", {0.0, 0.0, 0.1}},
+                                    {"RKneeOut", {0.4, 0.0, 0.5}},
+                                    {"RKneeIn", {0.3, 0.0, 0.5}}});
+  const MarkerSet& set = *RecogniseMarkerSet(markers.header.skeleton.joints());
+  const MarkerJoints joints = JointsOfMarkers(markers, set);
+  EXPECT_TRUE(JointOf(joints, "l_knee").isApprox(Vector3d(0.05, 0.0, 0.5)));
+  EXPECT_TRUE(JointOf(joints, "r_knee").isApprox(Vector3d(0.35, 0.0, 0.5)));
+  // 42 mm inwards along the knee.
+  EXPECT_TRUE(JointOf(joints, "l_ankle").isApprox(Vector3d(0.042, 0.0, 0.1)));
+  EXPECT_THAT(joints.lacking, Contains(HasSubstr("r_ankle (")));
+  const int knee = joints.tracks.header.skeleton.IndexOf("l_knee");
+  const int ankle = joints.tracks.header.skeleton.IndexOf("l_ankle");
+  EXPECT_TRUE(joints.is_centre[static_cast<size_t>(knee)]);
+  EXPECT_FALSE(joints.is_centre[static_cast<size_t>(ankle)]);
+  const int inner = markers.header.skeleton.IndexOf("LKneeIn");
+  markers.frames[0].people[0].joints[static_cast<size_t>(inner)] = Joint3d{};
+  const MarkerJoints gap = JointsOfMarkers(markers, set);
+  EXPECT_FALSE(gap.tracks.frames[0]
+                   .people[0]
+                   .joints[static_cast<size_t>(knee)]
+                   .present());
+}
+
+// A pelvis 250 mm wide and 150 mm deep, x forward, z up, y to the left.
+Markers Pelvis() {
+  return {{"LASI", {0.15, 0.125, 1.0}},
+          {"RASI", {0.15, -0.125, 1.0}},
+          {"LPSI", {0.0, 0.05, 1.0}},
+          {"RPSI", {0.0, -0.05, 1.0}}};
+}
+
+JointRule HipOf(HipRule kind, const std::string& joint) {
+  JointRule rule;
+  rule.joint = joint;
+  rule.hip = kind;
+  rule.asis = {"LASI", "RASI"};
+  rule.psis = {"LPSI", "RPSI"};
+  return rule;
+}
+
+TEST(MarkerSets, HipsByRegression) {
+  const TrackSequence markers = OneFrame(Pelvis());
+  const MarkerJoints joints = JointsOfMarkers(
+      markers,
+      {"hips",
+       {HipOf(HipRule::kHarrington, "l_hip"), HipOf(HipRule::kBell, "r_hip")}});
+  // Harrington: back 0.24 * 150 + 9.9, down 0.30 * 250 + 10.9, sideways 0.33 *
+  // 250 + 7.3 mm from the middle of the ASIS.
+  EXPECT_TRUE(
+      JointOf(joints, "l_hip")
+          .isApprox(Vector3d(0.15 - 0.0459, 0.0898, 1.0 - 0.0859), 1e-9));
+  // Bell: 19, 30 and 36 % of the width.
+  EXPECT_TRUE(JointOf(joints, "r_hip")
+                  .isApprox(Vector3d(0.15 - 0.0475, -0.09, 1.0 - 0.075), 1e-9));
+}
+
+TEST(MarkerSets, AFunctionalHipIsWhereTheThighTurns) {
+  const Vector3d hip(0.1, 0.09, 0.91);
+  TrackSequence markers;
+  for (int f = 0; f < 60; ++f) {
+    const double flexion = 0.5 * std::sin(0.2 * f);
+    const double abduction = 0.4 * std::cos(0.31 * f);
+    const Eigen::Matrix3d turn =
+        (Eigen::AngleAxisd(flexion, Vector3d::UnitY()) *
+         Eigen::AngleAxisd(abduction, Vector3d::UnitX()))
+            .toRotationMatrix();
+    Markers here = Pelvis();
+    here["THI1"] = hip + turn * Vector3d(0.05, 0.05, -0.2);
+    here["THI2"] = hip + turn * Vector3d(0.0, 0.06, -0.38);
+    TrackSequence one = OneFrame(here);
+    one.frames[0].frame = f;
+    if (f == 0) markers.header = one.header;
+    markers.frames.push_back(one.frames[0]);
+  }
+  JointRule rule = HipOf(HipRule::kFunctional, "l_hip");
+  rule.markers = {"THI1", "THI2"};
+  const MarkerSet set = {"functional", {rule}};
+  EXPECT_TRUE(
+      JointOf(JointsOfMarkers(markers, set), "l_hip").isApprox(hip, 1e-9));
+  // Who stands still shows no centre.
+  for (TrackFrame& frame : markers.frames) {
+    frame.people = markers.frames[0].people;
+  }
+  EXPECT_THROW(JointsOfMarkers(markers, set), InputError);
+}
+
+}  // namespace
+}  // namespace kinegraph
