@@ -8,6 +8,7 @@ namespace {
 
 const std::map<std::string, std::string>& Examples() {
   static const std::map<std::string, std::string> kExamples = {
+      {"align", "none"},
       {"annotated", "everybody"},
       {"axes", "x,-z,y"},
       {"baseline", "butterworth"},
@@ -36,6 +37,7 @@ const std::map<std::string, std::string>& Examples() {
       {"in", "take.jsonl"},
       {"jobs", "2"},
       {"joint", "l_wrist"},
+      {"joints", "joints.toml"},
       {"json", "out/scores.json"},
       {"manifest", "takes.toml"},
       {"markers", "pose2sim"},

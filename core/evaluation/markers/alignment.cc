@@ -574,8 +574,9 @@ Alignment AlignPerson(const JointPaths& truth, const JointPaths& tracks,
       request.align == Align::kBoth || request.align == Align::kClock;
   RequireSameUnits(truth, tracks);
   Alignment result;
-  const auto clock = Try(
-      by_clock, [&] { return FitClock(truth, tracks, request.with_drift); });
+  const auto clock = Try(by_clock, [&] {
+    return FitClock(timing.first, timing.second, request.with_drift);
+  });
   if (by_clock) result.clock = *clock;
   if (!by_clock) RequireOverlap(truth, tracks);
   const ClockFit& on = clock ? *clock : result.clock;
