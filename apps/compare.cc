@@ -22,6 +22,7 @@
 #include "apps/compare/take_input.h"
 #include "apps/compare/tuning.h"
 #include "apps/compare/verdict.h"
+#include "apps/markers/marker_study.h"
 #include "core/base/error.h"
 #include "core/evaluation/correspondence.h"
 #include "core/io/configuration/held_out_set.h"
@@ -45,6 +46,11 @@ DEFINE_string(ground_truth, "", "true tracks: a file or a folder");
 DEFINE_string(protocol, "",
               "with --ground_truth: shelf, campus, campus_extended (PCP too) "
               "or mpjpe");
+DEFINE_string(markers, "",
+              "optical markers, or another program's result, as ground truth: "
+              "their clock and world are aligned to the tracks of the run");
+DEFINE_string(joints, "",
+              "what a joint is among the markers (TOML, docs/validate.md)");
 DEFINE_string(strategies, "", "a,b,...; empty: all");
 DEFINE_string(baseline, kinegraph::kDefaultBaseline,
               "the strategy that all others are compared with");
@@ -81,6 +87,7 @@ void CheckFlagsOfManifest() {
       {"frames", !FLAGS_frames.empty()},
       {"ground_truth", !FLAGS_ground_truth.empty()},
       {"protocol", !FLAGS_protocol.empty()},
+      {"markers", !FLAGS_markers.empty()},
       {"folds", !FLAGS_folds.empty()},
       {"parameters", !FLAGS_parameters.empty()},
       {"held_out_set", !FLAGS_held_out_set.empty()},
@@ -104,6 +111,12 @@ void CheckCompareFlags() {
   }
   if (FLAGS_ground_truth.empty() != FLAGS_protocol.empty()) {
     throw InputError("--ground_truth and --protocol belong together");
+  }
+  if (!FLAGS_markers.empty() && !FLAGS_ground_truth.empty()) {
+    throw InputError("--markers is a ground truth: use one of them");
+  }
+  if (!FLAGS_joints.empty() && FLAGS_markers.empty()) {
+    throw InputError("--joints belongs to --markers");
   }
   if (!FLAGS_protocol.empty() && FLAGS_protocol != "mpjpe" &&
       !PcpProtocolByName(FLAGS_protocol).has_value()) {
@@ -167,6 +180,11 @@ std::vector<FrameRange> Common(const std::vector<FrameRange>& a,
 }
 
 void ReadTruth(Comparison* comparison) {
+  if (!FLAGS_markers.empty()) {
+    comparison->truth =
+        MarkersAsTruth(FLAGS_markers, FLAGS_joints, comparison->run.tracks);
+    return;
+  }
   if (FLAGS_ground_truth.empty()) return;
   comparison->truth = ReadTracks(FLAGS_ground_truth);
   Skeleton& skeleton = comparison->truth->header.skeleton;

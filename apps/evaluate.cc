@@ -208,6 +208,7 @@ void RunMarkers() {
   request.ground_truth = FLAGS_ground_truth;
   request.joints = FLAGS_joints;
   request.unit = FLAGS_unit;
+  request.frames = Frames();
   request.plates = FLAGS_plates;
   request.align = {ParseAlign(FLAGS_align), FLAGS_drift, PersonFlag()};
   const MarkerStudy study = RunMarkerStudy(request);

@@ -545,7 +545,9 @@ std::string CompareMarkdown(const CompareResult& result) {
       "\nJoints that two views saw, the same for every strategy; power also "
       "of bridged ones. Lag: against the batch, which has none.\n";
   if (comparison.truth.has_value()) {
-    text += "\n## Against the ground truth\n\n" + TruthTable(result);
+    text += "\n## Against the ground truth\n\n" + TruthTable(result) +
+            "\nMPJPE against " + result.baseline().strategy.title + ":\n\n" +
+            Ranking(result, "mpjpe_mm");
   }
   const std::string consistency = ConsistencyTable(result);
   if (!consistency.empty()) {

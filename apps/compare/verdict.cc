@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "apps/common/table.h"
@@ -61,6 +62,21 @@ std::string DelayText(const StrategyResult& one) {
 bool Overlap(const Measure& a, const Measure& b) {
   return !std::isnan(a.interval.low) && !std::isnan(b.interval.low) &&
          a.interval.low <= b.interval.high && b.interval.low <= a.interval.high;
+}
+
+// Who is nearest to the truth, where there is one.
+std::string TruthText(const CompareResult& result) {
+  const StrategyResult* nearest = nullptr;
+  double least_mm = std::numeric_limits<double>::infinity();
+  for (const StrategyResult& one : result.strategies) {
+    const Measure* error = one.Find("mpjpe_mm");
+    if (error == nullptr || !(error->value < least_mm)) continue;
+    least_mm = error->value;
+    nearest = &one;
+  }
+  if (nearest == nullptr) return "";
+  return " Nearest to the ground truth: " + nearest->strategy.title +
+         ", MPJPE " + Fixed(least_mm, 1) + " mm.";
 }
 
 }  // namespace
@@ -124,7 +140,7 @@ std::string VerdictText(const CompareResult& result) {
   if (!close.empty()) {
     text += " Their own intervals overlap with the best one's: " + close + ".";
   }
-  return text;
+  return text + TruthText(result);
 }
 
 std::string RecommendedToml(const CompareResult& result) {

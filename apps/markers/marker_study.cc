@@ -1,5 +1,6 @@
 #include "apps/markers/marker_study.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -164,6 +165,12 @@ MarkerStudy RunMarkerStudy(const MarkerRequest& request) {
   TrackSequence& tracks = study.tracks.joints.tracks;
   Named(request.ground_truth, [&] { return OnlyPerson(truth); });
   tracks.header.frame_rate_hz = RateOf(tracks);
+  tracks.frames.erase(std::remove_if(tracks.frames.begin(), tracks.frames.end(),
+                                     [&](const TrackFrame& frame) {
+                                       return !ContainsFrame(request.frames,
+                                                             frame.frame);
+                                     }),
+                      tracks.frames.end());
   study.alignment = Named(request.tracks, [&] {
     return AlignRecordings(truth, study.truth.joints.is_centre, tracks,
                            request.align);

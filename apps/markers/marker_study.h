@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/frame_range.h"
 #include "core/data/force_plate.h"
 #include "core/data/pose.h"
 #include "core/evaluation/markers/agreement.h"
@@ -23,6 +24,7 @@ struct MarkerRequest {
   std::string ground_truth;
   std::string joints;  // rules (TOML); empty: a set recognised by its labels
   std::string unit;
+  std::vector<FrameRange> frames;  // of the tracks; none: all
   bool plates = false;
   AlignRequest align;
 };

@@ -53,6 +53,9 @@ std::vector<Pose3d> TruePeople(const TrackFrame& frame,
   std::vector<Pose3d> people;
   for (const PersonPose& person : frame.people) {
     Pose3d pose = convert(person.joints);
+    for (Joint3d& joint : pose) {
+      if (joint.status != JointStatus::kObserved) joint = Joint3d{};
+    }
     if (pose[kRoot].present()) people.push_back(std::move(pose));
   }
   return people;

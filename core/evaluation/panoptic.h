@@ -36,7 +36,8 @@ struct PanopticResult {
 // threshold, every other pose is a false positive. Precision is made falling
 // from the right before it is summed over recall. A skeleton without neck or
 // mid-hip gets the middle of the shoulders or hips. True people without
-// mid-hip and frames without true people are left out.
+// mid-hip and frames without true people are left out; so are true joints that
+// are not observed (confidence of at most 0.1).
 PanopticResult EvaluatePanoptic(const TrackSequence& truth,
                                 const TrackSequence& tracks,
                                 const PanopticOptions& options = {});

@@ -1,6 +1,7 @@
 // CMU Panoptic's hdPose3d: one file a frame, body3DScene_FFFFFFFF.json:
 // {"fpsType": "hd_29_97", "bodies": [{"id", "joints19": 19 x (x, y, z,
-// confidence) in cm}]}. A joint with confidence 0 or less is missing.
+// confidence) in cm}]}. A joint with confidence 0 or less is missing, one of at
+// most 0.1 is inferred: the field takes it as not seen.
 #include <algorithm>
 #include <filesystem>
 #include <vector>
@@ -18,6 +19,8 @@ namespace kinegraph {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr double kSeenConfidence = 0.1;
 
 std::vector<std::string> ListFiles(const std::string& path) {
   if (!fs::is_directory(path)) return {path};
@@ -52,11 +55,11 @@ void ReadPanopticFrame(JsonValue root, int64_t frame,
               numbers.data());
     for (size_t j = 0; j < pose.size(); ++j) {
       const double* cm = &numbers[4 * j];
-      if (cm[3] > 0.0) {
-        pose[j] = ObservedJoint(cm[0] * kMetresPerCentimetre,
-                                cm[1] * kMetresPerCentimetre,
-                                cm[2] * kMetresPerCentimetre);
-      }
+      if (!(cm[3] > 0.0)) continue;
+      pose[j] = ObservedJoint(cm[0] * kMetresPerCentimetre,
+                              cm[1] * kMetresPerCentimetre,
+                              cm[2] * kMetresPerCentimetre);
+      if (cm[3] <= kSeenConfidence) pose[j].status = JointStatus::kInferred;
     }
   }
 }

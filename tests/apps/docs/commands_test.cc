@@ -216,7 +216,7 @@ INSTANTIATE_TEST_SUITE_P(
                       "docs/synthesize.md", "docs/own_take.md",
                       "docs/cameras.md", "docs/doctor.md", "docs/identity.md",
                       "docs/batch.md", "docs/opensim.md", "docs/compare.md",
-                      "docs/calibrate.md"),
+                      "docs/calibrate.md", "docs/validate.md"),
     [](const ::testing::TestParamInfo<const char*>& page) {
       std::string name = page.param;
       for (char& c : name) {

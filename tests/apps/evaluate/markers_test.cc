@@ -10,6 +10,10 @@
 #include <sstream>
 #include <string>
 
+#include "core/base/random.h"
+#include "core/evaluation/markers/marker_sets.h"
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/writer.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/tracks.h"
@@ -147,6 +151,110 @@ TEST_F(MarkersProgramTest, AFolderWithTablesPlotsAndPage) {
   EXPECT_THAT(ContentOf(out + "/page.html"), HasSubstr("LKneeOut"));
   EXPECT_EQ(ParseJson(ReadTextFile(out + "/markers.json"), "")["joints"],
             json_["joints"]);
+}
+
+// A detector that sees the markers' joints through the laboratory's own
+// cameras: so much white noise, so much that lasts for 0.1 s, and an offset of
+// each joint in each view for all of the time, drawn with this length.
+struct Detector {
+  double white_px = 0.0;
+  double lasting_px = 0.0;
+  double offset_m = 0.0;
+};
+
+class MarkersFromPixelsTest : public MarkersProgramTest {
+ protected:
+  // Tracks what it sees, and scores that against the markers.
+  void Score(const std::string& data, const Detector& detector) {
+    const std::string markers = data + "/dynamic_1_markers.c3d";
+    const std::string cameras = data + "/qualisys_cal.txt";
+    const std::string seen = (folder_.path() / "seen.jsonl").string();
+    const std::string tracks = (folder_.path() / "tracks.jsonl").string();
+    WriteDetections(seen, See(markers, ReadCameras(cameras), detector));
+    const ProgramOutcome tracked =
+        RunProgram("track", "--cameras='" + cameras + "' --detections='" +
+                                seen + "' --config='" +
+                                ProjectFile("configs/offline.toml").string() +
+                                "' --out='" + tracks + "'");
+    ASSERT_EQ(tracked.exit_code, 0) << tracked.errors;
+    page_ = Run(tracks, markers, "--align=none");
+    ASSERT_EQ(page_.exit_code, 0) << page_.errors;
+  }
+
+  // Every other frame.
+  static DetectionSequence See(const std::string& path, const CameraRig& rig,
+                               const Detector& detector) {
+    constexpr double kLastsS = 0.1;
+    const TrackSequence points = ReadTracks(path);
+    const MarkerSet* set = RecogniseMarkerSet(points.header.skeleton.joints());
+    const TrackSequence joints = JointsOfMarkers(points, *set).tracks;
+    const size_t count = joints.header.skeleton.joints().size();
+    Random random(11);
+    DetectionSequence seen;
+    seen.header.skeleton = joints.header.skeleton;
+    seen.header.frame_rate_hz = 0.5 * joints.header.frame_rate_hz;
+    const double keeps = std::exp(-1.0 / (kLastsS * seen.header.frame_rate_hz));
+    std::vector<Eigen::Vector2d> lasting, offset_px;
+    for (const Camera& camera : rig) {
+      seen.header.view_names.push_back(camera.name());
+      for (size_t j = 0; j < count; ++j) {
+        lasting.push_back(detector.lasting_px *
+                          Eigen::Vector2d(random.Normal(), random.Normal()));
+        const double angle = random.Uniform(0.0, 2.0 * M_PI);
+        // At the distance of the middle of the laboratory.
+        offset_px.push_back(detector.offset_m * camera.focal_px() /
+                            camera.Depth({0.0, 0.0, 1.0}) *
+                            Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+      }
+    }
+    for (size_t f = 0; f < joints.frames.size(); f += 2) {
+      DetectionFrame frame;
+      frame.frame = static_cast<int64_t>(f / 2);
+      frame.time = joints.frames[f].time;
+      for (size_t v = 0; v < rig.size(); ++v) {
+        Detection person;
+        person.joints.resize(count);
+        for (size_t j = 0; j < count; ++j) {
+          Eigen::Vector2d& drift = lasting[v * count + j];
+          drift = keeps * drift +
+                  detector.lasting_px * std::sqrt(1.0 - keeps * keeps) *
+                      Eigen::Vector2d(random.Normal(), random.Normal());
+          const Eigen::Vector2d white =
+              detector.white_px *
+              Eigen::Vector2d(random.Normal(), random.Normal());
+          const Joint3d& joint = joints.frames[f].people[0].joints[j];
+          if (!joint.present()) continue;
+          const auto px = rig[v].Project(joint.position_m);
+          if (!px) continue;
+          person.joints[j] = {*px + drift + white + offset_px[v * count + j],
+                              0.9, true};
+        }
+        frame.views.push_back({frame.time, {std::move(person)}});
+      }
+      seen.frames.push_back(std::move(frame));
+    }
+    return seen;
+  }
+
+  ProgramOutcome page_;
+};
+
+TEST_F(MarkersFromPixelsTest, StatedEllipsoidsHoldWhatTheyPromise) {
+  KINEGRAPH_DATA_OR_SKIP(data, kFolder);
+  for (const Detector& detector :
+       {Detector{2.0, 0.0, 0.0}, Detector{0.0, 4.0, 0.0}}) {
+    Score(data, detector);
+    EXPECT_LE(json_["pooled"]["ece"].get<double>(), 0.05)
+        << detector.white_px << " " << detector.lasting_px << page_.output;
+    EXPECT_LT(json_["pooled"]["median_mm"].get<double>(), 5.0);
+  }
+}
+
+TEST_F(MarkersFromPixelsTest, ThePageSaysWhatIntervalsDoNotHold) {
+  KINEGRAPH_DATA_OR_SKIP(data, kFolder);
+  Score(data, {2.0, 0.0, 0.025});
+  EXPECT_THAT(page_.output, HasSubstr("constant differences"));
+  EXPECT_LT(json_["pooled"]["coverage_95"].get<double>(), 0.90);
 }
 
 TEST_F(MarkersProgramTest, OwnRulesSayWhatAJointIs) {

@@ -100,6 +100,23 @@ TEST(PanopticTest, PeopleWithoutMidHipAreLeftOut) {
   EXPECT_EQ(EvaluatePanoptic(truth, truth).recall_at_limit.total, 1);
 }
 
+TEST(PanopticTest, TrueJointsThatNobodySawAreLeftOut) {
+  // Of fifteen true joints one is not seen, and far off there: the other
+  // fourteen are 31.25 mm off.
+  TrackSequence truth = Panoptic({Frame(0, {Scored(0, 0, 0)})});
+  Joint3d& unseen = truth.frames[0].people[0].joints[4];
+  unseen.position_m.x() = 9.0;
+  unseen.status = JointStatus::kInferred;
+  const TrackSequence found = Panoptic({Frame(0, {Scored(5, 0.03125, 1.0)})});
+  const PanopticResult result = EvaluatePanoptic(truth, found, At(0.05));
+  EXPECT_DOUBLE_EQ(result.mpjpe_m, 0.03125);
+  EXPECT_EQ(result.joints_compared.count, 14);
+  // Whose middle of the hips is not seen is hidden.
+  const auto root = static_cast<size_t>(Panoptic15().IndexOf("mid_hip"));
+  truth.frames[0].people[0].joints[root].status = JointStatus::kInferred;
+  EXPECT_EQ(EvaluatePanoptic(truth, found).recall_at_limit.total, 0);
+}
+
 TEST(PanopticTest, NeckAndMidHipAreFilledIn) {
   Pose3d coco(17);
   const std::vector<int> source = MapByName(Panoptic15(), Coco17());
