@@ -121,6 +121,23 @@ Json WorldJson(const WorldFit& world) {
           {"t_mm", Three(world.truth_from_tracks.translation(), kMm)}};
 }
 
+void AddAlignment(const Alignment& alignment, Json* out) {
+  Json& json = *out;
+  json["clock_s"] = alignment.clock.offset_s;
+  json["clock_sigma_s"] = alignment.clock.offset_sigma_s;
+  json["drift_ppm"] = 1e6 * alignment.clock.drift;
+  json["drift_sigma_ppm"] = 1e6 * alignment.clock.drift_sigma;
+  json["rotation_deg"] = alignment.world.rotation_deg();
+  json["rotation_sigma_deg"] = alignment.world.rotation_sigma_deg;
+  json["translation_mm"] =
+      kMm * alignment.world.truth_from_tracks.translation().norm();
+  json["translation_sigma_mm"] = kMm * alignment.world.translation_sigma_m;
+  json["truth_from_tracks"] = WorldJson(alignment.world);
+  json["median_mm"] = {{"none", kMm * alignment.median_none_m},
+                       {"clock", kMm * alignment.median_clock_m},
+                       {"both", kMm * alignment.median_both_m}};
+}
+
 // ---- Text -------------------------------------------------------------------
 
 std::string ThreeCells(const Eigen::Vector3d& vector, const char* sign) {
@@ -331,11 +348,10 @@ void WriteMarkerPage(const MarkerStudy& study, const std::string& path) {
 }  // namespace
 
 Json MarkerJson(const MarkerStudy& study) {
-  const Alignment& alignment = study.alignment;
   const MotionAgreement& agreement = study.agreement;
   Json json;
   json["frames"] = study.motion.truth.frames.size();
-  json["person"] = alignment.person.value();
+  json["person"] = study.alignment.person.value();
   json["joints"] = Json::object();
   for (const JointAgreement& joint : agreement.joints) {
     Json& entry = json["joints"][joint.joint] = ToJson(joint);
@@ -353,19 +369,7 @@ Json MarkerJson(const MarkerStudy& study) {
   for (const auto& [name, angle] : study.angles) {
     json["angles"][name] = ToJson(angle);
   }
-  json["clock_s"] = alignment.clock.offset_s;
-  json["clock_sigma_s"] = alignment.clock.offset_sigma_s;
-  json["drift_ppm"] = 1e6 * alignment.clock.drift;
-  json["drift_sigma_ppm"] = 1e6 * alignment.clock.drift_sigma;
-  json["rotation_deg"] = alignment.world.rotation_deg();
-  json["rotation_sigma_deg"] = alignment.world.rotation_sigma_deg;
-  json["translation_mm"] =
-      kMm * alignment.world.truth_from_tracks.translation().norm();
-  json["translation_sigma_mm"] = kMm * alignment.world.translation_sigma_m;
-  json["truth_from_tracks"] = WorldJson(alignment.world);
-  json["median_mm"] = {{"none", kMm * alignment.median_none_m},
-                       {"clock", kMm * alignment.median_clock_m},
-                       {"both", kMm * alignment.median_both_m}};
+  AddAlignment(study.alignment, &json);
   json["events"] = {{"walk", study.true_events.is_walk},
                     {"ground_truth", EventsJson(study.true_events)},
                     {"tracks", EventsJson(study.found_events)}};

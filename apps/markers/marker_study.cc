@@ -102,12 +102,19 @@ void AddEvents(const MarkerRequest& request, MarkerStudy* study) {
                                              study->motion.truth, study->up);
 }
 
-double RateOf(const TrackSequence& tracks) {
+// [Hz]; by the times where the file tells no rate.
+double RateOf(const MarkerInput& input) {
+  const TrackSequence& tracks = input.joints.tracks;
+  double length_s = 0.0;
+  if (!tracks.frames.empty()) {
+    length_s =
+        ToSeconds(tracks.frames.back().time - tracks.frames.front().time);
+  }
+  if (!(length_s > 0.0)) {
+    throw InputError(input.path, "", "tells no times: one frame, or no rate");
+  }
   if (tracks.header.frame_rate_hz > 0.0) return tracks.header.frame_rate_hz;
-  const size_t last = tracks.frames.size() - 1;
-  const double length_s =
-      ToSeconds(tracks.frames[last].time - tracks.frames[0].time);
-  return length_s > 0.0 ? static_cast<double>(last) / length_s : 0.0;
+  return static_cast<double>(tracks.frames.size() - 1) / length_s;
 }
 
 }  // namespace
@@ -148,6 +155,7 @@ MarkerInput ReadMarkerInput(const std::string& path, const std::string& rules,
     input.joints.tracks.header.skeleton = WithOurNames(skeleton);
     input.joints.is_centre.assign(skeleton.joints().size(), true);
   }
+  input.joints.tracks.header.frame_rate_hz = RateOf(input);
   return input;
 }
 
@@ -164,7 +172,6 @@ MarkerStudy RunMarkerStudy(const MarkerRequest& request) {
   TrackSequence& truth = study.truth.joints.tracks;
   TrackSequence& tracks = study.tracks.joints.tracks;
   Named(request.ground_truth, [&] { return OnlyPerson(truth); });
-  tracks.header.frame_rate_hz = RateOf(tracks);
   tracks.frames.erase(std::remove_if(tracks.frames.begin(), tracks.frames.end(),
                                      [&](const TrackFrame& frame) {
                                        return !ContainsFrame(request.frames,

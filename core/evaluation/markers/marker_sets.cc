@@ -96,73 +96,84 @@ MarkerSet BothSides(const std::string& name,
   return set;
 }
 
-std::vector<MarkerSet> MakeSets() {
-  return {
-      BothSides("Theia3D segments",
-                {Centre("*_hip", {"*_thigh"}), Centre("*_knee", {"*_shank"}),
-                 Centre("*_ankle", {"*_foot"}), Near("*_big_toe", {"*_toes"}),
-                 Centre("*_shoulder", {"*_uarm"}),
-                 Centre("*_elbow", {"*_larm"}), Centre("*_wrist", {"*_hand"})}),
-      BothSides(
-          "Qualisys Sports",
-          {Centre("*_knee", {"*KneeOut", "*KneeIn"}),
-           Centre("*_elbow", {"*ElbowOut", "*ElbowIn"}),
-           Centre("*_wrist", {"*WristOut", "*WristIn"}),
-           Centre("*_ankle", {"*AnkleOut", "*AnkleIn"}),
-           Near("*_ankle", {"*AnkleOut"}, {"*KneeOut", "*KneeIn"}, kAnkleM),
-           Hip({"WaistLFront", "WaistRFront"}, {"WaistBack"}),
-           Hip({"WaistLFront", "WaistRFront"}, {"WaistLBack", "WaistRBack"}),
-           Near("*_shoulder", {"*ShoulderTop"}, {"*ShoulderTop", "*_elbow"},
-                kShoulderM),
-           Near("*_heel", {"*HeelBack"}), Near("*_big_toe", {"*Forefoot2"}),
-           Near("*_small_toe", {"*Forefoot5"})}),
-      // The model's own centres are in the file where it was run.
-      BothSides("Plug-in Gait",
-                {Centre("*_hip", {"*FEP"}),
-                 Centre("*_knee", {"*FEO"}),
-                 Centre("*_ankle", {"*TIO"}),
-                 Centre("*_shoulder", {"*CLO"}),
-                 Centre("*_elbow", {"*HUO"}),
-                 Centre("*_wrist", {"*RAO"}),
-                 Hip({"LASI", "RASI"}, {"LPSI", "RPSI"}),
-                 Hip({"LASI", "RASI"}, {"SACR"}),
-                 Centre("*_knee", {"*KNE", "*KNM"}),
-                 Centre("*_knee", {"*KNE", "*KNEM"}),
-                 Centre("*_knee", {"*KNE", "*MKNE"}),
-                 Near("*_knee", {"*KNE"}, {"lasi", "rasi"}, kKneeM),
-                 Centre("*_ankle", {"*ANK", "*MED"}),
-                 Centre("*_ankle", {"*ANK", "*ANKM"}),
-                 Centre("*_ankle", {"*ANK", "*MANK"}),
-                 Near("*_ankle", {"*ANK"}, {"lasi", "rasi"}, kAnkleM),
-                 Centre("*_wrist", {"*WRA", "*WRB"}),
-                 Centre("*_elbow", {"*ELB", "*ELBM"}),
-                 Near("*_elbow", {"*ELB"}),
-                 Near("*_shoulder", {"*SHO"}, {"*SHO", "*_elbow"}, kShoulderM),
-                 Near("*_heel", {"*HEE"}),
-                 Near("*_big_toe", {"*TOE"})}),
-      BothSides(
-          "CAST",
-          {Hip({"L_IAS", "R_IAS"}, {"L_IPS", "R_IPS"}),
-           Centre("*_knee", {"*_FLE", "*_FME"}),
-           Centre("*_ankle", {"*_FAL", "*_TAM"}),
-           Centre("*_elbow", {"*_HLE", "*_HME"}),
-           Centre("*_wrist", {"*_RSP", "*_USP"}),
-           Near("*_shoulder", {"*_SAE"}, {"*_SAE", "*_elbow"}, kShoulderM),
-           Near("*_heel", {"*_FCC"}), Near("*_big_toe", {"*_FM2"}),
-           Near("*_big_toe", {"*_FM1"}), Near("*_small_toe", {"*_FM5"})}),
-      BothSides(
-          "OpenCap",
-          {Centre("*_hip", {"*HJC"}),
-           Hip({"L.ASIS", "r.ASIS"}, {"L.PSIS", "r.PSIS"}),
-           Centre("*_knee", {"*_knee", "*_mknee"}),
-           Centre("*_ankle", {"*_ankle", "*_mankle"}),
-           Centre("*_elbow", {"*_lelbow", "*_melbow"}),
-           Centre("*_wrist", {"*_lwrist", "*_mwrist"}),
-           Near("*_shoulder", {"*_shoulder"}, {"*_shoulder", "*_elbow"},
-                kShoulderM),
-           Near("*_heel", {"*_calc"}), Near("*_big_toe", {"*_toe"}),
-           Near("*_big_toe", {"*_big_toe"}), Near("*_small_toe", {"*_5meta"})}),
-  };
+MarkerSet TheiaSegments() {
+  return BothSides(
+      "Theia3D segments",
+      {Centre("*_hip", {"*_thigh"}), Centre("*_knee", {"*_shank"}),
+       Centre("*_ankle", {"*_foot"}), Near("*_big_toe", {"*_toes"}),
+       Centre("*_shoulder", {"*_uarm"}), Centre("*_elbow", {"*_larm"}),
+       Centre("*_wrist", {"*_hand"})});
+}
+
+MarkerSet QualisysSports() {
+  return BothSides(
+      "Qualisys Sports",
+      {Centre("*_knee", {"*KneeOut", "*KneeIn"}),
+       Centre("*_elbow", {"*ElbowOut", "*ElbowIn"}),
+       Centre("*_wrist", {"*WristOut", "*WristIn"}),
+       Centre("*_ankle", {"*AnkleOut", "*AnkleIn"}),
+       Near("*_ankle", {"*AnkleOut"}, {"*KneeOut", "*KneeIn"}, kAnkleM),
+       Hip({"WaistLFront", "WaistRFront"}, {"WaistBack"}),
+       Hip({"WaistLFront", "WaistRFront"}, {"WaistLBack", "WaistRBack"}),
+       Near("*_shoulder", {"*ShoulderTop"}, {"*ShoulderTop", "*_elbow"},
+            kShoulderM),
+       Near("*_heel", {"*HeelBack"}), Near("*_big_toe", {"*Forefoot2"}),
+       Near("*_small_toe", {"*Forefoot5"})});
+}
+
+// The model's own centres are in the file where it was run.
+MarkerSet PlugInGait() {
+  return BothSides(
+      "Plug-in Gait",
+      {Centre("*_hip", {"*FEP"}),
+       Centre("*_knee", {"*FEO"}),
+       Centre("*_ankle", {"*TIO"}),
+       Centre("*_shoulder", {"*CLO"}),
+       Centre("*_elbow", {"*HUO"}),
+       Centre("*_wrist", {"*RAO"}),
+       Hip({"LASI", "RASI"}, {"LPSI", "RPSI"}),
+       Hip({"LASI", "RASI"}, {"SACR"}),
+       Centre("*_knee", {"*KNE", "*KNM"}),
+       Centre("*_knee", {"*KNE", "*KNEM"}),
+       Centre("*_knee", {"*KNE", "*MKNE"}),
+       Near("*_knee", {"*KNE"}, {"lasi", "rasi"}, kKneeM),
+       Centre("*_ankle", {"*ANK", "*MED"}),
+       Centre("*_ankle", {"*ANK", "*ANKM"}),
+       Centre("*_ankle", {"*ANK", "*MANK"}),
+       Near("*_ankle", {"*ANK"}, {"lasi", "rasi"}, kAnkleM),
+       Centre("*_wrist", {"*WRA", "*WRB"}),
+       Centre("*_elbow", {"*ELB", "*ELBM"}),
+       Near("*_elbow", {"*ELB"}),
+       Near("*_shoulder", {"*SHO"}, {"*SHO", "*_elbow"}, kShoulderM),
+       Near("*_heel", {"*HEE"}),
+       Near("*_big_toe", {"*TOE"})});
+}
+
+MarkerSet Cast() {
+  return BothSides(
+      "CAST", {Hip({"L_IAS", "R_IAS"}, {"L_IPS", "R_IPS"}),
+               Centre("*_knee", {"*_FLE", "*_FME"}),
+               Centre("*_ankle", {"*_FAL", "*_TAM"}),
+               Centre("*_elbow", {"*_HLE", "*_HME"}),
+               Centre("*_wrist", {"*_RSP", "*_USP"}),
+               Near("*_shoulder", {"*_SAE"}, {"*_SAE", "*_elbow"}, kShoulderM),
+               Near("*_heel", {"*_FCC"}), Near("*_big_toe", {"*_FM2"}),
+               Near("*_big_toe", {"*_FM1"}), Near("*_small_toe", {"*_FM5"})});
+}
+
+MarkerSet OpenCap() {
+  return BothSides(
+      "OpenCap",
+      {Centre("*_hip", {"*HJC"}),
+       Hip({"L.ASIS", "r.ASIS"}, {"L.PSIS", "r.PSIS"}),
+       Centre("*_knee", {"*_knee", "*_mknee"}),
+       Centre("*_ankle", {"*_ankle", "*_mankle"}),
+       Centre("*_elbow", {"*_lelbow", "*_melbow"}),
+       Centre("*_wrist", {"*_lwrist", "*_mwrist"}),
+       Near("*_shoulder", {"*_shoulder"}, {"*_shoulder", "*_elbow"},
+            kShoulderM),
+       Near("*_heel", {"*_calc"}), Near("*_big_toe", {"*_toe"}),
+       Near("*_big_toe", {"*_big_toe"}), Near("*_small_toe", {"*_5meta"})});
 }
 
 // ---- Applying rules ---------------------------------------------------------
@@ -380,7 +391,8 @@ std::vector<Bone> BonesOf(const Names& joints) {
 }  // namespace
 
 const std::vector<MarkerSet>& MarkerSets() {
-  static const std::vector<MarkerSet> kSets = MakeSets();
+  static const std::vector<MarkerSet> kSets = {
+      TheiaSegments(), QualisysSports(), PlugInGait(), Cast(), OpenCap()};
   return kSets;
 }
 
