@@ -227,8 +227,6 @@ std::vector<std::string> CalibrationRow(const std::string& name,
 }
 
 std::string CalibrationTable(const MarkerStudy& study) {
-  // Fewer than this are covered only where intervals leave something out.
-  constexpr double kTooFew = 0.90;
   const MotionAgreement& agreement = study.agreement;
   if (agreement.pooled.calibration.count() == 0) {
     return "The tracks state no covariances: nothing to calibrate.\n";
@@ -249,17 +247,17 @@ std::string CalibrationTable(const MarkerStudy& study) {
   std::string text = table.ToString(TableStyle::kMarkdown) +
                      "\nShare of the true joints within the stated ellipsoids; "
                      "ECE: mean difference of covered and promised share.\n";
-  const double covered = agreement.pooled.calibration.Covered(0.95);
-  if (covered < kTooFew) {
-    text += "\nThe 95 % ellipsoids hold " + Fixed(100.0 * covered, 1) +
-            " % of the joints. They say how precise the detections make a "
-            "joint, not where a detector sees it: constant differences, such "
-            "as the bias above, are not in them. Freed of each joint's offset "
-            "they hold " +
-            Fixed(100.0 * agreement.pooled.after_offset.Covered(0.95), 1) +
-            " %.\n";
-  }
-  return text;
+  const JointAgreement& pooled = agreement.pooled;
+  return text +
+         "\nCovariances say how precise the detections make a joint, not where "
+         "a detector sees it: each joint's constant offset is no part of what "
+         "they promise, unless the tracks have learnt it. Freed of it the "
+         "median goes from " +
+         Mm(pooled.median_m) + " to " + Mm(pooled.after_offset_median_m) +
+         " mm, and the 95 % ellipsoids hold " +
+         Fixed(100.0 * pooled.after_offset.Covered(0.95), 1) +
+         " % of the joints instead of " +
+         Fixed(100.0 * pooled.calibration.Covered(0.95), 1) + " %.\n";
 }
 
 std::string AngleTable(const MarkerStudy& study) {

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "core/base/random.h"
 #include "core/evaluation/markers/marker_sets.h"
@@ -160,6 +161,7 @@ struct Detector {
   double white_px = 0.0;
   double lasting_px = 0.0;
   double offset_m = 0.0;
+  uint64_t seed = 1;
 };
 
 class MarkersFromPixelsTest : public MarkersProgramTest {
@@ -189,7 +191,7 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
     const MarkerSet* set = RecogniseMarkerSet(points.header.skeleton.joints());
     const TrackSequence joints = JointsOfMarkers(points, *set).tracks;
     const size_t count = joints.header.skeleton.joints().size();
-    Random random(11);
+    Random random(detector.seed);
     DetectionSequence seen;
     seen.header.skeleton = joints.header.skeleton;
     seen.header.frame_rate_hz = 0.5 * joints.header.frame_rate_hz;
@@ -239,22 +241,43 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
   ProgramOutcome page_;
 };
 
+// A jump of 3 s holds some thirty stretches of a noise that lasts for 0.1 s:
+// the share covered of one seed is sure to 0.04, that of four to 0.02.
 TEST_F(MarkersFromPixelsTest, StatedEllipsoidsHoldWhatTheyPromise) {
   KINEGRAPH_DATA_OR_SKIP(data, kFolder);
-  for (const Detector& detector :
-       {Detector{2.0, 0.0, 0.0}, Detector{0.0, 4.0, 0.0}}) {
-    Score(data, detector);
-    EXPECT_LE(json_["pooled"]["ece"].get<double>(), 0.05)
-        << detector.white_px << " " << detector.lasting_px << page_.output;
-    EXPECT_LT(json_["pooled"]["median_mm"].get<double>(), 5.0);
+  constexpr int kSeeds = 4;
+  for (const auto& [white_px, lasting_px] : {std::pair{2.0, 0.0}, {0.0, 4.0}}) {
+    double covered_50 = 0.0, covered_80 = 0.0, covered_95 = 0.0, angles = 0.0;
+    for (int seed = 1; seed <= kSeeds; ++seed) {
+      Score(data, {white_px, lasting_px, 0.0, static_cast<uint64_t>(seed)});
+      const Json& pooled = json_["pooled"];
+      covered_50 += pooled["coverage_50"].get<double>() / kSeeds;
+      covered_80 += pooled["coverage_80"].get<double>() / kSeeds;
+      covered_95 += pooled["coverage_95"].get<double>() / kSeeds;
+      for (const Json& angle : json_["angles"]) {
+        angles += angle["after_offset_coverage_95"].get<double>() /
+                  static_cast<double>(kSeeds * json_["angles"].size());
+      }
+    }
+    const double calibration_error =
+        (std::abs(covered_50 - 0.50) + std::abs(covered_80 - 0.80) +
+         std::abs(covered_95 - 0.95)) /
+        3.0;
+    EXPECT_LE(calibration_error, 0.05)
+        << white_px << " px white, " << lasting_px
+        << " px lasting: " << covered_50 << " " << covered_80 << " "
+        << covered_95;
+    EXPECT_GE(angles, 0.90);
+    EXPECT_LE(angles, 0.98);
   }
 }
 
-TEST_F(MarkersFromPixelsTest, ThePageSaysWhatIntervalsDoNotHold) {
+TEST_F(MarkersFromPixelsTest, ThePageSaysWhatIntervalsDoNotPromise) {
   KINEGRAPH_DATA_OR_SKIP(data, kFolder);
-  Score(data, {2.0, 0.0, 0.025});
-  EXPECT_THAT(page_.output, HasSubstr("constant differences"));
-  EXPECT_LT(json_["pooled"]["coverage_95"].get<double>(), 0.90);
+  Score(data, {2.0, 0.0, 0.025, 1});
+  EXPECT_THAT(page_.output, HasSubstr("constant offset is no part"));
+  EXPECT_GT(json_["pooled"]["median_mm"].get<double>(),
+            json_["pooled"]["after_offset_median_mm"].get<double>());
 }
 
 TEST_F(MarkersProgramTest, OwnRulesSayWhatAJointIs) {
