@@ -14,6 +14,7 @@ const std::map<std::string, std::string>& Examples() {
       {"baseline", "butterworth"},
       {"cameras", "calibration.toml"},
       {"cameras_apart", "cam1,cam2,3.42"},
+      {"compare.markers", "walk.c3d"},
       {"config", "my.toml"},
       {"corrections", "take.identity.jsonl"},
       {"data", "data"},
@@ -68,12 +69,13 @@ const std::map<std::string, std::string>& Examples() {
 
 const std::map<std::string, std::string>& Results() {
   static const std::map<std::string, std::string> kResults = {
-      {"track", "out/take.jsonl"}, {"init", "my.toml"},
-      {"report", "out/take.html"}, {"convert", "out/take.csv"},
-      {"batch", "out/batch"},      {"calibrate", "out/cameras.json"},
-      {"compare", "out/compare"},  {"demo", "out/demo"},
-      {"doctor", "out/doctor"},    {"reproduce", "out/tables"},
-      {"synthesize", "out/scene"}, {"kinematics", "out/angles.csv"}};
+      {"track", "out/take.jsonl"},     {"init", "my.toml"},
+      {"report", "out/take.html"},     {"convert", "out/take.csv"},
+      {"batch", "out/batch"},          {"calibrate", "out/cameras.json"},
+      {"compare", "out/compare"},      {"demo", "out/demo"},
+      {"evaluate", "out/markers"},     {"doctor", "out/doctor"},
+      {"reproduce", "out/tables"},     {"synthesize", "out/scene"},
+      {"kinematics", "out/angles.csv"}};
   return kResults;
 }
 
@@ -87,7 +89,8 @@ std::string FlagExample(const std::string& command, const std::string& flag,
     return default_value == "true" ? "--no" + flag : name;
   }
   const auto& examples = flag == "out" ? Results() : Examples();
-  const auto at = examples.find(flag == "out" ? command : flag);
+  auto at = examples.find(flag == "out" ? command : command + "." + flag);
+  if (at == examples.end()) at = examples.find(flag);
   if (at != examples.end()) return name + "=" + at->second;
   return name + "=" + (default_value.empty() ? "VALUE" : default_value);
 }

@@ -8,7 +8,7 @@
 namespace kinegraph {
 
 // "--cameras=calibration.json". Flags of one name mean the same in every
-// command, --out apart: its examples go by the command.
+// command, but for those with an example of the command's own.
 std::string FlagExample(const std::string& command, const std::string& flag,
                         const std::string& type,
                         const std::string& default_value);
