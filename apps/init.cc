@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,9 +13,11 @@
 #include "apps/common/config_folder.h"
 #include "apps/common/take_output.h"
 #include "core/base/error.h"
+#include "core/base/split.h"
 #include "core/evaluation/statistics.h"
 #include "core/io/configuration/config.h"
 #include "core/io/detections/source.h"
+#include "core/io/detections/view_pairing.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
@@ -223,12 +226,6 @@ std::string ConfigText(const TakeSurvey& survey) {
       "\n[graph]\n"
       "bones = true\n";
   return text;
-}
-
-std::string Trimmed(const std::string& text) {
-  const size_t begin = text.find_first_not_of(" \t");
-  if (begin == std::string::npos) return "";
-  return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
 }
 
 // The value of a key as it was read, in TOML: JSON's texts, numbers and lists

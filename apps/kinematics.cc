@@ -16,6 +16,7 @@
 #include "apps/common/table.h"
 #include "apps/common/track_input.h"
 #include "core/base/error.h"
+#include "core/base/split.h"
 #include "core/io/configuration/config.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/csv_cell.h"
@@ -66,13 +67,9 @@ TrackSequence ReadInput() {
 }
 
 void RequireCsv() {
-  const std::string end = ".csv";
-  const std::string& out = FLAGS_out;
-  const bool is_csv =
-      out.size() > end.size() &&
-      out.compare(out.size() - end.size(), end.size(), end) == 0;
-  if (is_csv || IsStream(out)) return;
-  throw InputError("--out: found '" + Printable(out) + "', expected NAME.csv");
+  if (EndsIn(FLAGS_out, ".csv") || IsStream(FLAGS_out)) return;
+  throw InputError("--out: found '" + Printable(FLAGS_out) +
+                   "', expected NAME.csv");
 }
 
 void WriteCsv(const KinematicsTable& table, const PersonNames& names) {

@@ -4,6 +4,8 @@
 #include <sstream>
 #include <vector>
 
+#include "core/base/split.h"
+
 namespace kinegraph {
 namespace {
 
@@ -20,12 +22,6 @@ size_t Letters(const std::string& text) {
 
 std::string Padded(const std::string& text, size_t letters) {
   return text + std::string(letters - std::min(letters, Letters(text)), ' ');
-}
-
-std::string Trimmed(const std::string& text) {
-  const size_t begin = text.find_first_not_of(' ');
-  if (begin == std::string::npos) return "";
-  return text.substr(begin, text.find_last_not_of(' ') + 1 - begin);
 }
 
 TextCells CellsOf(const std::string& line) {

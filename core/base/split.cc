@@ -13,4 +13,16 @@ std::vector<std::string> Split(const std::string& text, char separator) {
   }
 }
 
+bool EndsIn(std::string_view text, std::string_view end) {
+  return text.size() > end.size() &&
+         text.substr(text.size() - end.size()) == end;
+}
+
+std::string Trimmed(const std::string& text) {
+  constexpr const char* kBlank = " \t\r\n";
+  const size_t begin = text.find_first_not_of(kBlank);
+  if (begin == std::string::npos) return "";
+  return text.substr(begin, text.find_last_not_of(kBlank) + 1 - begin);
+}
+
 }  // namespace kinegraph

@@ -319,11 +319,6 @@ std::string ConvertDetections(const ConversionOptions& flags,
          Count(source.header().view_names.size(), "views");
 }
 
-bool EndsIn(const std::string& path, const std::string& end) {
-  return path.size() > end.size() &&
-         path.compare(path.size() - end.size(), end.size(), end) == 0;
-}
-
 // "0, 3, 7": the identities that there are.
 std::string KnownPeople(const std::set<int64_t>& ids) {
   constexpr size_t kMostShown = 30;

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/base/error.h"
+#include "core/base/split.h"
 #include "core/io/binary/npz_file.h"
 #include "core/io/files/text_file.h"
 
@@ -121,9 +122,7 @@ void NpzReader::ReadDirectory() {
     if (end - at < kEntryBytes + name_size) Fail("", "has a damaged directory");
     std::string name(text.substr(at + kEntryBytes, name_size));
     const std::string extension = ".npy";
-    if (name.size() > extension.size() &&
-        name.compare(name.size() - extension.size(), extension.size(),
-                     extension) == 0) {
+    if (EndsIn(name, extension)) {
       name.resize(name.size() - extension.size());
     }
     name = Printable(name);

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
+#include "core/base/split.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/keys.h"
 #include "core/io/calibration/write_formats.h"
@@ -67,16 +68,11 @@ Eigen::Matrix3d ReadEasymocapRotation(const JsonField& extrinsic,
   return R;
 }
 
-bool EndsWith(const std::string& text, const std::string& end) {
-  return text.size() > end.size() &&
-         text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
 // The members "KEY_NAME" of one camera as an object with the members "KEY".
 Json MembersOf(const Json& root, const std::string& name) {
   Json camera = Json::object();
   for (const auto& [key, value] : root.items()) {
-    if (!EndsWith(key, "_" + name)) continue;
+    if (!EndsIn(key, "_" + name)) continue;
     camera[key.substr(0, key.size() - name.size() - 1)] = value;
   }
   return camera;
@@ -92,7 +88,7 @@ void RejectUnreadMembers(const JsonField& root,
     const std::string& member = key;
     const bool of_camera = std::any_of(names.begin(), names.end(),
                                        [&](const std::string& name) {
-                                         return EndsWith(member, "_" + name);
+                                         return EndsIn(member, "_" + name);
                                        }) ||
                            std::any_of(kOfCameras.begin(), kOfCameras.end(),
                                        [&](const std::string& beginning) {

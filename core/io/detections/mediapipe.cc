@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/split.h"
 #include "core/io/detections/csv_keypoints.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/losses.h"
@@ -22,11 +23,6 @@
 
 namespace kinegraph {
 namespace {
-
-bool EndsWith(const std::string& text, const std::string& end) {
-  return text.size() > end.size() &&
-         text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
 
 struct MediapipeColumns {
   int frame = -1;
@@ -49,13 +45,13 @@ MediapipeColumns FindMediapipeColumns(const std::vector<std::string>& header) {
     const std::string& name = header[c];
     const int place = static_cast<int>(c);
     if (name == "frame") columns.frame = place;
-    if (EndsWith(name, "_x")) {
+    if (EndsIn(name, "_x")) {
       joint_of(name.substr(0, name.size() - 2)).x = place;
-    } else if (EndsWith(name, "_y")) {
+    } else if (EndsIn(name, "_y")) {
       joint_of(name.substr(0, name.size() - 2)).y = place;
     }
     for (const std::string end : {"_visibility", "_confidence", "_score"}) {
-      if (EndsWith(name, end)) {
+      if (EndsIn(name, end)) {
         joint_of(name.substr(0, name.size() - end.size())).confidence = place;
       }
     }
@@ -126,7 +122,7 @@ bool RecogniseMediapipe(const DetectionHead& head) {
   const std::vector<std::string> row = head.FirstRow();
   return !row.empty() && row.front() == "frame" &&
          std::any_of(row.begin(), row.end(), [](const std::string& name) {
-           return EndsWith(name, "_x");
+           return EndsIn(name, "_x");
          });
 }
 

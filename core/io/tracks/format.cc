@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/base/split.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/csv_rows.h"

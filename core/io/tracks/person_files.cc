@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "core/base/split.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/names.h"
@@ -45,11 +46,6 @@ std::vector<std::string> FilesOf(const std::string& folder,
 }
 
 }  // namespace
-
-bool EndsIn(const std::string& path, const std::string& end) {
-  return path.size() > end.size() &&
-         path.compare(path.size() - end.size(), end.size(), end) == 0;
-}
 
 std::optional<TrackId> PersonIdOf(std::string_view text) {
   int64_t id = -1;

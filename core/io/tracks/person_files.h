@@ -15,9 +15,6 @@
 
 namespace kinegraph {
 
-// "a.trc" ends in ".trc"; ".trc" alone does not.
-bool EndsIn(const std::string& path, const std::string& end);
-
 // A number that can be an identity.
 std::optional<TrackId> PersonIdOf(std::string_view text);
 

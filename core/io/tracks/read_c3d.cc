@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/split.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/text/ids.h"
 #include "core/io/tracks/c3d_file.h"
@@ -178,8 +179,7 @@ class Labels {
 // "pelvis_4X4" is what C-Motion and Theia call the matrix of the pelvis.
 std::string SegmentName(const std::string& label) {
   for (const std::string_view end : {"_4X4", "_4x4"}) {
-    if (label.size() > end.size() &&
-        label.compare(label.size() - end.size(), end.size(), end) == 0) {
+    if (EndsIn(label, end)) {
       return label.substr(0, label.size() - end.size());
     }
   }

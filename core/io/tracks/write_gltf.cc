@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/split.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
@@ -533,12 +534,8 @@ void WriteText(const Scene& scene, AtomicFile* file) {
 void WriteTracksGltf(const std::string& path, const TrackSequence& tracks,
                      const TrackExportOptions& options, Losses* losses) {
   const Scene scene(tracks, options);
-  const std::string end = ".glb";
-  const bool is_binary =
-      path.size() > end.size() &&
-      path.compare(path.size() - end.size(), end.size(), end) == 0;
   AtomicFile file(path);
-  is_binary ? WriteBinary(scene, &file) : WriteText(scene, &file);
+  EndsIn(path, ".glb") ? WriteBinary(scene, &file) : WriteText(scene, &file);
   file.Commit();
   scene.NoteLosses(losses);
 }
