@@ -2,6 +2,7 @@
 #ifndef KINEGRAPH_APPS_COMMON_EVALUATION_OUTPUT_H_
 #define KINEGRAPH_APPS_COMMON_EVALUATION_OUTPUT_H_
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 

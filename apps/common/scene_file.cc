@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "core/io/configuration/config.h"
 #include "core/io/files/atomic_file.h"

@@ -1,6 +1,7 @@
 #include "apps/report/side_files.h"
 
 #include <initializer_list>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 namespace kinegraph {

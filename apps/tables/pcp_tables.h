@@ -2,6 +2,7 @@
 #ifndef KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 #define KINEGRAPH_APPS_TABLES_PCP_TABLES_H_
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 

@@ -5,6 +5,7 @@
 #ifndef KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
 #define KINEGRAPH_CORE_IO_CALIBRATION_FORMAT_H_
 
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>

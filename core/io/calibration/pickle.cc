@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <deque>
+#include <nlohmann/json.hpp>
 #include <unordered_map>
 #include <utility>
 #include <vector>

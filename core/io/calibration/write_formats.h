@@ -4,6 +4,7 @@
 #define KINEGRAPH_CORE_IO_CALIBRATION_WRITE_FORMATS_H_
 
 #include <Eigen/Core>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "core/base/error.h"

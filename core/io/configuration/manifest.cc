@@ -1,6 +1,7 @@
 #include "core/io/configuration/manifest.h"
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 

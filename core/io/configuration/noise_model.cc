@@ -1,5 +1,7 @@
 #include "core/io/configuration/noise_model.h"
 
+#include <nlohmann/json.hpp>
+
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 

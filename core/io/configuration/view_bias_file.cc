@@ -1,6 +1,7 @@
 #include "core/io/configuration/view_bias_file.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "core/io/files/atomic_file.h"

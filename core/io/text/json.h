@@ -4,7 +4,7 @@
 #define KINEGRAPH_CORE_IO_TEXT_JSON_H_
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>

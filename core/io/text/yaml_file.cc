@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <charconv>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
 

@@ -3,6 +3,7 @@
 // joint (v as COCO's: 2 observed, 1 inferred, 0 without position) and
 // `track_id`; the first of `categories` names joints and bones (from 1).
 #include <map>
+#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "core/base/error.h"

@@ -1,6 +1,7 @@
 #include "core/io/tracks/identity_edits.h"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
 

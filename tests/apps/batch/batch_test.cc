@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "apps/batch/merge.h"
 #include "tests/support/faulty_runs.h"

@@ -3,6 +3,7 @@
 #include <pthread.h>
 
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <string>
 #include <vector>
