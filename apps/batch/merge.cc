@@ -13,7 +13,6 @@
 #include "core/base/random.h"
 #include "core/io/files/text_file.h"
 #include "core/io/files/write_text_file.h"
-#include "core/io/text/csv_cell.h"
 
 namespace kinegraph {
 namespace {
@@ -203,19 +202,19 @@ std::string Markdown(const Results& results, const std::string& out,
 }
 
 std::string Csv(const Results& results) {
-  std::string csv = "take,configuration,measure,value,standard_error\n";
+  Table table({"take", "configuration", "measure", "value", "standard_error"});
   for (const BatchMeasure& measure : BatchMeasures()) {
     for (const std::string& configuration : results.configurations) {
       const BatchColumn column = ColumnOf(results, measure, configuration);
       for (size_t t = 0; t < column.size(); ++t) {
         if (!column[t].has_value()) continue;
-        csv += CsvCell(results.takes[t]) + "," + CsvCell(configuration) + "," +
-               measure.key + "," + DumpJson(column[t]->value) + "," +
-               DumpJson(column[t]->standard_error) + "\n";
+        table.AddRow({results.takes[t], configuration, measure.key,
+                      DumpJson(column[t]->value),
+                      DumpJson(column[t]->standard_error)});
       }
     }
   }
-  return csv;
+  return table.ToString(TableStyle::kCsv);
 }
 
 Json ResultsJson(const Results& results) {

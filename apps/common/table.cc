@@ -3,10 +3,13 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <utility>
+
+#include "core/io/text/csv_cell.h"
 
 namespace kinegraph {
 namespace {
@@ -91,6 +94,25 @@ std::string ToMarkdown(const std::vector<Row>& rows) {
   return text;
 }
 
+// A number, or the dash of Fixed: no spreadsheet takes it for a formula.
+bool IsFigure(const std::string& cell) {
+  double value = 0.0;
+  const char* const end = cell.data() + cell.size();
+  return cell == "-" || std::from_chars(cell.data(), end, value).ptr == end;
+}
+
+std::string ToCsv(const std::vector<Row>& rows) {
+  std::string text;
+  for (const Row& row : rows) {
+    for (size_t i = 0; i < row.size(); ++i) {
+      if (i > 0) text += ',';
+      text += IsFigure(row[i]) ? row[i] : CsvCell(row[i]);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
 }  // namespace
 
 Table::Table(std::vector<std::string> header) {
@@ -108,6 +130,7 @@ std::string Table::ToString(TableStyle style) const {
   if (style == TableStyle::kMarkdown) {
     return ToMarkdown(EscapeForMarkdown(rows_));
   }
+  if (style == TableStyle::kCsv) return ToCsv(rows_);
   return ToPlain(rows_);
 }
 

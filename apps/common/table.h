@@ -1,4 +1,4 @@
-// Tables of text for people: aligned columns, or Markdown.
+// Tables of text: aligned columns for a terminal, Markdown, or CSV.
 #ifndef KINEGRAPH_APPS_COMMON_TABLE_H_
 #define KINEGRAPH_APPS_COMMON_TABLE_H_
 
@@ -7,7 +7,7 @@
 
 namespace kinegraph {
 
-enum class TableStyle { kPlain, kMarkdown };
+enum class TableStyle { kPlain, kMarkdown, kCsv };
 
 // The first column is set to the left, all others (numbers) to the right.
 class Table {

@@ -1,14 +1,17 @@
 #include "apps/compare/output.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <functional>
 #include <utility>
 #include <vector>
 
 #include "apps/common/evaluation_output.h"
 #include "apps/common/table.h"
 #include "apps/compare/verdict.h"
+#include "core/io/configuration/config.h"
 
 namespace kinegraph {
 namespace {
@@ -94,149 +97,136 @@ Json FrameJson(const FrameRange& range) {
   return {{"begin", range.begin}, {"end", range.end}};
 }
 
-// A table of chosen measures, values alone or with intervals.
+// ---- Tables with a line a strategy ----
+
 struct Column {
-  const char* key;
-  const char* header;
-  bool interval = false;
+  std::string header;
+  std::function<std::string(const StrategyResult&)> cell;
 };
 
-std::string MeasureTable(const CompareResult& result,
-                         const std::vector<Column>& columns) {
+// A column of one measure; "-" where a strategy does not have it.
+Column OfMeasure(std::string key, std::string header,
+                 std::string (*text)(const Measure&)) {
+  return {std::move(header), [=](const StrategyResult& one) {
+            const Measure* measure = one.Find(key);
+            return measure == nullptr ? "-" : text(*measure);
+          }};
+}
+
+Column ValueOf(std::string key, std::string header) {
+  return OfMeasure(std::move(key), std::move(header), [](const Measure& one) {
+    return Fixed(one.value, one.decimals);
+  });
+}
+
+Column IntervalOf(std::string key, std::string header) {
+  return OfMeasure(std::move(key), std::move(header), [](const Measure& one) {
+    return WithInterval(one.value, one.interval, one.decimals);
+  });
+}
+
+// The paired difference to the baseline.
+Column DifferenceOf(std::string key) {
+  return OfMeasure(std::move(key), "against the baseline", DifferenceCell);
+}
+
+Column VerdictOf(std::string key) {
+  return OfMeasure(std::move(key), "", Judged);
+}
+
+// Of the strategies that ran and that `shows` lets pass; empty without any.
+std::string StrategyTable(
+    const CompareResult& result, const std::vector<Column>& columns,
+    TableStyle style = TableStyle::kMarkdown,
+    const std::function<bool(const StrategyResult&)>& shows = nullptr) {
   std::vector<std::string> header = {"strategy"};
   for (const Column& column : columns) header.push_back(column.header);
   Table table(header);
+  bool any = false;
   for (const StrategyResult& one : result.strategies) {
-    if (!one.scores.refused.empty()) continue;
+    if (!one.scores.refused.empty() || (shows && !shows(one))) continue;
     std::vector<std::string> row = {one.strategy.title};
-    for (const Column& column : columns) {
-      const Measure* measure = one.Find(column.key);
-      if (measure == nullptr) {
-        row.push_back("-");
-      } else if (column.interval) {
-        row.push_back(
-            WithInterval(measure->value, measure->interval, measure->decimals));
-      } else {
-        row.push_back(Fixed(measure->value, measure->decimals));
-      }
-    }
+    for (const Column& column : columns) row.push_back(column.cell(one));
     table.AddRow(std::move(row));
+    any = true;
   }
-  return table.ToString(TableStyle::kMarkdown);
+  return any ? table.ToString(style) : "";
 }
 
 std::string HeldOutTable(const CompareResult& result) {
-  Table table({"strategy", "mean [px]", "against the baseline", "",
-               "joints that all predict", "", "their median", "median", "90th",
-               "97th", "predicted [%]"});
-  for (const StrategyResult& one : result.strategies) {
-    if (!one.scores.refused.empty()) continue;
-    const Measure& mean = *one.Find(kHeldOut);
-    const Measure& common = *one.Find("held_out_common_px");
-    const auto value = [&one](const char* key) {
-      const Measure& measure = *one.Find(key);
-      return Fixed(measure.value, measure.decimals);
-    };
-    table.AddRow({one.strategy.title,
-                  WithInterval(mean.value, mean.interval, mean.decimals),
-                  DifferenceCell(mean), Judged(mean), value(common.key.c_str()),
-                  Judged(common), value("held_out_common_median_px"),
-                  value("held_out_median_px"), value("held_out_p90_px"),
-                  value("held_out_p97_px"), value("predicted_percent")});
-  }
-  return table.ToString(TableStyle::kMarkdown);
+  return StrategyTable(
+      result,
+      {IntervalOf(kHeldOut, "mean [px]"), DifferenceOf(kHeldOut),
+       VerdictOf(kHeldOut),
+       ValueOf("held_out_common_px", "joints that all predict"),
+       VerdictOf("held_out_common_px"),
+       ValueOf("held_out_common_median_px", "their median"),
+       ValueOf("held_out_median_px", "median"),
+       ValueOf("held_out_p90_px", "90th"), ValueOf("held_out_p97_px", "97th"),
+       ValueOf("predicted_percent", "predicted [%]")});
 }
 
 std::string ClassTable(const CompareResult& result) {
   std::vector<Column> columns;
-  std::vector<std::string> keys;
   for (int c = 0; c < kJointClassCount; ++c) {
-    keys.push_back("held_out_" +
-                   std::string(ToString(static_cast<JointClass>(c))) + "_px");
-  }
-  for (int c = 0; c < kJointClassCount; ++c) {
-    const Measure* measure = result.baseline().Find(keys[c]);
+    const std::string name = ToString(static_cast<JointClass>(c));
+    const std::string key = "held_out_" + name + "_px";
+    const Measure* measure = result.baseline().Find(key);
     if (measure == nullptr || std::isnan(measure->value)) continue;
-    columns.push_back({keys[c].c_str(), ToString(static_cast<JointClass>(c))});
+    columns.push_back(ValueOf(key, name));
   }
-  return MeasureTable(result, columns);
+  return StrategyTable(result, columns);
 }
 
 std::string MotionTable(const CompareResult& result) {
-  Table table({"strategy", "acceleration [m/s^2]", "jerk [m/s^3]",
-               "power above 6 Hz [mm^2]", "bone spread [mm]", "lag [ms]",
-               "final after", "joints given [%]"});
-  for (const StrategyResult& one : result.strategies) {
-    if (!one.scores.refused.empty()) continue;
-    const auto value = [&one](const char* key) {
-      const Measure& measure = *one.Find(key);
-      return Fixed(measure.value, measure.decimals);
-    };
-    const Measure& acceleration = *one.Find("acceleration_m_s2");
-    table.AddRow({one.strategy.title,
-                  WithInterval(acceleration.value, acceleration.interval,
-                               acceleration.decimals),
-                  value("jerk_m_s3"), value("power_above_6hz_mm2"),
-                  value("bone_spread_mm"), value("lag_to_batch_ms"),
-                  one.scores.run.whole_take ? "the whole take"
-                                            : value("final_after_ms") + " ms",
-                  value("joints_given_percent")});
-  }
-  return table.ToString(TableStyle::kMarkdown);
+  const Column delay = ValueOf("final_after_ms", "final after");
+  const auto final_after = [=](const StrategyResult& one) {
+    return one.scores.run.whole_take ? "the whole take"
+                                     : delay.cell(one) + " ms";
+  };
+  return StrategyTable(
+      result, {IntervalOf("acceleration_m_s2", "acceleration [m/s^2]"),
+               ValueOf("jerk_m_s3", "jerk [m/s^3]"),
+               ValueOf("power_above_6hz_mm2", "power above 6 Hz [mm^2]"),
+               ValueOf("bone_spread_mm", "bone spread [mm]"),
+               ValueOf("lag_to_batch_ms", "lag [ms]"),
+               {delay.header, final_after},
+               ValueOf("joints_given_percent", "joints given [%]")});
 }
 
 std::string TruthTable(const CompareResult& result) {
-  const bool pcp = result.baseline().Find("pcp_percent") != nullptr;
-  std::vector<std::string> header = {"strategy", "MPJPE [mm]",
-                                     "bias removed [mm]",
-                                     "against the baseline", ""};
-  if (pcp) {
-    header.insert(header.end(), {"PCP [%]", "against the baseline", ""});
+  std::vector<Column> columns = {
+      IntervalOf("mpjpe_mm", "MPJPE [mm]"),
+      ValueOf("mpjpe_bias_removed_mm", "bias removed [mm]"),
+      DifferenceOf("mpjpe_bias_removed_mm"),
+      VerdictOf("mpjpe_bias_removed_mm")};
+  if (result.baseline().Find("pcp_percent") != nullptr) {
+    columns.insert(columns.end(),
+                   {ValueOf("pcp_percent", "PCP [%]"),
+                    DifferenceOf("pcp_percent"), VerdictOf("pcp_percent")});
   }
-  header.push_back("lag [ms]");
-  Table table(header);
-  for (const StrategyResult& one : result.strategies) {
-    if (!one.scores.refused.empty()) continue;
-    const Measure& raw = *one.Find("mpjpe_mm");
-    const Measure& bias = *one.Find("mpjpe_bias_removed_mm");
-    std::vector<std::string> row = {
-        one.strategy.title, WithInterval(raw.value, raw.interval, raw.decimals),
-        Fixed(bias.value, bias.decimals), DifferenceCell(bias), Judged(bias)};
-    if (pcp) {
-      const Measure& share = *one.Find("pcp_percent");
-      row.insert(row.end(), {Fixed(share.value, share.decimals),
-                             DifferenceCell(share), Judged(share)});
-    }
-    row.push_back(Fixed(one.Find("lag_to_truth_ms")->value, 0));
-    table.AddRow(std::move(row));
-  }
-  return table.ToString(TableStyle::kMarkdown);
+  columns.push_back(
+      OfMeasure("lag_to_truth_ms", "lag [ms]",
+                [](const Measure& lag) { return Fixed(lag.value, 0); }));
+  return StrategyTable(result, columns);
 }
 
 std::string ConsistencyTable(const CompareResult& result) {
-  const bool truth = result.comparison.truth.has_value();
-  std::vector<std::string> header = {"strategy", "held-out covered [%]",
-                                     "held-out NEES per dof"};
-  if (truth) {
-    header.insert(header.end(), {"truth covered [%]", "truth NEES per dof"});
+  const auto percent = [](const Measure& one) { return Fixed(one.value, 1); };
+  const auto ratio = [](const Measure& one) { return Fixed(one.value, 2); };
+  std::vector<Column> columns = {
+      OfMeasure("held_out_covered_percent", "held-out covered [%]", percent),
+      OfMeasure("held_out_nees_per_dof", "held-out NEES per dof", ratio)};
+  if (result.comparison.truth.has_value()) {
+    columns.push_back(
+        OfMeasure("truth_covered_percent", "truth covered [%]", percent));
+    columns.push_back(
+        OfMeasure("truth_nees_per_dof", "truth NEES per dof", ratio));
   }
-  Table table(header);
-  bool any = false;
-  for (const StrategyResult& one : result.strategies) {
-    if (!one.scores.refused.empty()) continue;
-    if (one.scores.held_out_consistency.covered.total == 0) continue;
-    any = true;
-    std::vector<std::string> row = {
-        one.strategy.title,
-        Fixed(one.Find("held_out_covered_percent")->value, 1),
-        Fixed(one.Find("held_out_nees_per_dof")->value, 2)};
-    if (truth) {
-      row.push_back(Fixed(one.Find("truth_covered_percent")->value, 1));
-      row.push_back(Fixed(one.Find("truth_nees_per_dof")->value, 2));
-    }
-    table.AddRow(std::move(row));
-  }
-  return any ? table.ToString(TableStyle::kMarkdown) : "";
+  return StrategyTable(
+      result, columns, TableStyle::kMarkdown, [](const StrategyResult& one) {
+        return one.scores.held_out_consistency.covered.total > 0;
+      });
 }
 
 // Whether a chosen value is the first or last of its grid.
@@ -460,53 +450,43 @@ Json CompareJson(const CompareResult& result) {
 }
 
 std::string CompareCsv(const CompareResult& result) {
-  std::string csv =
-      "strategy,measure,unit,value,low,high,difference,difference_low,"
-      "difference_high,verdict\n";
+  Table table({"strategy", "measure", "unit", "value", "low", "high",
+               "difference", "difference_low", "difference_high", "verdict"});
   const auto number = [](double value) {
-    if (!std::isfinite(value)) return std::string();
-    char text[40];
-    std::snprintf(text, sizeof(text), "%.10g", value);
-    return std::string(text);
+    return std::isfinite(value) ? fmt::format("{:.10g}", value) : "";
   };
   for (const StrategyResult& one : result.strategies) {
     for (const Measure& measure : one.measures) {
-      csv += one.strategy.name + "," + measure.key + "," + measure.unit + "," +
-             number(measure.value) + "," + number(measure.interval.low) + "," +
-             number(measure.interval.high) + "," + number(measure.difference) +
-             "," + number(measure.difference_interval.low) + "," +
-             number(measure.difference_interval.high) + "," + Judged(measure) +
-             "\n";
+      table.AddRow({one.strategy.name, measure.key, measure.unit,
+                    number(measure.value), number(measure.interval.low),
+                    number(measure.interval.high), number(measure.difference),
+                    number(measure.difference_interval.low),
+                    number(measure.difference_interval.high), Judged(measure)});
     }
   }
-  return csv;
+  return table.ToString(TableStyle::kCsv);
 }
 
 std::string ErrorsCsv(const CompareResult& result) {
-  std::string csv = "frame";
+  std::vector<std::string> header = {"frame"};
   std::vector<const StrategyScores*> columns;
   for (const StrategyResult& one : result.strategies) {
     if (!one.scores.refused.empty()) continue;
-    csv += "," + one.strategy.name;
+    header.push_back(one.strategy.name);
     columns.push_back(&one.scores);
   }
-  csv += "\n";
+  Table table(header);
   const StrategyScores& first = *columns.front();
   for (size_t j = 0; j < first.joint_units.size(); ++j) {
     const auto unit = static_cast<size_t>(first.joint_units[j]);
-    csv += std::to_string(first.unit_frames[unit]);
+    std::vector<std::string> row = {std::to_string(first.unit_frames[unit])};
     for (const StrategyScores* one : columns) {
-      csv += ",";
-      if (one->joint_errors_px[j] < 0.0F) continue;
-      char text[40];
-      // All digits of a float.
-      std::snprintf(text, sizeof(text), "%.9g",
-                    static_cast<double>(one->joint_errors_px[j]));
-      csv += text;
+      const float error_px = one->joint_errors_px[j];  // all its digits
+      row.push_back(error_px < 0.0F ? "" : fmt::format("{:.9g}", error_px));
     }
-    csv += "\n";
+    table.AddRow(std::move(row));
   }
-  return csv;
+  return table.ToString(TableStyle::kCsv);
 }
 
 std::string CompareMarkdown(const CompareResult& result) {
@@ -585,18 +565,19 @@ Json RuntimeJson(const CompareResult& result) {
 }
 
 std::string RuntimeTable(const CompareResult& result) {
-  Table table({"strategy", "us per person-frame", "tuning [s]"});
-  for (const StrategyResult& one : result.strategies) {
-    if (!one.scores.refused.empty()) continue;
+  const auto per_frame_us = [](const StrategyResult& one) {
     const StrategyRun& run = one.scores.run;
-    table.AddRow(
-        {one.strategy.title,
-         Fixed(1e-3 * static_cast<double>(run.cpu_ns) /
-                   static_cast<double>(std::max<int64_t>(1, run.person_frames)),
-               1),
-         one.tuning.has_value() ? Fixed(one.tuning->cpu_s, 1) : "-"});
-  }
-  return table.ToString();
+    const int64_t frames = std::max<int64_t>(1, run.person_frames);
+    return Fixed(
+        1e-3 * static_cast<double>(run.cpu_ns) / static_cast<double>(frames),
+        1);
+  };
+  const auto tuning_s = [](const StrategyResult& one) {
+    return one.tuning.has_value() ? Fixed(one.tuning->cpu_s, 1) : "-";
+  };
+  return StrategyTable(
+      result, {{"us per person-frame", per_frame_us}, {"tuning [s]", tuning_s}},
+      TableStyle::kPlain);
 }
 
 }  // namespace kinegraph

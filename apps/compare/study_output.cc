@@ -7,7 +7,6 @@
 #include "apps/common/terminal_markdown.h"
 #include "apps/compare/study.h"
 #include "apps/compare/verdict.h"
-#include "core/io/text/csv_cell.h"
 #include "core/io/text/json.h"
 
 namespace kinegraph {
@@ -162,25 +161,26 @@ std::string StudyMarkdown(const Study& study) {
 }
 
 std::string StudyCsv(const Study& study) {
-  std::string text =
-      "take,strategy,values,held_out_mean_px,standard_error_px,difference_px,"
-      "difference_standard_error_px,verdict,chosen\n";
+  Table table({"take", "strategy", "values", "held_out_mean_px",
+               "standard_error_px", "difference_px",
+               "difference_standard_error_px", "verdict", "chosen"});
   for (const StudyTake& take : study.takes) {
     for (size_t s = 0; s < study.strategies.size(); ++s) {
       const StudyScore& score = take.scores[s];
-      text += CsvCell(take.name) + "," + study.strategies[s].name + "," +
-              CsvCell(DescribeValues(study.strategies[s], score.values)) + ",";
-      text += score.refused.empty()
-                  ? Fixed(score.mean_px, 6) + "," +
-                        Fixed(score.standard_error_px, 6) + "," +
-                        Fixed(score.difference_px, 6) + "," +
-                        Fixed(score.difference_error_px, 6) + "," +
-                        ToString(score.verdict)
-                  : ",,,,refused";
-      text += take.chosen == s ? ",1\n" : ",0\n";
+      const bool ran = score.refused.empty();
+      const auto figure = [&](double value) {
+        return ran ? Fixed(value, 6) : "";
+      };
+      table.AddRow({take.name, study.strategies[s].name,
+                    DescribeValues(study.strategies[s], score.values),
+                    figure(score.mean_px), figure(score.standard_error_px),
+                    figure(score.difference_px),
+                    figure(score.difference_error_px),
+                    ran ? ToString(score.verdict) : "refused",
+                    take.chosen == s ? "1" : "0"});
     }
   }
-  return text;
+  return table.ToString(TableStyle::kCsv);
 }
 
 std::string StudyJson(const Study& study) {
