@@ -1,7 +1,7 @@
-# The modules of the page's script, each after those whose values it needs when
-# it begins; functions may call one another in any direction.
-set(page_modules data scene labels pictures panels series charts summary identity
-  moments playback keep page)
+# The modules of the page's script, each after those that it uses: values and
+# events below, drawing above them, the page on top.
+set(page_modules data playback scene labels pictures panels series charts summary
+  identity moments keep page)
 
 # Joins them into one script: a browser loads no module from a page on disk. Their
 # names share one scope then, so what `import` and `export` say is checked by a

@@ -1,8 +1,7 @@
 // The timelines.
 import { LENGTH, NO_ANGLE, NO_VALUE, SPEED, byId, colourOf, dark, decode, element, frameCount, nameOf, results, times } from './data.js';
 import { boneLengthOf, meanViews, perPerson, residualSeries, speedOf } from './series.js';
-import { drawEdits } from './identity.js';
-import { pause, setFrame } from './playback.js';
+import { onFrame, pause, setFrame } from './playback.js';
 
 // Width left of a plot for names and for the axis' numbers.
 function gutter() { return window.innerWidth < 760 ? 58 : 110; }
@@ -183,7 +182,7 @@ function rowName(row, letters) {
   return name.length > letters ? name.slice(0, letters - 1) + '\u2026' : name;
 }
 
-function presenceChart() {
+function presenceChart(drawMarks) {
   const rows = [];
   results.forEach((result) => result.ids.forEach((id, person) => rows.push({ result: result, person: person })));
   const most = 40, shown = rows.slice(0, most), rowHeight = shown.length > 16 ? 8 : 15;
@@ -210,14 +209,16 @@ function presenceChart() {
       pen.fillText(rowName(row, gutter() < 100 ? 9 : 18), -6, i * rowHeight + rowHeight - 4);
       pen.textAlign = 'left';
     });
-    drawEdits(pen, width, shown, rowHeight);
+    drawMarks(pen, width, shown, rowHeight);
   });
   chart.head.append(element('span', { className: 'key', textContent: 'full colour: ' + mostViews + ' views' + (results.some((result) => result.edits.length) ? '; diamonds: joined, cut, exchanged, undecided' : '') + (rows.length > most ? '; the first ' + most + ' of ' + rows.length : '') }));
   if (results.length > 1) thinKey(chart, 'thinner: ', results.slice(1).map((result) => result.label));
 }
 
-export function makeCharts() {
-  presenceChart();
+// `drawMarks` draws over the chart of presence.
+export function makeCharts(drawMarks) {
+  presenceChart(drawMarks);
+  onFrame((f) => charts.forEach((chart) => chart.moveCursor(f)));
   const lead = results[0];
   if (lead.residual) {
     const series = residualSeries(lead);

@@ -1,7 +1,7 @@
 // The camera panels: detections and poses in each image.
 import { INFERRED, MISSING, NO_WEIGHT, REJECTED, byId, colourOf, dark, data, detections, element, nameOf, results, viewCount } from './data.js';
 import { drawPicture, openVideo } from './pictures.js';
-import { state } from './playback.js';
+import { onFrame, state } from './playback.js';
 
 function lensLimit(k) {
   // First squared radius where the radial polynomial turns back.
@@ -62,8 +62,12 @@ export function makePanels() {
     const width = camera.width || 2 * camera.K[2], height = camera.height || 2 * camera.K[5];
     const facts = element('span');
     byId('panels').append(element('figure', {}, [canvas, element('figcaption', {}, [element('b', { textContent: camera.view }), facts])]));
-    panels.push({ camera: camera, view: v, canvas: canvas, facts: facts, width: width, height: height, seen: true, pictures: new Map(), lacks: '' });
+    const panel = { camera: camera, view: v, canvas: canvas, facts: facts, width: width, height: height, seen: true, pictures: new Map(), lacks: '' };
+    panel.redraw = (f) => { if (panel.seen) drawPanel(panel, f); };
+    panels.push(panel);
   });
+  // Videos stop at the very picture.
+  onFrame((f) => panels.forEach((panel) => panel.redraw(f)), (f) => panels.forEach((panel) => { if (panel.video) panel.redraw(f); }));
   panels.forEach(openVideo);
   if ('IntersectionObserver' in window) {
     const observer = new IntersectionObserver((entries) => entries.forEach((entry) => {

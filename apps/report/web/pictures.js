@@ -1,6 +1,5 @@
 // Pictures and videos behind the panels.
 import { dark, decode, element, frameCount, frameNumbers, lowerBound, times } from './data.js';
-import { drawPanel } from './panels.js';
 import { state } from './playback.js';
 
 const KEPT_PICTURES = 24, AHEAD = 6;
@@ -29,7 +28,7 @@ function pictureOf(panel, f) {
   const source = pictureSource(panel, f);
   if (!source) return undefined;
   picture = new Image();
-  picture.onload = picture.onerror = () => { if (state.frame === f && panel.seen) drawPanel(panel, f); };
+  picture.onload = picture.onerror = () => { if (state.frame === f) panel.redraw(f); };
   picture.src = source;
   panel.pictures.set(f, picture);
   if (panel.pictures.size > KEPT_PICTURES) panel.pictures.delete(panel.pictures.keys().next().value);
@@ -62,7 +61,7 @@ export function openVideo(panel) {
   if (!source) return;
   const node = element('video', { muted: true, playsInline: true, preload: 'auto' });
   panel.video = { node: node, at: decode(source.at, Float64Array), sought: NaN };
-  const redraw = () => { if (panel.seen) drawPanel(panel, state.frame); };
+  const redraw = () => panel.redraw(state.frame);
   ['loadedmetadata', 'loadeddata', 'seeked', 'error'].forEach((name) => node.addEventListener(name, redraw));
   // A browser may say that it is there before it has the picture.
   if (node.requestVideoFrameCallback) {

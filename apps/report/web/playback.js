@@ -1,10 +1,12 @@
 // The frame that is shown, and playing on.
 import { byId, frameCount, frameNumbers, times } from './data.js';
-import { drawPanel, panels } from './panels.js';
-import { charts } from './charts.js';
 
 export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 export const state = { frame: 0, playing: false, speed: 1, time: times[0] || 0, lastTick: 0, pictures: 0, scene: null };
+
+// Who draws: `draw(f)` when the frame changes, `stop(f)` when playing ends.
+const drawings = [];
+export function onFrame(draw, stop) { drawings.push({ draw: draw, stop: stop || (() => {}) }); }
 
 export function setFrame(f) {
   state.frame = Math.max(0, Math.min(frameCount - 1, f));
@@ -14,9 +16,7 @@ export function setFrame(f) {
 
 export function update() {
   const f = state.frame;
-  if (state.scene) state.scene.setFrame(f);
-  panels.forEach((panel) => { if (panel.seen) drawPanel(panel, f); });
-  charts.forEach((chart) => chart.moveCursor(f));
+  drawings.forEach((one) => one.draw(f));
   byId('scrub').value = f;
   byId('clock').textContent = 'frame ' + frameNumbers[f] + ' \u00b7 ' + times[f].toFixed(2) + ' s';
 }
@@ -30,8 +30,7 @@ export function play() {
 export function pause() {
   state.playing = false;
   byId('play').textContent = 'Play';
-  // Videos stop at the very picture.
-  panels.forEach((panel) => { if (panel.video && panel.seen) drawPanel(panel, state.frame); });
+  drawings.forEach((one) => one.stop(state.frame));
 }
 
 export function tick(now) {

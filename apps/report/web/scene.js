@@ -1,6 +1,5 @@
 // The 3D view.
 import { INFERRED, MISSING, OBSERVED, colourOf, data, lowerBound, results, times } from './data.js';
-import { placeLabels } from './labels.js';
 
 export const up = new THREE.Vector3().fromArray(data.up);
 export const scratch = {
@@ -28,8 +27,10 @@ const middle = people.getCenter(new THREE.Vector3());
 export const reach = Math.min(30, Math.max(2, people.getSize(new THREE.Vector3()).length() / 2));
 
 export class Scene {
-  constructor(canvas) {
+  // `onRender(this)` follows each picture.
+  constructor(canvas, onRender) {
     this.canvas = canvas;
+    this.onRender = onRender;
     const context = canvas.getContext('webgl2', { antialias: true, alpha: true });
     if (!context) throw new Error('no WebGL 2');
     this.renderer = new THREE.WebGLRenderer({ canvas: canvas, context: context, antialias: true, alpha: true });
@@ -264,7 +265,7 @@ export class Scene {
     this.dirty = false;
     this.light.position.copy(this.camera.position).addScaledVector(up, reach);
     this.renderer.render(this.scene, this.camera);
-    placeLabels(this);
+    this.onRender(this);
   }
 }
 

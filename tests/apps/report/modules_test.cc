@@ -70,6 +70,16 @@ TEST(PageModulesTest, ImportWhatTheyUseAndNothingElse) {
     }
   }
   ASSERT_GE(modules.size(), 13u);
+  // Each builds on those before it: no two use each other.
+  std::string order =
+      ReadTextFile(testing::ProjectFile("apps/report/modules.cmake").string());
+  order.erase(0, order.find("set(page_modules "));
+  for (const auto& [name, module] : modules) {
+    for (const auto& [from, words] : module.imported) {
+      EXPECT_LT(order.find(" " + from), order.find(" " + name))
+          << name << ".js imports of " << from << ".js";
+    }
+  }
   std::map<std::string, std::string> home;
   for (const auto& [name, module] : modules) {
     for (const std::string& word : module.exported) {
