@@ -63,7 +63,7 @@ void WriteDetectionsAs(const DetectionFormat& format,
 
 void RunSynthesize() {
   if (FLAGS_keys) {
-    std::fputs(ConfigReference<SynthesisOptions>().c_str(), stdout);
+    std::fputs(KeyTable(KeysOf<SynthesisOptions>()).c_str(), stdout);
     return;
   }
   const std::vector<std::string> motion = ParseList(FLAGS_motion, "motion");

@@ -62,7 +62,9 @@ DEFINE_string(
 DEFINE_string(markers, "ours",
               "names of the joints in formats such as TRC: ours (l_hip), "
               "pose2sim (LHip) or opensim, as for `convert`");
-DEFINE_bool(keys, false, "list the keys of a configuration and leave");
+DEFINE_bool(keys, false,
+            "list the keys of a configuration and leave; with --config, as a "
+            "commented configuration with its values");
 
 DEFINE_string(axes, "",
               "world axes that the file's X,Y,Z are, such as x,-y,-z, in "
@@ -70,6 +72,14 @@ DEFINE_string(axes, "",
 
 namespace kinegraph {
 namespace {
+
+std::string KeysText() {
+  const std::vector<ConfigKey> defaults = KeysOf<RunOptions>();
+  if (FLAGS_config.empty()) return KeyTables(defaults);
+  return CommentedConfig(
+      KeysOf(ReadRunOptions(FindConfig(FLAGS_config), FLAGS_set, FLAGS_mode)),
+      defaults);
+}
 
 std::optional<AxisMap> AxesFlag() {
   if (FLAGS_axes.empty()) return std::nullopt;
@@ -375,7 +385,7 @@ void SayOutcome(const Take& take, const Session& session,
 
 void RunTrack() {
   if (FLAGS_keys) {
-    std::fputs(KeyTables(ConfigReference<RunOptions>()).c_str(), stdout);
+    std::fputs(KeysText().c_str(), stdout);
     return;
   }
   CheckFlags();

@@ -27,6 +27,7 @@
 #include "core/base/stop_check.h"
 #include "core/geometry/lens.h"
 #include "core/io/calibration/writer.h"
+#include "core/io/configuration/config.h"
 #include "core/io/conversion.h"
 #include "core/io/detections/format.h"
 #include "core/io/file_kind.h"
@@ -280,9 +281,8 @@ class TrackArrays {
 
 RunOptions OptionsOf(const std::string& config, const std::string& set,
                      const std::string& mode) {
-  if (!config.empty()) return ReadRunOptions(config, set, mode);
-  // Without a file the mode is graph; every other value is its default.
-  return ParseRunOptions("mode = \"graph\"", set, mode);
+  return config.empty() ? ParseRunOptions("", set, mode)
+                        : ReadRunOptions(config, set, mode);
 }
 
 RunRequest RequestOf(const std::vector<Camera>& cameras,

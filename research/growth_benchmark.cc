@@ -31,6 +31,7 @@
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
 #include "core/system/clock.h"
+#include "core/tracking/tracker.h"
 #include "solvers/session/run.h"
 
 namespace kinegraph {
@@ -106,7 +107,9 @@ void Frame(benchmark::State& state) {
   Times fastest;
   size_t tracked = 0;
   for (auto _ : state) {
-    EstimatorPair estimators = MakeEstimators(EstimatorOptions());
+    EstimatorOptions paper;
+    paper.mode = Mode::kPaper;
+    EstimatorPair estimators = MakeEstimators(paper);
     Tracker tracker(model, scene.skeleton, TrackerOptions(),
                     estimators.feedback, estimators.output);
     std::vector<TrackFrame> finished;

@@ -15,6 +15,7 @@
 
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
+#include "core/tracking/tracker.h"
 #include "solvers/session/run.h"
 #include "tests/support/test_data.h"
 

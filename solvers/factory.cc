@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "solvers/noise/take_notes.h"
 #include "solvers/smoothers.h"
 
 namespace kinegraph {

@@ -8,12 +8,12 @@
 
 #include "core/base/options.h"
 #include "core/tracking/estimator.h"
-#include "solvers/filters/causal_gaussian.h"
-#include "solvers/filters/segment_filters.h"
+#include "solvers/filters/options.h"
 #include "solvers/graph/options.h"
-#include "solvers/noise/take_notes.h"
 
 namespace kinegraph {
+
+class TakeNotes;  // solvers/noise/take_notes.h
 
 enum class Mode {
   kPaper,  // the paper's causal Gaussian in both roles
@@ -43,7 +43,7 @@ enum class OutputKind {
 const std::vector<std::string>& OutputNames();
 
 struct EstimatorOptions {
-  Mode mode = Mode::kPaper;
+  Mode mode = Mode::kGraph;
   // In graph mode; paper mode is the Gaussian alone, whatever they say.
   FeedbackKind feedback = FeedbackKind::kGaussian;
   OutputKind output = OutputKind::kWindow;

@@ -5,7 +5,12 @@
 #include <utility>
 
 #include "solvers/batch/batch_estimator.h"
+#include "solvers/filters/causal_gaussian.h"
+#include "solvers/filters/joint_points.h"
+#include "solvers/filters/offline_filter.h"
+#include "solvers/filters/segment_filters.h"
 #include "solvers/graph/noise_model.h"
+#include "solvers/noise/take_notes.h"
 #include "solvers/window/window_estimator.h"
 
 namespace kinegraph {
@@ -58,7 +63,9 @@ EstimatorFactory OverPoints(const EstimatorOptions& options, PointKind points,
                                     double depth_m, double focal_px) {
     return PixelSigma(graph, joint_class, confidence, depth_m, focal_px);
   };
-  return [=, filters = options.filters,
+  FilterOptions filters = options.filters;
+  filters.kalman.process_noise = options.graph.process_noise;
+  return [=, filters = std::move(filters),
           make_filter = std::move(make_filter)](const SceneModel& scene) {
     return MakeOfflineFilter(
         scene, filters.segments,

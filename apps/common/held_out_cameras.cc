@@ -9,6 +9,7 @@
 #include "apps/common/summary.h"
 #include "core/base/error.h"
 #include "core/io/calibration/calibration.h"
+#include "core/io/configuration/config.h"
 #include "core/io/configuration/held_out_set.h"
 #include "core/io/configuration/refinement_record.h"
 #include "core/io/configuration/view_bias_file.h"
@@ -20,6 +21,7 @@
 #include "solvers/noise/bias_model.h"
 #include "solvers/session/refine_take.h"
 #include "solvers/session/run.h"
+#include "solvers/session/subject_gauge.h"
 #include "solvers/session/subject_scale.h"
 
 namespace kinegraph {

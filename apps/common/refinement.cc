@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
+#include "core/base/error.h"
 #include "core/io/text/json.h"
 
 namespace kinegraph {

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "apps/common/terminal_markdown.h"
 #include "core/base/error.h"
+#include "core/io/detections/view_pairing.h"
 #include "core/io/text/json.h"
 
 namespace kinegraph {

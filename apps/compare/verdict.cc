@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "apps/common/table.h"
 #include "apps/common/terminal_markdown.h"
@@ -43,7 +44,7 @@ std::map<std::string, std::string> Flatten(const Json& json,
   return keys;
 }
 
-std::map<std::string, std::string> KeysOf(const RunOptions& options) {
+std::map<std::string, std::string> FlatKeysOf(const RunOptions& options) {
   return Flatten(ParseJson(EffectiveConfigJson(options), "the configuration"),
                  "");
 }
@@ -82,9 +83,9 @@ std::string TruthText(const CompareResult& result) {
 }  // namespace
 
 std::string ChangedKeysToml(const RunOptions& options) {
-  const std::map<std::string, std::string> defaults = KeysOf(RunOptions());
+  const std::map<std::string, std::string> defaults = FlatKeysOf(RunOptions());
   std::string text;
-  for (const auto& [key, value] : KeysOf(options)) {
+  for (const auto& [key, value] : FlatKeysOf(options)) {
     const auto at = defaults.find(key);
     if (at != defaults.end() && at->second == value) continue;
     text += key + " = " + value + "\n";

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "apps/report/colours.h"
@@ -16,6 +17,7 @@
 #include "core/io/text/json.h"
 #include "core/kinematics/ground.h"
 #include "core/kinematics/kinematics.h"
+#include "solvers/session/subject_gauge.h"
 #include "solvers/session/subject_scale.h"
 
 namespace kinegraph {

@@ -10,6 +10,7 @@
 #include "apps/common/table.h"
 #include "core/evaluation/statistics.h"
 #include "core/system/clock.h"
+#include "core/tracking/tracker.h"
 
 namespace kinegraph {
 namespace {

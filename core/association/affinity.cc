@@ -26,10 +26,6 @@ void AssociationOptions::Describe(OptionVisitor& visitor) {
                  "where last seen");
   visitor.Choice("target_2d", &target_2d, {"matched", "projected"},
                  "cross_view: the 2D joint last matched, or the 3D one there");
-  visitor.Number("weight_2d", &weight_2d, NonNegative(), "",
-                 "cross_view: of the distance in the image");
-  visitor.Number("weight_3d", &weight_3d, NonNegative(), "",
-                 "cross_view: of the distance from the ray");
   visitor.Number("alpha_3d", &alpha_3d_m, Positive(), "m",
                  "cross_view: ray distance at which a joint counts nothing");
 }

@@ -73,6 +73,17 @@ void OptionChecker::NumberList(const std::string& key,
   for (const double number : *value) Check(Path(key), number, limits);
 }
 
+void OptionChecker::NumberTable(const std::string& key, double* values,
+                                const std::vector<std::string>& names,
+                                const Limits& limits, const std::string& unit,
+                                const std::string& help) {
+  Enter(key);
+  for (const std::string& name : names) {
+    Number(name, values++, limits, unit, help);
+  }
+  Leave();
+}
+
 void OptionChecker::ChoiceIndex(const std::string& key, int* value,
                                 const std::vector<std::string>& names,
                                 const std::string&) {

@@ -58,6 +58,12 @@ class OptionVisitor {
   virtual void NumberList(const std::string& key, std::vector<double>* value,
                           const Limits& limits, const std::string& unit,
                           const std::string& help) = 0;
+  // `values` has a number for each of `names`. A configuration states one for
+  // all of them (key = 6), or a table with some (key.wrist = 9).
+  virtual void NumberTable(const std::string& key, double* values,
+                           const std::vector<std::string>& names,
+                           const Limits& limits, const std::string& unit,
+                           const std::string& help) = 0;
   // A table of texts, such as [cameras.map].
   virtual void TextMap(const std::string& key,
                        std::map<std::string, std::string>* value,
@@ -98,6 +104,9 @@ class OptionChecker : public OptionVisitor {
   void NumberList(const std::string& key, std::vector<double>* value,
                   const Limits& limits, const std::string& unit,
                   const std::string& help) override;
+  void NumberTable(const std::string& key, double* values,
+                   const std::vector<std::string>& names, const Limits& limits,
+                   const std::string& unit, const std::string& help) override;
   void TextMap(const std::string&, std::map<std::string, std::string>*,
                const std::string&) override {}
   void ChoiceIndex(const std::string& key, int* value,

@@ -6,8 +6,6 @@ void LinkOptions::Describe(OptionVisitor& visitor) {
   visitor.Boolean("link", &link, "graph mode: join tracks over the whole take");
   visitor.Number("min_margin", &min_margin, NonNegative(), "nats",
                  "advantage over the second best that a change needs");
-  visitor.Number("continuity", &continuity, NonNegative(), "nats",
-                 "advantage of what continues as it was tracked");
   visitor.Number("max_absence", &max_absence_s, NonNegative(), "s",
                  "longest absence that is joined; 0: any");
   visitor.Integer("people", &people, Between(0, 10000), "people",
@@ -15,8 +13,6 @@ void LinkOptions::Describe(OptionVisitor& visitor) {
   visitor.NumberList("entries", &entries, Between(-1e6, 1e6), "m",
                      "hint: spheres where people come and go: x, y, z, radius "
                      "of each");
-  visitor.Number("entry_penalty", &entry_penalty, NonNegative(), "nats",
-                 "of coming or going outside the entries");
 }
 
 }  // namespace kinegraph

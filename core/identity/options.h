@@ -15,15 +15,17 @@ struct LinkOptions {
   // By how many nats (powers of e) a change must beat the second best
   // explanation: 2 are odds of 7 to 1.
   double min_margin = 2.0;
-  // What continues as the tracker had it starts with this advantage [nats].
-  double continuity = 4.0;
   // Absences up to this are bridged with motion and bones; 0: any [s].
   double max_absence_s = 0.0;
 
   // Hints; 0 and empty: not known.
   int64_t people = 0;           // in the whole take
   std::vector<double> entries;  // spheres where people come and go: x, y, z, r
-  double entry_penalty = 4.0;   // of coming or going elsewhere [nats]
+
+  // Constants, no keys [nats]: the advantage with which what continues as the
+  // tracker had it starts, and what coming or going outside the entries costs.
+  double continuity = 4.0;
+  double entry_penalty = 4.0;
 
   void Describe(OptionVisitor& visitor);
 };

@@ -114,8 +114,6 @@ void InitialisationOptions::Describe(OptionVisitor& visitor) {
                  "alpha_epi of the joints filter at initialisation");
   visitor.Number("min_confidence", &min_confidence, Between(-1.0, 1e6), "",
                  "mean confidence that a detection must exceed");
-  visitor.Number("veto_confidence", &veto_confidence, Between(-1.0, 1e6), "",
-                 "weighted_distance: only surer detections are vetoed");
   visitor.Number("min_common_joints", &min_common_joints, Between(0.0, 17.0),
                  "joints of 17", "affinity_sum: joints a pair must share");
   visitor.Number("min_joints", &min_joints, Between(0.0, 17.0), "joints of 17",

@@ -7,37 +7,12 @@
 #include <vector>
 
 #include "core/assignment/hungarian.h"
-#include "core/base/options.h"
 #include "core/data/observation.h"
 #include "core/geometry/epipolar.h"
+#include "core/reconstruction/options.h"
 #include "core/reconstruction/reconstruction.h"
 
 namespace kinegraph {
-
-enum class InitialisationRule {
-  kAffinitySum,       // the paper's text: sum of epipolar affinities, E > 0
-  kWeightedDistance,  // the authors' code: confidence-weighted mean distance
-};
-
-struct InitialisationOptions {
-  InitialisationRule rule = InitialisationRule::kAffinitySum;
-  double alpha_group_px = 60.0;   // epipolar distance scale of the grouping
-  double alpha_filter_px = 60.0;  // of the joints filter at initialisation
-  // Detections take part when their mean confidence over the joints that take
-  // part at all (under detections.zero_confidence = "position": all joints) is
-  // above this.
-  double min_confidence = 0.0;
-  // weighted_distance: a pair with a cost above 1 in any member view is vetoed
-  // after the assignment when the detection's mean confidence is above this.
-  double veto_confidence = 0.5;
-  // affinity_sum: common joints that a pair must have, as a share of 17 scaled
-  // to the skeleton's association joints.
-  double min_common_joints = 10.0;
-  // Triangulated joints that a new person must have, likewise.
-  double min_joints = 10.0;
-
-  void Describe(OptionVisitor& visitor);
-};
 
 // Detections of different views that seem to be one person, in view order.
 using ObservationGroup = std::vector<const Observation*>;

@@ -8,13 +8,9 @@
 #include "core/base/span.h"
 #include "core/geometry/camera.h"
 #include "core/geometry/epipolar.h"
+#include "core/reconstruction/options.h"
 
 namespace kinegraph {
-
-enum class ConflictOrder {
-  kView,        // pairs by the order of the views, as the authors' code
-  kWorstFirst,  // the most negative pair first
-};
 
 // One view's measurement of the joint.
 struct JointRay {

@@ -4,7 +4,6 @@
 
 #include <vector>
 
-#include "core/base/options.h"
 #include "core/base/span.h"
 #include "core/data/observation.h"
 #include "core/data/pose.h"
@@ -13,47 +12,9 @@
 #include "core/geometry/epipolar.h"
 #include "core/geometry/triangulation.h"
 #include "core/reconstruction/joints_filter.h"
+#include "core/reconstruction/options.h"
 
 namespace kinegraph {
-
-// What counts as the newest measurement of a view.
-enum class NewestRule {
-  kPose,   // its newest 2D pose, with what that has and lacks
-  kJoint,  // joint by joint the newest that it has (Chen et al. 2020)
-};
-
-// Which joints without a triangulation speak against an update.
-enum class LostRule {
-  kSeen,          // every joint that a view sees (the paper's)
-  kContradicted,  // those that two views measure and that do not fit
-};
-
-struct ReconstructionOptions {
-  // The newest 2D pose of each view counts while it is younger than this.
-  double tau_frames = 3.0;
-  double lambda_t_per_frame = 5.0;  // DLT rows weigh exp(-lambda_t age)
-  NewestRule newest = NewestRule::kPose;
-  // Chen et al. 2020: a person is triangulated anew as each view is matched, so
-  // that the next view is compared with what this one saw. Association reads
-  // it where its affinity is cross_view.
-  bool incremental = false;
-  bool joints_filter = true;
-  double alpha_epi_px = 60.0;
-  ConflictOrder conflict_order = ConflictOrder::kView;
-  // The update fails when more than this share of the joints seen in this
-  // frame is left with fewer than two views.
-  double max_lost_share = 1.0 / 3.0;
-  // Graph mode: where a joint is found in one view and missed in the others,
-  // nothing contradicts, and that view alone says something of it. Paper mode
-  // counts all that are seen.
-  LostRule lost = LostRule::kContradicted;
-
-  // A joint behind a camera that measured it is no joint. The authors' code
-  // does not ask.
-  bool require_in_front = true;
-
-  void Describe(OptionVisitor& visitor);
-};
 
 // A 2D pose that takes part in a reconstruction.
 struct UsedView {

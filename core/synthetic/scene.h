@@ -13,10 +13,11 @@
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
 #include "core/skeleton/skeleton.h"
-#include "core/synthetic/actor.h"
-#include "core/synthetic/crowd.h"
+#include "core/synthetic/crowd_options.h"
 
 namespace kinegraph {
+
+class Actor;  // core/synthetic/actor.h
 
 // Cameras cam0, cam1, ... stand on a ring and look at its middle.
 struct RingOptions {

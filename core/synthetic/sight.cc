@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/constants.h"
+#include "core/synthetic/actor.h"
 
 namespace kinegraph {
 namespace {

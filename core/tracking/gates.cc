@@ -40,26 +40,16 @@ bool MeetingPoint(const CameraRig& cameras, Eigen::Vector3d* point_m) {
 }  // namespace
 
 void GateOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice("units", &units, {"pixels", "metres"},
-                 "gates as the other tables give them, or by this one");
-  visitor.Number("epipolar_m", &epipolar_m, Positive(), "m",
-                 "distance at which two views of a joint contradict");
-  visitor.Number("detector_px", &detector_px, NonNegative(), "px",
-                 "added to it: a detector's error however far people are");
-  visitor.Number("reach_m", &reach_m, NonNegative(), "m",
-                 "distance of a joint from its prediction at any frame rate");
+  visitor.Choice(
+      "units", &units, {"pixels", "metres"},
+      "gates as the other tables give them, or by lengths at the distance "
+      "where the cameras look");
   visitor.Number("speed_mps", &speed_mps, NonNegative(), "m/s",
-                 "added to it for each second since the last update");
-  visitor.Number("motion_detector_px", &motion_detector_px, NonNegative(), "px",
-                 "added to the two: a detector's error");
+                 "metres: how far a joint may be from its prediction grows by "
+                 "this with the time since the last update");
   visitor.Number("working_distance", &working_distance_m, NonNegative(), "m",
-                 "of people from cameras; 0: where the optical axes meet");
-  visitor.Number("view_age_s", &view_age_s, Positive(), "s",
-                 "a view's newest 2D pose counts while younger than this");
-  visitor.Number("affinity_decay", &affinity_decay_per_s, NonNegative(), "1/s",
-                 "decay of the affinity with the age of the 3D pose");
-  visitor.Number("view_decay", &view_decay_per_s, NonNegative(), "1/s",
-                 "decay of an older view's weight in the DLT");
+                 "metres: of people from cameras; 0: where the optical axes "
+                 "meet");
 }
 
 double WorkingDistance(const CameraRig& cameras) {

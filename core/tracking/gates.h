@@ -24,12 +24,14 @@ enum class GateUnits {
 // beside the paper's 60 and 70, Campus' (48 px/m) 15 and 26 beside 15 and 30.
 struct GateOptions {
   GateUnits units = GateUnits::kPixels;
+  double speed_mps = 2.6;
+  double working_distance_m = 0.0;  // 0: where the optical axes meet
+
+  // Constants, no keys.
   double epipolar_m = 0.19;
   double detector_px = 6.0;
   double reach_m = 0.12;
-  double speed_mps = 2.6;
   double motion_detector_px = 15.0;
-  double working_distance_m = 0.0;  // 0: where the optical axes meet
   // tau, lambda_a and lambda_t of the paper's 25 Hz in time.
   double view_age_s = 0.12;
   double affinity_decay_per_s = 75.0;

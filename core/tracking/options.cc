@@ -6,22 +6,19 @@
 namespace kinegraph {
 
 void TrackLifeOptions::Describe(OptionVisitor& visitor) {
-  visitor.Integer("confirm_hits", &confirm_hits, Between(1, 1000), "updates",
-                  "successful updates, birth included, before a track counts");
-  visitor.Number("confirm_s", &confirm_s, NonNegative(), "s",
-                 "graph mode: from birth to confirmation; 0: confirm_hits");
-  visitor.Number("max_age", &max_age_frames, Positive(), "frames",
-                 "a track without an update is deleted after this");
-  visitor.Number("max_age_s", &max_age_s, NonNegative(), "s",
-                 "graph mode: the same in time; 0: max_age");
+  visitor.Number("confirm_s", &confirm_s, Between(0.0, 40.0), "s",
+                 "a track counts once it is updated so long after its birth; "
+                 "in paper mode a second is 25 frames");
+  visitor.Number("max_age_s", &max_age_s, Positive(), "s",
+                 "a track without an update is deleted after this; in paper "
+                 "mode a second is 25 frames");
   visitor.Number("min_found_joints", &min_found_joints, Between(0.0, 17.0),
                  "joints of 17", "detections with fewer are noise");
   visitor.Boolean("backfill", &backfill,
                   "write a track's frames before it was confirmed as well");
-  visitor.Number("max_gap", &max_gap_frames, NonNegative(), "frames",
-                 "gaps up to this are written as the estimator bridges them");
   visitor.Number("max_gap_s", &max_gap_s, NonNegative(), "s",
-                 "graph mode: the same in time; 0: max_gap");
+                 "graph mode: gaps up to this are written as the estimator "
+                 "bridges them");
   visitor.Boolean("second_pass", &second_pass,
                   "offline: associate again with the smoothed tracks");
 }
@@ -31,18 +28,12 @@ TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
   TrackLifeOptions life = options;
   life.in_seconds = false;
   if (options.in_seconds) {
-    if (options.max_age_s > 0.0) {
-      life.max_age_frames = options.max_age_s * frame_rate_hz;
-    }
-    if (options.max_gap_s > 0.0) {
-      life.max_gap_frames = options.max_gap_s * frame_rate_hz;
-    }
-    if (options.confirm_s > 0.0) {
-      life.confirm_hits = std::max<int64_t>(
-          2, 1 + std::llround(options.confirm_s * frame_rate_hz));
-      // One and a half: at one missed frame the clock's slack is used up.
-      if (life.max_age_frames < 1.5) life.confirm_hits = 1;
-    }
+    life.max_age_frames = options.max_age_s * frame_rate_hz;
+    life.max_gap_frames = options.max_gap_s * frame_rate_hz;
+    life.confirm_hits = std::max<int64_t>(
+        2, 1 + std::llround(options.confirm_s * frame_rate_hz));
+    // One and a half: at one missed frame the clock's slack is used up.
+    if (life.max_age_frames < 1.5) life.confirm_hits = 1;
   }
   if (options.independent_frames) life.confirm_hits = 1;
   return life;

@@ -2,36 +2,36 @@
 #ifndef KINEGRAPH_CORE_TRACKING_OPTIONS_H_
 #define KINEGRAPH_CORE_TRACKING_OPTIONS_H_
 
-#include "core/association/affinity.h"
+#include "core/association/options.h"
 #include "core/base/options.h"
-#include "core/reconstruction/initialisation.h"
-#include "core/reconstruction/reconstruction.h"
+#include "core/reconstruction/options.h"
 #include "core/tracking/gates.h"
 
 namespace kinegraph {
 
-// Track life. Paper mode counts frames, as the paper does. Graph mode counts
-// seconds, so that a person may be hidden as long at 120 Hz as at 25 Hz; a time
-// of 0 falls back on the key in frames.
+// Track life. Times are seconds, so that a person may be hidden as long at
+// 120 Hz as at 25 Hz. Paper mode counts frames, as the paper does at 25 Hz: a
+// second is 25 frames there, whatever the take's rate.
 struct TrackLifeOptions {
-  int64_t confirm_hits = 3;      // successful updates, birth included
-  double confirm_s = 0.08;       // birth to the update that confirms
-  double max_age_frames = 10.0;  // deleted this long after the last update
-  double max_age_s = 0.4;
+  double confirm_s = 0.08;  // birth to the update that confirms
+  double max_age_s = 0.4;   // deleted this long after the last update
   // Detections with fewer found joints are noise and never looked at.
   double min_found_joints = 5.0;  // of 17
   // Also write the frames of a track before it was confirmed, once it is.
   bool backfill = false;
   // Write confirmed frames without an update when an update follows within
   // this time: the estimator bridges them. 0: never.
-  double max_gap_frames = 0.0;
   double max_gap_s = 0.0;
   // Offline: associate the whole take again with the smoothed tracks
   // (core/tracking/second_pass.h).
   bool second_pass = false;
 
-  // Set by the run, no keys of this table.
-  bool in_seconds = false;          // the times above hold: graph mode
+  // Set by the run, no keys of this table: the times above in frames of the
+  // take; hits are successful updates, birth included.
+  int64_t confirm_hits = 3;
+  double max_age_frames = 10.0;
+  double max_gap_frames = 0.0;
+  bool in_seconds = false;          // frames are yet to be told: graph mode
   bool independent_frames = false;  // each frame is a take of its own
 
   void Describe(OptionVisitor& visitor);

@@ -1,8 +1,11 @@
 #include "solvers/ceres/user_factor.h"
 
+#include <ceres/cost_function.h>
+
 #include <string>
 
 #include "core/base/error.h"
+#include "solvers/factors/jacobian.h"
 
 namespace kinegraph {
 namespace {

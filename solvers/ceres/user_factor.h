@@ -9,11 +9,13 @@
 #ifndef KINEGRAPH_SOLVERS_CERES_USER_FACTOR_H_
 #define KINEGRAPH_SOLVERS_CERES_USER_FACTOR_H_
 
-#include <ceres/cost_function.h>
-
 #include <memory>
 
 #include "solvers/graph/general_factor.h"
+
+namespace ceres {
+class CostFunction;  // ceres/cost_function.h
+}
 
 namespace kinegraph {
 

@@ -4,10 +4,9 @@
 #define KINEGRAPH_SOLVERS_FACTORS_ROBUST_LOSS_H_
 
 #include "core/base/pack.h"
+#include "solvers/factors/loss_kind.h"
 
 namespace kinegraph {
-
-enum class LossKind { kNone, kHuber, kCauchy, kGemanMcClure, kTukey };
 
 template <typename T>
 struct LossTerms {

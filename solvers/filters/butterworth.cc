@@ -31,17 +31,6 @@ void RunThrough(const std::vector<FilterSection>& sections,
 
 }  // namespace
 
-void ButterworthOptions::Describe(OptionVisitor& visitor) {
-  visitor.Integer("order", &order, Between(1, 8), "",
-                  "of each of the two passes");
-  visitor.Choice("choice", &choice, {"fixed", "residual_analysis"},
-                 "of the cut-off, the latter for each joint alone");
-  visitor.Number("cutoff", &cutoff_hz, Positive(), "Hz",
-                 "below half the frame rate");
-  visitor.Boolean("correct_cutoff", &correct_cutoff,
-                  "half the power at the cut-off after both passes, not one");
-}
-
 std::vector<FilterSection> ButterworthLowPass(int order, double cutoff_hz,
                                               double rate_hz) {
   const double w = Prewarp(cutoff_hz, rate_hz);

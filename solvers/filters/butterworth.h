@@ -5,24 +5,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/base/options.h"
 #include "solvers/filters/joint_segment.h"
+#include "solvers/filters/options.h"
 
 namespace kinegraph {
-
-enum class CutoffChoice { kFixed, kResidualAnalysis };
-
-struct ButterworthOptions {
-  int64_t order = 2;  // of each of the two passes
-  CutoffChoice choice = CutoffChoice::kFixed;
-  double cutoff_hz = 6.0;  // below half the frame rate; choice "fixed"
-  // The cut-off is where both passes together have half the power; without,
-  // where each of them has, as most programs take it.
-  bool correct_cutoff = true;
-
-  // Table [filters.butterworth].
-  void Describe(OptionVisitor& visitor);
-};
 
 // (b0 + b1 z^-1 + b2 z^-2) / (1 + a1 z^-1 + a2 z^-2).
 struct FilterSection {

@@ -192,24 +192,6 @@ const Pose3d CausalGaussian::kNoPose;
 
 }  // namespace
 
-void CausalGaussianOptions::Describe(OptionVisitor& visitor) {
-  visitor.Boolean("smooth", &smooth, "smooth at all");
-  visitor.Number("sigma", &sigma_frames, Between(0.01, 20.0), "frames",
-                 "of the causal Gaussian over stored poses");
-  visitor.Number("wrist_sigma", &wrist_sigma_frames, Between(0.01, 20.0),
-                 "frames", "the same for the wrists");
-  visitor.Number("history", &history_frames, Positive(), "frames",
-                 "older stored poses are dropped");
-  visitor.Integer("velocity_differences", &velocity_differences,
-                  Between(1, 1000), "poses",
-                  "differences of stored poses that the velocity averages");
-  visitor.Choice("velocity", &velocity, {"over_time", "per_update"},
-                 "metres per second, or per stored pose (authors' code)");
-  visitor.Number("hold", &hold_frames, NonNegative(), "frames",
-                 "an unseen joint keeps its own velocity so long, then the "
-                 "body's; 0: for ever");
-}
-
 std::vector<double> CausalGaussianWeights(double sigma, int length) {
   const int radius = static_cast<int>(4.0 * sigma + 0.5);
   std::vector<double> kernel(radius + 1);

@@ -6,30 +6,10 @@
 #include <memory>
 #include <vector>
 
-#include "core/base/options.h"
 #include "core/tracking/estimator.h"
+#include "solvers/filters/options.h"
 
 namespace kinegraph {
-
-enum class VelocityRule {
-  kOverTime,   // mean of the last differences over the real time between them
-  kPerUpdate,  // the authors' code: per stored pose, whatever the gap
-};
-
-struct CausalGaussianOptions {
-  bool smooth = true;
-  double sigma_frames = 0.3;        // stored poses
-  double wrist_sigma_frames = 0.8;  // wrists alone, not elbows
-  double history_frames = 10.0;     // older stored poses are dropped
-  int64_t velocity_differences = 5;
-  VelocityRule velocity = VelocityRule::kOverTime;
-  // A joint that is not triangulated moves on with its own velocity for so
-  // long, then with the mean velocity of the joints that are. 0: for ever.
-  double hold_frames = 10.0;
-
-  // Table [gaussian].
-  void Describe(OptionVisitor& visitor);
-};
 
 // Weights of a causal Gaussian: entry k belongs to the pose k places before the
 // newest, for a list of `length` poses. The kernel has radius

@@ -4,10 +4,6 @@
 
 namespace kinegraph {
 
-void CentredGaussianOptions::Describe(OptionVisitor& visitor) {
-  visitor.Number("sigma", &sigma_s, Positive(), "s", "of the kernel");
-}
-
 Samples CentredGaussian(double sigma_s, const std::vector<double>& times_s,
                         const Samples& values) {
   constexpr double kRadius = 4.0;  // sigmas

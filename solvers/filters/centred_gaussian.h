@@ -4,17 +4,10 @@
 
 #include <vector>
 
-#include "core/base/options.h"
 #include "solvers/filters/joint_segment.h"
+#include "solvers/filters/options.h"
 
 namespace kinegraph {
-
-struct CentredGaussianOptions {
-  double sigma_s = 0.04;
-
-  // Table [filters.centred_gaussian].
-  void Describe(OptionVisitor& visitor);
-};
 
 // Mean of the values weighted by exp(-dt^2 / (2 sigma^2)), over those within
 // four sigmas (Nadaraya 1964, Watson 1964). Time need not be uniform; at the

@@ -8,14 +8,10 @@
 #include <vector>
 
 #include "core/tracking/estimator.h"
+#include "solvers/filters/options.h"
 #include "solvers/filters/robust_triangulation.h"
 
 namespace kinegraph {
-
-enum class PointKind {
-  kDlt,     // the initial pose: joints filter, then DLT
-  kRobust,  // robust triangulation of the frame's own views, all of them
-};
 
 // Whether points come with covariances. kRobust always has them.
 enum class PointCovariances { kOff, kOn };

@@ -146,28 +146,6 @@ SegmentEstimate Smooth(const PointModel& model, const JointSegment& segment) {
 
 }  // namespace
 
-void KalmanOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice("motion", &motion,
-                 {"constant_velocity", "constant_acceleration"},
-                 "what moves on undisturbed");
-  DescribeJointClasses(
-      visitor, "acceleration_noise", &acceleration_noise, "m^2/s^3",
-      "constant velocity: power of the white noise on acceleration");
-  DescribeJointClasses(
-      visitor, "jerk_noise", &jerk_noise, "m^2/s^5",
-      "constant acceleration: power of the white noise on jerk");
-  visitor.Number("process_noise_scale", &process_noise_scale, Positive(), "",
-                 "factor on the noise of every class");
-  visitor.Choice("measurement", &measurement, {"triangulation", "constant"},
-                 "covariance of a sample: its triangulation's, or sigma");
-  DescribeJointClasses(visitor, "sigma", &sigma_m, "m",
-                       "constant measurement noise, each coordinate");
-  visitor.Number("start_velocity_sigma", &start_velocity_sigma_mps, Positive(),
-                 "m/s", "spread of a segment's first velocity");
-  visitor.Number("start_acceleration_sigma", &start_acceleration_sigma_mps2,
-                 Positive(), "m/s^2", "the same of its first acceleration");
-}
-
 Eigen::MatrixXd TransitionMatrix(int derivatives, double dt_s) {
   Eigen::MatrixXd F = Eigen::MatrixXd::Identity(derivatives, derivatives);
   for (int i = 0; i + 1 < derivatives; ++i) F(i, i + 1) = dt_s;
@@ -199,15 +177,18 @@ SegmentEstimate RtsSmoother(const PointModel& model,
 }
 
 PointModel ModelOf(const KalmanOptions& options, JointClass joint_class) {
-  const int index = static_cast<int>(joint_class);
+  // Powers of the white noise as multiples of the graph's: on acceleration, and
+  // on jerk.
+  constexpr double kOfAcceleration = 0.5;
+  constexpr double kOfJerk_per_s2 = 25.0;
+  const double power = options.process_noise[static_cast<int>(joint_class)];
   PointModel model;
   const bool velocity = options.motion == MotionModel::kConstantVelocity;
   model.derivatives = velocity ? 2 : 3;
   model.power = options.process_noise_scale *
-                (velocity ? options.acceleration_noise[index]
-                          : options.jerk_noise[index]);
-  model.start_sigmas = {options.start_velocity_sigma_mps,
-                        options.start_acceleration_sigma_mps2};
+                ((velocity ? kOfAcceleration : kOfJerk_per_s2) * power);
+  // What is known of a segment's first sample besides its position: m/s, m/s^2.
+  model.start_sigmas = {3.0, 30.0};
   return model;
 }
 

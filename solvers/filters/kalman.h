@@ -4,41 +4,11 @@
 
 #include <vector>
 
-#include "core/base/options.h"
 #include "solvers/filters/joint_segment.h"
+#include "solvers/filters/options.h"
 #include "solvers/graph/options.h"
 
 namespace kinegraph {
-
-enum class MotionModel {
-  kConstantVelocity,      // white noise on acceleration
-  kConstantAcceleration,  // white noise on jerk
-};
-
-enum class MeasurementNoise {
-  kTriangulation,  // the covariance of each sample
-  kConstant,       // sigma_m of the joint's class, alike in all directions
-};
-
-struct KalmanOptions {
-  MotionModel motion = MotionModel::kConstantVelocity;
-  // Power of the white noise by class of joint, for either motion model.
-  //   head trunk shoulder elbow wrist hip knee ankle foot other
-  JointClassTable acceleration_noise = {1.0, 0.5, 0.7, 2.0, 3.0,
-                                        0.5, 1.0, 5.0, 5.0, 3.0};  // m^2/s^3
-  JointClassTable jerk_noise = {50.0, 25.0, 35.0,  100.0, 150.0,
-                                25.0, 50.0, 250.0, 250.0, 150.0};  // m^2/s^5
-  double process_noise_scale = 1.0;  // on all of them
-  MeasurementNoise measurement = MeasurementNoise::kTriangulation;
-  JointClassTable sigma_m = {0.03, 0.03, 0.03, 0.03, 0.03,
-                             0.03, 0.03, 0.03, 0.03, 0.03};
-  // What is known of a segment's first sample besides its position.
-  double start_velocity_sigma_mps = 3.0;
-  double start_acceleration_sigma_mps2 = 30.0;
-
-  // Table [filters.kalman].
-  void Describe(OptionVisitor& visitor);
-};
 
 // Linear model of a point in space with `derivatives` 2 (position, velocity)
 // or 3 (and acceleration). Between two times dt apart the state moves as

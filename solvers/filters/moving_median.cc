@@ -43,18 +43,6 @@ void ForEachWindow(double window_s, WindowSide side,
 
 }  // namespace
 
-void HampelMedianOptions::Describe(OptionVisitor& visitor) {
-  visitor.Number("hampel_window", &hampel_window_s, NonNegative(), "s",
-                 "in which outliers are looked for");
-  visitor.Number("hampel_threshold", &hampel_threshold, NonNegative(),
-                 "standard deviations",
-                 "farther from the median is an outlier");
-  visitor.Number("median_window", &median_window_s, NonNegative(), "s",
-                 "of the moving median");
-  visitor.Choice("window", &side, {"centred", "trailing"},
-                 "trailing windows look back only: causal");
-}
-
 Samples MovingMedian(double window_s, WindowSide side,
                      const std::vector<double>& times_s,
                      const Samples& values) {

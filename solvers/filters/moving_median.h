@@ -4,27 +4,10 @@
 
 #include <vector>
 
-#include "core/base/options.h"
 #include "solvers/filters/joint_segment.h"
+#include "solvers/filters/options.h"
 
 namespace kinegraph {
-
-// Which values a place sees. Time need not be uniform; at the ends there are
-// fewer.
-enum class WindowSide {
-  kCentred,   // at most half the window away
-  kTrailing,  // itself and those before, less than the window away
-};
-
-struct HampelMedianOptions {
-  double hampel_window_s = 0.28;  // 7 frames at 25 Hz
-  double hampel_threshold = 3.0;  // standard deviations, by the MAD
-  double median_window_s = 0.2;   // 5 frames at 25 Hz
-  WindowSide side = WindowSide::kCentred;
-
-  // Table [filters.hampel_median].
-  void Describe(OptionVisitor& visitor);
-};
 
 // Median over the window (Tukey 1977), column by column.
 Samples MovingMedian(double window_s, WindowSide side,

@@ -148,11 +148,6 @@ JointSegment OfflineFilter::Segment(const std::vector<Sample>& samples,
 
 }  // namespace
 
-void OfflineFilterOptions::Describe(OptionVisitor& visitor) {
-  visitor.Number("max_gap", &max_gap_s, NonNegative(), "s",
-                 "a joint is bridged between samples no farther apart");
-}
-
 std::unique_ptr<Estimator> MakeOfflineFilter(
     const SceneModel& scene, const OfflineFilterOptions& options,
     JointPoints points, SegmentFilter filter) {

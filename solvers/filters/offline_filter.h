@@ -4,22 +4,12 @@
 
 #include <memory>
 
-#include "core/base/options.h"
 #include "core/tracking/estimator.h"
 #include "solvers/filters/joint_points.h"
 #include "solvers/filters/joint_segment.h"
+#include "solvers/filters/options.h"
 
 namespace kinegraph {
-
-// How samples become signals, alike for every filter.
-struct OfflineFilterOptions {
-  // Longest time between two samples of a joint that is bridged [s]: twice
-  // graph.bridging_limit_s, which reaches into a gap from either end.
-  double max_gap_s = 1.0;
-
-  // Into the table [filters].
-  void Describe(OptionVisitor& visitor);
-};
 
 // Collects a person's whole life, filters each joint alone in Finish(), and
 // every final pose comes then. Samples of a joint are its points as JointPoints

@@ -4,19 +4,10 @@
 
 #include <vector>
 
-#include "core/base/options.h"
 #include "solvers/filters/joint_segment.h"
+#include "solvers/filters/options.h"
 
 namespace kinegraph {
-
-struct OneEuroOptions {
-  double min_cutoff_hz = 2.0;
-  double beta_per_m = 1.0;  // the cut-off grows by so many Hz per m/s
-  double derivative_cutoff_hz = 1.0;
-
-  // Table [filters.one_euro].
-  void Describe(OptionVisitor& visitor);
-};
 
 // Exponential smoothing whose cut-off grows with the smoothed speed (Casiez,
 // Roussel and Vogel, CHI 2012, algorithm 1), column by column, by the real time

@@ -130,14 +130,6 @@ bool FindStart(const RobustTriangulationOptions& options,
 
 }  // namespace
 
-void RobustTriangulationOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice("loss", &loss, LossNames(), "of the reprojections");
-  visitor.Number("loss_scale", &loss_scale, Positive(), "sigmas",
-                 "where the loss starts to doubt a view");
-  visitor.Number("inlier_weight", &inlier_weight, Between(0.0, 1.0), "",
-                 "weight from which a view supports the point");
-}
-
 RobustTriangulator::RobustTriangulator(
     const RobustTriangulationOptions& options)
     : options_(options) {

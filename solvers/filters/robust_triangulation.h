@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "core/base/options.h"
 #include "core/geometry/camera.h"
 #include "solvers/factors/loss.h"
+#include "solvers/filters/options.h"
 
 namespace kinegraph {
 
@@ -17,18 +17,6 @@ struct PixelPoint {
   const Camera* camera = nullptr;
   Eigen::Vector2d px = Eigen::Vector2d::Zero();  // raw
   double sigma_px = 1.0;
-};
-
-struct RobustTriangulationOptions {
-  LossKind loss = LossKind::kGemanMcClure;
-  double loss_scale = 3.0;      // sigmas
-  double inlier_weight = 0.25;  // views that weigh less do not support a point
-  // The last step [m]. Steps shrink by squares; one who only wants a start for
-  // another loss may stop earlier. No key: not the user's business.
-  double last_step_m = 1e-6;
-
-  // Table [filters.robust_triangulation].
-  void Describe(OptionVisitor& visitor);
 };
 
 struct RobustPoint {

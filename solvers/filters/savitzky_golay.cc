@@ -25,12 +25,6 @@ Eigen::MatrixXd SmoothingMatrix(int length, int order) {
 
 }  // namespace
 
-void SavitzkyGolayOptions::Describe(OptionVisitor& visitor) {
-  visitor.Number("window", &window_s, NonNegative(), "s",
-                 "rounded to an odd number of frames");
-  visitor.Integer("order", &order, Between(0, 10), "", "of the polynomials");
-}
-
 int SavitzkyGolayLength(const SavitzkyGolayOptions& options, double rate_hz) {
   const double half = 0.5 * (options.window_s * rate_hz - 1.0);
   const int length = 2 * std::max(0, static_cast<int>(std::lround(half))) + 1;

@@ -4,19 +4,10 @@
 
 #include <cstdint>
 
-#include "core/base/options.h"
 #include "solvers/filters/joint_segment.h"
+#include "solvers/filters/options.h"
 
 namespace kinegraph {
-
-struct SavitzkyGolayOptions {
-  // Rounded to an odd number of frames, at least order + 1.
-  double window_s = 0.36;
-  int64_t order = 3;
-
-  // Table [filters.savitzky_golay].
-  void Describe(OptionVisitor& visitor);
-};
 
 // The odd number of frames nearest to the window, at least order + 1.
 int SavitzkyGolayLength(const SavitzkyGolayOptions& options, double rate_hz);

@@ -5,6 +5,13 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "solvers/filters/butterworth.h"
+#include "solvers/filters/centred_gaussian.h"
+#include "solvers/filters/kalman.h"
+#include "solvers/filters/moving_median.h"
+#include "solvers/filters/one_euro.h"
+#include "solvers/filters/savitzky_golay.h"
+#include "solvers/filters/smoothing_spline.h"
 #include "solvers/filters/uniform_time.h"
 
 namespace kinegraph {
@@ -73,32 +80,7 @@ SegmentFilter StateSpace(const KalmanOptions& options, StateSpaceRun run) {
   };
 }
 
-template <typename Options>
-void DescribeIn(OptionVisitor& visitor, const std::string& table,
-                Options* options) {
-  visitor.Enter(table);
-  options->Describe(visitor);
-  visitor.Leave();
-}
-
 }  // namespace
-
-void FilterOptions::Describe(OptionVisitor& visitor) {
-  visitor.Enter("filters");
-  visitor.Choice("points", &points, {"dlt", "robust"},
-                 "what filters smooth: the initial pose's joints, or robust "
-                 "triangulation");
-  segments.Describe(visitor);
-  DescribeIn(visitor, "robust_triangulation", &robust_triangulation);
-  DescribeIn(visitor, "centred_gaussian", &centred_gaussian);
-  DescribeIn(visitor, "hampel_median", &hampel_median);
-  DescribeIn(visitor, "one_euro", &one_euro);
-  DescribeIn(visitor, "butterworth", &butterworth);
-  DescribeIn(visitor, "savitzky_golay", &savitzky_golay);
-  DescribeIn(visitor, "smoothing_spline", &smoothing_spline);
-  DescribeIn(visitor, "kalman", &kalman);
-  visitor.Leave();
-}
 
 SegmentFilter PointsAsTheyAre(PointCovariances covariances) {
   return [covariances](const JointSegment& segment) {

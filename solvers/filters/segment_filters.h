@@ -3,38 +3,11 @@
 #ifndef KINEGRAPH_SOLVERS_FILTERS_SEGMENT_FILTERS_H_
 #define KINEGRAPH_SOLVERS_FILTERS_SEGMENT_FILTERS_H_
 
-#include "core/base/options.h"
-#include "solvers/filters/butterworth.h"
-#include "solvers/filters/centred_gaussian.h"
 #include "solvers/filters/joint_points.h"
 #include "solvers/filters/joint_segment.h"
-#include "solvers/filters/kalman.h"
-#include "solvers/filters/moving_median.h"
-#include "solvers/filters/offline_filter.h"
-#include "solvers/filters/one_euro.h"
-#include "solvers/filters/robust_triangulation.h"
-#include "solvers/filters/savitzky_golay.h"
-#include "solvers/filters/smoothing_spline.h"
+#include "solvers/filters/options.h"
 
 namespace kinegraph {
-
-struct FilterOptions {
-  // What filters smooth. The estimators raw_dlt and robust_triangulation are
-  // these points themselves.
-  PointKind points = PointKind::kDlt;
-  OfflineFilterOptions segments;
-  RobustTriangulationOptions robust_triangulation;
-  CentredGaussianOptions centred_gaussian;
-  HampelMedianOptions hampel_median;
-  OneEuroOptions one_euro;
-  ButterworthOptions butterworth;
-  SavitzkyGolayOptions savitzky_golay;
-  SmoothingSplineOptions smoothing_spline;
-  KalmanOptions kalman;  // of the RTS smoother too
-
-  // Table [filters], a table below it for each filter.
-  void Describe(OptionVisitor& visitor);
-};
 
 // Each checks its options against the frame rate [Hz] (OptionError). Filters
 // that need uniform time throw InputError for a segment without.

@@ -195,13 +195,6 @@ Samples LineThrough(const std::vector<double>& times_s, const Samples& values,
 
 }  // namespace
 
-void SmoothingSplineOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice("choice", &choice, {"gcv", "cutoff"},
-                 "how smooth: by generalised cross-validation, or the cut-off");
-  visitor.Number("cutoff", &cutoff_hz, Positive(), "Hz",
-                 "where the amplitude is halved");
-}
-
 Samples SmoothingSpline(double lambda_s3, const std::vector<double>& times_s,
                         const Samples& values,
                         const std::vector<double>& at_s) {

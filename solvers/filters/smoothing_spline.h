@@ -4,20 +4,10 @@
 
 #include <vector>
 
-#include "core/base/options.h"
 #include "solvers/filters/joint_segment.h"
+#include "solvers/filters/options.h"
 
 namespace kinegraph {
-
-enum class SmoothnessChoice { kGcv, kCutoff };
-
-struct SmoothingSplineOptions {
-  SmoothnessChoice choice = SmoothnessChoice::kGcv;
-  double cutoff_hz = 4.0;  // where the amplitude is halved; choice "cutoff"
-
-  // Table [filters.smoothing_spline].
-  void Describe(OptionVisitor& visitor);
-};
 
 // The function f that minimises, for each column,
 //   sum_i |y_i - f(t_i)|^2 + lambda_s3 integral |f''(t)|^2 dt

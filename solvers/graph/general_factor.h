@@ -11,8 +11,7 @@
 #include "core/base/time.h"
 #include "core/data/pose.h"
 #include "core/skeleton/skeleton.h"
-#include "solvers/factors/loss.h"
-#include "solvers/graph/state_key.h"
+#include "solvers/factors/loss_kind.h"
 
 namespace kinegraph {
 
@@ -57,37 +56,6 @@ struct UserFrame {
 // honour them in estimates, marginalisation and covariances.
 using UserFactorSource =
     std::function<std::vector<UserFactor>(const UserFrame& frame)>;
-
-// A user's factor on the states of a problem.
-struct PlacedFactor {
-  std::shared_ptr<const GeneralFactor> factor;
-  std::vector<StateKey> keys;  // of one frame, or of two neighbouring ones
-  Robustness robustness;
-
-  size_t first_frame() const;
-  size_t last_frame() const;
-};
-
-// What `source` says of a frame that is the problem's frame `k`. Throws
-// OptionError for joints or frames that are not there, and where the number of
-// states is not the factor's.
-std::vector<PlacedFactor> PlaceUserFactors(const UserFactorSource& source,
-                                           const UserFrame& frame, size_t k,
-                                           int joint_count);
-
-// A placed factor at states: whitened rows times the root of its weight.
-struct GeneralRows {
-  Eigen::VectorXd residual;
-  std::vector<
-      Eigen::Matrix<double, Eigen::Dynamic, kStateSize, Eigen::RowMajor>>
-      by_states;
-};
-
-// `state_of(key)` gives the state [6]; false where the factor has no value.
-bool LineariseGeneral(
-    const PlacedFactor& placed,
-    const std::function<const double*(const StateKey&)>& state_of,
-    GeneralRows* rows);
 
 }  // namespace kinegraph
 

@@ -10,12 +10,11 @@ namespace kinegraph {
 void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
                           JointClassTable* table, const std::string& unit,
                           const std::string& help) {
-  visitor.Enter(name);
+  std::vector<std::string> names;
   for (int i = 0; i < kJointClassCount; ++i) {
-    visitor.Number(ToString(static_cast<JointClass>(i)), &(*table)[i],
-                   Positive(), unit, help);
+    names.emplace_back(ToString(static_cast<JointClass>(i)));
   }
-  visitor.Leave();
+  visitor.NumberTable(name, table->data(), names, Positive(), unit, help);
 }
 
 namespace {
@@ -26,8 +25,6 @@ void DescribeLoss(GraphOptions* options, OptionVisitor& visitor) {
                  "robust loss of the reprojections");
   visitor.Number("loss_scale", &options->loss_scale, Positive(), "sigmas",
                  "where the loss starts to doubt an observation");
-  visitor.Number("inlier_weight", &options->inlier_weight, Between(0.0, 1.0),
-                 "", "weight from which a view counts as an inlier");
 }
 
 void DescribeNoise(GraphOptions* options, OptionVisitor& visitor) {
@@ -39,8 +36,6 @@ void DescribeNoise(GraphOptions* options, OptionVisitor& visitor) {
   visitor.Number("confidence_power", &options->confidence_power,
                  Between(0.0, 4.0), "",
                  "the detector error grows with confidence^-power");
-  visitor.Number("min_confidence", &options->min_confidence,
-                 Limits{0.0, 1.0, true}, "", "lower confidences count as this");
   visitor.Number("correlation_time_s", &options->correlation_time_s,
                  Between(0.0, 60.0), "s",
                  "how long detector errors last; 0: white noise");
@@ -50,12 +45,9 @@ void DescribeNoise(GraphOptions* options, OptionVisitor& visitor) {
                   "estimate one factor on all sigmas of a person");
   visitor.Choice("pixel_noise_from", &options->pixel_noise_from,
                  {"take", "fixed"},
-                 "learn the detector's error and how long it lasts from the "
-                 "take, or use the figures here");
-  visitor.Choice("confidence_from", &options->confidence_from,
-                 {"take", "fixed"},
-                 "learn what confidences are worth from the take (where pixel "
-                 "noise is), or believe confidence_power");
+                 "learn the detector's error, how long it lasts and what "
+                 "confidences are worth from the take, or use the figures "
+                 "here");
   visitor.Choice("process_noise_from", &options->process_noise_from,
                  {"take", "fixed"},
                  "learn the process noise from moment to moment from the "

@@ -11,7 +11,7 @@
 #include "core/base/options.h"
 #include "core/data/view_bias.h"
 #include "core/skeleton/skeleton.h"
-#include "solvers/factors/loss.h"
+#include "solvers/factors/loss_kind.h"
 #include "solvers/graph/general_factor.h"
 #include "solvers/graph/solve_counts.h"
 
@@ -20,7 +20,7 @@ namespace kinegraph {
 // A number for each class of joints, in the order of JointClass.
 using JointClassTable = std::array<double, kJointClassCount>;
 
-// A table `name` with a key for each class of joints.
+// The key `name`: one number, or a table by class of joint.
 void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
                           JointClassTable* table, const std::string& unit,
                           const std::string& help);
@@ -53,9 +53,6 @@ struct GraphOptions {
 
   LossKind loss = LossKind::kGemanMcClure;
   double loss_scale = 3.0;  // sigmas
-  // Weight above which a view counts as an inlier (0.25: three sigmas under
-  // Geman-McClure with loss_scale 3).
-  double inlier_weight = 0.25;
 
   // Power of the white noise on acceleration [m^2/s^3]. Held-out-camera error
   // on Shelf is flat over a decade around it (docs/graph_mode.md).
@@ -66,7 +63,6 @@ struct GraphOptions {
   // length of 1000 px. It scales with the size of the person in the image.
   JointClassTable sigma_px = {6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0, 6.0};
   double confidence_power = 0.5;  // sigma grows with confidence^-power
-  double min_confidence = 0.05;   // lower ones count as this
 
   // Detector errors last: e-folding time [s], 0 for white noise. The
   // information of each observation is scaled, after the loss, by
@@ -79,22 +75,17 @@ struct GraphOptions {
 
   // Learnt from the take (solvers/noise), of each person. The pixel noise: how
   // far off the detector is by class of joint and how long its errors last,
-  // around sigma_px, instead of the three fields above. The process noise: from
-  // moment to moment by class of joint, instead of the table.
+  // around sigma_px, instead of the three fields above, and what confidences
+  // are worth (solvers/noise/confidence_power.h), around confidence_power. The
+  // process noise: from moment to moment by class of joint, instead of the
+  // table.
   NoiseFrom pixel_noise_from = NoiseFrom::kTake;
-  // What confidences are worth (solvers/noise/confidence_power.h), around
-  // confidence_power; only where pixel noise is learnt.
-  NoiseFrom confidence_from = NoiseFrom::kTake;
   NoiseFrom process_noise_from = NoiseFrom::kTake;
 
   // The detector's bias as a function of the view, over all people of the take
   // (solvers/noise/bias_model.h).
   ViewBiasUse view_bias = ViewBiasUse::kOff;
 
-  bool LearnsConfidence() const {
-    return pixel_noise_from == NoiseFrom::kTake &&
-           confidence_from == NoiseFrom::kTake;
-  }
   bool LearnsNoise() const {
     return pixel_noise_from == NoiseFrom::kTake ||
            process_noise_from == NoiseFrom::kTake;
@@ -118,12 +109,16 @@ struct GraphOptions {
   // their neighbours on both sides; 0 for the take as a whole [s].
   double chunk_s = 10.0;
 
-  // Given in code alone: multiples of loss_scale that a loss that is not convex
+  // Given in code alone: weight above which a view counts as an inlier (three
+  // sigmas under Geman-McClure with loss_scale 3), what lower confidences count
+  // as, multiples of loss_scale that a loss that is not convex
   // runs through after a Huber stage, how far a new person's joints may be from
   // its centre and how fast they move, the error that no detector falls below
   // [px], a bias that is known and not learnt (unless view_bias is off),
   // factors of the caller's own (solver ceres), and where estimators add how
   // their solves ended.
+  double inlier_weight = 0.25;
+  double min_confidence = 0.05;
   std::vector<double> stages = {2.0, 1.0};
   double birth_position_sigma_m = 1.0;
   double birth_velocity_sigma_mps = 3.0;

@@ -18,7 +18,7 @@
 #include "core/geometry/camera.h"
 #include "solvers/factors/loss.h"
 #include "solvers/factors/state.h"
-#include "solvers/graph/general_factor.h"
+#include "solvers/graph/placed_factor.h"
 
 namespace kinegraph {
 

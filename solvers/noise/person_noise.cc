@@ -47,9 +47,8 @@ bool PersonNoise::Load(const PersonProblem& problem, size_t k, int joint_idx,
 }
 
 void PersonNoise::LearnPixels(const PersonProblem& problem, size_t k) {
-  const bool looks_at_confidences = options_.LearnsConfidence() &&
-                                    !knows_confidences_ &&
-                                    confidences_.BeginFrame(problem.times[k]);
+  const bool looks_at_confidences =
+      !knows_confidences_ && confidences_.BeginFrame(problem.times[k]);
   for (int j = 0; j < joint_count(); ++j) {
     if (triangulator_.Load(problem.joints[j], k)) {
       const JointClass joint_class = scene_.skeleton.joint_class(j);
@@ -70,7 +69,6 @@ void PersonNoise::LearnTakesPixels(
     LearnPixels(part, k);
   };
   for_each(learn);
-  if (!options_.LearnsConfidence()) return;
   triangulator_.set_weighting(confidences_.Fit());
   knows_confidences_ = true;
   if (triangulator_.weighting().added_power == 0.0) return;
@@ -155,9 +153,7 @@ void PersonNoise::LearnTake(const PersonProblem& problem) {
 
 void PersonNoise::AddFrame(const PersonProblem& problem, size_t k) {
   if (options_.pixel_noise_from == NoiseFrom::kTake) {
-    if (options_.LearnsConfidence()) {
-      triangulator_.set_weighting(confidences_.Fit());
-    }
+    triangulator_.set_weighting(confidences_.Fit());
     LearnPixels(problem, k);
     RefreshScales();
   }

@@ -17,36 +17,12 @@
 #include "solvers/noise/filter_bank.h"
 #include "solvers/noise/frame_points.h"
 #include "solvers/noise/information.h"
+#include "solvers/noise/learnt_noise.h"
 #include "solvers/noise/motion_groups.h"
 #include "solvers/noise/motion_level.h"
 #include "solvers/noise/pixel_noise.h"
 
 namespace kinegraph {
-
-// What was learnt, in physical units.
-struct LearntNoise {
-  struct OfClass {
-    // Joints of single frames whose residuals told the detector's error; 0:
-    // nothing was learnt of this class.
-    int64_t joints_seen = 0;
-    // Error of a confidence of 1 at 4 m with a focal length of 1000 px [px].
-    double sigma_px = 0.0;
-    // Power of the white noise on acceleration [m^2/s^3]: the take's level.
-    double process_noise = 0.0;
-    // Least and greatest power of any interval of time so far.
-    double least_process_noise = 0.0;
-    double greatest_process_noise = 0.0;
-  };
-  std::array<OfClass, kJointClassCount> classes;
-  ErrorCorrelation correlation;
-  // The errors grow with confidence^-power.
-  double confidence_power = 0.0;
-};
-
-// One line for the log: "errors last 0.10 s (share 0.90), grow with
-// confidence^-0.5; wrist 3.1 px, 4.2
-// (0.4 .. 120) m^2/s^3; ...".
-std::string ToString(const LearntNoise& learnt);
 
 // The batch gives it the whole take at once, the window frame by frame.
 class PersonNoise {

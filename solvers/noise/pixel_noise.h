@@ -11,6 +11,7 @@
 
 #include "core/base/time.h"
 #include "core/skeleton/skeleton.h"
+#include "solvers/noise/learnt_noise.h"
 
 namespace kinegraph {
 
@@ -59,13 +60,6 @@ class NoiseScales {
 
   std::array<Counts, kJointClassCount> classes_;
   Counts all_;
-};
-
-// Correlation of a detector's errors over time: share * exp(-|dt| / time_s)
-// for dt > 0; the rest of the variance is white.
-struct ErrorCorrelation {
-  double share = 0.0;  // 0 .. 1
-  double time_s = 0.1;
 };
 
 // Learns it from pairs of residuals of one joint in one view, up to a quarter

@@ -12,6 +12,7 @@
 #include "solvers/graph/options.h"
 #include "solvers/noise/bias_learner.h"
 #include "solvers/noise/bias_model.h"
+#include "solvers/noise/learnt_noise.h"
 #include "solvers/noise/person_noise.h"
 
 namespace kinegraph {
@@ -50,12 +51,6 @@ class TakeNotes {
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<LearntNoise>> people_;
 };
-
-// {"error_time_s", "error_share", "confidence_power", "classes": {"wrist":
-// {"joints_seen", "sigma_px", "process_noise", "least_process_noise",
-// "greatest_process_noise"}, ...}}: classes of which something was seen, units
-// as in LearntNoise.
-std::string ToJson(const LearntNoise& learnt);
 
 }  // namespace kinegraph
 

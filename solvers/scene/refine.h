@@ -6,31 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "core/base/options.h"
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
 #include "core/tracking/replay.h"
 #include "solvers/scene/bundle.h"
 #include "solvers/scene/fit_error.h"
+#include "solvers/scene/refine_options.h"
 
 namespace kinegraph {
-
-enum class RefineKind { kOff, kShift, kRotation, kPose, kPoseFocal };
-const std::vector<std::string>& RefineKindNames();
-
-// Where the floor and the origin of the world come from.
-enum class GroundKind { kOff, kFeet };
-const std::vector<std::string>& GroundKindNames();
-
-// Options of refinement, in the table "cameras" whose owner enters it.
-struct RefineOptions {
-  RefineKind refine = RefineKind::kOff;
-  bool refine_clock = false;
-  GroundKind ground = GroundKind::kOff;
-  bool any() const { return refine != RefineKind::kOff || refine_clock; }
-
-  void Describe(OptionVisitor& visitor);
-};
 
 FreeParameters CameraParametersOf(RefineKind kind);
 

@@ -6,6 +6,7 @@
 #include "core/io/detections/skeleton_fit.h"
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/tracker.h"
+#include "solvers/session/subject_gauge.h"
 #include "solvers/session/subject_scale.h"
 
 namespace kinegraph {

@@ -13,6 +13,7 @@
 #include "core/evaluation/statistics.h"
 #include "solvers/scene/camera_change.h"
 #include "solvers/session/run.h"
+#include "solvers/session/subject_gauge.h"
 
 namespace kinegraph {
 namespace {

@@ -1,9 +1,11 @@
 #include "solvers/session/options.h"
 
+#include <cmath>
 #include <cstdlib>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/io/configuration/config.h"
 
 namespace kinegraph {
 
@@ -28,7 +30,7 @@ void OutputOptions::Describe(OptionVisitor& visitor) {
 }
 
 void RunOptions::Describe(OptionVisitor& visitor) {
-  visitor.Text("skeleton", &skeleton, "of the tracks; empty: the detections'");
+  visitor.Text("skeleton", &skeleton, "joints of the tracks; empty: the detections'");
   estimators.Describe(visitor);
   visitor.Enter("input");
   input.Describe(visitor);
@@ -53,9 +55,13 @@ void RunOptions::Describe(OptionVisitor& visitor) {
 
 RunOptions WithRulesOfMode(RunOptions options) {
   if (options.estimators.mode == Mode::kPaper) {
-    options.tracker.life.backfill = false;
-    options.tracker.life.max_gap_frames = 0.0;
-    options.tracker.life.second_pass = false;
+    constexpr double kRate_hz = 25.0;  // of the paper's frames
+    TrackLifeOptions& life = options.tracker.life;
+    life.max_age_frames = life.max_age_s * kRate_hz;
+    life.confirm_hits = 1 + std::llround(life.confirm_s * kRate_hz);
+    life.max_gap_frames = 0.0;
+    life.backfill = false;
+    life.second_pass = false;
     options.identity.link = false;
   } else {
     options.tracker.life.in_seconds = true;
@@ -69,17 +75,6 @@ RunOptions WithRulesOfMode(RunOptions options) {
 }
 
 namespace {
-
-// Graph mode counts seconds, except where a configuration states frames alone.
-void PreferStatedFrames(const ConfigFile& config, TrackLifeOptions* life) {
-  const auto frames_alone = [&](const char* frames, const char* seconds) {
-    return config.Has(std::string("tracking.") + frames) &&
-           !config.Has(std::string("tracking.") + seconds);
-  };
-  if (frames_alone("confirm_hits", "confirm_s")) life->confirm_s = 0.0;
-  if (frames_alone("max_age", "max_age_s")) life->max_age_s = 0.0;
-  if (frames_alone("max_gap", "max_gap_s")) life->max_gap_s = 0.0;
-}
 
 void CheckViewBias(const RunOptions& options) {
   const EstimatorOptions& estimators = options.estimators;
@@ -104,7 +99,6 @@ RunOptions OptionsOf(ConfigFile config, const std::string& set,
   config.Apply(&options);
   options.user_skeletons = config.ReadSkeletons();
   config.RejectUnknown();
-  PreferStatedFrames(config, &options.tracker.life);
   if (!options.detections.skeleton_name.empty()) {
     options.detections.skeleton = ResolveSkeleton(
         options.detections.skeleton_name, options.user_skeletons);

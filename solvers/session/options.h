@@ -10,12 +10,11 @@
 #include "core/base/options.h"
 #include "core/identity/options.h"
 #include "core/io/calibration/calibration.h"
-#include "core/io/configuration/config.h"
 #include "core/io/detections/source.h"
 #include "core/skeleton/skeleton.h"
 #include "core/tracking/options.h"
 #include "solvers/factory.h"
-#include "solvers/scene/refine.h"
+#include "solvers/scene/refine_options.h"
 
 namespace kinegraph {
 
@@ -56,7 +55,7 @@ struct RunOptions {
 };
 
 // The options as the run's mode means them: paper mode counts a track's life in
-// frames and never backfills, associates again, extrapolates or links,
+// frames of 25 Hz and never backfills, associates again, extrapolates or links,
 // whatever the keys say; graph mode counts seconds. Every run applies this; it
 // changes nothing when applied again.
 RunOptions WithRulesOfMode(RunOptions options);

@@ -8,6 +8,7 @@
 #include "solvers/scene/consistency.h"
 #include "solvers/scene/refine_again.h"
 #include "solvers/session/diagnose.h"
+#include "solvers/session/subject_gauge.h"
 #include "solvers/session/subject_scale.h"
 
 namespace kinegraph {

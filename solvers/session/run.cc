@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/io/configuration/config.h"
 #include "solvers/session/ready_take.h"
 #include "solvers/session/refine_take.h"
 

@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/io/configuration/config.h"
+#include "core/io/detections/view_pairing.h"
 
 namespace kinegraph {
 namespace {

@@ -11,11 +11,12 @@
 #include "core/data/identity_edit.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
-#include "core/io/detections/view_pairing.h"
 #include "core/tracking/estimator.h"
 #include "solvers/session/options.h"
 
 namespace kinegraph {
+
+enum class PairedBy;  // core/io/detections/view_pairing.h
 
 // What a run needs besides its options.
 struct RunRequest {
@@ -35,7 +36,7 @@ struct RunScene {
   std::vector<int> used_views;          // indices into the source's views
   std::vector<std::string> view_names;  // of the used views
   TrackHeader header;                   // of the tracks to come
-  PairedBy paired_by = PairedBy::kMap;  // views with cameras
+  PairedBy paired_by = {};              // views with cameras
 };
 
 // Pairs views with cameras, leaves out what is not wanted, settles skeleton and

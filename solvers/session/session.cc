@@ -15,6 +15,10 @@
 #include "core/identity/edits.h"
 #include "core/identity/linking.h"
 #include "core/tracking/second_pass.h"
+#include "core/tracking/tracker.h"
+#include "solvers/noise/take_notes.h"
+#include "solvers/session/subject_gauge.h"
+#include "solvers/session/subject_scale.h"
 #include "solvers/session/take_clock.h"
 
 namespace kinegraph {

@@ -21,16 +21,19 @@
 #include "core/data/detection.h"
 #include "core/data/identity_edit.h"
 #include "core/data/pose.h"
+#include "core/data/view_bias.h"
 #include "core/io/detections/source.h"
-#include "core/tracking/tracker.h"
 #include "solvers/factory.h"
 #include "solvers/graph/solve_counts.h"
-#include "solvers/noise/take_notes.h"
+#include "solvers/noise/learnt_noise.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"
 #include "solvers/session/subject_scale.h"
 
 namespace kinegraph {
+
+struct StageTimes;  // core/tracking/tracker.h
+struct Succession;  // core/data/succession.h
 
 // Opens the detections of a run from their beginning, once for each pass.
 using SourceOpener = std::function<std::unique_ptr<DetectionSource>()>;
@@ -107,7 +110,7 @@ class Session {
   const SubjectScale& scale() const;
   // After Finish: what the estimators that were written learnt from the take
   // (graph.pixel_noise_from, graph.process_noise_from, graph.view_bias). ToJson
-  // (solvers/noise/take_notes.h) makes JSON of the first.
+  // (solvers/noise/learnt_noise.h) makes JSON of the first.
   LearntNoise learnt_noise() const;
   ViewBias view_bias() const;
   // After Finish: what linking did to identities, then the corrections.

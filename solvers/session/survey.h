@@ -10,6 +10,7 @@
 
 #include "core/data/detection.h"
 #include "core/data/stance.h"
+#include "core/io/detections/view_pairing.h"
 #include "solvers/session/options.h"
 #include "solvers/session/take_report.h"
 

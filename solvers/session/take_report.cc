@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
@@ -282,8 +283,7 @@ class TakeReporter::Impl {
       return 0.0;
     }
     const GateOptions usual;
-    return KeyOf("gates", "reach_m", usual.reach_m) *
-               scene_.model.frame_rate_hz +
+    return usual.reach_m * scene_.model.frame_rate_hz +
            KeyOf("gates", "speed_mps", usual.speed_mps);
   }
 

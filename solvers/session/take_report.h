@@ -17,6 +17,7 @@
 #include "core/data/detection.h"
 #include "core/data/pose.h"
 #include "core/io/detections/skeleton_fit.h"
+#include "core/io/detections/view_pairing.h"
 #include "solvers/scene/camera_check.h"
 #include "solvers/session/scene.h"
 #include "solvers/session/subject_scale.h"

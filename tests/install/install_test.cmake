@@ -24,6 +24,18 @@ foreach(header core/io/files/atomic_file.h apps/common/app.h)
     message(FATAL_ERROR "the internal header ${header} was installed")
   endif()
 endforeach()
+# Few, and free of what the solvers are made of.
+file(GLOB_RECURSE headers ${prefix}/include/kinegraph/*.h)
+list(LENGTH headers count)
+if(count GREATER 60)
+  message(FATAL_ERROR "${count} headers are public, 60 at most are agreed on")
+endif()
+foreach(header ${headers})
+  file(STRINGS ${header} lines REGEX "#include <(ceres|nlohmann/json.hpp)")
+  if(lines)
+    message(FATAL_ERROR "${header}: ${lines}")
+  endif()
+endforeach()
 run(${CMAKE_COMMAND} -S ${SOURCE} -B ${consumer} -G ${GENERATOR}
   -D CMAKE_BUILD_TYPE=${CONFIG} -D CMAKE_CXX_COMPILER=${COMPILER}
   -D CMAKE_CXX_FLAGS=${FLAGS}

@@ -170,7 +170,9 @@ FrozenMatches MatchesOf(const FaultyScene& scene) {
   model.cameras = scene.cameras;
   model.skeleton = scene.detections.header.skeleton;
   model.frame_rate_hz = scene.scene.frame_rate_hz;
-  return MatchTake(RunOptions(), model, scene.detections);
+  RunOptions options;
+  options.estimators.mode = Mode::kPaper;
+  return MatchTake(options, model, scene.detections);
 }
 
 double AngleBetween(const Camera& a, const Camera& b) {

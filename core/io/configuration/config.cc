@@ -6,11 +6,13 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "core/base/edit_distance.h"
+#include "core/base/split.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/toml_file.h"
 
@@ -21,13 +23,6 @@ namespace {
 
 std::string Quoted(const std::string& text) {
   return "'" + Printable(text) + "'";
-}
-
-std::string Trimmed(const std::string& text) {
-  constexpr const char* kBlank = " \t\r\n";
-  const size_t begin = text.find_first_not_of(kBlank);
-  if (begin == std::string::npos) return {};
-  return text.substr(begin, text.find_last_not_of(kBlank) + 1 - begin);
 }
 
 std::string WithoutQuotes(const std::string& text) {
@@ -90,12 +85,52 @@ std::string Nearest(const std::string& key, const std::set<std::string>& keys) {
   return nearest;
 }
 
-// Keys that went, and what stands in their place.
+// Keys and tables that went, and what stands in their place.
 struct GoneKey {
   const char* key;
   const char* instead;
 };
 constexpr GoneKey kGoneKeys[] = {
+    {"tracking.confirm_hits",
+     "use tracking.confirm_s, the time after the first hit: 3 hits at 25 Hz "
+     "are 0.08"},
+    {"tracking.max_age",
+     "use tracking.max_age_s, in seconds: 10 frames at 25 Hz are 0.4"},
+    {"tracking.max_gap",
+     "use tracking.max_gap_s, in seconds: 10 frames at 25 Hz are 0.4"},
+    {"gates.epipolar_m",
+     "0.19 m, always; gates.units = \"pixels\" with "
+     "reconstruction.alpha_epi sets another"},
+    {"gates.detector_px", "6 px, always"},
+    {"gates.reach_m", "0.12 m, always; gates.speed_mps lets people be faster"},
+    {"gates.motion_detector_px", "15 px, always"},
+    {"gates.view_age_s",
+     "0.12 s, always; gates.units = \"pixels\" with "
+     "reconstruction.tau sets another"},
+    {"gates.affinity_decay",
+     "75 / s, always; gates.units = \"pixels\" with "
+     "association.lambda_a sets another"},
+    {"gates.view_decay",
+     "125 / s, always; gates.units = \"pixels\" with "
+     "reconstruction.lambda_t sets another"},
+    {"association.weight_2d", "0.4, always"},
+    {"association.weight_3d", "0.6, always"},
+    {"initialisation.veto_confidence", "0.5, always"},
+    {"identity.continuity", "4 nats, always; see identity.min_margin"},
+    {"identity.entry_penalty", "4 nats, always"},
+    {"filters.kalman.acceleration_noise",
+     "use filters.kalman.process_noise_scale, on half of graph.process_noise"},
+    {"filters.kalman.jerk_noise",
+     "use filters.kalman.process_noise_scale, on 25 times "
+     "graph.process_noise"},
+    {"filters.kalman.start_velocity_sigma", "3 m/s, always"},
+    {"filters.kalman.start_acceleration_sigma", "30 m/s^2, always"},
+    {"filters.one_euro.derivative_cutoff", "1 Hz, always"},
+    {"filters.robust_triangulation.loss", "Geman and McClure's, always"},
+    {"filters.robust_triangulation.inlier_weight", "0.25, always"},
+    {"graph.inlier_weight", "0.25, always"},
+    {"graph.min_confidence", "0.05, always"},
+    {"graph.confidence_from", "as graph.pixel_noise_from says"},
     {"graph.stages", "the loss narrows in two stages, always"},
     {"graph.min_sigma_px", "1 px, always; graph.sigma_px sets the errors"},
     {"graph.rival_starts", "no take has shown a gain"},
@@ -242,8 +277,9 @@ void ConfigFile::Impl::CollectUnknown(const toml::table& table,
 
 std::string ConfigFile::Impl::UnknownMessage(const std::string& key) const {
   for (const GoneKey& gone : kGoneKeys) {
-    if (key == gone.key) {
-      return std::string("is gone (leave it out): ") + gone.instead;
+    const std::string name = gone.key;
+    if (key == name || key.rfind(name + ".", 0) == 0) {
+      return std::string("is gone: ") + gone.instead;
     }
   }
   std::set<std::string> all = known_;
@@ -389,6 +425,28 @@ class ConfigFile::Reader : public OptionVisitor {
           numbers.push_back(*number);
         });
     if (present) *value = std::move(numbers);
+  }
+
+  void NumberTable(const std::string& key, double* values,
+                   const std::vector<std::string>& names, const Limits& limits,
+                   const std::string& unit, const std::string& help) override {
+    const Setting setting = StartValue(key);
+    const bool is_table = setting.node != nullptr && setting.node->is_table();
+    if (setting.present() && !is_table) {
+      Number(key, values, limits, unit, help);
+      std::fill_n(values, names.size(), *values);
+    }
+    tables_.push_back(key);
+    for (const std::string& name : names) {
+      // A number for all on the command line wins over the file's table.
+      const std::string path = JoinKey(tables_, name);
+      config_->MarkKnown(path);
+      if (setting.text == nullptr || config_->FindOverride(path) != nullptr) {
+        Number(name, values, limits, unit, help);
+      }
+      ++values;
+    }
+    tables_.pop_back();
   }
 
   void TextMap(const std::string& key,

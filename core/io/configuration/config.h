@@ -4,6 +4,7 @@
 #ifndef KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_
 #define KINEGRAPH_CORE_IO_CONFIGURATION_CONFIG_H_
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -77,94 +78,40 @@ class ConfigFile {
 Skeleton ResolveSkeleton(const std::string& name,
                          const std::vector<Skeleton>& user_skeletons);
 
-// Writes effective values as JSON, tables as nested objects, in the order in
-// which Describe names them; numbers read back to the same bits.
-class ConfigJsonWriter : public OptionVisitor {
- public:
-  ConfigJsonWriter();
-  ~ConfigJsonWriter() override;
-  std::string ToString() const;  // on one line
+using DescribeOptions = std::function<void(OptionVisitor&)>;
 
-  void Enter(const std::string& name) override;
-  void Leave() override;
-  void Number(const std::string& key, double* value, const Limits& limits,
-              const std::string& unit, const std::string& help) override;
-  void Integer(const std::string& key, int64_t* value, const Limits& limits,
-               const std::string& unit, const std::string& help) override;
-  void Boolean(const std::string& key, bool* value,
-               const std::string& help) override;
-  void Text(const std::string& key, std::string* value,
-            const std::string& help) override;
-  void TextList(const std::string& key, std::vector<std::string>* value,
-                const std::string& help) override;
-  void NumberList(const std::string& key, std::vector<double>* value,
-                  const Limits& limits, const std::string& unit,
-                  const std::string& help) override;
-  void TextMap(const std::string& key,
-               std::map<std::string, std::string>* value,
-               const std::string& help) override;
-  void ChoiceIndex(const std::string& key, int* value,
-                   const std::vector<std::string>& names,
-                   const std::string& help) override;
-
- private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
-};
+// Effective values as JSON on one line, tables as nested objects, in the order
+// in which `describe` names them; numbers read back to the same bits.
+std::string ConfigJson(const DescribeOptions& describe);
 
 // Effective values of several structs in one JSON object.
 template <typename... Options>
-std::string EffectiveConfigJson(const Options&... options) {
-  ConfigJsonWriter writer;
-  const auto describe = [&writer](auto copy) { copy.Describe(writer); };
-  (describe(options), ...);
-  return writer.ToString();
+std::string EffectiveConfigJson(Options... options) {
+  return ConfigJson(
+      [&](OptionVisitor& visitor) { (options.Describe(visitor), ...); });
 }
 
-// Lists keys with default, unit, allowed values and help as a Markdown table.
-class ConfigReferenceWriter : public OptionVisitor {
- public:
-  std::string ToString() const;  // header and rows
+// A key for those who read about it.
+struct ConfigKey {
+  std::string table;  // "graph", "" for none
+  std::string name;
+  std::string value;  // as TOML has it
+  std::string unit;
+  std::string allowed;
+  std::string help;
 
-  void Enter(const std::string& name) override;
-  void Leave() override;
-  void Number(const std::string& key, double* value, const Limits& limits,
-              const std::string& unit, const std::string& help) override;
-  void Integer(const std::string& key, int64_t* value, const Limits& limits,
-               const std::string& unit, const std::string& help) override;
-  void Boolean(const std::string& key, bool* value,
-               const std::string& help) override;
-  void Text(const std::string& key, std::string* value,
-            const std::string& help) override;
-  void TextList(const std::string& key, std::vector<std::string>* value,
-                const std::string& help) override;
-  void NumberList(const std::string& key, std::vector<double>* value,
-                  const Limits& limits, const std::string& unit,
-                  const std::string& help) override;
-  void TextMap(const std::string& key,
-               std::map<std::string, std::string>* value,
-               const std::string& help) override;
-  void ChoiceIndex(const std::string& key, int* value,
-                   const std::vector<std::string>& names,
-                   const std::string& help) override;
-
- private:
-  void Row(const std::string& key, const std::string& value,
-           const std::string& unit, const std::string& allowed,
-           const std::string& help);
-
-  std::vector<std::string> tables_;
-  std::string rows_;
+  std::string path() const { return table.empty() ? name : table + "." + name; }
 };
+std::vector<ConfigKey> ListKeys(const DescribeOptions& describe);
 
-// The Markdown table of default-made structs.
-template <typename... Options>
-std::string ConfigReference() {
-  ConfigReferenceWriter writer;
-  const auto describe = [&writer](auto options) { options.Describe(writer); };
-  (describe(Options()), ...);
-  return writer.ToString();
+// The keys of a struct with the values that it has.
+template <typename Options>
+std::vector<ConfigKey> KeysOf(Options options = {}) {
+  return ListKeys([&](OptionVisitor& visitor) { options.Describe(visitor); });
 }
+
+// Keys with value, unit, allowed values and help as a Markdown table.
+std::string KeyTable(const std::vector<ConfigKey>& keys);
 
 }  // namespace kinegraph
 

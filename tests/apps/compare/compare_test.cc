@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -23,6 +24,7 @@
 #include "apps/compare/strategies.h"
 #include "apps/compare/tuning.h"
 #include "core/base/error.h"
+#include "core/io/configuration/config.h"
 #include "tests/support/program.h"
 #include "tests/support/test_data.h"
 

@@ -111,6 +111,12 @@ void ExpectEqual(const std::vector<TrackFrame>& a,
   EXPECT_GT(joints, 1000);  // not two empty takes
 }
 
+EstimatorOptions Paper() {
+  EstimatorOptions options;
+  options.mode = Mode::kPaper;
+  return options;
+}
+
 EstimatorOptions Graph(OutputKind output) {
   EstimatorOptions options;
   options.mode = Mode::kGraph;
@@ -121,7 +127,7 @@ EstimatorOptions Graph(OutputKind output) {
 TEST(Replay, GivesThePaperModeRunAgain) {
   const Take take = MakeTake();
   const TrackerOptions options;
-  const EstimatorPair estimators = MakeEstimators(EstimatorOptions());
+  const EstimatorPair estimators = MakeEstimators(Paper());
   const FrozenTake frozen = Freeze(take, options, estimators);
   const Replay replay(take.model(), take.detections, frozen.matches, options,
                       estimators.feedback);
@@ -156,7 +162,7 @@ TEST(Replay, GivesTheRunAgainWhenTheWindowServesAssociation) {
 TEST(Replay, DoesNotDependOnThreads) {
   const Take take = MakeTake();
   const TrackerOptions options;
-  const EstimatorPair estimators = MakeEstimators(EstimatorOptions());
+  const EstimatorPair estimators = MakeEstimators(Paper());
   const FrozenTake frozen = Freeze(take, options, estimators);
   const Replay replay(take.model(), take.detections, frozen.matches, options,
                       estimators.feedback);
@@ -168,7 +174,7 @@ TEST(Replay, DoesNotDependOnThreads) {
 TEST(Replay, HasNothingFromTheCameraLeftOut) {
   Take take = MakeTake();
   const TrackerOptions options;
-  const EstimatorPair estimators = MakeEstimators(EstimatorOptions());
+  const EstimatorPair estimators = MakeEstimators(Paper());
   const FrozenTake frozen = Freeze(take, options, estimators);
   const auto run = [&] {
     const Replay replay(take.model(), take.detections, frozen.matches, options,
@@ -216,7 +222,7 @@ TEST(Replay, TellsHowLongAnEstimatorWaits) {
 TEST(Replay, RefusesMatchesOfAnotherTake) {
   const Take take = MakeTake();
   const TrackerOptions options;
-  const EstimatorPair estimators = MakeEstimators(EstimatorOptions());
+  const EstimatorPair estimators = MakeEstimators(Paper());
   FrozenTake frozen = Freeze(take, options, estimators);
   for (FrozenPerson& person : frozen.matches.people) {
     for (FrozenFrame& frame : person.frames) frame.frame += 100000;

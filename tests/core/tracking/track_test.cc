@@ -130,17 +130,6 @@ TEST(LifeInFramesTest, SecondsLastAtEveryRate) {
   EXPECT_EQ(InSeconds(2.0).confirm_hits, 1);
 }
 
-TEST(LifeInFramesTest, AZeroFallsBackOnFrames) {
-  TrackLifeOptions options;
-  options.in_seconds = true;
-  options.confirm_s = options.max_age_s = options.max_gap_s = 0.0;
-  options.max_gap_frames = 7.0;
-  const TrackLifeOptions life = LifeInFrames(options, 120.0);
-  EXPECT_EQ(life.confirm_hits, 3);
-  EXPECT_EQ(life.max_age_frames, 10.0);
-  EXPECT_EQ(life.max_gap_frames, 7.0);
-}
-
 // Steps a gate through a life: 'u' updated, 'm' matched without update, '.'
 // nothing. Returns what is written: 'w', '-', or '?' while undecided; '!' for
 // a deleted track's end.

@@ -46,6 +46,7 @@ struct PlainOptions {
   TrackerOptions tracker;
 
   PlainOptions() {
+    estimators.mode = Mode::kPaper;
     estimators.gaussian.smooth = false;
     tracker.reconstruction.joints_filter = false;
     tracker.initialisation.alpha_filter_px = 1e6;

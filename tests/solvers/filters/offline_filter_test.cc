@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "solvers/factory.h"
+#include "solvers/filters/segment_filters.h"
 #include "tests/support/rig.h"
 #include "tests/support/simulated_person.h"
 

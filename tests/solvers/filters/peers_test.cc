@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -18,6 +19,12 @@
 #include "core/reconstruction/reconstruction.h"
 #include "core/tracking/evidence.h"
 #include "solvers/factory.h"
+#include "solvers/filters/butterworth.h"
+#include "solvers/filters/joint_segment.h"
+#include "solvers/filters/kalman.h"
+#include "solvers/filters/moving_median.h"
+#include "solvers/filters/one_euro.h"
+#include "solvers/filters/smoothing_spline.h"
 #include "tests/support/simulated_person.h"
 #include "tests/support/test_data.h"
 

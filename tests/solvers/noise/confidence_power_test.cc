@@ -188,11 +188,5 @@ TEST_F(MeaninglessConfidenceTest, IsNoticed) {
   }
 }
 
-TEST_F(MeaninglessConfidenceTest, CanBeBelievedAllTheSame) {
-  options_.confidence_from = NoiseFrom::kFixed;
-  EXPECT_EQ(Learn(false).confidence_power, 0.5);
-  EXPECT_GT(SigmaRange(), 3.5);  // sqrt(20) is 4.5
-}
-
 }  // namespace
 }  // namespace kinegraph

@@ -79,6 +79,7 @@ TEST(SessionIdentity, LinkingMakesOnePersonOfTwoTracks) {
 TEST(SessionIdentity, PaperModeDoesNotLink) {
   const ExactTake take = TwoHidden();
   RunOptions options;
+  options.estimators.mode = Mode::kPaper;
   options.identity.link = true;
   EXPECT_EQ(
       IdsOf(TrackSequenceOf(options, take.request, take.detections)).size(),

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -34,6 +35,7 @@ struct SampleOptions {
   std::vector<std::string> use;
   std::vector<double> gates = {1.0, 2.0};
   std::map<std::string, std::string> map;
+  std::array<double, 3> sigma_px = {6.0, 6.0, 6.0};
 
   void Describe(OptionVisitor& visitor) {
     visitor.Choice("mode", &mode, {"paper", "graph"}, "Pair of estimators.");
@@ -50,6 +52,8 @@ struct SampleOptions {
     visitor.TextList("use", &use, "Cameras.");
     visitor.TextMap("map", &map, "Camera of a view.");
     visitor.Leave();
+    visitor.NumberTable("sigma_px", sigma_px.data(), {"head", "wrist", "foot"},
+                        Positive(), "px", "Of a joint.");
   }
 };
 
@@ -95,6 +99,33 @@ map = { cam0 = "Camera0", "cam.1" = "Camera1" }
   EXPECT_THAT(options.use, ElementsAre("0", "1"));
   EXPECT_EQ(options.map.at("cam0"), "Camera0");
   EXPECT_EQ(options.map.at("cam.1"), "Camera1");
+}
+
+TEST(Config, OneNumberOrATableByName) {
+  EXPECT_THAT(Applied("sigma_px = 8").sigma_px, ElementsAre(8.0, 8.0, 8.0));
+  EXPECT_THAT(Applied("[sigma_px]\nwrist = 9").sigma_px,
+              ElementsAre(6.0, 9.0, 6.0));
+  EXPECT_THAT(Applied("[sigma_px]\nwrist = 9", "sigma_px=7").sigma_px,
+              ElementsAre(7.0, 7.0, 7.0));
+  EXPECT_THAT(
+      Applied("sigma_px = 8", "sigma_px.wrist=9;sigma_px.foot=5").sigma_px,
+      ElementsAre(8.0, 9.0, 5.0));
+  EXPECT_THAT(ErrorOf("sigma_px = 0"), HasSubstr("'sigma_px': found 0, "));
+  EXPECT_THAT(ErrorOf("sigma_px = \"a\""), HasSubstr("expected a number"));
+  EXPECT_THAT(ErrorOf("[sigma_px]\nwrist = -1"),
+              HasSubstr("sample.toml:2: key 'sigma_px.wrist': found -1"));
+  EXPECT_THAT(ErrorOf("[sigma_px]\nwrits = 1"),
+              HasSubstr("did you mean 'sigma_px.wrist'?"));
+  EXPECT_THAT(ErrorOf("", "sigma_px.hand=1"), HasSubstr("is not known"));
+}
+
+TEST(Config, NamesWhatReplacesAKeyThatWent) {
+  EXPECT_THAT(ErrorOf("[tracking]\nmax_age = 10"),
+              HasSubstr("sample.toml:2: key 'tracking.max_age': is gone: use "
+                        "tracking.max_age_s"));
+  // A table that went stands for its keys.
+  EXPECT_THAT(ErrorOf("", "filters.kalman.jerk_noise.head=50"),
+              HasSubstr("is gone: use filters.kalman.process_noise_scale"));
 }
 
 TEST(Config, NamesFileLineKeyFoundAndAllowed) {
@@ -381,7 +412,11 @@ TEST(ConfigJson, NestsTablesInOrder) {
             "{\"mode\":\"paper\",\"title\":\"none\",\"association\":{"
             "\"alpha_2d\":60.0,\"epsilon\":10,\"backfill\":false,"
             "\"gates\":[1.0,2.0]},\"cameras\":{\"use\":[],\"map\":{\"v\":\"c\"}"
-            "}}");
+            "},\"sigma_px\":6.0}");
+  options.sigma_px[1] = 9.0;
+  EXPECT_THAT(EffectiveConfigJson(options),
+              HasSubstr("\"sigma_px\":{\"head\":6.0,\"wrist\":9.0,"
+                        "\"foot\":6.0}"));
 }
 
 TEST(ConfigJson, NumbersReadBackToTheBit) {
@@ -411,12 +446,12 @@ TEST(ConfigJson, MergesStructsOfOneTable) {
   EXPECT_EQ(json["association"]["gate_m"], 0.5);
 }
 
-TEST(ConfigReference, ListsEveryKey) {
-  const std::string table = ConfigReference<SampleOptions>();
+TEST(KeyTable, ListsEveryKey) {
+  const std::string table = KeyTable(KeysOf<SampleOptions>());
   EXPECT_THAT(table, StartsWith("| key | default | unit | allowed | meaning |\n"
                                 "|---|---|---|---|---|\n"));
-  EXPECT_THAT(table, HasSubstr("| `mode` | `\"paper\"` |  | `\"paper\"`, "
-                               "`\"graph\"` | Pair of estimators. |\n"));
+  EXPECT_THAT(table, HasSubstr("| `mode` | `\"paper\"` |  | \"paper\", "
+                               "\"graph\" | Pair of estimators. |\n"));
   EXPECT_THAT(table, HasSubstr("| `association.alpha_2d` | `60` | px per frame "
                                "| > 0 | Scale of the distance. |\n"));
   EXPECT_THAT(table, HasSubstr("| `association.epsilon` | `10` | joints | 1 .. "
@@ -424,6 +459,12 @@ TEST(ConfigReference, ListsEveryKey) {
   EXPECT_THAT(table, HasSubstr("Go back \\| forth."));
   EXPECT_THAT(table, HasSubstr("| `association.gates` | `[1, 2]` | m |"));
   EXPECT_THAT(table, HasSubstr("| `cameras.map` | `{}` |"));
+  EXPECT_THAT(table, HasSubstr("| `sigma_px` | `6` | px | > 0, for all or by "
+                               "head, wrist, foot | Of a joint. |\n"));
+  SampleOptions options;
+  options.sigma_px[1] = 9.0;
+  EXPECT_THAT(KeyTable(KeysOf(options)),
+              HasSubstr("`{ head = 6, wrist = 9, foot = 6 }`"));
 }
 
 // Lists on the command line.

@@ -1,4 +1,4 @@
-#include "solvers/graph/general_factor.h"
+#include "solvers/graph/placed_factor.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,120 @@
+#include "solvers/filters/options.h"
+
+namespace kinegraph {
+namespace {
+
+template <typename Options>
+void DescribeIn(OptionVisitor& visitor, const std::string& table,
+                Options* options) {
+  visitor.Enter(table);
+  options->Describe(visitor);
+  visitor.Leave();
+}
+
+}  // namespace
+
+void OfflineFilterOptions::Describe(OptionVisitor& visitor) {
+  visitor.Number("max_gap", &max_gap_s, NonNegative(), "s",
+                 "a joint is bridged between samples no farther apart");
+}
+
+void RobustTriangulationOptions::Describe(OptionVisitor& visitor) {
+  visitor.Number("loss_scale", &loss_scale, Positive(), "sigmas",
+                 "where the loss starts to doubt a view");
+}
+
+void CentredGaussianOptions::Describe(OptionVisitor& visitor) {
+  visitor.Number("sigma", &sigma_s, Positive(), "s", "of the kernel");
+}
+
+void HampelMedianOptions::Describe(OptionVisitor& visitor) {
+  visitor.Number("hampel_window", &hampel_window_s, NonNegative(), "s",
+                 "in which outliers are looked for");
+  visitor.Number("hampel_threshold", &hampel_threshold, NonNegative(),
+                 "standard deviations",
+                 "farther from the median is an outlier");
+  visitor.Number("median_window", &median_window_s, NonNegative(), "s",
+                 "of the moving median");
+  visitor.Choice("window", &side, {"centred", "trailing"},
+                 "trailing windows look back only: causal");
+}
+
+void OneEuroOptions::Describe(OptionVisitor& visitor) {
+  visitor.Number("min_cutoff", &min_cutoff_hz, Positive(), "Hz", "at rest");
+  visitor.Number("beta", &beta_per_m, NonNegative(), "1/m",
+                 "the cut-off grows by so many Hz per m/s");
+}
+
+void ButterworthOptions::Describe(OptionVisitor& visitor) {
+  visitor.Integer("order", &order, Between(1, 8), "",
+                  "of each of the two passes");
+  visitor.Choice("choice", &choice, {"fixed", "residual_analysis"},
+                 "of the cut-off, the latter for each joint alone");
+  visitor.Number("cutoff", &cutoff_hz, Positive(), "Hz",
+                 "below half the frame rate");
+  visitor.Boolean("correct_cutoff", &correct_cutoff,
+                  "half the power at the cut-off after both passes, not one");
+}
+
+void SavitzkyGolayOptions::Describe(OptionVisitor& visitor) {
+  visitor.Number("window", &window_s, NonNegative(), "s",
+                 "rounded to an odd number of frames");
+  visitor.Integer("order", &order, Between(0, 10), "", "of the polynomials");
+}
+
+void SmoothingSplineOptions::Describe(OptionVisitor& visitor) {
+  visitor.Choice("choice", &choice, {"gcv", "cutoff"},
+                 "how smooth: by generalised cross-validation, or the cut-off");
+  visitor.Number("cutoff", &cutoff_hz, Positive(), "Hz",
+                 "where the amplitude is halved");
+}
+
+void KalmanOptions::Describe(OptionVisitor& visitor) {
+  visitor.Choice("motion", &motion,
+                 {"constant_velocity", "constant_acceleration"},
+                 "what moves on undisturbed");
+  visitor.Number("process_noise_scale", &process_noise_scale, Positive(), "",
+                 "factor on the process noise, which follows from "
+                 "graph.process_noise");
+  visitor.Choice("measurement", &measurement, {"triangulation", "constant"},
+                 "covariance of a sample: its triangulation's, or sigma");
+  DescribeJointClasses(visitor, "sigma", &sigma_m, "m",
+                       "constant measurement noise, each coordinate");
+}
+
+void FilterOptions::Describe(OptionVisitor& visitor) {
+  visitor.Enter("filters");
+  visitor.Choice("points", &points, {"dlt", "robust"},
+                 "what filters smooth: the initial pose's joints, or robust "
+                 "triangulation");
+  segments.Describe(visitor);
+  DescribeIn(visitor, "robust_triangulation", &robust_triangulation);
+  DescribeIn(visitor, "centred_gaussian", &centred_gaussian);
+  DescribeIn(visitor, "hampel_median", &hampel_median);
+  DescribeIn(visitor, "one_euro", &one_euro);
+  DescribeIn(visitor, "butterworth", &butterworth);
+  DescribeIn(visitor, "savitzky_golay", &savitzky_golay);
+  DescribeIn(visitor, "smoothing_spline", &smoothing_spline);
+  DescribeIn(visitor, "kalman", &kalman);
+  visitor.Leave();
+}
+
+void CausalGaussianOptions::Describe(OptionVisitor& visitor) {
+  visitor.Boolean("smooth", &smooth, "smooth at all");
+  visitor.Number("sigma", &sigma_frames, Between(0.01, 20.0), "frames",
+                 "of the causal Gaussian over stored poses");
+  visitor.Number("wrist_sigma", &wrist_sigma_frames, Between(0.01, 20.0),
+                 "frames", "the same for the wrists");
+  visitor.Number("history", &history_frames, Positive(), "frames",
+                 "older stored poses are dropped");
+  visitor.Integer("velocity_differences", &velocity_differences,
+                  Between(1, 1000), "poses",
+                  "differences of stored poses that the velocity averages");
+  visitor.Choice("velocity", &velocity, {"over_time", "per_update"},
+                 "metres per second, or per stored pose (authors' code)");
+  visitor.Number("hold", &hold_frames, NonNegative(), "frames",
+                 "an unseen joint keeps its own velocity so long, then the "
+                 "body's; 0: for ever");
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,172 @@
+// Options of the filters that smooth a joint's points, tables [filters] and
+// [gaussian].
+#ifndef KINEGRAPH_SOLVERS_FILTERS_OPTIONS_H_
+#define KINEGRAPH_SOLVERS_FILTERS_OPTIONS_H_
+
+#include <cstdint>
+
+#include "core/base/options.h"
+#include "solvers/factors/loss_kind.h"
+#include "solvers/graph/options.h"
+
+namespace kinegraph {
+
+enum class PointKind {
+  kDlt,     // the initial pose: joints filter, then DLT
+  kRobust,  // robust triangulation of the frame's own views, all of them
+};
+
+// How samples become signals, alike for every filter.
+struct OfflineFilterOptions {
+  // Longest time between two samples of a joint that is bridged [s]: twice
+  // graph.bridging_limit_s, which reaches into a gap from either end.
+  double max_gap_s = 1.0;
+
+  // Into the table [filters].
+  void Describe(OptionVisitor& visitor);
+};
+
+struct RobustTriangulationOptions {
+  double loss_scale = 3.0;  // sigmas
+
+  // Given in code alone.
+  LossKind loss = LossKind::kGemanMcClure;
+  double inlier_weight = 0.25;  // views that weigh less do not support a point
+  // The last step [m]. Steps shrink by squares; one who only wants a start for
+  // another loss may stop earlier.
+  double last_step_m = 1e-6;
+
+  // Table [filters.robust_triangulation].
+  void Describe(OptionVisitor& visitor);
+};
+
+struct CentredGaussianOptions {
+  double sigma_s = 0.04;
+
+  // Table [filters.centred_gaussian].
+  void Describe(OptionVisitor& visitor);
+};
+
+// Which values a place sees. Time need not be uniform; at the ends there are
+// fewer.
+enum class WindowSide {
+  kCentred,   // at most half the window away
+  kTrailing,  // itself and those before, less than the window away
+};
+
+struct HampelMedianOptions {
+  double hampel_window_s = 0.28;  // 7 frames at 25 Hz
+  double hampel_threshold = 3.0;  // standard deviations, by the MAD
+  double median_window_s = 0.2;   // 5 frames at 25 Hz
+  WindowSide side = WindowSide::kCentred;
+
+  // Table [filters.hampel_median].
+  void Describe(OptionVisitor& visitor);
+};
+
+struct OneEuroOptions {
+  double min_cutoff_hz = 2.0;
+  double beta_per_m = 1.0;  // the cut-off grows by so many Hz per m/s
+
+  // Table [filters.one_euro].
+  void Describe(OptionVisitor& visitor);
+};
+
+enum class CutoffChoice { kFixed, kResidualAnalysis };
+
+struct ButterworthOptions {
+  int64_t order = 2;  // of each of the two passes
+  CutoffChoice choice = CutoffChoice::kFixed;
+  double cutoff_hz = 6.0;  // below half the frame rate; choice "fixed"
+  // The cut-off is where both passes together have half the power; without,
+  // where each of them has, as most programs take it.
+  bool correct_cutoff = true;
+
+  // Table [filters.butterworth].
+  void Describe(OptionVisitor& visitor);
+};
+
+struct SavitzkyGolayOptions {
+  // Rounded to an odd number of frames, at least order + 1.
+  double window_s = 0.36;
+  int64_t order = 3;
+
+  // Table [filters.savitzky_golay].
+  void Describe(OptionVisitor& visitor);
+};
+
+enum class SmoothnessChoice { kGcv, kCutoff };
+
+struct SmoothingSplineOptions {
+  SmoothnessChoice choice = SmoothnessChoice::kGcv;
+  double cutoff_hz = 4.0;  // where the amplitude is halved; choice "cutoff"
+
+  // Table [filters.smoothing_spline].
+  void Describe(OptionVisitor& visitor);
+};
+
+enum class MotionModel {
+  kConstantVelocity,      // white noise on acceleration
+  kConstantAcceleration,  // white noise on jerk
+};
+
+enum class MeasurementNoise {
+  kTriangulation,  // the covariance of each sample
+  kConstant,       // sigma_m of the joint's class, alike in all directions
+};
+
+struct KalmanOptions {
+  MotionModel motion = MotionModel::kConstantVelocity;
+  // The graph's own, [m^2/s^3]; the smoothers' factory fills it in. ModelOf
+  // tells what either motion model makes of it.
+  JointClassTable process_noise = GraphOptions().process_noise;
+  double process_noise_scale = 1.0;
+  MeasurementNoise measurement = MeasurementNoise::kTriangulation;
+  JointClassTable sigma_m = {0.03, 0.03, 0.03, 0.03, 0.03,
+                             0.03, 0.03, 0.03, 0.03, 0.03};
+
+  // Table [filters.kalman].
+  void Describe(OptionVisitor& visitor);
+};
+
+struct FilterOptions {
+  // What filters smooth. The estimators raw_dlt and robust_triangulation are
+  // these points themselves.
+  PointKind points = PointKind::kDlt;
+  OfflineFilterOptions segments;
+  RobustTriangulationOptions robust_triangulation;
+  CentredGaussianOptions centred_gaussian;
+  HampelMedianOptions hampel_median;
+  OneEuroOptions one_euro;
+  ButterworthOptions butterworth;
+  SavitzkyGolayOptions savitzky_golay;
+  SmoothingSplineOptions smoothing_spline;
+  KalmanOptions kalman;  // of the RTS smoother too
+
+  // Table [filters], a table below it for each filter.
+  void Describe(OptionVisitor& visitor);
+};
+
+enum class VelocityRule {
+  kOverTime,   // mean of the last differences over the real time between them
+  kPerUpdate,  // the authors' code: per stored pose, whatever the gap
+};
+
+struct CausalGaussianOptions {
+  bool smooth = true;
+  double sigma_frames = 0.3;        // stored poses
+  double wrist_sigma_frames = 0.8;  // wrists alone, not elbows
+  double history_frames = 10.0;     // older stored poses are dropped
+  int64_t velocity_differences = 5;
+  VelocityRule velocity = VelocityRule::kOverTime;
+  // A joint that is not triangulated moves on with its own velocity for so
+  // long, then with the mean velocity of the joints that are. 0: for ever.
+  double hold_frames = 10.0;
+
+  // Table [gaussian].
+  void Describe(OptionVisitor& visitor);
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_FILTERS_OPTIONS_H_

@@ -1,0 +1,55 @@
+// How large whom a run tracks is, measured from what two views show.
+#ifndef KINEGRAPH_SOLVERS_SESSION_SUBJECT_GAUGE_H_
+#define KINEGRAPH_SOLVERS_SESSION_SUBJECT_GAUGE_H_
+
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/data/pose.h"
+#include "core/geometry/camera.h"
+#include "solvers/session/limbs.h"
+#include "solvers/session/options.h"
+#include "solvers/session/subject_scale.h"
+
+namespace kinegraph {
+
+// Finds the scale from the first frames in which two views show the subject:
+// the median, over pairs of views and frames, of the stature that limbs tell of
+// people, and of the extent of what is no human. People between 0.5 and 2.3 m,
+// and a subject that nothing measures, have the scale 1.
+class SubjectGauge {
+ public:
+  // `cameras` of the frames' views. `stated_m`: the size; 0: to be measured.
+  SubjectGauge(CameraRig cameras, const Skeleton& detections, double stated_m);
+
+  void See(const DetectionFrame& frame);
+  // Whether two views have shown anybody.
+  bool has_begun() const { return looks_ > 0; }
+  // Whether more frames change nothing. One look at people is enough.
+  bool is_settled() const { return settled_; }
+  // From what was seen so far.
+  SubjectScale Scale() const;
+
+ private:
+  void SeePair(size_t a, size_t b, const DetectionFrame& frame);
+
+  const double cameras_m_;  // how far apart they stand
+  CameraRig cameras_;       // in a world in which that is 1
+  const double stated_m_;
+  const Limbs limbs_;
+  const bool is_human_;
+  bool settled_ = false;
+  int looks_ = 0;     // frames in which two views show anybody
+  int measured_ = 0;  // of them, that told a size
+  std::vector<double> sizes_m_;
+};
+
+// The scale for detections of `cameras`' views, all at hand.
+SubjectScale ScaleOf(const RunOptions& options, const CameraRig& cameras,
+                     const DetectionSequence& detections);
+// The scale of tracks that stand in the world.
+SubjectScale ScaleOf(const TrackSequence& tracks);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_SUBJECT_GAUGE_H_
