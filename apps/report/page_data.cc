@@ -17,6 +17,7 @@
 #include "core/io/text/json.h"
 #include "core/kinematics/ground.h"
 #include "core/kinematics/kinematics.h"
+#include "core/skeleton/body_joints.h"
 #include "solvers/session/subject_gauge.h"
 #include "solvers/session/subject_scale.h"
 
@@ -712,6 +713,7 @@ PageData PageMaker::Make() {
                {"frames", Base64(numbers)},
                {"times", Base64(times_s)},
                {"metre", metre_},
+               {"who", IsHuman(lead.header.skeleton) ? "person" : "track"},
                {"up", Numbers(up_)},
                {"floor", FloorHeight(lead, up_)},
                {"assumedRate", assumed_rate_ ? kFallbackRateHz : 0.0},

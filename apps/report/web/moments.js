@@ -28,7 +28,7 @@ export function listMoments() {
     const result = results[moment.result], person = result.ids.indexOf(moment.id);
     const dot = element('span', { className: 'dot' });
     dot.style.background = colourOf(result, person);
-    const what = 'person ' + nameOf(result, person) + KINDS[moment.kind][1](moment) + (result.index > 0 ? ' (' + result.label + ')' : '');
+    const what = data.who + ' ' + nameOf(result, person) + KINDS[moment.kind][1](moment) + (result.index > 0 ? ' (' + result.label + ')' : '');
     const button = element('button', { type: 'button' }, [dot, element('span', { className: 'what', textContent: what }), element('span', { className: 'when', textContent: String(moment.frame) })]);
     button.title = KINDS[moment.kind][0];
     button.dataset.at = moment.at;
