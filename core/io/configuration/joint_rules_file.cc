@@ -1,5 +1,6 @@
 #include "core/io/configuration/joint_rules_file.h"
 
+#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 

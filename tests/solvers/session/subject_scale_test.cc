@@ -1,15 +1,6 @@
 // A world that is larger or smaller throughout gives the same poses, larger or
 // smaller by the same factor.
-#include "core/synthetic/noise.h"
-#include "core/synthetic/scene.h"
-#include "solvers/session/diagnose.h"
-#include "solvers/session/ready_take.h"
-#include "solvers/session/run.h"
-#include "solvers/session/subject_gauge.h"
 #include "solvers/session/subject_scale.h"
-#include "solvers/session/take_report.h"
-#include "solvers/session/take_warnings.h"
-#include "solvers/session/used_frames.h"
 
 #include <gtest/gtest.h>
 
@@ -20,6 +11,15 @@
 #include <string>
 #include <vector>
 
+#include "core/synthetic/noise.h"
+#include "core/synthetic/scene.h"
+#include "solvers/session/diagnose.h"
+#include "solvers/session/ready_take.h"
+#include "solvers/session/run.h"
+#include "solvers/session/subject_gauge.h"
+#include "solvers/session/take_report.h"
+#include "solvers/session/take_warnings.h"
+#include "solvers/session/used_frames.h"
 
 namespace kinegraph {
 namespace {
