@@ -17,10 +17,20 @@ same to the last bit.
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Union
 
+# A wheel's own libraries come before those that another module loaded for
+# everybody (RTLD_GLOBAL, as PyTorch loads its OpenMP and BLAS).
+_usual_flags = sys.getdlopenflags()
+if os.path.isdir(os.path.join(os.path.dirname(__file__), "..", "kinegraph.libs")):
+    sys.setdlopenflags(_usual_flags | os.RTLD_DEEPBIND)
+
 from . import _kinegraph
+
+sys.setdlopenflags(_usual_flags)
+
 from ._kinegraph import (
     INFERRED,
     MISSING,
