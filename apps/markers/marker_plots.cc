@@ -14,7 +14,7 @@ namespace kinegraph {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kMm = 1000.0;
+constexpr double kPlotMm = 1000.0;
 // More points of a cloud, or of a line, show nothing more.
 constexpr size_t kMostPoints = 2000;
 
@@ -63,8 +63,8 @@ Plot BlandAltman(const MarkerStudy& study, int axis) {
           body->transpose() * (truth[j].position_m - *middle);
       const Eigen::Vector3d b =
           body->transpose() * (found[j].position_m - *middle);
-      cloud.x.push_back(kMm * 0.5 * (a[axis] + b[axis]));
-      cloud.y.push_back(kMm * (b[axis] - a[axis]));
+      cloud.x.push_back(kPlotMm * 0.5 * (a[axis] + b[axis]));
+      cloud.y.push_back(kPlotMm * (b[axis] - a[axis]));
     }
   }
   Plot plot;
@@ -76,8 +76,8 @@ Plot BlandAltman(const MarkerStudy& study, int axis) {
   if (!cloud.x.empty()) {
     const auto [low, high] =
         std::minmax_element(cloud.x.begin(), cloud.x.end());
-    const double bias = kMm * pooled.bias_m[axis];
-    const double limit = kMm * pooled.limits_m[axis];
+    const double bias = kPlotMm * pooled.bias_m[axis];
+    const double limit = kPlotMm * pooled.limits_m[axis];
     plot.series = {Level("bias", *low, *high, bias, false),
                    Level("limit", *low, *high, bias - limit, true),
                    Level("limit", *low, *high, bias + limit, true)};
@@ -103,7 +103,7 @@ Plot ErrorsOverTime(const MarkerStudy& study) {
       const Joint3d& b = motion.tracks.frames[f].people.front().joints[j];
       line.x.push_back(ToSeconds(motion.truth.frames[f].time));
       line.y.push_back(a.present() && b.present()
-                           ? kMm * (a.position_m - b.position_m).norm()
+                           ? kPlotMm * (a.position_m - b.position_m).norm()
                            : kNaN);
     }
     plot.series.push_back(std::move(line));

@@ -4,10 +4,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/evaluation/correspondence.h"
 #include "core/evaluation/mpjpe.h"
 
@@ -18,7 +18,6 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kNormal95 = 1.959963984540054;
 
 Skeleton SkeletonOf(const Skeleton& from, const JointPairs& joints) {
@@ -166,7 +165,7 @@ double DerivativeRms(const std::vector<const Error*>& errors, size_t order,
                       : (rate_hz * rate_hz * (c - 2.0 * b + a)).squaredNorm();
     ++count;
   }
-  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : kNaN;
+  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : kNan;
 }
 
 Interval MedianInterval(const std::vector<const Error*>& errors,
@@ -308,7 +307,7 @@ void AddProtocols(const PairedMotion& motion, MotionAgreement* result) {
   result->pa_mpjpe_m =
       procrustes_count > 0
           ? procrustes_sum_m / static_cast<double>(procrustes_count)
-          : kNaN;
+          : kNan;
   result->auc =
       auc_sum / ((kSteps + 1) * static_cast<double>(result->pck_150.total));
 }
@@ -372,7 +371,7 @@ void Calibration::Add(const Vector3d& error_m, const Matrix3d& covariance) {
 }
 
 double Calibration::Covered(double level) const {
-  if (count_ == 0) return kNaN;
+  if (count_ == 0) return kNan;
   const auto at = static_cast<size_t>(std::lround(level * (kLevels + 1))) - 1;
   return static_cast<double>(within_[at]) / static_cast<double>(count_);
 }

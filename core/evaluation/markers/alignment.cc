@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "core/base/constants.h"
 #include "core/base/error.h"
 #include "core/evaluation/statistics.h"
 
@@ -20,7 +21,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDegPerRad = 57.29577951308232;
 // Huber's loss grows linearly beyond so many median residuals.
 constexpr double kHuberMedians = 1.5;
@@ -52,7 +52,7 @@ struct SpeedGrid {
     for (int64_t i = 0; i < count; ++i) {
       const double time_s = begin + step_s * static_cast<double>(i);
       for (size_t j = 0; j < joints; ++j) {
-        speeds.push_back(paths.Speed(time_s, j, half_s).value_or(kNaN));
+        speeds.push_back(paths.Speed(time_s, j, half_s).value_or(kNan));
       }
     }
   }
@@ -69,7 +69,7 @@ double Correlation(const SpeedGrid& a, const SpeedGrid& b, int64_t shift,
   double n = 0.0, sum_a = 0.0, sum_b = 0.0, aa = 0.0, bb = 0.0, ab = 0.0;
   const int64_t begin = std::max<int64_t>(0, -shift);
   const int64_t end = std::min(b.count, a.count - shift);
-  if (end <= begin) return kNaN;
+  if (end <= begin) return kNan;
   const auto joints = static_cast<int64_t>(a.joints);
   const double* x = a.speeds.data() + (begin + shift) * joints;
   const double* y = b.speeds.data() + begin * joints;
@@ -82,7 +82,7 @@ double Correlation(const SpeedGrid& a, const SpeedGrid& b, int64_t shift,
     bb += y[i] * y[i];
     ab += x[i] * y[i];
   }
-  if (n < least) return kNaN;
+  if (n < least) return kNan;
   return (ab - sum_a * sum_b / n) /
          std::sqrt((aa - sum_a * sum_a / n) * (bb - sum_b * sum_b / n));
 }
@@ -587,9 +587,9 @@ Alignment AlignPerson(const JointPaths& truth, const JointPaths& tracks,
     result.world = FitWorld(truth, tracks, result.clock, use);
   }
   result.median_none_m = MedianDistance(truth, tracks, {}, {});
-  result.median_clock_m = clock ? MedianDistance(truth, tracks, on, {}) : kNaN;
+  result.median_clock_m = clock ? MedianDistance(truth, tracks, on, {}) : kNan;
   result.median_both_m =
-      clock && both ? MedianDistance(truth, tracks, on, *both) : kNaN;
+      clock && both ? MedianDistance(truth, tracks, on, *both) : kNan;
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "core/base/constants.h"
 #include "core/evaluation/statistics.h"
 
 namespace kinegraph {
@@ -13,7 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 // Extremes of a step stand farther apart than this [s].
 constexpr double kWindowS = 0.2;
 
@@ -32,7 +32,7 @@ class Points {
       points.push_back(
           there
               ? frame.people.front().joints[static_cast<size_t>(at)].position_m
-              : Vector3d::Constant(kNaN));
+              : Vector3d::Constant(kNan));
     }
     return points;
   }
@@ -183,7 +183,7 @@ class Finder {
     constexpr double kLeastM_S = 0.8;  // feet that shuffle rise more slowly
     const std::vector<Vector3d> toes =
         Part(foot, {"big_toe", "small_toe", "ankle"});
-    std::vector<double> speed(toes.size(), kNaN);
+    std::vector<double> speed(toes.size(), kNan);
     for (size_t i = 1; i + 1 < toes.size(); ++i) {
       speed[i] = up_.dot(toes[i + 1] - toes[i - 1]) /
                  (times_s_[i + 1] - times_s_[i - 1]);
@@ -258,7 +258,7 @@ double StrideTime(const FootEvents& events) {
     }
     last = &event;
   }
-  return events.is_walk ? Quantile(strides_s, 0.5) : kNaN;
+  return events.is_walk ? Quantile(strides_s, 0.5) : kNan;
 }
 
 std::vector<TimedEvent> CompareWithPlates(const std::vector<ForcePlate>& plates,
@@ -287,7 +287,7 @@ std::vector<TimedEvent> CompareWithPlates(const std::vector<ForcePlate>& plates,
                          ? Foot::kRight
                          : Foot::kLeft,
                      loaded, time_s};
-      event.found_minus_plate_s = kNaN;
+      event.found_minus_plate_s = kNan;
       for (const FootEvent& one : found.events) {
         const double difference_s = one.time_s - time_s;
         if (one.foot != event.plate.foot || one.is_contact != loaded ||
