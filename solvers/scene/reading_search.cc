@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 namespace kinegraph {
@@ -17,52 +19,113 @@ constexpr double kMinScore = 0.3;
 // Readings this near the best fit equally.
 constexpr double kEqual = 0.025;
 
-// Agreement of one view with another when they take two of the cameras.
+// The agreement of views under readings that share pose, scale and lens. What a
+// pair of views agrees to depends on the cameras and image readings of these
+// two alone, so that readings that differ in one view share most of their
+// pairs; each is computed once.
 class PairTable {
  public:
+  // `frames` of `raw` are looked at. All must outlive the object.
   PairTable(const CameraRig& cameras, const std::vector<ViewPeople>& raw,
-            const std::vector<int>& frames)
-      : cameras_(cameras), frames_(frames), views_(raw.size()) {
-    for (size_t v = 0; v < views_; ++v) {
-      for (size_t c = 0; c < views_; ++c) {
-        ideal_.push_back(Undistorted(raw[v], cameras[c]));
-      }
-    }
-    known_.assign(views_ * views_ * views_ * views_, 0);
-    table_.resize(known_.size());
+            const std::vector<int>& frames, const Reading& shared)
+      : cameras_(cameras), raw_(raw), frames_(frames) {
+    Reading plain = Reading::AsRead(cameras.size());
+    plain.pose = shared.pose;
+    plain.image_scale = shared.image_scale;
+    plain.without_lens = shared.without_lens;
+    rig_ = CamerasOf(cameras, plain);
   }
 
-  PairAgreement Of(const std::vector<int>& camera_of_view) {
+  // Of all pairs; nullopt as soon as the score cannot reach `target` any more:
+  // people whose pair is not known yet may agree to 1 at best.
+  std::optional<PairAgreement> Of(const Reading& reading, double target) {
+    const std::vector<size_t> seen = Seen(reading);
+    double possible = 0.0;
+    double most = 0.0;  // gain that is known or possible
+    ForEachPair([&](size_t a, size_t b) {
+      const auto known = pairs_.find({seen[a], seen[b]});
+      const double people = Possible(a, b);
+      possible += people;
+      most += known == pairs_.end() ? people : known->second.gain;
+      return true;
+    });
+    // Sums in another order differ by roundings.
+    constexpr double kRounding = 1e-9;
+    const double least = (target - kRounding) * possible;
+    const bool reaches = ForEachPair([&](size_t a, size_t b) {
+      if (most < least) return false;
+      const auto [pair, is_new] = pairs_.try_emplace({seen[a], seen[b]});
+      if (!is_new) return true;
+      pair->second = AgreementOf(CameraOf(seen[a]), PeopleOf(seen[a]),
+                                 CameraOf(seen[b]), PeopleOf(seen[b]), frames_);
+      most += pair->second.gain - pair->second.possible;
+      return true;
+    });
+    if (!reaches) return std::nullopt;
     PairAgreement all;
-    for (size_t a = 0; a < views_; ++a) {
-      for (size_t b = a + 1; b < views_; ++b) {
-        all.Add(Pair(a, b, static_cast<size_t>(camera_of_view[a]),
-                     static_cast<size_t>(camera_of_view[b])));
-      }
-    }
+    ForEachPair([&](size_t a, size_t b) {
+      all.Add(pairs_.at({seen[a], seen[b]}));
+      return true;
+    });
     return all;
   }
 
  private:
-  const PairAgreement& Pair(size_t a, size_t b, size_t camera_a,
-                            size_t camera_b) {
-    const size_t at =
-        ((a * views_ + b) * views_ + camera_a) * views_ + camera_b;
-    if (!known_[at]) {
-      known_[at] = 1;
-      table_[at] = AgreementOf(
-          cameras_[camera_a], ideal_[a * views_ + camera_a], cameras_[camera_b],
-          ideal_[b * views_ + camera_b], frames_);
+  // Calls `visit` until it is false.
+  template <typename Visit>
+  bool ForEachPair(const Visit& visit) const {
+    for (size_t a = 0; a < raw_.size(); ++a) {
+      for (size_t b = a + 1; b < raw_.size(); ++b) {
+        if (!visit(a, b)) return false;
+      }
     }
-    return table_[at];
+    return true;
+  }
+
+  // A number for each view with its camera and its images, as they are read.
+  std::vector<size_t> Seen(const Reading& reading) const {
+    std::vector<size_t> seen;
+    for (size_t v = 0; v < raw_.size(); ++v) {
+      const auto camera = static_cast<size_t>(reading.camera_of_view[v]);
+      seen.push_back((v * raw_.size() + camera) * kImageReadingCount +
+                     static_cast<size_t>(reading.images[v]));
+    }
+    return seen;
+  }
+
+  const Camera& CameraOf(size_t seen) const {
+    return rig_[seen / kImageReadingCount % raw_.size()];
+  }
+
+  const ViewPeople& PeopleOf(size_t seen) {
+    const auto [people, is_new] = people_.try_emplace(seen);
+    if (is_new) {
+      const size_t v = seen / kImageReadingCount / raw_.size();
+      const auto image = static_cast<ImageReading>(seen % kImageReadingCount);
+      people->second =
+          Undistorted(Restored(raw_[v], image, ImageWidth(cameras_[v]),
+                               ImageHeight(cameras_[v])),
+                      CameraOf(seen));
+    }
+    return people->second;
+  }
+
+  // People that could be matched under any reading.
+  double Possible(size_t a, size_t b) const {
+    size_t possible = 0;
+    for (const int k : frames_) {
+      possible += std::min(raw_[a].frames[static_cast<size_t>(k)].size(),
+                           raw_[b].frames[static_cast<size_t>(k)].size());
+    }
+    return static_cast<double>(possible);
   }
 
   const CameraRig& cameras_;
+  const std::vector<ViewPeople>& raw_;
   const std::vector<int>& frames_;
-  size_t views_;
-  std::vector<ViewPeople> ideal_;  // [view * views + camera]
-  std::vector<char> known_;
-  std::vector<PairAgreement> table_;
+  CameraRig rig_;
+  std::map<size_t, ViewPeople> people_;
+  std::map<std::pair<size_t, size_t>, PairAgreement> pairs_;
 };
 
 // All ways to give the cameras to the views, where they are few; else those
@@ -93,31 +156,66 @@ class Search {
  public:
   Search(const CameraRig& cameras, const std::vector<ViewPeople>& raw,
          const std::vector<int>& frames)
-      : cameras_(cameras), raw_(raw), frames_(frames) {}
-
-  ReadingScore Score(const Reading& reading) const {
-    const PairAgreement agreement =
-        AgreementOfAll(CamerasOf(cameras_, reading),
-                       PeopleOf(cameras_, raw_, reading), frames_);
-    return {reading, agreement.score(), agreement.mean_px()};
+      : cameras_(cameras), raw_(raw) {
+    for (const ViewPeople& view : raw) {
+      ViewPeople& looked_at = looked_at_.emplace_back();
+      for (const int k : frames) {
+        looked_at.frames.push_back(view.frames[static_cast<size_t>(k)]);
+      }
+    }
+    frames_.resize(frames.size());
+    std::iota(frames_.begin(), frames_.end(), 0);
   }
 
-  // Everything that differs from `from` in one thing.
-  std::vector<ReadingScore> Neighbours(const Reading& from) const {
+  ReadingScore Score(const Reading& reading) const {
     std::vector<ReadingScore> scores;
+    PairTable table = Table(reading);
+    Add(reading, 0.0, &table, &scores);
+    return scores.front();
+  }
+
+  // Everything that differs from `from` in one thing and scores `target` or
+  // more.
+  std::vector<ReadingScore> Neighbours(const Reading& from,
+                                       double target) const {
+    std::vector<ReadingScore> scores;
+    const auto add_apart = [&](const Reading& next) {
+      PairTable table = Table(next);
+      Add(next, target, &table, &scores);
+    };
     for (int p = 0; p < kPoseReadingCount; ++p) {
       Reading next = from;
       next.pose = static_cast<PoseReading>(p);
-      if (!(next == from)) scores.push_back(Score(next));
+      if (!(next == from)) add_apart(next);
     }
-    AddScales(from, &scores);
-    AddImages(from, &scores);
-    AddExchanges(from, &scores);
+    for (const double factor : Scales()) {
+      Reading next = from;
+      next.image_scale *= factor;
+      add_apart(next);
+    }
+    PairTable table = Table(from);
+    AddImages(from, target, &table, &scores);
+    for (const std::vector<int>& order : Permutations(cameras_.size())) {
+      Reading next = from;
+      next.camera_of_view = order;
+      if (!(next == from)) Add(next, target, &table, &scores);
+    }
     return scores;
   }
 
  private:
-  void AddScales(const Reading& from, std::vector<ReadingScore>* scores) const {
+  PairTable Table(const Reading& shared) const {
+    return PairTable(cameras_, looked_at_, frames_, shared);
+  }
+
+  static void Add(const Reading& reading, double target, PairTable* table,
+                  std::vector<ReadingScore>* scores) {
+    const std::optional<PairAgreement> agreement = table->Of(reading, target);
+    if (!agreement.has_value()) return;
+    scores->push_back({reading, agreement->score(), agreement->mean_px()});
+  }
+
+  std::vector<double> Scales() const {
     std::vector<double> factors = {0.25,      1.0 / 3.0, 0.5, 2.0 / 3.0, 0.75,
                                    4.0 / 3.0, 1.5,       2.0, 3.0,       4.0};
     for (const Camera& camera : cameras_) {
@@ -136,54 +234,28 @@ class Search {
       }
       break;  // one K tells
     }
-    for (const double factor : factors) {
-      Reading next = from;
-      next.image_scale *= factor;
-      scores->push_back(Score(next));
-    }
+    return factors;
   }
 
-  void AddImages(const Reading& from, std::vector<ReadingScore>* scores) const {
+  void AddImages(const Reading& from, double target, PairTable* table,
+                 std::vector<ReadingScore>* scores) const {
     for (int i = 1; i < kImageReadingCount; ++i) {
       const auto image = static_cast<ImageReading>(i);
       Reading all = from;
       all.images.assign(all.images.size(), image);
-      if (!(all == from)) scores->push_back(Score(all));
+      if (!(all == from)) Add(all, target, table, scores);
       for (size_t v = 0; v < from.images.size(); ++v) {
         Reading one = from;
         one.images[v] = image;
-        if (!(one == from)) scores->push_back(Score(one));
+        if (!(one == from)) Add(one, target, table, scores);
       }
-    }
-  }
-
-  void AddExchanges(const Reading& from,
-                    std::vector<ReadingScore>* scores) const {
-    // Images stay with their views, the rest goes with the cameras.
-    Reading plain = Reading::AsRead(cameras_.size());
-    plain.pose = from.pose;
-    plain.image_scale = from.image_scale;
-    plain.without_lens = from.without_lens;
-    const CameraRig rig = CamerasOf(cameras_, plain);
-    std::vector<ViewPeople> restored;
-    for (size_t v = 0; v < raw_.size(); ++v) {
-      restored.push_back(Restored(raw_[v], from.images[v],
-                                  ImageWidth(cameras_[v]),
-                                  ImageHeight(cameras_[v])));
-    }
-    PairTable table(rig, restored, frames_);
-    for (const std::vector<int>& order : Permutations(cameras_.size())) {
-      Reading next = from;
-      next.camera_of_view = order;
-      if (next == from) continue;
-      const PairAgreement agreement = table.Of(order);
-      scores->push_back({next, agreement.score(), agreement.mean_px()});
     }
   }
 
   const CameraRig& cameras_;
   const std::vector<ViewPeople>& raw_;
-  const std::vector<int>& frames_;
+  std::vector<ViewPeople> looked_at_;  // the frames of `raw` that count
+  std::vector<int> frames_;            // all of these
 };
 
 // How many things a reading changes: the fewer, the likelier.
@@ -223,12 +295,11 @@ ReadingSearch SearchReadings(const CameraRig& cameras,
   ReadingScore best = result.as_read;
   constexpr int kRounds = 2;
   for (int round = 0; round < kRounds; ++round) {
-    std::vector<ReadingScore> scores = search.Neighbours(best.reading);
+    const double enough = std::max(kMinScore, best.score + kMinReadingGain);
+    std::vector<ReadingScore> scores =
+        search.Neighbours(best.reading, enough - kEqual);
     SortBest(&scores);
-    if (scores.empty() || scores.front().score < kMinScore ||
-        scores.front().score < best.score + kMinReadingGain) {
-      break;
-    }
+    if (scores.empty() || scores.front().score < enough) break;
     result.better.clear();
     for (const ReadingScore& score : scores) {
       if (score.score >= scores.front().score - kEqual) {
