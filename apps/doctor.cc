@@ -14,6 +14,7 @@
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/text/json.h"
+#include "solvers/scene/doctor_words.h"
 #include "solvers/session/diagnose.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
@@ -44,7 +45,7 @@ std::string JsonReport(const Diagnosis& diagnosis) {
   for (const Finding& finding : diagnosis.findings) {
     findings.push_back(ToJson(finding));
   }
-  const Json report = {{"verdict", diagnosis.sound ? "sound" : "suspect"},
+  const Json report = {{"verdict", ToString(diagnosis.verdict)},
                        {"findings", findings},
                        {"notes", diagnosis.notes}};
   return DumpJson(report, 1) + "\n";
@@ -64,7 +65,7 @@ std::string Sentence(const Finding& finding) {
 
 std::string MarkdownReport(const Diagnosis& diagnosis) {
   std::string text = fmt::format("# Calibration and clocks: {}\n\n",
-                                 diagnosis.sound ? "sound" : "suspect");
+                                 ToString(diagnosis.verdict));
   for (const Finding& finding : diagnosis.findings) {
     text += "- " + Sentence(finding) + "\n";
   }
@@ -112,12 +113,17 @@ void RunDoctor() {
   std::string note;
   const DetectionSequence take = ReadTake(&options, &note);
   Diagnosis diagnosis = DiagnoseTake(options, request, take, unit);
+  for (Finding& finding : diagnosis.findings) {
+    if (finding.fix == kUseCorrected) {
+      finding.fix = "--cameras=" + FLAGS_out + "/cameras.json";
+    }
+  }
   if (!note.empty()) diagnosis.notes.push_back(note);
   WriteText(folder.PathOf("doctor.json"), JsonReport(diagnosis));
   WriteText(folder.PathOf("doctor.md"), MarkdownReport(diagnosis));
   WriteCameras(folder.PathOf("cameras.json"), diagnosis.cameras);
   folder.Commit();
-  std::printf("%s\n", diagnosis.sound ? "sound" : "suspect");
+  std::printf("%s\n", ToString(diagnosis.verdict));
   for (const Finding& finding : diagnosis.findings) {
     std::printf("  %s\n", Sentence(finding).c_str());
   }

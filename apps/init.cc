@@ -35,6 +35,7 @@ DEFINE_string(skeleton, "",
 DEFINE_string(set, "",
               "what neither file tells, kept in the configuration: "
               "key=value;key=value, such as cameras.image_size=[360,288]");
+DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
 DEFINE_string(out, "", "configuration to write (.toml)");
 
 namespace kinegraph {
@@ -53,7 +54,8 @@ SurveyRequest RequestOfFlags() {
   }
   if (!FLAGS_skeleton.empty()) add("detections.skeleton=" + FLAGS_skeleton);
   return {FLAGS_cameras, FLAGS_detections,
-          ReadRunOptions(ProjectConfig("default.toml"), set, "")};
+          ReadRunOptions(ProjectConfig("default.toml"), set, ""),
+          ParseList(FLAGS_without_cameras, "without_cameras")};
 }
 
 std::string SizesOf(const CameraRig& cameras) {
@@ -196,6 +198,9 @@ std::string ConfigText(const TakeSurvey& survey) {
   }
   if (survey.cameras_are_off) text += "refine = \"pose\"\n";
   if (survey.clocks_are_off) text += "refine_clock = true\n";
+  if (!survey.use.empty()) {
+    text += "use = " + Json(survey.use).dump() + "  # the rest is left out\n";
+  }
   if (!survey.map.empty()) {
     text += survey.paired_by == PairedBy::kOrder
                 ? "\n# View = camera, in the order of their names: check them."

@@ -43,6 +43,7 @@ DEFINE_string(config, "",
               "configuration that says how cameras and detections "
               "are read (TOML, as for track)");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
+DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
 DEFINE_string(images, "",
               "pictures or videos behind the panels: VIEW=PATTERN;VIEW=VIDEO, "
               "where a number such as %06d in a pattern is the frame's (JPEG "
@@ -169,6 +170,32 @@ CameraRig CamerasOfResult(const RunOptions& options, const PageInput& input) {
                  "cameras as `track` moved them: %s\n", moved.c_str());
   }
   return ReadCameras(moved);  // their own unit, all that were used
+}
+
+// Leaves out what --without_cameras names, a view or its camera, as `track`.
+void LeaveOutCameras(PageInput* input) {
+  for (const std::string& name :
+       ParseList(FLAGS_without_cameras, "without_cameras")) {
+    CameraRig& cameras = input->cameras;
+    size_t v = 0;
+    while (v < cameras.size() && cameras[v].name() != name &&
+           !(input->detections.has_value() &&
+             input->detections->header.view_names[v] == name)) {
+      ++v;
+    }
+    if (v == cameras.size()) {
+      throw InputError("--without_cameras: no view or camera is named '" +
+                       Printable(name) + "'");
+    }
+    const auto at = static_cast<std::ptrdiff_t>(v);
+    cameras.erase(cameras.begin() + at);
+    if (!input->detections.has_value()) continue;
+    auto& views = input->detections->header.view_names;
+    views.erase(views.begin() + at);
+    for (DetectionFrame& frame : input->detections->frames) {
+      frame.views.erase(frame.views.begin() + at);
+    }
+  }
 }
 
 void ReadViews(const RunOptions& options, PageInput* input) {
@@ -330,6 +357,7 @@ void RunReport() {
   input.results = ReadResults();
   input.title = FLAGS_title.empty() ? input.results.front().label : FLAGS_title;
   ReadViews(run_options, &input);
+  LeaveOutCameras(&input);
   if (!FLAGS_doctor.empty()) {
     input.doctor_json =
         ReadTextFile(FLAGS_doctor + "/doctor.json", kMaxSmallFileBytes);

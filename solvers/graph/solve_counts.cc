@@ -30,7 +30,13 @@ std::string DescribeTroubles(const SolveCounts& counts) {
   Append(counts.bones_dropped, "went on without bones", &text);
   Append(counts.no_covariance, "have no covariance", &text);
   Append(counts.positions_in_doubt, "joint positions are in doubt", &text);
-  return "of " + std::to_string(counts.solves) + " solves " + text;
+  text = "of " + std::to_string(counts.solves) + " solves " + text;
+  if (counts.not_converged > 0) {
+    text +=
+        "; what did not converge is written as it stood after the last of "
+        "graph.max_iterations steps (--set=graph.max_iterations=1000 goes on)";
+  }
+  return text;
 }
 
 void SolveLedger::Add(const SolveCounts& counts) {

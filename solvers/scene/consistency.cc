@@ -277,57 +277,74 @@ PairAgreement AgreementOfAll(const CameraRig& cameras,
   return all;
 }
 
-Stature StatureOf(const CameraRig& cameras,
-                  const std::vector<ViewPeople>& ideal,
-                  const std::vector<int>& frames, const Skeleton& skeleton) {
-  if (!IsHuman(skeleton)) return {};
-  // Positions of the named joints among those that count.
-  const std::vector<int>& counted = skeleton.association_joints();
-  const auto place = [&](const std::string& name) {
-    const auto at =
-        std::find(counted.begin(), counted.end(), skeleton.IndexOf(name));
-    return at == counted.end() ? -1 : static_cast<int>(at - counted.begin());
-  };
-  // Shoulder, hip, knee and ankle of a standing person stand 0.818, 0.530,
-  // 0.285 and 0.039 of the stature above the ground (Drillis and Contini,
-  // "Body segment parameters", 1966): the chain is 0.779 of it.
-  constexpr double kChainOfStature = 0.779;
-  std::vector<double> statures;
+std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
+                                      const std::vector<ViewPeople>& ideal,
+                                      const std::vector<int>& frames,
+                                      int without_view) {
+  constexpr double kMinAngleRad = 0.2;
+  constexpr double kMinGain = 0.5;
+  std::vector<PlacedPerson> placed;
   for (size_t a = 0; a < cameras.size(); ++a) {
     for (size_t b = a + 1; b < cameras.size(); ++b) {
       const Eigen::Matrix3d F = FundamentalMatrix(cameras[a], cameras[b]);
-      if (F.isZero()) continue;
+      if (F.isZero() || static_cast<int>(a) == without_view ||
+          static_cast<int>(b) == without_view) {
+        continue;
+      }
       for (const int k : frames) {
         const auto& people_a = ideal[a].frames[static_cast<size_t>(k)];
         const auto& people_b = ideal[b].frames[static_cast<size_t>(k)];
         for (const Match& match :
              MatchPeople(F, cameras[a], people_a, cameras[b], people_b)) {
-          if (match.gain < 0.5) continue;
+          if (match.gain < kMinGain) continue;
           const auto& one = people_a[match.a];
           const auto& other = people_b[match.b];
-          std::vector<std::optional<Eigen::Vector3d>> points(one.px.size());
+          PlacedPerson& person = placed.emplace_back();
+          person.frame = k;
+          person.joints.resize(one.px.size());
           for (size_t j = 0; j < one.px.size(); ++j) {
             if (!one.found[j] || !other.found[j]) continue;
-            constexpr double kMinAngleRad = 0.2;
-            points[j] = Triangulated(cameras[a], one.px[j], cameras[b],
-                                     other.px[j], kMinAngleRad);
-          }
-          for (const std::string side : {"l_", "r_"}) {
-            const double length = ChainLength(
-                points, {place(side + "shoulder"), place(side + "hip"),
-                         place(side + "knee"), place(side + "ankle")});
-            if (std::isfinite(length)) {
-              statures.push_back(length / kChainOfStature);
-            }
+            person.joints[j] = Triangulated(cameras[a], one.px[j], cameras[b],
+                                            other.px[j], kMinAngleRad);
           }
         }
       }
+    }
+  }
+  return placed;
+}
+
+Stature StatureOf(const CameraRig& cameras,
+                  const std::vector<ViewPeople>& ideal,
+                  const std::vector<int>& frames, const Skeleton& skeleton) {
+  if (!IsHuman(skeleton)) return {};
+  // Shoulder, hip, knee and ankle of a standing person stand 0.818, 0.530,
+  // 0.285 and 0.039 of the stature above the ground (Drillis and Contini,
+  // "Body segment parameters", 1966): the chain is 0.779 of it.
+  constexpr double kChainOfStature = 0.779;
+  const auto place = [&](const std::string& name) {
+    return PlaceOf(skeleton, name);
+  };
+  std::vector<double> statures;
+  for (const PlacedPerson& person : PlacePeople(cameras, ideal, frames)) {
+    for (const std::string side : {"l_", "r_"}) {
+      const double length = ChainLength(
+          person.joints, {place(side + "shoulder"), place(side + "hip"),
+                          place(side + "knee"), place(side + "ankle")});
+      if (std::isfinite(length)) statures.push_back(length / kChainOfStature);
     }
   }
   Stature stature;
   stature.count = static_cast<int>(statures.size());
   if (!statures.empty()) stature.median_m = Quantile(statures, 0.5);
   return stature;
+}
+
+int PlaceOf(const Skeleton& skeleton, const std::string& joint_name) {
+  const std::vector<int>& counted = skeleton.association_joints();
+  const auto at =
+      std::find(counted.begin(), counted.end(), skeleton.IndexOf(joint_name));
+  return at == counted.end() ? -1 : static_cast<int>(at - counted.begin());
 }
 
 }  // namespace kinegraph

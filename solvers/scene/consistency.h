@@ -7,6 +7,8 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "core/data/detection.h"
@@ -71,6 +73,20 @@ std::vector<int> FramesToLookAt(const std::vector<ViewPeople>& views,
 PairAgreement AgreementOfAll(const CameraRig& cameras,
                              const std::vector<ViewPeople>& ideal,
                              const std::vector<int>& frames);
+
+// People whom two views agree on, in 3D [m], their joints as in ViewPeople; of
+// all pairs of views but those of `without_view`.
+struct PlacedPerson {
+  int frame = 0;
+  std::vector<std::optional<Eigen::Vector3d>> joints;
+};
+std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
+                                      const std::vector<ViewPeople>& ideal,
+                                      const std::vector<int>& frames,
+                                      int without_view = -1);
+
+// The place of a joint in ViewPeople; -1 when it is not compared.
+int PlaceOf(const Skeleton& skeleton, const std::string& joint_name);
 
 // Stature [m] of the people seen, from trunk, thigh and shank of those that
 // two views agree on; the median, and how many told it. Joints by name.

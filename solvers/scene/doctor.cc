@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <set>
 #include <utility>
@@ -19,8 +20,22 @@
 #include "solvers/scene/reading_search.h"
 #include "solvers/scene/readings.h"
 #include "solvers/scene/refine.h"
+#include "solvers/scene/view_checks.h"
 
 namespace kinegraph {
+
+const char* ToString(DoctorVerdict verdict) {
+  switch (verdict) {
+    case DoctorVerdict::kSound:
+      return "sound";
+    case DoctorVerdict::kSuspect:
+      return "suspect";
+    case DoctorVerdict::kNotExamined:
+      return "not_examined";
+  }
+  return "";
+}
+
 namespace {
 
 constexpr double kMinConfidence = 0.3;  // of the joints that are looked at
@@ -35,22 +50,29 @@ class Doctor {
 
   Diagnosis Run() {
     diagnosis_.findings = FindFrameFaults(input_);
+    LookAtFrameRanges();
     raw_ = PeopleOfViews(detections_, kMinConfidence);
     frames_ = FramesToLookAt(raw_, options_.frames_to_look_at);
     if (frames_.empty() || cameras_.size() < 2) {
       diagnosis_.notes.push_back(
-          "no frame in which two views see a person: nothing can be said");
-      diagnosis_.cameras = cameras_;
-      diagnosis_.sound = diagnosis_.findings.empty();
-      return diagnosis_;
+          "nothing was examined: there is no frame in which two views see six "
+          "joints of somebody");
+      return Closed(DoctorVerdict::kNotExamined);
     }
     LookForTwins();
-    LookAtReadings();
+    LookAtViews();
     LookAtUnit();
     if (input_.match) {
       if (options_.looks_for_break) LookForBreak();
       LookAtMatches();
     }
+    return Closed(examined_ ? DoctorVerdict::kSound
+                            : DoctorVerdict::kNotExamined);
+  }
+
+ private:
+  // With `otherwise` where nothing was found to be wrong.
+  Diagnosis Closed(DoctorVerdict otherwise) {
     // The corrected file gives each view the right camera under the name that
     // the view is paired with.
     for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -59,11 +81,13 @@ class Doctor {
       cameras_[v] = Camera(parameters);
     }
     diagnosis_.cameras = cameras_;
-    diagnosis_.sound = diagnosis_.findings.empty();
+    const bool suspect =
+        std::any_of(diagnosis_.findings.begin(), diagnosis_.findings.end(),
+                    [](const Finding& finding) { return finding.told; });
+    diagnosis_.verdict = suspect ? DoctorVerdict::kSuspect : otherwise;
     return diagnosis_;
   }
 
- private:
   std::string NameOf(size_t view) const { return input_.cameras[view].name(); }
 
   void Add(Finding finding) {
@@ -132,43 +156,224 @@ class Doctor {
     return static_cast<int>(options_.longest_lag_s * input_.frame_rate_hz);
   }
 
-  void LookAtReadings() {
+  // Views that share no frame with the others.
+  void LookAtFrameRanges() {
+    const std::vector<ShownFrames> shown = FramesShown(detections_);
+    const std::vector<int64_t> offsets = FrameOffsets(shown);
+    if (offsets.empty()) return;
+    std::string others;
+    for (size_t v = 0; v < shown.size(); ++v) {
+      if (offsets[v] == 0) others += Range(v, shown[v]);
+    }
+    detections_ = WithFrameOffsets(detections_, offsets);
+    std::string keys;
+    for (size_t v = 0; v < shown.size(); ++v) {
+      if (offsets[v] == 0) continue;
+      keys += (keys.empty() ? "" : ";") +
+              ("input.view_frame_offset." + ViewName(v)) + "=" +
+              std::to_string(offsets[v]);
+    }
+    for (size_t v = 0; v < shown.size(); ++v) {
+      if (offsets[v] == 0) continue;
+      Add({"frame_range", NameOf(v), 0.95, 0.0, 0.0, "'--set=" + keys + "'",
+           "it shares no frame with the others:" + Range(v, shown[v]) +
+               " against" + others +
+               "; where they begin together its numbers are too high by " +
+               std::to_string(offsets[v])});
+    }
+  }
+
+  std::string Range(size_t view, const ShownFrames& shown) const {
+    return " " + ViewName(view) + " " + std::to_string(shown.first) + ".." +
+           std::to_string(shown.last);
+  }
+
+  const std::string& ViewName(size_t view) const {
+    return input_.detections.header.view_names[view];
+  }
+
+  // What is said of single views, of readings of the file and of clocks: what
+  // brings the views together best is taken, and asked again.
+  void LookAtViews() {
+    constexpr int kMostChanges = 3;
+    constexpr double kSoundEnough = 0.85;  // nothing can gain what is asked
+    bool first = true;
+    for (int change = 0; change < kMostChanges; ++change) {
+      const PairAgreement as_read = AgreementOfAll(cameras_, Ideal(), frames_);
+      if (first) {
+        diagnosis_.notes.push_back(
+            Format("people seen by two views agree to %.2f of 1 as the "
+                   "calibration is read (%.1f px from each other's epipolar "
+                   "lines)",
+                   as_read.score(), as_read.mean_px()));
+      }
+      std::vector<Candidate> candidates;
+      if (as_read.score() < kSoundEnough) {
+        AddImageCandidate(&candidates);
+        AddRateCandidate(&candidates);
+        AddReadingCandidates(&candidates);
+      }
+      AddSidesCandidate(&candidates);
+      AddClockCandidate(&candidates);
+      if (candidates.empty()) {
+        if (first) LookForAnotherRoom(as_read);
+        return;
+      }
+      // Of what is as good the simplest comes first.
+      std::max_element(candidates.begin(), candidates.end(),
+                       [](const Candidate& a, const Candidate& b) {
+                         return a.score < b.score;
+                       })
+          ->take();
+      LookAgain();
+      first = false;
+    }
+  }
+
+  struct Candidate {
+    double score = 0.0;  // of all pairs of views, with it
+    std::function<void()> take;
+  };
+
+  double ScoreOf(const CameraRig& cameras,
+                 const DetectionSequence& detections) const {
+    std::vector<ViewPeople> people = PeopleOfViews(detections, kMinConfidence);
+    for (size_t v = 0; v < people.size(); ++v) {
+      people[v] = Undistorted(people[v], cameras[v]);
+    }
+    return AgreementOfAll(cameras, people, frames_).score();
+  }
+
+  void AddImageCandidate(std::vector<Candidate>* candidates) {
+    const auto image = FindOtherImage(cameras_, raw_, frames_);
+    if (!image.has_value()) return;
+    CameraRig rig = cameras_;
+    rig[image->view] = WithImage(cameras_[image->view], *image);
+    candidates->push_back({ScoreOf(rig, detections_), [this, image, rig] {
+                             AddOtherImage(*image);
+                             cameras_ = rig;
+                           }});
+  }
+
+  void AddOtherImage(const OtherImage& image) {
+    const Camera& camera = cameras_[image.view];
+    std::string what;
+    if (image.scaled()) {
+      what = Format(
+          "its video is %.4g times as large as the calibration's "
+          "image",
+          image.scale);
+    }
+    if (image.cropped()) {
+      what += (what.empty() ? "its video" : ", and") +
+              Format(" begins at pixel (%.0f, %.0f) of ", image.offset_px.x(),
+                     image.offset_px.y()) +
+              (image.scaled() ? "that" : "the calibration's image");
+    }
+    // Cameras that are turned by little look alike; by a tenth of the image
+    // nobody turns one without moving it.
+    const double share = image.offset_px.norm() / ImageWidth(camera);
+    const double most = image.scaled() || share > 0.1 ? 0.95 : 0.5;
+    Add({image.cropped() ? "crop" : "image_size", NameOf(image.view),
+         std::min(most, Sureness(image.score_after - image.score_before,
+                                 image.score_after)),
+         image.before_px, image.after_px, kUseCorrected,
+         what + Agreement(image.score_before, image.score_after)});
+  }
+
+  static std::string Agreement(double before, double after) {
+    return Format("; agreement %.2f instead of %.2f", after, before);
+  }
+
+  void AddRateCandidate(std::vector<Candidate>* candidates) {
+    const auto rate =
+        FindOtherRate(cameras_, Ideal(), detections_, input_.frame_rate_hz);
+    if (!rate.has_value()) return;
+    const DetectionSequence moved = WithViewRate(
+        detections_, rate->view, rate->rate_hz / input_.frame_rate_hz);
+    candidates->push_back(
+        {ScoreOf(cameras_, moved), [this, rate, moved] {
+           Add({"view_rate", NameOf(rate->view),
+                Sureness(rate->score_after - rate->score_before,
+                         rate->score_after),
+                rate->before_px, rate->after_px,
+                "--set=input.view_frame_rate." + ViewName(rate->view) + "=" +
+                    Format("%.4g", rate->rate_hz),
+                Format("its files count at %.4g Hz, the others' at %.4g",
+                       rate->rate_hz, input_.frame_rate_hz) +
+                    Agreement(rate->score_before, rate->score_after)});
+           detections_ = moved;
+         }});
+  }
+
+  void AddSidesCandidate(std::vector<Candidate>* candidates) {
+    const auto sides = FindExchangedSides(cameras_, Ideal(), frames_,
+                                          detections_.header.skeleton);
+    if (!sides.has_value()) return;
+    DetectionSequence moved = detections_;
+    ExchangeSides(sides->views, &moved);
+    candidates->push_back({ScoreOf(cameras_, moved), [this, sides, moved] {
+                             AddExchangedSides(*sides);
+                             detections_ = moved;
+                           }});
+  }
+
+  void AddExchangedSides(const ExchangedSides& sides) {
+    std::string names;
+    for (size_t v = 0; v < sides.views.size(); ++v) {
+      if (!sides.views[v]) continue;
+      names += (names.empty() ? "\"" : ",\"") + ViewName(v) + "\"";
+    }
+    const std::string fix = "'--set=detections.exchange_sides=[" + names + "]'";
+    const bool all = std::count(sides.views.begin(), sides.views.end(), 1) ==
+                     static_cast<std::ptrdiff_t>(sides.views.size());
+    if (all) {
+      Add({"sides", "", 0.9, 0.0, 0.0, fix,
+           Format("left and right are exchanged: noses lie behind the "
+                  "shoulders in %.0f of %.0f people",
+                  sides.backwards, sides.looked_at)});
+      return;
+    }
+    for (size_t v = 0; v < sides.views.size(); ++v) {
+      if (!sides.views[v]) continue;
+      Add({"sides", NameOf(v),
+           Sureness(sides.score_after - sides.score_before, sides.score_after),
+           sides.before_px, sides.after_px, fix,
+           "left and right are exchanged in it" +
+               Agreement(sides.score_before, sides.score_after)});
+    }
+  }
+
+  void AddReadingCandidates(std::vector<Candidate>* candidates) {
     const ReadingSearch search = SearchReadings(cameras_, raw_, frames_);
-    diagnosis_.notes.push_back(
-        Format("people seen by two views agree to %.2f of 1 as the "
-               "calibration is read (%.1f px from each other's epipolar lines)",
-               search.as_read.score, search.as_read.distance_px));
+    if (search.better.empty()) return;
+    candidates->push_back(
+        {search.better.front().score, [this, search] { TakeReading(search); }});
+  }
+
+  void AddClockCandidate(std::vector<Candidate>* candidates) {
+    if (clocks_taken_) return;
     const ClockSearch clocks = SearchClocks(cameras_, Ideal(), LongestLag());
-    const double reading_score =
-        search.better.empty() ? 0.0 : search.better.front().score;
-    if (clocks.found() && clocks.score_after > reading_score) {
-      TakeClocks(clocks);
-      return;
-    }
-    if (search.better.empty()) {
-      LookForAnotherRoom(search);
-      return;
-    }
-    TakeReading(search);
-    // A clock may be wrong as well.
-    const ClockSearch then = SearchClocks(cameras_, Ideal(), LongestLag());
-    if (then.found()) TakeClocks(then);
+    if (!clocks.found()) return;
+    candidates->push_back({clocks.score_after, [this, clocks] {
+                             clocks_taken_ = true;
+                             TakeClocks(clocks);
+                           }});
   }
 
   // No reading and no clock brings the views together.
-  void LookForAnotherRoom(const ReadingSearch& search) {
+  void LookForAnotherRoom(const PairAgreement& as_read) {
     // Sound takes agree to 0.5 and more; people of two views who are paired
     // without any relation agree to 0.1 or so (docs/doctor.md).
     constexpr double kUnrelated = 0.2;
-    if (search.as_read.score > kUnrelated) return;
-    Add({"never_matched", "", 0.8, search.as_read.distance_px,
-         search.as_read.distance_px,
+    if (as_read.score() > kUnrelated) return;
+    Add({"never_matched", "", 0.8, as_read.mean_px(), as_read.mean_px(),
          "calibrate anew, or check that calibration and detections are of one "
-         "take",
+         "recording",
          Format("people seen by two views agree to %.2f of 1, and no other "
                 "reading of the calibration and no lag brings them together: "
                 "it may be of another set-up",
-                search.as_read.score)});
+                as_read.score())});
   }
 
   void TakeClocks(const ClockSearch& clocks) {
@@ -222,7 +427,7 @@ class Doctor {
     for (DetectionFrame& frame : detections_.frames) {
       for (Detection& detection : frame.views[view].detections) {
         for (Keypoint& joint : detection.joints) {
-          joint.px.x() = width - joint.px.x();
+          joint.px.x() = width - 1.0 - joint.px.x();
         }
       }
     }
@@ -294,33 +499,28 @@ class Doctor {
     diagnosis_.notes.push_back(
         Format("people are %.3g m tall (median of %.0f bodies)",
                stature.median_m, stature.count));
-    constexpr double kSmallest = 1.2;
-    constexpr double kTallest = 2.2;
+    // Infants to basketball players.
+    constexpr double kSmallest = 0.5;
+    constexpr double kTallest = 2.3;
     if (stature.median_m >= kSmallest && stature.median_m <= kTallest) return;
+    Finding finding{"unit", "", 0.95, 0.0, 0.0, "", ""};
+    finding.before_px = finding.after_px = MeanDistancePx();
+    finding.evidence = Format("people would be %.3g m tall", stature.median_m);
     for (const double factor : {0.001, 0.01, 0.1, 10.0, 100.0, 1000.0}) {
       const double height = stature.median_m * factor;
       if (height < kSmallest || height > kTallest) continue;
-      Finding finding{"unit", "", 0.95, stature.median_m, height, "", ""};
-      finding.before_px = finding.after_px = MeanDistancePx();
       finding.fix = UnitFix(input_.units_per_metre / factor);
-      finding.evidence = Format(
-          "people would be %.3g m tall; lengths times %.4g make them "
-          "%.2f m",
-          stature.median_m, factor, height);
+      finding.evidence +=
+          Format("; lengths times %.4g make them %.2f m", factor, height);
       Add(finding);
       Rescale(factor);
       return;
     }
-    // No unit explains it: a board whose squares were given wrongly, or
-    // children. A typical adult is the guess.
-    constexpr double kAdult = 1.7;
-    const double factor = kAdult / stature.median_m;
-    Add({"unit", "", 0.5, MeanDistancePx(), MeanDistancePx(), kUseCorrected,
-         Format("people would be %.3g m tall and no unit makes them 1.2 to "
-                "2.2 m; if they are adults, lengths are to be multiplied by "
-                "%.4g",
-                stature.median_m, factor)});
-    Rescale(factor);
+    // No unit explains it: a board whose squares were given wrongly.
+    finding.confidence = 0.5;
+    finding.fix = "measure a length in the room and scale the calibration";
+    finding.evidence += " and no unit makes them 0.5 to 2.3 m";
+    Add(finding);
   }
 
   std::string UnitFix(double units_per_metre) const {
@@ -458,9 +658,10 @@ class Doctor {
     LookAtLens(before);
     std::vector<std::string> names;
     for (const Camera& camera : input_.cameras) names.push_back(camera.name());
-    changes_ = ExplainResiduals(
-        {cameras_, segments_, strangers_, names, input_.frame_rate_hz},
-        options_.bundle, changes_, &diagnosis_.findings);
+    changes_ =
+        ExplainResiduals({cameras_, segments_, strangers_, names,
+                          input_.frame_rate_hz, SubjectSize()},
+                         options_.bundle, changes_, &diagnosis_.findings);
     cameras_ = RefinedCameras(cameras_, changes_);
   }
 
@@ -469,6 +670,26 @@ class Doctor {
     segments_ =
         MakeSegments(cameras_, detections_, matches, options_.bundle.segments);
     changes_.assign(cameras_.size(), CameraChange::Zero());
+  }
+
+  // Of the bodies, by their boxes in the images and how far they are away [m].
+  double SubjectSize() const {
+    std::vector<double> sizes_m;
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      std::vector<double> sizes_px;
+      for (const auto& frame : raw_[v].frames) {
+        for (const auto& person : frame) sizes_px.push_back(person.size_px);
+      }
+      std::vector<double> depths_m;
+      for (const Stretch& segment : segments_.segments) {
+        depths_m.push_back(cameras_[v].Depth(PositionOf(segment)));
+      }
+      if (sizes_px.empty()) continue;
+      sizes_m.push_back(Quantile(std::move(sizes_px), 0.5) *
+                        Quantile(std::move(depths_m), 0.5) /
+                        cameras_[v].focal_px());
+    }
+    return sizes_m.empty() ? 1.7 : Quantile(std::move(sizes_m), 0.5);
   }
 
   // Pictures that were lost, one jump after the other.
@@ -612,6 +833,8 @@ class Doctor {
   std::set<size_t> strangers_;
   SceneSegments segments_;
   std::vector<CameraChange> changes_;
+  bool examined_ = true;
+  bool clocks_taken_ = false;
 };
 
 }  // namespace

@@ -37,7 +37,10 @@ struct DoctorOptions {
   bool looks_for_break = true;  // for a camera that moved in the middle
   BundleOptions bundle;
 
-  DoctorOptions() { bundle.segments.max_segments = 900; }
+  DoctorOptions() {
+    bundle.segments.max_segments = 500;
+    bundle.max_iterations = 12;
+  }
 };
 
 struct Finding {
@@ -48,10 +51,17 @@ struct Finding {
   double after_px = 0.0;    // with the fix
   std::string fix;          // what to type, or to do
   std::string evidence;     // in words, with figures
+  // Whether it is beyond what a detector's bias does; else it is mentioned, and
+  // changes nothing.
+  bool told = true;
 };
 
+enum class DoctorVerdict { kSound, kSuspect, kNotExamined };
+const char* ToString(DoctorVerdict verdict);
+
 struct Diagnosis {
-  bool sound = true;
+  DoctorVerdict verdict = DoctorVerdict::kSound;
+  bool sound() const { return verdict == DoctorVerdict::kSound; }
   std::vector<Finding> findings;  // the surest first within their stage
   CameraRig cameras;              // corrected; as DoctorInput::cameras
   // What else was seen: statures, matches, residuals. One sentence each.

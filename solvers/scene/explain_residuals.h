@@ -17,6 +17,7 @@ struct ExplainedTake {
   const std::set<size_t>& strangers;  // views of which nothing is said
   std::vector<std::string> names;     // of the cameras
   double frame_rate_hz = 0.0;
+  double subject_m = 1.7;  // size of the bodies
 };
 
 // Fits one kind of fault after the other (a clock, a shifted image, a turned

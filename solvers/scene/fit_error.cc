@@ -44,11 +44,15 @@ FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
   const std::vector<size_t> bin_of = SegmentBins(segments, &bins);
   error.sum_px.assign(cameras.size(), std::vector<double>(bins, 0.0));
   error.count = error.sum_px;
+  error.lasting_m.assign(cameras.size(), 0.0);
+  error.stretches = error.lasting_m;
+  std::vector<Eigen::Vector3d> sums(cameras.size());  // x, y, count
   for (size_t s = 0; s < segments.segments.size(); ++s) {
     const Stretch& segment = segments.segments[s];
     SegmentState state = segment.state;
     const bool solved = SolveSegment(cameras, changes, segment,
                                      segments.noise_scale, options, &state);
+    std::fill(sums.begin(), sums.end(), Eigen::Vector3d::Zero());
     for (const SegmentMeasurement& measurement : segment.measurements) {
       const auto v = static_cast<size_t>(measurement.view_idx);
       double distance_px = cap_px;
@@ -56,14 +60,31 @@ FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
         const auto r = SegmentResidual(cameras[v], changes[v], segment, state,
                                        measurement, 1.0, nullptr, nullptr);
         if (r.has_value()) {
-          distance_px = std::min(cap_px, r->norm() * measurement.sigma_px);
+          const Eigen::Vector2d residual_px = *r * measurement.sigma_px;
+          distance_px = std::min(cap_px, residual_px.norm());
+          const double cap = distance_px / std::max(1e-9, residual_px.norm());
+          sums[v] += Eigen::Vector3d(cap * residual_px.x(),
+                                     cap * residual_px.y(), 1.0);
         }
       }
       error.sum_px[v][bin_of[s]] += distance_px;
       error.count[v][bin_of[s]] += 1.0;
     }
+    const Eigen::Vector3d place = PositionOf(segment);
+    for (size_t v = 0; v < cameras.size(); ++v) {
+      if (sums[v].z() == 0.0) continue;
+      error.lasting_m[v] += sums[v].head<2>().norm() / sums[v].z() *
+                            cameras[v].Depth(place) / cameras[v].focal_px();
+      error.stretches[v] += 1.0;
+    }
   }
   return error;
+}
+
+double FitError::LastingM(size_t view) const {
+  return view < stretches.size() && stretches[view] > 0.0
+             ? lasting_m[view] / stretches[view]
+             : 0.0;
 }
 
 void FitError::Append(const FitError& other) {
@@ -72,6 +93,8 @@ void FitError::Append(const FitError& other) {
     return;
   }
   for (size_t v = 0; v < other.sum_px.size(); ++v) {
+    lasting_m[v] += other.lasting_m[v];
+    stretches[v] += other.stretches[v];
     sum_px[v].insert(sum_px[v].end(), other.sum_px[v].begin(),
                      other.sum_px[v].end());
     count[v].insert(count[v].end(), other.count[v].begin(),
@@ -106,6 +129,10 @@ FitGain CompareFits(const FitError& before, const FitError& after, int view) {
   FitGain gain;
   gain.before_px = view < 0 ? before.MeanPx() : before.MeanPx(view);
   gain.after_px = view < 0 ? after.MeanPx() : after.MeanPx(view);
+  if (view >= 0) {
+    gain.lasting_before_m = before.LastingM(static_cast<size_t>(view));
+    gain.lasting_after_m = after.LastingM(static_cast<size_t>(view));
+  }
   RatioSeries series_before;
   RatioSeries series_after;
   const size_t bins = before.sum_px.empty() ? 0 : before.sum_px[0].size();

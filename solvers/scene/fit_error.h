@@ -16,7 +16,12 @@ struct FitError {
   // Sums of min(|residual|, cap) [px] and counts.
   std::vector<std::vector<double>> sum_px;  // [view][bin]
   std::vector<std::vector<double>> count;   // [view][bin]
-  double MeanPx() const;                    // over everything
+  // What lasts over a stretch: the length of its mean residual at its depth,
+  // summed by view, and the number of stretches.
+  std::vector<double> lasting_m;
+  std::vector<double> stretches;
+  double LastingM(size_t view) const;
+  double MeanPx() const;  // over everything
   double MeanPx(int view) const;
   // Takes the bins of `other` behind its own.
   void Append(const FitError& other);
@@ -33,6 +38,14 @@ struct FitGain {
   double after_px = 0.0;
   double low_px = 0.0;  // of the gain
   double high_px = 0.0;
+  // Of one view: what lasts over stretches, at people's depth.
+  double lasting_before_m = 0.0;
+  double lasting_after_m = 0.0;
+  // Share of it that is gone.
+  double explained() const {
+    return lasting_before_m > 0.0 ? 1.0 - lasting_after_m / lasting_before_m
+                                  : 0.0;
+  }
   // The interval excludes zero: the cameras after explain the take better.
   bool certain() const { return low_px > 0.0; }
 };

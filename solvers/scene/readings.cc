@@ -96,17 +96,18 @@ ViewPeople Restored(const ViewPeople& view, ImageReading reading,
         switch (reading) {
           case ImageReading::kAsRead:
             break;
-          case ImageReading::kRotated90:  // (x, y) was shown at (h - y, x)
-            px = Eigen::Vector2d(shown.y(), height_px - shown.x());
+          case ImageReading::kRotated90:  // (x, y) was shown at (h - 1 - y, x)
+            px = Eigen::Vector2d(shown.y(), height_px - 1.0 - shown.x());
             break;
           case ImageReading::kRotated180:
-            px = Eigen::Vector2d(width_px - shown.x(), height_px - shown.y());
+            px = Eigen::Vector2d(width_px - 1.0 - shown.x(),
+                                 height_px - 1.0 - shown.y());
             break;
-          case ImageReading::kRotated270:  // (x, y) was shown at (y, w - x)
-            px = Eigen::Vector2d(width_px - shown.y(), shown.x());
+          case ImageReading::kRotated270:  // (x, y) was shown at (y, w - 1 - x)
+            px = Eigen::Vector2d(width_px - 1.0 - shown.y(), shown.x());
             break;
           case ImageReading::kMirrored:
-            px.x() = width_px - shown.x();
+            px.x() = width_px - 1.0 - shown.x();
             break;
         }
       }
@@ -118,6 +119,7 @@ ViewPeople Restored(const ViewPeople& view, ImageReading reading,
 std::optional<Camera> Seeing(const Camera& camera, ImageReading reading) {
   if (reading == ImageReading::kAsRead) return camera;
   if (reading == ImageReading::kMirrored) return std::nullopt;
+  // (0, 0) is the middle of the first pixel.
   const double width = ImageWidth(camera);
   const double height = ImageHeight(camera);
   CameraParameters parameters = camera.parameters();
@@ -126,16 +128,16 @@ std::optional<Camera> Seeing(const Camera& camera, ImageReading reading) {
   const double cy = camera.K()(1, 2);
   if (reading == ImageReading::kRotated180) {
     turn.topLeftCorner<2, 2>() = -Eigen::Matrix2d::Identity();
-    parameters.K(0, 2) = width - cx;
-    parameters.K(1, 2) = height - cy;
+    parameters.K(0, 2) = width - 1.0 - cx;
+    parameters.K(1, 2) = height - 1.0 - cy;
   } else {
     const bool clockwise = reading == ImageReading::kRotated90;
     turn << 0.0, clockwise ? -1.0 : 1.0, 0.0,  //
         clockwise ? 1.0 : -1.0, 0.0, 0.0,      //
         0.0, 0.0, 1.0;
     std::swap(parameters.K(0, 0), parameters.K(1, 1));
-    parameters.K(0, 2) = clockwise ? height - cy : cy;
-    parameters.K(1, 2) = clockwise ? cx : width - cx;
+    parameters.K(0, 2) = clockwise ? height - 1.0 - cy : cy;
+    parameters.K(1, 2) = clockwise ? cx : width - 1.0 - cx;
     std::swap(parameters.width_px, parameters.height_px);
   }
   parameters.R = turn * camera.R();

@@ -217,7 +217,10 @@ CameraRig RefinedCameras(const CameraRig& cameras,
                          const std::vector<CameraChange>& changes) {
   CameraRig rig;
   for (size_t v = 0; v < cameras.size(); ++v) {
-    rig.push_back(ChangedCamera(cameras[v], changes[v]));
+    // What is not changed keeps its last bit.
+    rig.push_back(changes[v].isZero(0.0)
+                      ? cameras[v]
+                      : ChangedCamera(cameras[v], changes[v]));
   }
   return rig;
 }

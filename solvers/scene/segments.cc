@@ -1,6 +1,7 @@
 #include "solvers/scene/segments.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -229,11 +230,54 @@ double VelocitySigma(const CameraRig& cameras, const Stretch& segment,
   return std::sqrt(variance);
 }
 
+// Of each stretch, its place along the direction in which people move most [m]:
+// its position less the mean one of its joint.
+std::vector<double> PlacesOf(const std::vector<Stretch>& segments) {
+  std::map<int, std::pair<Eigen::Vector3d, double>> of_joint;
+  for (const Stretch& segment : segments) {
+    auto& [sum, count] =
+        of_joint.try_emplace(segment.joint, Eigen::Vector3d::Zero(), 0.0)
+            .first->second;
+    sum += PositionOf(segment);
+    count += 1.0;
+  }
+  std::vector<Eigen::Vector3d> moved;
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const Stretch& segment : segments) {
+    const auto& [sum, count] = of_joint.at(segment.joint);
+    moved.push_back(PositionOf(segment) - sum / count);
+    spread += moved.back() * moved.back().transpose();
+  }
+  const Eigen::Vector3d along =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(
+          2);
+  std::vector<double> places;
+  for (const Eigen::Vector3d& one : moved) places.push_back(along.dot(one));
+  return places;
+}
+
+bool IsLower(JointClass joint_class) {
+  return joint_class == JointClass::kHip || joint_class == JointClass::kKnee ||
+         joint_class == JointClass::kAnkle || joint_class == JointClass::kFoot;
+}
+
 // Whether each stretch is in the first half. Joints go in pairs, since
 // skeletons name left and right in turn: each half has both sides.
-std::vector<bool> FirstHalf(const std::vector<Stretch>& segments,
-                            Halving halving) {
+std::vector<bool> FirstHalf(const SceneSegments& scene, Halving halving) {
+  const std::vector<Stretch>& segments = scene.segments;
   std::vector<bool> first(segments.size());
+  if (halving == Halving::kBody) {
+    for (size_t s = 0; s < segments.size(); ++s) {
+      first[s] = IsLower(scene.classes[static_cast<size_t>(segments[s].joint)]);
+    }
+    return first;
+  }
+  if (halving == Halving::kPlaces) {
+    const std::vector<double> places = PlacesOf(segments);
+    const double middle = Quantile(places, 0.5);
+    for (size_t s = 0; s < segments.size(); ++s) first[s] = places[s] < middle;
+    return first;
+  }
   if (halving == Halving::kTime) {
     for (size_t s = 0; s < segments.size() / 2; ++s) first[s] = true;
     return first;
@@ -373,8 +417,11 @@ SceneSegments MakeSegments(const CameraRig& cameras,
   std::stable_sort(runs.begin(), runs.end(), [&](const Run& a, const Run& b) {
     return people[a.person][a.begin].time < people[b.person][b.begin].time;
   });
-  const std::vector<int>& joints =
-      detections.header.skeleton.association_joints();
+  const Skeleton& skeleton = detections.header.skeleton;
+  for (int j = 0; j < skeleton.joint_count(); ++j) {
+    result.classes.push_back(skeleton.joint_class(j));
+  }
+  const std::vector<int>& joints = skeleton.association_joints();
   if (runs.empty() || joints.empty()) return result;
   const std::vector<CameraChange> no_change(cameras.size(),
                                             CameraChange::Zero());
@@ -422,8 +469,14 @@ double BinLength(const SceneSegments& segments) {
   return std::min(1.0, std::max(0.2, segments.span_s / 20.0));
 }
 
+double PlacesApart(const SceneSegments& segments) {
+  if (segments.segments.empty()) return 0.0;
+  std::vector<double> places = PlacesOf(segments.segments);
+  return Quantile(places, 0.75) - Quantile(places, 0.25);
+}
+
 SceneSegments HalfOf(const SceneSegments& segments, Halving halving, int half) {
-  const auto in_first = FirstHalf(segments.segments, halving);
+  const auto in_first = FirstHalf(segments, halving);
   SceneSegments part = segments;
   part.segments.clear();
   for (size_t s = 0; s < segments.segments.size(); ++s) {

@@ -63,6 +63,7 @@ struct SceneSegments {
   // frames in which two other views matched somebody.
   std::vector<int64_t> matched;
   std::vector<int64_t> detections;
+  std::vector<JointClass> classes;  // of the detections' joints
 };
 
 // Stretches of the people that `matches` names. Views are those of the
@@ -127,12 +128,23 @@ bool MoveEnough(const SceneSegments& segments);
 // Errors of a detector last a tenth of a second or so.
 double BinLength(const SceneSegments& segments);
 
-// Two ways to halve a take. What lasts in a detector's errors stays with its
-// joint: a second half of the time has it too, other joints have not.
-enum class Halving { kTime, kJoints };
+// Ways to halve a recording. What lasts in a detector's errors stays with its
+// joint: a second half of the time has it too, other joints have not. Joints of
+// one limb share it, and those of legs more than those of legs and arms; and it
+// stays the same while somebody stays in one place.
+enum class Halving {
+  kTime,
+  kJoints,
+  kBody,    // hips and legs, and the rest
+  kPlaces,  // along the direction in which people move most
+};
 
 // The stretches of one half (0 or 1).
 SceneSegments HalfOf(const SceneSegments& segments, Halving halving, int half);
+
+// How far the two halves of the places lie apart [m]: of each joint's
+// positions, less its mean one.
+double PlacesApart(const SceneSegments& segments);
 
 }  // namespace kinegraph
 

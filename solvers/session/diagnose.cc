@@ -52,7 +52,7 @@ void LookAtSkeleton(const DetectionSequence& detections, Diagnosis* diagnosis) {
                      own.name() + " and plausible ones as " +
                      candidates[best]->name();
   diagnosis->findings.insert(diagnosis->findings.begin(), finding);
-  diagnosis->sound = false;
+  diagnosis->verdict = DoctorVerdict::kSuspect;
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "solvers/session/options.h"
 
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <utility>
@@ -22,6 +23,8 @@ void InputOptions::Describe(OptionVisitor& visitor) {
   visitor.TextMap("view_frame_rate", &view_frame_rate,
                   "rate [Hz] at which a view's files count frames, where it is "
                   "another");
+  visitor.TextMap("view_frame_offset", &view_frame_offset,
+                  "taken from the frame numbers of a view's files");
 }
 
 void OutputOptions::Describe(OptionVisitor& visitor) {
@@ -133,6 +136,18 @@ double RateOf(const std::string& view, const std::string& text) {
   return rate_hz;
 }
 
+int64_t OffsetOf(const std::string& view, const std::string& text) {
+  int64_t offset = 0;
+  const char* const end = text.data() + text.size();
+  const auto [at, error] = std::from_chars(text.data(), end, offset);
+  if (error != std::errc() || at != end) {
+    throw OptionError(
+        "input.view_frame_offset." + view,
+        "found '" + Printable(text) + "', expected a number of frames");
+  }
+  return offset;
+}
+
 }  // namespace
 
 DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {
@@ -141,6 +156,9 @@ DetectionReadOptions DetectionOptionsOf(const RunOptions& options) {
   read.skip_bad_frames = options.input.skip_bad_frames;
   for (const auto& [view, text] : options.input.view_frame_rate) {
     read.view_frame_rate_hz[view] = RateOf(view, text);
+  }
+  for (const auto& [view, text] : options.input.view_frame_offset) {
+    read.view_frame_offset[view] = OffsetOf(view, text);
   }
   return read;
 }

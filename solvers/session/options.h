@@ -27,6 +27,8 @@ struct InputOptions {
   bool skip_bad_frames = false;     // of our own detections
   // View -> rate [Hz] at which its files count frames, where it is another.
   std::map<std::string, std::string> view_frame_rate;
+  // View -> what is taken from the frame numbers of its files.
+  std::map<std::string, std::string> view_frame_offset;
 
   void Describe(OptionVisitor& visitor);
 };

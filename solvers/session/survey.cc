@@ -101,6 +101,7 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
           const CameraRig& cameras, const DetectionSequence& as_told) {
   RunRequest request;
   request.cameras = cameras;
+  request.without_cameras = asked.without_cameras;
   request.kept_matches = KeptMatches::kDetections;
   options.refine = RefineOptions();  // for the whole take to decide
   const auto record = ReadRefinementRecord(asked.cameras);
@@ -156,6 +157,13 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
   return trial;
 }
 
+void TakeOver(Trial trial, TakeSurvey* survey) {
+  survey->report = std::move(trial.report);
+  survey->stance = std::move(trial.stance);
+  survey->cameras_are_off = trial.cameras_are_off;
+  survey->clocks_are_off = trial.clocks_are_off;
+}
+
 bool HasPlausibleHeight(const TakeReport& report) {
   return report.height_m >= kMinHeight && report.height_m <= kMaxHeight;
 }
@@ -208,10 +216,7 @@ void SettleUnit(const SurveyRequest& request,
     if (first || HasPlausibleHeight(trial.report)) {
       survey->cameras = cameras;
       survey->unit = unit.name;
-      survey->report = std::move(trial.report);
-      survey->stance = std::move(trial.stance);
-      survey->cameras_are_off = trial.cameras_are_off;
-      survey->clocks_are_off = trial.clocks_are_off;
+      TakeOver(std::move(trial), survey);
     }
     // What is no human has no height to tell the unit by.
     if (HasPlausibleHeight(survey->report) ||
@@ -220,6 +225,35 @@ void SettleUnit(const SurveyRequest& request,
     }
     first = false;
   }
+}
+
+// Where detections show few joints a new person may need fewer: tried, and kept
+// where clearly more of the detections are then matched and nobody comes out
+// worse.
+void SettleJoints(const SurveyRequest& request,
+                  const DetectionSequence& beginning, TakeSurvey* survey) {
+  SurveyRequest fewer = request;
+  InitialisationOptions& new_people = fewer.options.tracker.initialisation;
+  const auto joints =
+      FewerJoints(UsualJoints(beginning), new_people.min_joints);
+  if (!joints.has_value()) return;
+  new_people.min_joints = new_people.min_common_joints = *joints;
+  fewer.options.cameras.map = survey->map;
+  Trial trial = Try(fewer, fewer.options, survey->cameras, beginning);
+  constexpr double kClearlyMore = 1.05;
+  constexpr double kWorse = 1.25;
+  const auto matched = [](const TakeReport& report) {
+    int64_t sum = 0;
+    for (const CameraReport& camera : report.cameras) sum += camera.matched;
+    return static_cast<double>(sum);
+  };
+  if (matched(trial.report) < kClearlyMore * matched(survey->report) + 1.0 ||
+      (survey->report.poses > 0 &&
+       trial.report.median_px > kWorse * survey->report.median_px)) {
+    return;
+  }
+  survey->min_joints = joints;
+  TakeOver(std::move(trial), survey);
 }
 
 }  // namespace
@@ -240,15 +274,13 @@ TakeSurvey SurveyTake(const SurveyRequest& request) {
   if (survey.frames == 0) {
     throw InputError(request.detections, "", "holds no frames");
   }
-  SurveyRequest settled = request;
-  InitialisationOptions& new_people = settled.options.tracker.initialisation;
-  survey.min_joints =
-      FewerJoints(UsualJoints(beginning), new_people.min_joints);
-  if (survey.min_joints.has_value()) {
-    new_people.min_joints = *survey.min_joints;
-    new_people.min_common_joints = *survey.min_joints;
+  SettleUnit(request, beginning, &survey);
+  SettleJoints(request, beginning, &survey);
+  if (!request.without_cameras.empty()) {
+    for (const CameraReport& camera : survey.report.cameras) {
+      survey.use.push_back(camera.camera);
+    }
   }
-  SettleUnit(settled, beginning, &survey);
   return survey;
 }
 

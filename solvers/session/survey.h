@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/data/detection.h"
 #include "core/data/stance.h"
@@ -20,6 +21,7 @@ struct SurveyRequest {
   std::string cameras;  // paths
   std::string detections;
   RunOptions options;  // to start from, as configs/default.toml has them
+  std::vector<std::string> without_cameras;  // names of views or cameras
 };
 
 struct TakeSurvey {
@@ -33,6 +35,8 @@ struct TakeSurvey {
   std::string unit;   // "auto" where the file's own is right
   // View -> camera as given, or where nothing but the order of the names tells.
   std::map<std::string, std::string> map;
+  // Names of the cameras, where not all of the file's are used.
+  std::vector<std::string> use;
   PairedBy paired_by = PairedBy::kMap;
   // What a new person should need (initialisation.min_joints and
   // min_common_joints, of 17) where detections show few; else as in the

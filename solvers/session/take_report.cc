@@ -133,6 +133,7 @@ class TakeReporter::Impl {
     facts.steps_back = steps_back_;
     facts.empty_frames = empty_frames_;
     facts.in_seconds = scene_.header.mode == ToString(Mode::kGraph);
+    facts.links = KeyOf("identity", "link", false);
     facts.independent_frames = KeyOf("input", "independent_frames", false);
     facts.joints_of_17 = joints_of_17_.Quantile(0.5);
     facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);

@@ -332,8 +332,10 @@ class Warnings {
         fmt::format("{} {} in the recording, up to {:.3g} s without a frame",
                     facts_.holes_s.size(),
                     facts_.holes_s.size() == 1 ? "hole" : "holes", longest_s),
-        "tracks end at those longer than tracking.max_age_s; "
-        "identity.link=true joins what is clearly one person");
+        facts_.links
+            ? "tracks end at those longer than tracking.max_age_s"
+            : "tracks end at those longer than tracking.max_age_s; "
+              "--set=identity.link=true joins what is clearly one person");
   }
 
   void AddIdentities() {
@@ -347,8 +349,11 @@ class Warnings {
         fmt::format("{} identities, though no view shows more than {} people "
                     "at once",
                     identities, report_->most_people_in_a_view),
-        "people may come and go; if not, join their pieces with "
-        "identity.link=true, or look for the cause with `kinegraph doctor`");
+        facts_.links ? "people may come and go; if not, look for the cause "
+                       "with `kinegraph doctor`"
+                     : "people may come and go; if not, join their pieces with "
+                       "--set=identity.link=true, or look for the cause with "
+                       "`kinegraph doctor`");
   }
 
   const TakeFacts& facts_;
@@ -439,6 +444,7 @@ void AddCauses(const Diagnosis& diagnosis, TakeReport* report) {
                   [](const TakeWarning& one) { return one.kind == "unit"; });
   std::vector<TakeWarning> causes;
   for (const Finding& finding : diagnosis.findings) {
+    if (!finding.told) continue;
     if (finding.kind == "unit" && knows_unit) continue;
     const std::string of =
         finding.camera.empty() ? "" : "view of " + finding.camera + ": ";

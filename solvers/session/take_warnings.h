@@ -36,6 +36,7 @@ struct TakeFacts {
   int64_t empty_frames = 0;        // no view shows anybody; of report.frames
   bool independent_frames = false;  // as the options say
   bool in_seconds = false;          // graph mode
+  bool links = false;               // identity.link
   // In joints of 17: what a detection usually shows, and what a new person
   // needs (initialisation.min_joints); 0: not known.
   double joints_of_17 = 0.0;

@@ -2,9 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
+#include "core/base/median.h"
 #include "core/base/random.h"
 #include "core/io/configuration/config.h"
 #include "core/io/tracks/tracks.h"
@@ -100,6 +103,59 @@ FaultyScene MakeFaultyScene(const FaultySceneOptions& options) {
           ? Observe(result.scene, noise, nullptr)
           : ObserveDrifting(result.scene, options.clock_drift, noise);
   return result;
+}
+
+void AddLastingOffsets(uint64_t seed, double scale, FaultyScene* scene) {
+  constexpr double kMedianM = 0.010;
+  constexpr double kSigma = 0.98;  // log(3.5) over 1.28
+  Random random(seed);
+  std::map<std::array<int64_t, 3>, Eigen::Vector2d> offsets_m;
+  const auto offset_of = [&](int64_t person, size_t joint, size_t view) {
+    const auto [at, is_new] = offsets_m.try_emplace(
+        {person, static_cast<int64_t>(joint), static_cast<int64_t>(view)});
+    if (is_new) {
+      const double angle = random.Uniform(0.0, 2.0 * M_PI);
+      const double length_m =
+          scale * kMedianM * std::exp(kSigma * random.Normal());
+      at->second = length_m * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    }
+    return at->second;
+  };
+  const TrackSequence truth = TruthOf(scene->scene);
+  const std::vector<int> map =
+      MapByName(scene->scene.skeleton, scene->detections.header.skeleton);
+  for (size_t k = 0; k < truth.frames.size(); ++k) {
+    for (size_t v = 0; v < scene->scene.cameras.size(); ++v) {
+      const Camera& camera = scene->scene.cameras[v];
+      for (Detection& one : scene->detections.frames[k].views[v].detections) {
+        // Whose it is: whose joints it lies nearest.
+        const PersonPose* person = nullptr;
+        double nearest = 1e300;
+        for (const PersonPose& pose : truth.frames[k].people) {
+          std::vector<double> distances;
+          for (size_t j = 0; j < one.joints.size(); ++j) {
+            if (map[j] < 0 || !one.joints[j].found) continue;
+            const auto px = camera.Project(
+                pose.joints[static_cast<size_t>(map[j])].position_m);
+            if (px) distances.push_back((*px - one.joints[j].px).norm());
+          }
+          if (distances.empty()) continue;
+          const double distance = Median(std::move(distances));
+          if (distance >= nearest) continue;
+          nearest = distance;
+          person = &pose;
+        }
+        if (person == nullptr) continue;
+        for (size_t j = 0; j < one.joints.size(); ++j) {
+          if (map[j] < 0 || !one.joints[j].found) continue;
+          const double depth_m = camera.Depth(
+              person->joints[static_cast<size_t>(map[j])].position_m);
+          one.joints[j].px +=
+              camera.focal_px() / depth_m * offset_of(person->id.value(), j, v);
+        }
+      }
+    }
+  }
 }
 
 Camera Turned(const Camera& camera, double degrees, uint64_t seed) {

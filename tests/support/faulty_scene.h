@@ -45,6 +45,11 @@ struct FaultyScene {
 // A scene with Gaussian pixel noise, 2 % outliers and 3 % missing joints.
 FaultyScene MakeFaultyScene(const FaultySceneOptions& options);
 
+// Offsets that last: one a person, joint and view, drawn anew from `seed`, 10
+// mm in the median and 35 mm at 90 % (log-normal) times `scale`, at the
+// person's depth. Detectors have such (docs/doctor.md).
+void AddLastingOffsets(uint64_t seed, double scale, FaultyScene* scene);
+
 // `camera` turned by `degrees` about a direction drawn from `seed`.
 Camera Turned(const Camera& camera, double degrees, uint64_t seed);
 // With another image centre, or focal length times `factor`.

@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <deque>
 #include <limits>
+#include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -17,9 +19,12 @@ namespace {
 // The views of one rate, without frames in which none of them shows anybody.
 class RatedViews {
  public:
-  RatedViews(double rate_hz, std::vector<size_t> views,
+  RatedViews(double rate_hz, int64_t offset, std::vector<size_t> views,
              std::unique_ptr<DetectionSource> source)
-      : clock_(rate_hz), views_(std::move(views)), source_(std::move(source)) {
+      : clock_(rate_hz),
+        offset_(offset),
+        views_(std::move(views)),
+        source_(std::move(source)) {
     Read();
   }
 
@@ -53,6 +58,8 @@ class RatedViews {
  private:
   void Read() {
     while ((has_frame_ = source_->Next(&frame_))) {
+      frame_.frame -= offset_;
+      if (frame_.frame < 0) continue;
       for (const size_t v : views_) {
         if (!frame_.views[v].detections.empty()) return;
       }
@@ -60,6 +67,7 @@ class RatedViews {
   }
 
   FrameClock clock_;
+  int64_t offset_;  // of the numbers of these views' files
   std::vector<size_t> views_;
   std::unique_ptr<DetectionSource> source_;
   DetectionFrame frame_;  // read and not passed
@@ -69,29 +77,28 @@ class RatedViews {
 class RatedSource final : public DetectionSource {
  public:
   RatedSource(const std::function<std::unique_ptr<DetectionSource>()>& open,
-              const std::map<std::string, double>& rates_hz)
+              const DetectionReadOptions& options)
       : base_(open()), clock_(RateOf(base_->header())) {
     const std::vector<std::string>& names = base_->header().view_names;
     is_rated_.assign(names.size(), false);
-    std::map<double, std::vector<size_t>> views_of_rate;
-    for (const auto& [name, rate_hz] : rates_hz) {
-      const auto at = std::find(names.begin(), names.end(), name);
-      if (at == names.end()) {
-        std::string known;
-        for (const std::string& one : names) {
-          known += (known.empty() ? "" : ", ") + Printable(one);
-        }
-        throw InputError("input.view_frame_rate." + Printable(name) +
-                         ": the detections have no view of that name, expected "
-                         "one of " +
-                         known);
-      }
-      const auto view = static_cast<size_t>(at - names.begin());
-      views_of_rate[rate_hz].push_back(view);
+    std::vector<double> rates_hz(names.size(), base_->header().frame_rate_hz);
+    std::vector<int64_t> offsets(names.size(), 0);
+    for (const auto& [name, rate_hz] : options.view_frame_rate_hz) {
+      const size_t view = ViewOf("input.view_frame_rate.", name);
+      rates_hz[view] = rate_hz;
       is_rated_[view] = true;
     }
-    for (const auto& [rate_hz, views] : views_of_rate) {
-      rated_.emplace_back(rate_hz, views, open());
+    for (const auto& [name, offset] : options.view_frame_offset) {
+      const size_t view = ViewOf("input.view_frame_offset.", name);
+      offsets[view] = offset;
+      is_rated_[view] = true;
+    }
+    std::map<std::pair<double, int64_t>, std::vector<size_t>> alike;
+    for (size_t v = 0; v < names.size(); ++v) {
+      if (is_rated_[v]) alike[{rates_hz[v], offsets[v]}].push_back(v);
+    }
+    for (const auto& [counting, views] : alike) {
+      rated_.emplace_back(counting.first, counting.second, views, open());
     }
   }
 
@@ -119,6 +126,20 @@ class RatedSource final : public DetectionSource {
   }
 
  private:
+  size_t ViewOf(const std::string& key, const std::string& name) const {
+    const std::vector<std::string>& names = base_->header().view_names;
+    const auto at = std::find(names.begin(), names.end(), name);
+    if (at != names.end()) return static_cast<size_t>(at - names.begin());
+    std::string known;
+    for (const std::string& one : names) {
+      known += (known.empty() ? "" : ", ") + Printable(one);
+    }
+    throw InputError(key + Printable(name) +
+                     ": the detections have no view of that name, expected "
+                     "one of " +
+                     known);
+  }
+
   static double RateOf(const DetectionHeader& header) {
     if (!(header.frame_rate_hz > 0.0)) {
       throw OptionError("input.frame_rate",
@@ -178,8 +199,8 @@ class RatedSource final : public DetectionSource {
 
 std::unique_ptr<DetectionSource> OpenRated(
     const std::function<std::unique_ptr<DetectionSource>()>& open,
-    const std::map<std::string, double>& view_frame_rate_hz) {
-  return std::make_unique<RatedSource>(open, view_frame_rate_hz);
+    const DetectionReadOptions& options) {
+  return std::make_unique<RatedSource>(open, options);
 }
 
 }  // namespace kinegraph

@@ -130,6 +130,16 @@ class CheckedSource : public DetectionSource {
         skips_(options.skip_bad_frames),
         source_(std::move(source)),
         pixels_(source_->header().view_names) {
+    for (const std::string& name : options.exchange_sides) {
+      const std::vector<std::string>& views = header().view_names;
+      const auto at = std::find(views.begin(), views.end(), name);
+      if (at == views.end()) {
+        throw OptionError(
+            "detections.exchange_sides",
+            "the detections have no view '" + Printable(name) + "'");
+      }
+      exchanged_.push_back(static_cast<size_t>(at - views.begin()));
+    }
     const int64_t joints = header().skeleton.joint_count();
     if (joints <= options.max_joints) return;
     throw InputError(path_, "skeleton",
@@ -150,6 +160,7 @@ class CheckedSource : public DetectionSource {
     while (source_->Next(frame)) {
       try {
         Check(*frame);
+        for (const size_t v : exchanged_) ExchangeSides(&frame->views[v]);
         return true;
       } catch (const InputError& error) {
         if (!skips_) throw;
@@ -178,6 +189,18 @@ class CheckedSource : public DetectionSource {
     Located(path_, [&] { pixels_.See(frame); });
   }
 
+  void ExchangeSides(ViewDetections* view) const {
+    const Skeleton& skeleton = header().skeleton;
+    for (Detection& detection : view->detections) {
+      for (int j = 0; j < skeleton.joint_count(); ++j) {
+        const int other = skeleton.mirror(j);
+        if (other > j)
+          std::swap(detection.joints[static_cast<size_t>(j)],
+                    detection.joints[static_cast<size_t>(other)]);
+      }
+    }
+  }
+
   [[noreturn]] void Fail(const std::string& place, size_t count, size_t most,
                          const std::string& key) const {
     throw InputError(path_, place,
@@ -190,6 +213,7 @@ class CheckedSource : public DetectionSource {
   const size_t max_per_view_;
   const size_t max_per_frame_;
   const bool skips_;
+  std::vector<size_t> exchanged_;  // views
   BadFrames bad_;
   const std::unique_ptr<DetectionSource> source_;
   PlausiblePixels pixels_;
@@ -233,6 +257,8 @@ void DetectionReadOptions::Describe(OptionVisitor& visitor) {
                "skeleton of the detections where the file does not tell it");
   visitor.Choice("zero_confidence", &zero_confidence, {"missing", "position"},
                  "what a joint with confidence 0, or at exactly (0, 0), is");
+  visitor.TextList("exchange_sides", &exchange_sides,
+                   "views in which left and right are exchanged");
   visitor.Integer("first_frame", &first_frame,
                   Between(0.0, static_cast<double>(kMaxFrame)), "frames",
                   "frame number of a file that names none");
@@ -253,14 +279,17 @@ std::unique_ptr<DetectionSource> OpenDetections(
     const auto check = [&](std::unique_ptr<DetectionSource> source) {
       return std::make_unique<CheckedSource>(path, checked, std::move(source));
     };
-    if (checked.view_frame_rate_hz.empty()) return check(Open(path, checked));
+    if (checked.view_frame_rate_hz.empty() &&
+        checked.view_frame_offset.empty()) {
+      return check(Open(path, checked));
+    }
     if (IsPipe(path)) {
       throw InputError(path, "",
-                       "views with rates of their own (input.view_frame_rate) "
-                       "are read several times, which a stream cannot be");
+                       "views that count frames in their own way "
+                       "(input.view_frame_rate, input.view_frame_offset) are "
+                       "read several times, which a stream cannot be");
     }
-    return check(OpenRated([=] { return Open(path, checked); },
-                           checked.view_frame_rate_hz));
+    return check(OpenRated([=] { return Open(path, checked); }, checked));
   } catch (const fs::filesystem_error& error) {
     throw InputError(path, "", "cannot be read: " + error.code().message());
   }

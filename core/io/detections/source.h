@@ -36,6 +36,10 @@ struct DetectionReadOptions {
   double frame_rate_hz = 0.0;
   // Views whose files count frames at a rate of their own [Hz].
   std::map<std::string, double> view_frame_rate_hz;
+  // What is taken from the frame numbers of a view's files.
+  std::map<std::string, int64_t> view_frame_offset;
+  // Views whose detector takes left for right.
+  std::vector<std::string> exchange_sides;
   // Frame number of a file that names none (SMAP).
   int64_t first_frame = 0;
   // Association compares everybody with everybody and every joint: what goes

@@ -105,7 +105,10 @@ TEST(SolveCounts, DescribeNamesWhatWentWrong) {
   counts.not_converged = 2;
   counts.bones_dropped = 1;
   EXPECT_EQ(DescribeTroubles(counts),
-            "of 10 solves 2 did not converge, 1 went on without bones");
+            "of 10 solves 2 did not converge, 1 went on without bones; what "
+            "did not converge is written as it stood after the last of "
+            "graph.max_iterations steps (--set=graph.max_iterations=1000 goes "
+            "on)");
   SolveCounts sum = counts;
   sum += counts;
   EXPECT_EQ(sum.solves, 20);

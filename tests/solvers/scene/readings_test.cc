@@ -106,13 +106,13 @@ TEST(Readings, TurnedAndMirroredImagesAreNamed) {
         for (Keypoint& joint : detection.joints) {
           const Eigen::Vector2d px = joint.px;
           if (image == ImageReading::kRotated90) {
-            joint.px = {height - px.y(), px.x()};
+            joint.px = {height - 1.0 - px.y(), px.x()};
           } else if (image == ImageReading::kRotated180) {
-            joint.px = {width - px.x(), height - px.y()};
+            joint.px = {width - 1.0 - px.x(), height - 1.0 - px.y()};
           } else if (image == ImageReading::kRotated270) {
-            joint.px = {px.y(), width - px.x()};
+            joint.px = {px.y(), width - 1.0 - px.x()};
           } else {
-            joint.px = {width - px.x(), px.y()};
+            joint.px = {width - 1.0 - px.x(), px.y()};
           }
         }
       }
@@ -149,15 +149,15 @@ TEST(Readings, TurnedCamerasKeepTheirLens) {
     };
     // Exact but for rounding.
     EXPECT_LT((seen(ImageReading::kRotated90) -
-               Eigen::Vector2d(height - px.y(), px.x()))
+               Eigen::Vector2d(height - 1.0 - px.y(), px.x()))
                   .norm(),
               1e-9);
     EXPECT_LT((seen(ImageReading::kRotated180) -
-               Eigen::Vector2d(width - px.x(), height - px.y()))
+               Eigen::Vector2d(width - 1.0 - px.x(), height - 1.0 - px.y()))
                   .norm(),
               1e-9);
     EXPECT_LT((seen(ImageReading::kRotated270) -
-               Eigen::Vector2d(px.y(), width - px.x()))
+               Eigen::Vector2d(px.y(), width - 1.0 - px.x()))
                   .norm(),
               1e-9);
   }

@@ -1,0 +1,164 @@
+// What the doctor advises runs as printed, and then nothing of that kind is
+// found any more.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/io/calibration/calibration.h"
+#include "core/io/detections/export.h"
+#include "solvers/scene/view_checks.h"
+#include "solvers/session/run.h"
+#include "tests/support/faulty_scene.h"
+#include "tests/support/program.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::FaultyScene;
+using testing::RunProgram;
+
+struct Case {
+  const char* kind;
+  std::function<void(FaultyScene*)> spoil;
+};
+
+class Fixes : public ::testing::TestWithParam<int> {};
+
+void ForEachJoint(FaultyScene* scene, size_t view,
+                  const std::function<void(Keypoint*)>& change) {
+  for (DetectionFrame& frame : scene->detections.frames) {
+    for (Detection& detection : frame.views[view].detections) {
+      for (Keypoint& joint : detection.joints) change(&joint);
+    }
+  }
+}
+
+std::vector<Case> Cases() {
+  return {
+      {"view_rate",
+       [](FaultyScene* scene) {
+         // The others lose every second picture: they count at half its rate.
+         auto& frames = scene->detections.frames;
+         for (size_t k = 0; k < frames.size(); ++k) {
+           for (size_t v = 0; v < 4; ++v) {
+             if (v == 1) continue;
+             frames[k].views[v].detections.clear();
+             if (2 * k >= frames.size()) continue;
+             frames[k].views[v].detections = frames[2 * k].views[v].detections;
+           }
+         }
+         scene->detections.header.frame_rate_hz /= 2.0;
+       }},
+      {"frame_range",
+       [](FaultyScene* scene) {
+         auto& frames = scene->detections.frames;
+         const size_t count = frames.size();
+         for (size_t k = 0; k < count; ++k) {
+           DetectionFrame late = frames[k];
+           late.frame += 7000;
+           for (size_t v = 0; v < 4; ++v) {
+             if (v != 2) late.views[v].detections.clear();
+           }
+           frames[k].views[2].detections.clear();
+           frames.push_back(std::move(late));
+         }
+       }},
+      {"sides",
+       [](FaultyScene* scene) {
+         ExchangeSides({0, 1, 0, 0}, &scene->detections);
+       }},
+      {"image_size",
+       [](FaultyScene* scene) {
+         ForEachJoint(scene, 1, [](Keypoint* joint) {
+           joint->px = 0.5 * joint->px.array() - 0.25;
+         });
+       }},
+      {"crop",
+       [](FaultyScene* scene) {
+         ForEachJoint(scene, 3, [](Keypoint* joint) {
+           joint->px -= Eigen::Vector2d(240.0, 120.0);
+         });
+       }},
+      {"unit",
+       [](FaultyScene* scene) {
+         for (Camera& camera : scene->cameras) {
+           camera =
+               testing::WithExtrinsics(camera, camera.R(), 1000.0 * camera.t());
+         }
+       }},
+      {"rotation",
+       [](FaultyScene* scene) {
+         scene->cameras[2] = testing::Turned(scene->cameras[2], 2.0, 9);
+       }},
+  };
+}
+
+nlohmann::json Doctor(const std::string& arguments, const std::string& out) {
+  const auto outcome = RunProgram("doctor", arguments + " --out='" + out + "'");
+  EXPECT_EQ(outcome.exit_code, 0) << arguments << ": " << outcome.errors;
+  return nlohmann::json::parse(testing::ContentOf(out + "/doctor.json"));
+}
+
+TEST_P(Fixes, RunAsPrintedAndMend) {
+  const Case one = Cases()[static_cast<size_t>(GetParam())];
+  testing::FaultySceneOptions options;
+  options.seed = 21;
+  options.cameras = 4;
+  options.people = 2;
+  options.duration_s = 5.0;
+  options.frame_rate_hz = 30.0;
+  FaultyScene scene = testing::MakeFaultyScene(options);
+  one.spoil(&scene);
+  const testing::TemporaryFolder folder;
+  const std::string path = folder.path().string();
+  WriteCameras(path + "/cameras.json", scene.cameras);
+  MemorySource source(scene.detections);
+  Losses losses;
+  WriteOpenPose(path + "/det", {}, &source, &losses);
+  const std::string cameras = "--cameras='" + path + "/cameras.json'";
+  const std::string rest =
+      " --detections='" + path + "/det' --set=detections.skeleton=coco17";
+  const std::string rate =
+      ";input.frame_rate=" +
+      std::to_string(scene.detections.header.frame_rate_hz);
+  const auto found = Doctor(cameras + rest + rate, path + "/first");
+  ASSERT_FALSE(found.at("findings").empty()) << one.kind;
+  for (const auto& finding : found.at("findings")) {
+    std::string fix = finding.at("fix").get<std::string>();
+    if (finding.at("kind") == "shift") continue;  // as good as the turn
+    EXPECT_EQ(finding.at("kind"), one.kind) << finding.dump();
+    std::string arguments = cameras + rest + rate;
+    const size_t set = fix.find("--set=");
+    if (set != std::string::npos) {
+      // One --set holds all keys.
+      const size_t end = fix.find('\'', set);
+      arguments =
+          cameras + rest.substr(0, rest.find(" --set=")) + " '--set=" +
+          fix.substr(set + 6, end == std::string::npos ? std::string::npos
+                                                       : end - set - 6) +
+          ";detections.skeleton=coco17" + rate + "'";
+    } else {
+      ASSERT_EQ(fix.rfind("--cameras=", 0), 0u) << fix;
+      arguments = fix + rest + rate;
+    }
+    const auto run =
+        RunProgram("track", arguments + " --out='" + path + "/t.jsonl'");
+    EXPECT_EQ(run.exit_code, 0) << arguments << ": " << run.errors;
+    const auto then = Doctor(arguments, path + "/then");
+    for (const auto& again : then.at("findings")) {
+      EXPECT_NE(again.at("kind"), one.kind) << again.dump();
+    }
+    std::filesystem::remove_all(path + "/then");
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Fixes,
+                         ::testing::Range(0, static_cast<int>(Cases().size())));
+
+}  // namespace
+}  // namespace kinegraph

@@ -1,0 +1,147 @@
+#include "solvers/scene/view_checks.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tests/support/faulty_scene.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::DiagnoseScene;
+using testing::FaultyScene;
+using testing::FaultySceneOptions;
+using testing::MakeFaultyScene;
+
+FaultyScene FourViews(uint64_t seed) {
+  FaultySceneOptions options;
+  options.seed = seed;
+  options.cameras = 4;
+  options.people = 2;
+  options.duration_s = 5.0;
+  return MakeFaultyScene(options);
+}
+
+// The first finding is of this kind and camera, and nothing else is likely.
+void ExpectOnly(const Diagnosis& diagnosis, const std::string& kind,
+                const std::string& camera) {
+  ASSERT_FALSE(diagnosis.findings.empty()) << kind;
+  std::string words;
+  for (const Finding& finding : diagnosis.findings) {
+    words +=
+        finding.kind + " of " + finding.camera + ": " + finding.evidence + "\n";
+  }
+  EXPECT_EQ(diagnosis.findings[0].kind, kind) << words;
+  EXPECT_EQ(diagnosis.findings[0].camera, camera) << words;
+  for (const Finding& finding : diagnosis.findings) {
+    EXPECT_TRUE(finding.kind == kind || finding.confidence <= 0.5) << words;
+  }
+  EXPECT_EQ(diagnosis.verdict, DoctorVerdict::kSuspect);
+}
+
+TEST(ViewChecks, AViewOfAnotherRateIsNamed) {
+  for (const size_t view : {0u, 2u}) {
+    FaultyScene scene = FourViews(3);
+    auto& frames = scene.detections.frames;
+    // At 50 Hz every second picture is one of 25 Hz, and the others are nearly
+    // like those before them.
+    std::vector<ViewDetections> own;
+    for (const DetectionFrame& frame : frames) own.push_back(frame.views[view]);
+    for (size_t k = 0; k < frames.size(); ++k) {
+      frames[k].views[view].detections = own[k / 2].detections;
+      for (Detection& detection : frames[k].views[view].detections) {
+        for (Keypoint& joint : detection.joints) {
+          joint.px.x() += k % 2 == 0 ? 0.0 : 0.5;
+        }
+      }
+    }
+    const Diagnosis diagnosis = DiagnoseScene(scene);
+    ExpectOnly(diagnosis, "view_rate", scene.cameras[view].name());
+    EXPECT_EQ(diagnosis.findings[0].fix,
+              "--set=input.view_frame_rate." +
+                  scene.detections.header.view_names[view] + "=50");
+  }
+}
+
+TEST(ViewChecks, ViewsWithoutACommonFrameAreNamed) {
+  FaultyScene scene = FourViews(4);
+  DetectionSequence apart;
+  apart.header = scene.detections.header;
+  for (const bool late : {false, true}) {
+    for (DetectionFrame frame : scene.detections.frames) {
+      for (size_t v = 0; v < 4; ++v) {
+        if ((v % 2 == 1) != late) frame.views[v].detections.clear();
+      }
+      if (late) {
+        frame.frame += 5000;
+        frame.time += FromSeconds(200.0);
+      }
+      apart.frames.push_back(std::move(frame));
+    }
+  }
+  scene.detections = std::move(apart);
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  ExpectOnly(diagnosis, "frame_range", scene.cameras[1].name());
+  ASSERT_EQ(diagnosis.findings.size(), 2u);
+  EXPECT_EQ(diagnosis.findings[1].camera, scene.cameras[3].name());
+}
+
+TEST(ViewChecks, ExchangedSidesAreNamed) {
+  FaultyScene scene = FourViews(5);
+  ExchangeSides({0, 0, 1, 0}, &scene.detections);
+  ExpectOnly(DiagnoseScene(scene), "sides", scene.cameras[2].name());
+  // The rest as well.
+  ExchangeSides({1, 1, 0, 1}, &scene.detections);
+  ExpectOnly(DiagnoseScene(scene), "sides", "");
+}
+
+TEST(ViewChecks, AVideoOfAnotherSizeIsNamed) {
+  for (const double scale : {0.5, 1.5}) {
+    FaultyScene scene = FourViews(6);
+    for (DetectionFrame& frame : scene.detections.frames) {
+      for (Detection& detection : frame.views[1].detections) {
+        for (Keypoint& joint : detection.joints) {
+          joint.px = scale * joint.px.array() + 0.5 * (scale - 1.0);
+        }
+      }
+    }
+    const Diagnosis diagnosis = DiagnoseScene(scene);
+    ExpectOnly(diagnosis, "image_size", scene.cameras[1].name());
+    EXPECT_NEAR(diagnosis.cameras[1].focal_px(),
+                scale * scene.cameras[1].focal_px(), 1e-6);
+    EXPECT_EQ(diagnosis.cameras[1].width_px(),
+              scale * scene.cameras[1].width_px());
+  }
+}
+
+TEST(ViewChecks, ACroppedVideoIsNamed) {
+  FaultyScene scene = FourViews(7);
+  const Eigen::Vector2d offset_px(220.0, 130.0);
+  for (DetectionFrame& frame : scene.detections.frames) {
+    for (Detection& detection : frame.views[3].detections) {
+      for (Keypoint& joint : detection.joints) joint.px -= offset_px;
+    }
+  }
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  ExpectOnly(diagnosis, "crop", scene.cameras[3].name());
+  // The median over people, whose joints are off by 2 px.
+  const Eigen::Matrix3d moved = scene.cameras[3].K() - diagnosis.cameras[3].K();
+  EXPECT_NEAR(moved(0, 2), offset_px.x(), 2.0);
+  EXPECT_NEAR(moved(1, 2), offset_px.y(), 2.0);
+}
+
+TEST(ViewChecks, NobodyInTwoViewsIsNotExamined) {
+  FaultyScene scene = FourViews(8);
+  for (DetectionFrame& frame : scene.detections.frames) {
+    for (size_t v = 1; v < 4; ++v) frame.views[v].detections.clear();
+  }
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  EXPECT_EQ(diagnosis.verdict, DoctorVerdict::kNotExamined);
+  ASSERT_FALSE(diagnosis.notes.empty());
+}
+
+}  // namespace
+}  // namespace kinegraph
