@@ -102,7 +102,10 @@ class Explainer {
     FreeParameters lens;
     lens.lens = true;
     std::vector<Model> models;
-    if (!clocks_done_ && MoveEnough(take_.segments))
+    // Fewer than three pictures a stretch tell no speed.
+    const bool has_speeds =
+        take_.segments.frame_s <= 0.5 * options_.segments.span_s;
+    if (!clocks_done_ && has_speeds && MoveEnough(take_.segments))
       models.push_back({"clock", clock});
     if (!cameras_done_) {
       models.push_back({"shift", shift});
@@ -153,15 +156,22 @@ class Explainer {
 
   bool IsClock(const Model& model) const { return model.kind == "clock"; }
 
+  // A clock that is noise shows as one only at its end, far from the usual.
+  BundleOptions OptionsOf(const Model& model) const {
+    BundleOptions options = options_;
+    if (IsClock(model)) options.max_iterations = BundleOptions().max_iterations;
+    return options;
+  }
+
   CrossedGain Cross(Halving halving, const Model& model,
                     const std::vector<char>& moves) const {
     return CrossFit(take_.cameras, take_.segments, halving, model.free,
-                    changes_, options_, moves);
+                    changes_, OptionsOf(model), moves);
   }
 
   BundleResult Fit(const Model& model, const std::vector<char>& moves) const {
     return AdjustBundle(take_.cameras, take_.segments, model.free, changes_,
-                        options_, moves);
+                        OptionsOf(model), moves);
   }
 
   // Fits a model with those views free alone that it finds to be off: cameras

@@ -227,33 +227,49 @@ void SettleUnit(const SurveyRequest& request,
   }
 }
 
+// Of the detections, those that belong to somebody who was found.
+double MatchedOf(const TakeReport& report) {
+  int64_t sum = 0;
+  for (const CameraReport& camera : report.cameras) sum += camera.matched;
+  return static_cast<double>(sum);
+}
+
 // Where detections show few joints a new person may need fewer: tried, and kept
-// where clearly more of the detections are then matched and nobody comes out
-// worse.
-void SettleJoints(const SurveyRequest& request,
-                  const DetectionSequence& beginning, TakeSurvey* survey) {
-  SurveyRequest fewer = request;
-  InitialisationOptions& new_people = fewer.options.tracker.initialisation;
-  const auto joints =
-      FewerJoints(UsualJoints(beginning), new_people.min_joints);
-  if (!joints.has_value()) return;
-  new_people.min_joints = new_people.min_common_joints = *joints;
-  fewer.options.cameras.map = survey->map;
-  Trial trial = Try(fewer, fewer.options, survey->cameras, beginning);
+// where clearly more of the detections are then matched, and as well. What was
+// tried and is no better is not advised either.
+void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
+                  TakeSurvey* survey) {
   constexpr double kClearlyMore = 1.05;
   constexpr double kWorse = 1.25;
-  const auto matched = [](const TakeReport& report) {
-    int64_t sum = 0;
-    for (const CameraReport& camera : report.cameras) sum += camera.matched;
-    return static_cast<double>(sum);
-  };
-  if (matched(trial.report) < kClearlyMore * matched(survey->report) + 1.0 ||
-      (survey->report.poses > 0 &&
-       trial.report.median_px > kWorse * survey->report.median_px)) {
-    return;
+  const double usual = UsualJoints(beginning);
+  InitialisationOptions& new_people = request.options.tracker.initialisation;
+  request.options.cameras.map = survey->map;
+  while (const auto joints = FewerJoints(usual, new_people.min_joints)) {
+    new_people.min_joints = new_people.min_common_joints = *joints;
+    const TakeReport before = survey->report;
+    TakeSurvey tried = *survey;
+    if (before.poses == 0) {
+      SettleUnit(request, beginning, &tried);  // nobody has told it yet
+    } else {
+      TakeOver(Try(request, request.options, survey->cameras, beginning),
+               &tried);
+    }
+    const bool better =
+        MatchedOf(tried.report) > kClearlyMore * MatchedOf(before) &&
+        (before.poses == 0 ||
+         tried.report.median_px < kWorse * before.median_px);
+    if (!better) {
+      auto& warnings = survey->report.warnings;
+      warnings.erase(std::remove_if(warnings.begin(), warnings.end(),
+                                    [](const TakeWarning& one) {
+                                      return one.kind == "joints";
+                                    }),
+                     warnings.end());
+      return;
+    }
+    *survey = std::move(tried);
+    survey->min_joints = joints;
   }
-  survey->min_joints = joints;
-  TakeOver(std::move(trial), survey);
 }
 
 }  // namespace

@@ -121,30 +121,25 @@ TEST_P(Fixes, RunAsPrintedAndMend) {
   Losses losses;
   WriteOpenPose(path + "/det", {}, &source, &losses);
   const std::string cameras = "--cameras='" + path + "/cameras.json'";
-  const std::string rest =
-      " --detections='" + path + "/det' --set=detections.skeleton=coco17";
-  const std::string rate =
-      ";input.frame_rate=" +
+  const std::string detections = " --detections='" + path + "/det'";
+  const std::string keys =
+      "detections.skeleton=coco17;input.frame_rate=" +
       std::to_string(scene.detections.header.frame_rate_hz);
-  const auto found = Doctor(cameras + rest + rate, path + "/first");
+  const std::string as_told = detections + " --set='" + keys + "'";
+  const auto found = Doctor(cameras + as_told, path + "/first");
   ASSERT_FALSE(found.at("findings").empty()) << one.kind;
   for (const auto& finding : found.at("findings")) {
-    std::string fix = finding.at("fix").get<std::string>();
+    const auto fix = finding.at("fix").get<std::string>();
     if (finding.at("kind") == "shift") continue;  // as good as the turn
     EXPECT_EQ(finding.at("kind"), one.kind) << finding.dump();
-    std::string arguments = cameras + rest + rate;
-    const size_t set = fix.find("--set=");
-    if (set != std::string::npos) {
+    std::string arguments = fix + as_told;
+    if (const size_t set = fix.find("--set="); set != std::string::npos) {
       // One --set holds all keys.
-      const size_t end = fix.find('\'', set);
-      arguments =
-          cameras + rest.substr(0, rest.find(" --set=")) + " '--set=" +
-          fix.substr(set + 6, end == std::string::npos ? std::string::npos
-                                                       : end - set - 6) +
-          ";detections.skeleton=coco17" + rate + "'";
+      const std::string mark = set == 0 ? "'" : "";
+      arguments = cameras + detections + " " + mark +
+                  std::string(fix).insert(set + 6, keys + ";") + mark;
     } else {
       ASSERT_EQ(fix.rfind("--cameras=", 0), 0u) << fix;
-      arguments = fix + rest + rate;
     }
     const auto run =
         RunProgram("track", arguments + " --out='" + path + "/t.jsonl'");

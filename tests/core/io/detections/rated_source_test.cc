@@ -49,12 +49,18 @@ class Counting final : public DetectionSource {
   int64_t next_ = 0;
 };
 
+DetectionReadOptions Rates(const std::map<std::string, double>& rates_hz) {
+  DetectionReadOptions options;
+  options.view_frame_rate_hz = rates_hz;
+  return options;
+}
+
 std::vector<DetectionFrame> Read(int64_t count_a, int64_t count_b,
                                  const std::map<std::string, double>& rates_hz,
                                  double take_hz = 25.0) {
   const auto source = OpenRated(
       [=] { return std::make_unique<Counting>(count_a, count_b, take_hz); },
-      rates_hz);
+      Rates(rates_hz));
   std::vector<DetectionFrame> frames;
   DetectionFrame frame;
   while (source->Next(&frame)) frames.push_back(frame);
@@ -142,7 +148,7 @@ TEST(RatedSource, EmptyFramesStay) {
     Counting all_;
   };
   const auto source =
-      OpenRated([] { return std::make_unique<Gap>(); }, {{"b", 50.0}});
+      OpenRated([] { return std::make_unique<Gap>(); }, Rates({{"b", 50.0}}));
   std::vector<int64_t> numbers;
   DetectionFrame frame;
   while (source->Next(&frame)) numbers.push_back(frame.frame);
@@ -167,7 +173,7 @@ TEST(RatedSource, NumbersBeforeTheFirstFrameAreNone) {
   };
   // Files of b count at 50 Hz: its 8 is the take's 4.
   const auto source =
-      OpenRated([] { return std::make_unique<Late>(); }, {{"b", 50.0}});
+      OpenRated([] { return std::make_unique<Late>(); }, Rates({{"b", 50.0}}));
   std::vector<int64_t> numbers;
   DetectionFrame frame;
   while (source->Next(&frame)) numbers.push_back(frame.frame);
@@ -190,9 +196,9 @@ TEST(RatedSource, FilesThatTellTimesAreRefused) {
 
 TEST(RatedSource, UnknownViewsAndUnknownRatesAreRefused) {
   const auto open = [] { return std::make_unique<Counting>(2, 2, 25.0); };
-  EXPECT_THROW(OpenRated(open, {{"c", 25.0}}), InputError);
+  EXPECT_THROW(OpenRated(open, Rates({{"c", 25.0}})), InputError);
   EXPECT_THROW(OpenRated([] { return std::make_unique<Counting>(2, 2, 0.0); },
-                         {{"b", 25.0}}),
+                         Rates({{"b", 25.0}})),
                OptionError);
 }
 
@@ -215,6 +221,23 @@ TEST(ViewTimes, AreTimesOfCapture) {
                                   R"("view_times": {"cam1": 12.013}, )"
                                   R"("capture_times": {"cam1": 12.013}})")),
                InputError);
+}
+
+// A view whose files begin at another number joins the frames of the others.
+TEST(RatedSource, OffsetsAreTakenFromTheNumbersOfAView) {
+  DetectionReadOptions options;
+  options.view_frame_offset["b"] = 2;
+  const auto source =
+      OpenRated([] { return std::make_unique<Counting>(6, 6, 25.0); }, options);
+  DetectionFrame frame;
+  int64_t both = 0;
+  while (source->Next(&frame)) {
+    const auto& views = frame.views;
+    if (views[0].detections.empty() || views[1].detections.empty()) continue;
+    ++both;
+    EXPECT_EQ(views[1].capture_time, frame.time);
+  }
+  EXPECT_EQ(both, 4);  // 0..3, which b calls 2..5
 }
 
 }  // namespace
