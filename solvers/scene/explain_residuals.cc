@@ -22,7 +22,7 @@ constexpr double kLeastBias = 0.007;     // on average over joints
 constexpr double kUsualBias = 0.015;     // of one joint
 constexpr double kBeyondBias = 0.09;     // more than of any
 constexpr double kApart = 0.2;           // places
-constexpr double kSigmas = 3.0;          // of the mean bias over joints, people
+constexpr double kBiasSigmas = 3.0;      // of the mean bias over joints, people
 constexpr double kLeastExplained = 0.4;  // of what lasts
 constexpr double kWorthATry = 0.2;       // of what lasts
 constexpr double kUntold = 0.3;          // confidence
@@ -266,9 +266,9 @@ class Explainer {
       }
       const double bias_m = std::max(kUsualBias * take_.subject_m,
                                      one.gain.views[v].lasting_after_m);
-      const double needed_m = all_told
-                                  ? kSigmas * bias_m / std::sqrt(CellCount(v))
-                                  : kBeyondBias * take_.subject_m;
+      const double needed_m =
+          all_told ? kBiasSigmas * bias_m / std::sqrt(CellCount(v))
+                   : kBeyondBias * take_.subject_m;
       const double moved_m = MovedM(v, one.fit);
       told[v] = explained > kLeastExplained && moved_m > needed_m;
       if (!told[v] && doubt.empty()) {

@@ -14,9 +14,9 @@ namespace {
 
 // A change must bring a view's pairs this much agreement (of 1), and make them
 // agree to this much.
-constexpr double kMinGain = 0.08;
-constexpr double kMinScore = 0.3;
-constexpr int kFramesToCompare = 40;
+constexpr double kMinViewGain = 0.08;
+constexpr double kMinViewScore = 0.3;
+constexpr int kViewFramesToCompare = 40;
 
 PairAgreement WithOthers(const CameraRig& cameras,
                          const std::vector<ViewPeople>& people, size_t view,
@@ -31,7 +31,7 @@ PairAgreement WithOthers(const CameraRig& cameras,
 }
 
 // Of the frame with a number, or -1.
-int IndexOf(const std::vector<DetectionFrame>& frames, int64_t number) {
+int IndexOfFrame(const std::vector<DetectionFrame>& frames, int64_t number) {
   const auto at = std::lower_bound(
       frames.begin(), frames.end(), number,
       [](const DetectionFrame& f, int64_t n) { return f.frame < n; });
@@ -48,7 +48,7 @@ ViewPeople AtRate(const ViewPeople& people,
   for (const int k : wanted) {
     const auto number = std::llround(
         factor * static_cast<double>(frames[static_cast<size_t>(k)].frame));
-    const int from = IndexOf(frames, number);
+    const int from = IndexOfFrame(frames, number);
     if (from < 0) continue;
     moved.frames[static_cast<size_t>(k)] =
         people.frames[static_cast<size_t>(from)];
@@ -152,7 +152,7 @@ std::vector<char> BestExchange(const SidesTable& table, size_t views) {
   std::vector<char> exchanged(views, 0);
   for (size_t round = 0; 2 * (round + 1) <= views; ++round) {
     size_t best = views;
-    double most = kMinGain;
+    double most = kMinViewGain;
     for (size_t v = 0; v < views; ++v) {
       std::vector<char> next = exchanged;
       std::vector<char> alone(views, 0);
@@ -324,7 +324,8 @@ DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
     for (size_t v = 0; v < offsets.size(); ++v) {
       if (offsets[v] != 0) {
         kept.views[v].detections.clear();
-        const int from = IndexOf(detections.frames, frame.frame + offsets[v]);
+        const int from =
+            IndexOfFrame(detections.frames, frame.frame + offsets[v]);
         if (from >= 0) {
           kept.views[v].detections =
               detections.frames[static_cast<size_t>(from)].views[v].detections;
@@ -341,7 +342,7 @@ std::optional<OtherRate> FindOtherRate(const CameraRig& cameras,
                                        const std::vector<ViewPeople>& people,
                                        const DetectionSequence& detections,
                                        double frame_rate_hz) {
-  const std::vector<int> frames = FramesToLookAt(people, kFramesToCompare);
+  const std::vector<int> frames = FramesToLookAt(people, kViewFramesToCompare);
   std::optional<OtherRate> best;
   for (size_t v = 0; v < cameras.size(); ++v) {
     const PairAgreement before = WithOthers(cameras, people, v, frames);
@@ -355,8 +356,9 @@ std::optional<OtherRate> FindOtherRate(const CameraRig& cameras,
       trial[v] = AtRate(people[v], detections.frames, frames, factor);
       const PairAgreement after = WithOthers(cameras, trial, v, frames);
       // Most of the frames must have a partner.
-      if (after.possible < 0.3 * before.possible || after.score() < kMinScore ||
-          after.score() < before.score() + kMinGain ||
+      if (after.possible < 0.3 * before.possible ||
+          after.score() < kMinViewScore ||
+          after.score() < before.score() + kMinViewGain ||
           (best.has_value() && after.score() - before.score() <=
                                    best->score_after - best->score_before)) {
         continue;
@@ -378,8 +380,8 @@ DetectionSequence WithViewRate(const DetectionSequence& detections, size_t view,
   for (DetectionFrame& frame : moved.frames) {
     frame.views[view].detections.clear();
     const int from =
-        IndexOf(detections.frames,
-                std::llround(factor * static_cast<double>(frame.frame)));
+        IndexOfFrame(detections.frames,
+                     std::llround(factor * static_cast<double>(frame.frame)));
     if (from < 0) continue;
     frame.views[view].detections =
         detections.frames[static_cast<size_t>(from)].views[view].detections;
@@ -408,7 +410,8 @@ std::optional<ExchangedSides> FindExchangedSides(
     sides.score_after = after.score();
     sides.before_px = before.mean_px();
     sides.after_px = after.mean_px();
-    if (after.score() < std::max(kMinScore, before.score() + kMinGain)) {
+    if (after.score() <
+        std::max(kMinViewScore, before.score() + kMinViewGain)) {
       return std::nullopt;
     }
   }
@@ -506,7 +509,8 @@ std::optional<OtherImage> FindOtherImage(const CameraRig& cameras,
     std::vector<ViewPeople> people = ideal;
     people[v] = Undistorted(raw[v], rig[v]);
     const PairAgreement after = WithOthers(rig, people, v, frames);
-    if (after.score() < std::max(kMinScore, before.score() + kMinGain) ||
+    if (after.score() <
+            std::max(kMinViewScore, before.score() + kMinViewGain) ||
         (best.has_value() && after.score() - before.score() <=
                                  best->score_after - best->score_before)) {
       continue;

@@ -66,7 +66,7 @@ class Warnings {
       return false;
     }
     const std::string units =
-        height_is_wrong ? UnitsThatFit(height_m, 1.0, kMaxHeight)
+        height_is_wrong ? UnitsThatFit(height_m, kMinHeight, kMaxHeight)
                         : UnitsThatFit(distance_m, kMinDistance, kMaxDistance);
     const std::string found =
         height_is_wrong

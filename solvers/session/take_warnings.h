@@ -17,7 +17,7 @@
 namespace kinegraph {
 
 // Heights of people of all ages; distances of cameras in rooms and on fields.
-inline constexpr double kMinHeight = 0.8;      // m; small children
+inline constexpr double kMinHeight = 0.5;      // m; infants
 inline constexpr double kMaxHeight = 2.3;      // m
 inline constexpr double kMinDistance = 0.5;    // m, cameras to people; a desk
 inline constexpr double kMaxDistance = 150.0;  // m; a stadium

@@ -79,7 +79,8 @@ TEST(Doctor, ATurnedCameraIsToldFromLastingOffsets) {
   ASSERT_NE(FindKind(diagnosis, "rotation", scene.cameras[2].name()), nullptr)
       << DiagnosisWords(diagnosis);
   for (const Finding& finding : diagnosis.findings) {
-    EXPECT_EQ(finding.camera, scene.cameras[2].name()) << DiagnosisWords(diagnosis);
+    EXPECT_EQ(finding.camera, scene.cameras[2].name())
+        << DiagnosisWords(diagnosis);
   }
   // Nothing else is changed.
   for (const size_t v : {0u, 1u, 3u, 4u}) {
