@@ -367,19 +367,20 @@ void Rooms(int first, int count) {
     const RoomScore& score = scores.back();
     double sigma = 0.0;
     double apart = 0.0;
+    double agreement = 1.0;
     for (const RigView& view : found.rig.views) {
       sigma = std::max(sigma, view.rotation_sigma_deg);
       apart = std::max(apart, view.halves_apart);
+      agreement = std::min(agreement, view.agreement);
     }
     std::printf(
-        "%4d %s: %-10s agree %.3f limbs %.3f sigma %.2f apart %.1f; %zu of %d, "
+        "%4d %s: %-10s agree %.3f sigma %.2f apart %.1f; %zu of %d, "
         "%6.3f deg %6.2f %%, covered %d of %d, clocks "
         "%.1f ms, %.1f s%s%s\n",
-        seed, room.words.c_str(), ToString(score.verdict), found.rig.agreement,
-        found.rig.limb_spread, sigma, apart, found.rig.used.size(),
-        score.cameras, score.rotation_deg, 100.0 * score.place, score.covered,
-        score.counted, score.clock_ms, seconds,
-        found.rig.reasons.empty() ? "" : "; ",
+        seed, room.words.c_str(), ToString(score.verdict), agreement, sigma,
+        apart, found.rig.used.size(), score.cameras, score.rotation_deg,
+        100.0 * score.place, score.covered, score.counted, score.clock_ms,
+        seconds, found.rig.reasons.empty() ? "" : "; ",
         found.rig.reasons.empty() ? "" : found.rig.reasons[0].c_str());
     std::fflush(stdout);
   }

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <numeric>
 #include <utility>
 
 #include "core/base/median.h"
@@ -34,7 +34,11 @@ constexpr double kPersonOffsetM = 0.010;
 constexpr double kMostRotationDeg = 0.8;
 constexpr double kMostPlace = 0.025;
 // Fits on halves of the joints may differ by this many times as much.
-constexpr double kMostApart = 3.0;
+constexpr double kMostApart = 2.0;
+// A view that agrees with the others this much less than the usual one does is
+// in the wrong place, and so are all where hardly anybody agrees.
+constexpr double kLeastOfUsual = 0.8;
+constexpr double kLeastAgreement = 0.5;
 
 // Every frame number from first to last, each at its time; no clock but the
 // frames' own. `late_s`: the mean of what each view's times told beside it.
@@ -121,40 +125,6 @@ double SizeOf(const CameraRig& cameras) {
   return 2.0 * std::sqrt(squares);
 }
 
-// How much the lengths of limbs vary: the median over limbs and people of 1.48
-// times the median deviation, as a share of the length; 0 where none is seen.
-double LimbSpread(const SceneSegments& segments, const Skeleton& skeleton) {
-  std::map<std::pair<int, double>, std::map<int, Eigen::Vector3d>> poses;
-  for (const Stretch& one : segments.segments) {
-    poses[{one.person, one.middle_s}][one.joint] = PositionOf(one);
-  }
-  std::map<std::pair<int, size_t>, std::vector<double>> lengths;
-  for (const auto& [key, joints] : poses) {
-    for (size_t i = 0; i < skeleton.bones().size(); ++i) {
-      const Bone& bone = skeleton.bones()[i];
-      if (!IsBodyJoint(skeleton.joint_class(bone.a)) ||
-          !IsBodyJoint(skeleton.joint_class(bone.b))) {
-        continue;
-      }
-      const auto a = joints.find(bone.a);
-      const auto b = joints.find(bone.b);
-      if (a == joints.end() || b == joints.end()) continue;
-      lengths[{key.first, i}].push_back((a->second - b->second).norm());
-    }
-  }
-  std::vector<double> spreads;
-  constexpr size_t kLeast = 8;
-  for (const auto& [key, of_limb] : lengths) {
-    if (of_limb.size() < kLeast) continue;
-    const double usual = Median(of_limb);
-    std::vector<double> off;
-    off.reserve(of_limb.size());
-    for (const double length : of_limb) off.push_back(std::abs(length - usual));
-    spreads.push_back(1.4826 * Median(std::move(off)) / usual);
-  }
-  return Median(std::move(spreads));
-}
-
 class RigEstimate {
  public:
   explicit RigEstimate(const RigInput& input)
@@ -209,16 +179,28 @@ class RigEstimate {
     return views;
   }
 
-  // How well the views agree, 0 .. 1 (PairAgreement::score).
-  double Agreement(const CameraRig& cameras,
-                   const DetectionSequence& aligned) const {
+  // How well each view agrees with the others, 0 .. 1 (PairAgreement::score).
+  static std::vector<double> Agreements(const CameraRig& cameras,
+                                        const DetectionSequence& aligned) {
     constexpr int kFrames = 80;
     std::vector<ViewPeople> people = PeopleOfViews(aligned, kMinConfidence);
     for (size_t v = 0; v < people.size(); ++v) {
       people[v] = Undistorted(people[v], cameras[v]);
     }
-    return AgreementOfAll(cameras, people, FramesToLookAt(people, kFrames))
-        .score();
+    const std::vector<int> frames = FramesToLookAt(people, kFrames);
+    std::vector<PairAgreement> of_view(cameras.size());
+    for (size_t a = 0; a < cameras.size(); ++a) {
+      for (size_t b = a + 1; b < cameras.size(); ++b) {
+        const PairAgreement pair =
+            AgreementOf(cameras[a], people[a], cameras[b], people[b], frames);
+        of_view[a].Add(pair);
+        of_view[b].Add(pair);
+      }
+    }
+    std::vector<double> scores;
+    scores.reserve(of_view.size());
+    for (const PairAgreement& one : of_view) scores.push_back(one.score());
+    return scores;
   }
 
   Guess GuessAt(double magnification, std::vector<PairFit> pairs) const {
@@ -242,8 +224,9 @@ class RigEstimate {
       cameras.push_back(guess.start.cameras[static_cast<size_t>(v)]);
       lags.push_back(guess.start.lag_frames[static_cast<size_t>(v)]);
     }
-    guess.score = static_cast<double>(used.size()) *
-                  Agreement(cameras, Realigned(OfViews(take_, used), lags));
+    const std::vector<double> agreements =
+        Agreements(cameras, Realigned(OfViews(take_, used), lags));
+    guess.score = std::accumulate(agreements.begin(), agreements.end(), 0.0);
     return guess;
   }
 
@@ -331,6 +314,10 @@ class RigEstimate {
   BundleOptions Options(int max_segments) const {
     BundleOptions options;
     options.segments.max_segments = max_segments;
+    // Three frames at least, of which clocks tell.
+    constexpr double kFrames = 2.2;
+    options.segments.span_s =
+        std::max(options.segments.span_s, kFrames / take_.header.frame_rate_hz);
     options.rotation_sigma_rad = 1.0;
     options.centre_sigma_m = 10.0;
     options.focal_sigma = std::max(1e-3, input_.focal_sigma);
@@ -439,8 +426,8 @@ class RigEstimate {
     result_.take = aligned_;
     result_.size_m = SizeOf(cameras_);
     result_.clocks_told = free_.offset;
-    result_.limb_spread = LimbSpread(segments_, take_.header.skeleton);
-    result_.agreement = Agreement(cameras_, aligned_);
+    const std::vector<double> agreements = Agreements(cameras_, aligned_);
+    const double usual = Median(agreements);
     const std::vector<double> apart = HalvesApart();
     const FitError error = MeasureFit(
         cameras_, segments_,
@@ -461,9 +448,12 @@ class RigEstimate {
       view.drift = changes_[v][kDriftAt];
       view.mean_px = error.MeanPx(static_cast<int>(v));
       view.halves_apart = apart[v];
+      view.agreement = agreements[v];
       const bool is_sure = view.rotation_sigma_deg <= kMostRotationDeg &&
                            view.centre_sigma_m <= kMostPlace * result_.size_m &&
-                           apart[v] <= kMostApart;
+                           apart[v] <= kMostApart &&
+                           agreements[v] >= kLeastAgreement &&
+                           agreements[v] >= kLeastOfUsual * usual;
       if (!is_sure) view.left_out = "its place is not sure enough";
       sure += is_sure ? 1 : 0;
     }
@@ -478,7 +468,8 @@ class RigEstimate {
                                         : RigVerdict::kRefused;
     if (!free_.offset) {
       result_.reasons.push_back(
-          "people hardly move: the clocks are not told beyond whole frames");
+          "the clocks are not told beyond whole frames: record people who "
+          "move");
     }
     if (sure < cameras_.size()) {
       result_.reasons.push_back(
@@ -529,7 +520,38 @@ RigResult EstimateRig(const RigInput& input) {
     nothing.reasons.push_back("there are no detections");
     return nothing;
   }
-  return RigEstimate(input).Run();
+  RigResult result = RigEstimate(input).Run();
+  std::vector<int> sure;
+  bool unsure = false;
+  for (size_t v = 0; v < result.views.size(); ++v) {
+    const RigView& view = result.views[v];
+    if (view.joined && view.left_out.empty()) {
+      sure.push_back(static_cast<int>(v));
+    }
+    unsure = unsure || (view.joined && !view.left_out.empty());
+  }
+  if (result.verdict != RigVerdict::kPartly || !unsure) return result;
+  // Without those that may spoil it.
+  RigInput part = input;
+  part.detections = OfViews(input.detections, sure);
+  part.intrinsics.clear();
+  for (const int v : sure) {
+    part.intrinsics.push_back(input.intrinsics[static_cast<size_t>(v)]);
+  }
+  RigResult again = RigEstimate(part).Run();
+  for (size_t i = 0; i < sure.size(); ++i) {
+    result.views[static_cast<size_t>(sure[i])] = again.views[i];
+  }
+  for (int& v : again.used) v = sure[static_cast<size_t>(v)];
+  for (RigView& view : result.views) {
+    if (!view.left_out.empty()) view.joined = false;
+  }
+  again.verdict = again.verdict == RigVerdict::kCalibrated
+                      ? RigVerdict::kPartly
+                      : RigVerdict::kRefused;
+  again.reasons = result.reasons;
+  again.views = std::move(result.views);
+  return again;
 }
 
 }  // namespace kinegraph

@@ -41,7 +41,8 @@ struct RigView {
   double mean_px = 0.0;             // of residuals, each at most 30 px
   // How far fits on halves of the joints put it apart, in what is sure enough.
   double halves_apart = 0.0;
-  std::string left_out;  // why, in words; empty where it is sure
+  double agreement = 0.0;  // with the other views (PairAgreement::score)
+  std::string left_out;    // why, in words; empty where it is sure
 };
 
 enum class RigVerdict { kCalibrated, kPartly, kRefused };
@@ -58,8 +59,6 @@ struct RigResult {
   std::vector<std::vector<int>> places;
   Eigen::MatrixXd covariance;
   bool clocks_told = false;  // beyond whole frames
-  double agreement = 0.0;    // PairAgreement::score
-  double limb_spread = 0.0;  // of lengths of limbs over time, as a share
   double size_m = 0.0;  // of the rig: twice the rms distance from its middle
   // The detections of the joined views with their clocks set right.
   DetectionSequence take;

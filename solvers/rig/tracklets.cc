@@ -12,7 +12,8 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kGapS = 0.4;    // that a tracklet bridges
+constexpr double kGapS = 0.4;    // that a tracklet bridges, or
+constexpr int kGapFrames = 4;    // so many frames where they are rare
 constexpr double kLeastS = 1.0;  // of a tracklet
 constexpr int kLeastDetections = 10;
 constexpr int kLeastJoints = 4;
@@ -107,7 +108,10 @@ class Follower {
   void See(int frame, TimeNs time,
            const std::vector<std::pair<int, NormalisedJoints>>& people) {
     for (size_t s = open_.size(); s-- > 0;) {
-      if (ToSeconds(time - open_[s].time) > kGapS) Close(s);
+      if (ToSeconds(time - open_[s].time) > kGapS &&
+          frame - open_[s].tracklet.end() >= kGapFrames) {
+        Close(s);
+      }
     }
     // Who goes on with what: [person], -1 nobody.
     const size_t count = open_.size();

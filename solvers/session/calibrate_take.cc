@@ -76,12 +76,20 @@ int JointOf(const Skeleton& skeleton, const std::string& name) {
   return joint;
 }
 
-const Camera& CameraOf(const CameraRig& cameras, const std::string& name) {
-  for (const Camera& camera : cameras) {
-    if (camera.name() == name) return camera;
+// What is named must be there, before minutes are spent.
+void CheckNames(const KnownLength& length, const DetectionHeader& header) {
+  if (length.kind == KnownLength::Kind::kDistance) {
+    JointOf(header.skeleton, length.a);
+    JointOf(header.skeleton, length.b);
   }
-  throw InputError("--cameras_apart: no calibrated view is named '" +
-                   Printable(name) + "'");
+  if (length.kind != KnownLength::Kind::kCameras) return;
+  for (const std::string& name : {length.a, length.b}) {
+    const auto& views = header.view_names;
+    if (std::find(views.begin(), views.end(), name) == views.end()) {
+      throw InputError("--cameras_apart: no view is named '" + Printable(name) +
+                       "'");
+    }
+  }
 }
 
 // A world whose axes are all far from where people stand up, so that none of
@@ -113,6 +121,17 @@ class Finisher {
  private:
   const DetectionSequence& take() const { return result_->rig.take; }
 
+  const Camera& CameraOf(const std::string& view) const {
+    const RigResult& rig = result_->rig;
+    for (size_t v = 0; v < rig.used.size(); ++v) {
+      if (result_->view_names[static_cast<size_t>(rig.used[v])] == view) {
+        return result_->cameras[v];
+      }
+    }
+    throw InputError("--cameras_apart: '" + Printable(view) +
+                     "' is a view that could not be calibrated");
+  }
+
   void Metre() {
     const KnownLength& length = input_.length;
     double measured = 0.0;
@@ -135,9 +154,8 @@ class Finisher {
         result_->scale_sigma = 0.01;
         break;
       case KnownLength::Kind::kCameras:
-        measured = (CameraOf(result_->cameras, length.a).centre() -
-                    CameraOf(result_->cameras, length.b).centre())
-                       .norm();
+        measured =
+            (CameraOf(length.a).centre() - CameraOf(length.b).centre()).norm();
         break;
     }
     if (!(measured > 0.0)) {
@@ -253,6 +271,7 @@ TakeCalibration CalibrateTake(const RunOptions& options,
     model.cameras = cameras;
     return MatchTake(options, model, take);
   };
+  CheckNames(input.length, rig.detections.header);
   TakeCalibration result;
   result.view_names = scene.view_names;
   result.rig = EstimateRig(rig);
