@@ -58,9 +58,7 @@ asan() {
 }
 # What works in threads.
 tsan() {
-  # CHOLMOD starts OpenMP teams, of which the sanitizer sees neither begin nor
-  # end, since Debian's libgomp is not instrumented.
-  OMP_THREAD_LIMIT=1 TSAN_OPTIONS=halt_on_error=1 sanitizer tsan test_core_base \
+  TSAN_OPTIONS=halt_on_error=1 sanitizer tsan test_core_base \
     test_core_tracking test_solvers_batch test_solvers_session test_apps_batch \
     test_apps_compare
 }

@@ -5,8 +5,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
+#include <exception>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -15,69 +14,63 @@
 #include "solvers/ceres/ceres_factor.h"
 #include "solvers/ceres/ceres_loss.h"
 #include "solvers/ceres/view_bundle.h"
-#include "solvers/graph/creep.h"
 #include "solvers/graph/factor_list.h"
 
 namespace kinegraph {
 namespace {
 
-// Watches how far the positions move, and ends the solve when none does.
-class MoveWatch final : public ceres::IterationCallback {
+// Ends a solve whose step moved no position far, and one that somebody stops.
+class StepWatch final : public ceres::IterationCallback {
  public:
-  // `person` and `step` outlive the watch; `step` receives the last accepted
-  // step of all states.
-  MoveWatch(const PersonProblem* person, double tolerance_m, PersonStates* step)
+  // `person` outlives the watch.
+  StepWatch(const PersonProblem* person, double tolerance_m)
       : person_(person),
         tolerance_m_(tolerance_m),
-        step_(step),
-        before_(StatesOf(*person)) {}
+        states_(StatesOf(*person)),
+        step_(states_) {}
 
-  bool settled() const { return settled_; }
-  // How many more steps like the last are to come (creep.h); 0: not known.
-  double to_come() const {
-    return steps_ < 2 ? 0.0 : StepsToCome(previous_step_, *step_);
-  }
-  // To be called before every solve.
-  void Restart() {
-    before_ = StatesOf(*person_);
-    steps_ = 0;
+  // The last accepted step of all states.
+  const PersonStates& step() const { return step_; }
+  // Throws what ended the solve (stop_check.h): Ceres is no place to throw.
+  void RethrowStop() const {
+    if (stop_ != nullptr) std::rethrow_exception(stop_);
   }
 
   ceres::CallbackReturnType operator()(
       const ceres::IterationSummary& summary) override {
+    try {
+      CheckStop();
+    } catch (...) {
+      stop_ = std::current_exception();
+      return ceres::SOLVER_ABORT;
+    }
     if (summary.iteration == 0 || !summary.step_is_successful) {
       return ceres::SOLVER_CONTINUE;
     }
     double farthest_m = 0.0;
-    previous_step_ = *step_;
-    ++steps_;
-    for (size_t j = 0; j < before_.size(); ++j) {
+    for (size_t j = 0; j < states_.size(); ++j) {
       const StateChain& now = person_->joints[j].states;
       for (size_t k = 0; k < now.size(); ++k) {
-        (*step_)[j][k] = now[k] - before_[j][k];
-        before_[j][k] = now[k];
-        farthest_m = std::max(farthest_m,
-                              (*step_)[j][k].head<3>().cwiseAbs().maxCoeff());
+        step_[j][k] = now[k] - states_[j][k];
+        states_[j][k] = now[k];
+        farthest_m =
+            std::max(farthest_m, step_[j][k].head<3>().cwiseAbs().maxCoeff());
       }
     }
     // A trust region that holds the step back proves nothing: its damping is
     // the diagonal over the radius.
     constexpr double kFree = 1e3;
-    if (!(farthest_m < tolerance_m_) || summary.trust_region_radius < kFree) {
-      return ceres::SOLVER_CONTINUE;
-    }
-    settled_ = true;
-    return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    return farthest_m < tolerance_m_ && summary.trust_region_radius >= kFree
+               ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+               : ceres::SOLVER_CONTINUE;
   }
 
  private:
   const PersonProblem* person_;
   const double tolerance_m_;
-  PersonStates* step_;
-  PersonStates before_;
-  PersonStates previous_step_;
-  int steps_ = 0;  // of this solve
-  bool settled_ = false;
+  PersonStates states_;
+  PersonStates step_;
+  std::exception_ptr stop_;
 };
 
 // A user's factor, which the problem keeps.
@@ -97,11 +90,16 @@ class CeresGeneral final : public ceres::CostFunction {
 };
 
 // Builds a person's Ceres problem for one stage. The states are Ceres'
-// parameter blocks: they must not move while it lives.
+// parameter blocks, joint by joint: they must not move while it lives.
 class PersonBuilder {
  public:
   PersonBuilder(PersonProblem* person, const SolveStage& stage)
       : person_(person), ceres_(MakeOptions()) {
+    for (JointChain& chain : person->joints) {
+      for (State& state : chain.states) {
+        ceres_.AddParameterBlock(state.data(), kStateSize);
+      }
+    }
     FactorWalk walk;
     walk.stage = stage;
     const auto add = [this](const auto& factor, const auto& keys,
@@ -179,151 +177,77 @@ class PersonBuilder {
 };
 
 ceres::Solver::Options OptionsFor(const SolveStage& stage,
-                                  double step_tolerance_m, int blocks) {
+                                  double step_tolerance_m) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  // In windows Eigen's sparse Cholesky beats SuiteSparse's (28 against 44 ms
-  // with bones). In takes bones fill the factor: Campus by the batch took 41 s
-  // with the one and 29 with the other.
-  constexpr int kManyBlocks = 400;
-  options.sparse_linear_algebra_library_type =
-      blocks > kManyBlocks ? ceres::SUITE_SPARSE : ceres::EIGEN_SPARSE;
+  // CHOLMOD's supernodes would start OpenMP's threads, whatever num_threads is.
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = stage.max_iterations;
-  // MoveWatch ends a solve; these only where rounding hides what is left. The
+  // StepWatch ends a solve; these only where rounding hides what is left. The
   // cost changes with the square of a step, positions are metres.
   options.parameter_tolerance = 1e-4 * step_tolerance_m;
   options.function_tolerance = 1e-3 * step_tolerance_m * step_tolerance_m;
   options.gradient_tolerance = 1e-12;
   options.initial_trust_region_radius = 1e12;  // nearly Gauss-Newton
   options.max_trust_region_radius = 1e16;
-  options.update_state_every_iteration = true;  // for MoveWatch
+  options.update_state_every_iteration = true;  // for StepWatch
   return options;
 }
 
-double CostOf(ceres::Problem* problem) {
-  double cost = std::numeric_limits<double>::infinity();
-  if (!problem->Evaluate(ceres::Problem::EvaluateOptions(), &cost, nullptr,
-                         nullptr, nullptr)) {
-    return std::numeric_limits<double>::infinity();
-  }
-  return cost;
+// Whether no step is needed: Ceres' gradient calls for none that is as long as
+// the tolerance.
+bool IsAtMinimum(const StepLength& step_length, double step_tolerance_m,
+                 ceres::Problem* problem) {
+  double cost = 0.0;
+  std::vector<double> gradient;
+  return step_length != nullptr &&
+         problem->Evaluate(ceres::Problem::EvaluateOptions(), &cost, nullptr,
+                           &gradient, nullptr) &&
+         step_length(gradient) < step_tolerance_m;
 }
 
-// Goes on along a step that creeps, if the cost falls (creep.h).
-void LeapAhead(double to_come, double cost, const PersonStates& step,
-               ceres::Problem* problem, PersonProblem* person) {
-  const PersonStates here = StatesOf(*person);
-  for (size_t j = 0; j < step.size(); ++j) {
-    for (size_t k = 0; k < step[j].size(); ++k) {
-      person->joints[j].states[k] += to_come * step[j][k];
-    }
-  }
-  if (CostOf(problem) < cost) return;
-  for (size_t j = 0; j < here.size(); ++j) {
-    std::copy(here[j].begin(), here[j].end(), person->joints[j].states.begin());
-  }
-}
-
-void Add(const ceres::Solver::Summary& summary, SolveReport* report) {
-  report->finite = report->finite && summary.IsSolutionUsable();
-  report->ceres_iterations += static_cast<int>(summary.iterations.size()) - 1;
-  report->cholmod_problems =
-      summary.sparse_linear_algebra_library_type == ceres::SUITE_SPARSE ? 1 : 0;
-}
-
-// Nearly free steps have not lowered the cost. At the minimum much shorter
-// ones, from `radius` on, do not either, but for rounding. Elsewhere the valley
-// winds: what the sweeps found stays, and has not converged.
-bool IsAtRounding(ceres::Solver::Options options, double radius,
-                  ceres::Problem* problem, PersonProblem* person) {
-  // Of the cost. The sum of a person's thousands of terms is good to 1e-13, and
-  // under a curvature of 1e4 / m^2 this share of a cost of 1e3 is 1e-5 m.
-  constexpr double kRounding = 1e-9;
-  const PersonStates here = StatesOf(*person);
-  options.initial_trust_region_radius = radius;
-  options.callbacks.clear();
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, problem, &summary);
-  for (size_t j = 0; j < here.size(); ++j) {
-    std::copy(here[j].begin(), here[j].end(), person->joints[j].states.begin());
-  }
-  return summary.IsSolutionUsable() &&
-         summary.initial_cost - summary.final_cost <=
-             kRounding * summary.initial_cost;
-}
-
-// A few iterations at a time, with a leap between them where they creep.
-SolveReport RunStage(const SolveStage& stage, double step_tolerance_m,
-                     PersonProblem* person, PersonStates* last_step) {
-  constexpr int kBurst = 5;
+// Adds what the stage did to the report.
+void RunStage(const SolveStage& stage, const SolveSchedule& schedule,
+              const StepLength& step_length, PersonProblem* person,
+              SolveReport* report) {
   PersonBuilder builder(person, stage);
-  MoveWatch watch(person, step_tolerance_m, last_step);
-  ceres::Solver::Options options = OptionsFor(
-      stage, step_tolerance_m, builder.problem()->NumParameterBlocks());
-  options.callbacks.push_back(&watch);
-  SolveReport report;
-  report.ceres_problems = 1;
-  report.converged = false;
-  double initial_cost = 0.0;
-  while (report.finite && !report.converged) {
-    const int left = stage.max_iterations - report.ceres_iterations;
-    if (left <= 0) break;
-    CheckStop();  // never inside of Ceres, which is no place to throw
-    options.max_num_iterations = std::min(kBurst, left);
-    ceres::Solver::Summary summary;
-    watch.Restart();
-    ceres::Solve(options, builder.problem(), &summary);
-    VLOG(2) << summary.FullReport();
-    if (report.ceres_iterations == 0) initial_cost = summary.initial_cost;
-    Add(summary, &report);
-    report.cost_decrease = initial_cost - summary.final_cost;
-    report.converged =
-        watch.settled() || summary.termination_type == ceres::CONVERGENCE;
-    // Of the steps that Ceres counts the first is the start.
-    if (!report.converged && summary.num_successful_steps == 1) {
-      report.converged =
-          IsAtRounding(options, summary.iterations.back().trust_region_radius,
-                       builder.problem(), person);
-      break;
-    }
-    if (!report.converged && watch.to_come() > 0.0) {
-      LeapAhead(watch.to_come(), summary.final_cost, *last_step,
-                builder.problem(), person);
-    }
+  ++report->ceres_problems;
+  report->converged = true;
+  if (IsAtMinimum(step_length, schedule.step_tolerance_m, builder.problem())) {
+    return;
   }
-  return report;
-}
-
-void Merge(const SolveReport& stage, SolveReport* whole) {
-  whole->finite = whole->finite && stage.finite;
-  whole->converged = stage.converged;
-  whole->ceres_iterations += stage.ceres_iterations;
-  whole->ceres_problems += stage.ceres_problems;
-  whole->cholmod_problems += stage.cholmod_problems;
-  whole->cost_decrease = stage.cost_decrease;
+  StepWatch watch(person, schedule.step_tolerance_m);
+  ceres::Solver::Options options = OptionsFor(stage, schedule.step_tolerance_m);
+  options.callbacks.push_back(&watch);
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, builder.problem(), &summary);
+  watch.RethrowStop();
+  VLOG(2) << summary.FullReport();
+  report->finite = report->finite && summary.IsSolutionUsable();
+  report->converged = summary.termination_type == ceres::CONVERGENCE ||
+                      summary.termination_type == ceres::USER_SUCCESS;
+  report->ceres_iterations += static_cast<int>(summary.iterations.size()) - 1;
+  report->cost_decrease = summary.initial_cost - summary.final_cost;
+  const bool doubt = !report->converged && schedule.doubt_unsettled;
+  report->unsettled = 0;
+  for (size_t j = 0; j < person->joints.size(); ++j) {
+    JointChain& chain = person->joints[j];
+    StoreWeights(stage, &chain);
+    if (doubt) report->unsettled += DoubtUnsettled(watch.step()[j], &chain);
+  }
 }
 
 }  // namespace
 
 SolveReport SolveWithCeres(const SolveSchedule& schedule,
-                           PersonProblem* problem) {
+                           PersonProblem* problem,
+                           const StepLength& step_length) {
   SolveReport report;
-  if (problem->times.empty() || schedule.stages.empty()) return report;
-  PersonStates last_step = StatesOf(*problem);
-  for (StateChain& step : last_step) {
-    std::fill(step.begin(), step.end(), State::Zero());
-  }
+  if (problem->times.empty()) return report;
   for (const SolveStage& stage : schedule.stages) {
-    Merge(RunStage(stage, schedule.step_tolerance_m, problem, &last_step),
-          &report);
-  }
-  for (size_t j = 0; j < problem->joints.size(); ++j) {
-    JointChain& chain = problem->joints[j];
-    StoreWeights(schedule.stages.back(), &chain);
-    if (report.converged || !schedule.doubt_unsettled) continue;
-    report.unsettled += DoubtUnsettled(last_step[j], &chain);
+    RunStage(stage, schedule, step_length, problem, &report);
   }
   return report;
 }

@@ -134,7 +134,6 @@ struct SolveReport {
   int iterations = 0;     // of sweeps
   int ceres_iterations = 0;
   int ceres_problems = 0;
-  int cholmod_problems = 0;    // of them factorised by SuiteSparse
   double cost_decrease = 0.0;  // in Ceres' last stage
   // States of one joint in one frame that were still far from settled: their
   // measurements got no weight, so that status and covariance say so.

@@ -14,9 +14,8 @@ namespace kinegraph {
 struct SolveCounts {
   int64_t solves = 0;            // results that an estimator took over
   int64_t sweep_iterations = 0;  // of the block-tridiagonal sweeps
-  int64_t ceres_problems = 0;    // ceres::Problem objects solved
+  int64_t ceres_problems = 0;    // ceres::Problem objects evaluated
   int64_t ceres_iterations = 0;
-  int64_t cholmod_problems = 0;  // of them factorised by SuiteSparse
   // Decrease of the cost from the start to Ceres' result [1e-6].
   int64_t ceres_decrease_millionths = 0;
 
@@ -36,11 +35,15 @@ struct SolveCounts {
 
 // All of them.
 inline constexpr int64_t SolveCounts::*kSolveCounts[] = {
-    &SolveCounts::solves,           &SolveCounts::sweep_iterations,
-    &SolveCounts::ceres_problems,   &SolveCounts::ceres_iterations,
-    &SolveCounts::cholmod_problems, &SolveCounts::ceres_decrease_millionths,
-    &SolveCounts::not_converged,    &SolveCounts::not_finite,
-    &SolveCounts::bones_dropped,    &SolveCounts::positions_in_doubt,
+    &SolveCounts::solves,
+    &SolveCounts::sweep_iterations,
+    &SolveCounts::ceres_problems,
+    &SolveCounts::ceres_iterations,
+    &SolveCounts::ceres_decrease_millionths,
+    &SolveCounts::not_converged,
+    &SolveCounts::not_finite,
+    &SolveCounts::bones_dropped,
+    &SolveCounts::positions_in_doubt,
     &SolveCounts::no_covariance};
 static_assert(sizeof(SolveCounts) == sizeof(int64_t) * std::size(kSolveCounts),
               "a count is missing above");

@@ -98,7 +98,15 @@ void PersonSolver::Refine(PersonProblem* problem) {
   if (solver_ != GraphSolver::kCeres) return;
   // Ceres holds on to the states' addresses; a copy keeps the start.
   const PersonStates start = StatesOf(*problem);
-  SolveReport report = SolveWithCeres(LastStage(schedule_), problem);
+  const SolveSchedule last = LastStage(schedule_);
+  StepLength step_length;
+  // Chains and bones know nothing of the user's factors.
+  if (problem->user.empty()) {
+    step_length = [&](const std::vector<double>& gradient) {
+      return bone_solver_.StepLength(*problem, last.stages.back(), gradient);
+    };
+  }
+  SolveReport report = SolveWithCeres(last, problem, step_length);
   report.finite = report.finite && AllFinite(*problem);
   Note(report, Result::kTakenOver);
   if (report.finite) return;
@@ -134,7 +142,6 @@ void PersonSolver::Note(const SolveReport& report, Result result) {
   counts_.sweep_iterations += report.iterations;
   counts_.ceres_iterations += report.ceres_iterations;
   counts_.ceres_problems += report.ceres_problems;
-  counts_.cholmod_problems += report.cholmod_problems;
   if (!report.finite) ++counts_.not_finite;
   if (result != Result::kTakenOver) return;
   ++counts_.solves;

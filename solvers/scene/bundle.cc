@@ -200,7 +200,7 @@ class BundleProblem {
   void Solve(int max_iterations, BundleResult* result) {
     ceres::Solver::Options solver;
     solver.linear_solver_type = ceres::SPARSE_SCHUR;
-    solver.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+    solver.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
     solver.linear_solver_ordering.reset(ordering_.release());
     solver.num_threads = 1;  // the same sums in the same order
     solver.logging_type = ceres::SILENT;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -22,6 +23,11 @@ int PlaceInBlock(int row, int column) {
   if (row >= 3) return 15 + kSymmetric[row - 3][column - 3];
   return 6 + 3 * row + column - 3;
 }
+
+// The next step corrects what one leaves: far from the minimum a tenth of the
+// gradient, near it a hundredth, so that a short step means little is left.
+constexpr double kNear = 0.01;
+constexpr double kFar = 0.1;
 
 }  // namespace
 
@@ -206,13 +212,24 @@ double BoneSolver::Dot(const LaneBuffer& a, const LaneBuffer& b) const {
   return sum;
 }
 
+double BoneSolver::StepLength(const PersonProblem& problem,
+                              const SolveStage& stage,
+                              const std::vector<double>& gradient) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  Load(problem);
+  if (!Linearise(problem, stage, &lanes_.states(), &system_)) return kUnknown;
+  auto from = gradient.begin();
+  for (size_t j = 0; j < problem.joints.size(); ++j) {
+    for (size_t row = 0; row < 6 * lanes_.frames(); ++row) {
+      system_.gradient[lanes_.Row(row) + j] = *from++;
+    }
+  }
+  return FindStep(0.0, kNear) ? MoveCandidate(1.0) : kUnknown;
+}
+
 bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,
                           double step_tolerance_m, SolveReport* report) {
-  // The next step corrects what one leaves: far from the minimum a tenth of the
-  // gradient, near it a hundredth, so that a short step means little is left.
   constexpr double kFarM = 1e-3;
-  constexpr double kNear = 0.01;
-  constexpr double kFar = 0.1;
   if (!Linearise(problem, stage, &lanes_.states(), &system_)) return false;
   Damping damping;
   double accuracy = kFar;

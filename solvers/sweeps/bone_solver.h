@@ -19,6 +19,12 @@ class BoneSolver {
   // From the joints' states, with the measurements gated as they are.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);
 
+  // How far a step of Gauss-Newton from the problem's states, down a gradient
+  // [joint][frame][6] that somebody else has found, moves any position [m];
+  // infinity where there is none.
+  double StepLength(const PersonProblem& problem, const SolveStage& stage,
+                    const std::vector<double>& gradient);
+
  private:
   // All joints' chains (the diagonal parts of what couples them included) and
   // the couplings, at some states.

@@ -110,6 +110,35 @@ TEST_F(BoneTest, FindsTheMinimumThatCeresFinds) {
   }
 }
 
+// What decides whether Ceres needs a step: with the gradient of the states
+// themselves the length is that of the step the solver would take.
+TEST_F(BoneTest, StepLengthIsZeroAtTheMinimumAlone) {
+  Make(4, 30, SimulatedNoise());
+  const SolveSchedule schedule = Exact(LossKind::kNone);
+  const SolveStage& last = schedule.stages.back();
+  BoneSolver solver;
+  const auto length_by_ceres = [&](PersonProblem problem) {
+    double length_m = -1.0;
+    SolveSchedule once = schedule;
+    once.stages.assign(1, last);
+    once.stages[0].max_iterations = 1;
+    SolveWithCeres(once, &problem, [&](const std::vector<double>& gradient) {
+      length_m = solver.StepLength(problem, last, gradient);
+      return 0.0;
+    });
+    return length_m;
+  };
+  ASSERT_TRUE(solver.Solve(schedule, &problem_).converged);
+  // Its own tolerance is 1e-11 m; rounding of a gradient is a part in 1e16 of
+  // terms of 1e5 / m, under a curvature of 1e3 / m^2 and more.
+  EXPECT_LT(length_by_ceres(problem_), 1e-10);
+  // One position is moved: the step that is asked for leads back, but for the
+  // hundredth at which conjugate gradients stop and what is not linear in it.
+  PersonProblem moved = problem_;
+  moved.joints[1].states[15].x() += 1e-3;
+  EXPECT_NEAR(length_by_ceres(moved), 1e-3, 3e-5);
+}
+
 TEST_F(BoneTest, CovariancesAreBlocksOfTheDenseInverse) {
   // More frames than one stretch of factors holds.
   Make(3, 70, SimulatedNoise());
