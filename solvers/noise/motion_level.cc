@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace kinegraph {
 
@@ -52,7 +51,18 @@ LevelChain::LevelChain(double take_level) {
   }
 }
 
-LevelChain::Matrix LevelChain::Transition(double dt_s) const {
+const LevelChain::Matrix& LevelChain::Transition(TimeNs dt) {
+  constexpr TimeNs kRounding = 2;  // ns
+  const auto known = known_.lower_bound(dt - kRounding);
+  if (known != known_.end() && known->first <= dt + kRounding) {
+    return known->second;
+  }
+  constexpr size_t kMany = 64;  // a clock that jitters by more
+  if (known_.size() >= kMany) known_.clear();
+  return known_.emplace(dt, Exponential(ToSeconds(dt))).first->second;
+}
+
+LevelChain::Matrix LevelChain::Exponential(double dt_s) const {
   // exp(dt rates) by squaring a Taylor series.
   constexpr int kTerms = 10;
   Matrix scaled = dt_s * rates_;
@@ -91,22 +101,15 @@ LevelChain::Vector Believe(const LevelChain::Vector& predicted,
   return belief / belief.sum();
 }
 
-std::vector<double> SmoothLevels(const LevelChain& chain,
-                                 const LevelChain::Vector& first,
+std::vector<double> SmoothLevels(const LevelChain::Vector& first,
                                  const std::vector<TimeNs>& times,
-                                 const std::vector<Levels>& evidence) {
+                                 const std::vector<Levels>& evidence,
+                                 LevelChain* chain) {
   const size_t count = evidence.size();
   std::vector<double> levels(count);
   if (count == 0) return levels;
-  std::map<TimeNs, LevelChain::Matrix> transitions;
   const auto transition = [&](size_t k) -> const LevelChain::Matrix& {
-    const TimeNs dt = times[k + 1] - times[k];
-    auto known = transitions.find(dt);
-    if (known == transitions.end()) {
-      // Clocks jitter by nanoseconds: few distinct steps are kept.
-      known = transitions.emplace(dt, chain.Transition(ToSeconds(dt))).first;
-    }
-    return known->second;
+    return chain->Transition(times[k + 1] - times[k]);
   };
   std::vector<LevelChain::Vector> forward(count);
   forward[0] = Believe(first, evidence[0]);

@@ -4,6 +4,7 @@
 #define KINEGRAPH_SOLVERS_NOISE_MOTION_LEVEL_H_
 
 #include <Eigen/Core>
+#include <map>
 #include <vector>
 
 #include "core/base/time.h"
@@ -30,12 +31,16 @@ class LevelChain {
 
   // What is believed before anything is seen.
   const Vector& stationary() const { return stationary_; }
-  // Column i: where level i leads after `dt_s`.
-  Matrix Transition(double dt_s) const;
+  // Column i: where level i leads after `dt`. Valid until the next call; clocks
+  // jitter by nanoseconds, and such steps are one.
+  const Matrix& Transition(TimeNs dt);
 
  private:
+  Matrix Exponential(double dt_s) const;
+
   Vector stationary_;
-  Matrix rates_;  // column sums are zero
+  Matrix rates_;                    // column sums are zero
+  std::map<TimeNs, Matrix> known_;  // by dt
 };
 
 // Beliefs from one frame to the next, and back: the forward-backward algorithm
@@ -45,10 +50,10 @@ LevelChain::Vector Believe(const LevelChain::Vector& predicted,
 
 // Mean of ln level under the beliefs of each of `evidence`'s frames, given all
 // of them. `first` is what is believed of the first frame before its evidence.
-std::vector<double> SmoothLevels(const LevelChain& chain,
-                                 const LevelChain::Vector& first,
+std::vector<double> SmoothLevels(const LevelChain::Vector& first,
                                  const std::vector<TimeNs>& times,
-                                 const std::vector<Levels>& evidence);
+                                 const std::vector<Levels>& evidence,
+                                 LevelChain* chain);
 
 }  // namespace kinegraph
 

@@ -25,6 +25,7 @@ PersonNoise::PersonNoise(const SceneModel& scene, const GraphOptions& options)
       groups_(scene.skeleton),
       last_variance_m2_(scene.skeleton.joint_count(), kUnknownVariance_m2) {
   scale_.fill(1.0);
+  chains_.assign(kJointClassCount, LevelChain(0.0));
   for (int j = 0; j < joint_count(); ++j) {
     banks_.emplace_back(UsualProcessNoise(scene.skeleton.joint_class(j)));
     present_[ClassOf(j)] = true;
@@ -87,8 +88,7 @@ void PersonNoise::RefreshScales() {
 // Keeps the frame.
 void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place,
                          Pixels pixels) {
-  const bool learns =
-      options_.pixel_noise_from == NoiseFrom::kTake && pixels == Pixels::kNew;
+  const bool learns = pixels == Pixels::kNew;
   Frame& frame = frames_.emplace_back();
   std::vector<Levels>& evidence = frame_evidence_.emplace_back();
   frame.time = problem.times[k];
@@ -151,23 +151,24 @@ void PersonNoise::LearnTake(const PersonProblem& problem) {
   });
 }
 
-void PersonNoise::AddFrame(const PersonProblem& problem, size_t k) {
-  if (options_.pixel_noise_from == NoiseFrom::kTake) {
-    triangulator_.set_weighting(confidences_.Fit());
-    LearnPixels(problem, k);
-    RefreshScales();
-  }
-  Locate(problem, k, 0, Pixels::kNew);
+void PersonNoise::AddFrame(const PersonProblem& problem, size_t k,
+                           Refit refit) {
+  const bool learns = options_.pixel_noise_from == NoiseFrom::kTake;
+  const bool fits = learns && refit == Refit::kNow;
+  if (fits) triangulator_.set_weighting(confidences_.Fit());
+  if (learns) LearnPixels(problem, k);
+  if (fits) RefreshScales();
+  // Pairs of frames a quarter of a second apart: at a thousand frames a second
+  // some of them tell as much as all.
+  Locate(problem, k, 0, fits ? Pixels::kNew : Pixels::kKnown);
   starts_.clear();
-  if (options_.pixel_noise_from == NoiseFrom::kTake) {
-    correlation_ = correlations_.Fit();
-  }
+  if (fits) correlation_ = correlations_.Fit();
 }
 
-LevelChain::Vector PersonNoise::Foresee(int group, const LevelChain& chain,
-                                        TimeNs time) const {
+LevelChain::Vector PersonNoise::Foresee(int group, TimeNs time) {
+  LevelChain& chain = chains_[static_cast<int>(groups_.joint_class(group))];
   if (belief_.empty()) return chain.stationary();
-  return chain.Transition(ToSeconds(time - belief_time_)) * belief_[group];
+  return chain.Transition(time - belief_time_) * belief_[group];
 }
 
 void PersonNoise::DropFirstFrame() {
@@ -175,8 +176,7 @@ void PersonNoise::DropFirstFrame() {
   const std::vector<Levels>& evidence = frame_evidence_.front();
   std::vector<LevelChain::Vector> belief;
   for (int g = 0; g < groups_.size(); ++g) {
-    const LevelChain chain(level_[static_cast<int>(groups_.joint_class(g))]);
-    belief.push_back(Believe(Foresee(g, chain, first.time), evidence[g]));
+    belief.push_back(Believe(Foresee(g, first.time), evidence[g]));
   }
   belief_ = std::move(belief);
   belief_time_ = first.time;
@@ -198,8 +198,8 @@ std::vector<double> PersonNoise::LevelsOf(int group) {
     times.push_back(frames_[k].time);
     evidence.push_back(frame_evidence_[k][group]);
   }
-  const LevelChain chain(level_[static_cast<int>(groups_.joint_class(group))]);
-  return SmoothLevels(chain, Foresee(group, chain, times[0]), times, evidence);
+  return SmoothLevels(Foresee(group, times[0]), times, evidence,
+                      &chains_[static_cast<int>(groups_.joint_class(group))]);
 }
 
 // Heavy noise hides slow motion: a head that bobs in walking looks at rest, and
@@ -223,7 +223,11 @@ double PersonNoise::ProcessNoiseOf(int joint_idx, size_t k, double level,
 
 void PersonNoise::ApplyLevels(PersonProblem* problem) {
   for (int c = 0; c < kJointClassCount; ++c) {
-    if (present_[c]) level_[c] = TakeLevel(evidence_[c]);
+    if (!present_[c]) continue;
+    const double level = TakeLevel(evidence_[c]);
+    if (level == level_[c]) continue;
+    level_[c] = level;
+    chains_[c] = LevelChain(level);
   }
   std::vector<std::vector<double>> levels;
   std::vector<double> activity(frames_.size(), 0.0);  // mean over classes

@@ -38,8 +38,10 @@ class PersonNoise {
   void LearnTake(const PersonProblem& problem);
 
   // From what was seen so far: the problem's frame `k`, which follows those
-  // that are kept; and how to forget the oldest of those.
-  void AddFrame(const PersonProblem& problem, size_t k);
+  // that are kept; and how to forget the oldest of those. What the detector's
+  // errors are is fitted in frames before Apply, and in those alone.
+  enum class Refit { kNow, kLater };
+  void AddFrame(const PersonProblem& problem, size_t k, Refit refit);
   void DropFirstFrame();
 
   // Writes process noise, sigmas and information of all frames of `problem`,
@@ -86,8 +88,7 @@ class PersonNoise {
   double FrameSeconds(size_t k) const;
   std::vector<double> LevelsOf(int group);
   // `belief_` of that group, carried on to `time`.
-  LevelChain::Vector Foresee(int group, const LevelChain& chain,
-                             TimeNs time) const;
+  LevelChain::Vector Foresee(int group, TimeNs time);
   double ProcessNoiseOf(int joint_idx, size_t k, double level,
                         double activity) const;
   void ApplyLevels(PersonProblem* problem);
@@ -118,6 +119,7 @@ class PersonNoise {
   std::vector<LevelChain::Vector> belief_;
   TimeNs belief_time_ = 0;
   std::array<double, kJointClassCount> level_{};  // ln, of the take
+  std::vector<LevelChain> chains_;                // by class, at that level
   std::array<double, kJointClassCount> least_{};
   std::array<double, kJointClassCount> greatest_{};
 };

@@ -546,8 +546,11 @@ void ChainGroup<T>::Solve(const LaneStage* stages, int stage_count,
   iterations_ = 0.0;
   finite_ = iterations_ == iterations_;
   converged_ = finite_;
+  // Earlier stages only hand over a start.
+  constexpr double kRoughly = 30.0;
   for (int i = 0; i < stage_count && Any(finite_); ++i) {
-    RunStage(stages[i], step_tolerance_m);
+    const bool last = i + 1 == stage_count;
+    RunStage(stages[i], last ? step_tolerance_m : kRoughly * step_tolerance_m);
   }
   StoreWeights(stages[stage_count - 1]);
   for (int k = 0; k < frames_; ++k) {

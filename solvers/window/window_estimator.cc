@@ -29,6 +29,17 @@ State Advance(const State& state, double dt_s) {
   return advanced;
 }
 
+// Frames from one solve to the next. What a solve finds changes at the rate of
+// motion, not of the camera: where frames come faster than 60 a second, several
+// wait for one solve, though not for longer than the lag.
+size_t SolveEvery(double frame_rate_hz, double lag_s) {
+  constexpr double kSolveRateHz = 60.0;
+  const double rounding = 1e-6;
+  const double frames =
+      std::min(frame_rate_hz / kSolveRateHz, frame_rate_hz * lag_s) + rounding;
+  return static_cast<size_t>(std::max(1.0, std::floor(frames)));
+}
+
 class WindowEstimator final : public Estimator {
  public:
   WindowEstimator(const SceneModel& scene, const GraphOptions& options,
@@ -44,6 +55,7 @@ class WindowEstimator final : public Estimator {
         bone_lengths_(scene_.skeleton),
         bone_spreads_(scene_.skeleton),
         supports_(scene_.skeleton.joint_count()),
+        solve_every_(SolveEvery(scene_.frame_rate_hz, options_.lag_s)),
         last_states_(scene_.skeleton.joint_count(), State::Zero()) {}
 
   void Add(const EstimatorFrame& frame) override;
@@ -56,6 +68,8 @@ class WindowEstimator final : public Estimator {
  private:
   int joint_count() const { return scene_.skeleton.joint_count(); }
   size_t newest() const { return records_.size() - 1; }
+  bool IsDue() const { return unsolved_ >= solve_every_; }
+  void Solve();
   std::vector<bool> StartNewStates();
   void PlaceAnew(const std::vector<bool>& joints);
   void DropFinalFrames();
@@ -88,6 +102,8 @@ class WindowEstimator final : public Estimator {
   std::vector<FrameRecord> records_;    // as problem_.times
   std::vector<JointSupport> supports_;  // by frames that left the window
   int64_t first_frame_ = 0;             // of the person
+  const size_t solve_every_;            // frames
+  size_t unsolved_ = 0;                 // of records_: the newest
   size_t final_count_ = 0;              // of records_, already emitted
   std::vector<FinalPose> finals_;
   Pose3d last_;
@@ -96,7 +112,10 @@ class WindowEstimator final : public Estimator {
 };
 
 void WindowEstimator::Add(const EstimatorFrame& frame) {
-  if (records_.empty()) first_frame_ = frame.frame;
+  // The first frame waits for no other.
+  const bool birth = last_.empty();
+  if (birth) first_frame_ = frame.frame;
+  unsolved_ = birth ? solve_every_ : unsolved_ + 1;
   records_.push_back(assembler_.Append(frame, &problem_));
   for (JointChain& chain : problem_.joints) {
     for (auto m = chain.measurements.begin() + chain.first[newest()];
@@ -104,17 +123,27 @@ void WindowEstimator::Add(const EstimatorFrame& frame) {
       m->sigma_px *= noise_scale_;
     }
   }
-  if (options_.LearnsNoise()) noise_.AddFrame(problem_, newest());
+  if (options_.LearnsNoise()) {
+    noise_.AddFrame(
+        problem_, newest(),
+        IsDue() ? PersonNoise::Refit::kNow : PersonNoise::Refit::kLater);
+  }
   const std::vector<bool> placed_anew = StartNewStates();
   DropFinalFrames();
   PlaceAnew(placed_anew);
+  if (!IsDue()) return;
+  Solve();
+  UpdateLast();
+  const size_t end = DueEnd();
+  if (end > final_count_) Emit(end);
+}
+
+void WindowEstimator::Solve() {
   if (options_.LearnsNoise()) noise_.Apply(&problem_);
   const bool moved = SolveMeasuredJoints();
   if (options_.bones) SolveBones();
   if (moved || problem_.coupled()) solver_.Refine(&problem_);
-  UpdateLast();
-  const size_t end = DueEnd();
-  if (end > final_count_) Emit(end);
+  unsolved_ = 0;
 }
 
 // A new state starts where the frame's own views triangulate the joint, else
@@ -168,13 +197,13 @@ void WindowEstimator::DropFinalFrames() {
 // A joint that was not measured anew already is at its minimum: its new state
 // adds no cost. False where that is all of them.
 bool WindowEstimator::SolveMeasuredJoints() {
-  const size_t k = newest();
+  const size_t old = records_.size() - std::min(unsolved_, records_.size());
   // What is learnt changes weights from frame to frame.
   const bool all = scale_changed_ || options_.LearnsNoise();
   std::vector<int> measured;
   for (int j = 0; j < joint_count(); ++j) {
     const JointChain& chain = problem_.joints[j];
-    if (chain.first[k] == chain.first[k + 1] && !all) continue;
+    if (chain.first[old] == chain.first.back() && !all) continue;
     measured.push_back(j);
   }
   solver_.SolveJoints(solver_.schedule(), measured, &problem_);
@@ -237,8 +266,11 @@ void WindowEstimator::Predict(TimeNs time, Pose3d* pose) const {
 
 // End of the frames that are old enough to be final.
 size_t WindowEstimator::DueEnd() const {
-  // Half a millisecond of slack: frame times are rounded to nanoseconds.
-  const TimeNs lag = FromSeconds(options_.lag_s) - FromSeconds(5e-4);
+  // No frame waits for longer than the lag, those before the next solve
+  // included. Half a millisecond of slack: times are rounded to nanoseconds.
+  const double next_s =
+      static_cast<double>(solve_every_ - 1) / scene_.frame_rate_hz;
+  const TimeNs lag = FromSeconds(options_.lag_s - next_s - 5e-4);
   size_t end = final_count_;
   while (end < records_.size() &&
          problem_.times.back() - problem_.times[end] >= lag) {
@@ -345,6 +377,7 @@ void WindowEstimator::TakeFinals(std::vector<FinalPose>* finals) {
 }
 
 void WindowEstimator::Finish() {
+  if (unsolved_ > 0) Solve();
   if (final_count_ < records_.size()) Emit(records_.size());
   if (options_.LearnsNoise()) {
     if (learnt_ != nullptr) *learnt_ = noise_.Learnt();

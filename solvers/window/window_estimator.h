@@ -10,12 +10,14 @@
 
 namespace kinegraph {
 
-// Every Add solves the window anew, with the whole convexity schedule. A frame
-// that is graph.lag_s older than the newest becomes final, and is marginalised
+// Every Add solves the window anew, with the whole convexity schedule; where
+// frames come faster than 60 a second every second, third, ... does. A frame
+// that is graph.lag_s older than the newest, or is so before the next solve,
+// becomes final, and is marginalised
 // into a prior on its successor when the next frame comes. Memory does not grow
-// with the length of the track. Last() is the estimate at the newest frame in
-// which a view measured anything. Throws OptionError for bad options.
-// `notes`, if not null, are shared with the run's other people.
+// with the length of the track. Last() is the estimate at the newest frame
+// that was solved and in which a view measured anything. Throws OptionError for
+// bad options. `notes`, if not null, are shared with the run's other people.
 std::unique_ptr<Estimator> MakeWindowEstimator(
     const SceneModel& scene, const GraphOptions& options,
     std::shared_ptr<TakeNotes> notes = nullptr);

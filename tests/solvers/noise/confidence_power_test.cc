@@ -149,7 +149,9 @@ class MeaninglessConfidenceTest : public ::testing::Test {
     PersonNoise noise(scene_, options_);
     for (const EstimatorFrame& frame : take_.frames) {
       assembler.Append(frame, &problem_);
-      if (causal) noise.AddFrame(problem_, problem_.times.size() - 1);
+      if (causal)
+        noise.AddFrame(problem_, problem_.times.size() - 1,
+                       PersonNoise::Refit::kNow);
     }
     if (!causal) noise.LearnTake(problem_);
     noise.Apply(&problem_);

@@ -81,9 +81,9 @@ TEST(MotionLevelTest, ABurstIsFoundWhereItIs) {
     const std::vector<Levels> evidence = Simulate(
         rate_hz, 8.0, [](double t) { return t > 4.0 && t < 4.5 ? 300.0 : 0.1; },
         8, &times);
-    const LevelChain chain(TakeLevel(Sum(evidence)));
+    LevelChain chain(TakeLevel(Sum(evidence)));
     const std::vector<double> levels =
-        SmoothLevels(chain, chain.stationary(), times, evidence);
+        SmoothLevels(chain.stationary(), times, evidence, &chain);
     // Three thousand times stronger. Before, by half a second, the level is
     // that of rest, half way at most. Afterwards it may stay loose: the stiff
     // filters lost the joint in the burst and are slow to find it again
@@ -105,12 +105,12 @@ TEST(MotionLevelTest, ABurstIsFoundWhereItIs) {
 }
 
 TEST(LevelChainTest, IsTheSameAtAnyFrameRate) {
-  const LevelChain chain(0.7);
-  const LevelChain::Matrix step = chain.Transition(1.0 / 240.0);
+  LevelChain chain(0.7);
+  const LevelChain::Matrix step = chain.Transition(FromSeconds(0.004));
   LevelChain::Matrix many = LevelChain::Matrix::Identity();
   for (int i = 0; i < 10; ++i) many = (step * many).eval();
   // Rounding alone: ten products of entries below 1.
-  EXPECT_LT((many - chain.Transition(10.0 / 240.0)).cwiseAbs().maxCoeff(),
+  EXPECT_LT((many - chain.Transition(FromSeconds(0.04))).cwiseAbs().maxCoeff(),
             1e-12);
   for (int i = 0; i < kLevelCount; ++i) {
     EXPECT_NEAR(step.col(i).sum(), 1.0, 1e-12);
@@ -119,13 +119,14 @@ TEST(LevelChainTest, IsTheSameAtAnyFrameRate) {
 }
 
 TEST(LevelChainTest, StaysAroundTheTakesLevel) {
-  const LevelChain chain(1.5);
+  LevelChain chain(1.5);
   LevelChain::Vector log_levels;
   for (int i = 0; i < kLevelCount; ++i) log_levels[i] = LogLevel(i);
   EXPECT_NEAR(chain.stationary().dot(log_levels), 1.5, 0.05);
   // Jumps to any level draw the long run to the middle of the grid, by no more
   // than the share of such jumps: 0.2 a second against 1 / 0.5 s.
-  const LevelChain::Vector later = chain.Transition(20.0) * chain.stationary();
+  const LevelChain::Vector later =
+      chain.Transition(FromSeconds(20.0)) * chain.stationary();
   EXPECT_NEAR(later.dot(log_levels), 1.5, 0.2 * 2.0);
 }
 

@@ -43,7 +43,9 @@ class PersonNoiseTest : public ::testing::Test {
     PersonNoise noise(scene_, options_);
     for (const EstimatorFrame& frame : take.frames) {
       assembler.Append(frame, &problem);
-      if (causal) noise.AddFrame(problem, problem.times.size() - 1);
+      if (causal)
+        noise.AddFrame(problem, problem.times.size() - 1,
+                       PersonNoise::Refit::kNow);
     }
     if (!causal) noise.LearnTake(problem);
     noise.Apply(&problem);
