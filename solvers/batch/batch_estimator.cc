@@ -12,6 +12,8 @@
 
 #include "core/tracking/final_poses.h"
 #include "core/tracking/packed_frames.h"
+#include "solvers/batch/chunks.h"
+#include "solvers/batch/known_frames.h"
 #include "solvers/batch/person_take.h"
 #include "solvers/batch/take_solver.h"
 #include "solvers/graph/assembler.h"
@@ -21,6 +23,7 @@
 #include "solvers/noise/bone_spreads.h"
 #include "solvers/noise/person_bias.h"
 #include "solvers/noise/person_noise.h"
+#include "solvers/noise/solved_person.h"
 
 namespace kinegraph {
 namespace {
@@ -119,6 +122,8 @@ class BatchEstimator final : public Estimator {
 
   int joint_count() const { return scene_.skeleton.joint_count(); }
   void Solve();
+  bool SolveAgain();
+  std::shared_ptr<SolvedPerson> Solution() const;
   void TakeBiasAway();
   void TellBias() const;
   bool RescaleNoise(const SolveStage& stage, double least_change);
@@ -175,8 +180,14 @@ void BatchEstimator::Finish() {
   if (frames_.empty()) return;
   Solve();
   if (series_ != nullptr) TellBias();
+  const std::shared_ptr<SolvedPerson> solution = Solution();
   WriteFinals();
   solver_.HandInCounts(records_.front().frame, records_.back().frame);
+  if (solution != nullptr) {
+    solution->noise = noise_->TakeApplied();
+    solution->records = std::move(records_);
+    notes_->Keep(solution);
+  }
   // Finals may wait long for those of other people: nothing else should.
   take_ = {};
   stated_bones_.clear();
@@ -209,6 +220,7 @@ void BatchEstimator::Solve() {
     InterpolateStarts(records_, j, take_.graph.times, &take_.graph.joints[j]);
   }
   if (bias_ != nullptr && !bias_->empty()) TakeBiasAway();
+  if (SolveAgain()) return;
   if (options_.LearnsNoise()) LearnNoise();
   if (options_.pixel_noise_from == NoiseFrom::kFixed &&
       options_.estimate_noise_scale) {
@@ -219,6 +231,72 @@ void BatchEstimator::Solve() {
   }
   if (options_.bones) AddBones();
   solver_.SolveTogether(&take_);
+}
+
+// What the next pass needs in order not to solve this person anew; null where
+// there is none.
+std::shared_ptr<SolvedPerson> BatchEstimator::Solution() const {
+  if (notes_ == nullptr || !notes_->expects_another_pass()) return nullptr;
+  // One scale on all sigmas follows from residuals; users' factors may see
+  // what the next pass starts from.
+  const bool scales = options_.pixel_noise_from == NoiseFrom::kFixed &&
+                      options_.estimate_noise_scale;
+  if (scales || options_.user_factors || !solver_.KeptBones()) return nullptr;
+  auto solution = std::make_shared<SolvedPerson>();
+  solution->bones = take_.graph.bones;
+  solution->stated_bones = stated_bones_;
+  for (const JointChain& chain : take_.graph.joints) {
+    SolvedPerson::Joint& joint = solution->joints.emplace_back();
+    joint.outcome.states = chain.states;
+    joint.first = chain.first;
+  }
+  take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+    for (size_t j = 0; j < solution->joints.size(); ++j) {
+      const JointChain& chain = piece.part.joints[j];
+      JointOutcome& outcome = solution->joints[j].outcome;
+      const int32_t end = chain.first[piece.end - piece.begin];
+      for (int32_t m = 0; m < end; ++m) {
+        outcome.weights.push_back(chain.measurements[m].weight);
+        outcome.gated.push_back(chain.measurements[m].gated);
+      }
+    }
+  });
+  return solution;
+}
+
+// Takes over what the pass before found of this person, and solves anew where
+// matches changed. False where that pass knows nobody like this.
+bool BatchEstimator::SolveAgain() {
+  if (notes_ == nullptr) return false;
+  std::optional<KnownFrames> known =
+      FindKnownFrames(notes_->SolvedPeople(), records_, take_.graph);
+  if (!known.has_value()) return false;
+  const SolvedPerson& before = *known->person;
+  const std::vector<Chunk> changed = ChangedChunks(take_.graph, known->same);
+  if (options_.LearnsNoise()) {
+    noise_->TakeOver(before.noise, known->frame_of, take_.graph.times);
+    for (const Chunk& chunk : changed) {
+      noise_->LearnMotionAgain(take_.Part(chunk.begin, chunk.end), chunk.begin,
+                               chunk.own_begin, chunk.own_end);
+    }
+    noise_->ApplyProcessNoise(&take_.graph);
+    take_.ChangeNoise([&](PersonTake::Piece* piece) {
+      noise_->ApplyPixelNoise(piece->begin, piece->end, &piece->part);
+    });
+    if (learnt_ != nullptr) *learnt_ = before.noise.learnt;
+  }
+  take_.measurements.SettleNoise();
+  take_.graph.bones = before.bones;
+  stated_bones_ = before.stated_bones;
+  if (!solver_.SolveAnew(changed, &take_)) take_.graph.bones.clear();
+  for (const Chunk& chunk : changed) {
+    std::fill(
+        known->same.begin() + static_cast<std::ptrdiff_t>(chunk.own_begin),
+        known->same.begin() + static_cast<std::ptrdiff_t>(chunk.own_end), 0);
+  }
+  PasteKnown(*known, &take_);
+  notes_->Forget(&before);
+  return true;
 }
 
 void BatchEstimator::LearnNoise() {
@@ -365,6 +443,10 @@ void BatchEstimator::AddFixedBones() {
 std::vector<std::vector<Eigen::Matrix3d>> BatchEstimator::Covariances() {
   std::vector<std::vector<Eigen::Matrix3d>> covariances(joint_count());
   if (!options_.covariance) return covariances;
+  // The next pass asks how sure a place is, and no more.
+  if (notes_ != nullptr && notes_->expects_another_pass()) {
+    return solver_.JointCovariances(take_);
+  }
   // Bones that could not be solved do not count.
   const bool held = !take_.graph.bones.empty();
   // Bones of fixed freedom state what they always did.

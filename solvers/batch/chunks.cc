@@ -5,7 +5,6 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kOverlap = 1.1;      // s; 28 frames at 25 Hz
 constexpr double kMostOverlap = 5.5;  // s
 
 double Seconds(const PersonProblem& problem, size_t from, size_t to) {
@@ -30,7 +29,7 @@ bool LacksFrames(const PersonProblem& problem, size_t begin, size_t end,
 // it goes on until the other side holds the joint as well.
 size_t ExtendBack(const PersonProblem& problem, size_t own) {
   size_t begin = own;
-  while (begin > 0 && Seconds(problem, begin - 1, own) <= kOverlap) --begin;
+  while (begin > 0 && Seconds(problem, begin - 1, own) <= kOverlap_s) --begin;
   const size_t wanted = (own - begin) / 2;
   while (begin > 0 && Seconds(problem, begin - 1, own) <= kMostOverlap &&
          LacksFrames(problem, begin, own, wanted)) {
@@ -43,7 +42,7 @@ size_t ExtendBack(const PersonProblem& problem, size_t own) {
 size_t ExtendForth(const PersonProblem& problem, size_t own) {
   const size_t count = problem.times.size();
   size_t end = own;
-  while (end < count && Seconds(problem, own - 1, end) <= kOverlap) ++end;
+  while (end < count && Seconds(problem, own - 1, end) <= kOverlap_s) ++end;
   const size_t wanted = (end - own) / 2;
   while (end < count && Seconds(problem, own - 1, end) <= kMostOverlap &&
          LacksFrames(problem, own, end, wanted)) {
@@ -80,6 +79,23 @@ std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s) {
     begin = end;
   }
   return chunks;
+}
+
+Chunk ChunkAround(const PersonProblem& problem, size_t begin, size_t end) {
+  Chunk chunk;
+  chunk.own_begin = begin;
+  while (chunk.own_begin > 0 &&
+         Seconds(problem, chunk.own_begin - 1, begin) <= kOverlap_s) {
+    --chunk.own_begin;
+  }
+  chunk.own_end = end;
+  while (chunk.own_end < problem.times.size() &&
+         Seconds(problem, end - 1, chunk.own_end) <= kOverlap_s) {
+    ++chunk.own_end;
+  }
+  chunk.begin = ExtendBack(problem, chunk.own_begin);
+  chunk.end = ExtendForth(problem, chunk.own_end);
+  return chunk;
 }
 
 PersonProblem CutOut(const PersonTake& take, const Chunk& chunk) {

@@ -11,9 +11,13 @@
 #include <vector>
 
 #include "solvers/batch/person_take.h"
+#include "solvers/graph/outcome.h"
 #include "solvers/graph/problem.h"
 
 namespace kinegraph {
+
+// How far what changes in a frame is felt [s]; 28 frames at 25 Hz.
+inline constexpr double kOverlap_s = 1.1;
 
 struct Chunk {
   // Frames begin .. end - 1 are solved, of which own_begin .. own_end - 1 are
@@ -26,22 +30,19 @@ struct Chunk {
 
 // By times and counts of measurements (PersonTake::graph): chunks whose own
 // frames span about `chunk_s` [s]; one of everything where it is 0 or the take
-// is not much longer. The overlap is 1.1 s on each side, and up to 5.5 s where
-// a joint is measured in less than half of that.
+// is not much longer. The overlap is kOverlap_s on each side, and up to 5.5 s
+// where a joint is measured in less than half of that.
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
+
+// One that owns all frames in which a change of frames begin .. end - 1 is
+// felt.
+Chunk ChunkAround(const PersonProblem& problem, size_t begin, size_t end);
 
 // The chunk as a problem of its own. Where the take goes on before it, its
 // first states have the prior of a birth at their starts.
 PersonProblem CutOut(const PersonTake& take, const Chunk& chunk);
 
-// What a solve found for a joint's own frames.
-struct JointOutcome {
-  StateChain states;
-  std::vector<double> weights;  // of the measurements
-  std::vector<char> gated;
-};
-
-// Of all joints of a solved part.
+// What a solve found for a chunk's own frames, of all joints.
 std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
                                      const Chunk& chunk);
 

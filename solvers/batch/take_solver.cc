@@ -80,8 +80,8 @@ void TakeSolver::ForEachChunk(const PersonTake& take,
   });
 }
 
-std::vector<char> TakeSolver::Solve(PersonTake* take, const Work& work) {
-  const std::vector<Chunk> chunks = MakeChunks(take->graph, options_.chunk_s);
+std::vector<char> TakeSolver::Solve(const std::vector<Chunk>& chunks,
+                                    const Work& work, PersonTake* take) {
   // All are cut out before any is put back: they overlap.
   std::vector<ChunkSolution> solutions(chunks.size());
   ForEachChunk<ChunkSolution>(
@@ -105,21 +105,45 @@ std::vector<char> TakeSolver::Solve(PersonTake* take, const Work& work) {
 }
 
 void TakeSolver::SolveJoints(const SolveSchedule& schedule, PersonTake* take) {
-  Solve(take, [&](PersonSolver* solver, PersonProblem* part) {
-    solver->SolveJoints(schedule, AllJoints(*part), part);
-  });
+  Solve(
+      MakeChunks(take->graph, options_.chunk_s),
+      [&](PersonSolver* solver, PersonProblem* part) {
+        solver->SolveJoints(schedule, AllJoints(*part), part);
+      },
+      take);
 }
 
 void TakeSolver::SolveTogether(PersonTake* take) {
   FreeWorkSpace();
   without_bones_.clear();
-  without_bones_ = Solve(take, [](PersonSolver* solver, PersonProblem* part) {
-    solver->SolveBones(part);
-    solver->Refine(part);
-  });
+  without_bones_ = Solve(
+      MakeChunks(take->graph, options_.chunk_s),
+      [](PersonSolver* solver, PersonProblem* part) {
+        solver->SolveBones(part);
+        solver->Refine(part);
+      },
+      take);
   // Then the take has none.
   const bool as_a_whole = without_bones_.size() == 1;
   if (as_a_whole && without_bones_[0]) take->graph.bones.clear();
+}
+
+bool TakeSolver::SolveAnew(const std::vector<Chunk>& chunks, PersonTake* take) {
+  const std::vector<char> without_bones = Solve(
+      chunks,
+      [&](PersonSolver* solver, PersonProblem* part) {
+        solver->SolveJoints(schedule(), AllJoints(*part), part);
+        solver->SolveBones(part);
+        solver->Refine(part);
+      },
+      take);
+  return std::count(without_bones.begin(), without_bones.end(), 0) ==
+         static_cast<std::ptrdiff_t>(without_bones.size());
+}
+
+bool TakeSolver::KeptBones() const {
+  return std::find(without_bones_.begin(), without_bones_.end(), 1) ==
+         without_bones_.end();
 }
 
 template <typename Matrix, typename Of>

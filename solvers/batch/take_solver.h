@@ -34,6 +34,12 @@ class TakeSolver {
   // Bones if there are any, then Ceres if the options name it.
   void SolveTogether(PersonTake* take);
 
+  // Both, in `chunks` alone. False where bones had to be left out.
+  bool SolveAnew(const std::vector<Chunk>& chunks, PersonTake* take);
+
+  // Whether SolveTogether solved all chunks with the bones that there are.
+  bool KeptBones() const;
+
   // Positions' covariances [joint][frame] in m^2, under what SolveTogether
   // kept; a joint has none where they are not positive definite.
   std::vector<std::vector<Eigen::Matrix3d>> Covariances(const PersonTake& take);
@@ -68,7 +74,8 @@ class TakeSolver {
                                             const Of& of);
   // Takes over what `work` does to the chunks' own frames. Whether that dropped
   // their bones, by chunk.
-  std::vector<char> Solve(PersonTake* take, const Work& work);
+  std::vector<char> Solve(const std::vector<Chunk>& chunks, const Work& work,
+                          PersonTake* take);
 
   const GraphOptions options_;
   PersonSolver whole_;

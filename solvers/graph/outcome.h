@@ -14,6 +14,13 @@ namespace kinegraph {
 // Views of the chain's frame `k` whose weight makes them inliers.
 int CountInliers(const JointChain& chain, size_t k, double inlier_weight);
 
+// What a solve found for frames of a joint.
+struct JointOutcome {
+  StateChain states;
+  std::vector<double> weights;  // of the measurements
+  std::vector<char> gated;
+};
+
 // What views have said of one joint so far.
 struct JointSupport {
   bool by_two_views = false;  // in any frame of the track

@@ -221,7 +221,7 @@ double PersonNoise::ProcessNoiseOf(int joint_idx, size_t k, double level,
                   std::min(usual * std::exp(activity), hidden));
 }
 
-void PersonNoise::ApplyLevels(PersonProblem* problem) {
+void PersonNoise::FindLevels() {
   for (int c = 0; c < kJointClassCount; ++c) {
     if (!present_[c]) continue;
     const double level = TakeLevel(evidence_[c]);
@@ -229,6 +229,9 @@ void PersonNoise::ApplyLevels(PersonProblem* problem) {
     level_[c] = level;
     chains_[c] = LevelChain(level);
   }
+}
+
+void PersonNoise::FindProcessNoise() {
   std::vector<std::vector<double>> levels;
   std::vector<double> activity(frames_.size(), 0.0);  // mean over classes
   const auto classes =
@@ -241,18 +244,56 @@ void PersonNoise::ApplyLevels(PersonProblem* problem) {
     }
   }
   for (int j = 0; j < joint_count(); ++j) {
-    const int c = ClassOf(j);
-    JointChain& joint = problem->joints[j];
     for (size_t k = 0; k < frames_.size(); ++k) {
-      std::vector<double>& found = frames_[k].process_noise;
-      found[j] =
+      frames_[k].process_noise[j] =
           ProcessNoiseOf(j, k, levels[groups_.of_joint(j)][k], activity[k]);
-      if (k == 0) continue;
-      const double q = std::max(frames_[k - 1].process_noise[j], found[j]);
-      joint.process_noise[k - 1] = q;
-      least_[c] = least_[c] > 0.0 ? std::min(least_[c], q) : q;
-      greatest_[c] = std::max(greatest_[c], q);
     }
+  }
+}
+
+AppliedNoise PersonNoise::TakeApplied() {
+  AppliedNoise applied;
+  applied.learnt = Learnt();
+  applied.scale = scale_;
+  applied.level = level_;
+  applied.weighting = triangulator_.weighting();
+  applied.frames = std::move(frames_);
+  return applied;
+}
+
+void PersonNoise::TakeOver(const AppliedNoise& noise,
+                           const std::vector<size_t>& frame_of,
+                           const std::vector<TimeNs>& times) {
+  taken_over_ = true;
+  scale_ = noise.scale;
+  level_ = noise.level;
+  for (int c = 0; c < kJointClassCount; ++c) chains_[c] = LevelChain(level_[c]);
+  correlation_ = noise.learnt.correlation;
+  triangulator_.set_weighting(noise.weighting);
+  covariance_factors_.emplace(correlation_, 1.0 / scene_.frame_rate_hz);
+  frames_.clear();
+  if (noise.frames.empty()) return;  // nothing was learnt
+  for (size_t k = 0; k < frame_of.size(); ++k) {
+    frames_.push_back(noise.frames[frame_of[k]]);
+    frames_.back().time = times[k];
+  }
+}
+
+void PersonNoise::LearnMotionAgain(const PersonProblem& part, size_t part_begin,
+                                   size_t begin, size_t end) {
+  PersonNoise there(scene_, options_);
+  there.scale_ = scale_;
+  there.level_ = level_;
+  there.chains_ = chains_;
+  there.correlation_ = correlation_;
+  there.triangulator_.set_weighting(triangulator_.weighting());
+  for (size_t k = 0; k < part.times.size(); ++k) {
+    there.Locate(part, k, k, Pixels::kKnown);
+    there.frames_.back().process_noise = frames_[part_begin + k].process_noise;
+  }
+  if (options_.process_noise_from == NoiseFrom::kTake) there.FindProcessNoise();
+  for (size_t k = begin; k < end; ++k) {
+    frames_[k] = std::move(there.frames_[k - part_begin]);
   }
 }
 
@@ -262,16 +303,29 @@ void PersonNoise::Apply(PersonProblem* problem) {
 }
 
 void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
-  for (Frame& frame : frames_) {
-    frame.process_noise.resize(static_cast<size_t>(joint_count()));
+  const bool learns = options_.process_noise_from == NoiseFrom::kTake;
+  if (!taken_over_) {
+    for (Frame& frame : frames_) {
+      frame.process_noise.resize(static_cast<size_t>(joint_count()));
+      for (int j = 0; j < joint_count() && !learns; ++j) {
+        frame.process_noise[j] = options_.process_noise[ClassOf(j)];
+      }
+    }
+    if (learns) {
+      FindLevels();
+      FindProcessNoise();
+    }
   }
-  if (options_.process_noise_from == NoiseFrom::kTake) {
-    ApplyLevels(problem);
-    return;
-  }
-  for (Frame& frame : frames_) {
-    for (int j = 0; j < joint_count(); ++j) {
-      frame.process_noise[j] = options_.process_noise[ClassOf(j)];
+  if (!learns) return;
+  for (int j = 0; j < joint_count(); ++j) {
+    const int c = ClassOf(j);
+    for (size_t k = 1; k < frames_.size(); ++k) {
+      // Of an interval: that of the livelier of its ends.
+      const double q = std::max(frames_[k - 1].process_noise[j],
+                                frames_[k].process_noise[j]);
+      problem->joints[j].process_noise[k - 1] = q;
+      least_[c] = least_[c] > 0.0 ? std::min(least_[c], q) : q;
+      greatest_[c] = std::max(greatest_[c], q);
     }
   }
 }

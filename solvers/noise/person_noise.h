@@ -24,6 +24,20 @@
 
 namespace kinegraph {
 
+// What a whole take's noise is, once it is learnt.
+struct AppliedNoise {
+  struct Frame {
+    TimeNs time = 0;
+    std::vector<double> variance_m2;  // by joint: of the located point, an axis
+    std::vector<double> process_noise;  // by joint [m^2/s^3]
+  };
+  std::vector<Frame> frames;
+  LearntNoise learnt;
+  JointClassTable scale{};  // on modelled sigmas
+  JointClassTable level{};  // of motion, ln over the usual
+  ConfidenceWeighting weighting;
+};
+
 // The batch gives it the whole take at once, the window frame by frame.
 class PersonNoise {
  public:
@@ -51,6 +65,17 @@ class PersonNoise {
   // kept frames begin .. end - 1, which are the first ones of `part`.
   void ApplyProcessNoise(PersonProblem* problem);
   void ApplyPixelNoise(size_t begin, size_t end, PersonProblem* part) const;
+  // What was applied to a whole take; nothing is left here.
+  AppliedNoise TakeApplied();
+  // In place of learning: `noise` of the same person, whose frame frame_of[k]
+  // is the one that stands at times[k].
+  void TakeOver(const AppliedNoise& noise, const std::vector<size_t>& frame_of,
+                const std::vector<TimeNs>& times);
+  // Motion in frames begin .. end - 1 anew, from `part`, which begins with
+  // frame `part_begin`; the rest of what was taken over stays.
+  void LearnMotionAgain(const PersonProblem& part, size_t part_begin,
+                        size_t begin, size_t end);
+
   // Nothing more is learnt or applied: gives back the memory that only that
   // needs.
   void FreeEvidence() { frame_evidence_ = decltype(frame_evidence_)(); }
@@ -63,11 +88,7 @@ class PersonNoise {
   const ErrorCorrelation& correlation() const { return correlation_; }
 
  private:
-  struct Frame {
-    TimeNs time = 0;
-    std::vector<double> variance_m2;  // by joint: of the located point, an axis
-    std::vector<double> process_noise;  // by joint, as Apply found it
-  };
+  using Frame = AppliedNoise::Frame;
 
   int joint_count() const { return scene_.skeleton.joint_count(); }
   int ClassOf(int joint_idx) const {
@@ -91,7 +112,8 @@ class PersonNoise {
   LevelChain::Vector Foresee(int group, TimeNs time);
   double ProcessNoiseOf(int joint_idx, size_t k, double level,
                         double activity) const;
-  void ApplyLevels(PersonProblem* problem);
+  void FindLevels();
+  void FindProcessNoise();
 
   const SceneModel& scene_;
   const GraphOptions& options_;
@@ -109,6 +131,7 @@ class PersonNoise {
   std::optional<CovarianceFactorTable> covariance_factors_;  // of a whole take
   std::vector<FilterBank> banks_;                            // by joint
   std::vector<double> last_variance_m2_;                     // by joint
+  bool taken_over_ = false;  // nothing is found anew when it is applied
   std::vector<Frame> frames_;
   // Of the same frames, by group; where no joint of it was located all zero.
   std::vector<std::vector<Levels>> frame_evidence_;

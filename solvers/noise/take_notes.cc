@@ -92,7 +92,8 @@ TakeNotes::TakeNotes(const GraphOptions& options) : options_(options) {
   }
 }
 
-void TakeNotes::LearnViewBias() {
+void TakeNotes::ExpectAnotherPass() {
+  expects_another_pass_ = true;
   learns_view_bias_ =
       options_.view_bias != ViewBiasUse::kOff && view_bias_ == nullptr;
 }
@@ -109,7 +110,7 @@ std::shared_ptr<BiasSeries> TakeNotes::NewSeries(const BiasJoints& joints,
 void TakeNotes::BeginPass() {
   const std::lock_guard<std::mutex> lock(mutex_);
   people_.clear();
-  learns_view_bias_ = false;
+  expects_another_pass_ = learns_view_bias_ = false;
   if (series_.empty()) return;
   BiasSeries& all = *series_.front();
   for (size_t i = 1; i < series_.size(); ++i) all.Add(*series_[i]);
@@ -117,6 +118,25 @@ void TakeNotes::BeginPass() {
   view_bias_ = std::make_shared<ViewBias>(
       all.FitSolved(names_, options_.view_bias == ViewBiasUse::kOn));
   series_.clear();
+  if (!view_bias_->empty()) solved_.clear();
+}
+
+void TakeNotes::Keep(std::shared_ptr<const SolvedPerson> person) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  solved_.push_back(std::move(person));
+}
+
+std::vector<std::shared_ptr<const SolvedPerson>> TakeNotes::SolvedPeople()
+    const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return solved_;
+}
+
+void TakeNotes::Forget(const SolvedPerson* person) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto is_it = [&](const auto& one) { return one.get() == person; };
+  solved_.erase(std::remove_if(solved_.begin(), solved_.end(), is_it),
+                solved_.end());
 }
 
 std::shared_ptr<LearntNoise> TakeNotes::NewPerson() {

@@ -14,6 +14,7 @@
 #include "solvers/noise/bias_model.h"
 #include "solvers/noise/learnt_noise.h"
 #include "solvers/noise/person_noise.h"
+#include "solvers/noise/solved_person.h"
 
 namespace kinegraph {
 
@@ -23,9 +24,10 @@ class TakeNotes {
  public:
   explicit TakeNotes(const GraphOptions& options);
 
-  // Another pass follows this one: what the solutions of this one leave tells
-  // the detector's bias, where the options ask for it.
-  void LearnViewBias();
+  // Another pass follows this one, which keeps what people's solutions are;
+  // what they leave tells the detector's bias, where the options ask for it.
+  void ExpectAnotherPass();
+  bool expects_another_pass() const { return expects_another_pass_; }
   // The run begins anew with the same take, without the bias that was told:
   // forgets what was learnt else. Nobody may write meanwhile.
   void BeginPass();
@@ -35,6 +37,10 @@ class TakeNotes {
   // Where a person leaves what its solution tells of it; null: nowhere.
   std::shared_ptr<BiasSeries> NewSeries(const BiasJoints& joints,
                                         int view_count);
+  // People of the pass before this one whose solutions still hold.
+  void Keep(std::shared_ptr<const SolvedPerson> person);
+  std::vector<std::shared_ptr<const SolvedPerson>> SolvedPeople() const;
+  void Forget(const SolvedPerson* person);
   // Where a person leaves what was learnt of its noise.
   std::shared_ptr<LearntNoise> NewPerson();
 
@@ -44,12 +50,14 @@ class TakeNotes {
 
  private:
   const GraphOptions options_;
+  bool expects_another_pass_ = false;
   bool learns_view_bias_ = false;
   std::shared_ptr<const ViewBias> view_bias_;
   std::vector<std::shared_ptr<BiasSeries>> series_;  // in order of birth
   std::vector<std::string> names_;                   // of their joints
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<LearntNoise>> people_;
+  std::vector<std::shared_ptr<const SolvedPerson>> solved_;
 };
 
 }  // namespace kinegraph

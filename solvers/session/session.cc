@@ -173,7 +173,7 @@ class Session::Impl {
   void MakeTracker() {
     EstimatorPair estimators = make_estimators_(options_);
     notes_ = estimators.notes;
-    if (notes_ != nullptr && HasSecondPass()) notes_->LearnViewBias();
+    if (notes_ != nullptr && HasSecondPass()) notes_->ExpectAnotherPass();
     second_pass_estimator_ =
         estimators.output ? estimators.output : estimators.feedback;
     tracker_.emplace(model_, detections_.skeleton, options_.tracker,

@@ -301,7 +301,7 @@ TEST_F(ViewBiasTest, OnePassTellsTheNext) {
   options.view_bias = ViewBiasUse::kOn;
   TakeNotes notes(options);
   EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // nobody asks
-  notes.LearnViewBias();
+  notes.ExpectAnotherPass();
   const auto first = notes.NewSeries(joints_, 1);
   const auto second = notes.NewSeries(joints_, 1);
   // Whoever is done first.

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+#include <vector>
+
 #include "solvers/batch/batch_estimator.h"
 #include "tests/support/simulated_person.h"
 
@@ -203,6 +206,40 @@ TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
       (finals[45].person.joints[2].position_m - take.truth[2][45].head<3>())
           .norm(),
       0.08);
+}
+
+// Frames that come faster than motion changes wait for each other, and none for
+// longer than the lag.
+TEST(WindowEstimator, FastFramesShareASolve) {
+  constexpr size_t kFrames = 240;
+  const SceneModel scene = MakeScene(240.0, false);
+  GraphOptions options;
+  options.solver = GraphSolver::kSweeps;
+  options.lag_s = 0.1;
+  options.ledger = std::make_shared<SolveLedger>();
+  Random random(36);
+  const SimulatedTake take =
+      testing::Simulate(scene, options, testing::WalkingMotion(scene, kFrames),
+                        SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
+  const auto window = MakeWindowEstimator(scene, options);
+  std::vector<FinalPose> finals;
+  for (const EstimatorFrame& frame : take.frames) {
+    window->Add(frame);
+    window->TakeFinals(&finals);
+    const size_t oldest = finals.size();
+    ASSERT_LT(oldest, take.frames.size());
+    EXPECT_LT(ToSeconds(frame.time - take.frames[oldest].time),
+              options.lag_s - 5e-4);
+    EXPECT_LE(ToSeconds(frame.time - window->LastTime()), 3.1 / 240.0);
+  }
+  window->Finish();
+  window->TakeFinals(&finals);
+  ASSERT_EQ(finals.size(), kFrames);
+  // The first frame, every fourth after it, and the last ones.
+  EXPECT_EQ(options.ledger->Total().solves, 3 * 61);
+  // Within the second it costs nothing in accuracy: fused views of detectors
+  // that are off by 15 mm.
+  EXPECT_LT(testing::RootMeanSquare(take.truth, finals, 24), 0.015);
 }
 
 TEST(WindowEstimator, SameInputSameBits) {
