@@ -11,9 +11,15 @@
 #ifndef KINEGRAPH_SOLVERS_FACTORS_LOSS_H_
 #define KINEGRAPH_SOLVERS_FACTORS_LOSS_H_
 
+#include <string>
+#include <vector>
+
 #include "solvers/factors/robust_loss.h"
 
 namespace kinegraph {
+
+// Names in the order of the enum.
+const std::vector<std::string>& LossNames();
 
 struct LossValue {
   double rho = 0.0;

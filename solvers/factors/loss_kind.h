@@ -1,16 +1,10 @@
-// The robust losses by name.
+// The robust losses. Sources for wider registers read it: it includes nothing.
 #ifndef KINEGRAPH_SOLVERS_FACTORS_LOSS_KIND_H_
 #define KINEGRAPH_SOLVERS_FACTORS_LOSS_KIND_H_
-
-#include <string>
-#include <vector>
 
 namespace kinegraph {
 
 enum class LossKind { kNone, kHuber, kCauchy, kGemanMcClure, kTukey };
-
-// Names in the order of the enum.
-const std::vector<std::string>& LossNames();
 
 }  // namespace kinegraph
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "solvers/factors/loss.h"
 
 namespace kinegraph {
 
