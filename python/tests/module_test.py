@@ -3,6 +3,7 @@
 import ast
 import csv
 import inspect
+import json
 import os
 import pathlib
 import signal
@@ -56,9 +57,10 @@ class Module(unittest.TestCase):
 
     def by_command(self, config=None, *flags):
         out = os.path.join(self.folder.name, "tracks.jsonl")
+        if not any(flag.startswith("--cameras=") for flag in flags):
+            flags += ("--cameras=" + os.path.join(self.take, "cameras.json"),)
         run(
             "track",
-            "--cameras=" + os.path.join(self.take, "cameras.json"),
             "--detections=" + os.path.join(self.take, "detections.jsonl"),
             *(["--config=" + config] if config else []),
             "--out=" + out,
@@ -92,15 +94,25 @@ class Module(unittest.TestCase):
         self.assertEqual(kg.config_path(DEMO), DEMO)
 
     def test_cameras_are_refined_as_the_command_refines_them(self):
+        # A principal point that is 12 px off is found.
+        path = os.path.join(self.take, "shifted.json")
+        with open(os.path.join(self.take, "cameras.json")) as file:
+            stated = json.load(file)
+        stated["cameras"][0]["K"][0][2] += 12.0
+        with open(path, "w") as file:
+            json.dump(stated, file)
+        cameras = kg.read_cameras(path)
         refined = kg.track(
-            self.cameras,
+            cameras,
             self.detections,
             config=WINDOW,
             set={"cameras.refine": "shift"},
         )
-        expected = self.by_command(WINDOW, "--set=cameras.refine=shift")
+        expected = self.by_command(
+            WINDOW, "--set=cameras.refine=shift", "--cameras=" + path
+        )
         self.assert_same(refined, expected)
-        plain = kg.track(self.cameras, self.detections, config=WINDOW)
+        plain = kg.track(cameras, self.detections, config=WINDOW)
         self.assertFalse(
             np.array_equal(plain.positions_m, refined.positions_m, True)
         )

@@ -19,7 +19,7 @@ namespace {
 //   for i in range(1, len(x)):
 //     dt = t[i] - t[i-1]; e += a(dt, 1.0) * ((x[i] - y[-1]) / dt - e)
 //     y.append(y[-1] + a(dt, 1.0 + 0.5 * abs(e)) * (x[i] - y[-1]))
-const OneEuroOptions kOptions = {1.0, 0.5, 1.0};
+const OneEuroOptions kOptions = {1.0, 0.5};
 
 TEST(OneEuroTest, StepAndImpulse) {
   const std::vector<double> step = {0.0,
@@ -75,7 +75,7 @@ TEST(OneEuroTest, WithoutBetaItIsExponentialSmoothing) {
   const double expected[] = {0.05, 0.1309071981198498, 0.7352923114698284,
                              3.338964092725327};
   const Samples filtered =
-      OneEuro({1.5, 0.0, 1.0}, testing::UniformTimes(30), testing::Wiggle(30));
+      OneEuro({1.5, 0.0}, testing::UniformTimes(30), testing::Wiggle(30));
   for (int i = 0; i < 4; ++i) {
     EXPECT_NEAR(filtered(places[i], 0), expected[i], 1e-13) << places[i];
   }
@@ -89,7 +89,7 @@ TEST(OneEuroTest, WithoutBetaItIsExponentialSmoothing) {
     const double expected_gain = (a / (1.0 - (1.0 - a) * z)).real();
     const double gain = testing::Gain(
         [&](const Samples& values) {
-          return OneEuro({1.5, 0.0, 1.0}, times_s, values);
+          return OneEuro({1.5, 0.0}, times_s, values);
         },
         f, 25.0);
     EXPECT_NEAR(gain, expected_gain, 1e-12) << f;

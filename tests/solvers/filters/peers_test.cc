@@ -204,7 +204,7 @@ TEST_F(PeersTest, OneEuroIsPose2SimsOnceEachWay) {
   KINEGRAPH_DATA_OR_SKIP(folder, "shelf");
   // 4 Hz, beta 1.5, forwards and then backwards: no causal filter any more,
   // but the same recursion.
-  const OneEuroOptions options = {4.0, 1.5, 1.0};
+  const OneEuroOptions options = {4.0, 1.5};
   const auto same =
       Differences(folder, "p2s_hampel_one_euro", 0, [&](const Samples& x) {
         const Samples forwards = OneEuro(options, times_s_, x);
