@@ -348,7 +348,7 @@ SmootherParameter GraphLossScale() {
 // them. Nothing to tune.
 SmootherVariant ThatLearns(SmootherVariant variant) {
   variant.name += "_take";
-  variant.title += ", noise from the take";
+  variant.title += ", noise learnt";
   variant.parameters.clear();
   variant.tuned_as.clear();
   variant.fix = [fix = std::move(variant.fix)](double rate_hz,

@@ -181,7 +181,7 @@ std::string ClassTable(const CompareResult& result) {
 std::string MotionTable(const CompareResult& result) {
   const Column delay = ValueOf("final_after_ms", "final after");
   const auto final_after = [=](const StrategyResult& one) {
-    return one.scores.run.whole_take ? "the whole take"
+    return one.scores.run.whole_take ? "the end"
                                      : delay.cell(one) + " ms";
   };
   return StrategyTable(

@@ -183,7 +183,7 @@ std::string Digest(const CompareResult& result, const std::string& folder) {
                       : Fixed(mean.difference, 2) + mark,
                   acceleration == nullptr ? "-" : Fixed(acceleration->value, 2),
                   delay == nullptr || std::isnan(delay->value)
-                      ? "the take"
+                      ? "the end"
                       : Fixed(delay->value, 0) + " ms"});
   }
   return table.ToString() +
