@@ -1,4 +1,4 @@
-// kinegraph-batch: takes x configurations, each in a folder of its own.
+// kinegraph-batch: recordings x configurations, each in a folder of its own.
 #include <gflags/gflags.h>
 
 #include <algorithm>
@@ -19,7 +19,8 @@
 #include "core/io/files/text_file.h"
 #include "core/io/files/write_text_file.h"
 
-DEFINE_string(manifest, "", "takes and configurations (TOML, docs/batch.md)");
+DEFINE_string(manifest, "",
+              "recordings and configurations (TOML, docs/batch.md)");
 DEFINE_string(out, "", "folder of the results; made if missing");
 DEFINE_int32(jobs, 0, "tasks at once; 0: as many as there are processors");
 DEFINE_bool(resume, false, "go on where an earlier batch ended");
@@ -141,7 +142,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"batch",
-       "takes x configurations, each in a folder of its own",
+       "recordings x configurations, each in a folder of its own",
        "--manifest=F.toml --out=DIR [--jobs=N] [--resume]\n"
        "       kinegraph-batch --merge --out=DIR",
        {"--manifest=study.toml --jobs=2 --out=out/study",

@@ -19,7 +19,7 @@
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
-#include "solvers/session/calibrate_take.h"
+#include "solvers/session/calibrate_recording.h"
 
 DEFINE_string(detections, "", "2D detections: a file or a folder");
 DEFINE_string(cameras, "",
@@ -175,13 +175,14 @@ const char* MetreFrom(KnownLength::Kind kind) {
   return "";
 }
 
-std::string JsonReport(const TakeCalibration& take, const KnownLength& length,
+std::string JsonReport(const RecordingCalibration& recording,
+                       const KnownLength& length,
                        const std::vector<std::string>& views) {
   Json of_views = Json::object();
   Json clocks = Json::object();
   Json left_out = Json::array();
   for (size_t v = 0; v < views.size(); ++v) {
-    const RigView& view = take.rig.views[v];
+    const RigView& view = recording.rig.views[v];
     if (!view.left_out.empty()) left_out.push_back(views[v]);
     Json one = {{"calibrated", view.joined && view.left_out.empty()},
                 {"reason", view.left_out}};
@@ -194,40 +195,40 @@ std::string JsonReport(const TakeCalibration& take, const KnownLength& length,
     of_views[views[v]] = one;
   }
   Json covariance = Json::array();
-  for (Eigen::Index i = 0; i < take.record.covariance.rows(); ++i) {
+  for (Eigen::Index i = 0; i < recording.record.covariance.rows(); ++i) {
     Json row = Json::array();
-    for (Eigen::Index k = 0; k < take.record.covariance.cols(); ++k) {
-      row.push_back(take.record.covariance(i, k));
+    for (Eigen::Index k = 0; k < recording.record.covariance.cols(); ++k) {
+      row.push_back(recording.record.covariance(i, k));
     }
     covariance.push_back(row);
   }
-  const Json report = {{"verdict", ToString(take.rig.verdict)},
-                       {"reasons", take.rig.reasons},
+  const Json report = {{"verdict", ToString(recording.rig.verdict)},
+                       {"reasons", recording.rig.reasons},
                        {"views", of_views},
                        {"left_out", left_out},
                        {"scale",
                         {{"from", MetreFrom(length.kind)},
-                         {"sigma", take.scale_sigma},
-                         {"stature_m", take.stature_m}}},
-                       {"floor", take.ground.has_value()},
-                       {"clocks_told", take.rig.clocks_told},
+                         {"sigma", recording.scale_sigma},
+                         {"stature_m", recording.stature_m}}},
+                       {"floor", recording.ground.has_value()},
+                       {"clocks_told", recording.rig.clocks_told},
                        {"clocks", clocks},
                        {"covariance", covariance}};
   return DumpJson(report, 1) + "\n";
 }
 
-void PrintFindings(const TakeCalibration& take,
+void PrintFindings(const RecordingCalibration& recording,
                    const std::vector<std::string>& views, std::FILE* out) {
-  std::fprintf(out, "%s\n", ToString(take.rig.verdict));
-  for (const std::string& reason : take.rig.reasons) {
+  std::fprintf(out, "%s\n", ToString(recording.rig.verdict));
+  for (const std::string& reason : recording.rig.reasons) {
     std::fprintf(out, "  - %s\n", reason.c_str());
   }
-  if (take.rig.verdict == RigVerdict::kRefused) return;
+  if (recording.rig.verdict == RigVerdict::kRefused) return;
   std::fprintf(out, "%-10s %8s %8s %8s %8s\n", "view", "deg", "mm", "px",
                "clock ms");
   size_t joined = 0;
   for (size_t v = 0; v < views.size(); ++v) {
-    const RigView& view = take.rig.views[v];
+    const RigView& view = recording.rig.views[v];
     if (!view.left_out.empty()) {
       std::fprintf(out, "%-10s left out: %s\n", Printable(views[v]).c_str(),
                    view.left_out.c_str());
@@ -238,13 +239,13 @@ void PrintFindings(const TakeCalibration& take,
                  1e3 * view.centre_sigma_m, view.mean_px, 1e3 * view.clock_s);
     ++joined;
   }
-  if (take.stature_m > 0.0) {
+  if (recording.stature_m > 0.0) {
     std::fprintf(out, "people are %.2f m tall, all lengths within %.0f %%\n",
-                 take.stature_m, 100.0 * take.scale_sigma);
+                 recording.stature_m, 100.0 * recording.scale_sigma);
   }
   std::fprintf(out, "floor      %s\n",
-               take.ground.has_value() ? "from the feet, z up"
-                                       : "not told: too few feet rest");
+               recording.ground.has_value() ? "from the feet, z up"
+                                            : "not told: too few feet rest");
 }
 
 // NAME.calibrate.json of NAME.json.
@@ -256,22 +257,22 @@ std::string ReportPath(const std::string& out) {
   return (has_end ? out.substr(0, dot) : out) + ".calibrate.json";
 }
 
-void WriteAll(const TakeCalibration& take, const KnownLength& length,
+void WriteAll(const RecordingCalibration& recording, const KnownLength& length,
               const std::vector<std::string>& views,
               const CalibrationFormat& format) {
   const std::string path = WithFolders(FLAGS_out);
   AtomicFile report(ReportPath(path));
-  report.Write(JsonReport(take, length, views));
-  if (take.rig.verdict != RigVerdict::kRefused) {
+  report.Write(JsonReport(recording, length, views));
+  if (recording.rig.verdict != RigVerdict::kRefused) {
     if (format.name == "kinegraph") {
-      ReadyTake ready;
-      ready.cameras = take.cameras;
-      ready.record = take.record;
-      WriteCameras(path, take.cameras, RefinementJson(ready));
+      ReadyRecording ready;
+      ready.cameras = recording.cameras;
+      ready.record = recording.record;
+      WriteCameras(path, recording.cameras, RefinementJson(ready));
     } else {
-      Losses losses;
-      format.write(path, take.cameras, &losses);
-      SayNotes(losses);
+      LostFields lost_fields;
+      format.write(path, recording.cameras, &lost_fields);
+      SayNotes(lost_fields);
     }
   }
   report.Commit();
@@ -294,12 +295,13 @@ void RunCalibrate() {
     throw InputError("--detections: one view, expected two and more");
   }
   const CalibrationInput input = InputOfFlags(options, views);
-  const TakeCalibration take = CalibrateTake(options, input, detections);
-  WriteAll(take, input.length, take.view_names, *format);
+  const RecordingCalibration recording =
+      CalibrateRecording(options, input, detections);
+  WriteAll(recording, input.length, recording.view_names, *format);
   std::FILE* out = SummaryStream(FLAGS_out);
-  PrintFindings(take, take.view_names, out);
+  PrintFindings(recording, recording.view_names, out);
   std::fprintf(out, "-> %s\n",
-               take.rig.verdict == RigVerdict::kRefused
+               recording.rig.verdict == RigVerdict::kRefused
                    ? ReportPath(FLAGS_out).c_str()
                    : FLAGS_out.c_str());
 }

@@ -15,12 +15,12 @@
 #include "apps/compare/comparison.h"
 #include "apps/compare/output.h"
 #include "apps/compare/plots.h"
+#include "apps/compare/recording_input.h"
 #include "apps/compare/results.h"
 #include "apps/compare/scores.h"
 #include "apps/compare/shift.h"
 #include "apps/compare/strategies.h"
 #include "apps/compare/study.h"
-#include "apps/compare/take_input.h"
 #include "apps/compare/tuning.h"
 #include "apps/compare/verdict.h"
 #include "apps/markers/marker_study.h"
@@ -36,9 +36,10 @@
 
 DEFINE_string(cameras, "", "calibration file or folder");
 DEFINE_string(detections, "", "2D detections: a file or a folder");
-DEFINE_string(manifest, "",
-              "several takes (TOML, docs/batch.md): what is chosen on some is "
-              "scored on the others");
+DEFINE_string(
+    manifest, "",
+    "several recordings (TOML, docs/batch.md): what is chosen on some is "
+    "scored on the others");
 DEFINE_string(config, "", "configuration (TOML)");
 DEFINE_string(mode, "", "paper or graph; empty: the configuration's");
 DEFINE_string(set, "", "keys to change: key=value;...");
@@ -58,7 +59,7 @@ DEFINE_string(baseline, kinegraph::kDefaultBaseline,
 DEFINE_bool(tune, false,
             "choose every strategy's parameters by held-out error, two folds");
 DEFINE_string(folds, "",
-              "A:B,C:D; empty: the halves of the take, 25 frames between");
+              "A:B,C:D; empty: the halves of the recording, 25 frames between");
 DEFINE_string(parameters, "", "file of parameters, as --tune writes it");
 DEFINE_string(held_out_set, "", "score these detections only");
 DEFINE_bool(fit_shift, false,
@@ -97,7 +98,7 @@ void CheckFlagsOfManifest() {
   for (const auto& [name, given] : others) {
     if (!given) continue;
     throw InputError("--" + std::string(name) +
-                     " is of one take: it does not go with --manifest");
+                     " is of one recording: it does not go with --manifest");
   }
 }
 
@@ -228,8 +229,9 @@ std::vector<Fold> PrepareFolds(const RunOptions& options, const FrozenRun& run,
                                CompareResult* result) {
   std::vector<Fold> folds;
   if (!FLAGS_fit_shift) {
-    const auto take = PrepareTake(run, options, run.detections, FLAGS_threads);
-    for (const FrameRange& range : ranges) folds.push_back({range, take});
+    const auto recording =
+        PrepareRecording(run, options, run.detections, FLAGS_threads);
+    for (const FrameRange& range : ranges) folds.push_back({range, recording});
     return folds;
   }
   for (size_t fold = 0; fold < 2; ++fold) {
@@ -237,9 +239,9 @@ std::vector<Fold> PrepareFolds(const RunOptions& options, const FrozenRun& run,
         FitShifts(run, options, ranges[1 - fold], FLAGS_threads));
     folds.push_back(
         {ranges[fold],
-         PrepareTake(run, options,
-                     Shifted(run.detections, result->shifts_px.back()),
-                     FLAGS_threads)});
+         PrepareRecording(run, options,
+                          Shifted(run.detections, result->shifts_px.back()),
+                          FLAGS_threads)});
   }
   return folds;
 }
@@ -292,24 +294,24 @@ void Score(const std::vector<Strategy>& strategies, CompareResult* result) {
 }
 
 // Folds, the scored set and the values that strategies begin with.
-CompareResult PrepareResult(FrozenTake take,
+CompareResult PrepareResult(FrozenRecording recording,
                             const std::vector<Strategy>& strategies) {
-  const double rate_hz = take.run.scene.model.frame_rate_hz;
+  const double rate_hz = recording.run.scene.model.frame_rate_hz;
   std::optional<ParameterFile> file;
   if (!FLAGS_parameters.empty()) {
     file = ReadParameters(FLAGS_parameters, strategies, rate_hz,
-                          take.options.estimators);
+                          recording.options.estimators);
   }
   CompareResult result;
-  const std::vector<FrameRange> ranges = FoldRanges(take.run, file);
+  const std::vector<FrameRange> ranges = FoldRanges(recording.run, file);
   std::vector<Fold> folds =
-      PrepareFolds(take.options, take.run, ranges, &result);
+      PrepareFolds(recording.options, recording.run, ranges, &result);
   std::optional<HeldOutSet> set;
   if (!FLAGS_held_out_set.empty()) {
-    set = ReadHeldOutSet(FLAGS_held_out_set, take.run.scene.view_names);
+    set = ReadHeldOutSet(FLAGS_held_out_set, recording.run.scene.view_names);
   }
   result.comparison =
-      MakeComparison(std::move(take.options), std::move(take.run),
+      MakeComparison(std::move(recording.options), std::move(recording.run),
                      std::move(folds), set, FLAGS_threads);
   ReadTruth(&result.comparison);
   result.baseline_idx = IndexOf(strategies, FLAGS_baseline);
@@ -351,9 +353,9 @@ std::string PlotsText(const CompareResult& result, const std::string& folder) {
   return text;
 }
 
-void CompareOneTake(const std::vector<Strategy>& strategies,
-                    AtomicFolder* folder) {
-  TakeInput input;
+void CompareOneRecording(const std::vector<Strategy>& strategies,
+                         AtomicFolder* folder) {
+  RecordingInput input;
   input.cameras = FLAGS_cameras;
   input.detections = FLAGS_detections;
   input.config = FLAGS_config;
@@ -361,7 +363,7 @@ void CompareOneTake(const std::vector<Strategy>& strategies,
   input.set = FLAGS_set;
   input.frames = FLAGS_frames;
   CompareResult result =
-      PrepareResult(FreezeTake(input, FLAGS_threads), strategies);
+      PrepareResult(FreezeRecording(input, FLAGS_threads), strategies);
   if (FLAGS_tune) Tune(strategies, &result);
   Score(strategies, &result);
   AddMeasures(&result);
@@ -387,11 +389,12 @@ void CompareOneTake(const std::vector<Strategy>& strategies,
               Digest(result, FLAGS_out).c_str());
 }
 
-void CompareManyTakes(const std::vector<Strategy>& strategies,
-                      AtomicFolder* folder) {
+void CompareManyRecordings(const std::vector<Strategy>& strategies,
+                           AtomicFolder* folder) {
   StudyRequest request;
-  request.takes = TakesOf(ReadManifest(FLAGS_manifest), FLAGS_manifest,
-                          FLAGS_config, FLAGS_mode, FLAGS_set);
+  request.recordings =
+      RecordingsOf(ReadManifest(FLAGS_manifest), FLAGS_manifest, FLAGS_config,
+                   FLAGS_mode, FLAGS_set);
   request.strategies = strategies;
   request.baseline_idx = IndexOf(strategies, FLAGS_baseline);
   request.tune = FLAGS_tune;
@@ -411,9 +414,9 @@ void RunCompare() {
   const std::vector<Strategy> strategies = ReadStrategies();
   AtomicFolder folder(WithFolders(FLAGS_out));
   if (FLAGS_manifest.empty()) {
-    CompareOneTake(strategies, &folder);
+    CompareOneRecording(strategies, &folder);
   } else {
-    CompareManyTakes(strategies, &folder);
+    CompareManyRecordings(strategies, &folder);
   }
 }
 

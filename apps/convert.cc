@@ -69,7 +69,7 @@ void RunConvert() {
   RequireFlag("in", FLAGS_in);
   RequireFlag("out", FLAGS_out);
   const Conversion conversion = Convert(OptionsOfFlags());
-  for (const std::string& loss : conversion.losses) {
+  for (const std::string& loss : conversion.lost_fields) {
     std::fprintf(stderr, "kinegraph-convert: note: %s\n",
                  Printable(loss, 500).c_str());
   }

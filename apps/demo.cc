@@ -49,22 +49,23 @@ constexpr Mode kModes[] = {
     {"graph, batch, bones", "synthetic/track_batch.toml", "tracks_batch.jsonl"},
 };
 
-TrackSequence Track(const Mode& mode, const SyntheticTake& take) {
+TrackSequence Track(const Mode& mode, const SyntheticRecording& recording) {
   // With matches and weights, which the page shows.
   const RunOptions options = ReadRunOptions(ProjectConfig(mode.config),
                                             "output.observations=true", "");
   RunRequest request;
-  request.cameras = take.scene.cameras;
-  Session session(options, request, take.detections.header, [&] {
-    return std::make_unique<MemorySource>(take.detections);
+  request.cameras = recording.scene.cameras;
+  Session session(options, request, recording.detections.header, [&] {
+    return std::make_unique<MemorySource>(recording.detections);
   });
   TrackSequence tracks;
   tracks.header = session.scene().header;
   Progress progress(
       std::string("tracking: ") + mode.title,
-      PassCount(options) * static_cast<int64_t>(take.detections.frames.size()));
+      PassCount(options) *
+          static_cast<int64_t>(recording.detections.frames.size()));
   session.set_progress([&](int64_t frames_read) { progress.Set(frames_read); });
-  MemorySource source(take.detections);
+  MemorySource source(recording.detections);
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
     tracks.frames.push_back(std::move(frame));
   });
@@ -141,7 +142,7 @@ constexpr const char kLegend[] =
 // ---- The page
 
 // The most accurate mode (thick) and the paper's (thin) against the truth.
-void WriteDemoPage(const SyntheticTake& take,
+void WriteDemoPage(const SyntheticRecording& recording,
                    std::vector<TrackSequence> of_modes,
                    const std::string& path) {
   PageInput input;
@@ -150,9 +151,9 @@ void WriteDemoPage(const SyntheticTake& take,
     input.results.push_back(
         {kModes[m].title, ResultRole::kTracks, std::move(of_modes[m])});
   }
-  input.results.push_back({"truth", ResultRole::kGroundTruth, take.truth});
-  input.cameras = take.scene.cameras;
-  input.detections = take.detections;
+  input.results.push_back({"truth", ResultRole::kGroundTruth, recording.truth});
+  input.cameras = recording.scene.cameras;
+  input.detections = recording.detections;
   PageOptions options;
   options.with_covariance = true;
   WritePage(input.title, MakePageData(input, options).json, path);
@@ -160,16 +161,17 @@ void WriteDemoPage(const SyntheticTake& take,
 
 // ---- Files
 
-void PrintFiles(const TakeFiles& take, const std::vector<std::string>& tracks,
+void PrintFiles(const RecordingFiles& recording,
+                const std::vector<std::string>& tracks,
                 const std::string& scores, const std::string& page) {
   const auto print = [](const std::string& path, const char* meaning) {
     std::printf("  %-36s %s\n", path.c_str(), meaning);
   };
   std::printf("\nWritten:\n");
-  print(take.cameras, "calibration");
-  print(take.detections, "2D detections, the input");
-  print(take.truth, "true 3D motion, a tracks file");
-  print(take.scene, "what stands behind each detection");
+  print(recording.cameras, "calibration");
+  print(recording.detections, "2D detections, the input");
+  print(recording.truth, "true 3D motion, a tracks file");
+  print(recording.scene, "what stands behind each detection");
   for (size_t i = 0; i < tracks.size(); ++i) {
     print(tracks[i], kModes[i].title);
   }
@@ -177,7 +179,8 @@ void PrintFiles(const TakeFiles& take, const std::vector<std::string>& tracks,
   print(page, "all of it to look at; open it in a browser");
 }
 
-void PrintNext(const TakeFiles& take, const std::vector<std::string>& tracks,
+void PrintNext(const RecordingFiles& recording,
+               const std::vector<std::string>& tracks,
                const std::string& page) {
   const std::string driver = DriverName();
   std::printf(
@@ -191,41 +194,42 @@ void PrintNext(const TakeFiles& take, const std::vector<std::string>& tracks,
       "  %s track --cameras=%s \\\n"
       "    --detections=%s \\\n"
       "    --config=configs/synthetic/track_window.toml --out=tracks.jsonl\n",
-      page.c_str(), driver.c_str(), tracks.back().c_str(), take.truth.c_str(),
-      driver.c_str(), driver.c_str(), take.cameras.c_str(),
-      take.detections.c_str());
+      page.c_str(), driver.c_str(), tracks.back().c_str(),
+      recording.truth.c_str(), driver.c_str(), driver.c_str(),
+      recording.cameras.c_str(), recording.detections.c_str());
 }
 
 void RunDemo() {
   const std::string config = FLAGS_config.empty()
                                  ? ProjectConfig("synthetic/demo.toml")
                                  : FLAGS_config;
-  const SyntheticTake take = MakeTake(config, FLAGS_set);
-  const TakeFiles files = WriteTake(take, FLAGS_out);
+  const SyntheticRecording recording = MakeRecording(config, FLAGS_set);
+  const RecordingFiles files = WriteRecording(recording, FLAGS_out);
   std::printf("%zu people, %zu cameras, %zu frames at %g Hz, %lld detections\n",
-              take.scene.people.size(), take.scene.cameras.size(),
-              take.detections.frames.size(), take.scene.frame_rate_hz,
-              static_cast<long long>(CountDetections(take.detections)));
+              recording.scene.people.size(), recording.scene.cameras.size(),
+              recording.detections.frames.size(), recording.scene.frame_rate_hz,
+              static_cast<long long>(CountDetections(recording.detections)));
   std::fflush(stdout);
 
   std::vector<std::string> track_files;
   std::vector<TrackSequence> of_modes;
   std::vector<Scores> scores;
   for (const Mode& mode : kModes) {
-    of_modes.push_back(Track(mode, take));
+    of_modes.push_back(Track(mode, recording));
     track_files.push_back(FLAGS_out + "/" + mode.file);
     WriteTracks(track_files.back(), of_modes.back(), {true});
-    scores.push_back(ScoresOf(take.truth, of_modes.back()));
+    scores.push_back(ScoresOf(recording.truth, of_modes.back()));
   }
   const Table table = ScoreTable(
-      scores, EvaluateMotion(take.truth, take.truth.header.frame_rate_hz),
-      static_cast<int64_t>(take.scene.people.size()));
+      scores,
+      EvaluateMotion(recording.truth, recording.truth.header.frame_rate_hz),
+      static_cast<int64_t>(recording.scene.people.size()));
   const std::string score_file = FLAGS_out + "/scores.md";
   WriteTextFile(score_file,
                 table.ToString(TableStyle::kMarkdown) + "\n" + kLegend);
   std::printf("\n%s\n%s", table.ToString().c_str(), kLegend);
   const std::string page_file = FLAGS_out + "/page.html";
-  WriteDemoPage(take, std::move(of_modes), page_file);
+  WriteDemoPage(recording, std::move(of_modes), page_file);
   PrintFiles(files, track_files, score_file, page_file);
   PrintNext(files, track_files, page_file);
 }

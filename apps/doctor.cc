@@ -1,4 +1,5 @@
-// kinegraph-doctor: what is wrong with a calibration or the clocks of a take.
+// kinegraph-doctor: what is wrong with a calibration or the clocks of a
+// recording.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
@@ -83,11 +84,11 @@ void WriteText(const std::string& path, const std::string& text) {
   file.Commit();
 }
 
-// The take; where nobody tells a frame rate, 25 Hz are taken for it.
-DetectionSequence ReadTake(RunOptions* options, std::string* note) {
-  DetectionSequence take =
+// The recording; where nobody tells a frame rate, 25 Hz are taken for it.
+DetectionSequence ReadRecording(RunOptions* options, std::string* note) {
+  DetectionSequence recording =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(*options));
-  if (take.header.frame_rate_hz > 0.0) return take;
+  if (recording.header.frame_rate_hz > 0.0) return recording;
   options->input.frame_rate_hz = 25.0;
   *note =
       "no frame rate is told (input.frame_rate): 25 Hz taken, figures of "
@@ -111,8 +112,8 @@ void RunDoctor() {
       UnitOfCalibration(FLAGS_cameras, options.cameras);
   AtomicFolder folder(WithFolders(FLAGS_out));
   std::string note;
-  const DetectionSequence take = ReadTake(&options, &note);
-  Diagnosis diagnosis = DiagnoseTake(options, request, take, unit);
+  const DetectionSequence recording = ReadRecording(&options, &note);
+  Diagnosis diagnosis = DiagnoseRecording(options, request, recording, unit);
   for (Finding& finding : diagnosis.findings) {
     if (finding.fix == kUseCorrected) {
       finding.fix = "--cameras=" + FLAGS_out + "/cameras.json";
@@ -140,7 +141,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"doctor",
-       "what is wrong with a calibration or the clocks of a take",
+       "what is wrong with a calibration or the clocks of a recording",
        "--cameras=F --detections=PATH [--config=F.toml] --out=DIR",
        {"--cameras=calibration.json --detections=openpose/ --out=out/doctor",
         "--cameras=calibration.json --detections=openpose/ --config=my.toml "

@@ -1,4 +1,4 @@
-// kinegraph-init: looks at a take and writes a configuration for it.
+// kinegraph-init: looks at a recording and writes a configuration for it.
 #include <fmt/format.h>
 #include <gflags/gflags.h>
 
@@ -11,7 +11,7 @@
 
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
-#include "apps/common/take_output.h"
+#include "apps/common/recording_output.h"
 #include "core/base/error.h"
 #include "core/base/split.h"
 #include "core/evaluation/statistics.h"
@@ -72,7 +72,7 @@ std::string SizesOf(const CameraRig& cameras) {
 
 // Where people do not stand as files for other programs have them: BVH for
 // those with y up.
-void PrintUpright(const TakeSurvey& survey, const RunOptions& options) {
+void PrintUpright(const RecordingSurvey& survey, const RunOptions& options) {
   if (options.refine.ground != GroundKind::kOff) return;
   const auto note = FindAxesNote(survey.stance, survey.cameras,
                                  *FindTrackFormat("bvh"), std::nullopt);
@@ -88,7 +88,7 @@ void PrintUpright(const TakeSurvey& survey, const RunOptions& options) {
                 .c_str());
 }
 
-void PrintFindings(const TakeSurvey& survey, const RunOptions& options) {
+void PrintFindings(const RecordingSurvey& survey, const RunOptions& options) {
   const double distance_m = WorkingDistance(survey.cameras);
   std::printf("cameras     %zu, %s, focal length about %.0f px\n",
               survey.cameras.size(), SizesOf(survey.cameras).c_str(),
@@ -102,7 +102,7 @@ void PrintFindings(const TakeSurvey& survey, const RunOptions& options) {
         "            no lens terms stated; `doctor` tells if some are "
         "missing\n");
   }
-  const TakeReport& report = survey.report;
+  const RecordingReport& report = survey.report;
   if (report.height_m > 0.0) {
     std::printf(
         "unit        %s: people are then %.2f m tall\n",
@@ -153,7 +153,7 @@ void PrintFindings(const TakeSurvey& survey, const RunOptions& options) {
   if (survey.cameras_are_off || survey.clocks_are_off) {
     std::printf(
         "the configuration has %s refined, where that fits the other half of "
-        "the take\nbetter ([cameras]); `doctor` looks for the cause\n",
+        "the recording\nbetter ([cameras]); `doctor` looks for the cause\n",
         !survey.clocks_are_off   ? "cameras"
         : survey.cameras_are_off ? "cameras and clocks"
                                  : "clocks");
@@ -168,9 +168,10 @@ bool SameBones(const Skeleton& one, const Skeleton& other) {
       [](const Bone& a, const Bone& b) { return a.a == b.a && a.b == b.b; });
 }
 
-std::string ConfigText(const TakeSurvey& survey) {
+std::string ConfigText(const RecordingSurvey& survey) {
   std::string text =
-      "# Made by `kinegraph init` for one take. The whole take at once with "
+      "# Made by `kinegraph init` for one recording. The whole recording at "
+      "once with "
       "bone\n"
       "# lengths and a second pass; for results with a delay of 0.4 s "
       "instead:\n"
@@ -194,7 +195,7 @@ std::string ConfigText(const TakeSurvey& survey) {
   if (survey.cameras_are_off || survey.clocks_are_off) {
     text +=
         "# Some see people beside where, or when, the others do: moved where\n"
-        "# the other half of the take then fits better.\n";
+        "# the other half of the recording then fits better.\n";
   }
   if (survey.cameras_are_off) text += "refine = \"pose\"\n";
   if (survey.clocks_are_off) text += "refine_clock = true\n";
@@ -225,7 +226,7 @@ std::string ConfigText(const TakeSurvey& survey) {
       "max_gap_s = 0.4      # s; longer gaps are not bridged\n"
       "second_pass = true   # associate again with the smoothed tracks\n"
       "\n[identity]\n"
-      "link = true          # decide who is who over the whole take\n"
+      "link = true          # decide who is who over the whole recording\n"
       "\n[output]\n"
       "estimator = \"batch\"\n"
       "\n[graph]\n"
@@ -297,10 +298,10 @@ std::string WithGivenKeys(const RunOptions& options, std::string text) {
 }
 
 // The smallest usual size of images that holds nearly all joints.
-std::pair<int, int> LikelyImageSize(const DetectionSequence& take) {
+std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   std::vector<double> x;
   std::vector<double> y;
-  for (const DetectionFrame& frame : take.frames) {
+  for (const DetectionFrame& frame : recording.frames) {
     for (const ViewDetections& view : frame.views) {
       for (const Detection& detection : view.detections) {
         for (const Keypoint& joint : detection.joints) {
@@ -345,7 +346,7 @@ void RunInit() {
   if (FLAGS_cameras.empty()) OfferCalibrate();
   RequireFlag("out", FLAGS_out);
   const SurveyRequest request = RequestOfFlags();
-  const TakeSurvey survey = SurveyTake(request);
+  const RecordingSurvey survey = SurveyRecording(request);
   PrintFindings(survey, request.options);
   AtomicFile file(WithFolders(FLAGS_out));
   file.Write(WithGivenKeys(request.options, ConfigText(survey)));
@@ -360,7 +361,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"init",
-       "looks at a take and writes a configuration for it",
+       "looks at a recording and writes a configuration for it",
        "--cameras=F --detections=PATH [--frame_rate=HZ] [--set=KEY=VALUE;...] "
        "--out=F.toml",
        {"--cameras=calibration.json --detections=openpose/ --frame_rate=25 "

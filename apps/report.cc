@@ -57,9 +57,10 @@ DEFINE_double(embed_megabytes, 0.0,
 DEFINE_string(frames_out, "",
               "new folder for annotated pictures, VIEW/000042.jpg: poses and "
               "detections drawn on those of --images, or on grey");
-DEFINE_string(doctor, "",
-              "what `doctor` wrote for this take (its folder), to stand first "
-              "on the page");
+DEFINE_string(
+    doctor, "",
+    "what `doctor` wrote for this recording (its folder), to stand first "
+    "on the page");
 DEFINE_string(title, "", "heading of the page; default: the tracks' name");
 DEFINE_string(up, "auto", "upward axis: auto, x, y, z, -x, -y or -z");
 DEFINE_string(unit, "",

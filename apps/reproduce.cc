@@ -124,25 +124,25 @@ void AddAblation(const BenchmarkData& data, Report* report) {
       "baseline`: paired on the same frames, moving blocks of 25 frames within "
       "an actor.\n\n";
   ablation.json["printed"] = printed.json;
-  int64_t takes = 0;
+  int64_t recordings = 0;
   for (const Benchmark& benchmark : data.benchmarks) {
-    takes += static_cast<int64_t>(benchmark.takes.size());
+    recordings += static_cast<int64_t>(benchmark.recordings.size());
   }
-  Progress progress("ablation", takes);
+  Progress progress("ablation", recordings);
   const OutputFolder images(FLAGS_out + "/images");
   const std::string figure = "images/ablation.svg";
-  std::vector<AblatedTake> ablated;
+  std::vector<AblatedRecording> ablated;
   std::vector<FilterInChen> in_chen;
   for (const Benchmark& benchmark : data.benchmarks) {
-    for (const Take& take : benchmark.takes) {
-      Dataset dataset = take.dataset;
+    for (const BenchmarkRecording& recording : benchmark.recordings) {
+      Dataset dataset = recording.dataset;
       dataset.set = JoinSets(dataset.set, FLAGS_set);
       const LoadedDataset loaded = LoadDataset(dataset, data.folder);
       std::vector<AblationCell> cells = RunAblation(loaded);
       ablation.markdown += AblationMarkdown(loaded, cells);
       ablation.json["measured"].push_back(AblationJson(loaded, cells));
-      ablated.push_back({take.dataset.name, std::move(cells)});
-      if (auto pair = RunFilterInChen(take, data.folder, FLAGS_set)) {
+      ablated.push_back({recording.dataset.name, std::move(cells)});
+      if (auto pair = RunFilterInChen(recording, data.folder, FLAGS_set)) {
         in_chen.push_back(*std::move(pair));
       }
       progress.Advance();
@@ -178,7 +178,7 @@ void AddSensitivity(const BenchmarkData& data, Report* report) {
     const bool shelf = benchmark.set == BenchmarkSet::kShelf;
     const std::string name = shelf ? "shelf" : "campus";
     const std::string figure = "images/sensitivity_" + name + ".svg";
-    const std::vector<Sweep> swept = RunSweeps(
+    const std::vector<Sweep> swept = RunBlockTridiagonal(
         benchmark, data.folder, FLAGS_set, [&progress] { progress.Advance(); });
     WritePlot(SensitivityPlots(swept), FLAGS_out + "/" + figure,
               {1350, 760, 3});

@@ -44,17 +44,17 @@ const DetectionFormat* WantedFormat() {
 }
 
 void WriteDetectionsAs(const DetectionFormat& format,
-                       const SyntheticTake& take) {
+                       const SyntheticRecording& recording) {
   const bool one_file = format.files == DetectionFormat::Files::kOne;
   const std::string path = FLAGS_out + "/detections_" + format.name +
                            (one_file ? format.extension : std::string());
   DetectionWriteOptions options;
-  const Camera& camera = take.scene.cameras.front();
+  const Camera& camera = recording.scene.cameras.front();
   options.image_size = {camera.width_px(), camera.height_px()};
-  MemorySource source(take.detections);
-  Losses losses;
-  format.write(path, options, &source, &losses);
-  for (const std::string& loss : losses) {
+  MemorySource source(recording.detections);
+  LostFields lost_fields;
+  format.write(path, options, &source, &lost_fields);
+  for (const std::string& loss : lost_fields) {
     std::fprintf(stderr, "kinegraph-synthesize: note: %s\n",
                  Printable(loss, 500).c_str());
   }
@@ -70,14 +70,14 @@ void RunSynthesize() {
   if (motion.empty()) RequireFlag("config", FLAGS_config);
   RequireFlag("out", FLAGS_out);
   const DetectionFormat* format = WantedFormat();
-  const SyntheticTake take =
-      MakeTake(FindConfig(FLAGS_config), FLAGS_set, motion);
-  WriteTake(take, FLAGS_out);
-  if (format != nullptr) WriteDetectionsAs(*format, take);
+  const SyntheticRecording recording =
+      MakeRecording(FindConfig(FLAGS_config), FLAGS_set, motion);
+  WriteRecording(recording, FLAGS_out);
+  if (format != nullptr) WriteDetectionsAs(*format, recording);
   std::printf("%zu frames, %zu cameras, %zu people, %lld detections -> %s\n",
-              take.detections.frames.size(), take.scene.cameras.size(),
-              take.scene.people.size(),
-              static_cast<long long>(CountDetections(take.detections)),
+              recording.detections.frames.size(),
+              recording.scene.cameras.size(), recording.scene.people.size(),
+              static_cast<long long>(CountDetections(recording.detections)),
               FLAGS_out.c_str());
 }
 

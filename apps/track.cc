@@ -13,9 +13,9 @@
 #include "apps/common/interruption.h"
 #include "apps/common/key_tables.h"
 #include "apps/common/progress.h"
+#include "apps/common/recording_output.h"
 #include "apps/common/refinement.h"
 #include "apps/common/summary.h"
-#include "apps/common/take_output.h"
 #include "apps/common/track_output.h"
 #include "core/base/error.h"
 #include "core/data/identity_names.h"
@@ -33,10 +33,10 @@
 #include "core/io/tracks/identity_edits.h"
 #include "core/skeleton/body_joints.h"
 #include "solvers/scene/camera_check.h"
-#include "solvers/session/ready_take.h"
-#include "solvers/session/refine_take.h"
+#include "solvers/session/ready_recording.h"
+#include "solvers/session/recording_report.h"
+#include "solvers/session/refine_recording.h"
 #include "solvers/session/run.h"
-#include "solvers/session/take_report.h"
 #include "solvers/session/used_frames.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
@@ -94,13 +94,13 @@ void RequireLag(const RunOptions& given) {
   const RunOptions options = WithRulesOfMode(given);
   if (options.tracker.life.second_pass) {
     throw OptionError("tracking.second_pass",
-                      "needs the whole take, which a stream never is");
+                      "needs the whole recording, which a stream never is");
   }
   if (ChangesCameras(options) || options.identity.link ||
       !FLAGS_corrections.empty()) {
     throw InputError(
         "--detections=-: cameras.refine, cameras.ground, identity.link and "
-        "--corrections need the whole take, which a stream never is");
+        "--corrections need the whole recording, which a stream never is");
   }
   const OutputKind output = options.estimators.output;
   if (options.estimators.mode == Mode::kGraph &&
@@ -111,7 +111,8 @@ void RequireLag(const RunOptions& given) {
   }
 }
 
-// Whether poses become final at the end of a person's track or of the take.
+// Whether poses become final at the end of a person's track or of the
+// recording.
 bool WaitsForEnd(const RunOptions& options) {
   if (PassCount(options) > 1 || options.identity.link) return true;
   const EstimatorOptions& estimators = options.estimators;
@@ -120,14 +121,15 @@ bool WaitsForEnd(const RunOptions& options) {
          !IsCausal(estimators.output, estimators);
 }
 
-// ", the take has 300 .. 600": after frames were asked for that it has not.
+// ", the recording has 300 .. 600": after frames were asked for that it has
+// not.
 std::string KnownFrames(std::unique_ptr<DetectionSource> source) {
   DetectionFrame frame;
   if (!source->Next(&frame)) return "";
   const int64_t first = frame.frame;
   int64_t last = first;
   while (source->Next(&frame)) last = frame.frame;
-  return ", the take has " + std::to_string(first) + " .. " +
+  return ", the recording has " + std::to_string(first) + " .. " +
          std::to_string(last);
 }
 
@@ -156,13 +158,14 @@ class ReadableFrames final : public DetectionSource {
 };
 
 // What an earlier run records beside the cameras. Its clocks are applied to the
-// whole take, and what is refined already is not refined again from there.
+// whole recording, and what is refined already is not refined again from there.
 std::optional<RefinementRecord> ReadRecord(const RunOptions& options) {
   std::optional<RefinementRecord> record = ReadRefinementRecord(FLAGS_cameras);
   if (!record.has_value() || !record->has_clocks()) return record;
   if (IsLive()) {
-    throw InputError(FLAGS_cameras, "refinement",
-                     "its clocks need the whole take, which a stream never is");
+    throw InputError(
+        FLAGS_cameras, "refinement",
+        "its clocks need the whole recording, which a stream never is");
   }
   if (options.refine.any()) {
     throw InputError(FLAGS_cameras, "refinement",
@@ -174,10 +177,10 @@ std::optional<RefinementRecord> ReadRecord(const RunOptions& options) {
 }
 
 // What a run starts from.
-struct Take {
+struct Recording {
   RunOptions options;
   RunRequest request;
-  ReadyTake ready;
+  ReadyRecording ready;
 
   // The frames from their beginning; may be called several times, but for a
   // stream.
@@ -202,64 +205,66 @@ void CheckFlags() {
   CheckTrackOutput(FLAGS_out, MarkersFlag(FLAGS_markers), AxesFlag());
 }
 
-Take ReadTake() {
-  Take take;
-  take.options =
+Recording ReadRecording() {
+  Recording recording;
+  recording.options =
       ReadRunOptions(FLAGS_config.empty() ? ProjectConfig("default.toml")
                                           : FindConfig(FLAGS_config),
                      FLAGS_set, FLAGS_mode);
   if (IsLive()) {
-    RequireLag(take.options);
+    RequireLag(recording.options);
     EndInputOnInterruption();
   }
-  RunRequest& request = take.request;
+  RunRequest& request = recording.request;
   request.frames = ParseFrameRanges(FLAGS_frames);
   request.without_cameras = ParseList(FLAGS_without_cameras, "without_cameras");
   request.threads = FLAGS_threads;
   if (!FLAGS_corrections.empty()) {
     request.corrections = ReadIdentityEdits(FLAGS_corrections);
   }
-  request.cameras = ReadCameras(FLAGS_cameras, take.options.cameras);
-  take.ready =
-      MakeTakeReady(take.options, request, ReadRecord(take.options), [&take] {
+  request.cameras = ReadCameras(FLAGS_cameras, recording.options.cameras);
+  recording.ready = MakeRecordingReady(
+      recording.options, request, ReadRecord(recording.options), [&recording] {
         return ReadDetections(FLAGS_detections,
-                              DetectionOptionsOf(take.options));
+                              DetectionOptionsOf(recording.options));
       });
-  request.cameras = take.ready.cameras;
+  request.cameras = recording.ready.cameras;
   // The report needs to know whose detection was whose, the uncertainty of the
   // cameras how much each joint counted.
-  request.kept_matches = take.ready.record.has_value()
+  request.kept_matches = recording.ready.record.has_value()
                              ? KeptMatches::kWeights
                              : KeptMatches::kDetections;
-  return take;
+  return recording;
 }
 
 // Tracks all frames, writes them to `output` and reports on them.
-TakeReport TrackFrames(const Take& take, DetectionSource* source,
-                       Session* session, CameraCheck* check,
-                       TrackOutput* output) {
-  // What waits for the end of the take is read once more for the report,
+RecordingReport TrackFrames(const Recording& recording, DetectionSource* source,
+                            Session* session, CameraCheck* check,
+                            TrackOutput* output) {
+  // What waits for the end of the recording is read once more for the report,
   // instead of being kept.
   const bool again =
-      WaitsForEnd(take.options) && !IsLive() && !IsPipe(FLAGS_detections);
-  UsedFrames used(
-      session->scene(),
-      again ? SourceOpener([&take] { return take.Open(); }) : SourceOpener());
-  TakeReporter reporter(session->scene(), source->header().skeleton, IsLive());
+      WaitsForEnd(recording.options) && !IsLive() && !IsPipe(FLAGS_detections);
+  UsedFrames used(session->scene(), again ? SourceOpener([&recording] {
+                    return recording.Open();
+                  })
+                                          : SourceOpener());
+  RecordingReporter reporter(session->scene(), source->header().skeleton,
+                             IsLive());
   reporter.set_empty_frames_left_out(
       !IsLive() && !IsPipe(FLAGS_detections) &&
-      LeavesOutEmptyFrames(FLAGS_detections, take.options.detections));
+      LeavesOutEmptyFrames(FLAGS_detections, recording.options.detections));
   const Skeleton& skeleton = source->header().skeleton;
   const std::unique_ptr<CameraUncertainty> uncertainty =
-      take.ready.record.has_value()
-          ? UncertaintyOf(*take.ready.record, session->scene(), skeleton)
+      recording.ready.record.has_value()
+          ? UncertaintyOf(*recording.ready.record, session->scene(), skeleton)
           : nullptr;
   session->set_frame_listener([&](const DetectionFrame& frame) {
-    if (!IsLive()) check->SeeDetections(frame);  // it remembers the take
+    if (!IsLive()) check->SeeDetections(frame);  // it remembers the recording
     used.Feed(frame);
   });
   const int64_t frame_count = std::max<int64_t>(0, source->frame_count());
-  Progress progress("tracking", frame_count * PassCount(take.options));
+  Progress progress("tracking", frame_count * PassCount(recording.options));
   session->set_progress(
       [&](int64_t frames_read) { progress.Set(frames_read); });
   TrackAll(source, session, [&](TrackFrame&& frame) {
@@ -278,28 +283,29 @@ TakeReport TrackFrames(const Take& take, DetectionSource* source,
   return reporter.Report();
 }
 
-void RequireFrames(const Take& take, const RunSummary& summary) {
+void RequireFrames(const Recording& recording, const RunSummary& summary) {
   if (summary.frames > 0) return;
   std::string asked;
   if (!FLAGS_frames.empty()) {
     asked = " in --frames=" + FLAGS_frames;
     if (!IsLive() && !IsPipe(FLAGS_detections)) {
-      asked += KnownFrames(take.Open());
+      asked += KnownFrames(recording.Open());
     }
   }
   throw InputError(FLAGS_detections, "", "no frame to track" + asked);
 }
 
 // Files beside the tracks, each with their fingerprint `tracks`.
-void WriteSideFiles(const Take& take, const Session& session,
-                    const TakeReport& report, const std::string& tracks) {
-  if (take.options.identity.link || !FLAGS_corrections.empty()) {
+void WriteSideFiles(const Recording& recording, const Session& session,
+                    const RecordingReport& report, const std::string& tracks) {
+  if (recording.options.identity.link || !FLAGS_corrections.empty()) {
     WriteIdentityEdits(BesideTracks(FLAGS_out, kIdentityEnd),
                        session.identity_edits(), tracks);
   }
-  if (take.ready.changes_cameras()) {
+  if (recording.ready.changes_cameras()) {
     WriteTrackedCameras(BesideTracks(FLAGS_out, kCamerasEnd),
-                        take.ready.cameras, RefinementJson(take.ready), tracks);
+                        recording.ready.cameras,
+                        RefinementJson(recording.ready), tracks);
   }
   // Where a bias was looked for: what was found, and whether it is used.
   const ViewBias bias = session.view_bias();
@@ -323,11 +329,11 @@ std::string FingerprintOfOwn(const std::string& path) {
 
 // Tracks and what belongs to them appear together or not at all; what an
 // earlier run of the same name wrote beside its own goes.
-void CommitResult(const Take& take, const Session& session,
-                  const TakeReport& report, TrackOutput* output) {
+void CommitResult(const Recording& recording, const Session& session,
+                  const RecordingReport& report, TrackOutput* output) {
   CommitTogether together;
   output->Commit();
-  WriteSideFiles(take, session, report,
+  WriteSideFiles(recording, session, report,
                  FingerprintOfOwn(together.WaitingAt(output->path())));
   for (const char* end : kSideFileEnds) {
     const std::string path = BesideTracks(FLAGS_out, end);
@@ -340,7 +346,7 @@ void CommitResult(const Take& take, const Session& session,
 }
 
 // What the run passed over, for its report.
-void AddBadFrames(const BadFrames& bad, TakeReport* report) {
+void AddBadFrames(const BadFrames& bad, RecordingReport* report) {
   if (bad.count == 0) return;
   report->warnings.push_back(
       {"bad_frames",
@@ -352,7 +358,7 @@ void AddBadFrames(const BadFrames& bad, TakeReport* report) {
        "without input.skip_bad_frames the first one ends the run"});
 }
 
-void SayOutcome(const Take& take, const Session& session,
+void SayOutcome(const Recording& recording, const Session& session,
                 const std::string& path, std::FILE* said) {
   for (const std::string& line : session.linking_left_out()) {
     std::fprintf(stderr, "kinegraph-track: warning: linking left out %s\n",
@@ -372,8 +378,8 @@ void SayOutcome(const Take& take, const Session& session,
                static_cast<long long>(summary.people),
                IsHuman(session.scene().model.skeleton) ? "people" : "tracks",
                static_cast<long long>(summary.person_frames), path.c_str());
-  std::fputs(RefinementText(take.ready).c_str(), said);
-  if (take.ready.changes_cameras() && !IsStream(FLAGS_out)) {
+  std::fputs(RefinementText(recording.ready).c_str(), said);
+  if (recording.ready.changes_cameras() && !IsStream(FLAGS_out)) {
     std::fprintf(said, "-> %s\n", BesideTracks(FLAGS_out, kCamerasEnd).c_str());
   }
   const std::string troubles = DescribeTroubles(summary.solves);
@@ -389,17 +395,17 @@ void RunTrack() {
     return;
   }
   CheckFlags();
-  Take take = ReadTake();
+  Recording recording = ReadRecording();
   ReadableFrames* live = nullptr;
-  std::unique_ptr<DetectionSource> source = take.Open();
+  std::unique_ptr<DetectionSource> source = recording.Open();
   if (IsLive()) {
     auto readable = std::make_unique<ReadableFrames>(std::move(source));
     live = readable.get();
     source = std::move(readable);
   }
-  take.options.estimators.graph.ledger = std::make_shared<SolveLedger>();
-  Session session(take.options, take.request, source->header(),
-                  [&take] { return take.Open(); });
+  recording.options.estimators.graph.ledger = std::make_shared<SolveLedger>();
+  Session session(recording.options, recording.request, source->header(),
+                  [&recording] { return recording.Open(); });
   if (session.scene().used_views.size() < 2) {
     std::fputs(
         "kinegraph-track: warning: one view alone cannot be "
@@ -408,27 +414,28 @@ void RunTrack() {
   }
   const std::unique_ptr<TrackOutput> output = MakeTrackOutput(
       WithFolders(FLAGS_out), session.scene().header,
-      take.options.output.observations, NamesAfter(take.request.corrections),
-      MarkersFlag(FLAGS_markers), session.scene().model.cameras, AxesFlag());
+      recording.options.output.observations,
+      NamesAfter(recording.request.corrections), MarkersFlag(FLAGS_markers),
+      session.scene().model.cameras, AxesFlag());
   CameraCheck check(session.scene().model.cameras, source->header().skeleton,
                     session.scene().model.skeleton);
-  TakeReport report =
-      TrackFrames(take, source.get(), &session, &check, output.get());
+  RecordingReport report =
+      TrackFrames(recording, source.get(), &session, &check, output.get());
   if (!IsLive()) AddCameraWarnings(check.Warnings(), &report);
   AddBadFrames(source->bad_frames(), &report);
   const RunSummary& summary = session.summary();
   const std::optional<InputError> ended =
       live == nullptr ? std::nullopt : live->error();
   if (ended.has_value() && summary.frames == 0) throw *ended;
-  RequireFrames(take, summary);
+  RequireFrames(recording, summary);
   const bool has_name = !IsStream(FLAGS_out);
   if (has_name) {
-    CommitResult(take, session, report, output.get());
+    CommitResult(recording, session, report, output.get());
   } else {
     output->Commit();
   }
   std::FILE* const said = SummaryStream(FLAGS_out);
-  SayOutcome(take, session, output->path(), said);
+  SayOutcome(recording, session, output->path(), said);
   const std::string text = has_name ? ReportText(report) : WarningsText(report);
   std::fputs(text.c_str(), said);
   if (!ended.has_value()) return;

@@ -9,30 +9,30 @@
 #include "example_take.h"
 
 int main() {
-  const ExampleTake take = MakeExampleTake();
+  const ExampleRecording recording = MakeExampleRecording();
 
   kinegraph::RunOptions options;
   options.estimators.mode = kinegraph::Mode::kGraph;
   kinegraph::RunRequest request;
-  request.cameras = take.scene.cameras;
+  request.cameras = recording.scene.cameras;
   const kinegraph::TrackSequence tracks =
-      kinegraph::TrackSequenceOf(options, request, take.detections);
+      kinegraph::TrackSequenceOf(options, request, recording.detections);
 
   // 95 % of a Gaussian in three dimensions lie within 2.795 sigmas.
   constexpr double kSigmas = 2.795;
-  const int wrist = take.scene.skeleton.IndexOf("l_wrist");
+  const int wrist = recording.scene.skeleton.IndexOf("l_wrist");
   int count = 0;
   for (size_t k = 0; k < tracks.frames.size(); k += 10) {
     // Frames with one person need no search for who is who.
     if (tracks.frames[k].people.size() != 1) continue;
-    if (take.truth.frames[k].people.size() != 1) continue;
+    if (recording.truth.frames[k].people.size() != 1) continue;
     const kinegraph::PersonPose& person = tracks.frames[k].people[0];
     if (!person.joints[wrist].present()) continue;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
         *person.covariances[wrist]);
     const double error_m =
         (person.joints[wrist].position_m -
-         take.truth.frames[k].people[0].joints[wrist].position_m)
+         recording.truth.frames[k].people[0].joints[wrist].position_m)
             .norm();
     std::printf("frame %3lld: %s, error %4.1f mm, 95 %% half-axis %4.1f mm\n",
                 static_cast<long long>(tracks.frames[k].frame),

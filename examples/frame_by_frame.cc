@@ -8,14 +8,14 @@
 #include "example_take.h"
 
 int main() {
-  const ExampleTake take = MakeExampleTake();
+  const ExampleRecording recording = MakeExampleRecording();
 
   kinegraph::RunOptions options;
   options.estimators.mode = kinegraph::Mode::kGraph;
   options.estimators.graph.lag_s = 0.2;  // final so long after its capture
   kinegraph::RunRequest request;
-  request.cameras = take.scene.cameras;
-  kinegraph::Session session(options, request, take.detections.header);
+  request.cameras = recording.scene.cameras;
+  kinegraph::Session session(options, request, recording.detections.header);
 
   const auto use = [](const std::vector<kinegraph::TrackFrame>& frames) {
     for (const kinegraph::TrackFrame& frame : frames) {
@@ -30,7 +30,7 @@ int main() {
       }
     }
   };
-  for (const kinegraph::DetectionFrame& frame : take.detections.frames) {
+  for (const kinegraph::DetectionFrame& frame : recording.detections.frames) {
     use(session.Process(frame));
   }
   use(session.Finish());

@@ -6,14 +6,14 @@
 #include "example_take.h"
 
 int main() {
-  const ExampleTake take = MakeExampleTake();
+  const ExampleRecording recording = MakeExampleRecording();
 
   kinegraph::RunOptions options;
   options.estimators.mode = kinegraph::Mode::kGraph;
   kinegraph::RunRequest request;
-  request.cameras = take.scene.cameras;
+  request.cameras = recording.scene.cameras;
   const kinegraph::TrackSequence tracks =
-      kinegraph::TrackSequenceOf(options, request, take.detections);
+      kinegraph::TrackSequenceOf(options, request, recording.detections);
 
   const kinegraph::KinematicsTable table = kinegraph::MeasureKinematics(tracks);
   const int knee = table.IndexOf("l_knee_flexion_deg");

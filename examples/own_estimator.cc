@@ -31,7 +31,7 @@ class MeanOfThree final : public kinegraph::Estimator {
   void Predict(kinegraph::TimeNs, kinegraph::Pose3d* pose) const override {
     *pose = last_;
   }
-  void TakeFinals(std::vector<kinegraph::FinalPose>* finals) override {
+  void ExtractFinals(std::vector<kinegraph::FinalPose>* finals) override {
     for (kinegraph::FinalPose& pose : finals_) {
       finals->push_back(std::move(pose));
     }
@@ -63,7 +63,7 @@ class MeanOfThree final : public kinegraph::Estimator {
 };
 
 int main() {
-  const ExampleTake take = MakeExampleTake();
+  const ExampleRecording recording = MakeExampleRecording();
 
   kinegraph::RunOptions options;
   options.estimators.mode = kinegraph::Mode::kGraph;
@@ -73,17 +73,17 @@ int main() {
     return std::make_unique<MeanOfThree>();
   };
   kinegraph::RunRequest request;
-  request.cameras = take.scene.cameras;
-  kinegraph::Session session(options, request, take.detections.header,
+  request.cameras = recording.scene.cameras;
+  kinegraph::Session session(options, request, recording.detections.header,
                              estimators);
-  kinegraph::MemorySource source(take.detections);
+  kinegraph::MemorySource source(recording.detections);
   kinegraph::TrackSequence tracks;
   tracks.header = session.scene().header;
   kinegraph::TrackAll(&source, &session, [&](kinegraph::TrackFrame&& frame) {
     tracks.frames.push_back(std::move(frame));
   });
   const kinegraph::MpjpeResult error =
-      kinegraph::EvaluateMpjpe(take.truth, tracks);
+      kinegraph::EvaluateMpjpe(recording.truth, tracks);
   std::printf("%lld poses, mean error %.1f mm\n",
               static_cast<long long>(session.summary().person_frames),
               1e3 * error.raw_m);

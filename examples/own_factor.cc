@@ -58,20 +58,20 @@ double AnkleError(const kinegraph::TrackSequence& truth,
 }
 
 int main() {
-  const ExampleTake take = MakeExampleTake(6.0);
+  const ExampleRecording recording = MakeExampleRecording(6.0);
 
   kinegraph::RunOptions options;
   options.estimators.mode = kinegraph::Mode::kGraph;
   options.estimators.graph.solver = kinegraph::GraphSolver::kCeres;
   kinegraph::RunRequest request;
-  request.cameras = take.scene.cameras;
-  const double without_m =
-      AnkleError(take.truth,
-                 kinegraph::TrackSequenceOf(options, request, take.detections));
+  request.cameras = recording.scene.cameras;
+  const double without_m = AnkleError(
+      recording.truth,
+      kinegraph::TrackSequenceOf(options, request, recording.detections));
   options.estimators.graph.user_factors = FeetOnTheFloor;
-  const double with_m =
-      AnkleError(take.truth,
-                 kinegraph::TrackSequenceOf(options, request, take.detections));
+  const double with_m = AnkleError(
+      recording.truth,
+      kinegraph::TrackSequenceOf(options, request, recording.detections));
   std::printf("mean error of the ankles: %.1f mm, with the floor %.1f mm\n",
               1e3 * without_m, 1e3 * with_m);
   return with_m < without_m ? 0 : 1;

@@ -1,4 +1,5 @@
-// Tracks a recorded take from its files: track_take CAMERAS DETECTIONS OUT
+// Tracks a recorded recording from its files: track_recording CAMERAS
+// DETECTIONS OUT
 #include <kinegraph/kinegraph.h>
 
 #include <cstdio>

@@ -36,7 +36,7 @@
 #include "core/io/tracks/person_names.h"
 #include "core/kinematics/ground.h"
 #include "kinegraph/kinegraph.h"
-#include "solvers/session/ready_take.h"
+#include "solvers/session/ready_recording.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;  // NOLINT: "name"_a of the bindings
@@ -265,10 +265,11 @@ class TrackArrays {
   }
 
   template <typename Take>
-  void ForEach(const Take& take) const {
+  void ForEach(const Take& recording) const {
     for (size_t k = 0; k < tracks_.frames.size(); ++k) {
       for (const PersonPose& person : tracks_.frames[k].people) {
-        take(static_cast<py::ssize_t>(k), index_.at(person.id.value()), person);
+        recording(static_cast<py::ssize_t>(k), index_.at(person.id.value()),
+                  person);
       }
     }
   }
@@ -443,14 +444,15 @@ class Frozen {
   std::vector<ReplayedPerson> people_;
 };
 
-// Of a session, which never has the whole take.
+// Of a session, which never has the whole recording.
 RunOptions LiveOptionsOf(const std::string& config, const std::string& set,
                          const std::string& mode) {
   const RunOptions options = OptionsOf(config, set, mode);
   if (ChangesCameras(options)) {
-    throw OptionError("cameras.refine",
-                      "needs the whole take, which a session never has (nor "
-                      "cameras.refine_clock, nor cameras.ground)");
+    throw OptionError(
+        "cameras.refine",
+        "needs the whole recording, which a session never has (nor "
+        "cameras.refine_clock, nor cameras.ground)");
   }
   return options;
 }
@@ -571,12 +573,12 @@ py::array_t<Number> RowNumbers(const KinematicsTable& table, const Get& get) {
 // str, bytes or os.PathLike; names that are no UTF-8 as Python holds them.
 using Path = std::filesystem::path;
 
-Losses WriteCamerasAs(const Path& path, const std::vector<Camera>& cameras,
-                      const std::string& format) {
+LostFields WriteCamerasAs(const Path& path, const std::vector<Camera>& cameras,
+                          const std::string& format) {
   const py::gil_scoped_release unlocked;
-  Losses losses;
-  WriteCalibration(path.string(), format, cameras, &losses);
-  return losses;
+  LostFields lost_fields;
+  WriteCalibration(path.string(), format, cameras, &lost_fields);
+  return lost_fields;
 }
 
 bool HasMatches(const TrackSequence& tracks) {
@@ -590,8 +592,8 @@ bool HasMatches(const TrackSequence& tracks) {
 
 // `names_of` is the file that the tracks came from, for the names of people in
 // it; empty for none.
-Losses WriteTracksAs(const Path& file, const TrackSequence& tracks,
-                     const std::string& format, const Path& names_of) {
+LostFields WriteTracksAs(const Path& file, const TrackSequence& tracks,
+                         const std::string& format, const Path& names_of) {
   const std::string path = file.string();
   const TrackFormat* found =
       format.empty() ? TrackFormatOfExtension(path) : FindTrackFormat(format);
@@ -609,22 +611,23 @@ Losses WriteTracksAs(const Path& file, const TrackSequence& tracks,
   const py::gil_scoped_release unlocked;
   TrackExportOptions options;
   if (!names_of.empty()) options.names = ReadPersonNames(names_of.string());
-  Losses losses;
+  LostFields lost_fields;
   if (!options.names.empty() && !found->keeps_names) {
-    losses.push_back("names of people are not kept");
+    lost_fields.push_back("names of people are not kept");
   }
   if (found->name == "kinegraph") {
     // Observations are written where the tracks have some, as `track` does.
     WriteTracks(path, tracks, {HasMatches(tracks), options.names});
   } else {
-    found->write(path, tracks, options, &losses);
+    found->write(path, tracks, options, &lost_fields);
   }
-  return losses;
+  return lost_fields;
 }
 
-Losses WriteDetectionsAs(const Path& path, const DetectionSequence& detections,
-                         const std::string& format,
-                         const std::pair<int, int>& image_size) {
+LostFields WriteDetectionsAs(const Path& path,
+                             const DetectionSequence& detections,
+                             const std::string& format,
+                             const std::pair<int, int>& image_size) {
   const DetectionFormat* found = FindDetectionFormat(format);
   if (found == nullptr || found->write == nullptr) {
     std::string known;
@@ -638,17 +641,17 @@ Losses WriteDetectionsAs(const Path& path, const DetectionSequence& detections,
   DetectionWriteOptions options;
   options.image_size = {image_size.first, image_size.second};
   MemorySource source(detections);
-  Losses losses;
-  found->write(path.string(), options, &source, &losses);
-  return losses;
+  LostFields lost_fields;
+  found->write(path.string(), options, &source, &lost_fields);
+  return lost_fields;
 }
 
-Losses ConvertFiles(const Path& source, const Path& target,
-                    const std::string& to, const std::string& from,
-                    const std::string& skeleton, double frame_rate_hz,
-                    const std::string& image_size, const std::string& unit,
-                    const std::string& axes, const std::string& markers,
-                    const std::string& person, const std::string& set) {
+LostFields ConvertFiles(const Path& source, const Path& target,
+                        const std::string& to, const std::string& from,
+                        const std::string& skeleton, double frame_rate_hz,
+                        const std::string& image_size, const std::string& unit,
+                        const std::string& axes, const std::string& markers,
+                        const std::string& person, const std::string& set) {
   ConversionOptions options;
   options.in = source.string();
   options.out = target.string();
@@ -662,7 +665,7 @@ Losses ConvertFiles(const Path& source, const Path& target,
   options.markers = markers;
   options.person = person;
   options.set = set;
-  return Interruptible([&] { return Convert(options).losses; });
+  return Interruptible([&] { return Convert(options).lost_fields; });
 }
 
 void BindSkeleton(py::module_& m) {
@@ -733,7 +736,7 @@ void BindCamera(py::module_& m) {
 }
 
 void BindDetections(py::module_& m) {
-  py::class_<DetectionSequence>(m, "Detections", "2D poses of a take.")
+  py::class_<DetectionSequence>(m, "Detections", "2D poses of a recording.")
       .def(py::init(&SequenceOf), "frames"_a, "skeleton"_a, "views"_a,
            "frame_rate_hz"_a, "first_frame"_a = 0,
            "frames[k][v]: array (people, joints, 3) of x [px], y [px] and\n"
@@ -827,7 +830,7 @@ void BindTrackArrays(py::class_<TrackSequence>* tracks) {
 
 void BindTracks(py::module_& m) {
   py::class_<TrackSequence> tracks(m, "Tracks",
-                                   "3D poses of a take, as arrays.");
+                                   "3D poses of a recording, as arrays.");
   tracks
       .def(
           "__len__", [](const TrackSequence& t) { return t.frames.size(); },

@@ -3,10 +3,10 @@
 //
 //   build/research/growth_benchmark [--json=FILE]
 //
-// An iteration tracks a take of one second; its time is the processor time of
-// the frames after everybody was found, so that a busy machine disturbs little.
-// Of the iterations the fastest counts. (The very first frame, in which all
-// people are new and every detection meets every other, is listed apart.) A
+// An iteration tracks a recording of one second; its time is the processor time
+// of the frames after everybody was found, so that a busy machine disturbs
+// little. Of the iterations the fastest counts. (The very first frame, in which
+// all people are new and every detection meets every other, is listed apart.) A
 // table then sets the measured times against
 //
 //   a cameras people^2 + b cameras^2 people

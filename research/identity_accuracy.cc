@@ -12,14 +12,14 @@
 //   identity_accuracy --ten_minutes [--scenes=A] [--seeds=FIRST:END]
 //
 // A scene is a name of the table below (default: all); several share a
-// beginning, "6p_5c". What was counted in each take is appended to FILE, and
-// --table sums all lines of such a file, so that a long table can be made in
-// short pieces. --set changes what graph mode runs with: the whole take with
-// the sweeps (configs/offline.toml). --second_pass also scores the tracks that
-// `track` would write with linking and a second pass; --linking_only leaves
-// paper mode out. --details says of each
-// change whether it was right. --tracks keeps the tracks of graph mode and
-// reads them when they are there, which makes it quick to try linking again.
+// beginning, "6p_5c". What was counted in each recording is appended to FILE,
+// and --table sums all lines of such a file, so that a long table can be made
+// in short pieces. --set changes what graph mode runs with: the whole recording
+// with the sweeps (configs/offline.toml). --second_pass also scores the tracks
+// that `track` would write with linking and a second pass; --linking_only
+// leaves paper mode out. --details says of each change whether it was right.
+// --tracks keeps the tracks of graph mode and reads them when they are there,
+// which makes it quick to try linking again.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -84,7 +84,7 @@ constexpr Layout kLayouts[] = {
 const char* const kClips[] = {"dance_30hz", "start_hop_stop_120hz",
                               "start_walk_stop_120hz", "hop_30hz"};
 
-// At 120 Hz a take is shorter, for the sake of time.
+// At 120 Hz a recording is shorter, for the sake of time.
 double DurationS(const Layout& layout) {
   return layout.rate_hz > 100.0 ? 20.0 : 30.0;
 }
@@ -117,10 +117,10 @@ std::string Overrides(const Layout& layout, int seed, double rate_hz,
 }
 
 // Takes one person's detections out of a frame, and marks the truth.
-void HideIn(size_t f, int person, SyntheticTake* take) {
-  DetectionFrame& frame = take->detections.frames[f];
+void HideIn(size_t f, int person, SyntheticRecording* recording) {
+  DetectionFrame& frame = recording->detections.frames[f];
   for (size_t v = 0; v < frame.views.size(); ++v) {
-    auto& truth = take->labels.frames[f][v];
+    auto& truth = recording->labels.frames[f][v];
     auto& detections = frame.views[v].detections;
     for (size_t d = detections.size(); d-- > 0;) {
       if (truth[d].person != person) continue;
@@ -128,19 +128,19 @@ void HideIn(size_t f, int person, SyntheticTake* take) {
       truth.erase(truth.begin() + static_cast<long>(d));
     }
   }
-  for (PersonPose& pose : take->truth.frames[f].people) {
+  for (PersonPose& pose : recording->truth.frames[f].people) {
     if (pose.id.value() != person) continue;
     for (Joint3d& joint : pose.joints) joint.status = JointStatus::kInferred;
   }
 }
 
 // Hides each person once in all views, at a moment of their own.
-void Hide(const Layout& layout, int seed, SyntheticTake* take) {
+void Hide(const Layout& layout, int seed, SyntheticRecording* recording) {
   Random random(static_cast<uint64_t>(seed));
   for (int person = 0; person < layout.people; ++person) {
     std::vector<size_t> there;  // frames
-    for (size_t f = 0; f < take->truth.frames.size(); ++f) {
-      for (const PersonPose& pose : take->truth.frames[f].people) {
+    for (size_t f = 0; f < recording->truth.frames.size(); ++f) {
+      for (const PersonPose& pose : recording->truth.frames[f].people) {
         if (pose.id.value() == person) there.push_back(f);
       }
     }
@@ -157,7 +157,7 @@ void Hide(const Layout& layout, int seed, SyntheticTake* take) {
     if (room < 1) continue;
     const int64_t begin = margin + random.Index(room);
     for (int64_t k = begin; k < begin + length; ++k) {
-      HideIn(there[static_cast<size_t>(k)], person, take);
+      HideIn(there[static_cast<size_t>(k)], person, recording);
     }
   }
 }
@@ -292,16 +292,16 @@ TrackSequence JoinedByTruth(const TrackSequence& truth,
   return joined;
 }
 
-// What is counted in one take, or in several.
+// What is counted in one recording, or in several.
 struct Counts {
-  double takes = 0.0;
+  double recordings = 0.0;
   double true_frames = 0.0;
   double found_frames = 0.0;
   double right = 0.0;  // identity true positives
   double misses = 0.0;
   double false_positives = 0.0;
   double switches = 0.0;
-  double hota = 0.0;  // summed over takes
+  double hota = 0.0;  // summed over recordings
   double exchanges = 0.0;
   double encounters = 0.0;
   double joins = 0.0;
@@ -310,7 +310,7 @@ struct Counts {
   double wrong_close_joins = 0.0;
 
   std::vector<double*> All() {
-    return {&takes,       &true_frames,      &found_frames,    &right,
+    return {&recordings,  &true_frames,      &found_frames,    &right,
             &misses,      &switches,         &false_positives, &hota,
             &exchanges,   &encounters,       &joins,           &wrong_joins,
             &close_joins, &wrong_close_joins};
@@ -325,7 +325,7 @@ Counts CountsOf(const TrackSequence& truth, const TrackSequence& tracks) {
   const IdentityResult result = EvaluateIdentity(truth, tracks);
   const auto number = [](int64_t value) { return static_cast<double>(value); };
   Counts counts;
-  counts.takes = 1.0;
+  counts.recordings = 1.0;
   counts.true_frames = number(result.true_person_frames);
   counts.found_frames = number(result.found_person_frames);
   counts.right = number(result.identity_true_positives);
@@ -466,9 +466,9 @@ void PrintTable(std::map<Key, Counts> table) {
       const Counts& c = at->second;
       std::printf(
           "| %s | %s | %.0f | %.2f | %.2f | %.2f | %.0f | %.0f | %.0f |",
-          layout.name, mode, c.takes, 100.0 * c.Idf1(),
-          100.0 * c.hota / c.takes, 100.0 * c.Mota(), c.switches, c.encounters,
-          c.exchanges);
+          layout.name, mode, c.recordings, 100.0 * c.Idf1(),
+          100.0 * c.hota / c.recordings, 100.0 * c.Mota(), c.switches,
+          c.encounters, c.exchanges);
       if (std::strcmp(mode, "graph, linked") == 0) {
         std::printf(" %.0f, %.0f |\n", c.joins, c.wrong_joins);
       } else {
@@ -486,8 +486,9 @@ void WriteJson(const std::string& path, std::map<Key, Counts> table) {
   const char* comma = "";
   for (auto& [key, c] : table) {
     file << comma << "\n \"" << key.first << ": " << key.second
-         << "\": {\"takes\": " << c.takes << ", \"idf1\": " << 100.0 * c.Idf1()
-         << ", \"hota\": " << 100.0 * c.hota / c.takes
+         << "\": {\"takes\": " << c.recordings
+         << ", \"idf1\": " << 100.0 * c.Idf1()
+         << ", \"hota\": " << 100.0 * c.hota / c.recordings
          << ", \"mota\": " << 100.0 * c.Mota()
          << ", \"encounters\": " << c.encounters
          << ", \"exchanges\": " << c.exchanges << ", \"joins\": " << c.joins
@@ -500,7 +501,7 @@ void WriteJson(const std::string& path, std::map<Key, Counts> table) {
 }
 
 // Keeps one frame of `step`.
-void Thin(size_t step, SyntheticTake* take) {
+void Thin(size_t step, SyntheticRecording* recording) {
   const auto thin = [&](auto* frames) {
     size_t kept = 0;
     for (size_t f = 0; f < frames->size(); f += step) {
@@ -509,9 +510,9 @@ void Thin(size_t step, SyntheticTake* take) {
     }
     frames->resize(kept);
   };
-  thin(&take->detections.frames);
-  thin(&take->labels.frames);
-  thin(&take->truth.frames);
+  thin(&recording->detections.frames);
+  thin(&recording->labels.frames);
+  thin(&recording->truth.frames);
 }
 
 // Person-frames of the truth, and how many of them were found.
@@ -521,30 +522,32 @@ struct Found {
   int64_t false_people = 0;
 };
 
-Found FoundIn(const SyntheticTake& take, const TrackSequence& tracks) {
+Found FoundIn(const SyntheticRecording& recording,
+              const TrackSequence& tracks) {
   Found counts;
   std::map<std::pair<int64_t, int64_t>, int> views;  // by frame and person
-  for (size_t f = 0; f < take.labels.frames.size(); ++f) {
-    for (const auto& view : take.labels.frames[f]) {
+  for (size_t f = 0; f < recording.labels.frames.size(); ++f) {
+    for (const auto& view : recording.labels.frames[f]) {
       std::set<int> seen;
       for (const DetectionTruth& truth : view) {
         const bool whole = truth.kind == DetectionKind::kPerson;
         if (truth.person >= 0 && whole) seen.insert(truth.person);
       }
       for (const int person : seen) {
-        ++views[{take.detections.frames[f].frame, person}];
+        ++views[{recording.detections.frames[f].frame, person}];
       }
     }
   }
   const JointPairs joints =
-      CommonJoints(take.truth.header.skeleton, tracks.header.skeleton);
+      CommonJoints(recording.truth.header.skeleton, tracks.header.skeleton);
   for (const PersonPair& pair :
-       PairPeople(take.truth, tracks, joints, kGateM, {})) {
+       PairPeople(recording.truth, tracks, joints, kGateM, {})) {
     if (views[{pair.frame, pair.truth->id.value()}] < 2) continue;
     ++counts.by_truth;
     if (pair.found != nullptr) ++counts.found;
   }
-  counts.false_people = EvaluateIdentity(take.truth, tracks).false_positives;
+  counts.false_people =
+      EvaluateIdentity(recording.truth, tracks).false_positives;
   return counts;
 }
 
@@ -620,36 +623,38 @@ class Benchmark {
                               "graph.solver=sweeps;" + arguments.set, "")) {}
 
   void Run(const Layout& layout, int seed) {
-    const SyntheticTake take = Take(layout, seed);
+    const SyntheticRecording recording = BenchmarkRecording(layout, seed);
     RunRequest request;
-    request.cameras = take.scene.cameras;
+    request.cameras = recording.scene.cameras;
     const auto add = [&](const char* mode, const Counts& counts) {
       Add(layout, seed, mode, counts);
     };
     if (!arguments_.linking_only) {
-      add("paper", CountsOf(take.truth,
-                            TrackSequenceOf(paper_, request, take.detections)));
+      add("paper",
+          CountsOf(recording.truth,
+                   TrackSequenceOf(paper_, request, recording.detections)));
     }
-    const auto [tracks, successions] = FirstPass(layout, seed, take, graph_);
-    add("graph", CountsOf(take.truth, tracks));
+    const auto [tracks, successions] =
+        FirstPass(layout, seed, recording, graph_);
+    add("graph", CountsOf(recording.truth, tracks));
     TrackSequence linked = tracks;
     const std::vector<IdentityEdit> edits =
         LinkIdentities(tracks.header.skeleton, tracks.header.frame_rate_hz,
                        whole_.identity, &linked.frames, nullptr, successions);
-    Counts counts = CountsOf(take.truth, linked);
-    CountJoins(take.truth, tracks, edits, arguments_.details, &counts);
+    Counts counts = CountsOf(recording.truth, linked);
+    CountJoins(recording.truth, tracks, edits, arguments_.details, &counts);
     add("graph, linked", counts);
     add("graph, joined by truth",
-        CountsOf(take.truth, JoinedByTruth(take.truth, tracks)));
+        CountsOf(recording.truth, JoinedByTruth(recording.truth, tracks)));
     if (arguments_.second_pass) {
       add("graph, linked, second pass",
-          CountsOf(take.truth,
-                   TrackSequenceOf(whole_, request, take.detections)));
+          CountsOf(recording.truth,
+                   TrackSequenceOf(whole_, request, recording.detections)));
     }
     if (!arguments_.details) return;
-    PrintSuccessions(take.truth, tracks, successions);
-    PrintPieces("graph", take.truth, tracks);
-    PrintPieces("linked", take.truth, linked);
+    PrintSuccessions(recording.truth, tracks, successions);
+    PrintPieces("graph", recording.truth, tracks);
+    PrintPieces("linked", recording.truth, linked);
   }
 
   // Frames a minute apart.
@@ -657,18 +662,18 @@ class Benchmark {
     constexpr double kMinutes = 100.0;
     std::map<bool, Found> sums;  // by whether there is a second pass
     for (int seed = first_seed; seed < end_seed; ++seed) {
-      SyntheticTake take =
-          MakeTake(ProjectConfig("synthetic/demo.toml"),
-                   Overrides(layout, seed, 1.0, 60.0 * kMinutes));
-      Thin(60, &take);
+      SyntheticRecording recording =
+          MakeRecording(ProjectConfig("synthetic/demo.toml"),
+                        Overrides(layout, seed, 1.0, 60.0 * kMinutes));
+      Thin(60, &recording);
       RunRequest request;
-      request.cameras = take.scene.cameras;
+      request.cameras = recording.scene.cameras;
       for (const bool twice : {false, true}) {
         RunOptions options = whole_;
         options.input.independent_frames = true;
         options.tracker.life.second_pass = twice;
-        const Found one =
-            FoundIn(take, TrackSequenceOf(options, request, take.detections));
+        const Found one = FoundIn(
+            recording, TrackSequenceOf(options, request, recording.detections));
         sums[twice].by_truth += one.by_truth;
         sums[twice].found += one.found;
         sums[twice].false_people += one.false_people;
@@ -689,14 +694,14 @@ class Benchmark {
   // What linking costs; the poses are the causal Gaussian's, which breaks
   // tracks no less often.
   void RunTenMinutes(const Layout& layout, int seed) {
-    SyntheticTake take =
-        MakeTake(ProjectConfig("synthetic/demo.toml"),
-                 Overrides(layout, seed, layout.rate_hz, 600.0));
-    Hide(layout, seed, &take);
+    SyntheticRecording recording =
+        MakeRecording(ProjectConfig("synthetic/demo.toml"),
+                      Overrides(layout, seed, layout.rate_hz, 600.0));
+    Hide(layout, seed, &recording);
     RunOptions options = graph_;
     options.estimators.output = OutputKind::kGaussian;
     const auto [tracks, successions] =
-        FirstPass(layout, seed, take, options, "_ten_minutes");
+        FirstPass(layout, seed, recording, options, "_ten_minutes");
     TrackSequence linked = tracks;
     const std::clock_t begin = std::clock();
     const std::vector<IdentityEdit> edits =
@@ -705,11 +710,11 @@ class Benchmark {
     const double seconds =
         static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     Counts counts;
-    CountJoins(take.truth, tracks, edits, arguments_.details, &counts);
-    const IdentityResult before = EvaluateIdentity(take.truth, tracks);
-    const IdentityResult after = EvaluateIdentity(take.truth, linked);
-    const IdentityResult by_truth =
-        EvaluateIdentity(take.truth, JoinedByTruth(take.truth, tracks));
+    CountJoins(recording.truth, tracks, edits, arguments_.details, &counts);
+    const IdentityResult before = EvaluateIdentity(recording.truth, tracks);
+    const IdentityResult after = EvaluateIdentity(recording.truth, linked);
+    const IdentityResult by_truth = EvaluateIdentity(
+        recording.truth, JoinedByTruth(recording.truth, tracks));
     std::printf(
         "%s, seed %d: %zu frames, %lld tracks, %lld after linking, %.0f joins, "
         "%.0f wrong, IDF1 %.2f, linked %.2f, joined by truth %.2f, %.2f s of "
@@ -725,7 +730,7 @@ class Benchmark {
   const std::map<Key, Counts>& table() const { return table_; }
 
  private:
-  static SyntheticTake Take(const Layout& layout, int seed) {
+  static SyntheticRecording BenchmarkRecording(const Layout& layout, int seed) {
     std::vector<std::string> clips;
     if (layout.clips) {
       for (const char* clip : kClips) {
@@ -735,12 +740,12 @@ class Benchmark {
         clips.push_back(found->string());
       }
     }
-    SyntheticTake take = MakeTake(
+    SyntheticRecording recording = MakeRecording(
         ProjectConfig(layout.clips ? "synthetic/motion_crowd.toml"
                                    : "synthetic/demo.toml"),
         Overrides(layout, seed, layout.rate_hz, DurationS(layout)), clips);
-    Hide(layout, seed, &take);
-    return take;
+    Hide(layout, seed, &recording);
+    return recording;
   }
 
   struct Tracked {
@@ -749,7 +754,8 @@ class Benchmark {
   };
 
   // The tracks of graph mode, from their file if they are there.
-  Tracked FirstPass(const Layout& layout, int seed, const SyntheticTake& take,
+  Tracked FirstPass(const Layout& layout, int seed,
+                    const SyntheticRecording& recording,
                     const RunOptions& options,
                     const std::string& what = "") const {
     const std::string path = arguments_.tracks + "/" + layout.name + "_" +
@@ -761,9 +767,9 @@ class Benchmark {
       return tracked;
     }
     RunRequest request;
-    request.cameras = take.scene.cameras;
-    MemorySource source(take.detections);
-    Session session(options, request, take.detections.header);
+    request.cameras = recording.scene.cameras;
+    MemorySource source(recording.detections);
+    Session session(options, request, recording.detections.header);
     tracked.tracks.header = session.scene().header;
     TrackAll(&source, &session, [&](TrackFrame&& frame) {
       tracked.tracks.frames.push_back(std::move(frame));

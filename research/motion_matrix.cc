@@ -15,7 +15,7 @@
 //
 // Fixed association: every detection is known to be the person's. Errors are
 // those of shoulders to ankles; a joint that is not written costs 500 mm. The
-// first second of a take counts apart.
+// first second of a recording counts apart.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -34,7 +34,7 @@
 
 #include "core/evaluation/bootstrap.h"
 #include "core/evaluation/statistics.h"
-#include "research/motion_takes.h"
+#include "research/motion_recordings.h"
 #include "solvers/factory.h"
 #include "tests/support/simulated_person.h"
 #include "tests/support/test_data.h"
@@ -44,7 +44,7 @@ namespace {
 
 using testing::DetectorModel;
 using testing::MotionClip;
-using testing::MotionTake;
+using testing::MotionRecording;
 
 constexpr double kNotWritten_m = 0.5;
 constexpr double kApart_s = 1.0;  // of the beginning
@@ -128,15 +128,15 @@ double Acceleration(const MotionClip& clip, size_t k, int joint_idx) {
          (h * h);
 }
 
-void Score(const MotionTake& take, const Strategy& strategy, double from_s,
-           Errors* errors) {
+void Score(const MotionRecording& recording, const Strategy& strategy,
+           double from_s, Errors* errors) {
   const ReplayOutcome outcome =
-      RunEstimator(take.scene, take.person, strategy.factory);
+      RunEstimator(recording.scene, recording.person, strategy.factory);
   errors->cpu_s += 1e-9 * static_cast<double>(outcome.cpu_ns);
   errors->frames += static_cast<double>(outcome.finals.size());
-  const MotionClip& clip = take.clip;
+  const MotionClip& clip = recording.clip;
   for (size_t k = 0; k < clip.joints_m.size(); ++k) {
-    const int64_t at = static_cast<int64_t>(k) - take.first_frame;
+    const int64_t at = static_cast<int64_t>(k) - recording.first_frame;
     const PersonPose* pose =
         at >= 0 ? &outcome.finals[static_cast<size_t>(at)].person : nullptr;
     for (int j = 0; j < clip.skeleton.joint_count(); ++j) {
@@ -574,12 +574,12 @@ class Matrix {
           settings_.joint_sway_m > 0.0
               ? testing::WithJointSway(clip, settings_.joint_sway_m, seed)
               : clip;
-      const MotionTake take = testing::ObserveMotion(
+      const MotionRecording recording = testing::ObserveMotion(
           seen, testing::MotionCameras(settings_.cameras), cell.detector,
           1000 * seed + 17);
       for (const Strategy& strategy : strategies_) {
         Errors errors;
-        Score(take, strategy, settings_.rest_s, &errors);
+        Score(recording, strategy, settings_.rest_s, &errors);
         Merge(errors, &found[strategy.name]);
         Merge(errors, &units_[cell.detector.name][strategy.name]
                              [cell.clip + " " + std::to_string(seed)]);
@@ -677,7 +677,8 @@ class Matrix {
   std::map<std::string, std::map<std::string, Units>> units_;  // by detector
 };
 
-bool Take(const char* argument, const std::string& name, std::string* value) {
+bool BenchmarkRecording(const char* argument, const std::string& name,
+                        std::string* value) {
   const std::string start = "--" + name + "=";
   if (std::strncmp(argument, start.c_str(), start.size()) != 0) return false;
   *value = argument + start.size();
@@ -689,36 +690,37 @@ int Main(int argc, char** argv) {
   settings.strategies = {"window", "batch"};
   for (int i = 1; i < argc; ++i) {
     std::string value;
-    if (Take(argv[i], "clips", &value)) {
+    if (BenchmarkRecording(argv[i], "clips", &value)) {
       settings.clips = Split(value);
-    } else if (Take(argv[i], "rates", &value)) {
+    } else if (BenchmarkRecording(argv[i], "rates", &value)) {
       settings.rates = Split(value);
-    } else if (Take(argv[i], "noises", &value)) {
+    } else if (BenchmarkRecording(argv[i], "noises", &value)) {
       settings.noises = Split(value);
-    } else if (Take(argv[i], "strategies", &value)) {
+    } else if (BenchmarkRecording(argv[i], "strategies", &value)) {
       settings.strategies = Split(value);
-    } else if (Take(argv[i], "seconds", &value)) {
+    } else if (BenchmarkRecording(argv[i], "seconds", &value)) {
       settings.seconds = std::atof(value.c_str());
-    } else if (Take(argv[i], "rest", &value)) {
+    } else if (BenchmarkRecording(argv[i], "rest", &value)) {
       settings.rest_s = std::atof(value.c_str());
-    } else if (Take(argv[i], "joint_sway", &value)) {
+    } else if (BenchmarkRecording(argv[i], "joint_sway", &value)) {
       settings.joint_sway_m = std::atof(value.c_str());
-    } else if (Take(argv[i], "solver", &value)) {
+    } else if (BenchmarkRecording(argv[i], "solver", &value)) {
       if (value != "sweeps" && value != "ceres") {
         std::fprintf(stderr, "unknown solver %s\n", value.c_str());
         return 2;
       }
-      settings.solver =
-          value == "sweeps" ? GraphSolver::kSweeps : GraphSolver::kCeres;
-    } else if (Take(argv[i], "cameras", &value)) {
+      settings.solver = value == "sweeps" ? GraphSolver::kBlockTridiagonal
+                                          : GraphSolver::kCeres;
+    } else if (BenchmarkRecording(argv[i], "cameras", &value)) {
       settings.cameras = std::atoi(value.c_str());
-    } else if (Take(argv[i], "oracle", &value)) {
+    } else if (BenchmarkRecording(argv[i], "oracle", &value)) {
       settings.oracles = Split(value);
-    } else if (Take(argv[i], "write_oracle", &settings.write_oracle)) {
-    } else if (Take(argv[i], "json", &settings.json)) {
+    } else if (BenchmarkRecording(argv[i], "write_oracle",
+                                  &settings.write_oracle)) {
+    } else if (BenchmarkRecording(argv[i], "json", &settings.json)) {
     } else if (std::strcmp(argv[i], "--details") == 0) {
       settings.details = true;
-    } else if (Take(argv[i], "seeds", &value)) {
+    } else if (BenchmarkRecording(argv[i], "seeds", &value)) {
       char* end = nullptr;
       settings.first_seed = std::strtoull(value.c_str(), &end, 10);
       settings.end_seed = *end == ':' ? std::strtoull(end + 1, nullptr, 10)

@@ -1,4 +1,4 @@
-// What refining cameras and clocks is worth: synthetic takes (5 cameras, 6
+// What refining cameras and clocks is worth: synthetic recordings (5 cameras, 6
 // people, 10 s) whose calibration or clocks are off are tracked with the true
 // calibration, as stated, and refined, as `track` does it with the
 // configuration of everyday takes.
@@ -12,8 +12,8 @@
 //
 //   refine_accuracy drift [SEED]
 //
-// A take of ten minutes (3 people, 5 cameras, 25 Hz, 2 px), one clock of which
-// runs 100 ppm too fast: what is found, and the time it takes.
+// A recording of ten minutes (3 people, 5 cameras, 25 Hz, 2 px), one clock of
+// which runs 100 ppm too fast: what is found, and the time it takes.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
@@ -27,10 +27,10 @@
 
 #include "apps/common/config_folder.h"
 #include "core/base/random.h"
-#include "core/evaluation/consistency.h"
+#include "core/evaluation/covariance_calibration.h"
 #include "core/evaluation/mpjpe.h"
 #include "research/arguments.h"
-#include "solvers/session/refine_take.h"
+#include "solvers/session/refine_recording.h"
 #include "solvers/session/run.h"
 #include "tests/support/faulty_scene.h"
 #include "tests/support/test_data.h"
@@ -149,21 +149,22 @@ struct Sums {
   double about_mean_squares = 0.0;
   double refine_s = 0.0;
   int taken = 0;
-  int takes = 0;
+  int recordings = 0;
 };
 
 TrackSequence Tracked(const RunOptions& options, const CameraRig& cameras,
-                      const DetectionSequence& take,
+                      const DetectionSequence& recording,
                       const RefinementRecord* record) {
   RunRequest request;
   request.cameras = cameras;
   request.kept_matches = KeptMatches::kWeights;
-  TrackSequence tracks = TrackSequenceOf(options, request, take);
+  TrackSequence tracks = TrackSequenceOf(options, request, recording);
   if (record == nullptr) return tracks;
-  const RunScene scene = PrepareScene(options, request, take.header);
-  const auto uncertainty = UncertaintyOf(*record, scene, take.header.skeleton);
+  const RunScene scene = PrepareScene(options, request, recording.header);
+  const auto uncertainty =
+      UncertaintyOf(*record, scene, recording.header.skeleton);
   for (TrackFrame& frame : tracks.frames) {
-    const DetectionFrame* seen = FindDetectionFrame(take, frame.frame);
+    const DetectionFrame* seen = FindDetectionFrame(recording, frame.frame);
     if (uncertainty != nullptr && seen != nullptr) {
       uncertainty->AddTo(*seen, &frame);
     }
@@ -173,7 +174,7 @@ TrackSequence Tracked(const RunOptions& options, const CameraRig& cameras,
 
 // Errors of the parameters, and what the covariance states of them.
 void AddParameters(const Fault& fault, const FaultyScene& scene,
-                   const RefinedTake& refined, Sums* sums) {
+                   const RefinedRecording& refined, Sums* sums) {
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     const CameraChange& sigma = refined.refinement.sigmas[v];
     if (fault.place == kRotationAt) {
@@ -237,7 +238,7 @@ double ProcessorSeconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
 
-void AddTake(const Fault& fault, uint64_t seed, Sums* sums) {
+void AddRecording(const Fault& fault, uint64_t seed, Sums* sums) {
   Random random(seed);
   FaultySceneOptions scene_options;
   scene_options.seed = random.Fork() % 1000000;
@@ -262,7 +263,8 @@ void AddTake(const Fault& fault, uint64_t seed, Sums* sums) {
   RunRequest request;
   request.cameras = scene.cameras;
   const double start_s = ProcessorSeconds();
-  const RefinedTake refined = RefineTake(options, request, scene.detections);
+  const RefinedRecording refined =
+      RefineRecording(options, request, scene.detections);
   sums->refine_s += ProcessorSeconds() - start_s;
   for (const RefineStep& step : refined.refinement.steps) {
     if (step.taken) continue;
@@ -289,7 +291,7 @@ void AddTake(const Fault& fault, uint64_t seed, Sums* sums) {
   sums->covered += static_cast<double>(covered.count);
   sums->all += static_cast<double>(covered.total);
   sums->taken += refined.refinement.any_taken() ? 1 : 0;
-  ++sums->takes;
+  ++sums->recordings;
   AddParameters(fault, scene, refined, sums);
   sums->about_mean_squares +=
       std::pow(AngleAboutMean(refined.cameras, scene.scene.cameras), 2);
@@ -309,29 +311,30 @@ nlohmann::json Run(int seeds, uint64_t first_seed, const std::string& only) {
     }
     Sums sums;
     for (int i = 0; i < seeds; ++i) {
-      AddTake(fault, first_seed + static_cast<uint64_t>(i), &sums);
+      AddRecording(fault, first_seed + static_cast<uint64_t>(i), &sums);
     }
-    const double takes = sums.takes;
+    const double recordings = sums.recordings;
     const double count = std::max(1.0, sums.count);
     const nlohmann::json row = {
         {"fault", fault.name},
-        {"true_mm", sums.truth_mm / takes},
-        {"stated_mm", sums.stated_mm / takes},
-        {"refined_mm", sums.refined_mm / takes},
+        {"true_mm", sums.truth_mm / recordings},
+        {"stated_mm", sums.stated_mm / recordings},
+        {"refined_mm", sums.refined_mm / recordings},
         {"ratio", sums.refined_mm / sums.truth_mm},
         {"covered_percent", 100.0 * sums.covered / std::max(1.0, sums.all)},
         {"left", std::sqrt(sums.squares / count)},
-        {"turned_about_mean_deg", std::sqrt(sums.about_mean_squares / takes)},
+        {"turned_about_mean_deg",
+         std::sqrt(sums.about_mean_squares / recordings)},
         {"stated_sigma", std::sqrt(sums.stated_squares / count)},
         {"taken", sums.taken},
-        {"takes", sums.takes},
-        {"refine_s", sums.refine_s / takes}};
+        {"takes", sums.recordings},
+        {"refine_s", sums.refine_s / recordings}};
     const auto figure = [&](const char* key) { return row[key].get<double>(); };
     std::printf(
         "%-24s %7.2f %7.2f %7.2f %6.3f %7.1f%% %9.4f %9.4f %4d/%d %6.1f\n",
         fault.name.c_str(), figure("true_mm"), figure("stated_mm"),
         figure("refined_mm"), figure("ratio"), figure("covered_percent"),
-        figure("left"), figure("stated_sigma"), sums.taken, sums.takes,
+        figure("left"), figure("stated_sigma"), sums.taken, sums.recordings,
         figure("refine_s"));
     std::fflush(stdout);
     rows.push_back(row);
@@ -364,7 +367,8 @@ void RunDrift(uint64_t seed) {
   RunRequest request;
   request.cameras = scene.cameras;
   const double start_s = ProcessorSeconds();
-  const RefinedTake refined = RefineTake(run, request, scene.detections);
+  const RefinedRecording refined =
+      RefineRecording(run, request, scene.detections);
   std::printf("ten minutes, %zu frames: %.1f s of processor time\n", count,
               ProcessorSeconds() - start_s);
   for (size_t v = 0; v < 5; ++v) {
@@ -382,7 +386,7 @@ void RunDrift(uint64_t seed) {
 int main(int argc, char** argv) {
   std::vector<std::string> arguments(argv + 1, argv + argc);
   const std::string json_path =
-      kinegraph::testing::TakeFlag("--json=", &arguments);
+      kinegraph::testing::RecordingFlag("--json=", &arguments);
   arguments.resize(3);
   const uint64_t seed =
       arguments[1].empty() ? 70001 : std::stoull(arguments[1]);

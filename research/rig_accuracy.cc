@@ -27,7 +27,7 @@
 #include "core/synthetic/recorded_people.h"
 #include "core/synthetic/scene.h"
 #include "research/arguments.h"
-#include "solvers/session/calibrate_take.h"
+#include "solvers/session/calibrate_recording.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
@@ -101,7 +101,7 @@ void Compare(const std::string& truth, const std::string& found) {
 
 struct Room {
   Scene scene;
-  DetectionSequence take;
+  DetectionSequence recording;
   CalibrationInput input;
   std::vector<double> late_s;
   std::string words;
@@ -175,7 +175,7 @@ NoiseOptions Noise(Random* random, int cameras, double focal, double* sigma,
   noise.seed = static_cast<int64_t>(random->Index(1000000));
   *sigma = random->Uniform(2.0, 6.0);
   // Of design/detector_bias.md: an offset of 9 mm on each axis that lasts for
-  // the take, 14 at the hips.
+  // the recording, 14 at the hips.
   const auto joint = [&](double lasting_mm) {
     JointNoise one;
     one.reference_depth_m = 5.0;
@@ -241,7 +241,7 @@ Room MakeRoom(int seed) {
   double sigma = 0.0;
   const NoiseOptions noise = Noise(
       &random, cameras, room.scene.cameras[0].focal_px(), &sigma, &room.late_s);
-  room.take = Observe(room.scene, noise, nullptr);
+  room.recording = Observe(room.scene, noise, nullptr);
   const auto focal = static_cast<Focal>(random.Index(3));
   room.input.focal_sigma = focal == Focal::kKnown   ? 0.0
                            : focal == Focal::kRough ? 0.1
@@ -285,7 +285,7 @@ double Squared(const Eigen::Vector3d& error, Eigen::Matrix3d covariance,
   return error.dot(covariance.ldlt().solve(error));
 }
 
-RoomScore ScoreOf(const Room& room, const TakeCalibration& found) {
+RoomScore ScoreOf(const Room& room, const RecordingCalibration& found) {
   RoomScore score;
   score.verdict = found.rig.verdict;
   score.cameras = static_cast<int>(room.scene.cameras.size());
@@ -360,7 +360,8 @@ void Rooms(int first, int count) {
   for (int seed = first; seed < first + count; ++seed) {
     const Room room = MakeRoom(seed);
     const std::clock_t begin = std::clock();
-    const TakeCalibration found = CalibrateTake(options, room.input, room.take);
+    const RecordingCalibration found =
+        CalibrateRecording(options, room.input, room.recording);
     const double seconds =
         static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     scores.push_back(ScoreOf(room, found));

@@ -1,11 +1,11 @@
-// Time of the paper-mode frame on real Shelf detections in memory, whole and
-// by stage, on one core:
+// Time of the paper-mode frame on real Shelf detections in memory, whole and by
+// stage, on one core:
 //
 //   build/research/tracker_benchmark --benchmark_repetitions=20
 //       --benchmark_report_aggregates_only=true
 //
-// An iteration is the whole take of 301 frames with a new tracker; the counters
-// are microseconds of processor time a frame.
+// An iteration is the whole recording of 301 frames with a new tracker; the
+// counters are microseconds of processor time a frame.
 #include <benchmark/benchmark.h>
 
 #include <ctime>
@@ -22,7 +22,7 @@
 namespace kinegraph {
 namespace {
 
-struct Take {
+struct BenchmarkRecording {
   RunOptions options;
   RunRequest request;
   DetectionSequence detections;
@@ -30,30 +30,32 @@ struct Take {
 };
 
 // nullptr when the data is not there.
-std::unique_ptr<Take> LoadShelf(const std::string& config,
-                                const std::string& detections) {
+std::unique_ptr<BenchmarkRecording> LoadShelf(const std::string& config,
+                                              const std::string& detections) {
   const auto calibration = testing::FindData("shelf/calibration.json");
   const auto path = testing::FindData(detections);
   if (!calibration.has_value() || !path.has_value()) return nullptr;
-  auto take = std::make_unique<Take>();
-  take->options = ReadRunOptions(testing::ProjectFile(config).string(), "", "");
-  take->request.cameras =
-      ReadCameras(calibration->string(), take->options.cameras);
-  take->detections =
-      ReadDetections(path->string(), DetectionOptionsOf(take->options));
-  take->scene =
-      PrepareScene(take->options, take->request, take->detections.header);
-  return take;
+  auto recording = std::make_unique<BenchmarkRecording>();
+  recording->options =
+      ReadRunOptions(testing::ProjectFile(config).string(), "", "");
+  recording->request.cameras =
+      ReadCameras(calibration->string(), recording->options.cameras);
+  recording->detections =
+      ReadDetections(path->string(), DetectionOptionsOf(recording->options));
+  recording->scene = PrepareScene(recording->options, recording->request,
+                                  recording->detections.header);
+  return recording;
 }
 
 // The tracker alone: frames already hold the used views in order.
-void TrackTake(const Take& take, StageTimes* times) {
-  EstimatorPair estimators = MakeEstimators(take.options.estimators);
-  Tracker tracker(take.scene.model, take.detections.header.skeleton,
-                  take.options.tracker, estimators.feedback, estimators.output);
+void TrackRecording(const BenchmarkRecording& recording, StageTimes* times) {
+  EstimatorPair estimators = MakeEstimators(recording.options.estimators);
+  Tracker tracker(recording.scene.model, recording.detections.header.skeleton,
+                  recording.options.tracker, estimators.feedback,
+                  estimators.output);
   tracker.set_stage_times(times);
   std::vector<TrackFrame> finished;
-  for (const DetectionFrame& frame : take.detections.frames) {
+  for (const DetectionFrame& frame : recording.detections.frames) {
     finished.clear();
     tracker.Process(frame, &finished);
     benchmark::DoNotOptimize(finished.data());
@@ -62,37 +64,39 @@ void TrackTake(const Take& take, StageTimes* times) {
 }
 
 void SetPerFrame(benchmark::State* state, const char* name, double seconds,
-                 const Take& take) {
-  const double frames = static_cast<double>(take.detections.frames.size()) *
-                        static_cast<double>(state->iterations());
+                 const BenchmarkRecording& recording) {
+  const double frames =
+      static_cast<double>(recording.detections.frames.size()) *
+      static_cast<double>(state->iterations());
   state->counters[name] = 1e6 * seconds / frames;
 }
 
 void WholeFrame(benchmark::State& state, const std::string& config,
                 const std::string& detections) {
-  const auto take = LoadShelf(config, detections);
-  if (take == nullptr) {
+  const auto recording = LoadShelf(config, detections);
+  if (recording == nullptr) {
     state.SkipWithError("needs real data (set KINEGRAPH_DATA)");
     return;
   }
   const std::clock_t start = std::clock();
-  for (auto _ : state) TrackTake(*take, nullptr);
+  for (auto _ : state) TrackRecording(*recording, nullptr);
   const double seconds =
       static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-  SetPerFrame(&state, "us_per_frame", seconds, *take);
+  SetPerFrame(&state, "us_per_frame", seconds, *recording);
 }
 
 void ByStage(benchmark::State& state, const std::string& config,
              const std::string& detections) {
-  const auto take = LoadShelf(config, detections);
-  if (take == nullptr) {
+  const auto recording = LoadShelf(config, detections);
+  if (recording == nullptr) {
     state.SkipWithError("needs real data (set KINEGRAPH_DATA)");
     return;
   }
   StageTimes times;
-  for (auto _ : state) TrackTake(*take, &times);
+  for (auto _ : state) TrackRecording(*recording, &times);
   const auto set = [&](const char* name, int64_t nanoseconds) {
-    SetPerFrame(&state, name, 1e-9 * static_cast<double>(nanoseconds), *take);
+    SetPerFrame(&state, name, 1e-9 * static_cast<double>(nanoseconds),
+                *recording);
   };
   set("1_prepare", times.preparation_ns);
   set("2_associate", times.association_ns);

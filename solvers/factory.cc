@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "solvers/noise/take_notes.h"
+#include "solvers/noise/recording_notes.h"
 #include "solvers/smoothers.h"
 
 namespace kinegraph {
@@ -53,8 +53,8 @@ bool IsCausal(OutputKind kind, const EstimatorOptions& options) {
 }
 
 EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options,
-                            std::shared_ptr<TakeNotes> notes) {
-  if (notes == nullptr) notes = std::make_shared<TakeNotes>(options.graph);
+                            std::shared_ptr<RecordingNotes> notes) {
+  if (notes == nullptr) notes = std::make_shared<RecordingNotes>(options.graph);
   CheckOptions(options.filters);
   return SmootherOf(kind).make(options, std::move(notes));
 }
@@ -65,7 +65,7 @@ EstimatorPair MakeEstimators(const EstimatorOptions& options) {
     return {gaussian.make(options, nullptr), nullptr, nullptr};
   }
   EstimatorPair pair;
-  pair.notes = std::make_shared<TakeNotes>(options.graph);
+  pair.notes = std::make_shared<RecordingNotes>(options.graph);
   const bool same = SameEstimator(options.feedback, options.output);
   const Smoother& feedback = options.feedback == FeedbackKind::kWindow
                                  ? SmootherOf(OutputKind::kWindow)

@@ -13,7 +13,7 @@
 
 namespace kinegraph {
 
-class TakeNotes;  // solvers/noise/take_notes.h
+class RecordingNotes;  // solvers/noise/recording_notes.h
 
 enum class Mode {
   kPaper,  // the paper's causal Gaussian in both roles
@@ -61,17 +61,17 @@ struct EstimatorOptions {
 bool IsCausal(OutputKind kind, const EstimatorOptions& options);
 
 // One strategy alone, whatever mode and roles say. What its people learn from
-// the take goes into `notes`; null: into notes of the factory's own.
+// the recording goes into `notes`; null: into notes of the factory's own.
 EstimatorFactory MakeOutput(OutputKind kind, const EstimatorOptions& options,
-                            std::shared_ptr<TakeNotes> notes = nullptr);
+                            std::shared_ptr<RecordingNotes> notes = nullptr);
 
 // Factories of the two roles. An empty `output` means that the feedback
 // estimator's own poses are written.
 struct EstimatorPair {
   EstimatorFactory feedback;
   EstimatorFactory output;
-  // What the estimators that are written learn of the take; may be null.
-  std::shared_ptr<TakeNotes> notes = nullptr;
+  // What the estimators that are written learn of the recording; may be null.
+  std::shared_ptr<RecordingNotes> notes = nullptr;
 };
 
 EstimatorPair MakeEstimators(const EstimatorOptions& options);

@@ -10,7 +10,7 @@
 #include "solvers/filters/offline_filter.h"
 #include "solvers/filters/segment_filters.h"
 #include "solvers/graph/noise_model.h"
-#include "solvers/noise/take_notes.h"
+#include "solvers/noise/recording_notes.h"
 #include "solvers/window/window_estimator.h"
 
 namespace kinegraph {
@@ -83,7 +83,7 @@ Smoother Filter(OutputKind kind, std::string name, MakeFilter make_filter) {
   smoother.causal = Never;
   smoother.make = [make_filter = std::move(make_filter)](
                       const EstimatorOptions& options,
-                      const std::shared_ptr<TakeNotes>&) {
+                      const std::shared_ptr<RecordingNotes>&) {
     return OverPoints(options, options.filters.points, PointCovariances::kOff,
                       make_filter);
   };
@@ -95,7 +95,7 @@ Smoother KalmanLike(OutputKind kind, std::string name, MakeFilter make_filter) {
   Smoother smoother = Filter(kind, std::move(name), nullptr);
   smoother.make = [make_filter = std::move(make_filter)](
                       const EstimatorOptions& options,
-                      const std::shared_ptr<TakeNotes>&) {
+                      const std::shared_ptr<RecordingNotes>&) {
     const PointCovariances covariances =
         options.filters.kalman.measurement == MeasurementNoise::kTriangulation
             ? PointCovariances::kOn
@@ -116,7 +116,7 @@ Smoother Points(OutputKind kind, std::string name, PointKind points,
   smoother.name = std::move(name);
   smoother.causal = Always;
   smoother.make = [=](const EstimatorOptions& options,
-                      const std::shared_ptr<TakeNotes>&) {
+                      const std::shared_ptr<RecordingNotes>&) {
     return OverPoints(options, points, covariances,
                       [covariances](const FilterOptions&, double) {
                         return PointsAsTheyAre(covariances);
@@ -150,8 +150,9 @@ Smoother Gaussian() {
   smoother.kind = OutputKind::kGaussian;
   smoother.name = "gaussian";
   smoother.causal = Always;
-  smoother.make = [](const EstimatorOptions& options,
-                     const std::shared_ptr<TakeNotes>&) -> EstimatorFactory {
+  smoother.make =
+      [](const EstimatorOptions& options,
+         const std::shared_ptr<RecordingNotes>&) -> EstimatorFactory {
     return [gaussian = options.gaussian](const SceneModel& scene) {
       return MakeCausalGaussian(scene, gaussian);
     };
@@ -344,8 +345,8 @@ SmootherParameter GraphLossScale() {
       [](EstimatorOptions& o) -> double& { return o.graph.loss_scale; });
 }
 
-// What `track` runs when nothing is said: noise and bones as the take shows
-// them. Nothing to tune.
+// What `track` runs when nothing is said: noise and bones as the recording
+// shows them. Nothing to tune.
 SmootherVariant ThatLearns(SmootherVariant variant) {
   variant.name += "_take";
   variant.title += ", noise learnt";
@@ -354,9 +355,9 @@ SmootherVariant ThatLearns(SmootherVariant variant) {
   variant.fix = [fix = std::move(variant.fix)](double rate_hz,
                                                EstimatorOptions* options) {
     fix(rate_hz, options);
-    options->graph.pixel_noise_from = NoiseFrom::kTake;
-    options->graph.process_noise_from = NoiseFrom::kTake;
-    options->graph.bone_sigma_from = NoiseFrom::kTake;
+    options->graph.pixel_noise_from = NoiseFrom::kRecording;
+    options->graph.process_noise_from = NoiseFrom::kRecording;
+    options->graph.bone_sigma_from = NoiseFrom::kRecording;
   };
   return variant;
 }
@@ -380,8 +381,9 @@ Smoother Window() {
   smoother.kind = OutputKind::kWindow;
   smoother.name = "window";
   smoother.causal = Never;
-  smoother.make = [](const EstimatorOptions& options,
-                     std::shared_ptr<TakeNotes> notes) -> EstimatorFactory {
+  smoother.make =
+      [](const EstimatorOptions& options,
+         std::shared_ptr<RecordingNotes> notes) -> EstimatorFactory {
     return [graph = options.graph,
             notes = std::move(notes)](const SceneModel& scene) {
       return MakeWindowEstimator(scene, graph, notes);
@@ -411,8 +413,9 @@ Smoother Batch() {
   smoother.kind = OutputKind::kBatch;
   smoother.name = "batch";
   smoother.causal = Never;
-  smoother.make = [](const EstimatorOptions& options,
-                     std::shared_ptr<TakeNotes> notes) -> EstimatorFactory {
+  smoother.make =
+      [](const EstimatorOptions& options,
+         std::shared_ptr<RecordingNotes> notes) -> EstimatorFactory {
     return [graph = options.graph,
             notes = std::move(notes)](const SceneModel& scene) {
       return MakeBatchEstimator(scene, graph, notes);

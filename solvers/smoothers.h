@@ -45,10 +45,10 @@ struct Smoother {
   std::string name;  // as output.estimator takes it
   // Whether a pose depends on nothing that came after its frame.
   std::function<bool(const EstimatorOptions&)> causal;
-  // What its people learn from the take goes into `notes`; null: nobody learns
-  // from it.
+  // What its people learn from the recording goes into `notes`; null: nobody
+  // learns from it.
   std::function<EstimatorFactory(const EstimatorOptions&,
-                                 std::shared_ptr<TakeNotes> notes)>
+                                 std::shared_ptr<RecordingNotes> notes)>
       make;
   std::vector<SmootherVariant> variants;  // in the order of the report
 };

@@ -20,9 +20,9 @@ namespace {
 constexpr double kMmPerM = 1000.0;
 constexpr int kResamples = 2000;
 
-// Takes and configurations in the order of the tasks, and what was found.
+// Recordings and configurations in the order of the tasks, and what was found.
 struct Results {
-  std::vector<std::string> takes;
+  std::vector<std::string> recordings;
   std::vector<std::string> configurations;
   std::vector<const Task*> missing;
   std::set<std::string> processors;
@@ -80,7 +80,7 @@ std::optional<BatchValue> ValueOf(const BatchMeasure& measure,
 Results ReadResults(const std::vector<Task>& tasks, const std::string& out) {
   Results results;
   for (const Task& task : tasks) {
-    AddName(task.take, &results.takes);
+    AddName(task.recording, &results.recordings);
     AddName(task.configuration, &results.configurations);
   }
   for (const Task& task : tasks) {
@@ -97,21 +97,22 @@ Results ReadResults(const std::vector<Task>& tasks, const std::string& out) {
     const Json& made = *found;
     results.processors.insert(made.value("processor", "unknown"));
     results.commits.insert(made.value("commit", "unknown"));
-    const auto take = static_cast<size_t>(
-        std::find(results.takes.begin(), results.takes.end(), task.take) -
-        results.takes.begin());
+    const auto recording = static_cast<size_t>(
+        std::find(results.recordings.begin(), results.recordings.end(),
+                  task.recording) -
+        results.recordings.begin());
     for (const BatchMeasure& measure : BatchMeasures()) {
       const std::optional<BatchValue> value = ValueOf(measure, &files);
       if (!value.has_value()) continue;
       BatchColumn& column = results.values[measure.key][task.configuration];
-      column.resize(results.takes.size());
-      column[take] = value;
+      column.resize(results.recordings.size());
+      column[recording] = value;
     }
   }
   return results;
 }
 
-// A configuration that no take has finished has an empty column.
+// A configuration that no recording has finished has an empty column.
 BatchColumn ColumnOf(const Results& results, const BatchMeasure& measure,
                      const std::string& configuration) {
   const auto of_measure = results.values.find(measure.key);
@@ -121,7 +122,7 @@ BatchColumn ColumnOf(const Results& results, const BatchMeasure& measure,
 }
 
 std::string SummaryCell(const BatchSummary& summary, int decimals) {
-  if (summary.takes == 0) return "-";
+  if (summary.recordings == 0) return "-";
   return Fixed(summary.mean, decimals) + " [" +
          Fixed(summary.interval.low, decimals) + ", " +
          Fixed(summary.interval.high, decimals) + "]";
@@ -137,7 +138,8 @@ std::string ListText(const std::set<std::string>& names) {
 
 std::string MeasureTable(const Results& results, const BatchMeasure& measure) {
   std::vector<std::string> header = {"configuration"};
-  header.insert(header.end(), results.takes.begin(), results.takes.end());
+  header.insert(header.end(), results.recordings.begin(),
+                results.recordings.end());
   header.emplace_back("mean [95 %]");
   const std::string& first = results.configurations.front();
   header.push_back("less " + first + " [95 %]");
@@ -145,7 +147,7 @@ std::string MeasureTable(const Results& results, const BatchMeasure& measure) {
   const BatchColumn base = ColumnOf(results, measure, first);
   for (const std::string& configuration : results.configurations) {
     BatchColumn column = ColumnOf(results, measure, configuration);
-    column.resize(results.takes.size());
+    column.resize(results.recordings.size());
     std::vector<std::string> row = {configuration};
     for (const std::optional<BatchValue>& value : column) {
       row.push_back(value ? Fixed(value->value, measure.decimals) : "-");
@@ -175,14 +177,17 @@ std::string MissingText(const Results& results, const std::string& out) {
 std::string Markdown(const Results& results, const std::string& out,
                      size_t task_count) {
   std::string text =
-      "# Batch\n\n" + std::to_string(results.takes.size()) + " takes, " +
-      std::to_string(results.configurations.size()) + " configurations; " +
+      "# Batch\n\n" + std::to_string(results.recordings.size()) +
+      " recordings, " + std::to_string(results.configurations.size()) +
+      " configurations; " +
       std::to_string(task_count - results.missing.size()) + " of " +
       std::to_string(task_count) + " tasks done. Made on " +
       ListText(results.processors) + ", commit " + ListText(results.commits) +
-      ".\n\nIntervals: takes are drawn with replacement (2000 times), each "
-      "drawn take's figure around its value with the standard error of its "
-      "block bootstrap over frames. Differences are taken take by take.\n";
+      ".\n\nIntervals: recordings are drawn with replacement (2000 times), "
+      "each "
+      "drawn recording's figure around its value with the standard error of "
+      "its "
+      "block bootstrap over frames. Differences are taken take by recording.\n";
   if (results.processors.size() > 1) {
     text +=
         "\n**More than one kind of processor:** the last digits of a result "
@@ -208,7 +213,7 @@ std::string Csv(const Results& results) {
       const BatchColumn column = ColumnOf(results, measure, configuration);
       for (size_t t = 0; t < column.size(); ++t) {
         if (!column[t].has_value()) continue;
-        table.AddRow({results.takes[t], configuration, measure.key,
+        table.AddRow({results.recordings[t], configuration, measure.key,
                       DumpJson(column[t]->value),
                       DumpJson(column[t]->standard_error)});
       }
@@ -219,7 +224,7 @@ std::string Csv(const Results& results) {
 
 Json ResultsJson(const Results& results) {
   Json json = {{"kinegraph_batch", 1},
-               {"takes", results.takes},
+               {"takes", results.recordings},
                {"configurations", results.configurations},
                {"processors", results.processors},
                {"commits", results.commits}};
@@ -282,7 +287,7 @@ std::string IndexPage(const std::vector<Task>& tasks, const Results& results,
       "<a href=\"batch.json\">JSON</a></p>\n<table>\n<tr><th>take</th>"
       "<th>configuration</th><th>results</th></tr>\n";
   for (const Task& task : tasks) {
-    page += "<tr><td>" + Escaped(task.take) + "</td><td>" +
+    page += "<tr><td>" + Escaped(task.recording) + "</td><td>" +
             Escaped(task.configuration) + "</td><td>";
     const bool missing =
         std::find(results.missing.begin(), results.missing.end(), &task) !=
@@ -341,7 +346,7 @@ BatchSummary Summarise(const BatchColumn& column) {
     if (value.has_value()) values.push_back(*value);
   }
   BatchSummary summary;
-  summary.takes = static_cast<int>(values.size());
+  summary.recordings = static_cast<int>(values.size());
   if (values.empty()) return summary;
   const auto count = static_cast<double>(values.size());
   for (const BatchValue& value : values) summary.mean += value.value / count;
@@ -377,8 +382,8 @@ BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b) {
 }
 
 Json SummaryJson(const BatchSummary& summary) {
-  if (summary.takes == 0) return nullptr;
-  return {{"takes", summary.takes},
+  if (summary.recordings == 0) return nullptr;
+  return {{"takes", summary.recordings},
           {"mean", summary.mean},
           {"low", summary.interval.low},
           {"high", summary.interval.high}};

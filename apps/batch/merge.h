@@ -30,23 +30,24 @@ struct BatchValue {
   double standard_error = 0.0;  // over frames; 0 where it is not known
 };
 
-// [take]; no value where a take does not have it.
+// [take]; no value where a recording does not have it.
 using BatchColumn = std::vector<std::optional<BatchValue>>;
 
-// Mean over the takes that have a value, and its interval: takes are drawn with
-// replacement, and each drawn take's figure from a normal distribution around
-// its value with the standard error of its own block bootstrap over frames.
-// With one take the interval says nothing of other takes.
+// Mean over the recordings that have a value, and its interval: recordings are
+// drawn with replacement, and each drawn recording's figure from a normal
+// distribution around its value with the standard error of its own block
+// bootstrap over frames. With one take the interval says nothing of other
+// recordings.
 struct BatchSummary {
-  int takes = 0;
+  int recordings = 0;
   double mean = 0.0;
   Interval interval;
 };
 BatchSummary Summarise(const BatchColumn& column);
-// null without takes.
+// null without recordings.
 Json SummaryJson(const BatchSummary& summary);
 
-// The same of the difference of two configurations, take by take.
+// The same of the difference of two configurations, take by recording.
 BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b);
 
 // Reads what is done below `out` and writes batch.json, batch.csv, batch.md and

@@ -28,7 +28,7 @@ constexpr const char* kLog = "log.txt";
 constexpr const char* kErrors = "errors.txt";
 
 std::string FolderOf(const Task& task, const std::string& out) {
-  return out + "/" + task.take + "/" + task.configuration;
+  return out + "/" + task.recording + "/" + task.configuration;
 }
 
 std::string FailureFile(const Task& task, const std::string& out) {
@@ -72,7 +72,7 @@ std::string RunStep(const TaskStep& step, const std::string& folder) {
 std::string TaskJson(const Task& task) {
   const Machine machine = ThisMachine();
   Json json = {{"kinegraph_task", 1},
-               {"take", task.take},
+               {"take", task.recording},
                {"configuration", task.configuration},
                {"fingerprint", task.fingerprint},
                {"commit", machine.commit},
@@ -102,7 +102,7 @@ TaskState StateOf(const Task& task, const std::string& out) {
 TaskOutcome RunTask(const Task& task, const std::string& out) {
   TaskOutcome outcome;
   try {
-    const OutputFolder take_folder(out + "/" + task.take);
+    const OutputFolder recording_folder(out + "/" + task.recording);
     AtomicFolder folder(FolderOf(task, out));
     std::string inside = folder.PathOf("");
     inside.pop_back();  // the slash
@@ -123,7 +123,7 @@ TaskOutcome RunTask(const Task& task, const std::string& out) {
   try {
     // Where two batches share the work, the other one may have been first.
     if (StateOf(task, out) == TaskState::kDone) return {true, ""};
-    const OutputFolder take_folder(out + "/" + task.take);
+    const OutputFolder recording_folder(out + "/" + task.recording);
     WriteTextFile(FailureFile(task, out), outcome.error + "\n");
   } catch (const std::exception&) {  // it is told below all the same
   }

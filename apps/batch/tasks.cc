@@ -20,15 +20,16 @@ void Add(std::vector<std::string>* arguments, const std::string& flag,
 
 // Flags of every command that tracks.
 std::vector<std::string> TrackingArguments(
-    const ManifestTake& take, const ManifestConfiguration& configuration) {
+    const ManifestRecording& recording,
+    const ManifestConfiguration& configuration) {
   std::vector<std::string> arguments;
-  Add(&arguments, "cameras", take.cameras);
-  Add(&arguments, "detections", take.detections);
+  Add(&arguments, "cameras", recording.cameras);
+  Add(&arguments, "detections", recording.detections);
   Add(&arguments, "config", configuration.config);
-  // The take's keys describe its data and come last.
-  Add(&arguments, "set", Joined(configuration.set, take.set));
+  // The recording's keys describe its data and come last.
+  Add(&arguments, "set", Joined(configuration.set, recording.set));
   Add(&arguments, "mode", configuration.mode);
-  Add(&arguments, "frames", take.frames);
+  Add(&arguments, "frames", recording.frames);
   return arguments;
 }
 
@@ -40,24 +41,24 @@ TaskStep MakeStep(const std::string& command,
 }
 
 std::vector<TaskStep> StepsOf(const Manifest& manifest,
-                              const ManifestTake& take,
+                              const ManifestRecording& recording,
                               const ManifestConfiguration& configuration) {
   const std::string tracks = "tracks.jsonl";
   const std::vector<std::string> tracking =
-      TrackingArguments(take, configuration);
+      TrackingArguments(recording, configuration);
   std::vector<TaskStep> steps = {MakeStep("track", tracking, "out", tracks)};
   const auto evaluate = [&](const std::string& protocol,
                             const std::string& output) {
     std::vector<std::string> arguments;
     Add(&arguments, "tracks", tracks);
-    Add(&arguments, "ground_truth", take.ground_truth);
+    Add(&arguments, "ground_truth", recording.ground_truth);
     Add(&arguments, "protocol", protocol);
-    Add(&arguments, "frames", take.frames);
+    Add(&arguments, "frames", recording.frames);
     steps.push_back(MakeStep("evaluate", arguments, "json", output));
   };
-  if (!take.ground_truth.empty()) {
-    evaluate(take.protocol, "evaluation.json");
-    if (take.protocol != "identity") evaluate("identity", "identity.json");
+  if (!recording.ground_truth.empty()) {
+    evaluate(recording.protocol, "evaluation.json");
+    if (recording.protocol != "identity") evaluate("identity", "identity.json");
   }
   if (manifest.held_out) {
     std::vector<std::string> arguments = tracking;
@@ -70,7 +71,7 @@ std::vector<TaskStep> StepsOf(const Manifest& manifest,
   if (manifest.report) {
     std::vector<std::string> arguments;
     Add(&arguments, "tracks", tracks);
-    Add(&arguments, "ground_truth", take.ground_truth);
+    Add(&arguments, "ground_truth", recording.ground_truth);
     steps.push_back(MakeStep("report", arguments, "out", "report.html"));
   }
   return steps;
@@ -88,15 +89,15 @@ std::string ContentMark(const std::string& path) {
 
 std::vector<Task> TasksOf(const Manifest& manifest) {
   std::vector<Task> tasks;
-  for (const ManifestTake& take : manifest.takes) {
-    const std::string take_marks =
-        ContentMark(take.cameras) + ContentMark(take.ground_truth);
+  for (const ManifestRecording& recording : manifest.recordings) {
+    const std::string recording_marks =
+        ContentMark(recording.cameras) + ContentMark(recording.ground_truth);
     for (const ManifestConfiguration& configuration : manifest.configurations) {
       Task task;
-      task.take = take.name;
+      task.recording = recording.name;
       task.configuration = configuration.name;
-      task.steps = StepsOf(manifest, take, configuration);
-      std::string told = take_marks + ContentMark(configuration.config);
+      task.steps = StepsOf(manifest, recording, configuration);
+      std::string told = recording_marks + ContentMark(configuration.config);
       for (const TaskStep& step : task.steps) {
         told += step.command;
         for (const std::string& argument : step.arguments) {

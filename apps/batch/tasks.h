@@ -1,4 +1,4 @@
-// The tasks of a batch: each take with each configuration.
+// The tasks of a batch: each recording with each configuration.
 #ifndef KINEGRAPH_APPS_BATCH_TASKS_H_
 #define KINEGRAPH_APPS_BATCH_TASKS_H_
 
@@ -18,14 +18,14 @@ struct TaskStep {
 };
 
 struct Task {
-  std::string take;
+  std::string recording;
   std::string configuration;
   std::vector<TaskStep> steps;
   // Of all that the steps are told, and of the contents of the small files they
   // are told about: another fingerprint means another task.
   std::string fingerprint;
 
-  std::string Name() const { return take + "/" + configuration; }
+  std::string Name() const { return recording + "/" + configuration; }
 };
 
 // In the order of the manifest, takes first. Throws InputError for a

@@ -66,9 +66,10 @@ std::vector<gflags::CommandLineFlagInfo> OwnFlags() {
 InputError UnknownFlag(const std::string& name) {
   const std::string positive = name.rfind("no", 0) == 0 ? name.substr(2) : name;
   if (positive == "resume" || positive == "checkpoint_s") {
-    return InputError("--" + Printable(name) +
-                      " is gone: a take is done anew; many takes go on one by "
-                      "one with `kinegraph-batch --resume`");
+    return InputError(
+        "--" + Printable(name) +
+        " is gone: a recording is done anew; many recordings go on one by "
+        "one with `kinegraph-batch --resume`");
   }
   const std::string shown = "unknown flag --" + Printable(name);
   constexpr size_t kFarthest = 2;

@@ -10,7 +10,7 @@
 namespace kinegraph {
 namespace {
 
-// What takes differ in; the other keys are right for most of them.
+// What recordings differ in; the other keys are right for most of them.
 constexpr const char* kEveryday[] = {
     "mode",
     "skeleton",

@@ -65,7 +65,7 @@ void AddRefinement(const Refinement& refinement, Json* json) {
          {"gain_interval_px", {step.gain.low_px, step.gain.high_px}}});
   }
   (*json)["steps"] = steps;
-  (*json)["stretches"] = refinement.stretches;
+  (*json)["stretches"] = refinement.segments;
   (*json)["largest_correlation"] = refinement.largest_correlation;
   for (size_t v = 0; v < refinement.changes.size(); ++v) {
     Json& camera = (*json)["cameras"][v];
@@ -82,44 +82,46 @@ Json GroundJson(const Ground& ground) {
       {"feet_rms_m", ground.spread_m}};
 }
 
-std::string GroundText(const ReadyTake& take) {
-  if (take.misses_ground) {
+std::string GroundText(const ReadyRecording& recording) {
+  if (recording.misses_ground) {
     return "floor: too few feet rest to tell it; the world stays as the "
            "calibration has it\n";
   }
-  if (!take.ground.has_value()) return "";
+  if (!recording.ground.has_value()) return "";
   char line[200];
   std::snprintf(line, sizeof(line),
                 "floor: the world was tilted by %.1f degrees; %lld resting "
                 "feet lie within %.0f mm of it\n",
-                take.ground->tilt_deg,
-                static_cast<long long>(take.ground->foot_count),
-                1e3 * take.ground->spread_m);
+                recording.ground->tilt_deg,
+                static_cast<long long>(recording.ground->foot_count),
+                1e3 * recording.ground->spread_m);
   return line;
 }
 
 }  // namespace
 
-std::string RefinementJson(const ReadyTake& take) {
-  Json json = RecordJson(take.record.value_or(RefinementRecord()));
-  if (take.refinement.has_value()) AddRefinement(*take.refinement, &json);
-  if (take.ground.has_value()) json["ground"] = GroundJson(*take.ground);
+std::string RefinementJson(const ReadyRecording& recording) {
+  Json json = RecordJson(recording.record.value_or(RefinementRecord()));
+  if (recording.refinement.has_value())
+    AddRefinement(*recording.refinement, &json);
+  if (recording.ground.has_value())
+    json["ground"] = GroundJson(*recording.ground);
   return DumpJson(json);
 }
 
-std::string RefinementText(const ReadyTake& take) {
+std::string RefinementText(const ReadyRecording& recording) {
   std::string text;
-  const std::vector<RefineStep> steps = take.refinement.has_value()
-                                            ? take.refinement->steps
+  const std::vector<RefineStep> steps = recording.refinement.has_value()
+                                            ? recording.refinement->steps
                                             : std::vector<RefineStep>();
   std::string lags;
-  if (take.refinement.has_value() && take.record.has_value()) {
-    for (size_t v = 0; v < take.refinement->lag_frames.size(); ++v) {
-      const int lag = take.refinement->lag_frames[v];
+  if (recording.refinement.has_value() && recording.record.has_value()) {
+    for (size_t v = 0; v < recording.refinement->lag_frames.size(); ++v) {
+      const int lag = recording.refinement->lag_frames[v];
       if (lag == 0) continue;
       lags += (lags.empty() ? "" : ", ") +
-              Printable(take.record->cameras[v].name) + (lag > 0 ? " +" : " ") +
-              std::to_string(lag);
+              Printable(recording.record->cameras[v].name) +
+              (lag > 0 ? " +" : " ") + std::to_string(lag);
     }
   }
   if (!lags.empty()) {
@@ -135,14 +137,14 @@ std::string RefinementText(const ReadyTake& take) {
     char line[200];
     std::snprintf(line, sizeof(line),
                   "%s: %s, %.2f px instead of %.2f on the other half of the "
-                  "take",
+                  "recording",
                   step.what.c_str(), step.taken ? "taken" : "left",
                   step.gain.after_px, step.gain.before_px);
     text += line;
     if (!step.reason.empty()) text += " (" + step.reason + ")";
     text += "\n";
   }
-  return text + GroundText(take);
+  return text + GroundText(recording);
 }
 
 }  // namespace kinegraph

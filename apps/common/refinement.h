@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "solvers/session/ready_take.h"
+#include "solvers/session/ready_recording.h"
 
 namespace kinegraph {
 
@@ -12,11 +12,11 @@ namespace kinegraph {
 // camera's change with its standard deviation: degrees, millimetres, pixels,
 // per cent, milliseconds, parts per million; the turn of the whole world that
 // followed.
-std::string RefinementJson(const ReadyTake& take);
+std::string RefinementJson(const ReadyRecording& recording);
 
 // One line a step: "rotation: taken, 7.31 px instead of 9.02 on the other half
-// of the take"; one for the floor.
-std::string RefinementText(const ReadyTake& take);
+// of the recording"; one for the floor.
+std::string RefinementText(const ReadyRecording& recording);
 
 }  // namespace kinegraph
 

@@ -84,22 +84,25 @@ std::string FrameJson(const DetectionHeader& header,
 
 }  // namespace
 
-void WriteSceneFile(const std::string& path, const SyntheticTake& take) {
+void WriteSceneFile(const std::string& path,
+                    const SyntheticRecording& recording) {
   AtomicFile file(path);
-  file.Write("{\"kinegraph_scene\": 1,\n\"config\": " +
-             EffectiveConfigJson(take.options) + ",\n\"noise_by_class\": " +
-             EffectiveConfigJson(ClassFigures{take.options.noise.by_class}) +
-             ",\n\"people\": [");
-  for (size_t i = 0; i < take.scene.people.size(); ++i) {
-    file.Write(
-        (i > 0 ? ",\n " : "\n ") +
-        PersonJson(*take.scene.people[i], i, take.options.scene.duration_s));
+  file.Write(
+      "{\"kinegraph_scene\": 1,\n\"config\": " +
+      EffectiveConfigJson(recording.options) + ",\n\"noise_by_class\": " +
+      EffectiveConfigJson(ClassFigures{recording.options.noise.by_class}) +
+      ",\n\"people\": [");
+  for (size_t i = 0; i < recording.scene.people.size(); ++i) {
+    file.Write((i > 0 ? ",\n " : "\n ") +
+               PersonJson(*recording.scene.people[i], i,
+                          recording.options.scene.duration_s));
   }
   file.Write("],\n\"detections\": [");
-  for (size_t f = 0; f < take.detections.frames.size(); ++f) {
-    file.Write((f > 0 ? ",\n " : "\n ") + FrameJson(take.detections.header,
-                                                    take.detections.frames[f],
-                                                    take.labels.frames[f]));
+  for (size_t f = 0; f < recording.detections.frames.size(); ++f) {
+    file.Write((f > 0 ? ",\n " : "\n ") +
+               FrameJson(recording.detections.header,
+                         recording.detections.frames[f],
+                         recording.labels.frames[f]));
   }
   file.Write("]}\n");
   file.Commit();

@@ -1,5 +1,5 @@
-// scene.json: what a synthetic take was asked for, and what stands behind each
-// of its detections.
+// scene.json: what a synthetic recording was asked for, and what stands behind
+// each of its detections.
 #ifndef KINEGRAPH_APPS_COMMON_SCENE_FILE_H_
 #define KINEGRAPH_APPS_COMMON_SCENE_FILE_H_
 
@@ -9,7 +9,8 @@
 
 namespace kinegraph {
 
-void WriteSceneFile(const std::string& path, const SyntheticTake& take);
+void WriteSceneFile(const std::string& path,
+                    const SyntheticRecording& recording);
 
 }  // namespace kinegraph
 

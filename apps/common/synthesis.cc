@@ -126,8 +126,9 @@ void SynthesisOptions::Describe(OptionVisitor& visitor) {
   visitor.Leave();
 }
 
-SyntheticTake MakeTake(const std::string& config_path, const std::string& set,
-                       const std::vector<std::string>& motion) {
+SyntheticRecording MakeRecording(const std::string& config_path,
+                                 const std::string& set,
+                                 const std::vector<std::string>& motion) {
   Configuration read = ReadConfiguration(config_path, set);
   const std::vector<MotionClip> clips =
       ReadClips(config_path, motion, &read.options.motion);
@@ -151,33 +152,35 @@ SyntheticTake MakeTake(const std::string& config_path, const std::string& set,
   if (!clips.empty()) {
     FitToClips(read.file, clips, people, &read.options.scene);
   }
-  SyntheticTake take;
-  take.options = read.options;
+  SyntheticRecording recording;
+  recording.options = read.options;
   located("scene", [&] {
-    take.scene = clips.empty()
-                     ? MakeScene(read.options.scene, read.skeleton)
-                     : MakeScene(read.options.scene, read.skeleton, people);
+    recording.scene =
+        clips.empty() ? MakeScene(read.options.scene, read.skeleton)
+                      : MakeScene(read.options.scene, read.skeleton, people);
   });
   located("noise", [&] {
-    take.detections = Observe(take.scene, read.options.noise, &take.labels);
+    recording.detections =
+        Observe(recording.scene, read.options.noise, &recording.labels);
   });
-  take.truth = TruthFor(take.scene, take.detections);
-  take.truth.header.config_json = EffectiveConfigJson(take.options);
-  return take;
+  recording.truth = TruthFor(recording.scene, recording.detections);
+  recording.truth.header.config_json = EffectiveConfigJson(recording.options);
+  return recording;
 }
 
-TakeFiles WriteTake(const SyntheticTake& take, const std::string& folder) {
+RecordingFiles WriteRecording(const SyntheticRecording& recording,
+                              const std::string& folder) {
   const OutputFolder made(folder);
   const auto in_folder = [&folder](const char* name) {
     return folder + "/" + name;
   };
-  const TakeFiles files = {in_folder("cameras.json"),
-                           in_folder("detections.jsonl"),
-                           in_folder("truth.jsonl"), in_folder("scene.json")};
-  WriteCameras(files.cameras, take.scene.cameras);
-  WriteDetections(files.detections, take.detections);
-  WriteTracks(files.truth, take.truth);
-  WriteSceneFile(files.scene, take);
+  const RecordingFiles files = {
+      in_folder("cameras.json"), in_folder("detections.jsonl"),
+      in_folder("truth.jsonl"), in_folder("scene.json")};
+  WriteCameras(files.cameras, recording.scene.cameras);
+  WriteDetections(files.detections, recording.detections);
+  WriteTracks(files.truth, recording.truth);
+  WriteSceneFile(files.scene, recording);
   return files;
 }
 

@@ -1,5 +1,5 @@
-// A synthetic take, from its configuration to its files: shared by the commands
-// that make one.
+// A synthetic recording, from its configuration to its files: shared by the
+// commands that make one.
 #ifndef KINEGRAPH_APPS_COMMON_SYNTHESIS_H_
 #define KINEGRAPH_APPS_COMMON_SYNTHESIS_H_
 
@@ -28,7 +28,7 @@ struct SynthesisOptions {
 };
 
 // A scene, what detectors made of it, and the truth about both.
-struct SyntheticTake {
+struct SyntheticRecording {
   SynthesisOptions options;
   Scene scene;
   DetectionSequence detections;
@@ -36,16 +36,17 @@ struct SyntheticTake {
   TrackSequence truth;  // at the frames and times of the detections
 };
 
-// Makes the take of a configuration (TOML; empty: all defaults) with what the
-// command line changes in it (`set` as --set takes it). `motion`: tracks files
-// in place of the configuration's motion.clips. With clips, frame rate and
-// duration are those of the clips where nothing sets them. Throws InputError
-// naming file, line and key.
-SyntheticTake MakeTake(const std::string& config_path, const std::string& set,
-                       const std::vector<std::string>& motion = {});
+// Makes the recording of a configuration (TOML; empty: all defaults) with what
+// the command line changes in it (`set` as --set takes it). `motion`: tracks
+// files in place of the configuration's motion.clips. With clips, frame rate
+// and duration are those of the clips where nothing sets them. Throws
+// InputError naming file, line and key.
+SyntheticRecording MakeRecording(const std::string& config_path,
+                                 const std::string& set,
+                                 const std::vector<std::string>& motion = {});
 
-// The files of a take in its folder.
-struct TakeFiles {
+// The files of a recording in its folder.
+struct RecordingFiles {
   std::string cameras;     // cameras.json
   std::string detections;  // detections.jsonl
   std::string truth;       // truth.jsonl: tracks
@@ -53,7 +54,8 @@ struct TakeFiles {
 };
 
 // Writes the four files and returns their paths; the folder is made if missing.
-TakeFiles WriteTake(const SyntheticTake& take, const std::string& folder);
+RecordingFiles WriteRecording(const SyntheticRecording& recording,
+                              const std::string& folder);
 
 int64_t CountDetections(const DetectionSequence& sequence);
 

@@ -41,12 +41,13 @@ class JsonLinesOutput final : public TrackOutput {
   TrackWriter writer_;
 };
 
-// Formats that need the whole take.
-class WholeTakeOutput final : public TrackOutput {
+// Formats that need the whole recording.
+class WholeRecordingOutput final : public TrackOutput {
  public:
-  WholeTakeOutput(const std::string& path, const TrackHeader& header,
-                  const PersonNames& names, MarkerNames markers,
-                  const CameraRig& cameras, const std::optional<AxisMap>& axes)
+  WholeRecordingOutput(const std::string& path, const TrackHeader& header,
+                       const PersonNames& names, MarkerNames markers,
+                       const CameraRig& cameras,
+                       const std::optional<AxisMap>& axes)
       : format_(*TrackFormatOfExtension(path)),
         path_(path),
         markers_(markers),
@@ -63,18 +64,18 @@ class WholeTakeOutput final : public TrackOutput {
     tracks_.frames.push_back(std::move(frame));
   }
   void Commit() override {
-    Losses losses;
+    LostFields lost_fields;
     if (const auto note =
             FindAxesNote(StanceOf(tracks_), cameras_, format_, options_.axes)) {
-      losses.push_back(note->text + ": " +
-                       (note->axes.empty() ? "--set=cameras.ground=feet"
-                                           : "--axes=" + note->axes) +
-                       " stands them up");
+      lost_fields.push_back(note->text + ": " +
+                            (note->axes.empty() ? "--set=cameras.ground=feet"
+                                                : "--axes=" + note->axes) +
+                            " stands them up");
     }
     tracks_.header.skeleton =
         WithMarkerNames(tracks_.header.skeleton, markers_);
-    format_.write(path_, tracks_, options_, &losses);
-    for (const std::string& loss : losses) {
+    format_.write(path_, tracks_, options_, &lost_fields);
+    for (const std::string& loss : lost_fields) {
       std::fprintf(stderr, "kinegraph-track: note: %s\n",
                    Printable(loss, 500).c_str());
     }
@@ -125,8 +126,8 @@ std::unique_ptr<TrackOutput> MakeTrackOutput(
   if (IsJsonLines(extension) || IsStream(path)) {
     return std::make_unique<JsonLinesOutput>(path, header, observations, names);
   }
-  return std::make_unique<WholeTakeOutput>(path, header, names, markers,
-                                           cameras, axes);
+  return std::make_unique<WholeRecordingOutput>(path, header, names, markers,
+                                                cameras, axes);
 }
 
 MarkerNames MarkersFlag(const std::string& text) {

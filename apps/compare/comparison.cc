@@ -69,14 +69,15 @@ double CapOf(const Camera& camera) {
                    "(cameras.image_size)");
 }
 
-TrackSequence Assemble(const Comparison& comparison, const PreparedTake& take,
+TrackSequence Assemble(const Comparison& comparison,
+                       const PreparedRecording& recording,
                        const std::vector<ReplayedPerson>& people,
                        std::vector<ReplayOutcome> outcomes) {
   TrackSequence tracks;
   tracks.header = comparison.run.scene.header;
   tracks.frames =
-      AssembleReplay(take.replay->empty_frames(), people, std::move(outcomes),
-                     comparison.run.first_frame);
+      AssembleReplay(recording.replay->empty_frames(), people,
+                     std::move(outcomes), comparison.run.first_frame);
   return tracks;
 }
 
@@ -101,21 +102,20 @@ BootstrapOptions Comparison::bootstrap() const {
   return blocks;
 }
 
-std::shared_ptr<const PreparedTake> PrepareTake(const FrozenRun& run,
-                                                const RunOptions& options,
-                                                DetectionSequence detections,
-                                                int threads) {
-  auto take = std::make_shared<PreparedTake>();
-  take->detections = std::move(detections);
-  take->replay = std::make_unique<Replay>(
-      run.scene.model, take->detections, run.matches,
+std::shared_ptr<const PreparedRecording> PrepareRecording(
+    const FrozenRun& run, const RunOptions& options,
+    DetectionSequence detections, int threads) {
+  auto recording = std::make_shared<PreparedRecording>();
+  recording->detections = std::move(detections);
+  recording->replay = std::make_unique<Replay>(
+      run.scene.model, recording->detections, run.matches,
       run.scale.IntoRun(options).tracker, FeedbackOf(options));
-  take->all = take->replay->Prepare(-1, threads);
+  recording->all = recording->replay->Prepare(-1, threads);
   for (size_t view = 0; view < run.scene.view_names.size(); ++view) {
-    take->without.push_back(
-        take->replay->Prepare(static_cast<int>(view), threads));
+    recording->without.push_back(
+        recording->replay->Prepare(static_cast<int>(view), threads));
   }
-  return take;
+  return recording;
 }
 
 Comparison MakeComparison(RunOptions options, FrozenRun run,
@@ -145,7 +145,7 @@ Comparison MakeComparison(RunOptions options, FrozenRun run,
 
 bool SameRun(const Comparison& comparison, const FoldValues& values) {
   return comparison.folds.size() == 2 &&
-         comparison.folds[0].take == comparison.folds[1].take &&
+         comparison.folds[0].recording == comparison.folds[1].recording &&
          values[0] == values[1];
 }
 
@@ -165,7 +165,7 @@ TrackSequence AlikeObserved(const TrackSequence& tracks,
   }
   for (const Fold& fold : folds) {
     std::map<std::pair<int64_t, int64_t>, const EstimatorFrame*> frames;
-    for (const ReplayedPerson& person : fold.take->all) {
+    for (const ReplayedPerson& person : fold.recording->all) {
       for (const EstimatorFrame& frame : person.frames) {
         frames[{frame.frame, person.id.value()}] = &frame;
       }
@@ -193,7 +193,7 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
                        const FoldValues& values) {
   StrategyRun run;
   run.tracks.header = comparison.run.scene.header;
-  run.whole_take = true;
+  run.whole_recording = true;
   const bool same = SameRun(comparison, values);
   for (size_t f = 0; f < comparison.folds.size(); ++f) {
     const Fold& fold = comparison.folds[f];
@@ -201,22 +201,22 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
         MakeStrategy(strategy, values[f], comparison.rate_hz(),
                      comparison.options.estimators);
     std::vector<ReplayOutcome> outcomes =
-        RunEstimators(comparison.scene(), fold.take->all, estimator);
+        RunEstimators(comparison.scene(), fold.recording->all, estimator);
     for (const ReplayOutcome& outcome : outcomes) {
       run.cpu_ns += outcome.cpu_ns;
       run.person_frames += static_cast<int64_t>(outcome.finals.size());
       if (!outcome.delay.has_value()) continue;
-      run.whole_take = false;
+      run.whole_recording = false;
       run.delay = std::max(run.delay.value_or(0), *outcome.delay);
     }
     if (IsCausalStrategy(strategy, values[f], comparison.rate_hz(),
                          comparison.options.estimators)) {
       // It could answer at once, whenever this estimator does.
-      run.whole_take = false;
+      run.whole_recording = false;
       run.delay = 0;
     }
-    TrackSequence part =
-        Assemble(comparison, *fold.take, fold.take->all, std::move(outcomes));
+    TrackSequence part = Assemble(comparison, *fold.recording,
+                                  fold.recording->all, std::move(outcomes));
     for (TrackFrame& frame : part.frames) {
       if (!fold.frames.Contains(frame.frame) &&
           !(same && comparison.folds[1].frames.Contains(frame.frame))) {
@@ -232,11 +232,11 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
 }
 
 TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
-                         const StrategyValues& values, const PreparedTake& take,
-                         size_t view) {
-  const std::vector<ReplayedPerson>& people = take.without[view];
+                         const StrategyValues& values,
+                         const PreparedRecording& recording, size_t view) {
+  const std::vector<ReplayedPerson>& people = recording.without[view];
   return Assemble(
-      comparison, take, people,
+      comparison, recording, people,
       RunEstimators(comparison.scene(), people,
                     MakeStrategy(strategy, values, comparison.rate_hz(),
                                  comparison.options.estimators)));
@@ -255,7 +255,7 @@ void ScoreWithout(const Comparison& comparison, const Fold& fold, size_t view,
   HeldOutRules rules;
   rules.pairing = HeldOutRules::Pairing::kById;
   rules.sigma_px = SigmaOf(comparison.options.estimators.graph);
-  ScoreHeldOutCamera(set, fold.take->detections, static_cast<int>(view),
+  ScoreHeldOutCamera(set, fold.recording->detections, static_cast<int>(view),
                      comparison.scene().cameras[view], comparison.reference,
                      tracks, scores, rules);
 }

@@ -15,7 +15,7 @@
 #include "core/base/frame_range.h"
 #include "core/data/held_out.h"
 #include "core/data/pose.h"
-#include "core/evaluation/consistency.h"
+#include "core/evaluation/covariance_calibration.h"
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/pcp.h"
 #include "core/evaluation/smoothness.h"
@@ -26,17 +26,17 @@ namespace kinegraph {
 
 // Frozen matches ready for every estimator: with all cameras, and without each
 // camera in turn. Its detections may be shifted ones.
-struct PreparedTake {
+struct PreparedRecording {
   DetectionSequence detections;
   std::unique_ptr<Replay> replay;
   std::vector<ReplayedPerson> all;                   // with all cameras
   std::vector<std::vector<ReplayedPerson>> without;  // one a view
 };
 
-// A part of the take: the frames that are scored, and on what.
+// A part of the recording: the frames that are scored, and on what.
 struct Fold {
   FrameRange frames;
-  std::shared_ptr<const PreparedTake> take;
+  std::shared_ptr<const PreparedRecording> recording;
 };
 
 // Everything that all strategies share.
@@ -63,10 +63,9 @@ struct Comparison {
 
 // Frozen matches with the detections given (those of the run, or shifted ones),
 // replayed with and without cameras.
-std::shared_ptr<const PreparedTake> PrepareTake(const FrozenRun& run,
-                                                const RunOptions& options,
-                                                DetectionSequence detections,
-                                                int threads);
+std::shared_ptr<const PreparedRecording> PrepareRecording(
+    const FrozenRun& run, const RunOptions& options,
+    DetectionSequence detections, int threads);
 
 // Fills in the folds' frames, the scored set and the rest from `run`. No fold:
 // one with all frames. `held_out_set`, if given, restricts what is scored to
@@ -90,10 +89,10 @@ struct StrategyRun {
   int64_t cpu_ns = 0;
   int64_t person_frames = 0;  // that the estimators were given
   std::optional<TimeNs> delay;
-  bool whole_take = false;  // nobody's pose was final before the end
+  bool whole_recording = false;  // nobody's pose was final before the end
 };
 
-// Whether one run serves both folds: the same take, with the same values.
+// Whether one run serves both folds: the same recording, with the same values.
 bool SameRun(const Comparison& comparison, const FoldValues& values);
 
 // The tracks with nothing but positions; a joint is observed where its
@@ -106,8 +105,8 @@ StrategyRun RunWithAll(const Comparison& comparison, const Strategy& strategy,
 
 // The answer without one camera, in all frames.
 TrackSequence RunWithout(const Comparison& comparison, const Strategy& strategy,
-                         const StrategyValues& values, const PreparedTake& take,
-                         size_t view);
+                         const StrategyValues& values,
+                         const PreparedRecording& recording, size_t view);
 // Held-out errors of that camera in the frames of one fold, against the
 // detections of the fold; appended to `scores`.
 void ScoreWithout(const Comparison& comparison, const Fold& fold, size_t view,

@@ -181,8 +181,7 @@ std::string ClassTable(const CompareResult& result) {
 std::string MotionTable(const CompareResult& result) {
   const Column delay = ValueOf("final_after_ms", "final after");
   const auto final_after = [=](const StrategyResult& one) {
-    return one.scores.run.whole_take ? "the end"
-                                     : delay.cell(one) + " ms";
+    return one.scores.run.whole_recording ? "the end" : delay.cell(one) + " ms";
   };
   return StrategyTable(
       result, {IntervalOf("acceleration_m_s2", "acceleration [m/s^2]"),
@@ -377,7 +376,7 @@ Json StrategyJson(const StrategyResult& one,
     entry["refused"] = one.scores.refused;
     return entry;
   }
-  entry["whole_take"] = one.scores.run.whole_take;
+  entry["whole_take"] = one.scores.run.whole_recording;
   Json measures = Json::object();
   for (const Measure& measure : one.measures) {
     measures[measure.key] = MeasureJson(measure);

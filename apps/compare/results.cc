@@ -145,7 +145,7 @@ void AddMotionMeasures(const StrategyScores& own,
                         static_cast<double>(own.joints_possible));
   list->Plain(Named("lag_to_batch_ms", "lag behind batch", "ms", 0),
               kMmPerM * own.lag_to_batch_s.value_or(kNan));
-  // 0: at once. NaN: at the end of the take.
+  // 0: at once. NaN: at the end of the recording.
   list->Plain(
       Named("final_after_ms", "final after", "ms", 0),
       own.run.delay.has_value() ? kMmPerM * ToSeconds(*own.run.delay) : kNan);

@@ -133,8 +133,8 @@ void ScoreView(const Comparison& comparison, const Strategy& strategy,
   for (size_t fold = 0; fold < comparison.folds.size(); ++fold) {
     const Fold& scored = comparison.folds[fold];
     if (fold == 0 || !same) {
-      tracks =
-          RunWithout(comparison, strategy, values[fold], *scored.take, view);
+      tracks = RunWithout(comparison, strategy, values[fold], *scored.recording,
+                          view);
     }
     ScoreWithout(comparison, scored, view, tracks,
                  &(*parts)[fold * views + view]);

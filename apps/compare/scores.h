@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "apps/compare/comparison.h"
-#include "core/evaluation/consistency.h"
+#include "core/evaluation/covariance_calibration.h"
 #include "core/evaluation/held_out.h"
 #include "core/evaluation/pcp.h"
 #include "core/evaluation/smoothness.h"
@@ -19,7 +19,8 @@ namespace kinegraph {
 // What a strategy is judged by. Series are laid out alike for all strategies of
 // a comparison.
 struct StrategyScores {
-  // Why it cannot be run on this take, in one line; nothing else then counts.
+  // Why it cannot be run on this recording, in one line; nothing else then
+  // counts.
   std::string refused;
 
   HeldOutSummary held_out;

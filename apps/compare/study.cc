@@ -38,18 +38,20 @@ std::vector<Strategy> WithThoseTunedAs(std::vector<Strategy> strategies) {
   return strategies;
 }
 
-Comparison ComparisonOf(FrozenTake take, const StudyRequest& request) {
+Comparison ComparisonOf(FrozenRecording recording,
+                        const StudyRequest& request) {
   const auto prepared =
-      PrepareTake(take.run, take.options, take.run.detections, request.threads);
-  const FrameRange all = {take.run.first_frame,
-                          take.run.tracks.frames.back().frame + 1};
-  return MakeComparison(std::move(take.options), std::move(take.run),
+      PrepareRecording(recording.run, recording.options,
+                       recording.run.detections, request.threads);
+  const FrameRange all = {recording.run.first_frame,
+                          recording.run.tracks.frames.back().frame + 1};
+  return MakeComparison(std::move(recording.options), std::move(recording.run),
                         {{all, prepared}}, std::nullopt, request.threads);
 }
 
-// What is wrong with one of many takes names it.
+// What is wrong with one of many recordings names it.
 template <typename Work>
-void ForTake(const TakeInput& input, const Work& work) {
+void ForRecording(const RecordingInput& input, const Work& work) {
   try {
     work();
   } catch (const InputError& error) {
@@ -64,7 +66,7 @@ RatioUnit ScorePoint(const Comparison& comparison, const Strategy& strategy,
   const Fold& fold = comparison.folds.front();
   HeldOutScores scores;
   ScoreWithout(comparison, fold, view,
-               RunWithout(comparison, strategy, values, *fold.take, view),
+               RunWithout(comparison, strategy, values, *fold.recording, view),
                &scores);
   for (const RatioUnit& unit : TruncatedErrors(scores, AllJoints())) {
     pooled.sum += unit.sum;
@@ -136,15 +138,15 @@ class Maker {
 
   Study Make() {
     if (request_.tune) WalkGrids();
-    for (size_t t = 0; t < request_.takes.size(); ++t) {
-      ForTake(request_.takes[t], [&] { ScoreTake(t); });
+    for (size_t t = 0; t < request_.recordings.size(); ++t) {
+      ForRecording(request_.recordings[t], [&] { ScoreRecording(t); });
     }
     Choose();
     return std::move(study_);
   }
 
  private:
-  // Every grid on every take.
+  // Every grid on every recording.
   void WalkGrids() {
     for (size_t s = 0; s < tuned_.size(); ++s) {
       if (!tuned_[s].tuned_as.empty()) continue;
@@ -153,11 +155,12 @@ class Maker {
                              : GridOf(tuned_[s]);
     }
     SharedProgress progress(
-        "tuning", static_cast<int64_t>(request_.takes.size() * tuned_.size()));
-    for (const TakeInput& input : request_.takes) {
-      ForTake(input, [&] {
+        "tuning",
+        static_cast<int64_t>(request_.recordings.size() * tuned_.size()));
+    for (const RecordingInput& input : request_.recordings) {
+      ForRecording(input, [&] {
         const Comparison comparison =
-            ComparisonOf(FreezeTake(input, request_.threads), request_);
+            ComparisonOf(FreezeRecording(input, request_.threads), request_);
         for (size_t s = 0; s < tuned_.size(); ++s) {
           grids_[s].errors.push_back(
               ScorePoints(comparison, tuned_[s], grids_[s].points));
@@ -167,8 +170,8 @@ class Maker {
     }
   }
 
-  // Chosen without a take (-1: on all); of a strategy that could be run on none
-  // of the others, those of the configuration.
+  // Chosen without a recording (-1: on all); of a strategy that could be run on
+  // none of the others, those of the configuration.
   StrategyValues ValuesOf(size_t s, int left_out,
                           const StrategyValues& defaults) const {
     if (!request_.tune) return defaults;
@@ -184,8 +187,8 @@ class Maker {
   std::vector<StrategyValues> Wanted(size_t s,
                                      const StrategyValues& defaults) const {
     std::vector<StrategyValues> wanted;
-    const int takes = static_cast<int>(request_.takes.size());
-    for (int left_out = -1; left_out < takes; ++left_out) {
+    const int recordings = static_cast<int>(request_.recordings.size());
+    for (int left_out = -1; left_out < recordings; ++left_out) {
       const StrategyValues values = ValuesOf(s, left_out, defaults);
       if (std::find(wanted.begin(), wanted.end(), values) == wanted.end()) {
         wanted.push_back(values);
@@ -194,9 +197,9 @@ class Maker {
     return wanted;
   }
 
-  void ScoreTake(size_t t) {
-    const Comparison comparison =
-        ComparisonOf(FreezeTake(request_.takes[t], request_.threads), request_);
+  void ScoreRecording(size_t t) {
+    const Comparison comparison = ComparisonOf(
+        FreezeRecording(request_.recordings[t], request_.threads), request_);
     std::vector<FoldValues> values;
     for (size_t s = 0; s < request_.strategies.size(); ++s) {
       const StrategyValues defaults =
@@ -208,12 +211,12 @@ class Maker {
       chosen_[s].errors.push_back(
           ScorePoints(comparison, request_.strategies[s], chosen_[s].points));
     }
-    StudyTake take;
-    take.name = request_.takes[t].name;
+    StudyRecording recording;
+    recording.name = request_.recordings[t].name;
     std::vector<StrategyScores> scores;
     {
       SharedProgress progress(
-          "scoring " + take.name,
+          "scoring " + recording.name,
           PiecesOfScoring(comparison, request_.strategies.size()));
       scores = ScoreStrategies(comparison, request_.strategies, values,
                                [&progress] { progress.Advance(); });
@@ -223,11 +226,11 @@ class Maker {
       throw InputError("the baseline cannot be run: " + baseline.refused);
     }
     for (size_t s = 0; s < scores.size(); ++s) {
-      take.scores.push_back(
+      recording.scores.push_back(
           ScoreOf(comparison, scores[s], baseline, s == request_.baseline_idx));
-      take.scores.back().values = values[s].front();
+      recording.scores.back().values = values[s].front();
     }
-    study_.takes.push_back(std::move(take));
+    study_.recordings.push_back(std::move(recording));
     if (t == 0) {
       study_.options = comparison.options;
       study_.rate_hz = comparison.rate_hz();
@@ -235,9 +238,9 @@ class Maker {
   }
 
   // The errors of every strategy with the values that are chosen without a
-  // take: the "points" among which the strategy is chosen.
+  // recording: the "points" among which the strategy is chosen.
   std::optional<size_t> BestStrategy(int left_out) const {
-    std::vector<PointErrors> takes(request_.takes.size());
+    std::vector<PointErrors> recordings(request_.recordings.size());
     for (size_t s = 0; s < request_.strategies.size(); ++s) {
       size_t point = 0;
       if (request_.tune) {
@@ -246,17 +249,18 @@ class Maker {
         point = static_cast<size_t>(
             std::find(points.begin(), points.end(), values) - points.begin());
       }
-      for (size_t t = 0; t < takes.size(); ++t) {
+      for (size_t t = 0; t < recordings.size(); ++t) {
         const PointErrors& errors = chosen_[s].errors[t];
-        takes[t].push_back(point < errors.size() ? errors[point] : RatioUnit());
+        recordings[t].push_back(point < errors.size() ? errors[point]
+                                                      : RatioUnit());
       }
     }
-    return BestPoint(takes, left_out);
+    return BestPoint(recordings, left_out);
   }
 
   void Choose() {
-    for (size_t t = 0; t < study_.takes.size(); ++t) {
-      study_.takes[t].chosen = BestStrategy(static_cast<int>(t));
+    for (size_t t = 0; t < study_.recordings.size(); ++t) {
+      study_.recordings[t].chosen = BestStrategy(static_cast<int>(t));
     }
     study_.best = BestStrategy(-1);
     if (study_.best) {
@@ -274,17 +278,17 @@ class Maker {
 
 }  // namespace
 
-std::optional<size_t> BestPoint(const std::vector<PointErrors>& takes,
+std::optional<size_t> BestPoint(const std::vector<PointErrors>& recordings,
                                 int left_out) {
   std::optional<size_t> best;
   double least = kNan;
-  const size_t points = takes.empty() ? 0 : takes.front().size();
+  const size_t points = recordings.empty() ? 0 : recordings.front().size();
   for (size_t point = 0; point < points; ++point) {
     double sum = 0.0;
     int count = 0;
-    for (size_t t = 0; t < takes.size(); ++t) {
+    for (size_t t = 0; t < recordings.size(); ++t) {
       if (static_cast<int>(t) == left_out) continue;
-      const RatioUnit& unit = takes[t][point];
+      const RatioUnit& unit = recordings[t][point];
       sum += unit.weight > 0.0 ? unit.sum / unit.weight : kNan;
       ++count;
     }
@@ -298,11 +302,13 @@ std::optional<size_t> BestPoint(const std::vector<PointErrors>& takes,
 
 StudyVerdict HoldsFor(const Study& study) {
   StudyVerdict verdict;
-  for (const StudyTake& take : study.takes) {
-    if (!take.chosen || !take.scores[*take.chosen].refused.empty()) continue;
-    ++verdict.takes;
-    if (take.chosen == study.best) ++verdict.like_all;
-    switch (take.scores[*take.chosen].verdict) {
+  for (const StudyRecording& recording : study.recordings) {
+    if (!recording.chosen ||
+        !recording.scores[*recording.chosen].refused.empty())
+      continue;
+    ++verdict.recordings;
+    if (recording.chosen == study.best) ++verdict.like_all;
+    switch (recording.scores[*recording.chosen].verdict) {
       case Verdict::kLess:
         ++verdict.better;
         break;

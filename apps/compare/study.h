@@ -1,9 +1,10 @@
-// A comparison over several takes: values chosen on some are scored on others.
+// A comparison over several recordings: values chosen on some are scored on
+// others.
 //
-// Every take is left out once. The strategy and its values that do best on the
-// others are scored on it, so no figure comes from what was chosen on the same
-// take. "Best" is the least mean over takes of their mean held-out error: each
-// take counts the same, however long it is.
+// Every recording is left out once. The strategy and its values that do best on
+// the others are scored on it, so no figure comes from what was chosen on the
+// same recording. "Best" is the least mean over recordings of their mean
+// held-out error: each recording counts the same, however long it is.
 #ifndef KINEGRAPH_APPS_COMPARE_STUDY_H_
 #define KINEGRAPH_APPS_COMPARE_STUDY_H_
 
@@ -13,23 +14,24 @@
 #include <vector>
 
 #include "apps/compare/comparison.h"
+#include "apps/compare/recording_input.h"
 #include "apps/compare/results.h"
 #include "apps/compare/strategies.h"
-#include "apps/compare/take_input.h"
 
 namespace kinegraph {
 
-// Held-out errors of a take at several points: the sum of min(error, 30 px) and
-// the number of joints; no weight where the take refuses the point.
+// Held-out errors of a recording at several points: the sum of min(error, 30
+// px) and the number of joints; no weight where the recording refuses the
+// point.
 using PointErrors = std::vector<RatioUnit>;
 
-// The point with the least mean over takes of the take's mean error; the take
-// `left_out` (-1: none) has no say. A point that one of them refuses is not
-// chosen; nullopt when there is no other.
-std::optional<size_t> BestPoint(const std::vector<PointErrors>& takes,
+// The point with the least mean over recordings of the recording's mean error;
+// the recording `left_out` (-1: none) has no say. A point that one of them
+// refuses is not chosen; nullopt when there is no other.
+std::optional<size_t> BestPoint(const std::vector<PointErrors>& recordings,
                                 int left_out);
 
-// What a strategy scored on one take, with values chosen on the others.
+// What a strategy scored on one recording, with values chosen on the others.
 struct StudyScore {
   std::string refused;  // empty: it ran
   StrategyValues values;
@@ -41,10 +43,11 @@ struct StudyScore {
   Verdict verdict = Verdict::kNone;
 };
 
-struct StudyTake {
+struct StudyRecording {
   std::string name;
   std::vector<StudyScore> scores;  // one a strategy
-  // The strategy that does best on the other takes; nullopt: none could be run.
+  // The strategy that does best on the other recordings; nullopt: none could be
+  // run.
   std::optional<size_t> chosen;
 };
 
@@ -52,34 +55,34 @@ struct Study {
   std::vector<Strategy> strategies;
   size_t baseline_idx = 0;
   bool tuned = false;
-  std::vector<StudyTake> takes;
-  // Chosen on all takes, for the next one; nullopt: none could be run.
+  std::vector<StudyRecording> recordings;
+  // Chosen on all recordings, for the next one; nullopt: none could be run.
   std::optional<size_t> best;
   StrategyValues best_values;
-  // Of the first take, as recommended.toml starts from.
+  // Of the first recording, as recommended.toml starts from.
   RunOptions options;
   double rate_hz = 0.0;
 };
 
-// On how many takes the choice made without them is better than the baseline,
-// not told apart from it (or the baseline itself), and worse.
+// On how many recordings the choice made without them is better than the
+// baseline, not told apart from it (or the baseline itself), and worse.
 struct StudyVerdict {
-  int takes = 0;  // with something to choose and to score
+  int recordings = 0;  // with something to choose and to score
   int better = 0;
   int same = 0;
   int worse = 0;
-  int like_all = 0;  // whose choice is the strategy that all takes choose
+  int like_all = 0;  // whose choice is the strategy that all recordings choose
 };
 StudyVerdict HoldsFor(const Study& study);
 
 struct StudyRequest {
-  std::vector<TakeInput> takes;  // two or more
+  std::vector<RecordingInput> recordings;  // two or more
   std::vector<Strategy> strategies;
   size_t baseline_idx = 0;
   bool tune = false;
   int threads = 1;
 };
-// Reads one take at a time. Throws InputError naming the take.
+// Reads one take at a time. Throws InputError naming the recording.
 Study RunStudy(const StudyRequest& request);
 
 // study.md, study.csv and study.json.
@@ -87,7 +90,7 @@ std::string StudyMarkdown(const Study& study);
 std::string StudyCsv(const Study& study);
 std::string StudyJson(const Study& study);
 // recommended.toml: the configuration with the best strategy; its head says for
-// how many takes it holds. Empty without a best one.
+// how many recordings it holds. Empty without a best one.
 std::string StudyToml(const Study& study);
 // For a terminal.
 std::string StudyDigest(const Study& study, const std::string& folder);

@@ -12,11 +12,11 @@
 namespace kinegraph {
 namespace {
 
-// One strategy on all takes that it ran on.
+// One strategy on all recordings that it ran on.
 BatchColumn Means(const Study& study, size_t s) {
   BatchColumn column;
-  for (const StudyTake& take : study.takes) {
-    const StudyScore& score = take.scores[s];
+  for (const StudyRecording& recording : study.recordings) {
+    const StudyScore& score = recording.scores[s];
     column.emplace_back();
     if (!score.refused.empty() || !std::isfinite(score.mean_px)) continue;
     column.back() = BatchValue{score.mean_px, score.standard_error_px};
@@ -24,33 +24,33 @@ BatchColumn Means(const Study& study, size_t s) {
   return column;
 }
 
-// Its difference to the baseline; `s` may differ from take to take.
+// Its difference to the baseline; `s` may differ from recording to recording.
 template <typename StrategyOf>
 BatchColumn StudyDifferences(const Study& study,
                              const StrategyOf& strategy_of) {
   BatchColumn column;
-  for (const StudyTake& take : study.takes) {
+  for (const StudyRecording& recording : study.recordings) {
     column.emplace_back();
-    const std::optional<size_t> s = strategy_of(take);
-    if (!s || !take.scores[*s].refused.empty()) continue;
-    column.back() = BatchValue{take.scores[*s].difference_px,
-                               take.scores[*s].difference_error_px};
+    const std::optional<size_t> s = strategy_of(recording);
+    if (!s || !recording.scores[*s].refused.empty()) continue;
+    column.back() = BatchValue{recording.scores[*s].difference_px,
+                               recording.scores[*s].difference_error_px};
   }
   return column;
 }
 
 BatchSummary DifferenceOf(const Study& study, size_t s) {
   return Summarise(StudyDifferences(
-      study, [s](const StudyTake&) { return std::optional<size_t>(s); }));
+      study, [s](const StudyRecording&) { return std::optional<size_t>(s); }));
 }
 
 BatchSummary DifferenceOfChosen(const Study& study) {
   return Summarise(StudyDifferences(
-      study, [](const StudyTake& take) { return take.chosen; }));
+      study, [](const StudyRecording& recording) { return recording.chosen; }));
 }
 
 std::string Cell(const BatchSummary& summary) {
-  if (summary.takes == 0) return "-";
+  if (summary.recordings == 0) return "-";
   return Fixed(summary.mean, 2) + " [" + Fixed(summary.interval.low, 2) + ", " +
          Fixed(summary.interval.high, 2) + "]";
 }
@@ -59,43 +59,43 @@ std::string Of(int count, int all) {
   return std::to_string(count) + " of " + std::to_string(all);
 }
 
-// "better on 3, not told apart on 1, worse on 0 of 4 takes"
+// "better on 3, not told apart on 1, worse on 0 of 4 recordings"
 std::string Counts(const StudyVerdict& verdict) {
   return "better on " + std::to_string(verdict.better) +
          ", not told apart on " + std::to_string(verdict.same) + ", worse on " +
-         Of(verdict.worse, verdict.takes) + " takes";
+         Of(verdict.worse, verdict.recordings) + " recordings";
 }
 
 std::string VerdictSentences(const Study& study) {
-  if (!study.best) return "No strategy could be run on every take.";
+  if (!study.best) return "No strategy could be run on every recording.";
   const StudyVerdict verdict = HoldsFor(study);
   const Strategy& best = study.strategies[*study.best];
-  std::string text = "Best over all takes: " + best.title;
+  std::string text = "Best over all recordings: " + best.title;
   if (!study.best_values.empty()) {
     text += " (" + DescribeValues(best, study.best_values) + ")";
   }
   text +=
-      ". Left out in turn, each of the takes was scored with what the "
+      ". Left out in turn, each of the recordings was scored with what the "
       "others chose: against " +
       study.strategies[study.baseline_idx].title + " it was " +
-      Counts(verdict) + "; " + Of(verdict.like_all, verdict.takes) +
+      Counts(verdict) + "; " + Of(verdict.like_all, verdict.recordings) +
       " chose the same strategy.";
   const BatchSummary difference = DifferenceOfChosen(study);
-  if (difference.takes > 0) {
+  if (difference.recordings > 0) {
     text += " Mean difference " + Cell(difference) +
-            " px (95 %, over takes, then frames).";
+            " px (95 %, over recordings, then frames).";
   }
   return text;
 }
 
-// Strategy by strategy: mean, difference, and on how many takes.
+// Strategy by strategy: mean, difference, and on how many recordings.
 Table StrategyTable(const Study& study) {
   Table table(
       {"strategy", "held-out, px", "to baseline, px", "better / same / worse"});
   for (size_t s = 0; s < study.strategies.size(); ++s) {
     int counts[3] = {0, 0, 0};
-    for (const StudyTake& take : study.takes) {
-      const StudyScore& score = take.scores[s];
+    for (const StudyRecording& recording : study.recordings) {
+      const StudyScore& score = recording.scores[s];
       if (!score.refused.empty()) continue;
       ++counts[score.verdict == Verdict::kLess   ? 0
                : score.verdict == Verdict::kMore ? 2
@@ -112,17 +112,17 @@ Table StrategyTable(const Study& study) {
   return table;
 }
 
-Table TakeTable(const Study& study) {
+Table RecordingTable(const Study& study) {
   Table table({"take", "chosen on the others", "values", "held-out, px",
                "to baseline, px", ""});
-  for (const StudyTake& take : study.takes) {
-    if (!take.chosen) {
-      table.AddRow({take.name, "-", "-", "-", "-", ""});
+  for (const StudyRecording& recording : study.recordings) {
+    if (!recording.chosen) {
+      table.AddRow({recording.name, "-", "-", "-", "-", ""});
       continue;
     }
-    const StudyScore& score = take.scores[*take.chosen];
-    const Strategy& strategy = study.strategies[*take.chosen];
-    table.AddRow({take.name, strategy.title,
+    const StudyScore& score = recording.scores[*recording.chosen];
+    const Strategy& strategy = study.strategies[*recording.chosen];
+    table.AddRow({recording.name, strategy.title,
                   DescribeValues(strategy, score.values),
                   score.refused.empty() ? Fixed(score.mean_px, 2) : "refused",
                   score.refused.empty() ? Fixed(score.difference_px, 2) : "-",
@@ -144,40 +144,43 @@ Json ScoreJson(const StudyScore& score) {
 }  // namespace
 
 std::string StudyMarkdown(const Study& study) {
-  return "# A comparison over " + std::to_string(study.takes.size()) +
+  return "# A comparison over " + std::to_string(study.recordings.size()) +
          " takes\n\n" + VerdictSentences(study) +
          "\n\nHeld-out error: mean of min(error, 30 px) of the detections of "
          "each camera, left out in turn. " +
          (study.tuned ? "Values of every strategy are chosen on the other "
-                        "takes. "
+                        "recordings. "
                       : "Values are the configuration's. ") +
-         "Each take counts the same. Intervals (95 %) draw takes, and each "
-         "take's figure with the error of its own bootstrap over frames.\n\n" +
+         "Each recording counts the same. Intervals (95 %) draw recordings, "
+         "and each "
+         "recording's figure with the error of its own bootstrap over "
+         "frames.\n\n" +
          StrategyTable(study).ToString(TableStyle::kMarkdown) +
-         "\nbetter / same / worse: takes on which the interval of the paired "
+         "\nbetter / same / worse: recordings on which the interval of the "
+         "paired "
          "difference to the baseline is clear of zero, or is not.\n\n## Take "
-         "by take\n\n" +
-         TakeTable(study).ToString(TableStyle::kMarkdown);
+         "by recording\n\n" +
+         RecordingTable(study).ToString(TableStyle::kMarkdown);
 }
 
 std::string StudyCsv(const Study& study) {
   Table table({"take", "strategy", "values", "held_out_mean_px",
                "standard_error_px", "difference_px",
                "difference_standard_error_px", "verdict", "chosen"});
-  for (const StudyTake& take : study.takes) {
+  for (const StudyRecording& recording : study.recordings) {
     for (size_t s = 0; s < study.strategies.size(); ++s) {
-      const StudyScore& score = take.scores[s];
+      const StudyScore& score = recording.scores[s];
       const bool ran = score.refused.empty();
       const auto figure = [&](double value) {
         return ran ? Fixed(value, 6) : "";
       };
-      table.AddRow({take.name, study.strategies[s].name,
+      table.AddRow({recording.name, study.strategies[s].name,
                     DescribeValues(study.strategies[s], score.values),
                     figure(score.mean_px), figure(score.standard_error_px),
                     figure(score.difference_px),
                     figure(score.difference_error_px),
                     ran ? ToString(score.verdict) : "refused",
-                    take.chosen == s ? "1" : "0"});
+                    recording.chosen == s ? "1" : "0"});
     }
   }
   return table.ToString(TableStyle::kCsv);
@@ -191,7 +194,7 @@ std::string StudyJson(const Study& study) {
   json["best"] =
       study.best ? Json(study.strategies[*study.best].name) : nullptr;
   json["best_values"] = study.best_values;
-  json["holds"] = {{"takes", verdict.takes},
+  json["holds"] = {{"takes", verdict.recordings},
                    {"better", verdict.better},
                    {"not_told_apart", verdict.same},
                    {"worse", verdict.worse},
@@ -202,12 +205,14 @@ std::string StudyJson(const Study& study) {
         {"held_out_mean_px", SummaryJson(Summarise(Means(study, s)))},
         {"difference_px", SummaryJson(DifferenceOf(study, s))}};
   }
-  for (const StudyTake& take : study.takes) {
-    Json& one = json["takes"][take.name];
+  for (const StudyRecording& recording : study.recordings) {
+    Json& one = json["takes"][recording.name];
     one["chosen_on_the_others"] =
-        take.chosen ? Json(study.strategies[*take.chosen].name) : nullptr;
+        recording.chosen ? Json(study.strategies[*recording.chosen].name)
+                         : nullptr;
     for (size_t s = 0; s < study.strategies.size(); ++s) {
-      one["strategies"][study.strategies[s].name] = ScoreJson(take.scores[s]);
+      one["strategies"][study.strategies[s].name] =
+          ScoreJson(recording.scores[s]);
     }
   }
   return DumpJson(json, 1) + "\n";
@@ -221,16 +226,18 @@ std::string StudyToml(const Study& study) {
                         study.rate_hz, wanted.estimators);
   return "# Made by `kinegraph compare --manifest`: the configuration it was "
          "given, with the\n# strategy that is best over " +
-         std::to_string(study.takes.size()) + " takes, " +
+         std::to_string(study.recordings.size()) + " recordings, " +
          study.strategies[*study.best].title +
-         ".\n# Chosen on the other takes and scored on the one left out: " +
+         ".\n# Chosen on the other recordings and scored on the one left "
+         "out: " +
          Counts(HoldsFor(study)) + ".\n" + ChangedKeysToml(wanted);
 }
 
 std::string StudyDigest(const Study& study, const std::string& folder) {
-  return StrategyTable(study).ToString() + "\n" + TakeTable(study).ToString() +
-         "\n" + Wrapped(VerdictSentences(study), kDigestColumns) +
-         "written to " + folder +
+  return StrategyTable(study).ToString() + "\n" +
+         RecordingTable(study).ToString() + "\n" +
+         Wrapped(VerdictSentences(study), kDigestColumns) + "written to " +
+         folder +
          ":\n  study.md, study.csv, study.json\n  recommended.toml: for track "
          "--config, the configuration given with the best strategy\n";
 }

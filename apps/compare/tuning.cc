@@ -44,24 +44,24 @@ std::vector<Strategy> TunedThemselves(const std::vector<Strategy>& strategies) {
   return tuned;
 }
 
-// One combination without one camera, on the take of `fold`. A fold is scored
-// on its own take; what is chosen for it is judged in the other fold's frames,
-// on the same take.
+// One combination without one camera, on the recording of `fold`. A fold is
+// scored on its own recording; what is chosen for it is judged in the other
+// fold's frames, on the same recording.
 struct Piece {
   size_t point = 0;
-  size_t fold = 0;  // whose take
+  size_t fold = 0;  // whose recording
   size_t view = 0;
 };
 
-bool SharedTake(const Comparison& comparison) {
-  return comparison.folds[0].take == comparison.folds[1].take;
+bool SharedRecording(const Comparison& comparison) {
+  return comparison.folds[0].recording == comparison.folds[1].recording;
 }
 
 std::vector<Piece> PiecesOf(const Comparison& comparison, size_t points) {
   std::vector<Piece> pieces;
-  const size_t takes = SharedTake(comparison) ? 1 : 2;
+  const size_t recordings = SharedRecording(comparison) ? 1 : 2;
   for (size_t point = 0; point < points; ++point) {
-    for (size_t fold = 0; fold < takes; ++fold) {
+    for (size_t fold = 0; fold < recordings; ++fold) {
       for (size_t view = 0; view < comparison.views().size(); ++view) {
         pieces.push_back({point, fold, view});
       }
@@ -105,7 +105,8 @@ size_t Least(const std::vector<RatioUnit>& errors) {
 struct PieceResult {
   std::array<RatioUnit, 2> errors;  // in the frames of each fold
   double cpu_s = 0.0;
-  bool refused = false;  // the strategy cannot do this take with these values
+  bool refused =
+      false;  // the strategy cannot do this recording with these values
 };
 
 PieceResult ComputePiece(const Comparison& comparison, const Strategy& strategy,
@@ -113,15 +114,16 @@ PieceResult ComputePiece(const Comparison& comparison, const Strategy& strategy,
   PieceResult result;
   const int64_t start_ns = ThreadCpuNs();
   try {
-    const PreparedTake& take = *comparison.folds[piece.fold].take;
+    const PreparedRecording& recording =
+        *comparison.folds[piece.fold].recording;
     const TrackSequence tracks =
-        RunWithout(comparison, strategy, values, take, piece.view);
+        RunWithout(comparison, strategy, values, recording, piece.view);
     for (size_t scored = 0; scored < 2; ++scored) {
       HeldOutScores scores;
-      ScoreWithout(
-          comparison,
-          {comparison.folds[scored].frames, comparison.folds[piece.fold].take},
-          piece.view, tracks, &scores);
+      ScoreWithout(comparison,
+                   {comparison.folds[scored].frames,
+                    comparison.folds[piece.fold].recording},
+                   piece.view, tracks, &scores);
       result.errors[scored] = Pool(scores);
     }
   } catch (const InputError&) {
@@ -141,23 +143,23 @@ GridErrors PoolPieces(const Comparison& comparison,
                       const std::vector<Piece>& pieces,
                       const std::vector<PieceResult>& results, size_t points) {
   GridErrors errors;
-  for (auto& of_take : errors) {
-    for (auto& in_frames : of_take) in_frames.resize(points);
+  for (auto& of_recording : errors) {
+    for (auto& in_frames : of_recording) in_frames.resize(points);
   }
   std::vector<char> refused(points, 0);
   for (size_t i = 0; i < pieces.size(); ++i) {
     const Piece& piece = pieces[i];
     for (size_t scored = 0; scored < 2; ++scored) {
       Add(results[i].errors[scored], &errors[piece.fold][scored][piece.point]);
-      if (SharedTake(comparison)) {
+      if (SharedRecording(comparison)) {
         Add(results[i].errors[scored],
             &errors[1 - piece.fold][scored][piece.point]);
       }
     }
     if (results[i].refused) refused[piece.point] = 1;
   }
-  for (auto& of_take : errors) {
-    for (auto& in_frames : of_take) {
+  for (auto& of_recording : errors) {
+    for (auto& in_frames : of_recording) {
       for (size_t point = 0; point < points; ++point) {
         if (refused[point]) in_frames[point] = RatioUnit();
       }

@@ -53,7 +53,7 @@ std::map<std::string, std::string> FlatKeysOf(const RunOptions& options) {
 std::string DelayText(const StrategyResult& one) {
   const Measure* delay = one.Find("final_after_ms");
   if (delay == nullptr || std::isnan(delay->value)) {
-    return "final at the end of the take";
+    return "final at the end of the recording";
   }
   if (delay->value == 0.0) return "final at once";
   return "final after " + Fixed(delay->value, 0) + " ms";

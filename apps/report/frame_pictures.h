@@ -1,5 +1,5 @@
-// The pictures of a take, a file a frame and view: put into the page, or drawn
-// upon and written as a series.
+// The pictures of a recording, a file a frame and view: put into the page, or
+// drawn upon and written as a series.
 #ifndef KINEGRAPH_APPS_REPORT_FRAME_PICTURES_H_
 #define KINEGRAPH_APPS_REPORT_FRAME_PICTURES_H_
 

@@ -1,4 +1,4 @@
-// The moments of a take that are worth a look.
+// The moments of a recording that are worth a look.
 #ifndef KINEGRAPH_APPS_REPORT_MOMENTS_H_
 #define KINEGRAPH_APPS_REPORT_MOMENTS_H_
 

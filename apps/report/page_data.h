@@ -1,5 +1,5 @@
 // What the page of `report` shows, and its encoding: numbers quantised into
-// small integers, so that long takes stay small.
+// small integers, so that long recordings stay small.
 #ifndef KINEGRAPH_APPS_REPORT_PAGE_DATA_H_
 #define KINEGRAPH_APPS_REPORT_PAGE_DATA_H_
 

@@ -19,7 +19,7 @@ int64_t FirstFrame(const PageInput& input) {
 }
 
 // Takes the number from the end of "cam1.mp4@100"; 0 where there is none.
-int64_t TakeFirst(std::string* path) {
+int64_t ExtractFirst(std::string* path) {
   const size_t at = path->rfind('@');
   if (at == std::string::npos || !IsVideoName(path->substr(0, at))) return 0;
   const std::string number = path->substr(at + 1);
@@ -58,7 +58,7 @@ std::vector<double> TimesOf(const std::string& path, const PageInput& input) {
 
 ViewImages::Video ReadVideo(std::string path, const PageInput& input) {
   ViewImages::Video video;
-  video.shown.first_frame = TakeFirst(&path);
+  video.shown.first_frame = ExtractFirst(&path);
   video.path = path;
   if (!IsFile(path)) {
     throw InputError(path, "", "is not there, expected a video (--images)");

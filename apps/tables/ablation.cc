@@ -46,16 +46,16 @@ std::vector<AblationCell> RunAblation(const LoadedDataset& loaded) {
   return cells;
 }
 
-std::optional<FilterInChen> RunFilterInChen(const Take& take,
+std::optional<FilterInChen> RunFilterInChen(const BenchmarkRecording& recording,
                                             const std::string& data_folder,
                                             const std::string& extra_set) {
   FilterInChen pair;
-  pair.take = take.dataset.name;
+  pair.recording = recording.dataset.name;
   int found = 0;
-  for (const Method& method : take.methods) {
+  for (const Method& method : recording.methods) {
     const bool with = method.name == kChenWithFilter;
     if (!with && method.name != kChen) continue;
-    Dataset dataset = take.dataset;
+    Dataset dataset = recording.dataset;
     dataset.config = method.config;
     dataset.set = JoinSets(method.set, extra_set);
     const LoadedDataset loaded = LoadDataset(dataset, data_folder);
@@ -67,20 +67,20 @@ std::optional<FilterInChen> RunFilterInChen(const Take& take,
   return pair;
 }
 
-TableOutput FilterInChenTable(const std::vector<FilterInChen>& takes) {
+TableOutput FilterInChenTable(const std::vector<FilterInChen>& recordings) {
   TableOutput output;
   Table table({"detections", "part", "without", "with the filter",
                "difference, paired"});
-  for (const FilterInChen& pair : takes) {
+  for (const FilterInChen& pair : recordings) {
     for (const PcpGroup group : {PcpGroup::kTotal, PcpGroup::kLowerArms}) {
       const double without = MeanOfActors(pair.without, group);
       const double with = MeanOfActors(pair.with, group);
       const Interval interval =
           MeanOfActorsDifference(pair.with, pair.without, group);
       table.AddRow(
-          {pair.take, ToString(group), Fixed(without, 2), Fixed(with, 2),
+          {pair.recording, ToString(group), Fixed(without, 2), Fixed(with, 2),
            Fixed(with - without, 2) + " " + IntervalCell(interval, 2)});
-      output.json.push_back({{"detections", pair.take},
+      output.json.push_back({{"detections", pair.recording},
                              {"part", ToString(group)},
                              {"without", without},
                              {"with", with},
@@ -95,7 +95,8 @@ TableOutput FilterInChenTable(const std::vector<FilterInChen>& takes) {
   return output;
 }
 
-std::vector<Plot> AblationPlots(const std::vector<AblatedTake>& takes) {
+std::vector<Plot> AblationPlots(
+    const std::vector<AblatedRecording>& recordings) {
   std::vector<Plot> panels;
   for (const PcpGroup group : {PcpGroup::kTotal, PcpGroup::kLowerArms}) {
     Plot panel;
@@ -104,12 +105,12 @@ std::vector<Plot> AblationPlots(const std::vector<AblatedTake>& takes) {
                       : "Lower arms";
     panel.y.label = "difference [points of PCP]";
     panel.legend = PlotLegend::kBelow;
-    for (const AblatedTake& take : takes) {
-      panel.x.categories.push_back(take.name);
-      panel.series.resize(take.cells.size() - 1);
-      const PcpResult& baseline = take.cells.front().pcp;
-      for (size_t i = 1; i < take.cells.size(); ++i) {
-        const AblationCell& cell = take.cells[i];
+    for (const AblatedRecording& recording : recordings) {
+      panel.x.categories.push_back(recording.name);
+      panel.series.resize(recording.cells.size() - 1);
+      const PcpResult& baseline = recording.cells.front().pcp;
+      for (size_t i = 1; i < recording.cells.size(); ++i) {
+        const AblationCell& cell = recording.cells[i];
         const Interval interval =
             MeanOfActorsDifference(cell.pcp, baseline, group);
         PlotSeries& bars = panel.series[i - 1];

@@ -36,23 +36,24 @@ std::vector<AblationCell> RunAblation(const LoadedDataset& loaded);
 // The joints filter in the front end of Chen et al., by which the paper shows
 // that it helps others too.
 struct FilterInChen {
-  std::string take;
+  std::string recording;
   PcpResult without;
   PcpResult with;
 };
-// nullopt when the take is not tracked both ways.
-std::optional<FilterInChen> RunFilterInChen(const Take& take,
+// nullopt when the recording is not tracked both ways.
+std::optional<FilterInChen> RunFilterInChen(const BenchmarkRecording& recording,
                                             const std::string& data_folder,
                                             const std::string& extra_set);
-TableOutput FilterInChenTable(const std::vector<FilterInChen>& takes);
+TableOutput FilterInChenTable(const std::vector<FilterInChen>& recordings);
 
 // The paper's bars: what each ingredient adds to the baseline, with the paired
 // interval; a panel for the headline and one for the lower arms.
-struct AblatedTake {
+struct AblatedRecording {
   std::string name;
   std::vector<AblationCell> cells;  // as RunAblation gives them
 };
-std::vector<Plot> AblationPlots(const std::vector<AblatedTake>& takes);
+std::vector<Plot> AblationPlots(
+    const std::vector<AblatedRecording>& recordings);
 
 std::string AblationMarkdown(const LoadedDataset& loaded,
                              const std::vector<AblationCell>& cells);

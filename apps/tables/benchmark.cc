@@ -13,7 +13,7 @@ namespace {
 
 // As the authors start: three frames before the first that is scored.
 constexpr const char* kWarmUp = "input.repeat_first_frame=3";
-// Zeros are positions, the take is warmed up as the authors do.
+// Zeros are positions, the recording is warmed up as the authors do.
 constexpr const char* kFilledSet =
     "detections.zero_confidence=position;input.repeat_first_frame=3";
 // configs/offline.toml in what Campus is tracked with.
@@ -67,7 +67,7 @@ std::vector<Method> CampusMethods() {
   };
 }
 
-Take TakeOf(Dataset dataset, std::vector<Method> methods) {
+BenchmarkRecording RecordingOf(Dataset dataset, std::vector<Method> methods) {
   CHECK(!methods.empty());
   dataset.config = methods.front().config;
   dataset.set = methods.front().set;
@@ -157,8 +157,8 @@ Benchmark DevelopersShelf() {
   Benchmark shelf;
   shelf.set = BenchmarkSet::kShelf;
   shelf.ground_truth = ShelfReal().ground_truth;
-  shelf.takes = {TakeOf(ShelfReal(), ShelfMethods()),
-                 TakeOf(ShelfFilled(), FilledShelfMethods())};
+  shelf.recordings = {RecordingOf(ShelfReal(), ShelfMethods()),
+                      RecordingOf(ShelfFilled(), FilledShelfMethods())};
   shelf.results = ShelfResults();
   for (const size_t row : {2, 3}) {
     shelf.own_rules.push_back(
@@ -176,7 +176,8 @@ Benchmark DevelopersCampus() {
   campus.set = BenchmarkSet::kCampus;
   campus.ground_truth = CampusModelled("clean").ground_truth;
   for (const char* level : {"clean", "typical", "hard"}) {
-    campus.takes.push_back(TakeOf(CampusModelled(level), CampusMethods()));
+    campus.recordings.push_back(
+        RecordingOf(CampusModelled(level), CampusMethods()));
   }
   campus.results = {{"Chen et al., their published tracks",
                      "campus/result_3d.json",
@@ -260,7 +261,7 @@ std::optional<Benchmark> OfficialSet(const std::string& root, BenchmarkSet set,
   Benchmark benchmark;
   benchmark.set = set;
   benchmark.ground_truth = *truth;
-  benchmark.takes = {TakeOf(std::move(dataset), std::move(methods))};
+  benchmark.recordings = {RecordingOf(std::move(dataset), std::move(methods))};
   return benchmark;
 }
 

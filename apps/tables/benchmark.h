@@ -1,4 +1,5 @@
-// What each table is made of: takes, ways to track them, results of others.
+// What each table is made of: recordings, ways to track them, results of
+// others.
 #ifndef KINEGRAPH_APPS_TABLES_BENCHMARK_H_
 #define KINEGRAPH_APPS_TABLES_BENCHMARK_H_
 
@@ -23,9 +24,9 @@ struct Method {
   std::string set;     // as --set takes it
 };
 
-// A take tracked in every way; the first is what the others are compared with.
-// Configuration and set of `dataset` are those of its first method.
-struct Take {
+// A recording tracked in every way; the first is what the others are compared
+// with. Configuration and set of `dataset` are those of its first method.
+struct BenchmarkRecording {
   Dataset dataset;
   std::vector<Method> methods;
 };
@@ -35,8 +36,9 @@ struct ResultFile {
   std::string method;
   std::string path;  // below the data folder
   std::string detections_note;
-  std::string remark;                    // what to know of its figures
-  std::optional<std::string> same_take;  // name of the take it was made from
+  std::string remark;  // what to know of its figures
+  std::optional<std::string>
+      same_recording;  // name of the recording it was made from
 };
 
 enum class BenchmarkSet { kShelf, kCampus };
@@ -53,8 +55,8 @@ struct OwnRules {
 struct Benchmark {
   BenchmarkSet set = BenchmarkSet::kShelf;
   std::string ground_truth;  // below the data folder
-  std::vector<Take> takes;
-  std::vector<ResultFile> results;        // of everybody in the take
+  std::vector<BenchmarkRecording> recordings;
+  std::vector<ResultFile> results;        // of everybody in the recording
   std::vector<ResultFile> single_person;  // of actor 0 alone
   std::vector<OwnRules> own_rules;
 };

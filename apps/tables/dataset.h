@@ -1,4 +1,5 @@
-// The takes on which tables are made, by their places below the data folder.
+// The recordings on which tables are made, by their places below the data
+// folder.
 #ifndef KINEGRAPH_APPS_TABLES_DATASET_H_
 #define KINEGRAPH_APPS_TABLES_DATASET_H_
 
@@ -46,7 +47,7 @@ struct LoadedDataset {
 LoadedDataset LoadDataset(const Dataset& dataset,
                           const std::string& data_folder);
 
-// The take tracked.
+// The recording tracked.
 TrackSequence TracksOf(const LoadedDataset& loaded, const RunOptions& options);
 inline TrackSequence TracksOf(const LoadedDataset& loaded) {
   return TracksOf(loaded, loaded.options);

@@ -42,9 +42,9 @@ std::vector<ScoredRow> ScoreAll(const std::vector<TrackedRow>& rows,
                                 const TrackSequence& truth, BenchmarkSet set,
                                 const PcpProtocol& protocol) {
   std::vector<ScoredRow> scored;
-  std::map<std::string, size_t> baseline_of_take;
+  std::map<std::string, size_t> baseline_of_recording;
   for (const TrackedRow& row : rows) {
-    if (row.baseline) baseline_of_take[row.take] = scored.size();
+    if (row.baseline) baseline_of_recording[row.recording] = scored.size();
     ScoredRow& one = scored.emplace_back();
     one.row = &row;
     for (const HeadConversion head : HeadConversionsOf(set)) {
@@ -57,8 +57,8 @@ std::vector<ScoredRow> ScoreAll(const std::vector<TrackedRow>& rows,
         variant.endpoints = rule;
         score.pcp = EvaluatePcp(truth, row.tracks, variant);
         score.mean = MeanOfActorsInterval(score.pcp, PcpGroup::kTotal);
-        const auto baseline = baseline_of_take.find(row.take);
-        if (!row.baseline && baseline != baseline_of_take.end()) {
+        const auto baseline = baseline_of_recording.find(row.recording);
+        if (!row.baseline && baseline != baseline_of_recording.end()) {
           const PcpResult& base =
               scored[baseline->second].scores[one.scores.size()].pcp;
           score.difference = MeanOfActors(score.pcp, PcpGroup::kTotal) -
@@ -74,7 +74,7 @@ std::vector<ScoredRow> ScoreAll(const std::vector<TrackedRow>& rows,
 }
 
 std::string DetectionsOf(const TrackedRow& row) {
-  return row.ours ? row.take : row.detections_note;
+  return row.ours ? row.recording : row.detections_note;
 }
 
 std::string MeanCell(const Score& score) {
@@ -169,11 +169,11 @@ constexpr std::array<PcpGroup, 6> kLossGroups = {
     PcpGroup::kHead,      PcpGroup::kTorso,     PcpGroup::kUpperArms,
     PcpGroup::kLowerArms, PcpGroup::kUpperLegs, PcpGroup::kLowerLegs};
 
-std::map<int64_t, Loss> LossesOf(const PcpResult& pcp) {
-  std::map<int64_t, Loss> losses;
-  for (const int64_t actor : pcp.Actors()) losses[actor];
+std::map<int64_t, Loss> LostFieldsOf(const PcpResult& pcp) {
+  std::map<int64_t, Loss> lost_fields;
+  for (const int64_t actor : pcp.Actors()) lost_fields[actor];
   for (const LostPart& lost : pcp.lost) {
-    Loss& loss = losses[lost.actor];
+    Loss& loss = lost_fields[lost.actor];
     ++loss.parts;
     ++loss.by_group[PcpGroupOf(lost.part)];
     ++loss.by_reason[static_cast<size_t>(lost.reason())];
@@ -181,7 +181,7 @@ std::map<int64_t, Loss> LossesOf(const PcpResult& pcp) {
       loss.frames.push_back(lost.frame);
     }
   }
-  return losses;
+  return lost_fields;
 }
 
 std::string LossTable(const std::vector<ScoredRow>& rows, HeadConversion head) {
@@ -194,7 +194,7 @@ std::string LossTable(const std::vector<ScoredRow>& rows, HeadConversion head) {
   Table table(std::move(header));
   for (const ScoredRow& row : rows) {
     for (auto& [actor, loss] :
-         LossesOf(Find(row, head, EndpointRule::kMean).pcp)) {
+         LostFieldsOf(Find(row, head, EndpointRule::kMean).pcp)) {
       std::vector<std::string> cells = {row.row->method, DetectionsOf(*row.row),
                                         std::to_string(actor),
                                         std::to_string(loss.parts)};
@@ -218,8 +218,8 @@ std::string Notes(const std::vector<ScoredRow>& rows) {
   std::string text = "Detections:\n";
   std::set<std::string> told;
   for (const ScoredRow& row : rows) {
-    if (!row.row->ours || !told.insert(row.row->take).second) continue;
-    text += "- " + row.row->take + ": " + row.row->detections_note + ".\n";
+    if (!row.row->ours || !told.insert(row.row->recording).second) continue;
+    text += "- " + row.row->recording + ": " + row.row->detections_note + ".\n";
   }
   for (const ScoredRow& row : rows) {
     if (row.row->remark.empty()) continue;
@@ -245,7 +245,7 @@ Json ScoreJson(const ScoredRow& row, const Score& score) {
   } else if (row.row->baseline) {
     json["base_of_differences"] = true;
   }
-  const std::map<int64_t, Loss> losses = LossesOf(score.pcp);
+  const std::map<int64_t, Loss> lost_fields = LostFieldsOf(score.pcp);
   for (const int64_t actor : score.pcp.Actors()) {
     Json& out = json["actors"][std::to_string(actor)];
     out = ShareJson(CountParts(score.pcp, actor, PcpGroup::kTotal));
@@ -254,7 +254,7 @@ Json ScoreJson(const ScoredRow& row, const Score& score) {
       out["by_part"][ToString(group)] =
           ShareJson(CountParts(score.pcp, actor, group));
     }
-    const Loss& loss = losses.at(actor);
+    const Loss& loss = lost_fields.at(actor);
     for (int i = 0; i < kLossReasonCount; ++i) {
       out["lost_because"][ToString(static_cast<LossReason>(i))] =
           loss.by_reason[static_cast<size_t>(i)];
@@ -266,7 +266,7 @@ Json ScoreJson(const ScoredRow& row, const Score& score) {
 
 Json RowJson(const TrackedRow& row) {
   return {{"method", row.method},
-          {"detections", row.take},
+          {"detections", row.recording},
           {"detections_note", row.detections_note},
           {"source", row.made_by},
           {"remark", row.remark},
@@ -299,7 +299,8 @@ TableOutput SinglePersonTable(const TrackedBenchmark& tracked,
   };
   for (const TrackedRow& row : tracked.single_person) add(row);
   for (const TrackedRow& row : tracked.rows) {
-    if (row.ours && row.take == tracked.benchmark.takes.front().dataset.name) {
+    if (row.ours &&
+        row.recording == tracked.benchmark.recordings.front().dataset.name) {
       add(row);
     }
   }

@@ -20,7 +20,7 @@ TrackedRow Read(const ResultFile& result, const std::string& data_folder,
   options.frame_rate_hz = frame_rate_hz;
   TrackedRow row;
   row.method = result.method;
-  row.take = result.same_take.value_or("");
+  row.recording = result.same_recording.value_or("");
   row.detections_note = result.detections_note;
   row.made_by = "`" + result.path + "`";
   row.remark = result.remark;
@@ -53,7 +53,8 @@ std::vector<HeadConversion> HeadConversionsOf(BenchmarkSet set) {
 
 int64_t RowCount(const Benchmark& benchmark) {
   size_t count = benchmark.results.size() + benchmark.single_person.size();
-  for (const Take& take : benchmark.takes) count += take.methods.size();
+  for (const BenchmarkRecording& recording : benchmark.recordings)
+    count += recording.methods.size();
   return static_cast<int64_t>(count);
 }
 
@@ -64,20 +65,20 @@ TrackedBenchmark TrackBenchmark(const Benchmark& benchmark,
   TrackedBenchmark tracked;
   tracked.benchmark = benchmark;
   double frame_rate_hz = 0.0;
-  for (const Take& take : benchmark.takes) {
-    for (const Method& method : take.methods) {
-      Dataset dataset = take.dataset;
+  for (const BenchmarkRecording& recording : benchmark.recordings) {
+    for (const Method& method : recording.methods) {
+      Dataset dataset = recording.dataset;
       dataset.config = method.config;
       dataset.set = JoinSets(method.set, extra_set);
       LoadedDataset loaded = LoadDataset(dataset, data_folder);
       frame_rate_hz = loaded.options.input.frame_rate_hz;
       TrackedRow row;
       row.method = method.name;
-      row.take = dataset.name;
+      row.recording = dataset.name;
       row.detections_note = dataset.detections_note;
       row.made_by = MadeBy(method);
       row.ours = true;
-      row.baseline = &method == &take.methods.front();
+      row.baseline = &method == &recording.methods.front();
       if (row.baseline) {
         RequireScoredFrames(loaded.truth, loaded.detections, dataset);
       }

@@ -21,7 +21,7 @@ inline constexpr std::array<EndpointRule, 2> kEndpointRules = {
 // Tracks with their maker.
 struct TrackedRow {
   std::string method;
-  std::string take;  // name of the detections
+  std::string recording;  // name of the detections
   std::string detections_note;
   std::string made_by;  // configuration and set, or the file
   std::string remark;
@@ -33,7 +33,7 @@ struct TrackedRow {
 struct TrackedBenchmark {
   Benchmark benchmark;
   TrackSequence truth;
-  std::vector<TrackedRow> rows;           // ours, take by take, then results
+  std::vector<TrackedRow> rows;  // ours, take by recording, then results
   std::vector<TrackedRow> single_person;  // results of actor 0 alone
   std::vector<PcpResult> own_rules;       // of benchmark.own_rules
 };

@@ -19,17 +19,17 @@ constexpr double kNsPerMs = 1e6;
 
 struct TimedMethod {
   std::string name;
-  std::string take;
+  std::string recording;
   Dataset dataset;
 };
 
 void AddTimedMethods(const Benchmark& benchmark,
                      std::vector<TimedMethod>* timed) {
-  const size_t takes = std::min<size_t>(2, benchmark.takes.size());
-  for (size_t t = 0; t < takes; ++t) {
-    const Take& take = benchmark.takes[t];
-    for (const Method& method : take.methods) {
-      TimedMethod one{method.name, take.dataset.name, take.dataset};
+  const size_t recordings = std::min<size_t>(2, benchmark.recordings.size());
+  for (size_t t = 0; t < recordings; ++t) {
+    const BenchmarkRecording& recording = benchmark.recordings[t];
+    for (const Method& method : recording.methods) {
+      TimedMethod one{method.name, recording.dataset.name, recording.dataset};
       one.dataset.config = method.config;
       one.dataset.set = method.set;
       timed->push_back(one);
@@ -123,7 +123,7 @@ TableOutput RuntimeTable(const std::vector<Benchmark>& benchmarks,
     Dataset dataset = method.dataset;
     dataset.set = JoinSets(dataset.set, extra_set);
     const Timing timing = Measure(LoadDataset(dataset, data_folder), options);
-    table.AddRow({method.name, method.take, Fixed(timing.preparation, 4),
+    table.AddRow({method.name, method.recording, Fixed(timing.preparation, 4),
                   Fixed(timing.association, 4), Fixed(timing.reconstruction, 4),
                   Fixed(timing.initialisation, 4),
                   Fixed(1000.0 / timing.PaperStages(), 0),
@@ -131,7 +131,7 @@ TableOutput RuntimeTable(const std::vector<Benchmark>& benchmarks,
                   Fixed(1000.0 / timing.whole, 0)});
     output.json["measured"].push_back(
         {{"method", method.name},
-         {"detections", method.take},
+         {"detections", method.recording},
          {"config", dataset.config},
          {"set", dataset.set},
          {"repetitions", timing.repetitions},
@@ -149,10 +149,11 @@ TableOutput RuntimeTable(const std::vector<Benchmark>& benchmarks,
       "\nMeasured here: processor time of one thread, detections in memory, "
       "median of up to " +
       std::to_string(options.repetitions) +
-      " runs over the take. Languages, machines and detections differ, so only "
+      " runs over the recording. Languages, machines and detections differ, so "
+      "only "
       "orders of magnitude compare. `preparation`: joint sets, lens; "
       "`estimation`: the smoothing (paper mode) or the window's solver; the "
-      "batch solves when the take has ended, so its solver is in `whole` "
+      "batch solves when the recording has ended, so its solver is in `whole` "
       "alone, as are second passes.\n\n" +
       table.ToString(TableStyle::kMarkdown) + "\n";
   return output;

@@ -17,8 +17,9 @@ struct RuntimeOptions {
   double max_seconds = 5.0;  // a method, after its second repetition
 };
 
-// Every method of each benchmark's first two takes, with and without the joints
-// filter in paper mode; detections in memory, one thread, processor time.
+// Every method of each benchmark's first two recordings, with and without the
+// joints filter in paper mode; detections in memory, one thread, processor
+// time.
 TableOutput RuntimeTable(const std::vector<Benchmark>& benchmarks,
                          const std::string& data_folder,
                          const std::string& extra_set,

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 constexpr int kStepsPerOctave = 4;
-// Between the error bars of two takes, so that none hides another.
+// Between the error bars of two recordings, so that none hides another.
 constexpr double kBarShift = 0.012;
 
 PcpResult ScoreOf(const LoadedDataset& loaded, const RunOptions& options) {
@@ -24,7 +24,7 @@ PcpResult ScoreOf(const LoadedDataset& loaded, const RunOptions& options) {
 
 Sweep RunSweep(const LoadedDataset& loaded, const SweptParameter& parameter) {
   Sweep sweep;
-  sweep.take = loaded.dataset.name;
+  sweep.recording = loaded.dataset.name;
   sweep.detections_note = loaded.dataset.detections_note;
   sweep.parameter = parameter.name;
   sweep.unit = parameter.unit;
@@ -64,7 +64,7 @@ std::string ToldValues(const Sweep& sweep) {
 }
 
 Json SweepJson(const Sweep& sweep) {
-  Json json = {{"detections", sweep.take},
+  Json json = {{"detections", sweep.recording},
                {"detections_note", sweep.detections_note},
                {"parameter", sweep.parameter},
                {"unit", sweep.unit},
@@ -140,17 +140,17 @@ std::vector<double> SweepValues(double value, double largest) {
 }
 
 int64_t SweepCount(const Benchmark& benchmark) {
-  return static_cast<int64_t>(benchmark.takes.size() *
+  return static_cast<int64_t>(benchmark.recordings.size() *
                               SweptParameters().size());
 }
 
-std::vector<Sweep> RunSweeps(const Benchmark& benchmark,
-                             const std::string& data_folder,
-                             const std::string& extra_set,
-                             const std::function<void()>& progress) {
+std::vector<Sweep> RunBlockTridiagonal(const Benchmark& benchmark,
+                                       const std::string& data_folder,
+                                       const std::string& extra_set,
+                                       const std::function<void()>& progress) {
   std::vector<Sweep> sweeps;
-  for (const Take& take : benchmark.takes) {
-    Dataset dataset = take.dataset;
+  for (const BenchmarkRecording& recording : benchmark.recordings) {
+    Dataset dataset = recording.dataset;
     dataset.set = JoinSets(dataset.set, extra_set);
     const LoadedDataset loaded = LoadDataset(dataset, data_folder);
     for (const SweptParameter& parameter : SweptParameters()) {
@@ -175,9 +175,10 @@ std::vector<Plot> SensitivityPlots(const std::vector<Sweep>& sweeps) {
       if (sweep.parameter != parameter.name) continue;
       PlotSeries line;
       // The set is the figure's: "modelled hard" of "Campus, modelled hard".
-      const size_t comma = sweep.take.find(", ");
-      line.name = comma == std::string::npos ? sweep.take
-                                             : sweep.take.substr(comma + 2);
+      const size_t comma = sweep.recording.find(", ");
+      line.name = comma == std::string::npos
+                      ? sweep.recording
+                      : sweep.recording.substr(comma + 2);
       line.style = PlotStyle::kLinePoints;
       for (const SweptValue& value : sweep.values) {
         line.x.push_back(value.value / sweep.paper_value + shift);
@@ -211,7 +212,7 @@ TableOutput SensitivityTable(const std::string& title,
         std::minmax_element(sweep.values.begin(), sweep.values.end(), by_mean);
     const bool flat = least->mean_of_actors == greatest->mean_of_actors;
     const std::string told = ToldValues(sweep);
-    table.AddRow({sweep.take, sweep.parameter + ", " + sweep.unit,
+    table.AddRow({sweep.recording, sweep.parameter + ", " + sweep.unit,
                   Fixed(sweep.paper_value, 1),
                   Fixed(sweep.values.front().value, 1) + " to " +
                       Fixed(sweep.values.back().value, 1),
@@ -224,8 +225,9 @@ TableOutput SensitivityTable(const std::string& title,
   }
   std::string notes;
   for (size_t i = 0; i < sweeps.size(); ++i) {
-    if (i > 0 && sweeps[i].take == sweeps[i - 1].take) continue;
-    notes += "- " + sweeps[i].take + ": " + sweeps[i].detections_note + ".\n";
+    if (i > 0 && sweeps[i].recording == sweeps[i - 1].recording) continue;
+    notes +=
+        "- " + sweeps[i].recording + ": " + sweeps[i].detections_note + ".\n";
   }
   output.markdown =
       "### " + title +

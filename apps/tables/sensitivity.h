@@ -39,7 +39,7 @@ struct SweptValue {
 };
 
 struct Sweep {
-  std::string take;
+  std::string recording;
   std::string detections_note;
   std::string parameter;
   std::string unit;
@@ -47,14 +47,14 @@ struct Sweep {
   std::vector<SweptValue> values;  // ascending
 };
 
-// Every parameter on every take with the take's first method.
-std::vector<Sweep> RunSweeps(const Benchmark& benchmark,
-                             const std::string& data_folder,
-                             const std::string& extra_set,
-                             const std::function<void()>& progress);
+// Every parameter on every recording with the recording's first method.
+std::vector<Sweep> RunBlockTridiagonal(const Benchmark& benchmark,
+                                       const std::string& data_folder,
+                                       const std::string& extra_set,
+                                       const std::function<void()>& progress);
 int64_t SweepCount(const Benchmark& benchmark);
 
-// One panel a parameter, one line a take.
+// One panel a parameter, one line a recording.
 std::vector<Plot> SensitivityPlots(const std::vector<Sweep>& sweeps);
 TableOutput SensitivityTable(const std::string& title,
                              const std::vector<Sweep>& sweeps,

@@ -18,10 +18,10 @@ class Stopped : public std::exception {
 };
 
 // While it lives, what this thread does, and what ParallelFor does for it on
-// others, asks `check` now and then: between people, between pieces of a take,
-// between iterations of a solver. What is thrown comes out of the call that was
-// at work; the objects that it was working on are of no use any more. One scope
-// inside another counts alone. `check` must outlive the scope.
+// others, asks `check` now and then: between people, between pieces of a
+// recording, between iterations of a solver. What is thrown comes out of the
+// call that was at work; the objects that it was working on are of no use any
+// more. One scope inside another counts alone. `check` must outlive the scope.
 class StopScope {
  public:
   explicit StopScope(const StopCheck* check);

@@ -20,10 +20,10 @@ inline TimeNs FromSeconds(double seconds) {
   return static_cast<TimeNs>(std::llround(seconds * kNanosecondsPerSecond));
 }
 
-// The nominal beat of a take. Converts between frames and time; whole numbers
-// of frames are compared with half a frame of slack, so that neither rounding
-// nor a jittering clock decides (in doubles an age of exactly 3 frames passes
-// `< 3 / 25.0` in a third of all frames).
+// The nominal beat of a recording. Converts between frames and time; whole
+// numbers of frames are compared with half a frame of slack, so that neither
+// rounding nor a jittering clock decides (in doubles an age of exactly 3 frames
+// passes `< 3 / 25.0` in a third of all frames).
 class FrameClock {
  public:
   // `frame_rate_hz` > 0.

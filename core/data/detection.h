@@ -39,7 +39,7 @@ struct DetectionFrame {
   std::vector<ViewDetections> views;
 };
 
-// What holds for a whole take.
+// What holds for a whole recording.
 struct DetectionHeader {
   Skeleton skeleton;
   std::vector<std::string> view_names;

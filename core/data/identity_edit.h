@@ -1,5 +1,5 @@
-// A change of who is who in a take: what automatic linking did, and what a user
-// corrects. One line of NAME.identity.jsonl.
+// A change of who is who in a recording: what automatic linking did, and what a
+// user corrects. One line of NAME.identity.jsonl.
 #ifndef KINEGRAPH_CORE_DATA_IDENTITY_EDIT_H_
 #define KINEGRAPH_CORE_DATA_IDENTITY_EDIT_H_
 
@@ -41,7 +41,7 @@ struct IdentityEdit {
   // What spoke for it: "bones" and "motion" in nats of log likelihood ratio,
   // "gap_s", ... in order.
   std::vector<std::pair<std::string, double>> evidence;
-  // By how many nats the second best explanation of the take is worse.
+  // By how many nats the second best explanation of the recording is worse.
   std::optional<double> margin;
   std::string name;   // kName
   std::string place;  // "file: line 3" of a correction, for messages

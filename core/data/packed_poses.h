@@ -1,5 +1,5 @@
-// Poses in half of their memory: those of a whole take that wait and may never
-// be asked for.
+// Poses in half of their memory: those of a whole recording that wait and may
+// never be asked for.
 #ifndef KINEGRAPH_CORE_DATA_PACKED_POSES_H_
 #define KINEGRAPH_CORE_DATA_PACKED_POSES_H_
 

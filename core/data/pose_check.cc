@@ -52,7 +52,7 @@ void PoseCheck::Require(const TrackHeader& header,
                              ", person " + std::to_string(person.id.value()) +
                              ", " + header.skeleton.joints()[j] + ": " + what +
                              "; this is a fault of kinegraph, please report "
-                             "it with the take");
+                             "it with the recording");
     };
     for (size_t j = 0; j < person.joints.size(); ++j) {
       const Joint3d& joint = person.joints[j];

@@ -25,8 +25,9 @@ struct ViewBias {
     bool used = false;  // else the coefficients count as zero
     // Joints of single frames and views that told them.
     int64_t observations = 0;
-    // Share of the squared residuals that coefficients of one half of the take
-    // explain in the other, and its standard error over stretches of time.
+    // Share of the squared residuals that coefficients of one half of the
+    // recording explain in the other, and its standard error over stretches of
+    // time.
     double gain = 0.0;
     double gain_error = 0.0;
   };

@@ -2,9 +2,9 @@
 //
 // Errors of neighbouring frames are alike, so whole blocks of frames are drawn
 // (moving blocks: Kuensch 1989, "The jackknife and the bootstrap for general
-// stationary observations"), within each series (an actor, a take). A block
-// that runs over the end goes on at the beginning (Politis and Romano 1992), so
-// that every frame is drawn equally often, also in a short series.
+// stationary observations"), within each series (an actor, a recording). A
+// block that runs over the end goes on at the beginning (Politis and Romano
+// 1992), so that every frame is drawn equally often, also in a short series.
 #ifndef KINEGRAPH_CORE_EVALUATION_BOOTSTRAP_H_
 #define KINEGRAPH_CORE_EVALUATION_BOOTSTRAP_H_
 

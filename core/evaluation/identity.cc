@@ -196,8 +196,8 @@ void MarkBeside(const Eigen::MatrixXd& distances,
   }
 }
 
-// HOTA, which needs the whole take before it can match a frame: pairs of people
-// that are similar over the take are preferred.
+// HOTA, which needs the whole recording before it can match a frame: pairs of
+// people that are similar over the recording are preferred.
 class HotaCounter {
  public:
   explicit HotaCounter(double gate_m) : zero_distance_m_(2.0 * gate_m) {}

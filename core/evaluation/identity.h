@@ -52,7 +52,7 @@ struct IdentityResult {
   // A true person that was matched is lost and later matched again.
   int64_t fragments = 0;
   // Frames explained when every true person stands for one identity, chosen
-  // once for the whole take so that they are most.
+  // once for the whole recording so that they are most.
   int64_t identity_true_positives = 0;
   // Found person-frames that count neither way; not among found_person_frames.
   int64_t on_hidden_people = 0;      // they stand where truth hides somebody

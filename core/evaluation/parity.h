@@ -1,4 +1,4 @@
-// How alike two results of the same take are, joint by joint.
+// How alike two results of the same recording are, joint by joint.
 #ifndef KINEGRAPH_CORE_EVALUATION_PARITY_H_
 #define KINEGRAPH_CORE_EVALUATION_PARITY_H_
 

@@ -1,5 +1,5 @@
 // Do two pieces of tracks have the same body: bone lengths with their
-// uncertainty, which the take itself tells.
+// uncertainty, which the recording itself tells.
 #ifndef KINEGRAPH_CORE_IDENTITY_BONES_H_
 #define KINEGRAPH_CORE_IDENTITY_BONES_H_
 
@@ -40,8 +40,8 @@ class BoneModel {
   // Learns from all tracklets how much the pieces of one body differ.
   void Learn(const std::vector<BoneSamples>& tracklets);
   // Learns from pairs that are two people for sure (seen at once) how often two
-  // people of this take are built alike: what agrees then says so much less.
-  // They count as `pairs` at most: the same two may be many tracks.
+  // people of this recording are built alike: what agrees then says so much
+  // less. They count as `pairs` at most: the same two may be many tracks.
   void LearnAlike(
       const std::vector<std::pair<BoneSamples, BoneSamples>>& strangers,
       double pairs);

@@ -11,7 +11,7 @@
 namespace kinegraph {
 
 // The edits that give the tracks that were cut into `linked` one number a
-// chain, and those that stay undecided. `last_frame` is that of the take.
+// chain, and those that stay undecided. `last_frame` is that of the recording.
 std::vector<IdentityEdit> EditsOf(const LinkedPieces& linked,
                                   int64_t last_frame);
 

@@ -8,18 +8,18 @@
 #include <utility>
 
 #include "core/assignment/hungarian.h"
-#include "core/identity/doubles.h"
+#include "core/identity/duplicate_tracks.h"
 #include "core/identity/motion.h"
 
 namespace kinegraph {
 namespace {
 
 constexpr double kForbidden = 1e6;  // nats
-// Who appears is rather somebody of the take than a newcomer: odds of 20 to 1
-// before anything is measured.
+// Who appears is rather somebody of the recording than a newcomer: odds of 20
+// to 1 before anything is measured.
 constexpr double kKnownRather = 3.0;  // nats
 // Absences are short rather than long, as 1 / length between these [s];
-// somebody of the take is likelier than a newcomer by the odds above after
+// somebody of the recording is likelier than a newcomer by the odds above after
 // kUsualAbsence.
 constexpr double kShortAbsence = 0.2;
 constexpr double kUsualAbsence = 3.0;
@@ -72,8 +72,8 @@ class Linker {
       samples.push_back(bones_.Measure(piece));
       begin_.push_back(StateAtBegin(piece));
       end_.push_back(StateAtEnd(piece));
-      take_begin_ = std::min(take_begin_, piece.first().time);
-      take_end_ = std::max(take_end_, piece.last().time);
+      recording_begin_ = std::min(recording_begin_, piece.first().time);
+      recording_end_ = std::max(recording_end_, piece.last().time);
     }
     bones_.Learn(samples);
     LearnAlike(tracks);
@@ -152,8 +152,8 @@ class Linker {
   // Whether somebody may appear or vanish in this state.
   bool IsEntry(const MotionState& state) const {
     if (options_.entries.size() < 4) return true;
-    if (state.time - take_begin_ < FromSeconds(kMaxOverlap) ||
-        take_end_ - state.time < FromSeconds(kMaxOverlap)) {
+    if (state.time - recording_begin_ < FromSeconds(kMaxOverlap) ||
+        recording_end_ - state.time < FromSeconds(kMaxOverlap)) {
       return true;
     }
     for (size_t i = 0; i + 3 < options_.entries.size(); i += 4) {
@@ -630,8 +630,8 @@ class Linker {
   IdentityMotion motion_;
   Pieces pieces_;
   std::vector<MotionState> begin_, end_;  // by piece
-  TimeNs take_begin_ = std::numeric_limits<TimeNs>::max();
-  TimeNs take_end_ = std::numeric_limits<TimeNs>::min();
+  TimeNs recording_begin_ = std::numeric_limits<TimeNs>::max();
+  TimeNs recording_end_ = std::numeric_limits<TimeNs>::min();
   std::vector<Chain> chains_;
   int next_number_ = 0;                                        // of a chain
   mutable std::map<std::pair<int, int>, double> known_bones_;  // by numbers

@@ -105,7 +105,7 @@ bool SeemExchanged(const Tracklet& a, size_t ka, const Tracklet& b, size_t kb) {
 
 using Intervals = std::vector<std::vector<Interval>>;  // [track]
 
-// Contacts of others with a track that begins or ends at `at` in the take.
+// Contacts of others with a track that begins or ends at `at` in the recording.
 void AddEnd(const Crowd& crowd, const std::vector<Tracklet>& tracks, size_t of,
             const TrackletFrame& at, Intervals* intervals) {
   for (const Crowd::Place& place : crowd.present().at(at.frame)) {

@@ -6,9 +6,9 @@
 #include "core/base/error.h"
 #include "core/identity/chain_edits.h"
 #include "core/identity/chains.h"
-#include "core/identity/doubles.h"
+#include "core/identity/duplicate_tracks.h"
 #include "core/identity/edits.h"
-#include "core/identity/ghosts.h"
+#include "core/identity/false_positives.h"
 #include "core/identity/tracklet.h"
 
 namespace kinegraph {
@@ -33,9 +33,9 @@ std::vector<IdentityEdit> LinkIdentities(
     }
   };
   if (frames->empty()) return edits;
-  apply(FindDoubles(CollectTracklets(*frames, skeleton)));
-  apply(FindGhosts(skeleton, options.min_margin,
-                   CollectTracklets(*frames, skeleton)));
+  apply(FindDuplicates(CollectTracklets(*frames, skeleton)));
+  apply(FindFalsePositives(skeleton, options.min_margin,
+                           CollectTracklets(*frames, skeleton)));
   const std::vector<Tracklet> tracks = CollectTracklets(*frames, skeleton);
   if (tracks.empty()) return edits;
   apply(

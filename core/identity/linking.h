@@ -1,5 +1,5 @@
-// Who is who over the whole take: tracks joined, exchanged, cut and removed by
-// all the evidence there is, not by what came first.
+// Who is who over the whole recording: tracks joined, exchanged, cut and
+// removed by all the evidence there is, not by what came first.
 #ifndef KINEGRAPH_CORE_IDENTITY_LINKING_H_
 #define KINEGRAPH_CORE_IDENTITY_LINKING_H_
 

@@ -28,7 +28,7 @@ MotionState StateAtEnd(const Tracklet& tracklet);
 // have begun by then.
 MotionState StateUpTo(const Tracklet& tracklet, TimeNs time);
 
-// Where people are in a take, on the plane in which they spread most: the
+// Where people are in a recording, on the plane in which they spread most: the
 // floor.
 class UsedSpace {
  public:

@@ -10,7 +10,7 @@
 namespace kinegraph {
 
 struct LinkOptions {
-  bool link = false;  // graph mode; needs the whole take
+  bool link = false;  // graph mode; needs the whole recording
 
   // By how many nats (powers of e) a change must beat the second best
   // explanation: 2 are odds of 7 to 1.
@@ -19,7 +19,7 @@ struct LinkOptions {
   double max_absence_s = 0.0;
 
   // Hints; 0 and empty: not known.
-  int64_t people = 0;           // in the whole take
+  int64_t people = 0;           // in the whole recording
   std::vector<double> entries;  // spheres where people come and go: x, y, z, r
 
   // Constants, no keys [nats]: the advantage with which what continues as the

@@ -28,8 +28,8 @@ std::optional<double> PostureDistance(const LimbPosture& a,
 
 class PostureModel {
  public:
-  // Learns from people who are there at once how alike two people of this take
-  // hold themselves.
+  // Learns from people who are there at once how alike two people of this
+  // recording hold themselves.
   PostureModel(const std::vector<Tracklet>& tracklets,
                const Eigen::Vector3d& up);
 

@@ -256,7 +256,8 @@ std::string Count(size_t count, const std::string& what) {
 // ---- One kind each: reads, writes, and says how much there was ----
 
 std::string ConvertCalibration(const ConversionOptions& flags,
-                               const ConvertOptions& options, Losses* losses) {
+                               const ConvertOptions& options,
+                               LostFields* lost_fields) {
   CameraReadOptions read = options.cameras;
   if (flags.from != "auto") read.format = flags.from;
   const CameraRig cameras = ReadCameras(flags.in, read);
@@ -265,9 +266,9 @@ std::string ConvertCalibration(const ConversionOptions& flags,
     WriteCameras(flags.out, cameras, refinement);
     return Count(cameras.size(), "cameras");
   }
-  WriteCalibration(flags.out, flags.to, cameras, losses);
+  WriteCalibration(flags.out, flags.to, cameras, lost_fields);
   if (!refinement.empty()) {
-    losses->push_back(
+    lost_fields->push_back(
         "how the cameras were refined, their clocks and uncertainty are not "
         "kept");
   }
@@ -307,14 +308,15 @@ DetectionWriteOptions DetectionWriteOptionsOf(const ConversionOptions& flags,
 }
 
 std::string ConvertDetections(const ConversionOptions& flags,
-                              const ConvertOptions& options, Losses* losses) {
+                              const ConvertOptions& options,
+                              LostFields* lost_fields) {
   DetectionReadOptions read = options.detections;
   if (flags.from != "auto") read.format = flags.from;
   if (!flags.skeleton.empty()) read.skeleton = SkeletonFlag(flags);
   read.frame_rate_hz = flags.frame_rate_hz;
   CountingSource source(OpenDetections(flags.in, read));
   FindDetectionFormat(flags.to)->write(
-      flags.out, DetectionWriteOptionsOf(flags, options), &source, losses);
+      flags.out, DetectionWriteOptionsOf(flags, options), &source, lost_fields);
   return Count(source.frames(), "frames of ") +
          Count(source.header().view_names.size(), "views");
 }
@@ -432,23 +434,23 @@ std::optional<AxisMap> AxesFlag(const ConversionOptions& flags,
 // That people do not stand up in the result, and what mends it.
 void NoteAxes(const TrackSequence& tracks, const TrackFormat& from,
               const TrackFormat& to, const std::optional<AxisMap>& axes,
-              Losses* losses) {
+              LostFields* lost_fields) {
   const auto note = FindAxesNote(StanceOf(tracks), {}, to, axes);
   if (!note) return;
   if (note->axes.empty()) {
-    losses->push_back(note->text +
-                      ": no --axes stands them up, tracking with "
-                      "--set=cameras.ground=feet does");
+    lost_fields->push_back(note->text +
+                           ": no --axes stands them up, tracking with "
+                           "--set=cameras.ground=feet does");
   } else if (!from.axes.has_value()) {
-    losses->push_back(note->text + ": --axes=" + note->axes +
-                      " stands them up");
+    lost_fields->push_back(note->text + ": --axes=" + note->axes +
+                           " stands them up");
   } else {
     // The flag would hold for both.
     const AxisMap read = axes.value_or(*from.axes);
     const AxisMap right = AxisMap::Parse(note->axes);
     size_t of_file = 0;
     while (read.axis[of_file] != right.axis[1]) ++of_file;
-    losses->push_back(
+    lost_fields->push_back(
         note->text + ": convert to a .jsonl with --axes=" +
         AxisMap::With(of_file, 2, read.sign[of_file] * right.sign[1]).Text() +
         " first, and that without");
@@ -475,7 +477,8 @@ void CheckFrameRate(const ConversionOptions& flags,
 }
 
 std::string ConvertTracks(const ConversionOptions& flags,
-                          const ConvertOptions& options, Losses* losses) {
+                          const ConvertOptions& options,
+                          LostFields* lost_fields) {
   TrackReadOptions read;
   if (flags.from != "auto") read.format = flags.from;
   if (!flags.skeleton.empty()) read.skeleton = SkeletonFlag(flags);
@@ -492,15 +495,15 @@ std::string ConvertTracks(const ConversionOptions& flags,
   write.axes = AxesFlag(flags, from, to);
   if (const std::string note = UnitNote(flags.in, read, tracks);
       !note.empty()) {
-    losses->push_back(note);
+    lost_fields->push_back(note);
   }
-  NoteAxes(tracks, from, to, write.axes, losses);
+  NoteAxes(tracks, from, to, write.axes, lost_fields);
   RenameMarkers(flags, to, &tracks);
   write.names = ReadPersonNames(flags.in);
   if (!write.names.empty() && !to.keeps_names) {
-    losses->push_back("names of people are not kept");
+    lost_fields->push_back("names of people are not kept");
   }
-  to.write(flags.out, tracks, write, losses);
+  to.write(flags.out, tracks, write, lost_fields);
   return Count(tracks.frames.size(), "frames");
 }
 
@@ -525,11 +528,11 @@ Conversion Convert(const ConversionOptions& options) {
     MakeFolder(flags.out.substr(0, slash));
   }
   Conversion conversion;
-  Losses* losses = &conversion.losses;
+  LostFields* lost_fields = &conversion.lost_fields;
   conversion.what =
-      kind == kCalibration  ? ConvertCalibration(flags, read, losses)
-      : kind == kDetections ? ConvertDetections(flags, read, losses)
-                            : ConvertTracks(flags, read, losses);
+      kind == kCalibration  ? ConvertCalibration(flags, read, lost_fields)
+      : kind == kDetections ? ConvertDetections(flags, read, lost_fields)
+                            : ConvertTracks(flags, read, lost_fields);
   return conversion;
 }
 

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "core/io/text/losses.h"
+#include "core/io/text/lost_fields.h"
 
 namespace kinegraph {
 
@@ -26,8 +26,8 @@ struct ConversionOptions {
 };
 
 struct Conversion {
-  std::string what;  // "500 frames"
-  Losses losses;     // what the format leaves out
+  std::string what;        // "500 frames"
+  LostFields lost_fields;  // what the format leaves out
 };
 
 // Makes the folder that `out` lies in. Throws InputError naming flag or file.

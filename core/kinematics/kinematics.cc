@@ -34,7 +34,7 @@ bool HasCovariances(const TrackSequence& tracks) {
   return false;
 }
 
-// The median time between two frames [ns]; 0 when the take has no clock.
+// The median time between two frames [ns]; 0 when the recording has no clock.
 TimeNs FrameTime(const TrackSequence& tracks) {
   std::vector<TimeNs> steps;
   for (size_t k = 1; k < tracks.frames.size(); ++k) {

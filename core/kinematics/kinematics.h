@@ -1,4 +1,4 @@
-// Joint angles, speeds and distances of everybody in a take, as one table.
+// Joint angles, speeds and distances of everybody in a recording, as one table.
 #ifndef KINEGRAPH_CORE_KINEMATICS_KINEMATICS_H_
 #define KINEGRAPH_CORE_KINEMATICS_KINEMATICS_H_
 
@@ -34,7 +34,7 @@ struct KinematicsRow {
 //   com_x_m, com_y_m, com_z_m        centre of mass in the world
 //   NAME_speed_m_s                   pelvis (along the floor), com, joints
 //   pelvis_path_m                    way of the pelvis along the floor so far
-// Speeds and paths are there only when the take has times.
+// Speeds and paths are there only when the recording has times.
 struct KinematicsTable {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  // that was used
   bool has_times = false;                         // else all times are 0

@@ -61,7 +61,7 @@ bool HiddenMatters(const NoiseOptions& options) {
              [](const auto& entry) { return HiddenMatters(entry.second); });
 }
 
-// One camera over the whole take.
+// One camera over the whole recording.
 class ViewObserver {
  public:
   ViewObserver(const NoiseOptions& options, const Scene& scene, int view_idx)
@@ -172,7 +172,7 @@ void JointNoise::Describe(OptionVisitor& visitor) {
   visitor.Number("student_dof", &student_dof, Between(0.0, 1e6), "",
                  "degrees of freedom of Student-t tails, above 2; 0: Gaussian");
   visitor.Number("static_share", &static_share, Between(0.0, 1.0), "",
-                 "of the variance: constant over the take");
+                 "of the variance: constant over the recording");
   visitor.Number("white_share", &white_share, Between(0.0, 1.0), "",
                  "of the variance: independent from frame to frame");
   visitor.Number("correlation_time", &correlation_time_s, Between(0.0, 1e6),

@@ -16,9 +16,9 @@
 namespace kinegraph {
 
 // Of single joints. The variance of the pixel noise is split into a static
-// share (constant over the take for each person, view and joint), a white share
-// and the rest, which is time-correlated (AR(1)); without a correlation time
-// the rest is white too.
+// share (constant over the recording for each person, view and joint), a white
+// share and the rest, which is time-correlated (AR(1)); without a correlation
+// time the rest is white too.
 struct JointNoise {
   double sigma_px = 0.0;           // standard deviation of each axis
   double reference_depth_m = 0.0;  // pixel figures hold there and fall with

@@ -167,7 +167,7 @@ void SceneOptions::Describe(OptionVisitor& visitor) {
   visitor.Integer("seed", &seed, Between(0, 9e15), "", "same seed, same scene");
   visitor.Integer("people", &people, Between(1, 100), "", "in the scene");
   visitor.Number("duration", &duration_s, Between(0.04, 36000.0), "s",
-                 "of the take");
+                 "of the recording");
   visitor.Number("frame_rate", &frame_rate_hz, Between(1.0, 1000.0), "Hz",
                  "frames a second");
   visitor.Text("skeleton", &skeleton, "name of a built-in skeleton");

@@ -83,7 +83,7 @@ class Estimator {
 
   // Moves out the poses that became final since the last call: one for each
   // Add, in order, possibly frames later.
-  virtual void TakeFinals(std::vector<FinalPose>* finals) = 0;
+  virtual void ExtractFinals(std::vector<FinalPose>* finals) = 0;
   // Makes all that is left final. Nothing may be added afterwards.
   virtual void Finish() = 0;
 };

@@ -8,7 +8,7 @@
 
 namespace kinegraph {
 
-// Moves all of `from` to the end of `to`: Estimator::TakeFinals.
+// Moves all of `from` to the end of `to`: Estimator::ExtractFinals.
 void MoveFinals(std::vector<FinalPose>* from, std::vector<FinalPose>* to);
 
 // The pose `last` as what is expected later of somebody who stays: its joints

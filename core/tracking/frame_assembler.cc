@@ -23,7 +23,7 @@ void FrameAssembler::Resolve(int64_t frame, PersonPose* person) {
   if (person != nullptr) at->content.people.push_back(std::move(*person));
 }
 
-void FrameAssembler::TakeComplete(std::vector<TrackFrame>* frames) {
+void FrameAssembler::ExtractComplete(std::vector<TrackFrame>* frames) {
   while (!open_.empty() && open_.front().waiting == 0) {
     TrackFrame& frame = open_.front().content;
     std::sort(

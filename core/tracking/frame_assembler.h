@@ -23,7 +23,7 @@ class FrameAssembler {
   void Resolve(int64_t frame, PersonPose* person);
 
   // Moves out the frames that are complete, people by ascending id.
-  void TakeComplete(std::vector<TrackFrame>* frames);
+  void ExtractComplete(std::vector<TrackFrame>* frames);
 
  private:
   struct OpenFrame {

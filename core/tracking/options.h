@@ -11,7 +11,7 @@ namespace kinegraph {
 
 // Track life. Times are seconds, so that a person may be hidden as long at
 // 120 Hz as at 25 Hz. Paper mode counts frames, as the paper does at 25 Hz: a
-// second is 25 frames there, whatever the take's rate.
+// second is 25 frames there, whatever the recording's rate.
 struct TrackLifeOptions {
   double confirm_s = 0.08;  // birth to the update that confirms
   double max_age_s = 0.4;   // deleted this long after the last update
@@ -22,22 +22,22 @@ struct TrackLifeOptions {
   // Write confirmed frames without an update when an update follows within
   // this time: the estimator bridges them. 0: never.
   double max_gap_s = 0.0;
-  // Offline: associate the whole take again with the smoothed tracks
+  // Offline: associate the whole recording again with the smoothed tracks
   // (core/tracking/second_pass.h).
   bool second_pass = false;
 
   // Set by the run, no keys of this table: the times above in frames of the
-  // take; hits are successful updates, birth included.
+  // recording; hits are successful updates, birth included.
   int64_t confirm_hits = 3;
   double max_age_frames = 10.0;
   double max_gap_frames = 0.0;
   bool in_seconds = false;          // frames are yet to be told: graph mode
-  bool independent_frames = false;  // each frame is a take of its own
+  bool independent_frames = false;  // each frame is a recording of its own
 
   void Describe(OptionVisitor& visitor);
 };
 
-// The same life counted in frames of a take's nominal rate. A track is
+// The same life counted in frames of a recording's nominal rate. A track is
 // confirmed at two hits at least, but at once where frames are so rare that a
 // track could not miss one, and where they are independent.
 TrackLifeOptions LifeInFrames(const TrackLifeOptions& options,
@@ -59,7 +59,8 @@ struct TrackerOptions {
     return rules == AssociationRules::kGraph;
   }
 
-  // With the life in frames and the reach a frame, for a take's nominal rate.
+  // With the life in frames and the reach a frame, for a recording's nominal
+  // rate.
   TrackerOptions At(double frame_rate_hz) const;
 
   // Tables [association], [reconstruction], [initialisation], [tracking],

@@ -44,8 +44,8 @@ class FreezingEstimator final : public Estimator {
   void Predict(TimeNs time, Pose3d* pose) const override {
     estimator_->Predict(time, pose);
   }
-  void TakeFinals(std::vector<FinalPose>* finals) override {
-    estimator_->TakeFinals(finals);
+  void ExtractFinals(std::vector<FinalPose>* finals) override {
+    estimator_->ExtractFinals(finals);
   }
   void Finish() override { estimator_->Finish(); }
 
@@ -234,7 +234,7 @@ class RunningEstimator {
     const int64_t start_ns = ThreadCpuNs();
     const size_t before = outcome_.finals.size();
     estimator_->Add(frame);
-    estimator_->TakeFinals(&outcome_.finals);
+    estimator_->ExtractFinals(&outcome_.finals);
     outcome_.cpu_ns += ThreadCpuNs() - start_ns;
     if (outcome_.finals.size() == before) return;
     const TimeNs delay = frame.time - outcome_.finals[before].time;
@@ -244,7 +244,7 @@ class RunningEstimator {
   ReplayOutcome Finish() {
     const int64_t start_ns = ThreadCpuNs();
     estimator_->Finish();
-    estimator_->TakeFinals(&outcome_.finals);
+    estimator_->ExtractFinals(&outcome_.finals);
     estimator_.reset();
     outcome_.cpu_ns += ThreadCpuNs() - start_ns;
     return std::move(outcome_);

@@ -84,7 +84,7 @@ struct ReplayOutcome {
   std::vector<FinalPose> finals;  // one a frame of the person
   int64_t cpu_ns = 0;             // processor time of the estimator
   // How long after its frame the latest pose became final before the end of the
-  // take; nullopt when none did (the estimator wants the whole take).
+  // recording; nullopt when none did (the estimator wants the whole recording).
   std::optional<TimeNs> delay;
 };
 
@@ -107,7 +107,7 @@ class Replay {
 
   const SceneModel& scene() const { return scene_; }
   const FrozenMatches& matches() const { return matches_; }
-  // All frames of the take.
+  // All frames of the recording.
   const std::vector<TrackFrame>& empty_frames() const { return frames_; }
 
  private:
@@ -131,8 +131,9 @@ ReplayOutcome RunEstimator(const SceneModel& scene,
                            const ReplayedPerson& person,
                            const EstimatorFactory& estimator);
 
-// Runs an estimator over each person, all frames of the take in order, as a
-// tracker does: what people learn of each other is the same. One outcome each.
+// Runs an estimator over each person, all frames of the recording in order, as
+// a tracker does: what people learn of each other is the same. One outcome
+// each.
 std::vector<ReplayOutcome> RunEstimators(
     const SceneModel& scene, const std::vector<ReplayedPerson>& people,
     const EstimatorFactory& estimator);

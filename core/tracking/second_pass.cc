@@ -337,7 +337,7 @@ std::vector<TrackFrame> SecondPass::Finish(int threads) {
     std::unique_ptr<Estimator>& estimator = estimators_.at(ids[i]);
     std::vector<FinalPose> finals;
     estimator->Finish();
-    estimator->TakeFinals(&finals);
+    estimator->ExtractFinals(&finals);
     estimator.reset();
     const std::lock_guard<std::mutex> lock(writing);
     WritePerson(ids[i], std::move(finals));

@@ -1,5 +1,5 @@
-// Offline: a take associated again with tracks that were smoothed over all of
-// it, and estimated anew.
+// Offline: a recording associated again with tracks that were smoothed over all
+// of it, and estimated anew.
 #ifndef KINEGRAPH_CORE_TRACKING_SECOND_PASS_H_
 #define KINEGRAPH_CORE_TRACKING_SECOND_PASS_H_
 

@@ -103,7 +103,7 @@ void Tracker::Process(const DetectionFrame& frame,
   StartNewPeople(frame);
   const StageTimer timer(stage_times_, &StageTimes::output_ns);
   HandOver(Leaving::kEnded);
-  assembler_.TakeComplete(finished);
+  assembler_.ExtractComplete(finished);
 }
 
 void Tracker::CheckFrame(const DetectionFrame& frame) const {
@@ -353,10 +353,10 @@ void Tracker::HandOverFinals(Track* track) {
   if (track->output != nullptr) {
     // Nobody writes the feedback's finals; left alone they would pile up.
     finals_.clear();
-    track->feedback->TakeFinals(&finals_);
+    track->feedback->ExtractFinals(&finals_);
   }
   finals_.clear();
-  track->writer().TakeFinals(&finals_);
+  track->writer().ExtractFinals(&finals_);
   for (FinalPose& final_pose : finals_) {
     track->finals.push_back(std::move(final_pose));
   }
@@ -372,7 +372,7 @@ void Tracker::HandOverFinals(Track* track) {
 
 void Tracker::Finish(std::vector<TrackFrame>* finished) {
   HandOver(Leaving::kEverybody);
-  assembler_.TakeComplete(finished);
+  assembler_.ExtractComplete(finished);
 }
 
 }  // namespace kinegraph

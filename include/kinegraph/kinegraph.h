@@ -14,7 +14,7 @@
 //   core/io/tracks/segments.h        ReadSegments: poses of segments (C3D)
 //   solvers/session/options.h       RunOptions: what a configuration can say
 //   solvers/session/session.h       Session: a run, frame by frame
-//   solvers/session/run.h           a whole take at once; frozen matches
+//   solvers/session/run.h           a whole recording at once; frozen matches
 //   core/tracking/estimator.h       the interface of a smoother of one's own
 //   solvers/ceres/user_factor.h     factors of one's own
 //   core/evaluation/*.h             errors against a ground truth, identity

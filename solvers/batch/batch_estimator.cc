@@ -14,8 +14,8 @@
 #include "core/tracking/packed_frames.h"
 #include "solvers/batch/chunks.h"
 #include "solvers/batch/known_frames.h"
-#include "solvers/batch/person_take.h"
-#include "solvers/batch/take_solver.h"
+#include "solvers/batch/person_recording.h"
+#include "solvers/batch/recording_solver.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/noise_scale.h"
@@ -83,7 +83,7 @@ std::vector<double> SecondsToSupport(const std::vector<TimeNs>& times,
 class BatchEstimator final : public Estimator {
  public:
   BatchEstimator(const SceneModel& scene, const GraphOptions& options,
-                 std::shared_ptr<TakeNotes> notes)
+                 std::shared_ptr<RecordingNotes> notes)
       : scene_(scene),
         options_(options),
         solver_(options_),
@@ -102,7 +102,7 @@ class BatchEstimator final : public Estimator {
   const Pose3d& Last() const override { return last_; }
   TimeNs LastTime() const override { return last_time_; }
   void Predict(TimeNs time, Pose3d* pose) const override;
-  void TakeFinals(std::vector<FinalPose>* finals) override;
+  void ExtractFinals(std::vector<FinalPose>* finals) override;
   void Finish() override;
 
  private:
@@ -124,30 +124,30 @@ class BatchEstimator final : public Estimator {
   void Solve();
   bool SolveAgain();
   std::shared_ptr<SolvedPerson> Solution() const;
-  void TakeBiasAway();
+  void RemoveBias();
   void TellBias() const;
   bool RescaleNoise(const SolveStage& stage, double least_change);
   void LearnNoiseScale();
   void AddBones();
-  void AddBonesOfTheTake();
+  void AddBonesOfTheRecording();
   void AddFixedBones();
   std::vector<std::vector<Eigen::Matrix3d>> Covariances();
   void LearnNoise();
   void WriteFinals();
   std::vector<KnownAlone> DistrustBones();
-  void WriteFinalsOf(int joint_idx, const PersonTake::Piece& piece,
+  void WriteFinalsOf(int joint_idx, const PersonRecording::Piece& piece,
                      const Written& written);
   std::vector<std::vector<int>> Inliers() const;
 
   const SceneModel scene_;
   const GraphOptions options_;
-  TakeSolver solver_;
-  PackedFrames frames_;  // until all are there
-  PersonTake take_;      // then
-  // As take_'s, for covariances.
+  RecordingSolver solver_;
+  PackedFrames frames_;        // until all are there
+  PersonRecording recording_;  // then
+  // As recording_'s, for covariances.
   std::vector<BoneConstraint> stated_bones_;
-  std::optional<PersonNoise> noise_;        // until all is solved
-  const std::shared_ptr<TakeNotes> notes_;  // null: nothing is shared
+  std::optional<PersonNoise> noise_;             // until all is solved
+  const std::shared_ptr<RecordingNotes> notes_;  // null: nothing is shared
   const BiasJoints bias_joints_;
   // What is taken away, and where the solution is told; null: nothing, nowhere.
   const std::shared_ptr<const ViewBias> bias_;
@@ -172,7 +172,7 @@ void BatchEstimator::Predict(TimeNs, Pose3d* pose) const {
   ExpectUnmoved(last_, pose);
 }
 
-void BatchEstimator::TakeFinals(std::vector<FinalPose>* finals) {
+void BatchEstimator::ExtractFinals(std::vector<FinalPose>* finals) {
   MoveFinals(&finals_, finals);
 }
 
@@ -184,12 +184,12 @@ void BatchEstimator::Finish() {
   WriteFinals();
   solver_.HandInCounts(records_.front().frame, records_.back().frame);
   if (solution != nullptr) {
-    solution->noise = noise_->TakeApplied();
+    solution->noise = noise_->RecordingApplied();
     solution->records = std::move(records_);
     notes_->Keep(solution);
   }
   // Finals may wait long for those of other people: nothing else should.
-  take_ = {};
+  recording_ = {};
   stated_bones_.clear();
   noise_.reset();
   records_ = std::vector<FrameRecord>();
@@ -199,38 +199,39 @@ void BatchEstimator::Finish() {
 void BatchEstimator::TellBias() const {
   BiasObserver observer(bias_joints_, scene_.cameras, scene_.frame_rate_hz,
                         noise_->correlation(), series_.get());
-  take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+  recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
     for (size_t k = piece.begin; k < piece.end; ++k) {
       observer.Add(piece.part, k - piece.begin);
     }
   });
 }
 
-void BatchEstimator::TakeBiasAway() {
-  const BiasWriter writer(bias_joints_, *bias_, take_.graph, records_);
-  take_.ChangeNoise([&](PersonTake::Piece* piece) {
+void BatchEstimator::RemoveBias() {
+  const BiasWriter writer(bias_joints_, *bias_, recording_.graph, records_);
+  recording_.ChangeNoise([&](PersonRecording::Piece* piece) {
     writer.Write(piece->begin, piece->end, &piece->part);
   });
 }
 
 void BatchEstimator::Solve() {
   Assembler assembler(scene_, options_);
-  take_ = AssembleTake(&frames_, &assembler, &records_);
+  recording_ = AssembleRecording(&frames_, &assembler, &records_);
   for (int j = 0; j < joint_count(); ++j) {
-    InterpolateStarts(records_, j, take_.graph.times, &take_.graph.joints[j]);
+    InterpolateStarts(records_, j, recording_.graph.times,
+                      &recording_.graph.joints[j]);
   }
-  if (bias_ != nullptr && !bias_->empty()) TakeBiasAway();
+  if (bias_ != nullptr && !bias_->empty()) RemoveBias();
   if (SolveAgain()) return;
   if (options_.LearnsNoise()) LearnNoise();
   if (options_.pixel_noise_from == NoiseFrom::kFixed &&
       options_.estimate_noise_scale) {
     LearnNoiseScale();
   } else {
-    take_.measurements.SettleNoise();
-    solver_.SolveJoints(solver_.schedule(), &take_);
+    recording_.measurements.SettleNoise();
+    solver_.SolveJoints(solver_.schedule(), &recording_);
   }
   if (options_.bones) AddBones();
-  solver_.SolveTogether(&take_);
+  solver_.SolveTogether(&recording_);
 }
 
 // What the next pass needs in order not to solve this person anew; null where
@@ -243,14 +244,14 @@ std::shared_ptr<SolvedPerson> BatchEstimator::Solution() const {
                       options_.estimate_noise_scale;
   if (scales || options_.user_factors || !solver_.KeptBones()) return nullptr;
   auto solution = std::make_shared<SolvedPerson>();
-  solution->bones = take_.graph.bones;
+  solution->bones = recording_.graph.bones;
   solution->stated_bones = stated_bones_;
-  for (const JointChain& chain : take_.graph.joints) {
+  for (const JointChain& chain : recording_.graph.joints) {
     SolvedPerson::Joint& joint = solution->joints.emplace_back();
     joint.outcome.states = chain.states;
     joint.first = chain.first;
   }
-  take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+  recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
     for (size_t j = 0; j < solution->joints.size(); ++j) {
       const JointChain& chain = piece.part.joints[j];
       JointOutcome& outcome = solution->joints[j].outcome;
@@ -269,46 +270,47 @@ std::shared_ptr<SolvedPerson> BatchEstimator::Solution() const {
 bool BatchEstimator::SolveAgain() {
   if (notes_ == nullptr) return false;
   std::optional<KnownFrames> known =
-      FindKnownFrames(notes_->SolvedPeople(), records_, take_.graph);
+      FindKnownFrames(notes_->SolvedPeople(), records_, recording_.graph);
   if (!known.has_value()) return false;
   const SolvedPerson& before = *known->person;
-  const std::vector<Chunk> changed = ChangedChunks(take_.graph, known->same);
+  const std::vector<Chunk> changed =
+      ChangedChunks(recording_.graph, known->same);
   if (options_.LearnsNoise()) {
-    noise_->TakeOver(before.noise, known->frame_of, take_.graph.times);
+    noise_->Adopt(before.noise, known->frame_of, recording_.graph.times);
     for (const Chunk& chunk : changed) {
-      noise_->LearnMotionAgain(take_.Part(chunk.begin, chunk.end), chunk.begin,
-                               chunk.own_begin, chunk.own_end);
+      noise_->LearnMotionAgain(recording_.Part(chunk.begin, chunk.end),
+                               chunk.begin, chunk.own_begin, chunk.own_end);
     }
-    noise_->ApplyProcessNoise(&take_.graph);
-    take_.ChangeNoise([&](PersonTake::Piece* piece) {
+    noise_->ApplyProcessNoise(&recording_.graph);
+    recording_.ChangeNoise([&](PersonRecording::Piece* piece) {
       noise_->ApplyPixelNoise(piece->begin, piece->end, &piece->part);
     });
     if (learnt_ != nullptr) *learnt_ = before.noise.learnt;
   }
-  take_.measurements.SettleNoise();
-  take_.graph.bones = before.bones;
+  recording_.measurements.SettleNoise();
+  recording_.graph.bones = before.bones;
   stated_bones_ = before.stated_bones;
-  if (!solver_.SolveAnew(changed, &take_)) take_.graph.bones.clear();
+  if (!solver_.SolveAnew(changed, &recording_)) recording_.graph.bones.clear();
   for (const Chunk& chunk : changed) {
     std::fill(
         known->same.begin() + static_cast<std::ptrdiff_t>(chunk.own_begin),
         known->same.begin() + static_cast<std::ptrdiff_t>(chunk.own_end), 0);
   }
-  PasteKnown(*known, &take_);
+  PasteKnown(*known, &recording_);
   notes_->Forget(&before);
   return true;
 }
 
 void BatchEstimator::LearnNoise() {
-  noise_->LearnTake([&](const PersonNoise::FrameVisitor& visit) {
-    take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+  noise_->LearnRecording([&](const PersonNoise::FrameVisitor& visit) {
+    recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
       for (size_t k = piece.begin; k < piece.end; ++k) {
         visit(piece.part, k - piece.begin);
       }
     });
   });
-  noise_->ApplyProcessNoise(&take_.graph);
-  take_.ChangeNoise([&](PersonTake::Piece* piece) {
+  noise_->ApplyProcessNoise(&recording_.graph);
+  recording_.ChangeNoise([&](PersonRecording::Piece* piece) {
     noise_->ApplyPixelNoise(piece->begin, piece->end, &piece->part);
   });
   if (learnt_ != nullptr) *learnt_ = noise_->Learnt();
@@ -323,13 +325,13 @@ void BatchEstimator::LearnNoiseScale() {
   SolveSchedule first = whole;
   first.stages.resize(1);
   first.doubt_unsettled = false;
-  solver_.SolveJoints(first, &take_);
+  solver_.SolveJoints(first, &recording_);
   RescaleNoise(first.stages.front(), 0.0);
   // What the whole schedule leaves tells better who is an outlier. Solved
   // from the convex stage again: a redescending loss may not start warm.
-  solver_.SolveJoints(whole, &take_);
+  solver_.SolveJoints(whole, &recording_);
   if (RescaleNoise(whole.stages.back(), kLeastChange)) {
-    solver_.SolveJoints(whole, &take_);
+    solver_.SolveJoints(whole, &recording_);
   }
 }
 
@@ -338,9 +340,9 @@ void BatchEstimator::LearnNoiseScale() {
 bool BatchEstimator::RescaleNoise(const SolveStage& stage,
                                   double least_change) {
   const double correction = InformationCorrection(stage.loss, stage.scale);
-  const auto covariances = solver_.StateCovariances(take_, correction);
+  const auto covariances = solver_.StateCovariances(recording_, correction);
   std::vector<std::vector<double>> of_joints(covariances.size());
-  take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+  recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
     for (size_t j = 0; j < of_joints.size(); ++j) {
       if (covariances[j].empty()) continue;
       const auto from = covariances[j].begin();
@@ -351,7 +353,7 @@ bool BatchEstimator::RescaleNoise(const SolveStage& stage,
           0, piece.end - piece.begin, &of_joints[j]);
     }
   });
-  // Joint by joint, however the take is cut: sums depend on the order.
+  // Joint by joint, however the recording is cut: sums depend on the order.
   std::vector<double> squares;
   for (const std::vector<double>& of_joint : of_joints) {
     squares.insert(squares.end(), of_joint.begin(), of_joint.end());
@@ -359,15 +361,15 @@ bool BatchEstimator::RescaleNoise(const SolveStage& stage,
   const double scale = EstimateNoiseScale(std::move(squares));
   VLOG(1) << "noise scale times " << scale;
   if (std::abs(scale - 1.0) <= least_change) return false;
-  take_.ChangeNoise(
-      [&](PersonTake::Piece* piece) { ScaleSigmas(scale, &piece->part); });
+  recording_.ChangeNoise(
+      [&](PersonRecording::Piece* piece) { ScaleSigmas(scale, &piece->part); });
   return true;
 }
 
 // [joint][frame].
 std::vector<std::vector<int>> BatchEstimator::Inliers() const {
   std::vector<std::vector<int>> inliers(static_cast<size_t>(joint_count()));
-  take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+  recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
     for (int j = 0; j < joint_count(); ++j) {
       for (size_t k = 0; k < piece.end - piece.begin; ++k) {
         inliers[j].push_back(
@@ -384,8 +386,8 @@ bool EverTwo(const std::vector<int>& inliers) {
 }
 
 void BatchEstimator::AddBones() {
-  if (options_.bone_sigma_from == NoiseFrom::kTake) {
-    AddBonesOfTheTake();
+  if (options_.bone_sigma_from == NoiseFrom::kRecording) {
+    AddBonesOfTheRecording();
   } else {
     AddFixedBones();
   }
@@ -393,12 +395,12 @@ void BatchEstimator::AddBones() {
 
 // Bones as long and as free as the views say in the frames where the estimates
 // without bones trust them.
-void BatchEstimator::AddBonesOfTheTake() {
+void BatchEstimator::AddBonesOfTheRecording() {
   BoneSpreads spreads(scene_.skeleton);
-  if (options_.pixel_noise_from == NoiseFrom::kTake) {
+  if (options_.pixel_noise_from == NoiseFrom::kRecording) {
     spreads.SetLasting(noise_->correlation(), 1.0 / scene_.frame_rate_hz);
   }
-  take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+  recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
     for (size_t k = 0; k < piece.end - piece.begin; ++k) {
       spreads.AddFrame(LocateBoneEnds(piece.part, k, options_.inlier_weight,
                                       1.0 / scene_.frame_rate_hz));
@@ -408,7 +410,7 @@ void BatchEstimator::AddBonesOfTheTake() {
   for (const std::vector<int>& inliers : Inliers()) {
     placed.push_back(EverTwo(inliers));
   }
-  take_.graph.bones = ConstraintsOf(spreads, placed);
+  recording_.graph.bones = ConstraintsOf(spreads, placed);
   stated_bones_ = ConstraintsOf(spreads, placed, BoneUse::kCovariance);
 }
 
@@ -422,8 +424,8 @@ void BatchEstimator::AddFixedBones() {
     for (size_t k = 0; k < records_.size(); ++k) {
       if (inliers[bones[i].a][k] < 2 || inliers[bones[i].b][k] < 2) continue;
       const double distance_m =
-          (take_.graph.joints[bones[i].a].states[k].head<3>() -
-           take_.graph.joints[bones[i].b].states[k].head<3>())
+          (recording_.graph.joints[bones[i].a].states[k].head<3>() -
+           recording_.graph.joints[bones[i].b].states[k].head<3>())
               .norm();
       lengths.Add(static_cast<int>(i), distance_m, 1.0 / scene_.frame_rate_hz);
     }
@@ -434,10 +436,10 @@ void BatchEstimator::AddFixedBones() {
     if (!EverTwo(inliers[bones[i].a]) || !EverTwo(inliers[bones[i].b])) {
       continue;
     }
-    take_.graph.bones.push_back(
+    recording_.graph.bones.push_back(
         {bones[i].a, bones[i].b, *length_m, options_.bone_sigma_m});
   }
-  stated_bones_ = take_.graph.bones;
+  stated_bones_ = recording_.graph.bones;
 }
 
 std::vector<std::vector<Eigen::Matrix3d>> BatchEstimator::Covariances() {
@@ -445,18 +447,18 @@ std::vector<std::vector<Eigen::Matrix3d>> BatchEstimator::Covariances() {
   if (!options_.covariance) return covariances;
   // The next pass asks how sure a place is, and no more.
   if (notes_ != nullptr && notes_->expects_another_pass()) {
-    return solver_.JointCovariances(take_);
+    return solver_.JointCovariances(recording_);
   }
   // Bones that could not be solved do not count.
-  const bool held = !take_.graph.bones.empty();
+  const bool held = !recording_.graph.bones.empty();
   // Bones of fixed freedom state what they always did.
   std::vector<KnownAlone> alone;
-  if (held && options_.bone_sigma_from == NoiseFrom::kTake) {
+  if (held && options_.bone_sigma_from == NoiseFrom::kRecording) {
     alone = DistrustBones();
   }
-  if (held) std::swap(take_.graph.bones, stated_bones_);
-  covariances = solver_.Covariances(take_);
-  if (held) std::swap(take_.graph.bones, stated_bones_);
+  if (held) std::swap(recording_.graph.bones, stated_bones_);
+  covariances = solver_.Covariances(recording_);
+  if (held) std::swap(recording_.graph.bones, stated_bones_);
   for (const KnownAlone& one : alone) {
     std::vector<Eigen::Matrix3d>& stated = covariances[one.joint_idx];
     if (!stated.empty()) stated[one.frame] = one.covariance_m2;
@@ -472,20 +474,21 @@ void BatchEstimator::WriteFinals() {
   for (size_t j = 0; j < written.size(); ++j) {
     Written& one = written[j];
     one.inliers = std::move(inliers[j]);
-    one.nearest_s = SecondsToSupport(take_.graph.times, one.inliers, 1);
+    one.nearest_s = SecondsToSupport(recording_.graph.times, one.inliers, 1);
     one.ever_two = EverTwo(one.inliers);
     if (one.ever_two) one.covariances = std::move(covariances[j]);
     covariances[j] = std::vector<Eigen::Matrix3d>();
   }
   // Poses are as large as the measurements, which only weights still need.
-  if (scene_.kept_matches != KeptMatches::kWeights) take_.measurements.Clear();
+  if (scene_.kept_matches != KeptMatches::kWeights)
+    recording_.measurements.Clear();
   finals_.clear();
   finals_.reserve(records_.size());
   for (const FrameRecord& record : records_) {
     finals_.push_back(PoseOf(record, joint_count(), scene_.kept_matches,
                              options_.covariance));
   }
-  take_.ForEachPiece([&](const PersonTake::Piece& piece) {
+  recording_.ForEachPiece([&](const PersonRecording::Piece& piece) {
     for (int j = 0; j < joint_count(); ++j) {
       WriteFinalsOf(j, piece, written[j]);
     }
@@ -499,12 +502,12 @@ void BatchEstimator::WriteFinals() {
 // bones.
 std::vector<BatchEstimator::KnownAlone> BatchEstimator::DistrustBones() {
   constexpr double kSurelyS = 0.1;
-  const auto alone = solver_.JointCovariances(take_);
+  const auto alone = solver_.JointCovariances(recording_);
   const std::vector<std::vector<int>> inliers = Inliers();
   std::vector<KnownAlone> distrusted;
   for (size_t j = 0; j < alone.size(); ++j) {
     const std::vector<double> nearest =
-        SecondsToSupport(take_.graph.times, inliers[j], 2);
+        SecondsToSupport(recording_.graph.times, inliers[j], 2);
     for (size_t k = 0; k < alone[j].size(); ++k) {
       if (nearest[k] > kSurelyS) distrusted.push_back({j, k, alone[j][k]});
     }
@@ -513,7 +516,7 @@ std::vector<BatchEstimator::KnownAlone> BatchEstimator::DistrustBones() {
 }
 
 void BatchEstimator::WriteFinalsOf(int joint_idx,
-                                   const PersonTake::Piece& piece,
+                                   const PersonRecording::Piece& piece,
                                    const Written& written) {
   const JointChain& chain = piece.part.joints[joint_idx];
   for (size_t k = piece.begin; k < piece.end; ++k) {
@@ -535,7 +538,7 @@ void BatchEstimator::WriteFinalsOf(int joint_idx,
 
 std::unique_ptr<Estimator> MakeBatchEstimator(
     const SceneModel& scene, const GraphOptions& options,
-    std::shared_ptr<TakeNotes> notes) {
+    std::shared_ptr<RecordingNotes> notes) {
   CheckGraphOptions(options);
   return std::make_unique<BatchEstimator>(scene, options, std::move(notes));
 }

@@ -6,7 +6,7 @@
 
 #include "core/tracking/estimator.h"
 #include "solvers/graph/options.h"
-#include "solvers/noise/take_notes.h"
+#include "solvers/noise/recording_notes.h"
 
 namespace kinegraph {
 
@@ -16,7 +16,7 @@ namespace kinegraph {
 // `notes`, if not null, are shared with the run's other people.
 std::unique_ptr<Estimator> MakeBatchEstimator(
     const SceneModel& scene, const GraphOptions& options,
-    std::shared_ptr<TakeNotes> notes = nullptr);
+    std::shared_ptr<RecordingNotes> notes = nullptr);
 
 }  // namespace kinegraph
 

@@ -69,7 +69,7 @@ std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s) {
            (i + 1 == pieces || Seconds(problem, 0, end) <= limit_s)) {
       ++end;
     }
-    if (end == begin) continue;  // a gap in the take
+    if (end == begin) continue;  // a gap in the recording
     Chunk chunk;
     chunk.own_begin = begin;
     chunk.own_end = end;
@@ -98,8 +98,8 @@ Chunk ChunkAround(const PersonProblem& problem, size_t begin, size_t end) {
   return chunk;
 }
 
-PersonProblem CutOut(const PersonTake& take, const Chunk& chunk) {
-  PersonProblem part = take.Part(chunk.begin, chunk.end);
+PersonProblem CutOut(const PersonRecording& recording, const Chunk& chunk) {
+  PersonProblem part = recording.Part(chunk.begin, chunk.end);
   // A birth like any other: so weak that the frames of the overlap outweigh it.
   constexpr double kPositionSigma = 1.0;  // m
   constexpr double kVelocitySigma = 3.0;  // m/s
@@ -108,7 +108,7 @@ PersonProblem CutOut(const PersonTake& take, const Chunk& chunk) {
     chain.prior = BirthPrior(chain.states.front().head<3>(), kPositionSigma,
                              kVelocitySigma);
   }
-  const PersonProblem& problem = take.graph;
+  const PersonProblem& problem = recording.graph;
   part.bones = problem.bones;
   if (chunk.begin == 0) part.prior = problem.prior;
   for (const PlacedFactor& placed : problem.user) {
@@ -145,14 +145,14 @@ std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
 }
 
 void Paste(const std::vector<JointOutcome>& outcomes, const Chunk& chunk,
-           PersonTake* take) {
+           PersonRecording* recording) {
   for (size_t j = 0; j < outcomes.size(); ++j) {
     const JointOutcome& outcome = outcomes[j];
     std::copy(outcome.states.begin(), outcome.states.end(),
-              take->graph.joints[j].states.begin() +
+              recording->graph.joints[j].states.begin() +
                   static_cast<std::ptrdiff_t>(chunk.own_begin));
-    take->measurements.TakeWeights(j, chunk.own_begin, chunk.own_end,
-                                   outcome.weights, outcome.gated);
+    recording->measurements.ExtractWeights(j, chunk.own_begin, chunk.own_end,
+                                           outcome.weights, outcome.gated);
   }
 }
 

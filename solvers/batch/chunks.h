@@ -1,16 +1,16 @@
-// Long takes in chunks that are solved on their own.
+// Long recordings in chunks that are solved on their own.
 //
 // What lies a second or two away has next to no say in where a joint is, so a
 // chunk with some frames of its neighbours on both sides finds, in its own
-// frames, what the whole take would. Chunks are solved in parallel, and stay in
-// the processor's cache.
+// frames, what the whole recording would. Chunks are solved in parallel, and
+// stay in the processor's cache.
 #ifndef KINEGRAPH_SOLVERS_BATCH_CHUNKS_H_
 #define KINEGRAPH_SOLVERS_BATCH_CHUNKS_H_
 
 #include <cstddef>
 #include <vector>
 
-#include "solvers/batch/person_take.h"
+#include "solvers/batch/person_recording.h"
 #include "solvers/graph/outcome.h"
 #include "solvers/graph/problem.h"
 
@@ -28,19 +28,19 @@ struct Chunk {
   size_t own_end = 0;
 };
 
-// By times and counts of measurements (PersonTake::graph): chunks whose own
-// frames span about `chunk_s` [s]; one of everything where it is 0 or the take
-// is not much longer. The overlap is kOverlap_s on each side, and up to 5.5 s
-// where a joint is measured in less than half of that.
+// By times and counts of measurements (PersonRecording::graph): chunks whose
+// own frames span about `chunk_s` [s]; one of everything where it is 0 or the
+// recording is not much longer. The overlap is kOverlap_s on each side, and up
+// to 5.5 s where a joint is measured in less than half of that.
 std::vector<Chunk> MakeChunks(const PersonProblem& problem, double chunk_s);
 
 // One that owns all frames in which a change of frames begin .. end - 1 is
 // felt.
 Chunk ChunkAround(const PersonProblem& problem, size_t begin, size_t end);
 
-// The chunk as a problem of its own. Where the take goes on before it, its
+// The chunk as a problem of its own. Where the recording goes on before it, its
 // first states have the prior of a birth at their starts.
-PersonProblem CutOut(const PersonTake& take, const Chunk& chunk);
+PersonProblem CutOut(const PersonRecording& recording, const Chunk& chunk);
 
 // What a solve found for a chunk's own frames, of all joints.
 std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
@@ -48,7 +48,7 @@ std::vector<JointOutcome> OutcomesOf(const PersonProblem& part,
 
 // Writes those of all joints into the whole.
 void Paste(const std::vector<JointOutcome>& outcomes, const Chunk& chunk,
-           PersonTake* take);
+           PersonRecording* recording);
 
 }  // namespace kinegraph
 

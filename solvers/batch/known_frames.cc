@@ -88,7 +88,7 @@ std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
   return chunks;
 }
 
-void PasteKnown(const KnownFrames& known, PersonTake* take) {
+void PasteKnown(const KnownFrames& known, PersonRecording* recording) {
   size_t k = 0;
   while (k < known.same.size()) {
     if (!known.same[k]) {
@@ -116,7 +116,7 @@ void PasteKnown(const KnownFrames& known, PersonTake* take) {
            {all.weights.begin() + first, all.weights.begin() + end},
            {all.gated.begin() + first, all.gated.begin() + end}});
     }
-    Paste(outcomes, run, take);
+    Paste(outcomes, run, recording);
   }
 }
 

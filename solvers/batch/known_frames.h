@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "solvers/batch/chunks.h"
-#include "solvers/batch/person_take.h"
+#include "solvers/batch/person_recording.h"
 #include "solvers/noise/solved_person.h"
 
 namespace kinegraph {
@@ -33,7 +33,7 @@ std::vector<Chunk> ChangedChunks(const PersonProblem& problem,
                                  const std::vector<char>& same);
 
 // Writes what the earlier pass found into the frames marked as the same.
-void PasteKnown(const KnownFrames& known, PersonTake* take);
+void PasteKnown(const KnownFrames& known, PersonRecording* recording);
 
 }  // namespace kinegraph
 

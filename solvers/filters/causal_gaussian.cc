@@ -73,7 +73,7 @@ class CausalGaussian final : public Estimator {
     }
   }
 
-  void TakeFinals(std::vector<FinalPose>* finals) override {
+  void ExtractFinals(std::vector<FinalPose>* finals) override {
     MoveFinals(&finals_, finals);
   }
 

@@ -27,7 +27,7 @@ class OfflineFilter final : public Estimator {
   const Pose3d& Last() const override { return last_; }
   TimeNs LastTime() const override { return last_time_; }
   void Predict(TimeNs time, Pose3d* pose) const override;
-  void TakeFinals(std::vector<FinalPose>* finals) override;
+  void ExtractFinals(std::vector<FinalPose>* finals) override;
   void Finish() override;
 
  private:
@@ -76,7 +76,7 @@ void OfflineFilter::Predict(TimeNs, Pose3d* pose) const {
   ExpectUnmoved(last_, pose);
 }
 
-void OfflineFilter::TakeFinals(std::vector<FinalPose>* finals) {
+void OfflineFilter::ExtractFinals(std::vector<FinalPose>* finals) {
   MoveFinals(&finals_, finals);
 }
 

@@ -60,7 +60,7 @@ void WriteRows(const Linearised<Factor>& at, const Keys<Factor::kKeys>& keys,
 template <typename Take>
 void LineariseFirst(const std::vector<TimeNs>& times, const JointChain& chain,
                     const FactorWalk& walk, double correction,
-                    const Take& take) {
+                    const Take& recording) {
   const auto state_of = [&](const StateKey& key) {
     return chain.states[key.frame].data();
   };
@@ -72,7 +72,7 @@ void LineariseFirst(const std::vector<TimeNs>& times, const JointChain& chain,
         double weight = robustness.information *
                         WeightAtEstimate(chain, robustness, at.squared_norm());
         if (robustness.measurement >= 0) weight *= correction;
-        take(at, keys, weight);
+        recording(at, keys, weight);
         return true;
       });
 }

@@ -7,9 +7,9 @@
 
 namespace kinegraph {
 
-// Where the noise is learnt from the take its sigmas are widened by this, and
-// information is raised by the square: the same curvature at small residuals,
-// a robust loss that doubts a little later.
+// Where the noise is learnt from the recording its sigmas are widened by this,
+// and information is raised by the square: the same curvature at small
+// residuals, a robust loss that doubts a little later.
 inline constexpr double kLearntWidening = 1.25;
 
 // Confidence as far as it is trusted: GraphOptions::min_confidence to 1.

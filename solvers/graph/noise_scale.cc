@@ -79,7 +79,7 @@ void ScaleSigmas(double scale, PersonProblem* problem) {
   }
 }
 
-bool CausalNoiseScale::TakeTurn() {
+bool CausalNoiseScale::AwaitTurn() {
   constexpr int64_t kStride = 5;
   return turns_++ % kStride == 0;
 }

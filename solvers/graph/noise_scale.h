@@ -36,7 +36,7 @@ class CausalNoiseScale {
   // fifth after it: the residuals of these frames are then to be given to Add.
   // Errors of neighbouring frames are alike, so that these tell nearly as much
   // as all.
-  bool TakeTurn();
+  bool AwaitTurn();
   // `squares` come from CollectSquares of a problem whose sigmas the caller had
   // multiplied by `applied`; that factor is taken out again here.
   void Add(const std::vector<double>& squares, double applied);

@@ -47,26 +47,27 @@ void DescribeNoise(GraphOptions* options, OptionVisitor& visitor) {
   visitor.Choice("pixel_noise_from", &options->pixel_noise_from,
                  {"take", "fixed"},
                  "learn the detector's error, how long it lasts and what "
-                 "confidences are worth from the take, or use the figures "
+                 "confidences are worth from the recording, or use the figures "
                  "here");
   visitor.Choice("process_noise_from", &options->process_noise_from,
                  {"take", "fixed"},
                  "learn the process noise from moment to moment from the "
-                 "take, or use the table");
-  visitor.Choice("view_bias", &options->view_bias, {"off", "on", "auto"},
-                 "learn from the take how the detector's error depends on the "
-                 "view and take it away; auto: of the joints where the other "
-                 "half of the take gains");
+                 "recording, or use the table");
+  visitor.Choice(
+      "view_bias", &options->view_bias, {"off", "on", "auto"},
+      "learn from the recording how the detector's error depends on the "
+      "view and take it away; auto: of the joints where the other "
+      "half of the recording gains");
 }
 
 void DescribeBones(GraphOptions* options, OptionVisitor& visitor) {
   visitor.Boolean("bones", &options->bones, "use bone-length factors");
   visitor.Number("bone_sigma_m", &options->bone_sigma_m, Positive(), "m",
                  "how far a bone's length may vary, if fixed");
-  visitor.Choice("bone_sigma_from", &options->bone_sigma_from,
-                 {"take", "fixed"},
-                 "how far a bone's length may vary: as the take shows of each "
-                 "bone, or bone_sigma_m for all");
+  visitor.Choice(
+      "bone_sigma_from", &options->bone_sigma_from, {"take", "fixed"},
+      "how far a bone's length may vary: as the recording shows of each "
+      "bone, or bone_sigma_m for all");
 }
 
 void DescribeSolver(GraphOptions* options, OptionVisitor& visitor) {

@@ -27,23 +27,24 @@ void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
 
 // Who finds the minimum. Both minimise the same factors.
 enum class GraphSolver {
-  kCeres,   // one Ceres problem a person, started from the sweeps' result
-  kSweeps,  // block-tridiagonal sweeps; bones by conjugate gradients on top
+  kCeres,  // one Ceres problem a person, started from the sweeps' result
+  kBlockTridiagonal,  // block-tridiagonal sweeps; bones by conjugate gradients
+                      // on top
 };
 // Names in the order of the enum.
 const char* ToString(GraphSolver solver);
 
 // Where a noise figure comes from.
 enum class NoiseFrom {
-  kTake,   // learnt from the take itself
-  kFixed,  // the options' own figures
+  kRecording,  // learnt from the recording itself
+  kFixed,      // the options' own figures
 };
 
 // Whether the detector's bias by view is learnt and taken away.
 enum class ViewBiasUse {
   kOff,
-  kOn,    // wherever the take can tell it at all
-  kAuto,  // of the joints where the take's other half gains
+  kOn,    // wherever the recording can tell it at all
+  kAuto,  // of the joints where the recording's other half gains
 };
 
 struct GraphOptions {
@@ -69,34 +70,34 @@ struct GraphOptions {
   // information_scale (1 - rho) / (1 + rho), rho = exp(-dt / tau).
   double correlation_time_s = 0.1;
   double information_scale = 1.5;
-  // One factor on all sigmas of a person, from the residuals: of the whole take
-  // (batch), or of what became final so far (window).
+  // One factor on all sigmas of a person, from the residuals: of the whole
+  // recording (batch), or of what became final so far (window).
   bool estimate_noise_scale = true;
 
-  // Learnt from the take (solvers/noise), of each person. The pixel noise: how
-  // far off the detector is by class of joint and how long its errors last,
+  // Learnt from the recording (solvers/noise), of each person. The pixel noise:
+  // how far off the detector is by class of joint and how long its errors last,
   // around sigma_px, instead of the three fields above, and what confidences
   // are worth (solvers/noise/confidence_power.h), around confidence_power. The
   // process noise: from moment to moment by class of joint, instead of the
   // table.
-  NoiseFrom pixel_noise_from = NoiseFrom::kTake;
-  NoiseFrom process_noise_from = NoiseFrom::kTake;
+  NoiseFrom pixel_noise_from = NoiseFrom::kRecording;
+  NoiseFrom process_noise_from = NoiseFrom::kRecording;
 
-  // The detector's bias as a function of the view, over all people of the take
-  // (solvers/noise/bias_model.h).
+  // The detector's bias as a function of the view, over all people of the
+  // recording (solvers/noise/bias_model.h).
   ViewBiasUse view_bias = ViewBiasUse::kOff;
 
   bool LearnsNoise() const {
-    return pixel_noise_from == NoiseFrom::kTake ||
-           process_noise_from == NoiseFrom::kTake;
+    return pixel_noise_from == NoiseFrom::kRecording ||
+           process_noise_from == NoiseFrom::kRecording;
   }
 
   bool bones = false;
   double bone_sigma_m = 0.02;
-  // Length and freedom of each bone as the take shows them
+  // Length and freedom of each bone as the recording shows them
   // (solvers/noise/bone_spreads.h); or the median of the estimates and
   // bone_sigma_m.
-  NoiseFrom bone_sigma_from = NoiseFrom::kTake;
+  NoiseFrom bone_sigma_from = NoiseFrom::kRecording;
 
   // A joint is written for at most this long without a supporting view [s].
   double bridging_limit_s = 0.5;
@@ -105,8 +106,9 @@ struct GraphOptions {
   GraphSolver solver = GraphSolver::kCeres;
   int64_t max_iterations = 100;    // of the last stage; earlier ones take three
   double step_tolerance_m = 3e-5;  // converged when no joint moves farther
-  // The batch solves a long take in chunks of about this long, with a second of
-  // their neighbours on both sides; 0 for the take as a whole [s].
+  // The batch solves a long recording in chunks of about this long, with a
+  // second of their neighbours on both sides; 0 for the recording as a whole
+  // [s].
   double chunk_s = 10.0;
 
   // Given in code alone: weight above which a view counts as an inlier (three

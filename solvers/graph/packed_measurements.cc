@@ -141,8 +141,8 @@ void PackedMeasurements::Unpack(size_t begin, size_t end,
   }
 }
 
-void PackedMeasurements::TakeNoise(size_t begin, size_t end,
-                                   const std::vector<JointChain>& chains) {
+void PackedMeasurements::RecordingNoise(size_t begin, size_t end,
+                                        const std::vector<JointChain>& chains) {
   for (size_t j = 0; j < chains.size(); ++j) {
     auto measurement = chains[j].measurements.begin();
     ForEachPiece(&pieces_, begin, end,
@@ -189,9 +189,10 @@ void PackedMeasurements::SettleNoise() {
   for (Piece& piece : pieces_) piece.Settle();
 }
 
-void PackedMeasurements::TakeWeights(size_t joint_idx, size_t begin, size_t end,
-                                     const std::vector<double>& weights,
-                                     const std::vector<char>& gated) {
+void PackedMeasurements::ExtractWeights(size_t joint_idx, size_t begin,
+                                        size_t end,
+                                        const std::vector<double>& weights,
+                                        const std::vector<char>& gated) {
   size_t next = 0;
   ForEachPiece(&pieces_, begin, end, [&](Piece& piece, size_t from, size_t to) {
     if (piece.weights.empty()) {

@@ -1,4 +1,5 @@
-// The measurements of a person's whole take in less than half their memory.
+// The measurements of a person's whole recording in less than half their
+// memory.
 #ifndef KINEGRAPH_SOLVERS_GRAPH_PACKED_MEASUREMENTS_H_
 #define KINEGRAPH_SOLVERS_GRAPH_PACKED_MEASUREMENTS_H_
 
@@ -28,18 +29,18 @@ class PackedMeasurements {
   // Writes frames begin .. end - 1 as the chains' first and measurements.
   void Unpack(size_t begin, size_t end, std::vector<JointChain>* chains) const;
 
-  // Takes over sigmas, information and bias of the take's frames begin .. end -
-  // 1 from chains that begin with the first of them.
-  void TakeNoise(size_t begin, size_t end,
-                 const std::vector<JointChain>& chains);
+  // Takes over sigmas, information and bias of the recording's frames begin ..
+  // end - 1 from chains that begin with the first of them.
+  void RecordingNoise(size_t begin, size_t end,
+                      const std::vector<JointChain>& chains);
   // Noise does not change any more. What only learning asks for, modelled
   // sigmas and confidences, is forgotten: sigmas stand for the former.
   void SettleNoise();
   // Takes over what a solve says of a joint's measurements in frames begin ..
   // end - 1, in a row.
-  void TakeWeights(size_t joint_idx, size_t begin, size_t end,
-                   const std::vector<double>& weights,
-                   const std::vector<char>& gated);
+  void ExtractWeights(size_t joint_idx, size_t begin, size_t end,
+                      const std::vector<double>& weights,
+                      const std::vector<char>& gated);
   // From now on there are none in any frame.
   void Clear() { pieces_ = std::vector<Piece>(); }
 

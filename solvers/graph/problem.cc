@@ -10,7 +10,7 @@ enum class Gated { kVisited, kSkipped };
 // Calls `take(measurement, valid, squared norm)` for each measurement of the
 // chain at its states, those that are gated included or not.
 template <typename Take>
-void ForEachMeasurement(Gated gated, JointChain* chain, const Take& take) {
+void ForEachMeasurement(Gated gated, JointChain* chain, const Take& recording) {
   for (size_t k = 0; k < chain->states.size(); ++k) {
     const double* states[] = {chain->states[k].data()};
     for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
@@ -19,7 +19,7 @@ void ForEachMeasurement(Gated gated, JointChain* chain, const Take& take) {
       Eigen::Vector2d residual = Eigen::Vector2d::Zero();
       const bool valid = ReprojectionOf(measurement)
                              .Evaluate(states, residual.data(), nullptr);
-      take(&measurement, valid, residual.squaredNorm());
+      recording(&measurement, valid, residual.squaredNorm());
     }
   }
 }

@@ -23,14 +23,14 @@
 namespace kinegraph {
 
 // One joint in one view of one frame. All joints of a view in a frame share
-// camera and offset. In an order that leaves no gaps: a take has millions.
+// camera and offset. In an order that leaves no gaps: a recording has millions.
 struct PixelMeasurement {
   Eigen::Vector2d px;
   // What the detector adds to the joint's true pixel in this view, as far as
   // that is known.
   Eigen::Vector2f bias_px = Eigen::Vector2f::Zero();
   double sigma_px = 1.0;
-  // Before anything was learnt from the take: of the options' noise model.
+  // Before anything was learnt from the recording: of the options' noise model.
   double model_sigma_px = 1.0;
   double information = 1.0;  // factor after the loss
   double offset_s = 0.0;     // capture time less the frame's

@@ -237,7 +237,7 @@ double BiasSeries::LeastAzimuthDegrees() const {
   return std::max(90.0, 360.0 / static_cast<double>(azimuths_.size()));
 }
 
-void BiasSeries::TakeShiftsAway() {
+void BiasSeries::RemoveShifts() {
   std::vector<BiasSums::OfView> all;
   for (const auto& [key, block] : blocks_) {
     for (const BiasSums& sums : block) AddShifts(sums.views, &all);

@@ -1,5 +1,5 @@
-// Learns the detector's bias from what the solutions of a take leave, over all
-// people.
+// Learns the detector's bias from what the solutions of a recording leave, over
+// all people.
 #ifndef KINEGRAPH_SOLVERS_NOISE_BIAS_LEARNER_H_
 #define KINEGRAPH_SOLVERS_NOISE_BIAS_LEARNER_H_
 
@@ -27,7 +27,7 @@ inline constexpr int kBiasSize = 2 * kViewFeatureCount;
 // in the body lies (nearly) in the span of the Jacobians J = d project / d X:
 // no image can tell it. So coefficients must not move the joint on the whole:
 // with offset = sum D' J B (B: the body's axes) they keep offset' c = 0, which
-// is orthogonal to the coefficients of a constant offset in the take's own
+// is orthogonal to the coefficients of a constant offset in the recording's own
 // metric D' D. What is written is the position of the detector's own joint.
 struct BiasSums {
   Eigen::Matrix<double, kBiasSize, kBiasSize> A;
@@ -79,8 +79,8 @@ double IndependentShare(const ErrorCorrelation& correlation, double period_s);
 Eigen::Matrix<double, kBiasSize, 1> SolveBias(const BiasSums& sums,
                                               double ridge);
 
-// Sums of a take in stretches of time, of which every other one belongs to the
-// same half. Of any length: when there are too many, neighbours are joined.
+// Sums of a recording in stretches of time, of which every other one belongs to
+// the same half. Of any length: when there are too many, neighbours are joined.
 class BiasSeries {
  public:
   BiasSeries(std::vector<JointClass> classes, int view_count);
@@ -94,7 +94,7 @@ class BiasSeries {
   // has seen people from some sides only it would pass for their bias; so what
   // the joints of a camera leave on average (weighted) is taken away.
   // Afterwards nothing may be added.
-  void TakeShiftsAway();
+  void RemoveShifts();
 
   // `names` as the classes of the constructor. A joint is used where cameras
   // have seen people from enough sides and, unless `always`, where the

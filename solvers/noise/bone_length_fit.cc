@@ -21,16 +21,16 @@ double LowChiSquare(int freedom) {
 }
 
 // How right the modelled noise is: factor on its variance.
-double NoiseScale(const std::vector<BoneLook>& looks) {
+double NoiseScale(const std::vector<BoneObservation>& looks) {
   std::vector<WeightedValue> values;
   values.reserve(looks.size());
-  for (const BoneLook& look : looks) {
+  for (const BoneObservation& look : looks) {
     values.emplace_back(look.square / LowChiSquare(look.freedom), look.freedom);
   }
   return std::max(1e-6, WeightedQuantile(std::move(values), 0.3));
 }
 
-double Length(const BoneLook& look, double scale) {
+double Length(const BoneObservation& look, double scale) {
   return look.distance_m - scale * look.added_m;
 }
 
@@ -39,11 +39,11 @@ constexpr double kLeastVariance = 1e-8;
 
 // Upper quartile of the looks' squared deviations, were the spread's variance
 // `spread`.
-double UpperQuartile(const std::vector<BoneLook>& looks, double scale,
+double UpperQuartile(const std::vector<BoneObservation>& looks, double scale,
                      double length_m, double spread) {
   std::vector<WeightedValue> values;
   values.reserve(looks.size());
-  for (const BoneLook& look : looks) {
+  for (const BoneObservation& look : looks) {
     values.emplace_back(
         Square(Length(look, scale) - length_m) /
             (scale * look.variance_m2 + spread + kLeastVariance),
@@ -54,7 +54,8 @@ double UpperQuartile(const std::vector<BoneLook>& looks, double scale,
 
 // Of a bone that is much longer than the noise: length and spread in turn,
 // which hardly depend on each other.
-LengthFit FitMedianLength(const std::vector<BoneLook>& looks, double scale) {
+LengthFit FitMedianLength(const std::vector<BoneObservation>& looks,
+                          double scale) {
   LengthFit fit;
   fit.known = true;
   double spread = 0.0;   // variance
@@ -62,7 +63,7 @@ LengthFit FitMedianLength(const std::vector<BoneLook>& looks, double scale) {
   for (int round = 0; round < 3; ++round) {
     std::vector<WeightedValue> values;
     values.reserve(looks.size());
-    for (const BoneLook& look : looks) {
+    for (const BoneObservation& look : looks) {
       values.emplace_back(Length(look, scale), 1.0 / (scale * look.variance_m2 +
                                                       spread + kLeastVariance));
     }
@@ -86,7 +87,7 @@ LengthFit FitMedianLength(const std::vector<BoneLook>& looks, double scale) {
     spread = high;
   }
   double information = 0.0;
-  for (const BoneLook& look : looks) {
+  for (const BoneObservation& look : looks) {
     const double variance = scale * look.variance_m2 + spread + kLeastVariance;
     fit.variances_m2.push_back(variance);
     fit.deviations.push_back((Length(look, scale) - fit.length_m) /
@@ -101,11 +102,12 @@ LengthFit FitMedianLength(const std::vector<BoneLook>& looks, double scale) {
 
 // Of a bone beside which the noise is not small. A look's |d|^2 - tr N has the
 // variance 4 L^2 v + 2 tr N^2 around L^2, with v along the bone.
-LengthFit FitSquaredLength(const std::vector<BoneLook>& looks, double scale) {
+LengthFit FitSquaredLength(const std::vector<BoneObservation>& looks,
+                           double scale) {
   constexpr double kFar = 4.0;  // sigmas
   std::vector<WeightedValue> values;
   values.reserve(looks.size());
-  for (const BoneLook& look : looks) {
+  for (const BoneObservation& look : looks) {
     values.emplace_back(Square(look.distance_m) - scale * look.noise_m2, 1.0);
   }
   // From the median, which lies below the mean; a mean it has to be.
@@ -145,11 +147,11 @@ LengthFit FitSquaredLength(const std::vector<BoneLook>& looks, double scale) {
 
 // Whether the noise across the bone lengthens it by more than a twentieth: from
 // there on the second order is not enough.
-bool IsNoisy(const std::vector<BoneLook>& looks, double scale) {
+bool IsNoisy(const std::vector<BoneObservation>& looks, double scale) {
   constexpr double kMost = 0.1;  // tr N / L^2
   std::vector<WeightedValue> squares;
   std::vector<WeightedValue> noises;
-  for (const BoneLook& look : looks) {
+  for (const BoneObservation& look : looks) {
     squares.emplace_back(Square(look.distance_m), 1.0);
     noises.emplace_back(scale * look.noise_m2, 1.0);
   }
@@ -160,7 +162,7 @@ bool IsNoisy(const std::vector<BoneLook>& looks, double scale) {
 
 }  // namespace
 
-LengthFit FitLength(const std::vector<BoneLook>& looks) {
+LengthFit FitLength(const std::vector<BoneObservation>& looks) {
   const double scale = NoiseScale(looks);
   return IsNoisy(looks, scale) ? FitSquaredLength(looks, scale)
                                : FitMedianLength(looks, scale);

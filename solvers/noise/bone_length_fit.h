@@ -25,7 +25,7 @@ struct LengthFit {
 
 // Not known where every look is shorter than its noise. BoneSpreads says by
 // which model. There must be a look.
-LengthFit FitLength(const std::vector<BoneLook>& looks);
+LengthFit FitLength(const std::vector<BoneObservation>& looks);
 
 }  // namespace kinegraph
 

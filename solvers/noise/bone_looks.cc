@@ -102,14 +102,14 @@ std::vector<std::optional<BoneEnd>> LocateBoneEnds(const PersonProblem& problem,
   return ends;
 }
 
-std::optional<BoneLook> LookAtBone(const BoneEnd& a, const BoneEnd& b) {
+std::optional<BoneObservation> LookAtBone(const BoneEnd& a, const BoneEnd& b) {
   const double distance = (a.position_m - b.position_m).norm();
   const Vector3d between = a.estimate_m - b.estimate_m;
   const double length = between.norm();
   if (!(distance > 0.0 && length > 0.0)) return std::nullopt;
   const Matrix3d noise = a.covariance_m2 + b.covariance_m2;
   const Vector3d along = between / length;
-  BoneLook look;
+  BoneObservation look;
   look.variance_m2 = along.dot(noise * along);
   look.distance_m = distance;
   look.noise_m2 = noise.trace();

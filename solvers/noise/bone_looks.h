@@ -36,7 +36,7 @@ std::vector<std::optional<BoneEnd>> LocateBoneEnds(const PersonProblem& problem,
                                                    double interval_s);
 
 // One look at a bone.
-struct BoneLook {
+struct BoneObservation {
   double distance_m = 0.0;
   double square = 0.0;  // of both ends
   int freedom = 0;
@@ -53,7 +53,7 @@ struct BoneLook {
 };
 
 // nullopt where both ends are, or are estimated, at the same place.
-std::optional<BoneLook> LookAtBone(const BoneEnd& a, const BoneEnd& b);
+std::optional<BoneObservation> LookAtBone(const BoneEnd& a, const BoneEnd& b);
 
 }  // namespace kinegraph
 

@@ -32,10 +32,10 @@ bool SameBone(const Bone& x, int a, int b) {
   return (x.a == a && x.b == b) || (x.a == b && x.b == a);
 }
 
-double UsualAveragedFrames(const std::vector<BoneLook>& looks) {
+double UsualAveragedFrames(const std::vector<BoneObservation>& looks) {
   std::vector<WeightedValue> values;
   values.reserve(looks.size());
-  for (const BoneLook& look : looks) {
+  for (const BoneObservation& look : looks) {
     values.emplace_back(look.averaged_frames, 1.0);
   }
   return WeightedQuantile(std::move(values), 0.5);
@@ -94,7 +94,7 @@ BoneSpreads::BoneSpreads(const Skeleton& skeleton)
   }
 }
 
-void BoneSpreads::Add(int bone_idx, const BoneLook& look) {
+void BoneSpreads::Add(int bone_idx, const BoneObservation& look) {
   Seen& seen = seen_[static_cast<size_t>(bone_idx)];
   if (seen.count++ % seen.stride != 0) return;
   if (seen.looks.size() == kMaxLooks) {
@@ -145,7 +145,7 @@ const BoneSpreads::Summary& BoneSpreads::SummaryOf(int bone_idx) const {
   return summary;
 }
 
-// Deviations show how long errors last up to a good part of the take; what
+// Deviations show how long errors last up to a good part of the recording; what
 // stays for longer moves all looks alike.
 double BoneSpreads::LengthVariance(const Summary& summary) const {
   if (!(lasting_.share > 0.0)) return summary.length_variance_m2;

@@ -63,7 +63,7 @@ class BoneSpreads {
     frame_s_ = frame_s;
   }
 
-  void Add(int bone_idx, const BoneLook& look);
+  void Add(int bone_idx, const BoneObservation& look);
   // Looks at all bones whose ends were located, by joint.
   void AddFrame(const std::vector<std::optional<BoneEnd>>& ends);
 
@@ -77,7 +77,7 @@ class BoneSpreads {
 
   // Of one bone.
   struct Seen {
-    std::vector<BoneLook> looks;
+    std::vector<BoneObservation> looks;
     int64_t stride = 1;  // every so manieth look is kept
     int64_t count = 0;   // of all looks
   };
@@ -135,7 +135,8 @@ enum class BoneUse {
 //   frames share one error and may together say no more than the spread allows.
 // - hidden^2 is what the spread may be beyond that without the looks showing it
 //   (spread_bound_m). Counted n times it would cost more than it saves.
-// - An error of the length is one number for the whole take, which moves each
+// - An error of the length is one number for the whole recording, which moves
+// each
 //   end by half of it; it counts once (BoneUse::kCovariance: n times).
 // docs/noise.md, "What bones give", has the figures.
 BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,

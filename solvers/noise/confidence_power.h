@@ -1,4 +1,4 @@
-// What a detector's confidence is worth in this take: by which power of it
+// What a detector's confidence is worth in this recording: by which power of it
 // errors shrink. From views that see one joint in one frame, so that motion has
 // no part in it.
 #ifndef KINEGRAPH_SOLVERS_NOISE_CONFIDENCE_POWER_H_

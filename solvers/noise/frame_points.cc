@@ -28,7 +28,7 @@ FrameTriangulator::FrameTriangulator(const CameraRig& cameras)
                Stage(LossKind::kGemanMcClure, kLastScale, kExactM)}),
       correction_(InformationCorrection(LossKind::kGemanMcClure, kLastScale)) {}
 
-void FrameTriangulator::TakeViews(const JointChain& chain, size_t k) {
+void FrameTriangulator::RecordingViews(const JointChain& chain, size_t k) {
   views_.clear();
   log_confidences_.clear();
   for (int32_t m = chain.first[k]; m < chain.first[k + 1]; ++m) {
@@ -58,7 +58,7 @@ bool FrameTriangulator::SetResiduals() {
 
 bool FrameTriangulator::Load(const JointChain& chain, size_t k) {
   start_ = {};
-  TakeViews(chain, k);
+  RecordingViews(chain, k);
   const size_t count = views_.size();
   ideal_.clear();
   size_t taken = 0;
@@ -100,7 +100,7 @@ bool FrameTriangulator::LoadAgain(const JointChain& chain, size_t k,
   if (!start.found) return false;
   if (!start.by_all_views) return Load(chain, k);
   start_ = start;
-  TakeViews(chain, k);
+  RecordingViews(chain, k);
   return SetResiduals();
 }
 

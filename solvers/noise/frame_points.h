@@ -65,7 +65,7 @@ class FrameTriangulator {
   std::optional<FramePoint> Robust(double scale);
 
  private:
-  void TakeViews(const JointChain& chain, size_t k);
+  void RecordingViews(const JointChain& chain, size_t k);
   bool SetResiduals();
 
   const CameraRig& cameras_;

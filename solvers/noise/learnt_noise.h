@@ -1,4 +1,4 @@
-// What a take told of the detector's noise and of the motion.
+// What a recording told of the detector's noise and of the motion.
 #ifndef KINEGRAPH_SOLVERS_NOISE_LEARNT_NOISE_H_
 #define KINEGRAPH_SOLVERS_NOISE_LEARNT_NOISE_H_
 
@@ -25,7 +25,8 @@ struct LearntNoise {
     int64_t joints_seen = 0;
     // Error of a confidence of 1 at 4 m with a focal length of 1000 px [px].
     double sigma_px = 0.0;
-    // Power of the white noise on acceleration [m^2/s^3]: the take's level.
+    // Power of the white noise on acceleration [m^2/s^3]: the recording's
+    // level.
     double process_noise = 0.0;
     // Least and greatest power of any interval of time so far.
     double least_process_noise = 0.0;

@@ -5,7 +5,7 @@
 
 namespace kinegraph {
 
-double TakeLevel(const Levels& evidence) {
+double RecordingLevel(const Levels& evidence) {
   constexpr double kSpread = 1.0;  // of ln level
   Levels posterior;
   for (int i = 0; i < kLevelCount; ++i) {
@@ -25,12 +25,12 @@ double TakeLevel(const Levels& evidence) {
   return std::max(level, std::log(0.1));
 }
 
-LevelChain::LevelChain(double take_level) {
+LevelChain::LevelChain(double recording_level) {
   constexpr double kSpread = 1.0;  // of ln level
   constexpr double kTime_s = 0.5;
   constexpr double kAnywhere_hz = 0.2;
   for (int i = 0; i < kLevelCount; ++i) {
-    const double away = (LogLevel(i) - take_level) / kSpread;
+    const double away = (LogLevel(i) - recording_level) / kSpread;
     stationary_[i] = std::exp(-0.5 * away * away);
   }
   stationary_ /= stationary_.sum();

@@ -1,5 +1,5 @@
-// The level of process noise of a class of joints: one for the take, and from
-// frame to frame.
+// The level of process noise of a class of joints: one for the recording, and
+// from frame to frame.
 #ifndef KINEGRAPH_SOLVERS_NOISE_MOTION_LEVEL_H_
 #define KINEGRAPH_SOLVERS_NOISE_MOTION_LEVEL_H_
 
@@ -15,10 +15,10 @@ namespace kinegraph {
 // ln of the level, over the usual power, that maximises the evidence of all
 // frames together with a prior: standard deviation 1 around the usual power.
 // Between levels by a parabola; a tenth of the usual power at least.
-double TakeLevel(const Levels& evidence);
+double RecordingLevel(const Levels& evidence);
 
 // A Markov chain over the levels in continuous time: jumps to neighbouring
-// levels whose rates make an Ornstein-Uhlenbeck process around the take's
+// levels whose rates make an Ornstein-Uhlenbeck process around the recording's
 // level (standard deviation 1, time constant 0.5 s), and now and then, five
 // seconds apart, to any level.
 class LevelChain {
@@ -26,8 +26,8 @@ class LevelChain {
   using Vector = Eigen::Matrix<double, kLevelCount, 1>;
   using Matrix = Eigen::Matrix<double, kLevelCount, kLevelCount>;
 
-  // `take_level` as TakeLevel gives it.
-  explicit LevelChain(double take_level);
+  // `recording_level` as RecordingLevel gives it.
+  explicit LevelChain(double recording_level);
 
   // What is believed before anything is seen.
   const Vector& stationary() const { return stationary_; }

@@ -73,17 +73,17 @@ std::vector<BiasView> BiasObserver::ViewsOf(const PersonProblem& solved,
 }
 
 BiasWriter::BiasWriter(const BiasJoints& joints, const ViewBias& bias,
-                       const PersonProblem& take,
+                       const PersonProblem& recording,
                        const std::vector<FrameRecord>& records)
     : joints_(joints),
       bias_(InOrderOf(joints.names(), bias)),
-      times_(take.times) {
+      times_(recording.times) {
   for (size_t k = 0; k < records.size(); ++k) {
     stances_.push_back(
         joints.FrameOf([&](int j) -> std::optional<Eigen::Vector3d> {
           const auto joint = static_cast<size_t>(j);
           if (!records[k].triangulated[joint]) return std::nullopt;
-          return Eigen::Vector3d(take.joints[joint].states[k].head<3>());
+          return Eigen::Vector3d(recording.joints[joint].states[k].head<3>());
         }));
   }
 }

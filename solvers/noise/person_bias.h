@@ -16,7 +16,8 @@
 
 namespace kinegraph {
 
-// Tells a series what the solution of a take leaves, frame by frame in order.
+// Tells a series what the solution of a recording leaves, frame by frame in
+// order.
 class BiasObserver {
  public:
   // Measurements name `cameras`; errors last as `correlation` says. All but the
@@ -40,15 +41,15 @@ class BiasObserver {
   std::optional<TimeNs> looked_;
 };
 
-// Writes a bias to the pixels of a take.
+// Writes a bias to the pixels of a recording.
 class BiasWriter {
  public:
-  // How the body stands in the take's frames, whose triangulated joints stand
-  // at their states; `bias` may have other joints than `joints`.
+  // How the body stands in the recording's frames, whose triangulated joints
+  // stand at their states; `bias` may have other joints than `joints`.
   BiasWriter(const BiasJoints& joints, const ViewBias& bias,
-             const PersonProblem& take,
+             const PersonProblem& recording,
              const std::vector<FrameRecord>& records);
-  // The frames begin .. end - 1 of the take, the first ones of `part`.
+  // The frames begin .. end - 1 of the recording, the first ones of `part`.
   void Write(size_t begin, size_t end, PersonProblem* part) const;
 
  private:

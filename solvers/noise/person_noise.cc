@@ -30,7 +30,7 @@ PersonNoise::PersonNoise(const SceneModel& scene, const GraphOptions& options)
     banks_.emplace_back(UsualProcessNoise(scene.skeleton.joint_class(j)));
     present_[ClassOf(j)] = true;
   }
-  if (options_.pixel_noise_from == NoiseFrom::kTake) {
+  if (options_.pixel_noise_from == NoiseFrom::kRecording) {
     correlation_ = correlations_.Fit();
   } else if (options_.correlation_time_s > 0.0) {
     correlation_ = {0.9, options_.correlation_time_s};
@@ -64,7 +64,7 @@ void PersonNoise::LearnPixels(const PersonProblem& problem, size_t k) {
   }
 }
 
-void PersonNoise::LearnTakesPixels(
+void PersonNoise::LearnRecordingsPixels(
     const std::function<void(const FrameVisitor&)>& for_each) {
   const FrameVisitor learn = [&](const PersonProblem& part, size_t k) {
     LearnPixels(part, k);
@@ -126,11 +126,11 @@ void PersonNoise::LearnCorrelation(const PersonProblem& problem, size_t k,
   }
 }
 
-void PersonNoise::LearnTake(
+void PersonNoise::LearnRecording(
     const std::function<void(const FrameVisitor&)>& for_each) {
   size_t place = 0;
-  if (options_.pixel_noise_from == NoiseFrom::kTake) {
-    LearnTakesPixels(for_each);
+  if (options_.pixel_noise_from == NoiseFrom::kRecording) {
+    LearnRecordingsPixels(for_each);
     RefreshScales();
     for_each([&](const PersonProblem& part, size_t k) {
       LearnCorrelation(part, k, place++);
@@ -145,15 +145,15 @@ void PersonNoise::LearnTake(
   covariance_factors_.emplace(correlation_, 1.0 / scene_.frame_rate_hz);
 }
 
-void PersonNoise::LearnTake(const PersonProblem& problem) {
-  LearnTake([&](const FrameVisitor& visit) {
+void PersonNoise::LearnRecording(const PersonProblem& problem) {
+  LearnRecording([&](const FrameVisitor& visit) {
     for (size_t k = 0; k < problem.times.size(); ++k) visit(problem, k);
   });
 }
 
 void PersonNoise::AddFrame(const PersonProblem& problem, size_t k,
                            Refit refit) {
-  const bool learns = options_.pixel_noise_from == NoiseFrom::kTake;
+  const bool learns = options_.pixel_noise_from == NoiseFrom::kRecording;
   const bool fits = learns && refit == Refit::kNow;
   if (fits) triangulator_.set_weighting(confidences_.Fit());
   if (learns) LearnPixels(problem, k);
@@ -224,7 +224,7 @@ double PersonNoise::ProcessNoiseOf(int joint_idx, size_t k, double level,
 void PersonNoise::FindLevels() {
   for (int c = 0; c < kJointClassCount; ++c) {
     if (!present_[c]) continue;
-    const double level = TakeLevel(evidence_[c]);
+    const double level = RecordingLevel(evidence_[c]);
     if (level == level_[c]) continue;
     level_[c] = level;
     chains_[c] = LevelChain(level);
@@ -251,7 +251,7 @@ void PersonNoise::FindProcessNoise() {
   }
 }
 
-AppliedNoise PersonNoise::TakeApplied() {
+AppliedNoise PersonNoise::RecordingApplied() {
   AppliedNoise applied;
   applied.learnt = Learnt();
   applied.scale = scale_;
@@ -261,9 +261,9 @@ AppliedNoise PersonNoise::TakeApplied() {
   return applied;
 }
 
-void PersonNoise::TakeOver(const AppliedNoise& noise,
-                           const std::vector<size_t>& frame_of,
-                           const std::vector<TimeNs>& times) {
+void PersonNoise::Adopt(const AppliedNoise& noise,
+                        const std::vector<size_t>& frame_of,
+                        const std::vector<TimeNs>& times) {
   taken_over_ = true;
   scale_ = noise.scale;
   level_ = noise.level;
@@ -291,7 +291,8 @@ void PersonNoise::LearnMotionAgain(const PersonProblem& part, size_t part_begin,
     there.Locate(part, k, k, Pixels::kKnown);
     there.frames_.back().process_noise = frames_[part_begin + k].process_noise;
   }
-  if (options_.process_noise_from == NoiseFrom::kTake) there.FindProcessNoise();
+  if (options_.process_noise_from == NoiseFrom::kRecording)
+    there.FindProcessNoise();
   for (size_t k = begin; k < end; ++k) {
     frames_[k] = std::move(there.frames_[k - part_begin]);
   }
@@ -303,7 +304,7 @@ void PersonNoise::Apply(PersonProblem* problem) {
 }
 
 void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
-  const bool learns = options_.process_noise_from == NoiseFrom::kTake;
+  const bool learns = options_.process_noise_from == NoiseFrom::kRecording;
   if (!taken_over_) {
     for (Frame& frame : frames_) {
       frame.process_noise.resize(static_cast<size_t>(joint_count()));
@@ -332,7 +333,7 @@ void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
 
 void PersonNoise::ApplyPixelNoise(size_t begin, size_t end,
                                   PersonProblem* part) const {
-  if (options_.pixel_noise_from != NoiseFrom::kTake) return;
+  if (options_.pixel_noise_from != NoiseFrom::kRecording) return;
   for (int j = 0; j < joint_count(); ++j) {
     JointChain& chain = part->joints[j];
     const double scale = kLearntWidening * scale_[ClassOf(j)];
@@ -357,7 +358,7 @@ void PersonNoise::ApplyPixelNoise(size_t begin, size_t end,
 }
 
 double PersonNoise::CovarianceFactorOf(int joint_idx, size_t k) {
-  if (options_.pixel_noise_from != NoiseFrom::kTake) return 1.0;
+  if (options_.pixel_noise_from != NoiseFrom::kRecording) return 1.0;
   const double frame_s = FrameSeconds(k);
   const double process_noise = frames_[k].process_noise[joint_idx];
   const double variance_m2 = frames_[k].variance_m2[joint_idx];

@@ -1,5 +1,5 @@
-// What a take tells of its own noise: the detector's and the motion's, of one
-// person.
+// What a recording tells of its own noise: the detector's and the motion's, of
+// one person.
 #ifndef KINEGRAPH_SOLVERS_NOISE_PERSON_NOISE_H_
 #define KINEGRAPH_SOLVERS_NOISE_PERSON_NOISE_H_
 
@@ -24,7 +24,7 @@
 
 namespace kinegraph {
 
-// What a whole take's noise is, once it is learnt.
+// What a whole recording's noise is, once it is learnt.
 struct AppliedNoise {
   struct Frame {
     TimeNs time = 0;
@@ -38,18 +38,18 @@ struct AppliedNoise {
   ConfidenceWeighting weighting;
 };
 
-// The batch gives it the whole take at once, the window frame by frame.
+// The batch gives it the whole recording at once, the window frame by frame.
 class PersonNoise {
  public:
   // `scene` and `options` must outlive it.
   PersonNoise(const SceneModel& scene, const GraphOptions& options);
 
-  // A frame of the take: frame `k` of `part`, in which `part` may go on.
+  // A frame of the recording: frame `k` of `part`, in which `part` may go on.
   using FrameVisitor = std::function<void(const PersonProblem& part, size_t k)>;
-  // Everything from a whole take. `for_each` calls what it is given for all
-  // frames, in order; it is used several times.
-  void LearnTake(const std::function<void(const FrameVisitor&)>& for_each);
-  void LearnTake(const PersonProblem& problem);
+  // Everything from a whole recording. `for_each` calls what it is given for
+  // all frames, in order; it is used several times.
+  void LearnRecording(const std::function<void(const FrameVisitor&)>& for_each);
+  void LearnRecording(const PersonProblem& problem);
 
   // From what was seen so far: the problem's frame `k`, which follows those
   // that are kept; and how to forget the oldest of those. What the detector's
@@ -65,12 +65,12 @@ class PersonNoise {
   // kept frames begin .. end - 1, which are the first ones of `part`.
   void ApplyProcessNoise(PersonProblem* problem);
   void ApplyPixelNoise(size_t begin, size_t end, PersonProblem* part) const;
-  // What was applied to a whole take; nothing is left here.
-  AppliedNoise TakeApplied();
+  // What was applied to a whole recording; nothing is left here.
+  AppliedNoise RecordingApplied();
   // In place of learning: `noise` of the same person, whose frame frame_of[k]
   // is the one that stands at times[k].
-  void TakeOver(const AppliedNoise& noise, const std::vector<size_t>& frame_of,
-                const std::vector<TimeNs>& times);
+  void Adopt(const AppliedNoise& noise, const std::vector<size_t>& frame_of,
+             const std::vector<TimeNs>& times);
   // Motion in frames begin .. end - 1 anew, from `part`, which begins with
   // frame `part_begin`; the rest of what was taken over stays.
   void LearnMotionAgain(const PersonProblem& part, size_t part_begin,
@@ -98,7 +98,7 @@ class PersonNoise {
   bool Load(const PersonProblem& problem, size_t k, int joint_idx,
             size_t place);
   void LearnPixels(const PersonProblem& problem, size_t k);
-  void LearnTakesPixels(
+  void LearnRecordingsPixels(
       const std::function<void(const FrameVisitor&)>& for_each);
   void LearnCorrelation(const PersonProblem& problem, size_t k, size_t place);
   void RefreshScales();
@@ -128,9 +128,10 @@ class PersonNoise {
   const MotionGroups groups_;
   JointClassTable scale_;
   ErrorCorrelation correlation_;
-  std::optional<CovarianceFactorTable> covariance_factors_;  // of a whole take
-  std::vector<FilterBank> banks_;                            // by joint
-  std::vector<double> last_variance_m2_;                     // by joint
+  std::optional<CovarianceFactorTable>
+      covariance_factors_;                // of a whole recording
+  std::vector<FilterBank> banks_;         // by joint
+  std::vector<double> last_variance_m2_;  // by joint
   bool taken_over_ = false;  // nothing is found anew when it is applied
   std::vector<Frame> frames_;
   // Of the same frames, by group; where no joint of it was located all zero.
@@ -141,7 +142,7 @@ class PersonNoise {
   // belief.
   std::vector<LevelChain::Vector> belief_;
   TimeNs belief_time_ = 0;
-  std::array<double, kJointClassCount> level_{};  // ln, of the take
+  std::array<double, kJointClassCount> level_{};  // ln, of the recording
   std::vector<LevelChain> chains_;                // by class, at that level
   std::array<double, kJointClassCount> least_{};
   std::array<double, kJointClassCount> greatest_{};

@@ -1,6 +1,6 @@
-// How far off a detector is in this take, and for how long: from residuals of
-// joints that were triangulated frame by frame, so that motion has no part in
-// it.
+// How far off a detector is in this recording, and for how long: from residuals
+// of joints that were triangulated frame by frame, so that motion has no part
+// in it.
 #ifndef KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_
 #define KINEGRAPH_SOLVERS_NOISE_PIXEL_NOISE_H_
 

@@ -43,8 +43,9 @@ PersonSolver::PersonSolver(const GraphOptions& options)
       correction_(InformationCorrection(
           schedule_.stages.back().loss,
           schedule_.stages.back().scale *
-              (options.pixel_noise_from == NoiseFrom::kTake ? kLearntWidening
-                                                            : 1.0))) {}
+              (options.pixel_noise_from == NoiseFrom::kRecording
+                   ? kLearntWidening
+                   : 1.0))) {}
 
 void PersonSolver::SolveJoints(const SolveSchedule& schedule,
                                const std::vector<int>& joint_indices,
@@ -65,8 +66,8 @@ void PersonSolver::SolveJoints(const SolveSchedule& schedule,
 void PersonSolver::Finish(SolveReport report, const StateChain& start,
                           JointChain* chain) {
   report.finite = report.finite && AllFinite(chain->states);
-  Note(report, solver_ == GraphSolver::kSweeps ? Result::kTakenOver
-                                               : Result::kOnlyAStart);
+  Note(report, solver_ == GraphSolver::kBlockTridiagonal ? Result::kTakenOver
+                                                         : Result::kOnlyAStart);
   if (report.finite) return;
   chain->states = start;
   for (PixelMeasurement& measurement : chain->measurements) {
@@ -83,8 +84,8 @@ void PersonSolver::SolveBones(PersonProblem* problem) {
   PersonProblem coupled = *problem;
   SolveReport report = bone_solver_.Solve(schedule, &coupled);
   report.finite = report.finite && AllFinite(coupled);
-  Note(report, solver_ == GraphSolver::kSweeps ? Result::kTakenOver
-                                               : Result::kOnlyAStart);
+  Note(report, solver_ == GraphSolver::kBlockTridiagonal ? Result::kTakenOver
+                                                         : Result::kOnlyAStart);
   if (report.finite) {
     *problem = std::move(coupled);
     return;
@@ -156,12 +157,12 @@ void PersonSolver::FreeWorkSpace() {
   bone_solver_ = BoneSolver();
 }
 
-SolveCounts PersonSolver::TakeCounts() {
+SolveCounts PersonSolver::RecordingCounts() {
   return std::exchange(counts_, SolveCounts());
 }
 
 void PersonSolver::HandInCounts(int64_t first_frame, int64_t last_frame) {
-  const SolveCounts counts = TakeCounts();
+  const SolveCounts counts = RecordingCounts();
   if (ledger_ != nullptr) ledger_->Add(counts);
   if (counts.AllWell()) return;
   std::ostringstream line;

@@ -14,10 +14,10 @@
 #include "solvers/rig/view_pairs.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/confidence_scale.h"
-#include "solvers/scene/consistency.h"
 #include "solvers/scene/fit_error.h"
 #include "solvers/scene/fit_terms.h"
 #include "solvers/scene/refine.h"
+#include "solvers/scene/view_agreement.h"
 
 namespace kinegraph {
 namespace {
@@ -44,18 +44,19 @@ constexpr double kLeastAgreement = 0.5;
 // frames' own. `late_s`: the mean of what each view's times told beside it.
 DetectionSequence Regular(DetectionSequence detections,
                           std::vector<double>* late_s) {
-  DetectionSequence take;
-  take.header = detections.header;
-  const double beat_s = 1.0 / take.header.frame_rate_hz;
+  DetectionSequence recording;
+  recording.header = detections.header;
+  const double beat_s = 1.0 / recording.header.frame_rate_hz;
   const int64_t first = detections.frames.front().frame;
   const TimeNs zero = detections.frames.front().time;
-  late_s->assign(take.header.view_names.size(), 0.0);
+  late_s->assign(recording.header.view_names.size(), 0.0);
   for (DetectionFrame& frame : detections.frames) {
-    while (!take.frames.empty() && take.frames.back().frame + 1 < frame.frame) {
+    while (!recording.frames.empty() &&
+           recording.frames.back().frame + 1 < frame.frame) {
       DetectionFrame empty;
-      empty.frame = take.frames.back().frame + 1;
+      empty.frame = recording.frames.back().frame + 1;
       empty.views.resize(frame.views.size());
-      take.frames.push_back(std::move(empty));
+      recording.frames.push_back(std::move(empty));
     }
     const double regular_s = static_cast<double>(frame.frame - first) * beat_s;
     for (size_t v = 0; v < frame.views.size(); ++v) {
@@ -63,13 +64,13 @@ DetectionSequence Regular(DetectionSequence detections,
           (ToSeconds(frame.views[v].capture_time - zero) - regular_s) /
           static_cast<double>(detections.frames.size());
     }
-    take.frames.push_back(std::move(frame));
+    recording.frames.push_back(std::move(frame));
   }
-  for (DetectionFrame& frame : take.frames) {
+  for (DetectionFrame& frame : recording.frames) {
     frame.time = FromSeconds(static_cast<double>(frame.frame - first) * beat_s);
     for (ViewDetections& view : frame.views) view.capture_time = frame.time;
   }
-  return take;
+  return recording;
 }
 
 CameraRig Magnified(const CameraRig& cameras, double factor) {
@@ -129,9 +130,10 @@ class RigEstimate {
  public:
   explicit RigEstimate(const RigInput& input)
       : input_(input),
-        take_(Regular(WithUsualConfidences(input.detections), &told_late_s_)),
-        joints_(RigJoints(take_.header.skeleton)),
-        human_(IsHuman(take_.header.skeleton)),
+        recording_(
+            Regular(WithUsualConfidences(input.detections), &told_late_s_)),
+        joints_(RigJoints(recording_.header.skeleton)),
+        human_(IsHuman(recording_.header.skeleton)),
         intrinsics_(input.intrinsics) {
     result_.views.resize(intrinsics_.size());
   }
@@ -163,7 +165,7 @@ class RigEstimate {
       const auto at = std::find(joints_.begin(), joints_.end(), joint);
       return at == joints_.end() ? -1 : static_cast<int>(at - joints_.begin());
     };
-    for (const Bone& bone : take_.header.skeleton.bones()) {
+    for (const Bone& bone : recording_.header.skeleton.bones()) {
       if (place(bone.a) >= 0 && place(bone.b) >= 0) {
         bones.push_back({place(bone.a), place(bone.b)});
       }
@@ -207,7 +209,7 @@ class RigEstimate {
     Guess guess;
     guess.intrinsics = Magnified(intrinsics_, magnification);
     guess.tracklets =
-        FollowInViews(guess.intrinsics, take_, joints_, kMinConfidence);
+        FollowInViews(guess.intrinsics, recording_, joints_, kMinConfidence);
     guess.pairs = std::move(pairs);
     if (input_.focal_sigma > 0.0) {
       for (PairFit& pair : guess.pairs) {
@@ -225,23 +227,24 @@ class RigEstimate {
       lags.push_back(guess.start.lag_frames[static_cast<size_t>(v)]);
     }
     const std::vector<double> agreements =
-        Agreements(cameras, Realigned(OfViews(take_, used), lags));
+        Agreements(cameras, Realigned(OfViews(recording_, used), lags));
     guess.score = std::accumulate(agreements.begin(), agreements.end(), 0.0);
     return guess;
   }
 
   std::vector<PairFit> SearchPairs() const {
     const std::vector<ViewTracklet> tracklets =
-        FollowInViews(intrinsics_, take_, joints_, kMinConfidence);
+        FollowInViews(intrinsics_, recording_, joints_, kMinConfidence);
     const auto views = static_cast<int>(intrinsics_.size());
-    const MotionSignals signals(tracklets, joints_, take_.header.skeleton,
-                                views, take_.header.frame_rate_hz);
+    const MotionSignals signals(tracklets, joints_, recording_.header.skeleton,
+                                views, recording_.header.frame_rate_hz);
     PairSearchOptions options;
-    options.frame_rate_hz = take_.header.frame_rate_hz;
+    options.frame_rate_hz = recording_.header.frame_rate_hz;
     options.focal_sigma = input_.focal_sigma;
-    options.longest_lag_s = std::min(
-        options.longest_lag_s,
-        0.4 * static_cast<double>(take_.frames.size()) / options.frame_rate_hz);
+    options.longest_lag_s =
+        std::min(options.longest_lag_s,
+                 0.4 * static_cast<double>(recording_.frames.size()) /
+                     options.frame_rate_hz);
     std::vector<PairFit> pairs;
     for (int a = 0; a < views; ++a) {
       for (int b = a + 1; b < views; ++b) {
@@ -270,7 +273,7 @@ class RigEstimate {
       return false;
     }
     result_.used = Joined(best.start);
-    matches_ = PeopleOf(take_, best.tracklets, best.pairs, best.start);
+    matches_ = PeopleOf(recording_, best.tracklets, best.pairs, best.start);
     for (FrozenPerson& person : matches_.people) {
       for (FrozenFrame& frame : person.frames) {
         for (FrozenDetection& one : frame.detections) {
@@ -285,8 +288,8 @@ class RigEstimate {
       cameras_.push_back(best.start.cameras[static_cast<size_t>(v)]);
       lags_.push_back(best.start.lag_frames[static_cast<size_t>(v)]);
     }
-    used_take_ = OfViews(take_, result_.used);
-    aligned_ = Realigned(used_take_, lags_);
+    used_recording_ = OfViews(recording_, result_.used);
+    aligned_ = Realigned(used_recording_, lags_);
     changes_.assign(cameras_.size(), CameraChange::Zero());
     ScaleByStature();
     return true;
@@ -302,7 +305,7 @@ class RigEstimate {
     constexpr int kFrames = 100;
     const Stature stature =
         StatureOf(cameras_, people, FramesToLookAt(people, kFrames),
-                  take_.header.skeleton);
+                  recording_.header.skeleton);
     if (stature.count > 0 && stature.median_m > 0.0) {
       cameras_ = Scaled(cameras_, kStatureM / stature.median_m);
     } else if (!human_ && SizeOf(cameras_) > 0.0) {
@@ -316,8 +319,8 @@ class RigEstimate {
     options.segments.max_segments = max_segments;
     // Three frames at least, of which clocks tell.
     constexpr double kFrames = 2.2;
-    options.segments.span_s =
-        std::max(options.segments.span_s, kFrames / take_.header.frame_rate_hz);
+    options.segments.span_s = std::max(
+        options.segments.span_s, kFrames / recording_.header.frame_rate_hz);
     options.rotation_sigma_rad = 1.0;
     options.centre_sigma_m = 10.0;
     options.focal_sigma = std::max(1e-3, input_.focal_sigma);
@@ -362,7 +365,7 @@ class RigEstimate {
     if (!wild_clocks_) return true;
     // Clocks that ran away from the whole frames found may be noise.
     for (CameraChange& change : changes_) change.setZero();
-    aligned_ = Realigned(used_take_, lags_);
+    aligned_ = Realigned(used_recording_, lags_);
     matches_ = input_.match(cameras_, aligned_);
     if (!Fit(1500, false)) return Fails();
     Take();
@@ -386,7 +389,7 @@ class RigEstimate {
                          1.5 * kFarthestClockS;
     }
     cameras_ = RefinedCameras(cameras_, fit_.changes);
-    aligned_ = WithClocks(Realigned(used_take_, lags_), changes_);
+    aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
   }
 
   double Spread(Eigen::Index begin) const {
@@ -423,7 +426,7 @@ class RigEstimate {
     result_.cameras = cameras_;
     result_.covariance = fit_.covariance;
     result_.places = fit_.places;
-    result_.take = aligned_;
+    result_.recording = aligned_;
     result_.size_m = SizeOf(cameras_);
     result_.clocks_told = free_.offset;
     const std::vector<double> agreements = Agreements(cameras_, aligned_);
@@ -436,15 +439,15 @@ class RigEstimate {
     Eigen::Index at = 0;
     size_t sure = 0;
     for (size_t v = 0; v < cameras_.size(); ++v) {
-      const auto of_take = static_cast<size_t>(result_.used[v]);
-      RigView& view = result_.views[of_take];
+      const auto of_recording = static_cast<size_t>(result_.used[v]);
+      RigView& view = result_.views[of_recording];
       view.joined = true;
       view.rotation_sigma_deg = kDegrees * Spread(at);
       view.centre_sigma_m = Spread(at + kCentreAt);
       at += static_cast<Eigen::Index>(fit_.places[v].size());
       view.clock_s = changes_[v][kOffsetAt] -
-                     lags_[v] / take_.header.frame_rate_hz -
-                     told_late_s_[of_take];
+                     lags_[v] / recording_.header.frame_rate_hz -
+                     told_late_s_[of_recording];
       view.drift = changes_[v][kDriftAt];
       view.mean_px = error.MeanPx(static_cast<int>(v));
       view.halves_apart = apart[v];
@@ -480,7 +483,7 @@ class RigEstimate {
 
   const RigInput& input_;
   std::vector<double> told_late_s_;
-  const DetectionSequence take_;
+  const DetectionSequence recording_;
   const std::vector<int> joints_;
   const bool human_;
   const CameraRig intrinsics_;
@@ -489,7 +492,7 @@ class RigEstimate {
   CameraRig cameras_;
   std::vector<int> lags_;
   std::vector<CameraChange> changes_;  // clocks alone, after the lags
-  DetectionSequence used_take_;
+  DetectionSequence used_recording_;
   DetectionSequence aligned_;
   bool wild_clocks_ = false;
   FrozenMatches matches_;

@@ -17,8 +17,8 @@
 namespace kinegraph {
 
 // Whose detections are whose, for cameras that are nearly right.
-using RigMatcher = std::function<FrozenMatches(const CameraRig& cameras,
-                                               const DetectionSequence& take)>;
+using RigMatcher = std::function<FrozenMatches(
+    const CameraRig& cameras, const DetectionSequence& recording)>;
 
 struct RigInput {
   // One a view, in the order of the detections: names, image sizes, lenses and
@@ -61,7 +61,7 @@ struct RigResult {
   bool clocks_told = false;  // beyond whole frames
   double size_m = 0.0;  // of the rig: twice the rms distance from its middle
   // The detections of the joined views with their clocks set right.
-  DetectionSequence take;
+  DetectionSequence recording;
 };
 
 RigResult EstimateRig(const RigInput& input);

@@ -18,7 +18,7 @@ struct RigStart {
   // pair. Focal lengths as the pairs have them.
   CameraRig cameras;
   std::vector<char> joined;
-  // Moment k of the take is frame k + lag of a view.
+  // Moment k of the recording is frame k + lag of a view.
   std::vector<int> lag_frames;
   int joined_count() const;
 };

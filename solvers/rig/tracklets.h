@@ -16,7 +16,7 @@ using NormalisedJoints = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 
 struct ViewTracklet {
   int view = 0;
-  int first = 0;  // index of its first frame in the take
+  int first = 0;  // index of its first frame in the recording
   // One a frame from `first` on: the detection's place in its view; -1 where
   // there is none.
   std::vector<int> detections;

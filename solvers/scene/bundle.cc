@@ -19,7 +19,7 @@ class SegmentFactor final
     : public ceres::SizedCostFunction<2, kSegmentSize, kChangeSize> {
  public:
   // All must outlive the factor.
-  SegmentFactor(const Camera* camera, const Stretch* segment,
+  SegmentFactor(const Camera* camera, const MotionSegment* segment,
                 const SegmentMeasurement* measurement, double noise_scale)
       : camera_(camera),
         segment_(segment),
@@ -55,7 +55,7 @@ class SegmentFactor final
 
  private:
   const Camera* camera_;
-  const Stretch* segment_;
+  const MotionSegment* segment_;
   const SegmentMeasurement* measurement_;
   double noise_scale_;
 };
@@ -141,8 +141,8 @@ class GaugeFactor final : public ceres::CostFunction {
   Eigen::MatrixXd rows_;
 };
 
-// A hundredth of a millimetre and of a milliradian: far below what any take
-// says, far above rounding.
+// A hundredth of a millimetre and of a milliradian: far below what any
+// recording says, far above rounding.
 constexpr double kGaugeSigma = 1e-5;
 
 CameraChange InverseSigmas(const BundleOptions& options) {
@@ -220,7 +220,7 @@ class BundleProblem {
   void AddSegments(const BundleOptions& options) {
     const SegmentState state_sigmas = StateInverseSigmas(options.segments);
     for (size_t s = 0; s < segments_.segments.size(); ++s) {
-      const Stretch& segment = segments_.segments[s];
+      const MotionSegment& segment = segments_.segments[s];
       states_[s] = segment.state;
       // The start must have an image in every view, else Ceres refuses it.
       bool added = false;

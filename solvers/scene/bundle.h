@@ -1,4 +1,4 @@
-// Cameras and clocks of a take by bundle adjustment: what the calibration
+// Cameras and clocks of a recording by bundle adjustment: what the calibration
 // states is the prior, the people's short stretches (segments.h) are the
 // points. Triggs et al., "Bundle Adjustment: A Modern Synthesis", 2000.
 //

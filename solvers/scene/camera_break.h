@@ -1,5 +1,5 @@
-// A camera that was moved in the middle of a take: from some frame on its view
-// no longer agrees with the others as it did.
+// A camera that was moved in the middle of a recording: from some frame on its
+// view no longer agrees with the others as it did.
 #ifndef KINEGRAPH_SOLVERS_SCENE_CAMERA_BREAK_H_
 #define KINEGRAPH_SOLVERS_SCENE_CAMERA_BREAK_H_
 
@@ -9,7 +9,7 @@
 
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
-#include "solvers/scene/consistency.h"
+#include "solvers/scene/view_agreement.h"
 
 namespace kinegraph {
 

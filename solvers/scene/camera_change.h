@@ -16,7 +16,7 @@ inline constexpr int kCentreAt = 3;    // 3 [m], in the world
 inline constexpr int kShiftAt = 6;     // 2 [px], on the image
 inline constexpr int kFocalAt = 8;     // 1, logarithm of the factor
 inline constexpr int kOffsetAt = 9;    // 1 [s], added to the time of capture
-inline constexpr int kDriftAt = 10;    // 1 [s/s], of the time in the take
+inline constexpr int kDriftAt = 10;    // 1 [s/s], of the time in the recording
 inline constexpr int kLensAt = 11;     // 1, added to the lens' k1
 inline constexpr int kChangeSize = 12;
 

@@ -39,7 +39,7 @@ class CameraCheck {
   void set_metre(double metre);
   // Frames as the tracker is fed, ascending. Keeps some: every second one of
   // the first 400, every fourth of the next 800, and so on; each counts for
-  // those between, so that all parts of a take count alike.
+  // those between, so that all parts of a recording count alike.
   void SeeDetections(const DetectionFrame& frame);
   // Frames that were written, ascending.
   void SeeTracks(const TrackFrame& frame);

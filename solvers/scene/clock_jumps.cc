@@ -21,7 +21,7 @@ using ClockBins = std::vector<ClockBin>;
 
 // Normal equations of one stretch, with the offset of every view beside its own
 // state.
-struct StretchSystem {
+struct SegmentSystem {
   Eigen::Matrix<double, kSegmentSize, kSegmentSize> information;
   SegmentState gradient;
   Eigen::MatrixXd cross;  // between the state and each view's offset
@@ -29,13 +29,13 @@ struct StretchSystem {
   Eigen::VectorXd offset_gradient;
 };
 
-StretchSystem LineariseStretch(const CameraRig& cameras,
+SegmentSystem LineariseSegment(const CameraRig& cameras,
                                const SceneSegments& segments,
                                const std::vector<CameraChange>& changes,
                                const SegmentState& prior,
-                               const Stretch& segment,
+                               const MotionSegment& segment,
                                const SegmentState& state) {
-  StretchSystem system;
+  SegmentSystem system;
   system.information = prior.asDiagonal();
   system.information.topLeftCorner<3, 3>().diagonal().array() +=
       kPositionInformation;
@@ -57,8 +57,8 @@ StretchSystem LineariseStretch(const CameraRig& cameras,
   return system;
 }
 
-// The bins of all views. A bin is as long as a fortieth of the take, and at
-// least half a second: a walker's step.
+// The bins of all views. A bin is as long as a fortieth of the recording, and
+// at least half a second: a walker's step.
 std::vector<ClockBins> OffsetBins(const CameraRig& cameras,
                                   const SceneSegments& segments,
                                   const std::vector<CameraChange>& changes,
@@ -74,14 +74,14 @@ std::vector<ClockBins> OffsetBins(const CameraRig& cameras,
     }
   }
   const SegmentState prior = PriorInformation(options);
-  for (const Stretch& segment : segments.segments) {
+  for (const MotionSegment& segment : segments.segments) {
     SegmentState state = segment.state;
     if (!SolveSegment(cameras, changes, segment, segments.noise_scale, options,
                       &state)) {
       continue;
     }
-    const StretchSystem system =
-        LineariseStretch(cameras, segments, changes, prior, segment, state);
+    const SegmentSystem system =
+        LineariseSegment(cameras, segments, changes, prior, segment, state);
     // The stretch's own state is eliminated.
     const Eigen::MatrixXd solved =
         system.information.ldlt().solve(system.cross);
@@ -211,7 +211,7 @@ std::optional<ClockSplit> BestClockSplit(const std::vector<ClockBins>& all,
 SceneSegments Moved(const SceneSegments& segments, const ClockSplit& split,
                     double jump_s) {
   SceneSegments moved = segments;
-  for (Stretch& segment : moved.segments) {
+  for (MotionSegment& segment : moved.segments) {
     if (segment.middle_s < split.at_s) continue;
     for (SegmentMeasurement& measurement : segment.measurements) {
       if (measurement.view_idx == static_cast<int>(split.view)) {

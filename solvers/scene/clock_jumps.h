@@ -15,7 +15,7 @@ namespace kinegraph {
 
 struct ClockJump {
   int view_idx = 0;
-  double at_s = 0.0;  // since the middle of the take
+  double at_s = 0.0;  // since the middle of the recording
   // Pictures that are missing before `at_s`; negative: that are too many.
   int missing = 0;
   double jump_s = 0.0;   // as measured

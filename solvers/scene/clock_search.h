@@ -8,7 +8,7 @@
 
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
-#include "solvers/scene/consistency.h"
+#include "solvers/scene/view_agreement.h"
 
 namespace kinegraph {
 
@@ -24,7 +24,7 @@ struct ClockSearch {
   bool found() const;
 };
 
-// Lags up to `max_lag` frames and a third of the take. `ideal` holds ideal
+// Lags up to `max_lag` frames and a third of the recording. `ideal` holds ideal
 // pixels of the cameras.
 ClockSearch SearchClocks(const CameraRig& cameras,
                          const std::vector<ViewPeople>& ideal, int max_lag);

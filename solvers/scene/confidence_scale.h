@@ -10,8 +10,8 @@ namespace kinegraph {
 
 // Checks of cameras and clocks leave out joints below a confidence of 0.3,
 // which is meant for detectors whose joints have 0.6 and more as a rule. The
-// factor that brings the median of a take's joints that were found to 0.6; 1
-// where it is no less, or nothing is known.
+// factor that brings the median of a recording's joints that were found to 0.6;
+// 1 where it is no less, or nothing is known.
 double ConfidenceScale(std::vector<double> confidences);
 
 // Appends the confidences of the joints that were found.

@@ -12,7 +12,6 @@
 #include "solvers/scene/clock_jumps.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/confidence_scale.h"
-#include "solvers/scene/consistency.h"
 #include "solvers/scene/doctor_words.h"
 #include "solvers/scene/explain_residuals.h"
 #include "solvers/scene/fit_error.h"
@@ -20,6 +19,7 @@
 #include "solvers/scene/reading_search.h"
 #include "solvers/scene/readings.h"
 #include "solvers/scene/refine.h"
+#include "solvers/scene/view_agreement.h"
 #include "solvers/scene/view_checks.h"
 
 namespace kinegraph {
@@ -224,7 +224,7 @@ class Doctor {
                        [](const Candidate& a, const Candidate& b) {
                          return a.score < b.score;
                        })
-          ->take();
+          ->recording();
       LookAgain();
       first = false;
     }
@@ -232,7 +232,7 @@ class Doctor {
 
   struct Candidate {
     double score = 0.0;  // of all pairs of views, with it
-    std::function<void()> take;
+    std::function<void()> recording;
   };
 
   double ScoreOf(const CameraRig& cameras,
@@ -357,7 +357,7 @@ class Doctor {
     if (!clocks.found()) return;
     candidates->push_back({clocks.score_after, [this, clocks] {
                              clocks_taken_ = true;
-                             TakeClocks(clocks);
+                             RecordingClocks(clocks);
                            }});
   }
 
@@ -376,7 +376,7 @@ class Doctor {
                 as_read.score())});
   }
 
-  void TakeClocks(const ClockSearch& clocks) {
+  void RecordingClocks(const ClockSearch& clocks) {
     for (size_t v = 0; v < cameras_.size(); ++v) {
       const int lag = clocks.lag_frames[v];
       if (lag == 0) continue;
@@ -631,7 +631,7 @@ class Doctor {
                                     : "before about frame %.0f: ",
                               from) +
                        finding.evidence +
-                       "; it was moved in the middle of the take";
+                       "; it was moved in the middle of the recording";
     Add(std::move(finding));
   }
 
@@ -681,7 +681,7 @@ class Doctor {
         for (const auto& person : frame) sizes_px.push_back(person.size_px);
       }
       std::vector<double> depths_m;
-      for (const Stretch& segment : segments_.segments) {
+      for (const MotionSegment& segment : segments_.segments) {
         depths_m.push_back(cameras_[v].Depth(PositionOf(segment)));
       }
       if (sizes_px.empty()) continue;
@@ -695,11 +695,11 @@ class Doctor {
   // Pictures that were lost, one jump after the other.
   void LookForJumps() {
     constexpr int kMostJumps = 5;
-    for (int i = 0; i < kMostJumps && TakeJump(); ++i) {
+    for (int i = 0; i < kMostJumps && RecordingJump(); ++i) {
     }
   }
 
-  bool TakeJump() {
+  bool RecordingJump() {
     if (!MoveEnough(segments_)) return false;
     const double frame_s = 1.0 / std::max(1.0, input_.frame_rate_hz);
     const auto jump = FindClockJump(cameras_, segments_, changes_,
@@ -752,10 +752,10 @@ class Doctor {
   // People who are faster than any: the frame rate is less than told.
   void LookAtSpeeds() {
     constexpr double kFastestMps = 8.0;  // sprinters reach 10
-    // A take that is told as too short by its rate has few stretches.
+    // A recording that is told as too short by its rate has few stretches.
     constexpr size_t kEnough = 20;
     std::vector<double> speeds;
-    for (const Stretch& segment : segments_.segments) {
+    for (const MotionSegment& segment : segments_.segments) {
       const std::string& name =
           detections_.header.skeleton
               .joints()[static_cast<size_t>(segment.joint)];

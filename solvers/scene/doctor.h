@@ -1,4 +1,4 @@
-// Says what is wrong with a calibration and the clocks of a take, from
+// Says what is wrong with a calibration and the clocks of a recording, from
 // calibration and 2D detections alone, and how sure that is.
 //
 // First without tracking: which reading of the file makes the views agree, and

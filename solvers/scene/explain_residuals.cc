@@ -29,9 +29,9 @@ constexpr double kUntold = 0.3;          // confidence
 
 class Explainer {
  public:
-  Explainer(const ExplainedTake& take, const BundleOptions& options,
+  Explainer(const ExplainedRecording& recording, const BundleOptions& options,
             std::vector<CameraChange> start, std::vector<Finding>* findings)
-      : take_(take),
+      : recording_(recording),
         options_(options),
         changes_(std::move(start)),
         findings_(findings) {}
@@ -92,7 +92,7 @@ class Explainer {
   };
 
   std::vector<Model> Models() const {
-    const FreeParameters clock = ClockParametersOf(take_.segments.span_s);
+    const FreeParameters clock = ClockParametersOf(recording_.segments.span_s);
     FreeParameters shift;
     shift.shift = true;
     FreeParameters rotation;
@@ -104,8 +104,8 @@ class Explainer {
     std::vector<Model> models;
     // Fewer than three pictures a stretch tell no speed.
     const bool has_speeds =
-        take_.segments.frame_s <= 0.5 * options_.segments.span_s;
-    if (!clocks_done_ && has_speeds && MoveEnough(take_.segments))
+        recording_.segments.frame_s <= 0.5 * options_.segments.span_s;
+    if (!clocks_done_ && has_speeds && MoveEnough(recording_.segments))
       models.push_back({"clock", clock});
     if (!cameras_done_) {
       models.push_back({"shift", shift});
@@ -123,7 +123,7 @@ class Explainer {
     double squares = 0.0;
     double scale = 0.0;
     double count = 0.0;
-    for (const Stretch& segment : take_.segments.segments) {
+    for (const MotionSegment& segment : recording_.segments.segments) {
       const Eigen::Vector3d point = PositionOf(segment);
       const bool seen =
           std::any_of(segment.measurements.begin(), segment.measurements.end(),
@@ -131,14 +131,15 @@ class Explainer {
                         return m.view_idx == static_cast<int>(view);
                       });
       if (!seen) continue;
-      const auto before = ProjectChanged(
-          take_.cameras[view], CameraChange::Zero(), point, nullptr, nullptr);
-      const auto after =
-          ProjectChanged(take_.cameras[view], change, point, nullptr, nullptr);
+      const auto before =
+          ProjectChanged(recording_.cameras[view], CameraChange::Zero(), point,
+                         nullptr, nullptr);
+      const auto after = ProjectChanged(recording_.cameras[view], change, point,
+                                        nullptr, nullptr);
       if (!before.has_value() || !after.has_value()) continue;
       squares += (*after - *before).squaredNorm();
-      scale +=
-          take_.cameras[view].focal_px() / take_.cameras[view].Depth(point);
+      scale += recording_.cameras[view].focal_px() /
+               recording_.cameras[view].Depth(point);
       count += 1.0;
     }
     *moved_px = count > 0.0 ? std::sqrt(squares / count) : 0.0;
@@ -165,13 +166,13 @@ class Explainer {
 
   CrossedGain Cross(Halving halving, const Model& model,
                     const std::vector<char>& moves) const {
-    return CrossFit(take_.cameras, take_.segments, halving, model.free,
-                    changes_, OptionsOf(model), moves);
+    return CrossFit(recording_.cameras, recording_.segments, halving,
+                    model.free, changes_, OptionsOf(model), moves);
   }
 
   BundleResult Fit(const Model& model, const std::vector<char>& moves) const {
-    return AdjustBundle(take_.cameras, take_.segments, model.free, changes_,
-                        OptionsOf(model), moves);
+    return AdjustBundle(recording_.cameras, recording_.segments, model.free,
+                        changes_, OptionsOf(model), moves);
   }
 
   // Fits a model with those views free alone that it finds to be off: cameras
@@ -179,7 +180,7 @@ class Explainer {
   std::optional<Explanation> FitModel(const Model& model) const {
     Explanation one;
     one.model = model;
-    one.moves.assign(take_.cameras.size(), 0);
+    one.moves.assign(recording_.cameras.size(), 0);
     one.fit = Fit(model, {});
     if (!one.fit.usable) return std::nullopt;
     const auto any = [&] {
@@ -204,13 +205,13 @@ class Explainer {
       return std::nullopt;
     }
     for (size_t v = 0; v < one.moves.size(); ++v) {
-      one.moves[v] = take_.strangers.count(v) == 0 &&
-                     MovedM(v, one.fit) > kLeastBias * take_.subject_m;
+      one.moves[v] = recording_.strangers.count(v) == 0 &&
+                     MovedM(v, one.fit) > kLeastBias * recording_.subject_m;
     }
     if (!any()) return std::nullopt;
     one.fit = Fit(model, one.moves);
     if (!one.fit.usable) return std::nullopt;
-    const FitError after = MeasureFit(take_.cameras, take_.segments,
+    const FitError after = MeasureFit(recording_.cameras, recording_.segments,
                                       one.fit.changes, options_.segments);
     for (size_t v = 0; v < one.moves.size(); ++v) {
       // Other halves never show more than the fit's own.
@@ -227,15 +228,15 @@ class Explainer {
       one.moves[v] =
           tried[v] && gain.certain() && joints.views[v].certain() &&
           gain.before_px - gain.after_px > kLeastShare * gain.before_px &&
-          MovedM(v, one.fit) > kLeastBias * take_.subject_m;
+          MovedM(v, one.fit) > kLeastBias * recording_.subject_m;
     }
     if (!any()) return std::nullopt;
     return BeatsBias(std::move(one), tried, joints);
   }
 
   double Before(size_t view) const {
-    if (before_.stretches.empty()) {
-      before_ = MeasureFit(take_.cameras, take_.segments, changes_,
+    if (before_.segments.empty()) {
+      before_ = MeasureFit(recording_.cameras, recording_.segments, changes_,
                            options_.segments);
     }
     return before_.LastingM(view);
@@ -253,7 +254,7 @@ class Explainer {
                         const CrossedGain& joints) const {
     std::vector<CrossedGain> gains = {one.gain, joints};
     const bool people_walk =
-        PlacesApart(take_.segments) > kApart * take_.subject_m;
+        PlacesApart(recording_.segments) > kApart * recording_.subject_m;
     if (people_walk) gains.push_back(Cross(Halving::kPlaces, one.model, tried));
     const bool all_told = people_walk && !OneClassSpeaks();
     std::vector<char> told(tried.size(), 0);
@@ -264,11 +265,11 @@ class Explainer {
       for (const CrossedGain& gain : gains) {
         explained = std::min(explained, gain.views[v].explained());
       }
-      const double bias_m = std::max(kUsualBias * take_.subject_m,
+      const double bias_m = std::max(kUsualBias * recording_.subject_m,
                                      one.gain.views[v].lasting_after_m);
       const double needed_m =
           all_told ? kBiasSigmas * bias_m / std::sqrt(CellCount(v))
-                   : kBeyondBias * take_.subject_m;
+                   : kBeyondBias * recording_.subject_m;
       const double moved_m = MovedM(v, one.fit);
       told[v] = explained > kLeastExplained && moved_m > needed_m;
       if (!told[v] && doubt.empty()) {
@@ -294,8 +295,8 @@ class Explainer {
 
   // Shares of the stretches that are of hips and legs.
   double LowerShare() const {
-    const double all = static_cast<double>(take_.segments.segments.size());
-    const SceneSegments lower = HalfOf(take_.segments, Halving::kBody, 0);
+    const double all = static_cast<double>(recording_.segments.segments.size());
+    const SceneSegments lower = HalfOf(recording_.segments, Halving::kBody, 0);
     return static_cast<double>(lower.segments.size()) / all;
   }
   bool HasBoth() const {
@@ -305,7 +306,7 @@ class Explainer {
   }
   // Of a skeleton without classes each joint is one of its own.
   bool OneClassSpeaks() const {
-    const auto& classes = take_.segments.classes;
+    const auto& classes = recording_.segments.classes;
     return !HasBoth() &&
            std::any_of(classes.begin(), classes.end(),
                        [](JointClass one) { return one == JointClass::kHip; });
@@ -316,7 +317,7 @@ class Explainer {
   double CellCount(size_t view) const {
     std::set<int> classes;
     std::map<int, int> people;
-    for (const Stretch& segment : take_.segments.segments) {
+    for (const MotionSegment& segment : recording_.segments.segments) {
       const bool seen =
           std::any_of(segment.measurements.begin(), segment.measurements.end(),
                       [&](const SegmentMeasurement& m) {
@@ -324,7 +325,7 @@ class Explainer {
                       });
       if (!seen) continue;
       const auto joint = static_cast<size_t>(segment.joint);
-      const JointClass of = take_.segments.classes[joint];
+      const JointClass of = recording_.segments.classes[joint];
       classes.insert(of == JointClass::kOther ? 100 + segment.joint
                                               : static_cast<int>(of));
       ++people[segment.person];
@@ -345,11 +346,11 @@ class Explainer {
   }
 
   void AddExplanation(const Explanation& one, size_t alike) {
-    for (size_t v = 0; v < take_.cameras.size(); ++v) {
+    for (size_t v = 0; v < recording_.cameras.size(); ++v) {
       if (!one.moves[v]) continue;
       const CameraChange& change = one.fit.changes[v];
       Finding finding;
-      finding.camera = take_.names[v];
+      finding.camera = recording_.names[v];
       finding.told = one.doubt.empty();
       finding.confidence = finding.told ? Shared(0.95, alike) : kUntold;
       finding.before_px = one.gain.views[v].before_px;
@@ -383,9 +384,9 @@ class Explainer {
         finding.kind = "clock_drift";
         finding.evidence = Format(
             "it runs %+.0f ppm against the usual of all views, %+.0f "
-            "ms over the take",
+            "ms over the recording",
             1e6 * (change[kDriftAt] - usual),
-            1e3 * (change[kDriftAt] - usual) * take_.segments.span_s);
+            1e3 * (change[kDriftAt] - usual) * recording_.segments.span_s);
         findings_->push_back(finding);
       }
     }
@@ -393,13 +394,13 @@ class Explainer {
 
   bool IsLate(size_t view, const BundleResult& fit, int place) const {
     return kinegraph::IsLate(fit, view, place,
-                             1.0 / std::max(1.0, take_.frame_rate_hz),
-                             take_.segments.span_s);
+                             1.0 / std::max(1.0, recording_.frame_rate_hz),
+                             recording_.segments.span_s);
   }
 
   void MarkLate(const BundleResult& fit, std::vector<char>* moves) const {
-    for (size_t v = 0; v < take_.cameras.size(); ++v) {
-      if (take_.strangers.count(v) > 0) continue;
+    for (size_t v = 0; v < recording_.cameras.size(); ++v) {
+      if (recording_.strangers.count(v) > 0) continue;
       (*moves)[v] = IsLate(v, fit, kOffsetAt) || IsLate(v, fit, kDriftAt);
     }
   }
@@ -424,7 +425,7 @@ class Explainer {
                   std::exp(change[kFocalAt]));
   }
 
-  const ExplainedTake& take_;
+  const ExplainedRecording& recording_;
   const BundleOptions& options_;
   std::vector<CameraChange> changes_;
   std::vector<Finding>* findings_;
@@ -436,11 +437,11 @@ class Explainer {
 
 }  // namespace
 
-std::vector<CameraChange> ExplainResiduals(const ExplainedTake& take,
+std::vector<CameraChange> ExplainResiduals(const ExplainedRecording& recording,
                                            const BundleOptions& options,
                                            std::vector<CameraChange> start,
                                            std::vector<Finding>* findings) {
-  Explainer explainer(take, options, std::move(start), findings);
+  Explainer explainer(recording, options, std::move(start), findings);
   for (int round = 0; round < 2; ++round) {
     if (!explainer.Explain()) break;
   }

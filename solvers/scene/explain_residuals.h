@@ -11,7 +11,7 @@
 
 namespace kinegraph {
 
-struct ExplainedTake {
+struct ExplainedRecording {
   const CameraRig& cameras;
   const SceneSegments& segments;
   const std::set<size_t>& strangers;  // views of which nothing is said
@@ -21,14 +21,14 @@ struct ExplainedTake {
 };
 
 // Fits one kind of fault after the other (a clock, a shifted image, a turned
-// camera, another focal length or lens) to one half of the take and measures it
-// on the other, adds what explains most to `findings`, and returns the changes
-// taken.
+// camera, another focal length or lens) to one half of the recording and
+// measures it on the other, adds what explains most to `findings`, and returns
+// the changes taken.
 //
 // A late clock of a camera that looks at one walking person is a shifted image:
 // clocks and cameras compete. What explains most goes first; the other may
 // explain what is left.
-std::vector<CameraChange> ExplainResiduals(const ExplainedTake& take,
+std::vector<CameraChange> ExplainResiduals(const ExplainedRecording& recording,
                                            const BundleOptions& options,
                                            std::vector<CameraChange> start,
                                            std::vector<Finding>* findings);

@@ -13,12 +13,12 @@ namespace {
 // long the clock stands still in between.
 std::vector<size_t> SegmentBins(const SceneSegments& segments, size_t* count) {
   double first = segments.segments.front().middle_s;
-  for (const Stretch& segment : segments.segments) {
+  for (const MotionSegment& segment : segments.segments) {
     first = std::min(first, segment.middle_s);
   }
   const double bin_s = BinLength(segments);
   std::vector<double> bins;
-  for (const Stretch& segment : segments.segments) {
+  for (const MotionSegment& segment : segments.segments) {
     bins.push_back(std::floor((segment.middle_s - first) / bin_s));
   }
   std::vector<double> held = bins;
@@ -45,10 +45,10 @@ FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
   error.sum_px.assign(cameras.size(), std::vector<double>(bins, 0.0));
   error.count = error.sum_px;
   error.lasting_m.assign(cameras.size(), 0.0);
-  error.stretches = error.lasting_m;
+  error.segments = error.lasting_m;
   std::vector<Eigen::Vector3d> sums(cameras.size());  // x, y, count
   for (size_t s = 0; s < segments.segments.size(); ++s) {
-    const Stretch& segment = segments.segments[s];
+    const MotionSegment& segment = segments.segments[s];
     SegmentState state = segment.state;
     const bool solved = SolveSegment(cameras, changes, segment,
                                      segments.noise_scale, options, &state);
@@ -75,15 +75,15 @@ FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
       if (sums[v].z() == 0.0) continue;
       error.lasting_m[v] += sums[v].head<2>().norm() / sums[v].z() *
                             cameras[v].Depth(place) / cameras[v].focal_px();
-      error.stretches[v] += 1.0;
+      error.segments[v] += 1.0;
     }
   }
   return error;
 }
 
 double FitError::LastingM(size_t view) const {
-  return view < stretches.size() && stretches[view] > 0.0
-             ? lasting_m[view] / stretches[view]
+  return view < segments.size() && segments[view] > 0.0
+             ? lasting_m[view] / segments[view]
              : 0.0;
 }
 
@@ -94,7 +94,7 @@ void FitError::Append(const FitError& other) {
   }
   for (size_t v = 0; v < other.sum_px.size(); ++v) {
     lasting_m[v] += other.lasting_m[v];
-    stretches[v] += other.stretches[v];
+    segments[v] += other.segments[v];
     sum_px[v].insert(sum_px[v].end(), other.sum_px[v].begin(),
                      other.sum_px[v].end());
     count[v].insert(count[v].end(), other.count[v].begin(),

@@ -1,4 +1,4 @@
-// How well cameras explain a take, and whether others do it better.
+// How well cameras explain a recording, and whether others do it better.
 #ifndef KINEGRAPH_SOLVERS_SCENE_FIT_ERROR_H_
 #define KINEGRAPH_SOLVERS_SCENE_FIT_ERROR_H_
 
@@ -10,8 +10,8 @@
 
 namespace kinegraph {
 
-// How well given cameras explain the take: each stretch's state is estimated
-// for them, and its residuals summed by short bins of time.
+// How well given cameras explain the recording: each stretch's state is
+// estimated for them, and its residuals summed by short bins of time.
 struct FitError {
   // Sums of min(|residual|, cap) [px] and counts.
   std::vector<std::vector<double>> sum_px;  // [view][bin]
@@ -19,7 +19,7 @@ struct FitError {
   // What lasts over a stretch: the length of its mean residual at its depth,
   // summed by view, and the number of stretches.
   std::vector<double> lasting_m;
-  std::vector<double> stretches;
+  std::vector<double> segments;
   double LastingM(size_t view) const;
   double MeanPx() const;  // over everything
   double MeanPx(int view) const;
@@ -46,7 +46,7 @@ struct FitGain {
     return lasting_before_m > 0.0 ? 1.0 - lasting_after_m / lasting_before_m
                                   : 0.0;
   }
-  // The interval excludes zero: the cameras after explain the take better.
+  // The interval excludes zero: the cameras after explain the recording better.
   bool certain() const { return low_px > 0.0; }
 };
 FitGain CompareFits(const FitError& before, const FitError& after,

@@ -15,8 +15,8 @@ inline constexpr double kPositionInformation = 1e-6;
 // follow a view's noise. Whole frames are looked for before.
 inline constexpr double kFarthestClockS = 0.1;
 
-// A clock as it can be told from a take of this length: its offset, and its
-// drift where 100 ppm of it are two milliseconds.
+// A clock as it can be told from a recording of this length: its offset, and
+// its drift where 100 ppm of it are two milliseconds.
 inline FreeParameters ClockParametersOf(double span_s) {
   constexpr double kDriftSpanS = 20.0;
   FreeParameters clock;

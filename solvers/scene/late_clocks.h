@@ -14,8 +14,8 @@ namespace kinegraph {
 double UsualClock(const std::vector<CameraChange>& changes, int place);
 
 // Whether the view's offset or drift (`place`) is off by more than four of its
-// standard deviations and more than 0.15 frames, over a take of `span_s` for
-// the drift, and less than stretches tell (kFarthestClockS). `fit` has the
+// standard deviations and more than 0.15 frames, over a recording of `span_s`
+// for the drift, and less than stretches tell (kFarthestClockS). `fit` has the
 // clocks free and no camera.
 bool IsLate(const BundleResult& fit, size_t view, int place, double frame_s,
             double span_s);

@@ -1,13 +1,13 @@
-// A search for the reading of a calibration under which the views of a take
-// agree.
+// A search for the reading of a calibration under which the views of a
+// recording agree.
 #ifndef KINEGRAPH_SOLVERS_SCENE_READING_SEARCH_H_
 #define KINEGRAPH_SOLVERS_SCENE_READING_SEARCH_H_
 
 #include <vector>
 
 #include "core/geometry/camera.h"
-#include "solvers/scene/consistency.h"
 #include "solvers/scene/readings.h"
+#include "solvers/scene/view_agreement.h"
 
 namespace kinegraph {
 

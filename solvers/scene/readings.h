@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/geometry/camera.h"
-#include "solvers/scene/consistency.h"
+#include "solvers/scene/view_agreement.h"
 
 namespace kinegraph {
 

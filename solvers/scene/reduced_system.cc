@@ -24,7 +24,7 @@ ReducedSystem::ReducedSystem(const CameraRig& cameras,
   information_ = Eigen::MatrixXd::Zero(size_, size_);
 }
 
-void ReducedSystem::Add(const Stretch& segment, const SegmentState& state,
+void ReducedSystem::Add(const MotionSegment& segment, const SegmentState& state,
                         const std::vector<CameraChange>& changes) {
   Eigen::Matrix<double, kSegmentSize, kSegmentSize> H =
       state_information_.asDiagonal();
@@ -61,7 +61,7 @@ void ReducedSystem::Add(const Stretch& segment, const SegmentState& state,
   }
 }
 
-void ReducedSystem::AddOffsets(const Stretch& segment,
+void ReducedSystem::AddOffsets(const MotionSegment& segment,
                                const SegmentState& state,
                                const std::vector<CameraChange>& changes,
                                const Eigen::MatrixXd& solved) {

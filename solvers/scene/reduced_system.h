@@ -1,5 +1,5 @@
-// What a take says of cameras and clocks together, at a bundle adjustment's
-// solution: how sure each is, and which cannot be told apart.
+// What a recording says of cameras and clocks together, at a bundle
+// adjustment's solution: how sure each is, and which cannot be told apart.
 #ifndef KINEGRAPH_SOLVERS_SCENE_REDUCED_SYSTEM_H_
 #define KINEGRAPH_SOLVERS_SCENE_REDUCED_SYSTEM_H_
 
@@ -37,7 +37,7 @@ class ReducedSystem {
                 const SegmentState& state_information);
 
   // What one stretch says.
-  void Add(const Stretch& segment, const SegmentState& state,
+  void Add(const MotionSegment& segment, const SegmentState& state,
            const std::vector<CameraChange>& changes);
 
   // What the calibration says, and what is held: `gauge`, rows on all changes
@@ -45,8 +45,8 @@ class ReducedSystem {
   void AddPrior(const CameraChange& inverse_sigma, const Eigen::MatrixXd& gauge,
                 double gauge_sigma);
 
-  // Errors of the detector that last for the whole take: of each joint in each
-  // view [m, each axis across the ray], for everybody and for one person.
+  // Errors of the detector that last for the whole recording: of each joint in
+  // each view [m, each axis across the ray], for everybody and for one person.
   // Called before Add.
   void SetLastingOffsets(double common_m, double person_m);
 
@@ -64,7 +64,7 @@ class ReducedSystem {
   Eigen::MatrixXd Inverse() const;
   // What one stretch says of the offsets: `solved` is the state's information
   // inverted times its products with the parameters.
-  void AddOffsets(const Stretch& segment, const SegmentState& state,
+  void AddOffsets(const MotionSegment& segment, const SegmentState& state,
                   const std::vector<CameraChange>& changes,
                   const Eigen::MatrixXd& solved);
   // What the lasting offsets add to the meat of the sandwich.

@@ -19,7 +19,7 @@ constexpr double kLeastShareOfGain = 0.01;
 constexpr double kMostCorrelation = 0.95;
 // Fewer stretches leave chance too much room: a few hundred numbers of each
 // view for up to nine of its camera.
-constexpr size_t kLeastStretches = 60;
+constexpr size_t kLeastSegments = 60;
 
 // The farthest that a clock is from the usual of all, their median [s].
 double FarthestClock(const std::vector<CameraChange>& changes) {
@@ -51,11 +51,11 @@ void Step(const CameraRig& cameras, const SceneSegments& segments,
   if (!result.usable) {
     step.reason = "the solver found no solution";
   } else if (!step.gain.certain()) {
-    step.reason = "the gain on the other half of the take is not certain";
+    step.reason = "the gain on the other half of the recording is not certain";
   } else if (step.gain.before_px - step.gain.after_px <
                  kLeastShareOfGain * step.gain.before_px &&
              !AnyIsLate(result, segments.frame_s, segments.span_s)) {
-    step.reason = "the gain on the other half of the take is below 1 %";
+    step.reason = "the gain on the other half of the recording is below 1 %";
   } else if (!gain_across(Halving::kJoints).certain()) {
     step.reason = "the gain on the other half of the joints is not certain";
   } else {
@@ -88,7 +88,7 @@ void StepTogether(const CameraRig& cameras, const SceneSegments& segments,
   }
   refinement->steps[0].taken = false;
   refinement->steps[0].reason =
-      "clocks and cameras cannot be told apart in this take";
+      "clocks and cameras cannot be told apart in this recording";
 }
 
 }  // namespace
@@ -105,8 +105,9 @@ const std::vector<std::string>& GroundKindNames() {
 }
 
 void RefineOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice("refine", &refine, RefineKindNames(),
-                 "what of each camera is estimated from the take's people");
+  visitor.Choice(
+      "refine", &refine, RefineKindNames(),
+      "what of each camera is estimated from the recording's people");
   visitor.Boolean("refine_clock", &refine_clock,
                   "estimate offset and drift of each view's clock");
   visitor.Choice("ground", &ground, GroundKindNames(),
@@ -166,8 +167,8 @@ Refinement RefineScene(const CameraRig& cameras,
   const SceneSegments segments =
       MakeSegments(cameras, detections, matches, given.segments);
   const BundleOptions bundle = WithLastingErrors(given, segments);
-  refinement.stretches = static_cast<int64_t>(segments.segments.size());
-  const bool enough = segments.segments.size() >= kLeastStretches;
+  refinement.segments = static_cast<int64_t>(segments.segments.size());
+  const bool enough = segments.segments.size() >= kLeastSegments;
   const FreeParameters clocks = ClockParametersOf(segments.span_s);
   const FreeParameters free = CameraParametersOf(options.refine);
   const auto step = [&](const FreeParameters& parameters,
@@ -259,7 +260,7 @@ DetectionSequence WithClocks(const DetectionSequence& detections,
       const auto target = static_cast<size_t>(at - detections.frames.begin());
       const TimeNs off = std::abs(capture - at->time);
       if (taken[target] && off >= nearest[target]) continue;
-      // Beyond the ends of the take there is no frame to join.
+      // Beyond the ends of the recording there is no frame to join.
       const TimeNs beat =
           frames > 1 ? (last - first) / static_cast<TimeNs>(frames - 1) : 0;
       if (off > beat) continue;

@@ -1,5 +1,5 @@
-// Refines the cameras and clocks of a take from its own people, and decides
-// from the other half of the take whether it was worth it.
+// Refines the cameras and clocks of a recording from its own people, and
+// decides from the other half of the recording whether it was worth it.
 #ifndef KINEGRAPH_SOLVERS_SCENE_REFINE_H_
 #define KINEGRAPH_SOLVERS_SCENE_REFINE_H_
 
@@ -17,8 +17,8 @@ namespace kinegraph {
 
 FreeParameters CameraParametersOf(RefineKind kind);
 
-// What a fit of some parameters gives on the half of the take that it has not
-// seen, both ways round.
+// What a fit of some parameters gives on the half of the recording that it has
+// not seen, both ways round.
 struct CrossedGain {
   FitGain all;
   std::vector<FitGain> views;
@@ -34,7 +34,7 @@ struct RefineStep {
   std::string what;  // "clock", "shift", ...
   bool taken = false;
   std::string reason;  // why not, in words; empty when taken
-  FitGain gain;        // on the other half of the take
+  FitGain gain;        // on the other half of the recording
 };
 
 struct Refinement {
@@ -47,7 +47,7 @@ struct Refinement {
   Eigen::MatrixXd covariance;
   std::vector<RefineStep> steps;
   double largest_correlation = 0.0;  // of a clock with a camera
-  int64_t stretches = 0;             // that were used
+  int64_t segments = 0;              // that were used
   // Whole frames that each view was moved by beforehand; part of `changes`.
   std::vector<int> lag_frames;
   bool hardly_moves = false;  // nobody, so that no clock is told

@@ -20,7 +20,7 @@ double SamplesAtOnce(const SceneSegments& segments) {
       std::tuple<int, int, double, int>;  // person, joint, second, view
   std::set<Said> said;
   double samples = 0.0;
-  for (const Stretch& segment : segments.segments) {
+  for (const MotionSegment& segment : segments.segments) {
     const double second = std::floor((segment.middle_s - first_s) / kLastsS);
     for (const SegmentMeasurement& one : segment.measurements) {
       said.emplace(segment.person, segment.joint, second, one.view_idx);
@@ -84,7 +84,8 @@ void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
   for (CameraChange& change : start) {
     change[kOffsetAt] = change[kDriftAt] = 0.0;  // the detections have them
   }
-  // One fit instead of the decisions' many: it can afford more of the take.
+  // One fit instead of the decisions' many: it can afford more of the
+  // recording.
   constexpr int kTimesMore = 4;
   SegmentOptions more = bundle.segments;
   more.max_segments *= kTimesMore;
@@ -93,7 +94,7 @@ void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
   const BundleResult result = AdjustBundle(cameras, segments, free, start,
                                            WithLastingErrors(bundle, segments));
   if (!result.usable) return;
-  refinement->stretches = static_cast<int64_t>(segments.segments.size());
+  refinement->segments = static_cast<int64_t>(segments.segments.size());
   for (size_t v = 0; v < cameras.size(); ++v) {
     CameraChange change = result.changes[v];
     change[kOffsetAt] += refinement->changes[v][kOffsetAt];

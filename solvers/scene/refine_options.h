@@ -1,4 +1,4 @@
-// What of cameras and clocks is estimated from the people of a take.
+// What of cameras and clocks is estimated from the people of a recording.
 #ifndef KINEGRAPH_SOLVERS_SCENE_REFINE_OPTIONS_H_
 #define KINEGRAPH_SOLVERS_SCENE_REFINE_OPTIONS_H_
 

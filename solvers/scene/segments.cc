@@ -123,7 +123,7 @@ std::optional<Eigen::Vector3d> StartOf(const CameraRig& cameras,
 
 bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
                  const Run& run, int joint, TimeNs take_middle,
-                 const SegmentOptions& options, Stretch* segment) {
+                 const SegmentOptions& options, MotionSegment* segment) {
   const auto start =
       StartOf(cameras, frames, run, joint, options.min_confidence);
   if (!start.has_value()) return false;
@@ -190,11 +190,11 @@ void CountMatches(const DetectionSequence& detections,
 // are below 2 log 2, less what the states take up.
 double NoiseScale(const CameraRig& cameras,
                   const std::vector<CameraChange>& changes,
-                  const std::vector<Stretch>& segments) {
+                  const std::vector<MotionSegment>& segments) {
   std::vector<double> norms;
   double free = 0.0;
   double count = 0.0;
-  for (const Stretch& segment : segments) {
+  for (const MotionSegment& segment : segments) {
     free += kSegmentSize;
     for (const SegmentMeasurement& measurement : segment.measurements) {
       count += 2.0;
@@ -211,7 +211,7 @@ double NoiseScale(const CameraRig& cameras,
 
 // Root mean square of a stretch's velocity's standard deviations [m/s], at a
 // noise scale of 1.
-double VelocitySigma(const CameraRig& cameras, const Stretch& segment,
+double VelocitySigma(const CameraRig& cameras, const MotionSegment& segment,
                      const SegmentOptions& options) {
   Eigen::Matrix<double, kSegmentSize, kSegmentSize> information =
       PriorInformation(options).asDiagonal();
@@ -232,9 +232,9 @@ double VelocitySigma(const CameraRig& cameras, const Stretch& segment,
 
 // Of each stretch, its place along the direction in which people move most [m]:
 // its position less the mean one of its joint.
-std::vector<double> PlacesOf(const std::vector<Stretch>& segments) {
+std::vector<double> PlacesOf(const std::vector<MotionSegment>& segments) {
   std::map<int, std::pair<Eigen::Vector3d, double>> of_joint;
-  for (const Stretch& segment : segments) {
+  for (const MotionSegment& segment : segments) {
     auto& [sum, count] =
         of_joint.try_emplace(segment.joint, Eigen::Vector3d::Zero(), 0.0)
             .first->second;
@@ -243,7 +243,7 @@ std::vector<double> PlacesOf(const std::vector<Stretch>& segments) {
   }
   std::vector<Eigen::Vector3d> moved;
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  for (const Stretch& segment : segments) {
+  for (const MotionSegment& segment : segments) {
     const auto& [sum, count] = of_joint.at(segment.joint);
     moved.push_back(PositionOf(segment) - sum / count);
     spread += moved.back() * moved.back().transpose();
@@ -264,7 +264,7 @@ bool IsLower(JointClass joint_class) {
 // Whether each stretch is in the first half. Joints go in pairs, since
 // skeletons name left and right in turn: each half has both sides.
 std::vector<bool> FirstHalf(const SceneSegments& scene, Halving halving) {
-  const std::vector<Stretch>& segments = scene.segments;
+  const std::vector<MotionSegment>& segments = scene.segments;
   std::vector<bool> first(segments.size());
   if (halving == Halving::kBody) {
     for (size_t s = 0; s < segments.size(); ++s) {
@@ -283,7 +283,7 @@ std::vector<bool> FirstHalf(const SceneSegments& scene, Halving halving) {
     return first;
   }
   std::map<int, int> ranks;
-  for (const Stretch& segment : segments) ranks[segment.joint] = 0;
+  for (const MotionSegment& segment : segments) ranks[segment.joint] = 0;
   int rank = 0;
   for (auto& entry : ranks) entry.second = rank++;
   for (size_t s = 0; s < segments.size(); ++s) {
@@ -304,13 +304,14 @@ SegmentState PriorInformation(const SegmentOptions& options) {
 }
 
 std::optional<Eigen::Vector2d> SegmentResidual(
-    const Camera& camera, const CameraChange& change, const Stretch& segment,
-    const SegmentState& state, const SegmentMeasurement& measurement,
-    double noise_scale, Eigen::Matrix<double, 2, kSegmentSize>* by_state,
+    const Camera& camera, const CameraChange& change,
+    const MotionSegment& segment, const SegmentState& state,
+    const SegmentMeasurement& measurement, double noise_scale,
+    Eigen::Matrix<double, 2, kSegmentSize>* by_state,
     Eigen::Matrix<double, 2, kChangeSize>* by_change) {
-  const double take_s = segment.middle_s + measurement.time_s;
+  const double recording_s = segment.middle_s + measurement.time_s;
   const double tau =
-      measurement.time_s + change[kOffsetAt] + change[kDriftAt] * take_s;
+      measurement.time_s + change[kOffsetAt] + change[kDriftAt] * recording_s;
   const Eigen::Vector3d velocity = state.segment<3>(3);
   const Eigen::Vector3d acceleration = state.segment<3>(6);
   const Eigen::Vector3d point =
@@ -330,14 +331,14 @@ std::optional<Eigen::Vector2d> SegmentResidual(
   if (by_change != nullptr) {
     *by_change *= inverse;
     by_change->col(kOffsetAt) = by_point * (velocity + tau * acceleration);
-    by_change->col(kDriftAt) = take_s * by_change->col(kOffsetAt);
+    by_change->col(kDriftAt) = recording_s * by_change->col(kOffsetAt);
   }
   return inverse * (*image - measurement.px);
 }
 
 std::vector<SegmentTerm> TermsOf(const CameraRig& cameras,
                                  const std::vector<CameraChange>& changes,
-                                 const Stretch& segment,
+                                 const MotionSegment& segment,
                                  const SegmentState& state,
                                  double noise_scale) {
   std::vector<SegmentTerm> terms;
@@ -360,7 +361,7 @@ std::vector<SegmentTerm> TermsOf(const CameraRig& cameras,
 
 bool SolveSegment(const CameraRig& cameras,
                   const std::vector<CameraChange>& changes,
-                  const Stretch& segment, double noise_scale,
+                  const MotionSegment& segment, double noise_scale,
                   const SegmentOptions& options, SegmentState* state) {
   // The loss is nearly convex from a triangulated start; steps are small after
   // a handful.
@@ -425,8 +426,8 @@ SceneSegments MakeSegments(const CameraRig& cameras,
   if (runs.empty() || joints.empty()) return result;
   const std::vector<CameraChange> no_change(cameras.size(),
                                             CameraChange::Zero());
-  // Runs are taken evenly over the take; two or three joints of each, in turn,
-  // so that all joints speak.
+  // Runs are taken evenly over the recording; two or three joints of each, in
+  // turn, so that all joints speak.
   const double all = static_cast<double>(runs.size() * joints.size());
   const double step = std::max(1.0, all / options.max_segments);
   for (double at = 0.0; at < all; at += step) {
@@ -435,7 +436,7 @@ SceneSegments MakeSegments(const CameraRig& cameras,
     // A stride that shares no factor with the count visits each joint.
     const int joint =
         joints[(index * 7 + index / joints.size() * 3) % joints.size()];
-    Stretch segment;
+    MotionSegment segment;
     if (!MakeSegment(cameras, people[run.person], run, joint, take_middle,
                      options, &segment) ||
         !SolveSegment(cameras, no_change, segment, 1.0, options,
@@ -456,7 +457,7 @@ bool MoveEnough(const SceneSegments& segments) {
   if (segments.segments.empty()) return false;
   std::vector<double> speeds_mps;
   std::vector<double> sigmas;
-  for (const Stretch& segment : segments.segments) {
+  for (const MotionSegment& segment : segments.segments) {
     speeds_mps.push_back(segment.state.segment<3>(3).norm());
     sigmas.push_back(speeds_mps.back() /
                      (segment.velocity_sigma_mps * segments.noise_scale));

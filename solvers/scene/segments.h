@@ -1,5 +1,5 @@
-// What a take says of its cameras and clocks: short stretches of single joints,
-// each seen by several views.
+// What a recording says of its cameras and clocks: short stretches of single
+// joints, each seen by several views.
 //
 // Over a fifth of a second a joint moves nearly as a parabola. So a stretch is
 // nine numbers, and the pixels of all views in it speak of cameras and clocks
@@ -33,10 +33,10 @@ struct SegmentMeasurement {
   double sigma_px = 1.0;
 };
 
-struct Stretch {
+struct MotionSegment {
   int person = 0;         // index in the frozen matches
   int joint = 0;          // of the detections' skeleton
-  double middle_s = 0.0;  // since the middle of the take
+  double middle_s = 0.0;  // since the middle of the recording
   std::vector<SegmentMeasurement> measurements;
   SegmentState state = SegmentState::Zero();  // at the calibration as stated
   // Of each component of its velocity [m/s], at a noise scale of 1.
@@ -45,7 +45,7 @@ struct Stretch {
 
 struct SegmentOptions {
   double span_s = 0.2;      // of a stretch; at least one frame
-  int max_segments = 1500;  // spread evenly over the take
+  int max_segments = 1500;  // spread evenly over the recording
   double sigma_px = 6.0;    // at 1000 px of focal length and 4 m
   double min_sigma_px = 1.0;
   double min_confidence = 0.3;
@@ -54,9 +54,9 @@ struct SegmentOptions {
 };
 
 struct SceneSegments {
-  std::vector<Stretch> segments;  // by ascending middle
+  std::vector<MotionSegment> segments;  // by ascending middle
   int view_count = 0;
-  double span_s = 0.0;       // of the whole take
+  double span_s = 0.0;       // of the whole recording
   double frame_s = 0.0;      // the frames' usual distance
   double noise_scale = 1.0;  // on every sigma, from the residuals
   // A view's detections that were matched to a person, and all of them, over
@@ -81,9 +81,10 @@ inline constexpr double kSceneLossScale = 2.0;
 // Residual [sigmas] of a measurement, or nullopt where the point has no image.
 // Jacobians may be null: by the stretch's state and by the camera's change.
 std::optional<Eigen::Vector2d> SegmentResidual(
-    const Camera& camera, const CameraChange& change, const Stretch& segment,
-    const SegmentState& state, const SegmentMeasurement& measurement,
-    double noise_scale, Eigen::Matrix<double, 2, kSegmentSize>* by_state,
+    const Camera& camera, const CameraChange& change,
+    const MotionSegment& segment, const SegmentState& state,
+    const SegmentMeasurement& measurement, double noise_scale,
+    Eigen::Matrix<double, 2, kSegmentSize>* by_state,
     Eigen::Matrix<double, 2, kChangeSize>* by_change);
 
 // What one measurement says of a stretch's state and of its view's camera: the
@@ -99,21 +100,21 @@ struct SegmentTerm {
 // The terms of all measurements that have an image at `state` and `changes`.
 std::vector<SegmentTerm> TermsOf(const CameraRig& cameras,
                                  const std::vector<CameraChange>& changes,
-                                 const Stretch& segment,
+                                 const MotionSegment& segment,
                                  const SegmentState& state, double noise_scale);
 
 // The stretch's most likely state for given cameras (Gauss-Newton under the
 // loss, from `state`); false when it has none.
 bool SolveSegment(const CameraRig& cameras,
                   const std::vector<CameraChange>& changes,
-                  const Stretch& segment, double noise_scale,
+                  const MotionSegment& segment, double noise_scale,
                   const SegmentOptions& options, SegmentState* state);
 
 // The information of velocity and acceleration before anything is measured.
 SegmentState PriorInformation(const SegmentOptions& options);
 
 // 3D position of the middle of `segment`, at its own state.
-inline Eigen::Vector3d PositionOf(const Stretch& segment) {
+inline Eigen::Vector3d PositionOf(const MotionSegment& segment) {
   return segment.state.head<3>();
 }
 
@@ -124,8 +125,8 @@ inline Eigen::Vector3d PositionOf(const Stretch& segment) {
 // talk, work, walk or dance at 7 to 20, and at 0.7 m/s and more.
 bool MoveEnough(const SceneSegments& segments);
 
-// Length of a bin of time [s]: a twentieth of the take, between 0.2 and 1 s.
-// Errors of a detector last a tenth of a second or so.
+// Length of a bin of time [s]: a twentieth of the recording, between 0.2 and 1
+// s. Errors of a detector last a tenth of a second or so.
 double BinLength(const SceneSegments& segments);
 
 // Ways to halve a recording. What lasts in a detector's errors stays with its

@@ -11,7 +11,7 @@
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
 #include "core/skeleton/skeleton.h"
-#include "solvers/scene/consistency.h"
+#include "solvers/scene/view_agreement.h"
 
 namespace kinegraph {
 

@@ -11,8 +11,8 @@
 
 namespace kinegraph {
 
-FrozenMatches MatchTake(const RunOptions& options, const SceneModel& scene,
-                        const DetectionSequence& detections) {
+FrozenMatches MatchRecording(const RunOptions& options, const SceneModel& scene,
+                             const DetectionSequence& detections) {
   MatchFreezer freezer;
   Tracker tracker(scene, detections.header.skeleton, options.tracker,
                   freezer.Wrap(FeedbackOf(options)));
@@ -57,9 +57,10 @@ void LookAtSkeleton(const DetectionSequence& detections, Diagnosis* diagnosis) {
 
 }  // namespace
 
-Diagnosis DiagnoseTake(const RunOptions& options, const RunRequest& request,
-                       const DetectionSequence& detections,
-                       const CalibrationUnit& unit) {
+Diagnosis DiagnoseRecording(const RunOptions& options,
+                            const RunRequest& request,
+                            const DetectionSequence& detections,
+                            const CalibrationUnit& unit) {
   const RunScene scene = PrepareScene(options, request, detections.header);
   DoctorInput input;
   input.frame_rate_hz = scene.model.frame_rate_hz;
@@ -82,7 +83,7 @@ Diagnosis DiagnoseTake(const RunOptions& options, const RunRequest& request,
                     const DetectionSequence& aligned) {
     SceneModel model = scene.model;
     model.cameras = cameras;
-    return MatchTake(scaled, model, aligned);
+    return MatchRecording(scaled, model, aligned);
   };
   Diagnosis diagnosis = Diagnose(input);
   diagnosis.cameras = scale.IntoWorld(std::move(diagnosis.cameras));

@@ -13,14 +13,15 @@ namespace kinegraph {
 // Looks at the frames that the request asks for. The tracker runs with the
 // options' front end and the paper's estimator, whatever the mode. Throws as
 // PrepareScene.
-Diagnosis DiagnoseTake(const RunOptions& options, const RunRequest& request,
-                       const DetectionSequence& detections,
-                       const CalibrationUnit& unit);
+Diagnosis DiagnoseRecording(const RunOptions& options,
+                            const RunRequest& request,
+                            const DetectionSequence& detections,
+                            const CalibrationUnit& unit);
 
 // Tracks detections of the scene's views with its cameras, once, and freezes
 // the matches; one pass, the paper's estimator.
-FrozenMatches MatchTake(const RunOptions& options, const SceneModel& scene,
-                        const DetectionSequence& detections);
+FrozenMatches MatchRecording(const RunOptions& options, const SceneModel& scene,
+                             const DetectionSequence& detections);
 
 }  // namespace kinegraph
 

@@ -179,8 +179,8 @@ int64_t SamplesOf(const std::vector<Stand>& stands) {
   return samples;
 }
 
-// A rotation that takes `up` to z and keeps the old x axis in the plane of the
-// new x and z, or the old y axis where x points up.
+// A rotation that recordings `up` to z and keeps the old x axis in the plane of
+// the new x and z, or the old y axis where x points up.
 Eigen::Matrix3d Upright(const Eigen::Vector3d& up) {
   const Eigen::Vector3d old = std::abs(up.x()) < 0.9 ? Eigen::Vector3d::UnitX()
                                                      : Eigen::Vector3d::UnitY();

@@ -36,8 +36,8 @@ CameraRig OnGround(const CameraRig& cameras, const Ground& ground);
 // A record's centres in the new world.
 void TurnRecord(const Ground& ground, RefinementRecord* record);
 
-// Tracks the take once, with the paper's estimator and one pass, for GroundOf.
-// Throws as PrepareScene.
+// Tracks the recording once, with the paper's estimator and one pass, for
+// GroundOf. Throws as PrepareScene.
 std::optional<Ground> FindGround(const RunOptions& options,
                                  const RunRequest& request,
                                  const DetectionSequence& detections);

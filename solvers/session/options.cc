@@ -14,7 +14,8 @@ void InputOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("frame_rate", &frame_rate_hz, NonNegative(), "Hz",
                  "nominal frame rate; 0: the files tell it");
   visitor.Integer("repeat_first_frame", &repeat_first_frame, Between(0, 1000),
-                  "frames", "feeds the first frame so often before the take");
+                  "frames",
+                  "feeds the first frame so often before the recording");
   visitor.Boolean("independent_frames", &independent_frames,
                   "single frames: nobody lives on into the next");
   visitor.Boolean("skip_bad_frames", &skip_bad_frames,
@@ -33,7 +34,8 @@ void OutputOptions::Describe(OptionVisitor& visitor) {
 }
 
 void RunOptions::Describe(OptionVisitor& visitor) {
-  visitor.Text("skeleton", &skeleton, "joints of the tracks; empty: the detections'");
+  visitor.Text("skeleton", &skeleton,
+               "joints of the tracks; empty: the detections'");
   estimators.Describe(visitor);
   visitor.Enter("input");
   input.Describe(visitor);

@@ -20,8 +20,8 @@ namespace kinegraph {
 
 struct InputOptions {
   double frame_rate_hz = 0.0;  // 0: the files tell it
-  // Feeds the first frame so often before the take, as the authors' warm-up;
-  // what is fed again is not written.
+  // Feeds the first frame so often before the recording, as the authors'
+  // warm-up; what is fed again is not written.
   int64_t repeat_first_frame = 0;
   bool independent_frames = false;  // single frames, no motion between them
   bool skip_bad_frames = false;     // of our own detections

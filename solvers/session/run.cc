@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/io/configuration/config.h"
-#include "solvers/session/ready_take.h"
-#include "solvers/session/refine_take.h"
+#include "solvers/session/ready_recording.h"
+#include "solvers/session/refine_recording.h"
 
 namespace kinegraph {
 bool MemorySource::Next(DetectionFrame* frame) {
@@ -120,8 +120,8 @@ TrackSequence TrackSequenceOf(const RunOptions& options,
     return TrackWith(options, request, detections, std::nullopt, view_bias,
                      progress);
   }
-  const ReadyTake ready =
-      MakeTakeReady(options, request, std::nullopt, [&] { return detections; });
+  const ReadyRecording ready = MakeRecordingReady(
+      options, request, std::nullopt, [&] { return detections; });
   RunRequest asked = request;
   asked.cameras = ready.cameras;
   return TrackWith(
@@ -135,7 +135,8 @@ FrozenRun FreezeTracking(const RunOptions& options, const RunRequest& request,
   if (!options.refine.any()) {
     return Freeze(options, request, detections);
   }
-  const RefinedTake refined = RefineTake(options, request, detections);
+  const RefinedRecording refined =
+      RefineRecording(options, request, detections);
   RunRequest asked = request;
   asked.cameras = refined.cameras;
   return Freeze(options, asked, refined.detections);

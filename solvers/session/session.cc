@@ -16,10 +16,10 @@
 #include "core/identity/linking.h"
 #include "core/tracking/second_pass.h"
 #include "core/tracking/tracker.h"
-#include "solvers/noise/take_notes.h"
+#include "solvers/noise/recording_notes.h"
+#include "solvers/session/recording_clock.h"
 #include "solvers/session/subject_gauge.h"
 #include "solvers/session/subject_scale.h"
-#include "solvers/session/take_clock.h"
 
 namespace kinegraph {
 namespace {
@@ -126,7 +126,7 @@ class Session::Impl {
     unusable_ = "is finished";
     ProcessWaiting();
     tracker_->Finish(&finished_);
-    if (!NeedsWholeTake()) return Written();
+    if (!NeedsWholeRecording()) return Written();
     Collect(&first_pass_);
     DecideIdentities();
     return Count(HasSecondPass() ? RunSecondPass() : std::move(first_pass_));
@@ -143,7 +143,7 @@ class Session::Impl {
   const std::vector<Succession>& successions() const {
     return tracker_->successions();
   }
-  const TakeNotes* notes() const { return notes_.get(); }
+  const RecordingNotes* notes() const { return notes_.get(); }
   const SubjectScale& scale() const { return scale_; }
 
   void set_stage_times(StageTimes* times) {
@@ -206,19 +206,19 @@ class Session::Impl {
     if (!started_) WarmUp(used);
     Feed(used);
     if (HasSecondPass() && !reopen_) kept_.push_back(used);
-    if (NeedsWholeTake()) Collect(&first_pass_);
+    if (NeedsWholeRecording()) Collect(&first_pass_);
   }
 
   // What is final and was not returned yet.
   std::vector<TrackFrame> Written() {
-    if (NeedsWholeTake()) return {};
+    if (NeedsWholeRecording()) return {};
     std::vector<TrackFrame> written;
     Collect(&written);
     return Count(std::move(written));
   }
 
   bool HasSecondPass() const { return options_.tracker.life.second_pass; }
-  bool NeedsWholeTake() const {
+  bool NeedsWholeRecording() const {
     return HasSecondPass() || options_.identity.link ||
            !request_.corrections.empty();
   }
@@ -345,8 +345,8 @@ class Session::Impl {
   const RunScene scene_;
   const DetectionHeader detections_;
   const PoseCheck check_{scene_.model.cameras};
-  TakeClock clock_;
-  TakeClock clock_again_ = clock_;  // of the second pass
+  RecordingClock clock_;
+  RecordingClock clock_again_ = clock_;  // of the second pass
   const SourceOpener reopen_;
   const MakeEstimatorPair make_estimators_;
   SubjectGauge gauge_;
@@ -354,7 +354,7 @@ class Session::Impl {
   bool settled_ = false;         // the scale, once and for all
   std::deque<Waiting> waiting_;  // for it
   SceneModel model_;             // in the run's metres
-  std::shared_ptr<TakeNotes> notes_;
+  std::shared_ptr<RecordingNotes> notes_;
   EstimatorFactory second_pass_estimator_;
   std::optional<Tracker> tracker_;
   StageTimes* stage_times_ = nullptr;
@@ -418,12 +418,12 @@ std::vector<TrackFrame> Session::Process(DetectionFrame&& frame) {
 bool Session::IsPastEnd(int64_t frame) const { return impl_->IsPastEnd(frame); }
 std::vector<TrackFrame> Session::Finish() { return impl_->Finish(); }
 LearntNoise Session::learnt_noise() const {
-  const TakeNotes* notes = impl_->notes();
+  const RecordingNotes* notes = impl_->notes();
   return notes == nullptr ? LearntNoise()
                           : impl_->scale().IntoWorld(notes->Noise());
 }
 ViewBias Session::view_bias() const {
-  const TakeNotes* notes = impl_->notes();
+  const RecordingNotes* notes = impl_->notes();
   return notes == nullptr || notes->view_bias() == nullptr
              ? ViewBias()
              : impl_->scale().IntoWorld(*notes->view_bias());

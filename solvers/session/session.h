@@ -1,4 +1,4 @@
-// A tracking run, frame by frame: live, or over a recorded take.
+// A tracking run, frame by frame: live, or over a recorded recording.
 //
 //   kinegraph::Session session(options, request, header);
 //   for (const DetectionFrame& frame : take) {
@@ -108,14 +108,15 @@ class Session {
   // is asked of this object is in the world; estimators of the caller's own see
   // the run's metres.
   const SubjectScale& scale() const;
-  // After Finish: what the estimators that were written learnt from the take
-  // (graph.pixel_noise_from, graph.process_noise_from, graph.view_bias). ToJson
-  // (solvers/noise/learnt_noise.h) makes JSON of the first.
+  // After Finish: what the estimators that were written learnt from the
+  // recording (graph.pixel_noise_from, graph.process_noise_from,
+  // graph.view_bias). ToJson (solvers/noise/learnt_noise.h) makes JSON of the
+  // first.
   LearntNoise learnt_noise() const;
   ViewBias view_bias() const;
   // After Finish: what linking did to identities, then the corrections.
   const std::vector<IdentityEdit>& identity_edits() const;
-  // Lines for what linking decided and could not do; none in a sound take.
+  // Lines for what linking decided and could not do; none in a sound recording.
   const std::vector<std::string>& linking_left_out() const;
   // Who began with whose detections, so far: what linking is told.
   const std::vector<Succession>& successions() const;

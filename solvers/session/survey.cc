@@ -13,9 +13,9 @@
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/gates.h"
 #include "solvers/scene/camera_check.h"
-#include "solvers/session/ready_take.h"
+#include "solvers/session/ready_recording.h"
+#include "solvers/session/recording_warnings.h"
 #include "solvers/session/run.h"
-#include "solvers/session/take_warnings.h"
 #include "solvers/session/used_frames.h"
 
 namespace kinegraph {
@@ -35,9 +35,10 @@ bool ShowsPeopleTwice(const DetectionFrame& frame) {
   return views >= 2;
 }
 
-// Reads the whole take and keeps the frames to try: consecutive ones, from the
-// first that shows people in two views.
-DetectionSequence ReadBeginning(DetectionSource* source, TakeSurvey* survey) {
+// Reads the whole recording and keeps the frames to try: consecutive ones, from
+// the first that shows people in two views.
+DetectionSequence ReadBeginning(DetectionSource* source,
+                                RecordingSurvey* survey) {
   DetectionSequence beginning;
   DetectionFrame frame;
   bool begun = false;
@@ -73,7 +74,7 @@ double UsualJoints(const DetectionSequence& beginning) {
 constexpr const char* kClockOffset = "clock_offset";
 
 struct Trial {
-  TakeReport report;
+  RecordingReport report;
   Stance stance = Stance(Skeleton());
   bool cameras_are_off = false;
   bool clocks_are_off = false;
@@ -82,14 +83,14 @@ struct Trial {
 // Whether nothing but where cameras stand and look, and their clocks, seems
 // wrong. Of two, either may be: that is not for a configuration to settle.
 bool MayBeRefined(const std::vector<CameraWarning>& cameras,
-                  const TakeReport& report) {
+                  const RecordingReport& report) {
   return report.cameras.size() > 2 &&
          std::none_of(cameras.begin(), cameras.end(),
                       [](const CameraWarning& camera) {
                         return camera.kind == CameraWarning::Kind::kHardlySeen;
                       }) &&
          std::all_of(report.warnings.begin(), report.warnings.end(),
-                     [](const TakeWarning& warning) {
+                     [](const RecordingWarning& warning) {
                        return warning.kind == "camera" ||
                               warning.kind == "error" ||
                               warning.kind == kClockOffset;
@@ -103,15 +104,15 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
   request.cameras = cameras;
   request.without_cameras = asked.without_cameras;
   request.kept_matches = KeptMatches::kDetections;
-  options.refine = RefineOptions();  // for the whole take to decide
+  options.refine = RefineOptions();  // for the whole recording to decide
   const auto record = ReadRefinementRecord(asked.cameras);
-  const ReadyTake ready =
-      MakeTakeReady(options, request, record, [&] { return as_told; });
+  const ReadyRecording ready =
+      MakeRecordingReady(options, request, record, [&] { return as_told; });
   const DetectionSequence& beginning =
       ready.detections.has_value() ? *ready.detections : as_told;
   Session session(options, request, beginning.header,
                   [&] { return std::make_unique<MemorySource>(beginning); });
-  TakeReporter reporter(session.scene(), beginning.header.skeleton);
+  RecordingReporter reporter(session.scene(), beginning.header.skeleton);
   reporter.set_empty_frames_left_out(
       LeavesOutEmptyFrames(asked.detections, options.detections));
   UsedFrames used(session.scene(),
@@ -149,7 +150,7 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
     trial.clocks_are_off =
         any(CameraWarning::Kind::kOffBeat) ||
         std::any_of(trial.report.warnings.begin(), trial.report.warnings.end(),
-                    [](const TakeWarning& warning) {
+                    [](const RecordingWarning& warning) {
                       return warning.kind == kClockOffset;
                     });
   }
@@ -157,20 +158,20 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
   return trial;
 }
 
-void TakeOver(Trial trial, TakeSurvey* survey) {
+void Adopt(Trial trial, RecordingSurvey* survey) {
   survey->report = std::move(trial.report);
   survey->stance = std::move(trial.stance);
   survey->cameras_are_off = trial.cameras_are_off;
   survey->clocks_are_off = trial.clocks_are_off;
 }
 
-bool HasPlausibleHeight(const TakeReport& report) {
+bool HasPlausibleHeight(const RecordingReport& report) {
   return report.height_m >= kMinHeight && report.height_m <= kMaxHeight;
 }
 
 // As a run does; what nothing but the order of the names told is kept as a map.
 void PairViews(const std::vector<std::string>& views,
-               const CameraReadOptions& options, TakeSurvey* survey) {
+               const CameraReadOptions& options, RecordingSurvey* survey) {
   const ViewPairing pairing = PairViewsWithCameras(
       views, survey->cameras, options.map,
       options.use.empty() ? UnpairedViews::kRefuse : UnpairedViews::kLeaveOut);
@@ -186,7 +187,7 @@ void PairViews(const std::vector<std::string>& views,
 
 // Tries the file's own unit, then the others.
 void SettleUnit(const SurveyRequest& request,
-                const DetectionSequence& beginning, TakeSurvey* survey) {
+                const DetectionSequence& beginning, RecordingSurvey* survey) {
   struct Unit {
     const char* name;
     LengthUnit unit;
@@ -216,7 +217,7 @@ void SettleUnit(const SurveyRequest& request,
     if (first || HasPlausibleHeight(trial.report)) {
       survey->cameras = cameras;
       survey->unit = unit.name;
-      TakeOver(std::move(trial), survey);
+      Adopt(std::move(trial), survey);
     }
     // What is no human has no height to tell the unit by.
     if (HasPlausibleHeight(survey->report) ||
@@ -228,7 +229,7 @@ void SettleUnit(const SurveyRequest& request,
 }
 
 // Of the detections, those that belong to somebody who was found.
-double MatchedOf(const TakeReport& report) {
+double MatchedOf(const RecordingReport& report) {
   int64_t sum = 0;
   for (const CameraReport& camera : report.cameras) sum += camera.matched;
   return static_cast<double>(sum);
@@ -238,7 +239,7 @@ double MatchedOf(const TakeReport& report) {
 // where clearly more of the detections are then matched, and as well. What was
 // tried and is no better is not advised either.
 void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
-                  TakeSurvey* survey) {
+                  RecordingSurvey* survey) {
   constexpr double kClearlyMore = 1.05;
   constexpr double kWorse = 1.25;
   const double usual = UsualJoints(beginning);
@@ -246,13 +247,12 @@ void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
   request.options.cameras.map = survey->map;
   while (const auto joints = FewerJoints(usual, new_people.min_joints)) {
     new_people.min_joints = new_people.min_common_joints = *joints;
-    const TakeReport before = survey->report;
-    TakeSurvey tried = *survey;
+    const RecordingReport before = survey->report;
+    RecordingSurvey tried = *survey;
     if (before.poses == 0) {
       SettleUnit(request, beginning, &tried);  // nobody has told it yet
     } else {
-      TakeOver(Try(request, request.options, survey->cameras, beginning),
-               &tried);
+      Adopt(Try(request, request.options, survey->cameras, beginning), &tried);
     }
     const bool better =
         MatchedOf(tried.report) > kClearlyMore * MatchedOf(before) &&
@@ -261,7 +261,7 @@ void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
     if (!better) {
       auto& warnings = survey->report.warnings;
       warnings.erase(std::remove_if(warnings.begin(), warnings.end(),
-                                    [](const TakeWarning& one) {
+                                    [](const RecordingWarning& one) {
                                       return one.kind == "joints";
                                     }),
                      warnings.end());
@@ -274,8 +274,8 @@ void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
 
 }  // namespace
 
-TakeSurvey SurveyTake(const SurveyRequest& request) {
-  TakeSurvey survey;
+RecordingSurvey SurveyRecording(const SurveyRequest& request) {
+  RecordingSurvey survey;
   survey.cameras = ReadCameras(request.cameras, request.options.cameras);
   const std::unique_ptr<DetectionSource> source =
       OpenDetections(request.detections, DetectionOptionsOf(request.options));

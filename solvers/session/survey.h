@@ -1,5 +1,5 @@
-// A first look at a take: what it is made of and whether its parts fit, before
-// anybody has written a configuration for it.
+// A first look at a recording: what it is made of and whether its parts fit,
+// before anybody has written a configuration for it.
 #ifndef KINEGRAPH_SOLVERS_SESSION_SURVEY_H_
 #define KINEGRAPH_SOLVERS_SESSION_SURVEY_H_
 
@@ -13,7 +13,7 @@
 #include "core/data/stance.h"
 #include "core/io/detections/view_pairing.h"
 #include "solvers/session/options.h"
-#include "solvers/session/take_report.h"
+#include "solvers/session/recording_report.h"
 
 namespace kinegraph {
 
@@ -24,7 +24,7 @@ struct SurveyRequest {
   std::vector<std::string> without_cameras;  // names of views or cameras
 };
 
-struct TakeSurvey {
+struct RecordingSurvey {
   DetectionHeader detections;
   int64_t frames = 0;
   int64_t first_frame = 0;
@@ -42,7 +42,7 @@ struct TakeSurvey {
   // min_common_joints, of 17) where detections show few; else as in the
   // options.
   std::optional<int> min_joints;
-  TakeReport report;  // of the frames tried
+  RecordingReport report;  // of the frames tried
   // How people stand in them; those whose skeleton is not human do not.
   Stance stance = Stance(Skeleton());
   // Some cameras see people beside where, or at another time than, the others
@@ -57,7 +57,7 @@ struct TakeSurvey {
 // person is tall, with others.
 // Throws InputError when something cannot be read or paired, or when nothing
 // tells the frame rate, which is never guessed.
-TakeSurvey SurveyTake(const SurveyRequest& request);
+RecordingSurvey SurveyRecording(const SurveyRequest& request);
 
 }  // namespace kinegraph
 

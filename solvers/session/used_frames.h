@@ -13,7 +13,7 @@
 namespace kinegraph {
 
 // Holds the detections of frames that are not final yet: those that it is fed,
-// or, where everything waits for the end of the take, those of a second
+// or, where everything waits for the end of the recording, those of a second
 // reading.
 class UsedFrames {
  public:

@@ -26,21 +26,21 @@ class CoupledSolve {
   CoupledSolve(const ChainLanes& chains, const LaneCouplings& couplings,
                double* workspace)
       : chains_(chains), couplings_(couplings), frames_(chains.frames) {
-    const auto take = [&](long rows) {
+    const auto recording = [&](long rows) {
       double* const at = workspace;
       workspace += rows * chains.lanes;
       return at;
     };
-    inverse_ = take(static_cast<long>(kLaneBlockSize) * frames_);
-    motion_ = take(4L * frames_);
-    residual_ = take(6L * frames_);
-    conditioned_ = take(6L * frames_);
-    direction_ = take(6L * frames_);
-    by_chains_ = take(6L * frames_);
-    solution_ = take(6L * frames_);
-    by_couplings_ = take(3L * frames_);
-    by_first_ = take(6);
-    sums_ = take(1);
+    inverse_ = recording(static_cast<long>(kLaneBlockSize) * frames_);
+    motion_ = recording(4L * frames_);
+    residual_ = recording(6L * frames_);
+    conditioned_ = recording(6L * frames_);
+    direction_ = recording(6L * frames_);
+    by_chains_ = recording(6L * frames_);
+    solution_ = recording(6L * frames_);
+    by_couplings_ = recording(3L * frames_);
+    by_first_ = recording(6);
+    sums_ = recording(1);
   }
 
   bool Factorise(const double* diagonal, double damping);

@@ -99,11 +99,11 @@ class FrameInversion {
 
   bool Run(size_t frame_end, std::vector<std::vector<Matrix6d>>* covariances) {
     covariances_ = covariances;
-    const size_t stretch = std::min(Stretch(), frame_end);
-    messages_.resize(stretch);
+    const size_t segment = std::min(MotionSegment(), frame_end);
+    messages_.resize(segment);
     if (!SweepBack(frame_end)) return false;
-    for (size_t begin = 0; begin < frame_end; begin += stretch) {
-      const size_t end = std::min(begin + stretch, frame_end);
+    for (size_t begin = 0; begin < frame_end; begin += segment) {
+      const size_t end = std::min(begin + segment, frame_end);
       if (begin > 0 && !Recall(begin, end)) return false;
       for (size_t k = begin; k < end; ++k) {
         Restore(messages_[k - begin], &later_[0]);
@@ -120,7 +120,7 @@ class FrameInversion {
 
   // Frames whose messages are kept; those of later ones are made again from
   // the last of their stretch.
-  size_t Stretch() const {
+  size_t MotionSegment() const {
     constexpr size_t kBytes = 16 << 20;
     return std::max<size_t>(
         8, kBytes / (size_ * (size_ + 1) / 2 * sizeof(double)));
@@ -259,16 +259,16 @@ class FrameInversion {
   // Messages from the last frame to the first: those of the first stretch are
   // kept, and of the others that of the last frame.
   bool SweepBack(size_t frame_end) {
-    const size_t stretch = messages_.size();
-    kept_.resize((frame_end + stretch - 1) / stretch);
+    const size_t segment = messages_.size();
+    kept_.resize((frame_end + segment - 1) / segment);
     std::fill_n(later_[(frame_count_ - 1) % 2].data(), rows_ * rows_, 0.0);
     for (size_t k = frame_count_; k-- > 0;) {
       const LaneBuffer& message = later_[k % 2];
-      const bool last = k % stretch == stretch - 1 || k + 1 == frame_end;
-      if (k < stretch) {
+      const bool last = k % segment == segment - 1 || k + 1 == frame_end;
+      if (k < segment) {
         Store(message, &messages_[k]);
       } else if (last && k < frame_end) {
-        Store(message, &kept_[k / stretch]);
+        Store(message, &kept_[k / segment]);
       }
       if (k > 0 && !PassBack(k, message, &later_[(k - 1) % 2])) return false;
     }

@@ -43,7 +43,7 @@ size_t SolveEvery(double frame_rate_hz, double lag_s) {
 class WindowEstimator final : public Estimator {
  public:
   WindowEstimator(const SceneModel& scene, const GraphOptions& options,
-                  std::shared_ptr<TakeNotes> notes)
+                  std::shared_ptr<RecordingNotes> notes)
       : scene_(scene),
         options_(options),
         assembler_(scene_, options_),
@@ -62,7 +62,7 @@ class WindowEstimator final : public Estimator {
   const Pose3d& Last() const override { return last_; }
   TimeNs LastTime() const override { return last_time_; }
   void Predict(TimeNs time, Pose3d* pose) const override;
-  void TakeFinals(std::vector<FinalPose>* finals) override;
+  void ExtractFinals(std::vector<FinalPose>* finals) override;
   void Finish() override;
 
  private:
@@ -92,7 +92,7 @@ class WindowEstimator final : public Estimator {
   PersonSolver solver_;
   PersonProblem problem_;
   PersonNoise noise_;
-  const std::shared_ptr<TakeNotes> notes_;  // null: nothing is shared
+  const std::shared_ptr<RecordingNotes> notes_;  // null: nothing is shared
   const std::shared_ptr<LearntNoise> learnt_;
   BoneLengths bone_lengths_;
   BoneSpreads bone_spreads_;
@@ -285,7 +285,7 @@ void WindowEstimator::LearnBoneLengths() {
   const std::vector<Bone>& bones = bone_lengths_.bones();
   const size_t end = DueEnd();
   for (size_t k = final_count_; k < end; ++k) {
-    if (options_.bone_sigma_from == NoiseFrom::kTake) {
+    if (options_.bone_sigma_from == NoiseFrom::kRecording) {
       bone_spreads_.AddFrame(LocateBoneEnds(problem_, k, options_.inlier_weight,
                                             1.0 / scene_.frame_rate_hz));
       continue;
@@ -308,8 +308,8 @@ void WindowEstimator::SolveBones() {
   for (int j = 0; j < joint_count(); ++j) {
     placed[j] = StatusAt(newest(), j) != JointStatus::kMissing;
   }
-  if (options_.bone_sigma_from == NoiseFrom::kTake) {
-    if (options_.pixel_noise_from == NoiseFrom::kTake) {
+  if (options_.bone_sigma_from == NoiseFrom::kRecording) {
+    if (options_.pixel_noise_from == NoiseFrom::kRecording) {
       bone_spreads_.SetLasting(noise_.correlation(),
                                1.0 / scene_.frame_rate_hz);
     }
@@ -343,7 +343,8 @@ void WindowEstimator::Emit(size_t end) {
   }
   const bool coupled = problem_.coupled();
   const bool learns = options_.pixel_noise_from == NoiseFrom::kFixed &&
-                      options_.estimate_noise_scale && learnt_scale_.TakeTurn();
+                      options_.estimate_noise_scale &&
+                      learnt_scale_.AwaitTurn();
   std::vector<double> squares;
   std::vector<std::vector<Matrix6d>> covariances(joint_count());
   if (options_.covariance || learns) {
@@ -372,7 +373,7 @@ void WindowEstimator::Emit(size_t end) {
   if (learns) LearnNoiseScale(squares);
 }
 
-void WindowEstimator::TakeFinals(std::vector<FinalPose>* finals) {
+void WindowEstimator::ExtractFinals(std::vector<FinalPose>* finals) {
   MoveFinals(&finals_, finals);
 }
 
@@ -393,7 +394,7 @@ void WindowEstimator::Finish() {
 
 std::unique_ptr<Estimator> MakeWindowEstimator(
     const SceneModel& scene, const GraphOptions& options,
-    std::shared_ptr<TakeNotes> notes) {
+    std::shared_ptr<RecordingNotes> notes) {
   CheckGraphOptions(options);
   return std::make_unique<WindowEstimator>(scene, options, std::move(notes));
 }

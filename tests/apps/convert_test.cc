@@ -96,7 +96,7 @@ struct Take {
 
 TEST(Convert, EveryFormatFromOurOwnAndBack) {
   const TemporaryFolder folder;
-  const Take take(folder);
+  const Take recording(folder);
   struct Case {
     std::string in;
     std::string to;
@@ -104,30 +104,31 @@ TEST(Convert, EveryFormatFromOurOwnAndBack) {
     std::string told;  // flags of reading back
   };
   const std::vector<Case> cases = {
-      {take.cameras, "kinegraph", "", ""},
-      {take.cameras, "krt", "", ""},
-      {take.cameras, "voxelpose", "", ""},
-      {take.cameras, "longcw", "", "--image_size=640,480"},
-      {take.cameras, "panoptic", "", ""},
-      {take.cameras, "pose2sim", "", ""},
-      {take.cameras, "tum", "", ""},
-      {take.cameras, "opencv", "", ""},
-      {take.cameras, "easymocap", "", ""},
-      {take.detections, "kinegraph", "", ""},
-      {take.detections, "openpose", "", "--skeleton=coco17"},
-      {take.detections, "coco", "", ""},
-      {take.detections, "mmpose", "", ""},
-      {take.detections, "mediapipe", "", ""},
-      {take.detections, "longcw", "--image_size=640,480", "--skeleton=coco17"},
-      {take.tracks, "kinegraph", "", ""},
-      {take.tracks, "tum", "", "--skeleton=coco17"},
-      {take.tracks, "4da", "", "--skeleton=coco17"},
-      {take.tracks, "longcw", "", ""},
-      {take.tracks, "poses", "", ""},
-      {take.tracks, "panoptic", "", ""},
-      {take.tracks, "csv", "", ""},
-      {take.tracks, "trc", "", ""},
-      {take.tracks, "npz", "", ""}};
+      {recording.cameras, "kinegraph", "", ""},
+      {recording.cameras, "krt", "", ""},
+      {recording.cameras, "voxelpose", "", ""},
+      {recording.cameras, "longcw", "", "--image_size=640,480"},
+      {recording.cameras, "panoptic", "", ""},
+      {recording.cameras, "pose2sim", "", ""},
+      {recording.cameras, "tum", "", ""},
+      {recording.cameras, "opencv", "", ""},
+      {recording.cameras, "easymocap", "", ""},
+      {recording.detections, "kinegraph", "", ""},
+      {recording.detections, "openpose", "", "--skeleton=coco17"},
+      {recording.detections, "coco", "", ""},
+      {recording.detections, "mmpose", "", ""},
+      {recording.detections, "mediapipe", "", ""},
+      {recording.detections, "longcw", "--image_size=640,480",
+       "--skeleton=coco17"},
+      {recording.tracks, "kinegraph", "", ""},
+      {recording.tracks, "tum", "", "--skeleton=coco17"},
+      {recording.tracks, "4da", "", "--skeleton=coco17"},
+      {recording.tracks, "longcw", "", ""},
+      {recording.tracks, "poses", "", ""},
+      {recording.tracks, "panoptic", "", ""},
+      {recording.tracks, "csv", "", ""},
+      {recording.tracks, "trc", "", ""},
+      {recording.tracks, "npz", "", ""}};
   int number = 0;
   for (const Case& one : cases) {
     for (const char* from : {"auto", "kinegraph"}) {
@@ -155,8 +156,9 @@ TEST(Convert, EveryFormatFromOurOwnAndBack) {
 
 TEST(Convert, OwnFormatsComeBackByteForByte) {
   const TemporaryFolder folder;
-  const Take take(folder);
-  for (const std::string& in : {take.cameras, take.detections, take.tracks}) {
+  const Take recording(folder);
+  for (const std::string& in :
+       {recording.cameras, recording.detections, recording.tracks}) {
     const std::string out = in + ".again";
     ASSERT_EQ(Convert(folder, "--to=kinegraph --in=" + in + " --out=" + out)
                   .exit_code,
@@ -167,13 +169,13 @@ TEST(Convert, OwnFormatsComeBackByteForByte) {
 
 TEST(Convert, RefinedCamerasKeepTheirRecordOrSaySo) {
   const TemporaryFolder folder;
-  const Take take(folder);
+  const Take recording(folder);
   const std::string refinement =
       R"({"clock_zero_s":0.1,"cameras":[{"name":"cam0","clock":)"
       R"({"offset_s":-0.0123,"drift":1e-06},"parameters":["shift_x_px"]}],)"
       R"("covariance":[[0.25]]})";
   const std::string refined = folder.path() / "refined.cameras.json";
-  WriteCameras(refined, ReadCameras(take.cameras), refinement);
+  WriteCameras(refined, ReadCameras(recording.cameras), refinement);
   const std::string in = "--in=" + refined + " --out=" + folder.path().string();
   const Outcome own = Convert(folder, in + "/own.json --to=kinegraph");
   EXPECT_EQ(own.exit_code, 0);
@@ -183,7 +185,7 @@ TEST(Convert, RefinedCamerasKeepTheirRecordOrSaySo) {
   EXPECT_EQ(other.exit_code, 0);
   EXPECT_THAT(other.errors, HasSubstr("clocks and uncertainty are not kept"));
   // A broken one is not handed on.
-  WriteCameras(refined, ReadCameras(take.cameras), "{\"cameras\": 3}");
+  WriteCameras(refined, ReadCameras(recording.cameras), "{\"cameras\": 3}");
   const Outcome broken = Convert(folder, in + "/broken.json --to=kinegraph");
   EXPECT_EQ(broken.exit_code, 2);
   EXPECT_THAT(broken.errors, HasSubstr("refinement: cameras: found 3"));
@@ -207,12 +209,12 @@ TEST(Convert, FlagsTellWhatTheInputDoesNot) {
   EXPECT_EQ(rig[0].t(), Eigen::Vector3d(1, 0, 3));
   EXPECT_EQ(rig[0].width_px(), 640);
   EXPECT_EQ(rig[0].height_px(), 480);
-  const Take take(folder);
+  const Take recording(folder);
   const std::string coco = folder.path() / "coco";
-  ASSERT_EQ(
-      Convert(folder, "--to=coco --in=" + take.detections + " --out=" + coco)
-          .exit_code,
-      0);
+  ASSERT_EQ(Convert(folder,
+                    "--to=coco --in=" + recording.detections + " --out=" + coco)
+                .exit_code,
+            0);
   const std::string own = folder.path() / "own.jsonl";
   ASSERT_EQ(Convert(folder, "--to=kinegraph --frame_rate=50 --in=" + coco +
                                 " --out=" + own)
@@ -238,7 +240,7 @@ TEST(Convert, FirstFrameOf4DAssociation) {
 
 TEST(Convert, BadUsageIsOneLineAndExitTwo) {
   const TemporaryFolder folder;
-  const Take take(folder);
+  const Take recording(folder);
   const std::string out = folder.path() / "out";
   const std::string scrap = folder.Write("scrap.bin", "no format at all");
   const std::string lens = folder.Write(
@@ -246,42 +248,46 @@ TEST(Convert, BadUsageIsOneLineAndExitTwo) {
       R"({"a": {"K": [500,0,320,0,500,240,0,0,1], "distCoeff": [0.1,0,0,0,0],
                 "RT": [1,0,0,0,0,1,0,0,0,0,1,3]}})");
   const std::multimap<std::string, std::string> cases = {
-      {"--in=" + take.tracks + " --out=" + out, "--to is missing"},
+      {"--in=" + recording.tracks + " --out=" + out, "--to is missing"},
       {"--to=csv --out=" + out, "--in is required"},
-      {"--to=csv --in=" + take.tracks, "--out is required"},
-      {"--to=fbx --in=" + take.tracks + " --out=" + out, "is no format"},
-      {"--to=smap --in=" + take.tracks + " --out=" + out,
+      {"--to=csv --in=" + recording.tracks, "--out is required"},
+      {"--to=fbx --in=" + recording.tracks + " --out=" + out, "is no format"},
+      {"--to=smap --in=" + recording.tracks + " --out=" + out,
        "'smap' cannot be written"},
-      {"--from=csv --to=kinegraph --in=" + take.tracks + " --out=" + out,
+      {"--from=csv --to=kinegraph --in=" + recording.tracks + " --out=" + out,
        "has no column 'frame'"},
-      {"--to=longcw --in=" + take.detections + " --out=" + out, "--image_size"},
-      {"--from=openpose --to=trc --in=" + take.tracks + " --out=" + out,
+      {"--to=longcw --in=" + recording.detections + " --out=" + out,
+       "--image_size"},
+      {"--from=openpose --to=trc --in=" + recording.tracks + " --out=" + out,
        "--from=openpose is of detections, --to=trc of tracks"},
-      {"--to=csv --in=" + take.cameras + " --out=" + out,
+      {"--to=csv --in=" + recording.cameras + " --out=" + out,
        "holds calibrations, --to=csv is of tracks"},
-      {"--to=krt --in=" + take.tracks + " --out=" + out,
+      {"--to=krt --in=" + recording.tracks + " --out=" + out,
        "holds tracks, --to=krt is of calibrations"},
       {"--to=kinegraph --in=" + scrap + " --out=" + out, "scrap.bin"},
       {"--to=kinegraph --in=missing.json --out=" + out, "missing.json"},
       {"--from=krt --to=tum --in=" + lens + " --out=" + out, "has a lens"},
-      {"--to=csv --unit=cm --in=" + take.tracks + " --out=" + out,
+      {"--to=csv --unit=cm --in=" + recording.tracks + " --out=" + out,
        "tells its unit; --unit belongs to tracks of"},
-      {"--to=krt --skeleton=coco17 --in=" + take.cameras + " --out=" + out,
+      {"--to=krt --skeleton=coco17 --in=" + recording.cameras + " --out=" + out,
        "--skeleton belongs to"},
-      {"--to=csv --frame_rate=61 --in=" + take.tracks + " --out=" + out,
+      {"--to=csv --frame_rate=61 --in=" + recording.tracks + " --out=" + out,
        "--frame_rate=61 is for input that does not tell its rate"},
-      {"--to=csv --axes=x,y,z --in=" + take.tracks + " --out=" + out,
+      {"--to=csv --axes=x,y,z --in=" + recording.tracks + " --out=" + out,
        "--axes belongs to"},
-      {"--to=trc --axes=x,z,y --in=" + take.tracks + " --out=" + out,
+      {"--to=trc --axes=x,z,y --in=" + recording.tracks + " --out=" + out,
        "mirror image"},
-      {"--to=poses --skeleton=octopus --in=" + take.tracks + " --out=" + out,
+      {"--to=poses --skeleton=octopus --in=" + recording.tracks +
+           " --out=" + out,
        "--skeleton"},
-      {"--to=krt --set=cameras.unitt=cm --in=" + take.cameras + " --out=" + out,
+      {"--to=krt --set=cameras.unitt=cm --in=" + recording.cameras +
+           " --out=" + out,
        "cameras.unit"},
-      {"--to=krt --image_size=640 --in=" + take.cameras + " --out=" + out,
+      {"--to=krt --image_size=640 --in=" + recording.cameras + " --out=" + out,
        "image_size"},
-      {"--to=csv --in=" + take.tracks + " --out=/dev/null/out", "/dev/null"},
-      {"--to=trc --in=" + take.tracks + " --out=" + folder.path().string(),
+      {"--to=csv --in=" + recording.tracks + " --out=/dev/null/out",
+       "/dev/null"},
+      {"--to=trc --in=" + recording.tracks + " --out=" + folder.path().string(),
        "is there already"}};
   for (const auto& [arguments, expected] : cases) {
     const Outcome outcome = Convert(folder, arguments);

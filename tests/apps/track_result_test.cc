@@ -69,7 +69,7 @@ class TrackResultTest : public ::testing::Test {
                            const std::string& flags = "--mode=graph") const {
     return Track("- < " + folder_.Write("live.txt", text), out, flags);
   }
-  // The lines of a take, with their ends; the header first.
+  // The lines of a recording, with their ends; the header first.
   std::vector<std::string> Lines(const std::string& name) const {
     std::ifstream file(Path(name));
     std::vector<std::string> lines;

@@ -96,17 +96,17 @@ bool Accepts(const Write& write) {
   return false;
 }
 
-// What is read is written in every format. Whatever our own takes, it reads
-// again, and nothing is lost.
+// What is read is written in every format. Whatever our own recordings, it
+// reads again, and nothing is lost.
 bool FuzzRewrittenTracks(const uint8_t* bytes, size_t size) {
   return Reading(bytes, size, [](const std::string& path) {
     const TrackSequence tracks = ReadTracks(path);
     for (const TrackFormat& format : TrackFormats()) {
       if (format.write == nullptr) continue;
       const Result result;
-      Losses losses;
-      const bool is_written =
-          Accepts([&] { format.write(result.path(), tracks, {}, &losses); });
+      LostFields lost_fields;
+      const bool is_written = Accepts(
+          [&] { format.write(result.path(), tracks, {}, &lost_fields); });
       if (!is_written || format.name != "kinegraph") continue;
       const TrackSequence again = ReadTracks(result.path());
       if (again.frames.size() != tracks.frames.size()) std::abort();
@@ -119,12 +119,13 @@ bool FuzzRewrittenDetections(const uint8_t* bytes, size_t size) {
     for (const DetectionFormat& format : DetectionFormats()) {
       if (format.write == nullptr) continue;
       const Result result;
-      Losses losses;
+      LostFields lost_fields;
       DetectionWriteOptions options;
       options.image_size = {1280, 720};
       const auto source = OpenDetections(path, {});
-      Accepts(
-          [&] { format.write(result.path(), options, source.get(), &losses); });
+      Accepts([&] {
+        format.write(result.path(), options, source.get(), &lost_fields);
+      });
     }
   });
 }
@@ -137,9 +138,9 @@ bool FuzzRewrittenCalibration(const uint8_t* bytes, size_t size) {
     for (const CalibrationFormat& format : CalibrationFormats()) {
       if (format.write == nullptr) continue;
       const Result result;
-      Losses losses;
+      LostFields lost_fields;
       const bool is_written =
-          Accepts([&] { format.write(result.path(), cameras, &losses); });
+          Accepts([&] { format.write(result.path(), cameras, &lost_fields); });
       if (!is_written || format.name != "kinegraph") continue;
       if (ReadCameras(result.path()).size() != cameras.size()) std::abort();
     }

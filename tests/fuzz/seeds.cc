@@ -122,8 +122,8 @@ std::vector<std::string> WrittenTracks(const TrackFormat& format) {
   if (format.write == nullptr) return {};
   const SeedFolder folder;
   const std::string path = (folder.path() / "seed").string();
-  Losses losses;
-  format.write(path, SampleFor(format.name).tracks, {}, &losses);
+  LostFields lost_fields;
+  format.write(path, SampleFor(format.name).tracks, {}, &lost_fields);
   return {format.files == TrackFormat::Files::kFileAFrame ? WholeFolder(path)
                                                           : OneFileOf(path)};
 }
@@ -132,11 +132,11 @@ std::vector<std::string> WrittenDetections(const DetectionFormat& format) {
   if (format.write == nullptr) return {};
   const SeedFolder folder;
   const std::string path = (folder.path() / "seed").string();
-  Losses losses;
+  LostFields lost_fields;
   DetectionWriteOptions options;
   options.image_size = {1280, 720};
   SampleSource source(SampleFor(format.name).detections);
-  format.write(path, options, &source, &losses);
+  format.write(path, options, &source, &lost_fields);
   return {format.files == DetectionFormat::Files::kFolderAView
               ? WholeFolder(path)
               : OneFileOf(path)};
@@ -149,8 +149,8 @@ std::vector<std::string> WrittenCalibrations(bool folders) {
     if (format.write == nullptr) continue;
     const SeedFolder folder;
     const std::string path = (folder.path() / "seed").string();
-    Losses losses;
-    format.write(path, SampleFor(format.name).scene.cameras, &losses);
+    LostFields lost_fields;
+    format.write(path, SampleFor(format.name).scene.cameras, &lost_fields);
     if (fs::is_directory(path) != folders) continue;
     seeds.push_back(folders ? WholeFolder(path) : BytesOf(path));
   }

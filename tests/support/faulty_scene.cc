@@ -218,7 +218,8 @@ Diagnosis DiagnoseScene(const FaultyScene& scene) {
   request.cameras = scene.cameras;
   static const RunOptions kOptions =
       ReadRunOptions(ProjectFile("configs/default.toml").string(), "", "");
-  return DiagnoseTake(kOptions, request, scene.detections, CalibrationUnit());
+  return DiagnoseRecording(kOptions, request, scene.detections,
+                           CalibrationUnit());
 }
 
 FrozenMatches MatchesOf(const FaultyScene& scene) {
@@ -228,7 +229,7 @@ FrozenMatches MatchesOf(const FaultyScene& scene) {
   model.frame_rate_hz = scene.scene.frame_rate_hz;
   RunOptions options;
   options.estimators.mode = Mode::kPaper;
-  return MatchTake(options, model, scene.detections);
+  return MatchRecording(options, model, scene.detections);
 }
 
 double AngleBetween(const Camera& a, const Camera& b) {

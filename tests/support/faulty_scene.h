@@ -1,5 +1,5 @@
-// Short synthetic takes whose calibration or clocks are mis-stated on purpose,
-// for tests of what finds that out.
+// Short synthetic recordings whose calibration or clocks are mis-stated on
+// purpose, for tests of what finds that out.
 #ifndef KINEGRAPH_TESTS_SUPPORT_FAULTY_SCENE_H_
 #define KINEGRAPH_TESTS_SUPPORT_FAULTY_SCENE_H_
 

@@ -9,40 +9,43 @@
 
 namespace kinegraph::testing {
 
-ShelfTake LoadRawShelf(const std::string& data_folder) {
+ShelfRecording LoadRawShelf(const std::string& data_folder) {
   const std::string shelf = data_folder + "/shelf/";
   // What the files are does not depend on how they are tracked.
   const RunOptions options =
       ReadRunOptions(ProjectConfig("paper/shelf.toml"), "", "");
-  ShelfTake take;
-  take.detections = ReadDetections(shelf + "detections/openpose",
-                                   DetectionOptionsOf(options));
-  const std::vector<std::string>& views = take.detections.header.view_names;
-  take.cameras = CamerasOfViews(
+  ShelfRecording recording;
+  recording.detections = ReadDetections(shelf + "detections/openpose",
+                                        DetectionOptionsOf(options));
+  const std::vector<std::string>& views =
+      recording.detections.header.view_names;
+  recording.cameras = CamerasOfViews(
       views, ReadCameras(shelf + "calibration.json", options.cameras), {});
-  take.truth = ReadTracks(shelf + "tum/actorsGT.mat");
-  take.set = ReadHeldOutSet(shelf + "reference/held_out_set.json", views);
-  take.reference = ReadTracks(shelf + "reference/paper_code_shelf_warm3.json");
-  return take;
+  recording.truth = ReadTracks(shelf + "tum/actorsGT.mat");
+  recording.set = ReadHeldOutSet(shelf + "reference/held_out_set.json", views);
+  recording.reference =
+      ReadTracks(shelf + "reference/paper_code_shelf_warm3.json");
+  return recording;
 }
 
-TrackSequence Track(const ShelfTake& take, const RunOptions& options) {
+TrackSequence Track(const ShelfRecording& recording,
+                    const RunOptions& options) {
   RunRequest request;
-  request.cameras = take.cameras;
-  return TrackSequenceOf(options, request, take.detections);
+  request.cameras = recording.cameras;
+  return TrackSequenceOf(options, request, recording.detections);
 }
 
-HeldOutScores ScoreHeldOutCameras(const ShelfTake& take,
+HeldOutScores ScoreHeldOutCameras(const ShelfRecording& recording,
                                   const RunOptions& options) {
   HeldOutScores scores;
-  for (size_t view = 0; view < take.cameras.size(); ++view) {
+  for (size_t view = 0; view < recording.cameras.size(); ++view) {
     RunRequest request;
-    request.cameras = take.cameras;
-    request.without_cameras = {take.detections.header.view_names[view]};
-    ScoreHeldOutCamera(take.set, take.detections, static_cast<int>(view),
-                       take.cameras[view], take.reference,
-                       TrackSequenceOf(options, request, take.detections),
-                       &scores);
+    request.cameras = recording.cameras;
+    request.without_cameras = {recording.detections.header.view_names[view]};
+    ScoreHeldOutCamera(
+        recording.set, recording.detections, static_cast<int>(view),
+        recording.cameras[view], recording.reference,
+        TrackSequenceOf(options, request, recording.detections), &scores);
   }
   return scores;
 }

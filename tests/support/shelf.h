@@ -13,7 +13,7 @@
 
 namespace kinegraph::testing {
 
-struct ShelfTake {
+struct ShelfRecording {
   DetectionSequence detections;  // OpenPose as it is
   CameraRig cameras;             // in the order of the views
   TrackSequence truth;
@@ -22,13 +22,13 @@ struct ShelfTake {
 };
 
 // Throws InputError naming what is missing below `data_folder`.
-ShelfTake LoadRawShelf(const std::string& data_folder);
+ShelfRecording LoadRawShelf(const std::string& data_folder);
 
 // Tracks with all cameras.
-TrackSequence Track(const ShelfTake& take, const RunOptions& options);
+TrackSequence Track(const ShelfRecording& recording, const RunOptions& options);
 
 // Tracks once without each camera and scores what that camera saw.
-HeldOutScores ScoreHeldOutCameras(const ShelfTake& take,
+HeldOutScores ScoreHeldOutCameras(const ShelfRecording& recording,
                                   const RunOptions& options);
 
 }  // namespace kinegraph::testing

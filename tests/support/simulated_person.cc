@@ -143,7 +143,7 @@ SceneModel SmallScene(CameraRig cameras, double frame_rate_hz) {
   return scene;
 }
 
-void SimulatedTake::Connect() {
+void SimulatedRecording::Connect() {
   for (size_t k = 0; k < frames.size(); ++k) {
     for (FreshView& view : frames[k].views) {
       view.joints = keypoints[k][view.view_idx];
@@ -206,21 +206,22 @@ std::vector<std::vector<State>> WalkingMotion(const SceneModel& scene,
   return truth;
 }
 
-SimulatedTake Simulate(const SceneModel& scene, const GraphOptions& options,
-                       std::vector<std::vector<State>> truth,
-                       const SimulatedNoise& noise,
-                       const Eigen::Vector3d& centre, Random* random) {
+SimulatedRecording Simulate(const SceneModel& scene,
+                            const GraphOptions& options,
+                            std::vector<std::vector<State>> truth,
+                            const SimulatedNoise& noise,
+                            const Eigen::Vector3d& centre, Random* random) {
   const size_t joint_count = truth.size();
   const size_t frame_count = truth.front().size();
   const size_t camera_count = scene.cameras.size();
   std::vector<PixelNoise> errors(joint_count * camera_count,
                                  PixelNoise(noise, scene.frame_rate_hz));
-  SimulatedTake take;
-  take.truth = std::move(truth);
+  SimulatedRecording recording;
+  recording.truth = std::move(truth);
   for (size_t k = 0; k < frame_count; ++k) {
     EstimatorFrame frame = FrameAt(scene, k);
     const Eigen::Vector3d middle =
-        noise.initial_poses ? MeanPosition(take.truth, k) : centre;
+        noise.initial_poses ? MeanPosition(recording.truth, k) : centre;
     std::vector<std::vector<Keypoint>> views(camera_count);
     for (size_t c = 0; c < camera_count; ++c) {
       const Camera& camera = scene.cameras[c];
@@ -233,7 +234,7 @@ SimulatedTake Simulate(const SceneModel& scene, const GraphOptions& options,
                        confidence, camera.Depth(middle), camera.focal_px());
         const Eigen::Vector2d error =
             errors[c * joint_count + j].Next(sigma_px, random);
-        const auto px = camera.Project(take.truth[j][k].head<3>());
+        const auto px = camera.Project(recording.truth[j][k].head<3>());
         if (random->Chance(noise.missing) || !px.has_value()) continue;
         views[c][j].px = *px + error;
         views[c][j].confidence = confidence;
@@ -254,11 +255,11 @@ SimulatedTake Simulate(const SceneModel& scene, const GraphOptions& options,
         frame.initial[j].status = JointStatus::kInferred;
       }
     }
-    take.keypoints.push_back(std::move(views));
-    take.frames.push_back(std::move(frame));
+    recording.keypoints.push_back(std::move(views));
+    recording.frames.push_back(std::move(frame));
   }
-  take.Connect();
-  return take;
+  recording.Connect();
+  return recording;
 }
 
 std::vector<FinalPose> Run(Estimator* estimator,
@@ -266,10 +267,10 @@ std::vector<FinalPose> Run(Estimator* estimator,
   std::vector<FinalPose> finals;
   for (const EstimatorFrame& frame : frames) {
     estimator->Add(frame);
-    estimator->TakeFinals(&finals);
+    estimator->ExtractFinals(&finals);
   }
   estimator->Finish();
-  estimator->TakeFinals(&finals);
+  estimator->ExtractFinals(&finals);
   return finals;
 }
 

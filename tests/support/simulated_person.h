@@ -21,8 +21,8 @@ namespace kinegraph::testing {
 CameraRig RingOfCameras(int count, double radius_m, double focal_px,
                         bool with_lens = false);
 
-// The defaults, but nothing is learnt from the take: what a test states of the
-// noise is what the estimator believes.
+// The defaults, but nothing is learnt from the recording: what a test states of
+// the noise is what the estimator believes.
 GraphOptions FixedNoise();
 
 // A shoulder, an elbow and a wrist, two bones.
@@ -46,7 +46,7 @@ struct SimulatedNoise {
   bool initial_poses = true;
 };
 
-struct SimulatedTake {
+struct SimulatedRecording {
   // By joint and frame.
   std::vector<std::vector<State>> truth;
   // Detections of `frames`, by frame and view.
@@ -73,10 +73,11 @@ std::vector<std::vector<State>> WalkingMotion(const SceneModel& scene,
 // Detections of that motion in every camera; sigmas follow the noise model of
 // `options`. The initial pose is the least-squares point of all rays, outliers
 // included: worse than any front end's.
-SimulatedTake Simulate(const SceneModel& scene, const GraphOptions& options,
-                       std::vector<std::vector<State>> truth,
-                       const SimulatedNoise& noise,
-                       const Eigen::Vector3d& centre, Random* random);
+SimulatedRecording Simulate(const SceneModel& scene,
+                            const GraphOptions& options,
+                            std::vector<std::vector<State>> truth,
+                            const SimulatedNoise& noise,
+                            const Eigen::Vector3d& centre, Random* random);
 
 // Runs all frames through an estimator and returns its finals.
 std::vector<FinalPose> Run(Estimator* estimator,

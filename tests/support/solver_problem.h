@@ -25,11 +25,11 @@ class SolverProblemTest : public ::testing::Test {
     scene_ = SmallScene(RingOfCameras(rig.cameras, 5.0, 1000.0, rig.distorted),
                         25.0);
     Random random(rig.seed);
-    take_ = Simulate(scene_, options_, WalkingMotion(scene_, rig.frames), noise,
-                     Eigen::Vector3d::Zero(), &random);
+    recording_ = Simulate(scene_, options_, WalkingMotion(scene_, rig.frames),
+                          noise, Eigen::Vector3d::Zero(), &random);
     Assembler assembler(scene_, options_);
     problem_ = assembler.EmptyProblem();
-    for (EstimatorFrame& frame : take_.frames) {
+    for (EstimatorFrame& frame : recording_.frames) {
       for (FreshView& view : frame.views) {
         view.capture_time += view.view_idx * rig.later_each_ns;
       }
@@ -49,7 +49,7 @@ class SolverProblemTest : public ::testing::Test {
 
   SceneModel scene_;
   GraphOptions options_ = FixedNoise();
-  SimulatedTake take_;
+  SimulatedRecording recording_;
   PersonProblem problem_;
 };
 

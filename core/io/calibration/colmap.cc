@@ -305,7 +305,7 @@ std::string ImageLines(const Camera& camera, size_t id) {
 }
 
 void WriteColmap(const std::string& path, const CameraRig& cameras,
-                 Losses* losses) {
+                 LostFields* lost_fields) {
   std::string intrinsics = "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n";
   std::string images =
       "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME\n"
@@ -325,8 +325,8 @@ void WriteColmap(const std::string& path, const CameraRig& cameras,
             "POINT2D_IDX)\n");
   folder.Commit();
   if (largest_skew_px > 0.0) {
-    losses->push_back("a skew of up to " + std::to_string(largest_skew_px) +
-                      " px is left out");
+    lost_fields->push_back("a skew of up to " +
+                           std::to_string(largest_skew_px) + " px is left out");
   }
 }
 

@@ -155,8 +155,8 @@ CalibrationFile ReadEasymocap(const CalibrationHead& head) {
 }
 
 void WriteEasymocap(const std::string& path, const CameraRig& cameras,
-                    Losses* losses) {
-  NoteUnknownSizes(cameras, losses);
+                    LostFields* lost_fields) {
+  NoteUnknownSizes(cameras, lost_fields);
   std::string names;
   std::string intrinsic;
   std::string extrinsic;

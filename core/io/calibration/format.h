@@ -13,7 +13,7 @@
 #include "core/geometry/camera.h"
 #include "core/io/calibration/formats.h"
 #include "core/io/text/json.h"
-#include "core/io/text/losses.h"
+#include "core/io/text/lost_fields.h"
 #include "core/io/text/xml_file.h"
 
 namespace kinegraph {
@@ -59,7 +59,7 @@ struct CalibrationFormat {
   // matrices, a skewed K in VoxelPose's) throws InputError naming the camera;
   // what is merely left out is added to `losses`.
   using Write = void (*)(const std::string& path, const CameraRig& cameras,
-                         Losses* losses);
+                         LostFields* lost_fields);
 
   std::string name;
   std::string layout;  // one line for people

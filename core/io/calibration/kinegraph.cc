@@ -80,7 +80,7 @@ CalibrationFile ReadKinegraph(const CalibrationHead& head) {
 }
 
 void WriteKinegraph(const std::string& path, const CameraRig& cameras,
-                    Losses* /*losses*/) {
+                    LostFields* /*losses*/) {
   WriteCameras(path, cameras);
 }
 

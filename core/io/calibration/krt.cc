@@ -37,8 +37,8 @@ CalibrationFile ReadKrt(const CalibrationHead& head) {
 }
 
 void WriteKrt(const std::string& path, const CameraRig& cameras,
-              Losses* losses) {
-  NoteUnknownSizes(cameras, losses);
+              LostFields* lost_fields) {
+  NoteUnknownSizes(cameras, lost_fields);
   Json json = Json::object();
   for (const Camera& camera : cameras) {
     Eigen::Matrix<double, 3, 4> rt;

@@ -47,7 +47,7 @@ CalibrationFile ReadLongcw(const CalibrationHead& head) {
 // K is divided by the image size, which the file does not tell: a reader is
 // told one size for all cameras.
 void WriteLongcw(const std::string& path, const CameraRig& cameras,
-                 Losses* losses) {
+                 LostFields* lost_fields) {
   Json members = Json::object();
   for (const Camera& camera : cameras) {
     if (!HasSize(camera)) {
@@ -74,7 +74,7 @@ void WriteLongcw(const std::string& path, const CameraRig& cameras,
         {"dist_coeffs", JsonFlat(OpenCvCoefficients(camera))}};
   }
   if (!cameras.empty()) {
-    losses->push_back(
+    lost_fields->push_back(
         "the image size is not kept: name it when reading "
         "(--image_size=" +
         std::to_string(cameras[0].width_px()) + "," +

@@ -106,8 +106,8 @@ std::string OpencvCameraText(const Camera& camera) {
 }
 
 void WriteOpencv(const std::string& path, const CameraRig& cameras,
-                 Losses* losses) {
-  NoteUnknownSizes(cameras, losses);
+                 LostFields* lost_fields) {
+  NoteUnknownSizes(cameras, lost_fields);
   AtomicFolder folder(path);
   for (const Camera& camera : cameras) {
     CheckKeyName(camera);
@@ -120,7 +120,7 @@ void WriteOpencv(const std::string& path, const CameraRig& cameras,
         return a.name() + ".yml" < b.name() + ".yml";
       });
   if (!sorted) {
-    losses->push_back("cameras are read back in the order of their names");
+    lost_fields->push_back("cameras are read back in the order of their names");
   }
 }
 

@@ -41,8 +41,8 @@ CalibrationFile ReadPanoptic(const CalibrationHead& head) {
 }
 
 void WritePanoptic(const std::string& path, const CameraRig& cameras,
-                   Losses* losses) {
-  NoteUnknownSizes(cameras, losses);
+                   LostFields* lost_fields) {
+  NoteUnknownSizes(cameras, lost_fields);
   Json list = Json::array();
   for (const Camera& camera : cameras) {
     const Eigen::Vector3d t_cm = kCentimetresPerMetre * camera.t();

@@ -206,8 +206,8 @@ Eigen::RowVectorXd LensTerms(const Camera& camera) {
 }
 
 void WritePose2sim(const std::string& path, const CameraRig& cameras,
-                   Losses* losses) {
-  NoteUnknownSizes(cameras, losses);
+                   LostFields* lost_fields) {
+  NoteUnknownSizes(cameras, lost_fields);
   std::string text;
   int number = 0;
   for (const Camera& camera : cameras) {

@@ -166,7 +166,7 @@ CalibrationFile ReadTum(const CalibrationHead& head) {
 }
 
 void WriteTum(const std::string& path, const CameraRig& cameras,
-              Losses* losses) {
+              LostFields* lost_fields) {
   AtomicFolder folder(path);
   bool has_size = false;
   bool renames = false;
@@ -189,9 +189,9 @@ void WriteTum(const std::string& path, const CameraRig& cameras,
     renames = renames || camera.name() != name;
   }
   folder.Commit();
-  if (has_size) losses->push_back("image sizes are not kept");
+  if (has_size) lost_fields->push_back("image sizes are not kept");
   if (renames) {
-    losses->push_back(
+    lost_fields->push_back(
         "cameras are named P0, P1, ... in the order of the input");
   }
 }

@@ -44,7 +44,7 @@ CalibrationFile ReadVoxelpose(const CalibrationHead& head) {
 }
 
 void WriteVoxelpose(const std::string& path, const CameraRig& cameras,
-                    Losses* losses) {
+                    LostFields* lost_fields) {
   Json json = Json::object();
   bool has_size = false;
   double largest_skew_px = 0.0;
@@ -72,10 +72,10 @@ void WriteVoxelpose(const std::string& path, const CameraRig& cameras,
                            {"p", JsonRows(tangential)}};
     has_size = has_size || HasSize(camera);
   }
-  if (has_size) losses->push_back("image sizes are not kept");
+  if (has_size) lost_fields->push_back("image sizes are not kept");
   if (largest_skew_px > 0.0) {
-    losses->push_back("a skew of up to " + std::to_string(largest_skew_px) +
-                      " px is left out");
+    lost_fields->push_back("a skew of up to " +
+                           std::to_string(largest_skew_px) + " px is left out");
   }
   WriteText(path, JsonLines(json));
 }

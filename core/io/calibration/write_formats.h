@@ -20,7 +20,7 @@ inline bool HasSize(const Camera& camera) {
 // Writes a whole file.
 void WriteText(const std::string& path, const std::string& text);
 // Notes that formats simply leave an unknown size out.
-void NoteUnknownSizes(const CameraRig& cameras, Losses* losses);
+void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields);
 
 // k1 k2 p1 p2 k3; zeros without a lens. Throws InputError naming the camera for
 // another model.

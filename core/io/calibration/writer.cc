@@ -12,7 +12,7 @@
 namespace kinegraph {
 
 void WriteCalibration(const std::string& path, const std::string& format,
-                      const CameraRig& cameras, Losses* losses) {
+                      const CameraRig& cameras, LostFields* lost_fields) {
   const CalibrationFormat* found = FindCalibrationFormat(format);
   if (found == nullptr || found->write == nullptr) {
     std::string names;
@@ -23,7 +23,7 @@ void WriteCalibration(const std::string& path, const std::string& format,
     throw InputError("format: found '" + Printable(format) +
                      "', expected one of " + names);
   }
-  found->write(path, cameras, losses);
+  found->write(path, cameras, lost_fields);
 }
 
 void WriteText(const std::string& path, const std::string& text) {
@@ -32,9 +32,9 @@ void WriteText(const std::string& path, const std::string& text) {
   file.Commit();
 }
 
-void NoteUnknownSizes(const CameraRig& cameras, Losses* losses) {
+void NoteUnknownSizes(const CameraRig& cameras, LostFields* lost_fields) {
   if (std::all_of(cameras.begin(), cameras.end(), HasSize)) return;
-  losses->push_back(
+  lost_fields->push_back(
       "image sizes that the input does not tell are left out; other "
       "programs may need them (--image_size=W,H)");
 }

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "core/geometry/camera.h"
-#include "core/io/text/losses.h"
+#include "core/io/text/lost_fields.h"
 
 namespace kinegraph {
 
@@ -14,7 +14,7 @@ namespace kinegraph {
 // changes the geometry and cannot be said in the format throws InputError
 // naming the camera; what is merely left out is added to `losses`.
 void WriteCalibration(const std::string& path, const std::string& format,
-                      const CameraRig& cameras, Losses* losses);
+                      const CameraRig& cameras, LostFields* lost_fields);
 
 }  // namespace kinegraph
 

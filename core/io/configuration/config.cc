@@ -133,7 +133,7 @@ constexpr GoneKey kGoneKeys[] = {
     {"graph.confidence_from", "as graph.pixel_noise_from says"},
     {"graph.stages", "the loss narrows in two stages, always"},
     {"graph.min_sigma_px", "1 px, always; graph.sigma_px sets the errors"},
-    {"graph.rival_starts", "no take has shown a gain"},
+    {"graph.rival_starts", "no recording has shown a gain"},
     {"graph.birth_position_sigma_m", "1 m, always"},
     {"graph.birth_velocity_sigma_mps", "3 m/s, always"},
     {"graph.bone_loss", "lengths are not doubted; see graph.bone_sigma_from"},

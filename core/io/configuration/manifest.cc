@@ -32,14 +32,14 @@ class ManifestReader {
       } else if (key == "report") {
         manifest.report = member.field.Boolean();
       } else if (key == "takes") {
-        ReadTakes(member.field, &manifest);
+        ReadRecordings(member.field, &manifest);
       } else if (key == "configurations") {
         ReadConfigurations(member.field, &manifest);
       } else {
         FailKey(key, "held_out, compare, report, takes, configurations");
       }
     }
-    if (manifest.takes.empty()) Fail("[[takes]]: there is none");
+    if (manifest.recordings.empty()) Fail("[[takes]]: there is none");
     if (manifest.configurations.empty()) {
       Fail("[[configurations]]: there is none");
     }
@@ -98,26 +98,26 @@ class ManifestReader {
     *path = (folder / *path).lexically_normal().string();
   }
 
-  void ReadTakes(const JsonField& takes, Manifest* manifest) const {
+  void ReadRecordings(const JsonField& recordings, Manifest* manifest) const {
     std::set<std::string> names;
-    for (const JsonField& table : takes.Elements("take")) {
-      ManifestTake take;
-      const Texts texts = {{"name", &take.name},
-                           {"cameras", &take.cameras},
-                           {"detections", &take.detections},
-                           {"ground_truth", &take.ground_truth},
-                           {"protocol", &take.protocol},
-                           {"frames", &take.frames},
-                           {"set", &take.set}};
+    for (const JsonField& table : recordings.Elements("take")) {
+      ManifestRecording recording;
+      const Texts texts = {{"name", &recording.name},
+                           {"cameras", &recording.cameras},
+                           {"detections", &recording.detections},
+                           {"ground_truth", &recording.ground_truth},
+                           {"protocol", &recording.protocol},
+                           {"frames", &recording.frames},
+                           {"set", &recording.set}};
       ReadTexts(table, texts);
       Require(table, texts, 3, &names);
-      if (take.ground_truth.empty() != take.protocol.empty()) {
+      if (recording.ground_truth.empty() != recording.protocol.empty()) {
         table.Fail("ground_truth and protocol belong together");
       }
-      Place(&take.cameras);
-      Place(&take.detections);
-      Place(&take.ground_truth);
-      manifest->takes.push_back(std::move(take));
+      Place(&recording.cameras);
+      Place(&recording.detections);
+      Place(&recording.ground_truth);
+      manifest->recordings.push_back(std::move(recording));
     }
   }
 
@@ -161,15 +161,15 @@ std::string ManifestText(const Manifest& manifest) {
   std::string text = flag("held_out", manifest.held_out) +
                      flag("compare", manifest.compare) +
                      flag("report", manifest.report);
-  for (const ManifestTake& take : manifest.takes) {
+  for (const ManifestRecording& recording : manifest.recordings) {
     text += "\n[[takes]]\n";
-    AppendText("name", take.name, &text);
-    AppendText("cameras", take.cameras, &text);
-    AppendText("detections", take.detections, &text);
-    AppendText("ground_truth", take.ground_truth, &text);
-    AppendText("protocol", take.protocol, &text);
-    AppendText("frames", take.frames, &text);
-    AppendText("set", take.set, &text);
+    AppendText("name", recording.name, &text);
+    AppendText("cameras", recording.cameras, &text);
+    AppendText("detections", recording.detections, &text);
+    AppendText("ground_truth", recording.ground_truth, &text);
+    AppendText("protocol", recording.protocol, &text);
+    AppendText("frames", recording.frames, &text);
+    AppendText("set", recording.set, &text);
   }
   for (const ManifestConfiguration& one : manifest.configurations) {
     text += "\n[[configurations]]\n";

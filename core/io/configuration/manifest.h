@@ -1,4 +1,5 @@
-// A manifest: takes and configurations, each take to be run with each.
+// A manifest: recordings and configurations, each recording to be run with
+// each.
 //
 //   held_out = true                   # score held-out cameras too
 //   report = true                     # a page each
@@ -9,7 +10,7 @@
 //   ground_truth = "walk/truth.jsonl" # optional, with its protocol
 //   protocol = "mpjpe"
 //   frames = "0:500"                  # optional
-//   set = "input.frame_rate=25"       # optional: keys of this take
+//   set = "input.frame_rate=25"       # optional: keys of this recording
 //   [[configurations]]
 //   name = "window"
 //   config = "window.toml"
@@ -24,7 +25,7 @@
 namespace kinegraph {
 
 // Absent texts are empty; paths are absolute.
-struct ManifestTake {
+struct ManifestRecording {
   std::string name;
   std::string cameras;
   std::string detections;
@@ -45,7 +46,7 @@ struct Manifest {
   bool held_out = false;
   bool compare = false;
   bool report = false;
-  std::vector<ManifestTake> takes;
+  std::vector<ManifestRecording> recordings;
   std::vector<ManifestConfiguration> configurations;
 };
 

@@ -1,7 +1,7 @@
-// Caliscope's points: xy_TRACKER.csv (or xy.csv), one table of the whole take,
-// a row a point: sync_index, cam_id (port in older versions), keypoint_id
-// (point_id), img_loc_x, img_loc_y [px], and perhaps object_id and frame_time
-// [s]. Where the table has no times they come from timestamps.csv or
+// Caliscope's points: xy_TRACKER.csv (or xy.csv), one table of the whole
+// recording, a row a point: sync_index, cam_id (port in older versions),
+// keypoint_id (point_id), img_loc_x, img_loc_y [px], and perhaps object_id and
+// frame_time [s]. Where the table has no times they come from timestamps.csv or
 // frame_time_history.csv beside it. Views are cam_0, cam_1, ... after the
 // cameras; frames are the indices of synchronised pictures.
 //
@@ -369,7 +369,7 @@ class CaliscopeReader {
   }
 
   // The cameras run freely: each picture has its own time, which counts from
-  // where the first frame stands at the take's rate.
+  // where the first frame stands at the recording's rate.
   void SetTimes(const std::map<int64_t, size_t>& views,
                 DetectionCollector* collector) {
     if (options_.frame_rate_hz > 0.0 || points_.empty()) return;

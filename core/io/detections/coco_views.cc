@@ -18,7 +18,7 @@
 #include "core/base/error.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
-#include "core/io/detections/losses.h"
+#include "core/io/detections/lost_fields.h"
 #include "core/io/detections/summary.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
@@ -132,13 +132,13 @@ class CocoViewsReader {
  private:
   template <typename Take>
   void ForEach(const JsonObject& root, const char* key, const char* what,
-               const Take& take) {
+               const Take& recording) {
     size_t place = 0;
     Located(
         path_, [&] { return what + (" " + std::to_string(place)); },
         [&] {
           for (const JsonValue value : AsArray(Required(root, key), key)) {
-            take(AsObject(value, what));
+            recording(AsObject(value, what));
             ++place;
           }
         });
@@ -336,7 +336,7 @@ class Writer {
 
 void WriteCocoViews(const std::string& path,
                     const DetectionWriteOptions& options,
-                    DetectionSource* source, Losses* losses) {
+                    DetectionSource* source, LostFields* lost_fields) {
   const DetectionHeader header = source->header();
   DetectionLossFinder finder(header);
   Writer writer(path, header, options.image_size);
@@ -346,9 +346,9 @@ void WriteCocoViews(const std::string& path,
     writer.Write(frame);
   }
   writer.Commit();
-  finder.Report(/*skeleton_told=*/true, losses, /*rate_told=*/true);
+  finder.Report(/*skeleton_told=*/true, lost_fields, /*rate_told=*/true);
   if (options.image_size.width_px == 0) {
-    losses->push_back(
+    lost_fields->push_back(
         "width and height of the images are 0; other programs may need them "
         "(--image_size=W,H)");
   }

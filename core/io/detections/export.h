@@ -17,24 +17,24 @@ namespace kinegraph {
 // frame, also where nobody was seen.
 void WriteOpenPose(const std::string& path,
                    const DetectionWriteOptions& options,
-                   DetectionSource* source, Losses* losses);
+                   DetectionSource* source, LostFields* lost_fields);
 
 // COCO keypoint results, VIEW.json. The score of a person is the mean
 // confidence of the joints found, the box the one around them.
 void WriteCocoResults(const std::string& path,
                       const DetectionWriteOptions& options,
-                      DetectionSource* source, Losses* losses);
+                      DetectionSource* source, LostFields* lost_fields);
 
 // longcw's annotation_2d.json, one file. Frames are told by their times alone,
 // so it needs a frame rate; it names the image size, which it must be given.
 void WriteLongcwDetections(const std::string& path,
                            const DetectionWriteOptions& options,
-                           DetectionSource* source, Losses* losses);
+                           DetectionSource* source, LostFields* lost_fields);
 
 // Our own format, JSON Lines.
 void WriteKinegraphDetections(const std::string& path,
                               const DetectionWriteOptions& options,
-                              DetectionSource* source, Losses* losses);
+                              DetectionSource* source, LostFields* lost_fields);
 
 }  // namespace kinegraph
 

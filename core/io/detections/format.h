@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/io/detections/source.h"
-#include "core/io/text/losses.h"
+#include "core/io/text/lost_fields.h"
 
 namespace kinegraph {
 
@@ -52,13 +52,13 @@ struct DetectionFormat {
   // What the format leaves out is added to `losses`.
   using Write = void (*)(const std::string& path,
                          const DetectionWriteOptions& options,
-                         DetectionSource* source, Losses* losses);
+                         DetectionSource* source, LostFields* lost_fields);
 
   enum class Files {
-    kOne,          // the whole take
+    kOne,          // the whole recording
     kFileAView,    // a folder with a file a view; one alone is a view
     kFolderAView,  // a folder with a folder a view, a file a frame
-    kSession,      // the whole take, found in the folder of its session
+    kSession,      // the whole recording, found in the folder of its session
   };
 
   std::string name;

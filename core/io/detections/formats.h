@@ -30,7 +30,7 @@ Keypoint MakeKeypoint(double x_px, double y_px, double confidence,
 std::vector<std::pair<std::string, std::string>> ListViewFiles(
     const std::string& path, const std::string& extension = ".json");
 
-// What the options and the names of view files say of a take.
+// What the options and the names of view files say of a recording.
 DetectionHeader HeaderOfViews(
     const std::vector<std::pair<std::string, std::string>>& files,
     const DetectionReadOptions& options);
@@ -55,8 +55,8 @@ std::vector<const Skeleton*> DetectorSkeletons(size_t joint_count,
 // Whether a reader that counts joints takes them for this layout.
 bool IsToldByJointCount(const Skeleton& skeleton);
 
-// Collects detections of formats whose files hold a whole take, in any order
-// of frames, and hands them out frame by frame.
+// Collects detections of formats whose files hold a whole recording, in any
+// order of frames, and hands them out frame by frame.
 class DetectionCollector {
  public:
   explicit DetectionCollector(DetectionHeader header)

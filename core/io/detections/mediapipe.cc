@@ -10,7 +10,7 @@
 #include "core/base/split.h"
 #include "core/io/detections/csv_keypoints.h"
 #include "core/io/detections/format.h"
-#include "core/io/detections/losses.h"
+#include "core/io/detections/lost_fields.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
@@ -177,7 +177,7 @@ class MediapipeView {
 
 void WriteMediapipe(const std::string& path,
                     const DetectionWriteOptions& /*options*/,
-                    DetectionSource* source, Losses* losses) {
+                    DetectionSource* source, LostFields* lost_fields) {
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
   const auto files =
@@ -199,10 +199,11 @@ void WriteMediapipe(const std::string& path,
   }
   for (const auto& file : files) file->Commit();
   folder.Commit();
-  finder.Report(FindSkeletonOf(header.skeleton.joints()) != nullptr, losses);
+  finder.Report(FindSkeletonOf(header.skeleton.joints()) != nullptr,
+                lost_fields);
   if (empty_frames > 0) {
-    losses->push_back(std::to_string(empty_frames) +
-                      " frames without any detection are not kept");
+    lost_fields->push_back(std::to_string(empty_frames) +
+                           " frames without any detection are not kept");
   }
 }
 

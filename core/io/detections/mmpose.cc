@@ -15,7 +15,7 @@
 #include "core/base/error.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
-#include "core/io/detections/losses.h"
+#include "core/io/detections/lost_fields.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
@@ -264,7 +264,7 @@ class MmposeView {
 
 void WriteMmpose(const std::string& path,
                  const DetectionWriteOptions& /*options*/,
-                 DetectionSource* source, Losses* losses) {
+                 DetectionSource* source, LostFields* lost_fields) {
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
   RefuseViewTruth(header, "MMPose's files");
@@ -279,7 +279,7 @@ void WriteMmpose(const std::string& path,
   }
   for (const auto& file : files) file->Commit();
   folder.Commit();
-  finder.Report(IsToldByJointCount(header.skeleton), losses);
+  finder.Report(IsToldByJointCount(header.skeleton), lost_fields);
 }
 
 }  // namespace

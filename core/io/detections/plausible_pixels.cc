@@ -16,7 +16,7 @@ constexpr double kMostShare = 3.0;
 // joints that it does not see, such as (-1, -1), does not.
 constexpr double kLeastSpread = 0.1;
 constexpr double kLargestImagePx = 65535.0;  // of JPEG; videos have fewer
-// One detection in the corner of an image is no reason to refuse a take.
+// One detection in the corner of an image is no reason to refuse a recording.
 constexpr int64_t kEnoughPeople = 10;
 
 bool CanBeShares(const Eigen::AlignedBox2d& box) {

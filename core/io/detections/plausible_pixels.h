@@ -21,7 +21,7 @@ class PlausiblePixels {
   // Throws InputError without a file, naming the view, once enough people show
   // that its positions are no pixels.
   void See(const DetectionFrame& frame);
-  // The same for a take that is too short for that.
+  // The same for a recording that is too short for that.
   void SeeEnd() const;
 
  private:

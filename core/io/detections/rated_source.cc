@@ -29,20 +29,20 @@ class RatedViews {
   }
 
   bool has_frame() const { return has_frame_; }
-  // The take's frame that is nearest to the next one of these views; of two the
-  // earlier, so that the take does not grow by half a frame. The nanoseconds of
-  // times are less than a millionth of any frame.
-  int64_t NextFrameOf(const FrameClock& take) const {
-    const double frames = take.Frames(clock_.TimeOf(frame_.frame));
+  // The recording's frame that is nearest to the next one of these views; of
+  // two the earlier, so that the recording does not grow by half a frame. The
+  // nanoseconds of times are less than a millionth of any frame.
+  int64_t NextFrameOf(const FrameClock& recording) const {
+    const double frames = recording.Frames(clock_.TimeOf(frame_.frame));
     return static_cast<int64_t>(std::ceil(frames - 0.5 - 1e-6));
   }
 
   // Gives `frame` what these views saw nearest to it, and goes on behind it.
-  void Join(const FrameClock& take, DetectionFrame* frame) {
+  void Join(const FrameClock& recording, DetectionFrame* frame) {
     for (const size_t v : views_) frame->views[v].capture_time = frame->time;
     bool found = false;
     TimeNs nearest = 0;
-    for (; has_frame_ && NextFrameOf(take) <= frame->frame; Read()) {
+    for (; has_frame_ && NextFrameOf(recording) <= frame->frame; Read()) {
       const TimeNs time = clock_.TimeOf(frame_.frame);
       const TimeNs off = std::abs(time - frame->time);
       if (found && off >= nearest) continue;
@@ -113,7 +113,7 @@ class RatedSource final : public DetectionSource {
         number = std::min(number, views.NextFrameOf(clock_));
       }
     }
-    // Files that count faster go on after the end of the take.
+    // Files that count faster go on after the end of the recording.
     if (number == kNone && (ended_ || waiting_.empty())) return false;
     if (!waiting_.empty() && waiting_.front().frame <= number) {
       *frame = std::move(waiting_.front());
@@ -158,7 +158,7 @@ class RatedSource final : public DetectionSource {
     return frame;
   }
 
-  // Frames up to the next one in which a view of the take's own rate shows
+  // Frames up to the next one in which a view of the recording's own rate shows
   // somebody, from the first such on; at the end, those in which none does any
   // more.
   void ReadBase() {

@@ -61,7 +61,7 @@ class CocoReader {
     }
   }
 
-  // By the first person of the take, unless the skeleton is given.
+  // By the first person of the recording, unless the skeleton is given.
   void Prepare(size_t number_count) {
     if (collector_.header().skeleton.joint_count() == 0) {
       collector_.set_skeleton(

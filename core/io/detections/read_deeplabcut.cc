@@ -1,13 +1,13 @@
 // DeepLabCut's CSV of predictions (Lightning Pose's too), a file a view: header
 // rows "scorer", "individuals" (several animals or people only), "bodyparts",
 // "coords", then a row a frame. A folder with such a folder a detector (two
-// seeds of Lightning Pose, say) is one take, in which they are fused.
+// seeds of Lightning Pose, say) is one recording, in which they are fused.
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/io/detections/deeplabcut_take.h"
+#include "core/io/detections/deeplabcut_recording.h"
 #include "core/io/detections/format.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
@@ -76,10 +76,11 @@ Header ReadHeader(CsvRows* rows) {
 }
 
 void ReadRows(CsvRows* rows, size_t view_idx,
-              const DetectionReadOptions& options, DeepLabCutTake* take) {
+              const DetectionReadOptions& options,
+              DeepLabCutRecording* recording) {
   const Header header = ReadHeader(rows);
   const DeepLabCutColumns& columns = header.columns;
-  take->SettleSkeleton(columns.labels);
+  recording->SettleSkeleton(columns.labels);
   std::vector<std::string> cells;
   while (rows->Next(&cells)) {
     if (cells.size() != header.width) {
@@ -87,24 +88,24 @@ void ReadRows(CsvRows* rows, size_t view_idx,
                        " cells, expected " + std::to_string(header.width));
     }
     const int64_t frame = FrameOfName(cells[header.first - 1]);
-    take->Touch(frame);
+    recording->Touch(frame);
     for (size_t p = 0; p < columns.people.size(); ++p) {
-      take->Add(frame, view_idx, p,
-                ReadKeypointRow(cells, columns.people[p], columns.labels,
-                                options.zero_confidence)
-                    .joints);
+      recording->Add(frame, view_idx, p,
+                     ReadKeypointRow(cells, columns.people[p], columns.labels,
+                                     options.zero_confidence)
+                         .joints);
     }
   }
 }
 
 void ReadDeepLabCutView(const std::string& path, size_t view_idx,
                         const DetectionReadOptions& options,
-                        DeepLabCutTake* take) {
+                        DeepLabCutRecording* recording) {
   const std::string text = ReadTextFile(path);
   CsvRows rows(text);
   Located(
       path, [&] { return rows.Place(); },
-      [&] { ReadRows(&rows, view_idx, options, take); });
+      [&] { ReadRows(&rows, view_idx, options, recording); });
 }
 
 std::unique_ptr<DetectionSource> OpenDeepLabCutFile(

@@ -10,7 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/io/binary/hdf5_file.h"
-#include "core/io/detections/deeplabcut_take.h"
+#include "core/io/detections/deeplabcut_recording.h"
 #include "core/io/detections/format.h"
 #include "core/io/text/bulk_json.h"
 
@@ -127,7 +127,7 @@ DeepLabCutColumns ColumnsOf(const Hdf5File& file, size_t width) {
 
 void ReadDeepLabCutH5File(const Hdf5File& file, const std::string& path,
                           size_t view_idx, const DetectionReadOptions& options,
-                          DeepLabCutTake* take) {
+                          DeepLabCutRecording* recording) {
   if (!file.Has("df_with_missing") || !file.Has(kTable)) {
     throw InputError(path, "",
                      "has no df_with_missing/table, expected DeepLabCut's "
@@ -147,7 +147,7 @@ void ReadDeepLabCutH5File(const Hdf5File& file, const std::string& path,
       [&] {
         const DeepLabCutColumns columns = ColumnsOf(file, width);
         if (one != 1) throw InputError("index: expected one number a frame");
-        take->SettleSkeleton(columns.labels);
+        recording->SettleSkeleton(columns.labels);
         for (size_t r = 0; r < frames.size(); ++r) {
           const double* row = &values[r * width];
           if (!(frames[r] >= 0.0 &&
@@ -155,7 +155,7 @@ void ReadDeepLabCutH5File(const Hdf5File& file, const std::string& path,
             throw InputError("found a frame below 0 or too large");
           }
           const auto frame = static_cast<int64_t>(frames[r]);
-          take->Touch(frame);
+          recording->Touch(frame);
           for (size_t p = 0; p < columns.people.size(); ++p) {
             std::vector<Keypoint> joints;
             for (const KeypointColumns& at : columns.people[p]) {
@@ -164,7 +164,7 @@ void ReadDeepLabCutH5File(const Hdf5File& file, const std::string& path,
                                at.confidence < 0 ? 1.0 : row[at.confidence],
                                options.zero_confidence));
             }
-            take->Add(frame, view_idx, p, std::move(joints));
+            recording->Add(frame, view_idx, p, std::move(joints));
           }
         }
       });
@@ -172,9 +172,9 @@ void ReadDeepLabCutH5File(const Hdf5File& file, const std::string& path,
 
 void ReadDeepLabCutH5View(const std::string& path, size_t view_idx,
                           const DetectionReadOptions& options,
-                          DeepLabCutTake* take) {
+                          DeepLabCutRecording* recording) {
   ReadHdf5(path, [&](const Hdf5File& file) {
-    ReadDeepLabCutH5File(file, path, view_idx, options, take);
+    ReadDeepLabCutH5File(file, path, view_idx, options, recording);
   });
 }
 

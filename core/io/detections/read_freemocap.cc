@@ -1,4 +1,4 @@
-// FreeMoCap's 2D points, one .npy of the whole take:
+// FreeMoCap's 2D points, one .npy of the whole recording:
 // mediapipe_2dData_numCams_numFrames_numTrackedPoints_pixelXY.npy, an array
 // [cameras, frames, points, 2] in pixels of one person, NaN where a point was
 // not found (a third number, a depth in older files, is passed over). Views are

@@ -55,10 +55,10 @@ class KinegraphSource : public DetectionSource {
   void ReadHeader(const JsonObject& object) {
     using Self = KinegraphSource;
     static constexpr Key<DetectionHeader> kKeys[] = {
-        {"kinegraph_detections", Presence::kRequired, &Self::TakeVersion},
-        {"skeleton", Presence::kRequired, &Self::TakeSkeleton},
-        {"frame_rate", Presence::kOptional, &Self::TakeFrameRate},
-        {"views", Presence::kRequired, &Self::TakeViewNames}};
+        {"kinegraph_detections", Presence::kRequired, &Self::RecordingVersion},
+        {"skeleton", Presence::kRequired, &Self::RecordingSkeleton},
+        {"frame_rate", Presence::kOptional, &Self::RecordingFrameRate},
+        {"views", Presence::kRequired, &Self::RecordingViewNames}};
     ReadKeys(object, kKeys, this, &header_);
     if (options_.frame_rate_hz > 0.0) {
       header_.frame_rate_hz = options_.frame_rate_hz;
@@ -66,19 +66,20 @@ class KinegraphSource : public DetectionSource {
     if (options_.skeleton) OverrideSkeleton();
   }
 
-  void TakeVersion(JsonValue value, std::string_view key, DetectionHeader*) {
+  void RecordingVersion(JsonValue value, std::string_view key,
+                        DetectionHeader*) {
     AsInteger(value, key, 1, 1);
   }
-  void TakeSkeleton(JsonValue value, std::string_view,
-                    DetectionHeader* header) {
+  void RecordingSkeleton(JsonValue value, std::string_view,
+                         DetectionHeader* header) {
     header->skeleton = ReadSkeleton(value);
   }
-  void TakeFrameRate(JsonValue value, std::string_view key,
-                     DetectionHeader* header) {
+  void RecordingFrameRate(JsonValue value, std::string_view key,
+                          DetectionHeader* header) {
     header->frame_rate_hz = AsFrameRate(value, key);
   }
-  void TakeViewNames(JsonValue value, std::string_view key,
-                     DetectionHeader* header) {
+  void RecordingViewNames(JsonValue value, std::string_view key,
+                          DetectionHeader* header) {
     for (const JsonValue name : AsArray(value, key)) {
       const std::string text(AsText(name, key));
       if (FindView(text) >= 0) {
@@ -120,8 +121,8 @@ class KinegraphSource : public DetectionSource {
     using Self = KinegraphSource;
     static constexpr Key<DetectionFrame> kKeys[] = {
         {"frame", Presence::kRequired, &Self::TakeFrame},
-        {"time", Presence::kOptional, &Self::TakeTime},
-        {"views", Presence::kRequired, &Self::TakeViews},
+        {"time", Presence::kOptional, &Self::RecordingTime},
+        {"views", Presence::kRequired, &Self::RecordingViews},
         {"capture_times", Presence::kOptional, &Self::TakeCaptureTimes},
         {"view_times", Presence::kOptional, &Self::TakeCaptureTimes}};
     frame->views.resize(header_.view_names.size());
@@ -136,7 +137,8 @@ class KinegraphSource : public DetectionSource {
   void TakeFrame(JsonValue value, std::string_view key, DetectionFrame* frame) {
     frame->frame = AsFrame(value, key);
   }
-  void TakeTime(JsonValue value, std::string_view key, DetectionFrame* frame) {
+  void RecordingTime(JsonValue value, std::string_view key,
+                     DetectionFrame* frame) {
     frame->time = AsTime(value, key);
     has_time_ = true;
   }
@@ -170,7 +172,8 @@ class KinegraphSource : public DetectionSource {
     }
   }
 
-  void TakeViews(JsonValue value, std::string_view key, DetectionFrame* frame) {
+  void RecordingViews(JsonValue value, std::string_view key,
+                      DetectionFrame* frame) {
     const JsonObject views = AsObject(value, key);
     seen_views_.assign(header_.view_names.size(), false);
     for (const auto field : views) {

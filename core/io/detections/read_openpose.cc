@@ -1,6 +1,6 @@
 // OpenPose's JSON output: one folder a view, one file a frame, each
 // {"people": [{"pose_keypoints_2d": [x, y, c, ...], ...}, ...], ...}. A folder
-// with frames in it is a take of one view.
+// with frames in it is a recording of one view.
 #include <algorithm>
 #include <filesystem>
 #include <optional>
@@ -196,7 +196,7 @@ class OpenPoseSource : public DetectionSource {
   }
 
   // Files to recognise the layout by: of every view some that are spread over
-  // the take, then the others, in case nobody is in the former.
+  // the recording, then the others, in case nobody is in the former.
   std::vector<std::string> SampleFiles() const {
     std::vector<std::string> paths;
     for (const bool spread : {true, false}) {

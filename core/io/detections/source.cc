@@ -94,7 +94,7 @@ const DetectionFormat& RecognisedFormat(const std::string& path) {
   if (format == nullptr) FailUnknown(path, head);
   if (head.is_folder && format->files == DetectionFormat::Files::kOne) {
     throw InputError(head.file, "",
-                     "names a whole take: give this file, not its folder");
+                     "names a whole recording: give this file, not its folder");
   }
   return *format;
 }

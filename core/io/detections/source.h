@@ -1,5 +1,5 @@
 // Reading 2D detections, whatever detector wrote them, frame by frame, so that
-// long takes need no more memory than short ones.
+// long recordings need no more memory than short ones.
 #ifndef KINEGRAPH_CORE_IO_DETECTIONS_SOURCE_H_
 #define KINEGRAPH_CORE_IO_DETECTIONS_SOURCE_H_
 
@@ -81,8 +81,9 @@ class DetectionSource {
   virtual BadFrames bad_frames() const { return {}; }
 };
 
-// Opens detections and reads what holds for the whole take. Throws InputError
-// naming the file; OptionError when `options` are wrong by themselves.
+// Opens detections and reads what holds for the whole recording. Throws
+// InputError naming the file; OptionError when `options` are wrong by
+// themselves.
 std::unique_ptr<DetectionSource> OpenDetections(
     const std::string& path, const DetectionReadOptions& options = {});
 

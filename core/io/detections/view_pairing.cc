@@ -19,7 +19,8 @@ using Words = std::vector<std::string>;
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
-// "Take_Cam-01" -> take, cam, 1. Numbers stay texts, so that none is too large.
+// "Recording_Cam-01" -> take, cam, 1. Numbers stay texts, so that none is too
+// large.
 Words WordsOf(const std::string& name) {
   Words words;
   char before = ' ';

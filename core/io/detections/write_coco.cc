@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/io/detections/export.h"
 #include "core/io/detections/formats.h"
-#include "core/io/detections/losses.h"
+#include "core/io/detections/lost_fields.h"
 #include "core/io/detections/summary.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
@@ -90,7 +90,7 @@ bool IsEmpty(const DetectionFrame& frame) {
 
 void WriteCocoResults(const std::string& path,
                       const DetectionWriteOptions& /*options*/,
-                      DetectionSource* source, Losses* losses) {
+                      DetectionSource* source, LostFields* lost_fields) {
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
   RefuseViewTruth(header, "COCO results");
@@ -109,10 +109,10 @@ void WriteCocoResults(const std::string& path,
   }
   for (const auto& file : files) file->Commit();
   folder.Commit();
-  finder.Report(IsToldByJointCount(header.skeleton), losses);
+  finder.Report(IsToldByJointCount(header.skeleton), lost_fields);
   if (empty_frames > 0) {
-    losses->push_back(std::to_string(empty_frames) +
-                      " frames without any detection are not kept");
+    lost_fields->push_back(std::to_string(empty_frames) +
+                           " frames without any detection are not kept");
   }
 }
 

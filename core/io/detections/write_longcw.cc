@@ -6,7 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/io/detections/export.h"
-#include "core/io/detections/losses.h"
+#include "core/io/detections/lost_fields.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
 #include "core/io/text/json_output.h"
@@ -42,7 +42,7 @@ void WritePose(const Detection& detection, JsonOutput* out) {
 
 void WriteLongcwDetections(const std::string& path,
                            const DetectionWriteOptions& options,
-                           DetectionSource* source, Losses* losses) {
+                           DetectionSource* source, LostFields* lost_fields) {
   const ImageSize& size = options.image_size;
   const DetectionHeader header = source->header();
   RequireLongcwRate(header.frame_rate_hz);
@@ -86,7 +86,7 @@ void WriteLongcwDetections(const std::string& path,
   }
   file.Write("\n}}\n");
   file.Commit();
-  finder.Report(header.skeleton == Tum14(), losses,
+  finder.Report(header.skeleton == Tum14(), lost_fields,
                 header.frame_rate_hz == kLongcwFrameRateHz);
 }
 

@@ -5,7 +5,7 @@
 
 #include "core/io/detections/export.h"
 #include "core/io/detections/formats.h"
-#include "core/io/detections/losses.h"
+#include "core/io/detections/lost_fields.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
@@ -56,7 +56,7 @@ void WritePeople(const std::string& path,
 
 void WriteOpenPose(const std::string& path,
                    const DetectionWriteOptions& /*options*/,
-                   DetectionSource* source, Losses* losses) {
+                   DetectionSource* source, LostFields* lost_fields) {
   const DetectionHeader header = source->header();
   AtomicFolder folder(path);
   for (const std::string& view : header.view_names) {
@@ -76,7 +76,7 @@ void WriteOpenPose(const std::string& path,
     }
   }
   folder.Commit();
-  finder.Report(IsToldByJointCount(header.skeleton), losses);
+  finder.Report(IsToldByJointCount(header.skeleton), lost_fields);
 }
 
 }  // namespace kinegraph

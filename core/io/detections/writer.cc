@@ -147,9 +147,10 @@ void DetectionWriter::Commit() { impl_->Commit(); }
 
 void WriteKinegraphDetections(const std::string& path,
                               const DetectionWriteOptions& /*options*/,
-                              DetectionSource* source, Losses* losses) {
+                              DetectionSource* source,
+                              LostFields* lost_fields) {
   if (!(source->header().frame_rate_hz > 0.0)) {
-    losses->push_back("the frame rate is not known (--frame_rate=HZ)");
+    lost_fields->push_back("the frame rate is not known (--frame_rate=HZ)");
   }
   DetectionWriter writer(path, source->header());
   DetectionFrame frame;

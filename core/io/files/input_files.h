@@ -17,9 +17,10 @@ class InputFiles {
   static void Protect();
 
   // An open file that is being read. Regular files count, the first 65,536 of
-  // them, so that a long take needs no more memory than a short one. Called
-  // again, at the end of the file or when it is read once more, it throws
-  // InputError where size or time of change are no longer what they were.
+  // them, so that a long recording needs no more memory than a short one.
+  // Called again, at the end of the file or when it is read once more, it
+  // throws InputError where size or time of change are no longer what they
+  // were.
   static void Note(int descriptor, const std::string& path);
 
   // A file of the command's own making is no input: to be called before it is

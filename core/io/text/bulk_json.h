@@ -50,8 +50,8 @@ inline constexpr std::string_view kOutermost = "the outermost value";
 // "an object", "an array", "null", ... for messages.
 const char* TypeName(JsonValue value);
 
-// Frame numbers and identities. Large enough for any take, small enough that
-// no arithmetic on them overflows.
+// Frame numbers and identities. Large enough for any recording, small enough
+// that no arithmetic on them overflows.
 inline constexpr int64_t kMaxFrame = int64_t{1} << 50;
 int64_t AsFrame(JsonValue value, std::string_view key);
 int64_t AsId(JsonValue value, std::string_view key);

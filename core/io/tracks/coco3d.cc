@@ -14,7 +14,7 @@
 #include "core/io/text/skeleton_json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/formats.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 
 namespace kinegraph {
 namespace {
@@ -90,7 +90,8 @@ void WriteAnnotation(const PersonPose& person, int64_t frame, int64_t number,
 }
 
 void WriteTracksCoco3d(const std::string& path, const TrackSequence& tracks,
-                       const TrackExportOptions& options, Losses* losses) {
+                       const TrackExportOptions& options,
+                       LostFields* lost_fields) {
   const TrackContents contents = ContentsOf(tracks);
   AtomicFile file(path);
   file.Write("{\"info\": " + InfoText(tracks.header) + ",\n\"categories\": [" +
@@ -121,9 +122,9 @@ void WriteTracksCoco3d(const std::string& path, const TrackSequence& tracks,
   out.Text("]}\n");
   flush();
   file.Commit();
-  losses->push_back("the configuration is not kept");
-  NoteStatistics(contents, losses);
-  if (!contents.has_clock) losses->push_back(kNoClock);
+  lost_fields->push_back("the configuration is not kept");
+  NoteStatistics(contents, lost_fields);
+  if (!contents.has_clock) lost_fields->push_back(kNoClock);
 }
 
 // ---- Reading ----

@@ -6,7 +6,7 @@
 
 #include "core/data/person_names.h"
 #include "core/data/pose.h"
-#include "core/io/text/losses.h"
+#include "core/io/text/lost_fields.h"
 #include "core/io/tracks/axis_map.h"
 
 namespace kinegraph {
@@ -20,11 +20,11 @@ namespace kinegraph {
 // them. The
 // cells of what is missing are empty, those of times when none is known.
 void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
-                    Losses* losses, const PersonNames& names = {});
+                    LostFields* lost_fields, const PersonNames& names = {});
 
 // {"unit": "m", "poses": [{"frame", "id", "joints": [[x, y, z] or null]}]}.
 void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
-                      Losses* losses);
+                      LostFields* lost_fields);
 
 // NumPy's .npz, an uncompressed archive of arrays; F frames, P people, J
 // joints, dense over all of them:
@@ -42,16 +42,16 @@ void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
 //   bones       int32   [B, 2]           indices into joints
 //   skeleton    <U      []               name
 void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
-                    Losses* losses, const PersonNames& names = {});
+                    LostFields* lost_fields, const PersonNames& names = {});
 
 // TRC as OpenSim and Pose2Sim read it, a file a person: PATH/person_ID.trc, or
 // PATH/person_ID_NAME.trc of those who have a name; NAME.trc is the file of the
-// one person that the tracks have.
-// All files have a row for every frame of the take, Frame# from 1 and the time
-// of the tracks; the header's OrigDataStartFrame is the first frame's number. A
-// marker without position has empty cells. Needs a frame rate.
+// one person that the tracks have. All files have a row for every frame of the
+// recording, Frame# from 1 and the time of the tracks; the header's
+// OrigDataStartFrame is the first frame's number. A marker without position has
+// empty cells. Needs a frame rate.
 void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
-                    const AxisMap& axes, Losses* losses,
+                    const AxisMap& axes, LostFields* lost_fields,
                     const PersonNames& names = {});
 
 // Files of ground truth and results; each keeps frames, identities and
@@ -60,18 +60,19 @@ void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
 // longcw's annotation_3d.json, in centimetres. Frames are told by their times
 // alone, so it needs a frame rate.
 void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
-                       Losses* losses);
+                       LostFields* lost_fields);
 // 4D association's gt.txt or skel.txt, an entry for every frame from the first
 // to the last; a missing joint has weight 0.
 void WriteTracks4dAssociation(const std::string& path,
-                              const TrackSequence& tracks, Losses* losses);
+                              const TrackSequence& tracks,
+                              LostFields* lost_fields);
 // CMU Panoptic's hdPose3d, a folder with a file a frame, in centimetres; joints
 // are taken over by name.
 void WriteTracksPanoptic(const std::string& path, const TrackSequence& tracks,
-                         Losses* losses);
+                         LostFields* lost_fields);
 // TUM's actorsGT.mat; the id of a person is the place of the actor.
 void WriteTracksTum(const std::string& path, const TrackSequence& tracks,
-                    Losses* losses);
+                    LostFields* lost_fields);
 
 }  // namespace kinegraph
 

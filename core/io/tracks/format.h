@@ -13,7 +13,7 @@
 
 #include "core/data/person_names.h"
 #include "core/data/pose.h"
-#include "core/io/text/losses.h"
+#include "core/io/text/lost_fields.h"
 #include "core/io/tracks/axis_map.h"
 #include "core/io/tracks/tracks.h"
 
@@ -53,10 +53,11 @@ struct TrackFormat {
   // InputError when it cannot be made or the tracks do not fit the format. What
   // the format leaves out is added to `losses`.
   using Write = void (*)(const std::string& path, const TrackSequence& tracks,
-                         const TrackExportOptions& options, Losses* losses);
+                         const TrackExportOptions& options,
+                         LostFields* lost_fields);
 
   enum class Files {
-    kOne,          // the whole take
+    kOne,          // the whole recording
     kFileAPerson,  // a folder with a file a person; a path that ends as those
                    // files do is the file of one person
     kFileAFrame,   // a folder with a file a frame

@@ -11,7 +11,7 @@
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/names.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 
 namespace kinegraph {
 namespace {

@@ -167,8 +167,8 @@ TrackFormat FourDAssociationTrackFormat() {
   };
   format.read = ReadFourDAssociation;
   format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions&, Losses* losses) {
-    WriteTracks4dAssociation(path, tracks, losses);
+                    const TrackExportOptions&, LostFields* lost_fields) {
+    WriteTracks4dAssociation(path, tracks, lost_fields);
   };
   format.kept = "frame, identity, positions";
   format.lost =

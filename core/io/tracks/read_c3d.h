@@ -14,7 +14,7 @@ inline constexpr const char* kC3dExtension = ".c3d";
 inline AxisMap C3dAxes() { return AxisMap::Parse("x,y,z"); }
 
 void WriteTracksC3d(const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options, Losses* losses);
+                    const TrackExportOptions& options, LostFields* lost_fields);
 
 }  // namespace kinegraph
 

@@ -260,8 +260,9 @@ TrackFormat CsvTrackFormat() {
   format.read_names = ReadCsvNames;
   format.keeps_names = true;
   format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options, Losses* losses) {
-    WriteTracksCsv(path, tracks, losses, options.names);
+                    const TrackExportOptions& options,
+                    LostFields* lost_fields) {
+    WriteTracksCsv(path, tracks, lost_fields, options.names);
   };
   format.kept = "frame, time, identity, status, views, covariances";
   format.lost =

@@ -58,20 +58,21 @@ class KinegraphTrackSource : public TrackSource {
   void ReadHeader(const JsonObject& object) {
     using Self = KinegraphTrackSource;
     static constexpr Key<TrackHeader> kKeys[] = {
-        {"kinegraph", Presence::kRequired, &Self::TakeVersion},
-        {"skeleton", Presence::kRequired, &Self::TakeSkeleton},
+        {"kinegraph", Presence::kRequired, &Self::RecordingVersion},
+        {"skeleton", Presence::kRequired, &Self::RecordingSkeleton},
         {"units", Presence::kOptional, &Self::CheckUnits},
-        {"mode", Presence::kOptional, &Self::TakeMode},
-        {"frame_rate", Presence::kOptional, &Self::TakeFrameRate},
-        {"config", Presence::kOptional, &Self::TakeConfig},
-        {"views", Presence::kOptional, &Self::TakeViewNames}};
+        {"mode", Presence::kOptional, &Self::RecordingMode},
+        {"frame_rate", Presence::kOptional, &Self::RecordingFrameRate},
+        {"config", Presence::kOptional, &Self::RecordingConfig},
+        {"views", Presence::kOptional, &Self::RecordingViewNames}};
     ReadKeys(object, kKeys, this, &header_);
   }
 
-  void TakeVersion(JsonValue value, std::string_view key, TrackHeader*) {
+  void RecordingVersion(JsonValue value, std::string_view key, TrackHeader*) {
     AsInteger(value, key, 1, 1);
   }
-  void TakeSkeleton(JsonValue value, std::string_view, TrackHeader* header) {
+  void RecordingSkeleton(JsonValue value, std::string_view,
+                         TrackHeader* header) {
     header->skeleton = ReadSkeleton(value);
   }
   void CheckUnits(JsonValue value, std::string_view key, TrackHeader*) {
@@ -82,19 +83,21 @@ class KinegraphTrackSource : public TrackSource {
       throw InputError("units: expected metres (m) and seconds (s)");
     }
   }
-  void TakeMode(JsonValue value, std::string_view key, TrackHeader* header) {
+  void RecordingMode(JsonValue value, std::string_view key,
+                     TrackHeader* header) {
     header->mode = AsText(value, key);
   }
-  void TakeFrameRate(JsonValue value, std::string_view key,
-                     TrackHeader* header) {
+  void RecordingFrameRate(JsonValue value, std::string_view key,
+                          TrackHeader* header) {
     header->frame_rate_hz = AsFrameRate(value, key);
   }
-  void TakeConfig(JsonValue value, std::string_view key, TrackHeader* header) {
+  void RecordingConfig(JsonValue value, std::string_view key,
+                       TrackHeader* header) {
     AsObject(value, key);
     header->config_json = RawObject(lines_.line(), key);
   }
-  void TakeViewNames(JsonValue value, std::string_view key,
-                     TrackHeader* header) {
+  void RecordingViewNames(JsonValue value, std::string_view key,
+                          TrackHeader* header) {
     for (const JsonValue name : AsArray(value, key)) {
       header->view_names.emplace_back(AsText(name, key));
     }
@@ -106,8 +109,8 @@ class KinegraphTrackSource : public TrackSource {
     using Self = KinegraphTrackSource;
     static constexpr Key<TrackFrame> kKeys[] = {
         {"frame", Presence::kRequired, &Self::TakeFrame},
-        {"time", Presence::kOptional, &Self::TakeTime},
-        {"people", Presence::kRequired, &Self::TakePeople}};
+        {"time", Presence::kOptional, &Self::RecordingTime},
+        {"people", Presence::kRequired, &Self::RecordingPeople}};
     frame->people.clear();
     has_time_ = false;
     ReadKeys(object, kKeys, this, frame);
@@ -120,11 +123,12 @@ class KinegraphTrackSource : public TrackSource {
   void TakeFrame(JsonValue value, std::string_view key, TrackFrame* frame) {
     frame->frame = AsFrame(value, key);
   }
-  void TakeTime(JsonValue value, std::string_view key, TrackFrame* frame) {
+  void RecordingTime(JsonValue value, std::string_view key, TrackFrame* frame) {
     frame->time = AsTime(value, key);
     has_time_ = true;
   }
-  void TakePeople(JsonValue value, std::string_view key, TrackFrame* frame) {
+  void RecordingPeople(JsonValue value, std::string_view key,
+                       TrackFrame* frame) {
     for (const JsonValue element : AsArray(value, key)) {
       PersonPose person;
       ReadPerson(AsObject(element, key), &person);
@@ -143,26 +147,26 @@ class KinegraphTrackSource : public TrackSource {
   void ReadPerson(const JsonObject& object, PersonPose* person) {
     using Self = KinegraphTrackSource;
     static constexpr Key<PersonPose> kKeys[] = {
-        {"id", Presence::kRequired, &Self::TakeId},
-        {"joints", Presence::kRequired, &Self::TakePositions},
-        {"status", Presence::kRequired, &Self::TakeStatuses},
-        {"views", Presence::kOptional, &Self::TakeViewCounts},
-        {"covariance", Presence::kOptional, &Self::TakeCovariances},
-        {"score", Presence::kOptional, &Self::TakeScore},
-        {"matches", Presence::kOptional, &Self::TakeMatches},
-        {"weights", Presence::kOptional, &Self::TakeWeights}};
+        {"id", Presence::kRequired, &Self::RecordingId},
+        {"joints", Presence::kRequired, &Self::ExtractPositions},
+        {"status", Presence::kRequired, &Self::ExtractStatuses},
+        {"views", Presence::kOptional, &Self::RecordingViewCounts},
+        {"covariance", Presence::kOptional, &Self::ExtractCovariances},
+        {"score", Presence::kOptional, &Self::RecordingScore},
+        {"matches", Presence::kOptional, &Self::ExtractMatches},
+        {"weights", Presence::kOptional, &Self::ExtractWeights}};
     weights_.reset();
     ReadKeys(object, kKeys, this, person);
     MergeStatuses(person);
     if (weights_.has_value()) ReadWeights(*weights_, person);
   }
 
-  void TakeId(JsonValue value, std::string_view key, PersonPose* person) {
+  void RecordingId(JsonValue value, std::string_view key, PersonPose* person) {
     person->id = TrackId(AsId(value, key));
   }
 
-  void TakePositions(JsonValue value, std::string_view key,
-                     PersonPose* person) {
+  void ExtractPositions(JsonValue value, std::string_view key,
+                        PersonPose* person) {
     person->joints.reserve(header_.skeleton.joints().size());
     for (const JsonValue position : AsArray(value, key)) {
       if (position.is_null()) {
@@ -176,7 +180,7 @@ class KinegraphTrackSource : public TrackSource {
     CheckLength(person->joints.size(), key);
   }
 
-  void TakeStatuses(JsonValue value, std::string_view key, PersonPose*) {
+  void ExtractStatuses(JsonValue value, std::string_view key, PersonPose*) {
     statuses_.clear();
     for (const JsonValue status : AsArray(value, key)) {
       statuses_.push_back(ReadStatus(status));
@@ -184,8 +188,8 @@ class KinegraphTrackSource : public TrackSource {
     CheckLength(statuses_.size(), key);
   }
 
-  void TakeViewCounts(JsonValue value, std::string_view key,
-                      PersonPose* person) {
+  void RecordingViewCounts(JsonValue value, std::string_view key,
+                           PersonPose* person) {
     for (const JsonValue count : AsArray(value, key)) {
       person->inlier_views.push_back(
           static_cast<int>(AsInteger(count, key, 0, kMaxInt)));
@@ -193,8 +197,8 @@ class KinegraphTrackSource : public TrackSource {
     CheckLength(person->inlier_views.size(), key);
   }
 
-  void TakeCovariances(JsonValue value, std::string_view key,
-                       PersonPose* person) {
+  void ExtractCovariances(JsonValue value, std::string_view key,
+                          PersonPose* person) {
     for (const JsonValue covariance : AsArray(value, key)) {
       if (covariance.is_null()) {
         person->covariances.emplace_back();
@@ -210,11 +214,13 @@ class KinegraphTrackSource : public TrackSource {
     CheckLength(person->covariances.size(), key);
   }
 
-  void TakeScore(JsonValue value, std::string_view key, PersonPose* person) {
+  void RecordingScore(JsonValue value, std::string_view key,
+                      PersonPose* person) {
     person->score = AsNumber(value, key);
   }
 
-  void TakeMatches(JsonValue value, std::string_view key, PersonPose* person) {
+  void ExtractMatches(JsonValue value, std::string_view key,
+                      PersonPose* person) {
     for (const auto field : AsObject(value, key)) {
       ViewMatch match;
       match.view_idx = ViewOf(field.key);
@@ -229,7 +235,7 @@ class KinegraphTrackSource : public TrackSource {
   }
 
   // Read when all matches are known.
-  void TakeWeights(JsonValue value, std::string_view key, PersonPose*) {
+  void ExtractWeights(JsonValue value, std::string_view key, PersonPose*) {
     weights_ = AsObject(value, key);
   }
 
@@ -337,9 +343,10 @@ TrackFormat KinegraphTrackFormat() {
   format.read_names = ReadKinegraphNames;
   format.keeps_names = true;
   format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options, Losses* losses) {
+                    const TrackExportOptions& options,
+                    LostFields* lost_fields) {
     if (!(tracks.header.frame_rate_hz > 0.0)) {
-      losses->push_back("the frame rate is not known (--frame_rate=HZ)");
+      lost_fields->push_back("the frame rate is not known (--frame_rate=HZ)");
     }
     // The header has views only when the input had observations.
     WriteTracks(path, tracks,

@@ -158,8 +158,8 @@ TrackFormat LongcwTrackFormat() {
   format.recognise = [](const TrackHead& head) { return head.kind == '['; };
   format.read = ReadLongcwTracks;
   format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions&, Losses* losses) {
-    WriteTracksLongcw(path, tracks, losses);
+                    const TrackExportOptions&, LostFields* lost_fields) {
+    WriteTracksLongcw(path, tracks, lost_fields);
   };
   format.kept = "frame, time, identity, positions";
   format.lost =

@@ -233,8 +233,9 @@ TrackFormat NpzTrackFormat() {
   format.read_names = ReadNpzNames;
   format.keeps_names = true;
   format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options, Losses* losses) {
-    WriteTracksNpz(path, tracks, losses, options.names);
+                    const TrackExportOptions& options,
+                    LostFields* lost_fields) {
+    WriteTracksNpz(path, tracks, lost_fields, options.names);
   };
   format.read_note = "uncompressed";
   format.kept = "the same, all frames, frame rate, bones";

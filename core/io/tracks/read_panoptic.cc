@@ -102,8 +102,8 @@ TrackFormat PanopticTrackFormat() {
   };
   format.read = ReadPanoptic;
   format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions&, Losses* losses) {
-    WriteTracksPanoptic(path, tracks, losses);
+                    const TrackExportOptions&, LostFields* lost_fields) {
+    WriteTracksPanoptic(path, tracks, lost_fields);
   };
   format.kept = "frame, identity, positions of Panoptic's nineteen joints";
   format.lost =

@@ -110,8 +110,9 @@ TrackFormat PosesTrackFormat() {
   format.recognise = [](const TrackHead& head) { return head.HasKey("poses"); };
   format.read = ReadPoses;
   format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions&,
-                    Losses* losses) { WriteTracksPoses(path, tracks, losses); };
+                    const TrackExportOptions&, LostFields* lost_fields) {
+    WriteTracksPoses(path, tracks, lost_fields);
+  };
   format.kept = "frame, identity, positions";
   format.lost = "times, status, covariances, frames with nobody";
   return format;

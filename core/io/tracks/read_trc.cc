@@ -147,12 +147,12 @@ void ReadMarkers(const std::vector<std::string_view>& cells, double metres,
   }
 }
 
-// The frame of the first row. Its time tells it: programs that trim a take keep
-// the times, and number rows and OrigDataStartFrame anew, from 0 or from 1. A
-// quarter of a frame is what rounding of times and rates may cost. Times that
-// begin anew themselves, or lie between frames, tell nothing; then the header
-// does, which counts from 0 here and in Pose2Sim, whose rows and times count
-// from 1, and from 1 in laboratories' files.
+// The frame of the first row. Its time tells it: programs that trim a recording
+// keep the times, and number rows and OrigDataStartFrame anew, from 0 or from
+// 1. A quarter of a frame is what rounding of times and rates may cost. Times
+// that begin anew themselves, or lie between frames, tell nothing; then the
+// header does, which counts from 0 here and in Pose2Sim, whose rows and times
+// count from 1, and from 1 in laboratories' files.
 int64_t FirstFrame(const Header& header, double time_s, double row_number) {
   const double by_time = time_s * header.frame_rate_hz;
   const double nearest = std::round(by_time);
@@ -252,8 +252,9 @@ TrackFormat TrcTrackFormat() {
   };
   format.keeps_names = true;
   format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options, Losses* losses) {
-    WriteTracksTrc(path, tracks, options.axes.value_or(AxisMap()), losses,
+                    const TrackExportOptions& options,
+                    LostFields* lost_fields) {
+    WriteTracksTrc(path, tracks, options.axes.value_or(AxisMap()), lost_fields,
                    options.names);
   };
   format.read_note = "m, cm, mm";

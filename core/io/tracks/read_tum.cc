@@ -154,8 +154,9 @@ TrackFormat TumTrackFormat() {
   format.recognise = [](const TrackHead& head) { return head.kind == 'M'; };
   format.read = ReadTumTracks;
   format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions&,
-                    Losses* losses) { WriteTracksTum(path, tracks, losses); };
+                    const TrackExportOptions&, LostFields* lost_fields) {
+    WriteTracksTum(path, tracks, lost_fields);
+  };
   format.kept = "frame, identity, positions";
   format.lost =
       "times, status, covariances; frames begin at 0; refused: identities "

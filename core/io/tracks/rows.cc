@@ -51,10 +51,10 @@ double RequireFrameRate(const TrackSequence& tracks,
 }
 
 void NoteAddedRows(const TrackSequence& tracks, size_t row_count,
-                   const std::string& what, Losses* losses) {
+                   const std::string& what, LostFields* lost_fields) {
   if (row_count <= tracks.frames.size()) return;
-  losses->push_back(std::to_string(row_count - tracks.frames.size()) +
-                    " frames that the input leaves out " + what);
+  lost_fields->push_back(std::to_string(row_count - tracks.frames.size()) +
+                         " frames that the input leaves out " + what);
 }
 
 }  // namespace kinegraph

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/data/pose.h"
-#include "core/io/text/losses.h"
+#include "core/io/text/lost_fields.h"
 
 namespace kinegraph {
 
@@ -31,7 +31,7 @@ double RequireFrameRate(const TrackSequence& tracks, const std::string& format);
 
 // That rows were made for frames that the input leaves out.
 void NoteAddedRows(const TrackSequence& tracks, size_t row_count,
-                   const std::string& what, Losses* losses);
+                   const std::string& what, LostFields* lost_fields);
 
 }  // namespace kinegraph
 

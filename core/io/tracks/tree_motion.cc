@@ -380,7 +380,7 @@ class Solver {
     GoStraightOn(joint, ends);
   }
 
-  // Bones of which neither the take nor their names tell a direction.
+  // Bones of which neither the recording nor their names tell a direction.
   void GoStraightOn(size_t joint, const std::vector<size_t>& ends) {
     const size_t from = tree_[joint].is_pivot
                             ? static_cast<size_t>(tree_[joint].parent)
@@ -397,7 +397,8 @@ class Solver {
   // Fit, mean, and again.
   void AverageShape(size_t joint, const std::vector<size_t>& ends) {
     constexpr int kRounds = 3;
-    constexpr size_t kMostRows = 500;  // evenly from the take, but for the last
+    constexpr size_t kMostRows =
+        500;  // evenly from the recording, but for the last
     for (int round = 1; round <= kRounds; ++round) {
       const size_t step = round < kRounds ? 1 + row_count_ / kMostRows : 1;
       std::vector<Vector3d> sums(ends.size() + 1, Vector3d::Zero());
@@ -547,15 +548,15 @@ std::string Listed(const std::vector<std::string>& names, size_t most) {
 
 }  // namespace
 
-void NoteUnheld(const JointTree& tree, Losses* losses) {
+void NoteUnheld(const JointTree& tree, LostFields* lost_fields) {
   std::vector<std::string> names;
   for (const TreeJoint& joint : tree) {
     if (!joint.is_held && !joint.is_pivot) names.push_back(joint.name);
   }
   if (names.empty()) return;
   constexpr size_t kMostNamed = 30;
-  losses->push_back("no bone holds " + Listed(names, kMostNamed) +
-                    ": points that hang on " + tree.front().name);
+  lost_fields->push_back("no bone holds " + Listed(names, kMostNamed) +
+                         ": points that hang on " + tree.front().name);
 }
 
 void NeverSeen::See(const JointTree& tree, const TreeMotion& motion,
@@ -571,17 +572,18 @@ void NeverSeen::See(const JointTree& tree, const TreeMotion& motion,
   people_[Listed(joints, kMostNamed)].push_back(person);
 }
 
-void NeverSeen::Note(Losses* losses) const {
+void NeverSeen::Note(LostFields* lost_fields) const {
   constexpr size_t kMostLines = 5;
   constexpr size_t kMostNamed = 10;
   size_t lines = 0;
   for (const auto& [joints, people] : people_) {
     if (joints.empty()) continue;
     if (++lines > kMostLines) {
-      losses->push_back("other people lack other joints for the whole take");
+      lost_fields->push_back(
+          "other people lack other joints for the whole recording");
       return;
     }
-    losses->push_back(
+    lost_fields->push_back(
         "never seen" +
         (people_.size() == 1 ? "" : " of " + Listed(people, kMostNamed)) +
         ": " + joints +

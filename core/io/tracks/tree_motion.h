@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/data/pose.h"
-#include "core/io/text/losses.h"
+#include "core/io/text/lost_fields.h"
 #include "core/io/tracks/axis_map.h"
 #include "core/io/tracks/joint_tree.h"
 
@@ -17,11 +17,12 @@ namespace kinegraph {
 
 struct TreeMotion {
   // Of each joint from its parent at rest, where no rotation is left. The bones
-  // that begin at one joint have the mean shape that they have in the take,
-  // turned to the rest pose as well as it goes; a bone that begins alone has
-  // its direction. Where names tell no rest pose, a frame of the take is it.
-  // Lengths are the medians; of bones never seen that of the other side, else
-  // by the stature that the others tell, else a fifth of the median bone.
+  // that begin at one joint have the mean shape that they have in the
+  // recording, turned to the rest pose as well as it goes; a bone that begins
+  // alone has its direction. Where names tell no rest pose, a frame of the
+  // recording is it. Lengths are the medians; of bones never seen that of the
+  // other side, else by the stature that the others tell, else a fifth of the
+  // median bone.
   std::vector<Eigen::Vector3d> offsets_m;
   struct Row {
     std::vector<Eigen::Quaterniond>
@@ -57,14 +58,14 @@ TreeMotion SolveTreeMotion(const JointTree& tree,
                            const AxisMap& axes);
 
 // Names the joints that no bone holds.
-void NoteUnheld(const JointTree& tree, Losses* losses);
+void NoteUnheld(const JointTree& tree, LostFields* lost_fields);
 
 // Collects over all people the joints that nobody saw, for a note.
 class NeverSeen {
  public:
   void See(const JointTree& tree, const TreeMotion& motion,
            const std::string& person);
-  void Note(Losses* losses) const;
+  void Note(LostFields* lost_fields) const;
 
  private:
   std::map<std::string, std::vector<std::string>> people_;  // by the joints

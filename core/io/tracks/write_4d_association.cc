@@ -5,7 +5,7 @@
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/export.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 
 namespace kinegraph {
 namespace {
@@ -28,7 +28,8 @@ void WritePerson(const PersonPose& person, JsonOutput* out) {
 }  // namespace
 
 void WriteTracks4dAssociation(const std::string& path,
-                              const TrackSequence& tracks, Losses* losses) {
+                              const TrackSequence& tracks,
+                              LostFields* lost_fields) {
   constexpr int64_t kMaxFrames = 10'000'000;
   const int64_t first = tracks.frames.empty() ? 0 : tracks.frames[0].frame;
   const int64_t count =
@@ -55,21 +56,22 @@ void WriteTracks4dAssociation(const std::string& path,
   }
   file.Write(out.text().data(), out.text().size());
   file.Commit();
-  NotePositionsOnly(tracks, losses);
-  NoteClock(tracks, losses);
-  losses->push_back(
+  NotePositionsOnly(tracks, lost_fields);
+  NoteClock(tracks, lost_fields);
+  lost_fields->push_back(
       "the first frame is not kept: name it when reading "
       "(--set=tracks.first_frame=" +
       std::to_string(first) + ")");
   const auto missing = count - static_cast<int64_t>(tracks.frames.size());
   if (missing > 0) {
-    losses->push_back(std::to_string(missing) +
-                      " frames that the input leaves out have entries without "
-                      "people");
+    lost_fields->push_back(
+        std::to_string(missing) +
+        " frames that the input leaves out have entries without "
+        "people");
   }
   const Skeleton& skeleton = tracks.header.skeleton;
   if (skeleton != Tum15() && skeleton != FourDA19()) {
-    NoteSkeleton(tracks, losses);
+    NoteSkeleton(tracks, lost_fields);
   }
 }
 

@@ -8,7 +8,7 @@
 #include "core/io/text/csv_cell.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 #include "core/io/tracks/person_files.h"
 #include "core/io/tracks/rows.h"
 
@@ -72,7 +72,8 @@ void WriteAniposePerson(const std::string& path, TrackId id,
 }
 
 void WriteTracksAnipose(const std::string& path, const TrackSequence& tracks,
-                        const TrackExportOptions& options, Losses* losses) {
+                        const TrackExportOptions& options,
+                        LostFields* lost_fields) {
   const std::vector<int64_t> ids =
       PeopleToWrite(path, kAniposeExtension, tracks);
   const std::vector<TrackRow> rows = MakeTrackRows(tracks, "Anipose");
@@ -81,14 +82,15 @@ void WriteTracksAnipose(const std::string& path, const TrackSequence& tracks,
                      WriteAniposePerson(file, id, tracks, rows);
                    });
   const TrackContents contents = ContentsOf(tracks);
-  losses->push_back(
+  lost_fields->push_back(
       "bones, times, frame rate and configuration are not kept; errors and "
       "scores are empty");
   if (contents.has_inferred) {
-    losses->push_back("inferred joints are written like observed ones");
+    lost_fields->push_back("inferred joints are written like observed ones");
   }
-  if (contents.has_covariances) losses->push_back("covariances are not kept");
-  NoteAddedRows(tracks, rows.size(), "have empty cells", losses);
+  if (contents.has_covariances)
+    lost_fields->push_back("covariances are not kept");
+  NoteAddedRows(tracks, rows.size(), "have empty cells", lost_fields);
 }
 
 }  // namespace

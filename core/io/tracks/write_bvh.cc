@@ -14,7 +14,7 @@
 #include "core/io/files/atomic_file.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/joint_tree.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 #include "core/io/tracks/person_files.h"
 #include "core/io/tracks/read_bvh.h"
 #include "core/io/tracks/rows.h"
@@ -188,7 +188,7 @@ class Writer {
     file.Commit();
   }
 
-  void NoteLosses(Losses* losses) const;
+  void NoteLostFields(LostFields* lost_fields) const;
 
  private:
   // Rotations turn bones; of points alone nothing would be left.
@@ -236,11 +236,11 @@ class Writer {
   NeverSeen never_seen_;
 };
 
-void Writer::NoteLosses(Losses* losses) const {
-  losses->push_back(
+void Writer::NoteLostFields(LostFields* lost_fields) const {
+  lost_fields->push_back(
       "frame numbers, times of their own and configuration are not kept");
   if (!on_one_clock_) {
-    losses->push_back(fmt::format(
+    lost_fields->push_back(fmt::format(
         "{} people in each of {} frames would be files of people who stand "
         "still: each file begins and ends with its person (--person=N writes "
         "one in all frames)",
@@ -250,18 +250,19 @@ void Writer::NoteLosses(Losses* losses) const {
       misfit_.count > 0
           ? std::sqrt(misfit_.sum_m2 / static_cast<double>(misfit_.count))
           : 0.0;
-  losses->push_back(fmt::format(
+  lost_fields->push_back(fmt::format(
       "bones have the median of their lengths: joints lie {:.1f} mm (RMS) and "
       "at most {:.1f} mm from the tracks",
       1000.0 * rms_m, 1000.0 * misfit_.largest_m));
-  NoteFilledJoints(misfit_.filled, losses);
-  never_seen_.Note(losses);
-  NoteUnheld(tree_, losses);
-  NotePlainPositions(ContentsOf(tracks_), losses);
+  NoteFilledJoints(misfit_.filled, lost_fields);
+  never_seen_.Note(lost_fields);
+  NoteUnheld(tree_, lost_fields);
+  NotePlainPositions(ContentsOf(tracks_), lost_fields);
 }
 
 void WriteTracksBvh(const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options, Losses* losses) {
+                    const TrackExportOptions& options,
+                    LostFields* lost_fields) {
   RequireFrameRate(tracks, "BVH");
   const std::vector<int64_t> ids = PeopleToWrite(path, kBvhExtension, tracks);
   const std::vector<TrackRow> rows = MakeTrackRows(tracks, "BVH");
@@ -270,7 +271,7 @@ void WriteTracksBvh(const std::string& path, const TrackSequence& tracks,
                    [&writer](const std::string& file, TrackId id) {
                      writer.WritePerson(file, id);
                    });
-  writer.NoteLosses(losses);
+  writer.NoteLostFields(lost_fields);
 }
 
 }  // namespace

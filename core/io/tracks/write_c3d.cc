@@ -14,7 +14,7 @@
 #include "core/io/files/atomic_file.h"
 #include "core/io/tracks/c3d_parameters.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 #include "core/io/tracks/person_files.h"
 #include "core/io/tracks/read_c3d.h"
 #include "core/io/tracks/rows.h"
@@ -67,9 +67,9 @@ int CameraMask(const PersonPose& person, size_t joint_idx) {
 }
 
 // Everything that is said before the points.
-class C3dTake {
+class C3dRecording {
  public:
-  C3dTake(const TrackSequence& tracks, const TrackExportOptions& options)
+  C3dRecording(const TrackSequence& tracks, const TrackExportOptions& options)
       : tracks_(tracks),
         names_(options.names),
         axes_(options.axes.value_or(C3dAxes())),
@@ -276,44 +276,48 @@ class C3dTake {
 };
 
 void NoteC3dLosses(const TrackSequence& tracks, size_t row_count,
-                   Losses* losses) {
+                   LostFields* lost_fields) {
   const TrackContents contents = ContentsOf(tracks);
-  losses->push_back("bones, configuration and times of their own are not kept");
+  lost_fields->push_back(
+      "bones, configuration and times of their own are not kept");
   if (contents.has_covariances) {
-    losses->push_back(
+    lost_fields->push_back(
         "of a covariance the residual keeps its size alone: the root of its "
         "trace");
   }
   if (contents.has_inferred) {
-    losses->push_back("inferred joints read back as observed");
+    lost_fields->push_back("inferred joints read back as observed");
   }
   if (contents.has_views && !contents.has_matches) {
-    losses->push_back("the camera mask is empty: the tracks have no matches");
+    lost_fields->push_back(
+        "the camera mask is empty: the tracks have no matches");
   }
   if (tracks.header.view_names.size() > kMaskBits) {
-    losses->push_back("the camera mask has the first seven views alone");
+    lost_fields->push_back("the camera mask has the first seven views alone");
   }
-  NoteAddedRows(tracks, row_count, "have points without position", losses);
+  NoteAddedRows(tracks, row_count, "have points without position", lost_fields);
 }
 
 }  // namespace
 
 void WriteTracksC3d(const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options, Losses* losses) {
-  const C3dTake take(tracks, options);
-  const std::string parameters = take.Parameters();
+                    const TrackExportOptions& options,
+                    LostFields* lost_fields) {
+  const C3dRecording recording(tracks, options);
+  const std::string parameters = recording.Parameters();
   AtomicFile file(path);
-  file.Write(take.Header(static_cast<int>(parameters.size() / kC3dBlock) + 2));
+  file.Write(
+      recording.Header(static_cast<int>(parameters.size() / kC3dBlock) + 2));
   file.Write(parameters);
   size_t bytes = 0;
-  for (const TrackRow& row : take.rows()) {
-    const std::string points = take.Points(row);
+  for (const TrackRow& row : recording.rows()) {
+    const std::string points = recording.Points(row);
     file.Write(points);
     bytes += points.size();
   }
   file.Write(std::string((kC3dBlock - bytes % kC3dBlock) % kC3dBlock, '\0'));
   file.Commit();
-  NoteC3dLosses(tracks, take.rows().size(), losses);
+  NoteC3dLosses(tracks, recording.rows().size(), lost_fields);
 }
 
 }  // namespace kinegraph

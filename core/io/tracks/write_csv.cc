@@ -5,7 +5,7 @@
 #include "core/io/text/csv_cell.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/export.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 
 namespace kinegraph {
 namespace {
@@ -100,17 +100,17 @@ class CsvWriter {
 }  // namespace
 
 void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
-                    Losses* losses, const PersonNames& names) {
+                    LostFields* lost_fields, const PersonNames& names) {
   CsvWriter writer(path, tracks, names);
   for (const TrackFrame& frame : tracks.frames) writer.Write(frame);
   writer.Commit();
-  losses->push_back("bones, frame rate and configuration are not kept");
+  lost_fields->push_back("bones, frame rate and configuration are not kept");
   const TrackContents& contents = writer.contents();
-  if (!contents.has_clock) losses->push_back(kNoClock);
-  if (contents.has_matches) losses->push_back("matches are not kept");
+  if (!contents.has_clock) lost_fields->push_back(kNoClock);
+  if (contents.has_matches) lost_fields->push_back("matches are not kept");
   if (contents.empty_frames > 0) {
-    losses->push_back(std::to_string(contents.empty_frames) +
-                      " frames with nobody in them are not kept");
+    lost_fields->push_back(std::to_string(contents.empty_frames) +
+                           " frames with nobody in them are not kept");
   }
 }
 

@@ -1,7 +1,7 @@
-// glTF 2.0 (Khronos' specification, sections 3 and 4): everybody of the take as
-// an animated skeleton with a simple body of bones, in metres, Y up. A path
-// that ends in .glb gets the binary container, any other JSON with the buffer
-// inside.
+// glTF 2.0 (Khronos' specification, sections 3 and 4): everybody of the
+// recording as an animated skeleton with a simple body of bones, in metres, Y
+// up. A path that ends in .glb gets the binary container, any other JSON with
+// the buffer inside.
 //
 // Each joint has its rotation, by the directions of its bones, and its place in
 // its parent's frame, so that joints stand where the tracks have them, to the
@@ -22,7 +22,7 @@
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/joint_tree.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 #include "core/io/tracks/person_files.h"
 #include "core/io/tracks/rows.h"
 #include "core/io/tracks/tree_motion.h"
@@ -250,7 +250,7 @@ class Body {
 
 // The motion of a person in the rows in which the person is there.
 struct Presence {
-  std::vector<size_t> rows;  // of the take
+  std::vector<size_t> rows;  // of the recording
   std::vector<TreeMotion::Row> poses;
   std::vector<Vector3d> offsets_m;
 };
@@ -293,13 +293,14 @@ class Scene {
   }
   const std::string& bytes() const { return buffer_.bytes(); }
 
-  void NoteLosses(Losses* losses) const {
-    losses->push_back("configuration is not kept; positions are 32-bit floats");
-    NoteFilledJoints(filled_, losses);
-    never_seen_.Note(losses);
-    NoteUnheld(tree_, losses);
-    NotePlainPositions(ContentsOf(tracks_), losses);
-    NoteAddedRows(tracks_, rows_.size(), "show nobody", losses);
+  void NoteLostFields(LostFields* lost_fields) const {
+    lost_fields->push_back(
+        "configuration is not kept; positions are 32-bit floats");
+    NoteFilledJoints(filled_, lost_fields);
+    never_seen_.Note(lost_fields);
+    NoteUnheld(tree_, lost_fields);
+    NotePlainPositions(ContentsOf(tracks_), lost_fields);
+    NoteAddedRows(tracks_, rows_.size(), "show nobody", lost_fields);
   }
 
  private:
@@ -506,7 +507,7 @@ void WriteBinary(const Scene& scene, AtomicFile* file) {
   constexpr size_t kHeaders = 12 + 2 * 8;
   const size_t size = kHeaders + text.size() + buffer_size;
   if (size > std::numeric_limits<uint32_t>::max()) {
-    throw InputError("the take is larger than the 4 GB of a .glb file");
+    throw InputError("the recording is larger than the 4 GB of a .glb file");
   }
   std::string header = "glTF";
   AddWord(2, &header);
@@ -532,12 +533,13 @@ void WriteText(const Scene& scene, AtomicFile* file) {
 }
 
 void WriteTracksGltf(const std::string& path, const TrackSequence& tracks,
-                     const TrackExportOptions& options, Losses* losses) {
+                     const TrackExportOptions& options,
+                     LostFields* lost_fields) {
   const Scene scene(tracks, options);
   AtomicFile file(path);
   EndsIn(path, ".glb") ? WriteBinary(scene, &file) : WriteText(scene, &file);
   file.Commit();
-  scene.NoteLosses(losses);
+  scene.NoteLostFields(lost_fields);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include "core/io/text/json_output.h"
 #include "core/io/text/longcw.h"
 #include "core/io/tracks/export.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 
 namespace kinegraph {
 namespace {
@@ -40,7 +40,7 @@ void WritePose(const PersonPose& person, JsonOutput* out) {
 }  // namespace
 
 void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
-                       Losses* losses) {
+                       LostFields* lost_fields) {
   const double rate = tracks.header.frame_rate_hz;
   RequireLongcwRate(rate);
   AtomicFile file(path);
@@ -66,14 +66,15 @@ void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
   }
   file.Write(tracks.frames.empty() ? "[]\n" : "\n]\n");
   file.Commit();
-  NotePositionsOnly(tracks, losses);
+  NotePositionsOnly(tracks, lost_fields);
   constexpr int64_t kKeptIds = int64_t{1} << 31;  // by its reader
-  NoteRenumbering(tracks, kKeptIds, losses);
+  NoteRenumbering(tracks, kKeptIds, lost_fields);
   if (rate != kLongcwFrameRateHz) {
-    losses->push_back("the frame rate is not kept: name it when reading");
+    lost_fields->push_back("the frame rate is not kept: name it when reading");
   }
   const Skeleton& skeleton = tracks.header.skeleton;
-  if (skeleton != Tum14() && skeleton != Coco17()) NoteSkeleton(tracks, losses);
+  if (skeleton != Tum14() && skeleton != Coco17())
+    NoteSkeleton(tracks, lost_fields);
 }
 
 }  // namespace kinegraph

@@ -9,7 +9,7 @@
 #include "core/geometry/ball_probability.h"
 #include "core/io/binary/netcdf_file.h"
 #include "core/io/tracks/format.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 #include "core/io/tracks/person_files.h"
 
 namespace kinegraph {
@@ -17,9 +17,9 @@ namespace {
 
 constexpr double kWithin_m = 0.05;
 
-class MovementTake {
+class MovementRecording {
  public:
-  MovementTake(const TrackSequence& tracks, const PersonNames& names)
+  MovementRecording(const TrackSequence& tracks, const PersonNames& names)
       : tracks_(tracks),
         contents_(ContentsOf(tracks)),
         ids_(IdsOf(tracks)),
@@ -159,21 +159,22 @@ class MovementTake {
 };
 
 void WriteTracksMovement(const std::string& path, const TrackSequence& tracks,
-                         const TrackExportOptions& options, Losses* losses) {
+                         const TrackExportOptions& options,
+                         LostFields* lost_fields) {
   if (IdsOf(tracks).empty()) {
     throw InputError("the tracks have nobody in them, nothing to write");
   }
-  const MovementTake take(tracks, options.names);
-  take.Write(path);
-  losses->push_back("bones, views and configuration are not kept");
-  if (take.contents().has_covariances) {
-    losses->push_back(
+  const MovementRecording recording(tracks, options.names);
+  recording.Write(path);
+  lost_fields->push_back("bones, views and configuration are not kept");
+  if (recording.contents().has_covariances) {
+    lost_fields->push_back(
         "of a covariance the standard deviation of each axis is kept");
   } else {
-    losses->push_back("confidence is NaN: the tracks have no covariances");
+    lost_fields->push_back("confidence is NaN: the tracks have no covariances");
   }
-  if (!take.contents().has_clock) {
-    losses->push_back("times are frame numbers (--frame_rate=HZ)");
+  if (!recording.contents().has_clock) {
+    lost_fields->push_back("times are frame numbers (--frame_rate=HZ)");
   }
 }
 

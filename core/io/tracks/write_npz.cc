@@ -7,12 +7,12 @@
 #include "core/base/error.h"
 #include "core/io/binary/npz_file.h"
 #include "core/io/tracks/export.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 
 namespace kinegraph {
 namespace {
 
-// The arrays of one take. Each is made, written and forgotten in turn.
+// The arrays of one recording. Each is made, written and forgotten in turn.
 class Arrays {
  public:
   explicit Arrays(const TrackSequence& tracks)
@@ -150,7 +150,7 @@ void AddSkeleton(const Skeleton& skeleton, NpzFile* file) {
 }  // namespace
 
 void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
-                    Losses* losses, const PersonNames& names) {
+                    LostFields* lost_fields, const PersonNames& names) {
   const TrackContents contents = ContentsOf(tracks);
   const Arrays arrays(tracks);
   CheckSize(path, arrays.Shape(), contents.has_covariances);
@@ -166,9 +166,9 @@ void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
   AddClock(tracks, contents.has_clock, &file);
   AddSkeleton(tracks.header.skeleton, &file);
   file.Commit();
-  losses->push_back("the configuration is not kept");
-  if (!contents.has_clock) losses->push_back(kNoClock);
-  if (contents.has_matches) losses->push_back("matches are not kept");
+  lost_fields->push_back("the configuration is not kept");
+  if (!contents.has_clock) lost_fields->push_back(kNoClock);
+  if (contents.has_matches) lost_fields->push_back("matches are not kept");
 }
 
 }  // namespace kinegraph

@@ -9,7 +9,7 @@
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/export.h"
 #include "core/io/tracks/formats.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 
 namespace kinegraph {
 namespace {
@@ -38,7 +38,7 @@ void WriteBody(const PersonPose& person, const std::vector<int>& map,
 }  // namespace
 
 void WriteTracksPanoptic(const std::string& path, const TrackSequence& tracks,
-                         Losses* losses) {
+                         LostFields* lost_fields) {
   const std::vector<int> map = MapByName(tracks.header.skeleton, Panoptic19());
   AtomicFolder folder(path);
   JsonOutput out;
@@ -58,9 +58,9 @@ void WriteTracksPanoptic(const std::string& path, const TrackSequence& tracks,
     out.Clear();
   }
   folder.Commit();
-  NotePositionsOnly(tracks, losses);
+  NotePositionsOnly(tracks, lost_fields);
   if (tracks.header.frame_rate_hz != kHdFrameRateHz) {
-    losses->push_back(
+    lost_fields->push_back(
         "times and frame rate are not kept: name the rate when reading, it is "
         "taken for 29.97 Hz");
   }
@@ -68,7 +68,7 @@ void WriteTracksPanoptic(const std::string& path, const TrackSequence& tracks,
   for (const int j : map) kept += j >= 0 ? 1 : 0;
   const auto joints = static_cast<size_t>(tracks.header.skeleton.joint_count());
   if (kept < map.size() || kept < joints) {
-    losses->push_back(
+    lost_fields->push_back(
         "joints are Panoptic's nineteen by name: " + std::to_string(kept) +
         " of the input's " + std::to_string(joints) +
         " are kept, the others of the nineteen are missing");

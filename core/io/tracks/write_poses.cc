@@ -3,7 +3,7 @@
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/export.h"
 #include "core/io/tracks/formats.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 
 namespace kinegraph {
 namespace {
@@ -25,25 +25,25 @@ void WriteJoints(const Pose3d& joints, JsonOutput* out) {
   }
 }
 
-void NotePosesLosses(const TrackSequence& tracks, Losses* losses) {
-  NotePositionsOnly(tracks, losses);
-  NoteClock(tracks, losses);
+void NotePosesLosses(const TrackSequence& tracks, LostFields* lost_fields) {
+  NotePositionsOnly(tracks, lost_fields);
+  NoteClock(tracks, lost_fields);
   const int64_t empty_frames = ContentsOf(tracks).empty_frames;
   if (empty_frames > 0) {
-    losses->push_back(std::to_string(empty_frames) +
-                      " frames with nobody in them are not kept");
+    lost_fields->push_back(std::to_string(empty_frames) +
+                           " frames with nobody in them are not kept");
   }
   const Skeleton* told = SkeletonOfPoses(
       static_cast<size_t>(tracks.header.skeleton.joint_count()));
   if (told == nullptr || *told != tracks.header.skeleton) {
-    NoteSkeleton(tracks, losses);
+    NoteSkeleton(tracks, lost_fields);
   }
 }
 
 }  // namespace
 
 void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
-                      Losses* losses) {
+                      LostFields* lost_fields) {
   AtomicFile file(path);
   file.Write("{\"unit\": \"m\", \"poses\": [");
   JsonOutput out;
@@ -65,7 +65,7 @@ void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
   }
   file.Write("\n]}\n");
   file.Commit();
-  NotePosesLosses(tracks, losses);
+  NotePosesLosses(tracks, lost_fields);
 }
 
 }  // namespace kinegraph

@@ -11,7 +11,7 @@
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json_output.h"
 #include "core/io/tracks/export.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 #include "core/io/tracks/person_files.h"
 #include "core/io/tracks/rows.h"
 
@@ -90,17 +90,17 @@ void WriteTrcPerson(const std::string& path, TrackId id,
 }
 
 void NoteTrcLosses(const TrackSequence& tracks, size_t row_count,
-                   Losses* losses) {
+                   LostFields* lost_fields) {
   const TrackContents contents = ContentsOf(tracks);
-  losses->push_back("bones and configuration are not kept");
-  NotePlainPositions(contents, losses);
-  NoteAddedRows(tracks, row_count, "have empty rows", losses);
+  lost_fields->push_back("bones and configuration are not kept");
+  NotePlainPositions(contents, lost_fields);
+  NoteAddedRows(tracks, row_count, "have empty rows", lost_fields);
 }
 
 }  // namespace
 
 void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
-                    const AxisMap& axes, Losses* losses,
+                    const AxisMap& axes, LostFields* lost_fields,
                     const PersonNames& names) {
   RequireFrameRate(tracks, "TRC");
   CheckMarkerNames(tracks.header.skeleton);
@@ -110,9 +110,9 @@ void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
                    [&](const std::string& file, TrackId id) {
                      WriteTrcPerson(file, id, tracks, rows, axes);
                    });
-  NoteTrcLosses(tracks, rows.size(), losses);
+  NoteTrcLosses(tracks, rows.size(), lost_fields);
   constexpr int64_t kKeptIds = 1'000'000'000'000'000'000;  // 18 digits
-  NoteRenumbering(tracks, kKeptIds, losses);
+  NoteRenumbering(tracks, kKeptIds, lost_fields);
 }
 
 }  // namespace kinegraph

@@ -12,7 +12,7 @@
 #include "core/base/error.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/tracks/export.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 
 namespace kinegraph {
 namespace {
@@ -174,18 +174,18 @@ class ActorsFile {
 }  // namespace
 
 void WriteTracksTum(const std::string& path, const TrackSequence& tracks,
-                    Losses* losses) {
+                    LostFields* lost_fields) {
   ActorsFile(tracks).Write(path);
-  NotePositionsOnly(tracks, losses);
-  NoteClock(tracks, losses);
+  NotePositionsOnly(tracks, lost_fields);
+  NoteClock(tracks, lost_fields);
   if (tracks.frames.front().frame > 0 ||
       tracks.frames.back().frame + 1 !=
           static_cast<int64_t>(tracks.frames.size())) {
-    losses->push_back(
+    lost_fields->push_back(
         "frames that the input leaves out, from 0 on, are there without "
         "people");
   }
-  if (tracks.header.skeleton != Tum14()) NoteSkeleton(tracks, losses);
+  if (tracks.header.skeleton != Tum14()) NoteSkeleton(tracks, lost_fields);
 }
 
 }  // namespace kinegraph

@@ -75,7 +75,7 @@ TEST_P(BenchmarkConfig, StatesEveryKeyOfTheGraphAndOfTracking) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Takes, BenchmarkConfig,
+    Recordings, BenchmarkConfig,
     ::testing::Values(Frozen{"shelf", false, 4670},
                       Frozen{"offline", false, 4709},
                       Frozen{"campus", true, 3613},

@@ -38,10 +38,11 @@ void RecordRatio(const char* name, double ratio, const Interval& interval) {
 // docs/graph_mode.md has the figures.
 TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
-  const testing::ShelfTake take =
+  const testing::ShelfRecording recording =
       testing::LoadRawShelf(testing::FindData("")->string());
-  const HeldOutScores paper = testing::ScoreHeldOutCameras(take, Paper());
-  const HeldOutScores graph = testing::ScoreHeldOutCameras(take, Offline());
+  const HeldOutScores paper = testing::ScoreHeldOutCameras(recording, Paper());
+  const HeldOutScores graph =
+      testing::ScoreHeldOutCameras(recording, Offline());
   const HeldOutSummary of_paper = SummariseHeldOut(paper, AllJoints());
   const HeldOutSummary of_graph = SummariseHeldOut(graph, AllJoints());
   const auto ratio = [&](HeldOutFigure figure) {
@@ -63,10 +64,10 @@ TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
 
 TEST(GraphModeTest, MovesSmoothlyAndKeepsWhatTheAnnotationSays) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
-  const testing::ShelfTake take =
+  const testing::ShelfRecording recording =
       testing::LoadRawShelf(testing::FindData("")->string());
-  const TrackSequence paper = testing::Track(take, Paper());
-  const TrackSequence graph = testing::Track(take, Offline());
+  const TrackSequence paper = testing::Track(recording, Paper());
+  const TrackSequence graph = testing::Track(recording, Offline());
 
   MotionOptions motion;
   motion.frames = ShelfProtocol().frames;
@@ -81,15 +82,15 @@ TEST(GraphModeTest, MovesSmoothlyAndKeepsWhatTheAnnotationSays) {
 
   MpjpeOptions mpjpe;
   mpjpe.frames = motion.frames;
-  EXPECT_LE(EvaluateMpjpe(take.truth, graph, mpjpe).bias_removed_m,
-            0.92 * EvaluateMpjpe(take.truth, paper, mpjpe).bias_removed_m);
+  EXPECT_LE(EvaluateMpjpe(recording.truth, graph, mpjpe).bias_removed_m,
+            0.92 * EvaluateMpjpe(recording.truth, paper, mpjpe).bias_removed_m);
 
   for (const EndpointRule rule : {EndpointRule::kMean, EndpointRule::kEach}) {
     PcpProtocol protocol = ShelfProtocol();
     protocol.endpoints = rule;
     const Interval difference = MeanOfActorsDifference(
-        EvaluatePcp(take.truth, graph, protocol),
-        EvaluatePcp(take.truth, paper, protocol), PcpGroup::kTotal);
+        EvaluatePcp(recording.truth, graph, protocol),
+        EvaluatePcp(recording.truth, paper, protocol), PcpGroup::kTotal);
     RecordProperty(std::string("pcp_difference_") + ToString(rule),
                    std::to_string(difference.low) + " .. " +
                        std::to_string(difference.high));

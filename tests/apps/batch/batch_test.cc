@@ -15,12 +15,13 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// Two short takes and one whose detections are missing, two configurations.
+// Two short recordings and one whose detections are missing, two
+// configurations.
 struct Study {
   TemporaryFolder folder;
   std::string manifest;
 
-  explicit Study(bool with_bad_take) {
+  explicit Study(bool with_bad_recording) {
     std::string text;
     for (const int seed : {1, 2}) {
       const std::string name = "take" + std::to_string(seed);
@@ -35,7 +36,7 @@ struct Study {
               "/detections.jsonl\"\nground_truth = \"" + name +
               "/truth.jsonl\"\nprotocol = \"mpjpe\"\n";
     }
-    if (with_bad_take) {
+    if (with_bad_recording) {
       text +=
           "[[takes]]\nname = \"bad\"\ncameras = \"take1/cameras.json\"\n"
           "detections = \"none.jsonl\"\n";
@@ -163,11 +164,12 @@ TEST(BatchTest, RefusesManifestsWithMistakes) {
   EXPECT_THAT(error_of(""), HasSubstr("[[takes]]: there is none"));
   EXPECT_THAT(error_of("takes = 3"), HasSubstr("expected an array"));
   EXPECT_THAT(error_of("colour = 3"), HasSubstr("'colour'"));
-  const std::string take =
+  const std::string recording =
       "[[takes]]\nname = \"a\"\ncameras = \"c\"\ndetections = \"d\"\n";
-  EXPECT_THAT(error_of(take), HasSubstr("[[configurations]]: there is none"));
-  EXPECT_THAT(error_of(take + take), HasSubstr("'a' is given twice"));
-  EXPECT_THAT(error_of(take + "protocol = \"mpjpe\"\n"),
+  EXPECT_THAT(error_of(recording),
+              HasSubstr("[[configurations]]: there is none"));
+  EXPECT_THAT(error_of(recording + recording), HasSubstr("'a' is given twice"));
+  EXPECT_THAT(error_of(recording + "protocol = \"mpjpe\"\n"),
               HasSubstr("belong together"));
   EXPECT_THAT(error_of("[[takes]]\nname = \"../a\"\ncameras = \"c\"\n"
                        "detections = \"d\"\n"),
@@ -175,21 +177,22 @@ TEST(BatchTest, RefusesManifestsWithMistakes) {
   EXPECT_FALSE(fs::exists(folder.path() / "out"));
 }
 
-TEST(BatchSummaryTest, DrawsTakes) {
-  // Two takes without errors of their own: the mean of two draws is 0, 1 or 2
-  // with probabilities 1/4, 1/2 and 1/4, so the interval of 95 % is all of it.
+TEST(BatchSummaryTest, DrawsRecordings) {
+  // Two recordings without errors of their own: the mean of two draws is 0, 1
+  // or 2 with probabilities 1/4, 1/2 and 1/4, so the interval of 95 % is all of
+  // it.
   const BatchColumn column = {BatchValue{0.0, 0.0}, std::nullopt,
                               BatchValue{2.0, 0.0}};
   const BatchSummary summary = Summarise(column);
-  EXPECT_EQ(summary.takes, 2);
+  EXPECT_EQ(summary.recordings, 2);
   EXPECT_DOUBLE_EQ(summary.mean, 1.0);
   EXPECT_DOUBLE_EQ(summary.interval.low, 0.0);
   EXPECT_DOUBLE_EQ(summary.interval.high, 2.0);
 }
 
-TEST(BatchSummaryTest, DrawsWithinATake) {
-  // One take: its own standard error alone. 2000 draws place the 2.5 % points
-  // of a normal distribution with a standard error of 0.06 sigma (order
+TEST(BatchSummaryTest, DrawsWithinARecording) {
+  // One recording: its own standard error alone. 2000 draws place the 2.5 %
+  // points of a normal distribution with a standard error of 0.06 sigma (order
   // statistics: sqrt(p (1 - p) / n) over the density there); four of them.
   const BatchSummary summary = Summarise({BatchValue{10.0, 3.0}});
   EXPECT_NEAR(summary.interval.low, 10.0 - 1.96 * 3.0, 4 * 0.06 * 3.0);
@@ -197,14 +200,14 @@ TEST(BatchSummaryTest, DrawsWithinATake) {
 }
 
 TEST(BatchSummaryTest, TakesDifferencesTakeByTake) {
-  // A constant difference is certain, however much the takes differ.
+  // A constant difference is certain, however much the recordings differ.
   const BatchColumn a = {BatchValue{1.0, 0.0}, BatchValue{100.0, 0.0}};
   const BatchColumn b = {BatchValue{2.0, 0.0}, BatchValue{101.0, 0.0}};
   const BatchSummary summary = SummariseDifference(a, b);
   EXPECT_DOUBLE_EQ(summary.mean, -1.0);
   EXPECT_DOUBLE_EQ(summary.interval.low, -1.0);
   EXPECT_DOUBLE_EQ(summary.interval.high, -1.0);
-  EXPECT_EQ(SummariseDifference(a, {}).takes, 0);
+  EXPECT_EQ(SummariseDifference(a, {}).recordings, 0);
 }
 
 }  // namespace

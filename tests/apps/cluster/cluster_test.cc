@@ -9,7 +9,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Two takes and `configurations` ways to track them.
+// Two recordings and `configurations` ways to track them.
 std::string WriteStudy(const TemporaryFolder& folder, int configurations) {
   std::string text;
   for (const std::string seed : {"1", "2"}) {

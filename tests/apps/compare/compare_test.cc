@@ -1,4 +1,4 @@
-// The whole comparison on synthetic takes, whose truth is known.
+// The whole comparison on synthetic recordings, whose truth is known.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,11 +35,12 @@ using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 
 // Two people, five cameras, six seconds at 25 Hz; white noise.
-SyntheticTake MakeNoisyTake(const std::string& sigma_px = "6") {
-  return MakeTake(ProjectConfig("synthetic/correlated_25hz.toml"),
-                  "scene.people=2;scene.duration=6;noise.correlation_time=0;"
-                  "noise.sigma=" +
-                      sigma_px);
+SyntheticRecording MakeNoisyRecording(const std::string& sigma_px = "6") {
+  return MakeRecording(
+      ProjectConfig("synthetic/correlated_25hz.toml"),
+      "scene.people=2;scene.duration=6;noise.correlation_time=0;"
+      "noise.sigma=" +
+          sigma_px);
 }
 
 RunOptions Options() {
@@ -48,25 +49,26 @@ RunOptions Options() {
   return options;
 }
 
-FrozenRun Freeze(const SyntheticTake& take,
+FrozenRun Freeze(const SyntheticRecording& recording,
                  const DetectionSequence& detections) {
   RunRequest request;
-  request.cameras = take.scene.cameras;
+  request.cameras = recording.scene.cameras;
   return FreezeTracking(Options(), request, detections);
 }
 
 // Folds of whole frames; none: all frames in one.
-CompareResult Compare(const SyntheticTake& take, const std::string& names,
-                      int threads = 1,
+CompareResult Compare(const SyntheticRecording& recording,
+                      const std::string& names, int threads = 1,
                       const std::vector<FrameRange>& ranges = {{0, 1000}}) {
-  FrozenRun run = Freeze(take, take.detections);
-  const auto prepared = PrepareTake(run, Options(), run.detections, threads);
+  FrozenRun run = Freeze(recording, recording.detections);
+  const auto prepared =
+      PrepareRecording(run, Options(), run.detections, threads);
   std::vector<Fold> folds;
   for (const FrameRange& range : ranges) folds.push_back({range, prepared});
   CompareResult result;
   result.comparison = MakeComparison(Options(), std::move(run),
                                      std::move(folds), std::nullopt, threads);
-  result.comparison.truth = take.truth;
+  result.comparison.truth = recording.truth;
   for (const Strategy& strategy :
        ChooseStrategies(ParseList(names, "strategies"))) {
     StrategyResult& one = result.strategies.emplace_back();
@@ -100,7 +102,7 @@ Verdict HeldOutVerdict(const CompareResult& result, size_t index) {
 
 TEST(Compare, RanksAKnownBetterAboveAndAKnownWorseBelow) {
   CompareResult result =
-      Compare(MakeNoisyTake(), "raw_dlt,batch,centred_gaussian");
+      Compare(MakeNoisyRecording(), "raw_dlt,batch,centred_gaussian");
   // Smooths over seconds: nobody walks like that.
   result.strategies[2].values = {{1.5}};
   Score(&result);
@@ -126,7 +128,7 @@ TEST(Compare, RanksAKnownBetterAboveAndAKnownWorseBelow) {
 
 // The error of the other frames' values: the same noise, in another order.
 TEST(Compare, DoesNotCallAWinWhatTheIntervalDoesNotTell) {
-  CompareResult result = Compare(MakeNoisyTake(), "raw_dlt,batch");
+  CompareResult result = Compare(MakeNoisyRecording(), "raw_dlt,batch");
   Score(&result);
   StrategyResult& other = result.strategies[1];
   // Frame by frame better and worse in turn, better by 0.001 px on average.
@@ -144,7 +146,8 @@ TEST(Compare, DoesNotCallAWinWhatTheIntervalDoesNotTell) {
 }
 
 TEST(Compare, TheBaselineReplayedIsTheBaseline) {
-  CompareResult result = Compare(MakeNoisyTake(), "raw_dlt,centred_gaussian");
+  CompareResult result =
+      Compare(MakeNoisyRecording(), "raw_dlt,centred_gaussian");
   // Four sigmas of 1 ms see no other frame.
   result.strategies[1].values = {{0.001}};
   Score(&result);
@@ -155,7 +158,7 @@ TEST(Compare, TheBaselineReplayedIsTheBaseline) {
 
 TEST(Compare, SeesTheDelayOfACausalFilterAndNoneOfASmoother) {
   CompareResult result =
-      Compare(MakeNoisyTake("0.5"), "batch,kalman_cv,one_euro");
+      Compare(MakeNoisyRecording("0.5"), "batch,kalman_cv,one_euro");
   result.strategies[2].values = {{0.5, 0.0}};  // a slow low-pass: 0.3 s
   Score(&result);
   const auto lag_ms = [&](size_t index) {
@@ -163,15 +166,15 @@ TEST(Compare, SeesTheDelayOfACausalFilterAndNoneOfASmoother) {
   };
   EXPECT_NEAR(lag_ms(0), 0.0, 5.0);
   EXPECT_GT(lag_ms(2), 60.0);
-  EXPECT_TRUE(result.strategies[0].scores.run.whole_take);
+  EXPECT_TRUE(result.strategies[0].scores.run.whole_recording);
 }
 
 TEST(Compare, DoesNotDependOnThreads) {
-  const SyntheticTake take = MakeNoisyTake();
+  const SyntheticRecording recording = MakeNoisyRecording();
   std::string texts[2];
   for (const int threads : {1, 3}) {
-    CompareResult result =
-        Compare(take, "causal_gaussian,butterworth,window_3,batch", threads);
+    CompareResult result = Compare(
+        recording, "causal_gaussian,butterworth,window_3,batch", threads);
     Score(&result);
     texts[threads == 1 ? 0 : 1] = CompareJson(result).dump() +
                                   CompareCsv(result) + CompareMarkdown(result);
@@ -183,7 +186,7 @@ TEST(Compare, CovariancesAreThoseOfTheNoiseThatTheyAssume) {
   // Loss and correlation aside, the sigma of the table is 6 px at 4 m and a
   // focal length of 1000 px; here 6 px at the scene's depths. The scale is
   // estimated, so that 95 % come out to some per cent.
-  CompareResult result = Compare(MakeNoisyTake(), "causal_gaussian,batch");
+  CompareResult result = Compare(MakeNoisyRecording(), "causal_gaussian,batch");
   Score(&result);
   EXPECT_TRUE(
       std::isnan(result.strategies[0].Find("truth_covered_percent")->value));
@@ -192,7 +195,7 @@ TEST(Compare, CovariancesAreThoseOfTheNoiseThatTheyAssume) {
 }
 
 TEST(Compare, RefusesAStrategyThatTheTakeDoesNotSuit) {
-  CompareResult result = Compare(MakeNoisyTake(), "raw_dlt,butterworth");
+  CompareResult result = Compare(MakeNoisyRecording(), "raw_dlt,butterworth");
   result.strategies[1].values = {{20.0}};  // above half of 25 Hz
   Score(&result);
   EXPECT_FALSE(result.strategies[1].scores.refused.empty());
@@ -205,7 +208,7 @@ const std::vector<FrameRange> kFolds = {{0, 62}, {87, 150}};
 
 TEST(Tuning, ChoosesOnOneFoldAndScoresOnTheOther) {
   CompareResult result =
-      Compare(MakeNoisyTake(), "raw_dlt,centred_gaussian", 2, kFolds);
+      Compare(MakeNoisyRecording(), "raw_dlt,centred_gaussian", 2, kFolds);
   std::vector<Strategy> strategies;
   for (const StrategyResult& one : result.strategies) {
     strategies.push_back(one.strategy);
@@ -234,7 +237,8 @@ TEST(Tuning, ChoosesOnOneFoldAndScoresOnTheOther) {
 }
 
 TEST(Tuning, WindowsTakeTheValuesOfTheBatch) {
-  const CompareResult result = Compare(MakeNoisyTake(), "batch", 1, kFolds);
+  const CompareResult result =
+      Compare(MakeNoisyRecording(), "batch", 1, kFolds);
   const auto pieces = [&](const std::vector<std::string>& names) {
     return PiecesOfTuning(result.comparison, ChooseStrategies(names));
   };
@@ -277,15 +281,15 @@ TEST(Tuning, RefusesAnUnknownKeyOfAFile) {
 // ---- Shifts
 
 TEST(Shift, IsFoundAndTakenOff) {
-  const SyntheticTake take = MakeNoisyTake("3");
-  DetectionSequence moved = take.detections;
+  const SyntheticRecording recording = MakeNoisyRecording("3");
+  DetectionSequence moved = recording.detections;
   const Eigen::Vector2d off(14.0, -9.0);
   for (DetectionFrame& frame : moved.frames) {
     for (Detection& detection : frame.views[1].detections) {
       for (Keypoint& joint : detection.joints) joint.px += off;
     }
   }
-  const FrozenRun run = Freeze(take, moved);
+  const FrozenRun run = Freeze(recording, moved);
   const std::vector<Eigen::Vector2d> shifts =
       FitShifts(run, Options(), {0, 62}, 1);
   ASSERT_EQ(shifts.size(), 5u);
@@ -293,21 +297,21 @@ TEST(Shift, IsFoundAndTakenOff) {
   EXPECT_GT(shifts[1].dot(off), 0.5 * off.squaredNorm());
   const auto error = [&](const DetectionSequence& detections) {
     std::vector<Fold> folds = {
-        {{87, 150}, PrepareTake(run, Options(), detections, 1)}};
+        {{87, 150}, PrepareRecording(run, Options(), detections, 1)}};
     const Comparison comparison =
         MakeComparison(Options(), run, std::move(folds), std::nullopt, 1);
     HeldOutScores scores;
     for (size_t view = 0; view < 5; ++view) {
       ScoreWithout(comparison, comparison.folds[0], view,
                    RunWithout(comparison, ChooseStrategies({"raw_dlt"}).front(),
-                              {}, *comparison.folds[0].take, view),
+                              {}, *comparison.folds[0].recording, view),
                    &scores);
     }
     return PooledRatio({TruncatedErrors(scores, AllJoints())});
   };
   const double before = error(run.detections);
   const double after = error(Shifted(run.detections, shifts));
-  const double without_any = error(take.detections);
+  const double without_any = error(recording.detections);
   EXPECT_GT(before, 1.5 * without_any);
   EXPECT_LT(after, 1.05 * without_any);
 }
@@ -329,7 +333,7 @@ TEST(Scores, WhatAllPredictIsScoredAlike) {
 }
 
 TEST(Scores, ErrorsOfEachJointHaveTheMean) {
-  CompareResult result = Compare(MakeNoisyTake(), "raw_dlt,batch");
+  CompareResult result = Compare(MakeNoisyRecording(), "raw_dlt,batch");
   Score(&result);
   std::istringstream lines(ErrorsCsv(result));
   std::string line;
@@ -397,12 +401,13 @@ TEST(Strategies, GridIsAllCombinations) {
 class CompareCommand : public ::testing::Test {
  protected:
   CompareCommand() {
-    WriteTake(MakeNoisyTake(), (folder_.path() / "take").string());
+    WriteRecording(MakeNoisyRecording(), (folder_.path() / "take").string());
   }
   std::string Flags(const std::string& out) const {
-    const std::string take = "'" + folder_.path().string() + "/take/";
-    return "--cameras=" + take + "cameras.json' --detections=" + take +
-           "detections.jsonl' --ground_truth=" + take +
+    const std::string recording = "'" + folder_.path().string() + "/take/";
+    return "--cameras=" + recording +
+           "cameras.json' --detections=" + recording +
+           "detections.jsonl' --ground_truth=" + recording +
            "truth.jsonl' --protocol=mpjpe --config='" +
            ProjectConfig("synthetic/track_paper.toml") + "' --out='" +
            Path(out) + "' ";
@@ -492,7 +497,7 @@ TEST_F(CompareCommand, RefusesWhatItCannotUse) {
               HasSubstr("expected two"));
   EXPECT_THAT(error(Flags("out") + "--noplots --threads=0"),
               HasSubstr("at least 1"));
-  // The folder of the take holds files.
+  // The folder of the recording holds files.
   EXPECT_THAT(error(Flags("take") + "--noplots"), HasSubstr("take"));
   EXPECT_FALSE(std::filesystem::exists(Path("out")));
 }

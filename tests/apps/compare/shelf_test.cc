@@ -39,14 +39,15 @@ void ExpectSamePoses(const std::vector<TrackFrame>& run,
 
 // The run's own answer, the frozen run's and the replayed one, bit for bit.
 void CheckReplay(const std::string& config, const std::string& set) {
-  const testing::ShelfTake take =
+  const testing::ShelfRecording recording =
       testing::LoadRawShelf(testing::FindData("")->string());
   const RunOptions options = ReadRunOptions(ProjectConfig(config), set, "");
   RunRequest request;
-  request.cameras = take.cameras;
+  request.cameras = recording.cameras;
   const TrackSequence tracked =
-      TrackSequenceOf(options, request, take.detections);
-  const FrozenRun frozen = FreezeTracking(options, request, take.detections);
+      TrackSequenceOf(options, request, recording.detections);
+  const FrozenRun frozen =
+      FreezeTracking(options, request, recording.detections);
   ExpectSamePoses(tracked.frames, frozen.tracks.frames);
   const Replay replay(frozen.scene.model, frozen.detections, frozen.matches,
                       options.tracker, FeedbackOf(options));

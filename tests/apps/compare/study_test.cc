@@ -24,45 +24,45 @@ using testing::RunProgram;
 using testing::TemporaryFolder;
 
 TEST(BestPoint, IsTheLeastMeanOverTakesOfTheirMeans) {
-  // Point 1 is best by the mean of means (3), though the long first take has
-  // less at point 0.
-  const std::vector<PointErrors> takes = {{{200.0, 100.0}, {300.0, 100.0}},
-                                          {{60.0, 10.0}, {30.0, 10.0}}};
-  EXPECT_EQ(BestPoint(takes, -1), 1u);
-  // The take that is left out has no say.
-  EXPECT_EQ(BestPoint(takes, 1), 0u);
-  EXPECT_EQ(BestPoint(takes, 0), 1u);
+  // Point 1 is best by the mean of means (3), though the long first recording
+  // has less at point 0.
+  const std::vector<PointErrors> recordings = {{{200.0, 100.0}, {300.0, 100.0}},
+                                               {{60.0, 10.0}, {30.0, 10.0}}};
+  EXPECT_EQ(BestPoint(recordings, -1), 1u);
+  // The recording that is left out has no say.
+  EXPECT_EQ(BestPoint(recordings, 1), 0u);
+  EXPECT_EQ(BestPoint(recordings, 0), 1u);
   // The first of equals.
   EXPECT_EQ(BestPoint({{{2.0, 1.0}, {2.0, 1.0}}}, -1), 0u);
 }
 
 TEST(BestPoint, LeavesOutWhatATakeRefuses) {
   const RatioUnit refused;
-  const std::vector<PointErrors> takes = {{{1.0, 1.0}, {9.0, 1.0}},
-                                          {refused, {9.0, 1.0}}};
-  EXPECT_EQ(BestPoint(takes, -1), 1u);
-  EXPECT_EQ(BestPoint(takes, 1), 0u);
+  const std::vector<PointErrors> recordings = {{{1.0, 1.0}, {9.0, 1.0}},
+                                               {refused, {9.0, 1.0}}};
+  EXPECT_EQ(BestPoint(recordings, -1), 1u);
+  EXPECT_EQ(BestPoint(recordings, 1), 0u);
   EXPECT_EQ(BestPoint({{refused}}, -1), std::nullopt);
   EXPECT_EQ(BestPoint({{{1.0, 1.0}}}, 0), std::nullopt);  // nobody is left
 }
 
-StudyTake TakeWith(size_t chosen, Verdict verdict) {
-  StudyTake take;
-  take.name = "t";
-  take.scores.resize(3);
-  take.scores[chosen].verdict = verdict;
-  take.chosen = chosen;
-  return take;
+StudyRecording TakeWith(size_t chosen, Verdict verdict) {
+  StudyRecording recording;
+  recording.name = "t";
+  recording.scores.resize(3);
+  recording.scores[chosen].verdict = verdict;
+  recording.chosen = chosen;
+  return recording;
 }
 
 TEST(Study, CountsTheTakesItHoldsFor) {
   Study study;
   study.best = 1;
-  study.takes = {TakeWith(1, Verdict::kLess), TakeWith(1, Verdict::kSame),
-                 TakeWith(2, Verdict::kMore), TakeWith(0, Verdict::kNone)};
-  study.takes.emplace_back().scores.resize(3);  // nothing could be chosen
+  study.recordings = {TakeWith(1, Verdict::kLess), TakeWith(1, Verdict::kSame),
+                      TakeWith(2, Verdict::kMore), TakeWith(0, Verdict::kNone)};
+  study.recordings.emplace_back().scores.resize(3);  // nothing could be chosen
   const StudyVerdict verdict = HoldsFor(study);
-  EXPECT_EQ(verdict.takes, 4);
+  EXPECT_EQ(verdict.recordings, 4);
   EXPECT_EQ(verdict.better, 1);
   EXPECT_EQ(verdict.same, 2);  // the baseline itself is like itself
   EXPECT_EQ(verdict.worse, 1);
@@ -70,7 +70,7 @@ TEST(Study, CountsTheTakesItHoldsFor) {
 }
 
 // Three takes of three seconds.
-std::string WriteTakes(const TemporaryFolder& folder) {
+std::string WriteRecordings(const TemporaryFolder& folder) {
   std::string text;
   for (const std::string seed : {"1", "2", "3"}) {
     const std::string name = "take" + seed;
@@ -92,7 +92,7 @@ std::string WriteTakes(const TemporaryFolder& folder) {
 
 TEST(Study, ValuesChosenOnSomeTakesAreScoredOnTheOthers) {
   const TemporaryFolder folder;
-  const std::string manifest = WriteTakes(folder);
+  const std::string manifest = WriteRecordings(folder);
   const std::string out = (folder.path() / "study").string();
   const ProgramOutcome outcome = RunProgram(
       "compare",
@@ -104,25 +104,26 @@ TEST(Study, ValuesChosenOnSomeTakesAreScoredOnTheOthers) {
   EXPECT_EQ(study["takes"].size(), 3u);
   EXPECT_EQ(study["holds"]["takes"], 3);
   EXPECT_EQ(study["strategies"]["butterworth"]["difference_px"]["takes"], 3);
-  for (const auto& [name, take] : study["takes"].items()) {
+  for (const auto& [name, recording] : study["takes"].items()) {
     // The cut-off is one of the grid's, not the configuration's default.
-    EXPECT_EQ(take["strategies"]["butterworth"]["values"].size(), 1u) << name;
-    EXPECT_GT(take["strategies"]["butterworth"]["held_out_mean_px"], 0.0);
+    EXPECT_EQ(recording["strategies"]["butterworth"]["values"].size(), 1u)
+        << name;
+    EXPECT_GT(recording["strategies"]["butterworth"]["held_out_mean_px"], 0.0);
   }
   // The recommendation is a whole configuration, and says what it holds for.
   const std::string toml = ContentOf(out + "/recommended.toml");
-  EXPECT_THAT(toml, HasSubstr("best over 3 takes"));
-  EXPECT_THAT(toml, HasSubstr("of 3 takes"));
+  EXPECT_THAT(toml, HasSubstr("best over 3 recordings"));
+  EXPECT_THAT(toml, HasSubstr("of 3 recordings"));
   const RunOptions recommended =
       ReadRunOptions(out + "/recommended.toml", "", "");
   EXPECT_EQ(recommended.estimators.mode, Mode::kGraph);
 }
 
-// A take by itself, with the values the study chose for it, scores the same:
-// nothing of the other takes is left in the figures but the choice.
+// A recording by itself, with the values the study chose for it, scores the
+// same: nothing of the other recordings is left in the figures but the choice.
 TEST(Study, FiguresAreThoseOfEachTakeByItself) {
   const TemporaryFolder folder;
-  const std::string manifest = WriteTakes(folder);
+  const std::string manifest = WriteRecordings(folder);
   const std::string out = (folder.path() / "study").string();
   ASSERT_EQ(RunProgram("compare",
                        "--manifest=" + manifest +
@@ -130,11 +131,11 @@ TEST(Study, FiguresAreThoseOfEachTakeByItself) {
                 .exit_code,
             0);
   const std::string alone = (folder.path() / "alone").string();
-  const std::string take = (folder.path() / "take2").string();
+  const std::string recording = (folder.path() / "take2").string();
   ASSERT_EQ(
       RunProgram(
           "compare",
-          "--cameras=" + take + "/cameras.json --detections=" + take +
+          "--cameras=" + recording + "/cameras.json --detections=" + recording +
               "/detections.jsonl --config=" +
               ProjectFile("configs/synthetic/track_paper.toml").string() +
               " --noplots --strategies=causal_gaussian,batch --out=" + alone)
@@ -165,7 +166,7 @@ TEST(Study, SaysWhatIsMissing) {
   const ProgramOutcome both =
       RunProgram("compare", "--manifest=" + one + " --folds=0:1,2:3" + out);
   EXPECT_EQ(both.exit_code, 2);
-  EXPECT_THAT(both.errors, HasSubstr("--folds is of one take"));
+  EXPECT_THAT(both.errors, HasSubstr("--folds is of one recording"));
   const std::string manifest = folder.Write(
       "two.toml",
       "[[takes]]\nname = \"a\"\ncameras = \"c\"\ndetections = \"d\"\n"

@@ -131,7 +131,7 @@ std::set<std::string> KeysOfConfigurations() {
        Matches(reference, "\\| `([A-Za-z0-9_.]+)` \\|")) {
     keys.insert(key);
   }
-  // Tables whose keys are names that a take decides, or classes of joints.
+  // Tables whose keys are names that a recording decides, or classes of joints.
   for (const std::string& key :
        Matches(reference,
                "\\| `([A-Za-z0-9_.]+)` \\| (?:`\\{\\}` \\||[^\n]* or by )")) {

@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-#include "apps/common/take_output.h"
+#include "apps/common/recording_output.h"
 #include "apps/report/page_data.h"
 #include "core/io/files/text_file.h"
 #include "tests/support/page_example.h"
@@ -35,7 +35,7 @@ std::set<std::string> KeysOf(const std::string& text) {
 
 // A summary with everything that it may have.
 std::set<std::string> KeysThatAreWritten() {
-  TakeReport report;
+  RecordingReport report;
   report.cameras.emplace_back();
   report.people.emplace_back();
   report.warnings.emplace_back();

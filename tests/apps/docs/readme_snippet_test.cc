@@ -46,15 +46,15 @@ TEST(ReadmeSnippetTest, StandsHereWordForWord) {
 
 TEST(ReadmeSnippetTest, Tracks) {
   const kinegraph::testing::TemporaryFolder folder;
-  const fs::path take = folder.path() / "take";
+  const fs::path recording = folder.path() / "take";
   std::ostringstream command;
   command << BuildFile("apps/kinegraph-synthesize")
           << " --config=" << ProjectFile("configs/synthetic/demo.toml")
-          << " --set=scene.duration=2 --out=" << take << " > /dev/null";
+          << " --set=scene.duration=2 --out=" << recording << " > /dev/null";
   ASSERT_EQ(std::system(command.str().c_str()), 0);
-  fs::rename(take / "cameras.json", take / "calibration.json");
+  fs::rename(recording / "cameras.json", recording / "calibration.json");
   const fs::path before = fs::current_path();
-  fs::current_path(take);
+  fs::current_path(recording);
   const kinegraph::TrackSequence tracks = TrackedAsTheReadmeSays();
   fs::current_path(before);
   EXPECT_EQ(tracks.frames.size(), 50u);  // two seconds at 25 Hz

@@ -118,8 +118,8 @@ TEST_P(Fixes, RunAsPrintedAndMend) {
   const std::string path = folder.path().string();
   WriteCameras(path + "/cameras.json", scene.cameras);
   MemorySource source(scene.detections);
-  Losses losses;
-  WriteOpenPose(path + "/det", {}, &source, &losses);
+  LostFields lost_fields;
+  WriteOpenPose(path + "/det", {}, &source, &lost_fields);
   const std::string cameras = "--cameras='" + path + "/cameras.json'";
   const std::string detections = " --detections='" + path + "/det'";
   const std::string keys =

@@ -118,8 +118,8 @@ TEST(StreamTest, AReaderThatLeavesIsSaid) {
   EXPECT_THAT(outcome.errors, HasSubstr("Broken pipe"));
 }
 
-// Lines of the detections of a take of four seconds, the header first.
-std::vector<std::string> LongTake(const std::string& folder) {
+// Lines of the detections of a recording of four seconds, the header first.
+std::vector<std::string> LongRecording(const std::string& folder) {
   const ProgramOutcome made = RunProgram(
       "synthesize",
       "--config=" + ProjectFile("configs/synthetic/demo.toml").string() +
@@ -145,21 +145,21 @@ struct LiveCase {
 class LiveTest : public ::testing::TestWithParam<LiveCase> {
  protected:
   LiveTest() {
-    lines_ = LongTake(take_);
+    lines_ = LongRecording(recording_);
     EXPECT_GT(lines_.size(), 90u);
     mkfifo(pipe_.c_str(), 0600);
   }
 
   std::vector<std::string> Command(const std::string& detections,
                                    const std::string& out) const {
-    return {ProgramPath("track"), "--cameras=" + take_ + "/cameras.json",
+    return {ProgramPath("track"), "--cameras=" + recording_ + "/cameras.json",
             "--detections=" + detections,
             "--config=" + ProjectFile(GetParam().config).string(),
             "--out=" + out};
   }
 
   TemporaryFolder folder_;
-  const std::string take_ = (folder_.path() / "take").string();
+  const std::string recording_ = (folder_.path() / "take").string();
   const std::string pipe_ = (folder_.path() / "pipe").string();
   const std::string result_ = (folder_.path() / "result.jsonl").string();
   const std::string recorded_ = (folder_.path() / "recorded.jsonl").string();
@@ -184,10 +184,10 @@ TEST_P(LiveTest, AnswersWithinTheLagAndAsTheWholeTake) {
     }
   }
   EXPECT_EQ(program.Wait(), 0) << ContentOf(errors_);
-  // The recorded take gives the same bytes.
+  // The recorded recording gives the same bytes.
   std::string recorded;
   for (const std::string& word :
-       Command(take_ + "/detections.jsonl", recorded_)) {
+       Command(recording_ + "/detections.jsonl", recorded_)) {
     recorded += word + " ";
   }
   ASSERT_EQ(RunShell(recorded).exit_code, 0);
@@ -418,8 +418,8 @@ TEST(LimitTest, SkeletonsOfManyJointsAreRefusedUntilTheKeyAllowsThem) {
   EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
 }
 
-// A take of which people are solved at the end, for a second or more, in lines
-// that lack --out.
+// A recording of which people are solved at the end, for a second or more, in
+// lines that lack --out.
 std::vector<std::string> OfflineLine(const std::string& detections) {
   return {ProgramPath("track"), "--cameras=" + DemoScene("8") + "/cameras.json",
           "--detections=" + detections,
@@ -446,7 +446,7 @@ TEST(SignalTest, ASolveIsLeftAtOnce) {
   const int status = program.Wait();
   // Nothing is waited for; the rest is a machine that is busy.
   EXPECT_LT(clock() - signal, std::chrono::seconds(2));
-  ASSERT_TRUE(WIFSIGNALED(status)) << "the take was solved too fast";
+  ASSERT_TRUE(WIFSIGNALED(status)) << "the recording was solved too fast";
   EXPECT_EQ(WTERMSIG(status), SIGINT);
   EXPECT_EQ(ContentOf(errors),
             "kinegraph-track: stopped by SIGINT; what was half-written is "

@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-// A small take that every writer takes.
+// A small recording that every writer takes.
 struct Take {
   TemporaryFolder folder;
   std::string cameras, detections, truth;
@@ -32,9 +32,9 @@ struct Take {
   }
 };
 
-const Take& TheTake() {
-  static const Take* const take = new Take;
-  return *take;
+const Take& TheRecording() {
+  static const Take* const recording = new Take;
+  return *recording;
 }
 
 // A writer: what runs it, with OUT where the result's name stands.
@@ -56,9 +56,9 @@ std::string Replaced(std::string text, const std::string& word,
 
 std::string CommandOf(const Writer& writer, const std::string& out) {
   std::string line = ProgramPath(writer.command) + " " + writer.arguments;
-  line = Replaced(line, "CAMERAS", TheTake().cameras);
-  line = Replaced(line, "DETECTIONS", TheTake().detections);
-  line = Replaced(line, "TRUTH", TheTake().truth);
+  line = Replaced(line, "CAMERAS", TheRecording().cameras);
+  line = Replaced(line, "DETECTIONS", TheRecording().detections);
+  line = Replaced(line, "TRUTH", TheRecording().truth);
   line = Replaced(line, "CONFIG",
                   ProjectFile("configs/synthetic/track_paper.toml").string());
   line = Replaced(line, "SCENE",
@@ -182,10 +182,11 @@ TEST_P(WriterTest, TakesDevicesAsTheyAre) {
 TEST_P(WriterTest, NeverWritesOverAnInput) {
   if (GetParam().is_folder) return;
   const std::string& input =
-      GetParam().arguments.find("TRUTH") != std::string::npos ? TheTake().truth
+      GetParam().arguments.find("TRUTH") != std::string::npos
+          ? TheRecording().truth
       : GetParam().arguments.find("DETECTIONS") != std::string::npos
-          ? TheTake().detections
-          : TheTake().cameras;
+          ? TheRecording().detections
+          : TheRecording().cameras;
   const std::string before = ContentOf(input);
   const TemporaryFolder folder;
   fs::create_symlink(input, folder.path() / "link.jsonl");

@@ -21,7 +21,7 @@
 #include "core/io/files/text_file.h"
 #include "core/io/text/json.h"
 #include "core/io/tracks/writer.h"
-#include "tests/apps/formats/take.h"
+#include "tests/apps/formats/recording.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/browser.h"
 #include "tests/support/program.h"
@@ -35,16 +35,18 @@ using Eigen::Vector3d;
 using testing::Browser;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using testing::MakeTake;
+using testing::MakeRecording;
 using testing::TemporaryFolder;
 
 const PersonNames kNames = {{TrackId(12), "Anna"}};
 
-// The take as JSON Lines, converted to `name`; the notes that were printed.
-std::string Convert(const TemporaryFolder& folder, const TrackSequence& take,
-                    const std::string& name, const std::string& more = "") {
+// The recording as JSON Lines, converted to `name`; the notes that were
+// printed.
+std::string Convert(const TemporaryFolder& folder,
+                    const TrackSequence& recording, const std::string& name,
+                    const std::string& more = "") {
   const std::string in = folder.path() / "take.jsonl";
-  WriteTracks(in, take, {!take.header.view_names.empty(), kNames});
+  WriteTracks(in, recording, {!recording.header.view_names.empty(), kNames});
   const std::string out = folder.path() / name;
   const testing::ProgramOutcome outcome = testing::RunProgram(
       "convert", "--in='" + in + "' --out='" + out + "' " + more);
@@ -69,9 +71,9 @@ bool HasPython(const std::string& modules) {
                  .c_str()) == 0;
 }
 
-const PersonPose* PersonIn(const TrackSequence& take, int64_t frame,
+const PersonPose* PersonIn(const TrackSequence& recording, int64_t frame,
                            int64_t id) {
-  for (const TrackFrame& at : take.frames) {
+  for (const TrackFrame& at : recording.frames) {
     if (at.frame != frame) continue;
     for (const PersonPose& person : at.people) {
       if (person.id == TrackId(id)) return &person;
@@ -89,9 +91,9 @@ Vector3d VectorOf(const Json& array) {
 
 TEST(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
   if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
-  TrackSequence take = MakeTake();
-  take.header.view_names = {"one", "two", "three"};
-  for (TrackFrame& frame : take.frames) {
+  TrackSequence recording = MakeRecording();
+  recording.header.view_names = {"one", "two", "three"};
+  for (TrackFrame& frame : recording.frames) {
     for (PersonPose& person : frame.people) {
       for (int v = 0; v < 3; v += 2) {
         ViewMatch match;
@@ -103,7 +105,7 @@ TEST(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
     }
   }
   const TemporaryFolder folder;
-  const std::string notes = Convert(folder, take, "take.c3d");
+  const std::string notes = Convert(folder, recording, "take.c3d");
   EXPECT_THAT(notes, HasSubstr("root of its trace"));
   const Json read =
       RunPython(folder, "c3d_reader.py", folder.path() / "take.c3d");
@@ -132,7 +134,7 @@ TEST(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
   for (int64_t f = 300; f < 340; ++f) {
     for (size_t p = 0; p < 50; ++p) {
       const Json& point = read["frames"][static_cast<size_t>(f - 300)][p];
-      const PersonPose* person = PersonIn(take, f, p < 25 ? 3 : 12);
+      const PersonPose* person = PersonIn(recording, f, p < 25 ? 3 : 12);
       const size_t j = p % 25;
       const bool is_there = person != nullptr && person->joints[j].present();
       ASSERT_EQ(!point.is_null(), is_there) << f << " " << p;
@@ -157,8 +159,8 @@ TEST(FormatReaders, C3dHoldsPointsResidualsAndCameras) {
 
 TEST(FormatReaders, C3dBeyondSixteenBits) {
   if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
-  TrackSequence take = MakeTake();
-  for (TrackFrame& frame : take.frames) {
+  TrackSequence recording = MakeRecording();
+  for (TrackFrame& frame : recording.frames) {
     frame.frame += 70'000;
     frame.time = frame.frame * 20'000'000;
     frame.people.resize(1);
@@ -168,7 +170,7 @@ TEST(FormatReaders, C3dBeyondSixteenBits) {
     }
   }
   const TemporaryFolder folder;
-  Convert(folder, take, "take.c3d");
+  Convert(folder, recording, "take.c3d");
   const Json read =
       RunPython(folder, "c3d_reader.py", folder.path() / "take.c3d");
   EXPECT_EQ(read["first"], 70'301);
@@ -179,19 +181,20 @@ TEST(FormatReaders, C3dBeyondSixteenBits) {
 
 TEST(FormatReaders, C3dOfMoreFramesThanAWordCounts) {
   if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
-  TrackSequence take = MakeTake();
-  take.frames.resize(2);
-  for (TrackFrame& frame : take.frames) frame.people.resize(1);
+  TrackSequence recording = MakeRecording();
+  recording.frames.resize(2);
+  for (TrackFrame& frame : recording.frames) frame.people.resize(1);
   constexpr int64_t kFrames = 65'600;
-  take.frames[1].frame = take.frames[0].frame + kFrames - 1;
-  take.frames[1].time = take.frames[1].frame * 20'000'000;
+  recording.frames[1].frame = recording.frames[0].frame + kFrames - 1;
+  recording.frames[1].time = recording.frames[1].frame * 20'000'000;
   const TemporaryFolder folder;
-  Convert(folder, take, "take.c3d");
+  Convert(folder, recording, "take.c3d");
   const Json read =
       RunPython(folder, "c3d_reader.py", folder.path() / "take.c3d");
   ASSERT_EQ(read["frames"].size(), static_cast<size_t>(kFrames));
   EXPECT_FALSE(read["frames"][kFrames - 1][0].is_null());
-  EXPECT_TRUE(read["frames"][1][0].is_null()) << "the take has no such frame";
+  EXPECT_TRUE(read["frames"][1][0].is_null())
+      << "the recording has no such frame";
 }
 
 // ---- three.js ----
@@ -275,9 +278,9 @@ function at(time_s) {
 
 void ExpectGltf(const std::string& name) {
   if (!HasThree()) GTEST_SKIP() << "needs chromium and libjs-three";
-  const TrackSequence take = MakeTake();
+  const TrackSequence recording = MakeRecording();
   const TemporaryFolder folder;
-  const std::string notes = Convert(folder, take, name);
+  const std::string notes = Convert(folder, recording, name);
   EXPECT_THAT(notes, HasSubstr("missing joints got a place"));
   Browser browser;
   browser.Open(
@@ -295,7 +298,7 @@ void ExpectGltf(const std::string& name) {
       const int64_t id = p == 0 ? 3 : 12;
       EXPECT_EQ(people[p]["id"], id);
       EXPECT_EQ(people[p]["name"], p == 0 ? "person_3" : "Anna");
-      const PersonPose* person = PersonIn(take, f, id);
+      const PersonPose* person = PersonIn(recording, f, id);
       EXPECT_EQ(people[p]["scale"], person != nullptr ? 1 : 0) << f;
       if (person == nullptr) continue;
       for (size_t j = 0; j < 25; ++j) {
@@ -339,9 +342,9 @@ function at(time_s) {
 
 TEST(FormatReaders, BvhInThree) {
   if (!HasThree()) GTEST_SKIP() << "needs chromium and libjs-three";
-  const TrackSequence take = MakeTake();
+  const TrackSequence recording = MakeRecording();
   const TemporaryFolder folder;
-  const std::string notes = Convert(folder, take, "bvh", "--to=bvh");
+  const std::string notes = Convert(folder, recording, "bvh", "--to=bvh");
   EXPECT_THAT(notes, HasSubstr("missing joints got a place"));
   for (const int64_t id : {3, 12}) {
     const std::string file = id == 3 ? "person_3.bvh" : "person_12_Anna.bvh";
@@ -352,7 +355,7 @@ TEST(FormatReaders, BvhInThree) {
                 1e-6);
     int compared = 0;
     for (int64_t f = 300; f < 339; ++f) {
-      const PersonPose* person = PersonIn(take, f, id);
+      const PersonPose* person = PersonIn(recording, f, id);
       if (person == nullptr) continue;
       const Json joints = browser.Evaluate(
           "at(" + std::to_string(0.02 * static_cast<double>(f - 300)) + ")");
@@ -382,9 +385,9 @@ TEST(FormatReaders, NetcdfInXarrayAsMovementHasIt) {
   if (!HasPython("xarray, scipy")) {
     GTEST_SKIP() << "needs python3-xarray and python3-scipy";
   }
-  const TrackSequence take = MakeTake();
+  const TrackSequence recording = MakeRecording();
   const TemporaryFolder folder;
-  Convert(folder, take, "take.nc");
+  Convert(folder, recording, "take.nc");
   const Json read =
       RunPython(folder, "movement_reader.py", folder.path() / "take.nc");
   EXPECT_EQ(read["fps"], 50.0);
@@ -392,13 +395,13 @@ TEST(FormatReaders, NetcdfInXarrayAsMovementHasIt) {
   EXPECT_EQ(read["individuals"], Json({"person_3", "Anna"}));
   EXPECT_EQ(read["identity"], Json({3.0, 12.0}));
   EXPECT_EQ(read["keypoints"], Json(Body25().joints()));
-  ASSERT_EQ(read["position"].size(), take.frames.size());
-  for (size_t f = 0; f < take.frames.size(); ++f) {
-    const int64_t number = take.frames[f].frame;
+  ASSERT_EQ(read["position"].size(), recording.frames.size());
+  for (size_t f = 0; f < recording.frames.size(); ++f) {
+    const int64_t number = recording.frames[f].frame;
     EXPECT_EQ(read["frame"][f], static_cast<double>(number));
-    EXPECT_EQ(read["time"][f], ToSeconds(take.frames[f].time));
+    EXPECT_EQ(read["time"][f], ToSeconds(recording.frames[f].time));
     for (size_t p = 0; p < 2; ++p) {
-      const PersonPose* person = PersonIn(take, number, p == 0 ? 3 : 12);
+      const PersonPose* person = PersonIn(recording, number, p == 0 ? 3 : 12);
       for (size_t j = 0; j < 25; ++j) {
         const bool is_there = person != nullptr && person->joints[j].present();
         const Json& confidence = read["confidence"][f][j][p];
@@ -424,7 +427,7 @@ TEST(FormatReaders, NetcdfInXarrayAsMovementHasIt) {
       }
     }
   }
-  const PersonPose* anna = PersonIn(take, take.frames[10].frame, 12);
+  const PersonPose* anna = PersonIn(recording, recording.frames[10].frame, 12);
   const auto knee = static_cast<size_t>(Body25().IndexOf("r_knee"));
   EXPECT_EQ(VectorOf(read["chosen"]), anna->joints[knee].position_m);
 }
@@ -433,9 +436,9 @@ TEST(FormatReaders, NetcdfInXarrayAsMovementHasIt) {
 
 TEST(FormatReaders, AniposeTable) {
   if (!HasPython("csv, json")) GTEST_SKIP() << "needs Debian's python3";
-  const TrackSequence take = MakeTake();
+  const TrackSequence recording = MakeRecording();
   const TemporaryFolder folder;
-  Convert(folder, take, "anipose", "--to=anipose");
+  Convert(folder, recording, "anipose", "--to=anipose");
   for (const int64_t id : {3, 12}) {
     const std::string file = id == 3 ? "person_3.csv" : "person_12_Anna.csv";
     const Json read = RunPython(folder, "anipose_reader.py",
@@ -443,7 +446,7 @@ TEST(FormatReaders, AniposeTable) {
     EXPECT_EQ(read["joints"], Json(Body25().joints()));
     ASSERT_EQ(read["frames"].size(), 40u);
     for (int64_t f = 300; f < 340; ++f) {
-      const PersonPose* person = PersonIn(take, f, id);
+      const PersonPose* person = PersonIn(recording, f, id);
       const Json& found = read["frames"][std::to_string(f)];
       for (size_t j = 0; j < 25; ++j) {
         const bool is_there = person != nullptr && person->joints[j].present();
@@ -463,15 +466,15 @@ TEST(FormatReaders, AniposeTable) {
 
 TEST(FormatReaders, CocoWithThreeDimensions) {
   if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
-  const TrackSequence take = MakeTake();
+  const TrackSequence recording = MakeRecording();
   const TemporaryFolder folder;
-  Convert(folder, take, "take.json", "--to=coco3d");
+  Convert(folder, recording, "take.json", "--to=coco3d");
   const Json read =
       RunPython(folder, "coco3d_reader.py", folder.path() / "take.json");
   EXPECT_EQ(read["rate"], 50.0);
   ASSERT_EQ(read["bones"].size(), Body25().bones().size());
   ASSERT_EQ(read["people"].size(), 39u + 22u);
-  for (const TrackFrame& frame : take.frames) {
+  for (const TrackFrame& frame : recording.frames) {
     EXPECT_EQ(read["times"][std::to_string(frame.frame)],
               ToSeconds(frame.time));
     for (const PersonPose& person : frame.people) {
@@ -504,15 +507,16 @@ TEST(FormatReaders, SleapsHdf5) {
               .c_str()),
       0);
   EXPECT_EQ(RecogniseKind(views), FileKind::kDetections);
-  const DetectionSequence take = ReadDetections(views);
-  EXPECT_EQ(take.header.view_names, (std::vector<std::string>{"cam0", "cam1"}));
-  EXPECT_EQ(take.header.skeleton.joints(),
+  const DetectionSequence recording = ReadDetections(views);
+  EXPECT_EQ(recording.header.view_names,
+            (std::vector<std::string>{"cam0", "cam1"}));
+  EXPECT_EQ(recording.header.skeleton.joints(),
             (std::vector<std::string>{"snout", "l_ear", "tail_base"}));
-  ASSERT_EQ(take.header.skeleton.bones().size(), 2u);
-  ASSERT_EQ(take.frames.size(), 5u);
+  ASSERT_EQ(recording.header.skeleton.bones().size(), 2u);
+  ASSERT_EQ(recording.frames.size(), 5u);
   for (size_t f = 0; f < 5; ++f) {
     for (size_t v = 0; v < 2; ++v) {
-      const auto& found = take.frames[f].views[v].detections;
+      const auto& found = recording.frames[f].views[v].detections;
       ASSERT_EQ(found.size(), f < 2 ? 1u : 2u) << f;
       for (size_t t = 0; t < found.size(); ++t) {
         for (size_t n = 0; n < 3; ++n) {
@@ -569,15 +573,15 @@ TEST(FormatReaders, DeepLabCutsHdf5) {
   for (const size_t people : {1, 2}) {
     const std::string path = folder.path() / (people == 1 ? "one" : "two");
     EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
-    const DetectionSequence take = ReadDetections(path);
-    EXPECT_EQ(take.header.view_names,
+    const DetectionSequence recording = ReadDetections(path);
+    EXPECT_EQ(recording.header.view_names,
               (std::vector<std::string>{"cam0", "cam1"}));
-    EXPECT_EQ(take.header.skeleton.joints(),
+    EXPECT_EQ(recording.header.skeleton.joints(),
               (std::vector<std::string>{"snout", "l_ear", "tail_base"}));
-    ASSERT_EQ(take.frames.size(), 5u);
+    ASSERT_EQ(recording.frames.size(), 5u);
     for (size_t f = 0; f < 5; ++f) {
       for (size_t v = 0; v < 2; ++v) {
-        const auto& found = take.frames[f].views[v].detections;
+        const auto& found = recording.frames[f].views[v].detections;
         ASSERT_EQ(found.size(), f < 2 ? 1u : people) << f;
         for (size_t t = 0; t < found.size(); ++t) {
           for (size_t n = 0; n < 3; ++n) {
@@ -612,10 +616,10 @@ TEST(FormatReaders, DeepLabCutsHdf5) {
 TEST(FormatReaders, CocoViews) {
   if (!HasPython("json")) GTEST_SKIP() << "needs Debian's python3";
   const TemporaryFolder folder;
-  DetectionSequence take;
-  take.header.skeleton = Coco17();
-  take.header.view_names = {"left", "right"};
-  take.header.frame_rate_hz = 50.0;
+  DetectionSequence recording;
+  recording.header.skeleton = Coco17();
+  recording.header.view_names = {"left", "right"};
+  recording.header.frame_rate_hz = 50.0;
   for (int64_t f = 3; f < 9; ++f) {
     DetectionFrame frame;
     frame.frame = f;
@@ -635,10 +639,10 @@ TEST(FormatReaders, CocoViews) {
         }
       }
     }
-    take.frames.push_back(frame);
+    recording.frames.push_back(frame);
   }
   const std::string in = folder.path() / "take.jsonl";
-  WriteDetections(in, take);
+  WriteDetections(in, recording);
   const std::string out = folder.path() / "take.json";
   const testing::ProgramOutcome outcome = testing::RunProgram(
       "convert", "--in='" + in + "' --out='" + out +
@@ -648,10 +652,10 @@ TEST(FormatReaders, CocoViews) {
   EXPECT_EQ(read["rate"], 50.0);
   EXPECT_EQ(read["bones"].size(), Coco17().bones().size());
   ASSERT_EQ(read["found"].size(), 12u);
-  for (const DetectionFrame& frame : take.frames) {
+  for (const DetectionFrame& frame : recording.frames) {
     for (size_t v = 0; v < 2; ++v) {
       const auto& people = frame.views[v].detections;
-      const Json& found = read["found"][take.header.view_names[v] + "/" +
+      const Json& found = read["found"][recording.header.view_names[v] + "/" +
                                         std::to_string(frame.frame)];
       ASSERT_EQ(found.size(), people.size());
       for (size_t p = 0; p < people.size(); ++p) {
@@ -717,10 +721,10 @@ TEST(FormatReaders, BlenderShowsOurWorld) {
   if (std::system("blender --version > /dev/null 2>&1") != 0) {
     GTEST_SKIP() << "needs blender";
   }
-  const TrackSequence take = MakeTake();
+  const TrackSequence recording = MakeRecording();
   const TemporaryFolder folder;
-  Convert(folder, take, "take.glb");
-  Convert(folder, take, "bvh", "--to=bvh");
+  Convert(folder, recording, "take.glb");
+  Convert(folder, recording, "bvh", "--to=bvh");
   const std::string out = folder.path() / "blender.json";
   const std::string script =
       testing::ProjectFile("tests/apps/formats/blender_reader.py");
@@ -737,7 +741,7 @@ TEST(FormatReaders, BlenderShowsOurWorld) {
   for (int64_t f = 300; f < 339; ++f) {
     const auto row = static_cast<size_t>(f - 300);
     for (const int64_t id : {3, 12}) {
-      const PersonPose* person = PersonIn(take, f, id);
+      const PersonPose* person = PersonIn(recording, f, id);
       const std::string name = id == 3 ? "person_3" : "Anna";
       ASSERT_EQ(read["gltf"][row].contains(name), person != nullptr) << f;
       if (person == nullptr) continue;
@@ -767,8 +771,8 @@ TEST(FormatReaders, AssimpReadsGltfAndBvh) {
     GTEST_SKIP() << "needs assimp-utils";
   }
   const TemporaryFolder folder;
-  Convert(folder, MakeTake(), "take.glb");
-  Convert(folder, MakeTake(), "bvh", "--to=bvh");
+  Convert(folder, MakeRecording(), "take.glb");
+  Convert(folder, MakeRecording(), "bvh", "--to=bvh");
   for (const std::string file : {"take.glb", "bvh/person_3.bvh"}) {
     const std::string out = folder.path() / "info.txt";
     ASSERT_EQ(std::system(("assimp info '" + (folder.path() / file).string() +

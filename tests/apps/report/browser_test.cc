@@ -55,20 +55,20 @@ struct Take {
   CameraRig cameras = testing::RingOfCameras(4);
 };
 
-Take MakeTake() {
-  Take take;
-  TrackHeader& header = take.tracks.header;
+Take MakeRecording() {
+  Take recording;
+  TrackHeader& header = recording.tracks.header;
   header.skeleton = Coco17();
   header.view_names = {kHostile, "two", "three", "four"};
-  take.detections.header.skeleton = Coco17();
-  take.detections.header.view_names = header.view_names;
+  recording.detections.header.skeleton = Coco17();
+  recording.detections.header.view_names = header.view_names;
   for (int f = 0; f < kFrames; ++f) {
     TrackFrame frame;
     frame.frame = kFirstFrame + f;
     frame.time = FrameClock(25.0).TimeOf(frame.frame);
     DetectionFrame seen;
     seen.frame = frame.frame;
-    seen.views.resize(take.cameras.size());
+    seen.views.resize(recording.cameras.size());
     for (int p = 0; p < (f < 60 ? 3 : 2); ++p) {
       PersonPose person;
       person.id = TrackId(p);
@@ -81,7 +81,7 @@ Take MakeTake() {
         if (p == 2 && v == 1) continue;
         auto& in_view = seen.views[static_cast<size_t>(v)].detections;
         Detection detection = testing::Project(
-            person.joints, take.cameras[static_cast<size_t>(v)]);
+            person.joints, recording.cameras[static_cast<size_t>(v)]);
         detection.index_in_file = static_cast<int>(in_view.size());
         ViewMatch match{v, detection.index_in_file, {}};
         match.weights.assign(17, 1.0);
@@ -101,29 +101,30 @@ Take MakeTake() {
       }
       frame.people.push_back(person);
     }
-    Detection nobody =
-        testing::Project(testing::StandingPerson(1.5, 2.0), take.cameras[0]);
+    Detection nobody = testing::Project(testing::StandingPerson(1.5, 2.0),
+                                        recording.cameras[0]);
     nobody.index_in_file = static_cast<int>(seen.views[0].detections.size());
     seen.views[0].detections.push_back(nobody);
-    take.tracks.frames.push_back(frame);
-    take.detections.frames.push_back(seen);
+    recording.tracks.frames.push_back(frame);
+    recording.detections.frames.push_back(seen);
   }
-  return take;
+  return recording;
 }
 
 // The page with everything on it, and names that try to break out.
-std::string WholePage(const Take& take) {
+std::string WholePage(const Take& recording) {
   PageInput input;
   input.title = kHostile;
-  input.results.push_back({kHostile, ResultRole::kTracks, take.tracks});
-  TrackSequence hostile = take.tracks;
+  input.results.push_back({kHostile, ResultRole::kTracks, recording.tracks});
+  TrackSequence hostile = recording.tracks;
   std::vector<std::string> joints = Coco17().joints();
   joints[0] = kHostile;
   hostile.header.skeleton = Skeleton("x", joints, Coco17().bones());
   input.results.push_back({"second", ResultRole::kTracks, hostile});
-  input.results.push_back({"truth", ResultRole::kGroundTruth, take.tracks});
-  input.cameras = take.cameras;
-  input.detections = take.detections;
+  input.results.push_back(
+      {"truth", ResultRole::kGroundTruth, recording.tracks});
+  input.cameras = recording.cameras;
+  input.detections = recording.detections;
   PageOptions options;
   options.with_covariance = true;
   return MakePage(input.title, MakePageData(input, options).json);
@@ -146,7 +147,7 @@ class PageInBrowser : public ::testing::Test {
   }
 
   Browser& Open(const Screen& screen, bool dark = false) {
-    page_ = folder_.Write("page.html", WholePage(take_));
+    page_ = folder_.Write("page.html", WholePage(recording_));
     browser_ = std::make_unique<Browser>(screen);
     browser_->PreferDark(dark);
     browser_->Open(page_);
@@ -190,7 +191,7 @@ class PageInBrowser : public ::testing::Test {
   }
 
   const testing::TemporaryFolder folder_;
-  const Take take_ = MakeTake();
+  const Take recording_ = MakeRecording();
   std::string page_;
   std::unique_ptr<Browser> browser_;
 };
@@ -227,7 +228,7 @@ TEST_F(PageInBrowser, ScrubbingLandsOnTheRightFrame) {
     EXPECT_EQ(FrameEverywhere(), frame);
   }
   // In the middle of the slider, and of a timeline, lies the middle of the
-  // take: 49.5, so one of the two beside it.
+  // recording: 49.5, so one of the two beside it.
   browser.Press("Home");
   browser.Click("#scrub");
   EXPECT_NEAR(FrameEverywhere(), 49.5, 1.0);
@@ -346,10 +347,10 @@ TEST_F(PageInBrowser, PanelsShowWhatWasMatchedRejectedAndMissing) {
     EXPECT_NEAR(pixel[2].get<int>(), b, 12) << what << pixel;
     EXPECT_GT(pixel[3].get<int>(), 150) << what << pixel;
   };
-  const std::vector<PersonPose>& people = take_.tracks.frames[0].people;
+  const std::vector<PersonPose>& people = recording_.tracks.frames[0].people;
   // The rejected wrist has its cross where the detection is.
   const auto wrist =
-      take_.cameras[0].Project(people[0].joints[kLeftWrist].position_m);
+      recording_.cameras[0].Project(people[0].joints[kLeftWrist].position_m);
   ASSERT_TRUE(wrist.has_value());
   expect_colour(browser.Evaluate(PixelAt(0, *wrist + kShiftPx)), 0xb3, 0x33,
                 0x0c, "cross");
@@ -359,8 +360,8 @@ TEST_F(PageInBrowser, PanelsShowWhatWasMatchedRejectedAndMissing) {
       "document.querySelectorAll('#results input').forEach((box, i) =>"
       "{ if (i > 0) box.click(); })");
   const auto knee =
-      take_.cameras[1].Project(0.5 * (people[2].joints[13].position_m +
-                                      people[2].joints[15].position_m));
+      recording_.cameras[1].Project(0.5 * (people[2].joints[13].position_m +
+                                           people[2].joints[15].position_m));
   ASSERT_TRUE(knee.has_value());
   expect_colour(browser.Evaluate(PixelAt(1, *knee)), 0x00, 0x9e, 0x73,
                 "reprojected shin");
@@ -493,7 +494,7 @@ constexpr const char* kLeastColourDifference = R"((() => {
 TEST_F(PageInBrowser, WhatIsWrongStandsFirst) {
   PageInput input;
   input.title = "take";
-  input.results.push_back({"take", ResultRole::kTracks, take_.tracks});
+  input.results.push_back({"take", ResultRole::kTracks, recording_.tracks});
   input.doctor_json =
       R"({"verdict": "suspect", "findings": [{"kind": "swapped_views",)"
       R"("camera": "two", "confidence": 0.9, "before_px": 41.0,)"
@@ -619,10 +620,11 @@ TEST_F(PageInBrowser, FingersScrubPlayAndJump) {
   const double width = slider[1];
   const double y = slider[2];
   browser.Drag({{left + 10.0, y}}, {{left + 0.5 * width, y}});
-  // The middle of the slider is the middle of the take; a frame is 3 pixels
-  // wide, and the thumb keeps the distance at which it was taken (10 px).
+  // The middle of the slider is the middle of the recording; a frame is 3
+  // pixels wide, and the thumb keeps the distance at which it was taken (10
+  // px).
   EXPECT_NEAR(FrameEverywhere(), 49.5, 5.0);
-  // Slowly: on a busy machine the take must not end before the second tap.
+  // Slowly: on a busy machine the recording must not end before the second tap.
   browser.Evaluate("kinegraph.state.speed = 0.1");
   browser.Tap("#play");
   const int from = Frame();

@@ -189,7 +189,7 @@ TEST(PageData, HostileNamesStayData) {
 }
 
 // The goal's own figure: 5 minutes, 6 people, 30 Hz, under 15 MB.
-TEST(PageData, LongTakeStaysSmall) {
+TEST(PageData, LongRecordingStaysSmall) {
   const PageData data = MakePageData(InputOf(Walk(5 * 60 * 30, 6, 30.0)));
   EXPECT_EQ(data.poses, 54000u);
   EXPECT_EQ(data.frame_stride, 1);
@@ -219,7 +219,7 @@ DetectionSequence SeenBy(const CameraRig& cameras,
   return seen;
 }
 
-// A take with everything that can be asked for.
+// A recording with everything that can be asked for.
 PageInput WholeInput(int frames, int people) {
   PageInput input = InputOf(Walk(frames, people, 25.0));
   for (TrackFrame& frame : input.results[0].tracks.frames) {

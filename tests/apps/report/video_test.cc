@@ -28,7 +28,7 @@ constexpr int kFirstPicture = 100;
 constexpr int kPictures = 42;
 
 // Nobody is there, so that nothing is drawn over the pictures.
-PageInput EmptyTake() {
+PageInput EmptyRecording() {
   PageInput input;
   input.title = "take";
   input.cameras = testing::RingOfCameras(2);
@@ -72,7 +72,7 @@ class VideoPanels : public ::testing::TestWithParam<bool> {
       GTEST_SKIP() << "needs a browser: apt-get install chromium";
     }
     const bool embedded = GetParam();
-    PageInput input = EmptyTake();
+    PageInput input = EmptyRecording();
     const std::string path = (folder_.path() / "page.html").string();
     AddVideos(ReadViewImages(ImagesFlag(), input), path, embedded ? 100000 : 0,
               &input);
@@ -176,7 +176,7 @@ INSTANTIATE_TEST_SUITE_P(Ways, VideoPanels, ::testing::Bool(),
                          });
 
 TEST(ViewImages, WhatIsWrongIsNamed) {
-  PageInput input = EmptyTake();
+  PageInput input = EmptyRecording();
   const auto error_of = [&](const std::string& images) -> std::string {
     try {
       ReadViewImages(images, input);

@@ -1,5 +1,5 @@
 // `reproduce` on folders laid out like the official downloads
-// (docs/official_data.md), with a small synthetic take in them.
+// (docs/official_data.md), with a small synthetic recording in them.
 #include <gtest/gtest.h>
 
 #include <cstdio>

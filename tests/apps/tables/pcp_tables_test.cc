@@ -23,7 +23,7 @@ TEST(ActorTableTest, ShowsPrintedAndMeasuredRowsWithTheirCounts) {
   tracked.truth = ReadTracks(data + "/tum/actorsGT.mat");
   TrackedRow base;
   base.method = "warm";
-  base.take = "a take";
+  base.recording = "a recording";
   base.ours = true;
   base.baseline = true;
   base.tracks = ReadTracks(data + "/reference/paper_code_shelf_warm3.json");

@@ -30,11 +30,11 @@ TEST(KnownRowsTest, TheAuthorsCodeOnRealDetections) {
   const std::string root = testing::FindData("")->string();
   Benchmark shelf = FindBenchmarks(root).benchmarks.front();
   ASSERT_EQ(shelf.set, BenchmarkSet::kShelf);
-  Take take = shelf.takes.front();
-  take.methods = {
+  BenchmarkRecording recording = shelf.recordings.front();
+  recording.methods = {
       {"warm", "paper/shelf_authors_code.toml", "input.repeat_first_frame=3"},
       {"cold", "paper/shelf_authors_code.toml", ""}};
-  shelf.takes = {take};
+  shelf.recordings = {recording};
   shelf.results.clear();
   shelf.single_person.clear();
   const TrackedBenchmark tracked = TrackBenchmark(shelf, root, "", [] {});

@@ -52,9 +52,9 @@ TEST(SweepsTest, ThePublishedValueDiffersFromItselfByNothing) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   Benchmark benchmark =
       FindBenchmarks(testing::FindData("")->string()).benchmarks.front();
-  benchmark.takes.resize(1);
-  const std::vector<Sweep> sweeps =
-      RunSweeps(benchmark, testing::FindData("")->string(), "", [] {});
+  benchmark.recordings.resize(1);
+  const std::vector<Sweep> sweeps = RunBlockTridiagonal(
+      benchmark, testing::FindData("")->string(), "", [] {});
   ASSERT_EQ(sweeps.size(), 5u);
   for (const Sweep& sweep : sweeps) {
     const SweptValue& published = sweep.values[4];

@@ -110,7 +110,7 @@ TEST_P(DltLanes, AreTriangulateDlt) {
   int settled = 0;
   int exact = 0;
   int found = 0;
-  for (int take = 0; take < 20; ++take) {
+  for (int recording = 0; recording < 20; ++recording) {
     const Views views = RandomViews(5, &random);
     const Points points = InLanes(views, GetParam());
     for (int j = 0; j < kJoints; ++j) {

@@ -430,7 +430,7 @@ TEST(LinkingTest, WhatItDecidesFits) {
           << "seed " << seed << ", frame " << frame.frame;
     }
   }
-  EXPECT_GT(changed, 300);  // one a take: it does decide
+  EXPECT_GT(changed, 300);  // one a recording: it does decide
 }
 
 }  // namespace

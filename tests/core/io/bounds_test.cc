@@ -374,12 +374,12 @@ TEST(IdBounds, ReadersTakeWhatWritersWrite) {
   const auto id_read = [&](TrackReadOptions options = {}) {
     return ReadTracks(path, options).frames.at(0).people.at(0).id.value();
   };
-  Losses losses;
-  WriteTracksCsv(path, tracks, &losses);
+  LostFields lost_fields;
+  WriteTracksCsv(path, tracks, &lost_fields);
   EXPECT_EQ(id_read(), kId);
-  WriteTracksNpz(path, tracks, &losses);
+  WriteTracksNpz(path, tracks, &lost_fields);
   EXPECT_EQ(id_read(), kId);
-  WriteTracks4dAssociation(path, tracks, &losses);
+  WriteTracks4dAssociation(path, tracks, &lost_fields);
   TrackReadOptions options;
   options.format = "4da";
   options.skeleton = tracks.header.skeleton;
@@ -389,16 +389,17 @@ TEST(IdBounds, ReadersTakeWhatWritersWrite) {
 TEST(IdBounds, RenumberingIsSaid) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "out").string();
-  const auto is_said = [](const Losses& losses) {
-    return std::any_of(losses.begin(), losses.end(), [](const auto& loss) {
-      return loss.find("numbered anew") != std::string::npos;
-    });
+  const auto is_said = [](const LostFields& lost_fields) {
+    return std::any_of(lost_fields.begin(), lost_fields.end(),
+                       [](const auto& loss) {
+                         return loss.find("numbered anew") != std::string::npos;
+                       });
   };
   for (const auto& [id, said] :
        {std::pair{(int64_t{1} << 31) - 1, false}, {int64_t{1} << 31, true}}) {
-    Losses losses;
-    WriteTracksLongcw(path, OnePerson(id, "a"), &losses);
-    EXPECT_EQ(is_said(losses), said) << id;
+    LostFields lost_fields;
+    WriteTracksLongcw(path, OnePerson(id, "a"), &lost_fields);
+    EXPECT_EQ(is_said(lost_fields), said) << id;
     TrackReadOptions options;
     options.format = "longcw";
     options.skeleton = OnePerson(0, "a").header.skeleton;
@@ -408,10 +409,10 @@ TEST(IdBounds, RenumberingIsSaid) {
   for (const auto& [id, said] :
        {std::pair{int64_t{999'999'999'999'999'999}, false},
         {int64_t{1'000'000'000'000'000'000}, true}}) {
-    Losses losses;
+    LostFields lost_fields;
     const std::string trc = path + "_" + std::to_string(id);
-    WriteTracksTrc(trc, OnePerson(id, "a"), AxisMap(), &losses);
-    EXPECT_EQ(is_said(losses), said) << id;
+    WriteTracksTrc(trc, OnePerson(id, "a"), AxisMap(), &lost_fields);
+    EXPECT_EQ(is_said(lost_fields), said) << id;
     EXPECT_EQ(ReadTracks(trc).frames.at(0).people.at(0).id.value(),
               said ? 0 : id);
   }
@@ -422,8 +423,8 @@ TEST(CsvCells, AreNoFormulas) {
   const std::string path = (folder.path() / "a.csv").string();
   for (const std::string name :
        {"=1+1", "+a", "-a", "@a", "\ta", "'=a", "'a", "=a,\"b\"", "a=b", "'"}) {
-    Losses losses;
-    WriteTracksCsv(path, OnePerson(1, name), &losses);
+    LostFields lost_fields;
+    WriteTracksCsv(path, OnePerson(1, name), &lost_fields);
     EXPECT_EQ(ReadTracks(path).header.skeleton.joints().at(0), name);
     const std::string cell = CsvCell(name);
     const char first = cell[cell[0] == '"' ? 1 : 0];

@@ -183,7 +183,7 @@ std::vector<Sample> Samples() {
       {Kind::kHeldOut, "set.json", HeldOut(), true}};
 }
 
-// What to open: OpenPose's is the folder of the take.
+// What to open: OpenPose's is the folder of the recording.
 std::string PathOf(const TemporaryFolder& folder, const std::string& name) {
   return folder.path() / name.substr(0, name.find('/'));
 }
@@ -256,11 +256,11 @@ std::vector<Case> DetectionCases() {
        {{"a_1_keypoints.json", OpenPose(75)}},
        "a_1_keypoints.json",
        "one OpenPose frame"},
-      {"folder with a whole take",
+      {"folder with a whole recording",
        kind,
        {{"t/ours.json", Detections()}},
        "t",
-       "whole take"},
+       "whole recording"},
       OpenPoseCase("mixed skeletons", OpenPose(54), "found 54 numbers"),
       OpenPoseCase("odd count", OpenPose(74), "found 74 numbers"),
       OpenPoseCase("too many", OpenPose(78), "found 78 numbers"),
@@ -631,7 +631,7 @@ TEST(BrokenFiles, Tracks) { Check(TrackCases()); }
 TEST(BrokenFiles, HeldOutSets) { Check(HeldOutCases()); }
 
 // Writes a new file: file systems make sure that one written over an old one
-// reaches the disk, which takes milliseconds.
+// reaches the disk, which recordings milliseconds.
 void Rewrite(const TemporaryFolder& folder, const std::string& name,
              const std::string& content) {
   std::filesystem::remove(folder.path() / name);

@@ -52,20 +52,21 @@ TEST_F(FormatsPage, Cameras) {
 }
 
 TEST_F(FormatsPage, Detections) {
-  const DetectionSequence take = ReadDetections(Example("detections.jsonl"));
-  EXPECT_EQ(take.header.frame_rate_hz, 50.0);
-  EXPECT_EQ(take.header.view_names,
+  const DetectionSequence recording =
+      ReadDetections(Example("detections.jsonl"));
+  EXPECT_EQ(recording.header.frame_rate_hz, 50.0);
+  EXPECT_EQ(recording.header.view_names,
             (std::vector<std::string>{"left", "right"}));
-  ASSERT_EQ(take.frames.size(), 2u);
-  const DetectionFrame& first = take.frames[0];
+  ASSERT_EQ(recording.frames.size(), 2u);
+  const DetectionFrame& first = recording.frames[0];
   EXPECT_EQ(first.frame, 300);
   EXPECT_EQ(first.time, 6'000'000'000);
   EXPECT_EQ(first.views[1].capture_time, 6'012'000'000);
   ASSERT_EQ(first.views[0].detections.size(), 1u);
   EXPECT_TRUE(first.views[0].detections[0].joints[0].found);
   EXPECT_FALSE(first.views[0].detections[0].joints[1].found);
-  EXPECT_EQ(take.frames[1].time, 6'040'000'000) << "frame / frame_rate";
-  EXPECT_TRUE(take.frames[1].views[0].detections.empty());
+  EXPECT_EQ(recording.frames[1].time, 6'040'000'000) << "frame / frame_rate";
+  EXPECT_TRUE(recording.frames[1].views[0].detections.empty());
 }
 
 TEST_F(FormatsPage, Tracks) {

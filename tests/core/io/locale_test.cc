@@ -129,13 +129,13 @@ TEST(Locale, TracksAreTheSameFiles) {
     const TemporaryFolder folder;
     const std::string plain = (folder.path() / "plain").string();
     const std::string commas = (folder.path() / "commas").string();
-    Losses losses;
-    format.write(plain, sample.tracks, {}, &losses);
+    LostFields lost_fields;
+    format.write(plain, sample.tracks, {}, &lost_fields);
     std::vector<double> numbers;
     if (format.read != nullptr) numbers = TracksIn(plain, format.name.c_str());
     read += numbers.empty() ? 0 : 1;
     const InCommas in_commas;
-    format.write(commas, sample.tracks, {}, &losses);
+    format.write(commas, sample.tracks, {}, &lost_fields);
     EXPECT_EQ(FilesOf(plain), FilesOf(commas));
     if (format.read != nullptr) {
       EXPECT_EQ(TracksIn(plain, format.name.c_str()), numbers);
@@ -155,12 +155,12 @@ TEST(Locale, CamerasAndDetectionsAreTheSameFiles) {
     SCOPED_TRACE(name);
     const std::string plain = (folder.path() / ("plain" + name)).string();
     const std::string commas = (folder.path() / ("commas" + name)).string();
-    Losses losses;
-    format.write(plain, sample.scene.cameras, &losses);
+    LostFields lost_fields;
+    format.write(plain, sample.scene.cameras, &lost_fields);
     const std::vector<double> numbers = CamerasIn(plain);
     read += numbers.empty() ? 0 : 1;
     const InCommas in_commas;
-    format.write(commas, sample.scene.cameras, &losses);
+    format.write(commas, sample.scene.cameras, &lost_fields);
     EXPECT_EQ(FilesOf(plain), FilesOf(commas));
     EXPECT_EQ(CamerasIn(plain), numbers);
   }

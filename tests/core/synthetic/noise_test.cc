@@ -225,7 +225,7 @@ TEST(Noise, SameSeedSameBitsOtherSeedOthers) {
 }
 
 // What one kind of noise draws does not depend on the others: outliers added
-// to a take leave all other joints as they were.
+// to a recording leave all other joints as they were.
 TEST(Noise, KindsOfNoiseDoNotDisturbEachOther) {
   NoiseOptions options;
   options.joints.sigma_px = 2.0;
@@ -442,7 +442,7 @@ TEST(Noise, OutlierBurstsLastFiveFramesAtTheSamePlace) {
     all += count;
     if (length == 5) five += count;
   }
-  // Others: cut by the ends of the take or by the border.
+  // Others: cut by the ends of the recording or by the border.
   ASSERT_GT(all, 1000);
   EXPECT_GT(five, 0.97 * all);
 }

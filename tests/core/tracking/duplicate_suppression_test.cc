@@ -79,14 +79,14 @@ struct Counts {
   size_t dropped = 0;
 };
 
-Counts CountsOf(const CameraRig& cameras, const DetectionSequence& take) {
-  const Skeleton& skeleton = take.header.skeleton;
+Counts CountsOf(const CameraRig& cameras, const DetectionSequence& recording) {
+  const Skeleton& skeleton = recording.header.skeleton;
   FrameObservations all(cameras, skeleton, skeleton, 5.0,
                         /*suppress_duplicates=*/false);
   FrameObservations once(cameras, skeleton, skeleton, 5.0,
                          /*suppress_duplicates=*/true);
   Counts counts;
-  for (const DetectionFrame& frame : take.frames) {
+  for (const DetectionFrame& frame : recording.frames) {
     all.Prepare(frame);
     once.Prepare(frame);
     for (size_t v = 0; v < cameras.size(); ++v) {
@@ -99,11 +99,11 @@ Counts CountsOf(const CameraRig& cameras, const DetectionSequence& take) {
 
 // Nothing here tells of a duplicate, so none may be dropped.
 void ExpectNobodyDropped(const std::string& detections, size_t least_people) {
-  const DetectionSequence take = ReadDetections(detections);
+  const DetectionSequence recording = ReadDetections(detections);
   // The rule looks at pixels alone; any camera without a lens will do.
-  const CameraRig cameras(take.header.view_names.size(),
+  const CameraRig cameras(recording.header.view_names.size(),
                           testing::RingOfCameras(1).front());
-  const Counts counts = CountsOf(cameras, take);
+  const Counts counts = CountsOf(cameras, recording);
   EXPECT_GT(counts.people, least_people);
   EXPECT_EQ(counts.dropped, 0u) << "of " << counts.people;
 }

@@ -16,7 +16,7 @@ PersonPose Person(int64_t id) {
 
 std::vector<int64_t> Taken(FrameAssembler* assembler) {
   std::vector<TrackFrame> frames;
-  assembler->TakeComplete(&frames);
+  assembler->ExtractComplete(&frames);
   std::vector<int64_t> numbers;
   for (const TrackFrame& frame : frames) numbers.push_back(frame.frame);
   return numbers;
@@ -43,7 +43,7 @@ TEST(FrameAssemblerTest, AFrameWaitsForEveryTrackAndOrderIsKept) {
   PersonPose early = Person(3);
   assembler.Resolve(1, &early);
   std::vector<TrackFrame> frames;
-  assembler.TakeComplete(&frames);
+  assembler.ExtractComplete(&frames);
   ASSERT_EQ(frames.size(), 2u);
   EXPECT_EQ(frames[0].people[0].id, TrackId(3)) << "by ascending id";
   EXPECT_EQ(frames[0].people[1].id, TrackId(5));
@@ -56,7 +56,7 @@ TEST(FrameAssemblerTest, APersonNotWrittenStillResolves) {
   assembler.Join();
   assembler.Resolve(1, nullptr);
   std::vector<TrackFrame> frames;
-  assembler.TakeComplete(&frames);
+  assembler.ExtractComplete(&frames);
   ASSERT_EQ(frames.size(), 1u);
   EXPECT_TRUE(frames[0].people.empty());
 }

@@ -26,7 +26,7 @@ struct Take {
   }
 };
 
-Take MakeTake() {
+Take MakeRecording() {
   SceneOptions options;
   options.seed = 5;
   options.people = 5;
@@ -37,37 +37,37 @@ Take MakeTake() {
   options.cameras.distortion = {-0.1, 0.02, 0.0, 0.0, 0.0};
   NoiseOptions noise;
   noise.seed = 5;
-  Take take;
-  take.scene = MakeScene(options);
+  Take recording;
+  recording.scene = MakeScene(options);
   noise.missed_rate = 0.15;
   noise.joints.missing_rate = 0.15;
   noise.joints.outlier_rate = 0.08;
   noise.false_people = 0.5;
   ObservationTruth truth;
-  take.detections = Observe(take.scene, noise, &truth);
-  return take;
+  recording.detections = Observe(recording.scene, noise, &truth);
+  return recording;
 }
 
 // A tracker's own output and its matches.
-struct FrozenTake {
+struct FrozenRecording {
   std::vector<TrackFrame> frames;
   FrozenMatches matches;
 };
 
-FrozenTake Freeze(const Take& take, const TrackerOptions& options,
-                  EstimatorPair estimators) {
+FrozenRecording Freeze(const Take& recording, const TrackerOptions& options,
+                       EstimatorPair estimators) {
   MatchFreezer freezer;
   EstimatorFactory& written =
       estimators.output ? estimators.output : estimators.feedback;
   written = freezer.Wrap(std::move(written));
-  Tracker tracker(take.model(), take.detections.header.skeleton, options,
-                  estimators.feedback, estimators.output);
-  FrozenTake frozen;
-  for (const DetectionFrame& frame : take.detections.frames) {
+  Tracker tracker(recording.model(), recording.detections.header.skeleton,
+                  options, estimators.feedback, estimators.output);
+  FrozenRecording frozen;
+  for (const DetectionFrame& frame : recording.detections.frames) {
     tracker.Process(frame, &frozen.frames);
   }
   tracker.Finish(&frozen.frames);
-  frozen.matches = freezer.Matches(options.life, take.scene.frame_rate_hz);
+  frozen.matches = freezer.Matches(options.life, recording.scene.frame_rate_hz);
   return frozen;
 }
 
@@ -125,65 +125,65 @@ EstimatorOptions Graph(OutputKind output) {
 }
 
 TEST(Replay, GivesThePaperModeRunAgain) {
-  const Take take = MakeTake();
+  const Take recording = MakeRecording();
   const TrackerOptions options;
   const EstimatorPair estimators = MakeEstimators(Paper());
-  const FrozenTake frozen = Freeze(take, options, estimators);
-  const Replay replay(take.model(), take.detections, frozen.matches, options,
-                      estimators.feedback);
+  const FrozenRecording frozen = Freeze(recording, options, estimators);
+  const Replay replay(recording.model(), recording.detections, frozen.matches,
+                      options, estimators.feedback);
   ExpectEqual(frozen.frames, ReplayAll(replay, -1, estimators.feedback));
 }
 
 TEST(Replay, GivesTheWindowsRunAgain) {
-  const Take take = MakeTake();
+  const Take recording = MakeRecording();
   TrackerOptions options;
   options.life.max_gap_frames = 10.0;
   options.life.backfill = true;
   const EstimatorPair estimators = MakeEstimators(Graph(OutputKind::kWindow));
-  const FrozenTake frozen = Freeze(take, options, estimators);
-  const Replay replay(take.model(), take.detections, frozen.matches, options,
-                      estimators.feedback);
+  const FrozenRecording frozen = Freeze(recording, options, estimators);
+  const Replay replay(recording.model(), recording.detections, frozen.matches,
+                      options, estimators.feedback);
   ExpectEqual(frozen.frames, ReplayAll(replay, -1, estimators.output));
 }
 
 TEST(Replay, GivesTheRunAgainWhenTheWindowServesAssociation) {
-  const Take take = MakeTake();
+  const Take recording = MakeRecording();
   TrackerOptions options;
   options.life.max_gap_frames = 10.0;
   EstimatorOptions both = Graph(OutputKind::kWindow);
   both.feedback = FeedbackKind::kWindow;
   const EstimatorPair estimators = MakeEstimators(both);
-  const FrozenTake frozen = Freeze(take, options, estimators);
-  const Replay replay(take.model(), take.detections, frozen.matches, options,
-                      estimators.feedback);
+  const FrozenRecording frozen = Freeze(recording, options, estimators);
+  const Replay replay(recording.model(), recording.detections, frozen.matches,
+                      options, estimators.feedback);
   ExpectEqual(frozen.frames, ReplayAll(replay, -1, estimators.feedback));
 }
 
 TEST(Replay, DoesNotDependOnThreads) {
-  const Take take = MakeTake();
+  const Take recording = MakeRecording();
   const TrackerOptions options;
   const EstimatorPair estimators = MakeEstimators(Paper());
-  const FrozenTake frozen = Freeze(take, options, estimators);
-  const Replay replay(take.model(), take.detections, frozen.matches, options,
-                      estimators.feedback);
+  const FrozenRecording frozen = Freeze(recording, options, estimators);
+  const Replay replay(recording.model(), recording.detections, frozen.matches,
+                      options, estimators.feedback);
   ExpectEqual(ReplayAll(replay, 1, estimators.feedback, 1),
               ReplayAll(replay, 1, estimators.feedback, 3));
 }
 
 // What a camera saw must not reach a replay without it, whatever it saw.
 TEST(Replay, HasNothingFromTheCameraLeftOut) {
-  Take take = MakeTake();
+  Take recording = MakeRecording();
   const TrackerOptions options;
   const EstimatorPair estimators = MakeEstimators(Paper());
-  const FrozenTake frozen = Freeze(take, options, estimators);
+  const FrozenRecording frozen = Freeze(recording, options, estimators);
   const auto run = [&] {
-    const Replay replay(take.model(), take.detections, frozen.matches, options,
-                        estimators.feedback);
+    const Replay replay(recording.model(), recording.detections, frozen.matches,
+                        options, estimators.feedback);
     return ReplayAll(replay, 2,
                      MakeEstimators(Graph(OutputKind::kBatch)).output);
   };
   const std::vector<TrackFrame> before = run();
-  for (DetectionFrame& frame : take.detections.frames) {
+  for (DetectionFrame& frame : recording.detections.frames) {
     for (Detection& detection : frame.views[2].detections) {
       for (Keypoint& joint : detection.joints) joint.px.x() += 300.0;
     }
@@ -199,14 +199,14 @@ TEST(Replay, HasNothingFromTheCameraLeftOut) {
 }
 
 TEST(Replay, TellsHowLongAnEstimatorWaits) {
-  const Take take = MakeTake();
+  const Take recording = MakeRecording();
   const TrackerOptions options;
   EstimatorOptions window = Graph(OutputKind::kWindow);
   window.graph.lag_s = 0.2;  // five frames of 25 Hz
   const EstimatorPair estimators = MakeEstimators(window);
-  const FrozenTake frozen = Freeze(take, options, estimators);
-  const Replay replay(take.model(), take.detections, frozen.matches, options,
-                      estimators.feedback);
+  const FrozenRecording frozen = Freeze(recording, options, estimators);
+  const Replay replay(recording.model(), recording.detections, frozen.matches,
+                      options, estimators.feedback);
   for (const ReplayedPerson& person : replay.Prepare(-1, 1)) {
     if (person.frames.size() < 20) continue;
     const auto delay = [&](const EstimatorFactory& estimator) {
@@ -220,15 +220,15 @@ TEST(Replay, TellsHowLongAnEstimatorWaits) {
 }
 
 TEST(Replay, RefusesMatchesOfAnotherTake) {
-  const Take take = MakeTake();
+  const Take recording = MakeRecording();
   const TrackerOptions options;
   const EstimatorPair estimators = MakeEstimators(Paper());
-  FrozenTake frozen = Freeze(take, options, estimators);
+  FrozenRecording frozen = Freeze(recording, options, estimators);
   for (FrozenPerson& person : frozen.matches.people) {
     for (FrozenFrame& frame : person.frames) frame.frame += 100000;
   }
-  EXPECT_THROW(Replay(take.model(), take.detections, frozen.matches, options,
-                      estimators.feedback),
+  EXPECT_THROW(Replay(recording.model(), recording.detections, frozen.matches,
+                      options, estimators.feedback),
                InputError);
 }
 

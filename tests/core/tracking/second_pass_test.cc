@@ -113,7 +113,7 @@ class LateEstimator final : public Estimator {
   const Pose3d& Last() const override { return none_; }
   TimeNs LastTime() const override { return 0; }
   void Predict(TimeNs, Pose3d* pose) const override { pose->clear(); }
-  void TakeFinals(std::vector<FinalPose>* finals) override {
+  void ExtractFinals(std::vector<FinalPose>* finals) override {
     MoveFinals(&finals_, finals);
   }
   void Finish() override {}

@@ -126,7 +126,8 @@ TEST(LifeInFramesTest, SecondsLastAtEveryRate) {
   EXPECT_DOUBLE_EQ(InSeconds(120.0).max_age_frames, 48.0);
   EXPECT_EQ(InSeconds(10.0).confirm_hits, 2);
   EXPECT_DOUBLE_EQ(InSeconds(10.0).max_age_frames, 4.0);
-  // At 2 Hz a track can miss nothing: a ghost cannot be told by its age.
+  // At 2 Hz a track can miss nothing: a false positive cannot be told by its
+  // age.
   EXPECT_EQ(InSeconds(2.0).confirm_hits, 1);
 }
 

@@ -456,9 +456,9 @@ class FinalsCounter final : public Estimator {
   void Predict(TimeNs time, Pose3d* pose) const override {
     inner_->Predict(time, pose);
   }
-  void TakeFinals(std::vector<FinalPose>* finals) override {
+  void ExtractFinals(std::vector<FinalPose>* finals) override {
     const size_t before = finals->size();
-    inner_->TakeFinals(finals);
+    inner_->ExtractFinals(finals);
     *waiting_ -= static_cast<int>(finals->size() - before);
   }
   void Finish() override { inner_->Finish(); }
@@ -468,7 +468,7 @@ class FinalsCounter final : public Estimator {
   int* waiting_;
 };
 
-// A long take must not need more memory than a short one.
+// A long recording must not need more memory than a short one.
 TEST_F(TrackerTest, NoFinalsPileUpInEitherRole) {
   int of_feedback = 0;
   int of_output = 0;

@@ -11,7 +11,7 @@ namespace kinegraph {
 namespace {
 
 using testing::SimulatedNoise;
-using testing::SimulatedTake;
+using testing::SimulatedRecording;
 
 class BatchEstimatorTest : public ::testing::Test {
  protected:
@@ -20,16 +20,16 @@ class BatchEstimatorTest : public ::testing::Test {
     scene_.kept_matches = KeptMatches::kWeights;
   }
 
-  SimulatedTake Simulate(int frames, const SimulatedNoise& noise) {
+  SimulatedRecording Simulate(int frames, const SimulatedNoise& noise) {
     Random random(81);
     return testing::Simulate(scene_, options_,
                              testing::WalkingMotion(scene_, frames), noise,
                              Eigen::Vector3d::Zero(), &random);
   }
 
-  std::vector<FinalPose> Run(const SimulatedTake& take) {
+  std::vector<FinalPose> Run(const SimulatedRecording& recording) {
     const auto batch = MakeBatchEstimator(scene_, options_);
-    return testing::Run(batch.get(), take.frames);
+    return testing::Run(batch.get(), recording.frames);
   }
 
   SceneModel scene_;
@@ -42,27 +42,27 @@ TEST_F(BatchEstimatorTest, TruthInTruthOut) {
   options_.estimate_noise_scale = false;
   options_.sigma_px.fill(0.1);
   options_.min_sigma_px = 0.1;
-  const SimulatedTake take = Simulate(60, noise);
+  const SimulatedRecording recording = Simulate(60, noise);
   // 0.1 px are 0.5 mm at 5 m, and five views see the joint: what the motion
   // prior's pull may cost where the motion is not of constant velocity.
-  EXPECT_LT(testing::RootMeanSquare(take.truth, Run(take)), 0.5e-3);
+  EXPECT_LT(testing::RootMeanSquare(recording.truth, Run(recording)), 0.5e-3);
 }
 
 TEST_F(BatchEstimatorTest, KeepsFramesMatchesWeightsAndScore) {
-  SimulatedTake take = Simulate(40, SimulatedNoise());
+  SimulatedRecording recording = Simulate(40, SimulatedNoise());
   for (size_t k = 0; k < 40; ++k) {
-    take.frames[k].frame = 300 + static_cast<int64_t>(k);
-    take.frames[k].views[2].detection_idx = 7;
+    recording.frames[k].frame = 300 + static_cast<int64_t>(k);
+    recording.frames[k].views[2].detection_idx = 7;
   }
-  take.keypoints[20][1][0].px.x() += 150.0;  // an outlier
-  take.keypoints[20][3][0].found = false;    // not measured
-  for (auto& joint : take.keypoints[20][4]) joint.confidence = 0.5;
-  take.Connect();
-  const auto finals = Run(take);
+  recording.keypoints[20][1][0].px.x() += 150.0;  // an outlier
+  recording.keypoints[20][3][0].found = false;    // not measured
+  for (auto& joint : recording.keypoints[20][4]) joint.confidence = 0.5;
+  recording.Connect();
+  const auto finals = Run(recording);
   ASSERT_EQ(finals.size(), 40u);
   const FinalPose& pose = finals[20];
   EXPECT_EQ(pose.frame, 320);
-  EXPECT_EQ(pose.time, take.frames[20].time);
+  EXPECT_EQ(pose.time, recording.frames[20].time);
   ASSERT_EQ(pose.person.matches.size(), 5u);
   EXPECT_EQ(pose.person.matches[2].view_idx, 2);
   EXPECT_EQ(pose.person.matches[2].detection_idx, 7);
@@ -76,10 +76,10 @@ TEST_F(BatchEstimatorTest, KeepsFramesMatchesWeightsAndScore) {
 }
 
 TEST_F(BatchEstimatorTest, WithoutWeightsAllElseIsTheSame) {
-  const SimulatedTake take = Simulate(40, SimulatedNoise());
-  const auto with_weights = Run(take);
+  const SimulatedRecording recording = Simulate(40, SimulatedNoise());
+  const auto with_weights = Run(recording);
   scene_.kept_matches = KeptMatches::kDetections;
-  const auto finals = Run(take);
+  const auto finals = Run(recording);
   ASSERT_EQ(finals.size(), with_weights.size());
   for (size_t k = 0; k < finals.size(); ++k) {
     const PersonPose& pose = finals[k].person;
@@ -102,37 +102,39 @@ TEST_F(BatchEstimatorTest, WithoutWeightsAllElseIsTheSame) {
 TEST_F(BatchEstimatorTest, UsesEachCamerasOwnClock) {
   SimulatedNoise noise;
   noise.sigma_scale = 0.0;
-  SimulatedTake take = Simulate(60, noise);
+  SimulatedRecording recording = Simulate(60, noise);
   // Camera 0 looks 20 ms late, and sees where the joints are then.
   for (size_t k = 0; k < 60; ++k) {
-    take.frames[k].views[0].capture_time += 20'000'000;
+    recording.frames[k].views[0].capture_time += 20'000'000;
     for (size_t j = 0; j < 3; ++j) {
-      const State& state = take.truth[j][k];
-      take.keypoints[k][0][j].px =
+      const State& state = recording.truth[j][k];
+      recording.keypoints[k][0][j].px =
           *scene_.cameras[0].Project(state.head<3>() + 0.02 * state.tail<3>());
     }
   }
-  take.Connect();
-  const double right_m = testing::RootMeanSquare(take.truth, Run(take));
-  for (EstimatorFrame& frame : take.frames) {
+  recording.Connect();
+  const double right_m =
+      testing::RootMeanSquare(recording.truth, Run(recording));
+  for (EstimatorFrame& frame : recording.frames) {
     frame.views[0].capture_time = frame.time;
   }
-  const double wrong_m = testing::RootMeanSquare(take.truth, Run(take));
+  const double wrong_m =
+      testing::RootMeanSquare(recording.truth, Run(recording));
   EXPECT_LT(right_m, 4e-3);
   EXPECT_GT(wrong_m, 1.3 * right_m);
 }
 
 TEST_F(BatchEstimatorTest, BridgesShortGapsOnly) {
-  SimulatedTake take = Simulate(120, SimulatedNoise());
-  for (size_t k = 30; k < 40; ++k) take.frames[k].views.clear();
-  for (size_t k = 60; k < 100; ++k) take.frames[k].views.clear();
-  const auto finals = Run(take);
+  SimulatedRecording recording = Simulate(120, SimulatedNoise());
+  for (size_t k = 30; k < 40; ++k) recording.frames[k].views.clear();
+  for (size_t k = 60; k < 100; ++k) recording.frames[k].views.clear();
+  const auto finals = Run(recording);
   for (size_t k = 30; k < 40; ++k) {
     EXPECT_EQ(finals[k].person.joints[1].status, JointStatus::kInferred);
-    EXPECT_LT(
-        (finals[k].person.joints[1].position_m - take.truth[1][k].head<3>())
-            .norm(),
-        0.1);
+    EXPECT_LT((finals[k].person.joints[1].position_m -
+               recording.truth[1][k].head<3>())
+                  .norm(),
+              0.1);
   }
   // Half a second from either end: frames 60 .. 71 and 88 .. 99.
   EXPECT_EQ(finals[70].person.joints[1].status, JointStatus::kInferred);
@@ -145,16 +147,17 @@ TEST_F(BatchEstimatorTest, ABoneAndOneViewDoNotPlaceAJointForLong) {
   constexpr size_t kWrist = 2;
   constexpr size_t kLost = 20;
   constexpr size_t kFound = 40;
-  SimulatedTake take = Simulate(60, SimulatedNoise());
+  SimulatedRecording recording = Simulate(60, SimulatedNoise());
   for (size_t k = kLost; k < kFound; ++k) {
-    for (size_t v = 1; v < 5; ++v) take.keypoints[k][v][kWrist].found = false;
+    for (size_t v = 1; v < 5; ++v)
+      recording.keypoints[k][v][kWrist].found = false;
   }
-  take.Connect();
+  recording.Connect();
   options_.covariance = true;
-  const std::vector<FinalPose> free = Run(take);
+  const std::vector<FinalPose> free = Run(recording);
   options_.bones = true;
-  options_.bone_sigma_from = NoiseFrom::kTake;
-  const std::vector<FinalPose> held = Run(take);
+  options_.bone_sigma_from = NoiseFrom::kRecording;
+  const std::vector<FinalPose> held = Run(recording);
   const auto sigma_m = [](const std::vector<FinalPose>& finals, size_t k) {
     return std::sqrt(finals[k].person.covariances[kWrist]->trace());
   };
@@ -171,13 +174,15 @@ TEST_F(BatchEstimatorTest, ABoneAndOneViewDoNotPlaceAJointForLong) {
 TEST_F(BatchEstimatorTest, LossesByName) {
   SimulatedNoise noise;
   noise.outliers = 0.1;
-  const SimulatedTake take = Simulate(80, noise);
+  const SimulatedRecording recording = Simulate(80, noise);
   options_.loss = LossKind::kNone;
-  const double none_m = testing::RootMeanSquare(take.truth, Run(take));
+  const double none_m =
+      testing::RootMeanSquare(recording.truth, Run(recording));
   for (const LossKind loss : {LossKind::kHuber, LossKind::kCauchy,
                               LossKind::kGemanMcClure, LossKind::kTukey}) {
     options_.loss = loss;
-    EXPECT_LT(testing::RootMeanSquare(take.truth, Run(take)), 0.6 * none_m);
+    EXPECT_LT(testing::RootMeanSquare(recording.truth, Run(recording)),
+              0.6 * none_m);
   }
 }
 

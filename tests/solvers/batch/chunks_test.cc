@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/parallel.h"
-#include "solvers/batch/take_solver.h"
+#include "solvers/batch/recording_solver.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/noise_scale.h"
 #include "solvers/graph/outcome.h"
@@ -29,15 +29,15 @@ class ChunksTest : public ::testing::Test {
     noise.outlier_burst = 3;
     noise.confidence_low = 0.3;
     Random random(61);
-    take_ =
+    recording_ =
         testing::Simulate(scene_, options_, testing::WalkingMotion(scene_, 750),
                           noise, Eigen::Vector3d::Zero(), &random);
-    take_.Connect();
+    recording_.Connect();
     // Nobody sees anything for two seconds across the end of a chunk.
-    for (size_t k = 165; k < 215; ++k) take_.frames[k].views.clear();
+    for (size_t k = 165; k < 215; ++k) recording_.frames[k].views.clear();
     Assembler assembler(scene_, options_);
     problem_ = assembler.EmptyProblem();
-    for (const EstimatorFrame& frame : take_.frames) {
+    for (const EstimatorFrame& frame : recording_.frames) {
       assembler.Append(frame, &problem_);
     }
   }
@@ -45,17 +45,17 @@ class ChunksTest : public ::testing::Test {
   PersonProblem Solve(double chunk_s, int threads) const {
     GraphOptions options = options_;
     options.chunk_s = chunk_s;
-    PersonTake take = PackTake(problem_);
+    PersonRecording recording = PackRecording(problem_);
     ParallelFor(threads, 1, [&](int) {
-      TakeSolver solver(options);
-      solver.SolveJoints(solver.schedule(), &take);
+      RecordingSolver solver(options);
+      solver.SolveJoints(solver.schedule(), &recording);
     });
-    return UnpackTake(take);
+    return UnpackRecording(recording);
   }
 
   SceneModel scene_;
   GraphOptions options_;
-  testing::SimulatedTake take_;
+  testing::SimulatedRecording recording_;
   PersonProblem problem_;
 };
 
@@ -67,7 +67,7 @@ TEST_F(ChunksTest, OwnEveryFrameOnce) {
       EXPECT_LT(chunk.own_begin, chunk.own_end);
       EXPECT_LE(chunk.begin, chunk.own_begin);
       EXPECT_GE(chunk.end, chunk.own_end);
-      // 1.1 s at 25 Hz, but where the take ends.
+      // 1.1 s at 25 Hz, but where the recording ends.
       EXPECT_TRUE(chunk.begin == 0 || chunk.own_begin - chunk.begin >= 27);
       EXPECT_TRUE(chunk.end == 750 || chunk.end - chunk.own_end >= 27);
       next = chunk.own_end;
@@ -81,7 +81,7 @@ TEST_F(ChunksTest, OwnEveryFrameOnce) {
 
 TEST_F(ChunksTest, CutOutIsTheSamePartOfTheProblem) {
   const Chunk chunk = {100, 200, 120, 180};
-  const PersonProblem part = CutOut(PackTake(problem_), chunk);
+  const PersonProblem part = CutOut(PackRecording(problem_), chunk);
   ASSERT_EQ(part.times.size(), 100u);
   for (size_t j = 0; j < 3; ++j) {
     const JointChain& whole = problem_.joints[j];
@@ -100,8 +100,8 @@ TEST_F(ChunksTest, CutOutIsTheSamePartOfTheProblem) {
   }
 }
 
-// Observed joints are where the whole take puts them, within 0.1 mm for 99 of
-// 100: what lies 28 frames away has next to no say.
+// Observed joints are where the whole recording puts them, within 0.1 mm for 99
+// of 100: what lies 28 frames away has next to no say.
 TEST_F(ChunksTest, FindWhatTheWholeTakeFinds) {
   const PersonProblem whole = Solve(0.0, 1);
   const PersonProblem chunks = Solve(7.0, 1);
@@ -140,7 +140,7 @@ TEST_F(ChunksTest, CovariancesAreThoseOfTheWholeTake) {
     GraphOptions options = options_;
     options.chunk_s = chunk_s;
     covariances.push_back(
-        TakeSolver(options).StateCovariances(PackTake(solved), 1.1));
+        RecordingSolver(options).StateCovariances(PackRecording(solved), 1.1));
   }
   for (size_t j = 0; j < 3; ++j) {
     ASSERT_EQ(covariances[0][j].size(), 750u);

@@ -20,7 +20,7 @@ namespace kinegraph {
 namespace {
 
 using testing::SimulatedNoise;
-using testing::SimulatedTake;
+using testing::SimulatedRecording;
 
 struct Case {
   std::string name;
@@ -51,7 +51,7 @@ class Graceful : public ::testing::TestWithParam<Case> {
 
   void Make(size_t frames, const SimulatedNoise& noise = SimulatedNoise()) {
     Random random(41);
-    take_ = testing::Simulate(
+    recording_ = testing::Simulate(
         scene_, testing::FixedNoise(),
         testing::WalkingMotion(scene_, static_cast<int>(frames)), noise,
         Eigen::Vector3d::Zero(), &random);
@@ -59,8 +59,9 @@ class Graceful : public ::testing::TestWithParam<Case> {
 
   std::vector<FinalPose> Run() {
     const auto estimator = GetParam().make(scene_);
-    std::vector<FinalPose> finals = testing::Run(estimator.get(), take_.frames);
-    EXPECT_EQ(finals.size(), take_.frames.size());
+    std::vector<FinalPose> finals =
+        testing::Run(estimator.get(), recording_.frames);
+    EXPECT_EQ(finals.size(), recording_.frames.size());
     for (const FinalPose& pose : finals) ExpectSound(pose.person);
     return finals;
   }
@@ -100,11 +101,11 @@ class Graceful : public ::testing::TestWithParam<Case> {
   }
 
   void KeepCameras(int count) {
-    for (EstimatorFrame& frame : take_.frames) frame.views.resize(count);
+    for (EstimatorFrame& frame : recording_.frames) frame.views.resize(count);
   }
 
   SceneModel scene_;
-  SimulatedTake take_;
+  SimulatedRecording recording_;
 };
 
 TEST_P(Graceful, OneCamera) {
@@ -119,14 +120,14 @@ TEST_P(Graceful, TwoCameras) {
   KeepCameras(2);
   const auto finals = Run();
   EXPECT_GT(Count(finals, JointStatus::kObserved), 100);
-  EXPECT_LT(testing::RootMeanSquare(take_.truth, finals), 0.06);
+  EXPECT_LT(testing::RootMeanSquare(recording_.truth, finals), 0.06);
 }
 
 TEST_P(Graceful, NothingButTheFirstFrame) {
   Make(1);
   Run();
   Make(20);
-  for (size_t k = 1; k < 20; ++k) take_.frames[k].views.clear();
+  for (size_t k = 1; k < 20; ++k) recording_.frames[k].views.clear();
   const auto finals = Run();
   // The first frame is known, half a second is bridged, no more.
   EXPECT_NE(finals[0].person.joints[0].status, JointStatus::kMissing);
@@ -135,25 +136,25 @@ TEST_P(Graceful, NothingButTheFirstFrame) {
 
 TEST_P(Graceful, NoDetectionAtAll) {
   Make(20);
-  for (EstimatorFrame& frame : take_.frames) frame.views.clear();
+  for (EstimatorFrame& frame : recording_.frames) frame.views.clear();
   EXPECT_EQ(Count(Run(), JointStatus::kMissing), 60);
 }
 
 TEST_P(Graceful, NoInitialPoseAtAll) {
   Make(20);
-  for (EstimatorFrame& frame : take_.frames) {
+  for (EstimatorFrame& frame : recording_.frames) {
     frame.has_initial = false;
     frame.initial.clear();
   }
   const auto finals = Run();
-  EXPECT_LT(testing::RootMeanSquare(take_.truth, finals), 0.1);
+  EXPECT_LT(testing::RootMeanSquare(recording_.truth, finals), 0.1);
 }
 
 TEST_P(Graceful, LeavingAndComingBack) {
   Make(100);
   for (size_t k = 30; k < 70; ++k) {
-    take_.frames[k].views.clear();
-    take_.frames[k].has_initial = false;
+    recording_.frames[k].views.clear();
+    recording_.frames[k].has_initial = false;
   }
   const auto finals = Run();
   EXPECT_EQ(finals[20].person.joints[0].status, JointStatus::kObserved);
@@ -163,12 +164,12 @@ TEST_P(Graceful, LeavingAndComingBack) {
   // The covariance grows away from the last observation.
   EXPECT_GT(finals[38].person.covariances[0]->trace(),
             finals[32].person.covariances[0]->trace());
-  EXPECT_LT(testing::RootMeanSquare(take_.truth, finals, 75), 0.05);
+  EXPECT_LT(testing::RootMeanSquare(recording_.truth, finals, 75), 0.05);
 }
 
 TEST_P(Graceful, OneCameraTurnedByThreeDegrees) {
   Make(80);
-  const double clean_m = testing::RootMeanSquare(take_.truth, Run());
+  const double clean_m = testing::RootMeanSquare(recording_.truth, Run());
   CameraParameters turned = scene_.cameras[1].parameters();
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(3.0 * 3.14159265 / 180.0, Eigen::Vector3d::UnitY())
@@ -178,7 +179,7 @@ TEST_P(Graceful, OneCameraTurnedByThreeDegrees) {
   scene_.cameras[1] = Camera(turned);
   const auto finals = Run();
   // Four of five cameras remain, and a little of the fifth's pull.
-  EXPECT_LT(testing::RootMeanSquare(take_.truth, finals), 1.5 * clean_m);
+  EXPECT_LT(testing::RootMeanSquare(recording_.truth, finals), 1.5 * clean_m);
   double weight = 0.0;
   double count = 0.0;
   for (const FinalPose& pose : finals) {
@@ -205,38 +206,39 @@ TEST_P(Graceful, NumbersThatAreNone) {
   Make(30);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
-  take_.keypoints[3][0][0].px.x() = nan;
-  take_.keypoints[4][1][1].px.y() = inf;
-  take_.keypoints[5][2][2].confidence = nan;
-  take_.keypoints[6][2][2].px.x() = 1e300;
-  take_.keypoints[7][3][0].px.x() = -1e150;
-  take_.Connect();
-  take_.frames[8].initial[0].position_m.x() = nan;
-  take_.frames[9].initial[1].position_m *= 1e200;
-  take_.frames[10].initial[2].position_m = scene_.cameras[0].centre() * 3.0;
+  recording_.keypoints[3][0][0].px.x() = nan;
+  recording_.keypoints[4][1][1].px.y() = inf;
+  recording_.keypoints[5][2][2].confidence = nan;
+  recording_.keypoints[6][2][2].px.x() = 1e300;
+  recording_.keypoints[7][3][0].px.x() = -1e150;
+  recording_.Connect();
+  recording_.frames[8].initial[0].position_m.x() = nan;
+  recording_.frames[9].initial[1].position_m *= 1e200;
+  recording_.frames[10].initial[2].position_m =
+      scene_.cameras[0].centre() * 3.0;
   Run();
 }
 
 TEST_P(Graceful, InitialPosesFarOff) {
   Make(60);
   Random random(42);
-  for (EstimatorFrame& frame : take_.frames) {
+  for (EstimatorFrame& frame : recording_.frames) {
     for (Joint3d& joint : frame.initial) {
       joint.position_m.x() += random.Normal(0.0, 1.0);
     }
   }
-  EXPECT_LT(testing::RootMeanSquare(take_.truth, Run()), 0.05);
+  EXPECT_LT(testing::RootMeanSquare(recording_.truth, Run()), 0.05);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Estimators, Graceful,
     ::testing::Values(
-        Of("batch_sweeps", true, GraphSolver::kSweeps, false),
-        Of("window_sweeps", false, GraphSolver::kSweeps, false),
+        Of("batch_sweeps", true, GraphSolver::kBlockTridiagonal, false),
+        Of("window_sweeps", false, GraphSolver::kBlockTridiagonal, false),
         Of("batch_ceres", true, GraphSolver::kCeres, false),
         Of("window_ceres", false, GraphSolver::kCeres, false),
-        Of("batch_sweeps_bones", true, GraphSolver::kSweeps, true),
-        Of("window_sweeps_bones", false, GraphSolver::kSweeps, true),
+        Of("batch_sweeps_bones", true, GraphSolver::kBlockTridiagonal, true),
+        Of("window_sweeps_bones", false, GraphSolver::kBlockTridiagonal, true),
         Of("batch_ceres_bones", true, GraphSolver::kCeres, true),
         Of("window_ceres_bones", false, GraphSolver::kCeres, true)),
     [](const auto& test) { return test.param.name; });
@@ -270,20 +272,20 @@ TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
   options.solver = std::get<0>(GetParam());
   options.bones = std::get<1>(GetParam());
   Random random(43);
-  SimulatedTake take =
+  SimulatedRecording recording =
       testing::Simulate(scene, options, testing::WalkingMotion(scene, 30),
                         SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
   // Starts a metre off: one step cannot settle.
-  for (EstimatorFrame& frame : take.frames) {
+  for (EstimatorFrame& frame : recording.frames) {
     for (Joint3d& joint : frame.initial) joint.position_m.x() += 1.0;
   }
   WarningCounter warnings;
   const auto batch = MakeBatchEstimator(scene, options);
-  for (const FinalPose& pose : testing::Run(batch.get(), take.frames)) {
+  for (const FinalPose& pose : testing::Run(batch.get(), recording.frames)) {
     for (const Joint3d& joint : pose.person.joints) {
       EXPECT_TRUE(joint.position_m.allFinite());
       // Ceres goes on from the step of the sweeps, and its own settles most.
-      if (options.solver == GraphSolver::kSweeps) {
+      if (options.solver == GraphSolver::kBlockTridiagonal) {
         EXPECT_NE(joint.status, JointStatus::kObserved);
       }
     }
@@ -293,7 +295,7 @@ TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
 
 INSTANTIATE_TEST_SUITE_P(
     SolversAndBones, GracefulOptions,
-    ::testing::Combine(::testing::Values(GraphSolver::kSweeps,
+    ::testing::Combine(::testing::Values(GraphSolver::kBlockTridiagonal,
                                          GraphSolver::kCeres),
                        ::testing::Bool()));
 
@@ -304,12 +306,12 @@ TEST(BoneSolverTest, SaysWhereItDidNotSettle) {
   GraphOptions options = testing::FixedNoise();
   options.bone_sigma_m = 1e-4;
   Random random(44);
-  SimulatedTake take =
+  SimulatedRecording recording =
       testing::Simulate(scene, options, testing::WalkingMotion(scene, 20),
                         SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
   Assembler assembler(scene, options);
   PersonProblem problem = assembler.EmptyProblem();
-  for (const EstimatorFrame& frame : take.frames) {
+  for (const EstimatorFrame& frame : recording.frames) {
     assembler.Append(frame, &problem);
   }
   problem.bones.push_back({0, 1, 1.4, options.bone_sigma_m});

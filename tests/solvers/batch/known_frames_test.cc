@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "solvers/batch/batch_estimator.h"
-#include "solvers/noise/take_notes.h"
+#include "solvers/noise/recording_notes.h"
 #include "tests/support/simulated_person.h"
 
 namespace kinegraph {
@@ -19,7 +19,7 @@ class KnownFramesTest : public ::testing::Test {
 
   void SetUp() override {
     scene_ = testing::SmallScene(testing::RingOfCameras(5, 5.0, 1000.0), 25.0);
-    options_.solver = GraphSolver::kSweeps;
+    options_.solver = GraphSolver::kBlockTridiagonal;
     options_.bones = true;
     options_.chunk_s = 4.0;
     testing::SimulatedNoise noise;
@@ -27,9 +27,9 @@ class KnownFramesTest : public ::testing::Test {
     noise.missing = 0.1;
     noise.outliers = 0.05;
     Random random(67);
-    take_ = testing::Simulate(scene_, options_,
-                              testing::WalkingMotion(scene_, kFrames), noise,
-                              Eigen::Vector3d::Zero(), &random);
+    recording_ = testing::Simulate(scene_, options_,
+                                   testing::WalkingMotion(scene_, kFrames),
+                                   noise, Eigen::Vector3d::Zero(), &random);
   }
 
   struct Run {
@@ -37,7 +37,7 @@ class KnownFramesTest : public ::testing::Test {
     SolveCounts counts;
   };
   Run Pass(const std::vector<EstimatorFrame>& frames,
-           const std::shared_ptr<TakeNotes>& notes) const {
+           const std::shared_ptr<RecordingNotes>& notes) const {
     GraphOptions options = options_;
     options.ledger = std::make_shared<SolveLedger>();
     const auto estimator = MakeBatchEstimator(scene_, options, notes);
@@ -49,9 +49,9 @@ class KnownFramesTest : public ::testing::Test {
 
   // The second of two passes, whose second is given `second`.
   Run SecondPass(const std::vector<EstimatorFrame>& second) const {
-    const auto notes = std::make_shared<TakeNotes>(options_);
+    const auto notes = std::make_shared<RecordingNotes>(options_);
     notes->ExpectAnotherPass();
-    Pass(take_.frames, notes);
+    Pass(recording_.frames, notes);
     notes->BeginPass();
     return Pass(second, notes);
   }
@@ -69,12 +69,12 @@ class KnownFramesTest : public ::testing::Test {
 
   SceneModel scene_;
   GraphOptions options_;
-  testing::SimulatedTake take_;
+  testing::SimulatedRecording recording_;
 };
 
 TEST_F(KnownFramesTest, TheSameMatchesAreNotSolvedAgain) {
-  const Run alone = Pass(take_.frames, nullptr);
-  const Run second = SecondPass(take_.frames);
+  const Run alone = Pass(recording_.frames, nullptr);
+  const Run second = SecondPass(recording_.frames);
   EXPECT_GT(alone.counts.solves, 0);
   EXPECT_EQ(second.counts.solves, 0);
   ASSERT_EQ(second.finals.size(), kFrames);
@@ -89,7 +89,7 @@ TEST_F(KnownFramesTest, TheSameMatchesAreNotSolvedAgain) {
 }
 
 TEST_F(KnownFramesTest, WhatIsNearAChangedMatchIsSolvedAnew) {
-  std::vector<EstimatorFrame> changed = take_.frames;
+  std::vector<EstimatorFrame> changed = recording_.frames;
   changed[200].views.pop_back();
   const Run alone = Pass(changed, nullptr);
   const Run second = SecondPass(changed);
@@ -101,12 +101,12 @@ TEST_F(KnownFramesTest, WhatIsNearAChangedMatchIsSolvedAnew) {
     EXPECT_LT(Apart(alone.finals, second.finals, k), 1e-4) << k;
   }
   // And not as before, where the view is missing.
-  EXPECT_GT(Apart(Pass(take_.frames, nullptr).finals, second.finals, 200),
+  EXPECT_GT(Apart(Pass(recording_.frames, nullptr).finals, second.finals, 200),
             1e-4);
 }
 
 TEST_F(KnownFramesTest, WhoseFramesChangedALotIsSolvedAsIfNew) {
-  std::vector<EstimatorFrame> changed = take_.frames;
+  std::vector<EstimatorFrame> changed = recording_.frames;
   for (size_t k = 0; k < kFrames; k += 8) changed[k].views.pop_back();
   const Run alone = Pass(changed, nullptr);
   const Run second = SecondPass(changed);
@@ -117,14 +117,14 @@ TEST_F(KnownFramesTest, WhoseFramesChangedALotIsSolvedAsIfNew) {
 }
 
 TEST_F(KnownFramesTest, FramesBeyondTheEndsAreSolvedWithTheirNeighbours) {
-  const auto notes = std::make_shared<TakeNotes>(options_);
+  const auto notes = std::make_shared<RecordingNotes>(options_);
   notes->ExpectAnotherPass();
-  const std::vector<EstimatorFrame> inner(take_.frames.begin() + 3,
-                                          take_.frames.end() - 3);
+  const std::vector<EstimatorFrame> inner(recording_.frames.begin() + 3,
+                                          recording_.frames.end() - 3);
   Pass(inner, notes);
   notes->BeginPass();
-  const Run second = Pass(take_.frames, notes);
-  const Run alone = Pass(take_.frames, nullptr);
+  const Run second = Pass(recording_.frames, notes);
+  const Run alone = Pass(recording_.frames, nullptr);
   ASSERT_EQ(second.finals.size(), kFrames);
   EXPECT_LT(second.counts.sweep_iterations, alone.counts.sweep_iterations);
   // Six of 400 frames more: a small part of what noise was learnt from, whose

@@ -298,7 +298,7 @@ TEST_P(PropertiesTest, ADoubledCameraTightensCovariances) {
   EXPECT_LT(after, 0.98 * before);
 }
 
-// The take from its end to its begin.
+// The recording from its end to its begin.
 World Reversed(const World& world) {
   World other = world;
   const int64_t last = world.detections.frames.back().frame;
@@ -321,7 +321,8 @@ World Reversed(const World& world) {
   return other;
 }
 
-// What is estimated of the reversed take, by the frames of the take itself.
+// What is estimated of the reversed take, by the frames of the recording
+// itself.
 Estimate EstimateBackwards(const World& world,
                            const EstimatorOptions& options) {
   const int64_t last = world.detections.frames.back().frame;

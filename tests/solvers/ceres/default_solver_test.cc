@@ -17,7 +17,7 @@ namespace kinegraph {
 namespace {
 
 using testing::SimulatedNoise;
-using testing::SimulatedTake;
+using testing::SimulatedRecording;
 
 class DefaultSolverTest : public ::testing::Test {
  protected:
@@ -28,12 +28,12 @@ class DefaultSolverTest : public ::testing::Test {
     options.max_iterations = given.max_iterations == 1 ? 1 : 100;
     options.ledger = std::make_shared<SolveLedger>();
     Random random(71);
-    SimulatedTake take =
+    SimulatedRecording recording =
         testing::Simulate(scene, options, testing::WalkingMotion(scene, frames),
                           SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
     const auto estimator = batch ? MakeBatchEstimator(scene, options)
                                  : MakeWindowEstimator(scene, options);
-    testing::Run(estimator.get(), take.frames);
+    testing::Run(estimator.get(), recording.frames);
     return options.ledger->Total();
   }
 };
@@ -65,7 +65,7 @@ TEST_F(DefaultSolverTest, WhereTheStartIsNotAtTheMinimumCeresTakesSteps) {
 
 TEST_F(DefaultSolverTest, SweepsBuildNone) {
   GraphOptions options;
-  options.solver = GraphSolver::kSweeps;
+  options.solver = GraphSolver::kBlockTridiagonal;
   const SolveCounts counts = Run(false, 30, options);
   EXPECT_EQ(counts.ceres_problems, 0);
   EXPECT_EQ(counts.solves, 30 * 3);
@@ -73,7 +73,7 @@ TEST_F(DefaultSolverTest, SweepsBuildNone) {
 
 TEST_F(DefaultSolverTest, WhatDoesNotConvergeIsSaid) {
   GraphOptions options;
-  options.solver = GraphSolver::kSweeps;
+  options.solver = GraphSolver::kBlockTridiagonal;
   options.max_iterations = 1;
   options.step_tolerance_m = 1e-12;
   const SolveCounts counts = Run(true, 20, options);

@@ -67,15 +67,15 @@ struct SolverCase {
   bool campus;
   const char* config;  // below configs/
   const char* set;
-  int64_t frames;  // of the take; 0: all. Windows with bones are slow.
+  int64_t frames;  // of the recording; 0: all. Windows with bones are slow.
 };
 // Without it the bytes would be printed, also those between the members.
 std::ostream& operator<<(std::ostream& out, const SolverCase& param) {
   return out << param.name;
 }
 
-// Under a sanitizer no take is whole: later frames are more of the same code,
-// and as many as the windows with bones are given make 1000 joints, too.
+// Under a sanitizer no recording is whole: later frames are more of the same
+// code, and as many as the windows with bones are given make 1000 joints, too.
 int64_t FramesOf(const SolverCase& param) {
   if (!kSanitized) return param.frames;
   return param.campus ? 200 : 120;
@@ -155,8 +155,8 @@ class Recorder final : public Estimator {
   void Predict(TimeNs time, Pose3d* pose) const override {
     estimator_->Predict(time, pose);
   }
-  void TakeFinals(std::vector<FinalPose>* finals) override {
-    estimator_->TakeFinals(finals);
+  void ExtractFinals(std::vector<FinalPose>* finals) override {
+    estimator_->ExtractFinals(finals);
   }
   void Finish() override { estimator_->Finish(); }
 

@@ -23,7 +23,7 @@ namespace {
 
 using testing::FloorContact;
 using testing::SimulatedNoise;
-using testing::SimulatedTake;
+using testing::SimulatedRecording;
 
 struct FloorTwin {
   template <typename T>
@@ -53,9 +53,9 @@ class UserFactorTest : public ::testing::Test {
     Random random(61);
     SimulatedNoise noise;
     noise.missing = 0.2;
-    take_ = testing::Simulate(scene_, options_,
-                              testing::WalkingMotion(scene_, frames), noise,
-                              Eigen::Vector3d::Zero(), &random);
+    recording_ = testing::Simulate(scene_, options_,
+                                   testing::WalkingMotion(scene_, frames),
+                                   noise, Eigen::Vector3d::Zero(), &random);
   }
 
   std::vector<FinalPose> Run(bool batch, const UserFactorSource& source) {
@@ -67,12 +67,12 @@ class UserFactorTest : public ::testing::Test {
     options.estimate_noise_scale = false;
     const auto estimator = batch ? MakeBatchEstimator(scene_, options)
                                  : MakeWindowEstimator(scene_, options);
-    return testing::Run(estimator.get(), take_.frames);
+    return testing::Run(estimator.get(), recording_.frames);
   }
 
   SceneModel scene_;
   GraphOptions options_;
-  SimulatedTake take_;
+  SimulatedRecording recording_;
   std::string joint_;
 };
 
@@ -152,7 +152,7 @@ TEST_F(UserFactorTest, MarginalisingKeepsValuesAndCovariances) {
   Make(kFrames);
   Assembler assembler(scene_, options_);
   PersonProblem problem = assembler.EmptyProblem();
-  for (const EstimatorFrame& frame : take_.frames) {
+  for (const EstimatorFrame& frame : recording_.frames) {
     assembler.Append(frame, &problem);
   }
   ASSERT_EQ(problem.user.size(), kFrames - 1);
@@ -195,7 +195,7 @@ TEST_F(UserFactorTest, MisuseIsNamed) {
   Make(3);
   GraphOptions options;
   options.user_factors = testing::Resting(joint_.c_str(), 0, 9, 0.0);
-  options.solver = GraphSolver::kSweeps;
+  options.solver = GraphSolver::kBlockTridiagonal;
   try {
     MakeWindowEstimator(scene_, options);
     FAIL() << "sweeps took a user's factor";

@@ -151,12 +151,12 @@ TEST_F(CausalGaussianTest, AFailedFrameStoresNothingAndWritesNothing) {
   estimator->Add(Failed(1));
   EXPECT_EQ(estimator->LastTime(), 0);
   std::vector<FinalPose> finals;
-  estimator->TakeFinals(&finals);
+  estimator->ExtractFinals(&finals);
   ASSERT_EQ(finals.size(), 2u);
   EXPECT_EQ(finals[0].person.joints.size(), 17u);
   EXPECT_TRUE(finals[1].person.joints.empty());
   finals.clear();
-  estimator->TakeFinals(&finals);
+  estimator->ExtractFinals(&finals);
   EXPECT_TRUE(finals.empty()) << "each final is given once";
 }
 

@@ -134,21 +134,21 @@ class EveryStrategyTest : public ::testing::TestWithParam<int> {
     return testing::Run(estimator.get(), frames);
   }
 
-  testing::SimulatedTake Walk(double outliers) const {
+  testing::SimulatedRecording Walk(double outliers) const {
     testing::SimulatedNoise noise;
     noise.missing = 0.4;
     noise.outliers = outliers;
     Random random(5);
-    testing::SimulatedTake take = testing::Simulate(
+    testing::SimulatedRecording recording = testing::Simulate(
         scene_, options_.graph, testing::WalkingMotion(scene_, 50), noise,
         Eigen::Vector3d::Zero(), &random);
-    for (EstimatorFrame& frame : take.frames) {
+    for (EstimatorFrame& frame : recording.frames) {
       for (const Joint3d& joint : frame.initial) {
         frame.triangulated.push_back(joint.present());
         frame.inlier_views.push_back(joint.present() ? 2 : 0);
       }
     }
-    return take;
+    return recording;
   }
 
   const SceneModel scene_{testing::RingOfCameras(4, 5.0, 1000.0),
@@ -158,17 +158,17 @@ class EveryStrategyTest : public ::testing::TestWithParam<int> {
 };
 
 TEST_P(EveryStrategyTest, FillsTheSameFramesAndNothingElse) {
-  const testing::SimulatedTake take = Walk(0.0);
-  const auto finals = Estimate(take.frames);
-  ASSERT_EQ(finals.size(), take.frames.size());
+  const testing::SimulatedRecording recording = Walk(0.0);
+  const auto finals = Estimate(recording.frames);
+  ASSERT_EQ(finals.size(), recording.frames.size());
   const bool gives_covariances = kind() == OutputKind::kKalman ||
                                  kind() == OutputKind::kRts ||
                                  kind() == OutputKind::kRobustTriangulation;
   int bridged = 0;
   for (size_t k = 0; k < finals.size(); ++k) {
     const PersonPose& person = finals[k].person;
-    EXPECT_EQ(finals[k].frame, take.frames[k].frame);
-    EXPECT_EQ(person.matches.size(), take.frames[k].views.size());
+    EXPECT_EQ(finals[k].frame, recording.frames[k].frame);
+    EXPECT_EQ(person.matches.size(), recording.frames[k].views.size());
     for (size_t j = 0; j < person.joints.size(); ++j) {
       const Joint3d& joint = person.joints[j];
       if (!joint.present()) continue;
@@ -178,7 +178,7 @@ TEST_P(EveryStrategyTest, FillsTheSameFramesAndNothingElse) {
       // What the initial poses say: nearest point of two or more rays.
       if (kind() != OutputKind::kRobustTriangulation) {
         EXPECT_EQ(joint.status == JointStatus::kObserved,
-                  take.frames[k].initial[j].present());
+                  recording.frames[k].initial[j].present());
       }
       const bool has_covariance =
           j < person.covariances.size() && person.covariances[j].has_value();
@@ -195,10 +195,10 @@ TEST_P(EveryStrategyTest, FillsTheSameFramesAndNothingElse) {
 }
 
 TEST_P(EveryStrategyTest, CausalOnesDoNotKnowTheFuture) {
-  testing::SimulatedTake take = Walk(0.0);
-  const auto whole = Estimate(take.frames);
-  take.frames.resize(30);
-  const auto part = Estimate(take.frames);
+  testing::SimulatedRecording recording = Walk(0.0);
+  const auto whole = Estimate(recording.frames);
+  recording.frames.resize(30);
+  const auto part = Estimate(recording.frames);
   bool same = true;
   for (size_t k = 0; k < part.size(); ++k) {
     for (size_t j = 0; j < part[k].person.joints.size(); ++j) {
@@ -213,8 +213,10 @@ TEST_P(EveryStrategyTest, CausalOnesDoNotKnowTheFuture) {
 TEST_P(EveryStrategyTest, IsNearTheTruth) {
   // Median and Gaussian flatten the bounce of 3 cm, causal ones lag by some
   // hundredths of a second at 1 m/s; nothing is farther than the raw points.
-  const testing::SimulatedTake take = Walk(0.0);
-  EXPECT_LT(testing::RootMeanSquare(take.truth, Estimate(take.frames)), 0.08);
+  const testing::SimulatedRecording recording = Walk(0.0);
+  EXPECT_LT(
+      testing::RootMeanSquare(recording.truth, Estimate(recording.frames)),
+      0.08);
 }
 
 std::string NameOf(const ::testing::TestParamInfo<int>& info) {
@@ -235,12 +237,12 @@ TEST(RobustPointsTest, SurviveWhatSpoilsTheInitialPose) {
     testing::SimulatedNoise noise;
     noise.outliers = outliers;
     Random random(9);
-    const testing::SimulatedTake take = testing::Simulate(
+    const testing::SimulatedRecording recording = testing::Simulate(
         scene, options.graph, testing::WalkingMotion(scene, 200), noise,
         Eigen::Vector3d::Zero(), &random);
     const auto estimator = MakeOutput(kind, options)(scene);
-    return testing::RootMeanSquare(take.truth,
-                                   testing::Run(estimator.get(), take.frames));
+    return testing::RootMeanSquare(
+        recording.truth, testing::Run(estimator.get(), recording.frames));
   };
   const double clean_m = rms(0.0, OutputKind::kRobustTriangulation);
   // One joint in twelve has two or more outliers among its five views, and

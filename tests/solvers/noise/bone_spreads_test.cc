@@ -29,13 +29,13 @@ class Looker {
   double modelled_m = 0.01;  // as the model has it
   double correlation = 0.0;  // of neighbouring looks' noise
 
-  BoneLook At(double length_m) {
+  BoneObservation At(double length_m) {
     state_ = started_ ? correlation * state_ +
                             std::sqrt(1.0 - correlation * correlation) *
                                 random_.Normal()
                       : random_.Normal();
     started_ = true;
-    BoneLook look;
+    BoneObservation look;
     look.distance_m = length_m + noise_m * state_;
     look.variance_m2 = modelled_m * modelled_m;
     look.freedom = 10;
@@ -98,7 +98,7 @@ TEST(BoneSpreads, OutliersDoNotDecide) {
   Looker looker(3);
   BoneSpreads spreads(Legs());
   for (int i = 0; i < 1000; ++i) {
-    BoneLook look = looker.At(kLength);
+    BoneObservation look = looker.At(kLength);
     if (i % 10 == 0) {
       look.distance_m += 0.3;
       look.square += 1000.0;
@@ -219,8 +219,8 @@ TEST(BoneSpreads, ABoneShorterThanAnyNoiseIsNotKnown) {
                          {{0, 1}, {2, 3}});
   BoneSpreads spreads(strange);
   for (int i = 0; i < 100; ++i) {
-    BoneLook look = *LookAtBone(LocatedAt(0.0, 0.01, 0.01, &random),
-                                LocatedAt(0.0, 0.01, 0.01, &random));
+    BoneObservation look = *LookAtBone(LocatedAt(0.0, 0.01, 0.01, &random),
+                                       LocatedAt(0.0, 0.01, 0.01, &random));
     look.noise_m2 *= 3.0;
     spreads.Add(0, look);
   }
@@ -399,7 +399,7 @@ TEST(BoneSpreads, RigidBonesTellOfEachOther) {
     BoneSpreads alone(Legs());
     BoneSpreads together(FourBones());
     for (int i = 0; i < 150; ++i) {
-      const BoneLook look = looker.At(kLength);
+      const BoneObservation look = looker.At(kLength);
       alone.Add(0, look);
       together.Add(0, look);
       for (int b = 1; b < 4; ++b) together.Add(b, looker.At(kLength));

@@ -16,7 +16,7 @@ namespace kinegraph {
 namespace {
 
 using testing::SimulatedNoise;
-using testing::SimulatedTake;
+using testing::SimulatedRecording;
 
 constexpr double kBelieved = 0.5;
 
@@ -138,7 +138,7 @@ class MeaninglessConfidenceTest : public ::testing::Test {
     SimulatedNoise noise;
     noise.confidence_low = 0.05;
     Random random(5);
-    take_ =
+    recording_ =
         testing::Simulate(scene_, without, testing::WalkingMotion(scene_, 300),
                           noise, Eigen::Vector3d::Zero(), &random);
   }
@@ -147,13 +147,13 @@ class MeaninglessConfidenceTest : public ::testing::Test {
     Assembler assembler(scene_, options_);
     problem_ = assembler.EmptyProblem();
     PersonNoise noise(scene_, options_);
-    for (const EstimatorFrame& frame : take_.frames) {
+    for (const EstimatorFrame& frame : recording_.frames) {
       assembler.Append(frame, &problem_);
       if (causal)
         noise.AddFrame(problem_, problem_.times.size() - 1,
                        PersonNoise::Refit::kNow);
     }
-    if (!causal) noise.LearnTake(problem_);
+    if (!causal) noise.LearnRecording(problem_);
     noise.Apply(&problem_);
     return noise.Learnt();
   }
@@ -172,7 +172,7 @@ class MeaninglessConfidenceTest : public ::testing::Test {
 
   SceneModel scene_;
   GraphOptions options_;
-  SimulatedTake take_;
+  SimulatedRecording recording_;
   PersonProblem problem_;
 };
 

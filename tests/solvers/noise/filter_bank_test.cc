@@ -24,8 +24,8 @@ void ShowSwing(TimeNs begin, FilterBank* bank, Levels* evidence) {
 class FilterBankPauses : public ::testing::TestWithParam<double> {};
 
 // After a minute even the least driven level has lost the joint by metres.
-// Between the evidence of a pause and that of two takes stands the first point
-// after it alone, which tells of the levels what the ways of years would.
+// Between the evidence of a pause and that of two recordings stands the first
+// point after it alone, which tells of the levels what the ways of years would.
 TEST_P(FilterBankPauses, KeepTheirDigits) {
   const double usual = UsualProcessNoise(JointClass::kWrist);
   Levels whole{};

@@ -65,14 +65,14 @@ TEST(MotionLevelTest, TheEvidenceFindsTheProcessNoise) {
       std::vector<TimeNs> times;
       const Levels sum = Sum(Simulate(
           rate_hz, 20.0, [&](double) { return level; }, 7, &times));
-      EXPECT_NEAR(TakeLevel(sum), std::log(level), 0.6)
+      EXPECT_NEAR(RecordingLevel(sum), std::log(level), 0.6)
           << rate_hz << " Hz, level " << level;
     }
   }
 }
 
 TEST(MotionLevelTest, WithoutEvidenceItIsTheUsual) {
-  EXPECT_NEAR(TakeLevel(Levels{}), 0.0, 0.01);
+  EXPECT_NEAR(RecordingLevel(Levels{}), 0.0, 0.01);
 }
 
 TEST(MotionLevelTest, ABurstIsFoundWhereItIs) {
@@ -81,7 +81,7 @@ TEST(MotionLevelTest, ABurstIsFoundWhereItIs) {
     const std::vector<Levels> evidence = Simulate(
         rate_hz, 8.0, [](double t) { return t > 4.0 && t < 4.5 ? 300.0 : 0.1; },
         8, &times);
-    LevelChain chain(TakeLevel(Sum(evidence)));
+    LevelChain chain(RecordingLevel(Sum(evidence)));
     const std::vector<double> levels =
         SmoothLevels(chain.stationary(), times, evidence, &chain);
     // Three thousand times stronger. Before, by half a second, the level is

@@ -13,7 +13,7 @@ namespace kinegraph {
 namespace {
 
 using testing::SimulatedNoise;
-using testing::SimulatedTake;
+using testing::SimulatedRecording;
 
 class PersonNoiseTest : public ::testing::Test {
  protected:
@@ -21,8 +21,8 @@ class PersonNoiseTest : public ::testing::Test {
     scene_ = testing::SmallScene(testing::RingOfCameras(4, 5.0, 1250.0), 60.0);
   }
 
-  // A take of 20 s whose motion is drawn from the prior.
-  SimulatedTake Take(const SimulatedNoise& noise, double process_noise) {
+  // A recording of 20 s whose motion is drawn from the prior.
+  SimulatedRecording Take(const SimulatedNoise& noise, double process_noise) {
     GraphOptions drawn = testing::FixedNoise();
     drawn.process_noise.fill(process_noise);
     // Stays in front of the cameras for 20 s.
@@ -36,18 +36,18 @@ class PersonNoiseTest : public ::testing::Test {
         noise, Eigen::Vector3d::Zero(), &random);
   }
 
-  // What a whole take (or every frame after the other) tells.
-  LearntNoise Learn(const SimulatedTake& take, bool causal) {
+  // What a whole recording (or every frame after the other) tells.
+  LearntNoise Learn(const SimulatedRecording& recording, bool causal) {
     Assembler assembler(scene_, options_);
     PersonProblem problem = assembler.EmptyProblem();
     PersonNoise noise(scene_, options_);
-    for (const EstimatorFrame& frame : take.frames) {
+    for (const EstimatorFrame& frame : recording.frames) {
       assembler.Append(frame, &problem);
       if (causal)
         noise.AddFrame(problem, problem.times.size() - 1,
                        PersonNoise::Refit::kNow);
     }
-    if (!causal) noise.LearnTake(problem);
+    if (!causal) noise.LearnRecording(problem);
     noise.Apply(&problem);
     return noise.Learnt();
   }
@@ -63,10 +63,10 @@ TEST_F(PersonNoiseTest, TellsWhatTheTakeWasMadeOf) {
   noise.outliers = 0.03;
   noise.missing = 0.05;
   constexpr double kProcessNoise = 2e-4;  // slow: it stays in the room
-  const SimulatedTake take = Take(noise, kProcessNoise);
+  const SimulatedRecording recording = Take(noise, kProcessNoise);
   const auto elbow = static_cast<size_t>(JointClass::kElbow);
   for (const bool causal : {false, true}) {
-    const LearntNoise learnt = Learn(take, causal);
+    const LearntNoise learnt = Learn(recording, causal);
     const LearntNoise::OfClass& of_class = learnt.classes[elbow];
     EXPECT_EQ(of_class.joints_seen, 1200);
     // 20 s of errors that last 0.1 s are 100 looks at five coordinates: 0.3
@@ -81,23 +81,23 @@ TEST_F(PersonNoiseTest, TellsWhatTheTakeWasMadeOf) {
                 0.1 * UsualProcessNoise(JointClass::kElbow), 1e-9)
         << causal;
   }
-  const LearntNoise learnt = Learn(take, false);
+  const LearntNoise learnt = Learn(recording, false);
   EXPECT_EQ(learnt.classes[static_cast<size_t>(JointClass::kKnee)].joints_seen,
             0);
 }
 
 TEST_F(PersonNoiseTest, EachCanBeSwitchedOffAlone) {
-  const SimulatedTake take = Take(SimulatedNoise(), 2e-4);
+  const SimulatedRecording recording = Take(SimulatedNoise(), 2e-4);
   Assembler assembler(scene_, options_);
   PersonProblem problem = assembler.EmptyProblem();
-  for (const EstimatorFrame& frame : take.frames) {
+  for (const EstimatorFrame& frame : recording.frames) {
     assembler.Append(frame, &problem);
   }
   const PersonProblem as_given = problem;
   options_.pixel_noise_from = NoiseFrom::kFixed;
   {
     PersonNoise noise(scene_, options_);
-    noise.LearnTake(problem);
+    noise.LearnRecording(problem);
     noise.Apply(&problem);
   }
   for (size_t m = 0; m < as_given.joints[1].measurements.size(); ++m) {
@@ -108,10 +108,10 @@ TEST_F(PersonNoiseTest, EachCanBeSwitchedOffAlone) {
   }
   EXPECT_NE(problem.joints[1].process_noise, as_given.joints[1].process_noise);
   problem = as_given;
-  options_.pixel_noise_from = NoiseFrom::kTake;
+  options_.pixel_noise_from = NoiseFrom::kRecording;
   options_.process_noise_from = NoiseFrom::kFixed;
   PersonNoise noise(scene_, options_);
-  noise.LearnTake(problem);
+  noise.LearnRecording(problem);
   noise.Apply(&problem);
   EXPECT_EQ(problem.joints[1].process_noise, as_given.joints[1].process_noise);
   EXPECT_NE(problem.joints[1].measurements[0].sigma_px,
@@ -139,13 +139,13 @@ TEST_F(PersonNoiseTest, ViewsThatAgreeAreHeardAfterALongRest) {
   SimulatedNoise noise;
   noise.sigma_scale = 1.0 / 3.0;  // 2 px: 8 mm
   Random random(12);
-  const SimulatedTake take =
+  const SimulatedRecording recording =
       testing::Simulate(scene_, testing::FixedNoise(), truth, noise,
                         Eigen::Vector3d::Zero(), &random);
   const auto worst = [&](const GraphOptions& options, bool batch) {
     const auto estimator = batch ? MakeBatchEstimator(scene_, options)
                                  : MakeWindowEstimator(scene_, options);
-    const auto finals = testing::Run(estimator.get(), take.frames);
+    const auto finals = testing::Run(estimator.get(), recording.frames);
     double largest = 0.0;
     for (size_t k = 0; k < finals.size(); ++k) {
       for (size_t j = 0; j < 3; ++j) {
@@ -184,16 +184,16 @@ TEST_F(PersonNoiseTest, AnArmThatRestsIsQuietBesideOneThatWorks) {
   SimulatedNoise noise;
   noise.sigma_scale = 1.0 / 3.0;  // 2 px: 8 mm
   Random random(14);
-  const SimulatedTake take =
+  const SimulatedRecording recording =
       testing::Simulate(scene_, testing::FixedNoise(), truth, noise,
                         Eigen::Vector3d::Zero(), &random);
   Assembler assembler(scene_, options_);
   PersonProblem problem = assembler.EmptyProblem();
-  for (const EstimatorFrame& frame : take.frames) {
+  for (const EstimatorFrame& frame : recording.frames) {
     assembler.Append(frame, &problem);
   }
   PersonNoise person(scene_, options_);
-  person.LearnTake(problem);
+  person.LearnRecording(problem);
   person.Apply(&problem);
   // A swing of 47 m/s^2 at 2 Hz asks for hundreds of times what the stiffest
   // filter allows, which suits an arm that rests. A tenth of that is left here
@@ -224,11 +224,11 @@ TEST_F(PersonNoiseTest, NoiseHidesSlowMotionOfWhoMoves) {
     SimulatedNoise noise;
     noise.sigma_scale = sigma_scale;
     Random random(13);
-    const SimulatedTake take =
+    const SimulatedRecording recording =
         testing::Simulate(scene_, testing::FixedNoise(), truth, noise,
                           Eigen::Vector3d::Zero(), &random);
     const auto shoulder = static_cast<size_t>(JointClass::kShoulder);
-    return Learn(take, false).classes[shoulder].least_process_noise;
+    return Learn(recording, false).classes[shoulder].least_process_noise;
   };
   const double usual = UsualProcessNoise(JointClass::kShoulder);
   // The stiffest filter is at a fortieth: nothing is quieter.

@@ -7,14 +7,14 @@
 #include "core/base/random.h"
 #include "solvers/noise/bias_learner.h"
 #include "solvers/noise/bias_model.h"
-#include "solvers/noise/take_notes.h"
+#include "solvers/noise/recording_notes.h"
 #include "tests/support/simulated_person.h"
 
 namespace kinegraph {
 namespace {
 
 // A left hip that five cameras see ten times a second for a minute.
-struct HipTake {
+struct HipRecording {
   double turns = 6.0;  // of the body, in all
   double noise_px = 2.0;
   Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  // in the body's axes
@@ -38,18 +38,19 @@ class ViewBiasTest : public ::testing::Test {
     return {axes, axes};
   }
 
-  ViewBias Learn(const HipTake& take, bool always) const {
+  ViewBias Learn(const HipRecording& recording, bool always) const {
     BiasSeries series(classes_, static_cast<int>(cameras_.size()));
     Random random(5);
     constexpr int kFrames = 600;
     for (int k = 0; k < kFrames; ++k) {
-      const BodyStance stance = StanceAt(2.0 * kPi * take.turns * k / kFrames);
+      const BodyStance stance =
+          StanceAt(2.0 * kPi * recording.turns * k / kFrames);
       const Eigen::Vector3d hip =
           Eigen::Vector3d(0.3, 0.2, 0.9) + 0.15 * stance.trunk.left;
       const Eigen::Vector3d detected =
-          hip + take.offset_m.x() * stance.trunk.forward +
-          take.offset_m.y() * stance.trunk.left +
-          take.offset_m.z() * stance.trunk.up;
+          hip + recording.offset_m.x() * stance.trunk.forward +
+          recording.offset_m.y() * stance.trunk.left +
+          recording.offset_m.z() * stance.trunk.up;
       std::vector<BiasView> views;
       std::vector<BiasSums> sums(classes_.size());
       for (size_t v = 0; v < cameras_.size(); ++v) {
@@ -58,11 +59,11 @@ class ViewBiasTest : public ::testing::Test {
         view.direction = *DirectionOf(joints_, stance, hip_, hip, cameras_[v]);
         const Eigen::Vector2d px = *cameras_[v].Project(hip, &view.jacobian);
         view.residual_px = *cameras_[v].Project(detected) - px +
-                           BiasOf(take.bias, view.direction);
+                           BiasOf(recording.bias, view.direction);
         for (int i = 0; i < 2; ++i) {
-          view.residual_px[i] += take.noise_px * random.Normal();
+          view.residual_px[i] += recording.noise_px * random.Normal();
         }
-        view.per_sigma = 1.0 / take.noise_px;
+        view.per_sigma = 1.0 / recording.noise_px;
         series.AddAzimuth(view.view_idx, view.direction.azimuth);
         views.push_back(view);
       }
@@ -91,9 +92,9 @@ class ViewBiasTest : public ::testing::Test {
 };
 
 TEST_F(ViewBiasTest, FindsWhatTheTakeWasMadeWith) {
-  HipTake take;
-  take.bias = TwiceAround();
-  const ViewBias learnt = Learn(take, false);
+  HipRecording recording;
+  recording.bias = TwiceAround();
+  const ViewBias learnt = Learn(recording, false);
   const ViewBias::OfJoint& hip = learnt.joints[line_];
   EXPECT_EQ(hip.joint, "hip");
   EXPECT_EQ(hip.observations, 3000);
@@ -104,23 +105,23 @@ TEST_F(ViewBiasTest, FindsWhatTheTakeWasMadeWith) {
   // of ten numbers) leave it 1 mm small. 2 mm are two of those.
   for (size_t i = 0; i < kViewFeatureCount; ++i) {
     if (i >= 7) continue;  // with all cameras at one height told by the ridge
-    EXPECT_NEAR(hip.across_m[i], take.bias.across_m[i], 2e-3) << i;
-    EXPECT_NEAR(hip.along_m[i], take.bias.along_m[i], 2e-3) << i;
+    EXPECT_NEAR(hip.across_m[i], recording.bias.across_m[i], 2e-3) << i;
+    EXPECT_NEAR(hip.along_m[i], recording.bias.along_m[i], 2e-3) << i;
   }
   EXPECT_GT(hip.gain, 0.5);  // 16 mm of bias beside 8 mm of noise
 }
 
 TEST_F(ViewBiasTest, ADetectorWithoutOneIsLeftAlone) {
-  const ViewBias learnt = Learn(HipTake(), false);
+  const ViewBias learnt = Learn(HipRecording(), false);
   EXPECT_FALSE(learnt.joints[line_].used);
   EXPECT_TRUE(learnt.empty());
 }
 
 // A body-fixed offset is nothing that images can tell: it stays in the joint.
 TEST_F(ViewBiasTest, AnOffsetInTheBodyIsNoBias) {
-  HipTake take;
-  take.offset_m = {0.02, -0.03, 0.03};
-  const ViewBias learnt = Learn(take, true);
+  HipRecording recording;
+  recording.offset_m = {0.02, -0.03, 0.03};
+  const ViewBias learnt = Learn(recording, true);
   const ViewBias::OfJoint& hip = learnt.joints[line_];
   EXPECT_TRUE(hip.used);
   double worst = 0.0;
@@ -137,10 +138,10 @@ TEST_F(ViewBiasTest, AnOffsetInTheBodyIsNoBias) {
 
 // Then a bias cannot be told from a shift of each camera.
 TEST_F(ViewBiasTest, IsOffWhereEverybodyFacesOneWay) {
-  HipTake take;
-  take.turns = 0.15;
-  take.bias = TwiceAround();
-  const ViewBias learnt = Learn(take, true);
+  HipRecording recording;
+  recording.turns = 0.15;
+  recording.bias = TwiceAround();
+  const ViewBias learnt = Learn(recording, true);
   EXPECT_LT(learnt.azimuth_deg, 90.0);
   EXPECT_TRUE(learnt.empty());
 }
@@ -243,7 +244,7 @@ class ShiftedCameraTest : public ViewBiasTest {
       }
       series.Add(FromSeconds(0.1 * k), sums);
     }
-    if (knows_shifts) series.TakeShiftsAway();
+    if (knows_shifts) series.RemoveShifts();
     const ViewBias bias = series.Fit(joints_.names(), true);
     used_ = bias.joints[line_].used;
     const auto& across = bias.joints[line_].across_m;
@@ -299,7 +300,7 @@ void Tell(size_t line, double residual_m, size_t names, BiasSeries* series) {
 TEST_F(ViewBiasTest, OnePassTellsTheNext) {
   GraphOptions options;
   options.view_bias = ViewBiasUse::kOn;
-  TakeNotes notes(options);
+  RecordingNotes notes(options);
   EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // nobody asks
   notes.ExpectAnotherPass();
   const auto first = notes.NewSeries(joints_, 1);
@@ -319,8 +320,8 @@ TEST_F(ViewBiasTest, OnePassTellsTheNext) {
   EXPECT_EQ(notes.NewSeries(joints_, 1), nullptr);  // it has been told
 }
 
-TEST(TakeNotesTest, PeopleAreOneInGeometricMeans) {
-  TakeNotes notes((GraphOptions()));
+TEST(RecordingNotesTest, PeopleAreOneInGeometricMeans) {
+  RecordingNotes notes((GraphOptions()));
   const auto knee = static_cast<size_t>(JointClass::kKnee);
   const auto one = notes.NewPerson();
   one->classes[knee] = {300, 2.0, 1.0, 0.5, 4.0};

@@ -10,7 +10,7 @@
 
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
-#include "solvers/session/calibrate_take.h"
+#include "solvers/session/calibrate_recording.h"
 
 namespace kinegraph {
 namespace {
@@ -70,9 +70,9 @@ TEST(Rig, CamerasClocksAndWhoIsWhoFromWalkers) {
   const Scene scene = Walkers(16.0);
   NoiseOptions noise = Noise();
   noise.clock_offset_s = {0.0, 0.52, -0.33};
-  const DetectionSequence take = Observe(scene, noise, nullptr);
-  const TakeCalibration found =
-      CalibrateTake(RunOptions(), WithoutPlaces(scene.cameras), take);
+  const DetectionSequence recording = Observe(scene, noise, nullptr);
+  const RecordingCalibration found =
+      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras), recording);
   ASSERT_EQ(found.rig.verdict, RigVerdict::kCalibrated);
   // 3 px are 0.2 degrees at 800 px; thousands of joints leave a tenth of it,
   // five times for how weakly single directions are held.
@@ -97,7 +97,7 @@ TEST(Rig, CamerasClocksAndWhoIsWhoFromWalkers) {
 
 TEST(Rig, FocalLengthsNotKnown) {
   const Scene scene = Walkers(16.0);
-  const DetectionSequence take = Observe(scene, Noise(), nullptr);
+  const DetectionSequence recording = Observe(scene, Noise(), nullptr);
   CalibrationInput input = WithoutPlaces(scene.cameras);
   for (Camera& camera : input.cameras) {
     CameraParameters parameters = camera.parameters();
@@ -105,7 +105,8 @@ TEST(Rig, FocalLengthsNotKnown) {
     camera = Camera(parameters);
   }
   input.focal_sigma = 0.3;
-  const TakeCalibration found = CalibrateTake(RunOptions(), input, take);
+  const RecordingCalibration found =
+      CalibrateRecording(RunOptions(), input, recording);
   ASSERT_NE(found.rig.verdict, RigVerdict::kRefused);
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     // As sure as the covariance says, three of its deviations.
@@ -127,10 +128,11 @@ TEST(Rig, FocalLengthsNotKnown) {
 
 TEST(Rig, ADistanceTellsTheMetre) {
   const Scene scene = Walkers(10.0);
-  const DetectionSequence take = Observe(scene, Noise(), nullptr);
+  const DetectionSequence recording = Observe(scene, Noise(), nullptr);
   CalibrationInput input = WithoutPlaces(scene.cameras);
   input.length = {KnownLength::Kind::kCameras, 5.0, "cam0", "cam1"};
-  const TakeCalibration found = CalibrateTake(RunOptions(), input, take);
+  const RecordingCalibration found =
+      CalibrateRecording(RunOptions(), input, recording);
   ASSERT_NE(found.rig.verdict, RigVerdict::kRefused);
   EXPECT_NEAR((found.cameras[1].centre() - found.cameras[0].centre()).norm(),
               5.0, 1e-9);
@@ -143,29 +145,29 @@ TEST(Rig, ViewsOfDifferentRoomsAreRefused) {
   other.people = 2;
   other.duration_s = 10.0;
   other.cameras.count = 3;
-  DetectionSequence take = Observe(scene, Noise(), nullptr);
+  DetectionSequence recording = Observe(scene, Noise(), nullptr);
   DetectionSequence elsewhere = Observe(MakeScene(other), Noise(), nullptr);
   SceneOptions third = other;
   third.seed = 78;
   const DetectionSequence farther = Observe(MakeScene(third), Noise(), nullptr);
-  for (size_t k = 0; k < take.frames.size(); ++k) {
-    take.frames[k].views[1] = elsewhere.frames[k].views[1];
-    take.frames[k].views[2] = farther.frames[k].views[2];
+  for (size_t k = 0; k < recording.frames.size(); ++k) {
+    recording.frames[k].views[1] = elsewhere.frames[k].views[1];
+    recording.frames[k].views[2] = farther.frames[k].views[2];
   }
-  const TakeCalibration found =
-      CalibrateTake(RunOptions(), WithoutPlaces(scene.cameras), take);
+  const RecordingCalibration found =
+      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras), recording);
   EXPECT_EQ(found.rig.verdict, RigVerdict::kRefused);
   EXPECT_FALSE(found.rig.reasons.empty());
 }
 
 TEST(Rig, NobodyIsRefused) {
   const Scene scene = Walkers(10.0);
-  DetectionSequence take = Observe(scene, Noise(), nullptr);
-  for (DetectionFrame& frame : take.frames) {
+  DetectionSequence recording = Observe(scene, Noise(), nullptr);
+  for (DetectionFrame& frame : recording.frames) {
     for (ViewDetections& view : frame.views) view.detections.clear();
   }
-  const TakeCalibration found =
-      CalibrateTake(RunOptions(), WithoutPlaces(scene.cameras), take);
+  const RecordingCalibration found =
+      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras), recording);
   EXPECT_EQ(found.rig.verdict, RigVerdict::kRefused);
   EXPECT_TRUE(found.cameras.empty());
 }

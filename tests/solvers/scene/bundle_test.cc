@@ -108,7 +108,7 @@ TEST(Bundle, TheGaugeHolds) {
     stretched += arm.dot(change.segment<3>(kCentreAt));
     squares += arm.squaredNorm();
   }
-  // Held to 1e-5 (m, rad, share), against a take that pulls by far less.
+  // Held to 1e-5 (m, rad, share), against a recording that pulls by far less.
   EXPECT_LT(turned.norm(), 1e-4);
   EXPECT_LT(moved.norm(), 1e-4);
   EXPECT_LT(std::abs(stretched / squares), 1e-4);

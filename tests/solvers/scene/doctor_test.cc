@@ -207,8 +207,8 @@ TEST(Doctor, AShiftedImageIsNamed) {
   }
 }
 
-// Forgotten lens terms of every camera: 63 mm instead of 9 in a take of three
-// walkers, and every view agrees within a pixel of its noise.
+// Forgotten lens terms of every camera: 63 mm instead of 9 in a recording of
+// three walkers, and every view agrees within a pixel of its noise.
 TEST(Doctor, ForgottenLensesAreNamed) {
   FaultySceneOptions options;
   options.seed = 71;
@@ -300,7 +300,7 @@ TEST(Doctor, LostPicturesAreNamed) {
   EXPECT_EQ(diagnosis.findings.size(), 1u) << DiagnosisWords(diagnosis);
 }
 
-// Somebody bumps into a camera in the middle of the take.
+// Somebody bumps into a camera in the middle of the recording.
 TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
   FaultySceneOptions options;
   options.seed = 18;
@@ -328,7 +328,7 @@ TEST(Doctor, ACameraThatMovedInTheMiddleIsNamed) {
             0.05);
 }
 
-// The other way round: it was calibrated after the take.
+// The other way round: it was calibrated after the recording.
 TEST(Doctor, ACameraThatMovedBeforeItsCalibrationIsNamed) {
   FaultySceneOptions options;
   options.seed = 19;

@@ -26,55 +26,55 @@ BundleResult FitOf(const std::vector<double>& offsets_s) {
 }
 
 constexpr double kFrameS = 0.04;  // 0.15 of it are 6 ms
-constexpr double kTakeS = 10.0;
+constexpr double kRecordingS = 10.0;
 
 TEST(LateClocks, BeginAtAFractionOfAFrame) {
-  EXPECT_FALSE(AnyIsLate(FitOf({0.0, 0.0, 0.0059, 0.0}), kFrameS, kTakeS));
-  EXPECT_TRUE(AnyIsLate(FitOf({0.0, 0.0, 0.0061, 0.0}), kFrameS, kTakeS));
+  EXPECT_FALSE(AnyIsLate(FitOf({0.0, 0.0, 0.0059, 0.0}), kFrameS, kRecordingS));
+  EXPECT_TRUE(AnyIsLate(FitOf({0.0, 0.0, 0.0061, 0.0}), kFrameS, kRecordingS));
 }
 
 TEST(LateClocks, AreBeyondFourSigmas) {
   // A frame of 10 ms: 3.9 ms are more than 0.15 of it.
-  EXPECT_FALSE(AnyIsLate(FitOf({0.0, 0.0, 0.0039, 0.0}), 0.01, kTakeS));
-  EXPECT_TRUE(AnyIsLate(FitOf({0.0, 0.0, 0.0041, 0.0}), 0.01, kTakeS));
+  EXPECT_FALSE(AnyIsLate(FitOf({0.0, 0.0, 0.0039, 0.0}), 0.01, kRecordingS));
+  EXPECT_TRUE(AnyIsLate(FitOf({0.0, 0.0, 0.0041, 0.0}), 0.01, kRecordingS));
 }
 
 TEST(LateClocks, BeyondAStretchAreNoise) {
-  EXPECT_FALSE(AnyIsLate(FitOf({0.0, 0.0, 0.101, 0.0}), kFrameS, kTakeS));
+  EXPECT_FALSE(AnyIsLate(FitOf({0.0, 0.0, 0.101, 0.0}), kFrameS, kRecordingS));
 }
 
 TEST(LateClocks, TheFirstViewIsLateWhereAllOthersAgree) {
   const BundleResult fit = FitOf({0.0, 0.02, 0.02, 0.02});
-  EXPECT_TRUE(IsLate(fit, 0, kOffsetAt, kFrameS, kTakeS));
-  EXPECT_FALSE(IsLate(fit, 1, kOffsetAt, kFrameS, kTakeS));
+  EXPECT_TRUE(IsLate(fit, 0, kOffsetAt, kFrameS, kRecordingS));
+  EXPECT_FALSE(IsLate(fit, 1, kOffsetAt, kFrameS, kRecordingS));
 }
 
 TEST(LateClocks, ADriftThatWasNotEstimatedIsNone) {
   BundleResult fit = FitOf({0.0, 0.0, 0.0, 0.0});
   fit.changes[2][kDriftAt] = 1e-3;
-  EXPECT_FALSE(AnyIsLate(fit, kFrameS, kTakeS));
+  EXPECT_FALSE(AnyIsLate(fit, kFrameS, kRecordingS));
 }
 
 // A joint in two views, five frames of each.
-Stretch StretchAt(double middle_s, int joint) {
-  Stretch stretch;
-  stretch.joint = joint;
-  stretch.middle_s = middle_s;
+MotionSegment SegmentAt(double middle_s, int joint) {
+  MotionSegment segment;
+  segment.joint = joint;
+  segment.middle_s = middle_s;
   for (int view = 0; view < 2; ++view) {
     for (int k = 0; k < 5; ++k) {
-      stretch.measurements.emplace_back();
-      stretch.measurements.back().view_idx = view;
+      segment.measurements.emplace_back();
+      segment.measurements.back().view_idx = view;
     }
   }
-  return stretch;
+  return segment;
 }
 
 TEST(LastingErrors, AViewSaysAJointOnceASecond) {
   SceneSegments segments;
   // Two stretches of joint 0 within the first second and one in the next, one
   // of joint 1: 40 samples that say 6 things.
-  segments.segments = {StretchAt(-1.0, 0), StretchAt(-0.8, 0),
-                       StretchAt(-0.5, 1), StretchAt(0.1, 0)};
+  segments.segments = {SegmentAt(-1.0, 0), SegmentAt(-0.8, 0),
+                       SegmentAt(-0.5, 1), SegmentAt(0.1, 0)};
   BundleOptions options;
   const BundleOptions lasting = WithLastingErrors(options, segments);
   const double factor = std::sqrt(6.0 / 40.0);

@@ -13,14 +13,14 @@
 namespace kinegraph::testing {
 namespace {
 
-struct ExactTake {
+struct ExactRecording {
   RunRequest request;
   DetectionSequence detections;
   TrackSequence truth;
 };
 
 // Exact detections of people who stay.
-ExactTake MakeTake(int people, double duration_s) {
+ExactRecording MakeRecording(int people, double duration_s) {
   SceneOptions options;
   options.seed = 5;
   options.people = people;
@@ -28,22 +28,22 @@ ExactTake MakeTake(int people, double duration_s) {
   options.cameras.count = 4;
   options.motion.visitors = 0.0;
   const Scene scene = MakeScene(options);
-  ExactTake take;
-  take.request.cameras = scene.cameras;
+  ExactRecording recording;
+  recording.request.cameras = scene.cameras;
   ObservationTruth labels;
-  take.detections = Observe(scene, NoiseOptions(), &labels);
-  take.truth = TruthFor(scene, take.detections);
-  return take;
+  recording.detections = Observe(scene, NoiseOptions(), &labels);
+  recording.truth = TruthFor(scene, recording.detections);
+  return recording;
 }
 
 // Two people for eight seconds; nobody is seen in the fourth.
-ExactTake TwoHidden() {
-  ExactTake take = MakeTake(2, 8.0);
-  for (DetectionFrame& frame : take.detections.frames) {
+ExactRecording TwoHidden() {
+  ExactRecording recording = MakeRecording(2, 8.0);
+  for (DetectionFrame& frame : recording.detections.frames) {
     if (frame.frame < 75 || frame.frame >= 100) continue;
     for (ViewDetections& view : frame.views) view.detections.clear();
   }
-  return take;
+  return recording;
 }
 
 RunOptions GraphOptions() {
@@ -62,27 +62,30 @@ std::set<TrackId> IdsOf(const TrackSequence& tracks) {
 }
 
 TEST(SessionIdentity, LinkingMakesOnePersonOfTwoTracks) {
-  const ExactTake take = TwoHidden();
+  const ExactRecording recording = TwoHidden();
   RunOptions options = GraphOptions();
   EXPECT_EQ(
-      IdsOf(TrackSequenceOf(options, take.request, take.detections)).size(),
+      IdsOf(TrackSequenceOf(options, recording.request, recording.detections))
+          .size(),
       4u);
   options.identity.link = true;
   for (const bool second_pass : {false, true}) {
     options.tracker.life.second_pass = second_pass;
     EXPECT_EQ(
-        IdsOf(TrackSequenceOf(options, take.request, take.detections)).size(),
+        IdsOf(TrackSequenceOf(options, recording.request, recording.detections))
+            .size(),
         2u);
   }
 }
 
 TEST(SessionIdentity, PaperModeDoesNotLink) {
-  const ExactTake take = TwoHidden();
+  const ExactRecording recording = TwoHidden();
   RunOptions options;
   options.estimators.mode = Mode::kPaper;
   options.identity.link = true;
   EXPECT_EQ(
-      IdsOf(TrackSequenceOf(options, take.request, take.detections)).size(),
+      IdsOf(TrackSequenceOf(options, recording.request, recording.detections))
+          .size(),
       4u);
 }
 
@@ -95,33 +98,34 @@ IdentityEdit Join(int64_t one, int64_t other) {
 }
 
 TEST(SessionIdentity, CorrectionsAreAppliedAfterTracking) {
-  ExactTake take = TwoHidden();
-  take.request.corrections = {Join(0, 2)};
+  ExactRecording recording = TwoHidden();
+  recording.request.corrections = {Join(0, 2)};
   const TrackSequence tracks =
-      TrackSequenceOf(GraphOptions(), take.request, take.detections);
+      TrackSequenceOf(GraphOptions(), recording.request, recording.detections);
   EXPECT_EQ(IdsOf(tracks),
             (std::set<TrackId>{TrackId(0), TrackId(1), TrackId(3)}));
 }
 
 TEST(SessionIdentity, WhatLinkingDidItselfMayBeHandedInAgain) {
-  ExactTake take = TwoHidden();
+  ExactRecording recording = TwoHidden();
   RunOptions options = GraphOptions();
   options.identity.link = true;
-  Session session(options, take.request, take.detections.header);
-  MemorySource source(take.detections);
+  Session session(options, recording.request, recording.detections.header);
+  MemorySource source(recording.detections);
   TrackAll(&source, &session, [](TrackFrame&&) {});
   ASSERT_EQ(session.identity_edits().size(), 2u);
-  take.request.corrections = session.identity_edits();
+  recording.request.corrections = session.identity_edits();
   EXPECT_EQ(
-      IdsOf(TrackSequenceOf(options, take.request, take.detections)).size(),
+      IdsOf(TrackSequenceOf(options, recording.request, recording.detections))
+          .size(),
       2u);
 }
 
 TEST(SessionIdentity, ACorrectionThatDoesNotFitNamesItsPlace) {
-  ExactTake take = TwoHidden();
-  take.request.corrections = {Join(0, 77)};
+  ExactRecording recording = TwoHidden();
+  recording.request.corrections = {Join(0, 77)};
   try {
-    TrackSequenceOf(GraphOptions(), take.request, take.detections);
+    TrackSequenceOf(GraphOptions(), recording.request, recording.detections);
     ADD_FAILURE() << "no error";
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(), "edits.jsonl: line 4: person 77 is unknown");
@@ -129,17 +133,18 @@ TEST(SessionIdentity, ACorrectionThatDoesNotFitNamesItsPlace) {
 }
 
 TEST(SessionIdentity, TheSecondPassFollowsNobodyIntoWhatWasDeleted) {
-  ExactTake take = MakeTake(2, 4.0);
+  ExactRecording recording = MakeRecording(2, 4.0);
   IdentityEdit edit;
   edit.op = EditOp::kDelete;
   edit.persons = {TrackId(1)};
   edit.frames = FrameSpan{40, 60};
-  take.request.corrections = {edit};
+  recording.request.corrections = {edit};
   RunOptions options = GraphOptions();
   options.tracker.life.second_pass = true;
   int frames = 0;
   for (const TrackFrame& frame :
-       TrackSequenceOf(options, take.request, take.detections).frames) {
+       TrackSequenceOf(options, recording.request, recording.detections)
+           .frames) {
     for (const PersonPose& person : frame.people) {
       if (person.id != TrackId(1)) continue;
       ++frames;
@@ -151,38 +156,38 @@ TEST(SessionIdentity, TheSecondPassFollowsNobodyIntoWhatWasDeleted) {
 }
 
 // Moments two seconds apart, handed in as if they followed each other.
-ExactTake SingleFrames() {
-  ExactTake take = MakeTake(3, 40.0);
+ExactRecording SingleFrames() {
+  ExactRecording recording = MakeRecording(3, 40.0);
   std::vector<DetectionFrame> kept;
   std::vector<TrackFrame> truth;
   const FrameClock clock(25.0);
-  for (size_t f = 0; f < take.detections.frames.size(); f += 50) {
-    DetectionFrame frame = take.detections.frames[f];
+  for (size_t f = 0; f < recording.detections.frames.size(); f += 50) {
+    DetectionFrame frame = recording.detections.frames[f];
     frame.frame = static_cast<int64_t>(kept.size());
     frame.time = clock.TimeOf(frame.frame);
     for (ViewDetections& view : frame.views) view.capture_time = frame.time;
-    truth.push_back(take.truth.frames[f]);
+    truth.push_back(recording.truth.frames[f]);
     truth.back().frame = frame.frame;
     kept.push_back(std::move(frame));
   }
-  take.detections.frames = std::move(kept);
-  take.truth.frames = std::move(truth);
-  return take;
+  recording.detections.frames = std::move(kept);
+  recording.truth.frames = std::move(truth);
+  return recording;
 }
 
 TEST(SessionIdentity, SingleFramesAreTakesOfTheirOwn) {
-  const ExactTake take = SingleFrames();
+  const ExactRecording recording = SingleFrames();
   RunOptions options = GraphOptions();
   options.input.independent_frames = true;
   options.tracker.life.second_pass = true;
   for (const OutputKind output : {OutputKind::kGaussian, OutputKind::kBatch}) {
     options.estimators.output = output;
     const TrackSequence tracks =
-        TrackSequenceOf(options, take.request, take.detections);
+        TrackSequenceOf(options, recording.request, recording.detections);
     size_t found = 0;
     for (const TrackFrame& frame : tracks.frames) found += frame.people.size();
     size_t there = 0;
-    for (const TrackFrame& frame : take.truth.frames) {
+    for (const TrackFrame& frame : recording.truth.frames) {
       there += frame.people.size();
     }
     // Exact detections by four cameras: everybody is found, once.

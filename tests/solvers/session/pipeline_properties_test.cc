@@ -35,12 +35,12 @@ struct Recipe {
   }
 };
 
-struct PropertyTake {
+struct PropertyRecording {
   CameraRig cameras;
   DetectionSequence detections;
 };
 
-PropertyTake PropertyTakeOf(const Recipe& recipe) {
+PropertyRecording PropertyRecordingOf(const Recipe& recipe) {
   SceneOptions options;
   options.seed = recipe.seed;
   options.people = recipe.people;
@@ -55,12 +55,12 @@ PropertyTake PropertyTakeOf(const Recipe& recipe) {
   return {scene.cameras, Observe(scene, noise, &truth)};
 }
 
-TrackSequence Track(const PropertyTake& take) {
+TrackSequence Track(const PropertyRecording& recording) {
   RunOptions options = ReadRunOptions(
       ProjectFile("configs/default.toml").string(), "graph.solver=sweeps", "");
   RunRequest request;
-  request.cameras = take.cameras;
-  return TrackSequenceOf(options, request, take.detections);
+  request.cameras = recording.cameras;
+  return TrackSequenceOf(options, request, recording.detections);
 }
 
 using MovePoint = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
@@ -98,17 +98,17 @@ std::string Difference(const TrackSequence& a, const TrackSequence& b,
   return "";
 }
 
-// What is done to a take, and where its people are then.
+// What is done to a recording, and where its people are then.
 struct Change {
   std::string name;
-  std::function<MovePoint(PropertyTake*)> apply;
+  std::function<MovePoint(PropertyRecording*)> apply;
 };
 
-MovePoint MoveWorld(PropertyTake* take) {
+MovePoint MoveWorld(PropertyRecording* recording) {
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(1.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   const Eigen::Vector3d shift(4.0, -7.0, 0.0);
-  for (Camera& camera : take->cameras) {
+  for (Camera& camera : recording->cameras) {
     CameraParameters parameters = camera.parameters();
     parameters.R = parameters.R * turn.transpose();
     parameters.t = parameters.t - parameters.R * shift;
@@ -119,8 +119,8 @@ MovePoint MoveWorld(PropertyTake* take) {
   };
 }
 
-MovePoint TurnDetectionsAround(PropertyTake* take) {
-  for (DetectionFrame& frame : take->detections.frames) {
+MovePoint TurnDetectionsAround(PropertyRecording* recording) {
+  for (DetectionFrame& frame : recording->detections.frames) {
     for (ViewDetections& view : frame.views) {
       std::reverse(view.detections.begin(), view.detections.end());
       for (size_t d = 0; d < view.detections.size(); ++d) {
@@ -131,22 +131,22 @@ MovePoint TurnDetectionsAround(PropertyTake* take) {
   return Stays;
 }
 
-MovePoint TurnCamerasAround(PropertyTake* take) {
-  std::reverse(take->cameras.begin(), take->cameras.end());
-  auto& names = take->detections.header.view_names;
+MovePoint TurnCamerasAround(PropertyRecording* recording) {
+  std::reverse(recording->cameras.begin(), recording->cameras.end());
+  auto& names = recording->detections.header.view_names;
   std::reverse(names.begin(), names.end());
-  for (DetectionFrame& frame : take->detections.frames) {
+  for (DetectionFrame& frame : recording->detections.frames) {
     std::reverse(frame.views.begin(), frame.views.end());
   }
   return Stays;
 }
 
-MovePoint AddEmptyCamera(PropertyTake* take) {
-  CameraParameters parameters = take->cameras.front().parameters();
+MovePoint AddEmptyCamera(PropertyRecording* recording) {
+  CameraParameters parameters = recording->cameras.front().parameters();
   parameters.name = "blind";
-  take->cameras.emplace_back(parameters);
-  take->detections.header.view_names.emplace_back("blind");
-  for (DetectionFrame& frame : take->detections.frames) {
+  recording->cameras.emplace_back(parameters);
+  recording->detections.header.view_names.emplace_back("blind");
+  for (DetectionFrame& frame : recording->detections.frames) {
     frame.views.emplace_back();
     frame.views.back().capture_time = frame.views.front().capture_time;
   }
@@ -154,8 +154,8 @@ MovePoint AddEmptyCamera(PropertyTake* take) {
 }
 
 // As detectors do that look at overlapping boxes.
-MovePoint FindTwiceInOneView(PropertyTake* take) {
-  for (DetectionFrame& frame : take->detections.frames) {
+MovePoint FindTwiceInOneView(PropertyRecording* recording) {
+  for (DetectionFrame& frame : recording->detections.frames) {
     std::vector<Detection>& detections = frame.views.front().detections;
     const size_t count = detections.size();
     for (size_t d = 0; d < count; ++d) {
@@ -179,10 +179,10 @@ std::vector<Change> Changes() {
 }
 
 std::string Fails(const Recipe& recipe, const Change& change) {
-  const PropertyTake take = PropertyTakeOf(recipe);
-  PropertyTake changed = take;
+  const PropertyRecording recording = PropertyRecordingOf(recipe);
+  PropertyRecording changed = recording;
   const MovePoint move = change.apply(&changed);
-  return Difference(Track(take), Track(changed), move);
+  return Difference(Track(recording), Track(changed), move);
 }
 
 // The smallest scene found that fails in the same way.
@@ -208,7 +208,7 @@ Recipe Shrunk(Recipe recipe, const Change& change) {
 TEST(PipelineDifference, IsSeen) {
   Recipe recipe;
   recipe.seed = 2;
-  const TrackSequence tracks = Track(PropertyTakeOf(recipe));
+  const TrackSequence tracks = Track(PropertyRecordingOf(recipe));
   ASSERT_GT(tracks.frames.back().people.size(), 0u);
   EXPECT_EQ(Difference(tracks, tracks, Stays), "");
   TrackSequence fewer = tracks;
@@ -232,7 +232,7 @@ TEST_P(PipelineProperties, TheSamePeople) {
   recipe.people = static_cast<int>(1 + random.Index(4));
   recipe.cameras = static_cast<int>(3 + random.Index(3));
   int64_t people = 0;
-  for (const TrackFrame& frame : Track(PropertyTakeOf(recipe)).frames) {
+  for (const TrackFrame& frame : Track(PropertyRecordingOf(recipe)).frames) {
     people += static_cast<int64_t>(frame.people.size());
   }
   EXPECT_GT(people, 0) << recipe.Text();

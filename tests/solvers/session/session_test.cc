@@ -22,17 +22,17 @@ struct Take {
 };
 
 // Two people, three cameras, two seconds at 25 Hz.
-Take SmallTake() {
+Take SmallRecording() {
   SceneOptions options;
   options.people = 2;
   options.duration_s = 2.0;
   options.cameras.count = 3;
   const Scene scene = MakeScene(options);
-  Take take;
-  take.request.cameras = scene.cameras;
+  Take recording;
+  recording.request.cameras = scene.cameras;
   ObservationTruth labels;
-  take.detections = Observe(scene, NoiseOptions(), &labels);
-  return take;
+  recording.detections = Observe(scene, NoiseOptions(), &labels);
+  return recording;
 }
 
 RunOptions GraphOptionsOf(bool second_pass) {
@@ -59,12 +59,12 @@ std::vector<double> NumbersOf(const std::vector<TrackFrame>& frames) {
   return numbers;
 }
 
-std::vector<TrackFrame> FrameByFrame(const Take& take, Session* session) {
+std::vector<TrackFrame> FrameByFrame(const Take& recording, Session* session) {
   std::vector<TrackFrame> written;
   const auto append = [&](std::vector<TrackFrame> frames) {
     for (TrackFrame& frame : frames) written.push_back(std::move(frame));
   };
-  for (const DetectionFrame& frame : take.detections.frames) {
+  for (const DetectionFrame& frame : recording.detections.frames) {
     append(session->Process(frame));
   }
   append(session->Finish());
@@ -74,15 +74,15 @@ std::vector<TrackFrame> FrameByFrame(const Take& take, Session* session) {
 class SessionPasses : public ::testing::TestWithParam<bool> {};
 
 TEST_P(SessionPasses, FramesFromMemoryGiveWhatAWholeTakeGives) {
-  const Take take = SmallTake();
+  const Take recording = SmallRecording();
   const RunOptions options = GraphOptionsOf(GetParam());
-  Session session(options, take.request, take.detections.header);
-  const std::vector<TrackFrame> live = FrameByFrame(take, &session);
+  Session session(options, recording.request, recording.detections.header);
+  const std::vector<TrackFrame> live = FrameByFrame(recording, &session);
   const TrackSequence whole =
-      TrackSequenceOf(options, take.request, take.detections);
+      TrackSequenceOf(options, recording.request, recording.detections);
   const std::vector<double> numbers = NumbersOf(live);
   EXPECT_EQ(NumbersOf(whole.frames), numbers);
-  EXPECT_EQ(live.size(), take.detections.frames.size());
+  EXPECT_EQ(live.size(), recording.detections.frames.size());
   std::set<TrackId> people;
   int64_t person_frames = 0;
   for (const TrackFrame& frame : live) {
@@ -97,13 +97,13 @@ TEST_P(SessionPasses, FramesFromMemoryGiveWhatAWholeTakeGives) {
 INSTANTIATE_TEST_SUITE_P(OneAndTwo, SessionPasses, ::testing::Bool());
 
 TEST(Session, WindowGivesFramesAfterItsLag) {
-  const Take take = SmallTake();
+  const Take recording = SmallRecording();
   RunOptions options = GraphOptionsOf(false);
   options.estimators.graph.lag_s = 0.4;  // 10 frames at 25 Hz
-  Session session(options, take.request, take.detections.header);
+  Session session(options, recording.request, recording.detections.header);
   int64_t processed = 0;
   int64_t newest = -1;
-  for (const DetectionFrame& frame : take.detections.frames) {
+  for (const DetectionFrame& frame : recording.detections.frames) {
     ++processed;
     for (const TrackFrame& done : session.Process(frame)) newest = done.frame;
     if (processed > 20) {
@@ -124,53 +124,58 @@ TEST(Session, PaperModeKeepsItsRulesWhateverTheKeysSay) {
   EXPECT_FALSE(ruled.tracker.life.backfill);
   EXPECT_EQ(ruled.tracker.life.max_gap_frames, 0.0);
 
-  const Take take = SmallTake();
+  const Take recording = SmallRecording();
   RunOptions plain;
   plain.estimators.mode = Mode::kPaper;
   EXPECT_EQ(
-      NumbersOf(TrackSequenceOf(options, take.request, take.detections).frames),
-      NumbersOf(TrackSequenceOf(plain, take.request, take.detections).frames));
+      NumbersOf(
+          TrackSequenceOf(options, recording.request, recording.detections)
+              .frames),
+      NumbersOf(TrackSequenceOf(plain, recording.request, recording.detections)
+                    .frames));
 }
 
 TEST(Session, PassesOverFramesThatWereNotAskedFor) {
-  Take take = SmallTake();
-  take.request.frames = {{10, 20}};
-  Session session(GraphOptionsOf(false), take.request, take.detections.header);
+  Take recording = SmallRecording();
+  recording.request.frames = {{10, 20}};
+  Session session(GraphOptionsOf(false), recording.request,
+                  recording.detections.header);
   EXPECT_FALSE(session.IsPastEnd(19));
   EXPECT_TRUE(session.IsPastEnd(20));
-  const std::vector<TrackFrame> written = FrameByFrame(take, &session);
+  const std::vector<TrackFrame> written = FrameByFrame(recording, &session);
   ASSERT_EQ(written.size(), 10u);
   EXPECT_EQ(written.front().frame, 10);
   EXPECT_EQ(written.back().frame, 19);
 }
 
 TEST(Session, WarmUpIsFedButNotWritten) {
-  const Take take = SmallTake();
+  const Take recording = SmallRecording();
   RunOptions options = GraphOptionsOf(false);
   options.input.repeat_first_frame = 4;
-  Session session(options, take.request, take.detections.header);
+  Session session(options, recording.request, recording.detections.header);
   int64_t fed = 0;
   session.set_frame_listener([&](const DetectionFrame&) { ++fed; });
-  const std::vector<TrackFrame> written = FrameByFrame(take, &session);
-  const auto count = static_cast<int64_t>(take.detections.frames.size());
+  const std::vector<TrackFrame> written = FrameByFrame(recording, &session);
+  const auto count = static_cast<int64_t>(recording.detections.frames.size());
   EXPECT_EQ(fed, count + 4);
   EXPECT_EQ(static_cast<int64_t>(written.size()), count);
-  EXPECT_EQ(written.front().frame, take.detections.frames.front().frame);
+  EXPECT_EQ(written.front().frame, recording.detections.frames.front().frame);
 }
 
 TEST(Session, RefusesFramesThatDoNotAscend) {
-  const Take take = SmallTake();
-  Session session(GraphOptionsOf(false), take.request, take.detections.header);
-  session.Process(take.detections.frames[1]);
-  EXPECT_THROW(session.Process(take.detections.frames[0]), InputError);
+  const Take recording = SmallRecording();
+  Session session(GraphOptionsOf(false), recording.request,
+                  recording.detections.header);
+  session.Process(recording.detections.frames[1]);
+  EXPECT_THROW(session.Process(recording.detections.frames[0]), InputError);
 }
 
 TEST(Session, RefusesAUnknownCameraByName) {
-  Take take = SmallTake();
-  take.request.without_cameras = {"nobody"};
+  Take recording = SmallRecording();
+  recording.request.without_cameras = {"nobody"};
   try {
-    Session session(GraphOptionsOf(false), take.request,
-                    take.detections.header);
+    Session session(GraphOptionsOf(false), recording.request,
+                    recording.detections.header);
     FAIL() << "nothing was thrown";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("nobody"), std::string::npos);

@@ -14,11 +14,11 @@
 #include "core/synthetic/noise.h"
 #include "core/synthetic/scene.h"
 #include "solvers/session/diagnose.h"
-#include "solvers/session/ready_take.h"
+#include "solvers/session/ready_recording.h"
+#include "solvers/session/recording_report.h"
+#include "solvers/session/recording_warnings.h"
 #include "solvers/session/run.h"
 #include "solvers/session/subject_gauge.h"
-#include "solvers/session/take_report.h"
-#include "solvers/session/take_warnings.h"
 #include "solvers/session/used_frames.h"
 
 namespace kinegraph {
@@ -26,13 +26,13 @@ namespace {
 
 constexpr double kStature_m = 1.72;  // the scene's mean
 
-struct ScaledTake {
+struct ScaledRecording {
   CameraRig cameras;
   DetectionSequence detections;
 };
 
 // Two people before four cameras for three seconds, with a detector's errors.
-ScaledTake HumanTake() {
+ScaledRecording HumanRecording() {
   SceneOptions options;
   options.seed = 5;
   options.people = 2;
@@ -47,13 +47,13 @@ ScaledTake HumanTake() {
 }
 
 // The same motion of somebody whose joints are no human's.
-ScaledTake AnimalTake() {
-  ScaledTake take = HumanTake();
+ScaledRecording AnimalRecording() {
+  ScaledRecording recording = HumanRecording();
   std::vector<std::string> joints = Coco17().joints();
   for (std::string& joint : joints) joint = "paw_" + joint;
-  take.detections.header.skeleton =
+  recording.detections.header.skeleton =
       Skeleton("animal", joints, Coco17().bones());
-  return take;
+  return recording;
 }
 
 // The cameras of a world that is larger by a factor.
@@ -83,12 +83,12 @@ RunOptions OptionsOf(const std::string& set, const std::string& mode) {
       set, mode);
 }
 
-TrackSequence Track(const ScaledTake& take, double factor,
+TrackSequence Track(const ScaledRecording& recording, double factor,
                     const std::string& set = "",
                     const std::string& mode = "graph") {
   RunRequest request;
-  request.cameras = Larger(take.cameras, factor);
-  return TrackSequenceOf(OptionsOf(set, mode), request, take.detections);
+  request.cameras = Larger(recording.cameras, factor);
+  return TrackSequenceOf(OptionsOf(set, mode), request, recording.detections);
 }
 
 // Largest distance of joints that both have, and of their standard deviations,
@@ -128,44 +128,46 @@ class AnyScale : public ::testing::TestWithParam<double> {};
 // The scale is measured anew, so nothing but rounding differs, which a solver
 // that goes on until joints move by 0.03 mm and a few decisions make visible.
 TEST_P(AnyScale, AnimalsMoveAlike) {
-  const ScaledTake take = AnimalTake();
+  const ScaledRecording recording = AnimalRecording();
   for (const char* mode : {"graph", "paper"}) {
-    const TrackSequence world = Track(take, 1.0, "", mode);
-    ASSERT_EQ(world.frames.size(), take.detections.frames.size());
-    EXPECT_LT(Apart(world, Track(take, GetParam(), "", mode), GetParam()), 1e-4)
+    const TrackSequence world = Track(recording, 1.0, "", mode);
+    ASSERT_EQ(world.frames.size(), recording.detections.frames.size());
+    EXPECT_LT(Apart(world, Track(recording, GetParam(), "", mode), GetParam()),
+              1e-4)
         << mode;
   }
 }
 
 TEST_P(AnyScale, AWindowThatGivesPosesAtOnceDoesSo) {
-  const ScaledTake take = AnimalTake();
+  const ScaledRecording recording = AnimalRecording();
   const std::string set =
       "output.estimator=window;tracking.second_pass=false;identity.link=false";
-  EXPECT_LT(
-      Apart(Track(take, 1.0, set), Track(take, GetParam(), set), GetParam()),
-      1e-4);
+  EXPECT_LT(Apart(Track(recording, 1.0, set), Track(recording, GetParam(), set),
+                  GetParam()),
+            1e-4);
 }
 
 // At 1 they have their own size, elsewhere that of 1.7 m: priors differ by the
 // ratio, and joints by less than a hundredth of the body.
 TEST_P(AnyScale, PeopleMoveAlike) {
-  const ScaledTake take = HumanTake();
-  EXPECT_LT(Apart(Track(take, 1.0), Track(take, GetParam()), GetParam()),
-            0.01 * kStature_m);
+  const ScaledRecording recording = HumanRecording();
+  EXPECT_LT(
+      Apart(Track(recording, 1.0), Track(recording, GetParam()), GetParam()),
+      0.01 * kStature_m);
 }
 
 TEST_P(AnyScale, RefinedCamerasAndFloorFollow) {
-  ScaledTake take = HumanTake();
-  take.cameras[1] = TurnedInPlace(take.cameras[1]);
+  ScaledRecording recording = HumanRecording();
+  recording.cameras[1] = TurnedInPlace(recording.cameras[1]);
   const auto ready = [&](double factor) {
     RunRequest request;
-    request.cameras = Larger(take.cameras, factor);
-    return MakeTakeReady(
+    request.cameras = Larger(recording.cameras, factor);
+    return MakeRecordingReady(
         OptionsOf("cameras.refine=pose;cameras.ground=feet", "graph"), request,
-        std::nullopt, [&] { return take.detections; });
+        std::nullopt, [&] { return recording.detections; });
   };
-  const ReadyTake world = ready(1.0);
-  const ReadyTake larger = ready(GetParam());
+  const ReadyRecording world = ready(1.0);
+  const ReadyRecording larger = ready(GetParam());
   ASSERT_TRUE(world.ground.has_value());
   ASSERT_TRUE(larger.ground.has_value());
   ASSERT_TRUE(world.refinement->any_taken());
@@ -183,18 +185,19 @@ TEST_P(AnyScale, RefinedCamerasAndFloorFollow) {
 }
 
 TEST_P(AnyScale, FrozenMatchesGiveTheSame) {
-  const ScaledTake take = AnimalTake();
+  const ScaledRecording recording = AnimalRecording();
   const auto frozen = [&](double factor) {
     RunRequest request;
-    request.cameras = Larger(take.cameras, factor);
-    return FreezeTracking(OptionsOf("", "graph"), request, take.detections);
+    request.cameras = Larger(recording.cameras, factor);
+    return FreezeTracking(OptionsOf("", "graph"), request,
+                          recording.detections);
   };
   const FrozenRun world = frozen(1.0);
   const FrozenRun larger = frozen(GetParam());
   EXPECT_EQ(larger.matches.people.size(), world.matches.people.size());
   EXPECT_NEAR(larger.scale.metres() / world.scale.metres(), GetParam(),
               1e-9 * GetParam());
-  for (size_t v = 0; v < take.cameras.size(); ++v) {
+  for (size_t v = 0; v < recording.cameras.size(); ++v) {
     EXPECT_LT((larger.scene.model.cameras[v].centre() -
                world.scene.model.cameras[v].centre())
                   .norm(),
@@ -202,39 +205,42 @@ TEST_P(AnyScale, FrozenMatchesGiveTheSame) {
   }
 }
 
-std::vector<std::string> WarningsOf(const ScaledTake& take, double factor) {
+std::vector<std::string> WarningsOf(const ScaledRecording& recording,
+                                    double factor) {
   RunRequest request;
-  request.cameras = Larger(take.cameras, factor);
+  request.cameras = Larger(recording.cameras, factor);
   request.kept_matches = KeptMatches::kDetections;
-  Session session(OptionsOf("", "graph"), request, take.detections.header);
-  TakeReporter reporter(session.scene(), take.detections.header.skeleton);
+  Session session(OptionsOf("", "graph"), request, recording.detections.header);
+  RecordingReporter reporter(session.scene(),
+                             recording.detections.header.skeleton);
   UsedFrames used(session.scene(), [&] {
-    return std::make_unique<MemorySource>(take.detections);
+    return std::make_unique<MemorySource>(recording.detections);
   });
-  MemorySource source(take.detections);
+  MemorySource source(recording.detections);
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
     reporter.See(*used.At(frame.frame), frame);
   });
   reporter.set_scale(session.scale());
   std::vector<std::string> kinds;
-  for (const TakeWarning& warning : reporter.Report().warnings) {
+  for (const RecordingWarning& warning : reporter.Report().warnings) {
     kinds.push_back(warning.kind);
   }
   return kinds;
 }
 
 TEST_P(AnyScale, FindingsAreTheSame) {
-  ScaledTake take = AnimalTake();
-  EXPECT_EQ(WarningsOf(take, GetParam()), WarningsOf(take, 1.0));
-  take.cameras[0] = TurnedInPlace(take.cameras[0]);
-  const std::vector<std::string> kinds = WarningsOf(take, 1.0);
-  EXPECT_EQ(WarningsOf(take, GetParam()), kinds);
+  ScaledRecording recording = AnimalRecording();
+  EXPECT_EQ(WarningsOf(recording, GetParam()), WarningsOf(recording, 1.0));
+  recording.cameras[0] = TurnedInPlace(recording.cameras[0]);
+  const std::vector<std::string> kinds = WarningsOf(recording, 1.0);
+  EXPECT_EQ(WarningsOf(recording, GetParam()), kinds);
   const auto diagnosed = [&](double factor) {
     RunRequest request;
-    request.cameras = Larger(take.cameras, factor);
+    request.cameras = Larger(recording.cameras, factor);
     std::vector<std::string> found;
     for (const Finding& finding :
-         DiagnoseTake(OptionsOf("", "graph"), request, take.detections, {})
+         DiagnoseRecording(OptionsOf("", "graph"), request,
+                           recording.detections, {})
              .findings) {
       found.push_back(finding.kind + " " + finding.camera);
     }
@@ -245,65 +251,68 @@ TEST_P(AnyScale, FindingsAreTheSame) {
 
 INSTANTIATE_TEST_SUITE_P(Of, AnyScale, ::testing::Values(0.002, 0.05, 20.0));
 
-SubjectScale Measured(const ScaledTake& take, double factor,
+SubjectScale Measured(const ScaledRecording& recording, double factor,
                       const std::string& set = "") {
-  return ScaleOf(OptionsOf(set, "graph"), Larger(take.cameras, factor),
-                 take.detections);
+  return ScaleOf(OptionsOf(set, "graph"), Larger(recording.cameras, factor),
+                 recording.detections);
 }
 
 TEST(SubjectScale, PeopleOfAnySizeKeepOne) {
-  const ScaledTake take = HumanTake();
+  const ScaledRecording recording = HumanRecording();
   for (const double factor : {0.35, 0.6, 1.0, 1.25}) {
-    EXPECT_TRUE(Measured(take, factor).is_one()) << factor;
+    EXPECT_TRUE(Measured(recording, factor).is_one()) << factor;
   }
   for (const double factor : {0.002, 0.1, 3.0, 1000.0}) {
     // Limbs tell a stature to some centimetres, hidden ones to a decimetre.
-    EXPECT_NEAR(Measured(take, factor).size_m() / factor, kStature_m, 0.15)
+    EXPECT_NEAR(Measured(recording, factor).size_m() / factor, kStature_m, 0.15)
         << factor;
   }
 }
 
 TEST(SubjectScale, WhatIsStatedIsNotMeasured) {
-  const ScaledTake take = AnimalTake();
-  EXPECT_DOUBLE_EQ(Measured(take, 1.0, "cameras.subject_m=0.34").metres(), 0.2);
+  const ScaledRecording recording = AnimalRecording();
+  EXPECT_DOUBLE_EQ(Measured(recording, 1.0, "cameras.subject_m=0.34").metres(),
+                   0.2);
   // People are people.
-  EXPECT_TRUE(Measured(HumanTake(), 1.0, "cameras.subject_m=1.1").is_one());
+  EXPECT_TRUE(
+      Measured(HumanRecording(), 1.0, "cameras.subject_m=1.1").is_one());
 }
 
 TEST(SubjectScale, APointHasNoSize) {
-  ScaledTake take = AnimalTake();
-  take.detections.header.skeleton = Skeleton("drone", {"drone"}, {});
-  for (DetectionFrame& frame : take.detections.frames) {
+  ScaledRecording recording = AnimalRecording();
+  recording.detections.header.skeleton = Skeleton("drone", {"drone"}, {});
+  for (DetectionFrame& frame : recording.detections.frames) {
     for (ViewDetections& view : frame.views) {
       for (Detection& one : view.detections) one.joints.resize(1);
     }
   }
-  EXPECT_TRUE(Measured(take, 0.1).is_one());
-  EXPECT_DOUBLE_EQ(Measured(take, 0.1, "cameras.subject_m=0.17").metres(), 0.1);
+  EXPECT_TRUE(Measured(recording, 0.1).is_one());
+  EXPECT_DOUBLE_EQ(Measured(recording, 0.1, "cameras.subject_m=0.17").metres(),
+                   0.1);
 }
 
 // A stream of people answers as soon as it did.
 TEST(SubjectScale, PeopleAreNotKeptWaiting) {
-  const ScaledTake take = HumanTake();
+  const ScaledRecording recording = HumanRecording();
   RunRequest request;
-  request.cameras = take.cameras;
+  request.cameras = recording.cameras;
   const RunOptions options = ParseRunOptions("mode = \"paper\"\n", "", "");
-  Session session(options, request, take.detections.header);
-  for (const DetectionFrame& frame : take.detections.frames) {
+  Session session(options, request, recording.detections.header);
+  for (const DetectionFrame& frame : recording.detections.frames) {
     EXPECT_EQ(session.Process(frame).size(), 1U);
   }
 }
 
 // Others wait for their size, and nothing of theirs is lost.
 TEST(SubjectScale, AStreamBeginsWithItsSize) {
-  const ScaledTake take = AnimalTake();
+  const ScaledRecording recording = AnimalRecording();
   RunRequest request;
-  request.cameras = Larger(take.cameras, 0.01);
+  request.cameras = Larger(recording.cameras, 0.01);
   const RunOptions options = ParseRunOptions("mode = \"paper\"\n", "", "");
-  Session session(options, request, take.detections.header);
+  Session session(options, request, recording.detections.header);
   size_t written = 0;
   size_t waited = 0;
-  for (const DetectionFrame& frame : take.detections.frames) {
+  for (const DetectionFrame& frame : recording.detections.frames) {
     const size_t now = session.Process(frame).size();
     if (written + now == 0) ++waited;
     written += now;
@@ -311,7 +320,7 @@ TEST(SubjectScale, AStreamBeginsWithItsSize) {
   EXPECT_GT(waited, 0U);
   EXPECT_LT(waited, 40U);
   written += session.Finish().size();
-  EXPECT_EQ(written, take.detections.frames.size());
+  EXPECT_EQ(written, recording.detections.frames.size());
 }
 
 TEST(SubjectScale, PlacesOfTheWorldAreScaledAlone) {

@@ -65,9 +65,9 @@ Outcome Track(const FaultyScene& scene, ViewBiasUse use, int threads = 1) {
   RunOptions options;
   options.estimators.mode = Mode::kGraph;
   options.estimators.output = OutputKind::kBatch;
-  options.estimators.graph.solver = GraphSolver::kSweeps;
-  options.estimators.graph.pixel_noise_from = NoiseFrom::kTake;
-  options.estimators.graph.process_noise_from = NoiseFrom::kTake;
+  options.estimators.graph.solver = GraphSolver::kBlockTridiagonal;
+  options.estimators.graph.pixel_noise_from = NoiseFrom::kRecording;
+  options.estimators.graph.process_noise_from = NoiseFrom::kRecording;
   options.estimators.graph.view_bias = use;
   options.tracker.life.second_pass = true;
   RunRequest request;

@@ -1,5 +1,5 @@
-// Views of different rates in one take (input.view_frame_rate), from files to
-// tracks.
+// Views of different rates in one recording (input.view_frame_rate), from files
+// to tracks.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -18,8 +18,8 @@ namespace {
 using testing::FaultyScene;
 using testing::FaultySceneOptions;
 
-// Five views of a take of 50 Hz: three are recorded at 25 Hz, the last two at
-// 10 Hz, and the files of each count from zero.
+// Five views of a recording of 50 Hz: three are recorded at 25 Hz, the last two
+// at 10 Hz, and the files of each count from zero.
 FaultyScene TakeAt50Hz() {
   FaultySceneOptions options;
   options.seed = 41;
@@ -51,8 +51,8 @@ std::string WriteFolders(const FaultyScene& scene,
   }
   const std::string path = (folder.path() / "openpose").string();
   MemorySource source(counted);
-  Losses losses;
-  WriteOpenPose(path, {}, &source, &losses);
+  LostFields lost_fields;
+  WriteOpenPose(path, {}, &source, &lost_fields);
   return path;
 }
 
@@ -70,16 +70,17 @@ double ErrorOf(const FaultyScene& scene, const RunOptions& options,
   request.cameras = scene.cameras;
   request.without_cameras = without;
   TrackSequence truth = TruthOf(scene.scene);
-  // Every second frame of the truth is one of the take.
-  TrackSequence of_take = truth;
-  of_take.frames.clear();
+  // Every second frame of the truth is one of the recording.
+  TrackSequence of_recording = truth;
+  of_recording.frames.clear();
   for (size_t k = 0; k < truth.frames.size(); k += 2) {
-    of_take.frames.push_back(truth.frames[k]);
-    of_take.frames.back().frame = static_cast<int64_t>(k / 2);
+    of_recording.frames.push_back(truth.frames[k]);
+    of_recording.frames.back().frame = static_cast<int64_t>(k / 2);
   }
   const DetectionSequence read =
       ReadDetections(path, DetectionOptionsOf(options));
-  return EvaluateMpjpe(of_take, TrackSequenceOf(options, request, read)).raw_m;
+  return EvaluateMpjpe(of_recording, TrackSequenceOf(options, request, read))
+      .raw_m;
 }
 
 TEST(ViewRates, ASlowViewAddsWhatItSaw) {
@@ -94,7 +95,7 @@ TEST(ViewRates, ASlowViewAddsWhatItSaw) {
   // Two more views in two frames of five, some of them 20 ms off the frame:
   // more measurements, less error.
   EXPECT_LT(rated_m, ErrorOf(scene, rated, path, {names[3], names[4]}));
-  // Read at the take's rate the two show other moments.
+  // Read at the recording's rate the two show other moments.
   EXPECT_LT(rated_m, 0.8 * ErrorOf(scene, OptionsAt25HzWith(""), path));
 }
 

@@ -31,7 +31,9 @@ class BoneTest : public testing::SolverProblemTest {
   }
 
   double TrueLength(const Bone& bone) const {
-    return (take_.truth[bone.a][0] - take_.truth[bone.b][0]).head<3>().norm();
+    return (recording_.truth[bone.a][0] - recording_.truth[bone.b][0])
+        .head<3>()
+        .norm();
   }
 };
 
@@ -302,8 +304,8 @@ TEST_F(BoneTest, EstimatorsGainFromBones) {
       options.bones = bones;
       const auto estimator = batch ? MakeBatchEstimator(scene_, options)
                                    : MakeWindowEstimator(scene_, options);
-      const auto finals = testing::Run(estimator.get(), take_.frames);
-      rmse_m[bones] = testing::RootMeanSquare(take_.truth, finals, 100);
+      const auto finals = testing::Run(estimator.get(), recording_.frames);
+      rmse_m[bones] = testing::RootMeanSquare(recording_.truth, finals, 100);
       double sum = 0.0;
       double squares = 0.0;
       double count = 0.0;

@@ -12,7 +12,7 @@ namespace kinegraph {
 namespace {
 
 using testing::SimulatedNoise;
-using testing::SimulatedTake;
+using testing::SimulatedRecording;
 
 SceneModel MakeScene(double frame_rate_hz, bool affine) {
   return testing::SmallScene(affine
@@ -24,10 +24,11 @@ SceneModel MakeScene(double frame_rate_hz, bool affine) {
 // Final poses of the batch over the first `count` frames.
 std::vector<FinalPose> BatchOver(const SceneModel& scene,
                                  const GraphOptions& options,
-                                 const SimulatedTake& take, size_t count) {
+                                 const SimulatedRecording& recording,
+                                 size_t count) {
   const auto batch = MakeBatchEstimator(scene, options);
-  return testing::Run(batch.get(),
-                      {take.frames.begin(), take.frames.begin() + count});
+  return testing::Run(batch.get(), {recording.frames.begin(),
+                                    recording.frames.begin() + count});
 }
 
 GraphOptions LinearOptions() {
@@ -51,24 +52,24 @@ TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
     SimulatedNoise noise;
     noise.missing = 0.3;
     Random random(31);
-    SimulatedTake take =
+    SimulatedRecording recording =
         testing::Simulate(scene, options, testing::WalkingMotion(scene, 40),
                           noise, Eigen::Vector3d::Zero(), &random);
     // A gap in all views, a frame that was dropped, a view that comes late.
-    for (size_t k = 10; k < 16; ++k) take.frames[k].views.clear();
-    take.frames.erase(take.frames.begin() + 25);
-    take.keypoints.erase(take.keypoints.begin() + 25);
-    take.Connect();
+    for (size_t k = 10; k < 16; ++k) recording.frames[k].views.clear();
+    recording.frames.erase(recording.frames.begin() + 25);
+    recording.keypoints.erase(recording.keypoints.begin() + 25);
+    recording.Connect();
 
     const auto window = MakeWindowEstimator(scene, options);
     size_t next = 0;
-    for (size_t k = 0; k < take.frames.size(); ++k) {
-      window->Add(take.frames[k]);
+    for (size_t k = 0; k < recording.frames.size(); ++k) {
+      window->Add(recording.frames[k]);
       const std::vector<FinalPose> batch =
-          BatchOver(scene, options, take, k + 1);
+          BatchOver(scene, options, recording, k + 1);
       // The newest pose.
-      if (!take.frames[k].views.empty()) {
-        ASSERT_EQ(window->LastTime(), take.frames[k].time);
+      if (!recording.frames[k].views.empty()) {
+        ASSERT_EQ(window->LastTime(), recording.frames[k].time);
         for (size_t j = 0; j < 3; ++j) {
           const Joint3d& joint = batch[k].person.joints[j];
           EXPECT_EQ(window->Last()[j].status, joint.status);
@@ -81,7 +82,7 @@ TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
       }
       // What became final now.
       std::vector<FinalPose> finals;
-      window->TakeFinals(&finals);
+      window->ExtractFinals(&finals);
       for (const FinalPose& final : finals) {
         const FinalPose& expected = batch[next++];
         EXPECT_EQ(final.frame, expected.frame);
@@ -106,8 +107,8 @@ TEST(WindowEstimator, EqualsBatchOverTheFramesSoFarInAnAffineWorld) {
     }
     window->Finish();
     std::vector<FinalPose> rest;
-    window->TakeFinals(&rest);
-    EXPECT_EQ(next + rest.size(), take.frames.size());
+    window->ExtractFinals(&rest);
+    EXPECT_EQ(next + rest.size(), recording.frames.size());
   }
 }
 
@@ -119,12 +120,13 @@ TEST(WindowEstimator, RobustWindowStaysCloseToBatch) {
   noise.outliers = 0.1;
   noise.outlier_burst = 5;
   Random random(32);
-  const SimulatedTake take =
+  const SimulatedRecording recording =
       testing::Simulate(scene, options, testing::WalkingMotion(scene, 200),
                         noise, Eigen::Vector3d::Zero(), &random);
   const auto window = MakeWindowEstimator(scene, options);
-  const auto finals = testing::Run(window.get(), take.frames);
-  const auto batch = BatchOver(scene, options, take, take.frames.size());
+  const auto finals = testing::Run(window.get(), recording.frames);
+  const auto batch =
+      BatchOver(scene, options, recording, recording.frames.size());
   ASSERT_EQ(finals.size(), batch.size());
   std::vector<double> distances;
   for (size_t k = 0; k < batch.size(); ++k) {
@@ -145,30 +147,32 @@ TEST(WindowEstimator, LastAndPredictAreCausal) {
   const SceneModel scene = MakeScene(25.0, false);
   GraphOptions options = testing::FixedNoise();
   Random random(33);
-  SimulatedTake take =
+  SimulatedRecording recording =
       testing::Simulate(scene, options, testing::WalkingMotion(scene, 60),
                         SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
-  for (size_t k = 50; k < 60; ++k) take.frames[k].views.clear();
+  for (size_t k = 50; k < 60; ++k) recording.frames[k].views.clear();
   const auto window = MakeWindowEstimator(scene, options);
   EXPECT_TRUE(window->Last().empty());
   for (size_t k = 0; k < 60; ++k) {
-    window->Add(take.frames[k]);
+    window->Add(recording.frames[k]);
     const size_t seen = std::min<size_t>(k, 49);
-    EXPECT_EQ(window->LastTime(), take.frames[seen].time);
+    EXPECT_EQ(window->LastTime(), recording.frames[seen].time);
     if (k < 10) continue;
     for (size_t j = 0; j < 3; ++j) {
       // 24 mm a view and axis, five views, and time: well below 5 cm.
       EXPECT_LT(
-          (window->Last()[j].position_m - take.truth[j][seen].head<3>()).norm(),
+          (window->Last()[j].position_m - recording.truth[j][seen].head<3>())
+              .norm(),
           0.08);
     }
   }
   Pose3d pose;
-  window->Predict(take.frames[52].time, &pose);
+  window->Predict(recording.frames[52].time, &pose);
   for (size_t j = 0; j < 3; ++j) {
     EXPECT_EQ(pose[j].status, JointStatus::kInferred);
     // Three frames ahead: the velocity is known to about 0.5 m/s.
-    EXPECT_LT((pose[j].position_m - take.truth[j][52].head<3>()).norm(), 0.2);
+    EXPECT_LT((pose[j].position_m - recording.truth[j][52].head<3>()).norm(),
+              0.2);
   }
 }
 
@@ -176,22 +180,22 @@ TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
   const SceneModel scene = MakeScene(25.0, false);
   GraphOptions options = testing::FixedNoise();
   Random random(34);
-  SimulatedTake take =
+  SimulatedRecording recording =
       testing::Simulate(scene, options, testing::WalkingMotion(scene, 60),
                         SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
   for (size_t k = 0; k < 60; ++k) {
     for (size_t c = 0; c < 5; ++c) {
-      take.keypoints[k][c][0].found = false;              // never
-      if (c > 0) take.keypoints[k][c][1].found = false;   // one view only
-      if (k < 30) take.keypoints[k][c][2].found = false;  // late
+      recording.keypoints[k][c][0].found = false;              // never
+      if (c > 0) recording.keypoints[k][c][1].found = false;   // one view only
+      if (k < 30) recording.keypoints[k][c][2].found = false;  // late
     }
-    take.frames[k].initial[0].status = JointStatus::kMissing;
-    take.frames[k].initial[1].status = JointStatus::kMissing;
-    if (k < 30) take.frames[k].initial[2].status = JointStatus::kMissing;
+    recording.frames[k].initial[0].status = JointStatus::kMissing;
+    recording.frames[k].initial[1].status = JointStatus::kMissing;
+    if (k < 30) recording.frames[k].initial[2].status = JointStatus::kMissing;
   }
-  take.Connect();
+  recording.Connect();
   const auto window = MakeWindowEstimator(scene, options);
-  const auto finals = testing::Run(window.get(), take.frames);
+  const auto finals = testing::Run(window.get(), recording.frames);
   ASSERT_EQ(finals.size(), 60u);
   for (size_t k = 0; k < 60; ++k) {
     EXPECT_EQ(finals[k].person.joints[0].status, JointStatus::kMissing);
@@ -202,10 +206,10 @@ TEST(WindowEstimator, JointsThatAreNeverSeenAreMissing) {
   // Within the lag before it was first seen the window knows it already.
   EXPECT_EQ(finals[25].person.joints[2].status, JointStatus::kInferred);
   EXPECT_EQ(finals[45].person.joints[2].status, JointStatus::kObserved);
-  EXPECT_LT(
-      (finals[45].person.joints[2].position_m - take.truth[2][45].head<3>())
-          .norm(),
-      0.08);
+  EXPECT_LT((finals[45].person.joints[2].position_m -
+             recording.truth[2][45].head<3>())
+                .norm(),
+            0.08);
 }
 
 // Frames that come faster than motion changes wait for each other, and none for
@@ -214,32 +218,32 @@ TEST(WindowEstimator, FastFramesShareASolve) {
   constexpr size_t kFrames = 240;
   const SceneModel scene = MakeScene(240.0, false);
   GraphOptions options;
-  options.solver = GraphSolver::kSweeps;
+  options.solver = GraphSolver::kBlockTridiagonal;
   options.lag_s = 0.1;
   options.ledger = std::make_shared<SolveLedger>();
   Random random(36);
-  const SimulatedTake take =
+  const SimulatedRecording recording =
       testing::Simulate(scene, options, testing::WalkingMotion(scene, kFrames),
                         SimulatedNoise(), Eigen::Vector3d::Zero(), &random);
   const auto window = MakeWindowEstimator(scene, options);
   std::vector<FinalPose> finals;
-  for (const EstimatorFrame& frame : take.frames) {
+  for (const EstimatorFrame& frame : recording.frames) {
     window->Add(frame);
-    window->TakeFinals(&finals);
+    window->ExtractFinals(&finals);
     const size_t oldest = finals.size();
-    ASSERT_LT(oldest, take.frames.size());
-    EXPECT_LT(ToSeconds(frame.time - take.frames[oldest].time),
+    ASSERT_LT(oldest, recording.frames.size());
+    EXPECT_LT(ToSeconds(frame.time - recording.frames[oldest].time),
               options.lag_s - 5e-4);
     EXPECT_LE(ToSeconds(frame.time - window->LastTime()), 3.1 / 240.0);
   }
   window->Finish();
-  window->TakeFinals(&finals);
+  window->ExtractFinals(&finals);
   ASSERT_EQ(finals.size(), kFrames);
   // The first frame, every fourth after it, and the last ones.
   EXPECT_EQ(options.ledger->Total().solves, 3 * 61);
   // Within the second it costs nothing in accuracy: fused views of detectors
   // that are off by 15 mm.
-  EXPECT_LT(testing::RootMeanSquare(take.truth, finals, 24), 0.015);
+  EXPECT_LT(testing::RootMeanSquare(recording.truth, finals, 24), 0.015);
 }
 
 TEST(WindowEstimator, SameInputSameBits) {
@@ -248,13 +252,13 @@ TEST(WindowEstimator, SameInputSameBits) {
   SimulatedNoise noise;
   noise.outliers = 0.1;
   Random random(35);
-  const SimulatedTake take =
+  const SimulatedRecording recording =
       testing::Simulate(scene, options, testing::WalkingMotion(scene, 50),
                         noise, Eigen::Vector3d::Zero(), &random);
   const auto first = MakeWindowEstimator(scene, options);
   const auto second = MakeWindowEstimator(scene, options);
-  const auto a = testing::Run(first.get(), take.frames);
-  const auto b = testing::Run(second.get(), take.frames);
+  const auto a = testing::Run(first.get(), recording.frames);
+  const auto b = testing::Run(second.get(), recording.frames);
   for (size_t k = 0; k < a.size(); ++k) {
     for (size_t j = 0; j < 3; ++j) {
       EXPECT_EQ(a[k].person.joints[j].position_m,

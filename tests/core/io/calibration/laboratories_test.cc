@@ -434,18 +434,19 @@ TEST(SessionFolder, OldCaliscopesIsItsConfig) {
 // The session's cameras and board are read from its folder as from its files.
 TEST(SessionFolder, SamplesOfOthersAreRead) {
   KINEGRAPH_DATA_OR_SKIP(found, "takes");
-  const std::filesystem::path takes = found;
+  const std::filesystem::path recordings = found;
   for (const char* name :
        {"caliscope_human/config.toml", "caliscope_board/camera_array.toml"}) {
-    const CameraRig file = ReadCameras((takes / name).string());
-    const CameraRig folder = ReadCameras((takes / name).parent_path().string());
+    const CameraRig file = ReadCameras((recordings / name).string());
+    const CameraRig folder =
+        ReadCameras((recordings / name).parent_path().string());
     ASSERT_EQ(file.size(), 4u);
     ASSERT_EQ(folder.size(), 4u);
     EXPECT_EQ(Compare(file, folder).px, 0.0);
     EXPECT_EQ(folder[3].name(), "cam_3");
   }
   const CameraRig mouse =
-      ReadCameras((takes / "mouse_sleap/minimal_session").string());
+      ReadCameras((recordings / "mouse_sleap/minimal_session").string());
   ASSERT_EQ(mouse.size(), 4u);
   EXPECT_NEAR(mouse[0].t().z(), -0.122279, 1e-6) << "millimetres";
 }
@@ -522,9 +523,9 @@ TEST(FisheyeCalibration, IsWrittenWhereAFormatCanSayIt) {
     if (format.write == nullptr) continue;
     const TemporaryFolder folder;
     const std::string path = folder.path() / "result";
-    Losses losses;
+    LostFields lost_fields;
     try {
-      WriteCalibration(path, format.name, cameras, &losses);
+      WriteCalibration(path, format.name, cameras, &lost_fields);
     } catch (const InputError& error) {
       EXPECT_THAT(error.what(), HasSubstr("camera 'a'")) << format.name;
       EXPECT_FALSE(std::filesystem::exists(path)) << format.name;

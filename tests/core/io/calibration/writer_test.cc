@@ -135,8 +135,8 @@ TEST_P(RoundTrip, ReadsBack) {
   if (format.format == "opencv") SortByFileName(&cameras);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
-  Losses losses;
-  WriteCalibration(path, format.format, cameras, &losses);
+  LostFields lost_fields;
+  WriteCalibration(path, format.format, cameras, &lost_fields);
   for (const std::string& read : {std::string("auto"), format.format}) {
     CameraReadOptions options;
     options.format = read;
@@ -153,7 +153,7 @@ TEST_P(RoundTrip, ReadsBack) {
                 format.keeps_size || is_longcw ? cameras[c].height_px() : 0);
     }
   }
-  EXPECT_EQ(losses.empty(), format.keeps_size) << "what is lost is said";
+  EXPECT_EQ(lost_fields.empty(), format.keeps_size) << "what is lost is said";
   EXPECT_EQ(ListFolder(folder.path().string()).size(), 1u)
       << "nothing is left beside the result";
 }
@@ -182,21 +182,22 @@ TEST(CalibrationWriter, KeepsSpecialRotations) {
     cameras.emplace_back(parameters);
   }
   const TemporaryFolder folder;
-  Losses losses;
+  LostFields lost_fields;
   for (const char* format : {"pose2sim", "easymocap"}) {
-    const std::string path = folder.path() / std::to_string(losses.size());
-    WriteCalibration(path, format, cameras, &losses);
+    const std::string path = folder.path() / std::to_string(lost_fields.size());
+    WriteCalibration(path, format, cameras, &lost_fields);
     ExpectSameCameras(cameras, ReadCameras(path), kRotated);
   }
-  EXPECT_EQ(losses.size(), 2u) << "no image size is known";
+  EXPECT_EQ(lost_fields.size(), 2u) << "no image size is known";
 }
 
 TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
   const auto error_of = [&](const std::string& format, const CameraRig& rig) {
-    Losses losses;
-    return InputErrorOf([&] { WriteCalibration(path, format, rig, &losses); });
+    LostFields lost_fields;
+    return InputErrorOf(
+        [&] { WriteCalibration(path, format, rig, &lost_fields); });
   };
   EXPECT_THAT(error_of("tum", RigWith(WithLens::kYes)),
               HasSubstr("camera 'cam-11': has a lens"));
@@ -230,10 +231,10 @@ TEST(CalibrationWriter, RefusesWhatCannotBeSaid) {
 TEST(CalibrationWriter, NeverReplacesAFolderWithFiles) {
   const TemporaryFolder folder;
   folder.Write("mine.txt", "keep");
-  Losses losses;
+  LostFields lost_fields;
   EXPECT_THAT(InputErrorOf([&] {
                 WriteCalibration(folder.path().string(), "tum",
-                                 RigWith(WithLens::kNo), &losses);
+                                 RigWith(WithLens::kNo), &lost_fields);
               }),
               HasSubstr("is there already"));
   EXPECT_THAT(ListFolder(folder.path().string()), ElementsAre("mine.txt"));
@@ -246,8 +247,8 @@ TEST(CalibrationWriter, TomlHasDecimalsAndEscapes) {
   parameters.K << 1000, 0, 500, 0, 1000, 400, 0, 0, 1;
   const TemporaryFolder folder;
   const std::string path = folder.path() / "calib.toml";
-  Losses losses;
-  WriteCalibration(path, "pose2sim", {Camera(parameters)}, &losses);
+  LostFields lost_fields;
+  WriteCalibration(path, "pose2sim", {Camera(parameters)}, &lost_fields);
   EXPECT_THAT(ReadTextFile(path),
               HasSubstr("matrix = [[1000.0, 0.0, 500.0], [0.0, 1000.0, 400.0], "
                         "[0.0, 0.0, 1.0]]"));
@@ -272,8 +273,8 @@ TEST(CalibrationWriter, ShelfThroughEveryFormat) {
   const TemporaryFolder folder;
   for (const std::string& format : WritableFormats()) {
     const std::string result = folder.path() / format;
-    Losses losses;
-    WriteCalibration(result, format, shelf, &losses);
+    LostFields lost_fields;
+    WriteCalibration(result, format, shelf, &lost_fields);
     const CameraRig again = ReadCameras(result, SizeOf(format, shelf));
     ExpectSameCameras(shelf, again, kDecomposed);
     const Eigen::Vector3d point(0.3, -0.4, 1.2);
@@ -296,8 +297,8 @@ TEST(CalibrationWriter, PanopticThroughEveryFormatWithLens) {
       continue;
     }
     const std::string result = folder.path() / format;
-    Losses losses;
-    WriteCalibration(result, format, panoptic, &losses);
+    LostFields lost_fields;
+    WriteCalibration(result, format, panoptic, &lost_fields);
     // The file rounds R to ten digits, so that it is a rotation only to 1e-10;
     // a rotation vector gives the one beside it.
     constexpr double kRoundedFile = 1e-9;
@@ -315,8 +316,8 @@ TEST(CalibrationFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
     if (written.write == nullptr) continue;
     const TemporaryFolder folder;
     const std::string path = folder.path() / "result";
-    Losses losses;
-    written.write(path, cameras, &losses);
+    LostFields lost_fields;
+    written.write(path, cameras, &lost_fields);
     const CalibrationHead head = LookAtCalibration(path);
     for (const CalibrationFormat& format : CalibrationFormats()) {
       EXPECT_EQ(format.recognise(head), &format == &written)

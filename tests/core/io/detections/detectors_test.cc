@@ -41,12 +41,12 @@ std::string Instance(int count) {
          Points(count) + ", \"keypoint_scores\": " + Scores(count) + "}";
 }
 
-void ExpectHalpe(const DetectionSequence& take, int64_t frame) {
-  EXPECT_TRUE(take.header.skeleton == Halpe26());
-  ASSERT_EQ(take.frames.size(), 1u);
-  EXPECT_EQ(take.frames[0].frame, frame);
-  ASSERT_EQ(take.frames[0].views[0].detections.size(), 1u);
-  const auto& joints = take.frames[0].views[0].detections[0].joints;
+void ExpectHalpe(const DetectionSequence& recording, int64_t frame) {
+  EXPECT_TRUE(recording.header.skeleton == Halpe26());
+  ASSERT_EQ(recording.frames.size(), 1u);
+  EXPECT_EQ(recording.frames[0].frame, frame);
+  ASSERT_EQ(recording.frames[0].views[0].detections.size(), 1u);
+  const auto& joints = recording.frames[0].views[0].detections[0].joints;
   ASSERT_EQ(joints.size(), 26u);
   EXPECT_FALSE(joints[0].found) << "score 0";
   EXPECT_EQ(joints[25].px, Eigen::Vector2d(125, 50.5));
@@ -122,15 +122,15 @@ TEST(DetectorFiles, AlphaPoseNamesImagesAndHas26Joints) {
   const TemporaryFolder folder;
   std::string numbers = "1, 2, 0.5";
   for (int i = 1; i < 26; ++i) numbers += ", 3, 4, 0.5";
-  const DetectionSequence take = ReadDetections(
+  const DetectionSequence recording = ReadDetections(
       folder.Write("cam1.json",
                    "[{\"image_id\": \"frame_000031.jpg\", \"category_id\": 1, "
                    "\"keypoints\": [" +
                        numbers +
                        "], \"score\": 2.1, \"box\": [1, 2, 3, 4], \"idx\": "
                        "0}]"));
-  EXPECT_TRUE(take.header.skeleton == Halpe26());
-  EXPECT_EQ(take.frames[0].frame, 31);
+  EXPECT_TRUE(recording.header.skeleton == Halpe26());
+  EXPECT_EQ(recording.frames[0].frame, 31);
 }
 
 constexpr const char* kDeepLabCut =
@@ -142,12 +142,12 @@ constexpr const char* kDeepLabCut =
 
 TEST(DetectorFiles, DeepLabCutOfOne) {
   const TemporaryFolder folder;
-  const DetectionSequence take =
+  const DetectionSequence recording =
       ReadDetections(folder.Write("cam1.csv", kDeepLabCut));
-  EXPECT_EQ(take.header.skeleton.joints(),
+  EXPECT_EQ(recording.header.skeleton.joints(),
             (std::vector<std::string>{"l_hip", "tail"}));
-  ASSERT_EQ(take.frames.size(), 2u);
-  const auto& joints = take.frames[1].views[0].detections.at(0).joints;
+  ASSERT_EQ(recording.frames.size(), 2u);
+  const auto& joints = recording.frames[1].views[0].detections.at(0).joints;
   EXPECT_EQ(joints[0].px, Eigen::Vector2d(11.5, 21));
   EXPECT_EQ(joints[0].confidence, 0.9);
   EXPECT_FALSE(joints[1].found);
@@ -168,16 +168,17 @@ TEST(DetectorFiles, ViewsHaveTheSameJoints) {
 
 TEST(DetectorFiles, DeepLabCutOfSeveralAndLabelledImages) {
   const TemporaryFolder folder;
-  const DetectionSequence take = ReadDetections(folder.Write(
+  const DetectionSequence recording = ReadDetections(folder.Write(
       "cam1.csv",
       "scorer,,,me,me,me,me\nindividuals,,,a,a,b,b\nbodyparts,,,nose,nose,nose,"
       "nose\ncoords,,,x,y,x,y\nlabeled-data,cam1,img0012.png,1,2,3,4\n"));
-  ASSERT_EQ(take.frames.size(), 1u);
-  EXPECT_EQ(take.frames[0].frame, 12);
-  ASSERT_EQ(take.frames[0].views[0].detections.size(), 2u);
-  EXPECT_EQ(take.frames[0].views[0].detections[1].joints[0].px,
+  ASSERT_EQ(recording.frames.size(), 1u);
+  EXPECT_EQ(recording.frames[0].frame, 12);
+  ASSERT_EQ(recording.frames[0].views[0].detections.size(), 2u);
+  EXPECT_EQ(recording.frames[0].views[0].detections[1].joints[0].px,
             Eigen::Vector2d(3, 4));
-  EXPECT_EQ(take.frames[0].views[0].detections[1].joints[0].confidence, 1.0);
+  EXPECT_EQ(recording.frames[0].views[0].detections[1].joints[0].confidence,
+            1.0);
 }
 
 TEST(DetectorFiles, DeepLabCutSaysWhatIsWrong) {
@@ -250,12 +251,12 @@ TEST(DetectorFiles, MediaPipeTablesInPixelsAlone) {
   const std::string header =
       "frame,left_hip_x,left_hip_y,left_hip_visibility,right_hip_x,right_hip_y,"
       "right_hip_visibility\n";
-  const DetectionSequence take = ReadDetections(
+  const DetectionSequence recording = ReadDetections(
       folder.Write("cam1.csv", header + "3,100,200,0.5,300,nan,0.5\n"));
-  EXPECT_EQ(take.header.skeleton.joints(),
+  EXPECT_EQ(recording.header.skeleton.joints(),
             (std::vector<std::string>{"l_hip", "r_hip"}));
-  EXPECT_EQ(take.frames.at(0).frame, 3);
-  const auto& joints = take.frames[0].views[0].detections.at(0).joints;
+  EXPECT_EQ(recording.frames.at(0).frame, 3);
+  const auto& joints = recording.frames[0].views[0].detections.at(0).joints;
   EXPECT_EQ(joints[0].px, Eigen::Vector2d(100, 200));
   EXPECT_FALSE(joints[1].found);
   EXPECT_THAT(InputErrorOf([&] {
@@ -390,8 +391,9 @@ TEST(DetectorFiles, JointsAtZeroAreMissingInEveryFormat) {
     SCOPED_TRACE(path);
     DetectionReadOptions options;
     const auto first_two = [&] {
-      const DetectionSequence take = ReadDetections(path, options);
-      const auto& joints = take.frames.at(0).views[0].detections.at(0).joints;
+      const DetectionSequence recording = ReadDetections(path, options);
+      const auto& joints =
+          recording.frames.at(0).views[0].detections.at(0).joints;
       return std::pair(joints.at(0).found, joints.at(1).found);
     };
     EXPECT_EQ(first_two(), std::pair(false, true));
@@ -400,9 +402,9 @@ TEST(DetectorFiles, JointsAtZeroAreMissingInEveryFormat) {
   }
 }
 
-// A take of two views, `count` frames each, as our own detections.
-std::string TakeOf(int count, const std::string& first_view,
-                   const std::string& second_view) {
+// A recording of two views, `count` frames each, as our own detections.
+std::string RecordingOf(int count, const std::string& first_view,
+                        const std::string& second_view) {
   std::string text =
       R"({"kinegraph_detections": 1, "skeleton": {"name": "two", "joints": )"
       R"(["a", "b"], "bones": []}, "views": ["cam1", "cam2"]})"
@@ -420,7 +422,7 @@ TEST(DetectorFiles, SharesOfTheImageAreNoPixels) {
   const auto error_of = [&](int count, const std::string& first_view,
                             const std::string& second_view) {
     const std::string path =
-        folder.Write("take.jsonl", TakeOf(count, first_view, second_view));
+        folder.Write("take.jsonl", RecordingOf(count, first_view, second_view));
     return InputErrorOf([&] { ReadDetections(path); });
   };
   const std::string shares = "[[0.5, 0.25, 1], [0.75, 0.5, 1]]";
@@ -439,18 +441,19 @@ TEST(DetectorFiles, SharesOfTheImageAreNoPixels) {
                         "and y 1e+05 .. 1e+06, where no image reaches"));
   // Neither one person in the corner of a view, nor joints at a place that
   // stands for none.
-  std::string odd = TakeOf(20, pixels, pixels);
+  std::string odd = RecordingOf(20, pixels, pixels);
   odd.replace(odd.find(pixels), pixels.size(), shares);
-  for (const std::string& take :
-       {odd, TakeOf(20, pixels, pixels), TakeOf(20, nobody, nobody),
-        TakeOf(20, "[[-1, -1, 0.1], [-1, -1, 0.1]]", pixels),
-        TakeOf(1, pixels, shares)}) {
-    const std::string path = folder.Write("sound.jsonl", take);
+  for (const std::string& recording :
+       {odd, RecordingOf(20, pixels, pixels), RecordingOf(20, nobody, nobody),
+        RecordingOf(20, "[[-1, -1, 0.1], [-1, -1, 0.1]]", pixels),
+        RecordingOf(1, pixels, shares)}) {
+    const std::string path = folder.Write("sound.jsonl", recording);
     EXPECT_GT(ReadDetections(path).frames.size(), 0u);
   }
 }
 
-// SLEAP's names move behind the numbers of a take of more than two seconds.
+// SLEAP's names move behind the numbers of a recording of more than two
+// seconds.
 TEST(DetectorFiles, SleapsFileIsAskedForItsNames) {
   const TemporaryFolder folder;
   testing::SleapFile content;

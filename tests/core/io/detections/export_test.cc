@@ -44,15 +44,15 @@ class SequenceSource final : public DetectionSource {
 
 using Writer =
     std::function<void(const std::string&, const DetectionWriteOptions&,
-                       DetectionSource*, Losses*)>;
+                       DetectionSource*, LostFields*)>;
 
-Losses Write(const Writer& writer, const std::string& path,
-             const DetectionSequence& sequence,
-             const DetectionWriteOptions& options = {}) {
+LostFields Write(const Writer& writer, const std::string& path,
+                 const DetectionSequence& sequence,
+                 const DetectionWriteOptions& options = {}) {
   SequenceSource source(sequence);
-  Losses losses;
-  writer(path, options, &source, &losses);
-  return losses;
+  LostFields lost_fields;
+  writer(path, options, &source, &lost_fields);
+  return lost_fields;
 }
 
 DetectionSequence RandomSequence(const Skeleton& skeleton) {
@@ -153,8 +153,9 @@ DetectionSequence Timed(DetectionSequence sequence) {
   return sequence;
 }
 
-Losses WriteLongcw(const std::string& path, const DetectionSequence& sequence,
-                   ImageSize size = {640, 480}) {
+LostFields WriteLongcw(const std::string& path,
+                       const DetectionSequence& sequence,
+                       ImageSize size = {640, 480}) {
   return Write(WriteLongcwDetections, path, sequence, {size});
 }
 
@@ -204,15 +205,16 @@ TEST(DetectionExport, CocoScoreAndBoxAreThoseOfTheJointsFound) {
   sequence.frames.push_back(frame);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
-  const Losses losses = Write(WriteCocoResults, path, sequence);
+  const LostFields lost_fields = Write(WriteCocoResults, path, sequence);
   EXPECT_EQ(ReadTextFile(path + "/v.json"),
             "[\n{\"image_id\": 5, \"category_id\": 1, \"keypoints\": [10, "
             "40.5, 0.5, 0, 0, 0, -2, 50, 1], \"score\": 0.75, \"bbox\": [-2, "
             "40.5, 12, 9.5]}\n]\n");
-  EXPECT_THAT(losses, Contains(HasSubstr("1 frames without any detection")));
-  EXPECT_THAT(losses, Contains(HasSubstr("the skeleton 'three'")));
-  EXPECT_THAT(losses, Contains(HasSubstr("frame rate is not kept")));
-  EXPECT_EQ(losses.size(), 3u) << "the times follow from the frames";
+  EXPECT_THAT(lost_fields,
+              Contains(HasSubstr("1 frames without any detection")));
+  EXPECT_THAT(lost_fields, Contains(HasSubstr("the skeleton 'three'")));
+  EXPECT_THAT(lost_fields, Contains(HasSubstr("frame rate is not kept")));
+  EXPECT_EQ(lost_fields.size(), 3u) << "the times follow from the frames";
 }
 
 TEST(DetectionExport, SaysWhatIsLost) {
@@ -222,12 +224,14 @@ TEST(DetectionExport, SaysWhatIsLost) {
   sequence.frames[0].views[0].detections[0].joints[0] = {{1, 2}, 0.0, true};
   const TemporaryFolder folder;
   sequence.frames[3].views[0].detections[0].index_in_file = 100;
-  const Losses losses = Write(WriteOpenPose, folder.path() / "a", sequence);
-  EXPECT_THAT(losses, Contains(HasSubstr("times other than")));
-  EXPECT_THAT(losses, Contains(HasSubstr("the skeleton 'body25b'")));
-  EXPECT_THAT(losses, Contains(HasSubstr("1 joints with confidence 0")));
-  EXPECT_THAT(losses, Contains(HasSubstr("order of their names")));
-  EXPECT_THAT(losses, Contains(HasSubstr("1 detections get another index")));
+  const LostFields lost_fields =
+      Write(WriteOpenPose, folder.path() / "a", sequence);
+  EXPECT_THAT(lost_fields, Contains(HasSubstr("times other than")));
+  EXPECT_THAT(lost_fields, Contains(HasSubstr("the skeleton 'body25b'")));
+  EXPECT_THAT(lost_fields, Contains(HasSubstr("1 joints with confidence 0")));
+  EXPECT_THAT(lost_fields, Contains(HasSubstr("order of their names")));
+  EXPECT_THAT(lost_fields,
+              Contains(HasSubstr("1 detections get another index")));
 }
 
 // Every format that is both written and read keeps what it can say, for each

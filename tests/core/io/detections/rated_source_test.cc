@@ -57,9 +57,11 @@ DetectionReadOptions Rates(const std::map<std::string, double>& rates_hz) {
 
 std::vector<DetectionFrame> Read(int64_t count_a, int64_t count_b,
                                  const std::map<std::string, double>& rates_hz,
-                                 double take_hz = 25.0) {
+                                 double recording_hz = 25.0) {
   const auto source = OpenRated(
-      [=] { return std::make_unique<Counting>(count_a, count_b, take_hz); },
+      [=] {
+        return std::make_unique<Counting>(count_a, count_b, recording_hz);
+      },
       Rates(rates_hz));
   std::vector<DetectionFrame> frames;
   DetectionFrame frame;
@@ -97,7 +99,7 @@ TEST(RatedSource, LimitsHold) {
 }
 
 TEST(RatedSource, ASlowViewLeavesFramesOut) {
-  // 10 Hz at 25 Hz: its frames are 2.5 of the take's apart.
+  // 10 Hz at 25 Hz: its frames are 2.5 of the recording's apart.
   const std::vector<DetectionFrame> frames = Read(10, 4, {{"b", 10.0}});
   ASSERT_EQ(frames.size(), 10u);
   std::vector<int> found;
@@ -107,7 +109,7 @@ TEST(RatedSource, ASlowViewLeavesFramesOut) {
     found.push_back(view.detections[0].index_in_file);
     EXPECT_EQ(view.capture_time,
               FrameClock(10.0).TimeOf(view.detections[0].index_in_file));
-    // Half a frame of the take at most.
+    // Half a frame of the recording at most.
     EXPECT_LE(std::abs(view.capture_time - frame.time), FromSeconds(0.02));
   }
   EXPECT_EQ(found, (std::vector<int>{0, 1, 2, 3}));
@@ -155,7 +157,8 @@ TEST(RatedSource, EmptyFramesStay) {
   EXPECT_EQ(numbers, (std::vector<int64_t>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
-// Numbers that only the files of another rate have are no frames of the take.
+// Numbers that only the files of another rate have are no frames of the
+// recording.
 TEST(RatedSource, NumbersBeforeTheFirstFrameAreNone) {
   class Late final : public DetectionSource {  // 25 Hz from frame 4 on
    public:
@@ -171,7 +174,7 @@ TEST(RatedSource, NumbersBeforeTheFirstFrameAreNone) {
    private:
     Counting all_;
   };
-  // Files of b count at 50 Hz: its 8 is the take's 4.
+  // Files of b count at 50 Hz: its 8 is the recording's 4.
   const auto source =
       OpenRated([] { return std::make_unique<Late>(); }, Rates({{"b", 50.0}}));
   std::vector<int64_t> numbers;

@@ -32,13 +32,13 @@ constexpr const char* kOld =
 
 TEST(CaliscopeDetections, OldTablesAreRead) {
   const TemporaryFolder folder;
-  const DetectionSequence take =
+  const DetectionSequence recording =
       ReadDetections(folder.Write("xy_HOLISTIC.csv", kOld));
-  EXPECT_THAT(take.header.view_names, ElementsAre("cam_0", "cam_1"));
-  EXPECT_EQ(take.header.skeleton.name(), MediaPipe33().name());
-  EXPECT_EQ(take.header.frame_rate_hz, 20.0);
-  ASSERT_EQ(take.frames.size(), 3u);
-  const DetectionFrame& first = take.frames[0];
+  EXPECT_THAT(recording.header.view_names, ElementsAre("cam_0", "cam_1"));
+  EXPECT_EQ(recording.header.skeleton.name(), MediaPipe33().name());
+  EXPECT_EQ(recording.header.frame_rate_hz, 20.0);
+  ASSERT_EQ(recording.frames.size(), 3u);
+  const DetectionFrame& first = recording.frames[0];
   EXPECT_EQ(first.frame, 6);
   ASSERT_EQ(first.views[0].detections.size(), 1u);
   const auto& joints = first.views[0].detections[0].joints;
@@ -49,7 +49,7 @@ TEST(CaliscopeDetections, OldTablesAreRead) {
   EXPECT_NEAR(static_cast<double>(first.views[1].capture_time -
                                   first.views[0].capture_time),
               4e6, 1.0);
-  EXPECT_TRUE(take.frames[1].views[1].detections.empty());
+  EXPECT_TRUE(recording.frames[1].views[1].detections.empty());
   EXPECT_EQ(CountFound(first.views[1].detections[0]), 1) << "a hand's is left";
 }
 
@@ -64,22 +64,23 @@ TEST(CaliscopeDetections, NewTablesHaveTheirTimesBeside) {
   folder.Write("timestamps.csv",
                "sync_index,cam_id,frame_index,frame_time\n35,2,0,25.0\n"
                "36,2,1,25.1\n35,3,0,25.0\n");
-  const DetectionSequence take = ReadDetections(path);
-  EXPECT_THAT(take.header.view_names, ElementsAre("cam_2"));
-  EXPECT_THAT(take.header.skeleton.joints(), ElementsAre("point_4", "point_7"));
-  EXPECT_EQ(take.header.frame_rate_hz, 10.0);
-  ASSERT_EQ(take.frames.size(), 2u);
-  EXPECT_EQ(take.frames[0].views[0].detections.size(), 2u) << "objects";
+  const DetectionSequence recording = ReadDetections(path);
+  EXPECT_THAT(recording.header.view_names, ElementsAre("cam_2"));
+  EXPECT_THAT(recording.header.skeleton.joints(),
+              ElementsAre("point_4", "point_7"));
+  EXPECT_EQ(recording.header.frame_rate_hz, 10.0);
+  ASSERT_EQ(recording.frames.size(), 2u);
+  EXPECT_EQ(recording.frames[0].views[0].detections.size(), 2u) << "objects";
 }
 
 TEST(CaliscopeDetections, AGivenRateWins) {
   const TemporaryFolder folder;
   DetectionReadOptions options;
   options.frame_rate_hz = 50.0;
-  const DetectionSequence take =
+  const DetectionSequence recording =
       ReadDetections(folder.Write("xy_POSE.csv", kOld), options);
-  EXPECT_EQ(take.header.frame_rate_hz, 50.0);
-  EXPECT_EQ(take.frames[0].time, 120'000'000);
+  EXPECT_EQ(recording.header.frame_rate_hz, 50.0);
+  EXPECT_EQ(recording.frames[0].time, 120'000'000);
 }
 
 TEST(CaliscopeDetections, ASessionIsReadByTheOneTableInIt) {
@@ -133,13 +134,15 @@ TEST(CaliscopeDetections, FaultsAreNamed) {
 }
 
 TEST(CaliscopeDetections, SamplesOfOthersAreRead) {
-  KINEGRAPH_DATA_OR_SKIP(takes, "takes");
-  const DetectionSequence human = ReadDetections(takes + "/caliscope_human");
+  KINEGRAPH_DATA_OR_SKIP(recordings, "takes");
+  const DetectionSequence human =
+      ReadDetections(recordings + "/caliscope_human");
   EXPECT_EQ(human.header.view_names.size(), 4u);
   EXPECT_EQ(human.header.skeleton.name(), MediaPipe33().name());
   EXPECT_NEAR(human.header.frame_rate_hz, 30.0, 0.5);
   EXPECT_EQ(human.frames.size(), 267u);
-  const DetectionSequence board = ReadDetections(takes + "/caliscope_board");
+  const DetectionSequence board =
+      ReadDetections(recordings + "/caliscope_board");
   EXPECT_EQ(board.header.skeleton.joint_count(), 12);
   EXPECT_EQ(board.frames.size(), 57u);
 }
@@ -155,10 +158,10 @@ TEST(SleapSession, IsAFolderACamera) {
     folder.Write("s/" + std::string(camera) + "/other.h5", "no HDF5");
   }
   const std::string path = (folder.path() / "s").string();
-  const DetectionSequence take = ReadDetections(path);
-  EXPECT_THAT(take.header.view_names, ElementsAre("back", "mid", "top"));
-  ASSERT_EQ(take.frames.size(), 3u);
-  EXPECT_EQ(take.frames[0].views[2].detections.size(), 1u);
+  const DetectionSequence recording = ReadDetections(path);
+  EXPECT_THAT(recording.header.view_names, ElementsAre("back", "mid", "top"));
+  ASSERT_EQ(recording.frames.size(), 3u);
+  EXPECT_EQ(recording.frames[0].views[2].detections.size(), 1u);
   folder.Write("s/mid/second.analysis.h5", bytes);
   EXPECT_THAT(InputErrorOf([&] { ReadDetections(path); }),
               HasSubstr("mid: holds 2 analyses"));
@@ -166,11 +169,11 @@ TEST(SleapSession, IsAFolderACamera) {
 
 TEST(SleapSession, ASampleOfOthersIsRead) {
   KINEGRAPH_DATA_OR_SKIP(path, "takes/mouse_sleap/minimal_session");
-  const DetectionSequence take = ReadDetections(path);
-  EXPECT_THAT(take.header.view_names,
+  const DetectionSequence recording = ReadDetections(path);
+  EXPECT_THAT(recording.header.view_names,
               ElementsAre("back", "mid", "side", "top"));
-  EXPECT_EQ(take.frames.size(), 120u);
-  EXPECT_EQ(take.header.skeleton.joint_count(), 15);
+  EXPECT_EQ(recording.frames.size(), 120u);
+  EXPECT_EQ(recording.header.skeleton.joint_count(), 15);
 }
 
 }  // namespace

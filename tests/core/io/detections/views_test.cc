@@ -24,10 +24,12 @@ using ::testing::HasSubstr;
 using testing::InputErrorOf;
 using testing::TemporaryFolder;
 
-const Keypoint& JointOf(const DetectionSequence& take, size_t frame,
+const Keypoint& JointOf(const DetectionSequence& recording, size_t frame,
                         size_t view, size_t person, size_t joint) {
-  return take.frames.at(frame).views.at(view).detections.at(person).joints.at(
-      joint);
+  return recording.frames.at(frame)
+      .views.at(view)
+      .detections.at(person)
+      .joints.at(joint);
 }
 
 // ---- One COCO file of several cameras ----
@@ -51,23 +53,24 @@ TEST(CocoViews, CamerasAndFramesComeFromImages) {
   const TemporaryFolder folder;
   const std::string path = folder.Write("take.json", kCoco);
   EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
-  const DetectionSequence take = ReadDetections(path);
-  EXPECT_EQ(take.header.frame_rate_hz, 50.0);
-  EXPECT_THAT(take.header.view_names, ElementsAre("cam2", "cam10"));
-  EXPECT_THAT(take.header.skeleton.joints(),
+  const DetectionSequence recording = ReadDetections(path);
+  EXPECT_EQ(recording.header.frame_rate_hz, 50.0);
+  EXPECT_THAT(recording.header.view_names, ElementsAre("cam2", "cam10"));
+  EXPECT_THAT(recording.header.skeleton.joints(),
               ElementsAre("nose", "tail", "l_knee"));
-  ASSERT_EQ(take.header.skeleton.bones().size(), 2u);
-  EXPECT_EQ(take.header.skeleton.bones()[1].a, 1);
-  ASSERT_EQ(take.frames.size(), 2u);
-  EXPECT_EQ(take.frames[0].frame, 5);
-  EXPECT_EQ(take.frames[1].frame, 7);
-  EXPECT_TRUE(take.frames[0].views[1].detections.empty()) << "nobody in cam10";
-  EXPECT_EQ(JointOf(take, 0, 0, 0, 0).px, Eigen::Vector2d(10, 20));
-  EXPECT_EQ(JointOf(take, 0, 0, 0, 0).confidence, 1.0) << "flag 2";
-  EXPECT_FALSE(JointOf(take, 0, 0, 0, 1).found) << "flag 0";
-  EXPECT_EQ(JointOf(take, 0, 0, 0, 2).confidence, 1.0) << "flag 1";
-  EXPECT_EQ(JointOf(take, 1, 0, 0, 0).confidence, 0.5) << "scores count";
-  EXPECT_FALSE(JointOf(take, 1, 0, 0, 2).found);
+  ASSERT_EQ(recording.header.skeleton.bones().size(), 2u);
+  EXPECT_EQ(recording.header.skeleton.bones()[1].a, 1);
+  ASSERT_EQ(recording.frames.size(), 2u);
+  EXPECT_EQ(recording.frames[0].frame, 5);
+  EXPECT_EQ(recording.frames[1].frame, 7);
+  EXPECT_TRUE(recording.frames[0].views[1].detections.empty())
+      << "nobody in cam10";
+  EXPECT_EQ(JointOf(recording, 0, 0, 0, 0).px, Eigen::Vector2d(10, 20));
+  EXPECT_EQ(JointOf(recording, 0, 0, 0, 0).confidence, 1.0) << "flag 2";
+  EXPECT_FALSE(JointOf(recording, 0, 0, 0, 1).found) << "flag 0";
+  EXPECT_EQ(JointOf(recording, 0, 0, 0, 2).confidence, 1.0) << "flag 1";
+  EXPECT_EQ(JointOf(recording, 1, 0, 0, 0).confidence, 0.5) << "scores count";
+  EXPECT_FALSE(JointOf(recording, 1, 0, 0, 2).found);
 }
 
 TEST(CocoViews, SaysWhatIsWrong) {
@@ -130,16 +133,16 @@ TEST(FreeMoCap, BodyIsTheFirstPartOfThePoints) {
   EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
   DetectionReadOptions options;
   options.frame_rate_hz = 30.0;
-  const DetectionSequence take = ReadDetections(path, options);
-  EXPECT_TRUE(take.header.skeleton == MediaPipe33());
-  EXPECT_THAT(take.header.view_names, ElementsAre("cam_0", "cam_1"));
-  ASSERT_EQ(take.frames.size(), 3u);
-  EXPECT_FALSE(JointOf(take, 0, 0, 0, 0).found);
-  EXPECT_EQ(JointOf(take, 0, 0, 0, 1).px, Eigen::Vector2d(2, 3));
+  const DetectionSequence recording = ReadDetections(path, options);
+  EXPECT_TRUE(recording.header.skeleton == MediaPipe33());
+  EXPECT_THAT(recording.header.view_names, ElementsAre("cam_0", "cam_1"));
+  ASSERT_EQ(recording.frames.size(), 3u);
+  EXPECT_FALSE(JointOf(recording, 0, 0, 0, 0).found);
+  EXPECT_EQ(JointOf(recording, 0, 0, 0, 1).px, Eigen::Vector2d(2, 3));
   // Camera 1, frame 1, point 32.
   const double x = (1 * 3 + 1) * 150 + 64;
-  EXPECT_EQ(JointOf(take, 1, 1, 0, 32).px, Eigen::Vector2d(x, x + 1));
-  EXPECT_TRUE(take.frames[2].views[1].detections.empty());
+  EXPECT_EQ(JointOf(recording, 1, 1, 0, 32).px, Eigen::Vector2d(x, x + 1));
+  EXPECT_TRUE(recording.frames[2].views[1].detections.empty());
 }
 
 TEST(FreeMoCap, SaysWhatIsWrong) {
@@ -218,20 +221,20 @@ TEST(TwoDetectors, AreFusedJointByJoint) {
                                           "2,100,100,0.9,400,500,0.5\n");
   const std::string path = (folder.path() / "seeds").string();
   EXPECT_EQ(RecogniseKind(path), FileKind::kDetections);
-  const DetectionSequence take = ReadDetections(path);
-  EXPECT_THAT(take.header.view_names, ElementsAre("cam1"));
-  ASSERT_EQ(take.frames.size(), 3u);
-  ASSERT_EQ(take.frames[0].views[0].detections.size(), 1u);
+  const DetectionSequence recording = ReadDetections(path);
+  EXPECT_THAT(recording.header.view_names, ElementsAre("cam1"));
+  ASSERT_EQ(recording.frames.size(), 3u);
+  ASSERT_EQ(recording.frames[0].views[0].detections.size(), 1u);
   // Weighed by confidence: (0.9 * 100 + 0.3 * 104) / 1.2.
-  EXPECT_NEAR(JointOf(take, 0, 0, 0, 0).px.x(), 101.0, 1e-12);
-  EXPECT_NEAR(JointOf(take, 0, 0, 0, 0).confidence, 0.6, 1e-15);
-  EXPECT_NEAR(JointOf(take, 0, 0, 0, 1).px.x(), 405.0, 1e-12);
+  EXPECT_NEAR(JointOf(recording, 0, 0, 0, 0).px.x(), 101.0, 1e-12);
+  EXPECT_NEAR(JointOf(recording, 0, 0, 0, 0).confidence, 0.6, 1e-15);
+  EXPECT_NEAR(JointOf(recording, 0, 0, 0, 1).px.x(), 405.0, 1e-12);
   // 40 px apart: the more confident one, believed by one of two.
-  EXPECT_EQ(JointOf(take, 1, 0, 0, 1).px.x(), 400.0);
-  EXPECT_NEAR(JointOf(take, 1, 0, 0, 1).confidence, 0.4, 1e-15);
+  EXPECT_EQ(JointOf(recording, 1, 0, 0, 1).px.x(), 400.0);
+  EXPECT_NEAR(JointOf(recording, 1, 0, 0, 1).confidence, 0.4, 1e-15);
   // Seen by one.
-  EXPECT_EQ(JointOf(take, 2, 0, 0, 1).px.x(), 400.0);
-  EXPECT_NEAR(JointOf(take, 2, 0, 0, 1).confidence, 0.25, 1e-15);
+  EXPECT_EQ(JointOf(recording, 2, 0, 0, 1).px.x(), 400.0);
+  EXPECT_NEAR(JointOf(recording, 2, 0, 0, 1).confidence, 0.25, 1e-15);
 }
 
 TEST(TwoDetectors, HaveTheSameViews) {

@@ -32,9 +32,9 @@ TEST(CsvRows, SeparatorsAreTold) {
 }
 
 TEST(CsvRows, DecimalCommasWhereNoCommaSeparates) {
-  EXPECT_THAT(RowsOf("x;y\n-12,5e3;one,two\n"),
-              ElementsAre(ElementsAre("x", "y"),
-                          ElementsAre("-12.5e3", "one,two")));
+  EXPECT_THAT(
+      RowsOf("x;y\n-12,5e3;one,two\n"),
+      ElementsAre(ElementsAre("x", "y"), ElementsAre("-12.5e3", "one,two")));
 }
 
 TEST(CsvRows, QuotesHoldAnything) {

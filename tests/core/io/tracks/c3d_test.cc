@@ -725,10 +725,10 @@ TrackSequence NosesAt(const std::vector<Vector3d>& positions_m) {
 TEST_F(TracksC3d, WritesMoreFramesThanAWordCounts) {
   const std::string path = folder_.path() / "long.c3d";
   for (const size_t count : {size_t{65534}, size_t{65535}, size_t{65600}}) {
-    Losses losses;
+    LostFields lost_fields;
     FindTrackFormat("c3d")->write(
         path, NosesAt(std::vector<Vector3d>(count, Vector3d(0.5, 0.25, 1.0))),
-        {{}, {{TrackId(4), "Anna"}}}, &losses);
+        {{}, {{TrackId(4), "Anna"}}}, &lost_fields);
     std::string bytes = ReadTextFile(path);
     EXPECT_EQ(bytes.find("LONG_FRAMES") != std::string::npos, count >= 65535);
     // SUBJECTS:NAMES, and EVENT:SUBJECTS of the first and the last frame.
@@ -753,9 +753,10 @@ TEST_F(TracksC3d, WritesMoreFramesThanAWordCounts) {
 
 TEST_F(TracksC3d, AJointAtTheOriginIsNoMissingPoint) {
   const std::string path = folder_.path() / "origin.c3d";
-  Losses losses;
+  LostFields lost_fields;
   FindTrackFormat("c3d")->write(
-      path, NosesAt({Vector3d::Zero(), Vector3d(0.0, 0.0, 0.5)}), {}, &losses);
+      path, NosesAt({Vector3d::Zero(), Vector3d(0.0, 0.0, 0.5)}), {},
+      &lost_fields);
   const TrackSequence tracks = ReadTracks(path);
   ASSERT_EQ(tracks.frames[0].people.size(), 1u);
   EXPECT_LT(tracks.frames[0].people[0].joints[0].position_m.norm(), 1e-40);

@@ -94,9 +94,10 @@ TEST(TrackExport, CsvHoldsEveryJointBitForBit) {
     const TrackSequence tracks = TracksToExport(with_covariances);
     const TemporaryFolder folder;
     const std::string path = folder.path() / "tracks.csv";
-    Losses losses;
-    WriteTracksCsv(path, tracks, &losses);
-    EXPECT_THAT(losses, Contains("1 frames with nobody in them are not kept"));
+    LostFields lost_fields;
+    WriteTracksCsv(path, tracks, &lost_fields);
+    EXPECT_THAT(lost_fields,
+                Contains("1 frames with nobody in them are not kept"));
     const std::vector<std::string> lines = LinesOf(path);
     EXPECT_EQ(lines[0],
               std::string("frame,time_s,id,joint,x_m,y_m,z_m,status,views") +
@@ -149,8 +150,8 @@ TEST(TrackExport, CsvQuotesJointNames) {
   tracks.frames = {frame};
   const TemporaryFolder folder;
   const std::string path = folder.path() / "tracks.csv";
-  Losses losses;
-  WriteTracksCsv(path, tracks, &losses);
+  LostFields lost_fields;
+  WriteTracksCsv(path, tracks, &lost_fields);
   EXPECT_EQ(ReadTextFile(path),
             "frame,time_s,id,joint,x_m,y_m,z_m,status\n"
             "0,,1,\"a,b\",,,,missing\n0,,1,\"c\"\"d\",,,,missing\n");
@@ -162,10 +163,10 @@ TEST(TrackExport, PosesReadBackBitForBit) {
   const TrackSequence tracks = TracksToExport(true);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "poses.json";
-  Losses losses;
-  WriteTracksPoses(path, tracks, &losses);
-  EXPECT_THAT(losses, Contains("inferred joints read back as observed"));
-  EXPECT_THAT(losses, Contains("covariances are not kept"));
+  LostFields lost_fields;
+  WriteTracksPoses(path, tracks, &lost_fields);
+  EXPECT_THAT(lost_fields, Contains("inferred joints read back as observed"));
+  EXPECT_THAT(lost_fields, Contains("covariances are not kept"));
   TrackReadOptions options;
   options.frame_rate_hz = 25.0;
   const TrackSequence again = ReadTracks(path, options);
@@ -235,9 +236,9 @@ TEST(TrackExport, TrcHoldsEveryMarkerBitForBit) {
   const TrackSequence tracks = TracksToExport(false);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "trc";
-  Losses losses;
-  WriteTracksTrc(path, tracks, AxisMap(), &losses);
-  EXPECT_THAT(losses,
+  LostFields lost_fields;
+  WriteTracksTrc(path, tracks, AxisMap(), &lost_fields);
+  EXPECT_THAT(lost_fields,
               Contains(HasSubstr("1 frames that the input leaves out")));
   EXPECT_THAT(ListFolder(path), ElementsAre("person_2.trc", "person_7.trc"));
   EXPECT_TRUE(testing::OpenSimReads(path));
@@ -285,7 +286,7 @@ TEST(TrackExport, TrcIsLaidOutAsPose2SimsOwn) {
       peer_path, "pose2sim/peer_result/S00_P00_T01_BalancingTrial_0-100.trc");
   const TrcFile peer = ReadTrc(peer_path);
   ExpectSound(peer);
-  // A take of the same size.
+  // A recording of the same size.
   TrackSequence tracks;
   tracks.header.skeleton = Skeleton("peer", peer.markers, {});
   tracks.header.frame_rate_hz = 60.0;
@@ -305,8 +306,8 @@ TEST(TrackExport, TrcIsLaidOutAsPose2SimsOwn) {
     tracks.frames.push_back(frame);
   }
   const TemporaryFolder folder;
-  Losses losses;
-  WriteTracksTrc(folder.path() / "trc", tracks, AxisMap(), &losses);
+  LostFields lost_fields;
+  WriteTracksTrc(folder.path() / "trc", tracks, AxisMap(), &lost_fields);
   const std::string path = folder.path() / "trc/person_0.trc";
   const TrcFile ours = ReadTrc(path);
   ExpectSound(ours);
@@ -338,9 +339,9 @@ TEST(TrackExport, TrcAxesKeepLeftAndRightApart) {
 TEST(TrackExport, TrcRefusesWhatItCannotHold) {
   const TemporaryFolder folder;
   const auto error_of = [&](const TrackSequence& tracks) {
-    Losses losses;
+    LostFields lost_fields;
     return InputErrorOf([&] {
-      WriteTracksTrc(folder.path() / "trc", tracks, AxisMap(), &losses);
+      WriteTracksTrc(folder.path() / "trc", tracks, AxisMap(), &lost_fields);
     });
   };
   TrackSequence tracks = TracksToExport(false);
@@ -383,10 +384,10 @@ TEST(TrackExport, NumpyReadsTheArrays) {
   const TemporaryFolder folder;
   const std::string npz = folder.path() / "tracks.npz";
   const std::string csv = folder.path() / "tracks.csv";
-  Losses losses;
-  WriteTracksNpz(npz, tracks, &losses);
+  LostFields lost_fields;
+  WriteTracksNpz(npz, tracks, &lost_fields);
   // The table holds the same bits (above), so it is what to compare with.
-  WriteTracksCsv(csv, tracks, &losses);
+  WriteTracksCsv(csv, tracks, &lost_fields);
   ExpectPython(folder, R"(
 import csv, zipfile, numpy as np
 npz, table = ')" + npz + "', '" +
@@ -437,8 +438,8 @@ TEST(TrackExport, NumpyReadsOddNamesAndNoPeople) {
   tracks.frames[1].frame = 1;
   const TemporaryFolder folder;
   const std::string npz = folder.path() / "tracks.npz";
-  Losses losses;
-  WriteTracksNpz(npz, tracks, &losses);
+  LostFields lost_fields;
+  WriteTracksNpz(npz, tracks, &lost_fields);
   ExpectPython(folder, R"(
 import numpy as np
 a = np.load(')" + npz + R"(', allow_pickle=False)
@@ -459,8 +460,8 @@ TEST(TrackExport, ShelfThroughPosesAndTrc) {
   const TrackSequence shelf = ReadTracks(path, options);
   const TemporaryFolder folder;
   const std::string poses = folder.path() / "poses.json";
-  Losses losses;
-  WriteTracksPoses(poses, shelf, &losses);
+  LostFields lost_fields;
+  WriteTracksPoses(poses, shelf, &lost_fields);
   const TrackSequence again = ReadTracks(poses, options);
   ASSERT_EQ(shelf.frames.size(), again.frames.size());
   size_t joints = 0;
@@ -478,7 +479,7 @@ TEST(TrackExport, ShelfThroughPosesAndTrc) {
   }
   EXPECT_GT(joints, 10'000u);
   const std::string trc = folder.path() / "trc";
-  WriteTracksTrc(trc, shelf, AxisMap(), &losses);
+  WriteTracksTrc(trc, shelf, AxisMap(), &lost_fields);
   EXPECT_TRUE(testing::OpenSimReads(trc));
   size_t cells = 0;
   for (const std::string& name : ListFolder(trc)) {

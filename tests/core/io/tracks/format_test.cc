@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 using testing::TemporaryFolder;
 
 // One person in ten frames.
-TrackSequence SmallTake() {
+TrackSequence SmallRecording() {
   Random random(1);
   TrackSequence tracks;
   tracks.header.skeleton = Coco17();
@@ -68,8 +68,8 @@ TEST(TrackFormats, EveryResultIsRecognisedByItsOwnFormatAlone) {
     if (written.write == nullptr) continue;
     const TemporaryFolder folder;
     const std::string path = folder.path() / "result";
-    Losses losses;
-    written.write(path, SmallTake(), {}, &losses);
+    LostFields lost_fields;
+    written.write(path, SmallRecording(), {}, &lost_fields);
     const TrackHead head = LookAtTracks(path);
     for (const TrackFormat& format : TrackFormats()) {
       if (format.recognise == nullptr) continue;

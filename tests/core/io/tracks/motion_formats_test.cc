@@ -124,11 +124,11 @@ TEST(TracksBvh, OwnFilesComeBack) {
     tracks.frames.push_back(frame);
   }
   const TemporaryFolder folder;
-  Losses losses;
+  LostFields lost_fields;
   FindTrackFormat("bvh")->write(folder.path() / "bvh", tracks,
-                                {{}, {{TrackId(4), "Anna"}}}, &losses);
-  EXPECT_THAT(losses, ::testing::Contains(HasSubstr(
-                          "joints lie 0.0 mm (RMS) and at most 0.0 mm")));
+                                {{}, {{TrackId(4), "Anna"}}}, &lost_fields);
+  EXPECT_THAT(lost_fields, ::testing::Contains(HasSubstr(
+                               "joints lie 0.0 mm (RMS) and at most 0.0 mm")));
   const std::string path = folder.path() / "bvh";
   EXPECT_EQ(ReadPersonNames(path), (PersonNames{{TrackId(4), "Anna"}}));
   const TrackSequence read = ReadTracks(path);

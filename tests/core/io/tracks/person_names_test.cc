@@ -42,13 +42,13 @@ const PersonNames kNames = {{TrackId(12), "=Anna, \"A\" Ö_2"}};
 TEST(PersonNames, AreKeptInJsonLinesCsvAndNpz) {
   const TemporaryFolder folder;
   const TrackSequence tracks = Tracks();
-  Losses losses;
+  LostFields lost_fields;
   const std::string jsonl = folder.path() / "tracks.jsonl";
   WriteTracks(jsonl, tracks, {false, kNames});
   const std::string csv = folder.path() / "tracks.csv";
-  WriteTracksCsv(csv, tracks, &losses, kNames);
+  WriteTracksCsv(csv, tracks, &lost_fields, kNames);
   const std::string npz = folder.path() / "tracks.npz";
-  WriteTracksNpz(npz, tracks, &losses, kNames);
+  WriteTracksNpz(npz, tracks, &lost_fields, kNames);
   for (const std::string& path : {jsonl, csv, npz}) {
     EXPECT_EQ(ReadPersonNames(path), kNames) << path;
     // Who reads no names reads the tracks all the same.
@@ -62,8 +62,8 @@ TEST(PersonNames, AreKeptInJsonLinesCsvAndNpz) {
 TEST(PersonNames, OfTrcStandInTheFilesNames) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "trc";
-  Losses losses;
-  WriteTracksTrc(path, Tracks(), AxisMap::Parse("x,y,z"), &losses,
+  LostFields lost_fields;
+  WriteTracksTrc(path, Tracks(), AxisMap::Parse("x,y,z"), &lost_fields,
                  {{TrackId(12), "Anna P_7/Ö"}});
   EXPECT_TRUE(testing::OpenSimReads(path));
   EXPECT_EQ(ReadPersonNames(path), (PersonNames{{TrackId(12), "Anna-P-7-Ö"}}));
@@ -77,13 +77,13 @@ TEST(PersonNames, OfTrcStandInTheFilesNames) {
 TEST(PersonNames, FilesWithoutNamesHaveNone) {
   const TemporaryFolder folder;
   const TrackSequence tracks = Tracks();
-  Losses losses;
+  LostFields lost_fields;
   const std::string jsonl = folder.path() / "tracks.jsonl";
   WriteTracks(jsonl, tracks);
   const std::string csv = folder.path() / "tracks.csv";
-  WriteTracksCsv(csv, tracks, &losses);
+  WriteTracksCsv(csv, tracks, &lost_fields);
   const std::string npz = folder.path() / "tracks.npz";
-  WriteTracksNpz(npz, tracks, &losses);
+  WriteTracksNpz(npz, tracks, &lost_fields);
   const std::string text = folder.Write("text.txt", "nothing\n");
   for (const std::string& path : {jsonl, csv, npz, text}) {
     EXPECT_TRUE(ReadPersonNames(path).empty()) << path;

@@ -72,24 +72,24 @@ TrackSequence RandomTracks(const Skeleton& skeleton) {
 }
 
 using Write =
-    std::function<void(const std::string&, const TrackSequence&, Losses*)>;
+    std::function<void(const std::string&, const TrackSequence&, LostFields*)>;
 
 void PlainCsv(const std::string& path, const TrackSequence& tracks,
-              Losses* losses) {
-  WriteTracksCsv(path, tracks, losses);
+              LostFields* lost_fields) {
+  WriteTracksCsv(path, tracks, lost_fields);
 }
 // By the registry's entry.
 template <const char* kName>
 void PlainFormat(const std::string& path, const TrackSequence& tracks,
-                 Losses* losses) {
-  FindTrackFormat(kName)->write(path, tracks, {}, losses);
+                 LostFields* lost_fields) {
+  FindTrackFormat(kName)->write(path, tracks, {}, lost_fields);
 }
 constexpr char kC3d[] = "c3d";
 constexpr char kCoco3d[] = "coco3d";
 
 void PlainNpz(const std::string& path, const TrackSequence& tracks,
-              Losses* losses) {
-  WriteTracksNpz(path, tracks, losses);
+              LostFields* lost_fields) {
+  WriteTracksNpz(path, tracks, lost_fields);
 }
 
 struct Case {
@@ -141,8 +141,8 @@ TEST_P(TrackRoundTrip, ReadsBack) {
   const TrackSequence tracks = RandomTracks(*format.skeleton);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
-  Losses losses;
-  format.write(path, tracks, &losses);
+  LostFields lost_fields;
+  format.write(path, tracks, &lost_fields);
   EXPECT_EQ(ListFolder(folder.path().string()).size(), 1u)
       << "nothing is left beside the result";
   for (const std::string& read : {std::string(), format.format}) {
@@ -172,8 +172,8 @@ TEST_P(TrackRoundTrip, ReadsBack) {
       }
     }
   }
-  const bool loses_status =
-      std::any_of(losses.begin(), losses.end(), [](const std::string& loss) {
+  const bool loses_status = std::any_of(
+      lost_fields.begin(), lost_fields.end(), [](const std::string& loss) {
         return loss.find("inferred joints") != std::string::npos;
       });
   EXPECT_EQ(loses_status, !format.keeps_status) << "what is lost is said";
@@ -187,8 +187,8 @@ TEST_P(TrackRoundTrip, SameTracksSameBytes) {
   for (const char* name : {"a/result", "b/result"}) {
     const fs::path path = folder.path() / name;
     fs::create_directory(path.parent_path());
-    Losses losses;
-    format.write(path, tracks, &losses);
+    LostFields lost_fields;
+    format.write(path, tracks, &lost_fields);
     std::string content;
     if (fs::is_directory(path)) {
       for (const std::string& file : ListFolder(path)) {
@@ -208,8 +208,8 @@ TEST_P(TrackRoundTrip, SpoiltFilesAreRefusedOrRead) {
   const Case& format = GetParam();
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "result";
-  Losses losses;
-  format.write(path, RandomTracks(*format.skeleton), &losses);
+  LostFields lost_fields;
+  format.write(path, RandomTracks(*format.skeleton), &lost_fields);
   fs::path file = path;
   if (fs::is_directory(path)) file = path / ListFolder(path).front();
   const std::string whole = ReadBytes(file);
@@ -242,28 +242,28 @@ TEST_P(TrackRoundTrip, SpoiltFilesAreRefusedOrRead) {
 
 INSTANTIATE_TEST_SUITE_P(
     Formats, TrackRoundTrip,
-    ::testing::Values(Case{"csv", "csv", PlainCsv, &Coco17(), true, false},
-                      Case{"npz", "npz", PlainNpz, &Body25(), true},
-                      Case{"trc", "trc",
-                           [](const std::string& path,
-                              const TrackSequence& tracks, Losses* losses) {
-                             WriteTracksTrc(path, tracks, AxisMap(), losses);
-                             EXPECT_TRUE(testing::OpenSimReads(path));
-                           },
-                           &Coco17()},
-                      Case{"c3d", "c3d", PlainFormat<kC3d>, &Coco17(), false,
-                           true, true, kFloat},
-                      Case{"coco3d", "coco3d", PlainFormat<kCoco3d>, &Body25(),
-                           true, true, true, 0.0, false},
-                      Case{"poses", "poses", WriteTracksPoses, &Coco17(), false,
-                           false},
-                      Case{"longcw", "longcw", WriteTracksLongcw, &Coco17(),
-                           false, true, true, kUnit},
-                      Case{"four_d_association", "4da",
-                           WriteTracks4dAssociation, &FourDA19()},
-                      Case{"panoptic", "panoptic", WriteTracksPanoptic,
-                           &Panoptic19(), false, true, true, kUnit},
-                      Case{"tum", "tum", WriteTracksTum, &Tum14()}),
+    ::testing::Values(
+        Case{"csv", "csv", PlainCsv, &Coco17(), true, false},
+        Case{"npz", "npz", PlainNpz, &Body25(), true},
+        Case{"trc", "trc",
+             [](const std::string& path, const TrackSequence& tracks,
+                LostFields* lost_fields) {
+               WriteTracksTrc(path, tracks, AxisMap(), lost_fields);
+               EXPECT_TRUE(testing::OpenSimReads(path));
+             },
+             &Coco17()},
+        Case{"c3d", "c3d", PlainFormat<kC3d>, &Coco17(), false, true, true,
+             kFloat},
+        Case{"coco3d", "coco3d", PlainFormat<kCoco3d>, &Body25(), true, true,
+             true, 0.0, false},
+        Case{"poses", "poses", WriteTracksPoses, &Coco17(), false, false},
+        Case{"longcw", "longcw", WriteTracksLongcw, &Coco17(), false, true,
+             true, kUnit},
+        Case{"four_d_association", "4da", WriteTracks4dAssociation,
+             &FourDA19()},
+        Case{"panoptic", "panoptic", WriteTracksPanoptic, &Panoptic19(), false,
+             true, true, kUnit},
+        Case{"tum", "tum", WriteTracksTum, &Tum14()}),
     [](const auto& format) { return std::string(format.param.name); });
 
 // ---- What single formats do besides
@@ -295,8 +295,8 @@ TEST(TracksTrc, Pose2SimsOwnFilesReadAndComeBack) {
               person.joints[static_cast<size_t>(ankle)].position_m.z() + 1.0)
         << "z is up again";
     const TemporaryFolder folder;
-    Losses losses;
-    WriteTracksTrc(folder.path() / "trc", own, AxisMap(), &losses);
+    LostFields lost_fields;
+    WriteTracksTrc(folder.path() / "trc", own, AxisMap(), &lost_fields);
     EXPECT_TRUE(testing::OpenSimReads(folder.path() / "trc"));
     const TrackSequence again = ReadTracks(folder.path() / "trc");
     ASSERT_EQ(again.frames.size(), own.frames.size());
@@ -353,7 +353,7 @@ TEST(TracksTrc, TheFirstRowsTimeTellsWhereFramesBegin) {
   };
   EXPECT_EQ(first_frame("0", "1\t0.00"), 0);
   EXPECT_EQ(first_frame("1", "1\t0.00"), 0);
-  EXPECT_EQ(first_frame("1", "1\t0.01"), 1);  // ours, of a take from 1 on
+  EXPECT_EQ(first_frame("1", "1\t0.01"), 1);  // ours, of a recording from 1 on
   EXPECT_EQ(first_frame("1", "101\t1.00"), 100);
   EXPECT_EQ(first_frame("1", "101\t1.01"), 101);
   EXPECT_EQ(first_frame("30", "1\t0.30"), 30);
@@ -536,9 +536,10 @@ TEST(TracksNpz, ReadsWhatNumpyWrites) {
 TEST(TracksPanoptic, JointsAreTakenOverByName) {
   const TrackSequence tracks = RandomTracks(Coco17());
   const TemporaryFolder folder;
-  Losses losses;
-  WriteTracksPanoptic(folder.path() / "scene", tracks, &losses);
-  EXPECT_THAT(losses, Contains(HasSubstr("17 of the input's 17 are kept")));
+  LostFields lost_fields;
+  WriteTracksPanoptic(folder.path() / "scene", tracks, &lost_fields);
+  EXPECT_THAT(lost_fields,
+              Contains(HasSubstr("17 of the input's 17 are kept")));
   const TrackSequence again = ReadTracks(folder.path() / "scene");
   const auto at = static_cast<size_t>(Panoptic19().IndexOf("l_wrist"));
   for (size_t f = 0; f < tracks.frames.size(); ++f) {
@@ -552,20 +553,22 @@ TEST(TracksPanoptic, JointsAreTakenOverByName) {
 TEST(TrackExport, FormatsOfTimesAndPlacesRefuseWhatTheyCannotSay) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "result";
-  Losses losses;
+  LostFields lost_fields;
   TrackSequence tracks = RandomTracks(Tum14());
   tracks.frames[3].time += 30'000'000;
-  EXPECT_THAT(InputErrorOf([&] { WriteTracksLongcw(path, tracks, &losses); }),
-              HasSubstr("frame 303"));
+  EXPECT_THAT(
+      InputErrorOf([&] { WriteTracksLongcw(path, tracks, &lost_fields); }),
+      HasSubstr("frame 303"));
   tracks.header.frame_rate_hz = 0.0;
-  EXPECT_THAT(InputErrorOf([&] { WriteTracksLongcw(path, tracks, &losses); }),
-              HasSubstr("--frame_rate"));
+  EXPECT_THAT(
+      InputErrorOf([&] { WriteTracksLongcw(path, tracks, &lost_fields); }),
+      HasSubstr("--frame_rate"));
   tracks.frames[0].people[0].id = TrackId(123456);
-  EXPECT_THAT(InputErrorOf([&] { WriteTracksTum(path, tracks, &losses); }),
+  EXPECT_THAT(InputErrorOf([&] { WriteTracksTum(path, tracks, &lost_fields); }),
               HasSubstr("the largest id is 123456"));
   EXPECT_THAT(InputErrorOf([&] {
                 WriteTracksTum("/nowhere/x.mat", RandomTracks(Tum14()),
-                               &losses);
+                               &lost_fields);
               }),
               HasSubstr("/nowhere/x.mat"));
   EXPECT_TRUE(ListFolder(folder.path().string()).empty());

@@ -16,7 +16,7 @@
 #include "core/io/text/json.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/joint_tree.h"
-#include "core/io/tracks/losses.h"
+#include "core/io/tracks/lost_fields.h"
 #include "core/io/tracks/tracks.h"
 #include "tests/core/io/input_error.h"
 #include "tests/support/base64.h"
@@ -109,11 +109,11 @@ TrackSequence RigidTruth(const Skeleton& skeleton, int64_t frames,
   return tracks;
 }
 
-Losses WriteTo(const std::string& format, const std::string& path,
-               const TrackSequence& tracks) {
-  Losses losses;
-  FindTrackFormat(format)->write(path, tracks, {}, &losses);
-  return losses;
+LostFields WriteTo(const std::string& format, const std::string& path,
+                   const TrackSequence& tracks) {
+  LostFields lost_fields;
+  FindTrackFormat(format)->write(path, tracks, {}, &lost_fields);
+  return lost_fields;
 }
 
 // The largest distance of joints that BVH's reader finds, by its own forward
@@ -265,8 +265,8 @@ TEST(TreeMotion, BvhPutsEveryJointOfARigidBodyWhereItIs) {
     const TemporaryFolder folder;
     const std::string path = folder.path() / "person_0.bvh";
     const TrackSequence truth = RigidTruth(skeleton, 40);
-    const Losses losses = WriteTo("bvh", path, truth);
-    EXPECT_THAT(losses,
+    const LostFields lost_fields = WriteTo("bvh", path, truth);
+    EXPECT_THAT(lost_fields,
                 Contains(HasSubstr("lie 0.0 mm (RMS) and at most 0.0 mm")))
         << skeleton.name();
     EXPECT_LT(WorstInBvh(path, truth), kBvhDigits_m) << skeleton.name();
@@ -327,9 +327,9 @@ TEST(TreeMotion, JointsThatAreMissingInSomeFrames) {
   }
   const TemporaryFolder folder;
   const std::string path = folder.path() / "person_0.bvh";
-  const Losses losses = WriteTo("bvh", path, truth);
+  const LostFields lost_fields = WriteTo("bvh", path, truth);
   // Ten frames of four joints; the middle of the hips is nobody's joint.
-  EXPECT_THAT(losses, Contains(HasSubstr("40 missing joints")));
+  EXPECT_THAT(lost_fields, Contains(HasSubstr("40 missing joints")));
   const TrackSequence read = ReadTracks(path);
   const auto at = [&](size_t frame, const std::string& joint) {
     return read.frames[frame]
@@ -388,11 +388,12 @@ TEST(TreeMotion, LegsNeverSeenHaveLengthsByStature) {
   TrackSequence tracks = WithoutJoints(Halpe26(), legs);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "person_0.bvh";
-  const Losses losses = WriteTo("bvh", path, tracks);
-  EXPECT_THAT(losses,
+  const LostFields lost_fields = WriteTo("bvh", path, tracks);
+  EXPECT_THAT(lost_fields,
               Contains(HasSubstr("never seen: l_knee, l_ankle, r_knee, ")));
-  EXPECT_THAT(losses, Contains(HasSubstr("Drillis and Contini")));
-  EXPECT_THAT(losses, Not(Contains(HasSubstr("missing joints got a place"))));
+  EXPECT_THAT(lost_fields, Contains(HasSubstr("Drillis and Contini")));
+  EXPECT_THAT(lost_fields,
+              Not(Contains(HasSubstr("missing joints got a place"))));
   const auto lengths = OffsetLengths(ReadTextFile(path));
   for (const auto& [joint, length_cm] : lengths) {
     EXPECT_GT(length_cm, 0.1) << joint;
@@ -420,8 +421,8 @@ TEST(TreeMotion, HipsNeverSeen) {
   const TrackSequence tracks = WithoutJoints(Coco17(), below);
   const TemporaryFolder folder;
   const std::string path = folder.path() / "person_0.bvh";
-  const Losses losses = WriteTo("bvh", path, tracks);
-  EXPECT_THAT(losses,
+  const LostFields lost_fields = WriteTo("bvh", path, tracks);
+  EXPECT_THAT(lost_fields,
               Contains(HasSubstr("never seen: l_hip, r_hip, l_knee, r_knee, "
                                  "l_ankle, r_ankle;")));
   EXPECT_LT(WorstInBvh(path, tracks), kBvhDigits_m);
@@ -436,8 +437,8 @@ TEST(TreeMotion, AJointNeverSeenBetweenTwoThatAre) {
   const TrackSequence tracks = WithoutJoints(Coco17(), {"l_elbow"});
   const TemporaryFolder folder;
   const std::string path = folder.path() / "take.gltf";
-  const Losses losses = WriteTo("gltf", path, tracks);
-  EXPECT_THAT(losses, Contains(HasSubstr("never seen: l_elbow;")));
+  const LostFields lost_fields = WriteTo("gltf", path, tracks);
+  EXPECT_THAT(lost_fields, Contains(HasSubstr("never seen: l_elbow;")));
   EXPECT_EQ(GltfFile(path).ByRotations(3).count("l_elbow"), 1u);
 }
 

@@ -1,0 +1,190 @@
+#include "apps/common/recording_output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "apps/common/terminal_markdown.h"
+#include "core/base/error.h"
+#include "core/io/detections/view_pairing.h"
+#include "core/io/text/json.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr size_t kMaxPeopleShown = 12;
+constexpr size_t kColumns = 98;
+
+std::string CameraLines(const RecordingReport& report) {
+  size_t width = 4;
+  for (const CameraReport& camera : report.cameras) {
+    width = std::max(width, std::min<size_t>(camera.view.size(), 40));
+  }
+  std::string text =
+      fmt::format("{:<{}}  matched  error, px: median   90 %\n", "view", width);
+  for (const CameraReport& camera : report.cameras) {
+    const std::string view = camera.view.substr(0, 40);
+    if (camera.detections == 0) {
+      text += fmt::format("{:<{}}  nobody seen\n", view, width);
+      continue;
+    }
+    text += fmt::format("{:<{}}  {:>5.0f} %            {:>6.1f} {:>6.1f}\n",
+                        view, width, 100.0 * camera.matched_share(),
+                        camera.median_px, camera.p90_px);
+  }
+  return text;
+}
+
+std::string PeopleLines(const RecordingReport& report) {
+  std::string text = fmt::format(
+      "{} {}, at most {} in one view at once\n", report.people.size(),
+      report.people.size() == 1 ? "identity" : "identities",
+      report.most_people_in_a_view);
+  std::vector<PersonReport> people = report.people;
+  std::stable_sort(people.begin(), people.end(),
+                   [](const PersonReport& a, const PersonReport& b) {
+                     return a.frames > b.frames;
+                   });
+  for (size_t i = 0; i < std::min(people.size(), kMaxPeopleShown); ++i) {
+    const PersonReport& person = people[i];
+    std::string height = report.is_human ? "height unknown" : "";
+    if (person.height_m > 0.0) {
+      height = person.height_m > 0.5 ? fmt::format("{:.2f} m", person.height_m)
+                                     : fmt::format("{:.2g} m", person.height_m);
+    }
+    text += fmt::format("  {} {:<4} {:<14}  {:>6} frames, {}..{}\n",
+                        report.is_human ? "person" : "track", person.id.value(),
+                        height, person.frames, person.first_frame,
+                        person.last_frame);
+  }
+  if (people.size() > kMaxPeopleShown) {
+    text += fmt::format("  and {} more\n", people.size() - kMaxPeopleShown);
+  }
+  return text;
+}
+
+// Where names do not say it at a glance.
+std::string PairingText(const RecordingReport& report) {
+  if (report.paired_by < PairedBy::kWithin ||
+      report.paired_by == PairedBy::kNumber) {
+    return "";
+  }
+  std::string text = fmt::format(
+      "views are paired with cameras {} "
+      "(cameras.map pairs them otherwise): ",
+      ToString(report.paired_by));
+  for (const CameraReport& camera : report.cameras) {
+    text += (&camera == &report.cameras.front() ? "" : ", ") +
+            Printable(camera.view) + " = " + Printable(camera.camera);
+  }
+  return Wrapped(text, kColumns, "  ");
+}
+
+// Of two views that nothing speaks against.
+std::string PairText(const RecordingReport& report) {
+  if (report.cameras.size() != 2 || !report.warnings.empty()) return "";
+  return "note: two cameras hide much of each other's errors; `kinegraph "
+         "doctor` looks closer.\n";
+}
+
+}  // namespace
+
+std::string ReportText(const RecordingReport& report) {
+  if (report.poses == 0) return PairingText(report) + WarningsText(report);
+  return PairingText(report) + CameraLines(report) + PeopleLines(report) +
+         WarningsText(report) + PairText(report);
+}
+
+std::string WarningsText(const RecordingReport& report) {
+  std::string text;
+  for (const RecordingWarning& warning : report.warnings) {
+    text += Wrapped("warning: " + warning.text + ".", kColumns, "  ");
+    text += Wrapped("try: " + warning.advice + ".", kColumns, "  ");
+  }
+  return text;
+}
+
+namespace {
+
+// How the solves of the people went; those of `track` that went as they should
+// are counted too.
+Json SolverJson(const RunSummary& run) {
+  const SolveCounts& counts = run.solves;
+  return {{"name", run.solver},
+          {"solves", counts.solves},
+          {"not_converged", counts.not_converged},
+          {"failed", counts.not_finite},
+          {"bones_dropped", counts.bones_dropped},
+          {"positions_in_doubt", counts.positions_in_doubt},
+          {"without_covariance", counts.no_covariance},
+          {"sweep_iterations", counts.sweep_iterations},
+          {"ceres_problems", counts.ceres_problems},
+          {"ceres_iterations", counts.ceres_iterations}};
+}
+
+bool LearntAnything(const LearntNoise& learnt) {
+  return std::any_of(learnt.classes.begin(), learnt.classes.end(),
+                     [](const auto& of) { return of.joints_seen > 0; });
+}
+
+}  // namespace
+
+std::string ReportJson(const RecordingReport& report, const RunSummary& run,
+                       const LearntNoise& learnt) {
+  Json json;
+  json["kinegraph_summary"] = 1;
+  json["frames"] = report.frames;
+  json["poses"] = report.poses;
+  json["frame_rate_hz"] = report.frame_rate_hz;
+  json["detections_skeleton"] = report.skeleton;
+  json["working_distance_m"] = report.working_distance_m;
+  json["reprojection_error_px"] = {{"median", report.median_px},
+                                   {"p90", report.p90_px}};
+  json["most_people_in_a_view"] = report.most_people_in_a_view;
+  json["height_m"] = report.height_m > 0.0 ? Json(report.height_m) : Json();
+  json["paired"] = ToString(report.paired_by);
+  if (!run.subject_scale.is_one()) {
+    json["subject"] = {{"size_m", run.subject_scale.size_m()},
+                       {"scale", run.subject_scale.metres()}};
+  }
+  json["cameras"] = Json::array();
+  for (const CameraReport& camera : report.cameras) {
+    json["cameras"].push_back({{"view", camera.view},
+                               {"camera", camera.camera},
+                               {"detections", camera.detections},
+                               {"matched", camera.matched},
+                               {"matched_share", camera.matched_share()},
+                               {"joints", camera.joints},
+                               {"median_px", camera.median_px},
+                               {"p90_px", camera.p90_px},
+                               {"person_px", camera.person_px}});
+  }
+  json["people"] = Json::array();
+  for (const PersonReport& person : report.people) {
+    json["people"].push_back(
+        {{"id", person.id.value()},
+         {"frames", person.frames},
+         {"first_frame", person.first_frame},
+         {"last_frame", person.last_frame},
+         {"height_m", person.height_m > 0.0 ? Json(person.height_m) : Json()},
+         {"bone_spread", person.bone_spread},
+         {"side_difference", person.side_difference}});
+  }
+  // Paper mode solves nothing.
+  if (run.solves.solves > 0) json["solver"] = SolverJson(run);
+  if (LearntAnything(learnt)) {
+    json["noise"] = Json::parse(ToJson(learnt));
+    json["learnt"] = {ToString(learnt)};  // for people
+  }
+  json["warnings"] = Json::array();
+  for (const RecordingWarning& warning : report.warnings) {
+    json["warnings"].push_back({{"kind", warning.kind},
+                                {"text", warning.text},
+                                {"try", warning.advice}});
+  }
+  // View names need not be UTF-8.
+  return DumpJson(json, 1) + "\n";
+}
+
+}  // namespace kinegraph

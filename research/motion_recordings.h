@@ -1,0 +1,77 @@
+// Recorded motion seen by made-up cameras through a modelled detector, its
+// association known: what smoothers are compared on.
+#ifndef KINEGRAPH_RESEARCH_MOTION_RECORDINGS_H_
+#define KINEGRAPH_RESEARCH_MOTION_RECORDINGS_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/tracking/replay.h"
+
+namespace kinegraph::testing {
+
+// One person's joints at a steady rate.
+struct MotionClip {
+  Skeleton skeleton;
+  double rate_hz = 0.0;
+  std::vector<std::vector<Eigen::Vector3d>> joints_m;  // by frame and joint
+
+  double seconds() const {
+    return static_cast<double>(joints_m.size()) / rate_hz;
+  }
+};
+
+// The first person of a tracks file, all of whose joints are there, moved so
+// that the middle of its path stands over the origin.
+MotionClip LoadMotionClip(const std::string& path);
+
+// The same motion at another rate, by a natural cubic spline through each
+// coordinate.
+MotionClip Resample(const MotionClip& clip, double rate_hz);
+
+// The clip from its beginning, for `seconds` at most.
+MotionClip FirstSeconds(const MotionClip& clip, double seconds);
+
+// The first pose held for `seconds`, then the clip. The whole body sways
+// meanwhile as a standing person's does, a few millimetres below 1 Hz, and
+// comes to rest at the clip's first pose.
+MotionClip AfterRest(const MotionClip& clip, double seconds);
+
+// The clip with joint centres that are no points of rigid bones (JointSway in
+// core/synthetic/recorded_actor.h).
+MotionClip WithJointSway(const MotionClip& clip, double amplitude_m,
+                         uint64_t seed);
+
+// What the detector does to a joint's exact image.
+struct DetectorModel {
+  std::string name;
+  double sigma_px = 0.0;            // each axis
+  double correlation_time_s = 0.0;  // AR(1); 0: white
+  double outliers = 0.0;            // share of the joints, each by itself
+  double outlier_px = 40.0;         // their distance, in any direction
+  double missing = 0.0;             // share of the joints
+};
+
+// A ring of `count` cameras around the origin, 5 m away and 1.2 m high, focal
+// length 1250 px: a pixel is 4 mm at the origin.
+CameraRig MotionCameras(int count);
+
+// One person's take, ready for estimators: joints filter and DLT have run.
+struct MotionRecording {
+  SceneModel scene;
+  MotionClip clip;  // the truth
+  std::shared_ptr<const Replay> replay;
+  ReplayedPerson person;
+  // Frame of the clip of the person's first frame.
+  int64_t first_frame = 0;
+};
+
+MotionRecording ObserveMotion(const MotionClip& clip, const CameraRig& cameras,
+                              const DetectorModel& detector, uint64_t seed);
+
+}  // namespace kinegraph::testing
+
+#endif  // KINEGRAPH_RESEARCH_MOTION_RECORDINGS_H_

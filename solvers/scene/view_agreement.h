@@ -1,0 +1,103 @@
+// How well the views of a recording agree under some reading of its
+// calibration, from 2D detections alone, frame by frame and without tracking:
+// people seen in two views must lie on each other's epipolar lines and in front
+// of both cameras.
+#ifndef KINEGRAPH_SOLVERS_SCENE_VIEW_AGREEMENT_H_
+#define KINEGRAPH_SOLVERS_SCENE_VIEW_AGREEMENT_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/geometry/camera.h"
+
+namespace kinegraph {
+
+// The detections of one view over the recording, joints that count alone.
+struct ViewPeople {
+  struct Person {
+    std::vector<Eigen::Vector2d> px;  // one a joint that counts
+    std::vector<char> found;
+    double size_px = 0.0;  // diagonal of the box around the joints
+  };
+  std::vector<std::vector<Person>> frames;  // [frame][person]
+};
+
+// Raw pixels, joints of confidence `min_confidence` and more; people with fewer
+// than six of them say too little.
+std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections,
+                                      double min_confidence);
+
+// Ideal pixels: the lens of each view's camera taken out.
+ViewPeople Undistorted(const ViewPeople& view, const Camera& camera);
+
+// Agreement of two views over some frames.
+struct PairAgreement {
+  double gain = 0.0;      // summed over matched people, 0 .. 1 each
+  double possible = 0.0;  // people that could have been matched
+  int matched = 0;        // pairs with a gain above a half
+  // Distances from the epipolar lines [px], summed over `possible`; people
+  // without a match count with a tenth of their size.
+  double distance_px = 0.0;
+
+  double score() const { return possible > 0.0 ? gain / possible : 0.0; }
+  double mean_px() const {
+    return possible > 0.0 ? distance_px / possible : 0.0;
+  }
+  void Add(const PairAgreement& other) {
+    gain += other.gain;
+    possible += other.possible;
+    matched += other.matched;
+    distance_px += other.distance_px;
+  }
+};
+
+// `a` and `b` hold ideal pixels of the cameras; frame k of `a` is compared with
+// frame k + lag of `b`. A pair's gain is the mean over common joints of
+// max(0, 1 - d / 0.1), d the distance from the epipolar lines over the person's
+// size; zero where the person would be behind a camera. Pairs are taken
+// greedily.
+PairAgreement AgreementOf(const Camera& camera_a, const ViewPeople& a,
+                          const Camera& camera_b, const ViewPeople& b,
+                          const std::vector<int>& frames, int lag = 0);
+
+// Frames to look at: up to `count`, evenly among those in which two views or
+// more see people.
+std::vector<int> FramesToLookAt(const std::vector<ViewPeople>& views,
+                                int count);
+
+// All pairs of views together.
+PairAgreement AgreementOfAll(const CameraRig& cameras,
+                             const std::vector<ViewPeople>& ideal,
+                             const std::vector<int>& frames);
+
+// People whom two views agree on, in 3D [m], their joints as in ViewPeople; of
+// all pairs of views but those of `without_view`.
+struct PlacedPerson {
+  int frame = 0;
+  std::vector<std::optional<Eigen::Vector3d>> joints;
+};
+std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
+                                      const std::vector<ViewPeople>& ideal,
+                                      const std::vector<int>& frames,
+                                      int without_view = -1);
+
+// The place of a joint in ViewPeople; -1 when it is not compared.
+int PlaceOf(const Skeleton& skeleton, const std::string& joint_name);
+
+// Stature [m] of the people seen, from trunk, thigh and shank of those that
+// two views agree on; the median, and how many told it. Joints by name.
+struct Stature {
+  double median_m = 0.0;
+  int count = 0;
+};
+Stature StatureOf(const CameraRig& cameras,
+                  const std::vector<ViewPeople>& ideal,
+                  const std::vector<int>& frames, const Skeleton& skeleton);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SCENE_VIEW_AGREEMENT_H_

@@ -1,0 +1,288 @@
+#include "solvers/session/calibrate_recording.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/median.h"
+#include "core/data/stance.h"
+#include "core/skeleton/body_joints.h"
+#include "solvers/scene/view_agreement.h"
+#include "solvers/session/diagnose.h"
+#include "solvers/session/refine_recording.h"
+#include "solvers/session/run.h"
+
+namespace kinegraph {
+namespace {
+
+// Adults: 1.70 m, with a spread of 0.09 over people; the chain of joints that
+// detectors find is within 3 % of the one that anatomy means.
+constexpr double kStatureM = 1.70;
+constexpr double kStatureSpread = 0.053;
+constexpr double kChainSpread = 0.03;
+
+// Tracks with the cameras as they are, once, with the paper's estimator.
+TrackSequence QuickTracks(const RunOptions& options, const CameraRig& cameras,
+                          const DetectionSequence& recording) {
+  RunOptions quick = options;
+  quick.refine = RefineOptions();
+  quick.estimators.mode = Mode::kPaper;
+  quick.tracker.life.second_pass = false;
+  quick.identity.link = false;
+  RunRequest request;
+  request.cameras = cameras;
+  return TrackSequenceOf(quick, request, recording);
+}
+
+// Median of the distances of two joints over people and frames; 0 where they
+// are never seen together.
+double DistanceIn(const TrackSequence& tracks, int a, int b) {
+  std::vector<double> distances;
+  for (const TrackFrame& frame : tracks.frames) {
+    for (const PersonPose& person : frame.people) {
+      const Joint3d& one = person.joints[static_cast<size_t>(a)];
+      const Joint3d& other = person.joints[static_cast<size_t>(b)];
+      if (one.status != JointStatus::kObserved ||
+          other.status != JointStatus::kObserved) {
+        continue;
+      }
+      distances.push_back((one.position_m - other.position_m).norm());
+    }
+  }
+  return distances.empty() ? 0.0 : Median(std::move(distances));
+}
+
+double StatureIn(const CameraRig& cameras, const DetectionSequence& recording) {
+  constexpr double kMinConfidence = 0.3;
+  constexpr int kFrames = 200;
+  std::vector<ViewPeople> people = PeopleOfViews(recording, kMinConfidence);
+  for (size_t v = 0; v < people.size(); ++v) {
+    people[v] = Undistorted(people[v], cameras[v]);
+  }
+  const Stature stature =
+      StatureOf(cameras, people, FramesToLookAt(people, kFrames),
+                recording.header.skeleton);
+  return stature.count > 0 ? stature.median_m : 0.0;
+}
+
+int JointOf(const Skeleton& skeleton, const std::string& name) {
+  const int joint = skeleton.IndexOf(name);
+  if (joint < 0) {
+    throw InputError("--distance: '" + Printable(name) +
+                     "' is no joint of the detections' skeleton " +
+                     Printable(skeleton.name()));
+  }
+  return joint;
+}
+
+// What is named must be there, before minutes are spent.
+void CheckNames(const KnownLength& length, const DetectionHeader& header) {
+  if (length.kind == KnownLength::Kind::kDistance) {
+    JointOf(header.skeleton, length.a);
+    JointOf(header.skeleton, length.b);
+  }
+  if (length.kind != KnownLength::Kind::kCameras) return;
+  for (const std::string& name : {length.a, length.b}) {
+    const auto& views = header.view_names;
+    if (std::find(views.begin(), views.end(), name) == views.end()) {
+      throw InputError("--cameras_apart: no view is named '" + Printable(name) +
+                       "'");
+    }
+  }
+}
+
+// A world whose axes are all far from where people stand up, so that none of
+// them counts as told (GroundOf).
+CameraRig WithoutUpAxis(const CameraRig& cameras, const Eigen::Vector3d& up) {
+  Ground turn;
+  turn.R = Eigen::Quaterniond::FromTwoVectors(
+               up, Eigen::Vector3d::Constant(1.0).normalized())
+               .toRotationMatrix();
+  return OnGround(cameras, turn);
+}
+
+class Finisher {
+ public:
+  Finisher(const RunOptions& options, const CalibrationInput& input,
+           double clock_zero_s, RecordingCalibration* result)
+      : options_(options),
+        input_(input),
+        clock_zero_s_(clock_zero_s),
+        result_(result) {}
+
+  void Run() {
+    result_->cameras = result_->rig.cameras;
+    Metre();
+    StandUp();
+    Record();
+  }
+
+ private:
+  const DetectionSequence& recording() const { return result_->rig.recording; }
+
+  const Camera& CameraOf(const std::string& view) const {
+    const RigResult& rig = result_->rig;
+    for (size_t v = 0; v < rig.used.size(); ++v) {
+      if (result_->view_names[static_cast<size_t>(rig.used[v])] == view) {
+        return result_->cameras[v];
+      }
+    }
+    throw InputError("--cameras_apart: '" + Printable(view) +
+                     "' is a view that could not be calibrated");
+  }
+
+  void Metre() {
+    const KnownLength& length = input_.length;
+    double measured = 0.0;
+    double metres = length.metres;
+    const double stature = StatureIn(result_->cameras, recording());
+    switch (length.kind) {
+      case KnownLength::Kind::kPopulation:
+        metres = kStatureM;
+        measured = stature;
+        result_->scale_sigma = std::hypot(kStatureSpread, kChainSpread);
+        break;
+      case KnownLength::Kind::kStature:
+        measured = stature;
+        result_->scale_sigma = kChainSpread;
+        break;
+      case KnownLength::Kind::kDistance:
+        measured =
+            DistanceIn(QuickTracks(options_, result_->cameras, recording()),
+                       JointOf(recording().header.skeleton, length.a),
+                       JointOf(recording().header.skeleton, length.b));
+        result_->scale_sigma = 0.01;
+        break;
+      case KnownLength::Kind::kCameras:
+        measured =
+            (CameraOf(length.a).centre() - CameraOf(length.b).centre()).norm();
+        break;
+    }
+    if (!(measured > 0.0)) {
+      result_->rig.reasons.push_back(
+          "nothing tells the metre: lengths are arbitrary");
+      result_->scale_sigma = 1.0;
+      return;
+    }
+    const double factor = metres / measured;
+    result_->metres_per_unit = factor;
+    result_->stature_m = stature * factor;
+    for (Camera& camera : result_->cameras) {
+      CameraParameters parameters = camera.parameters();
+      parameters.t *= factor;
+      camera = Camera(parameters);
+    }
+    ScaleCovariance(factor);
+  }
+
+  void ScaleCovariance(double factor) {
+    RigResult& rig = result_->rig;
+    Eigen::Index at = 0;
+    for (size_t v = 0; v < rig.places.size(); ++v) {
+      for (const int place : rig.places[v]) {
+        if (place >= kCentreAt && place < kCentreAt + 3) {
+          rig.covariance.row(at) *= factor;
+          rig.covariance.col(at) *= factor;
+        }
+        ++at;
+      }
+    }
+    for (RigView& view : rig.views) view.centre_sigma_m *= factor;
+    rig.size_m *= factor;
+  }
+
+  void StandUp() {
+    if (!IsHuman(recording().header.skeleton)) return;
+    const TrackSequence first =
+        QuickTracks(options_, result_->cameras, recording());
+    Stance stance(first.header.skeleton);
+    for (const TrackFrame& frame : first.frames) {
+      for (const PersonPose& person : frame.people) stance.See(person);
+    }
+    const Eigen::Vector3d body = stance.body_sum_m();
+    if (!(body.norm() > 0.0)) return;
+    result_->cameras = WithoutUpAxis(result_->cameras, body.normalized());
+    const TrackSequence tracks =
+        QuickTracks(options_, result_->cameras, recording());
+    result_->ground = GroundOf(tracks.header, tracks.frames);
+    if (!result_->ground.has_value()) {
+      Ground upright;
+      upright.R = Eigen::Quaterniond::FromTwoVectors(
+                      Eigen::Vector3d::Constant(1.0).normalized(),
+                      Eigen::Vector3d::UnitZ())
+                      .toRotationMatrix();
+      result_->cameras = OnGround(result_->cameras, upright);
+      return;
+    }
+    result_->cameras = OnGround(result_->cameras, *result_->ground);
+  }
+
+  // For cameras.json; the metre's uncertainty moves all centres together.
+  void Record() {
+    RigResult& rig = result_->rig;
+    RefinementRecord& record = result_->record;
+    record.clock_zero_s = clock_zero_s_;
+    const Eigen::Index size = rig.covariance.rows();
+    Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(size, size);
+    Eigen::VectorXd segment = Eigen::VectorXd::Zero(size);
+    Eigen::Index at = 0;
+    for (size_t v = 0; v < rig.used.size(); ++v) {
+      const RigView& view = rig.views[static_cast<size_t>(rig.used[v])];
+      record.cameras.push_back({result_->cameras[v].name(), view.clock_s,
+                                view.drift, rig.places[v]});
+      const Eigen::Matrix3d R =
+          result_->cameras[v].R().transpose() * rig.cameras[v].R();
+      for (const int place : rig.places[v]) {
+        if (place == kCentreAt) {
+          turn.block<3, 3>(at, at) = R;
+          segment.segment<3>(at) = result_->cameras[v].centre();
+        }
+        ++at;
+      }
+    }
+    record.covariance =
+        turn * rig.covariance * turn.transpose() +
+        std::pow(result_->scale_sigma, 2) * segment * segment.transpose();
+  }
+
+  const RunOptions& options_;
+  const CalibrationInput& input_;
+  double clock_zero_s_;
+  RecordingCalibration* result_;
+};
+
+}  // namespace
+
+RecordingCalibration CalibrateRecording(const RunOptions& options,
+                                        const CalibrationInput& input,
+                                        const DetectionSequence& detections) {
+  RunRequest request;
+  request.cameras = input.cameras;
+  const RunScene scene = PrepareScene(options, request, detections.header);
+  RigInput rig;
+  rig.intrinsics = scene.model.cameras;
+  rig.focal_sigma = input.focal_sigma;
+  rig.detections.header = detections.header;
+  rig.detections.header.view_names = scene.view_names;
+  for (DetectionFrame frame : detections.frames) {
+    KeepUsedViews(scene, &frame, &rig.detections.frames.emplace_back());
+  }
+  rig.match = [&](const CameraRig& cameras,
+                  const DetectionSequence& recording) {
+    SceneModel model = scene.model;
+    model.cameras = cameras;
+    return MatchRecording(options, model, recording);
+  };
+  CheckNames(input.length, rig.detections.header);
+  RecordingCalibration result;
+  result.view_names = scene.view_names;
+  result.rig = EstimateRig(rig);
+  if (result.rig.verdict != RigVerdict::kRefused) {
+    Finisher(options, input, MiddleOf(detections), &result).Run();
+  }
+  return result;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,54 @@
+// Cameras of a recording without a calibration: the rig by its people
+// (solvers/rig), in metres, upright and on the floor.
+#ifndef KINEGRAPH_SOLVERS_SESSION_CALIBRATE_RECORDING_H_
+#define KINEGRAPH_SOLVERS_SESSION_CALIBRATE_RECORDING_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/geometry/camera.h"
+#include "core/io/configuration/refinement_record.h"
+#include "solvers/rig/rig.h"
+#include "solvers/session/ground.h"
+#include "solvers/session/options.h"
+
+namespace kinegraph {
+
+// Where the metre comes from; without any of these from people's stature.
+struct KnownLength {
+  enum class Kind { kPopulation, kStature, kDistance, kCameras };
+  Kind kind = Kind::kPopulation;
+  double metres = 0.0;
+  std::string a;  // joints or views
+  std::string b;
+};
+
+struct CalibrationInput {
+  CameraRig cameras;         // intrinsics, with the names of the views
+  double focal_sigma = 0.0;  // RigInput
+  KnownLength length;
+};
+
+struct RecordingCalibration {
+  std::vector<std::string> view_names;  // one a view of the rig
+  RigResult rig;
+  // In metres, z up from the floor where `ground` is there; of the used views.
+  CameraRig cameras;
+  std::optional<Ground> ground;
+  double metres_per_unit = 1.0;  // of the rig's lengths
+  double scale_sigma = 0.0;      // of the logarithm of all lengths
+  double stature_m = 0.0;        // of the people by then; 0: not measured
+  RefinementRecord record;       // clocks and covariance, for cameras.json
+};
+
+// Throws InputError or OptionError where a joint, a view or the frame rate is
+// not there.
+RecordingCalibration CalibrateRecording(const RunOptions& options,
+                                        const CalibrationInput& input,
+                                        const DetectionSequence& detections);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_CALIBRATE_RECORDING_H_

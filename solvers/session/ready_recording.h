@@ -1,0 +1,48 @@
+// What happens to cameras and clocks before a recording is tracked: the clocks
+// that a calibration records, refinement (cameras.refine,
+// cameras.refine_clock), and the floor (cameras.ground).
+#ifndef KINEGRAPH_SOLVERS_SESSION_READY_RECORDING_H_
+#define KINEGRAPH_SOLVERS_SESSION_READY_RECORDING_H_
+
+#include <functional>
+#include <optional>
+
+#include "core/data/detection.h"
+#include "core/geometry/camera.h"
+#include "core/io/configuration/refinement_record.h"
+#include "solvers/scene/refine.h"
+#include "solvers/session/ground.h"
+#include "solvers/session/options.h"
+#include "solvers/session/scene.h"
+
+namespace kinegraph {
+
+// Whether the options ask for anything that needs the whole recording first.
+bool ChangesCameras(const RunOptions& options);
+
+struct ReadyRecording {
+  CameraRig cameras;  // of the request; refined, on their floor
+  // Of this refinement, else of the calibration.
+  std::optional<RefinementRecord> record;
+  std::optional<Refinement> refinement;
+  std::optional<Ground> ground;
+  bool misses_ground = false;  // asked for, and too few feet rest
+  // The frames asked for with their clocks set right; nullopt: as they are.
+  std::optional<DetectionSequence> detections;
+
+  bool changes_cameras() const {
+    return refinement.has_value() || ground.has_value();
+  }
+};
+
+// `recorded`: what the request's calibration says of an earlier run. `read` is
+// called where the recording is needed. Throws as PrepareScene, and OptionError
+// when what is refined already is to be refined again.
+ReadyRecording MakeRecordingReady(
+    const RunOptions& options, const RunRequest& request,
+    const std::optional<RefinementRecord>& recorded,
+    const std::function<DetectionSequence()>& read);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SESSION_READY_RECORDING_H_

@@ -1,0 +1,396 @@
+#include "solvers/session/recording_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/data/box.h"
+#include "core/io/text/json_value.h"
+#include "core/skeleton/body_joints.h"
+#include "core/tracking/gates.h"
+#include "core/tracking/look_rhythm.h"
+#include "solvers/scene/confidence_scale.h"
+#include "solvers/scene/doctor.h"
+#include "solvers/scene/view_agreement.h"
+#include "solvers/session/limbs.h"
+#include "solvers/session/recording_warnings.h"
+#include "solvers/session/stream_sample.h"
+
+namespace kinegraph {
+namespace {
+
+constexpr size_t kErrorSample = 4096;  // errors that are kept for quantiles
+constexpr int kMinJoints = 5;          // fewer is no person
+constexpr size_t kMaxCounted = 64;     // people in a view, and more
+
+struct PersonStatistics {
+  int64_t frames = 0;
+  int64_t first_frame = 0;
+  int64_t last_frame = 0;
+  TimeNs last_time = 0;
+  LimbSamples limbs;
+};
+
+struct CameraStatistics {
+  CameraReport counts;
+  StreamSample error_px{kErrorSample};
+  StreamSample person_px;
+  std::vector<int64_t> frames_with;  // by number of people
+};
+
+}  // namespace
+
+double CameraReport::matched_share() const {
+  return detections > 0
+             ? static_cast<double>(matched) / static_cast<double>(detections)
+             : 0.0;
+}
+
+double CameraReport::error_share() const {
+  return person_px > 0.0 ? median_px / person_px : 0.0;
+}
+
+class RecordingReporter::Impl {
+ public:
+  Impl(const RunScene& scene, const Skeleton& detection_skeleton,
+       bool is_stream)
+      : scene_(scene),
+        is_stream_(is_stream),
+        detection_skeleton_(detection_skeleton),
+        map_(MapByName(detection_skeleton, scene.model.skeleton)),
+        limbs_(scene.model.skeleton),
+        candidates_(Candidates(detection_skeleton)),
+        fit_(candidates_),
+        cameras_(scene.view_names.size()) {
+    for (size_t v = 0; v < cameras_.size(); ++v) {
+      cameras_[v].counts.view = scene.view_names[v];
+      cameras_[v].counts.camera = scene.model.cameras[v].name();
+      cameras_[v].frames_with.assign(kMaxCounted, 0);
+    }
+  }
+
+  void set_empty_frames_left_out(bool left_out) {
+    empty_frames_left_out_ = left_out;
+  }
+
+  void set_scale(const SubjectScale& scale) { scale_ = scale; }
+
+  void See(const DetectionFrame& seen, const TrackFrame& tracked) {
+    ++frames_;
+    poses_ += static_cast<int64_t>(tracked.people.size());
+    empty_frames_ += ShowsSomebody(seen) ? 0 : 1;
+    for (size_t v = 0; v < cameras_.size(); ++v) SeeView(seen.views[v], v);
+    Keep(seen);
+    for (const PersonPose& person : tracked.people) {
+      SeePerson(tracked, person);
+      for (const ViewMatch& match : person.matches) {
+        SeeMatch(seen, person, match);
+      }
+    }
+    SeeStep(tracked);
+    SeeSpeeds(tracked);
+    if (is_stream_ && frames_ % 256 == 0) SumUpThoseGone(tracked.time);
+  }
+
+  RecordingReport Report() const {
+    RecordingReport report;
+    report.frames = frames_;
+    report.poses = poses_;
+    report.frame_rate_hz = scene_.model.frame_rate_hz;
+    report.working_distance_m = WorkingDistance(scene_.model.cameras);
+    report.skeleton = detection_skeleton_.name();
+    report.is_human = IsHuman(detection_skeleton_);
+    if (!report.is_human && !scale_.is_one()) {
+      report.subject_m = scale_.size_m();
+    }
+    report.paired_by = scene_.paired_by;
+    report.median_px = error_px_.Quantile(0.5);
+    report.p90_px = error_px_.Quantile(0.9);
+    for (const CameraStatistics& camera : cameras_) {
+      report.cameras.push_back(ReportOf(camera));
+      report.most_people_in_a_view =
+          std::max(report.most_people_in_a_view, MostPeople(camera));
+    }
+    report.people = gone_;
+    for (const auto& [id, person] : people_) {
+      report.people.push_back(ReportOf(id, person));
+    }
+    std::sort(report.people.begin(), report.people.end(),
+              [](const auto& a, const auto& b) { return a.id < b.id; });
+    report.height_m = TypicalHeight(report.people);
+    RecordingFacts facts;
+    facts.is_human = report.is_human;
+    if (report.height_m == 0.0) facts.stature_m = UntrackedStature();
+    facts.body_speed_mps = speed_mps_.Quantile(0.95);
+    facts.followed_mps = FollowedSpeed();
+    facts.implausible_bones = fit_.Implausible(0);
+    const size_t best = fit_.Best();
+    if (best != 0) facts.better_skeleton = candidates_[best]->name();
+    facts.frame_step_s = step_s_.Quantile(0.5);
+    facts.holes_s = holes_s_;
+    facts.steps_back = steps_back_;
+    facts.empty_frames = empty_frames_;
+    facts.in_seconds = scene_.header.mode == ToString(Mode::kGraph);
+    facts.links = KeyOf("identity", "link", false);
+    facts.independent_frames = KeyOf("input", "independent_frames", false);
+    facts.joints_of_17 = joints_of_17_.Quantile(0.5);
+    facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);
+    AddWarnings(facts, &report);
+    AddCauses(Diagnose(BeginningOf()), &report);
+    return report;
+  }
+
+ private:
+  // The beginning of the recording, from the first frame in which two views
+  // show people: as much as a search for lags of ten seconds needs, within
+  // bounds.
+  void Keep(const DetectionFrame& seen) {
+    constexpr int64_t kMostJoints = 400000;
+    const double longest_s = 3.0 * DoctorOptions().longest_lag_s;
+    if (joints_kept_ > kMostJoints ||
+        static_cast<double>(beginning_.frames.size()) >
+            longest_s * scene_.model.frame_rate_hz) {
+      return;
+    }
+    int64_t joints = 0;
+    int views = 0;
+    for (const ViewDetections& view : seen.views) {
+      views += view.detections.empty() ? 0 : 1;
+      for (const Detection& one : view.detections) {
+        joints += static_cast<int64_t>(one.joints.size());
+      }
+    }
+    if (beginning_.frames.empty() && views < 2) return;
+    joints_kept_ += joints;
+    beginning_.frames.push_back(seen);
+  }
+
+  double UntrackedStature() const {
+    constexpr double kMinConfidence = 0.3;
+    constexpr int kFrames = 40;
+    constexpr int kEnough = 20;
+    const DoctorInput input = BeginningOf();
+    std::vector<ViewPeople> people =
+        PeopleOfViews(WithUsualConfidences(input.detections), kMinConfidence);
+    for (size_t v = 0; v < people.size(); ++v) {
+      people[v] = Undistorted(people[v], input.cameras[v]);
+    }
+    const Stature stature =
+        StatureOf(input.cameras, people, FramesToLookAt(people, kFrames),
+                  detection_skeleton_);
+    return stature.count < kEnough ? 0.0 : stature.median_m;
+  }
+
+  // What the doctor is asked with; he looks at views, not at tracks.
+  DoctorInput BeginningOf() const {
+    DoctorInput input;
+    input.cameras = scene_.model.cameras;
+    // Of people it is the doctor who finds the unit.
+    if (!IsHuman(detection_skeleton_)) {
+      input.cameras = scale_.IntoRun(std::move(input.cameras));
+    }
+    input.detections = beginning_;
+    input.detections.header.skeleton = detection_skeleton_;
+    input.detections.header.view_names = scene_.view_names;
+    input.frame_rate_hz = scene_.model.frame_rate_hz;
+    return input;
+  }
+
+  // The skeleton of the detections, then others with as many joints.
+  static std::vector<const Skeleton*> Candidates(const Skeleton& own) {
+    std::vector<const Skeleton*> candidates = {&own};
+    for (const Skeleton* other : SkeletonsOfSize(own.joints().size())) {
+      if (other->joints() != own.joints()) candidates.push_back(other);
+    }
+    return candidates;
+  }
+
+  void SeeView(const ViewDetections& view, size_t v) {
+    CameraStatistics& camera = cameras_[v];
+    size_t people = 0;
+    for (const Detection& detection : view.detections) {
+      if (CountFound(detection) < kMinJoints) continue;
+      ++people;
+      ++camera.counts.detections;
+      camera.person_px.Add(DiagonalPx(BoxAround(detection.joints)));
+      joints_of_17_.Add(JointsOf17(detection, detection_skeleton_));
+      if (!fit_.full()) fit_.See(detection);
+    }
+    ++camera.frames_with[std::min(people, kMaxCounted - 1)];
+  }
+
+  void SeeMatch(const DetectionFrame& seen, const PersonPose& person,
+                const ViewMatch& match) {
+    const auto v = static_cast<size_t>(match.view_idx);
+    const ViewDetections& view = seen.views[v];
+    const auto at =
+        std::find_if(view.detections.begin(), view.detections.end(),
+                     [&match](const Detection& detection) {
+                       return detection.index_in_file == match.detection_idx;
+                     });
+    if (at == view.detections.end()) return;
+    CameraStatistics& camera = cameras_[v];
+    if (CountFound(*at) >= kMinJoints) ++camera.counts.matched;
+    for (size_t j = 0; j < person.joints.size(); ++j) {
+      if (map_[j] < 0 || !person.joints[j].present()) continue;
+      const Keypoint& joint = at->joints[static_cast<size_t>(map_[j])];
+      if (!joint.found) continue;
+      const std::optional<Eigen::Vector2d> px =
+          scene_.model.cameras[v].Project(person.joints[j].position_m);
+      if (!px.has_value()) continue;
+      const double error_px = (*px - joint.px).norm();
+      ++camera.counts.joints;
+      camera.error_px.Add(error_px);
+      error_px_.Add(error_px);
+    }
+  }
+
+  void SeePerson(const TrackFrame& frame, const PersonPose& person) {
+    const auto [at, is_new] = people_.try_emplace(person.id);
+    PersonStatistics& statistics = at->second;
+    if (is_new) statistics.first_frame = frame.frame;
+    statistics.last_frame = frame.frame;
+    statistics.last_time = frame.time;
+    ++statistics.frames;
+    limbs_.See(person.joints, &statistics.limbs);
+  }
+
+  void SumUpThoseGone(TimeNs now) {
+    constexpr double kAway_s = 60.0;
+    for (auto at = people_.begin(); at != people_.end();) {
+      if (ToSeconds(now - at->second.last_time) > kAway_s) {
+        gone_.push_back(ReportOf(at->first, at->second));
+        at = people_.erase(at);
+      } else {
+        ++at;
+      }
+    }
+  }
+
+  // A key of the configuration that the recording was tracked with.
+  template <typename Value>
+  Value KeyOf(const char* table, const char* key, Value otherwise) const {
+    const Json config = Json::parse(scene_.header.config_json, nullptr, false);
+    const auto found = config.find(table);
+    return found != config.end() ? found->value(key, otherwise) : otherwise;
+  }
+
+  // 0 for gates in pixels, and where association expects people to go on as
+  // they went: then they are followed at any speed.
+  double FollowedSpeed() const {
+    if (KeyOf("gates", "units", std::string()) != "metres" ||
+        KeyOf("association", "prediction_s", 0.0) > 0.0) {
+      return 0.0;
+    }
+    const GateOptions usual;
+    return usual.reach_m * scene_.model.frame_rate_hz +
+           KeyOf("gates", "speed_mps", usual.speed_mps);
+  }
+
+  // Notes the time since the frame before; called before SeeSpeeds, which sets
+  // last_time_.
+  void SeeStep(const TrackFrame& frame) {
+    if (frames_ < 2) return;
+    constexpr size_t kMostHoles = 100000;
+    const double step_s = ToSeconds(frame.time - last_time_);
+    step_s_.Add(step_s);
+    steps_back_ += step_s > 0.0 ? 0 : 1;
+    if (empty_frames_left_out_) return;
+    if (step_s > kHole && holes_s_.size() < kMostHoles) {
+      holes_s_.push_back(step_s);
+    }
+  }
+
+  // Notes how fast the middle of each person's hips has moved since the frame
+  // before.
+  void SeeSpeeds(const TrackFrame& frame) {
+    std::map<TrackId, Eigen::Vector3d> now;
+    for (const PersonPose& person : frame.people) {
+      const auto hips = limbs_.MiddleOfHips(person.joints);
+      if (!hips) continue;
+      now.emplace(person.id, *hips);
+      const auto before = last_hips_.find(person.id);
+      const double passed_s = ToSeconds(frame.time - last_time_);
+      if (before == last_hips_.end() || !(passed_s > 0.0)) continue;
+      speed_mps_.Add((*hips - before->second).norm() / passed_s);
+    }
+    last_hips_ = std::move(now);
+    last_time_ = frame.time;
+  }
+
+  static CameraReport ReportOf(const CameraStatistics& camera) {
+    CameraReport report = camera.counts;
+    report.median_px = camera.error_px.Quantile(0.5);
+    report.p90_px = camera.error_px.Quantile(0.9);
+    report.person_px = camera.person_px.Quantile(0.5);
+    return report;
+  }
+
+  int MostPeople(const CameraStatistics& camera) const {
+    int64_t frames = 0;
+    for (size_t people = kMaxCounted; people-- > 0;) {
+      frames += camera.frames_with[people];
+      if (20 * frames >= frames_) return static_cast<int>(people);
+    }
+    return 0;
+  }
+
+  static PersonReport ReportOf(TrackId id, const PersonStatistics& person) {
+    const LimbFigures figures = FiguresOf(person.limbs);
+    PersonReport report;
+    report.id = id;
+    report.frames = person.frames;
+    report.first_frame = person.first_frame;
+    report.last_frame = person.last_frame;
+    report.height_m = figures.height_m;
+    report.bone_spread = figures.bone_spread;
+    report.side_difference = figures.side_difference;
+    return report;
+  }
+
+  const RunScene& scene_;
+  const bool is_stream_;
+  const Skeleton detection_skeleton_;
+  const std::vector<int> map_;
+  const Limbs limbs_;
+  const std::vector<const Skeleton*> candidates_;
+  SkeletonFit fit_;
+  SubjectScale scale_;
+  std::vector<CameraStatistics> cameras_;
+  std::map<TrackId, PersonStatistics> people_;
+  std::vector<PersonReport> gone_;
+  std::map<TrackId, Eigen::Vector3d> last_hips_;
+  TimeNs last_time_ = 0;
+  DetectionSequence beginning_;
+  int64_t joints_kept_ = 0;
+  StreamSample joints_of_17_;  // of a detection
+  StreamSample step_s_;
+  std::vector<double> holes_s_;
+  StreamSample speed_mps_;
+  StreamSample error_px_{kErrorSample};
+  int64_t frames_ = 0;
+  int64_t poses_ = 0;
+  int64_t steps_back_ = 0;
+  int64_t empty_frames_ = 0;
+  bool empty_frames_left_out_ = false;
+};
+
+RecordingReporter::RecordingReporter(const RunScene& scene,
+                                     const Skeleton& detection_skeleton,
+                                     bool is_stream)
+    : impl_(std::make_unique<Impl>(scene, detection_skeleton, is_stream)) {}
+RecordingReporter::~RecordingReporter() = default;
+void RecordingReporter::set_empty_frames_left_out(bool left_out) {
+  impl_->set_empty_frames_left_out(left_out);
+}
+void RecordingReporter::set_scale(const SubjectScale& scale) {
+  impl_->set_scale(scale);
+}
+void RecordingReporter::See(const DetectionFrame& seen,
+                            const TrackFrame& tracked) {
+  impl_->See(seen, tracked);
+}
+RecordingReport RecordingReporter::Report() const { return impl_->Report(); }
+
+}  // namespace kinegraph

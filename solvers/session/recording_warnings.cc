@@ -1,0 +1,470 @@
+#include "solvers/session/recording_warnings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "core/base/median.h"
+
+namespace kinegraph {
+namespace {
+
+// Limits of what is plausible. None was fitted to a score; beside each stands
+// what sound recordings show.
+constexpr double kMaxErrorShare = 0.06;  // of a person's size; Shelf: 0.02
+constexpr double kFarWorse = 2.5;        // times the others' error
+constexpr double kWorstPx = 4.0;         // smaller errors are a detector's
+constexpr double kMinMatched = 0.4;      // share of detections
+constexpr double kNearlyAll = 0.9;       // share of detections
+constexpr double kFarFewer = 0.5;        // times the others' share
+constexpr double kMaxSpread = 0.5;       // (p90 - p10) / median of a limb
+constexpr double kMaxSideDifference = 0.2;
+constexpr double kMaxBodySpeed = 8.0;  // m/s; sprinters reach 10
+constexpr int64_t kEnoughDetections = 20;
+
+class Warnings {
+ public:
+  Warnings(const RecordingFacts& facts, RecordingReport* report)
+      : facts_(facts), report_(report) {}
+
+  void AddAll() {
+    const bool scale_is_wrong = AddScale();
+    AddSkeleton();
+    AddSteps();
+    if (report_->poses == 0) return AddNobody();
+    AddCameras();
+    AddErrors();
+    AddMatched();
+    if (!scale_is_wrong) {
+      AddBones();
+      AddSpeed();
+    }
+    AddIdentities();
+  }
+
+ private:
+  void Add(const std::string& kind, std::string text, std::string advice) {
+    report_->warnings.push_back({kind, std::move(text), std::move(advice)});
+  }
+
+  // Unit of the calibration. True when people have no plausible height; what is
+  // no human may be as small as it likes, and as near.
+  bool AddScale() {
+    if (!facts_.is_human) return AddScaleOfOthers();
+    // In a world too small or too large nobody is tracked.
+    const double height_m =
+        report_->height_m > 0.0 ? report_->height_m : facts_.stature_m;
+    const double distance_m = report_->working_distance_m;
+    const bool height_is_wrong =
+        height_m > 0.0 && (height_m < kMinHeight || height_m > kMaxHeight);
+    const bool distance_is_wrong =
+        distance_m < kMinDistance || distance_m > kMaxDistance;
+    if (!height_is_wrong && !(distance_is_wrong && height_m == 0.0)) {
+      return false;
+    }
+    const std::string units =
+        height_is_wrong ? UnitsThatFit(height_m, kMinHeight, kMaxHeight)
+                        : UnitsThatFit(distance_m, kMinDistance, kMaxDistance);
+    const std::string found =
+        height_is_wrong
+            ? fmt::format("people are {:.3g} m tall", height_m)
+            : fmt::format("the cameras look at a place {:.3g} m away",
+                          distance_m);
+    Add("unit", found + ", which no person and no room is",
+        units.empty()
+            ? "check the scale of the calibration (cameras.unit), the "
+              "skeleton (detections.skeleton) and which camera is which"
+            : "lengths of the calibration seem to be in another unit: " +
+                  units);
+    return true;
+  }
+
+  bool AddScaleOfOthers() {
+    constexpr double kNearest = 0.005;  // m; a microscope
+    const double distance_m = report_->working_distance_m;
+    if (distance_m <= kMaxDistance) return false;
+    Add("unit",
+        fmt::format("the cameras look at a place {:.3g} m away", distance_m) +
+            (report_->subject_m > 0.0
+                 ? fmt::format(", at somebody of {:.3g} m", report_->subject_m)
+                 : ""),
+        "lengths of the calibration seem to be in another unit: " +
+            UnitsThatFit(distance_m, kNearest, kMaxDistance));
+    return true;
+  }
+
+  void AddSkeleton() {
+    if (!facts_.better_skeleton.empty()) {
+      Add("skeleton",
+          "the people's bones look implausible as " + report_->skeleton +
+              " and right as " + facts_.better_skeleton,
+          "--set=detections.skeleton=" + facts_.better_skeleton);
+      return;
+    }
+    if (facts_.implausible_bones) {
+      Add("skeleton",
+          "the people's bones look implausible as " + report_->skeleton,
+          "name the order of the joints with detections.skeleton, built in or "
+          "your own ([skeletons.NAME])");
+    }
+  }
+
+  void AddNobody() {
+    size_t views = 0;
+    for (const CameraReport& camera : report_->cameras) {
+      views += camera.detections >= kEnoughDetections ? 1 : 0;
+    }
+    if (views < 2) {
+      Add("nobody", "nobody was found: fewer than two views show anybody",
+          "look at the detections with `kinegraph report`, or at the video");
+      return;
+    }
+    if (AddFewJoints() || AddEmptyFrames()) return;
+    Add("nobody",
+        fmt::format("nobody was found, though {} views show people", views),
+        "views may have each other's cameras (cameras.map), other frames than "
+        "each other, turned or mirrored images, or a calibration of another "
+        "set-up; `kinegraph doctor` looks for it");
+  }
+
+  std::string WhatWasFound() const {
+    const auto found = static_cast<int>(report_->people.size());
+    if (report_->poses == 0) return "nobody was found";
+    if (found < report_->most_people_in_a_view) {
+      return fmt::format("{} of {} people were found", found,
+                         report_->most_people_in_a_view);
+    }
+    return fmt::format(
+        "{:.0f} % of the detections belong to a person who was "
+        "found",
+        100.0 * MatchedShare());
+  }
+
+  // Too few joints for a new person, where somebody was not found.
+  bool AddFewJoints() {
+    const auto fewer =
+        FewerJoints(facts_.joints_of_17, facts_.least_joints_of_17);
+    if (!fewer.has_value()) return false;
+    Add("joints",
+        fmt::format(
+            "{}, and half of the detections show {:.0f} of 17 joints or "
+            "fewer: a new person needs {:.0f}, in two views",
+            WhatWasFound(), facts_.joints_of_17, facts_.least_joints_of_17),
+        fmt::format("--set=\"initialisation.min_common_joints={0};"
+                    "initialisation.min_joints={0}\"",
+                    *fewer));
+    return true;
+  }
+
+  // Frames without anybody among those with people: a detector that did not
+  // look in every frame, which paper mode takes for misses.
+  bool AddEmptyFrames() {
+    constexpr double kMany = 0.2;  // of the frames
+    const double share =
+        static_cast<double>(facts_.empty_frames) /
+        static_cast<double>(std::max<int64_t>(1, report_->frames));
+    if (share < kMany || facts_.in_seconds) return false;
+    Add("nobody",
+        fmt::format("nobody was found, and in {:.0f} % of the frames no view "
+                    "shows anybody: who is new must be seen in several frames "
+                    "in a row",
+                    100.0 * share),
+        "leave frames out of the file in which the detector did not run, or "
+        "track with --mode=graph, which goes by the detector's own rhythm");
+    return true;
+  }
+
+  // The others' median of a figure.
+  template <typename Figure>
+  double OfOthers(size_t camera_idx, const Figure& figure) const {
+    std::vector<double> values;
+    for (size_t c = 0; c < report_->cameras.size(); ++c) {
+      const CameraReport& camera = report_->cameras[c];
+      if (c == camera_idx || camera.detections < kEnoughDetections) continue;
+      values.push_back(figure(camera));
+    }
+    return Median(values);
+  }
+
+  void AddCameras() {
+    const auto error = [](const CameraReport& c) { return c.error_share(); };
+    const auto matched = [](const CameraReport& c) {
+      return c.matched_share();
+    };
+    for (size_t c = 0; c < report_->cameras.size(); ++c) {
+      const CameraReport& camera = report_->cameras[c];
+      if (camera.detections < kEnoughDetections) continue;
+      const double others_error = OfOthers(c, error);
+      const double others_matched = OfOthers(c, matched);
+      const bool far_worse = camera.joints > 0 && others_error > 0.0 &&
+                             camera.error_share() > kFarWorse * others_error &&
+                             camera.median_px > kWorstPx;
+      const bool far_fewer =
+          others_matched > kMinMatched &&
+          camera.matched_share() < kFarFewer * others_matched;
+      if (!far_worse && !far_fewer) continue;
+      Add("camera",
+          fmt::format("view {} (camera {}) fits the others badly: {:.0f} % of "
+                      "its detections are matched, the others' {:.0f} %; "
+                      "median error {:.1f} px",
+                      camera.view, camera.camera,
+                      100.0 * camera.matched_share(), 100.0 * others_matched,
+                      camera.median_px),
+          "it may have another view's camera (cameras.map), have moved, be "
+          "turned, mirrored or out of step in time; `kinegraph doctor` looks "
+          "for it, --without_cameras=" +
+              camera.view + " tries without it");
+    }
+  }
+
+  void AddErrors() {
+    std::vector<double> shares;
+    for (const CameraReport& camera : report_->cameras) {
+      if (camera.joints > 0) shares.push_back(camera.error_share());
+    }
+    if (!(Median(shares) > kMaxErrorShare)) return;
+    Add("error",
+        fmt::format("poses are {:.1f} px from the detections in the median, "
+                    "{:.0f} % of a person's size in the image",
+                    report_->median_px, 100.0 * Median(shares)),
+        "calibration, pairing of views and cameras, or clocks may be wrong; "
+        "`kinegraph doctor` looks for it");
+  }
+
+  // Share of the detections that belong to a person; 1 where there are few.
+  double MatchedShare() const {
+    int64_t detections = 0;
+    int64_t matched = 0;
+    for (const CameraReport& camera : report_->cameras) {
+      detections += camera.detections;
+      matched += camera.matched;
+    }
+    if (detections < kEnoughDetections) return 1.0;
+    return static_cast<double>(matched) / static_cast<double>(detections);
+  }
+
+  void AddMatched() {
+    const double share = MatchedShare();
+    if (share >= kMinMatched) return;
+    Add("matched",
+        fmt::format("{:.0f} % of the detections belong to a person who was "
+                    "found",
+                    100.0 * share),
+        "views may have each other's cameras (cameras.map), other frames than "
+        "each other, turned or mirrored images; `kinegraph doctor` looks for "
+        "it");
+  }
+
+  void AddBones() {
+    double frames = 0.0;
+    double spread = 0.0;
+    double difference = 0.0;
+    for (const PersonReport& person : report_->people) {
+      if (person.height_m == 0.0) continue;
+      const auto weight = static_cast<double>(person.frames);
+      frames += weight;
+      spread += weight * person.bone_spread;
+      difference += weight * person.side_difference;
+    }
+    if (frames == 0.0) return;
+    spread /= frames;
+    difference /= frames;
+    if (spread > kMaxSpread) {
+      Add("bones",
+          fmt::format("lengths of limbs vary by {:.0f} % during the recording",
+                      100.0 * spread),
+          "calibration, clocks or skeleton may be wrong; `kinegraph doctor` "
+          "looks for it");
+    }
+    if (difference > kMaxSideDifference) {
+      Add("bones",
+          fmt::format("left and right limbs differ by {:.0f} %",
+                      100.0 * difference),
+          "a view may be mirrored, or the skeleton's order of joints wrong "
+          "(detections.skeleton)");
+    }
+  }
+
+  void AddSpeed() {
+    const auto faster = FasterGate(facts_.body_speed_mps, facts_.followed_mps);
+    if (faster.has_value()) {
+      Add("speed",
+          fmt::format(
+              "people move at {:.1f} m/s, and gates follow up to {:.1f} "
+              "m/s at {:.6g} Hz: who is fast may get several identities",
+              facts_.body_speed_mps, facts_.followed_mps,
+              report_->frame_rate_hz),
+          fmt::format("--set=gates.speed_mps={:.0f}", *faster));
+    }
+    if (!(facts_.body_speed_mps > kMaxBodySpeed)) return;
+    Add("rate",
+        fmt::format("people move at {:.1f} m/s at {:.6g} Hz",
+                    facts_.body_speed_mps, report_->frame_rate_hz),
+        "the frame rate may be wrong (input.frame_rate)");
+  }
+
+  // Frames too far apart to follow anybody, all of them or some.
+  void AddSteps() {
+    if (facts_.independent_frames) return;
+    if (facts_.steps_back > 0) {
+      Add("frames",
+          fmt::format("the clock stands or steps back {} {}: tracks end there",
+                      facts_.steps_back,
+                      facts_.steps_back == 1 ? "time" : "times"),
+          "look at the times in the detections; without \"time\" a frame's "
+          "is its number over the frame rate");
+    }
+    if (facts_.frame_step_s > kHole) {
+      Add("frames",
+          fmt::format("{:.3g} s lie between two frames: nobody can be followed "
+                      "over that",
+                      facts_.frame_step_s),
+          "for sets of single frames input.independent_frames=true");
+      return;
+    }
+    if (facts_.holes_s.empty()) return;
+    const double longest_s =
+        *std::max_element(facts_.holes_s.begin(), facts_.holes_s.end());
+    Add("frames",
+        fmt::format("{} {} in the recording, up to {:.3g} s without a frame",
+                    facts_.holes_s.size(),
+                    facts_.holes_s.size() == 1 ? "hole" : "holes", longest_s),
+        facts_.links
+            ? "tracks end at those longer than tracking.max_age_s"
+            : "tracks end at those longer than tracking.max_age_s; "
+              "--set=identity.link=true joins what is clearly one person");
+  }
+
+  void AddIdentities() {
+    const auto identities = static_cast<int>(report_->people.size());
+    if (identities < report_->most_people_in_a_view ||
+        MatchedShare() < kNearlyAll) {
+      AddFewJoints();
+    }
+    if (identities <= 2 * report_->most_people_in_a_view + 2) return;
+    Add("identities",
+        fmt::format("{} identities, though no view shows more than {} people "
+                    "at once",
+                    identities, report_->most_people_in_a_view),
+        facts_.links ? "people may come and go; if not, look for the cause "
+                       "with `kinegraph doctor`"
+                     : "people may come and go; if not, join their pieces with "
+                       "--set=identity.link=true, or look for the cause with "
+                       "`kinegraph doctor`");
+  }
+
+  const RecordingFacts& facts_;
+  RecordingReport* report_;
+};
+
+}  // namespace
+
+double TypicalHeight(const std::vector<PersonReport>& people) {
+  std::vector<std::pair<double, int64_t>> heights;
+  int64_t frames = 0;
+  for (const PersonReport& person : people) {
+    if (person.height_m == 0.0) continue;
+    heights.emplace_back(person.height_m, person.frames);
+    frames += person.frames;
+  }
+  std::sort(heights.begin(), heights.end());
+  int64_t below = 0;
+  for (const auto& [height_m, own] : heights) {
+    below += own;
+    if (2 * below >= frames) return height_m;
+  }
+  return 0.0;
+}
+
+double JointsOf17(const Detection& detection, const Skeleton& skeleton) {
+  const std::vector<int>& compared = skeleton.association_joints();
+  const auto found =
+      std::count_if(compared.begin(), compared.end(), [&](int joint_idx) {
+        return detection.joints[static_cast<size_t>(joint_idx)].found;
+      });
+  return 17.0 * static_cast<double>(found) /
+         static_cast<double>(compared.size());
+}
+
+std::optional<double> FasterGate(double body_speed_mps, double followed_mps) {
+  constexpr double kShare = 0.8;
+  constexpr double kLimbs = 1.4;  // times the body
+  if (!(followed_mps > 0.0) || body_speed_mps > kMaxBodySpeed ||
+      body_speed_mps <= kShare * followed_mps) {
+    return std::nullopt;
+  }
+  return std::ceil(kLimbs * body_speed_mps);
+}
+
+std::optional<int> FewerJoints(double joints_of_17, double least) {
+  constexpr double kWellWithin = 1.25;
+  constexpr double kCommon = 0.55;  // of the joints that a view shows
+  constexpr double kFewest = 4.0;   // a body's place and direction
+  if (!(joints_of_17 > 0.0) || joints_of_17 >= kWellWithin * least) {
+    return std::nullopt;
+  }
+  const double fewer = std::max(kFewest, std::floor(kCommon * joints_of_17));
+  if (fewer >= least) return std::nullopt;
+  return static_cast<int>(fewer);
+}
+
+std::string UnitsThatFit(double length_m, double least_m, double most_m) {
+  std::string fixes;
+  for (const auto& [unit, metres] :
+       {std::pair{"cm", 0.01}, {"mm", 0.001}, {"m", 1000.0}, {"m", 100.0}}) {
+    const double length = length_m * metres;
+    if (length < least_m || length > most_m) continue;
+    fixes +=
+        std::string(fixes.empty() ? "" : " or ") + "--set=cameras.unit=" + unit;
+    if (metres > 1.0) break;  // whatever it was read in
+  }
+  return fixes;
+}
+
+void AddWarnings(const RecordingFacts& facts, RecordingReport* report) {
+  Warnings(facts, report).AddAll();
+}
+
+void AddCameraWarnings(const std::vector<CameraWarning>& cameras,
+                       RecordingReport* report) {
+  for (const CameraWarning& camera : cameras) {
+    report->warnings.push_back(
+        {"camera", camera.text,
+         "`kinegraph doctor`, which tells cameras from clocks"});
+  }
+}
+
+void AddCauses(const Diagnosis& diagnosis, RecordingReport* report) {
+  // The report has its own words for these.
+  const bool knows_unit = std::any_of(
+      report->warnings.begin(), report->warnings.end(),
+      [](const RecordingWarning& one) { return one.kind == "unit"; });
+  std::vector<RecordingWarning> causes;
+  for (const Finding& finding : diagnosis.findings) {
+    if (!finding.told) continue;
+    if (finding.kind == "unit" && knows_unit) continue;
+    const std::string of =
+        finding.camera.empty() ? "" : "view of " + finding.camera + ": ";
+    // The report writes no cameras.
+    const bool is_key = finding.fix.rfind("--cameras=", 0) != 0;
+    std::string advice = "`kinegraph doctor` writes the corrected calibration";
+    // By whole frames alone: cameras that are turned may look like it.
+    if (finding.kind == "clock_offset") {
+      advice =
+          "`kinegraph doctor`, which tells cameras from clocks; for a "
+          "clock " +
+          finding.fix;
+    } else if (is_key) {
+      advice = finding.fix;
+    }
+    causes.push_back({finding.kind, of + finding.evidence, advice});
+  }
+  report->warnings.insert(report->warnings.begin(),
+                          std::make_move_iterator(causes.begin()),
+                          std::make_move_iterator(causes.end()));
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,106 @@
+// `track` without a configuration warns about nothing where nothing is wrong,
+// and does where cameras are off.
+// tests/solvers/session/recording_report_test.cc has twelve wrong set-ups.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/support/program.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::ProgramOutcome;
+using testing::RunProgram;
+
+// The warnings of a run, as texts; the summary's and those on the screen are
+// the same.
+std::string WarningsOf(const std::string& arguments) {
+  const testing::TemporaryFolder folder;
+  const ProgramOutcome outcome = RunProgram(
+      "track", arguments + " --out='" + folder.path().string() + "/t.jsonl'");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const auto summary = nlohmann::json::parse(
+      testing::ContentOf(folder.path() / "t.summary.json"));
+  EXPECT_GT(summary.at("poses").get<int>(), 0);
+  // Beside progress.
+  const size_t said = outcome.errors.find("warning");
+  std::string warnings =
+      said == std::string::npos ? "" : outcome.errors.substr(said);
+  for (const auto& warning : summary.at("warnings")) {
+    warnings += warning.at("kind").get<std::string>() + ": " +
+                warning.at("text").get<std::string>() + "\n";
+  }
+  return warnings;
+}
+
+TEST(SoundRecordings, ShelfWarnsAboutNothing) {
+  KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
+  EXPECT_EQ(WarningsOf("--cameras='" + data +
+                       "/../../calibration.json' --detections='" + data +
+                       "' --set=input.frame_rate=25 --frames=300:600"),
+            "");
+}
+
+TEST(SoundRecordings, CampusWarnsAboutNothing) {
+  KINEGRAPH_DATA_OR_SKIP(data, "campus/calibration.json");
+  const std::string folder = testing::FindData("campus")->string();
+  EXPECT_EQ(WarningsOf(
+                "--cameras='" + data + "' --detections='" + folder +
+                "/detections_modelled/typical' --set='input.frame_rate=25;"
+                "cameras.image_size=[360,288];cameras.ignore_distortion=true'"),
+            "");
+}
+
+TEST(SoundRecordings, SingleFrameWithItsSwitchWarnsAboutNothing) {
+  KINEGRAPH_DATA_OR_SKIP(data, "panoptic/calibration_160422_ultimatum1.json");
+  const std::string folder = testing::FindData("panoptic")->string();
+  EXPECT_EQ(WarningsOf("--cameras='" + data + "' --detections='" + folder +
+                       "/detections' --set='input.frame_rate=25;"
+                       "cameras.use=[00_00,00_01,00_03,00_07,00_16];"
+                       "detections.first_frame=10600;"
+                       "input.independent_frames=true'"),
+            "");
+}
+
+TEST(SoundRecordings, WhereCamerasAreOffItIsSaid) {
+  for (const std::string trial : {"single", "multi"}) {
+    KINEGRAPH_DATA_OR_SKIP(data, "pose2sim/" + trial + "/pose");
+    const std::string calibration =
+        testing::FindData("pose2sim/calibration/Calib.toml")->string();
+    EXPECT_THAT(WarningsOf("--cameras='" + calibration + "' --detections='" +
+                           data + "' --set=input.frame_rate=60"),
+                HasSubstr("cam"))
+        << trial;
+  }
+}
+
+class SoundScenes : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(SoundScenes, WarnAboutNothing) {
+  const testing::TemporaryFolder folder;
+  const std::string scene = folder.path().string() + "/scene";
+  const ProgramOutcome made = RunProgram(
+      "synthesize",
+      "--config='" + testing::ProjectFile("configs/synthetic").string() + "/" +
+          GetParam() + ".toml' --set=scene.duration=4 --out='" + scene + "'");
+  ASSERT_EQ(made.exit_code, 0) << made.errors;
+  EXPECT_EQ(WarningsOf("--cameras='" + scene + "/cameras.json' --detections='" +
+                       scene + "/detections.jsonl'"),
+            "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, SoundScenes,
+                         ::testing::Values("demo", "hard", "long",
+                                           "correlated_25hz", "correlated_60hz",
+                                           "correlated_120hz"),
+                         [](const auto& scene) {
+                           return std::string(scene.param);
+                         });
+
+}  // namespace
+}  // namespace kinegraph

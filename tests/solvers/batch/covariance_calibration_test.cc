@@ -1,0 +1,212 @@
+// Are the stated covariances right, and do outliers stay outside? Motion is
+// drawn from the estimators' own prior, detections from their noise model.
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <vector>
+
+#include "solvers/batch/batch_estimator.h"
+#include "solvers/window/window_estimator.h"
+#include "tests/support/simulated_person.h"
+
+namespace kinegraph {
+namespace {
+
+using testing::SimulatedNoise;
+using testing::SimulatedRecording;
+
+constexpr double kInEllipsoid = 7.815;  // 95 % of chi-square(3)
+
+SceneModel MakeScene(double frame_rate_hz, double radius_m) {
+  return testing::SmallScene(testing::RingOfCameras(5, radius_m, 1000.0),
+                             frame_rate_hz);
+}
+
+// Sums over poses of one joint.
+struct Consistency {
+  double count = 0.0;
+  double nees = 0.0;      // normalised estimation error squared
+  double inside = 0.0;    // the 95 % ellipsoid
+  double squared = 0.0;   // errors [m^2]
+  double variance = 0.0;  // what was stated [m^2]
+
+  void Add(const FinalPose& pose, size_t joint, const State& truth) {
+    if (pose.person.joints[joint].status != JointStatus::kObserved) return;
+    const Eigen::Vector3d error =
+        pose.person.joints[joint].position_m - truth.head<3>();
+    const Eigen::Matrix3d& covariance = *pose.person.covariances[joint];
+    const double distance = error.dot(covariance.inverse() * error);
+    count += 1.0;
+    nees += distance;
+    inside += distance < kInEllipsoid ? 1.0 : 0.0;
+    squared += error.squaredNorm();
+    variance += covariance.trace();
+  }
+};
+
+enum class Kind { kBatch, kWindow };
+
+std::unique_ptr<Estimator> Make(Kind kind, const SceneModel& scene,
+                                const GraphOptions& options) {
+  return kind == Kind::kBatch ? MakeBatchEstimator(scene, options)
+                              : MakeWindowEstimator(scene, options);
+}
+
+class Exactness : public ::testing::TestWithParam<Kind> {};
+
+TEST_P(Exactness, PredictedErrorsAreTheRealOnes) {
+  const SceneModel scene = MakeScene(25.0, 8.0);
+  GraphOptions options = testing::FixedNoise();
+  options.loss = LossKind::kNone;
+  options.estimate_noise_scale = false;
+  options.correlation_time_s = 0.0;
+  options.information_scale = 1.0;
+  options.birth_position_sigma_m = 0.5;
+  options.birth_velocity_sigma_mps = 0.5;
+  SimulatedNoise noise;
+  noise.initial_poses = false;  // so that priors and sigmas are exactly ours
+  noise.confidence_low = 0.3;
+  noise.missing = 0.2;
+  const Eigen::Vector3d centre(0.0, 0.0, 1.0);
+  constexpr int kSeeds = 500;
+  constexpr size_t kFrames = 25;
+  std::vector<Consistency> joints(3);
+  for (int seed = 0; seed < kSeeds; ++seed) {
+    Random random(seed);
+    const SimulatedRecording recording = testing::Simulate(
+        scene, options,
+        testing::MotionFromPrior(scene, options, centre, kFrames, &random),
+        noise, centre, &random);
+    const auto estimator = Make(GetParam(), scene, options);
+    const auto finals = testing::Run(estimator.get(), recording.frames);
+    for (size_t j = 0; j < joints.size(); ++j) {
+      constexpr size_t kMiddle = kFrames / 2;
+      joints[j].Add(finals[kMiddle], j, recording.truth[j][kMiddle]);
+    }
+  }
+  for (const Consistency& joint : joints) {
+    // Two of five views at least, each missing with probability 0.2: 99.3 %,
+    // and a few people leave the pictures.
+    EXPECT_GT(joint.count, 0.97 * kSeeds);
+    EXPECT_GT(std::sqrt(joint.squared / joint.variance), 0.95);
+    EXPECT_LT(std::sqrt(joint.squared / joint.variance), 1.05);
+    // The mean of n chi-squares with 3 degrees of freedom has the standard
+    // error sqrt(6 / n); 3 of them is two-sided 0.3 %, shared by three joints.
+    EXPECT_NEAR(joint.nees / joint.count, 3.0,
+                3.0 * std::sqrt(6.0 / joint.count));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Estimators, Exactness,
+                         ::testing::Values(Kind::kBatch, Kind::kWindow));
+
+// All poses of the middle of `takes` takes of one second.
+Consistency Measure(Kind kind, const GraphOptions& options,
+                    const SimulatedNoise& noise, double frame_rate_hz,
+                    int recordings, double* rmse_m = nullptr) {
+  const SceneModel scene = MakeScene(frame_rate_hz, 6.0);
+  GraphOptions motion = options;  // people start near the middle, slowly
+  motion.birth_position_sigma_m = 0.3;
+  motion.birth_velocity_sigma_mps = 0.5;
+  const auto frame_count = static_cast<size_t>(1.6 * frame_rate_hz);
+  const Eigen::Vector3d centre(0.0, 0.0, 1.0);
+  Consistency all;
+  double squared = 0.0;
+  double count = 0.0;
+  for (int seed = 0; seed < recordings; ++seed) {
+    Random random(7000 + seed);
+    const SimulatedRecording recording = testing::Simulate(
+        scene, options,
+        testing::MotionFromPrior(scene, motion, centre,
+                                 static_cast<int>(frame_count), &random),
+        noise, centre, &random);
+    const auto estimator = Make(kind, scene, options);
+    const auto finals = testing::Run(estimator.get(), recording.frames);
+    for (size_t j = 0; j < recording.truth.size(); ++j) {
+      for (size_t k = frame_count / 4; k < 3 * frame_count / 4; ++k) {
+        all.Add(finals[k], j, recording.truth[j][k]);
+        const Joint3d& joint = finals[k].person.joints[j];
+        if (!joint.present()) continue;
+        squared +=
+            (joint.position_m - recording.truth[j][k].head<3>()).squaredNorm();
+        count += 1.0;
+      }
+    }
+  }
+  if (rmse_m != nullptr) *rmse_m = std::sqrt(squared / count);
+  return all;
+}
+
+class Defaults : public ::testing::TestWithParam<Kind> {};
+
+// The default loss with exact white noise: J'WJ alone would claim too little,
+// the correction makes it right.
+TEST_P(Defaults, CoverWithWhiteNoise) {
+  GraphOptions options = testing::FixedNoise();
+  options.correlation_time_s = 0.0;
+  options.information_scale = 1.0;
+  const Consistency result =
+      Measure(GetParam(), options, SimulatedNoise(), 25.0, 100);
+  EXPECT_GT(result.inside / result.count, 0.93);
+  EXPECT_LT(result.inside / result.count, 0.97);
+}
+
+// All defaults, and detections as detectors make them.
+TEST_P(Defaults, CoverWithDetectorNoise) {
+  const GraphOptions options = testing::FixedNoise();
+  SimulatedNoise noise;
+  noise.correlation_time_s = 0.1;
+  noise.confidence_low = 0.3;
+  noise.missing = 0.1;
+  noise.outliers = 0.03;
+  noise.outlier_burst = 3;
+  const Consistency result = Measure(GetParam(), options, noise, 25.0, 100);
+  EXPECT_GT(result.inside / result.count, 0.93);
+  EXPECT_LT(result.inside / result.count, 0.97);
+}
+
+TEST_P(Defaults, StayConsistentWhateverTheFrameRate) {
+  const GraphOptions options = testing::FixedNoise();
+  SimulatedNoise noise;
+  noise.correlation_time_s = 0.1;  // 0.67 from frame to frame at 25 Hz
+  for (const double frame_rate_hz : {25.0, 60.0, 120.0}) {
+    const Consistency result =
+        Measure(GetParam(), options, noise, frame_rate_hz, 15);
+    EXPECT_GT(result.nees / result.count / 3.0, 0.7) << frame_rate_hz;
+    EXPECT_LT(result.nees / result.count / 3.0, 1.5) << frame_rate_hz;
+  }
+}
+
+TEST_P(Defaults, GrossOutliersCostLittle) {
+  const GraphOptions options = testing::FixedNoise();
+  SimulatedNoise noise;
+  noise.correlation_time_s = 0.1;
+  double clean_m = 0.0;
+  Measure(GetParam(), options, noise, 25.0, 60, &clean_m);
+  noise.outliers = 0.1;
+  for (const int burst : {1, 5}) {
+    noise.outlier_burst = burst;
+    double dirty_m = 0.0;
+    Measure(GetParam(), options, noise, 25.0, 60, &dirty_m);
+    EXPECT_LT(dirty_m, 1.3 * clean_m) << burst;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Estimators, Defaults,
+                         ::testing::Values(Kind::kBatch, Kind::kWindow));
+
+TEST(NoiseScale, IsFoundFromTheResiduals) {
+  // A detector twice as bad as the options say: the batch states so.
+  GraphOptions options = testing::FixedNoise();
+  options.correlation_time_s = 0.0;
+  options.information_scale = 1.0;
+  SimulatedNoise noise;
+  noise.sigma_scale = 2.0;
+  noise.outliers = 0.05;
+  const Consistency result = Measure(Kind::kBatch, options, noise, 25.0, 60);
+  EXPECT_NEAR(std::sqrt(result.squared / result.variance), 1.0, 0.1);
+}
+
+}  // namespace
+}  // namespace kinegraph
