@@ -19,8 +19,8 @@ class CeresFactor;
 
 template <typename Factor, size_t... kIndices>
 class CeresFactor<Factor, std::index_sequence<kIndices...>> final
-    : public ceres::SizedCostFunction<Factor::kResiduals,
-                                      (kIndices, kStateSize)...> {
+    : public ceres::SizedCostFunction<
+          Factor::kResiduals, (static_cast<void>(kIndices), kStateSize)...> {
  public:
   explicit CeresFactor(const Factor& factor) : factor_(factor) {}
 
