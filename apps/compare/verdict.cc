@@ -130,7 +130,6 @@ std::string VerdictText(const CompareResult& result) {
     text += ".";
   }
   std::string close;
-  std::optional<size_t> sooner;
   for (size_t s = 0; s < result.strategies.size(); ++s) {
     const StrategyResult& one = result.strategies[s];
     if (s == *best || !one.scores.refused.empty()) continue;
