@@ -59,21 +59,6 @@ double NumberOf(const std::string& text, const std::string& flag) {
   return number;
 }
 
-RunOptions OptionsOfFlags() {
-  if (!(FLAGS_frame_rate >= 0.0 && FLAGS_frame_rate <= 1e5)) {
-    throw InputError("--frame_rate: expected above 0 .. 1e5 Hz");
-  }
-  std::string set = FLAGS_set;
-  const auto add = [&set](const std::string& change) {
-    set += (set.empty() ? "" : ";") + change;
-  };
-  if (FLAGS_frame_rate > 0.0) {
-    add(fmt::format("input.frame_rate={:.17g}", FLAGS_frame_rate));
-  }
-  if (!FLAGS_skeleton.empty()) add("detections.skeleton=" + FLAGS_skeleton);
-  return ReadRunOptions(ProjectConfig("default.toml"), set, "");
-}
-
 KnownLength LengthOfFlags() {
   if (!(FLAGS_scale >= 0.0 && std::isfinite(FLAGS_scale))) {
     throw InputError("--scale: expected the height of the people in metres");
@@ -287,7 +272,8 @@ void RunCalibrate() {
                      "' is no format of calibrations that is written; "
                      "`convert --formats` lists them");
   }
-  const RunOptions options = OptionsOfFlags();
+  const RunOptions options =
+      DefaultOptions(FLAGS_frame_rate, FLAGS_skeleton, FLAGS_set);
   const DetectionSequence detections =
       ReadDetections(FLAGS_detections, DetectionOptionsOf(options));
   const std::vector<std::string>& views = detections.header.view_names;

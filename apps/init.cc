@@ -42,19 +42,8 @@ namespace kinegraph {
 namespace {
 
 SurveyRequest RequestOfFlags() {
-  if (!(FLAGS_frame_rate >= 0.0 && FLAGS_frame_rate <= 1e5)) {
-    throw InputError("--frame_rate: expected above 0 .. 1e5 Hz");
-  }
-  std::string set = FLAGS_set;
-  const auto add = [&set](const std::string& change) {
-    set += (set.empty() ? "" : ";") + change;
-  };
-  if (FLAGS_frame_rate > 0.0) {
-    add(fmt::format("input.frame_rate={:.17g}", FLAGS_frame_rate));
-  }
-  if (!FLAGS_skeleton.empty()) add("detections.skeleton=" + FLAGS_skeleton);
   return {FLAGS_cameras, FLAGS_detections,
-          ReadRunOptions(ProjectConfig("default.toml"), set, ""),
+          DefaultOptions(FLAGS_frame_rate, FLAGS_skeleton, FLAGS_set),
           ParseList(FLAGS_without_cameras, "without_cameras")};
 }
 

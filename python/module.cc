@@ -264,12 +264,12 @@ class TrackArrays {
     std::fill_n(array->mutable_data(), array->size(), kNan);
   }
 
-  template <typename Take>
-  void ForEach(const Take& recording) const {
+  template <typename Visit>
+  void ForEach(const Visit& visit) const {
     for (size_t k = 0; k < tracks_.frames.size(); ++k) {
       for (const PersonPose& person : tracks_.frames[k].people) {
-        recording(static_cast<py::ssize_t>(k), index_.at(person.id.value()),
-                  person);
+        visit(static_cast<py::ssize_t>(k), index_.at(person.id.value()),
+              person);
       }
     }
   }

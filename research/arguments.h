@@ -10,8 +10,8 @@ namespace kinegraph::testing {
 
 // What follows `flag` ("--json=") in the argument that begins with it, which is
 // taken out; empty when there is none.
-inline std::string RecordingFlag(const std::string& flag,
-                                 std::vector<std::string>* arguments) {
+inline std::string ExtractFlag(const std::string& flag,
+                               std::vector<std::string>* arguments) {
   const auto at = std::find_if(
       arguments->begin(), arguments->end(),
       [&](const std::string& text) { return text.rfind(flag, 0) == 0; });

@@ -421,7 +421,7 @@ nlohmann::json Run(int scenes, uint64_t first_seed, const std::string& only) {
 int main(int argc, char** argv) {
   std::vector<std::string> arguments(argv + 1, argv + argc);
   const std::string json_path =
-      kinegraph::testing::RecordingFlag("--json=", &arguments);
+      kinegraph::testing::ExtractFlag("--json=", &arguments);
   arguments.resize(3);
   const std::string& scenes = arguments[0];
   const std::string& seed = arguments[1];

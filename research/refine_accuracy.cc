@@ -386,7 +386,7 @@ void RunDrift(uint64_t seed) {
 int main(int argc, char** argv) {
   std::vector<std::string> arguments(argv + 1, argv + argc);
   const std::string json_path =
-      kinegraph::testing::RecordingFlag("--json=", &arguments);
+      kinegraph::testing::ExtractFlag("--json=", &arguments);
   arguments.resize(3);
   const uint64_t seed =
       arguments[1].empty() ? 70001 : std::stoull(arguments[1]);

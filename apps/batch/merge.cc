@@ -187,7 +187,8 @@ std::string Markdown(const Results& results, const std::string& out,
       "each "
       "drawn recording's figure around its value with the standard error of "
       "its "
-      "block bootstrap over frames. Differences are taken take by recording.\n";
+      "block bootstrap over frames. Differences are taken recording by "
+      "recording.\n";
   if (results.processors.size() > 1) {
     text +=
         "\n**More than one kind of processor:** the last digits of a result "

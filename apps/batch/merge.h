@@ -47,7 +47,7 @@ BatchSummary Summarise(const BatchColumn& column);
 // null without recordings.
 Json SummaryJson(const BatchSummary& summary);
 
-// The same of the difference of two configurations, take by recording.
+// The same of the difference of two configurations, recording by recording.
 BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b);
 
 // Reads what is done below `out` and writes batch.json, batch.csv, batch.md and

@@ -1,10 +1,13 @@
 #include "apps/common/config_folder.h"
 
+#include <fmt/format.h>
+
 #include <cstddef>
 
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
 #include "core/system/process.h"
+#include "solvers/session/options.h"
 
 namespace kinegraph {
 namespace {
@@ -67,6 +70,21 @@ std::string FindConfig(const std::string& path) {
                      "NAME and input.frame_rate where the data need them");
   }
   throw InputError(path, "", "is not there; " + ShippedConfigs());
+}
+
+RunOptions DefaultOptions(double frame_rate_hz, const std::string& skeleton,
+                          std::string set) {
+  if (!(frame_rate_hz >= 0.0 && frame_rate_hz <= 1e5)) {
+    throw InputError("--frame_rate: expected above 0 .. 1e5 Hz");
+  }
+  const auto add = [&set](const std::string& change) {
+    set += (set.empty() ? "" : ";") + change;
+  };
+  if (frame_rate_hz > 0.0) {
+    add(fmt::format("input.frame_rate={:.17g}", frame_rate_hz));
+  }
+  if (!skeleton.empty()) add("detections.skeleton=" + skeleton);
+  return ReadRunOptions(ProjectConfig("default.toml"), set, "");
 }
 
 std::string DriverName() {

@@ -6,6 +6,8 @@
 
 namespace kinegraph {
 
+struct RunOptions;
+
 // Path of configs/`name` ("paper/shelf.toml"): beside an installed program
 // (../share/kinegraph/configs) or above one in the build folder. Throws
 // InputError when it is in none of these places.
@@ -15,6 +17,12 @@ std::string ProjectConfig(const std::string& name);
 // project's, with or without "configs/" in front ("paper/shelf.toml"). Throws
 // InputError that lists the project's where it is neither.
 std::string FindConfig(const std::string& path);
+
+// configs/default.toml with what flags of a command state: --frame_rate (0: not
+// given), --skeleton of the detections, --set. Throws InputError or
+// OptionError.
+RunOptions DefaultOptions(double frame_rate_hz, const std::string& skeleton,
+                          std::string set);
 
 // How one types the commands: "kinegraph" where it lies beside this program,
 // else "./kinegraph", the driver of the sources.

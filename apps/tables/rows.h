@@ -33,7 +33,7 @@ struct TrackedRow {
 struct TrackedBenchmark {
   Benchmark benchmark;
   TrackSequence truth;
-  std::vector<TrackedRow> rows;  // ours, take by recording, then results
+  std::vector<TrackedRow> rows;  // ours, recording by recording, then results
   std::vector<TrackedRow> single_person;  // results of actor 0 alone
   std::vector<PcpResult> own_rules;       // of benchmark.own_rules
 };

@@ -86,7 +86,7 @@ class FisheyeLens final : public Lens {
 
 // nullptr (an ideal pinhole) for "pinhole", or "opencv5" with nothing but zeros
 // (a fisheye lens of zeros bends, too). Throws OptionError for an unknown model
-// or a wrong number of parameters: "opencv5" recordings 0, 2, 4 or 5,
+// or a wrong number of parameters: "opencv5" takes 0, 2, 4 or 5,
 // "opencv_fisheye" up to 4.
 std::shared_ptr<const Lens> MakeLens(const std::string& model,
                                      const std::vector<double>& parameters);

@@ -61,7 +61,7 @@ struct InitialisationOptions {
   double alpha_group_px = 60.0;   // epipolar distance scale of the grouping
   double alpha_filter_px = 60.0;  // of the joints filter at initialisation
   // Detections take part when their mean confidence over the joints that
-  // recording part at all (under detections.zero_confidence = "position": all
+  // take part at all (under detections.zero_confidence = "position": all
   // joints) is above this.
   double min_confidence = 0.0;
   // affinity_sum: common joints that a pair must have, as a share of 17 scaled

@@ -184,7 +184,7 @@ void BatchEstimator::Finish() {
   WriteFinals();
   solver_.HandInCounts(records_.front().frame, records_.back().frame);
   if (solution != nullptr) {
-    solution->noise = noise_->RecordingApplied();
+    solution->noise = noise_->ExtractApplied();
     solution->records = std::move(records_);
     notes_->Keep(solution);
   }

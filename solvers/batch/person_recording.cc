@@ -99,7 +99,7 @@ void PersonRecording::ChangeNoise(const std::function<void(Piece*)>& visit) {
   Piece piece;
   while (Next(&piece)) {
     visit(&piece);
-    measurements.RecordingNoise(piece.begin, piece.end, piece.part.joints);
+    measurements.ExtractNoise(piece.begin, piece.end, piece.part.joints);
   }
 }
 
@@ -111,7 +111,7 @@ PersonRecording PackRecording(const PersonProblem& problem) {
         problem.joints, k,
         std::min(k + PackedMeasurements::kPieceFrames, count));
   }
-  recording.measurements.RecordingNoise(0, count, problem.joints);
+  recording.measurements.ExtractNoise(0, count, problem.joints);
   recording.graph = problem;
   for (size_t j = 0; j < problem.joints.size(); ++j) {
     std::vector<PixelMeasurement>& measurements =

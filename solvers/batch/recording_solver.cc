@@ -61,7 +61,7 @@ std::unique_ptr<PersonSolver> RecordingSolver::AcquireIdle() {
 
 void RecordingSolver::GiveBack(std::unique_ptr<PersonSolver> solver) {
   const std::lock_guard<std::mutex> lock(taking_);
-  whole_.AddCounts(solver->RecordingCounts());
+  whole_.AddCounts(solver->ExtractCounts());
   idle_.push_back(std::move(solver));
 }
 

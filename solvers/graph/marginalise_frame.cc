@@ -55,12 +55,12 @@ void WriteRows(const Linearised<Factor>& at, const Keys<Factor::kKeys>& keys,
   }
 }
 
-// Calls `take(linearised factor, keys, what it counts)` for a joint's factors
+// Calls `visit(linearised factor, keys, what it counts)` for a joint's factors
 // of the first frame; `correction` is that of the observations.
-template <typename Take>
+template <typename Visit>
 void LineariseFirst(const std::vector<TimeNs>& times, const JointChain& chain,
                     const FactorWalk& walk, double correction,
-                    const Take& recording) {
+                    const Visit& visit) {
   const auto state_of = [&](const StateKey& key) {
     return chain.states[key.frame].data();
   };
@@ -72,7 +72,7 @@ void LineariseFirst(const std::vector<TimeNs>& times, const JointChain& chain,
         double weight = robustness.information *
                         WeightAtEstimate(chain, robustness, at.squared_norm());
         if (robustness.measurement >= 0) weight *= correction;
-        recording(at, keys, weight);
+        visit(at, keys, weight);
         return true;
       });
 }

@@ -141,8 +141,8 @@ void PackedMeasurements::Unpack(size_t begin, size_t end,
   }
 }
 
-void PackedMeasurements::RecordingNoise(size_t begin, size_t end,
-                                        const std::vector<JointChain>& chains) {
+void PackedMeasurements::ExtractNoise(size_t begin, size_t end,
+                                      const std::vector<JointChain>& chains) {
   for (size_t j = 0; j < chains.size(); ++j) {
     auto measurement = chains[j].measurements.begin();
     ForEachPiece(&pieces_, begin, end,

@@ -31,8 +31,8 @@ class PackedMeasurements {
 
   // Takes over sigmas, information and bias of the recording's frames begin ..
   // end - 1 from chains that begin with the first of them.
-  void RecordingNoise(size_t begin, size_t end,
-                      const std::vector<JointChain>& chains);
+  void ExtractNoise(size_t begin, size_t end,
+                    const std::vector<JointChain>& chains);
   // Noise does not change any more. What only learning asks for, modelled
   // sigmas and confidences, is forgotten: sigmas stand for the former.
   void SettleNoise();

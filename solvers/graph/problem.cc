@@ -7,10 +7,10 @@ namespace {
 
 enum class Gated { kVisited, kSkipped };
 
-// Calls `take(measurement, valid, squared norm)` for each measurement of the
+// Calls `visit(measurement, valid, squared norm)` for each measurement of the
 // chain at its states, those that are gated included or not.
-template <typename Take>
-void ForEachMeasurement(Gated gated, JointChain* chain, const Take& recording) {
+template <typename Visit>
+void ForEachMeasurement(Gated gated, JointChain* chain, const Visit& visit) {
   for (size_t k = 0; k < chain->states.size(); ++k) {
     const double* states[] = {chain->states[k].data()};
     for (int32_t m = chain->first[k]; m < chain->first[k + 1]; ++m) {
@@ -19,7 +19,7 @@ void ForEachMeasurement(Gated gated, JointChain* chain, const Take& recording) {
       Eigen::Vector2d residual = Eigen::Vector2d::Zero();
       const bool valid = ReprojectionOf(measurement)
                              .Evaluate(states, residual.data(), nullptr);
-      recording(&measurement, valid, residual.squaredNorm());
+      visit(&measurement, valid, residual.squaredNorm());
     }
   }
 }

@@ -251,7 +251,7 @@ void PersonNoise::FindProcessNoise() {
   }
 }
 
-AppliedNoise PersonNoise::RecordingApplied() {
+AppliedNoise PersonNoise::ExtractApplied() {
   AppliedNoise applied;
   applied.learnt = Learnt();
   applied.scale = scale_;

@@ -66,7 +66,7 @@ class PersonNoise {
   void ApplyProcessNoise(PersonProblem* problem);
   void ApplyPixelNoise(size_t begin, size_t end, PersonProblem* part) const;
   // What was applied to a whole recording; nothing is left here.
-  AppliedNoise RecordingApplied();
+  AppliedNoise ExtractApplied();
   // In place of learning: `noise` of the same person, whose frame frame_of[k]
   // is the one that stands at times[k].
   void Adopt(const AppliedNoise& noise, const std::vector<size_t>& frame_of,

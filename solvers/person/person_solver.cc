@@ -157,12 +157,12 @@ void PersonSolver::FreeWorkSpace() {
   bone_solver_ = BoneSolver();
 }
 
-SolveCounts PersonSolver::RecordingCounts() {
+SolveCounts PersonSolver::ExtractCounts() {
   return std::exchange(counts_, SolveCounts());
 }
 
 void PersonSolver::HandInCounts(int64_t first_frame, int64_t last_frame) {
-  const SolveCounts counts = RecordingCounts();
+  const SolveCounts counts = ExtractCounts();
   if (ledger_ != nullptr) ledger_->Add(counts);
   if (counts.AllWell()) return;
   std::ostringstream line;

@@ -56,7 +56,7 @@ class PersonSolver {
   void FreeWorkSpace();
 
   // What was counted since the last call.
-  SolveCounts RecordingCounts();
+  SolveCounts ExtractCounts();
   // Counts what another one has.
   void AddCounts(const SolveCounts& counts) { counts_ += counts; }
 

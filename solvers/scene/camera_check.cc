@@ -22,7 +22,7 @@ constexpr int kMinPersonJoints = 6;
 
 // What is worth a warning. A detector's own bias, averaged over joints and
 // directions, stays within a centimetre or so in each of the views that
-// recording part.
+// take part.
 constexpr double kLeastM = 0.03;
 constexpr int64_t kEnoughPeople = 15;
 constexpr double kHardlySeen = 0.2;

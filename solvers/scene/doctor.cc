@@ -224,7 +224,7 @@ class Doctor {
                        [](const Candidate& a, const Candidate& b) {
                          return a.score < b.score;
                        })
-          ->recording();
+          ->apply();
       LookAgain();
       first = false;
     }
@@ -232,7 +232,7 @@ class Doctor {
 
   struct Candidate {
     double score = 0.0;  // of all pairs of views, with it
-    std::function<void()> recording;
+    std::function<void()> apply;
   };
 
   double ScoreOf(const CameraRig& cameras,
@@ -357,7 +357,7 @@ class Doctor {
     if (!clocks.found()) return;
     candidates->push_back({clocks.score_after, [this, clocks] {
                              clocks_taken_ = true;
-                             RecordingClocks(clocks);
+                             ApplyClocks(clocks);
                            }});
   }
 
@@ -376,7 +376,7 @@ class Doctor {
                 as_read.score())});
   }
 
-  void RecordingClocks(const ClockSearch& clocks) {
+  void ApplyClocks(const ClockSearch& clocks) {
     for (size_t v = 0; v < cameras_.size(); ++v) {
       const int lag = clocks.lag_frames[v];
       if (lag == 0) continue;
@@ -695,11 +695,11 @@ class Doctor {
   // Pictures that were lost, one jump after the other.
   void LookForJumps() {
     constexpr int kMostJumps = 5;
-    for (int i = 0; i < kMostJumps && RecordingJump(); ++i) {
+    for (int i = 0; i < kMostJumps && ApplyJump(); ++i) {
     }
   }
 
-  bool RecordingJump() {
+  bool ApplyJump() {
     if (!MoveEnough(segments_)) return false;
     const double frame_s = 1.0 / std::max(1.0, input_.frame_rate_hz);
     const auto jump = FindClockJump(cameras_, segments_, changes_,

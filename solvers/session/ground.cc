@@ -179,7 +179,7 @@ int64_t SamplesOf(const std::vector<Stand>& stands) {
   return samples;
 }
 
-// A rotation that recordings `up` to z and keeps the old x axis in the plane of
+// A rotation that takes `up` to z and keeps the old x axis in the plane of
 // the new x and z, or the old y axis where x points up.
 Eigen::Matrix3d Upright(const Eigen::Vector3d& up) {
   const Eigen::Vector3d old = std::abs(up.x()) < 0.9 ? Eigen::Vector3d::UnitX()

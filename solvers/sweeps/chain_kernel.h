@@ -96,23 +96,23 @@ class ChainGroup {
   ChainGroup(const ChainLanes& chains, int lane, double* workspace)
       : chains_(chains), lane_(lane), frames_(chains.frames) {
     char* at = reinterpret_cast<char*>(workspace);
-    const auto recording = [&](auto** array) {
+    const auto allot = [&](auto** array) {
       using Item =
           std::remove_pointer_t<std::remove_pointer_t<decltype(array)>>;
       *array = reinterpret_cast<Item*>(at);
       at += sizeof(Item) * frames_;
     };
-    recording(&current_.diagonal);
-    recording(&trial_.diagonal);
-    recording(&inverse_);
-    recording(&motion_);
-    recording(&current_.gradient);
-    recording(&trial_.gradient);
-    recording(&right_);
-    recording(&gained_);
-    recording(&states_);
-    recording(&candidate_);
-    recording(&step_);
+    allot(&current_.diagonal);
+    allot(&trial_.diagonal);
+    allot(&inverse_);
+    allot(&motion_);
+    allot(&current_.gradient);
+    allot(&trial_.gradient);
+    allot(&right_);
+    allot(&gained_);
+    allot(&states_);
+    allot(&candidate_);
+    allot(&step_);
   }
 
   void Solve(const LaneStage* stages, int stage_count, double step_tolerance_m,

@@ -26,21 +26,21 @@ class CoupledSolve {
   CoupledSolve(const ChainLanes& chains, const LaneCouplings& couplings,
                double* workspace)
       : chains_(chains), couplings_(couplings), frames_(chains.frames) {
-    const auto recording = [&](long rows) {
+    const auto allot = [&](long rows) {
       double* const at = workspace;
       workspace += rows * chains.lanes;
       return at;
     };
-    inverse_ = recording(static_cast<long>(kLaneBlockSize) * frames_);
-    motion_ = recording(4L * frames_);
-    residual_ = recording(6L * frames_);
-    conditioned_ = recording(6L * frames_);
-    direction_ = recording(6L * frames_);
-    by_chains_ = recording(6L * frames_);
-    solution_ = recording(6L * frames_);
-    by_couplings_ = recording(3L * frames_);
-    by_first_ = recording(6);
-    sums_ = recording(1);
+    inverse_ = allot(static_cast<long>(kLaneBlockSize) * frames_);
+    motion_ = allot(4L * frames_);
+    residual_ = allot(6L * frames_);
+    conditioned_ = allot(6L * frames_);
+    direction_ = allot(6L * frames_);
+    by_chains_ = allot(6L * frames_);
+    solution_ = allot(6L * frames_);
+    by_couplings_ = allot(3L * frames_);
+    by_first_ = allot(6);
+    sums_ = allot(1);
   }
 
   bool Factorise(const double* diagonal, double damping);

@@ -9,34 +9,10 @@
 # root, some 2 GB; one that is there is used again. Prints how long each step
 # took. The Dockerfile takes the same steps.
 set -euo pipefail
+. "$(dirname "$(readlink -f "$0")")/bare.sh"
 
 deb=$(readlink -f "$1")
-root=$(readlink -f "$2")
-mirror=${DEBIAN_MIRROR:-http://deb.debian.org/debian}
-log=$root.log
-: >"$log"
-
-step() {  # TITLE COMMAND...
-  local title=$1 begin=$SECONDS
-  shift
-  if ! "$@" >>"$log" 2>&1; then
-    tail -n 20 "$log" >&2
-    echo "bare_root: error: $title failed; its last words are above" >&2
-    exit 1
-  fi
-  printf '%4d s  %s\n' $((SECONDS - begin)) "$title"
-}
-inside() {
-  chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root \
-    LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive bash -ec "$1"
-}
-
-if [[ ! -x $root/usr/bin/apt-get ]]; then
-  step "a bare Debian 12" debootstrap --variant=minbase bookworm "$root" "$mirror"
-fi
-mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
-trap 'umount "$root/proc"' EXIT
-cp /etc/resolv.conf "$root/etc/resolv.conf"
+bare "$2"
 cp "$deb" "$root/root/kinegraph.deb"
 
 step "package lists" inside "apt-get -q update"

@@ -113,7 +113,7 @@ class PickleReader {
   }
 
   // Little-endian, without sign.
-  uint64_t RecordingCount(size_t width) {
+  uint64_t ReadCount(size_t width) {
     const char* from = Take(width);
     uint64_t count = 0;
     for (size_t i = 0; i < width; ++i) {
@@ -122,15 +122,15 @@ class PickleReader {
     return count;
   }
 
-  std::string RecordingBytes(uint64_t count) {
+  std::string ReadBytes(uint64_t count) {
     if (count > bytes_.size() - at_) Fail("ends too early");
     return std::string(Take(count), count);
   }
 
-  std::string RecordingLine() {
+  std::string ReadLine() {
     const size_t end = bytes_.find('\n', at_);
     if (end == std::string::npos) Fail("ends too early");
-    std::string line = RecordingBytes(end - at_);
+    std::string line = ReadBytes(end - at_);
     Take(1);
     return line;
   }
@@ -196,10 +196,10 @@ class PickleReader {
   bool Build(unsigned char code) {
     switch (code) {
       case 0x80:  // PROTO
-        RecordingCount(1);
+        ReadCount(1);
         return true;
       case 0x95:  // FRAME
-        RecordingCount(8);
+        ReadCount(8);
         return true;
       case '(':
         Push(Kind::kMark);
@@ -253,8 +253,8 @@ class PickleReader {
         Append(Kind::kDict, PopToMark());
         return true;
       case 'c': {  // GLOBAL
-        const std::string module = RecordingLine();
-        PushText(Kind::kGlobal, module + "." + RecordingLine());
+        const std::string module = ReadLine();
+        PushText(Kind::kGlobal, module + "." + ReadLine());
         return true;
       }
       case 0x93: {  // STACK_GLOBAL
@@ -287,18 +287,18 @@ class PickleReader {
         Push(Kind::kBoolean)->integer = code == 0x88 ? 1 : 0;
         return true;
       case 'K':  // BININT1
-        Push(Kind::kInteger)->integer = static_cast<int64_t>(RecordingCount(1));
+        Push(Kind::kInteger)->integer = static_cast<int64_t>(ReadCount(1));
         return true;
       case 'M':  // BININT2
-        Push(Kind::kInteger)->integer = static_cast<int64_t>(RecordingCount(2));
+        Push(Kind::kInteger)->integer = static_cast<int64_t>(ReadCount(2));
         return true;
       case 'J':  // BININT
-        Push(Kind::kInteger)->integer = static_cast<int32_t>(RecordingCount(4));
+        Push(Kind::kInteger)->integer = static_cast<int32_t>(ReadCount(4));
         return true;
       case 0x8a: {  // LONG1
-        const size_t width = RecordingCount(1);
+        const size_t width = ReadCount(1);
         if (width > 8) Fail("has an integer of more than 64 bits");
-        uint64_t bits = RecordingCount(width);
+        uint64_t bits = ReadCount(width);
         const bool negative = width > 0 && ((bits >> (8 * width - 1)) & 1) != 0;
         if (negative && width < 8) bits |= ~uint64_t{0} << (8 * width);
         Push(Kind::kInteger)->integer = static_cast<int64_t>(bits);
@@ -315,30 +315,30 @@ class PickleReader {
   bool BuildText(unsigned char code) {
     switch (code) {
       case 0x8c:  // SHORT_BINUNICODE
-        PushText(Kind::kText, RecordingBytes(RecordingCount(1)));
+        PushText(Kind::kText, ReadBytes(ReadCount(1)));
         return true;
       case 'X':  // BINUNICODE
-        PushText(Kind::kText, RecordingBytes(RecordingCount(4)));
+        PushText(Kind::kText, ReadBytes(ReadCount(4)));
         return true;
       case 0x8d:  // BINUNICODE8
-        PushText(Kind::kText, RecordingBytes(RecordingCount(8)));
+        PushText(Kind::kText, ReadBytes(ReadCount(8)));
         return true;
       // Python 2's texts are bytes.
       case 'U':  // SHORT_BINSTRING
-        PushText(Kind::kText, RecordingBytes(RecordingCount(1)));
+        PushText(Kind::kText, ReadBytes(ReadCount(1)));
         return true;
       case 'T':  // BINSTRING
-        PushText(Kind::kText, RecordingBytes(RecordingCount(4)));
+        PushText(Kind::kText, ReadBytes(ReadCount(4)));
         return true;
       case 'C':  // SHORT_BINBYTES
-        PushText(Kind::kBytes, RecordingBytes(RecordingCount(1)));
+        PushText(Kind::kBytes, ReadBytes(ReadCount(1)));
         return true;
       case 'B':  // BINBYTES
-        PushText(Kind::kBytes, RecordingBytes(RecordingCount(4)));
+        PushText(Kind::kBytes, ReadBytes(ReadCount(4)));
         return true;
       case 0x8e:  // BINBYTES8
       case 0x96:  // BYTEARRAY8
-        PushText(Kind::kBytes, RecordingBytes(RecordingCount(8)));
+        PushText(Kind::kBytes, ReadBytes(ReadCount(8)));
         return true;
       default:
         return false;
@@ -351,16 +351,16 @@ class PickleReader {
         memory_[memory_.size()] = Top();
         return true;
       case 'q':  // BINPUT
-        memory_[RecordingCount(1)] = Top();
+        memory_[ReadCount(1)] = Top();
         return true;
       case 'r':  // LONG_BINPUT
-        memory_[RecordingCount(4)] = Top();
+        memory_[ReadCount(4)] = Top();
         return true;
       case 'h':  // BINGET
-        Recall(RecordingCount(1));
+        Recall(ReadCount(1));
         return true;
       case 'j':  // LONG_BINGET
-        Recall(RecordingCount(4));
+        Recall(ReadCount(4));
         return true;
       default:
         return false;

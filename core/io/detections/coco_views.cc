@@ -130,15 +130,15 @@ class CocoViewsReader {
   }
 
  private:
-  template <typename Take>
+  template <typename Visit>
   void ForEach(const JsonObject& root, const char* key, const char* what,
-               const Take& recording) {
+               const Visit& visit) {
     size_t place = 0;
     Located(
         path_, [&] { return what + (" " + std::to_string(place)); },
         [&] {
           for (const JsonValue value : AsArray(Required(root, key), key)) {
-            recording(AsObject(value, what));
+            visit(AsObject(value, what));
             ++place;
           }
         });

@@ -55,10 +55,10 @@ class KinegraphSource : public DetectionSource {
   void ReadHeader(const JsonObject& object) {
     using Self = KinegraphSource;
     static constexpr Key<DetectionHeader> kKeys[] = {
-        {"kinegraph_detections", Presence::kRequired, &Self::RecordingVersion},
-        {"skeleton", Presence::kRequired, &Self::RecordingSkeleton},
-        {"frame_rate", Presence::kOptional, &Self::RecordingFrameRate},
-        {"views", Presence::kRequired, &Self::RecordingViewNames}};
+        {"kinegraph_detections", Presence::kRequired, &Self::AcceptVersion},
+        {"skeleton", Presence::kRequired, &Self::AcceptSkeleton},
+        {"frame_rate", Presence::kOptional, &Self::AcceptFrameRate},
+        {"views", Presence::kRequired, &Self::AcceptViewNames}};
     ReadKeys(object, kKeys, this, &header_);
     if (options_.frame_rate_hz > 0.0) {
       header_.frame_rate_hz = options_.frame_rate_hz;
@@ -66,20 +66,19 @@ class KinegraphSource : public DetectionSource {
     if (options_.skeleton) OverrideSkeleton();
   }
 
-  void RecordingVersion(JsonValue value, std::string_view key,
-                        DetectionHeader*) {
+  void AcceptVersion(JsonValue value, std::string_view key, DetectionHeader*) {
     AsInteger(value, key, 1, 1);
   }
-  void RecordingSkeleton(JsonValue value, std::string_view,
-                         DetectionHeader* header) {
+  void AcceptSkeleton(JsonValue value, std::string_view,
+                      DetectionHeader* header) {
     header->skeleton = ReadSkeleton(value);
   }
-  void RecordingFrameRate(JsonValue value, std::string_view key,
-                          DetectionHeader* header) {
+  void AcceptFrameRate(JsonValue value, std::string_view key,
+                       DetectionHeader* header) {
     header->frame_rate_hz = AsFrameRate(value, key);
   }
-  void RecordingViewNames(JsonValue value, std::string_view key,
-                          DetectionHeader* header) {
+  void AcceptViewNames(JsonValue value, std::string_view key,
+                       DetectionHeader* header) {
     for (const JsonValue name : AsArray(value, key)) {
       const std::string text(AsText(name, key));
       if (FindView(text) >= 0) {
@@ -121,8 +120,8 @@ class KinegraphSource : public DetectionSource {
     using Self = KinegraphSource;
     static constexpr Key<DetectionFrame> kKeys[] = {
         {"frame", Presence::kRequired, &Self::TakeFrame},
-        {"time", Presence::kOptional, &Self::RecordingTime},
-        {"views", Presence::kRequired, &Self::RecordingViews},
+        {"time", Presence::kOptional, &Self::AcceptTime},
+        {"views", Presence::kRequired, &Self::AcceptViews},
         {"capture_times", Presence::kOptional, &Self::TakeCaptureTimes},
         {"view_times", Presence::kOptional, &Self::TakeCaptureTimes}};
     frame->views.resize(header_.view_names.size());
@@ -137,8 +136,8 @@ class KinegraphSource : public DetectionSource {
   void TakeFrame(JsonValue value, std::string_view key, DetectionFrame* frame) {
     frame->frame = AsFrame(value, key);
   }
-  void RecordingTime(JsonValue value, std::string_view key,
-                     DetectionFrame* frame) {
+  void AcceptTime(JsonValue value, std::string_view key,
+                  DetectionFrame* frame) {
     frame->time = AsTime(value, key);
     has_time_ = true;
   }
@@ -172,8 +171,8 @@ class KinegraphSource : public DetectionSource {
     }
   }
 
-  void RecordingViews(JsonValue value, std::string_view key,
-                      DetectionFrame* frame) {
+  void AcceptViews(JsonValue value, std::string_view key,
+                   DetectionFrame* frame) {
     const JsonObject views = AsObject(value, key);
     seen_views_.assign(header_.view_names.size(), false);
     for (const auto field : views) {

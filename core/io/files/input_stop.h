@@ -8,7 +8,7 @@ class InputStop {
  public:
   // Input counts as ended once there is anything to read from `descriptor`,
   // which somebody else (a handler of signals) writes to. At most one a
-  // process; -1 recordings it back.
+  // process; -1 takes it back.
   static void ListenTo(int descriptor);
 
   // Waits until `descriptor` has something to read or is at its end; false

@@ -58,21 +58,20 @@ class KinegraphTrackSource : public TrackSource {
   void ReadHeader(const JsonObject& object) {
     using Self = KinegraphTrackSource;
     static constexpr Key<TrackHeader> kKeys[] = {
-        {"kinegraph", Presence::kRequired, &Self::RecordingVersion},
-        {"skeleton", Presence::kRequired, &Self::RecordingSkeleton},
+        {"kinegraph", Presence::kRequired, &Self::AcceptVersion},
+        {"skeleton", Presence::kRequired, &Self::AcceptSkeleton},
         {"units", Presence::kOptional, &Self::CheckUnits},
-        {"mode", Presence::kOptional, &Self::RecordingMode},
-        {"frame_rate", Presence::kOptional, &Self::RecordingFrameRate},
-        {"config", Presence::kOptional, &Self::RecordingConfig},
-        {"views", Presence::kOptional, &Self::RecordingViewNames}};
+        {"mode", Presence::kOptional, &Self::AcceptMode},
+        {"frame_rate", Presence::kOptional, &Self::AcceptFrameRate},
+        {"config", Presence::kOptional, &Self::AcceptConfig},
+        {"views", Presence::kOptional, &Self::AcceptViewNames}};
     ReadKeys(object, kKeys, this, &header_);
   }
 
-  void RecordingVersion(JsonValue value, std::string_view key, TrackHeader*) {
+  void AcceptVersion(JsonValue value, std::string_view key, TrackHeader*) {
     AsInteger(value, key, 1, 1);
   }
-  void RecordingSkeleton(JsonValue value, std::string_view,
-                         TrackHeader* header) {
+  void AcceptSkeleton(JsonValue value, std::string_view, TrackHeader* header) {
     header->skeleton = ReadSkeleton(value);
   }
   void CheckUnits(JsonValue value, std::string_view key, TrackHeader*) {
@@ -83,21 +82,20 @@ class KinegraphTrackSource : public TrackSource {
       throw InputError("units: expected metres (m) and seconds (s)");
     }
   }
-  void RecordingMode(JsonValue value, std::string_view key,
-                     TrackHeader* header) {
+  void AcceptMode(JsonValue value, std::string_view key, TrackHeader* header) {
     header->mode = AsText(value, key);
   }
-  void RecordingFrameRate(JsonValue value, std::string_view key,
-                          TrackHeader* header) {
+  void AcceptFrameRate(JsonValue value, std::string_view key,
+                       TrackHeader* header) {
     header->frame_rate_hz = AsFrameRate(value, key);
   }
-  void RecordingConfig(JsonValue value, std::string_view key,
-                       TrackHeader* header) {
+  void AcceptConfig(JsonValue value, std::string_view key,
+                    TrackHeader* header) {
     AsObject(value, key);
     header->config_json = RawObject(lines_.line(), key);
   }
-  void RecordingViewNames(JsonValue value, std::string_view key,
-                          TrackHeader* header) {
+  void AcceptViewNames(JsonValue value, std::string_view key,
+                       TrackHeader* header) {
     for (const JsonValue name : AsArray(value, key)) {
       header->view_names.emplace_back(AsText(name, key));
     }
@@ -109,8 +107,8 @@ class KinegraphTrackSource : public TrackSource {
     using Self = KinegraphTrackSource;
     static constexpr Key<TrackFrame> kKeys[] = {
         {"frame", Presence::kRequired, &Self::TakeFrame},
-        {"time", Presence::kOptional, &Self::RecordingTime},
-        {"people", Presence::kRequired, &Self::RecordingPeople}};
+        {"time", Presence::kOptional, &Self::AcceptTime},
+        {"people", Presence::kRequired, &Self::AcceptPeople}};
     frame->people.clear();
     has_time_ = false;
     ReadKeys(object, kKeys, this, frame);
@@ -123,12 +121,11 @@ class KinegraphTrackSource : public TrackSource {
   void TakeFrame(JsonValue value, std::string_view key, TrackFrame* frame) {
     frame->frame = AsFrame(value, key);
   }
-  void RecordingTime(JsonValue value, std::string_view key, TrackFrame* frame) {
+  void AcceptTime(JsonValue value, std::string_view key, TrackFrame* frame) {
     frame->time = AsTime(value, key);
     has_time_ = true;
   }
-  void RecordingPeople(JsonValue value, std::string_view key,
-                       TrackFrame* frame) {
+  void AcceptPeople(JsonValue value, std::string_view key, TrackFrame* frame) {
     for (const JsonValue element : AsArray(value, key)) {
       PersonPose person;
       ReadPerson(AsObject(element, key), &person);
@@ -147,12 +144,12 @@ class KinegraphTrackSource : public TrackSource {
   void ReadPerson(const JsonObject& object, PersonPose* person) {
     using Self = KinegraphTrackSource;
     static constexpr Key<PersonPose> kKeys[] = {
-        {"id", Presence::kRequired, &Self::RecordingId},
+        {"id", Presence::kRequired, &Self::AcceptId},
         {"joints", Presence::kRequired, &Self::ExtractPositions},
         {"status", Presence::kRequired, &Self::ExtractStatuses},
-        {"views", Presence::kOptional, &Self::RecordingViewCounts},
+        {"views", Presence::kOptional, &Self::AcceptViewCounts},
         {"covariance", Presence::kOptional, &Self::ExtractCovariances},
-        {"score", Presence::kOptional, &Self::RecordingScore},
+        {"score", Presence::kOptional, &Self::AcceptScore},
         {"matches", Presence::kOptional, &Self::ExtractMatches},
         {"weights", Presence::kOptional, &Self::ExtractWeights}};
     weights_.reset();
@@ -161,7 +158,7 @@ class KinegraphTrackSource : public TrackSource {
     if (weights_.has_value()) ReadWeights(*weights_, person);
   }
 
-  void RecordingId(JsonValue value, std::string_view key, PersonPose* person) {
+  void AcceptId(JsonValue value, std::string_view key, PersonPose* person) {
     person->id = TrackId(AsId(value, key));
   }
 
@@ -188,8 +185,8 @@ class KinegraphTrackSource : public TrackSource {
     CheckLength(statuses_.size(), key);
   }
 
-  void RecordingViewCounts(JsonValue value, std::string_view key,
-                           PersonPose* person) {
+  void AcceptViewCounts(JsonValue value, std::string_view key,
+                        PersonPose* person) {
     for (const JsonValue count : AsArray(value, key)) {
       person->inlier_views.push_back(
           static_cast<int>(AsInteger(count, key, 0, kMaxInt)));
@@ -214,8 +211,7 @@ class KinegraphTrackSource : public TrackSource {
     CheckLength(person->covariances.size(), key);
   }
 
-  void RecordingScore(JsonValue value, std::string_view key,
-                      PersonPose* person) {
+  void AcceptScore(JsonValue value, std::string_view key, PersonPose* person) {
     person->score = AsNumber(value, key);
   }
 

@@ -67,7 +67,7 @@ TEST_F(CommandLine, SwitchesABooleanOff) {
   EXPECT_TRUE(FLAGS_test_loud);
 }
 
-TEST_F(CommandLine, RecordingsAnEmptyText) {
+TEST_F(CommandLine, TakesAnEmptyText) {
   ParseCommandLine({"--test_out="});
   EXPECT_EQ(FLAGS_test_out, "");
 }

@@ -73,7 +73,7 @@ TEST(PenTest, ALineCoversItsPixelsAndStaysInside) {
   pen.Number(-120, {-50.0, 500.0}, 12.0, {1, 2, 3}, {4, 5, 6});
 }
 
-TEST(PicturePathTest, RecordingsOneNumber) {
+TEST(PicturePathTest, TakesOneNumber) {
   EXPECT_EQ(PicturePath("a/%06d.jpg", 42), "a/000042.jpg");
   EXPECT_EQ(PicturePath("%d", 1234567), "1234567");
   for (const char* pattern : {"a.jpg", "%s", "%d%d", "%", "100%"}) {

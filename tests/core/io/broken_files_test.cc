@@ -631,7 +631,7 @@ TEST(BrokenFiles, Tracks) { Check(TrackCases()); }
 TEST(BrokenFiles, HeldOutSets) { Check(HeldOutCases()); }
 
 // Writes a new file: file systems make sure that one written over an old one
-// reaches the disk, which recordings milliseconds.
+// reaches the disk, which takes milliseconds.
 void Rewrite(const TemporaryFolder& folder, const std::string& name,
              const std::string& content) {
   std::filesystem::remove(folder.path() / name);

@@ -478,7 +478,7 @@ struct WithLists {
   }
 };
 
-TEST(ConfigOverride, RecordingsLists) {
+TEST(ConfigOverride, TakesLists) {
   ConfigFile config = ConfigFile::Empty();
   config.Override("numbers=[360, 288.5];texts=[cam0,\"cam1\"]", "--set");
   WithLists options;

@@ -42,12 +42,12 @@ std::string ErrorOf(const std::vector<std::string>& views,
   return InputErrorOf([&] { CameraIdx(views, Rig(cameras), map); });
 }
 
-TEST(ViewPairing, RecordingsEqualNames) {
+TEST(ViewPairing, TakesEqualNames) {
   EXPECT_THAT(CameraIdx({"left", "right"}, Rig({"right", "top", "left"})),
               ElementsAre(2, 0));
 }
 
-TEST(ViewPairing, RecordingsEqualLastIntegers) {
+TEST(ViewPairing, TakesEqualLastIntegers) {
   // Campus: the calibration lists Camera1, Camera2, Camera0.
   EXPECT_THAT(CameraIdx({"cam0", "cam1", "cam2"},
                         Rig({"Camera1", "Camera2", "Camera0"})),

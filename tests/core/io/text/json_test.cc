@@ -70,7 +70,7 @@ TEST(ParseJson, NamesWhatIsNoNumberAndItsLine) {
 
 // Names come from file systems and from files in Latin-1; TOML wants U+007F
 // escaped, and JSON allows it.
-TEST(DumpJson, RecordingsAnyBytes) {
+TEST(DumpJson, TakesAnyBytes) {
   const std::string text = "a\xe9\x7f\"\n\xc3\xa9";
   EXPECT_EQ(JsonText(text), "\"a\xef\xbf\xbd\\u007f\\\"\\n\xc3\xa9\"");
   const Json json = ParseJson(DumpJson(Json{{text, text}}, 1), "a.json");
