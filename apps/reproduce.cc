@@ -178,7 +178,7 @@ void AddSensitivity(const BenchmarkData& data, Report* report) {
     const bool shelf = benchmark.set == BenchmarkSet::kShelf;
     const std::string name = shelf ? "shelf" : "campus";
     const std::string figure = "images/sensitivity_" + name + ".svg";
-    const std::vector<Sweep> swept = RunBlockTridiagonal(
+    const std::vector<Sweep> swept = RunSensitivity(
         benchmark, data.folder, FLAGS_set, [&progress] { progress.Advance(); });
     WritePlot(SensitivityPlots(swept), FLAGS_out + "/" + figure,
               {1350, 760, 3});

@@ -15,9 +15,10 @@
 // beginning, "6p_5c". What was counted in each recording is appended to FILE,
 // and --table sums all lines of such a file, so that a long table can be made
 // in short pieces. --set changes what graph mode runs with: the whole recording
-// with the sweeps (configs/offline.toml). --second_pass also scores the tracks
-// that `track` would write with linking and a second pass; --linking_only
-// leaves paper mode out. --details says of each change whether it was right.
+// with the block-tridiagonal solver (configs/offline.toml). --second_pass also
+// scores the tracks that `track` would write with linking and a second pass;
+// --linking_only leaves paper mode out. --details says of each change whether
+// it was right.
 // --tracks keeps the tracks of graph mode and reads them when they are there,
 // which makes it quick to try linking again.
 #include <algorithm>

@@ -253,7 +253,8 @@ void AddRecording(const Fault& fault, uint64_t seed, Sums* sums) {
   FaultyScene scene = LateScene(scene_options, fault.offsets_s);
   fault.spoil(&random, &scene.cameras);
   const TrackSequence truth = TruthOf(scene.scene);
-  // The sweeps: the same to a tenth of a millimetre, and faster.
+  // The block-tridiagonal solver: the same to a tenth of a millimetre, and
+  // faster.
   const std::string bare =
       "output.estimator=batch;graph.bones=true;graph.solver=sweeps";
   const RunOptions plain =

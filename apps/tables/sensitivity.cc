@@ -144,10 +144,10 @@ int64_t SweepCount(const Benchmark& benchmark) {
                               SweptParameters().size());
 }
 
-std::vector<Sweep> RunBlockTridiagonal(const Benchmark& benchmark,
-                                       const std::string& data_folder,
-                                       const std::string& extra_set,
-                                       const std::function<void()>& progress) {
+std::vector<Sweep> RunSensitivity(const Benchmark& benchmark,
+                                  const std::string& data_folder,
+                                  const std::string& extra_set,
+                                  const std::function<void()>& progress) {
   std::vector<Sweep> sweeps;
   for (const BenchmarkRecording& recording : benchmark.recordings) {
     Dataset dataset = recording.dataset;

@@ -48,10 +48,10 @@ struct Sweep {
 };
 
 // Every parameter on every recording with the recording's first method.
-std::vector<Sweep> RunBlockTridiagonal(const Benchmark& benchmark,
-                                       const std::string& data_folder,
-                                       const std::string& extra_set,
-                                       const std::function<void()>& progress);
+std::vector<Sweep> RunSensitivity(const Benchmark& benchmark,
+                                  const std::string& data_folder,
+                                  const std::string& extra_set,
+                                  const std::function<void()>& progress);
 int64_t SweepCount(const Benchmark& benchmark);
 
 // One panel a parameter, one line a recording.

@@ -2,8 +2,8 @@
 //
 // Who walks it hands in a chain, which makes each factor of its own numbers
 // (doubles in solvers/graph/factor_list.h, packs in
-// solvers/sweeps/chain_kernel.h), and a visitor that takes every one of
-// them: a factor that is listed here and that a chain or a visitor does not
+// solvers/block_tridiagonal/chain_kernel.h), and a visitor that takes every one
+// of them: a factor that is listed here and that a chain or a visitor does not
 // know is an error of the compiler.
 #ifndef KINEGRAPH_SOLVERS_FACTORS_JOINT_FACTORS_H_
 #define KINEGRAPH_SOLVERS_FACTORS_JOINT_FACTORS_H_

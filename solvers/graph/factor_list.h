@@ -1,7 +1,7 @@
 // A person's factors: of each joint those of solvers/factors/joint_factors.h,
 // and what couples joints. Information of covariances, marginalisation,
 // couplings and Ceres walk them here; chains in lanes
-// (solvers/sweeps/chain_kernel.h) walk the former over packs.
+// (solvers/block_tridiagonal/chain_kernel.h) walk the former over packs.
 //
 // A visitor is called as
 //   bool visit(const Factor& factor, const Keys<Factor::kKeys>& keys,

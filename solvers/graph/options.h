@@ -27,9 +27,9 @@ void DescribeJointClasses(OptionVisitor& visitor, const std::string& name,
 
 // Who finds the minimum. Both minimise the same factors.
 enum class GraphSolver {
-  kCeres,  // one Ceres problem a person, started from the sweeps' result
-  kBlockTridiagonal,  // block-tridiagonal sweeps; bones by conjugate gradients
-                      // on top
+  kCeres,             // one Ceres problem a person, started block-tridiagonally
+  kBlockTridiagonal,  // block-tridiagonal elimination; bones by conjugate
+                      // gradients on top
 };
 // Names in the order of the enum.
 const char* ToString(GraphSolver solver);

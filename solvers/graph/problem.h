@@ -131,7 +131,7 @@ struct SolveSchedule {
 struct SolveReport {
   bool finite = true;     // false: the start was kept
   bool converged = true;  // in the last stage
-  int iterations = 0;     // of sweeps
+  int iterations = 0;     // block-tridiagonal
   int ceres_iterations = 0;
   int ceres_problems = 0;
   double cost_decrease = 0.0;  // in Ceres' last stage

@@ -13,7 +13,7 @@ namespace kinegraph {
 // do not depend on its threads.
 struct SolveCounts {
   int64_t solves = 0;            // results that an estimator took over
-  int64_t sweep_iterations = 0;  // of the block-tridiagonal sweeps
+  int64_t sweep_iterations = 0;  // of the block-tridiagonal solver
   int64_t ceres_problems = 0;    // ceres::Problem objects evaluated
   int64_t ceres_iterations = 0;
   // Decrease of the cost from the start to Ceres' result [1e-6].

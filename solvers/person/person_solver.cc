@@ -7,10 +7,10 @@
 #include <sstream>
 #include <utility>
 
+#include "solvers/block_tridiagonal/person_system.h"
 #include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/noise_model.h"
 #include "solvers/graph/schedule.h"
-#include "solvers/sweeps/person_system.h"
 
 namespace kinegraph {
 namespace {

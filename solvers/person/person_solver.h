@@ -6,17 +6,17 @@
 #include <memory>
 #include <vector>
 
+#include "solvers/block_tridiagonal/bone_solver.h"
+#include "solvers/block_tridiagonal/chain_solver.h"
 #include "solvers/graph/options.h"
 #include "solvers/graph/problem.h"
 #include "solvers/graph/solve_counts.h"
-#include "solvers/sweeps/bone_solver.h"
-#include "solvers/sweeps/chain_solver.h"
 
 namespace kinegraph {
 
 // Keeps work space between calls; one a person. A result is made in up to three
 // steps: SolveJoint for each joint, SolveBones where bones couple them, Refine
-// for Ceres. With solver sweeps the last does nothing.
+// for Ceres. With the block-tridiagonal solver the last does nothing.
 class PersonSolver {
  public:
   explicit PersonSolver(const GraphOptions& options);
@@ -27,8 +27,8 @@ class PersonSolver {
   double correction() const { return correction_; }
 
   // Gates the measurements of the joints at their states and runs `schedule` by
-  // sweeps, each joint as if alone. A solve that finds nothing finite keeps its
-  // start, and its measurements get no weight.
+  // block-tridiagonal elimination, each joint as if alone. A solve that finds
+  // nothing finite keeps its start, and its measurements get no weight.
   void SolveJoints(const SolveSchedule& schedule,
                    const std::vector<int>& joint_indices,
                    PersonProblem* problem);
@@ -40,7 +40,7 @@ class PersonSolver {
 
   // Solver ceres: takes the whole problem, the user's factors included, to
   // convergence under the last stage's loss. Where that finds nothing finite
-  // the sweeps' result stays.
+  // the block-tridiagonal solver's result stays.
   void Refine(PersonProblem* problem);
 
   // Covariances of the frames before `frame_end` of all joints of a coupled

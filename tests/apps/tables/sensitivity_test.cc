@@ -53,8 +53,8 @@ TEST(SweepsTest, ThePublishedValueDiffersFromItselfByNothing) {
   Benchmark benchmark =
       FindBenchmarks(testing::FindData("")->string()).benchmarks.front();
   benchmark.recordings.resize(1);
-  const std::vector<Sweep> sweeps = RunBlockTridiagonal(
-      benchmark, testing::FindData("")->string(), "", [] {});
+  const std::vector<Sweep> sweeps =
+      RunSensitivity(benchmark, testing::FindData("")->string(), "", [] {});
   ASSERT_EQ(sweeps.size(), 5u);
   for (const Sweep& sweep : sweeps) {
     const SweptValue& published = sweep.values[4];

@@ -119,7 +119,7 @@ TEST(Fisheye, BeyondTheFoldNothingIsSeen) {
   EXPECT_FALSE(camera.Undistort({960 + 600 * 0.704, 720}).has_value());
 }
 
-// The lanes of the sweeps do what a single point does, bit for bit.
+// The SIMD kernels do what a single point does, bit for bit.
 TEST(Fisheye, PacksEqualSinglePoints) {
   const Camera camera = FisheyeCamera();
   const double points[2][3] = {{1.5, -0.3, 1.0}, {1e-7, 2e-7, 2.0}};

@@ -11,8 +11,8 @@
 #include <string>
 
 #include "solvers/batch/batch_estimator.h"
+#include "solvers/block_tridiagonal/bone_solver.h"
 #include "solvers/graph/assembler.h"
-#include "solvers/sweeps/bone_solver.h"
 #include "solvers/window/window_estimator.h"
 #include "tests/support/simulated_person.h"
 
@@ -284,7 +284,8 @@ TEST_P(GracefulOptions, ASolverThatMayNotConverge) {
   for (const FinalPose& pose : testing::Run(batch.get(), recording.frames)) {
     for (const Joint3d& joint : pose.person.joints) {
       EXPECT_TRUE(joint.position_m.allFinite());
-      // Ceres goes on from the step of the sweeps, and its own settles most.
+      // Ceres goes on from the block-tridiagonal step, and its own settles
+      // most.
       if (options.solver == GraphSolver::kBlockTridiagonal) {
         EXPECT_NE(joint.status, JointStatus::kObserved);
       }

@@ -1,4 +1,5 @@
-// Ceres and the sweeps on real data (Shelf) and on Campus with modelled noise.
+// Ceres and the block-tridiagonal solver on real data (Shelf) and on Campus
+// with modelled noise.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -12,11 +13,11 @@
 
 #include "apps/common/config_folder.h"
 #include "apps/tables/dataset.h"
+#include "solvers/block_tridiagonal/chain_solver.h"
+#include "solvers/block_tridiagonal/linear_chain.h"
 #include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/schedule.h"
-#include "solvers/sweeps/chain_solver.h"
-#include "solvers/sweeps/linear_chain.h"
 #include "tests/support/sanitized.h"
 #include "tests/support/test_data.h"
 
@@ -203,7 +204,8 @@ PersonProblem ByCeresAlone(const SolveSchedule& schedule,
 }
 
 // Ceres is no decoration: from DLT behind the joints filter, at rest, it finds
-// by its own full schedule what the sweeps find, or something better.
+// by its own full schedule what the block-tridiagonal solver finds, or
+// something better.
 TEST(CeresFromDlt, ReachesTheSweepsMinimumOnShelf) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const LoadedDataset loaded =

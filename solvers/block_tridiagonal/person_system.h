@@ -1,6 +1,6 @@
 // Covariances of a person's joints that are coupled by bones.
-#ifndef KINEGRAPH_SOLVERS_SWEEPS_PERSON_SYSTEM_H_
-#define KINEGRAPH_SOLVERS_SWEEPS_PERSON_SYSTEM_H_
+#ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_PERSON_SYSTEM_H_
+#define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_PERSON_SYSTEM_H_
 
 #include <vector>
 
@@ -19,4 +19,4 @@ bool PersonCovariances(const PersonProblem& problem, double correction,
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SWEEPS_PERSON_SYSTEM_H_
+#endif  // KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_PERSON_SYSTEM_H_

@@ -1,4 +1,4 @@
-#include "solvers/sweeps/bone_solver.h"
+#include "solvers/block_tridiagonal/bone_solver.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +8,10 @@
 
 #include "core/base/pack.h"
 #include "core/base/stop_check.h"
+#include "solvers/block_tridiagonal/damping.h"
+#include "solvers/block_tridiagonal/lane_blocks.h"
 #include "solvers/graph/creep.h"
 #include "solvers/graph/factor_list.h"
-#include "solvers/sweeps/damping.h"
-#include "solvers/sweeps/lane_blocks.h"
 
 namespace kinegraph {
 namespace {

@@ -1,4 +1,4 @@
-#include "solvers/sweeps/linear_chain.h"
+#include "solvers/block_tridiagonal/linear_chain.h"
 
 #include <cmath>
 #include <type_traits>

@@ -4,8 +4,8 @@
 // and lanes without a joint are filled like those of a joint that nobody sees.
 // A view is one camera's answer to one frame: its joints share camera and
 // clock.
-#ifndef KINEGRAPH_SOLVERS_SWEEPS_CHAIN_LANES_H_
-#define KINEGRAPH_SOLVERS_SWEEPS_CHAIN_LANES_H_
+#ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_LANES_H_
+#define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_LANES_H_
 
 #include "core/geometry/projection.h"
 #include "solvers/factors/robust_loss.h"
@@ -125,4 +125,4 @@ bool SolveCoupledLanes(const ChainLanes& chains, const LaneSystemRows& system,
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SWEEPS_CHAIN_LANES_H_
+#endif  // KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_LANES_H_

@@ -1,6 +1,6 @@
 // The factors of one joint's chain, linearised at given states.
-#ifndef KINEGRAPH_SOLVERS_SWEEPS_LINEAR_CHAIN_H_
-#define KINEGRAPH_SOLVERS_SWEEPS_LINEAR_CHAIN_H_
+#ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_LINEAR_CHAIN_H_
+#define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_LINEAR_CHAIN_H_
 
 #include <Eigen/Core>
 #include <vector>
@@ -41,4 +41,4 @@ void LineariseInformation(const std::vector<TimeNs>& times,
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SWEEPS_LINEAR_CHAIN_H_
+#endif  // KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_LINEAR_CHAIN_H_

@@ -4,9 +4,9 @@
 #error "not compiled for it: kinegraph_lanes in cmake/KinegraphTargets.cmake"
 #endif
 
-#include "solvers/sweeps/chain_kernel.h"
-#include "solvers/sweeps/chain_lanes_wide.h"
-#include "solvers/sweeps/coupled_kernel.h"
+#include "solvers/block_tridiagonal/chain_kernel.h"
+#include "solvers/block_tridiagonal/chain_lanes_wide.h"
+#include "solvers/block_tridiagonal/coupled_kernel.h"
 
 namespace kinegraph {
 

@@ -1,4 +1,4 @@
-#include "solvers/sweeps/lane_problem.h"
+#include "solvers/block_tridiagonal/lane_problem.h"
 
 #include <cstdint>
 

@@ -5,13 +5,13 @@
 #include <Eigen/LU>
 
 #include "solvers/batch/batch_estimator.h"
+#include "solvers/block_tridiagonal/bone_solver.h"
+#include "solvers/block_tridiagonal/person_system.h"
 #include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/bone_lengths.h"
 #include "solvers/graph/factor_list.h"
 #include "solvers/graph/marginalise_frame.h"
-#include "solvers/sweeps/bone_solver.h"
-#include "solvers/sweeps/person_system.h"
 #include "solvers/window/window_estimator.h"
 #include "tests/support/solver_problem.h"
 

@@ -5,13 +5,13 @@
 // H = M + C, with M the chains and C what couples them. Directions d of
 // conjugate gradients are z + turn * d with M z = r, so M d = r + turn * (M d)
 // of the direction before: the chains' matrix itself is never multiplied.
-#ifndef KINEGRAPH_SOLVERS_SWEEPS_COUPLED_KERNEL_H_
-#define KINEGRAPH_SOLVERS_SWEEPS_COUPLED_KERNEL_H_
+#ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
+#define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_
 
 #include "core/base/pack.h"
-#include "solvers/sweeps/chain_kernel.h"
-#include "solvers/sweeps/chain_lanes.h"
-#include "solvers/sweeps/lane_blocks.h"
+#include "solvers/block_tridiagonal/chain_kernel.h"
+#include "solvers/block_tridiagonal/chain_lanes.h"
+#include "solvers/block_tridiagonal/lane_blocks.h"
 
 namespace kinegraph {
 
@@ -337,4 +337,4 @@ bool SolveCoupledLanesWith(const ChainLanes& chains,
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SWEEPS_COUPLED_KERNEL_H_
+#endif  // KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_COUPLED_KERNEL_H_

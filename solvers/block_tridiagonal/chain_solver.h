@@ -1,14 +1,14 @@
 // Damped Gauss-Newton over the chains of joints by block-tridiagonal sweeps,
 // joints side by side in lanes.
-#ifndef KINEGRAPH_SOLVERS_SWEEPS_CHAIN_SOLVER_H_
-#define KINEGRAPH_SOLVERS_SWEEPS_CHAIN_SOLVER_H_
+#ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_SOLVER_H_
+#define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_SOLVER_H_
 
 #include <Eigen/Core>
 #include <vector>
 
 #include "core/base/pack.h"
+#include "solvers/block_tridiagonal/lane_problem.h"
 #include "solvers/graph/problem.h"
-#include "solvers/sweeps/lane_problem.h"
 
 namespace kinegraph {
 
@@ -65,4 +65,4 @@ class ChainSolver {
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SWEEPS_CHAIN_SOLVER_H_
+#endif  // KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_SOLVER_H_

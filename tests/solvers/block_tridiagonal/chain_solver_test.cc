@@ -1,4 +1,4 @@
-#include "solvers/sweeps/chain_solver.h"
+#include "solvers/block_tridiagonal/chain_solver.h"
 
 #include <ceres/covariance.h>
 #include <ceres/problem.h>
@@ -8,13 +8,13 @@
 
 #include "core/base/instruction_set.h"
 #include "core/base/pack.h"
+#include "solvers/block_tridiagonal/linear_chain.h"
 #include "solvers/ceres/ceres_factor.h"
 #include "solvers/ceres/ceres_loss.h"
 #include "solvers/ceres/ceres_solver.h"
 #include "solvers/graph/assembler.h"
 #include "solvers/graph/factor_list.h"
 #include "solvers/graph/marginalise_frame.h"
-#include "solvers/sweeps/linear_chain.h"
 #include "tests/support/solver_problem.h"
 
 namespace kinegraph {

@@ -1,6 +1,6 @@
 // Levenberg-Marquardt damping: none while steps lower the cost.
-#ifndef KINEGRAPH_SOLVERS_SWEEPS_DAMPING_H_
-#define KINEGRAPH_SOLVERS_SWEEPS_DAMPING_H_
+#ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_DAMPING_H_
+#define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_DAMPING_H_
 
 namespace kinegraph {
 
@@ -27,4 +27,4 @@ class Damping {
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SWEEPS_DAMPING_H_
+#endif  // KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_DAMPING_H_

@@ -7,18 +7,18 @@
 //   x_0 = P_0 r_0,   x_k+1 = P_k+1 (r_k+1 - B_k' x_k).
 // Eliminated from the last frame to the first, so that the covariance of a
 // window's oldest frame is P_0 and costs nothing more.
-#ifndef KINEGRAPH_SOLVERS_SWEEPS_CHAIN_KERNEL_H_
-#define KINEGRAPH_SOLVERS_SWEEPS_CHAIN_KERNEL_H_
+#ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_KERNEL_H_
+#define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_KERNEL_H_
 
 #include <type_traits>
 
 #include "core/base/pack.h"
+#include "solvers/block_tridiagonal/chain_lanes.h"
+#include "solvers/block_tridiagonal/lane_blocks.h"
 #include "solvers/factors/constant_velocity.h"
 #include "solvers/factors/gaussian_prior.h"
 #include "solvers/factors/joint_factors.h"
 #include "solvers/factors/reprojection.h"
-#include "solvers/sweeps/chain_lanes.h"
-#include "solvers/sweeps/lane_blocks.h"
 
 namespace kinegraph {
 
@@ -680,4 +680,4 @@ void WeighChainLanesWith(const ChainLanes& chains, const LaneStage& stage,
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SWEEPS_CHAIN_KERNEL_H_
+#endif  // KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_KERNEL_H_

@@ -1,8 +1,8 @@
 // chain_lanes.h by instruction set, for its dispatch alone.
-#ifndef KINEGRAPH_SOLVERS_SWEEPS_CHAIN_LANES_WIDE_H_
-#define KINEGRAPH_SOLVERS_SWEEPS_CHAIN_LANES_WIDE_H_
+#ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_LANES_WIDE_H_
+#define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_LANES_WIDE_H_
 
-#include "solvers/sweeps/chain_lanes.h"
+#include "solvers/block_tridiagonal/chain_lanes.h"
 
 namespace kinegraph {
 
@@ -20,4 +20,4 @@ extern const LaneKernels kLaneKernelsAvx512;
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SWEEPS_CHAIN_LANES_WIDE_H_
+#endif  // KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_CHAIN_LANES_WIDE_H_

@@ -1,4 +1,4 @@
-#include "solvers/sweeps/chain_solver.h"
+#include "solvers/block_tridiagonal/chain_solver.h"
 
 #include <glog/logging.h>
 

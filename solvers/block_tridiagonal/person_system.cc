@@ -1,4 +1,4 @@
-#include "solvers/sweeps/person_system.h"
+#include "solvers/block_tridiagonal/person_system.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -7,9 +7,9 @@
 #include <type_traits>
 
 #include "core/base/dense_lanes.h"
+#include "solvers/block_tridiagonal/lane_problem.h"
+#include "solvers/block_tridiagonal/linear_chain.h"
 #include "solvers/graph/factor_list.h"
-#include "solvers/sweeps/lane_problem.h"
-#include "solvers/sweeps/linear_chain.h"
 
 namespace kinegraph {
 namespace {

@@ -1,6 +1,6 @@
 // Symmetric 6x6 blocks of position and velocity over packs, by 3x3 parts.
-#ifndef KINEGRAPH_SOLVERS_SWEEPS_LANE_BLOCKS_H_
-#define KINEGRAPH_SOLVERS_SWEEPS_LANE_BLOCKS_H_
+#ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_LANE_BLOCKS_H_
+#define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_LANE_BLOCKS_H_
 
 #include "core/base/pack.h"
 
@@ -194,4 +194,4 @@ void AddGained(const LaneBlock<T> &p, const LaneAxis<T> &m,
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SWEEPS_LANE_BLOCKS_H_
+#endif  // KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_LANE_BLOCKS_H_

@@ -1,9 +1,9 @@
-#include "solvers/sweeps/chain_lanes.h"
+#include "solvers/block_tridiagonal/chain_lanes.h"
 
 #include "core/base/instruction_set.h"
-#include "solvers/sweeps/chain_kernel.h"
-#include "solvers/sweeps/chain_lanes_wide.h"
-#include "solvers/sweeps/coupled_kernel.h"
+#include "solvers/block_tridiagonal/chain_kernel.h"
+#include "solvers/block_tridiagonal/chain_lanes_wide.h"
+#include "solvers/block_tridiagonal/coupled_kernel.h"
 
 namespace kinegraph {
 namespace {

@@ -1,13 +1,13 @@
 // Chains of joints laid side by side in lanes.
-#ifndef KINEGRAPH_SOLVERS_SWEEPS_LANE_PROBLEM_H_
-#define KINEGRAPH_SOLVERS_SWEEPS_LANE_PROBLEM_H_
+#ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_LANE_PROBLEM_H_
+#define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_LANE_PROBLEM_H_
 
 #include <cstddef>
 #include <vector>
 
 #include "core/base/lane_buffer.h"
+#include "solvers/block_tridiagonal/chain_lanes.h"
 #include "solvers/graph/problem.h"
-#include "solvers/sweeps/chain_lanes.h"
 
 namespace kinegraph {
 
@@ -60,4 +60,4 @@ class LaneProblem {
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SWEEPS_LANE_PROBLEM_H_
+#endif  // KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_LANE_PROBLEM_H_

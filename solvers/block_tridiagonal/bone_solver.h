@@ -1,12 +1,12 @@
 // Damped Gauss-Newton over all joints of a person at once.
-#ifndef KINEGRAPH_SOLVERS_SWEEPS_BONE_SOLVER_H_
-#define KINEGRAPH_SOLVERS_SWEEPS_BONE_SOLVER_H_
+#ifndef KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_BONE_SOLVER_H_
+#define KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_BONE_SOLVER_H_
 
 #include <Eigen/Core>
 #include <vector>
 
+#include "solvers/block_tridiagonal/lane_problem.h"
 #include "solvers/graph/problem.h"
-#include "solvers/sweeps/lane_problem.h"
 
 namespace kinegraph {
 
@@ -78,4 +78,4 @@ class BoneSolver {
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SWEEPS_BONE_SOLVER_H_
+#endif  // KINEGRAPH_SOLVERS_BLOCK_TRIDIAGONAL_BONE_SOLVER_H_
