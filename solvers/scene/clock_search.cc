@@ -27,27 +27,27 @@ constexpr double kCloser = 0.85;
 // it was looked for.
 constexpr double kOneCloser = 0.91;
 constexpr int kFramesToJudge = 120;
+// Of two people: some two seconds. Where two frames take more, lags are tried
+// in longer steps.
+constexpr double kMostComparisons = 6e7;
 
-// Agreement of one pair of views by lag, -max .. max.
+// Agreement of each pair of views by lag, -max .. max, in steps.
 class LagTable {
  public:
   LagTable(const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
-           int max_lag)
-      : cameras_(cameras), ideal_(ideal), max_lag_(max_lag) {
-    const size_t views = cameras.size();
-    scores_.resize(views * views);
-  }
-
-  // Compares every `step`th lag.
-  void Fill(size_t a, size_t b, const std::vector<int>& frames, int step) {
-    std::vector<double>& row = scores_[a * cameras_.size() + b];
-    row.assign(static_cast<size_t>(2 * max_lag_ + 1), 0.0);
-    for (int lag = -max_lag_; lag <= max_lag_; lag += step) {
-      const double score = AgreementOf(cameras_[a], ideal_[a], cameras_[b],
-                                       ideal_[b], frames, lag)
-                               .score();
-      for (int i = lag; i < lag + step && i <= max_lag_; ++i) {
-        row[static_cast<size_t>(i + max_lag_)] = score;
+           const std::vector<int>& frames, int max_lag, int step)
+      : views_(cameras.size()), max_lag_(max_lag), scores_(views_ * views_) {
+    for (size_t a = 0; a < views_; ++a) {
+      for (size_t b = a + 1; b < views_; ++b) {
+        ViewPair pair(cameras[a], ideal[a], cameras[b], ideal[b]);
+        std::vector<double>& row = scores_[a * views_ + b];
+        row.assign(static_cast<size_t>(2 * max_lag_ + 1), 0.0);
+        for (int lag = -max_lag_; lag <= max_lag_; lag += step) {
+          const double score = pair.Agreement(frames, lag).score();
+          for (int i = lag; i < lag + step && i <= max_lag_; ++i) {
+            row[static_cast<size_t>(i + max_lag_)] = score;
+          }
+        }
       }
     }
   }
@@ -55,19 +55,22 @@ class LagTable {
   double Of(size_t a, size_t b, int lag) const {
     if (a > b) return Of(b, a, -lag);
     if (std::abs(lag) > max_lag_) return 0.0;
-    return scores_[a * cameras_.size() + b]
-                  [static_cast<size_t>(lag + max_lag_)];
+    return scores_[a * views_ + b][static_cast<size_t>(lag + max_lag_)];
   }
 
-  // With the other views at theirs.
-  int BestLagOf(size_t v, const std::vector<int>& lags, int max_lag) const {
-    int best = lags[v];
-    double best_score = -1.0;
-    for (int lag = -max_lag; lag <= max_lag; ++lag) {
+  // With the other views at theirs; as it is where nothing is better.
+  int BestLagOf(size_t v, const std::vector<int>& lags) const {
+    const auto score_at = [&](int lag) {
       double score = 0.0;
-      for (size_t u = 0; u < lags.size(); ++u) {
+      for (size_t u = 0; u < views_; ++u) {
         if (u != v) score += Of(u, v, lag - lags[u]);
       }
+      return score;
+    };
+    int best = lags[v];
+    double best_score = score_at(best);
+    for (int lag = -max_lag_; lag <= max_lag_; ++lag) {
+      const double score = score_at(lag);
       if (score <= best_score + 1e-9) continue;
       best_score = score;
       best = lag;
@@ -77,8 +80,8 @@ class LagTable {
 
   double Total(const std::vector<int>& lags) const {
     double total = 0.0;
-    for (size_t a = 0; a < lags.size(); ++a) {
-      for (size_t b = a + 1; b < lags.size(); ++b) {
+    for (size_t a = 0; a < views_; ++a) {
+      for (size_t b = a + 1; b < views_; ++b) {
         total += Of(a, b, lags[b] - lags[a]);
       }
     }
@@ -86,18 +89,20 @@ class LagTable {
   }
 
  private:
-  const CameraRig& cameras_;
-  const std::vector<ViewPeople>& ideal_;
+  size_t views_;
   int max_lag_;
   std::vector<std::vector<double>> scores_;
 };
 
-// From every view in turn as the star's middle: each other view's best lag
-// against it, then each view against all others until nothing changes.
+// From up to eight views in turn as the star's middle: each other view's best
+// lag against it, then each view against all others until nothing changes.
 std::vector<int> BestLags(const LagTable& table, size_t views, int max_lag) {
+  constexpr size_t kMostMiddles = 8;
+  const size_t middles = std::min(views, kMostMiddles);
   std::vector<int> best(views, 0);
   double best_total = table.Total(best);
-  for (size_t middle = 0; middle < views; ++middle) {
+  for (size_t i = 0; i < middles; ++i) {
+    const size_t middle = i * views / middles;
     std::vector<int> lags(views, 0);
     for (size_t v = 0; v < views; ++v) {
       for (int lag = -max_lag; v != middle && lag <= max_lag; ++lag) {
@@ -109,14 +114,10 @@ std::vector<int> BestLags(const LagTable& table, size_t views, int max_lag) {
     for (bool changed = true; changed;) {
       changed = false;
       for (size_t v = 0; v < views; ++v) {
-        for (int lag = -max_lag; v != middle && lag <= max_lag; ++lag) {
-          std::vector<int> trial = lags;
-          trial[v] = lag;
-          if (table.Total(trial) > table.Total(lags) + 1e-9) {
-            lags = trial;
-            changed = true;
-          }
-        }
+        if (v == middle) continue;
+        const int lag = table.BestLagOf(v, lags);
+        changed = changed || lag != lags[v];
+        lags[v] = lag;
       }
     }
     if (table.Total(lags) > best_total + 1e-9) {
@@ -165,9 +166,10 @@ bool IsWorthIt(const PairAgreement& before, const PairAgreement& after,
 // the one that gains most first: what all views together hardly show.
 std::vector<int> LagsOfFew(const CameraRig& cameras,
                            const std::vector<ViewPeople>& ideal,
-                           const LagTable& table, int max_lag) {
+                           const LagTable& table) {
   const size_t views = cameras.size();
-  const std::vector<int> frames = FramesToLookAt(ideal, kFramesToJudge);
+  // Each pair of views before and after, from both sides.
+  const std::vector<int> frames = FramesToLookAt(ideal, kFramesToJudge, 4);
   std::vector<int> lags(views, 0);
   for (size_t found = 0; 2 * (found + 1) < views; ++found) {
     size_t best_view = views;
@@ -175,7 +177,7 @@ std::vector<int> LagsOfFew(const CameraRig& cameras,
     double best_gain = 0.0;
     for (size_t v = 0; v < views; ++v) {
       std::vector<int> trial = lags;
-      trial[v] = table.BestLagOf(v, lags, max_lag);
+      trial[v] = table.BestLagOf(v, lags);
       if (trial[v] == lags[v]) continue;
       std::vector<int> alone(views, 0);
       alone[v] = 1;
@@ -207,16 +209,20 @@ ClockSearch SearchClocks(const CameraRig& cameras,
   const size_t views = cameras.size();
   ClockSearch search;
   search.lag_frames.assign(views, 0);
-  const std::vector<int> frames = FramesToLookAt(ideal, kFramesToCompare);
-  if (frames.empty() || views < 2) return search;
+  if (views < 2) return search;
   const auto count = static_cast<int>(ideal[0].frames.size());
   const int reach = std::min(max_lag, count / 3);
-  // People hardly move in three frames of a fast camera.
-  const int step = max_lag > 300 ? 3 : 1;
-  LagTable table(cameras, ideal, reach);
-  for (size_t a = 0; a < views; ++a) {
-    for (size_t b = a + 1; b < views; ++b) table.Fill(a, b, frames, step);
-  }
+  // People hardly move in three frames of a fast camera, nor in a twentieth of
+  // a second.
+  int step = max_lag > 300 ? std::max(3, max_lag / 200) : 1;
+  const int lags_tried = 2 * reach / step + 1;
+  const std::vector<int> searched =
+      FramesToLookAt(ideal, kFramesToCompare, 4 * lags_tried);
+  if (searched.empty()) return search;
+  step *= 1 + static_cast<int>(lags_tried * ComparisonsOfAll(ideal, searched) /
+                               kMostComparisons);
+  const LagTable table(cameras, ideal, searched, reach, step);
+  const std::vector<int> frames = FramesToLookAt(ideal, kFramesToCompare, 4);
   const std::vector<int> none(views, 0);
   std::vector<int> every(views);
   std::iota(every.begin(), every.end(), 0);
@@ -225,7 +231,7 @@ ClockSearch SearchClocks(const CameraRig& cameras,
       AgreementWith(cameras, ideal, none, frames, every);
   PairAgreement after = AgreementWith(cameras, ideal, lags, frames, every);
   if (!IsWorthIt(before, after, kCloser)) {
-    lags = LagsOfFew(cameras, ideal, table, reach);
+    lags = LagsOfFew(cameras, ideal, table);
     after = AgreementWith(cameras, ideal, lags, frames, every);
   }
   for (size_t v = 0; v < views; ++v) search.lag_frames[v] = lags[v] - lags[0];

@@ -51,8 +51,7 @@ class Doctor {
   Diagnosis Run() {
     diagnosis_.findings = FindFrameFaults(input_);
     LookAtFrameRanges();
-    raw_ = PeopleOfViews(detections_, kMinConfidence);
-    frames_ = FramesToLookAt(raw_, options_.frames_to_look_at);
+    LookAgain();
     if (frames_.empty() || cameras_.size() < 2) {
       diagnosis_.notes.push_back(
           "nothing was examined: there is no frame in which two views see six "
@@ -114,11 +113,10 @@ class Doctor {
   }
 
   double AgreementWithOthers(size_t view) const {
-    const std::vector<ViewPeople> ideal = Ideal();
     PairAgreement all;
     for (size_t v = 0; v < cameras_.size(); ++v) {
       if (v == view) continue;
-      all.Add(AgreementOf(cameras_[v], ideal[v], cameras_[view], ideal[view],
+      all.Add(AgreementOf(cameras_[v], ideal_[v], cameras_[view], ideal_[view],
                           frames_));
     }
     return all.score();
@@ -138,16 +136,19 @@ class Doctor {
     LookAgain();
   }
 
-  // At detections that have changed.
+  // At detections or cameras that have changed.
   void LookAgain() {
+    // At each pair of views, or so: most in the search for readings.
+    constexpr int kLooks = 30;
     raw_ = PeopleOfViews(detections_, kMinConfidence);
-    frames_ = FramesToLookAt(raw_, options_.frames_to_look_at);
+    frames_ = FramesToLookAt(raw_, options_.frames_to_look_at, kLooks);
+    ideal_ = Ideal(raw_);
   }
 
-  std::vector<ViewPeople> Ideal() const {
+  std::vector<ViewPeople> Ideal(const std::vector<ViewPeople>& raw) const {
     std::vector<ViewPeople> ideal;
-    for (size_t v = 0; v < raw_.size(); ++v) {
-      ideal.push_back(Undistorted(raw_[v], cameras_[v]));
+    for (size_t v = 0; v < raw.size(); ++v) {
+      ideal.push_back(Undistorted(raw[v], cameras_[v]));
     }
     return ideal;
   }
@@ -199,7 +200,7 @@ class Doctor {
     constexpr double kSoundEnough = 0.85;  // nothing can gain what is asked
     bool first = true;
     for (int change = 0; change < kMostChanges; ++change) {
-      const PairAgreement as_read = AgreementOfAll(cameras_, Ideal(), frames_);
+      const PairAgreement as_read = AgreementOfAll(cameras_, ideal_, frames_);
       if (first) {
         diagnosis_.notes.push_back(
             Format("people seen by two views agree to %.2f of 1 as the "
@@ -287,7 +288,7 @@ class Doctor {
 
   void AddRateCandidate(std::vector<Candidate>* candidates) {
     const auto rate =
-        FindOtherRate(cameras_, Ideal(), detections_, input_.frame_rate_hz);
+        FindOtherRate(cameras_, ideal_, detections_, input_.frame_rate_hz);
     if (!rate.has_value()) return;
     const DetectionSequence moved = WithViewRate(
         detections_, rate->view, rate->rate_hz / input_.frame_rate_hz);
@@ -307,7 +308,7 @@ class Doctor {
   }
 
   void AddSidesCandidate(std::vector<Candidate>* candidates) {
-    const auto sides = FindExchangedSides(cameras_, Ideal(), frames_,
+    const auto sides = FindExchangedSides(cameras_, ideal_, frames_,
                                           detections_.header.skeleton);
     if (!sides.has_value()) return;
     DetectionSequence moved = detections_;
@@ -353,7 +354,7 @@ class Doctor {
 
   void AddClockCandidate(std::vector<Candidate>* candidates) {
     if (clocks_taken_) return;
-    const ClockSearch clocks = SearchClocks(cameras_, Ideal(), LongestLag());
+    const ClockSearch clocks = SearchClocks(cameras_, ideal_, LongestLag());
     if (!clocks.found()) return;
     candidates->push_back({clocks.score_after, [this, clocks] {
                              clocks_taken_ = true;
@@ -389,7 +390,6 @@ class Doctor {
                   static_cast<double>(lag), offset_s)});
     }
     detections_ = Realigned(detections_, clocks.lag_frames);
-    LookAgain();
   }
 
   // How sure a change is that gains so much agreement, up to `after`.
@@ -418,7 +418,6 @@ class Doctor {
           "no camera sees mirrored images: the corrected calibration holds "
           "for the images mirrored back");
     }
-    raw_ = PeopleOfViews(detections_, kMinConfidence);
   }
 
   void MirrorBack(size_t view, const Camera& camera) {
@@ -490,7 +489,7 @@ class Doctor {
 
   void LookAtUnit() {
     const Stature stature =
-        StatureOf(cameras_, Ideal(), frames_, detections_.header.skeleton);
+        StatureOf(cameras_, ideal_, frames_, detections_.header.skeleton);
     constexpr int kEnough = 20;
     if (stature.count < kEnough) {
       diagnosis_.notes.push_back("too few whole bodies to tell the unit");
@@ -535,7 +534,7 @@ class Doctor {
   }
 
   double MeanDistancePx() const {
-    return AgreementOfAll(cameras_, Ideal(), frames_).mean_px();
+    return AgreementOfAll(cameras_, ideal_, frames_).mean_px();
   }
 
   void Rescale(double factor) {
@@ -552,7 +551,7 @@ class Doctor {
   // the worse one and not on the other is the break. The rest of the diagnosis
   // is of the better side.
   void LookForBreak() {
-    const auto found = FindCameraBreak(cameras_, Ideal(), detections_);
+    const auto found = FindCameraBreak(cameras_, ideal_, detections_);
     if (!found.has_value()) return;
     const int worse = found->worse_after() ? 1 : 0;
     if (IsLag(*found, worse)) return;
@@ -578,13 +577,8 @@ class Doctor {
   bool IsLag(const CameraBreak& found, int worse) const {
     constexpr double kNearly = 0.05;  // of agreement
     const auto ideal_of = [&](int side) {
-      const std::vector<ViewPeople> raw =
-          PeopleOfViews(SideOf(detections_, found.from, side), kMinConfidence);
-      std::vector<ViewPeople> ideal;
-      for (size_t v = 0; v < raw.size(); ++v) {
-        ideal.push_back(Undistorted(raw[v], cameras_[v]));
-      }
-      return ideal;
+      return Ideal(
+          PeopleOfViews(SideOf(detections_, found.from, side), kMinConfidence));
     };
     const ClockSearch lags =
         SearchClocks(cameras_, ideal_of(worse), LongestLag());
@@ -829,6 +823,7 @@ class Doctor {
   CameraRig cameras_;
   DetectionSequence detections_;
   std::vector<ViewPeople> raw_;
+  std::vector<ViewPeople> ideal_;  // of the cameras as they are now
   std::vector<int> frames_;
   std::set<size_t> strangers_;
   SceneSegments segments_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <unordered_map>
 #include <utility>
 
 #include "core/evaluation/statistics.h"
@@ -30,51 +31,65 @@ double SizeOf(const ViewPeople::Person& person) {
   return (high - low).norm();
 }
 
-// What a person's joints say in another view: their epipolar lines there, and
-// by what a residual x_b' F x_a becomes a distance from them, in shares of the
-// other person's size.
-struct EpipolarLines {
-  std::vector<Eigen::Vector3d> lines;
-  std::vector<double> per_norm;  // 0 where there is no line
+// The people of a frame, ready to be compared with those of another view: a row
+// a joint, seven columns a person.
+class ComparedPeople {
+ public:
+  ComparedPeople() = default;
+  ComparedPeople(const Eigen::Matrix3d& F,
+                 const std::vector<ViewPeople::Person>& people) {
+    const auto joints = static_cast<Eigen::Index>(
+        people.empty() ? 0 : people.front().px.size());
+    columns_.setZero(joints,
+                     kColumns * static_cast<Eigen::Index>(people.size()));
+    for (size_t i = 0; i < people.size(); ++i) {
+      auto own = columns_.middleCols<kColumns>(At(i));
+      for (Eigen::Index j = 0; j < joints; ++j) {
+        const auto joint = static_cast<size_t>(j);
+        if (!people[i].found[joint]) continue;
+        own.row(j).head<3>() << people[i].px[joint].transpose().array(), 1.0;
+      }
+      for (int k = 0; k < 3; ++k) {
+        own.col(3 + k) =
+            F(k, 0) * own.col(0) + F(k, 1) * own.col(1) + F(k, 2) * own.col(2);
+      }
+      const auto norm = (own.col(3).square() + own.col(4).square()).sqrt();
+      own.col(6) = (norm > 0.0).select(norm.inverse(), 0.0);
+    }
+  }
+
+  // x, y, and 1 where the joint was found, else all 0; its epipolar line a, b,
+  // c in the other view; and by what a residual x_b' F x_a becomes a distance
+  // from that line, 0 where there is none.
+  auto Of(size_t person) const {
+    return columns_.middleCols<kColumns>(At(person));
+  }
+
+ private:
+  static constexpr int kColumns = 7;
+  static Eigen::Index At(size_t person) {
+    return kColumns * static_cast<Eigen::Index>(person);
+  }
+  Eigen::ArrayXXd columns_;
 };
 
-EpipolarLines LinesOf(const Eigen::Matrix3d& F,
-                      const ViewPeople::Person& person) {
-  EpipolarLines result;
-  result.lines.resize(person.px.size(), Eigen::Vector3d::Zero());
-  result.per_norm.resize(person.px.size(), 0.0);
-  for (size_t j = 0; j < person.px.size(); ++j) {
-    if (!person.found[j]) continue;
-    result.lines[j] = F * person.px[j].homogeneous();
-    const double norm = result.lines[j].head<2>().norm();
-    if (norm > 0.0) result.per_norm[j] = 1.0 / norm;
-  }
-  return result;
-}
-
-std::vector<EpipolarLines> LinesOf(
-    const Eigen::Matrix3d& F, const std::vector<ViewPeople::Person>& people) {
-  std::vector<EpipolarLines> lines;
-  for (const auto& person : people) lines.push_back(LinesOf(F, person));
-  return lines;
-}
-
-// Sum of the gains of all common joints over their number.
-double PairGain(const EpipolarLines& of_a, const ViewPeople::Person& a,
-                const EpipolarLines& of_b, const ViewPeople::Person& b) {
-  const double per_a = 0.5 / (kTolerance * a.size_px);
-  const double per_b = 0.5 / (kTolerance * b.size_px);
-  double sum = 0.0;
-  int common = 0;
-  for (size_t j = 0; j < a.px.size(); ++j) {
-    if (!a.found[j] || !b.found[j]) continue;
-    ++common;
-    const double residual = std::abs(of_a.lines[j].dot(b.px[j].homogeneous()));
-    const double distance =
-        residual * (of_b.per_norm[j] * per_a + of_a.per_norm[j] * per_b);
-    sum += std::max(0.0, 1.0 - distance);
-  }
-  return common >= kMinJoints ? sum / common : 0.0;
+// Sum of the gains of all common joints over their number. Two people as
+// ComparedPeople::Of has them.
+template <typename Columns>
+double PairGain(const Columns& a, double size_a, const Columns& b,
+                double size_b) {
+  const double common = (a.col(2) * b.col(2)).sum();
+  if (common < kMinJoints) return 0.0;
+  const double per_a = 0.5 / (kTolerance * size_a);
+  const double per_b = 0.5 / (kTolerance * size_b);
+  return ((1.0 -
+           (a.col(3) * b.col(0) + a.col(4) * b.col(1) + a.col(5) * b.col(2))
+                   .abs() *
+               (b.col(6) * per_a + a.col(6) * per_b))
+              .max(0.0) *
+          a.col(2) * b.col(2))
+             .sum() /
+         common;
 }
 
 std::optional<Eigen::Vector3d> Triangulated(const Camera& camera_a,
@@ -124,32 +139,76 @@ struct Match {
   size_t b = 0;
 };
 
-// People of two views who are one person, the best pairs first.
-std::vector<Match> MatchPeople(const Eigen::Matrix3d& F, const Camera& camera_a,
-                               const std::vector<ViewPeople::Person>& a,
-                               const Camera& camera_b,
-                               const std::vector<ViewPeople::Person>& b) {
-  const std::vector<EpipolarLines> lines_a = LinesOf(F, a);
-  const std::vector<EpipolarLines> lines_b = LinesOf(F.transpose(), b);
-  std::vector<Match> pairs;
-  for (size_t i = 0; i < a.size(); ++i) {
-    for (size_t k = 0; k < b.size(); ++k) {
-      const double gain = PairGain(lines_a[i], a[i], lines_b[k], b[k]);
-      if (gain > 0.0 && InFront(camera_a, a[i], camera_b, b[k])) {
-        pairs.push_back({gain, i, k});
-      }
+// Gains of all pairs of a frame's people in two views, each row with its best
+// column. Of equal ones the first counts.
+class GainTable {
+ public:
+  GainTable(size_t rows, size_t columns)
+      : columns_(columns), gains_(rows * columns), best_(rows, 0) {}
+
+  double& At(size_t row, size_t column) {
+    return gains_[row * columns_ + column];
+  }
+
+  void FindBest(size_t row) {
+    const auto begin =
+        gains_.begin() + static_cast<std::ptrdiff_t>(row * columns_);
+    best_[row] = static_cast<size_t>(
+        std::max_element(begin, begin + static_cast<std::ptrdiff_t>(columns_)) -
+        begin);
+  }
+
+  Match Best() {
+    Match best;
+    for (size_t row = 0; row < best_.size(); ++row) {
+      const double gain = At(row, best_[row]);
+      if (gain > best.gain) best = {gain, row, best_[row]};
+    }
+    return best;
+  }
+
+  // Nobody is in two pairs.
+  void Take(const Match& match) {
+    for (size_t column = 0; column < columns_; ++column) {
+      At(match.a, column) = 0.0;
+    }
+    for (size_t row = 0; row < best_.size(); ++row) {
+      At(row, match.b) = 0.0;
+      if (best_[row] == match.b) FindBest(row);
     }
   }
-  std::stable_sort(
-      pairs.begin(), pairs.end(),
-      [](const Match& x, const Match& y) { return x.gain > y.gain; });
-  std::vector<char> used_a(a.size(), 0);
-  std::vector<char> used_b(b.size(), 0);
+
+ private:
+  size_t columns_;
+  std::vector<double> gains_;
+  std::vector<size_t> best_;
+};
+
+// People of two views who are one person, the best pairs first.
+std::vector<Match> MatchPeople(const Camera& camera_a,
+                               const std::vector<ViewPeople::Person>& a,
+                               const ComparedPeople& of_a,
+                               const Camera& camera_b,
+                               const std::vector<ViewPeople::Person>& b,
+                               const ComparedPeople& of_b) {
   std::vector<Match> matches;
-  for (const Match& pair : pairs) {
-    if (used_a[pair.a] || used_b[pair.b]) continue;
-    used_a[pair.a] = used_b[pair.b] = 1;
-    matches.push_back(pair);
+  if (a.empty() || b.empty()) return matches;
+  GainTable gains(a.size(), b.size());
+  for (size_t i = 0; i < a.size(); ++i) {
+    for (size_t k = 0; k < b.size(); ++k) {
+      gains.At(i, k) =
+          PairGain(of_a.Of(i), a[i].size_px, of_b.Of(k), b[k].size_px);
+    }
+    gains.FindBest(i);
+  }
+  for (Match best = gains.Best(); best.gain > 0.0; best = gains.Best()) {
+    if (InFront(camera_a, a[best.a], camera_b, b[best.b])) {
+      matches.push_back(best);
+      gains.Take(best);
+    } else {
+      gains.At(best.a, best.b) = 0.0;
+      gains.FindBest(best.a);
+    }
   }
   return matches;
 }
@@ -166,6 +225,47 @@ double ChainLength(const std::vector<std::optional<Eigen::Vector3d>>& points,
     length += (*a - *b).norm();
   }
   return length;
+}
+
+// Each of a frame's people is compared with each of another view.
+void KeepMostSeen(std::vector<ViewPeople::Person>* people) {
+  constexpr size_t kMostPeople = 100;
+  if (people->size() <= kMostPeople) return;
+  const auto joints = [](const ViewPeople::Person& person) {
+    return std::count(person.found.begin(), person.found.end(), 1);
+  };
+  std::stable_sort(
+      people->begin(), people->end(),
+      [&](const auto& a, const auto& b) { return joints(a) > joints(b); });
+  people->resize(kMostPeople);
+}
+
+// `count` of some frames, evenly among them.
+std::vector<int> Evenly(const std::vector<int>& frames, size_t count) {
+  if (frames.size() <= count) return frames;
+  std::vector<int> chosen;
+  for (size_t i = 0; i < count; ++i) {
+    chosen.push_back(frames[frames.size() * i / count]);
+  }
+  return chosen;
+}
+
+// As many of the frames as place enough people to tell what is asked of them.
+std::vector<int> FramesToPlace(const std::vector<ViewPeople>& ideal,
+                               const std::vector<int>& frames) {
+  constexpr size_t kEnoughPlaced = 1500;
+  size_t most = 0;
+  for (const int k : frames) {
+    for (size_t a = 0; a < ideal.size(); ++a) {
+      for (size_t b = a + 1; b < ideal.size(); ++b) {
+        most += std::min(ideal[a].frames[static_cast<size_t>(k)].size(),
+                         ideal[b].frames[static_cast<size_t>(k)].size());
+      }
+    }
+  }
+  if (most <= kEnoughPlaced) return frames;
+  return Evenly(frames,
+                std::max<size_t>(1, frames.size() * kEnoughPlaced / most));
 }
 
 }  // namespace
@@ -193,6 +293,7 @@ std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections,
           people.push_back(std::move(person));
         }
       }
+      KeepMostSeen(&people);
     }
   }
   return views;
@@ -214,38 +315,106 @@ ViewPeople Undistorted(const ViewPeople& view, const Camera& camera) {
   return ideal;
 }
 
+class ViewPair::Impl {
+ public:
+  Impl(const Camera& camera_a, const ViewPeople& a, const Camera& camera_b,
+       const ViewPeople& b)
+      : camera_a_(camera_a),
+        a_(a),
+        camera_b_(camera_b),
+        b_(b),
+        F_(FundamentalMatrix(camera_a, camera_b)),
+        F_back_(F_.transpose()) {}
+
+  PairAgreement Agreement(const std::vector<int>& frames, int lag) {
+    PairAgreement agreement;
+    for (const int k : frames) {
+      const int other = k + lag;
+      if (other < 0 || other >= static_cast<int>(b_.frames.size())) continue;
+      const auto& people_a = a_.frames[static_cast<size_t>(k)];
+      const auto& people_b = b_.frames[static_cast<size_t>(other)];
+      const size_t possible = std::min(people_a.size(), people_b.size());
+      if (possible == 0) continue;
+      agreement.possible += static_cast<double>(possible);
+      double size_px = 0.0;
+      for (const auto& person : people_a) size_px += person.size_px;
+      size_px *= kTolerance / static_cast<double>(people_a.size());
+      agreement.distance_px += size_px * static_cast<double>(possible);
+      // Two cameras in one place see everything on each other's lines.
+      if (F_.isZero()) continue;
+      for (const Match& match : Matches(k, other)) {
+        agreement.gain += match.gain;
+        agreement.distance_px -= match.gain * size_px;
+        agreement.matched += match.gain > 0.5 ? 1 : 0;
+      }
+    }
+    return agreement;
+  }
+
+ private:
+  using Known = std::unordered_map<int, ComparedPeople>;
+
+  std::vector<Match> Matches(int frame_a, int frame_b) {
+    const auto& people_a = a_.frames[static_cast<size_t>(frame_a)];
+    const auto& people_b = b_.frames[static_cast<size_t>(frame_b)];
+    return MatchPeople(camera_a_, people_a,
+                       Of(F_, frame_a, people_a, &known_a_), camera_b_,
+                       people_b, Of(F_back_, frame_b, people_b, &known_b_));
+  }
+
+  static const ComparedPeople& Of(const Eigen::Matrix3d& F, int frame,
+                                  const std::vector<ViewPeople::Person>& people,
+                                  Known* known) {
+    const auto [at, is_new] = known->try_emplace(frame);
+    if (is_new) at->second = ComparedPeople(F, people);
+    return at->second;
+  }
+
+  const Camera& camera_a_;
+  const ViewPeople& a_;
+  const Camera& camera_b_;
+  const ViewPeople& b_;
+  const Eigen::Matrix3d F_;
+  const Eigen::Matrix3d F_back_;
+  Known known_a_;
+  Known known_b_;
+};
+
+ViewPair::ViewPair(const Camera& camera_a, const ViewPeople& a,
+                   const Camera& camera_b, const ViewPeople& b)
+    : impl_(std::make_unique<Impl>(camera_a, a, camera_b, b)) {}
+ViewPair::~ViewPair() = default;
+PairAgreement ViewPair::Agreement(const std::vector<int>& frames, int lag) {
+  return impl_->Agreement(frames, lag);
+}
+
 PairAgreement AgreementOf(const Camera& camera_a, const ViewPeople& a,
                           const Camera& camera_b, const ViewPeople& b,
                           const std::vector<int>& frames, int lag) {
-  const Eigen::Matrix3d F = FundamentalMatrix(camera_a, camera_b);
-  PairAgreement agreement;
-  // Two cameras in one place see everything on each other's lines.
-  const bool no_lines = F.isZero();
-  for (const int k : frames) {
-    const int other = k + lag;
-    if (other < 0 || other >= static_cast<int>(b.frames.size())) continue;
-    const auto& people_a = a.frames[static_cast<size_t>(k)];
-    const auto& people_b = b.frames[static_cast<size_t>(other)];
-    const size_t possible = std::min(people_a.size(), people_b.size());
-    if (possible == 0) continue;
-    agreement.possible += static_cast<double>(possible);
-    double size_px = 0.0;
-    for (const auto& person : people_a) size_px += person.size_px;
-    size_px *= kTolerance / static_cast<double>(people_a.size());
-    agreement.distance_px += size_px * static_cast<double>(possible);
-    if (no_lines) continue;
-    for (const Match& match :
-         MatchPeople(F, camera_a, people_a, camera_b, people_b)) {
-      agreement.gain += match.gain;
-      agreement.distance_px -= match.gain * size_px;
-      agreement.matched += match.gain > 0.5 ? 1 : 0;
-    }
-  }
-  return agreement;
+  return ViewPair(camera_a, a, camera_b, b).Agreement(frames, lag);
 }
 
-std::vector<int> FramesToLookAt(const std::vector<ViewPeople>& views,
-                                int count) {
+double ComparisonsOfAll(const std::vector<ViewPeople>& views,
+                        const std::vector<int>& frames) {
+  double comparisons = 0.0;
+  for (const int k : frames) {
+    double all = 0.0;
+    double squares = 0.0;
+    for (const ViewPeople& view : views) {
+      const auto people =
+          static_cast<double>(view.frames[static_cast<size_t>(k)].size());
+      all += people;
+      squares += people * people;
+    }
+    comparisons += 0.5 * (all * all - squares);
+  }
+  return comparisons;
+}
+
+std::vector<int> FramesToLookAt(const std::vector<ViewPeople>& views, int count,
+                                int repeats) {
+  constexpr double kMostComparisons = 4e6;
+  constexpr double kFewestFrames = 2.0;
   std::vector<int> candidates;
   const size_t frames = views.empty() ? 0 : views[0].frames.size();
   for (size_t k = 0; k < frames; ++k) {
@@ -253,14 +422,13 @@ std::vector<int> FramesToLookAt(const std::vector<ViewPeople>& views,
     for (const ViewPeople& view : views) seeing += !view.frames[k].empty();
     if (seeing >= 2) candidates.push_back(static_cast<int>(k));
   }
-  if (static_cast<int>(candidates.size()) <= count) return candidates;
-  std::vector<int> chosen;
-  for (int i = 0; i < count; ++i) {
-    const size_t at =
-        candidates.size() * static_cast<size_t>(i) / static_cast<size_t>(count);
-    chosen.push_back(candidates[at]);
-  }
-  return chosen;
+  if (candidates.empty()) return candidates;
+  const double a_frame = repeats * ComparisonsOfAll(views, candidates) /
+                         static_cast<double>(candidates.size());
+  return Evenly(
+      candidates,
+      static_cast<size_t>(std::min<double>(
+          count, std::max(kFewestFrames, kMostComparisons / a_frame))));
 }
 
 PairAgreement AgreementOfAll(const CameraRig& cameras,
@@ -279,28 +447,28 @@ PairAgreement AgreementOfAll(const CameraRig& cameras,
 
 std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
                                       const std::vector<ViewPeople>& ideal,
-                                      const std::vector<int>& frames,
-                                      int without_view) {
+                                      const std::vector<int>& frames) {
   constexpr double kMinAngleRad = 0.2;
   constexpr double kMinGain = 0.5;
+  const std::vector<int> looked_at = FramesToPlace(ideal, frames);
   std::vector<PlacedPerson> placed;
   for (size_t a = 0; a < cameras.size(); ++a) {
     for (size_t b = a + 1; b < cameras.size(); ++b) {
       const Eigen::Matrix3d F = FundamentalMatrix(cameras[a], cameras[b]);
-      if (F.isZero() || static_cast<int>(a) == without_view ||
-          static_cast<int>(b) == without_view) {
-        continue;
-      }
-      for (const int k : frames) {
+      if (F.isZero()) continue;
+      for (const int k : looked_at) {
         const auto& people_a = ideal[a].frames[static_cast<size_t>(k)];
         const auto& people_b = ideal[b].frames[static_cast<size_t>(k)];
-        for (const Match& match :
-             MatchPeople(F, cameras[a], people_a, cameras[b], people_b)) {
+        for (const Match& match : MatchPeople(
+                 cameras[a], people_a, ComparedPeople(F, people_a), cameras[b],
+                 people_b, ComparedPeople(F.transpose(), people_b))) {
           if (match.gain < kMinGain) continue;
           const auto& one = people_a[match.a];
           const auto& other = people_b[match.b];
           PlacedPerson& person = placed.emplace_back();
           person.frame = k;
+          person.view_a = a;
+          person.view_b = b;
           person.joints.resize(one.px.size());
           for (size_t j = 0; j < one.px.size(); ++j) {
             if (!one.found[j] || !other.found[j]) continue;

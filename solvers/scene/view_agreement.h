@@ -6,7 +6,8 @@
 #define KINEGRAPH_SOLVERS_SCENE_VIEW_AGREEMENT_H_
 
 #include <Eigen/Core>
-#include <cstdint>
+#include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,7 +28,8 @@ struct ViewPeople {
 };
 
 // Raw pixels, joints of confidence `min_confidence` and more; people with fewer
-// than six of them say too little.
+// than six of them say too little. Of more than a hundred in a picture those of
+// whom most is seen.
 std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections,
                                       double min_confidence);
 
@@ -55,19 +57,40 @@ struct PairAgreement {
   }
 };
 
-// `a` and `b` hold ideal pixels of the cameras; frame k of `a` is compared with
-// frame k + lag of `b`. A pair's gain is the mean over common joints of
-// max(0, 1 - d / 0.1), d the distance from the epipolar lines over the person's
-// size; zero where the person would be behind a camera. Pairs are taken
-// greedily.
+// Two views, to be compared at several lags. `a` and `b` hold ideal pixels of
+// the cameras; all must outlive the object.
+class ViewPair {
+ public:
+  ViewPair(const Camera& camera_a, const ViewPeople& a, const Camera& camera_b,
+           const ViewPeople& b);
+  ~ViewPair();
+
+  // Frame k of `a` is compared with frame k + lag of `b`. A pair's gain is the
+  // mean over common joints of max(0, 1 - d / 0.1), d the distance from the
+  // epipolar lines over the person's size; zero where the person would be
+  // behind a camera. Pairs are taken greedily.
+  PairAgreement Agreement(const std::vector<int>& frames, int lag);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// At one lag.
 PairAgreement AgreementOf(const Camera& camera_a, const ViewPeople& a,
                           const Camera& camera_b, const ViewPeople& b,
                           const std::vector<int>& frames, int lag = 0);
 
+// How often two people are compared where all pairs of views are.
+double ComparisonsOfAll(const std::vector<ViewPeople>& views,
+                        const std::vector<int>& frames);
+
 // Frames to look at: up to `count`, evenly among those in which two views or
-// more see people.
-std::vector<int> FramesToLookAt(const std::vector<ViewPeople>& views,
-                                int count);
+// more see people. Fewer, down to two, where all pairs of views, compared
+// `repeats` times, would take more than some four million comparisons of two
+// people: a tenth of a second.
+std::vector<int> FramesToLookAt(const std::vector<ViewPeople>& views, int count,
+                                int repeats = 1);
 
 // All pairs of views together.
 PairAgreement AgreementOfAll(const CameraRig& cameras,
@@ -75,15 +98,16 @@ PairAgreement AgreementOfAll(const CameraRig& cameras,
                              const std::vector<int>& frames);
 
 // People whom two views agree on, in 3D [m], their joints as in ViewPeople; of
-// all pairs of views but those of `without_view`.
+// all pairs of views, in as many of the frames as place some 1,500.
 struct PlacedPerson {
   int frame = 0;
+  size_t view_a = 0;
+  size_t view_b = 0;
   std::vector<std::optional<Eigen::Vector3d>> joints;
 };
 std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
                                       const std::vector<ViewPeople>& ideal,
-                                      const std::vector<int>& frames,
-                                      int without_view = -1);
+                                      const std::vector<int>& frames);
 
 // The place of a joint in ViewPeople; -1 when it is not compared.
 int PlaceOf(const Skeleton& skeleton, const std::string& joint_name);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -18,16 +19,23 @@ constexpr double kMinViewGain = 0.08;
 constexpr double kMinViewScore = 0.3;
 constexpr int kViewFramesToCompare = 40;
 
+// Of a view, with its camera and its people as they are given.
 PairAgreement WithOthers(const CameraRig& cameras,
                          const std::vector<ViewPeople>& people, size_t view,
+                         const Camera& camera, const ViewPeople& own,
                          const std::vector<int>& frames) {
   PairAgreement all;
   for (size_t v = 0; v < cameras.size(); ++v) {
     if (v == view) continue;
-    all.Add(AgreementOf(cameras[v], people[v], cameras[view], people[view],
-                        frames));
+    all.Add(AgreementOf(cameras[v], people[v], camera, own, frames));
   }
   return all;
+}
+
+PairAgreement WithOthers(const CameraRig& cameras,
+                         const std::vector<ViewPeople>& people, size_t view,
+                         const std::vector<int>& frames) {
+  return WithOthers(cameras, people, view, cameras[view], people[view], frames);
 }
 
 // Of the frame with a number, or -1.
@@ -56,8 +64,11 @@ ViewPeople AtRate(const ViewPeople& people,
   return moved;
 }
 
-ViewPeople Mirrored(const ViewPeople& people, const Skeleton& skeleton) {
-  ViewPeople mirrored = people;
+// Of the frames looked at.
+ViewPeople Mirrored(const ViewPeople& people, const std::vector<int>& frames,
+                    const Skeleton& skeleton) {
+  ViewPeople mirrored;
+  mirrored.frames.resize(people.frames.size());
   const std::vector<int>& joints = skeleton.association_joints();
   std::vector<size_t> partner;
   for (const int joint : joints) {
@@ -68,8 +79,10 @@ ViewPeople Mirrored(const ViewPeople& people, const Skeleton& skeleton) {
                             : at) -
         joints.begin()));
   }
-  for (auto& frame : mirrored.frames) {
-    for (ViewPeople::Person& person : frame) {
+  for (const int k : frames) {
+    const auto at = static_cast<size_t>(k);
+    mirrored.frames[at] = people.frames[at];
+    for (ViewPeople::Person& person : mirrored.frames[at]) {
       const ViewPeople::Person own = person;
       for (size_t j = 0; j < partner.size(); ++j) {
         person.px[j] = own.px[partner[j]];
@@ -342,19 +355,22 @@ std::optional<OtherRate> FindOtherRate(const CameraRig& cameras,
                                        const std::vector<ViewPeople>& people,
                                        const DetectionSequence& detections,
                                        double frame_rate_hz) {
-  const std::vector<int> frames = FramesToLookAt(people, kViewFramesToCompare);
+  constexpr std::array kRates = {12.0, 12.5, 15.0, 24.0,  25.0,  30.0,  48.0,
+                                 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0};
+  // Each pair of views is compared from both sides.
+  const std::vector<int> frames = FramesToLookAt(
+      people, kViewFramesToCompare, 2 * static_cast<int>(kRates.size()));
   std::optional<OtherRate> best;
   for (size_t v = 0; v < cameras.size(); ++v) {
     const PairAgreement before = WithOthers(cameras, people, v, frames);
-    for (const double rate_hz : {12.0, 12.5, 15.0, 24.0, 25.0, 30.0, 48.0, 50.0,
-                                 60.0, 90.0, 100.0, 120.0, 200.0, 240.0}) {
+    for (const double rate_hz : kRates) {
       const double factor = rate_hz / frame_rate_hz;
       if (std::abs(factor - 1.0) < 0.02 || factor < 0.2 || factor > 5.0) {
         continue;
       }
-      std::vector<ViewPeople> trial = people;
-      trial[v] = AtRate(people[v], detections.frames, frames, factor);
-      const PairAgreement after = WithOthers(cameras, trial, v, frames);
+      const PairAgreement after = WithOthers(
+          cameras, people, v, cameras[v],
+          AtRate(people[v], detections.frames, frames, factor), frames);
       // Most of the frames must have a partner.
       if (after.possible < 0.3 * before.possible ||
           after.score() < kMinViewScore ||
@@ -395,7 +411,7 @@ std::optional<ExchangedSides> FindExchangedSides(
   const size_t views = cameras.size();
   std::vector<ViewPeople> mirrored;
   for (const ViewPeople& view : people) {
-    mirrored.push_back(Mirrored(view, skeleton));
+    mirrored.push_back(Mirrored(view, frames, skeleton));
   }
   const SidesTable table(cameras, people, mirrored, frames);
   ExchangedSides sides;
@@ -474,14 +490,15 @@ std::optional<OtherImage> FindOtherImage(const CameraRig& cameras,
     ideal.push_back(Undistorted(raw[v], cameras[v]));
   }
   const double all = AgreementOfAll(cameras, ideal, frames).score();
+  const std::vector<PlacedPerson> people = PlacePeople(cameras, ideal, frames);
   std::optional<OtherImage> best;
   for (size_t v = 0; v < cameras.size(); ++v) {
     const PairAgreement before = WithOthers(cameras, ideal, v, frames);
     // Where a view agrees nobody scaled it.
     if (before.score() > all) continue;
     std::vector<Fit2d> fits;
-    for (const PlacedPerson& person :
-         PlacePeople(cameras, ideal, frames, static_cast<int>(v))) {
+    for (const PlacedPerson& person : people) {
+      if (person.view_a == v || person.view_b == v) continue;
       std::vector<std::optional<Eigen::Vector2d>> placed;
       for (const auto& joint : person.joints) {
         placed.push_back(joint.has_value() ? cameras[v].Project(*joint)
@@ -504,11 +521,9 @@ std::optional<OtherImage> FindOtherImage(const CameraRig& cameras,
     if (image.offset_px.norm() < 0.05 * width) image.offset_px.setZero();
     image.offset_px = image.offset_px.array().round();
     if (!image.scaled() && !image.cropped()) continue;
-    CameraRig rig = cameras;
-    rig[v] = WithImage(cameras[v], image);
-    std::vector<ViewPeople> people = ideal;
-    people[v] = Undistorted(raw[v], rig[v]);
-    const PairAgreement after = WithOthers(rig, people, v, frames);
+    const Camera camera = WithImage(cameras[v], image);
+    const PairAgreement after = WithOthers(cameras, ideal, v, camera,
+                                           Undistorted(raw[v], camera), frames);
     if (after.score() <
             std::max(kMinViewScore, before.score() + kMinViewGain) ||
         (best.has_value() && after.score() - before.score() <=
