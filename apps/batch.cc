@@ -23,9 +23,9 @@ DEFINE_string(manifest, "",
               "recordings and configurations (TOML, docs/batch.md)");
 DEFINE_string(out, "", "folder of the results; made if missing");
 DEFINE_int32(jobs, 0, "tasks at once; 0: as many as there are processors");
-DEFINE_bool(resume, false, "go on where an earlier batch ended");
-DEFINE_bool(merge, false, "only make the tables of what is done");
-DEFINE_bool(list, false, "print the names of the tasks and leave");
+DEFINE_bool(resume, false, "continue a batch that was stopped");
+DEFINE_bool(merge, false, "only make the tables of the tasks that are done");
+DEFINE_bool(list, false, "print the names of the tasks and exit");
 DEFINE_string(task, "",
               "run this task alone, TAKE/CONFIGURATION or its number from 0; "
               "implies --resume and makes no tables");
@@ -142,7 +142,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"batch",
-       "recordings x configurations, each in a folder of its own",
+       "runs every recording of a study with every configuration",
        "--manifest=F.toml --out=DIR [--jobs=N] [--resume]\n"
        "       kinegraph-batch --merge --out=DIR",
        {"--manifest=study.toml --jobs=2 --out=out/study",

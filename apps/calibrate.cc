@@ -22,15 +22,15 @@
 #include "solvers/session/calibrate_recording.h"
 
 DEFINE_string(detections, "", "2D detections: a file or a folder");
-DEFINE_string(cameras, "",
-              "calibration whose focal lengths and lenses hold; where its "
-              "cameras stand is not looked at");
+DEFINE_string(
+    cameras, "",
+    "calibration whose focal lengths and lenses are used; its poses are not");
 DEFINE_string(image_size, "", "size of the images [px] without --cameras: W,H");
 DEFINE_string(focal, "",
               "focal length [px] of all views, or one of each: PX[,PX...]; "
               "without it fields of view of 40 to 90 degrees are tried");
 DEFINE_double(focal_error, 0.0,
-              "how far focal lengths may be off [%]; 0: they hold");
+              "how far focal lengths may be off [%]; 0: they are exact");
 DEFINE_double(scale, 0.0, "height of the people [m]");
 DEFINE_string(distance, "", "distance of two joints [m]: JOINT,JOINT,METRES");
 DEFINE_string(cameras_apart, "",
@@ -38,7 +38,7 @@ DEFINE_string(cameras_apart, "",
 DEFINE_double(frame_rate, 0.0,
               "frame rate [Hz] where the files do not tell it; never guessed");
 DEFINE_string(skeleton, "",
-              "joints of the detections where bones do not tell them");
+              "skeleton of the detections where the file does not tell it");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(to, "kinegraph",
               "format of the calibration (`convert --formats` lists them)");
@@ -299,7 +299,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"calibrate",
-       "cameras and clocks from the people themselves",
+       "finds cameras and clocks from the people, without a calibration",
        "--detections=PATH [--image_size=W,H] [--focal=PX,..|--cameras=F] "
        "[--frame_rate=HZ]\n"
        "    [--scale=M|--distance=JOINT,JOINT,M|--cameras_apart=A,B,M] "

@@ -43,7 +43,8 @@ DEFINE_string(
 DEFINE_string(config, "", "configuration (TOML)");
 DEFINE_string(mode, "", "paper or graph; empty: the configuration's");
 DEFINE_string(set, "", "keys to change: key=value;...");
-DEFINE_string(frames, "", "A:B includes A and excludes B; empty: all");
+DEFINE_string(frames, "",
+              "frames to use: A:B includes A and excludes B; empty: all");
 DEFINE_string(ground_truth, "", "true tracks: a file or a folder");
 DEFINE_string(protocol, "",
               "with --ground_truth: shelf, campus, campus_extended (PCP too) "
@@ -52,26 +53,28 @@ DEFINE_string(markers, "",
               "optical markers, or another program's result, as ground truth: "
               "their clock and world are aligned to the tracks of the run");
 DEFINE_string(joints, "",
-              "what a joint is among the markers (TOML, docs/validate.md)");
-DEFINE_string(strategies, "", "a,b,...; empty: all");
+              "which markers make a joint (TOML, docs/validate.md); empty: a "
+              "known marker set, by its labels");
+DEFINE_string(strategies, "", "strategies to run: a,b,...; empty: all");
 DEFINE_string(baseline, kinegraph::kDefaultBaseline,
               "the strategy that all others are compared with");
 DEFINE_bool(tune, false,
             "choose every strategy's parameters by held-out error, two folds");
 DEFINE_string(folds, "",
-              "A:B,C:D; empty: the halves of the recording, 25 frames between");
+              "two frame ranges A:B,C:D; empty: the halves of the recording, "
+              "25 frames between");
 DEFINE_string(parameters, "", "file of parameters, as --tune writes it");
 DEFINE_string(held_out_set, "", "score these detections only");
-DEFINE_bool(fit_shift, false,
-            "take a constant pixel shift off each camera, fitted on the other "
-            "fold");
+DEFINE_bool(
+    fit_shift, false,
+    "remove a constant pixel shift from each camera, fitted on the other fold");
 DEFINE_bool(errors, false,
-            "write every scored joint's held-out error, too (errors.csv)");
+            "also write every scored joint's held-out error (errors.csv)");
 DEFINE_bool(plots, true, "draw the plots (needs gnuplot)");
 DEFINE_string(plot_strategies,
               "raw_dlt,causal_gaussian,butterworth,rts_cv,batch,batch_bones",
-              "those drawn where not all fit");
-DEFINE_string(joint, "r_wrist", "whose trajectory is drawn");
+              "strategies that are drawn where not all fit");
+DEFINE_string(joint, "r_wrist", "joint whose trajectory is drawn");
 DEFINE_int32(threads, 1, "threads; the result does not depend on it");
 DEFINE_string(out, "", "folder for the results; must not hold files yet");
 
@@ -427,7 +430,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"compare",
-       "every smoothing strategy on the same frozen observations",
+       "compares all smoothing strategies on the same observations",
        "--cameras=F --detections=PATH --config=F.toml\n"
        "       [--ground_truth=PATH --protocol=NAME] [--tune] --out=DIR\n"
        "       kinegraph-compare --manifest=TAKES.toml [--config=F.toml] "

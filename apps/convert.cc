@@ -9,15 +9,15 @@
 #include "core/base/error.h"
 #include "core/io/conversion.h"
 
-DEFINE_string(from, "auto", "format of the input; auto tells it by content");
-DEFINE_string(
-    to, "",
-    "format of the result; tracks are told by the end of --out, such as "
-    ".c3d, without it");
+DEFINE_string(from, "auto",
+              "format of the input; auto recognises it by content");
+DEFINE_string(to, "",
+              "format of the result; without it the extension of --out, such "
+              "as .c3d, names a format of tracks");
 DEFINE_string(in, "", "file or folder to read");
 DEFINE_string(out, "",
-              "file, or folder for formats of several files; of formats with a "
-              "file a person, such as TRC, NAME.trc is one person's file");
+              "file to write, or folder for formats of several files; NAME.trc "
+              "is the file of one person");
 DEFINE_string(skeleton, "", "skeleton of the input where it does not tell");
 DEFINE_double(frame_rate, 0.0, "frame rate [Hz] where the input does not tell");
 DEFINE_string(unit, "",
@@ -38,7 +38,7 @@ DEFINE_string(person, "",
 DEFINE_string(set, "",
               "keys of reading: cameras.KEY=value;detections.KEY=value;"
               "tracks.first_frame=N");
-DEFINE_bool(formats, false, "list the formats and leave");
+DEFINE_bool(formats, false, "list the formats and exit");
 
 namespace kinegraph {
 namespace {
@@ -84,7 +84,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"convert",
-       "calibrations, detections and tracks between formats",
+       "converts calibrations, detections and tracks between formats",
        "--in=PATH --out=PATH [--to=FORMAT] [--from=FORMAT]",
        {"--in=take.jsonl --out=take.trc",
         "--in=calibration.json --to=pose2sim --out=calibration.toml"}},

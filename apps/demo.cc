@@ -241,7 +241,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"demo",
-       "a synthetic scene, tracked in every mode and scored",
+       "tracks a synthetic scene in every mode and scores it",
        "[--out=DIR]",
        {"", "--out=out/demo"}},
       kinegraph::RunDemo);

@@ -141,7 +141,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"doctor",
-       "what is wrong with a calibration or the clocks of a recording",
+       "finds what is wrong with a calibration or with clocks",
        "--cameras=F --detections=PATH [--config=F.toml] --out=DIR",
        {"--cameras=calibration.json --detections=openpose/ --out=out/doctor",
         "--cameras=calibration.json --detections=openpose/ --config=my.toml "

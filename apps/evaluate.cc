@@ -30,15 +30,16 @@ DEFINE_string(protocol, "",
               "shelf, campus, campus_extended, 4d_association, panoptic, "
               "mpjpe, identity, parity, markers or held_out_camera");
 DEFINE_string(joints, "",
-              "markers: what a joint is among the markers (TOML, "
-              "docs/validate.md); empty: by a marker set's labels");
-DEFINE_bool(plates, false,
-            "markers: when feet touch down and leave against the force plates "
-            "of the ground truth (C3D)");
+              "markers: which markers make a joint (TOML, docs/validate.md); "
+              "empty: a known marker set, by its labels");
+DEFINE_bool(
+    plates, false,
+    "markers: compare steps with the force plates of the ground truth (C3D)");
 DEFINE_string(person, "",
-              "markers: identity of the tracks; empty: who fits best");
-DEFINE_string(align, "both",
-              "markers: both, clock, world or none is found and taken off");
+              "markers: identity of the tracks; empty: the one that fits best");
+DEFINE_string(
+    align, "both",
+    "markers: what is aligned before scoring: both, clock, world or none");
 DEFINE_bool(drift, false, "markers: one clock may run faster than the other");
 DEFINE_string(out, "", "markers: new folder for tables, plots and the page");
 DEFINE_string(head, "",
@@ -47,7 +48,8 @@ DEFINE_string(endpoints, "", "PCP: mean or each; empty: the protocol's");
 DEFINE_string(matching, "",
               "PCP: nearest or one_to_one; empty: the protocol's");
 DEFINE_string(frames, "",
-              "A:B,... includes A and excludes B; empty: the protocol's");
+              "frames to score: A:B,... includes A and excludes B; empty: the "
+              "protocol's");
 DEFINE_string(annotated, "",
               "identity: everybody or some (then a pose beside all annotated "
               "people counts neither way); empty: some for actorsGT.mat of "
@@ -62,8 +64,8 @@ DEFINE_string(held_out_set, "",
               "held_out_camera: detections to score; empty: those that the "
               "reference was made from");
 DEFINE_string(reference, "",
-              "held_out_camera: tracks of all cameras that name the people; "
-              "empty: tracked in paper mode");
+              "held_out_camera: tracks of all cameras that identify the "
+              "people; empty: those of paper mode");
 DEFINE_string(runs, "",
               "held_out_camera: tracks to score instead of tracking, made "
               "without the first view, without the second, ...");
@@ -423,7 +425,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"evaluate",
-       "scores tracks",
+       "scores tracks against the truth, markers or a left-out camera",
        "--protocol=NAME --tracks=F --ground_truth=PATH\n"
        "       kinegraph-evaluate --protocol=held_out_camera --cameras=F "
        "--detections=PATH --config=F",

@@ -31,7 +31,7 @@ DEFINE_string(detections, "", "2D detections: a file or a folder");
 DEFINE_double(frame_rate, 0.0,
               "frame rate [Hz] where the files do not tell it; never guessed");
 DEFINE_string(skeleton, "",
-              "joints of the detections where bones do not tell them");
+              "skeleton of the detections where the file does not tell it");
 DEFINE_string(set, "",
               "what neither file tells, kept in the configuration: "
               "key=value;key=value, such as cameras.image_size=[360,288]");

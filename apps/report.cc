@@ -51,22 +51,21 @@ DEFINE_string(images, "",
               "frame 0, or N with VIDEO@N; they stay where they are and are "
               "linked");
 DEFINE_double(embed_megabytes, 0.0,
-              "puts what --images names into the page instead, pictures scaled "
-              "down so that they take at most so much, videos as they are; 0: "
-              "linked");
+              "puts what --images names into the page: pictures scaled down to "
+              "this size in all, videos as they are; 0: linked");
 DEFINE_string(frames_out, "",
               "new folder for annotated pictures, VIEW/000042.jpg: poses and "
               "detections drawn on those of --images, or on grey");
-DEFINE_string(
-    doctor, "",
-    "what `doctor` wrote for this recording (its folder), to stand first "
-    "on the page");
+DEFINE_string(doctor, "",
+              "folder that `doctor` wrote for this recording; its findings "
+              "stand first on the page");
 DEFINE_string(title, "", "heading of the page; default: the tracks' name");
 DEFINE_string(up, "auto", "upward axis: auto, x, y, z, -x, -y or -z");
 DEFINE_string(unit, "",
               "unit of tracks whose format does not tell it (BVH): m, cm or "
               "mm");
-DEFINE_bool(with_covariance, false, "keep covariances, for the ellipsoids");
+DEFINE_bool(with_covariance, false,
+            "keep covariances, for ellipsoids and intervals");
 DEFINE_string(out, "", "page to write (HTML)");
 
 namespace kinegraph {
@@ -388,7 +387,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"report",
-       "one self-contained page to look at tracks",
+       "one HTML page that shows tracks, cameras and detections",
        "--tracks=F[,F2,...] [--ground_truth=F] [--cameras=F "
        "--detections=PATH [--images=VIEW=PATTERN|VIDEO;...] "
        "[--frames_out=DIR]] "

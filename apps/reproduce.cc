@@ -33,9 +33,7 @@ DEFINE_string(data, "",
 DEFINE_string(table, "",
               "campus, campus_extended, shelf, parts, ablation, runtime or "
               "sensitivity; empty: every table");
-DEFINE_string(set, "",
-              "changes in every configuration, as key=value;... (what your "
-              "detections need)");
+DEFINE_string(set, "", "keys to change in every configuration: key=value;...");
 DEFINE_string(out, "", "folder for reproduce.json, reproduce.md and plots");
 
 namespace kinegraph {
@@ -295,7 +293,7 @@ void RunReproduce() {
 int main(int argc, char** argv) {
   return kinegraph::RunApp(argc, argv,
                            {"reproduce",
-                            "the paper's tables beside what is measured",
+                            "the paper's tables beside results measured here",
                             "--data=DIR [--table=NAME] --out=DIR",
                             {"--data=data --out=out/tables",
                              "--data=data --table=shelf --out=out/tables"}},

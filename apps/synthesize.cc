@@ -15,15 +15,14 @@
 
 DEFINE_string(config, "", "scene and noise (TOML, see configs/synthetic)");
 DEFINE_string(motion, "",
-              "tracks files F[,F2]: recorded people in place of simulated "
-              "ones; frame rate and duration are then theirs where nothing "
-              "sets them");
+              "tracks files F[,F2] whose people replace the simulated ones; "
+              "frame rate and duration are theirs unless set");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(format, "",
               "also writes the detections as another program would, to "
               "OUT/detections_FORMAT (`convert --formats` lists them)");
 DEFINE_string(out, "", "folder for the four files; made if missing");
-DEFINE_bool(keys, false, "list the keys of a configuration and leave");
+DEFINE_bool(keys, false, "print the keys of a configuration and exit");
 
 namespace kinegraph {
 namespace {
@@ -88,7 +87,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"synthesize",
-       "a seeded scene: cameras, detections and their truth",
+       "makes a scene from a seed: cameras, detections and ground truth",
        "--config=F.toml [--motion=F[,F2]] --out=DIR",
        {"--config=configs/synthetic/demo.toml --out=out/scene",
         "--config=configs/synthetic/hard.toml --set=scene.people=8 "

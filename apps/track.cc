@@ -50,20 +50,19 @@ DEFINE_string(mode, "", "paper or graph; overrides the key mode");
 DEFINE_string(set, "", "keys to change: key=value;key=value");
 DEFINE_string(frames, "", "frames to use: A:B includes A and excludes B");
 DEFINE_string(without_cameras, "", "names of cameras to leave out: a,b");
-DEFINE_int32(threads, 1, "threads for the estimators; the result is the same");
+DEFINE_int32(threads, 1, "threads; the result does not depend on it");
 DEFINE_string(corrections, "",
-              "edits of identities to replay after automatic linking "
-              "(JSON Lines, as NAME.identity.jsonl)");
+              "edits of identities to apply after automatic linking (JSON "
+              "Lines, as NAME.identity.jsonl)");
 DEFINE_string(
     out, "",
-    "tracks to write: .jsonl, or the end of another format that `convert "
-    "--formats` lists (.csv, .npz, ...); .trc for a folder with a file a "
-    "person");
+    "tracks to write: .jsonl, or the extension of another format of `convert "
+    "--formats` (.csv, .npz, ...); .trc for a folder with a file a person");
 DEFINE_string(markers, "ours",
               "names of the joints in formats such as TRC: ours (l_hip), "
               "pose2sim (LHip) or opensim, as for `convert`");
 DEFINE_bool(keys, false,
-            "list the keys of a configuration and leave; with --config, as a "
+            "print the keys of a configuration and exit; with --config, as a "
             "commented configuration with its values");
 
 DEFINE_string(axes, "",
@@ -452,7 +451,7 @@ int main(int argc, char** argv) {
   return kinegraph::RunApp(
       argc, argv,
       {"track",
-       "2D detections to 3D tracks",
+       "turns 2D detections into 3D tracks",
        "--cameras=F --detections=PATH [--config=F.toml] --out=F.jsonl",
        {"--cameras=calibration.json --detections=openpose/ --config=my.toml "
         "--out=take.jsonl",

@@ -39,7 +39,7 @@ void EstimatorOptions::Describe(OptionVisitor& visitor) {
   visitor.Leave();
   visitor.Enter("output");
   visitor.Choice("estimator", &output, OutputNames(),
-                 "graph mode: the estimator that is written");
+                 "graph mode: the estimator whose poses are written");
   visitor.Leave();
   visitor.Enter("gaussian");
   gaussian.Describe(visitor);

@@ -327,11 +327,11 @@ std::string HelpText(const AppInfo& info) {
   return ProgramName(info) + ": " + info.summary + "\n" + examples +
          "\n\nUsage: " + ProgramName(info) + " " + info.usage +
          (first.empty() ? "" : "\n\nRequired:\n" + first) +
-         (first.empty() ? "\n\n" : "\n") + "As one likes:\n" + others +
-         "  --help\n      print this and leave\n"
-         "  --version\n      print the version and leave\n"
-         "  --v  (integer, default 0)\n      diagnosis on stderr, more with a "
-         "larger number\n";
+         (first.empty() ? "\n\n" : "\n") + "Optional:\n" + others +
+         "  --help\n      print this and exit\n"
+         "  --version\n      print the version and exit\n"
+         "  --v  (integer, default 0)\n      diagnosis on stderr; a larger "
+         "number prints more\n";
 }
 
 std::vector<FrameRange> ParseFrameRanges(const std::string& text,

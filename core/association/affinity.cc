@@ -22,8 +22,8 @@ void AssociationOptions::Describe(OptionVisitor& visitor) {
                  "graph mode: how fast the gate of a lost person grows; 0: by "
                  "alpha_2d");
   visitor.Number("prediction_s", &prediction_s, NonNegative(), "s",
-                 "graph mode: so long a person is expected to go on moving; 0: "
-                 "where last seen");
+                 "graph mode: how long a person is expected to go on moving; "
+                 "0: stays where last seen");
   visitor.Choice("target_2d", &target_2d, {"matched", "projected"},
                  "cross_view: the 2D joint last matched, or the 3D one there");
   visitor.Number("alpha_3d", &alpha_3d_m, Positive(), "m",

@@ -10,7 +10,7 @@ void LinkOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("max_absence", &max_absence_s, NonNegative(), "s",
                  "longest absence that is joined; 0: any");
   visitor.Integer("people", &people, Between(0, 10000), "people",
-                  "hint: how many there are in the recording; 0: not known");
+                  "hint: people in the recording; 0: not known");
   visitor.NumberList("entries", &entries, Between(-1e6, 1e6), "m",
                      "hint: spheres where people come and go: x, y, z, radius "
                      "of each");

@@ -22,7 +22,7 @@ void ReconstructionOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("alpha_epi", &alpha_epi_px, Positive(), "px",
                  "epipolar distance at which two views contradict (Eq. 2)");
   visitor.Choice("conflict_order", &conflict_order, {"view", "worst_first"},
-                 "which contradiction is settled first");
+                 "which contradiction is resolved first");
   visitor.Number("max_lost_share", &max_lost_share, Between(0.0, 1.0),
                  "share of joints",
                  "an update that loses more of the joints seen fails");

@@ -115,7 +115,7 @@ double Crowd::Room(const Vector2d& point, const Agent& self) const {
   return room;
 }
 
-// Everybody starts somewhere free; visitors possibly outside.
+// People start at free places, visitors possibly outside.
 void Crowd::Place(int index) {
   Agent& agent = agents_[index];
   agent.deed = Deed::kOutside;  // takes no room until placed
@@ -198,7 +198,7 @@ void Crowd::BeginLeaving(int index) {
   Begin(index, Deed::kLeave, 1e9);
 }
 
-// The next deed, by the weights of the options.
+// The next action, by the weights of the options.
 void Crowd::BeginRandomDeed(int index) {
   Agent& agent = agents_[index];
   if (agent.visitor && now_s_ > agent.leaves_after_s) {
@@ -287,8 +287,9 @@ void Crowd::Decide(int index) {
   }
 }
 
-// Sum of pushes away from people in the way [m/s^2]: from whom the straight
-// continuation would come too near (more, the sooner), and from whom is near.
+// Sum of repulsions from people in the way [m/s^2]: from those whom the
+// straight continuation passes too closely (more, the sooner), and from those
+// who are near.
 Vector2d Crowd::Avoidance(const Agent& agent) const {
   Vector2d push = Vector2d::Zero();
   for (const Agent& other : agents_) {
@@ -360,7 +361,7 @@ void Crowd::Turn(Agent* agent) const {
   agent->heading += kStep * agent->heading_rate;
 }
 
-// What steering did not manage: people never stand in one another.
+// Separates people whom steering has not kept apart.
 void Crowd::KeepApart() {
   for (size_t i = 0; i < agents_.size(); ++i) {
     for (size_t k = i + 1; k < agents_.size(); ++k) {
@@ -372,7 +373,8 @@ void Crowd::KeepApart() {
       const double overlap = MinDistance(a, b) - distance;
       if (overlap <= 0.0) continue;
       const Vector2d away = offset / distance;
-      // Who sits is not pushed. At most 0.6 m/s, which looks like a step aside.
+      // A sitting person is not pushed. At most 0.6 m/s, which looks like a
+      // step aside.
       const double push = std::min(overlap, 0.6 * kStep);
       const double share_a = a.sits() ? 0.0 : (b.sits() ? 1.0 : 0.5);
       const double share_b = b.sits() ? 0.0 : 1.0 - share_a;
@@ -431,7 +433,7 @@ void CrowdOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("min_distance", &min_distance_m, Between(0.3, 2.0), "m",
                  "closest that the centres of two people pass");
   visitor.Number("walking", &walking, Between(0.0, 1.0), "",
-                 "weight of walking on after a deed, and chance to do so "
+                 "weight of walking on after an action, and chance to do so "
                  "without a stop");
   visitor.Number("standing", &standing, Between(0.0, 1.0), "",
                  "weight of standing");

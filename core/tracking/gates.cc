@@ -40,10 +40,9 @@ bool MeetingPoint(const CameraRig& cameras, Eigen::Vector3d* point_m) {
 }  // namespace
 
 void GateOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice(
-      "units", &units, {"pixels", "metres"},
-      "gates as the other tables give them, or by lengths at the distance "
-      "where the cameras look");
+  visitor.Choice("units", &units, {"pixels", "metres"},
+                 "gates in pixels, as the other tables give them, or in metres "
+                 "where the cameras look");
   visitor.Number("speed_mps", &speed_mps, NonNegative(), "m/s",
                  "metres: how far a joint may be from its prediction grows by "
                  "this with the time since the last update");

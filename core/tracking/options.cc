@@ -7,7 +7,7 @@ namespace kinegraph {
 
 void TrackLifeOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("confirm_s", &confirm_s, Between(0.0, 40.0), "s",
-                 "a track counts once it is updated so long after its birth; "
+                 "a track is confirmed by an update this long after its birth; "
                  "in paper mode a second is 25 frames");
   visitor.Number("max_age_s", &max_age_s, Positive(), "s",
                  "a track without an update is deleted after this; in paper "
@@ -15,10 +15,9 @@ void TrackLifeOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("min_found_joints", &min_found_joints, Between(0.0, 17.0),
                  "joints of 17", "detections with fewer are noise");
   visitor.Boolean("backfill", &backfill,
-                  "write a track's frames before it was confirmed as well");
+                  "also write a track's frames before it was confirmed");
   visitor.Number("max_gap_s", &max_gap_s, NonNegative(), "s",
-                 "graph mode: gaps up to this are written as the estimator "
-                 "bridges them");
+                 "graph mode: gaps up to this are bridged and written");
   visitor.Boolean("second_pass", &second_pass,
                   "offline: associate again with the smoothed tracks");
 }

@@ -15,7 +15,7 @@ void DescribeIn(OptionVisitor& visitor, const std::string& table,
 
 void OfflineFilterOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("max_gap", &max_gap_s, NonNegative(), "s",
-                 "a joint is bridged between samples no farther apart");
+                 "longest gap between samples that is bridged");
 }
 
 void RobustTriangulationOptions::Describe(OptionVisitor& visitor) {
@@ -24,12 +24,13 @@ void RobustTriangulationOptions::Describe(OptionVisitor& visitor) {
 }
 
 void CentredGaussianOptions::Describe(OptionVisitor& visitor) {
-  visitor.Number("sigma", &sigma_s, Positive(), "s", "of the kernel");
+  visitor.Number("sigma", &sigma_s, Positive(), "s",
+                 "standard deviation of the kernel");
 }
 
 void HampelMedianOptions::Describe(OptionVisitor& visitor) {
   visitor.Number("hampel_window", &hampel_window_s, NonNegative(), "s",
-                 "in which outliers are looked for");
+                 "window in which outliers are sought");
   visitor.Number("hampel_threshold", &hampel_threshold, NonNegative(),
                  "standard deviations",
                  "farther from the median is an outlier");
@@ -72,7 +73,7 @@ void SmoothingSplineOptions::Describe(OptionVisitor& visitor) {
 void KalmanOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("motion", &motion,
                  {"constant_velocity", "constant_acceleration"},
-                 "what moves on undisturbed");
+                 "motion without disturbance");
   visitor.Number("process_noise_scale", &process_noise_scale, Positive(), "",
                  "factor on the process noise, which follows from "
                  "graph.process_noise");
@@ -100,7 +101,7 @@ void FilterOptions::Describe(OptionVisitor& visitor) {
 }
 
 void CausalGaussianOptions::Describe(OptionVisitor& visitor) {
-  visitor.Boolean("smooth", &smooth, "smooth at all");
+  visitor.Boolean("smooth", &smooth, "smooth, or write the poses as they are");
   visitor.Number("sigma", &sigma_frames, Between(0.01, 20.0), "frames",
                  "of the causal Gaussian over stored poses");
   visitor.Number("wrist_sigma", &wrist_sigma_frames, Between(0.01, 20.0),
@@ -113,8 +114,8 @@ void CausalGaussianOptions::Describe(OptionVisitor& visitor) {
   visitor.Choice("velocity", &velocity, {"over_time", "per_update"},
                  "metres per second, or per stored pose (authors' code)");
   visitor.Number("hold", &hold_frames, NonNegative(), "frames",
-                 "an unseen joint keeps its own velocity so long, then the "
-                 "body's; 0: for ever");
+                 "how long an unseen joint keeps its own velocity before it "
+                 "gets the body's; 0: for ever");
 }
 
 }  // namespace kinegraph

@@ -53,11 +53,10 @@ void DescribeNoise(GraphOptions* options, OptionVisitor& visitor) {
                  {"take", "fixed"},
                  "learn the process noise from moment to moment from the "
                  "recording, or use the table");
-  visitor.Choice(
-      "view_bias", &options->view_bias, {"off", "on", "auto"},
-      "learn from the recording how the detector's error depends on the "
-      "view and take it away; auto: of the joints where the other "
-      "half of the recording gains");
+  visitor.Choice("view_bias", &options->view_bias, {"off", "on", "auto"},
+                 "learn from the recording how the detector's error depends on "
+                 "the view, and remove it; auto: of the joints that gain on "
+                 "the other half of the recording");
 }
 
 void DescribeBones(GraphOptions* options, OptionVisitor& visitor) {
@@ -71,9 +70,9 @@ void DescribeBones(GraphOptions* options, OptionVisitor& visitor) {
 }
 
 void DescribeSolver(GraphOptions* options, OptionVisitor& visitor) {
-  visitor.Choice("solver", &options->solver, {"ceres", "sweeps"},
-                 "Ceres, started from block-tridiagonal sweeps, or these "
-                 "alone");
+  visitor.Choice(
+      "solver", &options->solver, {"ceres", "sweeps"},
+      "Ceres, started from the block-tridiagonal solver, or that solver alone");
   visitor.Integer("max_iterations", &options->max_iterations,
                   Between(1.0, 1000.0), "", "iterations of the last stage");
   visitor.Number("step_tolerance_m", &options->step_tolerance_m, Positive(),

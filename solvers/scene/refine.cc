@@ -105,9 +105,8 @@ const std::vector<std::string>& GroundKindNames() {
 }
 
 void RefineOptions::Describe(OptionVisitor& visitor) {
-  visitor.Choice(
-      "refine", &refine, RefineKindNames(),
-      "what of each camera is estimated from the recording's people");
+  visitor.Choice("refine", &refine, RefineKindNames(),
+                 "what is estimated of each camera from the people");
   visitor.Boolean("refine_clock", &refine_clock,
                   "estimate offset and drift of each view's clock");
   visitor.Choice("ground", &ground, GroundKindNames(),

@@ -15,22 +15,21 @@ void InputOptions::Describe(OptionVisitor& visitor) {
                  "nominal frame rate; 0: the files tell it");
   visitor.Integer("repeat_first_frame", &repeat_first_frame, Between(0, 1000),
                   "frames",
-                  "feeds the first frame so often before the recording");
+                  "how often the first frame is fed before the recording");
   visitor.Boolean("independent_frames", &independent_frames,
-                  "single frames: nobody lives on into the next");
+                  "single frames: no track continues into the next");
   visitor.Boolean("skip_bad_frames", &skip_bad_frames,
-                  "our own detections: a frame that cannot be read is passed "
-                  "over, not an error");
+                  "our own detections: skip a frame that cannot be read");
   visitor.TextMap("view_frame_rate", &view_frame_rate,
                   "rate [Hz] at which a view's files count frames, where it is "
                   "another");
   visitor.TextMap("view_frame_offset", &view_frame_offset,
-                  "taken from the frame numbers of a view's files");
+                  "subtracted from the frame numbers of a view's files");
 }
 
 void OutputOptions::Describe(OptionVisitor& visitor) {
   visitor.Boolean("observations", &observations,
-                  "write each person's matches and weights too");
+                  "also write each person's matches and weights");
 }
 
 void RunOptions::Describe(OptionVisitor& visitor) {
@@ -44,7 +43,7 @@ void RunOptions::Describe(OptionVisitor& visitor) {
   cameras.Describe(visitor);
   refine.Describe(visitor);
   visitor.Number("subject_m", &subject_m, NonNegative(), "m",
-                 "stature or length of who is tracked; 0: measured");
+                 "stature or length of the subject; 0: measured");
   visitor.Leave();
   visitor.Enter("detections");
   detections.Describe(visitor);

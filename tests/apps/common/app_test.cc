@@ -146,8 +146,8 @@ TEST_F(CommandLine, HelpListsTheCommandsOwnFlagsAlone) {
                               "      where the result goes\n"
                               "      such as --test_out=out.jsonl\n"));
   EXPECT_THAT(help, HasSubstr("--test_threads  (integer, default 1)\n"));
-  EXPECT_LT(help.find("--test_out  ("), help.find("\nAs one likes:\n"));
-  EXPECT_GT(help.find("--test_threads  ("), help.find("\nAs one likes:\n"));
+  EXPECT_LT(help.find("--test_out  ("), help.find("\nOptional:\n"));
+  EXPECT_GT(help.find("--test_threads  ("), help.find("\nOptional:\n"));
   EXPECT_THAT(help, Not(HasSubstr("logtostderr")));
   EXPECT_THAT(help, Not(HasSubstr("flagfile")));
 }
