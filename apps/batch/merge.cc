@@ -373,8 +373,8 @@ BatchSummary SummariseDifference(const BatchColumn& a, const BatchColumn& b) {
   BatchColumn differences;
   for (size_t t = 0; t < std::min(a.size(), b.size()); ++t) {
     if (!a[t].has_value() || !b[t].has_value()) continue;
-    // The two errors are taken as independent, which they are not quite: the
-    // same frames make them alike, so the interval is rather too wide.
+    // The two errors count as independent. The same frames correlate them, so
+    // the interval is rather too wide.
     differences.push_back(
         BatchValue{a[t]->value - b[t]->value,
                    std::hypot(a[t]->standard_error, b[t]->standard_error)});

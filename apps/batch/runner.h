@@ -16,7 +16,8 @@ enum class TaskState {
   kOther,    // done by another one: other inputs, or other settings
 };
 
-// What stands in DIR/TAKE/CONFIGURATION, whose task.json tells who made it.
+// State of the folder DIR/TAKE/CONFIGURATION, whose task.json names its
+// fingerprint.
 TaskState StateOf(const Task& task, const std::string& out);
 
 struct TaskOutcome {
@@ -28,8 +29,8 @@ struct TaskOutcome {
 // all of them are done; else DIR/TAKE/CONFIGURATION.failed.txt holds the error.
 TaskOutcome RunTask(const Task& task, const std::string& out);
 
-// All of them, `jobs` at once; `report` hears of each outcome, one at a time.
-// Returns how many failed.
+// Runs all of them, `jobs` at once, and calls `report` with each outcome, one
+// at a time. Returns how many failed.
 int RunTasks(
     const std::vector<Task>& tasks, const std::string& out, int jobs,
     const std::function<void(const Task&, const TaskOutcome&)>& report);

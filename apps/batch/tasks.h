@@ -21,8 +21,8 @@ struct Task {
   std::string recording;
   std::string configuration;
   std::vector<TaskStep> steps;
-  // Of all that the steps are told, and of the contents of the small files they
-  // are told about: another fingerprint means another task.
+  // Covers the arguments of all steps and the contents of the small files that
+  // they name: another fingerprint means another task.
   std::string fingerprint;
 
   std::string Name() const { return recording + "/" + configuration; }

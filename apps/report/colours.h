@@ -1,4 +1,4 @@
-// Which colour everybody has on the page.
+// Colours of the people on the page.
 #ifndef KINEGRAPH_APPS_REPORT_COLOURS_H_
 #define KINEGRAPH_APPS_REPORT_COLOURS_H_
 

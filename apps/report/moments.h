@@ -1,4 +1,4 @@
-// The moments of a recording that are worth a look.
+// The worst moments of a recording.
 #ifndef KINEGRAPH_APPS_REPORT_MOMENTS_H_
 #define KINEGRAPH_APPS_REPORT_MOMENTS_H_
 

@@ -168,7 +168,7 @@ size_t TextBytes(const Json& json, const std::vector<std::string>& keys) {
   return bytes;
 }
 
-// Whom an identity that edit `index` speaks of is part of in the end.
+// The final identity of a person named in edit `index`, after all later edits.
 TrackId InTheEnd(const std::vector<IdentityEdit>& edits, size_t index,
                  TrackId id) {
   for (size_t e = index; e < edits.size(); ++e) {
@@ -344,7 +344,7 @@ void PageMaker::AddExtras(const PersonPose& person,
     for (size_t j = 0; j < match.weights.size(); ++j) {
       if (!match.weights[j].has_value()) continue;
       const double weight = std::clamp(*match.weights[j], 0.0, 1.0);
-      // Whatever counts a little is not shown as rejected.
+      // A weight that is small but above zero must not be shown as rejected.
       arrays->weight[at + static_cast<size_t>(view) * joint_count + j] =
           static_cast<uint8_t>(std::ceil(weight * kWeightSteps));
     }
@@ -403,7 +403,7 @@ ResultWork PageMaker::WorkOf(size_t r) const {
     work.person_of[id] = index;
   }
   work.quantum = std::max(kQuantumM, LargestReach(result.tracks) / 32000.0);
-  // Nothing was ever matched with the truth.
+  // The truth has no matches.
   if (input_.detections.has_value() && result.role == ResultRole::kTracks) {
     work.pairing.emplace(result.tracks.header, input_.detections->header,
                          input_.cameras);
@@ -541,7 +541,7 @@ Json PageMaker::ResultJson(size_t r) {
   }
   if (is_tracks) AddIdentity(result, &json);
   if (!result.summary_json.empty()) {
-    // A summary that is none is not worth losing the page for.
+    // An unreadable summary must not cost the page.
     try {
       json["summary"] = ReadSummaryJson(result.summary_json,
                                         "the summary of " + result.label);

@@ -10,7 +10,7 @@ namespace {
 // A person and a detection that share fewer joints are not compared.
 constexpr int kMinSharedJoints = 3;
 // Without matches, a detection farther than this share of the image's diagonal
-// is somebody else's.
+// belongs to another person.
 constexpr double kGateShare = 0.05;
 constexpr double kGateUnknownSizePx = 50.0;
 

@@ -1,5 +1,5 @@
-// What stands beside tracks and goes into the page: each checked for what the
-// page shows of it, so that no script there meets what it does not expect.
+// The files beside tracks that the page shows, checked so that no script there
+// meets what it does not expect.
 #ifndef KINEGRAPH_APPS_REPORT_SIDE_FILES_H_
 #define KINEGRAPH_APPS_REPORT_SIDE_FILES_H_
 

@@ -9,12 +9,12 @@
 namespace kinegraph {
 namespace {
 
-// How far joints may go from one detection to the next, as a share of the
-// person's size in the image: a detector's noise, and twice as fast as people
-// run (1.7 m tall, 4 m/s across the view).
+// Gate from one detection to the next, as a share of the person's size in the
+// image: the detector's noise, and twice the speed of a runner (1.7 m tall, 4
+// m/s across the view).
 constexpr double kNoise = 0.06;
 constexpr double kPerSecond = 2.5;
-// The nearest over the second nearest, at most.
+// Greatest ratio of the nearest to the second nearest distance.
 constexpr double kMaxRatio = 0.5;
 constexpr double kMinCommon = 6.0;  // joints of 17
 // A tracklet ends after so long without a detection.

@@ -14,8 +14,8 @@ void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
     if (cols == 0) break;
     measure_->SetTarget(targets[row], camera);
     for (size_t col = 0; col < cols; ++col) {
-      // A pair that may not match must not take part in the bargain either: a
-      // negative affinity counts as none.
+      // A pair that may not match must not influence the assignment either, so
+      // a negative affinity counts as zero.
       const size_t pair = row * cols + col;
       const bool may = barred.empty() || !barred[pair];
       affinities_[pair] =

@@ -1,10 +1,10 @@
-// How sure a score is: a seeded block bootstrap.
+// Confidence intervals of scores: a seeded block bootstrap.
 //
 // Errors of neighbouring frames are alike, so whole blocks of frames are drawn
 // (moving blocks: Kuensch 1989, "The jackknife and the bootstrap for general
 // stationary observations"), within each series (an actor, a recording). A
-// block that runs over the end goes on at the beginning (Politis and Romano
-// 1992), so that every frame is drawn equally often, also in a short series.
+// block that runs over the end continues at the beginning (Politis and Romano
+// 1992): every frame is drawn equally often, also in a short series.
 #ifndef KINEGRAPH_CORE_EVALUATION_BOOTSTRAP_H_
 #define KINEGRAPH_CORE_EVALUATION_BOOTSTRAP_H_
 

@@ -1,5 +1,5 @@
-// Which frame, which person and which joint of one result stands for which of
-// another. Every measure compares through these.
+// Correspondence of frames, people and joints between two results, which every
+// measure uses.
 #ifndef KINEGRAPH_CORE_EVALUATION_CORRESPONDENCE_H_
 #define KINEGRAPH_CORE_EVALUATION_CORRESPONDENCE_H_
 

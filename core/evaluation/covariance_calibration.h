@@ -1,4 +1,4 @@
-// Are stated covariances right? Compares them with the errors that were made.
+// Consistency of stated covariances with the errors that were made.
 #ifndef KINEGRAPH_CORE_EVALUATION_COVARIANCE_CALIBRATION_H_
 #define KINEGRAPH_CORE_EVALUATION_COVARIANCE_CALIBRATION_H_
 

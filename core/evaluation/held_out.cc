@@ -95,7 +95,8 @@ class PeopleOfRun {
   std::map<TrackId, const PersonPose*> run_of_reference_;
 };
 
-// Where `person` would be seen; nullopt without a person, a joint or a pixel.
+// Projection of a joint of `person`; nullopt without a person, a joint or a
+// pixel.
 std::optional<Eigen::Vector2d> Predict(const PersonPose* person, int joint,
                                        const Camera& camera) {
   if (person == nullptr || joint < 0) return std::nullopt;

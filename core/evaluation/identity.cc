@@ -13,7 +13,7 @@
 namespace kinegraph {
 namespace {
 
-// What is known of a true person while the frames go by.
+// State of a true person while the frames are read.
 struct PersonState {
   TrackId last_match;
   bool ever_matched = false;
@@ -155,7 +155,7 @@ Eigen::MatrixXd KeepColumns(const Eigen::MatrixXd& matrix,
   return kept;
 }
 
-// Which of the people found nobody is matched with.
+// The found people without a match.
 std::vector<int> Unmatched(size_t found, const std::vector<CostPair>& pairs) {
   std::vector<bool> matched(found, false);
   for (const CostPair& pair : pairs) matched[pair.column] = true;
@@ -166,7 +166,7 @@ std::vector<int> Unmatched(size_t found, const std::vector<CostPair>& pairs) {
   return rest;
 }
 
-// Marks people found who stand where truth hides somebody.
+// Marks found people who stand where the truth has a hidden person.
 void MarkOnHidden(const std::vector<PersonPose>& hidden,
                   const std::vector<PersonPose>& found,
                   const std::vector<int>& unmatched, const JointPairs& joints,
@@ -180,7 +180,7 @@ void MarkOnHidden(const std::vector<PersonPose>& hidden,
   }
 }
 
-// Marks people found whom no annotated person stands for.
+// Marks found people who are far from every annotated person.
 void MarkBeside(const Eigen::MatrixXd& distances,
                 const std::vector<int>& unmatched, double gate_m,
                 std::vector<bool>* ignored, IdentityResult* result) {
@@ -272,7 +272,7 @@ class HotaCounter {
     for (const Similarities& frame : frames_) {
       for (const int i : frame.truth) totals.truth(i) += 1.0;
       for (const int k : frame.found) totals.found(k) += 1.0;
-      // Nobody on one side: Eigen's sums would step through no memory.
+      // With no people on one side Eigen's sums would read no memory.
       if (frame.values.size() == 0) continue;
       const Eigen::VectorXd rows = frame.values.rowwise().sum();
       const Eigen::RowVectorXd columns = frame.values.colwise().sum();
@@ -317,7 +317,7 @@ class HotaCounter {
     scores.detection = pairs / people;
     double sum = 0.0;
     for (const double similarity : matched) sum += similarity;
-    // Nobody matched is nobody misplaced.
+    // Without a match there is no error of localisation.
     scores.localisation = pairs > 0.0 ? sum / pairs : 1.0;
     for (int i = 0; i < together.rows(); ++i) {
       for (int k = 0; k < together.cols(); ++k) {

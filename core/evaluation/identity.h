@@ -1,5 +1,5 @@
-// Do people keep their identity: CLEAR MOT (Bernardin and Stiefelhagen 2008),
-// IDF1 (Ristani et al. 2016) and HOTA (Luiten et al. 2020), on poses in space.
+// Identity scores: CLEAR MOT (Bernardin and Stiefelhagen 2008), IDF1 (Ristani
+// et al. 2016) and HOTA (Luiten et al. 2020), on poses in space.
 #ifndef KINEGRAPH_CORE_EVALUATION_IDENTITY_H_
 #define KINEGRAPH_CORE_EVALUATION_IDENTITY_H_
 

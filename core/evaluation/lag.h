@@ -1,4 +1,4 @@
-// By how much a motion comes too late.
+// Delay of a motion behind a reference.
 #ifndef KINEGRAPH_CORE_EVALUATION_LAG_H_
 #define KINEGRAPH_CORE_EVALUATION_LAG_H_
 

@@ -10,7 +10,7 @@
 namespace kinegraph {
 namespace {
 
-// The joints and bones that are looked at, as indices.
+// The joints and bones that are scored, as indices.
 struct Scope {
   std::vector<int> joints;
   std::vector<Bone> bones;

@@ -1,4 +1,4 @@
-// How alike two results of the same recording are, joint by joint.
+// Agreement of two results of the same recording, joint by joint.
 #ifndef KINEGRAPH_CORE_EVALUATION_PARITY_H_
 #define KINEGRAPH_CORE_EVALUATION_PARITY_H_
 

@@ -1,4 +1,4 @@
-// How smooth a motion is: differences of any order, and the power above a
+// Smoothness of a motion: differences of any order, and the power above a
 // frequency. Units are laid out over person-frames that the caller fixes, so
 // that several results can be compared frame by frame.
 #ifndef KINEGRAPH_CORE_EVALUATION_SMOOTHNESS_H_

@@ -21,32 +21,35 @@ constexpr size_t kMinFramesOfPiece = 3;
 // Before anything was learnt: 3 %, about 1 cm, between pieces of one body.
 constexpr double kDefaultPieceSigma = 0.03;
 constexpr size_t kMinPiecesToLearn = 10;
-// A joint's stated errors go together for about so long: over tracks of 1.5 to
-// 8 s, of walkers before two to six cameras and of recorded motion, the medians
+// A joint's stated errors are correlated over about this time: over tracks of
+// 1.5 to 8 s (walkers before two to six cameras, recorded motion), the medians
 // of one body differ by the stated standard deviation of a frame times
 // sqrt(0.35 s / length of the shorter one), or by the floors below. With
-// graph.bones the frames of a track share one length, so that their own spread
-// says nothing of its error.
+// graph.bones the frames of a track share one length, so their own spread does
+// not tell its error.
 constexpr double kErrorLasts = 0.35;  // s
-// Errors that last (a view's bias, a posture) do not average out: never better
-// than 1 % and 4 mm. On Shelf the medians of 3 s of one body differ by 1.2 % in
-// thigh and upper arm, where those of a second alone would let expect 0.6 %.
-// Detectors put shoulders and hips of one person closer or wider as they turn.
+// Lasting errors (a view's bias, a posture) do not average out, so a length is
+// never known better than to 1 % and 4 mm. On Shelf the medians of 3 s of one
+// body differ by 1.2 % in thigh and upper arm, where the spread within a second
+// predicts 0.6 %. Detectors place shoulders and hips of one person closer
+// together or wider apart as the person turns.
 constexpr double kFloorSigma = 0.01;
 constexpr double kFloor = 0.004;          // m
 constexpr double kShouldersFloor = 0.01;  // m, of their distance
 constexpr double kHipsFloor = 0.015;      // m
 
-// A bone may be measured wrongly in one of two tracks, hidden for most of it or
-// taken for another, and says nothing then: so often, and with such lengths.
+// Prior probability that a bone is measured wrongly in one of two tracks,
+// because it was hidden for most of it or confused with another, and the spread
+// of such lengths. Such a bone is no evidence.
 constexpr double kWrongBone = 0.05;
 constexpr double kWrongSigma = 0.25;
-// Before any two people were compared one pair in 200 is built alike (twins, or
-// one recording that is shown twice); that counts as twenty pairs.
+// Prior share of pairs of people who are built alike (twins, or one recording
+// shown twice): one in 200, with the weight of twenty observed pairs.
 constexpr double kAlikePrior = 0.1;
 constexpr double kStrangersPrior = 19.9;
 constexpr int kAlikeRounds = 20;
-// Statures are summed over at so many places, to three sigmas on either side.
+// The stature is integrated out numerically, at this many places within three
+// sigmas.
 constexpr int kStatures = 25;
 
 // Variance of the bone's length that the two joints' covariances state [m^2],
@@ -119,7 +122,7 @@ bool KeepsItsLength(const Skeleton& skeleton, const Bone& bone) {
          IsBodyJoint(skeleton.joint_class(bone.b));
 }
 
-// What lasts of the errors of such a bone [m].
+// Floor of the lasting errors of such a bone [m].
 double FloorOf(const Skeleton& skeleton, const Bone& bone) {
   const JointClass a = skeleton.joint_class(bone.a);
   if (a != skeleton.joint_class(bone.b)) return kFloor;
@@ -217,7 +220,7 @@ void BoneModel::Learn(const std::vector<BoneSamples>& tracklets) {
 void BoneModel::LearnAlike(
     const std::vector<std::pair<BoneSamples, BoneSamples>>& strangers,
     double pairs) {
-  // Expectation and maximisation over who of them is alike.
+  // Expectation maximisation: which pairs are built alike, and how many.
   std::vector<double> ratios;
   for (const auto& [one, other] : strangers) {
     const double ratio = LogRatio(one, other);
@@ -284,7 +287,8 @@ double BoneModel::LogRatio(const BoneSamples& a, const BoneSamples& b) const {
     const Length one = LengthOf(a, g);
     const Length other = LengthOf(b, g);
     if (!one.known || !other.known) continue;
-    // Beyond anything that a body explains it does not matter how far.
+    // Clamped: beyond what a body explains, the size of the difference is no
+    // further evidence.
     difference.push_back(
         std::clamp(one.log_length - other.log_length, -kMost, kMost));
     variance.push_back(one.variance + other.variance);

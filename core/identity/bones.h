@@ -1,5 +1,5 @@
-// Do two pieces of tracks have the same body: bone lengths with their
-// uncertainty, which the recording itself tells.
+// Bone lengths as evidence that two pieces of tracks are one body. Their
+// uncertainty is learnt from the recording.
 #ifndef KINEGRAPH_CORE_IDENTITY_BONES_H_
 #define KINEGRAPH_CORE_IDENTITY_BONES_H_
 
@@ -12,9 +12,8 @@
 
 namespace kinegraph {
 
-// A body's bone lengths, left and right each for itself (the model's constants
-// were chosen so). Errors of neighbouring frames go together, so lengths are
-// medians of pieces of a second.
+// The bone lengths of a body, left and right separately, as medians over pieces
+// of a second, since errors of neighbouring frames are correlated.
 struct BoneSamples {
   struct Piece {
     double log_length = 0.0;
@@ -39,9 +38,10 @@ class BoneModel {
   std::vector<std::vector<double>> LogLengths(const Tracklet& tracklet) const;
   // Learns from all tracklets how much the pieces of one body differ.
   void Learn(const std::vector<BoneSamples>& tracklets);
-  // Learns from pairs that are two people for sure (seen at once) how often two
-  // people of this recording are built alike: what agrees then says so much
-  // less. They count as `pairs` at most: the same two may be many tracks.
+  // Learns from pairs that are certainly two people (seen at once) how often
+  // two people of this recording are built alike, which weakens the evidence of
+  // bones that agree. The pairs have the weight of at most `pairs`, as the same
+  // two people may be many tracks.
   void LearnAlike(
       const std::vector<std::pair<BoneSamples, BoneSamples>>& strangers,
       double pairs);
@@ -50,8 +50,8 @@ class BoneModel {
   // Log likelihood ratio [nats] of the two sets of lengths under one body and
   // under two bodies drawn from the population. 0 without a common bone.
   double LogRatio(const BoneSamples& a, const BoneSamples& b) const;
-  // The same with people about who are built alike; `most` is the ratio for the
-  // one of all strangers to the first whom the second looks like most.
+  // The same where people may be built alike. `most` is the greatest ratio of
+  // the first with anybody who is certainly another person.
   double AmongAlike(double log_ratio, double most) const;
   // Mean absolute difference of the bones that both have [m]; 0 without any.
   double MeanDifference(const BoneSamples& a, const BoneSamples& b) const;

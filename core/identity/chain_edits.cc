@@ -102,7 +102,7 @@ class EditWriter {
     }
   }
 
-  // From `piece` on its label is somebody new.
+  // From `piece` on, its label becomes a new identity.
   void CutBefore(int piece, const Link* link) {
     IdentityEdit edit;
     if (link != nullptr) edit = EditOf(EditOp::kCut, *link);
@@ -115,7 +115,7 @@ class EditWriter {
     Relabel(piece, old, fresh);
   }
 
-  // Two tracks that each went on with the other's person.
+  // Two tracks each of which continued as the other's person.
   bool Exchange(int piece, int wanted) {
     const int earlier = Earlier(piece);  // was followed by `piece`
     const int rival = Later(wanted, piece);
@@ -175,7 +175,7 @@ class EditWriter {
     }
   }
 
-  // Where both are there, the end of the one that dies goes.
+  // Where both are present, the end of the track that dies is removed.
   void Trim(int from, int to) {
     const int64_t first = tracklets_[to].first().frame;
     const int64_t last = tracklets_[from].last().frame;

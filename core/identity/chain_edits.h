@@ -1,4 +1,4 @@
-// What was joined and cut, as edits of tracks.
+// The decisions of chains.h as edits of tracks.
 #ifndef KINEGRAPH_CORE_IDENTITY_CHAIN_EDITS_H_
 #define KINEGRAPH_CORE_IDENTITY_CHAIN_EDITS_H_
 

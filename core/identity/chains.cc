@@ -15,25 +15,25 @@ namespace kinegraph {
 namespace {
 
 constexpr double kForbidden = 1e6;  // nats
-// Who appears is rather somebody of the recording than a newcomer: odds of 20
-// to 1 before anything is measured.
+// Prior log odds that whoever appears is a person of the recording rather than
+// a newcomer: 20 to 1.
 constexpr double kKnownRather = 3.0;  // nats
-// Absences are short rather than long, as 1 / length between these [s];
-// somebody of the recording is likelier than a newcomer by the odds above after
+// Absences are distributed as 1 / length between these limits [s]. A known
+// person is likelier than a newcomer by the odds above after an absence of
 // kUsualAbsence.
 constexpr double kShortAbsence = 0.2;
 constexpr double kUsualAbsence = 3.0;
 constexpr double kLongAbsence = 30.0;
-// A detector and the image say that a view went on with the same person, not
-// with another: they are wrong once in 20 times, and more views say little more
-// since they see the same contact.
+// Evidence that a view continued with the same person (core/association): wrong
+// once in 20 times. More views add little, since they see the same contact.
 constexpr double kSucceeds = 3.0;    // nats
-constexpr double kMaxOverlap = 0.5;  // s, of a track that dies and its heir
-constexpr double kSeenAtOnce = 2.0;  // s, by two who are two for sure
-// Chains up to this many are weighed exactly against the second best.
+constexpr double kMaxOverlap = 0.5;  // s, of a dying track and its successor
+constexpr double kSeenAtOnce = 2.0;  // s, by two who are certainly two
+// With up to this many chains the margin is exact: the second best assignment
+// is computed.
 constexpr size_t kExactChains = 100;
 
-// How many are there in the fullest frame.
+// The greatest number of people present in one frame.
 size_t MostAtOnce(const std::vector<Tracklet>& tracks) {
   std::map<int64_t, size_t> count;
   size_t most = 0;
@@ -127,7 +127,7 @@ class Linker {
     return StandTogether(from, to);
   }
 
-  // From those who are seen at once for long.
+  // Learns from people who are seen at once for long.
   void LearnAlike(const std::vector<Tracklet>& tracks) {
     std::vector<BoneSamples> samples;
     samples.reserve(tracks.size());
@@ -172,10 +172,10 @@ class Linker {
                                                kShortAbsence, kLongAbsence));
   }
 
-  // What speaks for the way the tracker went on after a piece.
+  // Log odds [nats] that the tracker continued correctly after a piece.
   double Continuity(size_t piece) const {
-    // A tracker that sees nobody keeps less of what it knew, and where it hops
-    // meanwhile as nobody does it went on with somebody else.
+    // While no view sees the person, the tracker's continuation is worth half,
+    // less what the motion across an unseen hop says against it.
     double nats = (pieces_.blind[piece] ? 0.5 : 1.0) * options_.continuity;
     for (const auto& [before, after] : pieces_.hops[piece]) {
       nats += std::min(0.0, motion_.LogRatio(before, after, frame_s_));
@@ -189,7 +189,7 @@ class Linker {
     const std::vector<Tracklet>& all = pieces_.tracklets;
     const bool ends = pieces_.next[from] < 0;
     const bool begins = to == 0 || all[to - 1].id != all[to].id;
-    // What was left at the end of a contact says nothing of who came to it.
+    // The frames at the end of a contact are no evidence of who came out of it.
     const Tracklet& piece = all[from];
     const TimeNs clean = piece.frames[piece.clean_end() - 1].time;
     return ends && begins &&
@@ -211,7 +211,7 @@ class Linker {
     const MotionState& begin = begin_[static_cast<size_t>(first)];
     evidence.allowed = true;
     evidence.bones = BonesOf(one, other);
-    // Of two that are there at once, in the same place, the moment is compared.
+    // Of two that overlap in time, the states at the same moment are compared.
     const bool at_once = begin.time <= end.time;
     evidence.motion = motion_.LogRatio(
         at_once ? StateUpTo(Last(from), begin.time) : end, begin, frame_s_);
@@ -234,8 +234,8 @@ class Linker {
     return ratio;
   }
 
-  // Whether `to` has the body of `from` and not that of somebody who was seen
-  // beside them.
+  // Log likelihood ratio [nats] that `to` has the body of `from` rather than
+  // that of a person seen beside it.
   double BonesOf(size_t from, size_t to) const {
     double most = ratio_[from][to];
     for (size_t c = 0; c < chains_.size(); ++c) {
@@ -312,8 +312,9 @@ class Linker {
     }
     if (at != from) return total;
     if (forbidden.size() >= kDeepest) {
-      // Somebody who is hidden often may be joined in many ways. Two people it
-      // is, if not at the least cost, where the later one follows nobody.
+      // A person who is hidden often may be joined in many ways. Letting the
+      // later piece follow nobody separates the two for certain, if not at the
+      // least cost.
       std::vector<std::pair<int, int>> more = forbidden;
       for (int before = 0; before < static_cast<int>(chains_.size());
            ++before) {
@@ -336,7 +337,7 @@ class Linker {
     if (chains_.size() <= kExactChains) {
       return BestApart(from, to, {{from, to}}) - best;
     }
-    // Leaving the two alone, or exchanging with one other join.
+    // Leaves the two unjoined, or exchanges them with one other join.
     const auto gain = [&](int f, int t) {
       if (f < 0) return 0.0;
       const Evidence& evidence = evidence_[f][t];
@@ -402,8 +403,8 @@ class Linker {
     return !joins.empty();
   }
 
-  // Two of one chain may clearly be one person while what stands between them
-  // is not: the clearest of those, or none.
+  // Two pieces of one chain may clearly be one person while the piece between
+  // them is not. Returns the clearest such joins, or none.
   std::vector<std::pair<int, int>> JoinAcross(
       const std::vector<int>& predecessor, double best) {
     if (chains_.size() > kExactChains) return {};
@@ -428,7 +429,7 @@ class Linker {
     return joins;
   }
 
-  // Puts the clearest of those in that are there only while somebody is away.
+  // Inserts the clearest chain that exists only while another person is away.
   bool InsertClear() {
     WeighAll();
     const std::vector<Insertion> all = FindInsertions();
@@ -486,8 +487,8 @@ class Linker {
     return true;
   }
 
-  // All that speak for one person, each with its advantage over nobody and over
-  // what it excludes.
+  // All insertions with a positive log odds, each with its advantage over no
+  // insertion and over the insertions it excludes.
   std::vector<Insertion> FindInsertions() const {
     std::vector<Insertion> all;
     for (size_t guest = 0; guest < chains_.size(); ++guest) {
@@ -569,7 +570,7 @@ class Linker {
     chains_ = std::move(merged);
   }
 
-  // What is not clearly somebody else goes on as the tracker had it.
+  // Pieces that are not clearly another person continue as tracked.
   void GoOnAsTracked() {
     WeighAll();
     std::vector<std::pair<int, int>> joins;
@@ -588,8 +589,8 @@ class Linker {
     Merge(joins);
   }
 
-  // What the best explanation joins below the margin, and who comes nearest
-  // where it joins nobody.
+  // Joins of the best explanation below the margin, and for a piece that it
+  // joins with none, the nearest candidate.
   void FindUndecided() {
     WeighAll();
     std::vector<int> predecessor;
@@ -615,7 +616,7 @@ class Linker {
       if (nearest < 0 && chosen < 0) continue;
       Link link =
           MakeLink(chosen >= 0 ? chosen : nearest, static_cast<int>(to));
-      // Against the best explanation a join that it does not make has none.
+      // A join that the best explanation does not make has no margin over it.
       link.margin =
           chosen >= 0 ? Margin(chosen, static_cast<int>(to), best, predecessor)
                       : std::min(0.0, most - second);

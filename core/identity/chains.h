@@ -20,7 +20,7 @@ struct Chain {
   int number = 0;  // never given twice
 };
 
-// What speaks for a join; log of odds, in nats.
+// Evidence for a join, as log odds [nats].
 struct Evidence {
   bool allowed = false;
   double bones = 0.0;

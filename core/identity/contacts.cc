@@ -18,17 +18,17 @@ constexpr double kAfter = 0.2;         // s
 constexpr double kLeast = 1.0;         // s of clean frames that make a piece
 constexpr double kMerge = kLeast;      // contacts nearer than this are one
 constexpr double kLeastAtHop = 0.4;    // s, before or after a hop (kHop)
-// A track that no view sees for so long may be found again on somebody else.
+// A track that no view sees for this long may be found again on another person.
 constexpr double kBlind = 0.12;       // s
 constexpr double kAroundBlind = 0.1;  // s, bent by what is not seen
-// Found so far from where it was going, about three times the error of a place,
-// a track was found on somebody else or has gone elsewhere meanwhile.
+// A track that is found again this far from its prediction, about three times
+// the error of a position, was found on another person or has turned meanwhile.
 constexpr double kHop = 0.25;  // m
 
 struct Interval {
   TimeNs begin = 0;
   TimeNs end = 0;
-  bool blind = false;  // nobody else is near
+  bool blind = false;  // no other person is near
   std::vector<Pieces::Hop> hops;
 };
 
@@ -173,14 +173,14 @@ Pieces::Hop HopOf(const Tracklet& track, size_t from, size_t to) {
   return {StateUpTo(track, track.frames[from].time), StateAtBegin(after)};
 }
 
-// Where a track goes on after it was seen by nobody.
+// Adds the intervals in which no view sees a track.
 void AddBlind(const std::vector<Tracklet>& tracks, Intervals* intervals) {
   for (size_t t = 0; t < tracks.size(); ++t) {
     const std::vector<TrackletFrame>& frames = tracks[t].frames;
     size_t seen = 0;
     for (size_t k = 0; k < frames.size(); ++k) {
       const PersonPose& pose = *frames[k].pose;
-      // Without counts of views everybody is seen where they are.
+      // Without counts of views, every pose counts as seen.
       if (!pose.inlier_views.empty() && !IsSeen(pose)) continue;
       if (frames[k].time - frames[seen].time >= FromSeconds(kBlind)) {
         (*intervals)[t].push_back(
@@ -215,8 +215,8 @@ std::vector<Interval> Merged(std::vector<Interval> intervals) {
   return merged;
 }
 
-// The first frame after the fastest movement among frames begin .. end: there
-// an exchange is.
+// The first frame after the fastest movement among frames begin .. end, where
+// an exchange shows.
 size_t FastestStep(const Tracklet& track, size_t begin, size_t end) {
   size_t fastest = begin + 1;
   double most = -1.0;
@@ -234,7 +234,7 @@ size_t FastestStep(const Tracklet& track, size_t begin, size_t end) {
   return fastest;
 }
 
-// How far from where it was going a track is found again [m].
+// Distance of a track that is found again from its prediction [m].
 double Astray(const Pieces::Hop& hop) {
   const auto& [before, after] = hop;
   return (after.position_m - before.position_m -
@@ -251,8 +251,8 @@ const Pieces::Hop* FarthestHop(const Interval& contact) {
   return farthest;
 }
 
-// The first frame of what comes after a contact with frames begin .. end - 1.
-// Where nobody saw it the track hops, and not where it is fast.
+// The first frame of the piece after a contact with frames begin .. end - 1: at
+// the hop if no view saw the track within it, else at the fastest movement.
 size_t CutOf(const Tracklet& track, const Interval& contact, size_t begin,
              size_t end) {
   const Pieces::Hop* farthest = FarthestHop(contact);

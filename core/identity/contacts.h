@@ -1,5 +1,5 @@
-// Where tracks come so near to one another, or are lost or found so near to
-// another, that the tracker may have gone on with the wrong person.
+// Contacts: where tracks come so near to one another, or are lost or found so
+// near to another, that the tracker may have continued with the wrong person.
 #ifndef KINEGRAPH_CORE_IDENTITY_CONTACTS_H_
 #define KINEGRAPH_CORE_IDENTITY_CONTACTS_H_
 
@@ -17,8 +17,8 @@ struct Pieces {
   std::vector<int> next;
   // Whether it did so blindly: cut because no view saw the person for a while.
   std::vector<char> blind;
-  // Within a longer contact at whose cut the tracker went on: where it was seen
-  // by nobody, the state before and the one after.
+  // Within a longer contact at whose cut the tracker continued: the states
+  // before and after the frames that no view saw.
   using Hop = std::pair<MotionState, MotionState>;
   std::vector<std::vector<Hop>> hops;
 };

@@ -1,4 +1,4 @@
-// Changing who is who in frames that were tracked.
+// Edits of identities in tracked frames.
 #ifndef KINEGRAPH_CORE_IDENTITY_EDITS_H_
 #define KINEGRAPH_CORE_IDENTITY_EDITS_H_
 

@@ -14,13 +14,13 @@ namespace {
 
 constexpr double kLongestFalsePositive = 0.6;  // s
 constexpr double kSettled = 2.0;  // s, of tracks that tell what bones are
-// Lives of tracks: of a person's ten seconds on average, of a false positive's
-// 0.15.
+// Mean lives of tracks of a person and of a false positive, exponentially
+// distributed.
 constexpr double kPersonLives = 10.0;         // s
 constexpr double kFalsePositiveLives = 0.15;  // s
-// A bone of a few frames beside that of the recording's people, as a logarithm:
-// of a body (stature and bone together, and the error of few frames), and of
-// joints that have nothing to do with each other.
+// Spread of the log ratio of a bone, measured in a few frames, to that of the
+// recording's people: of a body (stature, bone and the error of few frames),
+// and of unrelated joints.
 constexpr double kBodySigma = 0.06;
 constexpr double kFewFrames = 0.035;  // m
 constexpr double kNobodySigma = 0.45;
@@ -46,8 +46,8 @@ std::vector<std::optional<double>> TypicalLengths(
   return typical;
 }
 
-// How much better nobody explains the bones than a body does [nats]; nullopt
-// when none was measured.
+// Log likelihood ratio [nats] of unrelated joints to a body, from the bones;
+// nullopt when none was measured.
 std::optional<double> NobodyByBones(
     const Lengths& lengths, const std::vector<std::optional<double>>& typical) {
   double nats = 0.0;

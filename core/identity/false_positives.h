@@ -1,4 +1,4 @@
-// Short tracks of nobody: what false detections of several views make when they
+// Short tracks that are no person: false detections of several views that
 // happen to meet.
 #ifndef KINEGRAPH_CORE_IDENTITY_FALSE_POSITIVES_H_
 #define KINEGRAPH_CORE_IDENTITY_FALSE_POSITIVES_H_
@@ -11,10 +11,9 @@
 
 namespace kinegraph {
 
-// Removals of tracks that by `min_margin` nats are rather nobody: their bones
-// are not those of the recording's people, and they die as soon as they are
-// born. Nobody who lives longer than 0.6 s is removed, and nobody of whom no
-// bone was measured.
+// Removals of tracks that are no person by at least `min_margin` nats: their
+// bones are not those of the recording's people, and they end soon after they
+// begin. Tracks longer than 0.6 s, or without a measured bone, are kept.
 std::vector<IdentityEdit> FindFalsePositives(
     const Skeleton& skeleton, double min_margin,
     const std::vector<Tracklet>& tracks);

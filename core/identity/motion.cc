@@ -12,12 +12,13 @@
 namespace kinegraph {
 namespace {
 
-// Speed in each axis of who stands, shuffles, strolls and strides, all as
-// often, and how long a velocity and what somebody does last.
+// Standard deviations of the speed on each axis of people who stand, shuffle,
+// stroll and stride (equally likely), and the times for which a velocity and an
+// activity last.
 constexpr std::array<double, 4> kSpeedSigmas = {0.1, 0.3, 0.6, 1.2};  // m/s
 constexpr double kSpeedLasts = 1.0;                                   // s
 constexpr double kDoingLasts = 1.5;                                   // s
-// The trunk's centre sways against a straight walk, and is measured badly just
+// The trunk's centre sways about a straight walk, and is measured worst just
 // where a person is lost.
 constexpr double kPositionSigma = 0.08;  // m
 constexpr double kVelocitySigma = 0.2;   // m/s
@@ -27,17 +28,17 @@ constexpr double kMarginAround = 0.5;  // m
 // nine in ten.
 constexpr double kElsewhere = 5.0;  // s
 constexpr double kMostElsewhere = 0.9;
-// Coming and going, against an even spread: twice as often near the border,
-// four times as seldom well inside, where only who was missed comes and goes.
-// Divided by the mean over the space: where all of it is near the border, that
-// says nothing.
+// Density of coming and going relative to a uniform one: twice near the border,
+// a quarter well inside, where only missed people appear. Normalised by its
+// mean over the space, so it is no evidence where all of the space is near the
+// border.
 constexpr double kBorder = 0.75;  // m
 constexpr double kInside = 1.5;   // m
 const double kLogAtBorder = std::log(2.0);
 const double kLogInside = -std::log(4.0);
-// Which way somebody faces. Of recorded people who stand, walk, hop and turn
-// half have turned by less than 0.1, 0.3 and 0.4 rad after 0.5, 1 and 2 s; the
-// others may face anywhere.
+// Heading. Of recorded people who stand, walk, hop and turn, half have turned
+// by less than 0.1, 0.3 and 0.4 rad after 0.5, 1 and 2 s; the others are taken
+// as uniform.
 constexpr double kTurnSigma = 0.15;     // rad
 constexpr double kTurnGrows = 0.2;      // rad / sqrt(s)
 constexpr double kMostTurnSigma = 0.5;  // rad
@@ -47,7 +48,7 @@ constexpr double kStillFacing = 0.35;   // share, fading as kStillLong
 constexpr double kStillLong = 20.0;     // s
 constexpr double kWalkingSpeed = 1.0;   // m/s; faces where it goes
 constexpr double kLeastAcross = 0.05;   // m, shorter tells no direction
-// Of a prediction's distribution at least so much lies within the space.
+// A prediction has at least this share within the space.
 constexpr double kLeastWithin = 0.05;
 
 MotionState FitState(const Tracklet& tracklet, size_t begin, size_t end,
@@ -68,7 +69,8 @@ MotionState FitState(const Tracklet& tracklet, size_t begin, size_t end,
     moment += time_s * (tracklet.frames[k].centre_m - mean);
     across += tracklet.frames[k].across_m / count;
   }
-  // Drawn to rest where the frames span too little to tell a velocity.
+  // Shrunk towards rest where the frames span too little time to tell a
+  // velocity.
   constexpr double kUsualSpeed = 0.9;  // m/s
   const double rest = count * kPositionSigma * kPositionSigma /
                       (12.0 * kUsualSpeed * kUsualSpeed);
@@ -111,7 +113,7 @@ double LogSum(const std::array<double, kCount>& logs) {
 
 using Doing = std::array<double, kSpeedSigmas.size()>;  // nats
 
-// log densities of a measured velocity under each thing people do.
+// Log densities of a measured velocity under each activity.
 Doing LogSpeeds(const Eigen::Vector2d& velocity_mps) {
   Doing logs;
   for (size_t k = 0; k < logs.size(); ++k) {
@@ -264,8 +266,8 @@ double IdentityMotion::LogRatio(const MotionState& from, const MotionState& to,
       LogSum(same) + body - other + std::log1p(-share), std::log(share)});
 }
 
-// Whoever was hidden for a while mostly still faces the same way, or has turned
-// to any other. How far a walker turned the velocity tells already.
+// After a gap a person mostly faces the same way, or any other. The turn of a
+// walking person is already in the velocity.
 double IdentityMotion::LogTurn(const MotionState& from, const MotionState& to,
                                double gap_s) const {
   const Eigen::Vector2d before = space_.AlongFloor(from.across_m);

@@ -1,4 +1,5 @@
-// Could somebody have come from there to here in that time.
+// Motion as evidence: how likely a person gets from one state to another in the
+// time between them.
 #ifndef KINEGRAPH_CORE_IDENTITY_MOTION_H_
 #define KINEGRAPH_CORE_IDENTITY_MOTION_H_
 
@@ -36,7 +37,7 @@ class UsedSpace {
   // A rectangle of x and y; the whole of it is its border.
   UsedSpace(const Eigen::Vector2d& low_m, const Eigen::Vector2d& high_m);
 
-  // The rectangle around everybody's centres and half a metre more, in
+  // The rectangle around the centres of all people and half a metre more, in
   // coordinates of the floor.
   const Eigen::Vector2d& low_m() const { return low_m_; }
   const Eigen::Vector2d& high_m() const { return high_m_; }
@@ -49,8 +50,9 @@ class UsedSpace {
   // How far inside the convex hull of all centres [m]; negative outside, 0 for
   // a rectangle.
   double DepthM(const Eigen::Vector3d& position_m) const;
-  // People come and go at the border of the space rather than in its middle:
-  // log of how often they do there, against anywhere [nats]; 0 on average.
+  // Log density of coming and going at a position against a uniform one [nats]:
+  // people come and go at the border of the space. Its mean over the space is
+  // 0.
   double LogEntry(const Eigen::Vector3d& position_m) const;
 
  private:
@@ -65,15 +67,14 @@ class UsedSpace {
   std::vector<Eigen::Vector2d> hull_m_;  // counterclockwise
 };
 
-// People keep their velocity for about a second: an Ornstein-Uhlenbeck process
-// of the velocity on each axis of the floor, within the space that is used.
-// How fast depends on what they do, stand, shuffle, stroll or stride, which
-// their velocity before the gap tells and which lasts for some seconds. What
-// that expects across a gap, with the covariance of position and velocity, is
-// weighed against somebody who left and another who came, at the border rather
-// than in the middle. Whoever stands mostly faces the same way as before.
-// Nobody's way is known for sure: with the gap grows the
-// share of people who left and come back.
+// Motion across a gap: an Ornstein-Uhlenbeck process of the velocity (time
+// constant one second) on each axis of the floor, within the space that is
+// used. Its scale depends on the activity (stand, shuffle, stroll, stride),
+// which the velocity before the gap tells and which lasts for some seconds. The
+// predicted position and velocity, with covariance, are weighed against the
+// alternative that one person left and another came, at the border rather than
+// in the middle. A standing person mostly keeps facing the same way. With the
+// gap grows the share of people who left and came back.
 class IdentityMotion {
  public:
   // `entries_at_border`: false where entries are known otherwise.
@@ -84,14 +85,14 @@ class IdentityMotion {
         entries_at_border_(entries_at_border),
         postures_(tracklets, space_.Up()) {}
 
-  // Log likelihood ratio [nats] of `to` for the one who was in `from` and for
-  // somebody else. A `to` that is not later counts as `frame_s` later.
+  // Log likelihood ratio [nats] of the state `to` for the same person as in
+  // `from` and for another. A `to` that is not later counts as `frame_s` later.
   double LogRatio(const MotionState& from, const MotionState& to,
                   double frame_s) const;
 
  private:
-  // log of how much likelier it is that somebody faces as `to` who faced as
-  // `from` [nats].
+  // Log likelihood ratio [nats] of the heading in `to` for the same person as
+  // in `from` and for another.
   double LogTurn(const MotionState& from, const MotionState& to,
                  double gap_s) const;
 

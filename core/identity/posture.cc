@@ -14,16 +14,18 @@ namespace {
 
 constexpr size_t kMinCommon = 8;      // of twelve joints
 constexpr double kLeastWidth = 0.05;  // m, shorter tells no direction
-// Recorded people (walk, dance, hop, stand) hold their limbs as they did, at a
-// root mean square distance with these medians: 0.08 m after 0.1 s, 0.11 after
-// 0.2, 0.18 after 0.5 and 0.2 from 1 s on. Half of all lie within a quarter
-// more or less, as of two people, whose median is 0.28 m.
+// Postures of recorded people (walk, dance, hop, stand): the root mean square
+// distance to the own posture a time later has the median 0.08 m after 0.1 s,
+// 0.11 after 0.2, 0.18 after 0.5 and 0.2 from 1 s on; that of two people has
+// the median 0.28 m. Half of each distribution lies within a quarter of its
+// median.
 constexpr double kSwing = 0.21;       // m, in the end
 constexpr double kSwingGrows = 0.45;  // s
 constexpr double kLeastSwing = 0.06;  // m, the error of two poses
 constexpr double kStrangers = 0.28;   // m
 constexpr double kLogSpread = 0.4;    // of each distribution
-// Who was hidden may have done anything meanwhile; so many are still at it.
+// A hidden person may have begun something else: the share that continues, and
+// how it decays.
 constexpr double kGoesOn = 0.9;
 constexpr double kGoesOnLong = 3.0;   // s
 constexpr double kMost = 2.5;         // nats
@@ -86,7 +88,7 @@ std::optional<double> PostureDistance(const LimbPosture& a,
 PostureModel::PostureModel(const std::vector<Tracklet>& tracklets,
                            const Eigen::Vector3d& up)
     : up_(up), strangers_m_(kStrangers) {
-  // Everybody's postures twice a second, by when.
+  // The postures of all people twice a second, by time.
   std::map<int64_t, std::vector<LimbPosture>> looks;
   for (const Tracklet& tracklet : tracklets) {
     int64_t last = std::numeric_limits<int64_t>::min();
@@ -116,7 +118,7 @@ double PostureModel::LogRatio(const LimbPosture& from, const LimbPosture& to,
   const std::optional<double> distance = PostureDistance(from, to, up_);
   if (!distance.has_value()) return 0.0;
   const double swing = Swing(gap_s);
-  // Where everybody does the same it says nothing.
+  // Where all people do the same, posture is no evidence.
   const double strangers = std::max(strangers_m_, swing);
   const double x = std::log(std::max(*distance, kLeastSwing));
   const auto squared = [&](double median) {

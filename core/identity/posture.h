@@ -1,4 +1,4 @@
-// How somebody holds their limbs: over a short gap it tells who goes on.
+// Posture as evidence across a short gap: limbs stay where they were.
 #ifndef KINEGRAPH_CORE_IDENTITY_POSTURE_H_
 #define KINEGRAPH_CORE_IDENTITY_POSTURE_H_
 
@@ -20,8 +20,8 @@ struct LimbPosture {
 LimbPosture PostureOf(const Tracklet& tracklet, size_t frame_idx);
 
 // Root mean square distance of the limbs when both face the same way [m]; `up`
-// is a unit vector. nullopt where too few joints are common or nobody knows
-// which way they face.
+// is a unit vector. nullopt where too few joints are common or a heading is not
+// known.
 std::optional<double> PostureDistance(const LimbPosture& a,
                                       const LimbPosture& b,
                                       const Eigen::Vector3d& up);

@@ -27,8 +27,8 @@ struct Tracklet {
   TrackId id;
   std::vector<TrackletFrame> frames;  // ascending
   std::vector<int> body_joints;       // shoulders to wrists, hips to ankles
-  // Frames at the beginning and at the end that say nothing of the person:
-  // somebody else was too near.
+  // Frames at the beginning and at the end that are no evidence, as another
+  // person was too near.
   size_t dirty_begin = 0;
   size_t dirty_end = 0;
 

@@ -1,4 +1,4 @@
-// Joint angles as positions alone give them, each with how sure it is.
+// Joint angles from positions alone, each with its 95 % interval.
 //
 // Axes follow the ISB: X forward, Y up, Z to the person's right; 0 is standing
 // upright with hanging arms. docs/kinematics.md has every definition and says

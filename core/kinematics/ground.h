@@ -1,4 +1,4 @@
-// Which way is up, and where the floor is.
+// The upward direction and the height of the floor.
 #ifndef KINEGRAPH_CORE_KINEMATICS_GROUND_H_
 #define KINEGRAPH_CORE_KINEMATICS_GROUND_H_
 

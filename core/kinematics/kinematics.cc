@@ -14,7 +14,7 @@ namespace {
 
 using MaybePoint = std::optional<Eigen::Vector3d>;
 
-// Joints whose speed is of interest: not those of fingers and of the face, but
+// Joints that get a column of speeds: all but those of fingers and face, except
 // the nose.
 bool HasSpeed(const Skeleton& skeleton, int joint_idx) {
   const JointClass joint_class = skeleton.joint_class(joint_idx);
@@ -46,7 +46,7 @@ TimeNs FrameTime(const TrackSequence& tracks) {
   return std::max<TimeNs>(0, *middle);
 }
 
-// A point that moves, and whether its way is looked at along the floor alone.
+// A point with a speed, and whether only its motion along the floor counts.
 struct MovingPoint {
   std::string name;
   std::vector<std::pair<int, double>> weights;  // of joints
@@ -197,7 +197,7 @@ class Measurement {
     return (*to - *from).norm() / ToSeconds(t2 - t0);
   }
 
-  // From one place that is known to the next, in a straight line.
+  // Adds the path in straight lines between known positions.
   void AddPath(const std::vector<At>& rows) {
     MaybePoint last;
     double path_m = 0.0;

@@ -37,7 +37,7 @@ class AffinitySumRule final : public GroupingRule {
       total += sum;
       ++views;
     }
-    // What may not be joined must not take part in the bargain either.
+    // A pair that may not be joined must not influence the assignment either.
     return views == 0 ? 0.0 : std::max(0.0, total / views);
   }
 
@@ -156,7 +156,7 @@ void Initialiser::AssignView(const ObservationGroup& detections) {
   for (size_t g = 0; g < group_count; ++g) {
     const int d = detection_of_group_[g];
     if (d < 0) continue;
-    // No second choice: a refused pair leaves both alone.
+    // There is no second choice: a refused pair stays unjoined.
     if (!rule_->Accept(groups_[g], *detections[d], gains_[g * cols + d])) {
       continue;
     }

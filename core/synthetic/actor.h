@@ -1,5 +1,5 @@
-// Somebody in a synthetic scene, simulated or recorded: a pure function of
-// time, so that any camera may look at any moment.
+// A person of a synthetic scene, simulated or recorded: a pure function of
+// time, so that any camera may sample any moment.
 #ifndef KINEGRAPH_CORE_SYNTHETIC_ACTOR_H_
 #define KINEGRAPH_CORE_SYNTHETIC_ACTOR_H_
 

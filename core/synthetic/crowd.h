@@ -1,6 +1,6 @@
-// Who goes where: several people walk, stop, turn, sit and pass each other on a
-// round area. A simulation decides before anything is seen; its trajectories
-// are smoothed and can then be evaluated at any time.
+// Paths of a crowd: several people walk, stop, turn, sit and pass each other on
+// a round area. The simulation runs before anything is sampled; its
+// trajectories are smoothed and can be evaluated at any time.
 #ifndef KINEGRAPH_CORE_SYNTHETIC_CROWD_H_
 #define KINEGRAPH_CORE_SYNTHETIC_CROWD_H_
 

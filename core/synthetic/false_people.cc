@@ -61,7 +61,7 @@ void FalsePeople::Shake(Detection* figure) {
   }
 }
 
-// Somebody's projection at any time; empty when unlucky.
+// A random person's projection at a random time; empty where it has none.
 FalsePeople::MaybePixels FalsePeople::SomePose() {
   MaybePixels joints;
   const auto frame = static_cast<size_t>(

@@ -1,4 +1,4 @@
-// Detections of nobody.
+// False positives of a detector.
 #ifndef KINEGRAPH_CORE_SYNTHETIC_FALSE_PEOPLE_H_
 #define KINEGRAPH_CORE_SYNTHETIC_FALSE_PEOPLE_H_
 
@@ -16,8 +16,8 @@
 
 namespace kinegraph {
 
-// In one view. Each is a part of somebody's pose at a random place and size,
-// that lives for some frames.
+// The false positives of one view. Each is a part of a person's pose at a
+// random place and size, and lives for some frames.
 class FalsePeople {
  public:
   // References must outlive the object.

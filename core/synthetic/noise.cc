@@ -53,7 +53,7 @@ bool HiddenMatters(const JointNoise& noise) {
   return noise.hidden_missing_rate > 0.0 || noise.hidden_noise_factor != 1.0;
 }
 
-// Whether anything depends on who stands before whom; looking is slow.
+// Whether any option depends on occlusion, which is slow to compute.
 bool HiddenMatters(const NoiseOptions& options) {
   return options.hidden_missed_rate > 0.0 || HiddenMatters(options.joints) ||
          std::any_of(

@@ -1,5 +1,5 @@
-// What detectors make of a synthetic scene: noisy, incomplete, sometimes wrong
-// 2D detections, and the truth about each.
+// A modelled detector: noisy, incomplete, sometimes wrong 2D detections of a
+// synthetic scene, and the truth about each.
 #ifndef KINEGRAPH_CORE_SYNTHETIC_NOISE_H_
 #define KINEGRAPH_CORE_SYNTHETIC_NOISE_H_
 
@@ -77,7 +77,7 @@ struct NoiseOptions {
   double swap_burst_s = 0.0;      // mean length; 0: each frame by itself
   double fragment_rate = 0.0;     // split at the hips into two detections
   double double_rate = 0.0;       // found twice
-  double fragment_burst_s = 0.0;  // of fragments and doubles
+  double fragment_burst_s = 0.0;  // of fragments and duplicates
 
   // Clocks.
   double dropped_frame_rate = 0.0;     // whole frames that are not there

@@ -132,8 +132,8 @@ PersonObserver::Displacement PersonObserver::PixelNoise(
   return displacement;
 }
 
-// Whose same joint is nearest in the image, at most as far as the person is
-// large there: detectors confuse people that overlap or stand side by side.
+// The person whose same joint is nearest in the image, within the person's size
+// there: detectors confuse people who overlap or stand side by side.
 int PersonObserver::NearestOther(int joint,
                                  const std::vector<PersonSight>& sights) const {
   const std::vector<JointSight>& own = sights[person_].joints;
@@ -194,7 +194,8 @@ Keypoint PersonObserver::Measure(int joint,
                                  bool* outlier) {
   const PersonSight& person = sights[person_];
   const JointSight& sight = person.joints[joint];
-  // Every process takes its step, seen or not, so that time goes on.
+  // Every process advances, whether the person is seen or not, so that time
+  // passes.
   const bool misses = Misses(joint, person);
   const Displacement noise = PixelNoise(joint, sight);
   Keypoint keypoint;

@@ -1,5 +1,5 @@
-// One person before one camera, frame by frame: from exact projections to
-// detections with all their faults.
+// Observations of one person by one camera, frame by frame: from exact
+// projections to detections with all modelled errors.
 #ifndef KINEGRAPH_CORE_SYNTHETIC_PERSON_OBSERVER_H_
 #define KINEGRAPH_CORE_SYNTHETIC_PERSON_OBSERVER_H_
 

@@ -54,7 +54,7 @@ PersonPose Moved(const PersonPose& person, const JointPairs& joints,
   return moved;
 }
 
-// Who of the frame is the one; nullptr: nobody.
+// The person of the frame to compare; nullptr: none.
 const PersonPose* Choose(const TrackFrame& frame, TrackId person, bool only,
                          const Pose3d& truth, const JointPairs& joints,
                          const WorldFit& world) {

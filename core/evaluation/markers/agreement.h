@@ -1,6 +1,6 @@
-// How well tracks agree with markers, once both are on one clock and in one
-// world: errors by joint and axis of the body, intervals against what they
-// promise, and the measures of published protocols.
+// Agreement of tracks with markers, once both are on one clock and in one
+// world: errors by joint and axis of the body, stated intervals, and the
+// measures of published protocols.
 #ifndef KINEGRAPH_CORE_EVALUATION_MARKERS_AGREEMENT_H_
 #define KINEGRAPH_CORE_EVALUATION_MARKERS_AGREEMENT_H_
 

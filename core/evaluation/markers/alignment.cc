@@ -133,7 +133,8 @@ double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
         a, b, shift, least_frames * static_cast<double>(a.joints) * 0.5);
     const auto overlap = static_cast<double>(
         std::min(b.count, a.count - shift) - std::max<int64_t>(0, -shift));
-    // How unlikely it is by chance (Fisher): a short overlap agrees easily.
+    // Significance of the correlation (Fisher's transform): a short overlap
+    // correlates easily by chance.
     const double score =
         std::atanh(std::min(correlation, kAlike)) * std::sqrt(overlap);
     if (!(score > best)) continue;
@@ -160,8 +161,8 @@ struct ClockSums {
   double squared = 0.0;
   double count = 0.0;
 
-  // Of the gradient, by its parts: neighbouring frames err alike, and a joint
-  // does all the time.
+  // Covariance of the gradient from sums over seconds and over joints, as
+  // neighbouring frames have correlated errors and a joint has a lasting one.
   Matrix2d Spread() const {
     Matrix2d spread = Matrix2d::Zero();
     for (const auto* parts : {&of_second, &of_joint}) {
@@ -350,8 +351,7 @@ Eigen::Matrix<double, 6, 6> RigidCovariance(const std::vector<PointPair>& pairs,
   return inverse * spread * inverse;
 }
 
-// The points must stand apart in two directions at least, by more than joints
-// are mistaken.
+// The points must span two directions by more than the error of joints.
 void RequireExtent(const std::vector<PointPair>& pairs) {
   constexpr double kLeastM = 0.03;
   constexpr size_t kLeastPoints = 3;
@@ -554,7 +554,7 @@ void RequireOverlap(const JointPaths& truth, const JointPaths& tracks) {
                    " s; --align=both or clock finds the shift");
 }
 
-// What is not asked for is only told, so it may fail.
+// A fit that was not asked for is only reported, so it may fail.
 template <typename Fit>
 auto Try(bool wanted, const Fit& fit) -> std::optional<decltype(fit())> {
   if (wanted) return fit();
