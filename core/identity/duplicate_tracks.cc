@@ -9,8 +9,8 @@ namespace kinegraph {
 namespace {
 
 constexpr double kSamePlace = 0.35;  // m, people are never nearer for long
-constexpr double kDuplicateShare =
-    0.8;  // of a duplicate's frames at that place
+// Of a duplicate's frames at that place.
+constexpr double kDuplicateShare = 0.8;
 
 // Mean distance of the joints that both have [m].
 std::optional<double> Distance(const Pose3d& a, const Pose3d& b) {
