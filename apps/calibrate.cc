@@ -175,7 +175,9 @@ std::string JsonReport(const RecordingCalibration& recording,
       one["rotation_sigma_deg"] = view.rotation_sigma_deg;
       one["centre_sigma_m"] = view.centre_sigma_m;
       one["residual_px"] = view.mean_px;
-      clocks[views[v]] = {{"offset_s", view.clock_s}, {"drift", view.drift}};
+      clocks[views[v]] = {{"offset_s", view.clock_s},
+                          {"sigma_s", view.clock_sigma_s},
+                          {"drift", view.drift}};
     }
     of_views[views[v]] = one;
   }

@@ -307,8 +307,13 @@ std::pair<int, int> LikelyImageSize(const DetectionSequence& recording) {
   constexpr std::pair<int, int> kUsual[] = {
       {640, 480},   {480, 640},   {1280, 720},  {720, 1280},
       {1920, 1080}, {1080, 1920}, {3840, 2160}, {2160, 3840}};
+  // Joints are found a little beyond the image's edge too, and cameras have a
+  // few rows more than the format.
+  constexpr double kBeyond = 1.03;
   for (const auto& size : kUsual) {
-    if (width <= size.first && height <= size.second) return size;
+    if (width <= kBeyond * size.first && height <= kBeyond * size.second) {
+      return size;
+    }
   }
   return {static_cast<int>(width) + 1, static_cast<int>(height) + 1};
 }

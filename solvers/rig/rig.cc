@@ -33,8 +33,13 @@ constexpr double kPersonOffsetM = 0.010;
 // rig's size.
 constexpr double kMostRotationDeg = 0.8;
 constexpr double kMostPlace = 0.025;
+// A clock that is less sure than this is not told.
+constexpr double kMostClockS = 0.02;
 // Fits on halves of the joints may differ by this many times as much.
 constexpr double kMostApart = 2.0;
+// People whose places are no farther apart than this stay in one spot (the
+// limit of `doctor`, a fifth of a person).
+constexpr double kOneSpotM = 0.34;
 // A view that agrees with the others this much less than the usual one does is
 // in the wrong place, and so are all where hardly anybody agrees.
 constexpr double kLeastOfUsual = 0.8;
@@ -272,8 +277,26 @@ class RigEstimate {
           "through the room, arms moving, where two cameras and more see them");
       return false;
     }
-    result_.used = Joined(best.start);
-    matches_ = PeopleOf(recording_, best.tracklets, best.pairs, best.start);
+    guess_ = std::move(best);
+    result_.used = Joined(guess_.start);
+    for (const int v : result_.used) {
+      cameras_.push_back(guess_.start.cameras[static_cast<size_t>(v)]);
+      lags_.push_back(guess_.start.lag_frames[static_cast<size_t>(v)]);
+    }
+    used_recording_ = OfViews(recording_, result_.used);
+    aligned_ = Realigned(used_recording_, lags_);
+    changes_.assign(cameras_.size(), CameraChange::Zero());
+    ScaleByStature();
+    return true;
+  }
+
+  // The people that the pairs of views tell, at the lags as they are by now.
+  void MatchTracklets() {
+    for (size_t v = 0; v < lags_.size(); ++v) {
+      guess_.start.lag_frames[static_cast<size_t>(result_.used[v])] = lags_[v];
+    }
+    matches_ =
+        PeopleOf(recording_, guess_.tracklets, guess_.pairs, guess_.start);
     for (FrozenPerson& person : matches_.people) {
       for (FrozenFrame& frame : person.frames) {
         for (FrozenDetection& one : frame.detections) {
@@ -284,15 +307,6 @@ class RigEstimate {
         }
       }
     }
-    for (const int v : result_.used) {
-      cameras_.push_back(best.start.cameras[static_cast<size_t>(v)]);
-      lags_.push_back(best.start.lag_frames[static_cast<size_t>(v)]);
-    }
-    used_recording_ = OfViews(recording_, result_.used);
-    aligned_ = Realigned(used_recording_, lags_);
-    changes_.assign(cameras_.size(), CameraChange::Zero());
-    ScaleByStature();
-    return true;
   }
 
   // People are as tall as people are; other bodies are seen from some metres
@@ -329,21 +343,37 @@ class RigEstimate {
     if (human_) {
       options.common_offset_m = kCommonOffsetM;
       options.person_offset_m = kPersonOffsetM;
+      options.segments.tapered = true;
     }
     return options;
   }
 
+  // Cameras, then clocks.
   bool Fit(int max_segments, bool clocks) {
-    const BundleOptions options = Options(max_segments);
+    BundleOptions options = Options(max_segments);
     segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
     free_ = FreeParameters();
     free_.rotation = free_.centre = true;
     free_.focal = input_.focal_sigma > 0.0;
-    if (clocks && MoveEnough(segments_)) {
-      const FreeParameters clock = ClockParametersOf(segments_.span_s);
-      free_.offset = clock.offset;
-      free_.drift = clock.drift;
-    }
+    const std::vector<CameraChange> none(cameras_.size(), CameraChange::Zero());
+    fit_ = AdjustBundle(cameras_, segments_, free_, none, options);
+    if (!fit_.usable || !clocks || !MoveEnough(segments_)) return fit_.usable;
+    const FreeParameters clock = ClockParametersOf(segments_.span_s);
+    options.hold_velocities = human_;
+    const BundleResult late =
+        AdjustBundle(cameras_, segments_, clock, fit_.changes, options);
+    if (!late.usable || !ClocksTold(late)) return true;
+    free_.offset = clock.offset;
+    free_.drift = clock.drift;
+    fit_.changes = late.changes;
+    return true;
+  }
+
+  // How sure cameras and clocks are together, where they are by now.
+  bool Measure(int max_segments) {
+    BundleOptions options = Options(max_segments);
+    segments_ = MakeSegments(cameras_, aligned_, matches_, options.segments);
+    options.max_iterations = 0;
     fit_ = AdjustBundle(
         cameras_, segments_, free_,
         std::vector<CameraChange>(cameras_.size(), CameraChange::Zero()),
@@ -351,25 +381,68 @@ class RigEstimate {
     return fit_.usable;
   }
 
-  bool Adjust() {
-    for (int round = 0; round < 3; ++round) {
-      if (!Fit(500, round > 0)) return Fails();
-      Take();
+  // Standard deviation of a view's parameter; 0 where it is not free.
+  static double SigmaOf(const BundleResult& fit, size_t view, int place) {
+    Eigen::Index at = 0;
+    for (size_t v = 0; v < view; ++v) {
+      at += static_cast<Eigen::Index>(fit.places[v].size());
     }
-    for (int round = 0; round < 2; ++round) {
+    for (const int one : fit.places[view]) {
+      if (one == place) return std::sqrt(fit.covariance(at, at));
+      ++at;
+    }
+    return 0.0;
+  }
+
+  static bool ClocksTold(const BundleResult& fit) {
+    for (size_t v = 0; v < fit.places.size(); ++v) {
+      if (SigmaOf(fit, v, kOffsetAt) > kMostClockS) return false;
+    }
+    return true;
+  }
+
+  bool Adjust() {
+    bool clocks = true;
+    const auto rounds = [&](int most, int segments, const auto& match) {
+      for (int round = 0; round < most; ++round) {
+        match();
+        if (!Fit(segments, clocks)) return false;
+        Take();
+        if (Settled()) break;
+      }
+      return true;
+    };
+    constexpr int kFew = 500;
+    constexpr int kMany = 1500;
+    const auto by_tracklets = [&] { MatchTracklets(); };
+    const auto by_tracks = [&] {
       ScaleByStature();
       matches_ = input_.match(cameras_, aligned_);
-      if (!Fit(1500, !wild_clocks_)) return Fails();
-      Take();
-    }
-    if (!wild_clocks_) return true;
-    // Clocks that ran away from the whole frames found may be noise.
-    for (CameraChange& change : changes_) change.setZero();
-    aligned_ = Realigned(used_recording_, lags_);
-    matches_ = input_.match(cameras_, aligned_);
-    if (!Fit(1500, false)) return Fails();
-    Take();
-    return true;
+    };
+    const bool usable = [&] {
+      // Clocks wait until cameras are nearly right.
+      clocks = false;
+      if (!rounds(1, kFew, by_tracklets)) return false;
+      clocks = true;
+      if (!rounds(6, kFew, by_tracklets) || !rounds(4, kMany, by_tracks)) {
+        return false;
+      }
+      by_tracks();
+      return Measure(kMany);
+    }();
+    return usable || Fails();
+  }
+
+  // Whether the last fit changed hardly anything.
+  bool Settled() const {
+    constexpr double kRotationRad = 2e-4;
+    constexpr double kClockS = 1e-3;
+    return std::all_of(fit_.changes.begin(), fit_.changes.end(),
+                       [](const CameraChange& change) {
+                         return change.segment<3>(kRotationAt).norm() <
+                                    kRotationRad &&
+                                std::abs(change[kOffsetAt]) < kClockS;
+                       });
   }
 
   bool Fails() {
@@ -384,9 +457,12 @@ class RigEstimate {
     for (size_t v = 0; v < fit_.changes.size(); ++v) {
       changes_[v][kOffsetAt] += fit_.changes[v][kOffsetAt];
       changes_[v][kDriftAt] += fit_.changes[v][kDriftAt];
-      wild_clocks_ = wild_clocks_ ||
-                     std::abs(changes_[v][kOffsetAt] - changes_[0][kOffsetAt]) >
-                         1.5 * kFarthestClockS;
+      // Whole frames are a lag: who is who then stays with its frame.
+      const double rate_hz = recording_.header.frame_rate_hz;
+      const auto frames =
+          static_cast<int>(std::lround(changes_[v][kOffsetAt] * rate_hz));
+      lags_[v] -= frames;
+      changes_[v][kOffsetAt] -= frames / rate_hz;
     }
     cameras_ = RefinedCameras(cameras_, fit_.changes);
     aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
@@ -402,12 +478,14 @@ class RigEstimate {
   // unsure.
   std::vector<double> HalvesApart() const {
     const BundleOptions options = Options(1500);
+    FreeParameters free = free_;
+    free.offset = free.drift = false;
     const std::vector<CameraChange> none(cameras_.size(), CameraChange::Zero());
     std::vector<BundleResult> fits;
     for (const int half : {0, 1}) {
       fits.push_back(AdjustBundle(cameras_,
                                   HalfOf(segments_, Halving::kJoints, half),
-                                  free_, none, options));
+                                  free, none, options));
       if (!fits.back().usable) {
         return std::vector<double>(cameras_.size(), 1e9);
       }
@@ -448,13 +526,14 @@ class RigEstimate {
       view.clock_s = changes_[v][kOffsetAt] -
                      lags_[v] / recording_.header.frame_rate_hz -
                      told_late_s_[of_recording];
+      view.clock_sigma_s = SigmaOf(fit_, v, kOffsetAt);
       view.drift = changes_[v][kDriftAt];
       view.mean_px = error.MeanPx(static_cast<int>(v));
       view.halves_apart = apart[v];
       view.agreement = agreements[v];
       const bool is_sure = view.rotation_sigma_deg <= kMostRotationDeg &&
                            view.centre_sigma_m <= kMostPlace * result_.size_m &&
-                           apart[v] <= kMostApart &&
+                           apart[v] <= kMostApart && TellsFocal() &&
                            agreements[v] >= kLeastAgreement &&
                            agreements[v] >= kLeastOfUsual * usual;
       if (!is_sure) view.left_out = "its place is not sure enough";
@@ -474,11 +553,38 @@ class RigEstimate {
           "the clocks are not told beyond whole frames: record people who "
           "move");
     }
-    if (sure < cameras_.size()) {
+    if (sure == cameras_.size()) return;
+    if (!TellsFocal()) {
+      result_.reasons.push_back(
+          "two cameras do not tell their focal lengths: say them (--focal, "
+          "--cameras), or add a third camera");
+    } else if (cameras_.size() == kFewest && FaceEachOther()) {
+      result_.reasons.push_back(
+          "two cameras that face each other hardly tell depth: put a third one "
+          "beside them");
+    } else if (human_ && PlacesApart(segments_) < kOneSpotM) {
+      result_.reasons.push_back(
+          "people stay in one spot, where a detector's lasting errors look "
+          "like cameras that are turned: record people who walk through all "
+          "of the room, arms moving, for a minute");
+    } else {
       result_.reasons.push_back(
           "what people do leaves cameras unsure: record people who walk "
           "through all of the room, arms moving, for a minute");
     }
+  }
+
+  // Two cameras whose axes meet, as those of a room do, fit any focal lengths
+  // (Newsam et al., "Recovering Unknown Focal Lengths in Self-Calibration: An
+  // Essentially Linear Algorithm and Degenerate Configurations", 1996).
+  bool TellsFocal() const {
+    constexpr double kNearlyKnown = 0.03;
+    return cameras_.size() > 2 || input_.focal_sigma <= kNearlyKnown;
+  }
+
+  bool FaceEachOther() const {
+    constexpr double kCosine = -0.94;  // of 160 degrees
+    return cameras_[0].R().row(2).dot(cameras_[1].R().row(2)) < kCosine;
   }
 
   const RigInput& input_;
@@ -494,7 +600,7 @@ class RigEstimate {
   std::vector<CameraChange> changes_;  // clocks alone, after the lags
   DetectionSequence used_recording_;
   DetectionSequence aligned_;
-  bool wild_clocks_ = false;
+  Guess guess_;
   FrozenMatches matches_;
   // The last fit.
   SceneSegments segments_;

@@ -37,6 +37,7 @@ struct RigView {
   double rotation_sigma_deg = 0.0;  // along the least sure axis
   double centre_sigma_m = 0.0;      // likewise
   double clock_s = 0.0;             // added to its time of capture
+  double clock_sigma_s = 0.0;       // 0: whole frames, or the first view
   double drift = 0.0;               // [s/s]
   double mean_px = 0.0;             // of residuals, each at most 30 px
   // How far fits on halves of the joints put it apart, in what is sure enough.

@@ -243,6 +243,11 @@ class BundleProblem {
       problem_.AddResidualBlock(new ZeroPrior<kSegmentSize>(state_sigmas),
                                 nullptr, states_[s].data());
       ordering_->AddElementToGroup(states_[s].data(), 0);
+      if (options.hold_velocities) {
+        problem_.SetManifold(
+            states_[s].data(),
+            new ceres::SubsetManifold(kSegmentSize, {3, 4, 5, 6, 7, 8}));
+      }
     }
   }
 

@@ -33,6 +33,11 @@ struct BundleOptions {
   // the covariance then has.
   double common_offset_m = 0.0;
   double person_offset_m = 0.0;
+  // Stretches keep the velocities that they start with, for fits of clocks
+  // alone: estimated together with these they take up what a detector is off
+  // for longer than a stretch, and clocks go too far. Cameras must not be
+  // fitted so, which the velocities would hold where they are.
+  bool hold_velocities = false;
   int max_iterations = 30;
 };
 

@@ -121,8 +121,15 @@ std::optional<Eigen::Vector3d> StartOf(const CameraRig& cameras,
   return std::nullopt;
 }
 
+// Square root of the weight at the end (1) or the middle (0) of a stretch: a
+// Hann window, whose centre does not move with where its samples lie.
+double TaperAt(double share) {
+  return std::abs(share) < 1.0 ? std::cos(0.5 * M_PI * share) : 0.0;
+}
+constexpr double kLeastTaper = 0.1;
+
 bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
-                 const Run& run, int joint, TimeNs take_middle,
+                 const Run& run, int joint, TimeNs take_middle, TimeNs beat,
                  const SegmentOptions& options, MotionSegment* segment) {
   const auto start =
       StartOf(cameras, frames, run, joint, options.min_confidence);
@@ -135,6 +142,8 @@ bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
   segment->state.setZero();
   segment->state.head<3>() = *start;
   std::vector<char> seen(cameras.size(), 0);
+  const double reach_s =
+      0.5 * ToSeconds(frames[run.end - 1].time - frames[run.begin].time + beat);
   for (size_t k = run.begin; k < run.end; ++k) {
     for (size_t i = 0; i < frames[k].views.size(); ++i) {
       const auto& [view, detection] = frames[k].views[i];
@@ -147,6 +156,11 @@ bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
       measurement.time_s = ToSeconds(frames[k].capture_times[i] - middle);
       measurement.px = point.px;
       measurement.sigma_px = JointSigma(options, point, cameras[view], depth_m);
+      if (options.tapered) {
+        const double taper = TaperAt(measurement.time_s / reach_s);
+        if (taper < kLeastTaper) continue;
+        measurement.sigma_px /= taper;
+      }
       segment->measurements.push_back(measurement);
       seen[view] = 1;
     }
@@ -437,7 +451,7 @@ SceneSegments MakeSegments(const CameraRig& cameras,
     const int joint =
         joints[(index * 7 + index / joints.size() * 3) % joints.size()];
     MotionSegment segment;
-    if (!MakeSegment(cameras, people[run.person], run, joint, take_middle,
+    if (!MakeSegment(cameras, people[run.person], run, joint, take_middle, beat,
                      options, &segment) ||
         !SolveSegment(cameras, no_change, segment, 1.0, options,
                       &segment.state)) {

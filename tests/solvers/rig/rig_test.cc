@@ -95,6 +95,29 @@ TEST(Rig, CamerasClocksAndWhoIsWhoFromWalkers) {
   }
 }
 
+// Offsets that last for the recording, and errors that last a tenth of a
+// second, as detectors have: neither may draw a clock.
+TEST(Rig, ClocksThoughErrorsLast) {
+  const Scene scene = Walkers(24.0);
+  NoiseOptions noise = Noise();
+  noise.joints.sigma_px = 5.0;
+  noise.joints.static_share = 0.5;
+  noise.joints.white_share = 0.1;
+  noise.joints.correlation_time_s = 0.15;
+  noise.clock_offset_s = {0.0, 0.11, -0.15};
+  const RecordingCalibration found =
+      CalibrateRecording(RunOptions(), WithoutPlaces(scene.cameras),
+                         Observe(scene, noise, nullptr));
+  ASSERT_EQ(found.rig.verdict, RigVerdict::kCalibrated);
+  for (const size_t v : {1, 2}) {
+    const RigView& view = found.rig.views[v];
+    EXPECT_LT(view.clock_sigma_s, 0.005);
+    // Three of its deviations, and what no sandwich of so few seconds shows.
+    EXPECT_NEAR(view.clock_s - found.rig.views[0].clock_s,
+                noise.clock_offset_s[v], 3.0 * view.clock_sigma_s + 0.002);
+  }
+}
+
 TEST(Rig, FocalLengthsNotKnown) {
   const Scene scene = Walkers(16.0);
   const DetectionSequence recording = Observe(scene, Noise(), nullptr);
