@@ -9,13 +9,13 @@
 
 #include "apps/common/app.h"
 #include "apps/common/config_folder.h"
+#include "apps/common/recording_output.h"
 #include "core/base/error.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/source.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/text/json.h"
-#include "solvers/scene/doctor_words.h"
 #include "solvers/session/diagnose.h"
 
 DEFINE_string(cameras, "", "calibration file or folder");
@@ -114,11 +114,11 @@ void RunDoctor() {
   std::string note;
   const DetectionSequence recording = ReadRecording(&options, &note);
   Diagnosis diagnosis = DiagnoseRecording(options, request, recording, unit);
-  for (Finding& finding : diagnosis.findings) {
-    if (finding.fix == kUseCorrected) {
-      finding.fix = "--cameras=" + FLAGS_out + "/cameras.json";
-    }
-  }
+  NameInputs(
+      Flag("cameras", FLAGS_cameras) + Flag("detections", FLAGS_detections),
+      Flag("config", FLAGS_config) + Flag("set", FLAGS_set) +
+          Flag("without_cameras", FLAGS_without_cameras),
+      FLAGS_out + "/cameras.json", &diagnosis.findings);
   if (!note.empty()) diagnosis.notes.push_back(note);
   WriteText(folder.PathOf("doctor.json"), JsonReport(diagnosis));
   WriteText(folder.PathOf("doctor.md"), MarkdownReport(diagnosis));

@@ -340,7 +340,10 @@ void RunInit() {
   if (FLAGS_cameras.empty()) OfferCalibrate();
   RequireFlag("out", FLAGS_out);
   const SurveyRequest request = RequestOfFlags();
-  const RecordingSurvey survey = SurveyRecording(request);
+  RecordingSurvey survey = SurveyRecording(request);
+  NameInputs(
+      Flag("cameras", FLAGS_cameras) + Flag("detections", FLAGS_detections),
+      Flag("config", FLAGS_out), "", &survey.report.warnings);
   PrintFindings(survey, request.options);
   AtomicFile file(WithFolders(FLAGS_out));
   file.Write(WithGivenKeys(request.options, ConfigText(survey)));

@@ -347,14 +347,16 @@ void CommitResult(const Recording& recording, const Session& session,
 // What the run passed over, for its report.
 void AddBadFrames(const BadFrames& bad, RecordingReport* report) {
   if (bad.count == 0) return;
-  report->warnings.push_back(
-      {"bad_frames",
-       std::to_string(bad.count) +
-           (bad.count == 1 ? " frame that cannot be read was passed over: "
-                           : " frames that cannot be read were passed over, "
-                             "the last one: ") +
-           bad.last,
-       "without input.skip_bad_frames the first one ends the run"});
+  Finding passed;
+  passed.kind = "bad_frames";
+  passed.evidence =
+      std::to_string(bad.count) +
+      (bad.count == 1 ? " frame that cannot be read was passed over: "
+                      : " frames that cannot be read were passed over, "
+                        "the last one: ") +
+      bad.last;
+  passed.fix = "without input.skip_bad_frames the first one ends the run";
+  report->warnings.push_back(std::move(passed));
 }
 
 void SayOutcome(const Recording& recording, const Session& session,
@@ -422,6 +424,12 @@ void RunTrack() {
       TrackFrames(recording, source.get(), &session, &check, output.get());
   if (!IsLive()) AddCameraWarnings(check.Warnings(), &report);
   AddBadFrames(source->bad_frames(), &report);
+  NameInputs(
+      Flag("cameras", FLAGS_cameras) + Flag("detections", FLAGS_detections),
+      Flag("config", FLAGS_config) + Flag("set", FLAGS_set) +
+          Flag("frames", FLAGS_frames) +
+          Flag("without_cameras", FLAGS_without_cameras),
+      "", &report.warnings);
   const RunSummary& summary = session.summary();
   const std::optional<InputError> ended =
       live == nullptr ? std::nullopt : live->error();

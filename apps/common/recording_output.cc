@@ -81,6 +81,18 @@ std::string PairingText(const RecordingReport& report) {
   return Wrapped(text, kColumns, "  ");
 }
 
+std::string TextOf(const Finding& finding) {
+  return finding.camera.empty()
+             ? finding.evidence
+             : "view of " + finding.camera + ": " + finding.evidence;
+}
+
+// Not words: flags, or a command.
+bool IsCommand(const std::string& fix) {
+  return fix.rfind("--", 0) == 0 || fix.rfind("'--", 0) == 0 ||
+         fix.rfind("kinegraph ", 0) == 0;
+}
+
 // Of two views that nothing speaks against.
 std::string PairText(const RecordingReport& report) {
   if (report.cameras.size() != 2 || !report.warnings.empty()) return "";
@@ -98,11 +110,47 @@ std::string ReportText(const RecordingReport& report) {
 
 std::string WarningsText(const RecordingReport& report) {
   std::string text;
-  for (const RecordingWarning& warning : report.warnings) {
-    text += Wrapped("warning: " + warning.text + ".", kColumns, "  ");
-    text += Wrapped("try: " + warning.advice + ".", kColumns, "  ");
+  const std::vector<Finding>& warnings = report.warnings;
+  for (size_t w = 0; w < warnings.size(); ++w) {
+    const Finding& warning = warnings[w];
+    text += Wrapped("warning: " + TextOf(warning) + ".", kColumns, "  ");
+    // What several have in common is said once.
+    if (w + 1 < warnings.size() && warnings[w + 1].fix == warning.fix) continue;
+    text += IsCommand(warning.fix)
+                ? "try: " + warning.fix + "\n"
+                : Wrapped("try: " + warning.fix + ".", kColumns, "  ");
   }
   return text;
+}
+
+std::string Flag(const std::string& name, const std::string& value) {
+  if (value.empty()) return "";
+  constexpr char kPlain[] =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+      "/._-+,:=@%";
+  if (value.find_first_not_of(kPlain) == std::string::npos) {
+    return " --" + name + "=" + value;
+  }
+  std::string quoted;
+  for (const char letter : value) {
+    quoted += letter == '\'' ? "'\\''" : std::string(1, letter);
+  }
+  return " --" + name + "='" + quoted + "'";
+}
+
+void NameInputs(const std::string& recording, const std::string& configuration,
+                const std::string& corrected, std::vector<Finding>* findings) {
+  for (Finding& finding : *findings) {
+    if (finding.fix == kUseCorrected) {
+      finding.fix = Flag("cameras", corrected).substr(1);
+    }
+    for (const auto& [mark, flags] :
+         {std::pair{std::string(" INPUTS"), recording + configuration},
+          {std::string(" RECORDING"), recording}}) {
+      const size_t at = finding.fix.find(mark);
+      if (at != std::string::npos) finding.fix.replace(at, mark.size(), flags);
+    }
+  }
 }
 
 namespace {
@@ -178,10 +226,10 @@ std::string ReportJson(const RecordingReport& report, const RunSummary& run,
     json["learnt"] = {ToString(learnt)};  // for people
   }
   json["warnings"] = Json::array();
-  for (const RecordingWarning& warning : report.warnings) {
+  for (const Finding& warning : report.warnings) {
     json["warnings"].push_back({{"kind", warning.kind},
-                                {"text", warning.text},
-                                {"try", warning.advice}});
+                                {"text", TextOf(warning)},
+                                {"try", warning.fix}});
   }
   // View names need not be UTF-8.
   return DumpJson(json, 1) + "\n";

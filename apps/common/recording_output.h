@@ -3,6 +3,7 @@
 #define KINEGRAPH_APPS_COMMON_RECORDING_OUTPUT_H_
 
 #include <string>
+#include <vector>
 
 #include "solvers/noise/recording_notes.h"
 #include "solvers/session/recording_report.h"
@@ -10,8 +11,15 @@
 
 namespace kinegraph {
 
+// Puts flags that name the recording and its configuration into fixes that are
+// commands, and the corrected cameras, where a command writes them.
+void NameInputs(const std::string& recording, const std::string& configuration,
+                const std::string& corrected, std::vector<Finding>* findings);
+// `--name='value'` with a space before it; nothing where there is no value.
+std::string Flag(const std::string& name, const std::string& value);
+
 // Several lines for a terminal, at most 100 columns; a warning is a line and
-// one of what to try.
+// one of what to try, commands in one piece.
 std::string ReportText(const RecordingReport& report);
 std::string WarningsText(const RecordingReport& report);
 

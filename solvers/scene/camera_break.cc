@@ -1,12 +1,29 @@
-#include "solvers/scene/camera_break.h"
-
+// A camera that was moved in the middle of a recording: from some frame on its
+// view no longer agrees with the others as it did.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
+#include <utility>
+
+#include "solvers/scene/clock_search.h"
+#include "solvers/scene/hypothesis.h"
+#include "solvers/scene/plausible.h"
 
 namespace kinegraph {
 namespace {
+
+struct CameraBreak {
+  size_t view = 0;
+  size_t from = 0;  // index of the first frame behind it
+  // Agreement with the other views (PairAgreement) on either side, less that of
+  // the other views among themselves.
+  double before = 0.0;
+  double after = 0.0;
+
+  bool worse_after() const { return after < before; }
+};
 
 // A view's agreement with the others and that of the others among themselves,
 // over some frames.
@@ -129,8 +146,9 @@ size_t FrameOf(const std::vector<Sides>& frames, const std::vector<Bin>& bins,
   return best;
 }
 
-}  // namespace
-
+// The clearest break, or nullopt: two levels of one view's agreement, frame by
+// frame. With fewer than three views nobody can say whose it is. A lost picture
+// looks alike.
 std::optional<CameraBreak> FindCameraBreak(
     const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
     const DetectionSequence& detections) {
@@ -165,6 +183,7 @@ std::optional<CameraBreak> FindCameraBreak(
   return found;
 }
 
+// The frames before `from` (side 0) or from it on (side 1).
 DetectionSequence SideOf(const DetectionSequence& detections, size_t from,
                          int side) {
   DetectionSequence part;
@@ -174,6 +193,96 @@ DetectionSequence SideOf(const DetectionSequence& detections, size_t from,
   part.frames.assign(side == 0 ? detections.frames.begin() : middle,
                      side == 0 ? middle : detections.frames.end());
   return part;
+}
+
+// Whether a lag makes the worse side as good as the other one: pictures were
+// lost, which are looked for later.
+bool IsLag(const SetUp& set_up, const CameraBreak& found, int worse) {
+  constexpr double kNearly = 0.05;  // of agreement
+  const auto ideal_of = [&](int side) {
+    return set_up.Ideal(PeopleOfViews(
+        SideOf(set_up.detections, found.from, side), kMinJointConfidence));
+  };
+  const ClockSearch lags =
+      SearchClocks(set_up.cameras, ideal_of(worse), set_up.LongestLag());
+  if (!lags.found()) return false;
+  const std::vector<ViewPeople> better = ideal_of(1 - worse);
+  const double score =
+      AgreementOfAll(set_up.cameras, better,
+                     FramesToLookAt(better, set_up.options.frames_to_look_at))
+          .score();
+  return lags.all.after.score() > score - kNearly;
+}
+
+Diagnosis DiagnosePart(const SetUp& set_up, DetectionSequence part) {
+  DoctorInput input = set_up.input;
+  for (size_t v = 0; v < set_up.cameras.size(); ++v) {
+    CameraParameters parameters = set_up.cameras[v].parameters();
+    parameters.name = set_up.CameraName(v);
+    input.cameras[v] = Camera(std::move(parameters));
+  }
+  input.detections = std::move(part);
+  DoctorOptions options = set_up.options;
+  options.looks_for_break = false;
+  options.longest_lag_s = 0.0;
+  return Diagnose(input, options);
+}
+
+// What is said of one side, as a finding of the whole.
+Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
+  const auto& frames = set_up.detections.frames;
+  const auto first = static_cast<double>(frames.front().frame);
+  const auto from = static_cast<double>(frames[found.from].frame);
+  const auto end = static_cast<double>(frames.back().frame + 1);
+  const bool after = found.worse_after();
+  const std::string side =
+      Format("--frames=%.0f:%.0f", after ? from : first, after ? end : from);
+  const std::string other =
+      Format("--frames=%.0f:%.0f", after ? first : from, after ? from : end);
+  finding.fix =
+      finding.kind == "never_matched"
+          ? side + " " + finding.fix
+          : "kinegraph doctor INPUTS " + side + " --out=doctor_of_these";
+  finding.evidence =
+      Format(after ? "from about frame %.0f on: " : "before about frame %.0f: ",
+             from) +
+      finding.evidence +
+      "; it was moved in the middle of the recording: track the frames before "
+      "and after apart, the others with " +
+      other + ", these with the cameras.json that the fix writes";
+  return finding;
+}
+
+}  // namespace
+
+// The two sides of a break are diagnosed apart: what is said of the view on the
+// worse one and not on the other is the break. The rest of the diagnosis is of
+// the better side.
+std::optional<Answer> AskForBreak(const SetUp& set_up) {
+  if (!set_up.input.match || !set_up.options.looks_for_break) {
+    return std::nullopt;
+  }
+  const auto found =
+      FindCameraBreak(set_up.cameras, set_up.ideal, set_up.detections);
+  if (!found.has_value()) return std::nullopt;
+  const int worse = found->worse_after() ? 1 : 0;
+  if (IsLag(set_up, *found, worse)) return std::nullopt;
+  Answer answer;
+  for (const int side : {worse, 1 - worse}) {
+    const Diagnosis part =
+        DiagnosePart(set_up, SideOf(set_up.detections, found->from, side));
+    for (const Finding& finding : part.findings) {
+      if (finding.camera != set_up.CameraName(found->view)) continue;
+      const bool sure = finding.confidence > 0.5;
+      if (side != worse || (finding.kind == "clock_offset" && sure)) {
+        return std::nullopt;
+      }
+      answer.findings.push_back(OfSide(set_up, *found, finding));
+    }
+  }
+  if (answer.findings.empty()) return std::nullopt;
+  answer.detections = SideOf(set_up.detections, found->from, 1 - worse);
+  return answer;
 }
 
 }  // namespace kinegraph

@@ -1,14 +1,26 @@
-#include "solvers/scene/clock_jumps.h"
-
+// Pictures that a view lost or has twice: from there on its clock is off by
+// whole frames against the other views.
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
+#include <utility>
 
 #include "solvers/scene/fit_terms.h"
+#include "solvers/scene/hypothesis.h"
 
 namespace kinegraph {
 namespace {
+
+struct ClockJump {
+  int view_idx = 0;
+  double at_s = 0.0;  // since the middle of the recording
+  // Pictures that are missing before `at_s`; negative: that are too many.
+  int missing = 0;
+  double jump_s = 0.0;   // as measured
+  double sigma_s = 0.0;  // its standard deviation
+};
 
 // What a bin says of one view's offset: its information [1/s^2] and the
 // gradient there, so that the offset is -gradient / information.
@@ -222,8 +234,11 @@ SceneSegments Moved(const SceneSegments& segments, const ClockSplit& split,
   return moved;
 }
 
-}  // namespace
-
+// The clearest jump of one view's clock, or nullopt. For each view and short
+// bins of time the clock's offset is estimated (steps of Gauss and Newton on
+// the stretches, their states eliminated, the other views taken as right); a
+// jump is two levels that explain the bins better than offset and drift do,
+// nearly whole frames apart.
 std::optional<ClockJump> FindClockJump(const CameraRig& cameras,
                                        const SceneSegments& segments,
                                        const std::vector<CameraChange>& changes,
@@ -256,22 +271,81 @@ std::optional<ClockJump> FindClockJump(const CameraRig& cameras,
                    split->sigma_s};
 }
 
+// The detections with the jump taken back: the view's pictures from index
+// `from` on move by what is missing.
 DetectionSequence WithoutJump(const DetectionSequence& detections,
                               const ClockJump& jump, int64_t from) {
-  DetectionSequence moved = detections;
-  const auto count = static_cast<int64_t>(detections.frames.size());
-  const auto v = static_cast<size_t>(jump.view_idx);
-  const auto At = [v](auto* sequence, int64_t k) -> auto& {
-    return sequence->frames[static_cast<size_t>(k)].views[v].detections;
-  };
-  for (int64_t k = std::max<int64_t>(0, std::min(from, from + jump.missing));
-       k < count; ++k) {
-    const int64_t source = k - jump.missing;
-    At(&moved, k).clear();
-    if (source >= from && source < count)
-      At(&moved, k) = At(&detections, source);
+  const auto jumping = static_cast<size_t>(jump.view_idx);
+  return FramesMoved(detections, [&](size_t view, int64_t k) -> int64_t {
+    if (view != jumping || k < std::min(from, from + jump.missing)) return k;
+    return k - jump.missing >= from ? k - jump.missing : -1;
+  });
+}
+
+// Index of the first frame after a time since the middle of the recording.
+int64_t IndexAfter(const std::vector<DetectionFrame>& frames, double at_s) {
+  const TimeNs middle =
+      frames.front().time + (frames.back().time - frames.front().time) / 2;
+  const auto at = std::lower_bound(
+      frames.begin(), frames.end(), middle + FromSeconds(at_s),
+      [](const DetectionFrame& f, TimeNs time) { return f.time < time; });
+  return at - frames.begin();
+}
+
+Finding FindingOf(const ClockJump& jump, const std::string& camera,
+                  int64_t frame, double before_px, double after_px) {
+  const double count = std::abs(jump.missing);
+  const bool lost = jump.missing > 0;
+  const auto number = static_cast<double>(frame);
+  return {"frames",
+          camera,
+          0.9,
+          before_px,
+          after_px,
+          lost ? Format("give its files from about %.0f on numbers that are "
+                        "%.0f higher",
+                        number, count)
+               : Format("take %.0f pictures out before about frame %.0f", count,
+                        number),
+          Format(lost ? "%.0f pictures are missing before about frame %.0f"
+                      : "%.0f pictures are too many before about frame %.0f",
+                 count, number) +
+              Format(": its clock jumps by %+.1f +- %.1f ms", 1e3 * jump.jump_s,
+                     1e3 * jump.sigma_s)};
+}
+
+}  // namespace
+
+// A jump counts where the matches then fit better.
+std::optional<Answer> AskForJump(const SetUp& set_up) {
+  if (!MoveEnough(set_up.segments)) return std::nullopt;
+  const std::vector<CameraChange> none(set_up.cameras.size(),
+                                       CameraChange::Zero());
+  const auto jump = FindClockJump(
+      set_up.cameras, set_up.segments, none, set_up.options.bundle.segments,
+      1.0 / std::max(1.0, set_up.input.frame_rate_hz));
+  if (!jump.has_value()) return std::nullopt;
+  const auto view = static_cast<size_t>(jump->view_idx);
+  if (set_up.strangers.count(view) > 0) return std::nullopt;
+  const auto& frames = set_up.detections.frames;
+  const int64_t from = IndexAfter(frames, jump->at_s);
+  SetUp moved = set_up;
+  moved.detections = WithoutJump(set_up.detections, *jump, from);
+  moved.Match();
+  const double before_px = set_up.Fit().MeanPx(jump->view_idx);
+  const double after_px = moved.Fit().MeanPx(jump->view_idx);
+  if (before_px - after_px < FitGain::kLeastShare * before_px) {
+    return std::nullopt;
   }
-  return moved;
+  const auto last = static_cast<int64_t>(frames.size()) - 1;
+  Answer answer;
+  answer.findings.push_back(
+      FindingOf(*jump, set_up.CameraName(view),
+                frames[static_cast<size_t>(std::min(from, last))].frame,
+                before_px, after_px));
+  answer.detections = std::move(moved.detections);
+  answer.segments = std::move(moved.segments);
+  return answer;
 }
 
 }  // namespace kinegraph

@@ -154,12 +154,11 @@ PairAgreement AgreementWith(const CameraRig& cameras,
   return all;
 }
 
-bool IsWorthIt(const PairAgreement& before, const PairAgreement& after,
-               double closer) {
-  const double pairs = std::min(before.possible, after.possible);
+bool IsWorthIt(const AgreementGain& gain, double closer) {
+  const double pairs = std::min(gain.before.possible, gain.after.possible);
   const double chance = kBestOfMany * kGainSpread / std::sqrt(pairs);
-  return after.mean_px() < closer * before.mean_px() &&
-         after.score() > before.score() + std::max(kMinClockGain, chance);
+  return gain.after.mean_px() < closer * gain.before.mean_px() &&
+         gain.gain() > std::max(kMinClockGain, chance);
 }
 
 // Lags of fewer than half of the views, each against all others as they are,
@@ -181,15 +180,13 @@ std::vector<int> LagsOfFew(const CameraRig& cameras,
       if (trial[v] == lags[v]) continue;
       std::vector<int> alone(views, 0);
       alone[v] = 1;
-      const PairAgreement before =
-          AgreementWith(cameras, ideal, lags, frames, alone);
-      const PairAgreement after =
-          AgreementWith(cameras, ideal, trial, frames, alone);
-      const double gain = after.score() - before.score();
-      if (gain <= best_gain || !IsWorthIt(before, after, kOneCloser)) continue;
+      const AgreementGain gain = {
+          AgreementWith(cameras, ideal, lags, frames, alone),
+          AgreementWith(cameras, ideal, trial, frames, alone)};
+      if (gain.gain() <= best_gain || !IsWorthIt(gain, kOneCloser)) continue;
       best_view = v;
       best_lag = trial[v];
-      best_gain = gain;
+      best_gain = gain.gain();
     }
     if (best_view == views) break;
     lags[best_view] = best_lag;
@@ -227,40 +224,22 @@ ClockSearch SearchClocks(const CameraRig& cameras,
   std::vector<int> every(views);
   std::iota(every.begin(), every.end(), 0);
   std::vector<int> lags = BestLags(table, views, reach);
-  const PairAgreement before =
-      AgreementWith(cameras, ideal, none, frames, every);
-  PairAgreement after = AgreementWith(cameras, ideal, lags, frames, every);
-  if (!IsWorthIt(before, after, kCloser)) {
+  search.all = {AgreementWith(cameras, ideal, none, frames, every),
+                AgreementWith(cameras, ideal, lags, frames, every)};
+  if (!IsWorthIt(search.all, kCloser)) {
     lags = LagsOfFew(cameras, ideal, table);
-    after = AgreementWith(cameras, ideal, lags, frames, every);
+    search.all.after = AgreementWith(cameras, ideal, lags, frames, every);
   }
   for (size_t v = 0; v < views; ++v) search.lag_frames[v] = lags[v] - lags[0];
-  search.score_before = before.score();
-  search.score_after = after.score();
-  search.before_px = before.mean_px();
-  search.after_px = after.mean_px();
-  search.moved_gain =
-      AgreementWith(cameras, ideal, lags, frames, lags).score() -
-      AgreementWith(cameras, ideal, none, frames, lags).score();
+  search.moved = {AgreementWith(cameras, ideal, none, frames, lags),
+                  AgreementWith(cameras, ideal, lags, frames, lags)};
   return search;
 }
 
 DetectionSequence Realigned(const DetectionSequence& detections,
                             const std::vector<int>& lag_frames) {
-  DetectionSequence aligned = detections;
-  const auto count = static_cast<int64_t>(detections.frames.size());
-  for (int64_t k = 0; k < count; ++k) {
-    DetectionFrame& frame = aligned.frames[static_cast<size_t>(k)];
-    for (size_t v = 0; v < frame.views.size(); ++v) {
-      if (lag_frames[v] == 0) continue;
-      const int64_t from = k + lag_frames[v];
-      frame.views[v].detections.clear();
-      if (from < 0 || from >= count) continue;
-      frame.views[v].detections =
-          detections.frames[static_cast<size_t>(from)].views[v].detections;
-    }
-  }
-  return aligned;
+  return FramesMoved(
+      detections, [&](size_t view, int64_t k) { return k + lag_frames[view]; });
 }
 
 }  // namespace kinegraph

@@ -16,11 +16,8 @@ struct ClockSearch {
   // Frame k of the first view was taken with frame k + lag of view v. All zero
   // when nothing speaks for a lag.
   std::vector<int> lag_frames;
-  double score_before = 0.0;  // PairAgreement::score over all views
-  double score_after = 0.0;
-  double moved_gain = 0.0;  // of the score, over pairs whose lags differ
-  double before_px = 0.0;   // PairAgreement::mean_px
-  double after_px = 0.0;
+  AgreementGain all;    // over all views
+  AgreementGain moved;  // over the pairs whose lags differ
   bool found() const;
 };
 

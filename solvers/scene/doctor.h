@@ -15,6 +15,7 @@
 #include "core/geometry/camera.h"
 #include "core/tracking/replay.h"
 #include "solvers/scene/bundle.h"
+#include "solvers/scene/plausible.h"
 
 namespace kinegraph {
 
@@ -32,8 +33,8 @@ struct DoctorInput {
 };
 
 struct DoctorOptions {
-  int frames_to_look_at = 40;
-  double longest_lag_s = 10.0;
+  int frames_to_look_at = kFramesToLookAt;
+  double longest_lag_s = kLongestLagS;
   bool looks_for_break = true;  // for a camera that moved in the middle
   BundleOptions bundle;
 
@@ -56,6 +57,14 @@ struct Finding {
   bool told = true;
 };
 
+// Fixes that need the recording's own files: RECORDING stands for them, INPUTS
+// for them and the configuration, and the commands put them in (NameInputs). Of
+// the first the command that writes cameras.json says where.
+inline constexpr char kUseCorrected[] = "--cameras=cameras.json of this report";
+inline constexpr char kLookCloser[] = "kinegraph doctor INPUTS --out=doctor";
+inline constexpr char kCalibrateAnew[] =
+    "kinegraph calibrate RECORDING --out=cameras.json";
+
 enum class DoctorVerdict { kSound, kSuspect, kNotExamined };
 const char* ToString(DoctorVerdict verdict);
 
@@ -64,6 +73,7 @@ struct Diagnosis {
   bool sound() const { return verdict == DoctorVerdict::kSound; }
   std::vector<Finding> findings;  // the surest first within their stage
   CameraRig cameras;              // corrected; as DoctorInput::cameras
+  double stature_m = 0.0;  // of the people, as they were read; 0: not known
   // What else was seen: statures, matches, residuals. One sentence each.
   std::vector<std::string> notes;
 };

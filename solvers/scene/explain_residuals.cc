@@ -1,14 +1,13 @@
-#include "solvers/scene/explain_residuals.h"
-
+// Which single cameras and clocks explain what the matches do not fit.
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
 #include <utility>
 
-#include "solvers/scene/doctor_words.h"
+#include "core/evaluation/statistics.h"
 #include "solvers/scene/fit_terms.h"
-#include "solvers/scene/late_clocks.h"
+#include "solvers/scene/hypothesis.h"
 #include "solvers/scene/refine.h"
 
 namespace kinegraph {
@@ -27,15 +26,35 @@ constexpr double kLeastExplained = 0.4;  // of what lasts
 constexpr double kWorthATry = 0.2;       // of what lasts
 constexpr double kUntold = 0.3;          // confidence
 
+// Of the bodies, by their boxes in the images and how far they are away [m].
+double SubjectSize(const SetUp& set_up) {
+  std::vector<double> sizes_m;
+  for (size_t v = 0; v < set_up.cameras.size(); ++v) {
+    std::vector<double> sizes_px;
+    for (const auto& frame : set_up.raw[v].frames) {
+      for (const auto& person : frame) sizes_px.push_back(person.size_px);
+    }
+    std::vector<double> depths_m;
+    for (const MotionSegment& segment : set_up.segments.segments) {
+      depths_m.push_back(set_up.cameras[v].Depth(PositionOf(segment)));
+    }
+    if (sizes_px.empty()) continue;
+    sizes_m.push_back(Quantile(std::move(sizes_px), 0.5) *
+                      Quantile(std::move(depths_m), 0.5) /
+                      set_up.cameras[v].focal_px());
+  }
+  return sizes_m.empty() ? 1.7 : Quantile(std::move(sizes_m), 0.5);
+}
+
 class Explainer {
  public:
-  Explainer(const ExplainedRecording& recording, const BundleOptions& options,
-            std::vector<CameraChange> start, std::vector<Finding>* findings)
-      : recording_(recording),
-        options_(options),
-        changes_(std::move(start)),
-        findings_(findings) {}
+  explicit Explainer(const SetUp& set_up)
+      : set_up_(set_up),
+        options_(set_up.options.bundle),
+        changes_(set_up.cameras.size(), CameraChange::Zero()),
+        subject_m_(SubjectSize(set_up)) {}
 
+  const std::vector<Finding>& findings() const { return findings_; }
   const std::vector<CameraChange>& changes() const { return changes_; }
 
   // Finds what explains the residuals best and takes it; false when nothing
@@ -92,7 +111,7 @@ class Explainer {
   };
 
   std::vector<Model> Models() const {
-    const FreeParameters clock = ClockParametersOf(recording_.segments.span_s);
+    const FreeParameters clock = ClockParametersOf(set_up_.segments.span_s);
     FreeParameters shift;
     shift.shift = true;
     FreeParameters rotation;
@@ -104,8 +123,8 @@ class Explainer {
     std::vector<Model> models;
     // Fewer than three pictures a stretch tell no speed.
     const bool has_speeds =
-        recording_.segments.frame_s <= 0.5 * options_.segments.span_s;
-    if (!clocks_done_ && has_speeds && MoveEnough(recording_.segments))
+        set_up_.segments.frame_s <= 0.5 * options_.segments.span_s;
+    if (!clocks_done_ && has_speeds && MoveEnough(set_up_.segments))
       models.push_back({"clock", clock});
     if (!cameras_done_) {
       models.push_back({"shift", shift});
@@ -123,7 +142,7 @@ class Explainer {
     double squares = 0.0;
     double scale = 0.0;
     double count = 0.0;
-    for (const MotionSegment& segment : recording_.segments.segments) {
+    for (const MotionSegment& segment : set_up_.segments.segments) {
       const Eigen::Vector3d point = PositionOf(segment);
       const bool seen =
           std::any_of(segment.measurements.begin(), segment.measurements.end(),
@@ -131,15 +150,14 @@ class Explainer {
                         return m.view_idx == static_cast<int>(view);
                       });
       if (!seen) continue;
-      const auto before =
-          ProjectChanged(recording_.cameras[view], CameraChange::Zero(), point,
-                         nullptr, nullptr);
-      const auto after = ProjectChanged(recording_.cameras[view], change, point,
+      const auto before = ProjectChanged(
+          set_up_.cameras[view], CameraChange::Zero(), point, nullptr, nullptr);
+      const auto after = ProjectChanged(set_up_.cameras[view], change, point,
                                         nullptr, nullptr);
       if (!before.has_value() || !after.has_value()) continue;
       squares += (*after - *before).squaredNorm();
-      scale += recording_.cameras[view].focal_px() /
-               recording_.cameras[view].Depth(point);
+      scale +=
+          set_up_.cameras[view].focal_px() / set_up_.cameras[view].Depth(point);
       count += 1.0;
     }
     *moved_px = count > 0.0 ? std::sqrt(squares / count) : 0.0;
@@ -166,13 +184,13 @@ class Explainer {
 
   CrossedGain Cross(Halving halving, const Model& model,
                     const std::vector<char>& moves) const {
-    return CrossFit(recording_.cameras, recording_.segments, halving,
-                    model.free, changes_, OptionsOf(model), moves);
+    return CrossFit(set_up_.cameras, set_up_.segments, halving, model.free,
+                    changes_, OptionsOf(model), moves);
   }
 
   BundleResult Fit(const Model& model, const std::vector<char>& moves) const {
-    return AdjustBundle(recording_.cameras, recording_.segments, model.free,
-                        changes_, OptionsOf(model), moves);
+    return AdjustBundle(set_up_.cameras, set_up_.segments, model.free, changes_,
+                        OptionsOf(model), moves);
   }
 
   // Fits a model with those views free alone that it finds to be off: cameras
@@ -180,7 +198,7 @@ class Explainer {
   std::optional<Explanation> FitModel(const Model& model) const {
     Explanation one;
     one.model = model;
-    one.moves.assign(recording_.cameras.size(), 0);
+    one.moves.assign(set_up_.cameras.size(), 0);
     one.fit = Fit(model, {});
     if (!one.fit.usable) return std::nullopt;
     const auto any = [&] {
@@ -205,13 +223,13 @@ class Explainer {
       return std::nullopt;
     }
     for (size_t v = 0; v < one.moves.size(); ++v) {
-      one.moves[v] = recording_.strangers.count(v) == 0 &&
-                     MovedM(v, one.fit) > kLeastBias * recording_.subject_m;
+      one.moves[v] = set_up_.strangers.count(v) == 0 &&
+                     MovedM(v, one.fit) > kLeastBias * subject_m_;
     }
     if (!any()) return std::nullopt;
     one.fit = Fit(model, one.moves);
     if (!one.fit.usable) return std::nullopt;
-    const FitError after = MeasureFit(recording_.cameras, recording_.segments,
+    const FitError after = MeasureFit(set_up_.cameras, set_up_.segments,
                                       one.fit.changes, options_.segments);
     for (size_t v = 0; v < one.moves.size(); ++v) {
       // Other halves never show more than the fit's own.
@@ -223,12 +241,9 @@ class Explainer {
     const CrossedGain joints = Cross(OfBody(), model, one.moves);
     const std::vector<char> tried = one.moves;
     for (size_t v = 0; v < tried.size(); ++v) {
-      const FitGain& gain = one.gain.views[v];
-      constexpr double kLeastShare = 0.05;
-      one.moves[v] =
-          tried[v] && gain.certain() && joints.views[v].certain() &&
-          gain.before_px - gain.after_px > kLeastShare * gain.before_px &&
-          MovedM(v, one.fit) > kLeastBias * recording_.subject_m;
+      one.moves[v] = tried[v] && one.gain.views[v].is_enough() &&
+                     joints.views[v].certain() &&
+                     MovedM(v, one.fit) > kLeastBias * subject_m_;
     }
     if (!any()) return std::nullopt;
     return BeatsBias(std::move(one), tried, joints);
@@ -236,7 +251,7 @@ class Explainer {
 
   double Before(size_t view) const {
     if (before_.segments.empty()) {
-      before_ = MeasureFit(recording_.cameras, recording_.segments, changes_,
+      before_ = MeasureFit(set_up_.cameras, set_up_.segments, changes_,
                            options_.segments);
     }
     return before_.LastingM(view);
@@ -254,7 +269,7 @@ class Explainer {
                         const CrossedGain& joints) const {
     std::vector<CrossedGain> gains = {one.gain, joints};
     const bool people_walk =
-        PlacesApart(recording_.segments) > kApart * recording_.subject_m;
+        PlacesApart(set_up_.segments) > kApart * subject_m_;
     if (people_walk) gains.push_back(Cross(Halving::kPlaces, one.model, tried));
     const bool all_told = people_walk && !OneClassSpeaks();
     std::vector<char> told(tried.size(), 0);
@@ -265,11 +280,11 @@ class Explainer {
       for (const CrossedGain& gain : gains) {
         explained = std::min(explained, gain.views[v].explained());
       }
-      const double bias_m = std::max(kUsualBias * recording_.subject_m,
-                                     one.gain.views[v].lasting_after_m);
+      const double bias_m =
+          std::max(kUsualBias * subject_m_, one.gain.views[v].lasting_after_m);
       const double needed_m =
           all_told ? kBiasSigmas * bias_m / std::sqrt(CellCount(v))
-                   : kBeyondBias * recording_.subject_m;
+                   : kBeyondBias * subject_m_;
       const double moved_m = MovedM(v, one.fit);
       told[v] = explained > kLeastExplained && moved_m > needed_m;
       if (!told[v] && doubt.empty()) {
@@ -295,8 +310,8 @@ class Explainer {
 
   // Shares of the stretches that are of hips and legs.
   double LowerShare() const {
-    const double all = static_cast<double>(recording_.segments.segments.size());
-    const SceneSegments lower = HalfOf(recording_.segments, Halving::kBody, 0);
+    const double all = static_cast<double>(set_up_.segments.segments.size());
+    const SceneSegments lower = HalfOf(set_up_.segments, Halving::kBody, 0);
     return static_cast<double>(lower.segments.size()) / all;
   }
   bool HasBoth() const {
@@ -306,7 +321,7 @@ class Explainer {
   }
   // Of a skeleton without classes each joint is one of its own.
   bool OneClassSpeaks() const {
-    const auto& classes = recording_.segments.classes;
+    const auto& classes = set_up_.segments.classes;
     return !HasBoth() &&
            std::any_of(classes.begin(), classes.end(),
                        [](JointClass one) { return one == JointClass::kHip; });
@@ -317,7 +332,7 @@ class Explainer {
   double CellCount(size_t view) const {
     std::set<int> classes;
     std::map<int, int> people;
-    for (const MotionSegment& segment : recording_.segments.segments) {
+    for (const MotionSegment& segment : set_up_.segments.segments) {
       const bool seen =
           std::any_of(segment.measurements.begin(), segment.measurements.end(),
                       [&](const SegmentMeasurement& m) {
@@ -325,7 +340,7 @@ class Explainer {
                       });
       if (!seen) continue;
       const auto joint = static_cast<size_t>(segment.joint);
-      const JointClass of = recording_.segments.classes[joint];
+      const JointClass of = set_up_.segments.classes[joint];
       classes.insert(of == JointClass::kOther ? 100 + segment.joint
                                               : static_cast<int>(of));
       ++people[segment.person];
@@ -346,11 +361,11 @@ class Explainer {
   }
 
   void AddExplanation(const Explanation& one, size_t alike) {
-    for (size_t v = 0; v < recording_.cameras.size(); ++v) {
+    for (size_t v = 0; v < set_up_.cameras.size(); ++v) {
       if (!one.moves[v]) continue;
       const CameraChange& change = one.fit.changes[v];
       Finding finding;
-      finding.camera = recording_.names[v];
+      finding.camera = set_up_.CameraName(v);
       finding.told = one.doubt.empty();
       finding.confidence = finding.told ? Shared(0.95, alike) : kUntold;
       finding.before_px = one.gain.views[v].before_px;
@@ -366,7 +381,7 @@ class Explainer {
               "record a person who walks through the whole room, or a board, "
               "and look again";
         }
-        findings_->push_back(finding);
+        findings_.push_back(finding);
         continue;
       }
       finding.fix = "--set=cameras.refine_clock=true";
@@ -377,7 +392,7 @@ class Explainer {
             "its pictures were taken %+.1f ms from the time told, against the "
             "usual of all views",
             1e3 * (change[kOffsetAt] - usual_s));
-        findings_->push_back(finding);
+        findings_.push_back(finding);
       }
       if (one.model.free.drift && IsLate(v, one.fit, kDriftAt)) {
         const double usual = UsualClock(one.fit.changes, kDriftAt);
@@ -386,21 +401,21 @@ class Explainer {
             "it runs %+.0f ppm against the usual of all views, %+.0f "
             "ms over the recording",
             1e6 * (change[kDriftAt] - usual),
-            1e3 * (change[kDriftAt] - usual) * recording_.segments.span_s);
-        findings_->push_back(finding);
+            1e3 * (change[kDriftAt] - usual) * set_up_.segments.span_s);
+        findings_.push_back(finding);
       }
     }
   }
 
   bool IsLate(size_t view, const BundleResult& fit, int place) const {
     return kinegraph::IsLate(fit, view, place,
-                             1.0 / std::max(1.0, recording_.frame_rate_hz),
-                             recording_.segments.span_s);
+                             1.0 / std::max(1.0, set_up_.input.frame_rate_hz),
+                             set_up_.segments.span_s);
   }
 
   void MarkLate(const BundleResult& fit, std::vector<char>* moves) const {
-    for (size_t v = 0; v < recording_.cameras.size(); ++v) {
-      if (recording_.strangers.count(v) > 0) continue;
+    for (size_t v = 0; v < set_up_.cameras.size(); ++v) {
+      if (set_up_.strangers.count(v) > 0) continue;
       (*moves)[v] = IsLate(v, fit, kOffsetAt) || IsLate(v, fit, kDriftAt);
     }
   }
@@ -425,10 +440,11 @@ class Explainer {
                   std::exp(change[kFocalAt]));
   }
 
-  const ExplainedRecording& recording_;
+  const SetUp& set_up_;
   const BundleOptions& options_;
   std::vector<CameraChange> changes_;
-  std::vector<Finding>* findings_;
+  const double subject_m_;  // size of the bodies
+  std::vector<Finding> findings_;
   bool clocks_done_ = false;
   bool cameras_done_ = false;
   bool mentioned_ = false;
@@ -437,15 +453,23 @@ class Explainer {
 
 }  // namespace
 
-std::vector<CameraChange> ExplainResiduals(const ExplainedRecording& recording,
-                                           const BundleOptions& options,
-                                           std::vector<CameraChange> start,
-                                           std::vector<Finding>* findings) {
-  Explainer explainer(recording, options, std::move(start), findings);
+// Fits one kind of fault after the other (a clock, a shifted image, a turned
+// camera, another focal length or lens) to one half of the recording, measures
+// it on the other, and takes what explains most.
+//
+// A late clock of a camera that looks at one walking person is a shifted image:
+// clocks and cameras compete. What explains most goes first; the other may
+// explain what is left.
+std::optional<Answer> AskResiduals(const SetUp& set_up) {
+  Explainer explainer(set_up);
   for (int round = 0; round < 2; ++round) {
     if (!explainer.Explain()) break;
   }
-  return explainer.changes();
+  Answer answer;
+  answer.findings = explainer.findings();
+  answer.cameras = RefinedCameras(set_up.cameras, explainer.changes());
+  answer.segments = set_up.segments;  // nothing is asked of them any more
+  return answer;
 }
 
 }  // namespace kinegraph

@@ -48,6 +48,12 @@ struct FitGain {
   }
   // The interval excludes zero: the cameras after explain the recording better.
   bool certain() const { return low_px > 0.0; }
+  // The rule for whatever is fitted to matches: the gain is certain and no
+  // trifle.
+  static constexpr double kLeastShare = 0.05;
+  bool is_enough() const {
+    return certain() && before_px - after_px >= kLeastShare * before_px;
+  }
 };
 FitGain CompareFits(const FitError& before, const FitError& after,
                     int view = -1);

@@ -51,8 +51,7 @@ std::optional<Camera> Seeing(const Camera& camera, ImageReading reading);
 // One way to read everything: what is changed from the file's words.
 struct Reading {
   PoseReading pose = PoseReading::kAsRead;
-  double image_scale = 1.0;  // of K's first two rows
-  bool without_lens = false;
+  double image_scale = 1.0;          // of K's first two rows
   std::vector<ImageReading> images;  // one a view
   std::vector<int> camera_of_view;   // permutation
 
@@ -60,13 +59,27 @@ struct Reading {
   bool operator==(const Reading& other) const;
 };
 
-// What the views' cameras are under a reading (of the images PeopleOf takes
-// care).
+// What the views' cameras are under a reading (but
+// for the images).
 CameraRig CamerasOf(const CameraRig& cameras, const Reading& reading);
-// The people in undistorted pixels of these cameras, their images restored.
-std::vector<ViewPeople> PeopleOf(const CameraRig& cameras,
-                                 const std::vector<ViewPeople>& raw,
-                                 const Reading& reading);
+struct ReadingScore {
+  Reading reading;
+  PairAgreement agreement;  // over all views
+  double score() const { return agreement.score(); }
+};
+
+struct ReadingSearch {
+  ReadingScore as_read;
+  // Readings that agree better by far and fit equally well; empty when the
+  // calibration is read rightly as far as can be told. Best first.
+  std::vector<ReadingScore> better;
+};
+
+// The reading under which the views agree. Changes one thing at a time, twice
+// at most.
+ReadingSearch SearchReadings(const CameraRig& cameras,
+                             const std::vector<ViewPeople>& raw,
+                             const std::vector<int>& frames);
 
 }  // namespace kinegraph
 

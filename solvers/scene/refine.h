@@ -17,6 +17,22 @@ namespace kinegraph {
 
 FreeParameters CameraParametersOf(RefineKind kind);
 
+// ---- Which views a fit of the clocks finds to be out of time ----
+
+// The first view's clock is the reference of a fit, which does not make it
+// right: views are late against the median of all.
+double UsualClock(const std::vector<CameraChange>& changes, int place);
+
+// Whether the view's offset or drift (`place`) is off by more than four of its
+// standard deviations and more than 0.15 frames, over a recording of `span_s`
+// for the drift, and less than stretches tell (kFarthestClockS). `fit` has the
+// clocks free and no camera.
+bool IsLate(const BundleResult& fit, size_t view, int place, double frame_s,
+            double span_s);
+
+// Whether any view's offset or drift is.
+bool AnyIsLate(const BundleResult& fit, double frame_s, double span_s);
+
 // What a fit of some parameters gives on the half of the recording that it has
 // not seen, both ways round.
 struct CrossedGain {
@@ -62,6 +78,20 @@ Refinement RefineScene(const CameraRig& cameras,
                        const FrozenMatches& matches,
                        const RefineOptions& options,
                        const BundleOptions& bundle = {});
+
+// A detector's errors last: what a view says of a joint within a second counts
+// once, however many frames and stretches it has. The priors' sigmas for that.
+BundleOptions WithLastingErrors(BundleOptions options,
+                                const SceneSegments& segments);
+
+// The second round: with cameras and clocks nearly right, the tracker matches
+// more and the noise is the detector's alone. Estimates what `refinement` has
+// taken once more, all of it together, from where it is. `detections` are those
+// of the first round with the clocks set right (WithClocks), `matches` theirs
+// with the refined cameras. Decisions stay.
+void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
+                 const FrozenMatches& matches, const RefineOptions& options,
+                 const BundleOptions& bundle, Refinement* refinement);
 
 // The cameras with their changes.
 CameraRig RefinedCameras(const CameraRig& cameras,

@@ -345,7 +345,6 @@ class ViewPair::Impl {
       for (const Match& match : Matches(k, other)) {
         agreement.gain += match.gain;
         agreement.distance_px -= match.gain * size_px;
-        agreement.matched += match.gain > 0.5 ? 1 : 0;
       }
     }
     return agreement;

@@ -13,10 +13,6 @@
 namespace kinegraph {
 namespace {
 
-// A change must bring a view's pairs this much agreement (of 1), and make them
-// agree to this much.
-constexpr double kMinViewGain = 0.08;
-constexpr double kMinViewScore = 0.3;
 constexpr int kViewFramesToCompare = 40;
 
 // Of a view, with its camera and its people as they are given.
@@ -165,7 +161,7 @@ std::vector<char> BestExchange(const SidesTable& table, size_t views) {
   std::vector<char> exchanged(views, 0);
   for (size_t round = 0; 2 * (round + 1) <= views; ++round) {
     size_t best = views;
-    double most = kMinViewGain;
+    double most = AgreementGain::kLeastGain;
     for (size_t v = 0; v < views; ++v) {
       std::vector<char> next = exchanged;
       std::vector<char> alone(views, 0);
@@ -328,26 +324,25 @@ std::vector<int64_t> FrameOffsets(const std::vector<ShownFrames>& shown) {
 
 DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
                                    const std::vector<int64_t>& offsets) {
-  // Frames of the views that stay, which the others join.
-  DetectionSequence moved;
-  moved.header = detections.header;
-  for (const DetectionFrame& frame : detections.frames) {
-    DetectionFrame kept = frame;
-    bool any = false;
-    for (size_t v = 0; v < offsets.size(); ++v) {
-      if (offsets[v] != 0) {
-        kept.views[v].detections.clear();
-        const int from =
-            IndexOfFrame(detections.frames, frame.frame + offsets[v]);
-        if (from >= 0) {
-          kept.views[v].detections =
-              detections.frames[static_cast<size_t>(from)].views[v].detections;
-        }
-      }
-      any = any || !kept.views[v].detections.empty();
-    }
-    if (any) moved.frames.push_back(std::move(kept));
-  }
+  const auto& frames = detections.frames;
+  DetectionSequence moved =
+      FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
+        return offsets[v] == 0
+                   ? k
+                   : IndexOfFrame(frames, frames[static_cast<size_t>(k)].frame +
+                                              offsets[v]);
+      });
+  // The others join the frames of the views that stay.
+  moved.frames.erase(std::remove_if(moved.frames.begin(), moved.frames.end(),
+                                    [](const DetectionFrame& frame) {
+                                      return std::all_of(
+                                          frame.views.begin(),
+                                          frame.views.end(),
+                                          [](const ViewDetections& view) {
+                                            return view.detections.empty();
+                                          });
+                                    }),
+                     moved.frames.end());
   return moved;
 }
 
@@ -368,23 +363,16 @@ std::optional<OtherRate> FindOtherRate(const CameraRig& cameras,
       if (std::abs(factor - 1.0) < 0.02 || factor < 0.2 || factor > 5.0) {
         continue;
       }
-      const PairAgreement after = WithOthers(
-          cameras, people, v, cameras[v],
-          AtRate(people[v], detections.frames, frames, factor), frames);
+      const AgreementGain gain = {
+          before,
+          WithOthers(cameras, people, v, cameras[v],
+                     AtRate(people[v], detections.frames, frames, factor),
+                     frames)};
       // Most of the frames must have a partner.
-      if (after.possible < 0.3 * before.possible ||
-          after.score() < kMinViewScore ||
-          after.score() < before.score() + kMinViewGain ||
-          (best.has_value() && after.score() - before.score() <=
-                                   best->score_after - best->score_before)) {
-        continue;
+      if (gain.after.possible >= 0.3 * before.possible && gain.is_enough() &&
+          (!best.has_value() || gain.gain() > best->gain.gain())) {
+        best = OtherRate{v, rate_hz, gain};
       }
-      best = OtherRate{v,
-                       rate_hz,
-                       before.score(),
-                       after.score(),
-                       before.mean_px(),
-                       after.mean_px()};
     }
   }
   return best;
@@ -392,17 +380,13 @@ std::optional<OtherRate> FindOtherRate(const CameraRig& cameras,
 
 DetectionSequence WithViewRate(const DetectionSequence& detections, size_t view,
                                double factor) {
-  DetectionSequence moved = detections;
-  for (DetectionFrame& frame : moved.frames) {
-    frame.views[view].detections.clear();
-    const int from =
-        IndexOfFrame(detections.frames,
-                     std::llround(factor * static_cast<double>(frame.frame)));
-    if (from < 0) continue;
-    frame.views[view].detections =
-        detections.frames[static_cast<size_t>(from)].views[view].detections;
-  }
-  return moved;
+  const auto& frames = detections.frames;
+  return FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
+    if (v != view) return k;
+    const auto number =
+        static_cast<double>(frames[static_cast<size_t>(k)].frame);
+    return IndexOfFrame(frames, std::llround(factor * number));
+  });
 }
 
 std::optional<ExchangedSides> FindExchangedSides(
@@ -420,16 +404,9 @@ std::optional<ExchangedSides> FindExchangedSides(
       std::find(sides.views.begin(), sides.views.end(), 1) != sides.views.end();
   if (some) {
     const std::vector<char> none(views, 0);
-    const PairAgreement before = table.Of(none, sides.views);
-    const PairAgreement after = table.Of(sides.views, sides.views);
-    sides.score_before = before.score();
-    sides.score_after = after.score();
-    sides.before_px = before.mean_px();
-    sides.after_px = after.mean_px();
-    if (after.score() <
-        std::max(kMinViewScore, before.score() + kMinViewGain)) {
-      return std::nullopt;
-    }
+    sides.gain = {table.Of(none, sides.views),
+                  table.Of(sides.views, sides.views)};
+    if (!sides.gain.is_enough()) return std::nullopt;
   }
   std::vector<ViewPeople> settled = people;
   for (size_t v = 0; v < views; ++v) {
@@ -522,19 +499,12 @@ std::optional<OtherImage> FindOtherImage(const CameraRig& cameras,
     image.offset_px = image.offset_px.array().round();
     if (!image.scaled() && !image.cropped()) continue;
     const Camera camera = WithImage(cameras[v], image);
-    const PairAgreement after = WithOthers(cameras, ideal, v, camera,
-                                           Undistorted(raw[v], camera), frames);
-    if (after.score() <
-            std::max(kMinViewScore, before.score() + kMinViewGain) ||
-        (best.has_value() && after.score() - before.score() <=
-                                 best->score_after - best->score_before)) {
-      continue;
+    image.gain = {before, WithOthers(cameras, ideal, v, camera,
+                                     Undistorted(raw[v], camera), frames)};
+    if (image.gain.is_enough() &&
+        (!best.has_value() || image.gain.gain() > best->gain.gain())) {
+      best = image;
     }
-    image.score_before = before.score();
-    image.score_after = after.score();
-    image.before_px = before.mean_px();
-    image.after_px = after.mean_px();
-    best = image;
   }
   return best;
 }

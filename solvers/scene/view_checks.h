@@ -34,10 +34,7 @@ DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
 struct OtherRate {
   size_t view = 0;
   double rate_hz = 0.0;
-  double score_before = 0.0;  // agreement with the others
-  double score_after = 0.0;
-  double before_px = 0.0;
-  double after_px = 0.0;
+  AgreementGain gain;  // with the others
 };
 // `people` in ideal pixels, one entry a frame of `detections`.
 std::optional<OtherRate> FindOtherRate(const CameraRig& cameras,
@@ -50,10 +47,7 @@ DetectionSequence WithViewRate(const DetectionSequence& detections, size_t view,
 // Views whose left and right are exchanged.
 struct ExchangedSides {
   std::vector<char> views;
-  double score_before = 0.0;  // agreement of the pairs of views that change
-  double score_after = 0.0;
-  double before_px = 0.0;
-  double after_px = 0.0;
+  AgreementGain gain;  // of the pairs of views that change
   // People whose nose and toes point backwards as all views state them, of
   // those that were looked at.
   int backwards = 0;
@@ -71,10 +65,7 @@ struct OtherImage {
   size_t view = 0;
   double scale = 1.0;
   Eigen::Vector2d offset_px = Eigen::Vector2d::Zero();
-  double score_before = 0.0;
-  double score_after = 0.0;
-  double before_px = 0.0;
-  double after_px = 0.0;
+  AgreementGain gain;  // with the others
   bool scaled() const { return scale != 1.0; }
   bool cropped() const { return !offset_px.isZero(); }
 };

@@ -10,9 +10,7 @@
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/gates.h"
 #include "core/tracking/look_rhythm.h"
-#include "solvers/scene/confidence_scale.h"
-#include "solvers/scene/doctor.h"
-#include "solvers/scene/view_agreement.h"
+#include "solvers/scene/plausible.h"
 #include "solvers/session/limbs.h"
 #include "solvers/session/recording_warnings.h"
 #include "solvers/session/stream_sample.h"
@@ -121,7 +119,8 @@ class RecordingReporter::Impl {
     report.height_m = TypicalHeight(report.people);
     RecordingFacts facts;
     facts.is_human = report.is_human;
-    if (report.height_m == 0.0) facts.stature_m = UntrackedStature();
+    const Diagnosis diagnosis = Diagnose(BeginningOf());
+    if (report.height_m == 0.0) facts.stature_m = diagnosis.stature_m;
     facts.body_speed_mps = speed_mps_.Quantile(0.95);
     facts.followed_mps = FollowedSpeed();
     facts.implausible_bones = fit_.Implausible(0);
@@ -137,7 +136,7 @@ class RecordingReporter::Impl {
     facts.joints_of_17 = joints_of_17_.Quantile(0.5);
     facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);
     AddWarnings(facts, &report);
-    AddCauses(Diagnose(BeginningOf()), &report);
+    AddCauses(diagnosis, &report);
     return report;
   }
 
@@ -164,22 +163,6 @@ class RecordingReporter::Impl {
     if (beginning_.frames.empty() && views < 2) return;
     joints_kept_ += joints;
     beginning_.frames.push_back(seen);
-  }
-
-  double UntrackedStature() const {
-    constexpr double kMinConfidence = 0.3;
-    constexpr int kFrames = 40;
-    constexpr int kEnough = 20;
-    const DoctorInput input = BeginningOf();
-    std::vector<ViewPeople> people =
-        PeopleOfViews(WithUsualConfidences(input.detections), kMinConfidence);
-    for (size_t v = 0; v < people.size(); ++v) {
-      people[v] = Undistorted(people[v], input.cameras[v]);
-    }
-    const Stature stature =
-        StatureOf(input.cameras, people, FramesToLookAt(people, kFrames),
-                  detection_skeleton_);
-    return stature.count < kEnough ? 0.0 : stature.median_m;
   }
 
   // What the doctor is asked with; he looks at views, not at tracks.

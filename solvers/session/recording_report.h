@@ -19,6 +19,7 @@
 #include "core/io/detections/skeleton_fit.h"
 #include "core/io/detections/view_pairing.h"
 #include "solvers/scene/camera_check.h"
+#include "solvers/scene/doctor.h"
 #include "solvers/session/scene.h"
 #include "solvers/session/subject_scale.h"
 
@@ -49,13 +50,6 @@ struct PersonReport {
   double side_difference = 0.0;  // of left and right limbs, relative, mean
 };
 
-// Something implausible, in words for the person who recorded the recording.
-struct RecordingWarning {
-  std::string kind;    // "height", "camera", "skeleton", ...
-  std::string text;    // what was found
-  std::string advice;  // what to try
-};
-
 struct RecordingReport {
   int64_t frames = 0;
   int64_t poses = 0;
@@ -72,10 +66,12 @@ struct RecordingReport {
   PairedBy paired_by = PairedBy::kMap;  // views with cameras
   std::vector<CameraReport> cameras;
   std::vector<PersonReport> people;  // ascending ids
-  std::vector<RecordingWarning> warnings;
+  // What is implausible, and what the doctor finds without tracking.
+  std::vector<Finding> warnings;
 };
 
-// Cameras that do not see people where, or when, the others do.
+// Cameras that do not see people where, or when, the others do, unless the
+// cause is known.
 void AddCameraWarnings(const std::vector<CameraWarning>& cameras,
                        RecordingReport* report);
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/median.h"
+#include "solvers/scene/plausible.h"
 
 namespace kinegraph {
 namespace {
@@ -22,8 +23,6 @@ constexpr double kNearlyAll = 0.9;       // share of detections
 constexpr double kFarFewer = 0.5;        // times the others' share
 constexpr double kMaxSpread = 0.5;       // (p90 - p10) / median of a limb
 constexpr double kMaxSideDifference = 0.2;
-constexpr double kMaxBodySpeed = 8.0;  // m/s; sprinters reach 10
-constexpr int64_t kEnoughDetections = 20;
 
 class Warnings {
  public:
@@ -46,8 +45,12 @@ class Warnings {
   }
 
  private:
-  void Add(const std::string& kind, std::string text, std::string advice) {
-    report_->warnings.push_back({kind, std::move(text), std::move(advice)});
+  void Add(const std::string& kind, std::string evidence, std::string fix) {
+    Finding finding;
+    finding.kind = kind;
+    finding.evidence = std::move(evidence);
+    finding.fix = std::move(fix);
+    report_->warnings.push_back(std::move(finding));
   }
 
   // Unit of the calibration. True when people have no plausible height; what is
@@ -73,26 +76,27 @@ class Warnings {
             ? fmt::format("people are {:.3g} m tall", height_m)
             : fmt::format("the cameras look at a place {:.3g} m away",
                           distance_m);
-    Add("unit", found + ", which no person and no room is",
-        units.empty()
-            ? "check the scale of the calibration (cameras.unit), the "
-              "skeleton (detections.skeleton) and which camera is which"
-            : "lengths of the calibration seem to be in another unit: " +
-                  units);
+    Add("unit",
+        found + ", which no person and no room is" +
+            (units.empty() ? "; the scale of the calibration (cameras.unit), "
+                             "the skeleton (detections.skeleton) or which "
+                             "camera is which may be wrong"
+                           : "; lengths of the calibration seem to be in "
+                             "another unit"),
+        units.empty() ? kLookCloser : units);
     return true;
   }
 
   bool AddScaleOfOthers() {
-    constexpr double kNearest = 0.005;  // m; a microscope
     const double distance_m = report_->working_distance_m;
     if (distance_m <= kMaxDistance) return false;
     Add("unit",
         fmt::format("the cameras look at a place {:.3g} m away", distance_m) +
             (report_->subject_m > 0.0
                  ? fmt::format(", at somebody of {:.3g} m", report_->subject_m)
-                 : ""),
-        "lengths of the calibration seem to be in another unit: " +
-            UnitsThatFit(distance_m, kNearest, kMaxDistance));
+                 : "") +
+            "; lengths of the calibration seem to be in another unit",
+        UnitsThatFit(distance_m, kNearest, kMaxDistance));
     return true;
   }
 
@@ -124,10 +128,12 @@ class Warnings {
     }
     if (AddFewJoints() || AddEmptyFrames()) return;
     Add("nobody",
-        fmt::format("nobody was found, though {} views show people", views),
-        "views may have each other's cameras (cameras.map), other frames than "
-        "each other, turned or mirrored images, or a calibration of another "
-        "set-up; `kinegraph doctor` looks for it");
+        fmt::format("nobody was found, though {} views show people: they may "
+                    "have each other's cameras (cameras.map), other frames "
+                    "than each other, turned or mirrored images, or a "
+                    "calibration of another set-up",
+                    views),
+        kLookCloser);
   }
 
   std::string WhatWasFound() const {
@@ -209,14 +215,14 @@ class Warnings {
       Add("camera",
           fmt::format("view {} (camera {}) fits the others badly: {:.0f} % of "
                       "its detections are matched, the others' {:.0f} %; "
-                      "median error {:.1f} px",
+                      "median error {:.1f} px; it may have another view's "
+                      "camera (cameras.map), have moved, be turned, mirrored "
+                      "or out of step in time, which the command tells; "
+                      "--without_cameras={} tries without it",
                       camera.view, camera.camera,
                       100.0 * camera.matched_share(), 100.0 * others_matched,
-                      camera.median_px),
-          "it may have another view's camera (cameras.map), have moved, be "
-          "turned, mirrored or out of step in time; `kinegraph doctor` looks "
-          "for it, --without_cameras=" +
-              camera.view + " tries without it");
+                      camera.median_px, camera.view),
+          kLookCloser);
     }
   }
 
@@ -228,10 +234,10 @@ class Warnings {
     if (!(Median(shares) > kMaxErrorShare)) return;
     Add("error",
         fmt::format("poses are {:.1f} px from the detections in the median, "
-                    "{:.0f} % of a person's size in the image",
+                    "{:.0f} % of a person's size in the image: calibration, "
+                    "pairing of views and cameras, or clocks may be wrong",
                     report_->median_px, 100.0 * Median(shares)),
-        "calibration, pairing of views and cameras, or clocks may be wrong; "
-        "`kinegraph doctor` looks for it");
+        kLookCloser);
   }
 
   // Share of the detections that belong to a person; 1 where there are few.
@@ -251,11 +257,10 @@ class Warnings {
     if (share >= kMinMatched) return;
     Add("matched",
         fmt::format("{:.0f} % of the detections belong to a person who was "
-                    "found",
+                    "found: views may have each other's cameras (cameras.map), "
+                    "other frames than each other, turned or mirrored images",
                     100.0 * share),
-        "views may have each other's cameras (cameras.map), other frames than "
-        "each other, turned or mirrored images; `kinegraph doctor` looks for "
-        "it");
+        kLookCloser);
   }
 
   void AddBones() {
@@ -274,17 +279,18 @@ class Warnings {
     difference /= frames;
     if (spread > kMaxSpread) {
       Add("bones",
-          fmt::format("lengths of limbs vary by {:.0f} % during the recording",
+          fmt::format("lengths of limbs vary by {:.0f} % during the recording: "
+                      "calibration, clocks or skeleton may be wrong",
                       100.0 * spread),
-          "calibration, clocks or skeleton may be wrong; `kinegraph doctor` "
-          "looks for it");
+          kLookCloser);
     }
     if (difference > kMaxSideDifference) {
       Add("bones",
-          fmt::format("left and right limbs differ by {:.0f} %",
+          fmt::format("left and right limbs differ by {:.0f} %: a view may be "
+                      "mirrored, or the skeleton's order of joints wrong "
+                      "(detections.skeleton)",
                       100.0 * difference),
-          "a view may be mirrored, or the skeleton's order of joints wrong "
-          "(detections.skeleton)");
+          kLookCloser);
     }
   }
 
@@ -322,7 +328,7 @@ class Warnings {
           fmt::format("{:.3g} s lie between two frames: nobody can be followed "
                       "over that",
                       facts_.frame_step_s),
-          "for sets of single frames input.independent_frames=true");
+          "--set=input.independent_frames=true");
       return;
     }
     if (facts_.holes_s.empty()) return;
@@ -332,10 +338,8 @@ class Warnings {
         fmt::format("{} {} in the recording, up to {:.3g} s without a frame",
                     facts_.holes_s.size(),
                     facts_.holes_s.size() == 1 ? "hole" : "holes", longest_s),
-        facts_.links
-            ? "tracks end at those longer than tracking.max_age_s"
-            : "tracks end at those longer than tracking.max_age_s; "
-              "--set=identity.link=true joins what is clearly one person");
+        facts_.links ? "tracks end at those longer than tracking.max_age_s"
+                     : "--set=identity.link=true");
   }
 
   void AddIdentities() {
@@ -347,13 +351,9 @@ class Warnings {
     if (identities <= 2 * report_->most_people_in_a_view + 2) return;
     Add("identities",
         fmt::format("{} identities, though no view shows more than {} people "
-                    "at once",
+                    "at once: people may come and go, or be lost and found",
                     identities, report_->most_people_in_a_view),
-        facts_.links ? "people may come and go; if not, look for the cause "
-                       "with `kinegraph doctor`"
-                     : "people may come and go; if not, join their pieces with "
-                       "--set=identity.link=true, or look for the cause with "
-                       "`kinegraph doctor`");
+        facts_.links ? kLookCloser : "--set=identity.link=true");
   }
 
   const RecordingFacts& facts_;
@@ -428,43 +428,62 @@ void AddWarnings(const RecordingFacts& facts, RecordingReport* report) {
   Warnings(facts, report).AddAll();
 }
 
+namespace {
+
+// Whether the doctor has found what explains the rest, and a flag that mends
+// it. What wants a closer look first may be another cause: cameras that are
+// turned look like cropped images, or like clocks.
+bool HasCause(const RecordingReport& report) {
+  return std::any_of(report.warnings.begin(), report.warnings.end(),
+                     [](const Finding& one) {
+                       return one.confidence > 0.5 && one.fix != kLookCloser;
+                     });
+}
+
+}  // namespace
+
 void AddCameraWarnings(const std::vector<CameraWarning>& cameras,
                        RecordingReport* report) {
+  if (HasCause(*report)) return;
   for (const CameraWarning& camera : cameras) {
-    report->warnings.push_back(
-        {"camera", camera.text,
-         "`kinegraph doctor`, which tells cameras from clocks"});
+    Finding finding;
+    finding.kind = "camera";
+    finding.evidence = camera.text;
+    finding.fix = kLookCloser;
+    report->warnings.push_back(std::move(finding));
   }
 }
 
 void AddCauses(const Diagnosis& diagnosis, RecordingReport* report) {
   // The report has its own words for these.
-  const bool knows_unit = std::any_of(
-      report->warnings.begin(), report->warnings.end(),
-      [](const RecordingWarning& one) { return one.kind == "unit"; });
-  std::vector<RecordingWarning> causes;
-  for (const Finding& finding : diagnosis.findings) {
-    if (!finding.told) continue;
-    if (finding.kind == "unit" && knows_unit) continue;
-    const std::string of =
-        finding.camera.empty() ? "" : "view of " + finding.camera + ": ";
-    // The report writes no cameras.
-    const bool is_key = finding.fix.rfind("--cameras=", 0) != 0;
-    std::string advice = "`kinegraph doctor` writes the corrected calibration";
-    // By whole frames alone: cameras that are turned may look like it.
+  const bool knows_unit =
+      std::any_of(report->warnings.begin(), report->warnings.end(),
+                  [](const Finding& one) { return one.kind == "unit"; });
+  std::vector<Finding> causes;
+  for (Finding finding : diagnosis.findings) {
+    if (!finding.told || (finding.kind == "unit" && knows_unit)) continue;
+    // By whole frames alone cameras that are turned may look like clocks; and
+    // the report writes no cameras.
     if (finding.kind == "clock_offset") {
-      advice =
-          "`kinegraph doctor`, which tells cameras from clocks; for a "
-          "clock " +
-          finding.fix;
-    } else if (is_key) {
-      advice = finding.fix;
+      finding.evidence += "; if it is the clock " + finding.fix;
+      finding.fix = kLookCloser;
+    } else if (finding.fix == kUseCorrected) {
+      finding.fix = kLookCloser;
     }
-    causes.push_back({finding.kind, of + finding.evidence, advice});
+    causes.push_back(std::move(finding));
   }
   report->warnings.insert(report->warnings.begin(),
                           std::make_move_iterator(causes.begin()),
                           std::make_move_iterator(causes.end()));
+  if (!HasCause(*report)) return;
+  // What merely looks odd is not told beside what explains it.
+  auto& all = report->warnings;
+  all.erase(std::remove_if(all.begin(), all.end(),
+                           [](const Finding& one) {
+                             return one.confidence == 0.0 &&
+                                    one.fix == kLookCloser;
+                           }),
+            all.end());
 }
 
 }  // namespace kinegraph

@@ -16,12 +16,6 @@
 
 namespace kinegraph {
 
-// Heights of people of all ages; distances of cameras in rooms and on fields.
-inline constexpr double kMinHeight = 0.5;      // m; infants
-inline constexpr double kMaxHeight = 2.3;      // m
-inline constexpr double kMinDistance = 0.5;    // m, cameras to people; a desk
-inline constexpr double kMaxDistance = 150.0;  // m; a stadium
-
 // What a report does not show but its warnings need.
 struct RecordingFacts {
   bool is_human = true;         // IsHuman of the skeleton
@@ -57,9 +51,6 @@ std::optional<int> FewerJoints(double joints_of_17, double least);
 // wide as the way between two frames, and limbs are faster than the body.
 std::optional<double> FasterGate(double body_speed_mps, double followed_mps);
 
-// After this time without a frame somebody walks on beyond the gates [s].
-inline constexpr double kHole = 0.4;
-
 // Median height of the people, each weighed by its frames; 0 when unknown.
 double TypicalHeight(const std::vector<PersonReport>& people);
 
@@ -69,7 +60,8 @@ std::string UnitsThatFit(double length_m, double least_m, double most_m);
 
 void AddWarnings(const RecordingFacts& facts, RecordingReport* report);
 
-// What the doctor found without tracking, before what merely looks odd.
+// What the doctor found without tracking, before what merely looks odd; where
+// it explains the rest, that goes.
 void AddCauses(const Diagnosis& diagnosis, RecordingReport* report);
 
 }  // namespace kinegraph

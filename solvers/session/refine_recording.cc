@@ -5,7 +5,8 @@
 
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/confidence_scale.h"
-#include "solvers/scene/refine_again.h"
+#include "solvers/scene/plausible.h"
+#include "solvers/scene/refine.h"
 #include "solvers/scene/view_agreement.h"
 #include "solvers/session/diagnose.h"
 #include "solvers/session/subject_gauge.h"
@@ -14,13 +15,9 @@
 namespace kinegraph {
 namespace {
 
-// Longest lag that is looked for [s].
-constexpr double kLongestLagS = 10.0;
-constexpr double kMinConfidence = 0.3;
-
 std::vector<int> LagsOf(const RunScene& scene,
                         const DetectionSequence& detections) {
-  std::vector<ViewPeople> people = PeopleOfViews(detections, kMinConfidence);
+  std::vector<ViewPeople> people = PeopleOfViews(detections, kMinJointConfidence);
   for (size_t v = 0; v < people.size(); ++v) {
     people[v] = Undistorted(people[v], scene.model.cameras[v]);
   }

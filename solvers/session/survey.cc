@@ -13,6 +13,7 @@
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/gates.h"
 #include "solvers/scene/camera_check.h"
+#include "solvers/scene/plausible.h"
 #include "solvers/session/ready_recording.h"
 #include "solvers/session/recording_warnings.h"
 #include "solvers/session/run.h"
@@ -90,7 +91,7 @@ bool MayBeRefined(const std::vector<CameraWarning>& cameras,
                         return camera.kind == CameraWarning::Kind::kHardlySeen;
                       }) &&
          std::all_of(report.warnings.begin(), report.warnings.end(),
-                     [](const RecordingWarning& warning) {
+                     [](const Finding& warning) {
                        return warning.kind == "camera" ||
                               warning.kind == "error" ||
                               warning.kind == kClockOffset;
@@ -150,7 +151,7 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
     trial.clocks_are_off =
         any(CameraWarning::Kind::kOffBeat) ||
         std::any_of(trial.report.warnings.begin(), trial.report.warnings.end(),
-                    [](const RecordingWarning& warning) {
+                    [](const Finding& warning) {
                       return warning.kind == kClockOffset;
                     });
   }
@@ -261,7 +262,7 @@ void SettleJoints(SurveyRequest request, const DetectionSequence& beginning,
     if (!better) {
       auto& warnings = survey->report.warnings;
       warnings.erase(std::remove_if(warnings.begin(), warnings.end(),
-                                    [](const RecordingWarning& one) {
+                                    [](const Finding& one) {
                                       return one.kind == "joints";
                                     }),
                      warnings.end());

@@ -104,27 +104,38 @@ nlohmann::json Doctor(const std::string& arguments, const std::string& out) {
   return nlohmann::json::parse(testing::ContentOf(out + "/doctor.json"));
 }
 
+// A recording in a folder, as flags.
+struct Files {
+  explicit Files(const std::string& folder) : path(folder) {}
+  void Write(const std::function<void(FaultyScene*)>& spoil) {
+    testing::FaultySceneOptions options;
+    options.seed = 21;
+    options.cameras = 4;
+    options.people = 2;
+    options.duration_s = 5.0;
+    options.frame_rate_hz = 30.0;
+    FaultyScene scene = testing::MakeFaultyScene(options);
+    spoil(&scene);
+    WriteCameras(path + "/cameras.json", scene.cameras);
+    MemorySource source(scene.detections);
+    LostFields lost_fields;
+    WriteOpenPose(path + "/det", {}, &source, &lost_fields);
+    keys = "detections.skeleton=coco17;input.frame_rate=" +
+           std::to_string(scene.detections.header.frame_rate_hz);
+  }
+
+  std::string path;
+  std::string cameras = "--cameras='" + path + "/cameras.json'";
+  std::string detections = " --detections='" + path + "/det'";
+  std::string keys;
+};
+
 TEST_P(Fixes, RunAsPrintedAndMend) {
   const Case one = Cases()[static_cast<size_t>(GetParam())];
-  testing::FaultySceneOptions options;
-  options.seed = 21;
-  options.cameras = 4;
-  options.people = 2;
-  options.duration_s = 5.0;
-  options.frame_rate_hz = 30.0;
-  FaultyScene scene = testing::MakeFaultyScene(options);
-  one.spoil(&scene);
   const testing::TemporaryFolder folder;
-  const std::string path = folder.path().string();
-  WriteCameras(path + "/cameras.json", scene.cameras);
-  MemorySource source(scene.detections);
-  LostFields lost_fields;
-  WriteOpenPose(path + "/det", {}, &source, &lost_fields);
-  const std::string cameras = "--cameras='" + path + "/cameras.json'";
-  const std::string detections = " --detections='" + path + "/det'";
-  const std::string keys =
-      "detections.skeleton=coco17;input.frame_rate=" +
-      std::to_string(scene.detections.header.frame_rate_hz);
+  Files files(folder.path().string());
+  files.Write(one.spoil);
+  const auto& [path, cameras, detections, keys] = files;
   const std::string as_told = detections + " --set='" + keys + "'";
   const auto found = Doctor(cameras + as_told, path + "/first");
   ASSERT_FALSE(found.at("findings").empty()) << one.kind;
@@ -155,6 +166,35 @@ TEST_P(Fixes, RunAsPrintedAndMend) {
     }
     std::filesystem::remove_all(path + "/then");
   }
+}
+
+// What `track` says of a camera that was turned is a command that runs as it
+// stands and finds that camera.
+TEST(Advice, OfTrackRunsAsPrinted) {
+  const testing::TemporaryFolder folder;
+  Files files(folder.path().string());
+  files.Write([](FaultyScene* scene) {
+    scene->cameras[2] = testing::Turned(scene->cameras[2], 4.0, 9);
+  });
+  const auto run = RunProgram(
+      "track", files.cameras + files.detections + " --set='" + files.keys +
+                   "' --out='" + files.path + "/t.jsonl'");
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  const auto summary =
+      nlohmann::json::parse(testing::ContentOf(files.path + "/t.summary.json"));
+  const std::string start = "kinegraph doctor ";
+  const std::string end = " --out=doctor";
+  int commands = 0;
+  for (const auto& warning : summary.at("warnings")) {
+    const auto advice = warning.at("try").get<std::string>();
+    if (advice.rfind(start, 0) != 0 || commands++ > 0) continue;
+    ASSERT_EQ(advice.substr(advice.size() - end.size()), end) << advice;
+    const auto found = Doctor(
+        advice.substr(start.size(), advice.size() - start.size() - end.size()),
+        files.path + "/doctor");
+    EXPECT_EQ(found.at("verdict"), "suspect") << found.dump();
+  }
+  EXPECT_GT(commands, 0) << summary.at("warnings").dump();
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Fixes,

@@ -76,7 +76,7 @@ RecordingReport ReportOf(const ReportRecording& recording) {
 
 std::vector<std::string> KindsOf(const RecordingReport& report) {
   std::vector<std::string> kinds;
-  for (const RecordingWarning& warning : report.warnings) {
+  for (const Finding& warning : report.warnings) {
     kinds.push_back(warning.kind);
   }
   return kinds;
@@ -84,8 +84,8 @@ std::vector<std::string> KindsOf(const RecordingReport& report) {
 
 std::string TextOf(const RecordingReport& report) {
   std::string text;
-  for (const RecordingWarning& warning : report.warnings) {
-    text += warning.text + " | " + warning.advice + "\n";
+  for (const Finding& warning : report.warnings) {
+    text += warning.evidence + " | " + warning.fix + "\n";
   }
   return text;
 }
@@ -186,8 +186,8 @@ TEST(RecordingReport, HolesInTheRecordingAreNamed) {
   Drop(&recording, 40, 55);
   const RecordingReport report = ReportOf(recording);
   ASSERT_EQ(KindsOf(report), std::vector<std::string>{"frames"});
-  EXPECT_THAT(report.warnings[0].text, HasSubstr("1 hole"));
-  EXPECT_THAT(report.warnings[0].text, HasSubstr("0.6 s"));
+  EXPECT_THAT(report.warnings[0].evidence, HasSubstr("1 hole"));
+  EXPECT_THAT(report.warnings[0].evidence, HasSubstr("0.6 s"));
 }
 
 TEST(RecordingReport, SingleFramesAreNamedUnlessTheOptionsSaySo) {
@@ -354,9 +354,9 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(RecordingReport, WhoBeginsLateForWantOfJointsIsNamed) {
   const RecordingReport report = ReportOf(SoundRecording(Coco17(), 0.4));
   ASSERT_THAT(KindsOf(report), ::testing::Contains("joints"));
-  for (const RecordingWarning& warning : report.warnings) {
+  for (const Finding& warning : report.warnings) {
     if (warning.kind != "joints") continue;
-    EXPECT_THAT(warning.advice, HasSubstr("initialisation.min_common_joints"));
+    EXPECT_THAT(warning.fix, HasSubstr("initialisation.min_common_joints"));
   }
 }
 

@@ -222,7 +222,7 @@ std::vector<std::string> WarningsOf(const ScaledRecording& recording,
   });
   reporter.set_scale(session.scale());
   std::vector<std::string> kinds;
-  for (const RecordingWarning& warning : reporter.Report().warnings) {
+  for (const Finding& warning : reporter.Report().warnings) {
     kinds.push_back(warning.kind);
   }
   return kinds;

@@ -1,11 +1,10 @@
-#include "solvers/scene/late_clocks.h"
+#include "solvers/scene/refine.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
-#include "solvers/scene/refine_again.h"
 
 namespace kinegraph {
 namespace {

@@ -1,0 +1,122 @@
+// What may be wrong with a set-up. A hypothesis is a question that is asked of
+// the set-up as the answers before it have left it; it answers with findings
+// (their kind, the words, the fix as a command) and with what sets things
+// right. doctor.cc asks them, takes what they answer, and asks again.
+//
+// A new one is a function and a line of the list in hypotheses.cc, and its test
+// in tests/solvers/scene/doctor_test.cc.
+#ifndef KINEGRAPH_SOLVERS_SCENE_HYPOTHESIS_H_
+#define KINEGRAPH_SOLVERS_SCENE_HYPOTHESIS_H_
+
+#include <cstddef>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/data/detection.h"
+#include "core/geometry/camera.h"
+#include "solvers/scene/doctor.h"
+#include "solvers/scene/fit_error.h"
+#include "solvers/scene/segments.h"
+#include "solvers/scene/view_agreement.h"
+
+namespace kinegraph {
+
+// A set-up with everything set right that was found so far.
+class SetUp {
+ public:
+  SetUp(const DoctorInput& input, const DoctorOptions& options);
+
+  const DoctorInput& input;
+  const DoctorOptions& options;
+  CameraRig cameras;
+  DetectionSequence detections;
+
+  // People in the detections, in raw and in ideal pixels of the cameras, and
+  // the frames in which they are compared. Look makes them anew.
+  std::vector<ViewPeople> raw;
+  std::vector<ViewPeople> ideal;
+  std::vector<int> frames;
+  PairAgreement agreement;  // of all pairs of views there
+  void Look();
+  std::vector<ViewPeople> Ideal(const std::vector<ViewPeople>& people) const;
+
+  // From the stage of the matches on: of the tracker with these cameras and
+  // detections. Match makes them anew.
+  SceneSegments segments;
+  FitError Fit() const;
+  void Match();
+
+  // Views that nothing more is said of: their detections are left out.
+  std::set<size_t> strangers;
+  // How often files, cameras, images or clocks were read otherwise.
+  int readings_changed = 0;
+
+  std::string CameraName(size_t view) const {
+    return input.cameras[view].name();
+  }
+  const std::string& ViewName(size_t view) const {
+    return input.detections.header.view_names[view];
+  }
+  int LongestLag() const;  // frames
+  // Agreement of all pairs of views, with other cameras or detections.
+  double ScoreOf(const CameraRig& other_cameras,
+                 const DetectionSequence& other_detections) const;
+  double ScoreWithOthers(size_t view) const;
+};
+
+// An answer: what was found, and what becomes of the set-up. What is empty
+// stays as it is.
+struct Answer {
+  std::vector<Finding> findings;
+  std::vector<std::string> notes;
+  double score = 0.0;  // agreement of all pairs of views, where answers compete
+  double stature_m = 0.0;  // of the people, where it was told
+  std::optional<CameraRig> cameras;
+  std::optional<DetectionSequence> detections;
+  std::optional<SceneSegments> segments;  // where they were made with these
+  std::vector<size_t> strangers;
+};
+
+// When it is asked. Within a stage hypotheses are asked in the order of the
+// list; those of kReadings compete: the answer that brings the views together
+// best is taken, and all are asked again.
+enum class Stage {
+  kFiles,      // the frames of the files, without cameras
+  kTwins,      // views with one calibration
+  kReadings,   // files, images and clocks of the views read otherwise
+  kWorld,      // what is left to say without tracking
+  kStrangers,  // with the tracker's matches: views that have none
+  kJumps,      // and pictures that were lost
+  kMatches,    // and what residuals tell
+};
+
+struct Hypothesis {
+  const char* name;
+  Stage stage;
+  std::optional<Answer> (*ask)(const SetUp& set_up);
+  int most = 1;  // times that it is answered
+};
+
+// All of them; hypotheses.cc holds the list and the short ones.
+const std::vector<Hypothesis>& Hypotheses();
+
+// The longer ones, each in a file of its name.
+std::optional<Answer> AskForBreak(const SetUp& set_up);
+std::optional<Answer> AskForJump(const SetUp& set_up);
+std::optional<Answer> AskResiduals(const SetUp& set_up);
+
+// ---- How it is told ----
+
+// `format` of printf, for up to three numbers.
+std::string Format(const char* format, double a, double b = 0.0,
+                   double c = 0.0);
+
+// The confidence of each of `count` findings that fit equally. Sure things are
+// 0.95, doubtful ones less, nothing is 1.
+double Shared(double confidence, size_t count);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_SCENE_HYPOTHESIS_H_
