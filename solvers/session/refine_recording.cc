@@ -17,7 +17,8 @@ namespace {
 
 std::vector<int> LagsOf(const RunScene& scene,
                         const DetectionSequence& detections) {
-  std::vector<ViewPeople> people = PeopleOfViews(detections, kMinJointConfidence);
+  std::vector<ViewPeople> people =
+      PeopleOfViews(detections, kMinJointConfidence);
   for (size_t v = 0; v < people.size(); ++v) {
     people[v] = Undistorted(people[v], scene.model.cameras[v]);
   }
