@@ -2,6 +2,7 @@
 
 #include <glog/logging.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -36,6 +37,20 @@ bool Triangulated(const EstimatorFrame& frame, size_t joint) {
   if (!initial.present() || !initial.position_m.allFinite()) return false;
   return frame.triangulated.empty() ? initial.status == JointStatus::kObserved
                                     : frame.triangulated[joint] != 0;
+}
+
+// The tracker hands views over in the order in which a track first had them,
+// the second pass in that of the cameras. The same matches are the same
+// problem.
+std::vector<const FreshView*> InCameraOrder(const EstimatorFrame& frame) {
+  std::vector<const FreshView*> views;
+  views.reserve(frame.views.size());
+  for (const FreshView& view : frame.views) views.push_back(&view);
+  std::sort(views.begin(), views.end(),
+            [](const FreshView* a, const FreshView* b) {
+              return a->view_idx < b->view_idx;
+            });
+  return views;
 }
 
 }  // namespace
@@ -86,10 +101,10 @@ FrameRecord Assembler::Append(const EstimatorFrame& frame,
           options_.process_noise[static_cast<int>(joint_class)]);
     }
   }
-  for (const FreshView& view : frame.views) {
+  for (const FreshView* view : InCameraOrder(frame)) {
     const int slot = static_cast<int>(record.views.size());
-    record.views.push_back({view.view_idx, view.detection_idx});
-    AppendView(frame, view, slot, problem);
+    record.views.push_back({view->view_idx, view->detection_idx});
+    AppendView(frame, *view, slot, problem);
   }
   for (JointChain& chain : problem->joints) {
     chain.first.push_back(static_cast<int32_t>(chain.measurements.size()));
