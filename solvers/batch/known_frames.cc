@@ -6,7 +6,9 @@
 namespace kinegraph {
 namespace {
 
-constexpr double kMostChanged = 0.02;  // of the frames
+// Of the frames: of more the noise has to be learnt again, and with it all is
+// solved again.
+constexpr double kMostChanged = 0.0025;
 
 bool SameViews(const FrameRecord& a, const FrameRecord& b) {
   return a.frame == b.frame &&

@@ -212,19 +212,64 @@ double BoneSolver::Dot(const LaneBuffer& a, const LaneBuffer& b) const {
   return sum;
 }
 
-double BoneSolver::StepLength(const PersonProblem& problem,
-                              const SolveStage& stage,
-                              const std::vector<double>& gradient) {
-  constexpr double kUnknown = std::numeric_limits<double>::infinity();
-  Load(problem);
-  if (!Linearise(problem, stage, &lanes_.states(), &system_)) return kUnknown;
+bool BoneSolver::LoadGradient(const PersonProblem& problem,
+                              const SolveStage& stage) {
+  std::vector<double> gradient(
+      kStateSize * lanes_.frames() * problem.joints.size(), 0.0);
+  const auto of = [&](const StateKey& key) {
+    return &gradient[kStateSize * (key.joint * lanes_.frames() + key.frame)];
+  };
+  const auto state_of = [&](const StateKey& key) {
+    return problem.joints[key.joint].states[key.frame].data();
+  };
+  const auto add = [&](const auto& factor, const auto& keys,
+                       const Robustness& robustness) {
+    Linearised<std::decay_t<decltype(factor)>> at;
+    if (!LineariseFactor(factor, keys, state_of, &at)) return false;
+    const double weight =
+        robustness.information * robustness.Evaluate(at.squared_norm()).first;
+    for (size_t i = 0; i < keys.size(); ++i) {
+      AddGradient(at.by_states[i], at.residual, weight, of(keys[i]));
+    }
+    return true;
+  };
+  FactorWalk walk;
+  walk.stage = stage;
+  if (!ForEachFactor(problem, walk, add)) return false;
+  if (!problem.prior.empty()) {
+    const Eigen::VectorXd of_prior =
+        problem.prior.A.triangularView<Eigen::Upper>().transpose() *
+        problem.prior.Residual(StatesOf(problem));
+    for (Eigen::Index row = 0; row < of_prior.size(); ++row) {
+      of({static_cast<int>(row / kStateSize), 0})[row % kStateSize] +=
+          of_prior[row];
+    }
+  }
   auto from = gradient.begin();
   for (size_t j = 0; j < problem.joints.size(); ++j) {
-    for (size_t row = 0; row < 6 * lanes_.frames(); ++row) {
+    for (size_t row = 0; row < kStateSize * lanes_.frames(); ++row) {
       system_.gradient[lanes_.Row(row) + j] = *from++;
     }
   }
-  return FindStep(0.0, kNear) ? MoveCandidate(1.0) : kUnknown;
+  return true;
+}
+
+BoneSolver::StepSize BoneSolver::SizeOfStep(const PersonProblem& problem,
+                                            const SolveStage& stage) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  Load(problem);
+  if (!Linearise(problem, stage, &lanes_.states(), &system_) ||
+      !LoadGradient(problem, stage) || !FindStep(0.0, kNear)) {
+    return {kUnknown, kUnknown};
+  }
+  return {MoveCandidate(1.0), std::sqrt(-Dot(system_.gradient, step_))};
+}
+
+bool BoneSolver::IsAtMinimum(const PersonProblem& problem,
+                             const SolveStage& stage, double step_tolerance_m) {
+  constexpr double kNothing = 1e-3;  // of a standard deviation
+  const StepSize step = SizeOfStep(problem, stage);
+  return step.length_m < step_tolerance_m || step.decrement < kNothing;
 }
 
 bool BoneSolver::RunStage(const PersonProblem& problem, const SolveStage& stage,

@@ -19,11 +19,20 @@ class BoneSolver {
   // From the joints' states, with the measurements gated as they are.
   SolveReport Solve(const SolveSchedule& schedule, PersonProblem* problem);
 
-  // How far a step of Gauss-Newton from the problem's states, down a gradient
-  // [joint][frame][6] that somebody else has found, moves any position [m];
-  // infinity where there is none.
-  double StepLength(const PersonProblem& problem, const SolveStage& stage,
-                    const std::vector<double>& gradient);
+  // A step of Gauss-Newton from the problem's states.
+  struct StepSize {
+    double length_m;  // the farthest that a position moves
+    // sqrt(g' H^-1 g): no state moves by more of its standard deviations.
+    double decrement;
+  };
+  // Down the gradient that the factors (factor_list.h) have one by one, in
+  // doubles: a fault of the lanes does not hide there. Infinite where there is
+  // none.
+  StepSize SizeOfStep(const PersonProblem& problem, const SolveStage& stage);
+  // Whether that step is shorter than the tolerance, or than anything that the
+  // measurements could tell: where nobody sees a joint, long steps mean little.
+  bool IsAtMinimum(const PersonProblem& problem, const SolveStage& stage,
+                   double step_tolerance_m);
 
  private:
   // All joints' chains (the diagonal parts of what couples them included) and
@@ -51,6 +60,8 @@ class BoneSolver {
                     System* system) const;
   void AddPrior(const PersonPrior& prior, const LaneBuffer& states,
                 System* system) const;
+  // False where a factor has no value.
+  bool LoadGradient(const PersonProblem& problem, const SolveStage& stage);
   // Of H step = -gradient; false where it is not positive definite. `accuracy`
   // as that of SolveCoupledLanes.
   bool FindStep(double damping, double accuracy);

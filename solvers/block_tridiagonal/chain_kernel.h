@@ -515,18 +515,22 @@ void ChainGroup<T>::RunStage(const LaneStage& stage, double step_tolerance_m) {
     iterations_ += Select(active, T(1.0), T(0.0));
     const Mask<T> usable = And(active, Eliminate(current_.diagonal, damping));
     const T move = FindStep(usable);
-    // Lanes without a step are linearised where they are: the same bits.
-    Linearise(candidate_, stage, &trial_);
-    // Near a minimum rounding may raise the cost by a part in 1e12.
-    const Mask<T> lower =
-        trial_.cost <= current_.cost + 1e-12 * (1.0 + current_.cost);
-    const Mask<T> accepted = And(usable, And(trial_.valid, lower));
+    // The last step of a stage: nothing is asked of where it leads.
+    const Mask<T> done = And(usable, move < T(step_tolerance_m));
+    Mask<T> accepted = done;
+    if (Any(And(active, Not(done)))) {
+      // Lanes without a step are linearised where they are: the same bits.
+      Linearise(candidate_, stage, &trial_);
+      // Near a minimum rounding may raise the cost by a part in 1e12.
+      const Mask<T> lower =
+          trial_.cost <= current_.cost + 1e-12 * (1.0 + current_.cost);
+      accepted = Or(done, And(usable, And(trial_.valid, lower)));
+    }
     const Mask<T> rejected = And(active, Not(accepted));
     const T lowered = Select(damping > T(1e-6), 0.1 * damping, T(0.0));
     const T raised = Select(damping > T(0.0), 10.0 * damping, T(1e-4));
     damping = Select(rejected, raised, lowered);
     Keep(rejected);
-    const Mask<T> done = And(accepted, move < T(step_tolerance_m));
     converged_ = Or(converged_, done);
     active = And(active, Not(done));
     active = And(active, Not(And(rejected, raised >= T(1e10))));  // hopeless

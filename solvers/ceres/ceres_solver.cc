@@ -196,28 +196,11 @@ ceres::Solver::Options OptionsFor(const SolveStage& stage,
   return options;
 }
 
-// Whether no step is needed: Ceres' gradient calls for none that is as long as
-// the tolerance.
-bool IsAtMinimum(const StepLength& step_length, double step_tolerance_m,
-                 ceres::Problem* problem) {
-  double cost = 0.0;
-  std::vector<double> gradient;
-  return step_length != nullptr &&
-         problem->Evaluate(ceres::Problem::EvaluateOptions(), &cost, nullptr,
-                           &gradient, nullptr) &&
-         step_length(gradient) < step_tolerance_m;
-}
-
 // Adds what the stage did to the report.
 void RunStage(const SolveStage& stage, const SolveSchedule& schedule,
-              const StepLength& step_length, PersonProblem* person,
-              SolveReport* report) {
+              PersonProblem* person, SolveReport* report) {
   PersonBuilder builder(person, stage);
   ++report->ceres_problems;
-  report->converged = true;
-  if (IsAtMinimum(step_length, schedule.step_tolerance_m, builder.problem())) {
-    return;
-  }
   StepWatch watch(person, schedule.step_tolerance_m);
   ceres::Solver::Options options = OptionsFor(stage, schedule.step_tolerance_m);
   options.callbacks.push_back(&watch);
@@ -242,12 +225,11 @@ void RunStage(const SolveStage& stage, const SolveSchedule& schedule,
 }  // namespace
 
 SolveReport SolveWithCeres(const SolveSchedule& schedule,
-                           PersonProblem* problem,
-                           const StepLength& step_length) {
+                           PersonProblem* problem) {
   SolveReport report;
   if (problem->times.empty()) return report;
   for (const SolveStage& stage : schedule.stages) {
-    RunStage(stage, schedule, step_length, problem, &report);
+    RunStage(stage, schedule, problem, &report);
   }
   return report;
 }

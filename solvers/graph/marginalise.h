@@ -3,28 +3,91 @@
 #define KINEGRAPH_SOLVERS_GRAPH_MARGINALISE_H_
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
 
 namespace kinegraph {
 
 // residual(x) = A (x - x0) + b over the kept variables; A upper triangular.
+template <int kKept>
 struct SquareRootPrior {
-  Eigen::MatrixXd A;
-  Eigen::VectorXd b;
+  Eigen::Matrix<double, kKept, kKept> A;
+  Eigen::Matrix<double, kKept, 1> b;
 };
 
-// `jacobian` (rows x columns) and `residual` (rows) are the whitened factors
-// that touch the dropped variables, linearised at x0; the first `dropped`
-// columns belong to those. Rotating the rows does not change their sum of
-// squares, and a QR factorisation of [jacobian residual] rotates them to
+// Takes the rows [J r] of whitened factors that touch the dropped variables,
+// linearised at x0; the first columns belong to those. Rotating rows does not
+// change their sum of squares, and Householder reflections bring them to an
+// upper triangle,
 //   |R11 d1 + R12 d2 + c1|^2 + |A d2 + b|^2 + a constant.
 // Whatever d2 is, d1 = -R11^-1 (R12 d2 + c1) brings the first term to zero: the
 // second is the factor on the kept variables. A' A is the Schur complement of
 // the information, without the squares that would cost half of the digits
 // (Kaess et al., iSAM2, IJRR 2012, sec. 2; Dellaert and Kaess, Factor Graphs
-// for Robot Perception, 2017, sec. 5.3). Needs rows >= columns; directions
-// about which nothing is known get a zero row.
-SquareRootPrior Marginalise(const Eigen::MatrixXd& jacobian,
-                            const Eigen::VectorXd& residual, int dropped);
+// for Robot Perception, 2017, sec. 5.3). Directions about which nothing is
+// known get a zero row.
+template <int kColumns>
+class RowTriangle {
+ public:
+  using Row = std::array<double, kColumns + 1>;  // the residual last
+
+  // Of `row` and of all that came before, columns `end` .. are zero. Rows that
+  // leave columns out go first: they cost less.
+  void Add(const Row& row, int end = kColumns) {
+    if (count_ == kMostRows || end != end_) Reduce();
+    end_ = end;
+    for (int column = 0; column <= kColumns; ++column) {
+      columns_[column][count_] = row[column];
+    }
+    ++count_;
+  }
+
+  // Nothing is added afterwards.
+  template <int kDropped>
+  SquareRootPrior<kColumns - kDropped> Drop() {
+    Reduce();
+    SquareRootPrior<kColumns - kDropped> prior;
+    prior.A.setZero();
+    prior.b.setZero();
+    for (int i = kDropped; i < std::min(count_, kColumns); ++i) {
+      for (int column = i; column < kColumns; ++column) {
+        prior.A(i - kDropped, column - kDropped) = columns_[column][i];
+      }
+      prior.b(i - kDropped) = columns_[kColumns][i];
+    }
+    return prior;
+  }
+
+ private:
+  static constexpr int kMostRows = 48;
+  using Part = Eigen::Map<Eigen::VectorXd>;
+
+  // To as many rows as there are columns.
+  void Reduce() {
+    for (int i = 0; i < end_ && i < count_; ++i) {
+      Part pivot(&columns_[i][i], count_ - i);
+      const double norm = pivot.norm();
+      if (norm == 0.0) continue;
+      const double left = pivot[0] > 0.0 ? -norm : norm;
+      pivot[0] -= left;
+      // Of I - v v' / (norm |v_0|).
+      const double share = 1.0 / (norm * std::abs(pivot[0]));
+      for (int column = i + 1; column <= kColumns; ++column) {
+        if (column == end_) column = kColumns;
+        Part other(&columns_[column][i], count_ - i);
+        other -= share * pivot.dot(other) * pivot;
+      }
+      pivot.setZero();
+      pivot[0] = left;
+    }
+    count_ = std::min(count_, end_);
+  }
+
+  double columns_[kColumns + 1][kMostRows];
+  int count_ = 0;  // of rows
+  int end_ = 0;    // of columns that are not zero but for the residual's
+};
 
 }  // namespace kinegraph
 

@@ -22,12 +22,6 @@
 namespace kinegraph {
 namespace {
 
-// Whitened, linearised factors: rows over states below each other.
-struct Rows {
-  Eigen::MatrixXd jacobian;
-  Eigen::VectorXd residual;
-};
-
 // What is left of a frame is kept twice: for the estimate, which the loss
 // weighs, and for the covariances that are stated (StatePrior::A_stated).
 enum class KeptFor { kEstimate, kCovariance };
@@ -38,21 +32,6 @@ FactorWalk FirstFrame(KeptFor use) {
   walk.end = 1;
   walk.stated = use == KeptFor::kCovariance;
   return walk;
-}
-
-// Writes a factor's rows from `row` on, times `root`.
-template <typename Factor>
-void WriteRows(const Linearised<Factor>& at, const Keys<Factor::kKeys>& keys,
-               double root, Eigen::Index row, Rows* rows) {
-  for (int i = 0; i < Factor::kResiduals; ++i) {
-    rows->residual(row + i) = root * at.residual[i];
-    for (int key = 0; key < Factor::kKeys; ++key) {
-      const Eigen::Index column = kStateSize * keys[key].frame;
-      for (int c = 0; c < kStateSize; ++c) {
-        rows->jacobian(row + i, column + c) = root * at.by_states[key](i, c);
-      }
-    }
-  }
 }
 
 // Calls `visit(linearised factor, keys, what it counts)` for a joint's factors
@@ -77,25 +56,40 @@ void LineariseFirst(const std::vector<TimeNs>& times, const JointChain& chain,
       });
 }
 
-SquareRootPrior MarginaliseWith(const std::vector<TimeNs>& times,
-                                const JointChain& chain, KeptFor use,
-                                double correction) {
-  // At least as many rows as columns; prior, motion and measurements have.
-  Eigen::Index row_count = 0;
-  const FactorWalk walk = FirstFrame(use);
-  LineariseFirst(times, chain, walk, correction,
-                 [&](const auto& at, const auto&, double) {
-                   row_count += std::size(at.residual);
-                 });
-  Rows rows{Eigen::MatrixXd::Zero(row_count, 2 * kStateSize),
-            Eigen::VectorXd::Zero(row_count)};
-  Eigen::Index row = 0;
-  LineariseFirst(times, chain, walk, correction,
+using TwoStates = RowTriangle<2 * kStateSize>;
+
+// Calls `add` for the rows of a factor, times `root`.
+template <typename Factor, typename Add>
+void ForEachRow(const Linearised<Factor>& at, double root, const Add& add) {
+  for (int i = 0; i < Factor::kResiduals; ++i) {
+    TwoStates::Row row{};
+    row.back() = root * at.residual[i];
+    for (int key = 0; key < Factor::kKeys; ++key) {
+      for (int c = 0; c < kStateSize; ++c) {
+        row[kStateSize * key + c] = root * at.by_states[key](i, c);
+      }
+    }
+    add(row);
+  }
+}
+
+SquareRootPrior<kStateSize> MarginaliseWith(const std::vector<TimeNs>& times,
+                                            const JointChain& chain,
+                                            KeptFor use, double correction) {
+  TwoStates triangle;
+  std::vector<TwoStates::Row> of_both;
+  LineariseFirst(times, chain, FirstFrame(use), correction,
                  [&](const auto& at, const auto& keys, double weight) {
-                   WriteRows(at, keys, std::sqrt(weight), row, &rows);
-                   row += std::size(at.residual);
+                   ForEachRow(at, std::sqrt(weight), [&](const auto& row) {
+                     if (std::size(keys) == 1) {
+                       triangle.Add(row, kStateSize);
+                     } else {
+                       of_both.push_back(row);
+                     }
+                   });
                  });
-  return Marginalise(rows.jacobian, rows.residual, kStateSize);
+  for (const TwoStates::Row& row : of_both) triangle.Add(row);
+  return triangle.Drop<kStateSize>();
 }
 
 void EraseFirst(JointChain* chain) {
@@ -124,8 +118,7 @@ void EraseFirst(std::vector<PlacedFactor>* user) {
 StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
                                  const JointChain& chain, double correction) {
   CHECK_GE(chain.states.size(), 2u);
-  const SquareRootPrior kept =
-      MarginaliseWith(times, chain, KeptFor::kEstimate, 1.0);
+  const auto kept = MarginaliseWith(times, chain, KeptFor::kEstimate, 1.0);
   StatePrior prior;
   prior.A = kept.A;
   prior.b = kept.b;
@@ -133,9 +126,7 @@ StatePrior MarginaliseFirstState(const std::vector<TimeNs>& times,
   prior.A_stated =
       correction == 1.0
           ? prior.A
-          : Matrix6d(
-                MarginaliseWith(times, chain, KeptFor::kCovariance, correction)
-                    .A);
+          : MarginaliseWith(times, chain, KeptFor::kCovariance, correction).A;
   return prior;
 }
 

@@ -14,7 +14,7 @@ namespace kinegraph {
 struct SolveCounts {
   int64_t solves = 0;            // results that an estimator took over
   int64_t sweep_iterations = 0;  // of the block-tridiagonal solver
-  int64_t ceres_problems = 0;    // ceres::Problem objects evaluated
+  int64_t ceres_problems = 0;    // ceres::Problem objects solved
   int64_t ceres_iterations = 0;
   // Decrease of the cost from the start to Ceres' result [1e-6].
   int64_t ceres_decrease_millionths = 0;

@@ -41,15 +41,16 @@ constexpr double kLeastVariance = 1e-8;
 // `spread`.
 double UpperQuartile(const std::vector<BoneObservation>& looks, double scale,
                      double length_m, double spread) {
-  std::vector<WeightedValue> values;
+  std::vector<double> values;
   values.reserve(looks.size());
   for (const BoneObservation& look : looks) {
-    values.emplace_back(
-        Square(Length(look, scale) - length_m) /
-            (scale * look.variance_m2 + spread + kLeastVariance),
-        1.0);
+    values.push_back(Square(Length(look, scale) - length_m) /
+                     (scale * look.variance_m2 + spread + kLeastVariance));
   }
-  return WeightedQuantile(std::move(values), 0.75);
+  const auto at = static_cast<std::ptrdiff_t>(
+      std::ceil(0.75 * static_cast<double>(values.size())) - 1.0);
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<size_t>(at)];
 }
 
 // Of a bone that is much longer than the noise: length and spread in turn,

@@ -44,6 +44,21 @@ constexpr double kFirstKnot = -16.0;
 constexpr double kKnotsPerUnit = 8.0;
 constexpr int kKnots = 388;
 
+// In units of R h S(w_c), over u = w / w_c, at midpoints.
+struct WhitePowers {
+  double passed = 0.0;  // of the errors
+  double lag = 0.0;     // of the motion: (1 - H)^2 / u^4
+
+  WhitePowers() {
+    constexpr int kSteps = 48;
+    for (int i = 0; i < kSteps; ++i) {
+      const double u = (i + 0.5) * kEnd / kSteps;
+      passed += Passed(u) * kEnd / kSteps;
+      lag += u * u * u * u * Passed(u) * kEnd / kSteps;
+    }
+  }
+};
+
 // Integral over u of what is passed of the lasting errors' power. It has its
 // peak below 1 / time_s, which may lie far below the crossover, so over t with
 // w time_s = tan t, at midpoints.
@@ -66,10 +81,15 @@ struct Crossover {
 };
 
 Crossover FindCrossover(const Spectrum& spectrum, double process_noise,
-                        double variance_m2) {
+                        double variance_m2, double near = 0.0) {
   Crossover at;
+  int rounds = 8;
+  if (near > 0.0) {
+    at.divisor = near;
+    rounds = 2;
+  }
   // Each round moves the crossover by a quarter of the divisor's change.
-  for (int i = 0; i < 8; ++i) {
+  for (int i = 0; i < rounds; ++i) {
     at.frequency = std::sqrt(
         std::sqrt(process_noise / (variance_m2 * spectrum.h * at.divisor)));
     at.divisor = std::max(1.0, spectrum(at.frequency));
@@ -80,10 +100,11 @@ Crossover FindCrossover(const Spectrum& spectrum, double process_noise,
 }  // namespace
 
 double InformationDivisor(const ErrorCorrelation& correlation, double frame_s,
-                          double process_noise, double variance_m2) {
+                          double process_noise, double variance_m2,
+                          double near) {
   if (!(correlation.share > 0.0)) return 1.0;
   return FindCrossover(Spectrum(correlation, frame_s), process_noise,
-                       variance_m2)
+                       variance_m2, near)
       .divisor;
 }
 
@@ -92,19 +113,11 @@ double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
   if (!(correlation.share > 0.0)) return 1.0;
   const Spectrum spectrum(correlation, frame_s);
   const Crossover at = FindCrossover(spectrum, process_noise, variance_m2);
-  // In units of R h S(w_c), over u = w / w_c, at midpoints.
-  constexpr int kSteps = 48;
-  double passed_power = 0.0;
-  double lag_power = 0.0;
-  for (int i = 0; i < kSteps; ++i) {
-    const double u = (i + 0.5) * kEnd / kSteps;
-    passed_power += Passed(u) * kEnd / kSteps;
-    lag_power += u * u * u * u * Passed(u) * kEnd / kSteps;  // (1 - H)^2 / u^4
-  }
+  static const WhitePowers white;
   const double errors_power =
-      (1.0 - spectrum.share) * passed_power +
+      (1.0 - spectrum.share) * white.passed +
       spectrum.share * LastingPower(spectrum, at.frequency);
-  return (errors_power / at.divisor + lag_power) / (passed_power + lag_power);
+  return (errors_power / at.divisor + white.lag) / (white.passed + white.lag);
 }
 
 CovarianceFactorTable::CovarianceFactorTable(

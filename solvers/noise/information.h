@@ -24,9 +24,11 @@ namespace kinegraph {
 // Below the crossover w_c it follows its points, above it follows the motion
 // prior: what the errors do near w_c decides, so S0 = S(w_c), which makes w_c a
 // fixed point. The information of each observation is divided by S(w_c); the
-// divisor is held at 1 or more.
+// divisor is held at 1 or more. `near` is what was found for nearly the same
+// noise (0: nothing), from which fewer rounds are enough.
 double InformationDivisor(const ErrorCorrelation& correlation, double frame_s,
-                          double process_noise, double variance_m2);
+                          double process_noise, double variance_m2,
+                          double near = 0.0);
 
 // Factor on the covariances that the smoother then states, since the divisor
 // is right at the crossover only. The error of the smoothed position is what H

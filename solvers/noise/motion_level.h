@@ -43,16 +43,20 @@ class LevelChain {
   std::map<TimeNs, Matrix> known_;  // by dt
 };
 
+// How well each level explains a frame, the best one 1.
+LevelChain::Vector Likelihood(const Levels& evidence);
+
 // Beliefs from one frame to the next, and back: the forward-backward algorithm
 // (Rabiner 1989). Beliefs are normalised.
 LevelChain::Vector Believe(const LevelChain::Vector& predicted,
-                           const Levels& evidence);
+                           const LevelChain::Vector& likelihood);
 
-// Mean of ln level under the beliefs of each of `evidence`'s frames, given all
-// of them. `first` is what is believed of the first frame before its evidence.
+// Mean of ln level under the beliefs of each frame, given the likelihoods of
+// all of them, `seen`. `first` is what is believed of the first frame before it
+// is seen.
 std::vector<double> SmoothLevels(const LevelChain::Vector& first,
                                  const std::vector<TimeNs>& times,
-                                 const std::vector<Levels>& evidence,
+                                 const std::vector<LevelChain::Vector>& seen,
                                  LevelChain* chain);
 
 }  // namespace kinegraph

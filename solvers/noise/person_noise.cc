@@ -90,9 +90,9 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place,
                          Pixels pixels) {
   const bool learns = pixels == Pixels::kNew;
   Frame& frame = frames_.emplace_back();
-  std::vector<Levels>& evidence = frame_evidence_.emplace_back();
+  std::vector<LevelChain::Vector>& likelihoods = likelihoods_.emplace_back();
+  std::vector<Levels> evidence(static_cast<size_t>(groups_.size()));
   frame.time = problem.times[k];
-  evidence.resize(static_cast<size_t>(groups_.size()));
   frame.variance_m2.reserve(static_cast<size_t>(joint_count()));
   for (int j = 0; j < joint_count(); ++j) {
     const int joint_class = ClassOf(j);
@@ -114,6 +114,7 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place,
   for (int g = 0; g < groups_.size(); ++g) {
     Levels& of_class = evidence_[static_cast<int>(groups_.joint_class(g))];
     for (int i = 0; i < kLevelCount; ++i) of_class[i] += evidence[g][i];
+    likelihoods.push_back(Likelihood(evidence[g]));
   }
 }
 
@@ -173,15 +174,15 @@ LevelChain::Vector PersonNoise::Foresee(int group, TimeNs time) {
 
 void PersonNoise::DropFirstFrame() {
   const Frame& first = frames_.front();
-  const std::vector<Levels>& evidence = frame_evidence_.front();
+  const std::vector<LevelChain::Vector>& likelihoods = likelihoods_.front();
   std::vector<LevelChain::Vector> belief;
   for (int g = 0; g < groups_.size(); ++g) {
-    belief.push_back(Believe(Foresee(g, first.time), evidence[g]));
+    belief.push_back(Believe(Foresee(g, first.time), likelihoods[g]));
   }
   belief_ = std::move(belief);
   belief_time_ = first.time;
   frames_.erase(frames_.begin());
-  frame_evidence_.erase(frame_evidence_.begin());
+  likelihoods_.erase(likelihoods_.begin());
 }
 
 double PersonNoise::FrameSeconds(size_t k) const {
@@ -193,12 +194,12 @@ double PersonNoise::FrameSeconds(size_t k) const {
 // ln of the group's level over the usual power, in every kept frame.
 std::vector<double> PersonNoise::LevelsOf(int group) {
   std::vector<TimeNs> times;
-  std::vector<Levels> evidence;
+  std::vector<LevelChain::Vector> seen;
   for (size_t k = 0; k < frames_.size(); ++k) {
     times.push_back(frames_[k].time);
-    evidence.push_back(frame_evidence_[k][group]);
+    seen.push_back(likelihoods_[k][group]);
   }
-  return SmoothLevels(Foresee(group, times[0]), times, evidence,
+  return SmoothLevels(Foresee(group, times[0]), times, seen,
                       &chains_[static_cast<int>(groups_.joint_class(group))]);
 }
 
@@ -276,6 +277,7 @@ void PersonNoise::Adopt(const AppliedNoise& noise,
   for (size_t k = 0; k < frame_of.size(); ++k) {
     frames_.push_back(noise.frames[frame_of[k]]);
     frames_.back().time = times[k];
+    frames_.back().divisors.clear();  // what is found again is the same
   }
 }
 
@@ -332,20 +334,23 @@ void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
 }
 
 void PersonNoise::ApplyPixelNoise(size_t begin, size_t end,
-                                  PersonProblem* part) const {
+                                  PersonProblem* part) {
   if (options_.pixel_noise_from != NoiseFrom::kRecording) return;
-  for (int j = 0; j < joint_count(); ++j) {
-    JointChain& chain = part->joints[j];
-    const double scale = kLearntWidening * scale_[ClassOf(j)];
-    for (size_t k = begin; k < end; ++k) {
+  for (size_t k = begin; k < end; ++k) {
+    Frame& frame = frames_[k];
+    frame.divisors.resize(static_cast<size_t>(joint_count()), 0.0);
+    const double frame_s = FrameSeconds(k);
+    for (int j = 0; j < joint_count(); ++j) {
+      JointChain& chain = part->joints[j];
       const int32_t first = chain.first[k - begin];
       const int32_t stop = chain.first[k - begin + 1];
       if (first == stop) continue;
-      const double information =
-          kLearntWidening * kLearntWidening /
-          InformationDivisor(correlation_, FrameSeconds(k),
-                             frames_[k].process_noise[j],
-                             frames_[k].variance_m2[j]);
+      const double scale = kLearntWidening * scale_[ClassOf(j)];
+      double& divisor = frame.divisors[j];
+      divisor =
+          InformationDivisor(correlation_, frame_s, frame.process_noise[j],
+                             frame.variance_m2[j], divisor);
+      const double information = kLearntWidening * kLearntWidening / divisor;
       for (int32_t m = first; m < stop; ++m) {
         PixelMeasurement& measurement = chain.measurements[m];
         measurement.sigma_px =

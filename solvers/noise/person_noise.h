@@ -30,6 +30,8 @@ struct AppliedNoise {
     TimeNs time = 0;
     std::vector<double> variance_m2;  // by joint: of the located point, an axis
     std::vector<double> process_noise;  // by joint [m^2/s^3]
+    // By joint, as far as they were found (InformationDivisor).
+    std::vector<double> divisors;
   };
   std::vector<Frame> frames;
   LearntNoise learnt;
@@ -64,7 +66,7 @@ class PersonNoise {
   // Process noise alone, which comes first; then sigmas and information of the
   // kept frames begin .. end - 1, which are the first ones of `part`.
   void ApplyProcessNoise(PersonProblem* problem);
-  void ApplyPixelNoise(size_t begin, size_t end, PersonProblem* part) const;
+  void ApplyPixelNoise(size_t begin, size_t end, PersonProblem* part);
   // What was applied to a whole recording; nothing is left here.
   AppliedNoise ExtractApplied();
   // In place of learning: `noise` of the same person, whose frame frame_of[k]
@@ -78,7 +80,7 @@ class PersonNoise {
 
   // Nothing more is learnt or applied: gives back the memory that only that
   // needs.
-  void FreeEvidence() { frame_evidence_ = decltype(frame_evidence_)(); }
+  void FreeEvidence() { likelihoods_ = decltype(likelihoods_)(); }
 
   // On the covariance of that joint, in a frame that Apply has seen.
   double CovarianceFactorOf(int joint_idx, size_t k);
@@ -134,8 +136,9 @@ class PersonNoise {
   std::vector<double> last_variance_m2_;  // by joint
   bool taken_over_ = false;  // nothing is found anew when it is applied
   std::vector<Frame> frames_;
-  // Of the same frames, by group; where no joint of it was located all zero.
-  std::vector<std::vector<Levels>> frame_evidence_;
+  // Of the levels in the same frames, by group; where no joint of it was
+  // located all one.
+  std::vector<std::vector<LevelChain::Vector>> likelihoods_;
   std::array<Levels, kJointClassCount> evidence_{};  // of all frames ever
   std::array<bool, kJointClassCount> present_{};     // in the skeleton
   // By group, of the frame before the first kept one; empty: the stationary

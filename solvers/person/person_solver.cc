@@ -97,17 +97,19 @@ void PersonSolver::SolveBones(PersonProblem* problem) {
 
 void PersonSolver::Refine(PersonProblem* problem) {
   if (solver_ != GraphSolver::kCeres) return;
+  const SolveSchedule last = LastStage(schedule_);
+  // Chains and bones know nothing of the user's factors.
+  if (problem->user.empty() &&
+      bone_solver_.IsAtMinimum(*problem, last.stages.back(),
+                               last.step_tolerance_m)) {
+    SolveReport report;
+    report.converged = true;
+    Note(report, Result::kTakenOver);
+    return;
+  }
   // Ceres holds on to the states' addresses; a copy keeps the start.
   const PersonStates start = StatesOf(*problem);
-  const SolveSchedule last = LastStage(schedule_);
-  StepLength step_length;
-  // Chains and bones know nothing of the user's factors.
-  if (problem->user.empty()) {
-    step_length = [&](const std::vector<double>& gradient) {
-      return bone_solver_.StepLength(*problem, last.stages.back(), gradient);
-    };
-  }
-  SolveReport report = SolveWithCeres(last, problem, step_length);
+  SolveReport report = SolveWithCeres(last, problem);
   report.finite = report.finite && AllFinite(*problem);
   Note(report, Result::kTakenOver);
   if (report.finite) return;

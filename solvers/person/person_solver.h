@@ -39,8 +39,9 @@ class PersonSolver {
   void SolveBones(PersonProblem* problem);
 
   // Solver ceres: takes the whole problem, the user's factors included, to
-  // convergence under the last stage's loss. Where that finds nothing finite
-  // the block-tridiagonal solver's result stays.
+  // convergence under the last stage's loss, unless the gradient of the factors
+  // that Ceres would get asks for no step. Where that finds nothing finite the
+  // block-tridiagonal solver's result stays.
   void Refine(PersonProblem* problem);
 
   // Covariances of the frames before `frame_end` of all joints of a coupled

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -88,6 +89,20 @@ TEST_F(KnownFramesTest, TheSameMatchesAreNotSolvedAgain) {
   }
 }
 
+// The tracker remembers views in the order in which it matched them first.
+TEST_F(KnownFramesTest, TheOrderOfTheViewsDoesNotMatter) {
+  std::vector<EstimatorFrame> turned = recording_.frames;
+  for (EstimatorFrame& frame : turned) {
+    std::reverse(frame.views.begin(), frame.views.end());
+  }
+  const Run alone = Pass(recording_.frames, nullptr);
+  const Run second = SecondPass(turned);
+  EXPECT_EQ(second.counts.solves, 0);
+  for (size_t k = 0; k < kFrames; ++k) {
+    EXPECT_EQ(Apart(alone.finals, second.finals, k), 0.0) << k;
+  }
+}
+
 TEST_F(KnownFramesTest, WhatIsNearAChangedMatchIsSolvedAnew) {
   std::vector<EstimatorFrame> changed = recording_.frames;
   changed[200].views.pop_back();
@@ -105,9 +120,9 @@ TEST_F(KnownFramesTest, WhatIsNearAChangedMatchIsSolvedAnew) {
             1e-4);
 }
 
-TEST_F(KnownFramesTest, WhoseFramesChangedALotIsSolvedAsIfNew) {
+TEST_F(KnownFramesTest, WhoseFramesChangedIsSolvedAsIfNew) {
   std::vector<EstimatorFrame> changed = recording_.frames;
-  for (size_t k = 0; k < kFrames; k += 8) changed[k].views.pop_back();
+  for (size_t k = 0; k < kFrames; k += 200) changed[k].views.pop_back();
   const Run alone = Pass(changed, nullptr);
   const Run second = SecondPass(changed);
   EXPECT_EQ(second.counts.sweep_iterations, alone.counts.sweep_iterations);
@@ -116,21 +131,20 @@ TEST_F(KnownFramesTest, WhoseFramesChangedALotIsSolvedAsIfNew) {
   }
 }
 
-TEST_F(KnownFramesTest, FramesBeyondTheEndsAreSolvedWithTheirNeighbours) {
+TEST_F(KnownFramesTest, AFrameBeyondTheEndIsSolvedWithItsNeighbours) {
   const auto notes = std::make_shared<RecordingNotes>(options_);
   notes->ExpectAnotherPass();
-  const std::vector<EstimatorFrame> inner(recording_.frames.begin() + 3,
-                                          recording_.frames.end() - 3);
+  const std::vector<EstimatorFrame> inner(recording_.frames.begin(),
+                                          recording_.frames.end() - 1);
   Pass(inner, notes);
   notes->BeginPass();
   const Run second = Pass(recording_.frames, notes);
   const Run alone = Pass(recording_.frames, nullptr);
   ASSERT_EQ(second.finals.size(), kFrames);
   EXPECT_LT(second.counts.sweep_iterations, alone.counts.sweep_iterations);
-  // Six of 400 frames more: a small part of what noise was learnt from, whose
-  // own error is larger.
+  // Five matches more, each of which moves a joint by less than 1e-4 (above).
   for (size_t k = 0; k < kFrames; ++k) {
-    EXPECT_LT(Apart(alone.finals, second.finals, k), 2e-3) << k;
+    EXPECT_LT(Apart(alone.finals, second.finals, k), 5e-4) << k;
   }
 }
 

@@ -112,33 +112,30 @@ TEST_F(BoneTest, FindsTheMinimumThatCeresFinds) {
   }
 }
 
-// What decides whether Ceres needs a step: with the gradient of the states
-// themselves the length is that of the step the solver would take.
-TEST_F(BoneTest, StepLengthIsZeroAtTheMinimumAlone) {
+// What decides whether Ceres needs a step.
+TEST_F(BoneTest, TheStepThatIsLeftIsZeroAtTheMinimumAlone) {
   Make(4, 30, SimulatedNoise());
   const SolveSchedule schedule = Exact(LossKind::kNone);
   const SolveStage& last = schedule.stages.back();
   BoneSolver solver;
-  const auto length_by_ceres = [&](PersonProblem problem) {
-    double length_m = -1.0;
-    SolveSchedule once = schedule;
-    once.stages.assign(1, last);
-    once.stages[0].max_iterations = 1;
-    SolveWithCeres(once, &problem, [&](const std::vector<double>& gradient) {
-      length_m = solver.StepLength(problem, last, gradient);
-      return 0.0;
-    });
-    return length_m;
-  };
   ASSERT_TRUE(solver.Solve(schedule, &problem_).converged);
   // Its own tolerance is 1e-11 m; rounding of a gradient is a part in 1e16 of
   // terms of 1e5 / m, under a curvature of 1e3 / m^2 and more.
-  EXPECT_LT(length_by_ceres(problem_), 1e-10);
+  EXPECT_LT(solver.SizeOfStep(problem_, last).length_m, 1e-10);
+  EXPECT_TRUE(solver.IsAtMinimum(problem_, last, 3e-5));
   // One position is moved: the step that is asked for leads back, but for the
   // hundredth at which conjugate gradients stop and what is not linear in it.
   PersonProblem moved = problem_;
   moved.joints[1].states[15].x() += 1e-3;
-  EXPECT_NEAR(length_by_ceres(moved), 1e-3, 2e-4);
+  const BoneSolver::StepSize step = solver.SizeOfStep(moved, last);
+  EXPECT_NEAR(step.length_m, 1e-3, 2e-4);
+  EXPECT_FALSE(solver.IsAtMinimum(moved, last, 3e-5));
+  // Its square is twice the cost that the step takes away: at the minimum the
+  // cost is quadratic.
+  SolveSchedule alone = schedule;
+  alone.stages.assign(1, last);
+  const double decrease = SolveWithCeres(alone, &moved).cost_decrease;
+  EXPECT_NEAR(0.5 * step.decrement * step.decrement, decrease, 0.05 * decrease);
 }
 
 TEST_F(BoneTest, CovariancesAreBlocksOfTheDenseInverse) {

@@ -10,52 +10,107 @@
 namespace kinegraph {
 namespace {
 
+// Of rows [J r].
+template <int kColumns, int kDropped>
+SquareRootPrior<kColumns - kDropped> Marginalise(const Eigen::MatrixXd& rows) {
+  RowTriangle<kColumns> triangle;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    typename RowTriangle<kColumns>::Row row;
+    for (int column = 0; column <= kColumns; ++column) {
+      row[column] = rows(i, column);
+    }
+    triangle.Add(row);
+  }
+  return triangle.template Drop<kDropped>();
+}
+
 TEST(Marginalise, HandWorkedPair) {
   // x ~ 3 +- 1, y - x ~ 4 +- 1 at x = y = 0: y ~ 7 with variance 2.
-  Eigen::MatrixXd jacobian(2, 2);
-  jacobian << 1.0, 0.0, -1.0, 1.0;
-  const Eigen::Vector2d residual(-3.0, -4.0);
-  const SquareRootPrior prior = Marginalise(jacobian, residual, 1);
-  ASSERT_EQ(prior.A.size(), 1);
+  Eigen::MatrixXd rows(2, 3);
+  rows << 1.0, 0.0, -3.0, -1.0, 1.0, -4.0;
+  const auto prior = Marginalise<2, 1>(rows);
   EXPECT_NEAR(prior.A(0, 0) * prior.A(0, 0), 0.5, 1e-14);
   EXPECT_NEAR(-prior.b(0) / prior.A(0, 0), 7.0, 1e-14);
 }
 
+template <int kDropped, int kKept>
+void ExpectMinimumAndCovariance(Random* random) {
+  constexpr int kColumns = kDropped + kKept;
+  const int count = kColumns + static_cast<int>(random->Index(10));
+  Eigen::MatrixXd rows(count, kColumns + 1);
+  for (Eigen::Index i = 0; i < rows.size(); ++i) {
+    rows.data()[i] = random->Normal();
+  }
+  const Eigen::MatrixXd jacobian = rows.leftCols(kColumns);
+  const Eigen::VectorXd minimum =
+      -jacobian.colPivHouseholderQr().solve(rows.col(kColumns));
+  const Eigen::MatrixXd covariance =
+      (jacobian.transpose() * jacobian).inverse();
+  const auto prior = Marginalise<kColumns, kDropped>(rows);
+  const Eigen::VectorXd own = -prior.A.lu().solve(prior.b);
+  const Eigen::MatrixXd own_covariance =
+      (prior.A.transpose() * prior.A).inverse();
+  // Condition numbers of small Gaussian matrices reach 1e3, squared in the
+  // covariance: 1e-16 * 1e6, with room.
+  EXPECT_LT((own - minimum.tail(kKept)).norm(), 1e-8 * (1.0 + own.norm()));
+  EXPECT_LT(
+      (own_covariance - covariance.bottomRightCorner(kKept, kKept)).norm(),
+      1e-8 * own_covariance.norm());
+}
+
 TEST(Marginalise, KeepsMinimumAndCovarianceOfRandomSystems) {
   Random random(23);
-  for (int trial = 0; trial < 20; ++trial) {
-    const int dropped = 1 + static_cast<int>(random.Index(6));
-    const int kept = 1 + static_cast<int>(random.Index(6));
-    const int rows = dropped + kept + static_cast<int>(random.Index(10));
-    Eigen::MatrixXd jacobian(rows, dropped + kept);
-    Eigen::VectorXd residual(rows);
-    for (Eigen::Index i = 0; i < jacobian.size(); ++i) {
-      jacobian.data()[i] = random.Normal();
-    }
-    for (int i = 0; i < rows; ++i) residual(i) = random.Normal();
-    const Eigen::VectorXd minimum =
-        -jacobian.colPivHouseholderQr().solve(residual);
-    const Eigen::MatrixXd covariance =
-        (jacobian.transpose() * jacobian).inverse();
-    const SquareRootPrior prior = Marginalise(jacobian, residual, dropped);
-    const Eigen::VectorXd own = -prior.A.lu().solve(prior.b);
-    const Eigen::MatrixXd own_covariance =
-        (prior.A.transpose() * prior.A).inverse();
-    // Condition numbers of small Gaussian matrices reach 1e3, squared in the
-    // covariance: 1e-16 * 1e6, with room.
-    EXPECT_LT((own - minimum.tail(kept)).norm(), 1e-8 * (1.0 + own.norm()));
-    EXPECT_LT(
-        (own_covariance - covariance.bottomRightCorner(kept, kept)).norm(),
-        1e-8 * own_covariance.norm());
+  for (int trial = 0; trial < 5; ++trial) {
+    ExpectMinimumAndCovariance<1, 1>(&random);
+    ExpectMinimumAndCovariance<1, 5>(&random);
+    ExpectMinimumAndCovariance<4, 2>(&random);
+    ExpectMinimumAndCovariance<6, 6>(&random);
   }
+}
+
+TEST(Marginalise, RowsThatEndEarlierMayBeCutThere) {
+  Random random(29);
+  RowTriangle<4> whole;
+  RowTriangle<4> cut;
+  for (int i = 0; i < 9; ++i) {
+    RowTriangle<4>::Row row{};
+    const int end = i < 5 ? 2 : 4;
+    for (int column = 0; column < end; ++column) row[column] = random.Normal();
+    row.back() = random.Normal();
+    whole.Add(row);
+    cut.Add(row, end);
+  }
+  const auto a = whole.Drop<2>();
+  const auto b = cut.Drop<2>();
+  // Rows have signs of their own. Numbers of size one to a unit of rounding a
+  // row and column.
+  EXPECT_LT((a.A.transpose() * a.A - b.A.transpose() * b.A).norm(), 1e-13);
+  EXPECT_LT((a.A.transpose() * a.b - b.A.transpose() * b.b).norm(), 1e-13);
+}
+
+TEST(Marginalise, MoreRowsThanAreKeptAtOnce) {
+  Random random(31);
+  RowTriangle<3> triangle;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < 200; ++i) {
+    Eigen::Vector3d row(random.Normal(), random.Normal(), random.Normal());
+    information += row * row.transpose();
+    triangle.Add({row[0], row[1], row[2], 0.0});
+  }
+  const auto prior = triangle.Drop<1>();
+  const Eigen::Matrix2d kept = information.bottomRightCorner<2, 2>() -
+                               information.bottomLeftCorner<2, 1>() *
+                                   information.topRightCorner<1, 2>() /
+                                   information(0, 0);
+  // Sums of 200 squares.
+  EXPECT_LT((prior.A.transpose() * prior.A - kept).norm(), 1e-11);
 }
 
 TEST(Marginalise, WhatIsUnknownStaysUnknown) {
   // Only the dropped variable is measured: nothing is said of the kept one.
-  Eigen::MatrixXd jacobian(2, 2);
-  jacobian << 1.0, 0.0, 0.0, 0.0;
-  const SquareRootPrior prior =
-      Marginalise(jacobian, Eigen::Vector2d(1.0, 0.0), 1);
+  Eigen::MatrixXd rows(2, 3);
+  rows << 1.0, 0.0, 1.0, 0.0, 0.0, 0.0;
+  const auto prior = Marginalise<2, 1>(rows);
   EXPECT_EQ(prior.A(0, 0), 0.0);
   EXPECT_EQ(prior.b(0), 0.0);
 }

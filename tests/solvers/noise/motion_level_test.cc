@@ -82,8 +82,10 @@ TEST(MotionLevelTest, ABurstIsFoundWhereItIs) {
         rate_hz, 8.0, [](double t) { return t > 4.0 && t < 4.5 ? 300.0 : 0.1; },
         8, &times);
     LevelChain chain(RecordingLevel(Sum(evidence)));
+    std::vector<LevelChain::Vector> seen;
+    for (const Levels& frame : evidence) seen.push_back(Likelihood(frame));
     const std::vector<double> levels =
-        SmoothLevels(chain.stationary(), times, evidence, &chain);
+        SmoothLevels(chain.stationary(), times, seen, &chain);
     // Three thousand times stronger. Before, by half a second, the level is
     // that of rest, half way at most. Afterwards it may stay loose: the stiff
     // filters lost the joint in the burst and are slow to find it again
