@@ -82,17 +82,17 @@ struct Crossover {
 
 Crossover FindCrossover(const Spectrum& spectrum, double process_noise,
                         double variance_m2, double near = 0.0) {
+  constexpr int kMostRounds = 8;
+  constexpr double kSettled = 1e-5;
   Crossover at;
-  int rounds = 8;
-  if (near > 0.0) {
-    at.divisor = near;
-    rounds = 2;
-  }
+  if (near > 0.0) at.divisor = near;
   // Each round moves the crossover by a quarter of the divisor's change.
-  for (int i = 0; i < rounds; ++i) {
+  for (int i = 0; i < kMostRounds; ++i) {
+    const double before = at.divisor;
     at.frequency = std::sqrt(
         std::sqrt(process_noise / (variance_m2 * spectrum.h * at.divisor)));
     at.divisor = std::max(1.0, spectrum(at.frequency));
+    if (std::abs(at.divisor - before) < kSettled * before) break;
   }
   return at;
 }
