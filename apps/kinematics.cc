@@ -185,7 +185,7 @@ void RunKinematics() {
   const TrackSequence tracks = ReadInput();
   const PersonNames names = ReadPersonNames(FLAGS_tracks);
   const KinematicsTable table = MeasureKinematics(tracks, options);
-  if (table.rows.empty()) throw InputError(FLAGS_tracks + ": nobody is in it");
+  if (table.rows.empty()) throw InputError(FLAGS_tracks + ": has no people");
   if (table.angles.empty()) {
     throw InputError(FLAGS_tracks + ": the skeleton " +
                      Printable(tracks.header.skeleton.name()) +

@@ -65,7 +65,7 @@ std::string CheckPersons(const IdentityEdit& edit,
     if (edit.op == EditOp::kCut && i == 1) {
       if (known) {
         return NameOf(edit.persons[1]) +
-               " is somebody already, expected a new identity";
+               " exists already, expected a new identity";
       }
       if (edit.persons[1].value() < 0) return "a person below 0";
     } else if (!known) {

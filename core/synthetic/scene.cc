@@ -118,7 +118,7 @@ void CheckPeopleOffCameras(const Scene& scene) {
           }
           throw OptionError(
               "clips", scene.people[i]->Facts().clip +
-                           ": somebody comes nearer than half a metre to "
+                           ": a person comes nearer than half a metre to "
                            "camera '" +
                            camera.name() + "' at " +
                            std::to_string(ToSeconds(scene.times[f])) +

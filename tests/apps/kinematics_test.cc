@@ -186,7 +186,7 @@ TEST(Kinematics, BadInputIsOneLineAndExitTwo) {
       {in + out + " --skeleton=octopus", "--skeleton"},
       {"--tracks=nowhere.jsonl" + out, "nowhere.jsonl"},
       {"--tracks=" + hand + out, "none of the joints"},
-      {"--tracks=" + nobody + " --skeleton=coco17" + out, "nobody is in it"}};
+      {"--tracks=" + nobody + " --skeleton=coco17" + out, "has no people"}};
   for (const auto& [arguments, expected] : cases) {
     const ProgramOutcome outcome = RunProgram("kinematics", arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments << outcome.errors;

@@ -613,7 +613,7 @@ TrackId OnlyPerson(const TrackSequence& tracks) {
       only = person.id;
     }
   }
-  if (!only) throw InputError("nobody is in it");
+  if (!only) throw InputError("has no people");
   return *only;
 }
 
@@ -649,7 +649,7 @@ Alignment AlignRecordings(const TrackSequence& truth,
     }
     people = {*request.person};
   }
-  if (people.empty()) throw InputError("nobody is in the tracks");
+  if (people.empty()) throw InputError("the tracks have no people");
   std::optional<Alignment> best;
   double least_m = std::numeric_limits<double>::infinity();
   std::optional<InputError> first_error;
