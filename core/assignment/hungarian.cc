@@ -1,10 +1,51 @@
 #include "core/assignment/hungarian.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 namespace kinegraph {
+namespace {
+
+// Rows and columns by the part that pairs of positive gain connect them to.
+struct AssignmentPart {
+  std::vector<int> rows;
+  std::vector<int> cols;
+};
+
+// A part is known by one of its rows and columns; columns count behind rows.
+int RootOf(int node, std::vector<int>* parent) {
+  while ((*parent)[node] != node) {
+    (*parent)[node] = (*parent)[(*parent)[node]];
+    node = (*parent)[node];
+  }
+  return node;
+}
+
+std::vector<AssignmentPart> PartsOf(Span<double> gain, int rows, int cols) {
+  std::vector<int> parent(rows + cols);
+  std::iota(parent.begin(), parent.end(), 0);
+  for (int r = 0; r < rows; ++r) {
+    for (int c = 0; c < cols; ++c) {
+      if (!(gain[r * cols + c] > 0.0)) continue;
+      parent[RootOf(rows + c, &parent)] = RootOf(r, &parent);
+    }
+  }
+  std::vector<AssignmentPart> parts(rows + cols);
+  for (int node = 0; node < rows + cols; ++node) {
+    AssignmentPart& part = parts[RootOf(node, &parent)];
+    if (node < rows) {
+      part.rows.push_back(node);
+    } else {
+      part.cols.push_back(node - rows);
+    }
+  }
+  return parts;
+}
+
+}  // namespace
 
 void HungarianSolver::Minimise(Span<double> cost, int rows, int cols,
                                std::vector<int>* col_of_row) {
@@ -45,6 +86,30 @@ void HungarianSolver::Maximise(Span<double> gain, int rows, int cols,
   std::vector<double> cost(gain.size());
   for (size_t i = 0; i < gain.size(); ++i) cost[i] = -gain[i];
   Minimise(cost, rows, cols, col_of_row);
+}
+
+void HungarianSolver::MaximisePositive(Span<double> gain, int rows, int cols,
+                                       std::vector<int>* col_of_row) {
+  col_of_row->assign(rows, -1);
+  std::vector<double> cost;
+  std::vector<int> chosen;
+  for (const AssignmentPart& part : PartsOf(gain, rows, cols)) {
+    if (part.rows.empty() || part.cols.empty()) continue;
+    cost.clear();
+    for (const int r : part.rows) {
+      for (const int c : part.cols) {
+        cost.push_back(-std::max(0.0, gain[r * cols + c]));
+      }
+    }
+    Minimise(cost, static_cast<int>(part.rows.size()),
+             static_cast<int>(part.cols.size()), &chosen);
+    for (size_t i = 0; i < chosen.size(); ++i) {
+      if (chosen[i] < 0) continue;
+      const int r = part.rows[i];
+      const int c = part.cols[static_cast<size_t>(chosen[i])];
+      if (gain[r * cols + c] > 0.0) (*col_of_row)[r] = c;
+    }
+  }
 }
 
 // Adds the rows one by one; each is assigned along the shortest augmenting

@@ -29,13 +29,12 @@ constexpr double kFar = std::numeric_limits<double>::max();
 }  // namespace
 
 // Mean over the joints that both have [px].
-double ViewTracklets::Distance(const std::vector<Keypoint>& a,
-                               const std::vector<Keypoint>& b) const {
+double ViewTracklets::Distance(const Tracklet& a, const Tracklet& b) const {
   double sum_px = 0.0;
   int common = 0;
   for (const int j : joints_) {
-    if (!a[j].found || !b[j].found) continue;
-    sum_px += (a[j].px - b[j].px).norm();
+    if (!a.joints[j].found || !b.joints[j].found) continue;
+    sum_px += (a.joints[j].px - b.joints[j].px).norm();
     ++common;
   }
   if (common == 0 || common < ScaledJoints(kMinCommon, joints_.size())) {
@@ -44,28 +43,44 @@ double ViewTracklets::Distance(const std::vector<Keypoint>& a,
   return sum_px / common;
 }
 
-double ViewTracklets::Gate(const Observation& observation,
-                           const Tracklet& tracklet) const {
-  const double size_px = std::max(DiagonalPx(BoxAround(observation.joints)),
-                                  DiagonalPx(BoxAround(tracklet.joints)));
-  return size_px * (kNoise + kPerSecond * ToSeconds(now_ - tracklet.time));
+std::vector<ViewTracklets::Candidate> ViewTracklets::Candidates() const {
+  std::vector<Candidate> candidates;
+  std::vector<double> size_px;
+  std::vector<double> share;
+  for (const Tracklet& tracklet : tracklets_) {
+    size_px.push_back(DiagonalPx(tracklet.box));
+    share.push_back(kNoise + kPerSecond * ToSeconds(now_ - tracklet.time));
+  }
+  for (size_t k = 0; k < seen_.size(); ++k) {
+    const double own_px = DiagonalPx(seen_[k].box);
+    for (size_t s = 0; s < tracklets_.size(); ++s) {
+      const double gate_px = std::max(own_px, size_px[s]) * share[s];
+      if (GapPx(seen_[k].box, tracklets_[s].box) > gate_px) continue;
+      const double distance_px = Distance(seen_[k], tracklets_[s]);
+      if (distance_px <= gate_px) candidates.push_back({k, s, distance_px});
+    }
+  }
+  return candidates;
 }
 
-int ViewTracklets::Unambiguous(size_t observation_idx,
-                               const std::vector<double>& distances) const {
-  const size_t tracklets = tracklets_.size();
-  const double* of = distances.data() + observation_idx * tracklets;
-  const auto best =
-      static_cast<size_t>(std::min_element(of, of + tracklets) - of);
-  if (best == tracklets || of[best] == kFar) return -1;
-  for (size_t s = 0; s < tracklets; ++s) {
-    if (s != best && of[best] > kMaxRatio * of[s]) return -1;
+bool ViewTracklets::IsAmbiguous(const Candidate& candidate) const {
+  const auto is_near = [&](const Tracklet& a, const Tracklet& b) {
+    return !(kMaxRatio * GapPx(a.box, b.box) > candidate.distance_px) &&
+           candidate.distance_px > kMaxRatio * Distance(a, b);
+  };
+  for (size_t s = 0; s < tracklets_.size(); ++s) {
+    if (s != candidate.tracklet &&
+        is_near(seen_[candidate.observation], tracklets_[s])) {
+      return true;
+    }
   }
-  for (size_t k = 0; k * tracklets < distances.size(); ++k) {
-    if (k == observation_idx) continue;
-    if (of[best] > kMaxRatio * distances[k * tracklets + best]) return -1;
+  for (size_t k = 0; k < seen_.size(); ++k) {
+    if (k != candidate.observation &&
+        is_near(seen_[k], tracklets_[candidate.tracklet])) {
+      return true;
+    }
   }
-  return static_cast<int>(best);
+  return false;
 }
 
 void ViewTracklets::Follow(Span<Observation> observations, TimeNs time) {
@@ -76,41 +91,43 @@ void ViewTracklets::Follow(Span<Observation> observations, TimeNs time) {
                                            FromSeconds(kMissed);
                                   }),
                    tracklets_.end());
-  const size_t known = tracklets_.size();
-  std::vector<double> distances(observations.size() * known, kFar);
-  for (size_t k = 0; k < observations.size(); ++k) {
-    for (size_t s = 0; s < known; ++s) {
-      distances[k * known + s] =
-          Distance(observations[k].joints, tracklets_[s].joints);
-    }
-  }
-  std::vector<Tracklet> going_on;
-  std::vector<char> ended(known, 0);
+  seen_.clear();
   tracklet_of_.clear();
-  for (size_t k = 0; k < observations.size(); ++k) {
-    tracklet_of_.push_back(going_on.size());
-    Tracklet tracklet;
-    const int from = Unambiguous(k, distances);
-    if (from >= 0 &&
-        distances[k * known + static_cast<size_t>(from)] <=
-            Gate(observations[k], tracklets_[static_cast<size_t>(from)])) {
-      tracklet = tracklets_[static_cast<size_t>(from)];
-      ended[static_cast<size_t>(from)] = 1;
-    } else {
-      for (size_t s = 0; s < known; ++s) {
-        if (distances[k * known + s] <= Gate(observations[k], tracklets_[s])) {
-          ended[s] = 1;
-        }
-      }
-    }
+  for (const Observation& observation : observations) {
+    tracklet_of_.push_back(seen_.size());
+    Tracklet& tracklet = seen_.emplace_back();
     tracklet.time = time;
-    tracklet.joints = observations[k].joints;
-    going_on.push_back(std::move(tracklet));
+    tracklet.joints = observation.joints;
+    tracklet.box = BoxAround(observation.joints);
   }
-  for (size_t s = 0; s < known; ++s) {
-    if (!ended[s]) going_on.push_back(std::move(tracklets_[s]));
+  // A tracklet ends where somebody who is near may go on with it, whoever does.
+  std::vector<char> ended(tracklets_.size(), 0);
+  const std::vector<Candidate> candidates = Candidates();
+  std::vector<const Candidate*> best(seen_.size(), nullptr);
+  for (const Candidate& candidate : candidates) {
+    const Candidate*& own = best[candidate.observation];
+    if (own == nullptr || candidate.distance_px < own->distance_px) {
+      own = &candidate;
+    }
   }
-  tracklets_ = std::move(going_on);
+  for (const Candidate*& own : best) {
+    if (own != nullptr && IsAmbiguous(*own)) own = nullptr;
+  }
+  for (const Candidate& candidate : candidates) {
+    const Candidate* own = best[candidate.observation];
+    if (own == nullptr || own == &candidate) ended[candidate.tracklet] = 1;
+  }
+  for (size_t k = 0; k < seen_.size(); ++k) {
+    if (best[k] == nullptr) continue;
+    const Tracklet& from = tracklets_[best[k]->tracklet];
+    seen_[k].owner = from.owner;
+    seen_[k].since = from.since;
+    seen_[k].until = from.until;
+  }
+  for (size_t s = 0; s < tracklets_.size(); ++s) {
+    if (!ended[s]) seen_.push_back(std::move(tracklets_[s]));
+  }
+  std::swap(tracklets_, seen_);
 }
 
 std::optional<TrackId> ViewTracklets::OwnerOf(size_t observation_idx) const {

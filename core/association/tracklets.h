@@ -3,6 +3,7 @@
 #ifndef KINEGRAPH_CORE_ASSOCIATION_TRACKLETS_H_
 #define KINEGRAPH_CORE_ASSOCIATION_TRACKLETS_H_
 
+#include <Eigen/Geometry>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -45,23 +46,29 @@ class ViewTracklets {
   struct Tracklet {
     TimeNs time = 0;  // of the newest detection
     std::vector<Keypoint> joints;
+    Eigen::AlignedBox2d box;
     // Who had it last, since when, and until when.
     TrackId owner;
     TimeNs since = 0;
     TimeNs until = 0;
   };
 
-  double Distance(const std::vector<Keypoint>& a,
-                  const std::vector<Keypoint>& b) const;
-  // How far a detection may be from the tracklet that it continues [px].
-  double Gate(const Observation& observation, const Tracklet& tracklet) const;
-  // The tracklet that a detection continues without ambiguity; -1: none.
-  int Unambiguous(size_t observation_idx,
-                  const std::vector<double>& distances) const;
+  double Distance(const Tracklet& a, const Tracklet& b) const;
+  // A detection and a tracklet that it may continue.
+  struct Candidate {
+    size_t observation = 0;
+    size_t tracklet = 0;
+    double distance_px = 0.0;
+  };
+  std::vector<Candidate> Candidates() const;
+  // Whether any other detection or tracklet is less than twice as far.
+  bool IsAmbiguous(const Candidate& candidate) const;
 
   std::vector<int> joints_;
   TimeNs now_ = 0;
   std::vector<Tracklet> tracklets_;
+  // The detections of the frame, without owners yet.
+  std::vector<Tracklet> seen_;
   std::vector<size_t> tracklet_of_;  // [observation]
 };
 

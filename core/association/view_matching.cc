@@ -22,12 +22,8 @@ void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
           may ? std::max(0.0, measure_->Of(observations[col])) : 0.0;
     }
   }
-  solver_.Maximise(affinities_, static_cast<int>(targets.size()),
-                   static_cast<int>(cols), match);
-  for (size_t row = 0; row < targets.size(); ++row) {
-    int& col = (*match)[row];
-    if (col >= 0 && !(affinities_[row * cols + col] > 0.0)) col = -1;
-  }
+  solver_.MaximisePositive(affinities_, static_cast<int>(targets.size()),
+                           static_cast<int>(cols), match);
 }
 
 }  // namespace kinegraph

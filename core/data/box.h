@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <vector>
 
 #include "core/data/detection.h"
@@ -23,6 +24,14 @@ inline Eigen::AlignedBox2d BoxAround(const std::vector<Keypoint>& joints) {
 // one.
 inline double DiagonalPx(const Eigen::AlignedBox2d& box) {
   return box.isEmpty() ? 0.0 : box.diagonal().norm();
+}
+
+// How far any joint of the one is from any of the other, at least [px]. An
+// empty box is infinitely far away.
+inline double GapPx(const Eigen::AlignedBox2d& a,
+                    const Eigen::AlignedBox2d& b) {
+  return std::max({a.min().x() - b.max().x(), b.min().x() - a.max().x(),
+                   a.min().y() - b.max().y(), b.min().y() - a.max().y(), 0.0});
 }
 
 }  // namespace kinegraph

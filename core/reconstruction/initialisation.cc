@@ -20,12 +20,18 @@ class AffinitySumRule final : public GroupingRule {
 
   double Gain(const ObservationGroup& group,
               const Observation& detection) const override {
+    if (detection.found_count < min_common_) return 0.0;
     double total = 0.0;
     int views = 0;
     for (const Observation* member : group) {
+      if (member->found_count < min_common_) continue;
       double sum = 0.0;
       int common = 0;
+      auto left = static_cast<double>(joints_.size());
       for (const int j : joints_) {
+        // One that is far off is so by its first joints.
+        if (group.size() == 1 && sum + left < 0.0) return 0.0;
+        left -= 1.0;
         if (!member->joints[j].found || !detection.joints[j].found) continue;
         ++common;
         sum += 1.0 - epipolar_->Distance(member->view_idx, member->ideal_px[j],
@@ -41,9 +47,13 @@ class AffinitySumRule final : public GroupingRule {
     return views == 0 ? 0.0 : std::max(0.0, total / views);
   }
 
-  bool Accept(const ObservationGroup&, const Observation&,
-              double gain) const override {
-    return gain > 0.0;
+  void Assign(Span<double> gains, int groups, int detections,
+              HungarianSolver* solver,
+              std::vector<int>* detection_of_group) const override {
+    solver->MaximisePositive(gains, groups, detections, detection_of_group);
+  }
+  bool Accept(const ObservationGroup&, const Observation&) const override {
+    return true;
   }
 
  private:
@@ -72,8 +82,13 @@ class WeightedDistanceRule final : public GroupingRule {
     return -total / static_cast<double>(group.size());
   }
 
-  bool Accept(const ObservationGroup& group, const Observation& detection,
-              double) const override {
+  void Assign(Span<double> gains, int groups, int detections,
+              HungarianSolver* solver,
+              std::vector<int>* detection_of_group) const override {
+    solver->Maximise(gains, groups, detections, detection_of_group);
+  }
+  bool Accept(const ObservationGroup& group,
+              const Observation& detection) const override {
     if (!(detection.mean_confidence > veto_confidence_)) return true;
     return std::none_of(group.begin(), group.end(), [&](const auto* member) {
       return Cost(*member, detection) > 1.0;
@@ -150,16 +165,14 @@ void Initialiser::AssignView(const ObservationGroup& detections) {
     }
   }
   const size_t group_count = groups_.size();
-  solver_.Maximise(gains_, static_cast<int>(group_count),
-                   static_cast<int>(cols), &detection_of_group_);
+  rule_->Assign(gains_, static_cast<int>(group_count), static_cast<int>(cols),
+                &solver_, &detection_of_group_);
   std::vector<char> joined(cols, 0);
   for (size_t g = 0; g < group_count; ++g) {
     const int d = detection_of_group_[g];
     if (d < 0) continue;
     // There is no second choice: a refused pair stays unjoined.
-    if (!rule_->Accept(groups_[g], *detections[d], gains_[g * cols + d])) {
-      continue;
-    }
+    if (!rule_->Accept(groups_[g], *detections[d])) continue;
     groups_[g].push_back(detections[d]);
     joined[d] = 1;
   }

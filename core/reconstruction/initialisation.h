@@ -21,12 +21,15 @@ using ObservationGroup = std::vector<const Observation*>;
 class GroupingRule {
  public:
   virtual ~GroupingRule() = default;
-  // Gain of the pair; the assignment takes the largest total.
   virtual double Gain(const ObservationGroup& group,
                       const Observation& detection) const = 0;
+  // The largest total of the gains, groups x detections; -1: none.
+  virtual void Assign(Span<double> gains, int groups, int detections,
+                      HungarianSolver* solver,
+                      std::vector<int>* detection_of_group) const = 0;
   // Whether a pair that the assignment chose may be joined.
   virtual bool Accept(const ObservationGroup& group,
-                      const Observation& detection, double gain) const = 0;
+                      const Observation& detection) const = 0;
 };
 
 // `epipolar` must outlive the rule. `joints` are the association joints.

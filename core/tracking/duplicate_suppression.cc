@@ -16,9 +16,15 @@ bool IsBetter(const Observation& a, const Observation& b) {
 }  // namespace
 
 bool IsOnePerson(const Observation& a, const Observation& b) {
+  return IsOnePerson(a, BoxAround(a.joints), b, BoxAround(b.joints));
+}
+
+bool IsOnePerson(const Observation& a, const Eigen::AlignedBox2d& box_a,
+                 const Observation& b, const Eigen::AlignedBox2d& box_b) {
   constexpr double kApart = 0.05;
-  const double most_px = kApart * std::max(DiagonalPx(BoxAround(a.joints)),
-                                           DiagonalPx(BoxAround(b.joints)));
+  const double most_px =
+      kApart * std::max(DiagonalPx(box_a), DiagonalPx(box_b));
+  if (GapPx(box_a, box_b) > most_px) return false;
   double sum_px = 0.0;
   int common = 0;
   int found_a = 0;
@@ -37,16 +43,21 @@ bool IsOnePerson(const Observation& a, const Observation& b) {
 size_t SuppressDuplicates(size_t count,
                           std::vector<Observation>* observations) {
   std::vector<Observation>& all = *observations;
+  std::vector<Eigen::AlignedBox2d> boxes;
+  for (size_t i = 0; i < count; ++i) boxes.push_back(BoxAround(all[i].joints));
   size_t kept = 0;
   for (size_t i = 0; i < count; ++i) {
     size_t same = 0;
-    while (same < kept && !IsOnePerson(all[same], all[i])) ++same;
-    if (same == kept) {
-      if (kept != i) std::swap(all[kept], all[i]);
-      ++kept;
-    } else if (IsBetter(all[i], all[same])) {
-      std::swap(all[same], all[i]);
+    while (same < kept &&
+           !IsOnePerson(all[same], boxes[same], all[i], boxes[i])) {
+      ++same;
     }
+    if (same < kept && !IsBetter(all[i], all[same])) continue;
+    if (same != i) {
+      std::swap(all[same], all[i]);
+      std::swap(boxes[same], boxes[i]);
+    }
+    if (same == kept) ++kept;
   }
   return kept;
 }

@@ -3,6 +3,7 @@
 #ifndef KINEGRAPH_CORE_TRACKING_DUPLICATE_SUPPRESSION_H_
 #define KINEGRAPH_CORE_TRACKING_DUPLICATE_SUPPRESSION_H_
 
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <vector>
 
@@ -15,6 +16,9 @@ namespace kinegraph {
 // (some 9 cm on an adult), and they are at least half of those of the one that
 // found fewer. Two people who overlap that well do so for a frame or two.
 bool IsOnePerson(const Observation& a, const Observation& b);
+// The same, with the boxes around their joints.
+bool IsOnePerson(const Observation& a, const Eigen::AlignedBox2d& box_a,
+                 const Observation& b, const Eigen::AlignedBox2d& box_b);
 
 // Of duplicates keeps, at the place of the first, the one with more joints,
 // then the more confident one, then the first. Returns how many are left, in

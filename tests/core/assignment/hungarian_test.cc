@@ -149,5 +149,32 @@ TEST(HungarianTest, LargeProblemMeetsItsDualBound) {
   EXPECT_EQ(result, permutation);
 }
 
+// Against the solution of the whole matrix, in which pairs of no gain cost and
+// bring nothing.
+TEST(MaximisePositive, FindsTheLargestTotalOfPairsThatGain) {
+  Random random(7);
+  for (int trial = 0; trial < 200; ++trial) {
+    Problem gains{static_cast<int>(1 + random.Index(12)),
+                  static_cast<int>(1 + random.Index(12)),
+                  {}};
+    for (int i = 0; i < gains.rows * gains.cols; ++i) {
+      gains.cost.push_back(random.Chance(0.2) ? random.Uniform()
+                                              : -random.Uniform());
+    }
+    Problem clipped = gains;
+    for (double& gain : clipped.cost) gain = std::max(0.0, gain);
+    std::vector<int> whole, parts;
+    HungarianSolver solver;
+    solver.Maximise(clipped.cost, gains.rows, gains.cols, &whole);
+    solver.MaximisePositive(gains.cost, gains.rows, gains.cols, &parts);
+    for (int r = 0; r < gains.rows; ++r) {
+      if (whole[r] >= 0 && !(gains.cost[r * gains.cols + whole[r]] > 0.0)) {
+        whole[r] = -1;
+      }
+    }
+    EXPECT_EQ(parts, whole) << "trial " << trial;
+  }
+}
+
 }  // namespace
 }  // namespace kinegraph

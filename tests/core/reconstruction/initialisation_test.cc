@@ -173,9 +173,9 @@ TEST_F(WeightedDistanceTest, AnyMemberVetoesASureDetectionOnly) {
   const ObservationGroup group = {&seen_[0], &seen_[1]};
   ASSERT_GT(std::max(Cost(seen_[0], seen_[2]), Cost(seen_[1], seen_[2])), 1.0);
   seen_[2].mean_confidence = 0.51;
-  EXPECT_FALSE(rule->Accept(group, seen_[2], 0.0));
+  EXPECT_FALSE(rule->Accept(group, seen_[2]));
   seen_[2].mean_confidence = 0.5;
-  EXPECT_TRUE(rule->Accept(group, seen_[2], 0.0)) << "not above 0.5";
+  EXPECT_TRUE(rule->Accept(group, seen_[2])) << "not above 0.5";
 }
 
 TEST_F(WeightedDistanceTest, AVetoPartsAPairThatTheAssignmentChose) {
