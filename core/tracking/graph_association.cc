@@ -10,8 +10,12 @@
 //   was lost, and all views begin the new one; linking (core/identity) decides
 //   later whether they are the same.
 // - A new person where a track was seen in this very frame is a duplicate of
-//   it; one made of tracklets of two lost tracks is nobody.
+//   it; one made of tracklets of two lost tracks is nobody; so is one of whom
+//   some cameras that look there see nothing, where so many detections are
+//   nobody's that as many views agree by chance.
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/association/tracklets.h"
@@ -108,7 +112,8 @@ class GraphAssociation final : public AssociationPolicy {
   }
 
   bool MayBegin(const NewPerson& person) const override {
-    return !TrackSeenAt(person).has_value() && !IsOfTwoOwners(person);
+    return !TrackSeenAt(person).has_value() && !IsOfTwoOwners(person) &&
+           !IsByChance(person);
   }
 
   void LearnBeginning(const NewPerson& person, TrackId track) override {
@@ -187,6 +192,61 @@ class GraphAssociation final : public AssociationPolicy {
       owner = one;
     }
     return false;
+  }
+
+  // How many groups as good as this one are there by chance: the second view
+  // must agree in one coordinate, each further one in two.
+  bool IsByChance(const NewPerson& person) const {
+    // Two views of two people agree in up to so many of the cases: 0.05 on
+    // Shelf, 0.02 to 0.2 among thirty people before twelve cameras.
+    constexpr double kPairAgrees = 0.05;
+    constexpr double kMostGroups = 1.0;
+    int joints = 0;
+    for (const int j : state_.scene.skeleton.association_joints()) {
+      joints += person.reconstruction.triangulated[static_cast<size_t>(j)];
+    }
+    double groups = std::pow(kPairAgrees, -3);
+    for (const Observation* member : person.members) {
+      groups *= kPairAgrees * kPairAgrees *
+                CountUnexplained(static_cast<size_t>(member->view_idx), joints);
+    }
+    return groups > kMostGroups &&
+           person.members.size() < CountLooking(person.reconstruction.pose);
+  }
+
+  // Detections of so many joints that no track has taken.
+  int CountUnexplained(size_t view_idx, int joints) const {
+    const Span<Observation> observations = state_.observations.OfView(view_idx);
+    const auto counts = [&](const Observation& observation) {
+      return observation.found_count >= joints;
+    };
+    auto count =
+        std::count_if(observations.begin(), observations.end(), counts);
+    for (const int match : state_.matches[view_idx]) {
+      count -= match >= 0 && counts(observations[static_cast<size_t>(match)]);
+    }
+    return static_cast<int>(count);
+  }
+
+  // Cameras in whose images half of the joints lie; where nobody tells how
+  // large these are, the principal point is taken for their middle.
+  size_t CountLooking(const Pose3d& pose) const {
+    size_t looking = 0;
+    for (const Camera& camera : state_.scene.cameras) {
+      const Eigen::AlignedBox2d image(
+          Eigen::Vector2d::Zero(),
+          camera.width_px() > 0
+              ? Eigen::Vector2d(camera.width_px(), camera.height_px())
+              : Eigen::Vector2d(2.0 * camera.K().topRightCorner<2, 1>()));
+      int inside = 0;
+      for (const Joint3d& joint : pose) {
+        if (!joint.present()) continue;
+        const auto px = camera.Project(joint.position_m);
+        inside += px.has_value() && image.contains(*px) ? 1 : 0;
+      }
+      looking += 2 * inside > CountPresent(pose) ? 1 : 0;
+    }
+    return looking;
   }
 
   // Within its view and frame.

@@ -232,6 +232,37 @@ TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
   }
 }
 
+// Where six detections in either of two views are nobody's, one pair of them
+// agrees by chance: three cameras that look there and see nobody speak against
+// it. Strays stand 60 px and more off each other's epipolar lines.
+TEST_F(TrackerTest, WhomTwoViewsOfFiveShowAmongStraysIsNobody) {
+  const auto count = [&](AssociationRules rules, size_t views, int strays) {
+    TrackerOptions options;
+    options.rules = rules;
+    const auto tracker = Make(options);
+    DetectionFrame seen = See(0, {Stander()});
+    for (size_t v = 0; v < seen.views.size(); ++v) {
+      std::vector<Detection>& detections = seen.views[v].detections;
+      for (int i = 1; v < 2 && i <= strays; ++i) {
+        Detection stray = detections[0];
+        stray.index_in_file = i;
+        for (Keypoint& joint : stray.joints) {
+          joint.px.y() += (v == 0 ? 60.0 : -60.0) * i;
+        }
+        detections.push_back(stray);
+      }
+      if (v >= views) detections.clear();
+    }
+    std::vector<TrackFrame> frames;
+    tracker->Process(seen, &frames);
+    return tracker->track_count();
+  };
+  EXPECT_EQ(count(AssociationRules::kGraph, 2, 0), 1u);
+  EXPECT_EQ(count(AssociationRules::kGraph, 2, 5), 0u);
+  EXPECT_EQ(count(AssociationRules::kGraph, 5, 5), 1u);
+  EXPECT_EQ(count(AssociationRules::kPaper, 2, 5), 1u);
+}
+
 // Elbows to ankles leap by 2 m. Two views see only what stayed, and go on; the
 // others, which see all, do not fit any more. The track's own arms and legs are
 // where they were, but that is a prediction's word: nobody new has come. Unless
