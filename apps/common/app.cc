@@ -27,6 +27,7 @@
 #include "core/io/files/partial_files.h"
 #include "core/io/files/text_file.h"
 #include "core/system/file.h"
+#include "core/system/process.h"
 #include "core/system/streams.h"
 
 namespace kinegraph {
@@ -271,6 +272,7 @@ int RunApp(int argc, char** argv, const AppInfo& info,
            const std::function<void()>& body) {
   NameProgram(ProgramName(info));
   PrepareStandardStreams();
+  KeepFreedMemory();
   try {
     Run(argc, argv, info, body);
     return kExitDone;

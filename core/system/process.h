@@ -47,6 +47,11 @@ ProcessEnd Rehearse(const std::function<void()>& work, int limit_s);
 // The first line that a command of the shell prints; empty when it fails.
 std::string FirstLineOf(const std::string& command);
 
+// Memory that is given back stays with this process for what it asks for next,
+// up to 64 MB: the kernel would clear each page again. Where the C library is
+// not glibc, nothing.
+void KeepFreedMemory();
+
 // What the system says of itself, as lines "key: value" and "key=value"; files
 // that need not be there.
 inline constexpr const char* kProcessorFile = "/proc/cpuinfo";
