@@ -7,9 +7,10 @@
 // place [% of the room] after a similarity, those errors in stated standard
 // deviations, rms error of the clocks [ms], processor time [s]; then a summary.
 //
-//   rig_accuracy compare TRUTH FOUND
+//   rig_accuracy compare TRUTH FOUND [ALIGNED]
 //
-// The same errors of two calibrations, camera by camera.
+// The same errors of two calibrations, camera by camera. ALIGNED: where the
+// found one is written in the true one's world, for scores against truth.
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <cmath>
@@ -41,47 +42,77 @@ struct CameraError {
   double room_share = 0.0;
 };
 
-// Errors of `found` against `truth`, after the similarity that their mean
-// rotation and their centres tell.
-std::vector<CameraError> ErrorsOf(const CameraRig& truth,
-                                  const CameraRig& found) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+// The similarity that the mean rotation and the centres tell: a point of the
+// found world is middle_f + scale Q (x - middle_t) of one of the true world.
+struct Alignment {
+  Eigen::Matrix3d Q;
   Eigen::Vector3d middle_t = Eigen::Vector3d::Zero();
   Eigen::Vector3d middle_f = Eigen::Vector3d::Zero();
+  double scale = 1.0;
+  double room = 0.0;  // twice the rms distance of the centres from their middle
+};
+
+Alignment Align(const CameraRig& truth, const CameraRig& found) {
+  Alignment align;
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   const auto count = static_cast<double>(truth.size());
   for (size_t v = 0; v < truth.size(); ++v) {
     sum += found[v].R().transpose() * truth[v].R();
-    middle_t += truth[v].centre() / count;
-    middle_f += found[v].centre() / count;
+    align.middle_t += truth[v].centre() / count;
+    align.middle_f += found[v].centre() / count;
   }
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(
       sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  // Truth's world in the found one.
-  const Eigen::Matrix3d Q = svd.matrixU() * svd.matrixV().transpose();
+  align.Q = svd.matrixU() * svd.matrixV().transpose();
   double cross = 0.0;
   double square = 0.0;
   for (size_t v = 0; v < truth.size(); ++v) {
-    const Eigen::Vector3d t = Q * (truth[v].centre() - middle_t);
-    cross += t.dot(found[v].centre() - middle_f);
+    const Eigen::Vector3d t = align.Q * (truth[v].centre() - align.middle_t);
+    cross += t.dot(found[v].centre() - align.middle_f);
     square += t.squaredNorm();
   }
-  const double scale = cross / square;
-  const double room = 2.0 * scale * std::sqrt(square / count);
+  align.scale = cross / square;
+  align.room = 2.0 * align.scale * std::sqrt(square / count);
+  return align;
+}
+
+// Errors of `found` against `truth`, after the similarity.
+std::vector<CameraError> ErrorsOf(const CameraRig& truth,
+                                  const CameraRig& found) {
+  const Alignment align = Align(truth, found);
   std::vector<CameraError> errors;
   for (size_t v = 0; v < truth.size(); ++v) {
     CameraError error;
     const Eigen::AngleAxisd turn(
-        Eigen::Matrix3d(found[v].R() * Q * truth[v].R().transpose()));
+        Eigen::Matrix3d(found[v].R() * align.Q * truth[v].R().transpose()));
     error.rotation_rad = turn.angle() * turn.axis();
-    error.centre = found[v].centre() - middle_f -
-                   scale * (Q * (truth[v].centre() - middle_t));
-    error.room_share = error.centre.norm() / room;
+    error.centre =
+        found[v].centre() - align.middle_f -
+        align.scale * (align.Q * (truth[v].centre() - align.middle_t));
+    error.room_share = error.centre.norm() / align.room;
     errors.push_back(error);
   }
   return errors;
 }
 
-void Compare(const std::string& truth, const std::string& found) {
+// The found cameras in the true world.
+CameraRig Aligned(const CameraRig& truth, const CameraRig& found) {
+  const Alignment align = Align(truth, found);
+  CameraRig aligned;
+  for (const Camera& camera : found) {
+    CameraParameters p = camera.parameters();
+    const Eigen::Vector3d centre =
+        align.middle_t +
+        align.Q.transpose() * (camera.centre() - align.middle_f) / align.scale;
+    p.R = camera.R() * align.Q;
+    p.t = -p.R * centre;
+    aligned.emplace_back(p);
+  }
+  return aligned;
+}
+
+void Compare(const std::string& truth, const std::string& found,
+             const std::string& out) {
   const CameraRig all = ReadCameras(truth);
   CameraRig one;
   const CameraRig other = ReadCameras(found);
@@ -90,6 +121,7 @@ void Compare(const std::string& truth, const std::string& found) {
       if (camera.name() == other[v].name()) one.push_back(camera);
     }
   }
+  if (!out.empty()) WriteCameras(out, Aligned(one, other));
   const auto errors = ErrorsOf(one, other);
   for (size_t v = 0; v < errors.size(); ++v) {
     std::printf("%-8s %6.3f deg %7.2f cm %6.2f %% focal %6.2f %%\n",
@@ -369,19 +401,21 @@ void Rooms(int first, int count) {
     double sigma = 0.0;
     double apart = 0.0;
     double agreement = 1.0;
+    double clock_sigma_s = 0.0;
     for (const RigView& view : found.rig.views) {
       sigma = std::max(sigma, view.rotation_sigma_deg);
       apart = std::max(apart, view.halves_apart);
+      clock_sigma_s = std::max(clock_sigma_s, view.clock_sigma_s);
       agreement = std::min(agreement, view.agreement);
     }
     std::printf(
         "%4d %s: %-10s agree %.3f sigma %.2f apart %.1f; %zu of %d, "
         "%6.3f deg %6.2f %%, covered %d of %d, clocks "
-        "%.1f ms, %.1f s%s%s\n",
+        "%.1f ms (%.1f stated), %.1f s%s%s\n",
         seed, room.words.c_str(), ToString(score.verdict), agreement, sigma,
         apart, found.rig.used.size(), score.cameras, score.rotation_deg,
         100.0 * score.place, score.covered, score.counted, score.clock_ms,
-        seconds, found.rig.reasons.empty() ? "" : "; ",
+        1e3 * clock_sigma_s, seconds, found.rig.reasons.empty() ? "" : "; ",
         found.rig.reasons.empty() ? "" : found.rig.reasons[0].c_str());
     std::fflush(stdout);
   }
@@ -393,8 +427,10 @@ void Rooms(int first, int count) {
 
 int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
-  if (arguments.size() == 3 && arguments[0] == "compare") {
-    kinegraph::testing::Compare(arguments[1], arguments[2]);
+  if ((arguments.size() == 3 || arguments.size() == 4) &&
+      arguments[0] == "compare") {
+    kinegraph::testing::Compare(arguments[1], arguments[2],
+                                arguments.size() == 4 ? arguments[3] : "");
     return 0;
   }
   if (arguments.size() != 2) return 2;

@@ -424,9 +424,11 @@ class RigEstimate {
       clocks = false;
       if (!rounds(1, kFew, by_tracklets)) return false;
       clocks = true;
-      if (!rounds(6, kFew, by_tracklets) || !rounds(4, kMany, by_tracks)) {
+      if (!rounds(12, kFew, by_tracklets) || !rounds(4, kMany, by_tracks)) {
         return false;
       }
+      // A clock that still moves is not told.
+      if (!ClocksRest()) free_.offset = free_.drift = false;
       by_tracks();
       return Measure(kMany);
     }();
@@ -442,6 +444,14 @@ class RigEstimate {
                          return change.segment<3>(kRotationAt).norm() <
                                     kRotationRad &&
                                 std::abs(change[kOffsetAt]) < kClockS;
+                       });
+  }
+
+  bool ClocksRest() const {
+    constexpr double kMostStepS = 0.005;
+    return std::all_of(fit_.changes.begin(), fit_.changes.end(),
+                       [](const CameraChange& change) {
+                         return std::abs(change[kOffsetAt]) < kMostStepS;
                        });
   }
 
