@@ -526,8 +526,9 @@ void BatchEstimator::WriteFinalsOf(int joint_idx,
     Eigen::Matrix3d covariance;
     const bool known = k < written.covariances.size();
     if (known) {
-      covariance =
-          noise_->CovarianceFactorOf(joint_idx, k) * written.covariances[k];
+      covariance = noise_->CovarianceFactorOf(
+                       joint_idx, k, status == JointStatus::kObserved) *
+                   written.covariances[k];
     }
     WriteJoint(chain, k - piece.begin, joint_idx, status, written.inliers[k],
                known ? &covariance : nullptr, &finals_[k].person);

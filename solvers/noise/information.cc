@@ -120,6 +120,26 @@ double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
   return (errors_power / at.divisor + white.lag) / (white.passed + white.lag);
 }
 
+Leftover LeftOver(const ErrorCorrelation& correlation, double frame_s,
+                  double process_noise, double variance_m2) {
+  // White jerk lags by u^2 / (1 + u^4)^2, whose integral over u is that of the
+  // prior's u^4 / (1 + u^4)^2; of it H^2 passes u^2 / (1 + u^4)^4.
+  constexpr double kLag = 45.0 / 1536.0 * 1.4142135623730951 * kPi;
+  constexpr int kSteps = 48;
+  const Spectrum spectrum(correlation, frame_s);
+  const Crossover at = FindCrossover(spectrum, process_noise, variance_m2);
+  double noise = 0.0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double u = (i + 0.5) * kEnd / kSteps;
+    const double power = u * u * u * u;
+    noise += Passed(u) * Passed(u) * power * power *
+             spectrum(u * at.frequency) * kEnd / kSteps;
+  }
+  const double values = frame_s * at.frequency / kPi;  // an axis and frame
+  return {at.divisor, 3.0 * std::min(1.0, values), variance_m2 * values * noise,
+          variance_m2 * values * at.divisor * kLag};
+}
+
 CovarianceFactorTable::CovarianceFactorTable(
     const ErrorCorrelation& correlation, double frame_s)
     : correlation_(correlation), frame_s_(frame_s), knots_(kKnots) {}
@@ -130,9 +150,22 @@ const CovarianceFactorTable::Knot& CovarianceFactorTable::KnotAt(size_t i) {
   const double ratio =
       std::exp(kFirstKnot + static_cast<double>(i) / kKnotsPerUnit);
   knot.known = true;
-  knot.divided = InformationDivisor(correlation_, frame_s_, ratio, 1.0) > 1.0;
+  knot.leftover = LeftOver(correlation_, frame_s_, ratio, 1.0);
+  knot.divided = knot.leftover.divisor > 1.0;
   knot.factor = CovarianceFactor(correlation_, frame_s_, ratio, 1.0);
   return knot;
+}
+
+Leftover CovarianceFactorTable::LeftoverAt(double process_noise,
+                                           double variance_m2) {
+  const double at =
+      (std::log(process_noise / variance_m2) - kFirstKnot) * kKnotsPerUnit;
+  Leftover leftover =
+      KnotAt(static_cast<size_t>(std::clamp(std::round(at), 0.0, kKnots - 1.0)))
+          .leftover;
+  leftover.noise_m2 *= variance_m2;
+  leftover.lag_m2 *= variance_m2;
+  return leftover;
 }
 
 double CovarianceFactorTable::At(double process_noise, double variance_m2) {

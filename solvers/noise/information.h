@@ -40,6 +40,26 @@ double InformationDivisor(const ErrorCorrelation& correlation, double frame_s,
 double CovarianceFactor(const ErrorCorrelation& correlation, double frame_s,
                         double process_noise, double variance_m2);
 
+// Of that factor this is lag, whatever the errors: where the lag's variance is
+// m times what the prior says, the factor is larger by (m - 1) times it. The
+// integrals of H^2 and (1 - H)^2 / u^4 over u are as 3 to 1.
+inline constexpr double kLagShare = 0.25;
+
+// What the same smoother leaves of its points, and then passes of that: H (1 -
+// H) of both spectra.
+struct Leftover {
+  double divisor = 1.0;      // of information, as above
+  double independent = 0.0;  // values a frame, of three axes
+  // Variances of an axis: of noise, and of lag if its variance is what the
+  // prior says. Lag above the crossover cannot be told from noise, so how it
+  // falls off there has to be said: as white jerk does, q / w^6, since people
+  // move smoothly (Flash and Hogan 1985).
+  double noise_m2 = 0.0;
+  double lag_m2 = 0.0;
+};
+Leftover LeftOver(const ErrorCorrelation& correlation, double frame_s,
+                  double process_noise, double variance_m2);
+
 // CovarianceFactor for one kind of errors and one time between frames. It
 // depends on process_noise / variance_m2 alone: a table over the logarithm,
 // filled as it is asked, gives it to 1e-5 by cubic interpolation, and as it is
@@ -50,12 +70,15 @@ class CovarianceFactorTable {
 
   double frame_s() const { return frame_s_; }
   double At(double process_noise, double variance_m2);
+  // At the nearest entry: variances to 2 %, in the mean of many right.
+  Leftover LeftoverAt(double process_noise, double variance_m2);
 
  private:
   struct Knot {
     bool known = false;
     bool divided = false;  // the divisor is above 1
     double factor = 1.0;
+    Leftover leftover;  // of a variance of 1
   };
   const Knot& KnotAt(size_t i);
 

@@ -25,6 +25,7 @@ PersonNoise::PersonNoise(const SceneModel& scene, const GraphOptions& options)
       groups_(scene.skeleton),
       last_variance_m2_(scene.skeleton.joint_count(), kUnknownVariance_m2) {
   scale_.fill(1.0);
+  lag_.fill(1.0);
   chains_.assign(kJointClassCount, LevelChain(0.0));
   for (int j = 0; j < joint_count(); ++j) {
     banks_.emplace_back(UsualProcessNoise(scene.skeleton.joint_class(j)));
@@ -104,6 +105,11 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place,
       }
       point = triangulator_.Robust(scale_[joint_class]);
     }
+    if (keeps_points_) {
+      points_m_.push_back(point
+                              ? Eigen::Vector3f(point->position_m.cast<float>())
+                              : Eigen::Vector3f::Constant(std::nanf("")));
+    }
     if (point.has_value()) {
       last_variance_m2_[j] = point->covariance_m2.trace() / 3.0;
     }
@@ -139,6 +145,7 @@ void PersonNoise::LearnRecording(
     correlation_ = correlations_.Fit();
   }
   place = 0;
+  keeps_points_ = options_.pixel_noise_from == NoiseFrom::kRecording;
   for_each([&](const PersonProblem& part, size_t k) {
     Locate(part, k, place++, Pixels::kKnown);
   });
@@ -252,11 +259,33 @@ void PersonNoise::FindProcessNoise() {
   }
 }
 
+void PersonNoise::FindLag() {
+  const auto joints = static_cast<size_t>(joint_count());
+  std::array<LagLearner, kJointClassCount> learners;
+  std::vector<LagSample> samples(frames_.size());
+  for (size_t j = 0; j < joints; ++j) {
+    for (size_t k = 0; k < frames_.size(); ++k) {
+      const double variance_m2 = frames_[k].variance_m2[j];
+      const double q = frames_[k].process_noise[j];
+      const double before = k > 0 ? frames_[k - 1].process_noise[j] : q;
+      samples[k] = {ToSeconds(frames_[k].time - frames_.front().time),
+                    points_m_[k * joints + j].cast<double>(), variance_m2,
+                    std::max(before, q),
+                    covariance_factors_->LeftoverAt(q, variance_m2)};
+    }
+    learners[ClassOf(static_cast<int>(j))].Add(samples);
+  }
+  for (int c = 0; c < kJointClassCount; ++c) lag_[c] = learners[c].Lag();
+  keeps_points_ = false;
+  points_m_ = std::vector<Eigen::Vector3f>();
+}
+
 AppliedNoise PersonNoise::ExtractApplied() {
   AppliedNoise applied;
   applied.learnt = Learnt();
   applied.scale = scale_;
   applied.level = level_;
+  applied.lag = lag_;
   applied.weighting = triangulator_.weighting();
   applied.frames = std::move(frames_);
   return applied;
@@ -268,6 +297,7 @@ void PersonNoise::Adopt(const AppliedNoise& noise,
   taken_over_ = true;
   scale_ = noise.scale;
   level_ = noise.level;
+  lag_ = noise.lag;
   for (int c = 0; c < kJointClassCount; ++c) chains_[c] = LevelChain(level_[c]);
   correlation_ = noise.learnt.correlation;
   triangulator_.set_weighting(noise.weighting);
@@ -319,6 +349,7 @@ void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
       FindProcessNoise();
     }
   }
+  if (keeps_points_) FindLag();
   if (!learns) return;
   for (int j = 0; j < joint_count(); ++j) {
     const int c = ClassOf(j);
@@ -362,18 +393,21 @@ void PersonNoise::ApplyPixelNoise(size_t begin, size_t end,
   }
 }
 
-double PersonNoise::CovarianceFactorOf(int joint_idx, size_t k) {
+double PersonNoise::CovarianceFactorOf(int joint_idx, size_t k, bool observed) {
   if (options_.pixel_noise_from != NoiseFrom::kRecording) return 1.0;
   const double frame_s = FrameSeconds(k);
   const double process_noise = frames_[k].process_noise[joint_idx];
   const double variance_m2 = frames_[k].variance_m2[joint_idx];
+  const double lag =
+      observed ? kLagShare * (lag_[ClassOf(joint_idx)] - 1.0) : 0.0;
   // Times are rounded to nanoseconds.
   constexpr double kRoundingS = 2e-9;
-  if (covariance_factors_.has_value() &&
-      std::abs(frame_s - covariance_factors_->frame_s()) <= kRoundingS) {
-    return covariance_factors_->At(process_noise, variance_m2);
-  }
-  return CovarianceFactor(correlation_, frame_s, process_noise, variance_m2);
+  const bool steady =
+      covariance_factors_.has_value() &&
+      std::abs(frame_s - covariance_factors_->frame_s()) <= kRoundingS;
+  return lag + (steady ? covariance_factors_->At(process_noise, variance_m2)
+                       : CovarianceFactor(correlation_, frame_s, process_noise,
+                                          variance_m2));
 }
 
 LearntNoise PersonNoise::Learnt() const {

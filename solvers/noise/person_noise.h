@@ -19,6 +19,7 @@
 #include "solvers/noise/information.h"
 #include "solvers/noise/learnt_noise.h"
 #include "solvers/noise/motion_groups.h"
+#include "solvers/noise/motion_lag.h"
 #include "solvers/noise/motion_level.h"
 #include "solvers/noise/pixel_noise.h"
 
@@ -37,6 +38,7 @@ struct AppliedNoise {
   LearntNoise learnt;
   JointClassTable scale{};  // on modelled sigmas
   JointClassTable level{};  // of motion, ln over the usual
+  JointClassTable lag{};    // LagLearner
   ConfidenceWeighting weighting;
 };
 
@@ -82,8 +84,9 @@ class PersonNoise {
   // needs.
   void FreeEvidence() { likelihoods_ = decltype(likelihoods_)(); }
 
-  // On the covariance of that joint, in a frame that Apply has seen.
-  double CovarianceFactorOf(int joint_idx, size_t k);
+  // On the covariance of that joint, in a frame that Apply has seen. Where the
+  // joint is not `observed` the lag is what the motion prior says.
+  double CovarianceFactorOf(int joint_idx, size_t k, bool observed);
 
   LearntNoise Learnt() const;
   // How long the detector's errors last.
@@ -116,6 +119,7 @@ class PersonNoise {
                         double activity) const;
   void FindLevels();
   void FindProcessNoise();
+  void FindLag();
 
   const SceneModel& scene_;
   const GraphOptions& options_;
@@ -129,6 +133,7 @@ class PersonNoise {
   CorrelationLearner correlations_;
   const MotionGroups groups_;
   JointClassTable scale_;
+  JointClassTable lag_;
   ErrorCorrelation correlation_;
   std::optional<CovarianceFactorTable>
       covariance_factors_;                // of a whole recording
@@ -136,6 +141,10 @@ class PersonNoise {
   std::vector<double> last_variance_m2_;  // by joint
   bool taken_over_ = false;  // nothing is found anew when it is applied
   std::vector<Frame> frames_;
+  // Of a whole recording, until its lag is known: located points,
+  // [frame][joint] in a row; NaN: none.
+  bool keeps_points_ = false;
+  std::vector<Eigen::Vector3f> points_m_;
   // Of the levels in the same frames, by group; where no joint of it was
   // located all one.
   std::vector<std::vector<LevelChain::Vector>> likelihoods_;

@@ -361,7 +361,8 @@ void WindowEstimator::Emit(size_t end) {
       Eigen::Matrix3d covariance;
       const bool known = options_.covariance && k < covariances[j].size();
       if (known) {
-        covariance = noise_.CovarianceFactorOf(j, k) *
+        covariance = noise_.CovarianceFactorOf(
+                         j, k, StatusAt(k, j) == JointStatus::kObserved) *
                      covariances[j][k].topLeftCorner<3, 3>();
       }
       WriteJoint(problem_.joints[j], k, j, StatusAt(k, j), InliersAt(k, j),

@@ -1,0 +1,41 @@
+// How far the smoother lags behind the motion, by the points that it smooths.
+// Its prior, white acceleration, moves joints at any frequency; people hardly
+// do above some Hertz, and then the lag that covariances reckon with is not
+// there.
+#ifndef KINEGRAPH_SOLVERS_NOISE_MOTION_LAG_H_
+#define KINEGRAPH_SOLVERS_NOISE_MOTION_LAG_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "solvers/noise/information.h"
+
+namespace kinegraph {
+
+// One joint in one frame.
+struct LagSample {
+  double time_s = 0.0;
+  Eigen::Vector3d point_m = Eigen::Vector3d::Zero();  // NaN: none
+  double variance_m2 = 0.0;                           // of an axis of the point
+  double process_noise = 0.0;  // since the sample before [m^2/s^3]
+  Leftover expected;           // of this variance and process noise
+};
+
+// What the smoother leaves of its points, smoothed once more, is lag and little
+// noise, since below its crossover the smoother has followed the noise.
+class LagLearner {
+ public:
+  // All samples of a joint, in the order of time.
+  void Add(const std::vector<LagSample>& samples);
+
+  // Variance of the lag over what the prior says; 1 where little was seen.
+  double Lag() const;
+
+ private:
+  double excess_ = 0.0;
+  double count_ = 0.0;  // of independent values
+};
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_SOLVERS_NOISE_MOTION_LAG_H_
