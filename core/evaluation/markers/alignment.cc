@@ -110,6 +110,21 @@ void RequireMotion(const JointPaths& paths, double half_s, const char* whose) {
       " m/s; --align=world or none");
 }
 
+// Joints that ever have a speed in both.
+double JointsOfBoth(const SpeedGrid& a, const SpeedGrid& b) {
+  const auto seen = [](const SpeedGrid& grid, size_t joint) {
+    for (size_t i = joint; i < grid.speeds.size(); i += grid.joints) {
+      if (!std::isnan(grid.speeds[i])) return true;
+    }
+    return false;
+  };
+  double count = 0.0;
+  for (size_t j = 0; j < a.joints; ++j) {
+    if (seen(a, j) && seen(b, j)) count += 1.0;
+  }
+  return count;
+}
+
 // The shift at which the speeds correlate best, to a step.
 double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
                     double half_s) {
@@ -127,10 +142,11 @@ double CoarseOffset(const JointPaths& truth, const JointPaths& tracks,
   const auto reach = static_cast<int64_t>(kMostWork / std::max(1.0, pass));
   double best = 0.0, best_correlation = 0.0;
   int64_t best_shift = 0;
+  const double joints = JointsOfBoth(a, b);
   for (int64_t shift = std::max(-b.count, -reach);
        shift <= std::min(a.count, reach); ++shift) {
-    const double correlation = Correlation(
-        a, b, shift, least_frames * static_cast<double>(a.joints) * 0.5);
+    const double correlation =
+        Correlation(a, b, shift, 0.5 * least_frames * joints);
     const auto overlap = static_cast<double>(
         std::min(b.count, a.count - shift) - std::max<int64_t>(0, -shift));
     // Significance of the correlation (Fisher's transform): a short overlap
@@ -166,7 +182,12 @@ struct ClockSums {
   Matrix2d Spread() const {
     Matrix2d spread = Matrix2d::Zero();
     for (const auto* parts : {&of_second, &of_joint}) {
-      for (const Vector2d& part : *parts) spread += part * part.transpose();
+      const auto parts_count = static_cast<double>(parts->size());
+      if (parts_count < 2.0) continue;
+      // Their sum is zero at the minimum, so a few seem to vary less.
+      const double few = parts_count / (parts_count - 1.0);
+      for (const Vector2d& part : *parts)
+        spread += few * part * part.transpose();
     }
     return spread;
   }
@@ -374,6 +395,12 @@ void RequireExtent(const std::vector<PointPair>& pairs) {
       " mm of a line; more joints (--joints), or --align=clock or none");
 }
 
+// Says so of a motion that has no place in the other's world at all.
+class MirroredAxes : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 }  // namespace
 
 double WorldFit::rotation_deg() const {
@@ -391,7 +418,7 @@ WorldFit FitWorld(const JointPaths& truth, const JointPaths& tracks,
   if (fit.median_m > kBadM) {
     const double mirrored_m = FitRigid(pairs, -1.0).median_m;
     if (mirrored_m < kFarBetter * fit.median_m) {
-      throw InputError(
+      throw MirroredAxes(
           "mirrored axes: the mirror image fits within " +
           Text("%.0f", 1000.0 * mirrored_m) + " mm, the motion itself within " +
           Text("%.0f", 1000.0 * fit.median_m) +
@@ -554,12 +581,15 @@ void RequireOverlap(const JointPaths& truth, const JointPaths& tracks) {
                    " s; --align=both or clock finds the shift");
 }
 
-// A fit that was not asked for is only reported, so it may fail.
+// A fit that was not asked for is only reported, so it may fail; mirrored axes
+// are wrong whatever is asked for.
 template <typename Fit>
 auto Try(bool wanted, const Fit& fit) -> std::optional<decltype(fit())> {
   if (wanted) return fit();
   try {
     return fit();
+  } catch (const MirroredAxes&) {
+    throw;
   } catch (const InputError&) {
     return std::nullopt;
   }

@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "core/base/error.h"
 #include "tests/core/evaluation/people.h"
@@ -68,6 +71,76 @@ TEST(MarkerSets, AreRecognisedByTheirLabels) {
   EXPECT_EQ(NameOf({"RHip", "RKnee", "RAnkle", "RBigToe", "RSmallToe", "RHeel",
                     "LHip", "LKnee", "LShoulder", "LElbow", "LWrist"}),
             "");
+}
+
+// Labels as their makers' documentation lists them; "*" is L and R in turn.
+struct Documented {
+  const char* set;
+  std::vector<std::string> labels;
+  std::set<std::string> without;  // joints that the set cannot tell, no side
+};
+
+std::vector<Documented> DocumentedSets() {
+  return {
+      // Vicon: Plug-in Gait, full body.
+      {"Plug-in Gait",
+       {"*FHD", "*BHD", "C7",   "T10",  "CLAV", "STRN", "RBAK", "*SHO",
+        "*UPA", "*ELB", "*FRM", "*WRA", "*WRB", "*FIN", "*ASI", "*PSI",
+        "*THI", "*KNE", "*TIB", "*ANK", "*HEE", "*TOE"},
+       {"small_toe"}},
+      // Its origins of segments, where the model was run.
+      {"Plug-in Gait",
+       {"*FEP", "*FEO", "*TIO", "*CLO", "*HUO", "*RAO", "*ASI", "*PSI", "*HEE",
+        "*TOE"},
+       {"small_toe"}},
+      // Cappozzo et al. 1995, with the labels of Qualisys' module for gait.
+      {"CAST",
+       {"*_IAS", "*_IPS", "*_FTC", "*_FLE", "*_FME", "*_FAL", "*_TAM", "*_TTC",
+        "*_FCC", "*_FM1", "*_FM2", "*_FM5", "*_SAE", "*_HLE", "*_HME", "*_USP",
+        "*_RSP", "CV7", "SJN"},
+       {}},
+      // OpenCap: its laboratory's, and those that its network adds to video.
+      {"OpenCap",
+       {"r.ASIS", "L.ASIS", "r.PSIS", "L.PSIS", "*_knee", "*_mknee", "*_ankle",
+        "*_mankle", "*_toe", "*_5meta", "*_calc", "C7", "*_Shoulder",
+        "*_lelbow", "*_melbow", "*_lwrist", "*_mwrist"},
+       {}},
+      {"OpenCap",
+       {"r.ASIS_study", "L.ASIS_study", "r.PSIS_study", "L.PSIS_study",
+        "*_knee_study", "*_mknee_study", "*_ankle_study", "*_mankle_study",
+        "*_toe_study", "*_5meta_study", "*_calc_study", "*_shoulder_study",
+        "*_lelbow_study", "*_melbow_study", "*_lwrist_study", "*_mwrist_study",
+        "*HJC_study"},
+       {}}};
+}
+
+TEST(MarkerSets, WholeListsOfLabelsGiveAllJoints) {
+  for (const Documented& documented : DocumentedSets()) {
+    Markers markers;
+    for (const std::string& label : documented.labels) {
+      for (const char side : {'L', 'R'}) {
+        std::string sided = label;
+        std::replace(sided.begin(), sided.end(), '*', side);
+        const auto count = static_cast<double>(markers.size());
+        markers.emplace(sided, Vector3d(std::sin(count), std::cos(3.0 * count),
+                                        0.1 * count));
+      }
+    }
+    const TrackSequence points = OneFrame(markers);
+    const MarkerSet* set = RecogniseMarkerSet(points.header.skeleton.joints());
+    ASSERT_NE(set, nullptr) << documented.set;
+    EXPECT_EQ(set->name, documented.set);
+    const MarkerJoints joints = JointsOfMarkers(points, *set);
+    for (const std::string joint :
+         {"hip", "knee", "ankle", "heel", "big_toe", "small_toe", "shoulder",
+          "elbow", "wrist"}) {
+      for (const std::string side : {"l_", "r_"}) {
+        EXPECT_EQ(joints.tracks.header.skeleton.IndexOf(side + joint) >= 0,
+                  documented.without.count(joint) == 0)
+            << documented.set << " " << side << joint;
+      }
+    }
+  }
 }
 
 TEST(MarkerSets, MiddlesAndGaps) {
