@@ -22,6 +22,7 @@ constexpr int kCycledColours = kColourCount - 1;
 // gnuplot's filled circle, square, triangle, diamond and their like.
 constexpr int kMarks[] = {7, 5, 9, 13, 11, 15, 6, 4, 8, 12};
 constexpr int kMarkCount = 10;
+constexpr size_t kCloud = 300;          // more points are drawn as dots
 constexpr double kBarGroupWidth = 0.8;  // of the distance of two categories
 
 std::string Number(double value) {
@@ -164,8 +165,12 @@ class SeriesScript {
                            colour + title);
         break;
       case PlotStyle::kPoints:
-        elements.push_back(block_ + " using 1:2 with points ps 0.9 pt " +
-                           std::to_string(mark_) + colour + title);
+        // A cloud shows where it is dense.
+        elements.push_back(block_ + " using 1:2 with points " +
+                           (series_.x.size() > kCloud
+                                ? std::string("ps 0.25 pt 7")
+                                : "ps 0.9 pt " + std::to_string(mark_)) +
+                           colour + title);
         break;
       case PlotStyle::kLinePoints:
         elements.push_back(block_ + " using 1:2 with linespoints lw 2 ps 0.8" +

@@ -155,7 +155,7 @@ std::string Mm(double metres) { return Fixed(kMm * metres, 1); }
 
 // A dozen figures of one joint, as a row.
 std::vector<std::string> ErrorRow(const JointAgreement& joint, bool is_apart) {
-  return {joint.joint + (is_apart ? " *" : ""),
+  return {joint.joint + (is_apart ? " (*)" : ""),
           std::to_string(joint.count),
           Mm(joint.median_m),
           Fixed(kMm * joint.median_interval.low, 1) + ".." +
@@ -196,7 +196,7 @@ std::string ErrorTable(const MarkerStudy& study) {
       Mm(study.agreement.mean_of_medians_m) + " mm.\n";
   if (any_apart) {
     text +=
-        "\n\\* not pooled: its markers do not enclose the joint's centre.\n";
+        "\n(*) not pooled: its markers do not enclose the joint's centre.\n";
   }
   return text;
 }
@@ -262,8 +262,8 @@ std::string CalibrationTable(const MarkerStudy& study) {
 }
 
 std::string AngleTable(const MarkerStudy& study) {
-  Table table({"angle, deg", "n", "bias", "limits", "RMS", "offset off",
-               "covered, %", "offset off"});
+  Table table({"angle, deg", "n", "bias", "limits", "RMS", "RMS, offset off",
+               "covered, %", "offset off, %"});
   for (const auto& [name, angle] : study.angles) {
     table.AddRow({name, std::to_string(angle.count), Fixed(angle.bias, 1),
                   Fixed(angle.limits, 1), Fixed(angle.rms, 1),

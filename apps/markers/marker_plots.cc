@@ -8,6 +8,7 @@
 #include <set>
 
 #include "apps/common/plot.h"
+#include "apps/common/table.h"
 #include "core/evaluation/mpjpe.h"
 
 namespace kinegraph {
@@ -28,10 +29,8 @@ size_t Stride(size_t count) {
   return std::max<size_t>(1, (count + kMostPoints - 1) / kMostPoints);
 }
 
-PlotSeries Level(const std::string& name, double x_low, double x_high, double y,
-                 bool dashed) {
+PlotSeries Level(double x_low, double x_high, double y, bool dashed) {
   PlotSeries line;
-  line.name = name;
   line.x = {x_low, x_high};
   line.y = {y, y};
   line.dashed = dashed;
@@ -74,15 +73,17 @@ Plot BlandAltman(const MarkerStudy& study, int axis) {
   plot.legend = PlotLegend::kNone;
   const JointAgreement& pooled = study.agreement.pooled;
   if (!cloud.x.empty()) {
-    const auto [low, high] =
-        std::minmax_element(cloud.x.begin(), cloud.x.end());
+    const auto ends = std::minmax_element(cloud.x.begin(), cloud.x.end());
+    const double low = *ends.first, high = *ends.second;
     const double bias = kPlotMm * pooled.bias_m[axis];
     const double limit = kPlotMm * pooled.limits_m[axis];
-    plot.series = {Level("bias", *low, *high, bias, false),
-                   Level("limit", *low, *high, bias - limit, true),
-                   Level("limit", *low, *high, bias + limit, true)};
+    plot.title += ": bias " + Fixed(bias, 1) + " mm, limits " +
+                  Fixed(bias - limit, 0) + " to " + Fixed(bias + limit, 0) +
+                  " mm";
+    plot.series = {std::move(cloud), Level(low, high, bias, false),
+                   Level(low, high, bias - limit, true),
+                   Level(low, high, bias + limit, true)};
   }
-  plot.series.push_back(std::move(cloud));
   return plot;
 }
 
@@ -152,7 +153,7 @@ std::vector<std::string> WriteMarkerPlots(const MarkerStudy& study,
   std::vector<std::string> names = {"bland_altman.svg", "errors.svg"};
   WritePlot(
       {BlandAltman(study, 0), BlandAltman(study, 1), BlandAltman(study, 2)},
-      folder + names[0], {1200, 420, 3});
+      folder + names[0], {1350, 420, 3});
   WritePlot({ErrorsOverTime(study)}, folder + names[1]);
   if (study.agreement.pooled.calibration.count() > 0) {
     names.emplace_back("calibration.svg");
