@@ -136,6 +136,13 @@ TEST_F(MarkersProgramTest, AShiftAndATurnAreTakenOff) {
       }
     }
     EXPECT_TRUE((is * motion.linear()).isApprox(was, 1e-5));
+    // What was found besides is the 40 degrees. By itself the pair as it stands
+    // is turned by half a degree, and as uncertain as that: definitions of
+    // joints differ.
+    EXPECT_NEAR(Eigen::AngleAxisd(is.transpose() * was).angle(),
+                40.0 * M_PI / 180.0, 0.1 * M_PI / 180.0);
+    EXPECT_NEAR(json_["rotation_deg"].get<double>(), 40.0,
+                before["rotation_deg"].get<double>() + 0.1);
   }
 }
 
@@ -244,35 +251,28 @@ class MarkersFromPixelsTest : public MarkersProgramTest {
 
 // A jump of 3 s holds some thirty stretches of a noise that lasts for 0.1 s:
 // the share covered of one seed is sure to 0.04, that of four to 0.02.
-TEST_F(MarkersFromPixelsTest, StatedEllipsoidsHoldAtLeastWhatTheyPromise) {
+TEST_F(MarkersFromPixelsTest, StatedEllipsoidsHoldWhatTheyPromise) {
   KINEGRAPH_DATA_OR_SKIP(data, kFolder);
   constexpr int kSeeds = 4;
   for (const auto& [white_px, lasting_px] : {std::pair{2.0, 0.0}, {0.0, 4.0}}) {
-    double covered_50 = 0.0, covered_80 = 0.0, covered_95 = 0.0, angles = 0.0;
+    double calibration_error = 0.0, covered_95 = 0.0, angles = 0.0;
     for (int seed = 1; seed <= kSeeds; ++seed) {
       Score(data, {white_px, lasting_px, 0.0, static_cast<uint64_t>(seed)});
       const Json& pooled = json_["pooled"];
-      covered_50 += pooled["coverage_50"].get<double>() / kSeeds;
-      covered_80 += pooled["coverage_80"].get<double>() / kSeeds;
+      calibration_error += pooled["ece"].get<double>() / kSeeds;
       covered_95 += pooled["coverage_95"].get<double>() / kSeeds;
       for (const Json& angle : json_["angles"]) {
         angles += angle["after_offset_coverage_95"].get<double>() /
                   static_cast<double>(kSeeds * json_["angles"].size());
       }
     }
-    // Never surer than it is. Noise that lasts for 0.1 s is stated as it is;
-    // white noise alone is taken to last a little, and so its ellipsoids are
-    // up to a quarter too long.
     const std::string what = std::to_string(white_px) + " px white, " +
                              std::to_string(lasting_px) + " px lasting";
-    EXPECT_GE(covered_50, 0.50 - 0.05) << what;
-    EXPECT_GE(covered_80, 0.80 - 0.05) << what;
-    EXPECT_GE(covered_95, 0.95 - 0.05) << what;
-    const double calibration_error =
-        (covered_50 - 0.50 + covered_80 - 0.80 + covered_95 - 0.95) / 3.0;
-    EXPECT_LE(calibration_error, white_px > 0.0 ? 0.15 : 0.08) << what;
-    EXPECT_GE(angles, 0.90);
-    EXPECT_LE(angles, 0.98);
+    // Three standard errors, 0.02, beside what is asked: 0.05.
+    EXPECT_LE(calibration_error, 0.05 + 0.02) << what;
+    EXPECT_NEAR(covered_95, 0.95, 0.03) << what;
+    EXPECT_GE(angles, 0.90) << what;
+    EXPECT_LE(angles, 0.98) << what;
   }
 }
 
