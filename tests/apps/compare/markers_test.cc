@@ -1,0 +1,155 @@
+// compare --markers: the truth is optical markers, with a clock and a world of
+// their own.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "apps/common/config_folder.h"
+#include "apps/common/synthesis.h"
+#include "core/io/text/json.h"
+#include "core/io/tracks/writer.h"
+#include "tests/support/program.h"
+#include "tests/support/test_data.h"
+
+namespace kinegraph {
+namespace {
+
+using ::testing::HasSubstr;
+
+class CompareWithMarkers : public ::testing::Test {
+ protected:
+  CompareWithMarkers()
+      : recording_(MakeRecording(
+            ProjectConfig("synthetic/correlated_25hz.toml"),
+            "scene.people=1;scene.duration=6;noise.correlation_time=0;"
+            "noise.sigma=6")) {
+    WriteRecording(recording_, (folder_.path() / "take").string());
+  }
+
+  testing::ProgramOutcome Run(const std::string& truth) {
+    const std::string take = (folder_.path() / "take").string();
+    const std::string out = (folder_.path() / "out").string();
+    std::filesystem::remove_all(out);
+    const auto outcome = testing::RunProgram(
+        "compare", "--cameras='" + take + "/cameras.json' --detections='" +
+                       take + "/detections.jsonl' " + truth + " --config='" +
+                       ProjectConfig("synthetic/track_paper.toml") +
+                       "' --strategies=raw_dlt,batch --noplots --out='" + out +
+                       "'");
+    if (outcome.exit_code == 0) {
+      json_ = Json::parse(testing::ContentOf(out + "/compare.json"));
+    }
+    return outcome;
+  }
+
+  // Two markers beside each joint of the limbs, 40 mm to each side, seen
+  // 137 ms late in a world of their own.
+  std::string Markers() const {
+    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+    motion.linear() =
+        Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, -1.0).normalized())
+            .toRotationMatrix();
+    motion.translation() = Eigen::Vector3d(3.0, -1.0, 0.5);
+    return Write("markers.jsonl", motion, 0.137);
+  }
+
+  std::string Write(const std::string& name, const Eigen::Isometry3d& motion,
+                    double late_s) const {
+    const std::vector<std::pair<std::string, std::string>> joints = {
+        {"knee", "Knee"},
+        {"elbow", "Elbow"},
+        {"wrist", "Wrist"},
+        {"ankle", "Ankle"}};
+    const Skeleton& skeleton = recording_.truth.header.skeleton;
+    TrackSequence markers;
+    markers.header.frame_rate_hz = recording_.truth.header.frame_rate_hz;
+    std::vector<std::string> labels;
+    for (const TrackFrame& frame : recording_.truth.frames) {
+      TrackFrame& seen = markers.frames.emplace_back(frame);
+      seen.time += FromSeconds(late_s);
+      for (PersonPose& person : seen.people) {
+        const Pose3d truth = std::move(person.joints);
+        const TrackId id = person.id;
+        person = PersonPose();
+        person.id = id;
+        labels.clear();
+        for (const std::string side : {"l_", "r_"}) {
+          for (const auto& [joint, label] : joints) {
+            const Joint3d& centre =
+                truth[static_cast<size_t>(skeleton.IndexOf(side + joint))];
+            for (const double sign : {-1.0, 1.0}) {
+              Joint3d& marker = person.joints.emplace_back(centre);
+              marker.position_m =
+                  motion *
+                  (centre.position_m + Eigen::Vector3d(0.0, 0.04 * sign, 0.0));
+              labels.push_back((side == "l_" ? "L" : "R") + label +
+                               (sign < 0.0 ? "In" : "Out"));
+            }
+          }
+        }
+      }
+    }
+    markers.header.skeleton = Skeleton("markers", labels, {});
+    const std::string path = (folder_.path() / name).string();
+    WriteTracks(path, markers);
+    return path;
+  }
+
+  double Figure(const std::string& strategy) const {
+    for (const Json& one : json_["strategies"]) {
+      if (one["name"] == strategy)
+        return one["measures"]["mpjpe_mm"]["value"].get<double>();
+    }
+    return -1.0;
+  }
+
+  SyntheticRecording recording_;
+  testing::TemporaryFolder folder_;
+  Json json_;
+};
+
+TEST_F(CompareWithMarkers, RanksAsTheTruthDoes) {
+  const auto outcome = Run("--markers='" + Markers() + "'");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.errors;
+  const double dlt_mm = Figure("raw_dlt");
+  const double batch_mm = Figure("batch");
+  EXPECT_LT(batch_mm, dlt_mm);
+  // The same markers on the cameras' clock and in their world: what aligning
+  // adds or hides is what a rigid motion and a shift fit of the noise, which
+  // hundreds of frames leave little of.
+  const std::string same =
+      Write("same.jsonl", Eigen::Isometry3d::Identity(), 0.0);
+  ASSERT_EQ(Run("--markers='" + same + "'").exit_code, 0);
+  EXPECT_NEAR(Figure("raw_dlt"), dlt_mm, 0.2);
+  EXPECT_NEAR(Figure("batch"), batch_mm, 0.2);
+  // Against the synthetic truth itself, all of its joints.
+  ASSERT_EQ(Run("--ground_truth='" + (folder_.path() / "take").string() +
+                "/truth.jsonl' --protocol=mpjpe")
+                .exit_code,
+            0);
+  EXPECT_NEAR(Figure("raw_dlt"), dlt_mm, 0.2 * dlt_mm);
+}
+
+TEST_F(CompareWithMarkers, RefusesWhatItCannotUse) {
+  const std::string markers = "--markers='" + Markers() + "'";
+  const auto error = [&](const std::string& flags) {
+    const auto outcome = Run(flags);
+    EXPECT_EQ(outcome.exit_code, 2) << flags;
+    return outcome.errors;
+  };
+  EXPECT_THAT(error(markers + " --ground_truth=x.jsonl --protocol=mpjpe"),
+              HasSubstr("use one of them"));
+  EXPECT_THAT(error("--joints=x.toml"), HasSubstr("belongs to --markers"));
+  EXPECT_THAT(
+      error("--markers='" + folder_.path().string() + "/take/cameras.json'"),
+      HasSubstr("cameras.json"));
+}
+
+}  // namespace
+}  // namespace kinegraph
