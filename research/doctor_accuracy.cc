@@ -339,6 +339,20 @@ double UpperLimit(int k, int n) {
   return high;
 }
 
+// To standard error: what was said of a fault that was not named, or of more
+// than the fault.
+void PrintFindings(const std::string& fault, uint64_t seed,
+                   const Diagnosis& diagnosis) {
+  std::fprintf(stderr, "%s, scene %llu: %s\n", fault.c_str(),
+               static_cast<unsigned long long>(seed),
+               ToString(diagnosis.verdict));
+  for (const Finding& finding : diagnosis.findings) {
+    std::fprintf(stderr, "  %s of %s, %.2f: %s\n", finding.kind.c_str(),
+                 finding.camera.c_str(), finding.confidence,
+                 finding.evidence.c_str());
+  }
+}
+
 nlohmann::json Run(int scenes, uint64_t first_seed, const std::string& only) {
   nlohmann::json rows = nlohmann::json::array();
   constexpr double kConfident = 0.8;
@@ -372,6 +386,10 @@ nlohmann::json Run(int scenes, uint64_t first_seed, const std::string& only) {
         is_named = is_named || right;
         is_wrong = is_wrong || (!right && finding.confidence >= kConfident);
       }
+      const bool is_right =
+          fault.kinds.empty() ? diagnosis.findings.empty() : is_named;
+      if (is_wrong || !is_right)
+        PrintFindings(fault.name, options.seed, diagnosis);
       named += is_named;
       wrong += is_wrong;
       suspect += diagnosis.verdict == DoctorVerdict::kSuspect;

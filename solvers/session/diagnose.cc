@@ -1,5 +1,6 @@
 #include "solvers/session/diagnose.h"
 
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -28,8 +29,8 @@ FrozenMatches MatchRecording(const RunOptions& options, const SceneModel& scene,
 namespace {
 
 // Another order of the joints with as many of them, which fits people's bones
-// clearly better.
-void LookAtSkeleton(const DetectionSequence& detections, Diagnosis* diagnosis) {
+// clearly better; null where there is none.
+const Skeleton* BetterSkeleton(const DetectionSequence& detections) {
   const Skeleton& own = detections.header.skeleton;
   std::vector<const Skeleton*> candidates = {&own};
   for (const Skeleton* other : SkeletonsOfSize(own.joints().size())) {
@@ -43,16 +44,17 @@ void LookAtSkeleton(const DetectionSequence& detections, Diagnosis* diagnosis) {
     }
   }
   const size_t best = fit.Best();
-  if (best == 0) return;
+  return best == 0 ? nullptr : candidates[best];
+}
+
+Finding OtherSkeleton(const std::string& told, const std::string& better) {
   Finding finding;
   finding.kind = "skeleton";
   finding.confidence = 0.9;
-  finding.fix = "--set=detections.skeleton=" + candidates[best]->name();
-  finding.evidence = "limbs and trunks have implausible lengths as " +
-                     own.name() + " and plausible ones as " +
-                     candidates[best]->name();
-  diagnosis->findings.insert(diagnosis->findings.begin(), finding);
-  diagnosis->verdict = DoctorVerdict::kSuspect;
+  finding.fix = "--set=detections.skeleton=" + better;
+  finding.evidence = "limbs and trunks have implausible lengths as " + told +
+                     " and plausible ones as " + better;
+  return finding;
 }
 
 }  // namespace
@@ -61,12 +63,16 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
                             const RunRequest& request,
                             const DetectionSequence& detections,
                             const CalibrationUnit& unit) {
-  const RunScene scene = PrepareScene(options, request, detections.header);
+  // Joints by their right names first: nothing else is asked of wrong ones.
+  DetectionHeader header = detections.header;
+  const Skeleton* better = BetterSkeleton(detections);
+  if (better != nullptr) header.skeleton = *better;
+  const RunScene scene = PrepareScene(options, request, header);
   DoctorInput input;
   input.frame_rate_hz = scene.model.frame_rate_hz;
   input.units_per_metre = unit.per_metre;
   input.unit_can_be_set = unit.can_be_changed;
-  input.detections.header = detections.header;
+  input.detections.header = header;
   input.detections.header.view_names = scene.view_names;
   for (DetectionFrame frame : detections.frames) {
     if (!ContainsFrame(request.frames, frame.frame)) continue;
@@ -74,7 +80,7 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
   }
   // The doctor has a word of his own on people who are too small or too large.
   const SubjectScale scale =
-      IsHuman(detections.header.skeleton)
+      IsHuman(header.skeleton)
           ? SubjectScale()
           : ScaleOf(options, scene.model.cameras, input.detections);
   input.cameras = scale.IntoRun(scene.model.cameras);
@@ -87,7 +93,12 @@ Diagnosis DiagnoseRecording(const RunOptions& options,
   };
   Diagnosis diagnosis = Diagnose(input);
   diagnosis.cameras = scale.IntoWorld(std::move(diagnosis.cameras));
-  LookAtSkeleton(input.detections, &diagnosis);
+  if (better != nullptr) {
+    diagnosis.findings.insert(
+        diagnosis.findings.begin(),
+        OtherSkeleton(detections.header.skeleton.name(), better->name()));
+    diagnosis.verdict = DoctorVerdict::kSuspect;
+  }
   return diagnosis;
 }
 
