@@ -114,8 +114,9 @@ class Doctor {
     Ask(Stage::kTwins);
     AskThoseThatCompete();
     Ask(Stage::kWorld);
-    if (set_up_.input.match) AskOfMatches();
-    return Closed(DoctorVerdict::kSound);
+    const bool examined = !set_up_.input.match || AskOfMatches();
+    return Closed(examined ? DoctorVerdict::kSound
+                           : DoctorVerdict::kNotExamined);
   }
 
  private:
@@ -164,15 +165,16 @@ class Doctor {
     }
   }
 
-  void AskOfMatches() {
+  // False where too few are matched to ask.
+  bool AskOfMatches() {
     set_up_.Match();
     Ask(Stage::kStrangers);
     constexpr size_t kEnough = 100;
     if (set_up_.segments.segments.size() < kEnough) {
       Note(
           "too few people are matched between views to look at single "
-          "cameras and clocks");
-      return;
+          "cameras and clocks: a longer recording tells");
+      return false;
     }
     Ask(Stage::kJumps);
     Note(
@@ -181,6 +183,7 @@ class Doctor {
                set_up_.Fit().MeanPx(),
                static_cast<double>(set_up_.segments.segments.size())));
     Ask(Stage::kMatches);
+    return true;
   }
 
   // Exactly what an answer says is changed; what was seen with the set-up

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "core/evaluation/statistics.h"
@@ -270,6 +271,14 @@ std::vector<double> PlacesOf(const std::vector<MotionSegment>& segments) {
   return places;
 }
 
+int ViewCount(const MotionSegment& segment) {
+  std::set<int> views;
+  for (const SegmentMeasurement& m : segment.measurements) {
+    views.insert(m.view_idx);
+  }
+  return static_cast<int>(views.size());
+}
+
 bool IsLower(JointClass joint_class) {
   return joint_class == JointClass::kHip || joint_class == JointClass::kKnee ||
          joint_class == JointClass::kAnkle || joint_class == JointClass::kFoot;
@@ -484,9 +493,15 @@ double BinLength(const SceneSegments& segments) {
   return std::min(1.0, std::max(0.2, segments.span_s / 20.0));
 }
 
-double PlacesApart(const SceneSegments& segments) {
-  if (segments.segments.empty()) return 0.0;
-  std::vector<double> places = PlacesOf(segments.segments);
+double PlacesApart(const SceneSegments& scene) {
+  std::vector<MotionSegment> telling;
+  for (const MotionSegment& segment : scene.segments) {
+    if (ViewCount(segment) >= std::min(3, scene.view_count)) {
+      telling.push_back(segment);
+    }
+  }
+  if (telling.empty()) return 0.0;
+  const std::vector<double> places = PlacesOf(telling);
   return Quantile(places, 0.75) - Quantile(places, 0.25);
 }
 

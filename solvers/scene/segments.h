@@ -149,8 +149,9 @@ enum class Halving {
 SceneSegments HalfOf(const SceneSegments& segments, Halving halving, int half);
 
 // How far the two halves of the places lie apart [m]: of each joint's
-// positions, less its mean one.
-double PlacesApart(const SceneSegments& segments);
+// positions, less its mean one, where three views see it: what two views pair
+// fits any camera, such as a figure that nobody else sees.
+double PlacesApart(const SceneSegments& scene);
 
 }  // namespace kinegraph
 

@@ -143,5 +143,14 @@ TEST(ViewChecks, NobodyInTwoViewsIsNotExamined) {
   ASSERT_FALSE(diagnosis.notes.empty());
 }
 
+// A few pictures show how views agree, not whether a camera is a degree off.
+TEST(ViewChecks, AFewPicturesAreNotExamined) {
+  FaultyScene scene = FourViews(9);
+  scene.detections.frames.resize(3);
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  EXPECT_EQ(diagnosis.verdict, DoctorVerdict::kNotExamined);
+  EXPECT_TRUE(diagnosis.findings.empty());
+}
+
 }  // namespace
 }  // namespace kinegraph
