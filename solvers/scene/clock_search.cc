@@ -39,7 +39,7 @@ class LagTable {
       : views_(cameras.size()), max_lag_(max_lag), scores_(views_ * views_) {
     for (size_t a = 0; a < views_; ++a) {
       for (size_t b = a + 1; b < views_; ++b) {
-        ViewPair pair(cameras[a], ideal[a], cameras[b], ideal[b]);
+        PairOfViews pair(cameras[a], ideal[a], cameras[b], ideal[b]);
         std::vector<double>& row = scores_[a * views_ + b];
         row.assign(static_cast<size_t>(2 * max_lag_ + 1), 0.0);
         for (int lag = -max_lag_; lag <= max_lag_; lag += step) {

@@ -315,7 +315,7 @@ ViewPeople Undistorted(const ViewPeople& view, const Camera& camera) {
   return ideal;
 }
 
-class ViewPair::Impl {
+class PairOfViews::Impl {
  public:
   Impl(const Camera& camera_a, const ViewPeople& a, const Camera& camera_b,
        const ViewPeople& b)
@@ -379,18 +379,18 @@ class ViewPair::Impl {
   Known known_b_;
 };
 
-ViewPair::ViewPair(const Camera& camera_a, const ViewPeople& a,
-                   const Camera& camera_b, const ViewPeople& b)
+PairOfViews::PairOfViews(const Camera& camera_a, const ViewPeople& a,
+                         const Camera& camera_b, const ViewPeople& b)
     : impl_(std::make_unique<Impl>(camera_a, a, camera_b, b)) {}
-ViewPair::~ViewPair() = default;
-PairAgreement ViewPair::Agreement(const std::vector<int>& frames, int lag) {
+PairOfViews::~PairOfViews() = default;
+PairAgreement PairOfViews::Agreement(const std::vector<int>& frames, int lag) {
   return impl_->Agreement(frames, lag);
 }
 
 PairAgreement AgreementOf(const Camera& camera_a, const ViewPeople& a,
                           const Camera& camera_b, const ViewPeople& b,
                           const std::vector<int>& frames, int lag) {
-  return ViewPair(camera_a, a, camera_b, b).Agreement(frames, lag);
+  return PairOfViews(camera_a, a, camera_b, b).Agreement(frames, lag);
 }
 
 double ComparisonsOfAll(const std::vector<ViewPeople>& views,

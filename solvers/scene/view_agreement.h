@@ -104,11 +104,11 @@ struct AgreementGain {
 
 // Two views, to be compared at several lags. `a` and `b` hold ideal pixels of
 // the cameras; all must outlive the object.
-class ViewPair {
+class PairOfViews {
  public:
-  ViewPair(const Camera& camera_a, const ViewPeople& a, const Camera& camera_b,
-           const ViewPeople& b);
-  ~ViewPair();
+  PairOfViews(const Camera& camera_a, const ViewPeople& a,
+              const Camera& camera_b, const ViewPeople& b);
+  ~PairOfViews();
 
   // Frame k of `a` is compared with frame k + lag of `b`. A pair's gain is the
   // mean over common joints of max(0, 1 - d / 0.1), d the distance from the

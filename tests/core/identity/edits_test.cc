@@ -143,7 +143,7 @@ TEST(ApplyEditTest, WrongEditsSayWhatAndChangeNothing) {
       {Edit(EditOp::kJoin, {0, 1}), "are both there in frame 5"},
       {Edit(EditOp::kCut, {1}), "frames: missing"},
       {Edit(EditOp::kCut, {1}, FrameSpan{9, 8}), "empty range"},
-      {Edit(EditOp::kCut, {1, 2}, FrameSpan{8, 9}), "somebody already"},
+      {Edit(EditOp::kCut, {1, 2}, FrameSpan{8, 9}), "exists already"},
       {Edit(EditOp::kCut, {0, 1, 2}, FrameSpan{8, 9}), "persons: found 3"},
       {Edit(EditOp::kDelete, {0}, FrameSpan{10, 19}), "person 0 is not in"},
       {Edit(EditOp::kSwap, {0, 2}, FrameSpan{10, 11}), "person 0 is not in"},

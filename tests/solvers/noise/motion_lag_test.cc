@@ -17,12 +17,12 @@ constexpr double kFrameS = 0.01;
 constexpr double kVarianceM2 = 1e-4;
 // The crossover is at 20 rad/s with white errors.
 constexpr double kCrossover = 20.0;
-const double kProcessNoise = kVarianceM2 * kFrameS * std::pow(kCrossover, 4);
-constexpr int kFrames = 6000;
+const double kLagProcessNoise = kVarianceM2 * kFrameS * std::pow(kCrossover, 4);
+constexpr int kLagFrames = 6000;
 
 // Points of `motion`, called once a frame, with errors of that correlation.
 double LagOf(const std::function<Vector3d(double)>& motion,
-             const ErrorCorrelation& correlation, int frames = kFrames) {
+             const ErrorCorrelation& correlation, int frames = kLagFrames) {
   Random random(5);
   const auto draw = [&] {
     return Vector3d(random.Normal(), random.Normal(), random.Normal());
@@ -43,9 +43,9 @@ double LagOf(const std::function<Vector3d(double)>& motion,
       sample.point_m.fill(std::numeric_limits<double>::quiet_NaN());
     }
     sample.variance_m2 = kVarianceM2;
-    sample.process_noise = kProcessNoise;
+    sample.process_noise = kLagProcessNoise;
     sample.expected =
-        LeftOver(correlation, kFrameS, kProcessNoise, kVarianceM2);
+        LeftOver(correlation, kFrameS, kLagProcessNoise, kVarianceM2);
     samples.push_back(sample);
   }
   LagLearner learner;
@@ -61,7 +61,7 @@ std::function<Vector3d(double)> Driven(int order) {
           derivatives =
               std::vector<Vector3d>(order, Vector3d::Zero())](double) mutable {
     const double power =
-        kProcessNoise * std::pow(kCrossover, 2.0 * (order - 2));
+        kLagProcessNoise * std::pow(kCrossover, 2.0 * (order - 2));
     Vector3d carried =
         std::sqrt(power / kFrameS) *
         Vector3d(random.Normal(), random.Normal(), random.Normal());
