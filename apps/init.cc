@@ -77,20 +77,7 @@ void PrintUpright(const RecordingSurvey& survey, const RunOptions& options) {
                 .c_str());
 }
 
-void PrintFindings(const RecordingSurvey& survey, const RunOptions& options) {
-  const double distance_m = WorkingDistance(survey.cameras);
-  std::printf("cameras     %zu, %s, focal length about %.0f px\n",
-              survey.cameras.size(), SizesOf(survey.cameras).c_str(),
-              PixelsPerMetre(survey.cameras, distance_m) * distance_m);
-  std::printf("            they look at a place %.1f m away\n", distance_m);
-  // Joints are then off while the views still agree.
-  if (std::none_of(
-          survey.cameras.begin(), survey.cameras.end(),
-          [](const Camera& camera) { return camera.lens() != nullptr; })) {
-    std::printf(
-        "            no lens terms stated; `doctor` tells if some are "
-        "missing\n");
-  }
+void PrintUnit(const RecordingSurvey& survey) {
   const RecordingReport& report = survey.report;
   if (report.height_m > 0.0) {
     std::printf(
@@ -110,7 +97,25 @@ void PrintFindings(const RecordingSurvey& survey, const RunOptions& options) {
   } else {
     std::printf("unit        not known: nobody could be measured\n");
   }
+}
+
+void PrintFindings(const RecordingSurvey& survey, const RunOptions& options) {
+  const double distance_m = WorkingDistance(survey.cameras);
+  std::printf("cameras     %zu, %s, focal length about %.0f px\n",
+              survey.cameras.size(), SizesOf(survey.cameras).c_str(),
+              PixelsPerMetre(survey.cameras, distance_m) * distance_m);
+  std::printf("            they look at a place %.1f m away\n", distance_m);
+  // Joints are then off while the views still agree.
+  if (std::none_of(
+          survey.cameras.begin(), survey.cameras.end(),
+          [](const Camera& camera) { return camera.lens() != nullptr; })) {
+    std::printf(
+        "            no lens terms stated; `doctor` tells if some are "
+        "missing\n");
+  }
+  PrintUnit(survey);
   PrintUpright(survey, options);
+  const RecordingReport& report = survey.report;
   std::string views;
   for (const CameraReport& camera : report.cameras) {
     views += (views.empty() ? "" : ", ") + camera.view + " = " + camera.camera;
@@ -156,6 +161,21 @@ bool SameBones(const Skeleton& one, const Skeleton& other) {
       other.bones().end(),
       [](const Bone& a, const Bone& b) { return a.a == b.a && a.b == b.b; });
 }
+
+// How a whole recording is solved at once.
+constexpr const char* kWholeRecording =
+    "\n[gates]\n"
+    "units = \"metres\"   # scale with focal length, distance and rate\n"
+    "\n[tracking]\n"
+    "backfill = true      # write people from their first frame on\n"
+    "max_gap_s = 0.4      # s; longer gaps are not bridged\n"
+    "second_pass = true   # associate again with the smoothed tracks\n"
+    "\n[identity]\n"
+    "link = true          # decide who is who over the whole recording\n"
+    "\n[output]\n"
+    "estimator = \"batch\"\n"
+    "\n[graph]\n"
+    "bones = true\n";
 
 std::string ConfigText(const RecordingSurvey& survey) {
   std::string text =
@@ -207,20 +227,7 @@ std::string ConfigText(const RecordingSurvey& survey) {
         "min_joints = {0}\n",
         *survey.min_joints);
   }
-  text +=
-      "\n[gates]\n"
-      "units = \"metres\"   # scale with focal length, distance and rate\n"
-      "\n[tracking]\n"
-      "backfill = true      # write people from their first frame on\n"
-      "max_gap_s = 0.4      # s; longer gaps are not bridged\n"
-      "second_pass = true   # associate again with the smoothed tracks\n"
-      "\n[identity]\n"
-      "link = true          # decide who is who over the whole recording\n"
-      "\n[output]\n"
-      "estimator = \"batch\"\n"
-      "\n[graph]\n"
-      "bones = true\n";
-  return text;
+  return text + kWholeRecording;
 }
 
 // The value of a key as it was read, in TOML: JSON's texts, numbers and lists

@@ -259,6 +259,36 @@ class PeopleSets {
   std::vector<int> set_of_;
 };
 
+// Tracklets that pairs of views take for one person, the worthiest pair first.
+PeopleSets SetsOf(const std::vector<ViewTracklet>& tracklets,
+                  const std::vector<PairFit>& pairs, const RigStart& start) {
+  struct Edge {
+    double worth;
+    TrackletMatch match;
+  };
+  std::vector<Edge> edges;
+  for (const PairFit& pair : pairs) {
+    const auto a = static_cast<size_t>(pair.a);
+    const auto b = static_cast<size_t>(pair.b);
+    if (!start.joined[a] || !start.joined[b]) continue;
+    // A pair of another clock says nothing of who is who.
+    if (std::abs(start.lag_frames[b] - start.lag_frames[a] - pair.lag) > 2) {
+      continue;
+    }
+    for (const TrackletMatch& match : pair.matches) {
+      const auto& one = tracklets[static_cast<size_t>(match.a)];
+      edges.push_back(
+          {match.gain * static_cast<double>(one.detections.size()), match});
+    }
+  }
+  std::stable_sort(
+      edges.begin(), edges.end(),
+      [](const Edge& x, const Edge& y) { return x.worth > y.worth; });
+  PeopleSets sets(tracklets);
+  for (const Edge& edge : edges) sets.Join(edge.match.a, edge.match.b);
+  return sets;
+}
+
 }  // namespace
 
 int RigStart::joined_count() const {
@@ -300,30 +330,7 @@ FrozenMatches PeopleOf(const DetectionSequence& detections,
                        const std::vector<ViewTracklet>& tracklets,
                        const std::vector<PairFit>& pairs,
                        const RigStart& start) {
-  struct Edge {
-    double worth;
-    TrackletMatch match;
-  };
-  std::vector<Edge> edges;
-  for (const PairFit& pair : pairs) {
-    const auto a = static_cast<size_t>(pair.a);
-    const auto b = static_cast<size_t>(pair.b);
-    if (!start.joined[a] || !start.joined[b]) continue;
-    // A pair of another clock says nothing of who is who.
-    if (std::abs(start.lag_frames[b] - start.lag_frames[a] - pair.lag) > 2) {
-      continue;
-    }
-    for (const TrackletMatch& match : pair.matches) {
-      const auto& one = tracklets[static_cast<size_t>(match.a)];
-      edges.push_back(
-          {match.gain * static_cast<double>(one.detections.size()), match});
-    }
-  }
-  std::stable_sort(
-      edges.begin(), edges.end(),
-      [](const Edge& x, const Edge& y) { return x.worth > y.worth; });
-  PeopleSets sets(tracklets);
-  for (const Edge& edge : edges) sets.Join(edge.match.a, edge.match.b);
+  PeopleSets sets = SetsOf(tracklets, pairs, start);
   FrozenMatches matches;
   std::map<int, std::map<int, FrozenFrame>> people;  // set, moment
   const auto count = static_cast<int>(detections.frames.size());

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "solvers/scene/camera_change.h"
 
@@ -112,6 +113,40 @@ double SignedSampson(const Eigen::Matrix3d& essential, double magnification,
   return b.dot(line_b) / length * magnification / pair.size;
 }
 
+// Normal equations of the robust Sampson distances: the information and the
+// gradient of the first `size` steps, by numeric derivatives.
+std::pair<Eigen::Matrix<double, 6, 6>, Step> Linearise(
+    const std::vector<PointPair>& pairs, const RelativePose& pose, double scale,
+    int size) {
+  constexpr double kSmall = 1e-6;  // of the numeric derivatives
+  std::array<RelativePose, 6> nudged;
+  std::array<Eigen::Matrix3d, 6> essentials;
+  for (int i = 0; i < size; ++i) {
+    nudged[static_cast<size_t>(i)] = Moved(pose, kSmall * Step::Unit(i));
+    essentials[static_cast<size_t>(i)] =
+        nudged[static_cast<size_t>(i)].Essential();
+  }
+  const Eigen::Matrix3d essential = pose.Essential();
+  auto normal = std::make_pair(Eigen::Matrix<double, 6, 6>::Zero().eval(),
+                               Step::Zero().eval());
+  auto& [H, g] = normal;
+  for (const PointPair& pair : pairs) {
+    const double r = SignedSampson(essential, pose.magnification, pair) / scale;
+    const double weight = 1.0 / (1.0 + r * r);
+    Step J = Step::Zero();
+    for (int i = 0; i < size; ++i) {
+      const auto k = static_cast<size_t>(i);
+      J[i] =
+          (SignedSampson(essentials[k], nudged[k].magnification, pair) / scale -
+           r) /
+          kSmall;
+    }
+    H.noalias() += weight * J * J.transpose();
+    g += weight * r * J;
+  }
+  return normal;
+}
+
 }  // namespace
 
 Eigen::Matrix3d RelativePose::Essential() const { return CrossMatrix(t) * R; }
@@ -180,7 +215,6 @@ RelativePose RefinePose(const std::vector<PointPair>& pairs,
                         const RelativePose& start, double scale,
                         double focal_sigma) {
   constexpr int kIterations = 15;
-  constexpr double kSmall = 1e-6;  // of the numeric derivatives
   RelativePose pose = start;
   const int size = focal_sigma > 0.0 ? 6 : 5;
   const auto prior_of = [&](const RelativePose& at) {
@@ -191,31 +225,7 @@ RelativePose RefinePose(const std::vector<PointPair>& pairs,
   double cost = RobustCost(pairs, pose, scale) + prior_of(pose);
   double damping = 1e-3;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    std::array<RelativePose, 6> nudged;
-    std::array<Eigen::Matrix3d, 6> essentials;
-    for (int i = 0; i < size; ++i) {
-      nudged[static_cast<size_t>(i)] = Moved(pose, kSmall * Step::Unit(i));
-      essentials[static_cast<size_t>(i)] =
-          nudged[static_cast<size_t>(i)].Essential();
-    }
-    const Eigen::Matrix3d essential = pose.Essential();
-    Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
-    Step g = Step::Zero();
-    for (const PointPair& pair : pairs) {
-      const double r =
-          SignedSampson(essential, pose.magnification, pair) / scale;
-      const double weight = 1.0 / (1.0 + r * r);
-      Step J = Step::Zero();
-      for (int i = 0; i < size; ++i) {
-        const auto k = static_cast<size_t>(i);
-        J[i] = (SignedSampson(essentials[k], nudged[k].magnification, pair) /
-                    scale -
-                r) /
-               kSmall;
-      }
-      H.noalias() += weight * J * J.transpose();
-      g += weight * r * J;
-    }
+    auto [H, g] = Linearise(pairs, pose, scale, size);
     if (size == 6) {
       H(5, 5) += 1.0 / (focal_sigma * focal_sigma);
       g[5] += std::log(pose.magnification) / (focal_sigma * focal_sigma);

@@ -70,6 +70,28 @@ DetectionSequence Asked(const RunRequest& request,
   return asked;
 }
 
+// The frames with the views that have a camera.
+DetectionSequence UsedViewsOf(const RunScene& scene,
+                              const DetectionSequence& detections) {
+  DetectionSequence used;
+  used.header = detections.header;
+  used.header.view_names = scene.view_names;
+  for (DetectionFrame frame : detections.frames) {
+    KeepUsedViews(scene, &frame, &used.frames.emplace_back());
+  }
+  return used;
+}
+
+// `cameras`, each replaced by the one of its name in `others`, if any.
+CameraRig WithNamesakes(CameraRig cameras, const CameraRig& others) {
+  for (Camera& camera : cameras) {
+    for (const Camera& other : others) {
+      if (other.name() == camera.name()) camera = other;
+    }
+  }
+  return cameras;
+}
+
 }  // namespace
 
 double MiddleOf(const DetectionSequence& detections) {
@@ -83,13 +105,7 @@ RefinedRecording RefineRecording(const RunOptions& options,
                                  const DetectionSequence& detections) {
   RunScene scene = PrepareScene(options, request, detections.header);
   const DetectionSequence asked = Asked(request, detections);
-  DetectionSequence used;
-  used.header = detections.header;
-  used.header.view_names = scene.view_names;
-  for (DetectionFrame frame : asked.frames) {
-    KeepUsedViews(scene, &frame, &used.frames.emplace_back());
-  }
-  used = WithUsualConfidences(std::move(used));
+  DetectionSequence used = WithUsualConfidences(UsedViewsOf(scene, asked));
   std::vector<int> lags(scene.used_views.size(), 0);
   if (options.refine.refine_clock && scene.used_views.size() > 1) {
     lags = LagsOf(scene, used);
@@ -134,14 +150,9 @@ RefinedRecording RefineRecording(const RunOptions& options,
         lags[v] / scene.model.frame_rate_hz;
   }
   scale.IntoWorld(&recording.refinement);
-  const CameraRig refined =
-      RefinedCameras(recording.stated, recording.refinement.changes);
-  recording.cameras = request.cameras;
-  for (Camera& camera : recording.cameras) {
-    for (const Camera& one : refined) {
-      if (one.name() == camera.name()) camera = one;
-    }
-  }
+  recording.cameras = WithNamesakes(
+      request.cameras,
+      RefinedCameras(recording.stated, recording.refinement.changes));
   recording.record = RecordOf(scene, recording.refinement, MiddleOf(asked));
   recording.detections = Clocked(scene, recording.record, asked);
   return recording;
