@@ -348,10 +348,12 @@ class Warnings {
         MatchedShare() < kNearlyAll) {
       AddFewJoints();
     }
+    // Nobody is followed from one single picture to another.
+    if (facts_.independent_frames) return;
     if (identities <= 2 * report_->most_people_in_a_view + 2) return;
     Add("identities",
-        fmt::format("{} identities, though no view shows more than {} people "
-                    "at once: people may come and go, or be lost and found",
+        fmt::format("{} identities, though no view shows more than {} at "
+                    "once: some may come and go, or be lost and found",
                     identities, report_->most_people_in_a_view),
         facts_.links ? kLookCloser : "--set=identity.link=true");
   }
