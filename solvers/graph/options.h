@@ -55,8 +55,7 @@ struct GraphOptions {
   LossKind loss = LossKind::kGemanMcClure;
   double loss_scale = 3.0;  // sigmas
 
-  // Power of the white noise on acceleration [m^2/s^3]. Held-out-camera error
-  // on Shelf is flat over a decade around it (docs/graph_mode.md).
+  // Power of the white noise on acceleration [m^2/s^3].
   //   head trunk shoulder elbow wrist hip knee ankle foot other
   JointClassTable process_noise = {2.0, 1.0, 1.4,  4.0,  6.0,
                                    1.0, 2.0, 10.0, 10.0, 6.0};

@@ -124,7 +124,7 @@ enum class BoneUse {
   kEstimate,
   // Less sure, for what is stated: the length's own variance counts as often
   // as frames are averaged, since its error is the same in all of them. In the
-  // estimate that would cost more than it gives (docs/noise.md).
+  // estimate that would cost more than it gives.
   kCovariance
 };
 
@@ -136,9 +136,7 @@ enum class BoneUse {
 // - hidden^2 is what the spread may be beyond that without the looks showing it
 //   (spread_bound_m). Counted n times it would cost more than it saves.
 // - An error of the length is one number for the whole recording, which moves
-// each
-//   end by half of it; it counts once (BoneUse::kCovariance: n times).
-// docs/noise.md, "What bones give", has the figures.
+//   each end by half of it; it counts once (BoneUse::kCovariance: n times).
 BoneConstraint ConstraintOf(const Bone& bone, const BoneEstimate& estimate,
                             BoneUse use = BoneUse::kEstimate);
 

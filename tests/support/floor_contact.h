@@ -1,5 +1,5 @@
-// A user's own factor, as docs/graph_mode.md shows it: a resting ankle stays
-// on the floor z = 0.
+// A user's own factor, as examples/own_factor.cc shows it: a resting ankle
+// stays on the floor z = 0.
 #ifndef KINEGRAPH_TESTS_SUPPORT_FLOOR_CONTACT_H_
 #define KINEGRAPH_TESTS_SUPPORT_FLOOR_CONTACT_H_
 

@@ -29,7 +29,7 @@ function resize() {
 function makeHeader() {
   byId('title').textContent = data.title;
   const seconds = times[frameCount - 1] - times[0];
-  byId('subtitle').textContent = frameCount + ' frames, ' + seconds.toFixed(1) + ' s, ' + results[0].ids.length + ' identities'
+  byId('subtitle').textContent = frameCount + ' frames, ' + seconds.toFixed(1) + ' s, ' + results[0].ids.length + (results[0].ids.length === 1 ? ' identity' : ' identities')
     + (data.cameras.length ? ', ' + data.cameras.length + ' cameras' : '');
   const notes = [];
   if (data.assumedRate) notes.push('The files tell no times: ' + data.assumedRate + ' frames a second are assumed.');

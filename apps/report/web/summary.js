@@ -72,7 +72,7 @@ export function makeSummary() {
     if (summary) {
       box.append(summaryTable(summary));
       const tall = summary.people.filter((person) => person.height_m).sort((a, b) => b.frames - a.frames).slice(0, 6);
-      line(summary.people.length + ' identities, at most ' + summary.most_people_in_a_view + ' in a view'
+      line(summary.people.length + (summary.people.length === 1 ? ' identity' : ' identities') + ', at most ' + summary.most_people_in_a_view + ' in a view'
         + (tall.length ? '; heights ' + tall.map((person) => person.height_m.toFixed(2) + ' m').join(', ') : ''));
       solverLines(summary).forEach((text) => line(text));
       if (summary.warnings.length) line(summary.warnings.length + (summary.warnings.length > 1 ? ' warnings' : ' warning') + ', at the top of the page', 'warning');

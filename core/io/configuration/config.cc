@@ -137,7 +137,7 @@ constexpr GoneKey kGoneKeys[] = {
     {"graph.birth_position_sigma_m", "1 m, always"},
     {"graph.birth_velocity_sigma_mps", "3 m/s, always"},
     {"graph.bone_loss", "lengths are not doubted; see graph.bone_sigma_from"},
-    {"graph.bone_swing", "steps know of it, always"},
+    {"graph.bone_swing", "always on"},
     {"graph.start_from", "where the frame's own views place the joint, always"},
 };
 

@@ -35,7 +35,7 @@ void RecordRatio(const char* name, double ratio, const Interval& interval) {
 
 // 0.88 and 0.80 of paper mode are what was asked of graph mode before it was
 // written. Interval by interval: all of what chance allows has to be better.
-// docs/graph_mode.md has the figures.
+// docs/results.md has the figures.
 TEST(GraphModeTest, PredictsHeldOutCamerasBetterThanPaperMode) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const testing::ShelfRecording recording =

@@ -88,8 +88,7 @@ TEST(MotionLevelTest, ABurstIsFoundWhereItIs) {
         SmoothLevels(chain.stationary(), times, seen, &chain);
     // Three thousand times stronger. Before, by half a second, the level is
     // that of rest, half way at most. Afterwards it may stay loose: the stiff
-    // filters lost the joint in the burst and are slow to find it again
-    // (docs/noise.md, limits).
+    // filters lost the joint in the burst and are slow to find it again.
     for (size_t k = 0; k < levels.size(); ++k) {
       const double t = ToSeconds(times[k]);
       if (t > 4.1 && t < 4.4) {
