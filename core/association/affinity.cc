@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/data/box.h"
+
 namespace kinegraph {
 
 void AssociationOptions::Describe(OptionVisitor& visitor) {
@@ -154,6 +156,14 @@ class ProjectionMeasure final : public AffinityMeasure {
     ProjectPose(*target.pose, camera, joints_, &projected_);
     age_frames_ = target.age_frames;
     gate_px_ = GatePx(*target.pose, age_frames_, camera, options_);
+    box_.setEmpty();
+    for (const int j : joints_) {
+      if (projected_.valid[j]) box_.extend(projected_.px[j]);
+    }
+  }
+  // A joint beyond its gate adds nothing, or less.
+  bool MayMatch(const Eigen::AlignedBox2d& box) const override {
+    return !(GapPx(box, box_) > gate_px_);
   }
   double Of(const Observation& observation) const override {
     return Affinity(observation, projected_, age_frames_, gate_px_, joints_,
@@ -164,6 +174,7 @@ class ProjectionMeasure final : public AffinityMeasure {
   AssociationOptions options_;
   std::vector<int> joints_;
   ProjectedPose projected_;
+  Eigen::AlignedBox2d box_;  // around what is projected
   double age_frames_ = 0.0;
   double gate_px_ = 0.0;
 };

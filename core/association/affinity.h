@@ -5,6 +5,7 @@
 #define KINEGRAPH_CORE_ASSOCIATION_AFFINITY_H_
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <memory>
 #include <vector>
 
@@ -86,6 +87,10 @@ class AffinityMeasure {
   // What `target` points at must not change before the last of them.
   virtual void SetTarget(const AssociationTarget& target,
                          const Camera& camera) = 0;
+  // Whether an observation whose joints lie in `box` may have one above zero.
+  virtual bool MayMatch(const Eigen::AlignedBox2d& /*box*/) const {
+    return true;
+  }
   // > 0: may be matched, the greater the better.
   virtual double Of(const Observation& observation) const = 0;
 };

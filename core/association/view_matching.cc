@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/data/box.h"
+
 namespace kinegraph {
 
 void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
@@ -10,6 +12,10 @@ void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
                         std::vector<int>* match) {
   const size_t cols = observations.size();
   affinities_.resize(targets.size() * cols);
+  boxes_.clear();
+  for (const Observation& observation : observations) {
+    boxes_.push_back(BoxAround(observation.joints));
+  }
   for (size_t row = 0; row < targets.size(); ++row) {
     if (cols == 0) break;
     measure_->SetTarget(targets[row], camera);
@@ -17,7 +23,8 @@ void ViewMatcher::Match(const std::vector<AssociationTarget>& targets,
       // A pair that may not match must not influence the assignment either, so
       // a negative affinity counts as zero.
       const size_t pair = row * cols + col;
-      const bool may = barred.empty() || !barred[pair];
+      const bool may =
+          (barred.empty() || !barred[pair]) && measure_->MayMatch(boxes_[col]);
       affinities_[pair] =
           may ? std::max(0.0, measure_->Of(observations[col])) : 0.0;
     }

@@ -2,6 +2,7 @@
 #ifndef KINEGRAPH_CORE_ASSOCIATION_VIEW_MATCHING_H_
 #define KINEGRAPH_CORE_ASSOCIATION_VIEW_MATCHING_H_
 
+#include <Eigen/Geometry>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -38,6 +39,7 @@ class ViewMatcher {
   std::unique_ptr<AffinityMeasure> measure_;
   HungarianSolver solver_;
   std::vector<double> affinities_;
+  std::vector<Eigen::AlignedBox2d> boxes_;  // of the observations
 };
 
 }  // namespace kinegraph
