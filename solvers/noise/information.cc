@@ -61,9 +61,10 @@ struct WhitePowers {
 
 // Integral over u of what is passed of the lasting errors' power. It has its
 // peak below 1 / time_s, which may lie far below the crossover, so over t with
-// w time_s = tan t, at midpoints.
+// w time_s = tan t, at midpoints: right to 1e-6 where the crossover is below 3
+// / time_s, to 1 % at 50.
 double LastingPower(const Spectrum& spectrum, double crossover) {
-  constexpr int kSteps = 48;
+  constexpr int kSteps = 16;
   const double end = std::atan(kEnd * crossover * spectrum.time_s);
   double sum = 0.0;
   for (int i = 0; i < kSteps; ++i) {

@@ -165,6 +165,20 @@ ErrorCorrelation CorrelationLearner::Fit() const {
   constexpr double kLeastShare = 0.15;
   constexpr double kItsRateHz = 30.0;
   const double least_share = kLeastShare * std::min(1.0, frame_s_ * kItsRateHz);
+  struct Seen {
+    double weight;
+    double correlation;
+  };
+  std::vector<Seen> seen;
+  double total = 0.0;
+  for (size_t l = 0; l < lags_.size(); ++l) {
+    const double dt_s = static_cast<double>(l + 1) * frame_s_;
+    const double weight = lags_[l].square + kPrior;
+    const double prior = kPriorShare * std::exp(-dt_s / kPriorTime_s) * kPrior;
+    const double correlation = (lags_[l].product + prior) / weight;
+    total += weight * correlation * correlation;
+    seen.push_back({weight, correlation});
+  }
   ErrorCorrelation best;
   best.share = 0.0;
   double least = 1e300;
@@ -172,19 +186,14 @@ ErrorCorrelation CorrelationLearner::Fit() const {
     const double time_s =
         kShortest_s *
         std::pow(kOneSecond / kShortest_s, static_cast<double>(i) / kSteps);
+    const double of_a_frame = std::exp(-frame_s_ / time_s);
+    double model = 1.0;
     double cross = 0.0;
     double square = 0.0;
-    double total = 0.0;
-    for (size_t l = 0; l < lags_.size(); ++l) {
-      const double dt_s = static_cast<double>(l + 1) * frame_s_;
-      const double weight = lags_[l].square + kPrior;
-      const double prior =
-          kPriorShare * std::exp(-dt_s / kPriorTime_s) * kPrior;
-      const double seen = (lags_[l].product + prior) / weight;
-      const double model = std::exp(-dt_s / time_s);
-      cross += weight * model * seen;
-      square += weight * model * model;
-      total += weight * seen * seen;
+    for (const Seen& lag : seen) {
+      model *= of_a_frame;
+      cross += lag.weight * model * lag.correlation;
+      square += lag.weight * model * model;
     }
     const double share = std::clamp(cross / square, 0.0, 1.0);
     const double misfit = total - 2.0 * share * cross + share * share * square;
