@@ -54,6 +54,8 @@ class AssociationPolicy {
   }
   // Updates and new people of the frame are known.
   virtual void LearnUpdates() {}
+  // After the estimates: whether an update counts for the track's life.
+  virtual bool Counts(const Track&) const { return true; }
   virtual bool MayBegin(const NewPerson&) const { return true; }
   virtual void LearnBeginning(const NewPerson&, TrackId) {}
 

@@ -1,6 +1,6 @@
 // The policy of graph mode. By Eq. 1 alone a lost track takes whoever comes
 // near to where it was last seen: its gate grows with its age, and a single
-// view cannot tell people apart who stand behind each other. Three rules speak
+// view cannot tell people apart who stand behind each other. Four rules speak
 // against such exchanges of identity and against duplicate tracks:
 // - A 2D tracklet (core/association/tracklets.h) that belonged to a track which
 //   is lost by now belongs to it still. No other track takes its detections,
@@ -9,6 +9,8 @@
 //   would begin a new track at the same place, is false. The track ends as it
 //   was lost, and all views begin the new one; linking (core/identity) decides
 //   later whether they are the same.
+// - Where so many detections are nobody's that the views of an update agree by
+//   chance, it keeps the track alive only if the estimator believes it.
 // - A new person where a track was seen in this very frame is a duplicate of
 //   it; one made of tracklets of two lost tracks is nobody; so is one of whom
 //   some cameras that look there see nothing, where so many detections are
@@ -53,12 +55,13 @@ class GraphAssociation final : public AssociationPolicy {
   }
 
   void Forbid(size_t view_idx, std::vector<char>* forbidden) override {
-    const Span<Observation> observations = state_.observations.OfView(view_idx);
-    tracklets_[view_idx].Follow(observations, state_.time);
+    tracklets_[view_idx].Follow(state_.observations.OfView(view_idx),
+                                state_.time);
+    const auto owners = LostOwners(view_idx);
     forbidden->clear();
     for (const auto& track : state_.tracks) {
-      for (size_t k = 0; k < observations.size(); ++k) {
-        forbidden->push_back(BelongsToAnother(view_idx, k, track->id));
+      for (const std::optional<TrackId>& owner : owners) {
+        forbidden->push_back(owner.has_value() && *owner != track->id);
       }
     }
   }
@@ -72,6 +75,7 @@ class GraphAssociation final : public AssociationPolicy {
       if (match >= 0) taken[static_cast<size_t>(match)] = 1;
     }
     forbidden->assign(state_.tracks.size() * count, 1);
+    const auto owners = LostOwners(view_idx);
     bool any = false;
     for (size_t t = 0; t < state_.tracks.size(); ++t) {
       if (state_.matches[view_idx][t] >= 0) continue;
@@ -81,7 +85,8 @@ class GraphAssociation final : public AssociationPolicy {
       }
       if (views < kSureViews) continue;
       for (size_t k = 0; k < count; ++k) {
-        if (taken[k] || !BelongsToAnother(view_idx, k, state_.tracks[t]->id)) {
+        if (taken[k] || !owners[k].has_value() ||
+            *owners[k] == state_.tracks[t]->id) {
           continue;
         }
         (*forbidden)[t * count + k] = 0;
@@ -109,6 +114,22 @@ class GraphAssociation final : public AssociationPolicy {
         tracklets_[v].Claim(static_cast<size_t>(match), state_.tracks[t]->id);
       }
     }
+  }
+
+  // The estimator believes a joint of which two views are inliers, in a frame
+  // that it has solved.
+  bool Counts(const Track& track) const override {
+    const EstimatorFrame& frame = track.frame;
+    if (track.feedback->LastTime() != frame.time) return true;
+    const Pose3d& estimate = track.feedback->Last();
+    int believed = 0;
+    for (const int j : state_.scene.skeleton.association_joints()) {
+      believed += frame.triangulated[static_cast<size_t>(j)] != 0 &&
+                  estimate[j].status == JointStatus::kObserved;
+    }
+    const int triangulated = CountTriangulated(frame.triangulated);
+    if (2 * believed >= triangulated) return true;
+    return !AgreeByChance(AgreeingViews(frame), triangulated, frame.initial);
   }
 
   bool MayBegin(const NewPerson& person) const override {
@@ -160,10 +181,13 @@ class GraphAssociation final : public AssociationPolicy {
     return is_followed ? std::nullopt : owner;
   }
 
-  bool BelongsToAnother(size_t view_idx, size_t observation_idx,
-                        TrackId track) const {
-    const std::optional<TrackId> owner = LostOwner(view_idx, observation_idx);
-    return owner.has_value() && *owner != track;
+  // The same of each observation in the view.
+  std::vector<std::optional<TrackId>> LostOwners(size_t view_idx) const {
+    std::vector<std::optional<TrackId>> owners;
+    for (size_t k = 0; k < state_.observations.OfView(view_idx).size(); ++k) {
+      owners.push_back(LostOwner(view_idx, k));
+    }
+    return owners;
   }
 
   // The track that was triangulated in this frame where the person is.
@@ -194,24 +218,38 @@ class GraphAssociation final : public AssociationPolicy {
     return false;
   }
 
-  // How many groups as good as this one are there by chance: the second view
-  // must agree in one coordinate, each further one in two.
+  int CountTriangulated(const std::vector<char>& triangulated) const {
+    int count = 0;
+    for (const int j : state_.scene.skeleton.association_joints()) {
+      count += triangulated[static_cast<size_t>(j)];
+    }
+    return count;
+  }
+
   bool IsByChance(const NewPerson& person) const {
+    std::vector<size_t> views;
+    for (const Observation* member : person.members) {
+      views.push_back(static_cast<size_t>(member->view_idx));
+    }
+    return AgreeByChance(views,
+                         CountTriangulated(person.reconstruction.triangulated),
+                         person.reconstruction.pose);
+  }
+
+  // Whether views agree by chance on so many joints, at `pose`: how many groups
+  // as good as this one there are. The second view must agree in one
+  // coordinate, each further one in two.
+  bool AgreeByChance(const std::vector<size_t>& views, int joints,
+                     const Pose3d& pose) const {
     // Two views of two people agree in up to so many of the cases: 0.05 on
     // Shelf, 0.02 to 0.2 among thirty people before twelve cameras.
     constexpr double kPairAgrees = 0.05;
     constexpr double kMostGroups = 1.0;
-    int joints = 0;
-    for (const int j : state_.scene.skeleton.association_joints()) {
-      joints += person.reconstruction.triangulated[static_cast<size_t>(j)];
-    }
     double groups = std::pow(kPairAgrees, -3);
-    for (const Observation* member : person.members) {
-      groups *= kPairAgrees * kPairAgrees *
-                CountUnexplained(static_cast<size_t>(member->view_idx), joints);
+    for (const size_t view_idx : views) {
+      groups *= kPairAgrees * kPairAgrees * CountUnexplained(view_idx, joints);
     }
-    return groups > kMostGroups &&
-           person.members.size() < CountLooking(person.reconstruction.pose);
+    return groups > kMostGroups && views.size() < CountLooking(pose);
   }
 
   // Detections of so many joints that no track has taken.

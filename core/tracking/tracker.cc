@@ -266,7 +266,10 @@ void Tracker::StepLives(TimeNs time, bool is_look) {
   const double look_frames = counts_time ? rhythm_.newest_frames() : 1.0;
   for (const auto& track : tracks_) {
     const bool updated = track->frame.has_initial;
-    if (is_look) track->life.Step(time, track->matched, updated, look_frames);
+    if (is_look) {
+      track->life.Step(time, track->matched,
+                       updated && policy_->Counts(*track), look_frames);
+    }
     track->gate.Step(time, track->life.state(), updated);
   }
 }

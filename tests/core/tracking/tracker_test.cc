@@ -232,35 +232,94 @@ TEST_F(TrackerTest, ViewsThatLoseSomebodyStartNoDouble) {
   }
 }
 
+// The first `views` views of a frame alone, the first two of them with `strays`
+// more: copies that stand 60 px and more off each other's epipolar lines.
+DetectionFrame AmongStrays(DetectionFrame seen, size_t views, int strays) {
+  for (size_t v = 0; v < seen.views.size(); ++v) {
+    std::vector<Detection>& detections = seen.views[v].detections;
+    for (int i = 1; v < 2 && i <= strays; ++i) {
+      Detection stray = detections[0];
+      stray.index_in_file = i;
+      for (Keypoint& joint : stray.joints) {
+        joint.px.y() += (v == 0 ? 60.0 : -60.0) * i;
+      }
+      detections.push_back(stray);
+    }
+    if (v >= views) detections.clear();
+  }
+  return seen;
+}
+
 // Where six detections in either of two views are nobody's, one pair of them
 // agrees by chance: three cameras that look there and see nobody speak against
-// it. Strays stand 60 px and more off each other's epipolar lines.
+// it.
 TEST_F(TrackerTest, WhomTwoViewsOfFiveShowAmongStraysIsNobody) {
   const auto count = [&](AssociationRules rules, size_t views, int strays) {
     TrackerOptions options;
     options.rules = rules;
     const auto tracker = Make(options);
-    DetectionFrame seen = See(0, {Stander()});
-    for (size_t v = 0; v < seen.views.size(); ++v) {
-      std::vector<Detection>& detections = seen.views[v].detections;
-      for (int i = 1; v < 2 && i <= strays; ++i) {
-        Detection stray = detections[0];
-        stray.index_in_file = i;
-        for (Keypoint& joint : stray.joints) {
-          joint.px.y() += (v == 0 ? 60.0 : -60.0) * i;
-        }
-        detections.push_back(stray);
-      }
-      if (v >= views) detections.clear();
-    }
     std::vector<TrackFrame> frames;
-    tracker->Process(seen, &frames);
+    tracker->Process(AmongStrays(See(0, {Stander()}), views, strays), &frames);
     return tracker->track_count();
   };
   EXPECT_EQ(count(AssociationRules::kGraph, 2, 0), 1u);
   EXPECT_EQ(count(AssociationRules::kGraph, 2, 5), 0u);
   EXPECT_EQ(count(AssociationRules::kGraph, 5, 5), 1u);
   EXPECT_EQ(count(AssociationRules::kPaper, 2, 5), 1u);
+}
+
+// An estimator that believes nobody after the first frame.
+class Doubter final : public Estimator {
+ public:
+  explicit Doubter(std::unique_ptr<Estimator> inner)
+      : inner_(std::move(inner)) {}
+  void Add(const EstimatorFrame& frame) override {
+    const bool first = last_.empty();
+    inner_->Add(frame);
+    last_ = inner_->Last();
+    if (first) return;
+    for (Joint3d& joint : last_) joint.status = JointStatus::kInferred;
+  }
+  const Pose3d& Last() const override { return last_; }
+  TimeNs LastTime() const override { return inner_->LastTime(); }
+  void Predict(TimeNs time, Pose3d* pose) const override {
+    inner_->Predict(time, pose);
+  }
+  void ExtractFinals(std::vector<FinalPose>* finals) override {
+    inner_->ExtractFinals(finals);
+  }
+  void Finish() override { inner_->Finish(); }
+
+ private:
+  std::unique_ptr<Estimator> inner_;
+  Pose3d last_;
+};
+
+// Two views of five go on, for twice as long as a track lives without an
+// update. Only where they may agree by chance does the estimator's word count.
+TEST_F(TrackerTest, WhomChanceAloneKeepsAliveDies) {
+  const auto lives = [&](AssociationRules rules, bool doubts, int strays) {
+    TrackerOptions options;
+    options.rules = rules;
+    Tracker tracker(
+        Scene(), Coco17(), options,
+        [&](const SceneModel& scene) -> std::unique_ptr<Estimator> {
+          auto inner = MakeCausalGaussian(scene, CausalGaussianOptions());
+          if (!doubts) return inner;
+          return std::make_unique<Doubter>(std::move(inner));
+        },
+        nullptr);
+    std::vector<TrackFrame> frames;
+    for (int f = 0; f < 3; ++f) tracker.Process(See(f, {Stander()}), &frames);
+    for (int f = 3; f < 23; ++f) {
+      tracker.Process(AmongStrays(See(f, {Stander()}), 2, strays), &frames);
+    }
+    return tracker.track_count() > 0;
+  };
+  EXPECT_FALSE(lives(AssociationRules::kGraph, true, 5));
+  EXPECT_TRUE(lives(AssociationRules::kGraph, false, 5));
+  EXPECT_TRUE(lives(AssociationRules::kGraph, true, 0));
+  EXPECT_TRUE(lives(AssociationRules::kPaper, true, 5));
 }
 
 // Elbows to ankles leap by 2 m. Two views see only what stayed, and go on; the
