@@ -10,6 +10,7 @@
 #include "core/io/detections/format.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
+#include "core/io/text/words.h"
 #include "core/io/tracks/format.h"
 
 namespace kinegraph {

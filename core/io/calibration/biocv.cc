@@ -3,14 +3,13 @@
 // x_cam = R X + t, mm) and OpenCV's k1 k2 p1 p2 k3. "00.mp4.calib" is the
 // camera "00".
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 
 #include "core/base/error.h"
 #include "core/io/calibration/format.h"
-#include "core/io/files/text_file.h"
 #include "core/io/text/names.h"
+#include "core/io/text/words.h"
 
 namespace kinegraph {
 namespace {
@@ -32,39 +31,10 @@ bool RecogniseBiocv(const CalibrationHead& head) {
                                 head.Is(CalibrationSyntax::kOther));
 }
 
-std::vector<double> ReadNumbers(const std::string& path, size_t count) {
-  constexpr size_t kMaxBytes = size_t{1} << 16;
-  constexpr const char* kSpaces = " \t\r\n,";
-  const std::string text = ReadTextFile(path, kMaxBytes);
-  std::vector<double> numbers;
-  size_t begin = text.find_first_not_of(kSpaces);
-  while (begin != std::string::npos) {
-    const size_t end =
-        std::min(text.find_first_of(kSpaces, begin), text.size());
-    double number = 0.0;
-    const auto [stop, error] =
-        std::from_chars(text.data() + begin, text.data() + end, number);
-    if (error != std::errc() || stop != text.data() + end ||
-        !std::isfinite(number)) {
-      throw InputError(path, "number " + std::to_string(numbers.size() + 1),
-                       "found '" + Printable(text.substr(begin, end - begin)) +
-                           "', expected a finite number");
-    }
-    numbers.push_back(number);
-    begin = text.find_first_not_of(kSpaces, end);
-  }
-  if (numbers.size() != count) {
-    throw InputError(path, "",
-                     "found " + std::to_string(numbers.size()) +
-                         " numbers, expected " + std::to_string(count) +
-                         ": width, height, K, the pose (4x4) and k1 k2 p1 p2 "
-                         "k3");
-  }
-  return numbers;
-}
-
 CameraRecord ReadBiocvCamera(const std::string& path) {
-  const std::vector<double> numbers = ReadNumbers(path, 2 + 9 + 16 + 5);
+  const std::vector<double> numbers = ReadNumberTable(
+      path, 2 + 9 + 16 + 5,
+      "32: width, height, K, the pose (4x4) and k1 k2 p1 p2 k3");
   CameraRecord record;
   record.file = path;
   record.name = fs::path(path).stem().stem().string();

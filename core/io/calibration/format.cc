@@ -4,10 +4,11 @@
 #include <filesystem>
 
 #include "core/base/error.h"
-#include "core/io/calibration/pickle.h"
 #include "core/io/calibration/yaml.h"
 #include "core/io/files/text_file.h"
+#include "core/io/text/pickle.h"
 #include "core/io/text/toml_file.h"
+#include "core/io/text/words.h"
 
 // One line a format, in the order in which they are listed; no other order
 // matters, as no two recognise the same. Each names the function that makes the

@@ -43,8 +43,6 @@ struct CalibrationFile {
 
 // Whether P0.txt, P1.txt, ... are among the names of a folder's files.
 bool HasTumFiles(const std::vector<std::string>& names);
-// Whether a text consists of numbers, separated by spaces or commas.
-bool IsNumberTable(const std::string& text);
 
 // Two whole numbers: width and height.
 void ReadImageSize(const JsonField& field, CameraRecord* record);

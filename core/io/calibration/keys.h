@@ -66,6 +66,22 @@ bool IsHarmlessKey(const std::string& key);
 // those names, or the unit.
 bool IsNoCamera(const std::string& key, const JsonField& field);
 
+// Reads each member of an object of cameras: `read` fills in the record, whose
+// file and name are set, and every key must have been read afterwards.
+template <typename Read>
+void ReadMembers(const JsonField& cameras, CalibrationFile* file,
+                 const Read& read) {
+  for (const auto& [name, field] : cameras.Members("camera")) {
+    if (IsNoCamera(name, field)) continue;
+    KeyReader camera(field);
+    CameraRecord& record = file->cameras.emplace_back();
+    record.file = cameras.file();
+    record.name = name;
+    read(&camera, &record);
+    camera.RejectUnread();
+  }
+}
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_CORE_IO_CALIBRATION_KEYS_H_

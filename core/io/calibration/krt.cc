@@ -16,23 +16,16 @@ CalibrationFile ReadKrt(const CalibrationHead& head) {
   const JsonField root = head.Root();
   CalibrationFile file;
   KeyReader(root).ReadUnit(&file);
-  for (const auto& [name, field] : root.Members("camera")) {
-    if (IsNoCamera(name, field)) continue;
-    KeyReader camera(field);
-    CameraRecord record;
-    record.file = root.file();
-    record.name = name;
-    record.K = ToMatrix3(camera.At("K").Matrix(3, 3));
-    const std::vector<double> numbers = camera.At("RT").Matrix(3, 4);
+  ReadMembers(root, &file, [](KeyReader* camera, CameraRecord* record) {
+    record->K = ToMatrix3(camera->At("K").Matrix(3, 3));
+    const std::vector<double> numbers = camera->At("RT").Matrix(3, 4);
     const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> rt(
         numbers.data());
-    record.R = rt.leftCols<3>();
-    record.t = rt.col(3);
-    if (const auto size = camera.Find("imgSize")) ReadImageSize(*size, &record);
-    camera.ReadLens(&record);
-    camera.RejectUnread();
-    file.cameras.push_back(record);
-  }
+    record->R = rt.leftCols<3>();
+    record->t = rt.col(3);
+    if (const auto size = camera->Find("imgSize")) ReadImageSize(*size, record);
+    camera->ReadLens(record);
+  });
   return file;
 }
 

@@ -20,26 +20,21 @@ CalibrationFile ReadLongcw(const CalibrationHead& head) {
   file.unit = LengthUnit::kCentimetre;
   KeyReader keys(root);
   keys.ReadUnit(&file);
-  for (const auto& [name, field] : keys.At("cameras").Members("camera")) {
-    KeyReader camera(field);
-    CameraRecord record;
-    record.file = root.file();
-    record.name = name;
-    record.K = ToMatrix3(camera.At("K").Matrix(3, 3));
-    record.normalised_K = true;
-    const JsonField pose = camera.At("Tw");
-    const std::vector<double> numbers = pose.Matrix(4, 4);
-    const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>
-        world_from_cam(numbers.data());
-    if (world_from_cam.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
-      pose.Fail("the last row is not 0 0 0 1");
-    }
-    record.R = world_from_cam.topLeftCorner<3, 3>().transpose();
-    record.centre = world_from_cam.topRightCorner<3, 1>();
-    camera.ReadLens(&record);
-    camera.RejectUnread();
-    file.cameras.push_back(record);
-  }
+  ReadMembers(
+      keys.At("cameras"), &file, [](KeyReader* camera, CameraRecord* record) {
+        record->K = ToMatrix3(camera->At("K").Matrix(3, 3));
+        record->normalised_K = true;
+        const JsonField pose = camera->At("Tw");
+        const std::vector<double> numbers = pose.Matrix(4, 4);
+        const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>
+            world_from_cam(numbers.data());
+        if (world_from_cam.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
+          pose.Fail("the last row is not 0 0 0 1");
+        }
+        record->R = world_from_cam.topLeftCorner<3, 3>().transpose();
+        record->centre = world_from_cam.topRightCorner<3, 1>();
+        camera->ReadLens(record);
+      });
   keys.RejectUnread();
   return file;
 }

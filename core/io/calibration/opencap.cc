@@ -9,9 +9,9 @@
 #include "core/base/error.h"
 #include "core/io/calibration/format.h"
 #include "core/io/calibration/keys.h"
-#include "core/io/calibration/pickle.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/names.h"
+#include "core/io/text/pickle.h"
 
 namespace kinegraph {
 namespace {

@@ -3,7 +3,6 @@
 // scale and sign.
 #include <Eigen/Dense>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <utility>
@@ -13,60 +12,12 @@
 #include "core/io/calibration/write_formats.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
-#include "core/io/files/text_file.h"
+#include "core/io/text/words.h"
 
 namespace kinegraph {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kSeparators = " \t\r\n,;";
-
-// The words of a text; at most `limit` of them.
-std::vector<std::string> Split(const std::string& text, size_t limit) {
-  std::vector<std::string> words;
-  size_t begin = text.find_first_not_of(kSeparators);
-  while (begin != std::string::npos && words.size() < limit) {
-    const size_t end = text.find_first_of(kSeparators, begin);
-    words.push_back(text.substr(begin, end - begin));
-    begin = text.find_first_not_of(kSeparators, end);
-  }
-  return words;
-}
-
-// False for anything but one number; infinities and NaN are left to the caller.
-bool ParseNumber(const std::string& word, double* number) {
-  const char* begin = word.data();
-  const char* const end = begin + word.size();
-  if (begin != end && *begin == '+') ++begin;
-  const auto [stop, status] = std::from_chars(begin, end, *number);
-  return status == std::errc() && stop == end;
-}
-
-Eigen::Matrix<double, 3, 4> ReadProjection(const std::string& path) {
-  constexpr size_t kCount = 12;
-  const std::vector<std::string> words =
-      Split(ReadTextFile(path, kMaxSmallFileBytes), kCount + 1);
-  if (words.size() != kCount) {
-    throw InputError(
-        path, "",
-        "found " +
-            (words.size() > kCount ? "more than " + std::to_string(kCount)
-                                   : std::to_string(words.size())) +
-            " numbers, expected a 3 x 4 projection matrix");
-  }
-  Eigen::Matrix<double, 3, 4> P;
-  for (size_t i = 0; i < kCount; ++i) {
-    double number = 0.0;
-    if (!ParseNumber(words[i], &number) || !std::isfinite(number)) {
-      throw InputError(
-          path, "number " + std::to_string(i + 1),
-          "found '" + Printable(words[i]) + "', expected a finite number");
-    }
-    P(static_cast<int>(i / 4), static_cast<int>(i % 4)) = number;
-  }
-  return P;
-}
 
 // P = s K [R | t] with K upper triangular, its diagonal positive and
 // K(2,2) = 1, and det R = +1, which fixes the sign of s (Hartley and Zisserman,
@@ -121,7 +72,11 @@ CameraRecord ReadTumCamera(const fs::path& path) {
   CameraRecord record;
   record.file = path.string();
   record.name = path.stem().string();
-  Decompose(ReadProjection(record.file), &record);
+  const std::vector<double> numbers =
+      ReadNumberTable(record.file, 12, "a 3 x 4 projection matrix");
+  Decompose(Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(
+                numbers.data()),
+            &record);
   return record;
 }
 
@@ -202,16 +157,6 @@ bool HasTumFiles(const std::vector<std::string>& names) {
   return std::any_of(names.begin(), names.end(), [](const std::string& name) {
     return !NumberOf(name).empty();
   });
-}
-
-bool IsNumberTable(const std::string& text) {
-  constexpr size_t kEnough = 64;  // words; the reader counts exactly
-  const std::vector<std::string> words = Split(text, kEnough);
-  double number = 0.0;
-  return !words.empty() &&
-         std::all_of(words.begin(), words.end(), [&](const auto& word) {
-           return ParseNumber(word, &number);
-         });
 }
 
 CalibrationFormat TumCalibrationFormat() {

@@ -21,25 +21,18 @@ CalibrationFile ReadVoxelpose(const CalibrationHead& head) {
   CalibrationFile file;
   file.unit = LengthUnit::kMillimetre;
   KeyReader(root).ReadUnit(&file);
-  for (const auto& [name, field] : root.Members("camera")) {
-    if (IsNoCamera(name, field)) continue;
-    KeyReader camera(field);
-    CameraRecord record;
-    record.file = root.file();
-    record.name = name;
+  ReadMembers(root, &file, [](KeyReader* camera, CameraRecord* record) {
     // Read before they are put in: Eigen asserts that a list which has begun
     // comes to its end, also when one of them throws.
-    const double fx = camera.At("fx").Number();
-    const double fy = camera.At("fy").Number();
-    const double cx = camera.At("cx").Number();
-    const double cy = camera.At("cy").Number();
-    record.K << fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0;
-    record.R = ToMatrix3(camera.At("R").Matrix(3, 3));
-    record.centre = ToVector3(camera.At("T").Matrix(3, 1));
-    camera.ReadLens(&record);
-    camera.RejectUnread();
-    file.cameras.push_back(record);
-  }
+    const double fx = camera->At("fx").Number();
+    const double fy = camera->At("fy").Number();
+    const double cx = camera->At("cx").Number();
+    const double cy = camera->At("cy").Number();
+    record->K << fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0;
+    record->R = ToMatrix3(camera->At("R").Matrix(3, 3));
+    record->centre = ToVector3(camera->At("T").Matrix(3, 1));
+    camera->ReadLens(record);
+  });
   return file;
 }
 

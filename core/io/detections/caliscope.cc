@@ -216,14 +216,7 @@ void ForEachRow(const std::string& path, const Read& read) {
         std::vector<std::string> header;
         std::vector<std::string> cells;
         if (!rows.Next(&header)) throw InputError("is empty");
-        while (rows.Next(&cells)) {
-          if (cells.size() != header.size()) {
-            throw InputError("found " + std::to_string(cells.size()) +
-                             " cells, expected " +
-                             std::to_string(header.size()));
-          }
-          read(header, cells);
-        }
+        while (rows.Next(&cells, header.size())) read(header, cells);
       });
 }
 

@@ -26,11 +26,7 @@ struct Header {
 class HeaderReader {
  public:
   void Take(std::vector<std::string> row) {
-    if (width_ == 0) width_ = row.size();
-    if (row.size() != width_) {
-      throw InputError("found " + std::to_string(row.size()) +
-                       " cells, expected " + std::to_string(width_));
-    }
+    width_ = row.size();
     if (row.front() == "individuals") {
       individuals_ = std::move(row);
     } else if (row.front() == "bodyparts") {
@@ -39,6 +35,8 @@ class HeaderReader {
       coords_ = std::move(row);
     }
   }
+
+  size_t width() const { return width_; }  // 0 before the first row
 
   Header Finish() const {
     if (parts_.empty()) throw InputError("expected a row 'bodyparts'");
@@ -62,7 +60,7 @@ class HeaderReader {
 Header ReadHeader(CsvRows* rows) {
   HeaderReader header;
   std::vector<std::string> cells;
-  while (rows->Next(&cells)) {
+  while (rows->Next(&cells, header.width())) {
     const bool last = cells.front() == "coords";
     const bool known = last || cells.front() == "scorer" ||
                        cells.front() == "individuals" ||
@@ -82,11 +80,7 @@ void ReadRows(CsvRows* rows, size_t view_idx,
   const DeepLabCutColumns& columns = header.columns;
   recording->SettleSkeleton(columns.labels);
   std::vector<std::string> cells;
-  while (rows->Next(&cells)) {
-    if (cells.size() != header.width) {
-      throw InputError("found " + std::to_string(cells.size()) +
-                       " cells, expected " + std::to_string(header.width));
-    }
+  while (rows->Next(&cells, header.width)) {
     const int64_t frame = FrameOfName(cells[header.first - 1]);
     recording->Touch(frame);
     for (size_t p = 0; p < columns.people.size(); ++p) {

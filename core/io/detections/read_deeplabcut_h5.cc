@@ -2,9 +2,8 @@
 // "df_with_missing", whose index is the frame and whose columns are named by
 // scorer, individual (several animals or people only), bodypart and coord. The
 // names are a Python list of tuples, pickled by PyTables in protocol 0.
-#include <charconv>
-#include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "core/io/detections/deeplabcut_recording.h"
 #include "core/io/detections/format.h"
 #include "core/io/text/bulk_json.h"
+#include "core/io/text/pickle.h"
 
 namespace kinegraph {
 namespace {
@@ -21,82 +21,17 @@ constexpr const char* kTable = "df_with_missing/table";
 constexpr const char* kValues = "values_block_0";
 constexpr size_t kMostNames = 4;  // scorer, individual, bodypart, coord
 
-// A list of tuples of texts in pickle's protocol 0, of whose commands it knows
-// those that such a list needs; none of them can run anything.
-class TupleListReader {
- public:
-  explicit TupleListReader(const std::string& pickled) : text_(pickled) {}
-
-  std::vector<std::vector<std::string>> Read() {
-    while (at_ < text_.size()) {
-      const char command = text_[at_++];
-      if (command == '.') return lists_;
-      Do(command);
-    }
-    Fail();
+// The names of each column: a list of tuples of texts.
+std::vector<std::vector<std::string>> NamesOf(const std::string& pickled) {
+  try {
+    return ParseTextPickle(pickled, kTable)
+        .get<std::vector<std::vector<std::string>>>();
+  } catch (const InputError&) {
+  } catch (const Json::exception&) {
   }
-
- private:
-  [[noreturn]] static void Fail() {
-    throw InputError(
-        "expected the names of columns as DeepLabCut's pandas writes them");
-  }
-
-  void Do(char command) {
-    switch (command) {
-      case '(':  // a mark
-        tuple_.clear();
-        break;
-      case 'l':  // the list, empty so far
-      case 't':  // a tuple of what came since the mark
-        break;
-      case 'V':  // a text
-        Add(Line());
-        last_ = tuple_.back();
-        is_text_ = true;
-        break;
-      case 'p':  // remembers what came last
-        if (is_text_)
-          memory_[Line()] = last_;
-        else
-          Line();
-        break;
-      case 'g': {  // what was remembered
-        const auto at = memory_.find(Line());
-        if (at == memory_.end()) Fail();
-        Add(at->second);
-        break;
-      }
-      case 'a':  // the tuple goes to the list
-        lists_.push_back(tuple_);
-        break;
-      default:
-        Fail();
-    }
-    if (command != 'V') is_text_ = false;
-  }
-
-  void Add(const std::string& name) {
-    if (tuple_.size() == kMostNames) Fail();
-    tuple_.push_back(name);
-  }
-
-  std::string Line() {
-    const size_t end = text_.find('\n', at_);
-    if (end == std::string::npos) Fail();
-    const std::string line = text_.substr(at_, end - at_);
-    at_ = end + 1;
-    return line;
-  }
-
-  const std::string& text_;
-  size_t at_ = 0;
-  std::vector<std::vector<std::string>> lists_;
-  std::vector<std::string> tuple_;
-  std::map<std::string, std::string> memory_;
-  std::string last_;
-  bool is_text_ = false;  // what came last
-};
+  throw InputError(
+      "expected the names of columns as DeepLabCut's pandas writes them");
+}
 
 // `width`: numbers a frame, a name each.
 DeepLabCutColumns ColumnsOf(const Hdf5File& file, size_t width) {
@@ -105,7 +40,7 @@ DeepLabCutColumns ColumnsOf(const Hdf5File& file, size_t width) {
   std::vector<std::string> individuals;
   std::vector<std::string> parts;
   std::vector<std::string> coords;
-  for (const auto& names : TupleListReader(pickled).Read()) {
+  for (const auto& names : NamesOf(pickled)) {
     // scorer, (individual,) bodypart, coord
     if (names.size() != 3 && names.size() != kMostNames) {
       throw InputError("found a column of " + std::to_string(names.size()) +

@@ -45,7 +45,7 @@ CsvRows::CsvRows(std::string_view text) : rest_(text) {
   }
 }
 
-bool CsvRows::Next(std::vector<std::string>* cells) {
+bool CsvRows::Next(std::vector<std::string>* cells, size_t width) {
   cells->clear();
   while (!rest_.empty() && (rest_.front() == '\n' || rest_.front() == '\r')) {
     next_line_ += rest_.front() == '\n' ? 1 : 0;
@@ -61,6 +61,10 @@ bool CsvRows::Next(std::vector<std::string>* cells) {
     throw InputError("text after a closing quotation mark");
   }
   ++next_line_;
+  if (width > 0 && cells->size() != width) {
+    throw InputError("found " + std::to_string(cells->size()) +
+                     " cells, expected " + std::to_string(width));
+  }
   return true;
 }
 

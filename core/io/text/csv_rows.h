@@ -20,8 +20,9 @@ class CsvRows {
   explicit CsvRows(std::string_view text);
 
   // The cells are valid until the next call; false at the end. Throws
-  // InputError without a file.
-  bool Next(std::vector<std::string>* cells);
+  // InputError without a file, also where they are not `width`, if that is
+  // given.
+  bool Next(std::vector<std::string>* cells, size_t width = 0);
 
   std::string Place() const { return "line " + std::to_string(line_); }
 

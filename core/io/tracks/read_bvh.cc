@@ -6,7 +6,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -17,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
 #include "core/io/text/bulk_json.h"
+#include "core/io/text/words.h"
 #include "core/io/tracks/formats.h"
 #include "core/io/tracks/person_files.h"
 
@@ -27,56 +27,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr size_t kMostJoints = 10000;
-
-// Words between white space.
-class Words {
- public:
-  explicit Words(std::string_view text) : rest_(text) {}
-
-  std::string_view Next() {
-    while (!rest_.empty() && IsSpace(rest_.front())) {
-      line_ += rest_.front() == '\n' ? 1 : 0;
-      rest_.remove_prefix(1);
-    }
-    size_t end = 0;
-    while (end < rest_.size() && !IsSpace(rest_[end])) ++end;
-    const std::string_view word = rest_.substr(0, end);
-    rest_.remove_prefix(end);
-    return word;
-  }
-  std::string_view Need(const char* what) {
-    const std::string_view word = Next();
-    if (word.empty()) throw InputError("ends before " + std::string(what));
-    return word;
-  }
-  void Expect(const char* wanted) {
-    const std::string_view word = Need(wanted);
-    if (word != wanted) Fail(word, wanted);
-  }
-  double Number(const char* what) {
-    const std::string_view word = Need(what);
-    double number = 0.0;
-    const char* end = word.data() + word.size();
-    const auto [stop, error] = std::from_chars(word.data(), end, number);
-    if (error != std::errc() || stop != end || !std::isfinite(number)) {
-      Fail(word, what);
-    }
-    return number;
-  }
-  [[noreturn]] static void Fail(std::string_view found, const char* expected) {
-    throw InputError("found '" + Printable(std::string(found)) +
-                     "', expected " + expected);
-  }
-  std::string Place() const { return "line " + std::to_string(line_); }
-
- private:
-  static bool IsSpace(char c) {
-    return c == ' ' || c == '\t' || c == '\n' || c == '\r';
-  }
-
-  std::string_view rest_;
-  int64_t line_ = 1;
-};
 
 struct Channel {
   bool is_position = false;

@@ -76,15 +76,17 @@ JointStatus StatusOf(const std::string& cell) {
 class CsvTrackReader {
  public:
   CsvTrackReader(std::string_view text, const TrackReadOptions& options)
-      : text_(text), options_(options) {}
+      : text_(text), options_(options), rows_(text) {}
 
-  TrackSequence Read(std::string* place) {
+  std::string Place() const { return rows_.Place(); }
+
+  TrackSequence Read() {
     TrackHeader header;
     header.mode = "csv";
     header.frame_rate_hz = options_.frame_rate_hz;
-    header.skeleton = SkeletonOfNames(JointNames(place), options_);
+    header.skeleton = SkeletonOfNames(JointNames(), options_);
     TrackCollector collector(std::move(header));
-    ForEachRow(place, [&](const std::vector<std::string>& cells) {
+    ForEachRow([&](const std::vector<std::string>& cells) {
       ReadRow(cells, &collector);
     });
     return collector.Finish();
@@ -92,24 +94,13 @@ class CsvTrackReader {
 
  private:
   template <typename Visit>
-  void ForEachRow(std::string* place, const Visit& visit) {
-    CsvRows rows(text_);
+  void ForEachRow(const Visit& visit) {
+    rows_ = CsvRows(text_);
     std::vector<std::string> cells;
-    const auto next = [&] {
-      const bool more = rows.Next(&cells);
-      *place = rows.Place();
-      return more;
-    };
-    if (!next()) throw InputError("is empty");
+    if (!rows_.Next(&cells)) throw InputError("is empty");
     const size_t width = cells.size();
     FindColumns(cells);
-    while (next()) {
-      if (cells.size() != width) {
-        throw InputError("found " + std::to_string(cells.size()) +
-                         " cells, expected " + std::to_string(width));
-      }
-      visit(cells);
-    }
+    while (rows_.Next(&cells, width)) visit(cells);
   }
 
   void FindColumns(const std::vector<std::string>& names) {
@@ -126,11 +117,11 @@ class CsvTrackReader {
 
   // In the order in which they come. A skeleton is searched name by name, so
   // one too large is refused here, before that takes long.
-  std::vector<std::string> JointNames(std::string* place) {
+  std::vector<std::string> JointNames() {
     constexpr size_t kMaxJoints = 10000;
     std::vector<std::string> names;
     std::unordered_set<std::string> known;
-    ForEachRow(place, [&](const std::vector<std::string>& cells) {
+    ForEachRow([&](const std::vector<std::string>& cells) {
       const std::string name = PlainCell(cells[*column_[kJoint]]);
       if (!known.insert(name).second) return;
       names.push_back(name);
@@ -206,6 +197,7 @@ class CsvTrackReader {
 
   const std::string_view text_;
   const TrackReadOptions& options_;
+  CsvRows rows_;
   std::array<std::optional<size_t>, kColumns.size()> column_;
   PersonPose* person_ = nullptr;  // of the last row
   int64_t frame_ = 0;
@@ -239,10 +231,9 @@ PersonNames ReadCsvNames(const std::string& path) {
 TrackSequence ReadTracksCsv(const std::string& path,
                             const TrackReadOptions& options) {
   const std::string text = ReadTextFile(path);
-  std::string place;
+  CsvTrackReader reader(text, options);
   return Located(
-      path, [&] { return place; },
-      [&] { return CsvTrackReader(text, options).Read(&place); });
+      path, [&] { return reader.Place(); }, [&] { return reader.Read(); });
 }
 
 TrackFormat CsvTrackFormat() {

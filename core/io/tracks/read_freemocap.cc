@@ -81,11 +81,7 @@ TrackSequence ReadTable(const std::string& path,
             FreemocapHeader(SkeletonOfNames(names, options), options));
         std::vector<double> numbers;
         int64_t frame = 0;
-        while (rows.Next(&cells)) {
-          if (cells.size() != width) {
-            throw InputError("found " + std::to_string(cells.size()) +
-                             " cells, expected " + std::to_string(width));
-          }
+        while (rows.Next(&cells, width)) {
           numbers.clear();
           for (const std::string& cell : cells) {
             numbers.push_back(NumberOfCell(cell).value_or(

@@ -350,7 +350,7 @@ TEST(BioCvCalibration, FaultsAreNamed) {
   EXPECT_THAT(fault(WithReplaced(kCalib, "0 0 0 1", "0 0 1 1")),
               HasSubstr("0 0 0 1"));
   EXPECT_THAT(fault(WithReplaced(kCalib, "1510", "1510.5.5")),
-              HasSubstr("number 7"));
+              HasSubstr("line 4"));
 }
 
 // ---- Sessions ----

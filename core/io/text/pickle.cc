@@ -1,5 +1,6 @@
-#include "core/io/calibration/pickle.h"
+#include "core/io/text/pickle.h"
 
+#include <charconv>
 #include <cstring>
 #include <deque>
 #include <nlohmann/json.hpp>
@@ -133,6 +134,15 @@ class PickleReader {
     std::string line = ReadBytes(end - at_);
     Take(1);
     return line;
+  }
+
+  uint64_t ReadNumberLine() {
+    const std::string line = ReadLine();
+    uint64_t number = 0;
+    const char* end = line.data() + line.size();
+    const auto [stop, error] = std::from_chars(line.data(), end, number);
+    if (error != std::errc() || stop != end) Fail("refers to no number");
+    return number;
   }
 
   // ---- The stack ----
@@ -323,6 +333,9 @@ class PickleReader {
       case 0x8d:  // BINUNICODE8
         PushText(Kind::kText, ReadBytes(ReadCount(8)));
         return true;
+      case 'V':  // UNICODE, of protocol 0
+        PushText(Kind::kText, ReadLine());
+        return true;
       // Python 2's texts are bytes.
       case 'U':  // SHORT_BINSTRING
         PushText(Kind::kText, ReadBytes(ReadCount(1)));
@@ -355,6 +368,12 @@ class PickleReader {
         return true;
       case 'r':  // LONG_BINPUT
         memory_[ReadCount(4)] = Top();
+        return true;
+      case 'p':  // PUT and GET, of protocol 0
+        memory_[ReadNumberLine()] = Top();
+        return true;
+      case 'g':
+        Recall(ReadNumberLine());
         return true;
       case 'h':  // BINGET
         Recall(ReadCount(1));
@@ -577,6 +596,10 @@ Json ParsePickle(const std::string& bytes, const std::string& file) {
   if (!IsPickle(bytes)) {
     throw InputError(file, "", "is no pickle of Python's protocols 2 to 5");
   }
+  return PickleReader(bytes, file).Read();
+}
+
+Json ParseTextPickle(const std::string& bytes, const std::string& file) {
   return PickleReader(bytes, file).Read();
 }
 

@@ -1,4 +1,4 @@
-#include "core/io/calibration/pickle.h"
+#include "core/io/text/pickle.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

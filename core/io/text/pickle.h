@@ -1,7 +1,7 @@
 // Python's pickles of numbers, texts, lists, dictionaries and NumPy arrays. For
 // core/io alone.
-#ifndef KINEGRAPH_CORE_IO_CALIBRATION_PICKLE_H_
-#define KINEGRAPH_CORE_IO_CALIBRATION_PICKLE_H_
+#ifndef KINEGRAPH_CORE_IO_TEXT_PICKLE_H_
+#define KINEGRAPH_CORE_IO_TEXT_PICKLE_H_
 
 #include <string>
 
@@ -18,7 +18,9 @@ bool IsPickle(const std::string& bytes);
 // Python and NumPy store an array. Anything else is refused by its name;
 // nothing is executed. Throws InputError naming `file`.
 Json ParsePickle(const std::string& bytes, const std::string& file);
+// The same of protocol 0, which has no mark to know it by.
+Json ParseTextPickle(const std::string& bytes, const std::string& file);
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_CORE_IO_CALIBRATION_PICKLE_H_
+#endif  // KINEGRAPH_CORE_IO_TEXT_PICKLE_H_

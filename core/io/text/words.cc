@@ -1,0 +1,104 @@
+#include "core/io/text/words.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/io/files/text_file.h"
+#include "core/io/text/bulk_json.h"
+
+namespace kinegraph {
+namespace {
+
+// False for anything but one number.
+template <typename T>
+bool ParseWord(std::string_view word, T* number) {
+  if (word.size() > 1 && word.front() == '+') word.remove_prefix(1);
+  const char* end = word.data() + word.size();
+  const auto [stop, error] = std::from_chars(word.data(), end, *number);
+  return error == std::errc() && stop == end;
+}
+
+}  // namespace
+
+std::string_view Words::Next() {
+  while (!rest_.empty() && IsBetween(rest_.front())) {
+    line_ += rest_.front() == '\n' ? 1 : 0;
+    rest_.remove_prefix(1);
+  }
+  size_t end = 0;
+  while (end < rest_.size() && !IsBetween(rest_[end])) ++end;
+  const std::string_view word = rest_.substr(0, end);
+  rest_.remove_prefix(end);
+  return word;
+}
+
+std::string_view Words::Need(const char* what) {
+  const std::string_view word = Next();
+  if (word.empty()) throw InputError("ends before " + std::string(what));
+  return word;
+}
+
+void Words::Expect(const char* wanted) {
+  const std::string_view word = Need(wanted);
+  if (word != wanted) Fail(word, wanted);
+}
+
+double Words::Number(const char* what) {
+  const std::string_view word = Need(what);
+  double number = 0.0;
+  if (!ParseWord(word, &number) || !std::isfinite(number)) Fail(word, what);
+  return number;
+}
+
+int64_t Words::Integer(const char* what, int64_t low, int64_t high) {
+  const std::string_view word = Need(what);
+  int64_t number = 0;
+  if (!ParseWord(word, &number) || number < low || number > high) {
+    Fail(word, std::string(what) + ", a whole number of " +
+                   std::to_string(low) + " .. " + std::to_string(high));
+  }
+  return number;
+}
+
+void Words::Fail(std::string_view found, const std::string& expected) {
+  throw InputError("found '" + Printable(std::string(found)) + "', expected " +
+                   expected);
+}
+
+bool IsNumberTable(std::string_view text) {
+  constexpr int kEnough = 64;  // words; the reader counts exactly
+  Words words(text, WordBreak::kSpaceOrCommas);
+  double number = 0.0;
+  for (int i = 0; i < kEnough; ++i) {
+    const std::string_view word = words.Next();
+    if (word.empty()) return i > 0;
+    if (!ParseWord(word, &number)) return false;
+  }
+  return true;
+}
+
+std::vector<double> ReadNumberTable(const std::string& path, size_t count,
+                                    const std::string& what) {
+  const std::string text = ReadTextFile(path, kMaxSmallFileBytes);
+  size_t found = 0;
+  Words all(text, WordBreak::kSpaceOrCommas);
+  while (!all.Next().empty()) ++found;
+  if (found != count) {
+    throw InputError(
+        path, "",
+        "found " + std::to_string(found) + " numbers, expected " + what);
+  }
+  std::vector<double> numbers;
+  Words words(text, WordBreak::kSpaceOrCommas);
+  Located(
+      path, [&] { return words.Place(); },
+      [&] {
+        while (numbers.size() < count) {
+          numbers.push_back(words.Number("a finite number"));
+        }
+      });
+  return numbers;
+}
+
+}  // namespace kinegraph

@@ -1,0 +1,56 @@
+// Words and numbers of plain text. For core/io alone.
+#ifndef KINEGRAPH_CORE_IO_TEXT_WORDS_H_
+#define KINEGRAPH_CORE_IO_TEXT_WORDS_H_
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kinegraph {
+
+enum class WordBreak { kSpace, kSpaceOrCommas };  // commas and semicolons
+
+// The words of a text, one after the other. Throws InputError without a file.
+class Words {
+ public:
+  explicit Words(std::string_view text, WordBreak at = WordBreak::kSpace)
+      : rest_(text), commas_(at == WordBreak::kSpaceOrCommas) {}
+
+  // Empty at the end.
+  std::string_view Next();
+  // The following throw where the text ends, or holds something else; `what`
+  // completes "expected ...".
+  std::string_view Need(const char* what);
+  void Expect(const char* wanted);
+  double Number(const char* what);  // finite
+  int64_t Integer(const char* what, int64_t low, int64_t high);
+  [[noreturn]] static void Fail(std::string_view found,
+                                const std::string& expected);
+
+  // The line of the word that was read last.
+  std::string Place() const { return "line " + std::to_string(line_); }
+
+ private:
+  bool IsBetween(char c) const {
+    return c == ' ' || c == '\t' || c == '\n' || c == '\r' ||
+           (commas_ && (c == ',' || c == ';'));
+  }
+
+  std::string_view rest_;
+  const bool commas_;
+  int64_t line_ = 1;
+};
+
+// Whether a text begins with numbers, as far as anybody would look.
+bool IsNumberTable(std::string_view text);
+
+// The numbers of a small file, separated by spaces, commas or semicolons.
+// Throws InputError where one is not finite, or they are not `count`, which are
+// `what`.
+std::vector<double> ReadNumberTable(const std::string& path, size_t count,
+                                    const std::string& what);
+
+}  // namespace kinegraph
+
+#endif  // KINEGRAPH_CORE_IO_TEXT_WORDS_H_
