@@ -78,16 +78,13 @@ void WriteCsv(const KinematicsTable& table, const PersonNames& names) {
   out.Text("frame,time_s,id");
   if (!names.empty()) out.Text(",name");
   for (const std::string& column : table.columns) {
-    out.Text(",");
-    out.Text(CsvCell(column));
+    out.Add(",", CsvCell(column));
   }
   out.Text("\n");
   for (const KinematicsRow& row : table.rows) {
-    out.Integer(row.frame);
-    out.Text(",");
+    out.Add(row.frame, ",");
     if (table.has_times) out.Seconds(row.time);
-    out.Text(",");
-    out.Integer(row.id.value());
+    out.Add(",", row.id.value());
     if (!names.empty()) {
       const auto name = names.find(row.id);
       out.Text(",");
@@ -98,10 +95,9 @@ void WriteCsv(const KinematicsTable& table, const PersonNames& names) {
       if (std::isfinite(value)) out.Number(value);
     }
     out.Text("\n");
-    file.Write(out.text().data(), out.text().size());
-    out.Clear();
+    out.FlushTo(&file);
   }
-  file.Write(out.text().data(), out.text().size());
+  out.FlushTo(&file);
   file.Commit();
 }
 

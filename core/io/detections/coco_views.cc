@@ -20,6 +20,7 @@
 #include "core/io/detections/formats.h"
 #include "core/io/detections/lost_fields.h"
 #include "core/io/detections/summary.h"
+#include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/text/bulk_json.h"
@@ -257,15 +258,14 @@ class Writer {
         AddPerson(detection);
       }
     }
-    file_.Write(out_.text().data(), out_.text().size());
-    out_.Clear();
+    out_.FlushTo(&file_);
   }
 
   void Commit() {
     out_.Text("],\n\"images\": [");
-    file_.Write(out_.text().data(), out_.text().size());
-    file_.Write(images_.text().data(), images_.text().size());
-    file_.Write("]}\n");
+    out_.FlushTo(&file_);
+    images_.Text("]}\n");
+    images_.FlushTo(&file_);
     file_.Commit();
   }
 
@@ -273,55 +273,33 @@ class Writer {
   void AddImage(int64_t frame, const std::string& view) {
     const std::string number = std::to_string(frame);
     const size_t zeros = number.size() < 12 ? 12 - number.size() : 0;
-    images_.Text(image_count_ > 1 ? ",\n{\"id\": " : "\n{\"id\": ");
-    images_.Integer(image_count_);
-    images_.Text(
-        ", \"file_name\": " +
-        JsonText(view + "/" + std::string(zeros, '0') + number + ".jpg") +
-        ", \"camera\": " + JsonText(view) + ", \"frame_id\": ");
-    images_.Integer(frame);
-    images_.Text(", \"width\": ");
-    images_.Integer(size_.width_px);
-    images_.Text(", \"height\": ");
-    images_.Integer(size_.height_px);
-    images_.Text("}");
+    images_.Add(
+        image_count_ > 1 ? ",\n{\"id\": " : "\n{\"id\": ", image_count_,
+        ", \"file_name\": ",
+        JsonText(view + "/" + std::string(zeros, '0') + number + ".jpg"),
+        ", \"camera\": ", JsonText(view), ", \"frame_id\": ", frame,
+        ", \"width\": ", size_.width_px, ", \"height\": ", size_.height_px,
+        "}");
   }
 
   void AddPerson(const Detection& detection) {
     const DetectionSummary summary = Summarise(detection);
     const Eigen::Vector2d box_px = summary.high_px - summary.low_px;
-    out_.Text(++person_count_ > 1 ? ",\n{\"id\": " : "\n{\"id\": ");
-    out_.Integer(person_count_);
-    out_.Text(", \"image_id\": ");
-    out_.Integer(image_count_);
-    out_.Text(", \"category_id\": 1, \"iscrowd\": 0, \"num_keypoints\": ");
-    out_.Integer(summary.found);
-    out_.Text(", \"score\": ");
-    out_.Number(summary.score);
-    out_.Text(", \"area\": ");
-    out_.Number(box_px.x() * box_px.y());
-    const char* separator = ", \"bbox\": [";
-    for (const double number :
-         {summary.low_px.x(), summary.low_px.y(), box_px.x(), box_px.y()}) {
-      out_.Text(separator);
-      out_.Number(number);
-      separator = ", ";
-    }
-    separator = "], \"keypoints\": [";
-    for (const Keypoint& joint : detection.joints) {
-      out_.Text(separator);
-      out_.Number(joint.found ? joint.px.x() : 0.0);
-      out_.Text(", ");
-      out_.Number(joint.found ? joint.px.y() : 0.0);
+    out_.Text(++person_count_ > 1 ? ",\n" : "\n");
+    out_.Add("{\"id\": ", person_count_, ", \"image_id\": ", image_count_,
+             ", \"category_id\": 1, \"iscrowd\": 0, \"num_keypoints\": ",
+             summary.found, ", \"score\": ", summary.score,
+             ", \"area\": ", box_px.x() * box_px.y(), ", \"bbox\": [");
+    out_.Numbers(
+        {summary.low_px.x(), summary.low_px.y(), box_px.x(), box_px.y()});
+    out_.Text("], \"keypoints\": [");
+    out_.Join(detection.joints, [this](const Keypoint& joint) {
+      out_.Numbers(
+          {joint.found ? joint.px.x() : 0.0, joint.found ? joint.px.y() : 0.0});
       out_.Text(joint.found ? ", 2" : ", 0");
-      separator = ", ";
-    }
-    separator = "], \"keypoint_scores\": [";
-    for (const Keypoint& joint : detection.joints) {
-      out_.Text(separator);
-      out_.Number(joint.found ? joint.confidence : 0.0);
-      separator = ", ";
-    }
+    });
+    out_.Text("], \"keypoint_scores\": [");
+    WriteConfidences(detection, &out_);
     out_.Text("]}");
   }
 

@@ -10,7 +10,6 @@
 #include "core/base/split.h"
 #include "core/io/detections/csv_keypoints.h"
 #include "core/io/detections/format.h"
-#include "core/io/detections/lost_fields.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
@@ -85,13 +84,7 @@ class MediapipeReader {
           const size_t width = cells.size();
           const MediapipeColumns columns = FindMediapipeColumns(cells);
           collector_.SettleSkeleton(columns.labels);
-          while (rows.Next(&cells)) {
-            if (cells.size() != width) {
-              throw InputError("found " + std::to_string(cells.size()) +
-                               " cells, expected " + std::to_string(width));
-            }
-            ReadRow(cells, columns, view_idx);
-          }
+          while (rows.Next(&cells, width)) ReadRow(cells, columns, view_idx);
         });
   }
 
@@ -135,42 +128,34 @@ class MediapipeView {
     out_.Text("frame,person");
     for (const std::string& joint : skeleton.joints()) {
       for (const char* column : {"_x", "_y", "_visibility"}) {
-        out_.Text("," + LongJointName(joint) + column);
+        out_.Add(",", LongJointName(joint), column);
       }
     }
     out_.Text("\n");
   }
 
-  void Write(int64_t frame, int person, const Detection& detection) {
-    out_.Integer(frame);
-    out_.Text(",");
-    out_.Integer(person);
-    for (const Keypoint& joint : detection.joints) {
-      if (!joint.found) {
-        out_.Text(",,,");
-        continue;
+  void Write(int64_t frame, const std::vector<Detection>& detections) {
+    int person = 0;
+    for (const Detection& detection : detections) {
+      out_.Add(frame, ",", person++);
+      for (const Keypoint& joint : detection.joints) {
+        if (joint.found) {
+          out_.Add(",", joint.px.x(), ",", joint.px.y(), ",", joint.confidence);
+        } else {
+          out_.Text(",,,");
+        }
       }
-      for (const double number :
-           {joint.px.x(), joint.px.y(), joint.confidence}) {
-        out_.Text(",");
-        out_.Number(number);
-      }
+      out_.Text("\n");
     }
-    out_.Text("\n");
-    Flush();
+    out_.FlushTo(&file_);
   }
 
   void Commit() {
-    Flush();
+    out_.FlushTo(&file_);
     file_.Commit();
   }
 
  private:
-  void Flush() {
-    file_.Write(out_.text().data(), out_.text().size());
-    out_.Clear();
-  }
-
   AtomicFile file_;
   JsonOutput out_;
 };
@@ -183,28 +168,11 @@ void WriteMediapipe(const std::string& path,
   const auto files =
       MakeViewFiles<MediapipeView>(header, ".csv", folder, header.skeleton);
   DetectionLossFinder finder(header);
-  DetectionFrame frame;
-  int64_t empty_frames = 0;
-  while (source->Next(&frame)) {
-    finder.See(frame);
-    bool any = false;
-    for (size_t v = 0; v < files.size(); ++v) {
-      int person = 0;
-      for (const Detection& detection : frame.views[v].detections) {
-        files[v]->Write(frame.frame, person++, detection);
-        any = true;
-      }
-    }
-    empty_frames += any ? 0 : 1;
-  }
-  for (const auto& file : files) file->Commit();
+  const int64_t empty_frames = WriteViewFiles(files, source, &finder);
   folder.Commit();
   finder.Report(FindSkeletonOf(header.skeleton.joints()) != nullptr,
                 lost_fields);
-  if (empty_frames > 0) {
-    lost_fields->push_back(std::to_string(empty_frames) +
-                           " frames without any detection are not kept");
-  }
+  NoteEmptyFrames(empty_frames, lost_fields);
 }
 
 }  // namespace

@@ -15,7 +15,6 @@
 #include "core/base/error.h"
 #include "core/io/detections/format.h"
 #include "core/io/detections/formats.h"
-#include "core/io/detections/lost_fields.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
@@ -210,53 +209,25 @@ class MmposeView {
   void Write(int64_t frame, const std::vector<Detection>& detections) {
     out_.Text(is_first_ ? "[\n" : ",\n");
     is_first_ = false;
-    out_.Text("{\"frame_id\": ");
-    out_.Integer(frame);
-    out_.Text(", \"instances\": [");
-    const char* separator = "";
-    for (const Detection& detection : detections) {
-      out_.Text(separator);
-      separator = ", ";
-      WriteInstance(detection);
-    }
+    out_.Add("{\"frame_id\": ", frame, ", \"instances\": [");
+    out_.Join(detections, [this](const Detection& detection) {
+      out_.Text("{\"keypoints\": [");
+      WritePoints(detection, &out_);
+      out_.Text("], \"keypoint_scores\": [");
+      WriteConfidences(detection, &out_);
+      out_.Text("]}");
+    });
     out_.Text("]}");
-    Flush();
+    out_.FlushTo(&file_);
   }
 
   void Commit() {
     out_.Text(is_first_ ? "[]\n" : "\n]\n");
-    Flush();
+    out_.FlushTo(&file_);
     file_.Commit();
   }
 
  private:
-  void WriteInstance(const Detection& detection) {
-    out_.Text("{\"keypoints\": [");
-    const char* separator = "";
-    for (const Keypoint& joint : detection.joints) {
-      out_.Text(separator);
-      separator = ", ";
-      out_.Text("[");
-      out_.Number(joint.found ? joint.px.x() : 0.0);
-      out_.Text(", ");
-      out_.Number(joint.found ? joint.px.y() : 0.0);
-      out_.Text("]");
-    }
-    out_.Text("], \"keypoint_scores\": [");
-    separator = "";
-    for (const Keypoint& joint : detection.joints) {
-      out_.Text(separator);
-      separator = ", ";
-      out_.Number(joint.found ? joint.confidence : 0.0);
-    }
-    out_.Text("]}");
-  }
-
-  void Flush() {
-    file_.Write(out_.text().data(), out_.text().size());
-    out_.Clear();
-  }
-
   AtomicFile file_;
   JsonOutput out_;
   bool is_first_ = true;
@@ -270,14 +241,7 @@ void WriteMmpose(const std::string& path,
   RefuseViewTruth(header, "MMPose's files");
   const auto files = MakeViewFiles<MmposeView>(header, ".json", folder);
   DetectionLossFinder finder(header);
-  DetectionFrame frame;
-  while (source->Next(&frame)) {
-    finder.See(frame);
-    for (size_t v = 0; v < files.size(); ++v) {
-      files[v]->Write(frame.frame, frame.views[v].detections);
-    }
-  }
-  for (const auto& file : files) file->Commit();
+  WriteViewFiles(files, source, &finder);
   folder.Commit();
   finder.Report(IsToldByJointCount(header.skeleton), lost_fields);
 }

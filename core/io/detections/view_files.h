@@ -9,9 +9,33 @@
 
 #include "core/base/error.h"
 #include "core/data/detection.h"
+#include "core/io/detections/lost_fields.h"
+#include "core/io/detections/source.h"
 #include "core/io/files/atomic_folder.h"
+#include "core/io/text/json_output.h"
 
 namespace kinegraph {
+
+// "x, y, confidence", zeros where the joint was not found.
+inline void WriteKeypoint(const Keypoint& joint, JsonOutput* out) {
+  if (!joint.found) return out->Text("0, 0, 0");
+  out->Numbers({joint.px.x(), joint.px.y(), joint.confidence});
+}
+
+// "[x, y], ..." and "c, ..." of all joints, zeros where one was not found.
+inline void WritePoints(const Detection& detection, JsonOutput* out) {
+  out->Join(detection.joints, [out](const Keypoint& joint) {
+    out->Text("[");
+    out->Numbers(
+        {joint.found ? joint.px.x() : 0.0, joint.found ? joint.px.y() : 0.0});
+    out->Text("]");
+  });
+}
+inline void WriteConfidences(const Detection& detection, JsonOutput* out) {
+  out->Join(detection.joints, [out](const Keypoint& joint) {
+    out->Number(joint.found ? joint.confidence : 0.0);
+  });
+}
 
 // Begins a File for each view, named as the view; `more` goes to its
 // constructor behind the path. Throws InputError where a name is no file's.
@@ -27,6 +51,33 @@ std::vector<std::unique_ptr<File>> MakeViewFiles(const DetectionHeader& header,
         std::make_unique<File>(folder.PathOf(view + extension), more...));
   }
   return files;
+}
+
+// Writes all frames of the source, view by view, and completes the files.
+// Returns how many frames have no detection.
+template <typename File>
+int64_t WriteViewFiles(const std::vector<std::unique_ptr<File>>& files,
+                       DetectionSource* source, DetectionLossFinder* finder) {
+  int64_t empty_frames = 0;
+  DetectionFrame frame;
+  while (source->Next(&frame)) {
+    finder->See(frame);
+    bool any = false;
+    for (size_t v = 0; v < files.size(); ++v) {
+      files[v]->Write(frame.frame, frame.views[v].detections);
+      any = any || !frame.views[v].detections.empty();
+    }
+    empty_frames += any ? 0 : 1;
+  }
+  for (const auto& file : files) file->Commit();
+  return empty_frames;
+}
+
+// Of formats that have an entry a person.
+inline void NoteEmptyFrames(int64_t empty_frames, LostFields* lost_fields) {
+  if (empty_frames == 0) return;
+  lost_fields->push_back(std::to_string(empty_frames) +
+                         " frames without any detection are not kept");
 }
 
 // Readers of JSON take truth.json in a folder for something else: a view of

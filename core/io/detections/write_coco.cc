@@ -6,7 +6,6 @@
 #include "core/base/error.h"
 #include "core/io/detections/export.h"
 #include "core/io/detections/formats.h"
-#include "core/io/detections/lost_fields.h"
 #include "core/io/detections/summary.h"
 #include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
@@ -20,71 +19,37 @@ class CocoView {
  public:
   explicit CocoView(const std::string& path) : file_(path) {}
 
+  void Write(int64_t frame, const std::vector<Detection>& detections) {
+    for (const Detection& detection : detections) Write(frame, detection);
+    out_.FlushTo(&file_);
+  }
+
+  void Commit() {
+    out_.Text(is_first_ ? "[]\n" : "\n]\n");
+    out_.FlushTo(&file_);
+    file_.Commit();
+  }
+
+ private:
   void Write(int64_t frame, const Detection& detection) {
     const DetectionSummary summary = Summarise(detection);
     const Eigen::Vector2d size_px = summary.high_px - summary.low_px;
     out_.Text(is_first_ ? "[\n" : ",\n");
     is_first_ = false;
-    out_.Text("{\"image_id\": ");
-    out_.Integer(frame);
-    out_.Text(", \"category_id\": 1, \"keypoints\": ");
-    WriteKeypoints(detection);
-    out_.Text(", \"score\": ");
-    out_.Number(summary.score);
-    out_.Text(", \"bbox\": ");
-    WriteNumbers(
+    out_.Add("{\"image_id\": ", frame,
+             ", \"category_id\": 1, \"keypoints\": [");
+    out_.Join(detection.joints,
+              [this](const Keypoint& joint) { WriteKeypoint(joint, &out_); });
+    out_.Add("], \"score\": ", summary.score, ", \"bbox\": [");
+    out_.Numbers(
         {summary.low_px.x(), summary.low_px.y(), size_px.x(), size_px.y()});
-    out_.Text("}");
-    Flush();
-  }
-
-  void Commit() {
-    out_.Text(is_first_ ? "[]\n" : "\n]\n");
-    Flush();
-    file_.Commit();
-  }
-
- private:
-  void WriteKeypoints(const Detection& detection) {
-    std::vector<double> numbers;
-    numbers.reserve(3 * detection.joints.size());
-    for (const Keypoint& joint : detection.joints) {
-      if (joint.found) {
-        numbers.insert(numbers.end(),
-                       {joint.px.x(), joint.px.y(), joint.confidence});
-      } else {
-        numbers.insert(numbers.end(), 3, 0.0);
-      }
-    }
-    WriteNumbers(numbers);
-  }
-
-  void WriteNumbers(const std::vector<double>& numbers) {
-    const char* separator = "[";
-    for (const double number : numbers) {
-      out_.Text(separator);
-      out_.Number(number);
-      separator = ", ";
-    }
-    out_.Text("]");
-  }
-
-  void Flush() {
-    file_.Write(out_.text().data(), out_.text().size());
-    out_.Clear();
+    out_.Text("]}");
   }
 
   AtomicFile file_;
   JsonOutput out_;
   bool is_first_ = true;
 };
-
-bool IsEmpty(const DetectionFrame& frame) {
-  for (const ViewDetections& view : frame.views) {
-    if (!view.detections.empty()) return false;
-  }
-  return true;
-}
 
 }  // namespace
 
@@ -96,24 +61,10 @@ void WriteCocoResults(const std::string& path,
   RefuseViewTruth(header, "COCO results");
   const auto files = MakeViewFiles<CocoView>(header, ".json", folder);
   DetectionLossFinder finder(header);
-  DetectionFrame frame;
-  int64_t empty_frames = 0;
-  while (source->Next(&frame)) {
-    finder.See(frame);
-    empty_frames += IsEmpty(frame) ? 1 : 0;
-    for (size_t v = 0; v < files.size(); ++v) {
-      for (const Detection& detection : frame.views[v].detections) {
-        files[v]->Write(frame.frame, detection);
-      }
-    }
-  }
-  for (const auto& file : files) file->Commit();
+  const int64_t empty_frames = WriteViewFiles(files, source, &finder);
   folder.Commit();
   finder.Report(IsToldByJointCount(header.skeleton), lost_fields);
-  if (empty_frames > 0) {
-    lost_fields->push_back(std::to_string(empty_frames) +
-                           " frames without any detection are not kept");
-  }
+  NoteEmptyFrames(empty_frames, lost_fields);
 }
 
 }  // namespace kinegraph

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/io/detections/export.h"
 #include "core/io/detections/lost_fields.h"
+#include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/text/json.h"
 #include "core/io/text/json_output.h"
@@ -16,25 +17,19 @@
 namespace kinegraph {
 namespace {
 
-void WritePose(const Detection& detection, JsonOutput* out) {
-  out->Text("{\"points_2d\": [");
-  const char* separator = "";
-  for (const Keypoint& joint : detection.joints) {
-    out->Text(separator);
-    separator = ", ";
-    out->Text("[");
-    out->Number(joint.found ? joint.px.x() : 0.0);
-    out->Text(", ");
-    out->Number(joint.found ? joint.px.y() : 0.0);
-    out->Text("]");
-  }
-  out->Text("], \"scores\": [");
-  separator = "";
-  for (const Keypoint& joint : detection.joints) {
-    out->Text(separator);
-    separator = ", ";
-    out->Number(joint.found ? joint.confidence : 0.0);
-  }
+void WriteImage(const std::string& name, const ViewDetections& view,
+                JsonOutput* out) {
+  const double time_s = ToSeconds(view.capture_time);
+  out->Add(JsonText(fmt::format("{}/{:08.3f}.jpg", name, time_s)),
+           ": {\"camera\": ", JsonText(name), ", \"timestamp\": ", time_s,
+           ", \"poses\": [");
+  out->Join(view.detections, [out](const Detection& detection) {
+    out->Text("{\"points_2d\": [");
+    WritePoints(detection, out);
+    out->Text("], \"scores\": [");
+    WriteConfidences(detection, out);
+    out->Text("]}");
+  });
   out->Text("]}");
 }
 
@@ -65,24 +60,9 @@ void WriteLongcwDetections(const std::string& path,
       RequireLongcwTime(frame.frame, view.capture_time, header.frame_rate_hz);
       out.Text(separator);
       separator = ",\n";
-      const std::string& name = header.view_names[v];
-      out.Text(JsonText(
-          fmt::format("{}/{:08.3f}.jpg", name, ToSeconds(view.capture_time))));
-      out.Text(": {\"camera\": ");
-      out.Text(JsonText(name));
-      out.Text(", \"timestamp\": ");
-      out.Seconds(view.capture_time);
-      out.Text(", \"poses\": [");
-      const char* comma = "";
-      for (const Detection& detection : view.detections) {
-        out.Text(comma);
-        comma = ", ";
-        WritePose(detection, &out);
-      }
-      out.Text("]}");
+      WriteImage(header.view_names[v], view, &out);
     }
-    file.Write(out.text().data(), out.text().size());
-    out.Clear();
+    out.FlushTo(&file);
   }
   file.Write("\n}}\n");
   file.Commit();

@@ -6,6 +6,7 @@
 #include "core/io/detections/export.h"
 #include "core/io/detections/formats.h"
 #include "core/io/detections/lost_fields.h"
+#include "core/io/detections/view_files.h"
 #include "core/io/files/atomic_file.h"
 #include "core/io/files/atomic_folder.h"
 #include "core/io/files/text_file.h"
@@ -21,34 +22,18 @@ constexpr const char* kEmptyParts =
     "\"face_keypoints_3d\": [], \"hand_left_keypoints_3d\": [], "
     "\"hand_right_keypoints_3d\": []}";
 
-void WriteJoint(const Keypoint& joint, JsonOutput* out) {
-  if (!joint.found) return out->Text("0, 0, 0");
-  out->Number(joint.px.x());
-  out->Text(", ");
-  out->Number(joint.px.y());
-  out->Text(", ");
-  out->Number(joint.confidence);
-}
-
 void WritePeople(const std::string& path,
                  const std::vector<Detection>& detections, JsonOutput* out) {
-  out->Clear();
   out->Text("{\"version\": 1.3, \"people\": [");
-  const char* separator = "";
-  for (const Detection& detection : detections) {
-    out->Text(separator);
+  out->Join(detections, [out](const Detection& detection) {
     out->Text("{\"person_id\": [-1], \"pose_keypoints_2d\": [");
-    for (size_t j = 0; j < detection.joints.size(); ++j) {
-      if (j > 0) out->Text(", ");
-      WriteJoint(detection.joints[j], out);
-    }
-    out->Text("]");
-    out->Text(kEmptyParts);
-    separator = ", ";
-  }
+    out->Join(detection.joints,
+              [out](const Keypoint& joint) { WriteKeypoint(joint, out); });
+    out->Add("]", kEmptyParts);
+  });
   out->Text("]}\n");
   AtomicFile file(path);
-  file.Write(out->text().data(), out->text().size());
+  out->FlushTo(&file);
   file.Commit();
 }
 

@@ -31,8 +31,7 @@ class DetectionWriter::Impl {
                              " do not fit the file that is being written");
     }
     last_frame_ = frame.frame;
-    out_.Text("{\"frame\": ");
-    out_.Integer(frame.frame);
+    out_.Add("{\"frame\": ", frame.frame);
     // Without a clock all times are 0; left out, a reader that is told the
     // frame rate can fill them in.
     if (has_clock_ || frame.time != 0) {
@@ -41,62 +40,44 @@ class DetectionWriter::Impl {
     }
     out_.Text(", \"views\": {");
     for (size_t v = 0; v < views_.size(); ++v) {
-      out_.Text(v == 0 ? "" : ", ");
-      out_.Text(views_[v]);
-      out_.Text(": [");
+      out_.Add(v == 0 ? "" : ", ", views_[v], ": [");
       WriteView(frame.views[v]);
       out_.Text("]");
     }
     out_.Text("}");
     WriteCaptureTimes(frame);
     out_.Text("}\n");
-    Flush();
+    out_.FlushTo(&file_);
   }
 
   void Commit() { file_.Commit(); }
 
  private:
-  void Flush() {
-    file_.Write(out_.text().data(), out_.text().size());
-    out_.Clear();
-  }
-
   void WriteHeader(const DetectionHeader& header) {
-    out_.Text("{\"kinegraph_detections\": 1, \"skeleton\": ");
-    out_.Text(SkeletonJson(header.skeleton));
-    out_.Text(", \"frame_rate\": ");
+    out_.Add("{\"kinegraph_detections\": 1, \"skeleton\": ",
+             SkeletonJson(header.skeleton), ", \"frame_rate\": ");
     if (header.frame_rate_hz > 0.0) {
       out_.Number(header.frame_rate_hz);
     } else {
       out_.Text("null");
     }
     out_.Text(", \"views\": [");
-    for (size_t v = 0; v < views_.size(); ++v) {
-      out_.Text(v == 0 ? "" : ", ");
-      out_.Text(views_[v]);
-    }
+    out_.Join(views_, [this](const std::string& view) { out_.Text(view); });
     out_.Text("]}\n");
-    Flush();
+    out_.FlushTo(&file_);
   }
 
   void WriteView(const ViewDetections& view) {
-    const char* separator = "";
-    for (const Detection& detection : view.detections) {
+    out_.Join(view.detections, [this](const Detection& detection) {
       if (detection.joints.size() != joint_count_) {
         throw std::logic_error(
             "a detection does not have the joints of its file");
       }
-      out_.Text(separator);
       out_.Text("{\"joints\": [");
-      separator = "";
-      for (const Keypoint& joint : detection.joints) {
-        out_.Text(separator);
-        WriteJoint(joint);
-        separator = ", ";
-      }
+      out_.Join(detection.joints,
+                [this](const Keypoint& joint) { WriteJoint(joint); });
       out_.Text("]}");
-      separator = ", ";
-    }
+    });
   }
 
   void WriteJoint(const Keypoint& joint) {
@@ -105,23 +86,16 @@ class DetectionWriter::Impl {
       return;
     }
     out_.Text("[");
-    out_.Number(joint.px.x());
-    out_.Text(", ");
-    out_.Number(joint.px.y());
-    out_.Text(", ");
-    out_.Number(joint.confidence);
+    out_.Numbers({joint.px.x(), joint.px.y(), joint.confidence});
     out_.Text("]");
   }
 
   // Only of views whose clock is not the frame's.
   void WriteCaptureTimes(const DetectionFrame& frame) {
-    const char* separator = ", \"capture_times\": {";
     bool any = false;
     for (size_t v = 0; v < views_.size(); ++v) {
       if (frame.views[v].capture_time == frame.time) continue;
-      out_.Text(any ? ", " : separator);
-      out_.Text(views_[v]);
-      out_.Text(": ");
+      out_.Add(any ? ", " : ", \"capture_times\": {", views_[v], ": ");
       out_.Seconds(frame.views[v].capture_time);
       any = true;
     }

@@ -6,9 +6,12 @@
 #include <fmt/format.h>
 
 #include <cstdint>
+#include <initializer_list>
 #include <string_view>
+#include <type_traits>
 
 #include "core/base/time.h"
+#include "core/io/files/atomic_file.h"
 
 namespace kinegraph {
 
@@ -23,10 +26,44 @@ class JsonOutput {
   void Number(double value);
   void Seconds(TimeNs time) { Number(ToSeconds(time)); }
 
-  std::string_view text() const { return {buffer_.data(), buffer_.size()}; }
-  void Clear() { buffer_.clear(); }
+  // One after the other: texts, integers and numbers.
+  template <typename... Parts>
+  void Add(const Parts&... parts) {
+    (Put(parts), ...);
+  }
+  // What `write` writes of each value, and `between` them.
+  template <typename Values, typename Write>
+  void Join(const Values& values, const Write& write,
+            std::string_view between = ", ") {
+    std::string_view separator;
+    for (const auto& value : values) {
+      Text(separator);
+      write(value);
+      separator = between;
+    }
+  }
+  void Numbers(std::initializer_list<double> numbers) {
+    Join(numbers, [this](double number) { Number(number); });
+  }
+
+  // Hands what was written so far over to the file.
+  void FlushTo(AtomicFile* file) {
+    file->Write(buffer_.data(), buffer_.size());
+    buffer_.clear();
+  }
 
  private:
+  template <typename Part>
+  void Put(const Part& part) {
+    if constexpr (std::is_integral_v<Part>) {
+      Integer(part);
+    } else if constexpr (std::is_floating_point_v<Part>) {
+      Number(part);
+    } else {
+      Text(part);
+    }
+  }
+
   fmt::memory_buffer buffer_;
 };
 

@@ -54,8 +54,7 @@ std::string InfoText(const TrackHeader& header) {
 }
 
 void WriteImage(const TrackFrame& frame, bool has_clock, JsonOutput* out) {
-  out->Text("{\"id\": ");
-  out->Integer(frame.frame);
+  out->Add("{\"id\": ", frame.frame);
   if (has_clock) {
     out->Text(", \"time_s\": ");
     out->Seconds(frame.time);
@@ -65,27 +64,18 @@ void WriteImage(const TrackFrame& frame, bool has_clock, JsonOutput* out) {
 
 void WriteAnnotation(const PersonPose& person, int64_t frame, int64_t number,
                      const PersonNames& names, JsonOutput* out) {
-  out->Text("{\"id\": ");
-  out->Integer(number);
-  out->Text(", \"image_id\": ");
-  out->Integer(frame);
-  out->Text(", \"category_id\": 1, \"track_id\": ");
-  out->Integer(person.id.value());
+  out->Add("{\"id\": ", number, ", \"image_id\": ", frame,
+           ", \"category_id\": 1, \"track_id\": ", person.id.value());
   const auto name = names.find(person.id);
   if (name != names.end()) out->Text(", \"name\": " + JsonText(name->second));
-  out->Text(", \"num_keypoints\": ");
-  out->Integer(CountPresent(person.joints));
-  out->Text(", \"keypoints_3d\": [");
-  const char* separator = "";
-  for (const Joint3d& joint : person.joints) {
-    for (int axis = 0; axis < 3; ++axis) {
-      out->Text(separator);
-      separator = ", ";
-      out->Number(joint.present() ? joint.position_m[axis] : 0.0);
-    }
-    out->Text(separator);
-    out->Integer(VisibilityOf(joint.status));
-  }
+  out->Add(", \"num_keypoints\": ", CountPresent(person.joints),
+           ", \"keypoints_3d\": [");
+  out->Join(person.joints, [out](const Joint3d& joint) {
+    Eigen::Vector3d at_m = Eigen::Vector3d::Zero();
+    if (joint.present()) at_m = joint.position_m;
+    out->Numbers({at_m.x(), at_m.y(), at_m.z()});
+    out->Add(", ", VisibilityOf(joint.status));
+  });
   out->Text("]}");
 }
 
@@ -97,16 +87,12 @@ void WriteTracksCoco3d(const std::string& path, const TrackSequence& tracks,
   file.Write("{\"info\": " + InfoText(tracks.header) + ",\n\"categories\": [" +
              CategoryText(tracks.header.skeleton) + "],\n\"images\": [");
   JsonOutput out;
-  const auto flush = [&] {
-    file.Write(out.text().data(), out.text().size());
-    out.Clear();
-  };
   const char* separator = "\n";
   for (const TrackFrame& frame : tracks.frames) {
     out.Text(separator);
     separator = ",\n";
     WriteImage(frame, contents.has_clock, &out);
-    flush();
+    out.FlushTo(&file);
   }
   out.Text("],\n\"annotations\": [");
   separator = "\n";
@@ -117,10 +103,10 @@ void WriteTracksCoco3d(const std::string& path, const TrackSequence& tracks,
       separator = ",\n";
       WriteAnnotation(person, frame.frame, ++number, options.names, &out);
     }
-    flush();
+    out.FlushTo(&file);
   }
   out.Text("]}\n");
-  flush();
+  out.FlushTo(&file);
   file.Commit();
   lost_fields->push_back("the configuration is not kept");
   NoteStatistics(contents, lost_fields);

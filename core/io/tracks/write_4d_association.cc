@@ -11,16 +11,13 @@ namespace kinegraph {
 namespace {
 
 void WritePerson(const PersonPose& person, JsonOutput* out) {
-  out->Integer(person.id.value());
-  out->Text("\n");
+  out->Add(person.id.value(), "\n");
   for (int row = 0; row < 4; ++row) {
-    const char* separator = "";
-    for (const Joint3d& joint : person.joints) {
-      out->Text(separator);
-      separator = " ";
+    const auto write = [&](const Joint3d& joint) {
       const double weight = joint.present() ? 1.0 : 0.0;
       out->Number(row == 3 || weight == 0.0 ? weight : joint.position_m[row]);
-    }
+    };
+    out->Join(person.joints, write, " ");
     out->Text("\n");
   }
 }
@@ -40,21 +37,16 @@ void WriteTracks4dAssociation(const std::string& path,
   }
   AtomicFile file(path);
   JsonOutput out;
-  out.Integer(tracks.header.skeleton.joint_count());
-  out.Text(" ");
-  out.Integer(count);
-  out.Text("\n");
+  out.Add(tracks.header.skeleton.joint_count(), " ", count, "\n");
   int64_t next = first;
   for (const TrackFrame& frame : tracks.frames) {
     for (; next < frame.frame; ++next) out.Text("0\n");
     ++next;
-    out.Integer(static_cast<int64_t>(frame.people.size()));
-    out.Text("\n");
+    out.Add(frame.people.size(), "\n");
     for (const PersonPose& person : frame.people) WritePerson(person, &out);
-    file.Write(out.text().data(), out.text().size());
-    out.Clear();
+    out.FlushTo(&file);
   }
-  file.Write(out.text().data(), out.text().size());
+  out.FlushTo(&file);
   file.Commit();
   NotePositionsOnly(tracks, lost_fields);
   NoteClock(tracks, lost_fields);

@@ -40,9 +40,8 @@ void WriteAniposeJoint(const PersonPose* person, size_t joint_idx,
     return;
   }
   for (int axis = 0; axis < 3; ++axis) {
-    out->Number(kMillimetresPerMetre *
-                person->joints[joint_idx].position_m[axis]);
-    out->Text(",");
+    out->Add(kMillimetresPerMetre * person->joints[joint_idx].position_m[axis],
+             ",");
   }
   out->Text(",");  // the reprojection error is not in the tracks
   if (!person->inlier_views.empty()) {
@@ -62,11 +61,8 @@ void WriteAniposePerson(const std::string& path, TrackId id,
   for (const TrackRow& row : rows) {
     const PersonPose* person = FindPerson(row.frame, id);
     for (size_t j = 0; j < joint_count; ++j) WriteAniposeJoint(person, j, &out);
-    out.Text("1,0,0,0,1,0,0,0,1,0,0,0,");
-    out.Integer(number++);
-    out.Text("\n");
-    file.Write(out.text().data(), out.text().size());
-    out.Clear();
+    out.Add("1,0,0,0,1,0,0,0,1,0,0,0,", number++, "\n");
+    out.FlushTo(&file);
   }
   file.Commit();
 }

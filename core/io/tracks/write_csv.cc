@@ -35,11 +35,11 @@ class CsvWriter {
         WriteRow(frame, person, j);
       }
     }
-    Flush();
+    out_.FlushTo(&file_);
   }
 
   void Commit() {
-    Flush();
+    out_.FlushTo(&file_);
     file_.Commit();
   }
 
@@ -48,19 +48,14 @@ class CsvWriter {
  private:
   void WriteRow(const TrackFrame& frame, const PersonPose& person, size_t j) {
     const Joint3d& joint = person.joints[j];
-    out_.Integer(frame.frame);
-    out_.Text(",");
+    out_.Add(frame.frame, ",");
     if (contents_.has_clock) out_.Seconds(frame.time);
-    out_.Text(",");
-    out_.Integer(person.id.value());
-    out_.Text(",");
-    out_.Text(joints_[j]);
+    out_.Add(",", person.id.value(), ",", joints_[j]);
     for (int axis = 0; axis < 3; ++axis) {
       out_.Text(",");
       if (joint.present()) out_.Number(joint.position_m[axis]);
     }
-    out_.Text(",");
-    out_.Text(ToString(joint.status));
+    out_.Add(",", ToString(joint.status));
     if (contents_.has_views) {
       out_.Text(",");
       if (!person.inlier_views.empty()) out_.Integer(person.inlier_views[j]);
@@ -83,11 +78,6 @@ class CsvWriter {
         if (known) out_.Number((*person.covariances[j])(row, column));
       }
     }
-  }
-
-  void Flush() {
-    file_.Write(out_.text().data(), out_.text().size());
-    out_.Clear();
   }
 
   const TrackContents contents_;

@@ -12,28 +12,18 @@ namespace kinegraph {
 namespace {
 
 void WritePose(const PersonPose& person, JsonOutput* out) {
-  out->Text("{\"id\": ");
-  out->Integer(person.id.value());
-  out->Text(", \"points_3d\": [");
-  const char* separator = "";
-  for (const Joint3d& joint : person.joints) {
-    out->Text(separator);
-    separator = ", ";
-    for (int axis = 0; axis < 3; ++axis) {
-      out->Text(axis == 0 ? "[" : ", ");
-      out->Number(joint.present()
-                      ? kCentimetresPerMetre * joint.position_m[axis]
-                      : 0.0);
-    }
+  out->Add("{\"id\": ", person.id.value(), ", \"points_3d\": [");
+  out->Join(person.joints, [out](const Joint3d& joint) {
+    Eigen::Vector3d at_cm = Eigen::Vector3d::Zero();
+    if (joint.present()) at_cm = kCentimetresPerMetre * joint.position_m;
+    out->Text("[");
+    out->Numbers({at_cm.x(), at_cm.y(), at_cm.z()});
     out->Text("]");
-  }
+  });
   out->Text("], \"scores\": [");
-  separator = "";
-  for (const Joint3d& joint : person.joints) {
-    out->Text(separator);
-    separator = ", ";
+  out->Join(person.joints, [out](const Joint3d& joint) {
     out->Text(joint.present() ? "1" : "0");
-  }
+  });
   out->Text("]}");
 }
 
@@ -54,15 +44,10 @@ void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
     out.Text("{\"timestamp\": ");
     out.Seconds(frame.time);
     out.Text(", \"poses\": [");
-    const char* comma = "";
-    for (const PersonPose& person : frame.people) {
-      out.Text(comma);
-      comma = ", ";
-      WritePose(person, &out);
-    }
+    out.Join(frame.people,
+             [&](const PersonPose& person) { WritePose(person, &out); });
     out.Text("]}");
-    file.Write(out.text().data(), out.text().size());
-    out.Clear();
+    out.FlushTo(&file);
   }
   file.Write(tracks.frames.empty() ? "[]\n" : "\n]\n");
   file.Commit();

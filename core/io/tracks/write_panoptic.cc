@@ -16,22 +16,18 @@ namespace {
 
 void WriteBody(const PersonPose& person, const std::vector<int>& map,
                JsonOutput* out) {
-  out->Text("{ \"id\": ");
-  out->Integer(person.id.value());
-  out->Text(",\n\"joints19\": ");
-  const char* separator = "[";
-  for (const int j : map) {
-    const Joint3d joint =
-        j < 0 ? Joint3d() : person.joints[static_cast<size_t>(j)];
-    for (int axis = 0; axis < 3; ++axis) {
-      out->Text(separator);
-      separator = ", ";
-      out->Number(joint.present()
-                      ? kCentimetresPerMetre * joint.position_m[axis]
-                      : 0.0);
+  out->Add("{ \"id\": ", person.id.value(), ",\n\"joints19\": [");
+  out->Join(map, [&](int j) {
+    const bool is_there =
+        j >= 0 && person.joints[static_cast<size_t>(j)].present();
+    Eigen::Vector3d at_cm = Eigen::Vector3d::Zero();
+    if (is_there) {
+      at_cm = kCentimetresPerMetre *
+              person.joints[static_cast<size_t>(j)].position_m;
     }
-    out->Text(joint.present() ? ", 1" : ", -1");
-  }
+    out->Numbers({at_cm.x(), at_cm.y(), at_cm.z()});
+    out->Text(is_there ? ", 1" : ", -1");
+  });
   out->Text("]\n}");
 }
 
@@ -44,18 +40,15 @@ void WriteTracksPanoptic(const std::string& path, const TrackSequence& tracks,
   JsonOutput out;
   for (const TrackFrame& frame : tracks.frames) {
     out.Text("{ \"version\": 0.7,\n\"fpsType\": \"hd_29_97\",\n\"bodies\": [");
-    const char* separator = "\n";
-    for (const PersonPose& person : frame.people) {
-      out.Text(separator);
-      separator = ",\n";
-      WriteBody(person, map, &out);
-    }
+    if (!frame.people.empty()) out.Text("\n");
+    out.Join(
+        frame.people,
+        [&](const PersonPose& person) { WriteBody(person, map, &out); }, ",\n");
     out.Text("\n] }\n");
     AtomicFile file(
         folder.PathOf(fmt::format("body3DScene_{:08d}.json", frame.frame)));
-    file.Write(out.text().data(), out.text().size());
+    out.FlushTo(&file);
     file.Commit();
-    out.Clear();
   }
   folder.Commit();
   NotePositionsOnly(tracks, lost_fields);

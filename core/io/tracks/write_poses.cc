@@ -8,21 +8,12 @@
 namespace kinegraph {
 namespace {
 
-void WriteJoints(const Pose3d& joints, JsonOutput* out) {
-  const char* separator = "";
-  for (const Joint3d& joint : joints) {
-    out->Text(separator);
-    separator = ", ";
-    if (!joint.present()) {
-      out->Text("null");
-      continue;
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      out->Text(axis == 0 ? "[" : ", ");
-      out->Number(joint.position_m[axis]);
-    }
-    out->Text("]");
-  }
+void WriteJoint(const Joint3d& joint, JsonOutput* out) {
+  if (!joint.present()) return out->Text("null");
+  const Eigen::Vector3d& at_m = joint.position_m;
+  out->Text("[");
+  out->Numbers({at_m.x(), at_m.y(), at_m.z()});
+  out->Text("]");
 }
 
 void NotePosesLosses(const TrackSequence& tracks, LostFields* lost_fields) {
@@ -52,16 +43,13 @@ void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
     for (const PersonPose& person : frame.people) {
       out.Text(separator);
       separator = ",\n";
-      out.Text("{\"frame\": ");
-      out.Integer(frame.frame);
-      out.Text(", \"id\": ");
-      out.Integer(person.id.value());
-      out.Text(", \"joints\": [");
-      WriteJoints(person.joints, &out);
+      out.Add("{\"frame\": ", frame.frame, ", \"id\": ", person.id.value(),
+              ", \"joints\": [");
+      out.Join(person.joints,
+               [&](const Joint3d& joint) { WriteJoint(joint, &out); });
       out.Text("]}");
     }
-    file.Write(out.text().data(), out.text().size());
-    out.Clear();
+    out.FlushTo(&file);
   }
   file.Write("\n]}\n");
   file.Commit();

@@ -59,10 +59,7 @@ void WriteMarkers(const PersonPose* person, size_t joint_count,
       continue;
     }
     const Eigen::Vector3d marker = axes.Apply(person->joints[j].position_m);
-    for (int axis = 0; axis < 3; ++axis) {
-      out->Text("\t");
-      out->Number(marker[axis]);
-    }
+    for (int axis = 0; axis < 3; ++axis) out->Add("\t", marker[axis]);
   }
 }
 
@@ -78,13 +75,10 @@ void WriteTrcPerson(const std::string& path, TrackId id,
       static_cast<size_t>(tracks.header.skeleton.joint_count());
   JsonOutput out;
   for (size_t r = 0; r < rows.size(); ++r) {
-    out.Integer(static_cast<int64_t>(r) + 1);
-    out.Text("\t");
-    out.Number(rows[r].time_s);
+    out.Add(r + 1, "\t", rows[r].time_s);
     WriteMarkers(FindPerson(rows[r].frame, id), joint_count, axes, &out);
     out.Text("\t\n");
-    file.Write(out.text().data(), out.text().size());
-    out.Clear();
+    out.FlushTo(&file);
   }
   file.Commit();
 }

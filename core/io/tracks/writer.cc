@@ -12,22 +12,6 @@
 #include "core/io/text/skeleton_json.h"
 
 namespace kinegraph {
-namespace {
-
-// Keeps the comma between the entries of one object or array.
-class Separator {
- public:
-  const char* Next() {
-    const char* text = is_first_ ? "" : ", ";
-    is_first_ = false;
-    return text;
-  }
-
- private:
-  bool is_first_ = true;
-};
-
-}  // namespace
 
 class TrackWriter::Impl {
  public:
@@ -49,90 +33,62 @@ class TrackWriter::Impl {
                              std::to_string(last_frame_));
     }
     last_frame_ = frame.frame;
-    out_.Text("{\"frame\": ");
-    out_.Integer(frame.frame);
-    out_.Text(", \"time\": ");
-    out_.Seconds(frame.time);
-    out_.Text(", \"people\": [");
-    Separator separator;
-    for (const PersonPose& person : frame.people) {
-      out_.Text(separator.Next());
-      WritePerson(person);
-    }
+    out_.Add("{\"frame\": ", frame.frame, ", \"time\": ", ToSeconds(frame.time),
+             ", \"people\": [");
+    out_.Join(frame.people,
+              [this](const PersonPose& person) { WritePerson(person); });
     out_.Text("]}\n");
-    Flush();
+    out_.FlushTo(&file_);
   }
 
   void Commit() { file_.Commit(); }
   void HandOver() { file_.Flush(); }
 
  private:
-  void Flush() {
-    file_.Write(out_.text().data(), out_.text().size());
-    out_.Clear();
-  }
-
   void WriteHeader(const TrackHeader& header) {
     const std::string config = CompactObject(header.config_json);
     if (config.empty()) {
       throw std::logic_error("the configuration of tracks is no JSON object");
     }
-    out_.Text(
+    out_.Add(
         "{\"kinegraph\": 1, \"units\": {\"length\": \"m\", \"time\": \"s\"}, "
-        "\"skeleton\": ");
-    out_.Text(SkeletonJson(header.skeleton));
-    out_.Text(", \"mode\": ");
-    out_.Text(JsonText(header.mode));
-    out_.Text(", \"frame_rate\": ");
+        "\"skeleton\": ",
+        SkeletonJson(header.skeleton), ", \"mode\": ", JsonText(header.mode),
+        ", \"frame_rate\": ");
     if (header.frame_rate_hz > 0.0) {
       out_.Number(header.frame_rate_hz);
     } else {
       out_.Text("null");
     }
     if (options_.observations) {
-      out_.Text(", \"views\": [");
-      Separator separator;
-      for (const std::string& view : views_) {
-        out_.Text(separator.Next());
-        out_.Text(view);
-      }
-      out_.Text("]");
+      out_.Text(", \"views\": ");
+      WriteArray(views_, [this](const std::string& view) { out_.Text(view); });
     }
     WriteNames();
-    out_.Text(", \"config\": ");
-    out_.Text(config);
-    out_.Text("}\n");
-    Flush();
+    out_.Add(", \"config\": ", config, "}\n");
+    out_.FlushTo(&file_);
   }
 
   void WriteNames() {
     if (options_.names.empty()) return;
     out_.Text(", \"names\": {");
-    Separator separator;
-    for (const auto& [id, name] : options_.names) {
-      out_.Text(separator.Next());
-      out_.Text("\"" + std::to_string(id.value()) + "\": " + JsonText(name));
-    }
+    out_.Join(options_.names, [this](const auto& named) {
+      out_.Add("\"", named.first.value(), "\": ", JsonText(named.second));
+    });
     out_.Text("}");
   }
 
   void WritePerson(const PersonPose& person) {
     CheckLength(person.joints.size());
-    out_.Text("{\"id\": ");
-    out_.Integer(person.id.value());
-    out_.Text(", \"joints\": ");
+    out_.Add("{\"id\": ", person.id.value(), ", \"joints\": ");
     WriteArray(person.joints, [this](const Joint3d& joint) {
-      if (joint.present()) {
-        WriteNumbers(joint.position_m.data(), 3);
-      } else {
-        out_.Text("null");
-      }
+      if (!joint.present()) return out_.Text("null");
+      const Eigen::Vector3d& at_m = joint.position_m;
+      WriteNumbers({at_m.x(), at_m.y(), at_m.z()});
     });
     out_.Text(", \"status\": ");
     WriteArray(person.joints, [this](const Joint3d& joint) {
-      out_.Text("\"");
-      out_.Text(ToString(joint.status));
-      out_.Text("\"");
+      out_.Add("\"", ToString(joint.status), "\"");
     });
     WriteCovariances(person);
     if (!person.inlier_views.empty()) {
@@ -154,31 +110,24 @@ class TrackWriter::Impl {
     CheckLength(covariances.size());
     out_.Text(", \"covariance\": ");
     WriteArray(covariances, [this](const std::optional<Eigen::Matrix3d>& c) {
-      if (!c) {
-        out_.Text("null");
-        return;
-      }
-      const double upper[6] = {(*c)(0, 0), (*c)(0, 1), (*c)(0, 2),
-                               (*c)(1, 1), (*c)(1, 2), (*c)(2, 2)};
-      WriteNumbers(upper, 6);
+      if (!c) return out_.Text("null");
+      WriteNumbers({(*c)(0, 0), (*c)(0, 1), (*c)(0, 2), (*c)(1, 1), (*c)(1, 2),
+                    (*c)(2, 2)});
     });
   }
 
   void WriteObservations(const PersonPose& person) {
-    out_.Text(", \"score\": ");
-    out_.Number(person.score);
-    out_.Text(", \"matches\": {");
-    Separator matches;
-    for (const ViewMatch& match : person.matches) {
-      WriteKey(match, &matches);
-      out_.Integer(match.detection_idx);
-    }
+    out_.Add(", \"score\": ", person.score, ", \"matches\": {");
+    out_.Join(person.matches, [this](const ViewMatch& match) {
+      out_.Add(ViewOf(match), ": ", match.detection_idx);
+    });
     out_.Text("}, \"weights\": {");
-    Separator weights;
+    const char* separator = "";
     for (const ViewMatch& match : person.matches) {
       if (match.weights.empty()) continue;
       CheckLength(match.weights.size());
-      WriteKey(match, &weights);
+      out_.Add(separator, ViewOf(match), ": ");
+      separator = ", ";
       WriteArray(match.weights, [this](const std::optional<double>& weight) {
         if (weight) {
           out_.Number(*weight);
@@ -190,34 +139,25 @@ class TrackWriter::Impl {
     out_.Text("}");
   }
 
-  void WriteKey(const ViewMatch& match, Separator* separator) {
+  const std::string& ViewOf(const ViewMatch& match) const {
     const auto view_idx = static_cast<size_t>(match.view_idx);
     if (match.view_idx < 0 || view_idx >= views_.size()) {
       throw std::logic_error(
           "a match names a view that the tracks do not have");
     }
-    out_.Text(separator->Next());
-    out_.Text(views_[view_idx]);
-    out_.Text(": ");
+    return views_[view_idx];
   }
 
   template <typename Values, typename WriteValue>
   void WriteArray(const Values& values, const WriteValue& write_value) {
     out_.Text("[");
-    Separator separator;
-    for (const auto& value : values) {
-      out_.Text(separator.Next());
-      write_value(value);
-    }
+    out_.Join(values, write_value);
     out_.Text("]");
   }
 
-  void WriteNumbers(const double* numbers, size_t count) {
+  void WriteNumbers(std::initializer_list<double> numbers) {
     out_.Text("[");
-    for (size_t i = 0; i < count; ++i) {
-      if (i > 0) out_.Text(", ");
-      out_.Number(numbers[i]);
-    }
+    out_.Numbers(numbers);
     out_.Text("]");
   }
 
