@@ -15,7 +15,7 @@ namespace {
 
 // A calibration has a few hundred values; references can repeat a value many
 // times, so what comes out is bounded, too.
-constexpr size_t kMaxValues = 200'000;
+constexpr size_t kMaxPickled = 200'000;
 
 enum class Kind {
   kMark,
@@ -95,7 +95,7 @@ class PickleReader {
              ", which no pickle of numbers and NumPy arrays needs");
       }
     }
-    size_t budget = kMaxValues;
+    size_t budget = kMaxPickled;
     return ToJson(*Pop(), 0, &budget);
   }
 
@@ -148,7 +148,7 @@ class PickleReader {
   // ---- The stack ----
 
   Value* Push(Kind kind) {
-    if (values_.size() >= kMaxValues) Fail("has too many values");
+    if (values_.size() >= kMaxPickled) Fail("has too many values");
     values_.emplace_back();
     values_.back().kind = kind;
     stack_.push_back(&values_.back());
@@ -459,7 +459,7 @@ class PickleReader {
     if (value.kind != Kind::kTuple) Fail("an array's shape is no tuple");
     for (const Value* side : value.items) {
       if (side->kind != Kind::kInteger || side->integer < 0 ||
-          side->integer > static_cast<int64_t>(kMaxValues)) {
+          side->integer > static_cast<int64_t>(kMaxPickled)) {
         Fail("an array's shape is no list of sizes");
       }
       shape.push_back(static_cast<size_t>(side->integer));
@@ -488,7 +488,7 @@ class PickleReader {
     size_t count = 1;
     for (const size_t side : shape) {
       count *= side;
-      if (count > kMaxValues) Fail("an array is too large");
+      if (count > kMaxPickled) Fail("an array is too large");
     }
     if (data.text.size() != count * width) {
       Fail("an array of " + std::to_string(count) + " elements has " +
