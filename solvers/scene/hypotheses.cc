@@ -213,28 +213,32 @@ std::optional<Answer> AskForOtherImage(const SetUp& set_up) {
   const auto image = FindOtherImage(set_up.cameras, set_up.raw, set_up.frames);
   if (!image.has_value()) return std::nullopt;
   const Camera& camera = set_up.cameras[image->view];
+  // Cameras that are turned by little look alike; by a tenth of the image
+  // nobody turns one without moving it.
+  const double share = image->offset_px.norm() / ImageWidth(camera);
+  const bool either = !image->scaled() && share <= 0.1;
   std::string what;
-  if (image->scaled()) {
+  if (either) {
+    what = Format(
+        "its image fits moved by (%+.0f, %+.0f) px: it was cropped or turned",
+        -image->offset_px.x(), -image->offset_px.y());
+  } else if (image->scaled()) {
     what = Format(
         "its video is %.4g times as large as the calibration's "
         "image",
         image->scale);
   }
-  if (image->cropped()) {
+  if (image->cropped() && !either) {
     what += (what.empty() ? "its video" : ", and") +
             Format(" begins at pixel (%.0f, %.0f) of ", image->offset_px.x(),
                    image->offset_px.y()) +
             (image->scaled() ? "that" : "the calibration's image");
   }
-  // Cameras that are turned by little look alike; by a tenth of the image
-  // nobody turns one without moving it.
-  const double share = image->offset_px.norm() / ImageWidth(camera);
-  const double most = image->scaled() || share > 0.1 ? 0.95 : 0.5;
-  Answer answer = Said(Found(image->cropped() ? "crop" : "image_size",
-                             set_up.CameraName(image->view), image->gain,
+  const char* kind = either             ? "shift"
+                     : image->cropped() ? "crop"
+                                        : "image_size";
+  Answer answer = Said(Found(kind, set_up.CameraName(image->view), image->gain,
                              kUseCorrected, what));
-  double& confidence = answer.findings.front().confidence;
-  confidence = std::min(most, confidence);
   answer.cameras = set_up.cameras;
   (*answer.cameras)[image->view] = WithImage(camera, *image);
   answer.score = set_up.ScoreOf(*answer.cameras, set_up.detections);
@@ -247,14 +251,24 @@ std::optional<Answer> AskForOtherRate(const SetUp& set_up) {
   const auto rate =
       FindOtherRate(set_up.cameras, set_up.ideal, set_up.detections, usual_hz);
   if (!rate.has_value()) return std::nullopt;
+  const std::string& view = set_up.ViewName(rate->view);
+  std::string keys =
+      "input.view_frame_rate." + view + "=" + Format("%.4g", rate->rate_hz);
+  // Keys take whole frames; where that leaves a part, all count from 0.
+  const bool whole = rate->offset == std::round(rate->offset);
+  const int64_t first = set_up.detections.frames.front().frame;
+  for (size_t v = 0; rate->offset != 0.0 && v < set_up.cameras.size(); ++v) {
+    if (whole && v != rate->view) continue;
+    keys += ";input.view_frame_offset." + set_up.ViewName(v) + "=" +
+            std::to_string(whole ? std::llround(rate->offset) : first);
+  }
   Answer answer =
       Said(Found("view_rate", set_up.CameraName(rate->view), rate->gain,
-                 "--set=input.view_frame_rate." + set_up.ViewName(rate->view) +
-                     "=" + Format("%.4g", rate->rate_hz),
+                 rate->offset == 0.0 ? "--set=" + keys : "'--set=" + keys + "'",
                  Format("its files count at %.4g Hz, the others' at %.4g",
                         rate->rate_hz, usual_hz)));
-  answer.detections =
-      WithViewRate(set_up.detections, rate->view, rate->rate_hz / usual_hz);
+  answer.detections = WithViewRate(set_up.detections, rate->view,
+                                   rate->rate_hz / usual_hz, rate->offset);
   answer.score = set_up.ScoreOf(set_up.cameras, *answer.detections);
   return answer;
 }

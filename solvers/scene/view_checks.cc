@@ -43,16 +43,37 @@ int IndexOfFrame(const std::vector<DetectionFrame>& frames, int64_t number) {
   return static_cast<int>(at - frames.begin());
 }
 
-// A view's people as they are where its files count `factor` times as fast.
+// The frame in which a view's files that count `factor` times as fast, their
+// numbers too high by `offset`, show what is nearest to frame `number`, and how
+// many frames earlier than that it was taken; nullopt where it is nearer to
+// another.
+struct CountedFrame {
+  int64_t number = 0;
+  double earlier = 0.0;
+};
+std::optional<CountedFrame> FrameAtRate(int64_t number, double factor,
+                                        double offset) {
+  const auto told = static_cast<double>(number);
+  CountedFrame shown;
+  shown.number = std::llround(factor * told + offset);
+  shown.earlier = told - (static_cast<double>(shown.number) - offset) / factor;
+  // Of two frames alike the later, as where the recording is read.
+  if (shown.earlier >= 0.5 || shown.earlier < -0.5) return std::nullopt;
+  return shown;
+}
+
+// A view's people as they are where its files count so.
 ViewPeople AtRate(const ViewPeople& people,
                   const std::vector<DetectionFrame>& frames,
-                  const std::vector<int>& wanted, double factor) {
+                  const std::vector<int>& wanted, double factor,
+                  double offset) {
   ViewPeople moved;
   moved.frames.resize(people.frames.size());
   for (const int k : wanted) {
-    const auto number = std::llround(
-        factor * static_cast<double>(frames[static_cast<size_t>(k)].frame));
-    const int from = IndexOfFrame(frames, number);
+    const auto shown =
+        FrameAtRate(frames[static_cast<size_t>(k)].frame, factor, offset);
+    if (!shown.has_value()) continue;
+    const int from = IndexOfFrame(frames, shown->number);
     if (from < 0) continue;
     moved.frames[static_cast<size_t>(k)] =
         people.frames[static_cast<size_t>(from)];
@@ -235,6 +256,18 @@ bool Agree(const Fit2d& a, const Fit2d& b) {
          (a.scale * b.from + a.offset - b.to).norm() < kPlaces * b.size_px;
 }
 
+// Videos are made smaller or larger by simple ratios.
+constexpr std::array kRatios = {1.0,       0.5,  2.0, 2.0 / 3.0, 1.5, 0.75,
+                                4.0 / 3.0, 0.25, 4.0, 1.0 / 3.0, 3.0};
+
+double SimpleRatio(double scale) {
+  constexpr double kNear = 0.03;
+  for (const double ratio : kRatios) {
+    if (std::abs(std::log(scale / ratio)) < kNear) return ratio;
+  }
+  return scale;
+}
+
 // The fit that most others agree with, over all of them.
 std::optional<Fit2d> CommonFit(std::vector<Fit2d> fits) {
   constexpr size_t kMost = 300;
@@ -259,7 +292,7 @@ std::optional<Fit2d> CommonFit(std::vector<Fit2d> fits) {
     if (Agree(fits[best], fit)) scales.push_back(fit.scale);
   }
   Fit2d common;
-  common.scale = Quantile(scales, 0.5);
+  common.scale = SimpleRatio(Quantile(scales, 0.5));
   for (const Fit2d& fit : fits) {
     if (!Agree(fits[best], fit)) continue;
     const Eigen::Vector2d offset = fit.to - common.scale * fit.from;
@@ -267,17 +300,32 @@ std::optional<Fit2d> CommonFit(std::vector<Fit2d> fits) {
     y.push_back(offset.y());
   }
   common.offset = {Quantile(x, 0.5), Quantile(y, 0.5)};
+  common.size_px = fits[best].size_px;
   return common;
 }
 
-// Videos are made smaller or larger by simple ratios.
-double SimpleRatio(double scale) {
-  constexpr double kNear = 0.03;
-  for (const double ratio : {1.0, 0.5, 2.0, 2.0 / 3.0, 1.5, 0.75, 4.0 / 3.0,
-                             0.25, 4.0, 1.0 / 3.0, 3.0}) {
-    if (std::abs(std::log(scale / ratio)) < kNear) return ratio;
+// Two views place nobody whom a third one could see: sizes are tried.
+std::optional<OtherImage> OtherSizeOfTwo(const CameraRig& cameras,
+                                         const std::vector<ViewPeople>& raw,
+                                         const std::vector<ViewPeople>& ideal,
+                                         const std::vector<int>& frames) {
+  std::optional<OtherImage> best;
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    for (const double ratio : kRatios) {
+      OtherImage image;
+      image.view = v;
+      image.scale = ratio;
+      const Camera camera = WithImage(cameras[v], image);
+      image.gain = {WithOthers(cameras, ideal, v, frames),
+                    WithOthers(cameras, ideal, v, camera,
+                               Undistorted(raw[v], camera), frames)};
+      if (image.gain.is_enough() &&
+          (!best.has_value() || image.gain.gain() > best->gain.gain())) {
+        best = image;
+      }
+    }
   }
-  return scale;
+  return best;
 }
 
 }  // namespace
@@ -352,6 +400,9 @@ std::optional<OtherRate> FindOtherRate(const CameraRig& cameras,
                                        double frame_rate_hz) {
   constexpr std::array kRates = {12.0, 12.5, 15.0, 24.0,  25.0,  30.0,  48.0,
                                  50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0};
+  // Half of the views at twice the rate are the others at half of it: of
+  // answers alike the faster one is taken.
+  constexpr double kAlike = 0.03;
   // Each pair of views is compared from both sides.
   const std::vector<int> frames = FramesToLookAt(
       people, kViewFramesToCompare, 2 * static_cast<int>(kRates.size()));
@@ -363,15 +414,24 @@ std::optional<OtherRate> FindOtherRate(const CameraRig& cameras,
       if (std::abs(factor - 1.0) < 0.02 || factor < 0.2 || factor > 5.0) {
         continue;
       }
-      const AgreementGain gain = {
-          before,
-          WithOthers(cameras, people, v, cameras[v],
-                     AtRate(people[v], detections.frames, frames, factor),
-                     frames)};
-      // Most of the frames must have a partner.
-      if (gain.after.possible >= 0.3 * before.possible && gain.is_enough() &&
-          (!best.has_value() || gain.gain() > best->gain.gain())) {
-        best = OtherRate{v, rate_hz, gain};
+      // The first frames of all belong together, or numbers count from 0.
+      const auto first = static_cast<double>(detections.frames.front().frame);
+      const double together = first - factor * first;
+      for (const double offset : {together, 0.0}) {
+        const AgreementGain gain = {
+            before, WithOthers(cameras, people, v, cameras[v],
+                               AtRate(people[v], detections.frames, frames,
+                                      factor, offset),
+                               frames)};
+        // Most of the frames must have a partner.
+        const double most = std::min(1.0, factor) * before.possible;
+        if (gain.after.possible >= 0.3 * most && gain.is_enough() &&
+            (!best.has_value() ||
+             gain.gain() > best->gain.gain() +
+                               (rate_hz > best->rate_hz ? -kAlike : kAlike))) {
+          best = OtherRate{v, rate_hz, offset, gain};
+        }
+        if (together == 0.0) break;
       }
     }
   }
@@ -379,14 +439,24 @@ std::optional<OtherRate> FindOtherRate(const CameraRig& cameras,
 }
 
 DetectionSequence WithViewRate(const DetectionSequence& detections, size_t view,
-                               double factor) {
+                               double factor, double offset) {
   const auto& frames = detections.frames;
-  return FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
-    if (v != view) return k;
-    const auto number =
-        static_cast<double>(frames[static_cast<size_t>(k)].frame);
-    return IndexOfFrame(frames, std::llround(factor * number));
-  });
+  const auto source = [&](int64_t k) {
+    return FrameAtRate(frames[static_cast<size_t>(k)].frame, factor, offset);
+  };
+  DetectionSequence moved =
+      FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
+        if (v != view) return k;
+        const auto shown = source(k);
+        return shown ? IndexOfFrame(frames, shown->number) : -1;
+      });
+  for (size_t k = 0; k < moved.frames.size(); ++k) {
+    if (const auto shown = source(static_cast<int64_t>(k))) {
+      moved.frames[k].views[view].capture_time -=
+          FromSeconds(shown->earlier / detections.header.frame_rate_hz);
+    }
+  }
+  return moved;
 }
 
 std::optional<ExchangedSides> FindExchangedSides(
@@ -461,11 +531,11 @@ Camera WithImage(const Camera& camera, const OtherImage& image) {
 std::optional<OtherImage> FindOtherImage(const CameraRig& cameras,
                                          const std::vector<ViewPeople>& raw,
                                          const std::vector<int>& frames) {
-  if (cameras.size() < 3) return std::nullopt;
   std::vector<ViewPeople> ideal;
   for (size_t v = 0; v < raw.size(); ++v) {
     ideal.push_back(Undistorted(raw[v], cameras[v]));
   }
+  if (cameras.size() < 3) return OtherSizeOfTwo(cameras, raw, ideal, frames);
   const double all = AgreementOfAll(cameras, ideal, frames).score();
   const std::vector<PlacedPerson> people = PlacePeople(cameras, ideal, frames);
   std::optional<OtherImage> best;
@@ -490,12 +560,14 @@ std::optional<OtherImage> FindOtherImage(const CameraRig& cameras,
     if (!common.has_value()) continue;
     OtherImage image;
     image.view = v;
-    image.scale = SimpleRatio(common->scale);
+    image.scale = common->scale;
     const double corner = 0.5 * (image.scale - 1.0);
+    constexpr double kLeastShift = 0.1;
     image.offset_px = Eigen::Vector2d(corner, corner) - common->offset;
-    // A twentieth of the image: less is a camera that was turned a little.
-    const double width = image.scale * ImageWidth(cameras[v]);
-    if (image.offset_px.norm() < 0.05 * width) image.offset_px.setZero();
+    // Less is within what detectors are off by.
+    if (image.offset_px.norm() < kLeastShift * common->size_px) {
+      image.offset_px.setZero();
+    }
     image.offset_px = image.offset_px.array().round();
     if (!image.scaled() && !image.cropped()) continue;
     const Camera camera = WithImage(cameras[v], image);

@@ -34,7 +34,8 @@ DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
 struct OtherRate {
   size_t view = 0;
   double rate_hz = 0.0;
-  AgreementGain gain;  // with the others
+  double offset = 0.0;  // that its numbers are too high by
+  AgreementGain gain;   // with the others
 };
 // `people` in ideal pixels, one entry a frame of `detections`.
 std::optional<OtherRate> FindOtherRate(const CameraRig& cameras,
@@ -42,7 +43,7 @@ std::optional<OtherRate> FindOtherRate(const CameraRig& cameras,
                                        const DetectionSequence& detections,
                                        double frame_rate_hz);
 DetectionSequence WithViewRate(const DetectionSequence& detections, size_t view,
-                               double factor);
+                               double factor, double offset);
 
 // Views whose left and right are exchanged.
 struct ExchangedSides {

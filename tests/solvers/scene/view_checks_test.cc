@@ -66,6 +66,32 @@ TEST(ViewChecks, AViewOfAnotherRateIsNamed) {
   }
 }
 
+// Every second picture of one view, its files counted from where the others'
+// begin: they belong together there.
+TEST(ViewChecks, AViewOfAnotherRateMayBeginAnywhere) {
+  FaultyScene scene = FourViews(3);
+  auto& frames = scene.detections.frames;
+  std::vector<ViewDetections> own;
+  for (const DetectionFrame& frame : frames) own.push_back(frame.views[1]);
+  for (size_t k = 0; k < frames.size(); ++k) {
+    frames[k].frame += 101;
+    auto& seen = frames[k].views[1].detections;
+    seen.clear();
+    if (2 * k < own.size()) seen = own[2 * k].detections;
+  }
+  const Diagnosis diagnosis = DiagnoseScene(scene);
+  ExpectOnly(diagnosis, "view_rate", scene.cameras[1].name());
+  // (101 + n - offset) / 12.5 = (101 + k) / 25 at 2 n = k asks for half a
+  // frame, which no key takes: the numbers of all views begin at 0.
+  std::string keys;
+  for (const std::string& name : scene.detections.header.view_names) {
+    keys += ";input.view_frame_offset." + name + "=101";
+  }
+  EXPECT_EQ(diagnosis.findings[0].fix,
+            "'--set=input.view_frame_rate." +
+                scene.detections.header.view_names[1] + "=12.5" + keys + "'");
+}
+
 TEST(ViewChecks, ViewsWithoutACommonFrameAreNamed) {
   FaultyScene scene = FourViews(4);
   DetectionSequence apart;
@@ -115,6 +141,34 @@ TEST(ViewChecks, AVideoOfAnotherSizeIsNamed) {
     EXPECT_EQ(diagnosis.cameras[1].width_px(),
               scale * scene.cameras[1].width_px());
   }
+}
+
+// Two views place nobody: the sizes themselves are tried.
+TEST(ViewChecks, ASizeOfTwoViewsIsNamed) {
+  FaultyScene scene = FourViews(6);
+  scene.cameras.erase(scene.cameras.begin() + 2, scene.cameras.end());
+  scene.detections.header.view_names.resize(2);
+  for (DetectionFrame& frame : scene.detections.frames) {
+    frame.views.resize(2);
+    for (Detection& detection : frame.views[1].detections) {
+      for (Keypoint& joint : detection.joints) {
+        joint.px = 0.5 * joint.px.array() - 0.25;
+      }
+    }
+  }
+  ExpectOnly(DiagnoseScene(scene), "image_size", scene.cameras[1].name());
+}
+
+// By 60 of 1,920 pixels an image may be cropped or a camera turned: what is
+// said is the shift, and no clock.
+TEST(ViewChecks, AnImageCroppedALittleIsShifted) {
+  FaultyScene scene = FourViews(7);
+  for (DetectionFrame& frame : scene.detections.frames) {
+    for (Detection& detection : frame.views[0].detections) {
+      for (Keypoint& joint : detection.joints) joint.px.x() -= 60.0;
+    }
+  }
+  ExpectOnly(DiagnoseScene(scene), "shift", scene.cameras[0].name());
 }
 
 TEST(ViewChecks, ACroppedVideoIsNamed) {
