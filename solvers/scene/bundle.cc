@@ -310,7 +310,7 @@ BundleResult AdjustBundle(const CameraRig& cameras,
       holds_gauge ? GaugeRows(cameras, moving) : Eigen::MatrixXd(0, 0);
   if (holds_gauge) problem.AddGauge(gauge);
   problem.Solve(options.max_iterations, &result);
-  if (!result.usable) return result;
+  if (!result.usable || !options.wants_covariance) return result;
   const SegmentState state_information =
       StateInverseSigmas(options.segments).cwiseAbs2();
   ReducedSystem reduced(cameras, segments, places, state_information);

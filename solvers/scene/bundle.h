@@ -38,6 +38,7 @@ struct BundleOptions {
   // for longer than a stretch, and clocks go too far. Cameras must not be
   // fitted so, which the velocities would hold where they are.
   bool hold_velocities = false;
+  bool wants_covariance = true;  // and correlations
   int max_iterations = 30;
 };
 

@@ -44,8 +44,8 @@ std::optional<Eigen::Vector2d> ProjectChanged(
     const Eigen::Vector3d& point_m, Matrix23d* by_point,
     Eigen::Matrix<double, 2, kChangeSize>* by_change) {
   const Eigen::Vector3d vector = change.segment<3>(kRotationAt);
-  const Eigen::Matrix3d turn = ExpRotation(vector);
-  const Eigen::Matrix3d R = turn * camera.R();
+  Eigen::Matrix3d R = camera.R();
+  if (!vector.isZero(0.0)) R = ExpRotation(vector) * R;
   const Eigen::Vector3d in_camera =
       R * (point_m - camera.centre() - change.segment<3>(kCentreAt));
   if (!(in_camera.z() > 0.0)) return std::nullopt;

@@ -227,7 +227,14 @@ class Explainer {
                      MovedM(v, one.fit) > kLeastBias * subject_m_;
     }
     if (!any()) return std::nullopt;
-    one.fit = Fit(model, one.moves);
+    if (model.free.lens && BendAlike(one.fit)) {
+      one.gain = Cross(Halving::kTime, model, one.moves);
+      const bool holds = one.gain.all.certain() &&
+                         Cross(OfBody(), model, one.moves).all.certain();
+      if (holds) return one;
+    }
+    const bool all = std::count(one.moves.begin(), one.moves.end(), 0) == 0;
+    if (!all) one.fit = Fit(model, one.moves);  // else the same again
     if (!one.fit.usable) return std::nullopt;
     const FitError after = MeasureFit(set_up_.cameras, set_up_.segments,
                                       one.fit.changes, options_.segments);
@@ -237,16 +244,35 @@ class Explainer {
           one.moves[v] && after.LastingM(v) < (1.0 - kWorthATry) * Before(v);
     }
     if (!any()) return std::nullopt;
-    one.gain = Cross(Halving::kTime, model, one.moves);
-    const CrossedGain joints = Cross(OfBody(), model, one.moves);
     const std::vector<char> tried = one.moves;
+    one.gain = Cross(Halving::kTime, model, tried);
     for (size_t v = 0; v < tried.size(); ++v) {
       one.moves[v] = tried[v] && one.gain.views[v].is_enough() &&
-                     joints.views[v].certain() &&
                      MovedM(v, one.fit) > kLeastBias * subject_m_;
     }
     if (!any()) return std::nullopt;
+    const CrossedGain joints = Cross(OfBody(), model, tried);
+    for (size_t v = 0; v < tried.size(); ++v) {
+      one.moves[v] = one.moves[v] && joints.views[v].certain();
+    }
+    if (!any()) return std::nullopt;
     return BeatsBias(std::move(one), tried, joints);
+  }
+
+  // Lens terms that were forgotten are alike in all views of one make, which
+  // biases of detectors are not: the spread is a quarter of the mean at most.
+  bool BendAlike(const BundleResult& fit) const {
+    constexpr double kAlike = 0.25;
+    double sum = 0.0;
+    double squares = 0.0;
+    for (size_t v = 0; v < changes_.size(); ++v) {
+      const double k1 = (fit.changes[v] - changes_[v])[kLensAt];
+      sum += k1;
+      squares += k1 * k1;
+    }
+    const auto count = static_cast<double>(changes_.size());
+    const double variance = (squares - sum * sum / count) / (count - 1.0);
+    return count >= 3.0 && count * std::sqrt(variance) < kAlike * std::abs(sum);
   }
 
   double Before(size_t view) const {

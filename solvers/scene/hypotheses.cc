@@ -424,13 +424,17 @@ std::optional<Answer> AskForLags(const SetUp& set_up) {
   const ClockSearch clocks =
       SearchClocks(set_up.cameras, set_up.ideal, set_up.LongestLag());
   if (!clocks.found()) return std::nullopt;
+  // What hardly helps is left to the matches, which know single frames.
+  constexpr double kLeastSure = 0.5;
+  const double sureness =
+      AgreementGain::Sureness(clocks.moved.gain(), clocks.all.after.score());
+  if (sureness < kLeastSure) return std::nullopt;
   Answer answer;
   for (size_t v = 0; v < set_up.cameras.size(); ++v) {
     const int lag = clocks.lag_frames[v];
     if (lag == 0) continue;
     answer.findings.push_back(
-        {"clock_offset", set_up.CameraName(v),
-         AgreementGain::Sureness(clocks.moved.gain(), clocks.all.after.score()),
+        {"clock_offset", set_up.CameraName(v), sureness,
          clocks.all.before.mean_px(), clocks.all.after.mean_px(),
          "--set=cameras.refine_clock=true",
          Format("its frames agree best with those of the first view %+.0f "

@@ -238,11 +238,13 @@ CrossedGain CrossFit(const CameraRig& cameras, const SceneSegments& segments,
                      const std::vector<char>& moves) {
   FitError before;
   FitError after;
+  BundleOptions changes_alone = options;
+  changes_alone.wants_covariance = false;
   for (const int half : {0, 1}) {
     const SceneSegments seen = HalfOf(segments, halving, half);
     const SceneSegments other = HalfOf(segments, halving, 1 - half);
     const BundleResult result =
-        AdjustBundle(cameras, seen, free, start, options, moves);
+        AdjustBundle(cameras, seen, free, start, changes_alone, moves);
     before.Append(MeasureFit(cameras, other, start, options.segments));
     after.Append(MeasureFit(cameras, other,
                             result.usable ? result.changes : start,

@@ -261,6 +261,9 @@ constexpr std::array kRatios = {1.0,       0.5,  2.0, 2.0 / 3.0, 1.5, 0.75,
                                 4.0 / 3.0, 0.25, 4.0, 1.0 / 3.0, 3.0};
 
 double SimpleRatio(double scale) {
+  // A focal length is off by so much, or a camera stands nearer.
+  constexpr double kFocal = 0.08;
+  if (std::abs(std::log(scale)) < kFocal) return 1.0;
   constexpr double kNear = 0.03;
   for (const double ratio : kRatios) {
     if (std::abs(std::log(scale / ratio)) < kNear) return ratio;
@@ -562,7 +565,7 @@ std::optional<OtherImage> FindOtherImage(const CameraRig& cameras,
     image.view = v;
     image.scale = common->scale;
     const double corner = 0.5 * (image.scale - 1.0);
-    constexpr double kLeastShift = 0.1;
+    constexpr double kLeastShift = 0.15;
     image.offset_px = Eigen::Vector2d(corner, corner) - common->offset;
     // Less is within what detectors are off by.
     if (image.offset_px.norm() < kLeastShift * common->size_px) {
