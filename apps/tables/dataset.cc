@@ -52,11 +52,6 @@ Dataset CampusModelled(const std::string& level) {
   return dataset;
 }
 
-std::vector<Dataset> BenchmarkDatasets() {
-  return {ShelfFilled(), ShelfReal(), CampusModelled("clean"),
-          CampusModelled("typical"), CampusModelled("hard")};
-}
-
 LoadedDataset LoadDataset(const Dataset& dataset,
                           const std::string& data_folder) {
   LoadedDataset loaded;

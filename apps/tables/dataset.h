@@ -29,7 +29,6 @@ struct Dataset {
 // Shelf with the reference's filled detections (the authors' configuration,
 // warmed up as they do) and with real ones (the paper's text), Campus with
 // three levels of modelled noise.
-std::vector<Dataset> BenchmarkDatasets();
 Dataset ShelfFilled();
 Dataset ShelfReal();
 Dataset CampusModelled(const std::string& level);  // clean, typical, hard

@@ -20,7 +20,6 @@ class ByteWriter {
     static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof(value));
   }
-  void PutSize(size_t size) { Put(static_cast<uint64_t>(size)); }
   // Of what is never more than 65535; throws InputError.
   void PutCount(size_t count) {
     const auto small = static_cast<uint16_t>(count);
@@ -53,12 +52,6 @@ class ByteReader {
     T value;
     std::memcpy(&value, Next(sizeof(T)).data(), sizeof(T));
     return value;
-  }
-  // A count of things of at least `bytes_each`.
-  size_t GetSize(size_t bytes_each = 1) {
-    const auto size = Get<uint64_t>();
-    if (size > bytes_.size() / bytes_each) Fail();
-    return static_cast<size_t>(size);
   }
   size_t GetCount() { return Get<uint16_t>(); }
   template <typename Derived>

@@ -233,7 +233,6 @@ struct Floor {
   Eigen::Vector3d Up() const {
     return Eigen::Vector3d(-abc[1], -abc[2], 1.0).normalized();
   }
-  double HeightAtOrigin() const { return abc[0] - abc.tail<2>().dot(middle); }
 };
 
 Eigen::Vector2d SlopeOf(const Eigen::Vector3d& up) {

@@ -24,36 +24,19 @@ using testing::RunProgram;
 
 // Two people who stand three metres apart for four seconds; the one at x = 1.5
 // is not there from 1.2 to 2.4 s, so that they come back as somebody new.
-DetectionSequence TwoPeople(const CameraRig& rig) {
-  DetectionSequence seen;
-  seen.header.skeleton = Coco17();
-  seen.header.frame_rate_hz = 25.0;
-  for (const Camera& camera : rig) {
-    seen.header.view_names.push_back(camera.name());
+std::vector<Pose3d> TwoPeople(int frame) {
+  std::vector<Pose3d> people = {testing::StandingPerson(-1.5, 0.01 * frame)};
+  if (frame < 30 || frame >= 60) {
+    people.push_back(testing::StandingPerson(1.5, 0.0));
   }
-  for (int f = 0; f < 100; ++f) {
-    DetectionFrame frame;
-    frame.frame = f;
-    frame.time = FrameClock(25.0).TimeOf(f);
-    for (const Camera& camera : rig) {
-      ViewDetections& view = frame.views.emplace_back();
-      view.capture_time = frame.time;
-      view.detections.push_back(
-          testing::Project(testing::StandingPerson(-1.5, 0.01 * f), camera));
-      if (f >= 30 && f < 60) continue;
-      view.detections.push_back(
-          testing::Project(testing::StandingPerson(1.5, 0.0), camera));
-    }
-    seen.frames.push_back(frame);
-  }
-  return seen;
+  return people;
 }
 
 class CorrectionsTest : public ::testing::Test {
  protected:
   CorrectionsTest() {
     const CameraRig rig = testing::RingOfCameras(4);
-    WriteDetections(Path("seen.jsonl"), TwoPeople(rig));
+    WriteDetections(Path("seen.jsonl"), testing::SeenBy(rig, 100, TwoPeople));
     WriteCameras(Path("cameras.json"), rig);
   }
 

@@ -33,35 +33,20 @@ class ReportTest : public ::testing::Test {
     TrackSequence tracks;
     tracks.header.skeleton = Coco17();
     tracks.header.frame_rate_hz = 25.0;
-    DetectionSequence seen;
-    seen.header.skeleton = Coco17();
-    seen.header.frame_rate_hz = 25.0;
-    for (const Camera& camera : rig) {
-      seen.header.view_names.push_back(camera.name());
-    }
     for (int f = 0; f < 20; ++f) {
-      TrackFrame frame;
+      TrackFrame& frame = tracks.frames.emplace_back();
       frame.frame = f;
       frame.time = FrameClock(25.0).TimeOf(f);
-      frame.people.resize(1);
-      frame.people[0].id = TrackId(0);
-      frame.people[0].joints = testing::StandingPerson(0.02 * f, 0.0);
-      frame.people[0].covariances.assign(17,
-                                         Eigen::Matrix3d::Identity() * 1e-4);
-      DetectionFrame in_frame;
-      in_frame.frame = f;
-      in_frame.time = frame.time;
-      for (const Camera& camera : rig) {
-        in_frame.views.emplace_back();
-        in_frame.views.back().capture_time = frame.time;
-        in_frame.views.back().detections.push_back(
-            testing::Project(frame.people[0].joints, camera));
-      }
-      tracks.frames.push_back(frame);
-      seen.frames.push_back(in_frame);
+      PersonPose& person = frame.people.emplace_back();
+      person.id = TrackId(0);
+      person.joints = testing::StandingPerson(0.02 * f, 0.0);
+      person.covariances.assign(17, Eigen::Matrix3d::Identity() * 1e-4);
     }
     WriteTracks(tracks_, tracks);
-    WriteDetections(detections_, seen);
+    WriteDetections(
+        detections_, testing::SeenBy(rig, 20, [](int f) {
+          return std::vector<Pose3d>{testing::StandingPerson(0.02 * f, 0.0)};
+        }));
     WriteCameras(cameras_, rig);
   }
 

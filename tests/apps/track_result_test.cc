@@ -29,25 +29,9 @@ constexpr int kFrames = 60;
 
 // One person who walks slowly, seen by four cameras.
 DetectionSequence Walk(const CameraRig& rig, double y_m) {
-  DetectionSequence seen;
-  seen.header.skeleton = Coco17();
-  seen.header.frame_rate_hz = 25.0;
-  for (const Camera& camera : rig) {
-    seen.header.view_names.push_back(camera.name());
-  }
-  for (int f = 0; f < kFrames; ++f) {
-    DetectionFrame frame;
-    frame.frame = f;
-    frame.time = FrameClock(25.0).TimeOf(f);
-    for (const Camera& camera : rig) {
-      ViewDetections& view = frame.views.emplace_back();
-      view.capture_time = frame.time;
-      view.detections.push_back(
-          testing::Project(testing::StandingPerson(0.01 * f, y_m), camera));
-    }
-    seen.frames.push_back(frame);
-  }
-  return seen;
+  return testing::SeenBy(rig, kFrames, [y_m](int f) {
+    return std::vector<Pose3d>{testing::StandingPerson(0.01 * f, y_m)};
+  });
 }
 
 class TrackResultTest : public ::testing::Test {

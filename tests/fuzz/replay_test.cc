@@ -78,12 +78,15 @@ std::string Mutated(std::string input, Random *random) {
   for (int64_t c = 0; c < changes && !input.empty(); ++c) {
     const auto size = static_cast<int64_t>(input.size());
     const auto at = static_cast<size_t>(random->Index(size));
-    switch (random->Index(4)) {
+    switch (random->Index(5)) {
       case 0:
         input[at] = static_cast<char>(random->Index(256));
         break;
       case 1:
         input.erase(at, static_cast<size_t>(1 + random->Index(16)));
+        break;
+      case 3:  // cut off
+        input.resize(at);
         break;
       case 2:
         input.insert(at, input.substr(static_cast<size_t>(random->Index(size)),

@@ -64,6 +64,30 @@ Detection Project(const Pose3d& pose, const Camera& camera) {
   return detection;
 }
 
+DetectionSequence SeenBy(
+    const CameraRig& rig, int frames,
+    const std::function<std::vector<Pose3d>(int)>& people) {
+  DetectionSequence seen;
+  seen.header.skeleton = Coco17();
+  seen.header.frame_rate_hz = 25.0;
+  for (const Camera& camera : rig) {
+    seen.header.view_names.push_back(camera.name());
+  }
+  for (int f = 0; f < frames; ++f) {
+    DetectionFrame& frame = seen.frames.emplace_back();
+    frame.frame = f;
+    frame.time = FrameClock(25.0).TimeOf(f);
+    for (const Camera& camera : rig) {
+      ViewDetections& view = frame.views.emplace_back();
+      view.capture_time = frame.time;
+      for (const Pose3d& person : people(f)) {
+        view.detections.push_back(Project(person, camera));
+      }
+    }
+  }
+  return seen;
+}
+
 Observation Observe(const Pose3d& pose, const CameraRig& cameras, int view_idx,
                     int detection_idx) {
   Detection detection = Project(pose, cameras[view_idx]);

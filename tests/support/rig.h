@@ -2,8 +2,10 @@
 #ifndef KINEGRAPH_TESTS_SUPPORT_RIG_H_
 #define KINEGRAPH_TESTS_SUPPORT_RIG_H_
 
+#include <functional>
 #include <vector>
 
+#include "core/data/detection.h"
 #include "core/data/observation.h"
 #include "core/data/pose.h"
 #include "core/geometry/camera.h"
@@ -22,6 +24,11 @@ Pose3d StandingPerson(double x_m, double y_m);
 // What a camera sees of a pose: exact projections, confidence 1; joints that
 // it cannot see are not found.
 Detection Project(const Pose3d& pose, const Camera& camera);
+
+// What all cameras see at 25 Hz of the people whom `people` gives for a frame,
+// in COCO-17.
+DetectionSequence SeenBy(const CameraRig& rig, int frames,
+                         const std::function<std::vector<Pose3d>(int)>& people);
 
 // The same, ready for geometry.
 Observation Observe(const Pose3d& pose, const CameraRig& cameras, int view_idx,

@@ -11,7 +11,7 @@ namespace {
 
 // Numbers of the specification.
 enum Tag { kDimensionTag = 10, kVariableTag = 11, kAttributeTag = 12 };
-enum Type { kByte = 1, kChar = 2, kInt = 4, kDouble = 6 };
+enum Type { kByte = 1, kChar = 2, kDouble = 6 };
 
 // Most significant byte first.
 template <typename Number>
@@ -86,16 +86,6 @@ void NetcdfFile::Doubles(const std::string& name,
                          const Attributes& attributes,
                          std::function<double(size_t)> value) {
   Add(name, dimensions, attributes, kDouble, sizeof(double),
-      [value = std::move(value)](size_t i, std::string* bytes) {
-        AppendBigEndian(value(i), bytes);
-      });
-}
-
-void NetcdfFile::Integers(const std::string& name,
-                          const std::vector<int>& dimensions,
-                          const Attributes& attributes,
-                          std::function<int32_t(size_t)> value) {
-  Add(name, dimensions, attributes, kInt, sizeof(int32_t),
       [value = std::move(value)](size_t i, std::string* bytes) {
         AppendBigEndian(value(i), bytes);
       });

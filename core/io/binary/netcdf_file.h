@@ -32,9 +32,6 @@ class NetcdfFile {
   void Doubles(const std::string& name, const std::vector<int>& dimensions,
                const Attributes& attributes,
                std::function<double(size_t)> value);
-  void Integers(const std::string& name, const std::vector<int>& dimensions,
-                const Attributes& attributes,
-                std::function<int32_t(size_t)> value);
   void Bytes(const std::string& name, const std::vector<int>& dimensions,
              const Attributes& attributes, std::function<int8_t(size_t)> value);
   // UTF-8 texts along a dimension; they get one more for their letters.

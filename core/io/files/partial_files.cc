@@ -135,12 +135,6 @@ int PartialFiles::Rename(const std::string& path,
   return outcome;
 }
 
-void PartialFiles::Keep(const std::string& path) {
-  List& list = TheList();
-  const std::lock_guard<std::recursive_mutex> lock(list.mutex);
-  list.partial.erase(path);
-}
-
 void PartialFiles::Remove(const std::string& path) {
   List& list = TheList();
   const std::lock_guard<std::recursive_mutex> lock(list.mutex);

@@ -26,8 +26,6 @@ class PartialFiles {
 
   // Gives a file or folder its final name and takes it off the list.
   static int Rename(const std::string& path, const std::string& final_name);
-  // Takes it off the list, as it is.
-  static void Keep(const std::string& path);
   // Removes it with all that is in it (a folder to fill: only if it is empty)
   // and takes it off the list.
   static void Remove(const std::string& path);

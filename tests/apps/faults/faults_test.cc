@@ -301,48 +301,66 @@ TEST(FolderTest, ReadOnlyFilesAndFoldersAreSaid) {
   EXPECT_THAT(outcome.errors, HasSubstr("Read-only file system"));
 }
 
-TEST(LimitTest, HugeSkeletonsAreRefusedAtOnce) {
-  const TemporaryFolder folder;
-  for (const int joints : {10001, 100000}) {
-    std::string names;
-    for (int i = 0; i < joints; ++i) {
-      names += (i > 0 ? ", \"" : "\"") + std::to_string(i) + "\"";
-    }
-    const std::string detections = folder.Write(
-        "detections.jsonl",
-        R"({"kinegraph_detections": 1, "skeleton": {"name": "a", "joints": [)" +
-            names +
-            R"(], "bones": []}, "frame_rate": 25, "views": ["cam0", "cam1"]})"
-            "\n");
-    const ProgramOutcome refused = RunProgram(
-        "track", TrackArguments(detections) +
-                     " --out=" + (folder.path() / "out.jsonl").string());
-    EXPECT_EQ(refused.exit_code, 2);
-    EXPECT_THAT(refused.errors, HasSubstr("expected at most 10000"));
-  }
+// Detections of a skeleton of so many joints with these lines, in our format.
+std::string DetectionsOf(int joints, const std::string& lines,
+                         const std::string& views = R"("cam0", "cam1")") {
+  std::string names = R"("nose")";
+  for (int i = 1; i < joints; ++i) names += ", \"" + std::to_string(i) + "\"";
+  return R"({"kinegraph_detections": 1, "skeleton": {"name": "a", "joints": [)" +
+         names + R"(], "bones": []}, "frame_rate": 25, "views": [)" + views +
+         "]}\n" + lines;
 }
 
-TEST(LimitTest, ManyDetectionsAreRefusedUntilTheKeyAllowsThem) {
-  const TemporaryFolder folder;
-  std::string frame = R"({"frame": 0, "views": {"cam0": [)";
-  for (int i = 0; i < 301; ++i) {
-    frame += (i > 0 ? ", " : "") + std::string(R"({"joints": [[1, 2, 0.9]]})");
+// A view of frame 0 in which `count` people are.
+std::string ViewOf(const std::string& name, int count) {
+  std::string text = "\"" + name + "\": [";
+  for (int i = 0; i < count; ++i) {
+    text += (i > 0 ? ", " : "") + std::string(R"({"joints": [[1, 2, 0.9]]})");
   }
-  const std::string detections = folder.Write(
-      "detections.jsonl",
-      R"({"kinegraph_detections": 1, "skeleton": {"name": "a", "joints": ["nose"], "bones": []}, "frame_rate": 25, "views": ["cam0", "cam1"]})"
-      "\n" +
-          frame + "]}}\n");
-  const std::string line = TrackArguments(detections) +
-                           " --out=" + (folder.path() / "out.jsonl").string();
-  const ProgramOutcome refused = RunProgram("track", line);
+  return text + "]";
+}
+
+// Refused in these words, and not with this key.
+void ExpectLimit(const std::string& command, const std::string& line,
+                 const std::string& says, const std::string& set) {
+  const ProgramOutcome refused = RunProgram(command, line);
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.errors,
-              HasSubstr("frame 0, view 'cam0': has 301 detections"));
-  EXPECT_THAT(refused.errors, HasSubstr("detections.max_per_view"));
+  EXPECT_THAT(refused.errors, HasSubstr(says));
+  if (set.empty()) return;
+  EXPECT_THAT(refused.errors, HasSubstr(set.substr(0, set.find('='))));
   const ProgramOutcome allowed =
-      RunProgram("track", line + " --set='detections.max_per_view=301'");
+      RunProgram(command, line + " --set='" + set + "'");
   EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
+}
+
+TEST(LimitTest, TooManyOfAnythingAreRefusedUntilTheKeyAllowsThem) {
+  const TemporaryFolder folder;
+  const std::string out = " --out=" + (folder.path() / "out.jsonl").string();
+  const auto track = [&](const std::string& text) {
+    return TrackArguments(folder.Write("detections.jsonl", text)) + out;
+  };
+  for (const int joints : {10001, 100000}) {
+    ExpectLimit("track", track(DetectionsOf(joints, "")),
+                "expected at most 10000", "");
+  }
+  ExpectLimit("track",
+              track(DetectionsOf(1001, "{\"frame\": 0, \"views\": {}}\n")),
+              "has 1001 joints, more than 1000", "detections.max_joints=1001");
+  const std::string begin = R"({"frame": 0, "views": {)";
+  ExpectLimit("track",
+              track(DetectionsOf(1, begin + ViewOf("cam0", 301) + "}}\n")),
+              "frame 0, view 'cam0': has 301 detections",
+              "detections.max_per_view=301");
+  // Of all views together, whatever a view alone may have.
+  const std::string views = ViewOf("a", 300) + ", " + ViewOf("b", 300) + ", " +
+                            ViewOf("c", 300) + ", " + ViewOf("d", 300);
+  const std::string many = folder.Write(
+      "many.jsonl",
+      DetectionsOf(1, begin + views + "}}\n", R"("a", "b", "c", "d")"));
+  ExpectLimit("convert", "--in=" + many + " --to=kinegraph" + out,
+              "frame 0: has 1200 detections, more than 1000; "
+              "detections.max_per_frame raises the limit",
+              "detections.max_per_frame=1200");
 }
 
 // A clock that was set in the middle: time and memory are those of the frames.
@@ -363,59 +381,6 @@ TEST(LimitTest, AJumpOfTheClockTakesNoMemory) {
                TrackArguments(detections) +
                " --out=" + (folder.path() / "doctor").string());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
-}
-
-// Of all views together, whatever a view alone may have.
-TEST(LimitTest, ManyDetectionsInAFrameAreRefused) {
-  const TemporaryFolder folder;
-  const auto view = [](const std::string& name) {
-    std::string text = "\"" + name + "\": [";
-    for (int i = 0; i < 300; ++i) {
-      text += (i > 0 ? ", " : "") + std::string(R"({"joints": [[1, 2, 0.9]]})");
-    }
-    return text + "]";
-  };
-  const std::string detections = folder.Write(
-      "detections.jsonl",
-      R"({"kinegraph_detections": 1, "skeleton": {"name": "a", "joints": ["nose"], "bones": []}, "frame_rate": 25, "views": ["a", "b", "c", "d"]})"
-      "\n"
-      R"({"frame": 0, "views": {)" +
-          view("a") + ", " + view("b") + ", " + view("c") + ", " + view("d") +
-          "}}\n");
-  const std::string line = "--in=" + detections + " --to=kinegraph --out=" +
-                           (folder.path() / "out.jsonl").string();
-  const ProgramOutcome refused = RunProgram("convert", line);
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.errors,
-              HasSubstr("frame 0: has 1200 detections, more than 1000; "
-                        "detections.max_per_frame raises the limit"));
-  const ProgramOutcome allowed =
-      RunProgram("convert", line + " --set='detections.max_per_frame=1200'");
-  EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
-}
-
-TEST(LimitTest, SkeletonsOfManyJointsAreRefusedUntilTheKeyAllowsThem) {
-  const TemporaryFolder folder;
-  std::string names;
-  for (int i = 0; i < 1001; ++i) {
-    names += (i > 0 ? ", \"" : "\"") + std::to_string(i) + "\"";
-  }
-  const std::string detections = folder.Write(
-      "detections.jsonl",
-      R"({"kinegraph_detections": 1, "skeleton": {"name": "a", "joints": [)" +
-          names +
-          R"(], "bones": []}, "frame_rate": 25, "views": ["cam0", "cam1"]})"
-          "\n"
-          R"({"frame": 0, "views": {}})"
-          "\n");
-  const std::string line = TrackArguments(detections) +
-                           " --out=" + (folder.path() / "out.jsonl").string();
-  const ProgramOutcome refused = RunProgram("track", line);
-  EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.errors, HasSubstr("has 1001 joints, more than 1000"));
-  const ProgramOutcome allowed =
-      RunProgram("track", line + " --set='detections.max_joints=1001'");
-  EXPECT_EQ(allowed.exit_code, 0) << allowed.errors;
 }
 
 // A recording of which people are solved at the end, for a second or more, in

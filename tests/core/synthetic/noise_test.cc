@@ -65,6 +65,9 @@ struct Sample {
   Vector2d truth;
   const Keypoint* found;  // null: no detection of the person or not found
   const DetectionTruth* label;
+  const std::vector<Pose3d>* poses;  // of all people in this frame
+
+  const Pose3d& pose() const { return (*poses)[static_cast<size_t>(person)]; }
 };
 
 // Every joint of every person whose projection lies in the image, with what
@@ -85,9 +88,14 @@ void ForEachJoint(const Scene& scene, const DetectionSequence& sequence,
         for (size_t j = 0; j < poses[i].size(); ++j) {
           const auto px = scene.cameras[v].Project(poses[i][j].position_m);
           if (!px.has_value() || !Inside(scene.cameras[v], *px)) continue;
-          Sample sample{
-              f,       v,      static_cast<int>(i), static_cast<int>(j), *px,
-              nullptr, nullptr};
+          Sample sample{f,
+                        v,
+                        static_cast<int>(i),
+                        static_cast<int>(j),
+                        *px,
+                        nullptr,
+                        nullptr,
+                        &poses};
           if (at != labels.end()) {
             sample.label = &*at;
             const Keypoint& keypoint =
@@ -99,6 +107,14 @@ void ForEachJoint(const Scene& scene, const DetectionSequence& sequence,
       }
     }
   }
+}
+
+// The same of what is observed with these options.
+void ForEachJoint(const Scene& scene, const NoiseOptions& options,
+                  const std::function<void(const Sample&)>& visit) {
+  ObservationTruth truth;
+  const DetectionSequence seen = Observe(scene, options, &truth);
+  ForEachJoint(scene, seen, truth, visit);
 }
 
 TEST(Noise, WithoutAnyItIsTheExactProjectionOfAllJointsInTheImages) {
@@ -263,10 +279,8 @@ TEST(Noise, KindsOfNoiseDoNotDisturbEachOther) {
 using Series = std::map<std::array<int, 3>, std::vector<Vector2d>>;
 
 Series ErrorSeries(const Scene& scene, const NoiseOptions& options) {
-  ObservationTruth truth;
-  const DetectionSequence seen = Observe(scene, options, &truth);
   Series series;
-  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+  ForEachJoint(scene, options, [&](const Sample& sample) {
     auto& errors =
         series[{sample.person, static_cast<int>(sample.view), sample.joint}];
     if (sample.found != nullptr) {
@@ -300,14 +314,11 @@ TEST(Noise, PixelNoiseFallsWithDepth) {
   options.joints.sigma_px = 5.0;
   options.joints.reference_depth_m = 4.0;
   const Scene& scene = TestScene();
-  ObservationTruth truth;
-  const DetectionSequence seen = Observe(scene, options, &truth);
   double normalised = 0.0;
   double n = 0.0;
-  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+  ForEachJoint(scene, options, [&](const Sample& sample) {
     if (sample.found == nullptr) return;
-    const auto& pose =
-        scene.poses[seen.frames[sample.frame].frame][sample.person];
+    const Pose3d& pose = sample.pose();
     const double depth =
         scene.cameras[sample.view].Depth(pose[sample.joint].position_m);
     normalised +=
@@ -390,11 +401,9 @@ TEST(Noise, OutliersHaveTheirRateSizeAndFlag) {
     options.joints.outlier_rate = 0.1;
     options.joints.outlier_burst_s = burst_s;
     const Scene& scene = TestScene();
-    ObservationTruth truth;
-    const DetectionSequence seen = Observe(scene, options, &truth);
     int64_t n = 0;
     int64_t far = 0;
-    ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+    ForEachJoint(scene, options, [&](const Sample& sample) {
       ASSERT_NE(sample.found, nullptr);
       const auto& outliers = sample.label->outliers;
       const bool flagged =
@@ -452,15 +461,13 @@ TEST(Noise, OutliersOnAnotherPersonLieThere) {
   options.joints.outlier_rate = 0.2;
   options.joints.outlier_on_other = 1.0;
   const Scene& scene = StandingScene();
-  ObservationTruth truth;
-  const DetectionSequence seen = Observe(scene, options, &truth);
   int64_t on_other = 0;
   int64_t outliers = 0;
-  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+  ForEachJoint(scene, options, [&](const Sample& sample) {
     const auto& flagged = sample.label->outliers;
     if (std::count(flagged.begin(), flagged.end(), sample.joint) == 0) return;
     ++outliers;
-    const auto& poses = scene.poses[seen.frames[sample.frame].frame];
+    const auto& poses = *sample.poses;
     for (size_t i = 0; i < poses.size(); ++i) {
       if (static_cast<int>(i) == sample.person || poses[i].empty()) continue;
       const auto px =
@@ -478,11 +485,9 @@ TEST(Noise, JointsAreMissingAtTheirRateInBursts) {
     NoiseOptions options;
     options.joints.missing_rate = 0.15;
     options.joints.missing_burst_s = burst_s;
-    ObservationTruth truth;
-    const DetectionSequence seen = Observe(TestScene(), options, &truth);
     double n = 0.0;
     double missing = 0.0;
-    ForEachJoint(TestScene(), seen, truth, [&](const Sample& sample) {
+    ForEachJoint(TestScene(), options, [&](const Sample& sample) {
       n += 1.0;
       missing += sample.found == nullptr ? 1.0 : 0.0;
     });
@@ -543,17 +548,14 @@ TEST(Noise, JointsAreFoundByAzimuth) {
   NoiseOptions options;
   options.found_by_azimuth["nose"] = {0.0, 1.0, 1.0, 0.0};
   const Scene& scene = TestScene();
-  ObservationTruth truth;
-  const DetectionSequence seen = Observe(scene, options, &truth);
   int64_t front = 0;
   int64_t back = 0;
-  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+  ForEachJoint(scene, options, [&](const Sample& sample) {
     if (sample.joint != 0) {
       ASSERT_NE(sample.found, nullptr);
       return;
     }
-    const Pose3d& pose =
-        scene.poses[seen.frames[sample.frame].frame][sample.person];
+    const Pose3d& pose = sample.pose();
     const auto at = [&](const char* name) {
       return pose[scene.skeleton.IndexOf(name)].position_m;
     };
@@ -578,13 +580,11 @@ TEST(Noise, ConfidenceTellsTheNoise) {
   options.confidence = 0.4;
   options.noise_spread = 0.3;
   const Scene& scene = TestScene();
-  ObservationTruth truth;
-  const DetectionSequence seen = Observe(scene, options, &truth);
   double normalised = 0.0;
   double squares = 0.0;
   double n = 0.0;
   double all = 0.0;
-  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+  ForEachJoint(scene, options, [&](const Sample& sample) {
     const double c = sample.found->confidence;
     squares += (sample.found->px - sample.truth).squaredNorm();
     all += 2.0;
@@ -677,11 +677,9 @@ TEST(Noise, SwapsExchangeSidesAndAreTold) {
   options.swap_arm_rate = 0.06;
   options.swap_leg_rate = 0.07;
   const Scene& scene = StandingScene();
-  ObservationTruth truth;
-  const DetectionSequence seen = Observe(scene, options, &truth);
   std::map<Swap, double> counts;
   double n = 0.0;
-  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+  ForEachJoint(scene, options, [&](const Sample& sample) {
     const JointClass c = scene.skeleton.joint_class(sample.joint);
     const Swap swap = sample.label->swap;
     if (sample.joint == 0) {
@@ -695,8 +693,7 @@ TEST(Noise, SwapsExchangeSidesAndAreTold) {
                            (swap == Swap::kLeg && leg);
     const int source =
         exchanged ? scene.skeleton.mirror(sample.joint) : sample.joint;
-    const Pose3d& pose =
-        scene.poses[seen.frames[sample.frame].frame][sample.person];
+    const Pose3d& pose = sample.pose();
     const auto px = scene.cameras[sample.view].Project(pose[source].position_m);
     ASSERT_NE(sample.found, nullptr);
     ASSERT_EQ(sample.found->px, *px);
@@ -841,11 +838,9 @@ TEST(Noise, ClassesHaveFiguresOfTheirOwn) {
   options.joints.sigma_px = 1.0;
   options.by_class[JointClass::kWrist].sigma_px = 6.0;
   const Scene& scene = TestScene();
-  ObservationTruth truth;
-  const DetectionSequence seen = Observe(scene, options, &truth);
   double squares[2] = {0.0, 0.0};
   double n[2] = {0.0, 0.0};
-  ForEachJoint(scene, seen, truth, [&](const Sample& sample) {
+  ForEachJoint(scene, options, [&](const Sample& sample) {
     const bool wrist =
         scene.skeleton.joint_class(sample.joint) == JointClass::kWrist;
     squares[wrist] += (sample.found->px - sample.truth).squaredNorm();

@@ -372,27 +372,6 @@ TEST(CalibrationCorpus, TruncatedFilesAreRefused) {
   EXPECT_GT(refused, 700);
 }
 
-// Whichever byte is damaged: a calibration or an InputError.
-TEST(CalibrationCorpus, DamagedBytesNeverDoHarm) {
-  const TemporaryFolder folder;
-  for (const Sample& sample : Samples()) {
-    for (size_t at = 0; at < sample.text.size(); at += 7) {
-      for (const char byte : {'\0', '\xff', '[', '"'}) {
-        std::string damaged = sample.text;
-        damaged[at] = byte;
-        const std::string path = folder.Write(sample.file, damaged);
-        try {
-          for (const Camera& camera : ReadCameras(path, sample.options)) {
-            EXPECT_TRUE(camera.P().allFinite());
-          }
-        } catch (const InputError& error) {
-          EXPECT_THAT(error.what(), StartsWith(path));
-        }
-      }
-    }
-  }
-}
-
 TEST(CalibrationCorpus, OddFilesAreRefused) {
   const TemporaryFolder folder;
   const std::string brackets(10 << 20, '[');

@@ -202,44 +202,6 @@ TEST_P(TrackRoundTrip, SameTracksSameBytes) {
   EXPECT_EQ(contents[0], contents[1]);
 }
 
-// A spoilt file ends with an error that names it, or reads as something else,
-// but never crashes a reader.
-TEST_P(TrackRoundTrip, SpoiltFilesAreRefusedOrRead) {
-  const Case& format = GetParam();
-  const TemporaryFolder folder;
-  const fs::path path = folder.path() / "result";
-  LostFields lost_fields;
-  format.write(path, RandomTracks(*format.skeleton), &lost_fields);
-  fs::path file = path;
-  if (fs::is_directory(path)) file = path / ListFolder(path).front();
-  const std::string whole = ReadBytes(file);
-  Random random(3);
-  const auto read = [&](const std::string& content) {
-    std::ofstream(file, std::ios::binary) << content;
-    TrackReadOptions options;
-    options.format = format.format;
-    try {
-      ReadTracks(path, options);
-      return false;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr("result"));
-      return true;
-    }
-  };
-  int refused = 0;
-  for (int i = 0; i < 60; ++i) {
-    refused += read(whole.substr(0, random.Index(whole.size()))) ? 1 : 0;
-    std::string spoilt = whole;
-    for (int k = 0; k < 3; ++k) {
-      spoilt[random.Index(spoilt.size())] =
-          static_cast<char>(random.Index(256));
-    }
-    read(spoilt);
-  }
-  // A table that ends between two rows is a shorter table.
-  EXPECT_GT(refused, 50) << "of 60 truncated files";
-}
-
 INSTANTIATE_TEST_SUITE_P(
     Formats, TrackRoundTrip,
     ::testing::Values(
