@@ -2,6 +2,7 @@
 
 #include <glog/logging.h>
 
+#include <type_traits>
 #include <utility>
 
 #include "solvers/batch/batch_estimator.h"
@@ -36,6 +37,18 @@ SmootherParameter Field(std::string name, std::string unit,
     return access(copy);
   };
   return parameter;
+}
+
+// One of the options of a filter.
+template <typename Options>
+SmootherParameter Field(std::string name, std::string unit,
+                        std::vector<double> grid,
+                        Options FilterOptions::*filter,
+                        double Options::*field) {
+  return Field(std::move(name), std::move(unit), std::move(grid),
+               [=](EstimatorOptions& options) -> double& {
+                 return options.filters.*filter.*field;
+               });
 }
 
 SmootherVariant Variant(std::string name, std::string title,
@@ -75,33 +88,33 @@ EstimatorFactory OverPoints(const EstimatorOptions& options, PointKind points,
   };
 }
 
-// A smoother over the points that filters.points names.
-Smoother Filter(OutputKind kind, std::string name, MakeFilter make_filter) {
+// A smoother over the points that filters.points names. `make_filter` makes it
+// from its options, and the frame rate [Hz] where it asks for it.
+template <typename Options, typename Make>
+Smoother Filter(OutputKind kind, std::string name,
+                Options FilterOptions::*filter, Make make_filter) {
   Smoother smoother;
   smoother.kind = kind;
   smoother.name = std::move(name);
   smoother.causal = Never;
-  smoother.make = [make_filter = std::move(make_filter)](
-                      const EstimatorOptions& options,
+  smoother.make = [=](const EstimatorOptions& options,
                       const std::shared_ptr<RecordingNotes>&) {
-    return OverPoints(options, options.filters.points, PointCovariances::kOff,
-                      make_filter);
-  };
-  return smoother;
-}
-
-// The same with the points' covariances where its options ask for them.
-Smoother KalmanLike(OutputKind kind, std::string name, MakeFilter make_filter) {
-  Smoother smoother = Filter(kind, std::move(name), nullptr);
-  smoother.make = [make_filter = std::move(make_filter)](
-                      const EstimatorOptions& options,
-                      const std::shared_ptr<RecordingNotes>&) {
-    const PointCovariances covariances =
-        options.filters.kalman.measurement == MeasurementNoise::kTriangulation
-            ? PointCovariances::kOn
-            : PointCovariances::kOff;
-    return OverPoints(options, options.filters.points, covariances,
-                      make_filter);
+    // Only Kalman's take the points' covariances, where they are asked for.
+    bool with_covariances = false;
+    if constexpr (std::is_same_v<Options, KalmanOptions>) {
+      with_covariances = options.filters.kalman.measurement ==
+                         MeasurementNoise::kTriangulation;
+    }
+    return OverPoints(
+        options, options.filters.points,
+        with_covariances ? PointCovariances::kOn : PointCovariances::kOff,
+        [=](const FilterOptions& filters, [[maybe_unused]] double rate_hz) {
+          if constexpr (std::is_invocable_v<Make, const Options&, double>) {
+            return make_filter(filters.*filter, rate_hz);
+          } else {
+            return make_filter(filters.*filter);
+          }
+        });
   };
   return smoother;
 }
@@ -139,9 +152,8 @@ Smoother RobustTriangulation() {
   smoother.variants = {
       Variant("robust_triangulation", "robust triangulation, each frame",
               {Field("loss_scale", "sigmas", {1.0, 2.0, 3.0, 4.5, 7.0, 10.0},
-                     [](EstimatorOptions& o) -> double& {
-                       return o.filters.robust_triangulation.loss_scale;
-                     })})};
+                     &FilterOptions::robust_triangulation,
+                     &RobustTriangulationOptions::loss_scale)})};
   return smoother;
 }
 
@@ -175,75 +187,58 @@ Smoother Gaussian() {
 Smoother CentredGaussian() {
   Smoother smoother =
       Filter(OutputKind::kCentredGaussian, "centred_gaussian",
-             [](const FilterOptions& filters, double) {
-               return CentredGaussianFilter(filters.centred_gaussian);
-             });
+             &FilterOptions::centred_gaussian, CentredGaussianFilter);
   smoother.variants = {
       Variant("centred_gaussian", "centred Gaussian",
               {Field("sigma_s", "s", {0.01, 0.02, 0.04, 0.06, 0.09, 0.14},
-                     [](EstimatorOptions& o) -> double& {
-                       return o.filters.centred_gaussian.sigma_s;
-                     })})};
+                     &FilterOptions::centred_gaussian,
+                     &CentredGaussianOptions::sigma_s)})};
   return smoother;
 }
 
 Smoother HampelMedian() {
   Smoother smoother = Filter(OutputKind::kHampelMedian, "hampel_median",
-                             [](const FilterOptions& filters, double) {
-                               return HampelMedianFilter(filters.hampel_median);
-                             });
+                             &FilterOptions::hampel_median, HampelMedianFilter);
   smoother.causal = [](const EstimatorOptions& options) {
     return options.filters.hampel_median.side == WindowSide::kTrailing;
   };
   smoother.variants = {
       Variant("hampel_median", "Hampel and moving median",
               {Field("median_window_s", "s", {0.04, 0.12, 0.2, 0.28, 0.44},
-                     [](EstimatorOptions& o) -> double& {
-                       return o.filters.hampel_median.median_window_s;
-                     }),
+                     &FilterOptions::hampel_median,
+                     &HampelMedianOptions::median_window_s),
                Field("hampel_threshold", "sigmas", {2.0, 3.0},
-                     [](EstimatorOptions& o) -> double& {
-                       return o.filters.hampel_median.hampel_threshold;
-                     })})};
+                     &FilterOptions::hampel_median,
+                     &HampelMedianOptions::hampel_threshold)})};
   return smoother;
 }
 
 Smoother OneEuro() {
   Smoother smoother = Filter(OutputKind::kOneEuro, "one_euro",
-                             [](const FilterOptions& filters, double) {
-                               return OneEuroFilter(filters.one_euro);
-                             });
+                             &FilterOptions::one_euro, OneEuroFilter);
   smoother.causal = Always;
   smoother.variants = {
       Variant("one_euro", "One-Euro",
               {Field("min_cutoff_hz", "Hz", {1.0, 2.0, 4.0, 8.0, 16.0},
-                     [](EstimatorOptions& o) -> double& {
-                       return o.filters.one_euro.min_cutoff_hz;
-                     }),
+                     &FilterOptions::one_euro, &OneEuroOptions::min_cutoff_hz),
                Field("beta_per_m", "1/m", {1.0, 3.0, 10.0, 30.0, 100.0},
-                     [](EstimatorOptions& o) -> double& {
-                       return o.filters.one_euro.beta_per_m;
-                     })})};
+                     &FilterOptions::one_euro, &OneEuroOptions::beta_per_m)})};
   return smoother;
 }
 
 // ---- The whole signal at once, without delay --------------------------------
 
 Smoother Butterworth() {
-  Smoother smoother =
-      Filter(OutputKind::kButterworth, "butterworth",
-             [](const FilterOptions& filters, double rate_hz) {
-               return ButterworthFilter(filters.butterworth, rate_hz);
-             });
+  Smoother smoother = Filter(OutputKind::kButterworth, "butterworth",
+                             &FilterOptions::butterworth, ButterworthFilter);
   smoother.variants = {
-      Variant("butterworth", "Butterworth, zero phase",
-              {Field("cutoff_hz", "Hz", {1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0},
-                     [](EstimatorOptions& o) -> double& {
-                       return o.filters.butterworth.cutoff_hz;
-                     })},
-              [](double, EstimatorOptions* options) {
-                options->filters.butterworth.choice = CutoffChoice::kFixed;
-              }),
+      Variant(
+          "butterworth", "Butterworth, zero phase",
+          {Field("cutoff_hz", "Hz", {1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0},
+                 &FilterOptions::butterworth, &ButterworthOptions::cutoff_hz)},
+          [](double, EstimatorOptions* options) {
+            options->filters.butterworth.choice = CutoffChoice::kFixed;
+          }),
       Variant("butterworth_residual", "Butterworth, residual analysis", {},
               [](double, EstimatorOptions* options) {
                 options->filters.butterworth.choice =
@@ -256,24 +251,19 @@ Smoother Butterworth() {
 Smoother SavitzkyGolay() {
   Smoother smoother =
       Filter(OutputKind::kSavitzkyGolay, "savitzky_golay",
-             [](const FilterOptions& filters, double rate_hz) {
-               return SavitzkyGolayFilter(filters.savitzky_golay, rate_hz);
-             });
+             &FilterOptions::savitzky_golay, SavitzkyGolayFilter);
   smoother.variants = {
       Variant("savitzky_golay", "Savitzky-Golay",
               {Field("window_s", "s", {0.2, 0.28, 0.36, 0.52, 0.76, 1.0},
-                     [](EstimatorOptions& o) -> double& {
-                       return o.filters.savitzky_golay.window_s;
-                     })})};
+                     &FilterOptions::savitzky_golay,
+                     &SavitzkyGolayOptions::window_s)})};
   return smoother;
 }
 
 Smoother SmoothingSpline() {
   Smoother smoother =
       Filter(OutputKind::kSmoothingSpline, "smoothing_spline",
-             [](const FilterOptions& filters, double rate_hz) {
-               return SmoothingSplineFilter(filters.smoothing_spline, rate_hz);
-             });
+             &FilterOptions::smoothing_spline, SmoothingSplineFilter);
   smoother.variants = {Variant("gcv_spline", "smoothing spline, GCV", {},
                                [](double, EstimatorOptions* options) {
                                  options->filters.smoothing_spline.choice =
@@ -286,22 +276,19 @@ Smoother SmoothingSpline() {
 
 SmootherVariant WithMotion(std::string name, std::string title,
                            MotionModel model) {
-  return Variant(std::move(name), std::move(title),
-                 {Field("process_noise_factor", "",
-                        {0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0},
-                        [](EstimatorOptions& o) -> double& {
-                          return o.filters.kalman.process_noise_scale;
-                        })},
-                 [model](double, EstimatorOptions* options) {
-                   options->filters.kalman.motion = model;
-                 });
+  return Variant(
+      std::move(name), std::move(title),
+      {Field("process_noise_factor", "",
+             {0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0},
+             &FilterOptions::kalman, &KalmanOptions::process_noise_scale)},
+      [model](double, EstimatorOptions* options) {
+        options->filters.kalman.motion = model;
+      });
 }
 
 Smoother Kalman() {
-  Smoother smoother = KalmanLike(OutputKind::kKalman, "kalman",
-                                 [](const FilterOptions& filters, double) {
-                                   return KalmanPointFilter(filters.kalman);
-                                 });
+  Smoother smoother = Filter(OutputKind::kKalman, "kalman",
+                             &FilterOptions::kalman, KalmanPointFilter);
   smoother.causal = Always;
   smoother.variants = {WithMotion("kalman_cv", "Kalman, constant velocity",
                                   MotionModel::kConstantVelocity),
@@ -311,10 +298,8 @@ Smoother Kalman() {
 }
 
 Smoother Rts() {
-  Smoother smoother = KalmanLike(OutputKind::kRts, "rts",
-                                 [](const FilterOptions& filters, double) {
-                                   return RtsPointSmoother(filters.kalman);
-                                 });
+  Smoother smoother =
+      Filter(OutputKind::kRts, "rts", &FilterOptions::kalman, RtsPointSmoother);
   smoother.variants = {WithMotion("rts_cv", "RTS, constant velocity",
                                   MotionModel::kConstantVelocity),
                        WithMotion("rts_ca", "RTS, constant acceleration",

@@ -27,8 +27,10 @@ std::string Element(uint32_t type, const std::string& data) {
   return bytes;
 }
 
-std::string Matrix(uint32_t array_class, int32_t rows, int32_t columns,
-                   const std::string& name, const std::string& content) {
+}  // namespace
+
+std::string MatArray(uint32_t array_class, int32_t rows, int32_t columns,
+                     const std::string& name, const std::string& content) {
   std::string flags;
   Append(array_class, &flags);
   Append(uint32_t{0}, &flags);
@@ -40,9 +42,32 @@ std::string Matrix(uint32_t array_class, int32_t rows, int32_t columns,
                               Element(kInt8, name) + content);
 }
 
+std::string MatNumbers(int32_t rows, int32_t columns, double value) {
+  std::string numbers;
+  for (int32_t i = 0; i < rows * columns; ++i) Append(value, &numbers);
+  return MatArray(kDoubleClass, rows, columns, "", Element(kDouble, numbers));
+}
+
+std::string MatCell(int32_t rows, int32_t columns,
+                    const std::vector<std::string>& entries,
+                    const std::string& name) {
+  std::string content;
+  for (const std::string& entry : entries) content += entry;
+  return MatArray(kCellClass, rows, columns, name, content);
+}
+
+std::string MatFile(const std::string& elements) {
+  std::string header = "MATLAB 5.0 MAT-file, made by a test";
+  header.resize(124, ' ');
+  Append(uint16_t{0x0100}, &header);
+  return header + "IM" + elements;
+}
+
+namespace {
+
 std::string PoseMatrix(const Pose3d* pose) {
   if (pose == nullptr) {
-    return Matrix(kDoubleClass, 0, 0, "", Element(kDouble, ""));
+    return MatNumbers(0, 0, 0.0);
   }
   std::string numbers;  // columns follow one another
   for (int axis = 0; axis < 3; ++axis) {
@@ -50,8 +75,8 @@ std::string PoseMatrix(const Pose3d* pose) {
       Append(joint.position_m[axis], &numbers);
     }
   }
-  return Matrix(kDoubleClass, static_cast<int32_t>(pose->size()), 3, "",
-                Element(kDouble, numbers));
+  return MatArray(kDoubleClass, static_cast<int32_t>(pose->size()), 3, "",
+                  Element(kDouble, numbers));
 }
 
 }  // namespace
@@ -66,14 +91,10 @@ std::string ActorsGroundTruth(const AnnotatedActors& actors,
       frames += PoseMatrix(at == poses.end() ? nullptr : &at->second);
     }
     cells +=
-        Matrix(kCellClass, static_cast<int32_t>(frame_count), 1, "", frames);
+        MatArray(kCellClass, static_cast<int32_t>(frame_count), 1, "", frames);
   }
-  std::string header = "MATLAB 5.0 MAT-file, made by a test";
-  header.resize(124, ' ');
-  Append(uint16_t{0x0100}, &header);
-  header += "IM";
-  return header + Matrix(kCellClass, 1, static_cast<int32_t>(actors.size()),
-                         "actor3D", cells);
+  return MatFile(MatArray(kCellClass, 1, static_cast<int32_t>(actors.size()),
+                          "actor3D", cells));
 }
 
 }  // namespace kinegraph::testing

@@ -19,6 +19,16 @@ using AnnotatedActors = std::vector<std::map<int64_t, Pose3d>>;
 std::string ActorsGroundTruth(const AnnotatedActors& actors,
                               int64_t frame_count);
 
+// The same from its parts: an array of any class with its content; numbers all
+// alike; a cell of entries; the file around them.
+std::string MatArray(uint32_t array_class, int32_t rows, int32_t columns,
+                     const std::string& name, const std::string& content);
+std::string MatNumbers(int32_t rows, int32_t columns, double value);
+std::string MatCell(int32_t rows, int32_t columns,
+                    const std::vector<std::string>& entries,
+                    const std::string& name = "");
+std::string MatFile(const std::string& elements);
+
 }  // namespace kinegraph::testing
 
 #endif  // KINEGRAPH_TESTS_SUPPORT_MAT_FILE_H_

@@ -2,6 +2,7 @@
 #ifndef KINEGRAPH_CORE_IO_TRACKS_EXPORT_H_
 #define KINEGRAPH_CORE_IO_TRACKS_EXPORT_H_
 
+#include <optional>
 #include <string>
 
 #include "core/data/person_names.h"
@@ -10,6 +11,12 @@
 #include "core/io/tracks/axis_map.h"
 
 namespace kinegraph {
+
+struct TrackExportOptions {
+  // Which world axes the file's X, Y, Z are, instead of the format's own.
+  std::optional<AxisMap> axes;
+  PersonNames names;
+};
 
 // All throw InputError when the result cannot be made or the tracks do not fit
 // the format; what is left out is added to `losses`. Numbers are written so
@@ -20,10 +27,11 @@ namespace kinegraph {
 // them. The
 // cells of what is missing are empty, those of times when none is known.
 void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
-                    LostFields* lost_fields, const PersonNames& names = {});
+                    const TrackExportOptions& options, LostFields* lost_fields);
 
 // {"unit": "m", "poses": [{"frame", "id", "joints": [[x, y, z] or null]}]}.
 void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
+                      const TrackExportOptions& options,
                       LostFields* lost_fields);
 
 // NumPy's .npz, an uncompressed archive of arrays; F frames, P people, J
@@ -42,7 +50,7 @@ void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
 //   bones       int32   [B, 2]           indices into joints
 //   skeleton    <U      []               name
 void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
-                    LostFields* lost_fields, const PersonNames& names = {});
+                    const TrackExportOptions& options, LostFields* lost_fields);
 
 // TRC as OpenSim and Pose2Sim read it, a file a person: PATH/person_ID.trc, or
 // PATH/person_ID_NAME.trc of those who have a name; NAME.trc is the file of the
@@ -51,8 +59,7 @@ void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
 // OrigDataStartFrame is the first frame's number. A marker without position has
 // empty cells. Needs a frame rate.
 void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
-                    const AxisMap& axes, LostFields* lost_fields,
-                    const PersonNames& names = {});
+                    const TrackExportOptions& options, LostFields* lost_fields);
 
 // Files of ground truth and results; each keeps frames, identities and
 // positions, and the losses say what a reader must be told.
@@ -60,19 +67,22 @@ void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
 // longcw's annotation_3d.json, in centimetres. Frames are told by their times
 // alone, so it needs a frame rate.
 void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
+                       const TrackExportOptions& options,
                        LostFields* lost_fields);
 // 4D association's gt.txt or skel.txt, an entry for every frame from the first
 // to the last; a missing joint has weight 0.
 void WriteTracks4dAssociation(const std::string& path,
                               const TrackSequence& tracks,
+                              const TrackExportOptions& options,
                               LostFields* lost_fields);
 // CMU Panoptic's hdPose3d, a folder with a file a frame, in centimetres; joints
 // are taken over by name.
 void WriteTracksPanoptic(const std::string& path, const TrackSequence& tracks,
+                         const TrackExportOptions& options,
                          LostFields* lost_fields);
 // TUM's actorsGT.mat; the id of a person is the place of the actor.
 void WriteTracksTum(const std::string& path, const TrackSequence& tracks,
-                    LostFields* lost_fields);
+                    const TrackExportOptions& options, LostFields* lost_fields);
 
 }  // namespace kinegraph
 

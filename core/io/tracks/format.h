@@ -15,6 +15,7 @@
 #include "core/data/pose.h"
 #include "core/io/text/lost_fields.h"
 #include "core/io/tracks/axis_map.h"
+#include "core/io/tracks/export.h"
 #include "core/io/tracks/tracks.h"
 
 namespace kinegraph {
@@ -34,12 +35,6 @@ struct TrackHead {
   }
   // Whether the folder has a file of that extension.
   bool HasFile(const std::string& extension) const;
-};
-
-struct TrackExportOptions {
-  // Which world axes the file's X, Y, Z are, instead of the format's own.
-  std::optional<AxisMap> axes;
-  PersonNames names;
 };
 
 struct TrackFormat {

@@ -86,10 +86,7 @@ TrackFormat FourDAssociationTrackFormat() {
     return head.kind >= '0' && head.kind <= '9';
   };
   format.read = ReadFourDAssociation;
-  format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions&, LostFields* lost_fields) {
-    WriteTracks4dAssociation(path, tracks, lost_fields);
-  };
+  format.write = WriteTracks4dAssociation;
   format.kept = "frame, identity, positions";
   format.lost =
       "times, status, covariances; the first frame and the frame rate must be "

@@ -250,11 +250,7 @@ TrackFormat CsvTrackFormat() {
   format.read = ReadTracksCsv;
   format.read_names = ReadCsvNames;
   format.keeps_names = true;
-  format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options,
-                    LostFields* lost_fields) {
-    WriteTracksCsv(path, tracks, lost_fields, options.names);
-  };
+  format.write = WriteTracksCsv;
   format.kept = "frame, time, identity, status, views, covariances";
   format.lost =
       "bones of own skeletons, frame rate, matches, configuration, frames with "

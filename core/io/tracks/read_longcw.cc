@@ -157,10 +157,7 @@ TrackFormat LongcwTrackFormat() {
   format.is_unmistakable = false;
   format.recognise = [](const TrackHead& head) { return head.kind == '['; };
   format.read = ReadLongcwTracks;
-  format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions&, LostFields* lost_fields) {
-    WriteTracksLongcw(path, tracks, lost_fields);
-  };
+  format.write = WriteTracksLongcw;
   format.kept = "frame, time, identity, positions";
   format.lost =
       "status, covariances; frame rates other than 25 Hz must be named; a time "

@@ -232,11 +232,7 @@ TrackFormat NpzTrackFormat() {
   format.read = ReadTracksNpz;
   format.read_names = ReadNpzNames;
   format.keeps_names = true;
-  format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options,
-                    LostFields* lost_fields) {
-    WriteTracksNpz(path, tracks, lost_fields, options.names);
-  };
+  format.write = WriteTracksNpz;
   format.read_note = "uncompressed";
   format.kept = "the same, all frames, frame rate, bones";
   format.lost = "matches, configuration";

@@ -101,10 +101,7 @@ TrackFormat PanopticTrackFormat() {
                        });
   };
   format.read = ReadPanoptic;
-  format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions&, LostFields* lost_fields) {
-    WriteTracksPanoptic(path, tracks, lost_fields);
-  };
+  format.write = WriteTracksPanoptic;
   format.kept = "frame, identity, positions of Panoptic's nineteen joints";
   format.lost =
       "other joints, status, covariances; frame rates other than 29.97 Hz must "

@@ -109,10 +109,7 @@ TrackFormat PosesTrackFormat() {
   format.layout = "JSON: {\"poses\": [...]}";
   format.recognise = [](const TrackHead& head) { return head.HasKey("poses"); };
   format.read = ReadPoses;
-  format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions&, LostFields* lost_fields) {
-    WriteTracksPoses(path, tracks, lost_fields);
-  };
+  format.write = WriteTracksPoses;
   format.kept = "frame, identity, positions";
   format.lost = "times, status, covariances, frames with nobody";
   return format;

@@ -251,12 +251,7 @@ TrackFormat TrcTrackFormat() {
     return NamesOfPersonFiles(path, ".trc");
   };
   format.keeps_names = true;
-  format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions& options,
-                    LostFields* lost_fields) {
-    WriteTracksTrc(path, tracks, options.axes.value_or(AxisMap()), lost_fields,
-                   options.names);
-  };
+  format.write = WriteTracksTrc;
   format.read_note = "m, cm, mm";
   format.kept = "frame, time, frame rate, identity, positions";
   format.lost =

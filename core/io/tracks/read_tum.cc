@@ -153,10 +153,7 @@ TrackFormat TumTrackFormat() {
   // "MATLAB 5.0 MAT-file".
   format.recognise = [](const TrackHead& head) { return head.kind == 'M'; };
   format.read = ReadTumTracks;
-  format.write = [](const std::string& path, const TrackSequence& tracks,
-                    const TrackExportOptions&, LostFields* lost_fields) {
-    WriteTracksTum(path, tracks, lost_fields);
-  };
+  format.write = WriteTracksTum;
   format.kept = "frame, identity, positions";
   format.lost =
       "times, status, covariances; frames begin at 0; refused: identities "

@@ -26,6 +26,7 @@ void WritePerson(const PersonPose& person, JsonOutput* out) {
 
 void WriteTracks4dAssociation(const std::string& path,
                               const TrackSequence& tracks,
+                              const TrackExportOptions& /*options*/,
                               LostFields* lost_fields) {
   constexpr int64_t kMaxFrames = 10'000'000;
   const int64_t first = tracks.frames.empty() ? 0 : tracks.frames[0].frame;

@@ -90,8 +90,9 @@ class CsvWriter {
 }  // namespace
 
 void WriteTracksCsv(const std::string& path, const TrackSequence& tracks,
-                    LostFields* lost_fields, const PersonNames& names) {
-  CsvWriter writer(path, tracks, names);
+                    const TrackExportOptions& options,
+                    LostFields* lost_fields) {
+  CsvWriter writer(path, tracks, options.names);
   for (const TrackFrame& frame : tracks.frames) writer.Write(frame);
   writer.Commit();
   lost_fields->push_back("bones, frame rate and configuration are not kept");

@@ -30,6 +30,7 @@ void WritePose(const PersonPose& person, JsonOutput* out) {
 }  // namespace
 
 void WriteTracksLongcw(const std::string& path, const TrackSequence& tracks,
+                       const TrackExportOptions& /*options*/,
                        LostFields* lost_fields) {
   const double rate = tracks.header.frame_rate_hz;
   RequireLongcwRate(rate);

@@ -150,7 +150,8 @@ void AddSkeleton(const Skeleton& skeleton, NpzFile* file) {
 }  // namespace
 
 void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
-                    LostFields* lost_fields, const PersonNames& names) {
+                    const TrackExportOptions& options,
+                    LostFields* lost_fields) {
   const TrackContents contents = ContentsOf(tracks);
   const Arrays arrays(tracks);
   CheckSize(path, arrays.Shape(), contents.has_covariances);
@@ -162,7 +163,7 @@ void WriteTracksNpz(const std::string& path, const TrackSequence& tracks,
     file.Add("covariance", arrays.Shape({3, 3}), arrays.Covariances());
   }
   file.Add("ids", {arrays.ids().size()}, arrays.ids());
-  AddNames(names, arrays.ids(), &file);
+  AddNames(options.names, arrays.ids(), &file);
   AddClock(tracks, contents.has_clock, &file);
   AddSkeleton(tracks.header.skeleton, &file);
   file.Commit();

@@ -34,6 +34,7 @@ void WriteBody(const PersonPose& person, const std::vector<int>& map,
 }  // namespace
 
 void WriteTracksPanoptic(const std::string& path, const TrackSequence& tracks,
+                         const TrackExportOptions& /*options*/,
                          LostFields* lost_fields) {
   const std::vector<int> map = MapByName(tracks.header.skeleton, Panoptic19());
   AtomicFolder folder(path);

@@ -34,6 +34,7 @@ void NotePosesLosses(const TrackSequence& tracks, LostFields* lost_fields) {
 }  // namespace
 
 void WriteTracksPoses(const std::string& path, const TrackSequence& tracks,
+                      const TrackExportOptions& /*options*/,
                       LostFields* lost_fields) {
   AtomicFile file(path);
   file.Write("{\"unit\": \"m\", \"poses\": [");

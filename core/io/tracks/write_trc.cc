@@ -94,15 +94,16 @@ void NoteTrcLosses(const TrackSequence& tracks, size_t row_count,
 }  // namespace
 
 void WriteTracksTrc(const std::string& path, const TrackSequence& tracks,
-                    const AxisMap& axes, LostFields* lost_fields,
-                    const PersonNames& names) {
+                    const TrackExportOptions& options,
+                    LostFields* lost_fields) {
   RequireFrameRate(tracks, "TRC");
   CheckMarkerNames(tracks.header.skeleton);
   const std::vector<int64_t> ids = PeopleToWrite(path, kTrcExtension, tracks);
   const std::vector<TrackRow> rows = MakeTrackRows(tracks, "TRC");
-  WritePersonFiles(path, kTrcExtension, ids, names,
+  WritePersonFiles(path, kTrcExtension, ids, options.names,
                    [&](const std::string& file, TrackId id) {
-                     WriteTrcPerson(file, id, tracks, rows, axes);
+                     WriteTrcPerson(file, id, tracks, rows,
+                                    options.axes.value_or(AxisMap()));
                    });
   NoteTrcLosses(tracks, rows.size(), lost_fields);
   constexpr int64_t kKeptIds = 1'000'000'000'000'000'000;  // 18 digits

@@ -174,6 +174,7 @@ class ActorsFile {
 }  // namespace
 
 void WriteTracksTum(const std::string& path, const TrackSequence& tracks,
+                    const TrackExportOptions& /*options*/,
                     LostFields* lost_fields) {
   ActorsFile(tracks).Write(path);
   NotePositionsOnly(tracks, lost_fields);

@@ -37,6 +37,8 @@ namespace fs = std::filesystem;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using testing::InputErrorOf;
+using testing::MatArray;
+using testing::MatFile;
 using testing::ProcessorTime;
 using testing::TemporaryFolder;
 
@@ -240,33 +242,9 @@ TEST(NpzBounds, BonesAreBetweenJointsThatAreThere) {
 
 // ---- .mat
 
-std::string MatArray(uint32_t array_class, int32_t rows, int32_t columns,
-                     const std::string& content) {
-  std::string inside;
-  Append(uint32_t{6}, &inside);  // flags
-  Append(uint32_t{8}, &inside);
-  Append(array_class, &inside);
-  Append(uint32_t{0}, &inside);
-  Append(uint32_t{5}, &inside);  // dimensions
-  Append(uint32_t{8}, &inside);
-  Append(rows, &inside);
-  Append(columns, &inside);
-  Append(uint32_t{1}, &inside);  // name
-  Append(uint32_t{7}, &inside);
-  inside += "actor3D";
-  inside += '\0';
-  inside += content;
-  std::string bytes;
-  Append(uint32_t{14}, &bytes);
-  Append(static_cast<uint32_t>(inside.size()), &bytes);
-  return bytes + inside;
-}
-
-std::string MatFile(const std::string& elements) {
-  std::string bytes = "MATLAB 5.0 MAT-file";
-  bytes.resize(124, ' ');
-  Append(uint16_t{0x0100}, &bytes);
-  return bytes + "IM" + elements;
+std::string ActorArray(uint32_t array_class, int32_t rows, int32_t columns,
+                       const std::string& content) {
+  return MatArray(array_class, rows, columns, "actor3D", content);
 }
 
 std::string Packed(const std::string& element) {
@@ -289,7 +267,7 @@ TEST(MatBounds, DimensionsMustHaveTheirEntries) {
   const ProcessorTime used;
   for (const uint32_t array_class : {kCell, kStruct, kDouble}) {
     const std::string element =
-        MatArray(array_class, 100'000'000, 20, std::string(1500, '\0'));
+        ActorArray(array_class, 100'000'000, 20, std::string(1500, '\0'));
     for (const std::string& content : {element, Packed(element)}) {
       const std::string path = folder.Write("a.mat", MatFile(content));
       EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }), HasSubstr("a.mat"))
@@ -310,10 +288,11 @@ TEST(MatBounds, TagsMustHaveTheirBytes) {
     parts += std::string(8, '\0');
   }
   const TemporaryFolder folder;
-  for (const std::string& element : {MatArray(kChar, 2577, 0, parts.substr(16)),
-                                     MatArray(kComplexDouble, 1, 1, parts)}) {
+  for (const std::string& element :
+       {ActorArray(kChar, 2577, 0, parts.substr(16)),
+        ActorArray(kComplexDouble, 1, 1, parts)}) {
     const std::string path =
-        folder.Write("a.mat", MatFile(MatArray(1, 1, 1, element)));
+        folder.Write("a.mat", MatFile(ActorArray(1, 1, 1, element)));
     EXPECT_THAT(InputErrorOf([&] { ReadTracks(path); }),
                 HasSubstr("a.mat: is truncated: an element of 2768241048 "
                           "bytes has only 8"));
@@ -343,7 +322,7 @@ TEST(MatBounds, WholeFilesPass) {
 TEST(MatBounds, NestedCellsEnd) {
   std::string element;
   for (int depth = 0; depth < 100; ++depth) {
-    element = MatArray(1, 1, 1, element);
+    element = ActorArray(1, 1, 1, element);
   }
   const TemporaryFolder folder;
   const std::string path = folder.Write("a.mat", MatFile(element));
@@ -375,11 +354,11 @@ TEST(IdBounds, ReadersTakeWhatWritersWrite) {
     return ReadTracks(path, options).frames.at(0).people.at(0).id.value();
   };
   LostFields lost_fields;
-  WriteTracksCsv(path, tracks, &lost_fields);
+  WriteTracksCsv(path, tracks, {}, &lost_fields);
   EXPECT_EQ(id_read(), kId);
-  WriteTracksNpz(path, tracks, &lost_fields);
+  WriteTracksNpz(path, tracks, {}, &lost_fields);
   EXPECT_EQ(id_read(), kId);
-  WriteTracks4dAssociation(path, tracks, &lost_fields);
+  WriteTracks4dAssociation(path, tracks, {}, &lost_fields);
   TrackReadOptions options;
   options.format = "4da";
   options.skeleton = tracks.header.skeleton;
@@ -398,7 +377,7 @@ TEST(IdBounds, RenumberingIsSaid) {
   for (const auto& [id, said] :
        {std::pair{(int64_t{1} << 31) - 1, false}, {int64_t{1} << 31, true}}) {
     LostFields lost_fields;
-    WriteTracksLongcw(path, OnePerson(id, "a"), &lost_fields);
+    WriteTracksLongcw(path, OnePerson(id, "a"), {}, &lost_fields);
     EXPECT_EQ(is_said(lost_fields), said) << id;
     TrackReadOptions options;
     options.format = "longcw";
@@ -411,7 +390,7 @@ TEST(IdBounds, RenumberingIsSaid) {
         {int64_t{1'000'000'000'000'000'000}, true}}) {
     LostFields lost_fields;
     const std::string trc = path + "_" + std::to_string(id);
-    WriteTracksTrc(trc, OnePerson(id, "a"), AxisMap(), &lost_fields);
+    WriteTracksTrc(trc, OnePerson(id, "a"), {}, &lost_fields);
     EXPECT_EQ(is_said(lost_fields), said) << id;
     EXPECT_EQ(ReadTracks(trc).frames.at(0).people.at(0).id.value(),
               said ? 0 : id);
@@ -424,7 +403,7 @@ TEST(CsvCells, AreNoFormulas) {
   for (const std::string name :
        {"=1+1", "+a", "-a", "@a", "\ta", "'=a", "'a", "=a,\"b\"", "a=b", "'"}) {
     LostFields lost_fields;
-    WriteTracksCsv(path, OnePerson(1, name), &lost_fields);
+    WriteTracksCsv(path, OnePerson(1, name), {}, &lost_fields);
     EXPECT_EQ(ReadTracks(path).header.skeleton.joints().at(0), name);
     const std::string cell = CsvCell(name);
     const char first = cell[cell[0] == '"' ? 1 : 0];

@@ -2,7 +2,6 @@
 // and says what is wrong; never in a crash, a wrong answer or another error.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <matio.h>
 
 #include <cmath>
 #include <filesystem>
@@ -16,12 +15,16 @@
 #include "core/io/configuration/held_out_set.h"
 #include "core/io/detections/source.h"
 #include "core/io/tracks/tracks.h"
+#include "tests/support/mat_file.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::MatCell;
+using testing::MatFile;
+using testing::MatNumbers;
 using ::testing::Not;
 using testing::TemporaryFolder;
 
@@ -699,50 +702,24 @@ TEST(BrokenFiles, HundredMegabytesOfBrackets) {
 
 // --- .mat -------------------------------------------------------------------
 
-struct VariableFree {
-  void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
-};
-
-matvar_t* Cell(size_t rows, size_t columns,
-               const std::vector<matvar_t*>& entries) {
-  size_t dims[2] = {rows, columns};
-  matvar_t* cell =
-      Mat_VarCreate(nullptr, MAT_C_CELL, MAT_T_CELL, 2, dims, nullptr, 0);
-  for (size_t i = 0; i < entries.size(); ++i) {
-    Mat_VarSetCell(cell, static_cast<int>(i), entries[i]);
-  }
-  return cell;
+// A cell of frames an actor.
+std::string WriteMat(const TemporaryFolder& folder, const std::string& variable,
+                     const std::vector<std::string>& actors) {
+  const auto count = static_cast<int32_t>(actors.size());
+  return folder.Write("actorsGT.mat",
+                      MatFile(MatCell(1, count, actors, variable)));
 }
 
-matvar_t* Numbers(size_t rows, size_t columns, double value) {
-  std::vector<double> data(rows * columns, value);
-  size_t dims[2] = {rows, columns};
-  return Mat_VarCreate(nullptr, MAT_C_DOUBLE, MAT_T_DOUBLE, 2, dims,
-                       data.empty() ? nullptr : data.data(), 0);
-}
-
-// actor3D with one cell of frames an actor.
-std::string WriteMat(const TemporaryFolder& folder, const char* variable,
-                     const std::vector<matvar_t*>& actors) {
-  const std::string path = folder.path() / "actorsGT.mat";
-  mat_t* file = Mat_CreateVer(path.c_str(), nullptr, MAT_FT_MAT5);
-  matvar_t* cell = Cell(1, actors.size(), actors);
-  cell->name = strdup(variable);
-  EXPECT_EQ(Mat_VarWrite(file, cell, MAT_COMPRESSION_NONE), 0);
-  Mat_VarFree(cell);
-  Mat_Close(file);
-  return path;
-}
-
-std::vector<matvar_t*> TwoActors(matvar_t* first_entry) {
-  return {Cell(3, 1, {first_entry, Numbers(0, 0, 0), Numbers(14, 3, 2)}),
-          Cell(3, 1, {Numbers(0, 0, 0), Numbers(0, 0, 0), Numbers(14, 3, 3)})};
+std::vector<std::string> TwoActors(const std::string& first_entry) {
+  const std::string nobody = MatNumbers(0, 0, 0);
+  return {MatCell(3, 1, {first_entry, nobody, MatNumbers(14, 3, 2)}),
+          MatCell(3, 1, {nobody, nobody, MatNumbers(14, 3, 3)})};
 }
 
 TEST(BrokenFiles, MatIsRead) {
   const TemporaryFolder folder;
-  const TrackSequence truth =
-      ReadTracks(WriteMat(folder, "actor3D", TwoActors(Numbers(14, 3, NAN))));
+  const TrackSequence truth = ReadTracks(
+      WriteMat(folder, "actor3D", TwoActors(MatNumbers(14, 3, NAN))));
   ASSERT_EQ(truth.frames.size(), 3u);
   EXPECT_EQ(CountPresent(truth.frames[0].people.at(0).joints), 0);  // NaN
   EXPECT_TRUE(truth.frames[1].people.empty());
@@ -750,24 +727,25 @@ TEST(BrokenFiles, MatIsRead) {
 }
 
 TEST(BrokenFiles, MatOfWrongShapes) {
-  const auto error = [](const char* variable,
-                        const std::vector<matvar_t*>& actors) {
+  const auto error = [](const std::string& variable,
+                        const std::vector<std::string>& actors) {
     const TemporaryFolder folder;
     return ErrorOf(Kind::kTracks, WriteMat(folder, variable, actors));
   };
-  EXPECT_THAT(error("actor2D", TwoActors(Numbers(14, 3, 0))),
+  EXPECT_THAT(error("actor2D", TwoActors(MatNumbers(14, 3, 0))),
               HasSubstr("actor3D: is missing"));
-  EXPECT_THAT(error("actor3D", TwoActors(Numbers(15, 3, 0))),
+  EXPECT_THAT(error("actor3D", TwoActors(MatNumbers(15, 3, 0))),
               HasSubstr("actor3D{1}{1}: expected 14 x 3"));
-  EXPECT_THAT(error("actor3D", TwoActors(Numbers(14, 2, 0))),
+  EXPECT_THAT(error("actor3D", TwoActors(MatNumbers(14, 2, 0))),
               HasSubstr("actor3D{1}{1}: expected 14 x 3"));
-  EXPECT_THAT(error("actor3D", TwoActors(Numbers(14, 3, INFINITY))),
+  EXPECT_THAT(error("actor3D", TwoActors(MatNumbers(14, 3, INFINITY))),
               HasSubstr("actor3D{1}{1}: holds an infinite"));
-  EXPECT_THAT(error("actor3D", {Numbers(14, 3, 0)}),
+  EXPECT_THAT(error("actor3D", {MatNumbers(14, 3, 0)}),
               HasSubstr("actor3D{1}: is no cell"));
   EXPECT_THAT(
-      error("actor3D", {Cell(1, 1, {Numbers(14, 3, 0)}),
-                        Cell(2, 1, {Numbers(14, 3, 0), Numbers(0, 0, 0)})}),
+      error("actor3D",
+            {MatCell(1, 1, {MatNumbers(14, 3, 0)}),
+             MatCell(2, 1, {MatNumbers(14, 3, 0), MatNumbers(0, 0, 0)})}),
       HasSubstr("actor3D{2}: found 2 frames, expected 1"));
 }
 

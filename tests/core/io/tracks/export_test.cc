@@ -95,7 +95,7 @@ TEST(TrackExport, CsvHoldsEveryJointBitForBit) {
     const TemporaryFolder folder;
     const std::string path = folder.path() / "tracks.csv";
     LostFields lost_fields;
-    WriteTracksCsv(path, tracks, &lost_fields);
+    WriteTracksCsv(path, tracks, {}, &lost_fields);
     EXPECT_THAT(lost_fields,
                 Contains("1 frames with nobody in them are not kept"));
     const std::vector<std::string> lines = LinesOf(path);
@@ -151,7 +151,7 @@ TEST(TrackExport, CsvQuotesJointNames) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "tracks.csv";
   LostFields lost_fields;
-  WriteTracksCsv(path, tracks, &lost_fields);
+  WriteTracksCsv(path, tracks, {}, &lost_fields);
   EXPECT_EQ(ReadTextFile(path),
             "frame,time_s,id,joint,x_m,y_m,z_m,status\n"
             "0,,1,\"a,b\",,,,missing\n0,,1,\"c\"\"d\",,,,missing\n");
@@ -205,7 +205,7 @@ TEST(TrackExport, TrcHoldsEveryMarkerBitForBit) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "trc";
   LostFields lost_fields;
-  WriteTracksTrc(path, tracks, AxisMap(), &lost_fields);
+  WriteTracksTrc(path, tracks, {}, &lost_fields);
   EXPECT_THAT(lost_fields,
               Contains(HasSubstr("1 frames that the input leaves out")));
   EXPECT_THAT(ListFolder(path), ElementsAre("person_2.trc", "person_7.trc"));
@@ -275,7 +275,7 @@ TEST(TrackExport, TrcIsLaidOutAsPose2SimsOwn) {
   }
   const TemporaryFolder folder;
   LostFields lost_fields;
-  WriteTracksTrc(folder.path() / "trc", tracks, AxisMap(), &lost_fields);
+  WriteTracksTrc(folder.path() / "trc", tracks, {}, &lost_fields);
   const std::string path = folder.path() / "trc/person_0.trc";
   const TrcFile ours = ReadTrc(path);
   ExpectSound(ours);
@@ -309,7 +309,7 @@ TEST(TrackExport, TrcRefusesWhatItCannotHold) {
   const auto error_of = [&](const TrackSequence& tracks) {
     LostFields lost_fields;
     return InputErrorOf([&] {
-      WriteTracksTrc(folder.path() / "trc", tracks, AxisMap(), &lost_fields);
+      WriteTracksTrc(folder.path() / "trc", tracks, {}, &lost_fields);
     });
   };
   TrackSequence tracks = TracksToExport(false);
@@ -353,9 +353,9 @@ TEST(TrackExport, NumpyReadsTheArrays) {
   const std::string npz = folder.path() / "tracks.npz";
   const std::string csv = folder.path() / "tracks.csv";
   LostFields lost_fields;
-  WriteTracksNpz(npz, tracks, &lost_fields);
+  WriteTracksNpz(npz, tracks, {}, &lost_fields);
   // The table holds the same bits (above), so it is what to compare with.
-  WriteTracksCsv(csv, tracks, &lost_fields);
+  WriteTracksCsv(csv, tracks, {}, &lost_fields);
   ExpectPython(folder, R"(
 import csv, zipfile, numpy as np
 npz, table = ')" + npz + "', '" +
@@ -407,7 +407,7 @@ TEST(TrackExport, NumpyReadsOddNamesAndNoPeople) {
   const TemporaryFolder folder;
   const std::string npz = folder.path() / "tracks.npz";
   LostFields lost_fields;
-  WriteTracksNpz(npz, tracks, &lost_fields);
+  WriteTracksNpz(npz, tracks, {}, &lost_fields);
   ExpectPython(folder, R"(
 import numpy as np
 a = np.load(')" + npz + R"(', allow_pickle=False)
@@ -436,7 +436,7 @@ TEST(TrackExport, ShelfAsTrc) {
   EXPECT_GT(joints, 10'000u);
   const std::string trc = folder.path() / "trc";
   LostFields lost_fields;
-  WriteTracksTrc(trc, shelf, AxisMap(), &lost_fields);
+  WriteTracksTrc(trc, shelf, {}, &lost_fields);
   EXPECT_TRUE(testing::OpenSimReads(trc));
   size_t cells = 0;
   for (const std::string& name : ListFolder(trc)) {
