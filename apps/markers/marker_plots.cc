@@ -134,7 +134,8 @@ Plot CalibrationCurve(const MotionAgreement& agreement) {
   for (const auto& curve : curves) {
     if (curve.calibration.count() == 0) continue;
     PlotSeries line;
-    line.name = curve.name;
+    line.name =
+        curve.name + (", n " + std::to_string(curve.calibration.count()));
     line.style = PlotStyle::kLinePoints;
     for (int level = 1; level < kLevels; ++level) {
       const double promised = level / static_cast<double>(kLevels);

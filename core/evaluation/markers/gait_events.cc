@@ -277,13 +277,15 @@ std::vector<TimedEvent> CompareWithPlates(const std::vector<ForcePlate>& plates,
              ToSeconds(motion.frames[frame].time) < time_s) {
         ++frame;
       }
-      const auto distance_m = [&](Foot foot) {
+      const auto distance_of = [&](Foot foot) {
         const Vector3d way =
             ankles[static_cast<size_t>(foot)][frame] - plate.centre_m;
-        return (way - way.dot(up) * up).norm();
+        const double distance_m = (way - way.dot(up) * up).norm();
+        return std::isnan(distance_m) ? std::numeric_limits<double>::infinity()
+                                      : distance_m;
       };
       TimedEvent event;
-      event.plate = {distance_m(Foot::kRight) < distance_m(Foot::kLeft)
+      event.plate = {distance_of(Foot::kRight) < distance_of(Foot::kLeft)
                          ? Foot::kRight
                          : Foot::kLeft,
                      loaded, time_s};

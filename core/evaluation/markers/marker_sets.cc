@@ -42,6 +42,21 @@ std::string Squeezed(const std::string& label) {
   return squeezed;
 }
 
+// What nearly all labels begin with, as "Anna_" or "Q_": a subject's or a set's
+// name. Not a side, "L_".
+std::string PrefixOf(const Names& labels) {
+  const size_t end = labels.empty() ? 0 : labels.front().find('_') + 1;
+  const std::string prefix =
+      labels.empty() ? "" : labels.front().substr(0, end);
+  if (prefix.size() < 2 || Squeezed(prefix) == "l" || Squeezed(prefix) == "r")
+    return "";
+  const auto count = std::count_if(
+      labels.begin(), labels.end(), [&](const std::string& label) {
+        return label.compare(0, prefix.size(), prefix) == 0;
+      });
+  return 4 * static_cast<size_t>(count) > 3 * labels.size() ? prefix : "";
+}
+
 // ---- The sets ---------------------------------------------------------------
 
 // "*" in a name stands for the side.
@@ -190,8 +205,12 @@ Names NamesIn(const JointRule& rule) {
 class Places {
  public:
   explicit Places(const Names& labels) {
+    const std::string prefix = PrefixOf(labels);
     for (size_t i = 0; i < labels.size(); ++i) {
       markers_.try_emplace(Squeezed(labels[i]), i);
+      if (labels[i].compare(0, prefix.size(), prefix) == 0) {
+        markers_.try_emplace(Squeezed(labels[i].substr(prefix.size())), i);
+      }
     }
     count_ = labels.size();
   }
@@ -337,6 +356,21 @@ Vector3d FunctionalHip(const Placed& placed, const std::vector<Pose3d>& poses) {
   return information.ldlt().solve(right_side);
 }
 
+// Of two subjects, "Anna:LKNE" and "Ben:LKNE", none is meant.
+void RequireOneSubject(const Names& labels) {
+  std::map<std::string, std::string> seen;
+  for (const std::string& label : labels) {
+    const auto [other, is_new] = seen.try_emplace(Squeezed(label), label);
+    const auto subject = [](const std::string& text) {
+      return text.substr(0, text.find_last_of(':') + 1);
+    };
+    if (is_new || subject(other->second) == subject(label)) continue;
+    throw InputError("has markers of several people, " +
+                     Printable(other->second) + " and " + Printable(label) +
+                     ", expected one person's");
+  }
+}
+
 // The rules that hold, in their order, and what the others lack.
 std::vector<Placed> Place(const MarkerSet& set, const Names& labels,
                           Names* lacking) {
@@ -423,6 +457,7 @@ const MarkerSet* RecogniseMarkerSet(const std::vector<std::string>& labels) {
 MarkerJoints JointsOfMarkers(const TrackSequence& markers,
                              const MarkerSet& set) {
   const Names& labels = markers.header.skeleton.joints();
+  RequireOneSubject(labels);
   MarkerJoints result;
   std::vector<Placed> placed = Place(set, labels, &result.lacking);
   if (placed.empty()) {

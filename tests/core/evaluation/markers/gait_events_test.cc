@@ -85,6 +85,15 @@ TEST(GaitEvents, AJumpByVerticalSpeedAndPlates) {
   // Speeds are differences over two frames of 10 ms.
   EXPECT_NEAR(timed[0].found_minus_plate_s, 0.0, 0.010);
   EXPECT_NEAR(timed[1].found_minus_plate_s, 0.0, 0.010);
+  // A foot whose ankle is missing does not stand nearest.
+  TrackSequence gap = motion;
+  const int ankle = motion.header.skeleton.IndexOf("l_ankle");
+  for (TrackFrame& frame : gap.frames) {
+    frame.people[0].joints[static_cast<size_t>(ankle)] = Joint3d{};
+  }
+  EXPECT_EQ(
+      CompareWithPlates({plate}, found, gap, {0.0, 0.0, 1.0})[0].plate.foot,
+      Foot::kRight);
 }
 
 }  // namespace

@@ -58,6 +58,9 @@ TEST(MarkerSets, AreRecognisedByTheirLabels) {
             "Plug-in Gait");
   EXPECT_EQ(NameOf({"LKneeOut", "LKneeIn", "RKneeOut", "RKneeIn"}),
             "Qualisys Sports");
+  EXPECT_EQ(NameOf({"Q_LKneeOut", "Q_LKneeIn", "Q_RKneeOut", "Q_RKneeIn"}),
+            "Qualisys Sports");
+  EXPECT_EQ(NameOf({"R_FLE", "R_FME", "R_FAL", "R_TAM"}), "CAST");
   EXPECT_EQ(NameOf({"R_FLE", "R_FME", "L_IAS", "R_IAS"}), "CAST");
   EXPECT_EQ(NameOf({"RFLE", "RFME", "LIAS", "RIAS"}), "CAST");
   EXPECT_EQ(NameOf({"r_knee", "r_mknee_study", "L_mknee_study",
@@ -167,6 +170,28 @@ TEST(MarkerSets, MiddlesAndGaps) {
                    .people[0]
                    .joints[static_cast<size_t>(knee)]
                    .present());
+}
+
+TEST(MarkerSets, ASubjectsNameIsNoPartOfALabelAndTwoSubjectsAreRefused) {
+  const Markers knees = {{"Anna_LKneeOut", {0.0, 0.0, 0.5}},
+                         {"Anna_LKneeIn", {0.1, 0.0, 0.5}},
+                         {"Anna_RKneeOut", {0.4, 0.0, 0.5}},
+                         {"Anna_RKneeIn", {0.3, 0.0, 0.5}}};
+  const TrackSequence markers = OneFrame(knees);
+  const MarkerSet& set = *RecogniseMarkerSet(markers.header.skeleton.joints());
+  EXPECT_TRUE(JointOf(JointsOfMarkers(markers, set), "l_knee")
+                  .isApprox(Vector3d(0.05, 0.0, 0.5)));
+  Markers two;
+  for (const char* label : {"LKneeOut", "LKneeIn", "RKneeOut", "RKneeIn"}) {
+    two[std::string("Anna:") + label] = Vector3d::Zero();
+    two[std::string("Ben:") + label] = Vector3d::Zero();
+  }
+  try {
+    JointsOfMarkers(OneFrame(two), set);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("several people"));
+  }
 }
 
 // A pelvis 250 mm wide and 150 mm deep, x forward, z up, y to the left.
