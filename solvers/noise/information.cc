@@ -136,9 +136,23 @@ Leftover LeftOver(const ErrorCorrelation& correlation, double frame_s,
     noise += Passed(u) * Passed(u) * power * power *
              spectrum(u * at.frequency) * kEnd / kSteps;
   }
+  // Of the whole band, since most of it lies above the crossover.
+  constexpr int kBandSteps = 96;
+  double first = 0.0;
+  for (int i = 0; i < kBandSteps; ++i) {
+    const double w = (i + 0.5) * kPi / frame_s / kBandSteps;
+    const double power = std::pow(w / at.frequency, 4.0);
+    first +=
+        Passed(w / at.frequency) * power * power * spectrum(w) / kBandSteps;
+  }
+  static const WhitePowers white;
   const double values = frame_s * at.frequency / kPi;  // an axis and frame
-  return {at.divisor, 3.0 * std::min(1.0, values), variance_m2 * values * noise,
-          variance_m2 * values * at.divisor * kLag};
+  return {at.divisor,
+          3.0 * std::min(1.0, values),
+          variance_m2 * values * noise,
+          variance_m2 * values * at.divisor * kLag,
+          variance_m2 * first,
+          variance_m2 * values * at.divisor * white.lag};
 }
 
 CovarianceFactorTable::CovarianceFactorTable(
@@ -166,6 +180,8 @@ Leftover CovarianceFactorTable::LeftoverAt(double process_noise,
           .leftover;
   leftover.noise_m2 *= variance_m2;
   leftover.lag_m2 *= variance_m2;
+  leftover.first_noise_m2 *= variance_m2;
+  leftover.first_lag_m2 *= variance_m2;
   return leftover;
 }
 

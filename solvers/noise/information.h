@@ -56,6 +56,9 @@ struct Leftover {
   // move smoothly (Flash and Hogan 1985).
   double noise_m2 = 0.0;
   double lag_m2 = 0.0;
+  // The same of what it leaves at first: (1 - H) of both.
+  double first_noise_m2 = 0.0;
+  double first_lag_m2 = 0.0;
 };
 Leftover LeftOver(const ErrorCorrelation& correlation, double frame_s,
                   double process_noise, double variance_m2);

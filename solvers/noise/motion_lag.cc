@@ -80,6 +80,7 @@ void LagLearner::Add(const std::vector<LagSample>& samples) {
   for (size_t k = 0; k < left.size(); ++k) {
     left[k] = samples[k].point_m - left[k];
   }
+  const std::vector<Vector3d> first = left;
   smoother.Smooth(&left);
   // What is expected holds away from the ends.
   constexpr double kEndsS = 0.2;
@@ -91,18 +92,41 @@ void LagLearner::Add(const std::vector<LagSample>& samples) {
       continue;
     }
     const Leftover& expected = sample.expected;
-    const double variance_m2 = left[k].squaredNorm() / 3.0;
-    excess_ += expected.independent * (variance_m2 - expected.noise_m2) /
-               expected.lag_m2;
-    count_ += expected.independent;
+    const double weight = expected.independent;
+    count_ += weight;
+    first_.push_back(
+        static_cast<float>(first[k].squaredNorm() / expected.first_noise_m2));
+    first_lag_ += weight * expected.first_lag_m2 / expected.first_noise_m2;
+    left_ += weight * left[k].squaredNorm() / 3.0 / expected.lag_m2;
+    left_noise_ += weight * expected.noise_m2 / expected.lag_m2;
   }
 }
 
-double LagLearner::Lag() const {
-  // As if so many values had agreed with the prior before.
+LagLearner::Ratios LagLearner::Fit() const {
+  // As if so many values had been as expected before.
   constexpr double kPrior = 30.0;
-  constexpr double kMost = 4.0;
-  return std::clamp((excess_ + kPrior) / (count_ + kPrior), 0.0, kMost);
+  // Above one it is outliers, or errors that last otherwise than was learnt,
+  // which tell nothing below the crossover.
+  constexpr double kLeastNoise = 0.5;
+  constexpr double kMostNoise = 1.0;
+  constexpr double kMostLag = 4.0;
+  // Of the squared norm of three normal values. Outliers do not move a median.
+  constexpr double kMedian = 2.366;
+  if (first_.empty()) return {};
+  std::vector<float> ascending = first_;
+  const auto middle = ascending.begin() + ascending.size() / 2;
+  std::nth_element(ascending.begin(), middle, ascending.end());
+  const double first = count_ * *middle / kMedian + kPrior;
+  const double left = left_ + kPrior;
+  // first = noise count + lag first_lag_, left = noise left_noise_ + lag count,
+  // each with the prior's values on both sides.
+  const double count = count_ + kPrior;
+  const double noise =
+      std::clamp((first * count - left * first_lag_) /
+                     (count * count - first_lag_ * left_noise_),
+                 kLeastNoise, kMostNoise);
+  return {noise,
+          std::clamp((left - noise * left_noise_) / count, 0.0, kMostLag)};
 }
 
 }  // namespace kinegraph

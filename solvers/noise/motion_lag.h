@@ -1,4 +1,5 @@
-// How far the smoother lags behind the motion, by the points that it smooths.
+// How far the smoother lags behind the motion, and how far off the points are,
+// by the points that it smooths.
 // Its prior, white acceleration, moves joints at any frequency; people hardly
 // do above some Hertz, and then the lag that covariances reckon with is not
 // there.
@@ -28,12 +29,22 @@ class LagLearner {
   // All samples of a joint, in the order of time.
   void Add(const std::vector<LagSample>& samples);
 
-  // Variance of the lag over what the prior says; 1 where little was seen.
-  double Lag() const;
+  // Variances of the points' errors and of the lag over what is expected of
+  // them; 1 where little was seen.
+  struct Ratios {
+    double noise = 1.0;
+    double lag = 1.0;
+  };
+  Ratios Fit() const;
 
  private:
-  double excess_ = 0.0;
   double count_ = 0.0;  // of independent values
+  // What was left at first over the noise that is expected of it, by sample.
+  std::vector<float> first_;
+  // Sums over independent values: what was left then over its lag, and what is
+  // expected of the other in both.
+  double first_lag_ = 0.0;
+  double left_ = 0.0, left_noise_ = 0.0;
 };
 
 }  // namespace kinegraph

@@ -25,6 +25,7 @@ PersonNoise::PersonNoise(const SceneModel& scene, const GraphOptions& options)
       groups_(scene.skeleton),
       last_variance_m2_(scene.skeleton.joint_count(), kUnknownVariance_m2) {
   scale_.fill(1.0);
+  points_ratio_.fill(1.0);
   lag_.fill(1.0);
   chains_.assign(kJointClassCount, LevelChain(0.0));
   for (int j = 0; j < joint_count(); ++j) {
@@ -106,9 +107,12 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place,
       point = triangulator_.Robust(scale_[joint_class]);
     }
     if (keeps_points_) {
-      points_m_.push_back(point
-                              ? Eigen::Vector3f(point->position_m.cast<float>())
-                              : Eigen::Vector3f::Constant(std::nanf("")));
+      auto& kept = points_.emplace_back();
+      kept.setConstant(std::nanf(""));
+      if (point.has_value()) {
+        kept.col(0) = point->position_m.cast<float>();
+        kept.col(1) = point->covariance_m2.diagonal().cast<float>();
+      }
     }
     if (point.has_value()) {
       last_variance_m2_[j] = point->covariance_m2.trace() / 3.0;
@@ -121,6 +125,39 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place,
     Levels& of_class = evidence_[static_cast<int>(groups_.joint_class(g))];
     for (int i = 0; i < kLevelCount; ++i) of_class[i] += evidence[g][i];
     likelihoods.push_back(Likelihood(evidence[g]));
+  }
+}
+
+// The evidence once more from the end on, and the mean of both: a filter tells
+// that a joint is driven some frames after it is, and levels that come late
+// make the smoother lag.
+void PersonNoise::LookBack() {
+  std::vector<FilterBank> banks;
+  for (int j = 0; j < joint_count(); ++j) {
+    banks.emplace_back(UsualProcessNoise(scene_.skeleton.joint_class(j)));
+  }
+  for (size_t k = frames_.size(); k-- > 0;) {
+    std::vector<Levels> evidence(static_cast<size_t>(groups_.size()));
+    for (int j = 0; j < joint_count(); ++j) {
+      const auto& kept = points_[k * banks.size() + static_cast<size_t>(j)];
+      std::optional<FramePoint> point;
+      if (kept.allFinite()) {
+        point.emplace();
+        point->position_m = kept.col(0).cast<double>();
+        point->covariance_m2 = kept.col(1).cast<double>().asDiagonal();
+      }
+      banks[j].Add(-frames_[k].time, point, correlation_,
+                   &evidence[groups_.of_joint(j)]);
+    }
+    for (int g = 0; g < groups_.size(); ++g) {
+      Levels& of_class = evidence_[static_cast<int>(groups_.joint_class(g))];
+      for (int i = 0; i < kLevelCount; ++i) of_class[i] += evidence[g][i];
+      LevelChain::Vector& seen = likelihoods_[k][g];
+      seen = seen.cwiseProduct(Likelihood(evidence[g])).cwiseSqrt();
+    }
+  }
+  for (Levels& of_class : evidence_) {
+    for (double& level : of_class) level *= 0.5;
   }
 }
 
@@ -145,10 +182,11 @@ void PersonNoise::LearnRecording(
     correlation_ = correlations_.Fit();
   }
   place = 0;
-  keeps_points_ = options_.pixel_noise_from == NoiseFrom::kRecording;
+  keeps_points_ = true;
   for_each([&](const PersonProblem& part, size_t k) {
     Locate(part, k, place++, Pixels::kKnown);
   });
+  LookBack();
   starts_ = std::vector<FrameTriangulator::Start>();
   covariance_factors_.emplace(correlation_, 1.0 / scene_.frame_rate_hz);
 }
@@ -269,15 +307,17 @@ void PersonNoise::FindLag() {
       const double q = frames_[k].process_noise[j];
       const double before = k > 0 ? frames_[k - 1].process_noise[j] : q;
       samples[k] = {ToSeconds(frames_[k].time - frames_.front().time),
-                    points_m_[k * joints + j].cast<double>(), variance_m2,
+                    points_[k * joints + j].col(0).cast<double>(), variance_m2,
                     std::max(before, q),
                     covariance_factors_->LeftoverAt(q, variance_m2)};
     }
     learners[ClassOf(static_cast<int>(j))].Add(samples);
   }
-  for (int c = 0; c < kJointClassCount; ++c) lag_[c] = learners[c].Lag();
-  keeps_points_ = false;
-  points_m_ = std::vector<Eigen::Vector3f>();
+  for (int c = 0; c < kJointClassCount; ++c) {
+    const LagLearner::Ratios ratios = learners[c].Fit();
+    points_ratio_[c] = ratios.noise;
+    lag_[c] = ratios.lag;
+  }
 }
 
 AppliedNoise PersonNoise::ExtractApplied() {
@@ -285,6 +325,7 @@ AppliedNoise PersonNoise::ExtractApplied() {
   applied.learnt = Learnt();
   applied.scale = scale_;
   applied.level = level_;
+  applied.points = points_ratio_;
   applied.lag = lag_;
   applied.weighting = triangulator_.weighting();
   applied.frames = std::move(frames_);
@@ -297,6 +338,7 @@ void PersonNoise::Adopt(const AppliedNoise& noise,
   taken_over_ = true;
   scale_ = noise.scale;
   level_ = noise.level;
+  points_ratio_ = noise.points;
   lag_ = noise.lag;
   for (int c = 0; c < kJointClassCount; ++c) chains_[c] = LevelChain(level_[c]);
   correlation_ = noise.learnt.correlation;
@@ -319,12 +361,15 @@ void PersonNoise::LearnMotionAgain(const PersonProblem& part, size_t part_begin,
   there.chains_ = chains_;
   there.correlation_ = correlation_;
   there.triangulator_.set_weighting(triangulator_.weighting());
+  there.keeps_points_ = true;
   for (size_t k = 0; k < part.times.size(); ++k) {
     there.Locate(part, k, k, Pixels::kKnown);
     there.frames_.back().process_noise = frames_[part_begin + k].process_noise;
   }
-  if (options_.process_noise_from == NoiseFrom::kRecording)
+  if (options_.process_noise_from == NoiseFrom::kRecording) {
+    there.LookBack();
     there.FindProcessNoise();
+  }
   for (size_t k = begin; k < end; ++k) {
     frames_[k] = std::move(there.frames_[k - part_begin]);
   }
@@ -349,7 +394,11 @@ void PersonNoise::ApplyProcessNoise(PersonProblem* problem) {
       FindProcessNoise();
     }
   }
-  if (keeps_points_) FindLag();
+  if (keeps_points_ && options_.pixel_noise_from == NoiseFrom::kRecording) {
+    FindLag();
+  }
+  keeps_points_ = false;
+  points_ = decltype(points_)();
   if (!learns) return;
   for (int j = 0; j < joint_count(); ++j) {
     const int c = ClassOf(j);
@@ -398,16 +447,18 @@ double PersonNoise::CovarianceFactorOf(int joint_idx, size_t k, bool observed) {
   const double frame_s = FrameSeconds(k);
   const double process_noise = frames_[k].process_noise[joint_idx];
   const double variance_m2 = frames_[k].variance_m2[joint_idx];
-  const double lag =
-      observed ? kLagShare * (lag_[ClassOf(joint_idx)] - 1.0) : 0.0;
   // Times are rounded to nanoseconds.
   constexpr double kRoundingS = 2e-9;
   const bool steady =
       covariance_factors_.has_value() &&
       std::abs(frame_s - covariance_factors_->frame_s()) <= kRoundingS;
-  return lag + (steady ? covariance_factors_->At(process_noise, variance_m2)
-                       : CovarianceFactor(correlation_, frame_s, process_noise,
-                                          variance_m2));
+  const double factor =
+      steady
+          ? covariance_factors_->At(process_noise, variance_m2)
+          : CovarianceFactor(correlation_, frame_s, process_noise, variance_m2);
+  if (!observed) return factor;
+  const int c = ClassOf(joint_idx);
+  return points_ratio_[c] * (factor - kLagShare) + kLagShare * lag_[c];
 }
 
 LearntNoise PersonNoise::Learnt() const {

@@ -36,9 +36,10 @@ struct AppliedNoise {
   };
   std::vector<Frame> frames;
   LearntNoise learnt;
-  JointClassTable scale{};  // on modelled sigmas
-  JointClassTable level{};  // of motion, ln over the usual
-  JointClassTable lag{};    // LagLearner
+  JointClassTable scale{};   // on modelled sigmas
+  JointClassTable level{};   // of motion, ln over the usual
+  JointClassTable points{};  // LagLearner's ratios
+  JointClassTable lag{};
   ConfidenceWeighting weighting;
 };
 
@@ -85,7 +86,7 @@ class PersonNoise {
   void FreeEvidence() { likelihoods_ = decltype(likelihoods_)(); }
 
   // On the covariance of that joint, in a frame that Apply has seen. Where the
-  // joint is not `observed` the lag is what the motion prior says.
+  // joint is not `observed` both ratios are 1.
   double CovarianceFactorOf(int joint_idx, size_t k, bool observed);
 
   LearntNoise Learnt() const;
@@ -106,6 +107,7 @@ class PersonNoise {
   void LearnRecordingsPixels(
       const std::function<void(const FrameVisitor&)>& for_each);
   void LearnCorrelation(const PersonProblem& problem, size_t k, size_t place);
+  void LookBack();
   void RefreshScales();
   // Whether a frame's pixels were learnt from before.
   enum class Pixels { kKnown, kNew };
@@ -133,7 +135,7 @@ class PersonNoise {
   CorrelationLearner correlations_;
   const MotionGroups groups_;
   JointClassTable scale_;
-  JointClassTable lag_;
+  JointClassTable points_ratio_, lag_;
   ErrorCorrelation correlation_;
   std::optional<CovarianceFactorTable>
       covariance_factors_;                // of a whole recording
@@ -141,10 +143,10 @@ class PersonNoise {
   std::vector<double> last_variance_m2_;  // by joint
   bool taken_over_ = false;  // nothing is found anew when it is applied
   std::vector<Frame> frames_;
-  // Of a whole recording, until its lag is known: located points,
-  // [frame][joint] in a row; NaN: none.
+  // Of a whole recording, until its lag is known: located points and the
+  // variances of their axes, [frame][joint] in a row; NaN: none.
   bool keeps_points_ = false;
-  std::vector<Eigen::Vector3f> points_m_;
+  std::vector<Eigen::Matrix<float, 3, 2>> points_;
   // Of the levels in the same frames, by group; where no joint of it was
   // located all one.
   std::vector<std::vector<LevelChain::Vector>> likelihoods_;

@@ -21,8 +21,9 @@ const double kLagProcessNoise = kVarianceM2 * kFrameS * std::pow(kCrossover, 4);
 constexpr int kLagFrames = 6000;
 
 // Points of `motion`, called once a frame, with errors of that correlation.
-double LagOf(const std::function<Vector3d(double)>& motion,
-             const ErrorCorrelation& correlation, int frames = kLagFrames) {
+LagLearner::Ratios RatiosOf(const std::function<Vector3d(double)>& motion,
+                            const ErrorCorrelation& correlation,
+                            int frames = kLagFrames, double off = 1.0) {
   Random random(5);
   const auto draw = [&] {
     return Vector3d(random.Normal(), random.Normal(), random.Normal());
@@ -34,10 +35,10 @@ double LagOf(const std::function<Vector3d(double)>& motion,
     LagSample sample;
     sample.time_s = k * kFrameS;
     lasting = keeps * lasting + std::sqrt(1.0 - keeps * keeps) * draw();
-    sample.point_m =
-        motion(sample.time_s) +
-        std::sqrt(kVarianceM2) * (std::sqrt(correlation.share) * lasting +
-                                  std::sqrt(1.0 - correlation.share) * draw());
+    sample.point_m = motion(sample.time_s) +
+                     off * std::sqrt(kVarianceM2) *
+                         (std::sqrt(correlation.share) * lasting +
+                          std::sqrt(1.0 - correlation.share) * draw());
     // A tenth of the frames lacks a point.
     if (k % 10 == 3) {
       sample.point_m.fill(std::numeric_limits<double>::quiet_NaN());
@@ -50,7 +51,12 @@ double LagOf(const std::function<Vector3d(double)>& motion,
   }
   LagLearner learner;
   learner.Add(samples);
-  return learner.Lag();
+  return learner.Fit();
+}
+
+double LagOf(const std::function<Vector3d(double)>& motion,
+             const ErrorCorrelation& correlation, int frames = kLagFrames) {
+  return RatiosOf(motion, correlation, frames).lag;
 }
 
 // Driven by white noise on its derivative of that order, whose power crosses
@@ -102,7 +108,23 @@ TEST(MotionLagTest, WhiteAccelerationShowsWhatLiesBelowTheCrossover) {
 TEST(MotionLagTest, OfLittleThePriorStays) {
   const auto still = [](double) { return Vector3d::Zero(); };
   EXPECT_GT(LagOf(still, {0.0, 0.1}, 30), 0.7);
-  EXPECT_EQ(LagLearner().Lag(), 1.0);
+  EXPECT_EQ(LagLearner().Fit().lag, 1.0);
+  EXPECT_EQ(LagLearner().Fit().noise, 1.0);
+}
+
+// Points that are a fifth less off than their covariances say are no lag that
+// is missing.
+TEST(MotionLagTest, SmallErrorsAreNoLagThatIsMissing) {
+  for (const double off : {0.8, 1.0}) {
+    for (const ErrorCorrelation correlation :
+         {ErrorCorrelation{0.0, 0.1}, ErrorCorrelation{0.9, 0.1}}) {
+      const LagLearner::Ratios ratios =
+          RatiosOf(Driven(3), correlation, kLagFrames, off);
+      // Of lasting errors little is left above the crossover.
+      EXPECT_NEAR(ratios.noise, off * off, 0.15 * off * off);
+      EXPECT_NEAR(ratios.lag, LagOf(Driven(3), correlation), kTolerance);
+    }
+  }
 }
 
 }  // namespace
