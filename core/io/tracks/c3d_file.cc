@@ -145,6 +145,12 @@ std::optional<double> C3dValues::Number(const std::string& name,
   throw InputError(name + ": expected a number");
 }
 
+size_t C3dValues::RowLength(const std::string& name) const {
+  const auto found = places_.find(name);
+  if (found == places_.end() || found->second.shape.empty()) return 0;
+  return found->second.shape.front();
+}
+
 std::vector<std::string> C3dValues::Texts(const std::string& name) const {
   std::vector<std::string> texts;
   for (int part = 1;; ++part) {

@@ -80,6 +80,8 @@ class C3dValues {
   // The value at `index`, nullopt when it is not there. Throws InputError for a
   // text.
   std::optional<double> Number(const std::string& name, size_t index = 0) const;
+  // Values of one row, the fastest dimension; 0 when it is not there.
+  size_t RowLength(const std::string& name) const;
   // With those of NAME2, NAME3, ..., without spaces behind; none where it has
   // numbers. Bytes that are no UTF-8 are taken as Latin-1.
   std::vector<std::string> Texts(const std::string& name) const;

@@ -1,7 +1,5 @@
 #include "core/io/tracks/force_plates.h"
 
-#include <algorithm>
-
 #include "core/base/error.h"
 #include "core/io/text/bulk_json.h"
 #include "core/io/tracks/c3d_file.h"
@@ -96,11 +94,12 @@ std::vector<ForcePlate> ReadForcePlates(const std::string& path) {
     const double used =
         NumberOr(file.values(), std::string(kGroup) + "USED", 0, 0.0);
     std::vector<std::vector<double>> weights;
-    size_t row_length = 6;  // of CHANNEL: as long as the longest plate's
     for (size_t plate = 0; static_cast<double>(plate) < used; ++plate) {
       weights.push_back(LoadWeights(file.values(), plate));
-      row_length = std::max(row_length, weights.back().size());
     }
+    // As long as the longest plate's, of this file or of what wrote it.
+    const size_t row_length =
+        file.values().RowLength(std::string(kGroup) + "CHANNEL");
     std::vector<ForcePlate> plates;
     for (size_t plate = 0; plate < weights.size(); ++plate) {
       if (weights[plate].empty()) continue;

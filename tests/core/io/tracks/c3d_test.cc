@@ -17,6 +17,8 @@
 
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
+#include "core/io/tracks/force_plates.h"
+#include "core/io/tracks/force_plates.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/person_names.h"
 #include "core/io/tracks/segments.h"
@@ -49,10 +51,19 @@ class C3dMaker {
     return *this;
   }
   C3dMaker& Analog(int samples) { return Set(&analog_, samples); }
+  // Of each channel in a frame.
+  C3dMaker& Samples(int count) { return Set(&samples_, count); }
   C3dMaker& Rate(double hz) { return Set(&rate_hz_, hz); }
   C3dMaker& Scale(double scale) { return Set(&scale_, scale); }
   C3dMaker& Words(const std::string& name, const std::vector<int>& values) {
     std::string content = Sides(2, values.size());
+    for (const int value : values) content += Word(value);
+    return Add(name, content);
+  }
+  C3dMaker& Rows(const std::string& name, int length,
+                 const std::vector<int>& values) {
+    std::string content = {'\x02', '\x02', static_cast<char>(length),
+                           static_cast<char>(values.size() / length)};
     for (const int value : values) content += Word(value);
     return Add(name, content);
   }
@@ -104,7 +115,7 @@ class C3dMaker {
   std::string Make() const {
     std::string text = {'\x02', '\x50'};
     text += Word(points_) + Word(analog_) + Word(first_) + Word(last_);
-    text += Word(0) + Float(scale_) + Word(kDataBlock) + Word(0);
+    text += Word(0) + Float(scale_) + Word(kDataBlock) + Word(samples_);
     text += Float(rate_hz_);
     text.resize(512, '\0');
     text += {'\x01', '\x50', '\x02', static_cast<char>(order_)};
@@ -164,6 +175,7 @@ class C3dMaker {
   const bool is_float_;
   int points_ = 0;
   int analog_ = 0;
+  int samples_ = 0;
   int first_ = 1;
   int last_ = 0;
   double scale_;
@@ -640,6 +652,30 @@ TEST_F(TracksC3d, SegmentsHavePosesAndTheirOriginsAreJoints) {
       EXPECT_LT((pose.translation() - Vector3d(0.1, -0.5, 0.2)).norm(), 1e-12);
       EXPECT_FALSE(segments.frames[1].world_from_segment[1].has_value());
     }
+  }
+}
+
+// Channel c holds c newtons. Rows of channels are as long as a plate of eight
+// needs, whatever plates there are.
+TEST_F(TracksC3d, ForcePlatesOfEveryType) {
+  const std::vector<std::pair<int, std::pair<double, double>>> loads = {
+      {1, {3.0, 11.0}}, {2, {3.0, 11.0}}, {3, {26.0, 58.0}}, {4, {3.0, 11.0}}};
+  std::vector<int> channels;
+  for (int c = 1; c <= 16; ++c) channels.push_back(c);
+  for (const auto& [type, load_n] : loads) {
+    C3dMaker maker;
+    maker.Header(1, 1, 2).Analog(16).Samples(1).Labels({"nose"});
+    maker.Words("FORCE_PLATFORM:USED", {2})
+        .Words("FORCE_PLATFORM:TYPE", {type, type})
+        .Rows("FORCE_PLATFORM:CHANNEL", 8, channels);
+    for (int frame = 0; frame < 2; ++frame) {
+      maker.Point(10.0, 20.0, 30.0);
+      for (const int c : channels) maker.Value(c);
+    }
+    const auto plates = ReadForcePlates(Put(maker.Make()));
+    ASSERT_EQ(plates.size(), 2u) << type;
+    EXPECT_EQ(plates[0].load_n, std::vector<double>(2, load_n.first)) << type;
+    EXPECT_EQ(plates[1].load_n, std::vector<double>(2, load_n.second)) << type;
   }
 }
 
