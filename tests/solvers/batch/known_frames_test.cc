@@ -111,9 +111,9 @@ TEST_F(KnownFramesTest, WhatIsNearAChangedMatchIsSolvedAnew) {
   EXPECT_GT(second.counts.solves, 0);
   EXPECT_LT(second.counts.sweep_iterations, alone.counts.sweep_iterations);
   // One of 2000 views more or less: noise and bones that were learnt without
-  // it move a joint by next to nothing, the detector's error is 15 mm.
+  // it move a joint by less than a hundredth of the detector's error, 15 mm.
   for (size_t k = 0; k < kFrames; ++k) {
-    EXPECT_LT(Apart(alone.finals, second.finals, k), 1e-4) << k;
+    EXPECT_LT(Apart(alone.finals, second.finals, k), 1.5e-4) << k;
   }
   // And not as before, where the view is missing.
   EXPECT_GT(Apart(Pass(recording_.frames, nullptr).finals, second.finals, 200),
@@ -142,9 +142,9 @@ TEST_F(KnownFramesTest, AFrameBeyondTheEndIsSolvedWithItsNeighbours) {
   const Run alone = Pass(recording_.frames, nullptr);
   ASSERT_EQ(second.finals.size(), kFrames);
   EXPECT_LT(second.counts.sweep_iterations, alone.counts.sweep_iterations);
-  // Five matches more, each of which moves a joint by less than 1e-4 (above).
+  // Five matches more, each of which moves a joint by less than 1.5e-4 (above).
   for (size_t k = 0; k < kFrames; ++k) {
-    EXPECT_LT(Apart(alone.finals, second.finals, k), 5e-4) << k;
+    EXPECT_LT(Apart(alone.finals, second.finals, k), 7.5e-4) << k;
   }
 }
 
