@@ -32,7 +32,6 @@
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/identity_edits.h"
 #include "core/skeleton/body_joints.h"
-#include "solvers/scene/camera_check.h"
 #include "solvers/session/ready_recording.h"
 #include "solvers/session/recording_report.h"
 #include "solvers/session/refine_recording.h"
@@ -238,8 +237,7 @@ Recording ReadRecording() {
 
 // Tracks all frames, writes them to `output` and reports on them.
 RecordingReport TrackFrames(const Recording& recording, DetectionSource* source,
-                            Session* session, CameraCheck* check,
-                            TrackOutput* output) {
+                            Session* session, TrackOutput* output) {
   // What waits for the end of the recording is read once more for the report,
   // instead of being kept.
   const bool again =
@@ -258,19 +256,13 @@ RecordingReport TrackFrames(const Recording& recording, DetectionSource* source,
       recording.ready.record.has_value()
           ? UncertaintyOf(*recording.ready.record, session->scene(), skeleton)
           : nullptr;
-  session->set_frame_listener([&](const DetectionFrame& frame) {
-    if (!IsLive()) check->SeeDetections(frame);  // it remembers the recording
-    used.Feed(frame);
-  });
+  session->set_frame_listener(
+      [&](const DetectionFrame& frame) { used.Feed(frame); });
   const int64_t frame_count = std::max<int64_t>(0, source->frame_count());
   Progress progress("tracking", frame_count * PassCount(recording.options));
   session->set_progress(
       [&](int64_t frames_read) { progress.Set(frames_read); });
   TrackAll(source, session, [&](TrackFrame&& frame) {
-    if (!IsLive()) {
-      check->set_metre(session->scale().metres());
-      check->SeeTracks(frame);
-    }
     if (const DetectionFrame* seen = used.At(frame.frame)) {
       reporter.See(*seen, frame);
       if (uncertainty != nullptr) uncertainty->AddTo(*seen, &frame);
@@ -418,11 +410,8 @@ void RunTrack() {
       recording.options.output.observations,
       NamesAfter(recording.request.corrections), MarkersFlag(FLAGS_markers),
       session.scene().model.cameras, AxesFlag());
-  CameraCheck check(session.scene().model.cameras, source->header().skeleton,
-                    session.scene().model.skeleton);
   RecordingReport report =
-      TrackFrames(recording, source.get(), &session, &check, output.get());
-  if (!IsLive()) AddCameraWarnings(check.Warnings(), &report);
+      TrackFrames(recording, source.get(), &session, output.get());
   AddBadFrames(source->bad_frames(), &report);
   NameInputs(
       Flag("cameras", FLAGS_cameras) + Flag("detections", FLAGS_detections),

@@ -1,6 +1,7 @@
 #include "solvers/scene/bundle.h"
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 
 #include <algorithm>
 #include <cmath>
@@ -61,27 +62,10 @@ class SegmentFactor final
 };
 
 // r = x / sigma, element by element; an infinite sigma leaves an element out.
-template <int kSize>
-class ZeroPrior final : public ceres::SizedCostFunction<kSize, kSize> {
- public:
-  explicit ZeroPrior(const Eigen::Matrix<double, kSize, 1>& inverse_sigma)
-      : inverse_sigma_(inverse_sigma) {}
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    using Vector = Eigen::Matrix<double, kSize, 1>;
-    Eigen::Map<Vector> r(residuals);
-    r = inverse_sigma_.cwiseProduct(Eigen::Map<const Vector>(parameters[0]));
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>> J(
-          jacobians[0]);
-      J = inverse_sigma_.asDiagonal();
-    }
-    return true;
-  }
-
- private:
-  Eigen::Matrix<double, kSize, 1> inverse_sigma_;
-};
+ceres::CostFunction* ZeroPrior(const Eigen::VectorXd& inverse_sigma) {
+  return new ceres::NormalPrior(inverse_sigma.asDiagonal(),
+                                Eigen::VectorXd::Zero(inverse_sigma.size()));
+}
 
 // Rows of the gauge, as a matrix on all changes below each other: mean rotation
 // and mean translation (in the world) are zero, and the mean distance of the
@@ -157,13 +141,6 @@ CameraChange InverseSigmas(const BundleOptions& options) {
   return inverse;
 }
 
-SegmentState StateInverseSigmas(const SegmentOptions& options) {
-  SegmentState inverse = SegmentState::Zero();
-  inverse.segment<3>(3).setConstant(1.0 / options.velocity_sigma_mps);
-  inverse.segment<3>(6).setConstant(1.0 / options.acceleration_sigma_mps2);
-  return inverse;
-}
-
 // Places of the changes that are estimated: one list a view.
 std::vector<std::vector<int>> FreePlaces(size_t views,
                                          const FreeParameters& free,
@@ -218,7 +195,8 @@ class BundleProblem {
 
  private:
   void AddSegments(const BundleOptions& options) {
-    const SegmentState state_sigmas = StateInverseSigmas(options.segments);
+    const SegmentState state_sigmas =
+        PriorInformation(options.segments).cwiseSqrt();
     for (size_t s = 0; s < segments_.segments.size(); ++s) {
       const MotionSegment& segment = segments_.segments[s];
       states_[s] = segment.state;
@@ -240,8 +218,8 @@ class BundleProblem {
         added = true;
       }
       if (!added) continue;
-      problem_.AddResidualBlock(new ZeroPrior<kSegmentSize>(state_sigmas),
-                                nullptr, states_[s].data());
+      problem_.AddResidualBlock(ZeroPrior(state_sigmas), nullptr,
+                                states_[s].data());
       ordering_->AddElementToGroup(states_[s].data(), 0);
       if (options.hold_velocities) {
         problem_.SetManifold(
@@ -263,16 +241,13 @@ class BundleProblem {
       }
       std::vector<int> constant;
       for (int i = 0; i < kChangeSize; ++i) {
-        if (std::find(places[v].begin(), places[v].end(), i) ==
-            places[v].end()) {
+        if (std::count(places[v].begin(), places[v].end(), i) == 0) {
           constant.push_back(i);
         }
       }
-      if (!constant.empty()) {
-        problem_.SetManifold(changes_[v].data(),
-                             new ceres::SubsetManifold(kChangeSize, constant));
-      }
-      problem_.AddResidualBlock(new ZeroPrior<kChangeSize>(inverse), nullptr,
+      problem_.SetManifold(changes_[v].data(),
+                           new ceres::SubsetManifold(kChangeSize, constant));
+      problem_.AddResidualBlock(ZeroPrior(inverse), nullptr,
                                 changes_[v].data());
     }
   }
@@ -287,6 +262,19 @@ class BundleProblem {
 };
 
 }  // namespace
+
+double BundleResult::Sigma(size_t view, int place) const {
+  Eigen::Index at = 0;
+  for (size_t v = 0; v <= view; ++v) {
+    for (const int one : places[v]) {
+      if (v == view && one == place) {
+        return std::sqrt(std::max(0.0, covariance(at, at)));
+      }
+      ++at;
+    }
+  }
+  return 0.0;
+}
 
 BundleResult AdjustBundle(const CameraRig& cameras,
                           const SceneSegments& segments,
@@ -311,9 +299,8 @@ BundleResult AdjustBundle(const CameraRig& cameras,
   if (holds_gauge) problem.AddGauge(gauge);
   problem.Solve(options.max_iterations, &result);
   if (!result.usable || !options.wants_covariance) return result;
-  const SegmentState state_information =
-      StateInverseSigmas(options.segments).cwiseAbs2();
-  ReducedSystem reduced(cameras, segments, places, state_information);
+  ReducedSystem reduced(cameras, segments, places,
+                        PriorInformation(options.segments));
   reduced.SetLastingOffsets(options.common_offset_m, options.person_offset_m);
   for (size_t s = 0; s < segments.segments.size(); ++s) {
     reduced.Add(segments.segments[s], problem.states()[s], result.changes);

@@ -53,6 +53,9 @@ struct BundleResult {
   // Largest correlation of a clock's parameter with a camera's, by the inverse
   // of the information; 0 without both.
   double largest_correlation = 0.0;
+
+  // Standard deviation of a view's parameter; 0 where it was not estimated.
+  double Sigma(size_t view, int place) const;
 };
 
 // Estimates the free parameters of every view whose entry in `moves` is true

@@ -2,50 +2,51 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
+#include <map>
 #include <optional>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/geometry/triangulation.h"
+#include "core/base/weighted_quantile.h"
+#include "core/evaluation/statistics.h"
 #include "solvers/scene/confidence_scale.h"
 #include "solvers/scene/plausible.h"
+#include "solvers/scene/segments.h"
 
 namespace kinegraph {
 namespace {
-
-// Farther than this from every detection a person was not seen: half a metre
-// at their depth.
-constexpr double kGateM = 0.5;
-constexpr int kMinPersonJoints = 6;
 
 // What is worth a warning. A detector's own bias, averaged over joints and
 // directions, stays within a centimetre or so in each of the views that
 // take part.
 constexpr double kLeastM = 0.03;
 constexpr int64_t kEnoughPeople = 15;
-constexpr size_t kEnoughSamples = 300;  // joints
+constexpr size_t kEnoughInMotion = 60;  // stretches
+constexpr double kCertainSigmas = 4.0;
 constexpr double kOfTheLargest = 0.6;
 
-// Mean distance [px] of the joints that both have; infinite with too few.
+// Mean distance [px] of the joints that both have, by their confidences;
+// infinite with too few.
 double Distance(const std::vector<std::optional<Eigen::Vector2d>>& projected,
                 const Detection& detection) {
+  constexpr int kMinPersonJoints = 6;
   double sum = 0.0;
+  double weight = 0.0;
   int count = 0;
   for (size_t j = 0; j < projected.size(); ++j) {
     const Keypoint& point = detection.joints[j];
-    if (!projected[j].has_value() || !point.found ||
-        point.confidence < kMinJointConfidence) {
-      continue;
-    }
-    sum += (point.px - *projected[j]).norm();
+    if (!projected[j].has_value() || !point.found) continue;
+    sum += point.confidence * (point.px - *projected[j]).norm();
+    weight += point.confidence;
     ++count;
   }
-  return count >= kMinPersonJoints ? sum / count
-                                   : std::numeric_limits<double>::infinity();
+  return count >= kMinPersonJoints && weight > 0.0
+             ? sum / weight
+             : std::numeric_limits<double>::infinity();
 }
 
 bool InImage(const Camera& camera, const Eigen::Vector2d& px) {
@@ -54,176 +55,114 @@ bool InImage(const Camera& camera, const Eigen::Vector2d& px) {
          px.y() <= camera.height_px();
 }
 
-// Velocities are taken over this time before and after: positions that are
-// triangulated frame by frame are too rough for less.
-constexpr TimeNs kSpan = 100'000'000;
-// At less than half of it the velocity is not known.
-constexpr double kLeastSpanS = 0.1;
-// Over more it is no velocity.
-constexpr double kMostSpanS = 0.5;
-// What moves more slowly tells the detector's bias rather than the time.
-constexpr double kLeastSpeedMps = 0.3;
-
-// Where a sample's joint is in another frame.
-std::optional<Eigen::Vector3d> PositionIn(const ClockCheck::Moment& moment,
-                                          const ClockCheck::Sample& sample) {
-  for (const auto& [id, joints] : moment.people) {
-    if (id != sample.person) continue;
-    if (!joints[sample.joint].present()) return std::nullopt;
-    return joints[sample.joint].position_m;
+// What the views alone put a stretch where they show it; nullopt where they are
+// fewer than two, or where all look from one side, so that depth is a guess.
+std::optional<SegmentState> StateBy(const CameraRig& cameras,
+                                    const SceneSegments& segments,
+                                    const MotionSegment& segment) {
+  constexpr double kMinAngleRad = 0.2;
+  std::vector<Eigen::Vector3d> rays;
+  for (const SegmentMeasurement& one : segment.measurements) {
+    rays.push_back((PositionOf(segment) -
+                    cameras[static_cast<size_t>(one.view_idx)].centre())
+                       .normalized());
   }
-  return std::nullopt;
-}
-
-}  // namespace
-
-ClockCheck::ClockCheck(CameraRig cameras)
-    : cameras_(std::move(cameras)), late_(cameras_.size()) {}
-
-void ClockCheck::SeeTracks(const TrackFrame& frame) {
-  Moment& moment = recent_.emplace_back();
-  moment.time = frame.time;
-  for (const PersonPose& person : frame.people) {
-    moment.people.emplace_back(person.id, person.joints);
-  }
-  while (!waiting_.empty() && waiting_.front().time + kSpan <= frame.time) {
-    Weigh(waiting_.front());
-    waiting_.pop_front();
-  }
-  const TimeNs needed =
-      (waiting_.empty() ? frame.time : waiting_.front().time) - kSpan;
-  while (recent_.size() > 1 && recent_[1].time <= needed) recent_.pop_front();
-}
-
-const ClockCheck::Moment& ClockCheck::NearestTo(TimeNs time) const {
-  return *std::min_element(
-      recent_.begin(), recent_.end(), [&](const Moment& a, const Moment& b) {
-        return std::abs(a.time - time) < std::abs(b.time - time);
+  const bool apart =
+      std::any_of(rays.begin(), rays.end(), [&](const Eigen::Vector3d& ray) {
+        return ray.cross(rays.front()).norm() > std::sin(kMinAngleRad);
       });
-}
-
-void ClockCheck::Weigh(const Sample& sample) {
-  const Moment& before = NearestTo(sample.time - kSpan);
-  const Moment& after = NearestTo(sample.time + kSpan);
-  const double span_s = ToSeconds(after.time - before.time);
-  if (span_s < kLeastSpanS || span_s > kMostSpanS) return;
-  const auto from = PositionIn(before, sample);
-  const auto to = PositionIn(after, sample);
-  if (!from.has_value() || !to.has_value()) return;
-  const Camera& camera = cameras_[sample.view];
-  const auto from_px = camera.Project(*from);
-  const auto to_px = camera.Project(*to);
-  if (!from_px.has_value() || !to_px.has_value()) return;
-  const Eigen::Vector2d px_per_s = (*to_px - *from_px) / span_s;
-  const double m_per_px = camera.Depth(*to) / camera.focal_px();
-  const double speed_mps = px_per_s.norm() * m_per_px;
-  if (speed_mps < kLeastSpeedMps) return;
-  const double late_s =
-      sample.residual_px.dot(px_per_s) / px_per_s.squaredNorm();
-  const double squared_speed = sample.weight * speed_mps * speed_mps;
-  Lateness& lateness = late_[sample.view];
-  lateness.late_s.emplace_back(late_s - sample.told_late_s, squared_speed);
-  lateness.weight += sample.weight;
-  lateness.squared_speed += squared_speed;
-}
-
-std::vector<ClockCheck::View> ClockCheck::Views() const {
-  std::vector<View> views;
-  for (const Lateness& lateness : late_) {
-    View& view = views.emplace_back();
-    view.samples = lateness.late_s.size();
-    if (view.samples == 0) continue;
-    view.late_s = WeightedMedian(lateness.late_s);
-    view.error_m = std::abs(view.late_s) *
-                   std::sqrt(lateness.squared_speed / lateness.weight);
+  SegmentState state = segment.state;
+  if (!apart ||
+      !SolveSegment(
+          cameras,
+          std::vector<CameraChange>(cameras.size(), CameraChange::Zero()),
+          segment, segments.noise_scale, SegmentOptions(), &state)) {
+    return std::nullopt;
   }
-  return views;
+  return state;
 }
 
-CameraCheck::CameraCheck(CameraRig cameras, const Skeleton& detections,
-                         const Skeleton& tracks)
-    : cameras_(std::move(cameras)),
-      track_joint_(MapByName(tracks, detections)),
-      clocks_(cameras_),
-      views_(cameras_.size()) {}
+// What one view sees, less where the others put it, stretch by stretch.
+struct Residuals {
+  int64_t tried = 0;  // stretches that were to be placed
+  std::vector<double> x_px;
+  std::vector<double> y_px;
+  double px_per_m = 0.0;  // sum
+  // Velocities in the image, and squared ones in the room [m^2/s^2].
+  std::vector<Eigen::Vector2d> px_per_s;
+  std::vector<double> squared_mps;
 
-void CameraCheck::set_metre(double metre) {
-  if (metre == metre_) return;
-  for (Camera& camera : cameras_) {
-    CameraParameters parameters = camera.parameters();
-    parameters.t *= metre_ / metre;
-    camera = Camera(std::move(parameters));
-  }
-  clocks_ = ClockCheck(cameras_);
-  metre_ = metre;
-}
-
-void CameraCheck::SeeDetections(const DetectionFrame& frame) {
-  if (frames_fed_++ % stride_ != 0) return;
-  if (confidences_.size() < kConfidences) {
-    CollectConfidences(frame, &confidences_);
-    confidence_scale_ = ConfidenceScale(confidences_);
-  }
-  KeptFrame& kept = waiting_[frame.frame];
-  kept = {frame, static_cast<double>(stride_)};
-  ScaleConfidences(confidence_scale_, &kept.frame);
-  if (++frames_kept_ % kFramesAStride == 0) stride_ *= 2;
-}
-
-void CameraCheck::SeeTracks(const TrackFrame& in_world) {
-  TrackFrame scaled;
-  if (metre_ != 1.0) {
-    scaled = in_world;
-    for (PersonPose& person : scaled.people) {
-      for (Joint3d& joint : person.joints) joint.position_m /= metre_;
+  // `state` by the others. The velocity is that of all views: the mean of the
+  // view's own errors over the stretch does not touch it.
+  void Add(const Camera& camera, const MotionSegment& segment,
+           const SegmentState& state,
+           const std::vector<SegmentMeasurement>& own, double factor) {
+    Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();
+    for (const SegmentMeasurement& one : own) {
+      const auto r = SegmentResidual(camera, CameraChange::Zero(), segment,
+                                     state, one, 1.0, nullptr, nullptr);
+      if (!r.has_value()) return;
+      residual_px -= factor * one.sigma_px * *r;
     }
+    residual_px /= static_cast<double>(own.size());
+    Matrix23d by_point;
+    if (!ProjectChanged(camera, CameraChange::Zero(), state.head<3>(),
+                        &by_point, nullptr)) {
+      return;
+    }
+    x_px.push_back(residual_px.x());
+    y_px.push_back(residual_px.y());
+    const double scale = camera.focal_px() / camera.Depth(state.head<3>());
+    px_per_m += scale;
+    px_per_s.push_back(by_point * segment.state.segment<3>(3));
+    squared_mps.push_back(px_per_s.back().squaredNorm() / (scale * scale));
   }
-  const TrackFrame& frame = metre_ == 1.0 ? in_world : scaled;
-  // What was fed before this frame and never written is not waited for.
-  const auto at = waiting_.find(frame.frame);
-  waiting_.erase(waiting_.begin(), waiting_.lower_bound(frame.frame));
-  if (at != waiting_.end()) {
-    for (const PersonPose& person : frame.people) Compare(at->second, person);
-    waiting_.erase(at);
-  }
-  clocks_.SeeTracks(frame);
-}
 
-void CameraCheck::Compare(const KeptFrame& kept, const PersonPose& person) {
-  const auto middle = MeanPosition(person.joints);
-  if (!middle.has_value()) return;
-  std::vector<const Detection*> seen(cameras_.size(), nullptr);
-  std::vector<char> shown(cameras_.size(), 0);
-  for (size_t v = 0; v < cameras_.size(); ++v) {
-    const auto middle_px = cameras_[v].Project(*middle);
-    if (!middle_px.has_value() || !InImage(cameras_[v], *middle_px)) continue;
-    shown[v] = 1;
-    seen[v] = NearestTo(kept.frame.views[v], cameras_[v], person);
+  // How much later than told the view's pictures are, beside what it is off for
+  // good: whoever walks one way takes that along.
+  void Describe(CameraCheck::View* view) const {
+    // What moves more slowly tells the detector's bias rather than the time.
+    constexpr double kLeastSpeedMps = 0.3;
+    view->x_px = Quantile(x_px, 0.5);
+    view->y_px = Quantile(y_px, 0.5);
+    view->px_per_m = px_per_m / static_cast<double>(x_px.size());
+    std::vector<WeightedValue> late_s;  // by squared speed
+    double sum = 0.0;
+    double squares = 0.0;
+    for (size_t i = 0; i < x_px.size(); ++i) {
+      if (squared_mps[i] < kLeastSpeedMps * kLeastSpeedMps) continue;
+      const Eigen::Vector2d left_px(x_px[i] - view->x_px, y_px[i] - view->y_px);
+      late_s.emplace_back(left_px.dot(px_per_s[i]) / px_per_s[i].squaredNorm(),
+                          squared_mps[i]);
+      sum += squared_mps[i];
+      squares += squared_mps[i] * squared_mps[i];
+    }
+    view->in_motion = late_s.size();
+    if (late_s.empty()) return;
+    view->late_s = WeightedMedian(late_s);
+    view->late_m = std::abs(view->late_s) *
+                   std::sqrt(sum / static_cast<double>(view->in_motion));
+    // Of a median of normal values, by their median distance from it; as many
+    // of them as the weights leave.
+    for (WeightedValue& one : late_s) {
+      one.first = std::abs(one.first - view->late_s);
+    }
+    view->late_sigma_s =
+        1.2533 * 1.4826 * WeightedMedian(late_s) * std::sqrt(squares) / sum;
   }
-  const auto others = [&](size_t v) {
-    int count = 0;
-    for (size_t u = 0; u < seen.size(); ++u) count += u != v && seen[u];
-    return count;
-  };
-  for (size_t v = 0; v < cameras_.size(); ++v) {
-    if (!shown[v] || others(v) < (is_pair() ? 1 : 2)) continue;
-    ++views_[v].people;
-    if (seen[v] == nullptr) continue;
-    ++views_[v].seen;
-    views_[v].px_per_m += cameras_[v].focal_px() / cameras_[v].Depth(*middle);
-    AddResiduals(kept, person, seen, v);
-  }
-}
+};
 
-// The detection of a view that lies nearest a person; null beyond the gate.
-const Detection* CameraCheck::NearestTo(const ViewDetections& view,
-                                        const Camera& camera,
-                                        const PersonPose& person) const {
-  std::vector<std::optional<Eigen::Vector2d>> projected(track_joint_.size());
+// The detection of a view that lies nearest a person; null where that is more
+// than half a metre at their depth: they were not seen.
+const Detection* NearestTo(const ViewDetections& view, const Camera& camera,
+                           const PersonPose& person,
+                           const std::vector<int>& track_joint) {
+  constexpr double kGateM = 0.5;
+  std::vector<std::optional<Eigen::Vector2d>> projected(track_joint.size());
   double depth_m = 0.0;
   for (size_t j = 0; j < projected.size(); ++j) {
-    if (track_joint_[j] < 0) continue;
-    const Joint3d& joint = person.joints[static_cast<size_t>(track_joint_[j])];
+    if (track_joint[j] < 0) continue;
+    const Joint3d& joint = person.joints[static_cast<size_t>(track_joint[j])];
     if (joint.status != JointStatus::kObserved) continue;
     projected[j] = camera.Project(joint.position_m);
     depth_m = std::max(depth_m, camera.Depth(joint.position_m));
@@ -240,80 +179,140 @@ const Detection* CameraCheck::NearestTo(const ViewDetections& view,
   return nearest;
 }
 
-// What view `v` sees, less where the other views alone put it: a camera that
-// takes part in a pose hides a part of its own error. One other view alone puts
-// nothing anywhere; of a pair both take part, and either hides half of what
-// they differ by, across each other's epipolar lines.
-void CameraCheck::AddResiduals(const KeptFrame& kept, const PersonPose& person,
-                               const std::vector<const Detection*>& seen,
-                               size_t v) {
-  // A few joints of many people say as much as all.
-  constexpr size_t kEvery = 3;
-  const auto counts = [](const Keypoint& point) {
-    return point.found && point.confidence >= kMinJointConfidence;
-  };
-  std::vector<PointMeasurement> measurements;
-  for (size_t j = v % kEvery; j < track_joint_.size(); j += kEvery) {
-    const Keypoint& own = seen[v]->joints[j];
-    if (track_joint_[j] < 0 || !counts(own)) continue;
-    measurements.clear();
-    double others_s = 0.0;  // after the view's own picture
-    for (size_t u = 0; u < seen.size(); ++u) {
-      if (u == v && !is_pair()) continue;
-      if (seen[u] == nullptr || !counts(seen[u]->joints[j])) continue;
-      const auto ideal = cameras_[u].Undistort(seen[u]->joints[j].px);
-      if (!ideal.has_value()) continue;
-      measurements.push_back({&cameras_[u], *ideal, 1.0});
-      others_s += ToSeconds(kept.frame.views[u].capture_time -
-                            kept.frame.views[v].capture_time);
-    }
-    if (measurements.size() < 2) continue;
-    ++views_[v].tried;
-    TriangulationOptions options;
-    options.min_angle_rad = 0.2;  // else depth is a guess
-    const TriangulationResult point =
-        TriangulateDlt({measurements.data(), measurements.size()}, options);
-    if (!point.ok()) continue;
-    const auto px = cameras_[v].Project(point.point_m);
-    if (!px.has_value()) continue;
-    const Eigen::Vector2d residual_px =
-        (is_pair() ? 2.0 : 1.0) * (own.px - *px);
-    views_[v].x_px.emplace_back(residual_px.x(), kept.weight);
-    views_[v].y_px.emplace_back(residual_px.y(), kept.weight);
-    if (is_pair()) continue;  // where people are when, two views do not tell
-    clocks_.Add({v, kept.frame.time, person.id,
-                 static_cast<size_t>(track_joint_[j]), residual_px, kept.weight,
-                 -others_s / static_cast<double>(measurements.size())});
+// What is near a person belongs to them, whatever the tracker took: a camera
+// that is off has few matches.
+FrozenFrame MatchesOf(const CameraRig& cameras, const DetectionFrame& frame,
+                      const PersonPose& person,
+                      const std::vector<int>& track_joint,
+                      std::vector<CameraCheck::View>* views) {
+  FrozenFrame matches;
+  matches.frame = frame.frame;
+  matches.time = frame.time;
+  const auto middle = MeanPosition(person.joints);
+  if (!middle.has_value()) return matches;
+  std::vector<char> shown(cameras.size(), 0);
+  std::vector<char> found(cameras.size(), 0);
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    const auto middle_px = cameras[v].Project(*middle);
+    if (!middle_px.has_value() || !InImage(cameras[v], *middle_px)) continue;
+    shown[v] = 1;
+    const Detection* nearest =
+        NearestTo(frame.views[v], cameras[v], person, track_joint);
+    if (nearest == nullptr) continue;
+    found[v] = 1;
+    matches.detections.push_back({static_cast<int>(v), nearest->index_in_file});
   }
+  const auto all = std::count(found.begin(), found.end(), 1);
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    if (!shown[v] || all - found[v] < (cameras.size() == 2 ? 1 : 2)) continue;
+    ++(*views)[v].people;
+    (*views)[v].seen += found[v];
+  }
+  return matches;
 }
 
-std::vector<CameraCheck::View> CameraCheck::Views() const {
-  const std::vector<ClockCheck::View> clocks = clocks_.Views();
-  std::vector<View> views;
-  for (const Residuals& residuals : views_) {
-    View& view = views.emplace_back();
-    view.clock = clocks[views.size() - 1];
-    view.people = residuals.people;
-    view.seen = residuals.seen;
-    // Views that stand together place nothing but what they see wrongly.
-    if (2 * static_cast<int64_t>(residuals.x_px.size()) < residuals.tried ||
-        residuals.x_px.empty()) {
-      continue;
+// A camera that takes part in a pose hides a part of its own error: each view
+// is compared with what the others alone say. One other view alone puts nothing
+// anywhere; of a pair both take part, and either hides half of what they differ
+// by, across each other's epipolar lines.
+Residuals ResidualsOf(const CameraRig& cameras, const SceneSegments& segments,
+                      size_t view) {
+  const bool is_pair = cameras.size() == 2;
+  Residuals residuals;
+  for (const MotionSegment& segment : segments.segments) {
+    MotionSegment others = segment;
+    std::vector<SegmentMeasurement> own;
+    others.measurements.clear();
+    for (const SegmentMeasurement& one : segment.measurements) {
+      const bool is_own = one.view_idx == static_cast<int>(view);
+      if (is_own) own.push_back(one);
+      if (!is_own || is_pair) others.measurements.push_back(one);
     }
-    view.median_x_px = WeightedMedian(residuals.x_px);
-    view.median_y_px = WeightedMedian(residuals.y_px);
-    view.px_per_m = residuals.px_per_m / static_cast<double>(residuals.seen);
+    if (own.empty()) continue;
+    ++residuals.tried;
+    const auto state = StateBy(cameras, segments, others);
+    if (!state.has_value()) continue;
+    residuals.Add(cameras[view], others, *state, own, is_pair ? 2.0 : 1.0);
+  }
+  return residuals;
+}
+
+bool IsCertain(const CameraCheck::View& view) {
+  return view.in_motion >= kEnoughInMotion &&
+         std::abs(view.late_s) > kCertainSigmas * view.late_sigma_s;
+}
+
+}  // namespace
+
+CameraCheck::CameraCheck(CameraRig cameras, const Skeleton& detections,
+                         const Skeleton& tracks)
+    : cameras_(std::move(cameras)),
+      track_joint_(MapByName(tracks, detections)) {
+  header_.skeleton = detections;
+  header_.view_names.resize(cameras_.size());
+}
+
+void CameraCheck::See(const DetectionFrame& seen, const TrackFrame& tracked) {
+  constexpr TimeNs kBurst = 240'000'000;  // a stretch, and what rounds
+  constexpr size_t kMostFrames = 600;
+  const TimeNs first = kept_.empty() ? seen.time : kept_.front().seen.time;
+  const int64_t burst = (seen.time - first) / kBurst;
+  if (burst % stride_ != 0) return;
+  kept_.push_back({burst, seen, tracked.people});
+  if (kept_.size() < kMostFrames) return;
+  stride_ *= 2;
+  kept_.erase(
+      std::remove_if(kept_.begin(), kept_.end(),
+                     [&](const Kept& one) { return one.burst % stride_ != 0; }),
+      kept_.end());
+}
+
+std::vector<CameraCheck::View> CameraCheck::Views(double metre) const {
+  CameraRig cameras;
+  for (const Camera& camera : cameras_) {
+    CameraParameters parameters = camera.parameters();
+    parameters.t /= metre;
+    cameras.emplace_back(std::move(parameters));
+  }
+  std::vector<View> views(cameras.size());
+  DetectionSequence seen;
+  seen.header = header_;
+  std::map<TrackId, FrozenPerson> people;
+  for (const Kept& kept : kept_) {
+    seen.frames.push_back(kept.seen);
+    for (PersonPose person : kept.people) {
+      for (Joint3d& joint : person.joints) joint.position_m /= metre;
+      people[person.id].frames.push_back(
+          MatchesOf(cameras, kept.seen, person, track_joint_, &views));
+    }
+  }
+  FrozenMatches matches;
+  for (auto& one : people) matches.people.push_back(std::move(one.second));
+  SegmentOptions options;
+  options.max_segments = 300;
+  const SceneSegments segments = MakeSegments(
+      cameras, WithUsualConfidences(std::move(seen)), matches, options);
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    const Residuals residuals = ResidualsOf(cameras, segments, v);
+    View& view = views[v];
+    // Views that stand together place nothing but what they see wrongly.
+    const auto count = static_cast<int64_t>(residuals.x_px.size());
+    if (2 * count < residuals.tried || count == 0) continue;
+    residuals.Describe(&view);
+    // Where people are when, two views do not tell.
+    if (cameras.size() == 2) view.in_motion = 0;
   }
   return views;
 }
 
-std::vector<CameraWarning> CameraCheck::Warnings() const {
+std::vector<CameraWarning> CameraCheck::Warnings(double metre) const {
   using Kind = CameraWarning::Kind;
   std::vector<CameraWarning> warnings;
-  const std::vector<View> views = Views();
+  const std::vector<View> views = Views(metre);
   double largest_s = 0.0;  // of the clocks
   for (const View& view : views) {
-    largest_s = std::max(largest_s, std::abs(view.clock.late_s));
+    if (!IsCertain(view)) continue;
+    largest_s = std::max(largest_s, std::abs(view.late_s));
   }
   for (size_t v = 0; v < views.size(); ++v) {
     const View& view = views[v];
@@ -327,7 +326,7 @@ std::vector<CameraWarning> CameraCheck::Warnings() const {
                        name, view.seen, view.people)});
       continue;
     }
-    const double shift_px = std::hypot(view.median_x_px, view.median_y_px);
+    const double shift_px = std::hypot(view.x_px, view.y_px);
     if (view.px_per_m > 0.0 && shift_px >= kLeastM * view.px_per_m) {
       warnings.push_back(
           {Kind::kElsewhere,
@@ -336,14 +335,13 @@ std::vector<CameraWarning> CameraCheck::Warnings() const {
                shift_px)});
     }
     // One clock that is off makes the others look so, to a smaller part.
-    const double late_s = view.clock.late_s;
-    if (view.clock.samples >= kEnoughSamples && view.clock.error_m >= kLeastM &&
-        std::abs(late_s) > kOfTheLargest * largest_s) {
+    if (IsCertain(view) && view.late_m >= kLeastM &&
+        std::abs(view.late_s) > kOfTheLargest * largest_s) {
       warnings.push_back(
           {Kind::kOffBeat,
            fmt::format("{} sees people about {:.0f} ms {} than the others",
-                       name, 1e3 * std::abs(late_s),
-                       late_s > 0.0 ? "later" : "earlier")});
+                       name, 1e3 * std::abs(view.late_s),
+                       view.late_s > 0.0 ? "later" : "earlier")});
     }
   }
   return warnings;

@@ -36,18 +36,16 @@ class LagTable {
  public:
   LagTable(const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
            const std::vector<int>& frames, int max_lag, int step)
-      : views_(cameras.size()), max_lag_(max_lag), scores_(views_ * views_) {
+      : views_(cameras.size()),
+        max_lag_(max_lag),
+        step_(step),
+        scores_(views_ * views_) {
+    std::vector<int> lags;
+    for (int lag = -max_lag; lag <= max_lag; lag += step) lags.push_back(lag);
     for (size_t a = 0; a < views_; ++a) {
       for (size_t b = a + 1; b < views_; ++b) {
-        PairOfViews pair(cameras[a], ideal[a], cameras[b], ideal[b]);
-        std::vector<double>& row = scores_[a * views_ + b];
-        row.assign(static_cast<size_t>(2 * max_lag_ + 1), 0.0);
-        for (int lag = -max_lag_; lag <= max_lag_; lag += step) {
-          const double score = pair.Agreement(frames, lag).score();
-          for (int i = lag; i < lag + step && i <= max_lag_; ++i) {
-            row[static_cast<size_t>(i + max_lag_)] = score;
-          }
-        }
+        scores_[a * views_ + b] = AgreementsOf(cameras[a], ideal[a], cameras[b],
+                                               ideal[b], frames, lags);
       }
     }
   }
@@ -55,7 +53,8 @@ class LagTable {
   double Of(size_t a, size_t b, int lag) const {
     if (a > b) return Of(b, a, -lag);
     if (std::abs(lag) > max_lag_) return 0.0;
-    return scores_[a * views_ + b][static_cast<size_t>(lag + max_lag_)];
+    const auto at = static_cast<size_t>((lag + max_lag_) / step_);
+    return scores_[a * views_ + b][at].score();
   }
 
   // With the other views at theirs; as it is where nothing is better.
@@ -91,7 +90,8 @@ class LagTable {
  private:
   size_t views_;
   int max_lag_;
-  std::vector<std::vector<double>> scores_;
+  int step_;
+  std::vector<std::vector<PairAgreement>> scores_;
 };
 
 // From up to eight views in turn as the star's middle: each other view's best

@@ -31,6 +31,25 @@ std::string Format(const char* format, double a, double b, double c) {
   return text.data();
 }
 
+Finding Found(const char* kind, const std::string& camera,
+              const AgreementGain& gain, const std::string& fix,
+              const std::string& what) {
+  return {kind,
+          camera,
+          gain.sureness(),
+          gain.before.mean_px(),
+          gain.after.mean_px(),
+          fix,
+          what + Format("; agreement %.2f instead of %.2f", gain.after.score(),
+                        gain.before.score())};
+}
+
+Answer Said(Finding finding) {
+  Answer answer;
+  answer.findings.push_back(std::move(finding));
+  return answer;
+}
+
 double Shared(double confidence, size_t count) {
   return std::min(0.95, confidence) / static_cast<double>(count);
 }
@@ -41,21 +60,12 @@ SetUp::SetUp(const DoctorInput& the_input, const DoctorOptions& the_options)
       cameras(input.cameras),
       detections(WithUsualConfidences(input.detections)) {}
 
-std::vector<ViewPeople> SetUp::Ideal(
-    const std::vector<ViewPeople>& people) const {
-  std::vector<ViewPeople> undistorted;
-  for (size_t v = 0; v < people.size(); ++v) {
-    undistorted.push_back(Undistorted(people[v], cameras[v]));
-  }
-  return undistorted;
-}
-
 void SetUp::Look() {
   // At each pair of views, or so: most in the search for readings.
   constexpr int kLooks = 30;
   raw = PeopleOfViews(detections, kMinJointConfidence);
   frames = FramesToLookAt(raw, options.frames_to_look_at, kLooks);
-  ideal = Ideal(raw);
+  ideal = Undistorted(raw, cameras);
   agreement = AgreementOfAll(cameras, ideal, frames);
 }
 
@@ -77,22 +87,27 @@ int SetUp::LongestLag() const {
 
 double SetUp::ScoreOf(const CameraRig& other_cameras,
                       const DetectionSequence& other_detections) const {
-  std::vector<ViewPeople> people =
-      PeopleOfViews(other_detections, kMinJointConfidence);
-  for (size_t v = 0; v < people.size(); ++v) {
-    people[v] = Undistorted(people[v], other_cameras[v]);
-  }
-  return AgreementOfAll(other_cameras, people, frames).score();
+  return AgreementOfAll(
+             other_cameras,
+             Undistorted(PeopleOfViews(other_detections, kMinJointConfidence),
+                         other_cameras),
+             frames)
+      .score();
 }
 
-double SetUp::ScoreWithOthers(size_t view) const {
+PairAgreement SetUp::WithOthers(size_t view) const {
+  return WithOthers(view, cameras[view], ideal[view], frames);
+}
+
+PairAgreement SetUp::WithOthers(size_t view, const Camera& camera,
+                                const ViewPeople& own,
+                                const std::vector<int>& in_frames) const {
   PairAgreement all;
   for (size_t v = 0; v < cameras.size(); ++v) {
     if (v == view) continue;
-    all.Add(
-        AgreementOf(cameras[v], ideal[v], cameras[view], ideal[view], frames));
+    all.Add(AgreementOf(cameras[v], ideal[v], camera, own, in_frames));
   }
-  return all.score();
+  return all;
 }
 
 namespace {

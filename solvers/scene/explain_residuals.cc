@@ -46,6 +46,13 @@ double SubjectSize(const SetUp& set_up) {
   return sizes_m.empty() ? 1.7 : Quantile(std::move(sizes_m), 0.5);
 }
 
+bool Sees(const MotionSegment& segment, size_t view) {
+  return std::any_of(segment.measurements.begin(), segment.measurements.end(),
+                     [&](const SegmentMeasurement& m) {
+                       return m.view_idx == static_cast<int>(view);
+                     });
+}
+
 class Explainer {
  public:
   explicit Explainer(const SetUp& set_up)
@@ -96,11 +103,10 @@ class Explainer {
       AddExplanation(explanations[e], alike);
     }
     const Explanation& taken = explanations.front();
-    (taken.model.kind == "clock" ? clocks_done_ : cameras_done_) = true;
+    (IsClock(taken.model) ? clocks_done_ : cameras_done_) = true;
     for (size_t v = 0; v < changes_.size(); ++v) {
       if (taken.moves[v]) changes_[v] = taken.fit.changes[v];
     }
-    before_ = FitError();
     return true;
   }
 
@@ -111,57 +117,25 @@ class Explainer {
   };
 
   std::vector<Model> Models() const {
-    const FreeParameters clock = ClockParametersOf(set_up_.segments.span_s);
-    FreeParameters shift;
-    shift.shift = true;
-    FreeParameters rotation;
-    rotation.rotation = true;
-    FreeParameters focal;
-    focal.focal = true;
-    FreeParameters lens;
-    lens.lens = true;
+    const auto with = [](bool FreeParameters::*parameter) {
+      FreeParameters free;
+      free.*parameter = true;
+      return free;
+    };
     std::vector<Model> models;
     // Fewer than three pictures a stretch tell no speed.
     const bool has_speeds =
         set_up_.segments.frame_s <= 0.5 * options_.segments.span_s;
-    if (!clocks_done_ && has_speeds && MoveEnough(set_up_.segments))
-      models.push_back({"clock", clock});
+    if (!clocks_done_ && has_speeds && MoveEnough(set_up_.segments)) {
+      models.push_back({"clock", ClockParametersOf(set_up_.segments.span_s)});
+    }
     if (!cameras_done_) {
-      models.push_back({"shift", shift});
-      models.push_back({"rotation", rotation});
-      models.push_back({"focal_length", focal});
-      models.push_back({"lens", lens});
+      models.push_back({"shift", with(&FreeParameters::shift)});
+      models.push_back({"rotation", with(&FreeParameters::rotation)});
+      models.push_back({"focal_length", with(&FreeParameters::focal)});
+      models.push_back({"lens", with(&FreeParameters::lens)});
     }
     return models;
-  }
-
-  // Root mean square distance [px] by which a change moves the points that the
-  // view sees, and the same of a length of 1 m at their depth.
-  void MeasureChange(size_t view, const CameraChange& change, double* moved_px,
-                     double* px_per_m) const {
-    double squares = 0.0;
-    double scale = 0.0;
-    double count = 0.0;
-    for (const MotionSegment& segment : set_up_.segments.segments) {
-      const Eigen::Vector3d point = PositionOf(segment);
-      const bool seen =
-          std::any_of(segment.measurements.begin(), segment.measurements.end(),
-                      [&](const SegmentMeasurement& m) {
-                        return m.view_idx == static_cast<int>(view);
-                      });
-      if (!seen) continue;
-      const auto before = ProjectChanged(
-          set_up_.cameras[view], CameraChange::Zero(), point, nullptr, nullptr);
-      const auto after = ProjectChanged(set_up_.cameras[view], change, point,
-                                        nullptr, nullptr);
-      if (!before.has_value() || !after.has_value()) continue;
-      squares += (*after - *before).squaredNorm();
-      scale +=
-          set_up_.cameras[view].focal_px() / set_up_.cameras[view].Depth(point);
-      count += 1.0;
-    }
-    *moved_px = count > 0.0 ? std::sqrt(squares / count) : 0.0;
-    *px_per_m = count > 0.0 ? scale / count : 0.0;
   }
 
   struct Explanation {
@@ -173,7 +147,7 @@ class Explainer {
     std::string doubt;
   };
 
-  bool IsClock(const Model& model) const { return model.kind == "clock"; }
+  static bool IsClock(const Model& model) { return model.kind == "clock"; }
 
   // A clock that is noise shows as one only at its end, far from the usual.
   BundleOptions OptionsOf(const Model& model) const {
@@ -198,64 +172,82 @@ class Explainer {
   std::optional<Explanation> FitModel(const Model& model) const {
     Explanation one;
     one.model = model;
-    one.moves.assign(set_up_.cameras.size(), 0);
     one.fit = Fit(model, {});
     if (!one.fit.usable) return std::nullopt;
-    const auto any = [&] {
-      return std::count(one.moves.begin(), one.moves.end(), 1) > 0;
-    };
-    if (IsClock(model)) {
-      MarkLate(one.fit, &one.moves);
-      if (!any()) return std::nullopt;
-      one.gain = Cross(Halving::kTime, model, {});
-      const bool holds = one.gain.all.certain() &&
-                         Cross(Halving::kJoints, model, {}).all.certain();
-      if (!holds) return std::nullopt;
-      // Of the views that are late some must gain: who walks one way takes a
-      // bias along.
-      constexpr double kLeastOfLate = 0.1;
-      for (size_t v = 0; v < one.moves.size(); ++v) {
-        if (one.moves[v] && one.gain.views[v].certain() &&
-            one.gain.views[v].explained() > kLeastOfLate) {
-          return one;
-        }
-      }
+    for (size_t v = 0; v < set_up_.cameras.size(); ++v) {
+      one.moves.push_back(set_up_.strangers.count(v) == 0);
+    }
+    return IsClock(model) ? Clock(std::move(one)) : Cameras(std::move(one));
+  }
+
+  // Leaves those of the views of which something holds; false: none.
+  template <typename Holds>
+  static bool Keep(std::vector<char>* views, const Holds& holds) {
+    for (size_t v = 0; v < views->size(); ++v) {
+      (*views)[v] = (*views)[v] && holds(v);
+    }
+    return std::count(views->begin(), views->end(), 1) > 0;
+  }
+
+  std::optional<Explanation> Clock(Explanation one) const {
+    if (!Keep(&one.moves, [&](size_t v) {
+          return IsLate(v, one.fit, kOffsetAt) || IsLate(v, one.fit, kDriftAt);
+        })) {
       return std::nullopt;
     }
-    for (size_t v = 0; v < one.moves.size(); ++v) {
-      one.moves[v] = set_up_.strangers.count(v) == 0 &&
-                     MovedM(v, one.fit) > kLeastBias * subject_m_;
-    }
-    if (!any()) return std::nullopt;
-    if (model.free.lens && BendAlike(one.fit)) {
-      one.gain = Cross(Halving::kTime, model, one.moves);
+    one.gain = Cross(Halving::kTime, one.model, {});
+    // Of the views that are late some must gain: who walks one way takes a bias
+    // along.
+    constexpr double kLeastOfLate = 0.1;
+    std::vector<char> gaining = one.moves;
+    const bool holds = one.gain.all.certain() &&
+                       Cross(Halving::kJoints, one.model, {}).all.certain() &&
+                       Keep(&gaining, [&](size_t v) {
+                         return one.gain.views[v].certain() &&
+                                one.gain.views[v].explained() > kLeastOfLate;
+                       });
+    if (!holds) return std::nullopt;
+    return one;
+  }
+
+  std::optional<Explanation> Cameras(Explanation one) const {
+    const auto moved = [&](size_t v) {
+      return MovedM(v, one.fit) > kLeastBias * subject_m_;
+    };
+    if (!Keep(&one.moves, moved)) return std::nullopt;
+    if (one.model.free.lens && BendAlike(one.fit)) {
+      one.gain = Cross(Halving::kTime, one.model, one.moves);
       const bool holds = one.gain.all.certain() &&
-                         Cross(OfBody(), model, one.moves).all.certain();
+                         Cross(OfBody(), one.model, one.moves).all.certain();
       if (holds) return one;
     }
     const bool all = std::count(one.moves.begin(), one.moves.end(), 0) == 0;
-    if (!all) one.fit = Fit(model, one.moves);  // else the same again
+    if (!all) one.fit = Fit(one.model, one.moves);  // else the same again
     if (!one.fit.usable) return std::nullopt;
-    const FitError after = MeasureFit(set_up_.cameras, set_up_.segments,
-                                      one.fit.changes, options_.segments);
-    for (size_t v = 0; v < one.moves.size(); ++v) {
-      // Other halves never show more than the fit's own.
-      one.moves[v] =
-          one.moves[v] && after.LastingM(v) < (1.0 - kWorthATry) * Before(v);
+    const auto fit_of = [&](const std::vector<CameraChange>& changes) {
+      return MeasureFit(set_up_.cameras, set_up_.segments, changes,
+                        options_.segments);
+    };
+    const FitError before = fit_of(changes_);
+    const FitError after = fit_of(one.fit.changes);
+    // Other halves never show more than the fit's own.
+    if (!Keep(&one.moves, [&](size_t v) {
+          return after.LastingM(v) < (1.0 - kWorthATry) * before.LastingM(v);
+        })) {
+      return std::nullopt;
     }
-    if (!any()) return std::nullopt;
     const std::vector<char> tried = one.moves;
-    one.gain = Cross(Halving::kTime, model, tried);
-    for (size_t v = 0; v < tried.size(); ++v) {
-      one.moves[v] = tried[v] && one.gain.views[v].is_enough() &&
-                     MovedM(v, one.fit) > kLeastBias * subject_m_;
+    one.gain = Cross(Halving::kTime, one.model, tried);
+    if (!Keep(&one.moves, [&](size_t v) {
+          return one.gain.views[v].is_enough() && moved(v);
+        })) {
+      return std::nullopt;
     }
-    if (!any()) return std::nullopt;
-    const CrossedGain joints = Cross(OfBody(), model, tried);
-    for (size_t v = 0; v < tried.size(); ++v) {
-      one.moves[v] = one.moves[v] && joints.views[v].certain();
+    const CrossedGain joints = Cross(OfBody(), one.model, tried);
+    if (!Keep(&one.moves,
+              [&](size_t v) { return joints.views[v].certain(); })) {
+      return std::nullopt;
     }
-    if (!any()) return std::nullopt;
     return BeatsBias(std::move(one), tried, joints);
   }
 
@@ -263,24 +255,15 @@ class Explainer {
   // biases of detectors are not: the spread is a quarter of the mean at most.
   bool BendAlike(const BundleResult& fit) const {
     constexpr double kAlike = 0.25;
-    double sum = 0.0;
-    double squares = 0.0;
-    for (size_t v = 0; v < changes_.size(); ++v) {
-      const double k1 = (fit.changes[v] - changes_[v])[kLensAt];
-      sum += k1;
-      squares += k1 * k1;
+    const auto count = static_cast<Eigen::Index>(changes_.size());
+    Eigen::ArrayXd k1(count);
+    for (Eigen::Index v = 0; v < count; ++v) {
+      const auto i = static_cast<size_t>(v);
+      k1[v] = fit.changes[i][kLensAt] - changes_[i][kLensAt];
     }
-    const auto count = static_cast<double>(changes_.size());
-    const double variance = (squares - sum * sum / count) / (count - 1.0);
-    return count >= 3.0 && count * std::sqrt(variance) < kAlike * std::abs(sum);
-  }
-
-  double Before(size_t view) const {
-    if (before_.segments.empty()) {
-      before_ = MeasureFit(set_up_.cameras, set_up_.segments, changes_,
-                           options_.segments);
-    }
-    return before_.LastingM(view);
+    const double variance =
+        (k1 - k1.mean()).square().sum() / static_cast<double>(count - 1);
+    return count >= 3 && std::sqrt(variance) < kAlike * std::abs(k1.mean());
   }
 
   Halving OfBody() const {
@@ -359,12 +342,7 @@ class Explainer {
     std::set<int> classes;
     std::map<int, int> people;
     for (const MotionSegment& segment : set_up_.segments.segments) {
-      const bool seen =
-          std::any_of(segment.measurements.begin(), segment.measurements.end(),
-                      [&](const SegmentMeasurement& m) {
-                        return m.view_idx == static_cast<int>(view);
-                      });
-      if (!seen) continue;
+      if (!Sees(segment, view)) continue;
       const auto joint = static_cast<size_t>(segment.joint);
       const JointClass of = set_up_.segments.classes[joint];
       classes.insert(of == JointClass::kOther ? 100 + segment.joint
@@ -376,14 +354,26 @@ class Explainer {
            std::min<double>(kMost, static_cast<double>(people.size()));
   }
 
-  // How far a fit's change moves what the view sees, at its depth [m].
+  // How far a fit's change moves what the view sees, at its depth [m]: root
+  // mean square.
   double MovedM(size_t view, const BundleResult& fit) const {
-    CameraChange change = fit.changes[view] - changes_[view];
-    change[kOffsetAt] = change[kDriftAt] = 0.0;
-    double moved_px = 0.0;
-    double px_per_m = 0.0;
-    MeasureChange(view, change, &moved_px, &px_per_m);
-    return px_per_m > 0.0 ? moved_px / px_per_m : 0.0;
+    const CameraChange change = fit.changes[view] - changes_[view];
+    const Camera& camera = set_up_.cameras[view];
+    double squares = 0.0;
+    double scale = 0.0;
+    double count = 0.0;
+    for (const MotionSegment& segment : set_up_.segments.segments) {
+      if (!Sees(segment, view)) continue;
+      const Eigen::Vector3d point = PositionOf(segment);
+      const auto before = camera.Project(point);
+      const auto after =
+          ProjectChanged(camera, change, point, nullptr, nullptr);
+      if (!before.has_value() || !after.has_value()) continue;
+      squares += (*after - *before).squaredNorm();
+      scale += camera.focal_px() / camera.Depth(point);
+      count += 1.0;
+    }
+    return count > 0.0 ? std::sqrt(squares / count) / (scale / count) : 0.0;
   }
 
   void AddExplanation(const Explanation& one, size_t alike) {
@@ -396,7 +386,7 @@ class Explainer {
       finding.confidence = finding.told ? Shared(0.95, alike) : kUntold;
       finding.before_px = one.gain.views[v].before_px;
       finding.after_px = one.gain.views[v].after_px;
-      if (one.model.kind != "clock") {
+      if (!IsClock(one.model)) {
         finding.kind = one.model.kind;
         finding.fix = kUseCorrected;
         finding.evidence = Words(one.model.kind, change);
@@ -411,23 +401,20 @@ class Explainer {
         continue;
       }
       finding.fix = "--set=cameras.refine_clock=true";
-      const double usual_s = UsualClock(one.fit.changes, kOffsetAt);
-      if (IsLate(v, one.fit, kOffsetAt)) {
-        finding.kind = "clock_offset";
-        finding.evidence = Format(
-            "its pictures were taken %+.1f ms from the time told, against the "
-            "usual of all views",
-            1e3 * (change[kOffsetAt] - usual_s));
-        findings_.push_back(finding);
-      }
-      if (one.model.free.drift && IsLate(v, one.fit, kDriftAt)) {
-        const double usual = UsualClock(one.fit.changes, kDriftAt);
-        finding.kind = "clock_drift";
-        finding.evidence = Format(
-            "it runs %+.0f ppm against the usual of all views, %+.0f "
-            "ms over the recording",
-            1e6 * (change[kDriftAt] - usual),
-            1e3 * (change[kDriftAt] - usual) * set_up_.segments.span_s);
+      for (const int place : {kOffsetAt, kDriftAt}) {
+        if (!IsLate(v, one.fit, place)) continue;
+        const double late = change[place] - UsualClock(one.fit.changes, place);
+        finding.kind = place == kOffsetAt ? "clock_offset" : "clock_drift";
+        finding.evidence =
+            place == kOffsetAt
+                ? Format(
+                      "its pictures were taken %+.1f ms from the time told, "
+                      "against the usual of all views",
+                      1e3 * late)
+                : Format(
+                      "it runs %+.0f ppm against the usual of all views, "
+                      "%+.0f ms over the recording",
+                      1e6 * late, 1e3 * late * set_up_.segments.span_s);
         findings_.push_back(finding);
       }
     }
@@ -437,13 +424,6 @@ class Explainer {
     return kinegraph::IsLate(fit, view, place,
                              1.0 / std::max(1.0, set_up_.input.frame_rate_hz),
                              set_up_.segments.span_s);
-  }
-
-  void MarkLate(const BundleResult& fit, std::vector<char>* moves) const {
-    for (size_t v = 0; v < set_up_.cameras.size(); ++v) {
-      if (set_up_.strangers.count(v) > 0) continue;
-      (*moves)[v] = IsLate(v, fit, kOffsetAt) || IsLate(v, fit, kDriftAt);
-    }
   }
 
   static std::string Words(const std::string& kind,
@@ -474,7 +454,6 @@ class Explainer {
   bool clocks_done_ = false;
   bool cameras_done_ = false;
   bool mentioned_ = false;
-  mutable FitError before_;  // of changes_; empty: not measured yet
 };
 
 }  // namespace

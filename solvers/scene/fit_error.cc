@@ -3,161 +3,165 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
 
 #include "core/evaluation/bootstrap.h"
 
 namespace kinegraph {
 namespace {
 
-// The place of each segment's bin of time among those that hold any, however
-// long the clock stands still in between.
-std::vector<size_t> SegmentBins(const SceneSegments& segments, size_t* count) {
-  double first = segments.segments.front().middle_s;
+// Bins of time that hold any stretch, however long the clock stands still in
+// between, each with its place.
+std::map<double, Eigen::Index> FilledBins(const SceneSegments& segments) {
+  std::map<double, Eigen::Index> bins;
   for (const MotionSegment& segment : segments.segments) {
-    first = std::min(first, segment.middle_s);
+    bins[std::floor(segment.middle_s / BinLength(segments))] = 0;
   }
-  const double bin_s = BinLength(segments);
-  std::vector<double> bins;
-  for (const MotionSegment& segment : segments.segments) {
-    bins.push_back(std::floor((segment.middle_s - first) / bin_s));
+  Eigen::Index place = 0;
+  for (auto& bin : bins) bin.second = place++;
+  return bins;
+}
+
+// What one stretch says, at its best state under the changes.
+void AddSegment(const CameraRig& cameras, const MotionSegment& segment,
+                const std::vector<CameraChange>& changes, double noise_scale,
+                const SegmentOptions& options, Eigen::Index bin,
+                FitError* error) {
+  constexpr double kCapPx = 30.0;
+  SegmentState state = segment.state;
+  const bool solved =
+      SolveSegment(cameras, changes, segment, noise_scale, options, &state);
+  // x, y, count
+  std::vector<Eigen::Vector3d> sums(cameras.size(), Eigen::Vector3d::Zero());
+  for (const SegmentMeasurement& one : segment.measurements) {
+    const auto v = static_cast<size_t>(one.view_idx);
+    double distance_px = kCapPx;
+    const auto r = solved ? SegmentResidual(cameras[v], changes[v], segment,
+                                            state, one, 1.0, nullptr, nullptr)
+                          : std::nullopt;
+    if (r.has_value()) {
+      const Eigen::Vector2d residual_px = *r * one.sigma_px;
+      distance_px = std::min(kCapPx, residual_px.norm());
+      sums[v].head<2>() +=
+          distance_px / std::max(1e-9, residual_px.norm()) * residual_px;
+      sums[v].z() += 1.0;
+    }
+    error->sum_px(one.view_idx, bin) += distance_px;
+    error->count(one.view_idx, bin) += 1.0;
   }
-  std::vector<double> held = bins;
-  std::sort(held.begin(), held.end());
-  held.erase(std::unique(held.begin(), held.end()), held.end());
-  *count = held.size();
-  std::vector<size_t> places;
-  for (const double bin : bins) {
-    const auto at = std::lower_bound(held.begin(), held.end(), bin);
-    places.push_back(static_cast<size_t>(at - held.begin()));
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    if (sums[v].z() == 0.0) continue;
+    const auto i = static_cast<Eigen::Index>(v);
+    error->lasting_m[i] += sums[v].head<2>().norm() / sums[v].z() *
+                           cameras[v].Depth(PositionOf(segment)) /
+                           cameras[v].focal_px();
+    error->segments[i] += 1.0;
   }
-  return places;
+}
+
+// Both, the bins one behind the other.
+FitError Joined(const FitError& a, const FitError& b) {
+  FitError all;
+  all.sum_px.resize(a.sum_px.rows(), a.sum_px.cols() + b.sum_px.cols());
+  all.sum_px << a.sum_px, b.sum_px;
+  all.count.resize(a.sum_px.rows(), all.sum_px.cols());
+  all.count << a.count, b.count;
+  all.lasting_m = a.lasting_m + b.lasting_m;
+  all.segments = a.segments + b.segments;
+  return all;
+}
+
+// Of a view or all, bin by bin.
+RatioSeries SeriesOf(const FitError& error, int view) {
+  RatioSeries series;
+  for (Eigen::Index bin = 0; bin < error.sum_px.cols(); ++bin) {
+    RatioUnit unit;
+    unit.sum = view < 0 ? error.sum_px.col(bin).sum() : error.sum_px(view, bin);
+    unit.weight =
+        view < 0 ? error.count.col(bin).sum() : error.count(view, bin);
+    if (unit.weight > 0.0) series.push_back(unit);
+  }
+  return series;
 }
 
 }  // namespace
 
 FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
                     const std::vector<CameraChange>& changes,
-                    const SegmentOptions& options, double cap_px) {
+                    const SegmentOptions& options) {
+  const std::map<double, Eigen::Index> bins = FilledBins(segments);
+  const auto views = static_cast<Eigen::Index>(cameras.size());
   FitError error;
-  if (segments.segments.empty()) return error;
-  size_t bins = 0;
-  const std::vector<size_t> bin_of = SegmentBins(segments, &bins);
-  error.sum_px.assign(cameras.size(), std::vector<double>(bins, 0.0));
+  error.sum_px.setZero(views, static_cast<Eigen::Index>(bins.size()));
   error.count = error.sum_px;
-  error.lasting_m.assign(cameras.size(), 0.0);
+  error.lasting_m.setZero(views);
   error.segments = error.lasting_m;
-  std::vector<Eigen::Vector3d> sums(cameras.size());  // x, y, count
-  for (size_t s = 0; s < segments.segments.size(); ++s) {
-    const MotionSegment& segment = segments.segments[s];
-    SegmentState state = segment.state;
-    const bool solved = SolveSegment(cameras, changes, segment,
-                                     segments.noise_scale, options, &state);
-    std::fill(sums.begin(), sums.end(), Eigen::Vector3d::Zero());
-    for (const SegmentMeasurement& measurement : segment.measurements) {
-      const auto v = static_cast<size_t>(measurement.view_idx);
-      double distance_px = cap_px;
-      if (solved) {
-        const auto r = SegmentResidual(cameras[v], changes[v], segment, state,
-                                       measurement, 1.0, nullptr, nullptr);
-        if (r.has_value()) {
-          const Eigen::Vector2d residual_px = *r * measurement.sigma_px;
-          distance_px = std::min(cap_px, residual_px.norm());
-          const double cap = distance_px / std::max(1e-9, residual_px.norm());
-          sums[v] += Eigen::Vector3d(cap * residual_px.x(),
-                                     cap * residual_px.y(), 1.0);
-        }
-      }
-      error.sum_px[v][bin_of[s]] += distance_px;
-      error.count[v][bin_of[s]] += 1.0;
-    }
-    const Eigen::Vector3d place = PositionOf(segment);
-    for (size_t v = 0; v < cameras.size(); ++v) {
-      if (sums[v].z() == 0.0) continue;
-      error.lasting_m[v] += sums[v].head<2>().norm() / sums[v].z() *
-                            cameras[v].Depth(place) / cameras[v].focal_px();
-      error.segments[v] += 1.0;
-    }
+  for (const MotionSegment& segment : segments.segments) {
+    const double bin = std::floor(segment.middle_s / BinLength(segments));
+    AddSegment(cameras, segment, changes, segments.noise_scale, options,
+               bins.at(bin), &error);
   }
   return error;
 }
 
 double FitError::LastingM(size_t view) const {
-  return view < segments.size() && segments[view] > 0.0
-             ? lasting_m[view] / segments[view]
-             : 0.0;
-}
-
-void FitError::Append(const FitError& other) {
-  if (sum_px.empty()) {
-    *this = other;
-    return;
-  }
-  for (size_t v = 0; v < other.sum_px.size(); ++v) {
-    lasting_m[v] += other.lasting_m[v];
-    segments[v] += other.segments[v];
-    sum_px[v].insert(sum_px[v].end(), other.sum_px[v].begin(),
-                     other.sum_px[v].end());
-    count[v].insert(count[v].end(), other.count[v].begin(),
-                    other.count[v].end());
-  }
-}
-
-double FitError::MeanPx() const {
-  double sum = 0.0;
-  double all = 0.0;
-  for (size_t v = 0; v < sum_px.size(); ++v) {
-    for (size_t s = 0; s < sum_px[v].size(); ++s) {
-      sum += sum_px[v][s];
-      all += count[v][s];
-    }
-  }
-  return all > 0.0 ? sum / all : 0.0;
+  const auto v = static_cast<Eigen::Index>(view);
+  return segments[v] > 0.0 ? lasting_m[v] / segments[v] : 0.0;
 }
 
 double FitError::MeanPx(int view) const {
-  double sum = 0.0;
-  double all = 0.0;
-  const auto v = static_cast<size_t>(view);
-  for (size_t s = 0; v < sum_px.size() && s < sum_px[v].size(); ++s) {
-    sum += sum_px[v][s];
-    all += count[v][s];
-  }
+  const double all = view < 0 ? count.sum() : count.row(view).sum();
+  const double sum = view < 0 ? sum_px.sum() : sum_px.row(view).sum();
   return all > 0.0 ? sum / all : 0.0;
 }
 
 FitGain CompareFits(const FitError& before, const FitError& after, int view) {
   FitGain gain;
-  gain.before_px = view < 0 ? before.MeanPx() : before.MeanPx(view);
-  gain.after_px = view < 0 ? after.MeanPx() : after.MeanPx(view);
+  gain.before_px = before.MeanPx(view);
+  gain.after_px = after.MeanPx(view);
   if (view >= 0) {
     gain.lasting_before_m = before.LastingM(static_cast<size_t>(view));
     gain.lasting_after_m = after.LastingM(static_cast<size_t>(view));
   }
-  RatioSeries series_before;
-  RatioSeries series_after;
-  const size_t bins = before.sum_px.empty() ? 0 : before.sum_px[0].size();
-  for (size_t s = 0; s < bins; ++s) {
-    RatioUnit unit_before;
-    RatioUnit unit_after;
-    for (size_t v = 0; v < before.sum_px.size(); ++v) {
-      if (view >= 0 && v != static_cast<size_t>(view)) continue;
-      unit_before.sum += before.sum_px[v][s];
-      unit_before.weight += before.count[v][s];
-      unit_after.sum += after.sum_px[v][s];
-      unit_after.weight += after.count[v][s];
-    }
-    if (!(unit_before.weight > 0.0)) continue;
-    series_before.push_back(unit_before);
-    series_after.push_back(unit_after);
-  }
-  if (series_before.size() < 2) return gain;
+  const RatioSeries series = SeriesOf(before, view);
+  if (series.size() < 2) return gain;
   BootstrapOptions options;
   options.block_length = 2;  // bins
   options.resamples = 1000;
   const Interval interval =
-      PairedPooledInterval({series_before}, {series_after}, options);
+      PairedPooledInterval({series}, {SeriesOf(after, view)}, options);
   gain.low_px = interval.low;
   gain.high_px = interval.high;
+  return gain;
+}
+
+CrossedGain CrossFit(const CameraRig& cameras, const SceneSegments& segments,
+                     Halving halving, const FreeParameters& free,
+                     const std::vector<CameraChange>& start,
+                     const BundleOptions& options,
+                     const std::vector<char>& moves) {
+  BundleOptions changes_alone = options;
+  changes_alone.wants_covariance = false;
+  std::vector<FitError> before;
+  std::vector<FitError> after;
+  for (const int half : {0, 1}) {
+    const SceneSegments other = HalfOf(segments, halving, 1 - half);
+    const BundleResult result =
+        AdjustBundle(cameras, HalfOf(segments, halving, half), free, start,
+                     changes_alone, moves);
+    before.push_back(MeasureFit(cameras, other, start, options.segments));
+    after.push_back(MeasureFit(cameras, other,
+                               result.usable ? result.changes : start,
+                               options.segments));
+  }
+  const FitError all_before = Joined(before[0], before[1]);
+  const FitError all_after = Joined(after[0], after[1]);
+  CrossedGain gain;
+  gain.all = CompareFits(all_before, all_after);
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    gain.views.push_back(
+        CompareFits(all_before, all_after, static_cast<int>(v)));
+  }
   return gain;
 }
 

@@ -2,9 +2,11 @@
 #ifndef KINEGRAPH_SOLVERS_SCENE_FIT_ERROR_H_
 #define KINEGRAPH_SOLVERS_SCENE_FIT_ERROR_H_
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "core/geometry/camera.h"
+#include "solvers/scene/bundle.h"
 #include "solvers/scene/camera_change.h"
 #include "solvers/scene/segments.h"
 
@@ -13,23 +15,20 @@ namespace kinegraph {
 // How well given cameras explain the recording: each stretch's state is
 // estimated for them, and its residuals summed by short bins of time.
 struct FitError {
-  // Sums of min(|residual|, cap) [px] and counts.
-  std::vector<std::vector<double>> sum_px;  // [view][bin]
-  std::vector<std::vector<double>> count;   // [view][bin]
+  // Sums of min(|residual|, 30 px) and counts, [view, bin].
+  Eigen::ArrayXXd sum_px;
+  Eigen::ArrayXXd count;
   // What lasts over a stretch: the length of its mean residual at its depth,
   // summed by view, and the number of stretches.
-  std::vector<double> lasting_m;
-  std::vector<double> segments;
+  Eigen::ArrayXd lasting_m;
+  Eigen::ArrayXd segments;
   double LastingM(size_t view) const;
-  double MeanPx() const;  // over everything
-  double MeanPx(int view) const;
-  // Takes the bins of `other` behind its own.
-  void Append(const FitError& other);
+  double MeanPx(int view = -1) const;  // of all views: -1
 };
 
 FitError MeasureFit(const CameraRig& cameras, const SceneSegments& segments,
                     const std::vector<CameraChange>& changes,
-                    const SegmentOptions& options, double cap_px = 30.0);
+                    const SegmentOptions& options);
 
 // The paired 95 % interval of MeanPx of `before` less that of `after`
 // (moving blocks of two bins), over one view or all (-1).
@@ -48,15 +47,28 @@ struct FitGain {
   }
   // The interval excludes zero: the cameras after explain the recording better.
   bool certain() const { return low_px > 0.0; }
+  double share() const {
+    return before_px > 0.0 ? 1.0 - after_px / before_px : 0.0;
+  }
   // The rule for whatever is fitted to matches: the gain is certain and no
   // trifle.
   static constexpr double kLeastShare = 0.05;
-  bool is_enough() const {
-    return certain() && before_px - after_px >= kLeastShare * before_px;
-  }
+  bool is_enough() const { return certain() && share() >= kLeastShare; }
 };
 FitGain CompareFits(const FitError& before, const FitError& after,
                     int view = -1);
+
+// What a fit of some parameters (AdjustBundle) gives on the half of the
+// recording that it has not seen, both ways round.
+struct CrossedGain {
+  FitGain all;
+  std::vector<FitGain> views;
+};
+CrossedGain CrossFit(const CameraRig& cameras, const SceneSegments& segments,
+                     Halving halving, const FreeParameters& free,
+                     const std::vector<CameraChange>& start,
+                     const BundleOptions& options,
+                     const std::vector<char>& moves = {});
 
 }  // namespace kinegraph
 

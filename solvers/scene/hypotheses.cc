@@ -9,32 +9,9 @@
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/hypothesis.h"
 #include "solvers/scene/plausible.h"
-#include "solvers/scene/readings.h"
-#include "solvers/scene/view_checks.h"
 
 namespace kinegraph {
 namespace {
-
-// Of what brings views together.
-Finding Found(const char* kind, const std::string& camera,
-              const AgreementGain& gain, const std::string& fix,
-              const std::string& what) {
-  return {kind,
-          camera,
-          gain.sureness(),
-          gain.before.mean_px(),
-          gain.after.mean_px(),
-          fix,
-          what + Format("; agreement %.2f instead of %.2f", gain.after.score(),
-                        gain.before.score())};
-}
-
-// An answer that changes nothing.
-Answer Said(Finding finding) {
-  Answer answer;
-  answer.findings.push_back(std::move(finding));
-  return answer;
-}
 
 // ---- Files ----
 
@@ -129,41 +106,6 @@ std::optional<Answer> AskForRepeats(const SetUp& set_up) {
   return answer;
 }
 
-// Views that share no frame with the others.
-std::optional<Answer> AskForFrameRanges(const SetUp& set_up) {
-  const std::vector<ShownFrames> shown = FramesShown(set_up.detections);
-  const std::vector<int64_t> offsets = FrameOffsets(shown);
-  if (offsets.empty()) return std::nullopt;
-  const auto range = [&](size_t v) {
-    return " " + set_up.ViewName(v) + " " + std::to_string(shown[v].first) +
-           ".." + std::to_string(shown[v].last);
-  };
-  std::string others;
-  std::string keys;
-  for (size_t v = 0; v < shown.size(); ++v) {
-    if (offsets[v] == 0) {
-      others += range(v);
-      continue;
-    }
-    keys += (keys.empty() ? "" : ";") +
-            ("input.view_frame_offset." + set_up.ViewName(v)) + "=" +
-            std::to_string(offsets[v]);
-  }
-  Answer answer;
-  for (size_t v = 0; v < shown.size(); ++v) {
-    if (offsets[v] == 0) continue;
-    answer.findings.push_back(
-        {"frame_range", set_up.CameraName(v), 0.95, 0.0, 0.0,
-         "'--set=" + keys + "'",
-         "it shares no frame with the others:" + range(v) + " against" +
-             others +
-             "; where they begin together its numbers are too high by " +
-             std::to_string(offsets[v])});
-  }
-  answer.detections = WithFrameOffsets(set_up.detections, offsets);
-  return answer;
-}
-
 // ---- Views with one calibration ----
 
 // The one that agrees less with the other views has another one's calibration.
@@ -181,8 +123,8 @@ std::optional<Answer> AskForTwins(const SetUp& set_up) {
   for (size_t a = 0; a < set_up.cameras.size(); ++a) {
     for (size_t b = a + 1; b < set_up.cameras.size(); ++b) {
       if (!alike(a, b)) continue;
-      const double score_a = set_up.ScoreWithOthers(a);
-      const double score_b = set_up.ScoreWithOthers(b);
+      const double score_a = set_up.WithOthers(a).score();
+      const double score_b = set_up.WithOthers(b).score();
       const size_t wrong = score_a < score_b ? a : b;
       Answer answer = Said(
           {"never_matched", set_up.CameraName(wrong), 0.9, 0.0, 0.0,
@@ -199,226 +141,7 @@ std::optional<Answer> AskForTwins(const SetUp& set_up) {
   return std::nullopt;
 }
 
-// ---- Readings, which compete ----
-
-// Views that agree so well can gain nothing from another reading.
-bool AgreeAlready(const SetUp& set_up) {
-  constexpr double kSoundEnough = 0.85;
-  return set_up.agreement.score() >= kSoundEnough;
-}
-
-// A video that was scaled or cropped before people were detected.
-std::optional<Answer> AskForOtherImage(const SetUp& set_up) {
-  if (AgreeAlready(set_up)) return std::nullopt;
-  const auto image = FindOtherImage(set_up.cameras, set_up.raw, set_up.frames);
-  if (!image.has_value()) return std::nullopt;
-  const Camera& camera = set_up.cameras[image->view];
-  // Cameras that are turned by little look alike; by a tenth of the image
-  // nobody turns one without moving it.
-  const double share = image->offset_px.norm() / ImageWidth(camera);
-  const bool either = !image->scaled() && share <= 0.1;
-  std::string what;
-  if (either) {
-    what = Format(
-        "its image fits moved by (%+.0f, %+.0f) px: it was cropped or turned",
-        -image->offset_px.x(), -image->offset_px.y());
-  } else if (image->scaled()) {
-    what = Format(
-        "its video is %.4g times as large as the calibration's "
-        "image",
-        image->scale);
-  }
-  if (image->cropped() && !either) {
-    what += (what.empty() ? "its video" : ", and") +
-            Format(" begins at pixel (%.0f, %.0f) of ", image->offset_px.x(),
-                   image->offset_px.y()) +
-            (image->scaled() ? "that" : "the calibration's image");
-  }
-  const char* kind = either             ? "shift"
-                     : image->cropped() ? "crop"
-                                        : "image_size";
-  Answer answer = Said(Found(kind, set_up.CameraName(image->view), image->gain,
-                             kUseCorrected, what));
-  answer.cameras = set_up.cameras;
-  (*answer.cameras)[image->view] = WithImage(camera, *image);
-  answer.score = set_up.ScoreOf(*answer.cameras, set_up.detections);
-  return answer;
-}
-
-std::optional<Answer> AskForOtherRate(const SetUp& set_up) {
-  if (AgreeAlready(set_up)) return std::nullopt;
-  const double usual_hz = set_up.input.frame_rate_hz;
-  const auto rate =
-      FindOtherRate(set_up.cameras, set_up.ideal, set_up.detections, usual_hz);
-  if (!rate.has_value()) return std::nullopt;
-  const std::string& view = set_up.ViewName(rate->view);
-  std::string keys =
-      "input.view_frame_rate." + view + "=" + Format("%.4g", rate->rate_hz);
-  // Keys take whole frames; where that leaves a part, all count from 0.
-  const bool whole = rate->offset == std::round(rate->offset);
-  const int64_t first = set_up.detections.frames.front().frame;
-  for (size_t v = 0; rate->offset != 0.0 && v < set_up.cameras.size(); ++v) {
-    if (whole && v != rate->view) continue;
-    keys += ";input.view_frame_offset." + set_up.ViewName(v) + "=" +
-            std::to_string(whole ? std::llround(rate->offset) : first);
-  }
-  Answer answer =
-      Said(Found("view_rate", set_up.CameraName(rate->view), rate->gain,
-                 rate->offset == 0.0 ? "--set=" + keys : "'--set=" + keys + "'",
-                 Format("its files count at %.4g Hz, the others' at %.4g",
-                        rate->rate_hz, usual_hz)));
-  answer.detections = WithViewRate(set_up.detections, rate->view,
-                                   rate->rate_hz / usual_hz, rate->offset);
-  answer.score = set_up.ScoreOf(set_up.cameras, *answer.detections);
-  return answer;
-}
-
-// What a reading of the file changes, each with the words for it.
-class ReadingWords {
- public:
-  ReadingWords(const SetUp& set_up, const ReadingScore& as_read,
-               const ReadingScore& score, size_t alike)
-      : set_up_(set_up), as_read_(as_read), score_(score), alike_(alike) {}
-
-  void AddTo(std::vector<Finding>* findings) const {
-    const Reading& reading = score_.reading;
-    if (reading.pose != PoseReading::kAsRead) {
-      findings->push_back(
-          Said("convention", "", kUseCorrected,
-               std::string("the poses fit as: ") + Describe(reading.pose)));
-    }
-    if (reading.image_scale != 1.0) {
-      findings->push_back(Said("intrinsics", "", kUseCorrected,
-                               Format("the camera matrix fits multiplied by "
-                                      "%.4g",
-                                      reading.image_scale)));
-    }
-    AddImages(findings);
-    AddSwaps(findings);
-  }
-
- private:
-  Finding Said(const char* kind, const std::string& camera,
-               const std::string& fix, const std::string& what) const {
-    Finding finding =
-        Found(kind, camera, {as_read_.agreement, score_.agreement}, fix, what);
-    finding.confidence = Shared(finding.confidence, alike_);
-    return finding;
-  }
-
-  void AddImages(std::vector<Finding>* findings) const {
-    const std::vector<ImageReading>& images = score_.reading.images;
-    const bool all_alike = std::all_of(
-        images.begin(), images.end(),
-        [&](ImageReading image) { return image == images.front(); });
-    for (size_t v = 0; v < images.size(); ++v) {
-      if (images[v] == ImageReading::kAsRead) continue;
-      findings->push_back(
-          Said("image", all_alike ? "" : set_up_.CameraName(v),
-               images[v] == ImageReading::kMirrored
-                   ? "mirror the images back before people are detected"
-                   : kUseCorrected,
-               std::string("the images were ") + Describe(images[v])));
-      if (all_alike) return;
-    }
-  }
-
-  void AddSwaps(std::vector<Finding>* findings) const {
-    const std::vector<int>& cameras = score_.reading.camera_of_view;
-    std::string map;
-    std::string names;
-    for (size_t v = 0; v < cameras.size(); ++v) {
-      const auto camera = static_cast<size_t>(cameras[v]);
-      if (camera == v) continue;
-      const std::string& view = set_up_.ViewName(v);
-      map += (map.empty() ? "'--set=cameras.map." : ";cameras.map.") + view +
-             "=" + set_up_.CameraName(camera);
-      names += (names.empty() ? "" : ", ") + view + " is seen by " +
-               set_up_.CameraName(camera);
-    }
-    if (!map.empty()) {
-      findings->push_back(Said("swapped_views", "", map + "'", names));
-    }
-  }
-
-  const SetUp& set_up_;
-  const ReadingScore& as_read_;
-  const ReadingScore& score_;
-  size_t alike_;
-};
-
-// The detections of a view that was mirrored, mirrored back.
-void MirrorBack(const Camera& camera, size_t view, DetectionSequence* all) {
-  for (DetectionFrame& frame : all->frames) {
-    for (Detection& detection : frame.views[view].detections) {
-      for (Keypoint& joint : detection.joints) {
-        joint.px.x() = ImageWidth(camera) - 1.0 - joint.px.x();
-      }
-    }
-  }
-}
-
-// Conventions, sizes, turned images and exchanged views.
-std::optional<Answer> AskForOtherReading(const SetUp& set_up) {
-  if (AgreeAlready(set_up)) return std::nullopt;
-  const ReadingSearch search =
-      SearchReadings(set_up.cameras, set_up.raw, set_up.frames);
-  if (search.better.empty()) return std::nullopt;
-  Answer answer;
-  for (const ReadingScore& score : search.better) {
-    ReadingWords(set_up, search.as_read, score, search.better.size())
-        .AddTo(&answer.findings);
-  }
-  const Reading& reading = search.better.front().reading;
-  answer.score = search.better.front().score();
-  answer.cameras = CamerasOf(set_up.cameras, reading);
-  for (size_t v = 0; v < set_up.cameras.size(); ++v) {
-    Camera& camera = (*answer.cameras)[v];
-    if (auto seeing = Seeing(camera, reading.images[v])) {
-      camera = *std::move(seeing);
-      continue;
-    }
-    if (!answer.detections.has_value()) {
-      answer.detections = set_up.detections;
-      answer.notes.emplace_back(
-          "no camera sees mirrored images: the corrected calibration holds "
-          "for the images mirrored back");
-    }
-    MirrorBack(camera, v, &*answer.detections);
-  }
-  return answer;
-}
-
-std::optional<Answer> AskForSides(const SetUp& set_up) {
-  const auto sides =
-      FindExchangedSides(set_up.cameras, set_up.ideal, set_up.frames,
-                         set_up.detections.header.skeleton);
-  if (!sides.has_value()) return std::nullopt;
-  std::string names;
-  size_t count = 0;
-  for (size_t v = 0; v < sides->views.size(); ++v) {
-    if (!sides->views[v]) continue;
-    names += (count++ == 0 ? "\"" : ",\"") + set_up.ViewName(v) + "\"";
-  }
-  const std::string fix = "'--set=detections.exchange_sides=[" + names + "]'";
-  Answer answer;
-  for (size_t v = 0; v < sides->views.size(); ++v) {
-    if (!sides->views[v]) continue;
-    if (count == sides->views.size()) {
-      answer = Said({"sides", "", 0.9, 0.0, 0.0, fix,
-                     Format("left and right are exchanged: noses lie behind "
-                            "the shoulders in %.0f of %.0f people",
-                            sides->backwards, sides->looked_at)});
-      break;
-    }
-    answer.findings.push_back(Found("sides", set_up.CameraName(v), sides->gain,
-                                    fix, "left and right are exchanged in it"));
-  }
-  answer.detections = set_up.detections;
-  ExchangeSides(sides->views, &*answer.detections);
-  answer.score = set_up.ScoreOf(set_up.cameras, *answer.detections);
-  return answer;
-}
+// ---- Clocks, which compete with readings ----
 
 std::optional<Answer> AskForLags(const SetUp& set_up) {
   const ClockSearch clocks =

@@ -40,7 +40,8 @@ class SetUp {
   std::vector<int> frames;
   PairAgreement agreement;  // of all pairs of views there
   void Look();
-  std::vector<ViewPeople> Ideal(const std::vector<ViewPeople>& people) const;
+  // Views that agree so well can gain nothing from another reading.
+  bool AgreeAlready() const { return agreement.score() >= 0.85; }
 
   // From the stage of the matches on: of the tracker with these cameras and
   // detections. Match makes them anew.
@@ -63,7 +64,11 @@ class SetUp {
   // Agreement of all pairs of views, with other cameras or detections.
   double ScoreOf(const CameraRig& other_cameras,
                  const DetectionSequence& other_detections) const;
-  double ScoreWithOthers(size_t view) const;
+  // Of a view with all others; with another camera or people of its own.
+  PairAgreement WithOthers(size_t view) const;
+  PairAgreement WithOthers(size_t view, const Camera& camera,
+                           const ViewPeople& own,
+                           const std::vector<int>& in_frames) const;
 };
 
 // An answer: what was found, and what becomes of the set-up. What is empty
@@ -102,9 +107,17 @@ struct Hypothesis {
 // All of them; hypotheses.cc holds the list and the short ones.
 const std::vector<Hypothesis>& Hypotheses();
 
-// The longer ones, each in a file of its name.
+// view_checks.cc
+std::optional<Answer> AskForFrameRanges(const SetUp& set_up);
+std::optional<Answer> AskForOtherImage(const SetUp& set_up);
+std::optional<Answer> AskForOtherRate(const SetUp& set_up);
+std::optional<Answer> AskForSides(const SetUp& set_up);
+// readings.cc
+std::optional<Answer> AskForOtherReading(const SetUp& set_up);
+// breaks.cc
 std::optional<Answer> AskForBreak(const SetUp& set_up);
 std::optional<Answer> AskForJump(const SetUp& set_up);
+// explain_residuals.cc
 std::optional<Answer> AskResiduals(const SetUp& set_up);
 
 // ---- How it is told ----
@@ -116,6 +129,22 @@ std::string Format(const char* format, double a, double b = 0.0,
 // The confidence of each of `count` findings that fit equally. Sure things are
 // 0.95, doubtful ones less, nothing is 1.
 double Shared(double confidence, size_t count);
+
+// Of what brings views together.
+Finding Found(const char* kind, const std::string& camera,
+              const AgreementGain& gain, const std::string& fix,
+              const std::string& what);
+
+// An answer that changes nothing.
+Answer Said(Finding finding);
+
+// As the camera says, or twice its principal point [px].
+double ImageWidth(const Camera& camera);
+double ImageHeight(const Camera& camera);
+
+// Left and right of these views.
+void ExchangeSides(const std::vector<char>& views,
+                   DetectionSequence* detections);
 
 }  // namespace kinegraph
 

@@ -1,51 +1,416 @@
-#include "solvers/scene/readings.h"
-
+// How a calibration may have been meant: conventions of poses and camera
+// matrices, turned and mirrored images, exchanged views. The reading under
+// which the views agree is searched for by changing one thing at a time.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <map>
 #include <numeric>
-#include <optional>
 #include <utility>
 
+#include "core/geometry/lens.h"
+#include "solvers/scene/hypothesis.h"
+
 namespace kinegraph {
+namespace {
 
-const char* Describe(PoseReading reading) {
+// What the pose in the file is, if it was not read as it was meant.
+enum PoseReading {
+  kPoseAsRead,
+  kInverse,
+  kCentre,
+  kTranslation,
+  kTransposed,
+  kTransposedCentre,
+  kAxesUp,  // as in graphics
+  kPoseReadings
+};
+constexpr std::array<const char*, kPoseReadings> kPoseWords = {
+    "world to camera, as read",
+    "camera to world",
+    "the translation is the camera's place in the world",
+    "the camera's place is a translation",
+    "rows of the rotation are columns",
+    "rows of the rotation are columns, and the translation is the camera's "
+    "place",
+    "the camera's y points up and its z backwards"};
+
+// The camera that is meant where R and t, as they were read, mean that.
+Camera WithPose(const Camera& camera, int reading) {
+  CameraParameters parameters = camera.parameters();
+  const Eigen::Matrix3d R = camera.R();
+  const Eigen::Vector3d t = camera.t();
+  const Eigen::Vector3d up(1.0, -1.0, -1.0);
   switch (reading) {
-    case PoseReading::kAsRead:
-      return "world to camera, as read";
-    case PoseReading::kInverse:
-      return "camera to world";
-    case PoseReading::kCentre:
-      return "the translation is the camera's place in the world";
-    case PoseReading::kTranslation:
-      return "the camera's place is a translation";
-    case PoseReading::kTransposed:
-      return "rows of the rotation are columns";
-    case PoseReading::kTransposedCentre:
-      return "rows of the rotation are columns, and the translation is the "
-             "camera's place";
-    case PoseReading::kAxesUp:
-      return "the camera's y points up and its z backwards";
+    case kInverse:
+      parameters.R = R.transpose();
+      parameters.t = -(R.transpose() * t);
+      break;
+    case kCentre:
+      parameters.t = -(R * t);
+      break;
+    case kTranslation:
+      parameters.t = -(R.transpose() * t);
+      break;
+    case kTransposed:
+      parameters.R = R.transpose();
+      break;
+    case kTransposedCentre:
+      parameters.R = R.transpose();
+      parameters.t = R.transpose() * (R.transpose() * t);
+      break;
+    case kAxesUp:
+      parameters.R = up.asDiagonal() * R;
+      parameters.t = up.asDiagonal() * t;
+      break;
+    default:
+      break;
   }
-  return "";
+  return Camera(parameters);
 }
 
-const char* Describe(ImageReading reading) {
-  switch (reading) {
-    case ImageReading::kAsRead:
-      return "as taken";
-    case ImageReading::kRotated90:
-      return "turned by 90 degrees clockwise";
-    case ImageReading::kRotated180:
-      return "turned by 180 degrees";
-    case ImageReading::kRotated270:
-      return "turned by 90 degrees anticlockwise";
-    case ImageReading::kMirrored:
-      return "mirrored";
+// What was done to the images before people were detected in them.
+enum ImageReading {
+  kImageAsRead,
+  kClockwise,
+  kHalfTurn,
+  kCounterClockwise,
+  kMirrored,
+  kImageReadings
+};
+constexpr std::array<const char*, kImageReadings> kImageWords = {
+    "as taken", "turned by 90 degrees clockwise", "turned by 180 degrees",
+    "turned by 90 degrees anticlockwise", "mirrored"};
+
+// Pixels of the images as the cameras took them, from those that the detector
+// was shown: taken = turn * shown + offset. (0, 0) is the middle of the first
+// pixel.
+struct ImageMap {
+  Eigen::Matrix2d turn = Eigen::Matrix2d::Identity();
+  Eigen::Vector2d offset = Eigen::Vector2d::Zero();
+
+  Eigen::Vector2d Taken(const Eigen::Vector2d& shown) const {
+    return offset + turn * shown;
   }
-  return "";
+};
+
+ImageMap MapOf(const Camera& camera, int reading) {
+  const double right = ImageWidth(camera) - 1.0;
+  const double bottom = ImageHeight(camera) - 1.0;
+  ImageMap map;
+  if (reading == kClockwise) {
+    map.turn << 0.0, 1.0, -1.0, 0.0;
+    map.offset << 0.0, bottom;
+  } else if (reading == kHalfTurn) {
+    map.turn = -map.turn;
+    map.offset << right, bottom;
+  } else if (reading == kCounterClockwise) {
+    map.turn << 0.0, -1.0, 1.0, 0.0;
+    map.offset << right, 0.0;
+  } else if (reading == kMirrored) {
+    map.turn(0, 0) = -1.0;
+    map.offset << right, 0.0;
+  }
+  return map;
 }
+
+// The camera whose images are those that the detector was shown. No camera
+// takes mirrored ones.
+Camera Seeing(const Camera& camera, int reading) {
+  constexpr std::array<ImageTurn, 4> kTurns = {
+      ImageTurn::kHalf, ImageTurn::kClockwise, ImageTurn::kHalf,
+      ImageTurn::kCounterClockwise};
+  if (reading == kImageAsRead || reading == kMirrored) return camera;
+  const ImageMap map = MapOf(camera, reading);
+  CameraParameters parameters = camera.parameters();
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+  turn.topLeftCorner<2, 2>() = map.turn.transpose();
+  parameters.K.block<2, 1>(0, 2) =
+      map.turn.transpose() * (camera.K().block<2, 1>(0, 2) - map.offset);
+  if (reading != kHalfTurn) {
+    std::swap(parameters.K(0, 0), parameters.K(1, 1));
+    std::swap(parameters.width_px, parameters.height_px);
+  }
+  parameters.R = turn * camera.R();
+  parameters.t = turn * camera.t();
+  parameters.lens = Turned(camera.lens(), kTurns[static_cast<size_t>(reading)]);
+  return Camera(parameters);
+}
+
+// One way to read everything: what is changed from the file's words.
+struct Reading {
+  int pose = kPoseAsRead;
+  double image_scale = 1.0;         // of K's first two rows
+  std::vector<int> images;          // an ImageReading a view
+  std::vector<int> camera_of_view;  // permutation
+  PairAgreement agreement;          // under it, over all views
+
+  explicit Reading(size_t views)
+      : images(views, kImageAsRead), camera_of_view(views) {
+    std::iota(camera_of_view.begin(), camera_of_view.end(), 0);
+  }
+  bool IsAs(const Reading& other) const {
+    return pose == other.pose && image_scale == other.image_scale &&
+           images == other.images && camera_of_view == other.camera_of_view;
+  }
+  bool AllImagesAlike() const {
+    return std::count(images.begin(), images.end(), images.front()) ==
+           static_cast<std::ptrdiff_t>(images.size());
+  }
+  // How many things it changes: the fewer, the likelier.
+  int ChangeCount() const {
+    int count = (pose != kPoseAsRead) + (image_scale != 1.0);
+    const auto turned = static_cast<int>(
+        std::count_if(images.begin(), images.end(),
+                      [](int image) { return image != kImageAsRead; }));
+    count += AllImagesAlike() ? std::min(1, turned) : turned;
+    for (size_t v = 0; v < camera_of_view.size(); ++v) {
+      count += camera_of_view[v] != static_cast<int>(v);
+    }
+    return count;
+  }
+};
+
+// What the views' cameras are under a reading (but for the images).
+CameraRig CamerasOf(const CameraRig& cameras, const Reading& reading) {
+  CameraRig rig;
+  for (const int camera : reading.camera_of_view) {
+    CameraParameters parameters =
+        WithPose(cameras[static_cast<size_t>(camera)], reading.pose)
+            .parameters();
+    parameters.K.topRows<2>() *= reading.image_scale;
+    rig.emplace_back(parameters);
+  }
+  return rig;
+}
+
+// Agreement of views under readings. What a pair of views agrees to depends,
+// beside pose and scale, on the cameras and image readings of these two alone,
+// so that readings that differ in one view share most of their pairs; each is
+// computed once.
+class ReadingJudge {
+ public:
+  ReadingJudge(const CameraRig& cameras, const std::vector<ViewPeople>& raw,
+               const std::vector<int>& frames)
+      : cameras_(cameras), shared_(cameras.size()) {
+    for (const ViewPeople& view : raw) {
+      ViewPeople& looked_at = raw_.emplace_back();
+      for (const int k : frames) {
+        looked_at.frames.push_back(view.frames[static_cast<size_t>(k)]);
+      }
+    }
+    frames_.resize(frames.size());
+    std::iota(frames_.begin(), frames_.end(), 0);
+    rig_ = cameras;
+  }
+
+  void Judge(Reading* reading) {
+    if (reading->pose != shared_.pose ||
+        reading->image_scale != shared_.image_scale) {
+      shared_.pose = reading->pose;
+      shared_.image_scale = reading->image_scale;
+      rig_ = CamerasOf(cameras_, shared_);
+      people_.clear();
+      pairs_.clear();
+    }
+    std::vector<size_t> seen;  // a number for each view as it is read
+    for (size_t v = 0; v < raw_.size(); ++v) {
+      const auto camera = static_cast<size_t>(reading->camera_of_view[v]);
+      seen.push_back((v * raw_.size() + camera) * kImageReadings +
+                     static_cast<size_t>(reading->images[v]));
+    }
+    reading->agreement = PairAgreement();
+    for (size_t a = 0; a < seen.size(); ++a) {
+      for (size_t b = a + 1; b < seen.size(); ++b) {
+        const auto [pair, is_new] = pairs_.try_emplace({seen[a], seen[b]});
+        if (is_new) {
+          pair->second =
+              AgreementOf(CameraOf(seen[a]), PeopleOf(seen[a]),
+                          CameraOf(seen[b]), PeopleOf(seen[b]), frames_);
+        }
+        reading->agreement.Add(pair->second);
+      }
+    }
+  }
+
+ private:
+  const Camera& CameraOf(size_t seen) const {
+    return rig_[seen / kImageReadings % raw_.size()];
+  }
+
+  const ViewPeople& PeopleOf(size_t seen) {
+    const auto [people, is_new] = people_.try_emplace(seen);
+    if (is_new) {
+      const size_t v = seen / kImageReadings / raw_.size();
+      const ImageMap map =
+          MapOf(cameras_[v], static_cast<int>(seen % kImageReadings));
+      ViewPeople taken = raw_[v];
+      for (auto& frame : taken.frames) {
+        for (ViewPeople::Person& person : frame) {
+          for (Eigen::Vector2d& px : person.px) px = map.Taken(px);
+        }
+      }
+      people->second = Undistorted(taken, CameraOf(seen));
+    }
+    return people->second;
+  }
+
+  const CameraRig& cameras_;
+  std::vector<ViewPeople> raw_;  // in the frames looked at
+  std::vector<int> frames_;      // all of these
+  Reading shared_;               // pose and scale of the pairs known
+  CameraRig rig_;
+  std::map<size_t, ViewPeople> people_;
+  std::map<std::pair<size_t, size_t>, PairAgreement> pairs_;
+};
+
+// All ways to give the cameras to the views, where they are few; else those
+// that exchange two.
+std::vector<std::vector<int>> Permutations(size_t views) {
+  constexpr size_t kAllUpTo = 5;
+  std::vector<int> order(views);
+  std::iota(order.begin(), order.end(), 0);
+  std::vector<std::vector<int>> permutations;
+  if (views <= kAllUpTo) {
+    while (std::next_permutation(order.begin(), order.end())) {
+      permutations.push_back(order);
+    }
+    return permutations;
+  }
+  for (size_t a = 0; a < views; ++a) {
+    for (size_t b = a + 1; b < views; ++b) {
+      permutations.push_back(order);
+      std::swap(permutations.back()[a], permutations.back()[b]);
+    }
+  }
+  return permutations;
+}
+
+// By what a camera matrix may have to be multiplied; one K tells.
+std::vector<double> ImageScales(const SetUp& set_up) {
+  std::vector<double> factors = {0.25,      1.0 / 3.0, 0.5, 2.0 / 3.0, 0.75,
+                                 4.0 / 3.0, 1.5,       2.0, 3.0,       4.0};
+  const Camera& camera = set_up.cameras.front();
+  const double width = ImageWidth(camera);
+  if (camera.focal_px() < 20.0) {  // of coordinates divided by the width
+    double reach = 1.0;
+    for (const auto& frame : set_up.raw.front().frames) {
+      for (const auto& person : frame) {
+        for (const auto& px : person.px) reach = std::max(reach, px.x());
+      }
+    }
+    factors.push_back(camera.width_px() > 0 ? camera.width_px() : reach);
+  } else if (width > 0.0 && camera.focal_px() > 50.0 * width) {
+    factors.push_back(1.0 / width);
+  }
+  return factors;
+}
+
+// Everything that differs from `from` in one thing.
+std::vector<Reading> Neighbours(const SetUp& set_up, const Reading& from) {
+  std::vector<Reading> all;
+  const auto add = [&](const auto& change) {
+    Reading next = from;
+    change(&next);
+    if (!next.IsAs(from)) all.push_back(std::move(next));
+  };
+  for (int pose = 0; pose < kPoseReadings; ++pose) {
+    add([&](Reading* next) { next->pose = pose; });
+  }
+  for (const double factor : ImageScales(set_up)) {
+    add([&](Reading* next) { next->image_scale *= factor; });
+  }
+  for (int image = 1; image < kImageReadings; ++image) {
+    add([&](Reading* next) {
+      next->images.assign(next->images.size(), image);
+    });
+    for (size_t v = 0; v < from.images.size(); ++v) {
+      add([&](Reading* next) { next->images[v] = image; });
+    }
+  }
+  for (const std::vector<int>& order : Permutations(from.images.size())) {
+    add([&](Reading* next) { next->camera_of_view = order; });
+  }
+  return all;
+}
+
+// The readings that agree better by far than `as_read` and fit equally well;
+// of these the simplest first. Changes one thing at a time, twice at most.
+std::vector<Reading> BetterReadings(const SetUp& set_up, Reading* as_read) {
+  constexpr double kEqual = 0.025;
+  constexpr int kRounds = 2;
+  ReadingJudge judge(set_up.cameras, set_up.raw, set_up.frames);
+  judge.Judge(as_read);
+  std::vector<Reading> better;
+  for (int round = 0; round < kRounds; ++round) {
+    const Reading& from = better.empty() ? *as_read : better.front();
+    std::vector<Reading> next = Neighbours(set_up, from);
+    for (Reading& one : next) judge.Judge(&one);
+    std::stable_sort(next.begin(), next.end(),
+                     [](const Reading& a, const Reading& b) {
+                       return a.agreement.score() > b.agreement.score();
+                     });
+    const double best = next.front().agreement.score();
+    if (best < AgreementGain::Needed(from.agreement.score())) break;
+    next.erase(std::find_if(next.begin(), next.end(),
+                            [&](const Reading& one) {
+                              return one.agreement.score() < best - kEqual;
+                            }),
+               next.end());
+    std::stable_sort(next.begin(), next.end(),
+                     [](const Reading& a, const Reading& b) {
+                       return a.ChangeCount() < b.ChangeCount();
+                     });
+    better = std::move(next);
+  }
+  return better;
+}
+
+// What a reading changes, each with the words for it.
+void AddWords(const SetUp& set_up, const Reading& as_read,
+              const Reading& reading, size_t alike,
+              std::vector<Finding>* findings) {
+  const auto say = [&](const char* kind, const std::string& camera,
+                       const std::string& fix, const std::string& what) {
+    findings->push_back(
+        Found(kind, camera, {as_read.agreement, reading.agreement}, fix, what));
+    findings->back().confidence = Shared(findings->back().confidence, alike);
+  };
+  if (reading.pose != kPoseAsRead) {
+    say("convention", "", kUseCorrected,
+        std::string("the poses fit as: ") +
+            kPoseWords[static_cast<size_t>(reading.pose)]);
+  }
+  if (reading.image_scale != 1.0) {
+    say("intrinsics", "", kUseCorrected,
+        Format("the camera matrix fits multiplied by %.4g",
+               reading.image_scale));
+  }
+  for (size_t v = 0; v < reading.images.size(); ++v) {
+    const int image = reading.images[v];
+    if (image == kImageAsRead) continue;
+    say("image", reading.AllImagesAlike() ? "" : set_up.CameraName(v),
+        image == kMirrored ? "mirror the images back before people are detected"
+                           : kUseCorrected,
+        std::string("the images were ") +
+            kImageWords[static_cast<size_t>(image)]);
+    if (reading.AllImagesAlike()) break;
+  }
+  std::string map;
+  std::string names;
+  for (size_t v = 0; v < reading.camera_of_view.size(); ++v) {
+    const auto camera = static_cast<size_t>(reading.camera_of_view[v]);
+    if (camera == v) continue;
+    map += (map.empty() ? "'--set=cameras.map." : ";cameras.map.") +
+           set_up.ViewName(v) + "=" + set_up.CameraName(camera);
+    names += (names.empty() ? "" : ", ") + set_up.ViewName(v) + " is seen by " +
+             set_up.CameraName(camera);
+  }
+  if (!map.empty()) say("swapped_views", "", map + "'", names);
+}
+
+}  // namespace
 
 double ImageWidth(const Camera& camera) {
   return camera.width_px() > 0 ? camera.width_px() : 2.0 * camera.K()(0, 2);
@@ -55,428 +420,38 @@ double ImageHeight(const Camera& camera) {
   return camera.height_px() > 0 ? camera.height_px() : 2.0 * camera.K()(1, 2);
 }
 
-Camera WithPose(const Camera& camera, PoseReading reading) {
-  CameraParameters parameters = camera.parameters();
-  const Eigen::Matrix3d R = camera.R();
-  const Eigen::Vector3d t = camera.t();
-  switch (reading) {
-    case PoseReading::kAsRead:
-      return camera;
-    case PoseReading::kInverse:
-      parameters.R = R.transpose();
-      parameters.t = -(R.transpose() * t);
-      break;
-    case PoseReading::kCentre:
-      parameters.t = -(R * t);
-      break;
-    case PoseReading::kTranslation:
-      parameters.t = -(R.transpose() * t);
-      break;
-    case PoseReading::kTransposed:
-      parameters.R = R.transpose();
-      break;
-    case PoseReading::kTransposedCentre:
-      parameters.R = R.transpose();
-      parameters.t = R.transpose() * (R.transpose() * t);
-      break;
-    case PoseReading::kAxesUp: {
-      const Eigen::Vector3d signs(1.0, -1.0, -1.0);
-      parameters.R = signs.asDiagonal() * R;
-      parameters.t = signs.asDiagonal() * t;
-      break;
-    }
+std::optional<Answer> AskForOtherReading(const SetUp& set_up) {
+  if (set_up.AgreeAlready()) return std::nullopt;
+  Reading as_read(set_up.cameras.size());
+  const std::vector<Reading> better = BetterReadings(set_up, &as_read);
+  if (better.empty()) return std::nullopt;
+  Answer answer;
+  for (const Reading& reading : better) {
+    AddWords(set_up, as_read, reading, better.size(), &answer.findings);
   }
-  return Camera(parameters);
-}
-
-ViewPeople Restored(const ViewPeople& view, ImageReading reading,
-                    double width_px, double height_px) {
-  ViewPeople restored = view;
-  if (reading == ImageReading::kAsRead) return restored;
-  for (auto& frame : restored.frames) {
-    for (ViewPeople::Person& person : frame) {
-      for (Eigen::Vector2d& px : person.px) {
-        const Eigen::Vector2d shown = px;
-        switch (reading) {
-          case ImageReading::kAsRead:
-            break;
-          case ImageReading::kRotated90:  // (x, y) was shown at (h - 1 - y, x)
-            px = Eigen::Vector2d(shown.y(), height_px - 1.0 - shown.x());
-            break;
-          case ImageReading::kRotated180:
-            px = Eigen::Vector2d(width_px - 1.0 - shown.x(),
-                                 height_px - 1.0 - shown.y());
-            break;
-          case ImageReading::kRotated270:  // (x, y) was shown at (y, w - 1 - x)
-            px = Eigen::Vector2d(width_px - 1.0 - shown.y(), shown.x());
-            break;
-          case ImageReading::kMirrored:
-            px.x() = width_px - 1.0 - shown.x();
-            break;
+  const Reading& reading = better.front();
+  answer.score = reading.agreement.score();
+  answer.cameras = CamerasOf(set_up.cameras, reading);
+  for (size_t v = 0; v < set_up.cameras.size(); ++v) {
+    Camera& camera = (*answer.cameras)[v];
+    camera = Seeing(camera, reading.images[v]);
+    if (reading.images[v] != kMirrored) continue;
+    if (!answer.detections.has_value()) {
+      answer.detections = set_up.detections;
+      answer.notes.emplace_back(
+          "no camera sees mirrored images: the corrected calibration holds "
+          "for the images mirrored back");
+    }
+    const ImageMap map = MapOf(camera, kMirrored);
+    for (DetectionFrame& frame : answer.detections->frames) {
+      for (Detection& detection : frame.views[v].detections) {
+        for (Keypoint& joint : detection.joints) {
+          joint.px = map.Taken(joint.px);
         }
       }
     }
   }
-  return restored;
-}
-
-std::optional<Camera> Seeing(const Camera& camera, ImageReading reading) {
-  if (reading == ImageReading::kAsRead) return camera;
-  if (reading == ImageReading::kMirrored) return std::nullopt;
-  // (0, 0) is the middle of the first pixel.
-  const double width = ImageWidth(camera);
-  const double height = ImageHeight(camera);
-  CameraParameters parameters = camera.parameters();
-  Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
-  const double cx = camera.K()(0, 2);
-  const double cy = camera.K()(1, 2);
-  if (reading == ImageReading::kRotated180) {
-    turn.topLeftCorner<2, 2>() = -Eigen::Matrix2d::Identity();
-    parameters.K(0, 2) = width - 1.0 - cx;
-    parameters.K(1, 2) = height - 1.0 - cy;
-  } else {
-    const bool clockwise = reading == ImageReading::kRotated90;
-    turn << 0.0, clockwise ? -1.0 : 1.0, 0.0,  //
-        clockwise ? 1.0 : -1.0, 0.0, 0.0,      //
-        0.0, 0.0, 1.0;
-    std::swap(parameters.K(0, 0), parameters.K(1, 1));
-    parameters.K(0, 2) = clockwise ? height - 1.0 - cy : cy;
-    parameters.K(1, 2) = clockwise ? cx : width - 1.0 - cx;
-    std::swap(parameters.width_px, parameters.height_px);
-  }
-  parameters.R = turn * camera.R();
-  parameters.t = turn * camera.t();
-  parameters.lens = Turned(camera.lens(), reading == ImageReading::kRotated180
-                                              ? ImageTurn::kHalf
-                                          : reading == ImageReading::kRotated90
-                                              ? ImageTurn::kClockwise
-                                              : ImageTurn::kCounterClockwise);
-  return Camera(parameters);
-}
-
-Reading Reading::AsRead(size_t views) {
-  Reading reading;
-  reading.images.assign(views, ImageReading::kAsRead);
-  reading.camera_of_view.resize(views);
-  std::iota(reading.camera_of_view.begin(), reading.camera_of_view.end(), 0);
-  return reading;
-}
-
-bool Reading::operator==(const Reading& other) const {
-  return pose == other.pose && image_scale == other.image_scale &&
-         images == other.images && camera_of_view == other.camera_of_view;
-}
-
-CameraRig CamerasOf(const CameraRig& cameras, const Reading& reading) {
-  CameraRig rig;
-  for (size_t v = 0; v < cameras.size(); ++v) {
-    const Camera& source =
-        cameras[static_cast<size_t>(reading.camera_of_view[v])];
-    CameraParameters parameters = WithPose(source, reading.pose).parameters();
-    parameters.K.topRows<2>() *= reading.image_scale;
-    rig.emplace_back(parameters);
-  }
-  return rig;
-}
-
-namespace {
-
-// Readings this near the best fit equally.
-constexpr double kEqual = 0.025;
-
-// The agreement of views under readings that share pose and scale. What a
-// pair of views agrees to depends on the cameras and image readings of these
-// two alone, so that readings that differ in one view share most of their
-// pairs; each is computed once.
-class PairTable {
- public:
-  // `frames` of `raw` are looked at. All must outlive the object.
-  PairTable(const CameraRig& cameras, const std::vector<ViewPeople>& raw,
-            const std::vector<int>& frames, const Reading& shared)
-      : cameras_(cameras), raw_(raw), frames_(frames) {
-    Reading plain = Reading::AsRead(cameras.size());
-    plain.pose = shared.pose;
-    plain.image_scale = shared.image_scale;
-    rig_ = CamerasOf(cameras, plain);
-  }
-
-  // Of all pairs; nullopt as soon as the score cannot reach `target` any more:
-  // people whose pair is not known yet may agree to 1 at best.
-  std::optional<PairAgreement> Of(const Reading& reading, double target) {
-    const std::vector<size_t> seen = Seen(reading);
-    double possible = 0.0;
-    double most = 0.0;  // gain that is known or possible
-    ForEachPair([&](size_t a, size_t b) {
-      const auto known = pairs_.find({seen[a], seen[b]});
-      const double people = Possible(a, b);
-      possible += people;
-      most += known == pairs_.end() ? people : known->second.gain;
-      return true;
-    });
-    // Sums in another order differ by roundings.
-    constexpr double kRounding = 1e-9;
-    const double least = (target - kRounding) * possible;
-    const bool reaches = ForEachPair([&](size_t a, size_t b) {
-      if (most < least) return false;
-      const auto [pair, is_new] = pairs_.try_emplace({seen[a], seen[b]});
-      if (!is_new) return true;
-      pair->second = AgreementOf(CameraOf(seen[a]), PeopleOf(seen[a]),
-                                 CameraOf(seen[b]), PeopleOf(seen[b]), frames_);
-      most += pair->second.gain - pair->second.possible;
-      return true;
-    });
-    if (!reaches) return std::nullopt;
-    PairAgreement all;
-    ForEachPair([&](size_t a, size_t b) {
-      all.Add(pairs_.at({seen[a], seen[b]}));
-      return true;
-    });
-    return all;
-  }
-
- private:
-  // Calls `visit` until it is false.
-  template <typename Visit>
-  bool ForEachPair(const Visit& visit) const {
-    for (size_t a = 0; a < raw_.size(); ++a) {
-      for (size_t b = a + 1; b < raw_.size(); ++b) {
-        if (!visit(a, b)) return false;
-      }
-    }
-    return true;
-  }
-
-  // A number for each view with its camera and its images, as they are read.
-  std::vector<size_t> Seen(const Reading& reading) const {
-    std::vector<size_t> seen;
-    for (size_t v = 0; v < raw_.size(); ++v) {
-      const auto camera = static_cast<size_t>(reading.camera_of_view[v]);
-      seen.push_back((v * raw_.size() + camera) * kImageReadingCount +
-                     static_cast<size_t>(reading.images[v]));
-    }
-    return seen;
-  }
-
-  const Camera& CameraOf(size_t seen) const {
-    return rig_[seen / kImageReadingCount % raw_.size()];
-  }
-
-  const ViewPeople& PeopleOf(size_t seen) {
-    const auto [people, is_new] = people_.try_emplace(seen);
-    if (is_new) {
-      const size_t v = seen / kImageReadingCount / raw_.size();
-      const auto image = static_cast<ImageReading>(seen % kImageReadingCount);
-      people->second =
-          Undistorted(Restored(raw_[v], image, ImageWidth(cameras_[v]),
-                               ImageHeight(cameras_[v])),
-                      CameraOf(seen));
-    }
-    return people->second;
-  }
-
-  // People that could be matched under any reading.
-  double Possible(size_t a, size_t b) const {
-    size_t possible = 0;
-    for (const int k : frames_) {
-      possible += std::min(raw_[a].frames[static_cast<size_t>(k)].size(),
-                           raw_[b].frames[static_cast<size_t>(k)].size());
-    }
-    return static_cast<double>(possible);
-  }
-
-  const CameraRig& cameras_;
-  const std::vector<ViewPeople>& raw_;
-  const std::vector<int>& frames_;
-  CameraRig rig_;
-  std::map<size_t, ViewPeople> people_;
-  std::map<std::pair<size_t, size_t>, PairAgreement> pairs_;
-};
-
-// All ways to give the cameras to the views, where they are few; else those
-// that exchange two.
-std::vector<std::vector<int>> Permutations(size_t views) {
-  std::vector<int> identity(views);
-  std::iota(identity.begin(), identity.end(), 0);
-  std::vector<std::vector<int>> permutations;
-  constexpr size_t kAllUpTo = 5;
-  if (views <= kAllUpTo) {
-    std::vector<int> order = identity;
-    while (std::next_permutation(order.begin(), order.end())) {
-      permutations.push_back(order);
-    }
-    return permutations;
-  }
-  for (size_t a = 0; a < views; ++a) {
-    for (size_t b = a + 1; b < views; ++b) {
-      std::vector<int> order = identity;
-      std::swap(order[a], order[b]);
-      permutations.push_back(order);
-    }
-  }
-  return permutations;
-}
-
-class Search {
- public:
-  Search(const CameraRig& cameras, const std::vector<ViewPeople>& raw,
-         const std::vector<int>& frames)
-      : cameras_(cameras), raw_(raw) {
-    for (const ViewPeople& view : raw) {
-      ViewPeople& looked_at = looked_at_.emplace_back();
-      for (const int k : frames) {
-        looked_at.frames.push_back(view.frames[static_cast<size_t>(k)]);
-      }
-    }
-    frames_.resize(frames.size());
-    std::iota(frames_.begin(), frames_.end(), 0);
-  }
-
-  ReadingScore Score(const Reading& reading) const {
-    std::vector<ReadingScore> scores;
-    PairTable table = Table(reading);
-    Add(reading, 0.0, &table, &scores);
-    return scores.front();
-  }
-
-  // Everything that differs from `from` in one thing and scores `target` or
-  // more.
-  std::vector<ReadingScore> Neighbours(const Reading& from,
-                                       double target) const {
-    std::vector<ReadingScore> scores;
-    const auto add_apart = [&](const Reading& next) {
-      PairTable table = Table(next);
-      Add(next, target, &table, &scores);
-    };
-    for (int p = 0; p < kPoseReadingCount; ++p) {
-      Reading next = from;
-      next.pose = static_cast<PoseReading>(p);
-      if (!(next == from)) add_apart(next);
-    }
-    for (const double factor : Scales()) {
-      Reading next = from;
-      next.image_scale *= factor;
-      add_apart(next);
-    }
-    PairTable table = Table(from);
-    AddImages(from, target, &table, &scores);
-    for (const std::vector<int>& order : Permutations(cameras_.size())) {
-      Reading next = from;
-      next.camera_of_view = order;
-      if (!(next == from)) Add(next, target, &table, &scores);
-    }
-    return scores;
-  }
-
- private:
-  PairTable Table(const Reading& shared) const {
-    return PairTable(cameras_, looked_at_, frames_, shared);
-  }
-
-  static void Add(const Reading& reading, double target, PairTable* table,
-                  std::vector<ReadingScore>* scores) {
-    const std::optional<PairAgreement> agreement = table->Of(reading, target);
-    if (!agreement.has_value()) return;
-    scores->push_back({reading, *agreement});
-  }
-
-  std::vector<double> Scales() const {
-    std::vector<double> factors = {0.25,      1.0 / 3.0, 0.5, 2.0 / 3.0, 0.75,
-                                   4.0 / 3.0, 1.5,       2.0, 3.0,       4.0};
-    for (const Camera& camera : cameras_) {
-      const double width = ImageWidth(camera);
-      // K of coordinates divided by the image's width.
-      if (camera.focal_px() < 20.0) {
-        double reach = 1.0;
-        for (const auto& frame : raw_[0].frames) {
-          for (const auto& person : frame) {
-            for (const auto& px : person.px) reach = std::max(reach, px.x());
-          }
-        }
-        factors.push_back(camera.width_px() > 0 ? camera.width_px() : reach);
-      } else if (width > 0.0 && camera.focal_px() > 50.0 * width) {
-        factors.push_back(1.0 / width);
-      }
-      break;  // one K tells
-    }
-    return factors;
-  }
-
-  void AddImages(const Reading& from, double target, PairTable* table,
-                 std::vector<ReadingScore>* scores) const {
-    for (int i = 1; i < kImageReadingCount; ++i) {
-      const auto image = static_cast<ImageReading>(i);
-      Reading all = from;
-      all.images.assign(all.images.size(), image);
-      if (!(all == from)) Add(all, target, table, scores);
-      for (size_t v = 0; v < from.images.size(); ++v) {
-        Reading one = from;
-        one.images[v] = image;
-        if (!(one == from)) Add(one, target, table, scores);
-      }
-    }
-  }
-
-  const CameraRig& cameras_;
-  const std::vector<ViewPeople>& raw_;
-  std::vector<ViewPeople> looked_at_;  // the frames of `raw` that count
-  std::vector<int> frames_;            // all of these
-};
-
-// How many things a reading changes: the fewer, the likelier.
-int ChangeCount(const Reading& reading) {
-  int count = reading.pose != PoseReading::kAsRead;
-  count += reading.image_scale != 1.0;
-  int images = 0;
-  for (const ImageReading image : reading.images) {
-    images += image != ImageReading::kAsRead;
-  }
-  const bool all_alike =
-      std::all_of(reading.images.begin(), reading.images.end(),
-                  [&](ImageReading i) { return i == reading.images.front(); });
-  count += all_alike ? (images > 0 ? 1 : 0) : images;
-  for (size_t v = 0; v < reading.camera_of_view.size(); ++v) {
-    count += reading.camera_of_view[v] != static_cast<int>(v);
-  }
-  return count;
-}
-
-void SortBest(std::vector<ReadingScore>* scores) {
-  std::stable_sort(scores->begin(), scores->end(),
-                   [](const ReadingScore& a, const ReadingScore& b) {
-                     return a.score() > b.score();
-                   });
-}
-
-}  // namespace
-
-ReadingSearch SearchReadings(const CameraRig& cameras,
-                             const std::vector<ViewPeople>& raw,
-                             const std::vector<int>& frames) {
-  const Search search(cameras, raw, frames);
-  ReadingSearch result;
-  result.as_read = search.Score(Reading::AsRead(cameras.size()));
-  ReadingScore best = result.as_read;
-  constexpr int kRounds = 2;
-  for (int round = 0; round < kRounds; ++round) {
-    const double enough = AgreementGain::Needed(best.score());
-    std::vector<ReadingScore> scores =
-        search.Neighbours(best.reading, enough - kEqual);
-    SortBest(&scores);
-    if (scores.empty() || scores.front().score() < enough) break;
-    result.better.clear();
-    for (const ReadingScore& score : scores) {
-      if (score.score() >= scores.front().score() - kEqual) {
-        result.better.push_back(score);
-      }
-    }
-    // Of what fits equally, the simplest comes first.
-    std::stable_sort(result.better.begin(), result.better.end(),
-                     [](const ReadingScore& a, const ReadingScore& b) {
-                       return ChangeCount(a.reading) < ChangeCount(b.reading);
-                     });
-    best = result.better.front();
-  }
-  return result;
+  return answer;
 }
 
 }  // namespace kinegraph

@@ -121,6 +121,12 @@ void ReducedSystem::AddPrior(const CameraChange& inverse_sigma,
   information_ += held.transpose() * held / (gauge_sigma * gauge_sigma);
 }
 
+Eigen::VectorXd ReducedSystem::Gradient() const {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(size_);
+  for (const auto& [block, score] : scores_) sum += score;
+  return sum;
+}
+
 Eigen::MatrixXd ReducedSystem::Inverse() const {
   return information_.ldlt().solve(Eigen::MatrixXd::Identity(size_, size_));
 }

@@ -40,6 +40,10 @@ class ReducedSystem {
   void Add(const MotionSegment& segment, const SegmentState& state,
            const std::vector<CameraChange>& changes);
 
+  // Of the free parameters, view after view.
+  const Eigen::MatrixXd& information() const { return information_; }
+  Eigen::VectorXd Gradient() const;  // of the cost
+
   // What the calibration says, and what is held: `gauge`, rows on all changes
   // below each other, each zero but for `gauge_sigma`.
   void AddPrior(const CameraChange& inverse_sigma, const Eigen::MatrixXd& gauge,

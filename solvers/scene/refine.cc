@@ -6,7 +6,6 @@
 #include <tuple>
 #include <utility>
 
-#include "core/base/median.h"
 #include "core/evaluation/statistics.h"
 #include "solvers/scene/fit_terms.h"
 
@@ -22,58 +21,26 @@ constexpr double kMostCorrelation = 0.95;
 // view for up to nine of its camera.
 constexpr size_t kLeastSegments = 60;
 
-// The farthest that a clock is from the usual of all, their median [s].
-double FarthestClock(const std::vector<CameraChange>& changes) {
-  std::vector<double> offsets_s;
-  offsets_s.reserve(changes.size());
-  for (const CameraChange& one : changes) offsets_s.push_back(one[kOffsetAt]);
-  const double usual_s = Median(offsets_s);
-  double farthest_s = 0.0;
-  for (const double offset_s : offsets_s) {
-    farthest_s = std::max(farthest_s, std::abs(offset_s - usual_s));
-  }
-  return farthest_s;
-}
-
 // Under a sixth of a frame a clock hardly matters, and what walking people do
 // to a detector's bias looks like it.
 constexpr double kLeastLateFrames = 0.15;
 constexpr double kLateSigmas = 4.0;
 
-// Standard deviation of a view's offset or drift; the first view, which has
-// none of its own, has the second one's. 0 where it was not estimated.
-double ClockSigma(const BundleResult& fit, size_t view, int place) {
-  const size_t wanted = view == 0 ? 1 : view;
-  Eigen::Index at = 0;
-  for (size_t v = 0; v < fit.places.size(); ++v) {
-    for (const int one : fit.places[v]) {
-      if (v == wanted && one == place) {
-        return std::sqrt(std::max(0.0, fit.covariance(at, at)));
-      }
-      ++at;
-    }
-  }
-  return 0.0;
-}
-
 // What a fit states of its uncertainty.
 void StoreUncertainty(const BundleResult& result, Refinement* refinement) {
   refinement->places = result.places;
   refinement->covariance = result.covariance;
-  Eigen::Index at = 0;
   for (size_t v = 0; v < result.places.size(); ++v) {
     for (const int place : result.places[v]) {
-      refinement->sigmas[v][place] =
-          std::sqrt(std::max(0.0, result.covariance(at, at)));
-      ++at;
+      refinement->sigmas[v][place] = result.Sigma(v, place);
     }
   }
 }
 
 // Fits, decides, and keeps what was worth it.
-void Step(const CameraRig& cameras, const SceneSegments& segments,
-          const FreeParameters& free, const std::string& what,
-          const BundleOptions& options, Refinement* refinement) {
+void TakeStep(const CameraRig& cameras, const SceneSegments& segments,
+              const FreeParameters& free, const std::string& what,
+              const BundleOptions& options, Refinement* refinement) {
   RefineStep step;
   step.what = what;
   const auto gain_across = [&](Halving halving) {
@@ -88,8 +55,7 @@ void Step(const CameraRig& cameras, const SceneSegments& segments,
     step.reason = "the solver found no solution";
   } else if (!step.gain.certain()) {
     step.reason = "the gain on the other half of the recording is not certain";
-  } else if (step.gain.before_px - step.gain.after_px <
-                 kLeastShareOfGain * step.gain.before_px &&
+  } else if (step.gain.share() < kLeastShareOfGain &&
              !AnyIsLate(result, segments.frame_s, segments.span_s)) {
     step.reason = "the gain on the other half of the recording is below 1 %";
   } else if (!gain_across(Halving::kJoints).certain()) {
@@ -148,24 +114,28 @@ double SamplesAtOnce(const SceneSegments& segments) {
   return said.empty() ? 1.0 : samples / static_cast<double>(said.size());
 }
 
-FreeParameters TakenOf(const Refinement& refinement,
-                       const RefineOptions& options) {
-  FreeParameters free;
-  for (const RefineStep& step : refinement.steps) {
-    if (!step.taken) continue;
-    if (step.what == "clock") {
-      free.offset = true;
-      for (const CameraChange& sigma : refinement.sigmas) {
-        free.drift = free.drift || sigma[kDriftAt] > 0.0;
-      }
-    } else {
-      const FreeParameters camera = CameraParametersOf(options.refine);
-      free.shift = camera.shift;
-      free.rotation = camera.rotation;
-      free.centre = camera.centre;
-      free.focal = camera.focal;
-    }
+// Whether a clock is farther from the usual of all than stretches tell.
+bool AnyIsFar(const std::vector<CameraChange>& changes) {
+  const double usual_s = UsualClock(changes, kOffsetAt);
+  return std::any_of(
+      changes.begin(), changes.end(), [&](const CameraChange& one) {
+        return std::abs(one[kOffsetAt] - usual_s) > kFarthestClockS;
+      });
+}
+
+// What was estimated: the parameters of any view.
+FreeParameters TakenOf(const Refinement& refinement) {
+  CameraChange taken = CameraChange::Zero();
+  for (const std::vector<int>& places : refinement.places) {
+    for (const int place : places) taken[place] = 1.0;
   }
+  FreeParameters free;
+  free.rotation = taken[kRotationAt] > 0.0;
+  free.centre = taken[kCentreAt] > 0.0;
+  free.shift = taken[kShiftAt] > 0.0;
+  free.focal = taken[kFocalAt] > 0.0;
+  free.offset = taken[kOffsetAt] > 0.0;
+  free.drift = taken[kDriftAt] > 0.0;
   return free;
 }
 
@@ -180,7 +150,8 @@ double UsualClock(const std::vector<CameraChange>& changes, int place) {
 
 bool IsLate(const BundleResult& fit, size_t view, int place, double frame_s,
             double span_s) {
-  const double sigma = ClockSigma(fit, view, place);
+  // The first view, which has none of its own, has the second one's.
+  const double sigma = fit.Sigma(view == 0 ? 1 : view, place);
   if (!(sigma > 0.0)) return false;
   const double reach_s = place == kDriftAt ? span_s : 1.0;
   const double late =
@@ -231,33 +202,6 @@ FreeParameters CameraParametersOf(RefineKind kind) {
   return free;
 }
 
-CrossedGain CrossFit(const CameraRig& cameras, const SceneSegments& segments,
-                     Halving halving, const FreeParameters& free,
-                     const std::vector<CameraChange>& start,
-                     const BundleOptions& options,
-                     const std::vector<char>& moves) {
-  FitError before;
-  FitError after;
-  BundleOptions changes_alone = options;
-  changes_alone.wants_covariance = false;
-  for (const int half : {0, 1}) {
-    const SceneSegments seen = HalfOf(segments, halving, half);
-    const SceneSegments other = HalfOf(segments, halving, 1 - half);
-    const BundleResult result =
-        AdjustBundle(cameras, seen, free, start, changes_alone, moves);
-    before.Append(MeasureFit(cameras, other, start, options.segments));
-    after.Append(MeasureFit(cameras, other,
-                            result.usable ? result.changes : start,
-                            options.segments));
-  }
-  CrossedGain gain;
-  gain.all = CompareFits(before, after);
-  for (size_t v = 0; v < cameras.size(); ++v) {
-    gain.views.push_back(CompareFits(before, after, static_cast<int>(v)));
-  }
-  return gain;
-}
-
 bool Refinement::any_taken() const {
   return std::any_of(steps.begin(), steps.end(),
                      [](const RefineStep& step) { return step.taken; });
@@ -282,7 +226,7 @@ Refinement RefineScene(const CameraRig& cameras,
   const auto step = [&](const FreeParameters& parameters,
                         const std::string& what) {
     if (enough) {
-      Step(cameras, segments, parameters, what, bundle, &refinement);
+      TakeStep(cameras, segments, parameters, what, bundle, &refinement);
     } else {
       refinement.steps.push_back(
           {what, /*taken=*/false, "too few matches", {}});
@@ -311,7 +255,7 @@ Refinement RefineScene(const CameraRig& cameras,
     both.drift = clocks.drift;
     StepTogether(cameras, segments, both, bundle, &refinement);
   }
-  if (FarthestClock(refinement.changes) <= kFarthestClockS) return refinement;
+  if (!AnyIsFar(refinement.changes)) return refinement;
   RefineStep clock = refinement.steps.front();
   clock.taken = false;
   clock.reason = "clocks that are off by more than 0.1 s may be noise";
@@ -336,50 +280,44 @@ CameraRig RefinedCameras(const CameraRig& cameras,
 
 DetectionSequence WithClocks(const DetectionSequence& detections,
                              const std::vector<CameraChange>& changes) {
+  const std::vector<DetectionFrame>& frames = detections.frames;
   DetectionSequence moved = detections;
-  const size_t frames = detections.frames.size();
-  if (frames == 0) return moved;
-  const TimeNs first = detections.frames.front().time;
-  const TimeNs last = detections.frames.back().time;
+  if (frames.empty()) return moved;
+  const TimeNs first = frames.front().time;
+  const TimeNs last = frames.back().time;
   const TimeNs middle = first + (last - first) / 2;
+  const auto beats = static_cast<TimeNs>(frames.size()) - 1;
+  const TimeNs beat = beats > 0 ? (last - first) / beats : 0;
   for (size_t v = 0; v < changes.size(); ++v) {
     const double offset_s = changes[v][kOffsetAt];
     const double drift = changes[v][kDriftAt];
     if (offset_s == 0.0 && drift == 0.0) continue;
-    std::vector<TimeNs> nearest(frames);
     for (DetectionFrame& frame : moved.frames) {
       frame.views[v].detections.clear();
+      frame.views[v].capture_time = frame.time;
     }
-    std::vector<char> taken(frames, 0);
-    for (size_t k = 0; k < frames; ++k) {
-      const ViewDetections& told = detections.frames[k].views[v];
-      const double since = ToSeconds(told.capture_time - middle);
+    std::vector<TimeNs> nearest(frames.size(), beat + 1);
+    for (const DetectionFrame& frame : frames) {
+      const ViewDetections& told = frame.views[v];
       const TimeNs capture =
-          told.capture_time + FromSeconds(offset_s + drift * since);
-      // The frame whose time is nearest.
+          told.capture_time +
+          FromSeconds(offset_s + drift * ToSeconds(told.capture_time - middle));
+      // The frame whose time is nearest. Beyond the ends of the recording there
+      // is none to join.
       auto at = std::lower_bound(
-          detections.frames.begin(), detections.frames.end(), capture,
+          frames.begin(), frames.end(), capture,
           [](const DetectionFrame& f, TimeNs time) { return f.time < time; });
-      if (at == detections.frames.end()) --at;
-      if (at != detections.frames.begin() &&
+      if (at == frames.end()) --at;
+      if (at != frames.begin() &&
           capture - std::prev(at)->time < at->time - capture) {
         --at;
       }
-      const auto target = static_cast<size_t>(at - detections.frames.begin());
+      const auto target = static_cast<size_t>(at - frames.begin());
       const TimeNs off = std::abs(capture - at->time);
-      if (taken[target] && off >= nearest[target]) continue;
-      // Beyond the ends of the recording there is no frame to join.
-      const TimeNs beat =
-          frames > 1 ? (last - first) / static_cast<TimeNs>(frames - 1) : 0;
-      if (off > beat) continue;
-      taken[target] = 1;
+      if (off >= nearest[target]) continue;
       nearest[target] = off;
       moved.frames[target].views[v] = told;
       moved.frames[target].views[v].capture_time = capture;
-    }
-    for (size_t k = 0; k < frames; ++k) {
-      if (!taken[k])
-        moved.frames[k].views[v].capture_time = moved.frames[k].time;
     }
   }
   return moved;
@@ -396,9 +334,9 @@ BundleOptions WithLastingErrors(BundleOptions options,
 }
 
 void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
-                 const FrozenMatches& matches, const RefineOptions& options,
-                 const BundleOptions& bundle, Refinement* refinement) {
-  const FreeParameters free = TakenOf(*refinement, options);
+                 const FrozenMatches& matches, const BundleOptions& bundle,
+                 Refinement* refinement) {
+  const FreeParameters free = TakenOf(*refinement);
   std::vector<CameraChange> start = refinement->changes;
   for (CameraChange& change : start) {
     change[kOffsetAt] = change[kDriftAt] = 0.0;  // the detections have them

@@ -33,18 +33,6 @@ bool IsLate(const BundleResult& fit, size_t view, int place, double frame_s,
 // Whether any view's offset or drift is.
 bool AnyIsLate(const BundleResult& fit, double frame_s, double span_s);
 
-// What a fit of some parameters gives on the half of the recording that it has
-// not seen, both ways round.
-struct CrossedGain {
-  FitGain all;
-  std::vector<FitGain> views;
-};
-CrossedGain CrossFit(const CameraRig& cameras, const SceneSegments& segments,
-                     Halving halving, const FreeParameters& free,
-                     const std::vector<CameraChange>& start,
-                     const BundleOptions& options,
-                     const std::vector<char>& moves = {});
-
 // One step of the refinement: the clocks, or the cameras.
 struct RefineStep {
   std::string what;  // "clock", "shift", ...
@@ -90,8 +78,8 @@ BundleOptions WithLastingErrors(BundleOptions options,
 // of the first round with the clocks set right (WithClocks), `matches` theirs
 // with the refined cameras. Decisions stay.
 void RefineAgain(const CameraRig& cameras, const DetectionSequence& detections,
-                 const FrozenMatches& matches, const RefineOptions& options,
-                 const BundleOptions& bundle, Refinement* refinement);
+                 const FrozenMatches& matches, const BundleOptions& bundle,
+                 Refinement* refinement);
 
 // The cameras with their changes.
 CameraRig RefinedCameras(const CameraRig& cameras,

@@ -23,10 +23,14 @@ const Detection* FindDetection(const ViewDetections& view, int index_in_file) {
 }
 
 // A person's frame with what belongs to them.
+struct SeenView {
+  int view = 0;
+  const Detection* detection = nullptr;
+  TimeNs capture_time = 0;
+};
 struct SeenFrame {
   TimeNs time = 0;
-  std::vector<std::pair<int, const Detection*>> views;
-  std::vector<TimeNs> capture_times;
+  std::vector<SeenView> views;
 };
 
 std::vector<SeenFrame> FramesOf(const FrozenPerson& person,
@@ -41,8 +45,7 @@ std::vector<SeenFrame> FramesOf(const FrozenPerson& person,
       const ViewDetections& view = frame->views[one.view_idx];
       const Detection* detection = FindDetection(view, one.detection_idx);
       if (detection == nullptr) continue;
-      seen.views.emplace_back(one.view_idx, detection);
-      seen.capture_times.push_back(view.capture_time);
+      seen.views.push_back({one.view_idx, detection, view.capture_time});
     }
     frames.push_back(std::move(seen));
   }
@@ -98,14 +101,12 @@ std::optional<Eigen::Vector3d> StartOf(const CameraRig& cameras,
   std::vector<size_t> order;
   for (size_t k = run.begin; k < run.end; ++k) order.push_back(k);
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-    const auto away = [&](size_t k) {
-      return k > middle ? k - middle : middle - k;
-    };
-    return away(a) < away(b);
+    return std::max(a, middle) - std::min(a, middle) <
+           std::max(b, middle) - std::min(b, middle);
   });
   for (const size_t k : order) {
     std::vector<PointMeasurement> measurements;
-    for (const auto& [view, detection] : frames[k].views) {
+    for (const auto& [view, detection, capture_time] : frames[k].views) {
       const Keypoint& point = detection->joints[joint];
       if (!point.found || point.confidence < min_confidence) continue;
       const auto ideal = cameras[view].Undistort(point.px);
@@ -146,15 +147,14 @@ bool MakeSegment(const CameraRig& cameras, const std::vector<SeenFrame>& frames,
   const double reach_s =
       0.5 * ToSeconds(frames[run.end - 1].time - frames[run.begin].time + beat);
   for (size_t k = run.begin; k < run.end; ++k) {
-    for (size_t i = 0; i < frames[k].views.size(); ++i) {
-      const auto& [view, detection] = frames[k].views[i];
+    for (const auto& [view, detection, capture_time] : frames[k].views) {
       const Keypoint& point = detection->joints[joint];
       if (!point.found || point.confidence < options.min_confidence) continue;
       const double depth_m = cameras[view].Depth(*start);
       if (!(depth_m > 0.0)) continue;
       SegmentMeasurement measurement;
       measurement.view_idx = view;
-      measurement.time_s = ToSeconds(frames[k].capture_times[i] - middle);
+      measurement.time_s = ToSeconds(capture_time - middle);
       measurement.px = point.px;
       measurement.sigma_px = JointSigma(options, point, cameras[view], depth_m);
       if (options.tapered) {
@@ -288,29 +288,21 @@ bool IsLower(JointClass joint_class) {
 // skeletons name left and right in turn: each half has both sides.
 std::vector<bool> FirstHalf(const SceneSegments& scene, Halving halving) {
   const std::vector<MotionSegment>& segments = scene.segments;
-  std::vector<bool> first(segments.size());
-  if (halving == Halving::kBody) {
-    for (size_t s = 0; s < segments.size(); ++s) {
-      first[s] = IsLower(scene.classes[static_cast<size_t>(segments[s].joint)]);
-    }
-    return first;
-  }
-  if (halving == Halving::kPlaces) {
-    const std::vector<double> places = PlacesOf(segments);
-    const double middle = Quantile(places, 0.5);
-    for (size_t s = 0; s < segments.size(); ++s) first[s] = places[s] < middle;
-    return first;
-  }
-  if (halving == Halving::kTime) {
-    for (size_t s = 0; s < segments.size() / 2; ++s) first[s] = true;
-    return first;
-  }
   std::map<int, int> ranks;
   for (const MotionSegment& segment : segments) ranks[segment.joint] = 0;
   int rank = 0;
   for (auto& entry : ranks) entry.second = rank++;
+  std::vector<double> places;
+  if (halving == Halving::kPlaces) places = PlacesOf(segments);
+  const double middle = places.empty() ? 0.0 : Quantile(places, 0.5);
+  std::vector<bool> first;
   for (size_t s = 0; s < segments.size(); ++s) {
-    first[s] = ranks[segments[s].joint] / 2 % 2 == 0;
+    const auto joint = static_cast<size_t>(segments[s].joint);
+    first.push_back(halving == Halving::kBody ? IsLower(scene.classes[joint])
+                    : halving == Halving::kPlaces ? places[s] < middle
+                    : halving == Halving::kTime
+                        ? s < segments.size() / 2
+                        : ranks[segments[s].joint] / 2 % 2 == 0);
   }
   return first;
 }

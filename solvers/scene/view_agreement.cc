@@ -95,12 +95,11 @@ double PairGain(const Columns& a, double size_a, const Columns& b,
 std::optional<Eigen::Vector3d> Triangulated(const Camera& camera_a,
                                             const Eigen::Vector2d& a,
                                             const Camera& camera_b,
-                                            const Eigen::Vector2d& b,
-                                            double min_angle_rad) {
+                                            const Eigen::Vector2d& b) {
   const std::array<PointMeasurement, 2> measurements = {
       {{&camera_a, a, 1.0}, {&camera_b, b, 1.0}}};
   TriangulationOptions options;
-  options.min_angle_rad = min_angle_rad;
+  options.min_angle_rad = 0.2;
   const TriangulationResult result =
       TriangulateDlt({measurements.data(), measurements.size()}, options);
   if (!result.ok()) return std::nullopt;
@@ -139,79 +138,103 @@ struct Match {
   size_t b = 0;
 };
 
-// Gains of all pairs of a frame's people in two views, each row with its best
-// column. Of equal ones the first counts.
-class GainTable {
- public:
-  GainTable(size_t rows, size_t columns)
-      : columns_(columns), gains_(rows * columns), best_(rows, 0) {}
-
-  double& At(size_t row, size_t column) {
-    return gains_[row * columns_ + column];
-  }
-
-  void FindBest(size_t row) {
-    const auto begin =
-        gains_.begin() + static_cast<std::ptrdiff_t>(row * columns_);
-    best_[row] = static_cast<size_t>(
-        std::max_element(begin, begin + static_cast<std::ptrdiff_t>(columns_)) -
-        begin);
-  }
-
-  Match Best() {
-    Match best;
-    for (size_t row = 0; row < best_.size(); ++row) {
-      const double gain = At(row, best_[row]);
-      if (gain > best.gain) best = {gain, row, best_[row]};
-    }
-    return best;
-  }
-
-  // Nobody is in two pairs.
-  void Take(const Match& match) {
-    for (size_t column = 0; column < columns_; ++column) {
-      At(match.a, column) = 0.0;
-    }
-    for (size_t row = 0; row < best_.size(); ++row) {
-      At(row, match.b) = 0.0;
-      if (best_[row] == match.b) FindBest(row);
-    }
-  }
-
- private:
-  size_t columns_;
-  std::vector<double> gains_;
-  std::vector<size_t> best_;
-};
-
-// People of two views who are one person, the best pairs first.
+// People of two views who are one person: the best pairs first, nobody in two.
 std::vector<Match> MatchPeople(const Camera& camera_a,
                                const std::vector<ViewPeople::Person>& a,
                                const ComparedPeople& of_a,
                                const Camera& camera_b,
                                const std::vector<ViewPeople::Person>& b,
                                const ComparedPeople& of_b) {
-  std::vector<Match> matches;
-  if (a.empty() || b.empty()) return matches;
-  GainTable gains(a.size(), b.size());
+  std::vector<Match> likely;
   for (size_t i = 0; i < a.size(); ++i) {
     for (size_t k = 0; k < b.size(); ++k) {
-      gains.At(i, k) =
+      const double gain =
           PairGain(of_a.Of(i), a[i].size_px, of_b.Of(k), b[k].size_px);
+      if (gain > 0.0) likely.push_back({gain, i, k});
     }
-    gains.FindBest(i);
   }
-  for (Match best = gains.Best(); best.gain > 0.0; best = gains.Best()) {
-    if (InFront(camera_a, a[best.a], camera_b, b[best.b])) {
-      matches.push_back(best);
-      gains.Take(best);
-    } else {
-      gains.At(best.a, best.b) = 0.0;
-      gains.FindBest(best.a);
+  std::stable_sort(likely.begin(), likely.end(),
+                   [](const Match& one, const Match& other) {
+                     return one.gain > other.gain;
+                   });
+  std::vector<char> taken_a(a.size(), 0);
+  std::vector<char> taken_b(b.size(), 0);
+  std::vector<Match> matches;
+  for (const Match& one : likely) {
+    if (taken_a[one.a] || taken_b[one.b] ||
+        !InFront(camera_a, a[one.a], camera_b, b[one.b])) {
+      continue;
     }
+    taken_a[one.a] = taken_b[one.b] = 1;
+    matches.push_back(one);
   }
   return matches;
 }
+
+// Two views, to be compared at several lags.
+class PairOfViews {
+ public:
+  PairOfViews(const Camera& camera_a, const ViewPeople& a,
+              const Camera& camera_b, const ViewPeople& b)
+      : camera_a_(camera_a),
+        a_(a),
+        camera_b_(camera_b),
+        b_(b),
+        F_(FundamentalMatrix(camera_a, camera_b)),
+        F_back_(F_.transpose()) {}
+
+  PairAgreement Agreement(const std::vector<int>& frames, int lag) {
+    PairAgreement agreement;
+    for (const int k : frames) {
+      const int other = k + lag;
+      if (other < 0 || other >= static_cast<int>(b_.frames.size())) continue;
+      const auto& people_a = a_.frames[static_cast<size_t>(k)];
+      const auto& people_b = b_.frames[static_cast<size_t>(other)];
+      const size_t possible = std::min(people_a.size(), people_b.size());
+      if (possible == 0) continue;
+      agreement.possible += static_cast<double>(possible);
+      double size_px = 0.0;
+      for (const auto& person : people_a) size_px += person.size_px;
+      size_px *= kTolerance / static_cast<double>(people_a.size());
+      agreement.distance_px += size_px * static_cast<double>(possible);
+      // Two cameras in one place see everything on each other's lines.
+      if (F_.isZero()) continue;
+      for (const Match& match : Matches(k, other)) {
+        agreement.gain += match.gain;
+        agreement.distance_px -= match.gain * size_px;
+      }
+    }
+    return agreement;
+  }
+
+ private:
+  using Known = std::unordered_map<int, ComparedPeople>;
+
+  std::vector<Match> Matches(int frame_a, int frame_b) {
+    const auto& people_a = a_.frames[static_cast<size_t>(frame_a)];
+    const auto& people_b = b_.frames[static_cast<size_t>(frame_b)];
+    return MatchPeople(camera_a_, people_a,
+                       Of(F_, frame_a, people_a, &known_a_), camera_b_,
+                       people_b, Of(F_back_, frame_b, people_b, &known_b_));
+  }
+
+  static const ComparedPeople& Of(const Eigen::Matrix3d& F, int frame,
+                                  const std::vector<ViewPeople::Person>& people,
+                                  Known* known) {
+    const auto [at, is_new] = known->try_emplace(frame);
+    if (is_new) at->second = ComparedPeople(F, people);
+    return at->second;
+  }
+
+  const Camera& camera_a_;
+  const ViewPeople& a_;
+  const Camera& camera_b_;
+  const ViewPeople& b_;
+  const Eigen::Matrix3d F_;
+  const Eigen::Matrix3d F_back_;
+  Known known_a_;
+  Known known_b_;
+};
 
 // Length of a chain of joints, NaN where one is not there.
 double ChainLength(const std::vector<std::optional<Eigen::Vector3d>>& points,
@@ -315,82 +338,30 @@ ViewPeople Undistorted(const ViewPeople& view, const Camera& camera) {
   return ideal;
 }
 
-class PairOfViews::Impl {
- public:
-  Impl(const Camera& camera_a, const ViewPeople& a, const Camera& camera_b,
-       const ViewPeople& b)
-      : camera_a_(camera_a),
-        a_(a),
-        camera_b_(camera_b),
-        b_(b),
-        F_(FundamentalMatrix(camera_a, camera_b)),
-        F_back_(F_.transpose()) {}
-
-  PairAgreement Agreement(const std::vector<int>& frames, int lag) {
-    PairAgreement agreement;
-    for (const int k : frames) {
-      const int other = k + lag;
-      if (other < 0 || other >= static_cast<int>(b_.frames.size())) continue;
-      const auto& people_a = a_.frames[static_cast<size_t>(k)];
-      const auto& people_b = b_.frames[static_cast<size_t>(other)];
-      const size_t possible = std::min(people_a.size(), people_b.size());
-      if (possible == 0) continue;
-      agreement.possible += static_cast<double>(possible);
-      double size_px = 0.0;
-      for (const auto& person : people_a) size_px += person.size_px;
-      size_px *= kTolerance / static_cast<double>(people_a.size());
-      agreement.distance_px += size_px * static_cast<double>(possible);
-      // Two cameras in one place see everything on each other's lines.
-      if (F_.isZero()) continue;
-      for (const Match& match : Matches(k, other)) {
-        agreement.gain += match.gain;
-        agreement.distance_px -= match.gain * size_px;
-      }
-    }
-    return agreement;
+std::vector<ViewPeople> Undistorted(std::vector<ViewPeople> views,
+                                    const CameraRig& cameras) {
+  for (size_t v = 0; v < views.size(); ++v) {
+    views[v] = Undistorted(views[v], cameras[v]);
   }
+  return views;
+}
 
- private:
-  using Known = std::unordered_map<int, ComparedPeople>;
-
-  std::vector<Match> Matches(int frame_a, int frame_b) {
-    const auto& people_a = a_.frames[static_cast<size_t>(frame_a)];
-    const auto& people_b = b_.frames[static_cast<size_t>(frame_b)];
-    return MatchPeople(camera_a_, people_a,
-                       Of(F_, frame_a, people_a, &known_a_), camera_b_,
-                       people_b, Of(F_back_, frame_b, people_b, &known_b_));
-  }
-
-  static const ComparedPeople& Of(const Eigen::Matrix3d& F, int frame,
-                                  const std::vector<ViewPeople::Person>& people,
-                                  Known* known) {
-    const auto [at, is_new] = known->try_emplace(frame);
-    if (is_new) at->second = ComparedPeople(F, people);
-    return at->second;
-  }
-
-  const Camera& camera_a_;
-  const ViewPeople& a_;
-  const Camera& camera_b_;
-  const ViewPeople& b_;
-  const Eigen::Matrix3d F_;
-  const Eigen::Matrix3d F_back_;
-  Known known_a_;
-  Known known_b_;
-};
-
-PairOfViews::PairOfViews(const Camera& camera_a, const ViewPeople& a,
-                         const Camera& camera_b, const ViewPeople& b)
-    : impl_(std::make_unique<Impl>(camera_a, a, camera_b, b)) {}
-PairOfViews::~PairOfViews() = default;
-PairAgreement PairOfViews::Agreement(const std::vector<int>& frames, int lag) {
-  return impl_->Agreement(frames, lag);
+std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
+                                        const ViewPeople& a,
+                                        const Camera& camera_b,
+                                        const ViewPeople& b,
+                                        const std::vector<int>& frames,
+                                        const std::vector<int>& lags) {
+  PairOfViews pair(camera_a, a, camera_b, b);
+  std::vector<PairAgreement> agreements;
+  for (const int lag : lags) agreements.push_back(pair.Agreement(frames, lag));
+  return agreements;
 }
 
 PairAgreement AgreementOf(const Camera& camera_a, const ViewPeople& a,
                           const Camera& camera_b, const ViewPeople& b,
                           const std::vector<int>& frames, int lag) {
-  return PairOfViews(camera_a, a, camera_b, b).Agreement(frames, lag);
+  return AgreementsOf(camera_a, a, camera_b, b, frames, {lag}).front();
 }
 
 double ComparisonsOfAll(const std::vector<ViewPeople>& views,
@@ -436,9 +407,7 @@ PairAgreement AgreementOfAll(const CameraRig& cameras,
   PairAgreement all;
   for (size_t a = 0; a < cameras.size(); ++a) {
     for (size_t b = a + 1; b < cameras.size(); ++b) {
-      const PairAgreement pair =
-          AgreementOf(cameras[a], ideal[a], cameras[b], ideal[b], frames);
-      all.Add(pair);
+      all.Add(AgreementOf(cameras[a], ideal[a], cameras[b], ideal[b], frames));
     }
   }
   return all;
@@ -447,7 +416,6 @@ PairAgreement AgreementOfAll(const CameraRig& cameras,
 std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
                                       const std::vector<ViewPeople>& ideal,
                                       const std::vector<int>& frames) {
-  constexpr double kMinAngleRad = 0.2;
   constexpr double kMinGain = 0.5;
   const std::vector<int> looked_at = FramesToPlace(ideal, frames);
   std::vector<PlacedPerson> placed;
@@ -471,8 +439,8 @@ std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
           person.joints.resize(one.px.size());
           for (size_t j = 0; j < one.px.size(); ++j) {
             if (!one.found[j] || !other.found[j]) continue;
-            person.joints[j] = Triangulated(cameras[a], one.px[j], cameras[b],
-                                            other.px[j], kMinAngleRad);
+            person.joints[j] =
+                Triangulated(cameras[a], one.px[j], cameras[b], other.px[j]);
           }
         }
       }

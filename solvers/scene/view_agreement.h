@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,6 +36,8 @@ std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections,
 
 // Ideal pixels: the lens of each view's camera taken out.
 ViewPeople Undistorted(const ViewPeople& view, const Camera& camera);
+std::vector<ViewPeople> Undistorted(std::vector<ViewPeople> views,
+                                    const CameraRig& cameras);
 
 // The detections with what frame `source(view, k)` of a view shows in its frame
 // k; nothing where there is no such frame. Times stay the frames' own.
@@ -102,25 +103,17 @@ struct AgreementGain {
   double sureness() const { return Sureness(gain(), after.score()); }
 };
 
-// Two views, to be compared at several lags. `a` and `b` hold ideal pixels of
-// the cameras; all must outlive the object.
-class PairOfViews {
- public:
-  PairOfViews(const Camera& camera_a, const ViewPeople& a,
-              const Camera& camera_b, const ViewPeople& b);
-  ~PairOfViews();
-
-  // Frame k of `a` is compared with frame k + lag of `b`. A pair's gain is the
-  // mean over common joints of max(0, 1 - d / 0.1), d the distance from the
-  // epipolar lines over the person's size; zero where the person would be
-  // behind a camera. Pairs are taken greedily.
-  PairAgreement Agreement(const std::vector<int>& frames, int lag);
-
- private:
-  class Impl;
-  std::unique_ptr<Impl> impl_;
-};
-
+// Two views at several lags: frame k of `a` is compared with frame k + lag of
+// `b`, which hold ideal pixels of the cameras. A pair of people gains the mean
+// over common joints of max(0, 1 - d / 0.1), d the distance from the epipolar
+// lines over the person's size; zero where the person would be behind a camera.
+// Pairs are taken greedily.
+std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
+                                        const ViewPeople& a,
+                                        const Camera& camera_b,
+                                        const ViewPeople& b,
+                                        const std::vector<int>& frames,
+                                        const std::vector<int>& lags);
 // At one lag.
 PairAgreement AgreementOf(const Camera& camera_a, const ViewPeople& a,
                           const Camera& camera_b, const ViewPeople& b,

@@ -1,38 +1,21 @@
-#include "solvers/scene/view_checks.h"
-
+// Questions about the files and images of single views, asked before anything
+// is asked of cameras or clocks: frame ranges, rates, exchanged sides, scaled
+// and cropped videos.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <cstdint>
+#include <numeric>
+#include <string>
 #include <utility>
 
 #include "core/evaluation/statistics.h"
-#include "solvers/scene/readings.h"
+#include "solvers/scene/hypothesis.h"
+#include "solvers/scene/plausible.h"
 
 namespace kinegraph {
 namespace {
-
-constexpr int kViewFramesToCompare = 40;
-
-// Of a view, with its camera and its people as they are given.
-PairAgreement WithOthers(const CameraRig& cameras,
-                         const std::vector<ViewPeople>& people, size_t view,
-                         const Camera& camera, const ViewPeople& own,
-                         const std::vector<int>& frames) {
-  PairAgreement all;
-  for (size_t v = 0; v < cameras.size(); ++v) {
-    if (v == view) continue;
-    all.Add(AgreementOf(cameras[v], people[v], camera, own, frames));
-  }
-  return all;
-}
-
-PairAgreement WithOthers(const CameraRig& cameras,
-                         const std::vector<ViewPeople>& people, size_t view,
-                         const std::vector<int>& frames) {
-  return WithOthers(cameras, people, view, cameras[view], people[view], frames);
-}
 
 // Of the frame with a number, or -1.
 int IndexOfFrame(const std::vector<DetectionFrame>& frames, int64_t number) {
@@ -43,77 +26,191 @@ int IndexOfFrame(const std::vector<DetectionFrame>& frames, int64_t number) {
   return static_cast<int>(at - frames.begin());
 }
 
-// The frame in which a view's files that count `factor` times as fast, their
-// numbers too high by `offset`, show what is nearest to frame `number`, and how
-// many frames earlier than that it was taken; nullopt where it is nearer to
-// another.
-struct CountedFrame {
-  int64_t number = 0;
-  double earlier = 0.0;
+// Frames in which a view shows anybody.
+struct ShownFrames {
+  int64_t first = 0;
+  int64_t last = -1;
+  bool any() const { return first <= last; }
+  bool Meets(const ShownFrames& other) const {
+    return any() && other.any() && first <= other.last && other.first <= last;
+  }
 };
-std::optional<CountedFrame> FrameAtRate(int64_t number, double factor,
-                                        double offset) {
-  const auto told = static_cast<double>(number);
-  CountedFrame shown;
-  shown.number = std::llround(factor * told + offset);
-  shown.earlier = told - (static_cast<double>(shown.number) - offset) / factor;
-  // Of two frames alike the later, as where the recording is read.
-  if (shown.earlier >= 0.5 || shown.earlier < -0.5) return std::nullopt;
+
+std::vector<ShownFrames> FramesShown(const DetectionSequence& detections) {
+  std::vector<ShownFrames> shown(detections.header.view_names.size());
+  for (const DetectionFrame& frame : detections.frames) {
+    for (size_t v = 0; v < shown.size(); ++v) {
+      if (frame.views[v].detections.empty()) continue;
+      if (!shown[v].any()) shown[v].first = frame.frame;
+      shown[v].last = frame.frame;
+    }
+  }
   return shown;
 }
 
-// A view's people as they are where its files count so.
-ViewPeople AtRate(const ViewPeople& people,
-                  const std::vector<DetectionFrame>& frames,
-                  const std::vector<int>& wanted, double factor,
-                  double offset) {
-  ViewPeople moved;
-  moved.frames.resize(people.frames.size());
-  for (const int k : wanted) {
-    const auto shown =
-        FrameAtRate(frames[static_cast<size_t>(k)].frame, factor, offset);
-    if (!shown.has_value()) continue;
-    const int from = IndexOfFrame(frames, shown->number);
-    if (from < 0) continue;
-    moved.frames[static_cast<size_t>(k)] =
-        people.frames[static_cast<size_t>(from)];
+// What is to be taken from each view's frame numbers so that all views have
+// frames in common: nothing but of those that share no frame with the view that
+// meets most; of equal ones the first view counts.
+std::vector<int64_t> FrameOffsets(const std::vector<ShownFrames>& shown) {
+  const ShownFrames* reference = nullptr;
+  std::ptrdiff_t most = 0;
+  for (const ShownFrames& one : shown) {
+    const auto count =
+        std::count_if(shown.begin(), shown.end(),
+                      [&](const ShownFrames& o) { return one.Meets(o); });
+    if (count > most) reference = &one;
+    most = std::max(most, count);
   }
+  std::vector<int64_t> offsets;
+  for (const ShownFrames& one : shown) {
+    const bool stays = !one.any() || one.Meets(*reference);
+    offsets.push_back(stays ? 0 : one.first - reference->first);
+  }
+  return offsets;
+}
+
+DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
+                                   const std::vector<int64_t>& offsets) {
+  const auto& frames = detections.frames;
+  DetectionSequence moved =
+      FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
+        const int64_t number = frames[static_cast<size_t>(k)].frame;
+        return offsets[v] == 0 ? k : IndexOfFrame(frames, number + offsets[v]);
+      });
+  // The others join the frames of the views that stay.
+  const auto is_empty = [](const DetectionFrame& frame) {
+    return std::all_of(
+        frame.views.begin(), frame.views.end(),
+        [](const ViewDetections& view) { return view.detections.empty(); });
+  };
+  moved.frames.erase(
+      std::remove_if(moved.frames.begin(), moved.frames.end(), is_empty),
+      moved.frames.end());
   return moved;
 }
 
-// Of the frames looked at.
-ViewPeople Mirrored(const ViewPeople& people, const std::vector<int>& frames,
-                    const Skeleton& skeleton) {
-  ViewPeople mirrored;
-  mirrored.frames.resize(people.frames.size());
-  const std::vector<int>& joints = skeleton.association_joints();
-  std::vector<size_t> partner;
-  for (const int joint : joints) {
-    const auto at =
-        std::find(joints.begin(), joints.end(), skeleton.mirror(joint));
-    partner.push_back(static_cast<size_t>(
-        (at == joints.end() ? std::find(joints.begin(), joints.end(), joint)
-                            : at) -
-        joints.begin()));
+// ---- Rates ----
+
+// A view whose files count frames at another rate than the rest, `factor` times
+// as fast, their numbers too high by `offset`.
+struct OtherRate {
+  size_t view = 0;
+  double rate_hz = 0.0;
+  double factor = 1.0;
+  double offset = 0.0;
+  AgreementGain gain;  // with the others
+
+  // The frame that shows what is nearest to frame `number`, and how many frames
+  // earlier than that it was taken; nullopt where it is nearer to another.
+  struct Shown {
+    int64_t number = 0;
+    double earlier = 0.0;
+  };
+  std::optional<Shown> At(int64_t number) const {
+    const auto told = static_cast<double>(number);
+    Shown shown;
+    shown.number = std::llround(factor * told + offset);
+    shown.earlier =
+        told - (static_cast<double>(shown.number) - offset) / factor;
+    // Of two frames alike the later, as where the recording is read.
+    if (shown.earlier >= 0.5 || shown.earlier < -0.5) return std::nullopt;
+    return shown;
   }
-  for (const int k : frames) {
-    const auto at = static_cast<size_t>(k);
-    mirrored.frames[at] = people.frames[at];
-    for (ViewPeople::Person& person : mirrored.frames[at]) {
-      const ViewPeople::Person own = person;
-      for (size_t j = 0; j < partner.size(); ++j) {
-        person.px[j] = own.px[partner[j]];
-        person.found[j] = own.found[partner[j]];
+
+  // The view's people in some of the frames.
+  ViewPeople Of(const ViewPeople& people,
+                const std::vector<DetectionFrame>& frames,
+                const std::vector<int>& wanted) const {
+    ViewPeople moved;
+    moved.frames.resize(people.frames.size());
+    for (const int k : wanted) {
+      const auto at = static_cast<size_t>(k);
+      const auto shown = At(frames[at].frame);
+      const int from = shown ? IndexOfFrame(frames, shown->number) : -1;
+      if (from < 0) continue;
+      moved.frames[at] = people.frames[static_cast<size_t>(from)];
+    }
+    return moved;
+  }
+
+  DetectionSequence Of(const DetectionSequence& detections) const {
+    const auto& frames = detections.frames;
+    DetectionSequence moved =
+        FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
+          if (v != view) return k;
+          const auto shown = At(frames[static_cast<size_t>(k)].frame);
+          return shown ? IndexOfFrame(frames, shown->number) : -1;
+        });
+    for (DetectionFrame& frame : moved.frames) {
+      if (const auto shown = At(frame.frame)) {
+        frame.views[view].capture_time -=
+            FromSeconds(shown->earlier / detections.header.frame_rate_hz);
+      }
+    }
+    return moved;
+  }
+};
+
+std::optional<OtherRate> FindOtherRate(const SetUp& set_up) {
+  constexpr std::array kRates = {12.0, 12.5, 15.0, 24.0,  25.0,  30.0,  48.0,
+                                 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0};
+  constexpr int kFrames = 40;
+  // Half of the views at twice the rate are the others at half of it: of
+  // answers alike the faster one is taken.
+  constexpr double kAlike = 0.03;
+  const auto& files = set_up.detections.frames;
+  // Each pair of views is compared from both sides.
+  const std::vector<int> frames = FramesToLookAt(
+      set_up.ideal, kFrames, 2 * static_cast<int>(kRates.size()));
+  std::optional<OtherRate> best;
+  for (size_t v = 0; v < set_up.cameras.size(); ++v) {
+    const auto with_others = [&](const ViewPeople& own) {
+      return set_up.WithOthers(v, set_up.cameras[v], own, frames);
+    };
+    OtherRate one;
+    one.view = v;
+    one.gain.before = with_others(set_up.ideal[v]);
+    for (const double rate_hz : kRates) {
+      one.rate_hz = rate_hz;
+      one.factor = rate_hz / set_up.input.frame_rate_hz;
+      if (std::abs(one.factor - 1.0) < 0.02 || one.factor < 0.2 ||
+          one.factor > 5.0) {
+        continue;
+      }
+      // The first frames of all belong together, or numbers count from 0.
+      const auto first = static_cast<double>(files.front().frame);
+      const double together = first - one.factor * first;
+      for (const double offset : {together, 0.0}) {
+        one.offset = offset;
+        one.gain.after = with_others(one.Of(set_up.ideal[v], files, frames));
+        // Most of the frames must have a partner.
+        const double most =
+            std::min(1.0, one.factor) * one.gain.before.possible;
+        if (one.gain.after.possible >= 0.3 * most && one.gain.is_enough() &&
+            (!best.has_value() ||
+             one.gain.gain() >
+                 best->gain.gain() +
+                     (rate_hz > best->rate_hz ? -kAlike : kAlike))) {
+          best = one;
+        }
+        if (together == 0.0) break;
       }
     }
   }
-  return mirrored;
+  return best;
 }
 
-// Of people in 3D, whether noses and toes lie behind: shoulders, hips and trunk
+// ---- Sides ----
+
+// Of people in 3D, how many have their noses behind: shoulders, hips and trunk
 // tell which way is ahead.
-void LookAhead(const std::vector<PlacedPerson>& people,
-               const Skeleton& skeleton, ExchangedSides* sides) {
+struct Noses {
+  int backwards = 0;
+  int looked_at = 0;
+};
+Noses LookAhead(const std::vector<PlacedPerson>& people,
+                const Skeleton& skeleton) {
+  Noses noses;
   const auto joint = [&](const PlacedPerson& person, const char* name) {
     const int at = PlaceOf(skeleton, name);
     return at < 0 ? std::nullopt : person.joints[static_cast<size_t>(at)];
@@ -126,29 +223,29 @@ void LookAhead(const std::vector<PlacedPerson>& people,
     const Eigen::Vector3d up = (*l + *r - *lh - *rh).normalized();
     const Eigen::Vector3d ahead = ((*l - *r) + (*lh - *rh)).cross(up);
     // Whoever is seen from the side has shoulders of no width.
-    const double width = (*l - *r).norm();
     const double trunk = 0.5 * (*l + *r - *lh - *rh).norm();
-    if (!(width > 0.3 * trunk) || ahead.norm() == 0.0) continue;
+    if (!((*l - *r).norm() > 0.3 * trunk) || ahead.norm() == 0.0) continue;
     const double nose_m = (*nose - 0.5 * (*l + *r)).dot(ahead.normalized());
     if (std::abs(nose_m) < 0.1 * trunk) continue;  // who bends the head back
-    ++sides->looked_at;
-    sides->backwards += nose_m < 0.0 ? 1 : 0;
+    ++noses.looked_at;
+    noses.backwards += nose_m < 0.0 ? 1 : 0;
   }
+  return noses;
 }
 
-// The agreement of all pairs of views, by whether one of the two is mirrored.
+// The agreement of all pairs of views, by whether one of the two is exchanged.
 class SidesTable {
  public:
   SidesTable(const CameraRig& cameras, const std::vector<ViewPeople>& people,
-             const std::vector<ViewPeople>& mirrored,
+             const std::vector<ViewPeople>& exchanged,
              const std::vector<int>& frames)
-      : views_(cameras.size()), pairs_(2 * views_ * views_) {
+      : views_(cameras.size()), pairs_(views_ * views_) {
     for (size_t a = 0; a < views_; ++a) {
       for (size_t b = a + 1; b < views_; ++b) {
-        At(a, b, 0) =
-            AgreementOf(cameras[a], people[a], cameras[b], people[b], frames);
-        At(a, b, 1) =
-            AgreementOf(cameras[a], people[a], cameras[b], mirrored[b], frames);
+        pairs_[a * views_ + b] = {
+            AgreementOf(cameras[a], people[a], cameras[b], people[b], frames),
+            AgreementOf(cameras[a], people[a], cameras[b], exchanged[b],
+                        frames)};
       }
     }
   }
@@ -161,99 +258,124 @@ class SidesTable {
     for (size_t a = 0; a < views_; ++a) {
       for (size_t b = a + 1; b < views_; ++b) {
         if (of[a] == of[b]) continue;
-        all.Add(pairs_[(a * views_ + b) * 2 +
-                       static_cast<size_t>(exchanged[a] != exchanged[b])]);
+        all.Add(pairs_[a * views_ + b][exchanged[a] != exchanged[b] ? 1 : 0]);
       }
     }
     return all;
   }
 
- private:
-  PairAgreement& At(size_t a, size_t b, size_t crossed) {
-    return pairs_[(a * views_ + b) * 2 + crossed];
+  // One view after the other, while that helps. One side of a split is as good
+  // as the other: of the smaller one.
+  std::vector<char> Best() const {
+    std::vector<char> exchanged(views_, 0);
+    for (size_t round = 0; 2 * (round + 1) <= views_; ++round) {
+      size_t best = views_;
+      double most = AgreementGain::kLeastGain;
+      for (size_t v = 0; v < views_; ++v) {
+        std::vector<char> next = exchanged;
+        std::vector<char> alone(views_, 0);
+        alone[v] = 1;
+        next[v] = !next[v];
+        const double gain =
+            Of(next, alone).score() - Of(exchanged, alone).score();
+        if (gain <= most) continue;
+        most = gain;
+        best = v;
+      }
+      if (best == views_) break;
+      exchanged[best] = !exchanged[best];
+    }
+    return exchanged;
   }
+
+ private:
   size_t views_;
-  std::vector<PairAgreement> pairs_;
+  std::vector<std::array<PairAgreement, 2>> pairs_;
 };
 
-// One view after the other, while that helps. One side of a split is as good
-// as the other: of the smaller one.
-std::vector<char> BestExchange(const SidesTable& table, size_t views) {
-  std::vector<char> exchanged(views, 0);
-  for (size_t round = 0; 2 * (round + 1) <= views; ++round) {
-    size_t best = views;
-    double most = AgreementGain::kLeastGain;
-    for (size_t v = 0; v < views; ++v) {
-      std::vector<char> next = exchanged;
-      std::vector<char> alone(views, 0);
-      alone[v] = 1;
-      next[v] = !next[v];
-      const double gain =
-          table.Of(next, alone).score() - table.Of(exchanged, alone).score();
-      if (gain <= most) continue;
-      most = gain;
-      best = v;
-    }
-    if (best == views) break;
-    exchanged[best] = !exchanged[best];
-  }
-  return exchanged;
-}
+// ---- Images ----
 
-// x = scale * p + offset, by least squares; false where the points say little.
-struct Fit2d {
+// A view whose video was scaled or cropped before people were detected: pixel
+// of the detections = scale * pixel of the camera - offset.
+struct OtherImage {
+  size_t view = 0;
   double scale = 1.0;
-  Eigen::Vector2d offset = Eigen::Vector2d::Zero();
+  Eigen::Vector2d offset_px = Eigen::Vector2d::Zero();
+  AgreementGain gain;  // with the others
+  bool scaled() const { return scale != 1.0; }
+  bool cropped() const { return !offset_px.isZero(); }
+
+  Camera Seen(const Camera& camera) const {
+    CameraParameters parameters = camera.parameters();
+    parameters.K.topRows<2>() *= scale;
+    parameters.K.block<2, 1>(0, 2) += Corner() - offset_px;
+    if (parameters.width_px > 0) {
+      parameters.width_px =
+          static_cast<int>(std::lround(scale * parameters.width_px));
+      parameters.height_px =
+          static_cast<int>(std::lround(scale * parameters.height_px));
+    }
+    return Camera(parameters);
+  }
+  // (0, 0) is the middle of the first pixel, so that scales are about its
+  // corner.
+  Eigen::Vector2d Corner() const {
+    return Eigen::Vector2d::Constant(0.5 * (scale - 1.0));
+  }
+};
+
+// x = scale * p + offset, by least squares.
+struct ImageFit {
+  double scale = 1.0;
   Eigen::Vector2d from = Eigen::Vector2d::Zero();  // mean of p
   Eigen::Vector2d to = Eigen::Vector2d::Zero();    // mean of x
   double size_px = 0.0;                            // of the detection
+
+  Eigen::Vector2d OffsetWith(double other_scale) const {
+    return to - other_scale * from;
+  }
+  bool AgreesWith(const ImageFit& other) const {
+    constexpr double kScales = 0.06;
+    constexpr double kPlaces = 0.1;  // of the size
+    return std::abs(std::log(scale / other.scale)) < kScales &&
+           (OffsetWith(scale) - other.OffsetWith(scale)).norm() <
+               kPlaces * other.size_px;
+  }
 };
-std::optional<Fit2d> FitImage(
-    const std::vector<std::optional<Eigen::Vector2d>>& placed,
-    const ViewPeople::Person& seen) {
-  Fit2d fit;
-  double count = 0.0;
-  for (size_t j = 0; j < placed.size(); ++j) {
-    if (!placed[j].has_value() || !seen.found[j]) continue;
-    fit.from += *placed[j];
-    fit.to += seen.px[j];
-    count += 1.0;
-  }
-  constexpr double kEnough = 8.0;
-  if (count < kEnough) return std::nullopt;
-  fit.from /= count;
-  fit.to /= count;
-  double both = 0.0, own = 0.0, squares = 0.0;
-  for (int round = 0; round < 2; ++round) {
-    for (size_t j = 0; j < placed.size(); ++j) {
-      if (!placed[j].has_value() || !seen.found[j]) continue;
-      const Eigen::Vector2d p = *placed[j] - fit.from;
-      const Eigen::Vector2d x = seen.px[j] - fit.to;
-      if (round == 0) {
-        both += p.dot(x);
-        own += p.squaredNorm();
-      } else {
-        squares += (x - fit.scale * p).squaredNorm();
-      }
-    }
-    if (!(own > 0.0)) return std::nullopt;
-    fit.scale = both / own;
-  }
-  fit.size_px = seen.size_px;
+
+// nullopt where the points say little, or do not fit.
+std::optional<ImageFit> FitImage(const Camera& camera,
+                                 const PlacedPerson& placed,
+                                 const ViewPeople::Person& seen) {
+  constexpr Eigen::Index kEnough = 8;
   constexpr double kAlike = 0.06;  // of the size
-  if (!(fit.scale > 0.1) ||
-      std::sqrt(squares / count) > kAlike * seen.size_px) {
+  const auto joints = static_cast<Eigen::Index>(placed.joints.size());
+  Eigen::Matrix2Xd p(2, joints);
+  Eigen::Matrix2Xd x(2, joints);
+  Eigen::Index count = 0;
+  for (size_t j = 0; j < placed.joints.size(); ++j) {
+    if (!placed.joints[j].has_value() || !seen.found[j]) continue;
+    const auto px = camera.Project(*placed.joints[j]);
+    if (!px.has_value()) continue;
+    p.col(count) = *px;
+    x.col(count++) = seen.px[j];
+  }
+  if (count < kEnough) return std::nullopt;
+  p.conservativeResize(2, count);
+  x.conservativeResize(2, count);
+  ImageFit fit;
+  fit.size_px = seen.size_px;
+  fit.from = p.rowwise().mean();
+  fit.to = x.rowwise().mean();
+  p.colwise() -= fit.from;
+  x.colwise() -= fit.to;
+  fit.scale = p.cwiseProduct(x).sum() / p.squaredNorm();
+  const double rms_px =
+      std::sqrt((x - fit.scale * p).squaredNorm() / static_cast<double>(count));
+  if (!(fit.scale > 0.1) || !(rms_px <= kAlike * seen.size_px)) {
     return std::nullopt;
   }
-  fit.offset = fit.to - fit.scale * fit.from;
   return fit;
-}
-
-bool Agree(const Fit2d& a, const Fit2d& b) {
-  constexpr double kScales = 0.06;
-  constexpr double kPlaces = 0.1;  // of the size
-  return std::abs(std::log(a.scale / b.scale)) < kScales &&
-         (a.scale * b.from + a.offset - b.to).norm() < kPlaces * b.size_px;
 }
 
 // Videos are made smaller or larger by simple ratios.
@@ -271,229 +393,192 @@ double SimpleRatio(double scale) {
   return scale;
 }
 
-// The fit that most others agree with, over all of them.
-std::optional<Fit2d> CommonFit(std::vector<Fit2d> fits) {
+// What most fits agree on; none where they do not.
+std::optional<OtherImage> CommonImage(std::vector<ImageFit> fits) {
   constexpr size_t kMost = 300;
+  constexpr size_t kEnough = 10;
   if (fits.size() > kMost) {
     for (size_t i = 0; i < kMost; ++i) fits[i] = fits[i * fits.size() / kMost];
     fits.resize(kMost);
   }
-  size_t best = 0, most = 0;
-  for (size_t i = 0; i < fits.size(); ++i) {
-    const auto count = static_cast<size_t>(std::count_if(
-        fits.begin(), fits.end(),
-        [&](const Fit2d& other) { return Agree(fits[i], other); }));
-    if (count > most) {
-      most = count;
-      best = i;
-    }
+  std::vector<ImageFit> most;
+  double size_px = 0.0;
+  for (const ImageFit& one : fits) {
+    std::vector<ImageFit> agreeing;
+    std::copy_if(fits.begin(), fits.end(), std::back_inserter(agreeing),
+                 [&](const ImageFit& other) { return one.AgreesWith(other); });
+    if (agreeing.size() <= most.size()) continue;
+    most = std::move(agreeing);
+    size_px = one.size_px;
   }
-  constexpr size_t kEnough = 10;
-  if (most < kEnough || 4 * most < fits.size()) return std::nullopt;
+  if (most.size() < kEnough || 4 * most.size() < fits.size()) {
+    return std::nullopt;
+  }
   std::vector<double> scales, x, y;
-  for (const Fit2d& fit : fits) {
-    if (Agree(fits[best], fit)) scales.push_back(fit.scale);
+  for (const ImageFit& fit : most) scales.push_back(fit.scale);
+  OtherImage image;
+  image.scale = SimpleRatio(Quantile(scales, 0.5));
+  for (const ImageFit& fit : most) {
+    x.push_back(fit.OffsetWith(image.scale).x());
+    y.push_back(fit.OffsetWith(image.scale).y());
   }
-  Fit2d common;
-  common.scale = SimpleRatio(Quantile(scales, 0.5));
-  for (const Fit2d& fit : fits) {
-    if (!Agree(fits[best], fit)) continue;
-    const Eigen::Vector2d offset = fit.to - common.scale * fit.from;
-    x.push_back(offset.x());
-    y.push_back(offset.y());
+  image.offset_px =
+      image.Corner() - Eigen::Vector2d(Quantile(x, 0.5), Quantile(y, 0.5));
+  // Less is within what detectors are off by.
+  constexpr double kLeastShift = 0.15;
+  if (image.offset_px.norm() < kLeastShift * size_px) {
+    image.offset_px.setZero();
   }
-  common.offset = {Quantile(x, 0.5), Quantile(y, 0.5)};
-  common.size_px = fits[best].size_px;
-  return common;
+  image.offset_px = image.offset_px.array().round();
+  return image;
+}
+
+// The view's agreement as it is and with the image.
+void Compare(const SetUp& set_up, const PairAgreement& before,
+             OtherImage* image) {
+  const Camera camera = image->Seen(set_up.cameras[image->view]);
+  image->gain = {before,
+                 set_up.WithOthers(image->view, camera,
+                                   Undistorted(set_up.raw[image->view], camera),
+                                   set_up.frames)};
+}
+
+void KeepBetter(const OtherImage& image, std::optional<OtherImage>* best) {
+  if (image.gain.is_enough() &&
+      (!best->has_value() || image.gain.gain() > (*best)->gain.gain())) {
+    *best = image;
+  }
 }
 
 // Two views place nobody whom a third one could see: sizes are tried.
-std::optional<OtherImage> OtherSizeOfTwo(const CameraRig& cameras,
-                                         const std::vector<ViewPeople>& raw,
-                                         const std::vector<ViewPeople>& ideal,
-                                         const std::vector<int>& frames) {
+std::optional<OtherImage> OtherSizeOfTwo(const SetUp& set_up) {
   std::optional<OtherImage> best;
-  for (size_t v = 0; v < cameras.size(); ++v) {
+  for (size_t v = 0; v < set_up.cameras.size(); ++v) {
     for (const double ratio : kRatios) {
       OtherImage image;
       image.view = v;
       image.scale = ratio;
-      const Camera camera = WithImage(cameras[v], image);
-      image.gain = {WithOthers(cameras, ideal, v, frames),
-                    WithOthers(cameras, ideal, v, camera,
-                               Undistorted(raw[v], camera), frames)};
-      if (image.gain.is_enough() &&
-          (!best.has_value() || image.gain.gain() > best->gain.gain())) {
-        best = image;
-      }
+      Compare(set_up, set_up.WithOthers(v), &image);
+      KeepBetter(image, &best);
     }
   }
   return best;
+}
+
+std::optional<OtherImage> FindOtherImage(const SetUp& set_up) {
+  const CameraRig& cameras = set_up.cameras;
+  if (cameras.size() < 3) return OtherSizeOfTwo(set_up);
+  const std::vector<PlacedPerson> people =
+      PlacePeople(cameras, set_up.ideal, set_up.frames);
+  std::optional<OtherImage> best;
+  for (size_t v = 0; v < cameras.size(); ++v) {
+    const PairAgreement before = set_up.WithOthers(v);
+    // Where a view agrees nobody scaled it.
+    if (before.score() > set_up.agreement.score()) continue;
+    std::vector<ImageFit> fits;
+    for (const PlacedPerson& person : people) {
+      if (person.view_a == v || person.view_b == v) continue;
+      const auto frame = static_cast<size_t>(person.frame);
+      for (const auto& seen : set_up.raw[v].frames[frame]) {
+        if (const auto fit = FitImage(cameras[v], person, seen)) {
+          fits.push_back(*fit);
+        }
+      }
+    }
+    auto image = CommonImage(std::move(fits));
+    if (!image.has_value()) continue;
+    image->view = v;
+    if (!image->scaled() && !image->cropped()) continue;
+    Compare(set_up, before, &*image);
+    KeepBetter(*image, &best);
+  }
+  return best;
+}
+
+Answer WordsOf(const SetUp& set_up, const std::vector<char>& exchanged,
+               const AgreementGain& gain, const Noses& noses) {
+  std::string names;
+  for (size_t v = 0; v < exchanged.size(); ++v) {
+    if (!exchanged[v]) continue;
+    names += (names.empty() ? "\"" : ",\"") + set_up.ViewName(v) + "\"";
+  }
+  const std::string fix = "'--set=detections.exchange_sides=[" + names + "]'";
+  if (std::find(exchanged.begin(), exchanged.end(), 0) == exchanged.end()) {
+    return Said({"sides", "", 0.9, 0.0, 0.0, fix,
+                 Format("left and right are exchanged: noses lie behind the "
+                        "shoulders in %.0f of %.0f people",
+                        noses.backwards, noses.looked_at)});
+  }
+  Answer answer;
+  for (size_t v = 0; v < exchanged.size(); ++v) {
+    if (!exchanged[v]) continue;
+    answer.findings.push_back(Found("sides", set_up.CameraName(v), gain, fix,
+                                    "left and right are exchanged in it"));
+  }
+  return answer;
 }
 
 }  // namespace
 
-std::vector<ShownFrames> FramesShown(const DetectionSequence& detections) {
-  std::vector<ShownFrames> shown(detections.header.view_names.size());
-  for (const DetectionFrame& frame : detections.frames) {
-    for (size_t v = 0; v < shown.size(); ++v) {
-      if (frame.views[v].detections.empty()) continue;
-      if (!shown[v].any) shown[v].first = frame.frame;
-      shown[v].any = true;
-      shown[v].last = frame.frame;
-    }
-  }
-  return shown;
-}
-
-std::vector<int64_t> FrameOffsets(const std::vector<ShownFrames>& shown) {
-  // Views that share frames with one another, and the group with the most; of
-  // equal ones that of the first view.
-  const auto meets = [&](size_t a, size_t b) {
-    return shown[a].any && shown[b].any && shown[a].first <= shown[b].last &&
-           shown[b].first <= shown[a].last;
-  };
-  size_t reference = 0;
-  int64_t most = 0;
-  for (size_t v = 0; v < shown.size(); ++v) {
-    int64_t count = 0;
-    for (size_t u = 0; u < shown.size(); ++u) count += meets(u, v) ? 1 : 0;
-    if (count > most) {
-      most = count;
-      reference = v;
-    }
-  }
-  std::vector<int64_t> offsets(shown.size(), 0);
-  bool any = false;
-  for (size_t v = 0; v < shown.size(); ++v) {
-    if (!shown[v].any || meets(v, reference)) continue;
-    offsets[v] = shown[v].first - shown[reference].first;
-    any = true;
-  }
-  return any ? offsets : std::vector<int64_t>();
-}
-
-DetectionSequence WithFrameOffsets(const DetectionSequence& detections,
-                                   const std::vector<int64_t>& offsets) {
-  const auto& frames = detections.frames;
-  DetectionSequence moved =
-      FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
-        return offsets[v] == 0
-                   ? k
-                   : IndexOfFrame(frames, frames[static_cast<size_t>(k)].frame +
-                                              offsets[v]);
-      });
-  // The others join the frames of the views that stay.
-  moved.frames.erase(std::remove_if(moved.frames.begin(), moved.frames.end(),
-                                    [](const DetectionFrame& frame) {
-                                      return std::all_of(
-                                          frame.views.begin(),
-                                          frame.views.end(),
-                                          [](const ViewDetections& view) {
-                                            return view.detections.empty();
-                                          });
-                                    }),
-                     moved.frames.end());
-  return moved;
-}
-
-std::optional<OtherRate> FindOtherRate(const CameraRig& cameras,
-                                       const std::vector<ViewPeople>& people,
-                                       const DetectionSequence& detections,
-                                       double frame_rate_hz) {
-  constexpr std::array kRates = {12.0, 12.5, 15.0, 24.0,  25.0,  30.0,  48.0,
-                                 50.0, 60.0, 90.0, 100.0, 120.0, 200.0, 240.0};
-  // Half of the views at twice the rate are the others at half of it: of
-  // answers alike the faster one is taken.
-  constexpr double kAlike = 0.03;
-  // Each pair of views is compared from both sides.
-  const std::vector<int> frames = FramesToLookAt(
-      people, kViewFramesToCompare, 2 * static_cast<int>(kRates.size()));
-  std::optional<OtherRate> best;
-  for (size_t v = 0; v < cameras.size(); ++v) {
-    const PairAgreement before = WithOthers(cameras, people, v, frames);
-    for (const double rate_hz : kRates) {
-      const double factor = rate_hz / frame_rate_hz;
-      if (std::abs(factor - 1.0) < 0.02 || factor < 0.2 || factor > 5.0) {
-        continue;
-      }
-      // The first frames of all belong together, or numbers count from 0.
-      const auto first = static_cast<double>(detections.frames.front().frame);
-      const double together = first - factor * first;
-      for (const double offset : {together, 0.0}) {
-        const AgreementGain gain = {
-            before, WithOthers(cameras, people, v, cameras[v],
-                               AtRate(people[v], detections.frames, frames,
-                                      factor, offset),
-                               frames)};
-        // Most of the frames must have a partner.
-        const double most = std::min(1.0, factor) * before.possible;
-        if (gain.after.possible >= 0.3 * most && gain.is_enough() &&
-            (!best.has_value() ||
-             gain.gain() > best->gain.gain() +
-                               (rate_hz > best->rate_hz ? -kAlike : kAlike))) {
-          best = OtherRate{v, rate_hz, offset, gain};
-        }
-        if (together == 0.0) break;
-      }
-    }
-  }
-  return best;
-}
-
-DetectionSequence WithViewRate(const DetectionSequence& detections, size_t view,
-                               double factor, double offset) {
-  const auto& frames = detections.frames;
-  const auto source = [&](int64_t k) {
-    return FrameAtRate(frames[static_cast<size_t>(k)].frame, factor, offset);
-  };
-  DetectionSequence moved =
-      FramesMoved(detections, [&](size_t v, int64_t k) -> int64_t {
-        if (v != view) return k;
-        const auto shown = source(k);
-        return shown ? IndexOfFrame(frames, shown->number) : -1;
-      });
-  for (size_t k = 0; k < moved.frames.size(); ++k) {
-    if (const auto shown = source(static_cast<int64_t>(k))) {
-      moved.frames[k].views[view].capture_time -=
-          FromSeconds(shown->earlier / detections.header.frame_rate_hz);
-    }
-  }
-  return moved;
-}
-
-std::optional<ExchangedSides> FindExchangedSides(
-    const CameraRig& cameras, const std::vector<ViewPeople>& people,
-    const std::vector<int>& frames, const Skeleton& skeleton) {
-  const size_t views = cameras.size();
-  std::vector<ViewPeople> mirrored;
-  for (const ViewPeople& view : people) {
-    mirrored.push_back(Mirrored(view, frames, skeleton));
-  }
-  const SidesTable table(cameras, people, mirrored, frames);
-  ExchangedSides sides;
-  sides.views = BestExchange(table, views);
-  const bool some =
-      std::find(sides.views.begin(), sides.views.end(), 1) != sides.views.end();
-  if (some) {
-    const std::vector<char> none(views, 0);
-    sides.gain = {table.Of(none, sides.views),
-                  table.Of(sides.views, sides.views)};
-    if (!sides.gain.is_enough()) return std::nullopt;
-  }
-  std::vector<ViewPeople> settled = people;
-  for (size_t v = 0; v < views; ++v) {
-    if (sides.views[v]) settled[v] = mirrored[v];
-  }
-  LookAhead(PlacePeople(cameras, settled, frames), skeleton, &sides);
-  constexpr int kEnough = 10;
-  constexpr double kMost = 0.8;
-  if (sides.looked_at >= kEnough && sides.backwards > kMost * sides.looked_at) {
-    for (char& view : sides.views) view = !view;
-  } else if (!some) {
+std::optional<Answer> AskForFrameRanges(const SetUp& set_up) {
+  const std::vector<ShownFrames> shown = FramesShown(set_up.detections);
+  const std::vector<int64_t> offsets = FrameOffsets(shown);
+  if (std::count(offsets.begin(), offsets.end(), 0) ==
+      static_cast<std::ptrdiff_t>(offsets.size())) {
     return std::nullopt;
   }
-  return sides;
+  const auto range = [&](size_t v) {
+    return " " + set_up.ViewName(v) + " " + std::to_string(shown[v].first) +
+           ".." + std::to_string(shown[v].last);
+  };
+  std::string others;
+  std::string keys;
+  for (size_t v = 0; v < shown.size(); ++v) {
+    if (offsets[v] == 0) {
+      others += range(v);
+      continue;
+    }
+    keys += (keys.empty() ? "" : ";") +
+            ("input.view_frame_offset." + set_up.ViewName(v)) + "=" +
+            std::to_string(offsets[v]);
+  }
+  Answer answer;
+  for (size_t v = 0; v < shown.size(); ++v) {
+    if (offsets[v] == 0) continue;
+    answer.findings.push_back(
+        {"frame_range", set_up.CameraName(v), 0.95, 0.0, 0.0,
+         "'--set=" + keys + "'",
+         "it shares no frame with the others:" + range(v) + " against" +
+             others +
+             "; where they begin together its numbers are too high by " +
+             std::to_string(offsets[v])});
+  }
+  answer.detections = WithFrameOffsets(set_up.detections, offsets);
+  return answer;
+}
+
+std::optional<Answer> AskForOtherRate(const SetUp& set_up) {
+  if (set_up.AgreeAlready()) return std::nullopt;
+  const auto rate = FindOtherRate(set_up);
+  if (!rate.has_value()) return std::nullopt;
+  std::string keys = "input.view_frame_rate." + set_up.ViewName(rate->view) +
+                     "=" + Format("%.4g", rate->rate_hz);
+  // Keys take whole frames; where that leaves a part, all count from 0.
+  const bool whole = rate->offset == std::round(rate->offset);
+  const int64_t first = set_up.detections.frames.front().frame;
+  for (size_t v = 0; rate->offset != 0.0 && v < set_up.cameras.size(); ++v) {
+    if (whole && v != rate->view) continue;
+    keys += ";input.view_frame_offset." + set_up.ViewName(v) + "=" +
+            std::to_string(whole ? std::llround(rate->offset) : first);
+  }
+  Answer answer =
+      Said(Found("view_rate", set_up.CameraName(rate->view), rate->gain,
+                 rate->offset == 0.0 ? "--set=" + keys : "'--set=" + keys + "'",
+                 Format("its files count at %.4g Hz, the others' at %.4g",
+                        rate->rate_hz, set_up.input.frame_rate_hz)));
+  answer.detections = rate->Of(set_up.detections);
+  answer.score = set_up.ScoreOf(set_up.cameras, *answer.detections);
+  return answer;
 }
 
 void ExchangeSides(const std::vector<char>& views,
@@ -513,75 +598,84 @@ void ExchangeSides(const std::vector<char>& views,
   }
 }
 
-Camera WithImage(const Camera& camera, const OtherImage& image) {
-  CameraParameters parameters = camera.parameters();
-  // (0, 0) is the middle of the first pixel, so that scales are about its
-  // corner.
-  parameters.K.topRows<2>() *= image.scale;
-  const double corner = 0.5 * (image.scale - 1.0);
-  parameters.K(0, 2) += corner - image.offset_px.x();
-  parameters.K(1, 2) += corner - image.offset_px.y();
-  if (parameters.width_px > 0) {
-    const Eigen::Vector2d size =
-        image.scale *
-        Eigen::Vector2d(parameters.width_px, parameters.height_px);
-    parameters.width_px = static_cast<int>(std::lround(size.x()));
-    parameters.height_px = static_cast<int>(std::lround(size.y()));
+// Left and right, exchanged in some views or in all.
+std::optional<Answer> AskForSides(const SetUp& set_up) {
+  const size_t views = set_up.cameras.size();
+  // The frames looked at, as they are and exchanged.
+  DetectionSequence seen;
+  seen.header = set_up.detections.header;
+  for (const int k : set_up.frames) {
+    seen.frames.push_back(set_up.detections.frames[static_cast<size_t>(k)]);
   }
-  return Camera(parameters);
+  std::vector<int> frames(seen.frames.size());
+  std::iota(frames.begin(), frames.end(), 0);
+  const auto people = [&] {
+    return Undistorted(PeopleOfViews(seen, kMinJointConfidence),
+                       set_up.cameras);
+  };
+  std::vector<ViewPeople> settled = people();
+  ExchangeSides(std::vector<char>(views, 1), &seen);
+  const std::vector<ViewPeople> mirrored = people();
+  const SidesTable table(set_up.cameras, settled, mirrored, frames);
+  std::vector<char> exchanged = table.Best();
+  const bool some =
+      std::find(exchanged.begin(), exchanged.end(), 1) != exchanged.end();
+  const AgreementGain gain = {table.Of(std::vector<char>(views, 0), exchanged),
+                              table.Of(exchanged, exchanged)};
+  if (some && !gain.is_enough()) return std::nullopt;
+  for (size_t v = 0; v < views; ++v) {
+    if (exchanged[v]) settled[v] = mirrored[v];
+  }
+  const Noses noses = LookAhead(PlacePeople(set_up.cameras, settled, frames),
+                                set_up.detections.header.skeleton);
+  constexpr int kEnough = 10;
+  constexpr double kMost = 0.8;
+  if (noses.looked_at >= kEnough && noses.backwards > kMost * noses.looked_at) {
+    for (char& view : exchanged) view = !view;
+  } else if (!some) {
+    return std::nullopt;
+  }
+  Answer answer = WordsOf(set_up, exchanged, gain, noses);
+  answer.detections = set_up.detections;
+  ExchangeSides(exchanged, &*answer.detections);
+  answer.score = set_up.ScoreOf(set_up.cameras, *answer.detections);
+  return answer;
 }
 
-std::optional<OtherImage> FindOtherImage(const CameraRig& cameras,
-                                         const std::vector<ViewPeople>& raw,
-                                         const std::vector<int>& frames) {
-  std::vector<ViewPeople> ideal;
-  for (size_t v = 0; v < raw.size(); ++v) {
-    ideal.push_back(Undistorted(raw[v], cameras[v]));
+// A video that was scaled or cropped before people were detected.
+std::optional<Answer> AskForOtherImage(const SetUp& set_up) {
+  if (set_up.AgreeAlready()) return std::nullopt;
+  const auto image = FindOtherImage(set_up);
+  if (!image.has_value()) return std::nullopt;
+  const Camera& camera = set_up.cameras[image->view];
+  // Cameras that are turned by little look alike; by a tenth of the image
+  // nobody turns one without moving it.
+  const double share = image->offset_px.norm() / ImageWidth(camera);
+  const bool either = !image->scaled() && share <= 0.1;
+  std::string what;
+  if (either) {
+    what = Format(
+        "its image fits moved by (%+.0f, %+.0f) px: it was cropped or turned",
+        -image->offset_px.x(), -image->offset_px.y());
+  } else if (image->scaled()) {
+    what = Format("its video is %.4g times as large as the calibration's image",
+                  image->scale);
   }
-  if (cameras.size() < 3) return OtherSizeOfTwo(cameras, raw, ideal, frames);
-  const double all = AgreementOfAll(cameras, ideal, frames).score();
-  const std::vector<PlacedPerson> people = PlacePeople(cameras, ideal, frames);
-  std::optional<OtherImage> best;
-  for (size_t v = 0; v < cameras.size(); ++v) {
-    const PairAgreement before = WithOthers(cameras, ideal, v, frames);
-    // Where a view agrees nobody scaled it.
-    if (before.score() > all) continue;
-    std::vector<Fit2d> fits;
-    for (const PlacedPerson& person : people) {
-      if (person.view_a == v || person.view_b == v) continue;
-      std::vector<std::optional<Eigen::Vector2d>> placed;
-      for (const auto& joint : person.joints) {
-        placed.push_back(joint.has_value() ? cameras[v].Project(*joint)
-                                           : std::nullopt);
-      }
-      for (const auto& seen :
-           raw[v].frames[static_cast<size_t>(person.frame)]) {
-        if (const auto fit = FitImage(placed, seen)) fits.push_back(*fit);
-      }
-    }
-    const auto common = CommonFit(std::move(fits));
-    if (!common.has_value()) continue;
-    OtherImage image;
-    image.view = v;
-    image.scale = common->scale;
-    const double corner = 0.5 * (image.scale - 1.0);
-    constexpr double kLeastShift = 0.15;
-    image.offset_px = Eigen::Vector2d(corner, corner) - common->offset;
-    // Less is within what detectors are off by.
-    if (image.offset_px.norm() < kLeastShift * common->size_px) {
-      image.offset_px.setZero();
-    }
-    image.offset_px = image.offset_px.array().round();
-    if (!image.scaled() && !image.cropped()) continue;
-    const Camera camera = WithImage(cameras[v], image);
-    image.gain = {before, WithOthers(cameras, ideal, v, camera,
-                                     Undistorted(raw[v], camera), frames)};
-    if (image.gain.is_enough() &&
-        (!best.has_value() || image.gain.gain() > best->gain.gain())) {
-      best = image;
-    }
+  if (image->cropped() && !either) {
+    what += (what.empty() ? "its video" : ", and") +
+            Format(" begins at pixel (%.0f, %.0f) of ", image->offset_px.x(),
+                   image->offset_px.y()) +
+            (image->scaled() ? "that" : "the calibration's image");
   }
-  return best;
+  const char* kind = either             ? "shift"
+                     : image->cropped() ? "crop"
+                                        : "image_size";
+  Answer answer = Said(Found(kind, set_up.CameraName(image->view), image->gain,
+                             kUseCorrected, what));
+  answer.cameras = set_up.cameras;
+  (*answer.cameras)[image->view] = image->Seen(camera);
+  answer.score = set_up.ScoreOf(*answer.cameras, set_up.detections);
+  return answer;
 }
 
 }  // namespace kinegraph

@@ -60,6 +60,7 @@ class RecordingReporter::Impl {
         limbs_(scene.model.skeleton),
         candidates_(Candidates(detection_skeleton)),
         fit_(candidates_),
+        check_(scene.model.cameras, detection_skeleton, scene.model.skeleton),
         cameras_(scene.view_names.size()) {
     for (size_t v = 0; v < cameras_.size(); ++v) {
       cameras_[v].counts.view = scene.view_names[v];
@@ -80,6 +81,7 @@ class RecordingReporter::Impl {
     empty_frames_ += ShowsSomebody(seen) ? 0 : 1;
     for (size_t v = 0; v < cameras_.size(); ++v) SeeView(seen.views[v], v);
     Keep(seen);
+    check_.See(seen, tracked);
     for (const PersonPose& person : tracked.people) {
       SeePerson(tracked, person);
       for (const ViewMatch& match : person.matches) {
@@ -137,6 +139,8 @@ class RecordingReporter::Impl {
     facts.least_joints_of_17 = KeyOf("initialisation", "min_joints", 0.0);
     AddWarnings(facts, &report);
     AddCauses(diagnosis, &report);
+    report.cameras_off = check_.Warnings(scale_.metres());
+    AddCamerasOff(&report);
     return report;
   }
 
@@ -339,6 +343,7 @@ class RecordingReporter::Impl {
   const Limbs limbs_;
   const std::vector<const Skeleton*> candidates_;
   SkeletonFit fit_;
+  CameraCheck check_;
   SubjectScale scale_;
   std::vector<CameraStatistics> cameras_;
   std::map<TrackId, PersonStatistics> people_;

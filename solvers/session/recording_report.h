@@ -66,14 +66,11 @@ struct RecordingReport {
   PairedBy paired_by = PairedBy::kMap;  // views with cameras
   std::vector<CameraReport> cameras;
   std::vector<PersonReport> people;  // ascending ids
-  // What is implausible, and what the doctor finds without tracking.
+  std::vector<CameraWarning> cameras_off;
+  // What is implausible, what the doctor finds without tracking, and, where
+  // that is no cause, the cameras that are off.
   std::vector<Finding> warnings;
 };
-
-// Cameras that do not see people where, or when, the others do, unless the
-// cause is known.
-void AddCameraWarnings(const std::vector<CameraWarning>& cameras,
-                       RecordingReport* report);
 
 // Collects while frames go by; memory grows with the number of people alone,
 // by 40 KB each, or, in a stream, by what is reported of them.

@@ -16,11 +16,8 @@ namespace {
 // Limits of what is plausible. None was fitted to a score; beside each stands
 // what sound recordings show.
 constexpr double kMaxErrorShare = 0.06;  // of a person's size; Shelf: 0.02
-constexpr double kFarWorse = 2.5;        // times the others' error
-constexpr double kWorstPx = 4.0;         // smaller errors are a detector's
 constexpr double kMinMatched = 0.4;      // share of detections
 constexpr double kNearlyAll = 0.9;       // share of detections
-constexpr double kFarFewer = 0.5;        // times the others' share
 constexpr double kMaxSpread = 0.5;       // (p90 - p10) / median of a limb
 constexpr double kMaxSideDifference = 0.2;
 
@@ -34,7 +31,6 @@ class Warnings {
     AddSkeleton();
     AddSteps();
     if (report_->poses == 0) return AddNobody();
-    AddCameras();
     AddErrors();
     AddMatched();
     if (!scale_is_wrong) {
@@ -181,49 +177,6 @@ class Warnings {
         "leave frames out of the file in which the detector did not run, or "
         "track with --mode=graph, which goes by the detector's own rhythm");
     return true;
-  }
-
-  // The others' median of a figure.
-  template <typename Figure>
-  double OfOthers(size_t camera_idx, const Figure& figure) const {
-    std::vector<double> values;
-    for (size_t c = 0; c < report_->cameras.size(); ++c) {
-      const CameraReport& camera = report_->cameras[c];
-      if (c == camera_idx || camera.detections < kEnoughDetections) continue;
-      values.push_back(figure(camera));
-    }
-    return Median(values);
-  }
-
-  void AddCameras() {
-    const auto error = [](const CameraReport& c) { return c.error_share(); };
-    const auto matched = [](const CameraReport& c) {
-      return c.matched_share();
-    };
-    for (size_t c = 0; c < report_->cameras.size(); ++c) {
-      const CameraReport& camera = report_->cameras[c];
-      if (camera.detections < kEnoughDetections) continue;
-      const double others_error = OfOthers(c, error);
-      const double others_matched = OfOthers(c, matched);
-      const bool far_worse = camera.joints > 0 && others_error > 0.0 &&
-                             camera.error_share() > kFarWorse * others_error &&
-                             camera.median_px > kWorstPx;
-      const bool far_fewer =
-          others_matched > kMinMatched &&
-          camera.matched_share() < kFarFewer * others_matched;
-      if (!far_worse && !far_fewer) continue;
-      Add("camera",
-          fmt::format("view {} (camera {}) fits the others badly: {:.0f} % of "
-                      "its detections are matched, the others' {:.0f} %; "
-                      "median error {:.1f} px; it may have another view's "
-                      "camera (cameras.map), have moved, be turned, mirrored "
-                      "or out of step in time, which the command tells; "
-                      "--without_cameras={} tries without it",
-                      camera.view, camera.camera,
-                      100.0 * camera.matched_share(), 100.0 * others_matched,
-                      camera.median_px, camera.view),
-          kLookCloser);
-    }
   }
 
   void AddErrors() {
@@ -444,10 +397,9 @@ bool HasCause(const RecordingReport& report) {
 
 }  // namespace
 
-void AddCameraWarnings(const std::vector<CameraWarning>& cameras,
-                       RecordingReport* report) {
+void AddCamerasOff(RecordingReport* report) {
   if (HasCause(*report)) return;
-  for (const CameraWarning& camera : cameras) {
+  for (const CameraWarning& camera : report->cameras_off) {
     Finding finding;
     finding.kind = "camera";
     finding.evidence = camera.text;

@@ -64,6 +64,9 @@ void AddWarnings(const RecordingFacts& facts, RecordingReport* report);
 // it explains the rest, that goes.
 void AddCauses(const Diagnosis& diagnosis, RecordingReport* report);
 
+// RecordingReport::cameras_off, unless the cause is known.
+void AddCamerasOff(RecordingReport* report);
+
 }  // namespace kinegraph
 
 #endif  // KINEGRAPH_SOLVERS_SESSION_RECORDING_WARNINGS_H_

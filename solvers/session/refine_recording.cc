@@ -17,11 +17,8 @@ namespace {
 
 std::vector<int> LagsOf(const RunScene& scene,
                         const DetectionSequence& detections) {
-  std::vector<ViewPeople> people =
-      PeopleOfViews(detections, kMinJointConfidence);
-  for (size_t v = 0; v < people.size(); ++v) {
-    people[v] = Undistorted(people[v], scene.model.cameras[v]);
-  }
+  const std::vector<ViewPeople> people = Undistorted(
+      PeopleOfViews(detections, kMinJointConfidence), scene.model.cameras);
   const auto longest =
       static_cast<int>(kLongestLagS * scene.model.frame_rate_hz);
   return SearchClocks(scene.model.cameras, people, longest).lag_frames;
@@ -141,8 +138,8 @@ RefinedRecording RefineRecording(const RunOptions& options,
     const DetectionSequence moved =
         WithClocks(used, recording.refinement.changes);
     RefineAgain(scene.model.cameras, moved,
-                MatchRecording(scaled, refined, moved), options.refine,
-                BundleOptions(), &recording.refinement);
+                MatchRecording(scaled, refined, moved), BundleOptions(),
+                &recording.refinement);
   }
   for (size_t v = 0; v < lags.size(); ++v) {
     // The frames were moved by whole beats already.

@@ -12,7 +12,6 @@
 #include "core/io/detections/view_pairing.h"
 #include "core/skeleton/body_joints.h"
 #include "core/tracking/gates.h"
-#include "solvers/scene/camera_check.h"
 #include "solvers/scene/plausible.h"
 #include "solvers/session/ready_recording.h"
 #include "solvers/session/recording_warnings.h"
@@ -83,10 +82,9 @@ struct Trial {
 
 // Whether nothing but where cameras stand and look, and their clocks, seems
 // wrong. Of two, either may be: that is not for a configuration to settle.
-bool MayBeRefined(const std::vector<CameraWarning>& cameras,
-                  const RecordingReport& report) {
+bool MayBeRefined(const RecordingReport& report) {
   return report.cameras.size() > 2 &&
-         std::none_of(cameras.begin(), cameras.end(),
+         std::none_of(report.cameras_off.begin(), report.cameras_off.end(),
                       [](const CameraWarning& camera) {
                         return camera.kind == CameraWarning::Kind::kHardlySeen;
                       }) &&
@@ -118,17 +116,11 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
       LeavesOutEmptyFrames(asked.detections, options.detections));
   UsedFrames used(session.scene(),
                   [&] { return std::make_unique<MemorySource>(beginning); });
-  CameraCheck check(session.scene().model.cameras, beginning.header.skeleton,
-                    session.scene().model.skeleton);
-  session.set_frame_listener(
-      [&](const DetectionFrame& frame) { check.SeeDetections(frame); });
   MemorySource source(beginning);
   const Skeleton& skeleton = session.scene().header.skeleton;
   const bool is_human = IsHuman(skeleton);
   Stance stance(skeleton);
   TrackAll(&source, &session, [&](TrackFrame&& frame) {
-    check.set_metre(session.scale().metres());
-    check.SeeTracks(frame);
     if (const DetectionFrame* seen = used.At(frame.frame)) {
       reporter.See(*seen, frame);
     }
@@ -139,12 +131,11 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
   Trial trial;
   trial.report = reporter.Report();
   trial.stance = std::move(stance);
-  const std::vector<CameraWarning> warnings = check.Warnings();
   // What was refined once is not refined again.
-  if (!record.has_value() && MayBeRefined(warnings, trial.report)) {
+  if (!record.has_value() && MayBeRefined(trial.report)) {
     const auto any = [&](CameraWarning::Kind kind) {
       return std::any_of(
-          warnings.begin(), warnings.end(),
+          trial.report.cameras_off.begin(), trial.report.cameras_off.end(),
           [kind](const CameraWarning& camera) { return camera.kind == kind; });
     };
     trial.cameras_are_off = any(CameraWarning::Kind::kElsewhere);
@@ -155,7 +146,6 @@ Trial Try(const SurveyRequest& asked, RunOptions options,
                       return warning.kind == kClockOffset;
                     });
   }
-  AddCameraWarnings(warnings, &trial.report);
   return trial;
 }
 

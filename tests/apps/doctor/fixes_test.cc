@@ -10,7 +10,7 @@
 
 #include "core/io/calibration/calibration.h"
 #include "core/io/detections/export.h"
-#include "solvers/scene/view_checks.h"
+#include "solvers/scene/hypothesis.h"
 #include "solvers/session/run.h"
 #include "tests/support/faulty_scene.h"
 #include "tests/support/program.h"

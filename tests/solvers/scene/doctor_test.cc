@@ -124,7 +124,11 @@ TEST(Doctor, SmallConfidencesHideNothing) {
   options.cameras = 4;
   FaultyScene scene = MakeFaultyScene(options);
   for (DetectionFrame& frame : scene.detections.frames) {
-    ScaleConfidences(0.3, &frame);
+    for (ViewDetections& view : frame.views) {
+      for (Detection& detection : view.detections) {
+        for (Keypoint& joint : detection.joints) joint.confidence *= 0.3;
+      }
+    }
   }
   EXPECT_TRUE(DiagnoseScene(scene).sound());
   scene.cameras[2] = testing::Turned(scene.cameras[2], 1.0, 9);
@@ -135,10 +139,26 @@ TEST(Doctor, SmallConfidencesHideNothing) {
 }
 
 TEST(Doctor, ConfidencesAreScaledWhereTheyAreSmall) {
-  EXPECT_EQ(ConfidenceScale({}), 1.0);
-  EXPECT_EQ(ConfidenceScale({0.0, 0.0, 0.0}), 1.0);
-  EXPECT_EQ(ConfidenceScale({0.2, 0.8, 0.9}), 1.0);
-  EXPECT_DOUBLE_EQ(ConfidenceScale({0.1, 0.2, 0.9}), 3.0);
+  const auto first_of = [](const std::vector<double>& confidences) {
+    DetectionSequence told;
+    ViewDetections view;
+    for (const double one : confidences) {
+      Keypoint joint;
+      joint.found = true;
+      joint.confidence = one;
+      view.detections.emplace_back().joints.push_back(joint);
+    }
+    told.frames.emplace_back().views.push_back(view);
+    return WithUsualConfidences(told)
+        .frames[0]
+        .views[0]
+        .detections[0]
+        .joints[0]
+        .confidence;
+  };
+  EXPECT_EQ(first_of({0.0, 0.0, 0.0}), 0.0);
+  EXPECT_EQ(first_of({0.2, 0.8, 0.9}), 0.2);
+  EXPECT_DOUBLE_EQ(first_of({0.1, 0.2, 0.9}), 0.3);
 }
 
 // Somebody who stands tells nothing of clocks, whatever the detector's lasting

@@ -1,5 +1,4 @@
-#include "solvers/scene/readings.h"
-
+// Other readings of files, images and clocks: what each question answers.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -7,6 +6,7 @@
 #include <vector>
 
 #include "solvers/scene/clock_search.h"
+#include "solvers/scene/hypothesis.h"
 #include "tests/support/faulty_scene.h"
 
 namespace kinegraph {
@@ -16,9 +16,14 @@ using testing::FaultyScene;
 using testing::FaultySceneOptions;
 using testing::MakeFaultyScene;
 
-ReadingSearch SearchOf(const FaultyScene& scene) {
-  const std::vector<ViewPeople> raw = PeopleOfViews(scene.detections, 0.3);
-  return SearchReadings(scene.cameras, raw, FramesToLookAt(raw, 20));
+std::optional<Answer> AnswerTo(const FaultyScene& scene) {
+  DoctorInput input;
+  input.cameras = scene.cameras;
+  input.detections = scene.detections;
+  const DoctorOptions options;
+  SetUp set_up(input, options);
+  set_up.Look();
+  return AskForOtherReading(set_up);
 }
 
 FaultyScene ShortScene(uint64_t seed) {
@@ -29,57 +34,37 @@ FaultyScene ShortScene(uint64_t seed) {
   return MakeFaultyScene(options);
 }
 
-TEST(Readings, ASoundCalibrationIsReadAsItIs) {
-  const ReadingSearch search = SearchOf(ShortScene(1));
-  EXPECT_TRUE(search.better.empty());
-  EXPECT_GT(search.as_read.score(), 0.5);
-}
-
 // What a file holds when it was written under another convention, read as if
 // it were world to camera.
-struct Convention {
-  const char* name;
-  PoseReading reading;
-  // The R and t that such a file holds of a camera.
-  std::function<Camera(const Camera&)> stated;
-};
-
-std::vector<Convention> Conventions() {
-  const auto pose = [](const Camera& camera, const Eigen::Matrix3d& R,
-                       const Eigen::Vector3d& t) {
-    return testing::WithExtrinsics(camera, R, t);
-  };
-  return {
-      {"inverse", PoseReading::kInverse,
-       [=](const Camera& c) { return pose(c, c.R().transpose(), c.centre()); }},
-      {"centre", PoseReading::kCentre,
-       [=](const Camera& c) { return pose(c, c.R(), c.centre()); }},
-      {"translation", PoseReading::kTranslation,
-       [=](const Camera& c) { return pose(c, c.R(), -(c.R() * c.t())); }},
-      {"transposed", PoseReading::kTransposed,
-       [=](const Camera& c) { return pose(c, c.R().transpose(), c.t()); }},
-      {"axes", PoseReading::kAxesUp,
-       [=](const Camera& c) {
-         const Eigen::Vector3d signs(1.0, -1.0, -1.0);
-         return pose(c, signs.asDiagonal() * c.R(), signs.asDiagonal() * c.t());
-       }},
-  };
-}
-
 TEST(Readings, ConventionsAreNamed) {
-  for (const Convention& convention : Conventions()) {
+  using Stated = std::function<Camera(const Camera&)>;
+  const auto pose = testing::WithExtrinsics;
+  const Eigen::Vector3d signs(1.0, -1.0, -1.0);
+  const std::vector<std::pair<std::string, Stated>> conventions = {
+      {"camera to world",
+       [=](const Camera& c) { return pose(c, c.R().transpose(), c.centre()); }},
+      {"the translation is the camera's place in the world",
+       [=](const Camera& c) { return pose(c, c.R(), c.centre()); }},
+      {"the camera's place is a translation",
+       [=](const Camera& c) { return pose(c, c.R(), -(c.R() * c.t())); }},
+      {"rows of the rotation are columns",
+       [=](const Camera& c) { return pose(c, c.R().transpose(), c.t()); }},
+      {"the camera's y points up and its z backwards", [=](const Camera& c) {
+         return pose(c, signs.asDiagonal() * c.R(), signs.asDiagonal() * c.t());
+       }}};
+  for (const auto& [words, stated] : conventions) {
     FaultyScene scene = ShortScene(2);
     const CameraRig truth = scene.cameras;
-    for (Camera& camera : scene.cameras) camera = convention.stated(camera);
-    const ReadingSearch search = SearchOf(scene);
-    ASSERT_FALSE(search.better.empty()) << convention.name;
-    const Reading& found = search.better.front().reading;
-    EXPECT_EQ(found.pose, convention.reading) << convention.name;
+    for (Camera& camera : scene.cameras) camera = stated(camera);
+    const auto answer = AnswerTo(scene);
+    ASSERT_TRUE(answer.has_value()) << words;
+    EXPECT_EQ(answer->findings.front().kind, "convention");
+    EXPECT_NE(answer->findings.front().evidence.find(words), std::string::npos);
     // The very cameras come back.
-    const CameraRig cameras = CamerasOf(scene.cameras, found);
     for (size_t v = 0; v < truth.size(); ++v) {
-      EXPECT_LT((cameras[v].centre() - truth[v].centre()).norm(), 1e-9);
-      EXPECT_LT((cameras[v].R() - truth[v].R()).norm(), 1e-9);
+      const Camera& found = (*answer->cameras)[v];
+      EXPECT_LT((found.centre() - truth[v].centre()).norm(), 1e-9);
+      EXPECT_LT((found.R() - truth[v].R()).norm(), 1e-9);
     }
   }
 }
@@ -87,78 +72,65 @@ TEST(Readings, ConventionsAreNamed) {
 TEST(Readings, ExchangedViewsAreNamed) {
   FaultyScene scene = ShortScene(3);
   std::swap(scene.cameras[1], scene.cameras[3]);
-  const ReadingSearch search = SearchOf(scene);
-  ASSERT_FALSE(search.better.empty());
-  EXPECT_EQ(search.better.front().reading.camera_of_view,
-            (std::vector<int>{0, 3, 2, 1}));
+  const auto answer = AnswerTo(scene);
+  ASSERT_TRUE(answer.has_value());
+  const std::vector<std::string>& views = scene.detections.header.view_names;
+  EXPECT_EQ(answer->findings.front().fix, "'--set=cameras.map." + views[1] +
+                                              "=" + scene.cameras[3].name() +
+                                              ";cameras.map." + views[3] + "=" +
+                                              scene.cameras[1].name() + "'");
 }
 
+// Images turned and mirrored before people were detected, and the camera that
+// sees what the detector saw: it projects to the pixels as they are shown, lens
+// and all.
 TEST(Readings, TurnedAndMirroredImagesAreNamed) {
-  for (const ImageReading image :
-       {ImageReading::kRotated90, ImageReading::kRotated180,
-        ImageReading::kRotated270, ImageReading::kMirrored}) {
-    FaultyScene scene = ShortScene(4);
-    const double width = scene.cameras[2].width_px();
-    const double height = scene.cameras[2].height_px();
+  FaultySceneOptions options;
+  options.seed = 4;
+  options.cameras = 4;
+  options.duration_s = 4.0;
+  options.distortion = {-0.1, 0.02, 0.004, -0.003, 0.0};
+  const FaultyScene taken = MakeFaultyScene(options);
+  const Camera& camera = taken.cameras[2];
+  const double right = camera.width_px() - 1.0;
+  const double bottom = camera.height_px() - 1.0;
+  using Shown = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
+  const std::vector<std::pair<std::string, Shown>> images = {
+      {"turned by 90 degrees clockwise",
+       [=](const auto& p) { return Eigen::Vector2d(bottom - p.y(), p.x()); }},
+      {"turned by 180 degrees",
+       [=](const auto& p) {
+         return Eigen::Vector2d(right - p.x(), bottom - p.y());
+       }},
+      {"turned by 90 degrees anticlockwise",
+       [=](const auto& p) { return Eigen::Vector2d(p.y(), right - p.x()); }},
+      {"mirrored",
+       [=](const auto& p) { return Eigen::Vector2d(right - p.x(), p.y()); }}};
+  for (const auto& [words, shown] : images) {
+    FaultyScene scene = taken;
     for (DetectionFrame& frame : scene.detections.frames) {
       for (Detection& detection : frame.views[2].detections) {
-        for (Keypoint& joint : detection.joints) {
-          const Eigen::Vector2d px = joint.px;
-          if (image == ImageReading::kRotated90) {
-            joint.px = {height - 1.0 - px.y(), px.x()};
-          } else if (image == ImageReading::kRotated180) {
-            joint.px = {width - 1.0 - px.x(), height - 1.0 - px.y()};
-          } else if (image == ImageReading::kRotated270) {
-            joint.px = {px.y(), width - 1.0 - px.x()};
-          } else {
-            joint.px = {width - 1.0 - px.x(), px.y()};
-          }
-        }
+        for (Keypoint& joint : detection.joints) joint.px = shown(joint.px);
       }
     }
-    const ReadingSearch search = SearchOf(scene);
-    ASSERT_FALSE(search.better.empty()) << Describe(image);
-    const Reading& found = search.better.front().reading;
-    EXPECT_EQ(found.images[2], image);
-    EXPECT_EQ(found.images[0], ImageReading::kAsRead);
-    // A camera that sees the images as they were shown sees the people where
-    // they were detected.
-    const auto seeing = Seeing(scene.cameras[2], image);
-    EXPECT_EQ(seeing.has_value(), image != ImageReading::kMirrored);
-    if (!seeing.has_value()) continue;
-    scene.cameras[2] = *seeing;
-    EXPECT_TRUE(SearchOf(scene).better.empty()) << Describe(image);
-  }
-}
-
-// A camera that sees turned images has a lens that turns with them.
-TEST(Readings, TurnedCamerasKeepTheirLens) {
-  FaultySceneOptions options;
-  options.distortion = {-0.1, 0.02, 0.004, -0.003, 0.0};
-  options.duration_s = 1.0;
-  const FaultyScene scene = MakeFaultyScene(options);
-  const Camera& camera = scene.cameras[0];
-  const double width = camera.width_px();
-  const double height = camera.height_px();
-  for (const Eigen::Vector3d& point :
-       {Eigen::Vector3d(0.5, 0.3, 1.0), Eigen::Vector3d(-1.0, 0.8, 0.2)}) {
-    const Eigen::Vector2d px = *camera.Project(point);
-    const auto seen = [&](ImageReading image) {
-      return *Seeing(camera, image)->Project(point);
-    };
-    // Exact but for rounding.
-    EXPECT_LT((seen(ImageReading::kRotated90) -
-               Eigen::Vector2d(height - 1.0 - px.y(), px.x()))
-                  .norm(),
-              1e-9);
-    EXPECT_LT((seen(ImageReading::kRotated180) -
-               Eigen::Vector2d(width - 1.0 - px.x(), height - 1.0 - px.y()))
-                  .norm(),
-              1e-9);
-    EXPECT_LT((seen(ImageReading::kRotated270) -
-               Eigen::Vector2d(px.y(), width - 1.0 - px.x()))
-                  .norm(),
-              1e-9);
+    const auto answer = AnswerTo(scene);
+    ASSERT_TRUE(answer.has_value()) << words;
+    ASSERT_EQ(answer->findings.size(), 1u);
+    EXPECT_EQ(answer->findings[0].kind, "image");
+    EXPECT_EQ(answer->findings[0].camera, camera.name());
+    EXPECT_NE(answer->findings[0].evidence.find(words), std::string::npos);
+    const bool mirrored = words == "mirrored";
+    EXPECT_EQ(answer->detections.has_value(), mirrored);
+    for (const Eigen::Vector3d& point :
+         {Eigen::Vector3d(0.5, 0.3, 1.0), Eigen::Vector3d(-1.0, 0.8, 0.2)}) {
+      const Eigen::Vector2d px = *camera.Project(point);
+      // Exact but for rounding.
+      EXPECT_LT(
+          (*(*answer->cameras)[2].Project(point) - (mirrored ? px : shown(px)))
+              .norm(),
+          1e-9)
+          << words;
+    }
   }
 }
 

@@ -1,11 +1,10 @@
-#include "solvers/scene/view_checks.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
+#include "solvers/scene/hypothesis.h"
 #include "tests/support/faulty_scene.h"
 
 namespace kinegraph {

@@ -1,0 +1,520 @@
+// What changes in the middle of a recording: pictures that a view lost or has
+// twice, from which on its clock is off by whole frames, and a camera that was
+// moved, whose view no longer agrees with the others as it did.
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "solvers/scene/clock_search.h"
+#include "solvers/scene/hypothesis.h"
+#include "solvers/scene/plausible.h"
+#include "solvers/scene/reduced_system.h"
+
+namespace kinegraph {
+namespace {
+
+// ---- A step in a series ----
+
+// What a bin of time says of a level: its information and the gradient of half
+// the squared error at 0, so that the level is -gradient / information.
+struct LevelBin {
+  double time_s = 0.0;
+  double information = 0.0;
+  double gradient = 0.0;
+};
+using LevelBins = std::vector<LevelBin>;
+
+LevelBin SumOf(const LevelBins& bins, size_t begin, size_t end) {
+  LevelBin sum;
+  for (size_t b = begin; b < end; ++b) {
+    sum.information += bins[b].information;
+    sum.gradient += bins[b].gradient;
+  }
+  return sum;
+}
+
+struct Step {
+  size_t bin = 0;  // the first one behind it
+  double before = 0.0;
+  double after = 0.0;
+  double sigma = 0.0;  // of the difference
+  double gain = 0.0;   // of the squared error, against a straight line
+  double size() const { return std::abs(after - before); }
+};
+
+// What a straight line gains of the squared error.
+double GainOfLine(const LevelBins& bins) {
+  Eigen::Matrix2d H = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d g = Eigen::Vector2d::Zero();
+  for (const LevelBin& bin : bins) {
+    const Eigen::Vector2d row(1.0, bin.time_s);
+    H += bin.information * row * row.transpose();
+    g += bin.gradient * row;
+  }
+  return g.dot(H.ldlt().solve(g));
+}
+
+Step StepAt(const LevelBins& bins, size_t at, double least_scatter) {
+  const LevelBin before = SumOf(bins, 0, at);
+  const LevelBin after = SumOf(bins, at, bins.size());
+  Step step;
+  step.bin = at;
+  step.before = -before.gradient / before.information;
+  step.after = -after.gradient / after.information;
+  // How much more the bins scatter about the two levels than their information
+  // says: a detector's errors last.
+  double squares = 0.0;
+  double count = 0.0;
+  for (size_t b = 0; b < bins.size(); ++b) {
+    if (!(bins[b].information > 0.0)) continue;
+    const double level = b < at ? step.before : step.after;
+    const double left = bins[b].gradient + bins[b].information * level;
+    squares += left * left / bins[b].information;
+    count += 1.0;
+  }
+  const double scatter =
+      std::max(least_scatter, squares / std::max(1.0, count - 3.0));
+  step.sigma =
+      std::sqrt(scatter * (1.0 / before.information + 1.0 / after.information));
+  const auto gain = [](const LevelBin& sum) {
+    return sum.gradient * sum.gradient / sum.information;
+  };
+  step.gain = (gain(before) + gain(after) - GainOfLine(bins)) / scatter;
+  return step;
+}
+
+// All steps with three bins or more that hold something on either side.
+std::vector<Step> StepsOf(const LevelBins& bins, double least_scatter) {
+  constexpr std::ptrdiff_t kFewestBins = 3;
+  const auto is_full = [](const LevelBin& bin) {
+    return bin.information > 0.0;
+  };
+  std::vector<Step> steps;
+  for (auto at = bins.begin(); at != bins.end(); ++at) {
+    if (std::count_if(bins.begin(), at, is_full) >= kFewestBins &&
+        std::count_if(at, bins.end(), is_full) >= kFewestBins) {
+      steps.push_back(
+          StepAt(bins, static_cast<size_t>(at - bins.begin()), least_scatter));
+    }
+  }
+  return steps;
+}
+
+// ---- Pictures lost or repeated ----
+
+struct ClockJump {
+  size_t view = 0;
+  double at_s = 0.0;  // since the middle of the recording
+  // Pictures that are missing before `at_s`; negative: that are too many.
+  int missing = 0;
+  double jump_s = 0.0;   // as measured
+  double sigma_s = 0.0;  // its standard deviation
+};
+
+// What bins of time say of each view's offset, the others taken as right. A bin
+// is as long as a fortieth of the recording, and at least half a second: a
+// walker's step.
+std::vector<LevelBins> OffsetBins(const CameraRig& cameras,
+                                  const SceneSegments& segments,
+                                  const SegmentOptions& options) {
+  const std::vector<CameraChange> none(cameras.size(), CameraChange::Zero());
+  const double length_s = std::max(0.5, segments.span_s / 40.0);
+  const double first_s = -0.5 * segments.span_s;
+  const auto count =
+      static_cast<size_t>(std::ceil(segments.span_s / length_s)) + 1;
+  std::vector<ReducedSystem> systems(
+      count, ReducedSystem(cameras, segments, {cameras.size(), {kOffsetAt}},
+                           PriorInformation(options)));
+  for (const MotionSegment& segment : segments.segments) {
+    SegmentState state = segment.state;
+    if (!SolveSegment(cameras, none, segment, segments.noise_scale, options,
+                      &state)) {
+      continue;
+    }
+    const double bin = std::max(0.0, (segment.middle_s - first_s) / length_s);
+    systems[std::min(count - 1, static_cast<size_t>(bin))].Add(segment, state,
+                                                               none);
+  }
+  std::vector<LevelBins> bins(cameras.size());
+  for (size_t b = 0; b < count; ++b) {
+    const double time_s = first_s + (static_cast<double>(b) + 0.5) * length_s;
+    const Eigen::VectorXd gradient = systems[b].Gradient();
+    for (size_t v = 0; v < cameras.size(); ++v) {
+      const auto i = static_cast<Eigen::Index>(v);
+      bins[v].push_back({time_s, systems[b].information()(i, i), gradient[i]});
+    }
+  }
+  return bins;
+}
+
+// The stretches with a view's clock moved behind the split.
+SceneSegments Moved(const SceneSegments& segments, const ClockJump& jump) {
+  SceneSegments moved = segments;
+  for (MotionSegment& segment : moved.segments) {
+    if (segment.middle_s < jump.at_s) continue;
+    for (SegmentMeasurement& measurement : segment.measurements) {
+      if (measurement.view_idx == static_cast<int>(jump.view)) {
+        measurement.time_s += jump.jump_s;
+      }
+    }
+  }
+  return moved;
+}
+
+// The clearest jump of one view's clock, or nullopt. For each view and short
+// bins of time the clock's offset is estimated (steps of Gauss and Newton on
+// the stretches, their states eliminated, the other views taken as right); a
+// jump is two levels that explain the bins better than offset and drift do,
+// nearly whole frames apart.
+std::optional<ClockJump> FindClockJump(const SetUp& set_up) {
+  // Six standard deviations, for some forty splits of a handful of views; a
+  // step that a drift explains nearly as well is none.
+  constexpr double kSigmas = 6.0;
+  constexpr double kLeastGain = 25.0;
+  const double frame_s = 1.0 / std::max(1.0, set_up.input.frame_rate_hz);
+  const auto bins_of = [&](const SceneSegments& segments) {
+    return OffsetBins(set_up.cameras, segments, set_up.options.bundle.segments);
+  };
+  const std::vector<LevelBins> all = bins_of(set_up.segments);
+  ClockJump jump;
+  Step best;
+  best.gain = kLeastGain;
+  for (size_t v = 0; v < all.size(); ++v) {
+    for (const Step& step : StepsOf(all[v], 1.0)) {
+      if (!(step.gain > best.gain) || step.size() < 0.3 * frame_s ||
+          step.size() < kSigmas * step.sigma) {
+        continue;
+      }
+      best = step;
+      jump.view = v;
+      jump.at_s = 0.5 * (all[v][step.bin - 1].time_s + all[v][step.bin].time_s);
+    }
+  }
+  if (best.bin == 0) return std::nullopt;
+  jump.jump_s = best.after - best.before;
+  jump.sigma_s = best.sigma;
+  // One step falls short: the states and the loss take their share.
+  constexpr int kMostSteps = 6;
+  for (int round = 0; round < kMostSteps; ++round) {
+    const Step left =
+        StepAt(bins_of(Moved(set_up.segments, jump))[jump.view], best.bin, 1.0);
+    jump.jump_s += left.after - left.before;
+    if (left.size() < 0.05 * frame_s) break;
+  }
+  // Pictures are lost whole.
+  constexpr double kFromWhole = 0.35;
+  const double frames = jump.jump_s / frame_s;
+  jump.missing = static_cast<int>(std::lround(frames));
+  if (jump.missing == 0 || std::abs(frames - jump.missing) > kFromWhole) {
+    return std::nullopt;
+  }
+  return jump;
+}
+
+// The detections with the jump taken back: the view's pictures from index
+// `from` on move by what is missing.
+DetectionSequence WithoutJump(const DetectionSequence& detections,
+                              const ClockJump& jump, int64_t from) {
+  return FramesMoved(detections, [&](size_t view, int64_t k) -> int64_t {
+    if (view != jump.view || k < std::min(from, from + jump.missing)) return k;
+    return k - jump.missing >= from ? k - jump.missing : -1;
+  });
+}
+
+// Index of the first frame after a time since the middle of the recording.
+int64_t IndexAfter(const std::vector<DetectionFrame>& frames, double at_s) {
+  const TimeNs middle =
+      frames.front().time + (frames.back().time - frames.front().time) / 2;
+  const auto at = std::lower_bound(
+      frames.begin(), frames.end(), middle + FromSeconds(at_s),
+      [](const DetectionFrame& f, TimeNs time) { return f.time < time; });
+  return at - frames.begin();
+}
+
+Finding FindingOf(const ClockJump& jump, const std::string& camera,
+                  int64_t frame, double before_px, double after_px) {
+  const double count = std::abs(jump.missing);
+  const bool lost = jump.missing > 0;
+  const auto number = static_cast<double>(frame);
+  return {"frames",
+          camera,
+          0.9,
+          before_px,
+          after_px,
+          lost ? Format("give its files from about %.0f on numbers that are "
+                        "%.0f higher",
+                        number, count)
+               : Format("take %.0f pictures out before about frame %.0f", count,
+                        number),
+          Format(lost ? "%.0f pictures are missing before about frame %.0f"
+                      : "%.0f pictures are too many before about frame %.0f",
+                 count, number) +
+              Format(": its clock jumps by %+.1f +- %.1f ms", 1e3 * jump.jump_s,
+                     1e3 * jump.sigma_s)};
+}
+
+// ---- A camera that was moved ----
+
+struct CameraBreak {
+  size_t view = 0;
+  size_t from = 0;  // index of the first frame behind it
+  // Agreement with the other views (PairAgreement) on either side, less that of
+  // the other views among themselves.
+  double before = 0.0;
+  double after = 0.0;
+
+  bool worse_after() const { return after < before; }
+};
+
+// A view's agreement with the others and that of the others among themselves,
+// over some frames.
+struct Sides {
+  PairAgreement own;
+  PairAgreement others;
+
+  void Add(const Sides& more) {
+    own.Add(more.own);
+    others.Add(more.others);
+  }
+  bool known() const { return own.possible > 0.0 && others.possible > 0.0; }
+  double level() const { return own.score() - others.score(); }
+};
+
+// [view][frame looked at]
+std::vector<std::vector<Sides>> LookAtFrames(
+    const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
+    const std::vector<int>& frames) {
+  const size_t views = cameras.size();
+  std::vector<std::vector<Sides>> all(views, std::vector<Sides>(frames.size()));
+  for (size_t i = 0; i < frames.size(); ++i) {
+    for (size_t a = 0; a < views; ++a) {
+      for (size_t b = a + 1; b < views; ++b) {
+        const PairAgreement pair = AgreementOf(cameras[a], ideal[a], cameras[b],
+                                               ideal[b], {frames[i]});
+        for (size_t v = 0; v < views; ++v) {
+          (v == a || v == b ? all[v][i].own : all[v][i].others).Add(pair);
+        }
+      }
+    }
+  }
+  return all;
+}
+
+// A view's levels by bins of neighbouring frames; a bin's time is the first
+// frame that it looks at.
+LevelBins BinsOf(const std::vector<Sides>& frames, size_t count) {
+  LevelBins bins;
+  for (size_t b = 0; b < count; ++b) {
+    const size_t begin = frames.size() * b / count;
+    const size_t end = frames.size() * (b + 1) / count;
+    Sides sum;
+    for (size_t i = begin; i < end; ++i) sum.Add(frames[i]);
+    if (!sum.known()) continue;
+    bins.push_back({static_cast<double>(begin), 1.0, -sum.level()});
+  }
+  return bins;
+}
+
+// The frame about a step of the bins where the two sides differ most.
+size_t FrameOf(const std::vector<Sides>& frames, const LevelBins& bins,
+               const Step& step) {
+  const size_t begin = static_cast<size_t>(bins[step.bin - 1].time_s);
+  const size_t end = step.bin + 1 < bins.size()
+                         ? static_cast<size_t>(bins[step.bin + 1].time_s)
+                         : frames.size();
+  const double middle = 0.5 * (step.before + step.after);
+  const double sign = step.after < step.before ? 1.0 : -1.0;
+  // Frames before it should lie on the one side of the middle, those behind it
+  // on the other.
+  double sum = 0.0;
+  double most = 0.0;
+  size_t best = begin;
+  for (size_t i = begin; i < end; ++i) {
+    if (frames[i].known()) sum += sign * (frames[i].level() - middle);
+    if (sum > most) {
+      most = sum;
+      best = i + 1;
+    }
+  }
+  return best;
+}
+
+// The clearest break, or nullopt: two levels of one view's agreement, frame by
+// frame. With fewer than three views nobody can say whose it is. A lost picture
+// looks alike.
+std::optional<CameraBreak> FindCameraBreak(
+    const CameraRig& cameras, const std::vector<ViewPeople>& ideal,
+    const DetectionSequence& detections) {
+  // People who come, go and hide each other move the level, too.
+  constexpr double kLeastStep = 0.04;
+  constexpr double kSigmas = 5.0;
+  constexpr int kMostFrames = 400;
+  constexpr double kBinS = 0.5;  // a walker's step
+  constexpr size_t kMostBins = 40;
+  if (cameras.size() < 3 || detections.frames.empty()) return std::nullopt;
+  const std::vector<int> frames = FramesToLookAt(ideal, kMostFrames);
+  const double span_s =
+      ToSeconds(detections.frames.back().time - detections.frames.front().time);
+  const size_t count =
+      std::min({static_cast<size_t>(span_s / kBinS), frames.size(), kMostBins});
+  const auto all = LookAtFrames(cameras, ideal, frames);
+  std::optional<CameraBreak> found;
+  for (size_t v = 0; v < all.size(); ++v) {
+    const LevelBins bins = BinsOf(all[v], count);
+    Step best;  // the surest
+    for (const Step& step : StepsOf(bins, 1e-12)) {
+      if (best.bin == 0 ||
+          step.size() * best.sigma > best.size() * step.sigma) {
+        best = step;
+      }
+    }
+    if (best.bin == 0 || best.size() < kSigmas * best.sigma ||
+        best.size() < kLeastStep ||
+        (found.has_value() &&
+         best.size() <= std::abs(found->after - found->before))) {
+      continue;
+    }
+    const size_t at = std::min(FrameOf(all[v], bins, best), frames.size() - 1);
+    found = CameraBreak{v, static_cast<size_t>(frames[at]), best.before,
+                        best.after};
+  }
+  return found;
+}
+
+// The frames before `from` (side 0) or from it on (side 1).
+DetectionSequence SideOf(const DetectionSequence& detections, size_t from,
+                         int side) {
+  DetectionSequence part;
+  part.header = detections.header;
+  const auto middle =
+      detections.frames.begin() + static_cast<std::ptrdiff_t>(from);
+  part.frames.assign(side == 0 ? detections.frames.begin() : middle,
+                     side == 0 ? middle : detections.frames.end());
+  return part;
+}
+
+// Whether a lag makes the worse side as good as the other one: pictures were
+// lost, which are looked for later.
+bool IsLag(const SetUp& set_up, const CameraBreak& found, int worse) {
+  constexpr double kNearly = 0.05;  // of agreement
+  const auto ideal_of = [&](int side) {
+    return Undistorted(
+        PeopleOfViews(SideOf(set_up.detections, found.from, side),
+                      kMinJointConfidence),
+        set_up.cameras);
+  };
+  const ClockSearch lags =
+      SearchClocks(set_up.cameras, ideal_of(worse), set_up.LongestLag());
+  if (!lags.found()) return false;
+  const std::vector<ViewPeople> better = ideal_of(1 - worse);
+  const double score =
+      AgreementOfAll(set_up.cameras, better,
+                     FramesToLookAt(better, set_up.options.frames_to_look_at))
+          .score();
+  return lags.all.after.score() > score - kNearly;
+}
+
+Diagnosis DiagnosePart(const SetUp& set_up, DetectionSequence part) {
+  DoctorInput input = set_up.input;
+  for (size_t v = 0; v < set_up.cameras.size(); ++v) {
+    CameraParameters parameters = set_up.cameras[v].parameters();
+    parameters.name = set_up.CameraName(v);
+    input.cameras[v] = Camera(std::move(parameters));
+  }
+  input.detections = std::move(part);
+  DoctorOptions options = set_up.options;
+  options.looks_for_break = false;
+  options.longest_lag_s = 0.0;
+  return Diagnose(input, options);
+}
+
+// What is said of one side, as a finding of the whole.
+Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
+  const auto& frames = set_up.detections.frames;
+  const auto first = static_cast<double>(frames.front().frame);
+  const auto from = static_cast<double>(frames[found.from].frame);
+  const auto end = static_cast<double>(frames.back().frame + 1);
+  const bool after = found.worse_after();
+  const std::string side =
+      Format("--frames=%.0f:%.0f", after ? from : first, after ? end : from);
+  const std::string other =
+      Format("--frames=%.0f:%.0f", after ? first : from, after ? from : end);
+  finding.fix =
+      finding.kind == "never_matched"
+          ? side + " " + finding.fix
+          : "kinegraph doctor INPUTS " + side + " --out=doctor_of_these";
+  finding.evidence =
+      Format(after ? "from about frame %.0f on: " : "before about frame %.0f: ",
+             from) +
+      finding.evidence +
+      "; it was moved in the middle of the recording: track the frames before "
+      "and after apart, the others with " +
+      other + ", these with the cameras.json that the fix writes";
+  return finding;
+}
+
+}  // namespace
+
+// A jump counts where the matches then fit better.
+std::optional<Answer> AskForJump(const SetUp& set_up) {
+  if (!MoveEnough(set_up.segments)) return std::nullopt;
+  const auto jump = FindClockJump(set_up);
+  if (!jump.has_value()) return std::nullopt;
+  if (set_up.strangers.count(jump->view) > 0) return std::nullopt;
+  const auto& frames = set_up.detections.frames;
+  const int64_t from = IndexAfter(frames, jump->at_s);
+  SetUp moved = set_up;
+  moved.detections = WithoutJump(set_up.detections, *jump, from);
+  moved.Match();
+  const double before_px = set_up.Fit().MeanPx(static_cast<int>(jump->view));
+  const double after_px = moved.Fit().MeanPx(static_cast<int>(jump->view));
+  if (before_px - after_px < FitGain::kLeastShare * before_px) {
+    return std::nullopt;
+  }
+  const auto last = static_cast<int64_t>(frames.size()) - 1;
+  Answer answer;
+  answer.findings.push_back(
+      FindingOf(*jump, set_up.CameraName(jump->view),
+                frames[static_cast<size_t>(std::min(from, last))].frame,
+                before_px, after_px));
+  answer.detections = std::move(moved.detections);
+  answer.segments = std::move(moved.segments);
+  return answer;
+}
+
+// The two sides of a break are diagnosed apart: what is said of the view on the
+// worse one and not on the other is the break. The rest of the diagnosis is of
+// the better side.
+std::optional<Answer> AskForBreak(const SetUp& set_up) {
+  if (!set_up.input.match || !set_up.options.looks_for_break) {
+    return std::nullopt;
+  }
+  const auto found =
+      FindCameraBreak(set_up.cameras, set_up.ideal, set_up.detections);
+  if (!found.has_value()) return std::nullopt;
+  const int worse = found->worse_after() ? 1 : 0;
+  if (IsLag(set_up, *found, worse)) return std::nullopt;
+  Answer answer;
+  for (const int side : {worse, 1 - worse}) {
+    const Diagnosis part =
+        DiagnosePart(set_up, SideOf(set_up.detections, found->from, side));
+    for (const Finding& finding : part.findings) {
+      if (finding.camera != set_up.CameraName(found->view)) continue;
+      const bool sure = finding.confidence > 0.5;
+      if (side != worse || (finding.kind == "clock_offset" && sure)) {
+        return std::nullopt;
+      }
+      answer.findings.push_back(OfSide(set_up, *found, finding));
+    }
+  }
+  if (answer.findings.empty()) return std::nullopt;
+  answer.detections = SideOf(set_up.detections, found->from, 1 - worse);
+  return answer;
+}
+
+}  // namespace kinegraph
