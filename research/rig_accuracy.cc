@@ -1,11 +1,13 @@
 // How right cameras are that the people told alone (`calibrate`): rooms of
 // drawn seeds with all that is drawn beside them.
 //
-//   rig_accuracy FIRST_SEED COUNT [--json=FILE]
+//   rig_accuracy FIRST_SEED COUNT [track]
 //
 // A line a room: what was drawn, verdict, largest errors of rotation [deg] and
 // place [% of the room] after a similarity, those errors in stated standard
 // deviations, rms error of the clocks [ms], processor time [s]; then a summary.
+// `track`: also the mean error of the people's joints with the found cameras
+// and clocks, after the similarity, and with the true ones [mm].
 //
 //   rig_accuracy compare TRUTH FOUND [ALIGNED]
 //
@@ -22,13 +24,16 @@
 #include "apps/common/config_folder.h"
 #include "core/base/median.h"
 #include "core/base/random.h"
+#include "core/evaluation/mpjpe.h"
 #include "core/io/calibration/calibration.h"
 #include "core/io/tracks/tracks.h"
 #include "core/synthetic/noise.h"
 #include "core/synthetic/recorded_people.h"
 #include "core/synthetic/scene.h"
 #include "research/arguments.h"
+#include "solvers/scene/refine.h"
 #include "solvers/session/calibrate_recording.h"
+#include "solvers/session/run.h"
 #include "tests/support/test_data.h"
 
 namespace kinegraph::testing {
@@ -359,6 +364,38 @@ RoomScore ScoreOf(const Room& room, const RecordingCalibration& found) {
   return score;
 }
 
+// Mean error of the joints [m] with these cameras and clocks.
+double TrackingError(const Room& room, const RunOptions& options,
+                     const CameraRig& cameras,
+                     const DetectionSequence& recording) {
+  RunRequest request;
+  request.cameras = cameras;
+  return EvaluateMpjpe(TruthOf(room.scene),
+                       TrackSequenceOf(options, request, recording))
+      .raw_m;
+}
+
+void CompareTracking(const Room& room, const RunOptions& options,
+                     const RecordingCalibration& found) {
+  if (found.rig.used.size() != room.scene.cameras.size()) return;
+  std::vector<CameraChange> late(room.late_s.size(), CameraChange::Zero());
+  // The reference view's clock is the truth's in the found recording, too.
+  CameraChange reference = CameraChange::Zero();
+  reference[kOffsetAt] = room.late_s[0] - found.rig.views[0].clock_s;
+  for (size_t v = 0; v < late.size(); ++v) {
+    late[v][kOffsetAt] = room.late_s[v];
+  }
+  const double with_true = TrackingError(room, options, room.scene.cameras,
+                                         WithClocks(room.recording, late));
+  const double with_found = TrackingError(
+      room, options, Aligned(room.scene.cameras, found.rig.cameras),
+      WithClocks(found.rig.recording,
+                 std::vector<CameraChange>(late.size(), reference)));
+  std::printf("%4s joints %.1f mm, with the true cameras %.1f: %+.1f %%\n", "",
+              1e3 * with_found, 1e3 * with_true,
+              100.0 * (with_found / with_true - 1.0));
+}
+
 void Summarise(const std::vector<RoomScore>& scores) {
   int calibrated = 0;
   int of_three = 0;
@@ -385,7 +422,7 @@ void Summarise(const std::vector<RoomScore>& scores) {
       100.0 * covered / std::max(1, counted));
 }
 
-void Rooms(int first, int count) {
+void Rooms(int first, int count, bool track) {
   const RunOptions options =
       ReadRunOptions(ProjectConfig("default.toml"), "", "");
   std::vector<RoomScore> scores;
@@ -399,24 +436,29 @@ void Rooms(int first, int count) {
     scores.push_back(ScoreOf(room, found));
     const RoomScore& score = scores.back();
     double sigma = 0.0;
+    double place = 0.0;
     double apart = 0.0;
     double agreement = 1.0;
     double clock_sigma_s = 0.0;
     for (const RigView& view : found.rig.views) {
       sigma = std::max(sigma, view.rotation_sigma_deg);
+      place = std::max(place, view.centre_sigma_m / found.rig.size_m);
       apart = std::max(apart, view.halves_apart);
       clock_sigma_s = std::max(clock_sigma_s, view.clock_sigma_s);
       agreement = std::min(agreement, view.agreement);
     }
     std::printf(
-        "%4d %s: %-10s agree %.3f sigma %.2f apart %.1f; %zu of %d, "
+        "%4d %s: %-10s agree %.3f likely %.2f sigma %.2f "
+        "%.2f %% apart %.1f; %zu of %d, "
         "%6.3f deg %6.2f %%, covered %d of %d, clocks "
         "%.1f ms (%.1f stated), %.1f s%s%s\n",
-        seed, room.words.c_str(), ToString(score.verdict), agreement, sigma,
-        apart, found.rig.used.size(), score.cameras, score.rotation_deg,
+        seed, room.words.c_str(), ToString(score.verdict), agreement,
+        found.rig.likely_right, sigma, 100.0 * place, apart,
+        found.rig.used.size(), score.cameras, score.rotation_deg,
         100.0 * score.place, score.covered, score.counted, score.clock_ms,
         1e3 * clock_sigma_s, seconds, found.rig.reasons.empty() ? "" : "; ",
         found.rig.reasons.empty() ? "" : found.rig.reasons[0].c_str());
+    if (track) CompareTracking(room, options, found);
     std::fflush(stdout);
   }
   Summarise(scores);
@@ -433,7 +475,8 @@ int main(int argc, char** argv) {
                                 arguments.size() == 4 ? arguments[3] : "");
     return 0;
   }
-  if (arguments.size() != 2) return 2;
-  kinegraph::testing::Rooms(std::stoi(arguments[0]), std::stoi(arguments[1]));
+  if (arguments.size() < 2 || arguments.size() > 3) return 2;
+  kinegraph::testing::Rooms(std::stoi(arguments[0]), std::stoi(arguments[1]),
+                            arguments.size() == 3 && arguments[2] == "track");
   return 0;
 }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/median.h"
+#include "core/base/random.h"
 #include "core/skeleton/body_joints.h"
 #include "solvers/rig/rig_start.h"
 #include "solvers/rig/tracklets.h"
@@ -33,6 +34,10 @@ constexpr double kPersonOffsetM = 0.010;
 // rig's size.
 constexpr double kMostRotationDeg = 0.8;
 constexpr double kMostPlace = 0.025;
+// What `calibrated` promises of every view, and how likely that must be.
+constexpr double kPromisedDeg = 0.3;
+constexpr double kPromisedPlace = 0.01;
+constexpr double kLeastLikely = 0.5;
 // A clock that is less sure than this is not told.
 constexpr double kMostClockS = 0.02;
 // Fits on halves of the joints may differ by this many times as much.
@@ -478,6 +483,35 @@ class RigEstimate {
     aligned_ = WithClocks(Realigned(used_recording_, lags_), changes_);
   }
 
+  // How likely every joined view is as right as `calibrated` promises: the
+  // share of errors drawn from the covariance that are.
+  double LikelyRight() const {
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+        fit_.covariance);
+    const Eigen::MatrixXd root =
+        solver.eigenvectors() *
+        solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+    constexpr int kDraws = 2000;
+    Random random(1);
+    Eigen::VectorXd normal(root.cols());
+    int right = 0;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      for (double& one : normal) one = random.Normal(0.0, 1.0);
+      const Eigen::VectorXd error = root * normal;
+      Eigen::Index at = 0;
+      bool within = true;
+      for (const auto& places : fit_.places) {
+        within = within &&
+                 kDegrees * error.segment<3>(at).norm() <= kPromisedDeg &&
+                 error.segment<3>(at + kCentreAt).norm() <=
+                     kPromisedPlace * SizeOf(cameras_);
+        at += static_cast<Eigen::Index>(places.size());
+      }
+      right += within ? 1 : 0;
+    }
+    return static_cast<double>(right) / kDraws;
+  }
+
   double Spread(Eigen::Index begin) const {
     return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(
                          fit_.covariance.block<3, 3>(begin, begin))
@@ -517,6 +551,7 @@ class RigEstimate {
     result_.recording = aligned_;
     result_.size_m = SizeOf(cameras_);
     result_.clocks_told = free_.offset;
+    result_.likely_right = LikelyRight();
     const std::vector<double> agreements = Agreements(cameras_, aligned_);
     const double usual = Median(agreements);
     const std::vector<double> apart = HalvesApart();
@@ -554,8 +589,9 @@ class RigEstimate {
 
   void Verdict(size_t sure) {
     const bool all = sure == result_.views.size();
+    const bool right = result_.likely_right >= kLeastLikely;
     constexpr size_t kFewest = 2;
-    result_.verdict = all               ? RigVerdict::kCalibrated
+    result_.verdict = all && right      ? RigVerdict::kCalibrated
                       : sure >= kFewest ? RigVerdict::kPartly
                                         : RigVerdict::kRefused;
     if (!free_.offset) {
@@ -563,7 +599,18 @@ class RigEstimate {
           "the clocks are not told beyond whole frames: record people who "
           "move");
     }
-    if (sure == cameras_.size()) return;
+    if (sure == cameras_.size()) {
+      if (right) return;
+      const std::string focal =
+          input_.focal_sigma > 0.0
+              ? "say focal lengths that are measured (--focal, --cameras), or "
+              : "";
+      result_.reasons.push_back(
+          "every view has its place, but 0.3 degrees and 1 % of the rig's size "
+          "are not sure: " +
+          focal + "record longer, and more people");
+      return;
+    }
     if (!TellsFocal()) {
       result_.reasons.push_back(
           "two cameras do not tell their focal lengths: say them (--focal, "
@@ -658,6 +705,9 @@ RigResult EstimateRig(const RigInput& input) {
     part.intrinsics.push_back(input.intrinsics[static_cast<size_t>(v)]);
   }
   RigResult again = RigEstimate(part).Run();
+  const bool all_sure = std::all_of(
+      again.views.begin(), again.views.end(),
+      [](const RigView& view) { return view.joined && view.left_out.empty(); });
   for (size_t i = 0; i < sure.size(); ++i) {
     result.views[static_cast<size_t>(sure[i])] = again.views[i];
   }
@@ -665,9 +715,7 @@ RigResult EstimateRig(const RigInput& input) {
   for (RigView& view : result.views) {
     if (!view.left_out.empty()) view.joined = false;
   }
-  again.verdict = again.verdict == RigVerdict::kCalibrated
-                      ? RigVerdict::kPartly
-                      : RigVerdict::kRefused;
+  again.verdict = all_sure ? RigVerdict::kPartly : RigVerdict::kRefused;
   again.reasons = result.reasons;
   again.views = std::move(result.views);
   return again;

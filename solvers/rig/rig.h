@@ -60,6 +60,8 @@ struct RigResult {
   std::vector<std::vector<int>> places;
   Eigen::MatrixXd covariance;
   bool clocks_told = false;  // beyond whole frames
+  // How likely every joined view is within 0.3 degrees and 1 % of `size_m`.
+  double likely_right = 0.0;
   double size_m = 0.0;  // of the rig: twice the rms distance from its middle
   // The detections of the joined views with their clocks set right.
   DetectionSequence recording;

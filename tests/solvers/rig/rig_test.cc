@@ -131,6 +131,9 @@ TEST(Rig, FocalLengthsNotKnown) {
   const RecordingCalibration found =
       CalibrateRecording(RunOptions(), input, recording);
   ASSERT_NE(found.rig.verdict, RigVerdict::kRefused);
+  // Every view has its place; the promise is kept only where it is likely.
+  EXPECT_EQ(found.rig.verdict == RigVerdict::kCalibrated,
+            found.rig.likely_right >= 0.5);
   for (size_t v = 0; v < scene.cameras.size(); ++v) {
     // As sure as the covariance says, three of its deviations.
     Eigen::Index at = 0;
