@@ -54,7 +54,7 @@ class AssociationPolicy {
   }
   // Updates and new people of the frame are known.
   virtual void LearnUpdates() {}
-  // After the estimates: whether an update counts for the track's life.
+  // Whether an update counts for the life of its track.
   virtual bool Counts(const Track&) const { return true; }
   virtual bool MayBegin(const NewPerson&) const { return true; }
   virtual void LearnBeginning(const NewPerson&, TrackId) {}

@@ -116,20 +116,23 @@ class GraphAssociation final : public AssociationPolicy {
     }
   }
 
-  // The estimator believes a joint of which two views are inliers, in a frame
-  // that it has solved.
+  // Where as many views agree by chance, a joint that one view sees is as good
+  // as lost, and an update that loses a third of the joints says nothing.
   bool Counts(const Track& track) const override {
     const EstimatorFrame& frame = track.frame;
-    if (track.feedback->LastTime() != frame.time) return true;
-    const Pose3d& estimate = track.feedback->Last();
-    int believed = 0;
-    for (const int j : state_.scene.skeleton.association_joints()) {
-      believed += frame.triangulated[static_cast<size_t>(j)] != 0 &&
-                  estimate[j].status == JointStatus::kObserved;
+    std::vector<size_t> views;
+    std::vector<char> seen(frame.inlier_views.size(), 0);
+    for (const FreshView& view : frame.views) {
+      views.push_back(static_cast<size_t>(view.view_idx));
+      for (size_t j = 0; j < seen.size(); ++j) {
+        seen[j] |= view.verdicts[j] != FilterVerdict::kUnmeasured;
+      }
     }
-    const int triangulated = CountTriangulated(frame.triangulated);
-    if (2 * believed >= triangulated) return true;
-    return !AgreeByChance(AgreeingViews(frame), triangulated, frame.initial);
+    const auto by_two =
+        std::count_if(frame.inlier_views.begin(), frame.inlier_views.end(),
+                      [](int count) { return count >= 2; });
+    return 3 * by_two >= 2 * std::count(seen.begin(), seen.end(), 1) ||
+           !AgreeByChance(views, static_cast<int>(by_two), frame.initial);
   }
 
   bool MayBegin(const NewPerson& person) const override {

@@ -268,58 +268,32 @@ TEST_F(TrackerTest, WhomTwoViewsOfFiveShowAmongStraysIsNobody) {
   EXPECT_EQ(count(AssociationRules::kPaper, 2, 5), 1u);
 }
 
-// An estimator that believes nobody after the first frame.
-class Doubter final : public Estimator {
- public:
-  explicit Doubter(std::unique_ptr<Estimator> inner)
-      : inner_(std::move(inner)) {}
-  void Add(const EstimatorFrame& frame) override {
-    const bool first = last_.empty();
-    inner_->Add(frame);
-    last_ = inner_->Last();
-    if (first) return;
-    for (Joint3d& joint : last_) joint.status = JointStatus::kInferred;
-  }
-  const Pose3d& Last() const override { return last_; }
-  TimeNs LastTime() const override { return inner_->LastTime(); }
-  void Predict(TimeNs time, Pose3d* pose) const override {
-    inner_->Predict(time, pose);
-  }
-  void ExtractFinals(std::vector<FinalPose>* finals) override {
-    inner_->ExtractFinals(finals);
-  }
-  void Finish() override { inner_->Finish(); }
-
- private:
-  std::unique_ptr<Estimator> inner_;
-  Pose3d last_;
-};
-
-// Two views of five go on, for twice as long as a track lives without an
-// update. Only where they may agree by chance does the estimator's word count.
-TEST_F(TrackerTest, WhomChanceAloneKeepsAliveDies) {
-  const auto lives = [&](AssociationRules rules, bool doubts, int strays) {
+// The second of two views that are left sees half of somebody. That is enough
+// to live on, but not among strays, where it may be chance; all of the joints
+// are enough there.
+TEST_F(TrackerTest, WhoIsHardlySeenAmongStraysDiesAsIfUnseen) {
+  const auto lives = [&](AssociationRules rules, size_t joints, int strays) {
     TrackerOptions options;
     options.rules = rules;
-    Tracker tracker(
-        Scene(), Coco17(), options,
-        [&](const SceneModel& scene) -> std::unique_ptr<Estimator> {
-          auto inner = MakeCausalGaussian(scene, CausalGaussianOptions());
-          if (!doubts) return inner;
-          return std::make_unique<Doubter>(std::move(inner));
-        },
-        nullptr);
+    options.life.in_seconds = true;
+    options.association.alpha_2d_px_per_frame = 20.0;
+    const auto tracker = Make(options);
     std::vector<TrackFrame> frames;
-    for (int f = 0; f < 3; ++f) tracker.Process(See(f, {Stander()}), &frames);
-    for (int f = 3; f < 23; ++f) {
-      tracker.Process(AmongStrays(See(f, {Stander()}), 2, strays), &frames);
+    for (int f = 0; f < 5; ++f) tracker->Process(See(f, {Stander()}), &frames);
+    for (int f = 5; f < 20; ++f) {
+      DetectionFrame seen = AmongStrays(See(f, {Stander()}), 2, strays);
+      std::vector<Keypoint>& half = seen.views[1].detections[0].joints;
+      std::fill(half.begin() + static_cast<long>(joints), half.end(),
+                Keypoint());
+      tracker->Process(seen, &frames);
     }
-    return tracker.track_count() > 0;
+    EXPECT_EQ(tracker->people_so_far(), 1);
+    return tracker->track_count();
   };
-  EXPECT_FALSE(lives(AssociationRules::kGraph, true, 5));
-  EXPECT_TRUE(lives(AssociationRules::kGraph, false, 5));
-  EXPECT_TRUE(lives(AssociationRules::kGraph, true, 0));
-  EXPECT_TRUE(lives(AssociationRules::kPaper, true, 5));
+  EXPECT_EQ(lives(AssociationRules::kGraph, 9, 0), 1u);
+  EXPECT_EQ(lives(AssociationRules::kGraph, 9, 5), 0u);
+  EXPECT_EQ(lives(AssociationRules::kGraph, 17, 5), 1u);
+  EXPECT_EQ(lives(AssociationRules::kPaper, 9, 0), 1u);
 }
 
 // Elbows to ankles leap by 2 m. Two views see only what stayed, and go on; the
