@@ -117,6 +117,10 @@ std::optional<Answer> AskForOtherReading(const SetUp& set_up);
 // breaks.cc
 std::optional<Answer> AskForBreak(const SetUp& set_up);
 std::optional<Answer> AskForJump(const SetUp& set_up);
+
+// Whether another image of one view, also one that is moved by little, brings
+// it nearer to the others.
+bool AMovedImageHelps(const SetUp& set_up);
 // explain_residuals.cc
 std::optional<Answer> AskResiduals(const SetUp& set_up);
 

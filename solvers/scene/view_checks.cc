@@ -394,7 +394,8 @@ double SimpleRatio(double scale) {
 }
 
 // What most fits agree on; none where they do not.
-std::optional<OtherImage> CommonImage(std::vector<ImageFit> fits) {
+std::optional<OtherImage> CommonImage(std::vector<ImageFit> fits,
+                                      double least_shift) {
   constexpr size_t kMost = 300;
   constexpr size_t kEnough = 10;
   if (fits.size() > kMost) {
@@ -424,9 +425,7 @@ std::optional<OtherImage> CommonImage(std::vector<ImageFit> fits) {
   }
   image.offset_px =
       image.Corner() - Eigen::Vector2d(Quantile(x, 0.5), Quantile(y, 0.5));
-  // Less is within what detectors are off by.
-  constexpr double kLeastShift = 0.15;
-  if (image.offset_px.norm() < kLeastShift * size_px) {
+  if (image.offset_px.norm() < least_shift * size_px) {
     image.offset_px.setZero();
   }
   image.offset_px = image.offset_px.array().round();
@@ -465,7 +464,9 @@ std::optional<OtherImage> OtherSizeOfTwo(const SetUp& set_up) {
   return best;
 }
 
-std::optional<OtherImage> FindOtherImage(const SetUp& set_up) {
+// Images moved by less than `least_shift` of people's size are not moved.
+std::optional<OtherImage> FindOtherImage(const SetUp& set_up,
+                                         double least_shift) {
   const CameraRig& cameras = set_up.cameras;
   if (cameras.size() < 3) return OtherSizeOfTwo(set_up);
   const std::vector<PlacedPerson> people =
@@ -485,7 +486,7 @@ std::optional<OtherImage> FindOtherImage(const SetUp& set_up) {
         }
       }
     }
-    auto image = CommonImage(std::move(fits));
+    auto image = CommonImage(std::move(fits), least_shift);
     if (!image.has_value()) continue;
     image->view = v;
     if (!image->scaled() && !image->cropped()) continue;
@@ -519,6 +520,10 @@ Answer WordsOf(const SetUp& set_up, const std::vector<char>& exchanged,
 }
 
 }  // namespace
+
+bool AMovedImageHelps(const SetUp& set_up) {
+  return FindOtherImage(set_up, 0.0).has_value();
+}
 
 std::optional<Answer> AskForFrameRanges(const SetUp& set_up) {
   const std::vector<ShownFrames> shown = FramesShown(set_up.detections);
@@ -645,7 +650,8 @@ std::optional<Answer> AskForSides(const SetUp& set_up) {
 // A video that was scaled or cropped before people were detected.
 std::optional<Answer> AskForOtherImage(const SetUp& set_up) {
   if (set_up.AgreeAlready()) return std::nullopt;
-  const auto image = FindOtherImage(set_up);
+  constexpr double kLeastShift = 0.15;  // detectors are off by less
+  const auto image = FindOtherImage(set_up, kLeastShift);
   if (!image.has_value()) return std::nullopt;
   const Camera& camera = set_up.cameras[image->view];
   // Cameras that are turned by little look alike; by a tenth of the image
