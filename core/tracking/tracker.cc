@@ -267,8 +267,8 @@ void Tracker::StepLives(TimeNs time, bool is_look) {
   for (const auto& track : tracks_) {
     const bool updated = track->frame.has_initial;
     if (is_look) {
-      track->life.Step(time, track->matched,
-                       updated && policy_->Counts(*track), look_frames);
+      track->life.Step(time, track->matched, updated && policy_->Counts(*track),
+                       look_frames);
     }
     track->gate.Step(time, track->life.state(), updated);
   }

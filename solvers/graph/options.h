@@ -103,7 +103,7 @@ struct GraphOptions {
   bool covariance = true;
 
   GraphSolver solver = GraphSolver::kCeres;
-  int64_t max_iterations = 100;    // of the last stage; earlier ones take three
+  int64_t max_iterations = 300;    // of the last stage; earlier ones take three
   double step_tolerance_m = 3e-5;  // converged when no joint moves farther
   // The batch solves a long recording in chunks of about this long, with a
   // second of their neighbours on both sides; 0 for the recording as a whole

@@ -84,8 +84,10 @@ int64_t FramesOf(const SolverCase& param) {
 
 class SolversAgree : public ::testing::TestWithParam<SolverCase> {};
 
-// With the default options: what two converged solvers may differ by is a
-// tenth of a millimetre, a hundredth of what the detector allows.
+// What two converged solvers may differ by is a tenth of a millimetre, a
+// hundredth of what the detector allows. One joint of Campus creeps: at the
+// default step tolerance of 3e-5 m it ends up to 0.4 mm apart in eight frames
+// of a batch with bones, so steps go on to 2e-5 m here.
 TEST_P(SolversAgree, OnObservedJoints) {
   KINEGRAPH_DATA_OR_SKIP(data, "shelf/detections/openpose");
   const SolverCase& param = GetParam();
@@ -97,7 +99,8 @@ TEST_P(SolversAgree, OnObservedJoints) {
   const auto track = [&](const std::string& solver) {
     const RunOptions options = ReadRunOptions(
         ProjectConfig(param.config),
-        JoinSets(param.set, "graph.max_iterations=100;graph.solver=" + solver),
+        JoinSets(param.set,
+                 "graph.step_tolerance_m=2e-5;graph.solver=" + solver),
         "");
     return TrackSequenceOf(options, loaded.request, loaded.detections);
   };

@@ -18,7 +18,6 @@
 #include "core/base/error.h"
 #include "core/io/files/text_file.h"
 #include "core/io/tracks/force_plates.h"
-#include "core/io/tracks/force_plates.h"
 #include "core/io/tracks/format.h"
 #include "core/io/tracks/person_names.h"
 #include "core/io/tracks/segments.h"
