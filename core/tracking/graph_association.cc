@@ -10,7 +10,8 @@
 //   was lost, and all views begin the new one; linking (core/identity) decides
 //   later whether they are the same.
 // - Where so many detections are nobody's that the views of an update agree by
-//   chance, it keeps the track alive only if the estimator believes it.
+//   chance, it keeps the track alive only if two views share two thirds of the
+//   joints.
 // - A new person where a track was seen in this very frame is a duplicate of
 //   it; one made of tracklets of two lost tracks is nobody; so is one of whom
 //   some cameras that look there see nothing, where so many detections are
