@@ -133,6 +133,7 @@ void PersonNoise::Locate(const PersonProblem& problem, size_t k, size_t place,
 // make the smoother lag.
 void PersonNoise::LookBack() {
   std::vector<FilterBank> banks;
+  banks.reserve(static_cast<size_t>(joint_count()));
   for (int j = 0; j < joint_count(); ++j) {
     banks.emplace_back(UsualProcessNoise(scene_.skeleton.joint_class(j)));
   }

@@ -354,6 +354,7 @@ std::vector<PairAgreement> AgreementsOf(const Camera& camera_a,
                                         const std::vector<int>& lags) {
   PairOfViews pair(camera_a, a, camera_b, b);
   std::vector<PairAgreement> agreements;
+  agreements.reserve(lags.size());
   for (const int lag : lags) agreements.push_back(pair.Agreement(frames, lag));
   return agreements;
 }

@@ -61,10 +61,12 @@ std::vector<int64_t> FrameOffsets(const std::vector<ShownFrames>& shown) {
     if (count > most) reference = &one;
     most = std::max(most, count);
   }
-  std::vector<int64_t> offsets;
-  for (const ShownFrames& one : shown) {
+  std::vector<int64_t> offsets(shown.size(), 0);
+  if (reference == nullptr) return offsets;  // nobody shows anything
+  for (size_t v = 0; v < shown.size(); ++v) {
+    const ShownFrames& one = shown[v];
     const bool stays = !one.any() || one.Meets(*reference);
-    offsets.push_back(stays ? 0 : one.first - reference->first);
+    if (!stays) offsets[v] = one.first - reference->first;
   }
   return offsets;
 }
