@@ -31,7 +31,7 @@
 #include "core/synthetic/recorded_people.h"
 #include "core/synthetic/scene.h"
 #include "research/arguments.h"
-#include "solvers/scene/refine.h"
+#include "solvers/cameras/refine.h"
 #include "solvers/session/calibrate_recording.h"
 #include "solvers/session/run.h"
 #include "tests/support/test_data.h"

@@ -10,14 +10,14 @@
 #include "core/base/median.h"
 #include "core/base/random.h"
 #include "core/skeleton/body_joints.h"
+#include "solvers/cameras/fit_error.h"
+#include "solvers/cameras/fit_terms.h"
+#include "solvers/cameras/refine.h"
+#include "solvers/cameras/segments.h"
 #include "solvers/rig/rig_start.h"
 #include "solvers/rig/tracklets.h"
 #include "solvers/rig/view_pairs.h"
 #include "solvers/scene/clock_search.h"
-#include "solvers/scene/confidence_scale.h"
-#include "solvers/scene/fit_error.h"
-#include "solvers/scene/fit_terms.h"
-#include "solvers/scene/refine.h"
 #include "solvers/scene/view_agreement.h"
 
 namespace kinegraph {

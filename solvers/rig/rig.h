@@ -11,8 +11,8 @@
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
 #include "core/tracking/replay.h"
-#include "solvers/scene/bundle.h"
-#include "solvers/scene/segments.h"
+#include "solvers/cameras/bundle.h"
+#include "solvers/cameras/segments.h"
 
 namespace kinegraph {
 

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <utility>
 
-#include "solvers/scene/camera_change.h"
+#include "solvers/cameras/camera_change.h"
 
 namespace kinegraph {
 namespace {

@@ -10,10 +10,10 @@
 #include <string>
 #include <utility>
 
+#include "solvers/cameras/reduced_system.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/hypothesis.h"
 #include "solvers/scene/plausible.h"
-#include "solvers/scene/reduced_system.h"
 
 namespace kinegraph {
 namespace {

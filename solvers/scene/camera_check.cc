@@ -13,9 +13,8 @@
 #include "core/base/error.h"
 #include "core/base/weighted_quantile.h"
 #include "core/evaluation/statistics.h"
-#include "solvers/scene/confidence_scale.h"
+#include "solvers/cameras/segments.h"
 #include "solvers/scene/plausible.h"
-#include "solvers/scene/segments.h"
 
 namespace kinegraph {
 namespace {

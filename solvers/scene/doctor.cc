@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include "solvers/scene/confidence_scale.h"
 #include "solvers/scene/hypothesis.h"
 #include "solvers/scene/plausible.h"
 

@@ -14,7 +14,7 @@
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
 #include "core/tracking/replay.h"
-#include "solvers/scene/bundle.h"
+#include "solvers/cameras/bundle.h"
 #include "solvers/scene/plausible.h"
 
 namespace kinegraph {

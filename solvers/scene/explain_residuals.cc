@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "core/evaluation/statistics.h"
-#include "solvers/scene/fit_terms.h"
+#include "solvers/cameras/fit_terms.h"
+#include "solvers/cameras/refine.h"
 #include "solvers/scene/hypothesis.h"
-#include "solvers/scene/refine.h"
 
 namespace kinegraph {
 namespace {

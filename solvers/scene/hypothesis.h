@@ -16,9 +16,9 @@
 
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
+#include "solvers/cameras/fit_error.h"
+#include "solvers/cameras/segments.h"
 #include "solvers/scene/doctor.h"
-#include "solvers/scene/fit_error.h"
-#include "solvers/scene/segments.h"
 #include "solvers/scene/view_agreement.h"
 
 namespace kinegraph {

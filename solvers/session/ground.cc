@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/evaluation/statistics.h"
-#include "solvers/scene/camera_change.h"
+#include "solvers/cameras/camera_change.h"
 #include "solvers/session/run.h"
 #include "solvers/session/subject_gauge.h"
 

@@ -13,8 +13,8 @@
 #include "core/io/detections/source.h"
 #include "core/skeleton/skeleton.h"
 #include "core/tracking/options.h"
+#include "solvers/cameras/refine_options.h"
 #include "solvers/factory.h"
-#include "solvers/scene/refine_options.h"
 
 namespace kinegraph {
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "solvers/cameras/refine.h"
+#include "solvers/cameras/segments.h"
 #include "solvers/scene/clock_search.h"
-#include "solvers/scene/confidence_scale.h"
 #include "solvers/scene/plausible.h"
-#include "solvers/scene/refine.h"
 #include "solvers/scene/view_agreement.h"
 #include "solvers/session/diagnose.h"
 #include "solvers/session/subject_gauge.h"

@@ -9,8 +9,8 @@
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
 #include "core/io/configuration/refinement_record.h"
-#include "solvers/scene/camera_uncertainty.h"
-#include "solvers/scene/refine.h"
+#include "solvers/cameras/camera_uncertainty.h"
+#include "solvers/cameras/refine.h"
 #include "solvers/session/options.h"
 #include "solvers/session/scene.h"
 

@@ -11,7 +11,7 @@
 #include "core/evaluation/statistics.h"
 #include "core/geometry/triangulation.h"
 #include "core/skeleton/body_joints.h"
-#include "solvers/scene/refine.h"
+#include "solvers/cameras/refine.h"
 #include "solvers/session/subject_gauge.h"
 
 namespace kinegraph {

@@ -13,7 +13,7 @@
 
 namespace kinegraph {
 
-struct Refinement;  // solvers/scene/refine.h
+struct Refinement;  // solvers/cameras/refine.h
 
 // Whom the constants are made for.
 inline constexpr double kPersonSize_m = 1.7;

@@ -12,7 +12,7 @@
 #include "core/io/configuration/config.h"
 #include "core/io/tracks/tracks.h"
 #include "core/synthetic/recorded_people.h"
-#include "solvers/scene/camera_change.h"
+#include "solvers/cameras/camera_change.h"
 #include "solvers/session/options.h"
 #include "tests/support/test_data.h"
 

@@ -13,7 +13,7 @@
 namespace kinegraph {
 
 // Names and units of what can be estimated of a camera and its clock, in the
-// order of a CameraChange (solvers/scene/camera_change.h).
+// order of a CameraChange (solvers/cameras/camera_change.h).
 inline constexpr std::array<const char*, 11> kCameraParameterNames = {
     "rotation_x_rad", "rotation_y_rad", "rotation_z_rad",  "centre_x_m",
     "centre_y_m",     "centre_z_m",     "shift_x_px",      "shift_y_px",

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "solvers/scene/confidence_scale.h"
+#include "solvers/cameras/segments.h"
 #include "tests/support/faulty_scene.h"
 #include "tests/support/sanitized.h"
 

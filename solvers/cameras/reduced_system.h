@@ -1,7 +1,7 @@
 // What a recording says of cameras and clocks together, at a bundle
 // adjustment's solution: how sure each is, and which cannot be told apart.
-#ifndef KINEGRAPH_SOLVERS_SCENE_REDUCED_SYSTEM_H_
-#define KINEGRAPH_SOLVERS_SCENE_REDUCED_SYSTEM_H_
+#ifndef KINEGRAPH_SOLVERS_CAMERAS_REDUCED_SYSTEM_H_
+#define KINEGRAPH_SOLVERS_CAMERAS_REDUCED_SYSTEM_H_
 
 #include <Eigen/Core>
 #include <array>
@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "core/geometry/camera.h"
-#include "solvers/scene/camera_change.h"
-#include "solvers/scene/segments.h"
+#include "solvers/cameras/camera_change.h"
+#include "solvers/cameras/segments.h"
 
 namespace kinegraph {
 
@@ -93,4 +93,4 @@ class ReducedSystem {
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SCENE_REDUCED_SYSTEM_H_
+#endif  // KINEGRAPH_SOLVERS_CAMERAS_REDUCED_SYSTEM_H_

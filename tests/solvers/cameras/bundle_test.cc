@@ -1,10 +1,10 @@
-#include "solvers/scene/bundle.h"
+#include "solvers/cameras/bundle.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "solvers/scene/refine.h"
+#include "solvers/cameras/refine.h"
 #include "tests/support/faulty_scene.h"
 
 namespace kinegraph {

@@ -1,8 +1,8 @@
 // What several fits of cameras and clocks have in common.
-#ifndef KINEGRAPH_SOLVERS_SCENE_FIT_TERMS_H_
-#define KINEGRAPH_SOLVERS_SCENE_FIT_TERMS_H_
+#ifndef KINEGRAPH_SOLVERS_CAMERAS_FIT_TERMS_H_
+#define KINEGRAPH_SOLVERS_CAMERAS_FIT_TERMS_H_
 
-#include "solvers/scene/camera_change.h"
+#include "solvers/cameras/camera_change.h"
 
 namespace kinegraph {
 
@@ -27,4 +27,4 @@ inline FreeParameters ClockParametersOf(double span_s) {
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SCENE_FIT_TERMS_H_
+#endif  // KINEGRAPH_SOLVERS_CAMERAS_FIT_TERMS_H_

@@ -1,11 +1,11 @@
-#include "solvers/scene/reduced_system.h"
+#include "solvers/cameras/reduced_system.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "solvers/scene/fit_terms.h"
+#include "solvers/cameras/fit_terms.h"
 
 namespace kinegraph {
 

@@ -1,4 +1,4 @@
-#include "solvers/scene/bundle.h"
+#include "solvers/cameras/bundle.h"
 
 #include <ceres/ceres.h>
 #include <ceres/normal_prior.h>
@@ -8,8 +8,8 @@
 #include <memory>
 #include <utility>
 
+#include "solvers/cameras/reduced_system.h"
 #include "solvers/ceres/ceres_loss.h"
-#include "solvers/scene/reduced_system.h"
 
 namespace kinegraph {
 namespace {

@@ -1,4 +1,4 @@
-#include "solvers/scene/refine.h"
+#include "solvers/cameras/refine.h"
 
 #include <gtest/gtest.h>
 

@@ -1,14 +1,14 @@
 // How well cameras explain a recording, and whether others do it better.
-#ifndef KINEGRAPH_SOLVERS_SCENE_FIT_ERROR_H_
-#define KINEGRAPH_SOLVERS_SCENE_FIT_ERROR_H_
+#ifndef KINEGRAPH_SOLVERS_CAMERAS_FIT_ERROR_H_
+#define KINEGRAPH_SOLVERS_CAMERAS_FIT_ERROR_H_
 
 #include <Eigen/Core>
 #include <vector>
 
 #include "core/geometry/camera.h"
-#include "solvers/scene/bundle.h"
-#include "solvers/scene/camera_change.h"
-#include "solvers/scene/segments.h"
+#include "solvers/cameras/bundle.h"
+#include "solvers/cameras/camera_change.h"
+#include "solvers/cameras/segments.h"
 
 namespace kinegraph {
 
@@ -72,4 +72,4 @@ CrossedGain CrossFit(const CameraRig& cameras, const SceneSegments& segments,
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SCENE_FIT_ERROR_H_
+#endif  // KINEGRAPH_SOLVERS_CAMERAS_FIT_ERROR_H_

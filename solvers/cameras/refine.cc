@@ -1,4 +1,4 @@
-#include "solvers/scene/refine.h"
+#include "solvers/cameras/refine.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/evaluation/statistics.h"
-#include "solvers/scene/fit_terms.h"
+#include "solvers/cameras/fit_terms.h"
 
 namespace kinegraph {
 namespace {

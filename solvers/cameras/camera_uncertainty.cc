@@ -1,10 +1,10 @@
-#include "solvers/scene/camera_uncertainty.h"
+#include "solvers/cameras/camera_uncertainty.h"
 
 #include <Eigen/LU>
 #include <algorithm>
 #include <utility>
 
-#include "solvers/scene/camera_change.h"
+#include "solvers/cameras/camera_change.h"
 
 namespace kinegraph {
 

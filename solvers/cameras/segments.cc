@@ -1,4 +1,4 @@
-#include "solvers/scene/segments.h"
+#include "solvers/cameras/segments.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -8,12 +8,24 @@
 #include <set>
 #include <utility>
 
+#include "core/base/median.h"
 #include "core/evaluation/statistics.h"
 #include "core/geometry/triangulation.h"
-#include "solvers/scene/fit_terms.h"
+#include "solvers/cameras/fit_terms.h"
 
 namespace kinegraph {
 namespace {
+
+template <typename Visit>
+void ForEachJoint(DetectionSequence* detections, const Visit& visit) {
+  for (DetectionFrame& frame : detections->frames) {
+    for (ViewDetections& view : frame.views) {
+      for (Detection& detection : view.detections) {
+        for (Keypoint& joint : detection.joints) visit(&joint);
+      }
+    }
+  }
+}
 
 const Detection* FindDetection(const ViewDetections& view, int index_in_file) {
   for (const Detection& detection : view.detections) {
@@ -405,6 +417,20 @@ bool SolveSegment(const CameraRig& cameras,
     if (step.head<3>().norm() < kStepM) break;
   }
   return true;
+}
+
+DetectionSequence WithUsualConfidences(DetectionSequence detections) {
+  constexpr double kUsual = 0.6;
+  std::vector<double> confidences;
+  ForEachJoint(&detections, [&](const Keypoint* joint) {
+    if (joint->found) confidences.push_back(joint->confidence);
+  });
+  if (confidences.empty()) return detections;
+  const double median = Median(std::move(confidences));
+  if (!(median > 0.0 && median < kUsual)) return detections;
+  ForEachJoint(&detections,
+               [&](Keypoint* joint) { joint->confidence *= kUsual / median; });
+  return detections;
 }
 
 SceneSegments MakeSegments(const CameraRig& cameras,

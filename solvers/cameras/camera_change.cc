@@ -1,4 +1,4 @@
-#include "solvers/scene/camera_change.h"
+#include "solvers/cameras/camera_change.h"
 
 #include <Eigen/Geometry>
 #include <cmath>

@@ -8,8 +8,8 @@
 // over the views that saw the joint in the frame. Smoothing over time does not
 // change S as long as the same views see the joint: the cameras' errors stay
 // the same from frame to frame.
-#ifndef KINEGRAPH_SOLVERS_SCENE_CAMERA_UNCERTAINTY_H_
-#define KINEGRAPH_SOLVERS_SCENE_CAMERA_UNCERTAINTY_H_
+#ifndef KINEGRAPH_SOLVERS_CAMERAS_CAMERA_UNCERTAINTY_H_
+#define KINEGRAPH_SOLVERS_CAMERAS_CAMERA_UNCERTAINTY_H_
 
 #include <Eigen/Core>
 #include <map>
@@ -65,4 +65,4 @@ class CameraUncertainty {
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SCENE_CAMERA_UNCERTAINTY_H_
+#endif  // KINEGRAPH_SOLVERS_CAMERAS_CAMERA_UNCERTAINTY_H_

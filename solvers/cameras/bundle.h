@@ -5,16 +5,16 @@
 // Cost: 0.5 sum rho(|reprojection|^2) over measurements
 //   + 0.5 sum |state prior|^2 over stretches (speed, acceleration)
 //   + 0.5 sum |change / prior sigma|^2 over cameras + the gauge.
-#ifndef KINEGRAPH_SOLVERS_SCENE_BUNDLE_H_
-#define KINEGRAPH_SOLVERS_SCENE_BUNDLE_H_
+#ifndef KINEGRAPH_SOLVERS_CAMERAS_BUNDLE_H_
+#define KINEGRAPH_SOLVERS_CAMERAS_BUNDLE_H_
 
 #include <Eigen/Core>
 #include <string>
 #include <vector>
 
 #include "core/geometry/camera.h"
-#include "solvers/scene/camera_change.h"
-#include "solvers/scene/segments.h"
+#include "solvers/cameras/camera_change.h"
+#include "solvers/cameras/segments.h"
 
 namespace kinegraph {
 
@@ -71,4 +71,4 @@ BundleResult AdjustBundle(const CameraRig& cameras,
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SCENE_BUNDLE_H_
+#endif  // KINEGRAPH_SOLVERS_CAMERAS_BUNDLE_H_

@@ -1,6 +1,6 @@
 // How a camera or its clock differs from what the calibration states.
-#ifndef KINEGRAPH_SOLVERS_SCENE_CAMERA_CHANGE_H_
-#define KINEGRAPH_SOLVERS_SCENE_CAMERA_CHANGE_H_
+#ifndef KINEGRAPH_SOLVERS_CAMERAS_CAMERA_CHANGE_H_
+#define KINEGRAPH_SOLVERS_CAMERAS_CAMERA_CHANGE_H_
 
 #include <Eigen/Core>
 #include <optional>
@@ -60,4 +60,4 @@ struct FreeParameters {
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SCENE_CAMERA_CHANGE_H_
+#endif  // KINEGRAPH_SOLVERS_CAMERAS_CAMERA_CHANGE_H_

@@ -1,4 +1,4 @@
-#include "solvers/scene/fit_error.h"
+#include "solvers/cameras/fit_error.h"
 
 #include <algorithm>
 #include <cmath>

@@ -6,8 +6,8 @@
 // once these nine are eliminated. No stretch touches another: the problem has
 // the structure of a bundle adjustment, with velocities in it, which clocks
 // need.
-#ifndef KINEGRAPH_SOLVERS_SCENE_SEGMENTS_H_
-#define KINEGRAPH_SOLVERS_SCENE_SEGMENTS_H_
+#ifndef KINEGRAPH_SOLVERS_CAMERAS_SEGMENTS_H_
+#define KINEGRAPH_SOLVERS_CAMERAS_SEGMENTS_H_
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -17,8 +17,8 @@
 #include "core/geometry/camera.h"
 #include "core/skeleton/skeleton.h"
 #include "core/tracking/replay.h"
+#include "solvers/cameras/camera_change.h"
 #include "solvers/factors/loss.h"
-#include "solvers/scene/camera_change.h"
 
 namespace kinegraph {
 
@@ -70,6 +70,12 @@ struct SceneSegments {
   std::vector<int64_t> detections;
   std::vector<JointClass> classes;  // of the detections' joints
 };
+
+// Joints below a confidence of 0.3 (SegmentOptions::min_confidence) are left
+// out, which is meant for detectors whose joints have 0.6 and more as a rule.
+// All confidences by the factor that brings the median of the joints found to
+// 0.6, where it is less.
+DetectionSequence WithUsualConfidences(DetectionSequence detections);
 
 // Stretches of the people that `matches` names. Views are those of the
 // detections and have a camera each. A stretch has a joint that two views or
@@ -155,4 +161,4 @@ double PlacesApart(const SceneSegments& scene);
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SCENE_SEGMENTS_H_
+#endif  // KINEGRAPH_SOLVERS_CAMERAS_SEGMENTS_H_

@@ -1,6 +1,6 @@
 // What of cameras and clocks is estimated from the people of a recording.
-#ifndef KINEGRAPH_SOLVERS_SCENE_REFINE_OPTIONS_H_
-#define KINEGRAPH_SOLVERS_SCENE_REFINE_OPTIONS_H_
+#ifndef KINEGRAPH_SOLVERS_CAMERAS_REFINE_OPTIONS_H_
+#define KINEGRAPH_SOLVERS_CAMERAS_REFINE_OPTIONS_H_
 
 #include <string>
 #include <vector>
@@ -28,4 +28,4 @@ struct RefineOptions {
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SCENE_REFINE_OPTIONS_H_
+#endif  // KINEGRAPH_SOLVERS_CAMERAS_REFINE_OPTIONS_H_

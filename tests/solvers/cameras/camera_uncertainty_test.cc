@@ -1,11 +1,11 @@
-#include "solvers/scene/camera_uncertainty.h"
+#include "solvers/cameras/camera_uncertainty.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <vector>
 
-#include "solvers/scene/camera_change.h"
+#include "solvers/cameras/camera_change.h"
 #include "tests/support/faulty_scene.h"
 
 namespace kinegraph {

@@ -1,7 +1,7 @@
 // Refines the cameras and clocks of a recording from its own people, and
 // decides from the other half of the recording whether it was worth it.
-#ifndef KINEGRAPH_SOLVERS_SCENE_REFINE_H_
-#define KINEGRAPH_SOLVERS_SCENE_REFINE_H_
+#ifndef KINEGRAPH_SOLVERS_CAMERAS_REFINE_H_
+#define KINEGRAPH_SOLVERS_CAMERAS_REFINE_H_
 
 #include <string>
 #include <vector>
@@ -9,9 +9,9 @@
 #include "core/data/detection.h"
 #include "core/geometry/camera.h"
 #include "core/tracking/replay.h"
-#include "solvers/scene/bundle.h"
-#include "solvers/scene/fit_error.h"
-#include "solvers/scene/refine_options.h"
+#include "solvers/cameras/bundle.h"
+#include "solvers/cameras/fit_error.h"
+#include "solvers/cameras/refine_options.h"
 
 namespace kinegraph {
 
@@ -93,4 +93,4 @@ DetectionSequence WithClocks(const DetectionSequence& detections,
 
 }  // namespace kinegraph
 
-#endif  // KINEGRAPH_SOLVERS_SCENE_REFINE_H_
+#endif  // KINEGRAPH_SOLVERS_CAMERAS_REFINE_H_
