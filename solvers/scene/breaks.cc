@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "solvers/cameras/reduced_system.h"
+#include "solvers/cameras/refine.h"
 #include "solvers/scene/clock_search.h"
 #include "solvers/scene/hypothesis.h"
 #include "solvers/scene/plausible.h"
@@ -460,12 +461,27 @@ Finding OfSide(const SetUp& set_up, const CameraBreak& found, Finding finding) {
 
 }  // namespace
 
-// A jump counts where the matches then fit better.
+// A jump counts where the matches then fit better, and where it is still there
+// once the cameras are turned as fits best: of people who turn round, a camera
+// that is turned looks late for a while.
 std::optional<Answer> AskForJump(const SetUp& set_up) {
   if (!MoveEnough(set_up.segments)) return std::nullopt;
   const auto jump = FindClockJump(set_up);
   if (!jump.has_value()) return std::nullopt;
   if (set_up.strangers.count(jump->view) > 0) return std::nullopt;
+  FreeParameters rotation;
+  rotation.rotation = true;
+  const BundleResult fit = AdjustBundle(
+      set_up.cameras, set_up.segments, rotation,
+      std::vector<CameraChange>(set_up.cameras.size(), CameraChange::Zero()),
+      set_up.options.bundle);
+  SetUp turned = set_up;
+  turned.cameras = RefinedCameras(set_up.cameras, fit.changes);
+  const auto again = FindClockJump(turned);
+  if (!again.has_value() || again->view != jump->view ||
+      again->missing != jump->missing) {
+    return std::nullopt;
+  }
   const auto& frames = set_up.detections.frames;
   const int64_t from = IndexAfter(frames, jump->at_s);
   SetUp moved = set_up;

@@ -170,6 +170,24 @@ TEST(ViewChecks, AnImageCroppedALittleIsShifted) {
   ExpectOnly(DiagnoseScene(scene), "shift", scene.cameras[0].name());
 }
 
+// Too little to be called cropped: somebody who walks one way looks late.
+TEST(ViewChecks, AnImageCroppedByLessIsNoClock) {
+  FaultySceneOptions options;
+  options.cameras = 4;
+  options.people = 1;
+  options.duration_s = 2.0;
+  options.seed = 9;
+  FaultyScene scene = MakeFaultyScene(options);
+  for (DetectionFrame& frame : scene.detections.frames) {
+    for (Detection& detection : frame.views[0].detections) {
+      for (Keypoint& joint : detection.joints) joint.px.x() -= 30.0;
+    }
+  }
+  for (const Finding& finding : DiagnoseScene(scene).findings) {
+    EXPECT_NE(finding.kind, "clock_offset") << finding.camera;
+  }
+}
+
 TEST(ViewChecks, ACroppedVideoIsNamed) {
   FaultyScene scene = FourViews(7);
   const Eigen::Vector2d offset_px(220.0, 130.0);
