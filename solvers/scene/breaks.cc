@@ -293,13 +293,11 @@ std::vector<std::vector<Sides>> LookAtFrames(
   const size_t views = cameras.size();
   std::vector<std::vector<Sides>> all(views, std::vector<Sides>(frames.size()));
   for (size_t i = 0; i < frames.size(); ++i) {
-    for (size_t a = 0; a < views; ++a) {
-      for (size_t b = a + 1; b < views; ++b) {
-        const PairAgreement pair = AgreementOf(cameras[a], ideal[a], cameras[b],
-                                               ideal[b], {frames[i]});
-        for (size_t v = 0; v < views; ++v) {
-          (v == a || v == b ? all[v][i].own : all[v][i].others).Add(pair);
-        }
+    for (const auto& [a, b] : ComparedPairs(views)) {
+      const PairAgreement pair =
+          AgreementOf(cameras[a], ideal[a], cameras[b], ideal[b], {frames[i]});
+      for (size_t v = 0; v < views; ++v) {
+        (v == a || v == b ? all[v][i].own : all[v][i].others).Add(pair);
       }
     }
   }

@@ -15,6 +15,7 @@
 #include "core/evaluation/statistics.h"
 #include "solvers/cameras/segments.h"
 #include "solvers/scene/plausible.h"
+#include "solvers/scene/view_agreement.h"
 
 namespace kinegraph {
 namespace {
@@ -213,10 +214,14 @@ FrozenFrame MatchesOf(const CameraRig& cameras, const DetectionFrame& frame,
 // A camera that takes part in a pose hides a part of its own error: each view
 // is compared with what the others alone say. One other view alone puts nothing
 // anywhere; of a pair both take part, and either hides half of what they differ
-// by, across each other's epipolar lines.
+// by, across each other's epipolar lines. Of many others some are asked.
 Residuals ResidualsOf(const CameraRig& cameras, const SceneSegments& segments,
                       size_t view) {
   const bool is_pair = cameras.size() == 2;
+  std::vector<char> asked(cameras.size(), 0);
+  for (const auto& [a, b] : ComparedPairs(cameras.size())) {
+    if (a == view || b == view) asked[a] = asked[b] = 1;
+  }
   Residuals residuals;
   for (const MotionSegment& segment : segments.segments) {
     MotionSegment others = segment;
@@ -225,7 +230,9 @@ Residuals ResidualsOf(const CameraRig& cameras, const SceneSegments& segments,
     for (const SegmentMeasurement& one : segment.measurements) {
       const bool is_own = one.view_idx == static_cast<int>(view);
       if (is_own) own.push_back(one);
-      if (!is_own || is_pair) others.measurements.push_back(one);
+      if (is_own ? is_pair : asked[static_cast<size_t>(one.view_idx)]) {
+        others.measurements.push_back(one);
+      }
     }
     if (own.empty()) continue;
     ++residuals.tried;

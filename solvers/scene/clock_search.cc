@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
+#include <utility>
 
 namespace kinegraph {
 namespace {
@@ -42,19 +43,20 @@ class LagTable {
         scores_(views_ * views_) {
     std::vector<int> lags;
     for (int lag = -max_lag; lag <= max_lag; lag += step) lags.push_back(lag);
-    for (size_t a = 0; a < views_; ++a) {
-      for (size_t b = a + 1; b < views_; ++b) {
-        scores_[a * views_ + b] = AgreementsOf(cameras[a], ideal[a], cameras[b],
-                                               ideal[b], frames, lags);
-      }
+    for (const auto& [a, b] : ComparedPairs(views_)) {
+      scores_[a * views_ + b] = AgreementsOf(cameras[a], ideal[a], cameras[b],
+                                             ideal[b], frames, lags);
     }
   }
 
   double Of(size_t a, size_t b, int lag) const {
     if (a > b) return Of(b, a, -lag);
-    if (std::abs(lag) > max_lag_) return 0.0;
+    if (!Compares(a, b) || std::abs(lag) > max_lag_) return 0.0;
     const auto at = static_cast<size_t>((lag + max_lag_) / step_);
     return scores_[a * views_ + b][at].score();
+  }
+  bool Compares(size_t a, size_t b) const {
+    return !scores_[std::min(a, b) * views_ + std::max(a, b)].empty();
   }
 
   // With the other views at theirs; as it is where nothing is better.
@@ -79,10 +81,8 @@ class LagTable {
 
   double Total(const std::vector<int>& lags) const {
     double total = 0.0;
-    for (size_t a = 0; a < views_; ++a) {
-      for (size_t b = a + 1; b < views_; ++b) {
-        total += Of(a, b, lags[b] - lags[a]);
-      }
+    for (const auto& [a, b] : ComparedPairs(views_)) {
+      total += Of(a, b, lags[b] - lags[a]);
     }
     return total;
   }
@@ -94,8 +94,28 @@ class LagTable {
   std::vector<std::vector<PairAgreement>> scores_;
 };
 
-// From up to eight views in turn as the star's middle: each other view's best
-// lag against it, then each view against all others until nothing changes.
+// The views other than `middle`, each with the view nearer to it by which it is
+// reached: where all pairs are compared that is the middle.
+std::vector<std::pair<size_t, size_t>> WaysFrom(size_t middle,
+                                                const LagTable& table,
+                                                size_t views) {
+  std::vector<std::pair<size_t, size_t>> ways;
+  std::vector<char> reached(views, 0);
+  std::vector<size_t> order = {middle};
+  reached[middle] = 1;
+  for (size_t i = 0; i < order.size(); ++i) {
+    for (size_t v = 0; v < views; ++v) {
+      if (reached[v] || !table.Compares(order[i], v)) continue;
+      reached[v] = 1;
+      ways.emplace_back(v, order[i]);
+      order.push_back(v);
+    }
+  }
+  return ways;
+}
+
+// From up to eight views in turn as the middle: each other view's best lag on
+// the way to it, then each view against all others until nothing changes.
 std::vector<int> BestLags(const LagTable& table, size_t views, int max_lag) {
   constexpr size_t kMostMiddles = 8;
   const size_t middles = std::min(views, kMostMiddles);
@@ -104,9 +124,11 @@ std::vector<int> BestLags(const LagTable& table, size_t views, int max_lag) {
   for (size_t i = 0; i < middles; ++i) {
     const size_t middle = i * views / middles;
     std::vector<int> lags(views, 0);
-    for (size_t v = 0; v < views; ++v) {
-      for (int lag = -max_lag; v != middle && lag <= max_lag; ++lag) {
-        if (table.Of(middle, v, lag) > table.Of(middle, v, lags[v]) + 1e-9) {
+    for (const auto& [v, from] : WaysFrom(middle, table, views)) {
+      lags[v] = lags[from];
+      for (int lag = -max_lag; lag <= max_lag; ++lag) {
+        if (table.Of(from, v, lag - lags[from]) >
+            table.Of(from, v, lags[v] - lags[from]) + 1e-9) {
           lags[v] = lag;
         }
       }
@@ -137,7 +159,8 @@ PairAgreement AgreementWith(const CameraRig& cameras,
                             const std::vector<int>& frames,
                             const std::vector<int>& marks) {
   PairAgreement all;
-  for (size_t a = 0; a < cameras.size(); ++a) {
+  for (const auto& [a, b] : ComparedPairs(cameras.size())) {
+    if (marks[a] == marks[b]) continue;
     std::vector<int> moved;
     for (const int k : frames) {
       const int at = k + lags[a];
@@ -145,11 +168,8 @@ PairAgreement AgreementWith(const CameraRig& cameras,
         moved.push_back(at);
       }
     }
-    for (size_t b = a + 1; b < cameras.size(); ++b) {
-      if (marks[a] == marks[b]) continue;
-      all.Add(AgreementOf(cameras[a], ideal[a], cameras[b], ideal[b], moved,
-                          lags[b] - lags[a]));
-    }
+    all.Add(AgreementOf(cameras[a], ideal[a], cameras[b], ideal[b], moved,
+                        lags[b] - lags[a]));
   }
   return all;
 }

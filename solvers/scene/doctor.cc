@@ -60,10 +60,11 @@ SetUp::SetUp(const DoctorInput& the_input, const DoctorOptions& the_options)
       detections(WithUsualConfidences(input.detections)) {}
 
 void SetUp::Look() {
-  // At each pair of views, or so: most in the search for readings.
-  constexpr int kLooks = 30;
+  // At each pair of views, or so: most in the search for readings, which gives
+  // either view each of the cameras.
+  const int looks = 25 + 2 * static_cast<int>(cameras.size());
   raw = PeopleOfViews(detections, kMinJointConfidence);
-  frames = FramesToLookAt(raw, options.frames_to_look_at, kLooks);
+  frames = FramesToLookAt(raw, options.frames_to_look_at, looks);
   ideal = Undistorted(raw, cameras);
   agreement = AgreementOfAll(cameras, ideal, frames);
 }
@@ -102,8 +103,9 @@ PairAgreement SetUp::WithOthers(size_t view, const Camera& camera,
                                 const ViewPeople& own,
                                 const std::vector<int>& in_frames) const {
   PairAgreement all;
-  for (size_t v = 0; v < cameras.size(); ++v) {
-    if (v == view) continue;
+  for (const auto& [a, b] : ComparedPairs(cameras.size())) {
+    if (a != view && b != view) continue;
+    const size_t v = a == view ? b : a;
     all.Add(AgreementOf(cameras[v], ideal[v], camera, own, in_frames));
   }
   return all;

@@ -263,27 +263,15 @@ void KeepMostSeen(std::vector<ViewPeople::Person>* people) {
   people->resize(kMostPeople);
 }
 
-// `count` of some frames, evenly among them.
-std::vector<int> Evenly(const std::vector<int>& frames, size_t count) {
-  if (frames.size() <= count) return frames;
-  std::vector<int> chosen;
-  for (size_t i = 0; i < count; ++i) {
-    chosen.push_back(frames[frames.size() * i / count]);
-  }
-  return chosen;
-}
-
 // As many of the frames as place enough people to tell what is asked of them.
 std::vector<int> FramesToPlace(const std::vector<ViewPeople>& ideal,
                                const std::vector<int>& frames) {
   constexpr size_t kEnoughPlaced = 1500;
   size_t most = 0;
-  for (const int k : frames) {
-    for (size_t a = 0; a < ideal.size(); ++a) {
-      for (size_t b = a + 1; b < ideal.size(); ++b) {
-        most += std::min(ideal[a].frames[static_cast<size_t>(k)].size(),
-                         ideal[b].frames[static_cast<size_t>(k)].size());
-      }
+  for (const auto& [a, b] : ComparedPairs(ideal.size())) {
+    for (const int k : frames) {
+      most += std::min(ideal[a].frames[static_cast<size_t>(k)].size(),
+                       ideal[b].frames[static_cast<size_t>(k)].size());
     }
   }
   if (most <= kEnoughPlaced) return frames;
@@ -320,6 +308,15 @@ std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections,
     }
   }
   return views;
+}
+
+std::vector<int> Evenly(const std::vector<int>& frames, size_t count) {
+  if (frames.size() <= count) return frames;
+  std::vector<int> chosen;
+  for (size_t i = 0; i < count; ++i) {
+    chosen.push_back(frames[frames.size() * i / count]);
+  }
+  return chosen;
 }
 
 ViewPeople Undistorted(const ViewPeople& view, const Camera& camera) {
@@ -365,19 +362,31 @@ PairAgreement AgreementOf(const Camera& camera_a, const ViewPeople& a,
   return AgreementsOf(camera_a, a, camera_b, b, frames, {lag}).front();
 }
 
+std::vector<std::pair<size_t, size_t>> ComparedPairs(size_t view_count) {
+  constexpr size_t kAllUpTo = 9;
+  constexpr size_t kSteps = 4;
+  std::vector<std::pair<size_t, size_t>> pairs;
+  for (size_t a = 0; a < view_count; ++a) {
+    for (size_t b = a + 1; view_count <= kAllUpTo && b < view_count; ++b) {
+      pairs.emplace_back(a, b);
+    }
+    for (size_t i = 0; view_count > kAllUpTo && i < kSteps; ++i) {
+      const size_t step = 1 + i * ((view_count - 1) / 2 - 1) / (kSteps - 1);
+      pairs.push_back(std::minmax(a, (a + step) % view_count));
+    }
+  }
+  return pairs;
+}
+
 double ComparisonsOfAll(const std::vector<ViewPeople>& views,
                         const std::vector<int>& frames) {
   double comparisons = 0.0;
-  for (const int k : frames) {
-    double all = 0.0;
-    double squares = 0.0;
-    for (const ViewPeople& view : views) {
-      const auto people =
-          static_cast<double>(view.frames[static_cast<size_t>(k)].size());
-      all += people;
-      squares += people * people;
+  for (const auto& [a, b] : ComparedPairs(views.size())) {
+    for (const int k : frames) {
+      const auto at = static_cast<size_t>(k);
+      comparisons += static_cast<double>(views[a].frames[at].size() *
+                                         views[b].frames[at].size());
     }
-    comparisons += 0.5 * (all * all - squares);
   }
   return comparisons;
 }
@@ -406,10 +415,8 @@ PairAgreement AgreementOfAll(const CameraRig& cameras,
                              const std::vector<ViewPeople>& ideal,
                              const std::vector<int>& frames) {
   PairAgreement all;
-  for (size_t a = 0; a < cameras.size(); ++a) {
-    for (size_t b = a + 1; b < cameras.size(); ++b) {
-      all.Add(AgreementOf(cameras[a], ideal[a], cameras[b], ideal[b], frames));
-    }
+  for (const auto& [a, b] : ComparedPairs(cameras.size())) {
+    all.Add(AgreementOf(cameras[a], ideal[a], cameras[b], ideal[b], frames));
   }
   return all;
 }
@@ -420,29 +427,27 @@ std::vector<PlacedPerson> PlacePeople(const CameraRig& cameras,
   constexpr double kMinGain = 0.5;
   const std::vector<int> looked_at = FramesToPlace(ideal, frames);
   std::vector<PlacedPerson> placed;
-  for (size_t a = 0; a < cameras.size(); ++a) {
-    for (size_t b = a + 1; b < cameras.size(); ++b) {
-      const Eigen::Matrix3d F = FundamentalMatrix(cameras[a], cameras[b]);
-      if (F.isZero()) continue;
-      for (const int k : looked_at) {
-        const auto& people_a = ideal[a].frames[static_cast<size_t>(k)];
-        const auto& people_b = ideal[b].frames[static_cast<size_t>(k)];
-        for (const Match& match : MatchPeople(
-                 cameras[a], people_a, ComparedPeople(F, people_a), cameras[b],
-                 people_b, ComparedPeople(F.transpose(), people_b))) {
-          if (match.gain < kMinGain) continue;
-          const auto& one = people_a[match.a];
-          const auto& other = people_b[match.b];
-          PlacedPerson& person = placed.emplace_back();
-          person.frame = k;
-          person.view_a = a;
-          person.view_b = b;
-          person.joints.resize(one.px.size());
-          for (size_t j = 0; j < one.px.size(); ++j) {
-            if (!one.found[j] || !other.found[j]) continue;
-            person.joints[j] =
-                Triangulated(cameras[a], one.px[j], cameras[b], other.px[j]);
-          }
+  for (const auto& [a, b] : ComparedPairs(cameras.size())) {
+    const Eigen::Matrix3d F = FundamentalMatrix(cameras[a], cameras[b]);
+    if (F.isZero()) continue;
+    for (const int k : looked_at) {
+      const auto& people_a = ideal[a].frames[static_cast<size_t>(k)];
+      const auto& people_b = ideal[b].frames[static_cast<size_t>(k)];
+      for (const Match& match : MatchPeople(
+               cameras[a], people_a, ComparedPeople(F, people_a), cameras[b],
+               people_b, ComparedPeople(F.transpose(), people_b))) {
+        if (match.gain < kMinGain) continue;
+        const auto& one = people_a[match.a];
+        const auto& other = people_b[match.b];
+        PlacedPerson& person = placed.emplace_back();
+        person.frame = k;
+        person.view_a = a;
+        person.view_b = b;
+        person.joints.resize(one.px.size());
+        for (size_t j = 0; j < one.px.size(); ++j) {
+          if (!one.found[j] || !other.found[j]) continue;
+          person.joints[j] =
+              Triangulated(cameras[a], one.px[j], cameras[b], other.px[j]);
         }
       }
     }

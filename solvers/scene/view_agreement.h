@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/data/detection.h"
@@ -38,6 +39,9 @@ std::vector<ViewPeople> PeopleOfViews(const DetectionSequence& detections,
 ViewPeople Undistorted(const ViewPeople& view, const Camera& camera);
 std::vector<ViewPeople> Undistorted(std::vector<ViewPeople> views,
                                     const CameraRig& cameras);
+
+// `count` of some frames, evenly among them.
+std::vector<int> Evenly(const std::vector<int>& frames, size_t count);
 
 // The detections with what frame `source(view, k)` of a view shows in its frame
 // k; nothing where there is no such frame. Times stay the frames' own.
@@ -119,7 +123,12 @@ PairAgreement AgreementOf(const Camera& camera_a, const ViewPeople& a,
                           const Camera& camera_b, const ViewPeople& b,
                           const std::vector<int>& frames, int lag = 0);
 
-// How often two people are compared where all pairs of views are.
+// The pairs of views that are compared, a < b: all of up to nine views; of more
+// each view with eight others, near and far in their order, so that the work
+// grows with the number of views instead of its square.
+std::vector<std::pair<size_t, size_t>> ComparedPairs(size_t view_count);
+
+// How often two people are compared where all these pairs are.
 double ComparisonsOfAll(const std::vector<ViewPeople>& views,
                         const std::vector<int>& frames);
 

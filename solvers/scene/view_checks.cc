@@ -242,13 +242,10 @@ class SidesTable {
              const std::vector<ViewPeople>& exchanged,
              const std::vector<int>& frames)
       : views_(cameras.size()), pairs_(views_ * views_) {
-    for (size_t a = 0; a < views_; ++a) {
-      for (size_t b = a + 1; b < views_; ++b) {
-        pairs_[a * views_ + b] = {
-            AgreementOf(cameras[a], people[a], cameras[b], people[b], frames),
-            AgreementOf(cameras[a], people[a], cameras[b], exchanged[b],
-                        frames)};
-      }
+    for (const auto& [a, b] : ComparedPairs(views_)) {
+      pairs_[a * views_ + b] = {
+          AgreementOf(cameras[a], people[a], cameras[b], people[b], frames),
+          AgreementOf(cameras[a], people[a], cameras[b], exchanged[b], frames)};
     }
   }
 
@@ -257,11 +254,9 @@ class SidesTable {
   PairAgreement Of(const std::vector<char>& exchanged,
                    const std::vector<char>& of) const {
     PairAgreement all;
-    for (size_t a = 0; a < views_; ++a) {
-      for (size_t b = a + 1; b < views_; ++b) {
-        if (of[a] == of[b]) continue;
-        all.Add(pairs_[a * views_ + b][exchanged[a] != exchanged[b] ? 1 : 0]);
-      }
+    for (const auto& [a, b] : ComparedPairs(views_)) {
+      if (of[a] == of[b]) continue;
+      all.Add(pairs_[a * views_ + b][exchanged[a] != exchanged[b] ? 1 : 0]);
     }
     return all;
   }

@@ -1,6 +1,7 @@
 // Other readings of files, images and clocks: what each question answers.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
@@ -151,6 +152,38 @@ TEST(ClockSearch, FindsLagsOfSeconds) {
   EXPECT_NEAR(search.lag_frames[2], 0, 1);
   EXPECT_NEAR(search.lag_frames[3], 20, 1);
   EXPECT_GT(search.all.gain(), 0.0);
+}
+
+// Of many views each meets eight; lags are told through others, and which two
+// have each other's cameras, as where all meet.
+TEST(ComparedPairs, OfManyViewsEachMeetsEight) {
+  for (const size_t views : {2u, 9u, 10u, 13u, 32u}) {
+    std::vector<int> met(views, 0);
+    for (const auto& [a, b] : ComparedPairs(views)) {
+      EXPECT_LT(a, b);
+      ++met[a];
+      ++met[b];
+    }
+    const int expected = static_cast<int>(std::min<size_t>(views - 1, 8));
+    EXPECT_EQ(met, std::vector<int>(views, expected));
+  }
+  FaultySceneOptions options;
+  options.seed = 7;
+  options.cameras = 12;
+  options.people = 3;
+  options.duration_s = 8.0;
+  options.clock_offset_s.assign(12, 0.0);
+  options.clock_offset_s[7] = 0.48;
+  FaultyScene scene = MakeFaultyScene(options);
+  const ClockSearch search =
+      SearchClocks(scene.cameras, PeopleOfViews(scene.detections, 0.3), 100);
+  for (size_t v = 0; v < 12; ++v) {
+    EXPECT_NEAR(search.lag_frames[v], v == 7 ? -12 : 0, 1) << v;
+  }
+  std::swap(scene.cameras[2], scene.cameras[5]);
+  const auto answer = AnswerTo(scene);
+  ASSERT_TRUE(answer.has_value());
+  EXPECT_EQ(answer->findings.front().kind, "swapped_views");
 }
 
 TEST(ClockSearch, SynchronousViewsHaveNoLag) {
